@@ -1,0 +1,39 @@
+#pragma once
+/// The pipeline: polyhedra in, contact points sorted by key out.
+
+#include <memory>
+#include <quoin/geometry/contact_point.hpp>
+#include <span>
+
+namespace quoin::geometry {
+
+struct FinderOptions {
+  double reach = 0.0;      ///< contact points are listed up to this gap, m
+  double tolerance = 0.0;  ///< contact length tol, m; 0: default_tolerance of each pair
+  int threads = 1;         ///< any number gives the same bits
+};
+
+/// Remembers its tree and where each pair's search ended: that changes the speed, never the answer.
+class ContactFinder {
+ public:
+  explicit ContactFinder(const FinderOptions& options);
+  ~ContactFinder();
+  ContactFinder(ContactFinder&&) noexcept;
+  ContactFinder& operator=(ContactFinder&&) noexcept;
+
+  /// Pairs of blocks that are both idle (fixed, or known not to move) are never tested.
+  /// `idle` is empty or one flag a block. The list is sorted by key; no allocation when warm.
+  void find(std::span<const Polyhedron> blocks, std::span<const char> idle,
+            std::vector<ContactPoint>& contacts);
+  void find(std::span<const Polyhedron> blocks, std::vector<ContactPoint>& contacts) {
+    find(blocks, {}, contacts);
+  }
+
+  void set_reach(double reach);  ///< m, from the next find() on
+
+ private:
+  struct Memory;
+  std::unique_ptr<Memory> memory_;
+};
+
+}  // namespace quoin::geometry

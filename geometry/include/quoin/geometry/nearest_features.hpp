@@ -1,0 +1,43 @@
+#pragma once
+/// Nearest features of one pair of convex polyhedra: signed gap, witnesses, normal, certificate.
+
+#include <quoin/geometry/polyhedron.hpp>
+
+namespace quoin::geometry {
+
+enum class PairStatus : std::uint8_t { Separated, Touching, Overlapping, NotConverged };
+
+/// Where to start the search: vertices of the last answer. It changes `iterations`, never the answer.
+struct FeatureHint {
+  std::array<int, 4> vertices_a{-1, -1, -1, -1};
+  std::array<int, 4> vertices_b{-1, -1, -1, -1};
+  Vector3 normal = Vector3::Zero();
+};
+
+struct SearchOptions {
+  double tolerance = 0.0;    ///< contact length tol, m; 0: default_tolerance(a, b)
+  int max_iterations = 256;
+};
+
+/// The optimum of one pair. gap > 0: distance; gap < 0: minus the least translation that parts them.
+struct NearestFeatures {
+  PairStatus status = PairStatus::NotConverged;
+  double gap = 0.0;                          ///< (point_b - point_a)·normal, m
+  Vector3 normal = Vector3::UnitX();         ///< unit, from A to B
+  Vector3 point_a = Vector3::Zero();         ///< witness on A, m
+  Vector3 point_b = Vector3::Zero();         ///< witness on B, m
+  Feature feature_a, feature_b;
+  double residual_a = 0.0;  ///< how far A reaches beyond point_a along the normal, m (>= 0)
+  double residual_b = 0.0;  ///< how far B reaches beyond point_b against the normal, m (>= 0)
+  int iterations = 0;
+  bool indeterminate = false;                ///< the normal is one choice among several
+  FeatureHint hint;                          ///< start the next search of this pair here
+};
+
+/// The larger of 1e-9 of the smaller diameter and 16 eps of the largest coordinate, m.
+double default_tolerance(const Polyhedron& a, const Polyhedron& b);
+
+NearestFeatures nearest_features(const Polyhedron& a, const Polyhedron& b,
+                                 const SearchOptions& options = {}, const FeatureHint& hint = {});
+
+}  // namespace quoin::geometry

@@ -1,0 +1,7 @@
+#pragma once
+/// All of quoin::solver.
+
+#include <quoin/solver/output.hpp>
+#include <quoin/solver/scene.hpp>
+#include <quoin/solver/simulation.hpp>
+#include <quoin/solver/state.hpp>

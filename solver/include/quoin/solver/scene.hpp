@@ -1,0 +1,126 @@
+#pragma once
+/// What the user states: blocks, materials, joints, supports, loads. SI units, radians, world frame.
+
+#include <functional>
+#include <quoin/geometry/polyhedron.hpp>
+#include <string>
+#include <vector>
+
+namespace quoin::solver {
+
+using geometry::InputError;
+using geometry::Matrix3;
+using geometry::Vector3;
+using Vector6 = Eigen::Matrix<double, 6, 1>;  ///< (xx, yy, zz, xy, yz, zx); shear strains are gamma
+
+/// A vector that is constant or a function of time (s).
+class VectorOfTime {
+ public:
+  VectorOfTime(const Vector3& constant = Vector3::Zero()) : constant_(constant) {}
+  VectorOfTime(std::function<Vector3(double)> varying) : varying_(std::move(varying)) {}
+  Vector3 at(double time) const { return varying_ ? varying_(time) : constant_; }
+  bool is_constant() const { return !varying_; }
+
+ private:
+  Vector3 constant_ = Vector3::Zero();
+  std::function<Vector3(double)> varying_;
+};
+
+/// Piecewise linear table, held constant outside its range. times ascending (s).
+VectorOfTime interpolate(std::vector<double> times, std::vector<Vector3> values);
+
+struct Material {
+  double density = 0.0;   ///< kg/m3, > 0 unless the block is fixed
+  double young = 0.0;     ///< Pa, > 0 for a deformable block
+  double poisson = 0.0;   ///< -1 < poisson < 0.5
+  int joint_group = 0;    ///< which joints of Scene::pair_joints apply
+};
+
+/// Mohr–Coulomb joint with residual values once it has slid or opened.
+struct Joint {
+  double friction_angle = 0.0;   ///< rad, 0 <= angle < pi/2
+  double cohesion = 0.0;         ///< Pa on the contact area
+  double tension = 0.0;          ///< Pa on the contact area
+  double restitution = 0.0;      ///< ratio of normal velocities after and before an impact, 0..1
+  double dilation_angle = 0.0;   ///< rad: opening per slip is tan(dilation_angle)
+  double residual_friction_angle = -1.0;  ///< rad after failure; -1: friction_angle
+  double residual_cohesion = 0.0;         ///< Pa after failure
+  double residual_tension = 0.0;          ///< Pa after failure
+};
+
+struct PairJoint {
+  int group_a = 0;
+  int group_b = 0;
+  Joint joint;
+};
+
+enum class BlockKind : std::uint8_t {
+  Deformable,  ///< 12 unknowns: motion and constant strain
+  Rigid,       ///< 6 unknowns
+  Fixed,       ///< no unknowns
+  Prescribed   ///< no unknowns, moved by `motion`
+};
+
+/// Which derivative of the translation of a prescribed block is given.
+enum class MotionKind : std::uint8_t { Displacement, Velocity, Acceleration };
+
+struct Motion {
+  MotionKind kind = MotionKind::Velocity;
+  VectorOfTime value;  ///< m, m/s or m/s2, starting from rest at its place at time 0
+};
+
+struct Block {
+  geometry::Polyhedron shape;                      ///< at the start, world frame
+  Material material;
+  BlockKind kind = BlockKind::Deformable;
+  Vector3 velocity = Vector3::Zero();              ///< of the centroid at the start, m/s
+  Vector3 angular_velocity = Vector3::Zero();      ///< at the start, rad/s
+  Vector6 initial_stress = Vector6::Zero();        ///< Pa, tension positive, world axes
+  Motion motion;                                   ///< of a prescribed block
+  std::string name;                                ///< for messages and output; may be empty
+};
+
+/// Force on a material point, given by its place at the start. N.
+struct PointLoad {
+  int block = 0;
+  Vector3 point = Vector3::Zero();
+  VectorOfTime force;
+};
+
+/// Uniform dead traction on a face of the block's topology, by its area at the start. Pa.
+struct FaceLoad {
+  int block = 0;
+  int face = 0;
+  VectorOfTime traction;
+};
+
+/// Force per volume. N/m3.
+struct BodyLoad {
+  int block = 0;
+  VectorOfTime force;
+};
+
+/// A material point held at its place at the start (moved by `displacement`, m).
+struct FixedPoint {
+  int block = 0;
+  Vector3 point = Vector3::Zero();
+  VectorOfTime displacement;
+};
+
+struct Scene {
+  std::vector<Block> blocks{};
+  Joint joint{};                          ///< where no pair_joint applies
+  std::vector<PairJoint> pair_joints{};
+  VectorOfTime gravity{Vector3(0, 0, -9.81)};  ///< m/s2
+  std::vector<PointLoad> point_loads{};
+  std::vector<FaceLoad> face_loads{};
+  std::vector<BodyLoad> body_loads{};
+  std::vector<FixedPoint> fixed_points{};
+  bool keep_initial_overlap = false;      ///< else more than 1e-3 of the smaller block is refused
+
+  int add_block(geometry::Polyhedron shape, const Material& material);  ///< deformable; its index
+  int add_rigid(geometry::Polyhedron shape, const Material& material);
+  int add_fixed(geometry::Polyhedron shape, const Material& material = {});
+};
+
+}  // namespace quoin::solver
