@@ -1,0 +1,125 @@
+#!/usr/bin/env python3
+"""Holds the include rules of the house: who may include what, and in which order within a room.
+
+Prints one line for each breach and exits with 1 when there is one.
+"""
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+
+# Each rule: files, pattern of what they must not include, reason.
+RULES = [
+    ("geometry/include/**/*", r"^(fcl|ccd|octomap)/", "public geometry headers know Eigen and the standard library alone"),
+    ("geometry/**/*", r"^quoin/solver|solver/", "geometry does not know the solver"),
+    ("geometry/**/*", r"^(catch2|CLI|nlohmann|fmt)/", "packages of tools and tests stay there"),
+    ("geometry/src/*", r"^fcl/", "FCL has two doors: broad_phase.cpp and gjk_oracle.cpp"),
+    ("geometry/src/*", r"^ccd/", "libccd has one door: gjk_oracle.cpp"),
+    ("solver/**/*", r"^(fcl|ccd)/", "the solver does no search of its own"),
+    ("solver/**/*", r"^(catch2|CLI|nlohmann|fmt)/", "packages of tools and tests stay there"),
+    ("solver/**/*", r"geometry/src/", "private headers of geometry"),
+    ("tools/**/*", r"(geometry|solver)/src/", "tools use public headers"),
+    ("tools/**/*", r"^catch2/", "tools do not test"),
+    ("bench/**/*", r"(geometry|solver)/src/", "bench uses public headers"),
+    ("bench/**/*", r"^catch2/", "bench does not test"),
+    ("tests/**/*", r"^fcl/", "tests ask gjk_oracle, not FCL"),
+]
+DOORS = {"geometry/src/broad_phase.cpp": r"^fcl/", "geometry/src/gjk_oracle.cpp": r"^(fcl|ccd)/"}
+
+# Within a room a file includes private headers only from before it in the chain.
+CHAINS = {
+    "geometry": [["types"], ["polyhedron"], ["nearest_features"], ["contact_type"],
+                 ["contact_point"], ["contact_finder"]],
+    "solver": [["scene", "state", "displacement"], ["block_terms", "contact_list"],
+               ["contact_terms"], ["block_system"], ["linear_solver"], ["open_close"],
+               ["advance"], ["simulation"]],
+}
+SOURCES = (".hpp", ".cpp", ".h", ".c")
+INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^">]+)[">]', re.M)
+
+
+def includes(path):
+    return [(kind, name) for kind, name in INCLUDE.findall(path.read_text(encoding="utf-8"))]
+
+
+def forbidden(path, name):
+    relative = path.relative_to(ROOT).as_posix()
+    if relative in DOORS and re.search(DOORS[relative], name):
+        return None
+    for files, pattern, reason in RULES:
+        if pathlib.PurePath(relative).is_relative_to(files.split("/*")[0]) and re.search(pattern, name):
+            return reason
+    return None
+
+
+def level(room, stem):
+    return next((i for i, stems in enumerate(CHAINS[room]) if stem in stems), None)
+
+
+def chain_breaches(room, path, names):
+    mine = level(room, path.stem)
+    for kind, name in names:
+        other = level(room, pathlib.PurePath(name).stem)
+        private_or_geometry = kind == '"' or (room == "geometry" and name.startswith("quoin/geometry/"))
+        if private_or_geometry and mine is not None and other is not None and other > mine:
+            yield f"{path.relative_to(ROOT)}: includes {name}, which stands after it in the chain"
+
+
+def cycles(graph):
+    done, open_ = set(), []
+
+    def walk(node):
+        if node in open_:
+            yield open_[open_.index(node):] + [node]
+            return
+        if node in done:
+            return
+        open_.append(node)
+        for other in sorted(graph.get(node, ())):
+            yield from walk(other)
+        open_.pop()
+        done.add(node)
+
+    for node in sorted(graph):
+        yield from walk(node)
+
+
+def header_graph(room):
+    graph = {}
+    for path in (ROOT / room).rglob("*.hpp"):
+        for kind, name in includes(path):
+            target = path.parent / name if kind == '"' else ROOT / room / "include" / name
+            if target.exists():
+                graph.setdefault(path.relative_to(ROOT).as_posix(), set()).add(
+                    target.resolve().relative_to(ROOT).as_posix())
+    return graph
+
+
+def breaches():
+    for room in ("geometry", "solver", "tools", "tests", "bench"):
+        for path in sorted((ROOT / room).rglob("*")):
+            if path.suffix not in SOURCES or not path.is_file():
+                continue
+            names = includes(path)
+            for _, name in names:
+                reason = forbidden(path, name)
+                if reason:
+                    yield f"{path.relative_to(ROOT)}: includes {name}: {reason}"
+            if room in CHAINS:
+                yield from chain_breaches(room, path, names)
+    for room in CHAINS:
+        for cycle in cycles(header_graph(room)):
+            yield "cycle: " + " -> ".join(cycle)
+
+
+def main():
+    found = list(breaches())
+    for line in found:
+        print(line)
+    print(f"{len(found)} breaches of the include rules")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,35 @@
+# How each library of quoin is declared, exported and found again.
+
+# quoin_library(<component> SOURCES … HEADERS … [PUBLIC …] [PRIVATE …])
+# Makes quoin_<component>, alias quoin::<component>, from the calling folder: sources relative to it,
+# public headers relative to its include/. PUBLIC and PRIVATE are what it links. Each component is an
+# export set of its own, so that a consumer of one needs the packages of that one alone.
+function(quoin_library component)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;HEADERS;PUBLIC;PRIVATE")
+  set(target quoin_${component})
+  list(TRANSFORM arg_HEADERS PREPEND include/)
+  add_library(${target} ${arg_SOURCES})
+  add_library(quoin::${component} ALIAS ${target})
+  target_sources(${target} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${arg_HEADERS})
+  target_compile_features(${target} PUBLIC cxx_std_20)
+  target_link_libraries(${target} PUBLIC ${arg_PUBLIC}
+    PRIVATE $<BUILD_INTERFACE:quoin_flags> ${arg_PRIVATE})
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${component}
+    VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+  install(TARGETS ${target} EXPORT quoin_${component} FILE_SET HEADERS)
+  install(EXPORT quoin_${component} NAMESPACE quoin:: FILE quoin_${component}.cmake
+    DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/quoin)
+endfunction()
+
+# The CMake package: find_package(quoin COMPONENTS narrow_phase geometry gjk_oracle solver).
+function(quoin_install_package)
+  include(CMakePackageConfigHelpers)
+  set(package ${PROJECT_BINARY_DIR}/package)
+  set(destination ${CMAKE_INSTALL_LIBDIR}/cmake/quoin)
+  configure_package_config_file(${PROJECT_SOURCE_DIR}/tools/cmake/quoinConfig.cmake.in
+    ${package}/quoinConfig.cmake INSTALL_DESTINATION ${destination})
+  write_basic_package_version_file(${package}/quoinConfigVersion.cmake
+    COMPATIBILITY SameMinorVersion)
+  install(FILES ${package}/quoinConfig.cmake ${package}/quoinConfigVersion.cmake
+    DESTINATION ${destination})
+endfunction()
