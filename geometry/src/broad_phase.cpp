@@ -1,0 +1,292 @@
+#include <fcl/broadphase/detail/hierarchy_tree.h>
+#include <fcl/math/bv/AABB.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <quoin/geometry/broad_phase.hpp>
+
+namespace quoin::geometry {
+namespace {
+
+using FclTree = fcl::detail::HierarchyTree<fcl::AABBd>;
+using Node = FclTree::NodeType;
+
+constexpr int kFewBoxes = 16;        // below this all pairs are tried and no tree is built
+constexpr double kSkin = 0.05;       // skin of a fat box, as a part of the box's diagonal
+constexpr double kLookAhead = 16;    // a moving box is fattened for this many calls to come
+constexpr double kLookAheadCap = 1;  // but by no more than this part of its diagonal
+constexpr double kReachSlack = 1.5;  // reach built into the tree, as a multiple of the reach asked
+constexpr double kReachWaste = 4;    // rebuilt when the reach asked shrinks below 1/4 of it
+constexpr std::size_t kBulk = 4;     // more than 1/4 of the boxes moved out: refit the whole tree
+constexpr double kWornOut = 2;  // rebuilt when its queries visit twice as many nodes as when new
+
+/// Exactly the promise of the header. A rounded difference is at most `reach` whenever the true one
+/// is.
+bool within_reach(const Box& a, const Box& b, double reach) {
+  return a.min[0] - b.max[0] <= reach && b.min[0] - a.max[0] <= reach &&
+         a.min[1] - b.max[1] <= reach && b.min[1] - a.max[1] <= reach &&
+         a.min[2] - b.max[2] <= reach && b.min[2] - a.max[2] <= reach;
+}
+
+bool contains(const Box& outer, const Box& inner) {
+  return outer.min[0] <= inner.min[0] && inner.max[0] <= outer.max[0] &&
+         outer.min[1] <= inner.min[1] && inner.max[1] <= outer.max[1] &&
+         outer.min[2] <= inner.min[2] && inner.max[2] <= outer.max[2];
+}
+
+bool both_idle(std::span<const char> idle, int a, int b) {
+  return !idle.empty() && idle[static_cast<std::size_t>(a)] != 0 &&
+         idle[static_cast<std::size_t>(b)] != 0;
+}
+
+int leaf_index(const Node& leaf) {
+  return static_cast<int>(reinterpret_cast<std::intptr_t>(leaf.data));
+}
+
+}  // namespace
+
+/// Fat boxes in FCL's dynamic tree. A box is put into the tree anew only when it leaves its roomy
+/// box; until then the pairs of overlapping fat boxes (`kept`) hold every pair within reach.
+struct BroadPhase::Tree {
+  FclTree tree{2, 0};
+  std::vector<Node*> leaves;
+  std::vector<Box> roomy;       // a box that stays inside needs no update, m
+  std::vector<Vector3> home;    // centre at the last update, m
+  std::vector<long> home_call;  // and the call it was made in
+  double built_reach = -1.0;    // m
+  long call = 0;
+  std::size_t visits = 0, visits_when_new = 0;
+
+  std::vector<BlockPair> kept, scratch, fresh, result;
+  std::vector<int> moved;
+  std::vector<char> is_moved;
+  std::vector<const Node*> stack;
+
+  void try_all(std::span<const Box> boxes, double reach, std::span<const char> idle);
+  void build(std::span<const Box> boxes, double reach);
+  void follow(std::span<const Box> boxes, double reach);
+  void make_roomy(std::span<const Box> boxes, std::size_t i);
+  fcl::AABBd fat_box(std::size_t i) const;
+  template <class Visit>
+  void query(const fcl::AABBd& box, Visit&& visit);
+  void query_all();
+  void query_moved();
+  void filter(std::span<const Box> boxes, double reach, std::span<const char> idle);
+};
+
+void BroadPhase::Tree::try_all(std::span<const Box> boxes, double reach,
+                               std::span<const char> idle) {
+  leaves.clear();
+  result.clear();
+  const int count = static_cast<int>(boxes.size());
+  for (int a = 0; a < count; ++a) {
+    for (int b = a + 1; b < count; ++b) {
+      if (!both_idle(idle, a, b) && within_reach(boxes[static_cast<std::size_t>(a)],
+                                                 boxes[static_cast<std::size_t>(b)], reach)) {
+        result.push_back({a, b});
+      }
+    }
+  }
+}
+
+/// The box grown by its skin and along the way it went lately. A box that is not finite is within
+/// reach of nothing: it gets a place of no size and is looked at again in each call.
+void BroadPhase::Tree::make_roomy(std::span<const Box> boxes, std::size_t i) {
+  const Box& box = boxes[i];
+  const Vector3 extent = box.max - box.min;
+  const double diagonal = extent.norm();
+  if (!std::isfinite(diagonal) || !box.min.allFinite()) {
+    roomy[i] = Box{};
+    home_call[i] = call;
+    return;
+  }
+  const Vector3 centre = box.min + 0.5 * extent;
+  const double skin = kSkin * diagonal;
+  roomy[i] = {(box.min.array() - skin).matrix(), (box.max.array() + skin).matrix()};
+  if (const long calls = call - home_call[i]; calls > 0 && home_call[i] >= 0) {
+    const double cap = kLookAheadCap * diagonal;
+    for (int k = 0; k < 3; ++k) {
+      const double ahead = std::clamp(
+          (centre[k] - home[i][k]) * (kLookAhead / static_cast<double>(calls)), -cap, cap);
+      (ahead > 0 ? roomy[i].max : roomy[i].min)[k] += ahead;
+    }
+  }
+  home[i] = centre;
+  home_call[i] = call;
+}
+
+/// What stands in the tree: the roomy box grown by half the reach and by what rounding may take.
+fcl::AABBd BroadPhase::Tree::fat_box(std::size_t i) const {
+  constexpr double kUlps = 8 * std::numeric_limits<double>::epsilon();
+  const Box& room = roomy[i];
+  const double largest = std::max(room.min.cwiseAbs().maxCoeff(), room.max.cwiseAbs().maxCoeff());
+  const double growth = 0.5 * built_reach + kUlps * (largest + built_reach);
+  fcl::AABBd fat;
+  fat.min_ = (room.min.array() - growth).matrix();
+  fat.max_ = (room.max.array() + growth).matrix();
+  return fat;
+}
+
+void BroadPhase::Tree::build(std::span<const Box> boxes, double reach) {
+  const std::size_t count = boxes.size();
+  built_reach = reach * kReachSlack;
+  call = 0;
+  leaves.resize(count);
+  roomy.resize(count);
+  home.resize(count);
+  home_call.assign(count, -1);
+  is_moved.assign(count, 0);
+  tree.clear();
+  for (std::size_t i = 0; i < count; ++i) {
+    make_roomy(boxes, i);
+    Node* leaf = new Node;  // owned and deleted by the tree
+    leaf->bv = fat_box(i);
+    leaf->parent = nullptr;
+    leaf->children[1] = nullptr;
+    leaf->data = reinterpret_cast<void*>(static_cast<std::intptr_t>(i));
+    leaves[i] = leaf;
+  }
+  std::vector<Node*> order = leaves;  // init sorts what it is given
+  tree.init(order, 0);
+  query_all();
+  visits_when_new = visits;
+}
+
+template <class Visit>
+void BroadPhase::Tree::query(const fcl::AABBd& box, Visit&& visit) {
+  stack.clear();
+  stack.push_back(tree.getRoot());
+  while (!stack.empty()) {
+    const Node* node = stack.back();
+    stack.pop_back();
+    ++visits;
+    if (!node->bv.overlap(box)) {
+      continue;
+    }
+    if (node->isLeaf()) {
+      visit(leaf_index(*node));
+    } else {
+      stack.push_back(node->children[0]);
+      stack.push_back(node->children[1]);
+    }
+  }
+}
+
+void BroadPhase::Tree::query_all() {
+  kept.clear();
+  visits = 0;
+  for (int a = 0; a < static_cast<int>(leaves.size()); ++a) {
+    const std::size_t first = kept.size();
+    query(leaves[static_cast<std::size_t>(a)]->bv, [&](int b) {
+      if (a < b) {
+        kept.push_back({a, b});
+      }
+    });
+    std::sort(kept.begin() + static_cast<std::ptrdiff_t>(first), kept.end());
+  }
+}
+
+void BroadPhase::Tree::query_moved() {
+  for (int i : moved) {
+    is_moved[static_cast<std::size_t>(i)] = 1;
+  }
+  fresh.clear();
+  for (int i : moved) {
+    query(leaves[static_cast<std::size_t>(i)]->bv, [&](int j) {
+      if (i != j && (is_moved[static_cast<std::size_t>(j)] == 0 || i < j)) {
+        fresh.push_back({std::min(i, j), std::max(i, j)});
+      }
+    });
+  }
+  std::sort(fresh.begin(), fresh.end());
+  std::erase_if(kept, [&](const BlockPair& pair) {
+    return is_moved[static_cast<std::size_t>(pair.a)] != 0 ||
+           is_moved[static_cast<std::size_t>(pair.b)] != 0;
+  });
+  scratch.resize(kept.size() + fresh.size());
+  std::merge(kept.begin(), kept.end(), fresh.begin(), fresh.end(), scratch.begin());
+  std::swap(kept, scratch);
+  for (int i : moved) {
+    is_moved[static_cast<std::size_t>(i)] = 0;
+  }
+}
+
+/// Brings the tree up to date with boxes that left their roomy box.
+void BroadPhase::Tree::follow(std::span<const Box> boxes, double reach) {
+  ++call;
+  moved.clear();
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    if (!contains(roomy[i], boxes[i])) {
+      moved.push_back(static_cast<int>(i));
+    }
+  }
+  const bool refit = reach > built_reach || reach * kReachWaste * kReachSlack < built_reach ||
+                     moved.size() * kBulk > boxes.size();
+  if (!refit) {
+    for (int i : moved) {
+      make_roomy(boxes, static_cast<std::size_t>(i));
+      tree.update(leaves[static_cast<std::size_t>(i)], fat_box(static_cast<std::size_t>(i)));
+    }
+    if (!moved.empty()) {
+      query_moved();
+    }
+    return;
+  }
+  if (reach > built_reach || reach * kReachWaste * kReachSlack < built_reach) {
+    built_reach = reach * kReachSlack;
+  }
+  for (int i : moved) {
+    make_roomy(boxes, static_cast<std::size_t>(i));
+  }
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    leaves[i]->bv = fat_box(i);
+  }
+  tree.refit();
+  query_all();
+  if (static_cast<double>(visits) > kWornOut * static_cast<double>(visits_when_new)) {
+    tree.balanceTopdown();
+    query_all();
+    visits_when_new = visits;
+  }
+}
+
+void BroadPhase::Tree::filter(std::span<const Box> boxes, double reach,
+                              std::span<const char> idle) {
+  result.resize(kept.size());
+  std::size_t count = 0;
+  for (const BlockPair& pair : kept) {
+    result[count] = pair;
+    count += within_reach(boxes[static_cast<std::size_t>(pair.a)],
+                          boxes[static_cast<std::size_t>(pair.b)], reach) &&
+             !both_idle(idle, pair.a, pair.b);
+  }
+  result.resize(count);
+}
+
+BroadPhase::BroadPhase() : tree_(std::make_unique<Tree>()) {}
+BroadPhase::~BroadPhase() = default;
+BroadPhase::BroadPhase(BroadPhase&&) noexcept = default;
+BroadPhase& BroadPhase::operator=(BroadPhase&&) noexcept = default;
+
+const std::vector<BlockPair>& BroadPhase::find_candidates(std::span<const Box> boxes, double reach,
+                                                          std::span<const char> idle) {
+  if (!idle.empty() && idle.size() != boxes.size()) {
+    throw InputError("idle has " + std::to_string(idle.size()) + " flags for " +
+                     std::to_string(boxes.size()) + " boxes");
+  }
+  if (boxes.size() < kFewBoxes) {
+    tree_->try_all(boxes, reach, idle);
+    return tree_->result;
+  }
+  if (boxes.size() != tree_->leaves.size()) {
+    tree_->build(boxes, reach);
+  } else {
+    tree_->follow(boxes, reach);
+  }
+  tree_->filter(boxes, reach, idle);
+  return tree_->result;
+}
+
+}  // namespace quoin::geometry
