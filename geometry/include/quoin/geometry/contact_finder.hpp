@@ -8,7 +8,7 @@
 namespace quoin::geometry {
 
 struct FinderOptions {
-  double reach = 0.0;      ///< contact points are listed up to this gap, m
+  double reach = 0.0;      ///< contact points are listed up to this gap, m; touching pairs always
   double tolerance = 0.0;  ///< contact length tol, m; 0: default_tolerance of each pair
   int threads = 1;         ///< any number gives the same bits
 };

@@ -1,0 +1,613 @@
+#include "support/exact_arbiter.hpp"
+
+#include <gmpxx.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+#include <tuple>
+#include <type_traits>
+#include <vector>
+
+namespace quoin::tests {
+namespace {
+
+using geometry::Points;
+using geometry::Vector3;
+using Real = long double;
+using Whole = mpz_class;
+
+template <class T>
+using Triple = std::array<T, 3>;
+
+template <class T>
+T dot(const Triple<T>& u, const Triple<T>& v) {
+  return T(u[0] * v[0] + u[1] * v[1] + u[2] * v[2]);
+}
+
+template <class T>
+Triple<T> operator-(const Triple<T>& u, const Triple<T>& v) {
+  return {T(u[0] - v[0]), T(u[1] - v[1]), T(u[2] - v[2])};
+}
+
+template <class T>
+Triple<T> cross(const Triple<T>& u, const Triple<T>& v) {
+  return {T(u[1] * v[2] - u[2] * v[1]), T(u[2] * v[0] - u[0] * v[2]), T(u[0] * v[1] - u[1] * v[0])};
+}
+
+Real length(const Triple<Real>& u) { return std::sqrt(dot(u, u)); }
+
+Real rounded(const Whole& number, long exponent) {
+  long e = 0;
+  const double high = mpz_get_d_2exp(&e, number.get_mpz_t());
+  const Whole rest = number - [&] {
+    Whole whole(std::ldexp(high, 53));
+    if (e >= 53) {
+      whole <<= static_cast<mp_bitcnt_t>(e - 53);
+    } else {
+      whole >>= static_cast<mp_bitcnt_t>(53 - e);
+    }
+    return whole;
+  }();
+  long rest_e = 0;
+  const double low = mpz_get_d_2exp(&rest_e, rest.get_mpz_t());
+  return std::ldexp(Real(high), static_cast<int>(e + exponent)) +
+         std::ldexp(Real(low), static_cast<int>(rest_e + exponent));
+}
+
+/// Both point sets twice: as whole multiples of 2^exponent and rounded to long double, both
+/// relative to the first point of A.
+struct Pair {
+  long exponent = 0;
+  std::vector<Triple<Whole>> whole[2];
+  std::vector<Triple<Real>> real[2];
+  Real size = 0;  // largest coordinate in `real`, m
+};
+
+long lowest_exponent(const Points& points, long lowest) {
+  for (Eigen::Index i = 0; i < points.size(); ++i) {
+    const double value = points.data()[i];
+    if (!std::isfinite(value)) {
+      throw std::invalid_argument("exact_gap: a coordinate is not finite");
+    }
+    if (value != 0.0) {
+      lowest = std::min(lowest, static_cast<long>(std::ilogb(value)) - 52);
+    }
+  }
+  return lowest;
+}
+
+Whole whole_number(double value, long exponent) {
+  if (value == 0.0) {
+    return 0;
+  }
+  const int e = std::ilogb(value) - 52;
+  Whole number(std::scalbn(value, -e));
+  return Whole(number << static_cast<mp_bitcnt_t>(e - exponent));
+}
+
+Pair make_pair(const Points& a, const Points& b) {
+  Pair pair;
+  pair.exponent = lowest_exponent(b, lowest_exponent(a, 1000));
+  Triple<Whole> origin;
+  for (std::size_t k = 0; k < 3; ++k) {
+    origin[k] = whole_number(a(static_cast<Eigen::Index>(k), 0), pair.exponent);
+  }
+  for (int side = 0; side < 2; ++side) {
+    const Points& points = side == 0 ? a : b;
+    for (Eigen::Index i = 0; i < points.cols(); ++i) {
+      Triple<Whole> w;
+      Triple<Real> r;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Eigen::Index row = static_cast<Eigen::Index>(k);
+        w[k] = whole_number(points(row, i), pair.exponent) - origin[k];
+        r[k] = rounded(w[k], pair.exponent);
+        pair.size = std::max(pair.size, std::abs(r[k]));
+      }
+      pair.whole[side].push_back(w);
+      pair.real[side].push_back(r);
+    }
+  }
+  return pair;
+}
+
+template <class T>
+const std::vector<Triple<T>>& points_of(const Pair& pair, int side) {
+  if constexpr (std::is_same_v<T, Whole>) {
+    return pair.whole[side];
+  } else {
+    return pair.real[side];
+  }
+}
+
+/// A point of the difference B - A, by its two vertices.
+struct Corner {
+  int a = 0;
+  int b = 0;
+  bool operator==(const Corner&) const = default;
+};
+
+template <class T>
+Triple<T> place(const Pair& pair, const Corner& corner) {
+  return points_of<T>(pair, 1)[static_cast<std::size_t>(corner.b)] -
+         points_of<T>(pair, 0)[static_cast<std::size_t>(corner.a)];
+}
+
+/// A point x = numerator / denominator of the hull of some corners.
+template <class T>
+struct Foot {
+  Triple<T> numerator{};
+  T denominator{1};
+  std::vector<Corner> corners;
+  bool valid = false;
+};
+
+/// Weights of the point of the affine hull nearest to the origin (Cramer's rule, no division).
+/// False when the points are affinely dependent.
+template <class T>
+bool affine_weights(const std::vector<Triple<T>>& p, std::vector<T>& weights, T& sum) {
+  weights.assign(p.size(), T(0));
+  if (p.size() == 1) {
+    weights[0] = 1;
+    sum = 1;
+    return true;
+  }
+  const Triple<T> e1 = p[1] - p[0];
+  if (p.size() == 2) {
+    sum = dot(e1, e1);
+    weights[1] = -dot(p[0], e1);
+    weights[0] = sum - weights[1];
+    return sum != 0;
+  }
+  const Triple<T> e2 = p[2] - p[0];
+  if (p.size() == 3) {
+    const T g11 = dot(e1, e1), g12 = dot(e1, e2), g22 = dot(e2, e2);
+    const T r1 = -dot(p[0], e1), r2 = -dot(p[0], e2);
+    sum = g11 * g22 - g12 * g12;
+    weights[1] = r1 * g22 - r2 * g12;
+    weights[2] = r2 * g11 - r1 * g12;
+    weights[0] = sum - weights[1] - weights[2];
+    return sum != 0;
+  }
+  const Triple<T> e3 = p[3] - p[0];
+  const Triple<T> zero{};
+  const Triple<T> r = zero - p[0];
+  sum = dot(e1, cross(e2, e3));
+  weights[1] = dot(r, cross(e2, e3));
+  weights[2] = dot(e1, cross(r, e3));
+  weights[3] = dot(e1, cross(e2, r));
+  weights[0] = sum - weights[1] - weights[2] - weights[3];
+  if (sum < 0) {
+    sum = -sum;
+    for (T& weight : weights) {
+      weight = -weight;
+    }
+  }
+  return sum != 0;
+}
+
+template <class T>
+Foot<T> foot_of(const Pair& pair, const std::vector<Corner>& corners) {
+  Foot<T> foot;
+  foot.corners = corners;
+  std::vector<Triple<T>> p;
+  for (const Corner& corner : corners) {
+    p.push_back(place<T>(pair, corner));
+  }
+  std::vector<T> weights;
+  if (!affine_weights(p, weights, foot.denominator)) {
+    return foot;
+  }
+  foot.valid = true;
+  foot.numerator = Triple<T>{};
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    foot.valid = foot.valid && weights[i] > 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      foot.numerator[k] += weights[i] * p[i][k];
+    }
+  }
+  if (p.size() == 4) {
+    foot.numerator = Triple<T>{};  // the affine hull is all space
+  }
+  return foot;
+}
+
+/// |u|^2 < |v|^2
+template <class T>
+bool nearer(const Foot<T>& u, const Foot<T>& v) {
+  return dot(u.numerator, u.numerator) * v.denominator * v.denominator <
+         dot(v.numerator, v.numerator) * u.denominator * u.denominator;
+}
+
+/// The point of the hull of at most four corners that is nearest to the origin: the nearest of the
+/// feet of all subsets that lie inside their subset.
+template <class T>
+Foot<T> nearest_of(const Pair& pair, const std::vector<Corner>& corners) {
+  Foot<T> best;
+  for (unsigned subset = 1; subset < (1u << corners.size()); ++subset) {
+    std::vector<Corner> chosen;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      if ((subset >> i & 1u) != 0) {
+        chosen.push_back(corners[i]);
+      }
+    }
+    Foot<T> foot = foot_of<T>(pair, chosen);
+    if (foot.valid && (!best.valid || nearer(foot, best))) {
+      best = std::move(foot);
+    }
+  }
+  return best;
+}
+
+Triple<Real> direction_of(const Triple<Whole>& v) {
+  long top = 0;
+  for (const Whole& c : v) {
+    top = std::max(top, static_cast<long>(mpz_sizeinbase(c.get_mpz_t(), 2)));
+  }
+  return {rounded(v[0], -top), rounded(v[1], -top), rounded(v[2], -top)};
+}
+Triple<Real> direction_of(const Triple<Real>& v) { return v; }
+
+/// Index of the point farthest along sign·direction: those that long double cannot tell from the
+/// farthest are compared exactly.
+template <class T>
+int farthest(const Pair& pair, int side, const Triple<T>& direction, int sign) {
+  const Triple<Real> d = direction_of(direction);
+  const std::vector<Triple<Real>>& real = pair.real[side];
+  std::vector<Real> heights(real.size());
+  std::size_t best = 0;
+  for (std::size_t i = 0; i < real.size(); ++i) {
+    heights[i] = Real(sign) * dot(d, real[i]);
+    best = heights[i] > heights[best] ? i : best;
+  }
+  if constexpr (std::is_same_v<T, Whole>) {
+    const Real margin = 0x1p-58L * length(d) * pair.size;
+    const Real limit = heights[best] - margin;
+    Whole top = sign * dot(direction, pair.whole[side][best]);
+    for (std::size_t i = 0; i < real.size(); ++i) {
+      if (heights[i] >= limit && i != best) {
+        const Whole height = sign * dot(direction, pair.whole[side][i]);
+        if (height > top) {
+          top = height;
+          best = i;
+        }
+      }
+    }
+  }
+  return static_cast<int>(best);
+}
+
+/// The nearest point of B - A to the origin, from a start. In whole numbers each turn comes
+/// strictly nearer and the feet are finitely many, so it ends, at the exact answer.
+template <class T>
+Foot<T> nearest_point(const Pair& pair, const std::vector<Corner>& start, int limit, int& turns) {
+  Foot<T> foot = nearest_of<T>(pair, start);
+  for (turns = 0; turns < limit; ++turns) {
+    if (foot.corners.size() == 4 || dot(foot.numerator, foot.numerator) == 0) {
+      return foot;
+    }
+    const Corner corner{farthest(pair, 0, foot.numerator, 1),
+                        farthest(pair, 1, foot.numerator, -1)};
+    const T reached = dot(foot.numerator, place<T>(pair, corner)) * foot.denominator;
+    if (reached >= dot(foot.numerator, foot.numerator) ||
+        std::find(foot.corners.begin(), foot.corners.end(), corner) != foot.corners.end()) {
+      return foot;
+    }
+    std::vector<Corner> corners = foot.corners;
+    corners.push_back(corner);
+    Foot<T> next = nearest_of<T>(pair, corners);
+    if (!next.valid || !nearer(next, foot)) {
+      if constexpr (std::is_same_v<T, Whole>) {
+        throw std::logic_error("exact_gap: a turn in exact arithmetic came no nearer");
+      }
+      return foot;  // rounding: long double can do no better
+    }
+    foot = std::move(next);
+  }
+  return foot;
+}
+
+Real root_of_quotient(const Whole& squared, const Whole& denominator, long exponent) {
+  mpf_class value(squared, 256);
+  value = sqrt(value);
+  value /= mpf_class(denominator, 256);
+  const double high = value.get_d();
+  value -= high;
+  return std::ldexp(Real(high) + Real(value.get_d()), static_cast<int>(exponent));
+}
+
+Vector3 unit(const Triple<Real>& v) {
+  const Real norm = length(v);
+  return {static_cast<double>(v[0] / norm), static_cast<double>(v[1] / norm),
+          static_cast<double>(v[2] / norm)};
+}
+
+// ---- overlap: hulls and their planes --------------------------------------------------------
+
+struct Triangle {
+  std::array<int, 3> vertices;
+  bool alive = true;
+};
+
+/// Sign of the volume of (a, b, c, d): positive when d is outside the triangle abc seen
+/// counter-clockwise. Exact.
+int side_of(const Pair& pair, int body, const std::array<int, 3>& t, int d) {
+  const auto at = [](int i) { return static_cast<std::size_t>(i); };
+  const std::vector<Triple<Real>>& r = pair.real[body];
+  const Triple<Real> e1 = r[at(t[1])] - r[at(t[0])], e2 = r[at(t[2])] - r[at(t[0])];
+  const Triple<Real> e3 = r[at(d)] - r[at(t[0])];
+  const Real volume = dot(cross(e1, e2), e3);
+  const auto largest = [](const Triple<Real>& v) {
+    return std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
+  };
+  const Real l1 = largest(e1), l2 = largest(e2), l3 = largest(e3);
+  // products of rounded differences of rounded coordinates
+  const Real error = 0x1p-58L * l1 * l2 * l3 + 0x1p-60L * pair.size * (l1 * l2 + l2 * l3 + l3 * l1);
+  if (std::abs(volume) > error) {
+    return volume > 0 ? 1 : -1;
+  }
+  const std::vector<Triple<Whole>>& w = pair.whole[body];
+  return sgn(
+      dot(cross(w[at(t[1])] - w[at(t[0])], w[at(t[2])] - w[at(t[0])]), w[at(d)] - w[at(t[0])]));
+}
+
+bool collinear(const Pair& pair, int body, int i, int j, int k) {
+  const std::vector<Triple<Whole>>& w = pair.whole[body];
+  const auto at = [](int n) { return static_cast<std::size_t>(n); };
+  const Triple<Whole> n = cross(w[at(j)] - w[at(i)], w[at(k)] - w[at(i)]);
+  return n[0] == 0 && n[1] == 0 && n[2] == 0;
+}
+
+std::vector<Triangle> first_tetrahedron(const Pair& pair, int body) {
+  const int count = static_cast<int>(pair.real[body].size());
+  int j = 1, k = 2;
+  while (j < count && pair.whole[body][static_cast<std::size_t>(j)] == pair.whole[body][0]) {
+    ++j;
+  }
+  while (k < count && (k <= j || collinear(pair, body, 0, j, k))) {
+    ++k;
+  }
+  for (int l = 1; l < count && k < count; ++l) {
+    const int side = side_of(pair, body, {0, j, k}, l);
+    if (side != 0) {
+      const int p = side > 0 ? k : j, q = side > 0 ? j : k;
+      return {{{0, p, q}}, {{0, q, l}}, {{q, p, l}}, {{p, 0, l}}};
+    }
+  }
+  throw std::invalid_argument("exact_gap: the points are flat");
+}
+
+/// Triangles of the convex hull, counter-clockwise from outside. A point is added only when it is
+/// strictly outside some triangle; coplanar neighbours stay triangles of one plane.
+std::vector<Triangle> hull(const Pair& pair, int body) {
+  std::vector<Triangle> triangles = first_tetrahedron(pair, body);
+  const int count = static_cast<int>(pair.real[body].size());
+  for (int point = 1; point < count; ++point) {
+    std::vector<std::array<int, 2>> open;  // directed edges of the triangles taken away
+    for (Triangle& t : triangles) {
+      if (side_of(pair, body, t.vertices, point) > 0) {
+        t.alive = false;
+        for (std::size_t k = 0; k < 3; ++k) {
+          open.push_back({t.vertices[k], t.vertices[(k + 1) % 3]});
+        }
+      }
+    }
+    std::erase_if(triangles, [](const Triangle& t) { return !t.alive; });
+    for (const std::array<int, 2>& edge : open) {
+      const std::array<int, 2> back{edge[1], edge[0]};
+      if (std::find(open.begin(), open.end(), back) == open.end()) {
+        triangles.push_back({{edge[0], edge[1], point}});
+      }
+    }
+  }
+  return triangles;
+}
+
+/// An edge of a hull with the third vertices of its two triangles.
+struct Edge {
+  int p, q, left, right;
+};
+
+std::vector<Edge> edges_of(const Pair& pair, int body, const std::vector<Triangle>& triangles) {
+  struct Half {
+    int low, high, third;
+  };
+  std::vector<Half> halves;
+  for (const Triangle& t : triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const int p = t.vertices[k], q = t.vertices[(k + 1) % 3];
+      halves.push_back({std::min(p, q), std::max(p, q), t.vertices[(k + 2) % 3]});
+    }
+  }
+  std::sort(halves.begin(), halves.end(), [](const Half& u, const Half& v) {
+    return std::tie(u.low, u.high, u.third) < std::tie(v.low, v.high, v.third);
+  });
+  std::vector<Edge> edges;
+  for (std::size_t i = 0; i + 1 < halves.size(); i += 2) {
+    const Half& h = halves[i];
+    const int other = halves[i + 1].third;
+    if (side_of(pair, body, {h.low, h.high, h.third}, other) != 0) {  // not inside a flat face
+      edges.push_back({h.low, h.high, h.third, other});
+    }
+  }
+  return edges;
+}
+
+/// A direction that may be the way out: the cross product of two edge vectors.
+struct Exit {
+  Real depth = 0;  // along it, m
+  Real error = 0;  // of `depth`, m
+  int body1 = 0, p1 = 0, q1 = 0;
+  int body2 = 0, p2 = 0, q2 = 0;
+  int sign = 1;
+};
+
+Triple<Real> real_normal(const Pair& pair, const Exit& exit) {
+  const auto edge = [&](int body, int p, int q) {
+    const auto& r = pair.real[body];
+    return r[static_cast<std::size_t>(q)] - r[static_cast<std::size_t>(p)];
+  };
+  Triple<Real> n = cross(edge(exit.body1, exit.p1, exit.q1), edge(exit.body2, exit.p2, exit.q2));
+  for (Real& c : n) {
+    c *= Real(exit.sign);
+  }
+  return n;
+}
+
+Triple<Whole> whole_normal(const Pair& pair, const Exit& exit) {
+  const auto edge = [&](int body, int p, int q) {
+    const auto& w = pair.whole[body];
+    return w[static_cast<std::size_t>(q)] - w[static_cast<std::size_t>(p)];
+  };
+  Triple<Whole> n = cross(edge(exit.body1, exit.p1, exit.q1), edge(exit.body2, exit.p2, exit.q2));
+  for (Whole& c : n) {
+    c *= exit.sign;
+  }
+  return n;
+}
+
+/// How far B must go along n to be clear of A, with a bound of its rounding error.
+void measure(const Pair& pair, Exit& exit) {
+  const Triple<Real> n = real_normal(pair, exit);
+  const Real norm = length(n);
+  const auto edge_length = [&](int body, int p, int q) {
+    const auto& r = pair.real[body];
+    return length(r[static_cast<std::size_t>(q)] - r[static_cast<std::size_t>(p)]);
+  };
+  const Real product =
+      edge_length(exit.body1, exit.p1, exit.q1) * edge_length(exit.body2, exit.p2, exit.q2);
+  const Real sum =
+      edge_length(exit.body1, exit.p1, exit.q1) + edge_length(exit.body2, exit.p2, exit.q2);
+  const Real normal_error = 0x1p-60L * (product + pair.size * sum);
+  if (norm <= 4 * normal_error) {
+    exit.depth = 0;
+    exit.error = 8 * pair.size;
+    return;
+  }
+  Real top = -INFINITY, bottom = INFINITY;
+  for (const Triple<Real>& p : pair.real[0]) {
+    top = std::max(top, dot(n, p));
+  }
+  for (const Triple<Real>& p : pair.real[1]) {
+    bottom = std::min(bottom, dot(n, p));
+  }
+  exit.depth = (top - bottom) / norm;
+  exit.error = 16 * pair.size * (normal_error / norm + 0x1p-60L);
+}
+
+std::vector<Exit> face_exits(const Pair& pair, int body, const std::vector<Triangle>& triangles) {
+  std::vector<Exit> exits;
+  for (const Triangle& t : triangles) {
+    Exit exit{.body1 = body,
+              .p1 = t.vertices[0],
+              .q1 = t.vertices[1],
+              .body2 = body,
+              .p2 = t.vertices[0],
+              .q2 = t.vertices[2],
+              .sign = body == 0 ? 1 : -1};
+    measure(pair, exit);
+    exits.push_back(exit);
+  }
+  return exits;
+}
+
+/// Whether n may belong to the normals of the edge: both neighbours lie below it, but for rounding.
+bool may_support(const std::vector<Triple<Real>>& r, const Edge& e, const Triple<Real>& n,
+                 Real slack) {
+  const auto below = [&](int third) {
+    return dot(n, r[static_cast<std::size_t>(third)] - r[static_cast<std::size_t>(e.p)]) <= slack;
+  };
+  return below(e.left) && below(e.right);
+}
+
+void add_edge_exits(const Pair& pair, const std::vector<Edge>& edges_a,
+                    const std::vector<Edge>& edges_b, std::vector<Exit>& exits) {
+  for (const Edge& e : edges_a) {
+    for (const Edge& f : edges_b) {
+      Exit exit{.body1 = 0, .p1 = e.p, .q1 = e.q, .body2 = 1, .p2 = f.p, .q2 = f.q};
+      for (const int sign : {1, -1}) {
+        exit.sign = sign;
+        const Triple<Real> n = real_normal(pair, exit);
+        const Triple<Real> back{-n[0], -n[1], -n[2]};
+        const auto& a = pair.real[0];
+        const auto& b = pair.real[1];
+        const Real product =
+            length(a[static_cast<std::size_t>(e.q)] - a[static_cast<std::size_t>(e.p)]) *
+            length(b[static_cast<std::size_t>(f.q)] - b[static_cast<std::size_t>(f.p)]);
+        const Real slack = 0x1p-54L * pair.size * (product + pair.size * std::sqrt(product));
+        if (may_support(a, e, n, slack) && may_support(b, f, back, slack)) {
+          measure(pair, exit);
+          exits.push_back(exit);
+        }
+      }
+    }
+  }
+}
+
+ExactGap exact_depth(const Pair& pair) {
+  const std::vector<Triangle> hull_a = hull(pair, 0), hull_b = hull(pair, 1);
+  std::vector<Exit> exits = face_exits(pair, 0, hull_a);
+  const std::vector<Exit> more = face_exits(pair, 1, hull_b);
+  exits.insert(exits.end(), more.begin(), more.end());
+  add_edge_exits(pair, edges_of(pair, 0, hull_a), edges_of(pair, 1, hull_b), exits);
+  Real limit = INFINITY;
+  for (const Exit& exit : exits) {
+    limit = std::min(limit, exit.depth + exit.error);
+  }
+  ExactGap answer;
+  Whole best_depth = -1, best_square = 1;  // depth = best_depth / sqrt(best_square)
+  for (const Exit& exit : exits) {
+    if (exit.depth - exit.error > limit) {
+      continue;
+    }
+    const Triple<Whole> n = whole_normal(pair, exit);
+    const Whole square = dot(n, n);
+    if (square == 0) {
+      continue;
+    }
+    const Whole top = dot(n, pair.whole[0][static_cast<std::size_t>(farthest(pair, 0, n, 1))]);
+    const Whole bottom = dot(n, pair.whole[1][static_cast<std::size_t>(farthest(pair, 1, n, -1))]);
+    const Whole depth = top - bottom;
+    ++answer.exact_steps;
+    if (best_depth < 0 || depth * depth * best_square < best_depth * best_depth * square) {
+      best_depth = depth;
+      best_square = square;
+      answer.normal = unit(direction_of(n));
+    }
+  }
+  answer.gap = -root_of_quotient(best_depth * best_depth * best_square, best_square, pair.exponent);
+  return answer;
+}
+
+}  // namespace
+
+ExactGap exact_gap(const Points& a, const Points& b) {
+  const Pair pair = make_pair(a, b);
+  int turns = 0;
+  const Foot<Real> guess = nearest_point<Real>(pair, {Corner{}}, 200, turns);
+  const Foot<Whole> foot = nearest_point<Whole>(pair, guess.corners, 100000, turns);
+  if (foot.corners.size() == 4 || dot(foot.numerator, foot.numerator) == 0) {
+    return exact_depth(pair);
+  }
+  ExactGap answer;
+  answer.exact_steps = turns;
+  answer.gap =
+      root_of_quotient(dot(foot.numerator, foot.numerator), foot.denominator, pair.exponent);
+  answer.normal = unit(direction_of(foot.numerator));
+  return answer;
+}
+
+long double support(const Points& points, const Vector3& n, const Vector3& origin) {
+  Real best = -INFINITY;
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    Real height = 0;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      height += Real(n[k]) * (Real(points(k, i)) - Real(origin[k]));
+    }
+    best = std::max(best, height);
+  }
+  return best;
+}
+
+}  // namespace quoin::tests
