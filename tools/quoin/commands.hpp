@@ -1,0 +1,18 @@
+#pragma once
+/// The subcommands of `quoin`: each in a file of its own, added to the command line by one function.
+
+#include <CLI/CLI.hpp>
+
+namespace quoin::commands {
+
+/// Exit codes of every command.
+enum ExitCode : int {
+  kDone = 0,
+  kFailed = 1,   ///< a file that can't be read or written, a run that could not converge
+  kBadInput = 2  ///< the input says something that can't be worked with
+};
+
+/// Each adds its subcommand to `app`; the subcommand leaves its exit code in `exit_code`.
+void add_run_command(CLI::App& app, int& exit_code);
+
+}  // namespace quoin::commands

@@ -1,0 +1,26 @@
+/// The command `quoin`.
+
+#include <cstdio>
+#include <exception>
+
+#include "commands.hpp"
+
+int main(int argc, char** argv) {
+  CLI::App app{
+      "quoin: contact geometry of convex polyhedra and 3-D discontinuous deformation analysis.\n"
+      "Units are SI; angles carry their unit in the name.\n"
+      "Exit codes: 0 done, 1 failed (file, convergence), 2 input that can't be worked with."};
+  app.set_version_flag("--version", "quoin " QUOIN_VERSION);
+  app.require_subcommand(1);
+  int exit_code = quoin::commands::kDone;
+  quoin::commands::add_run_command(app, exit_code);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? quoin::commands::kDone : quoin::commands::kBadInput;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "quoin: %s\n", error.what());
+    return quoin::commands::kFailed;
+  }
+  return exit_code;
+}

@@ -1,0 +1,584 @@
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "scene_file/assembly_file.hpp"
+#include "scene_file/read_json.hpp"
+#include "scene_file/read_shape.hpp"
+#include "scene_file/scene_file.hpp"
+#include "scene_file/schema_check.hpp"
+
+namespace quoin::scene_file {
+namespace {
+
+using nlohmann::json;
+using solver::BlockKind;
+using solver::VectorOfTime;
+
+std::string at(const std::string& pointer, std::size_t index) {
+  return pointer + "/" + std::to_string(index);
+}
+
+double radians(const json& object, const char* key, double otherwise) {
+  return object.contains(key) ? object[key].get<double>() * std::numbers::pi / 180 : otherwise;
+}
+
+Formula read_formula(const json& text, const std::string& pointer, const Parameters& parameters) {
+  try {
+    return {text.is_string() ? text.get<std::string>() : text.dump(), parameters};
+  } catch (const std::invalid_argument& error) {
+    throw SceneError(pointer, error.what());
+  }
+}
+
+void check_ascending(const json& table, const std::string& pointer) {
+  for (std::size_t i = 1; i < table.size(); ++i) {
+    if (!(table[i][0].get<double>() > table[i - 1][0].get<double>())) {
+      throw SceneError(at(pointer, i) + "/0", "times must ascend, " + table[i][0].dump() +
+                                                  " comes after " + table[i - 1][0].dump());
+    }
+  }
+}
+
+/// Reads one checked document. Its parts find blocks and materials by name.
+class Reader {
+ public:
+  Reader(const json& document, std::string folder, Parameters parameters)
+      : document_(document), folder_(std::move(folder)), parameters_(std::move(parameters)) {}
+
+  SceneFile read() {
+    file_.title = document_.value("title", "");
+    file_.scene.gravity = VectorOfTime(Vector3(0, 0, -9.81));
+    if (document_.contains("gravity")) {
+      file_.scene.gravity = vector_of_time(document_["gravity"], "/gravity");
+    }
+    file_.scene.keep_initial_overlap = document_.value("initial_overlap", "") == "keep";
+    read_materials();
+    read_blocks();
+    read_joints();
+    each("loads", [&](const json& load, const std::string& pointer) { read_load(load, pointer); });
+    each("fixed_points",
+         [&](const json& point, const std::string& pointer) { read_fixed_point(point, pointer); });
+    read_options();
+    read_stages();
+    each("monitors",
+         [&](const json& monitor, const std::string& pointer) { read_monitor(monitor, pointer); });
+    each("references",
+         [&](const json& value, const std::string& pointer) { read_reference(value, pointer); });
+    return std::move(file_);
+  }
+
+ private:
+  template <typename Read>
+  void each(const char* key, const Read& read_one) {
+    const json none = json::array();
+    const json& items = document_.contains(key) ? document_[key] : none;
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      read_one(items[i], at(std::string("/") + key, i));
+    }
+  }
+
+  VectorOfTime vector_of_time(const json& value, const std::string& pointer) const {
+    if (value.is_array()) {
+      return {read_vector(value)};
+    }
+    if (value.contains("table")) {
+      check_ascending(value["table"], pointer + "/table");
+      std::vector<double> times;
+      std::vector<Vector3> values;
+      for (const json& row : value["table"]) {
+        times.push_back(row[0]);
+        values.emplace_back(row[1], row[2], row[3]);
+      }
+      return solver::interpolate(std::move(times), std::move(values));
+    }
+    std::vector<Formula> formulas;
+    for (std::size_t i = 0; i < 3; ++i) {
+      formulas.push_back(
+          read_formula(value["formula"][i], at(pointer + "/formula", i), parameters_));
+    }
+    return {[formulas](double time) {
+      return Vector3(formulas[0].at(time), formulas[1].at(time), formulas[2].at(time));
+    }};
+  }
+
+  void read_materials() {
+    if (!document_.contains("materials")) {
+      return;
+    }
+    for (const auto& [name, value] : document_["materials"].items()) {
+      // Joint group 0 is of blocks without a material.
+      materials_[name] = {.density = value["density"],
+                          .young = value.value("young", 0.0),
+                          .poisson = value.value("poisson", 0.0),
+                          .joint_group = static_cast<int>(materials_.size()) + 1};
+    }
+  }
+
+  const solver::Material& material(const std::string& name, const std::string& pointer) const {
+    const auto found = materials_.find(name);
+    if (found == materials_.end()) {
+      throw SceneError(pointer, "there is no material \"" + name + "\"");
+    }
+    return found->second;
+  }
+
+  solver::Material material_of(const json& block, BlockKind kind, const std::string& pointer) const {
+    const bool moves_freely = kind == BlockKind::Deformable || kind == BlockKind::Rigid;
+    if (!block.contains("material")) {
+      if (moves_freely) {
+        throw SceneError(pointer, "missing key \"material\"");
+      }
+      return {};
+    }
+    const solver::Material& found = material(block["material"], pointer + "/material");
+    if (kind == BlockKind::Deformable && !(found.young > 0)) {
+      throw SceneError(pointer + "/material", "material " + block["material"].dump() +
+                                                  " has no young, which a deformable block needs");
+    }
+    return found;
+  }
+
+  void read_blocks() {
+    const json& blocks = document_["blocks"];
+    if (blocks.is_object()) {
+      read_block_file(blocks, "/blocks");
+      return;
+    }
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+      const std::string pointer = at("/blocks", i);
+      if (blocks[i].contains("file")) {
+        read_block_file(blocks[i], pointer);
+      } else {
+        read_block(blocks[i], pointer);
+      }
+    }
+  }
+
+  void add(solver::Block block, const std::string& pointer) {
+    if (block.name.empty()) {
+      block.name = "block" + std::to_string(file_.scene.blocks.size());
+    }
+    const int index = static_cast<int>(file_.scene.blocks.size());
+    if (!index_of_.try_emplace(block.name, index).second) {
+      throw SceneError(pointer, "there are two blocks named \"" + block.name + "\"");
+    }
+    file_.scene.blocks.push_back(std::move(block));
+  }
+
+  static BlockKind kind_of(const json& block) {
+    const std::string kind = block.value("kind", "deformable");
+    return kind == "rigid"   ? BlockKind::Rigid
+           : kind == "fixed" ? BlockKind::Fixed
+           : kind == "prescribed" ? BlockKind::Prescribed
+                                  : BlockKind::Deformable;
+  }
+
+  void read_block(const json& value, const std::string& pointer) {
+    try {
+      solver::Block block{
+          .shape = read_shape(value["shape"]), .material = {}, .motion = {}, .name = {}};
+      if (value.contains("pose")) {
+        apply_pose(value["pose"], pointer + "/pose", block.shape);
+      }
+      block.kind = kind_of(value);
+      block.material = material_of(value, block.kind, pointer);
+      block.name = value.value("name", "");
+      read_motion(value, pointer, block);
+      add(std::move(block), pointer + "/name");
+    } catch (const geometry::InputError& error) {
+      throw SceneError(pointer + "/shape", error.what());
+    }
+  }
+
+  void read_motion(const json& value, const std::string& pointer, solver::Block& block) const {
+    const bool moves_freely =
+        block.kind == BlockKind::Deformable || block.kind == BlockKind::Rigid;
+    for (const char* key : {"velocity", "angular_velocity", "initial_stress"}) {
+      if (value.contains(key) && !moves_freely) {
+        throw SceneError(pointer + "/" + key, "a fixed or prescribed block can't have it");
+      }
+    }
+    if (value.contains("motion") != (block.kind == BlockKind::Prescribed)) {
+      throw SceneError(pointer, value.contains("motion")
+                                    ? "only a prescribed block has a \"motion\""
+                                    : "missing key \"motion\", which a prescribed block needs");
+    }
+    if (value.contains("velocity")) {
+      block.velocity = read_vector(value["velocity"]);
+    }
+    if (value.contains("angular_velocity")) {
+      block.angular_velocity = read_vector(value["angular_velocity"]);
+    }
+    for (std::size_t i = 0; value.contains("initial_stress") && i < 6; ++i) {
+      block.initial_stress[static_cast<Eigen::Index>(i)] = value["initial_stress"][i];
+    }
+    if (value.contains("motion")) {
+      const json& motion = value["motion"];
+      const std::string key = motion.begin().key();
+      block.motion.kind = key == "displacement" ? solver::MotionKind::Displacement
+                          : key == "velocity"   ? solver::MotionKind::Velocity
+                                                : solver::MotionKind::Acceleration;
+      block.motion.value = vector_of_time(motion[key], pointer + "/motion/" + key);
+    }
+  }
+
+  void read_block_file(const json& value, const std::string& pointer) {
+    const std::string path =
+        (std::filesystem::path(folder_) / value["file"].get<std::string>()).string();
+    std::vector<MeshBlock> meshes = value["format"] == "obj" ? read_obj(path) : read_compas(path);
+    const double scale = value.value("scale", 1.0);
+    for (MeshBlock& mesh : meshes) {
+      mesh.vertices *= scale;
+    }
+    mark_supports(value, pointer, meshes);
+    for (const MeshBlock& mesh : meshes) {
+      try {
+        solver::Block block{
+            .shape = convex_block(mesh, value.value("convexity_tolerance", -1.0)),
+            .material = {},
+            .motion = {},
+            .name = mesh.id};
+        if (value.contains("pose")) {
+          apply_pose(value["pose"], pointer + "/pose", block.shape);
+        }
+        block.kind = mesh.is_support ? BlockKind::Fixed : kind_of(value);
+        block.material = material_of(value, block.kind, pointer);
+        add(std::move(block), pointer);
+      } catch (const geometry::InputError& error) {
+        throw SceneError(pointer, "block \"" + mesh.id + "\" of " + value["file"].dump() + ": " +
+                                      error.what());
+      }
+    }
+  }
+
+  static void mark_supports(const json& value, const std::string& pointer,
+                            std::vector<MeshBlock>& meshes) {
+    const json flagged = "flagged";
+    const json& supports = value.contains("supports") ? value["supports"] : flagged;
+    if (supports == "lowest_course") {
+      mark_lowest_course(meshes);
+    }
+    if (!supports.is_array()) {
+      return;
+    }
+    for (MeshBlock& mesh : meshes) {
+      mesh.is_support = false;
+    }
+    for (std::size_t i = 0; i < supports.size(); ++i) {
+      const std::string id =
+          supports[i].is_string() ? supports[i].get<std::string>() : supports[i].dump();
+      const auto found = std::find_if(meshes.begin(), meshes.end(),
+                                      [&](const MeshBlock& mesh) { return mesh.id == id; });
+      if (found == meshes.end()) {
+        throw SceneError(at(pointer + "/supports", i), "the file has no block \"" + id + "\"");
+      }
+      found->is_support = true;
+    }
+  }
+
+  static void mark_lowest_course(std::vector<MeshBlock>& meshes) {
+    double lowest = meshes[0].vertices(2, 0);
+    double highest = lowest;
+    for (const MeshBlock& mesh : meshes) {
+      lowest = std::min(lowest, mesh.vertices.row(2).minCoeff());
+      highest = std::max(highest, mesh.vertices.row(2).maxCoeff());
+    }
+    for (MeshBlock& mesh : meshes) {
+      mesh.is_support = mesh.vertices.row(2).minCoeff() <= lowest + 1e-3 * (highest - lowest);
+    }
+  }
+
+  static solver::Joint joint(const json& value) {
+    return {.friction_angle = radians(value, "friction_angle_deg", 0.0),
+            .cohesion = value.value("cohesion", 0.0),
+            .tension = value.value("tension", 0.0),
+            .restitution = value.value("restitution", 0.0),
+            .dilation_angle = radians(value, "dilation_angle_deg", 0.0),
+            .residual_friction_angle = radians(value, "residual_friction_angle_deg", -1.0),
+            .residual_cohesion = value.value("residual_cohesion", 0.0),
+            .residual_tension = value.value("residual_tension", 0.0)};
+  }
+
+  void read_joints() {
+    if (document_.contains("joint")) {
+      file_.scene.joint = joint(document_["joint"]);
+    } else if (file_.scene.blocks.size() > 1) {
+      throw SceneError("", "missing key \"joint\": the properties where blocks touch");
+    }
+    each("joints", [&](const json& value, const std::string& pointer) {
+      const int group_a = material(value["between"][0], pointer + "/between/0").joint_group;
+      const int group_b = material(value["between"][1], pointer + "/between/1").joint_group;
+      file_.scene.pair_joints.push_back({group_a, group_b, joint(value)});
+    });
+  }
+
+  int block_named(const json& name, const std::string& pointer) const {
+    const auto found = index_of_.find(name.get<std::string>());
+    if (found == index_of_.end()) {
+      throw SceneError(pointer, "there is no block " + name.dump());
+    }
+    return found->second;
+  }
+
+  int loaded_block(const json& value, const std::string& pointer) const {
+    const int block = block_named(value["block"], pointer + "/block");
+    const BlockKind kind = file_.scene.blocks[static_cast<std::size_t>(block)].kind;
+    if (kind == BlockKind::Fixed || kind == BlockKind::Prescribed) {
+      throw SceneError(pointer + "/block", value["block"].dump() +
+                                               " is fixed or prescribed and can't bear it");
+    }
+    return block;
+  }
+
+  int face_towards(int block, const Vector3& direction, const std::string& pointer) const {
+    if (!(direction.norm() > 0)) {
+      throw SceneError(pointer, "must not be zero");
+    }
+    const geometry::Polyhedron& shape = file_.scene.blocks[static_cast<std::size_t>(block)].shape;
+    int best = 0;
+    double greatest = -2.0;
+    for (int f = 0; f < shape.topology().face_count(); ++f) {
+      const std::span<const int> cycle = shape.topology().face(f);
+      Vector3 area = Vector3::Zero();
+      for (std::size_t i = 1; i + 1 < cycle.size(); ++i) {
+        area += (shape.vertex(cycle[i]) - shape.vertex(cycle[0]))
+                    .cross(shape.vertex(cycle[i + 1]) - shape.vertex(cycle[0]));
+      }
+      const double along = area.normalized().dot(direction.normalized());
+      if (along > greatest) {
+        greatest = along;
+        best = f;
+      }
+    }
+    return best;
+  }
+
+  void read_load(const json& value, const std::string& pointer) {
+    const int block = loaded_block(value, pointer);
+    const std::string type = value["type"];
+    if (type == "point") {
+      file_.scene.point_loads.push_back({.block = block,
+                                         .point = read_vector(value["point"]),
+                                         .force = vector_of_time(value["force"], pointer + "/force")});
+    } else if (type == "face") {
+      const int face = face_towards(block, read_vector(value["towards"]), pointer + "/towards");
+      file_.scene.face_loads.push_back(
+          {.block = block,
+           .face = face,
+           .traction = vector_of_time(value["traction"], pointer + "/traction")});
+    } else {
+      file_.scene.body_loads.push_back(
+          {.block = block, .force = vector_of_time(value["force"], pointer + "/force")});
+    }
+  }
+
+  void read_fixed_point(const json& value, const std::string& pointer) {
+    solver::FixedPoint fixed{.block = loaded_block(value, pointer),
+                             .point = read_vector(value["point"]),
+                             .displacement = {}};
+    if (value.contains("displacement")) {
+      fixed.displacement = vector_of_time(value["displacement"], pointer + "/displacement");
+    }
+    file_.scene.fixed_points.push_back(std::move(fixed));
+  }
+
+  void read_options() {
+    solver::StepOptions& options = file_.options;
+    const std::string method = document_.value("method", "augmented_lagrangian");
+    options.method = method == "penalty" ? solver::ContactMethod::Penalty
+                     : method == "uzawa" ? solver::ContactMethod::Uzawa
+                                         : solver::ContactMethod::AugmentedLagrangian;
+    options.scheme = document_.value("scheme", "") == "energy_momentum"
+                         ? solver::TimeScheme::EnergyMomentum
+                         : solver::TimeScheme::ConstantAcceleration;
+    const auto take = [&](const char* key, auto& option) { option = document_.value(key, option); };
+    take("time_step", options.time_step);
+    take("smallest_time_step", options.smallest_time_step);
+    take("penalty", options.penalty);
+    take("shear_ratio", options.shear_ratio);
+    take("reach", options.reach);
+    take("tolerance", options.tolerance);
+    take("max_iterations", options.max_iterations);
+    take("max_displacement_ratio", options.max_displacement_ratio);
+    file_.history_every = document_.value("history_every", 1);
+  }
+
+  void read_stages() {
+    if (document_.contains("stages") == document_.contains("end_time")) {
+      throw SceneError("", document_.contains("stages")
+                               ? "\"stages\" and \"end_time\" can't both be given"
+                               : "missing key \"end_time\" or \"stages\"");
+    }
+    if (document_.contains("end_time")) {
+      file_.stages.push_back(
+          {.end_time = document_["end_time"], .time_step = file_.options.time_step});
+    }
+    double reached = 0.0;
+    each("stages", [&](const json& value, const std::string& pointer) {
+      Stage stage;
+      const std::string analysis = value["analysis"];
+      stage.analysis = analysis == "static"   ? solver::Analysis::Static
+                       : analysis == "settle" ? solver::Analysis::Settle
+                                              : solver::Analysis::Dynamic;
+      stage.time_step = value.value("time_step", file_.options.time_step);
+      stage.max_steps = value.value("max_steps", stage.max_steps);
+      stage.unbalance = value.value("unbalance", stage.unbalance);
+      if (value.contains("steps")) {
+        if (value.contains("until")) {
+          throw SceneError(pointer, "\"steps\" and \"until\" can't both be given");
+        }
+        stage.steps = value["steps"].get<long>();
+      }
+      if (stage.analysis == solver::Analysis::Dynamic) {
+        stage.end_time = value["end_time"];
+        if (!(stage.end_time > reached)) {
+          throw SceneError(pointer + "/end_time", "must be after " + json(reached).dump() +
+                                                      " s, where the stage begins");
+        }
+        reached = stage.end_time;
+      }
+      file_.stages.push_back(stage);
+    });
+    file_.output_interval = document_.value("output_interval", file_.stages.back().end_time / 100);
+  }
+
+  void read_monitor(const json& value, const std::string& pointer) {
+    Monitor monitor{.name = value["name"]};
+    if (value.contains("contact")) {
+      monitor.other = block_named(value["contact"][0], pointer + "/contact/0");
+      monitor.block = block_named(value["contact"][1], pointer + "/contact/1");
+    } else {
+      monitor.block = block_named(value["block"], pointer + "/block");
+      if (value.contains("point")) {
+        monitor.point = read_vector(value["point"]);
+      }
+    }
+    const bool taken = std::any_of(file_.monitors.begin(), file_.monitors.end(),
+                                   [&](const Monitor& m) { return m.name == monitor.name; });
+    if (taken) {
+      throw SceneError(pointer + "/name", "there are two monitors named " + value["name"].dump());
+    }
+    file_.monitors.push_back(std::move(monitor));
+  }
+
+  static Quantity quantity(const std::string& name) {
+    return name == "displacement"       ? Quantity::Displacement
+           : name == "velocity"         ? Quantity::Velocity
+           : name == "rotation"         ? Quantity::Rotation
+           : name == "angular_velocity" ? Quantity::AngularVelocity
+                                        : Quantity::Force;
+  }
+
+  void read_reference(const json& value, const std::string& pointer) {
+    Reference reference{.name = value.value("name", value["quantity"].get<std::string>()),
+                        .quantity = quantity(value["quantity"])};
+    const auto found = std::find_if(file_.monitors.begin(), file_.monitors.end(),
+                                    [&](const Monitor& m) { return m.name == value["monitor"]; });
+    if (found == file_.monitors.end()) {
+      throw SceneError(pointer + "/monitor", "there is no monitor " + value["monitor"].dump());
+    }
+    reference.monitor = static_cast<int>(found - file_.monitors.begin());
+    if ((reference.quantity == Quantity::Force) != found->other.has_value()) {
+      throw SceneError(pointer + "/quantity", "monitor " + value["monitor"].dump() + " has no " +
+                                                  value["quantity"].get<std::string>());
+    }
+    read_component(value, pointer, reference);
+    read_exact(value["exact"], pointer + "/exact", reference);
+    reference.from = value.value("from", 0.0);
+    reference.until = value.value("until", std::numeric_limits<double>::infinity());
+    reference.allowed = value.value("allowed", 0.0);
+    file_.references.push_back(std::move(reference));
+  }
+
+  static void read_component(const json& value, const std::string& pointer, Reference& reference) {
+    using Component = Reference::Component;
+    if (value.contains("component") && value.contains("along")) {
+      throw SceneError(pointer, "\"component\" and \"along\" can't both be given");
+    }
+    const std::string component = value.value("component", "");
+    if (component == "magnitude") {
+      reference.component = Component::Magnitude;
+    } else if (!component.empty()) {
+      reference.component = Component::Along;
+      reference.direction = Vector3::Unit(component[0] - 'x');
+    } else if (value.contains("along")) {
+      reference.component = Component::Along;
+      const Vector3 along = read_vector(value["along"]);
+      if (!(along.norm() > 0)) {
+        throw SceneError(pointer + "/along", "must not be zero");
+      }
+      reference.direction = along.normalized();
+    }
+  }
+
+  void read_exact(const json& exact, const std::string& pointer, Reference& reference) const {
+    const std::size_t wanted = reference.component == Reference::Component::Vector ? 3 : 1;
+    std::size_t given = exact.is_array() ? exact.size() : 1;
+    if (exact.is_object()) {
+      check_ascending(exact["table"], pointer + "/table");
+      reference.table = exact["table"];
+      for (const std::vector<double>& row : reference.table) {
+        given = row.size() - 1;
+        if (given != wanted) {
+          break;
+        }
+      }
+    } else if (exact.is_array()) {
+      for (std::size_t i = 0; i < exact.size(); ++i) {
+        reference.formulas.push_back(read_formula(exact[i], at(pointer, i), parameters_));
+      }
+    } else {
+      reference.formulas.push_back(read_formula(exact, pointer, parameters_));
+    }
+    if (given != wanted) {
+      throw SceneError(pointer, "must give " + std::to_string(wanted) +
+                                    (wanted == 1 ? " value" : " values") + ", gives " +
+                                    std::to_string(given));
+    }
+  }
+
+  const json& document_;
+  std::string folder_;
+  Parameters parameters_;
+  SceneFile file_;
+  std::map<std::string, solver::Material> materials_;
+  std::map<std::string, int> index_of_;
+};
+
+}  // namespace
+
+Eigen::VectorXd Reference::exact(double time) const {
+  if (!formulas.empty()) {
+    Eigen::VectorXd value(static_cast<Eigen::Index>(formulas.size()));
+    for (std::size_t i = 0; i < formulas.size(); ++i) {
+      value[static_cast<Eigen::Index>(i)] = formulas[i].at(time);
+    }
+    return value;
+  }
+  const auto after = std::find_if(table.begin(), table.end(),
+                                  [&](const std::vector<double>& row) { return row[0] >= time; });
+  const auto row = [](const std::vector<double>& values) {
+    return Eigen::VectorXd(
+        Eigen::Map<const Eigen::VectorXd>(values.data() + 1, std::ssize(values) - 1));
+  };
+  if (after == table.begin() || after == table.end()) {
+    return row(after == table.begin() ? table.front() : table.back());
+  }
+  const auto before = after - 1;
+  const double share = (time - (*before)[0]) / ((*after)[0] - (*before)[0]);
+  return (1 - share) * row(*before) + share * row(*after);
+}
+
+SceneFile read_scene(const std::string& path, const std::vector<std::string>& changes) {
+  json document = read_json(path);
+  const Parameters parameters = expand(document, changes);
+  check_schema(json::parse(scene_schema()), document);
+  return Reader(document, std::filesystem::path(path).parent_path().string(), parameters).read();
+}
+
+}  // namespace quoin::scene_file

@@ -1,0 +1,95 @@
+#include "scene_file/read_shape.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <quoin/geometry/build.hpp>
+
+#include "scene_file/scene_error.hpp"
+
+namespace quoin::scene_file {
+namespace {
+
+using geometry::Matrix3;
+using geometry::Points;
+using geometry::Vector3;
+using nlohmann::json;
+
+Points read_points(const json& points) {
+  Points result(3, static_cast<Eigen::Index>(points.size()));
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    result.col(static_cast<Eigen::Index>(i)) = read_vector(points[i]);
+  }
+  return result;
+}
+
+Matrix3 matrix_of_rows(const json& rows, const std::string& pointer) {
+  Matrix3 matrix;
+  for (std::size_t i = 0; i < 3; ++i) {
+    matrix.row(static_cast<Eigen::Index>(i)) = read_vector(rows[i]).transpose();
+  }
+  const double off = (matrix * matrix.transpose() - Matrix3::Identity()).cwiseAbs().maxCoeff();
+  if (off > 1e-9 || matrix.determinant() < 0) {
+    throw SceneError(pointer, "is not a rotation: its rows are off orthonormal by " +
+                                  json(off).dump() + ", determinant " +
+                                  json(matrix.determinant()).dump());
+  }
+  return matrix;
+}
+
+Matrix3 read_rotation(const json& rotation, const std::string& pointer) {
+  if (rotation.contains("matrix")) {
+    return matrix_of_rows(rotation["matrix"], pointer + "/matrix");
+  }
+  if (rotation.contains("quaternion")) {
+    const auto q = rotation["quaternion"].get<std::vector<double>>();
+    const Eigen::Quaterniond quaternion(q[0], q[1], q[2], q[3]);
+    if (!(quaternion.norm() > 0)) {
+      throw SceneError(pointer + "/quaternion", "must not be zero");
+    }
+    return quaternion.normalized().toRotationMatrix();
+  }
+  const Vector3 axis = read_vector(rotation["axis"]);
+  if (!(axis.norm() > 0)) {
+    throw SceneError(pointer + "/axis", "must not be zero");
+  }
+  const double angle = rotation["angle_deg"].get<double>() * std::numbers::pi / 180;
+  return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
+}
+
+}  // namespace
+
+Vector3 read_vector(const json& value) {
+  return Vector3(value[0].get<double>(), value[1].get<double>(), value[2].get<double>());
+}
+
+geometry::Polyhedron read_shape(const json& shape) {
+  const std::string type = shape["type"];
+  if (type == "box") {
+    return geometry::make_box(read_vector(shape["min"]), read_vector(shape["max"]));
+  }
+  if (type == "prism") {
+    return geometry::make_prism(read_points(shape["polygon"]), read_vector(shape["sweep"]));
+  }
+  if (type == "hull") {
+    return geometry::make_hull(read_points(shape["points"])).polyhedron;
+  }
+  return geometry::make_polyhedron(read_points(shape["vertices"]),
+                                   shape["faces"].get<std::vector<std::vector<int>>>());
+}
+
+void apply_pose(const json& pose, const std::string& pointer, geometry::Polyhedron& polyhedron) {
+  Points vertices = polyhedron.vertices();
+  if (pose.contains("rotation")) {
+    const Matrix3 rotation = read_rotation(pose["rotation"], pointer + "/rotation");
+    const Vector3 about = pose.contains("about") ? read_vector(pose["about"]) : Vector3::Zero();
+    vertices = ((rotation * (vertices.colwise() - about)).colwise() + about).eval();
+  }
+  if (pose.contains("translation")) {
+    vertices.colwise() += read_vector(pose["translation"]);
+  }
+  polyhedron.set_vertices(vertices);
+}
+
+}  // namespace quoin::scene_file

@@ -1,0 +1,81 @@
+#pragma once
+/// Runs a scene file stage by stage, watches its monitors and measures it against its references.
+
+#include <functional>
+
+#include "scene_file/scene_file.hpp"
+
+namespace quoin::scene_file {
+
+/// What a monitor shows now. Displacements and rotations count from the start of the first dynamic
+/// stage (of the run, where there is none).
+struct MonitorValue {
+  Vector3 displacement = Vector3::Zero();      ///< m
+  Vector3 velocity = Vector3::Zero();          ///< m/s
+  Vector3 rotation = Vector3::Zero();          ///< rotation vector, rad
+  Vector3 angular_velocity = Vector3::Zero();  ///< world axes, rad/s
+  Vector3 force = Vector3::Zero();             ///< of a contact: on Monitor::block, N
+  double normal_force = 0.0;                   ///< of a contact: sum, N
+};
+
+struct ReferenceResult {
+  double error = 0.0;      ///< largest difference / largest exact value (or absolute where that is 0)
+  double error_end = 0.0;  ///< the same for the last time it was compared
+  Eigen::VectorXd value{}, exact{};  ///< when it was last compared
+  long compared = 0;       ///< steps
+  bool ok = true;          ///< error <= allowed, or nothing is allowed for
+};
+
+enum class RunStatus : std::uint8_t {
+  Completed,
+  NotConverged,  ///< a step did not converge
+  NotAtRest,     ///< a static stage did not come to rest
+  Interrupted
+};
+
+struct StageResult {
+  solver::Analysis analysis = solver::Analysis::Dynamic;
+  long steps = 0;
+  double unbalance = 0.0;  ///< of the last step
+  bool done = false;
+};
+
+/// Sums, extremes and last values over the steps of a run.
+struct RunResult {
+  RunStatus status = RunStatus::Completed;
+  std::string message{};
+  std::vector<StageResult> stages{};
+  std::vector<ReferenceResult> references{};
+  std::vector<MonitorValue> monitors{};
+  solver::EnergyLedger energy_start{}, energy{};
+  double energy_growth = 0.0;      ///< most that mechanical energy less work rose above its least so far, J
+  double energy_scale = 0.0;       ///< largest kinetic energy + swing of potential energy, J
+  long steps = 0, unconverged_steps = 0;
+  solver::StepReport total{};      ///< counts and seconds added up; overlap, condition, … the largest
+  double wall_seconds = 0.0;
+  double time = 0.0;               ///< simulated, all stages, s
+  double dynamic_time = 0.0;       ///< s since the start of the first dynamic stage
+  Vector3 base_reaction = Vector3::Zero();  ///< on all blocks without unknowns, N
+  std::vector<std::string> left_out{};
+};
+
+struct StepView {
+  const solver::Simulation& simulation;
+  const solver::StepReport& report;
+  const std::vector<MonitorValue>& monitors;
+  double dynamic_time;  ///< s since the start of the first dynamic stage; 0 before
+  std::size_t stage;
+  double progress;      ///< of the stage: 0..1 (dynamic), else 0
+};
+
+struct RunOptions {
+  int threads = 1;
+  enum class OnFailure : std::uint8_t { Stop, Accept } on_failure = OnFailure::Stop;
+  std::function<void(const StepView&)> before_first{};  ///< the start, before any step
+  std::function<bool(const StepView&)> after_step{};    ///< false: stop here
+};
+
+/// Throws geometry::InputError when the solver refuses the scene.
+RunResult run_scene(const SceneFile& file, const RunOptions& options);
+
+}  // namespace quoin::scene_file

@@ -1,0 +1,13 @@
+#pragma once
+/// Checks a JSON document against a JSON Schema, as much of it as scene.schema.json uses: type, enum,
+/// const, required, properties, additionalProperties, items, min/maxItems, minLength, minimum,
+/// maximum, exclusiveMinimum, exclusiveMaximum, oneOf, $ref within the schema.
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace quoin::scene_file {
+
+/// Throws SceneError for the first breach: its place in the document and what is wrong there.
+void check_schema(const nlohmann::json& schema, const nlohmann::json& document);
+
+}  // namespace quoin::scene_file
