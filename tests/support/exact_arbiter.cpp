@@ -610,4 +610,16 @@ long double support(const Points& points, const Vector3& n, const Vector3& origi
   return best;
 }
 
+double distance_to_hull(const Points& points, const Vector3& point) {
+  const Pair pair = make_pair(points, point);
+  int turns = 0;
+  const Foot<Real> guess = nearest_point<Real>(pair, {Corner{}}, 200, turns);
+  const Foot<Whole> foot = nearest_point<Whole>(pair, guess.corners, 100000, turns);
+  if (foot.corners.size() == 4) {
+    return 0.0;
+  }
+  return static_cast<double>(
+      root_of_quotient(dot(foot.numerator, foot.numerator), foot.denominator, pair.exponent));
+}
+
 }  // namespace quoin::tests

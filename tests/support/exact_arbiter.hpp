@@ -23,4 +23,7 @@ ExactGap exact_gap(const geometry::Points& a, const geometry::Points& b);
 long double support(const geometry::Points& points, const geometry::Vector3& n,
                     const geometry::Vector3& origin);
 
+/// Distance of a point from the convex hull of a point set, m; 0 inside.
+double distance_to_hull(const geometry::Points& points, const geometry::Vector3& point);
+
 }  // namespace quoin::tests

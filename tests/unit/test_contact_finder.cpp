@@ -1,0 +1,304 @@
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <new>
+#include <numeric>
+#include <quoin/geometry.hpp>
+
+#include "support/catch.hpp"
+#include "support/random.hpp"
+
+namespace {
+
+std::atomic<long> allocations{0};
+
+}  // namespace
+
+// Counts what this program allocates, in all threads.
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* memory = std::malloc(size)) {
+    return memory;
+  }
+  throw std::bad_alloc();
+}
+void* operator new(std::size_t size, std::align_val_t alignment) {
+  ++allocations;
+  const std::size_t border = static_cast<std::size_t>(alignment);
+  if (void* memory = std::aligned_alloc(border, (size + border - 1) / border * border)) {
+    return memory;
+  }
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+
+namespace {
+
+using quoin::geometry::ContactFinder;
+using quoin::geometry::ContactKey;
+using quoin::geometry::ContactPoint;
+using quoin::geometry::ContactType;
+using quoin::geometry::InputError;
+using quoin::geometry::make_box;
+using quoin::geometry::Points;
+using quoin::geometry::Polyhedron;
+using quoin::geometry::Vector3;
+using quoin::tests::Random;
+using quoin::tests::WithinRel;
+
+const Vector3 kBrick(0.4, 0.2, 0.2);  // m
+
+/// A wall in running bond: `rows` courses of `columns` bricks, each brick off its place by
+/// `jitter`.
+std::vector<Polyhedron> wall(int rows, int columns, double jitter, Random& random) {
+  std::vector<Polyhedron> blocks;
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      const Vector3 corner(kBrick.x() * (column + 0.5 * (row % 2)), 0, kBrick.z() * row);
+      const Vector3 shift = jitter * random.point(-1, 1);
+      blocks.push_back(make_box(corner + shift, corner + kBrick + shift));
+    }
+  }
+  return blocks;
+}
+
+void shake(std::vector<Polyhedron>& blocks, double jitter, Random& random) {
+  for (Polyhedron& block : blocks) {
+    const Vector3 shift = jitter * random.point(-1, 1);
+    block.set_vertices(block.vertices().colwise() + shift);
+  }
+}
+
+bool same(const ContactPoint& c, const ContactPoint& d) {
+  return c.key == d.key && c.type == d.type && c.indeterminate == d.indeterminate &&
+         c.point_a == d.point_a && c.point_b == d.point_b && c.normal == d.normal &&
+         c.gap == d.gap && c.area == d.area;
+}
+
+bool same(const std::vector<ContactPoint>& c, const std::vector<ContactPoint>& d) {
+  return std::equal(c.begin(), c.end(), d.begin(), d.end(),
+                    [](const ContactPoint& p, const ContactPoint& q) { return same(p, q); });
+}
+
+bool sorted(const std::vector<ContactPoint>& contacts) {
+  return std::is_sorted(contacts.begin(), contacts.end(),
+                        [](const ContactPoint& c, const ContactPoint& d) { return c.key < d.key; });
+}
+
+std::vector<ContactPoint> found(const std::vector<Polyhedron>& blocks, double reach) {
+  std::vector<ContactPoint> contacts;
+  ContactFinder({.reach = reach}).find(blocks, contacts);
+  return contacts;
+}
+
+}  // namespace
+
+TEST_CASE("finder: two stacked bricks, each corner a contact with its share of the area") {
+  const std::vector<Polyhedron> blocks{make_box(Vector3::Zero(), kBrick),
+                                       make_box({0.2, 0, 0.2}, Vector3(0.6, 0.2, 0.4))};
+  const std::vector<ContactPoint> contacts = found(blocks, 1e-3);
+  REQUIRE(contacts.size() == 4);
+  CHECK(sorted(contacts));
+  double area = 0.0;
+  for (const ContactPoint& contact : contacts) {
+    CHECK(contact.key.a == 0);
+    CHECK(contact.key.b == 1);
+    CHECK(contact.type == ContactType::FaceFace);
+    CHECK(contact.normal == Vector3::UnitZ());
+    CHECK(contact.gap == 0.0);
+    area += contact.area;
+  }
+  CHECK_THAT(area, WithinRel(0.04, 1e-14));
+}
+
+TEST_CASE("finder: gaps beyond reach are not listed, touching ones always are") {
+  std::vector<Polyhedron> blocks{make_box({0, 0, 0}, {1, 1, 1}), make_box({0, 0, 1.25}, {1, 1, 2})};
+  CHECK(found(blocks, 0.2).empty());
+  CHECK(found(blocks, 0.25).size() == 4);
+  blocks[1] = make_box({0, 0, 1 + 0x1p-50}, {1, 1, 2});  // apart by less than tol
+  CHECK(found(blocks, 0.0).size() == 4);
+  ContactFinder finder({.reach = 0.0});
+  std::vector<ContactPoint> contacts;
+  blocks[1] = make_box({0, 0, 1.25}, {1, 1, 2});
+  finder.find(blocks, contacts);
+  CHECK(contacts.empty());
+  finder.set_reach(0.5);
+  finder.find(blocks, contacts);
+  CHECK(contacts.size() == 4);
+}
+
+TEST_CASE("finder: the same list for any number of threads and any history") {
+  Random random(21);
+  std::vector<Polyhedron> blocks = wall(20, 20, 1e-4, random);
+  ContactFinder one({.reach = 1e-3}), two({.reach = 1e-3, .threads = 2}),
+      five({.reach = 1e-3, .threads = 5});
+  std::vector<ContactPoint> contacts, with_two, with_five;
+  for (int step = 0; step < 10; ++step) {
+    one.find(blocks, contacts);
+    two.find(blocks, with_two);
+    five.find(blocks, with_five);
+    REQUIRE(contacts.size() > 3000);
+    REQUIRE(sorted(contacts));
+    REQUIRE(same(contacts, with_two));
+    REQUIRE(same(contacts, with_five));
+    REQUIRE(same(contacts, found(blocks, 1e-3)));  // no history at all
+    shake(blocks, step % 3 == 2 ? 0.02 : 1e-4, random);
+  }
+}
+
+TEST_CASE("finder: the same contacts for any order of the blocks, but for their names") {
+  Random random(8);
+  const std::vector<Polyhedron> blocks = wall(8, 8, 1e-4, random);
+  std::vector<int> order(blocks.size());
+  std::iota(order.begin(), order.end(), 0);
+  for (int i = static_cast<int>(order.size()) - 1; i > 0; --i) {
+    std::swap(order[static_cast<std::size_t>(i)],
+              order[static_cast<std::size_t>(random.integer(0, i))]);
+  }
+  std::vector<Polyhedron> shuffled;
+  for (int i : order) {
+    shuffled.push_back(blocks[static_cast<std::size_t>(i)]);
+  }
+  std::vector<ContactPoint> renamed = found(shuffled, 1e-3);
+  for (ContactPoint& contact : renamed) {
+    contact.key.a = order[static_cast<std::size_t>(contact.key.a)];
+    contact.key.b = order[static_cast<std::size_t>(contact.key.b)];
+    if (contact.key.a > contact.key.b) {
+      std::swap(contact.key.a, contact.key.b);
+      std::swap(contact.key.feature_a, contact.key.feature_b);
+      std::swap(contact.point_a, contact.point_b);
+      contact.normal = -contact.normal;
+    }
+  }
+  std::sort(renamed.begin(), renamed.end(),
+            [](const ContactPoint& c, const ContactPoint& d) { return c.key < d.key; });
+  const std::vector<ContactPoint> contacts = found(blocks, 1e-3);
+  REQUIRE(renamed.size() == contacts.size());
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    REQUIRE(same(contacts[i], renamed[i]));
+  }
+}
+
+TEST_CASE("finder: keys stay for the life of a contact") {
+  Random random(2);
+  std::vector<Polyhedron> blocks = wall(6, 6, 0.0, random);
+  ContactFinder finder({.reach = 1e-2});
+  std::vector<ContactPoint> before, now;
+  finder.find(blocks, before);
+  for (int step = 0; step < 20; ++step) {
+    for (std::size_t i = 0; i < blocks.size(); ++i) {  // each course slides on the one below
+      blocks[i].set_vertices(blocks[i].vertices().colwise() +
+                             Vector3(2e-4 * static_cast<double>(i / 6), 0, 0));
+    }
+    finder.find(blocks, now);
+    long kept = 0;
+    for (int previous : match_previous(now, before)) {
+      kept += previous >= 0 ? 1 : 0;
+    }
+    CHECK(kept == static_cast<long>(now.size()));
+    std::swap(now, before);
+  }
+}
+
+TEST_CASE("finder: a contact that slides over an edge hands its history on") {
+  // a tetrahedron's tip goes along the slope of a wedge and over its ridge
+  Points slope(3, 6), tip(3, 4);
+  slope << -1, 1, -1, 1, 0, 0, -1, -1, 1, 1, -1, 1, 0, 0, 0, 0, 0.1, 0.1;
+  tip << 0, 0.5, -0.5, 0, 0, 0.5, 0.5, -0.5, 0, 1, 1, 1;
+  std::vector<Polyhedron> blocks{quoin::geometry::make_hull(slope).polyhedron,
+                                 quoin::geometry::make_hull(tip).polyhedron};
+  const Points at_origin = blocks[1].vertices();
+  ContactFinder finder({.reach = 1e-2});
+  std::vector<ContactPoint> before, now;
+  std::vector<ContactKey> keys;
+  for (int step = -10; step <= 10; ++step) {
+    const double x = 0.01 * step + 0.003;
+    blocks[1].set_vertices(at_origin.colwise() + Vector3(x, 0, 0.1 - 0.1 * std::abs(x) + 1e-4));
+    finder.find(blocks, now);
+    REQUIRE(now.size() >= 1);
+    if (step > -10) {
+      const std::vector<int> previous = match_previous(now, before, 0.05);
+      CHECK(std::count_if(previous.begin(), previous.end(), [](int p) { return p >= 0; }) >= 1);
+    }
+    keys.push_back(now.front().key);
+    std::swap(now, before);
+  }
+  CHECK(keys.front() != keys.back());  // it did change its face
+}
+
+TEST_CASE("finder: two idle blocks are never tested") {
+  Random random(4);
+  const std::vector<Polyhedron> blocks = wall(5, 5, 0.0, random);
+  std::vector<char> idle(blocks.size(), 1);
+  ContactFinder finder({.reach = 1e-3});
+  std::vector<ContactPoint> contacts;
+  finder.find(blocks, idle, contacts);
+  CHECK(contacts.empty());
+  idle[12] = 0;
+  finder.find(blocks, idle, contacts);
+  CHECK(!contacts.empty());
+  for (const ContactPoint& contact : contacts) {
+    CHECK((contact.key.a == 12 || contact.key.b == 12));
+  }
+}
+
+TEST_CASE("finder: blocks come, go and change their shape between calls") {
+  Random random(9);
+  std::vector<Polyhedron> blocks = wall(6, 6, 1e-4, random);
+  ContactFinder finder({.reach = 1e-3, .threads = 2});
+  std::vector<ContactPoint> contacts;
+  for (int step = 0; step < 12; ++step) {
+    if (step % 3 == 1) {
+      blocks.pop_back();
+    } else if (step % 3 == 2) {  // another topology in the same place
+      const Points points = blocks[7].vertices().leftCols(7);
+      blocks[7] = quoin::geometry::make_hull(points).polyhedron;
+    } else {
+      blocks[7] = make_box(blocks[8].box().min, blocks[8].box().max);
+    }
+    finder.find(blocks, contacts);
+    REQUIRE(same(contacts, found(blocks, 1e-3)));
+  }
+  finder.find({}, contacts);
+  CHECK(contacts.empty());
+}
+
+TEST_CASE("finder: once warm it allocates nothing") {
+  for (const int threads : {1, 2}) {
+    Random random(14);
+    std::vector<Polyhedron> blocks = wall(12, 12, 1e-4, random);
+    ContactFinder finder({.reach = 1e-2, .threads = threads});
+    std::vector<ContactPoint> contacts;
+    for (int step = 0; step < 5; ++step) {
+      shake(blocks, 1e-4, random);
+      finder.find(blocks, contacts);
+    }
+    const long before = allocations;
+    for (int step = 0; step < 20; ++step) {
+      shake(blocks, 1e-5, random);  // allocates: Eigen's sum of a matrix and a vector
+      const long shaken = allocations;
+      finder.find(blocks, contacts);
+      CHECK(allocations == shaken);
+    }
+    CHECK(allocations >= before);
+    CHECK(contacts.size() > 1000);
+  }
+}
+
+TEST_CASE("finder: options that make no sense are refused") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double infinity = std::numeric_limits<double>::infinity();
+  CHECK_THROWS_AS(ContactFinder({.reach = -1e-9}), InputError);
+  CHECK_THROWS_AS(ContactFinder({.reach = nan}), InputError);
+  CHECK_THROWS_AS(ContactFinder({.reach = infinity}), InputError);
+  CHECK_THROWS_AS(ContactFinder({.tolerance = -1.0}), InputError);
+  CHECK_THROWS_AS(ContactFinder({.tolerance = nan}), InputError);
+  CHECK_THROWS_AS(ContactFinder({.threads = 0}), InputError);
+  ContactFinder finder({.reach = 1e-3});
+  CHECK_THROWS_AS(finder.set_reach(-1.0), InputError);
+}

@@ -1,0 +1,200 @@
+/// `quoin contact`: pairs of point sets in, one line of JSON each; nearest features and contact
+/// out.
+
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <quoin/geometry/build.hpp>
+#include <quoin/geometry/contact_point.hpp>
+#include <string>
+
+#include "commands.hpp"
+
+namespace quoin::commands {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// One body of a pair: the hull of the points and where its vertices stood among them.
+geometry::Hull read_hull(const Json& line, const char* body) {
+  const std::string name = std::string("\"") + body + "\"";
+  if (!line.contains(body)) {
+    throw geometry::InputError(name + " is missing");
+  }
+  const Json& list = line[body];
+  if (!list.is_array()) {
+    throw geometry::InputError(name + " is not a list of points");
+  }
+  geometry::Points points(3, static_cast<Eigen::Index>(list.size()));
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    const Json& point = list[i];
+    if (!point.is_array() || point.size() != 3 || !point[0].is_number() || !point[1].is_number() ||
+        !point[2].is_number()) {
+      throw geometry::InputError(name + ": point " + std::to_string(i) +
+                                 " is not a list of three numbers");
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+      points(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(i)) = point[k].get<double>();
+    }
+  }
+  try {
+    return geometry::make_hull(points);
+  } catch (const geometry::InputError& error) {
+    throw geometry::InputError(name + ": " + error.what());
+  }
+}
+
+double read_tolerance(const Json& line) {
+  if (!line.contains("tol")) {
+    return 0.0;  // the default of each pair
+  }
+  const Json& tolerance = line["tol"];
+  if (!tolerance.is_number() || !(tolerance.get<double>() > 0.0)) {
+    throw geometry::InputError("\"tol\" is " + tolerance.dump() + ", must be a length above 0");
+  }
+  return tolerance.get<double>();
+}
+
+Json to_json(const geometry::Vector3& v) { return Json::array({v.x(), v.y(), v.z()}); }
+
+Json feature_json(const geometry::SupportSet& set, const geometry::Hull& hull) {
+  Json vertices = Json::array();
+  for (int v : set.vertices) {
+    vertices.push_back(hull.input_index[static_cast<std::size_t>(v)]);
+  }
+  return {{"kind", name(set.kind)}, {"vertices", std::move(vertices)}};
+}
+
+Json points_json(const std::vector<geometry::ContactPoint>& points) {
+  Json list = Json::array();
+  for (const geometry::ContactPoint& point : points) {
+    const bool edges = point.key.feature_a.kind == geometry::FeatureKind::Edge;
+    list.push_back({{"kind", edges ? "edge-edge" : "vertex-face"},
+                    {"point_a", to_json(point.point_a)},
+                    {"point_b", to_json(point.point_b)},
+                    {"gap", point.gap}});
+  }
+  return list;
+}
+
+Json contact_json(const geometry::Hull& a, const geometry::Hull& b,
+                  const geometry::PairContact& contact) {
+  const geometry::NearestFeatures& nearest = contact.nearest;
+  Json polygon = Json::array();
+  for (const geometry::Vector3& corner : contact.polygon) {
+    polygon.push_back(to_json(corner));
+  }
+  Json features;
+  features["a"] = feature_json(contact.support_a, a);
+  features["b"] = feature_json(contact.support_b, b);
+  return {{"status", name(nearest.status)},
+          {"gap", nearest.gap},
+          {"normal", to_json(nearest.normal)},
+          {"point_a", to_json(nearest.point_a)},
+          {"point_b", to_json(nearest.point_b)},
+          {"type", name(contact.type)},
+          {"features", std::move(features)},
+          {"indeterminate", nearest.indeterminate},
+          {"points", points_json(contact.points)},
+          {"area", contact.area},
+          {"polygon", std::move(polygon)},
+          {"certificate", {{"residual_a", nearest.residual_a}, {"residual_b", nearest.residual_b}}},
+          {"iterations", nearest.iterations}};
+}
+
+/// The id of a line that is no JSON, if it can be made out.
+Json salvaged_id(const std::string& text) {
+  const std::size_t key = text.find("\"id\"");
+  const std::size_t colon = key == std::string::npos ? key : text.find(':', key);
+  if (colon == std::string::npos) {
+    return nullptr;
+  }
+  const std::size_t end = text.find_first_of(",}", colon);
+  const Json id = Json::parse(text.substr(colon + 1, end - colon - 1), nullptr, false);
+  return id.is_discarded() ? Json(nullptr) : id;
+}
+
+/// The answer to one line. `contact` is memory that is used again.
+Json answer(const std::string& text, double reach, geometry::PairContact& contact, bool& bad) {
+  Json result;
+  result["id"] = nullptr;
+  try {
+    const Json line = Json::parse(text);
+    if (!line.is_object()) {
+      throw geometry::InputError("the line is not a JSON object");
+    }
+    result["id"] = line.value("id", Json(nullptr));
+    const geometry::Hull a = read_hull(line, "a"), b = read_hull(line, "b");
+    update_pair_contact(a.polyhedron, b.polyhedron,
+                        {.tolerance = read_tolerance(line), .reach = reach}, contact);
+    if (contact.nearest.status == geometry::PairStatus::NotConverged) {
+      throw geometry::InputError("the search did not converge in " +
+                                 std::to_string(contact.nearest.iterations) + " iterations");
+    }
+    result.update(contact_json(a, b, contact));
+  } catch (const geometry::InputError& error) {
+    bad = true;
+    result["error"] = error.what();
+  } catch (const Json::exception& error) {
+    bad = true;
+    result["id"] = salvaged_id(text);
+    result["error"] = error.what();
+  }
+  return result;
+}
+
+int contact_pairs(const std::string& path, double reach) {
+  std::ifstream file;
+  if (path != "-") {
+    file.open(path);
+    if (!file) {
+      std::fprintf(stderr, "quoin contact: can't read %s\n", path.c_str());
+      return kFailed;
+    }
+  }
+  std::istream& in = path == "-" ? std::cin : file;
+  std::ios::sync_with_stdio(false);
+  geometry::PairContact contact;
+  bool bad = false;
+  for (std::string text; std::getline(in, text);) {
+    if (text.find_first_not_of(" \t\r") == std::string::npos) {
+      continue;
+    }
+    const std::string line =
+        answer(text, reach, contact, bad).dump(-1, ' ', false, Json::error_handler_t::replace);
+    std::printf("%s\n", line.c_str());
+  }
+  if (std::fflush(stdout) != 0) {
+    std::fprintf(stderr, "quoin contact: can't write the output\n");
+    return kFailed;
+  }
+  return bad ? kBadInput : kDone;
+}
+
+}  // namespace
+
+void add_contact_command(CLI::App& app, int& exit_code) {
+  struct Options {
+    std::string pairs;
+    double reach = 0.0;
+  };
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "contact", "Nearest features, contact type and points of pairs of convex point sets");
+  command
+      ->add_option(
+          "--pairs", options->pairs,
+          "One JSON object a line: {\"id\", \"a\": [[x,y,z],…], \"b\", \"tol\"} (m); - for "
+          "standard input")
+      ->required();
+  command
+      ->add_option("--reach", options->reach,
+                   "List contact points up to this gap above the least one, m (default: tol)")
+      ->check(CLI::NonNegativeNumber);
+  command->callback(
+      [options, &exit_code] { exit_code = contact_pairs(options->pairs, options->reach); });
+}
+
+}  // namespace quoin::commands
