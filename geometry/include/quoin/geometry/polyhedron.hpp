@@ -3,8 +3,10 @@
 
 #include <array>
 #include <compare>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <new>
 #include <quoin/geometry/types.hpp>
 #include <span>
 #include <vector>
@@ -33,17 +35,51 @@ class Topology {
   int edge_count() const { return static_cast<int>(edges_.size()); }
   int face_count() const { return static_cast<int>(face_start_.size()) - 1; }
 
-  std::span<const int> face(int f) const;               ///< its vertices in order
-  std::array<int, 2> edge(int e) const;                 ///< its vertices, first < second
-  std::array<int, 2> edge_faces(int e) const;           ///< the two faces it lies between
-  std::span<const int> neighbours(int v) const;         ///< vertices joined to v by an edge
-  int find_edge(int v, int w) const;                    ///< index, or -1
+  std::span<const int> face(int f) const { return row(face_vertices_, face_start_, f); }  ///< in order
+  /// Edge from each vertex of the face to the next.
+  std::span<const int> face_edges(int f) const { return row(face_edges_, face_start_, f); }
+  const std::array<int, 2>& edge(int e) const { return edges_[index(e)]; }  ///< first < second
+  /// The two faces it lies between; the first one runs from its first to its second vertex.
+  const std::array<int, 2>& edge_faces(int e) const { return edge_faces_[index(e)]; }
+  /// Vertices joined to v by an edge, ascending; the edge to each; the faces around v, ascending.
+  std::span<const int> neighbours(int v) const { return row(neighbours_, neighbour_start_, v); }
+  std::span<const int> vertex_edges(int v) const {
+    return row(neighbour_edges_, neighbour_start_, v);
+  }
+  std::span<const int> vertex_faces(int v) const {
+    return row(vertex_faces_, vertex_face_start_, v);
+  }
+  int find_edge(int v, int w) const;  ///< index, or -1
 
  private:
+  static std::size_t index(int i) { return static_cast<std::size_t>(i); }
+  static std::span<const int> row(const std::vector<int>& values, const std::vector<int>& start,
+                                  int i) {
+    return {values.data() + start[index(i)], values.data() + start[index(i) + 1]};
+  }
+  void add_edges();
+  void add_neighbours();
+
   int vertex_count_ = 0;
-  std::vector<int> face_start_, face_vertices_;
+  std::vector<int> face_start_, face_vertices_, face_edges_;
   std::vector<std::array<int, 2>> edges_, edge_faces_;
   std::vector<int> neighbour_start_, neighbours_, neighbour_edges_;
+  std::vector<int> vertex_face_start_, vertex_faces_;
+};
+
+/// Memory on 64-byte borders, so that wide loads never straddle cache lines.
+template <typename T>
+struct AlignedAllocator {
+  using value_type = T;
+  static constexpr std::align_val_t kAlignment{64};
+  AlignedAllocator() = default;
+  template <typename U>
+  explicit AlignedAllocator(const AlignedAllocator<U>&) {}
+  T* allocate(std::size_t n) {
+    return static_cast<T*>(::operator new(n * sizeof(T), kAlignment));
+  }
+  void deallocate(T* p, std::size_t) { ::operator delete(p, kAlignment); }
+  bool operator==(const AlignedAllocator&) const { return true; }
 };
 
 /// The exact convex hull of its vertices as given, in the world frame. The faces of the topology are
@@ -60,12 +96,34 @@ class Polyhedron {
   const std::shared_ptr<const Topology>& shared_topology() const { return topology_; }
   const Points& vertices() const { return vertices_; }
   Vector3 vertex(int v) const { return vertices_.col(v); }
+  int vertex_count() const { return static_cast<int>(vertices_.cols()); }
   const Box& box() const { return box_; }
+  /// Twice the largest distance of a vertex from the middle of the box, m: the diameter of a
+  /// centrally symmetric solid in any pose, never less than the diameter and never more than the
+  /// diagonal of the box.
+  double diameter() const { return diameter_; }
+  double largest_coordinate() const { return largest_coordinate_; }  ///< of all |x|, |y|, |z|, m
+  /// Unit normal of a face label (area-weighted over its polygon), outward.
+  Vector3 face_normal(int f) const { return face_normals_.col(f); }
+
+  /// What the search scans. Offsets of the vertices from `origin`, rows x, y, z of `padded_count`
+  /// doubles (a multiple of 8; the padding repeats vertex 0), 64-byte aligned, m.
+  const Vector3& origin() const { return origin_; }
+  const double* offsets() const { return offsets_.data(); }
+  int padded_count() const { return padded_count_; }
 
  private:
+  void update_face_normals();
+
   std::shared_ptr<const Topology> topology_;
   Points vertices_;
+  Points face_normals_;
+  std::vector<double, AlignedAllocator<double>> offsets_;
+  int padded_count_ = 0;
+  Vector3 origin_ = Vector3::Zero();
   Box box_;
+  double diameter_ = 0.0;
+  double largest_coordinate_ = 0.0;
 };
 
 }  // namespace quoin::geometry

@@ -2,6 +2,7 @@
 /// Basic types shared by all of quoin::geometry. SI units (m, rad), world frame.
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>  // cross
 #include <stdexcept>
 
 namespace quoin::geometry {

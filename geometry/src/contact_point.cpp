@@ -1,0 +1,295 @@
+#include <quoin/geometry/contact_point.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "pair_order.hpp"
+#include "patch.hpp"
+
+namespace quoin::geometry {
+namespace {
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+/// A face or an edge steeper than 30 degrees against the contact plane parts from it by more than half
+/// the way walked along it: points on it would belong to another contact.
+constexpr double kFacingCosine = 0.86602540378443865;
+constexpr double kSteepSine = 0.5;
+
+/// One point of the pair in the contact plane, before it gets the names of the caller.
+struct PlanePoint {
+  SharedCorner corner;
+  double share = 0.0;  // m2
+};
+using PlanePoints = SmallVector<PlanePoint, 64>;
+
+/// Everything about one pair, in the order in which it is worked (P before Q).
+struct PairPoints {
+  double tolerance = 0.0, gap = 0.0;
+  ContactType type = ContactType::VertexVertex;
+  VertexSet support_p, support_q;
+  FeatureKind kind_p = FeatureKind::Vertex, kind_q = FeatureKind::Vertex;
+  PlanePoints points;
+  SharedCorners shared;    // corners of what the two contact features share
+  SharedPolygon polygon;   // and the polygon around them
+};
+
+bool faces_other(const Polyhedron& polyhedron, int face, const Vector3& outward) {
+  return polyhedron.face_normal(face).dot(outward) >= kFacingCosine;
+}
+
+/// The features of one solid that may carry contact points: facing faces with a vertex in the band;
+/// edges and vertices in the band that belong to none of these.
+void find_carriers(const Polyhedron& polyhedron, const Vector3& outward, const VertexSet& band,
+                   SmallVector<Feature, 32>& carriers) {
+  const Topology& topology = polyhedron.topology();
+  const auto add = [&](const Feature& feature) {
+    if (!carriers.contains(feature)) carriers.push_back(feature);
+  };
+  for (const int v : band) {
+    bool covered = false;
+    for (const int f : topology.vertex_faces(v)) {
+      if (!faces_other(polyhedron, f, outward)) continue;
+      add({FeatureKind::Face, f});
+      covered = true;
+    }
+    if (covered) continue;
+    for (const int e : topology.vertex_edges(v)) {
+      const Vector3 line = polyhedron.vertex(topology.edge(e)[1]) - polyhedron.vertex(topology.edge(e)[0]);
+      if (std::abs(line.dot(outward)) > kSteepSine * line.norm()) continue;
+      add({FeatureKind::Edge, e});
+      covered = true;
+    }
+    if (!covered) add({FeatureKind::Vertex, v});
+  }
+}
+
+/// Vertex–face before edge–edge, then the smaller key in the names of the caller.
+bool better_name(const SharedCorner& x, const SharedCorner& y, bool reversed) {
+  const bool edge_x = x.feature_p.kind == FeatureKind::Edge;
+  const bool edge_y = y.feature_p.kind == FeatureKind::Edge;
+  if (edge_x != edge_y) return edge_y;
+  const auto key = [&](const SharedCorner& c) {
+    return reversed ? std::pair(c.feature_q, c.feature_p) : std::pair(c.feature_p, c.feature_q);
+  };
+  return key(x) < key(y);
+}
+
+/// Adds a point, or gives its place to the one that is there already.
+void add_merged(const SharedCorner& corner, double tolerance, bool reversed, PlanePoints& points) {
+  for (PlanePoint& point : points) {
+    if ((point.corner.place - corner.place).norm() > tolerance) continue;
+    if (better_name(corner, point.corner, reversed)) {
+      point.corner.feature_p = corner.feature_p;
+      point.corner.feature_q = corner.feature_q;
+    }
+    return;
+  }
+  points.push_back({corner, 0.0});
+}
+
+bool named(const SharedCorner& corner) {
+  return corner.feature_p.index >= 0 && corner.feature_q.index >= 0;
+}
+
+/// All places where facing features lie over each other within the band.
+void find_points(const Polyhedron& p, const Polyhedron& q, const ContactPlane& plane, double band,
+                 double rounding, bool reversed, PairPoints& pair) {
+  VertexSet band_p, band_q;
+  find_vertices_beyond(p, plane.normal, support(p, plane.normal).value - band, band_p);
+  find_vertices_beyond(q, -plane.normal, support(q, -plane.normal).value - band, band_q);
+  SmallVector<Feature, 32> carriers_p, carriers_q;
+  find_carriers(p, plane.normal, band_p, carriers_p);
+  find_carriers(q, -plane.normal, band_q, carriers_q);
+  Patch patch_p, patch_q;
+  SharedCorners corners;
+  for (const Feature& f : carriers_p) {
+    lay_feature(p, f, plane, 1.0, patch_p);
+    for (const Feature& g : carriers_q) {
+      lay_feature(q, g, plane, -1.0, patch_q);
+      corners.clear();
+      append_shared_corners(patch_p, patch_q, rounding, corners);
+      for (const SharedCorner& c : corners) {
+        if (c.height_q - c.height_p > pair.gap + band || !named(c)) continue;
+        add_merged(c, pair.tolerance, reversed, pair.points);
+      }
+    }
+  }
+}
+
+/// The part that the two contact features share; its area goes to the nearest points.
+void share_area(const Polyhedron& p, const Polyhedron& q, const ContactPlane& plane, double rounding,
+                PairPoints& pair) {
+  Patch patch_p, patch_q;
+  lay_support_set(p, pair.support_p, pair.kind_p, plane, 1.0, patch_p);
+  lay_support_set(q, pair.support_q, pair.kind_q, plane, -1.0, patch_q);
+  append_shared_corners(patch_p, patch_q, rounding, pair.shared);
+  find_polygon(pair.shared, pair.polygon);
+  if (pair.type != ContactType::FaceFace) {
+    pair.polygon.area = 0.0;
+    return;
+  }
+  for (std::size_t k = 0; k < pair.polygon.order.size() && !pair.points.empty(); ++k) {
+    const Vector2& place = pair.shared[static_cast<std::size_t>(pair.polygon.order[k])].place;
+    const auto nearer = [&](const PlanePoint& x, const PlanePoint& y) {
+      return (x.corner.place - place).squaredNorm() < (y.corner.place - place).squaredNorm();
+    };
+    std::min_element(pair.points.begin(), pair.points.end(), nearer)->share += pair.polygon.shares[k];
+  }
+}
+
+int most_facing_face(const Polyhedron& polyhedron, const VertexSet& vertices, const Vector3& outward) {
+  int best = 0;
+  double greatest = -2.0;
+  for (const int f : polyhedron.topology().vertex_faces(vertices[0])) {
+    const double facing = polyhedron.face_normal(f).dot(outward);
+    if (facing > greatest) {
+      greatest = facing;
+      best = f;
+    }
+  }
+  return best;
+}
+
+/// The nearest features themselves, for the rare pair whose patches rounding keeps apart.
+SharedCorner nearest_corner(const Polyhedron& p, const Polyhedron& q, const ContactPlane& plane,
+                            const Vector3& point_p, const Vector3& point_q, const PairPoints& pair) {
+  SharedCorner corner{plane.place(point_p), plane.height(point_p), plane.height(point_q),
+                      {FeatureKind::Vertex, pair.support_p[0]},
+                      {FeatureKind::Face, most_facing_face(q, pair.support_q, -plane.normal)}};
+  if (pair.support_p.size() > 1 && pair.support_q.size() == 1) {
+    corner.feature_p = {FeatureKind::Face, most_facing_face(p, pair.support_p, plane.normal)};
+    corner.feature_q = {FeatureKind::Vertex, pair.support_q[0]};
+  } else if (pair.type == ContactType::EdgeEdgeCrossing) {
+    const int e = p.topology().find_edge(pair.support_p[0], pair.support_p[1]);
+    const int f = q.topology().find_edge(pair.support_q[0], pair.support_q[1]);
+    if (e >= 0 && f >= 0) {
+      corner.feature_p = {FeatureKind::Edge, e};
+      corner.feature_q = {FeatureKind::Edge, f};
+    }
+  }
+  return corner;
+}
+
+/// The pair as it is worked: P and Q, and the answer's normal and witnesses in that order.
+struct OrderedPair {
+  const Polyhedron& p;
+  const Polyhedron& q;
+  bool reversed;
+  Vector3 normal, point_p, point_q;
+  OrderedPair(const Polyhedron& a, const Polyhedron& b, bool reverse, const NearestFeatures& nearest)
+      : p(reverse ? b : a),
+        q(reverse ? a : b),
+        reversed(reverse),
+        normal(reverse ? Vector3(-nearest.normal) : nearest.normal),
+        point_p(reverse ? nearest.point_b : nearest.point_a),
+        point_q(reverse ? nearest.point_a : nearest.point_b) {}
+};
+
+ContactPlane make_plane(const OrderedPair& pair) {
+  return {pair.p.vertex(support(pair.p, pair.normal).vertex), pair.normal};
+}
+
+void find_pair_points(const OrderedPair& ordered, const ContactPlane& plane,
+                      const NearestFeatures& nearest, const ContactOptions& options,
+                      PairPoints& pair) {
+  const Polyhedron &p = ordered.p, &q = ordered.q;
+  pair.tolerance = options.tolerance > 0.0 ? options.tolerance : default_tolerance(p, q);
+  pair.gap = nearest.gap;
+  find_vertices_beyond(p, plane.normal, support(p, plane.normal).value - pair.tolerance,
+                       pair.support_p);
+  find_vertices_beyond(q, -plane.normal, support(q, -plane.normal).value - pair.tolerance,
+                       pair.support_q);
+  pair.kind_p = span_kind(p, pair.support_p, pair.tolerance);
+  pair.kind_q = span_kind(q, pair.support_q, pair.tolerance);
+  pair.type = type_of(p, q, pair.support_p, pair.support_q, pair.kind_p, pair.kind_q, pair.tolerance);
+  const double size = p.diameter() + q.diameter() + std::abs(pair.gap);
+  const double coordinate = std::max(p.largest_coordinate(), q.largest_coordinate());
+  const double rounding = kEpsilon * std::max(8 * size, 4 * coordinate);
+  find_points(p, q, plane, std::max(pair.tolerance, options.reach), rounding, ordered.reversed, pair);
+  if (pair.points.empty()) {
+    pair.points.push_back(
+        {nearest_corner(p, q, plane, ordered.point_p, ordered.point_q, pair), 0.0});
+  }
+  if (pair.kind_p != FeatureKind::Vertex && pair.kind_q != FeatureKind::Vertex) {
+    share_area(p, q, plane, rounding, pair);
+  }
+}
+
+ContactPoint named_point(const std::array<int, 2>& blocks, const PlanePoint& point, bool reversed,
+                         const ContactPlane& plane, const NearestFeatures& nearest,
+                         const PairPoints& pair) {
+  ContactPoint contact;
+  const SharedCorner& corner = point.corner;
+  contact.key = {blocks[0], blocks[1], corner.feature_p, corner.feature_q};
+  contact.point_a = plane.point(corner.place, corner.height_p);
+  contact.point_b = plane.point(corner.place, corner.height_q);
+  contact.gap = corner.height_q - corner.height_p;
+  if (reversed) {
+    std::swap(contact.key.feature_a, contact.key.feature_b);
+    std::swap(contact.point_a, contact.point_b);
+  }
+  contact.normal = nearest.normal;
+  contact.type = pair.type;
+  contact.indeterminate = nearest.indeterminate;
+  contact.area = point.share;
+  return contact;
+}
+
+void append_named(const std::array<int, 2>& blocks, bool reversed, const ContactPlane& plane,
+                  const NearestFeatures& nearest, const PairPoints& pair,
+                  std::vector<ContactPoint>& contacts) {
+  const auto first = static_cast<std::ptrdiff_t>(contacts.size());
+  for (const PlanePoint& point : pair.points) {
+    contacts.push_back(named_point(blocks, point, reversed, plane, nearest, pair));
+  }
+  std::sort(contacts.begin() + first, contacts.end(),
+            [](const ContactPoint& x, const ContactPoint& y) { return x.key < y.key; });
+}
+
+/// Polygon or segment as points half-way between the solids, counter-clockwise against A's normal.
+void copy_polygon(const PairPoints& pair, const ContactPlane& plane, bool reversed,
+                  std::vector<Vector3>& polygon) {
+  polygon.clear();
+  const auto corner = [&](int i) { return pair.shared[static_cast<std::size_t>(i)]; };
+  for (const int i : pair.polygon.order) {
+    const SharedCorner c = corner(i);
+    polygon.push_back(plane.point(c.place, 0.5 * (c.height_p + c.height_q)));
+  }
+  if (reversed) std::reverse(polygon.begin(), polygon.end());
+}
+
+}  // namespace
+
+void append_contact_points(const std::array<int, 2>& blocks, const Polyhedron& a,
+                           const Polyhedron& b, const NearestFeatures& nearest,
+                           const ContactOptions& options, std::vector<ContactPoint>& contacts) {
+  const OrderedPair ordered(a, b, worked_in_reverse(a, b), nearest);
+  const ContactPlane plane = make_plane(ordered);
+  PairPoints pair;
+  find_pair_points(ordered, plane, nearest, options, pair);
+  append_named(blocks, ordered.reversed, plane, nearest, pair, contacts);
+}
+
+void update_pair_contact(const Polyhedron& a, const Polyhedron& b, const ContactOptions& options,
+                         PairContact& contact) {
+  contact.nearest = nearest_features(a, b, {.tolerance = options.tolerance}, contact.nearest.hint);
+  const OrderedPair ordered(a, b, worked_in_reverse(a, b), contact.nearest);
+  const ContactPlane plane = make_plane(ordered);
+  PairPoints pair;
+  find_pair_points(ordered, plane, contact.nearest, options, pair);
+  contact.points.clear();
+  append_named({0, 1}, ordered.reversed, plane, contact.nearest, pair, contact.points);
+  contact.type = pair.type;
+  contact.area = pair.polygon.area;
+  copy_polygon(pair, plane, ordered.reversed, contact.polygon);
+  const auto copy = [](const VertexSet& set, FeatureKind kind, SupportSet& to) {
+    to.vertices.assign(set.begin(), set.end());
+    to.kind = kind;
+  };
+  copy(pair.support_p, pair.kind_p, ordered.reversed ? contact.support_b : contact.support_a);
+  copy(pair.support_q, pair.kind_q, ordered.reversed ? contact.support_a : contact.support_b);
+}
+
+}  // namespace quoin::geometry

@@ -1,0 +1,43 @@
+#include <quoin/geometry/mass_properties.hpp>
+
+namespace quoin::geometry {
+namespace {
+
+/// Adds the tetrahedron (0, p, q, r): exact integrals of 1, x and x xᵀ over it.
+/// Source: [Shi 1988], simplex integration; moments of a simplex: integral x xᵀ = V/20 (sum p pᵀ + s sᵀ).
+void add_tetrahedron(const Vector3& p, const Vector3& q, const Vector3& r, double& volume,
+                     Vector3& first, Matrix3& second) {
+  const double v = p.dot(q.cross(r)) / 6.0;
+  const Vector3 sum = p + q + r;
+  volume += v;
+  first += v / 4.0 * sum;
+  second += v / 20.0 *
+            (p * p.transpose() + q * q.transpose() + r * r.transpose() + sum * sum.transpose());
+}
+
+}  // namespace
+
+MassProperties mass_properties(const Polyhedron& polyhedron) {
+  const Topology& topology = polyhedron.topology();
+  const Vector3 origin = polyhedron.origin();
+  double volume = 0.0;
+  Vector3 first = Vector3::Zero();
+  Matrix3 second = Matrix3::Zero();
+  for (int f = 0; f < topology.face_count(); ++f) {
+    const std::span<const int> face = topology.face(f);
+    const Vector3 p = polyhedron.vertex(face[0]) - origin;
+    for (std::size_t k = 2; k < face.size(); ++k) {
+      const Vector3 q = polyhedron.vertex(face[k - 1]) - origin;
+      const Vector3 r = polyhedron.vertex(face[k]) - origin;
+      add_tetrahedron(p, q, r, volume, first, second);
+    }
+  }
+  MassProperties result;
+  result.volume = volume;
+  const Vector3 centroid = first / volume;
+  result.centroid = origin + centroid;
+  result.second_moment = second - volume * centroid * centroid.transpose();
+  return result;
+}
+
+}  // namespace quoin::geometry

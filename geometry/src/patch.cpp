@@ -1,0 +1,342 @@
+#include "patch.hpp"
+
+#include <cmath>
+
+namespace quoin::geometry {
+namespace {
+
+double cross2(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
+
+/// The face around a vertex or an edge that faces most along `outward`.
+int most_facing(const Polyhedron& polyhedron, std::span<const int> faces, const Vector3& outward) {
+  int best = faces.empty() ? 0 : faces[0];
+  double greatest = -2.0;
+  for (const int f : faces) {
+    const double facing = polyhedron.face_normal(f).dot(outward);
+    if (facing > greatest) {
+      greatest = facing;
+      best = f;
+    }
+  }
+  return best;
+}
+
+void add_corner(const Polyhedron& polyhedron, int v, int edge, const ContactPlane& plane,
+                Patch& patch) {
+  const Vector3 x = polyhedron.vertex(v);
+  patch.corners.push_back({v, edge, plane.place(x), plane.height(x)});
+}
+
+void set_slope(const Polyhedron& polyhedron, const ContactPlane& plane, Patch& patch) {
+  patch.slope.setZero();
+  if (patch.corners.size() < 3) return;
+  const Vector3 normal = polyhedron.face_normal(patch.face);
+  const double facing = normal.dot(plane.normal);
+  if (std::abs(facing) < 1e-3) return;
+  patch.slope = -Vector2(normal.dot(plane.axis_u), normal.dot(plane.axis_v)) / facing;
+}
+
+/// Signed distance of a place from the line through side k of a polygon, inside positive.
+double inside(const Patch& patch, std::size_t k, const Vector2& place) {
+  const Vector2& a = patch.corners[k].place;
+  const Vector2& b = patch.corners[(k + 1) % patch.corners.size()].place;
+  const Vector2 side = b - a;
+  const double length = side.norm();
+  return length > 0.0 ? cross2(side, place - a) / length : 0.0;
+}
+
+double distance_to_segment(const Vector2& a, const Vector2& b, const Vector2& place) {
+  const Vector2 side = b - a;
+  const double squared = side.squaredNorm();
+  const double t = squared > 0.0 ? std::clamp(side.dot(place - a) / squared, 0.0, 1.0) : 0.0;
+  return (place - a - t * side).norm();
+}
+
+bool covers(const Patch& patch, const Vector2& place, double rounding) {
+  const std::size_t n = patch.corners.size();
+  if (n == 1) return (place - patch.corners[0].place).norm() <= rounding;
+  if (n == 2) {
+    return distance_to_segment(patch.corners[0].place, patch.corners[1].place, place) <= rounding;
+  }
+  for (std::size_t k = 0; k < n; ++k) {
+    if (inside(patch, k, place) < -rounding) return false;
+  }
+  return true;
+}
+
+/// Height of a patch over a place that it covers.
+double height_at(const Patch& patch, const Vector2& place) {
+  if (patch.corners.size() != 2) return patch.surface_height(place);
+  const PatchCorner &a = patch.corners[0], &b = patch.corners[1];
+  const Vector2 side = b.place - a.place;
+  const double squared = side.squaredNorm();
+  const double t = squared > 0.0 ? std::clamp(side.dot(place - a.place) / squared, 0.0, 1.0) : 0.0;
+  return a.height + t * (b.height - a.height);
+}
+
+struct Crossing {
+  bool found = false;
+  double t_p = 0.0, t_q = 0.0;
+};
+
+/// Do two sides cross in their inner parts, by more than rounding on each side?
+Crossing crossing(const Vector2& p0, const Vector2& p1, const Vector2& q0, const Vector2& q1,
+                  double rounding) {
+  const Vector2 side_p = p1 - p0, side_q = q1 - q0;
+  const double length_p = side_p.norm(), length_q = side_q.norm();
+  const double a = cross2(side_q, p0 - q0), b = cross2(side_q, p1 - q0);
+  const double c = cross2(side_p, q0 - p0), d = cross2(side_p, q1 - p0);
+  const double slack_q = rounding * length_q, slack_p = rounding * length_p;
+  const bool p_crosses = (a > slack_q && b < -slack_q) || (a < -slack_q && b > slack_q);
+  const bool q_crosses = (c > slack_p && d < -slack_p) || (c < -slack_p && d > slack_p);
+  if (!p_crosses || !q_crosses) return {};
+  return {true, a / (a - b), c / (c - d)};
+}
+
+void append_crossings(const Patch& p, const Patch& q, double rounding, SharedCorners& corners) {
+  const std::size_t sides_p = p.corners.size() == 2 ? 1 : p.corners.size();
+  const std::size_t sides_q = q.corners.size() == 2 ? 1 : q.corners.size();
+  for (std::size_t i = 0; i < sides_p; ++i) {
+    const PatchCorner& p0 = p.corners[i];
+    const PatchCorner& p1 = p.corners[(i + 1) % p.corners.size()];
+    for (std::size_t j = 0; j < sides_q; ++j) {
+      const PatchCorner& q0 = q.corners[j];
+      const PatchCorner& q1 = q.corners[(j + 1) % q.corners.size()];
+      const Crossing at = crossing(p0.place, p1.place, q0.place, q1.place, rounding);
+      if (!at.found) continue;
+      corners.push_back({p0.place + at.t_p * (p1.place - p0.place),
+                         p0.height + at.t_p * (p1.height - p0.height),
+                         q0.height + at.t_q * (q1.height - q0.height),
+                         {FeatureKind::Edge, p0.edge},
+                         {FeatureKind::Edge, q0.edge}});
+    }
+  }
+}
+
+}  // namespace
+
+ContactPlane::ContactPlane(const Vector3& origin_in, const Vector3& normal_in)
+    : origin(origin_in), normal(normal_in) {
+  int k = 0;
+  for (int i = 1; i < 3; ++i) {
+    if (std::abs(normal[i]) < std::abs(normal[k])) k = i;
+  }
+  axis_u = normal.cross(Vector3::Unit(k)).normalized();
+  axis_v = normal.cross(axis_u);
+}
+
+void lay_feature(const Polyhedron& polyhedron, const Feature& feature, const ContactPlane& plane,
+                 double outward, Patch& patch) {
+  const Topology& topology = polyhedron.topology();
+  patch.corners.clear();
+  patch.label = feature;
+  const Vector3 facing = outward * plane.normal;
+  if (feature.kind == FeatureKind::Vertex) {
+    patch.face = most_facing(polyhedron, topology.vertex_faces(feature.index), facing);
+    add_corner(polyhedron, feature.index, -1, plane, patch);
+  } else if (feature.kind == FeatureKind::Edge) {
+    patch.face = most_facing(polyhedron, topology.edge_faces(feature.index), facing);
+    for (const int v : topology.edge(feature.index)) {
+      add_corner(polyhedron, v, feature.index, plane, patch);
+    }
+  } else {
+    patch.face = feature.index;
+    const std::span<const int> cycle = topology.face(feature.index);
+    const std::span<const int> edges = topology.face_edges(feature.index);
+    const std::size_t n = cycle.size();
+    for (std::size_t k = 0; k < n; ++k) {  // Q's faces look the other way: run backwards
+      const std::size_t i = outward > 0.0 ? k : n - 1 - k;
+      const std::size_t e = outward > 0.0 ? i : (i + n - 1) % n;
+      add_corner(polyhedron, cycle[i], edges[e], plane, patch);
+    }
+  }
+  set_slope(polyhedron, plane, patch);
+}
+
+void append_shared_corners(const Patch& p, const Patch& q, double rounding, SharedCorners& corners) {
+  for (const PatchCorner& c : p.corners) {
+    if (!covers(q, c.place, rounding)) continue;
+    corners.push_back({c.place, c.height, height_at(q, c.place), {FeatureKind::Vertex, c.vertex},
+                       {FeatureKind::Face, q.face}});
+  }
+  for (const PatchCorner& c : q.corners) {
+    if (!covers(p, c.place, rounding)) continue;
+    corners.push_back({c.place, height_at(p, c.place), c.height, {FeatureKind::Face, p.face},
+                       {FeatureKind::Vertex, c.vertex}});
+  }
+  if (p.corners.size() > 1 && q.corners.size() > 1) append_crossings(p, q, rounding, corners);
+}
+
+namespace {
+
+/// Indices of the convex hull of places, counter-clockwise (monotone chain, [Andrew 1979]).
+template <typename Place>
+void hull_order(std::size_t count, const Place& place, SmallVector<int, 32>& order) {
+  SmallVector<int, 64> sorted;
+  for (std::size_t i = 0; i < count; ++i) sorted.push_back(static_cast<int>(i));
+  std::sort(sorted.begin(), sorted.end(), [&](int i, int j) {
+    const Vector2 a = place(i), b = place(j);
+    return a.x() != b.x() ? a.x() < b.x() : (a.y() != b.y() ? a.y() < b.y() : i < j);
+  });
+  SmallVector<int, 64> chain;
+  const auto left_turn = [&](int i, int j, int k) {
+    return cross2(place(j) - place(i), place(k) - place(i)) > 0.0;
+  };
+  for (int pass = 0; pass < 2; ++pass) {
+    const std::size_t floor = chain.size();
+    for (const int i : sorted) {
+      while (chain.size() >= floor + 2 &&
+             !left_turn(chain[chain.size() - 2], chain[chain.size() - 1], i)) {
+        chain.resize(chain.size() - 1);
+      }
+      chain.push_back(i);
+    }
+    chain.resize(chain.size() - 1);
+    std::reverse(sorted.begin(), sorted.end());
+  }
+  order.clear();
+  for (const int i : chain) order.push_back(i);
+  if (order.empty() && count > 0) order.push_back(sorted[0]);
+}
+
+}  // namespace
+
+void lay_support_set(const Polyhedron& polyhedron, const VertexSet& vertices, FeatureKind kind,
+                     const ContactPlane& plane, double outward, Patch& patch) {
+  const Feature name = name_support_set(polyhedron, vertices, kind, outward * plane.normal);
+  const std::size_t named = name.kind == FeatureKind::Face
+                                ? polyhedron.topology().face(name.index).size()
+                                : (name.kind == FeatureKind::Edge ? 2 : 1);
+  if (name.kind == kind && named == vertices.size()) {
+    lay_feature(polyhedron, name, plane, outward, patch);
+    return;
+  }
+  patch.corners.clear();
+  patch.label = name;
+  if (kind == FeatureKind::Vertex) {
+    lay_feature(polyhedron, {FeatureKind::Vertex, vertices[0]}, plane, outward, patch);
+  } else if (kind == FeatureKind::Edge) {
+    const std::array<int, 2> ends = segment_ends(polyhedron, vertices);
+    const int edge = polyhedron.topology().find_edge(ends[0], ends[1]);
+    patch.face = most_facing(polyhedron, polyhedron.topology().vertex_faces(ends[0]),
+                             outward * plane.normal);
+    for (const int v : ends) add_corner(polyhedron, v, edge, plane, patch);
+    set_slope(polyhedron, plane, patch);
+  } else {
+    SmallVector<int, 32> order;
+    const auto place = [&](int i) {
+      return plane.place(polyhedron.vertex(vertices[static_cast<std::size_t>(i)]));
+    };
+    hull_order(vertices.size(), place, order);
+    patch.face = name.index;
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      const int v = vertices[static_cast<std::size_t>(order[k])];
+      const int w = vertices[static_cast<std::size_t>(order[(k + 1) % order.size()])];
+      add_corner(polyhedron, v, polyhedron.topology().find_edge(v, w), plane, patch);
+    }
+    set_slope(polyhedron, plane, patch);
+  }
+}
+
+void find_polygon(const SharedCorners& corners, SharedPolygon& polygon) {
+  const auto place = [&](int i) { return corners[static_cast<std::size_t>(i)].place; };
+  hull_order(corners.size(), place, polygon.order);
+  const std::size_t n = polygon.order.size();
+  polygon.area = 0.0;
+  polygon.shares.resize(n);
+  std::fill(polygon.shares.begin(), polygon.shares.end(), 0.0);
+  polygon.centroid.setZero();
+  if (n == 0) return;
+  const Vector2 base = place(polygon.order[0]);
+  Vector2 moment = Vector2::Zero();
+  for (std::size_t k = 2; k < n; ++k) {
+    const Vector2 a = place(polygon.order[k - 1]) - base, b = place(polygon.order[k]) - base;
+    const double twice = cross2(a, b);
+    polygon.area += 0.5 * twice;
+    moment += twice / 6.0 * (a + b);
+  }
+  if (!(polygon.area > 0.0)) {
+    for (const int i : polygon.order) polygon.centroid += place(i) / static_cast<double>(n);
+    polygon.area = 0.0;
+    return;
+  }
+  polygon.centroid = base + moment / polygon.area;
+  // Half of each triangle (centroid, corner, next corner) to either corner: since the centroid of the
+  // polygon is the area-weighted mean of the triangles' centroids, the shares have its first moment.
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::size_t next = (k + 1) % n;
+    const double half = 0.25 * cross2(place(polygon.order[k]) - polygon.centroid,
+                                      place(polygon.order[next]) - polygon.centroid);
+    polygon.shares[k] += half;
+    polygon.shares[next] += half;
+  }
+}
+
+std::array<int, 2> segment_ends(const Polyhedron& polyhedron, const VertexSet& vertices) {
+  std::array<int, 2> ends{vertices[0], vertices[vertices.size() - 1]};
+  double longest = -1.0;
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    for (std::size_t j = i + 1; j < vertices.size(); ++j) {
+      const double length =
+          (polyhedron.vertex(vertices[i]) - polyhedron.vertex(vertices[j])).squaredNorm();
+      if (length > longest) {
+        longest = length;
+        ends = {vertices[i], vertices[j]};
+      }
+    }
+  }
+  return ends;
+}
+
+FeatureKind span_kind(const Polyhedron& polyhedron, const VertexSet& vertices, double tolerance) {
+  if (vertices.size() == 1) return FeatureKind::Vertex;
+  if (vertices.size() == 2) return FeatureKind::Edge;
+  const Vector3 base = polyhedron.vertex(vertices[0]);
+  int far = vertices[1];
+  double longest = 0.0;
+  for (const int v : vertices) {
+    const double length = (polyhedron.vertex(v) - base).squaredNorm();
+    if (length > longest) {
+      longest = length;
+      far = v;
+    }
+  }
+  const Vector3 line = polyhedron.vertex(far) - base;
+  const double limit = tolerance * line.norm();
+  for (const int v : vertices) {
+    if (line.cross(polyhedron.vertex(v) - base).norm() > limit) return FeatureKind::Face;
+  }
+  return FeatureKind::Edge;
+}
+
+Feature name_support_set(const Polyhedron& polyhedron, const VertexSet& vertices, FeatureKind kind,
+                         const Vector3& outward) {
+  const Topology& topology = polyhedron.topology();
+  if (kind == FeatureKind::Vertex) return {kind, vertices[0]};
+  if (kind == FeatureKind::Edge) {
+    const std::array<int, 2> ends = segment_ends(polyhedron, vertices);
+    const int edge = topology.find_edge(ends[0], ends[1]);
+    if (edge >= 0) return {kind, edge};
+  }
+  Feature best{FeatureKind::Vertex, vertices[0]};
+  std::size_t most = 0;
+  double facing = -2.0;
+  for (const int v : vertices) {
+    for (const int f : topology.vertex_faces(v)) {
+      std::size_t members = 0;
+      for (const int w : topology.face(f)) members += vertices.contains(w) ? 1 : 0;
+      const double along = polyhedron.face_normal(f).dot(outward);
+      if (members < most || (members == most && along <= facing)) continue;
+      most = members;
+      facing = along;
+      best = {FeatureKind::Face, f};
+    }
+  }
+  return best;
+}
+
+bool parallel(const Vector3& edge_p, const Vector3& edge_q, double tolerance) {
+  return edge_p.cross(edge_q).norm() <= tolerance * std::max(edge_p.norm(), edge_q.norm());
+}
+
+}  // namespace quoin::geometry

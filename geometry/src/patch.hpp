@@ -1,0 +1,93 @@
+#pragma once
+/// Convex patches of two polyhedra laid into one contact plane, and where they cover each other.
+/// Private to the room.
+
+#include <quoin/geometry/contact_type.hpp>
+
+#include "support.hpp"
+
+namespace quoin::geometry {
+
+using Vector2 = Eigen::Vector2d;
+
+/// The plane in which patches of P and Q are compared: `normal` from P to Q, origin at a vertex of P.
+struct ContactPlane {
+  Vector3 origin, normal, axis_u, axis_v;
+  ContactPlane(const Vector3& origin_in, const Vector3& normal_in);
+  Vector2 place(const Vector3& x) const {
+    const Vector3 step = x - origin;
+    return {axis_u.dot(step), axis_v.dot(step)};
+  }
+  double height(const Vector3& x) const { return normal.dot(x - origin); }
+  Vector3 point(const Vector2& place, double height) const {
+    return origin + axis_u * place.x() + axis_v * place.y() + normal * height;
+  }
+};
+
+struct PatchCorner {
+  int vertex = 0;
+  int edge = -1;       ///< from this corner to the next; -1: none of the topology
+  Vector2 place;       ///< in the contact plane, m
+  double height = 0.0; ///< along the normal, m
+};
+
+/// A vertex, an edge or a face laid into the contact plane; counter-clockwise seen against the normal.
+struct Patch {
+  SmallVector<PatchCorner, 16> corners;
+  Feature label;                     ///< the feature it is; for a vertex or an edge see `face`
+  int face = 0;                      ///< the face that names points on it: its own, or the most facing
+  Vector2 slope = Vector2::Zero();   ///< of its surface: height = corner height + slope · step
+  double surface_height(const Vector2& place) const {
+    return corners[0].height + slope.dot(place - corners[0].place);
+  }
+};
+
+/// Lays a feature of a polyhedron into the plane. `outward` is +1 for P, -1 for Q: the side that
+/// faces the other.
+void lay_feature(const Polyhedron& polyhedron, const Feature& feature, const ContactPlane& plane,
+                 double outward, Patch& patch);
+
+/// Lays the hull of a support set into the plane.
+void lay_support_set(const Polyhedron& polyhedron, const VertexSet& vertices, FeatureKind kind,
+                     const ContactPlane& plane, double outward, Patch& patch);
+
+/// A corner of the part that two patches share: a vertex of one on the other, or two crossed edges.
+struct SharedCorner {
+  Vector2 place;
+  double height_p = 0.0, height_q = 0.0;
+  Feature feature_p, feature_q;
+};
+using SharedCorners = SmallVector<SharedCorner, 32>;
+
+/// Adds the corners of the shared part; `rounding` (m) is how far outside still counts as on the border.
+void append_shared_corners(const Patch& p, const Patch& q, double rounding, SharedCorners& corners);
+
+/// The convex polygon around places: indices in counter-clockwise order, its area, and each corner's
+/// share of it, chosen so that the shares have the polygon's area and centroid.
+struct SharedPolygon {
+  SmallVector<int, 32> order;
+  SmallVector<double, 32> shares;
+  double area = 0.0;
+  Vector2 centroid = Vector2::Zero();
+};
+void find_polygon(const SharedCorners& corners, SharedPolygon& polygon);
+
+/// What a support set spans: a point, a segment or a polygon wider than `tolerance`.
+FeatureKind span_kind(const Polyhedron& polyhedron, const VertexSet& vertices, double tolerance);
+
+/// The feature of the topology that best names a support set.
+Feature name_support_set(const Polyhedron& polyhedron, const VertexSet& vertices, FeatureKind kind,
+                         const Vector3& outward);
+
+/// True when sin(angle) × shorter length <= tolerance.
+bool parallel(const Vector3& edge_p, const Vector3& edge_q, double tolerance);
+
+/// The contact type that two support sets make.
+ContactType type_of(const Polyhedron& p, const Polyhedron& q, const VertexSet& set_p,
+                    const VertexSet& set_q, FeatureKind kind_p, FeatureKind kind_q,
+                    double tolerance);
+
+/// The two vertices of a segment: the pair of the set that lies farthest apart.
+std::array<int, 2> segment_ends(const Polyhedron& polyhedron, const VertexSet& vertices);
+
+}  // namespace quoin::geometry

@@ -1,0 +1,31 @@
+#pragma once
+/// Support functions of a polyhedron: how far it reaches along a direction, and with which vertices.
+/// All offsets are from Polyhedron::origin(); the sums are ((x·dx + y·dy) + z·dz) in every variant.
+
+#include <quoin/geometry/polyhedron.hpp>
+
+#include "small_vector.hpp"
+
+namespace quoin::geometry {
+
+using VertexSet = SmallVector<int, 32>;
+
+struct Support {
+  int vertex = 0;     ///< the lowest index among the greatest
+  double value = 0.0; ///< its offset · direction, m
+};
+
+/// The vertex farthest along `direction` (any length).
+Support support(const Polyhedron& polyhedron, const Vector3& direction);
+
+/// Vertices whose offset · direction is at least `value`, ascending.
+void find_vertices_beyond(const Polyhedron& polyhedron, const Vector3& direction, double value,
+                          VertexSet& vertices);
+
+inline Vector3 offset(const Polyhedron& polyhedron, int v) {
+  const double* p = polyhedron.offsets() + v;
+  const int rows = polyhedron.padded_count();
+  return {p[0], p[rows], p[2 * rows]};
+}
+
+}  // namespace quoin::geometry
