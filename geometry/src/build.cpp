@@ -41,8 +41,8 @@ void check_equal_points(const Eigen::Ref<const Points>& points) {
   std::sort(order.begin(), order.end(), less);
   for (std::size_t k = 1; k < order.size(); ++k) {
     if (points.col(order[k - 1]) == points.col(order[k])) {
-      throw InputError("points " + std::to_string(order[k - 1]) + " and " + std::to_string(order[k]) +
-                       " are equal");
+      throw InputError("points " + std::to_string(order[k - 1]) + " and " +
+                       std::to_string(order[k]) + " are equal");
     }
   }
 }
@@ -50,7 +50,8 @@ void check_equal_points(const Eigen::Ref<const Points>& points) {
 void check_points(const Eigen::Ref<const Points>& points, int limit) {
   const std::string count = std::to_string(points.cols()) + " points";
   if (points.cols() < 4) throw InputError(count + ", at least 4 needed");
-  if (points.cols() > limit) throw InputError(count + ", at most " + std::to_string(limit) + " allowed");
+  if (points.cols() > limit)
+    throw InputError(count + ", at most " + std::to_string(limit) + " allowed");
   for (int i = 0; i < points.cols(); ++i) {
     const double largest = points.col(i).cwiseAbs().maxCoeff();
     if (!points.col(i).allFinite()) {
@@ -75,8 +76,8 @@ Vector3 polygon_normal(const Eigen::Ref<const Points>& points, const std::vector
   return normal;
 }
 
-/// Labels coplanar neighbours as one polygon. Grows from the largest cell, against whose plane every
-/// vertex is measured, so that tolerance does not add up around a nearly round solid.
+/// Labels coplanar neighbours as one polygon. Grows from the largest cell, against whose plane
+/// every vertex is measured, so that tolerance does not add up around a nearly round solid.
 class CoplanarMerge {
  public:
   CoplanarMerge(const Eigen::Ref<const Points>& points, const Faces& cells, double tolerance)
@@ -109,10 +110,12 @@ class CoplanarMerge {
 
   void grow_groups() {
     std::vector<double> areas;
-    for (const std::vector<int>& cell : cells_) areas.push_back(polygon_normal(points_, cell).norm());
+    for (const std::vector<int>& cell : cells_)
+      areas.push_back(polygon_normal(points_, cell).norm());
     std::vector<int> order(cells_.size());
     std::iota(order.begin(), order.end(), 0);
-    std::stable_sort(order.begin(), order.end(), [&](int i, int j) { return areas[at(i)] > areas[at(j)]; });
+    std::stable_sort(order.begin(), order.end(),
+                     [&](int i, int j) { return areas[at(i)] > areas[at(j)]; });
     group_.assign(cells_.size(), -1);
     for (const int seed : order) {
       if (group_[at(seed)] >= 0) continue;
@@ -300,7 +303,8 @@ double thickness(const Eigen::Ref<const Points>& vertices, const Faces& faces) {
   return least;
 }
 
-void check_thickness(double value, double limit) {
+void check_thickness(double value, double tolerance) {
+  const double limit = std::max(tolerance, kSmallestExtent);
   if (value > limit) return;
   throw InputError("the points lie in one plane: thickness " + text(value) + " m, must exceed " +
                    text(limit) + " m");
@@ -359,19 +363,21 @@ Polyhedron make_box(const Vector3& min, const Vector3& max) {
   }
   for (int k = 0; k < 3; ++k) {
     if (!(min[k] < max[k])) {
-      throw InputError("box: extent along axis " + std::to_string(k) + " is " + text(max[k] - min[k]) +
-                       " m, must be positive");
+      throw InputError("box: extent along axis " + std::to_string(k) + " is " +
+                       text(max[k] - min[k]) + " m, must be positive");
     }
   }
   check_points(vertices, kMostVertices);
-  return assemble(vertices, {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1},
-                             {4, 5, 7, 6}});
+  return assemble(
+      vertices,
+      {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}});
 }
 
 Polyhedron make_prism(const Eigen::Ref<const Points>& polygon, const Vector3& sweep) {
   const int n = static_cast<int>(polygon.cols());
   if (n < 3) {
-    throw InputError("prism: the polygon has " + std::to_string(n) + " vertices, at least 3 needed");
+    throw InputError("prism: the polygon has " + std::to_string(n) +
+                     " vertices, at least 3 needed");
   }
   Points vertices(3, 2 * n);
   vertices.leftCols(n) = polygon;

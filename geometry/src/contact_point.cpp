@@ -12,8 +12,8 @@ namespace quoin::geometry {
 namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-/// A face or an edge steeper than 30 degrees against the contact plane parts from it by more than half
-/// the way walked along it: points on it would belong to another contact.
+/// A face or an edge steeper than 30 degrees against the contact plane parts from it by more than
+/// half the way walked along it: points on it would belong to another contact.
 constexpr double kFacingCosine = 0.86602540378443865;
 constexpr double kSteepSine = 0.5;
 
@@ -31,8 +31,8 @@ struct PairPoints {
   VertexSet support_p, support_q;
   FeatureKind kind_p = FeatureKind::Vertex, kind_q = FeatureKind::Vertex;
   PlanePoints points;
-  SharedCorners shared;    // corners of what the two contact features share
-  SharedPolygon polygon;   // and the polygon around them
+  SharedCorners shared;   // corners of what the two contact features share
+  SharedPolygon polygon;  // and the polygon around them
 };
 
 bool faces_other(const Polyhedron& polyhedron, int face, const Vector3& outward) {
@@ -56,7 +56,8 @@ void find_carriers(const Polyhedron& polyhedron, const Vector3& outward, const V
     }
     if (covered) continue;
     for (const int e : topology.vertex_edges(v)) {
-      const Vector3 line = polyhedron.vertex(topology.edge(e)[1]) - polyhedron.vertex(topology.edge(e)[0]);
+      const Vector3 line =
+          polyhedron.vertex(topology.edge(e)[1]) - polyhedron.vertex(topology.edge(e)[0]);
       if (std::abs(line.dot(outward)) > kSteepSine * line.norm()) continue;
       add({FeatureKind::Edge, e});
       covered = true;
@@ -119,8 +120,8 @@ void find_points(const Polyhedron& p, const Polyhedron& q, const ContactPlane& p
 }
 
 /// The part that the two contact features share; its area goes to the nearest points.
-void share_area(const Polyhedron& p, const Polyhedron& q, const ContactPlane& plane, double rounding,
-                PairPoints& pair) {
+void share_area(const Polyhedron& p, const Polyhedron& q, const ContactPlane& plane,
+                double rounding, PairPoints& pair) {
   Patch patch_p, patch_q;
   lay_support_set(p, pair.support_p, pair.kind_p, plane, 1.0, patch_p);
   lay_support_set(q, pair.support_q, pair.kind_q, plane, -1.0, patch_q);
@@ -135,11 +136,13 @@ void share_area(const Polyhedron& p, const Polyhedron& q, const ContactPlane& pl
     const auto nearer = [&](const PlanePoint& x, const PlanePoint& y) {
       return (x.corner.place - place).squaredNorm() < (y.corner.place - place).squaredNorm();
     };
-    std::min_element(pair.points.begin(), pair.points.end(), nearer)->share += pair.polygon.shares[k];
+    std::min_element(pair.points.begin(), pair.points.end(), nearer)->share +=
+        pair.polygon.shares[k];
   }
 }
 
-int most_facing_face(const Polyhedron& polyhedron, const VertexSet& vertices, const Vector3& outward) {
+int most_facing_face(const Polyhedron& polyhedron, const VertexSet& vertices,
+                     const Vector3& outward) {
   int best = 0;
   double greatest = -2.0;
   for (const int f : polyhedron.topology().vertex_faces(vertices[0])) {
@@ -154,8 +157,11 @@ int most_facing_face(const Polyhedron& polyhedron, const VertexSet& vertices, co
 
 /// The nearest features themselves, for the rare pair whose patches rounding keeps apart.
 SharedCorner nearest_corner(const Polyhedron& p, const Polyhedron& q, const ContactPlane& plane,
-                            const Vector3& point_p, const Vector3& point_q, const PairPoints& pair) {
-  SharedCorner corner{plane.place(point_p), plane.height(point_p), plane.height(point_q),
+                            const Vector3& point_p, const Vector3& point_q,
+                            const PairPoints& pair) {
+  SharedCorner corner{plane.place(point_p),
+                      plane.height(point_p),
+                      plane.height(point_q),
                       {FeatureKind::Vertex, pair.support_p[0]},
                       {FeatureKind::Face, most_facing_face(q, pair.support_q, -plane.normal)}};
   if (pair.support_p.size() > 1 && pair.support_q.size() == 1) {
@@ -178,7 +184,8 @@ struct OrderedPair {
   const Polyhedron& q;
   bool reversed;
   Vector3 normal, point_p, point_q;
-  OrderedPair(const Polyhedron& a, const Polyhedron& b, bool reverse, const NearestFeatures& nearest)
+  OrderedPair(const Polyhedron& a, const Polyhedron& b, bool reverse,
+              const NearestFeatures& nearest)
       : p(reverse ? b : a),
         q(reverse ? a : b),
         reversed(reverse),
@@ -203,11 +210,13 @@ void find_pair_points(const OrderedPair& ordered, const ContactPlane& plane,
                        pair.support_q);
   pair.kind_p = span_kind(p, pair.support_p, pair.tolerance);
   pair.kind_q = span_kind(q, pair.support_q, pair.tolerance);
-  pair.type = type_of(p, q, pair.support_p, pair.support_q, pair.kind_p, pair.kind_q, pair.tolerance);
+  pair.type =
+      type_of(p, q, pair.support_p, pair.support_q, pair.kind_p, pair.kind_q, pair.tolerance);
   const double size = p.diameter() + q.diameter() + std::abs(pair.gap);
   const double coordinate = std::max(p.largest_coordinate(), q.largest_coordinate());
   const double rounding = kEpsilon * std::max(8 * size, 4 * coordinate);
-  find_points(p, q, plane, std::max(pair.tolerance, options.reach), rounding, ordered.reversed, pair);
+  find_points(p, q, plane, std::max(pair.tolerance, options.reach), rounding, ordered.reversed,
+              pair);
   if (pair.points.empty()) {
     pair.points.push_back(
         {nearest_corner(p, q, plane, ordered.point_p, ordered.point_q, pair), 0.0});

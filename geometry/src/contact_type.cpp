@@ -6,22 +6,32 @@ namespace quoin::geometry {
 
 std::string_view name(ContactType type) {
   switch (type) {
-    case ContactType::VertexVertex: return "vertex-vertex";
-    case ContactType::VertexEdge: return "vertex-edge";
-    case ContactType::VertexFace: return "vertex-face";
-    case ContactType::EdgeEdgeCrossing: return "edge-edge-crossing";
-    case ContactType::EdgeEdgeParallel: return "edge-edge-parallel";
-    case ContactType::EdgeFace: return "edge-face";
-    case ContactType::FaceFace: return "face-face";
+    case ContactType::VertexVertex:
+      return "vertex-vertex";
+    case ContactType::VertexEdge:
+      return "vertex-edge";
+    case ContactType::VertexFace:
+      return "vertex-face";
+    case ContactType::EdgeEdgeCrossing:
+      return "edge-edge-crossing";
+    case ContactType::EdgeEdgeParallel:
+      return "edge-edge-parallel";
+    case ContactType::EdgeFace:
+      return "edge-face";
+    case ContactType::FaceFace:
+      return "face-face";
   }
   return "";
 }
 
 std::string_view name(FeatureKind kind) {
   switch (kind) {
-    case FeatureKind::Vertex: return "vertex";
-    case FeatureKind::Edge: return "edge";
-    case FeatureKind::Face: return "face";
+    case FeatureKind::Vertex:
+      return "vertex";
+    case FeatureKind::Edge:
+      return "edge";
+    case FeatureKind::Face:
+      return "face";
   }
   return "";
 }

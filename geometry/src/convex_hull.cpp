@@ -11,7 +11,8 @@
 namespace quoin::geometry {
 namespace {
 
-/// A sum of doubles that do not overlap, smallest first: exact arithmetic. [Shewchuk 1997], section 2.
+/// A sum of doubles that do not overlap, smallest first: exact arithmetic. [Shewchuk 1997],
+/// section 2.
 template <int kCapacity>
 struct Expansion {
   std::array<double, kCapacity> terms;
@@ -76,9 +77,10 @@ bool flat_corner(const DoubleDouble& ax, const DoubleDouble& ay, const DoubleDou
 
 struct Facet {
   std::array<int, 3> vertices;
-  std::array<int, 3> neighbours{-1, -1, -1};  // [k] lies across the edge from vertices[k] to the next
-  std::vector<int> above;                     // points strictly above it, each kept by one facet
-  int visited = -1;                           // last point it was tested for
+  std::array<int, 3> neighbours{-1, -1,
+                                -1};  // [k] lies across the edge from vertices[k] to the next
+  std::vector<int> above;             // points strictly above it, each kept by one facet
+  int visited = -1;                   // last point it was tested for
   bool visible = false;
   bool alive = true;
 };
@@ -113,7 +115,8 @@ class Quickhull {
   int count() const { return static_cast<int>(points_.cols()); }
 
   bool sees(int i, const Facet& f) const {
-    return orientation(point(f.vertices[0]), point(f.vertices[1]), point(f.vertices[2]), point(i)) > 0;
+    return orientation(point(f.vertices[0]), point(f.vertices[1]), point(f.vertices[2]), point(i)) >
+           0;
   }
   double height(int i, const Facet& f) const {
     const Vector3 p = point(f.vertices[0]);

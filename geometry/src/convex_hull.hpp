@@ -1,6 +1,6 @@
 #pragma once
-/// The exact convex hull of points: every side-of-plane question is answered exactly for the doubles
-/// given. Private to the narrow phase.
+/// The exact convex hull of points: every side-of-plane question is answered exactly for the
+/// doubles given. Private to the narrow phase.
 
 #include <array>
 #include <quoin/geometry/types.hpp>

@@ -4,7 +4,8 @@ namespace quoin::geometry {
 namespace {
 
 /// Adds the tetrahedron (0, p, q, r): exact integrals of 1, x and x xᵀ over it.
-/// Source: [Shi 1988], simplex integration; moments of a simplex: integral x xᵀ = V/20 (sum p pᵀ + s sᵀ).
+/// Source: [Shi 1988], simplex integration; moments of a simplex: integral x xᵀ = V/20 (sum p pᵀ +
+/// s sᵀ).
 void add_tetrahedron(const Vector3& p, const Vector3& q, const Vector3& r, double& volume,
                      Vector3& first, Matrix3& second) {
   const double v = p.dot(q.cross(r)) / 6.0;

@@ -58,7 +58,7 @@ void set_witnesses(const Polyhedron& p, const Polyhedron& q, const ActiveFeature
   if (sets.p.size() == 1) {
     answer.point_a = p.vertex(sets.p[0]);
     answer.point_b = sets.q.size() == 1 && answer.gap > 0.0 ? q.vertex(sets.q[0])
-                                                           : Vector3(answer.point_a + across);
+                                                            : Vector3(answer.point_a + across);
     return;
   }
   if (sets.q.size() == 1) {
@@ -94,12 +94,11 @@ void set_features(const Polyhedron& p, const Polyhedron& q, const ActiveFeatures
   const SupportSets sets(p, q, answer.normal, tolerance);
   answer.feature_a = name_support_set(p, sets.p, sets.kind_p, answer.normal);
   answer.feature_b = name_support_set(q, sets.q, sets.kind_q, -answer.normal);
-  answer.residual_a = std::max(
-      0.0, answer.normal.dot(p.vertex(sets.support_p.vertex) - answer.point_a));
-  answer.residual_b = std::max(
-      0.0, -answer.normal.dot(q.vertex(sets.support_q.vertex) - answer.point_b));
-  const ContactType type =
-      type_of(p, q, sets.p, sets.q, sets.kind_p, sets.kind_q, tolerance);
+  answer.residual_a =
+      std::max(0.0, answer.normal.dot(p.vertex(sets.support_p.vertex) - answer.point_a));
+  answer.residual_b =
+      std::max(0.0, -answer.normal.dot(q.vertex(sets.support_q.vertex) - answer.point_b));
+  const ContactType type = type_of(p, q, sets.p, sets.q, sets.kind_p, sets.kind_q, tolerance);
   const bool open = type == ContactType::VertexVertex || type == ContactType::VertexEdge ||
                     type == ContactType::EdgeEdgeParallel;
   answer.indeterminate = open || found.several;
@@ -151,20 +150,28 @@ void swap_names(NearestFeatures& answer) {
 
 std::string_view name(PairStatus status) {
   switch (status) {
-    case PairStatus::Separated: return "separated";
-    case PairStatus::Touching: return "touching";
-    case PairStatus::Overlapping: return "overlapping";
-    case PairStatus::NotConverged: return "not-converged";
+    case PairStatus::Separated:
+      return "separated";
+    case PairStatus::Touching:
+      return "touching";
+    case PairStatus::Overlapping:
+      return "overlapping";
+    case PairStatus::NotConverged:
+      return "not-converged";
   }
   return "";
 }
 
 std::string_view name(PlaneRule rule) {
   switch (rule) {
-    case PlaneRule::Unique: return "unique";
-    case PlaneRule::ShortestLine: return "shortest-line";
-    case PlaneRule::LeastOverlap: return "least-overlap";
-    case PlaneRule::MiddleOfPlanes: return "middle-of-planes";
+    case PlaneRule::Unique:
+      return "unique";
+    case PlaneRule::ShortestLine:
+      return "shortest-line";
+    case PlaneRule::LeastOverlap:
+      return "least-overlap";
+    case PlaneRule::MiddleOfPlanes:
+      return "middle-of-planes";
   }
   return "";
 }

@@ -1,6 +1,6 @@
 #pragma once
-/// The order in which a pair is worked, whichever way round it was asked: swapping A and B then gives
-/// the same bits. Private to the room.
+/// The order in which a pair is worked, whichever way round it was asked: swapping A and B then
+/// gives the same bits. Private to the room.
 
 #include <quoin/geometry/polyhedron.hpp>
 

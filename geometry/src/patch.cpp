@@ -153,15 +153,22 @@ void lay_feature(const Polyhedron& polyhedron, const Feature& feature, const Con
   set_slope(polyhedron, plane, patch);
 }
 
-void append_shared_corners(const Patch& p, const Patch& q, double rounding, SharedCorners& corners) {
+void append_shared_corners(const Patch& p, const Patch& q, double rounding,
+                           SharedCorners& corners) {
   for (const PatchCorner& c : p.corners) {
     if (!covers(q, c.place, rounding)) continue;
-    corners.push_back({c.place, c.height, height_at(q, c.place), {FeatureKind::Vertex, c.vertex},
+    corners.push_back({c.place,
+                       c.height,
+                       height_at(q, c.place),
+                       {FeatureKind::Vertex, c.vertex},
                        {FeatureKind::Face, q.face}});
   }
   for (const PatchCorner& c : q.corners) {
     if (!covers(p, c.place, rounding)) continue;
-    corners.push_back({c.place, height_at(p, c.place), c.height, {FeatureKind::Face, p.face},
+    corners.push_back({c.place,
+                       height_at(p, c.place),
+                       c.height,
+                       {FeatureKind::Face, p.face},
                        {FeatureKind::Vertex, c.vertex}});
   }
   if (p.corners.size() > 1 && q.corners.size() > 1) append_crossings(p, q, rounding, corners);
@@ -261,8 +268,9 @@ void find_polygon(const SharedCorners& corners, SharedPolygon& polygon) {
     return;
   }
   polygon.centroid = base + moment / polygon.area;
-  // Half of each triangle (centroid, corner, next corner) to either corner: since the centroid of the
-  // polygon is the area-weighted mean of the triangles' centroids, the shares have its first moment.
+  // Half of each triangle (centroid, corner, next corner) to either corner: since the centroid of
+  // the polygon is the area-weighted mean of the triangles' centroids, the shares have its first
+  // moment.
   for (std::size_t k = 0; k < n; ++k) {
     const std::size_t next = (k + 1) % n;
     const double half = 0.25 * cross2(place(polygon.order[k]) - polygon.centroid,

@@ -10,7 +10,8 @@ namespace quoin::geometry {
 
 using Vector2 = Eigen::Vector2d;
 
-/// The plane in which patches of P and Q are compared: `normal` from P to Q, origin at a vertex of P.
+/// The plane in which patches of P and Q are compared: `normal` from P to Q, origin at a vertex of
+/// P.
 struct ContactPlane {
   Vector3 origin, normal, axis_u, axis_v;
   ContactPlane(const Vector3& origin_in, const Vector3& normal_in);
@@ -26,17 +27,18 @@ struct ContactPlane {
 
 struct PatchCorner {
   int vertex = 0;
-  int edge = -1;       ///< from this corner to the next; -1: none of the topology
-  Vector2 place;       ///< in the contact plane, m
-  double height = 0.0; ///< along the normal, m
+  int edge = -1;        ///< from this corner to the next; -1: none of the topology
+  Vector2 place;        ///< in the contact plane, m
+  double height = 0.0;  ///< along the normal, m
 };
 
-/// A vertex, an edge or a face laid into the contact plane; counter-clockwise seen against the normal.
+/// A vertex, an edge or a face laid into the contact plane; counter-clockwise seen against the
+/// normal.
 struct Patch {
   SmallVector<PatchCorner, 16> corners;
-  Feature label;                     ///< the feature it is; for a vertex or an edge see `face`
-  int face = 0;                      ///< the face that names points on it: its own, or the most facing
-  Vector2 slope = Vector2::Zero();   ///< of its surface: height = corner height + slope · step
+  Feature label;  ///< the feature it is; for a vertex or an edge see `face`
+  int face = 0;   ///< the face that names points on it: its own, or the most facing
+  Vector2 slope = Vector2::Zero();  ///< of its surface: height = corner height + slope · step
   double surface_height(const Vector2& place) const {
     return corners[0].height + slope.dot(place - corners[0].place);
   }
@@ -59,11 +61,12 @@ struct SharedCorner {
 };
 using SharedCorners = SmallVector<SharedCorner, 32>;
 
-/// Adds the corners of the shared part; `rounding` (m) is how far outside still counts as on the border.
+/// Adds the corners of the shared part; `rounding` (m) is how far outside still counts as on the
+/// border.
 void append_shared_corners(const Patch& p, const Patch& q, double rounding, SharedCorners& corners);
 
-/// The convex polygon around places: indices in counter-clockwise order, its area, and each corner's
-/// share of it, chosen so that the shares have the polygon's area and centroid.
+/// The convex polygon around places: indices in counter-clockwise order, its area, and each
+/// corner's share of it, chosen so that the shares have the polygon's area and centroid.
 struct SharedPolygon {
   SmallVector<int, 32> order;
   SmallVector<double, 32> shares;

@@ -19,7 +19,8 @@ void check_faces(int vertex_count, const std::vector<std::vector<int>>& faces) {
   for (std::size_t f = 0; f < faces.size(); ++f) {
     const std::string name = "face " + std::to_string(f);
     if (faces[f].size() < 3) {
-      throw InputError(name + " has " + std::to_string(faces[f].size()) + " vertices, at least 3 needed");
+      throw InputError(name + " has " + std::to_string(faces[f].size()) +
+                       " vertices, at least 3 needed");
     }
     for (const int v : faces[f]) {
       if (v < 0 || v >= vertex_count) {
@@ -48,7 +49,8 @@ void check_twins(const HalfEdge* begin, const HalfEdge* end) {
   }
   if (begin->forward == begin[1].forward) {
     throw InputError(edge_name(begin->ends) + ": faces " + std::to_string(begin->face) + " and " +
-                     std::to_string(begin[1].face) + " run along it in the same direction (mixed orientation)");
+                     std::to_string(begin[1].face) +
+                     " run along it in the same direction (mixed orientation)");
   }
 }
 
@@ -144,7 +146,8 @@ void Polyhedron::set_vertices(const Eigen::Ref<const Points>& vertices) {
   double squared_radius = 0.0;
   const std::size_t rows = static_cast<std::size_t>(padded_count_);
   for (std::size_t k = 0; k < rows; ++k) {
-    const Eigen::Index v = static_cast<Eigen::Index>(k) < vertices_.cols() ? static_cast<Eigen::Index>(k) : 0;
+    const Eigen::Index v =
+        static_cast<Eigen::Index>(k) < vertices_.cols() ? static_cast<Eigen::Index>(k) : 0;
     const Vector3 offset = vertices_.col(v) - origin_;
     offsets_[k] = offset.x();
     offsets_[rows + k] = offset.y();

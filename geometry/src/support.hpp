@@ -1,6 +1,7 @@
 #pragma once
-/// Support functions of a polyhedron: how far it reaches along a direction, and with which vertices.
-/// All offsets are from Polyhedron::origin(); the sums are ((x·dx + y·dy) + z·dz) in every variant.
+/// Support functions of a polyhedron: how far it reaches along a direction, and with which
+/// vertices. All offsets are from Polyhedron::origin(); the sums are ((x·dx + y·dy) + z·dz) in
+/// every variant.
 
 #include <quoin/geometry/polyhedron.hpp>
 
@@ -11,8 +12,8 @@ namespace quoin::geometry {
 using VertexSet = SmallVector<int, 32>;
 
 struct Support {
-  int vertex = 0;     ///< the lowest index among the greatest
-  double value = 0.0; ///< its offset · direction, m
+  int vertex = 0;      ///< the lowest index among the greatest
+  double value = 0.0;  ///< its offset · direction, m
 };
 
 /// The vertex farthest along `direction` (any length).

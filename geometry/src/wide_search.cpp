@@ -17,7 +17,8 @@ Vector3 unit(const WideVector& v) {
   return {double(v.x / length), double(v.y / length), double(v.z / length)};
 }
 
-/// Brings a direction to length about 1 by an exact power of two, so that nothing under- or overflows.
+/// Brings a direction to length about 1 by an exact power of two, so that nothing under- or
+/// overflows.
 WideVector scaled(const WideVector& v) {
   const double largest = std::max({std::abs(v.x.high), std::abs(v.y.high), std::abs(v.z.high)});
   if (!(largest > 0.0)) return v;
@@ -71,13 +72,14 @@ class Simplex {
     return false;
   }
 
-  /// Shrinks to the carrying subset; returns a vector along the nearest point, or false when the
-  /// origin is inside.
-  bool reduce(WideVector& direction) {
+  /// Shrinks to the carrying subset; gives a vector along the nearest point and its distance (m),
+  /// or returns false when the origin is inside.
+  bool reduce(WideVector& direction, DoubleDouble& distance) {
     if (size_ == 4 && inside()) return false;
     Choice best;
     for (unsigned mask = 1; mask < (1u << size_); ++mask) consider(mask, best);
     direction = best.direction;
+    distance = square_root(best.squared_distance);
     int kept = 0;
     for (int k = 0; k < size_; ++k) {
       if (best.mask >> k & 1u) corners_[static_cast<std::size_t>(kept++)] = corner(k);
@@ -99,32 +101,40 @@ class Simplex {
     for (int k = 0; k < size_; ++k) {
       if (mask >> k & 1u) w[static_cast<std::size_t>(n++)] = &corner(k).w;
     }
-    WideVector direction;
-    if (n == 4 || !nearest(w, n, direction)) return;
-    const DoubleDouble along = dot(direction, *w[0]);
-    const DoubleDouble length = dot(direction, direction);
-    const DoubleDouble squared = length.high > 0.0 ? along * along / length : DoubleDouble(0.0);
-    if (squared < best.squared_distance) best = {mask, direction, squared};
+    Choice choice;
+    choice.mask = mask;
+    if (n < 4 && nearest(w, n, choice) && choice.squared_distance < best.squared_distance)
+      best = choice;
   }
 
-  /// Direction of the point of the affine hull nearest to the origin, if it lies inside the simplex.
-  static bool nearest(const std::array<const WideVector*, 4>& w, int n, WideVector& direction) {
+  /// The point of the affine hull nearest to the origin, if it lies inside the simplex.
+  static bool nearest(const std::array<const WideVector*, 4>& w, int n, Choice& choice) {
+    WideVector& direction = choice.direction;
     if (n == 1) {
       direction = *w[0];
+      choice.squared_distance = dot(direction, direction);
       return true;
     }
     const WideVector e = *w[1] - *w[0];
     if (n == 2) {
       const DoubleDouble ee = dot(e, e), we = -dot(*w[0], e);
       if (!(we.high > 0.0 && we < ee)) return false;
-      direction = scaled(*w[0] * ee + e * we);
+      direction = *w[0] * ee + e * we;  // not along·along/length: that would cancel twice
+      choice.squared_distance = dot(direction, direction) / (ee * ee);
       return true;
     }
-    const WideVector normal = scaled(cross(e, *w[2] - *w[0]));
+    const WideVector other = *w[2] - *w[0];
+    WideVector normal = cross(e, other);
+    const double flat = kWideEpsilon * e.rounded().norm() * other.rounded().norm();
+    if (!(normal.rounded().norm() > flat))
+      return false;  // its sides carry the nearest point as well
+    normal = scaled(normal);
     for (std::size_t k = 0; k < 3; ++k) {
       if (!(dot(normal, cross(*w[(k + 1) % 3], *w[(k + 2) % 3])).high > 0.0)) return false;
     }
-    direction = dot(normal, *w[0]).high < 0.0 ? -normal : normal;
+    const DoubleDouble along = dot(normal, *w[0]);
+    direction = along.high < 0.0 ? -normal : normal;
+    choice.squared_distance = along * along / dot(normal, normal);
     return true;
   }
 
@@ -164,27 +174,29 @@ template <typename SupportP, typename SupportQ>
 ActiveFeatures search(const Polyhedron& p, const Polyhedron& q, int first_p, int first_q,
                       int max_iterations, const SupportP& support_p, const SupportQ& support_q) {
   const double size = p.diameter() + q.diameter();
+  // Nearer than this a line between vertices or edges has no direction left, even in double-double;
+  // the answer may then come from the planes that part the solids just as well.
+  const double nothing = kEpsilon / 8 * std::max(p.diameter(), q.diameter());
   ActiveFeatures result;
   Simplex simplex;
   simplex.push({first_p, first_q, wide_difference(q.vertex(first_q), p.vertex(first_p))});
   WideVector direction;
   while (result.iterations < max_iterations) {
     ++result.iterations;
-    result.overlapping = !simplex.reduce(direction);
+    DoubleDouble distance;
+    result.overlapping = !simplex.reduce(direction, distance) || !(distance.high > nothing);
     if (result.overlapping) return result;
     direction = scaled(direction);
     const DoubleDouble length = square_root(dot(direction, direction));
-    const DoubleDouble here = dot(direction, simplex.corner(0).w);
+    const DoubleDouble here = distance * length;
     const double rounding = kWideEpsilon * length.high * size;
-    result.overlapping = !(here.high > 4 * rounding);
-    if (result.overlapping) return result;
     const int i = support_p(direction), j = support_q(direction);
     const WideVector w = wide_difference(q.vertex(j), p.vertex(i));
     const DoubleDouble gain = here - dot(direction, w);
     if (simplex.has(i, j) || gain.high <= rounding + 1e-18 * here.high) {
       result.converged = true;
       result.normal = unit(direction);
-      result.gap = double(here / length);
+      result.gap = double(distance);
       name_features(simplex, result);
       return result;
     }
@@ -193,7 +205,8 @@ ActiveFeatures search(const Polyhedron& p, const Polyhedron& q, int first_p, int
   return result;
 }
 
-// ---- least overlap -------------------------------------------------------------------------------
+// ---- least overlap
+// -------------------------------------------------------------------------------
 
 struct HullEdge {
   std::array<int, 2> ends;
@@ -230,8 +243,8 @@ ExactHull exact_hull(const Polyhedron& polyhedron) {
     return a.ends != b.ends ? a.ends < b.ends : a.triangle < b.triangle;
   });
   for (std::size_t k = 0; k + 1 < sides.size(); k += 2) {
-    hull.edges.push_back({sides[k].ends, hull.normals[sides[k].triangle],
-                          hull.normals[sides[k + 1].triangle]});
+    hull.edges.push_back(
+        {sides[k].ends, hull.normals[sides[k].triangle], hull.normals[sides[k + 1].triangle]});
   }
   return hull;
 }
@@ -285,8 +298,9 @@ class Enumeration {
         scaled(cross(wide_difference(p_.vertex(e.ends[1]), p_.vertex(e.ends[0])),
                      wide_difference(q_.vertex(f.ends[1]), q_.vertex(f.ends[0]))));
     if (!(dot(direction, direction).high > 0.0)) return;
-    Candidate c{direction, unit(direction), 0.0, {e.ends[0], e.ends[1], 0}, {f.ends[0], f.ends[1], 0},
-                2,         2};
+    Candidate c{
+        direction, unit(direction), 0.0, {e.ends[0], e.ends[1], 0}, {f.ends[0], f.ends[1], 0}, 2,
+        2};
     consider(c);
     c.direction = -c.direction;
     c.normal = -c.normal;
@@ -340,8 +354,8 @@ class Enumeration {
     return result;
   }
 
-  /// Other directions of the same overlap: said so; and where the solids just touch, the mean of them
-  /// keeps the solids apart as well and shows the vertex or edge in which they meet.
+  /// Other directions of the same overlap: said so; and where the solids just touch, the mean of
+  /// them keeps the solids apart as well and shows the vertex or edge in which they meet.
   void judge_ties(const std::vector<std::pair<DoubleDouble, const Candidate*>>& finalists,
                   ActiveFeatures& result) const {
     const double tie = 2 * kEpsilon * std::max(p_.diameter(), q_.diameter());

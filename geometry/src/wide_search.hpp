@@ -12,16 +12,16 @@ struct ActiveFeatures {
   std::array<int, 3> p{}, q{};
   int p_count = 0, q_count = 0;
   Vector3 normal = Vector3::UnitX();
-  double gap = 0.0;    ///< m
+  double gap = 0.0;  ///< m
   int iterations = 0;
   bool converged = false;
-  bool overlapping = false;   ///< found by least overlap (then gap <= 0 up to rounding)
-  bool several = false;       ///< other directions have the same overlap
-  bool middle = false;        ///< touching: the normal is the mean of the planes between them
+  bool overlapping = false;  ///< found by least overlap (then gap <= 0 up to rounding)
+  bool several = false;      ///< other directions have the same overlap
+  bool middle = false;       ///< touching: the normal is the mean of the planes between them
 };
 
-/// Iterative nearest-feature search of two separated solids. Returns `overlapping` with nothing else
-/// set when they are not separated by more than the rounding of double-double.
+/// Iterative nearest-feature search of two separated solids. Returns `overlapping` with nothing
+/// else set when they are not separated by more than the rounding of double-double.
 ActiveFeatures wide_nearest(const Polyhedron& p, const Polyhedron& q, int max_iterations);
 
 /// The same among given vertices only, from the first of each. Sets must not be empty.

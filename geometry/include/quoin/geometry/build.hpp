@@ -7,9 +7,11 @@
 
 namespace quoin::geometry {
 
-inline constexpr int kMostHullPoints = 100000;     ///< points that make_hull takes
-inline constexpr int kMostVertices = 10000;        ///< vertices that one polyhedron may have
-inline constexpr double kLargestCoordinate = 1e50; ///< m; beyond it products of four lengths overflow
+inline constexpr int kMostHullPoints = 100000;  ///< points that make_hull takes
+inline constexpr int kMostVertices = 10000;     ///< vertices that one polyhedron may have
+inline constexpr double kLargestCoordinate =
+    1e30;  ///< m; far beyond it products of six lengths overflow
+inline constexpr double kSmallestExtent = 1e-30;  ///< m, of a solid; far below it they vanish
 /// How far a face given may be off its plane, and a vertex beyond it, as a share of the diameter.
 inline constexpr double kFlatness = 1e-6;
 
@@ -28,8 +30,8 @@ struct Hull {
 
 /// Exact convex hull of points (3 × n, m). Triangles that are coplanar within 1e-9 of the diameter
 /// or 16 eps of the largest coordinate are labelled as one polygon. Points that are not corners of
-/// the hull are left out. Refused: fewer than 4 or more than kMostHullPoints points, NaN or infinity,
-/// equal points, points in one plane (thinner than the same tolerance).
+/// the hull are left out. Refused: fewer than 4 or more than kMostHullPoints points, NaN or
+/// infinity, equal points, points in one plane (thinner than the same tolerance).
 Hull make_hull(const Eigen::Ref<const Points>& points);
 
 /// Polyhedron by vertices (3 × n, m) and faces (polygons or triangles, either orientation

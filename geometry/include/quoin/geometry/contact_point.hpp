@@ -1,5 +1,6 @@
 #pragma once
-/// Contact points of one pair: each a vertex on a face or two crossed edges, named for life by a key.
+/// Contact points of one pair: each a vertex on a face or two crossed edges, named for life by a
+/// key.
 
 #include <compare>
 #include <quoin/geometry/contact_type.hpp>
@@ -19,24 +20,24 @@ struct ContactKey {
 struct ContactPoint {
   ContactKey key;
   ContactType type = ContactType::VertexFace;  ///< of the pair it belongs to
-  bool indeterminate = false;                  ///< the pair's contact plane is one choice of several
-  Vector3 point_a = Vector3::Zero();           ///< on A, m
-  Vector3 point_b = Vector3::Zero();           ///< on B, m
-  Vector3 normal = Vector3::UnitX();           ///< the pair's: unit, from A to B
-  double gap = 0.0;                            ///< (point_b - point_a)·normal, m
-  double area = 0.0;                           ///< its share of the pair's contact polygon, m2
+  bool indeterminate = false;         ///< the pair's contact plane is one choice of several
+  Vector3 point_a = Vector3::Zero();  ///< on A, m
+  Vector3 point_b = Vector3::Zero();  ///< on B, m
+  Vector3 normal = Vector3::UnitX();  ///< the pair's: unit, from A to B
+  double gap = 0.0;                   ///< (point_b - point_a)·normal, m
+  double area = 0.0;                  ///< its share of the pair's contact polygon, m2
   Vector3 point() const { return 0.5 * (point_a + point_b); }
 };
 
 struct ContactOptions {
   double tolerance = 0.0;  ///< contact length tol, m; 0: default_tolerance(a, b)
-  double reach = 0.0;      ///< points are listed up to this gap above the least one (at least tol), m
+  double reach = 0.0;  ///< points are listed up to this gap above the least one (at least tol), m
 };
 
 /// Adds the contact points of one pair, sorted by key. `blocks` are the names a and b in the keys;
 /// `nearest` is the answer of nearest_features for the same pair. Coincident points are merged. The
-/// areas are the contact polygon's area shared out so that equal pressure on the points has the same
-/// resultant, in size and place, as on the polygon. No allocation once `contacts` has room.
+/// areas are the contact polygon's area shared out so that equal pressure on the points has the
+/// same resultant, in size and place, as on the polygon. No allocation once `contacts` has room.
 void append_contact_points(const std::array<int, 2>& blocks, const Polyhedron& a,
                            const Polyhedron& b, const NearestFeatures& nearest,
                            const ContactOptions& options, std::vector<ContactPoint>& contacts);
@@ -56,8 +57,8 @@ struct PairContact {
 void update_pair_contact(const Polyhedron& a, const Polyhedron& b, const ContactOptions& options,
                          PairContact& contact);
 
-/// For each contact of `now` the index of the same contact in `before`, or of the nearest one of the
-/// same two blocks within `reach` that no key claims (a contact that slid over an edge), or -1.
+/// For each contact of `now` the index of the same contact in `before`, or of the nearest one of
+/// the same two blocks within `reach` that no key claims (a contact that slid over an edge), or -1.
 /// Both lists sorted by key.
 std::vector<int> match_previous(const std::vector<ContactPoint>& now,
                                 const std::vector<ContactPoint>& before, double reach = 0.0);

@@ -6,9 +6,9 @@
 namespace quoin::geometry {
 
 struct MassProperties {
-  double volume = 0.0;                       ///< m3
-  Vector3 centroid = Vector3::Zero();        ///< m
-  Matrix3 second_moment = Matrix3::Zero();   ///< integral (x-c)(x-c)^T dV about the centroid, m5
+  double volume = 0.0;                      ///< m3
+  Vector3 centroid = Vector3::Zero();       ///< m
+  Matrix3 second_moment = Matrix3::Zero();  ///< integral (x-c)(x-c)^T dV about the centroid, m5
 };
 
 MassProperties mass_properties(const Polyhedron& polyhedron);

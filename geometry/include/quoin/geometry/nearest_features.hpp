@@ -11,12 +11,15 @@ enum class PairStatus : std::uint8_t { Separated, Touching, Overlapping, NotConv
 /// How the contact plane was chosen where the features leave it open.
 enum class PlaneRule : std::uint8_t {
   Unique,         ///< a face or two crossed edges fix the plane
-  ShortestLine,   ///< vertex-vertex, vertex-edge, parallel edges: across the shortest line between them
-  LeastOverlap,   ///< several directions of equal least overlap: the first in the order of the features
+  ShortestLine,   ///< vertex-vertex, vertex-edge, parallel edges: across the shortest line between
+                  ///< them
+  LeastOverlap,   ///< several directions of equal least overlap: the first in the order of the
+                  ///< features
   MiddleOfPlanes  ///< touching at a vertex or an edge: the mean of the planes that keep them apart
 };
 
-/// Where to start the search: vertices of the last answer. It changes `iterations`, never the answer.
+/// Where to start the search: vertices of the last answer. It changes `iterations`, never the
+/// answer.
 struct FeatureHint {
   std::array<int, 4> vertices_a{-1, -1, -1, -1};
   std::array<int, 4> vertices_b{-1, -1, -1, -1};
@@ -28,8 +31,8 @@ struct SearchOptions {
   int max_iterations = 256;
 };
 
-/// The optimum of one pair. gap > 0: distance; gap < 0: minus the least translation that parts them.
-/// A vertex belongs to the contact feature when it lies within tol of its support plane.
+/// The optimum of one pair. gap > 0: distance; gap < 0: minus the least translation that parts
+/// them. A vertex belongs to the contact feature when it lies within tol of its support plane.
 struct NearestFeatures {
   PairStatus status = PairStatus::NotConverged;
   double gap = 0.0;                   ///< (point_b - point_a)·normal, m
@@ -45,8 +48,9 @@ struct NearestFeatures {
   FeatureHint hint;  ///< start the next search of this pair here
 };
 
-std::string_view name(PairStatus status);  ///< "separated", "touching", "overlapping", "not-converged"
-std::string_view name(PlaneRule rule);     ///< "unique", "shortest-line", …
+std::string_view name(
+    PairStatus status);                 ///< "separated", "touching", "overlapping", "not-converged"
+std::string_view name(PlaneRule rule);  ///< "unique", "shortest-line", …
 
 /// The larger of 1e-9 of the smaller diameter and 16 eps of the largest coordinate, m.
 double default_tolerance(const Polyhedron& a, const Polyhedron& b);

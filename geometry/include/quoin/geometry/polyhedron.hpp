@@ -35,7 +35,9 @@ class Topology {
   int edge_count() const { return static_cast<int>(edges_.size()); }
   int face_count() const { return static_cast<int>(face_start_.size()) - 1; }
 
-  std::span<const int> face(int f) const { return row(face_vertices_, face_start_, f); }  ///< in order
+  std::span<const int> face(int f) const {
+    return row(face_vertices_, face_start_, f);
+  }  ///< in order
   /// Edge from each vertex of the face to the next.
   std::span<const int> face_edges(int f) const { return row(face_edges_, face_start_, f); }
   const std::array<int, 2>& edge(int e) const { return edges_[index(e)]; }  ///< first < second
@@ -75,15 +77,13 @@ struct AlignedAllocator {
   AlignedAllocator() = default;
   template <typename U>
   explicit AlignedAllocator(const AlignedAllocator<U>&) {}
-  T* allocate(std::size_t n) {
-    return static_cast<T*>(::operator new(n * sizeof(T), kAlignment));
-  }
+  T* allocate(std::size_t n) { return static_cast<T*>(::operator new(n * sizeof(T), kAlignment)); }
   void deallocate(T* p, std::size_t) { ::operator delete(p, kAlignment); }
   bool operator==(const AlignedAllocator&) const { return true; }
 };
 
-/// The exact convex hull of its vertices as given, in the world frame. The faces of the topology are
-/// labels on that solid: a rotated quadrilateral is never exactly planar.
+/// The exact convex hull of its vertices as given, in the world frame. The faces of the topology
+/// are labels on that solid: a rotated quadrilateral is never exactly planar.
 class Polyhedron {
  public:
   /// Takes the vertices unchecked: `build.hpp` checks. vertices: 3 × vertex_count, m.
