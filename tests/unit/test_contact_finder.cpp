@@ -142,7 +142,7 @@ TEST_CASE("finder: the same list for any number of threads and any history") {
     one.find(blocks, contacts);
     two.find(blocks, with_two);
     five.find(blocks, with_five);
-    REQUIRE(contacts.size() > 3000);
+    REQUIRE(contacts.size() > 1000);
     REQUIRE(sorted(contacts));
     REQUIRE(same(contacts, with_two));
     REQUIRE(same(contacts, with_five));

@@ -1,0 +1,188 @@
+/// What cannot be worked with is refused when it comes in, with a message that names what and
+/// where.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <quoin/geometry/build.hpp>
+
+#include "support/catch.hpp"
+#include "support/random.hpp"
+
+namespace {
+
+using quoin::geometry::InputError;
+using quoin::geometry::make_box;
+using quoin::geometry::make_hull;
+using quoin::geometry::make_polyhedron;
+using quoin::geometry::make_prism;
+using quoin::geometry::Points;
+using quoin::geometry::Vector3;
+using quoin::tests::ContainsSubstring;
+using Faces = std::vector<std::vector<int>>;
+
+Points cube() {
+  Points points(3, 8);
+  for (int i = 0; i < 8; ++i) {
+    points.col(i) = Vector3(i & 1, i >> 1 & 1, i >> 2 & 1);
+  }
+  return points;
+}
+
+const Faces kCubeFaces{{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                       {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+
+template <class Make>
+std::string complaint(Make&& make) {
+  try {
+    make();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "nothing was refused";
+}
+
+std::string polyhedron_complaint(const Points& points, const Faces& faces) {
+  return complaint([&] { make_polyhedron(points, faces); });
+}
+
+std::string hull_complaint(const Points& points) {
+  return complaint([&] { make_hull(points); });
+}
+
+}  // namespace
+
+TEST_CASE("bad input: what is good is accepted") {
+  CHECK(make_polyhedron(cube(), kCubeFaces).topology().face_count() == 6);
+  Faces inverted = kCubeFaces;  // throughout: either orientation will do
+  for (std::vector<int>& face : inverted) {
+    std::reverse(face.begin(), face.end());
+  }
+  CHECK(make_polyhedron(cube(), inverted).topology().face_count() == 6);
+  CHECK(make_hull(cube()).polyhedron.topology().edge_count() == 12);
+}
+
+TEST_CASE("bad input: 0 to 3 points") {
+  for (int count = 0; count <= 3; ++count) {
+    const Points few = cube().leftCols(count);
+    CHECK_THAT(hull_complaint(few), ContainsSubstring(std::to_string(count) + " points"));
+    CHECK_THAT(polyhedron_complaint(few, {}), ContainsSubstring("points"));
+  }
+}
+
+TEST_CASE("bad input: NaN, infinity, and numbers too large to be squared") {
+  for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity(),
+                           -std::numeric_limits<double>::infinity(), 1e300}) {
+    Points points = cube();
+    points(1, 5) = bad;
+    CHECK_THAT(hull_complaint(points), ContainsSubstring("point 5"));
+    CHECK_THAT(polyhedron_complaint(points, kCubeFaces), ContainsSubstring("point 5"));
+  }
+  CHECK_THROWS_AS(make_box({0, 0, 0}, {1, std::nan(""), 1}), InputError);
+}
+
+TEST_CASE("bad input: flat, in a line, all in one place") {
+  Points flat = cube();
+  flat.row(0) += 0.25 * flat.row(2);
+  flat.row(1) += 0.125 * flat.row(2);
+  flat.row(2).setZero();
+  CHECK_THAT(hull_complaint(flat), ContainsSubstring("plane"));
+  Points line = flat;
+  line.row(0) += 2 * line.row(1);
+  line.row(1).setZero();
+  CHECK_THAT(hull_complaint(line), ContainsSubstring("line"));
+  CHECK_THROWS_AS(make_hull(Points::Zero(3, 8)), InputError);
+  CHECK_THROWS_AS(make_polyhedron(flat, kCubeFaces), InputError);
+  CHECK_THROWS_AS(make_box({0, 0, 0}, {1, 0, 1}), InputError);
+  CHECK_THROWS_AS(make_box({0, 0, 0}, {1, -1, 1}), InputError);
+}
+
+TEST_CASE("bad input: duplicate points and unused points of a polyhedron") {
+  Points twice(3, 9);
+  twice << cube(), cube().col(3);
+  Faces faces = kCubeFaces;
+  faces[1] = {4, 5, 7, 6};
+  CHECK_THAT(polyhedron_complaint(twice, faces), ContainsSubstring("3"));
+  Points unused(3, 9);
+  unused << cube(), Vector3(0.5, 0.5, 0.5);
+  CHECK_THAT(polyhedron_complaint(unused, kCubeFaces), ContainsSubstring("8"));
+  CHECK_THAT(hull_complaint(twice), ContainsSubstring("points 3 and 8 are equal"));
+  // a hull does with points that do not span it
+  CHECK(make_hull(unused).polyhedron.topology().vertex_count() == 8);
+}
+
+TEST_CASE("bad input: open, inverted and inconsistent surfaces") {
+  Faces open = kCubeFaces;
+  open.pop_back();
+  CHECK_THAT(polyhedron_complaint(cube(), open), ContainsSubstring("edge"));
+  Faces one_inverted = kCubeFaces;
+  std::reverse(one_inverted[2].begin(), one_inverted[2].end());
+  CHECK_THAT(polyhedron_complaint(cube(), one_inverted), ContainsSubstring("edge"));
+  Faces doubled = kCubeFaces;
+  doubled.push_back(kCubeFaces[0]);
+  CHECK_THROWS_AS(make_polyhedron(cube(), doubled), InputError);
+  Faces short_face = kCubeFaces;
+  short_face[3] = {2, 6};
+  CHECK_THAT(polyhedron_complaint(cube(), short_face), ContainsSubstring("face 3"));
+  Faces no_such_vertex = kCubeFaces;
+  no_such_vertex[4][0] = 8;
+  CHECK_THAT(polyhedron_complaint(cube(), no_such_vertex), ContainsSubstring("face 4"));
+  no_such_vertex[4][0] = -1;
+  CHECK_THAT(polyhedron_complaint(cube(), no_such_vertex), ContainsSubstring("face 4"));
+  CHECK_THROWS_AS(make_polyhedron(cube(), {}), InputError);
+}
+
+TEST_CASE("bad input: two closed surfaces are not one solid") {
+  Points points(3, 16);
+  points << cube(), cube().colwise() + Vector3(3, 0, 0);
+  Faces faces = kCubeFaces;
+  for (std::vector<int> face : kCubeFaces) {
+    for (int& v : face) {
+      v += 8;
+    }
+    faces.push_back(face);
+  }
+  CHECK_THROWS_AS(make_polyhedron(points, faces), InputError);
+}
+
+TEST_CASE("bad input: faces off their plane, dents") {
+  Points bent = cube();
+  bent(2, 7) = 1.001;
+  CHECK_THAT(polyhedron_complaint(bent, kCubeFaces), ContainsSubstring("face"));
+  // a cube whose lid is pushed in: four triangles to a point inside
+  Points dented(3, 9);
+  dented << cube(), Vector3(0.5, 0.5, 0.7);
+  Faces faces = kCubeFaces;
+  faces.erase(faces.begin() + 1);
+  for (const std::vector<int>& triangle : Faces{{4, 5, 8}, {5, 7, 8}, {7, 6, 8}, {6, 4, 8}}) {
+    faces.push_back(triangle);
+  }
+  CHECK_THAT(polyhedron_complaint(dented, faces), ContainsSubstring("convex"));
+  dented.col(8).z() = 1.5;  // pushed out it is fine
+  CHECK(make_polyhedron(dented, faces).topology().face_count() == 9);
+}
+
+TEST_CASE("bad input: prisms of no height, and over polygons that are none") {
+  Points square(3, 4);
+  square << 0, 1, 1, 0, 0, 0, 1, 1, 0, 0, 0, 0;
+  CHECK(make_prism(square, {0, 0, 1}).topology().face_count() == 6);
+  CHECK_THROWS_AS(make_prism(square, {0, 0, 0}), InputError);
+  CHECK_THROWS_AS(make_prism(square, {1, 0, 0}), InputError);
+  CHECK_THROWS_AS(make_prism(square.leftCols(2), {0, 0, 1}), InputError);
+  Points crossed = square;
+  crossed.col(2).swap(crossed.col(3));
+  CHECK_THROWS_AS(make_prism(crossed, {0, 0, 1}), InputError);
+}
+
+TEST_CASE("bad input: a million points end in a hull or in a message, soon") {
+  quoin::tests::Random random(1);
+  Points cloud(3, 1000000);
+  for (Eigen::Index i = 0; i < cloud.cols(); ++i) {
+    cloud.col(i) = random.point(-1, 1);
+  }
+  const std::string text = hull_complaint(cloud);
+  if (text == "nothing was refused") {
+    CHECK(make_hull(cube()).polyhedron.topology().vertex_count() == 8);
+  } else {
+    CHECK_THAT(text, ContainsSubstring("at most"));
+  }
+}
