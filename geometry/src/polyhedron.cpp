@@ -5,6 +5,8 @@
 #include <string>
 #include <utility>
 
+#include "double_double.hpp"
+
 namespace quoin::geometry {
 namespace {
 
@@ -52,6 +54,53 @@ void check_twins(const HalfEdge* begin, const HalfEdge* end) {
                      std::to_string(begin[1].face) +
                      " run along it in the same direction (mixed orientation)");
   }
+}
+
+/// Sum of the cross products at the corners of a quadrilateral (right for long bricks), of the fan
+/// from the first vertex otherwise. `size` is the sum of the lengths multiplied.
+Vector3 summed_normal(const Points& vertices, std::span<const int> face, double& size) {
+  Vector3 normal = Vector3::Zero();
+  if (face.size() == 4) {
+    for (std::size_t k = 0; k < 4; ++k) {
+      const Vector3 p = vertices.col(face[k]);
+      const Vector3 next = vertices.col(face[(k + 1) % 4]) - p;
+      const Vector3 before = vertices.col(face[(k + 3) % 4]) - p;
+      normal += next.cross(before);
+      size += next.norm() * before.norm();
+    }
+    return normal;
+  }
+  const Vector3 first = vertices.col(face[0]);
+  Vector3 side = vertices.col(face[1]) - first;
+  for (std::size_t k = 2; k < face.size(); ++k) {
+    const Vector3 next = vertices.col(face[k]) - first;
+    normal += side.cross(next);
+    size += side.norm() * next.norm();
+    side = next;
+  }
+  return normal;
+}
+
+/// The same sum in double-double, for faces so slim that the products cancel.
+Vector3 wide_normal(const Points& vertices, std::span<const int> face) {
+  const Vector3 first = vertices.col(face[0]);
+  WideVector normal;
+  WideVector side = wide_difference(vertices.col(face[1]), first);
+  for (std::size_t k = 2; k < face.size(); ++k) {
+    const WideVector next = wide_difference(vertices.col(face[k]), first);
+    normal = normal + cross(side, next);
+    side = next;
+  }
+  return normal.rounded();
+}
+
+Vector3 unit_normal(const Points& vertices, std::span<const int> face) {
+  constexpr double kSlim = 0.25;  // below it rounding costs more than two bits
+  double size = 0.0;
+  Vector3 normal = summed_normal(vertices, face, size);
+  if (!(normal.norm() > kSlim * size)) normal = wide_normal(vertices, face);
+  const double length = normal.norm();
+  return length > 0.0 ? Vector3(normal / length) : Vector3::Zero();
 }
 
 }  // namespace
@@ -160,17 +209,7 @@ void Polyhedron::set_vertices(const Eigen::Ref<const Points>& vertices) {
 
 void Polyhedron::update_face_normals() {
   for (int f = 0; f < topology_->face_count(); ++f) {
-    const std::span<const int> face = topology_->face(f);
-    const Vector3 first = vertices_.col(face[0]);
-    Vector3 normal = Vector3::Zero();
-    Vector3 side = vertices_.col(face[1]) - first;
-    for (std::size_t k = 2; k < face.size(); ++k) {
-      const Vector3 next = vertices_.col(face[k]) - first;
-      normal += side.cross(next);
-      side = next;
-    }
-    const double length = normal.norm();
-    face_normals_.col(f) = length > 0.0 ? Vector3(normal / length) : Vector3::Zero();
+    face_normals_.col(f) = unit_normal(vertices_, topology_->face(f));
   }
 }
 

@@ -93,6 +93,7 @@ class Simplex {
     unsigned mask = 0;
     WideVector direction;
     DoubleDouble squared_distance = std::numeric_limits<double>::infinity();
+    double violation = std::numeric_limits<double>::infinity();  // how far a corner lies nearer, m
   };
 
   void consider(unsigned mask, Choice& best) const {
@@ -103,8 +104,25 @@ class Simplex {
     }
     Choice choice;
     choice.mask = mask;
-    if (n < 4 && nearest(w, n, choice) && choice.squared_distance < best.squared_distance)
-      best = choice;
+    if (n == 4 || !nearest(w, n, choice)) return;
+    choice.violation = violation(choice);
+    if (choice.violation < best.violation) best = choice;
+  }
+
+  /// The optimal subset is told by its plane, not by its distance: two candidates whose planes
+  /// differ by one rounding of the input have distances that differ by its square.
+  double violation(const Choice& choice) const {
+    const DoubleDouble length = square_root(dot(choice.direction, choice.direction));
+    const DoubleDouble distance = square_root(choice.squared_distance);
+    if (!(distance.high > kWideEpsilon * corner(0).w.rounded().norm()))
+      return -1.0;  // the origin itself
+    const DoubleDouble here = distance * length;
+    double worst = 0.0;
+    for (int k = 0; k < size_; ++k) {
+      if (choice.mask >> k & 1u) continue;
+      worst = std::max(worst, double(here - dot(choice.direction, corner(k).w)) / length.high);
+    }
+    return worst;
   }
 
   /// The point of the affine hull nearest to the origin, if it lies inside the simplex.
@@ -173,7 +191,7 @@ void name_features(const Simplex& simplex, ActiveFeatures& result) {
 template <typename SupportP, typename SupportQ>
 ActiveFeatures search(const Polyhedron& p, const Polyhedron& q, int first_p, int first_q,
                       int max_iterations, const SupportP& support_p, const SupportQ& support_q) {
-  const double size = p.diameter() + q.diameter();
+  const double size = std::min(p.diameter(), q.diameter());
   // Nearer than this a line between vertices or edges has no direction left, even in double-double;
   // the answer may then come from the planes that part the solids just as well.
   const double nothing = kEpsilon / 8 * std::max(p.diameter(), q.diameter());
@@ -181,15 +199,22 @@ ActiveFeatures search(const Polyhedron& p, const Polyhedron& q, int first_p, int
   Simplex simplex;
   simplex.push({first_p, first_q, wide_difference(q.vertex(first_q), p.vertex(first_p))});
   WideVector direction;
+  std::array<int, 2> last{first_p, first_q};
   while (result.iterations < max_iterations) {
     ++result.iterations;
     DoubleDouble distance;
     result.overlapping = !simplex.reduce(direction, distance) || !(distance.high > nothing);
     if (result.overlapping) return result;
+    if (result.iterations > 1 && !simplex.has(last[0], last[1])) {
+      // No step forward: the margin is inside the rounding even here. When the solids touch within
+      // the rounding of the coordinates the planes between them decide.
+      result.overlapping = distance.high <= 64 * kEpsilon * std::max(p.diameter(), q.diameter());
+      return result;
+    }
     direction = scaled(direction);
     const DoubleDouble length = square_root(dot(direction, direction));
     const DoubleDouble here = distance * length;
-    const double rounding = kWideEpsilon * length.high * size;
+    const double rounding = kEpsilon / 256 * length.high * size;
     const int i = support_p(direction), j = support_q(direction);
     const WideVector w = wide_difference(q.vertex(j), p.vertex(i));
     const DoubleDouble gain = here - dot(direction, w);
@@ -201,12 +226,12 @@ ActiveFeatures search(const Polyhedron& p, const Polyhedron& q, int first_p, int
       return result;
     }
     simplex.push({i, j, w});
+    last = {i, j};
   }
   return result;
 }
 
-// ---- least overlap
-// -------------------------------------------------------------------------------
+// ---- least overlap ----
 
 struct HullEdge {
   std::array<int, 2> ends;
@@ -349,7 +374,7 @@ class Enumeration {
     if (result.q_count == 0) add_once(result.q, result.q_count, touch[1]);
     std::sort(result.p.begin(), result.p.begin() + result.p_count);
     std::sort(result.q.begin(), result.q.begin() + result.q_count);
-    result.iterations = static_cast<int>(candidates_.size());
+    result.iterations = 1;
     judge_ties(finalists, result);
     return result;
   }
