@@ -179,6 +179,8 @@ namespace {
 /// Indices of the convex hull of places, counter-clockwise (monotone chain, [Andrew 1979]).
 template <typename Place>
 void hull_order(std::size_t count, const Place& place, SmallVector<int, 32>& order) {
+  order.clear();
+  if (count == 0) return;
   SmallVector<int, 64> sorted;
   for (std::size_t i = 0; i < count; ++i) sorted.push_back(static_cast<int>(i));
   std::sort(sorted.begin(), sorted.end(), [&](int i, int j) {
@@ -201,9 +203,8 @@ void hull_order(std::size_t count, const Place& place, SmallVector<int, 32>& ord
     chain.resize(chain.size() - 1);
     std::reverse(sorted.begin(), sorted.end());
   }
-  order.clear();
   for (const int i : chain) order.push_back(i);
-  if (order.empty() && count > 0) order.push_back(sorted[0]);
+  if (order.empty()) order.push_back(sorted[0]);
 }
 
 }  // namespace
