@@ -76,8 +76,8 @@ struct Block {
   Vector3 velocity = Vector3::Zero();              ///< of the centroid at the start, m/s
   Vector3 angular_velocity = Vector3::Zero();      ///< at the start, rad/s
   Vector6 initial_stress = Vector6::Zero();        ///< Pa, tension positive, world axes
-  Motion motion;                                   ///< of a prescribed block
-  std::string name;                                ///< for messages and output; may be empty
+  Motion motion{};                                 ///< of a prescribed block
+  std::string name{};                              ///< for messages and output; may be empty
 };
 
 /// Force on a material point, given by its place at the start. N.

@@ -41,7 +41,9 @@ struct EnergyLedger {
   double work = 0.0;              ///< done by point, face and body loads and by prescribed motion
   double friction_loss = 0.0;
   double impact_loss = 0.0;       ///< by the velocity law of closing and sticking contacts
-  double algorithmic_loss = 0.0;  ///< by the time scheme, the rest of the balance
+  double algorithmic_loss = 0.0;  ///< by the time scheme: springs taken at the end of the step
+  double closure = 0.0;           ///< what the terms above leave unexplained (0 but for rounding and
+                                  ///< the frozen directions of sliding)
   double mechanical() const { return kinetic + potential + strain + contact; }
 };
 

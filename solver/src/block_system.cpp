@@ -1,0 +1,38 @@
+#include "block_system.hpp"
+
+#include <algorithm>
+
+namespace quoin::solver {
+
+Slots make_slots(const std::vector<int>& unknowns_of_block,
+                 const std::vector<double>& size_of_block) {
+  Slots slots;
+  slots.slot_of_block.assign(unknowns_of_block.size(), -1);
+  slots.start.push_back(0);
+  for (std::size_t b = 0; b < unknowns_of_block.size(); ++b) {
+    if (unknowns_of_block[b] == 0) continue;
+    slots.slot_of_block[b] = slots.count();
+    slots.block_of_slot.push_back(static_cast<int>(b));
+    slots.size.push_back(unknowns_of_block[b]);
+    slots.start.push_back(slots.start.back() + unknowns_of_block[b]);
+    slots.length.push_back(size_of_block[b]);
+  }
+  return slots;
+}
+
+double force_size(const Vector12& force, double length) {
+  return std::max({force.head<3>().norm(), force.segment<3>(3).norm() / length,
+                   force.tail<6>().norm() / length});
+}
+
+void multiply(const BlockSystem& system, const BlockVector& x, BlockVector& y) {
+  for (std::size_t s = 0; s < x.size(); ++s) y[s].noalias() = system.diagonal[s] * x[s];
+  for (std::size_t p = 0; p < system.pairs.size(); ++p) {
+    const auto i = static_cast<std::size_t>(system.pairs[p].first);
+    const auto j = static_cast<std::size_t>(system.pairs[p].second);
+    y[i].noalias() += system.off_diagonal[p] * x[j];
+    y[j].noalias() += system.off_diagonal[p].transpose() * x[i];
+  }
+}
+
+}  // namespace quoin::solver

@@ -1,0 +1,167 @@
+#include "block_terms.hpp"
+
+#include <cmath>
+#include <string>
+
+namespace quoin::solver {
+namespace {
+
+std::string label(const Block& block, int index) {
+  return "block " + std::to_string(index) + (block.name.empty() ? "" : " (" + block.name + ")");
+}
+
+void check_material(const Block& block, int index) {
+  const Material& m = block.material;
+  if (!(m.density > 0.0) || !std::isfinite(m.density)) {
+    throw InputError(label(block, index) + ": density " + std::to_string(m.density) +
+                     " kg/m3 must be greater than 0");
+  }
+  if (block.kind != BlockKind::Deformable) return;
+  if (!(m.young > 0.0) || !std::isfinite(m.young)) {
+    throw InputError(label(block, index) + ": Young's modulus " + std::to_string(m.young) +
+                     " Pa must be greater than 0 (or make the block rigid)");
+  }
+  if (!(m.poisson > -1.0 && m.poisson < 0.5)) {
+    throw InputError(label(block, index) + ": Poisson's ratio " + std::to_string(m.poisson) +
+                     " must lie in (-1, 0.5)");
+  }
+}
+
+void set_inertia(BlockModel& model, double density, const Matrix3& second_moment) {
+  const Matrix3& s = model.second_moment = density * second_moment;
+  model.inertia = s.trace() * Matrix3::Identity() - s;
+  model.strain_inertia.setZero();
+  model.inertia_coupling.setZero();
+  for (int i = 0; i < 3; ++i) {
+    model.strain_basis[static_cast<std::size_t>(i)] = strain_motion(Vector3::Unit(i));
+  }
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      const auto& basis_i = model.strain_basis[static_cast<std::size_t>(i)];
+      const auto& basis_j = model.strain_basis[static_cast<std::size_t>(j)];
+      model.strain_inertia += s(i, j) * basis_i.transpose() * basis_j;
+      // theta × X = -[X] theta
+      model.inertia_coupling += s(i, j) * cross_matrix(Vector3::Unit(i)) * basis_j;
+    }
+  }
+}
+
+/// Momenta per unit time step of (theta | e) rows: (J W + C e', C^T W + S e').
+Eigen::Matrix<double, 9, 1> momentum(const BlockModel& m, const Vector3& spin, const Vector6& rate) {
+  Eigen::Matrix<double, 9, 1> result;
+  result.head<3>() = m.inertia * spin + m.inertia_coupling * rate;
+  result.tail<6>() = m.inertia_coupling.transpose() * spin + m.strain_inertia * rate;
+  return result;
+}
+
+}  // namespace
+
+Eigen::Matrix<double, 6, 6> isotropic_elasticity(double young, double poisson) {
+  const double lame = young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson));
+  const double shear = young / (2.0 * (1.0 + poisson));
+  Eigen::Matrix<double, 6, 6> matrix = Eigen::Matrix<double, 6, 6>::Zero();
+  matrix.topLeftCorner<3, 3>().setConstant(lame);
+  matrix.diagonal().head<3>().array() += 2.0 * shear;
+  matrix.diagonal().tail<3>().setConstant(shear);
+  return matrix;
+}
+
+BlockModel make_block_model(const Block& block, const Vector3& origin, int index) {
+  BlockModel model;
+  model.kind = block.kind;
+  const geometry::Points& vertices = block.shape.vertices();
+  const geometry::Points near = vertices.colwise() - origin;
+  const geometry::Polyhedron shape(block.shape.shared_topology(), near);
+  const geometry::MassProperties properties = geometry::mass_properties(shape);
+  model.volume = properties.volume;
+  model.start = properties.centroid;
+  model.arms = near.colwise() - model.start;
+  model.size = (near.rowwise().maxCoeff() - near.rowwise().minCoeff()).norm();
+  model.strain_inertia.setZero();
+  model.inertia_coupling.setZero();
+  model.elasticity.setZero();
+  if (block.kind == BlockKind::Fixed || block.kind == BlockKind::Prescribed) return model;
+  check_material(block, index);
+  model.unknowns = block.kind == BlockKind::Deformable ? 12 : 6;
+  model.mass = block.material.density * properties.volume;
+  set_inertia(model, block.material.density, properties.second_moment);
+  if (block.kind == BlockKind::Deformable) {
+    model.elasticity = isotropic_elasticity(block.material.young, block.material.poisson);
+    model.initial_stress = block.initial_stress;
+  } else {
+    model.strain_inertia.setZero();
+    model.inertia_coupling.setZero();
+  }
+  return model;
+}
+
+Matrix12 block_matrix(const BlockModel& model, const StepScheme& scheme) {
+  const double factor = 2.0 / (scheme.time_step * scheme.time_step);
+  Matrix12 k = Matrix12::Zero();
+  k.diagonal().head<3>().setConstant(factor * model.mass);
+  k.block<3, 3>(3, 3) = factor * model.inertia;
+  if (model.unknowns == 12) {
+    k.block<3, 6>(3, 6) = factor * model.inertia_coupling;
+    k.block<6, 3>(6, 3) = factor * model.inertia_coupling.transpose();
+    k.bottomRightCorner<6, 6>() =
+        factor * model.strain_inertia + scheme.end_share * model.volume * model.elasticity;
+  } else {
+    k.bottomRightCorner<6, 6>().setIdentity();
+  }
+  return k;
+}
+
+Vector12 block_force(const BlockModel& model, const BlockState& state, const StepScheme& scheme,
+                     const Vector12& increment) {
+  const double dt = scheme.time_step;
+  const Vector3 theta = increment.segment<3>(3);
+  Vector12 force = Vector12::Zero();
+  force.head<3>() = (2.0 / dt) * model.mass * state.velocity;
+  const bool deformable = model.unknowns == 12;
+  const Vector6 rate = deformable ? state.strain_rate : Vector6::Zero();
+  const Eigen::Matrix<double, 9, 1> now = momentum(model, state.angular_velocity, rate);
+  const Vector6 strain_increment = deformable ? Vector6(increment.tail<6>()) : Vector6::Zero();
+  const Vector3 spin_end =
+      (2.0 / dt) * (model.inertia * theta + model.inertia_coupling * strain_increment) -
+      now.head<3>();
+  // The momentum at the end stands in the turned frame: cay(theta) - I turns it back (gyroscopic).
+  force.segment<3>(3) =
+      (2.0 / dt) * now.head<3>() - (cayley(theta) * spin_end - spin_end) / dt;
+  if (!deformable) return force;
+  force.tail<6>() = (2.0 / dt) * now.tail<6>() - model.volume * stress(model, state.strain);
+  const Vector3 spin = theta / dt;
+  for (int i = 0; i < 3; ++i) {
+    const Vector3 centripetal = spin.cross(spin.cross(Vector3(model.second_moment.row(i))));
+    force.tail<6>() -= model.strain_basis[static_cast<std::size_t>(i)].transpose() * centripetal;
+  }
+  return force;
+}
+
+BlockState with_end_velocity(const BlockState& end, const BlockState& start,
+                             const Vector12& increment, double time_step) {
+  BlockState result = end;
+  result.velocity = (2.0 / time_step) * increment.head<3>() - start.velocity;
+  result.angular_velocity = (2.0 / time_step) * increment.segment<3>(3) - start.angular_velocity;
+  result.strain_rate = (2.0 / time_step) * increment.tail<6>() - start.strain_rate;
+  return result;
+}
+
+Vector6 stress(const BlockModel& model, const Vector6& strain) {
+  return model.elasticity * strain + model.initial_stress;
+}
+
+double kinetic_energy(const BlockModel& model, const BlockState& state) {
+  if (model.unknowns == 0) return 0.0;
+  const Eigen::Matrix<double, 9, 1> p =
+      momentum(model, state.angular_velocity, state.strain_rate);
+  return 0.5 * (model.mass * state.velocity.squaredNorm() +
+                state.angular_velocity.dot(p.head<3>()) + state.strain_rate.dot(p.tail<6>()));
+}
+
+double strain_energy(const BlockModel& model, const BlockState& state) {
+  if (model.unknowns != 12) return 0.0;
+  return model.volume * state.strain.dot(0.5 * (model.elasticity * state.strain) +
+                                         model.initial_stress);
+}
+
+}  // namespace quoin::solver

@@ -1,0 +1,57 @@
+#pragma once
+/// Inertia, elasticity and loads of one block: 12×12 and 12×1 terms of K D = F without contacts.
+
+#include <quoin/geometry/mass_properties.hpp>
+
+#include "displacement.hpp"
+
+namespace quoin::solver {
+
+/// What never changes of a block: reference shape and constant matrices, all in the turning frame.
+struct BlockModel {
+  BlockKind kind = BlockKind::Fixed;
+  int unknowns = 0;                ///< 12, 6 or 0
+  geometry::Points arms;           ///< reference vertices from the centroid, 3 × n, m
+  Vector3 start = Vector3::Zero(); ///< centroid at the start, relative to State::origin, m
+  double volume = 0.0;             ///< m3
+  double mass = 0.0;               ///< kg
+  double size = 0.0;               ///< largest extent, m
+  Matrix3 inertia = Matrix3::Zero();                          ///< kg m2
+  Eigen::Matrix<double, 3, 6> inertia_coupling;               ///< rotation with strain, kg m2
+  Vector6 initial_stress = Vector6::Zero();                   ///< Pa, turning frame
+  Eigen::Matrix<double, 6, 6> strain_inertia;                 ///< kg m2
+  Eigen::Matrix<double, 6, 6> elasticity;                     ///< Pa
+  std::array<Eigen::Matrix<double, 3, 6>, 3> strain_basis{};  ///< E(e) X = sum X_k basis[k] e
+  Matrix3 second_moment = Matrix3::Zero();                    ///< rho integral X X^T dV, kg m2
+};
+
+/// Throws InputError naming the block.
+BlockModel make_block_model(const Block& block, const Vector3& origin, int index);
+
+/// Isotropic elasticity, 6×6, Pa; shear strains as gamma.
+Eigen::Matrix<double, 6, 6> isotropic_elasticity(double young, double poisson);
+
+/// Share of the elastic force that is taken at the end of the step: 1 for Shi's scheme, 1/2 for the
+/// energy–momentum scheme.
+struct StepScheme {
+  double time_step = 0.0;
+  double end_share = 1.0;
+};
+
+/// K of a block alone: 2 M/dt2 + end_share V E.   [Beyabanaki 2009], equation (8), after Shi.
+Matrix12 block_matrix(const BlockModel& model, const StepScheme& scheme);
+
+/// F of a block alone: 2 M v/dt - V stress, centrifugal and gyroscopic forces. `theta`: rotation
+/// increment of the step (the last estimate of it), turning frame.
+Vector12 block_force(const BlockModel& model, const BlockState& state, const StepScheme& scheme,
+                     const Vector12& increment);
+
+/// Velocities at the end of the step: 2 D/dt - v.
+BlockState with_end_velocity(const BlockState& end, const BlockState& start,
+                             const Vector12& increment, double time_step);
+
+Vector6 stress(const BlockModel& model, const Vector6& strain);  ///< Pa, turning frame
+double kinetic_energy(const BlockModel& model, const BlockState& state);  ///< J
+double strain_energy(const BlockModel& model, const BlockState& state);   ///< J
+
+}  // namespace quoin::solver

@@ -1,0 +1,119 @@
+#include "contact_list.hpp"
+
+#include <Eigen/LU>
+#include <cmath>
+
+namespace quoin::solver {
+
+using geometry::ContactPoint;
+using geometry::FeatureKind;
+
+Vector3 reference_arm(const Pose& pose, const Vector3& place) {
+  return pose.shape.inverse() * (place - pose.centroid);
+}
+
+const Joint& joint_between(const Scene& scene, int a, int b) {
+  const int group_a = scene.blocks[static_cast<std::size_t>(a)].material.joint_group;
+  const int group_b = scene.blocks[static_cast<std::size_t>(b)].material.joint_group;
+  for (const PairJoint& pair : scene.pair_joints) {
+    if ((pair.group_a == group_a && pair.group_b == group_b) ||
+        (pair.group_a == group_b && pair.group_b == group_a)) {
+      return pair.joint;
+    }
+  }
+  return scene.joint;
+}
+
+BodyContact make_body_contact(const Scene& scene, std::span<const Pose> poses,
+                              const ContactPoint& point) {
+  BodyContact contact;
+  contact.state.point = point;
+  contact.a = point.key.a;
+  contact.b = point.key.b;
+  const Pose& pose_a = poses[static_cast<std::size_t>(contact.a)];
+  const Pose& pose_b = poses[static_cast<std::size_t>(contact.b)];
+  contact.arm_a = reference_arm(pose_a, point.point_a);
+  contact.arm_b = reference_arm(pose_b, point.point_b);
+  contact.state.anchor_a = contact.arm_a;
+  contact.state.anchor_b = contact.arm_b;
+  contact.normal_on_a = point.key.feature_a.kind == FeatureKind::Face ||
+                        (point.key.feature_b.kind != FeatureKind::Face &&
+                         scene.blocks[static_cast<std::size_t>(contact.a)].kind >= BlockKind::Fixed);
+  const Pose& owner = contact.normal_on_a ? pose_a : pose_b;
+  contact.normal_local = owner.rotation.transpose() * point.normal;
+  contact.joint = joint_between(scene, contact.a, contact.b);
+  return contact;
+}
+
+namespace {
+
+/// Hands the history on. The stretch of a stuck contact (place of anchor b minus that of anchor a) goes
+/// over to the new contact point, so that neither a new key nor a moved projection loses it.
+void hand_on(const Contact& before, std::span<const Pose> poses, BodyContact& contact) {
+  Contact& state = contact.state;
+  const Vector3& normal = state.point.normal;
+  contact.was_closed = before.mode != ContactMode::Open;
+  state.mode = before.mode;
+  state.normal_force = before.normal_force;
+  state.shear_force = before.shear_force - before.shear_force.dot(normal) * normal;
+  state.slip = before.slip;
+  state.failed = before.failed;
+  if (!contact.was_closed) return;
+  if (before.point.key == state.point.key) {
+    state.anchor_a = before.anchor_a;
+    state.anchor_b = before.anchor_b;
+    return;
+  }
+  const Pose& a = poses[static_cast<std::size_t>(contact.a)];
+  const Pose& b = poses[static_cast<std::size_t>(contact.b)];
+  const Vector3 stretch = b.centroid + b.shape * before.anchor_b - a.centroid -
+                          a.shape * before.anchor_a;
+  state.anchor_b =
+      reference_arm(b, state.point.point_b + stretch - stretch.dot(normal) * normal);
+}
+
+void weaken(BodyContact& contact) {
+  Joint& joint = contact.joint;
+  joint.cohesion = joint.residual_cohesion;
+  joint.tension = joint.residual_tension;
+  if (joint.residual_friction_angle >= 0.0) joint.friction_angle = joint.residual_friction_angle;
+}
+
+}  // namespace
+
+void fail(BodyContact& contact) {
+  contact.state.failed = true;
+  weaken(contact);
+}
+
+void carry_over(const Scene& scene, std::span<const Pose> poses,
+                std::span<const ContactPoint> found, std::span<const Contact> before, double reach,
+                NewBonds bonds, std::vector<BodyContact>& contacts) {
+  std::vector<ContactPoint> old_points;
+  old_points.reserve(before.size());
+  for (const Contact& contact : before) old_points.push_back(contact.point);
+  const std::vector<ContactPoint> points(found.begin(), found.end());
+  const std::vector<int> previous = geometry::match_previous(points, old_points, reach);
+  contacts.clear();
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    BodyContact& contact = contacts.emplace_back(make_body_contact(scene, poses, found[i]));
+    if (previous[i] >= 0) {
+      hand_on(before[static_cast<std::size_t>(previous[i])], poses, contact);
+    } else {
+      contact.state.failed = bonds == NewBonds::Residual;
+    }
+    contact.opening = contact.state.slip * std::tan(contact.joint.dilation_angle);
+    if (contact.state.failed) weaken(contact);
+  }
+}
+
+ContactGeometry contact_geometry(const BodyContact& contact, const Pose& a, const Pose& b) {
+  ContactGeometry result;
+  result.normal = (contact.normal_on_a ? a : b).rotation * contact.normal_local;
+  result.place_a = a.centroid + a.shape * contact.arm_a;
+  result.place_b = b.centroid + b.shape * contact.arm_b;
+  result.gap = (result.place_b - result.place_a).dot(result.normal);
+  return result;
+}
+
+}  // namespace quoin::solver

@@ -1,0 +1,55 @@
+#pragma once
+/// The contacts of a step with their history: who touches whom, where on the bodies, with what force.
+
+#include <span>
+
+#include "block_terms.hpp"
+
+namespace quoin::solver {
+
+/// A contact held by the bodies: material points and a normal that turns with one of them, so that
+/// gap and slip can be followed exactly through a step.
+struct BodyContact {
+  Contact state;                             ///< forces, mode, anchors; `point` as detected
+  int a = 0, b = 0;                          ///< blocks
+  Vector3 arm_a = Vector3::Zero();           ///< reference arms of the contact point, m
+  Vector3 arm_b = Vector3::Zero();
+  bool normal_on_a = false;                  ///< whose rotation carries the normal: the face's block
+  Vector3 normal_local = Vector3::UnitX();   ///< in that block's turning frame
+  Joint joint{};                             ///< with residual values once failed
+  double opening = 0.0;                      ///< by dilation, m
+  bool was_closed = false;                   ///< at the end of the last step
+};
+
+/// Reference arm of a place (relative to State::origin) in a block.
+Vector3 reference_arm(const Pose& pose, const Vector3& place);
+
+/// Joint of two blocks' materials.
+const Joint& joint_between(const Scene& scene, int a, int b);
+
+/// Whether contacts without history have the joint's cohesion and tension (those of the first step) or
+/// its residual values (blocks that meet later).
+enum class NewBonds : std::uint8_t { Intact, Residual };
+
+/// New list from what geometry found now, with the history of `before` handed on
+/// (geometry::match_previous). Places in `found` are relative to State::origin.
+void carry_over(const Scene& scene, std::span<const Pose> poses,
+                std::span<const geometry::ContactPoint> found, std::span<const Contact> before,
+                double reach, NewBonds bonds, std::vector<BodyContact>& contacts);
+
+/// Cohesion and tension are gone: the joint has its residual values from now on.
+void fail(BodyContact& contact);
+
+/// The contact as held by the bodies at these poses, without history.
+BodyContact make_body_contact(const Scene& scene, std::span<const Pose> poses,
+                              const geometry::ContactPoint& point);
+
+/// Vectors of a contact at given poses of its two blocks.
+struct ContactGeometry {
+  Vector3 normal = Vector3::UnitX();
+  Vector3 place_a = Vector3::Zero(), place_b = Vector3::Zero();
+  double gap = 0.0;
+};
+ContactGeometry contact_geometry(const BodyContact& contact, const Pose& a, const Pose& b);
+
+}  // namespace quoin::solver

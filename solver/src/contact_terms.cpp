@@ -1,0 +1,92 @@
+#include "contact_terms.hpp"
+
+#include <cmath>
+
+namespace quoin::solver {
+
+void tangent_frame(const Vector3& normal, Vector3& t1, Vector3& t2) {
+  int axis = 0;
+  normal.cwiseAbs().minCoeff(&axis);
+  t1 = normal.cross(Vector3::Unit(axis)).normalized();
+  t2 = normal.cross(t1);
+}
+
+namespace {
+
+struct Rows {
+  Vector3 normal, t1, t2;
+};
+
+void fill(const Rows& rows, double sign, const Matrix3x12& at_point, const Matrix3x12& at_anchor,
+          Matrix3x12& jacobian) {
+  jacobian.row(0) = sign * rows.normal.transpose() * at_point;
+  jacobian.row(1) = sign * rows.t1.transpose() * at_anchor;
+  jacobian.row(2) = sign * rows.t2.transpose() * at_anchor;
+}
+
+/// The turn of the normal: (r × n)·m = (n × m)·r.
+void add_turn(const Vector3& normal, const Vector3& lever, const Matrix3& rotation,
+              Matrix3x12& jacobian) {
+  jacobian.block<1, 3>(0, 3) += normal.cross(lever).transpose() * rotation;
+}
+
+}  // namespace
+
+void linearise(const BodyContact& contact, const StepPoses& poses,
+               std::span<const BlockModel> models, LinearContact& linear) {
+  const auto a = static_cast<std::size_t>(contact.a), b = static_cast<std::size_t>(contact.b);
+  const Pose &start_a = poses.start[a], &start_b = poses.start[b];
+  const Pose &end_a = poses.end[a], &end_b = poses.end[b];
+  const ContactGeometry before = contact_geometry(contact, start_a, start_b);
+  const ContactGeometry after = contact_geometry(contact, end_a, end_b);
+  Rows rows;
+  rows.normal = 0.5 * (before.normal + after.normal);
+  tangent_frame(rows.normal, rows.t1, rows.t2);
+  const auto mean = [&](std::size_t block, const Pose& start, const Pose& end, const Vector3& arm) {
+    return mean_motion(start, end, poses.increment[block].segment<3>(3), arm,
+                       models[block].unknowns == 12);
+  };
+  const Matrix3x12 point_a = mean(a, start_a, end_a, contact.arm_a);
+  const Matrix3x12 point_b = mean(b, start_b, end_b, contact.arm_b);
+  const bool moved_a = contact.state.anchor_a != contact.arm_a;
+  const bool moved_b = contact.state.anchor_b != contact.arm_b;
+  fill(rows, -1.0, point_a, moved_a ? mean(a, start_a, end_a, contact.state.anchor_a) : point_a,
+       linear.jacobian_a);
+  fill(rows, 1.0, point_b, moved_b ? mean(b, start_b, end_b, contact.state.anchor_b) : point_b,
+       linear.jacobian_b);
+  const Vector3 lever =
+      0.5 * (before.place_b - before.place_a + after.place_b - after.place_a);
+  if (contact.normal_on_a) {
+    add_turn(rows.normal, lever, start_a.rotation, linear.jacobian_a);
+  } else {
+    add_turn(rows.normal, lever, start_b.rotation, linear.jacobian_b);
+  }
+  const Vector3 stretched = start_b.centroid + start_b.shape * contact.state.anchor_b -
+                            start_a.centroid - start_a.shape * contact.state.anchor_a;
+  linear.offset = Vector3(before.gap - contact.opening, rows.t1.dot(stretched),
+                          rows.t2.dot(stretched));
+  if (models[a].unknowns == 0) linear.offset += linear.jacobian_a * poses.increment[a];
+  if (models[b].unknowns == 0) linear.offset += linear.jacobian_b * poses.increment[b];
+}
+
+void linearise_velocity(const BodyContact& contact, std::span<const Pose> poses,
+                        std::span<const BlockModel> models, LinearContact& linear) {
+  const auto a = static_cast<std::size_t>(contact.a), b = static_cast<std::size_t>(contact.b);
+  const ContactGeometry now = contact_geometry(contact, poses[a], poses[b]);
+  Rows rows;
+  rows.normal = now.normal;
+  tangent_frame(rows.normal, rows.t1, rows.t2);
+  const Matrix3x12 point_a = motion(poses[a], contact.arm_a, models[a].unknowns == 12);
+  const Matrix3x12 point_b = motion(poses[b], contact.arm_b, models[b].unknowns == 12);
+  fill(rows, -1.0, point_a, point_a, linear.jacobian_a);
+  fill(rows, 1.0, point_b, point_b, linear.jacobian_b);
+  const Vector3 lever = now.place_b - now.place_a;
+  if (contact.normal_on_a) {
+    add_turn(rows.normal, lever, poses[a].rotation, linear.jacobian_a);
+  } else {
+    add_turn(rows.normal, lever, poses[b].rotation, linear.jacobian_b);
+  }
+  linear.offset.setZero();
+}
+
+}  // namespace quoin::solver

@@ -1,0 +1,30 @@
+#pragma once
+/// Gap and slip of a contact as linear functions of the increments of its two blocks.
+
+#include "contact_list.hpp"
+#include "open_close.hpp"
+
+namespace quoin::solver {
+
+/// Start and current end of a step: what the discrete derivative of gap and slip is taken between.
+struct StepPoses {
+  std::vector<Pose> start, end;
+  BlockVector increment;  ///< by block: what leads from start to end
+};
+
+/// d = offset + J_a D_a + J_b D_b with d exactly gap and slip at the end of the step when D is the
+/// increment that `poses` was made with. Blocks without unknowns enter the offset.
+/// d_n of a vertex at P against a face with normal n carried by the face's block (mean values over the
+/// step barred):  gap' - gap = n̄·(dx_b - dx_a) + (r × n̄)·m̄,   m = x_b - x_a,
+/// the discrete form of [Beyabanaki 2009], equations (23)–(28), with the reaction at the projection P0.
+void linearise(const BodyContact& contact, const StepPoses& poses,
+               std::span<const BlockModel> models, LinearContact& linear);
+
+/// The same for velocities at the end of the step: d = J V, V = (v | W | strain rate) of each block.
+void linearise_velocity(const BodyContact& contact, std::span<const Pose> poses,
+                        std::span<const BlockModel> models, LinearContact& linear);
+
+/// Unit vectors t1, t2 that complete n to a right-handed frame. They depend on n alone.
+void tangent_frame(const Vector3& normal, Vector3& t1, Vector3& t2);
+
+}  // namespace quoin::solver

@@ -1,0 +1,68 @@
+#include "displacement.hpp"
+
+namespace quoin::solver {
+
+Matrix3 strain_matrix(const Vector6& strain) {
+  Matrix3 matrix;
+  matrix << strain[0], 0.5 * strain[3], 0.5 * strain[5],  //
+      0.5 * strain[3], strain[1], 0.5 * strain[4],        //
+      0.5 * strain[5], 0.5 * strain[4], strain[2];
+  return matrix;
+}
+
+Matrix3 cross_matrix(const Vector3& v) {
+  Matrix3 matrix;
+  matrix << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
+  return matrix;
+}
+
+Eigen::Quaterniond cayley(const Vector3& theta) {
+  Eigen::Quaterniond turn(1.0, 0.5 * theta.x(), 0.5 * theta.y(), 0.5 * theta.z());
+  turn.normalize();
+  return turn;
+}
+
+Pose pose(const BlockState& block) {
+  Pose result;
+  result.centroid = block.centroid;
+  result.rotation = block.rotation.toRotationMatrix();
+  result.shape = result.rotation + result.rotation * strain_matrix(block.strain);
+  return result;
+}
+
+BlockState displaced(const BlockState& block, const Vector12& increment) {
+  BlockState result = block;
+  result.centroid += increment.head<3>();
+  result.rotation = (block.rotation * cayley(increment.segment<3>(3))).normalized();
+  result.strain += increment.tail<6>();
+  return result;
+}
+
+Eigen::Matrix<double, 3, 6> strain_motion(const Vector3& arm) {
+  Eigen::Matrix<double, 3, 6> matrix;
+  const double x = arm.x(), y = arm.y(), z = arm.z();
+  matrix << x, 0, 0, 0.5 * y, 0, 0.5 * z,  //
+      0, y, 0, 0.5 * x, 0.5 * z, 0,        //
+      0, 0, z, 0, 0.5 * y, 0.5 * x;
+  return matrix;
+}
+
+Matrix3x12 mean_motion(const Pose& start, const Pose& end, const Vector3& theta,
+                       const Vector3& reference_arm, bool deformable) {
+  const Vector3 mean_arm = 0.5 * (start.shape * reference_arm + end.shape * reference_arm);
+  Matrix3x12 matrix = Matrix3x12::Zero();
+  matrix.leftCols<3>().setIdentity();
+  matrix.middleCols<3>(3) = -cross_matrix(mean_arm) * start.rotation;
+  if (deformable) {
+    const Matrix3 turned =
+        start.rotation + 0.5 * cross_matrix(start.rotation * theta) * start.rotation;
+    matrix.rightCols<6>() = turned * strain_motion(reference_arm);
+  }
+  return matrix;
+}
+
+Matrix3x12 motion(const Pose& pose, const Vector3& reference_arm, bool deformable) {
+  return mean_motion(pose, pose, Vector3::Zero(), reference_arm, deformable);
+}
+
+}  // namespace quoin::solver

@@ -1,0 +1,91 @@
+#pragma once
+/// Open–close and multiplier iteration: the contact forces of one linearised step.
+///
+/// Find D and contact forces f with   K D = F + sum J^T f,   d = offset + J D   and, at each contact,
+///   f_n >= -tension,  d_n >= 0 where f_n is not at that limit,
+///   |f_t| <= friction max(f_n, 0) + cohesion,  d_t = 0 below the limit, f_t against d_t at it.
+/// Source: [Alart & Curnier 1991] for the projected augmented Lagrangian; see solver/README.md.
+
+#include <span>
+
+#include "linear_solver.hpp"
+
+namespace quoin::solver {
+
+enum class ContactLaw : std::uint8_t {
+  Coulomb,
+  Frictionless,
+  Stuck,     ///< closed contacts cannot slide
+  Bilateral  ///< a held point: all three components vanish
+};
+
+/// One contact after linearisation. Rows of d: gap, two slips.
+struct LinearContact {
+  int slot_a = -1, slot_b = -1;  ///< -1: that side has no unknowns
+  int pair = -1;                 ///< off-diagonal block of (slot_a, slot_b), -1: none
+  ContactLaw law = ContactLaw::Coulomb;
+  bool compliant = false;        ///< a spring: its multiplier stays zero
+  Matrix3x12 jacobian_a = Matrix3x12::Zero(), jacobian_b = Matrix3x12::Zero();
+  Vector3 offset = Vector3::Zero();
+  double friction = 0.0;         ///< tan of the friction angle
+  double cohesion = 0.0;         ///< N
+  double tension = 0.0;          ///< N
+  double normal_stiffness = 0.0; ///< N/m: spring, or augmentation
+  double shear_stiffness = 0.0;
+  Vector3 multiplier = Vector3::Zero();  ///< N, what the last iteration took as known
+
+  Vector3 relative = Vector3::Zero();    ///< result: d, m
+  Vector3 force = Vector3::Zero();       ///< result: f, N
+  double bound = 0.0;                    ///< result: friction limit, N
+  ContactMode mode = ContactMode::Open;  ///< result
+};
+
+struct OpenCloseOptions {
+  double force_tolerance = 1e-10;   ///< relative to the forces at a block
+  double gap_tolerance = 1e-12;     ///< m
+  int max_iterations = 200;
+};
+
+struct OpenCloseResult {
+  bool converged = false;
+  int iterations = 0;
+  int solves = 0;
+  int factorizations = 0;
+  double residual = 0.0;   ///< relative force residual
+  double condition = 0.0;
+};
+
+/// Keeps the memory between calls.
+class OpenClose {
+ public:
+  explicit OpenClose(const Slots& slots) : slots_(&slots), solver_(slots) {}
+
+  /// `base`: block terms (diagonal only) and the pairs that contacts couple. `increment`: in, the first
+  /// guess; out, D. Contacts: multipliers in, forces and modes out.
+  OpenCloseResult solve(const BlockSystem& base, const BlockVector& force,
+                        std::span<LinearContact> contacts, const OpenCloseOptions& options,
+                        BlockVector& increment);
+
+ private:
+  enum class Limits { Live, Frozen };
+  void evaluate(const BlockSystem& base, const BlockVector& force,
+                std::span<LinearContact> contacts, const BlockVector& increment, Limits limits);
+  double relative_residual() const;
+  double slope(const BlockVector& direction) const;
+  bool same_tangent(std::span<const LinearContact> contacts);
+  void assemble(const BlockSystem& base, std::span<const LinearContact> contacts);
+  bool newton_step(const BlockSystem& base, const BlockVector& force,
+                   std::span<LinearContact> contacts, Limits limits, BlockVector& increment,
+                   OpenCloseResult& result);
+  static double update_multipliers(std::span<LinearContact> contacts);
+
+  const Slots* slots_;
+  LinearSolver solver_;
+  BlockSystem system_;
+  BlockVector residual_, step_, trial_;
+  std::vector<double> scale_;         ///< force scale, per slot
+  std::vector<Matrix3> tangent_, next_tangent_;
+  bool factorized_ = false;
+};
+
+}  // namespace quoin::solver

@@ -1,0 +1,49 @@
+#include <quoin/solver/scene.hpp>
+
+#include <algorithm>
+
+namespace quoin::solver {
+
+VectorOfTime interpolate(std::vector<double> times, std::vector<Vector3> values) {
+  if (times.empty() || times.size() != values.size()) {
+    throw InputError("table in time: " + std::to_string(times.size()) + " times for " +
+                     std::to_string(values.size()) + " values");
+  }
+  for (std::size_t i = 1; i < times.size(); ++i) {
+    if (!(times[i] > times[i - 1])) {
+      throw InputError("table in time: time " + std::to_string(i) + " (" +
+                       std::to_string(times[i]) + " s) is not after the one before it");
+    }
+  }
+  return VectorOfTime([times = std::move(times), values = std::move(values)](double time) -> Vector3 {
+    const auto next = std::upper_bound(times.begin(), times.end(), time);
+    if (next == times.begin()) return values.front();
+    if (next == times.end()) return values.back();
+    const auto i = static_cast<std::size_t>(next - times.begin());
+    const double share = (time - times[i - 1]) / (times[i] - times[i - 1]);
+    return values[i - 1] + share * (values[i] - values[i - 1]);
+  });
+}
+
+namespace {
+
+int append(Scene& scene, geometry::Polyhedron shape, const Material& material, BlockKind kind) {
+  scene.blocks.push_back({.shape = std::move(shape), .material = material, .kind = kind});
+  return static_cast<int>(scene.blocks.size()) - 1;
+}
+
+}  // namespace
+
+int Scene::add_block(geometry::Polyhedron shape, const Material& material) {
+  return append(*this, std::move(shape), material, BlockKind::Deformable);
+}
+
+int Scene::add_rigid(geometry::Polyhedron shape, const Material& material) {
+  return append(*this, std::move(shape), material, BlockKind::Rigid);
+}
+
+int Scene::add_fixed(geometry::Polyhedron shape, const Material& material) {
+  return append(*this, std::move(shape), material, BlockKind::Fixed);
+}
+
+}  // namespace quoin::solver
