@@ -1,0 +1,274 @@
+#include "advance.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "step.hpp"
+
+namespace quoin::solver {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+double vertex_speed(const BlockModel& model, const BlockState& block) {
+  return block.velocity.norm() + 0.5 * model.size * block.angular_velocity.norm();
+}
+
+/// Twice what a vertex can move in a step (paper, section 3), and never less than a hair of a block.
+double wanted_reach(const CompiledScene& compiled, const StepOptions& options, const State& state) {
+  if (options.reach > 0.0) return options.reach;
+  double speed = 0.0;
+  if (options.analysis == Analysis::Dynamic) {
+    for (std::size_t b = 0; b < state.blocks.size(); ++b) {
+      speed = std::max(speed, vertex_speed(compiled.models[b], state.blocks[b]));
+    }
+  }
+  const double dt = options.time_step;
+  const double fall = compiled.scene.gravity.at(state.time + dt).norm() * dt * dt;
+  return std::max(2.0 * (speed * dt + fall), 1e-4 * compiled.smallest_size);
+}
+
+void find(const CompiledScene& compiled, const StepOptions& options, const State& state,
+          std::vector<geometry::ContactPoint>& found, Workspace& work) {
+  work.reach = wanted_reach(compiled, options, state);
+  work.finder.set_reach(work.reach);
+  work.finder.find(state.polyhedra, compiled.idle, found);
+}
+
+void begin(const CompiledScene& compiled, const State& state, Workspace& work) {
+  std::vector<Pose> poses;
+  for (const BlockState& block : state.blocks) poses.push_back(pose(block));
+  carry_over(compiled.scene, poses, work.found, state.contacts, work.reach,
+             state.step == 0 ? NewBonds::Intact : NewBonds::Residual, work.contacts);
+}
+
+/// A step in which two blocks near each other move by more than half the smaller one can jump over a
+/// contact: it is cut before it is tried.
+bool too_fast(const CompiledScene& compiled, const State& state, double dt, const Workspace& work) {
+  for (const BodyContact& contact : work.contacts) {
+    const std::size_t a = index(contact.a), b = index(contact.b);
+    const double speed = vertex_speed(compiled.models[a], state.blocks[a]) +
+                         vertex_speed(compiled.models[b], state.blocks[b]);
+    const double size = std::min(compiled.models[a].size, compiled.models[b].size);
+    if (speed * dt > 0.5 * size && contact.state.point.gap < speed * dt) return true;
+  }
+  return false;
+}
+
+/// Closed contacts of pairs that are apart at the end of the attempt: the plane of a face held a vertex
+/// that passed beside it. They are dropped; true when there were any.
+bool drop_ghosts(const CompiledScene& compiled, const std::vector<geometry::ContactPoint>& found,
+                 Workspace& work) {
+  const auto apart = [&](const BodyContact& contact) {
+    if (contact.was_closed || contact.state.mode == ContactMode::Open) return false;
+    const auto same_pair = [&](const geometry::ContactPoint& p) {
+      return p.key.a == contact.a && p.key.b == contact.b;
+    };
+    double gap = work.reach;
+    for (const geometry::ContactPoint& p : found) {
+      if (same_pair(p)) gap = std::min(gap, p.gap);
+    }
+    const double rebound = contact.joint.restitution > 0.0 ? work.reach : 0.0;
+    return gap > 1e-3 * compiled.smallest_size + rebound;
+  };
+  return std::erase_if(work.contacts, apart) > 0;
+}
+
+/// Contacts that overlap at the end of an attempt though the step did not hold them: added to the
+/// list as the bodies hold them at the end. True when there are any.
+bool add_missed(const CompiledScene& compiled, double limit,
+                const std::vector<geometry::ContactPoint>& found, Workspace& work) {
+  bool any = false;
+  const std::size_t known = work.contacts.size();
+  for (const geometry::ContactPoint& point : found) {
+    if (!(point.gap < -limit)) continue;
+    bool held = false;
+    for (std::size_t i = 0; i < known && !held; ++i) {
+      const BodyContact& contact = work.contacts[i];
+      held = contact.a == point.key.a && contact.b == point.key.b &&
+             (contact.state.point.key == point.key ||
+              (contact.state.mode != ContactMode::Open &&
+               work.linear[i].compliant));
+    }
+    if (held) continue;
+    BodyContact added = make_body_contact(compiled.scene, work.poses.end, point);
+    added.state.failed = true;
+    work.contacts.push_back(added);
+    any = true;
+  }
+  return any;
+}
+
+void book(const Attempt& attempt, const CompiledScene& compiled, const StepOptions& options,
+          State& state) {
+  EnergyLedger& energy = state.energy;
+  const double before = energy.mechanical();
+  energy.kinetic = energy.strain = energy.contact = 0.0;
+  for (std::size_t b = 0; b < state.blocks.size(); ++b) {
+    energy.kinetic += kinetic_energy(compiled.models[b], state.blocks[b]);
+    energy.strain += strain_energy(compiled.models[b], state.blocks[b]);
+  }
+  if (options.method == ContactMethod::Penalty) {
+    const double penalty = options.penalty > 0.0 ? options.penalty : default_penalty(compiled);
+    for (const Contact& contact : state.contacts) {
+      if (contact.mode == ContactMode::Open) continue;
+      energy.contact += 0.5 * contact.normal_force * contact.normal_force / penalty +
+                        0.5 * contact.shear_force.squaredNorm() / (penalty * options.shear_ratio);
+    }
+  }
+  energy.potential -= attempt.gravity_work;
+  energy.work += attempt.load_work;
+  energy.friction_loss += attempt.friction_work;
+  energy.impact_loss += attempt.impact_loss - attempt.contact_work;
+  energy.algorithmic_loss += attempt.scheme_loss;
+  energy.closure += before + attempt.load_work - energy.mechanical() - attempt.friction_work -
+                    (attempt.impact_loss - attempt.contact_work) - attempt.scheme_loss;
+}
+
+void accept(Attempt& attempt, const CompiledScene& compiled, const StepOptions& options,
+            State& state, Workspace& work) {
+  attempt.end.contacts.clear();
+  for (const BodyContact& contact : work.contacts) attempt.end.contacts.push_back(contact.state);
+  std::sort(attempt.end.contacts.begin(), attempt.end.contacts.end(),
+            [](const Contact& x, const Contact& y) { return x.point.key < y.point.key; });
+  std::swap(state, attempt.end);
+  work.motion = attempt.motion;
+  book(attempt, compiled, options, state);
+}
+
+void add(const Attempt& attempt, const CompiledScene& compiled, StepReport& report) {
+  report.iterations += attempt.solved.iterations;
+  report.linear_solves += attempt.solved.solves;
+  report.factorizations += attempt.solved.factorizations;
+  report.residual = attempt.solved.residual;
+  if (attempt.solved.condition > 0.0) report.condition = attempt.solved.condition;
+  report.unbalance = attempt.unbalance;
+  for (std::size_t b = 0; b < attempt.end.blocks.size(); ++b) {
+    report.largest_strain =
+        std::max(report.largest_strain, attempt.end.blocks[b].strain.cwiseAbs().maxCoeff());
+    report.largest_speed = std::max(report.largest_speed,
+                                    vertex_speed(compiled.models[b], attempt.end.blocks[b]));
+  }
+}
+
+/// omega dt of the stiffest penalty contact: omega^2 = stiffness × compliance of its blocks' inertia.
+void report_damping(const StepOptions& options, double dt, const Workspace& work,
+                    StepReport& report) {
+  if (options.method != ContactMethod::Penalty) return;
+  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
+    const LinearContact& c = work.linear[i];
+    if (c.mode == ContactMode::Open) continue;
+    double compliance = 0.0;
+    for (const auto& [slot, jacobian] :
+         {std::pair{c.slot_a, &c.jacobian_a}, std::pair{c.slot_b, &c.jacobian_b}}) {
+      if (slot < 0) continue;
+      compliance += jacobian->row(0) * work.compliance[index(slot)] * jacobian->row(0).transpose();
+    }
+    // compliance = dt^2/2 / effective mass
+    report.stiffest_omega_dt =
+        std::max(report.stiffest_omega_dt, std::sqrt(2.0 * c.normal_stiffness * compliance));
+  }
+  (void)dt;
+  if (options.scheme == TimeScheme::ConstantAcceleration) {
+    report.numerical_damping = 0.25 * report.stiffest_omega_dt;  // [Doolin & Sitar 2004]
+  }
+}
+
+bool all_finite(const State& state) {
+  for (const BlockState& block : state.blocks) {
+    if (!block.centroid.allFinite() || !block.velocity.allFinite() ||
+        !block.rotation.coeffs().allFinite() || !block.strain.allFinite() ||
+        !block.angular_velocity.allFinite() || !block.strain_rate.allFinite()) {
+      return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+Workspace::Workspace(const CompiledScene& compiled, int threads)
+    : finder({.reach = 0.0, .tolerance = 0.0, .threads = threads}),
+      motion(compiled.prescribed.size()),
+      open_close(compiled.slots) {}
+
+void detect(const CompiledScene& compiled, const StepOptions& options, const State& state,
+            Workspace& work) {
+  find(compiled, options, state, work.found, work);
+}
+
+StepReport advance(const CompiledScene& compiled, const StepOptions& options, State& state,
+                   State& best, Workspace& work) {
+  StepReport report;
+  const double smallest =
+      options.smallest_time_step > 0.0 ? options.smallest_time_step : options.time_step / 1024.0;
+  const double limit = 1e-9 * compiled.smallest_size;
+  std::vector<geometry::ContactPoint> found_end;
+  double dt = options.time_step;
+  for (double done = 0.0; done < options.time_step * (1.0 - 1e-12);) {
+    dt = std::min(dt, options.time_step - done);
+    begin(compiled, state, work);
+    if (options.analysis == Analysis::Dynamic && 0.5 * dt >= smallest &&
+        too_fast(compiled, state, dt, work)) {
+      ++report.cuts_by_contact;
+      dt *= 0.5;
+      continue;
+    }
+    Attempt attempt;
+    for (int round = 0; round < 4; ++round) {
+      const Clock::time_point start = Clock::now();
+      attempt = attempt_step(compiled, options, state, dt, work);
+      if (attempt.solved.converged && options.analysis == Analysis::Dynamic &&
+          options.method != ContactMethod::Penalty) {
+        apply_velocity_law(compiled, options, state, dt, work, attempt);
+      }
+      report.seconds_solve += seconds_since(start);
+      if (!all_finite(attempt.end)) break;
+      const Clock::time_point search = Clock::now();
+      find(compiled, options, attempt.end, found_end, work);
+      report.seconds_detect += seconds_since(search);
+      if (!attempt.solved.converged) break;
+      const bool missed = add_missed(compiled, limit, found_end, work);
+      if (!drop_ghosts(compiled, found_end, work) && !missed) break;
+    }
+    const bool finite = all_finite(attempt.end);
+    const bool too_far = options.max_displacement_ratio > 0.0 &&
+                         attempt.displacement > options.max_displacement_ratio;
+    if (finite) add(attempt, compiled, report);
+    if (finite && attempt.solved.converged && !(too_far && 0.5 * dt >= smallest)) {
+      report_damping(options, dt, work, report);
+      accept(attempt, compiled, options, state, work);
+      std::swap(work.found, found_end);
+      done += dt;
+      ++report.sub_steps;
+      continue;
+    }
+    (too_far && attempt.solved.converged ? report.cuts_by_displacement
+                                         : report.cuts_by_convergence)++;
+    dt *= 0.5;
+    if (dt < smallest) {
+      report.status = finite ? StepStatus::NotConverged : StepStatus::Diverged;
+      if (finite) best = attempt.end;
+      break;
+    }
+  }
+  ++state.step;
+  report.time = state.time;
+  report.contact_count = static_cast<int>(state.contacts.size());
+  for (const Contact& contact : state.contacts) {
+    report.closed_count += contact.mode != ContactMode::Open;
+  }
+  for (const geometry::ContactPoint& point : work.found) {
+    report.largest_overlap = std::max(report.largest_overlap, -point.gap);
+  }
+  return report;
+}
+
+}  // namespace quoin::solver

@@ -1,0 +1,39 @@
+#pragma once
+/// One time step.
+
+#include <quoin/geometry/contact_finder.hpp>
+#include <quoin/solver/simulation.hpp>
+
+#include "compiled_scene.hpp"
+#include "contact_terms.hpp"
+
+namespace quoin::solver {
+
+/// Memory kept between steps. All but `found`, `motion` and the finder could be thrown away.
+struct Workspace {
+  explicit Workspace(const CompiledScene& compiled, int threads);
+
+  geometry::ContactFinder finder;
+  std::vector<geometry::ContactPoint> found;  ///< at the present state
+  double reach = 0.0;                         ///< that `found` was made with, m
+  std::vector<PrescribedMotion> motion;       ///< of compiled.prescribed, at the present state
+
+  std::vector<BodyContact> contacts;
+  StepPoses poses;
+  std::vector<LinearContact> linear;
+  BlockSystem base;
+  std::vector<Matrix12> compliance;  ///< inverse of each diagonal block of base
+  BlockVector force, increment;
+  OpenClose open_close;
+};
+
+/// Moves the state by exactly options.time_step, in counted sub-steps where it must.
+/// `best`: after a step that did not converge, the best attempt; else untouched.
+StepReport advance(const CompiledScene& compiled, const StepOptions& options, State& state,
+                   State& best, Workspace& work);
+
+/// Finds the contacts of the state at the start of a run.
+void detect(const CompiledScene& compiled, const StepOptions& options, const State& state,
+            Workspace& work);
+
+}  // namespace quoin::solver

@@ -1,0 +1,248 @@
+#include "compiled_scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "contact_list.hpp"
+
+namespace quoin::solver {
+namespace {
+
+std::string label(const Scene& scene, int block) {
+  const std::string& name = scene.blocks[static_cast<std::size_t>(block)].name;
+  return "block " + std::to_string(block) + (name.empty() ? "" : " (" + name + ")");
+}
+
+void check_block_index(const Scene& scene, int block, const std::string& what) {
+  if (block < 0 || block >= static_cast<int>(scene.blocks.size())) {
+    throw InputError(what + ": block " + std::to_string(block) + " does not exist (the scene has " +
+                     std::to_string(scene.blocks.size()) + ")");
+  }
+}
+
+void check_loaded_block(const Scene& scene, int block, const std::string& what) {
+  check_block_index(scene, block, what);
+  const BlockKind kind = scene.blocks[static_cast<std::size_t>(block)].kind;
+  if (kind == BlockKind::Fixed || kind == BlockKind::Prescribed) {
+    throw InputError(what + ": " + label(scene, block) + " is fixed or prescribed and takes no load");
+  }
+}
+
+void check_joint(const Joint& joint, const std::string& what) {
+  const auto require = [&](bool good, const std::string& name, double value, const char* limit) {
+    if (!good) throw InputError(what + ": " + name + " " + std::to_string(value) + " " + limit);
+  };
+  const double right_angle = 0.5 * std::numbers::pi;
+  require(joint.friction_angle >= 0.0 && joint.friction_angle < right_angle, "friction angle",
+          joint.friction_angle, "rad must lie in [0, pi/2)");
+  require(joint.residual_friction_angle < right_angle, "residual friction angle",
+          joint.residual_friction_angle, "rad must be less than pi/2");
+  require(joint.dilation_angle >= 0.0 && joint.dilation_angle < right_angle, "dilation angle",
+          joint.dilation_angle, "rad must lie in [0, pi/2)");
+  require(joint.restitution >= 0.0 && joint.restitution <= 1.0, "restitution", joint.restitution,
+          "must lie in [0, 1]");
+  require(joint.cohesion >= 0.0, "cohesion", joint.cohesion, "Pa must not be negative");
+  require(joint.tension >= 0.0, "tension", joint.tension, "Pa must not be negative");
+  require(joint.residual_cohesion >= 0.0, "residual cohesion", joint.residual_cohesion,
+          "Pa must not be negative");
+  require(joint.residual_tension >= 0.0, "residual tension", joint.residual_tension,
+          "Pa must not be negative");
+}
+
+void check_finite(const Vector3& value, const std::string& what) {
+  if (!value.allFinite()) throw InputError(what + " is not finite");
+}
+
+Vector3 arm_of(const CompiledScene& compiled, int block, const Vector3& world_point) {
+  const BlockModel& model = compiled.models[static_cast<std::size_t>(block)];
+  return world_point - compiled.origin - model.start;
+}
+
+struct FaceMean {
+  double area = 0.0;
+  Vector3 centroid = Vector3::Zero();
+};
+
+FaceMean face_mean(const geometry::Polyhedron& shape, int face) {
+  const auto cycle = shape.topology().face(face);
+  const Vector3 first = shape.vertex(cycle[0]);
+  FaceMean mean;
+  for (std::size_t i = 2; i < cycle.size(); ++i) {
+    const Vector3 p = shape.vertex(cycle[i - 1]) - first, q = shape.vertex(cycle[i]) - first;
+    const double area = 0.5 * p.cross(q).norm();
+    mean.area += area;
+    mean.centroid += area * (p + q) / 3.0;
+  }
+  mean.centroid = first + mean.centroid / mean.area;
+  return mean;
+}
+
+void compile_loads(CompiledScene& compiled) {
+  const Scene& scene = compiled.scene;
+  for (const PointLoad& load : scene.point_loads) {
+    check_loaded_block(scene, load.block, "point load");
+    check_finite(load.point, "point load: point");
+    compiled.loads.push_back(
+        {load.block, arm_of(compiled, load.block, load.point), load.force, 1.0});
+  }
+  for (const FaceLoad& load : scene.face_loads) {
+    check_loaded_block(scene, load.block, "face load");
+    const auto& shape = scene.blocks[static_cast<std::size_t>(load.block)].shape;
+    if (load.face < 0 || load.face >= shape.topology().face_count()) {
+      throw InputError("face load: " + label(scene, load.block) + " has no face " +
+                       std::to_string(load.face));
+    }
+    const FaceMean mean = face_mean(shape, load.face);
+    compiled.loads.push_back(
+        {load.block, arm_of(compiled, load.block, mean.centroid), load.traction, mean.area});
+  }
+  for (const BodyLoad& load : scene.body_loads) {
+    check_loaded_block(scene, load.block, "body load");
+    compiled.loads.push_back({load.block, Vector3::Zero(), load.force,
+                              compiled.models[static_cast<std::size_t>(load.block)].volume});
+  }
+  for (const FixedPoint& point : scene.fixed_points) {
+    check_loaded_block(scene, point.block, "fixed point");
+    const Vector3 arm = arm_of(compiled, point.block, point.point);
+    compiled.held.push_back(
+        {point.block, arm, point.point - compiled.origin, point.displacement});
+  }
+}
+
+Vector3 scene_origin(const Scene& scene) {
+  Vector3 low = scene.blocks.front().shape.box().min, high = scene.blocks.front().shape.box().max;
+  for (const Block& block : scene.blocks) {
+    low = low.cwiseMin(block.shape.box().min);
+    high = high.cwiseMax(block.shape.box().max);
+  }
+  // A whole number of metres where the scene stands far out: nothing is rounded near zero.
+  const Vector3 middle = 0.5 * (low + high);
+  const double extent = (high - low).norm();
+  return middle.norm() > 16.0 * extent ? Vector3(middle.array().round()) : Vector3::Zero();
+}
+
+void describe_left_out(CompiledScene& compiled) {
+  const Scene& scene = compiled.scene;
+  auto& out = compiled.left_out;
+  int fixed = 0, rigid = 0;
+  bool friction = scene.joint.friction_angle > 0.0 || scene.joint.cohesion > 0.0;
+  for (const Block& block : scene.blocks) {
+    fixed += block.kind == BlockKind::Fixed || block.kind == BlockKind::Prescribed;
+    rigid += block.kind == BlockKind::Rigid;
+  }
+  for (const PairJoint& pair : scene.pair_joints) {
+    friction = friction || pair.joint.friction_angle > 0.0 || pair.joint.cohesion > 0.0;
+  }
+  if (fixed > 0) {
+    out.push_back("unknowns and mass terms of " + std::to_string(fixed) +
+                  " block(s): fixed or prescribed");
+  }
+  if (fixed > 1) out.push_back("contact search between blocks without unknowns");
+  if (rigid > 0) {
+    out.push_back("strain unknowns and elasticity of " + std::to_string(rigid) + " block(s): rigid");
+  }
+  if (!friction) out.push_back("shear springs and sliding: no joint has friction or cohesion");
+  if (compiled.loads.empty()) out.push_back("load terms: no point, face or body load");
+  if (compiled.held.empty()) out.push_back("held points: none in the scene");
+  if (compiled.prescribed.empty()) out.push_back("prescribed motion: no block has one");
+}
+
+}  // namespace
+
+CompiledScene compile(Scene scene) {
+  if (scene.blocks.empty()) throw InputError("the scene has no blocks");
+  check_joint(scene.joint, "joint");
+  for (std::size_t i = 0; i < scene.pair_joints.size(); ++i) {
+    check_joint(scene.pair_joints[i].joint, "pair joint " + std::to_string(i));
+  }
+  check_finite(scene.gravity.at(0.0), "gravity at time 0");
+  CompiledScene compiled;
+  compiled.scene = std::move(scene);
+  compiled.origin = scene_origin(compiled.scene);
+  std::vector<int> unknowns;
+  std::vector<double> sizes;
+  for (std::size_t b = 0; b < compiled.scene.blocks.size(); ++b) {
+    const Block& block = compiled.scene.blocks[b];
+    check_finite(block.velocity, label(compiled.scene, static_cast<int>(b)) + ": velocity");
+    check_finite(block.angular_velocity,
+                 label(compiled.scene, static_cast<int>(b)) + ": angular velocity");
+    compiled.models.push_back(make_block_model(block, compiled.origin, static_cast<int>(b)));
+    unknowns.push_back(compiled.models.back().unknowns);
+    sizes.push_back(compiled.models.back().size);
+    compiled.idle.push_back(unknowns.back() == 0);
+    if (block.kind == BlockKind::Prescribed) compiled.prescribed.push_back(static_cast<int>(b));
+  }
+  compiled.slots = make_slots(unknowns, sizes);
+  compiled.smallest_size = *std::min_element(sizes.begin(), sizes.end());
+  if (compiled.slots.count() > 0) {
+    compiled.smallest_size =
+        *std::min_element(compiled.slots.length.begin(), compiled.slots.length.end());
+  }
+  compile_loads(compiled);
+  describe_left_out(compiled);
+  return compiled;
+}
+
+State initial_state(const CompiledScene& compiled) {
+  State state;
+  state.origin = compiled.origin;
+  for (std::size_t b = 0; b < compiled.models.size(); ++b) {
+    const Block& block = compiled.scene.blocks[b];
+    BlockState place;
+    place.centroid = compiled.models[b].start;
+    if (compiled.models[b].unknowns > 0) {
+      place.velocity = block.velocity;
+      place.angular_velocity = block.angular_velocity;
+    }
+    state.blocks.push_back(place);
+    state.polyhedra.emplace_back(block.shape.shared_topology(),
+                                 geometry::Points(compiled.models[b].arms.colwise() +
+                                                  compiled.models[b].start));
+  }
+  return state;
+}
+
+void place_polyhedra(const CompiledScene& compiled, State& state) {
+  geometry::Points places;
+  for (std::size_t b = 0; b < compiled.models.size(); ++b) {
+    if (compiled.scene.blocks[b].kind == BlockKind::Fixed) continue;
+    const Pose now = pose(state.blocks[b]);
+    places.noalias() = now.shape * compiled.models[b].arms;
+    places.colwise() += now.centroid;
+    state.polyhedra[b].set_vertices(places);
+  }
+}
+
+PrescribedMotion advance_motion(const Motion& motion, const PrescribedMotion& known, double from,
+                                double to) {
+  PrescribedMotion next = known;
+  const double h = to - from;
+  if (motion.kind == MotionKind::Displacement) {
+    next.displacement = motion.value.at(to);
+    // Velocity by a central difference that is as fine as rounding allows.
+    const double eps = std::max(1e-6 * std::abs(h), 1e-9);
+    next.velocity = (motion.value.at(to + eps) - motion.value.at(to - eps)) / (2.0 * eps);
+    return next;
+  }
+  // Three-point Gauss rule on the interval [from, to].
+  const double node = std::sqrt(0.6);
+  const double s[3] = {0.5 * (1.0 - node), 0.5, 0.5 * (1.0 + node)};
+  const double w[3] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
+  Vector3 integral = Vector3::Zero(), first_moment = Vector3::Zero();
+  for (int i = 0; i < 3; ++i) {
+    const Vector3 value = motion.value.at(from + s[i] * h);
+    integral += w[i] * h * value;
+    first_moment += w[i] * h * h * (1.0 - s[i]) * value;
+  }
+  if (motion.kind == MotionKind::Velocity) {
+    next.displacement += integral;
+    next.velocity = motion.value.at(to);
+  } else {
+    next.displacement += known.velocity * h + first_moment;
+    next.velocity += integral;
+  }
+  return next;
+}
+
+}  // namespace quoin::solver

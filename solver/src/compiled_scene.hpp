@@ -1,0 +1,55 @@
+#pragma once
+/// A scene checked once and turned into what a step needs, and nothing else.
+
+#include "block_system.hpp"
+#include "block_terms.hpp"
+
+namespace quoin::solver {
+
+/// factor × force at the material point of a block.
+struct PointForce {
+  int block = 0;
+  Vector3 arm = Vector3::Zero();  ///< reference arm, m
+  VectorOfTime force;
+  double factor = 1.0;
+};
+
+struct HeldPoint {
+  int block = 0;
+  Vector3 arm = Vector3::Zero();
+  Vector3 place = Vector3::Zero();  ///< at the start, relative to origin, m
+  VectorOfTime displacement;
+};
+
+struct CompiledScene {
+  Scene scene;
+  Vector3 origin = Vector3::Zero();
+  std::vector<BlockModel> models;
+  Slots slots;
+  std::vector<char> idle;           ///< per block: no unknowns
+  std::vector<int> prescribed;      ///< blocks moved by a motion
+  std::vector<PointForce> loads;    ///< point, face and body loads
+  std::vector<HeldPoint> held;
+  double smallest_size = 0.0;       ///< of the blocks with unknowns (of all, if there are none), m
+  std::vector<std::string> left_out;
+};
+
+/// Throws InputError naming block, joint or load, value and limit.
+CompiledScene compile(Scene scene);
+
+/// State at time 0.
+State initial_state(const CompiledScene& compiled);
+
+/// World vertices (relative to origin) of every block from its state.
+void place_polyhedra(const CompiledScene& compiled, State& state);
+
+/// Displacement of a prescribed block since time 0, m. Velocity and acceleration are integrated by
+/// Gauss quadrature over `intervals` since `from` where displacement and velocity were `known`.
+struct PrescribedMotion {
+  Vector3 displacement = Vector3::Zero();
+  Vector3 velocity = Vector3::Zero();
+};
+PrescribedMotion advance_motion(const Motion& motion, const PrescribedMotion& known, double from,
+                                double to);
+
+}  // namespace quoin::solver

@@ -1,0 +1,140 @@
+#include <quoin/solver/simulation.hpp>
+
+#include <cmath>
+#include <cstdio>
+
+#include "advance.hpp"
+
+namespace quoin::solver {
+
+Vector3 world_point(const State& state, int block, const Vector3& reference_arm) {
+  const Pose now = pose(state.blocks[static_cast<std::size_t>(block)]);
+  return state.origin + now.centroid + now.shape * reference_arm;
+}
+
+std::string describe(const StepReport& report) {
+  static constexpr const char* kNames[] = {"converged", "did not converge", "diverged"};
+  char text[256];
+  std::snprintf(text, sizeof text,
+                "step to %.9g s %s: %d sub-step(s), %d cut(s) for convergence, %d for displacement, "
+                "%d open-close iterations, %d solves, residual %.3g",
+                report.time, kNames[static_cast<int>(report.status)], report.sub_steps,
+                report.cuts_by_convergence, report.cuts_by_displacement, report.iterations,
+                report.linear_solves, report.residual);
+  return text;
+}
+
+struct Simulation::Parts {
+  Parts(Scene scene, const StepOptions& step_options)
+      : compiled(compile(std::move(scene))),
+        options(step_options),
+        state(initial_state(compiled)),
+        work(compiled, step_options.threads) {}
+
+  CompiledScene compiled;
+  StepOptions options;
+  State state;
+  State best;
+  Workspace work;
+};
+
+namespace {
+
+void check(const StepOptions& options) {
+  const auto require = [](bool good, const char* what, double value) {
+    if (good) return;
+    throw InputError(std::string(what) + " (is " + std::to_string(value) + ")");
+  };
+  require(options.time_step > 0.0 && std::isfinite(options.time_step),
+          "time step must be greater than 0 s", options.time_step);
+  require(options.penalty >= 0.0 && std::isfinite(options.penalty),
+          "penalty must not be negative, N/m", options.penalty);
+  require(options.shear_ratio > 0.0, "shear ratio must be greater than 0", options.shear_ratio);
+  require(options.reach >= 0.0, "reach must not be negative, m", options.reach);
+  require(options.tolerance > 0.0 && options.tolerance < 1e-2,
+          "tolerance must lie in (0, 0.01)", options.tolerance);
+  require(options.max_iterations > 0, "max iterations must be at least 1", options.max_iterations);
+  require(options.max_displacement_ratio >= 0.0, "displacement ratio must not be negative",
+          options.max_displacement_ratio);
+  require(options.smallest_time_step >= 0.0 && options.smallest_time_step <= options.time_step,
+          "smallest time step must lie in [0, time step], s", options.smallest_time_step);
+  require(options.threads >= 1, "threads must be at least 1", options.threads);
+}
+
+/// Overlap at the start above 1e-3 of the smaller block is refused unless the scene keeps it.
+void check_overlap(const CompiledScene& compiled, const Workspace& work) {
+  if (compiled.scene.keep_initial_overlap) return;
+  for (const geometry::ContactPoint& point : work.found) {
+    const double size = std::min(compiled.models[static_cast<std::size_t>(point.key.a)].size,
+                                 compiled.models[static_cast<std::size_t>(point.key.b)].size);
+    if (-point.gap <= 1e-3 * size) continue;
+    throw InputError("blocks " + std::to_string(point.key.a) + " and " +
+                     std::to_string(point.key.b) + " overlap by " + std::to_string(-point.gap) +
+                     " m at the start; the limit is 1e-3 of the smaller block, " +
+                     std::to_string(1e-3 * size) + " m (initial overlap can be kept)");
+  }
+}
+
+}  // namespace
+
+Simulation::Simulation(Scene scene, const StepOptions& options) {
+  check(options);
+  parts_ = std::make_unique<Parts>(std::move(scene), options);
+  detect(parts_->compiled, options, parts_->state, parts_->work);
+  check_overlap(parts_->compiled, parts_->work);
+  for (std::size_t b = 0; b < parts_->state.blocks.size(); ++b) {
+    parts_->state.energy.kinetic +=
+        kinetic_energy(parts_->compiled.models[b], parts_->state.blocks[b]);
+  }
+}
+
+Simulation::~Simulation() = default;
+Simulation::Simulation(Simulation&&) noexcept = default;
+Simulation& Simulation::operator=(Simulation&&) noexcept = default;
+
+StepReport Simulation::advance() {
+  return solver::advance(parts_->compiled, parts_->options, parts_->state, parts_->best,
+                         parts_->work);
+}
+
+const Scene& Simulation::scene() const { return parts_->compiled.scene; }
+const State& Simulation::state() const { return parts_->state; }
+const StepOptions& Simulation::options() const { return parts_->options; }
+
+void Simulation::set_options(const StepOptions& options) {
+  check(options);
+  parts_->options = options;
+  detect(parts_->compiled, options, parts_->state, parts_->work);
+}
+
+const State& Simulation::best_try() const { return parts_->best; }
+
+void Simulation::take_best_try() {
+  if (parts_->best.blocks.empty()) return;
+  parts_->state = parts_->best;
+  parts_->best = State{};
+  detect(parts_->compiled, parts_->options, parts_->state, parts_->work);
+}
+
+Vector6 Simulation::stress(int block) const {
+  const auto b = static_cast<std::size_t>(block);
+  const BlockState& now = parts_->state.blocks[b];
+  const Vector6 local = solver::stress(parts_->compiled.models[b], now.strain);
+  Matrix3 tensor;
+  tensor << local[0], local[3], local[5], local[3], local[1], local[4], local[5], local[4],
+      local[2];
+  const Matrix3 rotation = now.rotation.toRotationMatrix();
+  const Matrix3 world = rotation * tensor * rotation.transpose();
+  Vector6 result;
+  result << world(0, 0), world(1, 1), world(2, 2), world(0, 1), world(1, 2), world(0, 2);
+  return result;
+}
+
+Vector3 Simulation::reference_arm(int block, const Vector3& world_point) const {
+  return solver::reference_arm(pose(parts_->state.blocks[static_cast<std::size_t>(block)]),
+                               world_point - parts_->state.origin);
+}
+
+const std::vector<std::string>& Simulation::left_out() const { return parts_->compiled.left_out; }
+
+}  // namespace quoin::solver

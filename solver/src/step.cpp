@@ -1,0 +1,507 @@
+#include "step.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace quoin::solver {
+namespace {
+
+/// Augmentation over the stiffness that the two blocks alone oppose to the contact. Measured: 1e3 to
+/// 1e6 give the same results; higher needs fewer multiplier updates and keeps fewer digits of a force.
+constexpr double kAugmentation = 1e4;
+constexpr int kLinearisations = 30;
+constexpr double kUndamped = 0.5;
+
+StepScheme scheme_of(const StepOptions& options, double time_step) {
+  const bool undamped =
+      options.scheme == TimeScheme::EnergyMomentum && options.analysis == Analysis::Dynamic;
+  return {time_step, undamped ? kUndamped : 1.0};
+}
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+void set_start(const CompiledScene& compiled, const StepOptions& options, const State& state,
+               double time_step, const std::vector<PrescribedMotion>& motion_end, Workspace& work) {
+  const std::size_t n = state.blocks.size();
+  work.poses.start.resize(n);
+  work.poses.end.resize(n);
+  work.poses.increment.assign(n, Vector12::Zero());
+  for (std::size_t b = 0; b < n; ++b) {
+    work.poses.start[b] = pose(state.blocks[b]);
+    if (compiled.models[b].unknowns == 0 || options.analysis != Analysis::Dynamic) continue;
+    work.poses.increment[b].head<3>() = time_step * state.blocks[b].velocity;
+    work.poses.increment[b].segment<3>(3) = time_step * state.blocks[b].angular_velocity;
+  }
+  for (std::size_t p = 0; p < compiled.prescribed.size(); ++p) {
+    work.poses.increment[index(compiled.prescribed[p])].head<3>() =
+        motion_end[p].displacement - work.motion[p].displacement;
+  }
+}
+
+void set_end(const CompiledScene& compiled, const State& state, Workspace& work) {
+  for (std::size_t b = 0; b < state.blocks.size(); ++b) {
+    if (compiled.idle[b] && work.poses.increment[b].isZero(0.0)) {
+      work.poses.end[b] = work.poses.start[b];
+    } else {
+      work.poses.end[b] = pose(displaced(state.blocks[b], work.poses.increment[b]));
+    }
+  }
+}
+
+void set_matrices(const CompiledScene& compiled, const StepScheme& scheme, Workspace& work) {
+  const Slots& slots = compiled.slots;
+  work.base.diagonal.resize(index(slots.count()));
+  work.compliance.resize(index(slots.count()));
+  for (std::size_t s = 0; s < work.base.diagonal.size(); ++s) {
+    work.base.diagonal[s] = block_matrix(compiled.models[index(slots.block_of_slot[s])], scheme);
+    Matrix12& inverse = work.compliance[s];
+    if (slots.size[s] == 12) {
+      inverse = work.base.diagonal[s].ldlt().solve(Matrix12::Identity());
+    } else {
+      inverse.setZero();
+      inverse.diagonal().head<3>() = work.base.diagonal[s].diagonal().head<3>().cwiseInverse();
+      inverse.block<3, 3>(3, 3) = work.base.diagonal[s].block<3, 3>(3, 3).inverse();
+    }
+  }
+}
+
+/// Pairs of slots that contacts couple, and which pair each contact belongs to.
+void set_pairs(Workspace& work) {
+  auto& pairs = work.base.pairs;
+  pairs.clear();
+  for (const LinearContact& c : work.linear) {
+    if (c.slot_a >= 0 && c.slot_b >= 0) pairs.push_back(std::minmax(c.slot_a, c.slot_b));
+  }
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  for (LinearContact& c : work.linear) {
+    if (c.slot_a < 0 || c.slot_b < 0) continue;
+    const std::pair<int, int> pair = std::minmax(c.slot_a, c.slot_b);
+    c.pair = static_cast<int>(std::lower_bound(pairs.begin(), pairs.end(), pair) - pairs.begin());
+  }
+}
+
+ContactLaw law_of(const BodyContact& contact, const StepOptions& options) {
+  if (options.analysis == Analysis::Settle) return ContactLaw::Stuck;
+  const bool rough = contact.joint.friction_angle > 0.0 || contact.joint.cohesion > 0.0;
+  return rough ? ContactLaw::Coulomb : ContactLaw::Frictionless;
+}
+
+/// Contacts first, then one entry per held point.
+void set_linear_contacts(const CompiledScene& compiled, const StepOptions& options,
+                         Workspace& work) {
+  work.linear.assign(work.contacts.size() + compiled.held.size(), LinearContact{});
+  const auto& slot_of = compiled.slots.slot_of_block;
+  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
+    const BodyContact& contact = work.contacts[i];
+    LinearContact& linear = work.linear[i];
+    linear.slot_a = slot_of[index(contact.a)];
+    linear.slot_b = slot_of[index(contact.b)];
+    linear.law = law_of(contact, options);
+    linear.compliant = options.method == ContactMethod::Penalty;
+    linear.friction = std::tan(contact.joint.friction_angle);
+    linear.cohesion = contact.joint.cohesion * contact.state.point.area;
+    linear.tension = contact.joint.tension * contact.state.point.area;
+    if (linear.compliant) continue;
+    Vector3 t1, t2;
+    tangent_frame(contact.state.point.normal, t1, t2);
+    linear.multiplier = Vector3(contact.state.normal_force, -t1.dot(contact.state.shear_force),
+                                -t2.dot(contact.state.shear_force));
+    if (linear.law == ContactLaw::Frictionless) linear.multiplier.tail<2>().setZero();
+  }
+  for (std::size_t h = 0; h < compiled.held.size(); ++h) {
+    LinearContact& linear = work.linear[work.contacts.size() + h];
+    linear.slot_b = slot_of[index(compiled.held[h].block)];
+    linear.law = ContactLaw::Bilateral;
+  }
+  set_pairs(work);
+}
+
+double compliance_along(const LinearContact& c, int row, const std::vector<Matrix12>& compliance) {
+  double sum = 0.0;
+  if (c.slot_a >= 0) {
+    sum += c.jacobian_a.row(row) * compliance[index(c.slot_a)] * c.jacobian_a.row(row).transpose();
+  }
+  if (c.slot_b >= 0) {
+    sum += c.jacobian_b.row(row) * compliance[index(c.slot_b)] * c.jacobian_b.row(row).transpose();
+  }
+  return sum;
+}
+
+void set_stiffness(const CompiledScene& compiled, const StepOptions& options, Workspace& work,
+                   LinearContact& c) {
+  if (c.law != ContactLaw::Bilateral && options.method != ContactMethod::AugmentedLagrangian) {
+    c.normal_stiffness = options.penalty > 0.0 ? options.penalty : default_penalty(compiled);
+    c.shear_stiffness = options.shear_ratio * c.normal_stiffness;
+    return;
+  }
+  c.normal_stiffness = kAugmentation / compliance_along(c, 0, work.compliance);
+  c.shear_stiffness = kAugmentation / std::max(compliance_along(c, 1, work.compliance),
+                                               compliance_along(c, 2, work.compliance));
+}
+
+/// A spring at the middle of the step by its discrete gradient, -(U(g') - U(g))/(g' - g) with
+/// U = p min(g,0)^2/2: work and stored energy then agree exactly. [Simo & Tarnow 1992; Gonzalez 2000]
+void apply_discrete_gradient(double gap_start, double gap_end, LinearContact& c) {
+  const double p = c.normal_stiffness;
+  c.offset.tail<2>() *= 2.0;  // the mean of start and end: (s + s')/2 with stiffness p
+  c.shear_stiffness *= 0.5;
+  const double g0 = std::min(gap_start, 0.0), g1 = std::min(gap_end, 0.0);
+  if (gap_start < 0.0 && gap_end < 0.0) {
+    c.normal_stiffness = 0.5 * p;
+    c.offset[0] += gap_start;
+    return;
+  }
+  if (gap_end >= 0.0 && gap_start >= 0.0) {  // open so far; the next linearisation knows better
+    c.normal_stiffness = 0.5 * p;
+    return;
+  }
+  const double mean_force = -0.5 * p * (g1 * g1 - g0 * g0) / (gap_end - gap_start);
+  c.multiplier = Vector3(mean_force, 0.0, 0.0);
+  c.normal_stiffness = 0.0;
+}
+
+void linearise_held(const CompiledScene& compiled, double time_end, Workspace& work) {
+  for (std::size_t h = 0; h < compiled.held.size(); ++h) {
+    const HeldPoint& held = compiled.held[h];
+    const std::size_t b = index(held.block);
+    LinearContact& linear = work.linear[work.contacts.size() + h];
+    linear.jacobian_b = mean_motion(work.poses.start[b], work.poses.end[b],
+                                    work.poses.increment[b].segment<3>(3), held.arm,
+                                    compiled.models[b].unknowns == 12);
+    const Vector3 start = work.poses.start[b].centroid + work.poses.start[b].shape * held.arm;
+    linear.offset = start - held.place - held.displacement.at(time_end);
+  }
+}
+
+/// A contact that closes in this step: sliding starts when it has closed, and it may bounce.
+/// `free_end`: d at the end of the step if the contact did nothing.
+void set_closing(const Vector3& free_end, double bounce_speed, double time_step,
+                 const Joint& joint, LinearContact& c) {
+  const double gap = c.offset[0];
+  if (!(gap > 0.0) || !(free_end[0] < 0.0)) return;
+  const double share = gap / (gap - free_end[0]);
+  c.offset.tail<2>() -= share * (free_end.tail<2>() - c.offset.tail<2>());
+  if (gap - free_end[0] > bounce_speed * time_step) c.offset[0] += joint.restitution * free_end[0];
+}
+
+/// Rebounds slower than gravity's own speed in two steps are not resolved by the step.
+double bounce_speed(const CompiledScene& compiled, double time, double time_step) {
+  return 2.0 * compiled.scene.gravity.at(time).norm() * time_step;
+}
+
+void linearise_all(const CompiledScene& compiled, const StepOptions& options, const State& state,
+                   double time_step, const BlockVector& free_increment, Workspace& work) {
+  const StepScheme scheme = scheme_of(options, time_step);
+  const double slowest = bounce_speed(compiled, state.time, time_step);
+  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
+    const BodyContact& contact = work.contacts[i];
+    LinearContact& c = work.linear[i];
+    linearise(contact, work.poses, compiled.models, c);
+    set_stiffness(compiled, options, work, c);
+    if (options.method == ContactMethod::AugmentedLagrangian &&
+        options.analysis == Analysis::Dynamic) {
+      Vector3 free_end = c.offset;
+      if (c.slot_a >= 0) free_end += c.jacobian_a * free_increment[index(c.slot_a)];
+      if (c.slot_b >= 0) free_end += c.jacobian_b * free_increment[index(c.slot_b)];
+      if (!contact.was_closed) {
+        set_closing(free_end, slowest, time_step, contact.joint, c);
+      }
+    }
+    if (c.compliant && scheme.end_share < 1.0) {
+      Vector3 end = c.offset;
+      if (c.slot_a >= 0) end += c.jacobian_a * work.poses.increment[index(contact.a)];
+      if (c.slot_b >= 0) end += c.jacobian_b * work.poses.increment[index(contact.b)];
+      c.multiplier.setZero();
+      apply_discrete_gradient(c.offset[0], end[0], c);
+    }
+  }
+  linearise_held(compiled, state.time + time_step, work);
+  for (std::size_t h = work.contacts.size(); h < work.linear.size(); ++h) {
+    set_stiffness(compiled, options, work, work.linear[h]);
+  }
+}
+
+/// Loads stand for the middle of a dynamic step and for the end of a static one.
+double load_time(const StepOptions& options, const State& state, double time_step) {
+  return state.time + (options.analysis == Analysis::Dynamic ? 0.5 : 1.0) * time_step;
+}
+
+void set_force(const CompiledScene& compiled, const StepOptions& options, const State& state,
+               double time_step, Workspace& work) {
+  const StepScheme scheme = scheme_of(options, time_step);
+  const double time = load_time(options, state, time_step);
+  const Vector3 gravity = compiled.scene.gravity.at(time);
+  work.force.resize(work.base.diagonal.size());
+  for (std::size_t s = 0; s < work.force.size(); ++s) {
+    const std::size_t b = index(compiled.slots.block_of_slot[s]);
+    if (options.analysis == Analysis::Dynamic) {
+      work.force[s] =
+          block_force(compiled.models[b], state.blocks[b], scheme, work.poses.increment[b]);
+    } else {
+      BlockState resting = state.blocks[b];
+      resting.velocity.setZero();
+      resting.angular_velocity.setZero();
+      resting.strain_rate.setZero();
+      work.force[s] = block_force(compiled.models[b], resting, scheme, Vector12::Zero());
+    }
+    work.force[s].head<3>() += compiled.models[b].mass * gravity;
+  }
+  for (const PointForce& load : compiled.loads) {
+    const std::size_t b = index(load.block);
+    const Matrix3x12 motion =
+        mean_motion(work.poses.start[b], work.poses.end[b],
+                    work.poses.increment[b].segment<3>(3), load.arm,
+                    compiled.models[b].unknowns == 12);
+    work.force[index(compiled.slots.slot_of_block[b])] +=
+        motion.transpose() * (load.factor * load.force.at(time));
+  }
+}
+
+void by_slot(const CompiledScene& compiled, const BlockVector& blocks, BlockVector& slots) {
+  slots.resize(index(compiled.slots.count()));
+  for (std::size_t s = 0; s < slots.size(); ++s) {
+    slots[s] = blocks[index(compiled.slots.block_of_slot[s])];
+  }
+}
+
+void by_block(const CompiledScene& compiled, const BlockVector& slots, BlockVector& blocks) {
+  for (std::size_t s = 0; s < slots.size(); ++s) {
+    blocks[index(compiled.slots.block_of_slot[s])] = slots[s];
+  }
+}
+
+/// Linearise, solve, and again from where it ended, until the solution satisfies its own linearisation.
+OpenCloseResult solve_positions(const CompiledScene& compiled, const StepOptions& options,
+                                const State& state, double time_step, Workspace& work) {
+  OpenCloseOptions tuning;
+  tuning.force_tolerance = options.tolerance;
+  tuning.gap_tolerance = options.tolerance * compiled.smallest_size;
+  tuning.max_iterations = options.max_iterations;
+  OpenCloseResult total;
+  BlockVector free_increment;
+  for (int pass = 0; pass < kLinearisations; ++pass) {
+    set_end(compiled, state, work);
+    set_force(compiled, options, state, time_step, work);
+    if (pass == 0) {
+      free_increment.resize(work.force.size());
+      for (std::size_t s = 0; s < work.force.size(); ++s) {
+        free_increment[s] = work.compliance[s] * work.force[s];
+      }
+    }
+    linearise_all(compiled, options, state, time_step, free_increment, work);
+    by_slot(compiled, work.poses.increment, work.increment);
+    const OpenCloseResult solved =
+        work.open_close.solve(work.base, work.force, work.linear, tuning, work.increment);
+    by_block(compiled, work.increment, work.poses.increment);
+    total.iterations += solved.iterations;
+    total.solves += solved.solves;
+    total.factorizations += solved.factorizations;
+    total.residual = solved.residual;
+    total.converged = solved.converged;
+    if (solved.factorizations > 0) total.condition = solved.condition;
+    if (!solved.converged || solved.solves == 0) break;
+    total.converged = false;  // until the next linearisation agrees
+  }
+  set_end(compiled, state, work);
+  return total;
+}
+
+/// Contacts whose cohesion or tension was exceeded in the converged state fail together.
+bool fail_broken(Workspace& work) {
+  bool any = false;
+  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
+    BodyContact& contact = work.contacts[i];
+    if (contact.state.failed || (contact.joint.cohesion == 0.0 && contact.joint.tension == 0.0)) {
+      continue;
+    }
+    const LinearContact& c = work.linear[i];
+    const bool opened = c.mode == ContactMode::Open && contact.was_closed;
+    if (!opened && c.mode != ContactMode::Slip) continue;
+    fail(contact);
+    any = true;
+  }
+  return any;
+}
+
+/// Both anchors to where the contact is now, `stretch` (place of b minus place of a) apart. The anchor
+/// of a vertex stays on it.
+void move_anchor(const Pose& a, const Pose& b, const ContactGeometry& now, const Vector3& stretch,
+                 BodyContact& contact) {
+  const Vector3 normal_part = now.gap * now.normal;
+  if (contact.normal_on_a) {
+    contact.state.anchor_b = contact.arm_b;
+    contact.state.anchor_a = reference_arm(a, now.place_b - normal_part - stretch);
+  } else {
+    contact.state.anchor_a = contact.arm_a;
+    contact.state.anchor_b = reference_arm(b, now.place_a + normal_part + stretch);
+  }
+}
+
+void record_contacts(double spring_shear, Workspace& work) {
+  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
+    BodyContact& contact = work.contacts[i];
+    const LinearContact& c = work.linear[i];
+    Contact& state = contact.state;
+    const Pose& a = work.poses.end[index(contact.a)];
+    const Pose& b = work.poses.end[index(contact.b)];
+    const ContactGeometry now = contact_geometry(contact, a, b);
+    Vector3 t1, t2;
+    const ContactGeometry before = contact_geometry(contact, work.poses.start[index(contact.a)],
+                                                    work.poses.start[index(contact.b)]);
+    tangent_frame(0.5 * (before.normal + now.normal), t1, t2);
+    state.mode = c.mode;
+    state.normal_force = c.force[0];
+    state.shear_force = -(c.force[1] * t1 + c.force[2] * t2);
+    state.point.point_a = now.place_a;
+    state.point.point_b = now.place_b;
+    state.point.normal = now.normal;
+    state.point.gap = now.gap;
+    if (c.mode == ContactMode::Open) {
+      state.slip = 0.0;
+      continue;
+    }
+    if (c.mode == ContactMode::Slip) {
+      const Vector3 stretch_start =
+          work.poses.start[index(contact.b)].centroid +
+          work.poses.start[index(contact.b)].shape * contact.state.anchor_b -
+          work.poses.start[index(contact.a)].centroid -
+          work.poses.start[index(contact.a)].shape * contact.state.anchor_a;
+      state.slip += (c.relative.tail<2>() -
+                     Eigen::Vector2d(t1.dot(stretch_start), t2.dot(stretch_start))).norm();
+    }
+    if (c.mode == ContactMode::Slip || (!contact.was_closed && !c.compliant)) {
+      // The anchor follows: what stretch is left is the spring's at its limit (none for a multiplier).
+      Vector3 stretch = Vector3::Zero();
+      if (c.compliant && c.law == ContactLaw::Coulomb) stretch = state.shear_force / spring_shear;
+      move_anchor(a, b, now, stretch, contact);
+    }
+  }
+}
+
+void account(const CompiledScene& compiled, const StepOptions& options, const State& state,
+             double time_step, Workspace& work, Attempt& attempt) {
+  const StepScheme scheme = scheme_of(options, time_step);
+  const double time = load_time(options, state, time_step);
+  const Vector3 gravity = compiled.scene.gravity.at(time);
+  double largest_force = 0.0, unbalanced = 0.0;
+  for (std::size_t s = 0; s < work.increment.size(); ++s) {
+    const std::size_t b = index(compiled.slots.block_of_slot[s]);
+    const BlockModel& model = compiled.models[b];
+    const Vector12& d = work.increment[s];
+    attempt.gravity_work += model.mass * gravity.dot(d.head<3>());
+    if (model.unknowns == 12) {
+      const Vector6 e = d.tail<6>();
+      attempt.scheme_loss +=
+          (scheme.end_share - 0.5) * model.volume * e.dot(model.elasticity * e);
+    }
+    const double factor = 2.0 / (time_step * time_step);
+    Vector12 inertial = Vector12::Zero();
+    inertial.head<3>() = factor * model.mass * d.head<3>();
+    inertial.segment<3>(3) = factor * (model.inertia * d.segment<3>(3));
+    inertial.tail<6>() = factor * (model.strain_inertia * d.tail<6>());
+    unbalanced = std::max(unbalanced, force_size(inertial, model.size));
+    largest_force = std::max(largest_force, model.mass * gravity.norm());
+  }
+  for (const PointForce& load : compiled.loads) {
+    const std::size_t b = index(load.block);
+    const Vector3 force = load.factor * load.force.at(time);
+    const Vector3 moved = work.poses.end[b].centroid + work.poses.end[b].shape * load.arm -
+                          work.poses.start[b].centroid - work.poses.start[b].shape * load.arm;
+    attempt.load_work += force.dot(moved);
+    largest_force = std::max(largest_force, force.norm());
+  }
+  for (std::size_t i = 0; i < work.linear.size(); ++i) {
+    const LinearContact& c = work.linear[i];
+    if (c.mode == ContactMode::Open) continue;
+    largest_force = std::max(largest_force, c.force.norm());
+    if (i >= work.contacts.size()) continue;
+    const BodyContact& contact = work.contacts[i];
+    for (const auto& [block, jacobian] : {std::pair{contact.a, &c.jacobian_a}, {contact.b, &c.jacobian_b}}) {
+      if (compiled.models[index(block)].unknowns > 0) continue;
+      attempt.load_work -= c.force.dot(*jacobian * work.poses.increment[index(block)]);
+    }
+    Vector3 moved = c.relative - c.offset;
+    if (compiled.models[index(contact.a)].unknowns == 0) {
+      moved += c.jacobian_a * work.poses.increment[index(contact.a)];
+    }
+    if (compiled.models[index(contact.b)].unknowns == 0) {
+      moved += c.jacobian_b * work.poses.increment[index(contact.b)];
+    }
+    if (!c.compliant) attempt.contact_work += c.force[0] * moved[0];
+    if (!c.compliant || c.mode == ContactMode::Slip) {
+      attempt.friction_work -= c.force.tail<2>().dot(moved.tail<2>());
+    }
+  }
+  attempt.unbalance = largest_force > 0.0 ? unbalanced / largest_force : 0.0;
+}
+
+}  // namespace
+
+double default_penalty(const CompiledScene& compiled) {
+  // 50 E L of the stiffest deformable block; for rigid scenes a static sag of 1e-6 of the block size.
+  double penalty = 0.0, weight = 0.0;
+  const double gravity = std::max(compiled.scene.gravity.at(0.0).norm(), 1.0);
+  for (const BlockModel& model : compiled.models) {
+    penalty = std::max(penalty, 50.0 * model.elasticity(0, 0) * model.size);
+    weight = std::max(weight, model.mass * gravity);
+  }
+  return penalty > 0.0 ? penalty : 1e6 * weight / compiled.smallest_size;
+}
+
+Attempt attempt_step(const CompiledScene& compiled, const StepOptions& options, const State& state,
+                     double time_step, Workspace& work) {
+  Attempt attempt;
+  attempt.motion = work.motion;
+  for (std::size_t p = 0; p < compiled.prescribed.size(); ++p) {
+    attempt.motion[p] =
+        advance_motion(compiled.scene.blocks[index(compiled.prescribed[p])].motion,
+                       work.motion[p], state.time, state.time + time_step);
+  }
+  set_matrices(compiled, scheme_of(options, time_step), work);
+  set_start(compiled, options, state, time_step, attempt.motion, work);
+  OpenCloseResult total;
+  do {
+    set_linear_contacts(compiled, options, work);
+    const OpenCloseResult solved = solve_positions(compiled, options, state, time_step, work);
+    total.iterations += solved.iterations;
+    total.solves += solved.solves;
+    total.factorizations += solved.factorizations;
+    total.converged = solved.converged;
+    total.residual = solved.residual;
+    total.condition = solved.condition;
+  } while (total.converged && fail_broken(work));
+  attempt.solved = total;
+  account(compiled, options, state, time_step, work, attempt);
+
+  attempt.end = state;
+  attempt.end.time = state.time + time_step;
+  for (std::size_t b = 0; b < state.blocks.size(); ++b) {
+    const Vector12& d = work.poses.increment[b];
+    if (compiled.models[b].unknowns == 0) {
+      attempt.end.blocks[b].centroid += d.head<3>();
+      continue;
+    }
+    BlockState& end = attempt.end.blocks[b];
+    end = displaced(state.blocks[b], d);
+    if (options.analysis == Analysis::Dynamic) {
+      end = with_end_velocity(end, state.blocks[b], d, time_step);
+    } else {
+      end.velocity.setZero();
+      end.angular_velocity.setZero();
+      end.strain_rate.setZero();
+    }
+    const double moved = d.head<3>().norm() + d.segment<3>(3).norm() * 0.5 * compiled.models[b].size;
+    attempt.displacement = std::max(attempt.displacement, moved / compiled.models[b].size);
+  }
+  for (std::size_t p = 0; p < compiled.prescribed.size(); ++p) {
+    attempt.end.blocks[index(compiled.prescribed[p])].velocity = attempt.motion[p].velocity;
+  }
+  const double penalty = options.penalty > 0.0 ? options.penalty : default_penalty(compiled);
+  record_contacts(options.shear_ratio * penalty, work);
+  place_polyhedra(compiled, attempt.end);
+  return attempt;
+}
+
+}  // namespace quoin::solver

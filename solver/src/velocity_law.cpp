@@ -1,0 +1,154 @@
+#include <cmath>
+
+#include "step.hpp"
+
+namespace quoin::solver {
+namespace {
+
+constexpr double kAugmentation = 1e4;
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+Vector12 velocity_vector(const BlockState& block) {
+  Vector12 v;
+  v << block.velocity, block.angular_velocity, block.strain_rate;
+  return v;
+}
+
+void set_velocity(const Vector12& v, BlockState& block) {
+  block.velocity = v.head<3>();
+  block.angular_velocity = v.segment<3>(3);
+  block.strain_rate = v.tail<6>();
+}
+
+/// Relative velocity of a contact from the velocities of both blocks, wherever they come from.
+Vector3 relative_velocity(const BodyContact& contact, const LinearContact& c, const State& state) {
+  return c.jacobian_a * velocity_vector(state.blocks[index(contact.a)]) +
+         c.jacobian_b * velocity_vector(state.blocks[index(contact.b)]);
+}
+
+double along(const LinearContact& c, int row, const std::vector<Matrix12>& compliance) {
+  double sum = 0.0;
+  if (c.slot_a >= 0) {
+    sum += c.jacobian_a.row(row) * compliance[index(c.slot_a)] * c.jacobian_a.row(row).transpose();
+  }
+  if (c.slot_b >= 0) {
+    sum += c.jacobian_b.row(row) * compliance[index(c.slot_b)] * c.jacobian_b.row(row).transpose();
+  }
+  return sum;
+}
+
+double kinetic_energy(const CompiledScene& compiled, const State& state) {
+  double sum = 0.0;
+  for (std::size_t b = 0; b < state.blocks.size(); ++b) {
+    sum += kinetic_energy(compiled.models[b], state.blocks[b]);
+  }
+  return sum;
+}
+
+void set_stiffness(const std::vector<Matrix12>& compliance, LinearContact& c) {
+  c.compliant = false;
+  c.normal_stiffness = kAugmentation / along(c, 0, compliance);
+  c.shear_stiffness =
+      kAugmentation / std::max(along(c, 1, compliance), along(c, 2, compliance));
+}
+
+/// A contact of the step turned into one of velocities: d is the relative velocity times dt, the force
+/// 2/dt of the impulse. False when nothing is to be set there.
+bool velocity_contact(const CompiledScene& compiled, const State& start, const State& end,
+                      const BodyContact& contact, double slowest, double time_step,
+                      std::span<const Pose> poses, const LinearContact& position,
+                      LinearContact& c) {
+  if (position.mode == ContactMode::Open) return false;
+  c = position;
+  c.compliant = false;
+  c.tension = 2.0 * position.tension;
+  c.cohesion = 2.0 * position.cohesion;
+  linearise_velocity(contact, poses, compiled.models, c);
+  for (const auto& [block, jacobian] :
+       {std::pair{contact.a, &c.jacobian_a}, std::pair{contact.b, &c.jacobian_b}}) {
+    if (compiled.models[index(block)].unknowns > 0) continue;
+    c.offset += time_step * (*jacobian * velocity_vector(end.blocks[index(block)]));
+  }
+  const double approach = relative_velocity(contact, c, start)[0];
+  if (approach < -slowest) c.offset[0] += time_step * contact.joint.restitution * approach;
+  Vector3 t1, t2;
+  tangent_frame((contact.normal_on_a ? poses[index(contact.a)] : poses[index(contact.b)]).rotation *
+                    contact.normal_local, t1, t2);
+  const Vector3& shear = contact.state.shear_force;  // on A
+  c.multiplier = 2.0 * Vector3(contact.state.normal_force, -t1.dot(shear), -t2.dot(shear));
+  if (c.law == ContactLaw::Coulomb && position.mode == ContactMode::Slip && contact.was_closed) {
+    const Vector3 now = relative_velocity(contact, c, end);
+    if (now.tail<2>().dot(c.multiplier.tail<2>()) <= 0.0) c.law = ContactLaw::Frictionless;
+  }
+  if (c.law == ContactLaw::Frictionless) c.multiplier.tail<2>().setZero();
+  return true;
+}
+
+bool velocity_held_point(const CompiledScene& compiled, const HeldPoint& held, double time,
+                         double time_step, std::span<const Pose> poses,
+                         const LinearContact& position, LinearContact& c) {
+  const std::size_t b = index(held.block);
+  c = position;
+  c.jacobian_b = motion(poses[b], held.arm, compiled.models[b].unknowns == 12);
+  const double eps = 0.5 * time_step;
+  const Vector3 target =
+      held.displacement.is_constant()
+          ? Vector3(Vector3::Zero())
+          : Vector3((held.displacement.at(time + eps) - held.displacement.at(time - eps)));
+  c.offset = -target;
+  c.multiplier = 2.0 * position.force;
+  return true;
+}
+
+}  // namespace
+
+void apply_velocity_law(const CompiledScene& compiled, const StepOptions& options,
+                        const State& start, double time_step, Workspace& work, Attempt& attempt) {
+  if (compiled.slots.count() == 0) return;
+  const double slowest = 2.0 * compiled.scene.gravity.at(start.time).norm() * time_step;
+  std::vector<LinearContact> contacts;
+  for (std::size_t i = 0; i < work.linear.size(); ++i) {
+    LinearContact c;
+    const bool held = i >= work.contacts.size();
+    const bool active =
+        held ? velocity_held_point(compiled, compiled.held[i - work.contacts.size()],
+                                   attempt.end.time, time_step, work.poses.end, work.linear[i], c)
+             : velocity_contact(compiled, start, attempt.end, work.contacts[i], slowest, time_step,
+                                work.poses.end, work.linear[i], c);
+    if (!active) continue;
+    set_stiffness(work.compliance, c);
+    contacts.push_back(c);
+  }
+  if (contacts.empty()) return;
+  BlockVector velocity(work.base.diagonal.size()), force(work.base.diagonal.size());
+  for (std::size_t s = 0; s < velocity.size(); ++s) {
+    velocity[s] =
+        time_step * velocity_vector(attempt.end.blocks[index(compiled.slots.block_of_slot[s])]);
+    if (compiled.slots.size[s] == 6) velocity[s].tail<6>().setZero();
+    force[s] = work.base.diagonal[s] * velocity[s];
+  }
+  for (const LinearContact& c : contacts) {
+    if (c.slot_a >= 0) force[index(c.slot_a)] -= c.jacobian_a.transpose() * c.multiplier;
+    if (c.slot_b >= 0) force[index(c.slot_b)] -= c.jacobian_b.transpose() * c.multiplier;
+  }
+  OpenCloseOptions tuning;
+  tuning.force_tolerance = options.tolerance;
+  tuning.gap_tolerance = options.tolerance * compiled.smallest_size;
+  tuning.max_iterations = options.max_iterations;
+  const double before = kinetic_energy(compiled, attempt.end);
+  const OpenCloseResult solved =
+      work.open_close.solve(work.base, force, contacts, tuning, velocity);
+  for (std::size_t s = 0; s < velocity.size(); ++s) {
+    set_velocity(velocity[s] / time_step,
+                 attempt.end.blocks[index(compiled.slots.block_of_slot[s])]);
+  }
+  attempt.impact_loss += before - kinetic_energy(compiled, attempt.end);
+  attempt.solved.iterations += solved.iterations;
+  attempt.solved.solves += solved.solves;
+  attempt.solved.factorizations += solved.factorizations;
+  attempt.solved.converged = attempt.solved.converged && solved.converged;
+  attempt.solved.residual = std::max(attempt.solved.residual, solved.residual);
+}
+
+}  // namespace quoin::solver
