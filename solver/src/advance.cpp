@@ -66,8 +66,8 @@ bool too_fast(const CompiledScene& compiled, const State& state, double dt, cons
 /// that passed beside it. They are dropped; true when there were any.
 bool drop_ghosts(const CompiledScene& compiled, const std::vector<geometry::ContactPoint>& found,
                  Workspace& work) {
-  const auto apart = [&](const BodyContact& contact) {
-    if (contact.was_closed || contact.state.mode == ContactMode::Open) return false;
+  const auto apart = [&](const BodyContact& contact, ContactMode mode) {
+    if (contact.was_closed || mode == ContactMode::Open) return false;
     const auto same_pair = [&](const geometry::ContactPoint& p) {
       return p.key.a == contact.a && p.key.b == contact.b;
     };
@@ -78,7 +78,15 @@ bool drop_ghosts(const CompiledScene& compiled, const std::vector<geometry::Cont
     const double rebound = contact.joint.restitution > 0.0 ? work.reach : 0.0;
     return gap > 1e-3 * compiled.smallest_size + rebound;
   };
-  return std::erase_if(work.contacts, apart) > 0;
+  const std::size_t solved = work.linear.size() - compiled.held.size();
+  std::vector<BodyContact> kept;
+  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
+    const bool drop = i < solved && apart(work.contacts[i], work.linear[i].mode);
+    if (!drop) kept.push_back(work.contacts[i]);
+  }
+  const bool any = kept.size() < work.contacts.size();
+  work.contacts.swap(kept);
+  return any;
 }
 
 /// Contacts that overlap at the end of an attempt though the step did not hold them: added to the
@@ -94,8 +102,7 @@ bool add_missed(const CompiledScene& compiled, double limit,
       const BodyContact& contact = work.contacts[i];
       held = contact.a == point.key.a && contact.b == point.key.b &&
              (contact.state.point.key == point.key ||
-              (contact.state.mode != ContactMode::Open &&
-               work.linear[i].compliant));
+              (work.linear[i].mode != ContactMode::Open && work.linear[i].compliant));
     }
     if (held) continue;
     BodyContact added = make_body_contact(compiled.scene, work.poses.end, point);
@@ -135,7 +142,7 @@ void book(const Attempt& attempt, const CompiledScene& compiled, const StepOptio
 void accept(Attempt& attempt, const CompiledScene& compiled, const StepOptions& options,
             State& state, Workspace& work) {
   attempt.end.contacts.clear();
-  for (const BodyContact& contact : work.contacts) attempt.end.contacts.push_back(contact.state);
+  for (const BodyContact& contact : attempt.contacts) attempt.end.contacts.push_back(contact.state);
   std::sort(attempt.end.contacts.begin(), attempt.end.contacts.end(),
             [](const Contact& x, const Contact& y) { return x.point.key < y.point.key; });
   std::swap(state, attempt.end);

@@ -339,9 +339,11 @@ void move_anchor(const Pose& a, const Pose& b, const ContactGeometry& now, const
   }
 }
 
-void record_contacts(double spring_shear, Workspace& work) {
-  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
-    BodyContact& contact = work.contacts[i];
+void record_contacts(double spring_shear, const Workspace& work,
+                     std::vector<BodyContact>& contacts) {
+  contacts = work.contacts;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    BodyContact& contact = contacts[i];
     const LinearContact& c = work.linear[i];
     Contact& state = contact.state;
     const Pose& a = work.poses.end[index(contact.a)];
@@ -499,7 +501,7 @@ Attempt attempt_step(const CompiledScene& compiled, const StepOptions& options, 
     attempt.end.blocks[index(compiled.prescribed[p])].velocity = attempt.motion[p].velocity;
   }
   const double penalty = options.penalty > 0.0 ? options.penalty : default_penalty(compiled);
-  record_contacts(options.shear_ratio * penalty, work);
+  record_contacts(options.shear_ratio * penalty, work, attempt.contacts);
   place_polyhedra(compiled, attempt.end);
   return attempt;
 }

@@ -8,6 +8,7 @@ namespace quoin::solver {
 /// What an attempt came to. `end` is the state it proposes.
 struct Attempt {
   State end;
+  std::vector<BodyContact> contacts;  ///< work.contacts with forces and modes at the end of the step
   std::vector<PrescribedMotion> motion;
   OpenCloseResult solved;
   double displacement = 0.0;   ///< largest of a vertex, relative to its block's size
@@ -22,7 +23,6 @@ struct Attempt {
 };
 
 /// Solves for the increments of [time, time + dt] with contacts work.contacts.
-/// Fills work.contacts with forces and modes at the end of the step.
 Attempt attempt_step(const CompiledScene& compiled, const StepOptions& options, const State& state,
                      double time_step, Workspace& work);
 

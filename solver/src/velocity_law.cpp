@@ -114,7 +114,7 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
     const bool active =
         held ? velocity_held_point(compiled, compiled.held[i - work.contacts.size()],
                                    attempt.end.time, time_step, work.poses.end, work.linear[i], c)
-             : velocity_contact(compiled, start, attempt.end, work.contacts[i], slowest, time_step,
+             : velocity_contact(compiled, start, attempt.end, attempt.contacts[i], slowest, time_step,
                                 work.poses.end, work.linear[i], c);
     if (!active) continue;
     set_stiffness(work.compliance, c);
