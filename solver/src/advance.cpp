@@ -145,6 +145,9 @@ void accept(Attempt& attempt, const CompiledScene& compiled, const StepOptions& 
   for (const BodyContact& contact : attempt.contacts) attempt.end.contacts.push_back(contact.state);
   std::sort(attempt.end.contacts.begin(), attempt.end.contacts.end(),
             [](const Contact& x, const Contact& y) { return x.point.key < y.point.key; });
+  work.last_time_step = options.analysis == Analysis::Dynamic ? attempt.end.time - state.time : 0.0;
+  work.last_velocity.clear();
+  for (const BlockState& block : state.blocks) work.last_velocity.push_back(velocity_vector(block));
   std::swap(state, attempt.end);
   work.motion = attempt.motion;
   book(attempt, compiled, options, state);

@@ -18,6 +18,9 @@ struct Workspace {
   double reach = 0.0;                         ///< that `found` was made with, m
   std::vector<PrescribedMotion> motion;       ///< of compiled.prescribed, at the present state
 
+  double last_time_step = 0.0;                ///< of the last accepted sub-step; 0: none
+  BlockVector last_velocity;                  ///< at its start, by block: predicts the next increment
+
   std::vector<BodyContact> contacts;
   StepPoses poses;
   std::vector<LinearContact> linear;

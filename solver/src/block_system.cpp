@@ -25,14 +25,4 @@ double force_size(const Vector12& force, double length) {
                    force.tail<6>().norm() / length});
 }
 
-void multiply(const BlockSystem& system, const BlockVector& x, BlockVector& y) {
-  for (std::size_t s = 0; s < x.size(); ++s) y[s].noalias() = system.diagonal[s] * x[s];
-  for (std::size_t p = 0; p < system.pairs.size(); ++p) {
-    const auto i = static_cast<std::size_t>(system.pairs[p].first);
-    const auto j = static_cast<std::size_t>(system.pairs[p].second);
-    y[i].noalias() += system.off_diagonal[p] * x[j];
-    y[j].noalias() += system.off_diagonal[p].transpose() * x[i];
-  }
-}
-
 }  // namespace quoin::solver

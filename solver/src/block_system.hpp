@@ -1,5 +1,5 @@
 #pragma once
-/// Symmetric sparse matrix of 6×6 and 12×12 blocks, and the vectors that go with it.
+/// Sparse matrix of 6×6 and 12×12 blocks, and the vectors that go with it.
 
 #include <utility>
 
@@ -28,11 +28,10 @@ struct BlockSystem {
   std::vector<Matrix12> diagonal;
   std::vector<std::pair<int, int>> pairs;  ///< ascending
   std::vector<Matrix12> off_diagonal;      ///< rows of pair.first, columns of pair.second
+  std::vector<Matrix12> mirrored;          ///< rows of pair.second; only where not symmetric
+  bool symmetric = true;
 };
 
 using BlockVector = std::vector<Vector12>;  ///< by slot; unused tail entries are zero
-
-/// y = K x.
-void multiply(const BlockSystem& system, const BlockVector& x, BlockVector& y);
 
 }  // namespace quoin::solver

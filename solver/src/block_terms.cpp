@@ -146,6 +146,12 @@ BlockState with_end_velocity(const BlockState& end, const BlockState& start,
   return result;
 }
 
+Vector12 velocity_vector(const BlockState& state) {
+  Vector12 v;
+  v << state.velocity, state.angular_velocity, state.strain_rate;
+  return v;
+}
+
 Vector6 stress(const BlockModel& model, const Vector6& strain) {
   return model.elasticity * strain + model.initial_stress;
 }

@@ -50,6 +50,9 @@ Vector12 block_force(const BlockModel& model, const BlockState& state, const Ste
 BlockState with_end_velocity(const BlockState& end, const BlockState& start,
                              const Vector12& increment, double time_step);
 
+/// (v | W | strain rate)
+Vector12 velocity_vector(const BlockState& state);
+
 Vector6 stress(const BlockModel& model, const Vector6& strain);  ///< Pa, turning frame
 double kinetic_energy(const BlockModel& model, const BlockState& state);  ///< J
 double strain_energy(const BlockModel& model, const BlockState& state);   ///< J

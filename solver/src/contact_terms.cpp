@@ -33,7 +33,7 @@ void add_turn(const Vector3& normal, const Vector3& lever, const Matrix3& rotati
 }  // namespace
 
 void linearise(const BodyContact& contact, const StepPoses& poses,
-               std::span<const BlockModel> models, LinearContact& linear) {
+               std::span<const BlockModel> models, double rounding, LinearContact& linear) {
   const auto a = static_cast<std::size_t>(contact.a), b = static_cast<std::size_t>(contact.b);
   const Pose &start_a = poses.start[a], &start_b = poses.start[b];
   const Pose &end_a = poses.end[a], &end_b = poses.end[b];
@@ -65,6 +65,9 @@ void linearise(const BodyContact& contact, const StepPoses& poses,
                             start_a.centroid - start_a.shape * contact.state.anchor_a;
   linear.offset = Vector3(before.gap - contact.opening, rows.t1.dot(stretched),
                           rows.t2.dot(stretched));
+  for (double& value : linear.offset) {
+    if (std::abs(value) <= rounding) value = 0.0;
+  }
   if (models[a].unknowns == 0) linear.offset += linear.jacobian_a * poses.increment[a];
   if (models[b].unknowns == 0) linear.offset += linear.jacobian_b * poses.increment[b];
 }

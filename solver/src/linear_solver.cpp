@@ -1,105 +1,145 @@
 #include "linear_solver.hpp"
 
 namespace quoin::solver {
+namespace {
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
 
 bool LinearSolver::factorize(const BlockSystem& system) {
   const int n = slots_->unknowns();
   vector_.resize(n);
   result_.resize(n);
-  if (dense()) {
-    fill_dense(system);
+  symmetric_ = system.symmetric;
+  return dense() ? factorize_dense(system) : factorize_sparse(system);
+}
+
+bool LinearSolver::factorize_dense(const BlockSystem& system) {
+  const int n = slots_->unknowns();
+  matrix_.setZero(n, n);
+  for (std::size_t s = 0; s < system.diagonal.size(); ++s) {
+    const int at = slots_->start[s], size = slots_->size[s];
+    matrix_.block(at, at, size, size) = system.diagonal[s].topLeftCorner(size, size);
+  }
+  for (std::size_t p = 0; p < system.pairs.size(); ++p) {
+    const std::size_t i = index(system.pairs[p].first), j = index(system.pairs[p].second);
+    const int rows = slots_->size[i], columns = slots_->size[j];
+    const auto upper = system.off_diagonal[p].topLeftCorner(rows, columns);
+    auto lower = matrix_.block(slots_->start[j], slots_->start[i], columns, rows);
+    if (symmetric_) {
+      lower = upper.transpose();
+    } else {
+      matrix_.block(slots_->start[i], slots_->start[j], rows, columns) = upper;
+      lower = system.mirrored[p].topLeftCorner(columns, rows);
+    }
+  }
+  if (symmetric_) {
     dense_.compute(matrix_);
     return dense_.info() == Eigen::Success && dense_.isPositive();
   }
-  if (sparse_.rows() != n || pattern_ != system.pairs) build_pattern(system);
+  dense_lu_.compute(matrix_);
+  return dense_lu_.matrixLU().diagonal().cwiseAbs().minCoeff() > 0.0;
+}
+
+bool LinearSolver::factorize_sparse(const BlockSystem& system) {
+  if (sparse_.rows() != slots_->unknowns() || pattern_ != system.pairs ||
+      pattern_symmetric_ != symmetric_) {
+    build_pattern(system);
+  }
   fill_sparse(system);
-  simplicial_.factorize(sparse_);
-  return simplicial_.info() == Eigen::Success && simplicial_.vectorD().minCoeff() > 0.0;
+  if (symmetric_) {
+    simplicial_.factorize(sparse_);
+    return simplicial_.info() == Eigen::Success && simplicial_.vectorD().minCoeff() > 0.0;
+  }
+  sparse_lu_.factorize(sparse_);
+  return sparse_lu_.info() == Eigen::Success;
 }
 
-void LinearSolver::fill_dense(const BlockSystem& system) {
-  const int n = slots_->unknowns();
-  matrix_.setZero(n, n);
-  for (int s = 0; s < slots_->count(); ++s) {
-    const auto i = static_cast<std::size_t>(s);
-    matrix_.block(slots_->start[i], slots_->start[i], slots_->size[i], slots_->size[i]) =
-        system.diagonal[i].topLeftCorner(slots_->size[i], slots_->size[i]);
-  }
-  for (std::size_t p = 0; p < system.pairs.size(); ++p) {
-    const auto i = static_cast<std::size_t>(system.pairs[p].first);
-    const auto j = static_cast<std::size_t>(system.pairs[p].second);
-    matrix_.block(slots_->start[j], slots_->start[i], slots_->size[j], slots_->size[i]) =
-        system.off_diagonal[p].topLeftCorner(slots_->size[i], slots_->size[j]).transpose();
-  }
-}
-
-// Column by column: the diagonal block's lower part, then the blocks below it in ascending order.
+// Column by column: blocks above (when not symmetric), the diagonal block, the blocks below, each in
+// ascending order; fill_sparse runs in the same order.
 void LinearSolver::build_pattern(const BlockSystem& system) {
   const int n = slots_->unknowns();
   pattern_ = system.pairs;
+  pattern_symmetric_ = symmetric_;
   std::vector<Eigen::Triplet<double>> entries;
-  for (int s = 0; s < slots_->count(); ++s) {
-    const auto i = static_cast<std::size_t>(s);
-    for (int c = 0; c < slots_->size[i]; ++c) {
-      for (int r = c; r < slots_->size[i]; ++r) {
-        entries.emplace_back(slots_->start[i] + r, slots_->start[i] + c, 0.0);
+  const auto add_block = [&](std::size_t i, std::size_t j, bool lower_only) {
+    for (int c = 0; c < slots_->size[j]; ++c) {
+      for (int r = lower_only ? c : 0; r < slots_->size[i]; ++r) {
+        entries.emplace_back(slots_->start[i] + r, slots_->start[j] + c, 0.0);
       }
     }
-  }
+  };
+  for (std::size_t s = 0; s < system.diagonal.size(); ++s) add_block(s, s, symmetric_);
   for (const auto& [first, second] : system.pairs) {
-    const auto i = static_cast<std::size_t>(first);
-    const auto j = static_cast<std::size_t>(second);
-    for (int c = 0; c < slots_->size[i]; ++c) {
-      for (int r = 0; r < slots_->size[j]; ++r) {
-        entries.emplace_back(slots_->start[j] + r, slots_->start[i] + c, 0.0);
-      }
-    }
+    add_block(index(second), index(first), false);
+    if (!symmetric_) add_block(index(first), index(second), false);
   }
   sparse_.resize(n, n);
   sparse_.setFromTriplets(entries.begin(), entries.end());
-  simplicial_.analyzePattern(sparse_);
+  if (symmetric_) {
+    simplicial_.analyzePattern(sparse_);
+  } else {
+    sparse_lu_.analyzePattern(sparse_);
+  }
 }
 
 void LinearSolver::fill_sparse(const BlockSystem& system) {
   double* values = sparse_.valuePtr();
   const int* starts = sparse_.outerIndexPtr();
   column_position_.assign(starts, starts + sparse_.cols());
-  for (int s = 0; s < slots_->count(); ++s) {
-    const auto i = static_cast<std::size_t>(s);
-    for (int c = 0; c < slots_->size[i]; ++c) {
-      int& at = column_position_[static_cast<std::size_t>(slots_->start[i] + c)];
-      for (int r = c; r < slots_->size[i]; ++r) values[at++] = system.diagonal[i](r, c);
+  const auto put = [&](std::size_t i, std::size_t j, const Matrix12& block, bool transposed,
+                       bool lower_only) {
+    for (int c = 0; c < slots_->size[j]; ++c) {
+      int& at = column_position_[index(slots_->start[j] + c)];
+      for (int r = lower_only ? c : 0; r < slots_->size[i]; ++r) {
+        values[at++] = transposed ? block(c, r) : block(r, c);
+      }
+    }
+  };
+  if (!symmetric_) {
+    for (std::size_t p = 0; p < system.pairs.size(); ++p) {
+      put(index(system.pairs[p].first), index(system.pairs[p].second), system.off_diagonal[p],
+          false, false);
     }
   }
+  for (std::size_t s = 0; s < system.diagonal.size(); ++s) {
+    put(s, s, system.diagonal[s], false, symmetric_);
+  }
   for (std::size_t p = 0; p < system.pairs.size(); ++p) {
-    const auto i = static_cast<std::size_t>(system.pairs[p].first);
-    const auto j = static_cast<std::size_t>(system.pairs[p].second);
-    for (int c = 0; c < slots_->size[i]; ++c) {
-      int& at = column_position_[static_cast<std::size_t>(slots_->start[i] + c)];
-      for (int r = 0; r < slots_->size[j]; ++r) values[at++] = system.off_diagonal[p](c, r);
-    }
+    const Matrix12& block = symmetric_ ? system.off_diagonal[p] : system.mirrored[p];
+    put(index(system.pairs[p].second), index(system.pairs[p].first), block, symmetric_, false);
   }
 }
 
 void LinearSolver::solve(const BlockVector& right, BlockVector& solution) {
-  for (int s = 0; s < slots_->count(); ++s) {
-    const auto i = static_cast<std::size_t>(s);
-    vector_.segment(slots_->start[i], slots_->size[i]) = right[i].head(slots_->size[i]);
+  for (std::size_t s = 0; s < right.size(); ++s) {
+    vector_.segment(slots_->start[s], slots_->size[s]) = right[s].head(slots_->size[s]);
   }
   if (dense()) {
-    result_ = dense_.solve(vector_);
-  } else {
+    if (symmetric_) {
+      result_ = dense_.solve(vector_);
+    } else {
+      result_ = dense_lu_.solve(vector_);
+    }
+  } else if (symmetric_) {
     result_ = simplicial_.solve(vector_);
+  } else {
+    result_ = sparse_lu_.solve(vector_);
   }
-  for (int s = 0; s < slots_->count(); ++s) {
-    const auto i = static_cast<std::size_t>(s);
-    solution[i].setZero();
-    solution[i].head(slots_->size[i]) = result_.segment(slots_->start[i], slots_->size[i]);
+  for (std::size_t s = 0; s < solution.size(); ++s) {
+    solution[s].setZero();
+    solution[s].head(slots_->size[s]) = result_.segment(slots_->start[s], slots_->size[s]);
   }
 }
 
 double LinearSolver::condition_estimate() const {
   if (slots_->unknowns() == 0) return 1.0;
+  if (!symmetric_) {
+    if (!dense()) return 0.0;  // the sparse factors do not show their pivots
+    const Eigen::ArrayXd pivots = dense_lu_.matrixLU().diagonal().array().abs();
+    return pivots.maxCoeff() / pivots.minCoeff();
+  }
   const Eigen::VectorXd pivots =
       dense() ? Eigen::VectorXd(dense_.vectorD()) : Eigen::VectorXd(simplicial_.vectorD());
   return pivots.maxCoeff() / pivots.minCoeff();

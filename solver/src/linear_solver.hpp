@@ -2,7 +2,9 @@
 /// Direct solution of K x = f: dense for few unknowns, sparse for many.
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <Eigen/SparseCholesky>
+#include <Eigen/SparseLU>
 
 #include "block_system.hpp"
 
@@ -13,7 +15,8 @@ class LinearSolver {
  public:
   explicit LinearSolver(const Slots& slots) : slots_(&slots) {}
 
-  /// False when the matrix is not positive definite to working accuracy.
+  /// L D L^T for a symmetric matrix, L U for another. False when it is singular to working accuracy, or
+  /// symmetric and not positive definite.
   bool factorize(const BlockSystem& system);
   void solve(const BlockVector& right, BlockVector& solution);
 
@@ -22,19 +25,24 @@ class LinearSolver {
 
  private:
   bool dense() const { return slots_->unknowns() <= kDenseLimit; }
-  void fill_dense(const BlockSystem& system);
+  bool factorize_dense(const BlockSystem& system);
+  bool factorize_sparse(const BlockSystem& system);
   void build_pattern(const BlockSystem& system);
   void fill_sparse(const BlockSystem& system);
 
   static constexpr int kDenseLimit = 96;  // measured: above, the sparse factorization is faster
   const Slots* slots_;
+  bool symmetric_ = true;               // what was factorized last
   Eigen::MatrixXd matrix_;
   Eigen::LDLT<Eigen::MatrixXd> dense_;
+  Eigen::PartialPivLU<Eigen::MatrixXd> dense_lu_;
   Eigen::VectorXd vector_, result_;
-  Eigen::SparseMatrix<double> sparse_;  // lower triangle
+  Eigen::SparseMatrix<double> sparse_;  // lower triangle, or the whole matrix when not symmetric
   std::vector<std::pair<int, int>> pattern_;
-  std::vector<int> column_position_;    // of each block column in the value array
+  bool pattern_symmetric_ = true;
+  std::vector<int> column_position_;    // of each column in the value array
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> simplicial_;
+  Eigen::SparseLU<Eigen::SparseMatrix<double>> sparse_lu_;
 };
 
 }  // namespace quoin::solver

@@ -2,17 +2,46 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace quoin::solver {
 namespace {
 
-constexpr int kLiveIterations = 40;  // then the friction limits are frozen inside an outer loop
+constexpr int kLiveIterations = 8;  // then friction limits are frozen until the rest has converged
+
+Vector3 trial_force(const LinearContact& c) {
+  return {c.multiplier[0] - c.normal_stiffness * c.relative[0],
+          c.multiplier[1] - c.shear_stiffness * c.relative[1],
+          c.multiplier[2] - c.shear_stiffness * c.relative[2]};
+}
+
+/// Direction of the friction that a sliding contact had, or zero.
+Eigen::Vector2d known_direction(const LinearContact& c) {
+  const double size = c.multiplier.tail<2>().norm();
+  return size > 0.0 ? Eigen::Vector2d(c.multiplier.tail<2>() / size) : Eigen::Vector2d::Zero();
+}
+
+/// The law of the assumed mode, whether or not its conditions hold.
+void apply_assumed(LinearContact& c) {
+  c.mode = c.law == ContactLaw::Bilateral ? ContactMode::Stick : c.assumed;
+  if (c.mode == ContactMode::Open) {
+    c.force.setZero();
+    return;
+  }
+  c.force = trial_force(c);
+  if (c.mode == ContactMode::Stick && c.law != ContactLaw::Frictionless) return;
+  c.mode = ContactMode::Slip;
+  if (c.law == ContactLaw::Frictionless) {
+    c.force.tail<2>().setZero();
+  } else {
+    c.bound = c.friction * c.force[0] + c.cohesion;
+    c.force.tail<2>() = c.bound * known_direction(c);
+  }
+}
 
 /// Projects the trial force on what the contact can bear.   [Alart & Curnier 1991]
 void apply_law(LinearContact& c, bool live) {
-  const Vector3 trial(c.multiplier[0] - c.normal_stiffness * c.relative[0],
-                      c.multiplier[1] - c.shear_stiffness * c.relative[1],
-                      c.multiplier[2] - c.shear_stiffness * c.relative[2]);
+  const Vector3 trial = trial_force(c);
   c.force = trial;
   c.mode = ContactMode::Stick;
   if (c.law == ContactLaw::Bilateral) return;
@@ -35,8 +64,9 @@ void apply_law(LinearContact& c, bool live) {
   c.mode = ContactMode::Slip;
 }
 
-/// -df/dd, symmetric part: what the contact adds to the stiffness.
-Matrix3 tangent(const LinearContact& c) {
+/// -df/dd: what the contact adds to the stiffness. With live limits a sliding contact's friction follows
+/// its normal force, which makes the matrix unsymmetric.
+Matrix3 tangent(const LinearContact& c, bool live, bool assumed) {
   Matrix3 result = Matrix3::Zero();
   if (c.mode == ContactMode::Open) return result;
   result(0, 0) = c.normal_stiffness;
@@ -45,15 +75,24 @@ Matrix3 tangent(const LinearContact& c) {
     result(1, 1) = result(2, 2) = c.shear_stiffness;
     return result;
   }
-  const Eigen::Vector2d trial = c.multiplier.tail<2>() - c.shear_stiffness * c.relative.tail<2>();
+  if (assumed) {
+    result.bottomLeftCorner<2, 1>() = c.friction * c.normal_stiffness * known_direction(c);
+    return result;
+  }
+  const Eigen::Vector2d trial = trial_force(c).tail<2>();
   const double size = trial.norm();
   if (!(size > 0.0)) return result;
   const Eigen::Vector2d along = trial / size;
   result.bottomRightCorner<2, 2>() =
       (c.shear_stiffness * c.bound / size) *
       (Eigen::Matrix2d::Identity() - along * along.transpose());
+  if (live && c.force[0] > 0.0) {
+    result.bottomLeftCorner<2, 1>() = c.friction * c.normal_stiffness * along;
+  }
   return result;
 }
+
+bool is_symmetric(const Matrix3& matrix) { return matrix(1, 0) == 0.0 && matrix(2, 0) == 0.0; }
 
 void accumulate(const LinearContact& c, BlockVector& y, std::vector<double>& scale) {
   if (c.mode == ContactMode::Open) return;
@@ -86,7 +125,11 @@ void OpenClose::evaluate(const BlockSystem& base, const BlockVector& force,
     if (c.slot_b >= 0) {
       c.relative.noalias() += c.jacobian_b * increment[static_cast<std::size_t>(c.slot_b)];
     }
-    apply_law(c, limits == Limits::Live);
+    if (limits == Limits::Assumed) {
+      apply_assumed(c);
+    } else {
+      apply_law(c, limits == Limits::Live);
+    }
     accumulate(c, residual_, scale_);
   }
 }
@@ -106,9 +149,12 @@ double OpenClose::slope(const BlockVector& direction) const {
   return sum;
 }
 
-bool OpenClose::same_tangent(std::span<const LinearContact> contacts) {
+bool OpenClose::same_tangent(std::span<const LinearContact> contacts, Limits limits) {
   next_tangent_.resize(contacts.size());
-  for (std::size_t c = 0; c < contacts.size(); ++c) next_tangent_[c] = tangent(contacts[c]);
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    next_tangent_[c] =
+        tangent(contacts[c], limits == Limits::Live, limits == Limits::Assumed);
+  }
   const bool same = factorized_ && next_tangent_ == tangent_;
   std::swap(tangent_, next_tangent_);
   return same;
@@ -118,6 +164,10 @@ void OpenClose::assemble(const BlockSystem& base, std::span<const LinearContact>
   system_.diagonal = base.diagonal;
   system_.pairs = base.pairs;
   system_.off_diagonal.assign(base.pairs.size(), Matrix12::Zero());
+  const bool symmetric = system_.symmetric =
+      std::all_of(tangent_.begin(), tangent_.end(), is_symmetric);
+  system_.mirrored.clear();
+  if (!symmetric) system_.mirrored.assign(base.pairs.size(), Matrix12::Zero());
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const LinearContact& c = contacts[i];
     if (c.mode == ContactMode::Open) continue;
@@ -132,21 +182,22 @@ void OpenClose::assemble(const BlockSystem& base, std::span<const LinearContact>
           c.jacobian_b.transpose() * stiff_b;
     }
     if (c.pair < 0) continue;
-    Matrix12& off = system_.off_diagonal[static_cast<std::size_t>(c.pair)];
-    if (c.slot_a < c.slot_b) {
-      off.noalias() += c.jacobian_a.transpose() * stiff_b;
-    } else {
-      off.noalias() += c.jacobian_b.transpose() * stiff_a;
+    const auto pair = static_cast<std::size_t>(c.pair);
+    const bool ascending = c.slot_a < c.slot_b;
+    const Matrix3x12& first = ascending ? c.jacobian_a : c.jacobian_b;
+    const Matrix3x12& second = ascending ? c.jacobian_b : c.jacobian_a;
+    system_.off_diagonal[pair].noalias() += first.transpose() * (ascending ? stiff_b : stiff_a);
+    if (!symmetric) {
+      system_.mirrored[pair].noalias() += second.transpose() * (ascending ? stiff_a : stiff_b);
     }
   }
 }
 
-/// One Newton step with an exact search along it: the residual is minus the gradient of a convex
-/// function when the limits are frozen, so its slope along the step falls and crosses zero once.
+/// One Newton step with a search along it.
 bool OpenClose::newton_step(const BlockSystem& base, const BlockVector& force,
                             std::span<LinearContact> contacts, Limits limits,
                             BlockVector& increment, OpenCloseResult& result) {
-  if (!same_tangent(contacts)) {
+  if (!same_tangent(contacts, limits)) {
     assemble(base, contacts);
     factorized_ = solver_.factorize(system_);
     ++result.factorizations;
@@ -155,12 +206,63 @@ bool OpenClose::newton_step(const BlockSystem& base, const BlockVector& force,
   const BlockVector& right = residual_;
   solver_.solve(right, step_);
   ++result.solves;
+  if (limits == Limits::Assumed) {
+    move(base, force, contacts, Limits::Live, increment, 1.0);
+  } else if (system_.symmetric) {
+    search_slope(base, force, contacts, limits, increment);
+  } else {
+    search_residual(base, force, contacts, limits, increment);
+  }
+  std::swap(increment, trial_);
+  return true;
+}
+
+void OpenClose::move(const BlockSystem& base, const BlockVector& force,
+                     std::span<LinearContact> contacts, Limits limits,
+                     const BlockVector& increment, double share) {
+  for (std::size_t s = 0; s < step_.size(); ++s) trial_[s] = increment[s] + share * step_[s];
+  evaluate(base, force, contacts, trial_, limits);
+}
+
+/// Squared residual, moments and strain moments by block length, N2.
+double OpenClose::squared_residual() const {
+  double sum = 0.0;
+  for (std::size_t s = 0; s < residual_.size(); ++s) {
+    const double length = slots_->length[s];
+    sum += residual_[s].head<3>().squaredNorm() +
+           residual_[s].tail<9>().squaredNorm() / (length * length);
+  }
+  return sum;
+}
+
+/// No convex function stands behind an unsymmetric step: halve it until the residual falls.
+void OpenClose::search_residual(const BlockSystem& base, const BlockVector& force,
+                                std::span<LinearContact> contacts, Limits limits,
+                                const BlockVector& increment) {
+  const double before = squared_residual();
+  double best = std::numeric_limits<double>::infinity(), best_share = 1.0, share = 1.0;
+  for (int search = 0; search < 8; ++search, share *= 0.5) {
+    move(base, force, contacts, limits, increment, share);
+    const double now = squared_residual();
+    if (now < best) {
+      best = now;
+      best_share = share;
+    }
+    if (now <= (1.0 - 0.5 * share) * before) return;
+  }
+  move(base, force, contacts, limits, increment, best_share);
+}
+
+/// The residual is minus the gradient of a convex function: its slope along the step falls and crosses
+/// zero once.
+void OpenClose::search_slope(const BlockSystem& base, const BlockVector& force,
+                             std::span<LinearContact> contacts, Limits limits,
+                             const BlockVector& increment) {
   const double slope_start = slope(step_);
   double low = 0.0, high = 1.0;
   double at = 1.0;
   for (int search = 0; search < 30; ++search) {
-    for (std::size_t s = 0; s < step_.size(); ++s) trial_[s] = increment[s] + at * step_[s];
-    evaluate(base, force, contacts, trial_, limits);
+    move(base, force, contacts, limits, increment, at);
     const double slope_now = slope(step_);
     if (std::abs(slope_now) <= 0.1 * std::abs(slope_start)) break;
     if (slope_now > 0.0) {
@@ -171,8 +273,6 @@ bool OpenClose::newton_step(const BlockSystem& base, const BlockVector& force,
     }
     at = 0.5 * (low + high);
   }
-  std::swap(increment, trial_);
-  return true;
 }
 
 /// Takes the forces as the new multipliers; the largest change relative to the largest force.
@@ -213,33 +313,34 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   scale_.resize(n);
   factorized_ = false;
   Limits limits = Limits::Live;
+  int phase_end = kLiveIterations;  // live and frozen phases take turns
   evaluate(base, force, contacts, increment, limits);
+  if (relative_residual() > options.force_tolerance) {
+    evaluate(base, force, contacts, increment, Limits::Assumed);
+    newton_step(base, force, contacts, Limits::Assumed, increment, result);
+    ++result.iterations;
+  }
   for (; result.iterations < options.max_iterations; ++result.iterations) {
     result.residual = relative_residual();
     if (result.residual <= options.force_tolerance) {
       const double gap = violation(contacts);
-      const double change = update_multipliers(contacts);
-      if (gap <= options.gap_tolerance && change <= 1e3 * options.force_tolerance) {
-        if (limits == Limits::Live) {
-          result.converged = true;
-          break;
-        }
-        evaluate(base, force, contacts, increment, Limits::Live);  // new limits for the outer loop
-        if (relative_residual() <= options.force_tolerance) {
+      if (limits == Limits::Frozen) {  // the rest has converged: let the limits follow again
+        limits = Limits::Live;
+        phase_end = result.iterations + kLiveIterations;
+      } else if (gap <= options.gap_rounding) {
+        result.converged = true;  // further updates would only shift forces that cancel
+        break;
+      } else {
+        const double change = update_multipliers(contacts);
+        if (gap <= options.gap_tolerance && change <= 1e3 * options.force_tolerance) {
           result.converged = true;
           break;
         }
       }
       evaluate(base, force, contacts, increment, limits);
-      if (gap > options.gap_tolerance && relative_residual() <= options.force_tolerance) {
-        // rounding keeps the residual below the tolerance: the gap is as good as it gets
-        if (violation(contacts) <= 1e3 * options.gap_tolerance) {
-          result.converged = true;
-          break;
-        }
-      }
+      if (relative_residual() <= options.force_tolerance) continue;
     }
-    if (result.iterations == kLiveIterations) limits = Limits::Frozen;
+    if (limits == Limits::Live && result.iterations >= phase_end) limits = Limits::Frozen;
     if (!newton_step(base, force, contacts, limits, increment, result)) break;
   }
   if (factorized_) result.condition = solver_.condition_estimate();

@@ -32,7 +32,10 @@ struct LinearContact {
   double tension = 0.0;          ///< N
   double normal_stiffness = 0.0; ///< N/m: spring, or augmentation
   double shear_stiffness = 0.0;
+  double closing_share = 0.0;    ///< of the step that had passed when it closed; 0: closed all along
   Vector3 multiplier = Vector3::Zero();  ///< N, what the last iteration took as known
+
+  ContactMode assumed = ContactMode::Open;  ///< what the first linear solve takes for granted
 
   Vector3 relative = Vector3::Zero();    ///< result: d, m
   Vector3 force = Vector3::Zero();       ///< result: f, N
@@ -43,6 +46,7 @@ struct LinearContact {
 struct OpenCloseOptions {
   double force_tolerance = 1e-10;   ///< relative to the forces at a block
   double gap_tolerance = 1e-12;     ///< m
+  double gap_rounding = 0.0;        ///< m: a smaller gap or slip is zero for all that doubles can tell
   int max_iterations = 200;
 };
 
@@ -67,16 +71,27 @@ class OpenClose {
                         BlockVector& increment);
 
  private:
-  enum class Limits { Live, Frozen };
+  /// Which law a contact follows: the one assumed at the start (no conditions are checked), or the true
+  /// one with friction limits that follow the normal forces, or stay as they are.
+  enum class Limits { Assumed, Live, Frozen };
   void evaluate(const BlockSystem& base, const BlockVector& force,
                 std::span<LinearContact> contacts, const BlockVector& increment, Limits limits);
   double relative_residual() const;
   double slope(const BlockVector& direction) const;
-  bool same_tangent(std::span<const LinearContact> contacts);
+  bool same_tangent(std::span<const LinearContact> contacts, Limits limits);
   void assemble(const BlockSystem& base, std::span<const LinearContact> contacts);
   bool newton_step(const BlockSystem& base, const BlockVector& force,
                    std::span<LinearContact> contacts, Limits limits, BlockVector& increment,
                    OpenCloseResult& result);
+  void move(const BlockSystem& base, const BlockVector& force, std::span<LinearContact> contacts,
+            Limits limits, const BlockVector& increment, double share);
+  double squared_residual() const;
+  void search_slope(const BlockSystem& base, const BlockVector& force,
+                    std::span<LinearContact> contacts, Limits limits,
+                    const BlockVector& increment);
+  void search_residual(const BlockSystem& base, const BlockVector& force,
+                       std::span<LinearContact> contacts, Limits limits,
+                       const BlockVector& increment);
   static double update_multipliers(std::span<LinearContact> contacts);
 
   const Slots* slots_;

@@ -3,13 +3,14 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace quoin::solver {
 namespace {
 
 /// Augmentation over the stiffness that the two blocks alone oppose to the contact. Measured: 1e3 to
 /// 1e6 give the same results; higher needs fewer multiplier updates and keeps fewer digits of a force.
-constexpr double kAugmentation = 1e4;
+constexpr double kAugmentation = 1e5;
 constexpr int kLinearisations = 30;
 constexpr double kUndamped = 0.5;
 
@@ -30,8 +31,12 @@ void set_start(const CompiledScene& compiled, const StepOptions& options, const 
   for (std::size_t b = 0; b < n; ++b) {
     work.poses.start[b] = pose(state.blocks[b]);
     if (compiled.models[b].unknowns == 0 || options.analysis != Analysis::Dynamic) continue;
-    work.poses.increment[b].head<3>() = time_step * state.blocks[b].velocity;
-    work.poses.increment[b].segment<3>(3) = time_step * state.blocks[b].angular_velocity;
+    const BlockState& now = state.blocks[b];
+    work.poses.increment[b] = time_step * velocity_vector(now);
+    if (std::abs(work.last_time_step - time_step) < 1e-9 * time_step) {  // acceleration as in the last step
+      work.poses.increment[b] += 0.5 * time_step * (velocity_vector(now) - work.last_velocity[b]);
+    }
+    if (compiled.models[b].unknowns == 6) work.poses.increment[b].tail<6>().setZero();
   }
   for (std::size_t p = 0; p < compiled.prescribed.size(); ++p) {
     work.poses.increment[index(compiled.prescribed[p])].head<3>() =
@@ -103,6 +108,7 @@ void set_linear_contacts(const CompiledScene& compiled, const StepOptions& optio
     linear.friction = std::tan(contact.joint.friction_angle);
     linear.cohesion = contact.joint.cohesion * contact.state.point.area;
     linear.tension = contact.joint.tension * contact.state.point.area;
+    linear.assumed = contact.state.mode;
     if (linear.compliant) continue;
     Vector3 t1, t2;
     tangent_frame(contact.state.point.normal, t1, t2);
@@ -181,7 +187,7 @@ void set_closing(const Vector3& free_end, double bounce_speed, double time_step,
                  const Joint& joint, LinearContact& c) {
   const double gap = c.offset[0];
   if (!(gap > 0.0) || !(free_end[0] < 0.0)) return;
-  const double share = gap / (gap - free_end[0]);
+  const double share = c.closing_share = gap / (gap - free_end[0]);
   c.offset.tail<2>() -= share * (free_end.tail<2>() - c.offset.tail<2>());
   if (gap - free_end[0] > bounce_speed * time_step) c.offset[0] += joint.restitution * free_end[0];
 }
@@ -195,10 +201,11 @@ void linearise_all(const CompiledScene& compiled, const StepOptions& options, co
                    double time_step, const BlockVector& free_increment, Workspace& work) {
   const StepScheme scheme = scheme_of(options, time_step);
   const double slowest = bounce_speed(compiled, state.time, time_step);
+  const double rounding = coordinate_rounding(compiled, state);
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
     const BodyContact& contact = work.contacts[i];
     LinearContact& c = work.linear[i];
-    linearise(contact, work.poses, compiled.models, c);
+    linearise(contact, work.poses, compiled.models, rounding, c);
     set_stiffness(compiled, options, work, c);
     if (options.method == ContactMethod::AugmentedLagrangian &&
         options.analysis == Analysis::Dynamic) {
@@ -279,6 +286,7 @@ OpenCloseResult solve_positions(const CompiledScene& compiled, const StepOptions
   tuning.force_tolerance = options.tolerance;
   tuning.gap_tolerance = options.tolerance * compiled.smallest_size;
   tuning.max_iterations = options.max_iterations;
+  tuning.gap_rounding = coordinate_rounding(compiled, state);
   OpenCloseResult total;
   BlockVector free_increment;
   for (int pass = 0; pass < kLinearisations; ++pass) {
@@ -440,6 +448,16 @@ void account(const CompiledScene& compiled, const StepOptions& options, const St
 }
 
 }  // namespace
+
+double coordinate_rounding(const CompiledScene& compiled, const State& state) {
+  double largest = 0.0;
+  for (std::size_t b = 0; b < state.blocks.size(); ++b) {
+    if (compiled.models[b].unknowns == 0) continue;
+    largest = std::max(largest, state.blocks[b].centroid.cwiseAbs().maxCoeff() +
+                                    compiled.models[b].size);
+  }
+  return 4.0 * std::numeric_limits<double>::epsilon() * largest;
+}
 
 double default_penalty(const CompiledScene& compiled) {
   // 50 E L of the stiffest deformable block; for rigid scenes a static sag of 1e-6 of the block size.

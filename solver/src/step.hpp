@@ -31,6 +31,9 @@ Attempt attempt_step(const CompiledScene& compiled, const StepOptions& options, 
 void apply_velocity_law(const CompiledScene& compiled, const StepOptions& options,
                         const State& start, double time_step, Workspace& work, Attempt& attempt);
 
+/// What the rounding of coordinates makes of a gap: 4 eps of the largest coordinate, m.
+double coordinate_rounding(const CompiledScene& compiled, const State& state);
+
 /// Spring of a penalty contact when the user gives none, N/m.
 double default_penalty(const CompiledScene& compiled);
 

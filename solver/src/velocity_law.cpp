@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "step.hpp"
@@ -5,15 +6,9 @@
 namespace quoin::solver {
 namespace {
 
-constexpr double kAugmentation = 1e4;
+constexpr double kAugmentation = 1e5;
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
-
-Vector12 velocity_vector(const BlockState& block) {
-  Vector12 v;
-  v << block.velocity, block.angular_velocity, block.strain_rate;
-  return v;
-}
 
 void set_velocity(const Vector12& v, BlockState& block) {
   block.velocity = v.head<3>();
@@ -82,6 +77,7 @@ bool velocity_contact(const CompiledScene& compiled, const State& start, const S
     if (now.tail<2>().dot(c.multiplier.tail<2>()) <= 0.0) c.law = ContactLaw::Frictionless;
   }
   if (c.law == ContactLaw::Frictionless) c.multiplier.tail<2>().setZero();
+  c.assumed = position.mode;
   return true;
 }
 
@@ -99,6 +95,30 @@ bool velocity_held_point(const CompiledScene& compiled, const HeldPoint& held, d
   c.offset = -target;
   c.multiplier = 2.0 * position.force;
   return true;
+}
+
+/// Until the first new contact closed, contacts that were closed before pushed as in the last step.
+void add_earlier_impulses(const Workspace& work, const Attempt& attempt, BlockVector& force) {
+  double share = 1.0;
+  bool impact = false;
+  for (const LinearContact& c : work.linear) {
+    if (c.mode == ContactMode::Open || !(c.closing_share > 0.0)) continue;
+    impact = true;
+    share = std::min(share, c.closing_share);
+  }
+  if (!impact) return;
+  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
+    const Contact& before = work.contacts[i].state;
+    if (!work.contacts[i].was_closed) continue;
+    const LinearContact& c = work.linear[i];
+    Vector3 t1, t2;
+    const Vector3& normal = attempt.contacts[i].state.point.normal;
+    tangent_frame(normal, t1, t2);
+    const Vector3 push = 2.0 * share * Vector3(before.normal_force, -t1.dot(before.shear_force),
+                                               -t2.dot(before.shear_force));
+    if (c.slot_a >= 0) force[index(c.slot_a)] += c.jacobian_a.transpose() * push;
+    if (c.slot_b >= 0) force[index(c.slot_b)] += c.jacobian_b.transpose() * push;
+  }
 }
 
 }  // namespace
@@ -128,6 +148,7 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
     if (compiled.slots.size[s] == 6) velocity[s].tail<6>().setZero();
     force[s] = work.base.diagonal[s] * velocity[s];
   }
+  add_earlier_impulses(work, attempt, force);
   for (const LinearContact& c : contacts) {
     if (c.slot_a >= 0) force[index(c.slot_a)] -= c.jacobian_a.transpose() * c.multiplier;
     if (c.slot_b >= 0) force[index(c.slot_b)] -= c.jacobian_b.transpose() * c.multiplier;
@@ -135,6 +156,7 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
   OpenCloseOptions tuning;
   tuning.force_tolerance = options.tolerance;
   tuning.gap_tolerance = options.tolerance * compiled.smallest_size;
+  tuning.gap_rounding = coordinate_rounding(compiled, start);
   tuning.max_iterations = options.max_iterations;
   const double before = kinetic_energy(compiled, attempt.end);
   const OpenCloseResult solved =
