@@ -1,0 +1,86 @@
+/// B: candidate pairs of walls of 1e3, 1e4, 1e5 bricks, a small motion each step.
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+
+#include "boxes_peer.hpp"
+#include "harness.hpp"
+#include "walls.hpp"
+
+namespace quoin::bench {
+namespace {
+
+constexpr int kSteps = 60;
+
+BoxesPeers make_peers() {
+  BoxesPeers peers;
+  append_quoin(peers);
+#ifdef QUOIN_BENCH_FCL
+  append_fcl(peers);
+#endif
+#ifdef QUOIN_BENCH_BULLET
+  append_bullet(peers);
+#endif
+  return peers;
+}
+
+std::vector<geometry::Box> boxes_at(const Wall& wall, int step) {
+  std::vector<geometry::Box> boxes(wall.size());
+  for (std::size_t i = 0; i < wall.size(); ++i) boxes[i] = wall.box(i, step);
+  return boxes;
+}
+
+/// Peers take turns at every step; each entry gets one number: the mean over the coherent run.
+std::vector<Entry> run_wall(int count, Motion motion, const std::string& name, int runs) {
+  const Wall wall(count, motion, 0.0, 1e-3 * 2 * Vector3(0.2, 0.1, 0.1).norm());
+  BoxesPeers peers = make_peers();
+  std::vector<Entry> entries;
+  for (const auto& peer : peers) entries.push_back({.workload = name, .peer = peer->name()});
+  std::vector<std::size_t> pairs(peers.size());
+  for (int run = 0; run < runs; ++run) {
+    std::vector<std::vector<double>> seconds(peers.size());
+    for (const auto& peer : peers) peer->load(boxes_at(wall, 0));
+    for (int step = 1; step <= kSteps; ++step) {
+      const std::vector<geometry::Box> boxes = boxes_at(wall, step);
+      for (std::size_t p = 0; p < peers.size(); ++p) {
+        const auto start = std::chrono::steady_clock::now();
+        pairs[p] = peers[p]->step(boxes);
+        seconds[p].push_back(
+            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+      }
+    }
+    for (std::size_t p = 0; p < peers.size(); ++p) {
+      double sum = 0.0;
+      for (const double s : seconds[p]) sum += s;
+      entries[p].nanoseconds.push_back(1e9 * sum / kSteps / static_cast<double>(wall.size()));
+    }
+  }
+  for (std::size_t p = 0; p < peers.size(); ++p) {
+    entries[p].pairs = static_cast<int>(wall.size());
+    entries[p].note = std::to_string(pairs[p]) + " pairs listed at the end";
+  }
+  return entries;
+}
+
+}  // namespace
+}  // namespace quoin::bench
+
+int main(int argc, char** argv) {
+  using namespace quoin::bench;
+  const Arguments arguments = parse(argc, argv);
+  ResultFile results;
+  std::printf("ns a block and step\n");
+  for (const int count : {1000, 10000, 100000}) {
+    for (const auto& [motion, word] : {std::pair{Motion::Jitter, "jitter"}, {Motion::Drift, "drift"}}) {
+      const std::string name = "B/broad-" + std::string(word) + "-" + std::to_string(count);
+      if (!arguments.wants(name) || (arguments.quick && count > 10000)) continue;
+      const int runs = arguments.quick ? 3 : count >= 100000 ? 5 : 15;
+      const std::vector<Entry> entries = run_wall(count, motion, name, runs);
+      print_group(entries, "Bullet dbvt");
+      results.add(entries);
+    }
+  }
+  if (!arguments.out.empty()) results.write(arguments.out);
+  return 0;
+}

@@ -1,0 +1,152 @@
+/// B: the whole ContactFinder::find() of walls of 1e3, 1e4, 1e5 bricks, warm, a small motion each
+/// step: against its parts, on one thread and two, with the allocations after the first step.
+
+#include <chrono>
+#include <cstdio>
+#include <cstring>
+#include <quoin/geometry/broad_phase.hpp>
+#include <quoin/geometry/contact_finder.hpp>
+
+#include "allocations.hpp"
+#include "harness.hpp"
+#include "walls.hpp"
+
+namespace quoin::bench {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr double kJoint = 1e-5;      // m, between the bricks
+constexpr double kAmplitude = 2e-6;  // m a step
+constexpr double kReach = 1e-4;      // m
+constexpr int kSettle = 6;           // steps before timing starts
+
+double nanoseconds_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::nano>(Clock::now() - start).count();
+}
+
+bool same_bits(const std::vector<geometry::ContactPoint>& x,
+               const std::vector<geometry::ContactPoint>& y) {
+  if (x.size() != y.size()) return false;
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    if (x[k].key != y[k].key || std::memcmp(&x[k].gap, &y[k].gap, sizeof(double)) != 0 ||
+        std::memcmp(x[k].point_a.data(), y[k].point_a.data(), 3 * sizeof(double)) != 0) {
+      return false;
+    }
+  }
+  return true;
+}
+
+/// One pass over all vertices of the scene, as find() cannot do without.
+double vertex_pass(const std::vector<geometry::Polyhedron>& solids) {
+  double sum = 0.0;
+  for (const geometry::Polyhedron& solid : solids) {
+    const Points& v = solid.vertices();
+    for (Eigen::Index k = 0; k < v.size(); ++k) sum += v.data()[k];
+  }
+  return sum;
+}
+
+/// Each way of working takes its turn at every step of the same moving wall.
+class WallRun {
+ public:
+  WallRun(int count, const std::string& name)
+      : wall_(count, Motion::Jitter, kJoint, kAmplitude), solids_(wall_.solids()) {
+    for (const char* peer : {"find", "find 2 threads", "pairs alone", "candidates alone",
+                             "vertices once", "placing the bricks"}) {
+      entries_.push_back({.workload = name, .peer = peer});
+    }
+    boxes_.resize(wall_.size());
+  }
+
+  std::vector<Entry> run(int steps) {
+    for (int step = 0; step < kSettle + steps; ++step) {
+      if (step == kSettle) {
+        for (Entry& entry : entries_) entry.nanoseconds.clear();
+        allocations_ = 0;
+      }
+      advance(step);
+    }
+    for (Entry& entry : entries_) {
+      entry.pairs = static_cast<int>(pair_count_);
+      entry.note = "ns a pair";
+    }
+    entries_[0].note += ", " + std::to_string(one_.size()) + " contacts, " +
+                        std::to_string(allocations_) + " allocations after the first steps";
+    entries_[1].note += different_ ? ", other bits than one thread" : ", same bits";
+    return entries_;
+  }
+
+ private:
+  template <class Work>
+  void time(std::size_t entry, Work&& work) {
+    const auto start = Clock::now();
+    work();
+    entries_[entry].nanoseconds.push_back(nanoseconds_since(start));
+  }
+
+  void advance(int step) {
+    time(5, [&] { wall_.move(step, solids_); });
+    const long before = allocation_count();
+    time(0, [&] { finder_.find(solids_, one_); });
+    allocations_ += allocation_count() - before;
+    time(1, [&] { finder_2_.find(solids_, two_); });
+    different_ = different_ || !same_bits(one_, two_);
+    for (std::size_t i = 0; i < boxes_.size(); ++i) boxes_[i] = solids_[i].box();
+    const std::vector<geometry::BlockPair>* pairs = nullptr;
+    time(3, [&] { pairs = &broad_phase_.find_candidates(boxes_, kReach); });
+    pair_count_ = pairs->size();
+    hints_.resize(pairs->size());
+    time(2, [&] { search(*pairs); });
+    double sum = 0.0;
+    time(4, [&] { sum = vertex_pass(solids_); });
+    benchmark::DoNotOptimize(sum);
+    for (Entry& entry : entries_) entry.nanoseconds.back() /= static_cast<double>(pair_count_);
+  }
+
+  /// What the finder does with each pair, one after the other and without the rest.
+  void search(const std::vector<geometry::BlockPair>& pairs) {
+    points_.clear();
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      const geometry::Polyhedron& a = solids_[static_cast<std::size_t>(pairs[k].a)];
+      const geometry::Polyhedron& b = solids_[static_cast<std::size_t>(pairs[k].b)];
+      const geometry::NearestFeatures nearest = nearest_features(a, b, {}, hints_[k]);
+      hints_[k] = nearest.hint;
+      if (nearest.gap > kReach) continue;
+      append_contact_points({pairs[k].a, pairs[k].b}, a, b, nearest,
+                            {.reach = std::max(0.0, kReach - nearest.gap)}, points_);
+    }
+  }
+
+  Wall wall_;
+  std::vector<geometry::Polyhedron> solids_;
+  geometry::ContactFinder finder_{{.reach = kReach}};
+  geometry::ContactFinder finder_2_{{.reach = kReach, .threads = 2}};
+  geometry::BroadPhase broad_phase_;
+  std::vector<geometry::Box> boxes_;
+  std::vector<geometry::FeatureHint> hints_;
+  std::vector<geometry::ContactPoint> one_, two_, points_;
+  std::vector<Entry> entries_;
+  std::size_t pair_count_ = 0;
+  long allocations_ = 0;
+  bool different_ = false;
+};
+
+}  // namespace
+}  // namespace quoin::bench
+
+int main(int argc, char** argv) {
+  using namespace quoin::bench;
+  const Arguments arguments = parse(argc, argv);
+  ResultFile results;
+  for (const int count : {1000, 10000, 100000}) {
+    const std::string name = "B/find-" + std::to_string(count);
+    if (!arguments.wants(name) || (arguments.quick && count > 10000)) continue;
+    const int steps = arguments.quick ? 5 : count >= 100000 ? 15 : 41;
+    const std::vector<Entry> entries = WallRun(count, name).run(steps);
+    print_group(entries, "find");
+    results.add(entries);
+  }
+  if (!arguments.out.empty()) results.write(arguments.out);
+  return 0;
+}

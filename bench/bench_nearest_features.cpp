@@ -1,0 +1,139 @@
+/// W1 cold box, W2 cold hulls, W3 warm, W5 depth, W6 hard families: gap, witnesses, normal, features,
+/// certificate of one pair, against the peers on the same pairs.
+
+#include <chrono>
+#include <cmath>
+#include <numeric>
+
+#include "harness.hpp"
+#include "peer.hpp"
+
+namespace quoin::bench {
+namespace {
+
+Peers make_peers(bool settings) {
+  Peers peers;
+  append_quoin(peers, settings);
+#ifdef QUOIN_BENCH_FCL
+  append_fcl(peers, settings);
+#endif
+#ifdef QUOIN_BENCH_CCD
+  append_ccd(peers, settings);
+#endif
+#ifdef QUOIN_BENCH_BULLET
+  append_bullet(peers, settings);
+#endif
+#ifdef QUOIN_BENCH_ODE
+  append_ode(peers);
+#endif
+  return peers;
+}
+
+/// Which pairs a peer gets right at each step, and how far off it is.
+struct Verdict {
+  std::vector<std::vector<int>> right;  ///< pairs, for each step
+  int asked = 0, wrong = 0;
+  std::vector<double> errors;  ///< of the gap, as a share of the smaller size; all answers
+};
+
+Verdict judge(Peer& peer, const Workload& workload) {
+  Verdict verdict;
+  verdict.right.resize(static_cast<std::size_t>(workload.steps));
+  peer.forget();
+  for (int step = 0; step < workload.steps; ++step) {
+    const auto s = static_cast<std::size_t>(step);
+    peer.place(step);
+    for (std::size_t k = 0; k < workload.pairs.size(); ++k) {
+      const Pair& pair = workload.pairs[k];
+      double error = HUGE_VAL;
+      try {
+        error = std::abs(peer.ask(static_cast<int>(k)).gap - pair.gap[s]);
+      } catch (const std::exception&) {
+        // gave up: wrong
+      }
+      ++verdict.asked;
+      verdict.errors.push_back(std::isfinite(error) ? error / pair.size : 1.0);
+      if (error <= workload.allowed_error(pair, step)) {
+        verdict.right[s].push_back(static_cast<int>(k));
+      } else {
+        ++verdict.wrong;
+      }
+    }
+  }
+  return verdict;
+}
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// One pass over all steps; only the queries are timed.
+double timed_pass(Peer& peer, const Workload& workload, const Verdict& verdict) {
+  double seconds = 0.0;
+  for (int step = 0; step < workload.steps; ++step) {
+    const std::vector<int>& pairs = verdict.right[static_cast<std::size_t>(step)];
+    if (workload.steps > 1) peer.place(step);
+    if (workload.warm && step == 0) {
+      peer.forget();
+      benchmark::DoNotOptimize(peer.ask_all(pairs));
+    }
+    const auto start = std::chrono::steady_clock::now();
+    benchmark::DoNotOptimize(peer.ask_all(pairs));
+    seconds += seconds_since(start);
+  }
+  return seconds;
+}
+
+Entry make_entry(Peer& peer, const std::string& name, const Workload& workload, bool setting) {
+  peer.load(workload);
+  auto verdict = std::make_shared<Verdict>(judge(peer, workload));
+  Entry entry{.workload = name, .peer = peer.name(), .setting = setting};
+  entry.pairs = verdict->asked;
+  entry.wrong = verdict->wrong;
+  entry.queries = verdict->asked - verdict->wrong;
+  entry.error_median = median(verdict->errors);
+  entry.error_max = quantile(verdict->errors, 1.0);
+  peer.place(0);
+  entry.pass = [&peer, &workload, verdict] { return timed_pass(peer, workload, *verdict); };
+  return entry;
+}
+
+/// Has `name` a place among the peers that run without --settings?
+bool plain(const Peers& plain_peers, const std::string& name) {
+  for (const auto& peer : plain_peers) {
+    if (peer->name() == name) return true;
+  }
+  return false;
+}
+
+std::vector<Entry> run_workload(const std::string& name, const Arguments& arguments) {
+  const WorkloadScale scale = arguments.quick ? WorkloadScale{0.125, 20} : WorkloadScale{};
+  const Workload workload = make_workload(name, scale);
+  Peers peers = make_peers(arguments.settings);
+  const Peers usual = make_peers(false);
+  std::vector<Entry> entries;
+  for (const auto& peer : peers) {
+    if (!peer->answers(workload)) continue;
+    entries.push_back(make_entry(*peer, name, workload, !plain(usual, peer->name())));
+  }
+  run_group(entries, arguments.harness);
+  for (Entry& entry : entries) entry.pass = nullptr;
+  return entries;
+}
+
+}  // namespace
+}  // namespace quoin::bench
+
+int main(int argc, char** argv) {
+  using namespace quoin::bench;
+  const Arguments arguments = parse(argc, argv);
+  ResultFile results;
+  for (const std::string& name : distance_workload_names()) {
+    if (!arguments.wants(name)) continue;
+    const std::vector<Entry> entries = run_workload(name, arguments);
+    print_group(entries, name.starts_with("W5") ? "libccd EPA 1e-12" : "FCL libccd Convex");
+    results.add(entries);
+  }
+  if (!arguments.out.empty()) results.write(arguments.out);
+  return 0;
+}

@@ -1,0 +1,66 @@
+#pragma once
+/// Interleaved timing on top of Google Benchmark, and the result file.
+///
+/// The peers of one workload are registered together and run with random interleaving, many short
+/// repetitions each; medians and their ratios are taken inside that one group.
+
+#include <benchmark/benchmark.h>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace quoin::bench {
+
+/// What is known about one contestant in one group before it is timed, and what timing adds.
+struct Entry {
+  std::string workload;  ///< "W1/box"
+  std::string peer;      ///< "quoin"
+  bool setting = false;  ///< a variant by tolerance or iterations: for the error picture only
+  double queries = 1.0;  ///< that one timed pass answers
+  int pairs = 0, wrong = 0;                    ///< asked; answered wrong, not timed
+  double error_median = 0.0, error_max = 0.0;  ///< of the gap, as a share of the smaller solid's size
+  std::string note{};
+  /// One timed pass; returns seconds.
+  std::function<double()> pass{};
+
+  std::vector<double> nanoseconds{};  ///< per query, one a repetition
+};
+
+struct HarnessOptions {
+  int repetitions = 41;
+  double least_time = 0.002;  ///< of each repetition, s: short, so that the median
+                              ///< is one in which nobody else had the core
+};
+
+double median(std::vector<double> values);
+double quantile(std::vector<double> values, double share);
+
+/// Times the entries of one group against each other.
+void run_group(std::vector<Entry>& entries, const HarnessOptions& options);
+
+/// Collects groups and writes them as JSON.
+class ResultFile {
+ public:
+  void add(const std::vector<Entry>& entries);
+  /// The machine, compiler, flags and command, and all entries.
+  void write(const std::string& path) const;
+
+ private:
+  std::vector<Entry> entries_;
+};
+
+/// Prints one group as a table; ratios to the entry `reference` (or the first).
+void print_group(const std::vector<Entry>& entries, const std::string& reference);
+
+/// Command line shared by the programs: --out FILE, --filter REGEX, --quick, --settings,
+/// --repetitions N.
+struct Arguments {
+  std::string out, filter;
+  bool quick = false, settings = false;
+  HarnessOptions harness;
+  bool wants(const std::string& workload) const;
+};
+Arguments parse(int argc, char** argv);
+
+}  // namespace quoin::bench

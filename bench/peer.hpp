@@ -1,0 +1,99 @@
+#pragma once
+/// One interface for everybody who answers pairs, quoin among them.
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "workloads.hpp"
+
+namespace quoin::bench {
+
+/// What a peer says about one pair. NaN gap: it gave none.
+struct Answer {
+  double gap = 0.0;  ///< m, negative: overlap
+  Vector3 normal = Vector3::Zero(), point_a = Vector3::Zero(), point_b = Vector3::Zero();
+};
+
+class Peer {
+ public:
+  explicit Peer(std::string name) : name_(std::move(name)) {}
+  virtual ~Peer() = default;
+  const std::string& name() const { return name_; }
+
+  /// Whether it has an answer to this kind of question at all.
+  virtual bool answers(const Workload& workload) const = 0;
+  /// Builds its shapes; not timed.
+  virtual void load(const Workload& workload) = 0;
+  /// Moves its shapes to the poses of a step; not timed with the queries.
+  virtual void place(int step) = 0;
+  /// Forgets what it learned of the steps before.
+  virtual void forget() {}
+  /// May throw.
+  virtual Answer ask(int pair) = 0;
+  /// What is timed: all these pairs, one after the other. Returns a sum of the gaps.
+  virtual double ask_all(std::span<const int> pairs) = 0;
+
+ private:
+  std::string name_;
+};
+
+/// Keeps the call of `query` inside the timed loop free of virtual calls.
+template <class Model>
+class PeerOf : public Peer {
+ public:
+  using Peer::Peer;
+  Answer ask(int pair) override { return static_cast<Model*>(this)->query(pair); }
+  double ask_all(std::span<const int> pairs) override {
+    double sum = 0.0;
+    for (const int pair : pairs) {
+      sum += static_cast<Model*>(this)->query(pair).gap;
+    }
+    return sum;
+  }
+};
+
+/// A whole contact manifold: points on A and B with their gap.
+struct ManifoldPoint {
+  Vector3 place = Vector3::Zero();
+  double gap = 0.0;  ///< m
+};
+
+class ManifoldPeer {
+ public:
+  explicit ManifoldPeer(std::string name) : name_(std::move(name)) {}
+  virtual ~ManifoldPeer() = default;
+  const std::string& name() const { return name_; }
+  virtual bool answers(const Workload& workload) const = 0;
+  virtual void load(const Workload& workload) = 0;
+  virtual void ask(int pair, std::vector<ManifoldPoint>& points) = 0;
+  virtual double ask_all(std::span<const int> pairs) = 0;
+
+ private:
+  std::string name_;
+};
+
+using Peers = std::vector<std::unique_ptr<Peer>>;
+using ManifoldPeers = std::vector<std::unique_ptr<ManifoldPeer>>;
+
+/// `settings`: also the variants that only differ in tolerance or number of iterations.
+void append_quoin(Peers& peers, bool settings);
+void append_quoin(ManifoldPeers& peers);
+#ifdef QUOIN_BENCH_FCL
+void append_fcl(Peers& peers, bool settings);
+void append_fcl(ManifoldPeers& peers);
+#endif
+#ifdef QUOIN_BENCH_CCD
+void append_ccd(Peers& peers, bool settings);
+#endif
+#ifdef QUOIN_BENCH_BULLET
+void append_bullet(Peers& peers, bool settings);
+void append_bullet(ManifoldPeers& peers);
+#endif
+#ifdef QUOIN_BENCH_ODE
+void append_ode(Peers& peers);
+void append_ode(ManifoldPeers& peers);
+#endif
+
+}  // namespace quoin::bench

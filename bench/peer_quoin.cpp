@@ -1,0 +1,128 @@
+#include <quoin/geometry/contact_point.hpp>
+#include <quoin/geometry/nearest_features.hpp>
+
+#include "peer.hpp"
+
+namespace quoin::bench {
+namespace {
+
+using geometry::FeatureHint;
+using geometry::NearestFeatures;
+using geometry::Polyhedron;
+
+/// Both solids of each pair in the world frame.
+class Solids {
+ public:
+  void load(const Workload& workload) {
+    workload_ = &workload;
+    solids_.clear();
+    for (const Pair& pair : workload.pairs) {
+      const Shape& a = shape(pair.shape_a);
+      const Shape& b = shape(pair.shape_b);
+      solids_.emplace_back(a.topology, pair.poses_a[0].apply(a.vertices));
+      solids_.emplace_back(b.topology, pair.poses_b[0].apply(b.vertices));
+    }
+  }
+  void place(int step) {
+    const auto s = static_cast<std::size_t>(step);
+    for (std::size_t k = 0; k < workload_->pairs.size(); ++k) {
+      const Pair& pair = workload_->pairs[k];
+      solids_[2 * k].set_vertices(pair.poses_a[s].apply(shape(pair.shape_a).vertices));
+      solids_[2 * k + 1].set_vertices(pair.poses_b[s].apply(shape(pair.shape_b).vertices));
+    }
+  }
+  const Polyhedron& a(int pair) const { return solids_[2 * static_cast<std::size_t>(pair)]; }
+  const Polyhedron& b(int pair) const { return solids_[2 * static_cast<std::size_t>(pair) + 1]; }
+  std::size_t pair_count() const { return solids_.size() / 2; }
+
+ private:
+  const Shape& shape(int s) const { return workload_->shapes[static_cast<std::size_t>(s)]; }
+  const Workload* workload_ = nullptr;
+  std::vector<Polyhedron> solids_;
+};
+
+class Quoin final : public PeerOf<Quoin> {
+ public:
+  Quoin(std::string name, bool warm, int max_iterations)
+      : PeerOf(std::move(name)), warm_(warm), options_{.max_iterations = max_iterations} {}
+  bool answers(const Workload& workload) const override { return !warm_ || workload.warm; }
+  void load(const Workload& workload) override {
+    solids_.load(workload);
+    hints_.assign(solids_.pair_count(), {});
+  }
+  void place(int step) override { solids_.place(step); }
+  void forget() override { hints_.assign(hints_.size(), {}); }
+  Answer query(int pair) {
+    FeatureHint& hint = hints_[static_cast<std::size_t>(pair)];
+    const NearestFeatures nearest =
+        nearest_features(solids_.a(pair), solids_.b(pair), options_, hint);
+    if (warm_) hint = nearest.hint;
+    return {nearest.gap, nearest.normal, nearest.point_a, nearest.point_b};
+  }
+
+ private:
+  bool warm_;
+  geometry::SearchOptions options_;
+  Solids solids_;
+  std::vector<FeatureHint> hints_;
+};
+
+class QuoinManifold final : public ManifoldPeer {
+ public:
+  QuoinManifold(std::string name, bool warm) : ManifoldPeer(std::move(name)), warm_(warm) {}
+  bool answers(const Workload&) const override { return true; }
+  void load(const Workload& workload) override {
+    solids_.load(workload);
+    hints_.assign(solids_.pair_count(), {});
+    contacts_.reserve(64);
+    if (!warm_) return;
+    for (std::size_t k = 0; k < hints_.size(); ++k) find(static_cast<int>(k));
+  }
+  void ask(int pair, std::vector<ManifoldPoint>& points) override {
+    find(pair);
+    points.clear();
+    for (const geometry::ContactPoint& c : contacts_) points.push_back({c.point(), c.gap});
+  }
+  double ask_all(std::span<const int> pairs) override {
+    double sum = 0.0;
+    for (const int pair : pairs) {
+      find(pair);
+      sum += contacts_.front().gap;
+    }
+    return sum;
+  }
+
+ private:
+  void find(int pair) {
+    FeatureHint& hint = hints_[static_cast<std::size_t>(pair)];
+    const Polyhedron &a = solids_.a(pair), &b = solids_.b(pair);
+    const NearestFeatures nearest = nearest_features(a, b, {}, hint);
+    if (warm_) hint = nearest.hint;
+    contacts_.clear();
+    append_contact_points({0, 1}, a, b, nearest, {}, contacts_);
+  }
+  bool warm_;
+  Solids solids_;
+  std::vector<FeatureHint> hints_;
+  std::vector<geometry::ContactPoint> contacts_;
+};
+
+}  // namespace
+
+void append_quoin(Peers& peers, bool settings) {
+  constexpr int kMany = geometry::SearchOptions{}.max_iterations;
+  peers.push_back(std::make_unique<Quoin>("quoin", false, kMany));
+  peers.push_back(std::make_unique<Quoin>("quoin warm", true, kMany));
+  if (!settings) return;
+  for (const int most : {1, 2, 3, 4, 6, 8, 12}) {
+    peers.push_back(
+        std::make_unique<Quoin>("quoin iterations " + std::to_string(most), false, most));
+  }
+}
+
+void append_quoin(ManifoldPeers& peers) {
+  peers.push_back(std::make_unique<QuoinManifold>("quoin", false));
+  peers.push_back(std::make_unique<QuoinManifold>("quoin warm", true));
+}
+
+}  // namespace quoin::bench
