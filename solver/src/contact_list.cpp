@@ -41,6 +41,7 @@ BodyContact make_body_contact(const Scene& scene, std::span<const Pose> poses,
                          scene.blocks[static_cast<std::size_t>(contact.a)].kind >= BlockKind::Fixed);
   const Pose& owner = contact.normal_on_a ? pose_a : pose_b;
   contact.normal_local = owner.rotation.transpose() * point.normal;
+  contact.axis = std::abs(point.normal.x()) < 0.75 ? Vector3::UnitX() : Vector3::UnitY();
   contact.joint = joint_between(scene, contact.a, contact.b);
   return contact;
 }

@@ -16,6 +16,7 @@ struct BodyContact {
   Vector3 arm_b = Vector3::Zero();
   bool normal_on_a = false;                  ///< whose rotation carries the normal: the face's block
   Vector3 normal_local = Vector3::UnitX();   ///< in that block's turning frame
+  Vector3 axis = Vector3::UnitX();           ///< not along the normal: fixes the tangents of the step
   Joint joint{};                             ///< with residual values once failed
   double opening = 0.0;                      ///< by dilation, m
   bool was_closed = false;                   ///< at the end of the last step

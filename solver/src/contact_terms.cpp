@@ -4,10 +4,8 @@
 
 namespace quoin::solver {
 
-void tangent_frame(const Vector3& normal, Vector3& t1, Vector3& t2) {
-  int axis = 0;
-  normal.cwiseAbs().minCoeff(&axis);
-  t1 = normal.cross(Vector3::Unit(axis)).normalized();
+void tangent_frame(const BodyContact& contact, const Vector3& normal, Vector3& t1, Vector3& t2) {
+  t1 = normal.cross(contact.axis).normalized();
   t2 = normal.cross(t1);
 }
 
@@ -41,7 +39,7 @@ void linearise(const BodyContact& contact, const StepPoses& poses,
   const ContactGeometry after = contact_geometry(contact, end_a, end_b);
   Rows rows;
   rows.normal = 0.5 * (before.normal + after.normal);
-  tangent_frame(rows.normal, rows.t1, rows.t2);
+  tangent_frame(contact, rows.normal, rows.t1, rows.t2);
   const auto mean = [&](std::size_t block, const Pose& start, const Pose& end, const Vector3& arm) {
     return mean_motion(start, end, poses.increment[block].segment<3>(3), arm,
                        models[block].unknowns == 12);
@@ -78,7 +76,7 @@ void linearise_velocity(const BodyContact& contact, std::span<const Pose> poses,
   const ContactGeometry now = contact_geometry(contact, poses[a], poses[b]);
   Rows rows;
   rows.normal = now.normal;
-  tangent_frame(rows.normal, rows.t1, rows.t2);
+  tangent_frame(contact, rows.normal, rows.t1, rows.t2);
   const Matrix3x12 point_a = motion(poses[a], contact.arm_a, models[a].unknowns == 12);
   const Matrix3x12 point_b = motion(poses[b], contact.arm_b, models[b].unknowns == 12);
   fill(rows, -1.0, point_a, point_a, linear.jacobian_a);

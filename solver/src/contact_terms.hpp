@@ -26,7 +26,8 @@ void linearise(const BodyContact& contact, const StepPoses& poses,
 void linearise_velocity(const BodyContact& contact, std::span<const Pose> poses,
                         std::span<const BlockModel> models, LinearContact& linear);
 
-/// Unit vectors t1, t2 that complete n to a right-handed frame. They depend on n alone.
-void tangent_frame(const Vector3& normal, Vector3& t1, Vector3& t2);
+/// Unit vectors t1, t2 that complete n to a right-handed frame, t1 normal to the contact's axis: they
+/// turn smoothly with n through a step.
+void tangent_frame(const BodyContact& contact, const Vector3& normal, Vector3& t1, Vector3& t2);
 
 }  // namespace quoin::solver

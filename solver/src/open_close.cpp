@@ -7,6 +7,7 @@
 namespace quoin::solver {
 namespace {
 
+constexpr double kFarResidual = 1e-2;  // a guess that far out says nothing about the contacts' modes
 constexpr int kLiveIterations = 8;  // then friction limits are frozen until the rest has converged
 
 Vector3 trial_force(const LinearContact& c) {
@@ -315,7 +316,7 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   Limits limits = Limits::Live;
   int phase_end = kLiveIterations;  // live and frozen phases take turns
   evaluate(base, force, contacts, increment, limits);
-  if (relative_residual() > options.force_tolerance) {
+  if (relative_residual() > kFarResidual) {
     evaluate(base, force, contacts, increment, Limits::Assumed);
     newton_step(base, force, contacts, Limits::Assumed, increment, result);
     ++result.iterations;
@@ -343,6 +344,7 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
     if (limits == Limits::Live && result.iterations >= phase_end) limits = Limits::Frozen;
     if (!newton_step(base, force, contacts, limits, increment, result)) break;
   }
+  for (LinearContact& c : contacts) c.assumed = c.mode;
   if (factorized_) result.condition = solver_.condition_estimate();
   return result;
 }

@@ -111,7 +111,7 @@ void set_linear_contacts(const CompiledScene& compiled, const StepOptions& optio
     linear.assumed = contact.state.mode;
     if (linear.compliant) continue;
     Vector3 t1, t2;
-    tangent_frame(contact.state.point.normal, t1, t2);
+    tangent_frame(contact, contact.state.point.normal, t1, t2);
     linear.multiplier = Vector3(contact.state.normal_force, -t1.dot(contact.state.shear_force),
                                 -t2.dot(contact.state.shear_force));
     if (linear.law == ContactLaw::Frictionless) linear.multiplier.tail<2>().setZero();
@@ -360,7 +360,7 @@ void record_contacts(double spring_shear, const Workspace& work,
     Vector3 t1, t2;
     const ContactGeometry before = contact_geometry(contact, work.poses.start[index(contact.a)],
                                                     work.poses.start[index(contact.b)]);
-    tangent_frame(0.5 * (before.normal + now.normal), t1, t2);
+    tangent_frame(contact, 0.5 * (before.normal + now.normal), t1, t2);
     state.mode = c.mode;
     state.normal_force = c.force[0];
     state.shear_force = -(c.force[1] * t1 + c.force[2] * t2);

@@ -68,8 +68,8 @@ bool velocity_contact(const CompiledScene& compiled, const State& start, const S
   const double approach = relative_velocity(contact, c, start)[0];
   if (approach < -slowest) c.offset[0] += time_step * contact.joint.restitution * approach;
   Vector3 t1, t2;
-  tangent_frame((contact.normal_on_a ? poses[index(contact.a)] : poses[index(contact.b)]).rotation *
-                    contact.normal_local, t1, t2);
+  const Pose& owner = poses[index(contact.normal_on_a ? contact.a : contact.b)];
+  tangent_frame(contact, owner.rotation * contact.normal_local, t1, t2);
   const Vector3& shear = contact.state.shear_force;  // on A
   c.multiplier = 2.0 * Vector3(contact.state.normal_force, -t1.dot(shear), -t2.dot(shear));
   if (c.law == ContactLaw::Coulomb && position.mode == ContactMode::Slip && contact.was_closed) {
@@ -113,7 +113,7 @@ void add_earlier_impulses(const Workspace& work, const Attempt& attempt, BlockVe
     const LinearContact& c = work.linear[i];
     Vector3 t1, t2;
     const Vector3& normal = attempt.contacts[i].state.point.normal;
-    tangent_frame(normal, t1, t2);
+    tangent_frame(work.contacts[i], normal, t1, t2);
     const Vector3 push = 2.0 * share * Vector3(before.normal_force, -t1.dot(before.shear_force),
                                                -t2.dot(before.shear_force));
     if (c.slot_a >= 0) force[index(c.slot_a)] += c.jacobian_a.transpose() * push;
