@@ -1,32 +1,207 @@
 #include "support.hpp"
 
-namespace quoin::geometry {
+#if defined(__x86_64__) && defined(__GNUC__)
+#define QUOIN_WIDE_SUPPORT
+#include <immintrin.h>
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"  // of gcc 12's own header, its bug 105593
+#endif
 
-Support support(const Polyhedron& polyhedron, const Vector3& direction) {
-  const int rows = polyhedron.padded_count();
-  const double* x = polyhedron.offsets();
-  const double* y = x + rows;
-  const double* z = y + rows;
-  Support best{0, x[0] * direction.x() + y[0] * direction.y() + z[0] * direction.z()};
-  for (int v = 1; v < polyhedron.vertex_count(); ++v) {
-    const double value = x[v] * direction.x() + y[v] * direction.y() + z[v] * direction.z();
+namespace quoin::geometry {
+namespace {
+
+/// Rows of a polyhedron's offsets.
+struct Rows {
+  const double *x, *y, *z;
+  int padded;
+  explicit Rows(const Polyhedron& polyhedron)
+      : x(polyhedron.offsets()),
+        y(x + polyhedron.padded_count()),
+        z(y + polyhedron.padded_count()),
+        padded(polyhedron.padded_count()) {}
+};
+
+Support narrow_support(const Rows& rows, const Vector3& d) {
+  Support best{0, rows.x[0] * d.x() + rows.y[0] * d.y() + rows.z[0] * d.z()};
+  for (int v = 1; v < rows.padded; ++v) {
+    const double value = rows.x[v] * d.x() + rows.y[v] * d.y() + rows.z[v] * d.z();
     if (value > best.value) best = {v, value};
   }
+  best.value += 0.0;  // one zero only: -0 would tell the variants apart
   return best;
+}
+
+void narrow_beyond(const Rows& rows, int count, const Vector3& d, double value,
+                   VertexSet& vertices) {
+  for (int v = 0; v < count; ++v) {
+    if (rows.x[v] * d.x() + rows.y[v] * d.y() + rows.z[v] * d.z() >= value) vertices.push_back(v);
+  }
+}
+
+#ifdef QUOIN_WIDE_SUPPORT
+
+#define QUOIN_AVX512 __attribute__((target("avx512f,avx512dq")))
+#define QUOIN_AVX2 __attribute__((target("avx2")))
+
+bool has_avx512() {
+  return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq");
+}
+bool has_avx2() { return __builtin_cpu_supports("avx2"); }
+
+struct Wide512 {
+  __m512d x, y, z;
+  QUOIN_AVX512 explicit Wide512(const Vector3& d)
+      : x(_mm512_set1_pd(d.x())), y(_mm512_set1_pd(d.y())), z(_mm512_set1_pd(d.z())) {}
+  QUOIN_AVX512 __m512d along(const Rows& rows, int v) const {
+    const __m512d sum = _mm512_add_pd(_mm512_mul_pd(_mm512_load_pd(rows.x + v), x),
+                                      _mm512_mul_pd(_mm512_load_pd(rows.y + v), y));
+    return _mm512_add_pd(sum, _mm512_mul_pd(_mm512_load_pd(rows.z + v), z));
+  }
+};
+
+/// Largest of eight lanes, in all lanes.
+QUOIN_AVX512 inline __m512d greatest_lane(__m512d v) {
+  v = _mm512_max_pd(v, _mm512_shuffle_f64x2(v, v, 0x4e));
+  v = _mm512_max_pd(v, _mm512_shuffle_f64x2(v, v, 0xb1));
+  return _mm512_max_pd(v, _mm512_permute_pd(v, 0x55));
+}
+
+QUOIN_AVX512 inline Support support_of_eight(__m512d value) {
+  const __m512d greatest = greatest_lane(value);
+  const auto equal = static_cast<unsigned>(_mm512_cmp_pd_mask(value, greatest, _CMP_EQ_OQ));
+  return {__builtin_ctz(equal | 0x100u) & 7, _mm512_cvtsd_f64(greatest) + 0.0};
+}
+
+QUOIN_AVX512 Support support_512(const Rows& rows, const Vector3& d) {
+  const Wide512 wide(d);
+  __m512d best = wide.along(rows, 0);
+  if (rows.padded == 8) return support_of_eight(best);
+  // Two chains of blocks, even and odd, so that the comparisons do not wait for each other.
+  __m512d odd = wide.along(rows, 8);
+  __m512i block = _mm512_setzero_si512(), odd_block = _mm512_set1_epi64(8);
+  int v = 16;
+  for (; v + 8 < rows.padded; v += 16) {
+    const __m512d a = wide.along(rows, v), b = wide.along(rows, v + 8);
+    const __mmask8 more_a = _mm512_cmp_pd_mask(a, best, _CMP_GT_OQ);
+    const __mmask8 more_b = _mm512_cmp_pd_mask(b, odd, _CMP_GT_OQ);
+    best = _mm512_mask_mov_pd(best, more_a, a);
+    odd = _mm512_mask_mov_pd(odd, more_b, b);
+    block = _mm512_mask_set1_epi64(block, more_a, v);
+    odd_block = _mm512_mask_set1_epi64(odd_block, more_b, v + 8);
+  }
+  if (v < rows.padded) {
+    const __m512d a = wide.along(rows, v);
+    const __mmask8 more = _mm512_cmp_pd_mask(a, best, _CMP_GT_OQ);
+    best = _mm512_mask_mov_pd(best, more, a);
+    block = _mm512_mask_set1_epi64(block, more, v);
+  }
+  // The lowest index among the greatest: lanes count within a block.
+  const __m512d greatest = greatest_lane(_mm512_max_pd(best, odd));
+  const __m512i lane = _mm512_set_epi64(7, 6, 5, 4, 3, 2, 1, 0);
+  const __m512i none = _mm512_set1_epi64(1 << 30);
+  const __m512i even_index = _mm512_mask_add_epi64(
+      none, _mm512_cmp_pd_mask(best, greatest, _CMP_EQ_OQ), block, lane);
+  const __m512i odd_index = _mm512_mask_add_epi64(
+      none, _mm512_cmp_pd_mask(odd, greatest, _CMP_EQ_OQ), odd_block, lane);
+  const long long lowest = _mm512_reduce_min_epi64(_mm512_min_epi64(even_index, odd_index));
+  return {static_cast<int>(lowest) & ((1 << 30) - 1), _mm512_cvtsd_f64(greatest) + 0.0};
+}
+
+QUOIN_AVX512 PairSupport support_pair_512(const Rows& p, const Rows& q, const Vector3& d) {
+  if (p.padded != 8 || q.padded != 8) return {support_512(p, d), support_512(q, -d)};
+  const __m512d along_p = Wide512(d).along(p, 0), along_q = Wide512(-d).along(q, 0);
+  return {support_of_eight(along_p), support_of_eight(along_q)};
+}
+
+QUOIN_AVX512 void beyond_512(const Rows& rows, int count, const Vector3& d, double value,
+                             VertexSet& vertices) {
+  const Wide512 wide(d);
+  const __m512d limit = _mm512_set1_pd(value);
+  for (int v = 0; v < count; v += 8) {
+    unsigned mask = _mm512_cmp_pd_mask(wide.along(rows, v), limit, _CMP_GE_OQ);
+    if (count - v < 8) mask &= (1u << (count - v)) - 1u;
+    for (; mask != 0; mask &= mask - 1) vertices.push_back(v + __builtin_ctz(mask));
+  }
+}
+
+struct Wide256 {
+  __m256d x, y, z;
+  QUOIN_AVX2 explicit Wide256(const Vector3& d)
+      : x(_mm256_set1_pd(d.x())), y(_mm256_set1_pd(d.y())), z(_mm256_set1_pd(d.z())) {}
+  QUOIN_AVX2 __m256d along(const Rows& rows, int v) const {
+    const __m256d sum = _mm256_add_pd(_mm256_mul_pd(_mm256_load_pd(rows.x + v), x),
+                                      _mm256_mul_pd(_mm256_load_pd(rows.y + v), y));
+    return _mm256_add_pd(sum, _mm256_mul_pd(_mm256_load_pd(rows.z + v), z));
+  }
+};
+
+QUOIN_AVX2 Support support_256(const Rows& rows, const Vector3& d) {
+  const Wide256 wide(d);
+  __m256d best = wide.along(rows, 0);
+  __m256d block = _mm256_setzero_pd();  // indices are exact in doubles
+  for (int v = 4; v < rows.padded; v += 4) {
+    const __m256d value = wide.along(rows, v);
+    const __m256d more = _mm256_cmp_pd(value, best, _CMP_GT_OQ);
+    best = _mm256_blendv_pd(best, value, more);
+    block = _mm256_blendv_pd(block, _mm256_set1_pd(v), more);
+  }
+  alignas(32) double values[4], blocks[4];
+  _mm256_store_pd(values, best);
+  _mm256_store_pd(blocks, block);
+  Support found{static_cast<int>(blocks[0]), values[0]};
+  for (int k = 1; k < 4; ++k) {
+    const int v = static_cast<int>(blocks[k]) + k;
+    if (values[k] > found.value || (values[k] == found.value && v < found.vertex)) {
+      found = {v, values[k]};
+    }
+  }
+  found.value += 0.0;
+  return found;
+}
+
+QUOIN_AVX2 void beyond_256(const Rows& rows, int count, const Vector3& d, double value,
+                           VertexSet& vertices) {
+  const Wide256 wide(d);
+  const __m256d limit = _mm256_set1_pd(value);
+  for (int v = 0; v < count; v += 4) {
+    const __m256d hit = _mm256_cmp_pd(wide.along(rows, v), limit, _CMP_GE_OQ);
+    auto mask = static_cast<unsigned>(_mm256_movemask_pd(hit));
+    if (count - v < 4) mask &= (1u << (count - v)) - 1u;
+    for (; mask != 0; mask &= mask - 1) vertices.push_back(v + __builtin_ctz(mask));
+  }
+}
+
+#endif
+
+}  // namespace
+
+Support support(const Polyhedron& polyhedron, const Vector3& direction) {
+  const Rows rows(polyhedron);
+#ifdef QUOIN_WIDE_SUPPORT
+  if (has_avx512()) return support_512(rows, direction);
+  if (has_avx2()) return support_256(rows, direction);
+#endif
+  return narrow_support(rows, direction);
+}
+
+PairSupport support_pair(const Polyhedron& p, const Polyhedron& q, const Vector3& direction) {
+  const Rows rows_p(p), rows_q(q);
+#ifdef QUOIN_WIDE_SUPPORT
+  if (has_avx512()) return support_pair_512(rows_p, rows_q, direction);
+  if (has_avx2()) return {support_256(rows_p, direction), support_256(rows_q, -direction)};
+#endif
+  return {narrow_support(rows_p, direction), narrow_support(rows_q, -direction)};
 }
 
 void find_vertices_beyond(const Polyhedron& polyhedron, const Vector3& direction, double value,
                           VertexSet& vertices) {
-  const int rows = polyhedron.padded_count();
-  const double* x = polyhedron.offsets();
-  const double* y = x + rows;
-  const double* z = y + rows;
   vertices.clear();
-  for (int v = 0; v < polyhedron.vertex_count(); ++v) {
-    if (x[v] * direction.x() + y[v] * direction.y() + z[v] * direction.z() >= value) {
-      vertices.push_back(v);
-    }
-  }
+  const Rows rows(polyhedron);
+  const int count = polyhedron.vertex_count();
+#ifdef QUOIN_WIDE_SUPPORT
+  if (has_avx512()) return beyond_512(rows, count, direction, value, vertices);
+  if (has_avx2()) return beyond_256(rows, count, direction, value, vertices);
+#endif
+  narrow_beyond(rows, count, direction, value, vertices);
 }
 
 }  // namespace quoin::geometry

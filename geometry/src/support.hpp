@@ -1,7 +1,7 @@
 #pragma once
-/// Support functions of a polyhedron: how far it reaches along a direction, and with which
-/// vertices. All offsets are from Polyhedron::origin(); the sums are ((x·dx + y·dy) + z·dz) in
-/// every variant.
+/// Support functions of a polyhedron: how far it reaches along a direction, and with which vertices.
+/// All offsets are from Polyhedron::origin(); the sums are ((x·dx + y·dy) + z·dz) in every variant.
+/// The widest instructions of the machine are chosen at run time; all variants give the same bits.
 
 #include <quoin/geometry/polyhedron.hpp>
 
@@ -18,6 +18,13 @@ struct Support {
 
 /// The vertex farthest along `direction` (any length).
 Support support(const Polyhedron& polyhedron, const Vector3& direction);
+
+/// Vertex of P farthest along a direction and of Q farthest against it, in one pass.
+struct PairSupport {
+  Support p;
+  Support q;  ///< value: of offset · (-direction), m
+};
+PairSupport support_pair(const Polyhedron& p, const Polyhedron& q, const Vector3& direction);
 
 /// Vertices whose offset · direction is at least `value`, ascending.
 void find_vertices_beyond(const Polyhedron& polyhedron, const Vector3& direction, double value,
