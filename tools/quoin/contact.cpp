@@ -57,7 +57,10 @@ double read_tolerance(const Json& line) {
   return tolerance.get<double>();
 }
 
-Json to_json(const geometry::Vector3& v) { return Json::array({v.x(), v.y(), v.z()}); }
+/// Adding 0 turns -0 into 0.
+Json to_json(const geometry::Vector3& v) {
+  return Json::array({v.x() + 0.0, v.y() + 0.0, v.z() + 0.0});
+}
 
 Json feature_json(const geometry::SupportSet& set, const geometry::Hull& hull) {
   Json vertices = Json::array();
@@ -83,8 +86,10 @@ Json contact_json(const geometry::Hull& a, const geometry::Hull& b,
                   const geometry::PairContact& contact) {
   const geometry::NearestFeatures& nearest = contact.nearest;
   Json polygon = Json::array();
-  for (const geometry::Vector3& corner : contact.polygon) {
-    polygon.push_back(to_json(corner));
+  if (contact.polygon.size() > 1) {  // one point is neither a polygon nor a segment
+    for (const geometry::Vector3& corner : contact.polygon) {
+      polygon.push_back(to_json(corner));
+    }
   }
   Json features;
   features["a"] = feature_json(contact.support_a, a);
@@ -116,8 +121,16 @@ Json salvaged_id(const std::string& text) {
   return id.is_discarded() ? Json(nullptr) : id;
 }
 
+/// What the JSON package says, without its own numbering.
+std::string plain(const Json::exception& error) {
+  const std::string text = error.what();
+  const std::size_t bracket = text.find("] ");
+  return bracket == std::string::npos ? text : text.substr(bracket + 2);
+}
+
 /// The answer to one line. `contact` is memory that is used again.
-Json answer(const std::string& text, double reach, geometry::PairContact& contact, bool& bad) {
+Json answer(const std::string& text, long number, double reach, geometry::PairContact& contact,
+            bool& bad) {
   Json result;
   result["id"] = nullptr;
   try {
@@ -136,11 +149,11 @@ Json answer(const std::string& text, double reach, geometry::PairContact& contac
     result.update(contact_json(a, b, contact));
   } catch (const geometry::InputError& error) {
     bad = true;
-    result["error"] = error.what();
+    result["error"] = "line " + std::to_string(number) + ": " + error.what();
   } catch (const Json::exception& error) {
     bad = true;
     result["id"] = salvaged_id(text);
-    result["error"] = error.what();
+    result["error"] = "line " + std::to_string(number) + " is not JSON: " + plain(error);
   }
   return result;
 }
@@ -158,12 +171,14 @@ int contact_pairs(const std::string& path, double reach) {
   std::ios::sync_with_stdio(false);
   geometry::PairContact contact;
   bool bad = false;
+  long number = 0;
   for (std::string text; std::getline(in, text);) {
+    ++number;
     if (text.find_first_not_of(" \t\r") == std::string::npos) {
       continue;
     }
-    const std::string line =
-        answer(text, reach, contact, bad).dump(-1, ' ', false, Json::error_handler_t::replace);
+    const std::string line = answer(text, number, reach, contact, bad)
+                                 .dump(-1, ' ', false, Json::error_handler_t::replace);
     std::printf("%s\n", line.c_str());
   }
   if (std::fflush(stdout) != 0) {

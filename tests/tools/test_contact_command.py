@@ -1,0 +1,195 @@
+"""`quoin contact`: the G cases with their exact numbers, bad lines one by one, order and exit codes.
+
+usage: test_contact_command.py QUOIN SOURCE_DIR
+"""
+import json
+import math
+import subprocess
+import sys
+import tempfile
+import time
+
+QUOIN = sys.argv[1]
+failures = []
+
+
+def expect(holds, what):
+    if not holds:
+        failures.append(what)
+
+
+def ask(lines, *options):
+    text = "\n".join(line if isinstance(line, str) else json.dumps(line) for line in lines)
+    done = subprocess.run([QUOIN, "contact", "--pairs", "-", *options], input=text,
+                          capture_output=True, text=True)
+    return done.returncode, [json.loads(line) for line in done.stdout.splitlines()]
+
+
+def box(low, high):
+    return [[(low, high)[i & 1][0], (low, high)[i >> 1 & 1][1], (low, high)[i >> 2][2]]
+            for i in range(8)]
+
+
+def turned(points, axis, degrees, shift=(0, 0, 0)):
+    length = math.sqrt(sum(c * c for c in axis))
+    x, y, z = (c / length for c in axis)
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    t = 1 - c
+    rows = [[t * x * x + c, t * x * y - s * z, t * x * z + s * y],
+            [t * x * y + s * z, t * y * y + c, t * y * z - s * x],
+            [t * x * z - s * y, t * y * z + s * x, t * z * z + c]]
+    return [[sum(row[k] * p[k] for k in range(3)) + shift[i] for i, row in enumerate(rows)]
+            for p in points]
+
+
+CUBE = box((-0.5, -0.5, -0.5), (0.5, 0.5, 0.5))
+FAR = (512345.678, 4123456.789, 1500.25)
+
+
+def moved(points, shift):
+    return [[p[k] + shift[k] for k in range(3)] for p in points]
+
+
+def test_cases():
+    lower = turned(CUBE, (1, 0, 0), 45)
+    root2 = math.sqrt(2)
+    pairs = [
+        {"id": "G01", "a": [[-10, -10, 0], [10, -10, 0], [10, 10, 0], [-10, 10, 0], [0, 0, -0.5]],
+         "b": [[0, 0, 0.005], [1, 0, 1], [-.5, .8, 1], [-.5, -.8, 1]]},
+        {"id": "G02+", "a": lower, "b": turned(CUBE, (0, 1, 0), 45, (0, 0, root2 + 0.01))},
+        {"id": "G02-", "a": lower, "b": turned(CUBE, (0, 1, 0), 45, (0, 0, root2 - 0.01))},
+        {"id": "G03", "a": CUBE, "b": turned(CUBE, (0, 0, 1), 45, (0, 0, 1))},
+        {"id": "G05", "a": CUBE, "b": moved(CUBE, (1.001, 1.001, 1.001))},
+        {"id": "G06", "a": box((-50, -50, -0.001), (50, 50, 0)),
+         "b": turned(box((-0.5, -0.5, 0), (0.5, 0.5, 0.001)), (0, 0, 1), 17, (30, 20, 1e-7))},
+        {"id": "G07", "a": moved(lower, FAR),
+         "b": moved(turned(CUBE, (0, 1, 0), 45, (0, 0, root2 + 0.01)), FAR)},
+        {"id": "G08", "a": box((-1, -1, -1), (1, 1, 1)),
+         "b": turned(CUBE, (1, 2, 3), 40, (1.3, 0.1, 1.3))},
+    ]
+    expected = {  # gap, allowed, type, status, number of points, area
+        "G01": (0.005, 1e-12, "vertex-face", "separated", 1, 0),
+        "G02+": (0.01, 1e-12, "edge-edge-crossing", "separated", 1, 0),
+        "G02-": (-0.01, 1e-12, "edge-edge-crossing", "overlapping", 1, 0),
+        "G03": (0.0, 1e-12, "face-face", "touching", 8, 2 * (root2 - 1)),
+        "G05": (0.001 * math.sqrt(3), 1e-13, "vertex-vertex", "separated", 1, 0),
+        "G06": (1e-7, 1e-13, "face-face", "separated", 4, 1),
+        "G07": (0.01, 2e-9, "edge-edge-crossing", "separated", 1, 0),
+        "G08": (-0.151702406, 1e-9, None, "overlapping", None, None),
+    }
+    code, answers = ask(pairs)
+    expect(code == 0, f"exit code {code} for good lines")
+    expect([a["id"] for a in answers] == [p["id"] for p in pairs], "the order is not kept")
+    for pair, answer in zip(pairs, answers):
+        gap, allowed, kind, status, count, area = expected[pair["id"]]
+        name = pair["id"]
+        expect(abs(answer["gap"] - gap) <= allowed, f"{name}: gap {answer['gap']}, exact {gap}")
+        expect(kind in (None, answer["type"]), f"{name}: type {answer['type']}")
+        expect(answer["status"] == status, f"{name}: status {answer['status']}")
+        expect(count in (None, len(answer["points"])), f"{name}: {len(answer['points'])} points")
+        expect(area is None or abs(answer["area"] - area) < 1e-9, f"{name}: area {answer['area']}")
+        for body in "ab":
+            residual = answer["certificate"]["residual_" + body]
+            expect(0 <= residual <= 1e-9, f"{name}: residual_{body} {residual}")
+    by_id = {a["id"]: a for a in answers}
+    expect(by_id["G05"]["indeterminate"] is True, "G05 is indeterminate")
+    expect(by_id["G01"]["features"]["b"] == {"kind": "vertex", "vertices": [0]},
+           f"G01: features {by_id['G01']['features']}")
+    expect(sorted(by_id["G01"]["features"]["a"]["vertices"]) == [0, 1, 2, 3], "G01: face of A")
+    expect(len(by_id["G03"]["polygon"]) == 8, "G03: the polygon is an octagon")
+    normal = by_id["G08"]["normal"]
+    expect(all(abs(n - e) < 1e-8 for n, e in zip(normal, (0.491577702, 0, 0.870833717))),
+           f"G08: normal {normal}")
+
+
+def test_keys_and_input_indices():
+    order = [5, 3, 0, 7, 1, 6, 2, 4]
+    points = [[0, 0, 0]] + [CUBE[i] for i in order]  # the first is inside
+    code, (answer,) = ask([{"id": None, "a": points, "b": moved(CUBE, (0.25, 0.25, 1.5))}])
+    expect(code == 0 and answer["id"] is None, "a null id comes back")
+    expect(list(answer) == ["id", "status", "gap", "normal", "point_a", "point_b", "type",
+                            "features", "indeterminate", "points", "area", "polygon",
+                            "certificate", "iterations"], f"keys {list(answer)}")
+    top = sorted(i for i, p in enumerate(points) if p[2] == 0.5)
+    expect(sorted(answer["features"]["a"]["vertices"]) == top, "indices are those of the input")
+    kinds = sorted(p["kind"] for p in answer["points"])
+    expect(kinds == ["edge-edge"] * 2 + ["vertex-face"] * 2, f"kinds {kinds}")
+    expect(answer["gap"] == 0.5 and answer["normal"] == [0, 0, 1], "gap and normal")
+
+
+def test_reach_and_tol():
+    tilted = turned(box((0, 0, 0), (1, 1, 1)), (0, 1, 0), -0.01, (0, 0, 0.5))
+    floor = box((-2, -2, -1), (2, 2, 0))
+    for options, tol, kind, count in (((), None, "edge-face", 2), (("--reach", "0.01"), None,
+                                      "edge-face", 4), ((), 1e-3, "face-face", 4)):
+        line = {"id": 0, "a": floor, "b": tilted}
+        if tol:
+            line["tol"] = tol
+        _, (answer,) = ask([line], *options)
+        expect(answer["type"] == kind and len(answer["points"]) == count,
+               f"{options} {tol}: {answer['type']} with {len(answer['points'])} points")
+
+
+def test_bad_lines():
+    good = {"id": "good", "a": CUBE, "b": moved(CUBE, (3, 0, 0))}
+    tetrahedron = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    bad = [
+        ({"id": 1, "a": CUBE[:3], "b": CUBE}, "3 points"),
+        ({"id": 2, "a": [], "b": CUBE}, "0 points"),
+        ({"id": 3, "a": CUBE}, "\"b\" is missing"),
+        ({"id": 4, "a": CUBE, "b": tetrahedron[:3] + [[1, 1, 0]]}, "\"b\""),  # flat
+        ({"id": 5, "a": CUBE, "b": tetrahedron[:3] + [[0, 0]]}, "point 3"),
+        ({"id": 6, "a": CUBE, "b": tetrahedron[:3] + [[0, 0, "1"]]}, "point 3"),
+        ({"id": 7, "a": CUBE, "b": CUBE, "tol": -1}, "tol"),
+        ({"id": 8, "a": CUBE, "b": "no"}, "not a list"),
+        ('{"id": 9, "a": [[0,0,NaN]], "b": []}', "not JSON"),
+        ('{"id": 10, "a": [[0,0,1e999]], "b": []}', "not JSON"),
+        ("[11]", "not a JSON object"),
+        ("twelve", "not JSON"),
+        ({"id": 13, "a": CUBE, "b": tetrahedron[:3] + [[0, 0, 1e300]]}, "point 3"),
+    ]
+    lines = [good]
+    for line, _ in bad:
+        lines += [line, good]
+    code, answers = ask(lines)
+    expect(code == 2, f"exit code {code} after bad lines")
+    expect(len(answers) == len(lines), "one line out for each line in")
+    for (line, words), answer in zip(bad, answers[1::2]):
+        expect(set(answer) == {"id", "error"}, f"{line}: {answer}")
+        expect(words in answer.get("error", ""), f"{line}: {answer.get('error')}")
+        if isinstance(line, dict):
+            expect(answer["id"] == line["id"], f"{line}: id {answer['id']}")
+    expect(answers[17]["id"] == 9, "the id of a line that is no JSON, where it can be read")
+    expect(all(a["gap"] == 2.0 for a in answers[::2]), "the rest go on")
+    missing = subprocess.run([QUOIN, "contact", "--pairs", "no/such/file"], capture_output=True)
+    expect(missing.returncode == 1 and b"no/such/file" in missing.stderr, "a file that is not there")
+    code, _ = ask([good], "--reach", "-1")
+    expect(code == 2, "a negative reach")
+    expect(ask([]) == (0, []), "no lines, no answers")
+
+
+def test_round_trip_and_speed():
+    lines = [{"id": i, "a": turned(CUBE, (1, 2, i + 1), 7 * i), "b": moved(CUBE, (1.9, 0.1, 0.2))}
+             for i in range(20000)]
+    with tempfile.NamedTemporaryFile("w", suffix=".jsonl") as file:
+        file.write("\n".join(json.dumps(line) for line in lines))
+        file.flush()
+        start = time.monotonic()
+        done = subprocess.run([QUOIN, "contact", "--pairs", file.name], capture_output=True, text=True)
+        seconds = time.monotonic() - start
+    answers = [json.loads(line) for line in done.stdout.splitlines()]
+    expect([a["id"] for a in answers] == list(range(20000)), "20000 answers in order")
+    expect(seconds < 60, f"20000 lines took {seconds:.1f} s")
+    for answer in answers[:100]:
+        along = sum((q - p) * n for p, q, n in
+                    zip(answer["point_a"], answer["point_b"], answer["normal"]))
+        expect(abs(along - answer["gap"]) < 1e-14, "digits enough to come round")
+
+
+for test in (test_cases, test_keys_and_input_indices, test_reach_and_tol, test_bad_lines,
+             test_round_trip_and_speed):
+    test()
+for failure in failures:
+    print("failed:", failure)
+print("all passed" if not failures else f"{len(failures)} failed")
+sys.exit(1 if failures else 0)
