@@ -387,8 +387,9 @@ class Enumeration {
     std::vector<Vector3> planes{result.normal};
     for (const auto& [gap, c] : finalists) {
       if (double(gap) < result.gap - tie) continue;
-      const auto same = [&](const Vector3& n) { return (n - c->normal).squaredNorm() < 1e-12; };
-      if (std::none_of(planes.begin(), planes.end(), same)) planes.push_back(c->normal);
+      const Vector3& plane = c->normal;
+      const auto same = [&](const Vector3& n) { return (n - plane).squaredNorm() < 1e-12; };
+      if (std::none_of(planes.begin(), planes.end(), same)) planes.push_back(plane);
     }
     result.several = planes.size() > 1;
     if (!result.several || std::abs(result.gap) > tie) return;
