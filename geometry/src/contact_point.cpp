@@ -155,7 +155,7 @@ int most_facing_face(const Polyhedron& polyhedron, const VertexSet& vertices,
   return best;
 }
 
-/// The nearest features themselves, for the rare pair whose patches rounding keeps apart.
+/// The nearest features themselves, for the rare pair whose patches do not show them.
 SharedCorner nearest_corner(const Polyhedron& p, const Polyhedron& q, const ContactPlane& plane,
                             const Vector3& point_p, const Vector3& point_q,
                             const PairPoints& pair) {
@@ -194,6 +194,26 @@ struct OrderedPair {
         point_q(reverse ? nearest.point_a : nearest.point_b) {}
 };
 
+/// The least gap itself is always among the points: deep overlaps of needles, and rounding, may
+/// hide it from the faces.
+void ensure_least_gap(const OrderedPair& ordered, const ContactPlane& plane, double rounding,
+                      PairPoints& pair) {
+  const double limit = pair.gap + pair.tolerance + rounding;
+  for (const PlanePoint& point : pair.points) {
+    if (point.corner.height_q - point.corner.height_p <= limit) return;
+  }
+  const SharedCorner nearest =
+      nearest_corner(ordered.p, ordered.q, plane, ordered.point_p, ordered.point_q, pair);
+  for (PlanePoint& point : pair.points) {
+    if (point.corner.feature_p == nearest.feature_p &&
+        point.corner.feature_q == nearest.feature_q) {
+      point.corner = nearest;
+      return;
+    }
+  }
+  pair.points.push_back({nearest, 0.0});
+}
+
 ContactPlane make_plane(const OrderedPair& pair) {
   return {pair.p.vertex(support(pair.p, pair.normal).vertex), pair.normal};
 }
@@ -217,10 +237,7 @@ void find_pair_points(const OrderedPair& ordered, const ContactPlane& plane,
   const double rounding = kEpsilon * std::max(8 * size, 4 * coordinate);
   find_points(p, q, plane, std::max(pair.tolerance, options.reach), rounding, ordered.reversed,
               pair);
-  if (pair.points.empty()) {
-    pair.points.push_back(
-        {nearest_corner(p, q, plane, ordered.point_p, ordered.point_q, pair), 0.0});
-  }
+  ensure_least_gap(ordered, plane, rounding, pair);
   if (pair.kind_p != FeatureKind::Vertex && pair.kind_q != FeatureKind::Vertex) {
     share_area(p, q, plane, rounding, pair);
   }
