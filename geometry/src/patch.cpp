@@ -1,6 +1,7 @@
 #include "patch.hpp"
 
 #include <cmath>
+#include <limits>
 
 namespace quoin::geometry {
 namespace {
@@ -172,6 +173,62 @@ void append_shared_corners(const Patch& p, const Patch& q, double rounding,
                        {FeatureKind::Vertex, c.vertex}});
   }
   if (p.corners.size() > 1 && q.corners.size() > 1) append_crossings(p, q, rounding, corners);
+}
+
+namespace {
+
+/// Least over the sides of a patch (an edge has two) of how far the other reaches inside it.
+double reach_inside(const Patch& patch, const Patch& other) {
+  double least = std::numeric_limits<double>::infinity();
+  if (patch.corners.size() < 2) return least;
+  for (std::size_t k = 0; k < patch.corners.size(); ++k) {
+    double farthest = -std::numeric_limits<double>::infinity();
+    for (const PatchCorner& c : other.corners) {
+      farthest = std::max(farthest, inside(patch, k, c.place));
+    }
+    least = std::min(least, farthest);
+  }
+  return least;
+}
+
+}  // namespace
+
+double overlap_margin(const Patch& p, const Patch& q) {
+  if (p.corners.size() == 1 && q.corners.size() == 1) {
+    return -(p.corners[0].place - q.corners[0].place).norm();
+  }
+  return std::min(reach_inside(p, q), reach_inside(q, p));
+}
+
+Vector2 nearest_place(const Patch& p, const Patch& q) {
+  Vector2 best = p.corners[0].place;
+  double least = std::numeric_limits<double>::infinity();
+  const auto outside = [](const Patch& patch, const Vector2& place) {
+    if (patch.corners.size() == 1) return (place - patch.corners[0].place).norm();
+    if (patch.corners.size() == 2) {
+      return distance_to_segment(patch.corners[0].place, patch.corners[1].place, place);
+    }
+    double worst = 0.0;
+    for (std::size_t k = 0; k < patch.corners.size(); ++k) {
+      worst = std::max(worst, -inside(patch, k, place));
+    }
+    return worst;
+  };
+  for (const PatchCorner& c : p.corners) {
+    const double distance = outside(q, c.place);
+    if (distance < least) {
+      least = distance;
+      best = c.place;
+    }
+  }
+  for (const PatchCorner& c : q.corners) {
+    const double distance = outside(p, c.place);
+    if (distance < least) {
+      least = distance;
+      best = c.place;
+    }
+  }
+  return best;
 }
 
 namespace {

@@ -65,6 +65,15 @@ using SharedCorners = SmallVector<SharedCorner, 32>;
 /// border.
 void append_shared_corners(const Patch& p, const Patch& q, double rounding, SharedCorners& corners);
 
+/// How far one patch could be shifted in the plane before the two part, m: the distance of the
+/// origin from the border of their Minkowski difference; negative: a bound of how far they are
+/// apart.
+double overlap_margin(const Patch& p, const Patch& q);
+
+/// Where two patches that rounding keeps apart come nearest: a corner, or the crossing of two
+/// edges.
+Vector2 nearest_place(const Patch& p, const Patch& q);
+
 /// The convex polygon around places: indices in counter-clockwise order, its area, and each
 /// corner's share of it, chosen so that the shares have the polygon's area and centroid.
 struct SharedPolygon {

@@ -193,6 +193,7 @@ void Polyhedron::set_vertices(const Eigen::Ref<const Points>& vertices) {
   origin_ = 0.5 * box_.min + 0.5 * box_.max;
   largest_coordinate_ = std::max(box_.min.cwiseAbs().maxCoeff(), box_.max.cwiseAbs().maxCoeff());
   double squared_radius = 0.0;
+  Vector3 sum = Vector3::Zero();
   const std::size_t rows = static_cast<std::size_t>(padded_count_);
   for (std::size_t k = 0; k < rows; ++k) {
     const Eigen::Index v =
@@ -202,7 +203,9 @@ void Polyhedron::set_vertices(const Eigen::Ref<const Points>& vertices) {
     offsets_[rows + k] = offset.y();
     offsets_[2 * rows + k] = offset.z();
     squared_radius = std::max(squared_radius, offset.squaredNorm());
+    if (static_cast<Eigen::Index>(k) < vertices_.cols()) sum += offset;
   }
+  vertex_mean_ = origin_ + sum / static_cast<double>(vertices_.cols());
   diameter_ = 2.0 * std::sqrt(squared_radius);
   update_face_normals();
 }

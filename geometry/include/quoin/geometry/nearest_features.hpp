@@ -23,6 +23,7 @@ enum class PlaneRule : std::uint8_t {
 struct FeatureHint {
   std::array<int, 4> vertices_a{-1, -1, -1, -1};
   std::array<int, 4> vertices_b{-1, -1, -1, -1};
+  int face_a = -1, face_b = -1;  ///< face labels that carried the plane
   Vector3 normal = Vector3::Zero();
 };
 

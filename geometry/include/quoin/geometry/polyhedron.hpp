@@ -103,6 +103,7 @@ class Polyhedron {
   /// diagonal of the box.
   double diameter() const { return diameter_; }
   double largest_coordinate() const { return largest_coordinate_; }  ///< of all |x|, |y|, |z|, m
+  const Vector3& vertex_mean() const { return vertex_mean_; }  ///< a point inside, m
   /// Unit normal of a face label (area-weighted over its polygon), outward.
   Vector3 face_normal(int f) const { return face_normals_.col(f); }
 
@@ -121,6 +122,7 @@ class Polyhedron {
   std::vector<double, AlignedAllocator<double>> offsets_;
   int padded_count_ = 0;
   Vector3 origin_ = Vector3::Zero();
+  Vector3 vertex_mean_ = Vector3::Zero();
   Box box_;
   double diameter_ = 0.0;
   double largest_coordinate_ = 0.0;

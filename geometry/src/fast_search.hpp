@@ -1,0 +1,30 @@
+#pragma once
+/// The search in doubles: fast, and told by the caller's proof when it was not good enough. Private
+/// to the room.
+
+#include "wide_search.hpp"
+
+namespace quoin::geometry {
+
+enum class FastOutcome { Separated, Overlapping, Unclear };
+
+struct FastResult {
+  FastOutcome outcome = FastOutcome::Unclear;
+  Vector3 normal = Vector3::UnitX();  ///< unit, from P to Q, within the rounding of the search
+  double bound = 0.0;  ///< the gap is at most this (separated) or at most minus the depth proved, m
+  std::array<int, 4> p{}, q{};  ///< corners of the last simplex
+  int corners = 0;
+  int iterations = 0;
+};
+
+/// Nearest features of separated solids, starting along `direction`. Overlapping: the solids share
+/// a point; the normal is then the last one tried.
+FastResult fast_nearest(const Polyhedron& p, const Polyhedron& q, const Vector3& direction,
+                        double rounding);
+
+/// Least overlap from the last simplex of fast_nearest, by growing a polytope inside the set of
+/// differences. Unclear where doubles do not settle it.
+FastResult fast_overlap(const Polyhedron& p, const Polyhedron& q, const FastResult& start,
+                        double rounding);
+
+}  // namespace quoin::geometry
