@@ -140,7 +140,8 @@ bool reduce(Simplex& simplex) {
 }
 
 Corner find_corner(const Polyhedron& p, const Polyhedron& q, const Vector3& direction) {
-  const int i = support(p, direction).vertex, j = support(q, -direction).vertex;
+  const PairSupport both = support_pair(p, q, direction);
+  const int i = both.p.vertex, j = both.q.vertex;
   return {q.vertex(j) - p.vertex(i), i, j};
 }
 

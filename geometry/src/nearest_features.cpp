@@ -20,12 +20,16 @@ struct Lengths {
   double contact = 0.0;   // the tolerance of features and status
   double rounding = 0.0;  // what the support functions and normals of doubles may be off
   double place = 0.0;     // what the rounding of coordinates leaves of a place in the world
+  bool uneven = false;    // the rounding of the larger solid would show on the smaller one
 };
 
 Lengths lengths(const Polyhedron& p, const Polyhedron& q, const SearchOptions& options) {
   Lengths length;
   length.contact = options.tolerance > 0.0 ? options.tolerance : default_tolerance(p, q);
-  length.rounding = 5 * kEpsilon * std::max(p.diameter(), q.diameter());
+  constexpr double kUneven = 1e4;
+  const double larger = std::max(p.diameter(), q.diameter());
+  length.rounding = 5 * kEpsilon * larger;
+  length.uneven = larger > kUneven * std::min(p.diameter(), q.diameter());
   const double coordinate = std::max(p.largest_coordinate(), q.largest_coordinate());
   length.place = std::max(length.rounding, 2 * kEpsilon * coordinate);
   return length;
@@ -50,8 +54,9 @@ void find_sets(const Polyhedron& p, const Polyhedron& q, const Plane& plane, dou
 
 void scan(const Polyhedron& p, const Polyhedron& q, const Vector3& normal, Plane& plane) {
   plane.normal = normal;
-  plane.support_p = support(p, normal);
-  plane.support_q = support(q, -normal);
+  const PairSupport both = support_pair(p, q, normal);
+  plane.support_p = both.p;
+  plane.support_q = both.q;
   plane.gap = normal.dot(q.vertex(plane.support_q.vertex) - p.vertex(plane.support_p.vertex));
 }
 
@@ -208,8 +213,9 @@ bool fast_answer(const Polyhedron& p, const Polyhedron& q, double rounding, Opti
 }
 
 /// Whatever doubles could not decide.
-void wide_answer(const Polyhedron& p, const Polyhedron& q, int max_iterations, double rounding,
-                 Optimum& optimum) {
+void wide_answer(const Polyhedron& p, const Polyhedron& q, int max_iterations,
+                 const Lengths& length, Optimum& optimum) {
+  const double rounding = length.rounding;
   ActiveFeatures found = wide_nearest(p, q, max_iterations);
   optimum.iterations += found.iterations;
   if (found.overlapping) found = exhaustive_overlap(p, q);
@@ -217,7 +223,7 @@ void wide_answer(const Polyhedron& p, const Polyhedron& q, int max_iterations, d
   optimum.several = found.several;
   optimum.middle = found.middle;
   scan(p, q, found.normal, optimum.plane);
-  const bool same = !found.middle && settle(p, q, rounding, optimum.plane) &&
+  const bool same = !length.uneven && !found.middle && settle(p, q, rounding, optimum.plane) &&
                     optimum.plane.gap >= found.gap - slack(rounding, found.gap);
   if (same) return;
   scan(p, q, found.normal, optimum.plane);
@@ -297,9 +303,9 @@ NearestFeatures ordered_answer(const Polyhedron& p, const Polyhedron& q,
                                const SearchOptions& options, const FeatureHint& hint) {
   const Lengths length = lengths(p, q, options);
   Optimum optimum;
-  if (!warm_answer(p, q, hint, length.rounding, optimum) &&
-      !fast_answer(p, q, length.rounding, optimum)) {
-    wide_answer(p, q, options.max_iterations, length.rounding, optimum);
+  if (length.uneven || (!warm_answer(p, q, hint, length.rounding, optimum) &&
+                        !fast_answer(p, q, length.rounding, optimum))) {
+    wide_answer(p, q, options.max_iterations, length, optimum);
   }
   NearestFeatures answer;
   answer.iterations = optimum.iterations;
