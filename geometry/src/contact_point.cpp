@@ -28,10 +28,14 @@ using PlanePoints = SmallVector<PlanePoint, 64>;
 struct PairPoints {
   double tolerance = 0.0, gap = 0.0;
   ContactType type = ContactType::VertexVertex;
+  double reach_p = 0.0, reach_q = 0.0;  // support values along the normal, m
   VertexSet support_p, support_q;
   FeatureKind kind_p = FeatureKind::Vertex, kind_q = FeatureKind::Vertex;
   PlanePoints points;
   SharedCorners shared;   // corners of what the two contact features share
+  bool shared_known = false;
+  /// The faces that are the contact features, when each is a whole one.
+  Feature feature_p{FeatureKind::Face, -1}, feature_q{FeatureKind::Face, -1};
   SharedPolygon polygon;  // and the polygon around them
 };
 
@@ -80,7 +84,7 @@ bool better_name(const SharedCorner& x, const SharedCorner& y, bool reversed) {
 /// Adds a point, or gives its place to the one that is there already.
 void add_merged(const SharedCorner& corner, double tolerance, bool reversed, PlanePoints& points) {
   for (PlanePoint& point : points) {
-    if ((point.corner.place - corner.place).norm() > tolerance) continue;
+    if ((point.corner.place - corner.place).squaredNorm() > tolerance * tolerance) continue;
     if (better_name(corner, point.corner, reversed)) {
       point.corner.feature_p = corner.feature_p;
       point.corner.feature_q = corner.feature_q;
@@ -94,15 +98,33 @@ bool named(const SharedCorner& corner) {
   return corner.feature_p.index >= 0 && corner.feature_q.index >= 0;
 }
 
+void keep_shared(const SharedCorners& corners, PairPoints& pair) {
+  for (const SharedCorner& c : corners) pair.shared.push_back(c);
+  pair.shared_known = true;
+}
+
+/// The face whose vertices are just the support set, if there is one.
+Feature whole_face(const Polyhedron& polyhedron, const VertexSet& set, const Vector3& outward) {
+  const Feature name = name_support_set(polyhedron, set, FeatureKind::Face, outward);
+  const bool whole = name.kind == FeatureKind::Face &&
+                     polyhedron.topology().face(name.index).size() == set.size();
+  return whole ? name : Feature{FeatureKind::Face, -1};
+}
+
 /// All places where facing features lie over each other within the band.
 void find_points(const Polyhedron& p, const Polyhedron& q, const ContactPlane& plane, double band,
                  double rounding, bool reversed, PairPoints& pair) {
-  VertexSet band_p, band_q;
-  find_vertices_beyond(p, plane.normal, support(p, plane.normal).value - band, band_p);
-  find_vertices_beyond(q, -plane.normal, support(q, -plane.normal).value - band, band_q);
   SmallVector<Feature, 32> carriers_p, carriers_q;
-  find_carriers(p, plane.normal, band_p, carriers_p);
-  find_carriers(q, -plane.normal, band_q, carriers_q);
+  if (band > pair.tolerance) {
+    VertexSet band_p, band_q;
+    find_vertices_beyond(p, plane.normal, pair.reach_p - band, band_p);
+    find_vertices_beyond(q, -plane.normal, pair.reach_q - band, band_q);
+    find_carriers(p, plane.normal, band_p, carriers_p);
+    find_carriers(q, -plane.normal, band_q, carriers_q);
+  } else {
+    find_carriers(p, plane.normal, pair.support_p, carriers_p);
+    find_carriers(q, -plane.normal, pair.support_q, carriers_q);
+  }
   Patch patch_p, patch_q;
   SharedCorners corners;
   for (const Feature& f : carriers_p) {
@@ -111,6 +133,7 @@ void find_points(const Polyhedron& p, const Polyhedron& q, const ContactPlane& p
       lay_feature(q, g, plane, -1.0, patch_q);
       corners.clear();
       append_shared_corners(patch_p, patch_q, rounding, corners);
+      if (f == pair.feature_p && g == pair.feature_q) keep_shared(corners, pair);
       for (const SharedCorner& c : corners) {
         if (c.height_q - c.height_p > pair.gap + band || !named(c)) continue;
         add_merged(c, pair.tolerance, reversed, pair.points);
@@ -122,10 +145,12 @@ void find_points(const Polyhedron& p, const Polyhedron& q, const ContactPlane& p
 /// The part that the two contact features share; its area goes to the nearest points.
 void share_area(const Polyhedron& p, const Polyhedron& q, const ContactPlane& plane,
                 double rounding, PairPoints& pair) {
-  Patch patch_p, patch_q;
-  lay_support_set(p, pair.support_p, pair.kind_p, plane, 1.0, patch_p);
-  lay_support_set(q, pair.support_q, pair.kind_q, plane, -1.0, patch_q);
-  append_shared_corners(patch_p, patch_q, rounding, pair.shared);
+  if (!pair.shared_known) {
+    Patch patch_p, patch_q;
+    lay_support_set(p, pair.support_p, pair.kind_p, plane, 1.0, patch_p);
+    lay_support_set(q, pair.support_q, pair.kind_q, plane, -1.0, patch_q);
+    append_shared_corners(patch_p, patch_q, rounding, pair.shared);
+  }
   find_polygon(pair.shared, pair.polygon);
   if (pair.type != ContactType::FaceFace) {
     pair.polygon.area = 0.0;
@@ -224,14 +249,19 @@ void find_pair_points(const OrderedPair& ordered, const ContactPlane& plane,
   const Polyhedron &p = ordered.p, &q = ordered.q;
   pair.tolerance = options.tolerance > 0.0 ? options.tolerance : default_tolerance(p, q);
   pair.gap = nearest.gap;
-  find_vertices_beyond(p, plane.normal, support(p, plane.normal).value - pair.tolerance,
-                       pair.support_p);
-  find_vertices_beyond(q, -plane.normal, support(q, -plane.normal).value - pair.tolerance,
-                       pair.support_q);
+  const PairSupport reach = support_pair(p, q, plane.normal);
+  pair.reach_p = reach.p.value;
+  pair.reach_q = reach.q.value;
+  find_vertices_beyond(p, plane.normal, pair.reach_p - pair.tolerance, pair.support_p);
+  find_vertices_beyond(q, -plane.normal, pair.reach_q - pair.tolerance, pair.support_q);
   pair.kind_p = span_kind(p, pair.support_p, pair.tolerance);
   pair.kind_q = span_kind(q, pair.support_q, pair.tolerance);
   pair.type =
       type_of(p, q, pair.support_p, pair.support_q, pair.kind_p, pair.kind_q, pair.tolerance);
+  if (pair.type == ContactType::FaceFace) {
+    pair.feature_p = whole_face(p, pair.support_p, plane.normal);
+    pair.feature_q = whole_face(q, pair.support_q, -plane.normal);
+  }
   const double size = p.diameter() + q.diameter() + std::abs(pair.gap);
   const double coordinate = std::max(p.largest_coordinate(), q.largest_coordinate());
   const double rounding = kEpsilon * std::max(8 * size, 4 * coordinate);
@@ -266,12 +296,17 @@ ContactPoint named_point(const std::array<int, 2>& blocks, const PlanePoint& poi
 void append_named(const std::array<int, 2>& blocks, bool reversed, const ContactPlane& plane,
                   const NearestFeatures& nearest, const PairPoints& pair,
                   std::vector<ContactPoint>& contacts) {
-  const auto first = static_cast<std::ptrdiff_t>(contacts.size());
-  for (const PlanePoint& point : pair.points) {
-    contacts.push_back(named_point(blocks, point, reversed, plane, nearest, pair));
+  SmallVector<const PlanePoint*, 64> order;
+  for (const PlanePoint& point : pair.points) order.push_back(&point);
+  const auto key = [reversed](const PlanePoint* point) {
+    const SharedCorner& c = point->corner;
+    return reversed ? std::pair(c.feature_q, c.feature_p) : std::pair(c.feature_p, c.feature_q);
+  };
+  std::sort(order.begin(), order.end(),
+            [&](const PlanePoint* x, const PlanePoint* y) { return key(x) < key(y); });
+  for (const PlanePoint* point : order) {
+    contacts.push_back(named_point(blocks, *point, reversed, plane, nearest, pair));
   }
-  std::sort(contacts.begin() + first, contacts.end(),
-            [](const ContactPoint& x, const ContactPoint& y) { return x.key < y.key; });
 }
 
 /// Polygon or segment as points half-way between the solids, counter-clockwise against A's normal.

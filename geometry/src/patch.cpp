@@ -114,6 +114,99 @@ void append_crossings(const Patch& p, const Patch& q, double rounding, SharedCor
   }
 }
 
+/// A polygon's corners and sides as flat rows, so that the tables below are plain loops.
+struct PolygonRows {
+  std::size_t count;
+  SmallVector<double, 16> x, y, side_x, side_y, slack;
+  PolygonRows(const Patch& patch, double rounding) : count(patch.corners.size()) {
+    for (SmallVector<double, 16>* row : {&x, &y, &side_x, &side_y, &slack}) row->resize(count);
+    for (std::size_t k = 0; k < count; ++k) {
+      x[k] = patch.corners[k].place.x();
+      y[k] = patch.corners[k].place.y();
+    }
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::size_t next = k + 1 < count ? k + 1 : 0;
+      side_x[k] = x[next] - x[k];
+      side_y[k] = y[next] - y[k];
+    }
+    for (std::size_t k = 0; k < count; ++k) {
+      slack[k] = rounding * std::sqrt(side_x[k] * side_x[k] + side_y[k] * side_y[k]);
+    }
+  }
+};
+
+/// How far each corner of one polygon lies inside each side of another, times the side's length.
+struct SideTable {
+  std::size_t corners;
+  SmallVector<double, 64> inside;
+  SideTable(const PolygonRows& sides, const PolygonRows& points) : corners(points.count) {
+    inside.resize(sides.count * corners);
+    for (std::size_t j = 0; j < sides.count; ++j) {
+      const double side_x = sides.side_x[j], side_y = sides.side_y[j];
+      const double x = sides.x[j], y = sides.y[j];
+      double* row = &inside[j * corners];
+      for (std::size_t i = 0; i < corners; ++i) {
+        row[i] = side_x * (points.y[i] - y) - side_y * (points.x[i] - x);
+      }
+    }
+  }
+  double at(std::size_t side, std::size_t corner) const { return inside[side * corners + corner]; }
+  bool covers(const PolygonRows& sides, std::size_t corner) const {
+    for (std::size_t j = 0; j < sides.count; ++j) {
+      if (at(j, corner) < -sides.slack[j]) return false;
+    }
+    return true;
+  }
+};
+
+bool opposite(double a, double b, double slack) {
+  return (a > slack && b < -slack) || (a < -slack && b > slack);
+}
+
+/// The same as for patches of any kind, for two polygons: each product is formed once.
+void append_shared_of_polygons(const Patch& p, const Patch& q, double rounding,
+                               SharedCorners& corners) {
+  const PolygonRows rows_p(p, rounding), rows_q(q, rounding);
+  const SideTable of_p(rows_q, rows_p);  // corners of P against sides of Q
+  const SideTable of_q(rows_p, rows_q);
+  for (std::size_t i = 0; i < rows_p.count; ++i) {
+    if (!of_p.covers(rows_q, i)) continue;
+    const PatchCorner& c = p.corners[i];
+    corners.push_back({c.place,
+                       c.height,
+                       q.surface_height(c.place),
+                       {FeatureKind::Vertex, c.vertex},
+                       {FeatureKind::Face, q.face}});
+  }
+  for (std::size_t j = 0; j < rows_q.count; ++j) {
+    if (!of_q.covers(rows_p, j)) continue;
+    const PatchCorner& c = q.corners[j];
+    corners.push_back({c.place,
+                       p.surface_height(c.place),
+                       c.height,
+                       {FeatureKind::Face, p.face},
+                       {FeatureKind::Vertex, c.vertex}});
+  }
+  for (std::size_t i = 0; i < rows_p.count; ++i) {
+    const std::size_t next_i = i + 1 < rows_p.count ? i + 1 : 0;
+    for (std::size_t j = 0; j < rows_q.count; ++j) {
+      const double a = of_p.at(j, i), b = of_p.at(j, next_i);
+      if (!opposite(a, b, rows_q.slack[j])) continue;
+      const std::size_t next_j = j + 1 < rows_q.count ? j + 1 : 0;
+      const double c = of_q.at(i, j), d = of_q.at(i, next_j);
+      if (!opposite(c, d, rows_p.slack[i])) continue;
+      const PatchCorner &p0 = p.corners[i], &p1 = p.corners[next_i];
+      const PatchCorner &q0 = q.corners[j], &q1 = q.corners[next_j];
+      const double t_p = a / (a - b), t_q = c / (c - d);
+      corners.push_back({p0.place + t_p * (p1.place - p0.place),
+                         p0.height + t_p * (p1.height - p0.height),
+                         q0.height + t_q * (q1.height - q0.height),
+                         {FeatureKind::Edge, p0.edge},
+                         {FeatureKind::Edge, q0.edge}});
+    }
+  }
+}
+
 }  // namespace
 
 ContactPlane::ContactPlane(const Vector3& origin_in, const Vector3& normal_in)
@@ -156,6 +249,10 @@ void lay_feature(const Polyhedron& polyhedron, const Feature& feature, const Con
 
 void append_shared_corners(const Patch& p, const Patch& q, double rounding,
                            SharedCorners& corners) {
+  if (p.corners.size() > 2 && q.corners.size() > 2) {
+    append_shared_of_polygons(p, q, rounding, corners);
+    return;
+  }
   for (const PatchCorner& c : p.corners) {
     if (!covers(q, c.place, rounding)) continue;
     corners.push_back({c.place,
@@ -375,6 +472,30 @@ FeatureKind span_kind(const Polyhedron& polyhedron, const VertexSet& vertices, d
   return FeatureKind::Edge;
 }
 
+namespace {
+
+/// The face around the first vertex that has all vertices of the set, or -1: no face can have more.
+int face_with_all(const Polyhedron& polyhedron, const VertexSet& vertices, const Vector3& outward) {
+  const Topology& topology = polyhedron.topology();
+  int best = -1;
+  double facing = -2.0;
+  for (const int f : topology.vertex_faces(vertices[0])) {
+    const std::span<const int> cycle = topology.face(f);
+    if (cycle.size() < vertices.size()) continue;
+    std::size_t members = 0;
+    for (const int w : cycle) members += vertices.contains(w) ? 1 : 0;
+    if (members != vertices.size()) continue;
+    const double along = polyhedron.face_normal(f).dot(outward);
+    if (along > facing) {
+      facing = along;
+      best = f;
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
 Feature name_support_set(const Polyhedron& polyhedron, const VertexSet& vertices, FeatureKind kind,
                          const Vector3& outward) {
   const Topology& topology = polyhedron.topology();
@@ -383,6 +504,9 @@ Feature name_support_set(const Polyhedron& polyhedron, const VertexSet& vertices
     const std::array<int, 2> ends = segment_ends(polyhedron, vertices);
     const int edge = topology.find_edge(ends[0], ends[1]);
     if (edge >= 0) return {kind, edge};
+  }
+  if (const int f = face_with_all(polyhedron, vertices, outward); f >= 0) {
+    return {FeatureKind::Face, f};
   }
   Feature best{FeatureKind::Vertex, vertices[0]};
   std::size_t most = 0;
