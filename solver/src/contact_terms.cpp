@@ -1,5 +1,6 @@
 #include "contact_terms.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace quoin::solver {
@@ -68,6 +69,50 @@ void linearise(const BodyContact& contact, const StepPoses& poses,
   }
   if (models[a].unknowns == 0) linear.offset += linear.jacobian_a * poses.increment[a];
   if (models[b].unknowns == 0) linear.offset += linear.jacobian_b * poses.increment[b];
+}
+
+namespace {
+
+/// Augmentation over the stiffness that the two blocks oppose to the contact, and over that of their
+/// strain alone. Measured: 1e4 to 1e6 and 10 to 1e3 give the same results; higher needs fewer updates of
+/// the multipliers and leaves fewer digits to the forces.
+constexpr double kAugmentation = 1e5;
+constexpr double kStrainAugmentation = 1e2;
+
+double strain_compliance(const LinearContact& c, int row, const std::vector<Matrix12>& compliance) {
+  double sum = 0.0;
+  for (const auto& [slot, jacobian] :
+       {std::pair{c.slot_a, &c.jacobian_a}, std::pair{c.slot_b, &c.jacobian_b}}) {
+    if (slot < 0) continue;
+    const Vector6 strain = jacobian->row(row).tail<6>();
+    sum += strain.dot(compliance[static_cast<std::size_t>(slot)].bottomRightCorner<6, 6>() * strain);
+  }
+  return sum;
+}
+
+double augmentation(const LinearContact& c, int row, const std::vector<Matrix12>& compliance) {
+  const double strain = strain_compliance(c, row, compliance);
+  return kAugmentation / compliance_along(c, row, compliance) +
+         (strain > 0.0 ? kStrainAugmentation / strain : 0.0);
+}
+
+}  // namespace
+
+double compliance_along(const LinearContact& c, int row, const std::vector<Matrix12>& compliance) {
+  double sum = 0.0;
+  for (const auto& [slot, jacobian] :
+       {std::pair{c.slot_a, &c.jacobian_a}, std::pair{c.slot_b, &c.jacobian_b}}) {
+    if (slot < 0) continue;
+    sum += jacobian->row(row) * compliance[static_cast<std::size_t>(slot)] *
+           jacobian->row(row).transpose();
+  }
+  return sum;
+}
+
+void set_augmentation(const std::vector<Matrix12>& compliance, LinearContact& linear) {
+  linear.normal_stiffness = augmentation(linear, 0, compliance);
+  linear.shear_stiffness =
+      std::min(augmentation(linear, 1, compliance), augmentation(linear, 2, compliance));
 }
 
 void linearise_velocity(const BodyContact& contact, std::span<const Pose> poses,

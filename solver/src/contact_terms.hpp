@@ -26,6 +26,14 @@ void linearise(const BodyContact& contact, const StepPoses& poses,
 void linearise_velocity(const BodyContact& contact, std::span<const Pose> poses,
                         std::span<const BlockModel> models, LinearContact& linear);
 
+/// Augmentation of normal and shear from what the two blocks alone oppose to the contact; compliance:
+/// inverse of each block's K, by slot.
+void set_augmentation(const std::vector<Matrix12>& compliance, LinearContact& linear);
+
+/// Displacement of the contact's row 0, 1 or 2 per unit force on it, blocks alone, m/N.
+double compliance_along(const LinearContact& linear, int row,
+                        const std::vector<Matrix12>& compliance);
+
 /// Unit vectors t1, t2 that complete n to a right-handed frame, t1 normal to the contact's axis: they
 /// turn smoothly with n through a step.
 void tangent_frame(const BodyContact& contact, const Vector3& normal, Vector3& t1, Vector3& t2);

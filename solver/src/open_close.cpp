@@ -7,8 +7,11 @@
 namespace quoin::solver {
 namespace {
 
+constexpr double kRounding = 16.0 * std::numeric_limits<double>::epsilon();  // of a sum of 12 products
 constexpr double kFarResidual = 1e-2;  // a guess that far out says nothing about the contacts' modes
 constexpr int kLiveIterations = 8;  // then friction limits are frozen until the rest has converged
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 Vector3 trial_force(const LinearContact& c) {
   return {c.multiplier[0] - c.normal_stiffness * c.relative[0],
@@ -95,6 +98,12 @@ Matrix3 tangent(const LinearContact& c, bool live, bool assumed) {
 
 bool is_symmetric(const Matrix3& matrix) { return matrix(1, 0) == 0.0 && matrix(2, 0) == 0.0; }
 
+/// Largest sum of magnitudes in J D: what its rounding is measured against, m.
+double motion_size(int slot, const Matrix3x12& jacobian, const BlockVector& increment) {
+  if (slot < 0) return 0.0;
+  return (jacobian.cwiseAbs() * increment[index(slot)].cwiseAbs()).maxCoeff();
+}
+
 void accumulate(const LinearContact& c, BlockVector& y, std::vector<double>& scale) {
   if (c.mode == ContactMode::Open) return;
   const auto add = [&](int slot, const Matrix3x12& jacobian) {
@@ -109,23 +118,43 @@ void accumulate(const LinearContact& c, BlockVector& y, std::vector<double>& sca
 
 }  // namespace
 
-void OpenClose::evaluate(const BlockSystem& base, const BlockVector& force,
-                         std::span<LinearContact> contacts, const BlockVector& increment,
-                         Limits limits) {
-  for (std::size_t s = 0; s < increment.size(); ++s) {
-    const Vector12 inner = base.diagonal[s] * increment[s];
-    residual_[s] = force[s] - inner;
+/// From here on the unknown is the change against the first guess: forces and gaps are then rounded like
+/// the change and not like the whole motion of the step.
+void OpenClose::shift(const BlockSystem& base, const BlockVector& force,
+                      std::span<LinearContact> contacts, const BlockVector& guess) {
+  right_.resize(guess.size());
+  change_.assign(guess.size(), Vector12::Zero());
+  floor_.resize(guess.size());
+  for (std::size_t s = 0; s < guess.size(); ++s) {
+    const Vector12 inner = base.diagonal[s] * guess[s];
+    right_[s] = force[s] - inner;
     const double length = slots_->length[s];
-    scale_[s] = force_size(force[s], length) + force_size(inner, length);
+    floor_[s] = kRounding * (force_size(force[s], length) + force_size(inner, length));
   }
   for (LinearContact& c : contacts) {
-    c.relative = c.offset;
-    if (c.slot_a >= 0) {
-      c.relative.noalias() += c.jacobian_a * increment[static_cast<std::size_t>(c.slot_a)];
-    }
-    if (c.slot_b >= 0) {
-      c.relative.noalias() += c.jacobian_b * increment[static_cast<std::size_t>(c.slot_b)];
-    }
+    c.guess = c.offset;
+    if (c.slot_a >= 0) c.guess.noalias() += c.jacobian_a * guess[index(c.slot_a)];
+    if (c.slot_b >= 0) c.guess.noalias() += c.jacobian_b * guess[index(c.slot_b)];
+    const double noise = kRounding * std::max(c.normal_stiffness, c.shear_stiffness) *
+                         (motion_size(c.slot_a, c.jacobian_a, guess) +
+                          motion_size(c.slot_b, c.jacobian_b, guess));
+    if (c.slot_a >= 0) floor_[index(c.slot_a)] += noise;
+    if (c.slot_b >= 0) floor_[index(c.slot_b)] += noise;
+  }
+}
+
+void OpenClose::evaluate(const BlockSystem& base, std::span<LinearContact> contacts,
+                         const BlockVector& change, Limits limits) {
+  for (std::size_t s = 0; s < change.size(); ++s) {
+    const Vector12 inner = base.diagonal[s] * change[s];
+    residual_[s] = right_[s] - inner;
+    const double length = slots_->length[s];
+    scale_[s] = force_size(right_[s], length) + force_size(inner, length);
+  }
+  for (LinearContact& c : contacts) {
+    c.relative = c.guess;
+    if (c.slot_a >= 0) c.relative.noalias() += c.jacobian_a * change[index(c.slot_a)];
+    if (c.slot_b >= 0) c.relative.noalias() += c.jacobian_b * change[index(c.slot_b)];
     if (limits == Limits::Assumed) {
       apply_assumed(c);
     } else {
@@ -138,7 +167,8 @@ void OpenClose::evaluate(const BlockSystem& base, const BlockVector& force,
 double OpenClose::relative_residual() const {
   double worst = 0.0;
   for (std::size_t s = 0; s < residual_.size(); ++s) {
-    const double size = force_size(residual_[s], slots_->length[s]);
+    const double size =
+        std::max(0.0, force_size(residual_[s], slots_->length[s]) - floor_[s]);
     if (!(size <= worst * scale_[s])) worst = size / std::max(scale_[s], 1e-300);
   }
   return worst;
@@ -195,9 +225,8 @@ void OpenClose::assemble(const BlockSystem& base, std::span<const LinearContact>
 }
 
 /// One Newton step with a search along it.
-bool OpenClose::newton_step(const BlockSystem& base, const BlockVector& force,
-                            std::span<LinearContact> contacts, Limits limits,
-                            BlockVector& increment, OpenCloseResult& result) {
+bool OpenClose::newton_step(const BlockSystem& base, std::span<LinearContact> contacts,
+                            Limits limits, OpenCloseResult& result) {
   if (!same_tangent(contacts, limits)) {
     assemble(base, contacts);
     factorized_ = solver_.factorize(system_);
@@ -208,21 +237,20 @@ bool OpenClose::newton_step(const BlockSystem& base, const BlockVector& force,
   solver_.solve(right, step_);
   ++result.solves;
   if (limits == Limits::Assumed) {
-    move(base, force, contacts, Limits::Live, increment, 1.0);
+    move(base, contacts, Limits::Live, 1.0);
   } else if (system_.symmetric) {
-    search_slope(base, force, contacts, limits, increment);
+    search_slope(base, contacts, limits);
   } else {
-    search_residual(base, force, contacts, limits, increment);
+    search_residual(base, contacts, limits);
   }
-  std::swap(increment, trial_);
+  std::swap(change_, trial_);
   return true;
 }
 
-void OpenClose::move(const BlockSystem& base, const BlockVector& force,
-                     std::span<LinearContact> contacts, Limits limits,
-                     const BlockVector& increment, double share) {
-  for (std::size_t s = 0; s < step_.size(); ++s) trial_[s] = increment[s] + share * step_[s];
-  evaluate(base, force, contacts, trial_, limits);
+void OpenClose::move(const BlockSystem& base, std::span<LinearContact> contacts, Limits limits,
+                     double share) {
+  for (std::size_t s = 0; s < step_.size(); ++s) trial_[s] = change_[s] + share * step_[s];
+  evaluate(base, contacts, trial_, limits);
 }
 
 /// Squared residual, moments and strain moments by block length, N2.
@@ -237,13 +265,12 @@ double OpenClose::squared_residual() const {
 }
 
 /// No convex function stands behind an unsymmetric step: halve it until the residual falls.
-void OpenClose::search_residual(const BlockSystem& base, const BlockVector& force,
-                                std::span<LinearContact> contacts, Limits limits,
-                                const BlockVector& increment) {
+void OpenClose::search_residual(const BlockSystem& base, std::span<LinearContact> contacts,
+                                Limits limits) {
   const double before = squared_residual();
   double best = std::numeric_limits<double>::infinity(), best_share = 1.0, share = 1.0;
   for (int search = 0; search < 8; ++search, share *= 0.5) {
-    move(base, force, contacts, limits, increment, share);
+    move(base, contacts, limits, share);
     const double now = squared_residual();
     if (now < best) {
       best = now;
@@ -251,19 +278,18 @@ void OpenClose::search_residual(const BlockSystem& base, const BlockVector& forc
     }
     if (now <= (1.0 - 0.5 * share) * before) return;
   }
-  move(base, force, contacts, limits, increment, best_share);
+  move(base, contacts, limits, best_share);
 }
 
 /// The residual is minus the gradient of a convex function: its slope along the step falls and crosses
 /// zero once.
-void OpenClose::search_slope(const BlockSystem& base, const BlockVector& force,
-                             std::span<LinearContact> contacts, Limits limits,
-                             const BlockVector& increment) {
+void OpenClose::search_slope(const BlockSystem& base, std::span<LinearContact> contacts,
+                             Limits limits) {
   const double slope_start = slope(step_);
   double low = 0.0, high = 1.0;
   double at = 1.0;
   for (int search = 0; search < 30; ++search) {
-    move(base, force, contacts, limits, increment, at);
+    move(base, contacts, limits, at);
     const double slope_now = slope(step_);
     if (std::abs(slope_now) <= 0.1 * std::abs(slope_start)) break;
     if (slope_now > 0.0) {
@@ -313,12 +339,13 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   trial_.resize(n);
   scale_.resize(n);
   factorized_ = false;
+  shift(base, force, contacts, increment);
   Limits limits = Limits::Live;
   int phase_end = kLiveIterations;  // live and frozen phases take turns
-  evaluate(base, force, contacts, increment, limits);
+  evaluate(base, contacts, change_, limits);
   if (relative_residual() > kFarResidual) {
-    evaluate(base, force, contacts, increment, Limits::Assumed);
-    newton_step(base, force, contacts, Limits::Assumed, increment, result);
+    evaluate(base, contacts, change_, Limits::Assumed);
+    newton_step(base, contacts, Limits::Assumed, result);
     ++result.iterations;
   }
   for (; result.iterations < options.max_iterations; ++result.iterations) {
@@ -338,13 +365,14 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
           break;
         }
       }
-      evaluate(base, force, contacts, increment, limits);
+      evaluate(base, contacts, change_, limits);
       if (relative_residual() <= options.force_tolerance) continue;
     }
     if (limits == Limits::Live && result.iterations >= phase_end) limits = Limits::Frozen;
-    if (!newton_step(base, force, contacts, limits, increment, result)) break;
+    if (!newton_step(base, contacts, limits, result)) break;
   }
   for (LinearContact& c : contacts) c.assumed = c.mode;
+  for (std::size_t s = 0; s < n; ++s) increment[s] += change_[s];
   if (factorized_) result.condition = solver_.condition_estimate();
   return result;
 }

@@ -37,6 +37,7 @@ struct LinearContact {
 
   ContactMode assumed = ContactMode::Open;  ///< what the first linear solve takes for granted
 
+  Vector3 guess = Vector3::Zero();       ///< d of the first guess, m
   Vector3 relative = Vector3::Zero();    ///< result: d, m
   Vector3 force = Vector3::Zero();       ///< result: f, N
   double bound = 0.0;                    ///< result: friction limit, N
@@ -74,31 +75,31 @@ class OpenClose {
   /// Which law a contact follows: the one assumed at the start (no conditions are checked), or the true
   /// one with friction limits that follow the normal forces, or stay as they are.
   enum class Limits { Assumed, Live, Frozen };
-  void evaluate(const BlockSystem& base, const BlockVector& force,
-                std::span<LinearContact> contacts, const BlockVector& increment, Limits limits);
+  void shift(const BlockSystem& base, const BlockVector& force, std::span<LinearContact> contacts,
+             const BlockVector& guess);
+  void evaluate(const BlockSystem& base, std::span<LinearContact> contacts,
+                const BlockVector& change, Limits limits);
   double relative_residual() const;
   double slope(const BlockVector& direction) const;
   bool same_tangent(std::span<const LinearContact> contacts, Limits limits);
   void assemble(const BlockSystem& base, std::span<const LinearContact> contacts);
-  bool newton_step(const BlockSystem& base, const BlockVector& force,
-                   std::span<LinearContact> contacts, Limits limits, BlockVector& increment,
+  bool newton_step(const BlockSystem& base, std::span<LinearContact> contacts, Limits limits,
                    OpenCloseResult& result);
-  void move(const BlockSystem& base, const BlockVector& force, std::span<LinearContact> contacts,
-            Limits limits, const BlockVector& increment, double share);
+  void move(const BlockSystem& base, std::span<LinearContact> contacts, Limits limits,
+            double share);
   double squared_residual() const;
-  void search_slope(const BlockSystem& base, const BlockVector& force,
-                    std::span<LinearContact> contacts, Limits limits,
-                    const BlockVector& increment);
-  void search_residual(const BlockSystem& base, const BlockVector& force,
-                       std::span<LinearContact> contacts, Limits limits,
-                       const BlockVector& increment);
+  void search_slope(const BlockSystem& base, std::span<LinearContact> contacts, Limits limits);
+  void search_residual(const BlockSystem& base, std::span<LinearContact> contacts, Limits limits);
   static double update_multipliers(std::span<LinearContact> contacts);
 
   const Slots* slots_;
   LinearSolver solver_;
   BlockSystem system_;
-  BlockVector residual_, step_, trial_;
-  std::vector<double> scale_;         ///< force scale, per slot
+  BlockVector right_;                 ///< F - K0 guess
+  BlockVector change_, trial_;        ///< of the increment against the first guess
+  BlockVector residual_, step_;
+  std::vector<double> scale_;         ///< force scale, per slot, N
+  std::vector<double> floor_;         ///< what rounding makes of a residual, per slot, N
   std::vector<Matrix3> tangent_, next_tangent_;
   bool factorized_ = false;
 };

@@ -8,9 +8,6 @@
 namespace quoin::solver {
 namespace {
 
-/// Augmentation over the stiffness that the two blocks alone oppose to the contact. Measured: 1e3 to
-/// 1e6 give the same results; higher needs fewer multiplier updates and keeps fewer digits of a force.
-constexpr double kAugmentation = 1e5;
 constexpr int kLinearisations = 30;
 constexpr double kUndamped = 0.5;
 
@@ -124,17 +121,6 @@ void set_linear_contacts(const CompiledScene& compiled, const StepOptions& optio
   set_pairs(work);
 }
 
-double compliance_along(const LinearContact& c, int row, const std::vector<Matrix12>& compliance) {
-  double sum = 0.0;
-  if (c.slot_a >= 0) {
-    sum += c.jacobian_a.row(row) * compliance[index(c.slot_a)] * c.jacobian_a.row(row).transpose();
-  }
-  if (c.slot_b >= 0) {
-    sum += c.jacobian_b.row(row) * compliance[index(c.slot_b)] * c.jacobian_b.row(row).transpose();
-  }
-  return sum;
-}
-
 void set_stiffness(const CompiledScene& compiled, const StepOptions& options, Workspace& work,
                    LinearContact& c) {
   if (c.law != ContactLaw::Bilateral && options.method != ContactMethod::AugmentedLagrangian) {
@@ -142,9 +128,7 @@ void set_stiffness(const CompiledScene& compiled, const StepOptions& options, Wo
     c.shear_stiffness = options.shear_ratio * c.normal_stiffness;
     return;
   }
-  c.normal_stiffness = kAugmentation / compliance_along(c, 0, work.compliance);
-  c.shear_stiffness = kAugmentation / std::max(compliance_along(c, 1, work.compliance),
-                                               compliance_along(c, 2, work.compliance));
+  set_augmentation(work.compliance, c);
 }
 
 /// A spring at the middle of the step by its discrete gradient, -(U(g') - U(g))/(g' - g) with

@@ -6,8 +6,6 @@
 namespace quoin::solver {
 namespace {
 
-constexpr double kAugmentation = 1e5;
-
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 void set_velocity(const Vector12& v, BlockState& block) {
@@ -22,30 +20,12 @@ Vector3 relative_velocity(const BodyContact& contact, const LinearContact& c, co
          c.jacobian_b * velocity_vector(state.blocks[index(contact.b)]);
 }
 
-double along(const LinearContact& c, int row, const std::vector<Matrix12>& compliance) {
-  double sum = 0.0;
-  if (c.slot_a >= 0) {
-    sum += c.jacobian_a.row(row) * compliance[index(c.slot_a)] * c.jacobian_a.row(row).transpose();
-  }
-  if (c.slot_b >= 0) {
-    sum += c.jacobian_b.row(row) * compliance[index(c.slot_b)] * c.jacobian_b.row(row).transpose();
-  }
-  return sum;
-}
-
 double kinetic_energy(const CompiledScene& compiled, const State& state) {
   double sum = 0.0;
   for (std::size_t b = 0; b < state.blocks.size(); ++b) {
     sum += kinetic_energy(compiled.models[b], state.blocks[b]);
   }
   return sum;
-}
-
-void set_stiffness(const std::vector<Matrix12>& compliance, LinearContact& c) {
-  c.compliant = false;
-  c.normal_stiffness = kAugmentation / along(c, 0, compliance);
-  c.shear_stiffness =
-      kAugmentation / std::max(along(c, 1, compliance), along(c, 2, compliance));
 }
 
 /// A contact of the step turned into one of velocities: d is the relative velocity times dt, the force
@@ -137,7 +117,7 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
              : velocity_contact(compiled, start, attempt.end, attempt.contacts[i], slowest, time_step,
                                 work.poses.end, work.linear[i], c);
     if (!active) continue;
-    set_stiffness(work.compliance, c);
+    set_augmentation(work.compliance, c);
     contacts.push_back(c);
   }
   if (contacts.empty()) return;
