@@ -113,23 +113,15 @@ bool add_missed(const CompiledScene& compiled, double limit,
   return any;
 }
 
-void book(const Attempt& attempt, const CompiledScene& compiled, const StepOptions& options,
-          State& state) {
+void book(const Attempt& attempt, const CompiledScene& compiled, State& state) {
   EnergyLedger& energy = state.energy;
   const double before = energy.mechanical();
-  energy.kinetic = energy.strain = energy.contact = 0.0;
+  energy.kinetic = energy.strain = 0.0;
   for (std::size_t b = 0; b < state.blocks.size(); ++b) {
     energy.kinetic += kinetic_energy(compiled.models[b], state.blocks[b]);
     energy.strain += strain_energy(compiled.models[b], state.blocks[b]);
   }
-  if (options.method == ContactMethod::Penalty) {
-    const double penalty = options.penalty > 0.0 ? options.penalty : default_penalty(compiled);
-    for (const Contact& contact : state.contacts) {
-      if (contact.mode == ContactMode::Open) continue;
-      energy.contact += 0.5 * contact.normal_force * contact.normal_force / penalty +
-                        0.5 * contact.shear_force.squaredNorm() / (penalty * options.shear_ratio);
-    }
-  }
+  energy.contact = attempt.spring_energy;
   energy.potential -= attempt.gravity_work;
   energy.work += attempt.load_work;
   energy.friction_loss += attempt.friction_work;
@@ -150,7 +142,7 @@ void accept(Attempt& attempt, const CompiledScene& compiled, const StepOptions& 
   for (const BlockState& block : state.blocks) work.last_velocity.push_back(velocity_vector(block));
   std::swap(state, attempt.end);
   work.motion = attempt.motion;
-  book(attempt, compiled, options, state);
+  book(attempt, compiled, state);
 }
 
 void add(const Attempt& attempt, const CompiledScene& compiled, StepReport& report) {
@@ -208,6 +200,18 @@ Workspace::Workspace(const CompiledScene& compiled, int threads)
     : finder({.reach = 0.0, .tolerance = 0.0, .threads = threads}),
       motion(compiled.prescribed.size()),
       open_close(compiled.slots) {}
+
+double initial_spring_energy(const CompiledScene& compiled, const StepOptions& options,
+                             const Workspace& work) {
+  if (options.method != ContactMethod::Penalty) return 0.0;
+  const double spring = options.penalty > 0.0 ? options.penalty : default_penalty(compiled);
+  double sum = 0.0;
+  for (const geometry::ContactPoint& point : work.found) {
+    const double overlap = std::min(point.gap, 0.0);
+    sum += 0.5 * spring * overlap * overlap;
+  }
+  return sum;
+}
 
 void detect(const CompiledScene& compiled, const StepOptions& options, const State& state,
             Workspace& work) {

@@ -35,6 +35,10 @@ struct Workspace {
 StepReport advance(const CompiledScene& compiled, const StepOptions& options, State& state,
                    State& best, Workspace& work);
 
+/// Energy in the penalty springs of blocks that overlap at the start, J.
+double initial_spring_energy(const CompiledScene& compiled, const StepOptions& options,
+                             const Workspace& work);
+
 /// Finds the contacts of the state at the start of a run.
 void detect(const CompiledScene& compiled, const StepOptions& options, const State& state,
             Workspace& work);

@@ -1,5 +1,6 @@
 #include "block_terms.hpp"
 
+#include <Eigen/LU>
 #include <cmath>
 #include <string>
 
@@ -80,6 +81,7 @@ BlockModel make_block_model(const Block& block, const Vector3& origin, int index
   model.strain_inertia.setZero();
   model.inertia_coupling.setZero();
   model.elasticity.setZero();
+  model.flexibility.setZero();
   if (block.kind == BlockKind::Fixed || block.kind == BlockKind::Prescribed) return model;
   check_material(block, index);
   model.unknowns = block.kind == BlockKind::Deformable ? 12 : 6;
@@ -87,6 +89,7 @@ BlockModel make_block_model(const Block& block, const Vector3& origin, int index
   set_inertia(model, block.material.density, properties.second_moment);
   if (block.kind == BlockKind::Deformable) {
     model.elasticity = isotropic_elasticity(block.material.young, block.material.poisson);
+    model.flexibility = model.elasticity.inverse();
     model.initial_stress = block.initial_stress;
   } else {
     model.strain_inertia.setZero();
@@ -166,8 +169,8 @@ double kinetic_energy(const BlockModel& model, const BlockState& state) {
 
 double strain_energy(const BlockModel& model, const BlockState& state) {
   if (model.unknowns != 12) return 0.0;
-  return model.volume * state.strain.dot(0.5 * (model.elasticity * state.strain) +
-                                         model.initial_stress);
+  const Vector6 sigma = stress(model, state.strain);
+  return 0.5 * model.volume * sigma.dot(model.flexibility * sigma);
 }
 
 }  // namespace quoin::solver

@@ -21,6 +21,7 @@ struct BlockModel {
   Vector6 initial_stress = Vector6::Zero();                   ///< Pa, turning frame
   Eigen::Matrix<double, 6, 6> strain_inertia;                 ///< kg m2
   Eigen::Matrix<double, 6, 6> elasticity;                     ///< Pa
+  Eigen::Matrix<double, 6, 6> flexibility;                    ///< its inverse, 1/Pa
   std::array<Eigen::Matrix<double, 3, 6>, 3> strain_basis{};  ///< E(e) X = sum X_k basis[k] e
   Matrix3 second_moment = Matrix3::Zero();                    ///< rho integral X X^T dV, kg m2
 };

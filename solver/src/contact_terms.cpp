@@ -67,6 +67,7 @@ void linearise(const BodyContact& contact, const StepPoses& poses,
   for (double& value : linear.offset) {
     if (std::abs(value) <= rounding) value = 0.0;
   }
+  linear.start = linear.offset;
   if (models[a].unknowns == 0) linear.offset += linear.jacobian_a * poses.increment[a];
   if (models[b].unknowns == 0) linear.offset += linear.jacobian_b * poses.increment[b];
 }

@@ -82,10 +82,12 @@ Simulation::Simulation(Scene scene, const StepOptions& options) {
   parts_ = std::make_unique<Parts>(std::move(scene), options);
   detect(parts_->compiled, options, parts_->state, parts_->work);
   check_overlap(parts_->compiled, parts_->work);
+  EnergyLedger& energy = parts_->state.energy;
   for (std::size_t b = 0; b < parts_->state.blocks.size(); ++b) {
-    parts_->state.energy.kinetic +=
-        kinetic_energy(parts_->compiled.models[b], parts_->state.blocks[b]);
+    energy.kinetic += kinetic_energy(parts_->compiled.models[b], parts_->state.blocks[b]);
+    energy.strain += strain_energy(parts_->compiled.models[b], parts_->state.blocks[b]);
   }
+  energy.contact = initial_spring_energy(parts_->compiled, options, parts_->work);
 }
 
 Simulation::~Simulation() = default;

@@ -173,7 +173,9 @@ void set_closing(const Vector3& free_end, double bounce_speed, double time_step,
   if (!(gap > 0.0) || !(free_end[0] < 0.0)) return;
   const double share = c.closing_share = gap / (gap - free_end[0]);
   c.offset.tail<2>() -= share * (free_end.tail<2>() - c.offset.tail<2>());
-  if (gap - free_end[0] > bounce_speed * time_step) c.offset[0] += joint.restitution * free_end[0];
+  if (gap - free_end[0] > bounce_speed * time_step) {
+    c.offset[0] += joint.restitution * free_end[0];
+  }
 }
 
 /// Rebounds slower than gravity's own speed in two steps are not resolved by the step.
@@ -374,6 +376,51 @@ void record_contacts(double spring_shear, const Workspace& work,
   }
 }
 
+/// Energy stored by the springs of a penalty contact with these gap and stretch, J.
+double spring_energy(double gap, double squared_stretch, double spring, double spring_shear) {
+  const double overlap = std::min(gap, 0.0);
+  return 0.5 * spring * overlap * overlap + 0.5 * spring_shear * squared_stretch;
+}
+
+void account_contact(const CompiledScene& compiled, const StepOptions& options,
+                     const Workspace& work, std::size_t i, Attempt& attempt) {
+  const LinearContact& c = work.linear[i];
+  const BodyContact& contact = work.contacts[i];
+  const Vector12 &move_a = work.poses.increment[index(contact.a)],
+                 &move_b = work.poses.increment[index(contact.b)];
+  if (compiled.models[index(contact.a)].unknowns == 0) {
+    attempt.load_work -= c.force.dot(c.jacobian_a * move_a);
+  }
+  if (compiled.models[index(contact.b)].unknowns == 0) {
+    attempt.load_work -= c.force.dot(c.jacobian_b * move_b);
+  }
+  const Vector3 moved = c.jacobian_a * move_a + c.jacobian_b * move_b;
+  const double friction_work = -c.force.tail<2>().dot(moved.tail<2>());
+  if (!c.compliant) {
+    attempt.contact_work += c.force[0] * moved[0];
+    attempt.friction_work += friction_work;
+    return;
+  }
+  const double spring = options.penalty > 0.0 ? options.penalty : default_penalty(compiled);
+  const double shear = c.law == ContactLaw::Frictionless ? 0.0 : options.shear_ratio * spring;
+  const Vector3 end = c.start + moved;
+  const double start_stretch = contact.was_closed ? c.start.tail<2>().squaredNorm() : 0.0;
+  double end_stretch = 0.0;
+  if (c.mode == ContactMode::Stick) end_stretch = end.tail<2>().squaredNorm();
+  if (c.mode == ContactMode::Slip && shear > 0.0) {
+    end_stretch = c.force.tail<2>().squaredNorm() / (shear * shear);
+  }
+  const double before = spring_energy(c.start[0], start_stretch, spring, shear);
+  const double after = spring_energy(end[0], end_stretch, spring, shear);
+  attempt.spring_energy += after;
+  const double lost = -c.force.dot(moved) - (after - before);
+  const double rubbed =
+      c.mode == ContactMode::Slip
+          ? friction_work - 0.5 * shear * (end_stretch - start_stretch) : 0.0;
+  attempt.friction_work += rubbed;
+  attempt.scheme_loss += lost - rubbed;
+}
+
 void account(const CompiledScene& compiled, const StepOptions& options, const State& state,
              double time_step, Workspace& work, Attempt& attempt) {
   const StepScheme scheme = scheme_of(options, time_step);
@@ -407,26 +454,9 @@ void account(const CompiledScene& compiled, const StepOptions& options, const St
     largest_force = std::max(largest_force, force.norm());
   }
   for (std::size_t i = 0; i < work.linear.size(); ++i) {
-    const LinearContact& c = work.linear[i];
-    if (c.mode == ContactMode::Open) continue;
-    largest_force = std::max(largest_force, c.force.norm());
+    largest_force = std::max(largest_force, work.linear[i].force.norm());
     if (i >= work.contacts.size()) continue;
-    const BodyContact& contact = work.contacts[i];
-    for (const auto& [block, jacobian] : {std::pair{contact.a, &c.jacobian_a}, {contact.b, &c.jacobian_b}}) {
-      if (compiled.models[index(block)].unknowns > 0) continue;
-      attempt.load_work -= c.force.dot(*jacobian * work.poses.increment[index(block)]);
-    }
-    Vector3 moved = c.relative - c.offset;
-    if (compiled.models[index(contact.a)].unknowns == 0) {
-      moved += c.jacobian_a * work.poses.increment[index(contact.a)];
-    }
-    if (compiled.models[index(contact.b)].unknowns == 0) {
-      moved += c.jacobian_b * work.poses.increment[index(contact.b)];
-    }
-    if (!c.compliant) attempt.contact_work += c.force[0] * moved[0];
-    if (!c.compliant || c.mode == ContactMode::Slip) {
-      attempt.friction_work -= c.force.tail<2>().dot(moved.tail<2>());
-    }
+    account_contact(compiled, options, work, i, attempt);
   }
   attempt.unbalance = largest_force > 0.0 ? unbalanced / largest_force : 0.0;
 }

@@ -17,6 +17,7 @@ struct Attempt {
   double load_work = 0.0;      ///< by loads and prescribed motion, J
   double gravity_work = 0.0;   ///< J
   double scheme_loss = 0.0;    ///< J
+  double spring_energy = 0.0;  ///< in penalty contacts at the end of the step, J
   double impact_loss = 0.0;    ///< J
   double unbalance = 0.0;
   double stiffest_omega_dt = 0.0;

@@ -20,6 +20,26 @@ Vector3 relative_velocity(const BodyContact& contact, const LinearContact& c, co
          c.jacobian_b * velocity_vector(state.blocks[index(contact.b)]);
 }
 
+/// Gain of relative normal velocity over the step if no contact acted, m/s.
+double relative_free_gain(const LinearContact& c, const BlockVector& free_gain) {
+  double gain = 0.0;
+  if (c.slot_a >= 0) gain += c.jacobian_a.row(0).dot(free_gain[index(c.slot_a)]);
+  if (c.slot_b >= 0) gain += c.jacobian_b.row(0).dot(free_gain[index(c.slot_b)]);
+  return gain;
+}
+
+/// What each block's velocity would gain in the step without contacts: 2 (D_free/dt - v).
+BlockVector free_velocity_gain(const CompiledScene& compiled, const State& start,
+                               double time_step, const Workspace& work) {
+  BlockVector gain(work.force.size());
+  for (std::size_t s = 0; s < gain.size(); ++s) {
+    const BlockState& block = start.blocks[index(compiled.slots.block_of_slot[s])];
+    gain[s] = 2.0 * ((work.compliance[s] * work.force[s]) / time_step - velocity_vector(block));
+    if (compiled.slots.size[s] == 6) gain[s].tail<6>().setZero();
+  }
+  return gain;
+}
+
 double kinetic_energy(const CompiledScene& compiled, const State& state) {
   double sum = 0.0;
   for (std::size_t b = 0; b < state.blocks.size(); ++b) {
@@ -31,8 +51,8 @@ double kinetic_energy(const CompiledScene& compiled, const State& state) {
 /// A contact of the step turned into one of velocities: d is the relative velocity times dt, the force
 /// 2/dt of the impulse. False when nothing is to be set there.
 bool velocity_contact(const CompiledScene& compiled, const State& start, const State& end,
-                      const BodyContact& contact, double slowest, double time_step,
-                      std::span<const Pose> poses, const LinearContact& position,
+                      const BodyContact& contact, const BlockVector& free_gain, double slowest,
+                      double time_step, std::span<const Pose> poses, const LinearContact& position,
                       LinearContact& c) {
   if (position.mode == ContactMode::Open) return false;
   c = position;
@@ -45,8 +65,14 @@ bool velocity_contact(const CompiledScene& compiled, const State& start, const S
     if (compiled.models[index(block)].unknowns > 0) continue;
     c.offset += time_step * (*jacobian * velocity_vector(end.blocks[index(block)]));
   }
+  // Between the impact and the end of the step the rebound goes on like free flight.
   const double approach = relative_velocity(contact, c, start)[0];
-  if (approach < -slowest) c.offset[0] += time_step * contact.joint.restitution * approach;
+  const double gain = relative_free_gain(c, free_gain);
+  const double impact = approach + position.closing_share * gain;
+  if (impact < -slowest && contact.joint.restitution > 0.0) {
+    const double flight = position.closing_share > 0.0 ? (1.0 - position.closing_share) * gain : 0.0;
+    c.offset[0] += time_step * (contact.joint.restitution * impact - flight);
+  }
   Vector3 t1, t2;
   const Pose& owner = poses[index(contact.normal_on_a ? contact.a : contact.b)];
   tangent_frame(contact, owner.rotation * contact.normal_local, t1, t2);
@@ -107,6 +133,7 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
                         const State& start, double time_step, Workspace& work, Attempt& attempt) {
   if (compiled.slots.count() == 0) return;
   const double slowest = 2.0 * compiled.scene.gravity.at(start.time).norm() * time_step;
+  const BlockVector free_gain = free_velocity_gain(compiled, start, time_step, work);
   std::vector<LinearContact> contacts;
   for (std::size_t i = 0; i < work.linear.size(); ++i) {
     LinearContact c;
@@ -114,8 +141,8 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
     const bool active =
         held ? velocity_held_point(compiled, compiled.held[i - work.contacts.size()],
                                    attempt.end.time, time_step, work.poses.end, work.linear[i], c)
-             : velocity_contact(compiled, start, attempt.end, attempt.contacts[i], slowest, time_step,
-                                work.poses.end, work.linear[i], c);
+             : velocity_contact(compiled, start, attempt.end, attempt.contacts[i], free_gain, slowest,
+                                time_step, work.poses.end, work.linear[i], c);
     if (!active) continue;
     set_augmentation(work.compliance, c);
     contacts.push_back(c);
