@@ -153,6 +153,240 @@ void name_corners(const Simplex& simplex, FastResult& result) {
   }
 }
 
+// ---- least overlap ----
+
+/// A triangle of the growing polytope, counter-clockwise seen from outside.
+struct Facet {
+  std::array<int, 3> corners{};
+  std::array<int, 3> neighbours{};  // [k] lies across the edge from corners[k] to the next
+  Vector3 normal;                   // unit, outward; zero when the triangle has no area
+  double distance = 0.0;            // of its plane from the origin, m
+  double sure = 0.0;                // the same less its rounding
+  bool alive = true;
+  int seen = -1;  // last corner that it was tested for
+};
+
+/// A polytope inside the set of differences, around the origin. While all its facets turn to the
+/// origin their inner sides, each ray from the origin meets one of them; so the least distance of a
+/// facet is a depth that the solids have at least. See geometry/README.md, "Least overlap".
+class Polytope {
+ public:
+  Polytope(const Polyhedron& p, const Polyhedron& q, double rounding)
+      : p_(p), q_(q), rounding_(rounding) {}
+
+  FastResult grow(const FastResult& start) {
+    FastResult result = start;
+    result.outcome = FastOutcome::Unclear;
+    result.iterations = 0;
+    if (!begin(start)) return result;
+    while (result.iterations < kMostCorners - 8) {
+      ++result.iterations;
+      const int nearest = nearest_facet();
+      if (nearest < 0) return result;
+      const Facet& facet = at(nearest);
+      const Corner corner = find_corner(p_, q_, -facet.normal);
+      const double gain = facet.normal.dot(corner.w - corner_at(facet.corners[0]).w);
+      if (gain <= rounding_) {
+        finish(facet, result);
+        return result;
+      }
+      if (!expand(nearest, corner)) return result;
+    }
+    return result;
+  }
+
+ private:
+  static constexpr int kMostCorners = 96;
+
+  Facet& at(int f) { return facets_[static_cast<std::size_t>(f)]; }
+  const Corner& corner_at(int c) const { return corners_[static_cast<std::size_t>(c)]; }
+
+  /// A tetrahedron around the origin, from the corners of the search and, where it ended with
+  /// fewer, from supports across them.
+  bool begin(const FastResult& start) {
+    for (int k = 0; k < start.corners; ++k) {
+      const int i = start.p[static_cast<std::size_t>(k)], j = start.q[static_cast<std::size_t>(k)];
+      corners_.push_back({q_.vertex(j) - p_.vertex(i), i, j});
+    }
+    while (corners_.size() < 4) {
+      if (!add_across()) return false;
+    }
+    const Vector3 a = corner_at(1).w - corner_at(0).w, b = corner_at(2).w - corner_at(0).w;
+    const Vector3 c = corner_at(3).w - corner_at(0).w;
+    if (a.cross(b).dot(c) > 0.0) std::swap(corners_[0], corners_[1]);  // (0, 1, 2) turns from 3
+    add_facet({0, 1, 2}, {1, 2, 3});
+    add_facet({1, 0, 3}, {0, 3, 2});
+    add_facet({2, 1, 3}, {0, 1, 3});
+    add_facet({0, 2, 3}, {0, 2, 1});
+    return true;
+  }
+
+  bool add_across() {
+    Vector3 direction;
+    if (corners_.size() == 3) {
+      direction = (corner_at(1).w - corner_at(0).w).cross(corner_at(2).w - corner_at(0).w);
+    } else {
+      const Vector3 line = corners_.size() == 2 ? Vector3(corner_at(1).w - corner_at(0).w)
+                                                : Vector3(q_.vertex_mean() - p_.vertex_mean());
+      int axis = 0;
+      line.cwiseAbs().minCoeff(&axis);
+      direction = line.cross(Vector3::Unit(axis));
+    }
+    Corner best{Vector3::Zero(), 0, 0};
+    double farthest = 0.0;
+    for (const double side : {1.0, -1.0}) {
+      const Corner corner = find_corner(p_, q_, side * direction);
+      const double reach = std::abs(direction.dot(corner.w - corner_at(0).w));
+      if (reach > farthest) {
+        farthest = reach;
+        best = corner;
+      }
+    }
+    if (!(farthest > rounding_ * direction.norm())) return false;
+    corners_.push_back(best);
+    return true;
+  }
+
+  void add_facet(const std::array<int, 3>& corners, const std::array<int, 3>& neighbours) {
+    Facet facet;
+    facet.corners = corners;
+    facet.neighbours = neighbours;
+    const Vector3& a = corner_at(corners[0]).w;
+    const Vector3 u = corner_at(corners[1]).w - a, v = corner_at(corners[2]).w - a;
+    Vector3 normal = u.cross(v);
+    const double size = u.norm() * v.norm();
+    double loss = 1.0;  // by what the products may have cancelled
+    if (normal.norm() < 0.25 * size) {
+      normal = wide_normal(corners);
+    } else {
+      loss = size / normal.norm();
+    }
+    const double area = normal.norm();
+    facet.normal = Vector3::Zero();
+    facet.distance = facet.sure = std::numeric_limits<double>::infinity();
+    if (area > 1e-14 * size) {
+      facet.normal = normal / area;
+      facet.distance = facet.normal.dot(a);
+      const double reach =
+          std::max({a.norm(), corner_at(corners[1]).w.norm(), corner_at(corners[2]).w.norm()});
+      facet.sure = facet.distance - kEpsilon * reach * (1.0 + loss);
+    }
+    facets_.push_back(facet);
+  }
+
+  Vector3 wide_normal(const std::array<int, 3>& corners) const {
+    std::array<WideVector, 3> w;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Corner& c = corner_at(corners[k]);
+      w[k] = wide_difference(q_.vertex(c.q), p_.vertex(c.p));
+    }
+    return cross(w[1] - w[0], w[2] - w[0]).rounded();
+  }
+
+  /// The facet nearest to the origin, or -1 where one turns its outer side to it.
+  int nearest_facet() {
+    int nearest = -1;
+    double least = std::numeric_limits<double>::infinity();
+    for (int f = 0; f < facets_.count(); ++f) {
+      const Facet& facet = at(f);
+      if (!facet.alive) continue;
+      if (facet.distance < -rounding_) return -1;
+      if (facet.sure < least) {
+        least = facet.sure;
+        nearest = f;
+      }
+    }
+    return nearest;
+  }
+
+  bool sees(const Vector3& w, Facet& facet) const {
+    return facet.normal.dot(w - corner_at(facet.corners[0]).w) > 0.0;
+  }
+
+  struct Step {
+    int facet, side;
+  };
+
+  /// Replaces the facets that see the new corner by a cone over their border.
+  bool expand(int first, const Corner& corner) {
+    const int apex = corners_.count();
+    corners_.push_back(corner);
+    SmallVector<Step, 64> stack, border;
+    at(first).alive = false;
+    at(first).seen = apex;
+    for (int k = 2; k >= 0; --k) stack.push_back({first, k});
+    while (!stack.empty()) {
+      const Step step = stack[stack.size() - 1];
+      stack.resize(stack.size() - 1);
+      const Facet here = at(step.facet);
+      const int next = here.neighbours[static_cast<std::size_t>(step.side)];
+      Facet& other = at(next);
+      if (other.seen == apex && !other.alive) continue;
+      if (!sees(corner.w, other)) {
+        border.push_back(step);
+        continue;
+      }
+      other.alive = false;
+      other.seen = apex;
+      const int to = here.corners[static_cast<std::size_t>((step.side + 1) % 3)];
+      int entry = 0;
+      while (entry < 3 && other.corners[static_cast<std::size_t>(entry)] != to) ++entry;
+      stack.push_back({next, (entry + 2) % 3});
+      stack.push_back({next, (entry + 1) % 3});
+    }
+    return add_cone(border, apex);
+  }
+
+  bool add_cone(const SmallVector<Step, 64>& border, int apex) {
+    const int first = facets_.count(), count = border.count();
+    if (count < 3 || first + count > 4 * kMostCorners) return false;
+    for (int k = 0; k < count; ++k) {
+      const Step step = border[static_cast<std::size_t>(k)];
+      const Facet old = at(step.facet);
+      const int from = old.corners[static_cast<std::size_t>(step.side)];
+      const int to = old.corners[static_cast<std::size_t>((step.side + 1) % 3)];
+      const int outer = old.neighbours[static_cast<std::size_t>(step.side)];
+      Facet& beyond = at(outer);
+      for (std::size_t side = 0; side < 3; ++side) {
+        if (beyond.corners[side] == to && beyond.corners[(side + 1) % 3] == from) {
+          beyond.neighbours[side] = first + k;
+        }
+      }
+      add_facet({from, to, apex},
+                {outer, first + (k + 1) % count, first + (k + count - 1) % count});
+    }
+    for (int k = 0; k < count; ++k) {  // one closed loop, or rounding has torn the surface
+      const int to = at(first + k).corners[1], from = at(first + (k + 1) % count).corners[0];
+      if (to != from) return false;
+    }
+    return true;
+  }
+
+  void finish(const Facet& facet, FastResult& result) {
+    for (const Facet& other :
+         facets_) {  // another direction as good: for the exhaustive way to judge
+      if (other.alive && other.distance <= facet.distance + 8 * rounding_ &&
+          other.normal.dot(facet.normal) < 1.0 - 1e-9) {
+        return;
+      }
+    }
+    result.outcome = FastOutcome::Overlapping;
+    result.normal = -facet.normal;
+    result.bound = -facet.sure;
+    result.corners = 3;
+    for (std::size_t k = 0; k < 3; ++k) {
+      result.p[k] = corner_at(facet.corners[k]).p;
+      result.q[k] = corner_at(facet.corners[k]).q;
+    }
+  }
+
+  const Polyhedron& p_;
+  const Polyhedron& q_;
+  double rounding_;
+  SmallVector<Corner, kMostCorners> corners_;
+  SmallVector<Facet, 4 * kMostCorners> facets_;
+};
+
 }  // namespace
 
 FastResult fast_nearest(const Polyhedron& p, const Polyhedron& q, const Vector3& direction,
@@ -190,10 +424,9 @@ FastResult fast_nearest(const Polyhedron& p, const Polyhedron& q, const Vector3&
   return result;
 }
 
-FastResult fast_overlap(const Polyhedron&, const Polyhedron&, const FastResult& start, double) {
-  FastResult result = start;
-  result.outcome = FastOutcome::Unclear;
-  return result;
+FastResult fast_overlap(const Polyhedron& p, const Polyhedron& q, const FastResult& start,
+                        double rounding) {
+  return Polytope(p, q, rounding).grow(start);
 }
 
 }  // namespace quoin::geometry

@@ -192,6 +192,20 @@ bool face_answer(const Polyhedron& p, const Polyhedron& q, double rounding, Opti
 /// By how much the gap of a settled plane may miss the bound that the search proved, m.
 double slack(double rounding, double gap) { return rounding + 8 * kEpsilon * std::abs(gap); }
 
+/// The normal that the last corners of the search define: for short distances the search's own line
+/// between vertices and edges has lost the digits that tell which vertices carry it.
+Vector3 corner_normal(const Polyhedron& p, const Polyhedron& q, const FastResult& found,
+                      double rounding) {
+  ContactSets sets;
+  for (int k = 0; k < found.corners; ++k) {
+    const int i = found.p[static_cast<std::size_t>(k)], j = found.q[static_cast<std::size_t>(k)];
+    if (!sets.p.contains(i)) sets.p.push_back(i);
+    if (!sets.q.contains(j)) sets.q.push_back(j);
+  }
+  const ClosedForm form = closed_form(p, q, sets, found.normal, rounding);
+  return form.found ? form.normal : found.normal;
+}
+
 bool fast_answer(const Polyhedron& p, const Polyhedron& q, double rounding, Optimum& optimum) {
   constexpr int kFewFaces = 16;
   Vector3 direction = q.vertex_mean() - p.vertex_mean();
@@ -206,9 +220,16 @@ bool fast_answer(const Polyhedron& p, const Polyhedron& q, double rounding, Opti
     optimum.iterations += found.iterations;
   }
   if (found.outcome == FastOutcome::Unclear) return false;
-  scan(p, q, found.normal, optimum.plane);
+  scan(p, q, corner_normal(p, q, found, rounding), optimum.plane);
   if (!settle(p, q, rounding, optimum.plane)) return false;
-  optimum.converged = optimum.plane.gap >= found.bound - slack(rounding, found.bound);
+  const bool overlapping = found.outcome == FastOutcome::Overlapping;
+  const double allowed = overlapping ? 2.2 * rounding : rounding;
+  optimum.converged = optimum.plane.gap >= found.bound - slack(allowed, found.bound);
+  if (optimum.converged && overlapping) {
+    // Of two nearly parallel planes the one where the features lie over each other.
+    const PatchPair patches(p, q, optimum.plane, optimum.plane.sets, rounding);
+    optimum.converged = overlap_margin(patches.p, patches.q) >= -rounding;
+  }
   return optimum.converged;
 }
 
