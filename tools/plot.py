@@ -1,0 +1,142 @@
+#!/usr/bin/env python3
+"""Displacement against time of several runs beside the exact curve, and their errors below it.
+
+    tools/plot.py OUT.png --title TEXT --monitor NAME [--along X Y Z] [--exact FORMULA] RUN=LABEL…
+
+RUN is a folder that `quoin run --out` left; FORMULA is Python in t (numpy's sin, cos, tan, sqrt).
+"""
+import argparse
+import csv
+import pathlib
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
+
+# Okabe and Ito's colours: told apart by everybody.
+COLOURS = ["#D55E00", "#E69F00", "#CC79A7", "#0072B2", "#009E73", "#56B4E9", "#999999", "#000000"]
+MARKERS = ["o", "s", "^", "D", "v", "P", "X", "*"]
+
+plt.rcParams.update({
+    "font.size": 10, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True,
+    "grid.color": "#e4e4e4", "grid.linewidth": 0.7, "axes.axisbelow": True, "legend.frameon": False,
+    "axes.titlesize": 12, "axes.titlelocation": "left", "figure.dpi": 120,
+})
+
+
+def history(folder):
+    """{column: values} of history.csv."""
+    with open(pathlib.Path(folder) / "history.csv", encoding="utf-8") as file:
+        rows = list(csv.reader(file))
+    table = np.array(rows[1:], dtype=float)
+    return {name: table[:, i] for i, name in enumerate(rows[0])}
+
+
+def moved(table, monitor, along=None):
+    """Displacement of a monitored point: along a direction, or its length, m."""
+    vector = np.column_stack([table[f"{monitor}.u{c}"] for c in "xyz"])
+    if along is None:
+        return np.linalg.norm(vector, axis=1)
+    return vector @ (np.array(along) / np.linalg.norm(along))
+
+
+def save(figure, path):
+    figure.savefig(path, pil_kwargs={"optimize": True})
+    plt.close(figure)
+
+
+def displacement_figure(path, title, runs, monitor, along=None, exact=None):
+    """runs: [(folder, label)]. exact: function of t (s) in m, or None."""
+    rows = [2.2, 1.3] if exact else [1]
+    figure, axes = plt.subplots(len(rows), 1, figsize=(7.2, 6.6 if exact else 4.4), sharex=True,
+                                squeeze=False, gridspec_kw={"height_ratios": rows},
+                                layout="constrained")
+    top = axes[0][0]
+    top.set_title(title)
+    top.set_ylabel("displacement (m)")
+    for i, (folder, label) in enumerate(runs):
+        table = history(folder)
+        time, value = table["time"], moved(table, monitor, along)
+        every = max(1, len(time) // 18)
+        style = {"color": COLOURS[i % 8], "marker": MARKERS[i % 8], "markersize": 5,
+                 "markevery": (i * every // max(1, len(runs)), every)}
+        if exact:
+            top.plot(time, value, linestyle="none", label=label, **style)
+            end = abs(exact(time[-1])) or 1.0
+            error = np.maximum(np.abs(value - exact(time)) / end, 1e-17)
+            axes[1][0].semilogy(time[1:], error[1:], linewidth=1, **style)
+        else:
+            top.plot(time, value, linewidth=1.4, label=label, **style)
+    if exact:
+        time = np.linspace(0, time[-1], 400)
+        top.plot(time, exact(time), color="#222222", linewidth=1.2, zorder=1, label="exact")
+        axes[1][0].set_ylabel("error / exact at the end")
+        axes[1][0].set_ylim(1e-17, None)
+    axes[-1][0].set_xlabel("time (s)")
+    axes[-1][0].set_xlim(0, None)
+    top.legend(loc="upper left", fontsize=9)
+    save(figure, path)
+
+
+def path_figure(path, title, runs, monitor, start, slope):
+    """Paths of a centroid in the x–z plane over a plane through the origin that falls by `slope`."""
+    figure, axes = plt.subplots(1, 2, figsize=(9.6, 4.0), layout="constrained")
+    for i, (folder, label) in enumerate(runs):
+        table = history(folder)
+        x = start[0] + table[f"{monitor}.ux"]
+        z = start[1] + table[f"{monitor}.uz"]
+        axes[0].plot(x, z, color=COLOURS[i * 3 % 8], linewidth=1.4, label=label)
+        axes[1].plot(table["time"], x * np.sin(slope) + z * np.cos(slope),
+                     color=COLOURS[i * 3 % 8], linewidth=1.4, label=label)
+    ends = np.array(axes[0].get_xlim())
+    axes[0].plot(ends, -np.tan(slope) * ends, color="#555555", linewidth=1.6)
+    axes[0].fill_between(ends, -np.tan(slope) * ends, -np.tan(slope) * ends - 0.6,
+                         color="#dddddd", linewidth=0)
+    axes[0].set(title=title, xlabel="x (m)", ylabel="z (m)", xlim=ends, aspect="equal")
+    axes[1].set(title="Height of the centroid over the plane", xlabel="time (s)", ylabel="(m)",
+                xlim=(0, None))
+    axes[0].legend(fontsize=9)
+    save(figure, path)
+
+
+def energy_figure(path, title, runs, monitors):
+    """Displacements of several blocks, and mechanical energy against its start."""
+    figure, axes = plt.subplots(2, 1, figsize=(7.2, 6.4), sharex=True, layout="constrained")
+    for i, (folder, label) in enumerate(runs):
+        table = history(folder)
+        for m, monitor in enumerate(monitors):
+            axes[0].plot(table["time"], moved(table, monitor), color=COLOURS[m],
+                         linestyle=["-", "--", ":", "-."][i % 4], linewidth=1.2,
+                         label=monitor if i == 0 else None)
+        energy = sum(table[name] for name in ("kinetic", "potential", "strain", "contact"))
+        axes[1].plot(table["time"], (energy - energy[0]) / 1000, color=COLOURS[3],
+                     linestyle=["-", "--", ":", "-."][i % 4], linewidth=1.2, label=label)
+    axes[0].set(title=title, ylabel="displacement (m)")
+    axes[0].legend(fontsize=9)
+    axes[1].set(xlabel="time (s)", ylabel="mechanical energy − start (kJ)", xlim=(0, None))
+    axes[1].legend(fontsize=9)
+    save(figure, path)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("picture")
+    parser.add_argument("runs", nargs="+", metavar="RUN=LABEL")
+    parser.add_argument("--title", default="")
+    parser.add_argument("--monitor", required=True)
+    parser.add_argument("--along", type=float, nargs=3)
+    parser.add_argument("--exact", help="formula of t")
+    given = parser.parse_args()
+    exact = None
+    if given.exact:
+        names = {name: getattr(np, name) for name in ("sin", "cos", "tan", "sqrt", "exp", "pi")}
+        code = compile(given.exact, "--exact", "eval")
+        exact = lambda t: eval(code, {"__builtins__": {}}, names | {"t": t})  # noqa: E731, S307
+    runs = [tuple(run.split("=", 1)) if "=" in run else (run, run) for run in given.runs]
+    displacement_figure(given.picture, given.title, runs, given.monitor, given.along, exact)
+
+
+if __name__ == "__main__":
+    main()
