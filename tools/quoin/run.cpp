@@ -88,20 +88,29 @@ void save_summary(const std::filesystem::path& folder, const nlohmann::ordered_j
   }
 }
 
-RunResult run_with_files(const SceneFile& file, const RunArguments& arguments,
-                         RunFiles* files) {
+/// Made when the solver has taken the scene: a scene that is refused leaves nothing behind.
+struct Output {
+  std::optional<OutputFolder> folder;
+  std::optional<RunFiles> files;
+};
+
+RunResult run_with_files(const SceneFile& file, const RunArguments& arguments, Output& output) {
   ProgressLine progress(file.stages.size());
   scene_file::RunOptions options;
   options.threads = arguments.threads;
   options.on_failure = arguments.on_failure == "accept" ? scene_file::RunOptions::OnFailure::Accept
                                                         : scene_file::RunOptions::OnFailure::Stop;
-  if (files != nullptr) {
-    options.before_first = [&](const StepView& view) { files->start(view); };
+  if (!arguments.out.empty()) {
+    options.before_first = [&](const StepView& view) {
+      output.folder.emplace(arguments.out);
+      output.files.emplace(output.folder->path(), file);
+      output.files->start(view);
+    };
   }
   options.after_step = [&](const StepView& view) {
     progress.show(view);
-    if (files != nullptr) {
-      files->step(view);
+    if (output.files) {
+      output.files->step(view);
     }
     return interrupted == 0;
   };
@@ -111,18 +120,13 @@ RunResult run_with_files(const SceneFile& file, const RunArguments& arguments,
 int run(const RunArguments& arguments) {
   const SceneFile file = scene_file::read_scene(arguments.scene, arguments.changes);
   std::signal(SIGINT, note_interrupt);
-  std::optional<OutputFolder> folder;
-  std::optional<RunFiles> files;
-  if (!arguments.out.empty()) {
-    folder.emplace(arguments.out);
-    files.emplace(folder->path(), file);
-  }
-  const RunResult result = run_with_files(file, arguments, files ? &*files : nullptr);
+  Output output;
+  const RunResult result = run_with_files(file, arguments, output);
   const nlohmann::ordered_json report = summary(file, arguments.scene, result, arguments.threads);
-  if (folder) {
-    files->finish();
-    save_summary(folder->path(), report);
-    folder->commit();
+  if (output.folder) {
+    output.files->finish();
+    save_summary(output.folder->path(), report);
+    output.folder->commit();
   }
   if (arguments.json) {
     std::printf("%s\n", report.dump(2).c_str());

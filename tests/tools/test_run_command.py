@@ -1,0 +1,125 @@
+"""`quoin run` as a user meets it: files, exit codes, interruption."""
+import csv
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+import xml.etree.ElementTree as xml
+
+QUOIN, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
+INCLINE = SOURCE / "tools" / "scenes" / "paper" / "incline.json"
+FALLING = SOURCE / "tools" / "scenes" / "paper" / "falling_block.json"
+
+
+def run(*arguments, **keywords):
+    return subprocess.run([QUOIN, "run", *map(str, arguments)], capture_output=True, text=True,
+                          timeout=120, **keywords)
+
+
+class RunCommand(unittest.TestCase):
+    def setUp(self):
+        self.holder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.holder.cleanup)
+        self.folder = pathlib.Path(self.holder.name)
+
+    def test_writes_what_it_promises(self):
+        out = self.folder / "deep" / "out"
+        done = run(INCLINE, "--out", out, "--json", "--set", "/end_time=0.5")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(done.stderr, "")  # no progress line when piped
+        summary = json.loads(done.stdout)
+        self.assertEqual(summary, json.loads((out / "summary.json").read_text()))
+        self.assertEqual(summary["status"], "completed")
+        self.assertEqual(summary["steps"], 50)
+        self.assertAlmostEqual(summary["time"], 0.5, places=12)
+        self.assertEqual(summary["references"][0]["steps_compared"], 50)
+        self.assertEqual([p.name for p in (self.folder / "deep").iterdir()], ["out"])
+        self.check_history(out / "history.csv")
+        self.check_vtk(out)
+
+    def check_history(self, path):
+        rows = list(csv.DictReader(path.open()))
+        self.assertEqual(len(rows), 51)
+        self.assertEqual(float(rows[0]["block.ux"]), 0)
+        self.assertGreater(float(rows[-1]["block.ux"]), 0.1)
+        self.assertAlmostEqual(float(rows[-1]["time"]), 0.5, places=12)
+
+    def check_vtk(self, out):
+        for kind in ("blocks", "contacts"):
+            listed = list(xml.parse(out / f"{kind}.pvd").getroot().iter("DataSet"))
+            self.assertEqual(len(listed), 11)
+            for entry in listed:
+                self.assertTrue((out / entry.get("file")).exists())
+            piece = xml.parse(out / listed[-1].get("file")).getroot().find(".//Piece")
+            arrays = {a.get("Name"): (a.text or "").split() for a in piece.iter("DataArray")}
+            points = int(piece.get("NumberOfPoints"))
+            self.assertEqual(len(arrays["Points"]), 3 * points)
+            self.assertFalse(any("nan" in v or "inf" in v for a in arrays.values() for v in a))
+            wanted = ({"displacement", "velocity", "stress", "block"} if kind == "blocks" else
+                      {"type", "gap", "normal_force", "force_on_b", "state"})
+            self.assertLessEqual(wanted, set(arrays))
+        self.assertEqual(arrays["block_a"], ["0"] * points)  # contacts of the plane with the block
+
+    def test_takes_the_place_of_earlier_results_only(self):
+        out = self.folder / "out"
+        self.assertEqual(run(INCLINE, "--out", out, "--set", "/end_time=0.5").returncode, 0)
+        self.assertEqual(run(INCLINE, "--out", out, "--set", "/end_time=0.1").returncode, 0)
+        self.assertEqual(len(list(out.glob("blocks_*.vtu"))), 3)
+        other = self.folder / "other"
+        other.mkdir()
+        (other / "letter.txt").write_text("dear")
+        done = run(INCLINE, "--out", other, "--set", "/end_time=0.1")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("holds no results", done.stderr)
+        self.assertEqual([p.name for p in other.iterdir()], ["letter.txt"])
+
+    def test_files_that_can_not_be_read_or_written(self):
+        done = run(self.folder / "none.json")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("none.json: can't be read", done.stderr)
+        (self.folder / "file").write_text("")
+        done = run(INCLINE, "--out", self.folder / "file" / "out", "--set", "/end_time=0.1")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("can't be written", done.stderr)
+        self.assertEqual(done.stderr.count("\n"), 1)
+
+    def test_a_change_that_makes_no_sense(self):
+        for change, words in (("mass=3", 'no parameter "mass"'), ("phi", "NAME=VALUE"),
+                              ("/penalty=-1", "/penalty: must be greater than 0"),
+                              ("/blocks/0/kind=soft", "/blocks/0/kind: must be")):
+            done = run(INCLINE, "--set", change)
+            self.assertEqual(done.returncode, 2)
+            self.assertIn(words, done.stderr)
+
+    def test_usage(self):
+        self.assertEqual(run("--help").returncode, 0)
+        self.assertEqual(run().returncode, 2)
+        self.assertEqual(run(INCLINE, "--on-failure", "pray").returncode, 2)
+
+    def test_an_interrupted_run_leaves_whole_files(self):
+        out = self.folder / "out"
+        process = subprocess.Popen([QUOIN, "run", FALLING, "--out", out, "--set", "/end_time=1000",
+                                    "--set", "/output_interval=0.01"],
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        for _ in range(600):
+            if list(self.folder.glob("out.part-*/blocks_000001.vtu")):
+                break
+            time.sleep(0.1)
+        os.kill(process.pid, signal.SIGINT)
+        _, said = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 1)
+        self.assertIn("interrupted", said)
+        summary = json.loads((out / "summary.json").read_text())
+        self.assertEqual(summary["status"], "interrupted")
+        rows = list(csv.reader((out / "history.csv").open()))
+        self.assertEqual(len(rows), summary["steps"] + 2)
+        self.assertEqual({len(row) for row in rows}, {len(rows[0])})
+        self.assertEqual([p.name for p in self.folder.iterdir()], ["out"])
+
+
+unittest.main(argv=[sys.argv[0]], verbosity=2)
