@@ -13,7 +13,7 @@ import xml.etree.ElementTree as xml
 
 QUOIN, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
 INCLINE = SOURCE / "tools" / "scenes" / "paper" / "incline.json"
-FALLING = SOURCE / "tools" / "scenes" / "paper" / "falling_block.json"
+TWO_FORCES = SOURCE / "tools" / "scenes" / "paper" / "two_forces.json"
 
 
 def run(*arguments, **keywords):
@@ -103,7 +103,7 @@ class RunCommand(unittest.TestCase):
 
     def test_an_interrupted_run_leaves_whole_files(self):
         out = self.folder / "out"
-        process = subprocess.Popen([QUOIN, "run", FALLING, "--out", out, "--set", "/end_time=1000",
+        process = subprocess.Popen([QUOIN, "run", TWO_FORCES, "--out", out, "--set", "/end_time=1000",
                                     "--set", "/output_interval=0.01"],
                                    stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         for _ in range(600):

@@ -73,9 +73,6 @@ void print_result(const SceneFile& file, const RunResult& result) {
   }
   std::printf("  largest overlap %.3g m, %d linear solves, %d open-close iterations\n",
               result.total.largest_overlap, result.total.linear_solves, result.total.iterations);
-  if (result.status != RunStatus::Completed) {
-    std::fprintf(stderr, "quoin: %s\n", result.message.c_str());
-  }
 }
 
 void save_summary(const std::filesystem::path& folder, const nlohmann::ordered_json& summary) {
@@ -133,6 +130,9 @@ int run(const RunArguments& arguments) {
   } else {
     print_result(file, result);
   }
+  if (result.status != RunStatus::Completed) {
+    std::fprintf(stderr, "quoin: %s\n", result.message.c_str());
+  }
   const bool accepted = arguments.on_failure == "accept" && result.status != RunStatus::Interrupted;
   return result.status == RunStatus::Completed || accepted ? kDone : kFailed;
 }
@@ -169,7 +169,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
       std::fprintf(stderr, "%s: %s\n", arguments->scene.c_str(), error.what());
       exit_code = kBadInput;
     } catch (const geometry::InputError& error) {
-      std::fprintf(stderr, "%s: %s\n", arguments->scene.c_str(), error.what());
+      std::fprintf(stderr, "%s: /blocks: %s\n", arguments->scene.c_str(), error.what());
       exit_code = kBadInput;
     }
   });

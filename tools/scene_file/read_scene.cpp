@@ -180,11 +180,11 @@ class Reader {
 
   void read_block(const json& value, const std::string& pointer) {
     try {
-      solver::Block block{
-          .shape = read_shape(value["shape"]), .material = {}, .motion = {}, .name = {}};
+      geometry::Polyhedron shape = read_shape(value["shape"]);
       if (value.contains("pose")) {
-        apply_pose(value["pose"], pointer + "/pose", block.shape);
+        apply_pose(value["pose"], pointer + "/pose", shape);
       }
+      solver::Block block{.shape = std::move(shape), .material = {}, .motion = {}, .name = {}};
       block.kind = kind_of(value);
       block.material = material_of(value, block.kind, pointer);
       block.name = value.value("name", "");
@@ -238,14 +238,13 @@ class Reader {
     mark_supports(value, pointer, meshes);
     for (const MeshBlock& mesh : meshes) {
       try {
-        solver::Block block{
-            .shape = convex_block(mesh, value.value("convexity_tolerance", -1.0)),
-            .material = {},
-            .motion = {},
-            .name = mesh.id};
+        geometry::Polyhedron shape =
+            convex_block(mesh, value.value("convexity_tolerance", -1.0));
         if (value.contains("pose")) {
-          apply_pose(value["pose"], pointer + "/pose", block.shape);
+          apply_pose(value["pose"], pointer + "/pose", shape);
         }
+        solver::Block block{.shape = std::move(shape), .material = {}, .motion = {}, .name = {}};
+        block.name = mesh.id;
         block.kind = mesh.is_support ? BlockKind::Fixed : kind_of(value);
         block.material = material_of(value, block.kind, pointer);
         add(std::move(block), pointer);

@@ -85,7 +85,7 @@ class Checker {
     check_type(schema, value, pointer);
     check_choice(schema, value, pointer);
     if (value.is_number()) {
-      check_number(schema, value.get<double>(), pointer);
+      check_number(schema, value, pointer);
     } else if (value.is_string()) {
       if (value.get_ref<const std::string&>().size() < schema.value("minLength", std::size_t{0})) {
         throw SceneError(pointer, "must not be empty");
@@ -223,11 +223,11 @@ class Checker {
     }
   }
 
-  static void check_number(const json& schema, double value, const std::string& pointer) {
+  static void check_number(const json& schema, const json& value, const std::string& pointer) {
     const auto hold = [&](const char* key, const char* words, auto holds) {
-      if (schema.contains(key) && !holds(value, schema[key].get<double>())) {
+      if (schema.contains(key) && !holds(value.get<double>(), schema[key].get<double>())) {
         throw SceneError(pointer, std::string("must be ") + words + " " + schema[key].dump() +
-                                      ", is " + json(value).dump());
+                                      ", is " + value.dump());
       }
     };
     hold("minimum", "at least", std::greater_equal<>());

@@ -1,0 +1,32 @@
+# Installs quoin, then builds and runs a foreign project against it.
+# cmake -DBUILD=… -DWORK=… -DCOMPONENT=… -DPROGRAM=… -DOUTPUT=regex [-DWITHOUT=packages] -P run.cmake
+function(run)
+  execute_process(COMMAND ${ARGV} WORKING_DIRECTORY ${WORK} RESULT_VARIABLE result
+    OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  message("${output}")
+  if(NOT result EQUAL 0)
+    list(JOIN ARGV " " command)
+    message(FATAL_ERROR "failed: ${command}")
+  endif()
+  set(output "${output}" PARENT_SCOPE)
+endfunction()
+
+file(REMOVE_RECURSE ${WORK})
+file(MAKE_DIRECTORY ${WORK})
+run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix)
+set(disabled)
+foreach(package ${WITHOUT})
+  list(APPEND disabled -DCMAKE_DISABLE_FIND_PACKAGE_${package}=ON)
+endforeach()
+run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/project -B ${WORK}/build -DCMAKE_BUILD_TYPE=Release
+  -DCMAKE_PREFIX_PATH=${WORK}/prefix -DCOMPONENT=${COMPONENT} -DPROGRAM=${PROGRAM} ${disabled})
+run(${CMAKE_COMMAND} --build ${WORK}/build)
+run(${WORK}/build/program)
+if(NOT output MATCHES "${OUTPUT}")
+  message(FATAL_ERROR "the program did not say \"${OUTPUT}\"")
+endif()
+foreach(file ${INSTALLED})
+  if(NOT EXISTS ${WORK}/prefix/${file})
+    message(FATAL_ERROR "not installed: ${file}")
+  endif()
+endforeach()
