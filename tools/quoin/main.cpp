@@ -13,7 +13,6 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", "quoin " QUOIN_VERSION);
   app.require_subcommand(1);
   int exit_code = quoin::commands::kDone;
-  quoin::commands::add_contact_command(app, exit_code);
   quoin::commands::add_run_command(app, exit_code);
   quoin::commands::add_contact_command(app, exit_code);
   try {
