@@ -54,6 +54,7 @@ def displacement_figure(path, title, runs, monitor, along=None, exact=None):
                                 squeeze=False, gridspec_kw={"height_ratios": rows},
                                 layout="constrained")
     top = axes[0][0]
+    least = 1.0
     top.set_title(title)
     top.set_ylabel("displacement (m)")
     for i, (folder, label) in enumerate(runs):
@@ -67,13 +68,14 @@ def displacement_figure(path, title, runs, monitor, along=None, exact=None):
             end = abs(exact(time[-1])) or 1.0
             error = np.maximum(np.abs(value - exact(time)) / end, 1e-17)
             axes[1][0].semilogy(time[1:], error[1:], linewidth=1, **style)
+            least = min(least, np.median(error[1:]))
         else:
             top.plot(time, value, linewidth=1.4, label=label, **style)
     if exact:
         time = np.linspace(0, time[-1], 400)
         top.plot(time, exact(time), color="#222222", linewidth=1.2, zorder=1, label="exact")
         axes[1][0].set_ylabel("error / exact at the end")
-        axes[1][0].set_ylim(1e-17, None)
+        axes[1][0].set_ylim(max(1e-17, least / 1e3), None)
     axes[-1][0].set_xlabel("time (s)")
     axes[-1][0].set_xlim(0, None)
     top.legend(loc="upper left", fontsize=9)
@@ -82,7 +84,8 @@ def displacement_figure(path, title, runs, monitor, along=None, exact=None):
 
 def path_figure(path, title, runs, monitor, start, slope):
     """Paths of a centroid in the x–z plane over a plane through the origin that falls by `slope`."""
-    figure, axes = plt.subplots(1, 2, figsize=(9.6, 4.0), layout="constrained")
+    figure, axes = plt.subplots(2, 1, figsize=(7.2, 6.2), layout="constrained",
+                                gridspec_kw={"height_ratios": [1.2, 1]})
     for i, (folder, label) in enumerate(runs):
         table = history(folder)
         x = start[0] + table[f"{monitor}.ux"]
@@ -95,27 +98,29 @@ def path_figure(path, title, runs, monitor, start, slope):
     axes[0].fill_between(ends, -np.tan(slope) * ends, -np.tan(slope) * ends - 0.6,
                          color="#dddddd", linewidth=0)
     axes[0].set(title=title, xlabel="x (m)", ylabel="z (m)", xlim=ends, aspect="equal")
-    axes[1].set(title="Height of the centroid over the plane", xlabel="time (s)", ylabel="(m)",
-                xlim=(0, None))
-    axes[0].legend(fontsize=9)
+    axes[1].set(xlabel="time (s)", ylabel="height over the plane (m)", xlim=(0, None))
+    axes[0].legend(loc="upper right", fontsize=9)
     save(figure, path)
 
 
 def energy_figure(path, title, runs, monitors):
-    """Displacements of several blocks, and mechanical energy against its start."""
+    """Displacements of several blocks, and the mechanical energy that is left."""
     figure, axes = plt.subplots(2, 1, figsize=(7.2, 6.4), sharex=True, layout="constrained")
+    highest = 0.0  # of the last run: what falls off in another need not be seen to its end
     for i, (folder, label) in enumerate(runs):
         table = history(folder)
         for m, monitor in enumerate(monitors):
-            axes[0].plot(table["time"], moved(table, monitor), color=COLOURS[m],
+            value = moved(table, monitor)
+            axes[0].plot(table["time"], value, color=COLOURS[m],
                          linestyle=["-", "--", ":", "-."][i % 4], linewidth=1.2,
                          label=monitor if i == 0 else None)
+            highest = max(highest, value[-1]) if i + 1 == len(runs) else highest
         energy = sum(table[name] for name in ("kinetic", "potential", "strain", "contact"))
         axes[1].plot(table["time"], (energy - energy[0]) / 1000, color=COLOURS[3],
                      linestyle=["-", "--", ":", "-."][i % 4], linewidth=1.2, label=label)
-    axes[0].set(title=title, ylabel="displacement (m)")
+    axes[0].set(title=title, ylabel="displacement (m)", ylim=(0, 1.25 * highest))
     axes[0].legend(fontsize=9)
-    axes[1].set(xlabel="time (s)", ylabel="mechanical energy − start (kJ)", xlim=(0, None))
+    axes[1].set(xlabel="time (s)", ylabel="mechanical energy, change (kJ)", xlim=(0, None))
     axes[1].legend(fontsize=9)
     save(figure, path)
 

@@ -18,6 +18,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
+from matplotlib.patheffects import withStroke  # noqa: E402
 
 HELD = (0.74, 0.73, 0.70)
 FREE = [(0.78, 0.42, 0.27), (0.86, 0.66, 0.38), (0.36, 0.50, 0.60), (0.50, 0.58, 0.40),
@@ -138,7 +139,8 @@ def sheet(images, times, path):
     for axis, image, time in zip(axes.flat, images, times):
         axis.imshow(image)
         axis.text(0.025, 0.94, f"t = {time:.3g} s", transform=axis.transAxes, va="top",
-                  fontsize=11, color="#333333")
+                  fontsize=11, color="#222222",
+                  path_effects=[withStroke(linewidth=3, foreground="#f4f4f4")])
     figure.subplots_adjust(0, 0, 1, 1, 0.012, 0.018)
     figure.savefig(path, dpi=120, pil_kwargs={"optimize": True})
     plt.close(figure)

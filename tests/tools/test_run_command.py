@@ -43,7 +43,7 @@ class RunCommand(unittest.TestCase):
         self.check_vtk(out)
 
     def check_history(self, path):
-        rows = list(csv.DictReader(path.open()))
+        rows = list(csv.DictReader(path.read_text().splitlines()))
         self.assertEqual(len(rows), 51)
         self.assertEqual(float(rows[0]["block.ux"]), 0)
         self.assertGreater(float(rows[-1]["block.ux"]), 0.1)
@@ -116,7 +116,7 @@ class RunCommand(unittest.TestCase):
         self.assertIn("interrupted", said)
         summary = json.loads((out / "summary.json").read_text())
         self.assertEqual(summary["status"], "interrupted")
-        rows = list(csv.reader((out / "history.csv").open()))
+        rows = list(csv.reader((out / "history.csv").read_text().splitlines()))
         self.assertEqual(len(rows), summary["steps"] + 2)
         self.assertEqual({len(row) for row in rows}, {len(rows[0])})
         self.assertEqual([p.name for p in self.folder.iterdir()], ["out"])
