@@ -32,7 +32,7 @@ FinderOptions checked(const FinderOptions& options) {
 
 struct ContactFinder::Memory {
   explicit Memory(const FinderOptions& given) : options(checked(given)), workers(given.threads) {
-    parts.resize(static_cast<std::size_t>(given.threads) - 1);
+    parts.resize(static_cast<std::size_t>(given.threads));
   }
 
   FinderOptions options;
@@ -41,7 +41,7 @@ struct ContactFinder::Memory {
   std::vector<Box> boxes;
   std::vector<BlockPair> pairs;                  // of the last call
   std::vector<FeatureHint> hints, carried;       // one a pair
-  std::vector<std::vector<ContactPoint>> parts;  // what workers 1, 2, … found
+  std::vector<std::vector<ContactPoint>> parts;  // what each worker found
 
   void carry_hints(const std::vector<BlockPair>& candidates);
   void search(std::span<const Polyhedron> blocks, std::size_t first, std::size_t last,
@@ -85,27 +85,33 @@ void ContactFinder::Memory::search(std::span<const Polyhedron> blocks, std::size
   }
 }
 
-/// Worker 0 writes straight into `contacts`, the others into parts of their own that are then
-/// joined in order: each worker has a run of neighbouring pairs, so the list is sorted.
+/// Each worker takes a run of neighbouring pairs and finds its part of the list; the parts are then
+/// copied behind each other, by all workers again. What `contacts` held is overwritten in place: a
+/// vector that is emptied first would write all its elements once more.
 void ContactFinder::Memory::search_in_parallel(std::span<const Polyhedron> blocks,
                                                std::vector<ContactPoint>& contacts) {
   const auto count = static_cast<std::size_t>(workers.count());
   auto find_part = [&](int worker) {
     const auto w = static_cast<std::size_t>(worker);
-    std::vector<ContactPoint>& part = worker == 0 ? contacts : parts[w - 1];
-    part.clear();
-    search(blocks, pairs.size() * w / count, pairs.size() * (w + 1) / count, part);
+    parts[w].clear();
+    search(blocks, pairs.size() * w / count, pairs.size() * (w + 1) / count, parts[w]);
   };
   workers.run(find_part);
-  const std::size_t own = contacts.size();
-  std::size_t total = own;
+  std::size_t total = 0;
   for (const std::vector<ContactPoint>& part : parts) {
     total += part.size();
   }
-  contacts.reserve(total);
-  for (const std::vector<ContactPoint>& part : parts) {
-    contacts.insert(contacts.end(), part.begin(), part.end());
-  }
+  contacts.resize(total);
+  auto copy_part = [&](int worker) {
+    const auto w = static_cast<std::size_t>(worker);
+    std::size_t before = 0;
+    for (std::size_t i = 0; i < w; ++i) {
+      before += parts[i].size();
+    }
+    std::copy(parts[w].begin(), parts[w].end(),
+              contacts.begin() + static_cast<std::ptrdiff_t>(before));
+  };
+  workers.run(copy_part);
 }
 
 ContactFinder::ContactFinder(const FinderOptions& options)
