@@ -308,13 +308,26 @@ Foot<T> nearest_point(const Pair& pair, const std::vector<Corner>& start, int li
   return foot;
 }
 
+/// Takes the leading 53 bits off `value` and returns them times 2^exponent.
+Real take_leading(mpf_class& value, long exponent) {
+  long e = 0;
+  const double leading = mpf_get_d_2exp(&e, value.get_mpf_t());
+  mpf_class taken(leading, value.get_prec());
+  if (e >= 0) {
+    taken <<= static_cast<mp_bitcnt_t>(e);
+  } else {
+    taken >>= static_cast<mp_bitcnt_t>(-e);
+  }
+  value -= taken;
+  return std::ldexp(Real(leading), static_cast<int>(e + exponent));
+}
+
 Real root_of_quotient(const Whole& squared, const Whole& denominator, long exponent) {
   mpf_class value(squared, 256);
   value = sqrt(value);
   value /= mpf_class(denominator, 256);
-  const double high = value.get_d();
-  value -= high;
-  return std::ldexp(Real(high) + Real(value.get_d()), static_cast<int>(exponent));
+  const Real high = take_leading(value, exponent);
+  return high + take_leading(value, exponent);
 }
 
 Vector3 unit(const Triple<Real>& v) {
