@@ -142,6 +142,15 @@ void find_points(const Polyhedron& p, const Polyhedron& q, const ContactPlane& p
   }
 }
 
+/// The point nearest to a place; most often it is number `guess`, there to the bit.
+PlanePoint& nearest_point(const Vector2& place, std::size_t guess, PlanePoints& points) {
+  if (guess < points.size() && points[guess].corner.place == place) return points[guess];
+  const auto nearer = [&](const PlanePoint& x, const PlanePoint& y) {
+    return (x.corner.place - place).squaredNorm() < (y.corner.place - place).squaredNorm();
+  };
+  return *std::min_element(points.begin(), points.end(), nearer);
+}
+
 /// The part that the two contact features share; its area goes to the nearest points.
 void share_area(const Polyhedron& p, const Polyhedron& q, const ContactPlane& plane,
                 double rounding, PairPoints& pair) {
@@ -157,12 +166,9 @@ void share_area(const Polyhedron& p, const Polyhedron& q, const ContactPlane& pl
     return;
   }
   for (std::size_t k = 0; k < pair.polygon.order.size() && !pair.points.empty(); ++k) {
-    const Vector2& place = pair.shared[static_cast<std::size_t>(pair.polygon.order[k])].place;
-    const auto nearer = [&](const PlanePoint& x, const PlanePoint& y) {
-      return (x.corner.place - place).squaredNorm() < (y.corner.place - place).squaredNorm();
-    };
-    std::min_element(pair.points.begin(), pair.points.end(), nearer)->share +=
-        pair.polygon.shares[k];
+    const auto i = static_cast<std::size_t>(pair.polygon.order[k]);
+    const Vector2& place = pair.shared[i].place;
+    nearest_point(place, i, pair.points).share += pair.polygon.shares[k];
   }
 }
 
@@ -239,17 +245,17 @@ void ensure_least_gap(const OrderedPair& ordered, const ContactPlane& plane, dou
   pair.points.push_back({nearest, 0.0});
 }
 
-ContactPlane make_plane(const OrderedPair& pair) {
-  return {pair.p.vertex(support(pair.p, pair.normal).vertex), pair.normal};
+ContactPlane make_plane(const OrderedPair& pair, const PairSupport& reach) {
+  return {pair.p.vertex(reach.p.vertex), pair.normal};
 }
 
 void find_pair_points(const OrderedPair& ordered, const ContactPlane& plane,
+                      const PairSupport& reach,
                       const NearestFeatures& nearest, const ContactOptions& options,
                       PairPoints& pair) {
   const Polyhedron &p = ordered.p, &q = ordered.q;
   pair.tolerance = options.tolerance > 0.0 ? options.tolerance : default_tolerance(p, q);
   pair.gap = nearest.gap;
-  const PairSupport reach = support_pair(p, q, plane.normal);
   pair.reach_p = reach.p.value;
   pair.reach_q = reach.q.value;
   find_vertices_beyond(p, plane.normal, pair.reach_p - pair.tolerance, pair.support_p);
@@ -296,16 +302,25 @@ ContactPoint named_point(const std::array<int, 2>& blocks, const PlanePoint& poi
 void append_named(const std::array<int, 2>& blocks, bool reversed, const ContactPlane& plane,
                   const NearestFeatures& nearest, const PairPoints& pair,
                   std::vector<ContactPoint>& contacts) {
-  SmallVector<const PlanePoint*, 64> order;
-  for (const PlanePoint& point : pair.points) order.push_back(&point);
-  const auto key = [reversed](const PlanePoint* point) {
-    const SharedCorner& c = point->corner;
-    return reversed ? std::pair(c.feature_q, c.feature_p) : std::pair(c.feature_p, c.feature_q);
+  struct Place {
+    std::uint64_t key;  // both features in one number, in the order of ContactKey
+    std::size_t point;
   };
+  SmallVector<Place, 64> order;
+  const auto number = [](const Feature& feature) {
+    return static_cast<std::uint64_t>(feature.kind) << 30 |
+           static_cast<std::uint64_t>(static_cast<std::uint32_t>(feature.index));
+  };
+  for (std::size_t k = 0; k < pair.points.size(); ++k) {
+    const SharedCorner& c = pair.points[k].corner;
+    const std::uint64_t of_p = number(c.feature_p), of_q = number(c.feature_q);
+    order.push_back({reversed ? of_q << 32 | of_p : of_p << 32 | of_q, k});
+  }
   std::sort(order.begin(), order.end(),
-            [&](const PlanePoint* x, const PlanePoint* y) { return key(x) < key(y); });
-  for (const PlanePoint* point : order) {
-    contacts.push_back(named_point(blocks, *point, reversed, plane, nearest, pair));
+            [](const Place& x, const Place& y) { return x.key < y.key; });
+  for (const Place& place : order) {
+    contacts.push_back(
+        named_point(blocks, pair.points[place.point], reversed, plane, nearest, pair));
   }
 }
 
@@ -327,9 +342,10 @@ void append_contact_points(const std::array<int, 2>& blocks, const Polyhedron& a
                            const Polyhedron& b, const NearestFeatures& nearest,
                            const ContactOptions& options, std::vector<ContactPoint>& contacts) {
   const OrderedPair ordered(a, b, worked_in_reverse(a, b), nearest);
-  const ContactPlane plane = make_plane(ordered);
+  const PairSupport reach = support_pair(ordered.p, ordered.q, ordered.normal);
+  const ContactPlane plane = make_plane(ordered, reach);
   PairPoints pair;
-  find_pair_points(ordered, plane, nearest, options, pair);
+  find_pair_points(ordered, plane, reach, nearest, options, pair);
   append_named(blocks, ordered.reversed, plane, nearest, pair, contacts);
 }
 
@@ -337,9 +353,10 @@ void update_pair_contact(const Polyhedron& a, const Polyhedron& b, const Contact
                          PairContact& contact) {
   contact.nearest = nearest_features(a, b, {.tolerance = options.tolerance}, contact.nearest.hint);
   const OrderedPair ordered(a, b, worked_in_reverse(a, b), contact.nearest);
-  const ContactPlane plane = make_plane(ordered);
+  const PairSupport reach = support_pair(ordered.p, ordered.q, ordered.normal);
+  const ContactPlane plane = make_plane(ordered, reach);
   PairPoints pair;
-  find_pair_points(ordered, plane, contact.nearest, options, pair);
+  find_pair_points(ordered, plane, reach, contact.nearest, options, pair);
   contact.points.clear();
   append_named({0, 1}, ordered.reversed, plane, contact.nearest, pair, contact.points);
   contact.type = pair.type;

@@ -330,34 +330,48 @@ Vector2 nearest_place(const Patch& p, const Patch& q) {
 
 namespace {
 
-/// Indices of the convex hull of places, counter-clockwise (monotone chain, [Andrew 1979]).
-template <typename Place>
-void hull_order(std::size_t count, const Place& place, SmallVector<int, 32>& order) {
-  order.clear();
-  if (count == 0) return;
-  SmallVector<int, 64> sorted;
-  for (std::size_t i = 0; i < count; ++i) sorted.push_back(static_cast<int>(i));
-  std::sort(sorted.begin(), sorted.end(), [&](int i, int j) {
-    const Vector2 a = place(i), b = place(j);
-    return a.x() != b.x() ? a.x() < b.x() : (a.y() != b.y() ? a.y() < b.y() : i < j);
-  });
-  SmallVector<int, 64> chain;
-  const auto left_turn = [&](int i, int j, int k) {
-    return cross2(place(j) - place(i), place(k) - place(i)) > 0.0;
-  };
-  for (int pass = 0; pass < 2; ++pass) {
-    const std::size_t floor = chain.size();
-    for (const int i : sorted) {
-      while (chain.size() >= floor + 2 &&
-             !left_turn(chain[chain.size() - 2], chain[chain.size() - 1], i)) {
-        chain.resize(chain.size() - 1);
-      }
-      chain.push_back(i);
-    }
-    chain.resize(chain.size() - 1);
-    std::reverse(sorted.begin(), sorted.end());
+/// Places as flat rows: the hull below reads each many times.
+struct Places {
+  SmallVector<double, 32> x, y;
+  explicit Places(std::size_t count) {
+    x.resize(count);
+    y.resize(count);
   }
-  for (const int i : chain) order.push_back(i);
+  void set(std::size_t i, const Vector2& place) {
+    x[i] = place.x();
+    y[i] = place.y();
+  }
+  bool before(int i, int j) const {
+    const auto a = static_cast<std::size_t>(i), b = static_cast<std::size_t>(j);
+    return x[a] != x[b] ? x[a] < x[b] : (y[a] != y[b] ? y[a] < y[b] : i < j);
+  }
+  bool left_turn(int i, int j, int k) const {
+    const auto a = static_cast<std::size_t>(i), b = static_cast<std::size_t>(j);
+    const auto c = static_cast<std::size_t>(k);
+    return (x[b] - x[a]) * (y[c] - y[a]) - (y[b] - y[a]) * (x[c] - x[a]) > 0.0;
+  }
+};
+
+/// Indices of the convex hull of places, counter-clockwise (monotone chain, [Andrew 1979]).
+void hull_order(const Places& places, SmallVector<int, 32>& order) {
+  order.clear();
+  const std::size_t count = places.x.size();
+  if (count == 0) return;
+  SmallVector<int, 32> sorted;
+  sorted.resize(count);
+  for (std::size_t i = 0; i < count; ++i) sorted[i] = static_cast<int>(i);
+  std::sort(sorted.begin(), sorted.end(), [&](int i, int j) { return places.before(i, j); });
+  const auto add = [&](int i, std::size_t floor) {
+    std::size_t size = order.size();
+    while (size >= floor + 2 && !places.left_turn(order[size - 2], order[size - 1], i)) --size;
+    order.resize(size);
+    order.push_back(i);
+  };
+  for (const int i : sorted) add(i, 0);
+  order.resize(order.size() - 1);
+  const std::size_t floor = order.size();
+  for (std::size_t k = count; k-- > 0;) add(sorted[k], floor);
+  order.resize(order.size() - 1);
   if (order.empty()) order.push_back(sorted[0]);
 }
 
@@ -386,10 +400,11 @@ void lay_support_set(const Polyhedron& polyhedron, const VertexSet& vertices, Fe
     set_slope(polyhedron, plane, patch);
   } else {
     SmallVector<int, 32> order;
-    const auto place = [&](int i) {
-      return plane.place(polyhedron.vertex(vertices[static_cast<std::size_t>(i)]));
-    };
-    hull_order(vertices.size(), place, order);
+    Places places(vertices.size());
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      places.set(i, plane.place(polyhedron.vertex(vertices[i])));
+    }
+    hull_order(places, order);
     patch.face = name.index;
     for (std::size_t k = 0; k < order.size(); ++k) {
       const int v = vertices[static_cast<std::size_t>(order[k])];
@@ -402,7 +417,9 @@ void lay_support_set(const Polyhedron& polyhedron, const VertexSet& vertices, Fe
 
 void find_polygon(const SharedCorners& corners, SharedPolygon& polygon) {
   const auto place = [&](int i) { return corners[static_cast<std::size_t>(i)].place; };
-  hull_order(corners.size(), place, polygon.order);
+  Places places(corners.size());
+  for (std::size_t i = 0; i < corners.size(); ++i) places.set(i, corners[i].place);
+  hull_order(places, polygon.order);
   const std::size_t n = polygon.order.size();
   polygon.area = 0.0;
   polygon.shares.resize(n);
@@ -467,7 +484,9 @@ FeatureKind span_kind(const Polyhedron& polyhedron, const VertexSet& vertices, d
   const Vector3 line = polyhedron.vertex(far) - base;
   const double limit = tolerance * line.norm();
   for (const int v : vertices) {
-    if (line.cross(polyhedron.vertex(v) - base).norm() > limit) return FeatureKind::Face;
+    if (line.cross(polyhedron.vertex(v) - base).squaredNorm() > limit * limit) {
+      return FeatureKind::Face;
+    }
   }
   return FeatureKind::Edge;
 }
