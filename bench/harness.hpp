@@ -33,6 +33,9 @@ struct HarnessOptions {
                               ///< is one in which nobody else had the core
 };
 
+/// Time this thread had a core, s: what others do on a shared machine is left out.
+double thread_seconds();
+
 double median(std::vector<double> values);
 double quantile(std::vector<double> values, double share);
 

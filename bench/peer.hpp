@@ -13,7 +13,8 @@ namespace quoin::bench {
 /// What a peer says about one pair. NaN gap: it gave none.
 struct Answer {
   double gap = 0.0;  ///< m, negative: overlap
-  Vector3 normal = Vector3::Zero(), point_a = Vector3::Zero(), point_b = Vector3::Zero();
+  Vector3 normal = Vector3::Zero();
+  Vector3 point_a = Vector3::Zero(), point_b = Vector3::Zero();
 };
 
 class Peer {
@@ -80,6 +81,8 @@ using ManifoldPeers = std::vector<std::unique_ptr<ManifoldPeer>>;
 /// `settings`: also the variants that only differ in tolerance or number of iterations.
 void append_quoin(Peers& peers, bool settings);
 void append_quoin(ManifoldPeers& peers);
+/// What no answer can do without.
+void append_floor(Peers& peers);
 #ifdef QUOIN_BENCH_FCL
 void append_fcl(Peers& peers, bool settings);
 void append_fcl(ManifoldPeers& peers);

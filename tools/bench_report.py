@@ -75,7 +75,7 @@ def goal_rows(result):
                 yield workload, entry, entry["nanoseconds"] / base, goal
 
 
-def tables(result):
+def goal_table(result):
     context = result["context"]
     lines = [f"Machine: {context['processor']}, {context['cores']} cores; {context['compiler']}, "
              f"`{context['flags'].strip()}`, {context['build']}.", "",
@@ -88,7 +88,12 @@ def tables(result):
         lines.append(f"| {workload} | {entry['peer']} | {time_text(entry['nanoseconds'])} | "
                      f"{reference_of(workload)} | {time_text(base)} | {ratio:.3f} | {goal:.3g} | "
                      f"{'reached' if ratio <= goal else 'missed'} |")
-    for workload, entries in by_workload.items():
+    return lines
+
+
+def tables(result):
+    lines = goal_table(result)
+    for workload, entries in groups(result).items():
         base = reference_time(workload, entries)
         error = "area error" if workload.startswith("W4") else "gap error"
         lines += ["", f"**{workload}**", "",
@@ -105,9 +110,20 @@ def tables(result):
     return "\n".join(lines) + "\n"
 
 
+def put_tables(path, lines):
+    """Replaces what stands between the marks in a Markdown file."""
+    begin, end = "<!-- goals: written by tools/bench_report.py -->", "<!-- end of goals -->"
+    with open(path, encoding="utf-8") as file:
+        text = file.read()
+    before, rest = text.split(begin, 1)
+    after = rest.split(end, 1)[1]
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(before + begin + "\n" + "\n".join(lines) + "\n" + end + after)
+
+
 COLOURS = {"quoin": "#c1272d", "FCL libccd": "#1f77b4", "FCL indep": "#7fb2dd", "FCL Box": "#08519c",
            "FCL tree": "#1f77b4", "libccd": "#6a51a3", "Bullet": "#2ca02c", "ODE": "#ff7f0e",
-           "find": "#c1272d"}
+           "find": "#c1272d", "floor": "#555555"}
 
 
 def colour(peer):
@@ -149,7 +165,8 @@ def plot_errors(result, path):
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
     floor = 1e-20
-    chosen = [(w, [e for e in entries if e["nanoseconds"]])
+    chosen = [(w, [e for e in entries if e["nanoseconds"] and not e["peer"].startswith("floor")
+                   and not e["note"].startswith("on ")])
               for w, entries in groups(result).items() if w[0] == "W"]
     figure, axes = plt.subplots(math.ceil(len(chosen) / 5), 5, figsize=(17, 3.0 * math.ceil(len(chosen) / 5)),
                                 sharey=True)
@@ -213,6 +230,7 @@ def main():
     parser.add_argument("result", nargs="*")
     parser.add_argument("--merge", metavar="OUT")
     parser.add_argument("--tables", metavar="FILE")
+    parser.add_argument("--readme", metavar="FILE", help="put the table of goals between its two marks")
     parser.add_argument("--pictures", metavar="DIRECTORY")
     arguments = parser.parse_args()
     if arguments.merge:
@@ -222,6 +240,8 @@ def main():
     if arguments.tables:
         with open(arguments.tables, "w", encoding="utf-8") as file:
             file.write(tables(result))
+    if arguments.readme:
+        put_tables(arguments.readme, goal_table(result))
     if arguments.pictures:
         plot_times(result, os.path.join(arguments.pictures, "times.png"))
         plot_errors(result, os.path.join(arguments.pictures, "error_against_time.png"))
