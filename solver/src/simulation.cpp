@@ -109,6 +109,22 @@ void Simulation::set_options(const StepOptions& options) {
   detect(parts_->compiled, options, parts_->state, parts_->work);
 }
 
+void Simulation::set_velocity(int block, const Vector3& velocity, const Vector3& angular_velocity) {
+  const int count = static_cast<int>(parts_->compiled.models.size());
+  if (block < 0 || block >= count ||
+      parts_->compiled.models[static_cast<std::size_t>(block)].unknowns == 0) {
+    throw InputError("velocity of block " + std::to_string(block) +
+                     ": there is no such block with unknowns");
+  }
+  const BlockModel& model = parts_->compiled.models[static_cast<std::size_t>(block)];
+  BlockState& now = parts_->state.blocks[static_cast<std::size_t>(block)];
+  parts_->state.energy.kinetic -= kinetic_energy(model, now);
+  now.velocity = velocity;
+  now.angular_velocity = now.rotation.conjugate() * angular_velocity;
+  parts_->state.energy.kinetic += kinetic_energy(model, now);
+  detect(parts_->compiled, parts_->options, parts_->state, parts_->work);
+}
+
 const State& Simulation::best_try() const { return parts_->best; }
 
 void Simulation::take_best_try() {

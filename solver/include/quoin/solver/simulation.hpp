@@ -85,6 +85,9 @@ class Simulation {
   const State& state() const;
   const StepOptions& options() const;
   void set_options(const StepOptions& options);  ///< from the next step on
+  /// From the next step on: velocity of the centroid (m/s) and angular velocity (rad/s), world axes; a
+  /// settled scene starts to move so. Throws InputError for a block without unknowns.
+  void set_velocity(int block, const Vector3& velocity, const Vector3& angular_velocity);
   const State& best_try() const;                 ///< after a step that did not converge
   void take_best_try();                          ///< accept it and go on
 
