@@ -15,5 +15,6 @@ enum ExitCode : int {
 /// Each adds its subcommand to `app`; the subcommand leaves its exit code in `exit_code`.
 void add_contact_command(CLI::App& app, int& exit_code);
 void add_run_command(CLI::App& app, int& exit_code);
+void add_validate_command(CLI::App& app, int& exit_code);
 
 }  // namespace quoin::commands

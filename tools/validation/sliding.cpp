@@ -1,0 +1,330 @@
+/// V01–V06: blocks that slide, stop, curve and stay.
+
+#include <cmath>
+
+#include "cases.hpp"
+#include "scenes.hpp"
+
+namespace quoin::validation {
+namespace {
+
+using solver::Analysis;
+using solver::ContactMethod;
+using solver::Simulation;
+using solver::StepOptions;
+
+constexpr solver::Material kRock{.density = 2600, .young = 5e9, .poisson = 0.25};
+
+/// s = g (sin - cos tan phi) t^2 / 2.
+double slide_acceleration(double angle, double friction) {
+  return kGravity * (std::sin(angle) - std::cos(angle) * std::tan(friction));
+}
+
+struct SlideRun {
+  double friction_deg = 0.0;
+  StepOptions options{.time_step = 0.01};
+  bool settled = true;
+  bool rigid = false;
+  double allowed = 0.0;
+};
+
+/// The paper's example 5.1: s(1 s) … s(5 s) in m, and the largest overlap.
+void slide(const SlideRun& run, Report& report) {
+  report.start_run();
+  const SlopeScene slope{.angle = radians(20),
+                         .friction = radians(run.friction_deg),
+                         .material = kRock,
+                         .rigid = run.rigid};
+  Simulation simulation(slope.scene(), run.options);
+  if (run.settled) settle(simulation);
+  const double acceleration = slide_acceleration(slope.angle, slope.friction);
+  const double start = slope.displacement(simulation).x();
+  double overlap = 0.0;
+  const std::string which = ", phi " + text(run.friction_deg) + ", " + name(run.options) +
+                            (run.settled ? ", settled" : ", sudden gravity") +
+                            (run.rigid ? ", rigid" : "");
+  const bool each_second = run.settled && !run.rigid &&
+                           run.options.method == ContactMethod::AugmentedLagrangian;
+  for (int t = 1; t <= 5; ++t) {
+    overlap = std::max(overlap, run_for(simulation, 1.0));
+    if (!each_second && t < 5) continue;
+    report.relative("s(" + std::to_string(t) + " s) [m]" + which, 0.5 * acceleration * t * t,
+                    slope.displacement(simulation).x() - start, run.allowed);
+  }
+  if (run.options.method != ContactMethod::Penalty) {
+    report.absolute("largest overlap [m]" + which, 0.0, overlap, 1e-9);
+    return;
+  }
+  // Four springs carry W cos; sudden gravity swings to twice that at most.
+  const double sag = 2600 * kGravity * std::cos(slope.angle) / (4.0 * run.options.penalty);
+  if (run.settled) {
+    const double end = -slope.displacement(simulation).z();
+    report.relative("overlap [m]" + which, sag, end, 0.02);
+  }
+}
+
+}  // namespace
+
+void v01_sliding_down_a_plane(Report& report) {
+  const StepOptions exact{.time_step = 0.01};
+  for (const double friction : {0.0, 10.0}) {
+    slide({.friction_deg = friction, .options = exact, .allowed = 1e-6}, report);
+    slide({.friction_deg = friction, .options = exact, .rigid = true, .allowed = 1e-9}, report);
+    slide({.friction_deg = friction, .options = exact, .settled = false,
+           .allowed = friction > 0.0 ? 1e-6 : 1e-9}, report);
+    for (const double penalty : {50e6, 500e6, 50e9}) {
+      StepOptions options = exact;
+      options.penalty = penalty;
+      options.method = ContactMethod::Penalty;
+      // The case asks for no figure at the lowest penalty; frictionless the motion is exact at any.
+      slide({.friction_deg = friction, .options = options, .allowed = 5e-3}, report);
+      options.method = ContactMethod::Uzawa;
+      slide({.friction_deg = friction, .options = options, .allowed = 1e-3}, report);
+    }
+  }
+}
+
+namespace {
+
+/// Block at rest on 20 degrees under friction 30: forces at t = 10 s, drift between 1 s and 10 s.
+void rest(Analysis analysis, const StepOptions& options, Report& report) {
+  report.start_run();
+  const SlopeScene slope{.angle = radians(20), .friction = radians(30), .material = kRock};
+  Simulation simulation(slope.scene(), options);
+  settle(simulation, analysis);
+  run_for(simulation, 1.0);
+  const Vector3 early = slope.displacement(simulation);
+  run_for(simulation, 9.0);
+  const double drift = (slope.displacement(simulation) - early).norm();
+  const Matrix3 axes = slope.slope_axes();
+  double down = 0.0, up = 0.0;
+  for (const solver::Contact& contact : simulation.state().contacts) {
+    (axes.col(0).dot(contact.point.point_a) > 0.0 ? down : up) += contact.normal_force;
+  }
+  const double shear = -axes.col(0).dot(contact_force(simulation.state(), slope.block()));
+  const double weight = 2600 * kGravity;
+  const std::string which = ", " + name(options) +
+                            (analysis == Analysis::Static ? ", static" : ", dynamic");
+  // Per vertex W cos/4 -+ W sin h/(4 b), h/2 the height of the centroid.
+  const double mean = weight * std::cos(slope.angle) / 4.0;
+  const double tilt = weight * std::sin(slope.angle) / 4.0;
+  const double allowed = options.method == ContactMethod::Penalty ? 5e-3 : 1e-7;
+  report.relative("N per down-slope vertex [N]" + which, mean + tilt, down / 2.0, allowed);
+  report.relative("N per up-slope vertex [N]" + which, mean - tilt, up / 2.0, allowed);
+  report.relative("total shear [N]" + which, weight * std::sin(slope.angle), shear, allowed);
+  report.absolute("drift from 1 s to 10 s [m]" + which, 0.0, drift, 1e-7);
+}
+
+/// A tenth of a degree under the friction angle: stays; over it: slides.
+void near_the_friction_angle(Report& report) {
+  report.start_run();
+  SlopeScene slope{.angle = radians(20), .friction = radians(20.1), .material = kRock};
+  Simulation holding(slope.scene(), {.time_step = 0.01});
+  settle(holding);
+  const Vector3 start = slope.displacement(holding);
+  run_for(holding, 10.0);
+  report.absolute("creep in 10 s, slope 0.1 deg under phi [m]", 0.0,
+                  (slope.displacement(holding) - start).norm(), 1e-9);
+  report.start_run();
+  slope.friction = radians(19.9);
+  Simulation sliding(slope.scene(), {.time_step = 0.01});
+  settle(sliding);
+  const double from = slope.displacement(sliding).x();
+  run_for(sliding, 2.0);
+  report.relative("acceleration, slope 0.1 deg over phi [m/s2]",
+                  slide_acceleration(slope.angle, slope.friction),
+                  (slope.displacement(sliding).x() - from) / 2.0, 1e-4);
+}
+
+}  // namespace
+
+void v02_at_rest_on_a_plane(Report& report) {
+  StepOptions options{.time_step = 0.01};
+  for (const Analysis analysis : {Analysis::Static, Analysis::Dynamic}) {
+    options.method = ContactMethod::AugmentedLagrangian;
+    rest(analysis, options, report);
+    options.method = ContactMethod::Penalty;
+    for (const double penalty : {50e6, 50e9}) {
+      options.penalty = penalty;
+      rest(analysis, options, report);
+    }
+  }
+  near_the_friction_angle(report);
+}
+
+namespace {
+
+void push(const StepOptions& options, double allowed, Report& report) {
+  report.start_run();
+  const solver::Material material{.density = 2000, .young = 100e6, .poisson = 0.3};
+  solver::Scene scene;
+  scene.add_fixed(geometry::make_box({0, 0, -2.5}, {5, 3.5, 0}));
+  const Vector3 start(1.0, 2.5, 0.5);
+  const Vector3 half(0.5, 0.5, 0.5);
+  const int block = scene.add_block(geometry::make_box(start - half, start + half), material);
+  scene.point_loads.push_back({block, start - Vector3(0.5, 0, 0), Vector3(500, 0, 0)});
+  scene.point_loads.push_back({block, start + Vector3(0, 0.5, 0), Vector3(0, -250, 0)});
+  Simulation simulation(scene, options);
+  const double acceleration = std::hypot(500.0, 250.0) / 2000.0;
+  double done = 0.0;
+  for (const double t : {1.0, 2.0, 3.0, 4.0, 4.5}) {
+    run_for(simulation, t - done);
+    done = t;
+    const Vector3 moved = simulation.state().blocks[1].centroid + simulation.state().origin - start;
+    report.relative("S(" + text(t) + " s) [m], " + name(options), 0.5 * acceleration * t * t,
+                    moved.head<2>().norm(), allowed);
+    if (t < 4.5) continue;
+    report.relative("x(4.5 s) [m], " + name(options), 0.125 * t * t, moved.x(), allowed);
+    report.relative("y(4.5 s) [m], " + name(options), -0.0625 * t * t, moved.y(), allowed);
+  }
+}
+
+}  // namespace
+
+void v03_pushed_by_two_forces(Report& report) {
+  push({.time_step = 0.01}, 1e-9, report);
+  push({.time_step = 0.01, .method = ContactMethod::Uzawa, .penalty = 100e6}, 1e-9, report);
+  push({.time_step = 0.01, .method = ContactMethod::Penalty, .penalty = 100e6}, 1e-9, report);
+}
+
+namespace {
+
+struct Stop {
+  double distance = 0.0, time = 0.0, speed_after = 0.0, backward = 0.0;
+};
+
+/// v0 = 2 m/s along the diagonal until rest, then 0.1 s more.
+Stop stop_by_friction(const StepOptions& options, bool rigid) {
+  const Vector3 along = Vector3(1, 1, 0).normalized();
+  const SlopeScene slope{.friction = radians(20),
+                         .size = {1, 1, 0.5},
+                         .material = {.density = 2500, .young = 5e9, .poisson = 0.25},
+                         .velocity = 2.0 * along,
+                         .rigid = rigid};
+  Simulation simulation(slope.scene(), options);
+  settle(simulation);
+  Stop stop;
+  double farthest = 0.0, speed = 2.0;
+  const double start = slope.displacement(simulation).dot(along);
+  int steps_after = 0;
+  while (steps_after * options.time_step < 0.1 && simulation.state().time < 2.0) {
+    step(simulation);
+    const double now = slope.block_velocity(simulation).dot(along);
+    const double moved = slope.displacement(simulation).dot(along) - start;
+    farthest = std::max(farthest, moved);
+    stop.backward = std::max(stop.backward, farthest - moved);
+    if (steps_after == 0 && now > 1e-3 * speed && now > 1e-6) {
+      // Constant deceleration mu g ends the motion after v / (mu g).
+      stop.time += options.time_step;
+      speed = now;
+      continue;
+    }
+    if (++steps_after >= 2) {
+      stop.speed_after = std::max(stop.speed_after, slope.block_velocity(simulation).norm());
+    }
+  }
+  stop.distance = slope.displacement(simulation).dot(along) - start;
+  return stop;
+}
+
+}  // namespace
+
+void v04_stopping_by_friction(Report& report) {
+  const double mu = std::tan(radians(20));
+  const double stop_time = 2.0 / (mu * kGravity);            // v0 / (mu g)
+  const double distance = 4.0 / (2.0 * mu * kGravity);       // v0^2 / (2 mu g)
+  StepOptions options{.time_step = 1e-3};
+  for (const bool rigid : {false, true}) {
+    for (const ContactMethod method : {ContactMethod::AugmentedLagrangian, ContactMethod::Penalty}) {
+      if (rigid && method == ContactMethod::Penalty) continue;
+      report.start_run();
+      options.method = method;
+      options.penalty = method == ContactMethod::Penalty ? 1e9 : 0.0;
+      const Stop stop = stop_by_friction(options, rigid);
+      const std::string which = ", " + name(options) + (rigid ? ", rigid" : "");
+      const bool springs = method == ContactMethod::Penalty;
+      report.relative("stop distance [m]" + which, distance, stop.distance, 1e-4);
+      report.absolute("stop time [s]" + which, stop_time, stop.time, 2e-3);
+      report.absolute("motion backward [m]" + which, 0.0, stop.backward, 1e-5);
+      // Springs swing after the stop; the scheme damps them.
+      if (!springs) {
+        report.absolute("speed two steps after the stop [m/s]" + which, 0.0, stop.speed_after, 1e-6);
+      }
+    }
+  }
+}
+
+void v05_curved_sliding(Report& report) {
+  // Down the slope g sin = mu g cos: the speed lost to friction goes into v_down, so v + v_down = v0.
+  // dv/dt = g sin (down - v/|v|), integrated to 1e-12 (8th order Runge-Kutta, 12 digits kept).
+  struct Time { double t, down, across, v_down, v_across; };
+  constexpr Time kExact[] = {
+      {0.5, 0.3860466705806206, 1.0093393105683244, 1.2782668068312815, 1.1534293038665773},
+      {1.0, 1.095885921569756, 1.3345996959605428, 1.4839664327350208, 0.3101635110563559},
+      {2.0, 2.5929815629716573, 1.4401055328981276, 1.499935591925987, 0.01965829201352129},
+      {4.0, 5.592969911339558, 1.4471898243286765, 1.499999998982641, 7.813429829629951e-05}};
+  const SlopeScene slope{.angle = radians(25),
+                         .friction = radians(25),
+                         .size = {0.5, 0.5, 0.1},
+                         .material = {.density = 2500, .young = 5e9, .poisson = 0.25},
+                         .velocity = {0, 3, 0}};
+  Simulation simulation(slope.scene(), {.time_step = 1e-3});
+  settle(simulation);
+  const Vector3 start = slope.displacement(simulation);
+  double done = 0.0;
+  for (const Time& exact : kExact) {
+    run_for(simulation, exact.t - done);
+    done = exact.t;
+    const Vector3 moved = slope.displacement(simulation) - start;
+    const Vector3 speed = slope.block_velocity(simulation);
+    const std::string at = "(" + text(exact.t) + " s)";
+    report.relative("down" + at + " [m]", exact.down, moved.x(), 5e-3);
+    report.relative("across" + at + " [m]", exact.across, moved.y(), 5e-3);
+    report.relative("v_down" + at + " [m/s]", exact.v_down, speed.x(), 5e-3);
+    report.relative("v_across" + at + " [m/s]", exact.v_across, speed.y(), 5e-3);
+  }
+  const Vector3 side = simulation.state().blocks[1].rotation * Vector3::UnitY();
+  report.absolute("yaw after 4 s [rad]", 0.0, std::atan2(slope.slope_axes().col(0).dot(side), side.y()),
+                  1e-3);
+}
+
+void v06_dragged_by_friction(Report& report) {
+  const double mu = std::tan(radians(25));
+  const double mass_a = 2500, mass_b = 7500;
+  const double limit = mu * kGravity * (mass_a + mass_b);
+  for (const double share : {0.9, 1.5}) {
+    report.start_run();
+    solver::Scene scene;
+    scene.joint.friction_angle = radians(25);
+    scene.pair_joints.push_back({.group_a = 0, .group_b = 1, .joint = {}});  // frictionless floor
+    const solver::Material rock{.density = 2500, .young = 5e9, .poisson = 0.25};
+    scene.add_fixed(geometry::make_box({-5, -5, -1}, {20, 5, 0}), {.joint_group = 1});
+    const int b = scene.add_block(geometry::make_box({-1.5, -0.5, 0}, {1.5, 0.5, 1}), rock);
+    const int a = scene.add_block(geometry::make_box({-0.5, -0.5, 1}, {0.5, 0.5, 2}), rock);
+    scene.point_loads.push_back({b, Vector3(0, 0, 0.5), Vector3(share * limit, 0, 0)});
+    Simulation simulation(scene, {.time_step = 1e-3});
+    settle(simulation);
+    const auto place = [&](int block) {
+      return simulation.state().blocks[static_cast<std::size_t>(block)].centroid.x();
+    };
+    const double start_a = place(a), start_b = place(b);
+    const double t = 0.5;
+    run_for(simulation, t);
+    const double moved_a = place(a) - start_a, moved_b = place(b) - start_b;
+    if (share < 1.0) {
+      const double together = share * limit / (mass_a + mass_b);
+      report.relative("a of A at 0.9 F* [m/s2]", together, 2.0 * moved_a / (t * t), 5e-3);
+      report.relative("a of B at 0.9 F* [m/s2]", together, 2.0 * moved_b / (t * t), 5e-3);
+      report.absolute("slip at 0.9 F* [m]", 0.0, moved_a - moved_b, 1e-5);
+      continue;
+    }
+    const double exact_a = mu * kGravity;
+    const double exact_b = (share * limit - mu * mass_a * kGravity) / mass_b;
+    report.relative("a of A at 1.5 F* [m/s2]", exact_a, 2.0 * moved_a / (t * t), 5e-3);
+    report.relative("a of B at 1.5 F* [m/s2]", exact_b, 2.0 * moved_b / (t * t), 5e-3);
+    report.relative("A relative to B at 0.5 s, 1.5 F* [m]", 0.5 * (exact_b - exact_a) * t * t,
+                    moved_b - moved_a, 5e-3);
+  }
+}
+
+}  // namespace quoin::validation
