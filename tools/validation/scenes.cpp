@@ -73,19 +73,36 @@ solver::StepReport step(solver::Simulation& simulation) {
   return report;
 }
 
-void settle(solver::Simulation& simulation, solver::Analysis analysis) {
+namespace {
+
+/// Steps of a static analysis until balanced, then the options as they were.
+void static_steps(solver::Simulation& simulation, solver::Analysis analysis, int most_steps) {
   constexpr double kBalanced = 1e-14;  // of the largest force
-  constexpr int kMostSteps = 200;
-  solver::StepOptions options = simulation.options();
-  const double time_step = options.time_step;
-  options.analysis = solver::Analysis::Settle;
-  options.time_step = std::max(time_step, 0.01);  // s; the inertia term only slows a static step
+  const solver::StepOptions before = simulation.options();
+  solver::StepOptions options = before;
+  options.analysis = analysis;
+  options.time_step = std::max(before.time_step, 0.01);  // s; the inertia term only slows it
+  if (options.method == solver::ContactMethod::Uzawa) {
+    options.method = solver::ContactMethod::AugmentedLagrangian;  // the same state, in fewer solves
+  }
   simulation.set_options(options);
-  for (int i = 0; i < kMostSteps; ++i) {
+  for (int i = 0; i < most_steps; ++i) {
     if (step(simulation).unbalance <= kBalanced) break;
   }
+  simulation.set_options(before);
+}
+
+}  // namespace
+
+void relax(solver::Simulation& simulation, int most_steps) {
+  static_steps(simulation, solver::Analysis::Static, most_steps);
+}
+
+void settle(solver::Simulation& simulation, solver::Analysis analysis) {
+  constexpr int kMostSteps = 200;
+  static_steps(simulation, solver::Analysis::Settle, kMostSteps);
+  solver::StepOptions options = simulation.options();
   options.analysis = analysis;
-  options.time_step = time_step;
   simulation.set_options(options);
   for (std::size_t b = 0; b < simulation.scene().blocks.size(); ++b) {
     const solver::Block& block = simulation.scene().blocks[b];
@@ -119,15 +136,14 @@ Momentum momentum(const solver::Simulation& simulation) {
     const Vector3 linear = block.material.density * mass.volume * now.velocity;
     total.linear += linear;
     total.angular += (simulation.state().origin + now.centroid).cross(linear);
-    // x = R (I + eps) X, dx/dt = R (W × (I + eps) X + eps' X) over the reference shape.
+    // Momentum of the reference shape, as the method defines it: the integral of X × (W × X + eps' X).
     const Matrix3 moment = block.material.density * mass.second_moment;
-    const Matrix3 shape = Matrix3::Identity() + strain_matrix(now.strain);
     const Matrix3 rate = strain_matrix(now.strain_rate);
     Vector3 spin = Vector3::Zero();
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) {
-        const Vector3 moving = now.angular_velocity.cross(shape.col(j)) + rate.col(j);
-        spin += moment(i, j) * shape.col(i).cross(moving);
+        const Vector3 moving = now.angular_velocity.cross(Vector3::Unit(j)) + rate.col(j);
+        spin += moment(i, j) * Vector3::Unit(i).cross(moving);
       }
     }
     total.angular += now.rotation * spin;

@@ -55,11 +55,12 @@ void slide(const SlideRun& run, Report& report) {
     report.absolute("largest overlap [m]" + which, 0.0, overlap, 1e-9);
     return;
   }
-  // Four springs carry W cos; sudden gravity swings to twice that at most.
+  // Four springs carry W cos.
   const double sag = 2600 * kGravity * std::cos(slope.angle) / (4.0 * run.options.penalty);
   if (run.settled) {
-    const double end = -slope.displacement(simulation).z();
-    report.relative("overlap [m]" + which, sag, end, 0.02);
+    double end = 0.0;
+    for (const solver::Contact& contact : simulation.state().contacts) end -= contact.point.gap;
+    report.absolute("mean overlap at 5 s [m]" + which, sag, end / 4.0, 5e-11);
   }
 }
 
@@ -79,6 +80,7 @@ void v01_sliding_down_a_plane(Report& report) {
       // The case asks for no figure at the lowest penalty; frictionless the motion is exact at any.
       slide({.friction_deg = friction, .options = options, .allowed = 5e-3}, report);
       options.method = ContactMethod::Uzawa;
+      options.max_iterations = 5000;
       slide({.friction_deg = friction, .options = options, .allowed = 1e-3}, report);
     }
   }
@@ -87,9 +89,10 @@ void v01_sliding_down_a_plane(Report& report) {
 namespace {
 
 /// Block at rest on 20 degrees under friction 30: forces at t = 10 s, drift between 1 s and 10 s.
-void rest(Analysis analysis, const StepOptions& options, Report& report) {
+void rest(Analysis analysis, const StepOptions& options, bool rigid, Report& report) {
   report.start_run();
-  const SlopeScene slope{.angle = radians(20), .friction = radians(30), .material = kRock};
+  const SlopeScene slope{.angle = radians(20), .friction = radians(30), .material = kRock,
+                         .rigid = rigid};
   Simulation simulation(slope.scene(), options);
   settle(simulation, analysis);
   run_for(simulation, 1.0);
@@ -104,11 +107,13 @@ void rest(Analysis analysis, const StepOptions& options, Report& report) {
   const double shear = -axes.col(0).dot(contact_force(simulation.state(), slope.block()));
   const double weight = 2600 * kGravity;
   const std::string which = ", " + name(options) +
-                            (analysis == Analysis::Static ? ", static" : ", dynamic");
+                            (analysis == Analysis::Static ? ", static" : ", dynamic") +
+                            (rigid ? ", rigid" : "");
   // Per vertex W cos/4 -+ W sin h/(4 b), h/2 the height of the centroid.
   const double mean = weight * std::cos(slope.angle) / 4.0;
   const double tilt = weight * std::sin(slope.angle) / 4.0;
-  const double allowed = options.method == ContactMethod::Penalty ? 5e-3 : 1e-7;
+  // The numbers are of a rigid block: strain of 1e-6 and the sag of springs shift the centroid.
+  const double allowed = options.method == ContactMethod::Penalty ? 5e-4 : rigid ? 1e-9 : 1e-5;
   report.relative("N per down-slope vertex [N]" + which, mean + tilt, down / 2.0, allowed);
   report.relative("N per up-slope vertex [N]" + which, mean - tilt, up / 2.0, allowed);
   report.relative("total shear [N]" + which, weight * std::sin(slope.angle), shear, allowed);
@@ -121,6 +126,7 @@ void near_the_friction_angle(Report& report) {
   SlopeScene slope{.angle = radians(20), .friction = radians(20.1), .material = kRock};
   Simulation holding(slope.scene(), {.time_step = 0.01});
   settle(holding);
+  relax(holding, 200);
   const Vector3 start = slope.displacement(holding);
   run_for(holding, 10.0);
   report.absolute("creep in 10 s, slope 0.1 deg under phi [m]", 0.0,
@@ -129,6 +135,7 @@ void near_the_friction_angle(Report& report) {
   slope.friction = radians(19.9);
   Simulation sliding(slope.scene(), {.time_step = 0.01});
   settle(sliding);
+  relax(sliding, 20);
   const double from = slope.displacement(sliding).x();
   run_for(sliding, 2.0);
   report.relative("acceleration, slope 0.1 deg over phi [m/s2]",
@@ -142,11 +149,12 @@ void v02_at_rest_on_a_plane(Report& report) {
   StepOptions options{.time_step = 0.01};
   for (const Analysis analysis : {Analysis::Static, Analysis::Dynamic}) {
     options.method = ContactMethod::AugmentedLagrangian;
-    rest(analysis, options, report);
+    rest(analysis, options, false, report);
+    rest(analysis, options, true, report);
     options.method = ContactMethod::Penalty;
     for (const double penalty : {50e6, 50e9}) {
       options.penalty = penalty;
-      rest(analysis, options, report);
+      rest(analysis, options, false, report);
     }
   }
   near_the_friction_angle(report);
@@ -190,7 +198,9 @@ void v03_pushed_by_two_forces(Report& report) {
 namespace {
 
 struct Stop {
-  double distance = 0.0, time = 0.0, speed_after = 0.0, backward = 0.0;
+  double distance = 0.0, time = 0.0, backward = 0.0;
+  double speed_after = 0.0;  ///< largest from two steps after the stop, m/s
+  double speed_end = 0.0;    ///< 0.1 s after the stop, m/s
 };
 
 /// v0 = 2 m/s along the diagonal until rest, then 0.1 s more.
@@ -214,7 +224,6 @@ Stop stop_by_friction(const StepOptions& options, bool rigid) {
     farthest = std::max(farthest, moved);
     stop.backward = std::max(stop.backward, farthest - moved);
     if (steps_after == 0 && now > 1e-3 * speed && now > 1e-6) {
-      // Constant deceleration mu g ends the motion after v / (mu g).
       stop.time += options.time_step;
       speed = now;
       continue;
@@ -224,6 +233,7 @@ Stop stop_by_friction(const StepOptions& options, bool rigid) {
     }
   }
   stop.distance = slope.displacement(simulation).dot(along) - start;
+  stop.speed_end = slope.block_velocity(simulation).norm();
   return stop;
 }
 
@@ -246,10 +256,11 @@ void v04_stopping_by_friction(Report& report) {
       report.relative("stop distance [m]" + which, distance, stop.distance, 1e-4);
       report.absolute("stop time [s]" + which, stop_time, stop.time, 2e-3);
       report.absolute("motion backward [m]" + which, 0.0, stop.backward, 1e-5);
-      // Springs swing after the stop; the scheme damps them.
-      if (!springs) {
-        report.absolute("speed two steps after the stop [m/s]" + which, 0.0, stop.speed_after, 1e-6);
-      }
+      // Springs and elastic blocks swing after the stop: they are asked 0.1 s later.
+      const bool swings = springs || !rigid;
+      report.absolute(std::string("speed ") + (swings ? "0.1 s" : "from two steps") +
+                          " after the stop [m/s]" + which,
+                      0.0, swings ? stop.speed_end : stop.speed_after, 1e-6);
     }
   }
 }
@@ -288,42 +299,58 @@ void v05_curved_sliding(Report& report) {
                   1e-3);
 }
 
+namespace {
+
+struct Drag {
+  double moved_a = 0.0, moved_b = 0.0, slip = 0.0;  ///< m
+};
+
+/// A on B on a frictionless floor, `force` at the centroid of B, after 0.5 s.
+Drag drag(double force, bool rigid) {
+  solver::Scene scene;
+  scene.joint.friction_angle = radians(25);
+  scene.pair_joints.push_back({.group_a = 0, .group_b = 1, .joint = {}});
+  const solver::Material rock{.density = 2500, .young = 5e9, .poisson = 0.25};
+  scene.add_fixed(geometry::make_box({-5, -5, -1}, {20, 5, 0}), {.joint_group = 1});
+  for (const geometry::Polyhedron& shape : {geometry::make_box({-1.5, -0.5, 0}, {1.5, 0.5, 1}),
+                                            geometry::make_box({-0.5, -0.5, 1}, {0.5, 0.5, 2})}) {
+    rigid ? scene.add_rigid(shape, rock) : scene.add_block(shape, rock);
+  }
+  scene.point_loads.push_back({1, Vector3(0, 0, 0.5), Vector3(force, 0, 0)});
+  Simulation simulation(scene, {.time_step = 1e-3});
+  settle(simulation);
+  relax(simulation, 10);
+  const auto place = [&](std::size_t block) { return simulation.state().blocks[block].centroid.x(); };
+  const auto slip = [&] {  // of the middle of B's top against that of A's bottom
+    return solver::world_point(simulation.state(), 1, {0, 0, 0.5}).x() -
+           solver::world_point(simulation.state(), 2, {0, 0, -0.5}).x();
+  };
+  const double a = place(2), b = place(1), slipped = slip();
+  run_for(simulation, 0.5);
+  return {place(2) - a, place(1) - b, slip() - slipped};
+}
+
+}  // namespace
+
 void v06_dragged_by_friction(Report& report) {
-  const double mu = std::tan(radians(25));
+  const double mu = std::tan(radians(25)), t = 0.5;
   const double mass_a = 2500, mass_b = 7500;
   const double limit = mu * kGravity * (mass_a + mass_b);
-  for (const double share : {0.9, 1.5}) {
+  for (const bool rigid : {false, true}) {
+    const std::string which = rigid ? ", rigid" : "";
     report.start_run();
-    solver::Scene scene;
-    scene.joint.friction_angle = radians(25);
-    scene.pair_joints.push_back({.group_a = 0, .group_b = 1, .joint = {}});  // frictionless floor
-    const solver::Material rock{.density = 2500, .young = 5e9, .poisson = 0.25};
-    scene.add_fixed(geometry::make_box({-5, -5, -1}, {20, 5, 0}), {.joint_group = 1});
-    const int b = scene.add_block(geometry::make_box({-1.5, -0.5, 0}, {1.5, 0.5, 1}), rock);
-    const int a = scene.add_block(geometry::make_box({-0.5, -0.5, 1}, {0.5, 0.5, 2}), rock);
-    scene.point_loads.push_back({b, Vector3(0, 0, 0.5), Vector3(share * limit, 0, 0)});
-    Simulation simulation(scene, {.time_step = 1e-3});
-    settle(simulation);
-    const auto place = [&](int block) {
-      return simulation.state().blocks[static_cast<std::size_t>(block)].centroid.x();
-    };
-    const double start_a = place(a), start_b = place(b);
-    const double t = 0.5;
-    run_for(simulation, t);
-    const double moved_a = place(a) - start_a, moved_b = place(b) - start_b;
-    if (share < 1.0) {
-      const double together = share * limit / (mass_a + mass_b);
-      report.relative("a of A at 0.9 F* [m/s2]", together, 2.0 * moved_a / (t * t), 5e-3);
-      report.relative("a of B at 0.9 F* [m/s2]", together, 2.0 * moved_b / (t * t), 5e-3);
-      report.absolute("slip at 0.9 F* [m]", 0.0, moved_a - moved_b, 1e-5);
-      continue;
-    }
-    const double exact_a = mu * kGravity;
-    const double exact_b = (share * limit - mu * mass_a * kGravity) / mass_b;
-    report.relative("a of A at 1.5 F* [m/s2]", exact_a, 2.0 * moved_a / (t * t), 5e-3);
-    report.relative("a of B at 1.5 F* [m/s2]", exact_b, 2.0 * moved_b / (t * t), 5e-3);
-    report.relative("A relative to B at 0.5 s, 1.5 F* [m]", 0.5 * (exact_b - exact_a) * t * t,
-                    moved_b - moved_a, 5e-3);
+    const Drag below = drag(0.9 * limit, rigid);
+    const double together = 0.9 * limit / (mass_a + mass_b);
+    report.relative("a of A at 0.9 F* [m/s2]" + which, together, 2.0 * below.moved_a / (t * t), 5e-3);
+    report.relative("a of B at 0.9 F* [m/s2]" + which, together, 2.0 * below.moved_b / (t * t), 5e-3);
+    report.absolute("slip at 0.9 F* [m]" + which, 0.0, below.slip, 1e-5);
+    report.start_run();
+    const Drag above = drag(1.5 * limit, rigid);
+    const double exact_a = mu * kGravity, exact_b = (1.5 * limit - mu * mass_a * kGravity) / mass_b;
+    report.relative("a of A at 1.5 F* [m/s2]" + which, exact_a, 2.0 * above.moved_a / (t * t), 5e-3);
+    report.relative("a of B at 1.5 F* [m/s2]" + which, exact_b, 2.0 * above.moved_b / (t * t), 5e-3);
+    report.relative("A relative to B at 0.5 s, 1.5 F* [m]" + which, 0.5 * (exact_b - exact_a) * t * t,
+                    above.moved_b - above.moved_a, 5e-3);
   }
 }
 
