@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <limits>
 
 namespace quoin::validation {
@@ -23,6 +24,15 @@ void Report::absolute(const std::string& quantity, double exact, double result, 
 void Report::at_least(const std::string& quantity, double threshold, double result) {
   const double missing = result >= threshold ? 0.0 : threshold - result;  // NaN stays NaN
   add(quantity + ", at least", threshold, result, missing, 0.0);
+}
+
+void Report::attempt(const std::string& what, const std::function<void()>& run) {
+  start_run();
+  try {
+    run();
+  } catch (const std::exception& error) {
+    failed(what + ": " + error.what());
+  }
 }
 
 void Report::failed(const std::string& what) {

@@ -2,6 +2,7 @@
 /// Rows of the validation table: a result beside its exact value and the error that is allowed.
 
 #include <chrono>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,9 @@ class Report {
   explicit Report(std::string case_name) : case_name_(std::move(case_name)) { start_run(); }
 
   void start_run() { start_ = Clock::now(); }
+
+  /// start_run(), then `run`; when it throws, a row that is not ok says what broke off.
+  void attempt(const std::string& what, const std::function<void()>& run);
 
   /// |result - exact| / |exact| <= allowed.
   void relative(const std::string& quantity, double exact, double result, double allowed);
