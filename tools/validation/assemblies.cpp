@@ -64,14 +64,16 @@ struct ArchRun {
   double speed = 0.0;       ///< m/s, of a vertex at the end
 };
 
-/// Voussoirs between radial joints, vertices at R -+ t/2, springings on fixed blocks; 10 s or until down.
+/// Voussoirs between radial joints, vertices at R -+ t/2, springings on fixed blocks; 10 s or until
+/// down.
 ArchRun stand(int count, double thickness, double young, bool rigid) {
   const double radius = 10.0, inner = radius - 0.5 * thickness, outer = radius + 0.5 * thickness;
   solver::Scene scene;
   scene.joint.friction_angle = radians(40);
   const solver::Material stone{.density = 2500, .young = young, .poisson = 0.25};
   for (const double side : {-1.0, 1.0}) {
-    scene.add_fixed(geometry::make_box({side * radius - 1.0, -1.0, -1.0}, {side * radius + 1.0, 2.0, 0}));
+    scene.add_fixed(
+        geometry::make_box({side * radius - 1.0, -1.0, -1.0}, {side * radius + 1.0, 2.0, 0}));
   }
   const auto corner = [](double r, double angle) {
     return Vector3(-r * std::cos(angle), 0.0, r * std::sin(angle));
@@ -100,10 +102,18 @@ ArchRun stand(int count, double thickness, double young, bool rigid) {
 }  // namespace
 
 void v17_arch(Report& report) {
-  // Lower-bound linear programme: compressive forces at the two ends of each joint, |shear| <= tan 40 N,
-  // bisection on t; tends to the continuous ring's 0.107478 [Milankovitch 1907] for many voussoirs.
+  // Lower-bound linear programme: compressive forces at the two ends of each joint, |shear| <= tan
+  // 40 N, bisection on t; tends to the continuous ring's 0.107478 [Milankovitch 1907] for many
+  // voussoirs.
   constexpr double kLimit16 = 0.10707620335742833, kLimit9 = 0.10152546735480428;
-  struct Arch { int count; double ratio; double young; bool rigid; bool stands; const char* what; };
+  struct Arch {
+    int count;
+    double ratio;
+    double young;
+    bool rigid;
+    bool stands;
+    const char* what;
+  };
   const Arch kArches[] = {
       {16, 0.112, 10e9, false, true, "N=16 t/R=0.112, E 1e10"},
       {16, 0.102, 10e9, false, false, "N=16 t/R=0.102, E 1e10"},
@@ -175,9 +185,13 @@ struct SlopeResult {
 };
 
 SlopeResult curved(const Frame& frame, bool plane_last) {
-  const SlopeScene slope{.angle = radians(25), .friction = radians(25), .size = {0.5, 0.5, 0.1},
+  const SlopeScene slope{.angle = radians(25),
+                         .friction = radians(25),
+                         .size = {0.5, 0.5, 0.1},
                          .material = {.density = 2500, .young = 5e9, .poisson = 0.25},
-                         .velocity = {0, 3, 0}, .plane_last = plane_last, .frame = frame};
+                         .velocity = {0, 3, 0},
+                         .plane_last = plane_last,
+                         .frame = frame};
   Simulation simulation(slope.scene(), {.time_step = 1e-3});
   settle(simulation);
   run_for(simulation, 0.5);
@@ -186,9 +200,12 @@ SlopeResult curved(const Frame& frame, bool plane_last) {
 }
 
 SlopeResult toppling(const Frame& frame, bool plane_last) {
-  const SlopeScene slope{.angle = radians(30), .friction = radians(20), .size = {1, 1, 3},
+  const SlopeScene slope{.angle = radians(30),
+                         .friction = radians(20),
+                         .size = {1, 1, 3},
                          .material = {.density = 2600, .young = 10e9, .poisson = 0.25},
-                         .plane_last = plane_last, .frame = frame};
+                         .plane_last = plane_last,
+                         .frame = frame};
   Simulation simulation(slope.scene(), {.time_step = 1e-3});
   run_for(simulation, 0.3);
   const Vector3 moved = slope.displacement(simulation);
@@ -206,7 +223,11 @@ double change(const SlopeResult& now, const SlopeResult& reference) {
 }  // namespace
 
 void v21_invariances(Report& report) {
-  struct Change { const char* what; Frame frame; bool plane_last; };
+  struct Change {
+    const char* what;
+    Frame frame;
+    bool plane_last;
+  };
   const Change kChanges[] = {
       {"moved by (1000, -2000, 500)", {.origin = Vector3(1000, -2000, 500)}, false},
       {"turned by 90 deg about z", {.rotation = turn(radians(90), Vector3::UnitZ())}, false},
@@ -240,7 +261,8 @@ void paper_falling_block(Report& report) {
                   {.density = 2600, .young = 5e9, .poisson = 0.25});
   Simulation simulation(scene, {.time_step = 1e-3});
   const Vector3 start = state_of(simulation, 1).centroid;
-  double flight = 0.0, overlap = 0.0, free_error = 0.0, largest = simulation.state().energy.mechanical();
+  double flight = 0.0, overlap = 0.0, free_error = 0.0,
+         largest = simulation.state().energy.mechanical();
   const double scale = 2600 * kGravity * 2.0;  // J, of the fall
   double growth = 0.0;
   bool free = true;
@@ -259,7 +281,8 @@ void paper_falling_block(Report& report) {
   }
   // The lowest vertex falls 2/cos(20) m.
   report.absolute("free flight against g t^2/2 [m]", 0.0, free_error, 1e-11);
-  report.absolute("time of impact [s]", std::sqrt(2.0 * 2.0 / std::cos(angle) / kGravity), flight, 1e-3);
+  report.absolute("time of impact [s]", std::sqrt(2.0 * 2.0 / std::cos(angle) / kGravity), flight,
+                  1e-3);
   report.absolute("largest overlap [m]", 0.0, overlap, 1e-8);
   report.absolute("growth of energy / energy of the fall", 0.0, growth, 1e-6);
   report.at_least("down the slope after 4 s [m]", 2.0,
@@ -280,8 +303,8 @@ void paper_five_blocks(Report& report) {
       if (i == 0) frame.rotation = turn(radians(14.5), Vector3::UnitY());
       scene.add_block(frame.place(block), rock);
     }
-    Simulation simulation(scene, {.time_step = 1e-3, .penalty = penalty,
-                                  .max_displacement_ratio = 0.1});
+    Simulation simulation(scene,
+                          {.time_step = 1e-3, .penalty = penalty, .max_displacement_ratio = 0.1});
     double overlap = 0.0, growth = 0.0, least = simulation.state().energy.mechanical();
     const double scale = 4 * 0.64 * 2700 * kGravity * 0.8;  // J: the weight of all from half height
     for (int i = 0; i < 5000; ++i) {

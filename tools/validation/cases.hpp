@@ -10,7 +10,7 @@
 namespace quoin::validation {
 
 struct Case {
-  std::string_view name;   ///< "V01"
+  std::string_view name;  ///< "V01"
   std::string_view title;
   void (*run)(Report& report);
 };

@@ -33,15 +33,16 @@ geometry::PairContact pair_contact(const Polyhedron& a, const Polyhedron& b, dou
   return contact;
 }
 
-void normal_rows(const Vector3& exact, const NearestFeatures& nearest, double allowed, Report& report) {
+void normal_rows(const Vector3& exact, const NearestFeatures& nearest, double allowed,
+                 Report& report) {
   report.absolute("normal, |difference|", 0.0, (nearest.normal - exact).norm(), allowed);
 }
 
 }  // namespace
 
 void g01_local_search(Report& report) {
-  // A flat pyramid with its base on top against the tip of a tetrahedron: the nearest vertex pair is
-  // (apex, tip), and no face around the apex holds the nearest point.
+  // A flat pyramid with its base on top against the tip of a tetrahedron: the nearest vertex pair
+  // is (apex, tip), and no face around the apex holds the nearest point.
   const Polyhedron a = hull({{-10, -10, 0}, {10, -10, 0}, {10, 10, 0}, {-10, 10, 0}, {0, 0, -0.5}});
   const Polyhedron b = hull({{0, 0, 0.005}, {1, 0, 1}, {-0.5, 0.8, 1}, {-0.5, -0.8, 1}});
   const geometry::PairContact contact = pair_contact(a, b);
@@ -50,9 +51,10 @@ void g01_local_search(Report& report) {
   report.absolute("witness on B, |difference| [m]", 0.0,
                   (contact.nearest.point_b - Vector3(0, 0, 0.005)).norm(), 1e-12);
   normal_rows(Vector3::UnitZ(), contact.nearest, 1e-12, report);
-  report.absolute("contact points, all vertex-face", 1.0,
-                  contact.type == ContactType::VertexFace
-                      ? static_cast<double>(contact.points.size()) : 0.0, 0.0);
+  report.absolute(
+      "contact points, all vertex-face", 1.0,
+      contact.type == ContactType::VertexFace ? static_cast<double>(contact.points.size()) : 0.0,
+      0.0);
 }
 
 namespace {
@@ -91,15 +93,19 @@ void g03_turned_faces(Report& report) {
   report.absolute("area of the octagon [m2]", 2.0 * (std::sqrt(2.0) - 1.0), contact.area, 1e-12);
   report.absolute("corners", 8.0, static_cast<double>(contact.polygon.size()), 0.0);
   report.absolute("contact points", 8.0, static_cast<double>(contact.points.size()), 0.0);
-  const double side = contact.polygon.size() < 2 ? 0.0 : (contact.polygon[1] - contact.polygon[0]).norm();
+  const double side =
+      contact.polygon.size() < 2 ? 0.0 : (contact.polygon[1] - contact.polygon[0]).norm();
   report.absolute("side [m]", std::sqrt(2.0) - 1.0, side, 1e-12);
 }
 
 void g04_nearly_parallel_edges(Report& report) {
-  // Roofs of 100 m with their ridges 0.01 m apart, crossing in the middle at a small angle: alternating
-  // projection shrinks the offset by cos^2 of it a cycle, 9 million cycles for 1e-12 at 0.1 degrees.
-  const Polyhedron a = hull({{-50, 0, 0}, {50, 0, 0}, {-50, -1, -1}, {50, -1, -1}, {-50, 1, -1}, {50, 1, -1}});
-  const Polyhedron roof = hull({{-50, 0, 0}, {50, 0, 0}, {-50, -1, 1}, {50, -1, 1}, {-50, 1, 1}, {50, 1, 1}});
+  // Roofs of 100 m with their ridges 0.01 m apart, crossing in the middle at a small angle:
+  // alternating projection shrinks the offset by cos^2 of it a cycle, 9 million cycles for 1e-12 at
+  // 0.1 degrees.
+  const Polyhedron a =
+      hull({{-50, 0, 0}, {50, 0, 0}, {-50, -1, -1}, {50, -1, -1}, {-50, 1, -1}, {50, 1, -1}});
+  const Polyhedron roof =
+      hull({{-50, 0, 0}, {50, 0, 0}, {-50, -1, 1}, {50, -1, 1}, {-50, 1, 1}, {50, 1, 1}});
   for (const double degrees : {10.0, 5.0, 1.0, 0.1}) {
     const Frame crossed{.rotation = turn(radians(degrees), Vector3::UnitZ()),
                         .origin = Vector3(0, 0, 0.01)};
@@ -111,7 +117,8 @@ void g04_nearly_parallel_edges(Report& report) {
 }
 
 void g05_vertex_to_vertex(Report& report) {
-  const geometry::PairContact contact = pair_contact(cube(Vector3::Zero()), cube(Vector3::Constant(1.001)));
+  const geometry::PairContact contact =
+      pair_contact(cube(Vector3::Zero()), cube(Vector3::Constant(1.001)));
   report.absolute("distance [m]", 0.001 * std::sqrt(3.0), contact.nearest.gap, 1e-13);
   normal_rows(Vector3::Ones().normalized(), contact.nearest, 1e-10, report);
   report.absolute("vertex-vertex (1 yes)", 1.0,
@@ -123,7 +130,8 @@ void g05_vertex_to_vertex(Report& report) {
 void g06_slivers(Report& report) {
   const Polyhedron a = geometry::make_box({-50, -50, -0.001}, {50, 50, 0});
   const Frame turned{.rotation = turn(radians(17), Vector3::UnitZ()), .origin = Vector3(30, 20, 0)};
-  const Polyhedron b = turned.place(geometry::make_box({-0.5, -0.5, 1e-7}, {0.5, 0.5, 0.001 + 1e-7}));
+  const Polyhedron b =
+      turned.place(geometry::make_box({-0.5, -0.5, 1e-7}, {0.5, 0.5, 0.001 + 1e-7}));
   const geometry::PairContact contact = pair_contact(a, b);
   report.absolute("distance [m]", 1e-7, contact.nearest.gap, 1e-13);
   report.absolute("contact points", 4.0, static_cast<double>(contact.points.size()), 0.0);
@@ -131,8 +139,8 @@ void g06_slivers(Report& report) {
 }
 
 void g08_depth(Report& report) {
-  // Least overlap over face normals and edge-edge normals, all enumerated; the same by the hull of the
-  // Minkowski difference.
+  // Least overlap over face normals and edge-edge normals, all enumerated; the same by the hull of
+  // the Minkowski difference.
   const Polyhedron a = cube(Vector3::Zero(), Matrix3::Identity(), 2.0);
   const Polyhedron b = cube({1.3, 0.1, 1.3}, turn(radians(40), Vector3(1, 2, 3)));
   const NearestFeatures nearest = geometry::nearest_features(a, b);

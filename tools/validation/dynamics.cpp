@@ -15,20 +15,21 @@ using solver::StepOptions;
 using solver::TimeScheme;
 
 double volume(const Simulation& simulation, int block) {
-  return geometry::mass_properties(
-             simulation.state().polyhedra[static_cast<std::size_t>(block)]).volume;
+  return geometry::mass_properties(simulation.state().polyhedra[static_cast<std::size_t>(block)])
+      .volume;
 }
 
-/// Volume factor of the block's elastic strain (centrifugal, real): what is beyond it is the method's.
+/// Volume factor of the block's elastic strain (centrifugal, real): what is beyond it is the
+/// method's.
 double dilation(const Simulation& simulation, int block) {
   const solver::Vector6& strain = simulation.state().blocks[static_cast<std::size_t>(block)].strain;
   return (Matrix3::Identity() + strain_matrix(strain)).determinant();
 }
 
 struct Tumble {
-  Vector3 spin = Vector3::Zero();         ///< body axes, rad/s
+  Vector3 spin = Vector3::Zero();  ///< body axes, rad/s
   Matrix3 rotation = Matrix3::Identity();
-  double energy = 0.0, volume = 0.0;      ///< volume / volume at the start - det(I + strain)
+  double energy = 0.0, volume = 0.0;  ///< volume / volume at the start - det(I + strain)
   Vector3 momentum = Vector3::Zero();
 };
 
@@ -98,8 +99,8 @@ void v12_spinning(Report& report) {
   Simulation turning(rigid, {.time_step = 1e-3});
   run_for(turning, 1.0);
   report.relative("volume factor after 1 s, rigid", 1.0, volume(turning, 0) / 6.0, 1e-9);
-  // Centrifugal stress of one block of constant strain: V E eps = W^2 (S_xx, S_yy, 0), S = rho a^2 V/12
-  // (virtual work with the strain modes).
+  // Centrifugal stress of one block of constant strain: V E eps = W^2 (S_xx, S_yy, 0), S = rho a^2
+  // V/12 (virtual work with the strain modes).
   report.start_run();
   const double young = 1e9, spin = 10.0, density = 2000.0;
   solver::Scene scene;
@@ -184,11 +185,11 @@ Impact central_impact(const ImpactCase& c, double time_step, TimeScheme scheme) 
     const solver::StepReport now = step(simulation);
     largest = std::max(largest, simulation.state().energy.mechanical());
     touched = touched || now.closed_count > 0;
-    const bool parting = simulation.state().blocks[1].velocity.x() >
-                         simulation.state().blocks[0].velocity.x();
+    const bool parting =
+        simulation.state().blocks[1].velocity.x() > simulation.state().blocks[0].velocity.x();
     // The strain of the blocks may close the contact again: wait until they are well apart.
-    const double apart = simulation.state().blocks[1].centroid.x() -
-                         simulation.state().blocks[0].centroid.x() - 1.0;
+    const double apart =
+        simulation.state().blocks[1].centroid.x() - simulation.state().blocks[0].centroid.x() - 1.0;
     if (touched && parting && now.closed_count == 0 && apart > 1e-4) break;
     if (simulation.state().time > 0.2) break;
   }
@@ -215,8 +216,8 @@ void v19_central_impact(Report& report) {
   for (const ImpactCase& c : kCases) {
     const double reduced = 2500.0 * c.mass_ratio / (1.0 + c.mass_ratio);
     const double time_step = 0.01 / std::sqrt(c.stiffness / reduced);
-    const std::string which = ", E " + text(c.young) + " P " + text(c.stiffness) + " m2/m1 " +
-                              text(c.mass_ratio);
+    const std::string which =
+        ", E " + text(c.young) + " P " + text(c.stiffness) + " m2/m1 " + text(c.mass_ratio);
     report.start_run();
     const Impact middle = central_impact(c, time_step, TimeScheme::EnergyMomentum);
     report.absolute("v1' [m/s]" + which + ", energy-momentum", c.v1, middle.v1, 1e-2);

@@ -15,8 +15,8 @@ struct Row {
   double result = 0.0;
   double error = 0.0;
   double allowed = 0.0;
-  bool ok = false;      ///< error <= allowed; NaN is not ok
-  double seconds = 0.0; ///< since start_run()
+  bool ok = false;       ///< error <= allowed; NaN is not ok
+  double seconds = 0.0;  ///< since start_run()
 };
 
 /// Collects the rows of one case.

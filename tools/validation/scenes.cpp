@@ -34,9 +34,9 @@ solver::Scene SlopeScene::scene() const {
   solver::Scene scene;
   scene.joint.friction_angle = friction;
   scene.gravity = frame.vector({0, 0, -gravity});
-  const geometry::Polyhedron plane = slope.place(geometry::make_box(
-      {-3.0 * size.x(), -10.0 * size.y(), -1.0},
-      {plane_length + 3.0 * size.x(), 10.0 * size.y(), 0.0}));
+  const geometry::Polyhedron plane =
+      slope.place(geometry::make_box({-3.0 * size.x(), -10.0 * size.y(), -1.0},
+                                     {plane_length + 3.0 * size.x(), 10.0 * size.y(), 0.0}));
   const Vector3 half(0.5 * size.x(), 0.5 * size.y(), 0.0);
   const geometry::Polyhedron body =
       slope.place(geometry::make_box(-half, half + Vector3(0, 0, size.z())));
@@ -52,7 +52,8 @@ Vector3 SlopeScene::displacement(const solver::Simulation& simulation) const {
   const Vector3 start = frame.point(slope_axes() * Vector3(0, 0, 0.5 * size.z()));
   const auto b = static_cast<std::size_t>(block());
   const Vector3 now = simulation.state().blocks[b].centroid;
-  // The origin of the state is taken from the start, not added to the place now: no digits are lost.
+  // The origin of the state is taken from the start, not added to the place now: no digits are
+  // lost.
   return slope_axes().transpose() * frame.back(now - (start - simulation.state().origin));
 }
 
@@ -136,7 +137,8 @@ Momentum momentum(const solver::Simulation& simulation) {
     const Vector3 linear = block.material.density * mass.volume * now.velocity;
     total.linear += linear;
     total.angular += (simulation.state().origin + now.centroid).cross(linear);
-    // Momentum of the reference shape, as the method defines it: the integral of X × (W × X + eps' X).
+    // Momentum of the reference shape, as the method defines it: the integral of X × (W × X + eps'
+    // X).
     const Matrix3 moment = block.material.density * mass.second_moment;
     const Matrix3 rate = strain_matrix(now.strain_rate);
     Vector3 spin = Vector3::Zero();
@@ -171,9 +173,12 @@ std::string text(double value) {
 
 std::string name(const solver::StepOptions& options) {
   switch (options.method) {
-    case solver::ContactMethod::AugmentedLagrangian: return "augmented Lagrangian";
-    case solver::ContactMethod::Penalty: return "penalty " + text(options.penalty);
-    case solver::ContactMethod::Uzawa: return "Uzawa " + text(options.penalty);
+    case solver::ContactMethod::AugmentedLagrangian:
+      return "augmented Lagrangian";
+    case solver::ContactMethod::Penalty:
+      return "penalty " + text(options.penalty);
+    case solver::ContactMethod::Uzawa:
+      return "Uzawa " + text(options.penalty);
   }
   return "";
 }

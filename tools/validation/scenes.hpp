@@ -17,8 +17,9 @@ inline constexpr double kGravity = 9.81;  ///< m/s2
 double radians(double degrees);
 Matrix3 turn(double angle, const Vector3& axis);  ///< rad
 
-/// Where and in which unit of length a scene is built. A number of m is `scale` of the unit; mass and
-/// time keep theirs, so densities take scale^-3, pressures scale^-1, forces and accelerations scale.
+/// Where and in which unit of length a scene is built. A number of m is `scale` of the unit; mass
+/// and time keep theirs, so densities take scale^-3, pressures scale^-1, forces and accelerations
+/// scale.
 struct Frame {
   Matrix3 rotation = Matrix3::Identity();
   Vector3 origin = Vector3::Zero();  ///< m
@@ -32,37 +33,38 @@ struct Frame {
   Vector3 back(const Vector3& v) const { return rotation.transpose() * v / scale; }
 };
 
-/// A block on a fixed plane that dips by `angle` towards the frame's x; slope axes are x down-slope,
-/// y across, z normal. The block stands with its lower centre at the origin of the slope.
+/// A block on a fixed plane that dips by `angle` towards the frame's x; slope axes are x
+/// down-slope, y across, z normal. The block stands with its lower centre at the origin of the
+/// slope.
 struct SlopeScene {
-  double angle = 0.0;                  ///< rad
-  double friction = 0.0;               ///< rad
-  Vector3 size = Vector3::Ones();      ///< along, across, normal, m
+  double angle = 0.0;              ///< rad
+  double friction = 0.0;           ///< rad
+  Vector3 size = Vector3::Ones();  ///< along, across, normal, m
   solver::Material material{};
   double gravity = kGravity;
   Vector3 velocity = Vector3::Zero();  ///< slope axes, m/s
   double plane_length = 60.0;          ///< down-slope of the block, m
   bool rigid = false;
-  bool plane_last = false;             ///< blocks listed in reverse
+  bool plane_last = false;  ///< blocks listed in reverse
   Frame frame{};
 
   int block() const { return plane_last ? 0 : 1; }
-  Matrix3 slope_axes() const;              ///< columns: down-slope, across, normal, in the frame
+  Matrix3 slope_axes() const;  ///< columns: down-slope, across, normal, in the frame
   solver::Scene scene() const;
   /// Of the block's centroid since the start, slope axes, m.
   Vector3 displacement(const solver::Simulation& simulation) const;
-  Vector3 block_velocity(const solver::Simulation& simulation) const;   ///< m/s
-  Vector3 angular_velocity(const solver::Simulation& simulation) const; ///< rad/s, slope axes
+  Vector3 block_velocity(const solver::Simulation& simulation) const;    ///< m/s
+  Vector3 angular_velocity(const solver::Simulation& simulation) const;  ///< rad/s, slope axes
 };
 
-/// Brings the contact forces to rest with closed contacts held in their plane, then turns to `analysis`.
-/// Initial velocities of the scene's blocks are taken up again.
-void settle(solver::Simulation& simulation,
-            solver::Analysis analysis = solver::Analysis::Dynamic);
+/// Brings the contact forces to rest with closed contacts held in their plane, then turns to
+/// `analysis`. Initial velocities of the scene's blocks are taken up again.
+void settle(solver::Simulation& simulation, solver::Analysis analysis = solver::Analysis::Dynamic);
 
-/// Static steps with friction alive (then the analysis as it was): a held state that the joints cannot
-/// bear slips to one they can. Blocks that are bound to move creep by half the acceleration times the
-/// time step squared a step, and their strain comes to rest under the forces of the motion.
+/// Static steps with friction alive (then the analysis as it was): a held state that the joints
+/// cannot bear slips to one they can. Blocks that are bound to move creep by half the acceleration
+/// times the time step squared a step, and their strain comes to rest under the forces of the
+/// motion.
 void relax(solver::Simulation& simulation, int most_steps);
 
 /// One step. Throws std::runtime_error with its description when it does not converge.
@@ -85,6 +87,7 @@ Vector3 contact_force(const solver::State& state, int on);
 Matrix3 strain_matrix(const solver::Vector6& strain);
 
 std::string text(double value);  ///< short, as %g
-std::string name(const solver::StepOptions& options);  ///< "augmented Lagrangian", "penalty 5e+07", …
+std::string name(
+    const solver::StepOptions& options);  ///< "augmented Lagrangian", "penalty 5e+07", …
 
 }  // namespace quoin::validation

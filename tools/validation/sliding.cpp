@@ -43,8 +43,8 @@ void slide(const SlideRun& run, Report& report) {
   const std::string which = ", phi " + text(run.friction_deg) + ", " + name(run.options) +
                             (run.settled ? ", settled" : ", sudden gravity") +
                             (run.rigid ? ", rigid" : "");
-  const bool each_second = run.settled && !run.rigid &&
-                           run.options.method == ContactMethod::AugmentedLagrangian;
+  const bool each_second =
+      run.settled && !run.rigid && run.options.method == ContactMethod::AugmentedLagrangian;
   for (int t = 1; t <= 5; ++t) {
     overlap = std::max(overlap, run_for(simulation, 1.0));
     if (!each_second && t < 5) continue;
@@ -71,8 +71,11 @@ void v01_sliding_down_a_plane(Report& report) {
   for (const double friction : {0.0, 10.0}) {
     slide({.friction_deg = friction, .options = exact, .allowed = 1e-6}, report);
     slide({.friction_deg = friction, .options = exact, .rigid = true, .allowed = 1e-9}, report);
-    slide({.friction_deg = friction, .options = exact, .settled = false,
-           .allowed = friction > 0.0 ? 1e-6 : 1e-9}, report);
+    slide({.friction_deg = friction,
+           .options = exact,
+           .settled = false,
+           .allowed = friction > 0.0 ? 1e-6 : 1e-9},
+          report);
     for (const double penalty : {50e6, 500e6, 50e9}) {
       StepOptions options = exact;
       options.penalty = penalty;
@@ -91,8 +94,8 @@ namespace {
 /// Block at rest on 20 degrees under friction 30: forces at t = 10 s, drift between 1 s and 10 s.
 void rest(Analysis analysis, const StepOptions& options, bool rigid, Report& report) {
   report.start_run();
-  const SlopeScene slope{.angle = radians(20), .friction = radians(30), .material = kRock,
-                         .rigid = rigid};
+  const SlopeScene slope{
+      .angle = radians(20), .friction = radians(30), .material = kRock, .rigid = rigid};
   Simulation simulation(slope.scene(), options);
   settle(simulation, analysis);
   run_for(simulation, 1.0);
@@ -241,11 +244,12 @@ Stop stop_by_friction(const StepOptions& options, bool rigid) {
 
 void v04_stopping_by_friction(Report& report) {
   const double mu = std::tan(radians(20));
-  const double stop_time = 2.0 / (mu * kGravity);            // v0 / (mu g)
-  const double distance = 4.0 / (2.0 * mu * kGravity);       // v0^2 / (2 mu g)
+  const double stop_time = 2.0 / (mu * kGravity);       // v0 / (mu g)
+  const double distance = 4.0 / (2.0 * mu * kGravity);  // v0^2 / (2 mu g)
   StepOptions options{.time_step = 1e-3};
   for (const bool rigid : {false, true}) {
-    for (const ContactMethod method : {ContactMethod::AugmentedLagrangian, ContactMethod::Penalty}) {
+    for (const ContactMethod method :
+         {ContactMethod::AugmentedLagrangian, ContactMethod::Penalty}) {
       if (rigid && method == ContactMethod::Penalty) continue;
       report.start_run();
       options.method = method;
@@ -266,9 +270,11 @@ void v04_stopping_by_friction(Report& report) {
 }
 
 void v05_curved_sliding(Report& report) {
-  // Down the slope g sin = mu g cos: the speed lost to friction goes into v_down, so v + v_down = v0.
-  // dv/dt = g sin (down - v/|v|), integrated to 1e-12 (8th order Runge-Kutta, 12 digits kept).
-  struct Time { double t, down, across, v_down, v_across; };
+  // Down the slope g sin = mu g cos: the speed lost to friction goes into v_down, so v + v_down =
+  // v0. dv/dt = g sin (down - v/|v|), integrated to 1e-12 (8th order Runge-Kutta, 12 digits kept).
+  struct Time {
+    double t, down, across, v_down, v_across;
+  };
   constexpr Time kExact[] = {
       {0.5, 0.3860466705806206, 1.0093393105683244, 1.2782668068312815, 1.1534293038665773},
       {1.0, 1.095885921569756, 1.3345996959605428, 1.4839664327350208, 0.3101635110563559},
@@ -295,8 +301,8 @@ void v05_curved_sliding(Report& report) {
     report.relative("v_across" + at + " [m/s]", exact.v_across, speed.y(), 5e-3);
   }
   const Vector3 side = simulation.state().blocks[1].rotation * Vector3::UnitY();
-  report.absolute("yaw after 4 s [rad]", 0.0, std::atan2(slope.slope_axes().col(0).dot(side), side.y()),
-                  1e-3);
+  report.absolute("yaw after 4 s [rad]", 0.0,
+                  std::atan2(slope.slope_axes().col(0).dot(side), side.y()), 1e-3);
 }
 
 namespace {
@@ -320,7 +326,9 @@ Drag drag(double force, bool rigid) {
   Simulation simulation(scene, {.time_step = 1e-3});
   settle(simulation);
   relax(simulation, 10);
-  const auto place = [&](std::size_t block) { return simulation.state().blocks[block].centroid.x(); };
+  const auto place = [&](std::size_t block) {
+    return simulation.state().blocks[block].centroid.x();
+  };
   const auto slip = [&] {  // of the middle of B's top against that of A's bottom
     return solver::world_point(simulation.state(), 1, {0, 0, 0.5}).x() -
            solver::world_point(simulation.state(), 2, {0, 0, -0.5}).x();
@@ -341,16 +349,20 @@ void v06_dragged_by_friction(Report& report) {
     report.start_run();
     const Drag below = drag(0.9 * limit, rigid);
     const double together = 0.9 * limit / (mass_a + mass_b);
-    report.relative("a of A at 0.9 F* [m/s2]" + which, together, 2.0 * below.moved_a / (t * t), 5e-3);
-    report.relative("a of B at 0.9 F* [m/s2]" + which, together, 2.0 * below.moved_b / (t * t), 5e-3);
+    report.relative("a of A at 0.9 F* [m/s2]" + which, together, 2.0 * below.moved_a / (t * t),
+                    5e-3);
+    report.relative("a of B at 0.9 F* [m/s2]" + which, together, 2.0 * below.moved_b / (t * t),
+                    5e-3);
     report.absolute("slip at 0.9 F* [m]" + which, 0.0, below.slip, 1e-5);
     report.start_run();
     const Drag above = drag(1.5 * limit, rigid);
     const double exact_a = mu * kGravity, exact_b = (1.5 * limit - mu * mass_a * kGravity) / mass_b;
-    report.relative("a of A at 1.5 F* [m/s2]" + which, exact_a, 2.0 * above.moved_a / (t * t), 5e-3);
-    report.relative("a of B at 1.5 F* [m/s2]" + which, exact_b, 2.0 * above.moved_b / (t * t), 5e-3);
-    report.relative("A relative to B at 0.5 s, 1.5 F* [m]" + which, 0.5 * (exact_b - exact_a) * t * t,
-                    above.moved_b - above.moved_a, 5e-3);
+    report.relative("a of A at 1.5 F* [m/s2]" + which, exact_a, 2.0 * above.moved_a / (t * t),
+                    5e-3);
+    report.relative("a of B at 1.5 F* [m/s2]" + which, exact_b, 2.0 * above.moved_b / (t * t),
+                    5e-3);
+    report.relative("A relative to B at 0.5 s, 1.5 F* [m]" + which,
+                    0.5 * (exact_b - exact_a) * t * t, above.moved_b - above.moved_a, 5e-3);
   }
 }
 

@@ -25,7 +25,11 @@ void rest(Simulation& simulation) {
 }
 
 double top(const Simulation& simulation, int block) {
-  return simulation.state().polyhedra[static_cast<std::size_t>(block)].vertices().row(2).maxCoeff() +
+  return simulation.state()
+             .polyhedra[static_cast<std::size_t>(block)]
+             .vertices()
+             .row(2)
+             .maxCoeff() +
          simulation.state().origin.z();
 }
 
@@ -41,7 +45,8 @@ void column(int count, const StepOptions& options, Report& report) {
   Simulation simulation(scene, options);
   rest(simulation);
   const double weight = density * kGravity;
-  // The stack is exact for every N: top settlement rho g H^2/(2 E); four springs carry the weight above.
+  // The stack is exact for every N: top settlement rho g H^2/(2 E); four springs carry the weight
+  // above.
   const double elastic = weight * count * count / (2.0 * young);
   const double joints = weight * 0.5 * count * (count + 1) / (4.0 * spring);
   const bool springs = options.method == ContactMethod::Penalty;
@@ -80,7 +85,8 @@ namespace {
 
 using Pair = Eigen::Vector2d;  ///< (w, eps): rise of the centroid, m, and vertical strain
 
-/// The 2 × 2 model: M d2x/dt2 + K x = F stepped with forces at the end (1) or middle (1/2) of the step.
+/// The 2 × 2 model: M d2x/dt2 + K x = F stepped with forces at the end (1) or middle (1/2) of the
+/// step.
 struct SpringModel {
   double mass = 2500.0, young = 1e9, stiffness = 1e8, time_step = 1e-3;
   Eigen::Matrix2d m, k;
@@ -93,8 +99,7 @@ struct SpringModel {
   Pair at_rest() const { return k.inverse() * force; }
   std::pair<Pair, Pair> after(int steps, Pair x, double share) const {
     Pair v = Pair::Zero();
-    const Eigen::Matrix2d inverse =
-        (2.0 / (time_step * time_step) * m + share * k).inverse();
+    const Eigen::Matrix2d inverse = (2.0 / (time_step * time_step) * m + share * k).inverse();
     for (int i = 0; i < steps; ++i) {
       const Pair d = inverse * (2.0 / time_step * (m * v) + force - k * x);
       x += d;
@@ -186,7 +191,8 @@ Swing swing(double omega_dt) {
   return result;
 }
 
-/// Rebound speed over impact speed of a fall from `height`, by the energy of the free flight after it.
+/// Rebound speed over impact speed of a fall from `height`, by the energy of the free flight after
+/// it.
 double restitution(double height, double omega_dt) {
   const StepOptions options = swinging_options(omega_dt);
   // Constant acceleration makes free flight exact: start two steps before the surface is reached.
@@ -212,19 +218,19 @@ double restitution(double height, double omega_dt) {
 void v15_algorithmic_damping(Report& report) {
   for (const double omega_dt : {0.01, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 4.0, 8.0}) {
     report.start_run();
-    // x' = x + d, V' = 2 d - V, d = (2 V - Om^2 x)/(2 + Om^2): determinant 1/(1 + Om^2/2), half trace
-    // (1 - Om^2/4) times that; complex roots below Om = 4, real ones above.
+    // x' = x + d, V' = 2 d - V, d = (2 V - Om^2 x)/(2 + Om^2): determinant 1/(1 + Om^2/2), half
+    // trace (1 - Om^2/4) times that; complex roots below Om = 4, real ones above.
     const double d = 1.0 / (1.0 + 0.5 * omega_dt * omega_dt);
     const double half_trace = d * (1.0 - 0.25 * omega_dt * omega_dt);
     const double under = half_trace * half_trace - d;
-    const double exact =
-        under < 0.0 ? std::sqrt(d) : std::abs(half_trace) + std::sqrt(under);
+    const double exact = under < 0.0 ? std::sqrt(d) : std::abs(half_trace) + std::sqrt(under);
     const Swing run = swing(omega_dt);
     report.relative("spectral radius at omega dt " + text(omega_dt), exact, run.radius, 1e-2);
     if (omega_dt != 0.1) continue;
     // One corner spring against the cube's inertia there, 1/m + 2 (1/2)^2/(m/6) = 4/m: P/4 × 4/m.
     report.relative("omega dt that the run reports, at 0.1", omega_dt, run.omega_dt, 1e-6);
-    report.relative("damping ratio that the run reports, at 0.1", 0.25 * omega_dt, run.damping, 1e-2);
+    report.relative("damping ratio that the run reports, at 0.1", 0.25 * omega_dt, run.damping,
+                    1e-2);
   }
   // Mean over 40 heights 1.000 … 1.039 m of the scheme run by itself on one spring.
   constexpr std::pair<double, double> kRestitution[] = {{0.02, 0.9842745201162142},
@@ -237,8 +243,8 @@ void v15_algorithmic_damping(Report& report) {
     for (int i = 0; i < 40; ++i) sum += restitution(1.0 + 0.001 * i, omega_dt);
     report.relative("mean restitution of a drop at omega dt " + text(omega_dt), exact, sum / 40.0,
                     1e-2);
-    report.relative("the same against exp(-pi Om/4)", std::exp(-0.25 * std::numbers::pi * omega_dt), sum / 40.0,
-                    1e-2);
+    report.relative("the same against exp(-pi Om/4)", std::exp(-0.25 * std::numbers::pi * omega_dt),
+                    sum / 40.0, 1e-2);
   }
 }
 
@@ -259,12 +265,13 @@ void v20_elastic_foundation(Report& report) {
     const double x = p.x() > 0.0 ? 0.5 : -0.5, y = p.y() > 0.0 ? 0.5 : -0.5;
     // (W + F)/4 + F (e_x x + e_y y) / sum x^2, sum x^2 = 1 m2.
     report.relative("N at vertex (" + text(x) + "," + text(y) + ") [N]",
-                    0.25 * (weight + force) + force * (0.2 * x + 0.1 * y), contact.normal_force, 1e-3);
+                    0.25 * (weight + force) + force * (0.2 * x + 0.1 * y), contact.normal_force,
+                    1e-3);
   }
   const solver::BlockState& now = simulation.state().blocks[1];
   const double sink = 0.5 - (now.centroid + simulation.state().origin).z();
-  report.relative("settlement of the middle of the base [m]", (weight + force) / (4.0 * spring), sink,
-                  1e-3);
+  report.relative("settlement of the middle of the base [m]", (weight + force) / (4.0 * spring),
+                  sink, 1e-3);
   const Vector3 up = now.rotation * Vector3::UnitZ();
   report.relative("tilt towards x [rad]", force * 0.2 / spring, up.x(), 1e-3);
   report.relative("tilt towards y [rad]", force * 0.1 / spring, up.y(), 1e-3);

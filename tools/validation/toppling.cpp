@@ -19,8 +19,8 @@ void v07_cohesion(Report& report) {
   const double angle = radians(35), mu = std::tan(radians(20));
   const double density = 2500, side = 2.0, height = 1.0;
   const double weight = density * kGravity * side * side * height;
-  // Whole face: c* = rho g h (sin - cos tan phi). Up-slope vertices: N = W cos/4 - W sin h/(4 b), and a
-  // quarter of the shear and of the area each.
+  // Whole face: c* = rho g h (sin - cos tan phi). Up-slope vertices: N = W cos/4 - W sin h/(4 b),
+  // and a quarter of the shear and of the area each.
   const double whole = density * kGravity * height * (std::sin(angle) - std::cos(angle) * mu);
   const double up_slope = 0.25 * weight * (std::cos(angle) - std::sin(angle) * height / side);
   const double vertex = (0.25 * weight * std::sin(angle) - mu * up_slope) / (0.25 * side * side);
@@ -49,7 +49,8 @@ void v07_cohesion(Report& report) {
 
 namespace {
 
-/// The half-space under a joint, as a slab: its face holds the apex and two more vertices of the wedge.
+/// The half-space under a joint, as a slab: its face holds the apex and two more vertices of the
+/// wedge.
 geometry::Polyhedron slab_under(const Vector3& p, const Vector3& q, const Vector3& inside) {
   Vector3 normal = p.cross(q).normalized();
   if (normal.dot(inside) > 0.0) normal = -normal;  // away from the wedge
@@ -67,10 +68,11 @@ Vector3 plane_normal(double dip, double direction) {
 }
 
 struct Wedge {
-  geometry::Points vertices{3, 4};  ///< apex, then the crest at the line of intersection, two corners
-  double plunge = 0.0;              ///< of the line of intersection, rad
-  double half_angle = 0.0;          ///< xi/2 between the joints
-  double slope = 0.0;               ///< beta: of the bisector against the vertical
+  geometry::Points vertices{3,
+                            4};  ///< apex, then the crest at the line of intersection, two corners
+  double plunge = 0.0;           ///< of the line of intersection, rad
+  double half_angle = 0.0;       ///< xi/2 between the joints
+  double slope = 0.0;            ///< beta: of the bisector against the vertical
 };
 
 /// Joints 50/130 and 50/230, face 70/180, top horizontal at 10 m, apex at the origin.
@@ -138,8 +140,8 @@ WedgeRun slide_wedge(double friction, double most_slip) {
 void v08_wedge(Report& report) {
   const Wedge wedge = make_wedge();
   const Vector3 down = -Vector3(wedge.vertices.col(1)).normalized();
-  // The normal forces balance the weight across the line: N (each) = m g cos psi / (2 sin(xi/2)) for
-  // joints that stand symmetric to the vertical plane; a = g sin psi - 2 N tan phi / m.
+  // The normal forces balance the weight across the line: N (each) = m g cos psi / (2 sin(xi/2))
+  // for joints that stand symmetric to the vertical plane; a = g sin psi - 2 N tan phi / m.
   const double normal = kGravity * std::cos(wedge.plunge) / (2.0 * std::sin(wedge.half_angle));
   const double driving = kGravity * std::sin(wedge.plunge);
   const double friction_at_one = std::atan(driving / (2.0 * normal));
@@ -147,7 +149,8 @@ void v08_wedge(Report& report) {
     report.start_run();
     const WedgeRun run = slide_wedge(radians(degrees), 0.3);
     const double exact = driving - 2.0 * normal * std::tan(radians(degrees));
-    report.relative("a after 0.1 m, phi " + text(degrees) + " [m/s2]", exact, run.acceleration, 1e-2);
+    report.relative("a after 0.1 m, phi " + text(degrees) + " [m/s2]", exact, run.acceleration,
+                    1e-2);
     report.absolute("direction against the line, phi " + text(degrees) + " [rad]", 0.0,
                     run.direction.cross(down).norm(), radians(0.2));
   }
@@ -181,10 +184,11 @@ Chart first_motion(double b, double h, double theta, double phi, double g) {
     return {Regime::Slide, g * (std::sin(theta) - std::cos(theta) * mu), 0.0};
   }
   const double pivot = 1.5 * g * (h * std::sin(theta) - b * std::cos(theta)) / (b * b + h * h);
-  const double needed = (g * std::sin(theta) - 0.5 * pivot * h) /
-                        (g * std::cos(theta) + 0.5 * pivot * b);
+  const double needed =
+      (g * std::sin(theta) - 0.5 * pivot * h) / (g * std::cos(theta) + 0.5 * pivot * b);
   if (mu >= needed) return {Regime::Topple, 0.5 * pivot * h, pivot};
-  // The toe slides with mu N and the block turns: N = m (g cos + alpha b/2), I alpha = N (mu h - b)/2.
+  // The toe slides with mu N and the block turns: N = m (g cos + alpha b/2), I alpha = N (mu h -
+  // b)/2.
   const double lever = 0.5 * (mu * h - b), inertia = (b * b + h * h) / 12.0;
   const double alpha = g * std::cos(theta) * lever / (inertia - 0.5 * b * lever);
   const double normal = g * std::cos(theta) + 0.5 * alpha * b;
@@ -207,8 +211,9 @@ struct ChartPoint {
   double b, h, theta, phi, g;
 };
 
-/// Means over the first 0.05 s from rest. The contacts settle under the part of gravity that presses the
-/// block on the plane; a few static steps under all of it bring the elastic strain to rest.
+/// Means over the first 0.05 s from rest. The contacts settle under the part of gravity that
+/// presses the block on the plane; a few static steps under all of it bring the elastic strain to
+/// rest.
 void chart_point(const ChartPoint& p, bool rigid, Report& report) {
   report.start_run();
   const SlopeScene slope{.angle = radians(p.theta),
@@ -241,9 +246,9 @@ void chart_point(const ChartPoint& p, bool rigid, Report& report) {
   const Chart exact = first_motion(p.b, p.h, slope.angle, slope.friction, p.g);
   const std::string which = " b=" + text(p.b) + " h=" + text(p.h) + " theta=" + text(p.theta) +
                             " phi=" + text(p.phi) + (rigid ? ", rigid" : "");
-  report.absolute("regime (0 stable, 1 slide, 2 topple, 3 both)" + which,
-                  static_cast<double>(exact.regime),
-                  static_cast<double>(observed(down, alpha, 2.0 * (toe() - toe_start) / (t * t))), 0.0);
+  report.absolute(
+      "regime (0 stable, 1 slide, 2 topple, 3 both)" + which, static_cast<double>(exact.regime),
+      static_cast<double>(observed(down, alpha, 2.0 * (toe() - toe_start) / (t * t))), 0.0);
   if (exact.down > 0.0) report.relative("a_down [m/s2]" + which, exact.down, down, 0.02);
   if (exact.alpha > 0.0) report.relative("alpha [rad/s2]" + which, exact.alpha, alpha, 0.02);
 }
@@ -309,7 +314,8 @@ Rocking rock(double time_step, bool rigid) {
 }  // namespace
 
 void v10_rocking(Report& report) {
-  // I theta'' = -m g R sin(alpha - theta), alpha = atan(1/4), R = sqrt(0.5^2 + 2^2), p^2 = 3 g/(4 R).
+  // I theta'' = -m g R sin(alpha - theta), alpha = atan(1/4), R = sqrt(0.5^2 + 2^2), p^2 = 3 g/(4
+  // R).
   const double alpha = std::atan(0.25), theta0 = 0.5 * alpha, radius = std::hypot(0.5, 2.0);
   const double p = std::sqrt(0.75 * kGravity / radius);
   const double quarter = 0.6983432039079103;  // by quadrature, checked against the ODE to 1e-9 s
