@@ -72,7 +72,10 @@ ClosedForm edge_edge(const Polyhedron& p, const Polyhedron& q, const ContactSets
     const double s = w.cross(b).dot(normal) / squared, t = w.cross(a).dot(normal) / squared;
     const double slack_s = rounding / a.norm(), slack_t = rounding / b.norm();
     const bool joined = s >= -slack_s && s <= 1.0 + slack_s && t >= -slack_t && t <= 1.0 + slack_t;
-    return from_line(normal, joined);
+    ClosedForm form = from_line(normal, joined);
+    form.crossed = joined;
+    form.share = std::clamp(s, 0.0, 1.0);
+    return form;
   }
   // Parallel: across the longer one, from whichever vertex; they join where their spans overlap.
   const bool along_p = a.squaredNorm() >= b.squaredNorm();
@@ -95,6 +98,18 @@ Vector3 triangle_normal(const Polyhedron& owner, const VertexSet& set) {
 
 }  // namespace
 
+bool over_face(const Polyhedron& polyhedron, int face, const Vector3& outward, const Vector3& point,
+               double rounding) {
+  const std::span<const int> cycle = polyhedron.topology().face(face);
+  for (std::size_t k = 0; k < cycle.size(); ++k) {
+    const Vector3 a = polyhedron.vertex(cycle[k]);
+    const Vector3 side = polyhedron.vertex(cycle[k + 1 == cycle.size() ? 0 : k + 1]) - a;
+    const double inside = outward.dot(side.cross(point - a));
+    if (inside < 0.0 && inside * inside > rounding * rounding * side.squaredNorm()) return false;
+  }
+  return true;
+}
+
 int covered_face(const Polyhedron& polyhedron, const VertexSet& set, const Vector3& outward) {
   const Topology& topology = polyhedron.topology();
   if (set.size() < 3) return -1;
@@ -108,6 +123,7 @@ int covered_face(const Polyhedron& polyhedron, const VertexSet& set, const Vecto
       if (cycle.size() > set.size()) continue;
       if (!std::all_of(cycle.begin(), cycle.end(), [&](int w) { return set.contains(w); }))
         continue;
+      if (cycle.size() == set.size()) return f;
       greatest = facing;
       best = f;
     }

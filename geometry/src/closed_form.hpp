@@ -19,6 +19,10 @@ struct ContactSets {
   }
 };
 
+/// Does the place of a point, seen along the outward normal of a face, lie within the face?
+bool over_face(const Polyhedron& polyhedron, int face, const Vector3& outward, const Vector3& point,
+               double rounding);
+
 /// Face label of which every vertex is in the set, or -1; the one that faces most along `outward`.
 int covered_face(const Polyhedron& polyhedron, const VertexSet& set, const Vector3& outward);
 
@@ -26,7 +30,9 @@ int covered_face(const Polyhedron& polyhedron, const VertexSet& set, const Vecto
 struct ClosedForm {
   bool found = false;
   Vector3 normal = Vector3::UnitX();  ///< unit, from P to Q, within a few units in the last place
-  bool joined = false;  ///< the shortest line between the two features lies within both
+  bool joined = false;   ///< the shortest line between the two features lies within both
+  bool crossed = false;  ///< two crossed edges that are joined, at `share` of the way along P's
+  double share = 0.0;
 };
 
 /// Vertices and edges: across the shortest line; a face, two crossed edges: their own plane.

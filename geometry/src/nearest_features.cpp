@@ -20,8 +20,12 @@ struct Lengths {
   double contact = 0.0;   // the tolerance of features and status
   double rounding = 0.0;  // what the support functions and normals of doubles may be off
   double place = 0.0;     // what the rounding of coordinates leaves of a place in the world
+  double widest = 0.0;    // vertices deeper than this below the support plane are of no interest
   bool uneven = false;    // the rounding of the larger solid would show on the smaller one
 };
+
+/// A vertex between these multiples of the rounding might be sorted otherwise on another way.
+constexpr double kClearBelow = 0.5, kClearAbove = 64.0;
 
 Lengths lengths(const Polyhedron& p, const Polyhedron& q, const SearchOptions& options) {
   Lengths length;
@@ -32,46 +36,104 @@ Lengths lengths(const Polyhedron& p, const Polyhedron& q, const SearchOptions& o
   length.uneven = larger > kUneven * std::min(p.diameter(), q.diameter());
   const double coordinate = std::max(p.largest_coordinate(), q.largest_coordinate());
   length.place = std::max(length.rounding, 2 * kEpsilon * coordinate);
+  length.widest = std::max({length.contact, length.place, kClearAbove * length.rounding});
   return length;
 }
+
+/// The vertices of one solid near its support plane, and how deep below it each lies.
+struct NearVertices {
+  VertexSet vertices;
+  SmallVector<double, 32> depths;
+
+  void find(const Polyhedron& polyhedron, const Vector3& direction, const Support& top,
+            double widest) {
+    find_vertices_beyond(polyhedron, direction, top.value - widest, vertices);
+    depths.clear();
+    if (vertices.size() == 1) {
+      depths.push_back(0.0);
+      return;
+    }
+    for (const int v : vertices) {
+      depths.push_back(top.value - along(offset(polyhedron, v), direction));
+    }
+  }
+  void select(double length, VertexSet& set) const {
+    set.clear();
+    for (std::size_t k = 0; k < vertices.size(); ++k) {
+      if (depths[k] <= length) set.push_back(vertices[k]);
+    }
+  }
+  bool clear(double rounding) const {
+    return std::none_of(depths.begin(), depths.end(), [rounding](double depth) {
+      return depth > kClearBelow * rounding && depth <= kClearAbove * rounding;
+    });
+  }
+
+ private:
+  static double along(const Vector3& x, const Vector3& d) {
+    return x.x() * d.x() + x.y() * d.y() + x.z() * d.z();
+  }
+};
 
 /// A plane between the solids: its normal, how far each reaches, what carries it.
 struct Plane {
   Vector3 normal = Vector3::UnitX();
   Support support_p, support_q;
   double gap = 0.0;  // m
-  ContactSets sets;
-  bool joined = false;  // the shortest line between vertices or edges lies within both
+  NearVertices near_p, near_q;
+  ContactSets sets;  // within rounding
+  ClosedForm form;   // of these sets
 };
-
-void find_sets(const Polyhedron& p, const Polyhedron& q, const Plane& plane, double length,
-               ContactSets& sets) {
-  find_vertices_beyond(p, plane.normal, plane.support_p.value - length, sets.p);
-  find_vertices_beyond(q, -plane.normal, plane.support_q.value - length, sets.q);
-  sets.face_p = covered_face(p, sets.p, plane.normal);
-  sets.face_q = covered_face(q, sets.q, -plane.normal);
-}
 
 void scan(const Polyhedron& p, const Polyhedron& q, const Vector3& normal, Plane& plane) {
   plane.normal = normal;
   const PairSupport both = support_pair(p, q, normal);
   plane.support_p = both.p;
   plane.support_q = both.q;
-  plane.gap = normal.dot(q.vertex(plane.support_q.vertex) - p.vertex(plane.support_p.vertex));
+  plane.gap = normal.dot(q.vertex(both.q.vertex) - p.vertex(both.p.vertex));
 }
 
-/// Replaces a normal found somehow by the closed form of the sets that carry it. False where the
-/// sets are of no simple kind or the closed form is carried by other sets.
-bool settle(const Polyhedron& p, const Polyhedron& q, double rounding, Plane& plane) {
-  find_sets(p, q, plane, rounding, plane.sets);
-  const ClosedForm form = closed_form(p, q, plane.sets, plane.normal, rounding);
+void find_sets(const Polyhedron& p, const Polyhedron& q, const Lengths& length, Plane& plane) {
+  plane.near_p.find(p, plane.normal, plane.support_p, length.widest);
+  plane.near_q.find(q, -plane.normal, plane.support_q, length.widest);
+  plane.near_p.select(length.rounding, plane.sets.p);
+  plane.near_q.select(length.rounding, plane.sets.q);
+  plane.sets.face_p = covered_face(p, plane.sets.p, plane.normal);
+  plane.sets.face_q = covered_face(q, plane.sets.q, -plane.normal);
+}
+
+/// Takes the closed form of some sets for the plane; true when the same sets carry it, so that
+/// another way to them comes to the same bits. Otherwise once more with the sets that do carry it.
+bool settle(const Polyhedron& p, const Polyhedron& q, const Lengths& length,
+            const ContactSets& proposed, const Vector3& guess, Plane& plane) {
+  plane.form = closed_form(p, q, proposed, guess, length.rounding);
+  if (!plane.form.found) return false;
+  scan(p, q, plane.form.normal, plane);
+  find_sets(p, q, length, plane);
+  if (plane.sets == proposed) return true;
+  const ClosedForm form = closed_form(p, q, plane.sets, plane.normal, length.rounding);
   if (!form.found) return false;
-  plane.joined = form.joined;
+  plane.form = form;
   if (form.normal == plane.normal) return true;
+  ContactSets before;
+  before.p = plane.sets.p;
+  before.q = plane.sets.q;
   scan(p, q, form.normal, plane);
-  ContactSets again;
-  find_sets(p, q, plane, rounding, again);
-  return again == plane.sets;
+  find_sets(p, q, length, plane);
+  return plane.sets == before;
+}
+
+/// The same from a normal alone.
+bool settle_normal(const Polyhedron& p, const Polyhedron& q, const Lengths& length,
+                   const Vector3& normal, Plane& plane) {
+  scan(p, q, normal, plane);
+  find_sets(p, q, length, plane);
+  ContactSets proposed;
+  proposed.p = plane.sets.p;
+  proposed.q = plane.sets.q;
+  proposed.face_p = plane.sets.face_p;
+  proposed.face_q = plane.sets.face_q;
+  return settle(p, q, length, proposed, normal, plane);
 }
 
 /// What is known in the end.
@@ -87,29 +149,47 @@ struct PatchPair {
   ContactPlane plane;
   Patch p, q;
   PatchPair(const Polyhedron& solid_p, const Polyhedron& solid_q, const Plane& contact,
-            const ContactSets& sets, double length)
+            const VertexSet& set_p, const VertexSet& set_q, double length)
       : plane(solid_p.vertex(contact.support_p.vertex), contact.normal) {
-    lay_support_set(solid_p, sets.p, span_kind(solid_p, sets.p, length), plane, 1.0, p);
-    lay_support_set(solid_q, sets.q, span_kind(solid_q, sets.q, length), plane, -1.0, q);
+    lay_support_set(solid_p, set_p, span_kind(solid_p, set_p, length), plane, 1.0, p);
+    lay_support_set(solid_q, set_q, span_kind(solid_q, set_q, length), plane, -1.0, q);
   }
 };
 
-/// The plane carries a facet of the Minkowski difference. Proves that no other facet is nearer to
-/// the origin: always so when the solids are apart and the origin projects into the facet; for an
-/// overlap d, when it does so at least r = d / margin <= 1 from the border and a known inner point
-/// (the difference of the vertex means) lies deep enough. See geometry/README.md, "Shallow
-/// overlap".
+double margin_of(const Polyhedron& p, const Polyhedron& q, const Plane& plane, double rounding) {
+  const PatchPair patches(p, q, plane, plane.sets.p, plane.sets.q, rounding);
+  return overlap_margin(patches.p, patches.q);
+}
+
+/// Do the features that carry the plane lie over each other? Then the plane is a facet of the
+/// Minkowski difference into which the origin projects (or the line between the features is
+/// shortest).
+bool lies_over(const Polyhedron& p, const Polyhedron& q, const Plane& plane, double rounding) {
+  const ContactSets& sets = plane.sets;
+  if (plane.form.joined) return true;
+  if (sets.p.size() == 1 && sets.face_q >= 0) {
+    return over_face(q, sets.face_q, -plane.normal, p.vertex(sets.p[0]), rounding);
+  }
+  if (sets.q.size() == 1 && sets.face_p >= 0) {
+    return over_face(p, sets.face_p, plane.normal, q.vertex(sets.q[0]), rounding);
+  }
+  return margin_of(p, q, plane, rounding) >= -rounding;
+}
+
+/// Proves that no other plane is better: always so when the solids are apart and the features lie
+/// over each other; for an overlap d, when the origin projects at least d inside the border of the
+/// facet (r = d / margin <= 1) and a known inner point (the difference of the vertex means) lies
+/// deep enough. See geometry/README.md, "Shallow overlap".
 bool proves_optimum(const Polyhedron& p, const Polyhedron& q, const Plane& plane, double rounding) {
   const bool apart = plane.gap > 8 * rounding;  // nearer than that several planes may be as good
-  if (plane.joined && apart) return true;
-  const PatchPair patches(p, q, plane, plane.sets, rounding);
-  const double margin = overlap_margin(patches.p, patches.q);
-  if (apart) return margin >= -rounding;
+  if (apart) return lies_over(p, q, plane, rounding);
   const double depth = -plane.gap * (1.0 + 1e-9) + 64 * rounding;  // by so much the only one, too
-  if (depth > margin) return false;
-  const double ratio = depth / margin;
   const Vector3 inner = q.vertex_mean() - p.vertex_mean();
   const double down = inner.dot(plane.normal);
+  if (depth > down) return false;
+  const double margin = margin_of(p, q, plane, rounding);
+  if (depth > margin) return false;
+  const double ratio = depth / margin;
   const double aside = (inner - down * plane.normal).norm();
   return (1.0 - ratio * ratio) * down - 2.0 * ratio * aside >= depth * (1.0 + ratio * ratio);
 }
@@ -126,22 +206,9 @@ void add_vertices(const std::array<int, 4>& vertices, const Polyhedron& polyhedr
   std::sort(set.begin(), set.end());
 }
 
-/// No vertex so near the limit of the sets that another way to the answer could sort it otherwise,
-/// or that another plane through nearly the same vertices is as good: then the search starts cold.
-bool sets_are_clear(const Polyhedron& p, const Polyhedron& q, const Plane& plane, double rounding) {
-  ContactSets narrow, wide;
-  const auto find = [&](double length, ContactSets& sets) {
-    find_vertices_beyond(p, plane.normal, plane.support_p.value - length, sets.p);
-    find_vertices_beyond(q, -plane.normal, plane.support_q.value - length, sets.q);
-  };
-  find(0.5 * rounding, narrow);
-  find(64.0 * rounding, wide);
-  return narrow == plane.sets && wide == plane.sets;
-}
-
 /// Last step's features first: if they carry the optimum still, and clearly, that is the answer.
-bool warm_answer(const Polyhedron& p, const Polyhedron& q, const FeatureHint& hint, double rounding,
-                 Optimum& optimum) {
+bool warm_answer(const Polyhedron& p, const Polyhedron& q, const FeatureHint& hint,
+                 const Lengths& length, Optimum& optimum) {
   if (!usable(hint.vertices_a, p) || !usable(hint.vertices_b, q)) return false;
   ContactSets sets;
   add_vertices(hint.vertices_a, p, sets.p);
@@ -151,126 +218,161 @@ bool warm_answer(const Polyhedron& p, const Polyhedron& q, const FeatureHint& hi
   };
   sets.face_p = valid(hint.face_a, p);
   sets.face_q = valid(hint.face_b, q);
-  const ClosedForm form = closed_form(p, q, sets, hint.normal, rounding);
-  if (!form.found) return false;
   Plane& plane = optimum.plane;
-  scan(p, q, form.normal, plane);
-  if (!settle(p, q, rounding, plane) || !sets_are_clear(p, q, plane, rounding)) return false;
-  if (!proves_optimum(p, q, plane, rounding)) return false;
-  optimum.converged = true;
+  if (!settle(p, q, length, sets, hint.normal, plane)) return false;
+  if (!plane.near_p.clear(length.rounding) || !plane.near_q.clear(length.rounding)) return false;
+  optimum.converged = proves_optimum(p, q, plane, length.rounding);
   optimum.iterations = 1;
-  return true;
+  return optimum.converged;
 }
 
-/// Few faces: the best of their planes costs less than one step of the search and often is the
-/// answer.
-bool face_answer(const Polyhedron& p, const Polyhedron& q, double rounding, Optimum& optimum) {
-  const Vector3 towards = q.vertex_mean() - p.vertex_mean();
-  Plane& best = optimum.plane;
-  best.gap = -std::numeric_limits<double>::infinity();
-  Plane candidate;
-  const auto consider = [&](const Vector3& normal) {
-    if (!(normal.dot(towards) > 0.0)) return;
-    scan(p, q, normal, candidate);
-    if (candidate.gap > best.gap) {
-      best.normal = candidate.normal;
-      best.support_p = candidate.support_p;
-      best.support_q = candidate.support_q;
-      best.gap = candidate.gap;
-    }
-  };
-  for (int f = 0; f < p.topology().face_count(); ++f) consider(p.face_normal(f));
-  for (int f = 0; f < q.topology().face_count(); ++f) consider(-q.face_normal(f));
-  if (!std::isfinite(best.gap)) return false;
-  const Vector3 direction = best.normal;
+/// The face of `solid` above whose plane `point` lies highest (or least deep), and by how much.
+std::pair<int, double> face_below(const Polyhedron& solid, const Vector3& point) {
+  std::pair<int, double> best{0, -std::numeric_limits<double>::infinity()};
+  for (int f = 0; f < solid.topology().face_count(); ++f) {
+    const double height =
+        solid.face_normal(f).dot(point - solid.vertex(solid.topology().face(f)[0]));
+    if (height > best.second) best = {f, height};
+  }
+  return best;
+}
+
+/// The better of the two faces that look most at the other solid: where to start.
+Vector3 facing_normal(const Polyhedron& p, const Polyhedron& q) {
+  const auto [f, above_p] = face_below(p, q.vertex_mean());
+  const auto [g, above_q] = face_below(q, p.vertex_mean());
+  const Vector3 by_p = p.face_normal(f), by_q = -q.face_normal(g);
+  Plane plane_p, plane_q;
+  scan(p, q, by_p, plane_p);
+  scan(p, q, by_q, plane_q);
+  return plane_p.gap >= plane_q.gap ? by_p : by_q;
+}
+
+/// Have both solids more than one vertex near the plane? Then it is worth a try as the answer.
+bool lies_flat(const Polyhedron& p, const Polyhedron& q, const Vector3& normal) {
+  constexpr double kFlat = 1e-6;  // of the diameter; only speed hangs on it
+  const PairSupport both = support_pair(p, q, normal);
+  VertexSet near;
+  find_vertices_beyond(p, normal, both.p.value - kFlat * p.diameter(), near);
+  if (near.size() < 2) return false;
+  find_vertices_beyond(q, -normal, both.q.value - kFlat * q.diameter(), near);
+  return near.size() >= 2;
+}
+
+/// Blocks that lie flat on each other: the plane of their faces, if it is proved to be the answer.
+bool flat_answer(const Polyhedron& p, const Polyhedron& q, const Lengths& length,
+                 const Vector3& normal, Optimum& optimum) {
   optimum.iterations = 1;
-  optimum.converged = settle(p, q, rounding, best) && proves_optimum(p, q, best, rounding);
-  if (!optimum.converged) best.normal = direction;
+  optimum.converged = settle_normal(p, q, length, normal, optimum.plane) &&
+                      proves_optimum(p, q, optimum.plane, length.rounding);
   return optimum.converged;
 }
 
 /// By how much the gap of a settled plane may miss the bound that the search proved, m.
 double slack(double rounding, double gap) { return rounding + 8 * kEpsilon * std::abs(gap); }
 
-/// The normal that the last corners of the search define: for short distances the search's own line
+/// A face label that has all of the vertices, or -1.
+int common_face(const Polyhedron& polyhedron, const VertexSet& set) {
+  if (set.size() < 3) return -1;
+  for (const int f : polyhedron.topology().vertex_faces(set[0])) {
+    const std::span<const int> cycle = polyhedron.topology().face(f);
+    const auto in_cycle = [&](int v) {
+      return std::find(cycle.begin(), cycle.end(), v) != cycle.end();
+    };
+    if (std::all_of(set.begin(), set.end(), in_cycle)) return f;
+  }
+  return -1;
+}
+
+/// The plane that the last corners of the search define: for short distances the search's own line
 /// between vertices and edges has lost the digits that tell which vertices carry it.
-Vector3 corner_normal(const Polyhedron& p, const Polyhedron& q, const FastResult& found,
-                      double rounding) {
+bool settle_corners(const Polyhedron& p, const Polyhedron& q, const FastResult& found,
+                    const Lengths& length, Plane& plane) {
   ContactSets sets;
   for (int k = 0; k < found.corners; ++k) {
     const int i = found.p[static_cast<std::size_t>(k)], j = found.q[static_cast<std::size_t>(k)];
     if (!sets.p.contains(i)) sets.p.push_back(i);
     if (!sets.q.contains(j)) sets.q.push_back(j);
   }
-  const ClosedForm form = closed_form(p, q, sets, found.normal, rounding);
-  return form.found ? form.normal : found.normal;
+  std::sort(sets.p.begin(), sets.p.end());
+  std::sort(sets.q.begin(), sets.q.end());
+  sets.face_p = common_face(p, sets.p);
+  sets.face_q = common_face(q, sets.q);
+  return settle(p, q, length, sets, found.normal, plane) ||
+         settle_normal(p, q, length, found.normal, plane);
 }
 
-bool fast_answer(const Polyhedron& p, const Polyhedron& q, double rounding, Optimum& optimum) {
+bool fast_answer(const Polyhedron& p, const Polyhedron& q, const Lengths& length,
+                 Optimum& optimum) {
   constexpr int kFewFaces = 16;
-  Vector3 direction = q.vertex_mean() - p.vertex_mean();
-  if (p.topology().face_count() + q.topology().face_count() <= kFewFaces) {
-    if (face_answer(p, q, rounding, optimum)) return true;
-    direction = optimum.plane.normal;
-  }
+  const double rounding = length.rounding;
+  const bool few = p.topology().face_count() + q.topology().face_count() <= kFewFaces;
+  const Vector3 direction = few ? facing_normal(p, q) : Vector3(q.vertex_mean() - p.vertex_mean());
+  if (few && lies_flat(p, q, direction) && flat_answer(p, q, length, direction, optimum))
+    return true;
   FastResult found = fast_nearest(p, q, direction, 0.25 * rounding);
   optimum.iterations += found.iterations;
-  if (found.outcome == FastOutcome::Overlapping) {
+  const bool overlapping = found.outcome == FastOutcome::Overlapping;
+  if (overlapping) {
+    if (few && flat_answer(p, q, length, direction, optimum)) return true;
     found = fast_overlap(p, q, found, 0.25 * rounding);
     optimum.iterations += found.iterations;
   }
   if (found.outcome == FastOutcome::Unclear) return false;
-  scan(p, q, corner_normal(p, q, found, rounding), optimum.plane);
-  if (!settle(p, q, rounding, optimum.plane)) return false;
-  const bool overlapping = found.outcome == FastOutcome::Overlapping;
+  if (!settle_corners(p, q, found, length, optimum.plane)) return false;
   const double allowed = overlapping ? 2.2 * rounding : rounding;
-  optimum.converged = optimum.plane.gap >= found.bound - slack(allowed, found.bound);
-  if (optimum.converged && overlapping) {
-    // Of two nearly parallel planes the one where the features lie over each other.
-    const PatchPair patches(p, q, optimum.plane, optimum.plane.sets, rounding);
-    optimum.converged = overlap_margin(patches.p, patches.q) >= -rounding;
-  }
+  // Of two nearly parallel planes, as good within rounding, the one where the features meet.
+  optimum.converged = optimum.plane.gap >= found.bound - slack(allowed, found.bound) &&
+                      lies_over(p, q, optimum.plane, rounding);
   return optimum.converged;
 }
 
 /// Whatever doubles could not decide.
 void wide_answer(const Polyhedron& p, const Polyhedron& q, int max_iterations,
                  const Lengths& length, Optimum& optimum) {
-  const double rounding = length.rounding;
   ActiveFeatures found = wide_nearest(p, q, max_iterations);
   optimum.iterations += found.iterations;
   if (found.overlapping) found = exhaustive_overlap(p, q);
   optimum.converged = found.converged;
   optimum.several = found.several;
   optimum.middle = found.middle;
-  scan(p, q, found.normal, optimum.plane);
-  const bool same = !length.uneven && !found.middle && settle(p, q, rounding, optimum.plane) &&
-                    optimum.plane.gap >= found.gap - slack(rounding, found.gap);
+  Plane& plane = optimum.plane;
+  const bool same = !length.uneven && !found.middle &&
+                    settle_normal(p, q, length, found.normal, plane) &&
+                    plane.gap >= found.gap - slack(length.rounding, found.gap) &&
+                    lies_over(p, q, plane, length.rounding);
   if (same) return;
-  scan(p, q, found.normal, optimum.plane);
-  find_sets(p, q, optimum.plane, rounding, optimum.plane.sets);
-  optimum.plane.gap = found.gap;
+  scan(p, q, found.normal, plane);
+  find_sets(p, q, length, plane);
+  plane.form = {};
+  plane.gap = found.gap;
 }
 
 /// Witness points: of the shared part of the two features that rounding cannot tell from parallel.
 void set_witnesses(const Polyhedron& p, const Polyhedron& q, const Plane& contact,
                    const Lengths& length, NearestFeatures& answer) {
-  ContactSets wider;
-  if (length.place > length.rounding) find_sets(p, q, contact, length.place, wider);
-  const ContactSets& sets = length.place > length.rounding ? wider : contact.sets;
   const Vector3 across = answer.gap * answer.normal;
-  if (sets.p.size() == 1) {
-    answer.point_a = p.vertex(sets.p[0]);
-    answer.point_b = sets.q.size() == 1 && answer.gap > 0.0 ? q.vertex(sets.q[0])
-                                                            : Vector3(answer.point_a + across);
+  VertexSet set_p, set_q;
+  contact.near_p.select(length.place, set_p);
+  contact.near_q.select(length.place, set_q);
+  if (set_p.size() == 1) {
+    answer.point_a = p.vertex(set_p[0]);
+    answer.point_b = set_q.size() == 1 && answer.gap > 0.0 ? q.vertex(set_q[0])
+                                                           : Vector3(answer.point_a + across);
     return;
   }
-  if (sets.q.size() == 1) {
-    answer.point_b = q.vertex(sets.q[0]);
+  if (set_q.size() == 1) {
+    answer.point_b = q.vertex(set_q[0]);
     answer.point_a = answer.point_b - across;
     return;
   }
-  const PatchPair patches(p, q, contact, sets, length.place);
+  if (contact.form.crossed && set_p.size() == 2 && set_q.size() == 2) {
+    const Vector3 base = p.vertex(set_p[0]);
+    answer.point_a = base + contact.form.share * (p.vertex(set_p[1]) - base);
+    answer.point_b = answer.point_a + across;
+    return;
+  }
+  const PatchPair patches(p, q, contact, set_p, set_q, length.place);
   SharedCorners corners;
   append_shared_corners(patches.p, patches.q, 2 * length.place + kEpsilon * std::abs(answer.gap),
                         corners);
@@ -286,23 +388,37 @@ void set_witnesses(const Polyhedron& p, const Polyhedron& q, const Plane& contac
   answer.point_b = answer.point_a + across;
 }
 
+Feature feature_of(const Polyhedron& polyhedron, const VertexSet& set, FeatureKind kind, int face,
+                   const Vector3& outward) {
+  if (kind == FeatureKind::Vertex) return {kind, set[0]};
+  const Topology& topology = polyhedron.topology();
+  if (set.size() == 2) {
+    const int edge = topology.find_edge(set[0], set[1]);
+    if (edge >= 0) return {FeatureKind::Edge, edge};
+  }
+  const bool named = face >= 0 && topology.face(face).size() == set.size();
+  if (kind == FeatureKind::Face && named) return {kind, face};
+  return name_support_set(polyhedron, set, kind, outward);
+}
+
 /// Features within the contact tolerance and what they leave open.
 void set_features(const Polyhedron& p, const Polyhedron& q, const Optimum& optimum,
                   double tolerance, NearestFeatures& answer) {
   const Plane& plane = optimum.plane;
-  ContactSets sets;
-  find_vertices_beyond(p, plane.normal, plane.support_p.value - tolerance, sets.p);
-  find_vertices_beyond(q, -plane.normal, plane.support_q.value - tolerance, sets.q);
-  const FeatureKind kind_p = span_kind(p, sets.p, tolerance);
-  const FeatureKind kind_q = span_kind(q, sets.q, tolerance);
-  answer.feature_a = name_support_set(p, sets.p, kind_p, answer.normal);
-  answer.feature_b = name_support_set(q, sets.q, kind_q, -answer.normal);
+  VertexSet set_p, set_q;
+  plane.near_p.select(tolerance, set_p);
+  plane.near_q.select(tolerance, set_q);
+  const FeatureKind kind_p = span_kind(p, set_p, tolerance);
+  const FeatureKind kind_q = span_kind(q, set_q, tolerance);
+  answer.feature_a = feature_of(p, set_p, kind_p, plane.sets.face_p, answer.normal);
+  answer.feature_b = feature_of(q, set_q, kind_q, plane.sets.face_q, -answer.normal);
   const Vector3 high = p.vertex(plane.support_p.vertex), low = q.vertex(plane.support_q.vertex);
   answer.residual_a = std::max(0.0, answer.normal.dot(high - answer.point_a));
   answer.residual_b = std::max(0.0, answer.normal.dot(answer.point_b - low));
-  const ContactType type = type_of(p, q, sets.p, sets.q, kind_p, kind_q, tolerance);
-  const bool open = type == ContactType::VertexVertex || type == ContactType::VertexEdge ||
-                    type == ContactType::EdgeEdgeParallel;
+  bool open = false;
+  if (kind_p != FeatureKind::Face && kind_q != FeatureKind::Face) {
+    open = type_of(p, q, set_p, set_q, kind_p, kind_q, tolerance) != ContactType::EdgeEdgeCrossing;
+  }
   answer.indeterminate = open || optimum.several;
   answer.rule = optimum.middle    ? PlaneRule::MiddleOfPlanes
                 : optimum.several ? PlaneRule::LeastOverlap
@@ -324,8 +440,8 @@ NearestFeatures ordered_answer(const Polyhedron& p, const Polyhedron& q,
                                const SearchOptions& options, const FeatureHint& hint) {
   const Lengths length = lengths(p, q, options);
   Optimum optimum;
-  if (length.uneven || (!warm_answer(p, q, hint, length.rounding, optimum) &&
-                        !fast_answer(p, q, length.rounding, optimum))) {
+  if (length.uneven ||
+      (!warm_answer(p, q, hint, length, optimum) && !fast_answer(p, q, length, optimum))) {
     wide_answer(p, q, options.max_iterations, length, optimum);
   }
   NearestFeatures answer;

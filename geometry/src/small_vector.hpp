@@ -15,7 +15,11 @@ class SmallVector {
  public:
   SmallVector() {}  // NOLINT: the storage is left as it is
   SmallVector(const SmallVector&) = delete;
-  SmallVector& operator=(const SmallVector&) = delete;
+  SmallVector& operator=(const SmallVector& other) {
+    clear();
+    for (const T& value : other) push_back(value);
+    return *this;
+  }
 
   void push_back(const T& value) {
     if (size_ == capacity_) grow();
