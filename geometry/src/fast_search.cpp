@@ -158,12 +158,13 @@ void name_corners(const Simplex& simplex, FastResult& result) {
 /// A triangle of the growing polytope, counter-clockwise seen from outside.
 struct Facet {
   std::array<int, 3> corners{};
-  std::array<int, 3> neighbours{};  // [k] lies across the edge from corners[k] to the next
-  Vector3 normal;                   // unit, outward; zero when the triangle has no area
-  double distance = 0.0;            // of its plane from the origin, m
-  double sure = 0.0;                // the same less its rounding
+  std::array<int, 3> neighbours{};   // [k] lies across the edge from corners[k] to the next
+  Vector3 normal = Vector3::Zero();  // unit, outward; zero when the triangle has no area
+  double distance = 0.0;             // of its plane from the origin, m
+  double sure = 0.0;                 // the same less its rounding
   bool alive = true;
-  int seen = -1;  // last corner that it was tested for
+  bool slim = false;  // its normal is that of doubles that have cancelled
+  int seen = -1;      // last corner that it was tested for
 };
 
 /// A polytope inside the set of differences, around the origin. While all its facets turn to the
@@ -248,30 +249,31 @@ class Polytope {
   }
 
   void add_facet(const std::array<int, 3>& corners, const std::array<int, 3>& neighbours) {
-    Facet facet;
+    facets_.push_back({});
+    Facet& facet = facets_[facets_.size() - 1];
     facet.corners = corners;
     facet.neighbours = neighbours;
     const Vector3& a = corner_at(corners[0]).w;
     const Vector3 u = corner_at(corners[1]).w - a, v = corner_at(corners[2]).w - a;
-    Vector3 normal = u.cross(v);
-    const double size = u.norm() * v.norm();
-    double loss = 1.0;  // by what the products may have cancelled
-    if (normal.norm() < 0.25 * size) {
-      normal = wide_normal(corners);
-    } else {
-      loss = size / normal.norm();
-    }
-    const double area = normal.norm();
+    const Vector3 normal = u.cross(v);
+    const double squared = normal.squaredNorm(), size = u.squaredNorm() * v.squaredNorm();
+    facet.slim = squared < 0.0625 * size;
+    set_plane(normal, std::sqrt(squared), std::sqrt(size), facet);
+  }
+
+  /// `size` over `area`: by how much the products that made the normal have cancelled.
+  void set_plane(const Vector3& normal, double area, double size, Facet& facet) {
     facet.normal = Vector3::Zero();
     facet.distance = facet.sure = std::numeric_limits<double>::infinity();
     if (area > 1e-14 * size) {
+      const Vector3& a = corner_at(facet.corners[0]).w;
       facet.normal = normal / area;
       facet.distance = facet.normal.dot(a);
       const double reach =
-          std::max({a.norm(), corner_at(corners[1]).w.norm(), corner_at(corners[2]).w.norm()});
-      facet.sure = facet.distance - kEpsilon * reach * (1.0 + loss);
+          std::sqrt(std::max({a.squaredNorm(), corner_at(facet.corners[1]).w.squaredNorm(),
+                              corner_at(facet.corners[2]).w.squaredNorm()}));
+      facet.sure = facet.distance - kEpsilon * reach * (1.0 + size / area);
     }
-    facets_.push_back(facet);
   }
 
   Vector3 wide_normal(const std::array<int, 3>& corners) const {
@@ -285,12 +287,25 @@ class Polytope {
 
   /// The facet nearest to the origin, or -1 where one turns its outer side to it.
   int nearest_facet() {
+    int nearest = least_facet();
+    while (nearest >= 0 && at(nearest).slim) {  // only now is it worth its exact normal
+      Facet& facet = at(nearest);
+      facet.slim = false;
+      const Vector3 normal = wide_normal(facet.corners);
+      const double area = normal.norm();
+      set_plane(normal, area, area, facet);
+      nearest = least_facet();
+    }
+    return nearest;
+  }
+
+  int least_facet() {
     int nearest = -1;
     double least = std::numeric_limits<double>::infinity();
     for (int f = 0; f < facets_.count(); ++f) {
       const Facet& facet = at(f);
       if (!facet.alive) continue;
-      if (facet.distance < -rounding_) return -1;
+      if (facet.distance < -rounding_ && !facet.slim) return -1;
       if (facet.sure < least) {
         least = facet.sure;
         nearest = f;
@@ -399,16 +414,15 @@ FastResult fast_nearest(const Polyhedron& p, const Polyhedron& q, const Vector3&
   const double nothing = 16 * rounding * rounding;
   while (result.iterations < kMostSteps) {
     ++result.iterations;
-    const double length = simplex.direction.norm();
-    if (!(simplex.squared_distance > nothing) || !(length > 0.0)) {
+    if (!(simplex.squared_distance > nothing)) {
       result.outcome = FastOutcome::Overlapping;
       break;
     }
     const Corner corner = find_corner(p, q, simplex.direction);
-    const double gain = simplex.direction.dot(simplex.corners[0].w - corner.w);
-    result.normal = simplex.direction / length;
-    const double slack = rounding + 4 * kEpsilon * std::sqrt(simplex.squared_distance);
-    if (gain <= slack * length || simplex.has(corner.p, corner.q)) {
+    const double gain = simplex.direction.dot(simplex.corners[0].w - corner.w) -
+                        4 * kEpsilon * simplex.direction.dot(simplex.corners[0].w);
+    if (gain <= 0.0 || gain * gain <= rounding * rounding * simplex.direction.squaredNorm() ||
+        simplex.has(corner.p, corner.q)) {
       result.outcome = FastOutcome::Separated;
       break;
     }
@@ -420,6 +434,8 @@ FastResult fast_nearest(const Polyhedron& p, const Polyhedron& q, const Vector3&
     if (!simplex.has(corner.p, corner.q)) break;  // no step forward: rounding
   }
   result.bound = std::sqrt(simplex.squared_distance);
+  const double length = simplex.direction.norm();
+  if (length > 0.0) result.normal = simplex.direction / length;
   name_corners(simplex, result);
   return result;
 }

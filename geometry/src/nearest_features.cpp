@@ -262,7 +262,7 @@ bool lies_flat(const Polyhedron& p, const Polyhedron& q, const Vector3& normal) 
 /// Blocks that lie flat on each other: the plane of their faces, if it is proved to be the answer.
 bool flat_answer(const Polyhedron& p, const Polyhedron& q, const Lengths& length,
                  const Vector3& normal, Optimum& optimum) {
-  optimum.iterations = 1;
+  ++optimum.iterations;
   optimum.converged = settle_normal(p, q, length, normal, optimum.plane) &&
                       proves_optimum(p, q, optimum.plane, length.rounding);
   return optimum.converged;
@@ -306,15 +306,14 @@ bool fast_answer(const Polyhedron& p, const Polyhedron& q, const Lengths& length
                  Optimum& optimum) {
   constexpr int kFewFaces = 16;
   const double rounding = length.rounding;
-  const bool few = p.topology().face_count() + q.topology().face_count() <= kFewFaces;
-  const Vector3 direction = few ? facing_normal(p, q) : Vector3(q.vertex_mean() - p.vertex_mean());
-  if (few && lies_flat(p, q, direction) && flat_answer(p, q, length, direction, optimum))
-    return true;
-  FastResult found = fast_nearest(p, q, direction, 0.25 * rounding);
+  FastResult found = fast_nearest(p, q, q.vertex_mean() - p.vertex_mean(), 0.25 * rounding);
   optimum.iterations += found.iterations;
   const bool overlapping = found.outcome == FastOutcome::Overlapping;
   if (overlapping) {
-    if (few && flat_answer(p, q, length, direction, optimum)) return true;
+    if (p.topology().face_count() + q.topology().face_count() <= kFewFaces) {
+      const Vector3 normal = facing_normal(p, q);
+      if (lies_flat(p, q, normal) && flat_answer(p, q, length, normal, optimum)) return true;
+    }
     found = fast_overlap(p, q, found, 0.25 * rounding);
     optimum.iterations += found.iterations;
   }
