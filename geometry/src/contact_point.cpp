@@ -111,29 +111,82 @@ Feature whole_face(const Polyhedron& polyhedron, const VertexSet& set, const Vec
   return whole ? name : Feature{FeatureKind::Face, -1};
 }
 
-/// All places where facing features lie over each other within the band.
-void find_points(const Polyhedron& p, const Polyhedron& q, const ContactPlane& plane, double band,
-                 double rounding, bool reversed, PairPoints& pair) {
-  SmallVector<Feature, 32> carriers_p, carriers_q;
+/// Box, in the contact plane, around the part of a patch that lies within a band of heights.
+struct BandBox {
+  Vector2 low = Vector2::Constant(std::numeric_limits<double>::infinity());
+  Vector2 high = -low;
+  void add(const Vector2& place) {
+    low = low.cwiseMin(place);
+    high = high.cwiseMax(place);
+  }
+  bool meets(const BandBox& other, double slack) const {
+    return (low - other.high).maxCoeff() <= slack && (other.low - high).maxCoeff() <= slack;
+  }
+};
+
+/// `sign` +1: heights of at least `limit`; -1: of at most it. m
+BandBox band_box(const Patch& patch, double limit, double sign) {
+  BandBox box;
+  for (std::size_t k = 0; k < patch.corners.size(); ++k) {
+    const PatchCorner& c = patch.corners[k];
+    const PatchCorner& next = patch.corners[k + 1 < patch.corners.size() ? k + 1 : 0];
+    const double here = sign * (c.height - limit), there = sign * (next.height - limit);
+    if (here >= 0.0) box.add(c.place);
+    if ((here >= 0.0) != (there >= 0.0)) {
+      box.add(c.place + here / (here - there) * (next.place - c.place));
+    }
+  }
+  return box;
+}
+
+/// The features that may carry points, in the order in which they are tried.
+struct Carriers {
+  SmallVector<Feature, 32> p, q;
+  bool many() const { return p.size() * q.size() > 1; }
+};
+
+void find_all_carriers(const Polyhedron& p, const Polyhedron& q, const ContactPlane& plane,
+                       double band, const PairPoints& pair, Carriers& carriers) {
   if (band > pair.tolerance) {
     VertexSet band_p, band_q;
     find_vertices_beyond(p, plane.normal, pair.reach_p - band, band_p);
     find_vertices_beyond(q, -plane.normal, pair.reach_q - band, band_q);
-    find_carriers(p, plane.normal, band_p, carriers_p);
-    find_carriers(q, -plane.normal, band_q, carriers_q);
+    find_carriers(p, plane.normal, band_p, carriers.p);
+    find_carriers(q, -plane.normal, band_q, carriers.q);
   } else {
-    find_carriers(p, plane.normal, pair.support_p, carriers_p);
-    find_carriers(q, -plane.normal, pair.support_q, carriers_q);
+    find_carriers(p, plane.normal, pair.support_p, carriers.p);
+    find_carriers(q, -plane.normal, pair.support_q, carriers.q);
   }
+}
+
+/// All places where facing features lie over each other within the band.
+void find_points(const Polyhedron& p, const Polyhedron& q, const ContactPlane& plane, double band,
+                 double rounding, bool reversed, PairPoints& pair) {
+  Carriers carriers;
+  find_all_carriers(p, q, plane, band, pair, carriers);
   Patch patch_p, patch_q;
+  // Points lie near the tops of both solids: where there are many pairs of features, most of them
+  // have no such places over each other, and need no closer look.
+  const double wider = 2 * band + 64 * rounding;
+  SmallVector<BandBox, 32> boxes_q;
+  if (carriers.many()) {
+    for (const Feature& g : carriers.q) {
+      lay_feature(q, g, plane, -1.0, patch_q);
+      boxes_q.push_back(band_box(patch_q, pair.gap + wider, -1.0));
+    }
+  }
   SharedCorners corners;
-  for (const Feature& f : carriers_p) {
+  for (const Feature& f : carriers.p) {
     lay_feature(p, f, plane, 1.0, patch_p);
-    for (const Feature& g : carriers_q) {
+    const BandBox box_p = carriers.many() ? band_box(patch_p, -wider, 1.0) : BandBox{};
+    for (std::size_t k = 0; k < carriers.q.size(); ++k) {
+      const Feature& g = carriers.q[k];
+      const bool whole = f == pair.feature_p && g == pair.feature_q;
+      if (carriers.many() && !whole && !box_p.meets(boxes_q[k], 64 * rounding)) continue;
       lay_feature(q, g, plane, -1.0, patch_q);
       corners.clear();
       append_shared_corners(patch_p, patch_q, rounding, corners);
-      if (f == pair.feature_p && g == pair.feature_q) keep_shared(corners, pair);
+      if (whole) keep_shared(corners, pair);
       for (const SharedCorner& c : corners) {
         if (c.height_q - c.height_p > pair.gap + band || !named(c)) continue;
         add_merged(c, pair.tolerance, reversed, pair.points);
