@@ -17,7 +17,11 @@ using quoin::tests::environment_number;
 using quoin::tests::Random;
 using quoin::tests::SolidPair;
 
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr std::uint64_t kCases = 1000;
+#else
 constexpr std::uint64_t kCases = 10000;
+#endif
 constexpr double kPeerAllowed = 1e-9;  // error that a peer is granted, of the smaller diameter
 
 struct Score {

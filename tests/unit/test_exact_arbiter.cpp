@@ -110,7 +110,7 @@ TEST_CASE("arbiter: cases G01, G02, G07, G08") {
 
 TEST_CASE("arbiter: agrees with a blind search over directions") {
   Random random(quoin::tests::environment_number("QUOIN_SEED", 4));
-  for (int i = 0; i < 60; ++i) {
+  for (int i = 0; i < 15; ++i) {
     const Points a = hull_points(random, random.integer(4, 30), Vector3::Zero());
     const Points b =
         hull_points(random, random.integer(4, 30), random.uniform(0.3, 3.0) * random.direction());
