@@ -16,6 +16,12 @@ using quoin::tests::rotation_about;
 using quoin::tests::WithinAbs;
 using quoin::tests::WithinRel;
 
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr int kTrials = 3;
+#else
+constexpr int kTrials = 15;
+#endif
+
 Points box(const Vector3& half) {
   Points points(3, 8);
   for (int i = 0; i < 8; ++i) {
@@ -110,7 +116,7 @@ TEST_CASE("arbiter: cases G01, G02, G07, G08") {
 
 TEST_CASE("arbiter: agrees with a blind search over directions") {
   Random random(quoin::tests::environment_number("QUOIN_SEED", 4));
-  for (int i = 0; i < 15; ++i) {
+  for (int i = 0; i < kTrials; ++i) {
     const Points a = hull_points(random, random.integer(4, 30), Vector3::Zero());
     const Points b =
         hull_points(random, random.integer(4, 30), random.uniform(0.3, 3.0) * random.direction());
