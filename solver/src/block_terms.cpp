@@ -103,7 +103,7 @@ Matrix12 block_matrix(const BlockModel& model, const StepScheme& scheme) {
   Matrix12 k = Matrix12::Zero();
   k.diagonal().head<3>().setConstant(factor * model.mass);
   k.block<3, 3>(3, 3) = factor * model.inertia;
-  if (model.unknowns == 12) {
+  if (model.unknowns == 12 && scheme.deforms) {
     k.block<3, 6>(3, 6) = factor * model.inertia_coupling;
     k.block<6, 3>(6, 3) = factor * model.inertia_coupling.transpose();
     k.bottomRightCorner<6, 6>() =
@@ -120,7 +120,7 @@ Vector12 block_force(const BlockModel& model, const BlockState& state, const Ste
   const Vector3 theta = increment.segment<3>(3);
   Vector12 force = Vector12::Zero();
   force.head<3>() = (2.0 / dt) * model.mass * state.velocity;
-  const bool deformable = model.unknowns == 12;
+  const bool deformable = model.unknowns == 12 && scheme.deforms;
   const Vector6 rate = deformable ? state.strain_rate : Vector6::Zero();
   const Eigen::Matrix<double, 9, 1> now = momentum(model, state.angular_velocity, rate);
   const Vector6 strain_increment = deformable ? Vector6(increment.tail<6>()) : Vector6::Zero();

@@ -37,6 +37,7 @@ Eigen::Matrix<double, 6, 6> isotropic_elasticity(double young, double poisson);
 struct StepScheme {
   double time_step = 0.0;
   double end_share = 1.0;
+  bool deforms = true;  ///< false: the block moves rigidly in this step and its strain waits
 };
 
 /// K of a block alone: 2 M/dt2 + end_share V E.   [Beyabanaki 2009], equation (8), after Shi.

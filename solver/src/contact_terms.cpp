@@ -43,7 +43,7 @@ void linearise(const BodyContact& contact, const StepPoses& poses,
   tangent_frame(contact, rows.normal, rows.t1, rows.t2);
   const auto mean = [&](std::size_t block, const Pose& start, const Pose& end, const Vector3& arm) {
     return mean_motion(start, end, poses.increment[block].segment<3>(3), arm,
-                       models[block].unknowns == 12);
+                       poses.deforms[block] != 0);
   };
   const Matrix3x12 point_a = mean(a, start_a, end_a, contact.arm_a);
   const Matrix3x12 point_b = mean(b, start_b, end_b, contact.arm_b);
@@ -116,22 +116,21 @@ void set_augmentation(const std::vector<Matrix12>& compliance, LinearContact& li
       std::min(augmentation(linear, 1, compliance), augmentation(linear, 2, compliance));
 }
 
-void linearise_velocity(const BodyContact& contact, std::span<const Pose> poses,
-                        std::span<const BlockModel> models, LinearContact& linear) {
+void linearise_velocity(const BodyContact& contact, const StepPoses& poses, LinearContact& linear) {
   const auto a = static_cast<std::size_t>(contact.a), b = static_cast<std::size_t>(contact.b);
-  const ContactGeometry now = contact_geometry(contact, poses[a], poses[b]);
+  const ContactGeometry now = contact_geometry(contact, poses.end[a], poses.end[b]);
   Rows rows;
   rows.normal = now.normal;
   tangent_frame(contact, rows.normal, rows.t1, rows.t2);
-  const Matrix3x12 point_a = motion(poses[a], contact.arm_a, models[a].unknowns == 12);
-  const Matrix3x12 point_b = motion(poses[b], contact.arm_b, models[b].unknowns == 12);
+  const Matrix3x12 point_a = motion(poses.end[a], contact.arm_a, poses.deforms[a] != 0);
+  const Matrix3x12 point_b = motion(poses.end[b], contact.arm_b, poses.deforms[b] != 0);
   fill(rows, -1.0, point_a, point_a, linear.jacobian_a);
   fill(rows, 1.0, point_b, point_b, linear.jacobian_b);
   const Vector3 lever = now.place_b - now.place_a;
   if (contact.normal_on_a) {
-    add_turn(rows.normal, lever, poses[a].rotation, linear.jacobian_a);
+    add_turn(rows.normal, lever, poses.end[a].rotation, linear.jacobian_a);
   } else {
-    add_turn(rows.normal, lever, poses[b].rotation, linear.jacobian_b);
+    add_turn(rows.normal, lever, poses.end[b].rotation, linear.jacobian_b);
   }
   linear.offset.setZero();
 }

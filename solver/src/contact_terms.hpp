@@ -10,6 +10,7 @@ namespace quoin::solver {
 struct StepPoses {
   std::vector<Pose> start, end;
   BlockVector increment;  ///< by block: what leads from start to end
+  std::vector<char> deforms;  ///< by block: its strain moves in this step
 };
 
 /// d = offset + J_a D_a + J_b D_b with d exactly gap and slip at the end of the step when D is the
@@ -23,8 +24,7 @@ void linearise(const BodyContact& contact, const StepPoses& poses,
                std::span<const BlockModel> models, double rounding, LinearContact& linear);
 
 /// The same for velocities at the end of the step: d = J V, V = (v | W | strain rate) of each block.
-void linearise_velocity(const BodyContact& contact, std::span<const Pose> poses,
-                        std::span<const BlockModel> models, LinearContact& linear);
+void linearise_velocity(const BodyContact& contact, const StepPoses& poses, LinearContact& linear);
 
 /// Augmentation of normal and shear from what the two blocks alone oppose to the contact; compliance:
 /// inverse of each block's K, by slot.

@@ -11,10 +11,10 @@ namespace {
 constexpr int kLinearisations = 30;
 constexpr double kUndamped = 0.5;
 
-StepScheme scheme_of(const StepOptions& options, double time_step) {
+StepScheme scheme_of(const StepOptions& options, double time_step, bool deforms = true) {
   const bool undamped =
       options.scheme == TimeScheme::EnergyMomentum && options.analysis == Analysis::Dynamic;
-  return {time_step, undamped ? kUndamped : 1.0};
+  return {time_step, undamped ? kUndamped : 1.0, deforms};
 }
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
@@ -22,6 +22,8 @@ std::size_t index(int i) { return static_cast<std::size_t>(i); }
 void set_start(const CompiledScene& compiled, const StepOptions& options, const State& state,
                double time_step, const std::vector<PrescribedMotion>& motion_end, Workspace& work) {
   const std::size_t n = state.blocks.size();
+  work.poses.deforms.resize(n);
+  for (std::size_t b = 0; b < n; ++b) work.poses.deforms[b] = compiled.models[b].unknowns == 12;
   work.poses.start.resize(n);
   work.poses.end.resize(n);
   work.poses.increment.assign(n, Vector12::Zero());
@@ -51,20 +53,28 @@ void set_end(const CompiledScene& compiled, const State& state, Workspace& work)
   }
 }
 
-void set_matrices(const CompiledScene& compiled, const StepScheme& scheme, Workspace& work) {
-  const Slots& slots = compiled.slots;
-  work.base.diagonal.resize(index(slots.count()));
-  work.compliance.resize(index(slots.count()));
+void set_matrix(const CompiledScene& compiled, const StepOptions& options, double time_step,
+                std::size_t slot, Workspace& work) {
+  const std::size_t b = index(compiled.slots.block_of_slot[slot]);
+  const bool deforms = work.poses.deforms[b] != 0;
+  Matrix12& matrix = work.base.diagonal[slot];
+  Matrix12& inverse = work.compliance[slot];
+  matrix = block_matrix(compiled.models[b], scheme_of(options, time_step, deforms));
+  if (deforms) {
+    inverse = matrix.ldlt().solve(Matrix12::Identity());
+    return;
+  }
+  inverse.setZero();
+  inverse.diagonal().head<3>() = matrix.diagonal().head<3>().cwiseInverse();
+  inverse.block<3, 3>(3, 3) = matrix.block<3, 3>(3, 3).inverse();
+}
+
+void set_matrices(const CompiledScene& compiled, const StepOptions& options, double time_step,
+                  Workspace& work) {
+  work.base.diagonal.resize(index(compiled.slots.count()));
+  work.compliance.resize(index(compiled.slots.count()));
   for (std::size_t s = 0; s < work.base.diagonal.size(); ++s) {
-    work.base.diagonal[s] = block_matrix(compiled.models[index(slots.block_of_slot[s])], scheme);
-    Matrix12& inverse = work.compliance[s];
-    if (slots.size[s] == 12) {
-      inverse = work.base.diagonal[s].ldlt().solve(Matrix12::Identity());
-    } else {
-      inverse.setZero();
-      inverse.diagonal().head<3>() = work.base.diagonal[s].diagonal().head<3>().cwiseInverse();
-      inverse.block<3, 3>(3, 3) = work.base.diagonal[s].block<3, 3>(3, 3).inverse();
-    }
+    set_matrix(compiled, options, time_step, s, work);
   }
 }
 
@@ -159,7 +169,7 @@ void linearise_held(const CompiledScene& compiled, double time_end, Workspace& w
     LinearContact& linear = work.linear[work.contacts.size() + h];
     linear.jacobian_b = mean_motion(work.poses.start[b], work.poses.end[b],
                                     work.poses.increment[b].segment<3>(3), held.arm,
-                                    compiled.models[b].unknowns == 12);
+                                    work.poses.deforms[b] != 0);
     const Vector3 start = work.poses.start[b].centroid + work.poses.start[b].shape * held.arm;
     linear.offset = start - held.place - held.displacement.at(time_end);
   }
@@ -223,12 +233,12 @@ double load_time(const StepOptions& options, const State& state, double time_ste
 
 void set_force(const CompiledScene& compiled, const StepOptions& options, const State& state,
                double time_step, Workspace& work) {
-  const StepScheme scheme = scheme_of(options, time_step);
   const double time = load_time(options, state, time_step);
   const Vector3 gravity = compiled.scene.gravity.at(time);
   work.force.resize(work.base.diagonal.size());
   for (std::size_t s = 0; s < work.force.size(); ++s) {
     const std::size_t b = index(compiled.slots.block_of_slot[s]);
+    const StepScheme scheme = scheme_of(options, time_step, work.poses.deforms[b] != 0);
     if (options.analysis == Analysis::Dynamic) {
       work.force[s] =
           block_force(compiled.models[b], state.blocks[b], scheme, work.poses.increment[b]);
@@ -246,7 +256,7 @@ void set_force(const CompiledScene& compiled, const StepOptions& options, const 
     const Matrix3x12 motion =
         mean_motion(work.poses.start[b], work.poses.end[b],
                     work.poses.increment[b].segment<3>(3), load.arm,
-                    compiled.models[b].unknowns == 12);
+                    work.poses.deforms[b] != 0);
     work.force[index(compiled.slots.slot_of_block[b])] +=
         motion.transpose() * (load.factor * load.force.at(time));
   }
@@ -263,6 +273,48 @@ void by_block(const CompiledScene& compiled, const BlockVector& slots, BlockVect
   for (std::size_t s = 0; s < slots.size(); ++s) {
     blocks[index(compiled.slots.block_of_slot[s])] = slots[s];
   }
+}
+
+/// The impulse of an impact is no force of one step's length: it would load the strain of every block
+/// it passes through with energy that is not there. Blocks that are hit, and those that lean on them,
+/// move rigidly through the step; their strain goes on in the next. True when there are any.
+bool hold_strain_of_hit_blocks(const CompiledScene& compiled, const StepOptions& options,
+                               const State& state, double time_step, Workspace& work) {
+  if (options.method == ContactMethod::Penalty || options.analysis != Analysis::Dynamic) return false;
+  const double slowest = bounce_speed(compiled, state.time, time_step) * time_step;
+  std::vector<char>& deforms = work.poses.deforms;
+  bool any = false;
+  const auto hold = [&](int block) {
+    if (!deforms[index(block)]) return false;
+    deforms[index(block)] = 0;
+    return any = true;
+  };
+  std::vector<char> hit(deforms.size(), 0);
+  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
+    const LinearContact& c = work.linear[i];
+    if (!(c.closing_share > 0.0) || !(c.start[0] > slowest * c.closing_share)) continue;
+    hit[index(work.contacts[i].a)] = hit[index(work.contacts[i].b)] = 1;
+  }
+  for (bool grows = true; grows;) {
+    grows = false;
+    for (const BodyContact& contact : work.contacts) {
+      if (!contact.was_closed) continue;
+      for (const auto& [from, to] : {std::pair{contact.a, contact.b}, {contact.b, contact.a}}) {
+        if (!hit[index(from)] || hit[index(to)] || compiled.idle[index(from)]) continue;
+        hit[index(to)] = 1;
+        grows = true;
+      }
+    }
+  }
+  for (std::size_t b = 0; b < hit.size(); ++b) {
+    if (hit[b]) hold(static_cast<int>(b));
+  }
+  if (!any) return false;
+  set_matrices(compiled, options, time_step, work);
+  for (std::size_t b = 0; b < hit.size(); ++b) {
+    if (hit[b]) work.poses.increment[b].tail<6>().setZero();
+  }
+  return true;
 }
 
 /// Linearise, solve, and again from where it ended, until the solution satisfies its own linearisation.
@@ -285,6 +337,10 @@ OpenCloseResult solve_positions(const CompiledScene& compiled, const StepOptions
       }
     }
     linearise_all(compiled, options, state, time_step, free_increment, work);
+    if (pass == 0 && hold_strain_of_hit_blocks(compiled, options, state, time_step, work)) {
+      set_force(compiled, options, state, time_step, work);
+      linearise_all(compiled, options, state, time_step, free_increment, work);
+    }
     by_slot(compiled, work.poses.increment, work.increment);
     const OpenCloseResult solved =
         work.open_close.solve(work.base, work.force, work.linear, tuning, work.increment);
@@ -397,8 +453,9 @@ void account_contact(const CompiledScene& compiled, const StepOptions& options,
   const Vector3 moved = c.jacobian_a * move_a + c.jacobian_b * move_b;
   const double friction_work = -c.force.tail<2>().dot(moved.tail<2>());
   if (!c.compliant) {
-    attempt.contact_work += c.force[0] * moved[0];
-    attempt.friction_work += friction_work;
+    const bool impact = c.closing_share > 0.0;  // its force stands for an impulse
+    attempt.contact_work += impact ? c.force.dot(moved) : c.force[0] * moved[0];
+    if (!impact) attempt.friction_work += friction_work;
     return;
   }
   const double spring = options.penalty > 0.0 ? options.penalty : default_penalty(compiled);
@@ -493,8 +550,8 @@ Attempt attempt_step(const CompiledScene& compiled, const StepOptions& options, 
         advance_motion(compiled.scene.blocks[index(compiled.prescribed[p])].motion,
                        work.motion[p], state.time, state.time + time_step);
   }
-  set_matrices(compiled, scheme_of(options, time_step), work);
   set_start(compiled, options, state, time_step, attempt.motion, work);
+  set_matrices(compiled, options, time_step, work);
   OpenCloseResult total;
   do {
     set_linear_contacts(compiled, options, work);
@@ -521,6 +578,7 @@ Attempt attempt_step(const CompiledScene& compiled, const StepOptions& options, 
     end = displaced(state.blocks[b], d);
     if (options.analysis == Analysis::Dynamic) {
       end = with_end_velocity(end, state.blocks[b], d, time_step);
+      if (!work.poses.deforms[b]) end.strain_rate.setZero();
     } else {
       end.velocity.setZero();
       end.angular_velocity.setZero();

@@ -35,7 +35,7 @@ BlockVector free_velocity_gain(const CompiledScene& compiled, const State& start
   for (std::size_t s = 0; s < gain.size(); ++s) {
     const BlockState& block = start.blocks[index(compiled.slots.block_of_slot[s])];
     gain[s] = 2.0 * ((work.compliance[s] * work.force[s]) / time_step - velocity_vector(block));
-    if (compiled.slots.size[s] == 6) gain[s].tail<6>().setZero();
+    if (!work.poses.deforms[index(compiled.slots.block_of_slot[s])]) gain[s].tail<6>().setZero();
   }
   return gain;
 }
@@ -52,14 +52,14 @@ double kinetic_energy(const CompiledScene& compiled, const State& state) {
 /// 2/dt of the impulse. False when nothing is to be set there.
 bool velocity_contact(const CompiledScene& compiled, const State& start, const State& end,
                       const BodyContact& contact, const BlockVector& free_gain, double slowest,
-                      double time_step, std::span<const Pose> poses, const LinearContact& position,
+                      double time_step, const StepPoses& poses, const LinearContact& position,
                       LinearContact& c) {
   if (position.mode == ContactMode::Open) return false;
   c = position;
   c.compliant = false;
   c.tension = 2.0 * position.tension;
   c.cohesion = 2.0 * position.cohesion;
-  linearise_velocity(contact, poses, compiled.models, c);
+  linearise_velocity(contact, poses, c);
   for (const auto& [block, jacobian] :
        {std::pair{contact.a, &c.jacobian_a}, std::pair{contact.b, &c.jacobian_b}}) {
     if (compiled.models[index(block)].unknowns > 0) continue;
@@ -74,7 +74,7 @@ bool velocity_contact(const CompiledScene& compiled, const State& start, const S
     c.offset[0] += time_step * (contact.joint.restitution * impact - flight);
   }
   Vector3 t1, t2;
-  const Pose& owner = poses[index(contact.normal_on_a ? contact.a : contact.b)];
+  const Pose& owner = poses.end[index(contact.normal_on_a ? contact.a : contact.b)];
   tangent_frame(contact, owner.rotation * contact.normal_local, t1, t2);
   const Vector3& shear = contact.state.shear_force;  // on A
   c.multiplier = 2.0 * Vector3(contact.state.normal_force, -t1.dot(shear), -t2.dot(shear));
@@ -88,11 +88,11 @@ bool velocity_contact(const CompiledScene& compiled, const State& start, const S
 }
 
 bool velocity_held_point(const CompiledScene& compiled, const HeldPoint& held, double time,
-                         double time_step, std::span<const Pose> poses,
+                         double time_step, const StepPoses& poses,
                          const LinearContact& position, LinearContact& c) {
   const std::size_t b = index(held.block);
   c = position;
-  c.jacobian_b = motion(poses[b], held.arm, compiled.models[b].unknowns == 12);
+  c.jacobian_b = motion(poses.end[b], held.arm, poses.deforms[b] != 0);
   const double eps = 0.5 * time_step;
   const Vector3 target =
       held.displacement.is_constant()
@@ -140,9 +140,9 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
     const bool held = i >= work.contacts.size();
     const bool active =
         held ? velocity_held_point(compiled, compiled.held[i - work.contacts.size()],
-                                   attempt.end.time, time_step, work.poses.end, work.linear[i], c)
+                                   attempt.end.time, time_step, work.poses, work.linear[i], c)
              : velocity_contact(compiled, start, attempt.end, attempt.contacts[i], free_gain, slowest,
-                                time_step, work.poses.end, work.linear[i], c);
+                                time_step, work.poses, work.linear[i], c);
     if (!active) continue;
     set_augmentation(work.compliance, c);
     contacts.push_back(c);
@@ -152,7 +152,7 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
   for (std::size_t s = 0; s < velocity.size(); ++s) {
     velocity[s] =
         time_step * velocity_vector(attempt.end.blocks[index(compiled.slots.block_of_slot[s])]);
-    if (compiled.slots.size[s] == 6) velocity[s].tail<6>().setZero();
+    if (!work.poses.deforms[index(compiled.slots.block_of_slot[s])]) velocity[s].tail<6>().setZero();
     force[s] = work.base.diagonal[s] * velocity[s];
   }
   add_earlier_impulses(work, attempt, force);
