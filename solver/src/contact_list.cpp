@@ -24,6 +24,63 @@ const Joint& joint_between(const Scene& scene, int a, int b) {
   return scene.joint;
 }
 
+namespace {
+
+/// Cosine above which a feature's own normal stands for the pair's (30 degrees).
+constexpr double kLikeNormals = 0.866;
+
+Vector3 edge_now(const Scene& scene, const Pose& pose, int block, int edge) {
+  const geometry::Polyhedron& shape = scene.blocks[static_cast<std::size_t>(block)].shape;
+  const auto ends = shape.topology().edge(edge);
+  return (pose.shape * (shape.vertex(ends[1]) - shape.vertex(ends[0]))).normalized();
+}
+
+/// Area vector of a face as it stands now, outward (Newell).
+Vector3 face_normal(const Scene& scene, const Pose& pose, int block, int face) {
+  const geometry::Polyhedron& shape = scene.blocks[static_cast<std::size_t>(block)].shape;
+  const auto cycle = shape.topology().face(face);
+  const Vector3 first = shape.vertex(cycle[0]);
+  Vector3 sum = Vector3::Zero();
+  for (std::size_t i = 2; i < cycle.size(); ++i) {
+    sum += (pose.shape * (shape.vertex(cycle[i - 1]) - first))
+               .cross(pose.shape * (shape.vertex(cycle[i]) - first));
+  }
+  return sum.normalized();
+}
+
+/// A vertex slides along its face, not along the pair's plane: the two differ where faces are tilted.
+Vector3 carried_normal(const Scene& scene, const Pose& pose_a, const Pose& pose_b,
+                       const BodyContact& contact) {
+  const ContactPoint& point = contact.state.point;
+  Vector3 normal = point.normal;
+  if (point.key.feature_a.kind == FeatureKind::Face) {
+    normal = face_normal(scene, pose_a, contact.a, point.key.feature_a.index);
+  } else if (point.key.feature_b.kind == FeatureKind::Face) {
+    normal = -face_normal(scene, pose_b, contact.b, point.key.feature_b.index);
+  }
+  return normal.dot(point.normal) > kLikeNormals ? normal : point.normal;
+}
+
+/// Below this sine of their angle the edges say less about the normal than the pair's own.
+constexpr double kLeastCrossing = 0.02;
+
+void set_crossed_edges(const Scene& scene, const Pose& pose_a, const Pose& pose_b,
+                       BodyContact& contact) {
+  const geometry::ContactKey& key = contact.state.point.key;
+  if (key.feature_a.kind != FeatureKind::Edge || key.feature_b.kind != FeatureKind::Edge) return;
+  Vector3 edge_a = edge_now(scene, pose_a, contact.a, key.feature_a.index);
+  const Vector3 edge_b = edge_now(scene, pose_b, contact.b, key.feature_b.index);
+  const Vector3 normal = edge_a.cross(edge_b);
+  const double along = normal.dot(contact.state.point.normal);
+  if (normal.norm() < kLeastCrossing || std::abs(along) < kLikeNormals * normal.norm()) return;
+  if (along < 0.0) edge_a = -edge_a;
+  contact.crossed = true;
+  contact.edge_a = pose_a.rotation.transpose() * edge_a;
+  contact.edge_b = pose_b.rotation.transpose() * edge_b;
+}
+
+}  // namespace
+
 BodyContact make_body_contact(const Scene& scene, std::span<const Pose> poses,
                               const ContactPoint& point) {
   BodyContact contact;
@@ -40,7 +97,9 @@ BodyContact make_body_contact(const Scene& scene, std::span<const Pose> poses,
                         (point.key.feature_b.kind != FeatureKind::Face &&
                          scene.blocks[static_cast<std::size_t>(contact.a)].kind >= BlockKind::Fixed);
   const Pose& owner = contact.normal_on_a ? pose_a : pose_b;
-  contact.normal_local = owner.rotation.transpose() * point.normal;
+  contact.normal_local =
+      owner.rotation.transpose() * carried_normal(scene, pose_a, pose_b, contact);
+  set_crossed_edges(scene, pose_a, pose_b, contact);
   contact.axis = std::abs(point.normal.x()) < 0.75 ? Vector3::UnitX() : Vector3::UnitY();
   contact.joint = joint_between(scene, contact.a, contact.b);
   return contact;
@@ -110,7 +169,13 @@ void carry_over(const Scene& scene, std::span<const Pose> poses,
 
 ContactGeometry contact_geometry(const BodyContact& contact, const Pose& a, const Pose& b) {
   ContactGeometry result;
-  result.normal = (contact.normal_on_a ? a : b).rotation * contact.normal_local;
+  if (contact.crossed) {
+    result.edge_a = a.rotation * contact.edge_a;
+    result.edge_b = b.rotation * contact.edge_b;
+    result.normal = result.edge_a.cross(result.edge_b).normalized();
+  } else {
+    result.normal = (contact.normal_on_a ? a : b).rotation * contact.normal_local;
+  }
   result.place_a = a.centroid + a.shape * contact.arm_a;
   result.place_b = b.centroid + b.shape * contact.arm_b;
   result.gap = (result.place_b - result.place_a).dot(result.normal);

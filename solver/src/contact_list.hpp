@@ -16,6 +16,9 @@ struct BodyContact {
   Vector3 arm_b = Vector3::Zero();
   bool normal_on_a = false;                  ///< whose rotation carries the normal: the face's block
   Vector3 normal_local = Vector3::UnitX();   ///< in that block's turning frame
+  bool crossed = false;                      ///< two edges: the normal is that of both, edge_a × edge_b
+  Vector3 edge_a = Vector3::Zero();          ///< in A's turning frame; signed so that the normal is A to B
+  Vector3 edge_b = Vector3::Zero();          ///< in B's turning frame
   Vector3 axis = Vector3::UnitX();           ///< not along the normal: fixes the tangents of the step
   Joint joint{};                             ///< with residual values once failed
   double opening = 0.0;                      ///< by dilation, m
@@ -48,6 +51,7 @@ BodyContact make_body_contact(const Scene& scene, std::span<const Pose> poses,
 /// Vectors of a contact at given poses of its two blocks.
 struct ContactGeometry {
   Vector3 normal = Vector3::UnitX();
+  Vector3 edge_a = Vector3::Zero(), edge_b = Vector3::Zero();  ///< of crossed edges
   Vector3 place_a = Vector3::Zero(), place_b = Vector3::Zero();
   double gap = 0.0;
 };

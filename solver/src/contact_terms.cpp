@@ -23,10 +23,23 @@ void fill(const Rows& rows, double sign, const Matrix3x12& at_point, const Matri
   jacobian.row(2) = sign * rows.t2.transpose() * at_anchor;
 }
 
-/// The turn of the normal: (r × n)·m = (n × m)·r.
-void add_turn(const Vector3& normal, const Vector3& lever, const Matrix3& rotation,
-              Matrix3x12& jacobian) {
-  jacobian.block<1, 3>(0, 3) += normal.cross(lever).transpose() * rotation;
+/// The normal turns with its face, (r × n)·m = (n × m)·r, or with both crossed edges:
+/// dn = -(n·de_a) e_a* - (n·de_b) e_b*, de = r × e, with e_a*, e_b* dual to e_a, e_b in the plane.
+void add_turn(const BodyContact& contact, const ContactGeometry& mean, const Vector3& lever,
+              const Matrix3& rotation_a, const Matrix3& rotation_b, LinearContact& linear) {
+  const Vector3& n = mean.normal;
+  auto on_a = linear.jacobian_a.block<1, 3>(0, 3), on_b = linear.jacobian_b.block<1, 3>(0, 3);
+  if (!contact.crossed) {
+    if (contact.normal_on_a) {
+      on_a += n.cross(lever).transpose() * rotation_a;
+    } else {
+      on_b += n.cross(lever).transpose() * rotation_b;
+    }
+    return;
+  }
+  const Vector3 across_a = mean.edge_a.cross(n), across_b = mean.edge_b.cross(n);
+  on_a -= (across_b.dot(lever) / across_b.dot(mean.edge_a)) * across_a.transpose() * rotation_a;
+  on_b -= (across_a.dot(lever) / across_a.dot(mean.edge_b)) * across_b.transpose() * rotation_b;
 }
 
 }  // namespace
@@ -55,11 +68,11 @@ void linearise(const BodyContact& contact, const StepPoses& poses,
        linear.jacobian_b);
   const Vector3 lever =
       0.5 * (before.place_b - before.place_a + after.place_b - after.place_a);
-  if (contact.normal_on_a) {
-    add_turn(rows.normal, lever, start_a.rotation, linear.jacobian_a);
-  } else {
-    add_turn(rows.normal, lever, start_b.rotation, linear.jacobian_b);
-  }
+  ContactGeometry middle;
+  middle.normal = rows.normal;
+  middle.edge_a = 0.5 * (before.edge_a + after.edge_a);
+  middle.edge_b = 0.5 * (before.edge_b + after.edge_b);
+  add_turn(contact, middle, lever, start_a.rotation, start_b.rotation, linear);
   const Vector3 stretched = start_b.centroid + start_b.shape * contact.state.anchor_b -
                             start_a.centroid - start_a.shape * contact.state.anchor_a;
   linear.offset = Vector3(before.gap - contact.opening, rows.t1.dot(stretched),
@@ -68,6 +81,15 @@ void linearise(const BodyContact& contact, const StepPoses& poses,
     if (std::abs(value) <= rounding) value = 0.0;
   }
   linear.start = linear.offset;
+  if (contact.crossed) {
+    const double predicted = before.gap + linear.jacobian_a.row(0).dot(poses.increment[a]) +
+                             linear.jacobian_b.row(0).dot(poses.increment[b]);
+    const double correction = after.gap - predicted;
+    if (std::abs(correction - linear.turn_correction) > 4.0 * rounding) {
+      linear.turn_correction = correction;
+    }
+    linear.offset[0] += linear.turn_correction;
+  }
   if (models[a].unknowns == 0) linear.offset += linear.jacobian_a * poses.increment[a];
   if (models[b].unknowns == 0) linear.offset += linear.jacobian_b * poses.increment[b];
 }
@@ -127,11 +149,7 @@ void linearise_velocity(const BodyContact& contact, const StepPoses& poses, Line
   fill(rows, -1.0, point_a, point_a, linear.jacobian_a);
   fill(rows, 1.0, point_b, point_b, linear.jacobian_b);
   const Vector3 lever = now.place_b - now.place_a;
-  if (contact.normal_on_a) {
-    add_turn(rows.normal, lever, poses.end[a].rotation, linear.jacobian_a);
-  } else {
-    add_turn(rows.normal, lever, poses.end[b].rotation, linear.jacobian_b);
-  }
+  add_turn(contact, now, lever, poses.end[a].rotation, poses.end[b].rotation, linear);
   linear.offset.setZero();
 }
 

@@ -33,6 +33,7 @@ struct LinearContact {
   double normal_stiffness = 0.0; ///< N/m: spring, or augmentation
   double shear_stiffness = 0.0;
   Vector3 start = Vector3::Zero();  ///< d at the start of the step: gap and stretch of the anchors, m
+  double turn_correction = 0.0;  ///< m: the turn of crossed edges' normal beyond second order
   double closing_share = 0.0;    ///< of the step that had passed when it closed; 0: closed all along
   Vector3 multiplier = Vector3::Zero();  ///< N, what the last iteration took as known
 

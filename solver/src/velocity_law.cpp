@@ -74,8 +74,7 @@ bool velocity_contact(const CompiledScene& compiled, const State& start, const S
     c.offset[0] += time_step * (contact.joint.restitution * impact - flight);
   }
   Vector3 t1, t2;
-  const Pose& owner = poses.end[index(contact.normal_on_a ? contact.a : contact.b)];
-  tangent_frame(contact, owner.rotation * contact.normal_local, t1, t2);
+  tangent_frame(contact, contact.state.point.normal, t1, t2);
   const Vector3& shear = contact.state.shear_force;  // on A
   c.multiplier = 2.0 * Vector3(contact.state.normal_force, -t1.dot(shear), -t2.dot(shear));
   if (c.law == ContactLaw::Coulomb && position.mode == ContactMode::Slip && contact.was_closed) {
