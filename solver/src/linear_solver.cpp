@@ -43,25 +43,24 @@ bool LinearSolver::factorize_dense(const BlockSystem& system) {
 }
 
 bool LinearSolver::factorize_sparse(const BlockSystem& system) {
-  if (sparse_.rows() != slots_->unknowns() || pattern_ != system.pairs ||
-      pattern_symmetric_ != symmetric_) {
-    build_pattern(system);
+  Sparse& sparse = symmetric_ ? lower_ : whole_;
+  if (sparse.matrix.rows() != slots_->unknowns() || sparse.pairs != system.pairs) {
+    build_pattern(system, sparse);
   }
-  fill_sparse(system);
+  fill_sparse(system, sparse);
   if (symmetric_) {
-    simplicial_.factorize(sparse_);
+    simplicial_.factorize(sparse.matrix);
     return simplicial_.info() == Eigen::Success && simplicial_.vectorD().minCoeff() > 0.0;
   }
-  sparse_lu_.factorize(sparse_);
+  sparse_lu_.factorize(sparse.matrix);
   return sparse_lu_.info() == Eigen::Success;
 }
 
 // Column by column: blocks above (when not symmetric), the diagonal block, the blocks below, each in
 // ascending order; fill_sparse runs in the same order.
-void LinearSolver::build_pattern(const BlockSystem& system) {
+void LinearSolver::build_pattern(const BlockSystem& system, Sparse& sparse) {
   const int n = slots_->unknowns();
-  pattern_ = system.pairs;
-  pattern_symmetric_ = symmetric_;
+  sparse.pairs = system.pairs;
   std::vector<Eigen::Triplet<double>> entries;
   const auto add_block = [&](std::size_t i, std::size_t j, bool lower_only) {
     for (int c = 0; c < slots_->size[j]; ++c) {
@@ -75,19 +74,19 @@ void LinearSolver::build_pattern(const BlockSystem& system) {
     add_block(index(second), index(first), false);
     if (!symmetric_) add_block(index(first), index(second), false);
   }
-  sparse_.resize(n, n);
-  sparse_.setFromTriplets(entries.begin(), entries.end());
+  sparse.matrix.resize(n, n);
+  sparse.matrix.setFromTriplets(entries.begin(), entries.end());
   if (symmetric_) {
-    simplicial_.analyzePattern(sparse_);
+    simplicial_.analyzePattern(sparse.matrix);
   } else {
-    sparse_lu_.analyzePattern(sparse_);
+    sparse_lu_.analyzePattern(sparse.matrix);
   }
 }
 
-void LinearSolver::fill_sparse(const BlockSystem& system) {
-  double* values = sparse_.valuePtr();
-  const int* starts = sparse_.outerIndexPtr();
-  column_position_.assign(starts, starts + sparse_.cols());
+void LinearSolver::fill_sparse(const BlockSystem& system, Sparse& sparse) {
+  double* values = sparse.matrix.valuePtr();
+  const int* starts = sparse.matrix.outerIndexPtr();
+  column_position_.assign(starts, starts + sparse.matrix.cols());
   const auto put = [&](std::size_t i, std::size_t j, const Matrix12& block, bool transposed,
                        bool lower_only) {
     for (int c = 0; c < slots_->size[j]; ++c) {

@@ -24,11 +24,17 @@ class LinearSolver {
   double condition_estimate() const;
 
  private:
+  // Lower triangle of a symmetric matrix, or a whole one: each keeps its own pattern.
+  struct Sparse {
+    Eigen::SparseMatrix<double> matrix;
+    std::vector<std::pair<int, int>> pairs;  // that the pattern was made for
+  };
+
   bool dense() const { return slots_->unknowns() <= kDenseLimit; }
   bool factorize_dense(const BlockSystem& system);
   bool factorize_sparse(const BlockSystem& system);
-  void build_pattern(const BlockSystem& system);
-  void fill_sparse(const BlockSystem& system);
+  void build_pattern(const BlockSystem& system, Sparse& sparse);
+  void fill_sparse(const BlockSystem& system, Sparse& sparse);
 
   static constexpr int kDenseLimit = 96;  // measured: above, the sparse factorization is faster
   const Slots* slots_;
@@ -37,9 +43,7 @@ class LinearSolver {
   Eigen::LDLT<Eigen::MatrixXd> dense_;
   Eigen::PartialPivLU<Eigen::MatrixXd> dense_lu_;
   Eigen::VectorXd vector_, result_;
-  Eigen::SparseMatrix<double> sparse_;  // lower triangle, or the whole matrix when not symmetric
-  std::vector<std::pair<int, int>> pattern_;
-  bool pattern_symmetric_ = true;
+  Sparse lower_, whole_;
   std::vector<int> column_position_;    // of each column in the value array
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> simplicial_;
   Eigen::SparseLU<Eigen::SparseMatrix<double>> sparse_lu_;

@@ -9,14 +9,16 @@ namespace {
 
 constexpr double kRounding = 16.0 * std::numeric_limits<double>::epsilon();  // of a sum of 12 products
 constexpr double kFarResidual = 1e-2;  // a guess that far out says nothing about the contacts' modes
-constexpr int kLiveIterations = 8;  // then friction limits are frozen until the rest has converged
+constexpr int kLiveIterations = 8;     // then friction limits are frozen until the rest has converged
+constexpr int kFrozenIterations = 30;
+constexpr double kNegligible = 1e-10;  // of the largest contact force: no friction worth following
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
-Vector3 trial_force(const LinearContact& c) {
-  return {c.multiplier[0] - c.normal_stiffness * c.relative[0],
-          c.multiplier[1] - c.shear_stiffness * c.relative[1],
-          c.multiplier[2] - c.shear_stiffness * c.relative[2]};
+Vector3 trial_force(const LinearContact& c, double softness) {
+  const double normal = softness * c.normal_stiffness, shear = softness * c.shear_stiffness;
+  return {c.multiplier[0] - normal * c.relative[0], c.multiplier[1] - shear * c.relative[1],
+          c.multiplier[2] - shear * c.relative[2]};
 }
 
 /// Direction of the friction that a sliding contact had, or zero.
@@ -26,13 +28,13 @@ Eigen::Vector2d known_direction(const LinearContact& c) {
 }
 
 /// The law of the assumed mode, whether or not its conditions hold.
-void apply_assumed(LinearContact& c) {
+void apply_assumed(LinearContact& c, double softness) {
   c.mode = c.law == ContactLaw::Bilateral ? ContactMode::Stick : c.assumed;
   if (c.mode == ContactMode::Open) {
     c.force.setZero();
     return;
   }
-  c.force = trial_force(c);
+  c.force = trial_force(c, softness);
   if (c.mode == ContactMode::Stick && c.law != ContactLaw::Frictionless) return;
   c.mode = ContactMode::Slip;
   if (c.law == ContactLaw::Frictionless) {
@@ -44,8 +46,8 @@ void apply_assumed(LinearContact& c) {
 }
 
 /// Projects the trial force on what the contact can bear.   [Alart & Curnier 1991]
-void apply_law(LinearContact& c, bool live) {
-  const Vector3 trial = trial_force(c);
+void apply_law(LinearContact& c, bool live, double softness) {
+  const Vector3 trial = trial_force(c, softness);
   c.force = trial;
   c.mode = ContactMode::Stick;
   if (c.law == ContactLaw::Bilateral) return;
@@ -68,31 +70,38 @@ void apply_law(LinearContact& c, bool live) {
   c.mode = ContactMode::Slip;
 }
 
-/// -df/dd: what the contact adds to the stiffness. With live limits a sliding contact's friction follows
-/// its normal force, which makes the matrix unsymmetric.
-Matrix3 tangent(const LinearContact& c, bool live, bool assumed) {
+/// How the tangent of a contact is taken.
+struct TangentOptions {
+  bool live = true;         ///< a sliding contact's friction follows its normal force: unsymmetric
+  bool assumed = false;
+  double softness = 1.0;
+  double negligible = 0.0;  ///< N: no friction below
+};
+
+/// -df/dd: what the contact adds to the stiffness.
+Matrix3 tangent(const LinearContact& c, const TangentOptions& options) {
   Matrix3 result = Matrix3::Zero();
   if (c.mode == ContactMode::Open) return result;
-  result(0, 0) = c.normal_stiffness;
+  const double normal = options.softness * c.normal_stiffness;
+  const double shear = options.softness * c.shear_stiffness;
+  result(0, 0) = normal;
   if (c.law == ContactLaw::Frictionless) return result;
   if (c.mode == ContactMode::Stick) {
-    result(1, 1) = result(2, 2) = c.shear_stiffness;
+    result(1, 1) = result(2, 2) = shear;
     return result;
   }
-  if (assumed) {
-    result.bottomLeftCorner<2, 1>() = c.friction * c.normal_stiffness * known_direction(c);
+  const bool follows = c.force[0] > options.negligible;
+  if (options.assumed) {
+    if (follows) result.bottomLeftCorner<2, 1>() = c.friction * normal * known_direction(c);
     return result;
   }
-  const Eigen::Vector2d trial = trial_force(c).tail<2>();
+  const Eigen::Vector2d trial = trial_force(c, options.softness).tail<2>();
   const double size = trial.norm();
   if (!(size > 0.0)) return result;
   const Eigen::Vector2d along = trial / size;
   result.bottomRightCorner<2, 2>() =
-      (c.shear_stiffness * c.bound / size) *
-      (Eigen::Matrix2d::Identity() - along * along.transpose());
-  if (live && c.force[0] > 0.0) {
-    result.bottomLeftCorner<2, 1>() = c.friction * c.normal_stiffness * along;
-  }
+      (shear * c.bound / size) * (Eigen::Matrix2d::Identity() - along * along.transpose());
+  if (options.live && follows) result.bottomLeftCorner<2, 1>() = c.friction * normal * along;
   return result;
 }
 
@@ -156,9 +165,9 @@ void OpenClose::evaluate(const BlockSystem& base, std::span<LinearContact> conta
     if (c.slot_a >= 0) c.relative.noalias() += c.jacobian_a * change[index(c.slot_a)];
     if (c.slot_b >= 0) c.relative.noalias() += c.jacobian_b * change[index(c.slot_b)];
     if (limits == Limits::Assumed) {
-      apply_assumed(c);
+      apply_assumed(c, softness_);
     } else {
-      apply_law(c, limits == Limits::Live);
+      apply_law(c, limits == Limits::Live, softness_);
     }
     accumulate(c, residual_, scale_);
   }
@@ -182,10 +191,11 @@ double OpenClose::slope(const BlockVector& direction) const {
 
 bool OpenClose::same_tangent(std::span<const LinearContact> contacts, Limits limits) {
   next_tangent_.resize(contacts.size());
-  for (std::size_t c = 0; c < contacts.size(); ++c) {
-    next_tangent_[c] =
-        tangent(contacts[c], limits == Limits::Live, limits == Limits::Assumed);
+  TangentOptions options{limits == Limits::Live, limits == Limits::Assumed, softness_, 0.0};
+  for (const LinearContact& c : contacts) {
+    options.negligible = std::max(options.negligible, kNegligible * c.force.norm());
   }
+  for (std::size_t c = 0; c < contacts.size(); ++c) next_tangent_[c] = tangent(contacts[c], options);
   const bool same = factorized_ && next_tangent_ == tangent_;
   std::swap(tangent_, next_tangent_);
   return same;
@@ -240,8 +250,8 @@ bool OpenClose::newton_step(const BlockSystem& base, std::span<LinearContact> co
     move(base, contacts, Limits::Live, 1.0);
   } else if (system_.symmetric) {
     search_slope(base, contacts, limits);
-  } else {
-    search_residual(base, contacts, limits);
+  } else if (!search_residual(base, contacts, limits)) {
+    return false;
   }
   std::swap(change_, trial_);
   return true;
@@ -264,8 +274,9 @@ double OpenClose::squared_residual() const {
   return sum;
 }
 
-/// No convex function stands behind an unsymmetric step: halve it until the residual falls.
-void OpenClose::search_residual(const BlockSystem& base, std::span<LinearContact> contacts,
+/// No convex function stands behind an unsymmetric step: halve it until the residual falls. False, and
+/// nothing moved, when it does not.
+bool OpenClose::search_residual(const BlockSystem& base, std::span<LinearContact> contacts,
                                 Limits limits) {
   const double before = squared_residual();
   double best = std::numeric_limits<double>::infinity(), best_share = 1.0, share = 1.0;
@@ -276,9 +287,14 @@ void OpenClose::search_residual(const BlockSystem& base, std::span<LinearContact
       best = now;
       best_share = share;
     }
-    if (now <= (1.0 - 0.5 * share) * before) return;
+    if (now <= (1.0 - 0.5 * share) * before) return true;
+  }
+  if (best >= before) {
+    evaluate(base, contacts, change_, limits);
+    return false;
   }
   move(base, contacts, limits, best_share);
+  return true;
 }
 
 /// The residual is minus the gradient of a convex function: its slope along the step falls and crosses
@@ -329,10 +345,63 @@ double violation(std::span<const LinearContact> contacts) {
 
 }  // namespace
 
+/// Newton steps until the residual is small. False when it is not after `steps` or stops falling.
+bool OpenClose::relax(const BlockSystem& base, std::span<LinearContact> contacts, Limits limits,
+                      double tolerance, int steps, OpenCloseResult& result) {
+  for (int i = 0; i < steps; ++i) {
+    if (relative_residual() <= tolerance) return true;
+    ++result.iterations;
+    if (!newton_step(base, contacts, limits, result)) return false;
+  }
+  return relative_residual() <= tolerance;
+}
+
+/// Stiff contacts change their mode one joint after the other; soft ones all at once. Starts soft and
+/// hands the forces on as multipliers: each stage then begins near its own solution.
+void OpenClose::climb(const BlockSystem& base, std::span<LinearContact> contacts,
+                      OpenCloseResult& result) {
+  for (const double softness : {1e-4, 1e-2}) {
+    softness_ = softness;
+    for (int limit_updates = 0; limit_updates < 3; ++limit_updates) {
+      evaluate(base, contacts, change_, Limits::Live);
+      relax(base, contacts, Limits::Frozen, 1e-4, 20, result);
+    }
+    update_multipliers(contacts);
+  }
+  softness_ = 1.0;
+  evaluate(base, contacts, change_, Limits::Live);
+}
+
+/// Solves with frozen friction limits and lets them follow the normal forces, halfway from the third time
+/// on, until both agree or `updates` are used up.
+void OpenClose::follow_limits(const BlockSystem& base, std::span<LinearContact> contacts,
+                              double tolerance, int updates, int most_iterations,
+                              OpenCloseResult& result) {
+  for (int update = 0; update < updates && result.iterations < most_iterations; ++update) {
+    relax(base, contacts, Limits::Frozen, tolerance, kFrozenIterations, result);
+    for (LinearContact& c : contacts) c.last_bound = c.bound;
+    evaluate(base, contacts, change_, Limits::Live);
+    if (relative_residual() <= tolerance) return;
+    if (update < 2) continue;
+    for (LinearContact& c : contacts) c.bound = 0.5 * (c.bound + c.last_bound);
+    evaluate(base, contacts, change_, Limits::Frozen);
+  }
+  evaluate(base, contacts, change_, Limits::Live);
+}
+
+/// Solved for its multipliers, with live limits: takes the next multipliers or says that none are needed.
+bool OpenClose::settled(std::span<LinearContact> contacts, const OpenCloseOptions& options) {
+  const double gap = violation(contacts);
+  if (gap <= options.gap_rounding) return true;  // further updates only shift forces that cancel
+  const double change = update_multipliers(contacts);
+  return gap <= options.gap_tolerance && change <= 1e3 * options.force_tolerance;
+}
+
 OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& force,
                                  std::span<LinearContact> contacts,
                                  const OpenCloseOptions& options, BlockVector& increment) {
   OpenCloseResult result;
+  const double tolerance = options.force_tolerance;
   const std::size_t n = increment.size();
   residual_.resize(n);
   step_.resize(n);
@@ -340,37 +409,26 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   scale_.resize(n);
   factorized_ = false;
   shift(base, force, contacts, increment);
-  Limits limits = Limits::Live;
-  int phase_end = kLiveIterations;  // live and frozen phases take turns
-  evaluate(base, contacts, change_, limits);
+  evaluate(base, contacts, change_, Limits::Live);
   if (relative_residual() > kFarResidual) {
     evaluate(base, contacts, change_, Limits::Assumed);
-    newton_step(base, contacts, Limits::Assumed, result);
-    ++result.iterations;
+    relax(base, contacts, Limits::Assumed, 0.0, 1, result);
   }
-  for (; result.iterations < options.max_iterations; ++result.iterations) {
-    result.residual = relative_residual();
-    if (result.residual <= options.force_tolerance) {
-      const double gap = violation(contacts);
-      if (limits == Limits::Frozen) {  // the rest has converged: let the limits follow again
-        limits = Limits::Live;
-        phase_end = result.iterations + kLiveIterations;
-      } else if (gap <= options.gap_rounding) {
-        result.converged = true;  // further updates would only shift forces that cancel
-        break;
-      } else {
-        const double change = update_multipliers(contacts);
-        if (gap <= options.gap_tolerance && change <= 1e3 * options.force_tolerance) {
-          result.converged = true;
-          break;
-        }
-      }
-      evaluate(base, contacts, change_, limits);
-      if (relative_residual() <= options.force_tolerance) continue;
+  if (!relax(base, contacts, Limits::Live, tolerance, kLiveIterations, result)) {
+    climb(base, contacts, result);
+  }
+  for (int limit_updates = 2; result.iterations < options.max_iterations;) {
+    if (relative_residual() <= tolerance) {
+      result.converged = settled(contacts, options);
+      if (result.converged) break;
+      evaluate(base, contacts, change_, Limits::Live);
+      if (relative_residual() <= tolerance) ++result.iterations;
+    } else if (!relax(base, contacts, Limits::Live, tolerance, kLiveIterations, result)) {
+      follow_limits(base, contacts, tolerance, limit_updates, options.max_iterations, result);
+      limit_updates *= 2;
     }
-    if (limits == Limits::Live && result.iterations >= phase_end) limits = Limits::Frozen;
-    if (!newton_step(base, contacts, limits, result)) break;
   }
+  result.residual = relative_residual();
   for (LinearContact& c : contacts) c.assumed = c.mode;
   for (std::size_t s = 0; s < n; ++s) increment[s] += change_[s];
   if (factorized_) result.condition = solver_.condition_estimate();

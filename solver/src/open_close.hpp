@@ -43,6 +43,7 @@ struct LinearContact {
   Vector3 relative = Vector3::Zero();    ///< result: d, m
   Vector3 force = Vector3::Zero();       ///< result: f, N
   double bound = 0.0;                    ///< result: friction limit, N
+  double last_bound = 0.0;               ///< before the limits were last updated, N
   ContactMode mode = ContactMode::Open;  ///< result
 };
 
@@ -91,7 +92,13 @@ class OpenClose {
             double share);
   double squared_residual() const;
   void search_slope(const BlockSystem& base, std::span<LinearContact> contacts, Limits limits);
-  void search_residual(const BlockSystem& base, std::span<LinearContact> contacts, Limits limits);
+  bool search_residual(const BlockSystem& base, std::span<LinearContact> contacts, Limits limits);
+  bool relax(const BlockSystem& base, std::span<LinearContact> contacts, Limits limits,
+             double tolerance, int steps, OpenCloseResult& result);
+  void climb(const BlockSystem& base, std::span<LinearContact> contacts, OpenCloseResult& result);
+  void follow_limits(const BlockSystem& base, std::span<LinearContact> contacts, double tolerance,
+                     int updates, int most_iterations, OpenCloseResult& result);
+  static bool settled(std::span<LinearContact> contacts, const OpenCloseOptions& options);
   static double update_multipliers(std::span<LinearContact> contacts);
 
   const Slots* slots_;
@@ -104,6 +111,7 @@ class OpenClose {
   std::vector<double> floor_;         ///< what rounding makes of a residual, per slot, N
   std::vector<Matrix3> tangent_, next_tangent_;
   bool factorized_ = false;
+  double softness_ = 1.0;             ///< of all contacts, while climb() is under way
 };
 
 }  // namespace quoin::solver

@@ -86,9 +86,9 @@ bool velocity_contact(const CompiledScene& compiled, const State& start, const S
   return true;
 }
 
-bool velocity_held_point(const CompiledScene& compiled, const HeldPoint& held, double time,
-                         double time_step, const StepPoses& poses,
-                         const LinearContact& position, LinearContact& c) {
+bool velocity_held_point(const HeldPoint& held, double time, double time_step,
+                         const StepPoses& poses, const LinearContact& position,
+                         LinearContact& c) {
   const std::size_t b = index(held.block);
   c = position;
   c.jacobian_b = motion(poses.end[b], held.arm, poses.deforms[b] != 0);
@@ -138,8 +138,8 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
     LinearContact c;
     const bool held = i >= work.contacts.size();
     const bool active =
-        held ? velocity_held_point(compiled, compiled.held[i - work.contacts.size()],
-                                   attempt.end.time, time_step, work.poses, work.linear[i], c)
+        held ? velocity_held_point(compiled.held[i - work.contacts.size()], attempt.end.time,
+                                   time_step, work.poses, work.linear[i], c)
              : velocity_contact(compiled, start, attempt.end, attempt.contacts[i], free_gain, slowest,
                                 time_step, work.poses, work.linear[i], c);
     if (!active) continue;
