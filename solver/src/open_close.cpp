@@ -10,6 +10,7 @@ namespace {
 constexpr double kRounding = 16.0 * std::numeric_limits<double>::epsilon();  // of a sum of 12 products
 constexpr double kFarResidual = 1e-2;  // a guess that far out says nothing about the contacts' modes
 constexpr int kLiveIterations = 8;     // then friction limits are frozen until the rest has converged
+constexpr double kAtRest = 10.0;  // tolerances: a guess this good needs no solve; one that is solved gets to 1
 constexpr int kFrozenIterations = 30;
 constexpr double kNegligible = 1e-10;  // of the largest contact force: no friction worth following
 
@@ -111,6 +112,17 @@ bool is_symmetric(const Matrix3& matrix) { return matrix(1, 0) == 0.0 && matrix(
 double motion_size(int slot, const Matrix3x12& jacobian, const BlockVector& increment) {
   if (slot < 0) return 0.0;
   return (jacobian.cwiseAbs() * increment[index(slot)].cwiseAbs()).maxCoeff();
+}
+
+/// Largest violation of the contact conditions that multipliers should remove, m.
+double violation(std::span<const LinearContact> contacts) {
+  double worst = 0.0;
+  for (const LinearContact& c : contacts) {
+    if (c.compliant || c.mode == ContactMode::Open) continue;
+    worst = std::max(worst, std::abs(c.relative[0]));
+    if (c.mode == ContactMode::Stick) worst = std::max(worst, c.relative.tail<2>().norm());
+  }
+  return worst;
 }
 
 void accumulate(const LinearContact& c, BlockVector& y, std::vector<double>& scale) {
@@ -330,21 +342,6 @@ double OpenClose::update_multipliers(std::span<LinearContact> contacts) {
   return largest > 0.0 ? change / largest : 0.0;
 }
 
-namespace {
-
-/// Largest violation of the contact conditions that multipliers should remove, m.
-double violation(std::span<const LinearContact> contacts) {
-  double worst = 0.0;
-  for (const LinearContact& c : contacts) {
-    if (c.compliant || c.mode == ContactMode::Open) continue;
-    worst = std::max(worst, std::abs(c.relative[0]));
-    if (c.mode == ContactMode::Stick) worst = std::max(worst, c.relative.tail<2>().norm());
-  }
-  return worst;
-}
-
-}  // namespace
-
 /// Newton steps until the residual is small. False when it is not after `steps` or stops falling.
 bool OpenClose::relax(const BlockSystem& base, std::span<LinearContact> contacts, Limits limits,
                       double tolerance, int steps, OpenCloseResult& result) {
@@ -410,9 +407,15 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   factorized_ = false;
   shift(base, force, contacts, increment);
   evaluate(base, contacts, change_, Limits::Live);
-  if (relative_residual() > kFarResidual) {
+  result.residual = relative_residual();
+  if (result.residual <= kAtRest * tolerance && violation(contacts) <= options.gap_rounding) {
+    result.converged = true;  // nothing has happened since the last step
+    return result;
+  }
+  if (result.residual > kFarResidual) {
     evaluate(base, contacts, change_, Limits::Assumed);
-    relax(base, contacts, Limits::Assumed, 0.0, 1, result);
+    ++result.iterations;
+    if (!newton_step(base, contacts, Limits::Assumed, result)) return result;
   }
   if (!relax(base, contacts, Limits::Live, tolerance, kLiveIterations, result)) {
     climb(base, contacts, result);
