@@ -14,7 +14,7 @@ class SmallVector {
 
  public:
   SmallVector() {}  // NOLINT: the storage is left as it is
-  SmallVector(const SmallVector&) = delete;
+  SmallVector(const SmallVector& other) { *this = other; }
   SmallVector& operator=(const SmallVector& other) {
     clear();
     for (const T& value : other) push_back(value);
