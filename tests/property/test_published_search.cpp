@@ -1,6 +1,6 @@
-/// How often the published search alone would have been wrong, measured: nearest vertices first, only
-/// the faces around them, point to face and back until it stands still (geometry/README.md). quoin's
-/// gap may never be the larger one. QUOIN_CASES: pairs of each family.
+/// How often the published search alone would have been wrong, measured: nearest vertices first,
+/// only the faces around them, point to face and back until it stands still (geometry/README.md).
+/// quoin's gap may never be the larger one. QUOIN_CASES: pairs of each family.
 
 #include <algorithm>
 #include <cmath>
@@ -51,9 +51,8 @@ double distance_around(const SolidPair& pair, const std::array<int, 2>& vertices
   double least = std::numeric_limits<double>::infinity();
   for (const int f : pair.a.topology().vertex_faces(vertices[0])) {
     for (const int g : pair.b.topology().vertex_faces(vertices[1])) {
-      const ActiveFeatures found =
-          wide_nearest_among(pair.a, pair.b, vertices_of(pair.a.topology(), f),
-                             vertices_of(pair.b.topology(), g));
+      const ActiveFeatures found = wide_nearest_among(
+          pair.a, pair.b, vertices_of(pair.a.topology(), f), vertices_of(pair.b.topology(), g));
       least = std::min(least, found.overlapping ? 0.0 : found.gap);
     }
   }
@@ -139,11 +138,10 @@ TEST_CASE("published search: how often its nearest vertices miss, how many cycle
       measure(quoin::tests::make_pair(static_cast<int>(place - names.begin()), random), rates);
     }
     const double share = 100.0 / static_cast<double>(std::max(rates.pairs, 1L));
-    std::printf("%-16s %6ld %7.2f%% %11.2f%% %11.2f%% %11.2f%%\n", name, rates.pairs,
-                share * static_cast<double>(rates.missed),
-                share * static_cast<double>(rates.missed_much),
-                share * static_cast<double>(rates.over_100),
-                share * static_cast<double>(rates.over_10000));
+    std::printf(
+        "%-16s %6ld %7.2f%% %11.2f%% %11.2f%% %11.2f%%\n", name, rates.pairs,
+        share * static_cast<double>(rates.missed), share * static_cast<double>(rates.missed_much),
+        share * static_cast<double>(rates.over_100), share * static_cast<double>(rates.over_10000));
     CHECK(rates.larger == 0);
     missed += rates.missed;
   }

@@ -1,0 +1,111 @@
+/// One pair at a time: closed forms, the rules for open planes, hints, and answers proved from
+/// outside.
+
+#include <cmath>
+#include <quoin/geometry/build.hpp>
+#include <quoin/geometry/nearest_features.hpp>
+
+#include "support/catch.hpp"
+#include "support/families.hpp"
+
+namespace {
+
+using namespace quoin::geometry;
+using quoin::tests::rotation_about;
+using quoin::tests::transformed;
+using quoin::tests::WithinAbs;
+
+Polyhedron cube(const Vector3& centre, double size = 1.0) {
+  return make_box(centre - Vector3::Constant(size / 2), centre + Vector3::Constant(size / 2));
+}
+
+}  // namespace
+
+TEST_CASE("nearest features: two vertices (G05), and its limit at gap zero") {
+  const NearestFeatures apart = nearest_features(cube({0, 0, 0}), cube(Vector3::Constant(1.001)));
+  CHECK_THAT(apart.gap, WithinAbs(0.001 * std::sqrt(3.0), 1e-15));
+  CHECK(apart.status == PairStatus::Separated);
+  CHECK(apart.indeterminate);
+  CHECK(apart.rule == PlaneRule::ShortestLine);
+  const NearestFeatures touching = nearest_features(cube({0, 0, 0}), cube(Vector3::Constant(1.0)));
+  CHECK(touching.gap == 0.0);
+  CHECK(touching.status == PairStatus::Touching);
+  CHECK(touching.rule == PlaneRule::MiddleOfPlanes);
+  CHECK(touching.feature_a == Feature{FeatureKind::Vertex, 7});
+  CHECK(touching.feature_b == Feature{FeatureKind::Vertex, 0});
+  CHECK_THAT((touching.normal - apart.normal).norm(), WithinAbs(0.0, 1e-12));
+  const NearestFeatures over = nearest_features(cube({0, 0, 0}), cube(Vector3::Constant(0.75)));
+  CHECK(over.gap == -0.25);
+  CHECK(over.indeterminate);
+  CHECK(over.rule == PlaneRule::LeastOverlap);
+}
+
+TEST_CASE("nearest features: least overlap in general position (G08)") {
+  const Polyhedron a = cube({0, 0, 0}, 2.0);
+  const Matrix3 turn = rotation_about(Vector3(1, 2, 3).normalized(), 40 * std::acos(-1.0) / 180);
+  const Polyhedron b = transformed(cube({0, 0, 0}), 1.0, turn, {1.3, 0.1, 1.3});
+  const NearestFeatures n = nearest_features(a, b);
+  CHECK_THAT(n.gap, WithinAbs(-0.151702406, 1e-9));
+  CHECK_THAT((n.normal - Vector3(0.491577702, 0, 0.870833717)).norm(), WithinAbs(0.0, 1e-9));
+  CHECK(n.rule == PlaneRule::Unique);
+}
+
+TEST_CASE("nearest features: identical, concentric and contained solids") {
+  const NearestFeatures same = nearest_features(cube({0, 0, 0}), cube({0, 0, 0}));
+  CHECK(same.gap == -1.0);
+  CHECK(same.indeterminate);
+  const NearestFeatures inside = nearest_features(cube({0, 0, 0}, 4.0), cube({0.5, 0, 0}));
+  CHECK(inside.gap == -2.0);
+  CHECK(inside.normal == Vector3::UnitX());
+  CHECK_FALSE(inside.indeterminate);
+}
+
+TEST_CASE("nearest features: a speck before a mountain, and both 1e8 m away") {
+  const Polyhedron huge = cube({0, 0, 0}, 1024.0), speck = cube({512.25, 3, 4}, 0x1p-20);
+  const double exact = 0.25 - 0x1p-21;
+  CHECK(nearest_features(huge, speck).gap == exact);
+  const Vector3 far(0x1p27, -0x1p27, 0x1p26);
+  const auto shifted = [&](const Polyhedron& solid) {
+    return transformed(solid, 1.0, Matrix3::Identity(), far);
+  };
+  const Polyhedron brick = cube({513, 3, 4});
+  CHECK(nearest_features(huge, brick).gap == 0.5);
+  CHECK(nearest_features(shifted(huge), shifted(brick)).gap == 0.5);
+}
+
+TEST_CASE("nearest features: a wrong hint, of vertices that are not there, changes nothing") {
+  const Polyhedron a = cube({0, 0, 0});
+  const Polyhedron b = transformed(
+      cube({0, 0, 0}), 1.0, rotation_about(Vector3(1, 2, 3).normalized(), 0.7), {0.3, 0.2, 1.6});
+  const NearestFeatures cold = nearest_features(a, b);
+  FeatureHint hint;
+  hint.vertices_a = {7, 99, -5, 7};
+  hint.vertices_b = {3, 3, 1000, 0};
+  hint.face_a = 77;
+  hint.face_b = 2;
+  hint.normal = Vector3(std::nan(""), 0, 1);
+  for (const FeatureHint& start : {hint, cold.hint}) {
+    const NearestFeatures warm = nearest_features(a, b, {}, start);
+    CHECK(warm.gap == cold.gap);
+    CHECK(warm.normal == cold.normal);
+    CHECK(warm.point_a == cold.point_a);
+    CHECK(warm.point_b == cold.point_b);
+  }
+  CHECK(nearest_features(a, b, {}, cold.hint).iterations == 1);
+}
+
+TEST_CASE("nearest features: the certificate can be checked with two loops") {
+  const Polyhedron a = cube({0, 0, 0});
+  const Polyhedron b = transformed(
+      cube({0, 0, 0}), 1.0, rotation_about(Vector3(3, 1, 2).normalized(), 1.1), {0.9, 0.8, 1.4});
+  const NearestFeatures n = nearest_features(a, b);
+  REQUIRE(n.status == PairStatus::Separated);
+  double beyond_a = -1.0, beyond_b = -1.0;
+  for (int v = 0; v < 8; ++v) {
+    beyond_a = std::max(beyond_a, n.normal.dot(a.vertex(v) - n.point_a));
+    beyond_b = std::max(beyond_b, -n.normal.dot(b.vertex(v) - n.point_b));
+  }
+  CHECK_THAT(beyond_a, WithinAbs(n.residual_a, 1e-15));
+  CHECK_THAT(beyond_b, WithinAbs(n.residual_b, 1e-15));
+  CHECK_THAT((n.point_b - n.point_a).norm(), WithinAbs(n.gap, 1e-15));
+}

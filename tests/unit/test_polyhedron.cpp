@@ -1,0 +1,75 @@
+/// Topology, and what a polyhedron derives from its vertices.
+
+#include <quoin/geometry/build.hpp>
+
+#include "support/catch.hpp"
+#include "support/families.hpp"
+
+namespace {
+
+using namespace quoin::geometry;
+using quoin::tests::ContainsSubstring;
+using quoin::tests::Random;
+using quoin::tests::transformed;
+using quoin::tests::WithinAbs;
+using quoin::tests::WithinRel;
+
+}  // namespace
+
+TEST_CASE("topology: edges, faces and neighbours of a box agree") {
+  const Polyhedron box = make_box({0, 0, 0}, {1, 1, 1});
+  const Topology& topology = box.topology();
+  CHECK(topology.vertex_count() == 8);
+  CHECK(topology.edge_count() == 12);
+  CHECK(topology.face_count() == 6);
+  for (int f = 0; f < topology.face_count(); ++f) {
+    const std::span<const int> cycle = topology.face(f), edges = topology.face_edges(f);
+    for (std::size_t k = 0; k < cycle.size(); ++k) {
+      const int v = cycle[k], w = cycle[(k + 1) % cycle.size()];
+      CHECK(topology.find_edge(v, w) == edges[k]);
+      CHECK(topology.find_edge(w, v) == edges[k]);
+      const std::array<int, 2>& pair = topology.edge_faces(edges[k]);
+      CHECK((pair[0] == f || pair[1] == f));
+      CHECK((pair[0] == f) == (v < w));  // the first face runs along the edge from first to second
+    }
+  }
+  for (int v = 0; v < 8; ++v) {
+    CHECK(topology.neighbours(v).size() == 3);
+    CHECK(topology.vertex_faces(v).size() == 3);
+    for (std::size_t k = 0; k < 3; ++k) {
+      CHECK(topology.find_edge(v, topology.neighbours(v)[k]) == topology.vertex_edges(v)[k]);
+    }
+  }
+  CHECK(topology.find_edge(0, 7) == -1);
+}
+
+TEST_CASE("topology: an open surface is refused and the edge named") {
+  CHECK_THROWS_WITH(Topology(4, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}}), ContainsSubstring("edge 0-2"));
+}
+
+TEST_CASE("polyhedron: normals, diameter and box follow the vertices") {
+  Random random(8);
+  const Polyhedron box = make_box({-1, -2, -3}, {1, 2, 3});
+  const Matrix3 turn = random.rotation();
+  const Polyhedron turned = transformed(box, 1.0, turn, {7, 8, 9});
+  CHECK_THAT(turned.diameter(), WithinRel(2.0 * std::sqrt(14.0), 1e-14));
+  CHECK_THAT((turned.vertex_mean() - Vector3(7, 8, 9)).norm(), WithinAbs(0.0, 1e-14));
+  for (int f = 0; f < 6; ++f) {
+    CHECK_THAT((turned.face_normal(f) - turn * box.face_normal(f)).norm(), WithinAbs(0.0, 1e-15));
+  }
+  for (int v = 0; v < 8; ++v) {
+    CHECK((turned.vertex(v).array() >= turned.box().min.array()).all());
+    CHECK((turned.vertex(v).array() <= turned.box().max.array()).all());
+  }
+}
+
+TEST_CASE("polyhedron: the normal of a sliver is right to the last places") {
+  Points points(3, 4);  // a triangle 1 long and 1e-7 wide, nearly collinear from its first vertex
+  points << 0, 1, 0.5, 0.5, 0, 1, 0.5 + 1e-7, 0.5, 0, 0, 0, -1;
+  const Polyhedron solid = make_hull(points).polyhedron;
+  double best = 0.0;
+  for (int f = 0; f < solid.topology().face_count(); ++f) {
+    best = std::max(best, solid.face_normal(f).z());
+  }
+  CHECK(best == 1.0);
+}
