@@ -37,7 +37,7 @@ warnings_as_errors() {
 }
 
 # Options of every configuration: a compiler cache where there is one.
-configure_options() {
+compiler_cache() {
   if command -v ccache >/dev/null; then
     echo -DCMAKE_CXX_COMPILER_LAUNCHER=ccache
   fi
