@@ -47,7 +47,8 @@ class TemporaryFile {
 /// The folder of real assemblies, or nothing when it is not here: then a test says so and ends.
 std::string real_data() {
   const char* set = std::getenv("QUOIN_REAL_DATA");
-  const fs::path folder = set != nullptr ? fs::path(set) : fs::path(QUOIN_SOURCE_DIR "/../shared/real");
+  const fs::path folder =
+      set != nullptr ? fs::path(set) : fs::path(QUOIN_SOURCE_DIR "/../shared/real");
   if (!fs::exists(folder / "arch_assembly.json")) {
     WARN("skipped: no real assemblies at " << folder << " (QUOIN_REAL_DATA)");
     return "";
@@ -115,8 +116,10 @@ f -2 -4 -1
   const std::vector<MeshBlock> blocks = scene_file::read_obj(file.path());
   REQUIRE(blocks.size() == 2);
   CHECK(blocks[0].id == "first");
-  CHECK_THAT(geometry::mass_properties(convex_block(blocks[0], -1)).volume, WithinRel(1.0 / 6, 1e-12));
-  CHECK_THAT(geometry::mass_properties(convex_block(blocks[1], -1)).volume, WithinRel(1.0 / 3, 1e-12));
+  CHECK_THAT(geometry::mass_properties(convex_block(blocks[0], -1)).volume,
+             WithinRel(1.0 / 6, 1e-12));
+  CHECK_THAT(geometry::mass_properties(convex_block(blocks[1], -1)).volume,
+             WithinRel(1.0 / 3, 1e-12));
   const TemporaryFile wrong("quoin_wrong.obj", "v 0 0 0\nf 1 2 3\n");
   CHECK_THROWS_WITH(scene_file::read_obj(wrong.path()), ContainsSubstring("line 2: no vertex 2"));
 }

@@ -32,7 +32,8 @@ class TemporaryScene {
 
 std::string cube(const std::string& more) {
   return R"({"name": "cube", "material": "rock",
-            "shape": {"type": "box", "min": [0, 0, 0], "max": [1, 1, 1]})" + more + "}";
+            "shape": {"type": "box", "min": [0, 0, 0], "max": [1, 1, 1]})" +
+         more + "}";
 }
 
 std::string scene(const std::string& blocks, const std::string& more = "") {
@@ -41,9 +42,7 @@ std::string scene(const std::string& blocks, const std::string& more = "") {
          blocks + "]" + more + "}";
 }
 
-double volume(const solver::Block& block) {
-  return geometry::mass_properties(block.shape).volume;
-}
+double volume(const solver::Block& block) { return geometry::mass_properties(block.shape).volume; }
 
 bool same(const Vector3& a, const Vector3& b) { return (a - b).norm() < 1e-14; }
 
@@ -80,12 +79,11 @@ TEST_CASE("a pose by axis and angle, quaternion or matrix is the same pose") {
 }
 
 TEST_CASE("kinds, motion, initial state") {
-  const SceneFile file =
-      TemporaryScene(scene(cube(R"(, "kind": "rigid", "velocity": [1, 2, 3],
+  const SceneFile file = TemporaryScene(scene(cube(R"(, "kind": "rigid", "velocity": [1, 2, 3],
         "angular_velocity": [4, 5, 6])") + R"json(,
       {"kind": "prescribed", "motion": {"acceleration": {"formula": ["5*sin(2*pi*t)", "0", "0"]}},
        "shape": {"type": "box", "min": [0,0,-1], "max": [1,1,0]}})json"))
-          .read();
+                             .read();
   const solver::Block& block = file.scene.blocks[0];
   CHECK(block.kind == solver::BlockKind::Rigid);
   CHECK(block.velocity == Vector3(1, 2, 3));
@@ -151,7 +149,8 @@ TEST_CASE("stages follow one another; the short form is one dynamic stage") {
 }
 
 TEST_CASE("parameters, expressions and changes") {
-  const TemporaryScene text(scene(cube(""), R"json(, "parameters": {"slope": 20, "half": "=slope/2"},
+  const TemporaryScene text(
+      scene(cube(""), R"json(, "parameters": {"slope": 20, "half": "=slope/2"},
     "gravity": ["=9.81*sin(slope*deg)", 0, "=-half"],
     "monitors": [{"name": "m", "block": "cube"}],
     "references": [{"monitor": "m", "quantity": "displacement", "component": "x",
@@ -180,8 +179,8 @@ TEST_CASE("a reference by table is linear between its rows and constant outside"
 
 TEST_CASE("every scene that is shipped can be read") {
   int count = 0;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(QUOIN_SOURCE_DIR
-                                                                         "/tools/scenes")) {
+  for (const auto& entry :
+       std::filesystem::recursive_directory_iterator(QUOIN_SOURCE_DIR "/tools/scenes")) {
     if (entry.path().extension() == ".json") {
       INFO(entry.path());
       CHECK_FALSE(read_scene(entry.path().string()).scene.blocks.empty());

@@ -1,5 +1,5 @@
-/// Real assemblies (not part of the repository) come to rest and stand for a second: no overlap, and
-/// the supports bear the weight.
+/// Real assemblies (not part of the repository) come to rest and stand for a second: no overlap,
+/// and the supports bear the weight.
 
 #include <cstdlib>
 #include <filesystem>
@@ -19,7 +19,8 @@ namespace fs = std::filesystem;
 /// The folder of real assemblies, or nothing when it is not here: then a test says so and ends.
 std::string real_data() {
   const char* set = std::getenv("QUOIN_REAL_DATA");
-  const fs::path folder = set != nullptr ? fs::path(set) : fs::path(QUOIN_SOURCE_DIR "/../shared/real");
+  const fs::path folder =
+      set != nullptr ? fs::path(set) : fs::path(QUOIN_SOURCE_DIR "/../shared/real");
   if (!fs::exists(folder / "arch_assembly.json")) {
     WARN("skipped: no real assemblies at " << folder << " (QUOIN_REAL_DATA)");
     return "";

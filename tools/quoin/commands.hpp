@@ -1,5 +1,6 @@
 #pragma once
-/// The subcommands of `quoin`: each in a file of its own, added to the command line by one function.
+/// The subcommands of `quoin`: each in a file of its own, added to the command line by one
+/// function.
 
 #include <CLI/CLI.hpp>
 

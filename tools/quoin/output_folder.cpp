@@ -15,8 +15,8 @@ using scene_file::FileError;
 
 /// Only an empty folder or one that this command filled may be replaced.
 bool is_replaceable(const fs::path& folder) {
-  return !fs::exists(folder) ||
-         (fs::is_directory(folder) && (fs::is_empty(folder) || fs::exists(folder / "summary.json")));
+  return !fs::exists(folder) || (fs::is_directory(folder) &&
+                                 (fs::is_empty(folder) || fs::exists(folder / "summary.json")));
 }
 
 fs::path beside(const fs::path& folder, const char* what) {

@@ -42,7 +42,7 @@ std::string numbered(const char* stem, std::size_t number, const char* extension
 }
 
 const char* name(Analysis analysis) {
-  return analysis == Analysis::Dynamic ? "dynamic"
+  return analysis == Analysis::Dynamic  ? "dynamic"
          : analysis == Analysis::Static ? "static"
                                         : "settle";
 }
@@ -90,16 +90,16 @@ json references_json(const SceneFile& file, const RunResult& result) {
   for (std::size_t r = 0; r < file.references.size(); ++r) {
     const ReferenceResult& compared = result.references[r];
     const double allowed = file.references[r].allowed;
-    list.push_back({{"name", file.references[r].name},
-                    {"monitor", file.monitors[static_cast<std::size_t>(
-                                                  file.references[r].monitor)].name},
-                    {"value", vector(compared.value)},
-                    {"exact", vector(compared.exact)},
-                    {"error", compared.error},
-                    {"error_end", compared.error_end},
-                    {"allowed", allowed > 0 ? json(allowed) : json()},
-                    {"ok", compared.ok},
-                    {"steps_compared", compared.compared}});
+    list.push_back(
+        {{"name", file.references[r].name},
+         {"monitor", file.monitors[static_cast<std::size_t>(file.references[r].monitor)].name},
+         {"value", vector(compared.value)},
+         {"exact", vector(compared.exact)},
+         {"error", compared.error},
+         {"error_end", compared.error_end},
+         {"allowed", allowed > 0 ? json(allowed) : json()},
+         {"ok", compared.ok},
+         {"steps_compared", compared.compared}});
   }
   return list;
 }
@@ -166,8 +166,8 @@ json system_json(const solver::StepReport& total) {
 
 json phases_json(const RunResult& result) {
   const solver::StepReport& total = result.total;
-  const double stepping = total.seconds_detect + total.seconds_assemble + total.seconds_solve +
-                          total.seconds_update;
+  const double stepping =
+      total.seconds_detect + total.seconds_assemble + total.seconds_solve + total.seconds_update;
   return {{"detect", total.seconds_detect},
           {"assemble", total.seconds_assemble},
           {"solve", total.seconds_solve},
@@ -269,8 +269,7 @@ void RunFiles::finish() {
   }
 }
 
-json summary(const SceneFile& file, const std::string& path, const RunResult& result,
-             int threads) {
+json summary(const SceneFile& file, const std::string& path, const RunResult& result, int threads) {
   const solver::StepReport& total = result.total;
   const double steps = static_cast<double>(std::max(1L, result.steps));
   return {{"quoin", QUOIN_VERSION},

@@ -261,7 +261,8 @@ std::vector<MeshBlock> read_compas(const std::string& path) {
   try {
     std::vector<MeshBlock> blocks = compas_blocks(json::parse(file));
     if (blocks.empty()) {
-      throw FileError(path + ": holds no block meshes where COMPAS assemblies and models have them");
+      throw FileError(path +
+                      ": holds no block meshes where COMPAS assemblies and models have them");
     }
     std::stable_sort(blocks.begin(), blocks.end(), earlier);
     return blocks;
@@ -297,7 +298,8 @@ std::vector<MeshBlock> read_obj(const std::string& path) {
       }
       std::vector<int>& face = blocks.back().faces.emplace_back();
       while (words >> word) {
-        const int vertex = std::isdigit(word[0]) || word[0] == '-' ? corner(word, places.size()) : -1;
+        const int vertex =
+            std::isdigit(word[0]) || word[0] == '-' ? corner(word, places.size()) : -1;
         if (vertex < 0 || vertex >= static_cast<int>(places.size())) {
           throw FileError(path + ": line " + std::to_string(number) + ": no vertex " + word);
         }

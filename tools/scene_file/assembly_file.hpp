@@ -15,14 +15,16 @@ struct MeshBlock {
 };
 
 /// COMPAS assembly or model: meshes under data/graph/data/node/*/block/data, blocks/* or
-/// data/elements/*/data/geometry/data. Throws FileError, and SceneError with a pointer into the file.
+/// data/elements/*/data/geometry/data. Throws FileError, and SceneError with a pointer into the
+/// file.
 std::vector<MeshBlock> read_compas(const std::string& path);
 
 /// Wavefront OBJ: one block for each `o` or `g`; no support flags. Throws FileError.
 std::vector<MeshBlock> read_obj(const std::string& path);
 
-/// The convex hull of the mesh. Throws geometry::InputError when the surface of the mesh lies deeper
-/// than `tolerance` (m) below that hull, or does not enclose it. `tolerance` < 0: 1e-6 of the diameter.
+/// The convex hull of the mesh. Throws geometry::InputError when the surface of the mesh lies
+/// deeper than `tolerance` (m) below that hull, or does not enclose it. `tolerance` < 0: 1e-6 of
+/// the diameter.
 geometry::Polyhedron convex_block(const MeshBlock& mesh, double tolerance);
 
 }  // namespace quoin::scene_file

@@ -127,7 +127,8 @@ class Reader {
     return found->second;
   }
 
-  solver::Material material_of(const json& block, BlockKind kind, const std::string& pointer) const {
+  solver::Material material_of(const json& block, BlockKind kind,
+                               const std::string& pointer) const {
     const bool moves_freely = kind == BlockKind::Deformable || kind == BlockKind::Rigid;
     if (!block.contains("material")) {
       if (moves_freely) {
@@ -172,8 +173,8 @@ class Reader {
 
   static BlockKind kind_of(const json& block) {
     const std::string kind = block.value("kind", "deformable");
-    return kind == "rigid"   ? BlockKind::Rigid
-           : kind == "fixed" ? BlockKind::Fixed
+    return kind == "rigid"        ? BlockKind::Rigid
+           : kind == "fixed"      ? BlockKind::Fixed
            : kind == "prescribed" ? BlockKind::Prescribed
                                   : BlockKind::Deformable;
   }
@@ -196,8 +197,7 @@ class Reader {
   }
 
   void read_motion(const json& value, const std::string& pointer, solver::Block& block) const {
-    const bool moves_freely =
-        block.kind == BlockKind::Deformable || block.kind == BlockKind::Rigid;
+    const bool moves_freely = block.kind == BlockKind::Deformable || block.kind == BlockKind::Rigid;
     for (const char* key : {"velocity", "angular_velocity", "initial_stress"}) {
       if (value.contains(key) && !moves_freely) {
         throw SceneError(pointer + "/" + key, "a fixed or prescribed block can't have it");
@@ -238,8 +238,7 @@ class Reader {
     mark_supports(value, pointer, meshes);
     for (const MeshBlock& mesh : meshes) {
       try {
-        geometry::Polyhedron shape =
-            convex_block(mesh, value.value("convexity_tolerance", -1.0));
+        geometry::Polyhedron shape = convex_block(mesh, value.value("convexity_tolerance", -1.0));
         if (value.contains("pose")) {
           apply_pose(value["pose"], pointer + "/pose", shape);
         }
@@ -249,8 +248,8 @@ class Reader {
         block.material = material_of(value, block.kind, pointer);
         add(std::move(block), pointer);
       } catch (const geometry::InputError& error) {
-        throw SceneError(pointer, "block \"" + mesh.id + "\" of " + value["file"].dump() + ": " +
-                                      error.what());
+        throw SceneError(
+            pointer, "block \"" + mesh.id + "\" of " + value["file"].dump() + ": " + error.what());
       }
     }
   }
@@ -328,8 +327,8 @@ class Reader {
     const int block = block_named(value["block"], pointer + "/block");
     const BlockKind kind = file_.scene.blocks[static_cast<std::size_t>(block)].kind;
     if (kind == BlockKind::Fixed || kind == BlockKind::Prescribed) {
-      throw SceneError(pointer + "/block", value["block"].dump() +
-                                               " is fixed or prescribed and can't bear it");
+      throw SceneError(pointer + "/block",
+                       value["block"].dump() + " is fixed or prescribed and can't bear it");
     }
     return block;
   }
@@ -361,9 +360,10 @@ class Reader {
     const int block = loaded_block(value, pointer);
     const std::string type = value["type"];
     if (type == "point") {
-      file_.scene.point_loads.push_back({.block = block,
-                                         .point = read_vector(value["point"]),
-                                         .force = vector_of_time(value["force"], pointer + "/force")});
+      file_.scene.point_loads.push_back(
+          {.block = block,
+           .point = read_vector(value["point"]),
+           .force = vector_of_time(value["force"], pointer + "/force")});
     } else if (type == "face") {
       const int face = face_towards(block, read_vector(value["towards"]), pointer + "/towards");
       file_.scene.face_loads.push_back(
@@ -436,8 +436,8 @@ class Reader {
       if (stage.analysis == solver::Analysis::Dynamic) {
         stage.end_time = value["end_time"];
         if (!(stage.end_time > reached)) {
-          throw SceneError(pointer + "/end_time", "must be after " + json(reached).dump() +
-                                                      " s, where the stage begins");
+          throw SceneError(pointer + "/end_time",
+                           "must be after " + json(reached).dump() + " s, where the stage begins");
         }
         reached = stage.end_time;
       }

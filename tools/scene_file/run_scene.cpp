@@ -82,8 +82,10 @@ class Watch {
   static MonitorValue contact_value(const State& state, const Monitor& monitor) {
     MonitorValue value;
     for (const Contact& contact : state.contacts) {
-      const bool on_b = contact.point.key.a == *monitor.other && contact.point.key.b == monitor.block;
-      const bool on_a = contact.point.key.b == *monitor.other && contact.point.key.a == monitor.block;
+      const bool on_b =
+          contact.point.key.a == *monitor.other && contact.point.key.b == monitor.block;
+      const bool on_a =
+          contact.point.key.b == *monitor.other && contact.point.key.a == monitor.block;
       if (on_a || on_b) {
         value.force += on_b ? force_on_b(contact) : Vector3(-force_on_b(contact));
         value.normal_force += contact.normal_force;
@@ -121,7 +123,8 @@ class Comparison {
     const double scale = largest_exact_ > 0 ? largest_exact_ : 1.0;
     result.error = largest_difference_ / scale;
     result.error_end = last_difference_ / scale;
-    result.ok = result.compared > 0 && !(reference_.allowed > 0 && !(result.error <= reference_.allowed));
+    result.ok =
+        result.compared > 0 && !(reference_.allowed > 0 && !(result.error <= reference_.allowed));
     return result;
   }
 
@@ -278,8 +281,8 @@ class Runner {
       compare(time);
       measure_energy(state.energy);
     }
-    if (options_.after_step && !options_.after_step({simulation_, report, result_.monitors, time,
-                                                     stage_, progress})) {
+    if (options_.after_step &&
+        !options_.after_step({simulation_, report, result_.monitors, time, stage_, progress})) {
       fail(RunStatus::Interrupted, "interrupted");
       going_ = false;
     }

@@ -19,11 +19,11 @@ struct MonitorValue {
 };
 
 struct ReferenceResult {
-  double error = 0.0;      ///< largest difference / largest exact value (or absolute where that is 0)
-  double error_end = 0.0;  ///< the same for the last time it was compared
+  double error = 0.0;  ///< largest difference / largest exact value (or absolute where that is 0)
+  double error_end = 0.0;            ///< the same for the last time it was compared
   Eigen::VectorXd value{}, exact{};  ///< when it was last compared
-  long compared = 0;       ///< steps
-  bool ok = true;          ///< error <= allowed, or nothing is allowed for
+  long compared = 0;                 ///< steps
+  bool ok = true;                    ///< error <= allowed, or nothing is allowed for
 };
 
 enum class RunStatus : std::uint8_t {
@@ -48,13 +48,14 @@ struct RunResult {
   std::vector<ReferenceResult> references{};
   std::vector<MonitorValue> monitors{};
   solver::EnergyLedger energy_start{}, energy{};
-  double energy_growth = 0.0;      ///< most that mechanical energy less work rose above its least so far, J
-  double energy_scale = 0.0;       ///< largest kinetic energy + swing of potential energy, J
+  double energy_growth =
+      0.0;  ///< most that mechanical energy less work rose above its least so far, J
+  double energy_scale = 0.0;  ///< largest kinetic energy + swing of potential energy, J
   long steps = 0, unconverged_steps = 0;
-  solver::StepReport total{};      ///< counts and seconds added up; overlap, condition, … the largest
+  solver::StepReport total{};  ///< counts and seconds added up; overlap, condition, … the largest
   double wall_seconds = 0.0;
-  double time = 0.0;               ///< simulated, all stages, s
-  double dynamic_time = 0.0;       ///< s since the start of the first dynamic stage
+  double time = 0.0;                        ///< simulated, all stages, s
+  double dynamic_time = 0.0;                ///< s since the start of the first dynamic stage
   Vector3 base_reaction = Vector3::Zero();  ///< on all blocks without unknowns, N
   std::vector<std::string> left_out{};
 };
@@ -65,7 +66,7 @@ struct StepView {
   const std::vector<MonitorValue>& monitors;
   double dynamic_time;  ///< s since the start of the first dynamic stage; 0 before
   std::size_t stage;
-  double progress;      ///< of the stage: 0..1 (dynamic), else 0
+  double progress;  ///< of the stage: 0..1 (dynamic), else 0
 };
 
 struct RunOptions {

@@ -240,10 +240,11 @@ class Checker {
     const std::size_t least = schema.value("minItems", std::size_t{0});
     const std::size_t most = schema.value("maxItems", value.size());
     if (value.size() < least || value.size() > most) {
-      const std::string wanted = least == most ? std::to_string(least)
+      const std::string wanted = least == most          ? std::to_string(least)
                                  : value.size() < least ? "at least " + std::to_string(least)
                                                         : "at most " + std::to_string(most);
-      throw SceneError(pointer, "must have " + wanted + " items, has " + std::to_string(value.size()));
+      throw SceneError(pointer,
+                       "must have " + wanted + " items, has " + std::to_string(value.size()));
     }
     if (schema.contains("items")) {
       for (std::size_t i = 0; i < value.size(); ++i) {
@@ -261,7 +262,8 @@ class Checker {
       } else if (schema.contains("additionalProperties")) {
         const json& additional = schema["additionalProperties"];
         if (additional.is_boolean()) {
-          throw SceneError(child(pointer, key), "unknown key \"" + key + "\"" + meant(key, properties));
+          throw SceneError(child(pointer, key),
+                           "unknown key \"" + key + "\"" + meant(key, properties));
         }
         check(additional, item, child(pointer, key));
       }
