@@ -1,0 +1,190 @@
+/// Gap and slip of a contact as the exact discrete derivative; action and reaction.
+
+#include <quoin/geometry/build.hpp>
+
+#include "solver/src/contact_terms.hpp"
+#include "support/catch.hpp"
+#include "support/random.hpp"
+
+using namespace quoin::solver;
+using namespace quoin::tests;
+namespace geometry = quoin::geometry;
+
+namespace {
+
+Vector12 random_vector(Random& random, double size) {
+  Vector12 v;
+  for (double& x : v) x = random.uniform(-size, size);
+  return v;
+}
+
+/// Two deformable cubes near each other, a contact between two of their material points and a step
+/// of both, of any size.
+struct Setting {
+  Scene scene;
+  std::vector<BlockModel> models;
+  std::vector<BlockState> start;
+  StepPoses poses;
+  BodyContact contact;
+
+  Setting(Random& random, double step, bool face_on_a, double gap) {
+    scene.add_block(geometry::make_box({-1, -1, -1}, {1, 1, 1}), {.density = 1, .young = 1});
+    scene.add_block(geometry::make_box({-1, -1, -1}, {1, 1, 1}), {.density = 1, .young = 1});
+    poses.increment.resize(2);
+    for (int b = 0; b < 2; ++b) {
+      models.push_back(
+          make_block_model(scene.blocks[static_cast<std::size_t>(b)], Vector3::Zero(), b));
+      BlockState block;
+      const Vector12 v = random_vector(random, 1.0);
+      block.centroid = v.head<3>() + Vector3(0, 0, 2.0 * b);
+      block.rotation = cayley(v.segment<3>(3));
+      block.strain = 0.05 * v.tail<6>();
+      start.push_back(block);
+      poses.start.push_back(pose(block));
+      poses.increment[static_cast<std::size_t>(b)] = random_vector(random, step);
+    }
+    move();
+    geometry::ContactPoint point;
+    point.key = {0, 1, {geometry::FeatureKind::Vertex, 0}, {geometry::FeatureKind::Vertex, 0}};
+    (face_on_a ? point.key.feature_a : point.key.feature_b).kind = geometry::FeatureKind::Face;
+    point.normal = random_vector(random, 1.0).head<3>().normalized();
+    point.point_a = 0.5 * random_vector(random, 1.0).head<3>();
+    point.point_b = point.point_a + gap * point.normal;
+    point.gap = gap;
+    contact = make_body_contact(scene, poses.start, point);
+  }
+
+  void move() {
+    poses.end.clear();
+    for (std::size_t b = 0; b < 2; ++b)
+      poses.end.push_back(pose(displaced(start[b], poses.increment[b])));
+  }
+
+  Vector3 anchor_a(const std::vector<Pose>& at) const {
+    return at[0].centroid + at[0].shape * contact.state.anchor_a;
+  }
+  Vector3 anchor_b(const std::vector<Pose>& at) const {
+    return at[1].centroid + at[1].shape * contact.state.anchor_b;
+  }
+
+  Vector3 relative(const LinearContact& linear) const {
+    return linear.offset + linear.jacobian_a * poses.increment[0] +
+           linear.jacobian_b * poses.increment[1];
+  }
+};
+
+}  // namespace
+
+TEST_CASE("The gap at the end of a step is exactly offset + J D, for steps of any size") {
+  Random random(11);
+  for (int i = 0; i < 200; ++i) {
+    const double step = i % 3 == 0 ? 0.7 : i % 3 == 1 ? 0.05 : 1e-4;
+    Setting s(random, step, i % 2 == 0, random.uniform(-0.1, 0.1));
+    LinearContact linear;
+    linearise(s.contact, s.poses, s.models, 0.0, linear);
+    const ContactGeometry end = contact_geometry(s.contact, s.poses.end[0], s.poses.end[1]);
+    CHECK_THAT(s.relative(linear)[0], WithinAbs(end.gap, 1e-13));
+  }
+}
+
+TEST_CASE("The slip at the end of a step is that of the anchors along two tangents") {
+  Random random(12);
+  for (int i = 0; i < 100; ++i) {
+    Setting s(random, i % 2 == 0 ? 0.3 : 1e-3, i % 4 < 2, 0.0);
+    LinearContact linear;
+    linearise(s.contact, s.poses, s.models, 0.0, linear);
+    const Vector3 moved = s.anchor_b(s.poses.end) - s.anchor_a(s.poses.end);
+    // Rows of J on the translation of B are the directions themselves.
+    for (int row = 1; row < 3; ++row) {
+      const Vector3 tangent = linear.jacobian_b.block<1, 3>(row, 0).transpose();
+      CHECK_THAT(tangent.norm(), WithinAbs(1.0, 1e-12));
+      CHECK_THAT(s.relative(linear)[row], WithinAbs(tangent.dot(moved), 1e-13));
+    }
+  }
+}
+
+TEST_CASE("For small steps J is the gradient of gap and slip by finite differences") {
+  Random random(13);
+  for (int i = 0; i < 20; ++i) {
+    Setting s(random, 0.0, i % 2 == 0, random.uniform(-0.1, 0.1));
+    LinearContact linear;
+    linearise(s.contact, s.poses, s.models, 0.0, linear);
+    const double h = 1e-6;
+    for (int b = 0; b < 2; ++b) {
+      for (int k = 0; k < 12; ++k) {
+        double gaps[2];
+        for (const int sign : {0, 1}) {
+          s.poses.increment.assign(2, Vector12::Zero());
+          s.poses.increment[static_cast<std::size_t>(b)][k] = sign == 0 ? -h : h;
+          s.move();
+          gaps[sign] = contact_geometry(s.contact, s.poses.end[0], s.poses.end[1]).gap;
+        }
+        const double numeric = (gaps[1] - gaps[0]) / (2 * h);
+        CHECK_THAT((b == 0 ? linear.jacobian_a : linear.jacobian_b)(0, k),
+                   WithinAbs(numeric, 1e-8));
+      }
+    }
+  }
+}
+
+TEST_CASE("Action equals reaction: forces and moments of a contact on both blocks cancel") {
+  // V22: the reaction on the face's block acts at the contact, not at a vertex of the face. Moments
+  // are taken about the world origin with the mean place of each centroid in the step.
+  Random random(14);
+  for (int i = 0; i < 100; ++i) {
+    Setting s(random, i % 2 == 0 ? 0.5 : 1e-3, i % 4 < 2, random.uniform(-0.1, 0.1));
+    LinearContact linear;
+    linearise(s.contact, s.poses, s.models, 0.0, linear);
+    Vector3 force = Vector3::Zero(), moment = Vector3::Zero();
+    for (std::size_t b = 0; b < 2; ++b) {
+      const Matrix3x12& j = b == 0 ? linear.jacobian_a : linear.jacobian_b;
+      const Vector3 f = j.block<1, 3>(0, 0).transpose();
+      const Vector3 middle = 0.5 * (s.poses.start[b].centroid + s.poses.end[b].centroid);
+      force += f;
+      moment += middle.cross(f) + s.poses.start[b].rotation * j.block<1, 3>(0, 3).transpose();
+    }
+    CHECK(force.norm() < 1e-14);
+    CHECK(moment.norm() < 1e-13);
+  }
+}
+
+TEST_CASE("Shear on both blocks cancels too while the stuck points stand at one place") {
+  Random random(15);
+  for (int i = 0; i < 50; ++i) {
+    Setting s(random, 0.0, i % 2 == 0, 0.0);
+    LinearContact linear;
+    linearise(s.contact, s.poses, s.models, 0.0, linear);
+    for (int row = 1; row < 3; ++row) {
+      Vector3 force = Vector3::Zero(), moment = Vector3::Zero();
+      for (std::size_t b = 0; b < 2; ++b) {
+        const Matrix3x12& j = b == 0 ? linear.jacobian_a : linear.jacobian_b;
+        const Vector3 f = j.block<1, 3>(row, 0).transpose();
+        force += f;
+        moment += s.poses.start[b].centroid.cross(f) +
+                  s.poses.start[b].rotation * j.block<1, 3>(row, 3).transpose();
+      }
+      CHECK(force.norm() < 1e-14);
+      CHECK(moment.norm() < 1e-13);
+    }
+  }
+}
+
+TEST_CASE("Velocity rows are the rates of gap and slip") {
+  Random random(16);
+  for (int i = 0; i < 20; ++i) {
+    Setting s(random, 0.0, i % 2 == 0, 0.0);
+    LinearContact linear;
+    linearise_velocity(s.contact, s.poses.start, s.models, linear);
+    const Vector12 va = random_vector(random, 1.0), vb = random_vector(random, 1.0);
+    const double h = 1e-6;
+    double gaps[2];
+    for (const int sign : {0, 1}) {
+      const double at = sign == 0 ? -h : h;
+      s.poses.increment = {Vector12(at * va), Vector12(at * vb)};
+      s.move();
+      gaps[sign] = contact_geometry(s.contact, s.poses.end[0], s.poses.end[1]).gap;
+    }
+    const Vector3 rate = linear.jacobian_a * va + linear.jacobian_b * vb;
+    CHECK_THAT(rate[0], WithinAbs((gaps[1] - gaps[0]) / (2 * h), 1e-8));
+  }
+}

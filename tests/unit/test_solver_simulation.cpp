@@ -1,0 +1,296 @@
+/// The solver as its user meets it: conservation, refusal of bad scenes, steps that cannot
+/// converge.
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <quoin/geometry/build.hpp>
+#include <quoin/geometry/mass_properties.hpp>
+#include <quoin/solver.hpp>
+
+#include "support/catch.hpp"
+
+using namespace quoin::solver;
+using namespace quoin::tests;
+namespace geometry = quoin::geometry;
+
+namespace {
+
+constexpr Material kRock{.density = 2500, .young = 5e9, .poisson = 0.25};
+
+geometry::Polyhedron unit_cube(const Vector3& corner) {
+  return geometry::make_box(corner, corner + Vector3::Ones());
+}
+
+Scene cube_on_ground() {
+  Scene scene;
+  scene.joint.friction_angle = 0.5;
+  scene.add_fixed(geometry::make_box({-3, -3, -1}, {3, 3, 0}));
+  scene.add_block(unit_cube({0, 0, 0}), kRock);
+  return scene;
+}
+
+std::string refusal(const Scene& scene, const StepOptions& options = {}) {
+  try {
+    Simulation simulation(scene, options);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+bool all_finite(const State& state) {
+  for (const BlockState& b : state.blocks) {
+    if (!b.centroid.allFinite() || !b.rotation.coeffs().allFinite() || !b.strain.allFinite() ||
+        !b.velocity.allFinite() || !b.angular_velocity.allFinite() || !b.strain_rate.allFinite()) {
+      return false;
+    }
+  }
+  return std::isfinite(state.energy.mechanical());
+}
+
+/// Two tumbling cubes that collide with friction, no gravity.
+Scene collision(bool rigid) {
+  Scene scene;
+  scene.gravity = Vector3(0, 0, 0);
+  scene.joint.friction_angle = 0.4;
+  for (const double x : {0.0, 1.3}) {
+    rigid ? scene.add_rigid(unit_cube({x, 0.2 * x, 0.1 * x}), kRock)
+          : scene.add_block(unit_cube({x, 0.2 * x, 0.1 * x}), kRock);
+  }
+  scene.blocks[0].velocity = Vector3(2, 0, 0);
+  scene.blocks[0].angular_velocity = Vector3(0.3, 1, -0.5);
+  scene.blocks[1].angular_velocity = Vector3(-1, 0.2, 0.4);
+  return scene;
+}
+
+struct Momenta {
+  Vector3 linear = Vector3::Zero(), angular = Vector3::Zero();
+};
+
+Momenta momenta(const Simulation& simulation) {
+  Momenta sum;
+  for (const BlockState& b : simulation.state().blocks) {
+    const double mass = kRock.density;
+    sum.linear += mass * b.velocity;
+    // A cube's inertia is m/6 about any axis; its strains carry no angular momentum.
+    sum.angular +=
+        b.centroid.cross(mass * b.velocity) + b.rotation * (mass / 6.0 * b.angular_velocity);
+  }
+  return sum;
+}
+
+}  // namespace
+
+TEST_CASE("A collision with friction keeps linear and angular momentum and makes no energy") {
+  for (const bool rigid : {true, false}) {
+    for (const ContactMethod method :
+         {ContactMethod::AugmentedLagrangian, ContactMethod::Penalty}) {
+      Simulation simulation(collision(rigid),
+                            {.time_step = 1e-3, .method = method, .penalty = 1e8});
+      const Momenta before = momenta(simulation);
+      double energy = simulation.state().energy.mechanical();
+      const double scale = energy;
+      bool touched = false;
+      for (int i = 0; i < 500; ++i) {
+        const StepReport report = simulation.advance();
+        REQUIRE(report.status == StepStatus::Converged);
+        touched = touched || report.closed_count > 0;
+        CHECK(simulation.state().energy.mechanical() <= energy + 1e-6 * scale);
+        energy = std::min(energy, simulation.state().energy.mechanical());
+      }
+      const Momenta after = momenta(simulation);
+      CHECK(touched);
+      INFO("rigid " << rigid << ", method " << static_cast<int>(method));
+      CHECK((after.linear - before.linear).norm() < 1e-9 * before.linear.norm());
+      CHECK((after.angular - before.angular).norm() < 1e-5 * before.angular.norm());
+      CHECK(all_finite(simulation.state()));
+    }
+  }
+}
+
+TEST_CASE("Scenes that cannot be worked with are refused, and say why") {
+  CHECK(refusal(cube_on_ground()).empty());
+  CHECK_THAT(refusal(Scene{}), ContainsSubstring("no blocks"));
+
+  Scene scene = cube_on_ground();
+  scene.blocks[1].shape = unit_cube({0, 0, -0.01});
+  CHECK_THAT(refusal(scene), ContainsSubstring("blocks 0 and 1 overlap"));
+  scene.keep_initial_overlap = true;
+  CHECK(refusal(scene).empty());
+  scene = cube_on_ground();
+  scene.blocks[1].shape = unit_cube({0, 0, -1e-4});  // kept and reported
+  CHECK(refusal(scene).empty());
+
+  scene = cube_on_ground();
+  scene.blocks[1].material.density = 0.0;
+  CHECK_THAT(refusal(scene), ContainsSubstring("block 1") && ContainsSubstring("density"));
+
+  scene = cube_on_ground();
+  scene.point_loads.push_back({0, Vector3::Zero(), Vector3(1, 0, 0)});
+  CHECK_THAT(refusal(scene), ContainsSubstring("point load") && ContainsSubstring("block 0"));
+  scene = cube_on_ground();
+  scene.face_loads.push_back({0, 0, Vector3(1, 0, 0)});
+  CHECK_THAT(refusal(scene), ContainsSubstring("face load"));
+  scene = cube_on_ground();
+  scene.face_loads.push_back({1, 6, Vector3(1, 0, 0)});
+  CHECK_THAT(refusal(scene), ContainsSubstring("no face 6"));
+  scene = cube_on_ground();
+  scene.body_loads.push_back({2, Vector3(1, 0, 0)});
+  CHECK_THAT(refusal(scene), ContainsSubstring("block 2"));
+  scene = cube_on_ground();
+  scene.fixed_points.push_back({.block = 0, .point = Vector3::Zero(), .displacement = {}});
+  CHECK_THAT(refusal(scene), ContainsSubstring("fixed point"));
+
+  scene = cube_on_ground();
+  scene.joint.friction_angle = 1.6;
+  CHECK_THAT(refusal(scene), ContainsSubstring("friction angle"));
+  scene = cube_on_ground();
+  scene.joint.restitution = 1.5;
+  CHECK_THAT(refusal(scene), ContainsSubstring("restitution"));
+  scene = cube_on_ground();
+  scene.joint.cohesion = -1.0;
+  CHECK_THAT(refusal(scene), ContainsSubstring("cohesion"));
+  scene = cube_on_ground();
+  scene.pair_joints.push_back({.joint = {.tension = std::nan("")}});
+  CHECK_THAT(refusal(scene), ContainsSubstring("pair joint 0") && ContainsSubstring("tension"));
+  scene = cube_on_ground();
+  scene.gravity = Vector3(0, 0, std::numeric_limits<double>::infinity());
+  CHECK_THAT(refusal(scene), ContainsSubstring("gravity"));
+  scene = cube_on_ground();
+  scene.blocks[1].velocity = Vector3(std::nan(""), 0, 0);
+  CHECK_THAT(refusal(scene), ContainsSubstring("block 1") && ContainsSubstring("velocity"));
+}
+
+TEST_CASE("Options that cannot be worked with are refused") {
+  const Scene scene = cube_on_ground();
+  CHECK_THAT(refusal(scene, {.time_step = 0.0}), ContainsSubstring("time step"));
+  CHECK_THAT(refusal(scene, {.time_step = -1e-3}), ContainsSubstring("time step"));
+  CHECK_THAT(refusal(scene, {.time_step = std::nan("")}), ContainsSubstring("time step"));
+  CHECK_THAT(refusal(scene, {.penalty = -1.0}), ContainsSubstring("penalty"));
+  CHECK_THAT(refusal(scene, {.shear_ratio = 0.0}), ContainsSubstring("shear ratio"));
+  CHECK_THAT(refusal(scene, {.tolerance = 0.0}), ContainsSubstring("tolerance"));
+  CHECK_THAT(refusal(scene, {.max_iterations = 0}), ContainsSubstring("iterations"));
+  CHECK_THAT(refusal(scene, {.threads = 0}), ContainsSubstring("threads"));
+  Simulation simulation(scene, {});
+  CHECK_THROWS_AS(simulation.set_options({.time_step = 0.0}), InputError);
+  CHECK_THROWS_AS(simulation.set_velocity(0, Vector3::Zero(), Vector3::Zero()), InputError);
+  CHECK_THROWS_AS(simulation.set_velocity(2, Vector3::Zero(), Vector3::Zero()), InputError);
+}
+
+TEST_CASE("A step that cannot converge leaves the state alone and offers its best try") {
+  // Plain multiplier updates with a spring far too soft, and one iteration to do it in.
+  Simulation simulation(cube_on_ground(), {.time_step = 1e-3,
+                                           .method = ContactMethod::Uzawa,
+                                           .penalty = 1.0,
+                                           .max_iterations = 1,
+                                           .smallest_time_step = 5e-4});
+  const State before = simulation.state();
+  const StepReport report = simulation.advance();
+  REQUIRE(report.status == StepStatus::NotConverged);
+  CHECK(report.cuts_by_convergence > 0);
+  CHECK(report.sub_steps == 0);
+  CHECK_THAT(describe(report), ContainsSubstring("did not converge"));
+  const State& after = simulation.state();
+  CHECK(after.time == before.time);
+  CHECK(after.blocks[1].centroid == before.blocks[1].centroid);
+  CHECK(after.blocks[1].velocity == before.blocks[1].velocity);
+  CHECK(after.blocks[1].strain == before.blocks[1].strain);
+  REQUIRE(simulation.best_try().blocks.size() == 2);
+  CHECK(simulation.best_try().blocks[1].centroid.allFinite());
+  CHECK(simulation.best_try().time > before.time);
+  simulation.take_best_try();
+  CHECK(simulation.state().time > before.time);
+  CHECK(all_finite(simulation.state()));
+}
+
+TEST_CASE("set_velocity sets a settled block in motion, in world axes") {
+  Scene scene;
+  scene.gravity = Vector3(0, 0, 0);
+  scene.add_rigid(unit_cube({0, 0, 0}), kRock);
+  scene.blocks[0].angular_velocity = Vector3(0, 0, 1);
+  Simulation simulation(scene, {.time_step = 0.01});
+  for (int i = 0; i < 100; ++i) REQUIRE(simulation.advance().status == StepStatus::Converged);
+  simulation.set_velocity(0, Vector3(1, 0, 0), Vector3(0, 2, 0));
+  const BlockState& block = simulation.state().blocks[0];
+  CHECK((block.rotation * block.angular_velocity - Vector3(0, 2, 0)).norm() < 1e-14);
+  CHECK_THAT(simulation.state().energy.kinetic, WithinRel(0.5 * 2500 * (1.0 + 4.0 / 6.0), 1e-12));
+}
+
+TEST_CASE("Prescribed motion by displacement, velocity and acceleration gives the same place") {
+  const auto run = [](MotionKind kind, std::function<Vector3(double)> value) {
+    Scene scene;
+    scene.add_fixed(unit_cube({0, 0, 0}));
+    scene.blocks[0].kind = BlockKind::Prescribed;
+    scene.blocks[0].motion = {kind, std::move(value)};
+    Simulation simulation(scene, {.time_step = 1e-3});
+    for (int i = 0; i < 1000; ++i) REQUIRE(simulation.advance().status == StepStatus::Converged);
+    return Vector3(simulation.state().blocks[0].centroid - Vector3(0.5, 0.5, 0.5));
+  };
+  // x = t^3/6
+  const Vector3 x = run(MotionKind::Displacement, [](double t) -> Vector3 {
+    return {t * t * t / 6, 0, 0};
+  });
+  const Vector3 v = run(MotionKind::Velocity, [](double t) -> Vector3 {
+    return {t * t / 2, 0, 0};
+  });
+  const Vector3 a = run(MotionKind::Acceleration, [](double t) -> Vector3 { return {t, 0, 0}; });
+  CHECK((x - Vector3(1.0 / 6, 0, 0)).norm() < 1e-12);
+  CHECK((v - x).norm() < 1e-12);
+  CHECK((a - x).norm() < 1e-12);
+}
+
+TEST_CASE("Loads: point, face and body loads move a free block by F t^2 / (2 m)") {
+  const auto run = [](const auto& add) {
+    Scene scene;
+    scene.gravity = Vector3(0, 0, 0);
+    scene.add_block(unit_cube({0, 0, 0}), kRock);
+    add(scene);
+    Simulation simulation(scene, {.time_step = 0.01});
+    for (int i = 0; i < 100; ++i) REQUIRE(simulation.advance().status == StepStatus::Converged);
+    return simulation.state().blocks[0].centroid.x() - 0.5;
+  };
+  const double exact = 500.0 / (2.0 * 2500.0);
+  CHECK_THAT(run([](Scene& s) {
+               s.point_loads.push_back({0, {0.5, 0.5, 0.5}, Vector3(500, 0, 0)});
+             }),
+             WithinRel(exact, 1e-12));
+  CHECK_THAT(run([](Scene& s) {
+               s.body_loads.push_back({0, Vector3(500, 0, 0)});
+             }),
+             WithinRel(exact, 1e-12));
+  // Every face of the unit cube has 1 m2; its centre is level with the centroid or pulled straight.
+  CHECK_THAT(run([](Scene& s) {
+               const auto& shape = s.blocks[0].shape;
+               for (int f = 0; f < shape.topology().face_count(); ++f) {
+                 if (shape.face_normal(f).x() > 0.5)
+                   s.face_loads.push_back({0, f, Vector3(500, 0, 0)});
+               }
+             }),
+             WithinRel(exact, 1e-9));
+  // A table in time: force 1000 t N, x = 1000 t^3 / (6 m); the step takes its middle value.
+  CHECK_THAT(run([](Scene& s) {
+               s.body_loads.push_back(
+                   {0, interpolate({0.0, 2.0}, {Vector3::Zero(), Vector3(2000, 0, 0)})});
+             }),
+             WithinRel(1000.0 / (6.0 * 2500.0), 1e-4));
+}
+
+TEST_CASE("Any number of threads gives the same bits") {
+  const auto run = [](int threads) {
+    Scene scene = cube_on_ground();
+    for (int i = 1; i < 6; ++i) scene.add_block(unit_cube({0.1 * i, 0, 1.0 * i}), kRock);
+    Simulation simulation(scene, {.time_step = 5e-3, .threads = threads});
+    for (int i = 0; i < 40; ++i) REQUIRE(simulation.advance().status == StepStatus::Converged);
+    std::vector<double> bits;
+    for (const BlockState& b : simulation.state().blocks) {
+      bits.insert(bits.end(), b.centroid.begin(), b.centroid.end());
+      bits.insert(bits.end(), b.velocity.begin(), b.velocity.end());
+      bits.insert(bits.end(), b.strain.begin(), b.strain.end());
+    }
+    return bits;
+  };
+  const std::vector<double> one = run(1), two = run(2);
+  REQUIRE(one.size() == two.size());
+  CHECK(std::memcmp(one.data(), two.data(), one.size() * sizeof(double)) == 0);
+}
