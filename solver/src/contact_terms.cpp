@@ -42,6 +42,15 @@ void add_turn(const BodyContact& contact, const ContactGeometry& mean, const Vec
   on_b -= (across_a.dot(lever) / across_a.dot(mean.edge_b)) * across_b.transpose() * rotation_b;
 }
 
+/// The tangents turn with the owner of the normal: (r × t)·m as above, so that shear forces on points
+/// that stand apart by m (a gap, an overlap, a stretched spring) keep angular momentum.
+void add_tangent_turn(const BodyContact& contact, const Rows& rows, const Vector3& lever,
+                      const Matrix3& rotation, LinearContact& linear) {
+  Matrix3x12& jacobian = contact.normal_on_a ? linear.jacobian_a : linear.jacobian_b;
+  jacobian.block<1, 3>(1, 3) += rows.t1.cross(lever).transpose() * rotation;
+  jacobian.block<1, 3>(2, 3) += rows.t2.cross(lever).transpose() * rotation;
+}
+
 }  // namespace
 
 void linearise(const BodyContact& contact, const StepPoses& poses,
@@ -75,8 +84,16 @@ void linearise(const BodyContact& contact, const StepPoses& poses,
   add_turn(contact, middle, lever, start_a.rotation, start_b.rotation, linear);
   const Vector3 stretched = start_b.centroid + start_b.shape * contact.state.anchor_b -
                             start_a.centroid - start_a.shape * contact.state.anchor_a;
-  linear.offset = Vector3(before.gap - contact.opening, rows.t1.dot(stretched),
-                          rows.t2.dot(stretched));
+  const Vector3 stretched_end = end_b.centroid + end_b.shape * contact.state.anchor_b -
+                                end_a.centroid - end_a.shape * contact.state.anchor_a;
+  const std::size_t owner = contact.normal_on_a ? a : b;
+  const Matrix3& turning = poses.start[owner].rotation;
+  add_tangent_turn(contact, rows, 0.5 * (stretched + stretched_end), turning, linear);
+  // The tangents of the start: half the turn back from those of the middle.
+  const Vector3 back = -0.5 * (turning * poses.increment[owner].segment<3>(3));
+  linear.offset = Vector3(before.gap - contact.opening,
+                          (rows.t1 + back.cross(rows.t1)).dot(stretched),
+                          (rows.t2 + back.cross(rows.t2)).dot(stretched));
   for (double& value : linear.offset) {
     if (std::abs(value) <= rounding) value = 0.0;
   }
@@ -150,6 +167,7 @@ void linearise_velocity(const BodyContact& contact, const StepPoses& poses, Line
   fill(rows, 1.0, point_b, point_b, linear.jacobian_b);
   const Vector3 lever = now.place_b - now.place_a;
   add_turn(contact, now, lever, poses.end[a].rotation, poses.end[b].rotation, linear);
+  add_tangent_turn(contact, rows, lever, poses.end[contact.normal_on_a ? a : b].rotation, linear);
   linear.offset.setZero();
 }
 
