@@ -24,9 +24,10 @@ Vector12 random_vector(Random& random, double size) {
 Block tetrahedron() {
   geometry::Points points(3, 4);
   points << 0, 2, 0.3, 0.4, 0, 0.1, 1.5, 0.2, 0, -0.2, 0.1, 1.0;
-  Block block{.shape = geometry::make_hull(points).polyhedron};
-  block.material = {.density = kDensity, .young = 3e9, .poisson = 0.2};
-  return block;
+  Scene scene;
+  scene.add_block(geometry::make_hull(points).polyhedron,
+                  {.density = kDensity, .young = 3e9, .poisson = 0.2});
+  return scene.blocks[0];
 }
 
 /// Integral of rho f over the tetrahedron by the 4-point rule, exact for quadratic f.

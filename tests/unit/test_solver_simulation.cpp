@@ -102,8 +102,8 @@ TEST_CASE("A collision with friction keeps linear and angular momentum and makes
       const Momenta after = momenta(simulation);
       CHECK(touched);
       INFO("rigid " << rigid << ", method " << static_cast<int>(method));
-      CHECK((after.linear - before.linear).norm() < 1e-9 * before.linear.norm());
-      CHECK((after.angular - before.angular).norm() < 1e-5 * before.angular.norm());
+      CHECK((after.linear - before.linear).norm() < 1e-12 * before.linear.norm());
+      CHECK((after.angular - before.angular).norm() < 1e-8 * before.angular.norm());
       CHECK(all_finite(simulation.state()));
     }
   }
