@@ -49,7 +49,7 @@ void v16_overhang(Report& report) {
   for (const double scale : {0.98, 0.995}) {
     report.start_run();
     report.absolute("pitch after 2 s at s = " + text(scale) + " [rad]", 0.0, overhang_pitch(scale),
-                    1e-4);
+                    1e-6);
   }
   report.start_run();
   report.at_least("pitch after 2 s at s = 1.02 [rad]", 0.05, overhang_pitch(1.02));
@@ -166,8 +166,8 @@ void stack(bool rigid, Report& report) {
     drift = std::max(drift, (simulation.state().blocks[block].centroid - start[block]).norm());
   }
   const std::string which = rigid ? ", rigid" : "";
-  report.absolute("interface forces after 5 s, worst / k m g - 1" + which, 0.0, worst, 1e-8);
-  report.absolute("drift in 5 s [m]" + which, 0.0, drift, 1e-5);
+  report.absolute("interface forces after 5 s, worst / k m g - 1" + which, 0.0, worst, 2e-9);
+  report.absolute("drift in 5 s [m]" + which, 0.0, drift, 1e-10);
 }
 
 }  // namespace
@@ -239,10 +239,10 @@ void v21_invariances(Report& report) {
   for (const Change& c : kChanges) {
     report.start_run();
     report.absolute(std::string("V05, ") + c.what + ": largest relative change", 0.0,
-                    change(curved(c.frame, c.plane_last), reference_curved), 1e-7);
+                    change(curved(c.frame, c.plane_last), reference_curved), 3e-8);
     report.start_run();
     report.absolute(std::string("V09 (1,3,30,20), ") + c.what + ": largest relative change", 0.0,
-                    change(toppling(c.frame, c.plane_last), reference_toppling), 1e-7);
+                    change(toppling(c.frame, c.plane_last), reference_toppling), 3e-8);
   }
 }
 
@@ -283,45 +283,65 @@ void paper_falling_block(Report& report) {
   report.absolute("free flight against g t^2/2 [m]", 0.0, free_error, 1e-11);
   report.absolute("time of impact [s]", std::sqrt(2.0 * 2.0 / std::cos(angle) / kGravity), flight,
                   1e-3);
-  report.absolute("largest overlap [m]", 0.0, overlap, 1e-8);
+  report.absolute("largest overlap [m]", 0.0, overlap, 1e-12);
   report.absolute("growth of energy / energy of the fall", 0.0, growth, 1e-6);
   report.at_least("down the slope after 4 s [m]", 2.0,
                   (slope.back(state_of(simulation, 1).centroid - start)).x());
 }
 
+namespace {
+
+/// Four blocks in a row on a base, the first turned 14.5 degrees about its lower edge, past
+/// balance, and turning on at `push` (rad/s). Without a push it comes to lean on the second; with 1
+/// rad/s all fall.
+solver::Scene five_blocks(double push) {
+  solver::Scene scene;
+  scene.joint.friction_angle = radians(10);
+  const solver::Material rock{.density = 2700, .young = 3e9, .poisson = 0.2};
+  scene.add_fixed(geometry::make_box({-3, -1, -1}, {3, 1, 0}), rock);
+  for (int i = 0; i < 4; ++i) {
+    Frame frame{.origin = Vector3(i - 1.3, 0, 0)};  // the lower edge
+    if (i == 0) frame.rotation = turn(radians(14.5), Vector3::UnitY());
+    scene.add_block(frame.place(geometry::make_box({-0.4, -0.5, 0}, {0, 0.5, 1.6})), rock);
+  }
+  const Vector3 spin(0, push, 0);
+  const Vector3 arm = turn(radians(14.5), Vector3::UnitY()) * Vector3(-0.2, 0, 0.8);
+  scene.blocks[1].angular_velocity = spin;
+  scene.blocks[1].velocity = spin.cross(arm);
+  return scene;
+}
+
+void fall(double push, const StepOptions& options, Report& report) {
+  Simulation simulation(five_blocks(push), options);
+  const double scale = 4 * 0.64 * 2700 * kGravity * 0.8;  // J: the weight of all from half height
+  double overlap = 0.0, growth = 0.0, least = simulation.state().energy.mechanical();
+  for (int i = 0; i < 5000; ++i) {
+    overlap = std::max(overlap, step(simulation).largest_overlap);
+    const double energy = simulation.state().energy.mechanical();
+    growth = std::max(growth, (energy - least) / scale);
+    least = std::min(least, energy);
+  }
+  int fallen = 0;
+  for (int b = 1; b <= 4; ++b) {
+    fallen += (state_of(simulation, b).rotation * Vector3::UnitZ()).z() < 0.9;
+  }
+  const std::string which = ", push " + text(push) + ", penalty " + text(options.penalty);
+  report.absolute("largest overlap [m]" + which, 0.0, overlap, 2e-8);
+  report.absolute("growth of energy / energy of the fall" + which, 0.0, growth, 1e-6);
+  report.absolute("blocks that fell over" + which, push > 0.0 ? 4.0 : 0.0, fallen, 0.0);
+}
+
+}  // namespace
+
 void paper_five_blocks(Report& report) {
+  // No exact answer: no overlap, energy never grows, all fall. Augmented Lagrangian at both
+  // penalties.
   for (const double penalty : {40e6, 20e6}) {
-    report.start_run();
-    solver::Scene scene;
-    scene.joint.friction_angle = radians(10);
-    const solver::Material rock{.density = 2700, .young = 3e9, .poisson = 0.2};
-    scene.add_fixed(geometry::make_box({-3, -1, -1}, {3, 1, 0}), rock);
-    for (int i = 0; i < 4; ++i) {
-      const double x = i - 1.5;
-      geometry::Polyhedron block = geometry::make_box({-0.4, -0.5, 0}, {0, 0.5, 1.6});
-      Frame frame{.origin = Vector3(x + 0.2, 0, 0)};  // turns about its lower edge
-      if (i == 0) frame.rotation = turn(radians(14.5), Vector3::UnitY());
-      scene.add_block(frame.place(block), rock);
+    for (const double push : {0.0, 1.0}) {
+      report.attempt("push " + text(push) + ", penalty " + text(penalty), [&] {
+        fall(push, {.time_step = 1e-3, .penalty = penalty, .max_displacement_ratio = 0.1}, report);
+      });
     }
-    Simulation simulation(scene,
-                          {.time_step = 1e-3, .penalty = penalty, .max_displacement_ratio = 0.1});
-    double overlap = 0.0, growth = 0.0, least = simulation.state().energy.mechanical();
-    const double scale = 4 * 0.64 * 2700 * kGravity * 0.8;  // J: the weight of all from half height
-    for (int i = 0; i < 5000; ++i) {
-      overlap = std::max(overlap, step(simulation).largest_overlap);
-      const double energy = simulation.state().energy.mechanical();
-      growth = std::max(growth, (energy - least) / scale);
-      least = std::min(least, energy);
-    }
-    const std::string which = ", penalty " + text(penalty);
-    report.absolute("largest overlap [m]" + which, 0.0, overlap, 1e-6);
-    report.absolute("growth of energy / energy of the fall" + which, 0.0, growth, 1e-6);
-    // A plausible pile: all lie or lean on the base, none stands as it did.
-    int fallen = 0;
-    for (int b = 1; b <= 4; ++b) {
-      fallen += (state_of(simulation, b).rotation * Vector3::UnitZ()).z() < 0.9;
-    }
-    report.absolute("blocks that fell over" + which, 4.0, fallen, 0.0);
   }
 }
 

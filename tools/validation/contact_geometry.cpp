@@ -46,11 +46,11 @@ void g01_local_search(Report& report) {
   const Polyhedron a = hull({{-10, -10, 0}, {10, -10, 0}, {10, 10, 0}, {-10, 10, 0}, {0, 0, -0.5}});
   const Polyhedron b = hull({{0, 0, 0.005}, {1, 0, 1}, {-0.5, 0.8, 1}, {-0.5, -0.8, 1}});
   const geometry::PairContact contact = pair_contact(a, b);
-  report.absolute("distance [m]", 0.005, contact.nearest.gap, 1e-12);
-  report.absolute("witness on A, |difference| [m]", 0.0, contact.nearest.point_a.norm(), 1e-12);
+  report.absolute("distance [m]", 0.005, contact.nearest.gap, 1e-14);
+  report.absolute("witness on A, |difference| [m]", 0.0, contact.nearest.point_a.norm(), 1e-14);
   report.absolute("witness on B, |difference| [m]", 0.0,
-                  (contact.nearest.point_b - Vector3(0, 0, 0.005)).norm(), 1e-12);
-  normal_rows(Vector3::UnitZ(), contact.nearest, 1e-12, report);
+                  (contact.nearest.point_b - Vector3(0, 0, 0.005)).norm(), 1e-14);
+  normal_rows(Vector3::UnitZ(), contact.nearest, 1e-14, report);
   report.absolute(
       "contact points, all vertex-face", 1.0,
       contact.type == ContactType::VertexFace ? static_cast<double>(contact.points.size()) : 0.0,
@@ -68,21 +68,21 @@ void crossed_edges(const Vector3& shift, double allowed, Report& report) {
     const geometry::PairContact contact = pair_contact(a, b);
     const std::string at = " at " + text(gap);
     report.absolute("signed gap [m]" + at, gap, contact.nearest.gap, allowed);
-    normal_rows(Vector3::UnitZ(), contact.nearest, std::max(allowed, 1e-9), report);
+    normal_rows(Vector3::UnitZ(), contact.nearest, std::max(allowed, 1e-12), report);
     report.absolute("crossed edges (1 yes)" + at, 1.0,
                     contact.type == ContactType::EdgeEdgeCrossing ? 1.0 : 0.0, 0.0);
     const Vector3 crossing = shift + Vector3(0, 0, std::sqrt(0.5));
     report.absolute("witness on A, |difference| [m]" + at, 0.0,
-                    (contact.nearest.point_a - crossing).norm(), std::max(allowed, 1e-9));
+                    (contact.nearest.point_a - crossing).norm(), std::max(allowed, 1e-12));
   }
 }
 
 }  // namespace
 
-void g02_crossed_edges(Report& report) { crossed_edges(Vector3::Zero(), 1e-12, report); }
+void g02_crossed_edges(Report& report) { crossed_edges(Vector3::Zero(), 1e-14, report); }
 
 void g07_far_from_the_origin(Report& report) {
-  crossed_edges({512345.678, 4123456.789, 1500.25}, 2e-9, report);
+  crossed_edges({512345.678, 4123456.789, 1500.25}, 5e-12, report);
 }
 
 void g03_turned_faces(Report& report) {
@@ -111,8 +111,8 @@ void g04_nearly_parallel_edges(Report& report) {
                         .origin = Vector3(0, 0, 0.01)};
     const NearestFeatures nearest = geometry::nearest_features(a, crossed.place(roof));
     const std::string at = " at " + text(degrees) + " deg";
-    report.absolute("distance [m]" + at, 0.01, nearest.gap, 1e-10);
-    report.absolute("iterations" + at, 0.0, nearest.iterations, 100.0);
+    report.absolute("distance [m]" + at, 0.01, nearest.gap, 1e-14);
+    report.absolute("iterations" + at, 0.0, nearest.iterations, 10.0);
   }
 }
 
@@ -120,7 +120,7 @@ void g05_vertex_to_vertex(Report& report) {
   const geometry::PairContact contact =
       pair_contact(cube(Vector3::Zero()), cube(Vector3::Constant(1.001)));
   report.absolute("distance [m]", 0.001 * std::sqrt(3.0), contact.nearest.gap, 1e-13);
-  normal_rows(Vector3::Ones().normalized(), contact.nearest, 1e-10, report);
+  normal_rows(Vector3::Ones().normalized(), contact.nearest, 1e-13, report);
   report.absolute("vertex-vertex (1 yes)", 1.0,
                   contact.type == ContactType::VertexVertex ? 1.0 : 0.0, 0.0);
   report.absolute("contact plane flagged indeterminate (1 yes)", 1.0,

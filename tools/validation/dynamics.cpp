@@ -63,14 +63,14 @@ void v11_tumbling(Report& report) {
     const std::string which = scheme == TimeScheme::EnergyMomentum ? ", energy-momentum" : "";
     for (int i = 0; i < 3; ++i) {
       report.relative("omega_" + std::string(1, "xyz"[i]) + "(3 s) body [rad/s]" + which, spin[i],
-                      run.spin[i], 1e-3);
+                      run.spin[i], scheme == TimeScheme::EnergyMomentum ? 1e-3 : 5e-5);
     }
     report.absolute("rotation(3 s), largest difference of an entry" + which, 0.0,
-                    (run.rotation - rotation).cwiseAbs().maxCoeff(), 1e-3);
-    report.relative("kinetic energy [J]" + which, 172500.0, run.energy, 1e-4);
+                    (run.rotation - rotation).cwiseAbs().maxCoeff(), 2e-4);
+    report.relative("kinetic energy [J]" + which, 172500.0, run.energy, 3e-6);
     report.absolute("angular momentum, change / size" + which, 0.0,
-                    (run.momentum - angular).norm() / angular.norm(), 1e-6);
-    report.absolute("volume factor beyond elastic strain's" + which, 0.0, run.volume, 1e-9);
+                    (run.momentum - angular).norm() / angular.norm(), 1e-11);
+    report.absolute("volume factor beyond elastic strain's" + which, 0.0, run.volume, 1e-13);
   }
   report.start_run();
   const double coarse = (tumble(2e-3, TimeScheme::ConstantAcceleration).spin - spin).norm();
@@ -89,7 +89,7 @@ void v12_spinning(Report& report) {
     Simulation simulation(scene, {.time_step = time_step});
     run_for(simulation, 1.0);
     report.relative("volume factor after 1 s less elastic strain's, dt " + text(time_step), 1.0,
-                    1.0 + volume(simulation, 0) / 6.0 - dilation(simulation, 0), 1e-9);
+                    1.0 + volume(simulation, 0) / 6.0 - dilation(simulation, 0), 1e-12);
   }
   report.start_run();
   solver::Scene rigid;
@@ -98,7 +98,7 @@ void v12_spinning(Report& report) {
   rigid.blocks[0].angular_velocity = Vector3(0, 0, 10);
   Simulation turning(rigid, {.time_step = 1e-3});
   run_for(turning, 1.0);
-  report.relative("volume factor after 1 s, rigid", 1.0, volume(turning, 0) / 6.0, 1e-9);
+  report.relative("volume factor after 1 s, rigid", 1.0, volume(turning, 0) / 6.0, 1e-12);
   // Centrifugal stress of one block of constant strain: V E eps = W^2 (S_xx, S_yy, 0), S = rho a^2
   // V/12 (virtual work with the strain modes).
   report.start_run();
@@ -113,9 +113,9 @@ void v12_spinning(Report& report) {
   const solver::Vector6 strain = simulation.state().blocks[0].strain;
   const double now = simulation.state().blocks[0].angular_velocity.z();
   const double sx = density * 9.0 / 12.0 * now * now, sy = density * 4.0 / 12.0 * now * now;
-  report.relative("centrifugal strain xx", (sx - 0.25 * sy) / young, strain[0], 0.05);
-  report.relative("centrifugal strain yy", (sy - 0.25 * sx) / young, strain[1], 0.05);
-  report.relative("centrifugal strain zz", -0.25 * (sx + sy) / young, strain[2], 0.05);
+  report.relative("centrifugal strain xx", (sx - 0.25 * sy) / young, strain[0], 1e-6);
+  report.relative("centrifugal strain yy", (sy - 0.25 * sx) / young, strain[1], 1e-6);
+  report.relative("centrifugal strain zz", -0.25 * (sx + sy) / young, strain[2], 1e-6);
 }
 
 void v18_shaking_table(Report& report) {
@@ -150,7 +150,7 @@ void v18_shaking_table(Report& report) {
     run_for(simulation, time - done);
     done = time;
     report.absolute("relative displacement at " + text(time) + " s [m]", exact, relative() - start,
-                    5e-4);
+                    3e-4);
   }
 }
 
@@ -220,21 +220,21 @@ void v19_central_impact(Report& report) {
         ", E " + text(c.young) + " P " + text(c.stiffness) + " m2/m1 " + text(c.mass_ratio);
     report.start_run();
     const Impact middle = central_impact(c, time_step, TimeScheme::EnergyMomentum);
-    report.absolute("v1' [m/s]" + which + ", energy-momentum", c.v1, middle.v1, 1e-2);
-    report.absolute("v2' [m/s]" + which + ", energy-momentum", c.v2, middle.v2, 1e-2);
+    report.absolute("v1' [m/s]" + which + ", energy-momentum", c.v1, middle.v1, 2e-4);
+    report.absolute("v2' [m/s]" + which + ", energy-momentum", c.v2, middle.v2, 2e-4);
     report.absolute("share of energy in vibration" + which + ", energy-momentum", c.vibration,
-                    middle.vibration, 1e-2);
+                    middle.vibration, 2e-4);
     report.absolute("momentum after/before - 1" + which + ", energy-momentum", 0.0, middle.momentum,
-                    1e-10);
+                    1e-11);
     report.absolute("growth of energy, relative" + which + ", energy-momentum", 0.0, middle.growth,
-                    1e-9);
+                    1e-11);
     report.start_run();
     const Impact coarse = central_impact(c, time_step, TimeScheme::ConstantAcceleration);
     const Impact fine = central_impact(c, 0.5 * time_step, TimeScheme::ConstantAcceleration);
-    report.absolute("v1' [m/s]" + which + ", dt -> 0", c.v1, 2.0 * fine.v1 - coarse.v1, 1e-2);
-    report.absolute("v2' [m/s]" + which + ", dt -> 0", c.v2, 2.0 * fine.v2 - coarse.v2, 1e-2);
-    report.absolute("momentum after/before - 1" + which, 0.0, coarse.momentum, 1e-10);
-    report.absolute("growth of energy, relative" + which, 0.0, std::max(coarse.growth, 0.0), 1e-9);
+    report.absolute("v1' [m/s]" + which + ", dt -> 0", c.v1, 2.0 * fine.v1 - coarse.v1, 1e-4);
+    report.absolute("v2' [m/s]" + which + ", dt -> 0", c.v2, 2.0 * fine.v2 - coarse.v2, 1e-4);
+    report.absolute("momentum after/before - 1" + which, 0.0, coarse.momentum, 1e-11);
+    report.absolute("growth of energy, relative" + which, 0.0, std::max(coarse.growth, 0.0), 1e-11);
   }
 }
 
@@ -257,9 +257,9 @@ void v22_angular_momentum(Report& report) {
       const Momentum now = momentum(simulation);
       const std::string which = ", " + name(options) + ", dt " + text(time_step);
       report.absolute("linear momentum, change / size" + which, 0.0,
-                      (now.linear - linear).norm() / linear.norm(), 1e-10);
+                      (now.linear - linear).norm() / linear.norm(), 1e-13);
       report.absolute("angular momentum, change / size" + which, 0.0,
-                      (now.angular - angular).norm() / angular.norm(), 1e-4);
+                      (now.angular - angular).norm() / angular.norm(), 2e-9);
       report.at_least("speed of the plate after the impact [m/s]" + which, 0.01,
                       simulation.state().blocks[0].velocity.norm());
     }
