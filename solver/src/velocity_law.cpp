@@ -6,6 +6,8 @@
 namespace quoin::solver {
 namespace {
 
+constexpr double kEnergyRounding = 1e-9;  // of the energy before an impact
+
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 void set_velocity(const Vector12& v, BlockState& block) {
@@ -53,7 +55,7 @@ double kinetic_energy(const CompiledScene& compiled, const State& state) {
 bool velocity_contact(const CompiledScene& compiled, const State& start, const State& end,
                       const BodyContact& contact, const BlockVector& free_gain, double slowest,
                       double time_step, const StepPoses& poses, const LinearContact& position,
-                      LinearContact& c) {
+                      LinearContact& c, double& bounce) {
   if (position.mode == ContactMode::Open) return false;
   c = position;
   c.compliant = false;
@@ -71,7 +73,7 @@ bool velocity_contact(const CompiledScene& compiled, const State& start, const S
   const double impact = approach + position.closing_share * gain;
   if (impact < -slowest && contact.joint.restitution > 0.0) {
     const double flight = position.closing_share > 0.0 ? (1.0 - position.closing_share) * gain : 0.0;
-    c.offset[0] += time_step * (contact.joint.restitution * impact - flight);
+    bounce = time_step * (contact.joint.restitution * impact - flight);
   }
   Vector3 t1, t2;
   tangent_frame(contact, contact.state.point.normal, t1, t2);
@@ -100,6 +102,14 @@ bool velocity_held_point(const HeldPoint& held, double time, double time_step,
   c.offset = -target;
   c.multiplier = 2.0 * position.force;
   return true;
+}
+
+double energy(const CompiledScene& compiled, const State& state) {
+  double sum = kinetic_energy(compiled, state);
+  for (std::size_t b = 0; b < state.blocks.size(); ++b) {
+    sum += strain_energy(compiled.models[b], state.blocks[b]);
+  }
+  return sum;
 }
 
 /// Until the first new contact closed, contacts that were closed before pushed as in the last step.
@@ -134,17 +144,20 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
   const double slowest = 2.0 * compiled.scene.gravity.at(start.time).norm() * time_step;
   const BlockVector free_gain = free_velocity_gain(compiled, start, time_step, work);
   std::vector<LinearContact> contacts;
+  std::vector<double> bounces;
   for (std::size_t i = 0; i < work.linear.size(); ++i) {
     LinearContact c;
+    double bounce = 0.0;
     const bool held = i >= work.contacts.size();
     const bool active =
         held ? velocity_held_point(compiled.held[i - work.contacts.size()], attempt.end.time,
                                    time_step, work.poses, work.linear[i], c)
-             : velocity_contact(compiled, start, attempt.end, attempt.contacts[i], free_gain, slowest,
-                                time_step, work.poses, work.linear[i], c);
+             : velocity_contact(compiled, start, attempt.end, attempt.contacts[i], free_gain,
+                                slowest, time_step, work.poses, work.linear[i], c, bounce);
     if (!active) continue;
     set_augmentation(work.compliance, c);
     contacts.push_back(c);
+    bounces.push_back(bounce);
   }
   if (contacts.empty()) return;
   BlockVector velocity(work.base.diagonal.size()), force(work.base.diagonal.size());
@@ -165,18 +178,31 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
   tuning.gap_rounding = coordinate_rounding(compiled, start);
   tuning.max_iterations = options.max_iterations;
   const double before = kinetic_energy(compiled, attempt.end);
-  const OpenCloseResult solved =
-      work.open_close.solve(work.base, force, contacts, tuning, velocity);
-  for (std::size_t s = 0; s < velocity.size(); ++s) {
-    set_velocity(velocity[s] / time_step,
-                 attempt.end.blocks[index(compiled.slots.block_of_slot[s])]);
+  const double available = energy(compiled, start) + attempt.gravity_work + attempt.load_work;
+  const bool bouncing = std::any_of(bounces.begin(), bounces.end(), [](double b) { return b != 0.0; });
+  // With friction and several contacts Newton's restitution can create energy: less of it then.
+  for (const double share : {1.0, 0.5, 0.25, 0.0}) {
+    std::vector<LinearContact> tried = contacts;
+    for (std::size_t i = 0; i < tried.size(); ++i) tried[i].offset[0] += share * bounces[i];
+    BlockVector solution = velocity;
+    const OpenCloseResult solved =
+        work.open_close.solve(work.base, force, tried, tuning, solution);
+    for (std::size_t s = 0; s < solution.size(); ++s) {
+      set_velocity(solution[s] / time_step,
+                   attempt.end.blocks[index(compiled.slots.block_of_slot[s])]);
+    }
+    attempt.solved.iterations += solved.iterations;
+    attempt.solved.solves += solved.solves;
+    attempt.solved.factorizations += solved.factorizations;
+    if (bouncing && share > 0.0 &&
+        !(energy(compiled, attempt.end) <= available + kEnergyRounding * std::abs(available))) {
+      continue;
+    }
+    attempt.solved.converged = attempt.solved.converged && solved.converged;
+    attempt.solved.residual = std::max(attempt.solved.residual, solved.residual);
+    break;
   }
   attempt.impact_loss += before - kinetic_energy(compiled, attempt.end);
-  attempt.solved.iterations += solved.iterations;
-  attempt.solved.solves += solved.solves;
-  attempt.solved.factorizations += solved.factorizations;
-  attempt.solved.converged = attempt.solved.converged && solved.converged;
-  attempt.solved.residual = std::max(attempt.solved.residual, solved.residual);
 }
 
 }  // namespace quoin::solver
