@@ -11,17 +11,29 @@ namespace {
 /// then formed in double-double.
 constexpr double kCancelled = 0.25;
 
-Vector3 accurate_cross(const WideVector& e, const WideVector& f) {
+WideVector side(const Polyhedron& polyhedron, int from, int to) {
+  return wide_difference(polyhedron.vertex(to), polyhedron.vertex(from));
+}
+
+Vector3 rounded_side(const Polyhedron& polyhedron, int from, int to) {
+  return polyhedron.vertex(to) - polyhedron.vertex(from);
+}
+
+/// One side of P or Q: from one vertex to another.
+struct Side {
+  const Polyhedron& owner;
+  int from, to;
+  Vector3 rounded() const { return rounded_side(owner, from, to); }
+  WideVector wide() const { return side(owner, from, to); }
+};
+
+Vector3 accurate_cross(const Side& e, const Side& f) {
   const Vector3 a = e.rounded(), b = f.rounded();
   const Vector3 normal = a.cross(b);
   if (normal.squaredNorm() > kCancelled * kCancelled * a.squaredNorm() * b.squaredNorm()) {
     return normal;
   }
-  return cross(e, f).rounded();
-}
-
-WideVector side(const Polyhedron& polyhedron, int from, int to) {
-  return wide_difference(polyhedron.vertex(to), polyhedron.vertex(from));
+  return cross(e.wide(), f.wide()).rounded();
 }
 
 /// w less its part along e, right to the last places of the result however short that is.
@@ -48,21 +60,24 @@ ClosedForm from_line(const Vector3& line, bool joined) {
 /// Vertex against edge: w from the vertex to the first end of the edge (or back, by `sign`).
 ClosedForm vertex_edge(const Vector3& vertex, const Polyhedron& owner, const VertexSet& edge,
                        double sign) {
-  const WideVector w = wide_difference(owner.vertex(edge[0]), vertex);
-  const WideVector e = side(owner, edge[0], edge[1]);
-  const Vector3 line = e.rounded();
-  const double share = -w.rounded().dot(line) / line.squaredNorm();
+  const Vector3 w = owner.vertex(edge[0]) - vertex, line = rounded_side(owner, edge[0], edge[1]);
+  const double share = -w.dot(line) / line.squaredNorm();
   const double inside = std::clamp(share, 0.0, 1.0);
   if (inside != share) {
     const int end = inside == 0.0 ? edge[0] : edge[1];
-    return from_line(sign * wide_difference(owner.vertex(end), vertex).rounded(), true);
+    return from_line(sign * (owner.vertex(end) - vertex), true);
   }
-  return from_line(sign * across(w, e, -share), true);
+  const Vector3 direct = w + share * line;
+  if (direct.squaredNorm() > kCancelled * kCancelled * w.squaredNorm()) {
+    return from_line(sign * direct, true);
+  }
+  const WideVector wide_w = wide_difference(owner.vertex(edge[0]), vertex);
+  return from_line(sign * across(wide_w, side(owner, edge[0], edge[1]), -share), true);
 }
 
 ClosedForm edge_edge(const Polyhedron& p, const Polyhedron& q, const ContactSets& sets,
                      double rounding) {
-  const WideVector e = side(p, sets.p[0], sets.p[1]), f = side(q, sets.q[0], sets.q[1]);
+  const Side e{p, sets.p[0], sets.p[1]}, f{q, sets.q[0], sets.q[1]};
   const Vector3 a = e.rounded(), b = f.rounded();
   const Vector3 normal = accurate_cross(e, f);
   const double longer = std::max(a.norm(), b.norm());
@@ -80,20 +95,19 @@ ClosedForm edge_edge(const Polyhedron& p, const Polyhedron& q, const ContactSets
   // Parallel: across the longer one, from whichever vertex; they join where their spans overlap.
   const bool along_p = a.squaredNorm() >= b.squaredNorm();
   const WideVector wide_w = wide_difference(q.vertex(sets.q[0]), p.vertex(sets.p[0]));
-  const WideVector& base = along_p ? e : f;
-  const Vector3 line = base.rounded();
+  const Vector3 line = along_p ? a : b;
   const double share = w.dot(line) / line.squaredNorm();
   const double first =
       along_p ? share : -share;  // of the shorter edge's ends, along the longer one
   const double second = first + (along_p ? b : a).dot(line) / line.squaredNorm();
   const double slack = rounding / line.norm();
   const bool joined = std::max(first, second) >= -slack && std::min(first, second) <= 1.0 + slack;
-  return from_line(across(wide_w, base, share), joined);
+  return from_line(across(wide_w, along_p ? e.wide() : f.wide(), share), joined);
 }
 
 /// Normal of three vertices, on the side of `guess`.
 Vector3 triangle_normal(const Polyhedron& owner, const VertexSet& set) {
-  return accurate_cross(side(owner, set[0], set[1]), side(owner, set[0], set[2])).normalized();
+  return accurate_cross(Side{owner, set[0], set[1]}, Side{owner, set[0], set[2]}).normalized();
 }
 
 }  // namespace
@@ -141,7 +155,7 @@ ClosedForm closed_form(const Polyhedron& p, const Polyhedron& q, const ContactSe
     form.normal = by_p ? p.face_normal(sets.face_p) : Vector3(-q.face_normal(sets.face_q));
     form.found = true;
   } else if (count_p == 1 && count_q == 1) {
-    form = from_line(wide_difference(q.vertex(sets.q[0]), p.vertex(sets.p[0])).rounded(), true);
+    form = from_line(q.vertex(sets.q[0]) - p.vertex(sets.p[0]), true);
   } else if (count_p == 1 && count_q == 2) {
     form = vertex_edge(p.vertex(sets.p[0]), q, sets.q, 1.0);
   } else if (count_p == 2 && count_q == 1) {

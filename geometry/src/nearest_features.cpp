@@ -203,7 +203,7 @@ void add_vertices(const std::array<int, 4>& vertices, const Polyhedron& polyhedr
   for (const int v : vertices) {
     if (v >= 0 && v < polyhedron.vertex_count() && !set.contains(v)) set.push_back(v);
   }
-  std::sort(set.begin(), set.end());
+  if (!std::is_sorted(set.begin(), set.end())) std::sort(set.begin(), set.end());
 }
 
 /// Last step's features first: if they carry the optimum still, and clearly, that is the answer.

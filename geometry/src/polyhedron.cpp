@@ -171,9 +171,10 @@ void Topology::add_neighbours() {
 
 int Topology::find_edge(int v, int w) const {
   const std::span<const int> row = neighbours(v);
-  const auto place = std::lower_bound(row.begin(), row.end(), w);
-  if (place == row.end() || *place != w) return -1;
-  return vertex_edges(v)[static_cast<std::size_t>(place - row.begin())];
+  for (std::size_t k = 0; k < row.size(); ++k) {  // a handful: quicker than to halve
+    if (row[k] == w) return vertex_edges(v)[k];
+  }
+  return -1;
 }
 
 Polyhedron::Polyhedron(std::shared_ptr<const Topology> topology,
