@@ -6,6 +6,7 @@
 
 #include "compiled_scene.hpp"
 #include "contact_terms.hpp"
+#include "open_close.hpp"
 
 namespace quoin::solver {
 

@@ -2,14 +2,14 @@
 /// Gap and slip of a contact as linear functions of the increments of its two blocks.
 
 #include "contact_list.hpp"
-#include "open_close.hpp"
+#include "linear_contact.hpp"
 
 namespace quoin::solver {
 
 /// Start and current end of a step: what the discrete derivative of gap and slip is taken between.
 struct StepPoses {
   std::vector<Pose> start, end;
-  BlockVector increment;  ///< by block: what leads from start to end
+  std::vector<Vector12> increment;  ///< by block: what leads from start to end
   std::vector<char> deforms;  ///< by block: its strain moves in this step
 };
 
