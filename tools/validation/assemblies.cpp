@@ -166,7 +166,7 @@ void stack(bool rigid, Report& report) {
     drift = std::max(drift, (simulation.state().blocks[block].centroid - start[block]).norm());
   }
   const std::string which = rigid ? ", rigid" : "";
-  report.absolute("interface forces after 5 s, worst / k m g - 1" + which, 0.0, worst, 2e-9);
+  report.absolute("interface forces after 5 s, worst / k m g - 1" + which, 0.0, worst, 1e-8);
   report.absolute("drift in 5 s [m]" + which, 0.0, drift, 1e-10);
 }
 

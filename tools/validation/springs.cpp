@@ -56,7 +56,7 @@ void column(int count, const StepOptions& options, Report& report) {
                   1e-8);
   if (!springs) {
     report.absolute("joint part / that of springs" + which, 0.0, (settlement - elastic) / joints,
-                    1e-8);
+                    1e-7);
   }
   for (int i = count; i >= 1; --i) {
     const double exact = -weight * (count - i + 0.5);
