@@ -29,7 +29,7 @@ def run_list():
                              "incline", method, penalty, [f"phi={phi}"]))
     for example, scene, penalties in (("5.2 two forces", "two_forces", (1e8,)),
                                       ("5.3 falling block", "falling_block", (5e7,)),
-                                      ("5.4 five blocks", "five_blocks", (4e7, 2e7))):
+                                      ("5.4 five blocks, pushed", "five_blocks", (4e7, 2e7))):
         changes = ["push=1"] if scene == "five_blocks" else []
         for penalty in penalties:
             for method in METHODS:
