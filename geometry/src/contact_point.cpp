@@ -371,9 +371,18 @@ void append_named(const std::array<int, 2>& blocks, bool reversed, const Contact
   }
   std::sort(order.begin(), order.end(),
             [](const Place& x, const Place& y) { return x.key < y.key; });
-  for (const Place& place : order) {
-    contacts.push_back(
-        named_point(blocks, pair.points[place.point], reversed, plane, nearest, pair));
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const ContactPoint point =
+        named_point(blocks, pair.points[order[k].point], reversed, plane, nearest, pair);
+    if (k == 0 || order[k].key != order[k - 1].key) {
+      contacts.push_back(point);
+      continue;
+    }
+    // Merging may have handed one name to two places of a needle: the lower one keeps it.
+    ContactPoint& last = contacts.back();
+    const double area = last.area + point.area;
+    if (point.gap < last.gap) last = point;
+    last.area = area;
   }
 }
 
