@@ -1,0 +1,83 @@
+#pragma once
+/// The solver scenes S1–S8 as plain data that every code can read: rigid convex bodies on a fixed one.
+
+#include <Eigen/Geometry>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace quoin::bench {
+
+using Eigen::Vector3d;
+
+/// A rigid convex body, SI. A box where `half_size` is positive, else the hull of `vertices`.
+struct RigidBody {
+  Vector3d place = Vector3d::Zero();  ///< of the centroid
+  Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
+  Vector3d half_size = Vector3d::Zero();
+  Eigen::Matrix3Xd vertices{};  ///< relative to the centroid, before `turn`
+  double density = 0.0;         ///< 0: fixed
+  double mass = 0.0;
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< body axes
+  Vector3d force = Vector3d::Zero();                  ///< through the centroid, N
+};
+
+struct RigidScene {
+  std::vector<RigidBody> bodies{};
+  double friction = 0.0;  ///< coefficient
+  Vector3d gravity{0, 0, -9.81};
+};
+
+RigidBody box(const Vector3d& min, const Vector3d& max, double density);
+RigidBody hull(const Eigen::Matrix3Xd& vertices, double density);
+/// The whole scene turned about the origin (gravity is not).
+void turn(RigidScene& scene, const Eigen::Quaterniond& rotation);
+
+RigidScene sliding_block(double friction_angle_deg, double dip_direction_deg);  ///< S1, S3
+RigidScene pushed_block();                                                      ///< S2
+RigidScene tower(int count);                                                    ///< S4
+RigidScene dominoes();                                                          ///< S5
+RigidScene rocking_block();                                                     ///< S6
+/// S7: rows of `columns` whole bricks and rows of columns - 1 whole and two half ones take turns.
+RigidScene wall(int columns, int rows);
+/// S8: voussoirs between radial joints (the vertices stand at radius 10 m -+ half the thickness).
+RigidScene arch(int count, double thickness_ratio);
+
+/// Position and velocity of a body, world frame.
+struct BodyMotion {
+  Vector3d place, velocity, spin;
+  Eigen::Quaterniond turn;
+};
+
+/// What a step left between two bodies, normal force summed up.
+struct PairForce {
+  int a = 0, b = 0;
+  double normal = 0.0;  ///< N
+};
+
+/// A code that steps a scene.
+class World {
+ public:
+  virtual ~World() = default;
+  virtual bool step(double time_step) = 0;  ///< false: it gave up
+  virtual BodyMotion motion(int body) const = 0;
+  virtual std::vector<PairForce> forces() const = 0;
+};
+
+/// A contestant: a code with its settings.
+struct Contestant {
+  std::string name;
+  std::unique_ptr<World> (*make)(const RigidScene&, double time_step, int iterations);
+  int iterations = 0;
+};
+
+std::unique_ptr<World> make_quoin(const RigidScene& scene, double time_step, int iterations);
+#ifdef QUOIN_BENCH_BULLET
+std::unique_ptr<World> make_bullet(const RigidScene& scene, double time_step, int iterations);
+std::unique_ptr<World> make_bullet_nncg(const RigidScene& scene, double time_step, int iterations);
+#endif
+#ifdef QUOIN_BENCH_ODE
+std::unique_ptr<World> make_ode(const RigidScene& scene, double time_step, int iterations);
+#endif
+
+}  // namespace quoin::bench

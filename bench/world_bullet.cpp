@@ -1,0 +1,105 @@
+/// Bullet's rigid bodies (double precision) with its sequential-impulse and NNCG solvers.
+
+#include <BulletDynamics/ConstraintSolver/btNNCGConstraintSolver.h>
+#include <btBulletDynamicsCommon.h>
+
+#include "rigid_scenes.hpp"
+
+namespace quoin::bench {
+namespace {
+
+btVector3 to_bullet(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+Vector3d from_bullet(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
+
+std::unique_ptr<btCollisionShape> shape_of(const RigidBody& body) {
+  if (body.half_size.x() > 0.0) return std::make_unique<btBoxShape>(to_bullet(body.half_size));
+  auto shape = std::make_unique<btConvexHullShape>();
+  for (Eigen::Index i = 0; i < body.vertices.cols(); ++i) {
+    shape->addPoint(to_bullet(body.vertices.col(i)));
+  }
+  shape->setMargin(1e-3);
+  return shape;
+}
+
+class BulletWorld final : public World {
+ public:
+  BulletWorld(const RigidScene& scene, double time_step, int iterations,
+              std::unique_ptr<btConstraintSolver> solver)
+      : solver_(std::move(solver)),
+        dispatcher_(&configuration_),
+        world_(&dispatcher_, &broad_phase_, solver_.get(), &configuration_),
+        time_step_(time_step) {
+    world_.setGravity(to_bullet(scene.gravity));
+    world_.getSolverInfo().m_numIterations = iterations;
+    for (const RigidBody& body : scene.bodies) add(body, scene.friction);
+  }
+  ~BulletWorld() override {
+    for (const auto& body : bodies_) world_.removeRigidBody(body.get());
+  }
+  bool step(double dt) override {
+    for (std::size_t i = 0; i < bodies_.size(); ++i) bodies_[i]->applyCentralForce(forces_[i]);
+    world_.stepSimulation(dt, 0);
+    return true;
+  }
+  BodyMotion motion(int index) const override {
+    const btRigidBody& body = *bodies_[static_cast<std::size_t>(index)];
+    const btQuaternion q = body.getWorldTransform().getRotation();
+    return {from_bullet(body.getWorldTransform().getOrigin()), from_bullet(body.getLinearVelocity()),
+            from_bullet(body.getAngularVelocity()), {q.w(), q.x(), q.y(), q.z()}};
+  }
+  std::vector<PairForce> forces() const override {
+    std::vector<PairForce> result;
+    for (int m = 0; m < dispatcher_.getNumManifolds(); ++m) {
+      const btPersistentManifold& manifold =
+          *const_cast<btCollisionDispatcher&>(dispatcher_).getManifoldByIndexInternal(m);
+      PairForce pair{manifold.getBody0()->getUserIndex(), manifold.getBody1()->getUserIndex()};
+      if (pair.a > pair.b) std::swap(pair.a, pair.b);
+      for (int p = 0; p < manifold.getNumContacts(); ++p) {
+        pair.normal += manifold.getContactPoint(p).getAppliedImpulse() / time_step_;
+      }
+      result.push_back(pair);
+    }
+    return result;
+  }
+
+ private:
+  void add(const RigidBody& body, double friction) {
+    shapes_.push_back(shape_of(body));
+    btRigidBody::btRigidBodyConstructionInfo info(body.mass, nullptr, shapes_.back().get(),
+                                                  to_bullet(body.inertia.diagonal()));
+    const Eigen::Quaterniond& q = body.turn;
+    info.m_startWorldTransform =
+        btTransform(btQuaternion(q.x(), q.y(), q.z(), q.w()), to_bullet(body.place));
+    info.m_friction = std::sqrt(friction);  // Bullet multiplies those of the two bodies
+    bodies_.push_back(std::make_unique<btRigidBody>(info));
+    bodies_.back()->setActivationState(DISABLE_DEACTIVATION);
+    bodies_.back()->setUserIndex(static_cast<int>(bodies_.size()) - 1);
+    forces_.push_back(to_bullet(body.force));
+    world_.addRigidBody(bodies_.back().get());
+  }
+
+  std::unique_ptr<btConstraintSolver> solver_;
+  btDefaultCollisionConfiguration configuration_;
+  btCollisionDispatcher dispatcher_;
+  btDbvtBroadphase broad_phase_;
+  btDiscreteDynamicsWorld world_;
+  std::vector<std::unique_ptr<btCollisionShape>> shapes_;
+  std::vector<std::unique_ptr<btRigidBody>> bodies_;
+  std::vector<btVector3> forces_;
+  double time_step_;
+};
+
+}  // namespace
+
+std::unique_ptr<World> make_bullet(const RigidScene& scene, double time_step, int iterations) {
+  return std::make_unique<BulletWorld>(scene, time_step, iterations,
+                                       std::make_unique<btSequentialImpulseConstraintSolver>());
+}
+
+std::unique_ptr<World> make_bullet_nncg(const RigidScene& scene, double time_step,
+                                        int iterations) {
+  return std::make_unique<BulletWorld>(scene, time_step, iterations,
+                                       std::make_unique<btNNCGConstraintSolver>());
+}
+
+}  // namespace quoin::bench

@@ -1,0 +1,125 @@
+/// ODE's rigid boxes: dWorldQuickStep with so many iterations, dWorldStep (its direct solver) with 0.
+
+#include <ode/ode.h>
+
+#include <deque>
+
+#include "rigid_scenes.hpp"
+
+namespace quoin::bench {
+namespace {
+
+struct Library {
+  Library() { dInitODE2(0); }
+  ~Library() { dCloseODE(); }
+};
+
+class OdeWorld final : public World {
+ public:
+  OdeWorld(const RigidScene& scene, int iterations)
+      : scene_(scene), iterations_(iterations), world_(dWorldCreate()),
+        space_(dHashSpaceCreate(nullptr)), contacts_(dJointGroupCreate(0)) {
+    dWorldSetGravity(world_, scene.gravity.x(), scene.gravity.y(), scene.gravity.z());
+    if (iterations > 0) dWorldSetQuickStepNumIterations(world_, iterations);
+    for (const RigidBody& body : scene.bodies) add(body);
+  }
+  ~OdeWorld() override {
+    dJointGroupDestroy(contacts_);
+    dSpaceDestroy(space_);
+    dWorldDestroy(world_);
+  }
+  bool step(double dt) override {
+    dJointGroupEmpty(contacts_);
+    feedback_.clear();
+    dSpaceCollide(space_, this, &OdeWorld::near);
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      if (bodies_[i] == nullptr) continue;
+      const Vector3d& f = scene_.bodies[i].force;
+      dBodyAddForce(bodies_[i], f.x(), f.y(), f.z());
+    }
+    return (iterations_ > 0 ? dWorldQuickStep(world_, dt) : dWorldStep(world_, dt)) != 0;
+  }
+  BodyMotion motion(int index) const override {
+    const dBodyID body = bodies_[static_cast<std::size_t>(index)];
+    if (body == nullptr) {
+      const RigidBody& fixed = scene_.bodies[static_cast<std::size_t>(index)];
+      return {fixed.place, Vector3d::Zero(), Vector3d::Zero(), fixed.turn};
+    }
+    const dReal* q = dBodyGetQuaternion(body);
+    return {Vector3d(dBodyGetPosition(body)), Vector3d(dBodyGetLinearVel(body)),
+            Vector3d(dBodyGetAngularVel(body)), {q[0], q[1], q[2], q[3]}};
+  }
+  std::vector<PairForce> forces() const override {
+    std::vector<PairForce> result;
+    for (const Feedback& f : feedback_) {
+      result.push_back({f.a, f.b, std::abs(f.normal.dot(Vector3d(f.joint.f1)))});
+    }
+    return result;
+  }
+
+ private:
+  struct Feedback {
+    int a = 0, b = 0;
+    Vector3d normal = Vector3d::Zero();
+    dJointFeedback joint{};
+  };
+
+  void add(const RigidBody& body) {
+    const dGeomID geom = dCreateBox(space_, 2 * body.half_size.x(), 2 * body.half_size.y(),
+                                    2 * body.half_size.z());
+    dGeomSetData(geom, reinterpret_cast<void*>(bodies_.size()));
+    const dQuaternion q = {body.turn.w(), body.turn.x(), body.turn.y(), body.turn.z()};
+    if (body.density == 0.0) {
+      bodies_.push_back(nullptr);
+    } else {
+      const dBodyID id = dBodyCreate(world_);
+      dMass mass;
+      dMassSetBoxTotal(&mass, body.mass, 2 * body.half_size.x(), 2 * body.half_size.y(),
+                       2 * body.half_size.z());
+      dBodySetMass(id, &mass);
+      dGeomSetBody(geom, id);
+      bodies_.push_back(id);
+    }
+    dGeomSetPosition(geom, body.place.x(), body.place.y(), body.place.z());
+    dGeomSetQuaternion(geom, q);
+  }
+
+  static void near(void* self, dGeomID a, dGeomID b) { static_cast<OdeWorld*>(self)->touch(a, b); }
+
+  void touch(dGeomID a, dGeomID b) {
+    if (dGeomGetBody(a) == nullptr && dGeomGetBody(b) == nullptr) return;
+    dContactGeom found[8];
+    const int count = dCollide(a, b, 8, found, sizeof(dContactGeom));
+    for (int i = 0; i < count; ++i) {
+      dContact contact{};
+      contact.geom = found[i];
+      contact.surface.mode = dContactApprox1;
+      contact.surface.mu = scene_.friction;
+      const dJointID joint = dJointCreateContact(world_, contacts_, &contact);
+      dJointAttach(joint, dGeomGetBody(a), dGeomGetBody(b));
+      Feedback f{static_cast<int>(reinterpret_cast<std::size_t>(dGeomGetData(a))),
+                 static_cast<int>(reinterpret_cast<std::size_t>(dGeomGetData(b))),
+                 Vector3d(found[i].normal), {}};
+      if (f.a > f.b) std::swap(f.a, f.b);
+      feedback_.push_back(f);
+      dJointSetFeedback(joint, &feedback_.back().joint);
+    }
+  }
+
+  RigidScene scene_;
+  int iterations_;
+  dWorldID world_;
+  dSpaceID space_;
+  dJointGroupID contacts_;
+  std::vector<dBodyID> bodies_;
+  std::deque<Feedback> feedback_;
+};
+
+}  // namespace
+
+std::unique_ptr<World> make_ode(const RigidScene& scene, double, int iterations) {
+  static const Library library;
+  return std::make_unique<OdeWorld>(scene, iterations);
+}
+
+}  // namespace quoin::bench

@@ -1,0 +1,78 @@
+/// quoin's rigid blocks, default options, one thread.
+
+#include <map>
+#include <quoin/geometry/build.hpp>
+#include <quoin/solver.hpp>
+
+#include "rigid_scenes.hpp"
+
+namespace quoin::bench {
+namespace {
+
+geometry::Polyhedron shape_of(const RigidBody& body) {
+  if (body.half_size.x() <= 0.0) {
+    const Eigen::Matrix3Xd world = (body.turn.toRotationMatrix() * body.vertices).colwise() + body.place;
+    return geometry::make_hull(world).polyhedron;
+  }
+  geometry::Polyhedron shape = geometry::make_box(-body.half_size, body.half_size);
+  geometry::Points vertices(3, shape.topology().vertex_count());
+  for (int i = 0; i < shape.topology().vertex_count(); ++i) {
+    vertices.col(i) = body.place + body.turn * shape.vertex(i);
+  }
+  shape.set_vertices(vertices);
+  return shape;
+}
+
+solver::Scene scene_of(const RigidScene& rigid) {
+  solver::Scene scene;
+  scene.joint.friction_angle = std::atan(rigid.friction);
+  scene.gravity = rigid.gravity;
+  for (const RigidBody& body : rigid.bodies) {
+    if (body.density == 0.0) {
+      scene.add_fixed(shape_of(body));
+      continue;
+    }
+    const int block = scene.add_rigid(shape_of(body), {.density = body.density});
+    if (!body.force.isZero(0.0)) {
+      scene.point_loads.push_back({block, body.place, solver::VectorOfTime(body.force)});
+    }
+  }
+  return scene;
+}
+
+class QuoinWorld final : public World {
+ public:
+  QuoinWorld(const RigidScene& scene, double time_step)
+      : scene_(scene), simulation_(scene_of(scene), {.time_step = time_step}) {}
+  bool step(double) override {
+    return simulation_.advance().status == solver::StepStatus::Converged;
+  }
+  BodyMotion motion(int body) const override {
+    const auto b = static_cast<std::size_t>(body);
+    const solver::BlockState& block = simulation_.state().blocks[b];
+    const RigidBody& start = scene_.bodies[b];
+    return {simulation_.state().origin + block.centroid, block.velocity,
+            block.rotation * block.angular_velocity, block.rotation * start.turn};
+  }
+  std::vector<PairForce> forces() const override {
+    std::map<std::pair<int, int>, double> sums;
+    for (const solver::Contact& contact : simulation_.state().contacts) {
+      sums[{contact.point.key.a, contact.point.key.b}] += contact.normal_force;
+    }
+    std::vector<PairForce> result;
+    for (const auto& [pair, sum] : sums) result.push_back({pair.first, pair.second, sum});
+    return result;
+  }
+
+ private:
+  RigidScene scene_;
+  solver::Simulation simulation_;
+};
+
+}  // namespace
+
+std::unique_ptr<World> make_quoin(const RigidScene& scene, double time_step, int) {
+  return std::make_unique<QuoinWorld>(scene, time_step);
+}
+
+}  // namespace quoin::bench
