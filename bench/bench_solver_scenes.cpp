@@ -41,6 +41,7 @@ struct Row {
   double cpu = 0.0;       ///< s of stepping
   double cpu_goal = 0.0;  ///< s, 0: none
   bool ended = true;      ///< every step did
+  long solves = 0, factorizations = 0;  ///< of a code that counts them
   std::vector<Value> values{};
 };
 
@@ -58,6 +59,8 @@ Row run(const std::string& name, const RigidScene& scene, const Contestant& who,
     row.cpu += cpu_seconds() - start;
     if (watch) watch(*world, static_cast<double>(i) * dt);
   }
+  row.solves = world->solves();
+  row.factorizations = world->factorizations();
   return row;
 }
 
@@ -258,6 +261,8 @@ bool arch_stands(const Contestant& who, double ratio, double dt, Row& row) {
     stands = moved < 0.2;
   }
   row.cpu += cpu_seconds() - start;
+  row.solves += world->solves();
+  row.factorizations += world->factorizations();
   return stands;
 }
 
@@ -266,7 +271,7 @@ Row arch_row(const Contestant& who, double dt) {
   Row row{"S8 arch", who.name, dt};
   double low = 0.09, high = 0.13;
   int simulations = 0;
-  for (; high - low > 1e-4 * exact; ++simulations) {
+  for (; high - low > 4e-4 * exact; ++simulations) {
     const double middle = 0.5 * (low + high);
     (arch_stands(who, middle, dt, row) ? high : low) = middle;
   }
@@ -340,9 +345,14 @@ void print(const Row& row) {
     std::printf("%s %.2g%s; ", v.name.c_str(), v.number,
                 !ours || v.goal == 0.0 ? "" : v.number <= v.goal ? " (met)" : " (MISSED)");
   }
+  const double steps = static_cast<double>(row.steps);
+  if (row.solves > 0) {
+    std::printf("%.2g solves, %.2g factorizations a step ", static_cast<double>(row.solves) / steps,
+                static_cast<double>(row.factorizations) / steps);
+  }
   std::printf("| %.3g%s | %.3g | %s |\n", row.cpu,
               !ours || row.cpu_goal == 0.0 ? "" : row.cpu <= row.cpu_goal ? " (met)" : " (MISSED)",
-              1e6 * row.cpu / static_cast<double>(row.steps), row.ended ? "yes" : "no");
+              1e6 * row.cpu / steps, row.ended ? "yes" : "no");
   std::fflush(stdout);
 }
 
@@ -354,9 +364,10 @@ void write_json(const std::string& path, const std::vector<Row>& rows) {
     char text[512];
     std::snprintf(text, sizeof text,
                   "  {\"scene\": \"%s\", \"contestant\": \"%s\", \"time_step\": %g, \"steps\": %ld, "
-                  "\"cpu_seconds\": %.4g, \"cpu_goal\": %.4g, \"every_step_ended\": %s, \"values\": {",
+                  "\"cpu_seconds\": %.4g, \"cpu_goal\": %.4g, \"every_step_ended\": %s, "
+                  "\"solves\": %ld, \"factorizations\": %ld, \"values\": {",
                   row.scene.c_str(), row.contestant.c_str(), row.time_step, row.steps, row.cpu,
-                  row.cpu_goal, row.ended ? "true" : "false");
+                  row.cpu_goal, row.ended ? "true" : "false", row.solves, row.factorizations);
     out << text;
     for (std::size_t v = 0; v < row.values.size(); ++v) {
       std::snprintf(text, sizeof text, "%s\"%s\": {\"value\": %.6g, \"goal\": %g}",

@@ -85,9 +85,10 @@ RigidScene dominoes() {
   for (int i = 0; i < 4; ++i) {
     scene.bodies.push_back(box({0.6 * i, 0, 0}, {0.6 * i + 0.3, 1, 1.5}, 2700));
   }
-  // The first one about its lower edge at x = 0.3, past its balance at atan(0.3 / 1.5) = 11.31 degrees.
+  // The first one about its lower edge at x = 0.3, past its balance at atan(0.3 / 1.5) = 11.31 degrees;
+  // at 11.54 degrees it would touch the second.
   RigidBody& first = scene.bodies[1];
-  const Eigen::Quaterniond tilt = about(Vector3d::UnitY(), 11.6);
+  const Eigen::Quaterniond tilt = about(Vector3d::UnitY(), 11.4);
   const Vector3d edge(0.3, 0, 0);
   first.place = edge + tilt * (first.place - edge);
   first.turn = tilt;

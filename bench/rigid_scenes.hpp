@@ -62,6 +62,8 @@ class World {
   virtual bool step(double time_step) = 0;  ///< false: it gave up
   virtual BodyMotion motion(int body) const = 0;
   virtual std::vector<PairForce> forces() const = 0;
+  virtual long solves() const { return 0; }          ///< linear solves so far, where it counts them
+  virtual long factorizations() const { return 0; }  ///< so far
 };
 
 /// A contestant: a code with its settings.

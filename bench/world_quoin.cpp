@@ -45,8 +45,13 @@ class QuoinWorld final : public World {
   QuoinWorld(const RigidScene& scene, double time_step)
       : scene_(scene), simulation_(scene_of(scene), {.time_step = time_step}) {}
   bool step(double) override {
-    return simulation_.advance().status == solver::StepStatus::Converged;
+    const solver::StepReport report = simulation_.advance();
+    solves_ += report.linear_solves;
+    factorizations_ += report.factorizations;
+    return report.status == solver::StepStatus::Converged;
   }
+  long solves() const override { return solves_; }
+  long factorizations() const override { return factorizations_; }
   BodyMotion motion(int body) const override {
     const auto b = static_cast<std::size_t>(body);
     const solver::BlockState& block = simulation_.state().blocks[b];
@@ -67,6 +72,7 @@ class QuoinWorld final : public World {
  private:
   RigidScene scene_;
   solver::Simulation simulation_;
+  long solves_ = 0, factorizations_ = 0;
 };
 
 }  // namespace
