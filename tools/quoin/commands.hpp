@@ -16,6 +16,7 @@ enum ExitCode : int {
 /// Each adds its subcommand to `app`; the subcommand leaves its exit code in `exit_code`.
 void add_contact_command(CLI::App& app, int& exit_code);
 void add_run_command(CLI::App& app, int& exit_code);
+void add_stability_command(CLI::App& app, int& exit_code);
 void add_validate_command(CLI::App& app, int& exit_code);
 
 }  // namespace quoin::commands
