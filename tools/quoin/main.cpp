@@ -15,6 +15,7 @@ int main(int argc, char** argv) {
   int exit_code = quoin::commands::kDone;
   quoin::commands::add_run_command(app, exit_code);
   quoin::commands::add_stability_command(app, exit_code);
+  quoin::commands::add_study_command(app, exit_code);
   quoin::commands::add_contact_command(app, exit_code);
   quoin::commands::add_validate_command(app, exit_code);
   try {

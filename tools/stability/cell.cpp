@@ -12,6 +12,7 @@ namespace {
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr double kLargestStrain = 0.05;    // small-strain theory
 constexpr double kLargestOverlap = 1e-3;   // of the block: the springs are too soft for the load
+constexpr double kEnergyGrowth = 1e-6;    // of its range, by the run's own ledger
 constexpr double kAtRest = 1e-8;           // unbalance that is left after the static steps
 
 geometry::Polyhedron turned_box(const Vector3& min, const Vector3& max,
@@ -79,6 +80,7 @@ std::vector<std::string> flags(const Evidence& evidence, double allowed) {
     names.push_back("overlap above 1e-3 of the block");
   }
   if (evidence.unbalance > kAtRest) names.push_back("not at rest");
+  if (evidence.energy_growth > kEnergyGrowth) names.push_back("the ledger's energy grew");
   // A coordinate is off by half an ulp, a difference of two by one.
   const double rounding = kEpsilon * evidence.coordinate;
   if (rounding > 1e-9 * evidence.block_size ||
@@ -116,7 +118,22 @@ void Run::step() {
   evidence.stiffest_omega_dt = std::max(evidence.stiffest_omega_dt, report.stiffest_omega_dt);
   if (simulation_.options().analysis != solver::Analysis::Dynamic) {
     evidence.unbalance = report.unbalance;
+  } else if (watches_energy) {
+    watch_energy();
   }
+}
+
+/// By the run's own ledger: mechanical energy less the work of loads must not rise.
+void Run::watch_energy() {
+  const solver::EnergyLedger& ledger = simulation_.state().energy;
+  const double now = ledger.mechanical() - ledger.work;
+  if (!watched_) least_energy_ = most_energy_ = now;
+  watched_ = true;
+  least_energy_ = std::min(least_energy_, now);
+  growth_ = std::max(growth_, now - least_energy_);
+  most_energy_ = std::max({most_energy_, now, least_energy_ + ledger.kinetic});
+  const double range = most_energy_ - least_energy_;
+  evidence.energy_growth = range > 0.0 ? growth_ / range : 0.0;
 }
 
 void Run::rest(double time_step, solver::Analysis analysis, int most) {

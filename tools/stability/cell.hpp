@@ -23,6 +23,7 @@ struct Evidence {
   double largest_strain = 0.0;
   double condition = 0.0;         ///< largest estimate
   double stiffest_omega_dt = 0.0;
+  double energy_growth = 0.0;     ///< mechanical less work, over its least so far, share of its range
   double unbalance = 0.0;         ///< of the last static step; 0 where there was none
   double block_size = 1.0;        ///< of the smallest moving block, m
   double coordinate = 0.0;        ///< largest of the scene as given, m
@@ -72,9 +73,13 @@ class Run {
   Vector3 place(int block) const;                ///< world, m
   double force(int a, int b) const;              ///< normal force between two blocks, N
   Evidence evidence;
+  bool watches_energy = false;  ///< for scenes with motion: at rest it would see rounding alone
 
  private:
   void step();
+  void watch_energy();
+  double least_energy_ = 0.0, most_energy_ = 0.0, growth_ = 0.0;  // J
+  bool watched_ = false;
   solver::Simulation simulation_;
 };
 
