@@ -81,18 +81,10 @@ bool better_name(const SharedCorner& x, const SharedCorner& y, bool reversed) {
   return key(x) < key(y);
 }
 
-/// Adds a point, or gives its place to the one that is there already. Of two at one place the nearer
-/// one counts: with a large reach a far side shows there too.
+/// Adds a point, or gives its place to the one that is there already.
 void add_merged(const SharedCorner& corner, double tolerance, bool reversed, PlanePoints& points) {
-  const auto gap = [](const SharedCorner& c) { return c.height_q - c.height_p; };
   for (PlanePoint& point : points) {
     if ((point.corner.place - corner.place).squaredNorm() > tolerance * tolerance) continue;
-    const double farther = gap(corner) - gap(point.corner);
-    if (farther > tolerance) return;
-    if (farther < -tolerance) {
-      point.corner = corner;
-      return;
-    }
     if (better_name(corner, point.corner, reversed)) {
       point.corner.feature_p = corner.feature_p;
       point.corner.feature_q = corner.feature_q;
