@@ -127,7 +127,9 @@ std::vector<Entry> run_workload(const std::string& name, const Arguments& argume
     if (!peer->answers(workload)) continue;
     entries.push_back(make_entry(*peer, name, workload, !plain(usual, peer->name())));
   }
-  run_group(entries, arguments.harness);
+  HarnessOptions options = arguments.harness;
+  if (workload.steps > 1) options.repetitions = (options.repetitions + 2) / 3;  // medians already
+  run_group(entries, options);
   for (Entry& entry : entries) entry.pass = nullptr;
   return entries;
 }

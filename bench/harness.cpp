@@ -87,7 +87,8 @@ void run_group(std::vector<Entry>& entries, const HarnessOptions& options) {
       for (auto _ : state) {
         state.SetIterationTime(entries[k].pass());
       }
-    })->UseManualTime()->MinTime(options.least_time)->Repetitions(options.repetitions);
+    })->UseManualTime()->MinTime(options.least_time)
+        ->Repetitions(entries[k].setting ? (options.repetitions + 5) / 6 : options.repetitions);
   }
   Collector collector(entries);
   benchmark::RunSpecifiedBenchmarks(&collector, "all");

