@@ -35,7 +35,9 @@ class BulletBoxes final : public BoxesPeer {
 
  private:
   void clear() {
-    for (btBroadphaseProxy* proxy : proxies_) broad_phase_->destroyProxy(proxy, nullptr);
+    // Not by destroyProxy: it looks through all pairs for each proxy.
+    broad_phase_.reset();
+    for (btBroadphaseProxy* proxy : proxies_) btAlignedFree(proxy);
     proxies_.clear();
   }
   std::unique_ptr<btDbvtBroadphase> broad_phase_;
