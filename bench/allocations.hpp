@@ -1,5 +1,6 @@
 #pragma once
-/// Counts calls of malloc and its kin in the whole program (glibc): Eigen and the C++ library alike.
+/// Counts calls of malloc and its kin in the whole program (glibc): Eigen and the C++ library
+/// alike.
 
 namespace quoin::bench {
 

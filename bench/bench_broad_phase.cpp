@@ -70,7 +70,8 @@ int main(int argc, char** argv) {
   ResultFile results;
   std::printf("ns a block and step\n");
   for (const int count : {1000, 10000, 100000}) {
-    for (const auto& [motion, word] : {std::pair{Motion::Jitter, "jitter"}, {Motion::Drift, "drift"}}) {
+    for (const auto& [motion, word] :
+         {std::pair{Motion::Jitter, "jitter"}, {Motion::Drift, "drift"}}) {
       const std::string name = "B/broad-" + std::string(word) + "-" + std::to_string(count);
       if (!arguments.wants(name) || (arguments.quick && count > 10000)) continue;
       const int runs = arguments.quick ? 3 : count >= 100000 ? 5 : 15;

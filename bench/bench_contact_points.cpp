@@ -33,7 +33,8 @@ double hull_area(const std::vector<ManifoldPoint>& points, const Vector3& normal
   std::sort(flat.begin(), flat.end(), [](const auto& p, const auto& q) {
     return p.x() != q.x() ? p.x() < q.x() : p.y() < q.y();
   });
-  const auto turn = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
+  const auto turn = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b,
+                       const Eigen::Vector2d& c) {
     return (b - a).x() * (c - a).y() - (b - a).y() * (c - a).x();
   };
   std::vector<Eigen::Vector2d> hull;
@@ -59,7 +60,7 @@ double hull_area(const std::vector<ManifoldPoint>& points, const Vector3& normal
 struct Verdict {
   std::vector<int> right;
   int none = 0, area = 0, gap = 0;  ///< wrong by: no point, lost or gained area, gap
-  std::vector<double> errors;       ///< of the area spanned by the points, as a share of the true one
+  std::vector<double> errors;  ///< of the area spanned by the points, as a share of the true one
 };
 
 /// Wrong: no point at all, an area off by more than 1 %, or a gap off by more than the allowance of
@@ -105,8 +106,8 @@ Entry make_entry(ManifoldPeer& peer, const std::string& name, const Workload& wo
   entry.error_median = median(verdict.errors);
   entry.error_max = quantile(verdict.errors, 1.0);
   if (entry.wrong > 0) {
-    entry.note = "none " + std::to_string(verdict.none) + ", area " +
-                 std::to_string(verdict.area) + ", gap " + std::to_string(verdict.gap);
+    entry.note = "none " + std::to_string(verdict.none) + ", area " + std::to_string(verdict.area) +
+                 ", gap " + std::to_string(verdict.gap);
   }
   // A peer that never has the whole manifold is timed on what it does instead, and marked.
   std::vector<int> timed = verdict.right;

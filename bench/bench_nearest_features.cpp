@@ -1,5 +1,5 @@
-/// W1 cold box, W2 cold hulls, W3 warm, W5 depth, W6 hard families: gap, witnesses, normal, features,
-/// certificate of one pair, against the peers on the same pairs.
+/// W1 cold box, W2 cold hulls, W3 warm, W5 depth, W6 hard families: gap, witnesses, normal,
+/// features, certificate of one pair, against the peers on the same pairs.
 
 #include <chrono>
 #include <cmath>
@@ -70,8 +70,8 @@ double timed_pass(Peer& peer, const std::vector<int>& pairs) {
   return thread_seconds() - start;
 }
 
-/// One pass over all steps, placing left out: steps are too short for the clock of the thread, so the
-/// median over the steps of the time per query stands for all.
+/// One pass over all steps, placing left out: steps are too short for the clock of the thread, so
+/// the median over the steps of the time per query stands for all.
 double timed_steps(Peer& peer, const Workload& workload, const Verdict& verdict) {
   std::vector<double> seconds;
   double queries = 0.0;

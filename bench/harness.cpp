@@ -83,11 +83,14 @@ void run_group(std::vector<Entry>& entries, const HarnessOptions& options) {
   benchmark::ClearRegisteredBenchmarks();
   for (std::size_t k = 0; k < entries.size(); ++k) {
     if (entries[k].queries < 1.0) continue;  // nothing left to time: all answers wrong
-    benchmark::RegisterBenchmark(std::to_string(k).c_str(), [&entries, k](benchmark::State& state) {
-      for (auto _ : state) {
-        state.SetIterationTime(entries[k].pass());
-      }
-    })->UseManualTime()->MinTime(options.least_time)
+    benchmark::RegisterBenchmark(std::to_string(k).c_str(),
+                                 [&entries, k](benchmark::State& state) {
+                                   for (auto _ : state) {
+                                     state.SetIterationTime(entries[k].pass());
+                                   }
+                                 })
+        ->UseManualTime()
+        ->MinTime(options.least_time)
         ->Repetitions(entries[k].setting ? (options.repetitions + 5) / 6 : options.repetitions);
   }
   Collector collector(entries);
@@ -108,8 +111,8 @@ void ResultFile::write(const std::string& path) const {
       << ",\n    \"build\": " << quoted(QUOIN_BENCH_BUILD) << "\n  },\n  \"results\": [";
   const char* separator = "\n";
   for (const Entry& e : entries_) {
-    out << separator << "    {\"workload\": " << quoted(e.workload) << ", \"peer\": "
-        << quoted(e.peer) << ", \"setting\": " << (e.setting ? "true" : "false")
+    out << separator << "    {\"workload\": " << quoted(e.workload)
+        << ", \"peer\": " << quoted(e.peer) << ", \"setting\": " << (e.setting ? "true" : "false")
         << ", \"nanoseconds\": " << number(median(e.nanoseconds))
         << ", \"quarter\": " << number(quantile(e.nanoseconds, 0.25))
         << ", \"three_quarters\": " << number(quantile(e.nanoseconds, 0.75))
@@ -164,8 +167,10 @@ Arguments parse(int argc, char** argv) {
     } else if (name == "--settings") {
       arguments.settings = true;
     } else {
-      std::fprintf(stderr, "usage: %s [--out FILE] [--filter REGEX] [--quick] [--settings] "
-                           "[--repetitions N]\n", argv[0]);
+      std::fprintf(stderr,
+                   "usage: %s [--out FILE] [--filter REGEX] [--quick] [--settings] "
+                   "[--repetitions N]\n",
+                   argv[0]);
       std::exit(name == "--help" ? 0 : 2);
     }
   }

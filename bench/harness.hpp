@@ -16,10 +16,12 @@ namespace quoin::bench {
 struct Entry {
   std::string workload;  ///< "W1/box"
   std::string peer;      ///< "quoin"
-  bool setting = false;  ///< a variant by tolerance or iterations, for the error picture: fewer repetitions
-  double queries = 1.0;  ///< that one timed pass answers
-  int pairs = 0, wrong = 0;                    ///< asked; answered wrong, not timed
-  double error_median = 0.0, error_max = 0.0;  ///< of the gap, as a share of the smaller solid's size
+  bool setting =
+      false;  ///< a variant by tolerance or iterations, for the error picture: fewer repetitions
+  double queries = 1.0;      ///< that one timed pass answers
+  int pairs = 0, wrong = 0;  ///< asked; answered wrong, not timed
+  double error_median = 0.0,
+         error_max = 0.0;  ///< of the gap, as a share of the smaller solid's size
   std::string note{};
   /// One timed pass; returns seconds.
   std::function<double()> pass{};

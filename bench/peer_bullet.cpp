@@ -22,9 +22,9 @@ Vector3 from_bullet(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
 
 btTransform transform(const Pose& pose) {
   const Matrix3& r = pose.rotation;
-  return btTransform(btMatrix3x3(r(0, 0), r(0, 1), r(0, 2), r(1, 0), r(1, 1), r(1, 2), r(2, 0),
-                                 r(2, 1), r(2, 2)),
-                     to_bullet(pose.place));
+  return btTransform(
+      btMatrix3x3(r(0, 0), r(0, 1), r(0, 2), r(1, 0), r(1, 1), r(1, 2), r(2, 0), r(2, 1), r(2, 2)),
+      to_bullet(pose.place));
 }
 
 std::unique_ptr<btConvexHullShape> hull_shape(const Shape& shape, bool features) {
@@ -159,9 +159,7 @@ struct AllPoints final : btDiscreteCollisionDetectorInterface::Result {
 class BulletManifold final : public ManifoldPeer {
  public:
   BulletManifold(std::string name, bool boxes) : ManifoldPeer(std::move(name)), boxes_(boxes) {}
-  bool answers(const Workload& workload) const override {
-    return !boxes_ || boxes_only(workload);
-  }
+  bool answers(const Workload& workload) const override { return !boxes_ || boxes_only(workload); }
   void load(const Workload& workload) override { placed_.load(workload, boxes_, !boxes_); }
   void ask(int pair, std::vector<ManifoldPoint>& points) override {
     find(pair);

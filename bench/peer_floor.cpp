@@ -1,5 +1,5 @@
-/// Not a peer but a floor: the normal is known beforehand and only the certificate is formed again –
-/// how far either solid reaches along it. No search, no features, no witnesses.
+/// Not a peer but a floor: the normal is known beforehand and only the certificate is formed again
+/// – how far either solid reaches along it. No search, no features, no witnesses.
 
 #include <algorithm>
 #include <limits>
@@ -22,7 +22,8 @@ struct Rows {
   explicit Rows(const Points& points) {
     const auto count = static_cast<std::size_t>((points.cols() + 7) / 8 * 8);
     for (std::size_t v = 0; v < count; ++v) {
-      const Eigen::Index column = std::min<Eigen::Index>(static_cast<Eigen::Index>(v), points.cols() - 1);
+      const Eigen::Index column =
+          std::min<Eigen::Index>(static_cast<Eigen::Index>(v), points.cols() - 1);
       x.push_back(points(0, column));
       y.push_back(points(1, column));
       z.push_back(points(2, column));
@@ -45,8 +46,7 @@ __attribute__((target("avx512f"))) double wide_reach(const Rows& rows, const Vec
   for (std::size_t v = 0; v < rows.x.size(); v += 8) {
     const __m512d xy = _mm512_add_pd(_mm512_mul_pd(_mm512_loadu_pd(&rows.x[v]), x),
                                      _mm512_mul_pd(_mm512_loadu_pd(&rows.y[v]), y));
-    most = _mm512_max_pd(most,
-                         _mm512_add_pd(xy, _mm512_mul_pd(_mm512_loadu_pd(&rows.z[v]), z)));
+    most = _mm512_max_pd(most, _mm512_add_pd(xy, _mm512_mul_pd(_mm512_loadu_pd(&rows.z[v]), z)));
   }
   return _mm512_reduce_max_pd(most);
 }
@@ -75,7 +75,8 @@ class Floor final : public PeerOf<Floor> {
     for (const Pair& pair : workload_->pairs) {
       const Shape& a = workload_->shapes[static_cast<std::size_t>(pair.shape_a)];
       const Shape& b = workload_->shapes[static_cast<std::size_t>(pair.shape_b)];
-      const Points in_a = pair.poses_a[s].apply(a.vertices), in_b = pair.poses_b[s].apply(b.vertices);
+      const Points in_a = pair.poses_a[s].apply(a.vertices),
+                   in_b = pair.poses_b[s].apply(b.vertices);
       solids_.emplace_back(in_a);
       solids_.emplace_back(in_b);
       if (known) continue;

@@ -38,10 +38,10 @@ class BoxBox {
   void load(const Workload& workload) {
     boxes_.clear();
     for (const Pair& pair : workload.pairs) {
-      boxes_.push_back(box_of(workload.shapes[static_cast<std::size_t>(pair.shape_a)],
-                              pair.poses_a[0]));
-      boxes_.push_back(box_of(workload.shapes[static_cast<std::size_t>(pair.shape_b)],
-                              pair.poses_b[0]));
+      boxes_.push_back(
+          box_of(workload.shapes[static_cast<std::size_t>(pair.shape_a)], pair.poses_a[0]));
+      boxes_.push_back(
+          box_of(workload.shapes[static_cast<std::size_t>(pair.shape_b)], pair.poses_b[0]));
     }
   }
   int find(int pair) {

@@ -46,17 +46,16 @@ Shape random_hull(Random& random, int count) {
 
 tests::ExactGap exact(const Workload& workload, const Pair& pair, int step) {
   const auto s = static_cast<std::size_t>(step);
-  const Points a = pair.poses_a[s].apply(
-      workload.shapes[static_cast<std::size_t>(pair.shape_a)].vertices);
-  const Points b = pair.poses_b[s].apply(
-      workload.shapes[static_cast<std::size_t>(pair.shape_b)].vertices);
+  const Points a =
+      pair.poses_a[s].apply(workload.shapes[static_cast<std::size_t>(pair.shape_a)].vertices);
+  const Points b =
+      pair.poses_b[s].apply(workload.shapes[static_cast<std::size_t>(pair.shape_b)].vertices);
   return tests::exact_gap(a, b);
 }
 
 void set_size(const Workload& workload, Pair& pair) {
-  pair.size =
-      std::min(diameter(workload.shapes[static_cast<std::size_t>(pair.shape_a)].vertices),
-               diameter(workload.shapes[static_cast<std::size_t>(pair.shape_b)].vertices));
+  pair.size = std::min(diameter(workload.shapes[static_cast<std::size_t>(pair.shape_a)].vertices),
+                       diameter(workload.shapes[static_cast<std::size_t>(pair.shape_b)].vertices));
 }
 
 /// Two random poses, then B is pushed along the normal until the gap is `gap` (m). Moving along the
@@ -84,8 +83,8 @@ void add_pairs(Random& random, Workload& workload, int count, const MakeShape& m
     Pair pair;
     pair.shape_a = random.integer(0, last);
     pair.shape_b = random.integer(0, last);
-    const double share = workload.overlap ? -random.log_uniform(low, high)
-                                          : random.log_uniform(low, high);
+    const double share =
+        workload.overlap ? -random.log_uniform(low, high) : random.log_uniform(low, high);
     place_pair(random, workload, pair, share);
     workload.pairs.push_back(std::move(pair));
   }
@@ -105,8 +104,8 @@ int usual_pairs(const std::string& family) {
   return vertices <= 32 ? 1024 : vertices <= 64 ? 512 : 256;
 }
 
-/// Turns and moves B by at most half a degree and half a percent of its size a step; what leaves the
-/// band of gaps 0.1–10 % of the size is steered back.
+/// Turns and moves B by at most half a degree and half a percent of its size a step; what leaves
+/// the band of gaps 0.1–10 % of the size is steered back.
 void animate(Random& random, Workload& workload, Pair& pair) {
   constexpr double kTurn = 0.5 * kPi / 180.0, kShift = 0.005;
   const Vector3 axis = random.direction();
@@ -125,9 +124,8 @@ void animate(Random& random, Workload& workload, Pair& pair) {
     const double limit = kShift * pair.size;
     const double scale = std::min(1.0, limit / step.norm());
     pair.poses_b.back().place += scale * step - drift;
-    pair.gap.push_back(target == gap && scale == 1.0
-                           ? gap
-                           : static_cast<double>(exact(workload, pair, s).gap));
+    pair.gap.push_back(
+        target == gap && scale == 1.0 ? gap : static_cast<double>(exact(workload, pair, s).gap));
   }
 }
 
@@ -142,7 +140,8 @@ Workload random_workload(const std::string& name, const std::string& family,
     return workload;
   }
   const bool moving = name == "W3";
-  add_pairs(random, workload, moving ? scaled_count(32, scale) : scaled_count(usual_pairs(family), scale),
+  add_pairs(random, workload,
+            moving ? scaled_count(32, scale) : scaled_count(usual_pairs(family), scale),
             maker(family), moving ? 0.004 : 0.001, 0.1);
   if (moving) {
     workload.steps = scale.steps;
@@ -154,7 +153,8 @@ Workload random_workload(const std::string& name, const std::string& family,
   return workload;
 }
 
-// ---- W6: the hard families -----------------------------------------------------------------------
+// ---- W6: the hard families
+// -----------------------------------------------------------------------
 
 /// Adds a pair given by world vertices (each its own shape, pose identity).
 void add_world_pair(Workload& workload, Shape a, Shape b) {
@@ -240,8 +240,7 @@ Workload hard_workload(const std::string& family, const WorkloadScale& scale) {
       add_touching(random, workload);
     } else if (family == "tiny-huge") {
       const double share = random.log_uniform(1e-3, 0.1);
-      add_general(random, workload,
-                  scaled_shape(random_hull(random, 16), Vector3::Constant(1e-6)),
+      add_general(random, workload, scaled_shape(random_hull(random, 16), Vector3::Constant(1e-6)),
                   scaled_shape(random_hull(random, 16), Vector3::Constant(1e3)), share,
                   Vector3::Zero());
     } else {  // stacked at gap 0, turned
@@ -251,11 +250,13 @@ Workload hard_workload(const std::string& family, const WorkloadScale& scale) {
   return workload;
 }
 
-// ---- W4: stacked blocks --------------------------------------------------------------------------
+// ---- W4: stacked blocks
+// --------------------------------------------------------------------------
 
 /// Area of the part that two convex polygons (counter-clockwise, m) share: Sutherland and Hodgman.
 double shared_area(std::vector<Eigen::Vector2d> subject, const std::vector<Eigen::Vector2d>& clip) {
-  const auto side = [](const Eigen::Vector2d& p, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  const auto side = [](const Eigen::Vector2d& p, const Eigen::Vector2d& a,
+                       const Eigen::Vector2d& b) {
     return (b.x() - a.x()) * (p.y() - a.y()) - (b.y() - a.y()) * (p.x() - a.x());
   };
   for (std::size_t k = 0; k < clip.size(); ++k) {
@@ -366,10 +367,9 @@ Shape box_shape(const Vector3& half_size) {
 }
 
 std::vector<std::string> distance_workload_names() {
-  return {"W1/box",    "W2/8",   "W2/16",       "W2/32",    "W2/64",        "W2/128",
-          "W2/256",    "W3/box", "W3/32",       "W3/128",   "W5/box",       "W5/16",
-          "W5/64",     "W6/sliver", "W6/far",   "W6/parallel", "W6/touch",  "W6/tiny-huge",
-          "W6/stacked"};
+  return {"W1/box", "W2/8",        "W2/16",    "W2/32",        "W2/64",     "W2/128", "W2/256",
+          "W3/box", "W3/32",       "W3/128",   "W5/box",       "W5/16",     "W5/64",  "W6/sliver",
+          "W6/far", "W6/parallel", "W6/touch", "W6/tiny-huge", "W6/stacked"};
 }
 
 std::vector<std::string> manifold_workload_names() {

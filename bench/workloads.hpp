@@ -29,11 +29,11 @@ struct Pose {
 
 /// Two shapes, their poses at each step and the exact signed gap there.
 struct Pair {
-  int shape_a = 0, shape_b = 0;      ///< indices into Workload::shapes
-  double size = 1.0;                 ///< diameter of the smaller solid, m
+  int shape_a = 0, shape_b = 0;  ///< indices into Workload::shapes
+  double size = 1.0;             ///< diameter of the smaller solid, m
   std::vector<Pose> poses_a{}, poses_b{};
-  std::vector<double> gap{};         ///< exact, rounded to double, m
-  double area = 0.0;                 ///< of the shared face, m2 (W4 only)
+  std::vector<double> gap{};  ///< exact, rounded to double, m
+  double area = 0.0;          ///< of the shared face, m2 (W4 only)
 };
 
 struct Workload {

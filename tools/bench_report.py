@@ -80,14 +80,17 @@ def goal_table(result):
     lines = [f"Machine: {context['processor']}, {context['cores']} cores; {context['compiler']}, "
              f"`{context['flags'].strip()}`, {context['build']}.", "",
              "Goals (ratio of medians to the in-run peer):", "",
-             "| workload | quoin | ns | peer | ns | ratio | goal | |",
-             "|---|---|---|---|---|---|---|---|"]
+             "| workload | entry | ns | peer | ns | ratio | goal | | floor, ns | times the floor |",
+             "|---|---|---|---|---|---|---|---|---|---|"]
     by_workload = groups(result)
     for workload, entry, ratio, goal in goal_rows(result):
         base = reference_time(workload, by_workload[workload])
+        floor = next((e["nanoseconds"] for e in by_workload[workload]
+                      if e["peer"].startswith("floor") and e["nanoseconds"]), None)
+        far = f"{entry['nanoseconds'] / floor:.0f}" if floor else "–"
         lines.append(f"| {workload} | {entry['peer']} | {time_text(entry['nanoseconds'])} | "
                      f"{reference_of(workload)} | {time_text(base)} | {ratio:.3f} | {goal:.3g} | "
-                     f"{'reached' if ratio <= goal else 'missed'} |")
+                     f"{'reached' if ratio <= goal else 'missed'} | {time_text(floor)} | {far} |")
     return lines
 
 

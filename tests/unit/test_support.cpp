@@ -61,7 +61,8 @@ TEST_CASE("support is the same to the bit as the plain loop, for any number of v
 
 TEST_CASE("of equal vertices the lowest index is the support") {
   const geometry::Polyhedron box = geometry::make_box({-1, -1, -1}, {1, 1, 1});
-  for (const Vector3& d : {Vector3(1, 0, 0), Vector3(0, -1, 0), Vector3(0, 0, 0), Vector3(1, 1, 0)}) {
+  for (const Vector3& d :
+       {Vector3(1, 0, 0), Vector3(0, -1, 0), Vector3(0, 0, 0), Vector3(1, 1, 0)}) {
     const geometry::Support found = geometry::support(box, d), expected = plain(box, d);
     CHECK(found.vertex == expected.vertex);
     CHECK(found.value == expected.value);
