@@ -431,7 +431,11 @@ FastResult fast_nearest(const Polyhedron& p, const Polyhedron& q, const Vector3&
       result.outcome = FastOutcome::Overlapping;
       break;
     }
-    if (!simplex.has(corner.p, corner.q)) break;  // no step forward: rounding
+    if (!simplex.has(corner.p,
+                     corner.q)) {  // no step forward: rounding; the caller's proof decides
+      result.outcome = FastOutcome::Separated;
+      break;
+    }
   }
   result.bound = std::sqrt(simplex.squared_distance);
   const double length = simplex.direction.norm();

@@ -144,6 +144,16 @@ struct Optimum {
   int iterations = 0;
 };
 
+/// Lays the hull of a set into the plane; straight by its face label where that is known.
+void lay_set(const Polyhedron& solid, const VertexSet& set, int face, const ContactPlane& plane,
+             double outward, double length, Patch& patch) {
+  if (face >= 0 && solid.topology().face(face).size() == set.size()) {
+    lay_feature(solid, {FeatureKind::Face, face}, plane, outward, patch);
+  } else {
+    lay_support_set(solid, set, span_kind(solid, set, length), plane, outward, patch);
+  }
+}
+
 /// The two contact features laid into the contact plane.
 struct PatchPair {
   ContactPlane plane;
@@ -151,8 +161,8 @@ struct PatchPair {
   PatchPair(const Polyhedron& solid_p, const Polyhedron& solid_q, const Plane& contact,
             const VertexSet& set_p, const VertexSet& set_q, double length)
       : plane(solid_p.vertex(contact.support_p.vertex), contact.normal) {
-    lay_support_set(solid_p, set_p, span_kind(solid_p, set_p, length), plane, 1.0, p);
-    lay_support_set(solid_q, set_q, span_kind(solid_q, set_q, length), plane, -1.0, q);
+    lay_set(solid_p, set_p, contact.sets.face_p, plane, 1.0, length, p);
+    lay_set(solid_q, set_q, contact.sets.face_q, plane, -1.0, length, q);
   }
 };
 
@@ -302,6 +312,15 @@ bool settle_corners(const Polyhedron& p, const Polyhedron& q, const FastResult& 
          settle_normal(p, q, length, found.normal, plane);
 }
 
+/// The face around a vertex that faces most along `outward`.
+int facing_face(const Polyhedron& polyhedron, int vertex, const Vector3& outward) {
+  const std::span<const int> faces = polyhedron.topology().vertex_faces(vertex);
+  const auto less = [&](int f, int g) {
+    return polyhedron.face_normal(f).dot(outward) < polyhedron.face_normal(g).dot(outward);
+  };
+  return faces.empty() ? 0 : *std::max_element(faces.begin(), faces.end(), less);
+}
+
 bool fast_answer(const Polyhedron& p, const Polyhedron& q, const Lengths& length,
                  Optimum& optimum) {
   constexpr int kFewFaces = 16;
@@ -318,12 +337,18 @@ bool fast_answer(const Polyhedron& p, const Polyhedron& q, const Lengths& length
     optimum.iterations += found.iterations;
   }
   if (found.outcome == FastOutcome::Unclear) return false;
-  if (!settle_corners(p, q, found, length, optimum.plane)) return false;
-  const double allowed = overlapping ? 2.2 * rounding : rounding;
-  // Of two nearly parallel planes, as good within rounding, the one where the features meet.
-  optimum.converged = optimum.plane.gap >= found.bound - slack(allowed, found.bound) &&
-                      lies_over(p, q, optimum.plane, rounding);
-  return optimum.converged;
+  if (settle_corners(p, q, found, length, optimum.plane)) {
+    // Of two nearly parallel planes, as good within rounding, the one where the features meet.
+    const double allowed = slack(overlapping ? 2.2 * rounding : rounding, found.bound);
+    optimum.converged =
+        optimum.plane.gap >= found.bound - allowed && lies_over(p, q, optimum.plane, rounding);
+  }
+  if (optimum.converged || overlapping) return optimum.converged;
+  // Flush blocks: a corner just over an edge, whose line leans by a rounding over the gap.
+  const int f = facing_face(p, found.p[0], found.normal),
+            g = facing_face(q, found.q[0], -found.normal);
+  return flat_answer(p, q, length, p.face_normal(f), optimum) ||
+         flat_answer(p, q, length, -q.face_normal(g), optimum);
 }
 
 /// Whatever doubles could not decide.
