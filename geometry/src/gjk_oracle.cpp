@@ -12,15 +12,22 @@ namespace quoin::geometry {
 namespace {
 
 constexpr unsigned long kMaxIterations = 1000;
+constexpr int kMaxSupports =
+    2000;  // libccd's EPA sets itself no limit, and slows down as its polytope grows
 
 /// A solid as libccd sees it: its vertices relative to an origin that both of a pair share.
 struct Body {
   const Polyhedron* solid;
   Vector3 origin;
+  mutable int supports = 0;  // asked so far
 };
 
 void support(const void* object, const ccd_vec3_t* direction, ccd_vec3_t* result) {
   const Body& body = *static_cast<const Body*>(object);
+  if (++body.supports > kMaxSupports) {  // no progress: each loop of libccd ends
+    ccdVec3Set(result, 0, 0, 0);
+    return;
+  }
   const Vector3 d(ccdVec3X(direction), ccdVec3Y(direction), ccdVec3Z(direction));
   Eigen::Index best = 0;
   (d.transpose() * (body.solid->vertices().colwise() - body.origin)).maxCoeff(&best);
@@ -57,7 +64,8 @@ OracleAnswer depth_by(Penetration penetration, const Polyhedron& a, const Polyhe
   ccd_real_t depth = 0;
   ccd_vec3_t direction, position;
   OracleAnswer answer;
-  if (penetration(&body_a, &body_b, &ccd, &depth, &direction, &position) == 0) {
+  if (penetration(&body_a, &body_b, &ccd, &depth, &direction, &position) == 0 &&
+      body_a.supports <= kMaxSupports) {
     answer.answered = true;
     answer.gap = -depth;
     answer.normal = {ccdVec3X(&direction), ccdVec3Y(&direction), ccdVec3Z(&direction)};
