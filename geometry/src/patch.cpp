@@ -274,6 +274,19 @@ void append_shared_corners(const Patch& p, const Patch& q, double rounding,
 
 namespace {
 
+/// How far the other patch reaches past either end of an edge, inwards: two edges of one line can be
+/// apart along it alone.
+double reach_along(const Patch& edge, const Patch& other) {
+  const Vector2 &first = edge.corners[0].place, &last = edge.corners[1].place;
+  const Vector2 direction = (last - first).normalized();
+  double past_first = -std::numeric_limits<double>::infinity(), past_last = past_first;
+  for (const PatchCorner& c : other.corners) {
+    past_first = std::max(past_first, (c.place - first).dot(direction));
+    past_last = std::max(past_last, (last - c.place).dot(direction));
+  }
+  return std::min(past_first, past_last);
+}
+
 /// Least over the sides of a patch (an edge has two) of how far the other reaches inside it.
 double reach_inside(const Patch& patch, const Patch& other) {
   double least = std::numeric_limits<double>::infinity();
@@ -285,7 +298,7 @@ double reach_inside(const Patch& patch, const Patch& other) {
     }
     least = std::min(least, farthest);
   }
-  return least;
+  return patch.corners.size() == 2 ? std::min(least, reach_along(patch, other)) : least;
 }
 
 }  // namespace
