@@ -12,6 +12,7 @@ constexpr double kFarResidual = 1e-2;  // a guess that far out says nothing abou
 constexpr int kLiveIterations = 8;     // then friction limits are frozen until the rest has converged
 constexpr double kAtRest = 10.0;  // tolerances: a guess this good needs no solve; one that is solved gets to 1
 constexpr int kFrozenIterations = 30;
+constexpr double kNearRounding = 16.0;  // of a gap's rounding: one last update, then enough
 constexpr double kNegligible = 1e-10;  // of the largest contact force: no friction worth following
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
@@ -262,8 +263,8 @@ bool OpenClose::newton_step(const BlockSystem& base, std::span<LinearContact> co
     move(base, contacts, Limits::Live, 1.0);
   } else if (system_.symmetric) {
     search_slope(base, contacts, limits);
-  } else if (!search_residual(base, contacts, limits)) {
-    return false;
+  } else {
+    search_residual(base, contacts, limits);
   }
   std::swap(change_, trial_);
   return true;
@@ -286,9 +287,9 @@ double OpenClose::squared_residual() const {
   return sum;
 }
 
-/// No convex function stands behind an unsymmetric step: halve it until the residual falls. False, and
-/// nothing moved, when it does not.
-bool OpenClose::search_residual(const BlockSystem& base, std::span<LinearContact> contacts,
+/// No convex function stands behind an unsymmetric step: halve it until the residual falls, or take the
+/// share that comes nearest to that.
+void OpenClose::search_residual(const BlockSystem& base, std::span<LinearContact> contacts,
                                 Limits limits) {
   const double before = squared_residual();
   double best = std::numeric_limits<double>::infinity(), best_share = 1.0, share = 1.0;
@@ -299,14 +300,9 @@ bool OpenClose::search_residual(const BlockSystem& base, std::span<LinearContact
       best = now;
       best_share = share;
     }
-    if (now <= (1.0 - 0.5 * share) * before) return true;
-  }
-  if (best >= before) {
-    evaluate(base, contacts, change_, limits);
-    return false;
+    if (now <= (1.0 - 0.5 * share) * before) return;
   }
   move(base, contacts, limits, best_share);
-  return true;
 }
 
 /// The residual is minus the gradient of a convex function: its slope along the step falls and crosses
@@ -357,7 +353,11 @@ bool OpenClose::relax(const BlockSystem& base, std::span<LinearContact> contacts
 /// hands the forces on as multipliers: each stage then begins near its own solution.
 void OpenClose::climb(const BlockSystem& base, std::span<LinearContact> contacts,
                       OpenCloseResult& result) {
-  for (const double softness : {1e-4, 1e-2}) {
+  for (Vector12& change : change_) change.setZero();
+  for (LinearContact& c : contacts) {
+    if (!c.compliant && c.law == ContactLaw::Coulomb) c.multiplier.tail<2>().setZero();
+  }
+  for (const double softness : {1e-4, 1e-3, 1e-2, 1e-1}) {
     softness_ = softness;
     for (int limit_updates = 0; limit_updates < 3; ++limit_updates) {
       evaluate(base, contacts, change_, Limits::Live);
@@ -391,7 +391,8 @@ bool OpenClose::settled(std::span<LinearContact> contacts, const OpenCloseOption
   const double gap = violation(contacts);
   if (gap <= options.gap_rounding) return true;  // further updates only shift forces that cancel
   const double change = update_multipliers(contacts);
-  return gap <= options.gap_tolerance && change <= 1e3 * options.force_tolerance;
+  const bool at_rounding = gap <= kNearRounding * options.gap_rounding;
+  return gap <= options.gap_tolerance && (change <= 1e3 * options.force_tolerance || at_rounding);
 }
 
 OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& force,
@@ -433,7 +434,11 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   }
   result.residual = relative_residual();
   for (LinearContact& c : contacts) c.assumed = c.mode;
-  for (std::size_t s = 0; s < n; ++s) increment[s] += change_[s];
+  for (std::size_t s = 0; s < n; ++s) {
+    increment[s] += change_[s];
+    result.change = std::max({result.change, change_[s].head<3>().norm(),
+                              change_[s].tail<9>().norm() * slots_->length[s]});
+  }
   if (factorized_) result.condition = solver_.condition_estimate();
   return result;
 }

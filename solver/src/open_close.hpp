@@ -27,6 +27,7 @@ struct OpenCloseResult {
   int factorizations = 0;
   double residual = 0.0;   ///< relative force residual
   double condition = 0.0;
+  double change = 0.0;     ///< largest motion of a block against the first guess, m
 };
 
 /// Keeps the memory between calls.
@@ -58,7 +59,7 @@ class OpenClose {
             double share);
   double squared_residual() const;
   void search_slope(const BlockSystem& base, std::span<LinearContact> contacts, Limits limits);
-  bool search_residual(const BlockSystem& base, std::span<LinearContact> contacts, Limits limits);
+  void search_residual(const BlockSystem& base, std::span<LinearContact> contacts, Limits limits);
   bool relax(const BlockSystem& base, std::span<LinearContact> contacts, Limits limits,
              double tolerance, int steps, OpenCloseResult& result);
   void climb(const BlockSystem& base, std::span<LinearContact> contacts, OpenCloseResult& result);

@@ -351,7 +351,7 @@ OpenCloseResult solve_positions(const CompiledScene& compiled, const StepOptions
     total.residual = solved.residual;
     total.converged = solved.converged;
     if (solved.factorizations > 0) total.condition = solved.condition;
-    if (!solved.converged || solved.solves == 0) break;
+    if (!solved.converged || solved.solves == 0 || solved.change <= tuning.gap_rounding) break;
     total.converged = false;  // until the next linearisation agrees
   }
   set_end(compiled, state, work);

@@ -38,6 +38,7 @@ void v14_time_scheme(Report& report);
 void v15_algorithmic_damping(Report& report);
 void v16_overhang(Report& report);
 void v17_arch(Report& report);
+void v17_soft_arch(Report& report);
 void v18_shaking_table(Report& report);
 void v19_central_impact(Report& report);
 void v20_elastic_foundation(Report& report);
