@@ -65,7 +65,7 @@ class OpenClose {
   void climb(const BlockSystem& base, std::span<LinearContact> contacts, OpenCloseResult& result);
   void follow_limits(const BlockSystem& base, std::span<LinearContact> contacts, double tolerance,
                      int updates, int most_iterations, OpenCloseResult& result);
-  static bool settled(std::span<LinearContact> contacts, const OpenCloseOptions& options);
+  bool settled(std::span<LinearContact> contacts, const OpenCloseOptions& options) const;
   static double update_multipliers(std::span<LinearContact> contacts);
 
   const Slots* slots_;
