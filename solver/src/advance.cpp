@@ -163,24 +163,16 @@ void add(const Attempt& attempt, const CompiledScene& compiled, StepReport& repo
   }
 }
 
-/// omega dt of the stiffest penalty contact: omega^2 = stiffness × compliance of its blocks' inertia.
-void report_damping(const StepOptions& options, double dt, const Workspace& work,
-                    StepReport& report) {
+/// omega dt of the stiffest penalty contact: compliance of its blocks = (dt^2/2) / effective mass.
+void report_damping(const StepOptions& options, const Workspace& work, StepReport& report) {
   if (options.method != ContactMethod::Penalty) return;
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
     const LinearContact& c = work.linear[i];
     if (c.mode == ContactMode::Open) continue;
-    double compliance = 0.0;
-    for (const auto& [slot, jacobian] :
-         {std::pair{c.slot_a, &c.jacobian_a}, std::pair{c.slot_b, &c.jacobian_b}}) {
-      if (slot < 0) continue;
-      compliance += jacobian->row(0) * work.compliance[index(slot)] * jacobian->row(0).transpose();
-    }
-    // compliance = dt^2/2 / effective mass
+    const double compliance = compliance_along(c, 0, work.compliance);
     report.stiffest_omega_dt =
         std::max(report.stiffest_omega_dt, std::sqrt(2.0 * c.normal_stiffness * compliance));
   }
-  (void)dt;
   if (options.scheme == TimeScheme::ConstantAcceleration) {
     report.numerical_damping = 0.25 * report.stiffest_omega_dt;  // [Doolin & Sitar 2004]
   }
@@ -260,7 +252,7 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
                          attempt.displacement > options.max_displacement_ratio;
     if (finite) add(attempt, compiled, report);
     if (finite && attempt.solved.converged && !(too_far && 0.5 * dt >= smallest)) {
-      report_damping(options, dt, work, report);
+      report_damping(options, work, report);
       accept(attempt, compiled, options, state, work);
       std::swap(work.found, found_end);
       done += dt;

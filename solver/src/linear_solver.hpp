@@ -36,7 +36,7 @@ class LinearSolver {
   void build_pattern(const BlockSystem& system, Sparse& sparse);
   void fill_sparse(const BlockSystem& system, Sparse& sparse);
 
-  static constexpr int kDenseLimit = 96;  // measured: above, the sparse factorization is faster
+  static constexpr int kDenseLimit = 96;  // 8 deformable or 16 rigid blocks; chosen, not measured
   const Slots* slots_;
   bool symmetric_ = true;               // what was factorized last
   Eigen::MatrixXd matrix_;
