@@ -66,20 +66,16 @@ std::vector<Entry> run_wall(int count, Motion motion, const std::string& name, i
 
 int main(int argc, char** argv) {
   using namespace quoin::bench;
-  const Arguments arguments = parse(argc, argv);
-  ResultFile results;
-  std::printf("ns a block and step\n");
+  std::vector<Contest> contests;
   for (const int count : {1000, 10000, 100000}) {
     for (const auto& [motion, word] :
          {std::pair{Motion::Jitter, "jitter"}, {Motion::Drift, "drift"}}) {
       const std::string name = "B/broad-" + std::string(word) + "-" + std::to_string(count);
-      if (!arguments.wants(name) || (arguments.quick && count > 10000)) continue;
-      const int runs = arguments.quick ? 3 : count >= 100000 ? 5 : 15;
-      const std::vector<Entry> entries = run_wall(count, motion, name, runs);
-      print_group(entries, "Bullet dbvt");
-      results.add(entries);
+      const auto run = [count, motion = motion, name](const Arguments& arguments) {
+        return run_wall(count, motion, name, arguments.quick ? 3 : count >= 100000 ? 5 : 15);
+      };
+      contests.push_back({name, "Bullet dbvt", run, count > 10000});
     }
   }
-  if (!arguments.out.empty()) results.write(arguments.out);
-  return 0;
+  return run_contests(argc, argv, contests);
 }

@@ -140,16 +140,13 @@ class WallRun {
 
 int main(int argc, char** argv) {
   using namespace quoin::bench;
-  const Arguments arguments = parse(argc, argv);
-  ResultFile results;
+  std::vector<Contest> contests;
   for (const int count : {1000, 10000, 100000}) {
     const std::string name = "B/find-" + std::to_string(count);
-    if (!arguments.wants(name) || (arguments.quick && count > 10000)) continue;
-    const int steps = arguments.quick ? 5 : count >= 100000 ? 15 : 41;
-    const std::vector<Entry> entries = WallRun(count, name).run(steps);
-    print_group(entries, "find");
-    results.add(entries);
+    const auto run = [count, name](const Arguments& arguments) {
+      return WallRun(count, name).run(arguments.quick ? 5 : count >= 100000 ? 15 : 41);
+    };
+    contests.push_back({name, "find", run, count > 10000});
   }
-  if (!arguments.out.empty()) results.write(arguments.out);
-  return 0;
+  return run_contests(argc, argv, contests);
 }

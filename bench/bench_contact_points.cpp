@@ -144,7 +144,6 @@ std::vector<Entry> run_workload(const std::string& name, const Arguments& argume
   }
 #endif
   run_group(entries, arguments.harness);
-  for (Entry& entry : entries) entry.pass = nullptr;
   return entries;
 }
 
@@ -153,14 +152,11 @@ std::vector<Entry> run_workload(const std::string& name, const Arguments& argume
 
 int main(int argc, char** argv) {
   using namespace quoin::bench;
-  const Arguments arguments = parse(argc, argv);
-  ResultFile results;
+  std::vector<Contest> contests;
   for (const std::string& name : manifold_workload_names()) {
-    if (!arguments.wants(name)) continue;
-    const std::vector<Entry> entries = run_workload(name, arguments);
-    print_group(entries, "ODE dBoxBox");
-    results.add(entries);
+    contests.push_back({name, "ODE dBoxBox", [name](const Arguments& arguments) {
+                          return run_workload(name, arguments);
+                        }});
   }
-  if (!arguments.out.empty()) results.write(arguments.out);
-  return 0;
+  return run_contests(argc, argv, contests);
 }

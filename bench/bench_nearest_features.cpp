@@ -130,7 +130,6 @@ std::vector<Entry> run_workload(const std::string& name, const Arguments& argume
   HarnessOptions options = arguments.harness;
   if (workload.steps > 1) options.repetitions = (options.repetitions + 2) / 3;  // medians already
   run_group(entries, options);
-  for (Entry& entry : entries) entry.pass = nullptr;
   return entries;
 }
 
@@ -139,14 +138,11 @@ std::vector<Entry> run_workload(const std::string& name, const Arguments& argume
 
 int main(int argc, char** argv) {
   using namespace quoin::bench;
-  const Arguments arguments = parse(argc, argv);
-  ResultFile results;
+  std::vector<Contest> contests;
   for (const std::string& name : distance_workload_names()) {
-    if (!arguments.wants(name)) continue;
-    const std::vector<Entry> entries = run_workload(name, arguments);
-    print_group(entries, name.starts_with("W5") ? "libccd EPA 1e-12" : "FCL libccd Convex");
-    results.add(entries);
+    contests.push_back(
+        {name, name.starts_with("W5") ? "libccd EPA 1e-12" : "FCL libccd Convex",
+         [name](const Arguments& arguments) { return run_workload(name, arguments); }});
   }
-  if (!arguments.out.empty()) results.write(arguments.out);
-  return 0;
+  return run_contests(argc, argv, contests);
 }

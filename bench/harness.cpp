@@ -95,14 +95,13 @@ void run_group(std::vector<Entry>& entries, const HarnessOptions& options) {
   }
   Collector collector(entries);
   benchmark::RunSpecifiedBenchmarks(&collector, "all");
+  for (Entry& entry : entries) entry.pass = nullptr;  // and what it holds on to
 }
 
-void ResultFile::add(const std::vector<Entry>& entries) {
-  entries_.insert(entries_.end(), entries.begin(), entries.end());
-  for (Entry& entry : entries_) entry.pass = nullptr;
-}
+namespace {
 
-void ResultFile::write(const std::string& path) const {
+/// The machine, compiler and flags, and all entries, as JSON.
+void write(const std::string& path, const std::vector<Entry>& entries) {
   std::ofstream out(path);
   out << "{\n  \"context\": {\n    \"processor\": " << quoted(processor())
       << ",\n    \"cores\": " << std::thread::hardware_concurrency()
@@ -110,7 +109,7 @@ void ResultFile::write(const std::string& path) const {
       << ",\n    \"flags\": " << quoted(QUOIN_BENCH_FLAGS)
       << ",\n    \"build\": " << quoted(QUOIN_BENCH_BUILD) << "\n  },\n  \"results\": [";
   const char* separator = "\n";
-  for (const Entry& e : entries_) {
+  for (const Entry& e : entries) {
     out << separator << "    {\"workload\": " << quoted(e.workload)
         << ", \"peer\": " << quoted(e.peer) << ", \"setting\": " << (e.setting ? "true" : "false")
         << ", \"nanoseconds\": " << number(median(e.nanoseconds))
@@ -125,6 +124,7 @@ void ResultFile::write(const std::string& path) const {
   if (!out.flush()) throw std::runtime_error("cannot write " + path);
 }
 
+/// Prints one group as a table; ratios to the entry `reference` (or the first).
 void print_group(const std::vector<Entry>& entries, const std::string& reference) {
   double base = median(entries.front().nanoseconds);
   for (const Entry& e : entries) {
@@ -138,10 +138,6 @@ void print_group(const std::vector<Entry>& entries, const std::string& reference
                 e.note.c_str());
   }
   std::fflush(stdout);
-}
-
-bool Arguments::wants(const std::string& workload) const {
-  return filter.empty() || std::regex_search(workload, std::regex(filter));
 }
 
 Arguments parse(int argc, char** argv) {
@@ -179,6 +175,22 @@ Arguments parse(int argc, char** argv) {
   int count = 2;
   benchmark::Initialize(&count, flags);
   return arguments;
+}
+
+}  // namespace
+
+int run_contests(int argc, char** argv, const std::vector<Contest>& contests) {
+  const Arguments arguments = parse(argc, argv);
+  const std::regex wanted(arguments.filter);
+  std::vector<Entry> results;
+  for (const Contest& contest : contests) {
+    if (!std::regex_search(contest.name, wanted) || (arguments.quick && contest.large)) continue;
+    const std::vector<Entry> entries = contest.run(arguments);
+    print_group(entries, contest.reference);
+    results.insert(results.end(), entries.begin(), entries.end());
+  }
+  if (!arguments.out.empty()) write(arguments.out, results);
+  return 0;
 }
 
 }  // namespace quoin::bench

@@ -44,28 +44,24 @@ double quantile(std::vector<double> values, double share);
 /// Times the entries of one group against each other.
 void run_group(std::vector<Entry>& entries, const HarnessOptions& options);
 
-/// Collects groups and writes them as JSON.
-class ResultFile {
- public:
-  void add(const std::vector<Entry>& entries);
-  /// The machine, compiler, flags and command, and all entries.
-  void write(const std::string& path) const;
-
- private:
-  std::vector<Entry> entries_;
-};
-
-/// Prints one group as a table; ratios to the entry `reference` (or the first).
-void print_group(const std::vector<Entry>& entries, const std::string& reference);
-
 /// Command line shared by the programs: --out FILE, --filter REGEX, --quick, --settings,
 /// --repetitions N.
 struct Arguments {
   std::string out, filter;
   bool quick = false, settings = false;
   HarnessOptions harness;
-  bool wants(const std::string& workload) const;
 };
-Arguments parse(int argc, char** argv);
+
+/// One workload of a program and how its peers are timed.
+struct Contest {
+  std::string name{};
+  std::string reference{};  ///< the peer whose time is 1 in what is printed
+  std::function<std::vector<Entry>(const Arguments&)> run{};
+  bool large = false;  ///< left out by --quick
+};
+
+/// The main of a program: runs the contests that the command line wants, prints them and writes the
+/// result file. Returns the exit code.
+int run_contests(int argc, char** argv, const std::vector<Contest>& contests);
 
 }  // namespace quoin::bench

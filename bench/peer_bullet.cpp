@@ -44,48 +44,15 @@ std::unique_ptr<btBoxShape> box_shape_of(const Shape& shape) {
   return box;
 }
 
-bool boxes_only(const Workload& workload) {
-  for (const Shape& shape : workload.shapes) {
-    if (!shape.is_box) return false;
-  }
-  return true;
-}
-
-/// Shapes and the poses of one step.
-class Placed {
+class BulletPairs : public Placed<btPolyhedralConvexShape, btTransform> {
  public:
+  BulletPairs() : Placed(transform) {}
   void load(const Workload& workload, bool boxes, bool features) {
-    workload_ = &workload;
-    shapes_.clear();
-    for (const Shape& shape : workload.shapes) {
-      if (boxes) {
-        shapes_.push_back(box_shape_of(shape));
-      } else {
-        shapes_.push_back(hull_shape(shape, features));
-      }
-    }
-    place(0);
+    Placed::load(workload, [=](const Shape& shape) -> std::unique_ptr<btPolyhedralConvexShape> {
+      if (boxes) return box_shape_of(shape);
+      return hull_shape(shape, features);
+    });
   }
-  void place(int step) {
-    const auto s = static_cast<std::size_t>(step);
-    poses_.clear();
-    for (const Pair& pair : workload_->pairs) {
-      poses_.push_back(transform(pair.poses_a[s]));
-      poses_.push_back(transform(pair.poses_b[s]));
-    }
-  }
-  const btPolyhedralConvexShape& a(int p) const { return *shapes_[index(pair(p).shape_a)]; }
-  const btPolyhedralConvexShape& b(int p) const { return *shapes_[index(pair(p).shape_b)]; }
-  const btTransform& pose_a(int p) const { return poses_[2 * index(p)]; }
-  const btTransform& pose_b(int p) const { return poses_[2 * index(p) + 1]; }
-  std::size_t pair_count() const { return workload_->pairs.size(); }
-
- private:
-  static std::size_t index(int i) { return static_cast<std::size_t>(i); }
-  const Pair& pair(int p) const { return workload_->pairs[index(p)]; }
-  const Workload* workload_ = nullptr;
-  std::vector<std::unique_ptr<btPolyhedralConvexShape>> shapes_;
-  std::vector<btTransform> poses_;
 };
 
 enum class Method { GjkPair, GjkEpa2 };
@@ -95,7 +62,7 @@ class Bullet final : public PeerOf<Bullet> {
   Bullet(std::string name, Method method, bool boxes, bool remember)
       : PeerOf(std::move(name)), method_(method), boxes_(boxes), remember_(remember) {}
   bool answers(const Workload& workload) const override {
-    return (!boxes_ || boxes_only(workload)) && (!remember_ || workload.warm);
+    return (!boxes_ || workload.boxes_only()) && (!remember_ || workload.warm);
   }
   void load(const Workload& workload) override {
     overlap_ = workload.overlap;
@@ -136,7 +103,7 @@ class Bullet final : public PeerOf<Bullet> {
 
   Method method_;
   bool boxes_, remember_, overlap_ = false;
-  Placed placed_;
+  BulletPairs placed_;
   btVoronoiSimplexSolver simplex_;
   btGjkEpaPenetrationDepthSolver depth_solver_;
   std::vector<btVector3> axes_;
@@ -159,7 +126,7 @@ struct AllPoints final : btDiscreteCollisionDetectorInterface::Result {
 class BulletManifold final : public ManifoldPeer {
  public:
   BulletManifold(std::string name, bool boxes) : ManifoldPeer(std::move(name)), boxes_(boxes) {}
-  bool answers(const Workload& workload) const override { return !boxes_ || boxes_only(workload); }
+  bool answers(const Workload& workload) const override { return !boxes_ || workload.boxes_only(); }
   void load(const Workload& workload) override { placed_.load(workload, boxes_, !boxes_); }
   void ask(int pair, std::vector<ManifoldPoint>& points) override {
     find(pair);
@@ -198,7 +165,7 @@ class BulletManifold final : public ManifoldPeer {
                                                      vertices_2_, found_);
   }
   bool boxes_;
-  Placed placed_;
+  BulletPairs placed_;
   AllPoints found_;
   btVertexArray vertices_1_, vertices_2_;
 };

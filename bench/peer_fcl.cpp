@@ -35,56 +35,23 @@ fcl::Transform3d transform(const Pose& pose) {
 }
 
 template <class Geometry>
-Geometry make(const Shape& shape);
-template <>
-fcl::Convexd make<fcl::Convexd>(const Shape& shape) {
-  return convex(shape);
-}
-template <>
-fcl::Boxd make<fcl::Boxd>(const Shape& shape) {
-  return fcl::Boxd(Vector3(2 * shape.half_size));
-}
-
-template <class Geometry>
 bool can_hold(const Workload& workload) {
-  if constexpr (std::is_same_v<Geometry, fcl::Convexd>) return true;
-  for (const Shape& shape : workload.shapes) {
-    if (!shape.is_box) return false;
-  }
-  return true;
+  return std::is_same_v<Geometry, fcl::Convexd> || workload.boxes_only();
 }
 
-/// Shapes and the poses of one step.
 template <class Geometry>
-class Placed {
+class FclPairs : public Placed<Geometry, fcl::Transform3d> {
  public:
+  FclPairs() : Placed<Geometry, fcl::Transform3d>(transform) {}
   void load(const Workload& workload) {
-    workload_ = &workload;
-    shapes_.clear();
-    shapes_.reserve(workload.shapes.size());
-    for (const Shape& shape : workload.shapes) shapes_.push_back(make<Geometry>(shape));
-    place(0);
+    Placed<Geometry, fcl::Transform3d>::load(workload, [](const Shape& shape) {
+      if constexpr (std::is_same_v<Geometry, fcl::Boxd>) {
+        return std::make_unique<fcl::Boxd>(Vector3(2 * shape.half_size));
+      } else {
+        return std::make_unique<fcl::Convexd>(convex(shape));
+      }
+    });
   }
-  void place(int step) {
-    const auto s = static_cast<std::size_t>(step);
-    poses_.clear();
-    for (const Pair& pair : workload_->pairs) {
-      poses_.push_back(transform(pair.poses_a[s]));
-      poses_.push_back(transform(pair.poses_b[s]));
-    }
-  }
-  const Geometry& a(int p) const { return shapes_[index(pair(p).shape_a)]; }
-  const Geometry& b(int p) const { return shapes_[index(pair(p).shape_b)]; }
-  const fcl::Transform3d& pose_a(int p) const { return poses_[2 * index(p)]; }
-  const fcl::Transform3d& pose_b(int p) const { return poses_[2 * index(p) + 1]; }
-  std::size_t pair_count() const { return workload_->pairs.size(); }
-
- private:
-  static std::size_t index(int i) { return static_cast<std::size_t>(i); }
-  const Pair& pair(int p) const { return workload_->pairs[index(p)]; }
-  const Workload* workload_ = nullptr;
-  std::vector<Geometry> shapes_;
-  std::vector<fcl::Transform3d, Eigen::aligned_allocator<fcl::Transform3d>> poses_;
 };
 
 /// Distance of separated pairs, depth of overlapping ones.
@@ -137,7 +104,7 @@ class Fcl final : public PeerOf<Fcl<Geometry, Solver>> {
 
   Solver solver_;
   bool remember_, overlap_ = false;
-  Placed<Geometry> placed_;
+  FclPairs<Geometry> placed_;
   std::vector<Vector3> guesses_;
   std::vector<fcl::ContactPointd> contacts_;
 };
@@ -169,7 +136,7 @@ class FclManifold final : public ManifoldPeer {
                            &contacts_);
   }
   LibccdSolver solver_;
-  Placed<Geometry> placed_;
+  FclPairs<Geometry> placed_;
   std::vector<fcl::ContactPointd> contacts_;
 };
 

@@ -30,10 +30,7 @@ Box box_of(const Shape& shape, const Pose& pose) {
 class BoxBox {
  public:
   static bool answers(const Workload& workload) {
-    for (const Shape& shape : workload.shapes) {
-      if (!shape.is_box) return false;
-    }
-    return workload.overlap;  // it says nothing of separated boxes
+    return workload.boxes_only() && workload.overlap;  // it says nothing of separated boxes
   }
   void load(const Workload& workload) {
     boxes_.clear();

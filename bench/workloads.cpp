@@ -348,6 +348,10 @@ Workload stacked_workload(const std::string& family, const WorkloadScale& scale)
 
 }  // namespace
 
+bool Workload::boxes_only() const {
+  return std::all_of(shapes.begin(), shapes.end(), [](const Shape& shape) { return shape.is_box; });
+}
+
 double Workload::allowed_error(const Pair& pair, int step) const {
   constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
   const auto s = static_cast<std::size_t>(step);

@@ -51,6 +51,7 @@ struct Workload {
   static constexpr double kWrongLength = 1e-9;
   /// How far an answer may be off and still count as right, m.
   double allowed_error(const Pair& pair, int step) const;
+  bool boxes_only() const;
 };
 
 /// What to make. Fewer pairs for a quick look.

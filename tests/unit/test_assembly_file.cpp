@@ -1,4 +1,3 @@
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <quoin/geometry/mass_properties.hpp>
@@ -7,6 +6,7 @@
 #include "scene_file/scene_error.hpp"
 #include "scene_file/scene_file.hpp"
 #include "support/catch.hpp"
+#include "support/real_data.hpp"
 
 using namespace quoin;
 using namespace quoin::tests;
@@ -43,18 +43,6 @@ class TemporaryFile {
  private:
   fs::path path_;
 };
-
-/// The folder of real assemblies, or nothing when it is not here: then a test says so and ends.
-std::string real_data() {
-  const char* set = std::getenv("QUOIN_REAL_DATA");
-  const fs::path folder =
-      set != nullptr ? fs::path(set) : fs::path(QUOIN_SOURCE_DIR "/../shared/real");
-  if (!fs::exists(folder / "arch_assembly.json")) {
-    WARN("skipped: no real assemblies at " << folder << " (QUOIN_REAL_DATA)");
-    return "";
-  }
-  return folder.string();
-}
 
 int support_count(const std::vector<MeshBlock>& blocks) {
   int count = 0;

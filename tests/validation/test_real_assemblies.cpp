@@ -1,13 +1,13 @@
 /// Real assemblies (not part of the repository) come to rest and stand for a second: no overlap,
 /// and the supports bear the weight.
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <quoin/geometry/mass_properties.hpp>
 
 #include "scene_file/run_scene.hpp"
 #include "support/catch.hpp"
+#include "support/real_data.hpp"
 
 using namespace quoin;
 using namespace quoin::tests;
@@ -15,18 +15,6 @@ using namespace quoin::tests;
 namespace {
 
 namespace fs = std::filesystem;
-
-/// The folder of real assemblies, or nothing when it is not here: then a test says so and ends.
-std::string real_data() {
-  const char* set = std::getenv("QUOIN_REAL_DATA");
-  const fs::path folder =
-      set != nullptr ? fs::path(set) : fs::path(QUOIN_SOURCE_DIR "/../shared/real");
-  if (!fs::exists(folder / "arch_assembly.json")) {
-    WARN("skipped: no real assemblies at " << folder << " (QUOIN_REAL_DATA)");
-    return "";
-  }
-  return fs::absolute(folder).string();
-}
 
 scene_file::SceneFile real_scene(const std::string& blocks) {
   const fs::path path = fs::temp_directory_path() / "quoin_test_real_assemblies.json";
