@@ -43,10 +43,28 @@ bool faces_other(const Polyhedron& polyhedron, int face, const Vector3& outward)
   return polyhedron.face_normal(face).dot(outward) >= kFacingCosine;
 }
 
+/// Does the solid climb steeply from one of its edges, or from a vertex along one of its edges? Then
+/// that lies on its far side, below what faces the other.
+bool climbs_from_edge(const Polyhedron& polyhedron, int edge, const Vector3& line,
+                      const Vector3& outward) {
+  const auto [left, right] = polyhedron.topology().edge_faces(edge);
+  const double limit = kSteepSine * line.norm();
+  return polyhedron.face_normal(left).cross(line).dot(outward) > limit ||
+         line.cross(polyhedron.face_normal(right)).dot(outward) > limit;
+}
+
+bool climbs_from_vertex(const Polyhedron& polyhedron, int vertex, const Vector3& outward) {
+  for (const int w : polyhedron.topology().neighbours(vertex)) {
+    const Vector3 line = polyhedron.vertex(w) - polyhedron.vertex(vertex);
+    if (line.dot(outward) > kSteepSine * line.norm()) return true;
+  }
+  return false;
+}
+
 /// The features of one solid that may carry contact points: facing faces with a vertex in the band;
-/// edges and vertices in the band that belong to none of these.
+/// edges and vertices in the band that belong to none of these and are not on the far side.
 void find_carriers(const Polyhedron& polyhedron, const Vector3& outward, const VertexSet& band,
-                   SmallVector<Feature, 32>& carriers) {
+                   const VertexSet& nearest, SmallVector<Feature, 32>& carriers) {
   const Topology& topology = polyhedron.topology();
   const auto add = [&](const Feature& feature) {
     if (!carriers.contains(feature)) carriers.push_back(feature);
@@ -60,13 +78,16 @@ void find_carriers(const Polyhedron& polyhedron, const Vector3& outward, const V
     }
     if (covered) continue;
     for (const int e : topology.vertex_edges(v)) {
-      const Vector3 line =
-          polyhedron.vertex(topology.edge(e)[1]) - polyhedron.vertex(topology.edge(e)[0]);
+      const auto [from, to] = topology.edge(e);
+      const Vector3 line = polyhedron.vertex(to) - polyhedron.vertex(from);
       if (std::abs(line.dot(outward)) > kSteepSine * line.norm()) continue;
+      const bool needed = nearest.contains(from) && nearest.contains(to);
+      if (!needed && climbs_from_edge(polyhedron, e, line, outward)) continue;
       add({FeatureKind::Edge, e});
       covered = true;
     }
-    if (!covered) add({FeatureKind::Vertex, v});
+    if (covered || (!nearest.contains(v) && climbs_from_vertex(polyhedron, v, outward))) continue;
+    add({FeatureKind::Vertex, v});
   }
 }
 
@@ -81,14 +102,19 @@ bool better_name(const SharedCorner& x, const SharedCorner& y, bool reversed) {
   return key(x) < key(y);
 }
 
-/// Adds a point, or gives its place to the one that is there already.
+double gap_of(const SharedCorner& corner) { return corner.height_q - corner.height_p; }
+
+/// Adds a point, or merges it with the one that is there already: the nearer place, the better name.
 void add_merged(const SharedCorner& corner, double tolerance, bool reversed, PlanePoints& points) {
   for (PlanePoint& point : points) {
-    if ((point.corner.place - corner.place).squaredNorm() > tolerance * tolerance) continue;
-    if (better_name(corner, point.corner, reversed)) {
-      point.corner.feature_p = corner.feature_p;
-      point.corner.feature_q = corner.feature_q;
-    }
+    SharedCorner& kept = point.corner;
+    if ((kept.place - corner.place).squaredNorm() > tolerance * tolerance) continue;
+    const bool renamed = better_name(corner, kept, reversed);
+    const Feature feature_p = renamed ? corner.feature_p : kept.feature_p;
+    const Feature feature_q = renamed ? corner.feature_q : kept.feature_q;
+    if (gap_of(corner) < gap_of(kept)) kept = corner;
+    kept.feature_p = feature_p;
+    kept.feature_q = feature_q;
     return;
   }
   points.push_back({corner, 0.0});
@@ -151,11 +177,11 @@ void find_all_carriers(const Polyhedron& p, const Polyhedron& q, const ContactPl
     VertexSet band_p, band_q;
     find_vertices_beyond(p, plane.normal, pair.reach_p - band, band_p);
     find_vertices_beyond(q, -plane.normal, pair.reach_q - band, band_q);
-    find_carriers(p, plane.normal, band_p, carriers.p);
-    find_carriers(q, -plane.normal, band_q, carriers.q);
+    find_carriers(p, plane.normal, band_p, pair.support_p, carriers.p);
+    find_carriers(q, -plane.normal, band_q, pair.support_q, carriers.q);
   } else {
-    find_carriers(p, plane.normal, pair.support_p, carriers.p);
-    find_carriers(q, -plane.normal, pair.support_q, carriers.q);
+    find_carriers(p, plane.normal, pair.support_p, pair.support_p, carriers.p);
+    find_carriers(q, -plane.normal, pair.support_q, pair.support_q, carriers.q);
   }
 }
 
@@ -188,7 +214,7 @@ void find_points(const Polyhedron& p, const Polyhedron& q, const ContactPlane& p
       append_shared_corners(patch_p, patch_q, rounding, corners);
       if (whole) keep_shared(corners, pair);
       for (const SharedCorner& c : corners) {
-        if (c.height_q - c.height_p > pair.gap + band || !named(c)) continue;
+        if (gap_of(c) > pair.gap + band || !named(c)) continue;
         add_merged(c, pair.tolerance, reversed, pair.points);
       }
     }
@@ -284,7 +310,7 @@ void ensure_least_gap(const OrderedPair& ordered, const ContactPlane& plane, dou
                       PairPoints& pair) {
   const double limit = pair.gap + pair.tolerance + rounding;
   for (const PlanePoint& point : pair.points) {
-    if (point.corner.height_q - point.corner.height_p <= limit) return;
+    if (gap_of(point.corner) <= limit) return;
   }
   const SharedCorner nearest =
       nearest_corner(ordered.p, ordered.q, plane, ordered.point_p, ordered.point_q, pair);

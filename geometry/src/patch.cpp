@@ -75,9 +75,29 @@ double height_at(const Patch& patch, const Vector2& place) {
   return a.height + t * (b.height - a.height);
 }
 
+/// How far along a side a place on it lies, 0 to 1.
+double share_along(const Vector2& from, const Vector2& to, const Vector2& place) {
+  const Vector2 side = to - from;
+  return std::clamp(side.dot(place - from) / side.squaredNorm(), 0.0, 1.0);
+}
+
+/// Where side i of P crosses side j of Q, `share` of the way along P's. Nearly parallel sides cross
+/// in an ill-conditioned place: Q's height is taken there, not where its own crossing would be.
+SharedCorner crossing_corner(const Patch& p, std::size_t i, const Patch& q, std::size_t j,
+                             double share) {
+  const PatchCorner &p0 = p.corners[i], &p1 = p.corners[i + 1 < p.corners.size() ? i + 1 : 0];
+  const PatchCorner &q0 = q.corners[j], &q1 = q.corners[j + 1 < q.corners.size() ? j + 1 : 0];
+  const Vector2 place = p0.place + share * (p1.place - p0.place);
+  return {place,
+          p0.height + share * (p1.height - p0.height),
+          q0.height + share_along(q0.place, q1.place, place) * (q1.height - q0.height),
+          {FeatureKind::Edge, p0.edge},
+          {FeatureKind::Edge, q0.edge}};
+}
+
 struct Crossing {
   bool found = false;
-  double t_p = 0.0, t_q = 0.0;
+  double share = 0.0;  // of the way along P's side
 };
 
 /// Do two sides cross in their inner parts, by more than rounding on each side?
@@ -91,7 +111,7 @@ Crossing crossing(const Vector2& p0, const Vector2& p1, const Vector2& q0, const
   const bool p_crosses = (a > slack_q && b < -slack_q) || (a < -slack_q && b > slack_q);
   const bool q_crosses = (c > slack_p && d < -slack_p) || (c < -slack_p && d > slack_p);
   if (!p_crosses || !q_crosses) return {};
-  return {true, a / (a - b), c / (c - d)};
+  return {true, a / (a - b)};
 }
 
 void append_crossings(const Patch& p, const Patch& q, double rounding, SharedCorners& corners) {
@@ -104,12 +124,7 @@ void append_crossings(const Patch& p, const Patch& q, double rounding, SharedCor
       const PatchCorner& q0 = q.corners[j];
       const PatchCorner& q1 = q.corners[(j + 1) % q.corners.size()];
       const Crossing at = crossing(p0.place, p1.place, q0.place, q1.place, rounding);
-      if (!at.found) continue;
-      corners.push_back({p0.place + at.t_p * (p1.place - p0.place),
-                         p0.height + at.t_p * (p1.height - p0.height),
-                         q0.height + at.t_q * (q1.height - q0.height),
-                         {FeatureKind::Edge, p0.edge},
-                         {FeatureKind::Edge, q0.edge}});
+      if (at.found) corners.push_back(crossing_corner(p, i, q, j, at.share));
     }
   }
 }
@@ -195,14 +210,7 @@ void append_shared_of_polygons(const Patch& p, const Patch& q, double rounding,
       const std::size_t next_j = j + 1 < rows_q.count ? j + 1 : 0;
       const double c = of_q.at(i, j), d = of_q.at(i, next_j);
       if (!opposite(c, d, rows_p.slack[i])) continue;
-      const PatchCorner &p0 = p.corners[i], &p1 = p.corners[next_i];
-      const PatchCorner &q0 = q.corners[j], &q1 = q.corners[next_j];
-      const double t_p = a / (a - b), t_q = c / (c - d);
-      corners.push_back({p0.place + t_p * (p1.place - p0.place),
-                         p0.height + t_p * (p1.height - p0.height),
-                         q0.height + t_q * (q1.height - q0.height),
-                         {FeatureKind::Edge, p0.edge},
-                         {FeatureKind::Edge, q0.edge}});
+      corners.push_back(crossing_corner(p, i, q, j, a / (a - b)));
     }
   }
 }

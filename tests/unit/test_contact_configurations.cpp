@@ -23,6 +23,7 @@ using quoin::geometry::Points;
 using quoin::geometry::Polyhedron;
 using quoin::geometry::Vector3;
 using quoin::tests::Random;
+using quoin::tests::renumbered;
 using quoin::tests::rotation_about;
 using quoin::tests::transformed;
 using quoin::tests::WithinAbs;
@@ -367,5 +368,39 @@ TEST_CASE("configurations: points are as complete before contact as after") {
     for (const ContactPoint& point : contact.points) {
       CHECK_THAT(point.gap, WithinAbs(gap, 1e-15));
     }
+  }
+}
+
+TEST_CASE("configurations: with a reach beyond the blocks' height only what faces the other carries") {
+  const Polyhedron below = make_box({0, 0, 0}, {1, 0.5, 0.2});
+  const Polyhedron above = make_box({0.5, 0.1, 0.2}, {1.5, 0.6, 0.4});
+  in_every_pose(below, above, [](const Polyhedron& a, const Polyhedron& b, double) {
+    const PairContact near = contact_of(a, b);
+    const PairContact far = contact_of(a, b, {.tolerance = kTolerance, .reach = 1.0});
+    CHECK(near.points.size() == 4);
+    REQUIRE(far.points.size() == near.points.size());
+    for (std::size_t k = 0; k < far.points.size(); ++k) {
+      CHECK(far.points[k].key == near.points[k].key);
+      CHECK(far.points[k].gap == near.points[k].gap);
+    }
+  });
+}
+
+TEST_CASE("configurations: of merged points the nearer one stays") {
+  constexpr double kWide = 1e-2;  // tol, m
+  Points points(3, 9);  // a roof whose ridge is flattened within tol, its lower corners first
+  const double fall = 0.3 * kWide, aside = 0.8 * kWide;
+  points << -1, 1, -1, 1, -1, 1, -1, 1, 0,  // x
+      -aside, -aside, 0, 0, -1, -1, 1, 1, 0,
+      -fall, -fall, 0, 0, -0.5, -0.5, -0.5, -0.5, -1;
+  const Polyhedron roof = make_hull(points).polyhedron;
+  const Polyhedron plate = make_box({-2, -2, 1e-3}, {2, 2, 1});
+  Random random(3);
+  for (int i = 0; i < 20; ++i) {
+    const PairContact contact =
+        contact_of(renumbered(roof, random), renumbered(plate, random), {.tolerance = kWide});
+    CHECK_THAT(contact.nearest.gap, WithinAbs(1e-3, 1e-12));
+    REQUIRE(contact.points.size() == 2);
+    for (const ContactPoint& point : contact.points) CHECK_THAT(point.gap, WithinAbs(1e-3, 1e-12));
   }
 }
