@@ -36,9 +36,10 @@ bool contains(const Box& outer, const Box& inner) {
          outer.min[2] <= inner.min[2] && inner.max[2] <= outer.max[2];
 }
 
+bool is_idle(std::span<const char> idle, std::size_t i) { return !idle.empty() && idle[i] != 0; }
+
 bool both_idle(std::span<const char> idle, int a, int b) {
-  return !idle.empty() && idle[static_cast<std::size_t>(a)] != 0 &&
-         idle[static_cast<std::size_t>(b)] != 0;
+  return is_idle(idle, static_cast<std::size_t>(a)) && is_idle(idle, static_cast<std::size_t>(b));
 }
 
 int leaf_index(const Node& leaf) {
@@ -50,7 +51,7 @@ int leaf_index(const Node& leaf) {
 /// Fat boxes in FCL's dynamic tree. A box is put into the tree anew only when it leaves its roomy
 /// box; until then the pairs of overlapping fat boxes (`kept`) hold every pair within reach.
 struct BroadPhase::Tree {
-  FclTree tree{2, 0};
+  std::unique_ptr<FclTree> tree;  // made for the first scene that is not small
   std::vector<Node*> leaves;
   std::vector<Box> roomy;       // a box that stays inside needs no update, m
   std::vector<Vector3> home;    // centre at the last update, m
@@ -59,32 +60,33 @@ struct BroadPhase::Tree {
   long call = 0;
   std::size_t visits = 0, visits_when_new = 0;
 
+  std::vector<char> idle;  // one flag a box; no pair of two idle ones is in `kept`
   std::vector<BlockPair> kept, scratch, fresh, result;
   std::vector<int> moved;
   std::vector<char> is_moved;
   std::vector<const Node*> stack;
 
-  void try_all(std::span<const Box> boxes, double reach, std::span<const char> idle);
-  void build(std::span<const Box> boxes, double reach);
-  void follow(std::span<const Box> boxes, double reach);
+  void try_all(std::span<const Box> boxes, double reach, std::span<const char> idle_now);
+  void build(std::span<const Box> boxes, double reach, std::span<const char> idle_now);
+  void follow(std::span<const Box> boxes, double reach, std::span<const char> idle_now);
   void make_roomy(std::span<const Box> boxes, std::size_t i);
   fcl::AABBd fat_box(std::size_t i) const;
   template <class Visit>
   void query(const fcl::AABBd& box, Visit&& visit);
   void query_all();
   void query_moved();
-  void filter(std::span<const Box> boxes, double reach, std::span<const char> idle);
+  void filter(std::span<const Box> boxes, double reach);
 };
 
 void BroadPhase::Tree::try_all(std::span<const Box> boxes, double reach,
-                               std::span<const char> idle) {
+                               std::span<const char> idle_now) {
   leaves.clear();
   result.clear();
   const int count = static_cast<int>(boxes.size());
   for (int a = 0; a < count; ++a) {
     for (int b = a + 1; b < count; ++b) {
-      if (!both_idle(idle, a, b) && within_reach(boxes[static_cast<std::size_t>(a)],
-                                                 boxes[static_cast<std::size_t>(b)], reach)) {
+      if (!both_idle(idle_now, a, b) && within_reach(boxes[static_cast<std::size_t>(a)],
+                                                     boxes[static_cast<std::size_t>(b)], reach)) {
         result.push_back({a, b});
       }
     }
@@ -129,8 +131,13 @@ fcl::AABBd BroadPhase::Tree::fat_box(std::size_t i) const {
   return fat;
 }
 
-void BroadPhase::Tree::build(std::span<const Box> boxes, double reach) {
+void BroadPhase::Tree::build(std::span<const Box> boxes, double reach,
+                             std::span<const char> idle_now) {
   const std::size_t count = boxes.size();
+  idle.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    idle[i] = is_idle(idle_now, i);
+  }
   built_reach = reach * kReachSlack;
   call = 0;
   leaves.resize(count);
@@ -138,7 +145,8 @@ void BroadPhase::Tree::build(std::span<const Box> boxes, double reach) {
   home.resize(count);
   home_call.assign(count, -1);
   is_moved.assign(count, 0);
-  tree.clear();
+  if (!tree) tree = std::make_unique<FclTree>(2, 0);
+  tree->clear();
   for (std::size_t i = 0; i < count; ++i) {
     make_roomy(boxes, i);
     Node* leaf = new Node;  // owned and deleted by the tree
@@ -149,7 +157,7 @@ void BroadPhase::Tree::build(std::span<const Box> boxes, double reach) {
     leaves[i] = leaf;
   }
   std::vector<Node*> order = leaves;  // init sorts what it is given
-  tree.init(order, 0);
+  tree->init(order, 0);
   query_all();
   visits_when_new = visits;
 }
@@ -157,7 +165,7 @@ void BroadPhase::Tree::build(std::span<const Box> boxes, double reach) {
 template <class Visit>
 void BroadPhase::Tree::query(const fcl::AABBd& box, Visit&& visit) {
   stack.clear();
-  stack.push_back(tree.getRoot());
+  stack.push_back(tree->getRoot());
   while (!stack.empty()) {
     const Node* node = stack.back();
     stack.pop_back();
@@ -180,7 +188,7 @@ void BroadPhase::Tree::query_all() {
   for (int a = 0; a < static_cast<int>(leaves.size()); ++a) {
     const std::size_t first = kept.size();
     query(leaves[static_cast<std::size_t>(a)]->bv, [&](int b) {
-      if (a < b) {
+      if (a < b && !both_idle(idle, a, b)) {
         kept.push_back({a, b});
       }
     });
@@ -195,7 +203,8 @@ void BroadPhase::Tree::query_moved() {
   fresh.clear();
   for (int i : moved) {
     query(leaves[static_cast<std::size_t>(i)]->bv, [&](int j) {
-      if (i != j && (is_moved[static_cast<std::size_t>(j)] == 0 || i < j)) {
+      if (i != j && (is_moved[static_cast<std::size_t>(j)] == 0 || i < j) &&
+          !both_idle(idle, i, j)) {
         fresh.push_back({std::min(i, j), std::max(i, j)});
       }
     });
@@ -213,12 +222,15 @@ void BroadPhase::Tree::query_moved() {
   }
 }
 
-/// Brings the tree up to date with boxes that left their roomy box.
-void BroadPhase::Tree::follow(std::span<const Box> boxes, double reach) {
+/// Brings the tree up to date with boxes that left their roomy box, fell idle or are so no longer.
+void BroadPhase::Tree::follow(std::span<const Box> boxes, double reach,
+                              std::span<const char> idle_now) {
   ++call;
   moved.clear();
   for (std::size_t i = 0; i < boxes.size(); ++i) {
-    if (!contains(roomy[i], boxes[i])) {
+    const bool idle_changed = (idle[i] != 0) != is_idle(idle_now, i);
+    if (idle_changed || !contains(roomy[i], boxes[i])) {
+      idle[i] = is_idle(idle_now, i);
       moved.push_back(static_cast<int>(i));
     }
   }
@@ -227,7 +239,7 @@ void BroadPhase::Tree::follow(std::span<const Box> boxes, double reach) {
   if (!refit) {
     for (int i : moved) {
       make_roomy(boxes, static_cast<std::size_t>(i));
-      tree.update(leaves[static_cast<std::size_t>(i)], fat_box(static_cast<std::size_t>(i)));
+      tree->update(leaves[static_cast<std::size_t>(i)], fat_box(static_cast<std::size_t>(i)));
     }
     if (!moved.empty()) {
       query_moved();
@@ -243,24 +255,22 @@ void BroadPhase::Tree::follow(std::span<const Box> boxes, double reach) {
   for (std::size_t i = 0; i < boxes.size(); ++i) {
     leaves[i]->bv = fat_box(i);
   }
-  tree.refit();
+  tree->refit();
   query_all();
   if (static_cast<double>(visits) > kWornOut * static_cast<double>(visits_when_new)) {
-    tree.balanceTopdown();
+    tree->balanceTopdown();
     query_all();
     visits_when_new = visits;
   }
 }
 
-void BroadPhase::Tree::filter(std::span<const Box> boxes, double reach,
-                              std::span<const char> idle) {
+void BroadPhase::Tree::filter(std::span<const Box> boxes, double reach) {
   result.resize(kept.size());
   std::size_t count = 0;
   for (const BlockPair& pair : kept) {
     result[count] = pair;
     count += within_reach(boxes[static_cast<std::size_t>(pair.a)],
-                          boxes[static_cast<std::size_t>(pair.b)], reach) &&
-             !both_idle(idle, pair.a, pair.b);
+                          boxes[static_cast<std::size_t>(pair.b)], reach);
   }
   result.resize(count);
 }
@@ -281,11 +291,11 @@ const std::vector<BlockPair>& BroadPhase::find_candidates(std::span<const Box> b
     return tree_->result;
   }
   if (boxes.size() != tree_->leaves.size()) {
-    tree_->build(boxes, reach);
+    tree_->build(boxes, reach, idle);
   } else {
-    tree_->follow(boxes, reach);
+    tree_->follow(boxes, reach, idle);
   }
-  tree_->filter(boxes, reach, idle);
+  tree_->filter(boxes, reach);
   return tree_->result;
 }
 

@@ -28,6 +28,25 @@ FinderOptions checked(const FinderOptions& options) {
   return options;
 }
 
+bool same_box(const Box& x, const Box& y) { return x.min == y.min && x.max == y.max; }
+
+/// What a pair keeps from call to call.
+struct PairMemory {
+  FeatureHint hint{};
+  std::ptrdiff_t first = 0;   // of its contact points in `remembered`
+  std::ptrdiff_t count = -1;  // -1: not remembered
+};
+
+/// A block as it was when its box was last seen to be the same as in the call before.
+struct Standing {
+  std::shared_ptr<const Topology> topology{};
+  Points vertices{};
+
+  bool is(const Polyhedron& block) const {
+    return topology == block.shared_topology() && vertices == block.vertices();
+  }
+};
+
 }  // namespace
 
 struct ContactFinder::Memory {
@@ -38,19 +57,96 @@ struct ContactFinder::Memory {
   FinderOptions options;
   WorkerPool workers;
   BroadPhase broad_phase;
-  std::vector<Box> boxes;
+  std::vector<Box> boxes;          // of the last call
+  std::vector<Standing> standing;  // one a block
+  std::vector<char> stands;        // since the last call, to the bit
+  std::size_t standing_blocks = 0;
   std::vector<BlockPair> pairs;                  // of the last call
-  std::vector<FeatureHint> hints, carried;       // one a pair
+  std::vector<PairMemory> known, carried;        // one a pair
   std::vector<std::vector<ContactPoint>> parts;  // what each worker found
 
-  void carry_hints(const std::vector<BlockPair>& candidates);
+  // Contact points of the pairs of which neither block moved, and the reach they were found with.
+  std::vector<ContactPoint> remembered, next_remembered;
+  std::size_t remembered_pairs = 0, standing_pairs = 0, kept_pairs = 0;
+  double remembered_reach = -1.0;
+
+  void note_standing(std::span<const Polyhedron> blocks);
+  void carry(const std::vector<BlockPair>& candidates);
+  bool both_stand(const BlockPair& pair) const {
+    return stands[static_cast<std::size_t>(pair.a)] != 0 &&
+           stands[static_cast<std::size_t>(pair.b)] != 0;
+  }
+  void forget_moved();
+  void remember(const std::vector<ContactPoint>& contacts);
   void search(std::span<const Polyhedron> blocks, std::size_t first, std::size_t last,
               std::vector<ContactPoint>& contacts);
   void search_in_parallel(std::span<const Polyhedron> blocks, std::vector<ContactPoint>& contacts);
 };
 
-/// Each pair of the last call keeps its hint; a new one starts cold.
-void ContactFinder::Memory::carry_hints(const std::vector<BlockPair>& candidates) {
+/// Vertices are compared only where the box is that of the last call: a block that moves costs
+/// nothing more.
+void ContactFinder::Memory::note_standing(std::span<const Polyhedron> blocks) {
+  if (boxes.size() != blocks.size()) {
+    boxes.assign(blocks.size(), Box{});
+    standing.assign(blocks.size(), Standing{});
+    stands.resize(blocks.size());
+  }
+  standing_blocks = 0;
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const bool same = same_box(boxes[i], blocks[i].box());
+    stands[i] = same && standing[i].is(blocks[i]);
+    standing_blocks += stands[i] != 0;
+    if (same && stands[i] == 0) {
+      standing[i] = {blocks[i].shared_topology(), blocks[i].vertices()};
+    }
+    boxes[i] = blocks[i].box();
+  }
+}
+
+/// Forgets what was found for pairs that have moved since, or with another reach.
+void ContactFinder::Memory::forget_moved() {
+  standing_pairs = kept_pairs = 0;
+  if (standing_blocks < 2 && remembered_pairs == 0) {
+    return;
+  }
+  const bool same_reach = remembered_reach == options.reach;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const bool stand = both_stand(pairs[i]);
+    if (!stand || !same_reach) {
+      known[i].count = -1;
+    }
+    standing_pairs += stand;
+    kept_pairs += known[i].count >= 0;
+  }
+}
+
+/// Keeps the contact points of all pairs that stand, sorted by key as they are in `contacts`.
+void ContactFinder::Memory::remember(const std::vector<ContactPoint>& contacts) {
+  if (standing_pairs == kept_pairs && kept_pairs == remembered_pairs) {
+    return;  // all of them are there already
+  }
+  next_remembered.clear();
+  auto contact = contacts.begin();
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const auto first = contact;
+    while (contact != contacts.end() && contact->key.a == pairs[i].a &&
+           contact->key.b == pairs[i].b) {
+      ++contact;
+    }
+    if (!both_stand(pairs[i])) {
+      continue;
+    }
+    known[i].first = std::ssize(next_remembered);
+    known[i].count = contact - first;
+    next_remembered.insert(next_remembered.end(), first, contact);
+  }
+  std::swap(remembered, next_remembered);
+  remembered_pairs = standing_pairs;
+  remembered_reach = options.reach;
+}
+
+/// Each pair of the last call keeps what it knows; a new one starts cold.
+void ContactFinder::Memory::carry(const std::vector<BlockPair>& candidates) {
   if (candidates == pairs) {
     return;
   }
@@ -60,10 +156,10 @@ void ContactFinder::Memory::carry_hints(const std::vector<BlockPair>& candidates
     while (old < pairs.size() && pairs[old] < candidates[i]) {
       ++old;
     }
-    const bool known = old < pairs.size() && pairs[old] == candidates[i];
-    carried[i] = known ? hints[old] : FeatureHint{};
+    const bool is_known = old < pairs.size() && pairs[old] == candidates[i];
+    carried[i] = is_known ? known[old] : PairMemory{};
   }
-  std::swap(hints, carried);
+  std::swap(known, carried);
   pairs = candidates;
 }
 
@@ -72,10 +168,15 @@ void ContactFinder::Memory::search(std::span<const Polyhedron> blocks, std::size
                                    std::size_t last, std::vector<ContactPoint>& contacts) {
   const SearchOptions search_options{.tolerance = options.tolerance};
   for (std::size_t i = first; i < last; ++i) {
+    if (known[i].count >= 0) {
+      const auto point = remembered.begin() + known[i].first;
+      contacts.insert(contacts.end(), point, point + known[i].count);
+      continue;
+    }
     const Polyhedron& a = blocks[static_cast<std::size_t>(pairs[i].a)];
     const Polyhedron& b = blocks[static_cast<std::size_t>(pairs[i].b)];
-    const NearestFeatures nearest = nearest_features(a, b, search_options, hints[i]);
-    hints[i] = nearest.hint;
+    const NearestFeatures nearest = nearest_features(a, b, search_options, known[i].hint);
+    known[i].hint = nearest.hint;
     if (nearest.gap <= options.reach || nearest.status == PairStatus::Touching) {
       append_contact_points(
           {pairs[i].a, pairs[i].b}, a, b, nearest,
@@ -125,18 +226,18 @@ void ContactFinder::set_reach(double reach) {
   memory_->options.reach = reach;
 }
 
-void ContactFinder::find(std::span<const Polyhedron> blocks, std::span<const char> idle,
-                         std::vector<ContactPoint>& contacts) {
+FindCounts ContactFinder::find(std::span<const Polyhedron> blocks, std::span<const char> idle,
+                               std::vector<ContactPoint>& contacts) {
   Memory& m = *memory_;
-  m.boxes.resize(blocks.size());
+  m.note_standing(blocks);
   double reach = std::max(m.options.reach, m.options.tolerance);
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
-    m.boxes[i] = blocks[i].box();
-    if (m.options.tolerance == 0.0) {
-      reach = std::max(reach, default_tolerance(blocks[i], blocks[i]));
+  if (m.options.tolerance == 0.0) {
+    for (const Polyhedron& block : blocks) {
+      reach = std::max(reach, default_tolerance(block, block));
     }
   }
-  m.carry_hints(m.broad_phase.find_candidates(m.boxes, reach, idle));
+  m.carry(m.broad_phase.find_candidates(m.boxes, reach, idle));
+  m.forget_moved();
   const auto workers = static_cast<std::size_t>(m.workers.count());
   if (workers > 1 && m.pairs.size() >= workers * kPairsPerWorker) {
     m.search_in_parallel(blocks, contacts);
@@ -144,6 +245,8 @@ void ContactFinder::find(std::span<const Polyhedron> blocks, std::span<const cha
     contacts.clear();
     m.search(blocks, 0, m.pairs.size(), contacts);
   }
+  m.remember(contacts);
+  return {static_cast<int>(m.pairs.size()), static_cast<int>(m.pairs.size() - m.kept_pairs)};
 }
 
 }  // namespace quoin::geometry

@@ -156,6 +156,34 @@ TEST_CASE("finder: the same list for any number of threads and any history") {
   }
 }
 
+TEST_CASE("finder: pairs of blocks that stand still are not searched again, and nobody can tell") {
+  Random random(34);
+  std::vector<Polyhedron> blocks = wall(12, 12, 1e-4, random);
+  ContactFinder one({.reach = 1e-3}), two({.reach = 1e-3, .threads = 2});
+  std::vector<ContactPoint> contacts, with_two;
+  int least = 1 << 30;
+  for (int step = 0; step < 60; ++step) {
+    const double reach = step / 10 % 2 == 0 ? 1e-3 : 2e-3;
+    one.set_reach(reach);
+    two.set_reach(reach);
+    const quoin::geometry::FindCounts counts = one.find(blocks, contacts);
+    REQUIRE(two.find(blocks, with_two).searched == counts.searched);
+    REQUIRE(same(contacts, found(blocks, reach)));
+    REQUIRE(same(contacts, with_two));
+    least = std::min(least, counts.searched);
+    const double share = step % 7 == 0 ? 0.3 : step % 7 == 1 ? 0.01 : 0.0;
+    for (Polyhedron& block : blocks) {
+      if (random.chance(share)) {
+        block.set_vertices(block.vertices().colwise() + Vector3(1e-4 * random.direction()));
+      }
+      if (random.chance(0.1 * share)) {  // the same place, other faces: triangles
+        block = quoin::geometry::make_hull(block.vertices()).polyhedron;
+      }
+    }
+  }
+  CHECK(least == 0);
+}
+
 TEST_CASE("finder: the same contacts for any order of the blocks, but for their names") {
   Random random(8);
   const std::vector<Polyhedron> blocks = wall(8, 8, 1e-4, random);

@@ -13,7 +13,14 @@ struct FinderOptions {
   int threads = 1;         ///< any number gives the same bits
 };
 
-/// Remembers its tree and where each pair's search ended: that changes the speed, never the answer.
+/// What a call of ContactFinder::find() had to do.
+struct FindCounts {
+  int candidates = 0;  ///< pairs of blocks near enough to touch
+  int searched = 0;    ///< of these: not left as they were by both blocks since the last call
+};
+
+/// Remembers its tree, where each pair's search ended and what it found for blocks that stand
+/// still: that changes the speed, never the answer.
 class ContactFinder {
  public:
   explicit ContactFinder(const FinderOptions& options);
@@ -23,10 +30,10 @@ class ContactFinder {
 
   /// Pairs of blocks that are both idle (fixed, or known not to move) are never tested.
   /// `idle` is empty or one flag a block. The list is sorted by key; no allocation when warm.
-  void find(std::span<const Polyhedron> blocks, std::span<const char> idle,
-            std::vector<ContactPoint>& contacts);
-  void find(std::span<const Polyhedron> blocks, std::vector<ContactPoint>& contacts) {
-    find(blocks, {}, contacts);
+  FindCounts find(std::span<const Polyhedron> blocks, std::span<const char> idle,
+                  std::vector<ContactPoint>& contacts);
+  FindCounts find(std::span<const Polyhedron> blocks, std::vector<ContactPoint>& contacts) {
+    return find(blocks, {}, contacts);
   }
 
   void set_reach(double reach);  ///< m, from the next find() on
