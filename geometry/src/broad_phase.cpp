@@ -13,7 +13,7 @@ namespace {
 using FclTree = fcl::detail::HierarchyTree<fcl::AABBd>;
 using Node = FclTree::NodeType;
 
-constexpr int kFewBoxes = 16;        // below this all pairs are tried and no tree is built
+constexpr std::size_t kFewBoxes = 16;  // below this all pairs are tried and no tree is built
 constexpr double kSkin = 0.05;       // skin of a fat box, as a part of the box's diagonal
 constexpr double kLookAhead = 16;    // a moving box is fattened for this many calls to come
 constexpr double kLookAheadCap = 1;  // but by no more than this part of its diagonal
@@ -275,6 +275,8 @@ void BroadPhase::Tree::filter(std::span<const Box> boxes, double reach) {
   result.resize(count);
 }
 
+bool tries_all_pairs(std::size_t boxes) { return boxes < kFewBoxes; }
+
 BroadPhase::BroadPhase() : tree_(std::make_unique<Tree>()) {}
 BroadPhase::~BroadPhase() = default;
 BroadPhase::BroadPhase(BroadPhase&&) noexcept = default;
@@ -286,7 +288,7 @@ const std::vector<BlockPair>& BroadPhase::find_candidates(std::span<const Box> b
     throw InputError("idle has " + std::to_string(idle.size()) + " flags for " +
                      std::to_string(boxes.size()) + " boxes");
   }
-  if (boxes.size() < kFewBoxes) {
+  if (tries_all_pairs(boxes.size())) {
     tree_->try_all(boxes, reach, idle);
     return tree_->result;
   }

@@ -1,19 +1,12 @@
 #include "advance.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "step.hpp"
 
 namespace quoin::solver {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
@@ -38,11 +31,12 @@ double wanted_reach(const CompiledScene& compiled, const StepOptions& options, c
   return std::max(2.0 * (speed * dt + fall), least);
 }
 
-void find(const CompiledScene& compiled, const StepOptions& options, const State& state,
-          std::vector<geometry::ContactPoint>& found, Workspace& work) {
+geometry::FindCounts find(const CompiledScene& compiled, const StepOptions& options,
+                          const State& state, std::vector<geometry::ContactPoint>& found,
+                          Workspace& work) {
   work.reach = wanted_reach(compiled, options, state);
   work.finder.set_reach(work.reach);
-  work.finder.find(state.polyhedra, compiled.idle, found);
+  return work.finder.find(state.polyhedra, compiled.idle, found);
 }
 
 void begin(const CompiledScene& compiled, const State& state, Workspace& work) {
@@ -119,11 +113,8 @@ bool add_missed(const CompiledScene& compiled, double limit,
 void book(const Attempt& attempt, const CompiledScene& compiled, State& state) {
   EnergyLedger& energy = state.energy;
   const double before = energy.mechanical();
-  energy.kinetic = energy.strain = 0.0;
-  for (std::size_t b = 0; b < state.blocks.size(); ++b) {
-    energy.kinetic += kinetic_energy(compiled.models[b], state.blocks[b]);
-    energy.strain += strain_energy(compiled.models[b], state.blocks[b]);
-  }
+  energy.kinetic = kinetic_energy(compiled, state);
+  energy.strain = strain_energy(compiled, state);
   energy.contact = attempt.spring_energy;
   energy.potential -= attempt.gravity_work;
   energy.work += attempt.load_work;
@@ -140,9 +131,14 @@ void accept(Attempt& attempt, const CompiledScene& compiled, const StepOptions& 
   for (const BodyContact& contact : attempt.contacts) attempt.end.contacts.push_back(contact.state);
   std::sort(attempt.end.contacts.begin(), attempt.end.contacts.end(),
             [](const Contact& x, const Contact& y) { return x.point.key < y.point.key; });
-  work.last_time_step = options.analysis == Analysis::Dynamic ? attempt.end.time - state.time : 0.0;
-  work.last_velocity.clear();
-  for (const BlockState& block : state.blocks) work.last_velocity.push_back(velocity_vector(block));
+  work.last_time_step = 0.0;
+  if (options.analysis == Analysis::Dynamic) {
+    work.last_time_step = attempt.end.time - state.time;
+    work.last_velocity.clear();
+    for (const int block : compiled.slots.block_of_slot) {
+      work.last_velocity.push_back(velocity_vector(state.blocks[index(block)]));
+    }
+  }
   std::swap(state, attempt.end);
   work.motion = attempt.motion;
   book(attempt, compiled, state);
@@ -216,6 +212,7 @@ void detect(const CompiledScene& compiled, const StepOptions& options, const Sta
 StepReport advance(const CompiledScene& compiled, const StepOptions& options, State& state,
                    State& best, Workspace& work) {
   StepReport report;
+  work.clock.start();
   const double smallest =
       options.smallest_time_step > 0.0 ? options.smallest_time_step : options.time_step / 1024.0;
   const double limit = 1e-9 * compiled.smallest_size;
@@ -232,17 +229,17 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
     }
     Attempt attempt;
     for (int round = 0; round < 4; ++round) {
-      const Clock::time_point start = Clock::now();
       attempt = attempt_step(compiled, options, state, dt, work);
       if (attempt.solved.converged && options.analysis == Analysis::Dynamic &&
           options.method != ContactMethod::Penalty) {
         apply_velocity_law(compiled, options, state, dt, work, attempt);
       }
-      report.seconds_solve += seconds_since(start);
+      work.clock.charge(&PhaseSeconds::update);
       if (!all_finite(attempt.end)) break;
-      const Clock::time_point search = Clock::now();
-      find(compiled, options, attempt.end, found_end, work);
-      report.seconds_detect += seconds_since(search);
+      const geometry::FindCounts counts = find(compiled, options, attempt.end, found_end, work);
+      report.candidate_pairs += counts.candidates;
+      report.searched_pairs += counts.searched;
+      work.clock.charge(&PhaseSeconds::detect);
       if (!attempt.solved.converged) break;
       const bool missed = add_missed(compiled, limit, found_end, work);
       if (!drop_ghosts(compiled, found_end, work) && !missed) break;
@@ -257,6 +254,7 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
       std::swap(work.found, found_end);
       done += dt;
       ++report.sub_steps;
+      work.clock.charge(&PhaseSeconds::update);
       continue;
     }
     (too_far && attempt.solved.converged ? report.cuts_by_displacement
@@ -277,6 +275,8 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
   for (const geometry::ContactPoint& point : work.found) {
     report.largest_overlap = std::max(report.largest_overlap, -point.gap);
   }
+  work.clock.charge(&PhaseSeconds::update);
+  report.seconds = work.clock.seconds;
   return report;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 /// One time step.
 
+#include <chrono>
 #include <quoin/geometry/contact_finder.hpp>
 #include <quoin/solver/simulation.hpp>
 
@@ -9,6 +10,26 @@
 #include "open_close.hpp"
 
 namespace quoin::solver {
+
+/// Where the time of a step goes.
+class PhaseClock {
+ public:
+  void start() {
+    seconds = {};
+    last_ = Clock::now();
+  }
+  /// The time since the last call is this phase's.
+  void charge(double PhaseSeconds::*phase) {
+    const Clock::time_point now = Clock::now();
+    seconds.*phase += std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+  }
+  PhaseSeconds seconds;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point last_{};
+};
 
 /// Memory kept between steps. All but `found`, `motion` and the finder could be thrown away.
 struct Workspace {
@@ -20,7 +41,7 @@ struct Workspace {
   std::vector<PrescribedMotion> motion;       ///< of compiled.prescribed, at the present state
 
   double last_time_step = 0.0;                ///< of the last accepted sub-step; 0: none
-  BlockVector last_velocity;                  ///< at its start, by block: predicts the next increment
+  BlockVector last_velocity;                  ///< at its start, by slot: predicts the next increment
 
   std::vector<BodyContact> contacts;
   StepPoses poses;
@@ -29,6 +50,7 @@ struct Workspace {
   std::vector<Matrix12> compliance;  ///< inverse of each diagonal block of base
   BlockVector force, increment;
   OpenClose open_close;
+  PhaseClock clock;
 };
 
 /// Moves the state by exactly options.time_step, in counted sub-steps where it must.

@@ -28,18 +28,23 @@ void check_material(const Block& block, int index) {
   }
 }
 
+/// E(e) X = sum X_k strain_basis(k) e.
+const Eigen::Matrix<double, 3, 6>& strain_basis(int k) {
+  static const std::array<Eigen::Matrix<double, 3, 6>, 3> basis = {
+      strain_motion(Vector3::UnitX()), strain_motion(Vector3::UnitY()),
+      strain_motion(Vector3::UnitZ())};
+  return basis[static_cast<std::size_t>(k)];
+}
+
 void set_inertia(BlockModel& model, double density, const Matrix3& second_moment) {
   const Matrix3& s = model.second_moment = density * second_moment;
   model.inertia = s.trace() * Matrix3::Identity() - s;
   model.strain_inertia.setZero();
   model.inertia_coupling.setZero();
   for (int i = 0; i < 3; ++i) {
-    model.strain_basis[static_cast<std::size_t>(i)] = strain_motion(Vector3::Unit(i));
-  }
-  for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
-      const auto& basis_i = model.strain_basis[static_cast<std::size_t>(i)];
-      const auto& basis_j = model.strain_basis[static_cast<std::size_t>(j)];
+      const Eigen::Matrix<double, 3, 6>& basis_i = strain_basis(i);
+      const Eigen::Matrix<double, 3, 6>& basis_j = strain_basis(j);
       model.strain_inertia += s(i, j) * basis_i.transpose() * basis_j;
       // theta × X = -[X] theta
       model.inertia_coupling += s(i, j) * cross_matrix(Vector3::Unit(i)) * basis_j;
@@ -114,6 +119,12 @@ Matrix12 block_matrix(const BlockModel& model, const StepScheme& scheme) {
   return k;
 }
 
+Vector12 static_block_force(const BlockModel& model, const BlockState& state) {
+  Vector12 force = Vector12::Zero();
+  if (model.unknowns == 12) force.tail<6>() = -model.volume * stress(model, state.strain);
+  return force;
+}
+
 Vector12 block_force(const BlockModel& model, const BlockState& state, const StepScheme& scheme,
                      const Vector12& increment) {
   const double dt = scheme.time_step;
@@ -131,11 +142,12 @@ Vector12 block_force(const BlockModel& model, const BlockState& state, const Ste
   force.segment<3>(3) =
       (2.0 / dt) * now.head<3>() - (cayley(theta) * spin_end - spin_end) / dt;
   if (!deformable) return force;
-  force.tail<6>() = (2.0 / dt) * now.tail<6>() - model.volume * stress(model, state.strain);
+  force += static_block_force(model, state);
+  force.tail<6>() += (2.0 / dt) * now.tail<6>();
   const Vector3 spin = theta / dt;
   for (int i = 0; i < 3; ++i) {
     const Vector3 centripetal = spin.cross(spin.cross(Vector3(model.second_moment.row(i))));
-    force.tail<6>() -= model.strain_basis[static_cast<std::size_t>(i)].transpose() * centripetal;
+    force.tail<6>() -= strain_basis(i).transpose() * centripetal;
   }
   return force;
 }

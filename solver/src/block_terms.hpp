@@ -22,7 +22,6 @@ struct BlockModel {
   Eigen::Matrix<double, 6, 6> strain_inertia;                 ///< kg m2
   Eigen::Matrix<double, 6, 6> elasticity;                     ///< Pa
   Eigen::Matrix<double, 6, 6> flexibility;                    ///< its inverse, 1/Pa
-  std::array<Eigen::Matrix<double, 3, 6>, 3> strain_basis{};  ///< E(e) X = sum X_k basis[k] e
   Matrix3 second_moment = Matrix3::Zero();                    ///< rho integral X X^T dV, kg m2
 };
 
@@ -47,6 +46,9 @@ Matrix12 block_matrix(const BlockModel& model, const StepScheme& scheme);
 /// increment of the step (the last estimate of it), turning frame.
 Vector12 block_force(const BlockModel& model, const BlockState& state, const StepScheme& scheme,
                      const Vector12& increment);
+
+/// The same at rest: - V stress.
+Vector12 static_block_force(const BlockModel& model, const BlockState& state);
 
 /// Velocities at the end of the step: 2 D/dt - v.
 BlockState with_end_velocity(const BlockState& end, const BlockState& start,

@@ -78,13 +78,21 @@ FaceMean face_mean(const geometry::Polyhedron& shape, int face) {
   return mean;
 }
 
+bool is_always_zero(const VectorOfTime& value) {
+  return value.is_constant() && value.at(0.0).isZero(0.0);
+}
+
+void add_load(CompiledScene& compiled, int block, const Vector3& arm, const VectorOfTime& force,
+              double factor) {
+  if (!is_always_zero(force)) compiled.loads.push_back({block, arm, force, factor});
+}
+
 void compile_loads(CompiledScene& compiled) {
   const Scene& scene = compiled.scene;
   for (const PointLoad& load : scene.point_loads) {
     check_loaded_block(scene, load.block, "point load");
     check_finite(load.point, "point load: point");
-    compiled.loads.push_back(
-        {load.block, arm_of(compiled, load.block, load.point), load.force, 1.0});
+    add_load(compiled, load.block, arm_of(compiled, load.block, load.point), load.force, 1.0);
   }
   for (const FaceLoad& load : scene.face_loads) {
     check_loaded_block(scene, load.block, "face load");
@@ -94,13 +102,13 @@ void compile_loads(CompiledScene& compiled) {
                        std::to_string(load.face));
     }
     const FaceMean mean = face_mean(shape, load.face);
-    compiled.loads.push_back(
-        {load.block, arm_of(compiled, load.block, mean.centroid), load.traction, mean.area});
+    add_load(compiled, load.block, arm_of(compiled, load.block, mean.centroid), load.traction,
+             mean.area);
   }
   for (const BodyLoad& load : scene.body_loads) {
     check_loaded_block(scene, load.block, "body load");
-    compiled.loads.push_back({load.block, Vector3::Zero(), load.force,
-                              compiled.models[static_cast<std::size_t>(load.block)].volume});
+    add_load(compiled, load.block, Vector3::Zero(), load.force,
+             compiled.models[static_cast<std::size_t>(load.block)].volume);
   }
   for (const FixedPoint& point : scene.fixed_points) {
     check_loaded_block(scene, point.block, "fixed point");
@@ -120,32 +128,6 @@ Vector3 scene_origin(const Scene& scene) {
   const Vector3 middle = 0.5 * (low + high);
   const double extent = (high - low).norm();
   return middle.norm() > 16.0 * extent ? Vector3(middle.array().round()) : Vector3::Zero();
-}
-
-void describe_left_out(CompiledScene& compiled) {
-  const Scene& scene = compiled.scene;
-  auto& out = compiled.left_out;
-  int fixed = 0, rigid = 0;
-  bool friction = scene.joint.friction_angle > 0.0 || scene.joint.cohesion > 0.0;
-  for (const Block& block : scene.blocks) {
-    fixed += block.kind == BlockKind::Fixed || block.kind == BlockKind::Prescribed;
-    rigid += block.kind == BlockKind::Rigid;
-  }
-  for (const PairJoint& pair : scene.pair_joints) {
-    friction = friction || pair.joint.friction_angle > 0.0 || pair.joint.cohesion > 0.0;
-  }
-  if (fixed > 0) {
-    out.push_back("unknowns and mass terms of " + std::to_string(fixed) +
-                  " block(s): fixed or prescribed");
-  }
-  if (fixed > 1) out.push_back("contact search between blocks without unknowns");
-  if (rigid > 0) {
-    out.push_back("strain unknowns and elasticity of " + std::to_string(rigid) + " block(s): rigid");
-  }
-  if (!friction) out.push_back("shear springs and sliding: no joint has friction or cohesion");
-  if (compiled.loads.empty()) out.push_back("load terms: no point, face or body load");
-  if (compiled.held.empty()) out.push_back("held points: none in the scene");
-  if (compiled.prescribed.empty()) out.push_back("prescribed motion: no block has one");
 }
 
 }  // namespace
@@ -171,7 +153,9 @@ CompiledScene compile(Scene scene) {
     unknowns.push_back(compiled.models.back().unknowns);
     sizes.push_back(compiled.models.back().size);
     compiled.idle.push_back(unknowns.back() == 0);
-    if (block.kind == BlockKind::Prescribed) compiled.prescribed.push_back(static_cast<int>(b));
+    if (block.kind == BlockKind::Prescribed && !is_always_zero(block.motion.value)) {
+      compiled.prescribed.push_back(static_cast<int>(b));
+    }
   }
   compiled.slots = make_slots(unknowns, sizes);
   compiled.smallest_size = *std::min_element(sizes.begin(), sizes.end());
@@ -180,7 +164,6 @@ CompiledScene compile(Scene scene) {
         *std::min_element(compiled.slots.length.begin(), compiled.slots.length.end());
   }
   compile_loads(compiled);
-  describe_left_out(compiled);
   return compiled;
 }
 
@@ -203,15 +186,35 @@ State initial_state(const CompiledScene& compiled) {
   return state;
 }
 
+double kinetic_energy(const CompiledScene& compiled, const State& state) {
+  double sum = 0.0;
+  for (const int block : compiled.slots.block_of_slot) {
+    const auto b = static_cast<std::size_t>(block);
+    sum += kinetic_energy(compiled.models[b], state.blocks[b]);
+  }
+  return sum;
+}
+
+double strain_energy(const CompiledScene& compiled, const State& state) {
+  double sum = 0.0;
+  for (const int block : compiled.slots.block_of_slot) {
+    const auto b = static_cast<std::size_t>(block);
+    sum += strain_energy(compiled.models[b], state.blocks[b]);
+  }
+  return sum;
+}
+
 void place_polyhedra(const CompiledScene& compiled, State& state) {
   geometry::Points places;
-  for (std::size_t b = 0; b < compiled.models.size(); ++b) {
-    if (compiled.scene.blocks[b].kind == BlockKind::Fixed) continue;
+  const auto place = [&](int block) {
+    const auto b = static_cast<std::size_t>(block);
     const Pose now = pose(state.blocks[b]);
     places.noalias() = now.shape * compiled.models[b].arms;
     places.colwise() += now.centroid;
     state.polyhedra[b].set_vertices(places);
-  }
+  };
+  std::ranges::for_each(compiled.slots.block_of_slot, place);
+  std::ranges::for_each(compiled.prescribed, place);
 }
 
 PrescribedMotion advance_motion(const Motion& motion, const PrescribedMotion& known, double from,

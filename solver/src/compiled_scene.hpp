@@ -31,7 +31,6 @@ struct CompiledScene {
   std::vector<PointForce> loads;    ///< point, face and body loads
   std::vector<HeldPoint> held;
   double smallest_size = 0.0;       ///< of the blocks with unknowns (of all, if there are none), m
-  std::vector<std::string> left_out;
 };
 
 /// Throws InputError naming block, joint or load, value and limit.
@@ -39,6 +38,10 @@ CompiledScene compile(Scene scene);
 
 /// State at time 0.
 State initial_state(const CompiledScene& compiled);
+
+/// Of all blocks with unknowns, J.
+double kinetic_energy(const CompiledScene& compiled, const State& state);
+double strain_energy(const CompiledScene& compiled, const State& state);
 
 /// World vertices (relative to origin) of every block from its state.
 void place_polyhedra(const CompiledScene& compiled, State& state);

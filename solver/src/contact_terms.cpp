@@ -152,6 +152,8 @@ double compliance_along(const LinearContact& c, int row, const std::vector<Matri
 
 void set_augmentation(const std::vector<Matrix12>& compliance, LinearContact& linear) {
   linear.normal_stiffness = augmentation(linear, 0, compliance);
+  linear.shear_stiffness = 0.0;
+  if (linear.law == ContactLaw::Frictionless) return;
   linear.shear_stiffness =
       std::min(augmentation(linear, 1, compliance), augmentation(linear, 2, compliance));
 }

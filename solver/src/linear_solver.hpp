@@ -20,6 +20,9 @@ class LinearSolver {
   bool factorize(const BlockSystem& system);
   void solve(const BlockVector& right, BlockVector& solution);
 
+  /// Few unknowns are solved without sparse structures.
+  static bool is_dense(int unknowns) { return unknowns <= kDenseLimit; }
+
   /// Ratio of the largest to the smallest pivot: a lower estimate of the condition number.
   double condition_estimate() const;
 
@@ -30,7 +33,7 @@ class LinearSolver {
     std::vector<std::pair<int, int>> pairs;  // that the pattern was made for
   };
 
-  bool dense() const { return slots_->unknowns() <= kDenseLimit; }
+  bool dense() const { return is_dense(slots_->unknowns()); }
   bool factorize_dense(const BlockSystem& system);
   bool factorize_sparse(const BlockSystem& system);
   void build_pattern(const BlockSystem& system, Sparse& sparse);

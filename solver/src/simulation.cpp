@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "advance.hpp"
+#include "left_out.hpp"
 
 namespace quoin::solver {
 
@@ -83,10 +84,8 @@ Simulation::Simulation(Scene scene, const StepOptions& options) {
   detect(parts_->compiled, options, parts_->state, parts_->work);
   check_overlap(parts_->compiled, parts_->work);
   EnergyLedger& energy = parts_->state.energy;
-  for (std::size_t b = 0; b < parts_->state.blocks.size(); ++b) {
-    energy.kinetic += kinetic_energy(parts_->compiled.models[b], parts_->state.blocks[b]);
-    energy.strain += strain_energy(parts_->compiled.models[b], parts_->state.blocks[b]);
-  }
+  energy.kinetic = kinetic_energy(parts_->compiled, parts_->state);
+  energy.strain = strain_energy(parts_->compiled, parts_->state);
   energy.contact = initial_spring_energy(parts_->compiled, options, parts_->work);
 }
 
@@ -153,6 +152,8 @@ Vector3 Simulation::reference_arm(int block, const Vector3& world_point) const {
                                world_point - parts_->state.origin);
 }
 
-const std::vector<std::string>& Simulation::left_out() const { return parts_->compiled.left_out; }
+std::vector<std::string> Simulation::left_out() const {
+  return solver::left_out(parts_->compiled, parts_->options);
+}
 
 }  // namespace quoin::solver

@@ -33,7 +33,8 @@ void set_start(const CompiledScene& compiled, const StepOptions& options, const 
     const BlockState& now = state.blocks[b];
     work.poses.increment[b] = time_step * velocity_vector(now);
     if (std::abs(work.last_time_step - time_step) < 1e-9 * time_step) {  // acceleration as in the last step
-      work.poses.increment[b] += 0.5 * time_step * (velocity_vector(now) - work.last_velocity[b]);
+      const std::size_t slot = index(compiled.slots.slot_of_block[b]);
+      work.poses.increment[b] += 0.5 * time_step * (velocity_vector(now) - work.last_velocity[slot]);
     }
     if (compiled.models[b].unknowns == 6) work.poses.increment[b].tail<6>().setZero();
   }
@@ -238,16 +239,12 @@ void set_force(const CompiledScene& compiled, const StepOptions& options, const 
   work.force.resize(work.base.diagonal.size());
   for (std::size_t s = 0; s < work.force.size(); ++s) {
     const std::size_t b = index(compiled.slots.block_of_slot[s]);
-    const StepScheme scheme = scheme_of(options, time_step, work.poses.deforms[b] != 0);
     if (options.analysis == Analysis::Dynamic) {
+      const StepScheme scheme = scheme_of(options, time_step, work.poses.deforms[b] != 0);
       work.force[s] =
           block_force(compiled.models[b], state.blocks[b], scheme, work.poses.increment[b]);
     } else {
-      BlockState resting = state.blocks[b];
-      resting.velocity.setZero();
-      resting.angular_velocity.setZero();
-      resting.strain_rate.setZero();
-      work.force[s] = block_force(compiled.models[b], resting, scheme, Vector12::Zero());
+      work.force[s] = static_block_force(compiled.models[b], state.blocks[b]);
     }
     work.force[s].head<3>() += compiled.models[b].mass * gravity;
   }
@@ -342,8 +339,10 @@ OpenCloseResult solve_positions(const CompiledScene& compiled, const StepOptions
       linearise_all(compiled, options, state, time_step, free_increment, work);
     }
     by_slot(compiled, work.poses.increment, work.increment);
+    work.clock.charge(&PhaseSeconds::assemble);
     const OpenCloseResult solved =
         work.open_close.solve(work.base, work.force, work.linear, tuning, work.increment);
+    work.clock.charge(&PhaseSeconds::solve);
     by_block(compiled, work.increment, work.poses.increment);
     total.iterations += solved.iterations;
     total.solves += solved.solves;
@@ -563,6 +562,7 @@ Attempt attempt_step(const CompiledScene& compiled, const StepOptions& options, 
     total.residual = solved.residual;
     total.condition = solved.condition;
   } while (total.converged && fail_broken(work));
+  work.clock.charge(&PhaseSeconds::assemble);
   attempt.solved = total;
   account(compiled, options, state, time_step, work, attempt);
 

@@ -42,14 +42,6 @@ BlockVector free_velocity_gain(const CompiledScene& compiled, const State& start
   return gain;
 }
 
-double kinetic_energy(const CompiledScene& compiled, const State& state) {
-  double sum = 0.0;
-  for (std::size_t b = 0; b < state.blocks.size(); ++b) {
-    sum += kinetic_energy(compiled.models[b], state.blocks[b]);
-  }
-  return sum;
-}
-
 /// A contact of the step turned into one of velocities: d is the relative velocity times dt, the force
 /// 2/dt of the impulse. False when nothing is to be set there.
 bool velocity_contact(const CompiledScene& compiled, const State& start, const State& end,
@@ -102,14 +94,6 @@ bool velocity_held_point(const HeldPoint& held, double time, double time_step,
   c.offset = -target;
   c.multiplier = 2.0 * position.force;
   return true;
-}
-
-double energy(const CompiledScene& compiled, const State& state) {
-  double sum = kinetic_energy(compiled, state);
-  for (std::size_t b = 0; b < state.blocks.size(); ++b) {
-    sum += strain_energy(compiled.models[b], state.blocks[b]);
-  }
-  return sum;
 }
 
 /// Until the first new contact closed, contacts that were closed before pushed as in the last step.
@@ -178,15 +162,18 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
   tuning.gap_rounding = coordinate_rounding(compiled, start);
   tuning.max_iterations = options.max_iterations;
   const double before = kinetic_energy(compiled, attempt.end);
-  const double available = energy(compiled, start) + attempt.gravity_work + attempt.load_work;
+  const double available = kinetic_energy(compiled, start) + strain_energy(compiled, start) +
+                           attempt.gravity_work + attempt.load_work;
   const bool bouncing = std::any_of(bounces.begin(), bounces.end(), [](double b) { return b != 0.0; });
   // With friction and several contacts Newton's restitution can create energy: less of it then.
   for (const double share : {1.0, 0.5, 0.25, 0.0}) {
     std::vector<LinearContact> tried = contacts;
     for (std::size_t i = 0; i < tried.size(); ++i) tried[i].offset[0] += share * bounces[i];
     BlockVector solution = velocity;
+    work.clock.charge(&PhaseSeconds::assemble);
     const OpenCloseResult solved =
         work.open_close.solve(work.base, force, tried, tuning, solution);
+    work.clock.charge(&PhaseSeconds::solve);
     for (std::size_t s = 0; s < solution.size(); ++s) {
       set_velocity(solution[s] / time_step,
                    attempt.end.blocks[index(compiled.slots.block_of_slot[s])]);
@@ -195,7 +182,8 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
     attempt.solved.solves += solved.solves;
     attempt.solved.factorizations += solved.factorizations;
     if (bouncing && share > 0.0 &&
-        !(energy(compiled, attempt.end) <= available + kEnergyRounding * std::abs(available))) {
+        !(kinetic_energy(compiled, attempt.end) + strain_energy(compiled, attempt.end) <=
+          available + kEnergyRounding * std::abs(available))) {
       continue;
     }
     attempt.solved.converged = attempt.solved.converged && solved.converged;

@@ -118,7 +118,10 @@ int run(const RunArguments& arguments) {
   const SceneFile file = scene_file::read_scene(arguments.scene, arguments.changes);
   std::signal(SIGINT, note_interrupt);
   Output output;
-  const RunResult result = run_with_files(file, arguments, output);
+  RunResult result = run_with_files(file, arguments, output);
+  if (arguments.out.empty()) {
+    result.left_out.emplace_back("history and ParaView files: no folder is asked for");
+  }
   const nlohmann::ordered_json report = summary(file, arguments.scene, result, arguments.threads);
   if (output.folder) {
     output.files->finish();

@@ -122,11 +122,6 @@ json monitors_json(const SceneFile& file, const RunResult& result) {
 json energy_json(const RunResult& result) {
   const EnergyLedger& start = result.energy_start;
   const EnergyLedger& end = result.energy;
-  // What the ledger does not account for: should be a rounding error.
-  const double closure = end.mechanical() - start.mechanical() - (end.work - start.work) +
-                         (end.friction_loss - start.friction_loss) +
-                         (end.impact_loss - start.impact_loss) +
-                         (end.algorithmic_loss - start.algorithmic_loss);
   return {{"kinetic", end.kinetic},
           {"potential", end.potential},
           {"strain", end.strain},
@@ -137,7 +132,7 @@ json energy_json(const RunResult& result) {
           {"algorithmic_loss", end.algorithmic_loss},
           {"mechanical_start", start.mechanical()},
           {"mechanical_end", end.mechanical()},
-          {"closure", closure},
+          {"closure", end.closure - start.closure},
           {"scale", result.energy_scale},
           {"growth", result.energy_growth}};
 }
@@ -165,13 +160,12 @@ json system_json(const solver::StepReport& total) {
 }
 
 json phases_json(const RunResult& result) {
-  const solver::StepReport& total = result.total;
-  const double stepping =
-      total.seconds_detect + total.seconds_assemble + total.seconds_solve + total.seconds_update;
-  return {{"detect", total.seconds_detect},
-          {"assemble", total.seconds_assemble},
-          {"solve", total.seconds_solve},
-          {"update", total.seconds_update},
+  const solver::PhaseSeconds& seconds = result.total.seconds;
+  const double stepping = seconds.detect + seconds.assemble + seconds.solve + seconds.update;
+  return {{"detect", seconds.detect},
+          {"assemble", seconds.assemble},
+          {"solve", seconds.solve},
+          {"update", seconds.update},
           {"rest", result.wall_seconds - stepping}};
 }
 
@@ -294,6 +288,7 @@ json summary(const SceneFile& file, const std::string& path, const RunResult& re
           {"references", references_json(file, result)},
           {"monitors", monitors_json(file, result)},
           {"largest_overlap", total.largest_overlap},
+          {"pairs", {{"candidates", total.candidate_pairs}, {"searched", total.searched_pairs}}},
           {"contacts", {{"watched", total.contact_count}, {"closed", total.closed_count}}},
           {"base_reaction", vector(result.base_reaction)},
           {"unbalance", total.unbalance},

@@ -160,10 +160,10 @@ void add(const StepReport& step, StepReport& total) {
   total.iterations += step.iterations;
   total.linear_solves += step.linear_solves;
   total.factorizations += step.factorizations;
-  total.seconds_detect += step.seconds_detect;
-  total.seconds_assemble += step.seconds_assemble;
-  total.seconds_solve += step.seconds_solve;
-  total.seconds_update += step.seconds_update;
+  total.seconds.detect += step.seconds.detect;
+  total.seconds.assemble += step.seconds.assemble;
+  total.seconds.solve += step.seconds.solve;
+  total.seconds.update += step.seconds.update;
   total.residual = std::max(total.residual, step.residual);
   total.largest_overlap = std::max(total.largest_overlap, step.largest_overlap);
   total.largest_speed = std::max(total.largest_speed, step.largest_speed);
@@ -171,7 +171,8 @@ void add(const StepReport& step, StepReport& total) {
   total.stiffest_omega_dt = std::max(total.stiffest_omega_dt, step.stiffest_omega_dt);
   total.numerical_damping = std::max(total.numerical_damping, step.numerical_damping);
   total.condition = std::max(total.condition, step.condition);
-  total.candidate_pairs = step.candidate_pairs;
+  total.candidate_pairs += step.candidate_pairs;
+  total.searched_pairs += step.searched_pairs;
   total.contact_count = step.contact_count;
   total.closed_count = step.closed_count;
   total.unbalance = step.unbalance;
@@ -218,12 +219,25 @@ class Runner {
     stage_ = index;
     result_.stages.push_back({.analysis = stage.analysis});
     simulation_.set_options(step_options(stage));
+    note_left_out();
     if (stage.analysis == Analysis::Dynamic) {
       run_dynamic(stage);
     } else {
       run_static(stage);
     }
     result_.stages.back().done = going_;
+  }
+
+  /// What a run does not need is what none of its stages needs.
+  void note_left_out() {
+    std::vector<std::string> now = simulation_.left_out();
+    if (result_.stages.size() == 1) {
+      result_.left_out = std::move(now);
+      return;
+    }
+    std::erase_if(result_.left_out, [&](const std::string& line) {
+      return std::find(now.begin(), now.end(), line) == now.end();
+    });
   }
 
   void run_static(const Stage& stage) {
@@ -334,7 +348,6 @@ class Runner {
     result_.energy = state.energy;
     result_.time = state.time;
     result_.dynamic_time = dynamic_start_ ? state.time - *dynamic_start_ : 0.0;
-    result_.left_out = simulation_.left_out();
     for (const Contact& contact : state.contacts) {
       const bool a = is_held(contact.point.key.a);
       const bool b = is_held(contact.point.key.b);

@@ -15,6 +15,9 @@ struct BlockPair {
   auto operator<=>(const BlockPair&) const = default;
 };
 
+/// Whether so few boxes are tried pair by pair, without a tree.
+bool tries_all_pairs(std::size_t boxes);
+
 /// Keeps a tree of boxes between calls.
 class BroadPhase {
  public:

@@ -42,6 +42,14 @@ struct StepOptions {
 
 enum class StepStatus : std::uint8_t { Converged, NotConverged, Diverged };
 
+/// Run time by phase, s.
+struct PhaseSeconds {
+  double detect = 0.0;    ///< contact search
+  double assemble = 0.0;  ///< history handed on, terms of blocks, contacts linearised
+  double solve = 0.0;     ///< open–close iteration: contact forces, matrices, linear systems
+  double update = 0.0;    ///< the new state, energy
+};
+
 struct StepReport {
   StepStatus status = StepStatus::Converged;
   double time = 0.0;                  ///< at the end, s
@@ -60,10 +68,11 @@ struct StepReport {
   double numerical_damping = 0.0;     ///< damping ratio that goes with it
   double condition = 0.0;             ///< estimate for the system solved last; 0: nothing solved
   double largest_strain = 0.0;
-  int candidate_pairs = 0;
+  int candidate_pairs = 0;            ///< block pairs near enough to touch, all searches of the step
+  int searched_pairs = 0;             ///< of these: not left as they were by both blocks
   int contact_count = 0;
   int closed_count = 0;
-  double seconds_detect = 0.0, seconds_assemble = 0.0, seconds_solve = 0.0, seconds_update = 0.0;
+  PhaseSeconds seconds{};
 };
 
 /// One line for a person: status, what was tried, residual.
@@ -93,7 +102,8 @@ class Simulation {
 
   Vector6 stress(int block) const;               ///< Pa, world axes, tension positive
   Vector3 reference_arm(int block, const Vector3& world_point) const;  ///< of a material point now
-  const std::vector<std::string>& left_out() const;  ///< what this scene does not need, and why
+  /// What this scene does not need with these options and is not done, and why.
+  std::vector<std::string> left_out() const;
 
  private:
   struct Parts;

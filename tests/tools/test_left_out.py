@@ -1,0 +1,101 @@
+"""What `quoin run --json` says it left out, for scenes that need little; and that time goes by phase."""
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+QUOIN = sys.argv[1]
+
+
+def scene(**changes):
+    """Block on a slab: deformable, with friction, dynamic."""
+    result = {
+        "materials": {"rock": {"density": 2600, "young": 5e9, "poisson": 0.25}},
+        "joint": {"friction_angle_deg": 30},
+        "blocks": [
+            {"kind": "fixed", "shape": {"type": "box", "min": [-2, -2, -1], "max": [3, 3, 0]}},
+            {"material": "rock", "shape": {"type": "box", "min": [0, 0, 0], "max": [1, 1, 1]}},
+        ],
+        "time_step": 0.01,
+        "end_time": 0.2,
+    }
+    result.update(changes)
+    return result
+
+
+def brick(x, z, **changes):
+    shape = {"type": "box", "min": [x, 0, z], "max": [x + 1, 1, z + 1]}
+    return {"material": "rock", "shape": shape, **changes}
+
+
+def run(content, *arguments):
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder) / "scene.json"
+        path.write_text(json.dumps(content))
+        done = subprocess.run([QUOIN, "run", path, "--json", *arguments], capture_output=True,
+                              text=True, timeout=120)
+    if done.returncode != 0:
+        raise AssertionError(done.stderr)
+    return json.loads(done.stdout)
+
+
+class LeftOut(unittest.TestCase):
+    def check(self, summary, said, not_said=()):
+        lines = summary["left_out"]
+        for words in said:
+            self.assertTrue(any(words in line for line in lines), f"{words!r} not in {lines}")
+        for words in not_said:
+            self.assertFalse(any(words in line for line in lines), f"{words!r} in {lines}")
+
+    def test_two_blocks_need_no_tree_and_no_sparse_matrix(self):
+        self.check(run(scene()),
+                   ["2 blocks are one pair", "12 unknowns are solved densely", "fixed or prescribed",
+                    "no point, face or body load", "no folder is asked for", "one thread"],
+                   ["friction", "rigid", "static"])
+
+    def test_frictionless(self):
+        self.check(run(scene(joint={"friction_angle_deg": 0})),
+                   ["shear forces and sliding iteration"])
+        self.check(run(scene(joint={"friction_angle_deg": 0, "cohesion": 10})), [],
+                   ["shear forces"])
+
+    def test_rigid(self):
+        summary = run(scene(blocks=[scene()["blocks"][0], brick(0, 0, kind="rigid")]))
+        self.check(summary, ["strain and elasticity of 1 block: rigid",
+                             "6 unknowns are solved densely"])
+        self.assertEqual(summary["system"]["largest_strain"], 0)
+
+    def test_static(self):
+        static = {"analysis": "static", "steps": 20}
+        rest = scene(stages=[static], blocks=[scene()["blocks"][0], brick(0, 0), brick(1.5, 0)])
+        del rest["end_time"]
+        summary = run(rest)
+        self.check(summary, ["the analysis is static"])
+        self.assertEqual(summary["energy"]["kinetic"], 0)
+        self.assertEqual(summary["pairs"]["candidates"], 40)
+        self.assertLess(summary["pairs"]["searched"], 20)  # at rest nobody moves
+        rest["stages"].append({"analysis": "dynamic", "end_time": 0.1})
+        self.check(run(rest), ["3 blocks, all pairs"], ["static"])  # what one stage needs is not left out
+
+    def test_fixed_pairs_are_not_searched(self):
+        base = scene()["blocks"]
+        wall = [brick(x, -3, kind="fixed") for x in range(30)]
+        self.check(run(scene(blocks=base + wall)), ["between blocks that are fixed"], ["tree"])
+        self.assertEqual(run(scene(blocks=base + wall))["pairs"],
+                         run(scene(blocks=base))["pairs"])
+
+    def test_penalty(self):
+        self.check(run(scene(method="penalty")), ["contacts are springs"], ["contacts are exact"])
+
+    def test_time_by_phase(self):
+        summary = run(scene())
+        phases = summary["seconds"]
+        self.assertEqual(set(phases), {"detect", "assemble", "solve", "update", "rest"})
+        for name, seconds in phases.items():
+            self.assertGreater(seconds, 0, name)
+        self.assertAlmostEqual(sum(phases.values()), summary["wall_seconds"], places=9)
+
+
+unittest.main(argv=[sys.argv[0]], verbosity=2)
