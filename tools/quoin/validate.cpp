@@ -1,5 +1,6 @@
-/// quoin validate [CASE…]: the cases with exact answers, as a table or JSON.
+/// quoin validate [CASE…]: the cases with exact answers, or how they converge, as a table or JSON.
 
+#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -10,7 +11,9 @@ namespace quoin::commands {
 namespace {
 
 using validation::Case;
+using validation::Refined;
 using validation::Row;
+using validation::Series;
 
 void print_head() {
   std::printf("%-4s %-68s %20s %20s %10s %10s %-3s %8s\n", "case", "quantity", "exact", "result",
@@ -37,34 +40,100 @@ const Case* find_case(const std::string& name) {
   return nullptr;
 }
 
-int validate(const std::vector<std::string>& names, bool json) {
+/// NaN is null: JSON has no other word for it.
+nlohmann::ordered_json number(double value) {
+  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json();
+}
+
+void print(const Series& series) {
+  const bool penalty = series.refined == Refined::Penalty;
+  std::printf("%s  %s against %s\n", series.case_name.c_str(), series.quantity.c_str(),
+              penalty ? "penalty [N/m]" : "dt [s]");
+  for (std::size_t i = 0; i < series.errors.size(); ++i) {
+    std::printf("  %12g  %10.2e", series.values[i], series.errors[i]);
+    if (series.errors[i] <= series.floor) {
+      std::printf("     floor");
+    } else if (i > 0) {
+      std::printf("  %8.2f", std::log(series.errors[i - 1] / series.errors[i]) /
+                                 std::abs(std::log(series.values[i - 1] / series.values[i])));
+    }
+    std::printf("\n");
+  }
+  if (!series.failure.empty()) std::printf("  broke off: %s\n", series.failure.c_str());
+  std::printf("  order %.2f (expected %g), floor %g reached at %g: %s, %.1f s\n\n", series.order(),
+              series.expected_order, series.floor, series.stops_at(), series.ok() ? "ok" : "NOT OK",
+              series.seconds);
+  std::fflush(stdout);
+}
+
+nlohmann::ordered_json to_json(const Series& series) {
+  return {{"case", series.case_name},
+          {"quantity", series.quantity},
+          {"refined", series.refined == Refined::Penalty ? "penalty" : "time_step"},
+          {"values", series.values},
+          {"errors", series.errors},
+          {"order", number(series.order())},
+          {"expected_order", series.expected_order},
+          {"floor", series.floor},
+          {"stops_at", number(series.stops_at())},
+          {"failure", series.failure},
+          {"ok", series.ok()},
+          {"seconds", series.seconds}};
+}
+
+/// The cases by name, all when none is named. An unknown one is told, and the answer is empty.
+std::vector<const Case*> choose(const std::vector<std::string>& names) {
   std::vector<const Case*> chosen;
   for (const std::string& name : names) {
     chosen.push_back(find_case(name));
     if (chosen.back() != nullptr) continue;
     std::fprintf(stderr, "quoin validate: there is no case %s (quoin validate --list names them)\n",
                  name.c_str());
-    return kBadInput;
+    return {};
   }
   if (names.empty()) {
     for (const Case& which : validation::cases()) chosen.push_back(&which);
   }
+  return chosen;
+}
+
+/// Runs `results` of each case and shows them; kFailed when one is not ok.
+template <class Results, class Ok>
+int show(const std::vector<const Case*>& chosen, bool json, Results results, Ok ok) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  std::size_t rows = 0, failed = 0;
-  if (!json) print_head();
+  std::size_t count = 0, failed = 0;
   for (const Case* which : chosen) {
-    for (const Row& row : validation::run(*which)) {
-      ++rows;
-      failed += row.ok ? 0U : 1U;
-      json ? list.push_back(to_json(row)) : print(row);
+    for (const auto& result : results(*which)) {
+      ++count;
+      failed += ok(result) ? 0U : 1U;
+      json ? list.push_back(to_json(result)) : print(result);
     }
   }
   if (json) {
     std::printf("%s\n", list.dump(1).c_str());
   } else {
-    std::printf("%zu rows, %zu not ok\n", rows, failed);
+    std::printf("%zu rows, %zu not ok\n", count, failed);
   }
   return failed == 0 ? kDone : kFailed;
+}
+
+int validate(const std::vector<std::string>& names, bool json) {
+  const std::vector<const Case*> chosen = choose(names);
+  if (chosen.empty()) return kBadInput;
+  if (!json) print_head();
+  return show(chosen, json, validation::run, [](const Row& row) { return row.ok; });
+}
+
+int converge(const std::vector<std::string>& names, bool json) {
+  const std::vector<const Case*> chosen = choose(names);
+  if (chosen.empty()) return kBadInput;
+  for (const Case* which : chosen) {
+    if (names.empty() || which->converge != nullptr) continue;
+    std::fprintf(stderr, "quoin validate: %s has no series against time step or penalty\n",
+                 which->name.data());
+    return kBadInput;
+  }
+  return show(chosen, json, validation::converge, [](const Series& series) { return series.ok(); });
 }
 
 }  // namespace
@@ -74,16 +143,21 @@ void add_validate_command(CLI::App& app, int& exit_code) {
     std::vector<std::string> names;
     bool json = false;
     bool list = false;
+    bool convergence = false;
   };
   const auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "validate", "Runs the cases with exact answers; exit code 1 when a row is not ok");
   command->add_option("case", options->names, "Cases to run, such as V05 (default: all)");
   command->add_flag("--json", options->json, "A list of objects instead of a table");
+  command->add_flag("--convergence", options->convergence,
+                    "Errors against time step and penalty instead, for the cases that have such "
+                    "series (picture: plot_convergence.py)");
   command->add_flag("--list", options->list, "Names and titles of the cases");
   command->callback([options, &exit_code] {
     if (!options->list) {
-      exit_code = validate(options->names, options->json);
+      exit_code = options->convergence ? converge(options->names, options->json)
+                                       : validate(options->names, options->json);
       return;
     }
     for (const Case& which : validation::cases()) {

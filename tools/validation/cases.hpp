@@ -5,6 +5,7 @@
 #include <span>
 #include <string_view>
 
+#include "convergence.hpp"
 #include "report.hpp"
 
 namespace quoin::validation {
@@ -13,6 +14,7 @@ struct Case {
   std::string_view name;  ///< "V01"
   std::string_view title;
   void (*run)(Report& report);
+  void (*converge)(Convergence& convergence) = nullptr;  ///< null: its answers have no step in them
 };
 
 /// All cases, by name.
@@ -20,6 +22,9 @@ std::span<const Case> cases();
 
 /// Runs one case; a run that breaks off becomes a row that is not ok. Throws nothing of its own.
 std::vector<Row> run(const Case& which);
+
+/// Its errors against time step and penalty; empty where it has no such series. Throws nothing.
+std::vector<Series> converge(const Case& which);
 
 void v01_sliding_down_a_plane(Report& report);
 void v02_at_rest_on_a_plane(Report& report);
@@ -47,6 +52,19 @@ void v22_angular_momentum(Report& report);
 void stack_of_30(Report& report);
 void paper_falling_block(Report& report);
 void paper_five_blocks(Report& report);
+void v01_converges(Convergence& convergence);
+void v03_converges(Convergence& convergence);
+void v04_converges(Convergence& convergence);
+void v05_converges(Convergence& convergence);
+void v10_converges(Convergence& convergence);
+void v11_converges(Convergence& convergence);
+void v12_converges(Convergence& convergence);
+void v13_converges(Convergence& convergence);
+void v14_converges(Convergence& convergence);
+void v15_converges(Convergence& convergence);
+void v18_converges(Convergence& convergence);
+void v19_converges(Convergence& convergence);
+void v22_converges(Convergence& convergence);
 void g01_local_search(Report& report);
 void g02_crossed_edges(Report& report);
 void g03_turned_faces(Report& report);

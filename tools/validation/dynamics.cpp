@@ -33,11 +33,12 @@ struct Tumble {
   Vector3 momentum = Vector3::Zero();
 };
 
-Tumble tumble(double time_step, TimeScheme scheme) {
+Tumble tumble(double time_step, TimeScheme scheme, bool rigid = false) {
   solver::Scene scene;
   scene.gravity = Vector3(0, 0, 0);
-  scene.add_block(geometry::make_box({-1.5, -1, -0.5}, {1.5, 1, 0.5}),
-                  {.density = 2000, .young = 50e9, .poisson = 0.25});
+  const geometry::Polyhedron shape = geometry::make_box({-1.5, -1, -0.5}, {1.5, 1, 0.5});
+  const solver::Material material{.density = 2000, .young = 50e9, .poisson = 0.25};
+  rigid ? scene.add_rigid(shape, material) : scene.add_block(shape, material);
   scene.blocks[0].angular_velocity = Vector3(2, 0, 5);
   Simulation simulation(scene, {.time_step = time_step, .scheme = scheme});
   run_for(simulation, 3.0);
@@ -76,6 +77,22 @@ void v11_tumbling(Report& report) {
   const double coarse = (tumble(2e-3, TimeScheme::ConstantAcceleration).spin - spin).norm();
   const double fine = (tumble(1e-3, TimeScheme::ConstantAcceleration).spin - spin).norm();
   report.at_least("order of omega(3 s), dt 2e-3 to 1e-3", 1.9, std::log2(coarse / fine));
+}
+
+void v11_converges(Convergence& convergence) {
+  const Vector3 spin(-1.5228265234906748, -1.4971080474715124, 4.891056766720909);
+  for (const TimeScheme scheme : {TimeScheme::ConstantAcceleration, TimeScheme::EnergyMomentum}) {
+    const std::string which = scheme == TimeScheme::EnergyMomentum ? ", energy-momentum" : "";
+    convergence.halve_time_step(
+        {"omega(3 s), rigid" + which + ", rel.", 0.01, 10, 2.0, 1e-11},
+        [&](double dt) { return (tumble(dt, scheme, true).spin - spin).norm() / spin.norm(); });
+  }
+}
+
+void v12_converges(Convergence& convergence) {
+  convergence.halve_time_step(
+      {"volume factor of a tumbling block less elastic strain's", 0.02, 6, 0.0, 1e-12},
+      [](double dt) { return tumble(dt, TimeScheme::ConstantAcceleration).volume; });
 }
 
 void v12_spinning(Report& report) {
@@ -118,13 +135,17 @@ void v12_spinning(Report& report) {
   report.relative("centrifugal strain zz", -0.25 * (sx + sy) / young, strain[2], 1e-6);
 }
 
-void v18_shaking_table(Report& report) {
-  // Relative motion: stick while |a| <= mu g, then relative acceleration -a -+ mu g; events by root
-  // finding, checked against 4e5 explicit steps.
-  constexpr std::pair<double, double> kExact[] = {{0.5, -0.09652210986655502},
-                                                  {1.0, -0.009414198566287169},
-                                                  {2.0, -0.009414198566287224},
-                                                  {3.0, -0.009414198566287224}};
+namespace {
+
+/// Relative motion: stick while |a| <= mu g, then relative acceleration -a -+ mu g; events by root
+/// finding, checked against 4e5 explicit steps.
+constexpr std::pair<double, double> kShaken[] = {{0.5, -0.09652210986655502},
+                                                 {1.0, -0.009414198566287169},
+                                                 {2.0, -0.009414198566287224},
+                                                 {3.0, -0.009414198566287224}};
+
+/// Displacement against the table at the times of kShaken up to `end`, m.
+std::vector<double> shake(double time_step, bool rigid, double end) {
   solver::Scene scene;
   scene.joint.friction_angle = std::atan(0.3);
   scene.add_fixed(geometry::make_box({-5, -5, -1}, {5, 5, 0}));
@@ -136,9 +157,10 @@ void v18_shaking_table(Report& report) {
         const double shaking = t - release;
         return {shaking > 0.0 ? 5.0 * std::sin(2.0 * std::numbers::pi * shaking) : 0.0, 0, 0};
       })};
-  scene.add_block(geometry::make_box({-0.5, -0.5, 0}, {0.5, 0.5, 0.5}),
-                  {.density = 2500, .young = 5e9, .poisson = 0.25});
-  Simulation simulation(scene, {.time_step = 1e-3});
+  const geometry::Polyhedron shape = geometry::make_box({-0.5, -0.5, 0}, {0.5, 0.5, 0.5});
+  const solver::Material material{.density = 2500, .young = 5e9, .poisson = 0.25};
+  rigid ? scene.add_rigid(shape, material) : scene.add_block(shape, material);
+  Simulation simulation(scene, {.time_step = time_step});
   settle(simulation);
   release = simulation.state().time;
   const auto relative = [&] {
@@ -146,12 +168,30 @@ void v18_shaking_table(Report& report) {
   };
   const double start = relative();
   double done = 0.0;
-  for (const auto& [time, exact] : kExact) {
+  std::vector<double> moved;
+  for (const auto& [time, exact] : kShaken) {
+    if (time > end) break;
     run_for(simulation, time - done);
     done = time;
-    report.absolute("relative displacement at " + text(time) + " s [m]", exact, relative() - start,
-                    3e-4);
+    moved.push_back(relative() - start);
   }
+  return moved;
+}
+
+}  // namespace
+
+void v18_shaking_table(Report& report) {
+  const std::vector<double> moved = shake(1e-3, false, 3.0);
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    report.absolute("relative displacement at " + text(kShaken[i].first) + " s [m]",
+                    kShaken[i].second, moved[i], 3e-4);
+  }
+}
+
+void v18_converges(Convergence& convergence) {
+  convergence.halve_time_step(
+      {"relative displacement at 0.5 s, rigid [m]", 0.02, 6, 0.0, 1e-6},
+      [](double dt) { return shake(dt, true, 0.5).back() - kShaken[0].second; });
 }
 
 namespace {
@@ -205,17 +245,27 @@ Impact central_impact(const ImpactCase& c, double time_step, TimeScheme scheme) 
 
 }  // namespace
 
+namespace {
+
+/// Centroid and axial strain of each cube, M = diag(m, m/12), one spring P between the end faces,
+/// k_strain = V E: the ODE integrated with momentum and energy asserted; limit dt -> 0.
+constexpr ImpactCase kImpacts[] = {
+    {1e12, 1e8, 1, 3.08123720845907e-12, 0.999999999996921, 6.175489792594894e-12},
+    {1e9, 1e8, 1, 0.0007399211950426832, 0.9992600788049553, 0.0014787474197753556},
+    {1e9, 1e9, 1, 0.034633789731595116, 0.9653662102684051, 0.06686858065076572},
+    {1e9, 1e9, 2, -0.29479014365570494, 0.6473950718278527, 0.0748580132073784}};
+
+/// A hundredth of the period of the contact spring over 2 pi, s.
+double impact_step(const ImpactCase& c) {
+  const double reduced = 2500.0 * c.mass_ratio / (1.0 + c.mass_ratio);
+  return 0.01 / std::sqrt(c.stiffness / reduced);
+}
+
+}  // namespace
+
 void v19_central_impact(Report& report) {
-  // Centroid and axial strain of each cube, M = diag(m, m/12), one spring P between the end faces,
-  // k_strain = V E: the ODE integrated with momentum and energy asserted; limit dt -> 0.
-  constexpr ImpactCase kCases[] = {
-      {1e12, 1e8, 1, 3.08123720845907e-12, 0.999999999996921, 6.175489792594894e-12},
-      {1e9, 1e8, 1, 0.0007399211950426832, 0.9992600788049553, 0.0014787474197753556},
-      {1e9, 1e9, 1, 0.034633789731595116, 0.9653662102684051, 0.06686858065076572},
-      {1e9, 1e9, 2, -0.29479014365570494, 0.6473950718278527, 0.0748580132073784}};
-  for (const ImpactCase& c : kCases) {
-    const double reduced = 2500.0 * c.mass_ratio / (1.0 + c.mass_ratio);
-    const double time_step = 0.01 / std::sqrt(c.stiffness / reduced);
+  for (const ImpactCase& c : kImpacts) {
+    const double time_step = impact_step(c);
     const std::string which =
         ", E " + text(c.young) + " P " + text(c.stiffness) + " m2/m1 " + text(c.mass_ratio);
     report.start_run();
@@ -238,30 +288,59 @@ void v19_central_impact(Report& report) {
   }
 }
 
-void v22_angular_momentum(Report& report) {
-  // Momenta of the start: m_A (0, 0, -1) and (0.8, 0.5, 0.501) × it, m_A = 2500 kg.
+void v19_converges(Convergence& convergence) {
+  const ImpactCase& c = kImpacts[2];
+  for (const TimeScheme scheme : {TimeScheme::ConstantAcceleration, TimeScheme::EnergyMomentum}) {
+    const bool middle = scheme == TimeScheme::EnergyMomentum;
+    convergence.halve_time_step(
+        {std::string("v1' [m/s], E 1e9 P 1e9") + (middle ? ", energy-momentum" : ""),
+         16.0 * impact_step(c), 12, middle ? 2.0 : 1.0, 1e-9},
+        [&](double dt) { return central_impact(c, dt, scheme).v1 - c.v1; });
+  }
+}
+
+namespace {
+
+/// A cube falls on a free plate, 0.1 s. Momenta of the start: m_A (0, 0, -1) and
+/// (0.8, 0.5, 0.501) × it, m_A = 2500 kg.
+void free_impact(const StepOptions& options, Report& report) {
   const Vector3 linear(0, 0, -2500), angular(-1250, 2000, 0);
+  report.start_run();
+  solver::Scene scene;
+  scene.gravity = Vector3(0, 0, 0);
+  const solver::Material rock{.density = 2500, .young = 5e9, .poisson = 0.25};
+  scene.add_block(geometry::make_box({-2, -2, -1}, {2, 2, 0}), rock);
+  scene.add_block(geometry::make_box({0.3, 0, 0.001}, {1.3, 1, 1.001}), rock);
+  scene.blocks[1].velocity = Vector3(0, 0, -1);
+  Simulation simulation(scene, options);
+  run_for(simulation, 0.1);
+  const Momentum now = momentum(simulation);
+  const std::string which = ", " + name(options) + ", dt " + text(options.time_step);
+  report.absolute("linear momentum, change / size" + which, 0.0,
+                  (now.linear - linear).norm() / linear.norm(), 1e-13);
+  report.absolute("angular momentum, change / size" + which, 0.0,
+                  (now.angular - angular).norm() / angular.norm(), 2e-9);
+  report.at_least("speed of the plate after the impact [m/s]" + which, 0.01,
+                  simulation.state().blocks[0].velocity.norm());
+}
+
+}  // namespace
+
+void v22_converges(Convergence& convergence) {
+  convergence.halve_time_step(
+      {"angular momentum in a free impact, change / size", 0.01, 6, 0.0, 1e-7}, [](double dt) {
+        Report report("V22");
+        free_impact({.time_step = dt}, report);
+        return report.rows()[1].error;
+      });
+}
+
+void v22_angular_momentum(Report& report) {
   for (const ContactMethod method : {ContactMethod::AugmentedLagrangian, ContactMethod::Penalty}) {
     for (const double time_step : {1e-3, 1e-4}) {
-      report.start_run();
-      solver::Scene scene;
-      scene.gravity = Vector3(0, 0, 0);
-      const solver::Material rock{.density = 2500, .young = 5e9, .poisson = 0.25};
-      scene.add_block(geometry::make_box({-2, -2, -1}, {2, 2, 0}), rock);
-      scene.add_block(geometry::make_box({0.3, 0, 0.001}, {1.3, 1, 1.001}), rock);
-      scene.blocks[1].velocity = Vector3(0, 0, -1);
       StepOptions options{.time_step = time_step, .method = method};
       if (method == ContactMethod::Penalty) options.penalty = 5e8;
-      Simulation simulation(scene, options);
-      run_for(simulation, 0.1);
-      const Momentum now = momentum(simulation);
-      const std::string which = ", " + name(options) + ", dt " + text(time_step);
-      report.absolute("linear momentum, change / size" + which, 0.0,
-                      (now.linear - linear).norm() / linear.norm(), 1e-13);
-      report.absolute("angular momentum, change / size" + which, 0.0,
-                      (now.angular - angular).norm() / angular.norm(), 2e-9);
-      report.at_least("speed of the plate after the impact [m/s]" + which, 0.01,
-                      simulation.state().blocks[0].velocity.norm());
+      free_impact(options, report);
     }
   }
 }

@@ -97,6 +97,50 @@ void v01_sliding_down_a_plane(Report& report) {
 
 namespace {
 
+/// Relative error of s(2 s) in example 5.1, from sudden gravity.
+double slide_error(double friction_deg, bool rigid, const StepOptions& options) {
+  const SlopeScene slope{
+      .angle = radians(20), .friction = radians(friction_deg), .material = kRock, .rigid = rigid};
+  Simulation simulation(slope.scene(), options);
+  run_for(simulation, 2.0);
+  const double exact = 2.0 * slide_acceleration(slope.angle, slope.friction);
+  return slope.displacement(simulation).x() / exact - 1.0;
+}
+
+/// Mean overlap of a settled block on penalty springs, m.
+double sag_on_springs(double penalty) {
+  const SlopeScene slope{.angle = radians(20), .material = kRock};
+  Simulation simulation(slope.scene(),
+                        {.time_step = 0.01, .method = ContactMethod::Penalty, .penalty = penalty});
+  settle(simulation);
+  double sum = 0.0;
+  for (const solver::Contact& contact : simulation.state().contacts) sum -= contact.point.gap;
+  return sum / static_cast<double>(simulation.state().contacts.size());
+}
+
+}  // namespace
+
+void v01_converges(Convergence& convergence) {
+  // The formula is of a rigid block: strain of its own weight, 5e-6, is beyond it, and steps that
+  // resolve its vibration (below 5 ms) follow that.
+  constexpr double kStrain = 2600 * kGravity / 5e9;
+  convergence.halve_time_step({"s(2 s), phi 0, rel.", 0.08, 6, 0.0, 1e-12},
+                              [](double dt) { return slide_error(0.0, false, {.time_step = dt}); });
+  convergence.halve_time_step({"s(2 s), phi 10, rigid, rel.", 0.08, 6, 0.0, 1e-12},
+                              [](double dt) { return slide_error(10.0, true, {.time_step = dt}); });
+  convergence.halve_time_step({"s(2 s), phi 10, rel.", 0.08, 5, 0.0, kStrain}, [](double dt) {
+    return slide_error(10.0, false, {.time_step = dt});
+  });
+  convergence.raise_penalty({"overlap on springs [m]", 1e6, 8, 1.0, 1e-13}, sag_on_springs);
+  convergence.raise_penalty(
+      {"s(2 s), phi 10, penalty, rel.", 1e5, 6, 1.0, kStrain}, [](double penalty) {
+        return slide_error(
+            10.0, false, {.time_step = 0.01, .method = ContactMethod::Penalty, .penalty = penalty});
+      });
+}
+
+namespace {
+
 /// Block at rest on 20 degrees under friction 30: forces at t = 10 s, drift between 1 s and 10 s.
 void rest(Analysis analysis, const StepOptions& options, bool rigid, Report& report) {
   report.start_run();
@@ -204,6 +248,14 @@ void v03_pushed_by_two_forces(Report& report) {
   push({.time_step = 0.01, .method = ContactMethod::Penalty, .penalty = 100e6}, 1e-12, report);
 }
 
+void v03_converges(Convergence& convergence) {
+  convergence.halve_time_step({"S(4.5 s), rel.", 0.1, 6, 0.0, 1e-12}, [](double dt) {
+    Report report("V03");
+    push({.time_step = dt}, 0.0, report);
+    return report.rows().back().error;
+  });
+}
+
 namespace {
 
 struct Stop {
@@ -273,6 +325,40 @@ void v04_stopping_by_friction(Report& report) {
                       0.0, swings ? stop.speed_end : stop.speed_after, 1e-9);
     }
   }
+}
+
+void v04_converges(Convergence& convergence) {
+  const double distance = 4.0 / (2.0 * std::tan(radians(20)) * kGravity);
+  // Right at the largest step already: 6e-8 rigid, a tenth of the block's strain else.
+  for (const bool rigid : {true, false}) {
+    convergence.halve_time_step(
+        {std::string("stop distance, rel.") + (rigid ? ", rigid" : ""), 8e-3, 5, 0.0, 1e-6},
+        [&](double dt) {
+          return stop_by_friction({.time_step = dt}, rigid).distance / distance - 1.0;
+        });
+  }
+}
+
+namespace {
+
+/// Down the slope after 0.5 s of curved sliding, relative error.
+double curved_error(double time_step) {
+  const SlopeScene slope{.angle = radians(25),
+                         .friction = radians(25),
+                         .size = {0.5, 0.5, 0.1},
+                         .material = {.density = 2500, .young = 5e9, .poisson = 0.25},
+                         .velocity = {0, 3, 0}};
+  Simulation simulation(slope.scene(), {.time_step = time_step});
+  settle(simulation);
+  const double start = slope.displacement(simulation).x();
+  run_for(simulation, 0.5);
+  return (slope.displacement(simulation).x() - start) / 0.3860466705806206 - 1.0;
+}
+
+}  // namespace
+
+void v05_converges(Convergence& convergence) {
+  convergence.halve_time_step({"down(0.5 s), rel.", 0.02, 8, 2.0, 1e-8}, curved_error);
 }
 
 void v05_curved_sliding(Report& report) {

@@ -1,6 +1,6 @@
 /// V13–V15, V20: blocks on contact springs, at rest and swinging.
 
-#include <Eigen/LU>
+#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <numbers>
 
@@ -33,18 +33,23 @@ double top(const Simulation& simulation, int block) {
          simulation.state().origin.z();
 }
 
-void column(int count, const StepOptions& options, Report& report) {
-  report.start_run();
+constexpr solver::Material kSoft{.density = 2500, .young = 1e8, .poisson = 0.25};
+
+solver::Scene column_scene(int count) {
   solver::Scene scene;
   scene.add_fixed(geometry::make_box({-1, -1, -1}, {2, 2, 0}));
-  const double density = 2500, young = 1e8, spring = 1e9;
   for (int i = 0; i < count; ++i) {
-    scene.add_block(geometry::make_box({0, 0, 1.0 * i}, {1, 1, i + 1.0}),
-                    {.density = density, .young = young, .poisson = 0.25});
+    scene.add_block(geometry::make_box({0, 0, 1.0 * i}, {1, 1, i + 1.0}), kSoft);
   }
-  Simulation simulation(scene, options);
+  return scene;
+}
+
+void column(int count, const StepOptions& options, Report& report) {
+  report.start_run();
+  const double young = kSoft.young, spring = 1e9;
+  Simulation simulation(column_scene(count), options);
   rest(simulation);
-  const double weight = density * kGravity;
+  const double weight = kSoft.density * kGravity;
   // The stack is exact for every N: top settlement rho g H^2/(2 E); four springs carry the weight
   // above.
   const double elastic = weight * count * count / (2.0 * young);
@@ -81,6 +86,21 @@ void v13_column(Report& report) {
   }
 }
 
+void v13_converges(Convergence& convergence) {
+  // Three blocks: springs add their own settlement to the column's, the exact contact adds none.
+  constexpr int kCount = 3;
+  const double elastic = 2500 * kGravity * kCount * kCount / (2.0 * 1e8);
+  convergence.raise_penalty(
+      {"top settlement against rigid joints, rel.", 1e7, 8, 1.0, 1e-9}, [=](double penalty) {
+        Simulation simulation(column_scene(kCount), {.time_step = 0.1,
+                                                     .analysis = Analysis::Static,
+                                                     .method = ContactMethod::Penalty,
+                                                     .penalty = penalty});
+        rest(simulation);
+        return (kCount - top(simulation, kCount)) / elastic - 1.0;
+      });
+}
+
 namespace {
 
 using Pair = Eigen::Vector2d;  ///< (w, eps): rise of the centroid, m, and vertical strain
@@ -109,10 +129,9 @@ struct SpringModel {
   }
 };
 
-void follow(const SpringModel& model, bool from_half, TimeScheme scheme, Report& report) {
-  report.start_run();
-  const Pair start = from_half ? Pair(0.5 * model.at_rest()) : Pair(Pair::Zero());
-  // Half the static state: the cube stands lower by its penetration and carries the stress of eps.
+/// The cube of the model in its state `start`.
+Simulation springs_at(const SpringModel& model, const Pair& start, TimeScheme scheme) {
+  // It stands lower by its penetration and carries the stress of eps.
   const double bottom = start[0] - 0.5 * start[1];
   solver::Scene scene;
   scene.keep_initial_overlap = true;
@@ -120,10 +139,17 @@ void follow(const SpringModel& model, bool from_half, TimeScheme scheme, Report&
   scene.add_block(geometry::make_box({0, 0, bottom}, {1, 1, bottom + 1.0}),
                   {.density = model.mass, .young = model.young, .poisson = 0.0});
   scene.blocks[1].initial_stress[2] = model.young * start[1];
-  Simulation simulation(scene, {.time_step = model.time_step,
-                                .method = ContactMethod::Penalty,
-                                .scheme = scheme,
-                                .penalty = 0.25 * model.stiffness});
+  return {scene,
+          {.time_step = model.time_step,
+           .method = ContactMethod::Penalty,
+           .scheme = scheme,
+           .penalty = 0.25 * model.stiffness}};
+}
+
+void follow(const SpringModel& model, bool from_half, TimeScheme scheme, Report& report) {
+  report.start_run();
+  const Pair start = from_half ? Pair(0.5 * model.at_rest()) : Pair(Pair::Zero());
+  Simulation simulation = springs_at(model, start, scheme);
   const Vector3 centroid = simulation.state().blocks[1].centroid;
   const bool middle = scheme == TimeScheme::EnergyMomentum;
   const std::string which = std::string(from_half ? "B" : "A") + (middle ? ", trapezoid" : "");
@@ -139,7 +165,34 @@ void follow(const SpringModel& model, bool from_half, TimeScheme scheme, Report&
   }
 }
 
+/// Rise of the centroid 0.05 s after half the static state against the motion in continuous time,
+/// relative to the static state.
+double swing_error(double time_step, TimeScheme scheme) {
+  SpringModel model;
+  model.time_step = time_step;
+  constexpr double kTime = 0.05;  // s
+  const Pair rest = model.at_rest(), start = 0.5 * rest;
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::Matrix2d> modes(model.k, model.m);
+  const Pair cosines = (modes.eigenvalues().cwiseSqrt() * kTime).array().cos().matrix();
+  const Pair exact =
+      rest + modes.eigenvectors() *
+                 cosines.cwiseProduct(modes.eigenvectors().transpose() * model.m * (start - rest));
+  Simulation simulation = springs_at(model, start, scheme);
+  const double from = simulation.state().blocks[1].centroid.z();
+  run_for(simulation, kTime);
+  return (start[0] + simulation.state().blocks[1].centroid.z() - from - exact[0]) / rest[0];
+}
+
 }  // namespace
+
+void v14_converges(Convergence& convergence) {
+  convergence.halve_time_step({"w(0.05 s) of the swing, rel.", 1e-3, 12, 1.0, 1e-9}, [](double dt) {
+    return swing_error(dt, TimeScheme::ConstantAcceleration);
+  });
+  convergence.halve_time_step(
+      {"w(0.05 s) of the swing, energy-momentum, rel.", 1e-3, 12, 2.0, 1e-9},
+      [](double dt) { return swing_error(dt, TimeScheme::EnergyMomentum); });
+}
 
 void v14_time_scheme(Report& report) {
   const SpringModel model;
@@ -247,6 +300,18 @@ void v15_algorithmic_damping(Report& report) {
     report.relative("the same against exp(-pi Om/4)", std::exp(-0.25 * std::numbers::pi * omega_dt),
                     sum / 40.0, 3e-3);
   }
+}
+
+void v15_converges(Convergence& convergence) {
+  convergence.halve_time_step(
+      {"1 - mean restitution of a drop on springs", 0.4 / kOmega, 6, 1.0, 0.0}, [](double dt) {
+        constexpr int kDrops = 20;
+        double sum = 0.0;
+        for (int i = 0; i < kDrops; ++i) {
+          sum += restitution(1.0 + 0.002 * i, dt * kOmega);
+        }
+        return 1.0 - sum / kDrops;
+      });
 }
 
 void v20_elastic_foundation(Report& report) {
