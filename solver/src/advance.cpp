@@ -40,10 +40,11 @@ geometry::FindCounts find(const CompiledScene& compiled, const StepOptions& opti
 }
 
 void begin(const CompiledScene& compiled, const State& state, Workspace& work) {
-  std::vector<Pose> poses;
-  for (const BlockState& block : state.blocks) poses.push_back(pose(block));
-  carry_over(compiled.scene, poses, work.found, state.contacts, work.reach,
-             state.step == 0 ? NewBonds::Intact : NewBonds::Residual, work.contacts);
+  work.poses.start.clear();
+  for (const BlockState& block : state.blocks) work.poses.start.push_back(pose(block));
+  carry_over({compiled.scene, work.poses.start, work.reach,
+              state.step == 0 ? NewBonds::Intact : NewBonds::Residual},
+             work.found, state.contacts, work.old_points, work.contacts);
 }
 
 /// A step in which two blocks near each other move by more than half the smaller one can jump over a
@@ -61,38 +62,37 @@ bool too_fast(const CompiledScene& compiled, const State& state, double dt, cons
 
 /// Closed contacts of pairs that are apart at the end of the attempt: the plane of a face held a vertex
 /// that passed beside it. They are dropped; true when there were any.
-bool drop_ghosts(const CompiledScene& compiled, const std::vector<geometry::ContactPoint>& found,
-                 Workspace& work) {
+bool drop_ghosts(const CompiledScene& compiled, Workspace& work) {
   const auto apart = [&](const BodyContact& contact, ContactMode mode) {
     if (contact.was_closed || mode == ContactMode::Open) return false;
     const auto same_pair = [&](const geometry::ContactPoint& p) {
       return p.key.a == contact.a && p.key.b == contact.b;
     };
     double gap = work.reach;
-    for (const geometry::ContactPoint& p : found) {
+    for (const geometry::ContactPoint& p : work.found_end) {
       if (same_pair(p)) gap = std::min(gap, p.gap);
     }
     const double rebound = contact.joint.restitution > 0.0 ? work.reach : 0.0;
     return gap > 1e-3 * compiled.smallest_size + rebound;
   };
   const std::size_t solved = work.linear.size() - compiled.held.size();
-  std::vector<BodyContact> kept;
+  std::size_t kept = 0;
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
-    const bool drop = i < solved && apart(work.contacts[i], work.linear[i].mode);
-    if (!drop) kept.push_back(work.contacts[i]);
+    if (i < solved && apart(work.contacts[i], work.linear[i].mode)) continue;
+    if (kept != i) work.contacts[kept] = work.contacts[i];
+    ++kept;
   }
-  const bool any = kept.size() < work.contacts.size();
-  work.contacts.swap(kept);
+  const bool any = kept < work.contacts.size();
+  work.contacts.resize(kept);
   return any;
 }
 
 /// Contacts that overlap at the end of an attempt though the step did not hold them: added to the
 /// list as the bodies hold them at the end. True when there are any.
-bool add_missed(const CompiledScene& compiled, double limit,
-                const std::vector<geometry::ContactPoint>& found, Workspace& work) {
+bool add_missed(const CompiledScene& compiled, double limit, Workspace& work) {
   bool any = false;
   const std::size_t known = work.contacts.size();
-  for (const geometry::ContactPoint& point : found) {
+  for (const geometry::ContactPoint& point : work.found_end) {
     if (!(point.gap < -limit)) continue;
     bool held = false;
     for (std::size_t i = 0; i < known && !held; ++i) {
@@ -125,8 +125,9 @@ void book(const Attempt& attempt, const CompiledScene& compiled, State& state) {
                     (attempt.impact_loss - attempt.contact_work) - attempt.scheme_loss;
 }
 
-void accept(Attempt& attempt, const CompiledScene& compiled, const StepOptions& options,
-            State& state, Workspace& work) {
+void accept(const CompiledScene& compiled, const StepOptions& options, State& state,
+            Workspace& work) {
+  Attempt& attempt = work.attempt;
   attempt.end.contacts.clear();
   for (const BodyContact& contact : attempt.contacts) attempt.end.contacts.push_back(contact.state);
   std::sort(attempt.end.contacts.begin(), attempt.end.contacts.end(),
@@ -216,7 +217,7 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
   const double smallest =
       options.smallest_time_step > 0.0 ? options.smallest_time_step : options.time_step / 1024.0;
   const double limit = 1e-9 * compiled.smallest_size;
-  std::vector<geometry::ContactPoint> found_end;
+  const Attempt& attempt = work.attempt;
   double dt = options.time_step;
   for (double done = 0.0; done < options.time_step * (1.0 - 1e-12);) {
     dt = std::min(dt, options.time_step - done);
@@ -227,22 +228,22 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
       dt *= 0.5;
       continue;
     }
-    Attempt attempt;
     for (int round = 0; round < 4; ++round) {
-      attempt = attempt_step(compiled, options, state, dt, work);
+      attempt_step(compiled, options, state, dt, work);
       if (attempt.solved.converged && options.analysis == Analysis::Dynamic &&
           options.method != ContactMethod::Penalty) {
-        apply_velocity_law(compiled, options, state, dt, work, attempt);
+        apply_velocity_law(compiled, options, state, dt, work);
       }
       work.clock.charge(&PhaseSeconds::update);
       if (!all_finite(attempt.end)) break;
-      const geometry::FindCounts counts = find(compiled, options, attempt.end, found_end, work);
+      const geometry::FindCounts counts =
+          find(compiled, options, attempt.end, work.found_end, work);
       report.candidate_pairs += counts.candidates;
       report.searched_pairs += counts.searched;
       work.clock.charge(&PhaseSeconds::detect);
       if (!attempt.solved.converged) break;
-      const bool missed = add_missed(compiled, limit, found_end, work);
-      if (!drop_ghosts(compiled, found_end, work) && !missed) break;
+      const bool missed = add_missed(compiled, limit, work);
+      if (!drop_ghosts(compiled, work) && !missed) break;
     }
     const bool finite = all_finite(attempt.end);
     const bool too_far = options.max_displacement_ratio > 0.0 &&
@@ -250,8 +251,8 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
     if (finite) add(attempt, compiled, report);
     if (finite && attempt.solved.converged && !(too_far && 0.5 * dt >= smallest)) {
       report_damping(options, work, report);
-      accept(attempt, compiled, options, state, work);
-      std::swap(work.found, found_end);
+      accept(compiled, options, state, work);
+      std::swap(work.found, work.found_end);
       done += dt;
       ++report.sub_steps;
       work.clock.charge(&PhaseSeconds::update);

@@ -11,6 +11,34 @@
 
 namespace quoin::solver {
 
+/// What an attempt at a (sub-)step came to, in numbers.
+struct AttemptTotals {
+  OpenCloseResult solved;
+  double displacement = 0.0;   ///< largest of a vertex, relative to its block's size
+  double friction_work = 0.0;  ///< J, >= 0
+  double contact_work = 0.0;   ///< by normal forces that no spring stores, J
+  double load_work = 0.0;      ///< by loads and prescribed motion, J
+  double gravity_work = 0.0;   ///< J
+  double scheme_loss = 0.0;    ///< J
+  double spring_energy = 0.0;  ///< in penalty contacts at the end of the step, J
+  double impact_loss = 0.0;    ///< J
+  double unbalance = 0.0;
+};
+
+/// And the state it proposes.
+struct Attempt : AttemptTotals {
+  State end;
+  std::vector<BodyContact> contacts;  ///< work.contacts with forces and modes at the end of the step
+  std::vector<PrescribedMotion> motion;
+};
+
+/// Memory of the velocity law.
+struct VelocityWork {
+  std::vector<LinearContact> contacts, tried;
+  std::vector<double> bounces;
+  BlockVector free_gain, velocity, force, solution;
+};
+
 /// Where the time of a step goes.
 class PhaseClock {
  public:
@@ -37,6 +65,7 @@ struct Workspace {
 
   geometry::ContactFinder finder;
   std::vector<geometry::ContactPoint> found;  ///< at the present state
+  std::vector<geometry::ContactPoint> found_end;  ///< at the end of the attempt
   double reach = 0.0;                         ///< that `found` was made with, m
   std::vector<PrescribedMotion> motion;       ///< of compiled.prescribed, at the present state
 
@@ -48,8 +77,12 @@ struct Workspace {
   std::vector<LinearContact> linear;
   BlockSystem base;
   std::vector<Matrix12> compliance;  ///< inverse of each diagonal block of base
-  BlockVector force, increment;
+  BlockVector force, increment, free_increment;
   OpenClose open_close;
+  Attempt attempt;
+  VelocityWork velocity;
+  std::vector<geometry::ContactPoint> old_points;
+  geometry::Points places;  ///< of one block
   PhaseClock clock;
 };
 

@@ -204,8 +204,7 @@ double strain_energy(const CompiledScene& compiled, const State& state) {
   return sum;
 }
 
-void place_polyhedra(const CompiledScene& compiled, State& state) {
-  geometry::Points places;
+void place_polyhedra(const CompiledScene& compiled, State& state, geometry::Points& places) {
   const auto place = [&](int block) {
     const auto b = static_cast<std::size_t>(block);
     const Pose now = pose(state.blocks[b]);

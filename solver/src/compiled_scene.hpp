@@ -43,8 +43,8 @@ State initial_state(const CompiledScene& compiled);
 double kinetic_energy(const CompiledScene& compiled, const State& state);
 double strain_energy(const CompiledScene& compiled, const State& state);
 
-/// World vertices (relative to origin) of every block from its state.
-void place_polyhedra(const CompiledScene& compiled, State& state);
+/// World vertices (relative to origin) of every block that can move, from its state. `places`: memory.
+void place_polyhedra(const CompiledScene& compiled, State& state, geometry::Points& places);
 
 /// Displacement of a prescribed block since time 0, m. Velocity and acceleration are integrated by
 /// Gauss quadrature over `intervals` since `from` where displacement and velocity were `known`.

@@ -146,21 +146,20 @@ void fail(BodyContact& contact) {
   weaken(contact);
 }
 
-void carry_over(const Scene& scene, std::span<const Pose> poses,
-                std::span<const ContactPoint> found, std::span<const Contact> before, double reach,
-                NewBonds bonds, std::vector<BodyContact>& contacts) {
-  std::vector<ContactPoint> old_points;
-  old_points.reserve(before.size());
+void carry_over(const CarryOptions& options, const std::vector<ContactPoint>& found,
+                std::span<const Contact> before, std::vector<ContactPoint>& old_points,
+                std::vector<BodyContact>& contacts) {
+  old_points.clear();
   for (const Contact& contact : before) old_points.push_back(contact.point);
-  const std::vector<ContactPoint> points(found.begin(), found.end());
-  const std::vector<int> previous = geometry::match_previous(points, old_points, reach);
+  const std::vector<int> previous =
+      geometry::match_previous(found, old_points, options.reach);
   contacts.clear();
   for (std::size_t i = 0; i < found.size(); ++i) {
-    BodyContact& contact = contacts.emplace_back(make_body_contact(scene, poses, found[i]));
+    BodyContact& contact = contacts.emplace_back(make_body_contact(options.scene, options.poses, found[i]));
     if (previous[i] >= 0) {
-      hand_on(before[static_cast<std::size_t>(previous[i])], poses, contact);
+      hand_on(before[static_cast<std::size_t>(previous[i])], options.poses, contact);
     } else {
-      contact.state.failed = bonds == NewBonds::Residual;
+      contact.state.failed = options.bonds == NewBonds::Residual;
     }
     contact.opening = contact.state.slip * std::tan(contact.joint.dilation_angle);
     if (contact.state.failed) weaken(contact);

@@ -35,11 +35,18 @@ const Joint& joint_between(const Scene& scene, int a, int b);
 /// its residual values (blocks that meet later).
 enum class NewBonds : std::uint8_t { Intact, Residual };
 
+struct CarryOptions {
+  const Scene& scene;
+  std::span<const Pose> poses;
+  double reach = 0.0;  ///< m: no history goes over to a contact farther away
+  NewBonds bonds = NewBonds::Residual;
+};
+
 /// New list from what geometry found now, with the history of `before` handed on
-/// (geometry::match_previous). Places in `found` are relative to State::origin.
-void carry_over(const Scene& scene, std::span<const Pose> poses,
-                std::span<const geometry::ContactPoint> found, std::span<const Contact> before,
-                double reach, NewBonds bonds, std::vector<BodyContact>& contacts);
+/// (geometry::match_previous). Places in `found` are relative to State::origin. `old_points`: memory.
+void carry_over(const CarryOptions& options, const std::vector<geometry::ContactPoint>& found,
+                std::span<const Contact> before, std::vector<geometry::ContactPoint>& old_points,
+                std::vector<BodyContact>& contacts);
 
 /// Cohesion and tension are gone: the joint has its residual values from now on.
 void fail(BodyContact& contact);

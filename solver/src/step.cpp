@@ -195,7 +195,7 @@ double bounce_speed(const CompiledScene& compiled, double time, double time_step
 }
 
 void linearise_all(const CompiledScene& compiled, const StepOptions& options, const State& state,
-                   double time_step, const BlockVector& free_increment, Workspace& work) {
+                   double time_step, Workspace& work) {
   const StepScheme scheme = scheme_of(options, time_step);
   const double slowest = bounce_speed(compiled, state.time, time_step);
   const double rounding = coordinate_rounding(compiled, state);
@@ -207,8 +207,8 @@ void linearise_all(const CompiledScene& compiled, const StepOptions& options, co
     if (options.method == ContactMethod::AugmentedLagrangian &&
         options.analysis == Analysis::Dynamic) {
       Vector3 free_end = c.offset;
-      if (c.slot_a >= 0) free_end += c.jacobian_a * free_increment[index(c.slot_a)];
-      if (c.slot_b >= 0) free_end += c.jacobian_b * free_increment[index(c.slot_b)];
+      if (c.slot_a >= 0) free_end += c.jacobian_a * work.free_increment[index(c.slot_a)];
+      if (c.slot_b >= 0) free_end += c.jacobian_b * work.free_increment[index(c.slot_b)];
       if (!contact.was_closed) {
         set_closing(free_end, slowest, time_step, contact.joint, c);
       }
@@ -323,20 +323,19 @@ OpenCloseResult solve_positions(const CompiledScene& compiled, const StepOptions
   tuning.max_iterations = options.max_iterations;
   tuning.gap_rounding = coordinate_rounding(compiled, state);
   OpenCloseResult total;
-  BlockVector free_increment;
   for (int pass = 0; pass < kLinearisations; ++pass) {
     set_end(compiled, state, work);
     set_force(compiled, options, state, time_step, work);
     if (pass == 0) {
-      free_increment.resize(work.force.size());
+      work.free_increment.resize(work.force.size());
       for (std::size_t s = 0; s < work.force.size(); ++s) {
-        free_increment[s] = work.compliance[s] * work.force[s];
+        work.free_increment[s] = work.compliance[s] * work.force[s];
       }
     }
-    linearise_all(compiled, options, state, time_step, free_increment, work);
+    linearise_all(compiled, options, state, time_step, work);
     if (pass == 0 && hold_strain_of_hit_blocks(compiled, options, state, time_step, work)) {
       set_force(compiled, options, state, time_step, work);
-      linearise_all(compiled, options, state, time_step, free_increment, work);
+      linearise_all(compiled, options, state, time_step, work);
     }
     by_slot(compiled, work.poses.increment, work.increment);
     work.clock.charge(&PhaseSeconds::assemble);
@@ -517,6 +516,15 @@ void account(const CompiledScene& compiled, const StepOptions& options, const St
   attempt.unbalance = largest_force > 0.0 ? unbalanced / largest_force : 0.0;
 }
 
+/// `end` as `state`, but for what the step gives anew: contacts, and places of blocks that move.
+void start_end(const State& state, State& end) {
+  end.step = state.step;
+  end.origin = state.origin;
+  end.energy = state.energy;
+  end.blocks = state.blocks;
+  if (end.polyhedra.empty()) end.polyhedra = state.polyhedra;
+}
+
 }  // namespace
 
 double coordinate_rounding(const CompiledScene& compiled, const State& state) {
@@ -540,9 +548,10 @@ double default_penalty(const CompiledScene& compiled) {
   return penalty > 0.0 ? penalty : 1e6 * weight / compiled.smallest_size;
 }
 
-Attempt attempt_step(const CompiledScene& compiled, const StepOptions& options, const State& state,
-                     double time_step, Workspace& work) {
-  Attempt attempt;
+void attempt_step(const CompiledScene& compiled, const StepOptions& options, const State& state,
+                  double time_step, Workspace& work) {
+  Attempt& attempt = work.attempt;
+  static_cast<AttemptTotals&>(attempt) = {};
   attempt.motion = work.motion;
   for (std::size_t p = 0; p < compiled.prescribed.size(); ++p) {
     attempt.motion[p] =
@@ -566,7 +575,7 @@ Attempt attempt_step(const CompiledScene& compiled, const StepOptions& options, 
   attempt.solved = total;
   account(compiled, options, state, time_step, work, attempt);
 
-  attempt.end = state;
+  start_end(state, attempt.end);
   attempt.end.time = state.time + time_step;
   for (std::size_t b = 0; b < state.blocks.size(); ++b) {
     const Vector12& d = work.poses.increment[b];
@@ -592,8 +601,7 @@ Attempt attempt_step(const CompiledScene& compiled, const StepOptions& options, 
   }
   const double penalty = options.penalty > 0.0 ? options.penalty : default_penalty(compiled);
   record_contacts(options.shear_ratio * penalty, work, attempt.contacts);
-  place_polyhedra(compiled, attempt.end);
-  return attempt;
+  place_polyhedra(compiled, attempt.end, work.places);
 }
 
 }  // namespace quoin::solver

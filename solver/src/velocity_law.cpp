@@ -31,15 +31,14 @@ double relative_free_gain(const LinearContact& c, const BlockVector& free_gain) 
 }
 
 /// What each block's velocity would gain in the step without contacts: 2 (D_free/dt - v).
-BlockVector free_velocity_gain(const CompiledScene& compiled, const State& start,
-                               double time_step, const Workspace& work) {
-  BlockVector gain(work.force.size());
+void set_free_velocity_gain(const CompiledScene& compiled, const State& start, double time_step,
+                            const Workspace& work, BlockVector& gain) {
+  gain.resize(work.force.size());
   for (std::size_t s = 0; s < gain.size(); ++s) {
     const BlockState& block = start.blocks[index(compiled.slots.block_of_slot[s])];
     gain[s] = 2.0 * ((work.compliance[s] * work.force[s]) / time_step - velocity_vector(block));
     if (!work.poses.deforms[index(compiled.slots.block_of_slot[s])]) gain[s].tail<6>().setZero();
   }
-  return gain;
 }
 
 /// A contact of the step turned into one of velocities: d is the relative velocity times dt, the force
@@ -123,12 +122,14 @@ void add_earlier_impulses(const Workspace& work, const Attempt& attempt, BlockVe
 }  // namespace
 
 void apply_velocity_law(const CompiledScene& compiled, const StepOptions& options,
-                        const State& start, double time_step, Workspace& work, Attempt& attempt) {
+                        const State& start, double time_step, Workspace& work) {
   if (compiled.slots.count() == 0) return;
   const double slowest = 2.0 * compiled.scene.gravity.at(start.time).norm() * time_step;
-  const BlockVector free_gain = free_velocity_gain(compiled, start, time_step, work);
-  std::vector<LinearContact> contacts;
-  std::vector<double> bounces;
+  Attempt& attempt = work.attempt;
+  auto& [contacts, tried, bounces, free_gain, velocity, force, solution] = work.velocity;
+  set_free_velocity_gain(compiled, start, time_step, work, free_gain);
+  contacts.clear();
+  bounces.clear();
   for (std::size_t i = 0; i < work.linear.size(); ++i) {
     LinearContact c;
     double bounce = 0.0;
@@ -144,7 +145,8 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
     bounces.push_back(bounce);
   }
   if (contacts.empty()) return;
-  BlockVector velocity(work.base.diagonal.size()), force(work.base.diagonal.size());
+  velocity.resize(work.base.diagonal.size());
+  force.resize(velocity.size());
   for (std::size_t s = 0; s < velocity.size(); ++s) {
     velocity[s] =
         time_step * velocity_vector(attempt.end.blocks[index(compiled.slots.block_of_slot[s])]);
@@ -167,9 +169,9 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
   const bool bouncing = std::any_of(bounces.begin(), bounces.end(), [](double b) { return b != 0.0; });
   // With friction and several contacts Newton's restitution can create energy: less of it then.
   for (const double share : {1.0, 0.5, 0.25, 0.0}) {
-    std::vector<LinearContact> tried = contacts;
+    tried = contacts;
     for (std::size_t i = 0; i < tried.size(); ++i) tried[i].offset[0] += share * bounces[i];
-    BlockVector solution = velocity;
+    solution = velocity;
     work.clock.charge(&PhaseSeconds::assemble);
     const OpenCloseResult solved =
         work.open_close.solve(work.base, force, tried, tuning, solution);
