@@ -196,7 +196,7 @@ Workspace::Workspace(const CompiledScene& compiled, int threads)
 double initial_spring_energy(const CompiledScene& compiled, const StepOptions& options,
                              const Workspace& work) {
   if (options.method != ContactMethod::Penalty) return 0.0;
-  const double spring = options.penalty > 0.0 ? options.penalty : default_penalty(compiled);
+  const double spring = contact_spring(compiled, options);
   double sum = 0.0;
   for (const geometry::ContactPoint& point : work.found) {
     const double overlap = std::min(point.gap, 0.0);

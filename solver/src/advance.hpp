@@ -72,6 +72,7 @@ struct Workspace {
   double last_time_step = 0.0;                ///< of the last accepted sub-step; 0: none
   BlockVector last_velocity;                  ///< at its start, by slot: predicts the next increment
 
+  double spring = 0.0;  ///< of each contact, N/m; 0: contact is exact
   std::vector<BodyContact> contacts;
   StepPoses poses;
   std::vector<LinearContact> linear;

@@ -132,10 +132,9 @@ void set_linear_contacts(const CompiledScene& compiled, const StepOptions& optio
   set_pairs(work);
 }
 
-void set_stiffness(const CompiledScene& compiled, const StepOptions& options, Workspace& work,
-                   LinearContact& c) {
+void set_stiffness(const StepOptions& options, const Workspace& work, LinearContact& c) {
   if (c.law != ContactLaw::Bilateral && options.method != ContactMethod::AugmentedLagrangian) {
-    c.normal_stiffness = options.penalty > 0.0 ? options.penalty : default_penalty(compiled);
+    c.normal_stiffness = work.spring;
     c.shear_stiffness = options.shear_ratio * c.normal_stiffness;
     return;
   }
@@ -203,7 +202,7 @@ void linearise_all(const CompiledScene& compiled, const StepOptions& options, co
     const BodyContact& contact = work.contacts[i];
     LinearContact& c = work.linear[i];
     linearise(contact, work.poses, compiled.models, rounding, c);
-    set_stiffness(compiled, options, work, c);
+    set_stiffness(options, work, c);
     if (options.method == ContactMethod::AugmentedLagrangian &&
         options.analysis == Analysis::Dynamic) {
       Vector3 free_end = c.offset;
@@ -223,7 +222,7 @@ void linearise_all(const CompiledScene& compiled, const StepOptions& options, co
   }
   linearise_held(compiled, state.time + time_step, work);
   for (std::size_t h = work.contacts.size(); h < work.linear.size(); ++h) {
-    set_stiffness(compiled, options, work, work.linear[h]);
+    set_stiffness(options, work, work.linear[h]);
   }
 }
 
@@ -456,7 +455,7 @@ void account_contact(const CompiledScene& compiled, const StepOptions& options,
     if (!impact) attempt.friction_work += friction_work;
     return;
   }
-  const double spring = options.penalty > 0.0 ? options.penalty : default_penalty(compiled);
+  const double spring = work.spring;
   const double shear = c.law == ContactLaw::Frictionless ? 0.0 : options.shear_ratio * spring;
   const Vector3 end = c.start + moved;
   const double start_stretch = contact.was_closed ? c.start.tail<2>().squaredNorm() : 0.0;
@@ -537,7 +536,9 @@ double coordinate_rounding(const CompiledScene& compiled, const State& state) {
   return 4.0 * std::numeric_limits<double>::epsilon() * largest;
 }
 
-double default_penalty(const CompiledScene& compiled) {
+double contact_spring(const CompiledScene& compiled, const StepOptions& options) {
+  if (options.method == ContactMethod::AugmentedLagrangian) return 0.0;
+  if (options.penalty > 0.0) return options.penalty;
   // 50 E L of the stiffest deformable block; for rigid scenes a static sag of 1e-6 of the block size.
   double penalty = 0.0, weight = 0.0;
   const double gravity = std::max(compiled.scene.gravity.at(0.0).norm(), 1.0);
@@ -552,6 +553,7 @@ void attempt_step(const CompiledScene& compiled, const StepOptions& options, con
                   double time_step, Workspace& work) {
   Attempt& attempt = work.attempt;
   static_cast<AttemptTotals&>(attempt) = {};
+  work.spring = contact_spring(compiled, options);
   attempt.motion = work.motion;
   for (std::size_t p = 0; p < compiled.prescribed.size(); ++p) {
     attempt.motion[p] =
@@ -599,8 +601,7 @@ void attempt_step(const CompiledScene& compiled, const StepOptions& options, con
   for (std::size_t p = 0; p < compiled.prescribed.size(); ++p) {
     attempt.end.blocks[index(compiled.prescribed[p])].velocity = attempt.motion[p].velocity;
   }
-  const double penalty = options.penalty > 0.0 ? options.penalty : default_penalty(compiled);
-  record_contacts(options.shear_ratio * penalty, work, attempt.contacts);
+  record_contacts(options.shear_ratio * work.spring, work, attempt.contacts);
   place_polyhedra(compiled, attempt.end, work.places);
 }
 

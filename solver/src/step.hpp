@@ -18,7 +18,7 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
 /// What the rounding of coordinates makes of a gap: 4 eps of the largest coordinate, m.
 double coordinate_rounding(const CompiledScene& compiled, const State& state);
 
-/// Spring of a penalty contact when the user gives none, N/m.
-double default_penalty(const CompiledScene& compiled);
+/// Spring of a contact, N/m: the user's, or one that fits the blocks; 0 where contact is exact.
+double contact_spring(const CompiledScene& compiled, const StepOptions& options);
 
 }  // namespace quoin::solver
