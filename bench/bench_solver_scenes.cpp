@@ -41,24 +41,31 @@ struct Row {
   double cpu = 0.0;       ///< s of stepping
   double cpu_goal = 0.0;  ///< s, 0: none
   bool ended = true;      ///< every step did
+  double share = 1.0;     ///< of the run that was done within the limit of CPU time
   long solves = 0, factorizations = 0;  ///< of a code that counts them
   std::vector<Value> values{};
 };
 
-using Watch = std::function<void(const World&, double time)>;
+/// Sees each step; `last` is set at the last one.
+using Watch = std::function<void(const World&, double time, bool last)>;
 
-/// Steps to `end` s; `watch` sees each step and is not timed.
+/// CPU time that one run may take, s; it then ends where it is, and its row says so.
+double cpu_limit = std::numeric_limits<double>::infinity();
+
+/// Steps to `end` s; `watch` is not timed.
 Row run(const std::string& name, const RigidScene& scene, const Contestant& who, double dt,
         double end, const Watch& watch) {
   Row row{name, who.name, dt};
   const std::unique_ptr<World> world = who.make(scene, dt, who.iterations);
-  row.steps = std::lround(end / dt);
-  for (long i = 1; i <= row.steps; ++i) {
+  const long all = std::lround(end / dt);
+  while (row.steps < all && row.cpu < cpu_limit) {
     const double start = cpu_seconds();
     row.ended = world->step(dt) && row.ended;
     row.cpu += cpu_seconds() - start;
-    if (watch) watch(*world, static_cast<double>(i) * dt);
+    ++row.steps;
+    watch(*world, static_cast<double>(row.steps) * dt, row.steps == all || row.cpu >= cpu_limit);
   }
+  row.share = static_cast<double>(row.steps) / static_cast<double>(all);
   row.solves = world->solves();
   row.factorizations = world->factorizations();
   return row;
@@ -122,7 +129,7 @@ Row sliding(const std::string& name, const Contestant& who, double friction_deg,
   const Vector3d down = Eigen::AngleAxisd(dip_deg * kDegree, Vector3d::UnitZ()) *
                         Vector3d(std::cos(slope), 0, -std::sin(slope));
   double error = 0.0;
-  Row row = run(name, scene, who, dt, end, [&](const World& world, double t) {
+  Row row = run(name, scene, who, dt, end, [&](const World& world, double t, bool) {
     const Vector3d exact = 0.5 * acceleration * t * t * down;
     error = (world.motion(1).place - scene.bodies[1].place - exact).norm();
   });
@@ -139,7 +146,7 @@ Row sliding(const std::string& name, const Contestant& who, double friction_deg,
 Row pushed(const Contestant& who, double dt) {
   const RigidScene scene = pushed_block();
   double error = 0.0;
-  Row row = run("S2 two forces", scene, who, dt, 4.5, [&](const World& world, double t) {
+  Row row = run("S2 two forces", scene, who, dt, 4.5, [&](const World& world, double t, bool) {
     const Vector3d exact = scene.bodies[1].force / scene.bodies[1].mass * 0.5 * t * t;
     error = (world.motion(1).place - scene.bodies[1].place - exact).norm() / exact.norm();
   });
@@ -165,12 +172,10 @@ double tower_force_error(int count, double weight, const World& world) {
 Row tower_row(int count, const Contestant& who, double dt, double end = 5.0) {
   const RigidScene scene = tower(count);
   double drift = 0.0, force = 0.0;
-  const long last = std::lround(end / dt);
-  long i = 0;
   Row row = run("S4 tower of " + std::to_string(count), scene, who, dt, end,
-                [&](const World& world, double) {
+                [&](const World& world, double, bool last) {
                   drift = std::max(drift, largest_drift(scene, world));
-                  if (++i == last) force = tower_force_error(count, 2600 * kGravity, world);
+                  if (last) force = tower_force_error(count, 2600 * kGravity, world);
                 });
   const bool ten = count <= 10;
   row.cpu_goal = (ten ? 0.13 : 0.9) * end / 5.0;
@@ -182,7 +187,7 @@ Row tower_row(int count, const Contestant& who, double dt, double end = 5.0) {
 Row domino_row(const Contestant& who, double dt) {
   const RigidScene scene = dominoes();
   double least = std::numeric_limits<double>::infinity(), growth = 0.0, worst = 0.0;
-  Row row = run("S5 dominoes", scene, who, dt, 3.0, [&](const World& world, double) {
+  Row row = run("S5 dominoes", scene, who, dt, 3.0, [&](const World& world, double, bool) {
     const double energy = mechanical_energy(scene, world);
     least = std::min(least, energy);
     growth = std::max(growth, energy - least);
@@ -208,7 +213,7 @@ Row rocking_row(const Contestant& who, double dt) {
   const RigidScene scene = rocking_block();
   double crossing = 0.0, least = 0.0;
   double t0 = 0.0, tilt0 = 7.0 * kDegree, rate0 = 0.0, rate_before = 0.0;
-  Row row = run("S6 rocking block", scene, who, dt, 1.3, [&](const World& world, double t) {
+  Row row = run("S6 rocking block", scene, who, dt, 1.3, [&](const World& world, double t, bool) {
     const BodyMotion m = world.motion(1);
     const double tilt = tilt_of(m);
     if (crossing == 0.0 && tilt <= 1e-9) {  // on from the last step by its velocity and acceleration
@@ -230,12 +235,10 @@ Row wall_row(int columns, int rows, const Contestant& who, double dt, double end
   const RigidScene scene = wall(columns, rows);
   double drift = 0.0, reaction = 0.0, weight = 0.0;
   for (const RigidBody& body : scene.bodies) weight += body.mass * kGravity;
-  const long last = std::lround(end / dt);
-  long i = 0;
   const int count = static_cast<int>(scene.bodies.size()) - 1;
   Row row = run("S7 wall of " + std::to_string(count), scene, who, dt, end,
-                [&](const World& world, double) {
-                  if (++i < last) return;
+                [&](const World& world, double, bool last) {
+                  if (!last) return;
                   drift = largest_drift(scene, world);
                   for (const PairForce& pair : world.forces()) {
                     if (pair.a == 0) reaction += pair.normal;
@@ -271,10 +274,11 @@ Row arch_row(const Contestant& who, double dt) {
   Row row{"S8 arch", who.name, dt};
   double low = 0.09, high = 0.13;
   int simulations = 0;
-  for (; high - low > 4e-4 * exact; ++simulations) {
+  for (; high - low > 4e-4 * exact && row.cpu < cpu_limit; ++simulations) {
     const double middle = 0.5 * (low + high);
     (arch_stands(who, middle, dt, row) ? high : low) = middle;
   }
+  if (high - low > 4e-4 * exact) row.share = 0.0;
   row.cpu_goal = 0.13 * simulations;
   row.values.push_back({"least t/R error", std::abs(0.5 * (low + high) - exact) / exact, 2e-3});
   return row;
@@ -283,15 +287,8 @@ Row arch_row(const Contestant& who, double dt) {
 // --- the programme ---------------------------------------------------------------------------------
 
 std::vector<Contestant> contestants() {
-  std::vector<Contestant> all = {{"quoin", make_quoin}};
-#ifdef QUOIN_BENCH_BULLET
-  all.push_back({"Bullet SI 50", make_bullet, 50});
-  all.push_back({"Bullet NNCG 100", make_bullet_nncg, 100});
-#endif
-#ifdef QUOIN_BENCH_ODE
-  all.push_back({"ODE step", make_ode, 0});
-  all.push_back({"ODE quick 50", make_ode, 50});
-#endif
+  std::vector<Contestant> all = peers();
+  all.insert(all.begin(), {"quoin", make_quoin});
   return all;
 }
 
@@ -350,8 +347,10 @@ void print(const Row& row) {
     std::printf("%.2g solves, %.2g factorizations a step ", static_cast<double>(row.solves) / steps,
                 static_cast<double>(row.factorizations) / steps);
   }
+  if (row.share < 1.0) std::printf("stopped by --limit at %.3g of the run ", row.share);
+  const bool met = row.cpu <= row.cpu_goal && row.share == 1.0;
   std::printf("| %.3g%s | %.3g | %s |\n", row.cpu,
-              !ours || row.cpu_goal == 0.0 ? "" : row.cpu <= row.cpu_goal ? " (met)" : " (MISSED)",
+              !ours || row.cpu_goal == 0.0 ? "" : met ? " (met)" : " (MISSED)",
               1e6 * row.cpu / steps, row.ended ? "yes" : "no");
   std::fflush(stdout);
 }
@@ -365,9 +364,9 @@ void write_json(const std::string& path, const std::vector<Row>& rows) {
     std::snprintf(text, sizeof text,
                   "  {\"scene\": \"%s\", \"contestant\": \"%s\", \"time_step\": %g, \"steps\": %ld, "
                   "\"cpu_seconds\": %.4g, \"cpu_goal\": %.4g, \"every_step_ended\": %s, "
-                  "\"solves\": %ld, \"factorizations\": %ld, \"values\": {",
+                  "\"share_done\": %g, \"solves\": %ld, \"factorizations\": %ld, \"values\": {",
                   row.scene.c_str(), row.contestant.c_str(), row.time_step, row.steps, row.cpu,
-                  row.cpu_goal, row.ended ? "true" : "false", row.solves, row.factorizations);
+                  row.cpu_goal, row.ended ? "true" : "false", row.share, row.solves, row.factorizations);
     out << text;
     for (std::size_t v = 0; v < row.values.size(); ++v) {
       std::snprintf(text, sizeof text, "%s\"%s\": {\"value\": %.6g, \"goal\": %g}",
@@ -391,8 +390,9 @@ int main_program(int argc, char** argv) {
     else if (argument == "--filter" && more) filter = argv[++i];
     else if (argument == "--who" && more) who_filter = argv[++i];
     else if (argument == "--out" && more) out = argv[++i];
+    else if (argument == "--limit" && more) cpu_limit = std::strtod(argv[++i], nullptr);
     else {
-      std::fprintf(stderr, "usage: %s [--quick] [--filter REGEX] [--who REGEX] [--out FILE.json]\n", argv[0]);
+      std::fprintf(stderr, "usage: %s [--quick] [--filter REGEX] [--who REGEX] [--limit CPU_SECONDS] [--out FILE.json]\n", argv[0]);
       return 2;
     }
   }

@@ -145,4 +145,17 @@ RigidScene arch(int count, double thickness_ratio) {
   return scene;
 }
 
+std::vector<Contestant> peers() {
+  std::vector<Contestant> all;
+#ifdef QUOIN_BENCH_BULLET
+  all.push_back({"Bullet SI 50", make_bullet, 50});
+  all.push_back({"Bullet NNCG 100", make_bullet_nncg, 100});
+#endif
+#ifdef QUOIN_BENCH_ODE
+  all.push_back({"ODE step", make_ode, 0});
+  all.push_back({"ODE quick 50", make_ode, 50});
+#endif
+  return all;
+}
+
 }  // namespace quoin::bench

@@ -20,6 +20,7 @@ struct RigidBody {
   double mass = 0.0;
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< body axes
   Vector3d force = Vector3d::Zero();                  ///< through the centroid, N
+  Vector3d velocity = Vector3d::Zero(), spin = Vector3d::Zero();  ///< at the start, m/s, rad/s
 };
 
 struct RigidScene {
@@ -49,10 +50,11 @@ struct BodyMotion {
   Eigen::Quaterniond turn;
 };
 
-/// What a step left between two bodies, normal force summed up.
+/// What a step left between two bodies (several entries may name the same two).
 struct PairForce {
-  int a = 0, b = 0;
-  double normal = 0.0;  ///< N
+  int a = 0, b = 0;                    ///< a < b
+  double normal = 0.0;                 ///< N, sum
+  Vector3d on_b = Vector3d::Zero();    ///< the same as a vector, friction left out, N
 };
 
 /// A code that steps a scene.
@@ -72,6 +74,9 @@ struct Contestant {
   std::unique_ptr<World> (*make)(const RigidScene&, double time_step, int iterations);
   int iterations = 0;
 };
+
+/// The peers that were there at configure time.
+std::vector<Contestant> peers();
 
 std::unique_ptr<World> make_quoin(const RigidScene& scene, double time_step, int iterations);
 #ifdef QUOIN_BENCH_BULLET

@@ -53,9 +53,15 @@ class BulletWorld final : public World {
       const btPersistentManifold& manifold =
           *const_cast<btCollisionDispatcher&>(dispatcher_).getManifoldByIndexInternal(m);
       PairForce pair{manifold.getBody0()->getUserIndex(), manifold.getBody1()->getUserIndex()};
-      if (pair.a > pair.b) std::swap(pair.a, pair.b);
       for (int p = 0; p < manifold.getNumContacts(); ++p) {
-        pair.normal += manifold.getContactPoint(p).getAppliedImpulse() / time_step_;
+        const btManifoldPoint& point = manifold.getContactPoint(p);  // its normal: towards body 0
+        const double force = point.getAppliedImpulse() / time_step_;
+        pair.normal += force;
+        pair.on_b -= force * from_bullet(point.m_normalWorldOnB);
+      }
+      if (pair.a > pair.b) {
+        std::swap(pair.a, pair.b);
+        pair.on_b = -pair.on_b;
       }
       result.push_back(pair);
     }
@@ -73,6 +79,10 @@ class BulletWorld final : public World {
     info.m_friction = std::sqrt(friction);  // Bullet multiplies those of the two bodies
     bodies_.push_back(std::make_unique<btRigidBody>(info));
     bodies_.back()->setActivationState(DISABLE_DEACTIVATION);
+    if (body.density > 0.0) {
+      bodies_.back()->setLinearVelocity(to_bullet(body.velocity));
+      bodies_.back()->setAngularVelocity(to_bullet(body.spin));
+    }
     bodies_.back()->setUserIndex(static_cast<int>(bodies_.size()) - 1);
     forces_.push_back(to_bullet(body.force));
     world_.addRigidBody(bodies_.back().get());

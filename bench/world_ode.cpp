@@ -63,14 +63,18 @@ class OdeWorld final : public World {
   std::vector<PairForce> forces() const override {
     std::vector<PairForce> result;
     for (const Feedback& f : feedback_) {
-      result.push_back({f.a, f.b, std::abs(f.normal.dot(Vector3d(f.joint.f1)))});
+      // The normal points into the first body, which f1 acts on.
+      const double force = f.normal.dot(Vector3d(f.joint.f1));
+      const Vector3d on_second = -force * f.normal;
+      result.push_back({std::min(f.first, f.second), std::max(f.first, f.second), std::abs(force),
+                        f.first < f.second ? on_second : Vector3d(-on_second)});
     }
     return result;
   }
 
  private:
   struct Feedback {
-    int a = 0, b = 0;
+    int first = 0, second = 0;
     Vector3d normal = Vector3d::Zero();
     dJointFeedback joint{};
   };
@@ -88,6 +92,8 @@ class OdeWorld final : public World {
       dMassSetBoxTotal(&mass, body.mass, 2 * body.half_size.x(), 2 * body.half_size.y(),
                        2 * body.half_size.z());
       dBodySetMass(id, &mass);
+      dBodySetLinearVel(id, body.velocity.x(), body.velocity.y(), body.velocity.z());
+      dBodySetAngularVel(id, body.spin.x(), body.spin.y(), body.spin.z());
       dGeomSetBody(geom, id);
       bodies_.push_back(id);
     }
@@ -111,7 +117,6 @@ class OdeWorld final : public World {
       Feedback f{static_cast<int>(reinterpret_cast<std::size_t>(dGeomGetData(a))),
                  static_cast<int>(reinterpret_cast<std::size_t>(dGeomGetData(b))),
                  Vector3d(found[i].normal), {}};
-      if (f.a > f.b) std::swap(f.a, f.b);
       feedback_.push_back(f);
       dJointSetFeedback(joint, &feedback_.back().joint);
     }

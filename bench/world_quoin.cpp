@@ -1,6 +1,5 @@
 /// quoin's rigid blocks, default options, one thread.
 
-#include <map>
 #include <quoin/geometry/build.hpp>
 #include <quoin/solver.hpp>
 
@@ -33,6 +32,8 @@ solver::Scene scene_of(const RigidScene& rigid) {
       continue;
     }
     const int block = scene.add_rigid(shape_of(body), {.density = body.density});
+    scene.blocks.back().velocity = body.velocity;
+    scene.blocks.back().angular_velocity = body.spin;
     if (!body.force.isZero(0.0)) {
       scene.point_loads.push_back({block, body.place, solver::VectorOfTime(body.force)});
     }
@@ -60,12 +61,11 @@ class QuoinWorld final : public World {
             block.rotation * block.angular_velocity, block.rotation * start.turn};
   }
   std::vector<PairForce> forces() const override {
-    std::map<std::pair<int, int>, double> sums;
-    for (const solver::Contact& contact : simulation_.state().contacts) {
-      sums[{contact.point.key.a, contact.point.key.b}] += contact.normal_force;
-    }
     std::vector<PairForce> result;
-    for (const auto& [pair, sum] : sums) result.push_back({pair.first, pair.second, sum});
+    for (const solver::Contact& contact : simulation_.state().contacts) {
+      result.push_back({contact.point.key.a, contact.point.key.b, contact.normal_force,
+                        contact.normal_force * contact.point.normal});
+    }
     return result;
   }
 

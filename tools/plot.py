@@ -82,6 +82,30 @@ def displacement_figure(path, title, runs, monitor, along=None, exact=None):
     save(figure, path)
 
 
+def components_figure(path, title, runs, monitor, exact):
+    """Components of a displacement, and below each what it is off; exact: {"x": function of t}."""
+    figure, axes = plt.subplots(2, len(exact), figsize=(5.4 * len(exact), 6), sharex=True,
+                                layout="constrained", squeeze=False)
+    for column, (component, formula) in enumerate(exact.items()):
+        top, bottom = axes[:, column]
+        for i, (folder, label) in enumerate(runs):
+            table = history(folder)
+            time, value = table["time"], table[f"{monitor}.u{component}"]
+            every = max(1, len(time) // 18)
+            style = {"color": COLOURS[i % 8], "marker": MARKERS[i % 8], "markersize": 5,
+                     "markevery": (i * every // max(1, len(runs)), every)}
+            top.plot(time, value, linestyle="none", label=label, **style)
+            bottom.semilogy(time[1:], np.maximum(np.abs(value - formula(time))[1:], 1e-17),
+                            linewidth=1, **style)
+        time = np.linspace(0, time[-1], 400)
+        top.plot(time, formula(time), color="#222222", linewidth=1.2, zorder=1, label="exact")
+        top.set_ylabel(f"displacement along {component} (m)")
+        bottom.set(xlabel="time (s)", ylabel=f"difference along {component} (m)", xlim=(0, None))
+    axes[0][0].set_title(title)
+    axes[0][0].legend(fontsize=8)
+    save(figure, path)
+
+
 def path_figure(path, title, runs, monitor, start, slope):
     """Paths of a centroid in the x–z plane over a plane through the origin that falls by `slope`."""
     figure, axes = plt.subplots(2, 1, figsize=(7.2, 6.2), layout="constrained",

@@ -1,43 +1,93 @@
 #!/usr/bin/env python3
-"""Work-precision picture of `quoin study … --out DIR`: error against CPU time, with the Pareto front.
+"""Work-precision picture of a study: error against CPU time, with the Pareto front of all points.
 
-    tools/plot_study.py DIR/study.json OUT.png [--by KEY]
+    tools/plot_study.py STUDY.json [PEERS.json …] OUT.png [--by KEY …] [--title TEXT]
 
-KEY is the setting that colours the points (default: the first one but dt).
+STUDY.json is what `quoin study --out DIR` left, the others what bench_study left on the same scene.
+KEY are the settings that colour the points (default: all but dt).
 """
 import argparse
 import json
+import math
 import pathlib
 
-import matplotlib
+import plot  # colours, marks and style of all pictures
+import matplotlib.pyplot as plt
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
+LEAST = 1e-17  # an error of nothing is drawn here
+PEERS = ("Bullet SI 50", "Bullet NNCG 100", "ODE step", "ODE quick 50")  # always in the same colours
+
+
+def read(path):
+    return json.loads(pathlib.Path(path).read_text(encoding="utf-8"))
+
+
+def counted(points):
+    return [p for p in points if not p["failure"] and p["error"] is not None
+            and math.isfinite(p["error"])]
+
+
+def front(points):
+    """Points that no other beats in both time and error, quickest first."""
+    best, chosen = math.inf, []
+    for p in sorted(points, key=lambda p: (p["cpu_seconds"], p["error"])):
+        if p["error"] < best:
+            best = p["error"]
+            chosen.append(p)
+    return chosen
+
+
+def label(point, by):
+    """A setting that speaks for itself stands alone, a number with its name."""
+    settings = point["settings"]
+    if "code" in settings:
+        return settings["code"]
+    words = [settings[key] if settings[key][0].isalpha() else f"{key} {settings[key]}" for key in by]
+    return "quoin: " + ", ".join(words).replace("_", " ") if words else "quoin"
+
+
+def style(name, order):
+    """Peers hollow and dotted, quoin full."""
+    if name in PEERS:
+        i = PEERS.index(name)
+        return {"color": ("#999999", "#555555", "#E69F00", "#A0522D")[i], "linestyle": ":",
+                "marker": plot.MARKERS[i], "fillstyle": "none"}
+    colours = [plot.COLOURS[i] for i in (3, 4, 0, 2, 5, 7)]
+    return {"color": colours[order % 6], "linestyle": "-", "marker": plot.MARKERS[order % 8]}
+
+
+def draw(path, title, studies, by):
+    points = [p for study in studies for p in counted(study["points"])]
+    if not points:
+        raise SystemExit(f"{title}: no point has an error")
+    keys = list(studies[0]["points"][0]["settings"])
+    by = by or [key for key in keys if key != "dt"]
+    figure, axis = plt.subplots(figsize=(8.6, 4.8), layout="constrained")
+    groups = {}
+    for p in points:
+        groups.setdefault(label(p, by), []).append(p)
+    for i, (name, group) in enumerate(groups.items()):
+        group.sort(key=lambda p: -p["time_step"])
+        axis.loglog([p["cpu_seconds"] for p in group], [max(p["error"], LEAST) for p in group],
+                    markersize=5.5, linewidth=1, label=name, **style(name, i))
+    best = front(points)
+    axis.loglog([p["cpu_seconds"] for p in best], [max(p["error"], LEAST) for p in best],
+                color="#bbbbbb", linewidth=5, alpha=0.5, zorder=0, label="Pareto front",
+                solid_capstyle="round")
+    axis.set(xlabel="CPU time of the run (s)", ylabel="error", title=title)
+    axis.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    plot.save(figure, path)
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("study")
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("studies", nargs="+")
     parser.add_argument("picture")
-    parser.add_argument("--by")
-    arguments = parser.parse_args()
-    study = json.loads(pathlib.Path(arguments.study).read_text(encoding="utf-8"))
-    points = [p for p in study["points"] if not p["failure"] and p["error"] is not None]
-    keys = list(study["points"][0]["settings"])
-    by = arguments.by or next((k for k in keys if k != "dt"), keys[0])
-    figure, axis = plt.subplots(figsize=(7, 5), layout="constrained")
-    for value in dict.fromkeys(p["settings"][by] for p in points):
-        chosen = [p for p in points if p["settings"][by] == value]
-        axis.loglog([p["cpu_seconds"] for p in chosen], [max(p["error"], 1e-17) for p in chosen],
-                    "o", label=f"{by} {value}")
-    front = sorted((p["cpu_seconds"], max(p["error"], 1e-17)) for p in points if p["pareto"])
-    axis.loglog([x for x, _ in front], [y for _, y in front], "-", color="#888888", label="Pareto front")
-    axis.set_xlabel("CPU time, s")
-    axis.set_ylabel("error")
-    axis.set_title(study["scene"], loc="left")
-    axis.grid(color="#e4e4e4")
-    axis.legend(frameon=False, fontsize=8)
-    figure.savefig(arguments.picture, dpi=110)
+    parser.add_argument("--by", nargs="+")
+    parser.add_argument("--title")
+    given = parser.parse_args()
+    studies = [read(path) for path in given.studies]
+    draw(given.picture, given.title or studies[0]["scene"], studies, given.by)
 
 
 if __name__ == "__main__":

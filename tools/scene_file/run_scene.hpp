@@ -3,28 +3,9 @@
 
 #include <functional>
 
-#include "scene_file/scene_file.hpp"
+#include "scene_file/comparison.hpp"
 
 namespace quoin::scene_file {
-
-/// What a monitor shows now. Displacements and rotations count from the start of the first dynamic
-/// stage (of the run, where there is none).
-struct MonitorValue {
-  Vector3 displacement = Vector3::Zero();      ///< m
-  Vector3 velocity = Vector3::Zero();          ///< m/s
-  Vector3 rotation = Vector3::Zero();          ///< rotation vector, rad
-  Vector3 angular_velocity = Vector3::Zero();  ///< world axes, rad/s
-  Vector3 force = Vector3::Zero();             ///< of a contact: on Monitor::block, N
-  double normal_force = 0.0;                   ///< of a contact: sum, N
-};
-
-struct ReferenceResult {
-  double error = 0.0;  ///< largest difference / largest exact value (or absolute where that is 0)
-  double error_end = 0.0;            ///< the same for the last time it was compared
-  Eigen::VectorXd value{}, exact{};  ///< when it was last compared
-  long compared = 0;                 ///< steps
-  bool ok = true;                    ///< error <= allowed, or nothing is allowed for
-};
 
 enum class RunStatus : std::uint8_t {
   Completed,

@@ -1,0 +1,70 @@
+"""`quoin study` as a user meets it: grid, errors, front, files, exit codes."""
+import csv
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+QUOIN, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
+SCENES = SOURCE / "tools" / "scenes"
+
+
+def study(*arguments):
+    return subprocess.run([QUOIN, "study", *map(str, arguments)], capture_output=True, text=True,
+                          timeout=120)
+
+
+class StudyCommand(unittest.TestCase):
+    def setUp(self):
+        self.holder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.holder.cleanup)
+        self.folder = pathlib.Path(self.holder.name) / "deep" / "out"
+
+    def points(self):
+        return json.loads((self.folder / "study.json").read_text())["points"]
+
+    def test_runs_the_grid_against_the_reference(self):
+        done = study(SCENES / "paper" / "incline.json", "--vary", "dt=0.02,0.01", "--vary",
+                     "method=augmented_lagrangian,penalty", "--vary", "phi=0", "--set",
+                     "/end_time=0.5", "--set", "/penalty=1e9", "--out", self.folder, "--jobs", "2")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        rows = list(csv.DictReader(done.stdout.splitlines()))
+        self.assertEqual(len(rows), 4)
+        self.assertEqual({r["dt"] for r in rows}, {"0.02", "0.01"})
+        for p in self.points():
+            self.assertLess(p["error"], 1e-9)
+            self.assertEqual(p["failure"], "")
+            self.assertGreater(p["cpu_seconds"], 0)
+        self.assertEqual((self.folder / "study.csv").read_text(), done.stdout)
+
+    def test_front_has_no_point_that_another_beats(self):
+        study(SCENES / "study" / "rocking.json", "--vary", "dt=0.02,0.01,0.005", "--out", self.folder)
+        points = self.points()
+        for p in points:
+            beaten = any(q["error"] <= p["error"] and q["cpu_seconds"] <= p["cpu_seconds"] and
+                         (q["error"] < p["error"] or q["cpu_seconds"] < p["cpu_seconds"])
+                         for q in points)
+            self.assertEqual(p["pareto"], not beaten)
+
+    def test_without_a_reference_against_the_finest_run(self):
+        study(SCENES / "study" / "dominoes.json", "--set", "/end_time=0.1", "--vary",
+              "dt=0.01,0.0025", "--out", self.folder)
+        errors = [p["error"] for p in self.points()]
+        self.assertIsNone(errors[1])
+        self.assertLess(errors[0], 0.05)
+
+    def test_a_setting_that_fails_is_told_and_the_others_run(self):
+        done = study(SCENES / "paper" / "two_forces.json", "--set", "/end_time=0.05", "--vary",
+                     "dt=0.01,-1", "--out", self.folder)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual([bool(p["failure"]) for p in self.points()], [False, True])
+        self.assertIn("/time_step", self.points()[1]["failure"])
+
+    def test_bad_arguments(self):
+        self.assertEqual(study(SCENES / "paper" / "incline.json", "--vary", "dt").returncode, 2)
+        self.assertEqual(study("none.json", "--vary", "dt=0.1").returncode, 1)
+
+
+unittest.main(argv=[sys.argv[0]], verbosity=2)

@@ -1,0 +1,87 @@
+#!/usr/bin/env python3
+"""Runs the shipped studies: CSV, JSON and a work-precision picture of each.
+
+    tools/studies.py --quoin build-release/tools/quoin [--peers build-release/bench/bench_study]
+                     [--out bench/studies] [--only NAME …]
+
+Bullet and ODE run the same scenes when --peers names their program (-DQUOIN_BUILD_BENCH=ON).
+"""
+import argparse
+import pathlib
+import subprocess
+import sys
+
+import plot_study
+
+SCENES = pathlib.Path(__file__).resolve().parent / "scenes"
+STEPS = "dt=0.02,0.01,0.005,0.0025,0.00125"
+METHODS = "method=augmented_lagrangian,penalty"
+PENALTIES = "penalty=1e6,1e10"
+
+# name: title, scene, changes, what quoin varies, what the peers vary
+STUDIES = {
+    "incline": ("5.1 Block on an incline, friction 10°", "paper/incline.json", ["phi=10"],
+                [STEPS, METHODS, PENALTIES, "/blocks/1/kind=deformable,rigid"], [STEPS]),
+    "two_forces": ("5.2 Block pushed by two forces", "paper/two_forces.json", [],
+                   ["dt=0.02,0.01,0.005,0.0025", METHODS, PENALTIES],
+                   ["dt=0.02,0.01,0.005,0.0025"]),
+    "stays": ("S3 Cube on 20°, friction 20.1° (error in m)", "study/friction_limit.json",
+              ["phi=20.1"], [STEPS], [STEPS]),
+    "slides": ("S3 Cube on 20°, friction 19.9°", "study/friction_limit.json", ["phi=19.9"],
+               [STEPS], [STEPS]),
+    "tower_10": ("S4 Tower of 10", "study/tower_10.json", [],
+                 ["dt=0.02,0.01,0.005,0.002,0.001", "tolerance=1e-6,1e-8,1e-10"],
+                 ["dt=0.02,0.01,0.005,0.002,0.001"]),
+    "tower_30": ("S4 Tower of 30", "study/tower_30.json", [],
+                 ["dt=0.02,0.01,0.005,0.002,0.001", "tolerance=1e-6,1e-8,1e-10"],
+                 ["dt=0.02,0.01,0.005,0.002,0.001"]),
+    "dominoes": ("S5 Dominoes, against the finest run of quoin", "study/dominoes.json", [],
+                 ["dt=0.02,0.01,0.005,0.0025,0.00125,0.000625,0.0003125"],
+                 ["dt=0.01,0.005,0.0025,0.00125,0.000625"]),
+    "rocking": ("S6 Rocking block", "study/rocking.json", [],
+                ["dt=0.04,0.02,0.01,0.005,0.0025,0.00125,0.000625",
+                 "scheme=constant_acceleration,energy_momentum"],
+                ["dt=0.04,0.02,0.01,0.005,0.0025,0.00125,0.000625"]),
+    "arch_1_percent": ("S8 Arch, 1 % above its least thickness", "study/arch.json",
+                       ["ratio=0.1078"], ["dt=0.02,0.01,0.005", "tolerance=1e-6,1e-8,1e-10"],
+                       ["dt=0.01,0.005,0.0025,0.00125"]),
+    "arch_10_percent": ("S8 Arch, 10 % above its least thickness", "study/arch.json",
+                       ["ratio=0.1174"], ["dt=0.02,0.01,0.005", "tolerance=1e-6,1e-8,1e-10"],
+                       ["dt=0.01,0.005,0.0025,0.00125"]),
+}
+
+
+def options(flag, values):
+    return [word for value in values for word in (flag, value)]
+
+
+def study(name, quoin, peers, out):
+    title, scene, changes, vary, peers_vary = STUDIES[name]
+    folder = out / name
+    common = [str(SCENES / scene)] + options("--set", changes)
+    subprocess.run([quoin, "study", *common, *options("--vary", vary), "--out", str(folder)],
+                   check=True, stdout=subprocess.DEVNULL)
+    results = [folder / "study.json"]
+    if peers:
+        results.append(folder / "peers.json")
+        with open(folder / "peers.csv", "w", encoding="utf-8") as csv:
+            subprocess.run([peers, *common, *options("--vary", peers_vary), "--against",
+                            str(results[0]), "--out", str(results[1])], check=True, stdout=csv)
+    plot_study.draw(out / f"{name}.png", title, [plot_study.read(path) for path in results], None)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quoin", required=True)
+    parser.add_argument("--peers")
+    parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("bench/studies"))
+    parser.add_argument("--only", nargs="+", choices=STUDIES, default=list(STUDIES))
+    given = parser.parse_args()
+    for i, name in enumerate(given.only):
+        print(f"[{i + 1}/{len(given.only)}] {STUDIES[name][0]}", flush=True)
+        study(name, given.quoin, given.peers, given.out)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
