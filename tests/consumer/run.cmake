@@ -1,5 +1,6 @@
-# Installs quoin, then builds and runs a foreign project against it.
-# cmake -DBUILD=… -DWORK=… -DCOMPONENT=… -DPROGRAM=… -DOUTPUT=regex [-DWITHOUT=packages] -P run.cmake
+# Builds and runs a foreign project against quoin: installed, or from its source.
+# cmake -DBUILD=… -DWORK=… -DCOMPONENT=… -DPROGRAM=… -DOUTPUT=regex [-DWITHOUT=packages]
+#   [-DINSTALLED=files] [-DSOURCE=folder or archive] [-DFETCH=ON] [-DLAUNCHER=…] -P run.cmake
 function(run)
   execute_process(COMMAND ${ARGV} WORKING_DIRECTORY ${WORK} RESULT_VARIABLE result
     OUTPUT_VARIABLE output ERROR_VARIABLE output)
@@ -13,14 +14,28 @@ endfunction()
 
 file(REMOVE_RECURSE ${WORK})
 file(MAKE_DIRECTORY ${WORK})
-run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix)
-set(disabled)
+set(options)
 foreach(package ${WITHOUT})
-  list(APPEND disabled -DCMAKE_DISABLE_FIND_PACKAGE_${package}=ON)
+  list(APPEND options -DCMAKE_DISABLE_FIND_PACKAGE_${package}=ON)
 endforeach()
-run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/project -B ${WORK}/build -DCMAKE_BUILD_TYPE=Release
-  -DCMAKE_PREFIX_PATH=${WORK}/prefix -DCOMPONENT=${COMPONENT} -DPROGRAM=${PROGRAM} ${disabled})
-run(${CMAKE_COMMAND} --build ${WORK}/build)
+if(FETCH)  # an archive by its address, as from afar
+  set(archive ${WORK}/quoin.tar.gz)
+  execute_process(COMMAND ${CMAKE_COMMAND} -E tar cz ${archive} CMakeLists.txt geometry tools/cmake
+    WORKING_DIRECTORY ${SOURCE} COMMAND_ERROR_IS_FATAL ANY)
+  list(APPEND options -DQUOIN_SOURCE=file://${archive} -DQUOIN_FETCH=ON)
+elseif(SOURCE)
+  list(APPEND options -DQUOIN_SOURCE=${SOURCE})
+else()
+  run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix)
+  list(APPEND options -DCMAKE_PREFIX_PATH=${WORK}/prefix -DCMAKE_BUILD_TYPE=Release)
+endif()
+if(SOURCE)  # not optimised: it is soon built
+  list(APPEND options -DQUOIN_BUILD_GEOMETRY=OFF -DCMAKE_BUILD_TYPE=None
+    -DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER})
+endif()
+run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/project -B ${WORK}/build
+  -DCOMPONENT=${COMPONENT} -DPROGRAM=${PROGRAM} ${options})
+run(${CMAKE_COMMAND} --build ${WORK}/build --target program --parallel 2)
 run(${WORK}/build/program)
 if(NOT output MATCHES "${OUTPUT}")
   message(FATAL_ERROR "the program did not say \"${OUTPUT}\"")
