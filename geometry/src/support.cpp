@@ -1,10 +1,9 @@
 #include "support.hpp"
 
-#if defined(__x86_64__) && defined(__GNUC__)
-#define QUOIN_WIDE_SUPPORT
-#include <immintrin.h>
-#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"  // of gcc 12's own header, its bug 105593
-#endif
+#include <algorithm>
+#include <bit>
+
+#include "wide_lanes.hpp"
 
 namespace quoin::geometry {
 namespace {
@@ -37,15 +36,32 @@ void narrow_beyond(const Rows& rows, int count, const Vector3& d, double value,
   }
 }
 
-#ifdef QUOIN_WIDE_SUPPORT
+/// Walks through an ascending set beside a scan: is each vertex met the next of the set?
+struct Matched {
+  const int* next;
+  const int* end;
+  explicit Matched(const VertexSet& set) : next(set.begin()), end(set.end()) {}
+  bool take(unsigned mask, int first) {
+    for (; mask != 0; mask &= mask - 1) {
+      if (next == end || *next != first + std::countr_zero(mask)) return false;
+      ++next;
+    }
+    return true;
+  }
+  bool all() const { return next == end; }
+};
 
-#define QUOIN_AVX512 __attribute__((target("avx512f,avx512dq")))
-#define QUOIN_AVX2 __attribute__((target("avx2")))
-
-bool has_avx512() {
-  return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq");
+bool narrow_only(const Rows& rows, int count, const Vector3& d, double value,
+                 const VertexSet& set) {
+  Matched matched(set);
+  for (int v = 0; v < count; ++v) {
+    const bool beyond = rows.x[v] * d.x() + rows.y[v] * d.y() + rows.z[v] * d.z() >= value;
+    if (beyond && !matched.take(1u, v)) return false;
+  }
+  return matched.all();
 }
-bool has_avx2() { return __builtin_cpu_supports("avx2"); }
+
+#ifdef QUOIN_WIDE_LANES
 
 struct Wide512 {
   __m512d x, y, z;
@@ -65,45 +81,56 @@ QUOIN_AVX512 inline __m512d greatest_lane(__m512d v) {
   return _mm512_max_pd(v, _mm512_permute_pd(v, 0x55));
 }
 
-QUOIN_AVX512 inline Support support_of_eight(__m512d value) {
-  const __m512d greatest = greatest_lane(value);
-  const auto equal = static_cast<unsigned>(_mm512_cmp_pd_mask(value, greatest, _CMP_EQ_OQ));
-  return {__builtin_ctz(equal | 0x100u) & 7, _mm512_cvtsd_f64(greatest) + 0.0};
+QUOIN_AVX512 inline unsigned equal_lanes(__m512d a, __m512d b) {
+  return _mm512_cmp_pd_mask(a, b, _CMP_EQ_OQ);
 }
 
+/// Up to 8 vertices; up to 16; up to 32: all products in registers, one mask of the greatest.
+QUOIN_AVX512 inline Support support_of_eight(__m512d value) {
+  const __m512d greatest = greatest_lane(value);
+  return {__builtin_ctz(equal_lanes(value, greatest) | 0x100u) & 7,
+          _mm512_cvtsd_f64(greatest) + 0.0};
+}
+
+QUOIN_AVX512 inline Support support_of_16(const Rows& rows, const Wide512& wide) {
+  const __m512d a = wide.along(rows, 0), b = wide.along(rows, 8);
+  const __m512d greatest = greatest_lane(_mm512_max_pd(a, b));
+  const unsigned equal = equal_lanes(a, greatest) | equal_lanes(b, greatest) << 8;
+  return {std::countr_zero(equal) & 15, _mm512_cvtsd_f64(greatest) + 0.0};
+}
+
+QUOIN_AVX512 inline Support support_of_32(const Rows& rows, const Wide512& wide) {
+  const __m512d a = wide.along(rows, 0), b = wide.along(rows, 8), c = wide.along(rows, 16);
+  const __m512d e = rows.padded > 24 ? wide.along(rows, 24) : c;
+  const __m512d greatest = greatest_lane(_mm512_max_pd(_mm512_max_pd(a, b), _mm512_max_pd(c, e)));
+  const unsigned equal = equal_lanes(a, greatest) | equal_lanes(b, greatest) << 8 |
+                         equal_lanes(c, greatest) << 16 | equal_lanes(e, greatest) << 24;
+  return {std::countr_zero(equal) & 31, _mm512_cvtsd_f64(greatest) + 0.0};
+}
+
+/// The greatest product first, in four chains, then the first block where it stands.
 QUOIN_AVX512 Support support_512(const Rows& rows, const Vector3& d) {
   const Wide512 wide(d);
-  __m512d best = wide.along(rows, 0);
-  if (rows.padded == 8) return support_of_eight(best);
-  // Two chains of blocks, even and odd, so that the comparisons do not wait for each other.
-  __m512d odd = wide.along(rows, 8);
-  __m512i block = _mm512_setzero_si512(), odd_block = _mm512_set1_epi64(8);
-  int v = 16;
-  for (; v + 8 < rows.padded; v += 16) {
-    const __m512d a = wide.along(rows, v), b = wide.along(rows, v + 8);
-    const __mmask8 more_a = _mm512_cmp_pd_mask(a, best, _CMP_GT_OQ);
-    const __mmask8 more_b = _mm512_cmp_pd_mask(b, odd, _CMP_GT_OQ);
-    best = _mm512_mask_mov_pd(best, more_a, a);
-    odd = _mm512_mask_mov_pd(odd, more_b, b);
-    block = _mm512_mask_set1_epi64(block, more_a, v);
-    odd_block = _mm512_mask_set1_epi64(odd_block, more_b, v + 8);
+  if (rows.padded == 8) return support_of_eight(wide.along(rows, 0));
+  if (rows.padded == 16) return support_of_16(rows, wide);
+  if (rows.padded <= 32) return support_of_32(rows, wide);
+  __m512d a = wide.along(rows, 0), b = wide.along(rows, 8), c = wide.along(rows, 16),
+          e = wide.along(rows, 24);
+  int v = 32;
+  for (; v + 32 <= rows.padded; v += 32) {
+    a = _mm512_max_pd(a, wide.along(rows, v));
+    b = _mm512_max_pd(b, wide.along(rows, v + 8));
+    c = _mm512_max_pd(c, wide.along(rows, v + 16));
+    e = _mm512_max_pd(e, wide.along(rows, v + 24));
   }
-  if (v < rows.padded) {
-    const __m512d a = wide.along(rows, v);
-    const __mmask8 more = _mm512_cmp_pd_mask(a, best, _CMP_GT_OQ);
-    best = _mm512_mask_mov_pd(best, more, a);
-    block = _mm512_mask_set1_epi64(block, more, v);
+  for (; v < rows.padded; v += 8) a = _mm512_max_pd(a, wide.along(rows, v));
+  const __m512d greatest = greatest_lane(_mm512_max_pd(_mm512_max_pd(a, b), _mm512_max_pd(c, e)));
+  unsigned equal = 0;
+  for (v = 0; v < rows.padded; v += 8) {
+    equal = equal_lanes(wide.along(rows, v), greatest);
+    if (equal != 0) break;
   }
-  // The lowest index among the greatest: lanes count within a block.
-  const __m512d greatest = greatest_lane(_mm512_max_pd(best, odd));
-  const __m512i lane = _mm512_set_epi64(7, 6, 5, 4, 3, 2, 1, 0);
-  const __m512i none = _mm512_set1_epi64(1 << 30);
-  const __m512i even_index = _mm512_mask_add_epi64(
-      none, _mm512_cmp_pd_mask(best, greatest, _CMP_EQ_OQ), block, lane);
-  const __m512i odd_index = _mm512_mask_add_epi64(
-      none, _mm512_cmp_pd_mask(odd, greatest, _CMP_EQ_OQ), odd_block, lane);
-  const long long lowest = _mm512_reduce_min_epi64(_mm512_min_epi64(even_index, odd_index));
-  return {static_cast<int>(lowest) & ((1 << 30) - 1), _mm512_cvtsd_f64(greatest) + 0.0};
+  return {v + (std::countr_zero(equal) & 7), _mm512_cvtsd_f64(greatest) + 0.0};
 }
 
 QUOIN_AVX512 PairSupport support_pair_512(const Rows& p, const Rows& q, const Vector3& d) {
@@ -121,6 +148,19 @@ QUOIN_AVX512 void beyond_512(const Rows& rows, int count, const Vector3& d, doub
     if (count - v < 8) mask &= (1u << (count - v)) - 1u;
     for (; mask != 0; mask &= mask - 1) vertices.push_back(v + __builtin_ctz(mask));
   }
+}
+
+QUOIN_AVX512 bool only_512(const Rows& rows, int count, const Vector3& d, double value,
+                           const VertexSet& set) {
+  const Wide512 wide(d);
+  const __m512d limit = _mm512_set1_pd(value);
+  Matched matched(set);
+  for (int v = 0; v < count; v += 8) {
+    unsigned mask = _mm512_cmp_pd_mask(wide.along(rows, v), limit, _CMP_GE_OQ);
+    if (count - v < 8) mask &= (1u << (count - v)) - 1u;
+    if (!matched.take(mask, v)) return false;
+  }
+  return matched.all();
 }
 
 struct Wide256 {
@@ -170,13 +210,27 @@ QUOIN_AVX2 void beyond_256(const Rows& rows, int count, const Vector3& d, double
   }
 }
 
+QUOIN_AVX2 bool only_256(const Rows& rows, int count, const Vector3& d, double value,
+                         const VertexSet& set) {
+  const Wide256 wide(d);
+  const __m256d limit = _mm256_set1_pd(value);
+  Matched matched(set);
+  for (int v = 0; v < count; v += 4) {
+    const __m256d hit = _mm256_cmp_pd(wide.along(rows, v), limit, _CMP_GE_OQ);
+    auto mask = static_cast<unsigned>(_mm256_movemask_pd(hit));
+    if (count - v < 4) mask &= (1u << (count - v)) - 1u;
+    if (!matched.take(mask, v)) return false;
+  }
+  return matched.all();
+}
+
 #endif
 
 }  // namespace
 
 Support support(const Polyhedron& polyhedron, const Vector3& direction) {
   const Rows rows(polyhedron);
-#ifdef QUOIN_WIDE_SUPPORT
+#ifdef QUOIN_WIDE_LANES
   if (has_avx512()) return support_512(rows, direction);
   if (has_avx2()) return support_256(rows, direction);
 #endif
@@ -185,7 +239,7 @@ Support support(const Polyhedron& polyhedron, const Vector3& direction) {
 
 PairSupport support_pair(const Polyhedron& p, const Polyhedron& q, const Vector3& direction) {
   const Rows rows_p(p), rows_q(q);
-#ifdef QUOIN_WIDE_SUPPORT
+#ifdef QUOIN_WIDE_LANES
   if (has_avx512()) return support_pair_512(rows_p, rows_q, direction);
   if (has_avx2()) return {support_256(rows_p, direction), support_256(rows_q, -direction)};
 #endif
@@ -197,11 +251,22 @@ void find_vertices_beyond(const Polyhedron& polyhedron, const Vector3& direction
   vertices.clear();
   const Rows rows(polyhedron);
   const int count = polyhedron.vertex_count();
-#ifdef QUOIN_WIDE_SUPPORT
+#ifdef QUOIN_WIDE_LANES
   if (has_avx512()) return beyond_512(rows, count, direction, value, vertices);
   if (has_avx2()) return beyond_256(rows, count, direction, value, vertices);
 #endif
   narrow_beyond(rows, count, direction, value, vertices);
+}
+
+bool only_these_beyond(const Polyhedron& polyhedron, const Vector3& direction, double value,
+                       const VertexSet& set) {
+  const Rows rows(polyhedron);
+  const int count = polyhedron.vertex_count();
+#ifdef QUOIN_WIDE_LANES
+  if (has_avx512()) return only_512(rows, count, direction, value, set);
+  if (has_avx2()) return only_256(rows, count, direction, value, set);
+#endif
+  return narrow_only(rows, count, direction, value, set);
 }
 
 }  // namespace quoin::geometry

@@ -1,7 +1,8 @@
 #pragma once
-/// Support functions of a polyhedron: how far it reaches along a direction, and with which vertices.
-/// All offsets are from Polyhedron::origin(); the sums are ((x·dx + y·dy) + z·dz) in every variant.
-/// The widest instructions of the machine are chosen at run time; all variants give the same bits.
+/// Support functions of a polyhedron: how far it reaches along a direction, and with which
+/// vertices. All offsets are from Polyhedron::origin(); the sums are ((x·dx + y·dy) + z·dz) in
+/// every variant. The widest instructions of the machine are chosen at run time; all variants give
+/// the same bits.
 
 #include <quoin/geometry/polyhedron.hpp>
 
@@ -29,6 +30,10 @@ PairSupport support_pair(const Polyhedron& p, const Polyhedron& q, const Vector3
 /// Vertices whose offset · direction is at least `value`, ascending.
 void find_vertices_beyond(const Polyhedron& polyhedron, const Vector3& direction, double value,
                           VertexSet& vertices);
+
+/// Is `set` (ascending) just the vertices whose offset · direction is at least `value`?
+bool only_these_beyond(const Polyhedron& polyhedron, const Vector3& direction, double value,
+                       const VertexSet& set);
 
 inline Vector3 offset(const Polyhedron& polyhedron, int v) {
   const double* p = polyhedron.offsets() + v;

@@ -1,0 +1,22 @@
+#pragma once
+/// Wide instructions chosen at run time: functions with one of the attributes below may use them,
+/// and are called only where the machine has them. Sums are written out, so that all variants of a
+/// function give the same bits. Private to the room.
+
+#if defined(__x86_64__) && defined(__GNUC__)
+#define QUOIN_WIDE_LANES
+#include <immintrin.h>
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"  // of gcc 12's own header, its bug 105593
+
+#define QUOIN_AVX512 __attribute__((target("avx512f,avx512dq")))
+#define QUOIN_AVX2 __attribute__((target("avx2")))
+
+namespace quoin::geometry {
+
+inline bool has_avx512() {
+  return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq");
+}
+inline bool has_avx2() { return __builtin_cpu_supports("avx2"); }
+
+}  // namespace quoin::geometry
+#endif
