@@ -36,105 +36,95 @@ struct Simplex {
     corners[0] = corner;
     ++size;
   }
-  void keep(int i) {
-    corners[0] = corners[static_cast<std::size_t>(i)];
-    size = 1;
-  }
-  void keep(int i, int j) {
-    const Corner a = corners[static_cast<std::size_t>(i)], b = corners[static_cast<std::size_t>(j)];
-    corners[0] = a;
-    corners[1] = b;
-    size = 2;
-  }
-  void keep(int i, int j, int k) {
-    const Corner a = corners[static_cast<std::size_t>(i)], b = corners[static_cast<std::size_t>(j)],
-                 c = corners[static_cast<std::size_t>(k)];
-    corners[0] = a;
-    corners[1] = b;
-    corners[2] = c;
-    size = 3;
-  }
+  const Vector3& w(int k) const { return corners[static_cast<std::size_t>(k)].w; }
 };
 
-/// Point of one segment or triangle nearest to the origin: which corners carry it (bits),
-/// direction.
+/// The point of a face of the simplex that is nearest to the origin. Only faces with the newest
+/// corner (number 0) count: it lies nearer than all that the others span, so it carries the point.
 struct Nearest {
-  unsigned mask = 0;
+  int count = 1;  // corners that carry it: the newest and up to two others
+  int first = 0, second = 0;
   Vector3 direction;
   double squared = std::numeric_limits<double>::infinity();
 };
 
-Nearest at_corner(const Vector3& a, unsigned bit) { return {bit, a, a.squaredNorm()}; }
+Nearest at_newest(const Vector3& a) { return {1, 0, 0, a, a.squaredNorm()}; }
 
-Nearest on_segment(const Vector3& a, const Vector3& b, unsigned bit_a, unsigned bit_b) {
-  const Vector3 e = b - a;
-  const double along = -a.dot(e), length = e.squaredNorm();
-  if (!(along > 0.0)) return at_corner(a, bit_a);
-  if (!(along < length)) return at_corner(b, bit_b);
-  const Vector3 v = a + e * (along / length);
-  return {bit_a | bit_b, v, v.squaredNorm()};
+/// `along`: -ab·a, known to be positive.
+Nearest on_side(const Vector3& a, const Vector3& ab, double along, int b) {
+  const double length = ab.squaredNorm();
+  if (!(along < length)) return {2, b, b, a + ab, (a + ab).squaredNorm()};
+  const Vector3 v = a + ab * (along / length);
+  return {2, b, b, v, v.squaredNorm()};
 }
 
-/// Source: [Ericson 2005], section 5.1.5, for the point at the origin.
-Nearest on_triangle(const Vector3& a, const Vector3& b, const Vector3& c, unsigned bit_a,
-                    unsigned bit_b, unsigned bit_c) {
-  const Vector3 ab = b - a, ac = c - a;
-  const double d1 = -ab.dot(a), d2 = -ac.dot(a);
-  if (d1 <= 0.0 && d2 <= 0.0) return at_corner(a, bit_a);
-  const double d3 = -ab.dot(b), d4 = -ac.dot(b);
-  if (d3 >= 0.0 && d4 <= d3) return at_corner(b, bit_b);
-  const double d5 = -ab.dot(c), d6 = -ac.dot(c);
-  if (d6 >= 0.0 && d5 <= d6) return at_corner(c, bit_c);
-  if (d1 * d4 - d3 * d2 <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return on_segment(a, b, bit_a, bit_b);
-  if (d5 * d2 - d1 * d6 <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return on_segment(a, c, bit_a, bit_c);
-  if (d3 * d6 - d5 * d4 <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0) {
-    return on_segment(b, c, bit_b, bit_c);
+Nearest on_segment(const Simplex& simplex, int b) {
+  const Vector3& a = simplex.w(0);
+  const Vector3 ab = simplex.w(b) - a;
+  const double along = -ab.dot(a);
+  return along > 0.0 ? on_side(a, ab, along, b) : at_newest(a);
+}
+
+/// Source: [Ericson 2005], section 5.1.5, for the point at the origin, the regions beside a.
+/// `normal`: (b - a) x (c - a).
+Nearest on_triangle(const Simplex& simplex, int b, int c, const Vector3& normal) {
+  const Vector3& a = simplex.w(0);
+  const Vector3 ab = simplex.w(b) - a, ac = simplex.w(c) - a;
+  const double along_b = -ab.dot(a), along_c = -ac.dot(a);
+  if (along_b <= 0.0 && along_c <= 0.0) return at_newest(a);
+  const bool beyond_b = along_b > 0.0 && ab.cross(normal).dot(a) <= 0.0;
+  const bool beyond_c = along_c > 0.0 && normal.cross(ac).dot(a) <= 0.0;
+  if (beyond_b || beyond_c) {
+    const Nearest on_b = beyond_b ? on_side(a, ab, along_b, b) : Nearest{};
+    const Nearest on_c = beyond_c ? on_side(a, ac, along_c, c) : Nearest{};
+    return on_b.squared <= on_c.squared ? on_b : on_c;
   }
-  const Vector3 normal = ab.cross(ac);
   const double height = normal.dot(a);
-  return {bit_a | bit_b | bit_c, height < 0.0 ? Vector3(-normal) : normal,
+  return {3, b, c, height < 0.0 ? Vector3(-normal) : normal,
           height * height / normal.squaredNorm()};
 }
 
 void take(const Nearest& nearest, Simplex& simplex) {
   simplex.direction = nearest.direction;
   simplex.squared_distance = nearest.squared;
-  std::array<int, 4> kept{};
-  int count = 0;
-  for (int k = 0; k < simplex.size; ++k) {
-    if (nearest.mask >> k & 1u) kept[static_cast<std::size_t>(count++)] = k;
-  }
-  if (count == 1) simplex.keep(kept[0]);
-  if (count == 2) simplex.keep(kept[0], kept[1]);
-  if (count == 3) simplex.keep(kept[0], kept[1], kept[2]);
+  const auto first = static_cast<std::size_t>(nearest.first);
+  const auto second = static_cast<std::size_t>(nearest.second);
+  if (nearest.count > 1 && first != 1) simplex.corners[1] = simplex.corners[first];
+  if (nearest.count > 2 && second != 2) simplex.corners[2] = simplex.corners[second];
+  simplex.size = nearest.count;
+}
+
+/// Of the three sides of the tetrahedron beside the newest corner those that have the origin on
+/// their outer side; none: it is inside.
+bool reduce_tetrahedron(Simplex& simplex) {
+  const Vector3& a = simplex.w(0);
+  const Vector3 ab = simplex.w(1) - a, ac = simplex.w(2) - a, ad = simplex.w(3) - a;
+  const Vector3 abc = ab.cross(ac), acd = ac.cross(ad), abd = ab.cross(ad);
+  const double volume = abc.dot(ad);
+  Nearest best;
+  const auto consider = [&](const Vector3& normal, int b, int c, double sign) {
+    const double height = sign * normal.dot(a);  // of the volume's sign: the origin is outside
+    if (volume != 0.0 && height != 0.0 && (height > 0.0) != (volume > 0.0)) return;
+    const Nearest candidate = on_triangle(simplex, b, c, normal);
+    if (candidate.squared < best.squared) best = candidate;
+  };
+  consider(abc, 1, 2, 1.0);
+  consider(acd, 2, 3, 1.0);
+  consider(abd, 1, 3, -1.0);
+  if (!(best.squared < std::numeric_limits<double>::infinity())) return false;
+  take(best, simplex);
+  return true;
 }
 
 /// Shrinks to the corners that carry the nearest point; false: the origin is inside.
 bool reduce(Simplex& simplex) {
-  const auto& c = simplex.corners;
-  const Vector3 &a = c[0].w, &b = c[1].w, &d = c[2].w, &e = c[3].w;
-  if (simplex.size == 1) {
-    take(at_corner(a, 1), simplex);
-  } else if (simplex.size == 2) {
-    take(on_segment(a, b, 1, 2), simplex);
-  } else if (simplex.size == 3) {
-    take(on_triangle(a, b, d, 1, 2, 4), simplex);
+  if (simplex.size == 4) return reduce_tetrahedron(simplex);
+  if (simplex.size == 3) {
+    const Vector3& a = simplex.w(0);
+    const Vector3 normal = (simplex.w(1) - a).cross(simplex.w(2) - a);
+    take(on_triangle(simplex, 1, 2, normal), simplex);
   } else {
-    const Vector3 ab = b - a, ad = d - a, ae = e - a;
-    const double volume = ab.cross(ad).dot(ae);
-    Nearest best;
-    const auto consider = [&](const Vector3& outward, const Vector3& u, const Vector3& v,
-                              unsigned bit_u, unsigned bit_v) {
-      if (!(volume == 0.0) && (outward.dot(a) < 0.0) == (volume < 0.0)) return;
-      const Nearest candidate = on_triangle(a, u, v, 1, bit_u, bit_v);
-      if (candidate.squared < best.squared) best = candidate;
-    };
-    // outward·a and volume of one sign: the origin lies on the inner side of that face.
-    consider(-ab.cross(ad), b, d, 2, 4);
-    consider(-ad.cross(ae), d, e, 4, 8);
-    consider(-ae.cross(ab), e, b, 8, 2);
-    if (best.mask == 0) return false;
-    take(best, simplex);
+    take(on_segment(simplex, 1), simplex);
   }
   return true;
 }
@@ -207,14 +197,14 @@ class Polytope {
   bool begin(const FastResult& start) {
     for (int k = 0; k < start.corners; ++k) {
       const int i = start.p[static_cast<std::size_t>(k)], j = start.q[static_cast<std::size_t>(k)];
-      corners_.push_back({q_.vertex(j) - p_.vertex(i), i, j});
+      add_corner({q_.vertex(j) - p_.vertex(i), i, j});
     }
     while (corners_.size() < 4) {
       if (!add_across()) return false;
     }
     const Vector3 a = corner_at(1).w - corner_at(0).w, b = corner_at(2).w - corner_at(0).w;
     const Vector3 c = corner_at(3).w - corner_at(0).w;
-    if (a.cross(b).dot(c) > 0.0) std::swap(corners_[0], corners_[1]);  // (0, 1, 2) turns from 3
+    if (a.cross(b).dot(c) > 0.0) swap_first_two();  // (0, 1, 2) turns from 3
     add_facet({0, 1, 2}, {1, 2, 3});
     add_facet({1, 0, 3}, {0, 3, 2});
     add_facet({2, 1, 3}, {0, 1, 3});
@@ -244,13 +234,25 @@ class Polytope {
       }
     }
     if (!(farthest > rounding_ * direction.norm())) return false;
-    corners_.push_back(best);
+    add_corner(best);
     return true;
   }
 
+  void add_corner(const Corner& corner) {
+    corners_.push_back(corner);
+    lengths_.push_back(corner.w.norm());
+  }
+
+  void swap_first_two() {
+    std::swap(corners_[0], corners_[1]);
+    std::swap(lengths_[0], lengths_[1]);
+  }
+
   void add_facet(const std::array<int, 3>& corners, const std::array<int, 3>& neighbours) {
-    facets_.push_back({});
+    facets_.resize(facets_.size() + 1);
     Facet& facet = facets_[facets_.size() - 1];
+    facet.alive = true;
+    facet.seen = -1;
     facet.corners = corners;
     facet.neighbours = neighbours;
     const Vector3& a = corner_at(corners[0]).w;
@@ -266,13 +268,14 @@ class Polytope {
     facet.normal = Vector3::Zero();
     facet.distance = facet.sure = std::numeric_limits<double>::infinity();
     if (area > 1e-14 * size) {
-      const Vector3& a = corner_at(facet.corners[0]).w;
-      facet.normal = normal / area;
-      facet.distance = facet.normal.dot(a);
-      const double reach =
-          std::sqrt(std::max({a.squaredNorm(), corner_at(facet.corners[1]).w.squaredNorm(),
-                              corner_at(facet.corners[2]).w.squaredNorm()}));
-      facet.sure = facet.distance - kEpsilon * reach * (1.0 + size / area);
+      const auto length = [&](std::size_t k) {
+        return lengths_[static_cast<std::size_t>(facet.corners[k])];
+      };
+      const double inverse = 1.0 / area;
+      facet.normal = inverse * normal;
+      facet.distance = facet.normal.dot(corner_at(facet.corners[0]).w);
+      const double reach = std::max({length(0), length(1), length(2)});
+      facet.sure = facet.distance - kEpsilon * reach * (1.5 + size * inverse);
     }
   }
 
@@ -325,7 +328,7 @@ class Polytope {
   /// Replaces the facets that see the new corner by a cone over their border.
   bool expand(int first, const Corner& corner) {
     const int apex = corners_.count();
-    corners_.push_back(corner);
+    add_corner(corner);
     SmallVector<Step, 64> stack, border;
     at(first).alive = false;
     at(first).seen = apex;
@@ -399,6 +402,7 @@ class Polytope {
   const Polyhedron& q_;
   double rounding_;
   SmallVector<Corner, kMostCorners> corners_;
+  SmallVector<double, kMostCorners> lengths_;  // of the corners' w, m
   SmallVector<Facet, 4 * kMostCorners> facets_;
 };
 
@@ -426,13 +430,13 @@ FastResult fast_nearest(const Polyhedron& p, const Polyhedron& q, const Vector3&
       result.outcome = FastOutcome::Separated;
       break;
     }
+    const double before = simplex.squared_distance;
     simplex.push_front(corner);
     if (!reduce(simplex)) {
       result.outcome = FastOutcome::Overlapping;
       break;
     }
-    if (!simplex.has(corner.p,
-                     corner.q)) {  // no step forward: rounding; the caller's proof decides
+    if (!(simplex.squared_distance < before)) {  // no step forward: rounding; the proof decides
       result.outcome = FastOutcome::Separated;
       break;
     }
