@@ -96,11 +96,12 @@ class QuoinManifold final : public ManifoldPeer {
   void find(int pair) {
     FeatureHint& hint = hints_[static_cast<std::size_t>(pair)];
     const Polyhedron &a = solids_.a(pair), &b = solids_.b(pair);
-    const NearestFeatures nearest = nearest_features(a, b, {}, hint);
-    if (warm_) hint = nearest.hint;
     contacts_.clear();
-    append_contact_points({0, 1}, a, b, nearest, {}, contacts_);
+    const NearestFeatures nearest =
+        append_contacts_within_reach({0, 1}, a, b, {.reach = kReach}, hint, contacts_);
+    if (warm_) hint = nearest.hint;
   }
+  static constexpr double kReach = 2e-3;  // beyond the largest gap of W4, m
   bool warm_;
   Solids solids_;
   std::vector<FeatureHint> hints_;

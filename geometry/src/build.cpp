@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <limits>
 #include <numeric>
-#include <optional>
 
 #include "convex_hull.hpp"
 

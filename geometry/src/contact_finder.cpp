@@ -166,23 +166,18 @@ void ContactFinder::Memory::carry(const std::vector<BlockPair>& candidates) {
 /// Appends the contact points of pairs first … last - 1, sorted by key.
 void ContactFinder::Memory::search(std::span<const Polyhedron> blocks, std::size_t first,
                                    std::size_t last, std::vector<ContactPoint>& contacts) {
-  const SearchOptions search_options{.tolerance = options.tolerance};
+  const ContactOptions contact_options{.tolerance = options.tolerance, .reach = options.reach};
   for (std::size_t i = first; i < last; ++i) {
     if (known[i].count >= 0) {
       const auto point = remembered.begin() + known[i].first;
       contacts.insert(contacts.end(), point, point + known[i].count);
       continue;
     }
-    const Polyhedron& a = blocks[static_cast<std::size_t>(pairs[i].a)];
-    const Polyhedron& b = blocks[static_cast<std::size_t>(pairs[i].b)];
-    const NearestFeatures nearest = nearest_features(a, b, search_options, known[i].hint);
-    known[i].hint = nearest.hint;
-    if (nearest.gap <= options.reach || nearest.status == PairStatus::Touching) {
-      append_contact_points(
-          {pairs[i].a, pairs[i].b}, a, b, nearest,
-          {.tolerance = options.tolerance, .reach = std::max(0.0, options.reach - nearest.gap)},
-          contacts);
-    }
+    const auto [a, b] = pairs[i];
+    known[i].hint = append_contacts_within_reach({a, b}, blocks[static_cast<std::size_t>(a)],
+                                                 blocks[static_cast<std::size_t>(b)],
+                                                 contact_options, known[i].hint, contacts)
+                        .hint;
   }
 }
 

@@ -31,20 +31,16 @@ struct PairPoints {
   double reach_p = 0.0, reach_q = 0.0;  // support values along the normal, m
   VertexSet support_p, support_q;
   FeatureKind kind_p = FeatureKind::Vertex, kind_q = FeatureKind::Vertex;
+  ContactPlane plane;
   PlanePoints points;
-  SharedCorners shared;   // corners of what the two contact features share
-  bool shared_known = false;
-  /// The faces that are the contact features, when each is a whole one.
-  Feature feature_p{FeatureKind::Face, -1}, feature_q{FeatureKind::Face, -1};
-  SharedPolygon polygon;  // and the polygon around them
 };
 
 bool faces_other(const Polyhedron& polyhedron, int face, const Vector3& outward) {
   return polyhedron.face_normal(face).dot(outward) >= kFacingCosine;
 }
 
-/// Does the solid climb steeply from one of its edges, or from a vertex along one of its edges? Then
-/// that lies on its far side, below what faces the other.
+/// Does the solid climb steeply from one of its edges, or from a vertex along one of its edges?
+/// Then that lies on its far side, below what faces the other.
 bool climbs_from_edge(const Polyhedron& polyhedron, int edge, const Vector3& line,
                       const Vector3& outward) {
   const auto [left, right] = polyhedron.topology().edge_faces(edge);
@@ -104,7 +100,8 @@ bool better_name(const SharedCorner& x, const SharedCorner& y, bool reversed) {
 
 double gap_of(const SharedCorner& corner) { return corner.height_q - corner.height_p; }
 
-/// Adds a point, or merges it with the one that is there already: the nearer place, the better name.
+/// Adds a point, or merges it with the one that is there already: the nearer place, the better
+/// name.
 void add_merged(const SharedCorner& corner, double tolerance, bool reversed, PlanePoints& points) {
   for (PlanePoint& point : points) {
     SharedCorner& kept = point.corner;
@@ -122,19 +119,6 @@ void add_merged(const SharedCorner& corner, double tolerance, bool reversed, Pla
 
 bool named(const SharedCorner& corner) {
   return corner.feature_p.index >= 0 && corner.feature_q.index >= 0;
-}
-
-void keep_shared(const SharedCorners& corners, PairPoints& pair) {
-  for (const SharedCorner& c : corners) pair.shared.push_back(c);
-  pair.shared_known = true;
-}
-
-/// The face whose vertices are just the support set, if there is one.
-Feature whole_face(const Polyhedron& polyhedron, const VertexSet& set, const Vector3& outward) {
-  const Feature name = name_support_set(polyhedron, set, FeatureKind::Face, outward);
-  const bool whole = name.kind == FeatureKind::Face &&
-                     polyhedron.topology().face(name.index).size() == set.size();
-  return whole ? name : Feature{FeatureKind::Face, -1};
 }
 
 /// Box, in the contact plane, around the part of a patch that lies within a band of heights.
@@ -171,25 +155,62 @@ struct Carriers {
   bool many() const { return p.size() * q.size() > 1; }
 };
 
-void find_all_carriers(const Polyhedron& p, const Polyhedron& q, const ContactPlane& plane,
-                       double band, const PairPoints& pair, Carriers& carriers) {
+void find_all_carriers(const Polyhedron& p, const Polyhedron& q, double band,
+                       const PairPoints& pair, Carriers& carriers) {
+  const Vector3 &outward_p = pair.plane.normal, outward_q = -outward_p;
   if (band > pair.tolerance) {
     VertexSet band_p, band_q;
-    find_vertices_beyond(p, plane.normal, pair.reach_p - band, band_p);
-    find_vertices_beyond(q, -plane.normal, pair.reach_q - band, band_q);
-    find_carriers(p, plane.normal, band_p, pair.support_p, carriers.p);
-    find_carriers(q, -plane.normal, band_q, pair.support_q, carriers.q);
+    find_vertices_beyond(p, outward_p, pair.reach_p - band, band_p);
+    find_vertices_beyond(q, outward_q, pair.reach_q - band, band_q);
+    find_carriers(p, outward_p, band_p, pair.support_p, carriers.p);
+    find_carriers(q, outward_q, band_q, pair.support_q, carriers.q);
   } else {
-    find_carriers(p, plane.normal, pair.support_p, pair.support_p, carriers.p);
-    find_carriers(q, -plane.normal, pair.support_q, pair.support_q, carriers.q);
+    find_carriers(p, outward_p, pair.support_p, pair.support_p, carriers.p);
+    find_carriers(q, outward_q, pair.support_q, pair.support_q, carriers.q);
+  }
+}
+
+/// Does a face of `polyhedron` around `face` look at the other solid, too? Where only three faces
+/// meet in a vertex, the ones across the sides are all.
+bool others_face(const Polyhedron& polyhedron, int face, const Vector3& outward) {
+  const Topology& topology = polyhedron.topology();
+  for (const int e : topology.face_edges(face)) {
+    const auto [f, g] = topology.edge_faces(e);
+    if (faces_other(polyhedron, f == face ? g : f, outward)) return true;
+  }
+  for (const int v : topology.face(face)) {
+    if (topology.vertex_faces(v).size() == 3) continue;
+    for (const int f : topology.vertex_faces(v)) {
+      if (f != face && faces_other(polyhedron, f, outward)) return true;
+    }
+  }
+  return false;
+}
+
+/// Are two whole faces all there is within the band?
+bool faces_alone(const Polyhedron& p, const Polyhedron& q, const SharedPart& part, double band,
+                 double tolerance) {
+  const Vector3 &outward_p = part.plane.normal, outward_q = -outward_p;
+  if (band > tolerance && (!only_these_beyond(p, outward_p, part.top_p.value - band, part.set_p) ||
+                           !only_these_beyond(q, outward_q, part.top_q.value - band, part.set_q))) {
+    return false;
+  }
+  return faces_other(p, part.face_p, outward_p) && faces_other(q, part.face_q, outward_q) &&
+         !others_face(p, part.face_p, outward_p) && !others_face(q, part.face_q, outward_q);
+}
+
+void add_points(const SharedCorners& corners, double band, bool reversed, PairPoints& pair) {
+  for (const SharedCorner& c : corners) {
+    if (gap_of(c) > pair.gap + band || !named(c)) continue;
+    add_merged(c, pair.tolerance, reversed, pair.points);
   }
 }
 
 /// All places where facing features lie over each other within the band.
-void find_points(const Polyhedron& p, const Polyhedron& q, const ContactPlane& plane, double band,
-                 double rounding, bool reversed, PairPoints& pair) {
+void find_points(const Polyhedron& p, const Polyhedron& q, double band, double rounding,
+                 bool reversed, PairPoints& pair) {
   Carriers carriers;
-  find_all_carriers(p, q, plane, band, pair, carriers);
+  find_all_carriers(p, q, band, pair, carriers);
   Patch patch_p, patch_q;
   // Points lie near the tops of both solids: where there are many pairs of features, most of them
   // have no such places over each other, and need no closer look.
@@ -197,26 +218,20 @@ void find_points(const Polyhedron& p, const Polyhedron& q, const ContactPlane& p
   SmallVector<BandBox, 32> boxes_q;
   if (carriers.many()) {
     for (const Feature& g : carriers.q) {
-      lay_feature(q, g, plane, -1.0, patch_q);
+      lay_feature(q, g, pair.plane, -1.0, patch_q);
       boxes_q.push_back(band_box(patch_q, pair.gap + wider, -1.0));
     }
   }
   SharedCorners corners;
   for (const Feature& f : carriers.p) {
-    lay_feature(p, f, plane, 1.0, patch_p);
+    lay_feature(p, f, pair.plane, 1.0, patch_p);
     const BandBox box_p = carriers.many() ? band_box(patch_p, -wider, 1.0) : BandBox{};
     for (std::size_t k = 0; k < carriers.q.size(); ++k) {
-      const Feature& g = carriers.q[k];
-      const bool whole = f == pair.feature_p && g == pair.feature_q;
-      if (carriers.many() && !whole && !box_p.meets(boxes_q[k], 64 * rounding)) continue;
-      lay_feature(q, g, plane, -1.0, patch_q);
+      if (carriers.many() && !box_p.meets(boxes_q[k], 64 * rounding)) continue;
+      lay_feature(q, carriers.q[k], pair.plane, -1.0, patch_q);
       corners.clear();
       append_shared_corners(patch_p, patch_q, rounding, corners);
-      if (whole) keep_shared(corners, pair);
-      for (const SharedCorner& c : corners) {
-        if (gap_of(c) > pair.gap + band || !named(c)) continue;
-        add_merged(c, pair.tolerance, reversed, pair.points);
-      }
+      add_points(corners, band, reversed, pair);
     }
   }
 }
@@ -230,24 +245,21 @@ PlanePoint& nearest_point(const Vector2& place, std::size_t guess, PlanePoints& 
   return *std::min_element(points.begin(), points.end(), nearer);
 }
 
-/// The part that the two contact features share; its area goes to the nearest points.
-void share_area(const Polyhedron& p, const Polyhedron& q, const ContactPlane& plane,
-                double rounding, PairPoints& pair) {
-  if (!pair.shared_known) {
-    Patch patch_p, patch_q;
-    lay_support_set(p, pair.support_p, pair.kind_p, plane, 1.0, patch_p);
-    lay_support_set(q, pair.support_q, pair.kind_q, plane, -1.0, patch_q);
-    append_shared_corners(patch_p, patch_q, rounding, pair.shared);
-  }
-  find_polygon(pair.shared, pair.polygon);
-  if (pair.type != ContactType::FaceFace) {
-    pair.polygon.area = 0.0;
-    return;
-  }
-  for (std::size_t k = 0; k < pair.polygon.order.size() && !pair.points.empty(); ++k) {
-    const auto i = static_cast<std::size_t>(pair.polygon.order[k]);
-    const Vector2& place = pair.shared[i].place;
-    nearest_point(place, i, pair.points).share += pair.polygon.shares[k];
+/// The part that the two contact features share.
+void find_shared_part(const Polyhedron& p, const Polyhedron& q, double rounding,
+                      const PairPoints& pair, SharedPart& part) {
+  lay_support_set(p, pair.support_p, pair.kind_p, pair.plane, 1.0, part.p);
+  lay_support_set(q, pair.support_q, pair.kind_q, pair.plane, -1.0, part.q);
+  append_shared_corners(part.p, part.q, rounding, part.corners);
+  find_polygon(part.corners, part.polygon);
+  if (pair.type != ContactType::FaceFace) part.polygon.area = 0.0;
+}
+
+/// Its area goes to the nearest points.
+void share_area(const SharedPart& part, PairPoints& pair) {
+  for (std::size_t k = 0; k < part.polygon.order.size() && !pair.points.empty(); ++k) {
+    const auto i = static_cast<std::size_t>(part.polygon.order[k]);
+    nearest_point(part.corners[i].place, i, pair.points).share += part.polygon.shares[k];
   }
 }
 
@@ -266,9 +278,9 @@ int most_facing_face(const Polyhedron& polyhedron, const VertexSet& vertices,
 }
 
 /// The nearest features themselves, for the rare pair whose patches do not show them.
-SharedCorner nearest_corner(const Polyhedron& p, const Polyhedron& q, const ContactPlane& plane,
-                            const Vector3& point_p, const Vector3& point_q,
-                            const PairPoints& pair) {
+SharedCorner nearest_corner(const Polyhedron& p, const Polyhedron& q, const Vector3& point_p,
+                            const Vector3& point_q, const PairPoints& pair) {
+  const ContactPlane& plane = pair.plane;
   SharedCorner corner{plane.place(point_p),
                       plane.height(point_p),
                       plane.height(point_q),
@@ -306,14 +318,13 @@ struct OrderedPair {
 
 /// The least gap itself is always among the points: deep overlaps of needles, and rounding, may
 /// hide it from the faces.
-void ensure_least_gap(const OrderedPair& ordered, const ContactPlane& plane, double rounding,
-                      PairPoints& pair) {
+void ensure_least_gap(const OrderedPair& ordered, double rounding, PairPoints& pair) {
   const double limit = pair.gap + pair.tolerance + rounding;
   for (const PlanePoint& point : pair.points) {
     if (gap_of(point.corner) <= limit) return;
   }
   const SharedCorner nearest =
-      nearest_corner(ordered.p, ordered.q, plane, ordered.point_p, ordered.point_q, pair);
+      nearest_corner(ordered.p, ordered.q, ordered.point_p, ordered.point_q, pair);
   for (PlanePoint& point : pair.points) {
     if (point.corner.feature_p == nearest.feature_p &&
         point.corner.feature_q == nearest.feature_q) {
@@ -324,53 +335,99 @@ void ensure_least_gap(const OrderedPair& ordered, const ContactPlane& plane, dou
   pair.points.push_back({nearest, 0.0});
 }
 
-ContactPlane make_plane(const OrderedPair& pair, const PairSupport& reach) {
-  return {pair.p.vertex(reach.p.vertex), pair.normal};
+/// The vertices of a face, ascending, when just these are within tol of the support plane.
+bool take_whole_face(const Polyhedron& polyhedron, int face, const Vector3& outward,
+                     double tolerance, VertexSet& set, Support& top) {
+  for (const int v : polyhedron.topology().face(face)) set.push_back(v);
+  std::sort(set.begin(), set.end());
+  top = support(polyhedron, outward);
+  return only_these_beyond(polyhedron, outward, top.value - tolerance, set);
 }
 
-void find_pair_points(const OrderedPair& ordered, const ContactPlane& plane,
-                      const PairSupport& reach,
-                      const NearestFeatures& nearest, const ContactOptions& options,
-                      PairPoints& pair) {
+/// Two whole faces that carry the answer, where the search has not handed them on.
+void find_faces(const OrderedPair& ordered, const NearestFeatures& nearest, double tolerance,
+                Lazy<SharedPart>& part) {
   const Polyhedron &p = ordered.p, &q = ordered.q;
-  pair.tolerance = options.tolerance > 0.0 ? options.tolerance : default_tolerance(p, q);
-  pair.gap = nearest.gap;
+  SharedPart& faces = part.emplace();
+  faces.face_p = ordered.reversed ? nearest.feature_b.index : nearest.feature_a.index;
+  faces.face_q = ordered.reversed ? nearest.feature_a.index : nearest.feature_b.index;
+  if (!take_whole_face(p, faces.face_p, ordered.normal, tolerance, faces.set_p, faces.top_p) ||
+      !take_whole_face(q, faces.face_q, -ordered.normal, tolerance, faces.set_q, faces.top_q)) {
+    return part.reset();
+  }
+  faces.plane = ContactPlane(p.vertex(faces.top_p.vertex), ordered.normal);
+  lay_feature(p, {FeatureKind::Face, faces.face_p}, faces.plane, 1.0, faces.p);
+  lay_feature(q, {FeatureKind::Face, faces.face_q}, faces.plane, -1.0, faces.q);
+  append_shared_of_polygons(faces.p, faces.q, border_rounding(p, q, nearest.gap), faces.corners);
+  find_polygon(faces.corners, faces.polygon);
+}
+
+/// The points of two whole faces, from what the search has found already.
+bool find_face_points(const OrderedPair& ordered, const NearestFeatures& nearest, double band,
+                      Lazy<SharedPart>& part, PairPoints& pair) {
+  if (nearest.feature_a.kind != FeatureKind::Face || nearest.feature_b.kind != FeatureKind::Face) {
+    return false;
+  }
+  if (!part) find_faces(ordered, nearest, pair.tolerance, part);
+  if (!part || !faces_alone(ordered.p, ordered.q, *part, band, pair.tolerance)) return false;
+  pair.type = ContactType::FaceFace;
+  pair.kind_p = pair.kind_q = FeatureKind::Face;
+  pair.plane = part->plane;
+  pair.support_p = part->set_p;
+  pair.support_q = part->set_q;
+  add_points(part->corners, band, ordered.reversed, pair);
+  return true;
+}
+
+/// The points of any pair.
+void find_all_points(const OrderedPair& ordered, double band, double rounding,
+                     Lazy<SharedPart>& part, PairPoints& pair) {
+  const Polyhedron &p = ordered.p, &q = ordered.q;
+  const PairSupport reach = support_pair(p, q, ordered.normal);
+  pair.plane = ContactPlane(p.vertex(reach.p.vertex), ordered.normal);
   pair.reach_p = reach.p.value;
   pair.reach_q = reach.q.value;
-  find_vertices_beyond(p, plane.normal, pair.reach_p - pair.tolerance, pair.support_p);
-  find_vertices_beyond(q, -plane.normal, pair.reach_q - pair.tolerance, pair.support_q);
+  find_vertices_beyond(p, ordered.normal, pair.reach_p - pair.tolerance, pair.support_p);
+  find_vertices_beyond(q, -ordered.normal, pair.reach_q - pair.tolerance, pair.support_q);
   pair.kind_p = span_kind(p, pair.support_p, pair.tolerance);
   pair.kind_q = span_kind(q, pair.support_q, pair.tolerance);
   pair.type =
       type_of(p, q, pair.support_p, pair.support_q, pair.kind_p, pair.kind_q, pair.tolerance);
-  if (pair.type == ContactType::FaceFace) {
-    pair.feature_p = whole_face(p, pair.support_p, plane.normal);
-    pair.feature_q = whole_face(q, pair.support_q, -plane.normal);
-  }
-  const double size = p.diameter() + q.diameter() + std::abs(pair.gap);
-  const double coordinate = std::max(p.largest_coordinate(), q.largest_coordinate());
-  const double rounding = kEpsilon * std::max(8 * size, 4 * coordinate);
-  find_points(p, q, plane, std::max(pair.tolerance, options.reach), rounding, ordered.reversed,
-              pair);
-  ensure_least_gap(ordered, plane, rounding, pair);
+  find_points(p, q, band, rounding, ordered.reversed, pair);
+  part.reset();
   if (pair.kind_p != FeatureKind::Vertex && pair.kind_q != FeatureKind::Vertex) {
-    share_area(p, q, plane, rounding, pair);
+    find_shared_part(p, q, rounding, pair, part.emplace());
   }
 }
 
+void find_pair_points(const OrderedPair& ordered, const NearestFeatures& nearest,
+                      const ContactOptions& options, Lazy<SharedPart>& part, PairPoints& pair) {
+  pair.tolerance =
+      options.tolerance > 0.0 ? options.tolerance : default_tolerance(ordered.p, ordered.q);
+  pair.gap = nearest.gap;
+  const double band = std::max(pair.tolerance, options.reach);
+  const double rounding = border_rounding(ordered.p, ordered.q, pair.gap);
+  if (!find_face_points(ordered, nearest, band, part, pair)) {
+    find_all_points(ordered, band, rounding, part, pair);
+  }
+  ensure_least_gap(ordered, rounding, pair);
+  if (pair.type == ContactType::FaceFace) share_area(*part, pair);
+}
+
 ContactPoint named_point(const std::array<int, 2>& blocks, const PlanePoint& point, bool reversed,
-                         const ContactPlane& plane, const NearestFeatures& nearest,
-                         const PairPoints& pair) {
+                         const NearestFeatures& nearest, const PairPoints& pair) {
   ContactPoint contact;
   const SharedCorner& corner = point.corner;
-  contact.key = {blocks[0], blocks[1], corner.feature_p, corner.feature_q};
-  contact.point_a = plane.point(corner.place, corner.height_p);
-  contact.point_b = plane.point(corner.place, corner.height_q);
-  contact.gap = corner.height_q - corner.height_p;
-  if (reversed) {
-    std::swap(contact.key.feature_a, contact.key.feature_b);
-    std::swap(contact.point_a, contact.point_b);
-  }
+  const Vector3 foot = pair.plane.point(corner.place, 0.0);
+  const Vector3 on_p = foot + corner.height_p * pair.plane.normal;
+  const Vector3 on_q = foot + corner.height_q * pair.plane.normal;
+  contact.key.a = blocks[0];
+  contact.key.b = blocks[1];
+  contact.key.feature_a = reversed ? corner.feature_q : corner.feature_p;
+  contact.key.feature_b = reversed ? corner.feature_p : corner.feature_q;
+  contact.point_a = reversed ? on_q : on_p;
+  contact.point_b = reversed ? on_p : on_q;
+  contact.gap = gap_of(corner);
   contact.normal = nearest.normal;
   contact.type = pair.type;
   contact.indeterminate = nearest.indeterminate;
@@ -378,47 +435,48 @@ ContactPoint named_point(const std::array<int, 2>& blocks, const PlanePoint& poi
   return contact;
 }
 
-void append_named(const std::array<int, 2>& blocks, bool reversed, const ContactPlane& plane,
-                  const NearestFeatures& nearest, const PairPoints& pair,
-                  std::vector<ContactPoint>& contacts) {
+/// Merging may have handed one name to two places of a needle: the lower one keeps it.
+void merge_named(ContactPoint& last, std::vector<ContactPoint>& contacts) {
+  const ContactPoint point = contacts.back();
+  contacts.pop_back();
+  const double area = last.area + point.area;
+  if (point.gap < last.gap) last = point;
+  last.area = area;
+}
+
+void append_named(const std::array<int, 2>& blocks, bool reversed, const NearestFeatures& nearest,
+                  const PairPoints& pair, std::vector<ContactPoint>& contacts) {
   struct Place {
     std::uint64_t key;  // both features in one number, in the order of ContactKey
-    std::size_t point;
+    const PlanePoint* point;
   };
   SmallVector<Place, 64> order;
   const auto number = [](const Feature& feature) {
     return static_cast<std::uint64_t>(feature.kind) << 30 |
            static_cast<std::uint64_t>(static_cast<std::uint32_t>(feature.index));
   };
-  for (std::size_t k = 0; k < pair.points.size(); ++k) {
-    const SharedCorner& c = pair.points[k].corner;
-    const std::uint64_t of_p = number(c.feature_p), of_q = number(c.feature_q);
-    order.push_back({reversed ? of_q << 32 | of_p : of_p << 32 | of_q, k});
+  for (const PlanePoint& point : pair.points) {
+    const std::uint64_t of_p = number(point.corner.feature_p),
+                        of_q = number(point.corner.feature_q);
+    const Place place{reversed ? of_q << 32 | of_p : of_p << 32 | of_q, &point};
+    std::size_t k = order.size();
+    order.push_back(place);
+    for (; k > 0 && order[k - 1].key > place.key; --k) order[k] = order[k - 1];
+    order[k] = place;
   }
-  std::sort(order.begin(), order.end(),
-            [](const Place& x, const Place& y) { return x.key < y.key; });
   for (std::size_t k = 0; k < order.size(); ++k) {
-    const ContactPoint point =
-        named_point(blocks, pair.points[order[k].point], reversed, plane, nearest, pair);
-    if (k == 0 || order[k].key != order[k - 1].key) {
-      contacts.push_back(point);
-      continue;
+    contacts.push_back(named_point(blocks, *order[k].point, reversed, nearest, pair));
+    if (k > 0 && order[k].key == order[k - 1].key) {
+      merge_named(contacts[contacts.size() - 2], contacts);
     }
-    // Merging may have handed one name to two places of a needle: the lower one keeps it.
-    ContactPoint& last = contacts.back();
-    const double area = last.area + point.area;
-    if (point.gap < last.gap) last = point;
-    last.area = area;
   }
 }
 
 /// Polygon or segment as points half-way between the solids, counter-clockwise against A's normal.
-void copy_polygon(const PairPoints& pair, const ContactPlane& plane, bool reversed,
+void copy_polygon(const SharedPart& part, const ContactPlane& plane, bool reversed,
                   std::vector<Vector3>& polygon) {
-  polygon.clear();
-  const auto corner = [&](int i) { return pair.shared[static_cast<std::size_t>(i)]; };
-  for (const int i : pair.polygon.order) {
-    const SharedCorner c = corner(i);
+  for (const int i : part.polygon.order) {
+    const SharedCorner& c = part.corners[static_cast<std::size_t>(i)];
     polygon.push_back(plane.point(c.place, 0.5 * (c.height_p + c.height_q)));
   }
   if (reversed) std::reverse(polygon.begin(), polygon.end());
@@ -430,26 +488,43 @@ void append_contact_points(const std::array<int, 2>& blocks, const Polyhedron& a
                            const Polyhedron& b, const NearestFeatures& nearest,
                            const ContactOptions& options, std::vector<ContactPoint>& contacts) {
   const OrderedPair ordered(a, b, worked_in_reverse(a, b), nearest);
-  const PairSupport reach = support_pair(ordered.p, ordered.q, ordered.normal);
-  const ContactPlane plane = make_plane(ordered, reach);
+  Lazy<SharedPart> part;
   PairPoints pair;
-  find_pair_points(ordered, plane, reach, nearest, options, pair);
-  append_named(blocks, ordered.reversed, plane, nearest, pair, contacts);
+  find_pair_points(ordered, nearest, options, part, pair);
+  append_named(blocks, ordered.reversed, nearest, pair, contacts);
+}
+
+NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, const Polyhedron& a,
+                                             const Polyhedron& b, const ContactOptions& options,
+                                             const FeatureHint& hint,
+                                             std::vector<ContactPoint>& contacts) {
+  Lazy<SharedPart> part;
+  const NearestFeatures nearest =
+      nearest_features(a, b, {.tolerance = options.tolerance}, hint, part);
+  if (nearest.gap > options.reach && nearest.status != PairStatus::Touching) return nearest;
+  const OrderedPair ordered(a, b, worked_in_reverse(a, b), nearest);
+  ContactOptions above_least = options;
+  above_least.reach = std::max(0.0, options.reach - nearest.gap);
+  PairPoints pair;
+  find_pair_points(ordered, nearest, above_least, part, pair);
+  append_named(blocks, ordered.reversed, nearest, pair, contacts);
+  return nearest;
 }
 
 void update_pair_contact(const Polyhedron& a, const Polyhedron& b, const ContactOptions& options,
                          PairContact& contact) {
-  contact.nearest = nearest_features(a, b, {.tolerance = options.tolerance}, contact.nearest.hint);
+  Lazy<SharedPart> part;
+  contact.nearest =
+      nearest_features(a, b, {.tolerance = options.tolerance}, contact.nearest.hint, part);
   const OrderedPair ordered(a, b, worked_in_reverse(a, b), contact.nearest);
-  const PairSupport reach = support_pair(ordered.p, ordered.q, ordered.normal);
-  const ContactPlane plane = make_plane(ordered, reach);
   PairPoints pair;
-  find_pair_points(ordered, plane, reach, contact.nearest, options, pair);
+  find_pair_points(ordered, contact.nearest, options, part, pair);
   contact.points.clear();
-  append_named({0, 1}, ordered.reversed, plane, contact.nearest, pair, contact.points);
+  append_named({0, 1}, ordered.reversed, contact.nearest, pair, contact.points);
   contact.type = pair.type;
-  contact.area = pair.polygon.area;
-  copy_polygon(pair, plane, ordered.reversed, contact.polygon);
+  contact.area = part ? part->polygon.area : 0.0;
+  contact.polygon.clear();
+  if (part) copy_polygon(*part, pair.plane, ordered.reversed, contact.polygon);
   const auto copy = [](const VertexSet& set, FeatureKind kind, SupportSet& to) {
     to.vertices.assign(set.begin(), set.end());
     to.kind = kind;

@@ -40,6 +40,10 @@ Lengths lengths(const Polyhedron& p, const Polyhedron& q, const SearchOptions& o
   return length;
 }
 
+double along(const Vector3& x, const Vector3& d) {
+  return x.x() * d.x() + x.y() * d.y() + x.z() * d.z();
+}
+
 /// The vertices of one solid near its support plane, and how deep below it each lies.
 struct NearVertices {
   VertexSet vertices;
@@ -68,21 +72,20 @@ struct NearVertices {
       return depth > kClearBelow * rounding && depth <= kClearAbove * rounding;
     });
   }
-
- private:
-  static double along(const Vector3& x, const Vector3& d) {
-    return x.x() * d.x() + x.y() * d.y() + x.z() * d.z();
-  }
 };
 
 /// A plane between the solids: its normal, how far each reaches, what carries it.
-struct Plane {
+struct Carried {
   Vector3 normal = Vector3::UnitX();
   Support support_p, support_q;
   double gap = 0.0;  // m
-  NearVertices near_p, near_q;
   ContactSets sets;  // within rounding
   ClosedForm form;   // of these sets
+};
+
+/// The same with all vertices that come near it, where they were looked for.
+struct Plane : Carried {
+  Lazy<NearVertices> near_p, near_q;
 };
 
 void scan(const Polyhedron& p, const Polyhedron& q, const Vector3& normal, Plane& plane) {
@@ -94,10 +97,10 @@ void scan(const Polyhedron& p, const Polyhedron& q, const Vector3& normal, Plane
 }
 
 void find_sets(const Polyhedron& p, const Polyhedron& q, const Lengths& length, Plane& plane) {
-  plane.near_p.find(p, plane.normal, plane.support_p, length.widest);
-  plane.near_q.find(q, -plane.normal, plane.support_q, length.widest);
-  plane.near_p.select(length.rounding, plane.sets.p);
-  plane.near_q.select(length.rounding, plane.sets.q);
+  plane.near_p.emplace().find(p, plane.normal, plane.support_p, length.widest);
+  plane.near_q.emplace().find(q, -plane.normal, plane.support_q, length.widest);
+  plane.near_p->select(length.rounding, plane.sets.p);
+  plane.near_q->select(length.rounding, plane.sets.q);
   plane.sets.face_p = covered_face(p, plane.sets.p, plane.normal);
   plane.sets.face_q = covered_face(q, plane.sets.q, -plane.normal);
 }
@@ -141,7 +144,11 @@ struct Optimum {
   Plane plane;
   bool several = false, middle = false;
   bool converged = false;
+  bool straight = false;  // just the sets lie near the plane: `near_p`, `near_q` are not filled
   int iterations = 0;
+  Lazy<SharedPart>& faces;  // where both features of a straight answer are whole faces
+  explicit Optimum(Lazy<SharedPart>& shared) : faces(shared) {}
+  const SharedPart* laid() const { return faces.get(); }
 };
 
 /// Lays the hull of a set into the plane; straight by its face label where that is known.
@@ -158,7 +165,7 @@ void lay_set(const Polyhedron& solid, const VertexSet& set, int face, const Cont
 struct PatchPair {
   ContactPlane plane;
   Patch p, q;
-  PatchPair(const Polyhedron& solid_p, const Polyhedron& solid_q, const Plane& contact,
+  PatchPair(const Polyhedron& solid_p, const Polyhedron& solid_q, const Carried& contact,
             const VertexSet& set_p, const VertexSet& set_q, double length)
       : plane(solid_p.vertex(contact.support_p.vertex), contact.normal) {
     lay_set(solid_p, set_p, contact.sets.face_p, plane, 1.0, length, p);
@@ -166,15 +173,38 @@ struct PatchPair {
   }
 };
 
-double margin_of(const Polyhedron& p, const Polyhedron& q, const Plane& plane, double rounding) {
+/// `faces`: the features as laid already, or null.
+double margin_of(const Polyhedron& p, const Polyhedron& q, const Carried& plane,
+                 const SharedPart* faces, double rounding) {
+  if (faces != nullptr) return faces->margin;
   const PatchPair patches(p, q, plane, plane.sets.p, plane.sets.q, rounding);
   return overlap_margin(patches.p, patches.q);
+}
+
+/// Lays two whole faces, once for all that asks for them.
+void lay_faces(const Polyhedron& p, const Polyhedron& q, const Carried& plane,
+               Lazy<SharedPart>& faces) {
+  const auto whole = [](const Polyhedron& solid, int face, const VertexSet& set) {
+    return face >= 0 && solid.topology().face(face).size() == set.size();
+  };
+  if (!whole(p, plane.sets.face_p, plane.sets.p) || !whole(q, plane.sets.face_q, plane.sets.q)) {
+    return;
+  }
+  SharedPart& pair = faces.emplace();
+  pair.face_p = plane.sets.face_p;
+  pair.face_q = plane.sets.face_q;
+  pair.plane = ContactPlane(p.vertex(plane.support_p.vertex), plane.normal);
+  lay_feature(p, {FeatureKind::Face, pair.face_p}, pair.plane, 1.0, pair.p);
+  lay_feature(q, {FeatureKind::Face, pair.face_q}, pair.plane, -1.0, pair.q);
+  pair.margin =
+      append_shared_of_polygons(pair.p, pair.q, border_rounding(p, q, plane.gap), pair.corners);
 }
 
 /// Do the features that carry the plane lie over each other? Then the plane is a facet of the
 /// Minkowski difference into which the origin projects (or the line between the features is
 /// shortest).
-bool lies_over(const Polyhedron& p, const Polyhedron& q, const Plane& plane, double rounding) {
+bool lies_over(const Polyhedron& p, const Polyhedron& q, const Carried& plane,
+               const SharedPart* faces, double rounding) {
   const ContactSets& sets = plane.sets;
   if (plane.form.joined) return true;
   if (sets.p.size() == 1 && sets.face_q >= 0) {
@@ -183,57 +213,104 @@ bool lies_over(const Polyhedron& p, const Polyhedron& q, const Plane& plane, dou
   if (sets.q.size() == 1 && sets.face_p >= 0) {
     return over_face(p, sets.face_p, plane.normal, q.vertex(sets.q[0]), rounding);
   }
-  return margin_of(p, q, plane, rounding) >= -rounding;
+  return margin_of(p, q, plane, faces, rounding) >= -rounding;
 }
 
 /// Proves that no other plane is better: always so when the solids are apart and the features lie
 /// over each other; for an overlap d, when the origin projects at least d inside the border of the
 /// facet (r = d / margin <= 1) and a known inner point (the difference of the vertex means) lies
 /// deep enough. See geometry/README.md, "Shallow overlap".
-bool proves_optimum(const Polyhedron& p, const Polyhedron& q, const Plane& plane, double rounding) {
+bool proves_optimum(const Polyhedron& p, const Polyhedron& q, const Carried& plane,
+                    const SharedPart* faces, double rounding) {
   const bool apart = plane.gap > 8 * rounding;  // nearer than that several planes may be as good
-  if (apart) return lies_over(p, q, plane, rounding);
+  if (apart) return lies_over(p, q, plane, faces, rounding);
   const double depth = -plane.gap * (1.0 + 1e-9) + 64 * rounding;  // by so much the only one, too
   const Vector3 inner = q.vertex_mean() - p.vertex_mean();
   const double down = inner.dot(plane.normal);
   if (depth > down) return false;
-  const double margin = margin_of(p, q, plane, rounding);
+  const double margin = margin_of(p, q, plane, faces, rounding);
   if (depth > margin) return false;
   const double ratio = depth / margin;
   const double aside = (inner - down * plane.normal).norm();
   return (1.0 - ratio * ratio) * down - 2.0 * ratio * aside >= depth * (1.0 + ratio * ratio);
 }
 
-bool usable(const std::array<int, 4>& vertices, const Polyhedron& polyhedron) {
-  return vertices[0] >= 0 && vertices[0] < polyhedron.vertex_count();
+/// Do just these vertices carry the support plane, clearly? Then any way to the plane finds them.
+bool carry_alone(const Polyhedron& polyhedron, const VertexSet& set, const Vector3& direction,
+                 const Lengths& length, Support& top) {
+  double least = std::numeric_limits<double>::infinity();
+  top = {set[0], -least};
+  for (const int v : set) {
+    const double value = along(offset(polyhedron, v), direction);
+    if (value > top.value) top = {v, value};
+    least = std::min(least, value);
+  }
+  return top.value - least <= kClearBelow * length.rounding &&
+         only_these_beyond(polyhedron, direction, top.value - length.widest, set);
 }
 
-void add_vertices(const std::array<int, 4>& vertices, const Polyhedron& polyhedron,
-                  VertexSet& set) {
-  for (const int v : vertices) {
-    if (v >= 0 && v < polyhedron.vertex_count() && !set.contains(v)) set.push_back(v);
+/// The plane of the proposed sets, when they carry it alone and no vertex lies between 0.5 and 64
+/// roundings below it: nothing is left to doubt but whether it is the best.
+bool straight_plane(const Polyhedron& p, const Polyhedron& q, const Lengths& length,
+                    const Vector3& guess, Optimum& optimum) {
+  Plane& plane = optimum.plane;
+  optimum.faces.reset();
+  plane.form = closed_form(p, q, plane.sets, guess, length.rounding);
+  if (!plane.form.found) return false;
+  plane.normal = plane.form.normal;
+  if (!carry_alone(p, plane.sets.p, plane.normal, length, plane.support_p) ||
+      !carry_alone(q, plane.sets.q, -plane.normal, length, plane.support_q)) {
+    return false;
   }
-  if (!std::is_sorted(set.begin(), set.end())) std::sort(set.begin(), set.end());
+  plane.gap = plane.normal.dot(q.vertex(plane.support_q.vertex) - p.vertex(plane.support_p.vertex));
+  lay_faces(p, q, plane, optimum.faces);
+  return true;
+}
+
+/// Ascending, each once.
+void insert_sorted(int v, VertexSet& set) {
+  std::size_t k = set.size();
+  while (k > 0 && set[k - 1] > v) --k;
+  if (k > 0 && set[k - 1] == v) return;
+  set.push_back(v);
+  for (std::size_t i = set.size() - 1; i > k; --i) set[i] = set[i - 1];
+  set[k] = v;
+}
+
+/// The vertices of a hint and those of the face that it names: in order when the hint is our own.
+bool add_hinted(const std::array<int, 4>& vertices, int face, const Polyhedron& polyhedron,
+                VertexSet& set, int& known_face) {
+  const int count = polyhedron.vertex_count();
+  if (vertices[0] < 0 || vertices[0] >= count) return false;
+  set.push_back(vertices[0]);
+  for (std::size_t k = 1; k < 4; ++k) {
+    const int v = vertices[k];
+    if (v < 0 || v >= count) continue;
+    if (v > set[set.size() - 1]) {
+      set.push_back(v);
+    } else {
+      insert_sorted(v, set);
+    }
+  }
+  known_face = face >= 0 && face < polyhedron.topology().face_count() ? face : -1;
+  if (known_face < 0) return true;
+  for (const int v : polyhedron.topology().face(known_face)) insert_sorted(v, set);
+  return true;
 }
 
 /// Last step's features first: if they carry the optimum still, and clearly, that is the answer.
 bool warm_answer(const Polyhedron& p, const Polyhedron& q, const FeatureHint& hint,
                  const Lengths& length, Optimum& optimum) {
-  if (!usable(hint.vertices_a, p) || !usable(hint.vertices_b, q)) return false;
-  ContactSets sets;
-  add_vertices(hint.vertices_a, p, sets.p);
-  add_vertices(hint.vertices_b, q, sets.q);
-  const auto valid = [](int face, const Polyhedron& solid) {
-    return face >= 0 && face < solid.topology().face_count() ? face : -1;
-  };
-  sets.face_p = valid(hint.face_a, p);
-  sets.face_q = valid(hint.face_b, q);
-  Plane& plane = optimum.plane;
-  if (!settle(p, q, length, sets, hint.normal, plane)) return false;
-  if (!plane.near_p.clear(length.rounding) || !plane.near_q.clear(length.rounding)) return false;
-  optimum.converged = proves_optimum(p, q, plane, length.rounding);
+  ContactSets& sets = optimum.plane.sets;
+  if (!add_hinted(hint.vertices_a, hint.face_a, p, sets.p, sets.face_p) ||
+      !add_hinted(hint.vertices_b, hint.face_b, q, sets.q, sets.face_q)) {
+    return false;
+  }
   optimum.iterations = 1;
-  return optimum.converged;
+  optimum.straight = straight_plane(p, q, length, hint.normal, optimum) &&
+                     proves_optimum(p, q, optimum.plane, optimum.laid(), length.rounding);
+  if (!optimum.straight) optimum.faces.reset();
+  return optimum.converged = optimum.straight;
 }
 
 /// The face of `solid` above whose plane `point` lies highest (or least deep), and by how much.
@@ -273,8 +350,14 @@ bool lies_flat(const Polyhedron& p, const Polyhedron& q, const Vector3& normal) 
 bool flat_answer(const Polyhedron& p, const Polyhedron& q, const Lengths& length,
                  const Vector3& normal, Optimum& optimum) {
   ++optimum.iterations;
+  scan(p, q, normal, optimum.plane);
+  find_sets(p, q, length, optimum.plane);
+  optimum.straight = straight_plane(p, q, length, normal, optimum) &&
+                     proves_optimum(p, q, optimum.plane, optimum.laid(), length.rounding);
+  if (optimum.straight) return optimum.converged = true;
+  optimum.faces.reset();
   optimum.converged = settle_normal(p, q, length, normal, optimum.plane) &&
-                      proves_optimum(p, q, optimum.plane, length.rounding);
+                      proves_optimum(p, q, optimum.plane, nullptr, length.rounding);
   return optimum.converged;
 }
 
@@ -294,20 +377,32 @@ int common_face(const Polyhedron& polyhedron, const VertexSet& set) {
   return -1;
 }
 
+/// The corners where the search ended; a face label that has all those of one solid stands for
+/// them.
+void take_corners(const Polyhedron& p, const Polyhedron& q, const FastResult& found,
+                  ContactSets& sets) {
+  sets.p.clear();
+  sets.q.clear();
+  for (int k = 0; k < found.corners; ++k) {
+    insert_sorted(found.p[static_cast<std::size_t>(k)], sets.p);
+    insert_sorted(found.q[static_cast<std::size_t>(k)], sets.q);
+  }
+  sets.face_p = common_face(p, sets.p);
+  sets.face_q = common_face(q, sets.q);
+  const auto complete = [](const Polyhedron& polyhedron, int face, VertexSet& set) {
+    if (face < 0) return;
+    for (const int v : polyhedron.topology().face(face)) insert_sorted(v, set);
+  };
+  complete(p, sets.face_p, sets.p);
+  complete(q, sets.face_q, sets.q);
+}
+
 /// The plane that the last corners of the search define: for short distances the search's own line
 /// between vertices and edges has lost the digits that tell which vertices carry it.
 bool settle_corners(const Polyhedron& p, const Polyhedron& q, const FastResult& found,
                     const Lengths& length, Plane& plane) {
   ContactSets sets;
-  for (int k = 0; k < found.corners; ++k) {
-    const int i = found.p[static_cast<std::size_t>(k)], j = found.q[static_cast<std::size_t>(k)];
-    if (!sets.p.contains(i)) sets.p.push_back(i);
-    if (!sets.q.contains(j)) sets.q.push_back(j);
-  }
-  std::sort(sets.p.begin(), sets.p.end());
-  std::sort(sets.q.begin(), sets.q.end());
-  sets.face_p = common_face(p, sets.p);
-  sets.face_q = common_face(q, sets.q);
+  take_corners(p, q, found, sets);
   return settle(p, q, length, sets, found.normal, plane) ||
          settle_normal(p, q, length, found.normal, plane);
 }
@@ -337,12 +432,17 @@ bool fast_answer(const Polyhedron& p, const Polyhedron& q, const Lengths& length
     optimum.iterations += found.iterations;
   }
   if (found.outcome == FastOutcome::Unclear) return false;
-  if (settle_corners(p, q, found, length, optimum.plane)) {
-    // Of two nearly parallel planes, as good within rounding, the one where the features meet.
-    const double allowed = slack(overlapping ? 2.2 * rounding : rounding, found.bound);
-    optimum.converged =
-        optimum.plane.gap >= found.bound - allowed && lies_over(p, q, optimum.plane, rounding);
-  }
+  // Of two nearly parallel planes, as good within rounding, the one where the features meet.
+  const double allowed = slack(overlapping ? 2.2 * rounding : rounding, found.bound);
+  const auto best = [&] {
+    return optimum.plane.gap >= found.bound - allowed &&
+           lies_over(p, q, optimum.plane, optimum.laid(), rounding);
+  };
+  take_corners(p, q, found, optimum.plane.sets);
+  optimum.straight = straight_plane(p, q, length, found.normal, optimum) && best();
+  if (optimum.straight) return optimum.converged = true;
+  optimum.faces.reset();
+  optimum.converged = settle_corners(p, q, found, length, optimum.plane) && best();
   if (optimum.converged || overlapping) return optimum.converged;
   // Flush blocks: a corner just over an edge, whose line leans by a rounding over the gap.
   const int f = facing_face(p, found.p[0], found.normal),
@@ -364,7 +464,7 @@ void wide_answer(const Polyhedron& p, const Polyhedron& q, int max_iterations,
   const bool same = !length.uneven && !found.middle &&
                     settle_normal(p, q, length, found.normal, plane) &&
                     plane.gap >= found.gap - slack(length.rounding, found.gap) &&
-                    lies_over(p, q, plane, length.rounding);
+                    lies_over(p, q, plane, nullptr, length.rounding);
   if (same) return;
   scan(p, q, found.normal, plane);
   find_sets(p, q, length, plane);
@@ -373,12 +473,10 @@ void wide_answer(const Polyhedron& p, const Polyhedron& q, int max_iterations,
 }
 
 /// Witness points: of the shared part of the two features that rounding cannot tell from parallel.
-void set_witnesses(const Polyhedron& p, const Polyhedron& q, const Plane& contact,
-                   const Lengths& length, NearestFeatures& answer) {
+void set_witnesses(const Polyhedron& p, const Polyhedron& q, const Carried& contact,
+                   const VertexSet& set_p, const VertexSet& set_q, double length,
+                   NearestFeatures& answer) {
   const Vector3 across = answer.gap * answer.normal;
-  VertexSet set_p, set_q;
-  contact.near_p.select(length.place, set_p);
-  contact.near_q.select(length.place, set_q);
   if (set_p.size() == 1) {
     answer.point_a = p.vertex(set_p[0]);
     answer.point_b = set_q.size() == 1 && answer.gap > 0.0 ? q.vertex(set_q[0])
@@ -396,9 +494,9 @@ void set_witnesses(const Polyhedron& p, const Polyhedron& q, const Plane& contac
     answer.point_b = answer.point_a + across;
     return;
   }
-  const PatchPair patches(p, q, contact, set_p, set_q, length.place);
+  const PatchPair patches(p, q, contact, set_p, set_q, length);
   SharedCorners corners;
-  append_shared_corners(patches.p, patches.q, 2 * length.place + kEpsilon * std::abs(answer.gap),
+  append_shared_corners(patches.p, patches.q, 2 * length + kEpsilon * std::abs(answer.gap),
                         corners);
   Vector2 place = Vector2::Zero();
   if (corners.empty()) {
@@ -425,13 +523,10 @@ Feature feature_of(const Polyhedron& polyhedron, const VertexSet& set, FeatureKi
   return name_support_set(polyhedron, set, kind, outward);
 }
 
-/// Features within the contact tolerance and what they leave open.
-void set_features(const Polyhedron& p, const Polyhedron& q, const Optimum& optimum,
-                  double tolerance, NearestFeatures& answer) {
-  const Plane& plane = optimum.plane;
-  VertexSet set_p, set_q;
-  plane.near_p.select(tolerance, set_p);
-  plane.near_q.select(tolerance, set_q);
+/// Features within the contact tolerance: the sets are those of `tolerance`.
+void set_features(const Polyhedron& p, const Polyhedron& q, const Carried& plane,
+                  const VertexSet& set_p, const VertexSet& set_q, double tolerance,
+                  NearestFeatures& answer) {
   const FeatureKind kind_p = span_kind(p, set_p, tolerance);
   const FeatureKind kind_q = span_kind(q, set_q, tolerance);
   answer.feature_a = feature_of(p, set_p, kind_p, plane.sets.face_p, answer.normal);
@@ -439,18 +534,57 @@ void set_features(const Polyhedron& p, const Polyhedron& q, const Optimum& optim
   const Vector3 high = p.vertex(plane.support_p.vertex), low = q.vertex(plane.support_q.vertex);
   answer.residual_a = std::max(0.0, answer.normal.dot(high - answer.point_a));
   answer.residual_b = std::max(0.0, answer.normal.dot(answer.point_b - low));
-  bool open = false;
-  if (kind_p != FeatureKind::Face && kind_q != FeatureKind::Face) {
-    open = type_of(p, q, set_p, set_q, kind_p, kind_q, tolerance) != ContactType::EdgeEdgeCrossing;
+  if (kind_p == FeatureKind::Face || kind_q == FeatureKind::Face) return;
+  if (type_of(p, q, set_p, set_q, kind_p, kind_q, tolerance) != ContactType::EdgeEdgeCrossing) {
+    answer.indeterminate = true;
+    answer.rule = PlaneRule::ShortestLine;
   }
-  answer.indeterminate = open || optimum.several;
-  answer.rule = optimum.middle    ? PlaneRule::MiddleOfPlanes
-                : optimum.several ? PlaneRule::LeastOverlap
-                : open            ? PlaneRule::ShortestLine
-                                  : PlaneRule::Unique;
 }
 
-void set_hint(const Plane& plane, NearestFeatures& answer) {
+/// The witnesses of two whole faces, and what the contact points will ask for.
+void set_face_witnesses(const Carried& contact, SharedPart& faces, NearestFeatures& answer) {
+  Vector2 place;
+  if (faces.corners.empty()) {
+    place = nearest_place(faces.p, faces.q);
+  } else {
+    find_polygon(faces.corners, faces.polygon);
+    place = faces.polygon.centroid;
+  }
+  answer.point_a = faces.plane.point(place, 0.0);
+  answer.point_b = answer.point_a + answer.gap * answer.normal;
+  faces.set_p = contact.sets.p;
+  faces.set_q = contact.sets.q;
+  faces.top_p = contact.support_p;
+  faces.top_q = contact.support_q;
+}
+
+/// Witnesses, features and what they leave open.
+void describe(const Polyhedron& p, const Polyhedron& q, Optimum& optimum, const Lengths& length,
+              NearestFeatures& answer) {
+  const Plane& plane = optimum.plane;
+  if (optimum.faces) {
+    set_face_witnesses(plane, *optimum.faces, answer);
+    set_features(p, q, plane, plane.sets.p, plane.sets.q, length.contact, answer);
+    return;
+  }
+  if (optimum.straight) {
+    set_witnesses(p, q, plane, plane.sets.p, plane.sets.q, length.place, answer);
+    set_features(p, q, plane, plane.sets.p, plane.sets.q, length.contact, answer);
+    return;
+  }
+  VertexSet set_p, set_q;
+  plane.near_p->select(length.place, set_p);
+  plane.near_q->select(length.place, set_q);
+  set_witnesses(p, q, plane, set_p, set_q, length.place, answer);
+  plane.near_p->select(length.contact, set_p);
+  plane.near_q->select(length.contact, set_q);
+  set_features(p, q, plane, set_p, set_q, length.contact, answer);
+  if (!optimum.several) return;
+  answer.indeterminate = true;
+  answer.rule = optimum.middle ? PlaneRule::MiddleOfPlanes : PlaneRule::LeastOverlap;
+}
+
+void set_hint(const Carried& plane, NearestFeatures& answer) {
   for (std::size_t k = 0; k < 4; ++k) {
     answer.hint.vertices_a[k] = k < plane.sets.p.size() ? plane.sets.p[k] : -1;
     answer.hint.vertices_b[k] = k < plane.sets.q.size() ? plane.sets.q[k] : -1;
@@ -460,27 +594,24 @@ void set_hint(const Plane& plane, NearestFeatures& answer) {
   answer.hint.normal = answer.normal;
 }
 
-NearestFeatures ordered_answer(const Polyhedron& p, const Polyhedron& q,
-                               const SearchOptions& options, const FeatureHint& hint) {
+void find_answer(const Polyhedron& p, const Polyhedron& q, const SearchOptions& options,
+                 const FeatureHint& hint, Optimum& optimum, NearestFeatures& answer) {
   const Lengths length = lengths(p, q, options);
-  Optimum optimum;
   if (length.uneven ||
       (!warm_answer(p, q, hint, length, optimum) && !fast_answer(p, q, length, optimum))) {
+    optimum.faces.reset();
     wide_answer(p, q, options.max_iterations, length, optimum);
   }
-  NearestFeatures answer;
   answer.iterations = optimum.iterations;
   answer.normal = optimum.plane.normal;
   answer.gap = optimum.plane.gap;
-  set_witnesses(p, q, optimum.plane, length, answer);
-  set_features(p, q, optimum, length.contact, answer);
+  describe(p, q, optimum, length, answer);
   set_hint(optimum.plane, answer);
   if (optimum.converged) {
     answer.status = std::abs(answer.gap) <= length.contact ? PairStatus::Touching
                     : answer.gap > 0.0                     ? PairStatus::Separated
                                                            : PairStatus::Overlapping;
   }
-  return answer;
 }
 
 void swap_names(FeatureHint& hint) {
@@ -533,13 +664,25 @@ double default_tolerance(const Polyhedron& a, const Polyhedron& b) {
 }
 
 NearestFeatures nearest_features(const Polyhedron& a, const Polyhedron& b,
-                                 const SearchOptions& options, const FeatureHint& hint) {
-  if (!worked_in_reverse(a, b)) return ordered_answer(a, b, options, hint);
+                                 const SearchOptions& options, const FeatureHint& hint,
+                                 Lazy<SharedPart>& faces) {
+  Optimum optimum(faces);
+  NearestFeatures answer;
+  if (!worked_in_reverse(a, b)) {
+    find_answer(a, b, options, hint, optimum, answer);
+    return answer;
+  }
   FeatureHint reversed = hint;
   swap_names(reversed);
-  NearestFeatures answer = ordered_answer(b, a, options, reversed);
+  find_answer(b, a, options, reversed, optimum, answer);
   swap_names(answer);
   return answer;
+}
+
+NearestFeatures nearest_features(const Polyhedron& a, const Polyhedron& b,
+                                 const SearchOptions& options, const FeatureHint& hint) {
+  Lazy<SharedPart> faces;
+  return nearest_features(a, b, options, hint, faces);
 }
 
 }  // namespace quoin::geometry

@@ -1,7 +1,10 @@
 #include "patch.hpp"
 
+#include <bit>
 #include <cmath>
 #include <limits>
+
+#include "side_masks.hpp"
 
 namespace quoin::geometry {
 namespace {
@@ -129,90 +132,92 @@ void append_crossings(const Patch& p, const Patch& q, double rounding, SharedCor
   }
 }
 
-/// A polygon's corners and sides as flat rows, so that the tables below are plain loops.
-struct PolygonRows {
-  std::size_t count;
-  SmallVector<double, 16> x, y, side_x, side_y, slack;
-  PolygonRows(const Patch& patch, double rounding) : count(patch.corners.size()) {
-    for (SmallVector<double, 16>* row : {&x, &y, &side_x, &side_y, &slack}) row->resize(count);
-    for (std::size_t k = 0; k < count; ++k) {
-      x[k] = patch.corners[k].place.x();
-      y[k] = patch.corners[k].place.y();
-    }
-    for (std::size_t k = 0; k < count; ++k) {
-      const std::size_t next = k + 1 < count ? k + 1 : 0;
-      side_x[k] = x[next] - x[k];
-      side_y[k] = y[next] - y[k];
-    }
-    for (std::size_t k = 0; k < count; ++k) {
-      slack[k] = rounding * std::sqrt(side_x[k] * side_x[k] + side_y[k] * side_y[k]);
-    }
+bool fill_rows(const Patch& patch, PolygonRows& rows) {
+  const int count = patch.corners.count();
+  if (count > PolygonRows::kMost) return false;
+  rows.count = count;
+  for (int k = 0; k < (count + 7) / 8 * 8; ++k) {
+    const Vector2& place = patch.corners[static_cast<std::size_t>(k < count ? k : 0)].place;
+    rows.x[k] = place.x();
+    rows.y[k] = place.y();
   }
-};
-
-/// How far each corner of one polygon lies inside each side of another, times the side's length.
-struct SideTable {
-  std::size_t corners;
-  SmallVector<double, 64> inside;
-  SideTable(const PolygonRows& sides, const PolygonRows& points) : corners(points.count) {
-    inside.resize(sides.count * corners);
-    for (std::size_t j = 0; j < sides.count; ++j) {
-      const double side_x = sides.side_x[j], side_y = sides.side_y[j];
-      const double x = sides.x[j], y = sides.y[j];
-      double* row = &inside[j * corners];
-      for (std::size_t i = 0; i < corners; ++i) {
-        row[i] = side_x * (points.y[i] - y) - side_y * (points.x[i] - x);
-      }
-    }
+  for (int k = 0; k < count; ++k) {
+    const int next = k + 1 < count ? k + 1 : 0;
+    rows.side_x[k] = rows.x[next] - rows.x[k];
+    rows.side_y[k] = rows.y[next] - rows.y[k];
+    rows.length[k] = std::sqrt(rows.side_x[k] * rows.side_x[k] + rows.side_y[k] * rows.side_y[k]);
   }
-  double at(std::size_t side, std::size_t corner) const { return inside[side * corners + corner]; }
-  bool covers(const PolygonRows& sides, std::size_t corner) const {
-    for (std::size_t j = 0; j < sides.count; ++j) {
-      if (at(j, corner) < -sides.slack[j]) return false;
-    }
-    return true;
-  }
-};
-
-bool opposite(double a, double b, double slack) {
-  return (a > slack && b < -slack) || (a < -slack && b > slack);
+  return true;
 }
 
-/// The same as for patches of any kind, for two polygons: each product is formed once.
-void append_shared_of_polygons(const Patch& p, const Patch& q, double rounding,
-                               SharedCorners& corners) {
-  const PolygonRows rows_p(p, rounding), rows_q(q, rounding);
-  const SideTable of_p(rows_q, rows_p);  // corners of P against sides of Q
-  const SideTable of_q(rows_p, rows_q);
-  for (std::size_t i = 0; i < rows_p.count; ++i) {
-    if (!of_p.covers(rows_q, i)) continue;
-    const PatchCorner& c = p.corners[i];
-    corners.push_back({c.place,
-                       c.height,
-                       q.surface_height(c.place),
-                       {FeatureKind::Vertex, c.vertex},
-                       {FeatureKind::Face, q.face}});
+/// Bit i: what bit i + 1 of the mask says, around a polygon of `count` corners.
+std::uint64_t of_next(std::uint64_t mask, int count) {
+  return mask >> 1 | (mask & 1) << (count - 1);
+}
+
+/// The sides of one polygon against those of another: which cross the line through a side (as
+/// bits), which corners are covered, and how far the other reaches inside, at least.
+struct Sides {
+  SideMask masks[PolygonRows::kMost];
+  std::uint64_t crossing[PolygonRows::kMost];
+  std::uint64_t covered = ~std::uint64_t{0};
+  double margin = std::numeric_limits<double>::infinity();
+  Sides(const PolygonRows& sides, const PolygonRows& points, double rounding) {
+    find_side_masks(sides, points, rounding, masks);
+    for (int j = 0; j < sides.count; ++j) {
+      const SideMask& m = masks[j];
+      covered &= ~m.outside;
+      crossing[j] = (m.inside & of_next(m.outside, points.count)) |
+                    (m.outside & of_next(m.inside, points.count));
+      margin = std::min(margin, sides.length[j] > 0.0 ? m.greatest / sides.length[j] : 0.0);
+    }
+    if (points.count < PolygonRows::kMost) covered &= (std::uint64_t{1} << points.count) - 1;
   }
-  for (std::size_t j = 0; j < rows_q.count; ++j) {
-    if (!of_q.covers(rows_p, j)) continue;
-    const PatchCorner& c = q.corners[j];
-    corners.push_back({c.place,
-                       p.surface_height(c.place),
-                       c.height,
-                       {FeatureKind::Face, p.face},
-                       {FeatureKind::Vertex, c.vertex}});
-  }
-  for (std::size_t i = 0; i < rows_p.count; ++i) {
-    const std::size_t next_i = i + 1 < rows_p.count ? i + 1 : 0;
-    for (std::size_t j = 0; j < rows_q.count; ++j) {
-      const double a = of_p.at(j, i), b = of_p.at(j, next_i);
-      if (!opposite(a, b, rows_q.slack[j])) continue;
-      const std::size_t next_j = j + 1 < rows_q.count ? j + 1 : 0;
-      const double c = of_q.at(i, j), d = of_q.at(i, next_j);
-      if (!opposite(c, d, rows_p.slack[i])) continue;
-      corners.push_back(crossing_corner(p, i, q, j, a / (a - b)));
+};
+
+double inside_side(const PolygonRows& sides, int side, const PolygonRows& points, int corner) {
+  return sides.side_x[side] * (points.y[corner] - sides.y[side]) -
+         sides.side_y[side] * (points.x[corner] - sides.x[side]);
+}
+
+void append_crossings(const Patch& p, const PolygonRows& rows_p, const Sides& by_p, const Patch& q,
+                      const PolygonRows& rows_q, const Sides& by_q, SharedCorners& corners) {
+  for (int i = 0; i < rows_p.count; ++i) {
+    for (std::uint64_t left = by_p.crossing[i]; left != 0; left &= left - 1) {
+      const int j = std::countr_zero(left);
+      if ((by_q.crossing[j] >> i & 1) == 0) continue;
+      const double a = inside_side(rows_q, j, rows_p, i);
+      const double b = inside_side(rows_q, j, rows_p, i + 1 < rows_p.count ? i + 1 : 0);
+      corners.push_back(crossing_corner(p, static_cast<std::size_t>(i), q,
+                                        static_cast<std::size_t>(j), a / (a - b)));
     }
   }
+}
+
+SharedCorner corner_of_p(const PatchCorner& c, const Patch& q) {
+  return {c.place,
+          c.height,
+          height_at(q, c.place),
+          {FeatureKind::Vertex, c.vertex},
+          {FeatureKind::Face, q.face}};
+}
+
+SharedCorner corner_of_q(const PatchCorner& c, const Patch& p) {
+  return {c.place,
+          height_at(p, c.place),
+          c.height,
+          {FeatureKind::Face, p.face},
+          {FeatureKind::Vertex, c.vertex}};
+}
+
+void append_shared_of_any(const Patch& p, const Patch& q, double rounding, SharedCorners& corners) {
+  for (const PatchCorner& c : p.corners) {
+    if (covers(q, c.place, rounding)) corners.push_back(corner_of_p(c, q));
+  }
+  for (const PatchCorner& c : q.corners) {
+    if (covers(p, c.place, rounding)) corners.push_back(corner_of_q(c, p));
+  }
+  if (p.corners.size() > 1 && q.corners.size() > 1) append_crossings(p, q, rounding, corners);
 }
 
 }  // namespace
@@ -255,35 +260,37 @@ void lay_feature(const Polyhedron& polyhedron, const Feature& feature, const Con
   set_slope(polyhedron, plane, patch);
 }
 
+double append_shared_of_polygons(const Patch& p, const Patch& q, double rounding,
+                                 SharedCorners& corners) {
+  PolygonRows rows_p, rows_q;
+  if (!fill_rows(p, rows_p) || !fill_rows(q, rows_q)) {
+    append_shared_of_any(p, q, rounding, corners);
+    return overlap_margin(p, q);
+  }
+  const Sides by_q(rows_q, rows_p, rounding), by_p(rows_p, rows_q, rounding);
+  for (std::uint64_t left = by_q.covered; left != 0; left &= left - 1) {
+    corners.push_back(corner_of_p(p.corners[static_cast<std::size_t>(std::countr_zero(left))], q));
+  }
+  for (std::uint64_t left = by_p.covered; left != 0; left &= left - 1) {
+    corners.push_back(corner_of_q(q.corners[static_cast<std::size_t>(std::countr_zero(left))], p));
+  }
+  append_crossings(p, rows_p, by_p, q, rows_q, by_q, corners);
+  return std::min(by_p.margin, by_q.margin);
+}
+
 void append_shared_corners(const Patch& p, const Patch& q, double rounding,
                            SharedCorners& corners) {
   if (p.corners.size() > 2 && q.corners.size() > 2) {
     append_shared_of_polygons(p, q, rounding, corners);
-    return;
+  } else {
+    append_shared_of_any(p, q, rounding, corners);
   }
-  for (const PatchCorner& c : p.corners) {
-    if (!covers(q, c.place, rounding)) continue;
-    corners.push_back({c.place,
-                       c.height,
-                       height_at(q, c.place),
-                       {FeatureKind::Vertex, c.vertex},
-                       {FeatureKind::Face, q.face}});
-  }
-  for (const PatchCorner& c : q.corners) {
-    if (!covers(p, c.place, rounding)) continue;
-    corners.push_back({c.place,
-                       height_at(p, c.place),
-                       c.height,
-                       {FeatureKind::Face, p.face},
-                       {FeatureKind::Vertex, c.vertex}});
-  }
-  if (p.corners.size() > 1 && q.corners.size() > 1) append_crossings(p, q, rounding, corners);
 }
 
 namespace {
 
-/// How far the other patch reaches past either end of an edge, inwards: two edges of one line can be
-/// apart along it alone.
+/// How far the other patch reaches past either end of an edge, inwards: two edges of one line can
+/// be apart along it alone.
 double reach_along(const Patch& edge, const Patch& other) {
   const Vector2 &first = edge.corners[0].place, &last = edge.corners[1].place;
   const Vector2 direction = (last - first).normalized();
@@ -434,6 +441,12 @@ void lay_support_set(const Polyhedron& polyhedron, const VertexSet& vertices, Fe
     }
     set_slope(polyhedron, plane, patch);
   }
+}
+
+double border_rounding(const Polyhedron& p, const Polyhedron& q, double gap) {
+  const double size = p.diameter() + q.diameter() + std::abs(gap);
+  const double coordinate = std::max(p.largest_coordinate(), q.largest_coordinate());
+  return std::numeric_limits<double>::epsilon() * std::max(8 * size, 4 * coordinate);
 }
 
 void find_polygon(const SharedCorners& corners, SharedPolygon& polygon) {

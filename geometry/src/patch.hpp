@@ -4,6 +4,7 @@
 
 #include <quoin/geometry/contact_type.hpp>
 
+#include "lazy.hpp"
 #include "support.hpp"
 
 namespace quoin::geometry {
@@ -14,6 +15,7 @@ using Vector2 = Eigen::Vector2d;
 /// P.
 struct ContactPlane {
   Vector3 origin, normal, axis_u, axis_v;
+  ContactPlane() {}  // NOLINT: filled later
   ContactPlane(const Vector3& origin_in, const Vector3& normal_in);
   Vector2 place(const Vector3& x) const {
     const Vector3 step = x - origin;
@@ -65,6 +67,10 @@ using SharedCorners = SmallVector<SharedCorner, 32>;
 /// border.
 void append_shared_corners(const Patch& p, const Patch& q, double rounding, SharedCorners& corners);
 
+/// The same for two polygons; returns their overlap_margin.
+double append_shared_of_polygons(const Patch& p, const Patch& q, double rounding,
+                                 SharedCorners& corners);
+
 /// How far one patch could be shifted in the plane before the two part, m: the distance of the
 /// origin from the border of their Minkowski difference; negative: a bound of how far they are
 /// apart.
@@ -83,6 +89,28 @@ struct SharedPolygon {
   Vector2 centroid = Vector2::Zero();
 };
 void find_polygon(const SharedCorners& corners, SharedPolygon& polygon);
+
+/// How far outside a patch still counts as on its border, m: what rounding leaves of a place.
+double border_rounding(const Polyhedron& p, const Polyhedron& q, double gap);
+
+/// What two contact features share, laid once for the proof, the witnesses and the contact points.
+/// Of two whole faces all is filled.
+struct SharedPart {
+  int face_p = -1, face_q = -1;
+  VertexSet set_p, set_q;  ///< their vertices, ascending: just these are within tol
+  Support top_p, top_q;
+  ContactPlane plane;
+  Patch p, q;
+  SharedCorners corners;
+  double margin = 0.0;  ///< overlap_margin, m
+  SharedPolygon polygon;
+};
+
+/// As the public one; `faces` is filled where both contact features are whole faces and nothing was
+/// in doubt, in the order in which the pair is worked.
+NearestFeatures nearest_features(const Polyhedron& a, const Polyhedron& b,
+                                 const SearchOptions& options, const FeatureHint& hint,
+                                 Lazy<SharedPart>& faces);
 
 /// What a support set spans: a point, a segment or a polygon wider than `tolerance`.
 FeatureKind span_kind(const Polyhedron& polyhedron, const VertexSet& vertices, double tolerance);

@@ -371,7 +371,8 @@ TEST_CASE("configurations: points are as complete before contact as after") {
   }
 }
 
-TEST_CASE("configurations: with a reach beyond the blocks' height only what faces the other carries") {
+TEST_CASE(
+    "configurations: with a reach beyond the blocks' height only what faces the other carries") {
   const Polyhedron below = make_box({0, 0, 0}, {1, 0.5, 0.2});
   const Polyhedron above = make_box({0.5, 0.1, 0.2}, {1.5, 0.6, 0.4});
   in_every_pose(below, above, [](const Polyhedron& a, const Polyhedron& b, double) {
@@ -391,8 +392,7 @@ TEST_CASE("configurations: of merged points the nearer one stays") {
   Points points(3, 9);  // a roof whose ridge is flattened within tol, its lower corners first
   const double fall = 0.3 * kWide, aside = 0.8 * kWide;
   points << -1, 1, -1, 1, -1, 1, -1, 1, 0,  // x
-      -aside, -aside, 0, 0, -1, -1, 1, 1, 0,
-      -fall, -fall, 0, 0, -0.5, -0.5, -0.5, -0.5, -1;
+      -aside, -aside, 0, 0, -1, -1, 1, 1, 0, -fall, -fall, 0, 0, -0.5, -0.5, -0.5, -0.5, -1;
   const Polyhedron roof = make_hull(points).polyhedron;
   const Polyhedron plate = make_box({-2, -2, 1e-3}, {2, 2, 1});
   Random random(3);

@@ -42,6 +42,14 @@ void append_contact_points(const std::array<int, 2>& blocks, const Polyhedron& a
                            const Polyhedron& b, const NearestFeatures& nearest,
                            const ContactOptions& options, std::vector<ContactPoint>& contacts);
 
+/// Nearest features and contact points in one, for less than one after the other. Here
+/// `options.reach` is the gap itself up to which points are listed (and always those of touching
+/// and overlapping solids); when the least gap is larger there are none.
+NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, const Polyhedron& a,
+                                             const Polyhedron& b, const ContactOptions& options,
+                                             const FeatureHint& hint,
+                                             std::vector<ContactPoint>& contacts);
+
 /// All there is to know about one pair.
 struct PairContact {
   NearestFeatures nearest;
