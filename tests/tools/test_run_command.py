@@ -90,6 +90,9 @@ class RunCommand(unittest.TestCase):
 
     def test_a_change_that_makes_no_sense(self):
         for change, words in (("mass=3", 'no parameter "mass"'), ("phi", "NAME=VALUE"),
+                              ("phi=steep", "/parameters/phi: must be a number or a formula"),
+                              ("/parameters=3", "/parameters: must be an object"),
+                              ("/blocks/7/name=x", "/blocks/7: there is no such place"),
                               ("/penalty=-1", "/penalty: must be greater than 0"),
                               ("/blocks/0/kind=soft", "/blocks/0/kind: must be")):
             done = run(INCLINE, "--set", change)
@@ -100,6 +103,13 @@ class RunCommand(unittest.TestCase):
         self.assertEqual(run("--help").returncode, 0)
         self.assertEqual(run().returncode, 2)
         self.assertEqual(run(INCLINE, "--on-failure", "pray").returncode, 2)
+        for words, code, said in (([], 2, "a command"), (["pray"], 2, "not expected: pray"),
+                                  (["contact", "--pairs", self.folder], 1, "can't read"),
+                                  (["contact", "--pairs", "-", "--reach", "nan"], 2, "0 or more")):
+            done = subprocess.run([QUOIN, *words], capture_output=True, text=True, timeout=60,
+                                  stdin=subprocess.DEVNULL)
+            self.assertEqual(done.returncode, code)
+            self.assertIn(said, done.stderr)
 
     def test_an_interrupted_run_leaves_whole_files(self):
         out = self.folder / "out"

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -162,7 +163,7 @@ int contact_pairs(const std::string& path, double reach) {
   std::ifstream file;
   if (path != "-") {
     file.open(path);
-    if (!file) {
+    if (!file || std::filesystem::is_directory(path)) {
       std::fprintf(stderr, "quoin contact: can't read %s\n", path.c_str());
       return kFailed;
     }
@@ -206,10 +207,13 @@ void add_contact_command(CLI::App& app, int& exit_code) {
       ->required();
   command
       ->add_option("--reach", options->reach,
-                   "List contact points up to this gap above the least one, m (default: tol)")
-      ->check(CLI::NonNegativeNumber);
-  command->callback(
-      [options, &exit_code] { exit_code = contact_pairs(options->pairs, options->reach); });
+                   "List contact points up to this gap above the least one, m (default: tol)");
+  command->callback([options, &exit_code] {
+    if (!(options->reach >= 0.0) || !std::isfinite(options->reach)) {
+      throw CLI::ValidationError("--reach", "must be a length of 0 or more, m");
+    }
+    exit_code = contact_pairs(options->pairs, options->reach);
+  });
 }
 
 }  // namespace quoin::commands

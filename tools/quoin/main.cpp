@@ -11,7 +11,6 @@ int main(int argc, char** argv) {
       "Units are SI; angles carry their unit in the name.\n"
       "Exit codes: 0 done, 1 failed (file, convergence), 2 input that can't be worked with."};
   app.set_version_flag("--version", "quoin " QUOIN_VERSION);
-  app.require_subcommand(1);
   int exit_code = quoin::commands::kDone;
   quoin::commands::add_run_command(app, exit_code);
   quoin::commands::add_stability_command(app, exit_code);
@@ -20,6 +19,9 @@ int main(int argc, char** argv) {
   quoin::commands::add_validate_command(app, exit_code);
   try {
     app.parse(argc, argv);
+    if (app.get_subcommands().empty()) {
+      throw CLI::RequiredError("a command (quoin --help names them)");
+    }
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? quoin::commands::kDone : quoin::commands::kBadInput;
   } catch (const std::exception& error) {

@@ -33,6 +33,16 @@ class KeyWatch {
   std::vector<std::set<std::string>> open_;
 };
 
+/// A change may add a key, but no element of a list.
+void require_place(const json& document, json::json_pointer place) {
+  for (; !place.empty(); place.pop_back()) {
+    const json::json_pointer parent = place.parent_pointer();
+    if (document.contains(parent) && document[parent].is_array() && !document.contains(place)) {
+      throw SceneError(place.to_string(), "there is no such place in the scene to change");
+    }
+  }
+}
+
 void change(json& document, const std::string& text) {
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos || equals == 0) {
@@ -46,6 +56,7 @@ void change(json& document, const std::string& text) {
   }
   const json parsed = json::parse(value, nullptr, false);
   try {
+    require_place(document, json::json_pointer(pointer));
     document[json::json_pointer(pointer)] = parsed.is_discarded() ? json(value) : parsed;
   } catch (const json::exception&) {
     throw SceneError(pointer, "there is no such place in the scene to change");
@@ -69,16 +80,17 @@ void put_numbers(json& value, const std::string& pointer, const Parameters& para
   }
 }
 
-Parameters numbers(const json& document) {
-  Parameters parameters;
-  if (document.is_object() && document.contains("parameters")) {
-    for (const auto& [name, value] : document["parameters"].items()) {
-      if (value.is_number()) {
-        parameters[name] = value.get<double>();
-      }
+Parameters numbers(const json& parameters) {
+  Parameters known;
+  for (const auto& [name, value] : parameters.items()) {
+    if (value.is_number()) {
+      known[name] = value.get<double>();
+    } else if (!value.is_string() || !value.get_ref<const std::string&>().starts_with('=')) {
+      throw SceneError("/parameters/" + name,
+                       "must be a number or a formula that begins with =, is " + value.dump());
     }
   }
-  return parameters;
+  return known;
 }
 
 }  // namespace
@@ -101,10 +113,15 @@ Parameters expand(nlohmann::json& document, const std::vector<std::string>& chan
   for (const std::string& text : changes) {
     change(document, text);
   }
-  Parameters parameters = numbers(document);
+  Parameters parameters;
   if (document.is_object() && document.contains("parameters")) {
-    put_numbers(document["parameters"], "/parameters", parameters);  // those made from others
-    parameters = numbers(document);
+    json& stated = document["parameters"];
+    if (!stated.is_object()) {
+      throw SceneError("/parameters", "must be an object of names and numbers, is " + stated.dump());
+    }
+    parameters = numbers(stated);
+    put_numbers(stated, "/parameters", parameters);  // those made from others
+    parameters = numbers(stated);
   }
   put_numbers(document, "", parameters);
   return parameters;
