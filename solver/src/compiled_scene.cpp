@@ -186,22 +186,26 @@ State initial_state(const CompiledScene& compiled) {
   return state;
 }
 
-double kinetic_energy(const CompiledScene& compiled, const State& state) {
+namespace {
+
+double sum_of(double (*energy)(const BlockModel&, const BlockState&), const CompiledScene& compiled,
+              const State& state) {
   double sum = 0.0;
   for (const int block : compiled.slots.block_of_slot) {
     const auto b = static_cast<std::size_t>(block);
-    sum += kinetic_energy(compiled.models[b], state.blocks[b]);
+    sum += energy(compiled.models[b], state.blocks[b]);
   }
   return sum;
 }
 
+}  // namespace
+
+double kinetic_energy(const CompiledScene& compiled, const State& state) {
+  return sum_of(kinetic_energy, compiled, state);
+}
+
 double strain_energy(const CompiledScene& compiled, const State& state) {
-  double sum = 0.0;
-  for (const int block : compiled.slots.block_of_slot) {
-    const auto b = static_cast<std::size_t>(block);
-    sum += strain_energy(compiled.models[b], state.blocks[b]);
-  }
-  return sum;
+  return sum_of(strain_energy, compiled, state);
 }
 
 void place_polyhedra(const CompiledScene& compiled, State& state, geometry::Points& places) {

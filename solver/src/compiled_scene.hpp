@@ -46,12 +46,14 @@ double strain_energy(const CompiledScene& compiled, const State& state);
 /// World vertices (relative to origin) of every block that can move, from its state. `places`: memory.
 void place_polyhedra(const CompiledScene& compiled, State& state, geometry::Points& places);
 
-/// Displacement of a prescribed block since time 0, m. Velocity and acceleration are integrated by
-/// Gauss quadrature over `intervals` since `from` where displacement and velocity were `known`.
+/// Where a prescribed block is and how fast.
 struct PrescribedMotion {
-  Vector3 displacement = Vector3::Zero();
-  Vector3 velocity = Vector3::Zero();
+  Vector3 displacement = Vector3::Zero();  ///< since time 0, m
+  Vector3 velocity = Vector3::Zero();      ///< m/s
 };
+
+/// The motion at time `to`, from that `known` at `from`: velocity and acceleration are integrated by
+/// a Gauss rule over the interval.
 PrescribedMotion advance_motion(const Motion& motion, const PrescribedMotion& known, double from,
                                 double to);
 

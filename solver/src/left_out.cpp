@@ -40,7 +40,7 @@ void say_forces(const CompiledScene& compiled, const StepOptions& options,
   const bool rough = any_joint(
       scene, [](const Joint& j) { return j.friction_angle > 0.0 || j.cohesion > 0.0; });
   if (!rough && options.analysis != Analysis::Settle) {
-    out.push_back("shear forces and sliding iteration: no joint has friction or cohesion");
+    out.push_back("shear forces and friction limits: no joint has friction or cohesion");
   }
   if (options.method == ContactMethod::Penalty) {
     out.push_back("multipliers and velocity law: contacts are springs");

@@ -135,7 +135,8 @@ void set_linear_contacts(const CompiledScene& compiled, const StepOptions& optio
 void set_stiffness(const StepOptions& options, const Workspace& work, LinearContact& c) {
   if (c.law != ContactLaw::Bilateral && options.method != ContactMethod::AugmentedLagrangian) {
     c.normal_stiffness = work.spring;
-    c.shear_stiffness = options.shear_ratio * c.normal_stiffness;
+    c.shear_stiffness =
+        c.law == ContactLaw::Frictionless ? 0.0 : options.shear_ratio * c.normal_stiffness;
     return;
   }
   set_augmentation(work.compliance, c);

@@ -57,7 +57,7 @@ class LeftOut(unittest.TestCase):
 
     def test_frictionless(self):
         self.check(run(scene(joint={"friction_angle_deg": 0})),
-                   ["shear forces and sliding iteration"])
+                   ["shear forces and friction limits"])
         self.check(run(scene(joint={"friction_angle_deg": 0, "cohesion": 10})), [],
                    ["shear forces"])
 
