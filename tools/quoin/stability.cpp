@@ -1,8 +1,13 @@
 /// `quoin stability`: the table of extreme cells.
 
+#include <unistd.h>
+
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <regex>
@@ -18,6 +23,7 @@ using stability::Cell;
 struct Arguments {
   bool json = false, quick = false;
   std::string filter = ".*";
+  std::string out;  ///< file that grows with every cell and is taken up again; none: empty
 };
 
 struct Judged {
@@ -42,19 +48,27 @@ Judged judge(const Cell& cell) {
 }
 
 double solves_per_step(const stability::Evidence& evidence) {
-  return static_cast<double>(evidence.solves) /
-         static_cast<double>(std::max(evidence.steps, 1L));
+  return static_cast<double>(evidence.solves) / static_cast<double>(std::max(evidence.steps, 1L));
 }
 
-nlohmann::ordered_json to_json(const Cell& cell, const Judged& judged) {
+nlohmann::ordered_json parameters_of(const Cell& cell) {
   nlohmann::ordered_json parameters;
   for (const stability::Parameter& p : cell.parameters) parameters[p.name] = p.value;
-  if (!judged.flags.empty()) parameters["flags"] = judged.flags;
+  return parameters;
+}
+
+std::string name_of(const Cell& cell) { return cell.parameters.front().name + " / " + cell.name; }
+
+nlohmann::ordered_json to_json(const Cell& cell, const Judged& judged) {
+  const auto number = [](double value) {
+    return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json();
+  };
   nlohmann::ordered_json object;
-  object["cell"] = cell.parameters.front().name + " / " + cell.name;
-  object["parameters"] = parameters;
+  object["cell"] = name_of(cell);
+  object["parameters"] = parameters_of(cell);
+  if (!judged.flags.empty()) object["parameters"]["flags"] = judged.flags;
   object["verdict"] = judged.verdict;
-  object["error"] = std::isfinite(judged.result.error) ? nlohmann::ordered_json(judged.result.error) : nlohmann::ordered_json();
+  object["error"] = number(judged.result.error);
   object["allowed"] = cell.allowed;
   object["solves_per_step"] = solves_per_step(judged.result.evidence);
   object["unconverged_steps"] = judged.result.evidence.unconverged;
@@ -62,42 +76,98 @@ nlohmann::ordered_json to_json(const Cell& cell, const Judged& judged) {
   return object;
 }
 
-void print(const Cell& cell, const Judged& judged) {
-  const stability::Evidence& evidence = judged.result.evidence;
+void print(const nlohmann::ordered_json& row) {
+  const nlohmann::ordered_json& parameters = row["parameters"];
   std::string flags;
-  for (const std::string& flag : judged.flags) flags += " [" + flag + "]";
-  std::printf("%-7s %-16s %9.3g  %-34s error %9.2e allowed %.0e  solves %6.2f  cuts %4ld  unconverged %ld%s\n",
-              judged.verdict.c_str(), cell.parameters.front().name.c_str(),
-              cell.parameters.front().value, cell.name.c_str(), judged.result.error, cell.allowed,
-              solves_per_step(evidence), evidence.cuts, evidence.unconverged, flags.c_str());
+  if (parameters.contains("flags")) {
+    for (const std::string flag : parameters["flags"]) flags += " [" + flag + "]";
+  }
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  std::printf("%-7s %-46s %9.3g  error %9.2e allowed %.0e  solves %6.2f  unconverged %ld%s\n",
+              row["verdict"].get<std::string>().c_str(), row["cell"].get<std::string>().c_str(),
+              parameters.front().get<double>(),
+              row["error"].is_null() ? none : row["error"].get<double>(),
+              row["allowed"].get<double>(), row["solves_per_step"].get<double>(),
+              row["unconverged_steps"].get<long>(), flags.c_str());
   std::fflush(stdout);
 }
 
-int run(const Arguments& arguments) {
-  const std::regex wanted(arguments.filter);
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  int right = 0, flagged = 0, right_flagged = 0, wrong = 0;
-  for (const Cell& cell :
-       stability::all_cells(arguments.quick ? stability::Extent::Quick : stability::Extent::Full)) {
-    if (!std::regex_search(cell.parameters.front().name + " / " + cell.name, wanted)) continue;
-    const Judged judged = judge(cell);
-    right += judged.verdict == "right";
-    wrong += judged.verdict == "wrong";
-    flagged += judged.verdict == "flagged";
-    right_flagged += judged.verdict == "flagged" && judged.result.error <= cell.allowed;
-    if (arguments.json) {
-      list.push_back(to_json(cell, judged));
-    } else {
-      print(cell, judged);
-    }
+/// Rows of an earlier run that was broken off, by cell and parameters.
+using Rows = std::map<std::string, nlohmann::ordered_json>;
+
+std::string key(const std::string& cell, nlohmann::ordered_json parameters) {
+  parameters.erase("flags");
+  return cell + parameters.dump();
+}
+
+Rows read_rows(const std::string& path) {
+  Rows rows;
+  std::ifstream in(path);
+  if (!in) return rows;
+  for (const auto& row : nlohmann::ordered_json::parse(in)) {
+    rows[key(row.at("cell"), row.at("parameters"))] = row;
   }
-  if (arguments.json) {
+  return rows;
+}
+
+/// `list` and what is left of earlier rows. The file is whole at any time: written beside its name,
+/// then moved.
+void write_rows(const std::string& path, nlohmann::ordered_json list, const Rows& left) {
+  const std::string part = path + ".part";
+  for (const auto& [name, row] : left) list.push_back(row);
+  {
+    std::ofstream out(part);
+    out << list.dump(1) << "\n";
+    if (!out.flush()) throw std::runtime_error("can't write " + part);
+  }
+  std::filesystem::rename(part, path);
+}
+
+std::vector<Cell> chosen_cells(const Arguments& arguments) {
+  const std::regex wanted(arguments.filter);
+  std::vector<Cell> cells =
+      stability::all_cells(arguments.quick ? stability::Extent::Quick : stability::Extent::Full);
+  std::erase_if(cells, [&](const Cell& cell) { return !std::regex_search(name_of(cell), wanted); });
+  return cells;
+}
+
+/// What is said at the end; true when no cell is wrong.
+bool sum_up(const nlohmann::ordered_json& list, bool json) {
+  int right = 0, flagged = 0, right_flagged = 0, wrong = 0;
+  for (const auto& row : list) {
+    const std::string verdict = row["verdict"];
+    right += verdict == "right";
+    wrong += verdict == "wrong";
+    flagged += verdict == "flagged";
+    right_flagged += verdict == "flagged" && !row["error"].is_null() &&
+                     row["error"].get<double>() <= row["allowed"].get<double>();
+  }
+  if (json) {
     std::printf("%s\n", list.dump(1).c_str());
   } else {
     std::printf("%d right, %d flagged (%d of them right all the same), %d WRONG\n", right, flagged,
                 right_flagged, wrong);
   }
-  return wrong == 0 ? kDone : kFailed;
+  return wrong == 0;
+}
+
+int run(const Arguments& arguments) {
+  const std::vector<Cell> cells = chosen_cells(arguments);
+  Rows left = arguments.out.empty() ? Rows() : read_rows(arguments.out);
+  const bool progress = isatty(STDERR_FILENO) != 0;
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const Cell& cell = cells[i];
+    const auto known = left.extract(key(name_of(cell), parameters_of(cell)));
+    if (progress) {
+      std::fprintf(stderr, "\r\033[K%zu of %zu: %s", i + 1, cells.size(), name_of(cell).c_str());
+    }
+    list.push_back(known ? known.mapped() : to_json(cell, judge(cell)));
+    if (!arguments.out.empty()) write_rows(arguments.out, list, left);
+    if (!arguments.json) print(list.back());
+  }
+  if (progress) std::fprintf(stderr, "\r\033[K");
+  return sum_up(list, arguments.json) ? kDone : kFailed;
 }
 
 }  // namespace
@@ -108,8 +178,18 @@ void add_stability_command(CLI::App& app, int& exit_code) {
       "stability", "Extreme parameters against exact answers: right, flagged or wrong");
   command->add_flag("--json", arguments->json, "a list of objects on standard output");
   command->add_flag("--quick", arguments->quick, "long runs end after 1e4 steps instead of 1e6");
+  command->add_option("--out", arguments->out,
+                      "file of the same objects that grows with every cell; a run that was broken "
+                      "off goes on from it");
   command->add_option("--filter", arguments->filter, "only cells that match this expression");
-  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+  command->callback([arguments, &exit_code] {
+    try {
+      exit_code = run(*arguments);
+    } catch (const std::exception& error) {
+      std::fprintf(stderr, "quoin stability: %s\n", error.what());
+      exit_code = kFailed;
+    }
+  });
 }
 
 }  // namespace quoin::commands
