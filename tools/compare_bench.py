@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """Compares two result files of the benchmarks by the ratios of their medians to the in-run peer.
 
-  compare_bench.py BEFORE.json AFTER.json [--threshold 0.10] [--peer PREFIX]
+  compare_bench.py BEFORE.json AFTER.json [--threshold 0.10]
 
 Absolute times differ between machines and days; the ratio to a peer timed in the same run travels.
-Prints every workload of the entries whose name starts with PREFIX (default quoin, find), names what
-got slower or answers more pairs wrongly, and exits with 1 when there is any beyond the threshold.
+Prints every workload of quoin's entries, names what got slower or answers more pairs wrongly, and
+exits with 1 when there is any beyond the threshold.
 """
 import argparse
 import sys
@@ -13,13 +13,16 @@ import sys
 from bench_report import groups, load, reference_of, reference_time
 
 
-def ratios(result, prefixes):
+QUOIN = ("quoin", "find")  # how its entries begin
+
+
+def ratios(result):
     """(workload, peer) -> (ratio to the in-run peer, share of wrong answers)."""
     found = {}
     for workload, entries in groups(result).items():
         base = reference_time(workload, entries)
         for entry in entries:
-            named = entry["peer"].startswith(prefixes) and entry["peer"] != reference_of(workload)
+            named = entry["peer"].startswith(QUOIN) and entry["peer"] != reference_of(workload)
             if named and not entry["setting"] and base and entry["nanoseconds"]:
                 wrong = entry["wrong"] / entry["pairs"] if entry["pairs"] else 0.0
                 found[workload, entry["peer"]] = (entry["nanoseconds"] / base, wrong)
@@ -31,10 +34,8 @@ def main():
     parser.add_argument("before")
     parser.add_argument("after")
     parser.add_argument("--threshold", type=float, default=0.10, help="share by which it may get slower")
-    parser.add_argument("--peer", action="append", help="prefix of the entries to compare")
     arguments = parser.parse_args()
-    prefixes = tuple(arguments.peer or ("quoin", "find"))
-    before, after = (ratios(load(path), prefixes) for path in (arguments.before, arguments.after))
+    before, after = (ratios(load(path)) for path in (arguments.before, arguments.after))
     slower = []
     for key in before:
         if key not in after:

@@ -136,7 +136,7 @@ void BroadPhase::Tree::build(std::span<const Box> boxes, double reach,
   const std::size_t count = boxes.size();
   idle.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
-    idle[i] = is_idle(idle_now, i);
+    idle[i] = is_idle(idle_now, i) ? 1 : 0;
   }
   built_reach = reach * kReachSlack;
   call = 0;
@@ -230,7 +230,7 @@ void BroadPhase::Tree::follow(std::span<const Box> boxes, double reach,
   for (std::size_t i = 0; i < boxes.size(); ++i) {
     const bool idle_changed = (idle[i] != 0) != is_idle(idle_now, i);
     if (idle_changed || !contains(roomy[i], boxes[i])) {
-      idle[i] = is_idle(idle_now, i);
+      idle[i] = is_idle(idle_now, i) ? 1 : 0;
       moved.push_back(static_cast<int>(i));
     }
   }

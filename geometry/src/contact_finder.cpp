@@ -94,7 +94,7 @@ void ContactFinder::Memory::note_standing(std::span<const Polyhedron> blocks) {
   standing_blocks = 0;
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     const bool same = same_box(boxes[i], blocks[i].box());
-    stands[i] = same && standing[i].is(blocks[i]);
+    stands[i] = same && standing[i].is(blocks[i]) ? 1 : 0;
     standing_blocks += stands[i] != 0;
     if (same && stands[i] == 0) {
       standing[i] = {blocks[i].shared_topology(), blocks[i].vertices()};

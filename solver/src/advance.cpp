@@ -175,6 +175,17 @@ void report_damping(const StepOptions& options, const Workspace& work, StepRepor
   }
 }
 
+void report_end(const State& state, const Workspace& work, StepReport& report) {
+  report.time = state.time;
+  report.contact_count = static_cast<int>(state.contacts.size());
+  for (const Contact& contact : state.contacts) {
+    report.closed_count += contact.mode != ContactMode::Open;
+  }
+  for (const geometry::ContactPoint& point : work.found) {
+    report.largest_overlap = std::max(report.largest_overlap, -point.gap);
+  }
+}
+
 bool all_finite(const State& state) {
   for (const BlockState& block : state.blocks) {
     if (!block.centroid.allFinite() || !block.velocity.allFinite() ||
@@ -184,6 +195,31 @@ bool all_finite(const State& state) {
     }
   }
   return true;
+}
+
+/// Tries the step, and again with the contacts that it missed and without those that were none.
+void attempt_with_all_contacts(const CompiledScene& compiled, const StepOptions& options,
+                               const State& state, double dt, Workspace& work,
+                               StepReport& report) {
+  constexpr int kRounds = 4;
+  const Attempt& attempt = work.attempt;
+  for (int round = 0; round < kRounds; ++round) {
+    attempt_step(compiled, options, state, dt, work);
+    if (attempt.solved.converged && options.analysis == Analysis::Dynamic &&
+        options.method != ContactMethod::Penalty) {
+      apply_velocity_law(compiled, options, state, dt, work);
+    }
+    work.clock.charge(&PhaseSeconds::update);
+    if (!all_finite(attempt.end)) return;
+    const geometry::FindCounts counts =
+        find(compiled, options, attempt.end, work.found_end, work);
+    report.candidate_pairs += counts.candidates;
+    report.searched_pairs += counts.searched;
+    work.clock.charge(&PhaseSeconds::detect);
+    if (!attempt.solved.converged) return;
+    const bool missed = add_missed(compiled, 1e-9 * compiled.smallest_size, work);
+    if (!drop_ghosts(compiled, work) && !missed) return;
+  }
 }
 
 }  // namespace
@@ -216,7 +252,6 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
   work.clock.start();
   const double smallest =
       options.smallest_time_step > 0.0 ? options.smallest_time_step : options.time_step / 1024.0;
-  const double limit = 1e-9 * compiled.smallest_size;
   const Attempt& attempt = work.attempt;
   double dt = options.time_step;
   for (double done = 0.0; done < options.time_step * (1.0 - 1e-12);) {
@@ -228,23 +263,7 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
       dt *= 0.5;
       continue;
     }
-    for (int round = 0; round < 4; ++round) {
-      attempt_step(compiled, options, state, dt, work);
-      if (attempt.solved.converged && options.analysis == Analysis::Dynamic &&
-          options.method != ContactMethod::Penalty) {
-        apply_velocity_law(compiled, options, state, dt, work);
-      }
-      work.clock.charge(&PhaseSeconds::update);
-      if (!all_finite(attempt.end)) break;
-      const geometry::FindCounts counts =
-          find(compiled, options, attempt.end, work.found_end, work);
-      report.candidate_pairs += counts.candidates;
-      report.searched_pairs += counts.searched;
-      work.clock.charge(&PhaseSeconds::detect);
-      if (!attempt.solved.converged) break;
-      const bool missed = add_missed(compiled, limit, work);
-      if (!drop_ghosts(compiled, work) && !missed) break;
-    }
+    attempt_with_all_contacts(compiled, options, state, dt, work, report);
     const bool finite = all_finite(attempt.end);
     const bool too_far = options.max_displacement_ratio > 0.0 &&
                          attempt.displacement > options.max_displacement_ratio;
@@ -268,14 +287,7 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
     }
   }
   ++state.step;
-  report.time = state.time;
-  report.contact_count = static_cast<int>(state.contacts.size());
-  for (const Contact& contact : state.contacts) {
-    report.closed_count += contact.mode != ContactMode::Open;
-  }
-  for (const geometry::ContactPoint& point : work.found) {
-    report.largest_overlap = std::max(report.largest_overlap, -point.gap);
-  }
+  report_end(state, work, report);
   work.clock.charge(&PhaseSeconds::update);
   report.seconds = work.clock.seconds;
   return report;
