@@ -79,6 +79,13 @@ class LeftOut(unittest.TestCase):
         rest["stages"].append({"analysis": "dynamic", "end_time": 0.1})
         self.check(run(rest), ["3 blocks, all pairs"], ["static"])  # what one stage needs is not left out
 
+    def test_what_stands_is_not_searched_again(self):
+        standing = [brick(x, 0, kind="rigid") for x in (-2, -0.5, 1)]
+        falling = brick(0, 20, kind="rigid", velocity=[0, 0, -5])
+        pairs = run(scene(blocks=scene()["blocks"][:1] + standing + [falling]))["pairs"]
+        self.assertEqual(pairs["candidates"], 60)
+        self.assertLess(pairs["searched"], 40)
+
     def test_fixed_pairs_are_not_searched(self):
         base = scene()["blocks"]
         wall = [brick(x, -3, kind="fixed") for x in range(30)]
