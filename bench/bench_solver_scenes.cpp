@@ -340,7 +340,9 @@ void print(const Row& row) {
   const bool ours = row.contestant == "quoin";
   for (const Value& v : row.values) {
     std::printf("%s %.2g%s; ", v.name.c_str(), v.number,
-                !ours || v.goal == 0.0 ? "" : v.number <= v.goal ? " (met)" : " (MISSED)");
+                !ours || v.goal == 0.0 || row.share < 1.0 ? ""
+                : v.number <= v.goal                      ? " (met)"
+                                                          : " (MISSED)");
   }
   const double steps = static_cast<double>(row.steps);
   if (row.solves > 0) {

@@ -52,8 +52,8 @@ def style(name, order):
         i = PEERS.index(name)
         return {"color": ("#999999", "#555555", "#E69F00", "#A0522D")[i], "linestyle": ":",
                 "marker": plot.MARKERS[i], "fillstyle": "none"}
-    colours = [plot.COLOURS[i] for i in (3, 4, 0, 2, 5, 7)]
-    return {"color": colours[order % 6], "linestyle": "-", "marker": plot.MARKERS[order % 8]}
+    colours = [plot.COLOURS[i] for i in (3, 4, 0, 2, 5, 7)] + ["#882255", "#6A5ACD"]
+    return {"color": colours[order % 8], "linestyle": "-", "marker": plot.MARKERS[order % 8]}
 
 
 def draw(path, title, studies, by):
