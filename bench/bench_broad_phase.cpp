@@ -30,7 +30,8 @@ std::vector<geometry::Box> boxes_at(const Wall& wall, int step) {
   return boxes;
 }
 
-/// Peers take turns at every step; each entry gets one number: the mean over the coherent run.
+/// Peers take turns at every step; each entry gets one number: the mean over the coherent run. The
+/// first step is not timed: Bullet puts off to it what loading began.
 std::vector<Entry> run_wall(int count, Motion motion, const std::string& name, int runs) {
   const Wall wall(count, motion, 0.0, 1e-3 * 2 * Vector3(0.2, 0.1, 0.1).norm());
   BoxesPeers peers = make_peers();
@@ -45,13 +46,14 @@ std::vector<Entry> run_wall(int count, Motion motion, const std::string& name, i
       for (std::size_t p = 0; p < peers.size(); ++p) {
         const double start = thread_seconds();
         pairs[p] = peers[p]->step(boxes);
-        seconds[p].push_back(thread_seconds() - start);
+        if (step > 1) seconds[p].push_back(thread_seconds() - start);
       }
     }
     for (std::size_t p = 0; p < peers.size(); ++p) {
       double sum = 0.0;
       for (const double s : seconds[p]) sum += s;
-      entries[p].nanoseconds.push_back(1e9 * sum / kSteps / static_cast<double>(wall.size()));
+      const double a_step = sum / static_cast<double>(seconds[p].size());
+      entries[p].nanoseconds.push_back(1e9 * a_step / static_cast<double>(wall.size()));
     }
   }
   for (std::size_t p = 0; p < peers.size(); ++p) {
@@ -72,7 +74,7 @@ int main(int argc, char** argv) {
          {std::pair{Motion::Jitter, "jitter"}, {Motion::Drift, "drift"}}) {
       const std::string name = "B/broad-" + std::string(word) + "-" + std::to_string(count);
       const auto run = [count, motion = motion, name](const Arguments& arguments) {
-        return run_wall(count, motion, name, arguments.quick ? 3 : count >= 100000 ? 5 : 15);
+        return run_wall(count, motion, name, arguments.quick ? 3 : count >= 100000 ? 3 : 15);
       };
       contests.push_back({name, "Bullet dbvt", run, count > 10000});
     }

@@ -90,9 +90,11 @@ class WallRun {
 
   void advance(int step) {
     time(5, [&] { wall_.move(step, solids_); });
-    const long before = allocation_count();
-    time(0, [&] { finder_.find(solids_, one_); });
-    allocations_ += allocation_count() - before;
+    time(0, [&] {
+      const long before = allocation_count();
+      finder_.find(solids_, one_);
+      allocations_ += allocation_count() - before;
+    });
     time(1, [&] { finder_2_.find(solids_, two_); });
     different_ = different_ || !same_bits(one_, two_);
     for (std::size_t i = 0; i < boxes_.size(); ++i) boxes_[i] = solids_[i].box();
@@ -113,11 +115,9 @@ class WallRun {
     for (std::size_t k = 0; k < pairs.size(); ++k) {
       const geometry::Polyhedron& a = solids_[static_cast<std::size_t>(pairs[k].a)];
       const geometry::Polyhedron& b = solids_[static_cast<std::size_t>(pairs[k].b)];
-      const geometry::NearestFeatures nearest = nearest_features(a, b, {}, hints_[k]);
-      hints_[k] = nearest.hint;
-      if (nearest.gap > kReach) continue;
-      append_contact_points({pairs[k].a, pairs[k].b}, a, b, nearest,
-                            {.reach = std::max(0.0, kReach - nearest.gap)}, points_);
+      hints_[k] = append_contacts_within_reach({pairs[k].a, pairs[k].b}, a, b, {.reach = kReach},
+                                               hints_[k], points_)
+                      .hint;
     }
   }
 

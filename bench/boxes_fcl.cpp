@@ -19,13 +19,16 @@ class FclBoxes final : public BoxesPeer {
   void load(std::span<const geometry::Box> boxes) override {
     manager_.clear();
     objects_.clear();
+    // All in place and at once: one by one, still at the origin, they would make a degenerate tree.
+    std::vector<fcl::CollisionObjectd*> all;
     for (const geometry::Box& box : boxes) {
       const geometry::Vector3 size = box.max - box.min;
       objects_.push_back(
           std::make_unique<fcl::CollisionObjectd>(std::make_shared<fcl::Boxd>(size)));
-      manager_.registerObject(objects_.back().get());
+      all.push_back(objects_.back().get());
     }
     move(boxes);
+    manager_.registerObjects(all);
     manager_.setup();
   }
   std::size_t step(std::span<const geometry::Box> boxes) override {

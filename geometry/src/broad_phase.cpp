@@ -14,12 +14,15 @@ using FclTree = fcl::detail::HierarchyTree<fcl::AABBd>;
 using Node = FclTree::NodeType;
 
 constexpr std::size_t kFewBoxes = 16;  // below this all pairs are tried and no tree is built
-constexpr double kSkin = 0.05;       // skin of a fat box, as a part of the box's diagonal
-constexpr double kLookAhead = 16;    // a moving box is fattened for this many calls to come
-constexpr double kLookAheadCap = 1;  // but by no more than this part of its diagonal
+constexpr double kSkin = 0.05;         // skin of a fat box, as a part of the box's diagonal
+constexpr double kLookAhead = 16;      // a moving box is fattened for this many calls to come
+constexpr double kLookAheadCap = 1;    // but by no more than this part of its diagonal
 constexpr double kReachSlack = 1.5;  // reach built into the tree, as a multiple of the reach asked
 constexpr double kReachWaste = 4;    // rebuilt when the reach asked shrinks below 1/4 of it
-constexpr std::size_t kBulk = 4;     // more than 1/4 of the boxes moved out: refit the whole tree
+constexpr std::size_t kBulk = 8;     // more than 1/8 of the boxes moved out: refit the whole tree
+constexpr std::size_t kMany =
+    64;                         // more than 1/64: those that will follow soon are renewed as well
+constexpr double kSoon = 0.5;   // whose room has shrunk below half a skin
 constexpr double kWornOut = 2;  // rebuilt when its queries visit twice as many nodes as when new
 
 /// Exactly the promise of the header. A rounded difference is at most `reach` whenever the true one
@@ -36,11 +39,22 @@ bool contains(const Box& outer, const Box& inner) {
          outer.min[2] <= inner.min[2] && inner.max[2] <= outer.max[2];
 }
 
+/// Has the box come closer than this part of its skin to a side of its room?
+bool leaves_soon(const Box& room, const Box& box) {
+  const double least = kSoon * kSkin * (box.max - box.min).norm();
+  return (box.min - room.min).minCoeff() < least || (room.max - box.max).minCoeff() < least;
+}
+
 bool is_idle(std::span<const char> idle, std::size_t i) { return !idle.empty() && idle[i] != 0; }
 
 bool both_idle(std::span<const char> idle, int a, int b) {
   return is_idle(idle, static_cast<std::size_t>(a)) && is_idle(idle, static_cast<std::size_t>(b));
 }
+
+/// Two subtrees that may have overlapping leaves; twice the same: the leaves of one.
+struct NodePair {
+  const Node *x, *y;
+};
 
 int leaf_index(const Node& leaf) {
   return static_cast<int>(reinterpret_cast<std::intptr_t>(leaf.data));
@@ -65,6 +79,8 @@ struct BroadPhase::Tree {
   std::vector<int> moved;
   std::vector<char> is_moved;
   std::vector<const Node*> stack;
+  std::vector<NodePair> pair_stack;
+  std::vector<std::size_t> bucket_end;
 
   void try_all(std::span<const Box> boxes, double reach, std::span<const char> idle_now);
   void build(std::span<const Box> boxes, double reach, std::span<const char> idle_now);
@@ -74,7 +90,11 @@ struct BroadPhase::Tree {
   template <class Visit>
   void query(const fcl::AABBd& box, Visit&& visit);
   void query_all();
+  void split_self(const Node& x);
+  void split_larger(const Node& x, const Node& y);
+  void sort_kept();
   void query_moved();
+  void add_soon_moved(std::span<const Box> boxes);
   void filter(std::span<const Box> boxes, double reach);
 };
 
@@ -182,18 +202,57 @@ void BroadPhase::Tree::query(const fcl::AABBd& box, Visit&& visit) {
   }
 }
 
+/// The tree against itself: each pair of subtrees that overlap is entered once.
 void BroadPhase::Tree::query_all() {
   kept.clear();
   visits = 0;
-  for (int a = 0; a < static_cast<int>(leaves.size()); ++a) {
-    const std::size_t first = kept.size();
-    query(leaves[static_cast<std::size_t>(a)]->bv, [&](int b) {
-      if (a < b && !both_idle(idle, a, b)) {
-        kept.push_back({a, b});
+  pair_stack.clear();
+  pair_stack.push_back({tree->getRoot(), tree->getRoot()});
+  while (!pair_stack.empty()) {
+    const auto [x, y] = pair_stack.back();
+    pair_stack.pop_back();
+    ++visits;
+    if (x == y) {
+      if (!x->isLeaf()) split_self(*x);
+    } else if (x->bv.overlap(y->bv)) {
+      if (x->isLeaf() && y->isLeaf()) {
+        const auto [a, b] = std::minmax({leaf_index(*x), leaf_index(*y)});
+        if (!both_idle(idle, a, b)) kept.push_back({a, b});
+      } else {
+        split_larger(*x, *y);
       }
-    });
-    std::sort(kept.begin() + static_cast<std::ptrdiff_t>(first), kept.end());
+    }
   }
+  sort_kept();
+}
+
+void BroadPhase::Tree::split_self(const Node& x) {
+  pair_stack.push_back({x.children[0], x.children[1]});
+  pair_stack.push_back({x.children[0], x.children[0]});
+  pair_stack.push_back({x.children[1], x.children[1]});
+}
+
+void BroadPhase::Tree::split_larger(const Node& x, const Node& y) {
+  const bool split_x = y.isLeaf() || (!x.isLeaf() && x.bv.size() > y.bv.size());
+  const Node &split = split_x ? x : y, &whole = split_x ? y : x;
+  pair_stack.push_back({split.children[0], &whole});
+  pair_stack.push_back({split.children[1], &whole});
+}
+
+/// Into one bucket for each first block, whose few pairs are then sorted.
+void BroadPhase::Tree::sort_kept() {
+  bucket_end.assign(leaves.size() + 1, 0);
+  for (const BlockPair& pair : kept) ++bucket_end[static_cast<std::size_t>(pair.a) + 1];
+  for (std::size_t i = 1; i < bucket_end.size(); ++i) bucket_end[i] += bucket_end[i - 1];
+  scratch.resize(kept.size());
+  for (const BlockPair& pair : kept) scratch[bucket_end[static_cast<std::size_t>(pair.a)]++] = pair;
+  std::size_t first = 0;
+  for (std::size_t i = 0; i < leaves.size(); ++i) {  // each end has moved on by its bucket's size
+    const auto at = [&](std::size_t k) { return scratch.begin() + static_cast<std::ptrdiff_t>(k); };
+    if (bucket_end[i] - first > 1) std::sort(at(first), at(bucket_end[i]));
+    first = bucket_end[i];
+  }
+  std::swap(kept, scratch);
 }
 
 void BroadPhase::Tree::query_moved() {
@@ -222,6 +281,16 @@ void BroadPhase::Tree::query_moved() {
   }
 }
 
+/// Blocks that move alike leave their rooms within a few calls of each other: better all in one.
+void BroadPhase::Tree::add_soon_moved(std::span<const Box> boxes) {
+  for (int i : moved) is_moved[static_cast<std::size_t>(i)] = 1;
+  const std::size_t first = moved.size();
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    if (is_moved[i] == 0 && leaves_soon(roomy[i], boxes[i])) moved.push_back(static_cast<int>(i));
+  }
+  for (std::size_t k = 0; k < first; ++k) is_moved[static_cast<std::size_t>(moved[k])] = 0;
+}
+
 /// Brings the tree up to date with boxes that left their roomy box, fell idle or are so no longer.
 void BroadPhase::Tree::follow(std::span<const Box> boxes, double reach,
                               std::span<const char> idle_now) {
@@ -234,6 +303,7 @@ void BroadPhase::Tree::follow(std::span<const Box> boxes, double reach,
       moved.push_back(static_cast<int>(i));
     }
   }
+  if (moved.size() * kMany > boxes.size()) add_soon_moved(boxes);
   const bool refit = reach > built_reach || reach * kReachWaste * kReachSlack < built_reach ||
                      moved.size() * kBulk > boxes.size();
   if (!refit) {
@@ -249,10 +319,8 @@ void BroadPhase::Tree::follow(std::span<const Box> boxes, double reach,
   if (reach > built_reach || reach * kReachWaste * kReachSlack < built_reach) {
     built_reach = reach * kReachSlack;
   }
-  for (int i : moved) {
-    make_roomy(boxes, static_cast<std::size_t>(i));
-  }
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
+  for (std::size_t i = 0; i < boxes.size(); ++i) {  // all are asked for anyway: all get new room
+    make_roomy(boxes, i);
     leaves[i]->bv = fat_box(i);
   }
   tree->refit();
