@@ -1,15 +1,17 @@
 #!/usr/bin/env python3
 """Writes tools/scenes/study/*.json: rigid scenes with exact answers, compared with other codes.
 
-    tools/make_study_scenes.py
+    tools/make_study_scenes.py [FOLDER]
 
 The exact numbers are computed here: rocking by its equation of motion, the rest in closed form.
 """
 import json
 import math
 import pathlib
+import sys
 
-FOLDER = pathlib.Path(__file__).resolve().parent / "scenes" / "study"
+FOLDER = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else
+                      pathlib.Path(__file__).resolve().parent / "scenes" / "study")
 G = 9.81
 
 
@@ -135,7 +137,7 @@ def rocking():
     times = (0.4, 0.8)
     references = [{"name": f"tilt at {t} s", "monitor": "block", "quantity": "rotation",
                    "along": [0, 1, 0], "exact": {"table": [[t, rocker.at(t) - rocker.tilt0]]},
-                   "from": t, "until": t, "allowed": 1e-3} for t in times]
+                   "from": t, "until": t, "allowed": 2e-3} for t in times]
     return scene(
         "Rocking block", "0.4 x 0.4 x 1.6 m, let go at 7 degrees; the first impact is at "
         f"{rocker.impact()[0]:.6f} s (Housner's rate ratio). Steps must divide 0.4 s.", 2600, 60,
