@@ -105,7 +105,11 @@ class RunCommand(unittest.TestCase):
         self.assertEqual(run(INCLINE, "--on-failure", "pray").returncode, 2)
         for words, code, said in (([], 2, "a command"), (["pray"], 2, "not expected: pray"),
                                   (["contact", "--pairs", self.folder], 1, "can't read"),
-                                  (["contact", "--pairs", "-", "--reach", "nan"], 2, "0 or more")):
+                                  (["contact", "--pairs", "-", "--reach", "nan"], 2, "0 or more"),
+                                  (["stability", "--filter", "("], 2, "--filter ("),
+                                  (["stability", "--filter", "none"], 2, "no such cell"),
+                                  (["study", INCLINE, "--vary", "phi=1", "--out", QUOIN], 1,
+                                   "can't be written")):
             done = subprocess.run([QUOIN, *words], capture_output=True, text=True, timeout=60,
                                   stdin=subprocess.DEVNULL)
             self.assertEqual(done.returncode, code)

@@ -124,10 +124,16 @@ void write_rows(const std::string& path, nlohmann::ordered_json list, const Rows
 }
 
 std::vector<Cell> chosen_cells(const Arguments& arguments) {
-  const std::regex wanted(arguments.filter);
+  std::regex wanted;
+  try {
+    wanted = arguments.filter;
+  } catch (const std::regex_error& error) {
+    throw std::invalid_argument("--filter " + arguments.filter + ": " + error.what());
+  }
   std::vector<Cell> cells =
       stability::all_cells(arguments.quick ? stability::Extent::Quick : stability::Extent::Full);
   std::erase_if(cells, [&](const Cell& cell) { return !std::regex_search(name_of(cell), wanted); });
+  if (cells.empty()) throw std::invalid_argument("--filter " + arguments.filter + ": no such cell");
   return cells;
 }
 
@@ -185,6 +191,9 @@ void add_stability_command(CLI::App& app, int& exit_code) {
   command->callback([arguments, &exit_code] {
     try {
       exit_code = run(*arguments);
+    } catch (const std::invalid_argument& error) {
+      std::fprintf(stderr, "quoin stability: %s\n", error.what());
+      exit_code = kBadInput;
     } catch (const std::exception& error) {
       std::fprintf(stderr, "quoin stability: %s\n", error.what());
       exit_code = kFailed;

@@ -53,10 +53,16 @@ std::function<void(std::size_t)> progress_line(std::size_t total) {
   };
 }
 
+/// Before anything runs: a study may take long.
+void make_folder(const std::string& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw std::runtime_error(folder + ": can't be written: " + error.message());
+}
+
 void write_files(const StudyArguments& arguments, const std::vector<StudyAxis>& axes,
                  const std::vector<StudyPoint>& points) {
   const std::filesystem::path folder(arguments.out);
-  std::filesystem::create_directories(folder);
   std::FILE* csv = std::fopen((folder / "study.csv").c_str(), "w");
   if (csv == nullptr) throw std::runtime_error("can't write " + (folder / "study.csv").string());
   write_csv(axes, points, csv);
@@ -71,6 +77,7 @@ int run(const StudyArguments& arguments) {
   std::vector<StudyAxis> axes;
   for (const std::string& text : arguments.vary) axes.push_back(scene_file::parse_axis(text));
   std::vector<StudyPoint> points = grid(axes);
+  if (!arguments.out.empty()) make_folder(arguments.out);
   run_points(
       points, arguments.jobs, [&](StudyPoint& point) { run_point(arguments, axes, point); },
       progress_line(points.size()));
