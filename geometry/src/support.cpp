@@ -108,29 +108,42 @@ QUOIN_AVX512 inline Support support_of_32(const Rows& rows, const Wide512& wide)
   return {std::countr_zero(equal) & 31, _mm512_cvtsd_f64(greatest) + 0.0};
 }
 
-/// The greatest product first, in four chains, then the first block where it stands.
 QUOIN_AVX512 Support support_512(const Rows& rows, const Vector3& d) {
   const Wide512 wide(d);
   if (rows.padded == 8) return support_of_eight(wide.along(rows, 0));
   if (rows.padded == 16) return support_of_16(rows, wide);
   if (rows.padded <= 32) return support_of_32(rows, wide);
-  __m512d a = wide.along(rows, 0), b = wide.along(rows, 8), c = wide.along(rows, 16),
-          e = wide.along(rows, 24);
-  int v = 32;
-  for (; v + 32 <= rows.padded; v += 32) {
-    a = _mm512_max_pd(a, wide.along(rows, v));
-    b = _mm512_max_pd(b, wide.along(rows, v + 8));
-    c = _mm512_max_pd(c, wide.along(rows, v + 16));
-    e = _mm512_max_pd(e, wide.along(rows, v + 24));
+  __m512d best = wide.along(rows, 0);
+  // Two chains of blocks, even and odd, so that the comparisons do not wait for each other;
+  // no branch hangs on the values.
+  __m512d odd = wide.along(rows, 8);
+  __m512i block = _mm512_setzero_si512(), odd_block = _mm512_set1_epi64(8);
+  int v = 16;
+  for (; v + 8 < rows.padded; v += 16) {
+    const __m512d a = wide.along(rows, v), b = wide.along(rows, v + 8);
+    const __mmask8 more_a = _mm512_cmp_pd_mask(a, best, _CMP_GT_OQ);
+    const __mmask8 more_b = _mm512_cmp_pd_mask(b, odd, _CMP_GT_OQ);
+    best = _mm512_mask_mov_pd(best, more_a, a);
+    odd = _mm512_mask_mov_pd(odd, more_b, b);
+    block = _mm512_mask_set1_epi64(block, more_a, v);
+    odd_block = _mm512_mask_set1_epi64(odd_block, more_b, v + 8);
   }
-  for (; v < rows.padded; v += 8) a = _mm512_max_pd(a, wide.along(rows, v));
-  const __m512d greatest = greatest_lane(_mm512_max_pd(_mm512_max_pd(a, b), _mm512_max_pd(c, e)));
-  unsigned equal = 0;
-  for (v = 0; v < rows.padded; v += 8) {
-    equal = equal_lanes(wide.along(rows, v), greatest);
-    if (equal != 0) break;
+  if (v < rows.padded) {
+    const __m512d a = wide.along(rows, v);
+    const __mmask8 more = _mm512_cmp_pd_mask(a, best, _CMP_GT_OQ);
+    best = _mm512_mask_mov_pd(best, more, a);
+    block = _mm512_mask_set1_epi64(block, more, v);
   }
-  return {v + (std::countr_zero(equal) & 7), _mm512_cvtsd_f64(greatest) + 0.0};
+  // The lowest index among the greatest: lanes count within a block.
+  const __m512d greatest = greatest_lane(_mm512_max_pd(best, odd));
+  const __m512i lane = _mm512_set_epi64(7, 6, 5, 4, 3, 2, 1, 0);
+  const __m512i none = _mm512_set1_epi64(1 << 30);
+  const __m512i even_index =
+      _mm512_mask_add_epi64(none, _mm512_cmp_pd_mask(best, greatest, _CMP_EQ_OQ), block, lane);
+  const __m512i odd_index =
+      _mm512_mask_add_epi64(none, _mm512_cmp_pd_mask(odd, greatest, _CMP_EQ_OQ), odd_block, lane);
+  const long long lowest = _mm512_reduce_min_epi64(_mm512_min_epi64(even_index, odd_index));
+  return {static_cast<int>(lowest) & ((1 << 30) - 1), _mm512_cvtsd_f64(greatest) + 0.0};
 }
 
 QUOIN_AVX512 PairSupport support_pair_512(const Rows& p, const Rows& q, const Vector3& d) {
