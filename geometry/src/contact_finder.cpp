@@ -10,6 +10,7 @@ namespace quoin::geometry {
 namespace {
 
 constexpr std::size_t kPairsPerWorker = 64;  // fewer are not worth waking a thread for
+constexpr std::size_t kPairsInCache = 128;   // whose contact points are copied while still in cache
 
 void require_length(double value, const char* what) {
   if (!(value >= 0.0) || !std::isfinite(value)) {
@@ -37,6 +38,25 @@ struct PairMemory {
   std::ptrdiff_t count = -1;  // -1: not remembered
 };
 
+/// What one worker finds: points in the list at `start`, as many as it found there in the call
+/// before
+/// (`room`), and those beyond.
+struct WorkerPart {
+  std::size_t start = 0, room = 0, count = 0;
+  std::vector<ContactPoint> fresh{}, beyond{};
+
+  std::size_t total() const { return count + beyond.size(); }
+  /// Puts what was found last into its place.
+  void put(std::vector<ContactPoint>& contacts) {
+    const std::size_t fits = beyond.empty() ? std::min(fresh.size(), room - count) : 0;
+    const auto split = fresh.begin() + static_cast<std::ptrdiff_t>(fits);
+    std::copy(fresh.begin(), split, contacts.begin() + static_cast<std::ptrdiff_t>(start + count));
+    beyond.insert(beyond.end(), split, fresh.end());
+    count += fits;
+    fresh.clear();
+  }
+};
+
 /// A block as it was when its box was last seen to be the same as in the call before.
 struct Standing {
   std::shared_ptr<const Topology> topology{};
@@ -61,9 +81,9 @@ struct ContactFinder::Memory {
   std::vector<Standing> standing;  // one a block
   std::vector<char> stands;        // since the last call, to the bit
   std::size_t standing_blocks = 0;
-  std::vector<BlockPair> pairs;                  // of the last call
-  std::vector<PairMemory> known, carried;        // one a pair
-  std::vector<std::vector<ContactPoint>> parts;  // what each worker found
+  std::vector<BlockPair> pairs;            // of the last call
+  std::vector<PairMemory> known, carried;  // one a pair
+  std::vector<WorkerPart> parts;           // one a worker
 
   // Contact points of the pairs of which neither block moved, and the reach they were found with.
   std::vector<ContactPoint> remembered, next_remembered;
@@ -81,6 +101,7 @@ struct ContactFinder::Memory {
   void search(std::span<const Polyhedron> blocks, std::size_t first, std::size_t last,
               std::vector<ContactPoint>& contacts);
   void search_in_parallel(std::span<const Polyhedron> blocks, std::vector<ContactPoint>& contacts);
+  void join_parts(std::vector<ContactPoint>& contacts);
 };
 
 /// Vertices are compared only where the box is that of the last call: a block that moves costs
@@ -181,33 +202,57 @@ void ContactFinder::Memory::search(std::span<const Polyhedron> blocks, std::size
   }
 }
 
-/// Each worker takes a run of neighbouring pairs and finds its part of the list; the parts are then
-/// copied behind each other, by all workers again. What `contacts` held is overwritten in place: a
-/// vector that is emptied first would write all its elements once more.
+/// Each worker takes a run of neighbouring pairs and writes its part of the list where it stood in
+/// the call before: as a rule no point is written twice.
 void ContactFinder::Memory::search_in_parallel(std::span<const Polyhedron> blocks,
                                                std::vector<ContactPoint>& contacts) {
   const auto count = static_cast<std::size_t>(workers.count());
+  std::size_t expected = 0;
+  for (WorkerPart& part : parts) {
+    part.room = part.total();
+    part.start = expected;
+    expected += part.room;
+  }
+  contacts.resize(expected);
   auto find_part = [&](int worker) {
     const auto w = static_cast<std::size_t>(worker);
-    parts[w].clear();
-    search(blocks, pairs.size() * w / count, pairs.size() * (w + 1) / count, parts[w]);
+    WorkerPart& part = parts[w];
+    part.count = 0;
+    part.beyond.clear();
+    const std::size_t last = pairs.size() * (w + 1) / count;
+    for (std::size_t first = pairs.size() * w / count; first < last; first += kPairsInCache) {
+      search(blocks, first, std::min(first + kPairsInCache, last), part.fresh);
+      part.put(contacts);
+    }
   };
   workers.run(find_part);
+  join_parts(contacts);
+}
+
+/// Where a part has become longer or shorter, those behind it move: to the right from the last to
+/// the first, to the left from the first to the last, so that none is written over.
+void ContactFinder::Memory::join_parts(std::vector<ContactPoint>& contacts) {
+  const auto at = [&](std::size_t i) { return contacts.begin() + static_cast<std::ptrdiff_t>(i); };
   std::size_t total = 0;
-  for (const std::vector<ContactPoint>& part : parts) {
-    total += part.size();
+  for (const WorkerPart& part : parts) total += part.total();
+  contacts.resize(std::max(total, contacts.size()));
+  std::size_t place = total;
+  for (std::size_t w = parts.size(); w-- > 0;) {
+    WorkerPart& part = parts[w];
+    place -= part.total();
+    if (place <= part.start) continue;
+    std::move_backward(at(part.start), at(part.start + part.count), at(place + part.count));
+    part.start = place;
+  }
+  for (WorkerPart& part : parts) {
+    if (place < part.start) std::move(at(part.start), at(part.start + part.count), at(place));
+    part.start = place;
+    place += part.total();
+  }
+  for (const WorkerPart& part : parts) {
+    std::copy(part.beyond.begin(), part.beyond.end(), at(part.start + part.count));
   }
   contacts.resize(total);
-  auto copy_part = [&](int worker) {
-    const auto w = static_cast<std::size_t>(worker);
-    std::size_t before = 0;
-    for (std::size_t i = 0; i < w; ++i) {
-      before += parts[i].size();
-    }
-    std::copy(parts[w].begin(), parts[w].end(),
-              contacts.begin() + static_cast<std::ptrdiff_t>(before));
-  };
-  workers.run(copy_part);
 }
 
 ContactFinder::ContactFinder(const FinderOptions& options)
