@@ -62,6 +62,26 @@ std::string processor() {
 
 }  // namespace
 
+namespace {
+
+/// Cycles a nanosecond: a chain of additions, each waiting for the one before, runs one a cycle.
+double clock_rate() {
+  constexpr long kAdditions = 20'000'000;
+  double best = 0.0;
+  for (int turn = 0; turn < 5; ++turn) {
+    const double start = thread_seconds();
+    long sum = turn;
+    for (long k = 0; k < kAdditions; ++k) {
+      sum += 3;
+      asm volatile("" : "+r"(sum));  // keeps the chain, in a register
+    }
+    best = std::max(best, 1e-9 * kAdditions / (thread_seconds() - start));
+  }
+  return best;
+}
+
+}  // namespace
+
 double thread_seconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
@@ -105,6 +125,7 @@ void write(const std::string& path, const std::vector<Entry>& entries) {
   std::ofstream out(path);
   out << "{\n  \"context\": {\n    \"processor\": " << quoted(processor())
       << ",\n    \"cores\": " << std::thread::hardware_concurrency()
+      << ",\n    \"gigahertz\": " << number(clock_rate())
       << ",\n    \"compiler\": " << quoted("g++ " __VERSION__)
       << ",\n    \"flags\": " << quoted(QUOIN_BENCH_FLAGS)
       << ",\n    \"build\": " << quoted(QUOIN_BENCH_BUILD) << "\n  },\n  \"results\": [";

@@ -75,6 +75,14 @@ def goal_rows(result):
                 yield workload, entry, entry["nanoseconds"] / base, goal
 
 
+def bytes_needed(workload):
+    """Both solids' vertices once and the answer (with four contact points in W4)."""
+    family = workload.split("/")[1]
+    vertices = 8 if family.startswith("box") else int(family) if family.isdigit() else 0
+    answer = 192 + (4 * 120 if workload.startswith("W4") else 0)
+    return str(2 * 24 * vertices + answer) if vertices else "–"
+
+
 def find_goal(result):
     """find() of 1e5 bricks on one thread, against what it cannot do without: each pair at the time it
     takes in the wall of 1e3, and one pass over the vertices. ns a pair: (find, parts) or None."""
@@ -88,24 +96,27 @@ def find_goal(result):
 def goal_table(result):
     context = result["context"]
     lines = [f"Machine: {context['processor']}, {context['cores']} cores; {context['compiler']}, "
-             f"`{context['flags'].strip()}`, {context['build']}.", "",
+             f"`{context['flags'].strip()}`, {context['build']}; {context['gigahertz']:.2f} cycles a ns.", "",
              "Goals (ratio of medians to the in-run peer):", "",
-             "| workload | entry | ns | peer | ns | ratio | goal | | floor, ns | times the floor |",
-             "|---|---|---|---|---|---|---|---|---|---|"]
+             "| workload | entry | ns | peer | ns | ratio | goal | | bytes | floor, ns | cycles | times the floor |",
+             "|---|---|---|---|---|---|---|---|---|---|---|---|"]
     by_workload = groups(result)
     for workload, entry, ratio, goal in goal_rows(result):
         base = reference_time(workload, by_workload[workload])
         floor = next((e["nanoseconds"] for e in by_workload[workload]
                       if e["peer"].startswith("floor") and e["nanoseconds"]), None)
         far = f"{entry['nanoseconds'] / floor:.0f}" if floor else "–"
+        cycles = f"{floor * context['gigahertz']:.0f}" if floor else "–"
+        size = bytes_needed(workload) if workload[0] == "W" else "–"
         lines.append(f"| {workload} | {entry['peer']} | {time_text(entry['nanoseconds'])} | "
                      f"{reference_of(workload)} | {time_text(base)} | {ratio:.3f} | {goal:.3g} | "
-                     f"{'reached' if ratio <= goal else 'missed'} | {time_text(floor)} | {far} |")
+                     f"{'reached' if ratio <= goal else 'missed'} | {size} | {time_text(floor)} | "
+                     f"{cycles} | {far} |")
     if find_goal(result):
         whole, parts = find_goal(result)
         lines.append(f"| B/find-100000 | find | {time_text(whole)} | pairs alone at 1e3 + vertices once | "
                      f"{time_text(parts)} | {whole / parts:.3f} | 1.3 | "
-                     f"{'reached' if whole <= 1.3 * parts else 'missed'} | – | – |")
+                     f"{'reached' if whole <= 1.3 * parts else 'missed'} | – | – | – | – |")
     return lines
 
 
