@@ -615,17 +615,20 @@ void find_answer(const Polyhedron& p, const Polyhedron& q, const SearchOptions& 
 }
 
 /// Asks for the memory of a solid before it is needed: all of a small one, else its beginning.
-void fetch(const double* values, int count) {
+/// Inline: a compiler drops the call of a function that does nothing else.
 #if defined(__GNUC__)
+[[gnu::always_inline]] inline void fetch(const double* values, int count) {
   constexpr int kLine = 8, kMost = 16 * kLine;  // doubles
   for (int k = 0; k < std::min(count, kMost); k += kLine) __builtin_prefetch(values + k);
-#endif
 }
 
-void fetch(const Polyhedron& polyhedron) {
+[[gnu::always_inline]] inline void fetch(const Polyhedron& polyhedron) {
   fetch(polyhedron.offsets(), 3 * polyhedron.padded_count());
   fetch(polyhedron.vertices().data(), 3 * polyhedron.vertex_count());
 }
+#else
+void fetch(const Polyhedron&) {}
+#endif
 
 void swap_names(FeatureHint& hint) {
   hint.normal = -hint.normal;
