@@ -235,6 +235,7 @@ void attempt_with_all_contacts(const CompiledScene& compiled, const StepOptions&
 Workspace::Workspace(const CompiledScene& compiled, int threads)
     : finder({.reach = 0.0, .tolerance = 0.0, .threads = threads}),
       motion(compiled.prescribed.size()),
+      hit(compiled.models.size(), 0),
       open_close(compiled.slots) {}
 
 double initial_spring_energy(const CompiledScene& compiled, const StepOptions& options,

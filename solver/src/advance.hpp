@@ -74,6 +74,7 @@ struct Workspace {
 
   double spring = 0.0;  ///< of each contact, N/m; 0: contact is exact
   std::vector<BodyContact> contacts;
+  std::vector<char> hit;             ///< by block: an impact passes through it in this step
   StepPoses poses;
   std::vector<LinearContact> linear;
   BlockSystem base;

@@ -116,6 +116,7 @@ void hand_on(const Contact& before, std::span<const Pose> poses, BodyContact& co
   state.mode = before.mode;
   state.normal_force = before.normal_force;
   state.shear_force = before.shear_force - before.shear_force.dot(normal) * normal;
+  state.impact = before.impact;
   state.slip = before.slip;
   state.failed = before.failed;
   if (!contact.was_closed) return;

@@ -12,7 +12,9 @@ constexpr double kFarResidual = 1e-2;  // a guess that far out says nothing abou
 constexpr int kLiveIterations = 8;     // then friction limits are frozen until the rest has converged
 constexpr double kAtRest = 10.0;  // tolerances: a guess this good needs no solve; one that is solved gets to 1
 constexpr int kFrozenIterations = 30;
-constexpr double kNearRounding = 16.0;  // of a gap's rounding: one last update, then enough
+constexpr double kLastPush = 10.0;     // of the force tolerance: a multiplier update that is not needed
+constexpr double kStalledPush = 1e6;  // the same when gaps have stopped falling
+constexpr int kMostRaises = 6;  // each by 10: mass ratios of 1e6, with what augmentation is already
 constexpr double kNegligible = 1e-10;  // of the largest contact force: no friction worth following
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
@@ -326,16 +328,11 @@ void OpenClose::search_slope(const BlockSystem& base, std::span<LinearContact> c
   }
 }
 
-/// Takes the forces as the new multipliers; the largest change relative to the largest force.
-double OpenClose::update_multipliers(std::span<LinearContact> contacts) {
-  double change = 0.0, largest = 0.0;
+/// Takes the forces as the new multipliers.
+void OpenClose::update_multipliers(std::span<LinearContact> contacts) {
   for (LinearContact& c : contacts) {
-    if (c.compliant) continue;
-    change = std::max(change, (c.force - c.multiplier).cwiseAbs().maxCoeff());
-    largest = std::max(largest, c.force.norm());
-    c.multiplier = c.force;
+    if (!c.compliant) c.multiplier = c.force;
   }
-  return largest > 0.0 ? change / largest : 0.0;
 }
 
 /// Newton steps until the residual is small. False when it is not after `steps` or stops falling.
@@ -386,16 +383,53 @@ void OpenClose::follow_limits(const BlockSystem& base, std::span<LinearContact> 
   evaluate(base, contacts, change_, Limits::Live);
 }
 
-/// Solved for its multipliers, with live limits: takes the next multipliers or says that none are needed.
-bool OpenClose::settled(std::span<LinearContact> contacts,
-                        const OpenCloseOptions& options) const {
+/// What the next multipliers would do to the blocks, relative to the forces there. Parts that cancel are
+/// left out: redundant contacts that disagree by less than the tolerance shift them for ever.
+double OpenClose::push_of_update(std::span<const LinearContact> contacts) {
+  for (Vector12& push : trial_) push.setZero();
+  for (const LinearContact& c : contacts) {
+    if (c.compliant || c.mode == ContactMode::Open) continue;
+    Vector3 force(c.normal_stiffness * c.relative[0], 0.0, 0.0);
+    if (c.mode == ContactMode::Stick) force.tail<2>() = c.shear_stiffness * c.relative.tail<2>();
+    if (c.slot_a >= 0) trial_[index(c.slot_a)].noalias() += c.jacobian_a.transpose() * force;
+    if (c.slot_b >= 0) trial_[index(c.slot_b)].noalias() += c.jacobian_b.transpose() * force;
+  }
+  double worst = 0.0;
+  for (std::size_t s = 0; s < trial_.size(); ++s) {
+    worst = std::max(worst, force_size(trial_[s], slots_->length[s]) / std::max(scale_[s], 1e-300));
+  }
+  return worst;
+}
+
+/// A light block that carries a heavy one opposes to a contact much less than what must pass through it:
+/// ten times stiffer where more than `gap` (m) is left.
+void OpenClose::raise_augmentation(std::span<LinearContact> contacts, double gap) {
+  for (LinearContact& c : contacts) {
+    if (c.compliant || c.mode == ContactMode::Open) continue;
+    if (std::abs(c.relative[0]) > gap) c.normal_stiffness *= 10.0;
+    if (c.mode == ContactMode::Stick && c.relative.tail<2>().norm() > gap) c.shear_stiffness *= 10.0;
+  }
+}
+
+/// Solved for its multipliers, with live limits: takes the next ones or says that these are good: when
+/// the update no longer matters, or no longer helps and gaps are within the tolerance (what is left then
+/// lies in forces that nearly cancel). The forces are wrong by the push over 1e2 at most, by so much is the
+/// augmentation stiffer than the blocks.
+bool OpenClose::settled(std::span<LinearContact> contacts, const OpenCloseOptions& options) {
   const double gap = violation(contacts);
-  if (gap <= options.gap_rounding) return true;  // further updates only shift forces that cancel
-  const double change = update_multipliers(contacts);
-  // Stiff strain makes the last updates slow; what they would still move is below rounding.
-  const bool deformable = std::find(slots_->size.begin(), slots_->size.end(), 12) != slots_->size.end();
-  const bool at_rounding = deformable && gap <= kNearRounding * options.gap_rounding;
-  return gap <= options.gap_tolerance && (change <= 1e3 * options.force_tolerance || at_rounding);
+  if (gap <= options.gap_rounding) return true;
+  const bool falls = gap < 0.5 * last_gap_;
+  last_gap_ = gap;
+  if (gap <= options.gap_tolerance) {
+    const double allowed = falls ? kLastPush : kStalledPush;
+    if (push_of_update(contacts) <= allowed * options.force_tolerance) return true;
+  }
+  update_multipliers(contacts);
+  if (options.raise && gap > options.gap_tolerance && !falls && raises_ < kMostRaises) {
+    ++raises_;
+    raise_augmentation(contacts, 0.1 * gap);
+  }
+  return false;
 }
 
 OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& force,
@@ -409,6 +443,8 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   trial_.resize(n);
   scale_.resize(n);
   factorized_ = false;
+  last_gap_ = std::numeric_limits<double>::infinity();
+  raises_ = 0;
   shift(base, force, contacts, increment);
   evaluate(base, contacts, change_, Limits::Live);
   result.residual = relative_residual();

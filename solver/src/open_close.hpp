@@ -18,6 +18,7 @@ struct OpenCloseOptions {
   double gap_tolerance = 1e-12;     ///< m
   double gap_rounding = 0.0;        ///< m: a smaller gap or slip is zero for all that doubles can tell
   int max_iterations = 200;
+  bool raise = false;               ///< augmentation where the gap falls slowly
 };
 
 struct OpenCloseResult {
@@ -65,8 +66,10 @@ class OpenClose {
   void climb(const BlockSystem& base, std::span<LinearContact> contacts, OpenCloseResult& result);
   void follow_limits(const BlockSystem& base, std::span<LinearContact> contacts, double tolerance,
                      int updates, int most_iterations, OpenCloseResult& result);
-  bool settled(std::span<LinearContact> contacts, const OpenCloseOptions& options) const;
-  static double update_multipliers(std::span<LinearContact> contacts);
+  bool settled(std::span<LinearContact> contacts, const OpenCloseOptions& options);
+  static void raise_augmentation(std::span<LinearContact> contacts, double gap);
+  double push_of_update(std::span<const LinearContact> contacts);
+  static void update_multipliers(std::span<LinearContact> contacts);
 
   const Slots* slots_;
   LinearSolver solver_;
@@ -78,6 +81,8 @@ class OpenClose {
   std::vector<double> floor_;         ///< what rounding makes of a residual, per slot, N
   std::vector<Matrix3> tangent_, next_tangent_;
   bool factorized_ = false;
+  double last_gap_ = 0.0;             ///< violation at the last multiplier update, m
+  int raises_ = 0;                    ///< of the augmentation, since the start of solve()
   double softness_ = 1.0;             ///< of all contacts, while climb() is under way
 };
 

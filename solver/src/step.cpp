@@ -32,7 +32,8 @@ void set_start(const CompiledScene& compiled, const StepOptions& options, const 
     if (compiled.models[b].unknowns == 0 || options.analysis != Analysis::Dynamic) continue;
     const BlockState& now = state.blocks[b];
     work.poses.increment[b] = time_step * velocity_vector(now);
-    if (std::abs(work.last_time_step - time_step) < 1e-9 * time_step) {  // acceleration as in the last step
+    const bool steady = std::abs(work.last_time_step - time_step) < 1e-9 * time_step;
+    if (steady && !work.hit[b]) {  // acceleration as in the last step
       const std::size_t slot = index(compiled.slots.slot_of_block[b]);
       work.poses.increment[b] += 0.5 * time_step * (velocity_vector(now) - work.last_velocity[slot]);
     }
@@ -272,46 +273,52 @@ void by_block(const CompiledScene& compiled, const BlockVector& slots, BlockVect
   }
 }
 
-/// The impulse of an impact is no force of one step's length: it would load the strain of every block
-/// it passes through with energy that is not there. Blocks that are hit, and those that lean on them,
-/// move rigidly through the step; their strain goes on in the next. True when there are any.
-bool hold_strain_of_hit_blocks(const CompiledScene& compiled, const StepOptions& options,
-                               const State& state, double time_step, Workspace& work) {
-  if (options.method == ContactMethod::Penalty || options.analysis != Analysis::Dynamic) return false;
+enum class Impacts { Expected, Solved };
+
+/// Blocks that an impact of this step hits, and those that lean on them: expected from how they move
+/// before the step is solved, or as it was solved.
+void find_hit_blocks(const CompiledScene& compiled, const StepOptions& options, const State& state,
+                     double time_step, Impacts impacts, Workspace& work) {
+  work.hit.assign(state.blocks.size(), 0);
+  if (options.method == ContactMethod::Penalty || options.analysis != Analysis::Dynamic) return;
   const double slowest = bounce_speed(compiled, state.time, time_step) * time_step;
-  std::vector<char>& deforms = work.poses.deforms;
-  bool any = false;
-  const auto hold = [&](int block) {
-    if (!deforms[index(block)]) return false;
-    deforms[index(block)] = 0;
-    return any = true;
+  bool grows = false;
+  const auto hit = [&](int block) {
+    if (compiled.idle[index(block)] || work.hit[index(block)]) return;
+    work.hit[index(block)] = 1;
+    grows = true;
   };
-  std::vector<char> hit(deforms.size(), 0);
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
     const LinearContact& c = work.linear[i];
     if (!(c.closing_share > 0.0) || !(c.start[0] > slowest * c.closing_share)) continue;
-    hit[index(work.contacts[i].a)] = hit[index(work.contacts[i].b)] = 1;
+    if (impacts == Impacts::Solved && c.mode == ContactMode::Open) continue;
+    hit(work.contacts[i].a);
+    hit(work.contacts[i].b);
   }
-  for (bool grows = true; grows;) {
+  while (grows) {
     grows = false;
     for (const BodyContact& contact : work.contacts) {
       if (!contact.was_closed) continue;
-      for (const auto& [from, to] : {std::pair{contact.a, contact.b}, {contact.b, contact.a}}) {
-        if (!hit[index(from)] || hit[index(to)] || compiled.idle[index(from)]) continue;
-        hit[index(to)] = 1;
-        grows = true;
-      }
+      if (work.hit[index(contact.a)]) hit(contact.b);
+      if (work.hit[index(contact.b)]) hit(contact.a);
     }
   }
-  for (std::size_t b = 0; b < hit.size(); ++b) {
-    if (hit[b]) hold(static_cast<int>(b));
+}
+
+/// The impulse of an impact is no force of one step's length: it would load the strain of every block
+/// it passes through with energy that is not there. Hit blocks move rigidly through the step; their
+/// strain goes on in the next. True when there are any that deform.
+bool hold_strain_of_hit_blocks(const CompiledScene& compiled, const StepOptions& options,
+                               double time_step, Workspace& work) {
+  bool any = false;
+  for (std::size_t b = 0; b < work.hit.size(); ++b) {
+    if (!work.hit[b] || !work.poses.deforms[b]) continue;
+    work.poses.deforms[b] = 0;
+    work.poses.increment[b].tail<6>().setZero();
+    any = true;
   }
-  if (!any) return false;
-  set_matrices(compiled, options, time_step, work);
-  for (std::size_t b = 0; b < hit.size(); ++b) {
-    if (hit[b]) work.poses.increment[b].tail<6>().setZero();
-  }
-  return true;
+  if (any) set_matrices(compiled, options, time_step, work);
+  return any;
 }
 
 /// Linearise, solve, and again from where it ended, until the solution satisfies its own linearisation.
@@ -322,6 +329,7 @@ OpenCloseResult solve_positions(const CompiledScene& compiled, const StepOptions
   tuning.gap_tolerance = options.tolerance * compiled.smallest_size;
   tuning.max_iterations = options.max_iterations;
   tuning.gap_rounding = coordinate_rounding(compiled, state);
+  tuning.raise = options.method == ContactMethod::AugmentedLagrangian;
   OpenCloseResult total;
   for (int pass = 0; pass < kLinearisations; ++pass) {
     set_end(compiled, state, work);
@@ -333,7 +341,8 @@ OpenCloseResult solve_positions(const CompiledScene& compiled, const StepOptions
       }
     }
     linearise_all(compiled, options, state, time_step, work);
-    if (pass == 0 && hold_strain_of_hit_blocks(compiled, options, state, time_step, work)) {
+    if (pass == 0) find_hit_blocks(compiled, options, state, time_step, Impacts::Expected, work);
+    if (pass == 0 && hold_strain_of_hit_blocks(compiled, options, time_step, work)) {
       set_force(compiled, options, state, time_step, work);
       linearise_all(compiled, options, state, time_step, work);
     }
@@ -402,6 +411,7 @@ void record_contacts(double spring_shear, const Workspace& work,
                                                     work.poses.start[index(contact.b)]);
     tangent_frame(contact, 0.5 * (before.normal + now.normal), t1, t2);
     state.mode = c.mode;
+    state.impact = work.hit[index(contact.a)] || work.hit[index(contact.b)];
     state.normal_force = c.force[0];
     state.shear_force = -(c.force[1] * t1 + c.force[2] * t2);
     state.point.point_a = now.place_a;
@@ -602,6 +612,7 @@ void attempt_step(const CompiledScene& compiled, const StepOptions& options, con
   for (std::size_t p = 0; p < compiled.prescribed.size(); ++p) {
     attempt.end.blocks[index(compiled.prescribed[p])].velocity = attempt.motion[p].velocity;
   }
+  find_hit_blocks(compiled, options, state, time_step, Impacts::Solved, work);
   record_contacts(options.shear_ratio * work.spring, work, attempt.contacts);
   place_polyhedra(compiled, attempt.end, work.places);
 }

@@ -95,7 +95,8 @@ bool velocity_held_point(const HeldPoint& held, double time, double time_step,
   return true;
 }
 
-/// Until the first new contact closed, contacts that were closed before pushed as in the last step.
+/// Until the first new contact closed, contacts that were closed before pushed as in the last step,
+/// unless that was an impulse.
 void add_earlier_impulses(const Workspace& work, const Attempt& attempt, BlockVector& force) {
   double share = 1.0;
   bool impact = false;
@@ -107,7 +108,7 @@ void add_earlier_impulses(const Workspace& work, const Attempt& attempt, BlockVe
   if (!impact) return;
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
     const Contact& before = work.contacts[i].state;
-    if (!work.contacts[i].was_closed) continue;
+    if (!work.contacts[i].was_closed || before.impact) continue;
     const LinearContact& c = work.linear[i];
     Vector3 t1, t2;
     const Vector3& normal = attempt.contacts[i].state.point.normal;
@@ -163,6 +164,7 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
   tuning.gap_tolerance = options.tolerance * compiled.smallest_size;
   tuning.gap_rounding = coordinate_rounding(compiled, start);
   tuning.max_iterations = options.max_iterations;
+  tuning.raise = true;
   const double before = kinetic_energy(compiled, attempt.end);
   const double available = kinetic_energy(compiled, start) + strain_energy(compiled, start) +
                            attempt.gravity_work + attempt.load_work;

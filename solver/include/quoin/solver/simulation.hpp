@@ -34,7 +34,7 @@ struct StepOptions {
   double shear_ratio = 1.0;                ///< shear stiffness / normal stiffness (Penalty, Uzawa)
   double reach = 0.0;                      ///< contacts are watched up to this gap, m; 0: chosen
   double tolerance = 1e-10;                ///< relative, of forces and of gaps to block size
-  int max_iterations = 200;                ///< open–close iterations a sub-step
+  int max_iterations = 1000;               ///< open–close iterations a sub-step
   double max_displacement_ratio = 0.0;     ///< largest displacement / block size; 0: no limit
   double smallest_time_step = 0.0;         ///< s; 0: time_step / 1024
   int threads = 1;

@@ -26,6 +26,7 @@ struct Contact {
   ContactMode mode = ContactMode::Open;
   double normal_force = 0.0;                ///< N, compression positive
   Vector3 shear_force = Vector3::Zero();    ///< on A, N, in the contact plane
+  bool impact = false;                      ///< its force stands for the impulse of an impact
   double slip = 0.0;                        ///< accumulated sliding length, m
   bool failed = false;                      ///< cohesion and tension are at their residual values
   Vector3 anchor_a = Vector3::Zero();       ///< reference arms of the stuck point on A and on B, m:
