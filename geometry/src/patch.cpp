@@ -68,9 +68,20 @@ bool covers(const Patch& patch, const Vector2& place, double rounding) {
   return true;
 }
 
+/// Height of a polygon over a place that it covers: a mean of its corners' heights, hence between
+/// them, however badly the slope of a sliver is known.
+double polygon_height(const Patch& patch, const Vector2& place) {
+  double low = patch.corners[0].height, high = low;
+  for (const PatchCorner& c : patch.corners) {
+    low = std::min(low, c.height);
+    high = std::max(high, c.height);
+  }
+  return std::clamp(patch.surface_height(place), low, high);
+}
+
 /// Height of a patch over a place that it covers.
 double height_at(const Patch& patch, const Vector2& place) {
-  if (patch.corners.size() != 2) return patch.surface_height(place);
+  if (patch.corners.size() != 2) return polygon_height(patch, place);
   const PatchCorner &a = patch.corners[0], &b = patch.corners[1];
   const Vector2 side = b.place - a.place;
   const double squared = side.squaredNorm();
