@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <quoin/geometry/mass_properties.hpp>
@@ -222,7 +223,8 @@ int run(Arguments& arguments) {
   write_csv(arguments.axes, points, stdout);
   if (arguments.out.empty()) return 0;
   std::ofstream out(arguments.out);
-  out << to_json(arguments.scene, arguments.axes, points).dump(1) << "\n";
+  const std::string scene = std::filesystem::path(arguments.scene).filename().string();
+  out << to_json(scene, arguments.axes, points).dump(1) << "\n";
   if (!out) throw std::runtime_error("can't write " + arguments.out);
   return 0;
 }
