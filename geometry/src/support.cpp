@@ -72,6 +72,11 @@ struct Wide512 {
                                       _mm512_mul_pd(_mm512_load_pd(rows.y + v), y));
     return _mm512_add_pd(sum, _mm512_mul_pd(_mm512_load_pd(rows.z + v), z));
   }
+  /// Which of the vertices v … v + 7 below `count` reach the limit.
+  QUOIN_AVX512 unsigned reaching(const Rows& rows, int count, int v, __m512d limit) const {
+    const unsigned mask = _mm512_cmp_pd_mask(along(rows, v), limit, _CMP_GE_OQ);
+    return count - v < 8 ? mask & ((1u << (count - v)) - 1u) : mask;
+  }
 };
 
 /// Largest of eight lanes, in all lanes.
@@ -157,8 +162,7 @@ QUOIN_AVX512 void beyond_512(const Rows& rows, int count, const Vector3& d, doub
   const Wide512 wide(d);
   const __m512d limit = _mm512_set1_pd(value);
   for (int v = 0; v < count; v += 8) {
-    unsigned mask = _mm512_cmp_pd_mask(wide.along(rows, v), limit, _CMP_GE_OQ);
-    if (count - v < 8) mask &= (1u << (count - v)) - 1u;
+    unsigned mask = wide.reaching(rows, count, v, limit);
     for (; mask != 0; mask &= mask - 1) vertices.push_back(v + __builtin_ctz(mask));
   }
 }
@@ -169,9 +173,7 @@ QUOIN_AVX512 bool only_512(const Rows& rows, int count, const Vector3& d, double
   const __m512d limit = _mm512_set1_pd(value);
   Matched matched(set);
   for (int v = 0; v < count; v += 8) {
-    unsigned mask = _mm512_cmp_pd_mask(wide.along(rows, v), limit, _CMP_GE_OQ);
-    if (count - v < 8) mask &= (1u << (count - v)) - 1u;
-    if (!matched.take(mask, v)) return false;
+    if (!matched.take(wide.reaching(rows, count, v, limit), v)) return false;
   }
   return matched.all();
 }
@@ -184,6 +186,12 @@ struct Wide256 {
     const __m256d sum = _mm256_add_pd(_mm256_mul_pd(_mm256_load_pd(rows.x + v), x),
                                       _mm256_mul_pd(_mm256_load_pd(rows.y + v), y));
     return _mm256_add_pd(sum, _mm256_mul_pd(_mm256_load_pd(rows.z + v), z));
+  }
+  /// Which of the vertices v … v + 3 below `count` reach the limit.
+  QUOIN_AVX2 unsigned reaching(const Rows& rows, int count, int v, __m256d limit) const {
+    const __m256d hit = _mm256_cmp_pd(along(rows, v), limit, _CMP_GE_OQ);
+    const auto mask = static_cast<unsigned>(_mm256_movemask_pd(hit));
+    return count - v < 4 ? mask & ((1u << (count - v)) - 1u) : mask;
   }
 };
 
@@ -216,9 +224,7 @@ QUOIN_AVX2 void beyond_256(const Rows& rows, int count, const Vector3& d, double
   const Wide256 wide(d);
   const __m256d limit = _mm256_set1_pd(value);
   for (int v = 0; v < count; v += 4) {
-    const __m256d hit = _mm256_cmp_pd(wide.along(rows, v), limit, _CMP_GE_OQ);
-    auto mask = static_cast<unsigned>(_mm256_movemask_pd(hit));
-    if (count - v < 4) mask &= (1u << (count - v)) - 1u;
+    unsigned mask = wide.reaching(rows, count, v, limit);
     for (; mask != 0; mask &= mask - 1) vertices.push_back(v + __builtin_ctz(mask));
   }
 }
@@ -229,10 +235,7 @@ QUOIN_AVX2 bool only_256(const Rows& rows, int count, const Vector3& d, double v
   const __m256d limit = _mm256_set1_pd(value);
   Matched matched(set);
   for (int v = 0; v < count; v += 4) {
-    const __m256d hit = _mm256_cmp_pd(wide.along(rows, v), limit, _CMP_GE_OQ);
-    auto mask = static_cast<unsigned>(_mm256_movemask_pd(hit));
-    if (count - v < 4) mask &= (1u << (count - v)) - 1u;
-    if (!matched.take(mask, v)) return false;
+    if (!matched.take(wide.reaching(rows, count, v, limit), v)) return false;
   }
   return matched.all();
 }

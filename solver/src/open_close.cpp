@@ -12,7 +12,7 @@ constexpr double kFarResidual = 1e-2;  // a guess that far out says nothing abou
 constexpr int kLiveIterations = 8;     // then friction limits are frozen until the rest has converged
 constexpr double kAtRest = 10.0;  // tolerances: a guess this good needs no solve; one that is solved gets to 1
 constexpr int kFrozenIterations = 30;
-constexpr double kLastPush = 10.0;     // of the force tolerance: a multiplier update that is not needed
+constexpr double kLastPush = 10.0;    // of the force tolerance: a multiplier update that is not needed
 constexpr double kStalledPush = 1e6;  // the same when gaps have stopped falling
 constexpr int kMostRaises = 6;  // each by 10: mass ratios of 1e6, with what augmentation is already
 constexpr double kNegligible = 1e-10;  // of the largest contact force: no friction worth following
@@ -413,8 +413,8 @@ void OpenClose::raise_augmentation(std::span<LinearContact> contacts, double gap
 
 /// Solved for its multipliers, with live limits: takes the next ones or says that these are good: when
 /// the update no longer matters, or no longer helps and gaps are within the tolerance (what is left then
-/// lies in forces that nearly cancel). The forces are wrong by the push over 1e2 at most, by so much is the
-/// augmentation stiffer than the blocks.
+/// lies in forces that nearly cancel). The forces are then wrong by about the push over 1e2: by so much at
+/// least is the augmentation stiffer than a block.
 bool OpenClose::settled(std::span<LinearContact> contacts, const OpenCloseOptions& options) {
   const double gap = violation(contacts);
   if (gap <= options.gap_rounding) return true;
