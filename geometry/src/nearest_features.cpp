@@ -145,6 +145,7 @@ struct Optimum {
   bool several = false, middle = false;
   bool converged = false;
   bool straight = false;  // just the sets lie near the plane: `near_p`, `near_q` are not filled
+  bool contact_expected = false;  // flush blocks are tried before the search
   int iterations = 0;
   Lazy<SharedPart>& faces;  // where both features of a straight answer are whole faces
   explicit Optimum(Lazy<SharedPart>& shared) : faces(shared) {}
@@ -298,6 +299,16 @@ bool add_hinted(const std::array<int, 4>& vertices, int face, const Polyhedron& 
   return true;
 }
 
+/// The plane of the proposed sets, if it is clearly theirs and proved to be the answer.
+bool straight_answer(const Polyhedron& p, const Polyhedron& q, const Lengths& length,
+                     const Vector3& guess, Optimum& optimum) {
+  ++optimum.iterations;
+  optimum.straight = straight_plane(p, q, length, guess, optimum) &&
+                     proves_optimum(p, q, optimum.plane, optimum.laid(), length.rounding);
+  if (!optimum.straight) optimum.faces.reset();
+  return optimum.converged = optimum.straight;
+}
+
 /// Last step's features first: if they carry the optimum still, and clearly, that is the answer.
 bool warm_answer(const Polyhedron& p, const Polyhedron& q, const FeatureHint& hint,
                  const Lengths& length, Optimum& optimum) {
@@ -306,11 +317,41 @@ bool warm_answer(const Polyhedron& p, const Polyhedron& q, const FeatureHint& hi
       !add_hinted(hint.vertices_b, hint.face_b, q, sets.q, sets.face_q)) {
     return false;
   }
-  optimum.iterations = 1;
-  optimum.straight = straight_plane(p, q, length, hint.normal, optimum) &&
-                     proves_optimum(p, q, optimum.plane, optimum.laid(), length.rounding);
-  if (!optimum.straight) optimum.faces.reset();
-  return optimum.converged = optimum.straight;
+  return straight_answer(p, q, length, hint.normal, optimum);
+}
+
+/// Takes a whole face for the set of one solid.
+void take_face(const Polyhedron& polyhedron, int face, VertexSet& set, int& known_face) {
+  set.clear();
+  for (const int v : polyhedron.topology().face(face)) insert_sorted(v, set);
+  known_face = face;
+}
+
+/// Blocks that lie flush: of the faces around the two vertices that look most at the other solid,
+/// those that look at each other, if they are proved to carry the answer.
+bool flush_answer(const Polyhedron& p, const Polyhedron& q, const Lengths& length,
+                  Optimum& optimum) {
+  constexpr double kOpposite = -1.0 + 1e-6;  // cosine; only speed hangs on it
+  const PairSupport near = support_pair(p, q, q.vertex_mean() - p.vertex_mean());
+  const Vector3 between = q.vertex(near.q.vertex) - p.vertex(near.p.vertex);
+  int face_p = -1, face_q = -1;
+  double widest = -std::numeric_limits<double>::infinity();
+  for (const int f : p.topology().vertex_faces(near.p.vertex)) {
+    const Vector3 normal = p.face_normal(f);
+    const double gap = normal.dot(between);
+    if (gap <= widest) continue;
+    for (const int g : q.topology().vertex_faces(near.q.vertex)) {
+      if (normal.dot(q.face_normal(g)) > kOpposite) continue;
+      face_p = f;
+      face_q = g;
+      widest = gap;
+    }
+  }
+  if (face_p < 0) return false;
+  ContactSets& sets = optimum.plane.sets;
+  take_face(p, face_p, sets.p, sets.face_p);
+  take_face(q, face_q, sets.q, sets.face_q);
+  return straight_answer(p, q, length, p.face_normal(face_p), optimum);
 }
 
 /// The face of `solid` above whose plane `point` lies highest (or least deep), and by how much.
@@ -349,13 +390,9 @@ bool lies_flat(const Polyhedron& p, const Polyhedron& q, const Vector3& normal) 
 /// Blocks that lie flat on each other: the plane of their faces, if it is proved to be the answer.
 bool flat_answer(const Polyhedron& p, const Polyhedron& q, const Lengths& length,
                  const Vector3& normal, Optimum& optimum) {
-  ++optimum.iterations;
   scan(p, q, normal, optimum.plane);
   find_sets(p, q, length, optimum.plane);
-  optimum.straight = straight_plane(p, q, length, normal, optimum) &&
-                     proves_optimum(p, q, optimum.plane, optimum.laid(), length.rounding);
-  if (optimum.straight) return optimum.converged = true;
-  optimum.faces.reset();
+  if (straight_answer(p, q, length, normal, optimum)) return true;
   optimum.converged = settle_normal(p, q, length, normal, optimum.plane) &&
                       proves_optimum(p, q, optimum.plane, nullptr, length.rounding);
   return optimum.converged;
@@ -597,8 +634,11 @@ void set_hint(const Carried& plane, NearestFeatures& answer) {
 void find_answer(const Polyhedron& p, const Polyhedron& q, const SearchOptions& options,
                  const FeatureHint& hint, Optimum& optimum, NearestFeatures& answer) {
   const Lengths length = lengths(p, q, options);
-  if (length.uneven ||
-      (!warm_answer(p, q, hint, length, optimum) && !fast_answer(p, q, length, optimum))) {
+  const auto flush = [&] {
+    return optimum.contact_expected && flush_answer(p, q, length, optimum);
+  };
+  if (length.uneven || (!warm_answer(p, q, hint, length, optimum) && !flush() &&
+                        !fast_answer(p, q, length, optimum))) {
     optimum.faces.reset();
     wide_answer(p, q, options.max_iterations, length, optimum);
   }
@@ -679,12 +719,13 @@ double default_tolerance(const Polyhedron& a, const Polyhedron& b) {
                   16 * kEpsilon * std::max(a.largest_coordinate(), b.largest_coordinate()));
 }
 
-NearestFeatures nearest_features(const Polyhedron& a, const Polyhedron& b,
-                                 const SearchOptions& options, const FeatureHint& hint,
-                                 Lazy<SharedPart>& faces) {
+namespace {
+
+/// The answer in the names of the caller.
+NearestFeatures named_answer(const Polyhedron& a, const Polyhedron& b, const SearchOptions& options,
+                             const FeatureHint& hint, Optimum& optimum) {
   fetch(a);
   fetch(b);
-  Optimum optimum(faces);
   NearestFeatures answer;
   if (!worked_in_reverse(a, b)) {
     find_answer(a, b, options, hint, optimum, answer);
@@ -697,10 +738,21 @@ NearestFeatures nearest_features(const Polyhedron& a, const Polyhedron& b,
   return answer;
 }
 
+}  // namespace
+
+NearestFeatures nearest_features(const Polyhedron& a, const Polyhedron& b,
+                                 const SearchOptions& options, const FeatureHint& hint,
+                                 Lazy<SharedPart>& faces) {
+  Optimum optimum(faces);
+  optimum.contact_expected = true;
+  return named_answer(a, b, options, hint, optimum);
+}
+
 NearestFeatures nearest_features(const Polyhedron& a, const Polyhedron& b,
                                  const SearchOptions& options, const FeatureHint& hint) {
   Lazy<SharedPart> faces;
-  return nearest_features(a, b, options, hint, faces);
+  Optimum optimum(faces);
+  return named_answer(a, b, options, hint, optimum);
 }
 
 }  // namespace quoin::geometry
