@@ -248,9 +248,10 @@ PlanePoint& nearest_point(const Vector2& place, std::size_t guess, PlanePoints& 
 /// The part that the two contact features share.
 void find_shared_part(const Polyhedron& p, const Polyhedron& q, double rounding,
                       const PairPoints& pair, SharedPart& part) {
-  lay_support_set(p, pair.support_p, pair.kind_p, pair.plane, 1.0, part.p);
-  lay_support_set(q, pair.support_q, pair.kind_q, pair.plane, -1.0, part.q);
-  append_shared_corners(part.p, part.q, rounding, part.corners);
+  Patch patch_p, patch_q;
+  lay_support_set(p, pair.support_p, pair.kind_p, pair.plane, 1.0, patch_p);
+  lay_support_set(q, pair.support_q, pair.kind_q, pair.plane, -1.0, patch_q);
+  append_shared_corners(patch_p, patch_q, rounding, part.corners);
   find_polygon(part.corners, part.polygon);
   if (pair.type != ContactType::FaceFace) part.polygon.area = 0.0;
 }
@@ -356,10 +357,8 @@ void find_faces(const OrderedPair& ordered, const NearestFeatures& nearest, doub
     return part.reset();
   }
   faces.plane = ContactPlane(p.vertex(faces.top_p.vertex), ordered.normal);
-  lay_feature(p, {FeatureKind::Face, faces.face_p}, faces.plane, 1.0, faces.p);
-  lay_feature(q, {FeatureKind::Face, faces.face_q}, faces.plane, -1.0, faces.q);
-  append_shared_of_polygons(faces.p, faces.q, border_rounding(p, q, nearest.gap), faces.corners);
-  find_polygon(faces.corners, faces.polygon);
+  if (!lay_faces(p, q, nearest.gap, faces)) return part.reset();
+  find_polygon(faces);
 }
 
 /// The points of two whole faces, from what the search has found already.

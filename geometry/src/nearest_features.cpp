@@ -177,13 +177,13 @@ struct PatchPair {
 /// `faces`: the features as laid already, or null.
 double margin_of(const Polyhedron& p, const Polyhedron& q, const Carried& plane,
                  const SharedPart* faces, double rounding) {
-  if (faces != nullptr) return faces->margin;
+  if (faces != nullptr) return faces->overlay.margin;
   const PatchPair patches(p, q, plane, plane.sets.p, plane.sets.q, rounding);
   return overlap_margin(patches.p, patches.q);
 }
 
 /// Lays two whole faces, once for all that asks for them.
-void lay_faces(const Polyhedron& p, const Polyhedron& q, const Carried& plane,
+void lay_whole_faces(const Polyhedron& p, const Polyhedron& q, const Carried& plane,
                Lazy<SharedPart>& faces) {
   const auto whole = [](const Polyhedron& solid, int face, const VertexSet& set) {
     return face >= 0 && solid.topology().face(face).size() == set.size();
@@ -191,14 +191,11 @@ void lay_faces(const Polyhedron& p, const Polyhedron& q, const Carried& plane,
   if (!whole(p, plane.sets.face_p, plane.sets.p) || !whole(q, plane.sets.face_q, plane.sets.q)) {
     return;
   }
-  SharedPart& pair = faces.emplace();
-  pair.face_p = plane.sets.face_p;
-  pair.face_q = plane.sets.face_q;
-  pair.plane = ContactPlane(p.vertex(plane.support_p.vertex), plane.normal);
-  lay_feature(p, {FeatureKind::Face, pair.face_p}, pair.plane, 1.0, pair.p);
-  lay_feature(q, {FeatureKind::Face, pair.face_q}, pair.plane, -1.0, pair.q);
-  pair.margin =
-      append_shared_of_polygons(pair.p, pair.q, border_rounding(p, q, plane.gap), pair.corners);
+  SharedPart& part = faces.emplace();
+  part.face_p = plane.sets.face_p;
+  part.face_q = plane.sets.face_q;
+  part.plane = ContactPlane(p.vertex(plane.support_p.vertex), plane.normal);
+  if (!lay_faces(p, q, plane.gap, part)) faces.reset();
 }
 
 /// Do the features that carry the plane lie over each other? Then the plane is a facet of the
@@ -264,7 +261,7 @@ bool straight_plane(const Polyhedron& p, const Polyhedron& q, const Lengths& len
     return false;
   }
   plane.gap = plane.normal.dot(q.vertex(plane.support_q.vertex) - p.vertex(plane.support_p.vertex));
-  lay_faces(p, q, plane, optimum.faces);
+  lay_whole_faces(p, q, plane, optimum.faces);
   return true;
 }
 
@@ -579,12 +576,16 @@ void set_features(const Polyhedron& p, const Polyhedron& q, const Carried& plane
 }
 
 /// The witnesses of two whole faces, and what the contact points will ask for.
-void set_face_witnesses(const Carried& contact, SharedPart& faces, NearestFeatures& answer) {
+void set_face_witnesses(const Polyhedron& p, const Polyhedron& q, const Carried& contact,
+                        SharedPart& faces, NearestFeatures& answer) {
   Vector2 place;
   if (faces.corners.empty()) {
-    place = nearest_place(faces.p, faces.q);
+    Patch patch_p, patch_q;
+    lay_feature(p, {FeatureKind::Face, faces.face_p}, faces.plane, 1.0, patch_p);
+    lay_feature(q, {FeatureKind::Face, faces.face_q}, faces.plane, -1.0, patch_q);
+    place = nearest_place(patch_p, patch_q);
   } else {
-    find_polygon(faces.corners, faces.polygon);
+    find_polygon(faces);
     place = faces.polygon.centroid;
   }
   answer.point_a = faces.plane.point(place, 0.0);
@@ -600,7 +601,7 @@ void describe(const Polyhedron& p, const Polyhedron& q, Optimum& optimum, const 
               NearestFeatures& answer) {
   const Plane& plane = optimum.plane;
   if (optimum.faces) {
-    set_face_witnesses(plane, *optimum.faces, answer);
+    set_face_witnesses(p, q, plane, *optimum.faces, answer);
     set_features(p, q, plane, plane.sets.p, plane.sets.q, length.contact, answer);
     return;
   }

@@ -1,10 +1,7 @@
 #include "patch.hpp"
 
-#include <bit>
 #include <cmath>
 #include <limits>
-
-#include "side_masks.hpp"
 
 namespace quoin::geometry {
 namespace {
@@ -144,65 +141,19 @@ void append_crossings(const Patch& p, const Patch& q, double rounding, SharedCor
 }
 
 bool fill_rows(const Patch& patch, PolygonRows& rows) {
-  const int count = patch.corners.count();
-  if (count > PolygonRows::kMost) return false;
-  rows.count = count;
-  for (int k = 0; k < (count + 7) / 8 * 8; ++k) {
-    const Vector2& place = patch.corners[static_cast<std::size_t>(k < count ? k : 0)].place;
-    rows.x[k] = place.x();
-    rows.y[k] = place.y();
+  if (patch.corners.size() > PolygonRows::kMost) return false;
+  rows.count = patch.corners.count();
+  rows.face = patch.face;
+  for (int k = 0; k < rows.count; ++k) {
+    const PatchCorner& c = patch.corners[static_cast<std::size_t>(k)];
+    rows.x[k] = c.place.x();
+    rows.y[k] = c.place.y();
+    rows.height[k] = c.height;
+    rows.vertex[k] = c.vertex;
+    rows.edge[k] = c.edge;
   }
-  for (int k = 0; k < count; ++k) {
-    const int next = k + 1 < count ? k + 1 : 0;
-    rows.side_x[k] = rows.x[next] - rows.x[k];
-    rows.side_y[k] = rows.y[next] - rows.y[k];
-    rows.length[k] = std::sqrt(rows.side_x[k] * rows.side_x[k] + rows.side_y[k] * rows.side_y[k]);
-  }
+  rows.set_surface(-patch.slope.x(), -patch.slope.y(), 1.0);
   return true;
-}
-
-/// Bit i: what bit i + 1 of the mask says, around a polygon of `count` corners.
-std::uint64_t of_next(std::uint64_t mask, int count) {
-  return mask >> 1 | (mask & 1) << (count - 1);
-}
-
-/// The sides of one polygon against those of another: which cross the line through a side (as
-/// bits), which corners are covered, and how far the other reaches inside, at least.
-struct Sides {
-  SideMask masks[PolygonRows::kMost];
-  std::uint64_t crossing[PolygonRows::kMost];
-  std::uint64_t covered = ~std::uint64_t{0};
-  double margin = std::numeric_limits<double>::infinity();
-  Sides(const PolygonRows& sides, const PolygonRows& points, double rounding) {
-    find_side_masks(sides, points, rounding, masks);
-    for (int j = 0; j < sides.count; ++j) {
-      const SideMask& m = masks[j];
-      covered &= ~m.outside;
-      crossing[j] = (m.inside & of_next(m.outside, points.count)) |
-                    (m.outside & of_next(m.inside, points.count));
-      margin = std::min(margin, sides.length[j] > 0.0 ? m.greatest / sides.length[j] : 0.0);
-    }
-    if (points.count < PolygonRows::kMost) covered &= (std::uint64_t{1} << points.count) - 1;
-  }
-};
-
-double inside_side(const PolygonRows& sides, int side, const PolygonRows& points, int corner) {
-  return sides.side_x[side] * (points.y[corner] - sides.y[side]) -
-         sides.side_y[side] * (points.x[corner] - sides.x[side]);
-}
-
-void append_crossings(const Patch& p, const PolygonRows& rows_p, const Sides& by_p, const Patch& q,
-                      const PolygonRows& rows_q, const Sides& by_q, SharedCorners& corners) {
-  for (int i = 0; i < rows_p.count; ++i) {
-    for (std::uint64_t left = by_p.crossing[i]; left != 0; left &= left - 1) {
-      const int j = std::countr_zero(left);
-      if ((by_q.crossing[j] >> i & 1) == 0) continue;
-      const double a = inside_side(rows_q, j, rows_p, i);
-      const double b = inside_side(rows_q, j, rows_p, i + 1 < rows_p.count ? i + 1 : 0);
-      corners.push_back(crossing_corner(p, static_cast<std::size_t>(i), q,
-                                        static_cast<std::size_t>(j), a / (a - b)));
-    }
-  }
 }
 
 SharedCorner corner_of_p(const PatchCorner& c, const Patch& q) {
@@ -271,28 +222,12 @@ void lay_feature(const Polyhedron& polyhedron, const Feature& feature, const Con
   set_slope(polyhedron, plane, patch);
 }
 
-double append_shared_of_polygons(const Patch& p, const Patch& q, double rounding,
-                                 SharedCorners& corners) {
-  PolygonRows rows_p, rows_q;
-  if (!fill_rows(p, rows_p) || !fill_rows(q, rows_q)) {
-    append_shared_of_any(p, q, rounding, corners);
-    return overlap_margin(p, q);
-  }
-  const Sides by_q(rows_q, rows_p, rounding), by_p(rows_p, rows_q, rounding);
-  for (std::uint64_t left = by_q.covered; left != 0; left &= left - 1) {
-    corners.push_back(corner_of_p(p.corners[static_cast<std::size_t>(std::countr_zero(left))], q));
-  }
-  for (std::uint64_t left = by_p.covered; left != 0; left &= left - 1) {
-    corners.push_back(corner_of_q(q.corners[static_cast<std::size_t>(std::countr_zero(left))], p));
-  }
-  append_crossings(p, rows_p, by_p, q, rows_q, by_q, corners);
-  return std::min(by_p.margin, by_q.margin);
-}
-
 void append_shared_corners(const Patch& p, const Patch& q, double rounding,
                            SharedCorners& corners) {
-  if (p.corners.size() > 2 && q.corners.size() > 2) {
-    append_shared_of_polygons(p, q, rounding, corners);
+  PolygonRows rows_p, rows_q;
+  if (p.corners.size() > 2 && q.corners.size() > 2 && fill_rows(p, rows_p) &&
+      fill_rows(q, rows_q)) {
+    append_shared_of_polygons(rows_p, rows_q, rounding, corners);
   } else {
     append_shared_of_any(p, q, rounding, corners);
   }
@@ -367,55 +302,6 @@ Vector2 nearest_place(const Patch& p, const Patch& q) {
   return best;
 }
 
-namespace {
-
-/// Places as flat rows: the hull below reads each many times.
-struct Places {
-  SmallVector<double, 32> x, y;
-  explicit Places(std::size_t count) {
-    x.resize(count);
-    y.resize(count);
-  }
-  void set(std::size_t i, const Vector2& place) {
-    x[i] = place.x();
-    y[i] = place.y();
-  }
-  bool before(int i, int j) const {
-    const auto a = static_cast<std::size_t>(i), b = static_cast<std::size_t>(j);
-    return x[a] != x[b] ? x[a] < x[b] : (y[a] != y[b] ? y[a] < y[b] : i < j);
-  }
-  bool left_turn(int i, int j, int k) const {
-    const auto a = static_cast<std::size_t>(i), b = static_cast<std::size_t>(j);
-    const auto c = static_cast<std::size_t>(k);
-    return (x[b] - x[a]) * (y[c] - y[a]) - (y[b] - y[a]) * (x[c] - x[a]) > 0.0;
-  }
-};
-
-/// Indices of the convex hull of places, counter-clockwise (monotone chain, [Andrew 1979]).
-void hull_order(const Places& places, SmallVector<int, 32>& order) {
-  order.clear();
-  const std::size_t count = places.x.size();
-  if (count == 0) return;
-  SmallVector<int, 32> sorted;
-  sorted.resize(count);
-  for (std::size_t i = 0; i < count; ++i) sorted[i] = static_cast<int>(i);
-  std::sort(sorted.begin(), sorted.end(), [&](int i, int j) { return places.before(i, j); });
-  const auto add = [&](int i, std::size_t floor) {
-    std::size_t size = order.size();
-    while (size >= floor + 2 && !places.left_turn(order[size - 2], order[size - 1], i)) --size;
-    order.resize(size);
-    order.push_back(i);
-  };
-  for (const int i : sorted) add(i, 0);
-  order.resize(order.size() - 1);
-  const std::size_t floor = order.size();
-  for (std::size_t k = count; k-- > 0;) add(sorted[k], floor);
-  order.resize(order.size() - 1);
-  if (order.empty()) order.push_back(sorted[0]);
-}
-
-}  // namespace
-
 void lay_support_set(const Polyhedron& polyhedron, const VertexSet& vertices, FeatureKind kind,
                      const ContactPlane& plane, double outward, Patch& patch) {
   const Feature name = name_support_set(polyhedron, vertices, kind, outward * plane.normal);
@@ -439,11 +325,9 @@ void lay_support_set(const Polyhedron& polyhedron, const VertexSet& vertices, Fe
     set_slope(polyhedron, plane, patch);
   } else {
     SmallVector<int, 32> order;
-    Places places(vertices.size());
-    for (std::size_t i = 0; i < vertices.size(); ++i) {
-      places.set(i, plane.place(polyhedron.vertex(vertices[i])));
-    }
-    hull_order(places, order);
+    SmallVector<Vector2, 32> places;
+    for (const int v : vertices) places.push_back(plane.place(polyhedron.vertex(v)));
+    hull_order({places.begin(), places.size()}, order);
     patch.face = name.index;
     for (std::size_t k = 0; k < order.size(); ++k) {
       const int v = vertices[static_cast<std::size_t>(order[k])];
@@ -451,49 +335,6 @@ void lay_support_set(const Polyhedron& polyhedron, const VertexSet& vertices, Fe
       add_corner(polyhedron, v, polyhedron.topology().find_edge(v, w), plane, patch);
     }
     set_slope(polyhedron, plane, patch);
-  }
-}
-
-double border_rounding(const Polyhedron& p, const Polyhedron& q, double gap) {
-  const double size = p.diameter() + q.diameter() + std::abs(gap);
-  const double coordinate = std::max(p.largest_coordinate(), q.largest_coordinate());
-  return std::numeric_limits<double>::epsilon() * std::max(8 * size, 4 * coordinate);
-}
-
-void find_polygon(const SharedCorners& corners, SharedPolygon& polygon) {
-  const auto place = [&](int i) { return corners[static_cast<std::size_t>(i)].place; };
-  Places places(corners.size());
-  for (std::size_t i = 0; i < corners.size(); ++i) places.set(i, corners[i].place);
-  hull_order(places, polygon.order);
-  const std::size_t n = polygon.order.size();
-  polygon.area = 0.0;
-  polygon.shares.resize(n);
-  std::fill(polygon.shares.begin(), polygon.shares.end(), 0.0);
-  polygon.centroid.setZero();
-  if (n == 0) return;
-  const Vector2 base = place(polygon.order[0]);
-  Vector2 moment = Vector2::Zero();
-  for (std::size_t k = 2; k < n; ++k) {
-    const Vector2 a = place(polygon.order[k - 1]) - base, b = place(polygon.order[k]) - base;
-    const double twice = cross2(a, b);
-    polygon.area += 0.5 * twice;
-    moment += twice / 6.0 * (a + b);
-  }
-  if (!(polygon.area > 0.0)) {
-    for (const int i : polygon.order) polygon.centroid += place(i) / static_cast<double>(n);
-    polygon.area = 0.0;
-    return;
-  }
-  polygon.centroid = base + moment / polygon.area;
-  // Half of each triangle (centroid, corner, next corner) to either corner: since the centroid of
-  // the polygon is the area-weighted mean of the triangles' centroids, the shares have its first
-  // moment.
-  for (std::size_t k = 0; k < n; ++k) {
-    const std::size_t next = (k + 1) % n;
-    const double half = 0.25 * cross2(place(polygon.order[k]) - polygon.centroid,
-                                      place(polygon.order[next]) - polygon.centroid);
-    polygon.shares[k] += half;
-    polygon.shares[next] += half;
   }
 }
 

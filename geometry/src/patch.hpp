@@ -4,28 +4,12 @@
 
 #include <quoin/geometry/contact_type.hpp>
 
+#include "contact_plane.hpp"
 #include "lazy.hpp"
+#include "shared_part.hpp"
 #include "support.hpp"
 
 namespace quoin::geometry {
-
-using Vector2 = Eigen::Vector2d;
-
-/// The plane in which patches of P and Q are compared: `normal` from P to Q, origin at a vertex of
-/// P.
-struct ContactPlane {
-  Vector3 origin, normal, axis_u, axis_v;
-  ContactPlane() {}  // NOLINT: filled later
-  ContactPlane(const Vector3& origin_in, const Vector3& normal_in);
-  Vector2 place(const Vector3& x) const {
-    const Vector3 step = x - origin;
-    return {axis_u.dot(step), axis_v.dot(step)};
-  }
-  double height(const Vector3& x) const { return normal.dot(x - origin); }
-  Vector3 point(const Vector2& place, double height) const {
-    return origin + axis_u * place.x() + axis_v * place.y() + normal * height;
-  }
-};
 
 struct PatchCorner {
   int vertex = 0;
@@ -55,21 +39,9 @@ void lay_feature(const Polyhedron& polyhedron, const Feature& feature, const Con
 void lay_support_set(const Polyhedron& polyhedron, const VertexSet& vertices, FeatureKind kind,
                      const ContactPlane& plane, double outward, Patch& patch);
 
-/// A corner of the part that two patches share: a vertex of one on the other, or two crossed edges.
-struct SharedCorner {
-  Vector2 place;
-  double height_p = 0.0, height_q = 0.0;
-  Feature feature_p, feature_q;
-};
-using SharedCorners = SmallVector<SharedCorner, 32>;
-
 /// Adds the corners of the shared part; `rounding` (m) is how far outside still counts as on the
 /// border.
 void append_shared_corners(const Patch& p, const Patch& q, double rounding, SharedCorners& corners);
-
-/// The same for two polygons; returns their overlap_margin.
-double append_shared_of_polygons(const Patch& p, const Patch& q, double rounding,
-                                 SharedCorners& corners);
 
 /// How far one patch could be shifted in the plane before the two part, m: the distance of the
 /// origin from the border of their Minkowski difference; negative: a bound of how far they are
@@ -79,32 +51,6 @@ double overlap_margin(const Patch& p, const Patch& q);
 /// Where two patches that rounding keeps apart come nearest: a corner, or the crossing of two
 /// edges.
 Vector2 nearest_place(const Patch& p, const Patch& q);
-
-/// The convex polygon around places: indices in counter-clockwise order, its area, and each
-/// corner's share of it, chosen so that the shares have the polygon's area and centroid.
-struct SharedPolygon {
-  SmallVector<int, 32> order;
-  SmallVector<double, 32> shares;
-  double area = 0.0;
-  Vector2 centroid = Vector2::Zero();
-};
-void find_polygon(const SharedCorners& corners, SharedPolygon& polygon);
-
-/// How far outside a patch still counts as on its border, m: what rounding leaves of a place.
-double border_rounding(const Polyhedron& p, const Polyhedron& q, double gap);
-
-/// What two contact features share, laid once for the proof, the witnesses and the contact points.
-/// Of two whole faces all is filled.
-struct SharedPart {
-  int face_p = -1, face_q = -1;
-  VertexSet set_p, set_q;  ///< their vertices, ascending: just these are within tol
-  Support top_p, top_q;
-  ContactPlane plane;
-  Patch p, q;
-  SharedCorners corners;
-  double margin = 0.0;  ///< overlap_margin, m
-  SharedPolygon polygon;
-};
 
 /// As the public one; `faces` is filled where both contact features are whole faces and nothing was
 /// in doubt, in the order in which the pair is worked.

@@ -215,6 +215,25 @@ void check_hints(const SolidPair& pair, const NearestFeatures& n, Random& random
   expect_same(n, ask(then.hint), "started from a step before", faults);
 }
 
+bool same(const ContactPoint& c, const ContactPoint& d) {
+  return c.key == d.key && c.type == d.type && c.point_a == d.point_a && c.point_b == d.point_b &&
+         c.normal == d.normal && c.gap == d.gap && c.area == d.area;
+}
+
+/// Nearest features and points asked in one: the way there is another, the answer is not.
+void check_in_one(const SolidPair& pair, const NearestFeatures& n, Faults& faults) {
+  const double reach = n.gap + 1e-3 * std::min(diameter(pair.a), diameter(pair.b));
+  std::vector<ContactPoint> points, expected;
+  const NearestFeatures m =
+      append_contacts_within_reach({0, 1}, pair.a, pair.b, {.reach = reach}, {}, points);
+  expect_same(n, m, "asked with the points", faults);
+  append_contact_points({0, 1}, pair.a, pair.b, m, {.reach = std::max(0.0, reach - m.gap)},
+                        expected);
+  if (m.gap > reach && m.status != PairStatus::Touching) expected.clear();
+  faults.expect(std::equal(points.begin(), points.end(), expected.begin(), expected.end(), same),
+                "other points when asked in one");
+}
+
 SolidPair both(const SolidPair& pair, double scale, const Matrix3& rotation, const Vector3& shift) {
   return {pair.family, transformed(pair.a, scale, rotation, shift),
           transformed(pair.b, scale, rotation, shift)};
@@ -286,6 +305,7 @@ std::vector<std::string> check_symmetries(const SolidPair& pair, const NearestFe
   scaled.residual_b /= scale;
   expect_same(nearest, scaled, "scaled by a power of two", faults);
   check_hints(pair, nearest, random, faults);
+  check_in_one(pair, nearest, faults);
   const double size = larger_diameter(pair);
   expect_near(pair, nearest,
               both(pair, 1, Matrix3::Identity(), size * random.uniform() * random.direction()),

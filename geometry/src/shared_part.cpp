@@ -1,0 +1,325 @@
+#include "shared_part.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace quoin::geometry {
+namespace {
+
+double cross2(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
+
+std::uint64_t low_bits(int count) { return (std::uint64_t{1} << count) - 1; }
+
+/// Height of a polygon over a place that it covers: a mean of its corners' heights, hence between
+/// them, however badly the slope of a sliver is known.
+double height_over(const PolygonRows& polygon, double x, double y) {
+  const double height = polygon.height[0] + (polygon.slope_x * (x - polygon.x[0]) +
+                                             polygon.slope_y * (y - polygon.y[0]));
+  return std::clamp(height, polygon.low, polygon.high);
+}
+
+/// The corners of one polygon against the sides of the other, one bit each.
+struct Corners {
+  const PolygonRows& rows;
+  const SideMasks& masks;
+  std::uint64_t covered = 0;  // by the other
+  bool clear = true;          // each lies clearly on one side of each of the lines
+
+  Corners(const PolygonRows& rows_in, const SideMasks& masks_in, int sides)
+      : rows(rows_in), masks(masks_in) {
+    std::uint64_t decided = low_bits(sides);
+    for (int i = 0; i < rows.count; ++i) {
+      covered |= static_cast<std::uint64_t>(masks.outside[i] == 0) << i;
+      decided &= masks.inside[i] | masks.outside[i];
+    }
+    clear = decided == low_bits(sides);
+  }
+  bool covers(int i) const { return (covered >> i & 1) != 0; }
+  /// The lines through sides of the other that side i crosses.
+  std::uint64_t crossed(int i) const {
+    const int next = rows.next(i);
+    return (masks.inside[i] & masks.outside[next]) | (masks.outside[i] & masks.inside[next]);
+  }
+};
+
+/// Where side i of P crosses side j of Q, as a share of the way along P's.
+double crossing_share(const PolygonRows& p, int i, const PolygonRows& q, int j) {
+  const auto inside = [&](int corner) {
+    return q.side_x[j] * (p.y[corner] - q.y[j]) - q.side_y[j] * (p.x[corner] - q.x[j]);
+  };
+  const double a = inside(i), b = inside(p.next(i));
+  return a / (a - b);
+}
+
+/// Two polygons over each other, and where their shared corners go.
+struct Clip {
+  const Corners p, q;
+  SharedCorners& corners;
+
+  void add_corner_of_p(int i) const {
+    const PolygonRows& rows = p.rows;
+    corners.push_back({Vector2(rows.x[i], rows.y[i]),
+                       rows.height[i],
+                       height_over(q.rows, rows.x[i], rows.y[i]),
+                       {FeatureKind::Vertex, rows.vertex[i]},
+                       {FeatureKind::Face, q.rows.face}});
+  }
+  void add_corner_of_q(int j) const {
+    const PolygonRows& rows = q.rows;
+    corners.push_back({Vector2(rows.x[j], rows.y[j]),
+                       height_over(p.rows, rows.x[j], rows.y[j]),
+                       rows.height[j],
+                       {FeatureKind::Face, p.rows.face},
+                       {FeatureKind::Vertex, rows.vertex[j]}});
+  }
+  /// Nearly parallel sides cross in an ill-conditioned place: Q's height is taken there, not where
+  /// its own crossing would be.
+  void add_crossing(int i, int j, double share) const {
+    const PolygonRows &a = p.rows, &b = q.rows;
+    const double x = a.x[i] + share * a.side_x[i], y = a.y[i] + share * a.side_y[i];
+    const double along = b.side_x[j] * (x - b.x[j]) + b.side_y[j] * (y - b.y[j]);
+    const double squared = b.side_x[j] * b.side_x[j] + b.side_y[j] * b.side_y[j];
+    const double share_q = std::clamp(along / squared, 0.0, 1.0);
+    corners.push_back({Vector2(x, y),
+                       a.height[i] + share * (a.height[a.next(i)] - a.height[i]),
+                       b.height[j] + share_q * (b.height[b.next(j)] - b.height[j]),
+                       {FeatureKind::Edge, a.edge[i]},
+                       {FeatureKind::Edge, b.edge[j]}});
+  }
+
+  /// The sides of Q that side i of P crosses, in their inner parts.
+  std::uint64_t crossings(int i) const {
+    std::uint64_t found = 0;
+    for (std::uint64_t lines = p.crossed(i); lines != 0; lines &= lines - 1) {
+      const int j = std::countr_zero(lines);
+      found |= (q.crossed(j) >> i & 1) << j;
+    }
+    return found;
+  }
+
+  /// P's corners, Q's corners, crossings.
+  void append() const {
+    for (int i = 0; i < p.rows.count; ++i) {
+      if (p.covers(i)) add_corner_of_p(i);
+    }
+    for (int j = 0; j < q.rows.count; ++j) {
+      if (q.covers(j)) add_corner_of_q(j);
+    }
+    for (int i = 0; i < p.rows.count; ++i) {
+      for (std::uint64_t found = crossings(i); found != 0; found &= found - 1) {
+        const int j = std::countr_zero(found);
+        add_crossing(i, j, crossing_share(p.rows, i, q.rows, j));
+      }
+    }
+  }
+
+  /// Q's covered corners from j on, counter-clockwise; how many.
+  int append_along_q(int j) const {
+    int count = 0;
+    for (; count < q.rows.count && q.covers(j); ++count, j = q.rows.next(j)) add_corner_of_q(j);
+    return count;
+  }
+
+  /// What lies along side i of P, and along Q where P leaves it there; the corners of Q among it,
+  /// or -1: the masks contradict each other.
+  int append_along_p(int i) const {
+    bool inside = p.covers(i);
+    if (inside) add_corner_of_p(i);
+    int corners_of_q = 0;
+    const std::uint64_t found = crossings(i);
+    if (found != 0) {
+      int first = std::countr_zero(found), last = 63 - std::countl_zero(found);
+      double share = crossing_share(p.rows, i, q.rows, first);
+      double share_last = share;
+      if (last != first) {
+        share_last = crossing_share(p.rows, i, q.rows, last);
+        if (share_last < share) {
+          std::swap(first, last);
+          std::swap(share, share_last);
+        }
+      }
+      add_crossing(i, first, share);
+      inside = !inside;
+      if (last != first) {
+        add_crossing(i, last, share_last);
+        inside = !inside;
+      }
+      if (!inside) corners_of_q = append_along_q(q.rows.next(last));
+    }
+    return inside == p.covers(p.rows.next(i)) ? corners_of_q : -1;
+  }
+
+  /// Counter-clockwise around the shared polygon, along P's border and, where that leaves Q, along
+  /// Q's; false, and nothing added, where rounding leaves anything in doubt.
+  bool append_in_order() const {
+    if (!p.clear || !q.clear) return false;
+    const std::size_t before = corners.size();
+    int missing = std::popcount(q.covered);
+    bool sound = true;
+    for (int i = 0; i < p.rows.count && sound; ++i) {
+      const int corners_of_q = append_along_p(i);
+      sound = corners_of_q >= 0;
+      missing -= corners_of_q;
+    }
+    if (sound && corners.size() == before && missing == q.rows.count) missing -= append_along_q(0);
+    if (sound && missing == 0) return true;
+    corners.resize(before);
+    return false;
+  }
+};
+
+/// Lays a face; false: it has too many corners.
+bool lay_face(const Polyhedron& polyhedron, int face, const ContactPlane& plane, double outward,
+              PolygonRows& rows) {
+  const std::span<const int> cycle = polyhedron.topology().face(face);
+  const std::span<const int> edges = polyhedron.topology().face_edges(face);
+  const int count = static_cast<int>(cycle.size());
+  if (count > PolygonRows::kMost) return false;
+  rows.count = count;
+  rows.face = face;
+  const Points& vertices = polyhedron.vertices();
+  for (int k = 0; k < count; ++k) {  // Q's faces look the other way: run backwards
+    const int i = outward > 0.0 ? k : count - 1 - k;
+    const int e = outward > 0.0 ? i : (i > 0 ? i : count) - 1;
+    rows.vertex[k] = cycle[static_cast<std::size_t>(i)];
+    rows.edge[k] = edges[static_cast<std::size_t>(e)];
+    const Vector3 step = vertices.col(rows.vertex[k]) - plane.origin;
+    rows.x[k] = plane.axis_u.dot(step);
+    rows.y[k] = plane.axis_v.dot(step);
+    rows.height[k] = plane.normal.dot(step);
+  }
+  const Vector3 normal = polyhedron.face_normal(face);
+  rows.set_surface(normal.dot(plane.axis_u), normal.dot(plane.axis_v), normal.dot(plane.normal));
+  return true;
+}
+
+/// Area, centroid and shares of a polygon whose order is known; false: it does not wind once around
+/// its centroid, strictly to the left.
+bool measure(const SharedCorners& corners, SharedPolygon& polygon) {
+  const auto place = [&](std::size_t k) -> const Vector2& {
+    return corners[static_cast<std::size_t>(polygon.order[k])].place;
+  };
+  const std::size_t n = polygon.order.size();
+  polygon.area = 0.0;
+  polygon.shares.resize(n);
+  std::fill(polygon.shares.begin(), polygon.shares.end(), 0.0);
+  polygon.centroid.setZero();
+  if (n == 0) return true;
+  const Vector2 base = place(0);
+  Vector2 moment = Vector2::Zero();
+  for (std::size_t k = 2; k < n; ++k) {
+    const Vector2 a = place(k - 1) - base, b = place(k) - base;
+    const double twice = cross2(a, b);
+    polygon.area += 0.5 * twice;
+    moment += twice / 6.0 * (a + b);
+  }
+  if (!(polygon.area > 0.0)) {
+    for (std::size_t k = 0; k < n; ++k) polygon.centroid += place(k) / static_cast<double>(n);
+    polygon.area = 0.0;
+    return false;
+  }
+  polygon.centroid = base + moment / polygon.area;
+  // Half of each triangle (centroid, corner, next corner) to either corner: since the centroid of
+  // the polygon is the area-weighted mean of the triangles' centroids, the shares have its first
+  // moment.
+  bool left = true;
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::size_t next = k + 1 < n ? k + 1 : 0;
+    const double half =
+        0.25 * cross2(place(k) - polygon.centroid, place(next) - polygon.centroid);
+    polygon.shares[k] += half;
+    polygon.shares[next] += half;
+    left = left && half > 0.0;
+  }
+  return left;
+}
+
+}  // namespace
+
+void hull_order(std::span<const Vector2> places, SmallVector<int, 32>& order) {
+  const auto at = [&](int i) -> const Vector2& { return places[static_cast<std::size_t>(i)]; };
+  const auto before = [&](int i, int j) {
+    const Vector2 &a = at(i), &b = at(j);
+    return a.x() != b.x() ? a.x() < b.x() : (a.y() != b.y() ? a.y() < b.y() : i < j);
+  };
+  order.clear();
+  if (places.empty()) return;
+  SmallVector<int, 32> sorted;
+  sorted.resize(places.size());
+  for (std::size_t i = 0; i < places.size(); ++i) sorted[i] = static_cast<int>(i);
+  std::sort(sorted.begin(), sorted.end(), before);
+  const auto add = [&](int i, std::size_t floor) {
+    std::size_t size = order.size();
+    const auto left_turn = [&] {
+      const Vector2& a = at(order[size - 2]);
+      return cross2(at(order[size - 1]) - a, at(i) - a) > 0.0;
+    };
+    while (size >= floor + 2 && !left_turn()) --size;
+    order.resize(size);
+    order.push_back(i);
+  };
+  for (const int i : sorted) add(i, 0);
+  order.resize(order.size() - 1);
+  const std::size_t floor = order.size();
+  for (std::size_t k = places.size(); k-- > 0;) add(sorted[k], floor);
+  order.resize(order.size() - 1);
+  if (order.empty()) order.push_back(sorted[0]);
+}
+
+void find_polygon(const SharedCorners& corners, SharedPolygon& polygon) {
+  SmallVector<Vector2, 32> places;
+  for (const SharedCorner& corner : corners) places.push_back(corner.place);
+  hull_order({places.begin(), places.size()}, polygon.order);
+  measure(corners, polygon);
+}
+
+void find_polygon(SharedPart& part) {
+  SharedPolygon& polygon = part.polygon;
+  if (part.overlay.in_order) {
+    const std::size_t n = part.corners.size();
+    std::size_t first = 0;
+    for (std::size_t k = 1; k < n; ++k) {
+      const Vector2 &a = part.corners[k].place, &b = part.corners[first].place;
+      if (a.x() < b.x() || (a.x() == b.x() && a.y() < b.y())) first = k;
+    }
+    polygon.order.resize(n);
+    for (std::size_t k = 0; k < n; ++k) {
+      polygon.order[k] = static_cast<int>(first + k < n ? first + k : first + k - n);
+    }
+    if (measure(part.corners, polygon)) return;
+  }
+  find_polygon(part.corners, polygon);
+}
+
+Overlay append_shared_of_polygons(PolygonRows& p, PolygonRows& q, double rounding,
+                                  SharedCorners& corners) {
+  SideMasks of_p, of_q;
+  find_side_masks(p, q, rounding, of_p, of_q);
+  const Clip clip{{p, of_p, q.count}, {q, of_q, p.count}, corners};
+  Overlay overlay;
+  overlay.margin = std::min(of_p.margin, of_q.margin);
+  overlay.in_order = clip.append_in_order();
+  if (!overlay.in_order) clip.append();
+  return overlay;
+}
+
+bool lay_faces(const Polyhedron& p, const Polyhedron& q, double gap, SharedPart& part) {
+  if (!lay_face(p, part.face_p, part.plane, 1.0, part.p) ||
+      !lay_face(q, part.face_q, part.plane, -1.0, part.q)) {
+    return false;
+  }
+  part.overlay =
+      append_shared_of_polygons(part.p, part.q, border_rounding(p, q, gap), part.corners);
+  return true;
+}
+
+double border_rounding(const Polyhedron& p, const Polyhedron& q, double gap) {
+  const double size = p.diameter() + q.diameter() + std::abs(gap);
+  const double coordinate = std::max(p.largest_coordinate(), q.largest_coordinate());
+  return std::numeric_limits<double>::epsilon() * std::max(8 * size, 4 * coordinate);
+}
+
+}  // namespace quoin::geometry

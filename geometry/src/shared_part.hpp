@@ -1,0 +1,69 @@
+#pragma once
+/// The part that two polygons in a contact plane share. Private to the room.
+
+#include <quoin/geometry/polyhedron.hpp>
+#include <span>
+
+#include "contact_plane.hpp"
+#include "side_masks.hpp"
+#include "small_vector.hpp"
+#include "support.hpp"
+
+namespace quoin::geometry {
+
+/// A corner of the part that two patches share: a vertex of one on the other, or two crossed edges.
+struct SharedCorner {
+  Vector2 place;
+  double height_p = 0.0, height_q = 0.0;
+  Feature feature_p, feature_q;
+};
+using SharedCorners = SmallVector<SharedCorner, 32>;
+
+/// The convex polygon around places: indices in counter-clockwise order, its area, and each
+/// corner's share of it, chosen so that the shares have the polygon's area and centroid.
+struct SharedPolygon {
+  SmallVector<int, 32> order;
+  SmallVector<double, 32> shares;
+  double area = 0.0;
+  Vector2 centroid = Vector2::Zero();
+};
+
+void find_polygon(const SharedCorners& corners, SharedPolygon& polygon);
+
+/// Indices of the convex hull of places, counter-clockwise (monotone chain, [Andrew 1979]).
+void hull_order(std::span<const Vector2> places, SmallVector<int, 32>& order);
+
+/// How two polygons lie over each other.
+struct Overlay {
+  double margin = 0.0;    ///< overlap_margin, m
+  bool in_order = false;  ///< the corners were added counter-clockwise around the shared polygon
+};
+
+/// Adds the corners that two polygons share; `rounding` (m) is how far outside still counts as on
+/// the border.
+Overlay append_shared_of_polygons(PolygonRows& p, PolygonRows& q, double rounding,
+                                  SharedCorners& corners);
+
+/// What two whole faces that carry the answer share, laid once for the proof, the witnesses and the
+/// contact points.
+struct SharedPart {
+  int face_p = -1, face_q = -1;
+  VertexSet set_p, set_q;  ///< their vertices, ascending: just these are within tol
+  Support top_p, top_q;
+  ContactPlane plane;
+  PolygonRows p, q;
+  SharedCorners corners;
+  Overlay overlay;
+  SharedPolygon polygon;
+};
+
+/// Lays both faces into the plane and adds the corners they share; false: they have too many.
+bool lay_faces(const Polyhedron& p, const Polyhedron& q, double gap, SharedPart& part);
+
+/// As above, of the corners of two faces.
+void find_polygon(SharedPart& part);
+
+/// How far outside a patch still counts as on its border, m: what rounding leaves of a place.
+double border_rounding(const Polyhedron& p, const Polyhedron& q, double gap);
+
+}  // namespace quoin::geometry
