@@ -170,39 +170,54 @@ void find_all_carriers(const Polyhedron& p, const Polyhedron& q, double band,
   }
 }
 
-/// Does a face of `polyhedron` around `face` look at the other solid, too? Where only three faces
-/// meet in a vertex, the ones across the sides are all.
+/// Does a face of `polyhedron` around `face` look at the other solid, too?
 bool others_face(const Polyhedron& polyhedron, int face, const Vector3& outward) {
   const Topology& topology = polyhedron.topology();
-  for (const int e : topology.face_edges(face)) {
-    const auto [f, g] = topology.edge_faces(e);
-    if (faces_other(polyhedron, f == face ? g : f, outward)) return true;
-  }
-  for (const int v : topology.face(face)) {
-    if (topology.vertex_faces(v).size() == 3) continue;
-    for (const int f : topology.vertex_faces(v)) {
-      if (f != face && faces_other(polyhedron, f, outward)) return true;
-    }
-  }
-  return false;
+  const auto faces = [&](int f) { return f != face && faces_other(polyhedron, f, outward); };
+  if (std::ranges::any_of(topology.face_neighbours(face), faces)) return true;
+  if (topology.three_faces_at_vertices()) return false;
+  return std::ranges::any_of(topology.face(face), [&](int v) {
+    return std::ranges::any_of(topology.vertex_faces(v), faces);
+  });
 }
 
 /// Are two whole faces all there is within the band?
 bool faces_alone(const Polyhedron& p, const Polyhedron& q, const SharedPart& part, double band,
                  double tolerance) {
   const Vector3 &outward_p = part.plane.normal, outward_q = -outward_p;
-  if (band > tolerance && (!only_these_beyond(p, outward_p, part.top_p.value - band, part.set_p) ||
-                           !only_these_beyond(q, outward_q, part.top_q.value - band, part.set_q))) {
+  const auto alone = [band](const Polyhedron& solid, int face, const Vector3& outward,
+                            const Support& top) {
+    return only_these_beyond(solid, outward, top.value - band, solid.topology().face_set(face));
+  };
+  if (band > tolerance && (!alone(p, part.face_p, outward_p, part.top_p) ||
+                           !alone(q, part.face_q, outward_q, part.top_q))) {
     return false;
   }
   return faces_other(p, part.face_p, outward_p) && faces_other(q, part.face_q, outward_q) &&
          !others_face(p, part.face_p, outward_p) && !others_face(q, part.face_q, outward_q);
 }
 
+/// Are no two places within the tolerance of each other?
+bool all_apart(const SharedCorners& corners, double tolerance) {
+  for (std::size_t i = 1; i < corners.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const double x = corners[i].place.x() - corners[j].place.x();
+      const double y = corners[i].place.y() - corners[j].place.y();
+      if (x * x + y * y <= tolerance * tolerance) return false;
+    }
+  }
+  return true;
+}
+
 void add_points(const SharedCorners& corners, double band, bool reversed, PairPoints& pair) {
+  const bool apart = pair.points.empty() && all_apart(corners, pair.tolerance);
   for (const SharedCorner& c : corners) {
     if (gap_of(c) > pair.gap + band || !named(c)) continue;
-    add_merged(c, pair.tolerance, reversed, pair.points);
+    if (apart) {
+      pair.points.push_back({c, 0.0});
+    } else {
+      add_merged(c, pair.tolerance, reversed, pair.points);
+    }
   }
 }
 
@@ -336,13 +351,12 @@ void ensure_least_gap(const OrderedPair& ordered, double rounding, PairPoints& p
   pair.points.push_back({nearest, 0.0});
 }
 
-/// The vertices of a face, ascending, when just these are within tol of the support plane.
-bool take_whole_face(const Polyhedron& polyhedron, int face, const Vector3& outward,
-                     double tolerance, VertexSet& set, Support& top) {
-  for (const int v : polyhedron.topology().face(face)) set.push_back(v);
-  std::sort(set.begin(), set.end());
+/// Are just the vertices of a face within tol of the support plane?
+bool carries_alone(const Polyhedron& polyhedron, int face, const Vector3& outward, double tolerance,
+                   Support& top) {
   top = support(polyhedron, outward);
-  return only_these_beyond(polyhedron, outward, top.value - tolerance, set);
+  return only_these_beyond(polyhedron, outward, top.value - tolerance,
+                           polyhedron.topology().face_set(face));
 }
 
 /// Two whole faces that carry the answer, where the search has not handed them on.
@@ -352,8 +366,8 @@ void find_faces(const OrderedPair& ordered, const NearestFeatures& nearest, doub
   SharedPart& faces = part.emplace();
   faces.face_p = ordered.reversed ? nearest.feature_b.index : nearest.feature_a.index;
   faces.face_q = ordered.reversed ? nearest.feature_a.index : nearest.feature_b.index;
-  if (!take_whole_face(p, faces.face_p, ordered.normal, tolerance, faces.set_p, faces.top_p) ||
-      !take_whole_face(q, faces.face_q, -ordered.normal, tolerance, faces.set_q, faces.top_q)) {
+  if (!carries_alone(p, faces.face_p, ordered.normal, tolerance, faces.top_p) ||
+      !carries_alone(q, faces.face_q, -ordered.normal, tolerance, faces.top_q)) {
     return part.reset();
   }
   faces.plane = ContactPlane(p.vertex(faces.top_p.vertex), ordered.normal);
@@ -372,8 +386,8 @@ bool find_face_points(const OrderedPair& ordered, const NearestFeatures& nearest
   pair.type = ContactType::FaceFace;
   pair.kind_p = pair.kind_q = FeatureKind::Face;
   pair.plane = part->plane;
-  pair.support_p = part->set_p;
-  pair.support_q = part->set_q;
+  pair.support_p.assign(ordered.p.topology().face_set(part->face_p));
+  pair.support_q.assign(ordered.q.topology().face_set(part->face_q));
   add_points(part->corners, band, ordered.reversed, pair);
   return true;
 }
@@ -413,25 +427,29 @@ void find_pair_points(const OrderedPair& ordered, const NearestFeatures& nearest
   if (pair.type == ContactType::FaceFace) share_area(*part, pair);
 }
 
-ContactPoint named_point(const std::array<int, 2>& blocks, const PlanePoint& point, bool reversed,
-                         const NearestFeatures& nearest, const PairPoints& pair) {
-  ContactPoint contact;
+void append_named(const std::array<int, 2>& blocks, const PlanePoint& point, bool reversed,
+                  const NearestFeatures& nearest, const PairPoints& pair,
+                  std::vector<ContactPoint>& contacts) {
   const SharedCorner& corner = point.corner;
-  const Vector3 foot = pair.plane.point(corner.place, 0.0);
-  const Vector3 on_p = foot + corner.height_p * pair.plane.normal;
-  const Vector3 on_q = foot + corner.height_q * pair.plane.normal;
+  const ContactPlane& plane = pair.plane;
+  ContactPoint& contact = contacts.emplace_back();
+  const double height_a = reversed ? corner.height_q : corner.height_p;
+  const double height_b = reversed ? corner.height_p : corner.height_q;
+  for (int i = 0; i < 3; ++i) {
+    const double foot =
+        plane.origin[i] + plane.axis_u[i] * corner.place.x() + plane.axis_v[i] * corner.place.y();
+    contact.point_a[i] = foot + height_a * plane.normal[i];
+    contact.point_b[i] = foot + height_b * plane.normal[i];
+  }
   contact.key.a = blocks[0];
   contact.key.b = blocks[1];
   contact.key.feature_a = reversed ? corner.feature_q : corner.feature_p;
   contact.key.feature_b = reversed ? corner.feature_p : corner.feature_q;
-  contact.point_a = reversed ? on_q : on_p;
-  contact.point_b = reversed ? on_p : on_q;
   contact.gap = gap_of(corner);
   contact.normal = nearest.normal;
   contact.type = pair.type;
   contact.indeterminate = nearest.indeterminate;
   contact.area = point.share;
-  return contact;
 }
 
 /// Merging may have handed one name to two places of a needle: the lower one keeps it.
@@ -464,7 +482,7 @@ void append_named(const std::array<int, 2>& blocks, bool reversed, const Nearest
     order[k] = place;
   }
   for (std::size_t k = 0; k < order.size(); ++k) {
-    contacts.push_back(named_point(blocks, *order[k].point, reversed, nearest, pair));
+    append_named(blocks, *order[k].point, reversed, nearest, pair, contacts);
     if (k > 0 && order[k].key == order[k - 1].key) {
       merge_named(contacts[contacts.size() - 2], contacts);
     }

@@ -184,7 +184,7 @@ double margin_of(const Polyhedron& p, const Polyhedron& q, const Carried& plane,
 
 /// Lays two whole faces, once for all that asks for them.
 void lay_whole_faces(const Polyhedron& p, const Polyhedron& q, const Carried& plane,
-               Lazy<SharedPart>& faces) {
+                     Lazy<SharedPart>& faces) {
   const auto whole = [](const Polyhedron& solid, int face, const VertexSet& set) {
     return face >= 0 && solid.topology().face(face).size() == set.size();
   };
@@ -317,13 +317,6 @@ bool warm_answer(const Polyhedron& p, const Polyhedron& q, const FeatureHint& hi
   return straight_answer(p, q, length, hint.normal, optimum);
 }
 
-/// Takes a whole face for the set of one solid.
-void take_face(const Polyhedron& polyhedron, int face, VertexSet& set, int& known_face) {
-  set.clear();
-  for (const int v : polyhedron.topology().face(face)) insert_sorted(v, set);
-  known_face = face;
-}
-
 /// Blocks that lie flush: of the faces around the two vertices that look most at the other solid,
 /// those that look at each other, if they are proved to carry the answer.
 bool flush_answer(const Polyhedron& p, const Polyhedron& q, const Lengths& length,
@@ -346,8 +339,10 @@ bool flush_answer(const Polyhedron& p, const Polyhedron& q, const Lengths& lengt
   }
   if (face_p < 0) return false;
   ContactSets& sets = optimum.plane.sets;
-  take_face(p, face_p, sets.p, sets.face_p);
-  take_face(q, face_q, sets.q, sets.face_q);
+  sets.p.assign(p.topology().face_set(face_p));
+  sets.q.assign(q.topology().face_set(face_q));
+  sets.face_p = face_p;
+  sets.face_q = face_q;
   return straight_answer(p, q, length, p.face_normal(face_p), optimum);
 }
 
@@ -557,6 +552,14 @@ Feature feature_of(const Polyhedron& polyhedron, const VertexSet& set, FeatureKi
   return name_support_set(polyhedron, set, kind, outward);
 }
 
+/// How far either solid reaches beyond its witness.
+void set_residuals(const Polyhedron& p, const Polyhedron& q, const Carried& plane,
+                   NearestFeatures& answer) {
+  const Vector3 high = p.vertex(plane.support_p.vertex), low = q.vertex(plane.support_q.vertex);
+  answer.residual_a = std::max(0.0, answer.normal.dot(high - answer.point_a));
+  answer.residual_b = std::max(0.0, answer.normal.dot(answer.point_b - low));
+}
+
 /// Features within the contact tolerance: the sets are those of `tolerance`.
 void set_features(const Polyhedron& p, const Polyhedron& q, const Carried& plane,
                   const VertexSet& set_p, const VertexSet& set_q, double tolerance,
@@ -565,9 +568,7 @@ void set_features(const Polyhedron& p, const Polyhedron& q, const Carried& plane
   const FeatureKind kind_q = span_kind(q, set_q, tolerance);
   answer.feature_a = feature_of(p, set_p, kind_p, plane.sets.face_p, answer.normal);
   answer.feature_b = feature_of(q, set_q, kind_q, plane.sets.face_q, -answer.normal);
-  const Vector3 high = p.vertex(plane.support_p.vertex), low = q.vertex(plane.support_q.vertex);
-  answer.residual_a = std::max(0.0, answer.normal.dot(high - answer.point_a));
-  answer.residual_b = std::max(0.0, answer.normal.dot(answer.point_b - low));
+  set_residuals(p, q, plane, answer);
   if (kind_p == FeatureKind::Face || kind_q == FeatureKind::Face) return;
   if (type_of(p, q, set_p, set_q, kind_p, kind_q, tolerance) != ContactType::EdgeEdgeCrossing) {
     answer.indeterminate = true;
@@ -590,10 +591,15 @@ void set_face_witnesses(const Polyhedron& p, const Polyhedron& q, const Carried&
   }
   answer.point_a = faces.plane.point(place, 0.0);
   answer.point_b = answer.point_a + answer.gap * answer.normal;
-  faces.set_p = contact.sets.p;
-  faces.set_q = contact.sets.q;
   faces.top_p = contact.support_p;
   faces.top_q = contact.support_q;
+}
+
+/// Are both faces wider than the tolerance? A polygon no wider than that on either side of a line
+/// through two of its corners has at most four times the line's length times the tolerance as area.
+bool surely_wide(const Polyhedron& p, const Polyhedron& q, const SharedPart& faces,
+                 double tolerance) {
+  return faces.polygon.area > 8 * tolerance * std::max(p.diameter(), q.diameter());
 }
 
 /// Witnesses, features and what they leave open.
@@ -601,8 +607,15 @@ void describe(const Polyhedron& p, const Polyhedron& q, Optimum& optimum, const 
               NearestFeatures& answer) {
   const Plane& plane = optimum.plane;
   if (optimum.faces) {
+    const SharedPart& faces = *optimum.faces;
     set_face_witnesses(p, q, plane, *optimum.faces, answer);
-    set_features(p, q, plane, plane.sets.p, plane.sets.q, length.contact, answer);
+    if (!surely_wide(p, q, faces, length.contact)) {
+      set_features(p, q, plane, plane.sets.p, plane.sets.q, length.contact, answer);
+      return;
+    }
+    answer.feature_a = {FeatureKind::Face, faces.face_p};
+    answer.feature_b = {FeatureKind::Face, faces.face_q};
+    set_residuals(p, q, plane, answer);
     return;
   }
   if (optimum.straight) {

@@ -327,7 +327,7 @@ void lay_support_set(const Polyhedron& polyhedron, const VertexSet& vertices, Fe
     SmallVector<int, 32> order;
     SmallVector<Vector2, 32> places;
     for (const int v : vertices) places.push_back(plane.place(polyhedron.vertex(v)));
-    hull_order({places.begin(), places.size()}, order);
+    hull_order(places, order);
     patch.face = name.index;
     for (std::size_t k = 0; k < order.size(); ++k) {
       const int v = vertices[static_cast<std::size_t>(order[k])];

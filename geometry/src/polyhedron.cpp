@@ -112,6 +112,8 @@ Topology::Topology(int vertex_count, const std::vector<std::vector<int>>& faces)
   for (const std::vector<int>& face : faces) {
     face_vertices_.insert(face_vertices_.end(), face.begin(), face.end());
     face_start_.push_back(static_cast<int>(face_vertices_.size()));
+    face_sets_.insert(face_sets_.end(), face.begin(), face.end());
+    std::sort(face_sets_.end() - std::ssize(face), face_sets_.end());
   }
   add_edges();
   add_neighbours();
@@ -132,11 +134,15 @@ void Topology::add_edges() {
     return std::pair(p.ends, !p.forward) < std::pair(q.ends, !q.forward);
   });
   face_edges_.assign(face_vertices_.size(), -1);
+  face_neighbours_.assign(face_vertices_.size(), -1);
   for (std::size_t i = 0; i < halves.size();) {
     std::size_t j = i;
     while (j < halves.size() && halves[j].ends == halves[i].ends) ++j;
     check_twins(halves.data() + i, halves.data() + j);
-    for (std::size_t k = i; k < j; ++k) face_edges_[index(halves[k].slot)] = edge_count();
+    for (std::size_t k = i; k < j; ++k) {
+      face_edges_[index(halves[k].slot)] = edge_count();
+      face_neighbours_[index(halves[k].slot)] = halves[k == i ? i + 1 : i].face;
+    }
     edges_.push_back(halves[i].ends);
     edge_faces_.push_back({halves[i].face, halves[i + 1].face});
     i = j;
@@ -164,6 +170,7 @@ void Topology::add_neighbours() {
   }
   vertex_face_start_.push_back(0);
   for (const std::vector<int>& row : faces_around) {
+    three_faces_at_vertices_ = three_faces_at_vertices_ && row.size() == 3;
     vertex_faces_.insert(vertex_faces_.end(), row.begin(), row.end());
     vertex_face_start_.push_back(static_cast<int>(vertex_faces_.size()));
   }

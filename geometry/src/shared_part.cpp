@@ -61,19 +61,21 @@ struct Clip {
 
   void add_corner_of_p(int i) const {
     const PolygonRows& rows = p.rows;
-    corners.push_back({Vector2(rows.x[i], rows.y[i]),
-                       rows.height[i],
-                       height_over(q.rows, rows.x[i], rows.y[i]),
-                       {FeatureKind::Vertex, rows.vertex[i]},
-                       {FeatureKind::Face, q.rows.face}});
+    SharedCorner& corner = corners.add();
+    corner.place = {rows.x[i], rows.y[i]};
+    corner.height_p = rows.height[i];
+    corner.height_q = height_over(q.rows, rows.x[i], rows.y[i]);
+    corner.feature_p = {FeatureKind::Vertex, rows.vertex[i]};
+    corner.feature_q = {FeatureKind::Face, q.rows.face};
   }
   void add_corner_of_q(int j) const {
     const PolygonRows& rows = q.rows;
-    corners.push_back({Vector2(rows.x[j], rows.y[j]),
-                       height_over(p.rows, rows.x[j], rows.y[j]),
-                       rows.height[j],
-                       {FeatureKind::Face, p.rows.face},
-                       {FeatureKind::Vertex, rows.vertex[j]}});
+    SharedCorner& corner = corners.add();
+    corner.place = {rows.x[j], rows.y[j]};
+    corner.height_p = height_over(p.rows, rows.x[j], rows.y[j]);
+    corner.height_q = rows.height[j];
+    corner.feature_p = {FeatureKind::Face, p.rows.face};
+    corner.feature_q = {FeatureKind::Vertex, rows.vertex[j]};
   }
   /// Nearly parallel sides cross in an ill-conditioned place: Q's height is taken there, not where
   /// its own crossing would be.
@@ -83,11 +85,12 @@ struct Clip {
     const double along = b.side_x[j] * (x - b.x[j]) + b.side_y[j] * (y - b.y[j]);
     const double squared = b.side_x[j] * b.side_x[j] + b.side_y[j] * b.side_y[j];
     const double share_q = std::clamp(along / squared, 0.0, 1.0);
-    corners.push_back({Vector2(x, y),
-                       a.height[i] + share * (a.height[a.next(i)] - a.height[i]),
-                       b.height[j] + share_q * (b.height[b.next(j)] - b.height[j]),
-                       {FeatureKind::Edge, a.edge[i]},
-                       {FeatureKind::Edge, b.edge[j]}});
+    SharedCorner& corner = corners.add();
+    corner.place = {x, y};
+    corner.height_p = a.height[i] + share * (a.height[a.next(i)] - a.height[i]);
+    corner.height_q = b.height[j] + share_q * (b.height[b.next(j)] - b.height[j]);
+    corner.feature_p = {FeatureKind::Edge, a.edge[i]};
+    corner.feature_q = {FeatureKind::Edge, b.edge[j]};
   }
 
   /// The sides of Q that side i of P crosses, in their inner parts.
@@ -116,77 +119,79 @@ struct Clip {
     }
   }
 
-  /// Q's covered corners from j on, counter-clockwise; how many.
-  int append_along_q(int j) const {
-    int count = 0;
-    for (; count < q.rows.count && q.covers(j); ++count, j = q.rows.next(j)) add_corner_of_q(j);
-    return count;
-  }
-
-  /// What lies along side i of P, and along Q where P leaves it there; the corners of Q among it,
-  /// or -1: the masks contradict each other.
-  int append_along_p(int i) const {
-    bool inside = p.covers(i);
-    if (inside) add_corner_of_p(i);
-    int corners_of_q = 0;
-    const std::uint64_t found = crossings(i);
-    if (found != 0) {
-      int first = std::countr_zero(found), last = 63 - std::countl_zero(found);
-      double share = crossing_share(p.rows, i, q.rows, first);
-      double share_last = share;
-      if (last != first) {
-        share_last = crossing_share(p.rows, i, q.rows, last);
-        if (share_last < share) {
-          std::swap(first, last);
-          std::swap(share, share_last);
-        }
-      }
-      add_crossing(i, first, share);
-      inside = !inside;
-      if (last != first) {
-        add_crossing(i, last, share_last);
-        inside = !inside;
-      }
-      if (!inside) corners_of_q = append_along_q(q.rows.next(last));
+  /// Q's covered corners from j on, counter-clockwise, as bits.
+  std::uint64_t append_along_q(int j) const {
+    std::uint64_t taken = 0;
+    for (int k = 0; k < q.rows.count && q.covers(j); ++k, j = q.rows.next(j)) {
+      add_corner_of_q(j);
+      taken |= std::uint64_t{1} << j;
     }
-    return inside == p.covers(p.rows.next(i)) ? corners_of_q : -1;
+    return taken;
   }
 
-  /// Counter-clockwise around the shared polygon, along P's border and, where that leaves Q, along
-  /// Q's; false, and nothing added, where rounding leaves anything in doubt.
+  /// Where side i of P crosses Q's border, in order along it. Returns the side of Q met last.
+  int append_crossings(int i, std::uint64_t sides, bool& inside) const {
+    int first = std::countr_zero(sides), last = 63 - std::countl_zero(sides);
+    double share = crossing_share(p.rows, i, q.rows, first);
+    inside = !inside;
+    if (last == first) {
+      add_crossing(i, last, share);
+      return last;
+    }
+    double share_last = crossing_share(p.rows, i, q.rows, last);
+    if (share_last < share) {
+      std::swap(first, last);
+      std::swap(share, share_last);
+    }
+    add_crossing(i, first, share);
+    add_crossing(i, last, share_last);
+    inside = !inside;
+    return last;
+  }
+
+  /// Counter-clockwise around the shared polygon: along P's border, and from where that leaves Q
+  /// along Q's. False, and nothing added, where rounding leaves anything in doubt.
   bool append_in_order() const {
     if (!p.clear || !q.clear) return false;
     const std::size_t before = corners.size();
-    int missing = std::popcount(q.covered);
+    std::uint64_t taken = 0;
     bool sound = true;
     for (int i = 0; i < p.rows.count && sound; ++i) {
-      const int corners_of_q = append_along_p(i);
-      sound = corners_of_q >= 0;
-      missing -= corners_of_q;
+      bool inside = p.covers(i);
+      if (inside) add_corner_of_p(i);
+      if (const std::uint64_t sides = crossings(i); sides != 0) {
+        const int last = append_crossings(i, sides, inside);
+        if (!inside) taken |= append_along_q(q.rows.next(last));
+      }
+      sound = inside == p.covers(p.rows.next(i));
     }
-    if (sound && corners.size() == before && missing == q.rows.count) missing -= append_along_q(0);
-    if (sound && missing == 0) return true;
+    if (sound && corners.size() == before) taken = append_along_q(0);
+    if (sound && taken == q.covered) return true;
     corners.resize(before);
     return false;
   }
 };
 
-/// Lays a face; false: it has too many corners.
+/// Lays a face; false: it has too many corners. Q's faces look the other way and run backwards.
 bool lay_face(const Polyhedron& polyhedron, int face, const ContactPlane& plane, double outward,
               PolygonRows& rows) {
   const std::span<const int> cycle = polyhedron.topology().face(face);
   const std::span<const int> edges = polyhedron.topology().face_edges(face);
-  const int count = static_cast<int>(cycle.size());
-  if (count > PolygonRows::kMost) return false;
-  rows.count = count;
+  if (cycle.size() > PolygonRows::kMost) return false;
+  rows.count = static_cast<int>(cycle.size());
   rows.face = face;
-  const Points& vertices = polyhedron.vertices();
-  for (int k = 0; k < count; ++k) {  // Q's faces look the other way: run backwards
-    const int i = outward > 0.0 ? k : count - 1 - k;
-    const int e = outward > 0.0 ? i : (i > 0 ? i : count) - 1;
-    rows.vertex[k] = cycle[static_cast<std::size_t>(i)];
-    rows.edge[k] = edges[static_cast<std::size_t>(e)];
-    const Vector3 step = vertices.col(rows.vertex[k]) - plane.origin;
+  if (outward > 0.0) {
+    std::copy(cycle.begin(), cycle.end(), rows.vertex);
+    std::copy(edges.begin(), edges.end(), rows.edge);
+  } else {
+    std::reverse_copy(cycle.begin(), cycle.end(), rows.vertex);
+    std::reverse_copy(edges.begin(), edges.end() - 1, rows.edge);
+    rows.edge[rows.count - 1] = edges.back();
+  }
+  const double* const vertices = polyhedron.vertices().data();
+  for (int k = 0; k < rows.count; ++k) {
+    const double* const v = vertices + 3 * rows.vertex[k];
+    const Vector3 step(v[0] - plane.origin.x(), v[1] - plane.origin.y(), v[2] - plane.origin.z());
     rows.x[k] = plane.axis_u.dot(step);
     rows.y[k] = plane.axis_v.dot(step);
     rows.height[k] = plane.normal.dot(step);
@@ -228,8 +233,7 @@ bool measure(const SharedCorners& corners, SharedPolygon& polygon) {
   bool left = true;
   for (std::size_t k = 0; k < n; ++k) {
     const std::size_t next = k + 1 < n ? k + 1 : 0;
-    const double half =
-        0.25 * cross2(place(k) - polygon.centroid, place(next) - polygon.centroid);
+    const double half = 0.25 * cross2(place(k) - polygon.centroid, place(next) - polygon.centroid);
     polygon.shares[k] += half;
     polygon.shares[next] += half;
     left = left && half > 0.0;
@@ -272,7 +276,7 @@ void hull_order(std::span<const Vector2> places, SmallVector<int, 32>& order) {
 void find_polygon(const SharedCorners& corners, SharedPolygon& polygon) {
   SmallVector<Vector2, 32> places;
   for (const SharedCorner& corner : corners) places.push_back(corner.place);
-  hull_order({places.begin(), places.size()}, polygon.order);
+  hull_order(places, polygon.order);
   measure(corners, polygon);
 }
 

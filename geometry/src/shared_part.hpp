@@ -48,8 +48,7 @@ Overlay append_shared_of_polygons(PolygonRows& p, PolygonRows& q, double roundin
 /// contact points.
 struct SharedPart {
   int face_p = -1, face_q = -1;
-  VertexSet set_p, set_q;  ///< their vertices, ascending: just these are within tol
-  Support top_p, top_q;
+  Support top_p, top_q;  ///< just the vertices of the faces are within tol of them
   ContactPlane plane;
   PolygonRows p, q;
   SharedCorners corners;

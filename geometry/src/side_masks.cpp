@@ -72,7 +72,8 @@ QUOIN_AVX512 inline void masks_512(const PolygonRows& corners, const PolygonRows
       masks.outside[i] = j == 0 ? out : masks.outside[i] | out << j;
       greatest = _mm512_max_pd(greatest, inside);
     }
-    const auto valid = static_cast<__mmask8>(sides.count - j < 8 ? (1 << (sides.count - j)) - 1 : 255);
+    const auto valid =
+        static_cast<__mmask8>(sides.count - j < 8 ? (1 << (sides.count - j)) - 1 : 255);
     const __mmask8 wide = _mm512_cmp_pd_mask(length, _mm512_setzero_pd(), _CMP_GT_OQ);
     const __m512d reach = _mm512_maskz_div_pd(wide, greatest, length);
     masks.margin = std::min(masks.margin, _mm512_mask_reduce_min_pd(valid, reach));
@@ -113,10 +114,10 @@ QUOIN_AVX2 inline void masks_256(const PolygonRows& corners, const PolygonRows& 
       const __m256d along = _mm256_mul_pd(side_x, _mm256_sub_pd(_mm256_set1_pd(corners.y[i]), y));
       const __m256d across = _mm256_mul_pd(side_y, _mm256_sub_pd(_mm256_set1_pd(corners.x[i]), x));
       const __m256d inside = _mm256_sub_pd(along, across);
-      const auto in = static_cast<std::uint64_t>(
-          _mm256_movemask_pd(_mm256_cmp_pd(inside, above, _CMP_GT_OQ)));
-      const auto out = static_cast<std::uint64_t>(
-          _mm256_movemask_pd(_mm256_cmp_pd(inside, below, _CMP_LT_OQ)));
+      const auto in =
+          static_cast<std::uint64_t>(_mm256_movemask_pd(_mm256_cmp_pd(inside, above, _CMP_GT_OQ)));
+      const auto out =
+          static_cast<std::uint64_t>(_mm256_movemask_pd(_mm256_cmp_pd(inside, below, _CMP_LT_OQ)));
       masks.inside[i] = j == 0 ? in : masks.inside[i] | in << j;
       masks.outside[i] = j == 0 ? out : masks.outside[i] | out << j;
       greatest = _mm256_max_pd(greatest, inside);
@@ -146,11 +147,13 @@ void PolygonRows::set_surface(double normal_u, double normal_v, double across) {
     x[k] = x[0];
     y[k] = y[0];
   }
-  low = high = height[0];
+  double least = height[0], greatest = height[0];
   for (int k = 1; k < count; ++k) {
-    low = std::min(low, height[k]);
-    high = std::max(high, height[k]);
+    least = std::min(least, height[k]);
+    greatest = std::max(greatest, height[k]);
   }
+  low = least;
+  high = greatest;
   constexpr double kUpright = 1e-3;  // a face seen from its edge has no slope
   slope_x = std::abs(across) < kUpright ? 0.0 : -normal_u / across;
   slope_y = std::abs(across) < kUpright ? 0.0 : -normal_v / across;

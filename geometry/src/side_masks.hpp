@@ -14,8 +14,8 @@ struct PolygonRows {
   alignas(64) double x[kRoom], y[kRoom];
   alignas(64) double side_x[kRoom], side_y[kRoom], length[kRoom];  ///< from corner k to the next
   double height[kRoom];                                            ///< of corner k along the normal
-  int vertex[kRoom], edge[kRoom];  ///< corner k; to the next, -1: none of the topology
-  int face = 0;                    ///< that names points on it
+  int vertex[kRoom], edge[kRoom];       ///< corner k; to the next, -1: none of the topology
+  int face = 0;                         ///< that names points on it
   double slope_x = 0.0, slope_y = 0.0;  ///< of its surface
   double low = 0.0, high = 0.0;         ///< least and greatest height
   PolygonRows() {}                      // NOLINT: the rows are filled later

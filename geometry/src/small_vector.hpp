@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <memory>
+#include <span>
 #include <type_traits>
 
 namespace quoin::geometry {
@@ -16,14 +17,19 @@ class SmallVector {
   SmallVector() {}  // NOLINT: the storage is left as it is
   SmallVector(const SmallVector& other) { *this = other; }
   SmallVector& operator=(const SmallVector& other) {
-    clear();
-    for (const T& value : other) push_back(value);
+    assign(other);
     return *this;
   }
 
-  void push_back(const T& value) {
+  void push_back(const T& value) { add() = value; }
+  /// One more, to be filled.
+  T& add() {
     if (size_ == capacity_) grow();
-    data_[size_++] = value;
+    return data_[size_++];
+  }
+  void assign(std::span<const T> values) {
+    resize(values.size());
+    std::copy(values.begin(), values.end(), data_);
   }
   void clear() { size_ = 0; }
   void resize(std::size_t size) {

@@ -40,7 +40,7 @@ void narrow_beyond(const Rows& rows, int count, const Vector3& d, double value,
 struct Matched {
   const int* next;
   const int* end;
-  explicit Matched(const VertexSet& set) : next(set.begin()), end(set.end()) {}
+  explicit Matched(std::span<const int> set) : next(set.data()), end(set.data() + set.size()) {}
   bool take(unsigned mask, int first) {
     for (; mask != 0; mask &= mask - 1) {
       if (next == end || *next != first + std::countr_zero(mask)) return false;
@@ -52,7 +52,7 @@ struct Matched {
 };
 
 bool narrow_only(const Rows& rows, int count, const Vector3& d, double value,
-                 const VertexSet& set) {
+                 std::span<const int> set) {
   Matched matched(set);
   for (int v = 0; v < count; ++v) {
     const bool beyond = rows.x[v] * d.x() + rows.y[v] * d.y() + rows.z[v] * d.z() >= value;
@@ -168,7 +168,7 @@ QUOIN_AVX512 void beyond_512(const Rows& rows, int count, const Vector3& d, doub
 }
 
 QUOIN_AVX512 bool only_512(const Rows& rows, int count, const Vector3& d, double value,
-                           const VertexSet& set) {
+                           std::span<const int> set) {
   const Wide512 wide(d);
   const __m512d limit = _mm512_set1_pd(value);
   Matched matched(set);
@@ -230,7 +230,7 @@ QUOIN_AVX2 void beyond_256(const Rows& rows, int count, const Vector3& d, double
 }
 
 QUOIN_AVX2 bool only_256(const Rows& rows, int count, const Vector3& d, double value,
-                         const VertexSet& set) {
+                         std::span<const int> set) {
   const Wide256 wide(d);
   const __m256d limit = _mm256_set1_pd(value);
   Matched matched(set);
@@ -275,7 +275,7 @@ void find_vertices_beyond(const Polyhedron& polyhedron, const Vector3& direction
 }
 
 bool only_these_beyond(const Polyhedron& polyhedron, const Vector3& direction, double value,
-                       const VertexSet& set) {
+                       std::span<const int> set) {
   const Rows rows(polyhedron);
   const int count = polyhedron.vertex_count();
 #ifdef QUOIN_WIDE_LANES

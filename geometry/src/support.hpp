@@ -33,7 +33,7 @@ void find_vertices_beyond(const Polyhedron& polyhedron, const Vector3& direction
 
 /// Is `set` (ascending) just the vertices whose offset · direction is at least `value`?
 bool only_these_beyond(const Polyhedron& polyhedron, const Vector3& direction, double value,
-                       const VertexSet& set);
+                       std::span<const int> set);
 
 inline Vector3 offset(const Polyhedron& polyhedron, int v) {
   const double* p = polyhedron.offsets() + v;

@@ -38,8 +38,16 @@ class Topology {
   std::span<const int> face(int f) const {
     return row(face_vertices_, face_start_, f);
   }  ///< in order
-  /// Edge from each vertex of the face to the next.
+  std::span<const int> face_set(int f) const {
+    return row(face_sets_, face_start_, f);
+  }  ///< the same, ascending
+  /// Edge from each vertex of the face to the next; the face across it.
   std::span<const int> face_edges(int f) const { return row(face_edges_, face_start_, f); }
+  std::span<const int> face_neighbours(int f) const {
+    return row(face_neighbours_, face_start_, f);
+  }
+  /// Do just three faces meet in every vertex? Then the faces around a face are its neighbours.
+  bool three_faces_at_vertices() const { return three_faces_at_vertices_; }
   const std::array<int, 2>& edge(int e) const { return edges_[index(e)]; }  ///< first < second
   /// The two faces it lies between; the first one runs from its first to its second vertex.
   const std::array<int, 2>& edge_faces(int e) const { return edge_faces_[index(e)]; }
@@ -63,10 +71,11 @@ class Topology {
   void add_neighbours();
 
   int vertex_count_ = 0;
-  std::vector<int> face_start_, face_vertices_, face_edges_;
+  std::vector<int> face_start_, face_vertices_, face_sets_, face_edges_, face_neighbours_;
   std::vector<std::array<int, 2>> edges_, edge_faces_;
   std::vector<int> neighbour_start_, neighbours_, neighbour_edges_;
   std::vector<int> vertex_face_start_, vertex_faces_;
+  bool three_faces_at_vertices_ = true;
 };
 
 /// Memory on 64-byte borders, so that wide loads never straddle cache lines.
@@ -103,7 +112,7 @@ class Polyhedron {
   /// diagonal of the box.
   double diameter() const { return diameter_; }
   double largest_coordinate() const { return largest_coordinate_; }  ///< of all |x|, |y|, |z|, m
-  const Vector3& vertex_mean() const { return vertex_mean_; }  ///< a point inside, m
+  const Vector3& vertex_mean() const { return vertex_mean_; }        ///< a point inside, m
   /// Unit normal of a face label (area-weighted over its polygon), outward.
   Vector3 face_normal(int f) const { return face_normals_.col(f); }
 
