@@ -133,6 +133,37 @@ void book(const Attempt& attempt, const CompiledScene& compiled, State& state) {
                     (attempt.impact_loss - attempt.contact_work) - attempt.scheme_loss;
 }
 
+bool constant_loads(const CompiledScene& compiled) {
+  const auto constant = [](const auto& load) { return load.force.is_constant(); };
+  const auto at_rest = [](const HeldPoint& held) { return held.displacement.is_constant(); };
+  return compiled.scene.gravity.is_constant() && compiled.prescribed.empty() &&
+         std::all_of(compiled.loads.begin(), compiled.loads.end(), constant) &&
+         std::all_of(compiled.held.begin(), compiled.held.end(), at_rest);
+}
+
+bool at_rest(const BlockState& block) { return velocity_vector(block).isZero(0.0); }
+
+/// The attempt took all forces as they were, and nothing moved, to the last bit.
+bool stood_still(const CompiledScene& compiled, const State& start, const Workspace& work) {
+  const Attempt& attempt = work.attempt;
+  const auto zero = [](const Vector12& increment) { return increment.isZero(0.0); };
+  return attempt.solved.solves == 0 && constant_loads(compiled) &&
+         std::all_of(work.poses.increment.begin(), work.poses.increment.end(), zero) &&
+         std::all_of(start.blocks.begin(), start.blocks.end(), at_rest) &&
+         std::all_of(attempt.end.blocks.begin(), attempt.end.blocks.end(), at_rest);
+}
+
+/// A step like the last one, in which nothing moved.
+StepReport stand(const StepOptions& options, State& state, const StepReport& last) {
+  state.time += options.time_step;
+  ++state.step;
+  StepReport report = last;
+  report.time = state.time;
+  report.candidate_pairs = report.searched_pairs = 0;
+  report.seconds = {};
+  return report;
+}
+
 void accept(const CompiledScene& compiled, const StepOptions& options, State& state,
             Workspace& work) {
   Attempt& attempt = work.attempt;
@@ -140,6 +171,7 @@ void accept(const CompiledScene& compiled, const StepOptions& options, State& st
   for (const BodyContact& contact : attempt.contacts) attempt.end.contacts.push_back(contact.state);
   std::sort(attempt.end.contacts.begin(), attempt.end.contacts.end(),
             [](const Contact& x, const Contact& y) { return x.point.key < y.point.key; });
+  work.still = stood_still(compiled, state, work);
   work.last_time_step = 0.0;
   if (options.analysis == Analysis::Dynamic) {
     work.last_time_step = attempt.end.time - state.time;
@@ -252,11 +284,13 @@ double initial_spring_energy(const CompiledScene& compiled, const StepOptions& o
 
 void detect(const CompiledScene& compiled, const StepOptions& options, const State& state,
             Workspace& work) {
+  work.still = false;
   find(compiled, options, state, work.found, work);
 }
 
 StepReport advance(const CompiledScene& compiled, const StepOptions& options, State& state,
                    State& best, Workspace& work) {
+  if (work.still) return stand(options, state, work.report);
   StepReport report;
   work.clock.start();
   const double smallest =
@@ -299,6 +333,8 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
   report_end(state, work, report);
   work.clock.charge(&PhaseSeconds::update);
   report.seconds = work.clock.seconds;
+  work.still = work.still && report.sub_steps == 1 && report.linear_solves == 0;
+  if (work.still) work.report = report;
   return report;
 }
 

@@ -69,6 +69,9 @@ struct Workspace {
   double reach = 0.0;                         ///< that `found` was made with, m
   std::vector<PrescribedMotion> motion;       ///< of compiled.prescribed, at the present state
 
+  bool still = false;    ///< nothing moved in the last step and no load changes: the next is the same
+  StepReport report;     ///< of that step
+
   double last_time_step = 0.0;                ///< of the last accepted sub-step; 0: none
   BlockVector last_velocity;                  ///< at its start, by slot: predicts the next increment
 

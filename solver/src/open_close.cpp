@@ -128,6 +128,11 @@ double violation(std::span<const LinearContact> contacts) {
   return worst;
 }
 
+/// Of a block's points, m.
+double motion_of(const Vector12& increment, double length) {
+  return std::max(increment.head<3>().norm(), increment.tail<9>().norm() * length);
+}
+
 void accumulate(const LinearContact& c, BlockVector& y, std::vector<double>& scale) {
   if (c.mode == ContactMode::Open) return;
   const auto add = [&](int slot, const Matrix3x12& jacobian) {
@@ -141,6 +146,34 @@ void accumulate(const LinearContact& c, BlockVector& y, std::vector<double>& sca
 }
 
 }  // namespace
+
+/// Blocks that the forces known so far hold where they stand, and so all that they touch, do not move to
+/// begin with: what they were guessed to do is rounding. Returns the largest motion taken back, m.
+double OpenClose::stand(const BlockSystem& base, const BlockVector& force,
+                        std::span<LinearContact> contacts, double tolerance, BlockVector& guess) {
+  still_.assign(guess.size(), Vector12::Zero());
+  if (guess == still_) return 0.0;
+  shift(base, force, contacts, still_);
+  evaluate(base, contacts, change_, Limits::Live);
+  stands_.resize(guess.size());
+  for (std::size_t s = 0; s < guess.size(); ++s) stands_[s] = balanced(s, tolerance);
+  for (bool spreads = true; spreads;) {
+    spreads = false;
+    for (const LinearContact& c : contacts) {
+      if (c.mode == ContactMode::Open || c.slot_a < 0 || c.slot_b < 0) continue;
+      char &a = stands_[index(c.slot_a)], &b = stands_[index(c.slot_b)];
+      spreads = spreads || a != b;
+      a = b = a && b;
+    }
+  }
+  double taken_back = 0.0;
+  for (std::size_t s = 0; s < guess.size(); ++s) {
+    if (!stands_[s]) continue;
+    taken_back = std::max(taken_back, motion_of(guess[s], slots_->length[s]));
+    guess[s].setZero();
+  }
+  return taken_back;
+}
 
 /// From here on the unknown is the change against the first guess: forces and gaps are then rounded like
 /// the change and not like the whole motion of the step.
@@ -196,6 +229,10 @@ double OpenClose::relative_residual() const {
     if (!(size <= worst * scale_[s])) worst = size / std::max(scale_[s], 1e-300);
   }
   return worst;
+}
+
+bool OpenClose::balanced(std::size_t slot, double tolerance) const {
+  return force_size(residual_[slot], slots_->length[slot]) - floor_[slot] <= tolerance * scale_[slot];
 }
 
 double OpenClose::slope(const BlockVector& direction) const {
@@ -445,6 +482,9 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   factorized_ = false;
   last_gap_ = std::numeric_limits<double>::infinity();
   raises_ = 0;
+  if (options.predicted) {
+    result.change = stand(base, force, contacts, kAtRest * tolerance, increment);
+  }
   shift(base, force, contacts, increment);
   evaluate(base, contacts, change_, Limits::Live);
   result.residual = relative_residual();
@@ -475,8 +515,7 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   for (LinearContact& c : contacts) c.assumed = c.mode;
   for (std::size_t s = 0; s < n; ++s) {
     increment[s] += change_[s];
-    result.change = std::max({result.change, change_[s].head<3>().norm(),
-                              change_[s].tail<9>().norm() * slots_->length[s]});
+    result.change = std::max(result.change, motion_of(change_[s], slots_->length[s]));
   }
   if (factorized_) result.condition = solver_.condition_estimate();
   return result;

@@ -19,6 +19,7 @@ struct OpenCloseOptions {
   double gap_rounding = 0.0;        ///< m: a smaller gap or slip is zero for all that doubles can tell
   int max_iterations = 200;
   bool raise = false;               ///< augmentation where the gap falls slowly
+  bool predicted = false;           ///< the first guess is no solution yet: blocks may stand instead
 };
 
 struct OpenCloseResult {
@@ -46,11 +47,14 @@ class OpenClose {
   /// Which law a contact follows: the one assumed at the start (no conditions are checked), or the true
   /// one with friction limits that follow the normal forces, or stay as they are.
   enum class Limits { Assumed, Live, Frozen };
+  double stand(const BlockSystem& base, const BlockVector& force, std::span<LinearContact> contacts,
+               double tolerance, BlockVector& guess);
   void shift(const BlockSystem& base, const BlockVector& force, std::span<LinearContact> contacts,
              const BlockVector& guess);
   void evaluate(const BlockSystem& base, std::span<LinearContact> contacts,
                 const BlockVector& change, Limits limits);
   double relative_residual() const;
+  bool balanced(std::size_t slot, double tolerance) const;
   double slope(const BlockVector& direction) const;
   bool same_tangent(std::span<const LinearContact> contacts, Limits limits);
   void assemble(const BlockSystem& base, std::span<const LinearContact> contacts);
@@ -75,6 +79,8 @@ class OpenClose {
   LinearSolver solver_;
   BlockSystem system_;
   BlockVector right_;                 ///< F - K0 guess
+  BlockVector still_;                 ///< zeros
+  std::vector<char> stands_;          ///< by slot
   BlockVector change_, trial_;        ///< of the increment against the first guess
   BlockVector residual_, step_;
   std::vector<double> scale_;         ///< force scale, per slot, N

@@ -348,6 +348,7 @@ OpenCloseResult solve_positions(const CompiledScene& compiled, const StepOptions
     }
     by_slot(compiled, work.poses.increment, work.increment);
     work.clock.charge(&PhaseSeconds::assemble);
+    tuning.predicted = pass == 0;
     const OpenCloseResult solved =
         work.open_close.solve(work.base, work.force, work.linear, tuning, work.increment);
     work.clock.charge(&PhaseSeconds::solve);
@@ -358,7 +359,7 @@ OpenCloseResult solve_positions(const CompiledScene& compiled, const StepOptions
     total.residual = solved.residual;
     total.converged = solved.converged;
     if (solved.factorizations > 0) total.condition = solved.condition;
-    if (!solved.converged || solved.solves == 0 || solved.change <= tuning.gap_rounding) break;
+    if (!solved.converged || solved.change <= tuning.gap_rounding) break;
     total.converged = false;  // until the next linearisation agrees
   }
   set_end(compiled, state, work);

@@ -165,6 +165,7 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
   tuning.gap_rounding = coordinate_rounding(compiled, start);
   tuning.max_iterations = options.max_iterations;
   tuning.raise = true;
+  tuning.predicted = true;
   const double before = kinetic_energy(compiled, attempt.end);
   const double available = kinetic_energy(compiled, start) + strain_energy(compiled, start) +
                            attempt.gravity_work + attempt.load_work;
