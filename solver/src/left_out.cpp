@@ -62,10 +62,6 @@ std::vector<std::string> left_out(const CompiledScene& compiled, const StepOptio
   if (options.analysis != Analysis::Dynamic) {
     out.push_back("velocities, kinetic energy, restitution: the analysis is static");
   }
-  if (LinearSolver::is_dense(compiled.slots.unknowns())) {
-    out.push_back("sparse matrix: " + std::to_string(compiled.slots.unknowns()) +
-                  " unknowns are solved densely");
-  }
   if (options.threads == 1) out.push_back("worker threads: one thread is asked for");
   return out;
 }

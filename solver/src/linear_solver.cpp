@@ -1,147 +1,261 @@
 #include "linear_solver.hpp"
 
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+
 namespace quoin::solver {
 namespace {
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
+std::size_t area(int rows, int columns) { return index(rows) * index(columns); }
+
 }  // namespace
 
+void LinearSolver::analyse(const BlockSystem& system) {
+  const int count = slots_->count();
+  pairs_ = system.pairs;
+  elimination_ = make_elimination(count, pairs_);
+  const auto& [node_at, place_of, supernodes] = elimination_;
+  start_.assign(1, 0);
+  for (const int slot : node_at) start_.push_back(start_.back() + slots_->size[index(slot)]);
+  couplings_.assign(index(count), {});
+  for (std::size_t p = 0; p < pairs_.size(); ++p) {
+    const int first = place_of[index(pairs_[p].first)], second = place_of[index(pairs_[p].second)];
+    couplings_[index(std::min(first, second))].push_back(
+        {static_cast<int>(p), std::max(first, second), first > second});
+  }
+  local_.assign(index(count), 0);
+  fronts_.assign(supernodes.size(), {});
+  for (std::size_t s = 0; s < supernodes.size(); ++s) {
+    const Supernode& node = supernodes[s];
+    fronts_[s].own = start_[index(node.end)] - start_[index(node.first)];
+    fronts_[s].first = start_[index(node.first)];
+    for (const int place : node.below) fronts_[s].below += slots_->size[index(node_at[index(place)])];
+  }
+  analysed_ = true;
+}
+
+/// Where the factors of each front stand, and memory for the rests that wait at the same time.
+void LinearSolver::place_factors() {
+  std::size_t factors = 0, waiting = 0, most = 0;
+  std::vector<std::size_t> taken(fronts_.size(), 0);  // by the rests of a front's children
+  for (std::size_t s = 0; s < fronts_.size(); ++s) {
+    Front& front = fronts_[s];
+    front.columns = factors;
+    factors += area(front.own + front.below, front.own);
+    front.rows = factors;
+    if (!symmetric_) factors += area(front.own, front.below);
+    const std::size_t rest = area(front.below, front.below);
+    most = std::max(most, waiting + rest);
+    waiting += rest - taken[s];
+    const int parent = elimination_.supernodes[s].parent;
+    if (parent >= 0) taken[index(parent)] += rest;
+  }
+  factor_.resize(factors);
+  stack_.resize(most);
+  pivots_.resize(slots_->unknowns());
+  exchanges_.resize(fronts_.size());
+  vector_.resize(slots_->unknowns());
+}
+
+LinearSolver::Parts LinearSolver::parts(const Front& front, double* rest) {
+  const int rows = symmetric_ ? 0 : front.own;
+  return {Matrix(factor_.data() + front.columns, front.own + front.below, front.own),
+          Matrix(factor_.data() + front.rows, rows, front.below),
+          Matrix(rest, front.below, front.below)};
+}
+
 bool LinearSolver::factorize(const BlockSystem& system) {
-  const int n = slots_->unknowns();
-  vector_.resize(n);
-  result_.resize(n);
-  symmetric_ = system.symmetric;
-  return dense() ? factorize_dense(system) : factorize_sparse(system);
-}
-
-bool LinearSolver::factorize_dense(const BlockSystem& system) {
-  const int n = slots_->unknowns();
-  matrix_.setZero(n, n);
-  for (std::size_t s = 0; s < system.diagonal.size(); ++s) {
-    const int at = slots_->start[s], size = slots_->size[s];
-    matrix_.block(at, at, size, size) = system.diagonal[s].topLeftCorner(size, size);
+  const bool same = analysed_ && pairs_ == system.pairs;
+  if (!same) analyse(system);
+  if (!same || symmetric_ != system.symmetric) {
+    symmetric_ = system.symmetric;
+    place_factors();
   }
-  for (std::size_t p = 0; p < system.pairs.size(); ++p) {
-    const std::size_t i = index(system.pairs[p].first), j = index(system.pairs[p].second);
-    const int rows = slots_->size[i], columns = slots_->size[j];
-    const auto upper = system.off_diagonal[p].topLeftCorner(rows, columns);
-    auto lower = matrix_.block(slots_->start[j], slots_->start[i], columns, rows);
-    if (symmetric_) {
-      lower = upper.transpose();
-    } else {
-      matrix_.block(slots_->start[i], slots_->start[j], rows, columns) = upper;
-      lower = system.mirrored[p].topLeftCorner(columns, rows);
+  std::vector<std::size_t> waiting;  // supernodes whose rests stand on the stack
+  std::size_t top = 0;
+  for (std::size_t s = 0; s < fronts_.size(); ++s) {
+    const Front& front = fronts_[s];
+    Parts now = parts(front, stack_.data() + top);
+    now.columns.setZero();
+    now.rows.setZero();
+    now.rest.setZero();
+    add_own_blocks(system, s, now);
+    while (!waiting.empty() &&
+           elimination_.supernodes[waiting.back()].parent == static_cast<int>(s)) {
+      const int below = fronts_[waiting.back()].below;
+      top -= area(below, below);
+      add_rest(waiting.back(), Matrix(stack_.data() + top, below, below), s, now);
+      waiting.pop_back();
     }
+    if (!(symmetric_ ? eliminate_symmetric(s, now) : eliminate_general(s, now))) return false;
+    std::copy(now.rest.data(), now.rest.data() + now.rest.size(), stack_.data() + top);
+    top += area(front.below, front.below);
+    waiting.push_back(s);
   }
-  if (symmetric_) {
-    dense_.compute(matrix_);
-    return dense_.info() == Eigen::Success && dense_.isPositive();
-  }
-  dense_lu_.compute(matrix_);
-  return dense_lu_.matrixLU().diagonal().cwiseAbs().minCoeff() > 0.0;
+  return true;
 }
 
-bool LinearSolver::factorize_sparse(const BlockSystem& system) {
-  Sparse& sparse = symmetric_ ? lower_ : whole_;
-  if (sparse.matrix.rows() != slots_->unknowns() || sparse.pairs != system.pairs) {
-    build_pattern(system, sparse);
-  }
-  fill_sparse(system, sparse);
-  if (symmetric_) {
-    simplicial_.factorize(sparse.matrix);
-    return simplicial_.info() == Eigen::Success && simplicial_.vectorD().minCoeff() > 0.0;
-  }
-  sparse_lu_.factorize(sparse.matrix);
-  return sparse_lu_.info() == Eigen::Success;
-}
-
-// Column by column: blocks above (when not symmetric), the diagonal block, the blocks below, each in
-// ascending order; fill_sparse runs in the same order.
-void LinearSolver::build_pattern(const BlockSystem& system, Sparse& sparse) {
-  const int n = slots_->unknowns();
-  sparse.pairs = system.pairs;
-  std::vector<Eigen::Triplet<double>> entries;
-  const auto add_block = [&](std::size_t i, std::size_t j, bool lower_only) {
-    for (int c = 0; c < slots_->size[j]; ++c) {
-      for (int r = lower_only ? c : 0; r < slots_->size[i]; ++r) {
-        entries.emplace_back(slots_->start[i] + r, slots_->start[j] + c, 0.0);
+void LinearSolver::add_own_blocks(const BlockSystem& system, std::size_t node, Parts& front) {
+  const Supernode& supernode = elimination_.supernodes[node];
+  const int own = fronts_[node].own;
+  int at = 0;
+  const auto place_next = [&](int place) {
+    local_[index(place)] = at;
+    at += slots_->size[index(elimination_.node_at[index(place)])];
+  };
+  for (int place = supernode.first; place < supernode.end; ++place) place_next(place);
+  for (const int place : supernode.below) place_next(place);
+  for (int place = supernode.first; place < supernode.end; ++place) {
+    const std::size_t slot = index(elimination_.node_at[index(place)]);
+    const int size = slots_->size[slot], from = local_[index(place)];
+    front.columns.block(from, from, size, size) = system.diagonal[slot].topLeftCorner(size, size);
+    for (const Coupling& coupling : couplings_[index(place)]) {
+      const int rows = slots_->size[index(elimination_.node_at[index(coupling.other)])];
+      const int to = local_[index(coupling.other)];
+      const Matrix12& upper = system.off_diagonal[index(coupling.pair)];
+      auto lower_part = front.columns.block(to, from, rows, size);
+      if (symmetric_) {
+        if (coupling.forward) {
+          lower_part = upper.topLeftCorner(rows, size);
+        } else {
+          lower_part = upper.topLeftCorner(size, rows).transpose();
+        }
+        continue;
+      }
+      const Matrix12& mirrored = system.mirrored[index(coupling.pair)];
+      const Matrix12 &lower = coupling.forward ? upper : mirrored,
+                     &other = coupling.forward ? mirrored : upper;
+      lower_part = lower.topLeftCorner(rows, size);
+      if (to < own) {
+        front.columns.block(from, to, size, rows) = other.topLeftCorner(size, rows);
+      } else {
+        front.rows.block(from, to - own, size, rows) = other.topLeftCorner(size, rows);
       }
     }
-  };
-  for (std::size_t s = 0; s < system.diagonal.size(); ++s) add_block(s, s, symmetric_);
-  for (const auto& [first, second] : system.pairs) {
-    add_block(index(second), index(first), false);
-    if (!symmetric_) add_block(index(first), index(second), false);
-  }
-  sparse.matrix.resize(n, n);
-  sparse.matrix.setFromTriplets(entries.begin(), entries.end());
-  if (symmetric_) {
-    simplicial_.analyzePattern(sparse.matrix);
-  } else {
-    sparse_lu_.analyzePattern(sparse.matrix);
   }
 }
 
-void LinearSolver::fill_sparse(const BlockSystem& system, Sparse& sparse) {
-  double* values = sparse.matrix.valuePtr();
-  const int* starts = sparse.matrix.outerIndexPtr();
-  column_position_.assign(starts, starts + sparse.matrix.cols());
-  const auto put = [&](std::size_t i, std::size_t j, const Matrix12& block, bool transposed,
-                       bool lower_only) {
-    for (int c = 0; c < slots_->size[j]; ++c) {
-      int& at = column_position_[index(slots_->start[j] + c)];
-      for (int r = lower_only ? c : 0; r < slots_->size[i]; ++r) {
-        values[at++] = transposed ? block(c, r) : block(r, c);
-      }
+/// What a child left, to where it belongs in the front of its parent; the lower triangle if symmetric.
+void LinearSolver::add_rest(std::size_t child, const Matrix& rest, std::size_t node, Parts& front) {
+  const int own = fronts_[node].own;
+  target_.clear();
+  for (const int place : elimination_.supernodes[child].below) {
+    const int size = slots_->size[index(elimination_.node_at[index(place)])];
+    for (int i = 0; i < size; ++i) target_.push_back(local_[index(place)] + i);
+  }
+  const int count = static_cast<int>(target_.size());
+  const int inside = static_cast<int>(
+      std::lower_bound(target_.begin(), target_.end(), own) - target_.begin());
+  for (int j = 0; j < count; ++j) {
+    const double* from = rest.col(j).data();
+    const int first = symmetric_ ? j : 0;
+    const int column = target_[index(j)];
+    if (j < inside) {
+      double* to = front.columns.col(column).data();
+      for (int i = first; i < count; ++i) to[target_[index(i)]] += from[i];
+      continue;
     }
-  };
-  if (!symmetric_) {
-    for (std::size_t p = 0; p < system.pairs.size(); ++p) {
-      put(index(system.pairs[p].first), index(system.pairs[p].second), system.off_diagonal[p],
-          false, false);
+    if (!symmetric_) {
+      double* to = front.rows.col(column - own).data();
+      for (int i = 0; i < inside; ++i) to[target_[index(i)]] += from[i];
     }
+    double* to = front.rest.col(column - own).data() - own;
+    for (int i = std::max(first, inside); i < count; ++i) to[target_[index(i)]] += from[i];
   }
-  for (std::size_t s = 0; s < system.diagonal.size(); ++s) {
-    put(s, s, system.diagonal[s], false, symmetric_);
-  }
-  for (std::size_t p = 0; p < system.pairs.size(); ++p) {
-    const Matrix12& block = symmetric_ ? system.off_diagonal[p] : system.mirrored[p];
-    put(index(system.pairs[p].second), index(system.pairs[p].first), block, symmetric_, false);
-  }
+}
+
+bool LinearSolver::eliminate_symmetric(std::size_t node, Parts& parts) {
+  const Front& front = fronts_[node];
+  Eigen::Ref<Eigen::MatrixXd> pivot = parts.columns.topRows(front.own);
+  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> cholesky(pivot);  // in place
+  if (cholesky.info() != Eigen::Success) return false;
+  pivots_.segment(front.first, front.own) = pivot.diagonal().array().square();
+  if (front.below == 0) return true;
+  Eigen::Ref<Eigen::MatrixXd> below = parts.columns.bottomRows(front.below);
+  pivot.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(below);
+  parts.rest.selfadjointView<Eigen::Lower>().rankUpdate(below, -1.0);
+  return true;
+}
+
+bool LinearSolver::eliminate_general(std::size_t node, Parts& parts) {
+  const Front& front = fronts_[node];
+  Eigen::Ref<Eigen::MatrixXd> pivot = parts.columns.topRows(front.own);
+  const Eigen::PartialPivLU<Eigen::Ref<Eigen::MatrixXd>> lu(pivot);  // in place
+  pivots_.segment(front.first, front.own) = pivot.diagonal().cwiseAbs();
+  exchanges_[node] = lu.permutationP();
+  if (!(pivots_.segment(front.first, front.own).minCoeff() > 0.0)) return false;
+  if (front.below == 0) return true;
+  Eigen::Ref<Eigen::MatrixXd> below = parts.columns.bottomRows(front.below);
+  pivot.triangularView<Eigen::Upper>().solveInPlace<Eigen::OnTheRight>(below);
+  parts.rows = exchanges_[node] * parts.rows;
+  pivot.triangularView<Eigen::UnitLower>().solveInPlace(parts.rows);
+  parts.rest.noalias() -= below * parts.rows;
+  return true;
 }
 
 void LinearSolver::solve(const BlockVector& right, BlockVector& solution) {
   for (std::size_t s = 0; s < right.size(); ++s) {
-    vector_.segment(slots_->start[s], slots_->size[s]) = right[s].head(slots_->size[s]);
+    unknowns_of(s) = right[s].head(slots_->size[s]);
   }
-  if (dense()) {
-    if (symmetric_) {
-      result_ = dense_.solve(vector_);
-    } else {
-      result_ = dense_lu_.solve(vector_);
-    }
-  } else if (symmetric_) {
-    result_ = simplicial_.solve(vector_);
-  } else {
-    result_ = sparse_lu_.solve(vector_);
-  }
+  for (std::size_t s = 0; s < fronts_.size(); ++s) forward(s);
+  for (std::size_t s = fronts_.size(); s-- > 0;) backward(s);
   for (std::size_t s = 0; s < solution.size(); ++s) {
     solution[s].setZero();
-    solution[s].head(slots_->size[s]) = result_.segment(slots_->start[s], slots_->size[s]);
+    solution[s].head(slots_->size[s]) = unknowns_of(s);
+  }
+}
+
+Eigen::VectorBlock<Eigen::VectorXd> LinearSolver::unknowns_of(std::size_t slot) {
+  return vector_.segment(start_[index(elimination_.place_of[slot])], slots_->size[slot]);
+}
+
+void LinearSolver::forward(std::size_t node) {
+  const Front& front = fronts_[node];
+  const Parts factors = parts(front, nullptr);
+  const auto pivot = factors.columns.topRows(front.own);
+  auto own = vector_.segment(front.first, front.own);
+  if (symmetric_) {
+    pivot.triangularView<Eigen::Lower>().solveInPlace(own);
+  } else {
+    own = exchanges_[node] * own;
+    pivot.triangularView<Eigen::UnitLower>().solveInPlace(own);
+  }
+  if (front.below == 0) return;
+  below_.noalias() = factors.columns.bottomRows(front.below) * own;
+  int at = 0;
+  for (const int place : elimination_.supernodes[node].below) {
+    const int size = start_[index(place) + 1] - start_[index(place)];
+    vector_.segment(start_[index(place)], size) -= below_.segment(at, size);
+    at += size;
+  }
+}
+
+void LinearSolver::backward(std::size_t node) {
+  const Front& front = fronts_[node];
+  const Parts factors = parts(front, nullptr);
+  const auto pivot = factors.columns.topRows(front.own);
+  auto own = vector_.segment(front.first, front.own);
+  below_.resize(front.below);
+  int at = 0;
+  for (const int place : elimination_.supernodes[node].below) {
+    const int size = start_[index(place) + 1] - start_[index(place)];
+    below_.segment(at, size) = vector_.segment(start_[index(place)], size);
+    at += size;
+  }
+  if (symmetric_) {
+    own.noalias() -= factors.columns.bottomRows(front.below).transpose() * below_;
+    pivot.triangularView<Eigen::Lower>().transpose().solveInPlace(own);
+  } else {
+    own.noalias() -= factors.rows * below_;
+    pivot.triangularView<Eigen::Upper>().solveInPlace(own);
   }
 }
 
 double LinearSolver::condition_estimate() const {
-  if (slots_->unknowns() == 0) return 1.0;
-  if (!symmetric_) {
-    if (!dense()) return 0.0;  // the sparse factors do not show their pivots
-    const Eigen::ArrayXd pivots = dense_lu_.matrixLU().diagonal().array().abs();
-    return pivots.maxCoeff() / pivots.minCoeff();
-  }
-  const Eigen::VectorXd pivots =
-      dense() ? Eigen::VectorXd(dense_.vectorD()) : Eigen::VectorXd(simplicial_.vectorD());
-  return pivots.maxCoeff() / pivots.minCoeff();
+  return pivots_.size() == 0 ? 1.0 : pivots_.maxCoeff() / pivots_.minCoeff();
 }
 
 }  // namespace quoin::solver

@@ -1,55 +1,75 @@
 #pragma once
-/// Direct solution of K x = f: dense for few unknowns, sparse for many.
+/// Direct solution of K x = f for a sparse matrix of blocks.
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
-#include <Eigen/SparseCholesky>
-#include <Eigen/SparseLU>
+#include <Eigen/Core>
 
 #include "block_system.hpp"
+#include "elimination.hpp"
 
 namespace quoin::solver {
 
-/// Keeps its memory and the symbolic factorization while the pattern stays.
+/// Multifrontal elimination: each supernode is a dense matrix, the front, of which the columns of its own
+/// are eliminated and the rest is handed to its parent.   [Duff & Reid 1983; Liu 1992]
+/// Keeps its memory, and order and supernodes while the pattern stays.
 class LinearSolver {
  public:
   explicit LinearSolver(const Slots& slots) : slots_(&slots) {}
 
-  /// L D L^T for a symmetric matrix, L U for another. False when it is singular to working accuracy, or
-  /// symmetric and not positive definite.
+  /// L L^T for a symmetric matrix; for another L U with row exchanges inside a supernode. False when it is
+  /// singular to working accuracy, or symmetric and not positive definite.
   bool factorize(const BlockSystem& system);
   void solve(const BlockVector& right, BlockVector& solution);
-
-  /// Few unknowns are solved without sparse structures.
-  static bool is_dense(int unknowns) { return unknowns <= kDenseLimit; }
 
   /// Ratio of the largest to the smallest pivot: a lower estimate of the condition number.
   double condition_estimate() const;
 
  private:
-  // Lower triangle of a symmetric matrix, or a whole one: each keeps its own pattern.
-  struct Sparse {
-    Eigen::SparseMatrix<double> matrix;
-    std::vector<std::pair<int, int>> pairs;  // that the pattern was made for
+  using Matrix = Eigen::Map<Eigen::MatrixXd>;
+
+  /// A pair of the system as the front of the earlier of its two slots sees it.
+  struct Coupling {
+    int pair = 0;
+    int other = 0;         ///< place of the later slot
+    bool forward = false;  ///< the later slot is pair.first
   };
 
-  bool dense() const { return is_dense(slots_->unknowns()); }
-  bool factorize_dense(const BlockSystem& system);
-  bool factorize_sparse(const BlockSystem& system);
-  void build_pattern(const BlockSystem& system, Sparse& sparse);
-  void fill_sparse(const BlockSystem& system, Sparse& sparse);
+  /// One supernode: sizes in unknowns, and where its numbers stand.
+  struct Front {
+    int first = 0, own = 0, below = 0;
+    std::size_t columns = 0;  ///< in factor_: (own + below) × own
+    std::size_t rows = 0;     ///< in factor_: own × below, where not symmetric
+  };
 
-  static constexpr int kDenseLimit = 96;  // 8 deformable or 16 rigid blocks; chosen, not measured
+  /// The numbers of a front while it is assembled and eliminated.
+  struct Parts {
+    Matrix columns, rows, rest;
+  };
+
+  void analyse(const BlockSystem& system);
+  void place_factors();
+  Parts parts(const Front& front, double* rest);
+  void add_own_blocks(const BlockSystem& system, std::size_t node, Parts& front);
+  void add_rest(std::size_t child, const Matrix& rest, std::size_t node, Parts& front);
+  bool eliminate_symmetric(std::size_t node, Parts& parts);
+  bool eliminate_general(std::size_t node, Parts& parts);
+  void forward(std::size_t node);
+  void backward(std::size_t node);
+  Eigen::VectorBlock<Eigen::VectorXd> unknowns_of(std::size_t slot);
+
   const Slots* slots_;
-  bool symmetric_ = true;               // what was factorized last
-  Eigen::MatrixXd matrix_;
-  Eigen::LDLT<Eigen::MatrixXd> dense_;
-  Eigen::PartialPivLU<Eigen::MatrixXd> dense_lu_;
-  Eigen::VectorXd vector_, result_;
-  Sparse lower_, whole_;
-  std::vector<int> column_position_;    // of each column in the value array
-  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> simplicial_;
-  Eigen::SparseLU<Eigen::SparseMatrix<double>> sparse_lu_;
+  bool symmetric_ = true;  // what was factorized last
+  bool analysed_ = false;
+  std::vector<std::pair<int, int>> pairs_;  // that the order was made for
+  Elimination elimination_;
+  std::vector<int> start_;                  // first unknown of each place, and the total
+  std::vector<std::vector<Coupling>> couplings_;  // by place
+  std::vector<Front> fronts_;               // by supernode
+  std::vector<int> local_;                  // of each place, its first unknown in the present front
+  std::vector<int> target_;                 // of each unknown of a child's rest, that of the front
+  std::vector<double> factor_, stack_;      // stack_: rests that wait for their parent
+  std::vector<Eigen::PermutationMatrix<Eigen::Dynamic>> exchanges_;  // of rows, by supernode
+  Eigen::VectorXd pivots_;                  // by elimination
+  Eigen::VectorXd vector_, below_;
 };
 
 }  // namespace quoin::solver

@@ -49,9 +49,9 @@ class LeftOut(unittest.TestCase):
         for words in not_said:
             self.assertFalse(any(words in line for line in lines), f"{words!r} in {lines}")
 
-    def test_two_blocks_need_no_tree_and_no_sparse_matrix(self):
+    def test_two_blocks_need_no_tree(self):
         self.check(run(scene()),
-                   ["2 blocks are one pair", "12 unknowns are solved densely", "fixed or prescribed",
+                   ["2 blocks are one pair", "fixed or prescribed",
                     "no point, face or body load", "no folder is asked for", "one thread"],
                    ["friction", "rigid", "static"])
 
@@ -63,8 +63,7 @@ class LeftOut(unittest.TestCase):
 
     def test_rigid(self):
         summary = run(scene(blocks=[scene()["blocks"][0], brick(0, 0, kind="rigid")]))
-        self.check(summary, ["strain and elasticity of 1 block: rigid",
-                             "6 unknowns are solved densely"])
+        self.check(summary, ["strain and elasticity of 1 block: rigid"])
         self.assertEqual(summary["system"]["largest_strain"], 0)
 
     def test_static(self):
@@ -74,8 +73,8 @@ class LeftOut(unittest.TestCase):
         summary = run(rest)
         self.check(summary, ["the analysis is static"])
         self.assertEqual(summary["energy"]["kinetic"], 0)
-        self.assertEqual(summary["pairs"]["candidates"], 40)
-        self.assertLess(summary["pairs"]["searched"], 20)  # at rest nobody moves
+        self.assertLess(summary["pairs"]["candidates"], 40)  # of two pairs: at rest nobody moves
+        self.assertLess(summary["pairs"]["searched"], 20)
         rest["stages"].append({"analysis": "dynamic", "end_time": 0.1})
         self.check(run(rest), ["3 blocks, all pairs"], ["static"])  # what one stage needs is not left out
 

@@ -1,0 +1,143 @@
+/// Elimination and linear solver against dense matrices of the same blocks.
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <set>
+
+#include "solver/src/linear_solver.hpp"
+#include "support/catch.hpp"
+#include "support/random.hpp"
+
+using namespace quoin::solver;
+using namespace quoin::tests;
+
+namespace {
+
+enum class Shape { Symmetric, General };
+
+/// Blocks of 6 and 12 unknowns, as many random couplings as wanted; diagonally dominant.
+struct Problem {
+  Slots slots;
+  BlockSystem system;
+
+  Problem(Random& random, int count, int couplings, Shape shape) {
+    std::vector<int> unknowns;
+    for (int b = 0; b < count; ++b) unknowns.push_back(random.uniform(0, 1) < 0.5 ? 6 : 12);
+    slots = make_slots(unknowns, std::vector<double>(unknowns.size(), 1.0));
+    std::set<std::pair<int, int>> pairs;
+    for (int c = 0; c < couplings; ++c) {
+      const int i = static_cast<int>(random.uniform(0, count)), j = static_cast<int>(random.uniform(0, count));
+      if (i != j) pairs.insert(std::minmax(i, j));
+    }
+    system.pairs.assign(pairs.begin(), pairs.end());
+    system.symmetric = shape == Shape::Symmetric;
+    const auto draw = [&] {
+      Matrix12 block;
+      for (double& x : block.reshaped()) x = random.uniform(-1, 1);
+      return block;
+    };
+    for (int b = 0; b < count; ++b) {
+      const Matrix12 block = draw();
+      const Matrix12 symmetric = 0.5 * (block + block.transpose());
+      system.diagonal.push_back((system.symmetric ? symmetric : block) +
+                                (12.0 * (couplings + 1)) * Matrix12::Identity());
+    }
+    for (std::size_t p = 0; p < pairs.size(); ++p) {
+      system.off_diagonal.push_back(draw());
+      if (!system.symmetric) system.mirrored.push_back(draw());
+    }
+  }
+
+  Eigen::MatrixXd dense() const {
+    Eigen::MatrixXd result = Eigen::MatrixXd::Zero(slots.unknowns(), slots.unknowns());
+    for (std::size_t s = 0; s < slots.size.size(); ++s) {
+      const int at = slots.start[s], size = slots.size[s];
+      result.block(at, at, size, size) = system.diagonal[s].topLeftCorner(size, size);
+    }
+    for (std::size_t p = 0; p < system.pairs.size(); ++p) {
+      const auto i = static_cast<std::size_t>(system.pairs[p].first);
+      const auto j = static_cast<std::size_t>(system.pairs[p].second);
+      const int rows = slots.size[i], columns = slots.size[j];
+      const Eigen::MatrixXd upper = system.off_diagonal[p].topLeftCorner(rows, columns);
+      result.block(slots.start[i], slots.start[j], rows, columns) = upper;
+      result.block(slots.start[j], slots.start[i], columns, rows) =
+          system.symmetric ? Eigen::MatrixXd(upper.transpose())
+                           : Eigen::MatrixXd(system.mirrored[p].topLeftCorner(columns, rows));
+    }
+    return result;
+  }
+
+  /// Largest residual of a solution, relative to the largest entry of the right-hand side.
+  double error(Random& random, LinearSolver& solver) const {
+    BlockVector right(slots.size.size(), Vector12::Zero()), solution = right;
+    Eigen::VectorXd b(slots.unknowns()), x(slots.unknowns());
+    for (std::size_t s = 0; s < right.size(); ++s) {
+      for (int i = 0; i < slots.size[s]; ++i) right[s][i] = b[slots.start[s] + i] = random.uniform(-1, 1);
+    }
+    solver.solve(right, solution);
+    for (std::size_t s = 0; s < right.size(); ++s) {
+      x.segment(slots.start[s], slots.size[s]) = solution[s].head(slots.size[s]);
+    }
+    return (dense() * x - b).cwiseAbs().maxCoeff() / b.cwiseAbs().maxCoeff();
+  }
+};
+
+}  // namespace
+
+TEST_CASE("Factors of random block matrices solve them") {
+  Random random(1);
+  for (const Shape shape : {Shape::Symmetric, Shape::General}) {
+    for (const auto& [count, couplings] : {std::pair{1, 0}, {2, 1}, {5, 3}, {30, 20}, {60, 150}}) {
+      const Problem problem(random, count, couplings, shape);
+      LinearSolver solver(problem.slots);
+      REQUIRE(solver.factorize(problem.system));
+      CHECK(problem.error(random, solver) < 1e-13);
+      CHECK(solver.condition_estimate() >= 1.0);
+    }
+  }
+}
+
+TEST_CASE("One solver takes matrices of another pattern and another kind") {
+  Random random(2);
+  Problem first(random, 20, 30, Shape::Symmetric), second(random, 20, 30, Shape::General);
+  second.slots = first.slots;  // the same blocks, coupled otherwise
+  LinearSolver solver(first.slots);
+  for (const Problem* problem : {&first, &second, &first}) {
+    REQUIRE(solver.factorize(problem->system));
+    CHECK(problem->error(random, solver) < 1e-13);
+  }
+}
+
+TEST_CASE("What cannot be factorized is said") {
+  Random random(3);
+  Problem problem(random, 10, 12, Shape::Symmetric);
+  problem.system.diagonal[7](2, 2) = -1.0;
+  CHECK_FALSE(LinearSolver(problem.slots).factorize(problem.system));
+  Problem general(random, 1, 0, Shape::General);
+  general.system.diagonal[0].setZero();
+  CHECK_FALSE(LinearSolver(general.slots).factorize(general.system));
+}
+
+TEST_CASE("Supernodes hold every place once, children before parents") {
+  Random random(4);
+  const Problem problem(random, 80, 160, Shape::Symmetric);
+  const Elimination elimination = make_elimination(80, problem.system.pairs);
+  int next = 0;
+  for (std::size_t s = 0; s < elimination.supernodes.size(); ++s) {
+    const Supernode& node = elimination.supernodes[s];
+    CHECK(node.first == next);
+    CHECK(node.end > node.first);
+    next = node.end;
+    if (node.parent < 0) {
+      CHECK(node.below.empty());
+      continue;
+    }
+    REQUIRE(node.parent > static_cast<int>(s));
+    const Supernode& parent = elimination.supernodes[static_cast<std::size_t>(node.parent)];
+    for (const int place : node.below) {  // the parent has room for what is left
+      const bool own = place >= parent.first && place < parent.end;
+      CHECK((own || std::count(parent.below.begin(), parent.below.end(), place) == 1));
+    }
+  }
+  CHECK(next == 80);
+}
