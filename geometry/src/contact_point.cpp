@@ -17,13 +17,6 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr double kFacingCosine = 0.86602540378443865;
 constexpr double kSteepSine = 0.5;
 
-/// One point of the pair in the contact plane, before it gets the names of the caller.
-struct PlanePoint {
-  SharedCorner corner;
-  double share = 0.0;  // m2
-};
-using PlanePoints = SmallVector<PlanePoint, 64>;
-
 /// Everything about one pair, in the order in which it is worked (P before Q).
 struct PairPoints {
   double tolerance = 0.0, gap = 0.0;
@@ -32,7 +25,8 @@ struct PairPoints {
   VertexSet support_p, support_q;
   FeatureKind kind_p = FeatureKind::Vertex, kind_q = FeatureKind::Vertex;
   ContactPlane plane;
-  PlanePoints points;
+  SharedCorners merged;
+  const SharedCorners* points = &merged;  // or the corners of two faces as they are
 };
 
 bool faces_other(const Polyhedron& polyhedron, int face, const Vector3& outward) {
@@ -102,9 +96,9 @@ double gap_of(const SharedCorner& corner) { return corner.height_q - corner.heig
 
 /// Adds a point, or merges it with the one that is there already: the nearer place, the better
 /// name.
-void add_merged(const SharedCorner& corner, double tolerance, bool reversed, PlanePoints& points) {
-  for (PlanePoint& point : points) {
-    SharedCorner& kept = point.corner;
+void add_merged(const SharedCorner& corner, double tolerance, bool reversed,
+                SharedCorners& points) {
+  for (SharedCorner& kept : points) {
     if ((kept.place - corner.place).squaredNorm() > tolerance * tolerance) continue;
     const bool renamed = better_name(corner, kept, reversed);
     const Feature feature_p = renamed ? corner.feature_p : kept.feature_p;
@@ -114,7 +108,7 @@ void add_merged(const SharedCorner& corner, double tolerance, bool reversed, Pla
     kept.feature_q = feature_q;
     return;
   }
-  points.push_back({corner, 0.0});
+  points.push_back(corner);
 }
 
 bool named(const SharedCorner& corner) {
@@ -197,27 +191,10 @@ bool faces_alone(const Polyhedron& p, const Polyhedron& q, const SharedPart& par
          !others_face(p, part.face_p, outward_p) && !others_face(q, part.face_q, outward_q);
 }
 
-/// Are no two places within the tolerance of each other?
-bool all_apart(const SharedCorners& corners, double tolerance) {
-  for (std::size_t i = 1; i < corners.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      const double x = corners[i].place.x() - corners[j].place.x();
-      const double y = corners[i].place.y() - corners[j].place.y();
-      if (x * x + y * y <= tolerance * tolerance) return false;
-    }
-  }
-  return true;
-}
-
 void add_points(const SharedCorners& corners, double band, bool reversed, PairPoints& pair) {
-  const bool apart = pair.points.empty() && all_apart(corners, pair.tolerance);
   for (const SharedCorner& c : corners) {
     if (gap_of(c) > pair.gap + band || !named(c)) continue;
-    if (apart) {
-      pair.points.push_back({c, 0.0});
-    } else {
-      add_merged(c, pair.tolerance, reversed, pair.points);
-    }
+    add_merged(c, pair.tolerance, reversed, pair.merged);
   }
 }
 
@@ -252,10 +229,10 @@ void find_points(const Polyhedron& p, const Polyhedron& q, double band, double r
 }
 
 /// The point nearest to a place; most often it is number `guess`, there to the bit.
-PlanePoint& nearest_point(const Vector2& place, std::size_t guess, PlanePoints& points) {
-  if (guess < points.size() && points[guess].corner.place == place) return points[guess];
-  const auto nearer = [&](const PlanePoint& x, const PlanePoint& y) {
-    return (x.corner.place - place).squaredNorm() < (y.corner.place - place).squaredNorm();
+SharedCorner& nearest_point(const Vector2& place, std::size_t guess, SharedCorners& points) {
+  if (guess < points.size() && points[guess].place == place) return points[guess];
+  const auto nearer = [&](const SharedCorner& x, const SharedCorner& y) {
+    return (x.place - place).squaredNorm() < (y.place - place).squaredNorm();
   };
   return *std::min_element(points.begin(), points.end(), nearer);
 }
@@ -273,9 +250,10 @@ void find_shared_part(const Polyhedron& p, const Polyhedron& q, double rounding,
 
 /// Its area goes to the nearest points.
 void share_area(const SharedPart& part, PairPoints& pair) {
-  for (std::size_t k = 0; k < part.polygon.order.size() && !pair.points.empty(); ++k) {
-    const auto i = static_cast<std::size_t>(part.polygon.order[k]);
-    nearest_point(part.corners[i].place, i, pair.points).share += part.polygon.shares[k];
+  for (SharedCorner& point : pair.merged) point.share = 0.0;
+  for (const int k : part.polygon.order) {
+    const auto i = static_cast<std::size_t>(k);
+    nearest_point(part.corners[i].place, i, pair.merged).share += part.corners[i].share;
   }
 }
 
@@ -336,19 +314,18 @@ struct OrderedPair {
 /// hide it from the faces.
 void ensure_least_gap(const OrderedPair& ordered, double rounding, PairPoints& pair) {
   const double limit = pair.gap + pair.tolerance + rounding;
-  for (const PlanePoint& point : pair.points) {
-    if (gap_of(point.corner) <= limit) return;
+  for (const SharedCorner& point : pair.merged) {
+    if (gap_of(point) <= limit) return;
   }
   const SharedCorner nearest =
       nearest_corner(ordered.p, ordered.q, ordered.point_p, ordered.point_q, pair);
-  for (PlanePoint& point : pair.points) {
-    if (point.corner.feature_p == nearest.feature_p &&
-        point.corner.feature_q == nearest.feature_q) {
-      point.corner = nearest;
+  for (SharedCorner& point : pair.merged) {
+    if (point.feature_p == nearest.feature_p && point.feature_q == nearest.feature_q) {
+      point = nearest;
       return;
     }
   }
-  pair.points.push_back({nearest, 0.0});
+  pair.merged.push_back(nearest);
 }
 
 /// Are just the vertices of a face within tol of the support plane?
@@ -375,9 +352,29 @@ void find_faces(const OrderedPair& ordered, const NearestFeatures& nearest, doub
   find_polygon(faces);
 }
 
+/// Are corners the contact points as they are: all within the band, the least gap among them, none
+/// within the tolerance of another?
+bool need_no_second_look(const SharedCorners& corners, double band, double rounding,
+                         const PairPoints& pair) {
+  double least = std::numeric_limits<double>::infinity(), greatest = -least;
+  for (const SharedCorner& c : corners) {
+    least = std::min(least, gap_of(c));
+    greatest = std::max(greatest, gap_of(c));
+  }
+  if (greatest > pair.gap + band || least > pair.gap + pair.tolerance + rounding) return false;
+  for (std::size_t i = 1; i < corners.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const double x = corners[i].place.x() - corners[j].place.x();
+      const double y = corners[i].place.y() - corners[j].place.y();
+      if (x * x + y * y <= pair.tolerance * pair.tolerance) return false;
+    }
+  }
+  return true;
+}
+
 /// The points of two whole faces, from what the search has found already.
 bool find_face_points(const OrderedPair& ordered, const NearestFeatures& nearest, double band,
-                      Lazy<SharedPart>& part, PairPoints& pair) {
+                      double rounding, Lazy<SharedPart>& part, PairPoints& pair) {
   if (nearest.feature_a.kind != FeatureKind::Face || nearest.feature_b.kind != FeatureKind::Face) {
     return false;
   }
@@ -388,7 +385,11 @@ bool find_face_points(const OrderedPair& ordered, const NearestFeatures& nearest
   pair.plane = part->plane;
   pair.support_p.assign(ordered.p.topology().face_set(part->face_p));
   pair.support_q.assign(ordered.q.topology().face_set(part->face_q));
-  add_points(part->corners, band, ordered.reversed, pair);
+  if (need_no_second_look(part->corners, band, rounding, pair)) {
+    pair.points = &part->corners;
+  } else {
+    add_points(part->corners, band, ordered.reversed, pair);
+  }
   return true;
 }
 
@@ -420,73 +421,86 @@ void find_pair_points(const OrderedPair& ordered, const NearestFeatures& nearest
   pair.gap = nearest.gap;
   const double band = std::max(pair.tolerance, options.reach);
   const double rounding = border_rounding(ordered.p, ordered.q, pair.gap);
-  if (!find_face_points(ordered, nearest, band, part, pair)) {
+  if (!find_face_points(ordered, nearest, band, rounding, part, pair)) {
     find_all_points(ordered, band, rounding, part, pair);
   }
+  if (pair.points != &pair.merged) return;
   ensure_least_gap(ordered, rounding, pair);
   if (pair.type == ContactType::FaceFace) share_area(*part, pair);
 }
 
-void append_named(const std::array<int, 2>& blocks, const PlanePoint& point, bool reversed,
-                  const NearestFeatures& nearest, const PairPoints& pair,
-                  std::vector<ContactPoint>& contacts) {
-  const SharedCorner& corner = point.corner;
-  const ContactPlane& plane = pair.plane;
-  ContactPoint& contact = contacts.emplace_back();
+/// Fills in what is the point's own.
+void take_point(const SharedCorner& corner, bool reversed, const ContactPlane& plane,
+                ContactPoint& contact) {
+  contact.key.feature_a = reversed ? corner.feature_q : corner.feature_p;
+  contact.key.feature_b = reversed ? corner.feature_p : corner.feature_q;
   const double height_a = reversed ? corner.height_q : corner.height_p;
   const double height_b = reversed ? corner.height_p : corner.height_q;
   for (int i = 0; i < 3; ++i) {
-    const double foot =
-        plane.origin[i] + plane.axis_u[i] * corner.place.x() + plane.axis_v[i] * corner.place.y();
+    const double foot = plane.origin[i] + plane.axis_u[i] * corner.place.x() +
+                        plane.axis_v[i] * corner.place.y();
     contact.point_a[i] = foot + height_a * plane.normal[i];
     contact.point_b[i] = foot + height_b * plane.normal[i];
   }
-  contact.key.a = blocks[0];
-  contact.key.b = blocks[1];
-  contact.key.feature_a = reversed ? corner.feature_q : corner.feature_p;
-  contact.key.feature_b = reversed ? corner.feature_p : corner.feature_q;
   contact.gap = gap_of(corner);
-  contact.normal = nearest.normal;
-  contact.type = pair.type;
-  contact.indeterminate = nearest.indeterminate;
-  contact.area = point.share;
+  contact.area = corner.share;
 }
 
 /// Merging may have handed one name to two places of a needle: the lower one keeps it.
-void merge_named(ContactPoint& last, std::vector<ContactPoint>& contacts) {
-  const ContactPoint point = contacts.back();
-  contacts.pop_back();
-  const double area = last.area + point.area;
-  if (point.gap < last.gap) last = point;
-  last.area = area;
+void merge_named(std::size_t first, std::vector<ContactPoint>& contacts) {
+  std::size_t last = first;
+  for (std::size_t k = first + 1; k < contacts.size(); ++k) {
+    if (contacts[k].key != contacts[last].key) {
+      contacts[++last] = contacts[k];
+      continue;
+    }
+    const double area = contacts[last].area + contacts[k].area;
+    if (contacts[k].gap < contacts[last].gap) contacts[last] = contacts[k];
+    contacts[last].area = area;
+  }
+  contacts.resize(last + 1);
 }
 
-void append_named(const std::array<int, 2>& blocks, bool reversed, const NearestFeatures& nearest,
-                  const PairPoints& pair, std::vector<ContactPoint>& contacts) {
-  struct Place {
-    std::uint64_t key;  // both features in one number, in the order of ContactKey
-    const PlanePoint* point;
-  };
-  SmallVector<Place, 64> order;
+/// Both features in one number, in the order of ContactKey.
+std::uint64_t key_number(const SharedCorner& corner, bool reversed) {
   const auto number = [](const Feature& feature) {
     return static_cast<std::uint64_t>(feature.kind) << 30 |
            static_cast<std::uint64_t>(static_cast<std::uint32_t>(feature.index));
   };
-  for (const PlanePoint& point : pair.points) {
-    const std::uint64_t of_p = number(point.corner.feature_p),
-                        of_q = number(point.corner.feature_q);
-    const Place place{reversed ? of_q << 32 | of_p : of_p << 32 | of_q, &point};
-    std::size_t k = order.size();
-    order.push_back(place);
-    for (; k > 0 && order[k - 1].key > place.key; --k) order[k] = order[k - 1];
-    order[k] = place;
-  }
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    append_named(blocks, *order[k].point, reversed, nearest, pair, contacts);
-    if (k > 0 && order[k].key == order[k - 1].key) {
-      merge_named(contacts[contacts.size() - 2], contacts);
+  const std::uint64_t p = number(corner.feature_p), q = number(corner.feature_q);
+  return reversed ? q << 32 | p : p << 32 | q;
+}
+
+/// Each point goes where its key puts it, which is counted: sorting would branch on the keys.
+void append_named(const std::array<int, 2>& blocks, bool reversed, const NearestFeatures& nearest,
+                  const PairPoints& pair, std::vector<ContactPoint>& contacts) {
+  const SharedCorners& points = *pair.points;
+  const std::size_t count = points.size(), first = contacts.size();
+  SmallVector<std::uint64_t, 64> keys, places;
+  keys.resize(count);
+  places.resize(count);
+  bool twins = false;
+  for (std::size_t i = 0; i < count; ++i) {
+    keys[i] = key_number(points[i], reversed);
+    places[i] = first;
+    for (std::size_t j = 0; j < i; ++j) {
+      const bool before = keys[i] < keys[j];
+      places[i] += before ? 0 : 1;
+      places[j] += before ? 1 : 0;
+      twins |= keys[i] == keys[j];
     }
   }
+  ContactPoint common;
+  common.key.a = blocks[0];
+  common.key.b = blocks[1];
+  common.type = pair.type;
+  common.indeterminate = nearest.indeterminate;
+  common.normal = nearest.normal;
+  contacts.resize(first + count, common);
+  for (std::size_t i = 0; i < count; ++i) {
+    take_point(points[i], reversed, pair.plane, contacts[places[i]]);
+  }
+  if (twins) merge_named(first, contacts);
 }
 
 /// Polygon or segment as points half-way between the solids, counter-clockwise against A's normal.

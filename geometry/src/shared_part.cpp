@@ -67,6 +67,7 @@ struct Clip {
     corner.height_q = height_over(q.rows, rows.x[i], rows.y[i]);
     corner.feature_p = {FeatureKind::Vertex, rows.vertex[i]};
     corner.feature_q = {FeatureKind::Face, q.rows.face};
+    corner.share = 0.0;
   }
   void add_corner_of_q(int j) const {
     const PolygonRows& rows = q.rows;
@@ -76,6 +77,7 @@ struct Clip {
     corner.height_q = rows.height[j];
     corner.feature_p = {FeatureKind::Face, p.rows.face};
     corner.feature_q = {FeatureKind::Vertex, rows.vertex[j]};
+    corner.share = 0.0;
   }
   /// Nearly parallel sides cross in an ill-conditioned place: Q's height is taken there, not where
   /// its own crossing would be.
@@ -91,6 +93,7 @@ struct Clip {
     corner.height_q = b.height[j] + share_q * (b.height[b.next(j)] - b.height[j]);
     corner.feature_p = {FeatureKind::Edge, a.edge[i]};
     corner.feature_q = {FeatureKind::Edge, b.edge[j]};
+    corner.share = 0.0;
   }
 
   /// The sides of Q that side i of P crosses, in their inner parts.
@@ -203,14 +206,14 @@ bool lay_face(const Polyhedron& polyhedron, int face, const ContactPlane& plane,
 
 /// Area, centroid and shares of a polygon whose order is known; false: it does not wind once around
 /// its centroid, strictly to the left.
-bool measure(const SharedCorners& corners, SharedPolygon& polygon) {
-  const auto place = [&](std::size_t k) -> const Vector2& {
-    return corners[static_cast<std::size_t>(polygon.order[k])].place;
+bool measure(SharedCorners& corners, SharedPolygon& polygon) {
+  const auto corner = [&](std::size_t k) -> SharedCorner& {
+    return corners[static_cast<std::size_t>(polygon.order[k])];
   };
+  const auto place = [&](std::size_t k) -> const Vector2& { return corner(k).place; };
   const std::size_t n = polygon.order.size();
+  for (SharedCorner& c : corners) c.share = 0.0;
   polygon.area = 0.0;
-  polygon.shares.resize(n);
-  std::fill(polygon.shares.begin(), polygon.shares.end(), 0.0);
   polygon.centroid.setZero();
   if (n == 0) return true;
   const Vector2 base = place(0);
@@ -234,8 +237,8 @@ bool measure(const SharedCorners& corners, SharedPolygon& polygon) {
   for (std::size_t k = 0; k < n; ++k) {
     const std::size_t next = k + 1 < n ? k + 1 : 0;
     const double half = 0.25 * cross2(place(k) - polygon.centroid, place(next) - polygon.centroid);
-    polygon.shares[k] += half;
-    polygon.shares[next] += half;
+    corner(k).share += half;
+    corner(next).share += half;
     left = left && half > 0.0;
   }
   return left;
@@ -273,7 +276,7 @@ void hull_order(std::span<const Vector2> places, SmallVector<int, 32>& order) {
   if (order.empty()) order.push_back(sorted[0]);
 }
 
-void find_polygon(const SharedCorners& corners, SharedPolygon& polygon) {
+void find_polygon(SharedCorners& corners, SharedPolygon& polygon) {
   SmallVector<Vector2, 32> places;
   for (const SharedCorner& corner : corners) places.push_back(corner.place);
   hull_order(places, polygon.order);

@@ -16,19 +16,20 @@ struct SharedCorner {
   Vector2 place;
   double height_p = 0.0, height_q = 0.0;
   Feature feature_p, feature_q;
+  double share = 0.0;  ///< of the shared area, m2
 };
 using SharedCorners = SmallVector<SharedCorner, 32>;
 
-/// The convex polygon around places: indices in counter-clockwise order, its area, and each
-/// corner's share of it, chosen so that the shares have the polygon's area and centroid.
+/// The convex polygon around places: indices in counter-clockwise order, its area.
 struct SharedPolygon {
   SmallVector<int, 32> order;
-  SmallVector<double, 32> shares;
   double area = 0.0;
   Vector2 centroid = Vector2::Zero();
 };
 
-void find_polygon(const SharedCorners& corners, SharedPolygon& polygon);
+/// Also shares the area out over the corners, so that the shares have the polygon's area and
+/// centroid.
+void find_polygon(SharedCorners& corners, SharedPolygon& polygon);
 
 /// Indices of the convex hull of places, counter-clockwise (monotone chain, [Andrew 1979]).
 void hull_order(std::span<const Vector2> places, SmallVector<int, 32>& order);
