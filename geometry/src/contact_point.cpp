@@ -437,8 +437,8 @@ void take_point(const SharedCorner& corner, bool reversed, const ContactPlane& p
   const double height_a = reversed ? corner.height_q : corner.height_p;
   const double height_b = reversed ? corner.height_p : corner.height_q;
   for (int i = 0; i < 3; ++i) {
-    const double foot = plane.origin[i] + plane.axis_u[i] * corner.place.x() +
-                        plane.axis_v[i] * corner.place.y();
+    const double foot =
+        plane.origin[i] + plane.axis_u[i] * corner.place.x() + plane.axis_v[i] * corner.place.y();
     contact.point_a[i] = foot + height_a * plane.normal[i];
     contact.point_b[i] = foot + height_b * plane.normal[i];
   }

@@ -233,20 +233,6 @@ bool proves_optimum(const Polyhedron& p, const Polyhedron& q, const Carried& pla
   return (1.0 - ratio * ratio) * down - 2.0 * ratio * aside >= depth * (1.0 + ratio * ratio);
 }
 
-/// Do just these vertices carry the support plane, clearly? Then any way to the plane finds them.
-bool carry_alone(const Polyhedron& polyhedron, const VertexSet& set, const Vector3& direction,
-                 const Lengths& length, Support& top) {
-  double least = std::numeric_limits<double>::infinity();
-  top = {set[0], -least};
-  for (const int v : set) {
-    const double value = along(offset(polyhedron, v), direction);
-    if (value > top.value) top = {v, value};
-    least = std::min(least, value);
-  }
-  return top.value - least <= kClearBelow * length.rounding &&
-         only_these_beyond(polyhedron, direction, top.value - length.widest, set);
-}
-
 /// The plane of the proposed sets, when they carry it alone and no vertex lies between 0.5 and 64
 /// roundings below it: nothing is left to doubt but whether it is the best.
 bool straight_plane(const Polyhedron& p, const Polyhedron& q, const Lengths& length,
@@ -256,8 +242,9 @@ bool straight_plane(const Polyhedron& p, const Polyhedron& q, const Lengths& len
   plane.form = closed_form(p, q, plane.sets, guess, length.rounding);
   if (!plane.form.found) return false;
   plane.normal = plane.form.normal;
-  if (!carry_alone(p, plane.sets.p, plane.normal, length, plane.support_p) ||
-      !carry_alone(q, plane.sets.q, -plane.normal, length, plane.support_q)) {
+  const double flat = kClearBelow * length.rounding;
+  if (!carried_alone(p, plane.normal, {plane.sets.p, flat, length.widest}, plane.support_p) ||
+      !carried_alone(q, -plane.normal, {plane.sets.q, flat, length.widest}, plane.support_q)) {
     return false;
   }
   plane.gap = plane.normal.dot(q.vertex(plane.support_q.vertex) - p.vertex(plane.support_p.vertex));
@@ -279,21 +266,14 @@ void insert_sorted(int v, VertexSet& set) {
 bool add_hinted(const std::array<int, 4>& vertices, int face, const Polyhedron& polyhedron,
                 VertexSet& set, int& known_face) {
   const int count = polyhedron.vertex_count();
-  if (vertices[0] < 0 || vertices[0] >= count) return false;
-  set.push_back(vertices[0]);
-  for (std::size_t k = 1; k < 4; ++k) {
-    const int v = vertices[k];
-    if (v < 0 || v >= count) continue;
-    if (v > set[set.size() - 1]) {
-      set.push_back(v);
-    } else {
-      insert_sorted(v, set);
-    }
-  }
   known_face = face >= 0 && face < polyhedron.topology().face_count() ? face : -1;
-  if (known_face < 0) return true;
-  for (const int v : polyhedron.topology().face(known_face)) insert_sorted(v, set);
-  return true;
+  if (known_face >= 0) set.assign(polyhedron.topology().face_set(known_face));
+  for (std::size_t k = 0; k < 4; ++k) {
+    const int v = vertices[k];
+    const bool known = k < set.size() && set[k] == v;
+    if (!known && v >= 0 && v < count) insert_sorted(v, set);
+  }
+  return vertices[0] >= 0 && vertices[0] < count;
 }
 
 /// The plane of the proposed sets, if it is clearly theirs and proved to be the answer.

@@ -152,7 +152,9 @@ bool fill_rows(const Patch& patch, PolygonRows& rows) {
     rows.vertex[k] = c.vertex;
     rows.edge[k] = c.edge;
   }
-  rows.set_surface(-patch.slope.x(), -patch.slope.y(), 1.0);
+  rows.slope_x = patch.slope.x();
+  rows.slope_y = patch.slope.y();
+  find_sides(rows);
   return true;
 }
 

@@ -183,24 +183,20 @@ bool lay_face(const Polyhedron& polyhedron, int face, const ContactPlane& plane,
   if (cycle.size() > PolygonRows::kMost) return false;
   rows.count = static_cast<int>(cycle.size());
   rows.face = face;
-  if (outward > 0.0) {
-    std::copy(cycle.begin(), cycle.end(), rows.vertex);
-    std::copy(edges.begin(), edges.end(), rows.edge);
-  } else {
-    std::reverse_copy(cycle.begin(), cycle.end(), rows.vertex);
-    std::reverse_copy(edges.begin(), edges.end() - 1, rows.edge);
-    rows.edge[rows.count - 1] = edges.back();
+  const int last = rows.count - 1;
+  for (int k = 0; k <= last; ++k) {
+    const int corner = outward > 0.0 ? k : last - k;
+    const int side = outward > 0.0 ? k : (k < last ? last - 1 - k : last);
+    rows.vertex[k] = cycle[static_cast<std::size_t>(corner)];
+    rows.edge[k] = edges[static_cast<std::size_t>(side)];
   }
-  const double* const vertices = polyhedron.vertices().data();
-  for (int k = 0; k < rows.count; ++k) {
-    const double* const v = vertices + 3 * rows.vertex[k];
-    const Vector3 step(v[0] - plane.origin.x(), v[1] - plane.origin.y(), v[2] - plane.origin.z());
-    rows.x[k] = plane.axis_u.dot(step);
-    rows.y[k] = plane.axis_v.dot(step);
-    rows.height[k] = plane.normal.dot(step);
-  }
+  lay_corners(polyhedron, plane, rows);
   const Vector3 normal = polyhedron.face_normal(face);
-  rows.set_surface(normal.dot(plane.axis_u), normal.dot(plane.axis_v), normal.dot(plane.normal));
+  const double across = normal.dot(plane.normal);
+  constexpr double kUpright = 1e-3;  // a face seen from its edge has no slope
+  const bool upright = std::abs(across) < kUpright;
+  rows.slope_x = upright ? 0.0 : -normal.dot(plane.axis_u) / across;
+  rows.slope_y = upright ? 0.0 : -normal.dot(plane.axis_v) / across;
   return true;
 }
 
@@ -301,7 +297,7 @@ void find_polygon(SharedPart& part) {
   find_polygon(part.corners, polygon);
 }
 
-Overlay append_shared_of_polygons(PolygonRows& p, PolygonRows& q, double rounding,
+Overlay append_shared_of_polygons(const PolygonRows& p, const PolygonRows& q, double rounding,
                                   SharedCorners& corners) {
   SideMasks of_p, of_q;
   find_side_masks(p, q, rounding, of_p, of_q);

@@ -5,7 +5,7 @@
 #include <span>
 
 #include "contact_plane.hpp"
-#include "side_masks.hpp"
+#include "polygon_rows.hpp"
 #include "small_vector.hpp"
 #include "support.hpp"
 
@@ -42,7 +42,7 @@ struct Overlay {
 
 /// Adds the corners that two polygons share; `rounding` (m) is how far outside still counts as on
 /// the border.
-Overlay append_shared_of_polygons(PolygonRows& p, PolygonRows& q, double rounding,
+Overlay append_shared_of_polygons(const PolygonRows& p, const PolygonRows& q, double rounding,
                                   SharedCorners& corners);
 
 /// What two whole faces that carry the answer share, laid once for the proof, the witnesses and the

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstdint>
 
 #include "wide_lanes.hpp"
 
@@ -178,6 +179,31 @@ QUOIN_AVX512 bool only_512(const Rows& rows, int count, const Vector3& d, double
   return matched.all();
 }
 
+/// `Blocks`: of eight vertices.
+template <int Blocks>
+QUOIN_AVX512 bool alone_512(const Rows& rows, int count, const Vector3& d, const Carriers& carriers,
+                            Support& top) {
+  const Wide512 wide(d);
+  __m512d value[Blocks], most = wide.along(rows, 0);
+  for (int k = 0; k < Blocks; ++k) {
+    value[k] = wide.along(rows, 8 * k);
+    most = _mm512_max_pd(most, value[k]);
+  }
+  most = greatest_lane(most);
+  const __m512d flat = _mm512_sub_pd(most, _mm512_set1_pd(carriers.flat));
+  const __m512d clear = _mm512_sub_pd(most, _mm512_set1_pd(carriers.clear));
+  std::uint32_t highest = 0, near = 0, beyond = 0, set = 0;
+  for (int k = 0; k < Blocks; ++k) {
+    highest |= equal_lanes(value[k], most) << 8 * k;
+    near |= std::uint32_t{_mm512_cmp_pd_mask(value[k], flat, _CMP_GE_OQ)} << 8 * k;
+    beyond |= std::uint32_t{_mm512_cmp_pd_mask(value[k], clear, _CMP_GE_OQ)} << 8 * k;
+  }
+  for (const int v : carriers.set) set |= std::uint32_t{1} << v;
+  const std::uint32_t valid = ~std::uint32_t{0} >> (32 - count);
+  top = {std::countr_zero(highest) & 31, _mm512_cvtsd_f64(most) + 0.0};
+  return (near & valid) == set && (beyond & valid) == set;
+}
+
 struct Wide256 {
   __m256d x, y, z;
   QUOIN_AVX2 explicit Wide256(const Vector3& d)
@@ -283,6 +309,23 @@ bool only_these_beyond(const Polyhedron& polyhedron, const Vector3& direction, d
   if (has_avx2()) return only_256(rows, count, direction, value, set);
 #endif
   return narrow_only(rows, count, direction, value, set);
+}
+
+bool carried_alone(const Polyhedron& polyhedron, const Vector3& direction, const Carriers& carriers,
+                   Support& top) {
+#ifdef QUOIN_WIDE_LANES
+  if (has_avx512() && polyhedron.padded_count() <= 32) {
+    const Rows rows(polyhedron);
+    const int count = polyhedron.vertex_count();
+    if (rows.padded == 8) return alone_512<1>(rows, count, direction, carriers, top);
+    if (rows.padded == 16) return alone_512<2>(rows, count, direction, carriers, top);
+    if (rows.padded == 24) return alone_512<3>(rows, count, direction, carriers, top);
+    return alone_512<4>(rows, count, direction, carriers, top);
+  }
+#endif
+  top = support(polyhedron, direction);
+  return only_these_beyond(polyhedron, direction, top.value - carriers.flat, carriers.set) &&
+         only_these_beyond(polyhedron, direction, top.value - carriers.clear, carriers.set);
 }
 
 }  // namespace quoin::geometry

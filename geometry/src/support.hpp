@@ -35,6 +35,17 @@ void find_vertices_beyond(const Polyhedron& polyhedron, const Vector3& direction
 bool only_these_beyond(const Polyhedron& polyhedron, const Vector3& direction, double value,
                        std::span<const int> set);
 
+/// Vertices (ascending) that are to carry a support plane: all of them less than `flat` below it,
+/// all others more than `clear`. m
+struct Carriers {
+  std::span<const int> set;
+  double flat = 0.0, clear = 0.0;
+};
+
+/// Do they? `top` is the support in any case.
+bool carried_alone(const Polyhedron& polyhedron, const Vector3& direction, const Carriers& carriers,
+                   Support& top);
+
 inline Vector3 offset(const Polyhedron& polyhedron, int v) {
   const double* p = polyhedron.offsets() + v;
   const int rows = polyhedron.padded_count();

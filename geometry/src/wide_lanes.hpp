@@ -6,7 +6,9 @@
 #if defined(__x86_64__) && defined(__GNUC__)
 #define QUOIN_WIDE_LANES
 #include <immintrin.h>
-#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"  // of gcc 12's own header, its bug 105593
+// Of gcc 12's own header, its bug 105593:
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#pragma GCC diagnostic ignored "-Wuninitialized"
 
 #define QUOIN_AVX512 __attribute__((target("avx512f,avx512dq")))
 #define QUOIN_AVX2 __attribute__((target("avx2")))

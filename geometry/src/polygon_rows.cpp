@@ -1,4 +1,4 @@
-#include "side_masks.hpp"
+#include "polygon_rows.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,12 +11,31 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+double along(const Vector3& a, const Vector3& step) {
+  return a.x() * step.x() + a.y() * step.y() + a.z() * step.z();
+}
+
+void narrow_corners(const double* vertices, const ContactPlane& plane, PolygonRows& rows) {
+  for (int k = 0; k < rows.count; ++k) {
+    const double* const v = vertices + 3 * rows.vertex[k];
+    const Vector3 step(v[0] - plane.origin.x(), v[1] - plane.origin.y(), v[2] - plane.origin.z());
+    rows.x[k] = along(plane.axis_u, step);
+    rows.y[k] = along(plane.axis_v, step);
+    rows.height[k] = along(plane.normal, step);
+  }
+}
+
 void narrow_sides(PolygonRows& rows) {
+  double low = rows.height[0], high = low;
   for (int k = 0; k < rows.count; ++k) {
     rows.side_x[k] = rows.x[k + 1] - rows.x[k];
     rows.side_y[k] = rows.y[k + 1] - rows.y[k];
     rows.length[k] = std::sqrt(rows.side_x[k] * rows.side_x[k] + rows.side_y[k] * rows.side_y[k]);
+    low = std::min(low, rows.height[k]);
+    high = std::max(high, rows.height[k]);
   }
+  rows.low = low;
+  rows.high = high;
 }
 
 void narrow_masks(const PolygonRows& corners, const PolygonRows& sides, double rounding,
@@ -40,15 +59,50 @@ void narrow_masks(const PolygonRows& corners, const PolygonRows& sides, double r
 
 #ifdef QUOIN_WIDE_LANES
 
-QUOIN_AVX512 inline void sides_512(PolygonRows& rows) {
+QUOIN_AVX512 inline __m512d along_512(const Vector3& a, const __m512d* step) {
+  const __m512d sum = _mm512_add_pd(_mm512_mul_pd(_mm512_set1_pd(a.x()), step[0]),
+                                    _mm512_mul_pd(_mm512_set1_pd(a.y()), step[1]));
+  return _mm512_add_pd(sum, _mm512_mul_pd(_mm512_set1_pd(a.z()), step[2]));
+}
+
+QUOIN_AVX512 void corners_512(const double* vertices, const ContactPlane& plane,
+                              PolygonRows& rows) {
   for (int k = 0; k < rows.count; k += 8) {
-    const __m512d x = _mm512_sub_pd(_mm512_loadu_pd(rows.x + k + 1), _mm512_load_pd(rows.x + k));
-    const __m512d y = _mm512_sub_pd(_mm512_loadu_pd(rows.y + k + 1), _mm512_load_pd(rows.y + k));
+    const __m256i v = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(rows.vertex + k));
+    const __m256i place = _mm256_add_epi32(v, _mm256_add_epi32(v, v));
+    __m512d step[3];
+    for (int i = 0; i < 3; ++i) {
+      const __m512d x = _mm512_i32gather_pd(place, vertices + i, 8);
+      step[i] = _mm512_sub_pd(x, _mm512_set1_pd(plane.origin[i]));
+    }
+    _mm512_store_pd(rows.x + k, along_512(plane.axis_u, step));
+    _mm512_store_pd(rows.y + k, along_512(plane.axis_v, step));
+    _mm512_store_pd(rows.height + k, along_512(plane.normal, step));
+  }
+}
+
+/// What stands one lane to the right; beyond the last block comes the first corner.
+QUOIN_AVX512 inline __m512d next_512(const double* row, int k, int count) {
+  const __m512d after = _mm512_load_pd(row + (k + 8 < count ? k + 8 : 0));
+  const __m512d here = _mm512_load_pd(row + k);
+  return _mm512_castsi512_pd(
+      _mm512_alignr_epi64(_mm512_castpd_si512(after), _mm512_castpd_si512(here), 1));
+}
+
+QUOIN_AVX512 void sides_512(PolygonRows& rows) {
+  __m512d low = _mm512_load_pd(rows.height), high = low;
+  for (int k = 0; k < rows.count; k += 8) {
+    const __m512d x = _mm512_sub_pd(next_512(rows.x, k, rows.count), _mm512_load_pd(rows.x + k));
+    const __m512d y = _mm512_sub_pd(next_512(rows.y, k, rows.count), _mm512_load_pd(rows.y + k));
     _mm512_store_pd(rows.side_x + k, x);
     _mm512_store_pd(rows.side_y + k, y);
     const __m512d squared = _mm512_add_pd(_mm512_mul_pd(x, x), _mm512_mul_pd(y, y));
     _mm512_store_pd(rows.length + k, _mm512_sqrt_pd(squared));
+    low = _mm512_min_pd(low, _mm512_load_pd(rows.height + k));
+    high = _mm512_max_pd(high, _mm512_load_pd(rows.height + k));
   }
+  rows.low = _mm512_reduce_min_pd(low);
+  rows.high = _mm512_reduce_max_pd(high);
 }
 
 QUOIN_AVX512 inline void masks_512(const PolygonRows& corners, const PolygonRows& sides,
@@ -80,23 +134,10 @@ QUOIN_AVX512 inline void masks_512(const PolygonRows& corners, const PolygonRows
   }
 }
 
-QUOIN_AVX512 void both_512(PolygonRows& p, PolygonRows& q, double rounding, SideMasks& of_p,
-                           SideMasks& of_q) {
-  sides_512(p);
-  sides_512(q);
+QUOIN_AVX512 void both_512(const PolygonRows& p, const PolygonRows& q, double rounding,
+                           SideMasks& of_p, SideMasks& of_q) {
   masks_512(p, q, rounding, of_p);
   masks_512(q, p, rounding, of_q);
-}
-
-QUOIN_AVX2 inline void sides_256(PolygonRows& rows) {
-  for (int k = 0; k < rows.count; k += 4) {
-    const __m256d x = _mm256_sub_pd(_mm256_loadu_pd(rows.x + k + 1), _mm256_load_pd(rows.x + k));
-    const __m256d y = _mm256_sub_pd(_mm256_loadu_pd(rows.y + k + 1), _mm256_load_pd(rows.y + k));
-    _mm256_store_pd(rows.side_x + k, x);
-    _mm256_store_pd(rows.side_y + k, y);
-    const __m256d squared = _mm256_add_pd(_mm256_mul_pd(x, x), _mm256_mul_pd(y, y));
-    _mm256_store_pd(rows.length + k, _mm256_sqrt_pd(squared));
-  }
 }
 
 QUOIN_AVX2 inline void masks_256(const PolygonRows& corners, const PolygonRows& sides,
@@ -130,10 +171,8 @@ QUOIN_AVX2 inline void masks_256(const PolygonRows& corners, const PolygonRows& 
   }
 }
 
-QUOIN_AVX2 void both_256(PolygonRows& p, PolygonRows& q, double rounding, SideMasks& of_p,
-                         SideMasks& of_q) {
-  sides_256(p);
-  sides_256(q);
+QUOIN_AVX2 void both_256(const PolygonRows& p, const PolygonRows& q, double rounding,
+                         SideMasks& of_p, SideMasks& of_q) {
   masks_256(p, q, rounding, of_p);
   masks_256(q, p, rounding, of_q);
 }
@@ -142,31 +181,38 @@ QUOIN_AVX2 void both_256(PolygonRows& p, PolygonRows& q, double rounding, SideMa
 
 }  // namespace
 
-void PolygonRows::set_surface(double normal_u, double normal_v, double across) {
-  for (int k = count; k < filled(); ++k) {
-    x[k] = x[0];
-    y[k] = y[0];
+void lay_corners(const Polyhedron& polyhedron, const ContactPlane& plane, PolygonRows& rows) {
+  const double* const vertices = polyhedron.vertices().data();
+#ifdef QUOIN_WIDE_LANES
+  if (has_avx512()) {
+    std::fill(rows.vertex + rows.count, rows.vertex + rows.filled(), rows.vertex[0]);
+    corners_512(vertices, plane, rows);
+    return sides_512(rows);
   }
-  double least = height[0], greatest = height[0];
-  for (int k = 1; k < count; ++k) {
-    least = std::min(least, height[k]);
-    greatest = std::max(greatest, height[k]);
-  }
-  low = least;
-  high = greatest;
-  constexpr double kUpright = 1e-3;  // a face seen from its edge has no slope
-  slope_x = std::abs(across) < kUpright ? 0.0 : -normal_u / across;
-  slope_y = std::abs(across) < kUpright ? 0.0 : -normal_v / across;
+#endif
+  narrow_corners(vertices, plane, rows);
+  find_sides(rows);
 }
 
-void find_side_masks(PolygonRows& p, PolygonRows& q, double rounding, SideMasks& of_p,
+void find_sides(PolygonRows& rows) {
+  for (int k = rows.count; k < rows.filled(); ++k) {
+    rows.x[k] = rows.x[0];
+    rows.y[k] = rows.y[0];
+    rows.height[k] = rows.height[0];
+    rows.side_x[k] = rows.side_y[k] = rows.length[k] = 0.0;
+  }
+#ifdef QUOIN_WIDE_LANES
+  if (has_avx512()) return sides_512(rows);
+#endif
+  narrow_sides(rows);
+}
+
+void find_side_masks(const PolygonRows& p, const PolygonRows& q, double rounding, SideMasks& of_p,
                      SideMasks& of_q) {
 #ifdef QUOIN_WIDE_LANES
   if (has_avx512()) return both_512(p, q, rounding, of_p, of_q);
   if (has_avx2()) return both_256(p, q, rounding, of_p, of_q);
 #endif
-  narrow_sides(p);
-  narrow_sides(q);
   narrow_masks(p, q, rounding, of_p);
   narrow_masks(q, p, rounding, of_q);
 }
