@@ -26,17 +26,23 @@ constexpr double kSoon = 0.5;   // whose room has shrunk below half a skin
 constexpr double kWornOut = 2;  // rebuilt when its queries visit twice as many nodes as when new
 
 /// Exactly the promise of the header. A rounded difference is at most `reach` whenever the true one
-/// is.
+/// is. All six sides are compared: which one parts two boxes cannot be foreseen.
 bool within_reach(const Box& a, const Box& b, double reach) {
-  return a.min[0] - b.max[0] <= reach && b.min[0] - a.max[0] <= reach &&
-         a.min[1] - b.max[1] <= reach && b.min[1] - a.max[1] <= reach &&
-         a.min[2] - b.max[2] <= reach && b.min[2] - a.max[2] <= reach;
+  bool within = true;
+  for (int k = 0; k < 3; ++k) {
+    within &= a.min[k] - b.max[k] <= reach;
+    within &= b.min[k] - a.max[k] <= reach;
+  }
+  return within;
 }
 
 bool contains(const Box& outer, const Box& inner) {
-  return outer.min[0] <= inner.min[0] && inner.max[0] <= outer.max[0] &&
-         outer.min[1] <= inner.min[1] && inner.max[1] <= outer.max[1] &&
-         outer.min[2] <= inner.min[2] && inner.max[2] <= outer.max[2];
+  bool within = true;
+  for (int k = 0; k < 3; ++k) {
+    within &= outer.min[k] <= inner.min[k];
+    within &= inner.max[k] <= outer.max[k];
+  }
+  return within;
 }
 
 /// Has the box come closer than this part of its skin to a side of its room?
@@ -50,6 +56,18 @@ bool is_idle(std::span<const char> idle, std::size_t i) { return !idle.empty() &
 bool both_idle(std::span<const char> idle, int a, int b) {
   return is_idle(idle, static_cast<std::size_t>(a)) && is_idle(idle, static_cast<std::size_t>(b));
 }
+
+/// As FCL's, but here the compiler sees through them.
+bool overlap(const fcl::AABBd& a, const fcl::AABBd& b) {
+  bool over = true;
+  for (int k = 0; k < 3; ++k) {
+    over &= a.min_[k] <= b.max_[k];
+    over &= b.min_[k] <= a.max_[k];
+  }
+  return over;
+}
+
+double squared_size(const fcl::AABBd& box) { return (box.max_ - box.min_).squaredNorm(); }
 
 /// Two subtrees that may have overlapping leaves; twice the same: the leaves of one.
 struct NodePair {
@@ -190,7 +208,7 @@ void BroadPhase::Tree::query(const fcl::AABBd& box, Visit&& visit) {
     const Node* node = stack.back();
     stack.pop_back();
     ++visits;
-    if (!node->bv.overlap(box)) {
+    if (!overlap(node->bv, box)) {
       continue;
     }
     if (node->isLeaf()) {
@@ -214,7 +232,7 @@ void BroadPhase::Tree::query_all() {
     ++visits;
     if (x == y) {
       if (!x->isLeaf()) split_self(*x);
-    } else if (x->bv.overlap(y->bv)) {
+    } else if (overlap(x->bv, y->bv)) {
       if (x->isLeaf() && y->isLeaf()) {
         const auto [a, b] = std::minmax({leaf_index(*x), leaf_index(*y)});
         if (!both_idle(idle, a, b)) kept.push_back({a, b});
@@ -233,7 +251,7 @@ void BroadPhase::Tree::split_self(const Node& x) {
 }
 
 void BroadPhase::Tree::split_larger(const Node& x, const Node& y) {
-  const bool split_x = y.isLeaf() || (!x.isLeaf() && x.bv.size() > y.bv.size());
+  const bool split_x = y.isLeaf() || (!x.isLeaf() && squared_size(x.bv) > squared_size(y.bv));
   const Node &split = split_x ? x : y, &whole = split_x ? y : x;
   pair_stack.push_back({split.children[0], &whole});
   pair_stack.push_back({split.children[1], &whole});
