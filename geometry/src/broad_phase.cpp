@@ -2,10 +2,13 @@
 #include <fcl/math/bv/AABB.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <quoin/geometry/broad_phase.hpp>
+
+#include "wide_lanes.hpp"
 
 namespace quoin::geometry {
 namespace {
@@ -25,25 +28,58 @@ constexpr std::size_t kMany =
 constexpr double kSoon = 0.5;   // whose room has shrunk below half a skin
 constexpr double kWornOut = 2;  // rebuilt when its queries visit twice as many nodes as when new
 
+// Two boxes are compared on all sides: which one parts them cannot be foreseen.
+
+#ifdef QUOIN_WIDE_LANES
+
+/// x <= y and u <= v, all three of each?
+bool none_above(const Vector3& x, const Vector3& y, const Vector3& u, const Vector3& v) {
+  const __m128d first = _mm_cmple_pd(_mm_loadu_pd(x.data()), _mm_loadu_pd(y.data()));
+  const __m128d second = _mm_cmple_pd(_mm_loadu_pd(u.data()), _mm_loadu_pd(v.data()));
+  const __m128d third = _mm_cmple_pd(_mm_set_pd(x[2], u[2]), _mm_set_pd(y[2], v[2]));
+  return _mm_movemask_pd(_mm_and_pd(_mm_and_pd(first, second), third)) == 3;
+}
+
+/// x - y <= limit and u - v <= limit, all three of each?
+bool none_beyond(const Vector3& x, const Vector3& y, const Vector3& u, const Vector3& v,
+                 double limit) {
+  const __m128d most = _mm_set1_pd(limit);
+  const __m128d first = _mm_sub_pd(_mm_loadu_pd(x.data()), _mm_loadu_pd(y.data()));
+  const __m128d second = _mm_sub_pd(_mm_loadu_pd(u.data()), _mm_loadu_pd(v.data()));
+  const __m128d third = _mm_sub_pd(_mm_set_pd(x[2], u[2]), _mm_set_pd(y[2], v[2]));
+  const __m128d within = _mm_and_pd(_mm_cmple_pd(first, most), _mm_cmple_pd(second, most));
+  return _mm_movemask_pd(_mm_and_pd(within, _mm_cmple_pd(third, most))) == 3;
+}
+
+#else
+
+bool none_above(const Vector3& x, const Vector3& y, const Vector3& u, const Vector3& v) {
+  return (x.array() <= y.array()).all() && (u.array() <= v.array()).all();
+}
+
+bool none_beyond(const Vector3& x, const Vector3& y, const Vector3& u, const Vector3& v,
+                 double limit) {
+  return ((x - y).array() <= limit).all() && ((u - v).array() <= limit).all();
+}
+
+#endif
+
 /// Exactly the promise of the header. A rounded difference is at most `reach` whenever the true one
-/// is. All six sides are compared: which one parts two boxes cannot be foreseen.
+/// is.
 bool within_reach(const Box& a, const Box& b, double reach) {
-  bool within = true;
-  for (int k = 0; k < 3; ++k) {
-    within &= a.min[k] - b.max[k] <= reach;
-    within &= b.min[k] - a.max[k] <= reach;
-  }
-  return within;
+  return none_beyond(a.min, b.max, b.min, a.max, reach);
 }
 
 bool contains(const Box& outer, const Box& inner) {
-  bool within = true;
-  for (int k = 0; k < 3; ++k) {
-    within &= outer.min[k] <= inner.min[k];
-    within &= inner.max[k] <= outer.max[k];
-  }
-  return within;
+  return none_above(outer.min, inner.min, inner.max, outer.max);
 }
+
+/// As FCL's, which are not inline.
+bool overlap(const fcl::AABBd& a, const fcl::AABBd& b) {
+  return none_above(a.min_, b.max_, b.min_, a.max_);
+}
+
+double squared_size(const fcl::AABBd& box) { return (box.max_ - box.min_).squaredNorm(); }
 
 /// Has the box come closer than this part of its skin to a side of its room?
 bool leaves_soon(const Box& room, const Box& box) {
@@ -56,18 +92,6 @@ bool is_idle(std::span<const char> idle, std::size_t i) { return !idle.empty() &
 bool both_idle(std::span<const char> idle, int a, int b) {
   return is_idle(idle, static_cast<std::size_t>(a)) && is_idle(idle, static_cast<std::size_t>(b));
 }
-
-/// As FCL's, but here the compiler sees through them.
-bool overlap(const fcl::AABBd& a, const fcl::AABBd& b) {
-  bool over = true;
-  for (int k = 0; k < 3; ++k) {
-    over &= a.min_[k] <= b.max_[k];
-    over &= b.min_[k] <= a.max_[k];
-  }
-  return over;
-}
-
-double squared_size(const fcl::AABBd& box) { return (box.max_ - box.min_).squaredNorm(); }
 
 /// Two subtrees that may have overlapping leaves; twice the same: the leaves of one.
 struct NodePair {
@@ -351,14 +375,19 @@ void BroadPhase::Tree::follow(std::span<const Box> boxes, double reach,
 }
 
 void BroadPhase::Tree::filter(std::span<const Box> boxes, double reach) {
-  result.resize(kept.size());
-  std::size_t count = 0;
-  for (const BlockPair& pair : kept) {
-    result[count] = pair;
-    count += within_reach(boxes[static_cast<std::size_t>(pair.a)],
-                          boxes[static_cast<std::size_t>(pair.b)], reach);
+  std::array<BlockPair, 256> few;  // still in the cache when they are copied
+  result.clear();
+  result.reserve(kept.size());
+  for (std::size_t first = 0; first < kept.size(); first += few.size()) {
+    const std::size_t last = std::min(first + few.size(), kept.size());
+    std::size_t count = 0;
+    for (std::size_t k = first; k < last; ++k) {
+      few[count] = kept[k];
+      count += within_reach(boxes[static_cast<std::size_t>(kept[k].a)],
+                            boxes[static_cast<std::size_t>(kept[k].b)], reach);
+    }
+    result.insert(result.end(), few.begin(), few.begin() + static_cast<std::ptrdiff_t>(count));
   }
-  result.resize(count);
 }
 
 bool tries_all_pairs(std::size_t boxes) { return boxes < kFewBoxes; }
