@@ -32,7 +32,7 @@ CHAINS = {
     "geometry": [["types"], ["polyhedron"], ["nearest_features"], ["contact_type"],
                  ["contact_point"], ["contact_finder"]],
     "solver": [["scene", "state", "displacement"], ["block_terms", "contact_list"],
-               ["contact_terms"], ["block_system", "elimination"], ["linear_solver"], ["open_close"],
+               ["contact_terms"], ["block_system", "elimination", "subtract_product"], ["linear_solver"], ["open_close"],
                ["advance"], ["simulation"]],
 }
 SOURCES = (".hpp", ".cpp", ".h", ".c")

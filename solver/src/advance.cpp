@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "step.hpp"
 
@@ -68,17 +69,22 @@ bool too_fast(const CompiledScene& compiled, const State& state, double dt, cons
   return false;
 }
 
+/// `points` are sorted by key.
+std::span<const geometry::ContactPoint> points_of_pair(
+    const std::vector<geometry::ContactPoint>& points, int a, int b) {
+  const auto pair = [](const geometry::ContactPoint& p) { return std::pair(p.key.a, p.key.b); };
+  const auto range = std::ranges::equal_range(points, std::pair(a, b), {}, pair);
+  return {range.begin(), range.end()};
+}
+
 /// Closed contacts of pairs that are apart at the end of the attempt: the plane of a face held a vertex
 /// that passed beside it. They are dropped; true when there were any.
 bool drop_ghosts(const CompiledScene& compiled, Workspace& work) {
   const auto apart = [&](const BodyContact& contact, ContactMode mode) {
     if (contact.was_closed || mode == ContactMode::Open) return false;
-    const auto same_pair = [&](const geometry::ContactPoint& p) {
-      return p.key.a == contact.a && p.key.b == contact.b;
-    };
     double gap = work.reach;
-    for (const geometry::ContactPoint& p : work.found_end) {
-      if (same_pair(p)) gap = std::min(gap, p.gap);
+    for (const geometry::ContactPoint& p : points_of_pair(work.found_end, contact.a, contact.b)) {
+      gap = std::min(gap, p.gap);
     }
     const double rebound = contact.joint.restitution > 0.0 ? work.reach : 0.0;
     return gap > 1e-3 * compiled.smallest_size + rebound;

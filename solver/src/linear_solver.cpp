@@ -11,6 +11,16 @@ std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 std::size_t area(int rows, int columns) { return index(rows) * index(columns); }
 
+constexpr int kPanel = 32;  // unknowns of a triangular solve at a time; what is left are products
+
+Strided view(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
+  return {matrix.data(), 1, matrix.outerStride()};
+}
+
+Strided transposed(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
+  return {matrix.data(), matrix.outerStride(), 1};
+}
+
 }  // namespace
 
 void LinearSolver::analyse(const BlockSystem& system) {
@@ -175,8 +185,16 @@ bool LinearSolver::eliminate_symmetric(std::size_t node, Parts& parts) {
   pivots_.segment(front.first, front.own) = pivot.diagonal().array().square();
   if (front.below == 0) return true;
   Eigen::Ref<Eigen::MatrixXd> below = parts.columns.bottomRows(front.below);
-  pivot.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(below);
-  parts.rest.selfadjointView<Eigen::Lower>().rankUpdate(below, -1.0);
+  for (int at = 0; at < front.own; at += kPanel) {
+    const int width = std::min(kPanel, front.own - at);
+    auto panel = below.middleCols(at, width);
+    subtract_(view(below), transposed(pivot.middleRows(at, width)), at, Triangle::Both, panel);
+    pivot.block(at, at, width, width)
+        .triangularView<Eigen::Lower>()
+        .transpose()
+        .solveInPlace<Eigen::OnTheRight>(panel);
+  }
+  subtract_(view(below), transposed(below), front.own, Triangle::Lower, parts.rest);
   return true;
 }
 
@@ -189,10 +207,19 @@ bool LinearSolver::eliminate_general(std::size_t node, Parts& parts) {
   if (!(pivots_.segment(front.first, front.own).minCoeff() > 0.0)) return false;
   if (front.below == 0) return true;
   Eigen::Ref<Eigen::MatrixXd> below = parts.columns.bottomRows(front.below);
-  pivot.triangularView<Eigen::Upper>().solveInPlace<Eigen::OnTheRight>(below);
-  parts.rows = exchanges_[node] * parts.rows;
-  pivot.triangularView<Eigen::UnitLower>().solveInPlace(parts.rows);
-  parts.rest.noalias() -= below * parts.rows;
+  Matrix& rows = parts.rows;
+  rows = exchanges_[node] * rows;
+  for (int at = 0; at < front.own; at += kPanel) {
+    const int width = std::min(kPanel, front.own - at);
+    const auto corner = pivot.block(at, at, width, width);
+    auto right = below.middleCols(at, width);
+    subtract_(view(below), view(pivot.middleCols(at, width)), at, Triangle::Both, right);
+    corner.triangularView<Eigen::Upper>().solveInPlace<Eigen::OnTheRight>(right);
+    auto down = rows.middleRows(at, width);
+    subtract_(view(pivot.middleRows(at, width)), view(rows), at, Triangle::Both, down);
+    corner.triangularView<Eigen::UnitLower>().solveInPlace(down);
+  }
+  subtract_(view(below), view(rows), front.own, Triangle::Both, parts.rest);
   return true;
 }
 

@@ -5,6 +5,7 @@
 
 #include "block_system.hpp"
 #include "elimination.hpp"
+#include "subtract_product.hpp"
 
 namespace quoin::solver {
 
@@ -68,6 +69,7 @@ class LinearSolver {
   std::vector<int> target_;                 // of each unknown of a child's rest, that of the front
   std::vector<double> factor_, stack_;      // stack_: rests that wait for their parent
   std::vector<Eigen::PermutationMatrix<Eigen::Dynamic>> exchanges_;  // of rows, by supernode
+  SubtractProduct subtract_;
   Eigen::VectorXd pivots_;                  // by elimination
   Eigen::VectorXd vector_, below_;
 };

@@ -261,29 +261,31 @@ void OpenClose::assemble(const BlockSystem& base, std::span<const LinearContact>
       std::all_of(tangent_.begin(), tangent_.end(), is_symmetric);
   system_.mirrored.clear();
   if (!symmetric) system_.mirrored.assign(base.pairs.size(), Matrix12::Zero());
+  const bool rigid = std::all_of(slots_->size.begin(), slots_->size.end(), [](int n) { return n == 6; });
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const LinearContact& c = contacts[i];
-    if (c.mode == ContactMode::Open) continue;
-    const Matrix3x12 stiff_a = tangent_[i] * c.jacobian_a;
-    const Matrix3x12 stiff_b = tangent_[i] * c.jacobian_b;
-    if (c.slot_a >= 0) {
-      system_.diagonal[static_cast<std::size_t>(c.slot_a)].noalias() +=
-          c.jacobian_a.transpose() * stiff_a;
-    }
-    if (c.slot_b >= 0) {
-      system_.diagonal[static_cast<std::size_t>(c.slot_b)].noalias() +=
-          c.jacobian_b.transpose() * stiff_b;
-    }
-    if (c.pair < 0) continue;
-    const auto pair = static_cast<std::size_t>(c.pair);
-    const bool ascending = c.slot_a < c.slot_b;
-    const Matrix3x12& first = ascending ? c.jacobian_a : c.jacobian_b;
-    const Matrix3x12& second = ascending ? c.jacobian_b : c.jacobian_a;
-    system_.off_diagonal[pair].noalias() += first.transpose() * (ascending ? stiff_b : stiff_a);
-    if (!symmetric) {
-      system_.mirrored[pair].noalias() += second.transpose() * (ascending ? stiff_a : stiff_b);
-    }
+    if (contacts[i].mode == ContactMode::Open) continue;
+    rigid ? add_contact<6>(contacts[i], tangent_[i]) : add_contact<12>(contacts[i], tangent_[i]);
   }
+}
+
+/// `n`: the unknowns of each of its blocks, at most.
+template <int n>
+void OpenClose::add_contact(const LinearContact& c, const Matrix3& tangent) {
+  using Jacobian = Eigen::Matrix<double, 3, n>;
+  const Jacobian a = c.jacobian_a.leftCols<n>(), b = c.jacobian_b.leftCols<n>();
+  const Jacobian stiff_a = tangent * a, stiff_b = tangent * b;
+  const auto add = [](const Jacobian& left, const Jacobian& right, Matrix12& block) {
+    block.topLeftCorner<n, n>().noalias() += left.transpose() * right;
+  };
+  if (c.slot_a >= 0) add(a, stiff_a, system_.diagonal[index(c.slot_a)]);
+  if (c.slot_b >= 0) add(b, stiff_b, system_.diagonal[index(c.slot_b)]);
+  if (c.pair < 0) return;
+  Matrix12& upper = system_.off_diagonal[index(c.pair)];
+  const bool ascending = c.slot_a < c.slot_b;
+  ascending ? add(a, stiff_b, upper) : add(b, stiff_a, upper);
+  if (system_.symmetric) return;
+  Matrix12& lower = system_.mirrored[index(c.pair)];
+  ascending ? add(b, stiff_a, lower) : add(a, stiff_b, lower);
 }
 
 /// One Newton step with a search along it.

@@ -58,6 +58,8 @@ class OpenClose {
   double slope(const BlockVector& direction) const;
   bool same_tangent(std::span<const LinearContact> contacts, Limits limits);
   void assemble(const BlockSystem& base, std::span<const LinearContact> contacts);
+  template <int n>
+  void add_contact(const LinearContact& contact, const Matrix3& tangent);
   bool newton_step(const BlockSystem& base, std::span<LinearContact> contacts, Limits limits,
                    OpenCloseResult& result);
   void move(const BlockSystem& base, std::span<LinearContact> contacts, Limits limits,
