@@ -82,7 +82,9 @@ struct Workspace {
   std::vector<LinearContact> linear;
   BlockSystem base;
   std::vector<Matrix12> compliance;  ///< inverse of each diagonal block of base
-  BlockVector force, increment, free_increment;
+  BlockVector force, increment;
+  BlockVector free_increment;        ///< if no contact acted
+  BlockVector pushed_increment;      ///< if those of the last step pushed as they did
   OpenClose open_close;
   Attempt attempt;
   VelocityWork velocity;
