@@ -133,18 +133,6 @@ double motion_of(const Vector12& increment, double length) {
   return std::max(increment.head<3>().norm(), increment.tail<9>().norm() * length);
 }
 
-void accumulate(const LinearContact& c, BlockVector& y, std::vector<double>& scale) {
-  if (c.mode == ContactMode::Open) return;
-  const auto add = [&](int slot, const Matrix3x12& jacobian) {
-    if (slot < 0) return;
-    const auto s = static_cast<std::size_t>(slot);
-    y[s].noalias() += jacobian.transpose() * c.force;
-    scale[s] += c.force.norm();
-  };
-  add(c.slot_a, c.jacobian_a);
-  add(c.slot_b, c.jacobian_b);
-}
-
 }  // namespace
 
 /// Blocks that the forces known so far hold where they stand, and so all that they touch, do not move to
@@ -202,22 +190,42 @@ void OpenClose::shift(const BlockSystem& base, const BlockVector& force,
 
 void OpenClose::evaluate(const BlockSystem& base, std::span<LinearContact> contacts,
                          const BlockVector& change, Limits limits) {
+  rigid_ ? evaluate_in<6>(base, contacts, change, limits)
+         : evaluate_in<12>(base, contacts, change, limits);
+}
+
+/// `n`: the unknowns of each block, at most.
+template <int n>
+void OpenClose::evaluate_in(const BlockSystem& base, std::span<LinearContact> contacts,
+                            const BlockVector& change, Limits limits) {
   for (std::size_t s = 0; s < change.size(); ++s) {
-    const Vector12 inner = base.diagonal[s] * change[s];
+    Vector12 inner = Vector12::Zero();
+    inner.head<n>() = base.diagonal[s].topLeftCorner<n, n>() * change[s].head<n>();
     residual_[s] = right_[s] - inner;
     const double length = slots_->length[s];
     scale_[s] = force_size(right_[s], length) + force_size(inner, length);
   }
   for (LinearContact& c : contacts) {
     c.relative = c.guess;
-    if (c.slot_a >= 0) c.relative.noalias() += c.jacobian_a * change[index(c.slot_a)];
-    if (c.slot_b >= 0) c.relative.noalias() += c.jacobian_b * change[index(c.slot_b)];
+    const auto move = [&](int slot, const Matrix3x12& jacobian) {
+      if (slot >= 0) c.relative.noalias() += jacobian.leftCols<n>() * change[index(slot)].head<n>();
+    };
+    move(c.slot_a, c.jacobian_a);
+    move(c.slot_b, c.jacobian_b);
     if (limits == Limits::Assumed) {
       apply_assumed(c, softness_);
     } else {
       apply_law(c, limits == Limits::Live, softness_);
     }
-    accumulate(c, residual_, scale_);
+    if (c.mode == ContactMode::Open) continue;
+    const double size = c.force.norm();
+    const auto push = [&](int slot, const Matrix3x12& jacobian) {
+      if (slot < 0) return;
+      residual_[index(slot)].head<n>().noalias() += jacobian.leftCols<n>().transpose() * c.force;
+      scale_[index(slot)] += size;
+    };
+    push(c.slot_a, c.jacobian_a);
+    push(c.slot_b, c.jacobian_b);
   }
 }
 
@@ -261,10 +269,9 @@ void OpenClose::assemble(const BlockSystem& base, std::span<const LinearContact>
       std::all_of(tangent_.begin(), tangent_.end(), is_symmetric);
   system_.mirrored.clear();
   if (!symmetric) system_.mirrored.assign(base.pairs.size(), Matrix12::Zero());
-  const bool rigid = std::all_of(slots_->size.begin(), slots_->size.end(), [](int n) { return n == 6; });
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     if (contacts[i].mode == ContactMode::Open) continue;
-    rigid ? add_contact<6>(contacts[i], tangent_[i]) : add_contact<12>(contacts[i], tangent_[i]);
+    rigid_ ? add_contact<6>(contacts[i], tangent_[i]) : add_contact<12>(contacts[i], tangent_[i]);
   }
 }
 

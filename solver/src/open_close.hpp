@@ -6,6 +6,7 @@
 ///   |f_t| <= friction max(f_n, 0) + cohesion,  d_t = 0 below the limit, f_t against d_t at it.
 /// Source: [Alart & Curnier 1991] for the projected augmented Lagrangian; see solver/README.md.
 
+#include <algorithm>
 #include <span>
 
 #include "linear_contact.hpp"
@@ -35,7 +36,8 @@ struct OpenCloseResult {
 /// Keeps the memory between calls.
 class OpenClose {
  public:
-  explicit OpenClose(const Slots& slots) : slots_(&slots), solver_(slots) {}
+  explicit OpenClose(const Slots& slots)
+      : slots_(&slots), rigid_(std::ranges::all_of(slots.size, [](int n) { return n == 6; })), solver_(slots) {}
 
   /// `base`: block terms (diagonal only) and the pairs that contacts couple. `increment`: in, the first
   /// guess; out, D. Contacts: multipliers in, forces and modes out.
@@ -53,6 +55,9 @@ class OpenClose {
              const BlockVector& guess);
   void evaluate(const BlockSystem& base, std::span<LinearContact> contacts,
                 const BlockVector& change, Limits limits);
+  template <int n>
+  void evaluate_in(const BlockSystem& base, std::span<LinearContact> contacts,
+                   const BlockVector& change, Limits limits);
   double relative_residual() const;
   bool balanced(std::size_t slot, double tolerance) const;
   double slope(const BlockVector& direction) const;
@@ -78,6 +83,7 @@ class OpenClose {
   static void update_multipliers(std::span<LinearContact> contacts);
 
   const Slots* slots_;
+  bool rigid_;                        ///< all blocks: 6 unknowns each
   LinearSolver solver_;
   BlockSystem system_;
   BlockVector right_;                 ///< F - K0 guess
