@@ -372,6 +372,12 @@ bool need_no_second_look(const SharedCorners& corners, double band, double round
   return true;
 }
 
+/// The contact features are two whole faces.
+void take_sets(const OrderedPair& ordered, const SharedPart& part, PairPoints& pair) {
+  pair.support_p.assign(ordered.p.topology().face_set(part.face_p));
+  pair.support_q.assign(ordered.q.topology().face_set(part.face_q));
+}
+
 /// The points of two whole faces, from what the search has found already.
 bool find_face_points(const OrderedPair& ordered, const NearestFeatures& nearest, double band,
                       double rounding, Lazy<SharedPart>& part, PairPoints& pair) {
@@ -383,11 +389,10 @@ bool find_face_points(const OrderedPair& ordered, const NearestFeatures& nearest
   pair.type = ContactType::FaceFace;
   pair.kind_p = pair.kind_q = FeatureKind::Face;
   pair.plane = part->plane;
-  pair.support_p.assign(ordered.p.topology().face_set(part->face_p));
-  pair.support_q.assign(ordered.q.topology().face_set(part->face_q));
   if (need_no_second_look(part->corners, band, rounding, pair)) {
     pair.points = &part->corners;
   } else {
+    take_sets(ordered, *part, pair);
     add_points(part->corners, band, ordered.reversed, pair);
   }
   return true;
@@ -550,6 +555,7 @@ void update_pair_contact(const Polyhedron& a, const Polyhedron& b, const Contact
   const OrderedPair ordered(a, b, worked_in_reverse(a, b), contact.nearest);
   PairPoints pair;
   find_pair_points(ordered, contact.nearest, options, part, pair);
+  if (pair.points != &pair.merged) take_sets(ordered, *part, pair);
   contact.points.clear();
   append_named({0, 1}, ordered.reversed, contact.nearest, pair, contact.points);
   contact.type = pair.type;

@@ -297,27 +297,30 @@ bool warm_answer(const Polyhedron& p, const Polyhedron& q, const FeatureHint& hi
   return straight_answer(p, q, length, hint.normal, optimum);
 }
 
+/// Of the faces around a vertex the one whose normal has the greatest product with `direction`.
+int facing_face(const Polyhedron& polyhedron, int vertex, const Vector3& direction) {
+  int best = -1;
+  double greatest = -std::numeric_limits<double>::infinity();
+  for (const int f : polyhedron.topology().vertex_faces(vertex)) {
+    const double facing = along(polyhedron.face_normal(f), direction);
+    best = facing > greatest ? f : best;
+    greatest = std::max(greatest, facing);
+  }
+  return best;
+}
+
 /// Blocks that lie flush: of the faces around the two vertices that look most at the other solid,
-/// those that look at each other, if they are proved to carry the answer.
+/// the one of P that parts these vertices most and the one of Q that looks most against it, if they
+/// look at each other and are proved to carry the answer.
 bool flush_answer(const Polyhedron& p, const Polyhedron& q, const Lengths& length,
                   Optimum& optimum) {
   constexpr double kOpposite = -1.0 + 1e-6;  // cosine; only speed hangs on it
   const PairSupport near = support_pair(p, q, q.vertex_mean() - p.vertex_mean());
-  const Vector3 between = q.vertex(near.q.vertex) - p.vertex(near.p.vertex);
-  int face_p = -1, face_q = -1;
-  double widest = -std::numeric_limits<double>::infinity();
-  for (const int f : p.topology().vertex_faces(near.p.vertex)) {
-    const Vector3 normal = p.face_normal(f);
-    const double gap = normal.dot(between);
-    if (gap <= widest) continue;
-    for (const int g : q.topology().vertex_faces(near.q.vertex)) {
-      if (normal.dot(q.face_normal(g)) > kOpposite) continue;
-      face_p = f;
-      face_q = g;
-      widest = gap;
-    }
-  }
-  if (face_p < 0) return false;
+  const int face_p =
+      facing_face(p, near.p.vertex, q.vertex(near.q.vertex) - p.vertex(near.p.vertex));
+  const int face_q =
+      face_p < 0 ? -1 : facing_face(q, near.q.vertex, -p.face_normal(face_p));
+  if (face_q < 0 || p.face_normal(face_p).dot(q.face_normal(face_q)) > kOpposite) return false;
   ContactSets& sets = optimum.plane.sets;
   sets.p.assign(p.topology().face_set(face_p));
   sets.q.assign(q.topology().face_set(face_q));
@@ -416,15 +419,6 @@ bool settle_corners(const Polyhedron& p, const Polyhedron& q, const FastResult& 
          settle_normal(p, q, length, found.normal, plane);
 }
 
-/// The face around a vertex that faces most along `outward`.
-int facing_face(const Polyhedron& polyhedron, int vertex, const Vector3& outward) {
-  const std::span<const int> faces = polyhedron.topology().vertex_faces(vertex);
-  const auto less = [&](int f, int g) {
-    return polyhedron.face_normal(f).dot(outward) < polyhedron.face_normal(g).dot(outward);
-  };
-  return faces.empty() ? 0 : *std::max_element(faces.begin(), faces.end(), less);
-}
-
 bool fast_answer(const Polyhedron& p, const Polyhedron& q, const Lengths& length,
                  Optimum& optimum) {
   constexpr int kFewFaces = 16;
@@ -454,8 +448,9 @@ bool fast_answer(const Polyhedron& p, const Polyhedron& q, const Lengths& length
   optimum.converged = settle_corners(p, q, found, length, optimum.plane) && best();
   if (optimum.converged || overlapping) return optimum.converged;
   // Flush blocks: a corner just over an edge, whose line leans by a rounding over the gap.
-  const int f = facing_face(p, found.p[0], found.normal),
-            g = facing_face(q, found.q[0], -found.normal);
+  const int f = facing_face(p, found.p[0], found.normal);
+  const int g = facing_face(q, found.q[0], -found.normal);
+  if (f < 0 || g < 0) return false;
   return flat_answer(p, q, length, p.face_normal(f), optimum) ||
          flat_answer(p, q, length, -q.face_normal(g), optimum);
 }
@@ -659,6 +654,7 @@ void find_answer(const Polyhedron& p, const Polyhedron& q, const SearchOptions& 
 [[gnu::always_inline]] inline void fetch(const Polyhedron& polyhedron) {
   fetch(polyhedron.offsets(), 3 * polyhedron.padded_count());
   fetch(polyhedron.vertices().data(), 3 * polyhedron.vertex_count());
+  fetch(polyhedron.face_normals().data(), 3 * polyhedron.topology().face_count());
 }
 #else
 void fetch(const Polyhedron&) {}

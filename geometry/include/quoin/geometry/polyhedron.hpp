@@ -115,6 +115,7 @@ class Polyhedron {
   const Vector3& vertex_mean() const { return vertex_mean_; }        ///< a point inside, m
   /// Unit normal of a face label (area-weighted over its polygon), outward.
   Vector3 face_normal(int f) const { return face_normals_.col(f); }
+  const Points& face_normals() const { return face_normals_; }
 
   /// What the search scans. Offsets of the vertices from `origin`, rows x, y, z of `padded_count`
   /// doubles (a multiple of 8; the padding repeats vertex 0), 64-byte aligned, m.
