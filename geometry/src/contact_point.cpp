@@ -30,7 +30,8 @@ struct PairPoints {
 };
 
 bool faces_other(const Polyhedron& polyhedron, int face, const Vector3& outward) {
-  return polyhedron.face_normal(face).dot(outward) >= kFacingCosine;
+  const double* const normal = polyhedron.face_normals().data() + 3 * face;
+  return normal[0] * outward[0] + normal[1] * outward[1] + normal[2] * outward[2] >= kFacingCosine;
 }
 
 /// Does the solid climb steeply from one of its edges, or from a vertex along one of its edges?
@@ -167,12 +168,15 @@ void find_all_carriers(const Polyhedron& p, const Polyhedron& q, double band,
 /// Does a face of `polyhedron` around `face` look at the other solid, too?
 bool others_face(const Polyhedron& polyhedron, int face, const Vector3& outward) {
   const Topology& topology = polyhedron.topology();
-  const auto faces = [&](int f) { return f != face && faces_other(polyhedron, f, outward); };
-  if (std::ranges::any_of(topology.face_neighbours(face), faces)) return true;
-  if (topology.three_faces_at_vertices()) return false;
-  return std::ranges::any_of(topology.face(face), [&](int v) {
-    return std::ranges::any_of(topology.vertex_faces(v), faces);
-  });
+  bool found = false;
+  for (const int f : topology.face_neighbours(face)) found |= faces_other(polyhedron, f, outward);
+  if (found || topology.three_faces_at_vertices()) return found;
+  for (const int v : topology.face(face)) {
+    for (const int f : topology.vertex_faces(v)) {
+      found |= f != face && faces_other(polyhedron, f, outward);
+    }
+  }
+  return found;
 }
 
 /// Are two whole faces all there is within the band?
@@ -476,25 +480,34 @@ std::uint64_t key_number(const SharedCorner& corner, bool reversed) {
   return reversed ? q << 32 | p : p << 32 | q;
 }
 
-/// Each point goes where its key puts it, which is counted: sorting would branch on the keys.
+/// Where each point goes: behind those with smaller keys, and of equal ones behind those before it.
+/// Counted, as sorting would branch on the keys. True when there are equal keys.
+bool count_places(std::span<const std::uint64_t> keys, SmallVector<std::size_t, 64>& places) {
+  const std::size_t count = keys.size();
+  places.resize(count);
+  std::size_t total = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    std::size_t place = 0;
+    for (const std::uint64_t key : keys) place += key < keys[i];
+    places[i] = place;
+    total += place;
+  }
+  if (total == count * (count - 1) / 2) return false;
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t j = 0; j < i; ++j) places[i] += keys[j] == keys[i];
+  }
+  return true;
+}
+
 void append_named(const std::array<int, 2>& blocks, bool reversed, const NearestFeatures& nearest,
                   const PairPoints& pair, std::vector<ContactPoint>& contacts) {
   const SharedCorners& points = *pair.points;
   const std::size_t count = points.size(), first = contacts.size();
-  SmallVector<std::uint64_t, 64> keys, places;
+  SmallVector<std::uint64_t, 64> keys;
+  SmallVector<std::size_t, 64> places;
   keys.resize(count);
-  places.resize(count);
-  bool twins = false;
-  for (std::size_t i = 0; i < count; ++i) {
-    keys[i] = key_number(points[i], reversed);
-    places[i] = first;
-    for (std::size_t j = 0; j < i; ++j) {
-      const bool before = keys[i] < keys[j];
-      places[i] += before ? 0 : 1;
-      places[j] += before ? 1 : 0;
-      twins |= keys[i] == keys[j];
-    }
-  }
+  for (std::size_t i = 0; i < count; ++i) keys[i] = key_number(points[i], reversed);
+  const bool twins = count_places(keys, places);
   ContactPoint common;
   common.key.a = blocks[0];
   common.key.b = blocks[1];
@@ -503,7 +516,7 @@ void append_named(const std::array<int, 2>& blocks, bool reversed, const Nearest
   common.normal = nearest.normal;
   contacts.resize(first + count, common);
   for (std::size_t i = 0; i < count; ++i) {
-    take_point(points[i], reversed, pair.plane, contacts[places[i]]);
+    take_point(points[i], reversed, pair.plane, contacts[first + places[i]]);
   }
   if (twins) merge_named(first, contacts);
 }

@@ -318,8 +318,7 @@ bool flush_answer(const Polyhedron& p, const Polyhedron& q, const Lengths& lengt
   const PairSupport near = support_pair(p, q, q.vertex_mean() - p.vertex_mean());
   const int face_p =
       facing_face(p, near.p.vertex, q.vertex(near.q.vertex) - p.vertex(near.p.vertex));
-  const int face_q =
-      face_p < 0 ? -1 : facing_face(q, near.q.vertex, -p.face_normal(face_p));
+  const int face_q = face_p < 0 ? -1 : facing_face(q, near.q.vertex, -p.face_normal(face_p));
   if (face_q < 0 || p.face_normal(face_p).dot(q.face_normal(face_q)) > kOpposite) return false;
   ContactSets& sets = optimum.plane.sets;
   sets.p.assign(p.topology().face_set(face_p));

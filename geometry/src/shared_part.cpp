@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 namespace quoin::geometry {
@@ -282,16 +283,8 @@ void find_polygon(SharedCorners& corners, SharedPolygon& polygon) {
 void find_polygon(SharedPart& part) {
   SharedPolygon& polygon = part.polygon;
   if (part.overlay.in_order) {
-    const std::size_t n = part.corners.size();
-    std::size_t first = 0;
-    for (std::size_t k = 1; k < n; ++k) {
-      const Vector2 &a = part.corners[k].place, &b = part.corners[first].place;
-      if (a.x() < b.x() || (a.x() == b.x() && a.y() < b.y())) first = k;
-    }
-    polygon.order.resize(n);
-    for (std::size_t k = 0; k < n; ++k) {
-      polygon.order[k] = static_cast<int>(first + k < n ? first + k : first + k - n);
-    }
+    polygon.order.resize(part.corners.size());
+    std::iota(polygon.order.begin(), polygon.order.end(), 0);
     if (measure(part.corners, polygon)) return;
   }
   find_polygon(part.corners, polygon);
