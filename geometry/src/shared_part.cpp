@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <utility>
 
 namespace quoin::geometry {
@@ -201,6 +200,36 @@ bool lay_face(const Polyhedron& polyhedron, int face, const ContactPlane& plane,
   return true;
 }
 
+/// The order in which the corners are, from the one with the least coordinates: as hull_order has
+/// it.
+void keep_order(const SharedCorners& corners, SmallVector<int, 32>& order) {
+  const std::size_t count = corners.size();
+  std::size_t first = 0;
+  for (std::size_t k = 1; k < count; ++k) {
+    const Vector2 &a = corners[k].place, &b = corners[first].place;
+    if (a.x() < b.x() || (a.x() == b.x() && a.y() < b.y())) first = k;
+  }
+  order.resize(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    order[k] = static_cast<int>(first + k < count ? first + k : first + k - count);
+  }
+}
+
+/// Does a polygon turn left at each corner? A hull would leave out the others.
+bool turns_left(const SharedCorners& corners, const SmallVector<int, 32>& order) {
+  const std::size_t count = order.size();
+  if (count < 3) return false;
+  const auto place = [&](std::size_t k) -> const Vector2& {
+    return corners[static_cast<std::size_t>(order[k < count ? k : k - count])].place;
+  };
+  bool left = true;
+  for (std::size_t k = 0; k < count; ++k) {
+    const Vector2& a = place(k);
+    left &= cross2(place(k + 1) - a, place(k + 2) - a) > 0.0;
+  }
+  return left;
+}
+
 /// Area, centroid and shares of a polygon whose order is known; false: it does not wind once around
 /// its centroid, strictly to the left.
 bool measure(SharedCorners& corners, SharedPolygon& polygon) {
@@ -283,9 +312,8 @@ void find_polygon(SharedCorners& corners, SharedPolygon& polygon) {
 void find_polygon(SharedPart& part) {
   SharedPolygon& polygon = part.polygon;
   if (part.overlay.in_order) {
-    polygon.order.resize(part.corners.size());
-    std::iota(polygon.order.begin(), polygon.order.end(), 0);
-    if (measure(part.corners, polygon)) return;
+    keep_order(part.corners, polygon.order);
+    if (turns_left(part.corners, polygon.order) && measure(part.corners, polygon)) return;
   }
   find_polygon(part.corners, polygon);
 }

@@ -46,7 +46,7 @@ Overlay append_shared_of_polygons(const PolygonRows& p, const PolygonRows& q, do
                                   SharedCorners& corners);
 
 /// What two whole faces that carry the answer share, laid once for the proof, the witnesses and the
-/// contact points.
+/// contact points. Of other features only `corners` and `polygon` are filled.
 struct SharedPart {
   int face_p = -1, face_q = -1;
   Support top_p, top_q;  ///< just the vertices of the faces are within tol of them

@@ -1,5 +1,6 @@
 /// Topology, and what a polyhedron derives from its vertices.
 
+#include <algorithm>
 #include <quoin/geometry/build.hpp>
 
 #include "support/catch.hpp"
@@ -41,6 +42,23 @@ TEST_CASE("topology: edges, faces and neighbours of a box agree") {
     }
   }
   CHECK(topology.find_edge(0, 7) == -1);
+}
+
+TEST_CASE("topology: a face's vertices in ascending order, and the face across each of its edges") {
+  const Polyhedron box = make_box({0, 0, 0}, {1, 1, 1});
+  const Topology& topology = box.topology();
+  for (int f = 0; f < 6; ++f) {
+    const std::span<const int> face = topology.face(f), set = topology.face_set(f);
+    CHECK(std::is_permutation(face.begin(), face.end(), set.begin(), set.end()));
+    CHECK(std::is_sorted(set.begin(), set.end()));
+    for (std::size_t k = 0; k < face.size(); ++k) {
+      const auto [left, right] = topology.edge_faces(topology.face_edges(f)[k]);
+      CHECK(topology.face_neighbours(f)[k] == (left == f ? right : left));
+    }
+  }
+  CHECK(topology.three_faces_at_vertices());
+  CHECK(!Topology(5, {{0, 3, 2, 1}, {0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}})
+             .three_faces_at_vertices());
 }
 
 TEST_CASE("topology: an open surface is refused and the edge named") {

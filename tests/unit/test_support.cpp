@@ -68,3 +68,25 @@ TEST_CASE("of equal vertices the lowest index is the support") {
     CHECK(found.value == expected.value);
   }
 }
+
+TEST_CASE("carriers of a support plane are checked as by the plain loop") {
+  tests::Random random(12);
+  for (int count = 4; count <= 80; ++count) {
+    const geometry::Polyhedron solid = solid_of(random, count);
+    for (int k = 0; k < 20; ++k) {
+      const Vector3 d = random.direction();
+      const geometry::Support expected = plain(solid, d);
+      const double flat = random.uniform(0.0, 0.1), clear = random.uniform(0.1, 0.5);
+      geometry::VertexSet near, beyond;
+      geometry::find_vertices_beyond(solid, d, expected.value - flat, near);
+      geometry::find_vertices_beyond(solid, d, expected.value - clear, beyond);
+      geometry::Support top;
+      CHECK(geometry::carried_alone(solid, d, {near, flat, clear}, top) ==
+            (near.size() == beyond.size()));
+      CHECK(top.vertex == expected.vertex);
+      CHECK(top.value == expected.value);
+      near.resize(near.size() - 1);
+      CHECK(!geometry::carried_alone(solid, d, {near, flat, clear}, top));
+    }
+  }
+}
