@@ -653,10 +653,14 @@ void find_answer(const Polyhedron& p, const Polyhedron& q, const SearchOptions& 
 [[gnu::always_inline]] inline void fetch(const Polyhedron& polyhedron) {
   fetch(polyhedron.offsets(), 3 * polyhedron.padded_count());
   fetch(polyhedron.vertices().data(), 3 * polyhedron.vertex_count());
+}
+
+[[gnu::always_inline]] inline void fetch_normals(const Polyhedron& polyhedron) {
   fetch(polyhedron.face_normals().data(), 3 * polyhedron.topology().face_count());
 }
 #else
 void fetch(const Polyhedron&) {}
+void fetch_normals(const Polyhedron&) {}
 #endif
 
 void swap_names(FeatureHint& hint) {
@@ -715,6 +719,10 @@ NearestFeatures named_answer(const Polyhedron& a, const Polyhedron& b, const Sea
                              const FeatureHint& hint, Optimum& optimum) {
   fetch(a);
   fetch(b);
+  if (optimum.contact_expected) {
+    fetch_normals(a);
+    fetch_normals(b);
+  }
   NearestFeatures answer;
   if (!worked_in_reverse(a, b)) {
     find_answer(a, b, options, hint, optimum, answer);
