@@ -115,7 +115,7 @@ std::vector<Case> features() {
               }),
       changed("static", t, "base", "static instead of dynamic", base,
               [](S s) { s.options.analysis = solver::Analysis::Static; }),
-      changed("at_rest", t, "base", "the block stands: its pair is not searched again", base,
+      changed("at_rest", t, "base", "the block stands: nothing is solved or searched again", base,
               [](S s) { s.scene.blocks[1].velocity.setZero(); }),
       changed("writers", t, "base", "ParaView files after each step", base,
               [](S s) { s.writes = true; }),
@@ -124,9 +124,9 @@ std::vector<Case> features() {
                 s.scene.add_fixed(geometry::make_box({-5, -5, -2}, {5, 5, -1}));
               }),
       {"blocks_2", t, "base", "a second block that slides, apart", [] { return row(2); }},
-      {"blocks_14", t, "base", "14 blocks: all 105 pairs of boxes tried, dense matrix",
+      {"blocks_14", t, "base", "14 blocks: all 105 pairs of boxes tried",
        [] { return row(14); }},
-      {"blocks_20", t, "base", "20 blocks: tree of boxes, sparse matrix", [] { return row(20); }},
+      {"blocks_20", t, "base", "20 blocks: tree of boxes", [] { return row(20); }},
       {"threads_2", t, "blocks_20", "two threads asked for 20 pairs",
        [] {
          Setup setup = row(20);
