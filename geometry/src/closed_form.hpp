@@ -19,10 +19,6 @@ struct ContactSets {
   }
 };
 
-/// Does the place of a point, seen along the outward normal of a face, lie within the face?
-bool over_face(const Polyhedron& polyhedron, int face, const Vector3& outward, const Vector3& point,
-               double rounding);
-
 /// Face label of which every vertex is in the set, or -1; the one that faces most along `outward`.
 int covered_face(const Polyhedron& polyhedron, const VertexSet& set, const Vector3& outward);
 

@@ -1,7 +1,7 @@
 #pragma once
 /// A number as the unevaluated sum of two doubles: about 106 bits. Private to the narrow phase: it
 /// decides where doubles cannot. Sums and products of the error-free kind need round-to-nearest and
-/// no contraction; std::fma is not used, so that the bits do not depend on the machine.
+/// no contraction. A fused product gives the same bits and is used only where it is an instruction.
 /// Sources: [Dekker 1971], [Knuth 1969] (two_sum), [Hida, Li, Bailey 2001] (the arithmetic).
 
 #include <Eigen/Core>
@@ -41,6 +41,13 @@ inline DoubleDouble two_product(double a, double b) {
   split(a, ah, al);
   split(b, bh, bl);
   return {p, ((ah * bh - p) + ah * bl + al * bh) + al * bl};
+}
+
+template <bool kFused>
+DoubleDouble two_product(double a, double b) {
+  if constexpr (!kFused) return two_product(a, b);
+  const double p = a * b;
+  return {p, std::fma(a, b, -p)};
 }
 
 inline DoubleDouble operator-(const DoubleDouble& a) { return {-a.high, -a.low}; }

@@ -3,6 +3,9 @@
 #include <cmath>
 #include <limits>
 
+#include "simplex_rows.hpp"
+#include "support_lanes.hpp"
+
 namespace quoin::geometry {
 namespace {
 
@@ -22,13 +25,6 @@ struct Simplex {
   Vector3 direction;  // along the nearest point, any length
   double squared_distance = 0.0;
 
-  bool has(int p, int q) const {
-    for (int k = 0; k < size; ++k) {
-      const Corner& c = corners[static_cast<std::size_t>(k)];
-      if (c.p == p && c.q == q) return true;
-    }
-    return false;
-  }
   void push_front(const Corner& corner) {
     for (int k = size; k > 0; --k) {
       corners[static_cast<std::size_t>(k)] = corners[static_cast<std::size_t>(k - 1)];
@@ -129,18 +125,11 @@ bool reduce(Simplex& simplex) {
   return true;
 }
 
+template <class Scan>
 Corner find_corner(const Polyhedron& p, const Polyhedron& q, const Vector3& direction) {
-  const PairSupport both = support_pair(p, q, direction);
-  const int i = both.p.vertex, j = both.q.vertex;
+  const int i = Scan::support(Rows(p), direction).vertex;
+  const int j = Scan::support(Rows(q), -direction).vertex;
   return {q.vertex(j) - p.vertex(i), i, j};
-}
-
-void name_corners(const Simplex& simplex, FastResult& result) {
-  result.corners = simplex.size;
-  for (int k = 0; k < simplex.size; ++k) {
-    result.p[static_cast<std::size_t>(k)] = simplex.corners[static_cast<std::size_t>(k)].p;
-    result.q[static_cast<std::size_t>(k)] = simplex.corners[static_cast<std::size_t>(k)].q;
-  }
 }
 
 // ---- least overlap ----
@@ -160,6 +149,7 @@ struct Facet {
 /// A polytope inside the set of differences, around the origin. While all its facets turn to the
 /// origin their inner sides, each ray from the origin meets one of them; so the least distance of a
 /// facet is a depth that the solids have at least. See geometry/README.md, "Least overlap".
+template <class Scan>
 class Polytope {
  public:
   Polytope(const Polyhedron& p, const Polyhedron& q, double rounding)
@@ -175,7 +165,7 @@ class Polytope {
       const int nearest = nearest_facet();
       if (nearest < 0) return result;
       const Facet& facet = at(nearest);
-      const Corner corner = find_corner(p_, q_, -facet.normal);
+      const Corner corner = find_corner<Scan>(p_, q_, -facet.normal);
       const double gain = facet.normal.dot(corner.w - corner_at(facet.corners[0]).w);
       if (gain <= rounding_) {
         finish(facet, result);
@@ -226,7 +216,7 @@ class Polytope {
     Corner best{Vector3::Zero(), 0, 0};
     double farthest = 0.0;
     for (const double side : {1.0, -1.0}) {
-      const Corner corner = find_corner(p_, q_, side * direction);
+      const Corner corner = find_corner<Scan>(p_, q_, side * direction);
       const double reach = std::abs(direction.dot(corner.w - corner_at(0).w));
       if (reach > farthest) {
         farthest = reach;
@@ -406,51 +396,110 @@ class Polytope {
   SmallVector<Facet, 4 * kMostCorners> facets_;
 };
 
+/// The same step by distances, where signs leave it open: flat simplices.
+Carried take_corner_by_distance(const Corner& corner, SimplexRows& rows) {
+  Simplex simplex;
+  for (int k = rows.count; k-- > 0;) {
+    const auto i = static_cast<std::size_t>(k);
+    simplex.push_front({rows.w(i), rows.p[i], rows.q[i]});
+  }
+  simplex.push_front(corner);
+  if (!reduce(simplex)) return Carried::Inside;
+  for (int k = 0; k < simplex.size; ++k) {
+    const Corner& c = simplex.corners[static_cast<std::size_t>(k)];
+    rows.set(static_cast<std::size_t>(k), c.w, c.p, c.q);
+  }
+  rows.count = simplex.size;
+  rows.direction = simplex.direction;
+  rows.squared_distance = simplex.squared_distance;
+  return Carried::Found;
+}
+
+void name_corners(const SimplexRows& rows, FastResult& result) {
+  result.p = rows.p;
+  result.q = rows.q;
+  result.corners = rows.count;
+}
+
+template <class Scan>
+FastResult search(const Polyhedron& p, const Polyhedron& q, const Vector3& direction,
+                  double rounding) {
+  FastResult result;
+  const Corner first = find_corner<Scan>(p, q, direction);
+  SimplexRows rows;
+  for (std::size_t k = 0; k < 4; ++k) rows.set(k, first.w, first.p, first.q);
+  rows.count = 1;
+  rows.direction = first.w;
+  rows.squared_distance = first.w.squaredNorm();
+  double before = std::numeric_limits<double>::infinity();
+  while (result.iterations < kMostSteps) {
+    ++result.iterations;
+    if (!(rows.squared_distance > 16 * rounding * rounding)) {
+      result.outcome = FastOutcome::Overlapping;
+      break;
+    }
+    const Vector3 d = rows.direction;
+    const Corner corner = find_corner<Scan>(p, q, d);
+    const double gain = d.dot(rows.w(0) - corner.w) - 4 * kEpsilon * d.dot(rows.w(0));
+    if (gain <= 0.0 || gain * gain <= rounding * rounding * d.squaredNorm() ||
+        rows.has(corner.p, corner.q) || !(rows.squared_distance < before)) {
+      result.outcome = FastOutcome::Separated;  // as far as doubles go; the proof decides
+      break;
+    }
+    before = rows.squared_distance;
+    Carried carried = take_corner<typename Scan::Flags>(corner.w, corner.p, corner.q, rows);
+    if (carried == Carried::Unclear) carried = take_corner_by_distance(corner, rows);
+    if (carried == Carried::Inside) {
+      result.outcome = FastOutcome::Overlapping;
+      rows.set(3, corner.w, corner.p, corner.q);
+      rows.count = 4;
+      break;
+    }
+  }
+  result.bound = std::sqrt(rows.squared_distance);
+  const double length = rows.direction.norm();
+  if (length > 0.0) result.normal = rows.direction / length;
+  name_corners(rows, result);
+  return result;
+}
+
+#ifdef QUOIN_WIDE_LANES
+QUOIN_AVX512 [[gnu::flatten]] FastResult search_512(const Polyhedron& p, const Polyhedron& q,
+                                                    const Vector3& direction, double rounding) {
+  return search<Scan512>(p, q, direction, rounding);
+}
+QUOIN_AVX2 [[gnu::flatten]] FastResult search_256(const Polyhedron& p, const Polyhedron& q,
+                                                  const Vector3& direction, double rounding) {
+  return search<Scan256>(p, q, direction, rounding);
+}
+QUOIN_AVX512 [[gnu::flatten]] FastResult overlap_512(const Polyhedron& p, const Polyhedron& q,
+                                                     const FastResult& start, double rounding) {
+  return Polytope<Scan512>(p, q, rounding).grow(start);
+}
+QUOIN_AVX2 [[gnu::flatten]] FastResult overlap_256(const Polyhedron& p, const Polyhedron& q,
+                                                   const FastResult& start, double rounding) {
+  return Polytope<Scan256>(p, q, rounding).grow(start);
+}
+#endif
+
 }  // namespace
 
 FastResult fast_nearest(const Polyhedron& p, const Polyhedron& q, const Vector3& direction,
                         double rounding) {
-  FastResult result;
-  Simplex simplex;
-  simplex.push_front(find_corner(p, q, direction));
-  simplex.direction = simplex.corners[0].w;
-  simplex.squared_distance = simplex.direction.squaredNorm();
-  const double nothing = 16 * rounding * rounding;
-  while (result.iterations < kMostSteps) {
-    ++result.iterations;
-    if (!(simplex.squared_distance > nothing)) {
-      result.outcome = FastOutcome::Overlapping;
-      break;
-    }
-    const Corner corner = find_corner(p, q, simplex.direction);
-    const double gain = simplex.direction.dot(simplex.corners[0].w - corner.w) -
-                        4 * kEpsilon * simplex.direction.dot(simplex.corners[0].w);
-    if (gain <= 0.0 || gain * gain <= rounding * rounding * simplex.direction.squaredNorm() ||
-        simplex.has(corner.p, corner.q)) {
-      result.outcome = FastOutcome::Separated;
-      break;
-    }
-    const double before = simplex.squared_distance;
-    simplex.push_front(corner);
-    if (!reduce(simplex)) {
-      result.outcome = FastOutcome::Overlapping;
-      break;
-    }
-    if (!(simplex.squared_distance < before)) {  // no step forward: rounding; the proof decides
-      result.outcome = FastOutcome::Separated;
-      break;
-    }
-  }
-  result.bound = std::sqrt(simplex.squared_distance);
-  const double length = simplex.direction.norm();
-  if (length > 0.0) result.normal = simplex.direction / length;
-  name_corners(simplex, result);
-  return result;
+#ifdef QUOIN_WIDE_LANES
+  if (has_avx512()) return search_512(p, q, direction, rounding);
+  if (has_avx2()) return search_256(p, q, direction, rounding);
+#endif
+  return search<PlainScan>(p, q, direction, rounding);
 }
 
 FastResult fast_overlap(const Polyhedron& p, const Polyhedron& q, const FastResult& start,
                         double rounding) {
-  return Polytope(p, q, rounding).grow(start);
+#ifdef QUOIN_WIDE_LANES
+  if (has_avx512()) return overlap_512(p, q, start, rounding);
+  if (has_avx2()) return overlap_256(p, q, start, rounding);
+#endif
+  return Polytope<PlainScan>(p, q, rounding).grow(start);
 }
 
 }  // namespace quoin::geometry

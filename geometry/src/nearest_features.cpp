@@ -4,8 +4,9 @@
 #include <limits>
 #include <utility>
 
-#include "closed_form.hpp"
 #include "fast_search.hpp"
+#include "line_forms.hpp"
+#include "ordinary.hpp"
 #include "pair_order.hpp"
 #include "patch.hpp"
 #include "wide_search.hpp"
@@ -14,18 +15,6 @@ namespace quoin::geometry {
 namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-
-/// Lengths that decide, m.
-struct Lengths {
-  double contact = 0.0;   // the tolerance of features and status
-  double rounding = 0.0;  // what the support functions and normals of doubles may be off
-  double place = 0.0;     // what the rounding of coordinates leaves of a place in the world
-  double widest = 0.0;    // vertices deeper than this below the support plane are of no interest
-  bool uneven = false;    // the rounding of the larger solid would show on the smaller one
-};
-
-/// A vertex between these multiples of the rounding might be sorted otherwise on another way.
-constexpr double kClearBelow = 0.5, kClearAbove = 64.0;
 
 Lengths lengths(const Polyhedron& p, const Polyhedron& q, const SearchOptions& options) {
   Lengths length;
@@ -38,10 +27,6 @@ Lengths lengths(const Polyhedron& p, const Polyhedron& q, const SearchOptions& o
   length.place = std::max(length.rounding, 2 * kEpsilon * coordinate);
   length.widest = std::max({length.contact, length.place, kClearAbove * length.rounding});
   return length;
-}
-
-double along(const Vector3& x, const Vector3& d) {
-  return x.x() * d.x() + x.y() * d.y() + x.z() * d.z();
 }
 
 /// The vertices of one solid near its support plane, and how deep below it each lies.
@@ -418,12 +403,56 @@ bool settle_corners(const Polyhedron& p, const Polyhedron& q, const FastResult& 
          settle_normal(p, q, length, found.normal, plane);
 }
 
-bool fast_answer(const Polyhedron& p, const Polyhedron& q, const Lengths& length,
-                 Optimum& optimum) {
+/// A pair in the order in which it is worked.
+struct OrderedPair {
+  const Polyhedron& p;
+  const Polyhedron& q;
+  bool reversed;  // q is the caller's A
+  Lengths length;
+};
+
+/// The quick ways, and what is known when they have not come to the answer.
+struct Quick {
+  Trial hint = Trial::Undecided;  // what became of last step's features
+  bool searched = false;
+  FastResult found;  // if `searched`
+  int iterations = 0;
+};
+
+/// Last step's features as an ordinary answer.
+bool hinted_answer(const OrderedPair& pair, const FeatureHint& hint, Quick& quick,
+                   NearestFeatures& answer) {
+  const bool reversed = pair.reversed;
+  Carrier by_p, by_q;
+  if (!hinted_carrier(pair.p, reversed ? hint.vertices_b : hint.vertices_a,
+                      reversed ? hint.face_b : hint.face_a, by_p) ||
+      !hinted_carrier(pair.q, reversed ? hint.vertices_a : hint.vertices_b,
+                      reversed ? hint.face_a : hint.face_b, by_q)) {
+    return false;
+  }
+  quick.hint = try_ordinary(pair.p, pair.q, by_p, by_q, pair.length, reversed, answer);
+  if (quick.hint != Trial::Undecided) ++quick.iterations;
+  return quick.hint == Trial::Proved;
+}
+
+/// The features found by the search as an ordinary answer.
+bool searched_answer(const OrderedPair& pair, Quick& quick, NearestFeatures& answer) {
+  const auto& [p, q, reversed, length] = pair;
+  quick.found = fast_nearest(p, q, q.vertex_mean() - p.vertex_mean(), 0.25 * length.rounding);
+  quick.searched = true;
+  quick.iterations += quick.found.iterations;
+  Carrier by_p, by_q;
+  return quick.found.outcome == FastOutcome::Separated &&
+         corner_carrier(p, quick.found.p, quick.found.corners, by_p) &&
+         corner_carrier(q, quick.found.q, quick.found.corners, by_q) &&
+         try_ordinary(p, q, by_p, by_q, length, reversed, answer) == Trial::Proved;
+}
+
+bool fast_answer(const OrderedPair& pair, FastResult found, Optimum& optimum) {
   constexpr int kFewFaces = 16;
+  const Polyhedron &p = pair.p, &q = pair.q;
+  const Lengths& length = pair.length;
   const double rounding = length.rounding;
-  FastResult found = fast_nearest(p, q, q.vertex_mean() - p.vertex_mean(), 0.25 * rounding);
-  optimum.iterations += found.iterations;
   const bool overlapping = found.outcome == FastOutcome::Overlapping;
   if (overlapping) {
     if (p.topology().face_count() + q.topology().face_count() <= kFewFaces) {
@@ -619,18 +648,24 @@ void set_hint(const Carried& plane, NearestFeatures& answer) {
   answer.hint.normal = answer.normal;
 }
 
-void find_answer(const Polyhedron& p, const Polyhedron& q, const SearchOptions& options,
-                 const FeatureHint& hint, Optimum& optimum, NearestFeatures& answer) {
-  const Lengths length = lengths(p, q, options);
+/// The general way; true: an ordinary answer after all, in the names of the caller.
+bool general_answer(const OrderedPair& pair, const SearchOptions& options, const FeatureHint& hint,
+                    Quick& quick, Optimum& optimum, NearestFeatures& answer) {
+  const Polyhedron &p = pair.p, &q = pair.q;
+  const Lengths& length = pair.length;
+  const auto warm = [&] {
+    return quick.hint == Trial::Undecided && warm_answer(p, q, hint, length, optimum);
+  };
   const auto flush = [&] {
     return optimum.contact_expected && flush_answer(p, q, length, optimum);
   };
-  if (length.uneven || (!warm_answer(p, q, hint, length, optimum) && !flush() &&
-                        !fast_answer(p, q, length, optimum))) {
-    optimum.faces.reset();
-    wide_answer(p, q, options.max_iterations, length, optimum);
+  if (length.uneven || (!warm() && !flush())) {
+    if (!length.uneven && !quick.searched && searched_answer(pair, quick, answer)) return true;
+    if (length.uneven || !fast_answer(pair, quick.found, optimum)) {
+      optimum.faces.reset();
+      wide_answer(p, q, options.max_iterations, length, optimum);
+    }
   }
-  answer.iterations = optimum.iterations;
   answer.normal = optimum.plane.normal;
   answer.gap = optimum.plane.gap;
   describe(p, q, optimum, length, answer);
@@ -640,6 +675,7 @@ void find_answer(const Polyhedron& p, const Polyhedron& q, const SearchOptions& 
                     : answer.gap > 0.0                     ? PairStatus::Separated
                                                            : PairStatus::Overlapping;
   }
+  return false;
 }
 
 /// Asks for the memory of a solid before it is needed: all of a small one, else its beginning.
@@ -714,25 +750,20 @@ double default_tolerance(const Polyhedron& a, const Polyhedron& b) {
 
 namespace {
 
-/// The answer in the names of the caller.
-NearestFeatures named_answer(const Polyhedron& a, const Polyhedron& b, const SearchOptions& options,
-                             const FeatureHint& hint, Optimum& optimum) {
-  fetch(a);
-  fetch(b);
-  if (optimum.contact_expected) {
-    fetch_normals(a);
-    fetch_normals(b);
-  }
-  NearestFeatures answer;
-  if (!worked_in_reverse(a, b)) {
-    find_answer(a, b, options, hint, optimum, answer);
-    return answer;
-  }
-  FeatureHint reversed = hint;
-  swap_names(reversed);
-  find_answer(b, a, options, reversed, optimum, answer);
-  swap_names(answer);
-  return answer;
+OrderedPair ordered(const Polyhedron& a, const Polyhedron& b, const SearchOptions& options) {
+  const bool reversed = worked_in_reverse(a, b);
+  const Polyhedron &p = reversed ? b : a, &q = reversed ? a : b;
+  return {p, q, reversed, lengths(p, q, options)};
+}
+
+/// Whatever the quick ways have left open.
+void find_answer(const OrderedPair& pair, const SearchOptions& options, const FeatureHint& hint,
+                 Quick& quick, Optimum& optimum, NearestFeatures& answer) {
+  FeatureHint named = hint;
+  if (pair.reversed) swap_names(named);
+  const bool ordinary = general_answer(pair, options, named, quick, optimum, answer);
+  if (pair.reversed && !ordinary) swap_names(answer);
+  answer.iterations = quick.iterations + optimum.iterations;
 }
 
 }  // namespace
@@ -740,16 +771,43 @@ NearestFeatures named_answer(const Polyhedron& a, const Polyhedron& b, const Sea
 NearestFeatures nearest_features(const Polyhedron& a, const Polyhedron& b,
                                  const SearchOptions& options, const FeatureHint& hint,
                                  Lazy<SharedPart>& faces) {
-  Optimum optimum(faces);
-  optimum.contact_expected = true;
-  return named_answer(a, b, options, hint, optimum);
+  fetch(a);
+  fetch(b);
+  fetch_normals(a);
+  fetch_normals(b);
+  NearestFeatures answer;
+  const OrderedPair pair = ordered(a, b, options);
+  Quick quick;
+  if (pair.length.uneven || !hinted_answer(pair, hint, quick, answer)) {
+    Optimum optimum(faces);
+    optimum.contact_expected = true;
+    find_answer(pair, options, hint, quick, optimum, answer);
+  } else {
+    answer.iterations = quick.iterations;
+  }
+  return answer;
 }
 
 NearestFeatures nearest_features(const Polyhedron& a, const Polyhedron& b,
                                  const SearchOptions& options, const FeatureHint& hint) {
+  fetch(a);
+  fetch(b);
+  NearestFeatures answer;
+  const OrderedPair pair = ordered(a, b, options);
+  Quick quick;
+  const auto quick_answer = [&] {
+    if (hinted_answer(pair, hint, quick, answer)) return true;
+    const bool hint_left = quick.hint == Trial::Undecided && hint.vertices_a[0] >= 0;
+    return !hint_left && searched_answer(pair, quick, answer);
+  };
+  if (!pair.length.uneven && quick_answer()) {
+    answer.iterations = quick.iterations;
+    return answer;
+  }
   Lazy<SharedPart> faces;
   Optimum optimum(faces);
-  return named_answer(a, b, options, hint, optimum);
+  find_answer(pair, options, hint, quick, optimum, answer);
+  return answer;
 }
 
 }  // namespace quoin::geometry

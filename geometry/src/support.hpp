@@ -31,7 +31,10 @@ PairSupport support_pair(const Polyhedron& p, const Polyhedron& q, const Vector3
 void find_vertices_beyond(const Polyhedron& polyhedron, const Vector3& direction, double value,
                           VertexSet& vertices);
 
-/// Is `set` (ascending) just the vertices whose offset · direction is at least `value`?
+/// How many vertices do.
+int count_beyond(const Polyhedron& polyhedron, const Vector3& direction, double value);
+
+/// Is `set` (each once) just the vertices whose offset · direction is at least `value`?
 bool only_these_beyond(const Polyhedron& polyhedron, const Vector3& direction, double value,
                        std::span<const int> set);
 
@@ -45,6 +48,11 @@ struct Carriers {
 /// Do they? `top` is the support in any case.
 bool carried_alone(const Polyhedron& polyhedron, const Vector3& direction, const Carriers& carriers,
                    Support& top);
+
+/// In the order of sums of the scans.
+inline double along(const Vector3& x, const Vector3& d) {
+  return x.x() * d.x() + x.y() * d.y() + x.z() * d.z();
+}
 
 inline Vector3 offset(const Polyhedron& polyhedron, int v) {
   const double* p = polyhedron.offsets() + v;

@@ -10,15 +10,14 @@
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #pragma GCC diagnostic ignored "-Wuninitialized"
 
-#define QUOIN_AVX512 __attribute__((target("avx512f,avx512dq")))
-#define QUOIN_AVX2 __attribute__((target("avx2")))
+#define QUOIN_AVX512 __attribute__((target("avx512f,avx512dq,fma")))
+#define QUOIN_AVX2 __attribute__((target("avx2,fma")))
 
 namespace quoin::geometry {
 
+inline bool has_avx2() { return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"); }
 inline bool has_avx512() {
-  return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq");
+  return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && has_avx2();
 }
-inline bool has_avx2() { return __builtin_cpu_supports("avx2"); }
-
 }  // namespace quoin::geometry
 #endif

@@ -1,0 +1,256 @@
+#include "ordinary.hpp"
+
+#include <algorithm>
+
+#include "line_forms.hpp"
+#include "patch.hpp"
+#include "support_lanes.hpp"
+
+namespace quoin::geometry {
+namespace {
+
+constexpr FeatureKind kVertex = FeatureKind::Vertex, kEdge = FeatureKind::Edge,
+                      kFace = FeatureKind::Face;
+
+template <FeatureKind kKind>
+std::span<const int> vertices_of(const Polyhedron& solid, const Carrier& carrier) {
+  if constexpr (kKind == kFace) return solid.topology().face(carrier.face);
+  return {carrier.vertices.data(), kKind == kVertex ? 1u : 2u};
+}
+
+template <bool kFused, FeatureKind kP, FeatureKind kQ>
+ClosedForm form_of(const Polyhedron& p, const Polyhedron& q, const Carrier& by_p,
+                   const Carrier& by_q, double rounding) {
+  if constexpr (kP == kFace) return {.found = true, .normal = p.face_normal(by_p.face)};
+  if constexpr (kQ == kFace) return {.found = true, .normal = -q.face_normal(by_q.face)};
+  const Vector3 first_p = p.vertex(by_p.vertices[0]), first_q = q.vertex(by_q.vertices[0]);
+  if constexpr (kP == kVertex && kQ == kVertex) return line_form(first_q - first_p, true);
+  if constexpr (kP == kVertex) return vertex_edge<kFused>(first_p, q, by_q.vertices, 1.0);
+  if constexpr (kQ == kVertex) return vertex_edge<kFused>(first_q, p, by_p.vertices, -1.0);
+  ClosedForm form = edge_edge<kFused>(p, by_p.vertices, q, by_q.vertices, rounding);
+  if (form.normal.dot(first_q - first_p) < 0.0) form.normal = -form.normal;
+  return form;
+}
+
+/// Do just these vertices carry the support plane, clearly? Then any way to the plane finds them.
+template <class Scan>
+bool carry_alone(const Polyhedron& solid, std::span<const int> vertices, const Vector3& outward,
+                 const Lengths& length, Support& top) {
+  top = {vertices[0], along(offset(solid, vertices[0]), outward)};
+  double least = top.value;
+  for (const int v : vertices.subspan(1)) {
+    const double value = along(offset(solid, v), outward);
+    if (value > top.value || (value == top.value && v < top.vertex)) top = {v, value};
+    least = std::min(least, value);
+  }
+  return top.value - least <= kClearBelow * length.rounding &&
+         Scan::count_beyond(Rows(solid), outward, top.value - length.widest) ==
+             static_cast<int>(vertices.size());
+}
+
+/// Has a face label an area that no tolerance takes for a line? Three of its corners within
+/// `tolerance` of a line would span less than twice that by the diameter.
+bool clearly_wide(const Polyhedron& solid, int face, double tolerance) {
+  const std::span<const int> cycle = solid.topology().face(face);
+  const Vector3 base = solid.vertex(cycle[0]);
+  const Vector3 normal = (solid.vertex(cycle[1]) - base).cross(solid.vertex(cycle[2]) - base);
+  const double least = 4.0 * tolerance * solid.diameter();
+  return normal.squaredNorm() > least * least;
+}
+
+/// The label of a carrier; false where it has none that is beyond doubt.
+template <FeatureKind kKind>
+bool name_carrier(const Polyhedron& solid, const Carrier& carrier, double tolerance,
+                  Feature& feature) {
+  if constexpr (kKind == kVertex) feature = {kVertex, carrier.vertices[0]};
+  if constexpr (kKind == kFace) feature = {kFace, carrier.face};
+  if constexpr (kKind == kEdge) {
+    feature = {kEdge, solid.topology().find_edge(carrier.vertices[0], carrier.vertices[1])};
+  }
+  return feature.index >= 0 && (kKind != kFace || clearly_wide(solid, carrier.face, tolerance));
+}
+
+/// Its four lowest vertices, ascending.
+template <FeatureKind kKind>
+void set_hinted(const Polyhedron& solid, const Carrier& carrier, std::array<int, 4>& hinted,
+                int& face) {
+  if constexpr (kKind != kFace) {
+    hinted[0] = carrier.vertices[0];
+    if constexpr (kKind == kEdge) hinted[1] = carrier.vertices[1];
+    return;
+  }
+  const std::span<const int> set = solid.topology().face_set(carrier.face);
+  std::copy_n(set.begin(), std::min<std::size_t>(set.size(), 4), hinted.begin());
+  face = carrier.face;
+}
+
+/// Where the answer of one solid goes.
+struct Outlet {
+  Vector3& point;
+  Feature& feature;
+  double& residual;
+  std::array<int, 4>& hinted;
+  int& face;
+};
+Outlet outlet_a(NearestFeatures& answer) {
+  return {answer.point_a, answer.feature_a, answer.residual_a, answer.hint.vertices_a,
+          answer.hint.face_a};
+}
+Outlet outlet_b(NearestFeatures& answer) {
+  return {answer.point_b, answer.feature_b, answer.residual_b, answer.hint.vertices_b,
+          answer.hint.face_b};
+}
+
+template <class Scan, FeatureKind kP, FeatureKind kQ>
+Trial attempt(const Polyhedron& p, const Polyhedron& q, const Carrier& by_p, const Carrier& by_q,
+              const Lengths& length, bool reversed, NearestFeatures& answer) {
+  const ClosedForm form = form_of<Scan::kFused, kP, kQ>(p, q, by_p, by_q, length.rounding);
+  if (!form.found) return Trial::Undecided;
+  const Vector3 normal = form.normal;
+  Support top_p, top_q;
+  if (!carry_alone<Scan>(p, vertices_of<kP>(p, by_p), normal, length, top_p) ||
+      !carry_alone<Scan>(q, vertices_of<kQ>(q, by_q), -normal, length, top_q)) {
+    return Trial::Refuted;
+  }
+  const Vector3 high = p.vertex(top_p.vertex), low = q.vertex(top_q.vertex);
+  const double gap = normal.dot(low - high);
+  if (!(gap > 8 * length.rounding)) return Trial::Undecided;
+  if constexpr (kP == kFace) {
+    if (!over_face(p, by_p.face, normal, low, length.rounding)) return Trial::Refuted;
+  } else if constexpr (kQ == kFace) {
+    if (!over_face(q, by_q.face, -normal, high, length.rounding)) return Trial::Refuted;
+  } else if (!form.joined) {
+    return Trial::Refuted;
+  }
+  if (kP == kEdge && kQ == kEdge && !form.crossed) return Trial::Undecided;
+  const Outlet to_p = reversed ? outlet_b(answer) : outlet_a(answer);
+  const Outlet to_q = reversed ? outlet_a(answer) : outlet_b(answer);
+  if (!name_carrier<kP>(p, by_p, length.contact, to_p.feature) ||
+      !name_carrier<kQ>(q, by_q, length.contact, to_q.feature)) {
+    return Trial::Undecided;
+  }
+  const Vector3 across = gap * normal;
+  if constexpr (kP == kVertex) {
+    to_p.point = high;
+    to_q.point = kQ == kVertex ? low : Vector3(high + across);
+  } else if constexpr (kQ == kVertex) {
+    to_q.point = low;
+    to_p.point = low - across;
+  } else {
+    const Vector3 base = p.vertex(by_p.vertices[0]);
+    to_p.point = base + form.share * (p.vertex(by_p.vertices[1]) - base);
+    to_q.point = to_p.point + across;
+  }
+  answer.gap = gap;
+  answer.normal = (reversed ? -1.0 : 1.0) * normal;
+  to_p.residual = std::max(0.0, normal.dot(high - to_p.point));
+  to_q.residual = std::max(0.0, normal.dot(to_q.point - low));
+  answer.status = gap > length.contact ? PairStatus::Separated : PairStatus::Touching;
+  if constexpr (kP != kFace && kQ != kFace) {
+    if (kP != kEdge || kQ != kEdge ||
+        parallel(p.vertex(by_p.vertices[1]) - p.vertex(by_p.vertices[0]),
+                 q.vertex(by_q.vertices[1]) - q.vertex(by_q.vertices[0]), length.contact)) {
+      answer.indeterminate = true;
+      answer.rule = PlaneRule::ShortestLine;
+    }
+  }
+  set_hinted<kP>(p, by_p, to_p.hinted, to_p.face);
+  set_hinted<kQ>(q, by_q, to_q.hinted, to_q.face);
+  answer.hint.normal = answer.normal;
+  return Trial::Proved;
+}
+
+template <class Scan>
+Trial try_kinds(const Polyhedron& p, const Polyhedron& q, const Carrier& by_p, const Carrier& by_q,
+                const Lengths& length, bool reversed, NearestFeatures& answer) {
+  switch (3 * static_cast<int>(by_p.kind) + static_cast<int>(by_q.kind)) {
+    case 0:
+      return attempt<Scan, kVertex, kVertex>(p, q, by_p, by_q, length, reversed, answer);
+    case 1:
+      return attempt<Scan, kVertex, kEdge>(p, q, by_p, by_q, length, reversed, answer);
+    case 2:
+      return attempt<Scan, kVertex, kFace>(p, q, by_p, by_q, length, reversed, answer);
+    case 3:
+      return attempt<Scan, kEdge, kVertex>(p, q, by_p, by_q, length, reversed, answer);
+    case 4:
+      return attempt<Scan, kEdge, kEdge>(p, q, by_p, by_q, length, reversed, answer);
+    case 6:
+      return attempt<Scan, kFace, kVertex>(p, q, by_p, by_q, length, reversed, answer);
+    default:
+      return Trial::Undecided;
+  }
+}
+
+#ifdef QUOIN_WIDE_LANES
+QUOIN_AVX512 [[gnu::flatten]] Trial try_512(const Polyhedron& p, const Polyhedron& q,
+                                            const Carrier& by_p, const Carrier& by_q,
+                                            const Lengths& length, bool reversed,
+                                            NearestFeatures& answer) {
+  return try_kinds<Scan512>(p, q, by_p, by_q, length, reversed, answer);
+}
+QUOIN_AVX2 [[gnu::flatten]] Trial try_256(const Polyhedron& p, const Polyhedron& q,
+                                          const Carrier& by_p, const Carrier& by_q,
+                                          const Lengths& length, bool reversed,
+                                          NearestFeatures& answer) {
+  return try_kinds<Scan256>(p, q, by_p, by_q, length, reversed, answer);
+}
+#endif
+
+/// The face around the first of three vertices that has the other two, or -1.
+int face_of_three(const Topology& topology, const std::array<int, 4>& v) {
+  for (const int f : topology.vertex_faces(v[0])) {
+    int found = 0;
+    for (const int w : topology.face(f)) found += w == v[1] || w == v[2] ? 1 : 0;
+    if (found == 2) return f;
+  }
+  return -1;
+}
+
+}  // namespace
+
+Trial try_ordinary(const Polyhedron& p, const Polyhedron& q, const Carrier& by_p,
+                   const Carrier& by_q, const Lengths& length, bool reversed,
+                   NearestFeatures& answer) {
+#ifdef QUOIN_WIDE_LANES
+  if (has_avx512()) return try_512(p, q, by_p, by_q, length, reversed, answer);
+  if (has_avx2()) return try_256(p, q, by_p, by_q, length, reversed, answer);
+#endif
+  return try_kinds<PlainScan>(p, q, by_p, by_q, length, reversed, answer);
+}
+
+bool hinted_carrier(const Polyhedron& polyhedron, const std::array<int, 4>& vertices, int face,
+                    Carrier& carrier) {
+  const int count = polyhedron.vertex_count();
+  const int v = vertices[0], w = vertices[1];
+  if (v < 0 || v >= count) return false;
+  if (face >= 0 && face < polyhedron.topology().face_count()) {
+    carrier = {kFace, {}, face};
+    return true;
+  }
+  if (vertices[2] >= 0 || w >= count) return false;
+  carrier = w > v ? Carrier{kEdge, {v, w}, -1} : Carrier{kVertex, {v, v}, -1};
+  return true;
+}
+
+bool corner_carrier(const Polyhedron& polyhedron, const std::array<int, 4>& corners, int count,
+                    Carrier& carrier) {
+  std::array<int, 4> each;
+  int size = 0;
+  for (int k = 0; k < count; ++k) {
+    const int v = corners[static_cast<std::size_t>(k)];
+    bool known = false;
+    for (int i = 0; i < size; ++i) known = known || each[static_cast<std::size_t>(i)] == v;
+    if (!known) each[static_cast<std::size_t>(size++)] = v;
+  }
+  if (size > 3) return false;
+  if (size == 3) {
+    carrier = {kFace, {}, face_of_three(polyhedron.topology(), each)};
+    return carrier.face >= 0;
+  }
+  carrier = {
+      size == 1 ? kVertex : kEdge, {std::min(each[0], each[1]), std::max(each[0], each[1])}, -1};
+  if (size == 1) carrier.vertices = {each[0], each[0]};
+  return true;
+}
+
+}  // namespace quoin::geometry

@@ -1,0 +1,49 @@
+#pragma once
+/// The ordinary answers: solids apart that meet in a vertex and a vertex, an edge or a face, or in
+/// two crossed edges, all beyond doubt. Straight code for each; whatever is left open here goes the
+/// general way and comes to the same bits there. Private to the room.
+
+#include <quoin/geometry/nearest_features.hpp>
+
+namespace quoin::geometry {
+
+/// Lengths that decide, m.
+struct Lengths {
+  double contact = 0.0;   // the tolerance of features and status
+  double rounding = 0.0;  // what the support functions and normals of doubles may be off
+  double place = 0.0;     // what the rounding of coordinates leaves of a place in the world
+  double widest = 0.0;    // vertices deeper than this below the support plane are of no interest
+  bool uneven = false;    // the rounding of the larger solid would show on the smaller one
+};
+
+/// A vertex between these multiples of the rounding might be sorted otherwise on another way.
+constexpr double kClearBelow = 0.5, kClearAbove = 64.0;
+
+/// What may carry the plane on one side: a vertex, the two ends of an edge (ascending), or a face.
+struct Carrier {
+  FeatureKind kind = FeatureKind::Vertex;
+  std::array<int, 2> vertices{};
+  int face = -1;
+};
+
+enum class Trial {
+  Proved,    ///< the answer is complete
+  Refuted,   ///< the carriers do not carry the plane alone
+  Undecided  ///< not ordinary, or too close to call
+};
+
+/// Tries two carriers; fills all of the answer but `iterations`, in the names of the caller:
+/// `reversed` when Q is his A.
+Trial try_ordinary(const Polyhedron& p, const Polyhedron& q, const Carrier& by_p,
+                   const Carrier& by_q, const Lengths& length, bool reversed,
+                   NearestFeatures& answer);
+
+/// The carrier that a hint names for one solid; false: none of the three kinds.
+bool hinted_carrier(const Polyhedron& polyhedron, const std::array<int, 4>& vertices, int face,
+                    Carrier& carrier);
+
+/// The carrier of up to four corners of a simplex; false: none of the three kinds.
+bool corner_carrier(const Polyhedron& polyhedron, const std::array<int, 4>& corners, int count,
+                    Carrier& carrier);
+
+}  // namespace quoin::geometry

@@ -1,0 +1,280 @@
+#pragma once
+/// The scans behind support.hpp, once for each kind of wide instructions: to be built into loops
+/// that are compiled for them as a whole. Private to the room.
+
+#include <bit>
+#include <cstdint>
+
+#include "simplex_rows.hpp"
+#include "support.hpp"
+#include "wide_lanes.hpp"
+
+namespace quoin::geometry {
+
+/// Rows of a polyhedron's offsets.
+struct Rows {
+  const double *x, *y, *z;
+  int padded;
+  int count;
+  explicit Rows(const Polyhedron& polyhedron)
+      : x(polyhedron.offsets()),
+        y(x + polyhedron.padded_count()),
+        z(y + polyhedron.padded_count()),
+        padded(polyhedron.padded_count()),
+        count(polyhedron.vertex_count()) {}
+};
+
+inline Support narrow_support(const Rows& rows, const Vector3& d) {
+  Support best{0, rows.x[0] * d.x() + rows.y[0] * d.y() + rows.z[0] * d.z()};
+  for (int v = 1; v < rows.padded; ++v) {
+    const double value = rows.x[v] * d.x() + rows.y[v] * d.y() + rows.z[v] * d.z();
+    if (value > best.value) best = {v, value};
+  }
+  best.value += 0.0;  // one zero only: -0 would tell the variants apart
+  return best;
+}
+
+inline void narrow_beyond(const Rows& rows, const Vector3& d, double value, VertexSet& vertices) {
+  for (int v = 0; v < rows.count; ++v) {
+    if (rows.x[v] * d.x() + rows.y[v] * d.y() + rows.z[v] * d.z() >= value) vertices.push_back(v);
+  }
+}
+
+inline int narrow_count(const Rows& rows, const Vector3& d, double value) {
+  int count = 0;
+  for (int v = 0; v < rows.count; ++v) {
+    count += rows.x[v] * d.x() + rows.y[v] * d.y() + rows.z[v] * d.z() >= value ? 1 : 0;
+  }
+  return count;
+}
+
+#ifdef QUOIN_WIDE_LANES
+
+struct Wide512 {
+  __m512d x, y, z;
+  QUOIN_AVX512 explicit Wide512(const Vector3& d)
+      : x(_mm512_set1_pd(d.x())), y(_mm512_set1_pd(d.y())), z(_mm512_set1_pd(d.z())) {}
+  QUOIN_AVX512 __m512d along(const Rows& rows, int v) const {
+    const __m512d sum = _mm512_add_pd(_mm512_mul_pd(_mm512_load_pd(rows.x + v), x),
+                                      _mm512_mul_pd(_mm512_load_pd(rows.y + v), y));
+    return _mm512_add_pd(sum, _mm512_mul_pd(_mm512_load_pd(rows.z + v), z));
+  }
+  /// Which of the vertices v … v + 7 reach the limit.
+  QUOIN_AVX512 unsigned reaching(const Rows& rows, int v, __m512d limit) const {
+    const unsigned mask = _mm512_cmp_pd_mask(along(rows, v), limit, _CMP_GE_OQ);
+    return rows.count - v < 8 ? mask & ((1u << (rows.count - v)) - 1u) : mask;
+  }
+};
+
+/// Largest of eight lanes, in all lanes.
+QUOIN_AVX512 inline __m512d greatest_lane(__m512d v) {
+  v = _mm512_max_pd(v, _mm512_shuffle_f64x2(v, v, 0x4e));
+  v = _mm512_max_pd(v, _mm512_shuffle_f64x2(v, v, 0xb1));
+  return _mm512_max_pd(v, _mm512_permute_pd(v, 0x55));
+}
+
+QUOIN_AVX512 inline unsigned equal_lanes(__m512d a, __m512d b) {
+  return _mm512_cmp_pd_mask(a, b, _CMP_EQ_OQ);
+}
+
+/// Up to 8 vertices; up to 16; up to 32: all products in registers, one mask of the greatest.
+QUOIN_AVX512 inline Support support_of_eight(__m512d value) {
+  const __m512d greatest = greatest_lane(value);
+  return {__builtin_ctz(equal_lanes(value, greatest) | 0x100u) & 7,
+          _mm512_cvtsd_f64(greatest) + 0.0};
+}
+
+QUOIN_AVX512 inline Support support_of_16(const Rows& rows, const Wide512& wide) {
+  const __m512d a = wide.along(rows, 0), b = wide.along(rows, 8);
+  const __m512d greatest = greatest_lane(_mm512_max_pd(a, b));
+  const unsigned equal = equal_lanes(a, greatest) | equal_lanes(b, greatest) << 8;
+  return {std::countr_zero(equal) & 15, _mm512_cvtsd_f64(greatest) + 0.0};
+}
+
+QUOIN_AVX512 inline Support support_of_32(const Rows& rows, const Wide512& wide) {
+  const __m512d a = wide.along(rows, 0), b = wide.along(rows, 8), c = wide.along(rows, 16);
+  const __m512d e = rows.padded > 24 ? wide.along(rows, 24) : c;
+  const __m512d greatest = greatest_lane(_mm512_max_pd(_mm512_max_pd(a, b), _mm512_max_pd(c, e)));
+  const unsigned equal = equal_lanes(a, greatest) | equal_lanes(b, greatest) << 8 |
+                         equal_lanes(c, greatest) << 16 | equal_lanes(e, greatest) << 24;
+  return {std::countr_zero(equal) & 31, _mm512_cvtsd_f64(greatest) + 0.0};
+}
+
+QUOIN_AVX512 inline Support support_512(const Rows& rows, const Vector3& d) {
+  const Wide512 wide(d);
+  if (rows.padded == 8) return support_of_eight(wide.along(rows, 0));
+  if (rows.padded == 16) return support_of_16(rows, wide);
+  if (rows.padded <= 32) return support_of_32(rows, wide);
+  __m512d best = wide.along(rows, 0);
+  // Two chains of blocks, even and odd, so that the comparisons do not wait for each other;
+  // no branch hangs on the values.
+  __m512d odd = wide.along(rows, 8);
+  __m512i block = _mm512_setzero_si512(), odd_block = _mm512_set1_epi64(8);
+  int v = 16;
+  for (; v + 8 < rows.padded; v += 16) {
+    const __m512d a = wide.along(rows, v), b = wide.along(rows, v + 8);
+    const __mmask8 more_a = _mm512_cmp_pd_mask(a, best, _CMP_GT_OQ);
+    const __mmask8 more_b = _mm512_cmp_pd_mask(b, odd, _CMP_GT_OQ);
+    best = _mm512_mask_mov_pd(best, more_a, a);
+    odd = _mm512_mask_mov_pd(odd, more_b, b);
+    block = _mm512_mask_set1_epi64(block, more_a, v);
+    odd_block = _mm512_mask_set1_epi64(odd_block, more_b, v + 8);
+  }
+  if (v < rows.padded) {
+    const __m512d a = wide.along(rows, v);
+    const __mmask8 more = _mm512_cmp_pd_mask(a, best, _CMP_GT_OQ);
+    best = _mm512_mask_mov_pd(best, more, a);
+    block = _mm512_mask_set1_epi64(block, more, v);
+  }
+  // The lowest index among the greatest: lanes count within a block.
+  const __m512d greatest = greatest_lane(_mm512_max_pd(best, odd));
+  const __m512i lane = _mm512_set_epi64(7, 6, 5, 4, 3, 2, 1, 0);
+  const __m512i none = _mm512_set1_epi64(1 << 30);
+  const __m512i even_index =
+      _mm512_mask_add_epi64(none, _mm512_cmp_pd_mask(best, greatest, _CMP_EQ_OQ), block, lane);
+  const __m512i odd_index =
+      _mm512_mask_add_epi64(none, _mm512_cmp_pd_mask(odd, greatest, _CMP_EQ_OQ), odd_block, lane);
+  const long long lowest = _mm512_reduce_min_epi64(_mm512_min_epi64(even_index, odd_index));
+  return {static_cast<int>(lowest) & ((1 << 30) - 1), _mm512_cvtsd_f64(greatest) + 0.0};
+}
+
+QUOIN_AVX512 inline void beyond_512(const Rows& rows, const Vector3& d, double value,
+                                    VertexSet& vertices) {
+  const Wide512 wide(d);
+  const __m512d limit = _mm512_set1_pd(value);
+  for (int v = 0; v < rows.count; v += 8) {
+    unsigned mask = wide.reaching(rows, v, limit);
+    for (; mask != 0; mask &= mask - 1) vertices.push_back(v + __builtin_ctz(mask));
+  }
+}
+
+QUOIN_AVX512 inline int count_512(const Rows& rows, const Vector3& d, double value) {
+  const Wide512 wide(d);
+  const __m512d limit = _mm512_set1_pd(value);
+  int count = 0;
+  for (int v = 0; v < rows.count; v += 8)
+    count += __builtin_popcount(wide.reaching(rows, v, limit));
+  return count;
+}
+
+/// `Blocks`: of eight vertices.
+template <int Blocks>
+QUOIN_AVX512 bool alone_512(const Rows& rows, const Vector3& d, const Carriers& carriers,
+                            Support& top) {
+  const Wide512 wide(d);
+  __m512d value[Blocks], most = wide.along(rows, 0);
+  for (int k = 0; k < Blocks; ++k) {
+    value[k] = wide.along(rows, 8 * k);
+    most = _mm512_max_pd(most, value[k]);
+  }
+  most = greatest_lane(most);
+  const __m512d flat = _mm512_sub_pd(most, _mm512_set1_pd(carriers.flat));
+  const __m512d clear = _mm512_sub_pd(most, _mm512_set1_pd(carriers.clear));
+  std::uint32_t highest = 0, near = 0, beyond = 0, set = 0;
+  for (int k = 0; k < Blocks; ++k) {
+    highest |= equal_lanes(value[k], most) << 8 * k;
+    near |= std::uint32_t{_mm512_cmp_pd_mask(value[k], flat, _CMP_GE_OQ)} << 8 * k;
+    beyond |= std::uint32_t{_mm512_cmp_pd_mask(value[k], clear, _CMP_GE_OQ)} << 8 * k;
+  }
+  for (const int v : carriers.set) set |= std::uint32_t{1} << v;
+  const std::uint32_t valid = ~std::uint32_t{0} >> (32 - rows.count);
+  top = {std::countr_zero(highest) & 31, _mm512_cvtsd_f64(most) + 0.0};
+  return (near & valid) == set && (beyond & valid) == set;
+}
+
+struct Wide256 {
+  __m256d x, y, z;
+  QUOIN_AVX2 explicit Wide256(const Vector3& d)
+      : x(_mm256_set1_pd(d.x())), y(_mm256_set1_pd(d.y())), z(_mm256_set1_pd(d.z())) {}
+  QUOIN_AVX2 __m256d along(const Rows& rows, int v) const {
+    const __m256d sum = _mm256_add_pd(_mm256_mul_pd(_mm256_load_pd(rows.x + v), x),
+                                      _mm256_mul_pd(_mm256_load_pd(rows.y + v), y));
+    return _mm256_add_pd(sum, _mm256_mul_pd(_mm256_load_pd(rows.z + v), z));
+  }
+  /// Which of the vertices v … v + 3 reach the limit.
+  QUOIN_AVX2 unsigned reaching(const Rows& rows, int v, __m256d limit) const {
+    const __m256d hit = _mm256_cmp_pd(along(rows, v), limit, _CMP_GE_OQ);
+    const auto mask = static_cast<unsigned>(_mm256_movemask_pd(hit));
+    return rows.count - v < 4 ? mask & ((1u << (rows.count - v)) - 1u) : mask;
+  }
+};
+
+QUOIN_AVX2 inline Support support_256(const Rows& rows, const Vector3& d) {
+  const Wide256 wide(d);
+  __m256d best = wide.along(rows, 0);
+  __m256d block = _mm256_setzero_pd();  // indices are exact in doubles
+  for (int v = 4; v < rows.padded; v += 4) {
+    const __m256d value = wide.along(rows, v);
+    const __m256d more = _mm256_cmp_pd(value, best, _CMP_GT_OQ);
+    best = _mm256_blendv_pd(best, value, more);
+    block = _mm256_blendv_pd(block, _mm256_set1_pd(v), more);
+  }
+  alignas(32) double values[4], blocks[4];
+  _mm256_store_pd(values, best);
+  _mm256_store_pd(blocks, block);
+  Support found{static_cast<int>(blocks[0]), values[0]};
+  for (int k = 1; k < 4; ++k) {
+    const int v = static_cast<int>(blocks[k]) + k;
+    if (values[k] > found.value || (values[k] == found.value && v < found.vertex)) {
+      found = {v, values[k]};
+    }
+  }
+  found.value += 0.0;
+  return found;
+}
+
+QUOIN_AVX2 inline void beyond_256(const Rows& rows, const Vector3& d, double value,
+                                  VertexSet& vertices) {
+  const Wide256 wide(d);
+  const __m256d limit = _mm256_set1_pd(value);
+  for (int v = 0; v < rows.count; v += 4) {
+    unsigned mask = wide.reaching(rows, v, limit);
+    for (; mask != 0; mask &= mask - 1) vertices.push_back(v + __builtin_ctz(mask));
+  }
+}
+
+QUOIN_AVX2 inline int count_256(const Rows& rows, const Vector3& d, double value) {
+  const Wide256 wide(d);
+  const __m256d limit = _mm256_set1_pd(value);
+  int count = 0;
+  for (int v = 0; v < rows.count; v += 4)
+    count += __builtin_popcount(wide.reaching(rows, v, limit));
+  return count;
+}
+
+#endif
+
+/// The scans of one kind of instructions under one name each.
+struct PlainScan {
+  static constexpr bool kFused = false;
+  using Flags = PlainFlags;
+  static Support support(const Rows& rows, const Vector3& d) { return narrow_support(rows, d); }
+  static int count_beyond(const Rows& rows, const Vector3& d, double value) {
+    return narrow_count(rows, d, value);
+  }
+};
+
+#ifdef QUOIN_WIDE_LANES
+struct Scan512 {
+  static constexpr bool kFused = true;
+  using Flags = WideFlags;
+  QUOIN_AVX512 static Support support(const Rows& rows, const Vector3& d) {
+    return support_512(rows, d);
+  }
+  QUOIN_AVX512 static int count_beyond(const Rows& rows, const Vector3& d, double value) {
+    return count_512(rows, d, value);
+  }
+};
+struct Scan256 {
+  static constexpr bool kFused = true;
+  using Flags = WideFlags;
+  QUOIN_AVX2 static Support support(const Rows& rows, const Vector3& d) {
+    return support_256(rows, d);
+  }
+  QUOIN_AVX2 static int count_beyond(const Rows& rows, const Vector3& d, double value) {
+    return count_256(rows, d, value);
+  }
+};
+#endif
+
+}  // namespace quoin::geometry
