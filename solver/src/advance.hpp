@@ -82,9 +82,7 @@ struct Workspace {
   std::vector<LinearContact> linear;
   BlockSystem base;
   std::vector<Matrix12> compliance;  ///< inverse of each diagonal block of base
-  BlockVector force, increment;
-  BlockVector free_increment;        ///< if no contact acted
-  BlockVector pushed_increment;      ///< if those of the last step pushed as they did
+  BlockVector force, increment, free_increment;
   OpenClose open_close;
   Attempt attempt;
   VelocityWork velocity;

@@ -30,7 +30,6 @@ struct LinearContact {
   Vector3 start = Vector3::Zero();  ///< d at the start of the step: gap and stretch of the anchors, m
   double turn_correction = 0.0;  ///< m: the turn of crossed edges' normal beyond second order
   double closing_share = 0.0;    ///< of the step that had passed when it closed; 0: closed all along
-  Vector3 known_force = Vector3::Zero();  ///< N, of the last step
   Vector3 multiplier = Vector3::Zero();  ///< N, what the last iteration took as known
 
   ContactMode assumed = ContactMode::Open;  ///< what the first linear solve takes for granted

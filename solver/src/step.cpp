@@ -124,7 +124,6 @@ void set_linear_contacts(const CompiledScene& compiled, const StepOptions& optio
     linear.multiplier = Vector3(contact.state.normal_force, -t1.dot(contact.state.shear_force),
                                 -t2.dot(contact.state.shear_force));
     if (linear.law == ContactLaw::Frictionless) linear.multiplier.tail<2>().setZero();
-    linear.known_force = linear.multiplier;
   }
   for (std::size_t h = 0; h < compiled.held.size(); ++h) {
     LinearContact& linear = work.linear[work.contacts.size() + h];
@@ -191,34 +190,6 @@ void set_closing(const Vector3& free_end, double bounce_speed, double time_step,
   }
 }
 
-Vector3 end_of(const LinearContact& c, const BlockVector& increment) {
-  Vector3 end = c.offset;
-  if (c.slot_a >= 0) end += c.jacobian_a * increment[index(c.slot_a)];
-  if (c.slot_b >= 0) end += c.jacobian_b * increment[index(c.slot_b)];
-  return end;
-}
-
-/// When a contact closes depends on what else holds its blocks: contacts that were closed before push as
-/// in the last step, unless that was an impulse. Where they would hold it open, on none of them.
-void set_closings(double bounce_speed, double time_step, Workspace& work) {
-  BlockVector& pushed = work.pushed_increment;
-  pushed = work.force;
-  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
-    const LinearContact& c = work.linear[i];
-    if (!work.contacts[i].was_closed || work.contacts[i].state.impact) continue;
-    if (c.slot_a >= 0) pushed[index(c.slot_a)] += c.jacobian_a.transpose() * c.known_force;
-    if (c.slot_b >= 0) pushed[index(c.slot_b)] += c.jacobian_b.transpose() * c.known_force;
-  }
-  for (std::size_t s = 0; s < pushed.size(); ++s) pushed[s] = work.compliance[s] * pushed[s];
-  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
-    if (work.contacts[i].was_closed) continue;
-    LinearContact& c = work.linear[i];
-    Vector3 end = end_of(c, pushed);
-    if (!(end[0] < 0.0)) end = end_of(c, work.free_increment);
-    set_closing(end, bounce_speed, time_step, work.contacts[i].joint, c);
-  }
-}
-
 /// Rebounds slower than gravity's own speed in two steps are not resolved by the step.
 double bounce_speed(const CompiledScene& compiled, double time, double time_step) {
   return 2.0 * compiled.scene.gravity.at(time).norm() * time_step;
@@ -234,6 +205,15 @@ void linearise_all(const CompiledScene& compiled, const StepOptions& options, co
     LinearContact& c = work.linear[i];
     linearise(contact, work.poses, compiled.models, rounding, c);
     set_stiffness(options, work, c);
+    if (options.method == ContactMethod::AugmentedLagrangian &&
+        options.analysis == Analysis::Dynamic) {
+      Vector3 free_end = c.offset;
+      if (c.slot_a >= 0) free_end += c.jacobian_a * work.free_increment[index(c.slot_a)];
+      if (c.slot_b >= 0) free_end += c.jacobian_b * work.free_increment[index(c.slot_b)];
+      if (!contact.was_closed) {
+        set_closing(free_end, slowest, time_step, contact.joint, c);
+      }
+    }
     if (c.compliant && scheme.end_share < 1.0) {
       Vector3 end = c.offset;
       if (c.slot_a >= 0) end += c.jacobian_a * work.poses.increment[index(contact.a)];
@@ -241,10 +221,6 @@ void linearise_all(const CompiledScene& compiled, const StepOptions& options, co
       c.multiplier.setZero();
       apply_discrete_gradient(c.offset[0], end[0], c);
     }
-  }
-  if (options.method == ContactMethod::AugmentedLagrangian &&
-      options.analysis == Analysis::Dynamic) {
-    set_closings(slowest, time_step, work);
   }
   linearise_held(compiled, state.time + time_step, work);
   for (std::size_t h = work.contacts.size(); h < work.linear.size(); ++h) {
