@@ -1,6 +1,8 @@
 #include "closed_form.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "line_forms.hpp"
 
@@ -31,6 +33,29 @@ int covered_face(const Polyhedron& polyhedron, const VertexSet& set, const Vecto
       greatest = facing;
       best = f;
     }
+  }
+  return best;
+}
+
+int common_face(const Topology& topology, std::span<const int> vertices) {
+  if (vertices.size() < 3) return -1;
+  for (const int f : topology.vertex_faces(vertices[0])) {
+    const std::span<const int> cycle = topology.face(f);
+    const auto in_cycle = [&](int v) {
+      return std::find(cycle.begin(), cycle.end(), v) != cycle.end();
+    };
+    if (std::all_of(vertices.begin(), vertices.end(), in_cycle)) return f;
+  }
+  return -1;
+}
+
+int facing_face(const Polyhedron& polyhedron, int vertex, const Vector3& direction) {
+  int best = -1;
+  double greatest = -std::numeric_limits<double>::infinity();
+  for (const int f : polyhedron.topology().vertex_faces(vertex)) {
+    const double facing = polyhedron.face_normal(f).dot(direction);
+    best = facing > greatest ? f : best;
+    greatest = std::max(greatest, facing);
   }
   return best;
 }

@@ -22,6 +22,13 @@ struct ContactSets {
 /// Face label of which every vertex is in the set, or -1; the one that faces most along `outward`.
 int covered_face(const Polyhedron& polyhedron, const VertexSet& set, const Vector3& outward);
 
+/// A face label that has all of the vertices (at least three), or -1.
+int common_face(const Topology& topology, std::span<const int> vertices);
+
+/// Of the faces around a vertex the one whose normal has the greatest product with `direction`; -1:
+/// none.
+int facing_face(const Polyhedron& polyhedron, int vertex, const Vector3& direction);
+
 /// What the closed form of a pair of sets came to.
 struct ClosedForm {
   bool found = false;

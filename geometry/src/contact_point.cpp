@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "closed_form.hpp"
 #include "pair_order.hpp"
 #include "patch.hpp"
 
@@ -263,16 +264,7 @@ void share_area(const SharedPart& part, PairPoints& pair) {
 
 int most_facing_face(const Polyhedron& polyhedron, const VertexSet& vertices,
                      const Vector3& outward) {
-  int best = 0;
-  double greatest = -2.0;
-  for (const int f : polyhedron.topology().vertex_faces(vertices[0])) {
-    const double facing = polyhedron.face_normal(f).dot(outward);
-    if (facing > greatest) {
-      greatest = facing;
-      best = f;
-    }
-  }
-  return best;
+  return std::max(0, facing_face(polyhedron, vertices[0], outward));
 }
 
 /// The nearest features themselves, for the rare pair whose patches do not show them.
@@ -335,9 +327,8 @@ void ensure_least_gap(const OrderedPair& ordered, double rounding, PairPoints& p
 /// Are just the vertices of a face within tol of the support plane?
 bool carries_alone(const Polyhedron& polyhedron, int face, const Vector3& outward, double tolerance,
                    Support& top) {
-  top = support(polyhedron, outward);
-  return only_these_beyond(polyhedron, outward, top.value - tolerance,
-                           polyhedron.topology().face_set(face));
+  return carried_alone(polyhedron, outward,
+                       {polyhedron.topology().face_set(face), tolerance, tolerance}, top);
 }
 
 /// Two whole faces that carry the answer, where the search has not handed them on.

@@ -282,18 +282,6 @@ bool warm_answer(const Polyhedron& p, const Polyhedron& q, const FeatureHint& hi
   return straight_answer(p, q, length, hint.normal, optimum);
 }
 
-/// Of the faces around a vertex the one whose normal has the greatest product with `direction`.
-int facing_face(const Polyhedron& polyhedron, int vertex, const Vector3& direction) {
-  int best = -1;
-  double greatest = -std::numeric_limits<double>::infinity();
-  for (const int f : polyhedron.topology().vertex_faces(vertex)) {
-    const double facing = along(polyhedron.face_normal(f), direction);
-    best = facing > greatest ? f : best;
-    greatest = std::max(greatest, facing);
-  }
-  return best;
-}
-
 /// Blocks that lie flush: of the faces around the two vertices that look most at the other solid,
 /// the one of P that parts these vertices most and the one of Q that looks most against it, if they
 /// look at each other and are proved to carry the answer.
@@ -360,19 +348,6 @@ bool flat_answer(const Polyhedron& p, const Polyhedron& q, const Lengths& length
 /// By how much the gap of a settled plane may miss the bound that the search proved, m.
 double slack(double rounding, double gap) { return rounding + 8 * kEpsilon * std::abs(gap); }
 
-/// A face label that has all of the vertices, or -1.
-int common_face(const Polyhedron& polyhedron, const VertexSet& set) {
-  if (set.size() < 3) return -1;
-  for (const int f : polyhedron.topology().vertex_faces(set[0])) {
-    const std::span<const int> cycle = polyhedron.topology().face(f);
-    const auto in_cycle = [&](int v) {
-      return std::find(cycle.begin(), cycle.end(), v) != cycle.end();
-    };
-    if (std::all_of(set.begin(), set.end(), in_cycle)) return f;
-  }
-  return -1;
-}
-
 /// The corners where the search ended; a face label that has all those of one solid stands for
 /// them.
 void take_corners(const Polyhedron& p, const Polyhedron& q, const FastResult& found,
@@ -383,8 +358,8 @@ void take_corners(const Polyhedron& p, const Polyhedron& q, const FastResult& fo
     insert_sorted(found.p[static_cast<std::size_t>(k)], sets.p);
     insert_sorted(found.q[static_cast<std::size_t>(k)], sets.q);
   }
-  sets.face_p = common_face(p, sets.p);
-  sets.face_q = common_face(q, sets.q);
+  sets.face_p = common_face(p.topology(), sets.p);
+  sets.face_q = common_face(q.topology(), sets.q);
   const auto complete = [](const Polyhedron& polyhedron, int face, VertexSet& set) {
     if (face < 0) return;
     for (const int v : polyhedron.topology().face(face)) insert_sorted(v, set);

@@ -196,16 +196,6 @@ QUOIN_AVX2 [[gnu::flatten]] Trial try_256(const Polyhedron& p, const Polyhedron&
 }
 #endif
 
-/// The face around the first of three vertices that has the other two, or -1.
-int face_of_three(const Topology& topology, const std::array<int, 4>& v) {
-  for (const int f : topology.vertex_faces(v[0])) {
-    int found = 0;
-    for (const int w : topology.face(f)) found += w == v[1] || w == v[2] ? 1 : 0;
-    if (found == 2) return f;
-  }
-  return -1;
-}
-
 }  // namespace
 
 Trial try_ordinary(const Polyhedron& p, const Polyhedron& q, const Carrier& by_p,
@@ -244,7 +234,7 @@ bool corner_carrier(const Polyhedron& polyhedron, const std::array<int, 4>& corn
   }
   if (size > 3) return false;
   if (size == 3) {
-    carrier = {kFace, {}, face_of_three(polyhedron.topology(), each)};
+    carrier = {kFace, {}, common_face(polyhedron.topology(), std::span(each).first(3))};
     return carrier.face >= 0;
   }
   carrier = {

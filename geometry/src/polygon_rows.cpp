@@ -4,16 +4,13 @@
 #include <cmath>
 #include <limits>
 
+#include "support.hpp"
 #include "wide_lanes.hpp"
 
 namespace quoin::geometry {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-double along(const Vector3& a, const Vector3& step) {
-  return a.x() * step.x() + a.y() * step.y() + a.z() * step.z();
-}
 
 void narrow_corners(const double* vertices, const ContactPlane& plane, PolygonRows& rows) {
   for (int k = 0; k < rows.count; ++k) {

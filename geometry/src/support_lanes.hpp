@@ -22,12 +22,13 @@ struct Rows {
         z(y + polyhedron.padded_count()),
         padded(polyhedron.padded_count()),
         count(polyhedron.vertex_count()) {}
+  double along(int v, const Vector3& d) const { return x[v] * d.x() + y[v] * d.y() + z[v] * d.z(); }
 };
 
 inline Support narrow_support(const Rows& rows, const Vector3& d) {
-  Support best{0, rows.x[0] * d.x() + rows.y[0] * d.y() + rows.z[0] * d.z()};
+  Support best{0, rows.along(0, d)};
   for (int v = 1; v < rows.padded; ++v) {
-    const double value = rows.x[v] * d.x() + rows.y[v] * d.y() + rows.z[v] * d.z();
+    const double value = rows.along(v, d);
     if (value > best.value) best = {v, value};
   }
   best.value += 0.0;  // one zero only: -0 would tell the variants apart
@@ -36,14 +37,14 @@ inline Support narrow_support(const Rows& rows, const Vector3& d) {
 
 inline void narrow_beyond(const Rows& rows, const Vector3& d, double value, VertexSet& vertices) {
   for (int v = 0; v < rows.count; ++v) {
-    if (rows.x[v] * d.x() + rows.y[v] * d.y() + rows.z[v] * d.z() >= value) vertices.push_back(v);
+    if (rows.along(v, d) >= value) vertices.push_back(v);
   }
 }
 
 inline int narrow_count(const Rows& rows, const Vector3& d, double value) {
   int count = 0;
   for (int v = 0; v < rows.count; ++v) {
-    count += rows.x[v] * d.x() + rows.y[v] * d.y() + rows.z[v] * d.z() >= value ? 1 : 0;
+    count += rows.along(v, d) >= value ? 1 : 0;
   }
   return count;
 }
