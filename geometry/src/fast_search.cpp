@@ -1,6 +1,9 @@
 #include "fast_search.hpp"
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "simplex_rows.hpp"
@@ -396,70 +399,138 @@ class Polytope {
   SmallVector<Facet, 4 * kMostCorners> facets_;
 };
 
+int name_p(const SimplexRows& rows, int lane) {
+  return static_cast<int>(std::bit_cast<long long>(rows.names[lane]) & 0x7fffffff);
+}
+int name_q(const SimplexRows& rows, int lane) {
+  return static_cast<int>(std::bit_cast<long long>(rows.names[lane]) >> 32);
+}
+
+/// Some corners in the order of their lanes, the newest first; the last one fills what is left.
+SimplexRows rows_of(const Simplex& simplex) {
+  SimplexRows rows;
+  for (int lane = 0; lane < 4; ++lane) {
+    const int k = lane == 3 ? 0 : std::min(lane, simplex.size - 1);
+    const Corner& corner = simplex.corners[static_cast<std::size_t>(k)];
+    rows.w.x[lane] = corner.w.x();
+    rows.w.y[lane] = corner.w.y();
+    rows.w.z[lane] = corner.w.z();
+    rows.names[lane] = corner_name(corner.p, corner.q)[0];
+  }
+  rows.edges = (1u << simplex.size) - 1u;
+  rows.triangles = simplex.size == 3 ? 7 : static_cast<unsigned>(simplex.size - 1);
+  return rows;
+}
+
 /// The same step by distances, where signs leave it open: flat simplices.
-Carried take_corner_by_distance(const Corner& corner, SimplexRows& rows) {
+[[gnu::noinline]] Carried take_corner_by_distance(const Corner& corner, SimplexRows& rows,
+                                                  Direction& towards) {
   Simplex simplex;
-  for (int k = rows.count; k-- > 0;) {
-    const auto i = static_cast<std::size_t>(k);
-    simplex.push_front({rows.w(i), rows.p[i], rows.q[i]});
+  for (int lane = 3; lane-- > 0;) {
+    if ((rows.edges >> lane & 1u) == 0) continue;
+    const Vector3 w(rows.w.x[lane], rows.w.y[lane], rows.w.z[lane]);
+    simplex.push_front({w, name_p(rows, lane), name_q(rows, lane)});
   }
   simplex.push_front(corner);
   if (!reduce(simplex)) return Carried::Inside;
-  for (int k = 0; k < simplex.size; ++k) {
-    const Corner& c = simplex.corners[static_cast<std::size_t>(k)];
-    rows.set(static_cast<std::size_t>(k), c.w, c.p, c.q);
-  }
-  rows.count = simplex.size;
-  rows.direction = simplex.direction;
-  rows.squared_distance = simplex.squared_distance;
+  rows = rows_of(simplex);
+  const Vector3& v = simplex.direction;
+  towards = {v.x(), v.y(), v.z(), simplex.size == 3 ? 0.0 : 1.0};
   return Carried::Found;
 }
 
+/// Corners of their own first, then those that stand twice.
 void name_corners(const SimplexRows& rows, FastResult& result) {
-  result.p = rows.p;
-  result.q = rows.q;
-  result.corners = rows.count;
+  static constexpr std::array<unsigned char, 8> kFirst{0, 0, 0, 0, 0, 2, 1, 0},
+      kCount{0, 1, 1, 2, 1, 2, 2, 3}, kLanes{0, 1, 2, 0, 1, 0, 0, 0};
+  std::array<long long, 4> names;
+  std::memcpy(names.data(), &rows.names, sizeof(names));
+  for (std::size_t k = 0; k < 3; ++k) {
+    const long long name = names[kLanes[kFirst[rows.edges] + k]];
+    result.p[k] = static_cast<int>(name & 0x7fffffff);
+    result.q[k] = static_cast<int>(name >> 32);
+  }
+  result.corners = kCount[rows.edges];
 }
+
+/// q_j - p_i from the rows that the scans have read; `apart`: between the origins of the rows.
+FourVectors difference(const Rows& p, int i, const Rows& q, int j, const Vector3& apart) {
+  return {four(q.x[j] - p.x[i] + apart.x()), four(q.y[j] - p.y[i] + apart.y()),
+          four(q.z[j] - p.z[i] + apart.z())};
+}
+
+/// What a direction says of the nearest point.
+struct Reach {
+  double along;           // of the corners along the direction
+  double squared_length;  // of the direction
+  double squared_distance;
+
+  Reach(const SimplexRows& rows, const Direction& d)
+      : along(d.x * rows.w.x[3] + d.y * rows.w.y[3] + d.z * rows.w.z[3]),
+        squared_length(d.x * d.x + d.y * d.y + d.z * d.z) {
+    const bool normal = d.scale == 0.0;
+    squared_distance =
+        (normal ? along * along : squared_length) / (normal ? squared_length : d.scale * d.scale);
+  }
+};
 
 template <class Scan>
 FastResult search(const Polyhedron& p, const Polyhedron& q, const Vector3& direction,
                   double rounding) {
+  using Flags = typename Scan::Flags;
   FastResult result;
-  const Corner first = find_corner<Scan>(p, q, direction);
+  const Rows rows_p(p), rows_q(q);
+  const Vector3 apart = q.origin() - p.origin();
+  const PairSupport first = Scan::support_pair(rows_p, rows_q, direction);
   SimplexRows rows;
-  for (std::size_t k = 0; k < 4; ++k) rows.set(k, first.w, first.p, first.q);
-  rows.count = 1;
-  rows.direction = first.w;
-  rows.squared_distance = first.w.squaredNorm();
+  rows.w = difference(rows_p, first.p.vertex, rows_q, first.q.vertex, apart);
+  rows.names = corner_name(first.p.vertex, first.q.vertex);
+  Direction d{rows.w.x[0], rows.w.y[0], rows.w.z[0]};
+  Reach reach(rows, d);
   double before = std::numeric_limits<double>::infinity();
+  bool inside = false;
   while (result.iterations < kMostSteps) {
     ++result.iterations;
-    if (!(rows.squared_distance > 16 * rounding * rounding)) {
+    if (!(reach.squared_distance > 16 * rounding * rounding)) {
       result.outcome = FastOutcome::Overlapping;
       break;
     }
-    const Vector3 d = rows.direction;
-    const Corner corner = find_corner<Scan>(p, q, d);
-    const double gain = d.dot(rows.w(0) - corner.w) - 4 * kEpsilon * d.dot(rows.w(0));
-    if (gain <= 0.0 || gain * gain <= rounding * rounding * d.squaredNorm() ||
-        rows.has(corner.p, corner.q) || !(rows.squared_distance < before)) {
+    const PairSupport both = Scan::support_pair(rows_p, rows_q, Vector3(d.x, d.y, d.z));
+    const int i = both.p.vertex, j = both.q.vertex;
+    const FourVectors corner = difference(rows_p, i, rows_q, j, apart), edges = rows.w - corner;
+    const Four name = corner_name(i, j);
+    const double gain =
+        d.x * edges.x[3] + d.y * edges.y[3] + d.z * edges.z[3] - 4 * kEpsilon * reach.along;
+    const bool no_gain =
+        !(gain > 0.0) | (gain * gain <= rounding * rounding * reach.squared_length);
+    if (no_gain | has_corner<Flags>(rows, name) | !(reach.squared_distance < before)) {
       result.outcome = FastOutcome::Separated;  // as far as doubles go; the proof decides
       break;
     }
-    before = rows.squared_distance;
-    Carried carried = take_corner<typename Scan::Flags>(corner.w, corner.p, corner.q, rows);
-    if (carried == Carried::Unclear) carried = take_corner_by_distance(corner, rows);
+    before = reach.squared_distance;
+    Carried carried = take_corner<Flags>(corner, edges, name, rows, d);
+    if (carried == Carried::Unclear) {
+      SimplexRows other = rows;  // copies, so that the others stay in registers
+      Direction towards = d;
+      carried =
+          take_corner_by_distance({{corner.x[0], corner.y[0], corner.z[0]}, i, j}, other, towards);
+      rows = other;
+      d = towards;
+    }
     if (carried == Carried::Inside) {
       result.outcome = FastOutcome::Overlapping;
-      rows.set(3, corner.w, corner.p, corner.q);
-      rows.count = 4;
+      result.p[3] = i;
+      result.q[3] = j;
+      inside = true;
       break;
     }
+    reach = Reach(rows, d);
   }
-  result.bound = std::sqrt(rows.squared_distance);
-  const double length = rows.direction.norm();
-  if (length > 0.0) result.normal = rows.direction / length;
   name_corners(rows, result);
+  if (inside) result.corners = 4;
+  result.bound = std::sqrt(reach.squared_distance);
+  const double length = std::sqrt(reach.squared_length);
+  if (length > 0.0) result.normal = Vector3(d.x, d.y, d.z) / length;
   return result;
 }
 
@@ -487,7 +558,7 @@ QUOIN_AVX2 [[gnu::flatten]] FastResult overlap_256(const Polyhedron& p, const Po
 FastResult fast_nearest(const Polyhedron& p, const Polyhedron& q, const Vector3& direction,
                         double rounding) {
 #ifdef QUOIN_WIDE_LANES
-  if (has_avx512()) return search_512(p, q, direction, rounding);
+  if (has_avx512() && !few_vertices(p, q)) return search_512(p, q, direction, rounding);
   if (has_avx2()) return search_256(p, q, direction, rounding);
 #endif
   return search<PlainScan>(p, q, direction, rounding);

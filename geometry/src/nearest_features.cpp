@@ -413,14 +413,18 @@ bool hinted_answer(const OrderedPair& pair, const FeatureHint& hint, Quick& quic
 /// The features found by the search as an ordinary answer.
 bool searched_answer(const OrderedPair& pair, Quick& quick, NearestFeatures& answer) {
   const auto& [p, q, reversed, length] = pair;
-  quick.found = fast_nearest(p, q, q.vertex_mean() - p.vertex_mean(), 0.25 * length.rounding);
-  quick.searched = true;
-  quick.iterations += quick.found.iterations;
+  const FastResult found =
+      fast_nearest(p, q, q.vertex_mean() - p.vertex_mean(), 0.25 * length.rounding);
+  quick.iterations += found.iterations;
   Carrier by_p, by_q;
-  return quick.found.outcome == FastOutcome::Separated &&
-         corner_carrier(p, quick.found.p, quick.found.corners, by_p) &&
-         corner_carrier(q, quick.found.q, quick.found.corners, by_q) &&
-         try_ordinary(p, q, by_p, by_q, length, reversed, answer) == Trial::Proved;
+  if (found.outcome == FastOutcome::Separated && corner_carrier(p, found.p, by_p) &&
+      corner_carrier(q, found.q, by_q) &&
+      try_ordinary(p, q, by_p, by_q, length, reversed, answer) == Trial::Proved) {
+    return true;
+  }
+  quick.searched = true;
+  quick.found = found;
+  return false;
 }
 
 bool fast_answer(const OrderedPair& pair, FastResult found, Optimum& optimum) {
@@ -653,7 +657,7 @@ bool general_answer(const OrderedPair& pair, const SearchOptions& options, const
   return false;
 }
 
-/// Asks for the memory of a solid before it is needed: all of a small one, else its beginning.
+/// Asks for the rows of a solid before they are needed: all of a small one, else the beginning.
 /// Inline: a compiler drops the call of a function that does nothing else.
 #if defined(__GNUC__)
 [[gnu::always_inline]] inline void fetch(const double* values, int count) {
@@ -663,15 +667,16 @@ bool general_answer(const OrderedPair& pair, const SearchOptions& options, const
 
 [[gnu::always_inline]] inline void fetch(const Polyhedron& polyhedron) {
   fetch(polyhedron.offsets(), 3 * polyhedron.padded_count());
-  fetch(polyhedron.vertices().data(), 3 * polyhedron.vertex_count());
 }
 
-[[gnu::always_inline]] inline void fetch_normals(const Polyhedron& polyhedron) {
+/// What laying faces asks for besides.
+[[gnu::always_inline]] inline void fetch_faces(const Polyhedron& polyhedron) {
+  fetch(polyhedron.vertices().data(), 3 * polyhedron.vertex_count());
   fetch(polyhedron.face_normals().data(), 3 * polyhedron.topology().face_count());
 }
 #else
 void fetch(const Polyhedron&) {}
-void fetch_normals(const Polyhedron&) {}
+void fetch_faces(const Polyhedron&) {}
 #endif
 
 void swap_names(FeatureHint& hint) {
@@ -748,8 +753,8 @@ NearestFeatures nearest_features(const Polyhedron& a, const Polyhedron& b,
                                  Lazy<SharedPart>& faces) {
   fetch(a);
   fetch(b);
-  fetch_normals(a);
-  fetch_normals(b);
+  fetch_faces(a);
+  fetch_faces(b);
   NearestFeatures answer;
   const OrderedPair pair = ordered(a, b, options);
   Quick quick;

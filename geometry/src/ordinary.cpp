@@ -202,7 +202,8 @@ Trial try_ordinary(const Polyhedron& p, const Polyhedron& q, const Carrier& by_p
                    const Carrier& by_q, const Lengths& length, bool reversed,
                    NearestFeatures& answer) {
 #ifdef QUOIN_WIDE_LANES
-  if (has_avx512()) return try_512(p, q, by_p, by_q, length, reversed, answer);
+  if (has_avx512() && !few_vertices(p, q))
+    return try_512(p, q, by_p, by_q, length, reversed, answer);
   if (has_avx2()) return try_256(p, q, by_p, by_q, length, reversed, answer);
 #endif
   return try_kinds<PlainScan>(p, q, by_p, by_q, length, reversed, answer);
@@ -222,25 +223,15 @@ bool hinted_carrier(const Polyhedron& polyhedron, const std::array<int, 4>& vert
   return true;
 }
 
-bool corner_carrier(const Polyhedron& polyhedron, const std::array<int, 4>& corners, int count,
+bool corner_carrier(const Polyhedron& polyhedron, const std::array<int, 4>& corners,
                     Carrier& carrier) {
-  std::array<int, 4> each;
-  int size = 0;
-  for (int k = 0; k < count; ++k) {
-    const int v = corners[static_cast<std::size_t>(k)];
-    bool known = false;
-    for (int i = 0; i < size; ++i) known = known || each[static_cast<std::size_t>(i)] == v;
-    if (!known) each[static_cast<std::size_t>(size++)] = v;
-  }
-  if (size > 3) return false;
-  if (size == 3) {
-    carrier = {kFace, {}, common_face(polyhedron.topology(), std::span(each).first(3))};
-    return carrier.face >= 0;
-  }
-  carrier = {
-      size == 1 ? kVertex : kEdge, {std::min(each[0], each[1]), std::max(each[0], each[1])}, -1};
-  if (size == 1) carrier.vertices = {each[0], each[0]};
-  return true;
+  const int u = corners[0], v = corners[1], w = corners[2];
+  const int low = std::min(std::min(u, v), w), high = std::max(std::max(u, v), w);
+  const int middle = u + v + w - low - high;
+  carrier = {low == high ? kVertex : kEdge, {low, high}, -1};
+  if (low == middle || middle == high) return true;
+  carrier = {kFace, {}, common_face(polyhedron.topology(), std::span(corners).first(3))};
+  return carrier.face >= 0;
 }
 
 }  // namespace quoin::geometry

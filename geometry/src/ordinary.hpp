@@ -42,8 +42,8 @@ Trial try_ordinary(const Polyhedron& p, const Polyhedron& q, const Carrier& by_p
 bool hinted_carrier(const Polyhedron& polyhedron, const std::array<int, 4>& vertices, int face,
                     Carrier& carrier);
 
-/// The carrier of up to four corners of a simplex; false: none of the three kinds.
-bool corner_carrier(const Polyhedron& polyhedron, const std::array<int, 4>& corners, int count,
+/// The carrier of the first three corners where the search ended; false: none of the three kinds.
+bool corner_carrier(const Polyhedron& polyhedron, const std::array<int, 4>& corners,
                     Carrier& carrier);
 
 }  // namespace quoin::geometry

@@ -5,6 +5,7 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <cstring>
 #include <quoin/geometry/types.hpp>
 
 #include "wide_lanes.hpp"
@@ -21,6 +22,11 @@ struct FourVectors {
   Four x, y, z;
 };
 
+inline Four four(double value) { return Four{value, value, value, value}; }
+inline FourVectors operator-(const FourVectors& a, const FourVectors& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+
 /// The first three numbers moved on by one.
 inline Four rotated(const Four& v) { return Four{v[1], v[2], v[0], v[0]}; }
 inline FourVectors rotated(const FourVectors& v) {
@@ -34,54 +40,70 @@ inline Four dot(const FourVectors& a, const FourVectors& b) {
 }
 
 struct PlainFlags {
-  static unsigned of_three(const FourFlags& flags) {
-    return static_cast<unsigned>((flags[0] & 1) | (flags[1] & 2) | (flags[2] & 4));
+  static unsigned of_four(const FourFlags& flags) {
+    return static_cast<unsigned>((flags[0] & 1) | (flags[1] & 2) | (flags[2] & 4) | (flags[3] & 8));
+  }
+  static Four either(const FourFlags& flags, const Four& yes, const Four& no) {
+    return flags ? yes : no;
   }
 };
 #ifdef QUOIN_WIDE_LANES
 struct WideFlags {
-  QUOIN_AVX2 static unsigned of_three(const FourFlags& flags) {
-    return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<__m256d>(flags))) & 7u;
+  QUOIN_AVX2 static unsigned of_four(const FourFlags& flags) {
+    return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<__m256d>(flags)));
+  }
+  QUOIN_AVX2 static Four either(const FourFlags& flags, const Four& yes, const Four& no) {
+    return _mm256_blendv_pd(no, yes, reinterpret_cast<__m256d>(flags));
   }
 };
 #endif
 
-inline FourVectors negated_where(const FourFlags& flags, const FourVectors& v) {
-  return {flags ? -v.x : v.x, flags ? -v.y : v.y, flags ? -v.z : v.z};
+/// What belongs to one of three triangles (choice 0 to 2), of three edges (4 to 6) or to the newest
+/// corner (8).
+inline double chosen(const Four& triangles, const Four& edges, const Four& newest,
+                     std::size_t choice) {
+  const std::array<Four, 3> all{triangles, edges, newest};
+  double value;
+  std::memcpy(&value, reinterpret_cast<const char*>(&all) + choice * sizeof(double),
+              sizeof(double));
+  return value;
 }
 
-/// What belongs to one of three triangles (choice 0 to 2), of three edges (3 to 5) or to the newest
-/// corner.
-inline double chosen(const Four& triangles, const Four& edges, double newest, std::size_t choice) {
-  const std::array<double, 7> all{triangles[0], triangles[1], triangles[2], edges[0],
-                                  edges[1],     edges[2],     newest};
-  return all[choice];
+/// v, turned round where `sign` is negative.
+inline FourVectors along_sign(const Four& sign, const FourVectors& v) {
+  const FourFlags turn =
+      reinterpret_cast<FourFlags>(sign) & reinterpret_cast<FourFlags>(four(-0.0));
+  const auto turned = [&](const Four& x) {
+    return reinterpret_cast<Four>(reinterpret_cast<FourFlags>(x) ^ turn);
+  };
+  return {turned(v.x), turned(v.y), turned(v.z)};
 }
 
-/// Up to three corners that carried the nearest point, and the direction to that: any length.
-struct SimplexRows {
-  std::array<double, 4> x, y, z;
-  std::array<int, 4> p, q;
-  int count = 0;
-  Vector3 direction;
-  double squared_distance = 0.0;  // of the nearest point, m2
-
-  void set(std::size_t k, const Vector3& w, int i, int j) {
-    x[k] = w.x();
-    y[k] = w.y();
-    z[k] = w.z();
-    p[k] = i;
-    q[k] = j;
-  }
-  Vector3 w(std::size_t k) const { return {x[k], y[k], z[k]}; }
-  bool has(int i, int j) const {
-    bool known = false;
-    for (std::size_t k = 0; k < 3; ++k) {
-      known |= (static_cast<int>(k) < count) & (p[k] == i) & (q[k] == j);
-    }
-    return known;
-  }
+/// The direction to the nearest point, its length multiplied by `scale`; 0: any length, it is that
+/// of a triangle's normal. Plain numbers, which stay in registers.
+struct Direction {
+  double x, y, z;
+  double scale = 1.0;
 };
+
+/// Up to three corners q_j - p_i that carry the nearest point, in the first three lanes. Where they
+/// are fewer, corners stand twice.
+struct SimplexRows {
+  FourVectors w;                      // the last lane: the newest corner
+  Four names;                         // j and i, as bits
+  unsigned edges = 1, triangles = 0;  // lanes that are corners of their own; these and the next one
+};
+
+/// As bits: not to be calculated with.
+inline Four corner_name(int i, int j) {
+  return four(std::bit_cast<double>(static_cast<long long>(j) << 32 | i));
+}
+
+template <class Flags>
+bool has_corner(const SimplexRows& rows, const Four& name) {
+  return Flags::of_four(reinterpret_cast<FourFlags>(rows.names) ==
+                        reinterpret_cast<FourFlags>(name)) != 0;
+}
 
 enum class Carried : std::uint8_t { Found, Inside, Unclear };
 
@@ -89,61 +111,55 @@ enum class Carried : std::uint8_t { Found, Inside, Unclear };
 /// carry the nearest point. With the new corner a, each other corner makes an edge, each two of
 /// them a triangle. A triangle carries the point when the origin is beside it on its outer side and
 /// over neither of its edges' outer sides, an edge when it is beyond it in both triangles, a when
-/// it is before no edge. Not `Found`: nothing has changed.
+/// it is before no edge. `e`: from a to the corners; `towards`: the nearest point. Not `Found`:
+/// nothing has changed.
 template <class Flags>
-Carried take_corner(const Vector3& corner, int i, int j, SimplexRows& rows) {
+[[gnu::always_inline]] inline Carried take_corner(const FourVectors& a, const FourVectors& e,
+                                                  const Four& name, SimplexRows& rows,
+                                                  Direction& towards) {
   struct Pick {
-    std::uint8_t first, second, count;
+    FourFlags kept;
+    unsigned edges, triangles;
   };
-  static constexpr std::array<Pick, 7> kPicks{
-      {{0, 1, 3}, {1, 2, 3}, {2, 0, 3}, {0, 0, 2}, {1, 1, 2}, {2, 2, 2}, {0, 0, 1}}};
-  static constexpr std::array<std::uint8_t, 4> kEdges{0, 1, 3, 7}, kTriangles{0, 0, 1, 7};
+  static constexpr std::array<Pick, 9> kPicks{{{FourFlags{-1, -1, 0, 0}, 7, 7},
+                                               {FourFlags{0, -1, -1, 0}, 7, 7},
+                                               {FourFlags{-1, 0, -1, 0}, 7, 7},
+                                               {},
+                                               {FourFlags{-1, 0, 0, 0}, 3, 1},
+                                               {FourFlags{0, -1, 0, 0}, 6, 2},
+                                               {FourFlags{0, 0, -1, 0}, 5, 4},
+                                               {},
+                                               {FourFlags{0, 0, 0, 0}, 1, 0}}};
   const Four zero{};
-  const FourVectors a{zero + corner.x(), zero + corner.y(), zero + corner.z()};
-  const FourVectors e{Four{rows.x[0], rows.x[1], rows.x[2], rows.x[0]} - a.x,
-                      Four{rows.y[0], rows.y[1], rows.y[2], rows.y[0]} - a.y,
-                      Four{rows.z[0], rows.z[1], rows.z[2], rows.z[0]} - a.z};
   const FourVectors f = rotated(e), normal = cross(e, f), moment = cross(a, e);
   const Four along = -dot(a, e), height = dot(normal, a), volume = dot(normal, rotated(f));
-  const unsigned before = Flags::of_three(along > zero);
-  const unsigned inside_e = Flags::of_three(dot(normal, moment) > zero);
-  const unsigned inside_f = Flags::of_three(dot(normal, rotated(moment)) < zero);
-  const unsigned inner =
-      Flags::of_three(((height > zero) & (volume < zero)) | ((height < zero) & (volume > zero)));
-  const auto others = static_cast<std::size_t>(rows.count);
-  const unsigned edges_there = kEdges[others], triangles_there = kTriangles[others];
-  const unsigned outer = others == 3 ? ~inner : ~0u;
-  const unsigned beside_f = triangles_there & inside_f;
-  const unsigned triangles = triangles_there & inside_e & inside_f & outer;
-  const unsigned edges =
-      edges_there & before & ~(triangles_there & inside_e) & ~(beside_f << 1 | beside_f >> 2);
-  const unsigned vertex = (edges_there & before) == 0 ? 1 : 0;
-  const unsigned carriers = triangles | edges << 3 | vertex << 6;
+  const unsigned before = Flags::of_four(along > zero);
+  const unsigned inside_e = Flags::of_four(dot(normal, moment) > zero);
+  const unsigned inside_f = Flags::of_four(dot(normal, rotated(moment)) < zero);
+  const unsigned inner = Flags::of_four(height * volume < zero);
+  const unsigned whole = static_cast<unsigned>(rows.triangles == 7);
+  const unsigned outer = ~(inner & (0u - whole));
+  const unsigned beside_e = rows.triangles & inside_e, beside_f = rows.triangles & inside_f;
+  const unsigned triangles = beside_e & beside_f & outer;
+  const unsigned edges = rows.edges & before & ~beside_e & ~(beside_f << 1 | beside_f >> 2);
+  const auto vertex = static_cast<unsigned>((rows.edges & before) == 0);
+  const unsigned carriers = triangles | edges << 4 | vertex << 8;
   if (carriers == 0) {
-    return others == 3 && (outer & 7u) == 0 ? Carried::Inside : Carried::Unclear;
+    return rows.triangles == 7 && (outer & 7u) == 0 ? Carried::Inside : Carried::Unclear;
   }
   const auto choice = static_cast<std::size_t>(std::countr_zero(carriers));
-  const FourVectors across = negated_where(height < zero, normal);
+  const FourVectors across = along_sign(height, normal);
   const Four square = dot(e, e);
   const FourVectors upright{a.x * square + e.x * along, a.y * square + e.y * along,
                             a.z * square + e.z * along};
-  rows.direction = Vector3(chosen(across.x, upright.x, corner.x(), choice),
-                           chosen(across.y, upright.y, corner.y(), choice),
-                           chosen(across.z, upright.z, corner.z(), choice));
-  rows.squared_distance =
-      chosen(height * height / dot(normal, normal), dot(upright, upright) / (square * square),
-             corner.squaredNorm(), choice);
-  const Pick pick = kPicks[choice];
-  const auto renew = [&](auto& row, auto newest) {
-    const auto first = row[pick.first], second = row[pick.second];
-    row = {newest, first, second, newest};
-  };
-  renew(rows.x, corner.x());
-  renew(rows.y, corner.y());
-  renew(rows.z, corner.z());
-  renew(rows.p, i);
-  renew(rows.q, j);
-  rows.count = pick.count;
+  const Pick& pick = kPicks[choice];
+  rows.w = {Flags::either(pick.kept, rows.w.x, a.x), Flags::either(pick.kept, rows.w.y, a.y),
+            Flags::either(pick.kept, rows.w.z, a.z)};
+  rows.names = Flags::either(pick.kept, rows.names, name);
+  rows.edges = pick.edges;
+  rows.triangles = pick.triangles;
+  towards = {chosen(across.x, upright.x, a.x, choice), chosen(across.y, upright.y, a.y, choice),
+             chosen(across.z, upright.z, a.z, choice), chosen(zero, square, four(1.0), choice)};
   return Carried::Found;
 }
 

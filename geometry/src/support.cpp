@@ -9,8 +9,8 @@ namespace quoin::geometry {
 Support support(const Polyhedron& polyhedron, const Vector3& direction) {
   const Rows rows(polyhedron);
 #ifdef QUOIN_WIDE_LANES
-  if (has_avx512()) return support_512(rows, direction);
-  if (has_avx2()) return support_256(rows, direction);
+  if (has_avx512()) return support_512(rows, Wide512(direction));
+  if (has_avx2()) return support_256(rows, Wide256(direction));
 #endif
   return narrow_support(rows, direction);
 }

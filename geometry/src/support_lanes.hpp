@@ -2,6 +2,7 @@
 /// The scans behind support.hpp, once for each kind of wide instructions: to be built into loops
 /// that are compiled for them as a whole. Private to the room.
 
+#include <algorithm>
 #include <bit>
 #include <cstdint>
 
@@ -55,10 +56,15 @@ struct Wide512 {
   __m512d x, y, z;
   QUOIN_AVX512 explicit Wide512(const Vector3& d)
       : x(_mm512_set1_pd(d.x())), y(_mm512_set1_pd(d.y())), z(_mm512_set1_pd(d.z())) {}
+  QUOIN_AVX512 Wide512(__m512d a, __m512d b, __m512d c) : x(a), y(b), z(c) {}
   QUOIN_AVX512 __m512d along(const Rows& rows, int v) const {
     const __m512d sum = _mm512_add_pd(_mm512_mul_pd(_mm512_load_pd(rows.x + v), x),
                                       _mm512_mul_pd(_mm512_load_pd(rows.y + v), y));
     return _mm512_add_pd(sum, _mm512_mul_pd(_mm512_load_pd(rows.z + v), z));
+  }
+  QUOIN_AVX512 Wide512 reversed() const {
+    const __m512d sign = _mm512_set1_pd(-0.0);
+    return {_mm512_xor_pd(x, sign), _mm512_xor_pd(y, sign), _mm512_xor_pd(z, sign)};
   }
   /// Which of the vertices v … v + 7 reach the limit.
   QUOIN_AVX512 unsigned reaching(const Rows& rows, int v, __m512d limit) const {
@@ -101,8 +107,7 @@ QUOIN_AVX512 inline Support support_of_32(const Rows& rows, const Wide512& wide)
   return {std::countr_zero(equal) & 31, _mm512_cvtsd_f64(greatest) + 0.0};
 }
 
-QUOIN_AVX512 inline Support support_512(const Rows& rows, const Vector3& d) {
-  const Wide512 wide(d);
+QUOIN_AVX512 inline Support support_512(const Rows& rows, const Wide512& wide) {
   if (rows.padded == 8) return support_of_eight(wide.along(rows, 0));
   if (rows.padded == 16) return support_of_16(rows, wide);
   if (rows.padded <= 32) return support_of_32(rows, wide);
@@ -187,10 +192,15 @@ struct Wide256 {
   __m256d x, y, z;
   QUOIN_AVX2 explicit Wide256(const Vector3& d)
       : x(_mm256_set1_pd(d.x())), y(_mm256_set1_pd(d.y())), z(_mm256_set1_pd(d.z())) {}
+  QUOIN_AVX2 Wide256(__m256d a, __m256d b, __m256d c) : x(a), y(b), z(c) {}
   QUOIN_AVX2 __m256d along(const Rows& rows, int v) const {
     const __m256d sum = _mm256_add_pd(_mm256_mul_pd(_mm256_load_pd(rows.x + v), x),
                                       _mm256_mul_pd(_mm256_load_pd(rows.y + v), y));
     return _mm256_add_pd(sum, _mm256_mul_pd(_mm256_load_pd(rows.z + v), z));
+  }
+  QUOIN_AVX2 Wide256 reversed() const {
+    const __m256d sign = _mm256_set1_pd(-0.0);
+    return {_mm256_xor_pd(x, sign), _mm256_xor_pd(y, sign), _mm256_xor_pd(z, sign)};
   }
   /// Which of the vertices v … v + 3 reach the limit.
   QUOIN_AVX2 unsigned reaching(const Rows& rows, int v, __m256d limit) const {
@@ -200,28 +210,56 @@ struct Wide256 {
   }
 };
 
-QUOIN_AVX2 inline Support support_256(const Rows& rows, const Vector3& d) {
-  const Wide256 wide(d);
-  __m256d best = wide.along(rows, 0);
-  __m256d block = _mm256_setzero_pd();  // indices are exact in doubles
-  for (int v = 4; v < rows.padded; v += 4) {
-    const __m256d value = wide.along(rows, v);
-    const __m256d more = _mm256_cmp_pd(value, best, _CMP_GT_OQ);
-    best = _mm256_blendv_pd(best, value, more);
-    block = _mm256_blendv_pd(block, _mm256_set1_pd(v), more);
+/// Greatest of four lanes, in all lanes.
+QUOIN_AVX2 inline __m256d greatest_lane(__m256d v) {
+  v = _mm256_max_pd(v, _mm256_permute2f128_pd(v, v, 1));
+  return _mm256_max_pd(v, _mm256_permute_pd(v, 5));
+}
+
+/// All products in registers, one mask of the greatest. `Fours`: of four vertices.
+template <int Fours>
+QUOIN_AVX2 Support support_of_few(const Rows& rows, const Wide256& wide) {
+  __m256d value[Fours], most = value[0] = wide.along(rows, 0);
+  for (int k = 1; k < Fours; ++k) {
+    value[k] = wide.along(rows, 4 * k);
+    most = _mm256_max_pd(most, value[k]);
   }
-  alignas(32) double values[4], blocks[4];
-  _mm256_store_pd(values, best);
-  _mm256_store_pd(blocks, block);
-  Support found{static_cast<int>(blocks[0]), values[0]};
-  for (int k = 1; k < 4; ++k) {
-    const int v = static_cast<int>(blocks[k]) + k;
-    if (values[k] > found.value || (values[k] == found.value && v < found.vertex)) {
-      found = {v, values[k]};
-    }
+  most = greatest_lane(most);
+  std::uint32_t equal = 0;
+  for (int k = 0; k < Fours; ++k) {
+    const __m256d same = _mm256_cmp_pd(value[k], most, _CMP_EQ_OQ);
+    equal |= static_cast<std::uint32_t>(_mm256_movemask_pd(same)) << 4 * k;
   }
-  found.value += 0.0;
-  return found;
+  return {std::countr_zero(equal) & 31, _mm256_cvtsd_f64(most) + 0.0};
+}
+
+QUOIN_AVX2 inline Support support_256(const Rows& rows, const Wide256& wide) {
+  if (rows.padded == 8) return support_of_few<2>(rows, wide);
+  if (rows.padded == 16) return support_of_few<4>(rows, wide);
+  if (rows.padded == 24) return support_of_few<6>(rows, wide);
+  if (rows.padded == 32) return support_of_few<8>(rows, wide);
+  __m256d best = wide.along(rows, 0), odd = wide.along(rows, 4);
+  __m256d block = _mm256_setzero_pd(), odd_block = _mm256_set1_pd(4);  // exact in doubles
+  for (int v = 8; v < rows.padded; v += 8) {
+    const __m256d a = wide.along(rows, v), b = wide.along(rows, v + 4);
+    const __m256d more_a = _mm256_cmp_pd(a, best, _CMP_GT_OQ);
+    const __m256d more_b = _mm256_cmp_pd(b, odd, _CMP_GT_OQ);
+    best = _mm256_max_pd(a, best);
+    odd = _mm256_max_pd(b, odd);
+    block = _mm256_blendv_pd(block, _mm256_set1_pd(v), more_a);
+    odd_block = _mm256_blendv_pd(odd_block, _mm256_set1_pd(v + 4), more_b);
+  }
+  // The lowest index among the greatest: lanes count within a block.
+  const __m256d greatest = greatest_lane(_mm256_max_pd(best, odd));
+  const __m256d lane = _mm256_set_pd(3, 2, 1, 0), none = _mm256_set1_pd(1 << 30);
+  const __m256d even_index =
+      _mm256_blendv_pd(none, _mm256_add_pd(block, lane), _mm256_cmp_pd(best, greatest, _CMP_EQ_OQ));
+  const __m256d odd_index = _mm256_blendv_pd(none, _mm256_add_pd(odd_block, lane),
+                                             _mm256_cmp_pd(odd, greatest, _CMP_EQ_OQ));
+  const __m256d sign = _mm256_set1_pd(-0.0);
+  const __m256d lowest = greatest_lane(_mm256_xor_pd(_mm256_min_pd(even_index, odd_index), sign));
+  return {static_cast<int>(-_mm256_cvtsd_f64(lowest)) & ((1 << 30) - 1),
+          _mm256_cvtsd_f64(greatest) + 0.0};
 }
 
 QUOIN_AVX2 inline void beyond_256(const Rows& rows, const Vector3& d, double value,
@@ -245,11 +283,20 @@ QUOIN_AVX2 inline int count_256(const Rows& rows, const Vector3& d, double value
 
 #endif
 
+/// So few that scans of 256 bits are worth more: beside instructions of 512 bits the machine has
+/// fewer units for all the others.
+inline bool few_vertices(const Polyhedron& p, const Polyhedron& q) {
+  return std::max(p.padded_count(), q.padded_count()) <= 32;
+}
+
 /// The scans of one kind of instructions under one name each.
 struct PlainScan {
   static constexpr bool kFused = false;
   using Flags = PlainFlags;
   static Support support(const Rows& rows, const Vector3& d) { return narrow_support(rows, d); }
+  static PairSupport support_pair(const Rows& p, const Rows& q, const Vector3& d) {
+    return {narrow_support(p, d), narrow_support(q, -d)};
+  }
   static int count_beyond(const Rows& rows, const Vector3& d, double value) {
     return narrow_count(rows, d, value);
   }
@@ -260,7 +307,11 @@ struct Scan512 {
   static constexpr bool kFused = true;
   using Flags = WideFlags;
   QUOIN_AVX512 static Support support(const Rows& rows, const Vector3& d) {
-    return support_512(rows, d);
+    return support_512(rows, Wide512(d));
+  }
+  QUOIN_AVX512 static PairSupport support_pair(const Rows& p, const Rows& q, const Vector3& d) {
+    const Wide512 wide(d);
+    return {support_512(p, wide), support_512(q, wide.reversed())};
   }
   QUOIN_AVX512 static int count_beyond(const Rows& rows, const Vector3& d, double value) {
     return count_512(rows, d, value);
@@ -270,7 +321,11 @@ struct Scan256 {
   static constexpr bool kFused = true;
   using Flags = WideFlags;
   QUOIN_AVX2 static Support support(const Rows& rows, const Vector3& d) {
-    return support_256(rows, d);
+    return support_256(rows, Wide256(d));
+  }
+  QUOIN_AVX2 static PairSupport support_pair(const Rows& p, const Rows& q, const Vector3& d) {
+    const Wide256 wide(d);
+    return {support_256(p, wide), support_256(q, wide.reversed())};
   }
   QUOIN_AVX2 static int count_beyond(const Rows& rows, const Vector3& d, double value) {
     return count_256(rows, d, value);
