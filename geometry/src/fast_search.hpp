@@ -22,9 +22,4 @@ struct FastResult {
 FastResult fast_nearest(const Polyhedron& p, const Polyhedron& q, const Vector3& direction,
                         double rounding);
 
-/// Least overlap from the last simplex of fast_nearest, by growing a polytope inside the set of
-/// differences. Unclear where doubles do not settle it.
-FastResult fast_overlap(const Polyhedron& p, const Polyhedron& q, const FastResult& start,
-                        double rounding);
-
 }  // namespace quoin::geometry

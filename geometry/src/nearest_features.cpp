@@ -2,13 +2,16 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
+#include "brick_overlap.hpp"
 #include "fast_search.hpp"
 #include "line_forms.hpp"
 #include "ordinary.hpp"
 #include "pair_order.hpp"
 #include "patch.hpp"
+#include "polytope.hpp"
 #include "wide_search.hpp"
 
 namespace quoin::geometry {
@@ -390,7 +393,9 @@ struct OrderedPair {
 struct Quick {
   Trial hint = Trial::Undecided;  // what became of last step's features
   bool searched = false;
-  FastResult found;  // if `searched`
+  FastResult found;             // if `searched`
+  std::optional<Vector3> flat;  // the plane across which solids that overlap lie flat on each other
+  bool grown = false;           // `found` is the least overlap
   int iterations = 0;
 };
 
@@ -405,48 +410,90 @@ bool hinted_answer(const OrderedPair& pair, const FeatureHint& hint, Quick& quic
                       reversed ? hint.face_a : hint.face_b, by_q)) {
     return false;
   }
-  quick.hint = try_ordinary(pair.p, pair.q, by_p, by_q, pair.length, reversed, answer);
+  quick.hint = try_ordinary(pair.p, pair.q, by_p, by_q, pair.length, reversed, nullptr, answer);
   if (quick.hint != Trial::Undecided) ++quick.iterations;
   return quick.hint == Trial::Proved;
 }
 
-/// The features found by the search as an ordinary answer.
+/// The features found as an ordinary answer.
+bool found_answer(const OrderedPair& pair, const FastResult& found, const Overlap* overlap,
+                  NearestFeatures& answer) {
+  const auto& [p, q, reversed, length] = pair;
+  Carrier by_p, by_q;
+  return corner_carrier(p, found.p, by_p) && corner_carrier(q, found.q, by_q) &&
+         try_ordinary(p, q, by_p, by_q, length, reversed, overlap, answer) == Trial::Proved;
+}
+
+/// The least gap that the search allows a plane to have, m.
+double least_gap(const FastResult& found, double rounding) {
+  const bool overlapping = found.outcome == FastOutcome::Overlapping;
+  return found.bound - slack(overlapping ? 2.2 * rounding : rounding, found.bound);
+}
+
+/// Do two solids of few faces lie flat on each other, and across which plane?
+bool find_flat(const Polyhedron& p, const Polyhedron& q, std::optional<Vector3>& normal) {
+  constexpr int kFewFaces = 16;
+  if (p.topology().face_count() + q.topology().face_count() > kFewFaces) return false;
+  const Vector3 facing = facing_normal(p, q);
+  if (lies_flat(p, q, facing)) normal = facing;
+  return normal.has_value();
+}
+
+/// The least overlap from where the search found that there is one.
+void grow(const OrderedPair& pair, Quick& quick) {
+  quick.found = fast_overlap(pair.p, pair.q, quick.found, 0.25 * pair.length.rounding);
+  quick.grown = true;
+  quick.iterations += quick.found.iterations;
+}
+
+/// The least overlap of two bricks, where it is clear.
+bool part_bricks(const OrderedPair& pair, Quick& quick) {
+  if (pair.p.topology().brick().empty() || pair.q.topology().brick().empty()) return false;
+  const FastResult found = brick_overlap(pair.p, pair.q, pair.length.rounding);
+  if (found.outcome != FastOutcome::Overlapping) return false;
+  quick.found = found;
+  quick.iterations += found.iterations;
+  return quick.grown = true;
+}
+
+/// The least overlap as an ordinary answer.
+bool overlapping_answer(const OrderedPair& pair, Quick& quick, NearestFeatures& answer) {
+  const auto& [p, q, reversed, length] = pair;
+  if (!part_bricks(pair, quick)) {
+    if (find_flat(p, q, quick.flat)) return false;
+    grow(pair, quick);
+    if (quick.found.outcome != FastOutcome::Overlapping) return false;
+  }
+  const Overlap overlap{quick.found.normal, least_gap(quick.found, length.rounding)};
+  return found_answer(pair, quick.found, &overlap, answer);
+}
+
+/// The answer of a cold search.
 bool searched_answer(const OrderedPair& pair, Quick& quick, NearestFeatures& answer) {
   const auto& [p, q, reversed, length] = pair;
   const FastResult found =
       fast_nearest(p, q, q.vertex_mean() - p.vertex_mean(), 0.25 * length.rounding);
   quick.iterations += found.iterations;
-  Carrier by_p, by_q;
-  if (found.outcome == FastOutcome::Separated && corner_carrier(p, found.p, by_p) &&
-      corner_carrier(q, found.q, by_q) &&
-      try_ordinary(p, q, by_p, by_q, length, reversed, answer) == Trial::Proved) {
-    return true;
-  }
+  const bool overlapping = found.outcome == FastOutcome::Overlapping;
+  if (!overlapping && found_answer(pair, found, nullptr, answer)) return true;
   quick.searched = true;
   quick.found = found;
-  return false;
+  return overlapping && overlapping_answer(pair, quick, answer);
 }
 
-bool fast_answer(const OrderedPair& pair, FastResult found, Optimum& optimum) {
-  constexpr int kFewFaces = 16;
+bool fast_answer(const OrderedPair& pair, Quick& quick, Optimum& optimum) {
   const Polyhedron &p = pair.p, &q = pair.q;
   const Lengths& length = pair.length;
   const double rounding = length.rounding;
+  if (quick.flat && flat_answer(p, q, length, *quick.flat, optimum)) return true;
+  const FastResult& found = quick.found;
   const bool overlapping = found.outcome == FastOutcome::Overlapping;
-  if (overlapping) {
-    if (p.topology().face_count() + q.topology().face_count() <= kFewFaces) {
-      const Vector3 normal = facing_normal(p, q);
-      if (lies_flat(p, q, normal) && flat_answer(p, q, length, normal, optimum)) return true;
-    }
-    found = fast_overlap(p, q, found, 0.25 * rounding);
-    optimum.iterations += found.iterations;
-  }
+  if (overlapping && !quick.grown) grow(pair, quick);
   if (found.outcome == FastOutcome::Unclear) return false;
   // Of two nearly parallel planes, as good within rounding, the one where the features meet.
-  const double allowed = slack(overlapping ? 2.2 * rounding : rounding, found.bound);
+  const double least = least_gap(found, rounding);
   const auto best = [&] {
-    return optimum.plane.gap >= found.bound - allowed &&
-           lies_over(p, q, optimum.plane, optimum.laid(), rounding);
+    return optimum.plane.gap >= least && lies_over(p, q, optimum.plane, optimum.laid(), rounding);
   };
   take_corners(p, q, found, optimum.plane.sets);
   optimum.straight = straight_plane(p, q, length, found.normal, optimum) && best();
@@ -640,7 +687,7 @@ bool general_answer(const OrderedPair& pair, const SearchOptions& options, const
   };
   if (length.uneven || (!warm() && !flush())) {
     if (!length.uneven && !quick.searched && searched_answer(pair, quick, answer)) return true;
-    if (length.uneven || !fast_answer(pair, quick.found, optimum)) {
+    if (length.uneven || !fast_answer(pair, quick, optimum)) {
       optimum.faces.reset();
       wide_answer(p, q, options.max_iterations, length, optimum);
     }

@@ -20,7 +20,7 @@ std::span<const int> vertices_of(const Polyhedron& solid, const Carrier& carrier
 
 template <bool kFused, FeatureKind kP, FeatureKind kQ>
 ClosedForm form_of(const Polyhedron& p, const Polyhedron& q, const Carrier& by_p,
-                   const Carrier& by_q, double rounding) {
+                   const Carrier& by_q, double rounding, const Overlap* overlap) {
   if constexpr (kP == kFace) return {.found = true, .normal = p.face_normal(by_p.face)};
   if constexpr (kQ == kFace) return {.found = true, .normal = -q.face_normal(by_q.face)};
   const Vector3 first_p = p.vertex(by_p.vertices[0]), first_q = q.vertex(by_q.vertices[0]);
@@ -28,7 +28,8 @@ ClosedForm form_of(const Polyhedron& p, const Polyhedron& q, const Carrier& by_p
   if constexpr (kP == kVertex) return vertex_edge<kFused>(first_p, q, by_q.vertices, 1.0);
   if constexpr (kQ == kVertex) return vertex_edge<kFused>(first_q, p, by_p.vertices, -1.0);
   ClosedForm form = edge_edge<kFused>(p, by_p.vertices, q, by_q.vertices, rounding);
-  if (form.normal.dot(first_q - first_p) < 0.0) form.normal = -form.normal;
+  const Vector3 toward = overlap != nullptr ? overlap->normal : Vector3(first_q - first_p);
+  if (form.normal.dot(toward) < 0.0) form.normal = -form.normal;
   return form;
 }
 
@@ -103,8 +104,9 @@ Outlet outlet_b(NearestFeatures& answer) {
 
 template <class Scan, FeatureKind kP, FeatureKind kQ>
 Trial attempt(const Polyhedron& p, const Polyhedron& q, const Carrier& by_p, const Carrier& by_q,
-              const Lengths& length, bool reversed, NearestFeatures& answer) {
-  const ClosedForm form = form_of<Scan::kFused, kP, kQ>(p, q, by_p, by_q, length.rounding);
+              const Lengths& length, bool reversed, const Overlap* overlap,
+              NearestFeatures& answer) {
+  const ClosedForm form = form_of<Scan::kFused, kP, kQ>(p, q, by_p, by_q, length.rounding, overlap);
   if (!form.found) return Trial::Undecided;
   const Vector3 normal = form.normal;
   Support top_p, top_q;
@@ -114,7 +116,7 @@ Trial attempt(const Polyhedron& p, const Polyhedron& q, const Carrier& by_p, con
   }
   const Vector3 high = p.vertex(top_p.vertex), low = q.vertex(top_q.vertex);
   const double gap = normal.dot(low - high);
-  if (!(gap > 8 * length.rounding)) return Trial::Undecided;
+  if (!(gap > (overlap != nullptr ? overlap->least : 8 * length.rounding))) return Trial::Undecided;
   if constexpr (kP == kFace) {
     if (!over_face(p, by_p.face, normal, low, length.rounding)) return Trial::Refuted;
   } else if constexpr (kQ == kFace) {
@@ -145,7 +147,9 @@ Trial attempt(const Polyhedron& p, const Polyhedron& q, const Carrier& by_p, con
   answer.normal = (reversed ? -1.0 : 1.0) * normal;
   to_p.residual = std::max(0.0, normal.dot(high - to_p.point));
   to_q.residual = std::max(0.0, normal.dot(to_q.point - low));
-  answer.status = gap > length.contact ? PairStatus::Separated : PairStatus::Touching;
+  answer.status = std::abs(gap) <= length.contact ? PairStatus::Touching
+                  : gap > 0.0                     ? PairStatus::Separated
+                                                  : PairStatus::Overlapping;
   if constexpr (kP != kFace && kQ != kFace) {
     if (kP != kEdge || kQ != kEdge ||
         parallel(p.vertex(by_p.vertices[1]) - p.vertex(by_p.vertices[0]),
@@ -162,20 +166,21 @@ Trial attempt(const Polyhedron& p, const Polyhedron& q, const Carrier& by_p, con
 
 template <class Scan>
 Trial try_kinds(const Polyhedron& p, const Polyhedron& q, const Carrier& by_p, const Carrier& by_q,
-                const Lengths& length, bool reversed, NearestFeatures& answer) {
+                const Lengths& length, bool reversed, const Overlap* overlap,
+                NearestFeatures& answer) {
   switch (3 * static_cast<int>(by_p.kind) + static_cast<int>(by_q.kind)) {
     case 0:
-      return attempt<Scan, kVertex, kVertex>(p, q, by_p, by_q, length, reversed, answer);
+      return attempt<Scan, kVertex, kVertex>(p, q, by_p, by_q, length, reversed, overlap, answer);
     case 1:
-      return attempt<Scan, kVertex, kEdge>(p, q, by_p, by_q, length, reversed, answer);
+      return attempt<Scan, kVertex, kEdge>(p, q, by_p, by_q, length, reversed, overlap, answer);
     case 2:
-      return attempt<Scan, kVertex, kFace>(p, q, by_p, by_q, length, reversed, answer);
+      return attempt<Scan, kVertex, kFace>(p, q, by_p, by_q, length, reversed, overlap, answer);
     case 3:
-      return attempt<Scan, kEdge, kVertex>(p, q, by_p, by_q, length, reversed, answer);
+      return attempt<Scan, kEdge, kVertex>(p, q, by_p, by_q, length, reversed, overlap, answer);
     case 4:
-      return attempt<Scan, kEdge, kEdge>(p, q, by_p, by_q, length, reversed, answer);
+      return attempt<Scan, kEdge, kEdge>(p, q, by_p, by_q, length, reversed, overlap, answer);
     case 6:
-      return attempt<Scan, kFace, kVertex>(p, q, by_p, by_q, length, reversed, answer);
+      return attempt<Scan, kFace, kVertex>(p, q, by_p, by_q, length, reversed, overlap, answer);
     default:
       return Trial::Undecided;
   }
@@ -185,14 +190,14 @@ Trial try_kinds(const Polyhedron& p, const Polyhedron& q, const Carrier& by_p, c
 QUOIN_AVX512 [[gnu::flatten]] Trial try_512(const Polyhedron& p, const Polyhedron& q,
                                             const Carrier& by_p, const Carrier& by_q,
                                             const Lengths& length, bool reversed,
-                                            NearestFeatures& answer) {
-  return try_kinds<Scan512>(p, q, by_p, by_q, length, reversed, answer);
+                                            const Overlap* overlap, NearestFeatures& answer) {
+  return try_kinds<Scan512>(p, q, by_p, by_q, length, reversed, overlap, answer);
 }
 QUOIN_AVX2 [[gnu::flatten]] Trial try_256(const Polyhedron& p, const Polyhedron& q,
                                           const Carrier& by_p, const Carrier& by_q,
                                           const Lengths& length, bool reversed,
-                                          NearestFeatures& answer) {
-  return try_kinds<Scan256>(p, q, by_p, by_q, length, reversed, answer);
+                                          const Overlap* overlap, NearestFeatures& answer) {
+  return try_kinds<Scan256>(p, q, by_p, by_q, length, reversed, overlap, answer);
 }
 #endif
 
@@ -200,13 +205,13 @@ QUOIN_AVX2 [[gnu::flatten]] Trial try_256(const Polyhedron& p, const Polyhedron&
 
 Trial try_ordinary(const Polyhedron& p, const Polyhedron& q, const Carrier& by_p,
                    const Carrier& by_q, const Lengths& length, bool reversed,
-                   NearestFeatures& answer) {
+                   const Overlap* overlap, NearestFeatures& answer) {
 #ifdef QUOIN_WIDE_LANES
   if (has_avx512() && !few_vertices(p, q))
-    return try_512(p, q, by_p, by_q, length, reversed, answer);
-  if (has_avx2()) return try_256(p, q, by_p, by_q, length, reversed, answer);
+    return try_512(p, q, by_p, by_q, length, reversed, overlap, answer);
+  if (has_avx2()) return try_256(p, q, by_p, by_q, length, reversed, overlap, answer);
 #endif
-  return try_kinds<PlainScan>(p, q, by_p, by_q, length, reversed, answer);
+  return try_kinds<PlainScan>(p, q, by_p, by_q, length, reversed, overlap, answer);
 }
 
 bool hinted_carrier(const Polyhedron& polyhedron, const std::array<int, 4>& vertices, int face,

@@ -1,6 +1,7 @@
 #pragma once
 /// The ordinary answers: solids apart that meet in a vertex and a vertex, an edge or a face, or in
-/// two crossed edges, all beyond doubt. Straight code for each; whatever is left open here goes the
+/// two crossed edges, and overlaps whose least translation is across a vertex and a face or two
+/// crossed edges, all beyond doubt. Straight code for each; whatever is left open here goes the
 /// general way and comes to the same bits there. Private to the room.
 
 #include <quoin/geometry/nearest_features.hpp>
@@ -26,6 +27,12 @@ struct Carrier {
   int face = -1;
 };
 
+/// What is known beforehand of solids that overlap.
+struct Overlap {
+  Vector3 normal;      // of the plane that is to be the answer, within rounding
+  double least = 0.0;  // a gap above this is proved to be the answer, m
+};
+
 enum class Trial {
   Proved,    ///< the answer is complete
   Refuted,   ///< the carriers do not carry the plane alone
@@ -33,10 +40,10 @@ enum class Trial {
 };
 
 /// Tries two carriers; fills all of the answer but `iterations`, in the names of the caller:
-/// `reversed` when Q is his A.
+/// `reversed` when Q is his A; `overlap`: null for solids apart.
 Trial try_ordinary(const Polyhedron& p, const Polyhedron& q, const Carrier& by_p,
                    const Carrier& by_q, const Lengths& length, bool reversed,
-                   NearestFeatures& answer);
+                   const Overlap* overlap, NearestFeatures& answer);
 
 /// The carrier that a hint names for one solid; false: none of the three kinds.
 bool hinted_carrier(const Polyhedron& polyhedron, const std::array<int, 4>& vertices, int face,

@@ -117,6 +117,7 @@ Topology::Topology(int vertex_count, const std::vector<std::vector<int>>& faces)
   }
   add_edges();
   add_neighbours();
+  find_brick();
 }
 
 void Topology::add_edges() {
@@ -174,6 +175,27 @@ void Topology::add_neighbours() {
     vertex_faces_.insert(vertex_faces_.end(), row.begin(), row.end());
     vertex_face_start_.push_back(static_cast<int>(vertex_faces_.size()));
   }
+}
+
+void Topology::find_brick() {
+  bool quadrilaterals = vertex_count_ == 8 && face_count() == 6 && three_faces_at_vertices_;
+  for (int f = 0; f < face_count(); ++f) quadrilaterals = quadrilaterals && face(f).size() == 4;
+  if (!quadrilaterals) return;
+  brick_.assign(8, 0);
+  for (std::size_t k = 0; k < 3; ++k) brick_[std::size_t{1} << k] = neighbours(0)[k];
+  const auto other_neighbour = [&](std::size_t i, std::size_t j, std::size_t known) {
+    for (const int v : neighbours(brick_[i])) {
+      const std::span<const int> row = neighbours(brick_[j]);
+      const bool common = std::find(row.begin(), row.end(), v) != row.end();
+      if (common && v != brick_[known]) return v;
+    }
+    return 0;
+  };
+  for (const std::size_t place : {3, 5, 6}) {  // two bits: beside the vertices with one of them
+    const std::size_t low = place & (~place + 1);
+    brick_[place] = other_neighbour(low, place ^ low, 0);
+  }
+  brick_[7] = other_neighbour(3, 5, 1);
 }
 
 int Topology::find_edge(int v, int w) const {

@@ -60,6 +60,9 @@ class Topology {
     return row(vertex_faces_, vertex_face_start_, v);
   }
   int find_edge(int v, int w) const;  ///< index, or -1
+  /// Of a solid with the faces of a brick: its vertices in the order of their places, bit k of
+  /// which says that a vertex lies across edge k of vertex 0. Empty for others.
+  std::span<const int> brick() const { return brick_; }
 
  private:
   static std::size_t index(int i) { return static_cast<std::size_t>(i); }
@@ -69,12 +72,14 @@ class Topology {
   }
   void add_edges();
   void add_neighbours();
+  void find_brick();
 
   int vertex_count_ = 0;
   std::vector<int> face_start_, face_vertices_, face_sets_, face_edges_, face_neighbours_;
   std::vector<std::array<int, 2>> edges_, edge_faces_;
   std::vector<int> neighbour_start_, neighbours_, neighbour_edges_;
   std::vector<int> vertex_face_start_, vertex_faces_;
+  std::vector<int> brick_;
   bool three_faces_at_vertices_ = true;
 };
 

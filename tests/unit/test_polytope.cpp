@@ -1,0 +1,61 @@
+/// Least overlap by the polytope, against all faces and pairs of edges of the exact hulls.
+
+#include "geometry/src/polytope.hpp"
+
+#include <quoin/geometry/build.hpp>
+
+#include "support/catch.hpp"
+#include "support/random.hpp"
+
+using namespace quoin;
+using geometry::FastOutcome;
+using geometry::FastResult;
+using geometry::Polyhedron;
+using geometry::Vector3;
+
+namespace {
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+
+Polyhedron hull(tests::Random& random, int count, const Vector3& middle) {
+  geometry::Points points(3, count);
+  for (int k = 0; k < count; ++k) points.col(k) = middle + 0.5 * random.direction();
+  return geometry::make_hull(points).polyhedron;
+}
+
+}  // namespace
+
+TEST_CASE("the polytope finds the least overlap") {
+  tests::Random random(7);
+  int found = 0, most = 0;
+  for (int k = 0; k < 1500; ++k) {
+    const Polyhedron p = hull(random, random.integer(4, 40), random.point(-1, 1));
+    const Vector3 middle = p.origin() + random.uniform(0.0, 0.8) * random.direction();
+    const Polyhedron q = hull(random, random.integer(4, 40), middle);
+    const double size = std::max(p.diameter(), q.diameter()), rounding = 1.25 * kEpsilon * size;
+    const FastResult start =
+        geometry::fast_nearest(p, q, q.vertex_mean() - p.vertex_mean(), rounding);
+    if (start.outcome != FastOutcome::Overlapping) continue;
+    const FastResult grown = geometry::fast_overlap(p, q, start, rounding);
+    REQUIRE(grown.outcome == FastOutcome::Overlapping);
+    const geometry::ActiveFeatures exact = geometry::exhaustive_overlap(p, q);
+    REQUIRE(std::abs(grown.bound - exact.gap) < 20 * kEpsilon * size);
+    REQUIRE((grown.normal - exact.normal).norm() < 1e-12);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vector3 w = q.vertex(grown.q[i]) - p.vertex(grown.p[i]);
+      REQUIRE(std::abs(w.dot(grown.normal) - exact.gap) < 20 * kEpsilon * size);
+    }
+    ++found;
+    most = std::max(most, grown.iterations);
+  }
+  CHECK(found > 1000);
+  CHECK(most > 20);  // more facets than a few blocks of eight
+}
+
+TEST_CASE("several directions as good are left open") {
+  const Polyhedron box = geometry::make_box({0, 0, 0}, {1, 1, 1});
+  const double rounding = 1.25 * kEpsilon * box.diameter();
+  const FastResult start = geometry::fast_nearest(box, box, Vector3::UnitX(), rounding);
+  REQUIRE(start.outcome == FastOutcome::Overlapping);
+  CHECK(geometry::fast_overlap(box, box, start, rounding).outcome == FastOutcome::Unclear);
+}
