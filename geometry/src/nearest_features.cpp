@@ -387,41 +387,64 @@ struct OrderedPair {
   const Polyhedron& q;
   bool reversed;  // q is the caller's A
   Lengths length;
+  const Polyhedron& a() const { return reversed ? q : p; }
+  const Polyhedron& b() const { return reversed ? p : q; }
 };
 
-/// The quick ways, and what is known when they have not come to the answer.
+OrderedPair ordered(const Polyhedron& a, const Polyhedron& b, const Lengths& length) {
+  const bool reversed = worked_in_reverse(a, b);
+  return {reversed ? b : a, reversed ? a : b, reversed, length};
+}
+
+void swap_names(FastResult& found) {
+  found.normal = -found.normal;
+  std::swap(found.p, found.q);
+}
+
+void swap_names(FeatureHint& hint) {
+  hint.normal = -hint.normal;
+  std::swap(hint.vertices_a, hint.vertices_b);
+  std::swap(hint.face_a, hint.face_b);
+}
+
+void swap_names(NearestFeatures& answer) {
+  answer.normal = -answer.normal;
+  std::swap(answer.point_a, answer.point_b);
+  std::swap(answer.feature_a, answer.feature_b);
+  std::swap(answer.residual_a, answer.residual_b);
+  swap_names(answer.hint);
+}
+
+/// The quick ways, and what is known when they have not come to the answer. For solids apart they
+/// work in the order of the caller: turned round, each of their steps is the same but for signs.
 struct Quick {
   Trial hint = Trial::Undecided;  // what became of last step's features
   bool searched = false;
-  FastResult found;             // if `searched`
+  FastResult found;             // if `searched`: in the order in which the pair is worked
   std::optional<Vector3> flat;  // the plane across which solids that overlap lie flat on each other
   bool grown = false;           // `found` is the least overlap
   int iterations = 0;
 };
 
 /// Last step's features as an ordinary answer.
-bool hinted_answer(const OrderedPair& pair, const FeatureHint& hint, Quick& quick,
-                   NearestFeatures& answer) {
-  const bool reversed = pair.reversed;
-  Carrier by_p, by_q;
-  if (!hinted_carrier(pair.p, reversed ? hint.vertices_b : hint.vertices_a,
-                      reversed ? hint.face_b : hint.face_a, by_p) ||
-      !hinted_carrier(pair.q, reversed ? hint.vertices_a : hint.vertices_b,
-                      reversed ? hint.face_a : hint.face_b, by_q)) {
+bool hinted_answer(const Polyhedron& a, const Polyhedron& b, const Lengths& length,
+                   const FeatureHint& hint, Quick& quick, NearestFeatures& answer) {
+  Carrier by_a, by_b;
+  if (!hinted_carrier(a, hint.vertices_a, hint.face_a, by_a) ||
+      !hinted_carrier(b, hint.vertices_b, hint.face_b, by_b)) {
     return false;
   }
-  quick.hint = try_ordinary(pair.p, pair.q, by_p, by_q, pair.length, reversed, nullptr, answer);
+  quick.hint = try_ordinary(a, b, by_a, by_b, length, nullptr, answer);
   if (quick.hint != Trial::Undecided) ++quick.iterations;
   return quick.hint == Trial::Proved;
 }
 
 /// The features found as an ordinary answer.
-bool found_answer(const OrderedPair& pair, const FastResult& found, const Overlap* overlap,
-                  NearestFeatures& answer) {
-  const auto& [p, q, reversed, length] = pair;
-  Carrier by_p, by_q;
-  return corner_carrier(p, found.p, by_p) && corner_carrier(q, found.q, by_q) &&
-         try_ordinary(p, q, by_p, by_q, length, reversed, overlap, answer) == Trial::Proved;
+bool found_answer(const Polyhedron& a, const Polyhedron& b, const Lengths& length,
+                  const FastResult& found, const Overlap* overlap, NearestFeatures& answer) {
+  Carrier by_a, by_b;
+  return corner_carrier(a, found.p, by_a) && corner_carrier(b, found.q, by_b) &&
+         try_ordinary(a, b, by_a, by_b, length, overlap, answer) == Trial::Proved;
 }
 
 /// The least gap that the search allows a plane to have, m.
@@ -458,26 +481,30 @@ bool part_bricks(const OrderedPair& pair, Quick& quick) {
 
 /// The least overlap as an ordinary answer.
 bool overlapping_answer(const OrderedPair& pair, Quick& quick, NearestFeatures& answer) {
-  const auto& [p, q, reversed, length] = pair;
+  const double rounding = pair.length.rounding;
   if (!part_bricks(pair, quick)) {
-    if (find_flat(p, q, quick.flat)) return false;
+    if (find_flat(pair.p, pair.q, quick.flat)) return false;
     grow(pair, quick);
     if (quick.found.outcome != FastOutcome::Overlapping) return false;
   }
-  const Overlap overlap{quick.found.normal, least_gap(quick.found, length.rounding)};
-  return found_answer(pair, quick.found, &overlap, answer);
+  const Overlap overlap{quick.found.normal, least_gap(quick.found, rounding)};
+  if (!found_answer(pair.p, pair.q, pair.length, quick.found, &overlap, answer)) return false;
+  if (pair.reversed) swap_names(answer);
+  return true;
 }
 
 /// The answer of a cold search.
-bool searched_answer(const OrderedPair& pair, Quick& quick, NearestFeatures& answer) {
-  const auto& [p, q, reversed, length] = pair;
+bool searched_answer(const Polyhedron& a, const Polyhedron& b, const Lengths& length, Quick& quick,
+                     NearestFeatures& answer) {
   const FastResult found =
-      fast_nearest(p, q, q.vertex_mean() - p.vertex_mean(), 0.25 * length.rounding);
+      fast_nearest(a, b, b.vertex_mean() - a.vertex_mean(), 0.25 * length.rounding);
   quick.iterations += found.iterations;
   const bool overlapping = found.outcome == FastOutcome::Overlapping;
-  if (!overlapping && found_answer(pair, found, nullptr, answer)) return true;
+  if (!overlapping && found_answer(a, b, length, found, nullptr, answer)) return true;
+  const OrderedPair pair = ordered(a, b, length);
   quick.searched = true;
   quick.found = found;
+  if (pair.reversed) swap_names(quick.found);
   return overlapping && overlapping_answer(pair, quick, answer);
 }
 
@@ -686,7 +713,10 @@ bool general_answer(const OrderedPair& pair, const SearchOptions& options, const
     return optimum.contact_expected && flush_answer(p, q, length, optimum);
   };
   if (length.uneven || (!warm() && !flush())) {
-    if (!length.uneven && !quick.searched && searched_answer(pair, quick, answer)) return true;
+    if (!length.uneven && !quick.searched &&
+        searched_answer(pair.a(), pair.b(), length, quick, answer)) {
+      return true;
+    }
     if (length.uneven || !fast_answer(pair, quick, optimum)) {
       optimum.faces.reset();
       wide_answer(p, q, options.max_iterations, length, optimum);
@@ -726,20 +756,6 @@ void fetch(const Polyhedron&) {}
 void fetch_faces(const Polyhedron&) {}
 #endif
 
-void swap_names(FeatureHint& hint) {
-  hint.normal = -hint.normal;
-  std::swap(hint.vertices_a, hint.vertices_b);
-  std::swap(hint.face_a, hint.face_b);
-}
-
-void swap_names(NearestFeatures& answer) {
-  answer.normal = -answer.normal;
-  std::swap(answer.point_a, answer.point_b);
-  std::swap(answer.feature_a, answer.feature_b);
-  std::swap(answer.residual_a, answer.residual_b);
-  swap_names(answer.hint);
-}
-
 }  // namespace
 
 std::string_view name(PairStatus status) {
@@ -777,12 +793,6 @@ double default_tolerance(const Polyhedron& a, const Polyhedron& b) {
 
 namespace {
 
-OrderedPair ordered(const Polyhedron& a, const Polyhedron& b, const SearchOptions& options) {
-  const bool reversed = worked_in_reverse(a, b);
-  const Polyhedron &p = reversed ? b : a, &q = reversed ? a : b;
-  return {p, q, reversed, lengths(p, q, options)};
-}
-
 /// Whatever the quick ways have left open.
 void find_answer(const OrderedPair& pair, const SearchOptions& options, const FeatureHint& hint,
                  Quick& quick, Optimum& optimum, NearestFeatures& answer) {
@@ -791,6 +801,15 @@ void find_answer(const OrderedPair& pair, const SearchOptions& options, const Fe
   const bool ordinary = general_answer(pair, options, named, quick, optimum, answer);
   if (pair.reversed && !ordinary) swap_names(answer);
   answer.iterations = quick.iterations + optimum.iterations;
+}
+
+/// The same; not inline, for its room on the stack is of no use to the quick ways.
+[[gnu::noinline]] void find_answer_apart(const OrderedPair& pair, const SearchOptions& options,
+                                         const FeatureHint& hint, Quick& quick,
+                                         NearestFeatures& answer) {
+  Lazy<SharedPart> faces;
+  Optimum optimum(faces);
+  find_answer(pair, options, hint, quick, optimum, answer);
 }
 
 }  // namespace
@@ -803,12 +822,12 @@ NearestFeatures nearest_features(const Polyhedron& a, const Polyhedron& b,
   fetch_faces(a);
   fetch_faces(b);
   NearestFeatures answer;
-  const OrderedPair pair = ordered(a, b, options);
+  const Lengths length = lengths(a, b, options);
   Quick quick;
-  if (pair.length.uneven || !hinted_answer(pair, hint, quick, answer)) {
+  if (length.uneven || !hinted_answer(a, b, length, hint, quick, answer)) {
     Optimum optimum(faces);
     optimum.contact_expected = true;
-    find_answer(pair, options, hint, quick, optimum, answer);
+    find_answer(ordered(a, b, length), options, hint, quick, optimum, answer);
   } else {
     answer.iterations = quick.iterations;
   }
@@ -820,20 +839,18 @@ NearestFeatures nearest_features(const Polyhedron& a, const Polyhedron& b,
   fetch(a);
   fetch(b);
   NearestFeatures answer;
-  const OrderedPair pair = ordered(a, b, options);
+  const Lengths length = lengths(a, b, options);
   Quick quick;
   const auto quick_answer = [&] {
-    if (hinted_answer(pair, hint, quick, answer)) return true;
+    if (hinted_answer(a, b, length, hint, quick, answer)) return true;
     const bool hint_left = quick.hint == Trial::Undecided && hint.vertices_a[0] >= 0;
-    return !hint_left && searched_answer(pair, quick, answer);
+    return !hint_left && searched_answer(a, b, length, quick, answer);
   };
-  if (!pair.length.uneven && quick_answer()) {
+  if (!length.uneven && quick_answer()) {
     answer.iterations = quick.iterations;
     return answer;
   }
-  Lazy<SharedPart> faces;
-  Optimum optimum(faces);
-  find_answer(pair, options, hint, quick, optimum, answer);
+  find_answer_apart(ordered(a, b, length), options, hint, quick, answer);
   return answer;
 }
 

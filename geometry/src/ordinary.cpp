@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "line_forms.hpp"
+#include "pair_order.hpp"
 #include "patch.hpp"
 #include "support_lanes.hpp"
 
@@ -12,25 +13,33 @@ namespace {
 constexpr FeatureKind kVertex = FeatureKind::Vertex, kEdge = FeatureKind::Edge,
                       kFace = FeatureKind::Face;
 
+/// Ascending.
 template <FeatureKind kKind>
 std::span<const int> vertices_of(const Polyhedron& solid, const Carrier& carrier) {
-  if constexpr (kKind == kFace) return solid.topology().face(carrier.face);
+  if constexpr (kKind == kFace) return solid.topology().face_set(carrier.face);
   return {carrier.vertices.data(), kKind == kVertex ? 1u : 2u};
 }
 
+/// The side of P on which the normal of two edges looks is left open.
 template <bool kFused, FeatureKind kP, FeatureKind kQ>
 ClosedForm form_of(const Polyhedron& p, const Polyhedron& q, const Carrier& by_p,
-                   const Carrier& by_q, double rounding, const Overlap* overlap) {
+                   const Carrier& by_q, double rounding) {
   if constexpr (kP == kFace) return {.found = true, .normal = p.face_normal(by_p.face)};
   if constexpr (kQ == kFace) return {.found = true, .normal = -q.face_normal(by_q.face)};
   const Vector3 first_p = p.vertex(by_p.vertices[0]), first_q = q.vertex(by_q.vertices[0]);
   if constexpr (kP == kVertex && kQ == kVertex) return line_form(first_q - first_p, true);
   if constexpr (kP == kVertex) return vertex_edge<kFused>(first_p, q, by_q.vertices, 1.0);
   if constexpr (kQ == kVertex) return vertex_edge<kFused>(first_q, p, by_p.vertices, -1.0);
-  ClosedForm form = edge_edge<kFused>(p, by_p.vertices, q, by_q.vertices, rounding);
-  const Vector3 toward = overlap != nullptr ? overlap->normal : Vector3(first_q - first_p);
-  if (form.normal.dot(toward) < 0.0) form.normal = -form.normal;
-  return form;
+  return edge_edge<kFused>(p, by_p.vertices, q, by_q.vertices, rounding);
+}
+
+/// By hand: the library's maximum becomes a branch, which could not be foreseen.
+double greater(double x, double y) {
+#if defined(__SSE2__)
+  return _mm_cvtsd_f64(_mm_max_pd(_mm_set1_pd(x), _mm_set1_pd(y)));
+#else
+  return x > y ? x : y;
+#endif
 }
 
 /// Do just these vertices carry the support plane, clearly? Then any way to the plane finds them.
@@ -41,8 +50,9 @@ bool carry_alone(const Polyhedron& solid, std::span<const int> vertices, const V
   double least = top.value;
   for (const int v : vertices.subspan(1)) {
     const double value = along(offset(solid, v), outward);
-    if (value > top.value || (value == top.value && v < top.vertex)) top = {v, value};
-    least = std::min(least, value);
+    top.vertex = value > top.value ? v : top.vertex;
+    top.value = greater(value, top.value);
+    least = -greater(-least, -value);
   }
   return top.value - least <= kClearBelow * length.rounding &&
          Scan::count_beyond(Rows(solid), outward, top.value - length.widest) ==
@@ -92,21 +102,35 @@ struct Outlet {
   double& residual;
   std::array<int, 4>& hinted;
   int& face;
+  double sign;  // of the normal, seen from here
 };
 Outlet outlet_a(NearestFeatures& answer) {
-  return {answer.point_a, answer.feature_a, answer.residual_a, answer.hint.vertices_a,
-          answer.hint.face_a};
+  return {answer.point_a,         answer.feature_a,   answer.residual_a,
+          answer.hint.vertices_a, answer.hint.face_a, 1.0};
 }
 Outlet outlet_b(NearestFeatures& answer) {
-  return {answer.point_b, answer.feature_b, answer.residual_b, answer.hint.vertices_b,
-          answer.hint.face_b};
+  return {answer.point_b,         answer.feature_b,   answer.residual_b,
+          answer.hint.vertices_b, answer.hint.face_b, -1.0};
 }
 
+/// How far a solid reaches beyond its witness; not at all where that is a vertex.
+template <FeatureKind kKind>
+double residual(double beyond) {
+  return kKind == kVertex ? 0.0 : greater(beyond, 0.0);
+}
+
+/// Fills all of the answer that does not hang on who is A: `to_p`, `to_q` say where the rest goes.
 template <class Scan, FeatureKind kP, FeatureKind kQ>
 Trial attempt(const Polyhedron& p, const Polyhedron& q, const Carrier& by_p, const Carrier& by_q,
-              const Lengths& length, bool reversed, const Overlap* overlap,
+              const Lengths& length, const Outlet& to_p, const Outlet& to_q, const Overlap* overlap,
               NearestFeatures& answer) {
-  const ClosedForm form = form_of<Scan::kFused, kP, kQ>(p, q, by_p, by_q, length.rounding, overlap);
+  ClosedForm form = form_of<Scan::kFused, kP, kQ>(p, q, by_p, by_q, length.rounding);
+  if constexpr (kP == kEdge && kQ == kEdge) {
+    const Vector3 toward = overlap != nullptr
+                               ? Vector3(to_p.sign * overlap->normal)
+                               : Vector3(q.vertex(by_q.vertices[0]) - p.vertex(by_p.vertices[0]));
+    form.normal *= std::copysign(1.0, form.normal.dot(toward));
+  }
   if (!form.found) return Trial::Undecided;
   const Vector3 normal = form.normal;
   Support top_p, top_q;
@@ -125,8 +149,6 @@ Trial attempt(const Polyhedron& p, const Polyhedron& q, const Carrier& by_p, con
     return Trial::Refuted;
   }
   if (kP == kEdge && kQ == kEdge && !form.crossed) return Trial::Undecided;
-  const Outlet to_p = reversed ? outlet_b(answer) : outlet_a(answer);
-  const Outlet to_q = reversed ? outlet_a(answer) : outlet_b(answer);
   if (!name_carrier<kP>(p, by_p, length.contact, to_p.feature) ||
       !name_carrier<kQ>(q, by_q, length.contact, to_q.feature)) {
     return Trial::Undecided;
@@ -144,9 +166,9 @@ Trial attempt(const Polyhedron& p, const Polyhedron& q, const Carrier& by_p, con
     to_q.point = to_p.point + across;
   }
   answer.gap = gap;
-  answer.normal = (reversed ? -1.0 : 1.0) * normal;
-  to_p.residual = std::max(0.0, normal.dot(high - to_p.point));
-  to_q.residual = std::max(0.0, normal.dot(to_q.point - low));
+  answer.normal = to_p.sign * normal;
+  to_p.residual = residual<kP>(normal.dot(high - to_p.point));
+  to_q.residual = residual<kQ>(normal.dot(to_q.point - low));
   answer.status = std::abs(gap) <= length.contact ? PairStatus::Touching
                   : gap > 0.0                     ? PairStatus::Separated
                                                   : PairStatus::Overlapping;
@@ -164,68 +186,84 @@ Trial attempt(const Polyhedron& p, const Polyhedron& q, const Carrier& by_p, con
   return Trial::Proved;
 }
 
+/// The witness of two crossed edges is found along one of them: in an order that hangs on the
+/// coordinates alone. No branch on it, which could not be foreseen.
 template <class Scan>
-Trial try_kinds(const Polyhedron& p, const Polyhedron& q, const Carrier& by_p, const Carrier& by_q,
-                const Lengths& length, bool reversed, const Overlap* overlap,
-                NearestFeatures& answer) {
-  switch (3 * static_cast<int>(by_p.kind) + static_cast<int>(by_q.kind)) {
+Trial attempt_edges(const Polyhedron& a, const Polyhedron& b, const Carrier& by_a,
+                    const Carrier& by_b, const Lengths& length, const Overlap* overlap,
+                    NearestFeatures& answer) {
+  const std::array solids{&a, &b};
+  const std::array carriers{&by_a, &by_b};
+  const std::array outlets{outlet_a(answer), outlet_b(answer)};
+  const std::size_t p = worked_in_reverse(a, b) ? 1 : 0, q = 1 - p;
+  return attempt<Scan, kEdge, kEdge>(*solids[p], *solids[q], *carriers[p], *carriers[q], length,
+                                     outlets[p], outlets[q], overlap, answer);
+}
+
+template <class Scan>
+Trial try_kinds(const Polyhedron& a, const Polyhedron& b, const Carrier& by_a, const Carrier& by_b,
+                const Lengths& length, const Overlap* overlap, NearestFeatures& answer) {
+  const Outlet to_a = outlet_a(answer), to_b = outlet_b(answer);
+  switch (3 * static_cast<int>(by_a.kind) + static_cast<int>(by_b.kind)) {
     case 0:
-      return attempt<Scan, kVertex, kVertex>(p, q, by_p, by_q, length, reversed, overlap, answer);
+      return attempt<Scan, kVertex, kVertex>(a, b, by_a, by_b, length, to_a, to_b, overlap, answer);
     case 1:
-      return attempt<Scan, kVertex, kEdge>(p, q, by_p, by_q, length, reversed, overlap, answer);
+      return attempt<Scan, kVertex, kEdge>(a, b, by_a, by_b, length, to_a, to_b, overlap, answer);
     case 2:
-      return attempt<Scan, kVertex, kFace>(p, q, by_p, by_q, length, reversed, overlap, answer);
+      return attempt<Scan, kVertex, kFace>(a, b, by_a, by_b, length, to_a, to_b, overlap, answer);
     case 3:
-      return attempt<Scan, kEdge, kVertex>(p, q, by_p, by_q, length, reversed, overlap, answer);
+      return attempt<Scan, kEdge, kVertex>(a, b, by_a, by_b, length, to_a, to_b, overlap, answer);
     case 4:
-      return attempt<Scan, kEdge, kEdge>(p, q, by_p, by_q, length, reversed, overlap, answer);
+      return attempt_edges<Scan>(a, b, by_a, by_b, length, overlap, answer);
     case 6:
-      return attempt<Scan, kFace, kVertex>(p, q, by_p, by_q, length, reversed, overlap, answer);
+      return attempt<Scan, kFace, kVertex>(a, b, by_a, by_b, length, to_a, to_b, overlap, answer);
     default:
       return Trial::Undecided;
   }
 }
 
 #ifdef QUOIN_WIDE_LANES
-QUOIN_AVX512 [[gnu::flatten]] Trial try_512(const Polyhedron& p, const Polyhedron& q,
-                                            const Carrier& by_p, const Carrier& by_q,
-                                            const Lengths& length, bool reversed,
-                                            const Overlap* overlap, NearestFeatures& answer) {
-  return try_kinds<Scan512>(p, q, by_p, by_q, length, reversed, overlap, answer);
+QUOIN_AVX512 [[gnu::flatten]] Trial try_512(const Polyhedron& a, const Polyhedron& b,
+                                            const Carrier& by_a, const Carrier& by_b,
+                                            const Lengths& length, const Overlap* overlap,
+                                            NearestFeatures& answer) {
+  return try_kinds<Scan512>(a, b, by_a, by_b, length, overlap, answer);
 }
-QUOIN_AVX2 [[gnu::flatten]] Trial try_256(const Polyhedron& p, const Polyhedron& q,
-                                          const Carrier& by_p, const Carrier& by_q,
-                                          const Lengths& length, bool reversed,
-                                          const Overlap* overlap, NearestFeatures& answer) {
-  return try_kinds<Scan256>(p, q, by_p, by_q, length, reversed, overlap, answer);
+QUOIN_AVX2 [[gnu::flatten]] Trial try_256(const Polyhedron& a, const Polyhedron& b,
+                                          const Carrier& by_a, const Carrier& by_b,
+                                          const Lengths& length, const Overlap* overlap,
+                                          NearestFeatures& answer) {
+  return try_kinds<Scan256>(a, b, by_a, by_b, length, overlap, answer);
 }
 #endif
 
 }  // namespace
 
-Trial try_ordinary(const Polyhedron& p, const Polyhedron& q, const Carrier& by_p,
-                   const Carrier& by_q, const Lengths& length, bool reversed,
-                   const Overlap* overlap, NearestFeatures& answer) {
+Trial try_ordinary(const Polyhedron& a, const Polyhedron& b, const Carrier& by_a,
+                   const Carrier& by_b, const Lengths& length, const Overlap* overlap,
+                   NearestFeatures& answer) {
 #ifdef QUOIN_WIDE_LANES
-  if (has_avx512() && !few_vertices(p, q))
-    return try_512(p, q, by_p, by_q, length, reversed, overlap, answer);
-  if (has_avx2()) return try_256(p, q, by_p, by_q, length, reversed, overlap, answer);
+  if (has_avx512() && !few_vertices(a, b))
+    return try_512(a, b, by_a, by_b, length, overlap, answer);
+  if (has_avx2()) return try_256(a, b, by_a, by_b, length, overlap, answer);
 #endif
-  return try_kinds<PlainScan>(p, q, by_p, by_q, length, reversed, overlap, answer);
+  return try_kinds<PlainScan>(a, b, by_a, by_b, length, overlap, answer);
 }
 
+/// Without branches on what differs from pair to pair.
 bool hinted_carrier(const Polyhedron& polyhedron, const std::array<int, 4>& vertices, int face,
                     Carrier& carrier) {
-  const int count = polyhedron.vertex_count();
-  const int v = vertices[0], w = vertices[1];
-  if (v < 0 || v >= count) return false;
-  if (face >= 0 && face < polyhedron.topology().face_count()) {
-    carrier = {kFace, {}, face};
-    return true;
-  }
-  if (vertices[2] >= 0 || w >= count) return false;
-  carrier = w > v ? Carrier{kEdge, {v, w}, -1} : Carrier{kVertex, {v, v}, -1};
-  return true;
+  const auto below = [](int k, int count) {
+    return static_cast<int>(static_cast<unsigned>(k) < static_cast<unsigned>(count));
+  };
+  const int count = polyhedron.vertex_count(), v = vertices[0], w = vertices[1];
+  const int has_face = below(face, polyhedron.topology().face_count());
+  const int more = static_cast<int>(w > v);
+  carrier.kind = static_cast<FeatureKind>(2 * has_face | (more & ~has_face));
+  carrier.vertices = {v, std::max(v, w)};
+  carrier.face = face | (has_face - 1);
+  const int few = static_cast<int>(vertices[2] < 0) & static_cast<int>(w < count);
+  return (below(v, count) & (has_face | few)) != 0;
 }
 
 bool corner_carrier(const Polyhedron& polyhedron, const std::array<int, 4>& corners,

@@ -39,11 +39,11 @@ enum class Trial {
   Undecided  ///< not ordinary, or too close to call
 };
 
-/// Tries two carriers; fills all of the answer but `iterations`, in the names of the caller:
-/// `reversed` when Q is his A; `overlap`: null for solids apart.
-Trial try_ordinary(const Polyhedron& p, const Polyhedron& q, const Carrier& by_p,
-                   const Carrier& by_q, const Lengths& length, bool reversed,
-                   const Overlap* overlap, NearestFeatures& answer);
+/// Tries two carriers; fills all of the answer but `iterations`. `overlap`: null for solids apart.
+/// Swapping A and B changes no bit.
+Trial try_ordinary(const Polyhedron& a, const Polyhedron& b, const Carrier& by_a,
+                   const Carrier& by_b, const Lengths& length, const Overlap* overlap,
+                   NearestFeatures& answer);
 
 /// The carrier that a hint names for one solid; false: none of the three kinds.
 bool hinted_carrier(const Polyhedron& polyhedron, const std::array<int, 4>& vertices, int face,

@@ -148,6 +148,13 @@ void Topology::add_edges() {
     edge_faces_.push_back({halves[i].face, halves[i + 1].face});
     i = j;
   }
+  if (vertex_count_ > kFewVertices) return;
+  edge_between_.assign(index(vertex_count_ * vertex_count_), -1);
+  for (int e = 0; e < edge_count(); ++e) {
+    const auto [v, w] = edge(e);
+    edge_between_[index(v * vertex_count_ + w)] = edge_between_[index(w * vertex_count_ + v)] =
+        static_cast<std::int16_t>(e);
+  }
 }
 
 void Topology::add_neighbours() {
@@ -198,7 +205,7 @@ void Topology::find_brick() {
   brick_[7] = other_neighbour(3, 5, 1);
 }
 
-int Topology::find_edge(int v, int w) const {
+int Topology::search_edge(int v, int w) const {
   const std::span<const int> row = neighbours(v);
   for (std::size_t k = 0; k < row.size(); ++k) {  // a handful: quicker than to halve
     if (row[k] == w) return vertex_edges(v)[k];

@@ -272,9 +272,24 @@ QUOIN_AVX2 inline void beyond_256(const Rows& rows, const Vector3& d, double val
   }
 }
 
+/// `Fours`: of four vertices.
+template <int Fours>
+QUOIN_AVX2 int count_of_few(const Rows& rows, const Wide256& wide, __m256d limit) {
+  std::uint32_t reached = 0;
+  for (int k = 0; k < Fours; ++k) {
+    const __m256d hit = _mm256_cmp_pd(wide.along(rows, 4 * k), limit, _CMP_GE_OQ);
+    reached |= static_cast<std::uint32_t>(_mm256_movemask_pd(hit)) << 4 * k;
+  }
+  return std::popcount(reached & (~std::uint32_t{0} >> (32 - rows.count)));
+}
+
 QUOIN_AVX2 inline int count_256(const Rows& rows, const Vector3& d, double value) {
   const Wide256 wide(d);
   const __m256d limit = _mm256_set1_pd(value);
+  if (rows.padded == 8) return count_of_few<2>(rows, wide, limit);
+  if (rows.padded == 16) return count_of_few<4>(rows, wide, limit);
+  if (rows.padded == 24) return count_of_few<6>(rows, wide, limit);
+  if (rows.padded == 32) return count_of_few<8>(rows, wide, limit);
   int count = 0;
   for (int v = 0; v < rows.count; v += 4)
     count += __builtin_popcount(wide.reaching(rows, v, limit));

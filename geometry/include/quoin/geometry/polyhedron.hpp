@@ -59,7 +59,10 @@ class Topology {
   std::span<const int> vertex_faces(int v) const {
     return row(vertex_faces_, vertex_face_start_, v);
   }
-  int find_edge(int v, int w) const;  ///< index, or -1
+  /// The edge between v and w, or -1.
+  int find_edge(int v, int w) const {
+    return edge_between_.empty() ? search_edge(v, w) : edge_between_[index(v * vertex_count_ + w)];
+  }
   /// Of a solid with the faces of a brick: its vertices in the order of their places, bit k of
   /// which says that a vertex lies across edge k of vertex 0. Empty for others.
   std::span<const int> brick() const { return brick_; }
@@ -73,8 +76,11 @@ class Topology {
   void add_edges();
   void add_neighbours();
   void find_brick();
+  int search_edge(int v, int w) const;
 
+  static constexpr int kFewVertices = 64;  // for so many a table is worth its memory
   int vertex_count_ = 0;
+  std::vector<std::int16_t> edge_between_;  // vertex_count × vertex_count, of few vertices
   std::vector<int> face_start_, face_vertices_, face_sets_, face_edges_, face_neighbours_;
   std::vector<std::array<int, 2>> edges_, edge_faces_;
   std::vector<int> neighbour_start_, neighbours_, neighbour_edges_;
