@@ -128,22 +128,24 @@ bool reduce(Simplex& simplex) {
   return true;
 }
 
-int name_p(const SimplexRows& rows, int lane) {
-  return static_cast<int>(std::bit_cast<long long>(rows.names[lane]) & 0x7fffffff);
-}
-int name_q(const SimplexRows& rows, int lane) {
-  return static_cast<int>(std::bit_cast<long long>(rows.names[lane]) >> 32);
+int name_p(double name) { return static_cast<int>(std::bit_cast<long long>(name) & 0x7fffffff); }
+int name_q(double name) { return static_cast<int>(std::bit_cast<long long>(name) >> 32); }
+
+Corner corner_of(const NewCorner& corner) {
+  const double name = corner.name[0];
+  return {{corner.w.x[0], corner.w.y[0], corner.w.z[0]}, name_p(name), name_q(name)};
 }
 
 /// Some corners in the order of their lanes, the newest first; the last one fills what is left.
-SimplexRows rows_of(const Simplex& simplex) {
+SimplexRows rows_of(const Simplex& simplex, const Vector3& apart) {
   SimplexRows rows;
   for (int lane = 0; lane < 4; ++lane) {
     const int k = lane == 3 ? 0 : std::min(lane, simplex.size - 1);
     const Corner& corner = simplex.corners[static_cast<std::size_t>(k)];
-    rows.w.x[lane] = corner.w.x();
-    rows.w.y[lane] = corner.w.y();
-    rows.w.z[lane] = corner.w.z();
+    const Vector3 offset = corner.w - apart;
+    rows.offset.x[lane] = offset.x();
+    rows.offset.y[lane] = offset.y();
+    rows.offset.z[lane] = offset.z();
     rows.names[lane] = corner_name(corner.p, corner.q)[0];
   }
   rows.edges = (1u << simplex.size) - 1u;
@@ -152,17 +154,17 @@ SimplexRows rows_of(const Simplex& simplex) {
 }
 
 /// The same step by distances, where signs leave it open: flat simplices.
-[[gnu::noinline]] Carried take_corner_by_distance(const Corner& corner, SimplexRows& rows,
-                                                  Direction& towards) {
+[[gnu::noinline]] Carried take_corner_by_distance(const Corner& corner, const Vector3& apart,
+                                                  SimplexRows& rows, Direction& towards) {
   Simplex simplex;
   for (int lane = 3; lane-- > 0;) {
     if ((rows.edges >> lane & 1u) == 0) continue;
-    const Vector3 w(rows.w.x[lane], rows.w.y[lane], rows.w.z[lane]);
-    simplex.push_front({w, name_p(rows, lane), name_q(rows, lane)});
+    const Vector3 offset(rows.offset.x[lane], rows.offset.y[lane], rows.offset.z[lane]);
+    simplex.push_front({offset + apart, name_p(rows.names[lane]), name_q(rows.names[lane])});
   }
   simplex.push_front(corner);
   if (!reduce(simplex)) return Carried::Inside;
-  rows = rows_of(simplex);
+  rows = rows_of(simplex, apart);
   const Vector3& v = simplex.direction;
   towards = {v.x(), v.y(), v.z(), simplex.size == 3 ? 0.0 : 1.0};
   return Carried::Found;
@@ -172,30 +174,35 @@ SimplexRows rows_of(const Simplex& simplex) {
 void name_corners(const SimplexRows& rows, FastResult& result) {
   static constexpr std::array<unsigned char, 8> kFirst{0, 0, 0, 0, 0, 2, 1, 0},
       kCount{0, 1, 1, 2, 1, 2, 2, 3}, kLanes{0, 1, 2, 0, 1, 0, 0, 0};
-  std::array<long long, 4> names;
+  std::array<double, 4> names;
   std::memcpy(names.data(), &rows.names, sizeof(names));
   for (std::size_t k = 0; k < 3; ++k) {
-    const long long name = names[kLanes[kFirst[rows.edges] + k]];
-    result.p[k] = static_cast<int>(name & 0x7fffffff);
-    result.q[k] = static_cast<int>(name >> 32);
+    const double name = names[kLanes[kFirst[rows.edges] + k]];
+    result.p[k] = name_p(name);
+    result.q[k] = name_q(name);
   }
   result.corners = kCount[rows.edges];
 }
 
-/// q_j - p_i from the rows that the scans have read; `apart`: between the origins of the rows.
-FourVectors difference(const Rows& p, int i, const Rows& q, int j, const Vector3& apart) {
-  return {four(q.x[j] - p.x[i] + apart.x()), four(q.y[j] - p.y[i] + apart.y()),
-          four(q.z[j] - p.z[i] + apart.z())};
+/// From the rows that the scans have read; `apart`: between their origins.
+template <class Flags>
+NewCorner new_corner(const Rows& p, const Rows& q, const PairSupport& both, const Vector3& apart) {
+  const int i = both.p.vertex, j = both.q.vertex;
+  const FourVectors offset{Flags::spread(q.x[j]) - Flags::spread(p.x[i]),
+                           Flags::spread(q.y[j]) - Flags::spread(p.y[i]),
+                           Flags::spread(q.z[j]) - Flags::spread(p.z[i])};
+  const FourVectors between{four(apart.x()), four(apart.y()), four(apart.z())};
+  return {offset + between, offset, corner_name(i, j)};
 }
 
-/// What a direction says of the nearest point.
+/// What a direction says of the nearest point. `newest`: one of the corners that carry it.
 struct Reach {
   double along;           // of the corners along the direction
   double squared_length;  // of the direction
   double squared_distance;
 
-  Reach(const SimplexRows& rows, const Direction& d)
-      : along(d.x * rows.w.x[3] + d.y * rows.w.y[3] + d.z * rows.w.z[3]),
+  Reach(const FourVectors& newest, const Direction& d)
+      : along(d.x * newest.x[0] + d.y * newest.y[0] + d.z * newest.z[0]),
         squared_length(d.x * d.x + d.y * d.y + d.z * d.z) {
     const bool normal = d.scale == 0.0;
     squared_distance =
@@ -210,12 +217,15 @@ FastResult search(const Polyhedron& p, const Polyhedron& q, const Vector3& direc
   FastResult result;
   const Rows rows_p(p), rows_q(q);
   const Vector3 apart = q.origin() - p.origin();
-  const PairSupport first = Scan::support_pair(rows_p, rows_q, direction);
+  const auto corner_along = [&](const Vector3& d) {
+    return new_corner<Flags>(rows_p, rows_q, Scan::support_pair(rows_p, rows_q, d), apart);
+  };
+  const NewCorner first = corner_along(direction);
   SimplexRows rows;
-  rows.w = difference(rows_p, first.p.vertex, rows_q, first.q.vertex, apart);
-  rows.names = corner_name(first.p.vertex, first.q.vertex);
-  Direction d{rows.w.x[0], rows.w.y[0], rows.w.z[0]};
-  Reach reach(rows, d);
+  rows.offset = first.offset;
+  rows.names = first.name;
+  Direction d{first.w.x[0], first.w.y[0], first.w.z[0]};
+  Reach reach(first.w, d);
   double before = std::numeric_limits<double>::infinity();
   bool inside = false;
   while (result.iterations < kMostSteps) {
@@ -224,36 +234,38 @@ FastResult search(const Polyhedron& p, const Polyhedron& q, const Vector3& direc
       result.outcome = FastOutcome::Overlapping;
       break;
     }
-    const PairSupport both = Scan::support_pair(rows_p, rows_q, Vector3(d.x, d.y, d.z));
-    const int i = both.p.vertex, j = both.q.vertex;
-    const FourVectors corner = difference(rows_p, i, rows_q, j, apart), edges = rows.w - corner;
-    const Four name = corner_name(i, j);
-    const double gain =
-        d.x * edges.x[3] + d.y * edges.y[3] + d.z * edges.z[3] - 4 * kEpsilon * reach.along;
+    const NewCorner corner = corner_along(Vector3(d.x, d.y, d.z));
+    const FourVectors to_newest = rows.offset - corner.offset;
+    const double nearer = d.x * to_newest.x[3] + d.y * to_newest.y[3] + d.z * to_newest.z[3];
+    const double gain = nearer - 4 * kEpsilon * reach.along;
     const bool no_gain =
         !(gain > 0.0) | (gain * gain <= rounding * rounding * reach.squared_length);
-    if (no_gain | has_corner<Flags>(rows, name) | !(reach.squared_distance < before)) {
+    if (no_gain | has_corner<Flags>(rows, corner.name) | !(reach.squared_distance < before)) {
       result.outcome = FastOutcome::Separated;  // as far as doubles go; the proof decides
       break;
     }
     before = reach.squared_distance;
-    Carried carried = take_corner<Flags>(corner, edges, name, rows, d);
+    Carried carried = Carried::Found;
+    if (rows.edges == 1) {
+      take_second_corner<Flags>(corner, rows, d);
+    } else {
+      carried = take_corner<Flags>(corner, rows, d);
+    }
     if (carried == Carried::Unclear) {
       SimplexRows other = rows;  // copies, so that the others stay in registers
       Direction towards = d;
-      carried =
-          take_corner_by_distance({{corner.x[0], corner.y[0], corner.z[0]}, i, j}, other, towards);
+      carried = take_corner_by_distance(corner_of(corner), apart, other, towards);
       rows = other;
       d = towards;
     }
     if (carried == Carried::Inside) {
       result.outcome = FastOutcome::Overlapping;
-      result.p[3] = i;
-      result.q[3] = j;
+      result.p[3] = name_p(corner.name[0]);
+      result.q[3] = name_q(corner.name[0]);
       inside = true;
       break;
     }
-    reach = Reach(rows, d);
+    reach = Reach(corner.w, d);
   }
   name_corners(rows, result);
   if (inside) result.corners = 4;
@@ -268,6 +280,11 @@ QUOIN_AVX512 [[gnu::flatten]] FastResult search_512(const Polyhedron& p, const P
                                                     const Vector3& direction, double rounding) {
   return search<Scan512>(p, q, direction, rounding);
 }
+/// With more registers than the next one.
+QUOIN_AVX512 [[gnu::flatten]] FastResult search_few(const Polyhedron& p, const Polyhedron& q,
+                                                    const Vector3& direction, double rounding) {
+  return search<Scan256>(p, q, direction, rounding);
+}
 QUOIN_AVX2 [[gnu::flatten]] FastResult search_256(const Polyhedron& p, const Polyhedron& q,
                                                   const Vector3& direction, double rounding) {
   return search<Scan256>(p, q, direction, rounding);
@@ -279,7 +296,10 @@ QUOIN_AVX2 [[gnu::flatten]] FastResult search_256(const Polyhedron& p, const Pol
 FastResult fast_nearest(const Polyhedron& p, const Polyhedron& q, const Vector3& direction,
                         double rounding) {
 #ifdef QUOIN_WIDE_LANES
-  if (has_avx512() && !few_vertices(p, q)) return search_512(p, q, direction, rounding);
+  if (has_avx512()) {
+    return few_vertices(p, q) ? search_few(p, q, direction, rounding)
+                              : search_512(p, q, direction, rounding);
+  }
   if (has_avx2()) return search_256(p, q, direction, rounding);
 #endif
   return search<PlainScan>(p, q, direction, rounding);

@@ -35,7 +35,7 @@ ClosedForm form_of(const Polyhedron& p, const Polyhedron& q, const Carrier& by_p
 
 /// By hand: the library's maximum becomes a branch, which could not be foreseen.
 double greater(double x, double y) {
-#if defined(__SSE2__)
+#ifdef QUOIN_WIDE_LANES
   return _mm_cvtsd_f64(_mm_max_pd(_mm_set1_pd(x), _mm_set1_pd(y)));
 #else
   return x > y ? x : y;

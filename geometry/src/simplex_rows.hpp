@@ -26,6 +26,12 @@ inline Four four(double value) { return Four{value, value, value, value}; }
 inline FourVectors operator-(const FourVectors& a, const FourVectors& b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
+inline FourVectors operator+(const FourVectors& a, const FourVectors& b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+inline FourVectors operator*(const FourVectors& a, const Four& factor) {
+  return {a.x * factor, a.y * factor, a.z * factor};
+}
 
 /// The first three numbers moved on by one.
 inline Four rotated(const Four& v) { return Four{v[1], v[2], v[0], v[0]}; }
@@ -46,6 +52,7 @@ struct PlainFlags {
   static Four either(const FourFlags& flags, const Four& yes, const Four& no) {
     return flags ? yes : no;
   }
+  static Four spread(const double& value) { return four(value); }
 };
 #ifdef QUOIN_WIDE_LANES
 struct WideFlags {
@@ -55,6 +62,7 @@ struct WideFlags {
   QUOIN_AVX2 static Four either(const FourFlags& flags, const Four& yes, const Four& no) {
     return _mm256_blendv_pd(no, yes, reinterpret_cast<__m256d>(flags));
   }
+  QUOIN_AVX2 static Four spread(const double& value) { return _mm256_broadcast_sd(&value); }
 };
 #endif
 
@@ -86,11 +94,18 @@ struct Direction {
   double scale = 1.0;
 };
 
-/// Up to three corners q_j - p_i that carry the nearest point, in the first three lanes. Where they
-/// are fewer, corners stand twice.
+/// A corner q_j - p_i in all lanes, and less what parts the origins of the rows, in which it is
+/// known sooner; its name: j and i, as bits.
+struct NewCorner {
+  FourVectors w, offset;
+  Four name;
+};
+
+/// Up to three corners that carry the nearest point, in the first three lanes. Where they are
+/// fewer, corners stand twice.
 struct SimplexRows {
-  FourVectors w;                      // the last lane: the newest corner
-  Four names;                         // j and i, as bits
+  FourVectors offset;  // the last lane: the newest corner
+  Four names;
   unsigned edges = 1, triangles = 0;  // lanes that are corners of their own; these and the next one
 };
 
@@ -107,15 +122,38 @@ bool has_corner(const SimplexRows& rows, const Four& name) {
 
 enum class Carried : std::uint8_t { Found, Inside, Unclear };
 
+template <class Flags>
+void renew(const FourFlags& kept, const NewCorner& a, SimplexRows& rows) {
+  rows.offset = {Flags::either(kept, rows.offset.x, a.offset.x),
+                 Flags::either(kept, rows.offset.y, a.offset.y),
+                 Flags::either(kept, rows.offset.z, a.offset.z)};
+  rows.names = Flags::either(kept, rows.names, a.name);
+}
+
+/// Takes up a second corner: the step below for one edge, from which less has to be waited for.
+template <class Flags>
+[[gnu::always_inline]] inline void take_second_corner(const NewCorner& a, SimplexRows& rows,
+                                                      Direction& towards) {
+  const FourVectors e = rows.offset - a.offset;
+  const Four along = -dot(a.w, e), square = dot(e, e);
+  const FourFlags before = along > Four{};
+  const FourVectors upright = a.w * square + e * along;
+  towards = {Flags::either(before, upright.x, a.w.x)[0], Flags::either(before, upright.y, a.w.y)[0],
+             Flags::either(before, upright.z, a.w.z)[0],
+             Flags::either(before, square, four(1.0))[0]};
+  renew<Flags>(before & FourFlags{-1, 0, 0, 0}, a, rows);
+  const unsigned lanes = Flags::of_four(before);
+  rows.edges = 1 | (lanes & 2);
+  rows.triangles = lanes & 1;
+}
+
 /// Takes up a corner that is nearer than all that the others span, and lets those go that no longer
 /// carry the nearest point. With the new corner a, each other corner makes an edge, each two of
 /// them a triangle. A triangle carries the point when the origin is beside it on its outer side and
 /// over neither of its edges' outer sides, an edge when it is beyond it in both triangles, a when
-/// it is before no edge. `e`: from a to the corners; `towards`: the nearest point. Not `Found`:
-/// nothing has changed.
+/// it is before no edge. `towards`: the nearest point. Not `Found`: nothing has changed.
 template <class Flags>
-[[gnu::always_inline]] inline Carried take_corner(const FourVectors& a, const FourVectors& e,
-                                                  const Four& name, SimplexRows& rows,
+[[gnu::always_inline]] inline Carried take_corner(const NewCorner& a, SimplexRows& rows,
                                                   Direction& towards) {
   struct Pick {
     FourFlags kept;
@@ -131,13 +169,15 @@ template <class Flags>
                                                {},
                                                {FourFlags{0, 0, 0, 0}, 1, 0}}};
   const Four zero{};
-  const FourVectors f = rotated(e), normal = cross(e, f), moment = cross(a, e);
-  const Four along = -dot(a, e), height = dot(normal, a), volume = dot(normal, rotated(f));
+  const FourVectors next = rotated(rows.offset);
+  const FourVectors e = rows.offset - a.offset, f = next - a.offset, g = rotated(next) - a.offset;
+  const FourVectors normal = cross(e, f);
+  const Four along = -dot(a.w, e), height = dot(normal, a.w), volume = dot(normal, g);
   const unsigned before = Flags::of_four(along > zero);
-  const unsigned inside_e = Flags::of_four(dot(normal, moment) > zero);
-  const unsigned inside_f = Flags::of_four(dot(normal, rotated(moment)) < zero);
+  const unsigned inside_e = Flags::of_four(dot(normal, cross(a.w, e)) > zero);
+  const unsigned inside_f = Flags::of_four(dot(normal, cross(a.w, f)) < zero);
   const unsigned inner = Flags::of_four(height * volume < zero);
-  const unsigned whole = static_cast<unsigned>(rows.triangles == 7);
+  const auto whole = static_cast<unsigned>(rows.triangles == 7);
   const unsigned outer = ~(inner & (0u - whole));
   const unsigned beside_e = rows.triangles & inside_e, beside_f = rows.triangles & inside_f;
   const unsigned triangles = beside_e & beside_f & outer;
@@ -150,16 +190,13 @@ template <class Flags>
   const auto choice = static_cast<std::size_t>(std::countr_zero(carriers));
   const FourVectors across = along_sign(height, normal);
   const Four square = dot(e, e);
-  const FourVectors upright{a.x * square + e.x * along, a.y * square + e.y * along,
-                            a.z * square + e.z * along};
+  const FourVectors upright = a.w * square + e * along;
   const Pick& pick = kPicks[choice];
-  rows.w = {Flags::either(pick.kept, rows.w.x, a.x), Flags::either(pick.kept, rows.w.y, a.y),
-            Flags::either(pick.kept, rows.w.z, a.z)};
-  rows.names = Flags::either(pick.kept, rows.names, name);
+  renew<Flags>(pick.kept, a, rows);
   rows.edges = pick.edges;
   rows.triangles = pick.triangles;
-  towards = {chosen(across.x, upright.x, a.x, choice), chosen(across.y, upright.y, a.y, choice),
-             chosen(across.z, upright.z, a.z, choice), chosen(zero, square, four(1.0), choice)};
+  towards = {chosen(across.x, upright.x, a.w.x, choice), chosen(across.y, upright.y, a.w.y, choice),
+             chosen(across.z, upright.z, a.w.z, choice), chosen(zero, square, four(1.0), choice)};
   return Carried::Found;
 }
 

@@ -107,10 +107,24 @@ QUOIN_AVX512 inline Support support_of_32(const Rows& rows, const Wide512& wide)
   return {std::countr_zero(equal) & 31, _mm512_cvtsd_f64(greatest) + 0.0};
 }
 
+/// Up to 64, where the last block stands for those that are missing: its first place counts.
+QUOIN_AVX512 inline Support support_of_64(const Rows& rows, const Wide512& wide) {
+  __m512d value[8], most = value[0] = wide.along(rows, 0);
+  for (int k = 1; k < 8; ++k) {
+    value[k] = wide.along(rows, std::min(8 * k, rows.padded - 8));
+    most = _mm512_max_pd(most, value[k]);
+  }
+  most = greatest_lane(most);
+  std::uint64_t equal = 0;
+  for (int k = 0; k < 8; ++k) equal |= std::uint64_t{equal_lanes(value[k], most)} << 8 * k;
+  return {std::countr_zero(equal) & 63, _mm512_cvtsd_f64(most) + 0.0};
+}
+
 QUOIN_AVX512 inline Support support_512(const Rows& rows, const Wide512& wide) {
   if (rows.padded == 8) return support_of_eight(wide.along(rows, 0));
   if (rows.padded == 16) return support_of_16(rows, wide);
   if (rows.padded <= 32) return support_of_32(rows, wide);
+  if (rows.padded <= 64) return support_of_64(rows, wide);
   __m512d best = wide.along(rows, 0);
   // Two chains of blocks, even and odd, so that the comparisons do not wait for each other;
   // no branch hangs on the values.

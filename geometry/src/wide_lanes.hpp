@@ -1,23 +1,25 @@
 #pragma once
 /// Wide instructions chosen at run time: functions with one of the attributes below may use them,
 /// and are called only where the machine has them. Sums are written out, so that all variants of a
-/// function give the same bits. Private to the room.
+/// function give the same bits. Not for clang, which does not build the functions of one target
+/// into another: plain loops there. Private to the room.
 
-#if defined(__x86_64__) && defined(__GNUC__)
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
 #define QUOIN_WIDE_LANES
 #include <immintrin.h>
 // Of gcc 12's own header, its bug 105593:
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #pragma GCC diagnostic ignored "-Wuninitialized"
 
-#define QUOIN_AVX512 __attribute__((target("avx512f,avx512dq,fma")))
+#define QUOIN_AVX512 __attribute__((target("avx512f,avx512dq,avx512vl,fma")))
 #define QUOIN_AVX2 __attribute__((target("avx2,fma")))
 
 namespace quoin::geometry {
 
 inline bool has_avx2() { return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"); }
 inline bool has_avx512() {
-  return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && has_avx2();
+  return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+         __builtin_cpu_supports("avx512vl") && has_avx2();
 }
 }  // namespace quoin::geometry
 #endif

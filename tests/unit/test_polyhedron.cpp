@@ -61,6 +61,26 @@ TEST_CASE("topology: a face's vertices in ascending order, and the face across e
              .three_faces_at_vertices());
 }
 
+TEST_CASE("topology: edges are found between few vertices and between many") {
+  Random random(9);
+  for (const int count : {4, 64, 65, 100}) {
+    Points points(3, count);
+    for (int k = 0; k < count; ++k) points.col(k) = random.direction();
+    const Polyhedron solid = make_hull(points).polyhedron;
+    const Topology& topology = solid.topology();
+    REQUIRE(topology.vertex_count() == count);
+    int found = 0;
+    for (int v = 0; v < count; ++v) {
+      for (int w = 0; w < count; ++w) {
+        const int edge = topology.find_edge(v, w);
+        found += edge >= 0 ? 1 : 0;
+        if (edge >= 0) CHECK(topology.edge(edge) == std::array{std::min(v, w), std::max(v, w)});
+      }
+    }
+    CHECK(found == 2 * topology.edge_count());
+  }
+}
+
 TEST_CASE("topology: an open surface is refused and the edge named") {
   CHECK_THROWS_WITH(Topology(4, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}}), ContainsSubstring("edge 0-2"));
 }
