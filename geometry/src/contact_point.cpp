@@ -181,15 +181,14 @@ bool others_face(const Polyhedron& polyhedron, int face, const Vector3& outward)
 }
 
 /// Are two whole faces all there is within the band?
-bool faces_alone(const Polyhedron& p, const Polyhedron& q, const SharedPart& part, double band,
-                 double tolerance) {
+bool faces_alone(const Polyhedron& p, const Polyhedron& q, const SharedPart& part, double band) {
   const Vector3 &outward_p = part.plane.normal, outward_q = -outward_p;
   const auto alone = [band](const Polyhedron& solid, int face, const Vector3& outward,
                             const Support& top) {
     return only_these_beyond(solid, outward, top.value - band, solid.topology().face_set(face));
   };
-  if (band > tolerance && (!alone(p, part.face_p, outward_p, part.top_p) ||
-                           !alone(q, part.face_q, outward_q, part.top_q))) {
+  if (band > part.clear && (!alone(p, part.face_p, outward_p, part.top_p) ||
+                            !alone(q, part.face_q, outward_q, part.top_q))) {
     return false;
   }
   return faces_other(p, part.face_p, outward_p) && faces_other(q, part.face_q, outward_q) &&
@@ -342,6 +341,7 @@ void find_faces(const OrderedPair& ordered, const NearestFeatures& nearest, doub
       !carries_alone(q, faces.face_q, -ordered.normal, tolerance, faces.top_q)) {
     return part.reset();
   }
+  faces.clear = tolerance;
   faces.plane = ContactPlane(p.vertex(faces.top_p.vertex), ordered.normal);
   if (!lay_faces(p, q, nearest.gap, faces)) return part.reset();
   find_polygon(faces);
@@ -380,7 +380,7 @@ bool find_face_points(const OrderedPair& ordered, const NearestFeatures& nearest
     return false;
   }
   if (!part) find_faces(ordered, nearest, pair.tolerance, part);
-  if (!part || !faces_alone(ordered.p, ordered.q, *part, band, pair.tolerance)) return false;
+  if (!part || !faces_alone(ordered.p, ordered.q, *part, band)) return false;
   pair.type = ContactType::FaceFace;
   pair.kind_p = pair.kind_q = FeatureKind::Face;
   pair.plane = part->plane;

@@ -221,6 +221,8 @@ bool proves_optimum(const Polyhedron& p, const Polyhedron& q, const Carried& pla
   return (1.0 - ratio * ratio) * down - 2.0 * ratio * aside >= depth * (1.0 + ratio * ratio);
 }
 
+constexpr double kFarBelow = 1.0 / 16;  // of the smaller diameter; only speed hangs on it
+
 /// The plane of the proposed sets, when they carry it alone and no vertex lies between 0.5 and 64
 /// roundings below it: nothing is left to doubt but whether it is the best.
 bool straight_plane(const Polyhedron& p, const Polyhedron& q, const Lengths& length,
@@ -230,13 +232,19 @@ bool straight_plane(const Polyhedron& p, const Polyhedron& q, const Lengths& len
   plane.form = closed_form(p, q, plane.sets, guess, length.rounding);
   if (!plane.form.found) return false;
   plane.normal = plane.form.normal;
-  const double flat = kClearBelow * length.rounding;
-  if (!carried_alone(p, plane.normal, {plane.sets.p, flat, length.widest}, plane.support_p) ||
-      !carried_alone(q, -plane.normal, {plane.sets.q, flat, length.widest}, plane.support_q)) {
-    return false;
-  }
+  const auto alone = [&](double clear) {
+    const double flat = kClearBelow * length.rounding;
+    return carried_alone(p, plane.normal, {plane.sets.p, flat, clear}, plane.support_p) &&
+           carried_alone(q, -plane.normal, {plane.sets.q, flat, clear}, plane.support_q);
+  };
+  // Of two faces most often all other vertices lie far below: what the contact points will ask for.
+  const bool two_faces = plane.sets.face_p >= 0 && plane.sets.face_q >= 0;
+  const double far_below = two_faces ? kFarBelow * std::min(p.diameter(), q.diameter()) : 0.0;
+  const bool clearly = far_below > length.widest && alone(far_below);
+  if (!clearly && !alone(length.widest)) return false;
   plane.gap = plane.normal.dot(q.vertex(plane.support_q.vertex) - p.vertex(plane.support_p.vertex));
   lay_whole_faces(p, q, plane, optimum.faces);
+  if (optimum.faces) optimum.faces->clear = clearly ? far_below : length.widest;
   return true;
 }
 

@@ -49,7 +49,9 @@ Overlay append_shared_of_polygons(const PolygonRows& p, const PolygonRows& q, do
 /// contact points. Of other features only `corners` and `polygon` are filled.
 struct SharedPart {
   int face_p = -1, face_q = -1;
-  Support top_p, top_q;  ///< just the vertices of the faces are within tol of them
+  Support top_p, top_q;
+  double clear =
+      0.0;  ///< just the vertices of the faces are within this (at least tol) of the tops, m
   ContactPlane plane;
   PolygonRows p, q;
   SharedCorners corners;
