@@ -31,8 +31,8 @@ void narrow_sides(PolygonRows& rows) {
     low = std::min(low, rows.height[k]);
     high = std::max(high, rows.height[k]);
   }
-  rows.low = low;
-  rows.high = high;
+  rows.low = low + 0.0;
+  rows.high = high + 0.0;
 }
 
 void narrow_masks(const PolygonRows& corners, const PolygonRows& sides, double rounding,
@@ -56,50 +56,81 @@ void narrow_masks(const PolygonRows& corners, const PolygonRows& sides, double r
 
 #ifdef QUOIN_WIDE_LANES
 
-QUOIN_AVX512 inline __m512d along_512(const Vector3& a, const __m512d* step) {
-  const __m512d sum = _mm512_add_pd(_mm512_mul_pd(_mm512_set1_pd(a.x()), step[0]),
-                                    _mm512_mul_pd(_mm512_set1_pd(a.y()), step[1]));
-  return _mm512_add_pd(sum, _mm512_mul_pd(_mm512_set1_pd(a.z()), step[2]));
+QUOIN_AVX2 inline __m256d along_256(const Vector3& a, __m256d x, __m256d y, __m256d z) {
+  const __m256d sum = _mm256_add_pd(_mm256_mul_pd(_mm256_set1_pd(a.x()), x),
+                                    _mm256_mul_pd(_mm256_set1_pd(a.y()), y));
+  return _mm256_add_pd(sum, _mm256_mul_pd(_mm256_set1_pd(a.z()), z));
 }
 
-QUOIN_AVX512 void corners_512(const double* vertices, const ContactPlane& plane,
-                              PolygonRows& rows) {
-  for (int k = 0; k < rows.count; k += 8) {
-    const __m256i v = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(rows.vertex + k));
-    const __m256i place = _mm256_add_epi32(v, _mm256_add_epi32(v, v));
-    __m512d step[3];
-    for (int i = 0; i < 3; ++i) {
-      const __m512d x = _mm512_i32gather_pd(place, vertices + i, 8);
-      step[i] = _mm512_sub_pd(x, _mm512_set1_pd(plane.origin[i]));
+/// From four corners to the next ones; after the last comes the first.
+QUOIN_AVX2 inline __m256d to_next_256(const double* row, int k, int count) {
+  const __m256d here = _mm256_load_pd(row + k);
+  const __m256d after = _mm256_broadcast_sd(row + (k + 4 < count ? k + 4 : 0));
+  return _mm256_sub_pd(_mm256_blend_pd(_mm256_permute4x64_pd(here, 0x39), after, 8), here);
+}
+
+/// Four more lanes of corner 0.
+QUOIN_AVX2 inline void fill_256(PolygonRows& rows, int k) {
+  const __m256d none = _mm256_setzero_pd();
+  _mm256_store_pd(rows.x + k, _mm256_broadcast_sd(rows.x));
+  _mm256_store_pd(rows.y + k, _mm256_broadcast_sd(rows.y));
+  _mm256_store_pd(rows.height + k, _mm256_broadcast_sd(rows.height));
+  _mm256_store_pd(rows.side_x + k, none);
+  _mm256_store_pd(rows.side_y + k, none);
+  _mm256_store_pd(rows.length + k, none);
+}
+
+QUOIN_AVX2 inline double least_256(__m256d v) {
+  const __m128d half = _mm_min_pd(_mm256_castpd256_pd128(v), _mm256_extractf128_pd(v, 1));
+  return _mm_cvtsd_f64(_mm_min_sd(half, _mm_unpackhi_pd(half, half)));
+}
+
+QUOIN_AVX2 inline double greatest_256(__m256d v) {
+  const __m128d half = _mm_max_pd(_mm256_castpd256_pd128(v), _mm256_extractf128_pd(v, 1));
+  return _mm_cvtsd_f64(_mm_max_sd(half, _mm_unpackhi_pd(half, half)));
+}
+
+/// Corners and sides, four at a time, in registers: rows are read as they were written. (Gathers
+/// would be slower where the processor guards them.)
+QUOIN_AVX2 void lay_256(const double* vertices, const ContactPlane& plane, PolygonRows& rows) {
+  const __m256i three = _mm256_set_epi64x(0, -1, -1, -1);
+  const Vector3& origin = plane.origin;
+  __m256d low = _mm256_set1_pd(kInfinity), high = _mm256_set1_pd(-kInfinity);
+  for (int k = 0; k < rows.count; k += 4) {
+    __m256d corner[4];
+    for (int i = 0; i < 4; ++i) {
+      const int v = rows.vertex[k + i < rows.count ? k + i : 0];
+      corner[i] = _mm256_maskload_pd(vertices + 3 * v, three);
     }
-    _mm512_store_pd(rows.x + k, along_512(plane.axis_u, step));
-    _mm512_store_pd(rows.y + k, along_512(plane.axis_v, step));
-    _mm512_store_pd(rows.height + k, along_512(plane.normal, step));
+    const __m256d xz_01 = _mm256_unpacklo_pd(corner[0], corner[1]);
+    const __m256d xz_23 = _mm256_unpacklo_pd(corner[2], corner[3]);
+    const __m256d y_01 = _mm256_unpackhi_pd(corner[0], corner[1]);
+    const __m256d y_23 = _mm256_unpackhi_pd(corner[2], corner[3]);
+    const __m256d x =
+        _mm256_sub_pd(_mm256_permute2f128_pd(xz_01, xz_23, 0x20), _mm256_set1_pd(origin.x()));
+    const __m256d y =
+        _mm256_sub_pd(_mm256_permute2f128_pd(y_01, y_23, 0x20), _mm256_set1_pd(origin.y()));
+    const __m256d z =
+        _mm256_sub_pd(_mm256_permute2f128_pd(xz_01, xz_23, 0x31), _mm256_set1_pd(origin.z()));
+    const __m256d height = along_256(plane.normal, x, y, z);
+    _mm256_store_pd(rows.x + k, along_256(plane.axis_u, x, y, z));
+    _mm256_store_pd(rows.y + k, along_256(plane.axis_v, x, y, z));
+    _mm256_store_pd(rows.height + k, height);
+    low = _mm256_min_pd(low, height);
+    high = _mm256_max_pd(high, height);
   }
-}
-
-/// What stands one lane to the right; beyond the last block comes the first corner.
-QUOIN_AVX512 inline __m512d next_512(const double* row, int k, int count) {
-  const __m512d after = _mm512_load_pd(row + (k + 8 < count ? k + 8 : 0));
-  const __m512d here = _mm512_load_pd(row + k);
-  return _mm512_castsi512_pd(
-      _mm512_alignr_epi64(_mm512_castpd_si512(after), _mm512_castpd_si512(here), 1));
-}
-
-QUOIN_AVX512 void sides_512(PolygonRows& rows) {
-  __m512d low = _mm512_load_pd(rows.height), high = low;
-  for (int k = 0; k < rows.count; k += 8) {
-    const __m512d x = _mm512_sub_pd(next_512(rows.x, k, rows.count), _mm512_load_pd(rows.x + k));
-    const __m512d y = _mm512_sub_pd(next_512(rows.y, k, rows.count), _mm512_load_pd(rows.y + k));
-    _mm512_store_pd(rows.side_x + k, x);
-    _mm512_store_pd(rows.side_y + k, y);
-    const __m512d squared = _mm512_add_pd(_mm512_mul_pd(x, x), _mm512_mul_pd(y, y));
-    _mm512_store_pd(rows.length + k, _mm512_sqrt_pd(squared));
-    low = _mm512_min_pd(low, _mm512_load_pd(rows.height + k));
-    high = _mm512_max_pd(high, _mm512_load_pd(rows.height + k));
+  rows.low = least_256(low) + 0.0;  // one zero only: -0 would tell the variants apart
+  rows.high = greatest_256(high) + 0.0;
+  for (int k = 0; k < rows.count; k += 4) {
+    const __m256d side_x = to_next_256(rows.x, k, rows.count);
+    const __m256d side_y = to_next_256(rows.y, k, rows.count);
+    const __m256d squared =
+        _mm256_add_pd(_mm256_mul_pd(side_x, side_x), _mm256_mul_pd(side_y, side_y));
+    _mm256_store_pd(rows.side_x + k, side_x);
+    _mm256_store_pd(rows.side_y + k, side_y);
+    _mm256_store_pd(rows.length + k, _mm256_sqrt_pd(squared));
   }
-  rows.low = _mm512_reduce_min_pd(low);
-  rows.high = _mm512_reduce_max_pd(high);
+  if ((rows.count + 3) / 4 % 2 != 0) fill_256(rows, (rows.count + 3) / 4 * 4);
 }
 
 QUOIN_AVX512 inline void masks_512(const PolygonRows& corners, const PolygonRows& sides,
@@ -181,11 +212,7 @@ QUOIN_AVX2 void both_256(const PolygonRows& p, const PolygonRows& q, double roun
 void lay_corners(const Polyhedron& polyhedron, const ContactPlane& plane, PolygonRows& rows) {
   const double* const vertices = polyhedron.vertices().data();
 #ifdef QUOIN_WIDE_LANES
-  if (has_avx512()) {
-    std::fill(rows.vertex + rows.count, rows.vertex + rows.filled(), rows.vertex[0]);
-    corners_512(vertices, plane, rows);
-    return sides_512(rows);
-  }
+  if (has_avx2()) return lay_256(vertices, plane, rows);
 #endif
   narrow_corners(vertices, plane, rows);
   find_sides(rows);
@@ -198,16 +225,14 @@ void find_sides(PolygonRows& rows) {
     rows.height[k] = rows.height[0];
     rows.side_x[k] = rows.side_y[k] = rows.length[k] = 0.0;
   }
-#ifdef QUOIN_WIDE_LANES
-  if (has_avx512()) return sides_512(rows);
-#endif
   narrow_sides(rows);
 }
 
 void find_side_masks(const PolygonRows& p, const PolygonRows& q, double rounding, SideMasks& of_p,
                      SideMasks& of_q) {
 #ifdef QUOIN_WIDE_LANES
-  if (has_avx512()) return both_512(p, q, rounding, of_p, of_q);
+  const bool few = std::max(p.count, q.count) <= 4;
+  if (has_avx512() && !few) return both_512(p, q, rounding, of_p, of_q);
   if (has_avx2()) return both_256(p, q, rounding, of_p, of_q);
 #endif
   narrow_masks(p, q, rounding, of_p);
