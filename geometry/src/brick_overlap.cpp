@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "eight_lanes.hpp"
+#include "four_lanes.hpp"
 
 namespace quoin::geometry {
 namespace {
@@ -66,32 +66,32 @@ struct Directions {
   Vector3 edge(std::size_t k) const { return {x[k], y[k], z[k]}; }
 };
 
-/// How far the bricks overlap along eight of the directions, and at least so far, m.
-template <class Eight>
+/// How far the bricks overlap along four of the directions, and at least so far, m.
+template <class Lanes>
 void find_overlaps(const Directions& edges, std::size_t first, const Vector3& across, double reach,
                    double* overlap, double* sure) {
-  const auto all = [](double value) { return Eight::all(value); };
-  const auto size = [&](const Eight& v) { return v.larger(all(0.0) - v); };
+  const auto all = [](double value) { return Lanes::all(value); };
+  const auto size = [&](const Lanes& v) { return v.larger(all(0.0) - v); };
   const std::uint16_t *const u = &Directions::kFirst[first], *const v = &Directions::kSecond[first];
-  const Eight ux = Eight::picked(edges.x.data(), u), vx = Eight::picked(edges.x.data(), v);
-  const Eight uy = Eight::picked(edges.y.data(), u), vy = Eight::picked(edges.y.data(), v);
-  const Eight uz = Eight::picked(edges.z.data(), u), vz = Eight::picked(edges.z.data(), v);
-  const Eight x = uy * vz - uz * vy, y = uz * vx - ux * vz, z = ux * vy - uy * vx;
+  const Lanes ux = Lanes::picked(edges.x.data(), u), vx = Lanes::picked(edges.x.data(), v);
+  const Lanes uy = Lanes::picked(edges.y.data(), u), vy = Lanes::picked(edges.y.data(), v);
+  const Lanes uz = Lanes::picked(edges.z.data(), u), vz = Lanes::picked(edges.z.data(), v);
+  const Lanes x = uy * vz - uz * vy, y = uz * vx - ux * vz, z = ux * vy - uy * vx;
   const auto along = [&](double a, double b, double c) {
     return size(x * all(a) + y * all(b) + z * all(c));
   };
-  Eight sum = all(0.0) - along(across.x(), across.y(), across.z());
+  Lanes sum = all(0.0) - along(across.x(), across.y(), across.z());
   for (std::size_t k = 0; k < 6; ++k) sum = sum + along(edges.x[k], edges.y[k], edges.z[k]);
-  const Eight squared = x * x + y * y + z * z;
-  const Eight whole = (ux * ux + uy * uy + uz * uz) * (vx * vx + vy * vy + vz * vz);
-  const Eight inverse = all(1.0) / squared.root();
-  const Eight depth = sum * inverse;
-  const Eight cancelled = whole * (inverse * inverse);
+  const Lanes squared = x * x + y * y + z * z;
+  const Lanes whole = (ux * ux + uy * uy + uz * uz) * (vx * vx + vy * vy + vz * vz);
+  const Lanes inverse = all(1.0) / squared.root();
+  const Lanes depth = sum * inverse;
+  const Lanes cancelled = whole * (inverse * inverse);
   depth.store(overlap);
   (depth - all(kEpsilon * reach) * (all(8.0) + cancelled)).store(sure);
 }
 
-template <class Eight>
+template <class Lanes>
 FastResult least_overlap(const Polyhedron& solid_p, const Polyhedron& solid_q, double rounding) {
   FastResult result;
   const Brick p(solid_p), q(solid_q);
@@ -99,18 +99,21 @@ FastResult least_overlap(const Polyhedron& solid_p, const Polyhedron& solid_q, d
   const double reach = across.norm() + solid_p.diameter() + solid_q.diameter();
   const Directions edges(p, q);
   alignas(64) double overlap[16], sure[16];
-  find_overlaps<Eight>(edges, 0, across, reach, overlap, sure);
-  find_overlaps<Eight>(edges, 8, across, reach, overlap + 8, sure + 8);
-  const double least = Eight::of(overlap).smaller(Eight::of(overlap + 8)).least();
-  const auto bits = [&](const double* row, double limit) {
-    const Eight beyond = Eight::all(limit);
-    return (beyond.below(Eight::of(row)) | beyond.below(Eight::of(row + 8)) << 8) &
-           Directions::kAll;
+  Lanes least_four = Lanes::all(std::numeric_limits<double>::infinity());
+  for (std::size_t k = 0; k < 16; k += 4) {
+    find_overlaps<Lanes>(edges, k, across, reach, overlap + k, sure + k);
+    least_four = least_four.smaller(Lanes::of(overlap + k));
+  }
+  const double least = least_four.least();
+  const auto beyond = [](const double* row, double limit) {
+    unsigned bits = 0;
+    for (int k = 0; k < 16; k += 4) bits |= Lanes::all(limit).below(Lanes::of(row + k)) << k;
+    return bits & Directions::kAll;
   };
-  const unsigned best = ~bits(overlap, least) & Directions::kAll;
+  const unsigned best = ~beyond(overlap, least) & Directions::kAll;
   const double error = 4 * (p.error + q.error), clear = 16 * rounding + error;
   if (!(least > clear) || !std::has_single_bit(best) ||
-      (bits(sure, least + clear) | best) != Directions::kAll) {
+      (beyond(sure, least + clear) | best) != Directions::kAll) {
     return result;
   }
   const auto lane = static_cast<std::size_t>(std::countr_zero(best));
@@ -137,7 +140,7 @@ FastResult least_overlap(const Polyhedron& solid_p, const Polyhedron& solid_q, d
 #ifdef QUOIN_WIDE_LANES
 QUOIN_AVX2 [[gnu::flatten]] FastResult overlap_256(const Polyhedron& p, const Polyhedron& q,
                                                    double rounding) {
-  return least_overlap<Eight256>(p, q, rounding);
+  return least_overlap<Lanes256>(p, q, rounding);
 }
 #endif
 
@@ -147,7 +150,7 @@ FastResult brick_overlap(const Polyhedron& p, const Polyhedron& q, double roundi
 #ifdef QUOIN_WIDE_LANES
   if (has_avx2()) return overlap_256(p, q, rounding);
 #endif
-  return least_overlap<PlainEight>(p, q, rounding);
+  return least_overlap<PlainLanes>(p, q, rounding);
 }
 
 }  // namespace quoin::geometry

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "double_double.hpp"
-#include "eight_lanes.hpp"
+#include "four_lanes.hpp"
 #include "support_lanes.hpp"
 
 namespace quoin::geometry {
@@ -20,7 +20,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// origin their inner sides, each ray from the origin meets one of them; so the least distance of a
 /// facet is a depth that the solids have at least. See geometry/README.md, "Least overlap".
 /// Facets are triangles, counter-clockwise seen from outside, their planes rows of numbers.
-template <class Scan, class Eight>
+template <class Scan, class Lanes>
 class Polytope {
  public:
   Polytope(const Polyhedron& p, const Polyhedron& q, double rounding)
@@ -49,7 +49,7 @@ class Polytope {
 
  private:
   static constexpr int kMostCorners = 96;
-  static constexpr int kMostFacets = 1024, kMostSides = 128;  // multiples of eight
+  static constexpr int kMostFacets = 1024, kMostSides = 128;  // multiples of four
   using Number = std::uint16_t;                               // of a corner or a facet
   using Three = std::array<Number, 3>;
 
@@ -63,7 +63,7 @@ class Polytope {
 
   static Number number(unsigned i) { return static_cast<Number>(i); }
   static Number number(int i) { return static_cast<Number>(i); }
-  static bool has(const auto& bits, int f) { return (bits[index(f / 8)] >> f % 8 & 1) != 0; }
+  static bool has(const auto& bits, int f) { return (bits[index(f / 4)] >> f % 4 & 1) != 0; }
   static std::size_t index(int i) { return static_cast<std::size_t>(i); }
   Three& corners_of(int f) { return facet_corners_[index(f)]; }
   Three& neighbours(int f) { return neighbours_[index(f)]; }
@@ -106,7 +106,7 @@ class Polytope {
     // The base as a cone over one side, with a facet of its own; then the cone over all three.
     if (!lay_planes(1, 2)) return false;
     corners_of(0) = {first, second, 2};
-    facet_count_ = 8;
+    facet_count_ = 4;
     from_ = {second, first, 2};
     facet_ = {0, 0, 0};
     place_ = {0, 2, 1};
@@ -155,7 +155,7 @@ class Polytope {
       neighbours(facet_[index(k)])[place_[index(k)]] = number(f);
     }
     const bool around = lay_planes(sides_, apex);
-    facet_count_ += (sides_ + 7) / 8 * 8;
+    facet_count_ += (sides_ + 3) / 4 * 4;
     return around;
   }
 
@@ -163,29 +163,29 @@ class Polytope {
   /// one turns its outer side to the origin.
   bool lay_planes(int count, int apex) {
     from_[index(sides_)] = from_[0];
-    std::fill_n(from_.begin() + sides_ + 1, 8, from_[0]);
+    std::fill_n(from_.begin() + sides_ + 1, 4, from_[0]);
     bool around = true;
-    for (int k = 0; k < count; k += 8) around &= lay_eight(k, std::min(8, count - k), apex);
+    for (int k = 0; k < count; k += 4) around &= lay_four(k, std::min(4, count - k), apex);
     return around;
   }
 
-  bool lay_eight(int first, int count, int apex) {
-    const auto all = [](double x) { return Eight::all(x); };
+  bool lay_four(int first, int count, int apex) {
+    const auto all = [](double x) { return Lanes::all(x); };
     const Number *const from = &from_[index(first)], *const to = from + 1;
-    const Eight ax = all(x_[apex]), ay = all(y_[apex]), az = all(z_[apex]);
-    const Eight ux = Eight::picked(x_, from) - ax, vx = Eight::picked(x_, to) - ax;
-    const Eight uy = Eight::picked(y_, from) - ay, vy = Eight::picked(y_, to) - ay;
-    const Eight uz = Eight::picked(z_, from) - az, vz = Eight::picked(z_, to) - az;
-    const Eight reach =
-        Eight::picked(length_, from).larger(Eight::picked(length_, to)).larger(all(length_[apex]));
-    const Eight x = uy * vz - uz * vy, y = uz * vx - ux * vz, z = ux * vy - uy * vx;
-    const Eight squared = x * x + y * y + z * z;
-    const Eight whole = (ux * ux + uy * uy + uz * uz) * (vx * vx + vy * vy + vz * vz);
-    const Eight inverse = all(1.0) / squared.root();
-    const Eight distance = (x * ax + y * ay + z * az) * inverse;
+    const Lanes ax = all(x_[apex]), ay = all(y_[apex]), az = all(z_[apex]);
+    const Lanes ux = Lanes::picked(x_, from) - ax, vx = Lanes::picked(x_, to) - ax;
+    const Lanes uy = Lanes::picked(y_, from) - ay, vy = Lanes::picked(y_, to) - ay;
+    const Lanes uz = Lanes::picked(z_, from) - az, vz = Lanes::picked(z_, to) - az;
+    const Lanes reach =
+        Lanes::picked(length_, from).larger(Lanes::picked(length_, to)).larger(all(length_[apex]));
+    const Lanes x = uy * vz - uz * vy, y = uz * vx - ux * vz, z = ux * vy - uy * vx;
+    const Lanes squared = x * x + y * y + z * z;
+    const Lanes whole = (ux * ux + uy * uy + uz * uz) * (vx * vx + vy * vy + vz * vz);
+    const Lanes inverse = all(1.0) / squared.root();
+    const Lanes distance = (x * ax + y * ay + z * az) * inverse;
     // By how much the products that made the normal have cancelled: at most 1 + a quarter of this.
-    const Eight cancelled = whole * (inverse * inverse);
-    const Eight sure = distance - all(kEpsilon) * reach * (all(2.5) + all(0.25) * cancelled);
+    const Lanes cancelled = whole * (inverse * inverse);
+    const Lanes sure = distance - all(kEpsilon) * reach * (all(2.5) + all(0.25) * cancelled);
     const unsigned there = (all(kNoArea * kNoArea) * whole).below(squared) & ((1u << count) - 1u);
     const unsigned slim = squared.below(all(kSlim * kSlim) * whole);
     const int f = facet_count_ + first;
@@ -194,13 +194,13 @@ class Polytope {
     (z * inverse).store(normal_z_ + f);
     distance.where(there, all(kInfinity)).store(distance_ + f);
     sure.where(there, all(kInfinity)).store(sure_ + f);
-    slim_[f / 8] = number(slim);
+    slim_[f / 4] = number(slim);
     return (there & ~slim & distance.below(all(-rounding_))) == 0;
   }
 
   /// The plane of a slim facet from exact differences.
   void lay_exactly(int f) {
-    slim_[f / 8] = number(slim_[f / 8] & ~(1 << f % 8));
+    slim_[f / 4] = number(slim_[f / 4] & ~(1 << f % 4));
     std::array<WideVector, 3> w;
     for (std::size_t k = 0; k < 3; ++k) {
       const int c = corners_of(f)[k];
@@ -231,35 +231,35 @@ class Polytope {
   }
 
   int least_facet() const {
-    Eight least = Eight::of(sure_);
-    for (int f = 8; f < facet_count_; f += 8) least = least.smaller(Eight::of(sure_ + f));
+    Lanes least = Lanes::of(sure_);
+    for (int f = 4; f < facet_count_; f += 4) least = least.smaller(Lanes::of(sure_ + f));
     const double sure = least.least();
     if (!(sure < kInfinity)) return -1;
     int f = 0;
     unsigned there;
-    while ((there = ~Eight::all(sure).below(Eight::of(sure_ + f)) & 0xffu) == 0) f += 8;
+    while ((there = ~Lanes::all(sure).below(Lanes::of(sure_ + f)) & 0xfu) == 0) f += 4;
     return f + std::countr_zero(there);
   }
 
-  /// The normals of eight facets along a vector.
-  Eight along(int f, const Vector3& v) const {
-    return Eight::of(normal_x_ + f) * Eight::all(v.x()) +
-           Eight::of(normal_y_ + f) * Eight::all(v.y()) +
-           Eight::of(normal_z_ + f) * Eight::all(v.z());
+  /// The normals of four facets along a vector.
+  Lanes along(int f, const Vector3& v) const {
+    return Lanes::of(normal_x_ + f) * Lanes::all(v.x()) +
+           Lanes::of(normal_y_ + f) * Lanes::all(v.y()) +
+           Lanes::of(normal_z_ + f) * Lanes::all(v.z());
   }
 
   /// Takes away the facets that see a new corner and hang together with the first. The sides around
   /// the hole come in order; false: they do not close.
   bool open(int first, const Vector3& w) {
-    std::array<Number, kMostFacets / 8> seeing;
-    for (int f = 0; f < facet_count_; f += 8) {
-      seeing[index(f / 8)] = number(Eight::of(distance_ + f).below(along(f, w)));
+    std::array<Number, kMostFacets / 4> seeing;
+    for (int f = 0; f < facet_count_; f += 4) {
+      seeing[index(f / 4)] = number(Lanes::of(distance_ + f).below(along(f, w)));
     }
     std::array<Step, kMostSides> stack;
     int height = 0;
     sides_ = 0;
     const auto take = [&](int f) {
-      taken_[index(f / 8)] = number(taken_[index(f / 8)] | 1 << f % 8);
+      taken_[index(f / 4)] = number(taken_[index(f / 4)] | 1 << f % 4);
       retire(f);
     };
     take(first);
@@ -292,9 +292,9 @@ class Polytope {
   void finish(int nearest, FastResult& result) {
     const Vector3 n = normal(nearest);
     const double limit = distance_[nearest] + 8 * rounding_;
-    for (int f = 0; f < facet_count_; f += 8) {  // another as good: for the exhaustive way to judge
-      const unsigned near = ~Eight::all(limit).below(Eight::of(distance_ + f));
-      if ((near & along(f, n).below(Eight::all(1.0 - 1e-9))) != 0) return;
+    for (int f = 0; f < facet_count_; f += 4) {  // another as good: for the exhaustive way to judge
+      const unsigned near = ~Lanes::all(limit).below(Lanes::of(distance_ + f));
+      if ((near & along(f, n).below(Lanes::all(1.0 - 1e-9))) != 0) return;
     }
     result.outcome = FastOutcome::Overlapping;
     result.normal = -n;
@@ -318,7 +318,7 @@ class Polytope {
   alignas(64) double normal_x_[kMostFacets], normal_y_[kMostFacets], normal_z_[kMostFacets];
   alignas(64) double distance_[kMostFacets];                   // of the planes from the origin, m
   alignas(64) double sure_[kMostFacets];                       // the same less their rounding
-  std::array<Number, kMostFacets / 8> slim_, taken_{};         // one bit a facet
+  std::array<Number, kMostFacets / 4> slim_, taken_{};         // one bit a facet
   std::array<Three, kMostFacets> facet_corners_, neighbours_;  // [k] lies across side k
   // The sides around a hole: their first corner, the facet beyond and which of its sides it is.
   int sides_ = 0;
@@ -328,11 +328,11 @@ class Polytope {
 #ifdef QUOIN_WIDE_LANES
 QUOIN_AVX512 [[gnu::flatten]] FastResult overlap_512(const Polyhedron& p, const Polyhedron& q,
                                                      const FastResult& start, double rounding) {
-  return Polytope<Scan512, Eight512>(p, q, rounding).grow(start);
+  return Polytope<Scan512, Lanes256>(p, q, rounding).grow(start);
 }
 QUOIN_AVX2 [[gnu::flatten]] FastResult overlap_256(const Polyhedron& p, const Polyhedron& q,
                                                    const FastResult& start, double rounding) {
-  return Polytope<Scan256, Eight256>(p, q, rounding).grow(start);
+  return Polytope<Scan256, Lanes256>(p, q, rounding).grow(start);
 }
 #endif
 
@@ -344,7 +344,7 @@ FastResult fast_overlap(const Polyhedron& p, const Polyhedron& q, const FastResu
   if (has_avx512()) return overlap_512(p, q, start, rounding);
   if (has_avx2()) return overlap_256(p, q, start, rounding);
 #endif
-  return Polytope<PlainScan, PlainEight>(p, q, rounding).grow(start);
+  return Polytope<PlainScan, PlainLanes>(p, q, rounding).grow(start);
 }
 
 }  // namespace quoin::geometry

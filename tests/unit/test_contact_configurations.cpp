@@ -404,3 +404,29 @@ TEST_CASE("configurations: of merged points the nearer one stays") {
     for (const ContactPoint& point : contact.points) CHECK_THAT(point.gap, WithinAbs(1e-3, 1e-12));
   }
 }
+
+TEST_CASE(
+    "configurations: points of flush faces hang on what else lies within reach, however asked") {
+  Random random(21);
+  for (const double height : {1.0, 0.2, 0.05, 1e-3}) {  // of the blocks, m
+    for (const double reach : {1e-6, 1e-3, 2e-2, 0.1, 0.5}) {
+      const Matrix3 turn = random.rotation();
+      const Polyhedron below =
+          transformed(make_box({0, 0, -height}, {1, 1, 0}), 1.0, turn, Vector3::Zero());
+      const Polyhedron above =
+          transformed(make_box({0.3, 0.2, 1e-7}, {1.3, 1.2, height}), 1.0, turn, Vector3::Zero());
+      std::vector<ContactPoint> together, apart;
+      const auto nearest =
+          append_contacts_within_reach({0, 1}, below, above, {.reach = reach}, {}, together);
+      append_contact_points({0, 1}, below, above, nearest, {.reach = reach - nearest.gap}, apart);
+      REQUIRE(together.size() == apart.size());
+      REQUIRE(together.size() == 4);
+      for (std::size_t k = 0; k < apart.size(); ++k) {
+        CHECK(together[k].key == apart[k].key);
+        CHECK(together[k].point_a == apart[k].point_a);
+        CHECK(together[k].point_b == apart[k].point_b);
+        CHECK(together[k].area == apart[k].area);
+      }
+    }
+  }
+}

@@ -49,7 +49,7 @@ TEST_CASE("the polytope finds the least overlap") {
     most = std::max(most, grown.iterations);
   }
   CHECK(found > 1000);
-  CHECK(most > 20);  // more facets than a few blocks of eight
+  CHECK(most > 20);  // many blocks of facets
 }
 
 TEST_CASE("several directions as good are left open") {

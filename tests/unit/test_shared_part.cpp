@@ -76,6 +76,41 @@ TEST_CASE("corners found in their order make the polygon that their hull makes")
   CHECK(in_order == 2000);
 }
 
+TEST_CASE("faces are laid as by the plain loop, to the bit, for any number of corners") {
+  tests::Random random(14);
+  for (int corners = 3; corners <= 40; ++corners) {
+    const Polyhedron p = prism(random, corners, random.point(-1, 1), -1, 0);
+    geometry::PolygonRows rows;
+    const std::span<const int> cycle = p.topology().face(face_towards(p, 1.0));
+    rows.count = static_cast<int>(cycle.size());
+    std::copy(cycle.begin(), cycle.end(), rows.vertex);
+    const geometry::ContactPlane plane(random.point(-1, 1), random.direction());
+    geometry::lay_corners(p, plane, rows);
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (int k = 0; k < rows.count; ++k) {
+      const Vector3 step = p.vertex(rows.vertex[k]) - plane.origin;
+      REQUIRE(rows.x[k] == geometry::along(plane.axis_u, step));
+      REQUIRE(rows.y[k] == geometry::along(plane.axis_v, step));
+      REQUIRE(rows.height[k] == geometry::along(plane.normal, step));
+      low = std::min(low, rows.height[k]);
+      high = std::max(high, rows.height[k]);
+    }
+    for (int k = 0; k < rows.count; ++k) {
+      const double x = rows.x[rows.next(k)] - rows.x[k], y = rows.y[rows.next(k)] - rows.y[k];
+      REQUIRE(rows.side_x[k] == x);
+      REQUIRE(rows.side_y[k] == y);
+      REQUIRE(rows.length[k] == std::sqrt(x * x + y * y));
+    }
+    for (int k = rows.count; k < rows.filled() - 1; ++k) {  // one corner more than once
+      REQUIRE(rows.x[k] == rows.x[0]);
+      REQUIRE(rows.y[k] == rows.y[0]);
+      REQUIRE(rows.length[k] == 0.0);
+    }
+    REQUIRE(rows.low == low);
+    REQUIRE(rows.high == high);
+  }
+}
+
 TEST_CASE("flush faces are in doubt, and their hull puts the corners in order") {
   SharedPart part;
   lay(geometry::make_box({0, 0, 0}, {2, 1, 1}), geometry::make_box({1, 0, 1}, {3, 1, 2}), part);
