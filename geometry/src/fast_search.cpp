@@ -218,7 +218,10 @@ FastResult search(const Polyhedron& p, const Polyhedron& q, const Vector3& direc
   const Rows rows_p(p), rows_q(q);
   const Vector3 apart = q.origin() - p.origin();
   const auto corner_along = [&](const Vector3& d) {
-    return new_corner<Flags>(rows_p, rows_q, Scan::support_pair(rows_p, rows_q, d), apart);
+    const PairSupport both = Scan::support_pair(rows_p, rows_q, d);
+    __builtin_prefetch(p.vertices().data() + 3 * both.p.vertex);  // for the closed form
+    __builtin_prefetch(q.vertices().data() + 3 * both.q.vertex);
+    return new_corner<Flags>(rows_p, rows_q, both, apart);
   };
   const NewCorner first = corner_along(direction);
   SimplexRows rows;

@@ -751,6 +751,7 @@ bool general_answer(const OrderedPair& pair, const SearchOptions& options, const
 }
 
 [[gnu::always_inline]] inline void fetch(const Polyhedron& polyhedron) {
+  __builtin_prefetch(&polyhedron.topology());
   fetch(polyhedron.offsets(), 3 * polyhedron.padded_count());
 }
 
