@@ -250,22 +250,6 @@ Trial try_ordinary(const Polyhedron& a, const Polyhedron& b, const Carrier& by_a
   return try_kinds<PlainScan>(a, b, by_a, by_b, length, overlap, answer);
 }
 
-/// Without branches on what differs from pair to pair.
-bool hinted_carrier(const Polyhedron& polyhedron, const std::array<int, 4>& vertices, int face,
-                    Carrier& carrier) {
-  const auto below = [](int k, int count) {
-    return static_cast<int>(static_cast<unsigned>(k) < static_cast<unsigned>(count));
-  };
-  const int count = polyhedron.vertex_count(), v = vertices[0], w = vertices[1];
-  const int has_face = below(face, polyhedron.topology().face_count());
-  const int more = static_cast<int>(w > v);
-  carrier.kind = static_cast<FeatureKind>(2 * has_face | (more & ~has_face));
-  carrier.vertices = {v, std::max(v, w)};
-  carrier.face = face | (has_face - 1);
-  const int few = static_cast<int>(vertices[2] < 0) & static_cast<int>(w < count);
-  return (below(v, count) & (has_face | few)) != 0;
-}
-
 bool corner_carrier(const Polyhedron& polyhedron, const std::array<int, 4>& corners,
                     Carrier& carrier) {
   const int u = corners[0], v = corners[1], w = corners[2];
