@@ -188,9 +188,9 @@ void name_corners(const SimplexRows& rows, FastResult& result) {
 template <class Flags>
 NewCorner new_corner(const Rows& p, const Rows& q, const PairSupport& both, const Vector3& apart) {
   const int i = both.p.vertex, j = both.q.vertex;
-  const FourVectors offset{Flags::spread(q.x[j]) - Flags::spread(p.x[i]),
-                           Flags::spread(q.y[j]) - Flags::spread(p.y[i]),
-                           Flags::spread(q.z[j]) - Flags::spread(p.z[i])};
+  const FourVectors offset{spread<Flags>(q.x[j]) - spread<Flags>(p.x[i]),
+                           spread<Flags>(q.y[j]) - spread<Flags>(p.y[i]),
+                           spread<Flags>(q.z[j]) - spread<Flags>(p.z[i])};
   const FourVectors between{four(apart.x()), four(apart.y()), four(apart.z())};
   return {offset + between, offset, corner_name(i, j)};
 }

@@ -49,22 +49,40 @@ struct PlainFlags {
   static unsigned of_four(const FourFlags& flags) {
     return static_cast<unsigned>((flags[0] & 1) | (flags[1] & 2) | (flags[2] & 4) | (flags[3] & 8));
   }
-  static Four either(const FourFlags& flags, const Four& yes, const Four& no) {
-    return flags ? yes : no;
+  static void choose(const FourFlags& flags, const Four& yes, const Four& no, Four& chosen) {
+    chosen = flags ? yes : no;
   }
-  static Four spread(const double& value) { return four(value); }
+  static void spread(const double& value, Four& all) { all = four(value); }
 };
 #ifdef QUOIN_WIDE_LANES
 struct WideFlags {
   QUOIN_AVX2 static unsigned of_four(const FourFlags& flags) {
     return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<__m256d>(flags)));
   }
-  QUOIN_AVX2 static Four either(const FourFlags& flags, const Four& yes, const Four& no) {
-    return _mm256_blendv_pd(no, yes, reinterpret_cast<__m256d>(flags));
+  QUOIN_AVX2 static void choose(const FourFlags& flags, const Four& yes, const Four& no,
+                                Four& chosen) {
+    chosen = _mm256_blendv_pd(no, yes, reinterpret_cast<__m256d>(flags));
   }
-  QUOIN_AVX2 static Four spread(const double& value) { return _mm256_broadcast_sd(&value); }
+  QUOIN_AVX2 static void spread(const double& value, Four& all) {
+    all = _mm256_broadcast_sd(&value);
+  }
 };
 #endif
+
+// Functions of different targets hand wide values on by reference only: they return them in
+// different places.
+template <class Flags>
+Four either(const FourFlags& flags, const Four& yes, const Four& no) {
+  Four chosen;
+  Flags::choose(flags, yes, no, chosen);
+  return chosen;
+}
+template <class Flags>
+Four spread(const double& value) {
+  Four all;
+  Flags::spread(value, all);
+  return all;
+}
 
 /// What belongs to one of three triangles (choice 0 to 2), of three edges (4 to 6) or to the newest
 /// corner (8).
@@ -124,23 +142,22 @@ enum class Carried : std::uint8_t { Found, Inside, Unclear };
 
 template <class Flags>
 void renew(const FourFlags& kept, const NewCorner& a, SimplexRows& rows) {
-  rows.offset = {Flags::either(kept, rows.offset.x, a.offset.x),
-                 Flags::either(kept, rows.offset.y, a.offset.y),
-                 Flags::either(kept, rows.offset.z, a.offset.z)};
-  rows.names = Flags::either(kept, rows.names, a.name);
+  rows.offset = {either<Flags>(kept, rows.offset.x, a.offset.x),
+                 either<Flags>(kept, rows.offset.y, a.offset.y),
+                 either<Flags>(kept, rows.offset.z, a.offset.z)};
+  rows.names = either<Flags>(kept, rows.names, a.name);
 }
 
 /// Takes up a second corner: the step below for one edge, from which less has to be waited for.
 template <class Flags>
-[[gnu::always_inline]] inline void take_second_corner(const NewCorner& a, SimplexRows& rows,
-                                                      Direction& towards) {
+void take_second_corner(const NewCorner& a, SimplexRows& rows, Direction& towards) {
   const FourVectors e = rows.offset - a.offset;
   const Four along = -dot(a.w, e), square = dot(e, e);
   const FourFlags before = along > Four{};
   const FourVectors upright = a.w * square + e * along;
-  towards = {Flags::either(before, upright.x, a.w.x)[0], Flags::either(before, upright.y, a.w.y)[0],
-             Flags::either(before, upright.z, a.w.z)[0],
-             Flags::either(before, square, four(1.0))[0]};
+  towards = {either<Flags>(before, upright.x, a.w.x)[0], either<Flags>(before, upright.y, a.w.y)[0],
+             either<Flags>(before, upright.z, a.w.z)[0],
+             either<Flags>(before, square, four(1.0))[0]};
   renew<Flags>(before & FourFlags{-1, 0, 0, 0}, a, rows);
   const unsigned lanes = Flags::of_four(before);
   rows.edges = 1 | (lanes & 2);
@@ -153,8 +170,7 @@ template <class Flags>
 /// over neither of its edges' outer sides, an edge when it is beyond it in both triangles, a when
 /// it is before no edge. `towards`: the nearest point. Not `Found`: nothing has changed.
 template <class Flags>
-[[gnu::always_inline]] inline Carried take_corner(const NewCorner& a, SimplexRows& rows,
-                                                  Direction& towards) {
+Carried take_corner(const NewCorner& a, SimplexRows& rows, Direction& towards) {
   struct Pick {
     FourFlags kept;
     unsigned edges, triangles;
