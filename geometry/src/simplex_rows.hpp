@@ -15,8 +15,8 @@
 namespace quoin::geometry {
 
 /// Four numbers side by side: the compiler makes of them what the machine has.
-using Four = double __attribute__((vector_size(32)));
-using FourFlags = long long __attribute__((vector_size(32)));  // 0 or -1
+using Four = double __attribute__((vector_size(32), aligned(16)));
+using FourFlags = long long __attribute__((vector_size(32), aligned(16)));  // 0 or -1
 
 struct FourVectors {
   Four x, y, z;
