@@ -88,7 +88,7 @@ Four spread(const double& value) {
 /// corner (8).
 inline double chosen(const Four& triangles, const Four& edges, const Four& newest,
                      std::size_t choice) {
-  const std::array<Four, 3> all{triangles, edges, newest};
+  const Four all[3] = {triangles, edges, newest};  // NOLINT: std::array drops the alignment
   double value;
   std::memcpy(&value, reinterpret_cast<const char*>(&all) + choice * sizeof(double),
               sizeof(double));
