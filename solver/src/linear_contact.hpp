@@ -38,7 +38,6 @@ struct LinearContact {
   Vector3 relative = Vector3::Zero();    ///< result: d, m
   Vector3 force = Vector3::Zero();       ///< result: f, N
   double bound = 0.0;                    ///< result: friction limit, N
-  double last_bound = 0.0;               ///< before the limits were last updated, N
   ContactMode mode = ContactMode::Open;  ///< result
 };
 

@@ -7,15 +7,31 @@
 namespace quoin::solver {
 namespace {
 
-constexpr double kRounding = 16.0 * std::numeric_limits<double>::epsilon();  // of a sum of 12 products
-constexpr double kFarResidual = 1e-2;  // a guess that far out says nothing about the contacts' modes
-constexpr int kLiveIterations = 8;     // then friction limits are frozen until the rest has converged
-constexpr double kAtRest = 10.0;  // tolerances: a guess this good needs no solve; one that is solved gets to 1
-constexpr int kFrozenIterations = 30;
-constexpr double kLastPush = 10.0;    // of the force tolerance: a multiplier update that is not needed
-constexpr double kStalledPush = 1e6;  // the same when gaps have stopped falling
-constexpr int kMostRaises = 6;  // each by 10: mass ratios of 1e6, with what augmentation is already
+constexpr double kRounding = 16.0 * std::numeric_limits<double>::epsilon();  // a sum of 12 products
+constexpr double kFarResidual = 1e-2;  // a guess that far out says nothing of the contacts' modes
+constexpr double kAtRest = 10.0;       // tolerances: a guess this good needs no solve; solved is 1
+constexpr double kLastPush = 10.0;     // of the force tolerance: an update that is not needed
+constexpr double kStalled = 0.9;       // of the last gap is left: then
+constexpr double kStalledPush = 1e6;   // of the force tolerance, and
+constexpr double kStalledGap = 10.0;   // of the gap tolerance is enough
+constexpr double kSlow = 0.5;          // of the last gap is left: augmentation is raised, by 10,
+constexpr double kFixed = 0.999;       // but not for gaps that no force can close
+constexpr int kMostRaises = 6;         // mass ratios of 1e6, with what augmentation is already
 constexpr double kNegligible = 1e-10;  // of the largest contact force: no friction worth following
+
+// Newton's method and the softness of contacts. Chosen on a sample of falling and standing arches,
+// tilted walls and heaps, rigid and deformable; twice or half of any of them took up to a tenth
+// more solves.
+constexpr int kMostSteps = 30;
+constexpr int kPatience = 5;       // steps, in which the residual must come down to
+constexpr double kProgress = 0.7;  // of what it was
+constexpr double kSoft = 1e-4;     // after full stiffness failed
+constexpr double kSofter = 0.1;    // after that failed, too
+constexpr double kSoftest = 1e-9;
+constexpr double kStiffer = 5.0;  // after it was solved in
+constexpr int kQuickSteps = 4;
+constexpr double kLooseResidual = 1e-4;  // while gaps are above the tolerance, at most, and
+constexpr double kLooseShare = 1e-2;     // of the residual that the last update left
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
@@ -50,7 +66,7 @@ void apply_assumed(LinearContact& c, double softness) {
 }
 
 /// Projects the trial force on what the contact can bear.   [Alart & Curnier 1991]
-void apply_law(LinearContact& c, bool live, double softness) {
+void apply_law(LinearContact& c, double softness) {
   const Vector3 trial = trial_force(c, softness);
   c.force = trial;
   c.mode = ContactMode::Stick;
@@ -58,7 +74,6 @@ void apply_law(LinearContact& c, bool live, double softness) {
   if (!(trial[0] > -c.tension)) {
     c.force.setZero();
     c.mode = ContactMode::Open;
-    if (live) c.bound = 0.0;
     return;
   }
   if (c.law == ContactLaw::Stuck) return;
@@ -67,22 +82,29 @@ void apply_law(LinearContact& c, bool live, double softness) {
     c.mode = ContactMode::Slip;
     return;
   }
-  if (live) c.bound = c.friction * std::max(trial[0], 0.0) + c.cohesion;
+  c.bound = c.friction * std::max(trial[0], 0.0) + c.cohesion;
   const double size = trial.tail<2>().norm();
   if (size <= c.bound) return;
   c.force.tail<2>() *= c.bound / size;
   c.mode = ContactMode::Slip;
 }
 
+/// The force if the one it has now became its multiplier.
+Vector3 force_after_update(LinearContact c) {
+  c.multiplier = c.force;
+  apply_law(c, 1.0);
+  return c.force;
+}
+
 /// How the tangent of a contact is taken.
 struct TangentOptions {
-  bool live = true;         ///< a sliding contact's friction follows its normal force: unsymmetric
   bool assumed = false;
   double softness = 1.0;
   double negligible = 0.0;  ///< N: no friction below
 };
 
-/// -df/dd: what the contact adds to the stiffness.
+/// -df/dd: what the contact adds to the stiffness. A sliding contact's friction follows its normal
+/// force: unsymmetric.
 Matrix3 tangent(const LinearContact& c, const TangentOptions& options) {
   Matrix3 result = Matrix3::Zero();
   if (c.mode == ContactMode::Open) return result;
@@ -105,7 +127,7 @@ Matrix3 tangent(const LinearContact& c, const TangentOptions& options) {
   const Eigen::Vector2d along = trial / size;
   result.bottomRightCorner<2, 2>() =
       (shear * c.bound / size) * (Eigen::Matrix2d::Identity() - along * along.transpose());
-  if (options.live && follows) result.bottomLeftCorner<2, 1>() = c.friction * normal * along;
+  if (follows) result.bottomLeftCorner<2, 1>() = c.friction * normal * along;
   return result;
 }
 
@@ -135,14 +157,15 @@ double motion_of(const Vector12& increment, double length) {
 
 }  // namespace
 
-/// Blocks that the forces known so far hold where they stand, and so all that they touch, do not move to
-/// begin with: what they were guessed to do is rounding. Returns the largest motion taken back, m.
+/// Blocks that the forces known so far hold where they stand, and so all that they touch, do not
+/// move to begin with: what they were guessed to do is rounding. Returns the largest motion taken
+/// back, m.
 double OpenClose::stand(const BlockSystem& base, const BlockVector& force,
                         std::span<LinearContact> contacts, double tolerance, BlockVector& guess) {
   still_.assign(guess.size(), Vector12::Zero());
   if (guess == still_) return 0.0;
   shift(base, force, contacts, still_);
-  evaluate(base, contacts, change_, Limits::Live);
+  evaluate(base, contacts, change_, Law::True);
   stands_.resize(guess.size());
   for (std::size_t s = 0; s < guess.size(); ++s) stands_[s] = balanced(s, tolerance);
   for (bool spreads = true; spreads;) {
@@ -163,8 +186,8 @@ double OpenClose::stand(const BlockSystem& base, const BlockVector& force,
   return taken_back;
 }
 
-/// From here on the unknown is the change against the first guess: forces and gaps are then rounded like
-/// the change and not like the whole motion of the step.
+/// From here on the unknown is the change against the first guess: forces and gaps are then rounded
+/// like the change and not like the whole motion of the step.
 void OpenClose::shift(const BlockSystem& base, const BlockVector& force,
                       std::span<LinearContact> contacts, const BlockVector& guess) {
   right_.resize(guess.size());
@@ -180,24 +203,24 @@ void OpenClose::shift(const BlockSystem& base, const BlockVector& force,
     c.guess = c.offset;
     if (c.slot_a >= 0) c.guess.noalias() += c.jacobian_a * guess[index(c.slot_a)];
     if (c.slot_b >= 0) c.guess.noalias() += c.jacobian_b * guess[index(c.slot_b)];
-    const double noise = kRounding * std::max(c.normal_stiffness, c.shear_stiffness) *
-                         (motion_size(c.slot_a, c.jacobian_a, guess) +
-                          motion_size(c.slot_b, c.jacobian_b, guess));
+    const double noise =
+        kRounding * std::max(c.normal_stiffness, c.shear_stiffness) *
+        (motion_size(c.slot_a, c.jacobian_a, guess) + motion_size(c.slot_b, c.jacobian_b, guess));
     if (c.slot_a >= 0) floor_[index(c.slot_a)] += noise;
     if (c.slot_b >= 0) floor_[index(c.slot_b)] += noise;
   }
 }
 
 void OpenClose::evaluate(const BlockSystem& base, std::span<LinearContact> contacts,
-                         const BlockVector& change, Limits limits) {
-  rigid_ ? evaluate_in<6>(base, contacts, change, limits)
-         : evaluate_in<12>(base, contacts, change, limits);
+                         const BlockVector& change, Law law) {
+  rigid_ ? evaluate_in<6>(base, contacts, change, law)
+         : evaluate_in<12>(base, contacts, change, law);
 }
 
 /// `n`: the unknowns of each block, at most.
 template <int n>
 void OpenClose::evaluate_in(const BlockSystem& base, std::span<LinearContact> contacts,
-                            const BlockVector& change, Limits limits) {
+                            const BlockVector& change, Law law) {
   for (std::size_t s = 0; s < change.size(); ++s) {
     Vector12 inner = Vector12::Zero();
     inner.head<n>() = base.diagonal[s].topLeftCorner<n, n>() * change[s].head<n>();
@@ -212,10 +235,10 @@ void OpenClose::evaluate_in(const BlockSystem& base, std::span<LinearContact> co
     };
     move(c.slot_a, c.jacobian_a);
     move(c.slot_b, c.jacobian_b);
-    if (limits == Limits::Assumed) {
+    if (law == Law::Assumed) {
       apply_assumed(c, softness_);
     } else {
-      apply_law(c, limits == Limits::Live, softness_);
+      apply_law(c, softness_);
     }
     if (c.mode == ContactMode::Open) continue;
     const double size = c.force.norm();
@@ -232,15 +255,15 @@ void OpenClose::evaluate_in(const BlockSystem& base, std::span<LinearContact> co
 double OpenClose::relative_residual() const {
   double worst = 0.0;
   for (std::size_t s = 0; s < residual_.size(); ++s) {
-    const double size =
-        std::max(0.0, force_size(residual_[s], slots_->length[s]) - floor_[s]);
+    const double size = std::max(0.0, force_size(residual_[s], slots_->length[s]) - floor_[s]);
     if (!(size <= worst * scale_[s])) worst = size / std::max(scale_[s], 1e-300);
   }
   return worst;
 }
 
 bool OpenClose::balanced(std::size_t slot, double tolerance) const {
-  return force_size(residual_[slot], slots_->length[slot]) - floor_[slot] <= tolerance * scale_[slot];
+  return force_size(residual_[slot], slots_->length[slot]) - floor_[slot] <=
+         tolerance * scale_[slot];
 }
 
 double OpenClose::slope(const BlockVector& direction) const {
@@ -249,13 +272,15 @@ double OpenClose::slope(const BlockVector& direction) const {
   return sum;
 }
 
-bool OpenClose::same_tangent(std::span<const LinearContact> contacts, Limits limits) {
+bool OpenClose::same_tangent(std::span<const LinearContact> contacts, Law law) {
   next_tangent_.resize(contacts.size());
-  TangentOptions options{limits == Limits::Live, limits == Limits::Assumed, softness_, 0.0};
+  TangentOptions options{law == Law::Assumed, softness_, 0.0};
   for (const LinearContact& c : contacts) {
     options.negligible = std::max(options.negligible, kNegligible * c.force.norm());
   }
-  for (std::size_t c = 0; c < contacts.size(); ++c) next_tangent_[c] = tangent(contacts[c], options);
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    next_tangent_[c] = tangent(contacts[c], options);
+  }
   const bool same = factorized_ && next_tangent_ == tangent_;
   std::swap(tangent_, next_tangent_);
   return same;
@@ -296,9 +321,9 @@ void OpenClose::add_contact(const LinearContact& c, const Matrix3& tangent) {
 }
 
 /// One Newton step with a search along it.
-bool OpenClose::newton_step(const BlockSystem& base, std::span<LinearContact> contacts,
-                            Limits limits, OpenCloseResult& result) {
-  if (!same_tangent(contacts, limits)) {
+bool OpenClose::newton_step(const BlockSystem& base, std::span<LinearContact> contacts, Law law,
+                            OpenCloseResult& result) {
+  if (!same_tangent(contacts, law)) {
     assemble(base, contacts);
     factorized_ = solver_.factorize(system_);
     ++result.factorizations;
@@ -307,21 +332,21 @@ bool OpenClose::newton_step(const BlockSystem& base, std::span<LinearContact> co
   const BlockVector& right = residual_;
   solver_.solve(right, step_);
   ++result.solves;
-  if (limits == Limits::Assumed) {
-    move(base, contacts, Limits::Live, 1.0);
+  if (law == Law::Assumed) {
+    move(base, contacts, Law::True, 1.0);
   } else if (system_.symmetric) {
-    search_slope(base, contacts, limits);
+    search_slope(base, contacts, law);
   } else {
-    search_residual(base, contacts, limits);
+    search_residual(base, contacts, law);
   }
   std::swap(change_, trial_);
   return true;
 }
 
-void OpenClose::move(const BlockSystem& base, std::span<LinearContact> contacts, Limits limits,
+void OpenClose::move(const BlockSystem& base, std::span<LinearContact> contacts, Law law,
                      double share) {
   for (std::size_t s = 0; s < step_.size(); ++s) trial_[s] = change_[s] + share * step_[s];
-  evaluate(base, contacts, trial_, limits);
+  evaluate(base, contacts, trial_, law);
 }
 
 /// Squared residual, moments and strain moments by block length, N2.
@@ -335,14 +360,14 @@ double OpenClose::squared_residual() const {
   return sum;
 }
 
-/// No convex function stands behind an unsymmetric step: halve it until the residual falls, or take the
-/// share that comes nearest to that.
+/// No convex function stands behind an unsymmetric step: halve it until the residual falls, or take
+/// the share that comes nearest to that.
 void OpenClose::search_residual(const BlockSystem& base, std::span<LinearContact> contacts,
-                                Limits limits) {
+                                Law law) {
   const double before = squared_residual();
   double best = std::numeric_limits<double>::infinity(), best_share = 1.0, share = 1.0;
   for (int search = 0; search < 8; ++search, share *= 0.5) {
-    move(base, contacts, limits, share);
+    move(base, contacts, law, share);
     const double now = squared_residual();
     if (now < best) {
       best = now;
@@ -350,18 +375,17 @@ void OpenClose::search_residual(const BlockSystem& base, std::span<LinearContact
     }
     if (now <= (1.0 - 0.5 * share) * before) return;
   }
-  move(base, contacts, limits, best_share);
+  move(base, contacts, law, best_share);
 }
 
-/// The residual is minus the gradient of a convex function: its slope along the step falls and crosses
-/// zero once.
-void OpenClose::search_slope(const BlockSystem& base, std::span<LinearContact> contacts,
-                             Limits limits) {
+/// The residual is minus the gradient of a convex function: its slope along the step falls and
+/// crosses zero once.
+void OpenClose::search_slope(const BlockSystem& base, std::span<LinearContact> contacts, Law law) {
   const double slope_start = slope(step_);
   double low = 0.0, high = 1.0;
   double at = 1.0;
   for (int search = 0; search < 30; ++search) {
-    move(base, contacts, limits, at);
+    move(base, contacts, law, at);
     const double slope_now = slope(step_);
     if (std::abs(slope_now) <= 0.1 * std::abs(slope_start)) break;
     if (slope_now > 0.0) {
@@ -381,64 +405,78 @@ void OpenClose::update_multipliers(std::span<LinearContact> contacts) {
   }
 }
 
-/// Newton steps until the residual is small. False when it is not after `steps` or stops falling.
-bool OpenClose::relax(const BlockSystem& base, std::span<LinearContact> contacts, Limits limits,
-                      double tolerance, int steps, OpenCloseResult& result) {
-  for (int i = 0; i < steps; ++i) {
-    if (relative_residual() <= tolerance) return true;
+/// Newton steps until the residual is small. False when it does not fall any more.
+bool OpenClose::relax(const BlockSystem& base, std::span<LinearContact> contacts, double tolerance,
+                      OpenCloseResult& result) {
+  double reached = std::numeric_limits<double>::infinity();
+  int waited = 0;
+  for (int i = 0; i < kMostSteps; ++i) {
+    const double residual = relative_residual();
+    if (residual <= tolerance) return true;
+    if (residual <= kProgress * reached) {
+      reached = residual;
+      waited = 0;
+    } else if (++waited == kPatience) {
+      return false;
+    }
     ++result.iterations;
-    if (!newton_step(base, contacts, limits, result)) return false;
+    if (!newton_step(base, contacts, Law::True, result)) return false;
   }
   return relative_residual() <= tolerance;
 }
 
-/// Stiff contacts change their mode one joint after the other; soft ones all at once. Starts soft and
-/// hands the forces on as multipliers: each stage then begins near its own solution.
-void OpenClose::climb(const BlockSystem& base, std::span<LinearContact> contacts,
-                      OpenCloseResult& result) {
-  for (Vector12& change : change_) change.setZero();
-  for (LinearContact& c : contacts) {
-    if (!c.compliant && c.law == ContactLaw::Coulomb) c.multiplier.tail<2>().setZero();
+/// Soft contacts only hand their forces on as the next multipliers: good to a share is enough until
+/// the gaps are within the tolerance.
+double OpenClose::wanted_residual(std::span<const LinearContact> contacts,
+                                  const OpenCloseOptions& options) const {
+  if (softness_ == 1.0 || violation(contacts) <= options.gap_tolerance) {
+    return options.force_tolerance;
   }
-  for (const double softness : {1e-4, 1e-3, 1e-2, 1e-1}) {
-    softness_ = softness;
-    for (int limit_updates = 0; limit_updates < 3; ++limit_updates) {
-      evaluate(base, contacts, change_, Limits::Live);
-      relax(base, contacts, Limits::Frozen, 1e-4, 20, result);
+  return std::max(options.force_tolerance,
+                  std::min(kLooseResidual, kLooseShare * relative_residual()));
+}
+
+/// Solves, takes the forces as multipliers and solves again until that changes nothing any more.
+/// Stiff contacts change their mode one joint after the other and Newton's method may find no way;
+/// soft ones all at once. Where it fails it goes back to the last solution with softer contacts,
+/// and stiffer ones again as they are quickly solved.   [Rockafellar 1976]
+bool OpenClose::converge(const BlockSystem& base, std::span<LinearContact> contacts,
+                         const OpenCloseOptions& options, OpenCloseResult& result) {
+  const bool springs = std::ranges::any_of(contacts, &LinearContact::compliant);
+  solved_.assign(change_.size(), Vector12::Zero());
+  bool converged = false;
+  while (!converged && result.iterations < options.max_iterations) {
+    const int before = result.iterations;
+    if (relax(base, contacts, wanted_residual(contacts, options), result)) {
+      solved_ = change_;
+      const bool exact = relative_residual() <= options.force_tolerance;
+      converged = exact && (softness_ == 1.0 || !springs) && settled(contacts, options);
+      if (converged) break;
+      update_multipliers(contacts);
+      if (result.iterations - before <= kQuickSteps) {
+        softness_ = std::min(1.0, kStiffer * softness_);
+      }
+      result.iterations = std::max(result.iterations, before + 1);
+    } else {
+      change_ = solved_;
+      softness_ = softness_ == 1.0 ? kSoft : std::max(kSoftest, kSofter * softness_);
     }
-    update_multipliers(contacts);
+    evaluate(base, contacts, change_, Law::True);
   }
   softness_ = 1.0;
-  evaluate(base, contacts, change_, Limits::Live);
+  return converged;
 }
 
-/// Solves with frozen friction limits and lets them follow the normal forces, halfway from the third time
-/// on, until both agree or `updates` are used up.
-void OpenClose::follow_limits(const BlockSystem& base, std::span<LinearContact> contacts,
-                              double tolerance, int updates, int most_iterations,
-                              OpenCloseResult& result) {
-  for (int update = 0; update < updates && result.iterations < most_iterations; ++update) {
-    relax(base, contacts, Limits::Frozen, tolerance, kFrozenIterations, result);
-    for (LinearContact& c : contacts) c.last_bound = c.bound;
-    evaluate(base, contacts, change_, Limits::Live);
-    if (relative_residual() <= tolerance) return;
-    if (update < 2) continue;
-    for (LinearContact& c : contacts) c.bound = 0.5 * (c.bound + c.last_bound);
-    evaluate(base, contacts, change_, Limits::Frozen);
-  }
-  evaluate(base, contacts, change_, Limits::Live);
-}
-
-/// What the next multipliers would do to the blocks, relative to the forces there. Parts that cancel are
-/// left out: redundant contacts that disagree by less than the tolerance shift them for ever.
+/// What the next multipliers would do to the blocks, relative to the forces there. Parts that
+/// cancel are left out: redundant contacts that disagree by less than the tolerance shift them for
+/// ever.
 double OpenClose::push_of_update(std::span<const LinearContact> contacts) {
   for (Vector12& push : trial_) push.setZero();
   for (const LinearContact& c : contacts) {
-    if (c.compliant || c.mode == ContactMode::Open) continue;
-    Vector3 force(c.normal_stiffness * c.relative[0], 0.0, 0.0);
-    if (c.mode == ContactMode::Stick) force.tail<2>() = c.shear_stiffness * c.relative.tail<2>();
-    if (c.slot_a >= 0) trial_[index(c.slot_a)].noalias() += c.jacobian_a.transpose() * force;
-    if (c.slot_b >= 0) trial_[index(c.slot_b)].noalias() += c.jacobian_b.transpose() * force;
+    if (c.compliant) continue;
+    const Vector3 push = force_after_update(c) - c.force;
+    if (c.slot_a >= 0) trial_[index(c.slot_a)].noalias() += c.jacobian_a.transpose() * push;
+    if (c.slot_b >= 0) trial_[index(c.slot_b)].noalias() += c.jacobian_b.transpose() * push;
   }
   double worst = 0.0;
   for (std::size_t s = 0; s < trial_.size(); ++s) {
@@ -447,40 +485,43 @@ double OpenClose::push_of_update(std::span<const LinearContact> contacts) {
   return worst;
 }
 
-/// A light block that carries a heavy one opposes to a contact much less than what must pass through it:
-/// ten times stiffer where more than `gap` (m) is left.
+/// A light block that carries a heavy one opposes to a contact much less than what must pass
+/// through it: ten times stiffer where more than `gap` (m) is left.
 void OpenClose::raise_augmentation(std::span<LinearContact> contacts, double gap) {
   for (LinearContact& c : contacts) {
     if (c.compliant || c.mode == ContactMode::Open) continue;
     if (std::abs(c.relative[0]) > gap) c.normal_stiffness *= 10.0;
-    if (c.mode == ContactMode::Stick && c.relative.tail<2>().norm() > gap) c.shear_stiffness *= 10.0;
+    if (c.mode == ContactMode::Stick && c.relative.tail<2>().norm() > gap) {
+      c.shear_stiffness *= 10.0;
+    }
   }
 }
 
-/// Solved for its multipliers, with live limits: takes the next ones or says that these are good: when
-/// the update no longer matters, or no longer helps and gaps are within the tolerance (what is left then
-/// lies in forces that nearly cancel). The forces are then wrong by about the push over 1e2: by so much at
-/// least is the augmentation stiffer than a block.
+/// Solved for its multipliers: are these good? They are when the next update no longer matters, or
+/// no longer helps and gaps are within the tolerance (what is left then lies in forces that nearly
+/// cancel). The forces are then wrong by about the push over 1e2: by so much at least is the
+/// augmentation stiffer than a block.
 bool OpenClose::settled(std::span<LinearContact> contacts, const OpenCloseOptions& options) {
   const double gap = violation(contacts);
   if (gap <= options.gap_rounding) return true;
-  const bool falls = gap < 0.5 * last_gap_;
+  const double left = gap / last_gap_;
   last_gap_ = gap;
-  if (gap <= options.gap_tolerance) {
-    const double allowed = falls ? kLastPush : kStalledPush;
-    if (push_of_update(contacts) <= allowed * options.force_tolerance) return true;
+  const bool stalled = softness_ == 1.0 && left > kStalled;
+  if (gap <= (stalled ? kStalledGap : 1.0) * options.gap_tolerance) {
+    const double allowed = stalled ? kStalledPush : kLastPush;
+    return push_of_update(contacts) <= allowed * options.force_tolerance;
   }
-  update_multipliers(contacts);
-  if (options.raise && gap > options.gap_tolerance && !falls && raises_ < kMostRaises) {
+  if (options.raise && softness_ == 1.0 && left > kSlow && left < kFixed && updates_ > 0 && raises_ < kMostRaises) {
     ++raises_;
     raise_augmentation(contacts, 0.1 * gap);
   }
+  ++updates_;
   return false;
 }
 
 OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& force,
-                                 std::span<LinearContact> contacts,
-                                 const OpenCloseOptions& options, BlockVector& increment) {
+                                 std::span<LinearContact> contacts, const OpenCloseOptions& options,
+                                 BlockVector& increment) {
   OpenCloseResult result;
   const double tolerance = options.force_tolerance;
   const std::size_t n = increment.size();
@@ -489,37 +530,26 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   trial_.resize(n);
   scale_.resize(n);
   factorized_ = false;
-  last_gap_ = std::numeric_limits<double>::infinity();
-  raises_ = 0;
+  raises_ = updates_ = 0;
+  if (options.predicted || !options.raise) last_gap_ = std::numeric_limits<double>::infinity();
   if (options.predicted) {
     result.change = stand(base, force, contacts, kAtRest * tolerance, increment);
   }
   shift(base, force, contacts, increment);
-  evaluate(base, contacts, change_, Limits::Live);
+  evaluate(base, contacts, change_, Law::True);
   result.residual = relative_residual();
   if (result.residual <= kAtRest * tolerance && violation(contacts) <= options.gap_rounding) {
     result.converged = true;  // nothing has happened since the last step
     return result;
   }
   if (result.residual > kFarResidual) {
-    evaluate(base, contacts, change_, Limits::Assumed);
+    evaluate(base, contacts, change_, Law::Assumed);
     ++result.iterations;
-    if (!newton_step(base, contacts, Limits::Assumed, result)) return result;
-  }
-  if (!relax(base, contacts, Limits::Live, tolerance, kLiveIterations, result)) {
-    climb(base, contacts, result);
-  }
-  for (int limit_updates = 2; result.iterations < options.max_iterations;) {
-    if (relative_residual() <= tolerance) {
-      result.converged = settled(contacts, options);
-      if (result.converged) break;
-      evaluate(base, contacts, change_, Limits::Live);
-      if (relative_residual() <= tolerance) ++result.iterations;
-    } else if (!relax(base, contacts, Limits::Live, tolerance, kLiveIterations, result)) {
-      follow_limits(base, contacts, tolerance, limit_updates, options.max_iterations, result);
-      limit_updates *= 2;
+    if (!newton_step(base, contacts, Law::Assumed, result)) {
+      evaluate(base, contacts, change_, Law::True);
     }
   }
+  result.converged = converge(base, contacts, options, result);
   result.residual = relative_residual();
   for (LinearContact& c : contacts) c.assumed = c.mode;
   for (std::size_t s = 0; s < n; ++s) {

@@ -46,37 +46,36 @@ class OpenClose {
                         BlockVector& increment);
 
  private:
-  /// Which law a contact follows: the one assumed at the start (no conditions are checked), or the true
-  /// one with friction limits that follow the normal forces, or stay as they are.
-  enum class Limits { Assumed, Live, Frozen };
+  /// What a contact follows: the mode assumed at the start (no conditions are checked), or its law.
+  enum class Law { Assumed, True };
   double stand(const BlockSystem& base, const BlockVector& force, std::span<LinearContact> contacts,
                double tolerance, BlockVector& guess);
   void shift(const BlockSystem& base, const BlockVector& force, std::span<LinearContact> contacts,
              const BlockVector& guess);
   void evaluate(const BlockSystem& base, std::span<LinearContact> contacts,
-                const BlockVector& change, Limits limits);
+                const BlockVector& change, Law law);
   template <int n>
   void evaluate_in(const BlockSystem& base, std::span<LinearContact> contacts,
-                   const BlockVector& change, Limits limits);
+                   const BlockVector& change, Law law);
   double relative_residual() const;
   bool balanced(std::size_t slot, double tolerance) const;
   double slope(const BlockVector& direction) const;
-  bool same_tangent(std::span<const LinearContact> contacts, Limits limits);
+  bool same_tangent(std::span<const LinearContact> contacts, Law law);
   void assemble(const BlockSystem& base, std::span<const LinearContact> contacts);
   template <int n>
   void add_contact(const LinearContact& contact, const Matrix3& tangent);
-  bool newton_step(const BlockSystem& base, std::span<LinearContact> contacts, Limits limits,
+  bool newton_step(const BlockSystem& base, std::span<LinearContact> contacts, Law law,
                    OpenCloseResult& result);
-  void move(const BlockSystem& base, std::span<LinearContact> contacts, Limits limits,
-            double share);
+  void move(const BlockSystem& base, std::span<LinearContact> contacts, Law law, double share);
   double squared_residual() const;
-  void search_slope(const BlockSystem& base, std::span<LinearContact> contacts, Limits limits);
-  void search_residual(const BlockSystem& base, std::span<LinearContact> contacts, Limits limits);
-  bool relax(const BlockSystem& base, std::span<LinearContact> contacts, Limits limits,
-             double tolerance, int steps, OpenCloseResult& result);
-  void climb(const BlockSystem& base, std::span<LinearContact> contacts, OpenCloseResult& result);
-  void follow_limits(const BlockSystem& base, std::span<LinearContact> contacts, double tolerance,
-                     int updates, int most_iterations, OpenCloseResult& result);
+  void search_slope(const BlockSystem& base, std::span<LinearContact> contacts, Law law);
+  void search_residual(const BlockSystem& base, std::span<LinearContact> contacts, Law law);
+  bool relax(const BlockSystem& base, std::span<LinearContact> contacts, double tolerance,
+             OpenCloseResult& result);
+  double wanted_residual(std::span<const LinearContact> contacts,
+                         const OpenCloseOptions& options) const;
+  bool converge(const BlockSystem& base, std::span<LinearContact> contacts,
+                const OpenCloseOptions& options, OpenCloseResult& result);
   bool settled(std::span<LinearContact> contacts, const OpenCloseOptions& options);
   static void raise_augmentation(std::span<LinearContact> contacts, double gap);
   double push_of_update(std::span<const LinearContact> contacts);
@@ -90,14 +89,16 @@ class OpenClose {
   BlockVector still_;                 ///< zeros
   std::vector<char> stands_;          ///< by slot
   BlockVector change_, trial_;        ///< of the increment against the first guess
+  BlockVector solved_;                ///< the last change that solved for its multipliers
   BlockVector residual_, step_;
   std::vector<double> scale_;         ///< force scale, per slot, N
   std::vector<double> floor_;         ///< what rounding makes of a residual, per slot, N
   std::vector<Matrix3> tangent_, next_tangent_;
   bool factorized_ = false;
-  double last_gap_ = 0.0;             ///< violation at the last multiplier update, m
+  double last_gap_ = 0.0;             ///< violation when last solved, also by the last linearisation, m
+  int updates_ = 0;                   ///< of the multipliers, since the start of solve()
   int raises_ = 0;                    ///< of the augmentation, since the start of solve()
-  double softness_ = 1.0;             ///< of all contacts, while climb() is under way
+  double softness_ = 1.0;             ///< of all contacts: share of their stiffness
 };
 
 }  // namespace quoin::solver

@@ -9,6 +9,7 @@ namespace quoin::solver {
 namespace {
 
 constexpr int kLinearisations = 30;
+constexpr int kStrictLinearisations = 10;  // to the last bit; then to the tolerance
 constexpr double kUndamped = 0.5;
 
 StepScheme scheme_of(const StepOptions& options, double time_step, bool deforms = true) {
@@ -359,7 +360,9 @@ OpenCloseResult solve_positions(const CompiledScene& compiled, const StepOptions
     total.residual = solved.residual;
     total.converged = solved.converged;
     if (solved.factorizations > 0) total.condition = solved.condition;
-    if (!solved.converged || solved.change <= tuning.gap_rounding) break;
+    const double allowed =
+        pass < kStrictLinearisations ? tuning.gap_rounding : tuning.gap_tolerance;
+    if (!solved.converged || solved.change <= allowed) break;
     total.converged = false;  // until the next linearisation agrees
   }
   set_end(compiled, state, work);
