@@ -233,6 +233,7 @@ std::vector<Cell> all_cells(Extent extent) {
   append_penalty_cells(cells);
   append_material_cells(cells);
   append_geometry_cells(cells);
+  append_collapse_cells(cells);
   append_time_cells(extent, cells);
   return cells;
 }

@@ -58,6 +58,7 @@ std::vector<Cell> all_cells(Extent extent);
 void append_penalty_cells(std::vector<Cell>& cells);
 void append_material_cells(std::vector<Cell>& cells);
 void append_geometry_cells(std::vector<Cell>& cells);
+void append_collapse_cells(std::vector<Cell>& cells);
 void append_time_cells(Extent extent, std::vector<Cell>& cells);
 
 const char* name_of(solver::ContactMethod method);
