@@ -16,11 +16,21 @@ struct Rows {
   Vector3 normal, t1, t2;
 };
 
+/// `at_point`, `at_anchor`: mean_motion of the two; the strain's columns are zero unless it deforms.
 void fill(const Rows& rows, double sign, const Matrix3x12& at_point, const Matrix3x12& at_anchor,
-          Matrix3x12& jacobian) {
-  jacobian.row(0) = sign * rows.normal.transpose() * at_point;
-  jacobian.row(1) = sign * rows.t1.transpose() * at_anchor;
-  jacobian.row(2) = sign * rows.t2.transpose() * at_anchor;
+          bool deforms, Matrix3x12& jacobian) {
+  Matrix3 frame;
+  frame << rows.normal.transpose(), rows.t1.transpose(), rows.t2.transpose();
+  frame *= sign;
+  jacobian.leftCols<3>() = frame;
+  jacobian.block<1, 3>(0, 3) = frame.topRows<1>() * at_point.middleCols<3>(3);
+  jacobian.block<2, 3>(1, 3) = frame.bottomRows<2>() * at_anchor.middleCols<3>(3);
+  if (!deforms) {
+    jacobian.rightCols<6>().setZero();
+    return;
+  }
+  jacobian.topRightCorner<1, 6>() = frame.topRows<1>() * at_point.rightCols<6>();
+  jacobian.bottomRightCorner<2, 6>() = frame.bottomRows<2>() * at_anchor.rightCols<6>();
 }
 
 /// The normal turns with its face, (r × n)·m = (n × m)·r, or with both crossed edges:
@@ -72,9 +82,9 @@ void linearise(const BodyContact& contact, const StepPoses& poses,
   const bool moved_a = contact.state.anchor_a != contact.arm_a;
   const bool moved_b = contact.state.anchor_b != contact.arm_b;
   fill(rows, -1.0, point_a, moved_a ? mean(a, start_a, end_a, contact.state.anchor_a) : point_a,
-       linear.jacobian_a);
+       poses.deforms[a] != 0, linear.jacobian_a);
   fill(rows, 1.0, point_b, moved_b ? mean(b, start_b, end_b, contact.state.anchor_b) : point_b,
-       linear.jacobian_b);
+       poses.deforms[b] != 0, linear.jacobian_b);
   const Vector3 lever =
       0.5 * (before.place_b - before.place_a + after.place_b - after.place_a);
   ContactGeometry middle;
@@ -120,12 +130,20 @@ namespace {
 constexpr double kAugmentation = 1e5;
 constexpr double kStrainAugmentation = 1e2;
 
+/// v^T M v of the first `n` unknowns.
+template <int n>
+double square(const Matrix12& matrix, const Vector12& v) {
+  const Eigen::Vector<double, n> part = v.head<n>();
+  return part.dot(matrix.topLeftCorner<n, n>().lazyProduct(part));
+}
+
 double strain_compliance(const LinearContact& c, int row, const std::vector<Matrix12>& compliance) {
   double sum = 0.0;
   for (const auto& [slot, jacobian] :
        {std::pair{c.slot_a, &c.jacobian_a}, std::pair{c.slot_b, &c.jacobian_b}}) {
     if (slot < 0) continue;
     const Vector6 strain = jacobian->row(row).tail<6>();
+    if (strain.isZero(0.0)) continue;
     sum += strain.dot(compliance[static_cast<std::size_t>(slot)].bottomRightCorner<6, 6>() * strain);
   }
   return sum;
@@ -144,8 +162,9 @@ double compliance_along(const LinearContact& c, int row, const std::vector<Matri
   for (const auto& [slot, jacobian] :
        {std::pair{c.slot_a, &c.jacobian_a}, std::pair{c.slot_b, &c.jacobian_b}}) {
     if (slot < 0) continue;
-    sum += jacobian->row(row) * compliance[static_cast<std::size_t>(slot)] *
-           jacobian->row(row).transpose();
+    const Vector12 motion = jacobian->row(row);
+    const Matrix12& matrix = compliance[static_cast<std::size_t>(slot)];
+    sum += motion.tail<6>().isZero(0.0) ? square<6>(matrix, motion) : square<12>(matrix, motion);
   }
   return sum;
 }
@@ -166,8 +185,8 @@ void linearise_velocity(const BodyContact& contact, const StepPoses& poses, Line
   tangent_frame(contact, rows.normal, rows.t1, rows.t2);
   const Matrix3x12 point_a = motion(poses.end[a], contact.arm_a, poses.deforms[a] != 0);
   const Matrix3x12 point_b = motion(poses.end[b], contact.arm_b, poses.deforms[b] != 0);
-  fill(rows, -1.0, point_a, point_a, linear.jacobian_a);
-  fill(rows, 1.0, point_b, point_b, linear.jacobian_b);
+  fill(rows, -1.0, point_a, point_a, poses.deforms[a] != 0, linear.jacobian_a);
+  fill(rows, 1.0, point_b, point_b, poses.deforms[b] != 0, linear.jacobian_b);
   const Vector3 lever = now.place_b - now.place_a;
   add_turn(contact, now, lever, poses.end[a].rotation, poses.end[b].rotation, linear);
   add_tangent_turn(contact, rows, lever, poses.end[contact.normal_on_a ? a : b].rotation, linear);

@@ -133,12 +133,6 @@ Matrix3 tangent(const LinearContact& c, const TangentOptions& options) {
 
 bool is_symmetric(const Matrix3& matrix) { return matrix(1, 0) == 0.0 && matrix(2, 0) == 0.0; }
 
-/// Largest sum of magnitudes in J D: what its rounding is measured against, m.
-double motion_size(int slot, const Matrix3x12& jacobian, const BlockVector& increment) {
-  if (slot < 0) return 0.0;
-  return (jacobian.cwiseAbs() * increment[index(slot)].cwiseAbs()).maxCoeff();
-}
-
 /// Largest violation of the contact conditions that multipliers should remove, m.
 double violation(std::span<const LinearContact> contacts) {
   double worst = 0.0;
@@ -190,22 +184,36 @@ double OpenClose::stand(const BlockSystem& base, const BlockVector& force,
 /// like the change and not like the whole motion of the step.
 void OpenClose::shift(const BlockSystem& base, const BlockVector& force,
                       std::span<LinearContact> contacts, const BlockVector& guess) {
+  rigid_ ? shift_in<6>(base, force, contacts, guess) : shift_in<12>(base, force, contacts, guess);
+}
+
+/// `n`: the unknowns of each block, at most.
+template <int n>
+void OpenClose::shift_in(const BlockSystem& base, const BlockVector& force,
+                         std::span<LinearContact> contacts, const BlockVector& guess) {
   right_.resize(guess.size());
   change_.assign(guess.size(), Vector12::Zero());
   floor_.resize(guess.size());
   for (std::size_t s = 0; s < guess.size(); ++s) {
-    const Vector12 inner = base.diagonal[s] * guess[s];
+    Vector12 inner = Vector12::Zero();
+    inner.head<n>() = base.diagonal[s].topLeftCorner<n, n>() * guess[s].head<n>();
     right_[s] = force[s] - inner;
     const double length = slots_->length[s];
     floor_[s] = kRounding * (force_size(force[s], length) + force_size(inner, length));
   }
   for (LinearContact& c : contacts) {
     c.guess = c.offset;
-    if (c.slot_a >= 0) c.guess.noalias() += c.jacobian_a * guess[index(c.slot_a)];
-    if (c.slot_b >= 0) c.guess.noalias() += c.jacobian_b * guess[index(c.slot_b)];
-    const double noise =
-        kRounding * std::max(c.normal_stiffness, c.shear_stiffness) *
-        (motion_size(c.slot_a, c.jacobian_a, guess) + motion_size(c.slot_b, c.jacobian_b, guess));
+    double size = 0.0;  // sum of magnitudes in J D: what its rounding is measured against, m
+    const auto move = [&](int slot, const Matrix3x12& jacobian) {
+      if (slot < 0) return;
+      const auto part = jacobian.leftCols<n>();
+      const auto motion = guess[index(slot)].head<n>();
+      c.guess.noalias() += part * motion;
+      size += (part.cwiseAbs() * motion.cwiseAbs()).maxCoeff();
+    };
+    move(c.slot_a, c.jacobian_a);
+    move(c.slot_b, c.jacobian_b);
+    const double noise = kRounding * std::max(c.normal_stiffness, c.shear_stiffness) * size;
     if (c.slot_a >= 0) floor_[index(c.slot_a)] += noise;
     if (c.slot_b >= 0) floor_[index(c.slot_b)] += noise;
   }
@@ -511,7 +519,8 @@ bool OpenClose::settled(std::span<LinearContact> contacts, const OpenCloseOption
     const double allowed = stalled ? kStalledPush : kLastPush;
     return push_of_update(contacts) <= allowed * options.force_tolerance;
   }
-  if (options.raise && softness_ == 1.0 && left > kSlow && left < kFixed && updates_ > 0 && raises_ < kMostRaises) {
+  const bool slow = left > kSlow && left < kFixed && updates_ > 0 && softness_ == 1.0;
+  if (options.raise && slow && raises_ < kMostRaises) {
     ++raises_;
     raise_augmentation(contacts, 0.1 * gap);
   }

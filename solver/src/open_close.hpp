@@ -52,6 +52,9 @@ class OpenClose {
                double tolerance, BlockVector& guess);
   void shift(const BlockSystem& base, const BlockVector& force, std::span<LinearContact> contacts,
              const BlockVector& guess);
+  template <int n>
+  void shift_in(const BlockSystem& base, const BlockVector& force,
+                std::span<LinearContact> contacts, const BlockVector& guess);
   void evaluate(const BlockSystem& base, std::span<LinearContact> contacts,
                 const BlockVector& change, Law law);
   template <int n>
