@@ -215,6 +215,7 @@ def plot_errors(result, path):
         axis.grid(alpha=0.25)
         axis.set_title(workload, fontsize=9)
         axis.tick_params(labelsize=7)
+        axis.tick_params(axis="x", which="minor", labelsize=5)
     for axis in axes[:, 0]:
         axis.set_ylabel("error / size: median to max", fontsize=8)
     shown = [name for name in COLOURS if any(e["peer"].startswith(name) for _, g in chosen for e in g)]
