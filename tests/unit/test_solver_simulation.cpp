@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <numbers>
 #include <quoin/geometry/build.hpp>
 #include <quoin/geometry/mass_properties.hpp>
 #include <quoin/solver.hpp>
@@ -202,6 +203,39 @@ TEST_CASE("A step that cannot converge leaves the state alone and offers its bes
   simulation.take_best_try();
   CHECK(simulation.state().time > before.time);
   CHECK(all_finite(simulation.state()));
+}
+
+/// Nine voussoirs of a semicircle of 1 m, too thin to stand.
+Scene falling_arch(double young) {
+  Scene scene;
+  scene.joint.friction_angle = 0.61;
+  scene.add_fixed(geometry::make_box({-2, -2, -0.5}, {2, 2, 0}));
+  const auto corner = [](double radius, int joint) {
+    const double angle = std::numbers::pi * joint / 9;
+    return Vector3(radius * std::cos(angle), -0.25, joint == 9 ? 0.0 : radius * std::sin(angle));
+  };
+  for (int i = 0; i < 9; ++i) {
+    geometry::Points polygon(3, 4);
+    const int next = i + 1;
+    polygon << corner(1.0475, i), corner(0.9525, i), corner(0.9525, next), corner(1.0475, next);
+    scene.add_block(geometry::make_prism(polygon, {0, 0.5, 0}), {.density = 2400, .young = young});
+  }
+  return scene;
+}
+
+TEST_CASE("A stiff arch that comes down: every step ends, in some 40 solves each") {
+  for (const double young : {1e9, 1e10, 1e11, 1e12}) {
+    CAPTURE(young);
+    Simulation simulation(falling_arch(young), {.time_step = 0.01});
+    int solves = 0;
+    for (int step = 0; step < 60; ++step) {
+      const StepReport report = simulation.advance();
+      REQUIRE(report.status == StepStatus::Converged);
+      solves += report.linear_solves;
+    }
+    CHECK(solves < 60 * 50);
+    CHECK(simulation.state().blocks[5].centroid.z() < 0.95);  // it does come down
+  }
 }
 
 TEST_CASE("set_velocity sets a settled block in motion, in world axes") {
