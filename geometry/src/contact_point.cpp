@@ -326,8 +326,9 @@ void ensure_least_gap(const OrderedPair& ordered, double rounding, PairPoints& p
 /// Are just the vertices of a face within tol of the support plane?
 bool carries_alone(const Polyhedron& polyhedron, int face, const Vector3& outward, double tolerance,
                    Support& top) {
-  return carried_alone(polyhedron, outward,
-                       {polyhedron.topology().face_set(face), tolerance, tolerance}, top);
+  top = support(polyhedron, outward);
+  return only_these_beyond(polyhedron, outward, top.value - tolerance,
+                           polyhedron.topology().face_set(face));
 }
 
 /// Two whole faces that carry the answer, where the search has not handed them on.

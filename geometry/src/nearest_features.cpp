@@ -372,8 +372,7 @@ void take_corners(const Polyhedron& p, const Polyhedron& q, const FastResult& fo
   sets.face_p = common_face(p.topology(), sets.p);
   sets.face_q = common_face(q.topology(), sets.q);
   const auto complete = [](const Polyhedron& polyhedron, int face, VertexSet& set) {
-    if (face < 0) return;
-    for (const int v : polyhedron.topology().face(face)) insert_sorted(v, set);
+    if (face >= 0) set.assign(polyhedron.topology().face_set(face));
   };
   complete(p, sets.face_p, sets.p);
   complete(q, sets.face_q, sets.q);
@@ -734,11 +733,7 @@ bool general_answer(const OrderedPair& pair, const SearchOptions& options, const
   answer.gap = optimum.plane.gap;
   describe(p, q, optimum, length, answer);
   set_hint(optimum.plane, answer);
-  if (optimum.converged) {
-    answer.status = std::abs(answer.gap) <= length.contact ? PairStatus::Touching
-                    : answer.gap > 0.0                     ? PairStatus::Separated
-                                                           : PairStatus::Overlapping;
-  }
+  if (optimum.converged) answer.status = status_of(answer.gap, length);
   return false;
 }
 

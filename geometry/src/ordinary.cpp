@@ -169,9 +169,7 @@ Trial attempt(const Polyhedron& p, const Polyhedron& q, const Carrier& by_p, con
   answer.normal = to_p.sign * normal;
   to_p.residual = residual<kP>(normal.dot(high - to_p.point));
   to_q.residual = residual<kQ>(normal.dot(to_q.point - low));
-  answer.status = std::abs(gap) <= length.contact ? PairStatus::Touching
-                  : gap > 0.0                     ? PairStatus::Separated
-                                                  : PairStatus::Overlapping;
+  answer.status = status_of(gap, length);
   if constexpr (kP != kFace && kQ != kFace) {
     if (kP != kEdge || kQ != kEdge ||
         parallel(p.vertex(by_p.vertices[1]) - p.vertex(by_p.vertices[0]),

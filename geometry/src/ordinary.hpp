@@ -5,6 +5,7 @@
 /// general way and comes to the same bits there. Private to the room.
 
 #include <algorithm>
+#include <cmath>
 #include <quoin/geometry/nearest_features.hpp>
 
 namespace quoin::geometry {
@@ -33,6 +34,12 @@ struct Overlap {
   Vector3 normal;      // of the plane that is to be the answer, within rounding
   double least = 0.0;  // a gap above this is proved to be the answer, m
 };
+
+/// Touching: within the tolerance of contact.
+inline PairStatus status_of(double gap, const Lengths& length) {
+  if (std::abs(gap) <= length.contact) return PairStatus::Touching;
+  return gap > 0.0 ? PairStatus::Separated : PairStatus::Overlapping;
+}
 
 enum class Trial {
   Proved,    ///< the answer is complete

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "four_lanes.hpp"
 #include "support.hpp"
 #include "wide_lanes.hpp"
 
@@ -80,11 +81,6 @@ QUOIN_AVX2 inline void fill_256(PolygonRows& rows, int k) {
   _mm256_store_pd(rows.length + k, none);
 }
 
-QUOIN_AVX2 inline double least_256(__m256d v) {
-  const __m128d half = _mm_min_pd(_mm256_castpd256_pd128(v), _mm256_extractf128_pd(v, 1));
-  return _mm_cvtsd_f64(_mm_min_sd(half, _mm_unpackhi_pd(half, half)));
-}
-
 QUOIN_AVX2 inline double greatest_256(__m256d v) {
   const __m128d half = _mm_max_pd(_mm256_castpd256_pd128(v), _mm256_extractf128_pd(v, 1));
   return _mm_cvtsd_f64(_mm_max_sd(half, _mm_unpackhi_pd(half, half)));
@@ -119,7 +115,7 @@ QUOIN_AVX2 void lay_256(const double* vertices, const ContactPlane& plane, Polyg
     low = _mm256_min_pd(low, height);
     high = _mm256_max_pd(high, height);
   }
-  rows.low = least_256(low) + 0.0;  // one zero only: -0 would tell the variants apart
+  rows.low = Lanes256{low}.least() + 0.0;  // one zero only: -0 would tell the variants apart
   rows.high = greatest_256(high) + 0.0;
   for (int k = 0; k < rows.count; k += 4) {
     const __m256d side_x = to_next_256(rows.x, k, rows.count);

@@ -50,8 +50,7 @@ Overlay append_shared_of_polygons(const PolygonRows& p, const PolygonRows& q, do
 struct SharedPart {
   int face_p = -1, face_q = -1;
   Support top_p, top_q;
-  double clear =
-      0.0;  ///< just the vertices of the faces are within this (at least tol) of the tops, m
+  double clear = 0.0;  ///< m, at least tol: just the vertices of the faces are so near the tops
   ContactPlane plane;
   PolygonRows p, q;
   SharedCorners corners;

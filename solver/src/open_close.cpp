@@ -452,14 +452,12 @@ bool OpenClose::converge(const BlockSystem& base, std::span<LinearContact> conta
                          const OpenCloseOptions& options, OpenCloseResult& result) {
   const bool springs = std::ranges::any_of(contacts, &LinearContact::compliant);
   solved_.assign(change_.size(), Vector12::Zero());
-  bool converged = false;
-  while (!converged && result.iterations < options.max_iterations) {
+  while (result.iterations < options.max_iterations) {
     const int before = result.iterations;
     if (relax(base, contacts, wanted_residual(contacts, options), result)) {
       solved_ = change_;
       const bool exact = relative_residual() <= options.force_tolerance;
-      converged = exact && (softness_ == 1.0 || !springs) && settled(contacts, options);
-      if (converged) break;
+      if (exact && (softness_ == 1.0 || !springs) && settled(contacts, options)) return true;
       update_multipliers(contacts);
       if (result.iterations - before <= kQuickSteps) {
         softness_ = std::min(1.0, kStiffer * softness_);
@@ -471,8 +469,7 @@ bool OpenClose::converge(const BlockSystem& base, std::span<LinearContact> conta
     }
     evaluate(base, contacts, change_, Law::True);
   }
-  softness_ = 1.0;
-  return converged;
+  return false;
 }
 
 /// What the next multipliers would do to the blocks, relative to the forces there. Parts that
@@ -540,6 +537,7 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   scale_.resize(n);
   factorized_ = false;
   raises_ = updates_ = 0;
+  softness_ = 1.0;
   if (options.predicted || !options.raise) last_gap_ = std::numeric_limits<double>::infinity();
   if (options.predicted) {
     result.change = stand(base, force, contacts, kAtRest * tolerance, increment);

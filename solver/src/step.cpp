@@ -206,14 +206,12 @@ void linearise_all(const CompiledScene& compiled, const StepOptions& options, co
     LinearContact& c = work.linear[i];
     linearise(contact, work.poses, compiled.models, rounding, c);
     set_stiffness(options, work, c);
-    if (options.method == ContactMethod::AugmentedLagrangian &&
+    if (!contact.was_closed && options.method == ContactMethod::AugmentedLagrangian &&
         options.analysis == Analysis::Dynamic) {
       Vector3 free_end = c.offset;
       if (c.slot_a >= 0) free_end += c.jacobian_a * work.free_increment[index(c.slot_a)];
       if (c.slot_b >= 0) free_end += c.jacobian_b * work.free_increment[index(c.slot_b)];
-      if (!contact.was_closed) {
-        set_closing(free_end, slowest, time_step, contact.joint, c);
-      }
+      set_closing(free_end, slowest, time_step, contact.joint, c);
     }
     if (c.compliant && scheme.end_share < 1.0) {
       Vector3 end = c.offset;
