@@ -107,7 +107,7 @@ FastResult least_overlap(const Polyhedron& solid_p, const Polyhedron& solid_q, d
   const double least = least_four.least();
   const auto beyond = [](const double* row, double limit) {
     unsigned bits = 0;
-    for (int k = 0; k < 16; k += 4) bits |= Lanes::all(limit).below(Lanes::of(row + k)) << k;
+    for (int k = 0; k < 16; k += 4) bits |= Lanes::all(limit).below(Lanes::of(row + k)).bits() << k;
     return bits & Directions::kAll;
   };
   const unsigned best = ~beyond(overlap, least) & Directions::kAll;

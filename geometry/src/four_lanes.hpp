@@ -3,6 +3,7 @@
 /// that are compiled for them as a whole. The same bits in all. Private to the room.
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 
@@ -15,10 +16,23 @@ namespace quoin::geometry {
 struct PlainLanes {
   double v[4];
 
+  struct Flags {
+    unsigned all;
+    unsigned bits() const { return all; }
+  };
+  static Flags only(int lane) { return {1u << lane}; }
+
   /// Numbers of a row, by their places in it.
   static PlainLanes picked(const double* row, const std::uint16_t* place) {
     return each([=](int k) { return row[place[k]]; });
   }
+  /// Four of the rows of a table, turned: all their first numbers, all second ones, …
+  static void turn(const double (*rows)[4], const std::uint16_t* row, PlainLanes (&turned)[4]) {
+    for (int k = 0; k < 4; ++k) {
+      turned[k] = each([=](int i) { return rows[row[i]][k]; });
+    }
+  }
+  static PlainLanes of(double a, double b, double c, double d) { return {{a, b, c, d}}; }
   /// Four numbers on a 32-byte border.
   static PlainLanes of(const double* row) {
     return each([row](int k) { return row[k]; });
@@ -49,15 +63,22 @@ struct PlainLanes {
     return each([&](int k) { return v[k] > b.v[k] ? v[k] : b.v[k]; });
   }
   double least() const { return *std::min_element(v, v + 4); }
-  /// Which are, one bit each.
-  unsigned below(const PlainLanes& b) const {
+  /// Which are.
+  Flags below(const PlainLanes& b) const {
     unsigned bits = 0;
     for (int k = 0; k < 4; ++k) bits |= static_cast<unsigned>(v[k] < b.v[k]) << k;
-    return bits;
+    return {bits};
   }
-  /// These where a bit is set, else the others.
-  PlainLanes where(unsigned bits, const PlainLanes& other) const {
-    return each([&](int k) { return (bits >> k & 1) != 0 ? v[k] : other.v[k]; });
+  /// These where a flag is set, else the others.
+  PlainLanes where(const Flags& flags, const PlainLanes& other) const {
+    return each([&](int k) { return (flags.all >> k & 1) != 0 ? v[k] : other.v[k]; });
+  }
+  /// With its number, counted from `first`, in place of the last bits.
+  PlainLanes numbered(int first, int count) const {
+    return each([&](int k) {
+      const auto bits = std::bit_cast<std::uint64_t>(v[k]) & ~static_cast<std::uint64_t>(count - 1);
+      return std::bit_cast<double>(bits | static_cast<std::uint64_t>(first + k));
+    });
   }
 
  private:
@@ -74,8 +95,30 @@ struct PlainLanes {
 struct Lanes256 {
   __m256d v;
 
+  struct Flags {
+    __m256d all;
+    QUOIN_AVX2 unsigned bits() const { return static_cast<unsigned>(_mm256_movemask_pd(all)); }
+  };
+  QUOIN_AVX2 static Flags only(int lane) {
+    const __m256i lanes = _mm256_set_epi64x(3, 2, 1, 0);
+    return {_mm256_castsi256_pd(_mm256_cmpeq_epi64(lanes, _mm256_set1_epi64x(lane)))};
+  }
+
   QUOIN_AVX2 static Lanes256 picked(const double* row, const std::uint16_t* place) {
     return {_mm256_set_pd(row[place[3]], row[place[2]], row[place[1]], row[place[0]])};
+  }
+  QUOIN_AVX2 static void turn(const double (*rows)[4], const std::uint16_t* row,
+                              Lanes256 (&turned)[4]) {
+    const double *const a = rows[row[0]], *const b = rows[row[1]];
+    const double *const c = rows[row[2]], *const d = rows[row[3]];
+    for (int k = 0; k < 4; k += 2) {
+      const __m256d ac = two_halves(a + k, c + k), bd = two_halves(b + k, d + k);
+      turned[k] = {_mm256_unpacklo_pd(ac, bd)};
+      turned[k + 1] = {_mm256_unpackhi_pd(ac, bd)};
+    }
+  }
+  QUOIN_AVX2 static Lanes256 of(double a, double b, double c, double d) {
+    return {_mm256_set_pd(d, c, b, a)};
   }
   QUOIN_AVX2 static Lanes256 of(const double* row) { return {_mm256_load_pd(row)}; }
   QUOIN_AVX2 static Lanes256 all(double x) { return {_mm256_set1_pd(x)}; }
@@ -91,13 +134,20 @@ struct Lanes256 {
     const __m128d half = _mm_min_pd(_mm256_castpd256_pd128(v), _mm256_extractf128_pd(v, 1));
     return _mm_cvtsd_f64(_mm_min_sd(half, _mm_unpackhi_pd(half, half)));
   }
-  QUOIN_AVX2 unsigned below(const Lanes256& b) const {
-    return static_cast<unsigned>(_mm256_movemask_pd(_mm256_cmp_pd(v, b.v, _CMP_LT_OQ)));
+  QUOIN_AVX2 Flags below(const Lanes256& b) const { return {_mm256_cmp_pd(v, b.v, _CMP_LT_OQ)}; }
+  QUOIN_AVX2 Lanes256 where(const Flags& flags, const Lanes256& other) const {
+    return {_mm256_blendv_pd(other.v, v, flags.all)};
   }
-  QUOIN_AVX2 Lanes256 where(unsigned bits, const Lanes256& other) const {
-    const __m256i each = _mm256_set_epi64x(8, 4, 2, 1);
-    const __m256i set = _mm256_and_si256(_mm256_set1_epi64x(bits), each);
-    return {_mm256_blendv_pd(other.v, v, _mm256_castsi256_pd(_mm256_cmpeq_epi64(set, each)))};
+  QUOIN_AVX2 Lanes256 numbered(int first, int count) const {
+    const __m256i number =
+        _mm256_add_epi64(_mm256_set1_epi64x(first), _mm256_set_epi64x(3, 2, 1, 0));
+    const __m256i bits = _mm256_andnot_si256(_mm256_set1_epi64x(count - 1), _mm256_castpd_si256(v));
+    return {_mm256_castsi256_pd(_mm256_or_si256(bits, number))};
+  }
+
+ private:
+  QUOIN_AVX2 static __m256d two_halves(const double* low, const double* high) {
+    return _mm256_insertf128_pd(_mm256_castpd128_pd256(_mm_load_pd(low)), _mm_load_pd(high), 1);
   }
 };
 

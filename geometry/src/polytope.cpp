@@ -31,86 +31,100 @@ class Polytope {
     result.outcome = FastOutcome::Unclear;
     result.iterations = 0;
     if (!begin(start)) return result;
-    while (result.iterations < kMostCorners - 8) {
-      ++result.iterations;
-      const int nearest = nearest_facet();
-      if (nearest < 0) return result;
-      const Vector3 outward = normal(nearest);
-      const Corner corner = find_corner(-outward);
-      const double gain = outward.dot(corner.w - place(corners_of(nearest)[0]));
-      if (gain <= rounding_) {
-        finish(nearest, result);
-        return result;
-      }
-      if (!open(nearest, corner.w) || !add_cone(add_corner(corner))) return result;
-    }
+    if (lay_tetrahedron() && spread() && expand(result)) return result;
+    if (lay_tetrahedron()) expand(result);
     return result;
   }
 
  private:
-  static constexpr int kMostCorners = 96;
-  static constexpr int kMostFacets = 1024, kMostSides = 128;  // multiples of four
-  using Number = std::uint16_t;                               // of a corner or a facet
-  using Three = std::array<Number, 3>;
+  static constexpr int kMostCorners = 96, kRow = 128;
+  static constexpr int kMostFacets = 1024;  // a power of two
+  using Number = std::uint16_t;             // of a corner or a facet
+  using Bits = std::uint64_t;
 
   struct Corner {
     Vector3 w;
     int p = 0, q = 0;
   };
-  struct Step {
-    Number facet, side;
+  /// Planes of four facets.
+  struct alignas(64) Planes {
+    double x[4], y[4], z[4];  // normals, unit
+    double distance[4];       // from the origin, m; infinite: no facet, or one that is no more
+    double sure[4];           // the same less its rounding
+    double key[4];            // the same with the facet's number as its last bits; `kNone`
   };
 
-  static Number number(unsigned i) { return static_cast<Number>(i); }
-  static Number number(int i) { return static_cast<Number>(i); }
-  static bool has(const auto& bits, int f) { return (bits[index(f / 4)] >> f % 4 & 1) != 0; }
   static std::size_t index(int i) { return static_cast<std::size_t>(i); }
-  Three& corners_of(int f) { return facet_corners_[index(f)]; }
-  Three& neighbours(int f) { return neighbours_[index(f)]; }
-  Vector3 place(int c) const { return {x_[c], y_[c], z_[c]}; }
-  Vector3 normal(int f) const { return {normal_x_[f], normal_y_[f], normal_z_[f]}; }
+  static Number number(int i) { return static_cast<Number>(i); }
+  Planes& planes(int f) { return planes_[f / 4]; }
+  bool slim(int f) const { return (slim_[f / 4] >> f % 4 & 1) != 0; }
+  Vector3 place(int c) const { return {corner_[c][0], corner_[c][1], corner_[c][2]}; }
+  Vector3 normal(int f) { return {planes(f).x[f % 4], planes(f).y[f % 4], planes(f).z[f % 4]}; }
+  double gain(int f, const Corner& corner) { return normal(f).dot(corner.w - place(apex_[f])); }
+  /// The facet whose side runs from one corner to another.
+  Number& facet_at(int from, int to) { return facet_at_[kRow * from + to]; }
+
+  Corner corner_of(int i, int j) const { return {q_.vertex(j) - p_.vertex(i), i, j}; }
 
   Corner find_corner(const Vector3& direction) const {
     const PairSupport both = Scan::support_pair(Rows(p_), Rows(q_), direction);
-    const int i = both.p.vertex, j = both.q.vertex;
-    return {q_.vertex(j) - p_.vertex(i), i, j};
+    return corner_of(both.p.vertex, both.q.vertex);
   }
 
   int add_corner(const Corner& corner) {
     const int c = corner_count_++;
-    x_[c] = corner.w.x();
-    y_[c] = corner.w.y();
-    z_[c] = corner.w.z();
-    length_[c] = corner.w.norm();
+    Lanes::of(corner.w.x(), corner.w.y(), corner.w.z(), corner.w.norm()).store(corner_[c]);
     vertex_p_[c] = corner.p;
     vertex_q_[c] = corner.q;
     return c;
   }
 
-  /// A tetrahedron around the origin, from the corners of the search and, where it ended with
-  /// fewer, from supports across them.
+  /// Four corners around the origin, from the search and, where it ended with fewer, from supports
+  /// across them. Outside is where 0, 1, 2 turn left.
   bool begin(const FastResult& start) {
     for (int k = 0; k < start.corners; ++k) {
-      const int i = start.p[index(k)], j = start.q[index(k)];
-      add_corner({q_.vertex(j) - p_.vertex(i), i, j});
+      add_corner(corner_of(start.p[index(k)], start.q[index(k)]));
     }
     while (corner_count_ < 4) {
       if (!add_across()) return false;
     }
     const Vector3 a = place(1) - place(0), b = place(2) - place(0), c = place(3) - place(0);
-    const bool turned =
-        a.cross(b).dot(c) > 0.0;  // seen from corner 3, 0, 1 and 2 are to turn right
-    const Number first = turned ? 1 : 0, second = turned ? 0 : 1;
-    sides_ = 0;
-    for (const Number corner : {first, second, Number{2}}) from_[index(sides_++)] = corner;
-    // The base as a cone over one side, with a facet of its own; then the cone over all three.
-    if (!lay_planes(1, 2)) return false;
-    corners_of(0) = {first, second, 2};
-    facet_count_ = 4;
-    from_ = {second, first, 2};
-    facet_ = {0, 0, 0};
-    place_ = {0, 2, 1};
-    return add_cone(3);
+    if (a.cross(b).dot(c) > 0.0) swap_corners(0, 1);
+    return true;
+  }
+
+  bool lay_tetrahedron() {
+    corner_count_ = 4;
+    facet_count_ = 0;
+    Lanes::all(kNone).store(least_);
+    put(0, 0, 1, 2);
+    put(1, 1, 0, 3);
+    put(2, 2, 1, 3);
+    put(3, 0, 2, 3);
+    return add_facets(4);
+  }
+
+  /// Steps until the nearest facet is one of the set of differences. False: rounding has torn the
+  /// surface.
+  bool expand(FastResult& result) {
+    while (result.iterations < kMostCorners - 8) {
+      ++result.iterations;
+      const int nearest = nearest_facet();
+      if (nearest < 0) return false;
+      const Corner corner = find_corner(-normal(nearest));
+      if (!(gain(nearest, corner) > rounding_)) {
+        finish(nearest, result);
+        return true;
+      }
+      if (!open(nearest, corner.w, add_corner(corner)) || !add_facets(sides_)) return false;
+    }
+    return true;
+  }
+
+  void swap_corners(int c, int d) {
+    std::swap(corner_[c], corner_[d]);
+    std::swap(vertex_p_[c], vertex_p_[d]);
+    std::swap(vertex_q_[c], vertex_q_[d]);
   }
 
   bool add_across() {
@@ -139,190 +153,279 @@ class Polytope {
     return true;
   }
 
-  /// Leaves a facet out of all that is asked of the planes.
-  void retire(int f) { distance_[f] = sure_[f] = kInfinity; }
-
-  /// A cone over the border of the hole, in a block of its own: the sides run around it. False
-  /// where rounding has torn the surface.
-  bool add_cone(int apex) {
-    if (sides_ < 3 || facet_count_ + sides_ > kMostFacets) return false;
-    for (int k = 0; k < sides_; ++k) {
-      const int f = facet_count_ + k;
-      const int next = k + 1 < sides_ ? f + 1 : facet_count_;
-      const int before = k > 0 ? f - 1 : f + sides_ - 1;
-      corners_of(f) = {from_[index(k)], from_[index(next - facet_count_)], number(apex)};
-      neighbours(f) = {facet_[index(k)], number(next), number(before)};
-      neighbours(facet_[index(k)])[place_[index(k)]] = number(f);
+  /// The first step for all sides of the tetrahedron, whose supports need not wait for each other:
+  /// a cone over each, and where two cones leave a valley along the edge between them, the edge
+  /// between their tops instead. False: a side has no corner of its own beyond it, or rounding has
+  /// torn the surface.
+  bool spread() {
+    // The edges of the tetrahedron, and the tops of the cones to their left and right; the last
+    // one stands three times.
+    static constexpr Number kFrom[8] = {0, 1, 2, 0, 3, 3, 3, 3}, kTo[8] = {1, 2, 0, 3, 1, 2, 2, 2},
+                            kLeft[8] = {4, 4, 4, 5, 5, 6, 6, 6},
+                            kRight[8] = {5, 6, 7, 7, 6, 7, 7, 7};
+    bool beyond = true;
+    for (int k = 0; k < 4; ++k) {
+      const Corner top = find_corner(-normal(k));
+      beyond &= gain(k, top) > rounding_;
+      add_corner(top);
     }
-    const bool around = lay_planes(sides_, apex);
-    facet_count_ += (sides_ + 3) / 4 * 4;
-    return around;
+    if (!beyond || !all_differ(4)) return false;
+    unsigned valleys = 0;
+    for (int e = 0; e < 8; e += 4) {
+      valleys |= rising(kFrom + e, kTo + e, kLeft + e, kRight + e) << e;
+    }
+    for (int e = 0; e < 6; ++e) {
+      const bool valley = (valleys >> e & 1) != 0;
+      put(4 + e, kFrom[e], valley ? kRight[e] : kTo[e], kLeft[e]);
+      put(10 + e, kTo[e], valley ? kLeft[e] : kFrom[e], kRight[e]);
+    }
+    Lanes::all(kInfinity).store(planes_[0].distance);  // the tetrahedron is no more
+    Lanes::all(kNone).store(planes_[0].key);
+    Lanes::all(kNone).store(least_);
+    return add_facets(12);
   }
 
-  /// The planes of new facets, between the first `count` sides of the border and a corner. False:
-  /// one turns its outer side to the origin.
-  bool lay_planes(int count, int apex) {
-    from_[index(sides_)] = from_[0];
-    std::fill_n(from_.begin() + sides_ + 1, 4, from_[0]);
+  /// Of all corners from the given one on.
+  bool all_differ(int first) const {
+    bool differ = true;
+    for (int c = first; c < corner_count_; ++c) {
+      for (int d = first; d < c; ++d) {
+        differ &= (vertex_p_[c] != vertex_p_[d]) | (vertex_q_[c] != vertex_q_[d]);
+      }
+    }
+    return differ;
+  }
+
+  /// Four triangles and a corner each: which see it.
+  unsigned rising(const Number* a, const Number* b, const Number* c, const Number* top) const {
+    Lanes base[4], u[4], v[4], w[4];
+    Lanes::turn(corner_, a, base);
+    Lanes::turn(corner_, b, u);
+    Lanes::turn(corner_, c, v);
+    Lanes::turn(corner_, top, w);
+    for (int k = 0; k < 3; ++k) {
+      u[k] = u[k] - base[k];
+      v[k] = v[k] - base[k];
+      w[k] = w[k] - base[k];
+    }
+    const Lanes volume = (u[1] * v[2] - u[2] * v[1]) * w[0] + (u[2] * v[0] - u[0] * v[2]) * w[1] +
+                         (u[0] * v[1] - u[1] * v[0]) * w[2];
+    return Lanes::all(0.0).below(volume).bits();
+  }
+
+  /// The corners of a facet.
+  void put(int f, int from, int to, int apex) {
+    from_[f] = number(from);
+    to_[f] = number(to);
+    apex_[f] = number(apex);
+  }
+
+  /// New facets whose corners have been put. False: one turns its outer side to the origin.
+  bool add_facets(int count) {
+    const int first = facet_count_, end = first + count;
+    const int c = apex_[first];
+    for (int f = end; f < end + 3; ++f) put(f, c, c, c);
     bool around = true;
-    for (int k = 0; k < count; k += 4) around &= lay_four(k, std::min(4, count - k), apex);
+    for (int f = first; f < end; f += 4) around &= lay_four(f);
+    for (int f = first; f < end; ++f) {
+      const int from = from_[f], to = to_[f], apex = apex_[f];
+      facet_at(from, to) = facet_at(to, apex) = facet_at(apex, from) = number(f);
+    }
+    facet_count_ = first + (count + 3) / 4 * 4;
     return around;
   }
 
-  bool lay_four(int first, int count, int apex) {
+  /// The planes of a block. False: one turns its outer side to the origin.
+  bool lay_four(int f) {
     const auto all = [](double x) { return Lanes::all(x); };
-    const Number *const from = &from_[index(first)], *const to = from + 1;
-    const Lanes ax = all(x_[apex]), ay = all(y_[apex]), az = all(z_[apex]);
-    const Lanes ux = Lanes::picked(x_, from) - ax, vx = Lanes::picked(x_, to) - ax;
-    const Lanes uy = Lanes::picked(y_, from) - ay, vy = Lanes::picked(y_, to) - ay;
-    const Lanes uz = Lanes::picked(z_, from) - az, vz = Lanes::picked(z_, to) - az;
-    const Lanes reach =
-        Lanes::picked(length_, from).larger(Lanes::picked(length_, to)).larger(all(length_[apex]));
+    Lanes a[4], u[4], v[4];
+    Lanes::turn(corner_, apex_ + f, a);
+    Lanes::turn(corner_, from_ + f, u);
+    Lanes::turn(corner_, to_ + f, v);
+    const Lanes ux = u[0] - a[0], uy = u[1] - a[1], uz = u[2] - a[2];
+    const Lanes vx = v[0] - a[0], vy = v[1] - a[1], vz = v[2] - a[2];
+    const Lanes reach = u[3].larger(v[3]).larger(a[3]);
     const Lanes x = uy * vz - uz * vy, y = uz * vx - ux * vz, z = ux * vy - uy * vx;
     const Lanes squared = x * x + y * y + z * z;
     const Lanes whole = (ux * ux + uy * uy + uz * uz) * (vx * vx + vy * vy + vz * vz);
     const Lanes inverse = all(1.0) / squared.root();
-    const Lanes distance = (x * ax + y * ay + z * az) * inverse;
+    const Lanes distance = (x * a[0] + y * a[1] + z * a[2]) * inverse;
     // By how much the products that made the normal have cancelled: at most 1 + a quarter of this.
     const Lanes cancelled = whole * (inverse * inverse);
     const Lanes sure = distance - all(kEpsilon) * reach * (all(2.5) + all(0.25) * cancelled);
-    const unsigned there = (all(kNoArea * kNoArea) * whole).below(squared) & ((1u << count) - 1u);
-    const unsigned slim = squared.below(all(kSlim * kSlim) * whole);
-    const int f = facet_count_ + first;
-    (x * inverse).store(normal_x_ + f);
-    (y * inverse).store(normal_y_ + f);
-    (z * inverse).store(normal_z_ + f);
-    distance.where(there, all(kInfinity)).store(distance_ + f);
-    sure.where(there, all(kInfinity)).store(sure_ + f);
-    slim_[f / 4] = number(slim);
-    return (there & ~slim & distance.below(all(-rounding_))) == 0;
+    const auto there = (all(kNoArea * kNoArea) * whole).below(squared);
+    const unsigned slim = squared.below(all(kSlim * kSlim) * whole).bits();
+    Planes& four = planes(f);
+    (x * inverse).store(four.x);
+    (y * inverse).store(four.y);
+    (z * inverse).store(four.z);
+    distance.where(there, all(kInfinity)).store(four.distance);
+    sure.store(four.sure);
+    const Lanes key = sure.numbered(f, kMostFacets).where(there, all(kNone));
+    key.store(four.key);
+    key.smaller(Lanes::of(least_)).store(least_);
+    slim_[f / 4] = static_cast<std::uint8_t>(slim);
+    return (there.bits() & ~slim & distance.below(all(-rounding_)).bits()) == 0;
   }
 
   /// The plane of a slim facet from exact differences.
   void lay_exactly(int f) {
-    slim_[f / 4] = number(slim_[f / 4] & ~(1 << f % 4));
+    slim_[f / 4] = static_cast<std::uint8_t>(slim_[f / 4] & ~(1 << f % 4));
+    const std::array<int, 3> corners{from_[f], to_[f], apex_[f]};
     std::array<WideVector, 3> w;
+    double reach = 0.0;
     for (std::size_t k = 0; k < 3; ++k) {
-      const int c = corners_of(f)[k];
+      const int c = corners[k];
       w[k] = wide_difference(q_.vertex(vertex_q_[c]), p_.vertex(vertex_p_[c]));
+      reach = std::max(reach, corner_[c][3]);
     }
     const Vector3 across = cross(w[1] - w[0], w[2] - w[0]).rounded();
     const double area = across.norm();
-    retire(f);
+    Planes& four = planes(f);
+    const int k = f % 4;
+    four.distance[k] = kInfinity;
+    four.key[k] = kNone;
     if (!(area > 0.0)) return;
-    const auto& [a, b, c] = corners_of(f);
     const Vector3 unit = across / area;
-    normal_x_[f] = unit.x();
-    normal_y_[f] = unit.y();
-    normal_z_[f] = unit.z();
-    distance_[f] = unit.dot(place(a));
-    sure_[f] = distance_[f] - 2.5 * kEpsilon * std::max({length_[a], length_[b], length_[c]});
+    four.x[k] = unit.x();
+    four.y[k] = unit.y();
+    four.z[k] = unit.z();
+    four.distance[k] = unit.dot(place(apex_[f]));
+    four.sure[k] = four.distance[k] - 2.5 * kEpsilon * reach;
+    alignas(32) double keys[4];
+    Lanes::of(four.sure).numbered(f - k, kMostFacets).store(keys);
+    four.key[k] = keys[k];
   }
 
   /// The facet nearest to the origin, or -1 where one turns its outer side to it.
   int nearest_facet() {
     int nearest = least_facet();
-    while (nearest >= 0 && has(slim_, nearest)) {  // only now is it worth its exact normal
+    while (nearest >= 0 && slim(nearest)) {  // only now is it worth its exact normal
       lay_exactly(nearest);
-      if (distance_[nearest] < -rounding_) return -1;
+      find_least();
+      if (planes(nearest).distance[nearest % 4] < -rounding_) return -1;
       nearest = least_facet();
     }
     return nearest;
   }
 
   int least_facet() const {
-    Lanes least = Lanes::of(sure_);
-    for (int f = 4; f < facet_count_; f += 4) least = least.smaller(Lanes::of(sure_ + f));
-    const double sure = least.least();
-    if (!(sure < kInfinity)) return -1;
-    int f = 0;
-    unsigned there;
-    while ((there = ~Lanes::all(sure).below(Lanes::of(sure_ + f)) & 0xfu) == 0) f += 4;
-    return f + std::countr_zero(there);
+    const double key = Lanes::of(least_).least();
+    return key < kNone ? static_cast<int>(std::bit_cast<Bits>(key) % kMostFacets) : -1;
+  }
+
+  void find_least() {
+    Lanes least = Lanes::all(kNone);
+    for (int f = 0; f < facet_count_; f += 4) least = least.smaller(Lanes::of(planes(f).key));
+    least.store(least_);
   }
 
   /// The normals of four facets along a vector.
-  Lanes along(int f, const Vector3& v) const {
-    return Lanes::of(normal_x_ + f) * Lanes::all(v.x()) +
-           Lanes::of(normal_y_ + f) * Lanes::all(v.y()) +
-           Lanes::of(normal_z_ + f) * Lanes::all(v.z());
+  static Lanes along(const Planes& four, const Vector3& v) {
+    return Lanes::of(four.x) * Lanes::all(v.x()) + Lanes::of(four.y) * Lanes::all(v.y()) +
+           Lanes::of(four.z) * Lanes::all(v.z());
   }
 
-  /// Takes away the facets that see a new corner and hang together with the first. The sides around
-  /// the hole come in order; false: they do not close.
-  bool open(int first, const Vector3& w) {
-    std::array<Number, kMostFacets / 4> seeing;
-    for (int f = 0; f < facet_count_; f += 4) {
-      seeing[index(f / 4)] = number(Lanes::of(distance_ + f).below(along(f, w)));
+  /// Which of four facets see a corner; these are no more.
+  static unsigned take_seeing(const Vector3& w, Planes& four, Lanes& least) {
+    const Lanes distance = Lanes::of(four.distance);
+    const auto seeing = distance.below(along(four, w));
+    Lanes::all(kInfinity).where(seeing, distance).store(four.distance);
+    const Lanes key = Lanes::all(kNone).where(seeing, Lanes::of(four.key));
+    key.store(four.key);
+    least = least.smaller(key);
+    return seeing.bits();
+  }
+
+  /// Takes away the facets that see a new corner, the first one in any case. The sides around the
+  /// hole become the first sides of new facets. False: there are too many.
+  bool open(int first, const Vector3& w, int apex) {
+    double* const distance = planes(first).distance;
+    Lanes::all(-kInfinity).where(Lanes::only(first % 4), Lanes::of(distance)).store(distance);
+    Bits seeing[kMostFacets / 64];
+    Lanes least = Lanes::all(kNone);
+    int count = 0;
+    for (int f = 0; f < facet_count_; f += 64) {
+      Bits bits = 0;
+      const int end = std::min(facet_count_ - f, 64);
+      for (int k = 0; k < end; k += 4) bits |= Bits{take_seeing(w, planes(f + k), least)} << k;
+      seeing[f / 64] = bits;
+      count += std::popcount(bits);
     }
-    std::array<Step, kMostSides> stack;
-    int height = 0;
-    sides_ = 0;
-    const auto take = [&](int f) {
-      taken_[index(f / 4)] = number(taken_[index(f / 4)] | 1 << f % 4);
-      retire(f);
-    };
-    take(first);
-    for (int k = 2; k >= 0; --k) stack[index(height++)] = {number(first), number(k)};
-    Number last = corners_of(first)[0];
-    while (height > 0) {
-      const Step step = stack[index(--height)];
-      const Number next = neighbours(step.facet)[step.side];
-      if (has(taken_, next)) continue;
-      const Number from = corners_of(step.facet)[step.side];
-      const Number to = corners_of(step.facet)[step.side < 2 ? step.side + 1u : 0u];
-      const Three& cycle = corners_of(next);
-      const int entry = cycle[0] == to ? 0 : cycle[1] == to ? 1 : 2;
-      if (has(seeing, next)) {
-        if (height + 2 > kMostSides) return false;
-        take(next);
-        stack[index(height++)] = {next, number(entry > 0 ? entry - 1 : 2)};
-        stack[index(height++)] = {next, number(entry < 2 ? entry + 1 : 0)};
-      } else {
-        if (from != last || sides_ == kMostSides) return false;
-        from_[index(sides_)] = from;
-        facet_[index(sides_)] = next;
-        place_[index(sides_++)] = number(entry);
-        last = to;
+    least.store(least_);
+    if (facet_count_ + 3 * count + 4 > kMostFacets) return false;
+    int end = facet_count_;
+    Bits starts = 0;
+    for (int f = 0; f < facet_count_; f += 64) {
+      for (Bits left = seeing[f / 64]; left != 0; left &= left - 1) {
+        const int taken = f + std::countr_zero(left);
+        const int a = from_[taken], b = to_[taken], c = apex_[taken];
+        for (const auto& [from, to] : {std::pair{a, b}, {b, c}, {c, a}}) {
+          const unsigned across = facet_at(to, from);
+          const Bits beyond = ~seeing[across / 64] >> across % 64 & 1;
+          put(end, from, to, apex);
+          starts |= beyond << from % 64;
+          end += static_cast<int>(beyond);
+        }
       }
     }
-    return last == from_[0];
+    sides_ = end - facet_count_;
+    return sides_ >= 3 && std::popcount(starts) == sides_;
   }
 
   void finish(int nearest, FastResult& result) {
-    const Vector3 n = normal(nearest);
-    const double limit = distance_[nearest] + 8 * rounding_;
-    for (int f = 0; f < facet_count_; f += 4) {  // another as good: for the exhaustive way to judge
-      const unsigned near = ~Lanes::all(limit).below(Lanes::of(distance_ + f));
-      if ((near & along(f, n).below(Lanes::all(1.0 - 1e-9))) != 0) return;
+    const double distance = planes(nearest).distance[nearest % 4];
+    const double limit = distance + std::max(8 * rounding_, kRounded * distance);
+    int near = 0;
+    for (int f = 0; f < facet_count_; f += 4) {
+      near += std::popcount(Lanes::of(planes(f).key).below(Lanes::all(limit)).bits());
     }
+    double sure = planes(nearest).sure[nearest % 4];
+    if (near > 1 && !only_direction(nearest, sure)) return;
     result.outcome = FastOutcome::Overlapping;
-    result.normal = -n;
-    result.bound = -sure_[nearest];
+    result.normal = -normal(nearest);
+    result.bound = -sure;
     result.corners = 3;
     for (std::size_t k = 0; k < 3; ++k) {
-      result.p[k] = vertex_p_[corners_of(nearest)[k]];
-      result.q[k] = vertex_q_[corners_of(nearest)[k]];
+      const int c = (k == 0 ? from_ : k == 1 ? to_ : apex_)[nearest];
+      result.p[k] = vertex_p_[c];
+      result.q[k] = vertex_q_[c];
     }
   }
 
+  /// Does no other direction come as near? `sure`: the least of all facets.
+  bool only_direction(int nearest, double& sure) {
+    const Vector3 n = normal(nearest);
+    const double limit = planes(nearest).distance[nearest % 4] + 8 * rounding_;
+    Lanes least = Lanes::all(sure);
+    unsigned others = 0;
+    for (int f = 0; f < facet_count_; f += 4) {
+      const Planes& four = planes(f);
+      const auto there = Lanes::of(four.key).below(Lanes::all(kNone));
+      const auto aside = along(four, n).below(Lanes::all(1.0 - 1e-9));
+      least = Lanes::of(four.sure).where(there, least).smaller(least);
+      others |= ~Lanes::all(limit).below(Lanes::of(four.distance)).bits() & aside.bits();
+    }
+    sure = least.least();
+    return others == 0;
+  }
+
   static constexpr double kSlim = 0.25;  // sine; the normal is that of doubles that have cancelled
-  static constexpr double kNoArea = 1e-14;  // sine
+  static constexpr double kNoArea = 1e-14;   // sine
+  static constexpr double kNone = 1e300;     // m
+  static constexpr double kRounded = 1e-12;  // more than the number of a facet changes in its key
 
   const Polyhedron& p_;
   const Polyhedron& q_;
   double rounding_;
-  int corner_count_ = 0, facet_count_ = 0;
-  double x_[kMostCorners], y_[kMostCorners], z_[kMostCorners], length_[kMostCorners];  // m
+  alignas(32) double least_[4];  // of the keys, in four heaps
+  int corner_count_ = 0, facet_count_ = 0, sides_ = 0;
+  alignas(32) double corner_[kMostCorners][4];  // its place and how far that is from the origin, m
   int vertex_p_[kMostCorners], vertex_q_[kMostCorners];
-  alignas(64) double normal_x_[kMostFacets], normal_y_[kMostFacets], normal_z_[kMostFacets];
-  alignas(64) double distance_[kMostFacets];                   // of the planes from the origin, m
-  alignas(64) double sure_[kMostFacets];                       // the same less their rounding
-  std::array<Number, kMostFacets / 4> slim_, taken_{};         // one bit a facet
-  std::array<Three, kMostFacets> facet_corners_, neighbours_;  // [k] lies across side k
-  // The sides around a hole: their first corner, the facet beyond and which of its sides it is.
-  int sides_ = 0;
-  std::array<Number, kMostSides + 16> from_, facet_, place_;
+  Planes planes_[kMostFacets / 4];
+  std::uint8_t slim_[kMostFacets / 4];  // one bit a facet
+  Number from_[kMostFacets], to_[kMostFacets], apex_[kMostFacets];
+  Number facet_at_[kMostCorners * kRow];
 };
 
 #ifdef QUOIN_WIDE_LANES
@@ -341,7 +444,7 @@ QUOIN_AVX2 [[gnu::flatten]] FastResult overlap_256(const Polyhedron& p, const Po
 FastResult fast_overlap(const Polyhedron& p, const Polyhedron& q, const FastResult& start,
                         double rounding) {
 #ifdef QUOIN_WIDE_LANES
-  if (has_avx512()) return overlap_512(p, q, start, rounding);
+  if (has_avx512() && !few_vertices(p, q)) return overlap_512(p, q, start, rounding);
   if (has_avx2()) return overlap_256(p, q, start, rounding);
 #endif
   return Polytope<PlainScan, PlainLanes>(p, q, rounding).grow(start);

@@ -3,6 +3,7 @@
 #include "geometry/src/polytope.hpp"
 
 #include <quoin/geometry/build.hpp>
+#include <vector>
 
 #include "support/catch.hpp"
 #include "support/random.hpp"
@@ -50,6 +51,28 @@ TEST_CASE("the polytope finds the least overlap") {
   }
   CHECK(found > 1000);
   CHECK(most > 20);  // many blocks of facets
+}
+
+TEST_CASE("where the polytope starts does not matter") {
+  tests::Random random(8);
+  int found = 0;
+  for (int k = 0; k < 300;
+       ++k) {  // few vertices: not every side of a tetrahedron has one beyond it
+    const Polyhedron p = hull(random, random.integer(4, 12), random.point(-1, 1));
+    const Polyhedron q = hull(random, random.integer(4, 12), p.origin() + random.point(-0.3, 0.3));
+    const double rounding = 1.25 * kEpsilon * std::max(p.diameter(), q.diameter());
+    std::vector<FastResult> grown;
+    for (int i = 0; i < 8; ++i) {
+      const FastResult start = geometry::fast_nearest(p, q, random.direction(), rounding);
+      if (start.outcome != FastOutcome::Overlapping) break;
+      grown.push_back(geometry::fast_overlap(p, q, start, rounding));
+      REQUIRE(grown.back().outcome == FastOutcome::Overlapping);
+      REQUIRE(std::abs(grown.back().bound - grown[0].bound) < 4 * rounding);
+      REQUIRE((grown.back().normal - grown[0].normal).norm() < 1e-12);
+      ++found;
+    }
+  }
+  CHECK(found > 1000);
 }
 
 TEST_CASE("several directions as good are left open") {
