@@ -39,7 +39,10 @@ int covered_face(const Polyhedron& polyhedron, const VertexSet& set, const Vecto
 
 int common_face(const Topology& topology, std::span<const int> vertices) {
   if (vertices.size() < 3) return -1;
-  for (const int f : topology.vertex_faces(vertices[0])) {
+  const int edge = topology.find_edge(vertices[0], vertices[1]);  // most often there is one
+  const std::span<const int> faces =
+      edge >= 0 ? topology.edge_faces(edge) : topology.vertex_faces(vertices[0]);
+  for (const int f : faces) {
     const std::span<const int> cycle = topology.face(f);
     const auto in_cycle = [&](int v) {
       return std::find(cycle.begin(), cycle.end(), v) != cycle.end();

@@ -20,7 +20,7 @@ struct PlainLanes {
     unsigned all;
     unsigned bits() const { return all; }
   };
-  static Flags only(int lane) { return {1u << lane}; }
+  static Flags only(std::size_t lane) { return {1u << lane}; }
 
   /// Numbers of a row, by their places in it.
   static PlainLanes picked(const double* row, const std::uint16_t* place) {
@@ -74,10 +74,10 @@ struct PlainLanes {
     return each([&](int k) { return (flags.all >> k & 1) != 0 ? v[k] : other.v[k]; });
   }
   /// With its number, counted from `first`, in place of the last bits.
-  PlainLanes numbered(int first, int count) const {
+  PlainLanes numbered(std::size_t first, std::size_t count) const {
     return each([&](int k) {
-      const auto bits = std::bit_cast<std::uint64_t>(v[k]) & ~static_cast<std::uint64_t>(count - 1);
-      return std::bit_cast<double>(bits | static_cast<std::uint64_t>(first + k));
+      const auto bits = std::bit_cast<std::uint64_t>(v[k]) & ~(count - 1);
+      return std::bit_cast<double>(bits | (first + static_cast<std::size_t>(k)));
     });
   }
 
@@ -99,9 +99,10 @@ struct Lanes256 {
     __m256d all;
     QUOIN_AVX2 unsigned bits() const { return static_cast<unsigned>(_mm256_movemask_pd(all)); }
   };
-  QUOIN_AVX2 static Flags only(int lane) {
+  QUOIN_AVX2 static Flags only(std::size_t lane) {
     const __m256i lanes = _mm256_set_epi64x(3, 2, 1, 0);
-    return {_mm256_castsi256_pd(_mm256_cmpeq_epi64(lanes, _mm256_set1_epi64x(lane)))};
+    return {_mm256_castsi256_pd(
+        _mm256_cmpeq_epi64(lanes, _mm256_set1_epi64x(static_cast<long long>(lane))))};
   }
 
   QUOIN_AVX2 static Lanes256 picked(const double* row, const std::uint16_t* place) {
@@ -138,10 +139,11 @@ struct Lanes256 {
   QUOIN_AVX2 Lanes256 where(const Flags& flags, const Lanes256& other) const {
     return {_mm256_blendv_pd(other.v, v, flags.all)};
   }
-  QUOIN_AVX2 Lanes256 numbered(int first, int count) const {
-    const __m256i number =
-        _mm256_add_epi64(_mm256_set1_epi64x(first), _mm256_set_epi64x(3, 2, 1, 0));
-    const __m256i bits = _mm256_andnot_si256(_mm256_set1_epi64x(count - 1), _mm256_castpd_si256(v));
+  QUOIN_AVX2 Lanes256 numbered(std::size_t first, std::size_t count) const {
+    const __m256i number = _mm256_add_epi64(_mm256_set1_epi64x(static_cast<long long>(first)),
+                                            _mm256_set_epi64x(3, 2, 1, 0));
+    const __m256i bits = _mm256_andnot_si256(_mm256_set1_epi64x(static_cast<long long>(count - 1)),
+                                             _mm256_castpd_si256(v));
     return {_mm256_castsi256_pd(_mm256_or_si256(bits, number))};
   }
 

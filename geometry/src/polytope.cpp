@@ -30,17 +30,26 @@ class Polytope {
     FastResult result = start;
     result.outcome = FastOutcome::Unclear;
     result.iterations = 0;
+    for (const Polyhedron* solid : {&p_, &q_}) {  // asks for the vertices before they are needed
+      const Eigen::Index count = std::min<Eigen::Index>(solid->vertices().size(), kMostFetched);
+      for (Eigen::Index k = 0; k < count; k += 8) {
+        __builtin_prefetch(solid->vertices().data() + k);
+      }
+    }
     if (!begin(start)) return result;
-    if (lay_tetrahedron() && spread() && expand(result)) return result;
+    if (spread() && expand(result)) return result;
+    restart();
     if (lay_tetrahedron()) expand(result);
     return result;
   }
 
  private:
-  static constexpr int kMostCorners = 96, kRow = 128;
-  static constexpr int kMostFacets = 1024;  // a power of two
-  using Number = std::uint16_t;             // of a corner or a facet
+  using Index = std::size_t;     // of a corner or a facet
+  using Number = std::uint16_t;  // the same, stored
   using Bits = std::uint64_t;
+  static constexpr int kMostSteps = 88;
+  static constexpr Index kMostCorners = kMostSteps + 8, kRow = 128;
+  static constexpr Index kMostFacets = 1024;  // a power of two
 
   struct Corner {
     Vector3 w;
@@ -54,15 +63,36 @@ class Polytope {
     double key[4];            // the same with the facet's number as its last bits; `kNone`
   };
 
-  static std::size_t index(int i) { return static_cast<std::size_t>(i); }
-  static Number number(int i) { return static_cast<Number>(i); }
-  Planes& planes(int f) { return planes_[f / 4]; }
-  bool slim(int f) const { return (slim_[f / 4] >> f % 4 & 1) != 0; }
-  Vector3 place(int c) const { return {corner_[c][0], corner_[c][1], corner_[c][2]}; }
-  Vector3 normal(int f) { return {planes(f).x[f % 4], planes(f).y[f % 4], planes(f).z[f % 4]}; }
-  double gain(int f, const Corner& corner) { return normal(f).dot(corner.w - place(apex_[f])); }
+  /// Four triangles: their apexes and from there to the two other corners, each with how far that
+  /// corner is from the origin; the product of the two, outward.
+  struct Triangles {
+    Lanes apex[4], from[4], to[4];
+    Lanes x, y, z;
+    Triangles(const double (*corners)[4], const Number* a, const Number* b, const Number* c) {
+      Lanes::turn(corners, c, apex);
+      Lanes::turn(corners, a, from);
+      Lanes::turn(corners, b, to);
+      for (int k = 0; k < 3; ++k) {
+        from[k] = from[k] - apex[k];
+        to[k] = to[k] - apex[k];
+      }
+      x = from[1] * to[2] - from[2] * to[1];
+      y = from[2] * to[0] - from[0] * to[2];
+      z = from[0] * to[1] - from[1] * to[0];
+    }
+    Lanes squared() const { return x * x + y * y + z * z; }
+  };
+  /// The sides of a tetrahedron.
+  static constexpr Number kSides[3][4] = {{0, 1, 2, 0}, {1, 0, 1, 2}, {2, 3, 3, 3}};
+
+  static Number number(Index i) { return static_cast<Number>(i); }
+  Planes& planes(Index f) { return planes_[f / 4]; }
+  bool slim(Index f) const { return (slim_[f / 4] >> f % 4 & 1) != 0; }
+  Vector3 place(Index c) const { return {corner_[c][0], corner_[c][1], corner_[c][2]}; }
+  Vector3 normal(Index f) { return {planes(f).x[f % 4], planes(f).y[f % 4], planes(f).z[f % 4]}; }
+  double gain(Index f, const Corner& corner) { return normal(f).dot(corner.w - place(apex_[f])); }
   /// The facet whose side runs from one corner to another.
-  Number& facet_at(int from, int to) { return facet_at_[kRow * from + to]; }
+  Number& facet_at(Index from, Index to) { return facet_at_[kRow * from + to]; }
 
   Corner corner_of(int i, int j) const { return {q_.vertex(j) - p_.vertex(i), i, j}; }
 
@@ -71,8 +101,8 @@ class Polytope {
     return corner_of(both.p.vertex, both.q.vertex);
   }
 
-  int add_corner(const Corner& corner) {
-    const int c = corner_count_++;
+  Index add_corner(const Corner& corner) {
+    const Index c = corner_count_++;
     Lanes::of(corner.w.x(), corner.w.y(), corner.w.z(), corner.w.norm()).store(corner_[c]);
     vertex_p_[c] = corner.p;
     vertex_q_[c] = corner.q;
@@ -82,8 +112,8 @@ class Polytope {
   /// Four corners around the origin, from the search and, where it ended with fewer, from supports
   /// across them. Outside is where 0, 1, 2 turn left.
   bool begin(const FastResult& start) {
-    for (int k = 0; k < start.corners; ++k) {
-      add_corner(corner_of(start.p[index(k)], start.q[index(k)]));
+    for (Index k = 0; k < static_cast<Index>(start.corners); ++k) {
+      add_corner(corner_of(start.p[k], start.q[k]));
     }
     while (corner_count_ < 4) {
       if (!add_across()) return false;
@@ -93,24 +123,24 @@ class Polytope {
     return true;
   }
 
-  bool lay_tetrahedron() {
+  void restart() {
     corner_count_ = 4;
     facet_count_ = 0;
     Lanes::all(kNone).store(least_);
-    put(0, 0, 1, 2);
-    put(1, 1, 0, 3);
-    put(2, 2, 1, 3);
-    put(3, 0, 2, 3);
+  }
+
+  bool lay_tetrahedron() {
+    for (Index k = 0; k < 4; ++k) put(k, kSides[0][k], kSides[1][k], kSides[2][k]);
     return add_facets(4);
   }
 
   /// Steps until the nearest facet is one of the set of differences. False: rounding has torn the
   /// surface.
   bool expand(FastResult& result) {
-    while (result.iterations < kMostCorners - 8) {
+    while (result.iterations < kMostSteps) {
       ++result.iterations;
-      const int nearest = nearest_facet();
-      if (nearest < 0) return false;
+      const Index nearest = nearest_facet();
+      if (nearest == kMostFacets) return false;
       const Corner corner = find_corner(-normal(nearest));
       if (!(gain(nearest, corner) > rounding_)) {
         finish(nearest, result);
@@ -121,7 +151,7 @@ class Polytope {
     return true;
   }
 
-  void swap_corners(int c, int d) {
+  void swap_corners(Index c, Index d) {
     std::swap(corner_[c], corner_[d]);
     std::swap(vertex_p_[c], vertex_p_[d]);
     std::swap(vertex_q_[c], vertex_q_[d]);
@@ -163,33 +193,39 @@ class Polytope {
     static constexpr Number kFrom[8] = {0, 1, 2, 0, 3, 3, 3, 3}, kTo[8] = {1, 2, 0, 3, 1, 2, 2, 2},
                             kLeft[8] = {4, 4, 4, 5, 5, 6, 6, 6},
                             kRight[8] = {5, 6, 7, 7, 6, 7, 7, 7};
+    restart();
+    const Triangles sides(corner_, kSides[0], kSides[1], kSides[2]);
+    alignas(32) double x[4], y[4], z[4], squared[4];
+    sides.x.store(x);
+    sides.y.store(y);
+    sides.z.store(z);
+    sides.squared().store(squared);
     bool beyond = true;
-    for (int k = 0; k < 4; ++k) {
-      const Corner top = find_corner(-normal(k));
-      beyond &= gain(k, top) > rounding_;
+    for (Index k = 0; k < 4; ++k) {
+      const Vector3 outward(x[k], y[k], z[k]);
+      const Corner top = find_corner(-outward);
+      const double gain = outward.dot(top.w - place(kSides[2][k]));
+      beyond &= (gain > 0.0) & (gain * gain > rounding_ * rounding_ * squared[k]);
       add_corner(top);
     }
     if (!beyond || !all_differ(4)) return false;
     unsigned valleys = 0;
-    for (int e = 0; e < 8; e += 4) {
+    for (Index e = 0; e < 8; e += 4) {
       valleys |= rising(kFrom + e, kTo + e, kLeft + e, kRight + e) << e;
     }
-    for (int e = 0; e < 6; ++e) {
+    for (Index e = 0; e < 6; ++e) {
       const bool valley = (valleys >> e & 1) != 0;
-      put(4 + e, kFrom[e], valley ? kRight[e] : kTo[e], kLeft[e]);
-      put(10 + e, kTo[e], valley ? kLeft[e] : kFrom[e], kRight[e]);
+      put(e, kFrom[e], valley ? kRight[e] : kTo[e], kLeft[e]);
+      put(6 + e, kTo[e], valley ? kLeft[e] : kFrom[e], kRight[e]);
     }
-    Lanes::all(kInfinity).store(planes_[0].distance);  // the tetrahedron is no more
-    Lanes::all(kNone).store(planes_[0].key);
-    Lanes::all(kNone).store(least_);
     return add_facets(12);
   }
 
   /// Of all corners from the given one on.
-  bool all_differ(int first) const {
+  bool all_differ(Index first) const {
     bool differ = true;
-    for (int c = first; c < corner_count_; ++c) {
-      for (int d = first; d < c; ++d) {
+    for (Index c = first; c < corner_count_; ++c) {
+      for (Index d = first; d < c; ++d) {
         differ &= (vertex_p_[c] != vertex_p_[d]) | (vertex_q_[c] != vertex_q_[d]);
       }
     }
@@ -198,37 +234,30 @@ class Polytope {
 
   /// Four triangles and a corner each: which see it.
   unsigned rising(const Number* a, const Number* b, const Number* c, const Number* top) const {
-    Lanes base[4], u[4], v[4], w[4];
-    Lanes::turn(corner_, a, base);
-    Lanes::turn(corner_, b, u);
-    Lanes::turn(corner_, c, v);
+    const Triangles base(corner_, a, b, c);
+    Lanes w[4];
     Lanes::turn(corner_, top, w);
-    for (int k = 0; k < 3; ++k) {
-      u[k] = u[k] - base[k];
-      v[k] = v[k] - base[k];
-      w[k] = w[k] - base[k];
-    }
-    const Lanes volume = (u[1] * v[2] - u[2] * v[1]) * w[0] + (u[2] * v[0] - u[0] * v[2]) * w[1] +
-                         (u[0] * v[1] - u[1] * v[0]) * w[2];
+    const Lanes volume = base.x * (w[0] - base.apex[0]) + base.y * (w[1] - base.apex[1]) +
+                         base.z * (w[2] - base.apex[2]);
     return Lanes::all(0.0).below(volume).bits();
   }
 
   /// The corners of a facet.
-  void put(int f, int from, int to, int apex) {
+  void put(Index f, Index from, Index to, Index apex) {
     from_[f] = number(from);
     to_[f] = number(to);
     apex_[f] = number(apex);
   }
 
   /// New facets whose corners have been put. False: one turns its outer side to the origin.
-  bool add_facets(int count) {
-    const int first = facet_count_, end = first + count;
-    const int c = apex_[first];
-    for (int f = end; f < end + 3; ++f) put(f, c, c, c);
+  bool add_facets(Index count) {
+    const Index first = facet_count_, end = first + count;
+    const Index c = apex_[first];
+    for (Index f = end; f < end + 3; ++f) put(f, c, c, c);
     bool around = true;
-    for (int f = first; f < end; f += 4) around &= lay_four(f);
-    for (int f = first; f < end; ++f) {
-      const int from = from_[f], to = to_[f], apex = apex_[f];
+    for (Index f = first; f < end; f += 4) around &= lay_four(f);
+    for (Index f = first; f < end; ++f) {
+      const Index from = from_[f], to = to_[f], apex = apex_[f];
       facet_at(from, to) = facet_at(to, apex) = facet_at(apex, from) = number(f);
     }
     facet_count_ = first + (count + 3) / 4 * 4;
@@ -236,18 +265,14 @@ class Polytope {
   }
 
   /// The planes of a block. False: one turns its outer side to the origin.
-  bool lay_four(int f) {
+  bool lay_four(Index f) {
     const auto all = [](double x) { return Lanes::all(x); };
-    Lanes a[4], u[4], v[4];
-    Lanes::turn(corner_, apex_ + f, a);
-    Lanes::turn(corner_, from_ + f, u);
-    Lanes::turn(corner_, to_ + f, v);
-    const Lanes ux = u[0] - a[0], uy = u[1] - a[1], uz = u[2] - a[2];
-    const Lanes vx = v[0] - a[0], vy = v[1] - a[1], vz = v[2] - a[2];
+    const Triangles t(corner_, from_ + f, to_ + f, apex_ + f);
+    const Lanes *const a = t.apex, *const u = t.from, *const v = t.to;
     const Lanes reach = u[3].larger(v[3]).larger(a[3]);
-    const Lanes x = uy * vz - uz * vy, y = uz * vx - ux * vz, z = ux * vy - uy * vx;
-    const Lanes squared = x * x + y * y + z * z;
-    const Lanes whole = (ux * ux + uy * uy + uz * uz) * (vx * vx + vy * vy + vz * vz);
+    const Lanes x = t.x, y = t.y, z = t.z, squared = t.squared();
+    const Lanes whole =
+        (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]) * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
     const Lanes inverse = all(1.0) / squared.root();
     const Lanes distance = (x * a[0] + y * a[1] + z * a[2]) * inverse;
     // By how much the products that made the normal have cancelled: at most 1 + a quarter of this.
@@ -269,20 +294,20 @@ class Polytope {
   }
 
   /// The plane of a slim facet from exact differences.
-  void lay_exactly(int f) {
+  void lay_exactly(Index f) {
     slim_[f / 4] = static_cast<std::uint8_t>(slim_[f / 4] & ~(1 << f % 4));
-    const std::array<int, 3> corners{from_[f], to_[f], apex_[f]};
+    const std::array<Index, 3> corners{from_[f], to_[f], apex_[f]};
     std::array<WideVector, 3> w;
     double reach = 0.0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const int c = corners[k];
+    for (Index k = 0; k < 3; ++k) {
+      const Index c = corners[k];
       w[k] = wide_difference(q_.vertex(vertex_q_[c]), p_.vertex(vertex_p_[c]));
       reach = std::max(reach, corner_[c][3]);
     }
     const Vector3 across = cross(w[1] - w[0], w[2] - w[0]).rounded();
     const double area = across.norm();
     Planes& four = planes(f);
-    const int k = f % 4;
+    const Index k = f % 4;
     four.distance[k] = kInfinity;
     four.key[k] = kNone;
     if (!(area > 0.0)) return;
@@ -297,26 +322,26 @@ class Polytope {
     four.key[k] = keys[k];
   }
 
-  /// The facet nearest to the origin, or -1 where one turns its outer side to it.
-  int nearest_facet() {
-    int nearest = least_facet();
-    while (nearest >= 0 && slim(nearest)) {  // only now is it worth its exact normal
+  /// The facet nearest to the origin, or `kMostFacets` where one turns its outer side to it.
+  Index nearest_facet() {
+    Index nearest = least_facet();
+    while (nearest < kMostFacets && slim(nearest)) {  // only now is it worth its exact normal
       lay_exactly(nearest);
       find_least();
-      if (planes(nearest).distance[nearest % 4] < -rounding_) return -1;
+      if (planes(nearest).distance[nearest % 4] < -rounding_) return kMostFacets;
       nearest = least_facet();
     }
     return nearest;
   }
 
-  int least_facet() const {
+  Index least_facet() const {
     const double key = Lanes::of(least_).least();
-    return key < kNone ? static_cast<int>(std::bit_cast<Bits>(key) % kMostFacets) : -1;
+    return key < kNone ? std::bit_cast<Bits>(key) % kMostFacets : kMostFacets;
   }
 
   void find_least() {
     Lanes least = Lanes::all(kNone);
-    for (int f = 0; f < facet_count_; f += 4) least = least.smaller(Lanes::of(planes(f).key));
+    for (Index f = 0; f < facet_count_; f += 4) least = least.smaller(Lanes::of(planes(f).key));
     least.store(least_);
   }
 
@@ -339,45 +364,45 @@ class Polytope {
 
   /// Takes away the facets that see a new corner, the first one in any case. The sides around the
   /// hole become the first sides of new facets. False: there are too many.
-  bool open(int first, const Vector3& w, int apex) {
+  bool open(Index first, const Vector3& w, Index apex) {
     double* const distance = planes(first).distance;
     Lanes::all(-kInfinity).where(Lanes::only(first % 4), Lanes::of(distance)).store(distance);
     Bits seeing[kMostFacets / 64];
     Lanes least = Lanes::all(kNone);
-    int count = 0;
-    for (int f = 0; f < facet_count_; f += 64) {
+    Index count = 0;
+    for (Index f = 0; f < facet_count_; f += 64) {
       Bits bits = 0;
-      const int end = std::min(facet_count_ - f, 64);
-      for (int k = 0; k < end; k += 4) bits |= Bits{take_seeing(w, planes(f + k), least)} << k;
+      const Index end = std::min<Index>(facet_count_ - f, 64);
+      for (Index k = 0; k < end; k += 4) bits |= Bits{take_seeing(w, planes(f + k), least)} << k;
       seeing[f / 64] = bits;
-      count += std::popcount(bits);
+      count += static_cast<Index>(std::popcount(bits));
     }
     least.store(least_);
     if (facet_count_ + 3 * count + 4 > kMostFacets) return false;
-    int end = facet_count_;
+    Index end = facet_count_;
     Bits starts = 0;
-    for (int f = 0; f < facet_count_; f += 64) {
+    for (Index f = 0; f < facet_count_; f += 64) {
       for (Bits left = seeing[f / 64]; left != 0; left &= left - 1) {
-        const int taken = f + std::countr_zero(left);
-        const int a = from_[taken], b = to_[taken], c = apex_[taken];
+        const Index taken = f + static_cast<Index>(std::countr_zero(left));
+        const Index a = from_[taken], b = to_[taken], c = apex_[taken];
         for (const auto& [from, to] : {std::pair{a, b}, {b, c}, {c, a}}) {
-          const unsigned across = facet_at(to, from);
+          const Index across = facet_at(to, from);
           const Bits beyond = ~seeing[across / 64] >> across % 64 & 1;
           put(end, from, to, apex);
           starts |= beyond << from % 64;
-          end += static_cast<int>(beyond);
+          end += beyond;
         }
       }
     }
     sides_ = end - facet_count_;
-    return sides_ >= 3 && std::popcount(starts) == sides_;
+    return sides_ >= 3 && static_cast<Index>(std::popcount(starts)) == sides_;
   }
 
-  void finish(int nearest, FastResult& result) {
+  void finish(Index nearest, FastResult& result) {
     const double distance = planes(nearest).distance[nearest % 4];
     const double limit = distance + std::max(8 * rounding_, kRounded * distance);
     int near = 0;
-    for (int f = 0; f < facet_count_; f += 4) {
+    for (Index f = 0; f < facet_count_; f += 4) {
       near += std::popcount(Lanes::of(planes(f).key).below(Lanes::all(limit)).bits());
     }
     double sure = planes(nearest).sure[nearest % 4];
@@ -386,20 +411,20 @@ class Polytope {
     result.normal = -normal(nearest);
     result.bound = -sure;
     result.corners = 3;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const int c = (k == 0 ? from_ : k == 1 ? to_ : apex_)[nearest];
+    for (Index k = 0; k < 3; ++k) {
+      const Index c = (k == 0 ? from_ : k == 1 ? to_ : apex_)[nearest];
       result.p[k] = vertex_p_[c];
       result.q[k] = vertex_q_[c];
     }
   }
 
   /// Does no other direction come as near? `sure`: the least of all facets.
-  bool only_direction(int nearest, double& sure) {
+  bool only_direction(Index nearest, double& sure) {
     const Vector3 n = normal(nearest);
     const double limit = planes(nearest).distance[nearest % 4] + 8 * rounding_;
     Lanes least = Lanes::all(sure);
     unsigned others = 0;
-    for (int f = 0; f < facet_count_; f += 4) {
+    for (Index f = 0; f < facet_count_; f += 4) {
       const Planes& four = planes(f);
       const auto there = Lanes::of(four.key).below(Lanes::all(kNone));
       const auto aside = along(four, n).below(Lanes::all(1.0 - 1e-9));
@@ -410,6 +435,7 @@ class Polytope {
     return others == 0;
   }
 
+  static constexpr Eigen::Index kMostFetched = 3 * 64;  // coordinates
   static constexpr double kSlim = 0.25;  // sine; the normal is that of doubles that have cancelled
   static constexpr double kNoArea = 1e-14;   // sine
   static constexpr double kNone = 1e300;     // m
@@ -419,7 +445,7 @@ class Polytope {
   const Polyhedron& q_;
   double rounding_;
   alignas(32) double least_[4];  // of the keys, in four heaps
-  int corner_count_ = 0, facet_count_ = 0, sides_ = 0;
+  Index corner_count_ = 0, facet_count_ = 0, sides_ = 0;
   alignas(32) double corner_[kMostCorners][4];  // its place and how far that is from the origin, m
   int vertex_p_[kMostCorners], vertex_q_[kMostCorners];
   Planes planes_[kMostFacets / 4];
