@@ -11,7 +11,12 @@ namespace {
 
 /// Normal of three vertices, on the side of `guess`.
 Vector3 triangle_normal(const Polyhedron& owner, const VertexSet& set) {
-  return accurate_cross(Side{owner, set[0], set[1]}, Side{owner, set[0], set[2]}).normalized();
+  return Vector3(accurate_cross(Side(owner, set[0], set[1]), Side(owner, set[0], set[2])))
+      .normalized();
+}
+
+ClosedForm closed(const LineForm& form) {
+  return {form.found, form.normal, form.joined, form.crossed, form.share_p};
 }
 
 }  // namespace
@@ -73,13 +78,14 @@ ClosedForm closed_form(const Polyhedron& p, const Polyhedron& q, const ContactSe
     form.normal = by_p ? p.face_normal(sets.face_p) : Vector3(-q.face_normal(sets.face_q));
     form.found = true;
   } else if (count_p == 1 && count_q == 1) {
-    form = line_form(q.vertex(sets.q[0]) - p.vertex(sets.p[0]), true);
+    form = closed(line_form(place(q, sets.q[0]) - place(p, sets.p[0]), true));
   } else if (count_p == 1 && count_q == 2) {
-    form = vertex_edge<false>(p.vertex(sets.p[0]), q, {sets.q[0], sets.q[1]}, 1.0);
+    form = closed(vertex_edge<false>(place(p, sets.p[0]), Side(q, sets.q[0], sets.q[1])));
   } else if (count_p == 2 && count_q == 1) {
-    form = vertex_edge<false>(q.vertex(sets.q[0]), p, {sets.p[0], sets.p[1]}, -1.0);
+    form = closed(reversed(vertex_edge<false>(place(q, sets.q[0]), Side(p, sets.p[0], sets.p[1]))));
   } else if (count_p == 2 && count_q == 2) {
-    form = edge_edge<false>(p, {sets.p[0], sets.p[1]}, q, {sets.q[0], sets.q[1]}, rounding);
+    form = closed(
+        edge_edge<false>(Side(p, sets.p[0], sets.p[1]), Side(q, sets.q[0], sets.q[1]), rounding));
   } else if (count_p == 3 && count_q <= 2) {
     form.normal = triangle_normal(p, sets.p);
     form.found = form.normal.allFinite();

@@ -1,5 +1,6 @@
 #include <quoin/geometry/contact_type.hpp>
 
+#include "line_forms.hpp"
 #include "patch.hpp"
 
 namespace quoin::geometry {
@@ -47,7 +48,7 @@ ContactType type_of(const Polyhedron& p, const Polyhedron& q, const VertexSet& s
   if (low == FeatureKind::Face) return ContactType::FaceFace;
   if (high == FeatureKind::Face) return ContactType::EdgeFace;
   const std::array<int, 2> e = segment_ends(p, set_p), f = segment_ends(q, set_q);
-  return parallel(p.vertex(e[1]) - p.vertex(e[0]), q.vertex(f[1]) - q.vertex(f[0]), tolerance)
+  return parallel(Side(p, e[0], e[1]), Side(q, f[0], f[1]), tolerance)
              ? ContactType::EdgeEdgeParallel
              : ContactType::EdgeEdgeCrossing;
 }

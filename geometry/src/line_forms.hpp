@@ -2,10 +2,12 @@
 /// Closed forms of the simple pairs of features, to be built into the functions that use them.
 /// `kFused`: with fused products, which give the same bits. Private to the room.
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
-#include "closed_form.hpp"
 #include "double_double.hpp"
+#include "triple.hpp"
 
 namespace quoin::geometry {
 
@@ -13,114 +15,148 @@ namespace quoin::geometry {
 /// then formed in double-double.
 constexpr double kCancelled = 0.25;
 
-inline WideVector side(const Polyhedron& polyhedron, int from, int to) {
-  return wide_difference(polyhedron.vertex(to), polyhedron.vertex(from));
-}
+/// What two vertices or edges came to.
+struct LineForm {
+  Triple normal{1.0, 0.0, 0.0};  // unit, from P to Q
+  bool found = false;
+  bool joined = false;                  // the shortest line between the two lies within both
+  bool crossed = false;                 // two edges that are joined and not parallel
+  double share_p = 0.0, share_q = 0.0;  // of the way along either, where they cross
+  double skew = 0.0, longer = 0.0;      // of two edges: squares of their product, of the longer one
+};
 
-inline Vector3 rounded_side(const Polyhedron& polyhedron, int from, int to) {
-  return polyhedron.vertex(to) - polyhedron.vertex(from);
+inline WideVector wide_difference(const Triple& p, const Triple& q) {
+  return {two_difference(p.x, q.x), two_difference(p.y, q.y), two_difference(p.z, q.z)};
 }
 
 /// One side of P or Q: from one vertex to another.
 struct Side {
-  const Polyhedron& owner;
-  int from, to;
-  Vector3 rounded() const { return rounded_side(owner, from, to); }
-  WideVector wide() const { return side(owner, from, to); }
+  Triple from, to;
+  Side() = default;
+  Side(const Triple& from_in, const Triple& to_in) : from(from_in), to(to_in) {}
+  Side(const Polyhedron& owner, int first, int second)
+      : Side(place(owner, first), place(owner, second)) {}
+  Triple rounded() const { return to - from; }
+  WideVector wide() const { return wide_difference(to, from); }
 };
 
-inline Vector3 accurate_cross(const Side& e, const Side& f) {
-  const Vector3 a = e.rounded(), b = f.rounded();
-  const Vector3 normal = a.cross(b);
-  if (normal.squaredNorm() > kCancelled * kCancelled * a.squaredNorm() * b.squaredNorm()) {
-    return normal;
-  }
+// What is seldom asked for is not built in, and takes copies, so that the rest stays in registers.
+[[gnu::noinline]] inline Triple wide_cross(Side e, Side f) {
   return cross(e.wide(), f.wide()).rounded();
+}
+inline Triple accurate_cross(const Side& e, const Side& f) {
+  const Triple a = e.rounded(), b = f.rounded();
+  const Triple normal = cross(a, b);
+  if (square(normal) > kCancelled * kCancelled * square(a) * square(b)) return normal;
+  return wide_cross(e, f);
+}
+
+/// True when sin(angle) × shorter length <= tolerance; squares of the product of two edges and of
+/// the longer one.
+inline bool parallel(double squared_product, double longer, double tolerance) {
+  return squared_product <= tolerance * tolerance * longer;
+}
+inline bool parallel(const Side& e, const Side& f, double tolerance) {
+  const Triple a = e.rounded(), b = f.rounded();
+  return parallel(square(cross(a, b)), greater(square(a), square(b)), tolerance);
 }
 
 /// w less its part along e, right to the last places of the result however short that is.
 template <bool kFused>
-Vector3 across(const WideVector& w, const WideVector& e, double share) {
+Triple across(const WideVector& w, const WideVector& e, double share) {
   const auto rest = [share](const DoubleDouble& x, const DoubleDouble& y) {
     const DoubleDouble product = two_product<kFused>(share, y.high);
     const DoubleDouble high = two_difference(x.high, product.high);
     return high.high + (high.low + (x.low - product.low - share * y.low));
   };
-  Vector3 v(rest(w.x, e.x), rest(w.y, e.y), rest(w.z, e.z));
-  const Vector3 line(e.x.high, e.y.high, e.z.high);
-  return v - line * (v.dot(line) / line.squaredNorm());
+  const Triple v(rest(w.x, e.x), rest(w.y, e.y), rest(w.z, e.z));
+  const Triple line(e.x.high, e.y.high, e.z.high);
+  return v - (dot(v, line) / square(line)) * line;
+}
+
+inline LineForm face_form(const Triple& normal) { return {.normal = normal, .found = true}; }
+
+/// From Q to P.
+inline LineForm reversed(LineForm form) {
+  form.normal = -form.normal;
+  std::swap(form.share_p, form.share_q);
+  return form;
 }
 
 /// Across a line from P to Q.
-inline ClosedForm line_form(const Vector3& line, bool joined) {
-  ClosedForm form;
-  const double length = line.norm();
+inline LineForm line_form(const Triple& line, bool joined) {
+  LineForm form;
+  const double length = std::sqrt(square(line));
   form.found = length > 0.0;
   if (form.found) form.normal = line / length;
   form.joined = joined;
   return form;
 }
 
-/// Vertex against edge; `sign`: +1 when the vertex is of P, -1 when it is of Q.
+/// Vertex against edge, from the one to the other.
 template <bool kFused>
-ClosedForm vertex_edge(const Vector3& vertex, const Polyhedron& owner,
-                       const std::array<int, 2>& edge, double sign) {
-  const Vector3 w = owner.vertex(edge[0]) - vertex, line = rounded_side(owner, edge[0], edge[1]);
-  const double share = -w.dot(line) / line.squaredNorm();
-  const double inside = std::clamp(share, 0.0, 1.0);
-  if (inside != share) {
-    const int end = inside == 0.0 ? edge[0] : edge[1];
-    return line_form(sign * (owner.vertex(end) - vertex), true);
+LineForm vertex_edge(const Triple& vertex, const Side& edge) {
+  const Triple w = edge.from - vertex, line = edge.rounded();
+  const double share = -dot(w, line) / square(line);
+  if (!(share >= 0.0 && share <= 1.0)) {
+    return line_form((share > 1.0 ? edge.to : edge.from) - vertex, true);
   }
-  const Vector3 direct = w + share * line;
-  if (direct.squaredNorm() > kCancelled * kCancelled * w.squaredNorm()) {
-    return line_form(sign * direct, true);
-  }
-  const WideVector wide_w = wide_difference(owner.vertex(edge[0]), vertex);
-  return line_form(sign * across<kFused>(wide_w, side(owner, edge[0], edge[1]), -share), true);
+  const Triple direct = w + share * line;
+  if (square(direct) > kCancelled * kCancelled * square(w)) return line_form(direct, true);
+  return line_form(across<kFused>(wide_difference(edge.from, vertex), edge.wide(), -share), true);
+}
+
+/// Is `share` of a way of this squared length between its ends, within `rounding`? It is then moved
+/// there.
+inline bool between_ends(double& share, double squared_length, double rounding) {
+  if (share >= 0.0 && share <= 1.0) return true;
+  const double end = share < 0.0 ? 0.0 : 1.0, beyond = share - end;
+  share = end;
+  return beyond * beyond * squared_length <= rounding * rounding;
 }
 
 /// Two edges; on which side of P the normal of crossed ones looks is left open.
 template <bool kFused>
-ClosedForm edge_edge(const Polyhedron& p, const std::array<int, 2>& edge_p, const Polyhedron& q,
-                     const std::array<int, 2>& edge_q, double rounding) {
-  const Side e{p, edge_p[0], edge_p[1]}, f{q, edge_q[0], edge_q[1]};
-  const Vector3 a = e.rounded(), b = f.rounded();
-  const Vector3 normal = accurate_cross(e, f);
-  const double longer = std::max(a.norm(), b.norm());
-  const Vector3 w = q.vertex(edge_q[0]) - p.vertex(edge_p[0]);
-  if (normal.norm() > rounding * longer) {
-    const double squared = normal.squaredNorm();
-    const double s = w.cross(b).dot(normal) / squared, t = w.cross(a).dot(normal) / squared;
-    const double slack_s = rounding / a.norm(), slack_t = rounding / b.norm();
-    const bool joined = s >= -slack_s && s <= 1.0 + slack_s && t >= -slack_t && t <= 1.0 + slack_t;
-    ClosedForm form = line_form(normal, joined);
-    form.crossed = joined;
-    form.share = std::clamp(s, 0.0, 1.0);
+LineForm edge_edge(const Side& e, const Side& f, double rounding) {
+  const Triple a = e.rounded(), b = f.rounded(), w = f.from - e.from;
+  const double squared_a = square(a), squared_b = square(b);
+  const double longer = greater(squared_a, squared_b);
+  const Triple normal = accurate_cross(e, f);
+  const double squared = square(normal);
+  if (!parallel(squared, longer, rounding)) {
+    LineForm form = line_form(normal, true);
+    form.share_p = dot(cross(w, b), normal) / squared;
+    form.share_q = dot(cross(w, a), normal) / squared;
+    form.joined = between_ends(form.share_p, squared_a, rounding) &&
+                  between_ends(form.share_q, squared_b, rounding);
+    form.crossed = form.joined;
+    form.skew = square(cross(a, b));
+    form.longer = longer;
     return form;
   }
   // Parallel: across the longer one, from whichever vertex; they join where their spans overlap.
-  const bool along_p = a.squaredNorm() >= b.squaredNorm();
-  const WideVector wide_w = wide_difference(q.vertex(edge_q[0]), p.vertex(edge_p[0]));
-  const Vector3 line = along_p ? a : b;
-  const double share = w.dot(line) / line.squaredNorm();
-  const double first =
-      along_p ? share : -share;  // of the shorter edge's ends, along the longer one
-  const double second = first + (along_p ? b : a).dot(line) / line.squaredNorm();
-  const double slack = rounding / line.norm();
+  const bool along_p = squared_a >= squared_b;
+  const Triple line = along_p ? a : b;
+  const double share = dot(w, line) / longer;
+  const double first = along_p ? share : -share;  // of the shorter edge's ends, along the longer
+  const double second = first + dot(along_p ? b : a, line) / longer;
+  const double slack = rounding / std::sqrt(longer);
   const bool joined = std::max(first, second) >= -slack && std::min(first, second) <= 1.0 + slack;
-  return line_form(across<kFused>(wide_w, along_p ? e.wide() : f.wide(), share), joined);
+  return line_form(
+      across<kFused>(wide_difference(f.from, e.from), along_p ? e.wide() : f.wide(), share),
+      joined);
 }
 
 /// Does the place of a point, seen along the outward normal of a face, lie within the face?
-inline bool over_face(const Polyhedron& polyhedron, int face, const Vector3& outward,
-                      const Vector3& point, double rounding) {
+inline bool over_face(const Polyhedron& polyhedron, int face, const Triple& outward,
+                      const Triple& point, double rounding) {
   const std::span<const int> cycle = polyhedron.topology().face(face);
-  for (std::size_t k = 0; k < cycle.size(); ++k) {
-    const Vector3 a = polyhedron.vertex(cycle[k]);
-    const Vector3 side = polyhedron.vertex(cycle[k + 1 == cycle.size() ? 0 : k + 1]) - a;
-    const double inside = outward.dot(side.cross(point - a));
-    if (inside < 0.0 && inside * inside > rounding * rounding * side.squaredNorm()) return false;
+  Triple from = place(polyhedron, cycle.back());
+  for (const int v : cycle) {
+    const Triple to = place(polyhedron, v), side = to - from;
+    const double inside = dot(outward, cross(side, point - from));
+    if (inside < 0.0 && inside * inside > rounding * rounding * square(side)) return false;
+    from = to;
   }
   return true;
 }

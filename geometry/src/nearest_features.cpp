@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "brick_overlap.hpp"
+#include "closed_form.hpp"
+#include "corner_features.hpp"
 #include "fast_search.hpp"
 #include "line_forms.hpp"
 #include "ordinary.hpp"
@@ -194,10 +196,10 @@ bool lies_over(const Polyhedron& p, const Polyhedron& q, const Carried& plane,
   const ContactSets& sets = plane.sets;
   if (plane.form.joined) return true;
   if (sets.p.size() == 1 && sets.face_q >= 0) {
-    return over_face(q, sets.face_q, -plane.normal, p.vertex(sets.p[0]), rounding);
+    return over_face(q, sets.face_q, -Triple(plane.normal), place(p, sets.p[0]), rounding);
   }
   if (sets.q.size() == 1 && sets.face_p >= 0) {
-    return over_face(p, sets.face_p, plane.normal, q.vertex(sets.q[0]), rounding);
+    return over_face(p, sets.face_p, plane.normal, place(q, sets.q[0]), rounding);
   }
   return margin_of(p, q, plane, faces, rounding) >= -rounding;
 }
@@ -409,13 +411,13 @@ void swap_names(FastResult& found) {
 }
 
 void swap_names(FeatureHint& hint) {
-  hint.normal = -hint.normal;
+  hint.normal = one_zero(-Triple(hint.normal));
   std::swap(hint.vertices_a, hint.vertices_b);
   std::swap(hint.face_a, hint.face_b);
 }
 
 void swap_names(NearestFeatures& answer) {
-  answer.normal = -answer.normal;
+  answer.normal = one_zero(-Triple(answer.normal));
   std::swap(answer.point_a, answer.point_b);
   std::swap(answer.feature_a, answer.feature_b);
   std::swap(answer.residual_a, answer.residual_b);
@@ -427,30 +429,27 @@ void swap_names(NearestFeatures& answer) {
 struct Quick {
   Trial hint = Trial::Undecided;  // what became of last step's features
   bool searched = false;
-  FastResult found;             // if `searched`: in the order in which the pair is worked
-  std::optional<Vector3> flat;  // the plane across which solids that overlap lie flat on each other
-  bool grown = false;           // `found` is the least overlap
+  FastResult found = {};             // if `searched`: in the order in which the pair is worked
+  std::optional<Vector3> flat = {};  // across which solids that overlap lie flat on each other
+  bool grown = false;                // `found` is the least overlap
   int iterations = 0;
 };
 
 /// Last step's features as an ordinary answer.
 bool hinted_answer(const Polyhedron& a, const Polyhedron& b, const Lengths& length,
-                   const FeatureHint& hint, Quick& quick, NearestFeatures& answer) {
-  Carrier by_a, by_b;
-  if (!hinted_carrier(a, hint.vertices_a, hint.face_a, by_a) ||
-      !hinted_carrier(b, hint.vertices_b, hint.face_b, by_b)) {
-    return false;
-  }
-  quick.hint = try_ordinary(a, b, by_a, by_b, length, nullptr, answer);
-  if (quick.hint != Trial::Undecided) ++quick.iterations;
-  return quick.hint == Trial::Proved;
+                   const FeatureHint& hint, Trial& trial, NearestFeatures& answer) {
+  if (hint.vertices_a[0] < 0) return false;
+  trial = try_hint(a, b, hint, length, answer);
+  answer.iterations = trial == Trial::Undecided ? 0 : 1;
+  return trial == Trial::Proved;
 }
 
-/// The features found as an ordinary answer.
+/// The features that three corners each span as an ordinary answer.
 bool found_answer(const Polyhedron& a, const Polyhedron& b, const Lengths& length,
-                  const FastResult& found, const Overlap* overlap, NearestFeatures& answer) {
+                  std::span<const int> by_corners_a, std::span<const int> by_corners_b,
+                  const Overlap* overlap, NearestFeatures& answer) {
   Carrier by_a, by_b;
-  return corner_carrier(a, found.p, by_a) && corner_carrier(b, found.q, by_b) &&
+  return corner_carrier(a, by_corners_a, by_a) && corner_carrier(b, by_corners_b, by_b) &&
          try_ordinary(a, b, by_a, by_b, length, overlap, answer) == Trial::Proved;
 }
 
@@ -476,11 +475,15 @@ void grow(const OrderedPair& pair, Quick& quick) {
   quick.iterations += quick.found.iterations;
 }
 
+bool are_bricks(const Polyhedron& a, const Polyhedron& b) {
+  return !a.topology().brick().empty() && !b.topology().brick().empty();
+}
+
 /// The least overlap of two bricks, where it is clear.
 bool part_bricks(const OrderedPair& pair, Quick& quick) {
-  if (pair.p.topology().brick().empty() || pair.q.topology().brick().empty()) return false;
   const FastResult found = brick_overlap(pair.p, pair.q, pair.length.rounding);
   if (found.outcome != FastOutcome::Overlapping) return false;
+  quick.searched = true;
   quick.found = found;
   quick.iterations += found.iterations;
   return quick.grown = true;
@@ -489,25 +492,39 @@ bool part_bricks(const OrderedPair& pair, Quick& quick) {
 /// The least overlap as an ordinary answer.
 bool overlapping_answer(const OrderedPair& pair, Quick& quick, NearestFeatures& answer) {
   const double rounding = pair.length.rounding;
-  if (!part_bricks(pair, quick)) {
+  if (!quick.grown) {
     if (find_flat(pair.p, pair.q, quick.flat)) return false;
     grow(pair, quick);
     if (quick.found.outcome != FastOutcome::Overlapping) return false;
   }
-  const Overlap overlap{quick.found.normal, least_gap(quick.found, rounding)};
-  if (!found_answer(pair.p, pair.q, pair.length, quick.found, &overlap, answer)) return false;
+  const FastResult& found = quick.found;
+  const Overlap overlap{found.normal, least_gap(found, rounding)};
+  if (!found_answer(pair.p, pair.q, pair.length, found.p, found.q, &overlap, answer)) return false;
   if (pair.reversed) swap_names(answer);
   return true;
+}
+
+/// The nearest features of the corners that look at each other.
+bool corner_answer(const Polyhedron& a, const Polyhedron& b, const Lengths& length, Quick& quick,
+                   NearestFeatures& answer) {
+  ++quick.iterations;
+  const CornerFeatures corners = corner_features(a, b, b.vertex_mean() - a.vertex_mean());
+  return found_answer(a, b, length, corners.p, corners.q, nullptr, answer);
 }
 
 /// The answer of a cold search.
 bool searched_answer(const Polyhedron& a, const Polyhedron& b, const Lengths& length, Quick& quick,
                      NearestFeatures& answer) {
+  if (has_plain_corners(a, b) && corner_answer(a, b, length, quick, answer)) return true;
+  if (are_bricks(a, b)) {
+    const OrderedPair pair = ordered(a, b, length);
+    if (part_bricks(pair, quick)) return overlapping_answer(pair, quick, answer);
+  }
   const FastResult found =
       fast_nearest(a, b, b.vertex_mean() - a.vertex_mean(), 0.25 * length.rounding);
   quick.iterations += found.iterations;
   const bool overlapping = found.outcome == FastOutcome::Overlapping;
-  if (!overlapping && found_answer(a, b, length, found, nullptr, answer)) return true;
+  if (!overlapping && found_answer(a, b, length, found.p, found.q, nullptr, answer)) return true;
   const OrderedPair pair = ordered(a, b, length);
   quick.searched = true;
   quick.found = found;
@@ -729,7 +746,7 @@ bool general_answer(const OrderedPair& pair, const SearchOptions& options, const
       wide_answer(p, q, options.max_iterations, length, optimum);
     }
   }
-  answer.normal = optimum.plane.normal;
+  answer.normal = one_zero(optimum.plane.normal);
   answer.gap = optimum.plane.gap;
   describe(p, q, optimum, length, answer);
   set_hint(optimum.plane, answer);
@@ -808,12 +825,26 @@ void find_answer(const OrderedPair& pair, const SearchOptions& options, const Fe
 }
 
 /// The same; not inline, for its room on the stack is of no use to the quick ways.
-[[gnu::noinline]] void find_answer_apart(const OrderedPair& pair, const SearchOptions& options,
-                                         const FeatureHint& hint, Quick& quick,
-                                         NearestFeatures& answer) {
+[[gnu::noinline]] void find_answer_at_last(const OrderedPair& pair, const SearchOptions& options,
+                                           const FeatureHint& hint, Quick& quick,
+                                           NearestFeatures& answer) {
   Lazy<SharedPart> faces;
   Optimum optimum(faces);
   find_answer(pair, options, hint, quick, optimum, answer);
+}
+
+/// Where the hint has not led to the answer.
+[[gnu::noinline]] void find_answer_apart(const Polyhedron& a, const Polyhedron& b,
+                                         const SearchOptions& options, const FeatureHint& hint,
+                                         const Lengths& length, Trial trial,
+                                         NearestFeatures& answer) {
+  Quick quick{.hint = trial, .iterations = answer.iterations};
+  const bool hint_left = trial == Trial::Undecided && hint.vertices_a[0] >= 0;
+  if (!length.uneven && !hint_left && searched_answer(a, b, length, quick, answer)) {
+    answer.iterations = quick.iterations;
+    return;
+  }
+  find_answer_at_last(ordered(a, b, length), options, hint, quick, answer);
 }
 
 }  // namespace
@@ -827,13 +858,12 @@ NearestFeatures nearest_features(const Polyhedron& a, const Polyhedron& b,
   fetch_faces(b);
   NearestFeatures answer;
   const Lengths length = lengths(a, b, options);
-  Quick quick;
-  if (length.uneven || !hinted_answer(a, b, length, hint, quick, answer)) {
+  Trial trial = Trial::Undecided;
+  if (length.uneven || !hinted_answer(a, b, length, hint, trial, answer)) {
+    Quick quick{.hint = trial, .iterations = answer.iterations};
     Optimum optimum(faces);
     optimum.contact_expected = true;
     find_answer(ordered(a, b, length), options, hint, quick, optimum, answer);
-  } else {
-    answer.iterations = quick.iterations;
   }
   return answer;
 }
@@ -844,17 +874,10 @@ NearestFeatures nearest_features(const Polyhedron& a, const Polyhedron& b,
   fetch(b);
   NearestFeatures answer;
   const Lengths length = lengths(a, b, options);
-  Quick quick;
-  const auto quick_answer = [&] {
-    if (hinted_answer(a, b, length, hint, quick, answer)) return true;
-    const bool hint_left = quick.hint == Trial::Undecided && hint.vertices_a[0] >= 0;
-    return !hint_left && searched_answer(a, b, length, quick, answer);
-  };
-  if (!length.uneven && quick_answer()) {
-    answer.iterations = quick.iterations;
-    return answer;
+  Trial trial = Trial::Undecided;
+  if (length.uneven || !hinted_answer(a, b, length, hint, trial, answer)) {
+    find_answer_apart(a, b, options, hint, length, trial, answer);
   }
-  find_answer_apart(ordered(a, b, length), options, hint, quick, answer);
   return answer;
 }
 

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
+#include "closed_form.hpp"
 #include "line_forms.hpp"
 #include "pair_order.hpp"
-#include "patch.hpp"
 #include "support_lanes.hpp"
 
 namespace quoin::geometry {
@@ -20,42 +20,42 @@ std::span<const int> vertices_of(const Polyhedron& solid, const Carrier& carrier
   return {carrier.vertices.data(), kKind == kVertex ? 1u : 2u};
 }
 
-/// The side of P on which the normal of two edges looks is left open.
-template <bool kFused, FeatureKind kP, FeatureKind kQ>
-ClosedForm form_of(const Polyhedron& p, const Polyhedron& q, const Carrier& by_p,
-                   const Carrier& by_q, double rounding) {
-  if constexpr (kP == kFace) return {.found = true, .normal = p.face_normal(by_p.face)};
-  if constexpr (kQ == kFace) return {.found = true, .normal = -q.face_normal(by_q.face)};
-  const Vector3 first_p = p.vertex(by_p.vertices[0]), first_q = q.vertex(by_q.vertices[0]);
-  if constexpr (kP == kVertex && kQ == kVertex) return line_form(first_q - first_p, true);
-  if constexpr (kP == kVertex) return vertex_edge<kFused>(first_p, q, by_q.vertices, 1.0);
-  if constexpr (kQ == kVertex) return vertex_edge<kFused>(first_q, p, by_p.vertices, -1.0);
-  return edge_edge<kFused>(p, by_p.vertices, q, by_q.vertices, rounding);
+/// Where a vertex or an edge is; of a face nothing.
+template <FeatureKind kKind>
+Side side_of(const Polyhedron& solid, const Carrier& carrier) {
+  const auto [first, last] = carrier.vertices;
+  if constexpr (kKind == kFace) return {};
+  if constexpr (kKind == kVertex) return {place(solid, first), place(solid, first)};
+  return {place(solid, first), place(solid, last)};
 }
 
-/// By hand: the library's maximum becomes a branch, which could not be foreseen.
-double greater(double x, double y) {
-#ifdef QUOIN_WIDE_LANES
-  return _mm_cvtsd_f64(_mm_max_pd(_mm_set1_pd(x), _mm_set1_pd(y)));
-#else
-  return x > y ? x : y;
-#endif
+/// The side of A on which the normal of two edges looks is left open.
+template <bool kFused, FeatureKind kA, FeatureKind kB>
+LineForm form_of(const Polyhedron& a, const Polyhedron& b, const Carrier& by_a, const Carrier& by_b,
+                 const Side& at_a, const Side& at_b, double rounding) {
+  if constexpr (kA == kFace) return face_form(face_normal(a, by_a.face));
+  if constexpr (kB == kFace) return face_form(-face_normal(b, by_b.face));
+  if constexpr (kA == kVertex && kB == kVertex) return line_form(at_b.from - at_a.from, true);
+  if constexpr (kA == kVertex) return vertex_edge<kFused>(at_a.from, at_b);
+  if constexpr (kB == kVertex) return reversed(vertex_edge<kFused>(at_b.from, at_a));
+  return edge_edge<kFused>(at_a, at_b, rounding);
 }
 
 /// Do just these vertices carry the support plane, clearly? Then any way to the plane finds them.
 template <class Scan>
-bool carry_alone(const Polyhedron& solid, std::span<const int> vertices, const Vector3& outward,
-                 const Lengths& length, Support& top) {
-  top = {vertices[0], along(offset(solid, vertices[0]), outward)};
-  double least = top.value;
+bool carry_alone(const Polyhedron& solid, std::span<const int> vertices, const Triple& outward,
+                 const Lengths& length, int& top) {
+  const Rows rows(solid);
+  top = vertices[0];
+  double most = rows.along(top, outward), least = most;
   for (const int v : vertices.subspan(1)) {
-    const double value = along(offset(solid, v), outward);
-    top.vertex = value > top.value ? v : top.vertex;
-    top.value = greater(value, top.value);
+    const double value = rows.along(v, outward);
+    top = value > most ? v : top;
+    most = greater(value, most);
     least = -greater(-least, -value);
   }
-  return top.value - least <= kClearBelow * length.rounding &&
-         Scan::count_beyond(Rows(solid), outward, top.value - length.widest) ==
+  return most - least <= kClearBelow * length.rounding &&
+         Scan::count_beyond(rows, outward, most - length.widest) ==
              static_cast<int>(vertices.size());
 }
 
@@ -63,10 +63,10 @@ bool carry_alone(const Polyhedron& solid, std::span<const int> vertices, const V
 /// `tolerance` of a line would span less than twice that by the diameter.
 bool clearly_wide(const Polyhedron& solid, int face, double tolerance) {
   const std::span<const int> cycle = solid.topology().face(face);
-  const Vector3 base = solid.vertex(cycle[0]);
-  const Vector3 normal = (solid.vertex(cycle[1]) - base).cross(solid.vertex(cycle[2]) - base);
+  const Triple base = place(solid, cycle[0]);
   const double least = 4.0 * tolerance * solid.diameter();
-  return normal.squaredNorm() > least * least;
+  return square(cross(place(solid, cycle[1]) - base, place(solid, cycle[2]) - base)) >
+         least * least;
 }
 
 /// The label of a carrier; false where it has none that is beyond doubt.
@@ -95,129 +95,130 @@ void set_hinted(const Polyhedron& solid, const Carrier& carrier, std::array<int,
   face = carrier.face;
 }
 
-/// Where the answer of one solid goes.
-struct Outlet {
-  Vector3& point;
-  Feature& feature;
-  double& residual;
-  std::array<int, 4>& hinted;
-  int& face;
-  double sign;  // of the normal, seen from here
-};
-Outlet outlet_a(NearestFeatures& answer) {
-  return {answer.point_a,         answer.feature_a,   answer.residual_a,
-          answer.hint.vertices_a, answer.hint.face_a, 1.0};
-}
-Outlet outlet_b(NearestFeatures& answer) {
-  return {answer.point_b,         answer.feature_b,   answer.residual_b,
-          answer.hint.vertices_b, answer.hint.face_b, -1.0};
-}
-
 /// How far a solid reaches beyond its witness; not at all where that is a vertex.
 template <FeatureKind kKind>
 double residual(double beyond) {
   return kKind == kVertex ? 0.0 : greater(beyond, 0.0);
 }
 
-/// Fills all of the answer that does not hang on who is A: `to_p`, `to_q` say where the rest goes.
-template <class Scan, FeatureKind kP, FeatureKind kQ>
-Trial attempt(const Polyhedron& p, const Polyhedron& q, const Carrier& by_p, const Carrier& by_q,
-              const Lengths& length, const Outlet& to_p, const Outlet& to_q, const Overlap* overlap,
-              NearestFeatures& answer) {
-  ClosedForm form = form_of<Scan::kFused, kP, kQ>(p, q, by_p, by_q, length.rounding);
-  if constexpr (kP == kEdge && kQ == kEdge) {
-    const Vector3 toward = overlap != nullptr
-                               ? Vector3(to_p.sign * overlap->normal)
-                               : Vector3(q.vertex(by_q.vertices[0]) - p.vertex(by_p.vertices[0]));
-    form.normal *= std::copysign(1.0, form.normal.dot(toward));
-  }
-  if (!form.found) return Trial::Undecided;
-  const Vector3 normal = form.normal;
-  Support top_p, top_q;
-  if (!carry_alone<Scan>(p, vertices_of<kP>(p, by_p), normal, length, top_p) ||
-      !carry_alone<Scan>(q, vertices_of<kQ>(q, by_q), -normal, length, top_q)) {
-    return Trial::Refuted;
-  }
-  const Vector3 high = p.vertex(top_p.vertex), low = q.vertex(top_q.vertex);
-  const double gap = normal.dot(low - high);
-  if (!(gap > (overlap != nullptr ? overlap->least : 8 * length.rounding))) return Trial::Undecided;
-  if constexpr (kP == kFace) {
-    if (!over_face(p, by_p.face, normal, low, length.rounding)) return Trial::Refuted;
-  } else if constexpr (kQ == kFace) {
-    if (!over_face(q, by_q.face, -normal, high, length.rounding)) return Trial::Refuted;
-  } else if (!form.joined) {
-    return Trial::Refuted;
-  }
-  if (kP == kEdge && kQ == kEdge && !form.crossed) return Trial::Undecided;
-  if (!name_carrier<kP>(p, by_p, length.contact, to_p.feature) ||
-      !name_carrier<kQ>(q, by_q, length.contact, to_q.feature)) {
-    return Trial::Undecided;
-  }
-  const Vector3 across = gap * normal;
-  if constexpr (kP == kVertex) {
-    to_p.point = high;
-    to_q.point = kQ == kVertex ? low : Vector3(high + across);
-  } else if constexpr (kQ == kVertex) {
-    to_q.point = low;
-    to_p.point = low - across;
-  } else {
-    const Vector3 base = p.vertex(by_p.vertices[0]);
-    to_p.point = base + form.share * (p.vertex(by_p.vertices[1]) - base);
-    to_q.point = to_p.point + across;
-  }
-  answer.gap = gap;
-  answer.normal = to_p.sign * normal;
-  to_p.residual = residual<kP>(normal.dot(high - to_p.point));
-  to_q.residual = residual<kQ>(normal.dot(to_q.point - low));
-  answer.status = status_of(gap, length);
-  if constexpr (kP != kFace && kQ != kFace) {
-    if (kP != kEdge || kQ != kEdge ||
-        parallel(p.vertex(by_p.vertices[1]) - p.vertex(by_p.vertices[0]),
-                 q.vertex(by_q.vertices[1]) - q.vertex(by_q.vertices[0]), length.contact)) {
-      answer.indeterminate = true;
-      answer.rule = PlaneRule::ShortestLine;
-    }
-  }
-  set_hinted<kP>(p, by_p, to_p.hinted, to_p.face);
-  set_hinted<kQ>(q, by_q, to_q.hinted, to_q.face);
-  answer.hint.normal = answer.normal;
-  return Trial::Proved;
+/// The vertex of the carrier that lies highest, or one of them.
+template <FeatureKind kKind>
+Triple highest(const Polyhedron& solid, const Carrier& carrier, const Side& side, int top) {
+  if constexpr (kKind == kFace) return place(solid, top);
+  return kKind == kVertex || top == carrier.vertices[0] ? side.from : side.to;
 }
 
-/// The witness of two crossed edges is found along one of them: in an order that hangs on the
+struct Witnesses {
+  Triple a, b;
+};
+
+/// The witness of two crossed edges is found along one of them, in an order that hangs on the
 /// coordinates alone. No branch on it, which could not be foreseen.
-template <class Scan>
-Trial attempt_edges(const Polyhedron& a, const Polyhedron& b, const Carrier& by_a,
-                    const Carrier& by_b, const Lengths& length, const Overlap* overlap,
-                    NearestFeatures& answer) {
-  const std::array solids{&a, &b};
-  const std::array carriers{&by_a, &by_b};
-  const std::array outlets{outlet_a(answer), outlet_b(answer)};
-  const std::size_t p = worked_in_reverse(a, b) ? 1 : 0, q = 1 - p;
-  return attempt<Scan, kEdge, kEdge>(*solids[p], *solids[q], *carriers[p], *carriers[q], length,
-                                     outlets[p], outlets[q], overlap, answer);
+Witnesses crossing(const Side& e, const Side& f, const LineForm& form, const Triple& across,
+                   bool by_b) {
+  const Triple on_a = e.from + form.share_p * e.rounded();
+  const Triple on_b = f.from + form.share_q * f.rounded();
+  return {either(by_b, on_b - across, on_a), either(by_b, on_b, on_a + across)};
+}
+
+template <class Scan, FeatureKind kA, FeatureKind kB>
+Trial attempt(const Polyhedron& a, const Polyhedron& b, const Carrier& by_a, const Carrier& by_b,
+              const Lengths& length, const Overlap* overlap, NearestFeatures& answer) {
+  constexpr bool kEdges = kA == kEdge && kB == kEdge, kByFace = kA == kFace || kB == kFace;
+  const Side at_a = side_of<kA>(a, by_a), at_b = side_of<kB>(b, by_b);
+  LineForm form = form_of<Scan::kFused, kA, kB>(a, b, by_a, by_b, at_a, at_b, length.rounding);
+  if (!form.found) return Trial::Undecided;
+  if (!kByFace && !form.joined) return Trial::Refuted;
+  if (kEdges) {
+    if (!form.crossed) return Trial::Undecided;
+    const Triple toward = overlap != nullptr ? Triple(overlap->normal) : at_b.from - at_a.from;
+    form.normal = std::copysign(1.0, dot(form.normal, toward)) * form.normal;
+  }
+  const Triple normal = one_zero(form.normal);
+  int top_a, top_b;
+  if (!carry_alone<Scan>(a, vertices_of<kA>(a, by_a), normal, length, top_a) ||
+      !carry_alone<Scan>(b, vertices_of<kB>(b, by_b), -normal, length, top_b)) {
+    return Trial::Refuted;
+  }
+  const Triple high = highest<kA>(a, by_a, at_a, top_a), low = highest<kB>(b, by_b, at_b, top_b);
+  const double gap = dot(normal, low - high);
+  if (!(gap > (overlap != nullptr ? overlap->least : 8 * length.rounding))) return Trial::Undecided;
+  if constexpr (kA == kFace) {
+    if (!over_face(a, by_a.face, normal, low, length.rounding)) return Trial::Refuted;
+  } else if constexpr (kB == kFace) {
+    if (!over_face(b, by_b.face, -normal, high, length.rounding)) return Trial::Refuted;
+  }
+  if (!name_carrier<kA>(a, by_a, length.contact, answer.feature_a) ||
+      !name_carrier<kB>(b, by_b, length.contact, answer.feature_b)) {
+    return Trial::Undecided;
+  }
+  const Triple across = gap * normal;
+  const Witnesses on =
+      kEdges ? crossing(at_a, at_b, form, across, worked_in_reverse(a, b))
+             : Witnesses{kA == kVertex ? high : low - across, kB == kVertex ? low : high + across};
+  const bool open = kEdges ? parallel(form.skew, form.longer, length.contact) : !kByFace;
+  answer.status = status_of(gap, length);
+  answer.gap = gap;
+  answer.normal = normal;
+  answer.point_a = on.a;
+  answer.point_b = on.b;
+  answer.residual_a = residual<kA>(dot(normal, high - on.a));
+  answer.residual_b = residual<kB>(dot(normal, on.b - low));
+  answer.indeterminate = open;
+  answer.rule = open ? PlaneRule::ShortestLine : PlaneRule::Unique;
+  set_hinted<kA>(a, by_a, answer.hint.vertices_a, answer.hint.face_a);
+  set_hinted<kB>(b, by_b, answer.hint.vertices_b, answer.hint.face_b);
+  answer.hint.normal = normal;
+  return Trial::Proved;
 }
 
 template <class Scan>
 Trial try_kinds(const Polyhedron& a, const Polyhedron& b, const Carrier& by_a, const Carrier& by_b,
                 const Lengths& length, const Overlap* overlap, NearestFeatures& answer) {
-  const Outlet to_a = outlet_a(answer), to_b = outlet_b(answer);
   switch (3 * static_cast<int>(by_a.kind) + static_cast<int>(by_b.kind)) {
     case 0:
-      return attempt<Scan, kVertex, kVertex>(a, b, by_a, by_b, length, to_a, to_b, overlap, answer);
+      return attempt<Scan, kVertex, kVertex>(a, b, by_a, by_b, length, overlap, answer);
     case 1:
-      return attempt<Scan, kVertex, kEdge>(a, b, by_a, by_b, length, to_a, to_b, overlap, answer);
+      return attempt<Scan, kVertex, kEdge>(a, b, by_a, by_b, length, overlap, answer);
     case 2:
-      return attempt<Scan, kVertex, kFace>(a, b, by_a, by_b, length, to_a, to_b, overlap, answer);
+      return attempt<Scan, kVertex, kFace>(a, b, by_a, by_b, length, overlap, answer);
     case 3:
-      return attempt<Scan, kEdge, kVertex>(a, b, by_a, by_b, length, to_a, to_b, overlap, answer);
+      return attempt<Scan, kEdge, kVertex>(a, b, by_a, by_b, length, overlap, answer);
     case 4:
-      return attempt_edges<Scan>(a, b, by_a, by_b, length, overlap, answer);
+      return attempt<Scan, kEdge, kEdge>(a, b, by_a, by_b, length, overlap, answer);
     case 6:
-      return attempt<Scan, kFace, kVertex>(a, b, by_a, by_b, length, to_a, to_b, overlap, answer);
+      return attempt<Scan, kFace, kVertex>(a, b, by_a, by_b, length, overlap, answer);
     default:
       return Trial::Undecided;
   }
+}
+
+/// The carrier that a hint names for one solid; false: none of the three kinds. Without branches on
+/// what differs from pair to pair.
+bool hinted_carrier(const Polyhedron& polyhedron, const std::array<int, 4>& vertices, int face,
+                    Carrier& carrier) {
+  const auto below = [](int k, int count) {
+    return static_cast<int>(static_cast<unsigned>(k) < static_cast<unsigned>(count));
+  };
+  const int count = polyhedron.vertex_count(), v = vertices[0], w = vertices[1];
+  const int has_face = below(face, polyhedron.topology().face_count());
+  const int more = static_cast<int>(w > v);
+  carrier.kind = static_cast<FeatureKind>(2 * has_face | (more & ~has_face));
+  carrier.vertices = {v, w};
+  carrier.face = face;
+  const int few = static_cast<int>(vertices[2] < 0) & static_cast<int>(w < count);
+  return (below(v, count) & (has_face | few)) != 0;
+}
+
+template <class Scan>
+Trial try_hinted(const Polyhedron& a, const Polyhedron& b, const FeatureHint& hint,
+                 const Lengths& length, NearestFeatures& answer) {
+  Carrier by_a, by_b;
+  if (!hinted_carrier(a, hint.vertices_a, hint.face_a, by_a) ||
+      !hinted_carrier(b, hint.vertices_b, hint.face_b, by_b)) {
+    return Trial::Undecided;
+  }
+  return try_kinds<Scan>(a, b, by_a, by_b, length, nullptr, answer);
 }
 
 #ifdef QUOIN_WIDE_LANES
@@ -232,6 +233,22 @@ QUOIN_AVX2 [[gnu::flatten]] Trial try_256(const Polyhedron& a, const Polyhedron&
                                           const Lengths& length, const Overlap* overlap,
                                           NearestFeatures& answer) {
   return try_kinds<Scan256>(a, b, by_a, by_b, length, overlap, answer);
+}
+QUOIN_AVX512 [[gnu::flatten]] Trial hint_512(const Polyhedron& a, const Polyhedron& b,
+                                             const FeatureHint& hint, const Lengths& length,
+                                             NearestFeatures& answer) {
+  return try_hinted<Scan512>(a, b, hint, length, answer);
+}
+/// With more registers than the next one.
+QUOIN_AVX512 [[gnu::flatten]] Trial hint_few(const Polyhedron& a, const Polyhedron& b,
+                                             const FeatureHint& hint, const Lengths& length,
+                                             NearestFeatures& answer) {
+  return try_hinted<Scan256>(a, b, hint, length, answer);
+}
+QUOIN_AVX2 [[gnu::flatten]] Trial hint_256(const Polyhedron& a, const Polyhedron& b,
+                                           const FeatureHint& hint, const Lengths& length,
+                                           NearestFeatures& answer) {
+  return try_hinted<Scan256>(a, b, hint, length, answer);
 }
 #endif
 
@@ -248,14 +265,25 @@ Trial try_ordinary(const Polyhedron& a, const Polyhedron& b, const Carrier& by_a
   return try_kinds<PlainScan>(a, b, by_a, by_b, length, overlap, answer);
 }
 
-bool corner_carrier(const Polyhedron& polyhedron, const std::array<int, 4>& corners,
-                    Carrier& carrier) {
+Trial try_hint(const Polyhedron& a, const Polyhedron& b, const FeatureHint& hint,
+               const Lengths& length, NearestFeatures& answer) {
+#ifdef QUOIN_WIDE_LANES
+  if (has_avx512()) {
+    return few_vertices(a, b) ? hint_few(a, b, hint, length, answer)
+                              : hint_512(a, b, hint, length, answer);
+  }
+  if (has_avx2()) return hint_256(a, b, hint, length, answer);
+#endif
+  return try_hinted<PlainScan>(a, b, hint, length, answer);
+}
+
+bool corner_carrier(const Polyhedron& polyhedron, std::span<const int> corners, Carrier& carrier) {
   const int u = corners[0], v = corners[1], w = corners[2];
   const int low = std::min(std::min(u, v), w), high = std::max(std::max(u, v), w);
   const int middle = u + v + w - low - high;
   carrier = {low == high ? kVertex : kEdge, {low, high}, -1};
   if (low == middle || middle == high) return true;
-  carrier = {kFace, {}, common_face(polyhedron.topology(), std::span(corners).first(3))};
+  carrier = {kFace, {}, common_face(polyhedron.topology(), corners.first(3))};
   return carrier.face >= 0;
 }
 

@@ -53,25 +53,11 @@ Trial try_ordinary(const Polyhedron& a, const Polyhedron& b, const Carrier& by_a
                    const Carrier& by_b, const Lengths& length, const Overlap* overlap,
                    NearestFeatures& answer);
 
-/// The carrier that a hint names for one solid; false: none of the three kinds. Without branches on
-/// what differs from pair to pair.
-inline bool hinted_carrier(const Polyhedron& polyhedron, const std::array<int, 4>& vertices,
-                           int face, Carrier& carrier) {
-  const auto below = [](int k, int count) {
-    return static_cast<int>(static_cast<unsigned>(k) < static_cast<unsigned>(count));
-  };
-  const int count = polyhedron.vertex_count(), v = vertices[0], w = vertices[1];
-  const int has_face = below(face, polyhedron.topology().face_count());
-  const int more = static_cast<int>(w > v);
-  carrier.kind = static_cast<FeatureKind>(2 * has_face | (more & ~has_face));
-  carrier.vertices = {v, std::max(v, w)};
-  carrier.face = face | (has_face - 1);
-  const int few = static_cast<int>(vertices[2] < 0) & static_cast<int>(w < count);
-  return (below(v, count) & (has_face | few)) != 0;
-}
+/// The same with what a hint names.
+Trial try_hint(const Polyhedron& a, const Polyhedron& b, const FeatureHint& hint,
+               const Lengths& length, NearestFeatures& answer);
 
 /// The carrier of the first three corners where the search ended; false: none of the three kinds.
-bool corner_carrier(const Polyhedron& polyhedron, const std::array<int, 4>& corners,
-                    Carrier& carrier);
+bool corner_carrier(const Polyhedron& polyhedron, std::span<const int> corners, Carrier& carrier);
 
 }  // namespace quoin::geometry

@@ -432,9 +432,4 @@ Feature name_support_set(const Polyhedron& polyhedron, const VertexSet& vertices
   return best;
 }
 
-bool parallel(const Vector3& edge_p, const Vector3& edge_q, double tolerance) {
-  return edge_p.cross(edge_q).squaredNorm() <=
-         tolerance * tolerance * std::max(edge_p.squaredNorm(), edge_q.squaredNorm());
-}
-
 }  // namespace quoin::geometry

@@ -65,9 +65,6 @@ FeatureKind span_kind(const Polyhedron& polyhedron, const VertexSet& vertices, d
 Feature name_support_set(const Polyhedron& polyhedron, const VertexSet& vertices, FeatureKind kind,
                          const Vector3& outward);
 
-/// True when sin(angle) × shorter length <= tolerance.
-bool parallel(const Vector3& edge_p, const Vector3& edge_q, double tolerance);
-
 /// The contact type that two support sets make.
 ContactType type_of(const Polyhedron& p, const Polyhedron& q, const VertexSet& set_p,
                     const VertexSet& set_q, FeatureKind kind_p, FeatureKind kind_q,

@@ -8,6 +8,7 @@
 
 #include "simplex_rows.hpp"
 #include "support.hpp"
+#include "triple.hpp"
 #include "wide_lanes.hpp"
 
 namespace quoin::geometry {
@@ -23,10 +24,11 @@ struct Rows {
         z(y + polyhedron.padded_count()),
         padded(polyhedron.padded_count()),
         count(polyhedron.vertex_count()) {}
-  double along(int v, const Vector3& d) const { return x[v] * d.x() + y[v] * d.y() + z[v] * d.z(); }
+  Triple offset(int v) const { return {x[v], y[v], z[v]}; }
+  double along(int v, const Triple& d) const { return dot(offset(v), d); }
 };
 
-inline Support narrow_support(const Rows& rows, const Vector3& d) {
+inline Support narrow_support(const Rows& rows, const Triple& d) {
   Support best{0, rows.along(0, d)};
   for (int v = 1; v < rows.padded; ++v) {
     const double value = rows.along(v, d);
@@ -36,13 +38,13 @@ inline Support narrow_support(const Rows& rows, const Vector3& d) {
   return best;
 }
 
-inline void narrow_beyond(const Rows& rows, const Vector3& d, double value, VertexSet& vertices) {
+inline void narrow_beyond(const Rows& rows, const Triple& d, double value, VertexSet& vertices) {
   for (int v = 0; v < rows.count; ++v) {
     if (rows.along(v, d) >= value) vertices.push_back(v);
   }
 }
 
-inline int narrow_count(const Rows& rows, const Vector3& d, double value) {
+inline int narrow_count(const Rows& rows, const Triple& d, double value) {
   int count = 0;
   for (int v = 0; v < rows.count; ++v) {
     count += rows.along(v, d) >= value ? 1 : 0;
@@ -54,8 +56,8 @@ inline int narrow_count(const Rows& rows, const Vector3& d, double value) {
 
 struct Wide512 {
   __m512d x, y, z;
-  QUOIN_AVX512 explicit Wide512(const Vector3& d)
-      : x(_mm512_set1_pd(d.x())), y(_mm512_set1_pd(d.y())), z(_mm512_set1_pd(d.z())) {}
+  QUOIN_AVX512 explicit Wide512(const Triple& d)
+      : x(_mm512_set1_pd(d.x)), y(_mm512_set1_pd(d.y)), z(_mm512_set1_pd(d.z)) {}
   QUOIN_AVX512 Wide512(__m512d a, __m512d b, __m512d c) : x(a), y(b), z(c) {}
   QUOIN_AVX512 __m512d along(const Rows& rows, int v) const {
     const __m512d sum = _mm512_add_pd(_mm512_mul_pd(_mm512_load_pd(rows.x + v), x),
@@ -158,7 +160,7 @@ QUOIN_AVX512 inline Support support_512(const Rows& rows, const Wide512& wide) {
   return {static_cast<int>(lowest) & ((1 << 30) - 1), _mm512_cvtsd_f64(greatest) + 0.0};
 }
 
-QUOIN_AVX512 inline void beyond_512(const Rows& rows, const Vector3& d, double value,
+QUOIN_AVX512 inline void beyond_512(const Rows& rows, const Triple& d, double value,
                                     VertexSet& vertices) {
   const Wide512 wide(d);
   const __m512d limit = _mm512_set1_pd(value);
@@ -168,7 +170,7 @@ QUOIN_AVX512 inline void beyond_512(const Rows& rows, const Vector3& d, double v
   }
 }
 
-QUOIN_AVX512 inline int count_512(const Rows& rows, const Vector3& d, double value) {
+QUOIN_AVX512 inline int count_512(const Rows& rows, const Triple& d, double value) {
   const Wide512 wide(d);
   const __m512d limit = _mm512_set1_pd(value);
   int count = 0;
@@ -179,7 +181,7 @@ QUOIN_AVX512 inline int count_512(const Rows& rows, const Vector3& d, double val
 
 /// `Blocks`: of eight vertices.
 template <int Blocks>
-QUOIN_AVX512 bool alone_512(const Rows& rows, const Vector3& d, const Carriers& carriers,
+QUOIN_AVX512 bool alone_512(const Rows& rows, const Triple& d, const Carriers& carriers,
                             Support& top) {
   const Wide512 wide(d);
   __m512d value[Blocks], most = wide.along(rows, 0);
@@ -204,8 +206,8 @@ QUOIN_AVX512 bool alone_512(const Rows& rows, const Vector3& d, const Carriers& 
 
 struct Wide256 {
   __m256d x, y, z;
-  QUOIN_AVX2 explicit Wide256(const Vector3& d)
-      : x(_mm256_set1_pd(d.x())), y(_mm256_set1_pd(d.y())), z(_mm256_set1_pd(d.z())) {}
+  QUOIN_AVX2 explicit Wide256(const Triple& d)
+      : x(_mm256_set1_pd(d.x)), y(_mm256_set1_pd(d.y)), z(_mm256_set1_pd(d.z)) {}
   QUOIN_AVX2 Wide256(__m256d a, __m256d b, __m256d c) : x(a), y(b), z(c) {}
   QUOIN_AVX2 __m256d along(const Rows& rows, int v) const {
     const __m256d sum = _mm256_add_pd(_mm256_mul_pd(_mm256_load_pd(rows.x + v), x),
@@ -276,7 +278,7 @@ QUOIN_AVX2 inline Support support_256(const Rows& rows, const Wide256& wide) {
           _mm256_cvtsd_f64(greatest) + 0.0};
 }
 
-QUOIN_AVX2 inline void beyond_256(const Rows& rows, const Vector3& d, double value,
+QUOIN_AVX2 inline void beyond_256(const Rows& rows, const Triple& d, double value,
                                   VertexSet& vertices) {
   const Wide256 wide(d);
   const __m256d limit = _mm256_set1_pd(value);
@@ -297,7 +299,7 @@ QUOIN_AVX2 int count_of_few(const Rows& rows, const Wide256& wide, __m256d limit
   return std::popcount(reached & (~std::uint32_t{0} >> (32 - rows.count)));
 }
 
-QUOIN_AVX2 inline int count_256(const Rows& rows, const Vector3& d, double value) {
+QUOIN_AVX2 inline int count_256(const Rows& rows, const Triple& d, double value) {
   const Wide256 wide(d);
   const __m256d limit = _mm256_set1_pd(value);
   if (rows.padded == 8) return count_of_few<2>(rows, wide, limit);
@@ -322,11 +324,11 @@ inline bool few_vertices(const Polyhedron& p, const Polyhedron& q) {
 struct PlainScan {
   static constexpr bool kFused = false;
   using Flags = PlainFlags;
-  static Support support(const Rows& rows, const Vector3& d) { return narrow_support(rows, d); }
-  static PairSupport support_pair(const Rows& p, const Rows& q, const Vector3& d) {
+  static Support support(const Rows& rows, const Triple& d) { return narrow_support(rows, d); }
+  static PairSupport support_pair(const Rows& p, const Rows& q, const Triple& d) {
     return {narrow_support(p, d), narrow_support(q, -d)};
   }
-  static int count_beyond(const Rows& rows, const Vector3& d, double value) {
+  static int count_beyond(const Rows& rows, const Triple& d, double value) {
     return narrow_count(rows, d, value);
   }
 };
@@ -335,28 +337,28 @@ struct PlainScan {
 struct Scan512 {
   static constexpr bool kFused = true;
   using Flags = WideFlags;
-  QUOIN_AVX512 static Support support(const Rows& rows, const Vector3& d) {
+  QUOIN_AVX512 static Support support(const Rows& rows, const Triple& d) {
     return support_512(rows, Wide512(d));
   }
-  QUOIN_AVX512 static PairSupport support_pair(const Rows& p, const Rows& q, const Vector3& d) {
+  QUOIN_AVX512 static PairSupport support_pair(const Rows& p, const Rows& q, const Triple& d) {
     const Wide512 wide(d);
     return {support_512(p, wide), support_512(q, wide.reversed())};
   }
-  QUOIN_AVX512 static int count_beyond(const Rows& rows, const Vector3& d, double value) {
+  QUOIN_AVX512 static int count_beyond(const Rows& rows, const Triple& d, double value) {
     return count_512(rows, d, value);
   }
 };
 struct Scan256 {
   static constexpr bool kFused = true;
   using Flags = WideFlags;
-  QUOIN_AVX2 static Support support(const Rows& rows, const Vector3& d) {
+  QUOIN_AVX2 static Support support(const Rows& rows, const Triple& d) {
     return support_256(rows, Wide256(d));
   }
-  QUOIN_AVX2 static PairSupport support_pair(const Rows& p, const Rows& q, const Vector3& d) {
+  QUOIN_AVX2 static PairSupport support_pair(const Rows& p, const Rows& q, const Triple& d) {
     const Wide256 wide(d);
     return {support_256(p, wide), support_256(q, wide.reversed())};
   }
-  QUOIN_AVX2 static int count_beyond(const Rows& rows, const Vector3& d, double value) {
+  QUOIN_AVX2 static int count_beyond(const Rows& rows, const Triple& d, double value) {
     return count_256(rows, d, value);
   }
 };

@@ -11,15 +11,17 @@
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #pragma GCC diagnostic ignored "-Wuninitialized"
 
-#define QUOIN_AVX512 __attribute__((target("avx512f,avx512dq,avx512vl,fma")))
-#define QUOIN_AVX2 __attribute__((target("avx2,fma")))
+#define QUOIN_AVX512 __attribute__((target("avx512f,avx512dq,avx512vl,fma,bmi,bmi2")))
+#define QUOIN_AVX2 __attribute__((target("avx2,fma,bmi,bmi2")))
 
 namespace quoin::geometry {
 
-inline bool has_avx2() { return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"); }
-inline bool has_avx512() {
-  return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-         __builtin_cpu_supports("avx512vl") && has_avx2();
-}
+inline const bool kHasAvx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
+                             __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2");
+inline const bool kHasAvx512 = kHasAvx2 && __builtin_cpu_supports("avx512f") &&
+                               __builtin_cpu_supports("avx512dq") &&
+                               __builtin_cpu_supports("avx512vl");
+inline bool has_avx2() { return kHasAvx2; }
+inline bool has_avx512() { return kHasAvx512; }
 }  // namespace quoin::geometry
 #endif
