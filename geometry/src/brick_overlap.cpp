@@ -137,7 +137,7 @@ FastResult least_overlap(const Polyhedron& solid_p, const Polyhedron& solid_q, d
   return result;
 }
 
-#ifdef QUOIN_WIDE_LANES
+#ifdef QUOIN_FOUR_WIDE_LANES
 QUOIN_AVX2 [[gnu::flatten]] FastResult overlap_256(const Polyhedron& p, const Polyhedron& q,
                                                    double rounding) {
   return least_overlap<Lanes256>(p, q, rounding);
@@ -147,7 +147,7 @@ QUOIN_AVX2 [[gnu::flatten]] FastResult overlap_256(const Polyhedron& p, const Po
 }  // namespace
 
 FastResult brick_overlap(const Polyhedron& p, const Polyhedron& q, double rounding) {
-#ifdef QUOIN_WIDE_LANES
+#ifdef QUOIN_FOUR_WIDE_LANES
   if (has_avx2()) return overlap_256(p, q, rounding);
 #endif
   return least_overlap<PlainLanes>(p, q, rounding);

@@ -90,7 +90,10 @@ struct PlainLanes {
   }
 };
 
-#ifdef QUOIN_WIDE_LANES
+// Without optimisation nothing is built in, and functions of different targets would return wide
+// values in different places: plain loops there.
+#if defined(QUOIN_WIDE_LANES) && defined(__OPTIMIZE__)
+#define QUOIN_FOUR_WIDE_LANES
 
 struct Lanes256 {
   __m256d v;

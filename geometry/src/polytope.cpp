@@ -454,7 +454,7 @@ class Polytope {
   Number facet_at_[kMostCorners * kRow];
 };
 
-#ifdef QUOIN_WIDE_LANES
+#ifdef QUOIN_FOUR_WIDE_LANES
 QUOIN_AVX512 [[gnu::flatten]] FastResult overlap_512(const Polyhedron& p, const Polyhedron& q,
                                                      const FastResult& start, double rounding) {
   return Polytope<Scan512, Lanes256>(p, q, rounding).grow(start);
@@ -469,7 +469,7 @@ QUOIN_AVX2 [[gnu::flatten]] FastResult overlap_256(const Polyhedron& p, const Po
 
 FastResult fast_overlap(const Polyhedron& p, const Polyhedron& q, const FastResult& start,
                         double rounding) {
-#ifdef QUOIN_WIDE_LANES
+#ifdef QUOIN_FOUR_WIDE_LANES
   if (has_avx512() && !few_vertices(p, q)) return overlap_512(p, q, start, rounding);
   if (has_avx2()) return overlap_256(p, q, start, rounding);
 #endif
