@@ -127,6 +127,11 @@ CornerFeatures around(const Polyhedron& solid_p, const Polyhedron& solid_q,
 }
 
 #ifdef QUOIN_WIDE_LANES
+/// With more registers than the next one.
+QUOIN_AVX512 [[gnu::flatten]] CornerFeatures around_few(const Polyhedron& p, const Polyhedron& q,
+                                                        const Vector3& direction) {
+  return around<Scan256>(p, q, direction);
+}
 QUOIN_AVX2 [[gnu::flatten]] CornerFeatures around_256(const Polyhedron& p, const Polyhedron& q,
                                                       const Vector3& direction) {
   return around<Scan256>(p, q, direction);
@@ -143,6 +148,7 @@ bool has_plain_corners(const Polyhedron& p, const Polyhedron& q) {
 
 CornerFeatures corner_features(const Polyhedron& p, const Polyhedron& q, const Vector3& direction) {
 #ifdef QUOIN_WIDE_LANES
+  if (has_avx512()) return around_few(p, q, direction);
   if (has_avx2()) return around_256(p, q, direction);
 #endif
   return around<PlainScan>(p, q, direction);
