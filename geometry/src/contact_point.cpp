@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "closed_form.hpp"
+#include "contact_corners.hpp"
+#include "flush_contact.hpp"
 #include "pair_order.hpp"
 #include "patch.hpp"
 
@@ -13,9 +15,7 @@ namespace quoin::geometry {
 namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-/// A face or an edge steeper than 30 degrees against the contact plane parts from it by more than
-/// half the way walked along it: points on it would belong to another contact.
-constexpr double kFacingCosine = 0.86602540378443865;
+/// As facing faces: a steeper edge belongs to another contact.
 constexpr double kSteepSine = 0.5;
 
 /// Everything about one pair, in the order in which it is worked (P before Q).
@@ -29,11 +29,6 @@ struct PairPoints {
   SharedCorners merged;
   const SharedCorners* points = &merged;  // or the corners of two faces as they are
 };
-
-bool faces_other(const Polyhedron& polyhedron, int face, const Vector3& outward) {
-  const double* const normal = polyhedron.face_normals().data() + 3 * face;
-  return normal[0] * outward[0] + normal[1] * outward[1] + normal[2] * outward[2] >= kFacingCosine;
-}
 
 /// Does the solid climb steeply from one of its edges, or from a vertex along one of its edges?
 /// Then that lies on its far side, below what faces the other.
@@ -64,7 +59,7 @@ void find_carriers(const Polyhedron& polyhedron, const Vector3& outward, const V
   for (const int v : band) {
     bool covered = false;
     for (const int f : topology.vertex_faces(v)) {
-      if (!faces_other(polyhedron, f, outward)) continue;
+      if (!looks_along(polyhedron, f, outward)) continue;
       add({FeatureKind::Face, f});
       covered = true;
     }
@@ -93,8 +88,6 @@ bool better_name(const SharedCorner& x, const SharedCorner& y, bool reversed) {
   };
   return key(x) < key(y);
 }
-
-double gap_of(const SharedCorner& corner) { return corner.height_q - corner.height_p; }
 
 /// Adds a point, or merges it with the one that is there already: the nearer place, the better
 /// name.
@@ -166,35 +159,6 @@ void find_all_carriers(const Polyhedron& p, const Polyhedron& q, double band,
   }
 }
 
-/// Does a face of `polyhedron` around `face` look at the other solid, too?
-bool others_face(const Polyhedron& polyhedron, int face, const Vector3& outward) {
-  const Topology& topology = polyhedron.topology();
-  bool found = false;
-  for (const int f : topology.face_neighbours(face)) found |= faces_other(polyhedron, f, outward);
-  if (found || topology.three_faces_at_vertices()) return found;
-  for (const int v : topology.face(face)) {
-    for (const int f : topology.vertex_faces(v)) {
-      found |= f != face && faces_other(polyhedron, f, outward);
-    }
-  }
-  return found;
-}
-
-/// Are two whole faces all there is within the band?
-bool faces_alone(const Polyhedron& p, const Polyhedron& q, const SharedPart& part, double band) {
-  const Vector3 &outward_p = part.plane.normal, outward_q = -outward_p;
-  const auto alone = [band](const Polyhedron& solid, int face, const Vector3& outward,
-                            const Support& top) {
-    return only_these_beyond(solid, outward, top.value - band, solid.topology().face_set(face));
-  };
-  if (band > part.clear && (!alone(p, part.face_p, outward_p, part.top_p) ||
-                            !alone(q, part.face_q, outward_q, part.top_q))) {
-    return false;
-  }
-  return faces_other(p, part.face_p, outward_p) && faces_other(q, part.face_q, outward_q) &&
-         !others_face(p, part.face_p, outward_p) && !others_face(q, part.face_q, outward_q);
-}
-
 void add_points(const SharedCorners& corners, double band, bool reversed, PairPoints& pair) {
   for (const SharedCorner& c : corners) {
     if (gap_of(c) > pair.gap + band || !named(c)) continue;
@@ -255,8 +219,7 @@ void find_shared_part(const Polyhedron& p, const Polyhedron& q, double rounding,
 /// Its area goes to the nearest points.
 void share_area(const SharedPart& part, PairPoints& pair) {
   for (SharedCorner& point : pair.merged) point.share = 0.0;
-  for (const int k : part.polygon.order) {
-    const auto i = static_cast<std::size_t>(k);
+  for (std::size_t i = 0; i < part.corners.size(); ++i) {
     nearest_point(part.corners[i].place, i, pair.merged).share += part.corners[i].share;
   }
 }
@@ -348,26 +311,6 @@ void find_faces(const OrderedPair& ordered, const NearestFeatures& nearest, doub
   find_polygon(faces);
 }
 
-/// Are corners the contact points as they are: all within the band, the least gap among them, none
-/// within the tolerance of another?
-bool need_no_second_look(const SharedCorners& corners, double band, double rounding,
-                         const PairPoints& pair) {
-  double least = std::numeric_limits<double>::infinity(), greatest = -least;
-  for (const SharedCorner& c : corners) {
-    least = std::min(least, gap_of(c));
-    greatest = std::max(greatest, gap_of(c));
-  }
-  if (greatest > pair.gap + band || least > pair.gap + pair.tolerance + rounding) return false;
-  for (std::size_t i = 1; i < corners.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      const double x = corners[i].place.x() - corners[j].place.x();
-      const double y = corners[i].place.y() - corners[j].place.y();
-      if (x * x + y * y <= pair.tolerance * pair.tolerance) return false;
-    }
-  }
-  return true;
-}
-
 /// The contact features are two whole faces.
 void take_sets(const OrderedPair& ordered, const SharedPart& part, PairPoints& pair) {
   pair.support_p.assign(ordered.p.topology().face_set(part.face_p));
@@ -385,7 +328,8 @@ bool find_face_points(const OrderedPair& ordered, const NearestFeatures& nearest
   pair.type = ContactType::FaceFace;
   pair.kind_p = pair.kind_q = FeatureKind::Face;
   pair.plane = part->plane;
-  if (need_no_second_look(part->corners, band, rounding, pair)) {
+  if (need_no_second_look(*part, pair.gap + band, pair.gap + pair.tolerance + rounding,
+                          pair.tolerance)) {
     pair.points = &part->corners;
   } else {
     take_sets(ordered, *part, pair);
@@ -430,93 +374,12 @@ void find_pair_points(const OrderedPair& ordered, const NearestFeatures& nearest
   if (pair.type == ContactType::FaceFace) share_area(*part, pair);
 }
 
-/// Fills in what is the point's own.
-void take_point(const SharedCorner& corner, bool reversed, const ContactPlane& plane,
-                ContactPoint& contact) {
-  contact.key.feature_a = reversed ? corner.feature_q : corner.feature_p;
-  contact.key.feature_b = reversed ? corner.feature_p : corner.feature_q;
-  const double height_a = reversed ? corner.height_q : corner.height_p;
-  const double height_b = reversed ? corner.height_p : corner.height_q;
-  for (int i = 0; i < 3; ++i) {
-    const double foot =
-        plane.origin[i] + plane.axis_u[i] * corner.place.x() + plane.axis_v[i] * corner.place.y();
-    contact.point_a[i] = foot + height_a * plane.normal[i];
-    contact.point_b[i] = foot + height_b * plane.normal[i];
-  }
-  contact.gap = gap_of(corner);
-  contact.area = corner.share;
-}
-
-/// Merging may have handed one name to two places of a needle: the lower one keeps it.
-void merge_named(std::size_t first, std::vector<ContactPoint>& contacts) {
-  std::size_t last = first;
-  for (std::size_t k = first + 1; k < contacts.size(); ++k) {
-    if (contacts[k].key != contacts[last].key) {
-      contacts[++last] = contacts[k];
-      continue;
-    }
-    const double area = contacts[last].area + contacts[k].area;
-    if (contacts[k].gap < contacts[last].gap) contacts[last] = contacts[k];
-    contacts[last].area = area;
-  }
-  contacts.resize(last + 1);
-}
-
-/// Both features in one number, in the order of ContactKey.
-std::uint64_t key_number(const SharedCorner& corner, bool reversed) {
-  const auto number = [](const Feature& feature) {
-    return static_cast<std::uint64_t>(feature.kind) << 30 |
-           static_cast<std::uint64_t>(static_cast<std::uint32_t>(feature.index));
-  };
-  const std::uint64_t p = number(corner.feature_p), q = number(corner.feature_q);
-  return reversed ? q << 32 | p : p << 32 | q;
-}
-
-/// Where each point goes: behind those with smaller keys, and of equal ones behind those before it.
-/// Counted, as sorting would branch on the keys. True when there are equal keys.
-bool count_places(std::span<const std::uint64_t> keys, SmallVector<std::size_t, 64>& places) {
-  const std::size_t count = keys.size();
-  places.resize(count);
-  std::size_t total = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    std::size_t place = 0;
-    for (const std::uint64_t key : keys) place += key < keys[i];
-    places[i] = place;
-    total += place;
-  }
-  if (total == count * (count - 1) / 2) return false;
-  for (std::size_t i = 0; i < count; ++i) {
-    for (std::size_t j = 0; j < i; ++j) places[i] += keys[j] == keys[i];
-  }
-  return true;
-}
-
-void append_named(const std::array<int, 2>& blocks, bool reversed, const NearestFeatures& nearest,
-                  const PairPoints& pair, std::vector<ContactPoint>& contacts) {
-  const SharedCorners& points = *pair.points;
-  const std::size_t count = points.size(), first = contacts.size();
-  SmallVector<std::uint64_t, 64> keys;
-  SmallVector<std::size_t, 64> places;
-  keys.resize(count);
-  for (std::size_t i = 0; i < count; ++i) keys[i] = key_number(points[i], reversed);
-  const bool twins = count_places(keys, places);
-  ContactPoint common;
-  common.key.a = blocks[0];
-  common.key.b = blocks[1];
-  common.type = pair.type;
-  common.indeterminate = nearest.indeterminate;
-  common.normal = nearest.normal;
-  contacts.resize(first + count, common);
-  for (std::size_t i = 0; i < count; ++i) {
-    take_point(points[i], reversed, pair.plane, contacts[first + places[i]]);
-  }
-  if (twins) merge_named(first, contacts);
-}
-
 /// Polygon or segment as points half-way between the solids, counter-clockwise against A's normal.
 void copy_polygon(const SharedPart& part, const ContactPlane& plane, bool reversed,
                   std::vector<Vector3>& polygon) {
-  for (const int i : part.polygon.order) {
+  SmallVector<int, 32> order;
+  find_order(part.corners, order);
+  for (const int i : order) {
     const SharedCorner& c = part.corners[static_cast<std::size_t>(i)];
     polygon.push_back(plane.point(c.place, 0.5 * (c.height_p + c.height_q)));
   }
@@ -532,23 +395,28 @@ void append_contact_points(const std::array<int, 2>& blocks, const Polyhedron& a
   Lazy<SharedPart> part;
   PairPoints pair;
   find_pair_points(ordered, nearest, options, part, pair);
-  append_named(blocks, ordered.reversed, nearest, pair, contacts);
+  append_corners(blocks, ordered.reversed, nearest, pair.type, pair.plane, *pair.points, contacts);
 }
 
 NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, const Polyhedron& a,
                                              const Polyhedron& b, const ContactOptions& options,
                                              const FeatureHint& hint,
                                              std::vector<ContactPoint>& contacts) {
+  FeatureHint start = hint;
+  if ((hint.face_a >= 0 && hint.face_b >= 0) || hint.vertices_a[0] < 0) {
+    NearestFeatures answer;
+    if (append_flush_contacts(blocks, a, b, options, start, answer, contacts)) return answer;
+  }
   Lazy<SharedPart> part;
   const NearestFeatures nearest =
-      nearest_features(a, b, {.tolerance = options.tolerance}, hint, part);
+      nearest_features(a, b, {.tolerance = options.tolerance}, start, part);
   if (nearest.gap > options.reach && nearest.status != PairStatus::Touching) return nearest;
   const OrderedPair ordered(a, b, worked_in_reverse(a, b), nearest);
   ContactOptions above_least = options;
   above_least.reach = std::max(0.0, options.reach - nearest.gap);
   PairPoints pair;
   find_pair_points(ordered, nearest, above_least, part, pair);
-  append_named(blocks, ordered.reversed, nearest, pair, contacts);
+  append_corners(blocks, ordered.reversed, nearest, pair.type, pair.plane, *pair.points, contacts);
   return nearest;
 }
 
@@ -562,7 +430,8 @@ void update_pair_contact(const Polyhedron& a, const Polyhedron& b, const Contact
   find_pair_points(ordered, contact.nearest, options, part, pair);
   if (pair.points != &pair.merged) take_sets(ordered, *part, pair);
   contact.points.clear();
-  append_named({0, 1}, ordered.reversed, contact.nearest, pair, contact.points);
+  append_corners({0, 1}, ordered.reversed, contact.nearest, pair.type, pair.plane, *pair.points,
+                 contact.points);
   contact.type = pair.type;
   contact.area = part ? part->polygon.area : 0.0;
   contact.polygon.clear();

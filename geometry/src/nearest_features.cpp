@@ -9,6 +9,8 @@
 #include "closed_form.hpp"
 #include "corner_features.hpp"
 #include "fast_search.hpp"
+#include "fetch.hpp"
+#include "flush_contact.hpp"
 #include "line_forms.hpp"
 #include "ordinary.hpp"
 #include "pair_order.hpp"
@@ -20,19 +22,6 @@ namespace quoin::geometry {
 namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-
-Lengths lengths(const Polyhedron& p, const Polyhedron& q, const SearchOptions& options) {
-  Lengths length;
-  length.contact = options.tolerance > 0.0 ? options.tolerance : default_tolerance(p, q);
-  constexpr double kUneven = 1e4;
-  const double larger = std::max(p.diameter(), q.diameter());
-  length.rounding = 5 * kEpsilon * larger;
-  length.uneven = larger > kUneven * std::min(p.diameter(), q.diameter());
-  const double coordinate = std::max(p.largest_coordinate(), q.largest_coordinate());
-  length.place = std::max(length.rounding, 2 * kEpsilon * coordinate);
-  length.widest = std::max({length.contact, length.place, kClearAbove * length.rounding});
-  return length;
-}
 
 /// The vertices of one solid near its support plane, and how deep below it each lies.
 struct NearVertices {
@@ -135,7 +124,6 @@ struct Optimum {
   bool several = false, middle = false;
   bool converged = false;
   bool straight = false;  // just the sets lie near the plane: `near_p`, `near_q` are not filled
-  bool contact_expected = false;  // flush blocks are tried before the search
   int iterations = 0;
   Lazy<SharedPart>& faces;  // where both features of a straight answer are whole faces
   explicit Optimum(Lazy<SharedPart>& shared) : faces(shared) {}
@@ -167,25 +155,23 @@ struct PatchPair {
 /// `faces`: the features as laid already, or null.
 double margin_of(const Polyhedron& p, const Polyhedron& q, const Carried& plane,
                  const SharedPart* faces, double rounding) {
-  if (faces != nullptr) return faces->overlay.margin;
+  if (faces != nullptr) return faces->margin;
   const PatchPair patches(p, q, plane, plane.sets.p, plane.sets.q, rounding);
   return overlap_margin(patches.p, patches.q);
 }
 
-/// Lays two whole faces, once for all that asks for them.
-void lay_whole_faces(const Polyhedron& p, const Polyhedron& q, const Carried& plane,
-                     Lazy<SharedPart>& faces) {
-  const auto whole = [](const Polyhedron& solid, int face, const VertexSet& set) {
-    return face >= 0 && solid.topology().face(face).size() == set.size();
-  };
-  if (!whole(p, plane.sets.face_p, plane.sets.p) || !whole(q, plane.sets.face_q, plane.sets.q)) {
-    return;
-  }
-  SharedPart& part = faces.emplace();
+bool is_whole(const Polyhedron& solid, int face, const VertexSet& set) {
+  return face >= 0 && solid.topology().face(face).size() == set.size();
+}
+
+/// Lays two whole faces, if that is what the sets are; false: they are not, or have too many corners.
+bool lay_whole_faces(const Polyhedron& p, const Polyhedron& q, const Carried& plane,
+                     const VertexSet& set_p, const VertexSet& set_q, SharedPart& part) {
   part.face_p = plane.sets.face_p;
   part.face_q = plane.sets.face_q;
+  if (!is_whole(p, part.face_p, set_p) || !is_whole(q, part.face_q, set_q)) return false;
   part.plane = ContactPlane(p.vertex(plane.support_p.vertex), plane.normal);
-  if (!lay_faces(p, q, plane.gap, part)) faces.reset();
+  return lay_faces(p, q, plane.gap, part);
 }
 
 /// Do the features that carry the plane lie over each other? Then the plane is a facet of the
@@ -205,25 +191,13 @@ bool lies_over(const Polyhedron& p, const Polyhedron& q, const Carried& plane,
 }
 
 /// Proves that no other plane is better: always so when the solids are apart and the features lie
-/// over each other; for an overlap d, when the origin projects at least d inside the border of the
-/// facet (r = d / margin <= 1) and a known inner point (the difference of the vertex means) lies
-/// deep enough. See geometry/README.md, "Shallow overlap".
+/// over each other, and for a shallow overlap.
 bool proves_optimum(const Polyhedron& p, const Polyhedron& q, const Carried& plane,
                     const SharedPart* faces, double rounding) {
-  const bool apart = plane.gap > 8 * rounding;  // nearer than that several planes may be as good
-  if (apart) return lies_over(p, q, plane, faces, rounding);
-  const double depth = -plane.gap * (1.0 + 1e-9) + 64 * rounding;  // by so much the only one, too
-  const Vector3 inner = q.vertex_mean() - p.vertex_mean();
-  const double down = inner.dot(plane.normal);
-  if (depth > down) return false;
-  const double margin = margin_of(p, q, plane, faces, rounding);
-  if (depth > margin) return false;
-  const double ratio = depth / margin;
-  const double aside = (inner - down * plane.normal).norm();
-  return (1.0 - ratio * ratio) * down - 2.0 * ratio * aside >= depth * (1.0 + ratio * ratio);
+  if (clearly_apart(plane.gap, rounding)) return lies_over(p, q, plane, faces, rounding);
+  const auto margin = [&] { return margin_of(p, q, plane, faces, rounding); };
+  return proves_shallow(p, q, plane.normal, plane.gap, rounding, margin);
 }
-
-constexpr double kFarBelow = 1.0 / 16;  // of the smaller diameter; only speed hangs on it
 
 /// The plane of the proposed sets, when they carry it alone and no vertex lies between 0.5 and 64
 /// roundings below it: nothing is left to doubt but whether it is the best.
@@ -239,14 +213,16 @@ bool straight_plane(const Polyhedron& p, const Polyhedron& q, const Lengths& len
     return carried_alone(p, plane.normal, {plane.sets.p, flat, clear}, plane.support_p) &&
            carried_alone(q, -plane.normal, {plane.sets.q, flat, clear}, plane.support_q);
   };
-  // Of two faces most often all other vertices lie far below: what the contact points will ask for.
   const bool two_faces = plane.sets.face_p >= 0 && plane.sets.face_q >= 0;
   const double far_below = two_faces ? kFarBelow * std::min(p.diameter(), q.diameter()) : 0.0;
   const bool clearly = far_below > length.widest && alone(far_below);
   if (!clearly && !alone(length.widest)) return false;
   plane.gap = plane.normal.dot(q.vertex(plane.support_q.vertex) - p.vertex(plane.support_p.vertex));
-  lay_whole_faces(p, q, plane, optimum.faces);
-  if (optimum.faces) optimum.faces->clear = clearly ? far_below : length.widest;
+  if (lay_whole_faces(p, q, plane, plane.sets.p, plane.sets.q, optimum.faces.emplace())) {
+    optimum.faces->clear = clearly ? far_below : length.widest;
+  } else {
+    optimum.faces.reset();
+  }
   return true;
 }
 
@@ -293,25 +269,6 @@ bool warm_answer(const Polyhedron& p, const Polyhedron& q, const FeatureHint& hi
     return false;
   }
   return straight_answer(p, q, length, hint.normal, optimum);
-}
-
-/// Blocks that lie flush: of the faces around the two vertices that look most at the other solid,
-/// the one of P that parts these vertices most and the one of Q that looks most against it, if they
-/// look at each other and are proved to carry the answer.
-bool flush_answer(const Polyhedron& p, const Polyhedron& q, const Lengths& length,
-                  Optimum& optimum) {
-  constexpr double kOpposite = -1.0 + 1e-6;  // cosine; only speed hangs on it
-  const PairSupport near = support_pair(p, q, q.vertex_mean() - p.vertex_mean());
-  const int face_p =
-      facing_face(p, near.p.vertex, q.vertex(near.q.vertex) - p.vertex(near.p.vertex));
-  const int face_q = face_p < 0 ? -1 : facing_face(q, near.q.vertex, -p.face_normal(face_p));
-  if (face_q < 0 || p.face_normal(face_p).dot(q.face_normal(face_q)) > kOpposite) return false;
-  ContactSets& sets = optimum.plane.sets;
-  sets.p.assign(p.topology().face_set(face_p));
-  sets.q.assign(q.topology().face_set(face_q));
-  sets.face_p = face_p;
-  sets.face_q = face_q;
-  return straight_answer(p, q, length, p.face_normal(face_p), optimum);
 }
 
 /// The face of `solid` above whose plane `point` lies highest (or least deep), and by how much.
@@ -603,6 +560,12 @@ void set_witnesses(const Polyhedron& p, const Polyhedron& q, const Carried& cont
     answer.point_b = answer.point_a + across;
     return;
   }
+  Lazy<SharedPart> faces;
+  if (lay_whole_faces(p, q, contact, set_p, set_q, faces.emplace()) && faces->measured) {
+    answer.point_a = faces->plane.point(faces->polygon.centroid, 0.0);
+    answer.point_b = answer.point_a + across;
+    return;
+  }
   const PatchPair patches(p, q, contact, set_p, set_q, length);
   SharedCorners corners;
   append_shared_corners(patches.p, patches.q, 2 * length + kEpsilon * std::abs(answer.gap),
@@ -675,13 +638,6 @@ void set_face_witnesses(const Polyhedron& p, const Polyhedron& q, const Carried&
   faces.top_q = contact.support_q;
 }
 
-/// Are both faces wider than the tolerance? A polygon no wider than that on either side of a line
-/// through two of its corners has at most four times the line's length times the tolerance as area.
-bool surely_wide(const Polyhedron& p, const Polyhedron& q, const SharedPart& faces,
-                 double tolerance) {
-  return faces.polygon.area > 8 * tolerance * std::max(p.diameter(), q.diameter());
-}
-
 /// Witnesses, features and what they leave open.
 void describe(const Polyhedron& p, const Polyhedron& q, Optimum& optimum, const Lengths& length,
               NearestFeatures& answer) {
@@ -733,10 +689,7 @@ bool general_answer(const OrderedPair& pair, const SearchOptions& options, const
   const auto warm = [&] {
     return quick.hint == Trial::Undecided && warm_answer(p, q, hint, length, optimum);
   };
-  const auto flush = [&] {
-    return optimum.contact_expected && flush_answer(p, q, length, optimum);
-  };
-  if (length.uneven || (!warm() && !flush())) {
+  if (length.uneven || !warm()) {
     if (!length.uneven && !quick.searched &&
         searched_answer(pair.a(), pair.b(), length, quick, answer)) {
       return true;
@@ -753,29 +706,6 @@ bool general_answer(const OrderedPair& pair, const SearchOptions& options, const
   if (optimum.converged) answer.status = status_of(answer.gap, length);
   return false;
 }
-
-/// Asks for the rows of a solid before they are needed: all of a small one, else the beginning.
-/// Inline: a compiler drops the call of a function that does nothing else.
-#if defined(__GNUC__)
-[[gnu::always_inline]] inline void fetch(const double* values, int count) {
-  constexpr int kLine = 8, kMost = 16 * kLine;  // doubles
-  for (int k = 0; k < std::min(count, kMost); k += kLine) __builtin_prefetch(values + k);
-}
-
-[[gnu::always_inline]] inline void fetch(const Polyhedron& polyhedron) {
-  __builtin_prefetch(&polyhedron.topology());
-  fetch(polyhedron.offsets(), 3 * polyhedron.padded_count());
-}
-
-/// What laying faces asks for besides.
-[[gnu::always_inline]] inline void fetch_faces(const Polyhedron& polyhedron) {
-  fetch(polyhedron.vertices().data(), 3 * polyhedron.vertex_count());
-  fetch(polyhedron.face_normals().data(), 3 * polyhedron.topology().face_count());
-}
-#else
-void fetch(const Polyhedron&) {}
-void fetch_faces(const Polyhedron&) {}
-#endif
 
 }  // namespace
 
@@ -857,12 +787,11 @@ NearestFeatures nearest_features(const Polyhedron& a, const Polyhedron& b,
   fetch_faces(a);
   fetch_faces(b);
   NearestFeatures answer;
-  const Lengths length = lengths(a, b, options);
+  const Lengths length = lengths(a, b, options.tolerance);
   Trial trial = Trial::Undecided;
   if (length.uneven || !hinted_answer(a, b, length, hint, trial, answer)) {
     Quick quick{.hint = trial, .iterations = answer.iterations};
     Optimum optimum(faces);
-    optimum.contact_expected = true;
     find_answer(ordered(a, b, length), options, hint, quick, optimum, answer);
   }
   return answer;
@@ -873,7 +802,7 @@ NearestFeatures nearest_features(const Polyhedron& a, const Polyhedron& b,
   fetch(a);
   fetch(b);
   NearestFeatures answer;
-  const Lengths length = lengths(a, b, options);
+  const Lengths length = lengths(a, b, options.tolerance);
   Trial trial = Trial::Undecided;
   if (length.uneven || !hinted_answer(a, b, length, hint, trial, answer)) {
     find_answer_apart(a, b, options, hint, length, trial, answer);

@@ -1,6 +1,7 @@
 #include "ordinary.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "closed_form.hpp"
 #include "line_forms.hpp"
@@ -10,6 +11,7 @@
 namespace quoin::geometry {
 namespace {
 
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr FeatureKind kVertex = FeatureKind::Vertex, kEdge = FeatureKind::Edge,
                       kFace = FeatureKind::Face;
 
@@ -253,6 +255,19 @@ QUOIN_AVX2 [[gnu::flatten]] Trial hint_256(const Polyhedron& a, const Polyhedron
 #endif
 
 }  // namespace
+
+Lengths lengths(const Polyhedron& p, const Polyhedron& q, double tolerance) {
+  Lengths length;
+  length.contact = tolerance > 0.0 ? tolerance : default_tolerance(p, q);
+  constexpr double kUneven = 1e4;
+  const double larger = std::max(p.diameter(), q.diameter());
+  length.rounding = 5 * kEpsilon * larger;
+  length.uneven = larger > kUneven * std::min(p.diameter(), q.diameter());
+  const double coordinate = std::max(p.largest_coordinate(), q.largest_coordinate());
+  length.place = std::max(length.rounding, 2 * kEpsilon * coordinate);
+  length.widest = std::max({length.contact, length.place, kClearAbove * length.rounding});
+  return length;
+}
 
 Trial try_ordinary(const Polyhedron& a, const Polyhedron& b, const Carrier& by_a,
                    const Carrier& by_b, const Lengths& length, const Overlap* overlap,

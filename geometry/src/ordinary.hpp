@@ -22,6 +22,12 @@ struct Lengths {
 /// A vertex between these multiples of the rounding might be sorted otherwise on another way.
 constexpr double kClearBelow = 0.5, kClearAbove = 64.0;
 
+/// Of two faces most often all other vertices lie so far below (of the smaller diameter): what the
+/// contact points will ask for. Only speed hangs on it.
+constexpr double kFarBelow = 1.0 / 16;
+
+Lengths lengths(const Polyhedron& p, const Polyhedron& q, double tolerance);
+
 /// What may carry the plane on one side: a vertex, the two ends of an edge (ascending), or a face.
 struct Carrier {
   FeatureKind kind = FeatureKind::Vertex;
@@ -39,6 +45,26 @@ struct Overlap {
 inline PairStatus status_of(double gap, const Lengths& length) {
   if (std::abs(gap) <= length.contact) return PairStatus::Touching;
   return gap > 0.0 ? PairStatus::Separated : PairStatus::Overlapping;
+}
+
+/// Nearer than that several planes may be as good.
+inline bool clearly_apart(double gap, double rounding) { return gap > 8 * rounding; }
+
+/// Proves for an overlap d that no other plane is better: the origin projects at least d inside the
+/// border of the facet (r = d / margin <= 1) and a known inner point (the difference of the vertex
+/// means) lies deep enough. See geometry/README.md, "Shallow overlap". `margin()`: how far inside, m.
+template <class Margin>
+bool proves_shallow(const Polyhedron& p, const Polyhedron& q, const Vector3& normal, double gap,
+                    double rounding, const Margin& margin) {
+  const double depth = -gap * (1.0 + 1e-9) + 64 * rounding;  // by so much the only one, too
+  const Vector3 inner = q.vertex_mean() - p.vertex_mean();
+  const double down = inner.dot(normal);
+  if (depth > down) return false;
+  const double inside = margin();
+  if (depth > inside) return false;
+  const double ratio = depth / inside;
+  const double aside = (inner - down * normal).norm();
+  return (1.0 - ratio * ratio) * down - 2.0 * ratio * aside >= depth * (1.0 + ratio * ratio);
 }
 
 enum class Trial {

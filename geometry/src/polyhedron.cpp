@@ -114,6 +114,9 @@ Topology::Topology(int vertex_count, const std::vector<std::vector<int>>& faces)
     face_start_.push_back(static_cast<int>(face_vertices_.size()));
     face_sets_.insert(face_sets_.end(), face.begin(), face.end());
     std::sort(face_sets_.end() - std::ssize(face), face_sets_.end());
+    face_four_start_.push_back(static_cast<int>(face_fours_.size() / 4));
+    face_fours_.insert(face_fours_.end(), face.begin(), face.end());
+    while (face_fours_.size() % 4 != 0) face_fours_.push_back(face[0]);
   }
   add_edges();
   add_neighbours();

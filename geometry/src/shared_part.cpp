@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "face_overlay.hpp"
+
 namespace quoin::geometry {
 namespace {
 
@@ -121,58 +123,6 @@ struct Clip {
       }
     }
   }
-
-  /// Q's covered corners from j on, counter-clockwise, as bits.
-  std::uint64_t append_along_q(int j) const {
-    std::uint64_t taken = 0;
-    for (int k = 0; k < q.rows.count && q.covers(j); ++k, j = q.rows.next(j)) {
-      add_corner_of_q(j);
-      taken |= std::uint64_t{1} << j;
-    }
-    return taken;
-  }
-
-  /// Where side i of P crosses Q's border, in order along it. Returns the side of Q met last.
-  int append_crossings(int i, std::uint64_t sides, bool& inside) const {
-    int first = std::countr_zero(sides), last = 63 - std::countl_zero(sides);
-    double share = crossing_share(p.rows, i, q.rows, first);
-    inside = !inside;
-    if (last == first) {
-      add_crossing(i, last, share);
-      return last;
-    }
-    double share_last = crossing_share(p.rows, i, q.rows, last);
-    if (share_last < share) {
-      std::swap(first, last);
-      std::swap(share, share_last);
-    }
-    add_crossing(i, first, share);
-    add_crossing(i, last, share_last);
-    inside = !inside;
-    return last;
-  }
-
-  /// Counter-clockwise around the shared polygon: along P's border, and from where that leaves Q
-  /// along Q's. False, and nothing added, where rounding leaves anything in doubt.
-  bool append_in_order() const {
-    if (!p.clear || !q.clear) return false;
-    const std::size_t before = corners.size();
-    std::uint64_t taken = 0;
-    bool sound = true;
-    for (int i = 0; i < p.rows.count && sound; ++i) {
-      bool inside = p.covers(i);
-      if (inside) add_corner_of_p(i);
-      if (const std::uint64_t sides = crossings(i); sides != 0) {
-        const int last = append_crossings(i, sides, inside);
-        if (!inside) taken |= append_along_q(q.rows.next(last));
-      }
-      sound = inside == p.covers(p.rows.next(i));
-    }
-    if (sound && corners.size() == before) taken = append_along_q(0);
-    if (sound && taken == q.covered) return true;
-    corners.resize(before);
-    return false;
-  }
 };
 
 /// Lays a face; false: it has too many corners. Q's faces look the other way and run backwards.
@@ -200,48 +150,17 @@ bool lay_face(const Polyhedron& polyhedron, int face, const ContactPlane& plane,
   return true;
 }
 
-/// The order in which the corners are, from the one with the least coordinates: as hull_order has
-/// it.
-void keep_order(const SharedCorners& corners, SmallVector<int, 32>& order) {
-  const std::size_t count = corners.size();
-  std::size_t first = 0;
-  for (std::size_t k = 1; k < count; ++k) {
-    const Vector2 &a = corners[k].place, &b = corners[first].place;
-    if (a.x() < b.x() || (a.x() == b.x() && a.y() < b.y())) first = k;
-  }
-  order.resize(count);
-  for (std::size_t k = 0; k < count; ++k) {
-    order[k] = static_cast<int>(first + k < count ? first + k : first + k - count);
-  }
-}
-
-/// Does a polygon turn left at each corner? A hull would leave out the others.
-bool turns_left(const SharedCorners& corners, const SmallVector<int, 32>& order) {
-  const std::size_t count = order.size();
-  if (count < 3) return false;
-  const auto place = [&](std::size_t k) -> const Vector2& {
-    return corners[static_cast<std::size_t>(order[k < count ? k : k - count])].place;
-  };
-  bool left = true;
-  for (std::size_t k = 0; k < count; ++k) {
-    const Vector2& a = place(k);
-    left &= cross2(place(k + 1) - a, place(k + 2) - a) > 0.0;
-  }
-  return left;
-}
-
-/// Area, centroid and shares of a polygon whose order is known; false: it does not wind once around
-/// its centroid, strictly to the left.
-bool measure(SharedCorners& corners, SharedPolygon& polygon) {
+/// Area, centroid and shares of a polygon whose order is known.
+void measure(const SmallVector<int, 32>& order, SharedCorners& corners, SharedPolygon& polygon) {
   const auto corner = [&](std::size_t k) -> SharedCorner& {
-    return corners[static_cast<std::size_t>(polygon.order[k])];
+    return corners[static_cast<std::size_t>(order[k])];
   };
   const auto place = [&](std::size_t k) -> const Vector2& { return corner(k).place; };
-  const std::size_t n = polygon.order.size();
+  const std::size_t n = order.size();
   for (SharedCorner& c : corners) c.share = 0.0;
   polygon.area = 0.0;
   polygon.centroid.setZero();
-  if (n == 0) return true;
+  if (n == 0) return;
   const Vector2 base = place(0);
   Vector2 moment = Vector2::Zero();
   for (std::size_t k = 2; k < n; ++k) {
@@ -253,21 +172,18 @@ bool measure(SharedCorners& corners, SharedPolygon& polygon) {
   if (!(polygon.area > 0.0)) {
     for (std::size_t k = 0; k < n; ++k) polygon.centroid += place(k) / static_cast<double>(n);
     polygon.area = 0.0;
-    return false;
+    return;
   }
   polygon.centroid = base + moment / polygon.area;
   // Half of each triangle (centroid, corner, next corner) to either corner: since the centroid of
   // the polygon is the area-weighted mean of the triangles' centroids, the shares have its first
   // moment.
-  bool left = true;
   for (std::size_t k = 0; k < n; ++k) {
     const std::size_t next = k + 1 < n ? k + 1 : 0;
     const double half = 0.25 * cross2(place(k) - polygon.centroid, place(next) - polygon.centroid);
     corner(k).share += half;
     corner(next).share += half;
-    left = left && half > 0.0;
   }
-  return left;
 }
 
 }  // namespace
@@ -302,41 +218,42 @@ void hull_order(std::span<const Vector2> places, SmallVector<int, 32>& order) {
   if (order.empty()) order.push_back(sorted[0]);
 }
 
-void find_polygon(SharedCorners& corners, SharedPolygon& polygon) {
+void find_order(const SharedCorners& corners, SmallVector<int, 32>& order) {
   SmallVector<Vector2, 32> places;
   for (const SharedCorner& corner : corners) places.push_back(corner.place);
-  hull_order(places, polygon.order);
-  measure(corners, polygon);
+  hull_order(places, order);
+}
+
+void find_polygon(SharedCorners& corners, SharedPolygon& polygon) {
+  SmallVector<int, 32> order;
+  find_order(corners, order);
+  measure(order, corners, polygon);
 }
 
 void find_polygon(SharedPart& part) {
-  SharedPolygon& polygon = part.polygon;
-  if (part.overlay.in_order) {
-    keep_order(part.corners, polygon.order);
-    if (turns_left(part.corners, polygon.order) && measure(part.corners, polygon)) return;
-  }
-  find_polygon(part.corners, polygon);
+  if (!part.measured) find_polygon(part.corners, part.polygon);
 }
 
-Overlay append_shared_of_polygons(const PolygonRows& p, const PolygonRows& q, double rounding,
+double append_shared_of_polygons(const PolygonRows& p, const PolygonRows& q, double rounding,
                                   SharedCorners& corners) {
   SideMasks of_p, of_q;
   find_side_masks(p, q, rounding, of_p, of_q);
   const Clip clip{{p, of_p, q.count}, {q, of_q, p.count}, corners};
-  Overlay overlay;
-  overlay.margin = std::min(of_p.margin, of_q.margin);
-  overlay.in_order = clip.append_in_order();
-  if (!overlay.in_order) clip.append();
-  return overlay;
+  clip.append();
+  return std::min(of_p.margin, of_q.margin);
 }
 
 bool lay_faces(const Polyhedron& p, const Polyhedron& q, double gap, SharedPart& part) {
-  if (!lay_face(p, part.face_p, part.plane, 1.0, part.p) ||
-      !lay_face(q, part.face_q, part.plane, -1.0, part.q)) {
+  const double rounding = border_rounding(p, q, gap);
+  part.measured = overlay_faces(p, q, rounding, part);
+  if (part.measured) return true;
+  part.corners.clear();
+  PolygonRows rows_p, rows_q;
+  if (!lay_face(p, part.face_p, part.plane, 1.0, rows_p) ||
+      !lay_face(q, part.face_q, part.plane, -1.0, rows_q)) {
     return false;
   }
-  part.overlay =
-      append_shared_of_polygons(part.p, part.q, border_rounding(p, q, gap), part.corners);
+  part.margin = append_shared_of_polygons(rows_p, rows_q, rounding, part.corners);
   return true;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 /// The part that two polygons in a contact plane share. Private to the room.
 
+#include <algorithm>
 #include <quoin/geometry/polyhedron.hpp>
 #include <span>
 
@@ -20,12 +21,14 @@ struct SharedCorner {
 };
 using SharedCorners = SmallVector<SharedCorner, 32>;
 
-/// The convex polygon around places: indices in counter-clockwise order, its area.
+/// The convex polygon around places.
 struct SharedPolygon {
-  SmallVector<int, 32> order;
   double area = 0.0;
   Vector2 centroid = Vector2::Zero();
 };
+
+/// Indices of the corners that are corners of the convex polygon around all, counter-clockwise.
+void find_order(const SharedCorners& corners, SmallVector<int, 32>& order);
 
 /// Also shares the area out over the corners, so that the shares have the polygon's area and
 /// centroid.
@@ -34,15 +37,9 @@ void find_polygon(SharedCorners& corners, SharedPolygon& polygon);
 /// Indices of the convex hull of places, counter-clockwise (monotone chain, [Andrew 1979]).
 void hull_order(std::span<const Vector2> places, SmallVector<int, 32>& order);
 
-/// How two polygons lie over each other.
-struct Overlay {
-  double margin = 0.0;    ///< overlap_margin, m
-  bool in_order = false;  ///< the corners were added counter-clockwise around the shared polygon
-};
-
 /// Adds the corners that two polygons share; `rounding` (m) is how far outside still counts as on
-/// the border.
-Overlay append_shared_of_polygons(const PolygonRows& p, const PolygonRows& q, double rounding,
+/// the border. Returns overlap_margin, m.
+double append_shared_of_polygons(const PolygonRows& p, const PolygonRows& q, double rounding,
                                   SharedCorners& corners);
 
 /// What two whole faces that carry the answer share, laid once for the proof, the witnesses and the
@@ -52,14 +49,23 @@ struct SharedPart {
   Support top_p, top_q;
   double clear = 0.0;  ///< m, at least tol: just the vertices of the faces are so near the tops
   ContactPlane plane;
-  PolygonRows p, q;
   SharedCorners corners;
-  Overlay overlay;
+  double margin = 0.0;    ///< overlap_margin, m
+  bool measured = false;  ///< `polygon` and the shares are known already
   SharedPolygon polygon;
+  double lowest = 0.0, highest = 0.0;  ///< gaps at the corners, m; if `measured`
+  double nearest_squared = 0.0;        ///< least distance of two corners, squared, m2; if `measured`
 };
 
 /// Lays both faces into the plane and adds the corners they share; false: they have too many.
 bool lay_faces(const Polyhedron& p, const Polyhedron& q, double gap, SharedPart& part);
+
+/// Are both faces wider than the tolerance? A polygon no wider than that on either side of a line
+/// through two of its corners has at most four times the line's length times the tolerance as area.
+inline bool surely_wide(const Polyhedron& p, const Polyhedron& q, const SharedPart& part,
+                        double tolerance) {
+  return part.polygon.area > 8 * tolerance * std::max(p.diameter(), q.diameter());
+}
 
 /// As above, of the corners of two faces.
 void find_polygon(SharedPart& part);

@@ -48,18 +48,11 @@ bool only_these_beyond(const Polyhedron& polyhedron, const Vector3& direction, d
 
 bool carried_alone(const Polyhedron& polyhedron, const Vector3& direction, const Carriers& carriers,
                    Support& top) {
+  const Rows rows(polyhedron);
 #ifdef QUOIN_WIDE_LANES
-  if (has_avx512() && polyhedron.padded_count() <= 32) {
-    const Rows rows(polyhedron);
-    if (rows.padded == 8) return alone_512<1>(rows, direction, carriers, top);
-    if (rows.padded == 16) return alone_512<2>(rows, direction, carriers, top);
-    if (rows.padded == 24) return alone_512<3>(rows, direction, carriers, top);
-    return alone_512<4>(rows, direction, carriers, top);
-  }
+  if (has_avx2()) return Scan256::carried_alone(rows, direction, carriers, top);
 #endif
-  top = support(polyhedron, direction);
-  return only_these_beyond(polyhedron, direction, top.value - carriers.flat, carriers.set) &&
-         only_these_beyond(polyhedron, direction, top.value - carriers.clear, carriers.set);
+  return PlainScan::carried_alone(rows, direction, carriers, top);
 }
 
 }  // namespace quoin::geometry

@@ -179,31 +179,6 @@ QUOIN_AVX512 inline int count_512(const Rows& rows, const Triple& d, double valu
   return count;
 }
 
-/// `Blocks`: of eight vertices.
-template <int Blocks>
-QUOIN_AVX512 bool alone_512(const Rows& rows, const Triple& d, const Carriers& carriers,
-                            Support& top) {
-  const Wide512 wide(d);
-  __m512d value[Blocks], most = wide.along(rows, 0);
-  for (int k = 0; k < Blocks; ++k) {
-    value[k] = wide.along(rows, 8 * k);
-    most = _mm512_max_pd(most, value[k]);
-  }
-  most = greatest_lane(most);
-  const __m512d flat = _mm512_sub_pd(most, _mm512_set1_pd(carriers.flat));
-  const __m512d clear = _mm512_sub_pd(most, _mm512_set1_pd(carriers.clear));
-  std::uint32_t highest = 0, near = 0, beyond = 0, set = 0;
-  for (int k = 0; k < Blocks; ++k) {
-    highest |= equal_lanes(value[k], most) << 8 * k;
-    near |= std::uint32_t{_mm512_cmp_pd_mask(value[k], flat, _CMP_GE_OQ)} << 8 * k;
-    beyond |= std::uint32_t{_mm512_cmp_pd_mask(value[k], clear, _CMP_GE_OQ)} << 8 * k;
-  }
-  for (const int v : carriers.set) set |= std::uint32_t{1} << v;
-  const std::uint32_t valid = ~std::uint32_t{0} >> (32 - rows.count);
-  top = {std::countr_zero(highest) & 31, _mm512_cvtsd_f64(most) + 0.0};
-  return (near & valid) == set && (beyond & valid) == set;
-}
-
 struct Wide256 {
   __m256d x, y, z;
   QUOIN_AVX2 explicit Wide256(const Triple& d)
@@ -278,6 +253,34 @@ QUOIN_AVX2 inline Support support_256(const Rows& rows, const Wide256& wide) {
           _mm256_cvtsd_f64(greatest) + 0.0};
 }
 
+/// `Fours`: of four vertices.
+template <int Fours>
+QUOIN_AVX2 bool alone_256(const Rows& rows, const Triple& d, const Carriers& carriers,
+                          Support& top) {
+  const Wide256 wide(d);
+  __m256d value[Fours], most = value[0] = wide.along(rows, 0);
+  for (int k = 1; k < Fours; ++k) {
+    value[k] = wide.along(rows, 4 * k);
+    most = _mm256_max_pd(most, value[k]);
+  }
+  most = greatest_lane(most);
+  const __m256d flat = _mm256_sub_pd(most, _mm256_set1_pd(carriers.flat));
+  const __m256d clear = _mm256_sub_pd(most, _mm256_set1_pd(carriers.clear));
+  std::uint32_t highest = 0, near = 0, beyond = 0, set = 0;
+  const auto bits = [](__m256d mask, int k) QUOIN_AVX2 {
+    return static_cast<std::uint32_t>(_mm256_movemask_pd(mask)) << 4 * k;
+  };
+  for (int k = 0; k < Fours; ++k) {
+    highest |= bits(_mm256_cmp_pd(value[k], most, _CMP_EQ_OQ), k);
+    near |= bits(_mm256_cmp_pd(value[k], flat, _CMP_GE_OQ), k);
+    beyond |= bits(_mm256_cmp_pd(value[k], clear, _CMP_GE_OQ), k);
+  }
+  for (const int v : carriers.set) set |= std::uint32_t{1} << v;
+  const std::uint32_t valid = ~std::uint32_t{0} >> (32 - rows.count);
+  top = {std::countr_zero(highest) & 31, _mm256_cvtsd_f64(most) + 0.0};
+  return (near & valid) == set && (beyond & valid) == set;
+}
+
 QUOIN_AVX2 inline void beyond_256(const Rows& rows, const Triple& d, double value,
                                   VertexSet& vertices) {
   const Wide256 wide(d);
@@ -331,6 +334,16 @@ struct PlainScan {
   static int count_beyond(const Rows& rows, const Triple& d, double value) {
     return narrow_count(rows, d, value);
   }
+  static bool carried_alone(const Rows& rows, const Triple& d, const Carriers& carriers,
+                            Support& top) {
+    top = narrow_support(rows, d);
+    const auto only = [&](double value) {
+      int within = 0;
+      for (const int v : carriers.set) within += rows.along(v, d) >= value;
+      return within == std::ssize(carriers.set) && narrow_count(rows, d, value) == within;
+    };
+    return only(top.value - carriers.flat) && only(top.value - carriers.clear);
+  }
 };
 
 #ifdef QUOIN_WIDE_LANES
@@ -360,6 +373,20 @@ struct Scan256 {
   }
   QUOIN_AVX2 static int count_beyond(const Rows& rows, const Triple& d, double value) {
     return count_256(rows, d, value);
+  }
+  QUOIN_AVX2 static bool carried_alone(const Rows& rows, const Triple& d, const Carriers& carriers,
+                                       Support& top) {
+    if (rows.padded == 8) return alone_256<2>(rows, d, carriers, top);
+    if (rows.padded == 16) return alone_256<4>(rows, d, carriers, top);
+    if (rows.padded == 24) return alone_256<6>(rows, d, carriers, top);
+    if (rows.padded == 32) return alone_256<8>(rows, d, carriers, top);
+    top = support_256(rows, Wide256(d));
+    const auto only = [&](double value) QUOIN_AVX2 {
+      int within = 0;
+      for (const int v : carriers.set) within += rows.along(v, d) >= value;
+      return within == std::ssize(carriers.set) && count_256(rows, d, value) == within;
+    };
+    return only(top.value - carriers.flat) && only(top.value - carriers.clear);
   }
 };
 #endif

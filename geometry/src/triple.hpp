@@ -4,7 +4,7 @@
 
 #include <quoin/geometry/polyhedron.hpp>
 
-#include "wide_lanes.hpp"
+#include "branchless.hpp"
 
 namespace quoin::geometry {
 
@@ -38,15 +38,6 @@ inline Triple cross(const Triple& a, const Triple& b) {
 inline Triple one_zero(const Triple& a) { return a + Triple(0.0, 0.0, 0.0); }
 inline Triple either(bool first, const Triple& a, const Triple& b) {
   return {first ? a.x : b.x, first ? a.y : b.y, first ? a.z : b.z};
-}
-
-/// By hand: the library's maximum becomes a branch, which could not be foreseen.
-inline double greater(double x, double y) {
-#ifdef QUOIN_WIDE_LANES
-  return _mm_cvtsd_f64(_mm_max_pd(_mm_set1_pd(x), _mm_set1_pd(y)));
-#else
-  return x > y ? x : y;
-#endif
 }
 
 inline Triple place(const Polyhedron& polyhedron, int vertex) {

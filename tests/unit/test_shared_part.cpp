@@ -2,8 +2,10 @@
 
 #include "geometry/src/shared_part.hpp"
 
+#include <algorithm>
 #include <quoin/geometry/build.hpp>
 
+#include "geometry/src/patch.hpp"
 #include "support/catch.hpp"
 #include "support/random.hpp"
 
@@ -52,28 +54,65 @@ double sum_of_shares(const SharedPart& part) {
   return sum;
 }
 
+/// The same faces, clipped in the general way.
+void clip(const Polyhedron& p, const Polyhedron& q, const SharedPart& part,
+          geometry::SharedCorners& corners) {
+  geometry::Patch patch_p, patch_q;
+  geometry::lay_feature(p, {geometry::FeatureKind::Face, part.face_p}, part.plane, 1.0, patch_p);
+  geometry::lay_feature(q, {geometry::FeatureKind::Face, part.face_q}, part.plane, -1.0, patch_q);
+  geometry::append_shared_corners(patch_p, patch_q, geometry::border_rounding(p, q, 0.0), corners);
+}
+
+const geometry::SharedCorner* find_named(const geometry::SharedCorners& corners,
+                                         const geometry::SharedCorner& as) {
+  return std::find_if(corners.begin(), corners.end(), [&](const geometry::SharedCorner& c) {
+    return c.feature_p == as.feature_p && c.feature_q == as.feature_q;
+  });
+}
+
 }  // namespace
 
-TEST_CASE("corners found in their order make the polygon that their hull makes") {
+TEST_CASE("clear faces of few corners share what the general way says") {
   tests::Random random(13);
-  int in_order = 0;
-  for (int turn = 0; turn < 2000; ++turn) {
-    const Polyhedron p = prism(random, random.integer(3, 20), {0, 0, 0}, -1, 0);
+  int measured = 0;
+  for (int turn = 0; turn < 4000; ++turn) {
+    const int count_p = random.integer(3, 14), count_q = random.integer(3, 14);
+    const Polyhedron p = prism(random, count_p, {0, 0, 0}, -1, 0);
     const Vector3 aside(random.uniform(-2.0, 2.0), random.uniform(-2.0, 2.0), 0.0);
-    const Polyhedron q = prism(random, random.integer(3, 20), aside, 0, 1);
+    const Polyhedron q = prism(random, count_q, aside, 0, 1);
     SharedPart part;
     lay(p, q, part);
-    in_order += part.overlay.in_order ? 1 : 0;
-    CHECK((part.overlay.margin > 0.0) == !part.corners.empty());
-    geometry::SharedCorners corners = part.corners;
+    geometry::SharedCorners corners;
+    clip(p, q, part, corners);
+    CHECK(part.measured == (std::max(count_p, count_q) <= 12 && !corners.empty()));
+    CHECK((part.margin > 0.0) == !part.corners.empty());
+    measured += part.measured ? 1 : 0;
+    REQUIRE(part.corners.size() == corners.size());
     geometry::SharedPolygon hull;
     geometry::find_polygon(corners, hull);
-    REQUIRE(hull.order.size() == part.polygon.order.size());
     CHECK_THAT(part.polygon.area, WithinAbs(hull.area, 1e-14));
     CHECK_THAT((part.polygon.centroid - hull.centroid).norm(), WithinAbs(0.0, 1e-9));
     CHECK_THAT(sum_of_shares(part), WithinAbs(hull.area, 1e-14));
+    for (const geometry::SharedCorner& corner : corners) {
+      const geometry::SharedCorner* const same = find_named(part.corners, corner);
+      REQUIRE(same != part.corners.end());
+      CHECK(same->place == corner.place);
+      CHECK(same->height_p == corner.height_p);
+      CHECK(same->height_q == corner.height_q);
+      CHECK_THAT(same->share, WithinAbs(corner.share, 1e-11));
+    }
   }
-  CHECK(in_order == 2000);
+  CHECK(measured > 1500);
+}
+
+TEST_CASE("corners of clear faces know their gaps and how near they come to each other") {
+  SharedPart part;
+  lay(geometry::make_box({0, 0, 0}, {4, 4, 1}), geometry::make_box({1, 1, 1.5}, {2, 6, 2}), part);
+  REQUIRE(part.measured);
+  CHECK(part.lowest == 0.5);
+  CHECK(part.highest == 0.5);
+  CHECK(part.nearest_squared == 1.0);
+  CHECK(part.polygon.area == 3.0);
 }
 
 TEST_CASE("faces are laid as by the plain loop, to the bit, for any number of corners") {
@@ -111,11 +150,13 @@ TEST_CASE("faces are laid as by the plain loop, to the bit, for any number of co
   }
 }
 
-TEST_CASE("flush faces are in doubt, and their hull puts the corners in order") {
+TEST_CASE("corners on sides are in doubt, and the hull puts them in order") {
   SharedPart part;
   lay(geometry::make_box({0, 0, 0}, {2, 1, 1}), geometry::make_box({1, 0, 1}, {3, 1, 2}), part);
-  CHECK(!part.overlay.in_order);
-  CHECK(part.polygon.order.size() == 4);
+  CHECK(!part.measured);
+  geometry::SmallVector<int, 32> order;
+  geometry::find_order(part.corners, order);
+  CHECK(order.size() == 4);
   CHECK(part.polygon.area == 1.0);
   CHECK(sum_of_shares(part) == 1.0);
 }
@@ -123,7 +164,7 @@ TEST_CASE("flush faces are in doubt, and their hull puts the corners in order") 
 TEST_CASE("a face within the other has its own corners") {
   SharedPart part;
   lay(geometry::make_box({0, 0, 0}, {4, 4, 1}), geometry::make_box({1, 1, 1}, {2, 3, 2}), part);
-  CHECK(part.overlay.in_order);
+  CHECK(part.measured);
   CHECK(part.corners.size() == 4);
   CHECK(part.polygon.area == 2.0);
   SharedPart other;

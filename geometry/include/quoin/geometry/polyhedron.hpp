@@ -38,6 +38,10 @@ class Topology {
   std::span<const int> face(int f) const {
     return row(face_vertices_, face_start_, f);
   }  ///< in order
+  /// In order; behind the last one the first one again, up to a multiple of four.
+  const int* face_in_fours(int f) const {
+    return face_fours_.data() + 4 * face_four_start_[index(f)];
+  }
   std::span<const int> face_set(int f) const {
     return row(face_sets_, face_start_, f);
   }  ///< the same, ascending
@@ -81,6 +85,7 @@ class Topology {
   static constexpr int kFewVertices = 64;  // for so many a table is worth its memory
   int vertex_count_ = 0;
   std::vector<std::int16_t> edge_between_;  // vertex_count × vertex_count, of few vertices
+  std::vector<int> face_four_start_, face_fours_;
   std::vector<int> face_start_, face_vertices_, face_sets_, face_edges_, face_neighbours_;
   std::vector<std::array<int, 2>> edges_, edge_faces_;
   std::vector<int> neighbour_start_, neighbours_, neighbour_edges_;

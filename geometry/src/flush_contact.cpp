@@ -1,0 +1,209 @@
+#include "flush_contact.hpp"
+
+#include <algorithm>
+
+#include "branchless.hpp"
+#include "closed_form.hpp"
+#include "contact_corners.hpp"
+#include "face_overlay.hpp"
+#include "fetch.hpp"
+#include "pair_order.hpp"
+
+namespace quoin::geometry {
+namespace {
+
+/// A face steeper than 30 degrees against the contact plane parts from it by more than half the way
+/// walked along it: points on it would belong to another contact.
+constexpr double kFacingCosine = 0.86602540378443865;
+
+/// A face of either solid; -1: none.
+struct FacePair {
+  int a = -1, b = -1;
+};
+
+/// Of the faces around the two vertices that look most at the other solid, the one of A that parts
+/// these vertices most and the one of B that looks most against it.
+FacePair facing_faces(const Polyhedron& a, const Polyhedron& b) {
+  const PairSupport near = support_pair(a, b, b.vertex_mean() - a.vertex_mean());
+  const int v = near.p.vertex, w = near.q.vertex;
+  const int face_a = facing_face(a, v, b.vertex(w) - a.vertex(v));
+  return {face_a, face_a < 0 ? -1 : facing_face(b, w, -a.face_normal(face_a))};
+}
+
+FacePair hinted_faces(const Polyhedron& a, const Polyhedron& b, const FeatureHint& hint) {
+  const bool known =
+      hint.face_a < a.topology().face_count() && hint.face_b < b.topology().face_count();
+  return known ? FacePair{hint.face_a, hint.face_b} : FacePair{};
+}
+
+bool look_at_each_other(const Polyhedron& a, const Polyhedron& b, const FacePair& faces) {
+  constexpr double kOpposite = -1.0 + 1e-6;  // cosine; only speed hangs on it
+  return faces.a >= 0 && faces.b >= 0 &&
+         along(a.face_normal(faces.a), b.face_normal(faces.b)) <= kOpposite;
+}
+
+/// Does a face around `face` look at the other solid, too?
+bool others_look(const Polyhedron& solid, int face, const Vector3& outward) {
+  const Topology& topology = solid.topology();
+  double most = -1.0;
+  for (const int f : topology.face_neighbours(face)) {
+    most = greater(most, along(solid.face_normal(f), outward));
+  }
+  if (!topology.three_faces_at_vertices()) {
+    for (const int v : topology.face(face)) {
+      for (const int f : topology.vertex_faces(v)) {
+        if (f != face) most = greater(most, along(solid.face_normal(f), outward));
+      }
+    }
+  }
+  return most >= kFacingCosine;
+}
+
+bool stands_alone(const Polyhedron& solid, int face, const Vector3& outward) {
+  return looks_along(solid, face, outward) && !others_look(solid, face, outward);
+}
+
+/// A face as a hint names it: with its first vertices, ascending.
+void name_face(const Polyhedron& solid, int face, std::array<int, 4>& vertices, int& hinted) {
+  const std::span<const int> set = solid.topology().face_set(face);
+  for (std::size_t k = 0; k < 4; ++k) vertices[k] = k < set.size() ? set[k] : -1;
+  hinted = face;
+}
+
+/// Two whole faces, in the order in which the pair is worked.
+class FlushPair {
+ public:
+  FlushPair(const Polyhedron& a, const Polyhedron& b, const FacePair& faces, const Lengths& length)
+      : reversed_(worked_in_reverse(a, b)),
+        p_(reversed_ ? b : a),
+        q_(reversed_ ? a : b),
+        length_(length) {
+    part_.face_p = reversed_ ? faces.b : faces.a;
+    part_.face_q = reversed_ ? faces.a : faces.b;
+  }
+
+  /// Do the faces alone carry the plane of the larger one, lie over each other, and is no other
+  /// plane better, all of it clearly?
+  bool carries_answer() {
+    const Vector3 normal = p_.diameter() >= q_.diameter()
+                               ? p_.face_normal(part_.face_p)
+                               : Vector3(-q_.face_normal(part_.face_q));
+    part_.clear = kFarBelow * std::min(p_.diameter(), q_.diameter());
+    if (!(part_.clear > length_.widest) || !carried(p_, part_.face_p, normal, part_.top_p) ||
+        !carried(q_, part_.face_q, -normal, part_.top_q)) {
+      return false;
+    }
+    high_ = p_.vertex(part_.top_p.vertex);
+    low_ = q_.vertex(part_.top_q.vertex);
+    gap_ = normal.dot(low_ - high_);
+    rounding_ = border_rounding(p_, q_, gap_);
+    part_.plane = ContactPlane(high_, normal);
+    part_.measured = overlay_faces(p_, q_, rounding_, part_);
+    return part_.measured && surely_wide(p_, q_, part_, length_.contact) && is_best();
+  }
+  double gap() const { return gap_; }
+  bool touches() const { return status_of(gap_, length_) == PairStatus::Touching; }
+
+  /// Are the shared corners the contact points, where those up to a gap of `reach` are asked for?
+  bool shows_points(double reach) const {
+    const double band = std::max(length_.contact, std::max(0.0, reach - gap_));
+    return band <= part_.clear && stands_alone(p_, part_.face_p, part_.plane.normal) &&
+           stands_alone(q_, part_.face_q, -part_.plane.normal) &&
+           need_no_second_look(part_, gap_ + band, gap_ + length_.contact + rounding_,
+                               length_.contact);
+  }
+
+  void describe(NearestFeatures& answer) const {
+    const Vector3& normal = part_.plane.normal;
+    const Vector3 point_p = part_.plane.point(part_.polygon.centroid, 0.0);
+    const Vector3 point_q = point_p + gap_ * normal;
+    const double beyond_p = std::max(0.0, normal.dot(high_ - point_p));
+    const double beyond_q = std::max(0.0, normal.dot(point_q - low_));
+    answer.status = status_of(gap_, length_);
+    answer.gap = gap_;
+    answer.normal = reversed_ ? Vector3(-normal) : normal;
+    answer.point_a = reversed_ ? point_q : point_p;
+    answer.point_b = reversed_ ? point_p : point_q;
+    answer.residual_a = reversed_ ? beyond_q : beyond_p;
+    answer.residual_b = reversed_ ? beyond_p : beyond_q;
+    answer.iterations = 1;
+    answer.feature_a = {FeatureKind::Face, reversed_ ? part_.face_q : part_.face_p};
+    answer.feature_b = {FeatureKind::Face, reversed_ ? part_.face_p : part_.face_q};
+  }
+
+  void append_points(const std::array<int, 2>& blocks, const NearestFeatures& answer,
+                     std::vector<ContactPoint>& contacts) const {
+    append_corners(blocks, reversed_, answer, ContactType::FaceFace, part_.plane, part_.corners,
+                   contacts);
+  }
+
+ private:
+  bool carried(const Polyhedron& solid, int face, const Vector3& outward, Support& top) const {
+    const double flat = kClearBelow * length_.rounding;
+    return carried_alone(solid, outward, {solid.topology().face_set(face), flat, part_.clear}, top);
+  }
+  bool is_best() const {
+    if (clearly_apart(gap_, length_.rounding)) return part_.margin >= -length_.rounding;
+    return proves_shallow(p_, q_, part_.plane.normal, gap_, length_.rounding,
+                          [this] { return part_.margin; });
+  }
+
+  bool reversed_;
+  const Polyhedron &p_, &q_;
+  const Lengths& length_;
+  Vector3 high_, low_;  // vertices of P and Q in the support planes
+  double gap_ = 0.0, rounding_ = 0.0;
+  SharedPart part_;
+};
+
+}  // namespace
+
+bool looks_along(const Polyhedron& solid, int face, const Vector3& outward) {
+  return along(solid.face_normal(face), outward) >= kFacingCosine;
+}
+
+bool faces_alone(const Polyhedron& p, const Polyhedron& q, const SharedPart& part, double band) {
+  const Vector3 &outward_p = part.plane.normal, outward_q = -outward_p;
+  const auto alone = [band](const Polyhedron& solid, int face, const Vector3& outward,
+                            const Support& top) {
+    return only_these_beyond(solid, outward, top.value - band, solid.topology().face_set(face));
+  };
+  if (band > part.clear && (!alone(p, part.face_p, outward_p, part.top_p) ||
+                            !alone(q, part.face_q, outward_q, part.top_q))) {
+    return false;
+  }
+  return stands_alone(p, part.face_p, outward_p) && stands_alone(q, part.face_q, outward_q);
+}
+
+bool need_no_second_look(const SharedPart& part, double highest, double least, double tolerance) {
+  return part.measured && part.highest <= highest && part.lowest <= least &&
+         part.nearest_squared > tolerance * tolerance;
+}
+
+bool append_flush_contacts(const std::array<int, 2>& blocks, const Polyhedron& a,
+                           const Polyhedron& b, const ContactOptions& options, FeatureHint& hint,
+                           NearestFeatures& answer, std::vector<ContactPoint>& contacts) {
+  fetch(a);
+  fetch(b);
+  fetch_faces(a);
+  fetch_faces(b);
+  const bool cold = hint.vertices_a[0] < 0;
+  const FacePair faces = cold ? facing_faces(a, b) : hinted_faces(a, b, hint);
+  if (!look_at_each_other(a, b, faces)) return false;
+  name_face(a, faces.a, hint.vertices_a, hint.face_a);
+  name_face(b, faces.b, hint.vertices_b, hint.face_b);
+  hint.normal = a.face_normal(faces.a);
+  const Lengths length = lengths(a, b, options.tolerance);
+  if (length.uneven) return false;
+  FlushPair pair(a, b, faces, length);
+  if (!pair.carries_answer()) return false;
+  const bool within = pair.gap() <= options.reach || pair.touches();
+  if (within && !pair.shows_points(options.reach)) return false;
+  pair.describe(answer);
+  answer.hint = hint;
+  answer.hint.normal = answer.normal;
+  if (within) pair.append_points(blocks, answer, contacts);
+  return true;
+}
+
+}  // namespace quoin::geometry
