@@ -402,14 +402,13 @@ NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, c
                                              const Polyhedron& b, const ContactOptions& options,
                                              const FeatureHint& hint,
                                              std::vector<ContactPoint>& contacts) {
-  FeatureHint start = hint;
-  if ((hint.face_a >= 0 && hint.face_b >= 0) || hint.vertices_a[0] < 0) {
-    NearestFeatures answer;
-    if (append_flush_contacts(blocks, a, b, options, start, answer, contacts)) return answer;
-  }
   Lazy<SharedPart> part;
-  const NearestFeatures nearest =
-      nearest_features(a, b, {.tolerance = options.tolerance}, start, part);
+  NearestFeatures nearest;
+  const bool faces = hint.vertices_a[0] < 0 || (hint.face_a >= 0 && hint.face_b >= 0);
+  if (!faces || !flush_answer(a, b, options.tolerance, hint, part, nearest)) {
+    const SearchOptions search{.tolerance = options.tolerance};
+    nearest = nearest_features(a, b, search, faces ? FeatureHint{} : hint, part);
+  }
   if (nearest.gap > options.reach && nearest.status != PairStatus::Touching) return nearest;
   const OrderedPair ordered(a, b, worked_in_reverse(a, b), nearest);
   ContactOptions above_least = options;

@@ -12,8 +12,8 @@ namespace quoin::geometry {
 namespace {
 
 /// A face in the contact plane: of just four corners, or of `kMost` at the most, where the places
-/// behind the last one repeat the first. Side k lies between corners k and k + 1; it runs that way on P, and back on Q, whose
-/// faces are seen from behind: the inside is to the left.
+/// behind the last one repeat the first. Side k lies between corners k and k + 1; it runs that way
+/// on P, and back on Q, whose faces are seen from behind: the inside is to the left.
 template <class Lanes, int kMost>
 struct LaidFace {
   int count_;
@@ -49,7 +49,8 @@ struct LaidFace {
     const auto along = [](const Vector3& axis, const Lanes& u, const Lanes& v, const Lanes& w) {
       return Lanes::all(axis.x()) * u + Lanes::all(axis.y()) * v + Lanes::all(axis.z()) * w;
     };
-    Lanes least = Lanes::all(std::numeric_limits<double>::infinity()), greatest = Lanes::all(-std::numeric_limits<double>::infinity());
+    Lanes least = Lanes::all(std::numeric_limits<double>::infinity()),
+          greatest = Lanes::all(-std::numeric_limits<double>::infinity());
     for (int k = 0; k < kMost; k += 4) {
       if (k >= count()) {
         Lanes::all(x[0]).store(x + k);
@@ -105,9 +106,8 @@ struct LaidFace {
     for (int k = 0; k < kMost; k += 4) {
       const Lanes step_x = Lanes::of(x + k) - Lanes::all(other.x[base]);
       const Lanes step_y = Lanes::of(y + k) - Lanes::all(other.y[base]);
-      const Lanes straight =
-          Lanes::all(other.height[base]) +
-          (Lanes::all(other.slope_x) * step_x + Lanes::all(other.slope_y) * step_y);
+      const Lanes straight = Lanes::all(other.height[base]) + (Lanes::all(other.slope_x) * step_x +
+                                                               Lanes::all(other.slope_y) * step_y);
       straight.larger(Lanes::all(other.low)).smaller(Lanes::all(other.high)).store(over + k);
     }
   }
@@ -164,7 +164,8 @@ class FaceOverlay {
         deep_p.store(deep_[i] + j);
         inside_p |= Lanes::all(0.0).below(deep_p).bits() << j;
         inside_q |= Lanes::all(0.0).below(deep_q).bits() << j;
-        clearance[k] = clearance[k].smaller((deep_p.size() - slack[k]).smaller(deep_q.size() - slack_q));
+        clearance[k] =
+            clearance[k].smaller((deep_p.size() - slack[k]).smaller(deep_q.size() - slack_q));
         deepest[k] = deepest[k].larger(deep_p);
         deepest_q = deepest_q.larger(deep_q);
       }
@@ -188,7 +189,9 @@ class FaceOverlay {
   }
   /// Infinite where a bit is not set: not at all, where all four are.
   static Lanes only(unsigned valid, const Lanes& lanes) {
-    return kMost == 4 ? lanes : lanes.where(Lanes::flags(valid), Lanes::all(std::numeric_limits<double>::infinity()));
+    return kMost == 4 ? lanes
+                      : lanes.where(Lanes::flags(valid),
+                                    Lanes::all(std::numeric_limits<double>::infinity()));
   }
 
   /// The pieces where no side is crossed.
@@ -276,11 +279,12 @@ class FaceOverlay {
     return true;
   }
 
-  /// Half of each triangle (centroid, piece) to either end: since the centroid of the polygon is the
-  /// area-weighted mean of the triangles' centroids, the shares have its first moment. False: the
-  /// pieces do not wind around the centroid.
+  /// Half of each triangle (centroid, piece) to either end: since the centroid of the polygon is
+  /// the area-weighted mean of the triangles' centroids, the shares have its first moment. False:
+  /// the pieces do not wind around the centroid.
   bool share_out() {
-    const Lanes x = Lanes::all(part_.polygon.centroid.x()), y = Lanes::all(part_.polygon.centroid.y());
+    const Lanes x = Lanes::all(part_.polygon.centroid.x()),
+                y = Lanes::all(part_.polygon.centroid.y());
     const unsigned pieces = known_[kStart];
     alignas(32) double half[2 * kMost];
     unsigned turning = 0;
@@ -348,13 +352,13 @@ class FaceOverlay {
 
   LaidFace<Lanes, kMost> p_, q_;
   SharedPart& part_;
-  SharedCorner* end_;                                 // behind the corners that are known
-  unsigned covered_p_, covered_q_;                    // corners that lie inside the other face
-  unsigned inside_p_[kMost];                          // sides of Q around corner i of P
-  unsigned inside_q_[kMost];                          // corners of Q inside side i of P
-  unsigned known_[2];                                 // which pieces have a start, an end
+  SharedCorner* end_;                                     // behind the corners that are known
+  unsigned covered_p_, covered_q_;                        // corners that lie inside the other face
+  unsigned inside_p_[kMost];                              // sides of Q around corner i of P
+  unsigned inside_q_[kMost];                              // corners of Q inside side i of P
+  unsigned known_[2];                                     // which pieces have a start, an end
   alignas(32) double x_[2][2 * kMost], y_[2][2 * kMost];  // starts and ends
-  alignas(32) double deep_[kMost][kMost];             // P's corners inside Q's sides, times length
+  alignas(32) double deep_[kMost][kMost];  // P's corners inside Q's sides, times length
 };
 
 template <class Lanes>
@@ -367,7 +371,7 @@ bool overlay_of_few(const Polyhedron& p, const Polyhedron& q, double rounding, S
   return most <= 12 && FaceOverlay<Lanes, 12>(p, q, part).lay(rounding);
 }
 
-#ifdef QUOIN_WIDE_LANES
+#ifdef QUOIN_FOUR_WIDE_LANES
 QUOIN_AVX2 [[gnu::flatten]] bool overlay_256(const Polyhedron& p, const Polyhedron& q,
                                              double rounding, SharedPart& part) {
   return overlay_of_few<Lanes256>(p, q, rounding, part);
@@ -377,7 +381,7 @@ QUOIN_AVX2 [[gnu::flatten]] bool overlay_256(const Polyhedron& p, const Polyhedr
 }  // namespace
 
 bool overlay_faces(const Polyhedron& p, const Polyhedron& q, double rounding, SharedPart& part) {
-#ifdef QUOIN_WIDE_LANES
+#ifdef QUOIN_FOUR_WIDE_LANES
   if (has_avx2()) return overlay_256(p, q, rounding, part);
 #endif
   return overlay_of_few<PlainLanes>(p, q, rounding, part);

@@ -4,8 +4,6 @@
 
 #include "branchless.hpp"
 #include "closed_form.hpp"
-#include "contact_corners.hpp"
-#include "face_overlay.hpp"
 #include "fetch.hpp"
 #include "pair_order.hpp"
 
@@ -66,18 +64,20 @@ bool stands_alone(const Polyhedron& solid, int face, const Vector3& outward) {
 /// A face as a hint names it: with its first vertices, ascending.
 void name_face(const Polyhedron& solid, int face, std::array<int, 4>& vertices, int& hinted) {
   const std::span<const int> set = solid.topology().face_set(face);
-  for (std::size_t k = 0; k < 4; ++k) vertices[k] = k < set.size() ? set[k] : -1;
+  std::copy_n(set.begin(), std::min<std::size_t>(set.size(), 4), vertices.begin());
   hinted = face;
 }
 
 /// Two whole faces, in the order in which the pair is worked.
 class FlushPair {
  public:
-  FlushPair(const Polyhedron& a, const Polyhedron& b, const FacePair& faces, const Lengths& length)
+  FlushPair(const Polyhedron& a, const Polyhedron& b, const FacePair& faces, const Lengths& length,
+            SharedPart& part)
       : reversed_(worked_in_reverse(a, b)),
         p_(reversed_ ? b : a),
         q_(reversed_ ? a : b),
-        length_(length) {
+        length_(length),
+        part_(part) {
     part_.face_p = reversed_ ? faces.b : faces.a;
     part_.face_q = reversed_ ? faces.a : faces.b;
   }
@@ -85,32 +85,20 @@ class FlushPair {
   /// Do the faces alone carry the plane of the larger one, lie over each other, and is no other
   /// plane better, all of it clearly?
   bool carries_answer() {
-    const Vector3 normal = p_.diameter() >= q_.diameter()
-                               ? p_.face_normal(part_.face_p)
-                               : Vector3(-q_.face_normal(part_.face_q));
-    part_.clear = kFarBelow * std::min(p_.diameter(), q_.diameter());
-    if (!(part_.clear > length_.widest) || !carried(p_, part_.face_p, normal, part_.top_p) ||
-        !carried(q_, part_.face_q, -normal, part_.top_q)) {
+    const Vector3 normal = p_.diameter() >= q_.diameter() ? p_.face_normal(part_.face_p)
+                                                          : Vector3(-q_.face_normal(part_.face_q));
+    const double far_below = kFarBelow * std::min(p_.diameter(), q_.diameter());
+    if (!(far_below > length_.widest && carried(normal, far_below)) &&
+        !carried(normal, length_.widest)) {
       return false;
     }
     high_ = p_.vertex(part_.top_p.vertex);
     low_ = q_.vertex(part_.top_q.vertex);
     gap_ = normal.dot(low_ - high_);
-    rounding_ = border_rounding(p_, q_, gap_);
     part_.plane = ContactPlane(high_, normal);
-    part_.measured = overlay_faces(p_, q_, rounding_, part_);
-    return part_.measured && surely_wide(p_, q_, part_, length_.contact) && is_best();
-  }
-  double gap() const { return gap_; }
-  bool touches() const { return status_of(gap_, length_) == PairStatus::Touching; }
-
-  /// Are the shared corners the contact points, where those up to a gap of `reach` are asked for?
-  bool shows_points(double reach) const {
-    const double band = std::max(length_.contact, std::max(0.0, reach - gap_));
-    return band <= part_.clear && stands_alone(p_, part_.face_p, part_.plane.normal) &&
-           stands_alone(q_, part_.face_q, -part_.plane.normal) &&
-           need_no_second_look(part_, gap_ + band, gap_ + length_.contact + rounding_,
-                               length_.contact);
+    if (!lay_faces(p_, q_, gap_, part_) || part_.corners.empty()) return false;
+    find_polygon(part_);
+    return surely_wide(p_, q_, part_, length_.contact) && is_best();
   }
 
   void describe(NearestFeatures& answer) const {
@@ -131,16 +119,16 @@ class FlushPair {
     answer.feature_b = {FeatureKind::Face, reversed_ ? part_.face_p : part_.face_q};
   }
 
-  void append_points(const std::array<int, 2>& blocks, const NearestFeatures& answer,
-                     std::vector<ContactPoint>& contacts) const {
-    append_corners(blocks, reversed_, answer, ContactType::FaceFace, part_.plane, part_.corners,
-                   contacts);
-  }
-
  private:
-  bool carried(const Polyhedron& solid, int face, const Vector3& outward, Support& top) const {
+  /// Do just the vertices of the faces carry the planes, all others more than `clear` away?
+  bool carried(const Vector3& normal, double clear) {
     const double flat = kClearBelow * length_.rounding;
-    return carried_alone(solid, outward, {solid.topology().face_set(face), flat, part_.clear}, top);
+    const auto set = [](const Polyhedron& solid, int face) {
+      return solid.topology().face_set(face);
+    };
+    part_.clear = clear;
+    return carried_alone(p_, normal, {set(p_, part_.face_p), flat, clear}, part_.top_p) &&
+           carried_alone(q_, -normal, {set(q_, part_.face_q), flat, clear}, part_.top_q);
   }
   bool is_best() const {
     if (clearly_apart(gap_, length_.rounding)) return part_.margin >= -length_.rounding;
@@ -152,8 +140,8 @@ class FlushPair {
   const Polyhedron &p_, &q_;
   const Lengths& length_;
   Vector3 high_, low_;  // vertices of P and Q in the support planes
-  double gap_ = 0.0, rounding_ = 0.0;
-  SharedPart part_;
+  SharedPart& part_;
+  double gap_ = 0.0;
 };
 
 }  // namespace
@@ -180,9 +168,8 @@ bool need_no_second_look(const SharedPart& part, double highest, double least, d
          part.nearest_squared > tolerance * tolerance;
 }
 
-bool append_flush_contacts(const std::array<int, 2>& blocks, const Polyhedron& a,
-                           const Polyhedron& b, const ContactOptions& options, FeatureHint& hint,
-                           NearestFeatures& answer, std::vector<ContactPoint>& contacts) {
+bool flush_answer(const Polyhedron& a, const Polyhedron& b, double tolerance,
+                  const FeatureHint& hint, Lazy<SharedPart>& part, NearestFeatures& answer) {
   fetch(a);
   fetch(b);
   fetch_faces(a);
@@ -190,19 +177,17 @@ bool append_flush_contacts(const std::array<int, 2>& blocks, const Polyhedron& a
   const bool cold = hint.vertices_a[0] < 0;
   const FacePair faces = cold ? facing_faces(a, b) : hinted_faces(a, b, hint);
   if (!look_at_each_other(a, b, faces)) return false;
-  name_face(a, faces.a, hint.vertices_a, hint.face_a);
-  name_face(b, faces.b, hint.vertices_b, hint.face_b);
-  hint.normal = a.face_normal(faces.a);
-  const Lengths length = lengths(a, b, options.tolerance);
+  const Lengths length = lengths(a, b, tolerance);
   if (length.uneven) return false;
-  FlushPair pair(a, b, faces, length);
-  if (!pair.carries_answer()) return false;
-  const bool within = pair.gap() <= options.reach || pair.touches();
-  if (within && !pair.shows_points(options.reach)) return false;
+  FlushPair pair(a, b, faces, length, part.emplace());
+  if (!pair.carries_answer()) {
+    part.reset();
+    return false;
+  }
   pair.describe(answer);
-  answer.hint = hint;
+  name_face(a, faces.a, answer.hint.vertices_a, answer.hint.face_a);
+  name_face(b, faces.b, answer.hint.vertices_b, answer.hint.face_b);
   answer.hint.normal = answer.normal;
-  if (within) pair.append_points(blocks, answer, contacts);
   return true;
 }
 

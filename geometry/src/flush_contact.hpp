@@ -1,9 +1,10 @@
 #pragma once
-/// Solids that touch with two whole faces, the ordinary contact of masonry: answer and contact
-/// points in straight code. Private to the room.
+/// Solids that touch with two whole faces, the ordinary contact of masonry, in straight code.
+/// Private to the room.
 
-#include <quoin/geometry/contact_point.hpp>
+#include <quoin/geometry/nearest_features.hpp>
 
+#include "lazy.hpp"
 #include "ordinary.hpp"
 #include "shared_part.hpp"
 
@@ -19,12 +20,10 @@ bool faces_alone(const Polyhedron& p, const Polyhedron& q, const SharedPart& par
 /// `least`, none within `tolerance` of another? m
 bool need_no_second_look(const SharedPart& part, double highest, double least, double tolerance);
 
-/// Adds the contact points of two solids whose contact features are two whole faces, beyond doubt,
-/// and fills the answer. False: nothing was added; ask the general way, which comes to the same bits
-/// where this one does. `hint`: its faces are tried; where it is empty those that look at each other,
-/// if there are such, which are named in it then.
-bool append_flush_contacts(const std::array<int, 2>& blocks, const Polyhedron& a,
-                           const Polyhedron& b, const ContactOptions& options, FeatureHint& hint,
-                           NearestFeatures& answer, std::vector<ContactPoint>& contacts);
+/// The answer for two solids whose contact features are two whole faces, beyond doubt, and what
+/// these share. False: ask the general way, which comes to the same bits where this one does. The
+/// faces of the hint are tried, or where it is empty those that look at each other.
+bool flush_answer(const Polyhedron& a, const Polyhedron& b, double tolerance,
+                  const FeatureHint& hint, Lazy<SharedPart>& part, NearestFeatures& answer);
 
 }  // namespace quoin::geometry

@@ -42,8 +42,7 @@ struct PlainLanes {
     return each([x](int) { return x; });
   }
   /// Four places of three coordinates as rows.
-  static void turned(const double* const (&place)[4], PlainLanes& x, PlainLanes& y,
-                     PlainLanes& z) {
+  static void turned(const double* const (&place)[4], PlainLanes& x, PlainLanes& y, PlainLanes& z) {
     for (int k = 0; k < 4; ++k) {
       x.v[k] = place[k][0];
       y.v[k] = place[k][1];
@@ -51,9 +50,7 @@ struct PlainLanes {
     }
   }
   /// Lanes 1, 2, 3 and the first of those that follow.
-  PlainLanes shifted(const PlainLanes& after) const {
-    return {{v[1], v[2], v[3], after.v[0]}};
-  }
+  PlainLanes shifted(const PlainLanes& after) const { return {{v[1], v[2], v[3], after.v[0]}}; }
   void store(double* row) const { std::copy(v, v + 4, row); }
   PlainLanes operator+(const PlainLanes& b) const {
     return each([&](int k) { return v[k] + b.v[k]; });

@@ -164,7 +164,8 @@ bool is_whole(const Polyhedron& solid, int face, const VertexSet& set) {
   return face >= 0 && solid.topology().face(face).size() == set.size();
 }
 
-/// Lays two whole faces, if that is what the sets are; false: they are not, or have too many corners.
+/// Lays two whole faces, if that is what the sets are; false: they are not, or have too many
+/// corners.
 bool lay_whole_faces(const Polyhedron& p, const Polyhedron& q, const Carried& plane,
                      const VertexSet& set_p, const VertexSet& set_q, SharedPart& part) {
   part.face_p = plane.sets.face_p;

@@ -52,7 +52,8 @@ inline bool clearly_apart(double gap, double rounding) { return gap > 8 * roundi
 
 /// Proves for an overlap d that no other plane is better: the origin projects at least d inside the
 /// border of the facet (r = d / margin <= 1) and a known inner point (the difference of the vertex
-/// means) lies deep enough. See geometry/README.md, "Shallow overlap". `margin()`: how far inside, m.
+/// means) lies deep enough. See geometry/README.md, "Shallow overlap". `margin()`: how far inside,
+/// m.
 template <class Margin>
 bool proves_shallow(const Polyhedron& p, const Polyhedron& q, const Vector3& normal, double gap,
                     double rounding, const Margin& margin) {

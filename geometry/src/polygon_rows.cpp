@@ -55,7 +55,7 @@ void narrow_masks(const PolygonRows& corners, const PolygonRows& sides, double r
   }
 }
 
-#ifdef QUOIN_WIDE_LANES
+#ifdef QUOIN_FOUR_WIDE_LANES
 
 QUOIN_AVX2 inline __m256d along_256(const Vector3& a, __m256d x, __m256d y, __m256d z) {
   const __m256d sum = _mm256_add_pd(_mm256_mul_pd(_mm256_set1_pd(a.x()), x),
@@ -207,7 +207,7 @@ QUOIN_AVX2 void both_256(const PolygonRows& p, const PolygonRows& q, double roun
 
 void lay_corners(const Polyhedron& polyhedron, const ContactPlane& plane, PolygonRows& rows) {
   const double* const vertices = polyhedron.vertices().data();
-#ifdef QUOIN_WIDE_LANES
+#ifdef QUOIN_FOUR_WIDE_LANES
   if (has_avx2()) return lay_256(vertices, plane, rows);
 #endif
   narrow_corners(vertices, plane, rows);
@@ -226,7 +226,7 @@ void find_sides(PolygonRows& rows) {
 
 void find_side_masks(const PolygonRows& p, const PolygonRows& q, double rounding, SideMasks& of_p,
                      SideMasks& of_q) {
-#ifdef QUOIN_WIDE_LANES
+#ifdef QUOIN_FOUR_WIDE_LANES
   const bool few = std::max(p.count, q.count) <= 4;
   if (has_avx512() && !few) return both_512(p, q, rounding, of_p, of_q);
   if (has_avx2()) return both_256(p, q, rounding, of_p, of_q);

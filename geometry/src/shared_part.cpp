@@ -235,7 +235,7 @@ void find_polygon(SharedPart& part) {
 }
 
 double append_shared_of_polygons(const PolygonRows& p, const PolygonRows& q, double rounding,
-                                  SharedCorners& corners) {
+                                 SharedCorners& corners) {
   SideMasks of_p, of_q;
   find_side_masks(p, q, rounding, of_p, of_q);
   const Clip clip{{p, of_p, q.count}, {q, of_q, p.count}, corners};

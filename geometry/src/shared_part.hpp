@@ -40,7 +40,7 @@ void hull_order(std::span<const Vector2> places, SmallVector<int, 32>& order);
 /// Adds the corners that two polygons share; `rounding` (m) is how far outside still counts as on
 /// the border. Returns overlap_margin, m.
 double append_shared_of_polygons(const PolygonRows& p, const PolygonRows& q, double rounding,
-                                  SharedCorners& corners);
+                                 SharedCorners& corners);
 
 /// What two whole faces that carry the answer share, laid once for the proof, the witnesses and the
 /// contact points. Of other features only `corners` and `polygon` are filled.
@@ -54,7 +54,7 @@ struct SharedPart {
   bool measured = false;  ///< `polygon` and the shares are known already
   SharedPolygon polygon;
   double lowest = 0.0, highest = 0.0;  ///< gaps at the corners, m; if `measured`
-  double nearest_squared = 0.0;        ///< least distance of two corners, squared, m2; if `measured`
+  double nearest_squared = 0.0;  ///< least distance of two corners, squared, m2; if `measured`
 };
 
 /// Lays both faces into the plane and adds the corners they share; false: they have too many.
