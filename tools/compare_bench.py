@@ -35,7 +35,10 @@ def main():
     parser.add_argument("after")
     parser.add_argument("--threshold", type=float, default=0.10, help="share by which it may get slower")
     arguments = parser.parse_args()
-    before, after = (ratios(load(path)) for path in (arguments.before, arguments.after))
+    try:
+        before, after = (ratios(load(path)) for path in (arguments.before, arguments.after))
+    except (OSError, ValueError, KeyError, TypeError) as error:  # exits with 2
+        parser.error(f"no results to compare: {type(error).__name__}: {error}")
     slower = []
     for key in before:
         if key not in after:
