@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include "face_overlay.hpp"
 
@@ -12,8 +11,6 @@ namespace quoin::geometry {
 namespace {
 
 double cross2(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
-
-std::uint64_t low_bits(int count) { return (std::uint64_t{1} << count) - 1; }
 
 /// Height of a polygon over a place that it covers: a mean of its corners' heights, hence between
 /// them, however badly the slope of a sliver is known.
@@ -27,19 +24,9 @@ double height_over(const PolygonRows& polygon, double x, double y) {
 struct Corners {
   const PolygonRows& rows;
   const SideMasks& masks;
-  std::uint64_t covered = 0;  // by the other
-  bool clear = true;          // each lies clearly on one side of each of the lines
 
-  Corners(const PolygonRows& rows_in, const SideMasks& masks_in, int sides)
-      : rows(rows_in), masks(masks_in) {
-    std::uint64_t decided = low_bits(sides);
-    for (int i = 0; i < rows.count; ++i) {
-      covered |= static_cast<std::uint64_t>(masks.outside[i] == 0) << i;
-      decided &= masks.inside[i] | masks.outside[i];
-    }
-    clear = decided == low_bits(sides);
-  }
-  bool covers(int i) const { return (covered >> i & 1) != 0; }
+  /// Does the other cover corner i?
+  bool covers(int i) const { return masks.outside[i] == 0; }
   /// The lines through sides of the other that side i crosses.
   std::uint64_t crossed(int i) const {
     const int next = rows.next(i);
@@ -238,7 +225,7 @@ double append_shared_of_polygons(const PolygonRows& p, const PolygonRows& q, dou
                                  SharedCorners& corners) {
   SideMasks of_p, of_q;
   find_side_masks(p, q, rounding, of_p, of_q);
-  const Clip clip{{p, of_p, q.count}, {q, of_q, p.count}, corners};
+  const Clip clip{{p, of_p}, {q, of_q}, corners};
   clip.append();
   return std::min(of_p.margin, of_q.margin);
 }
