@@ -25,7 +25,7 @@ RULES = [
     ("bench/**/*", r"^catch2/", "bench does not test"),
     ("tests/**/*", r"^fcl/", "tests ask gjk_oracle, not FCL"),
 ]
-DOORS = {"geometry/src/broad_phase.cpp": r"^fcl/", "geometry/src/gjk_oracle.cpp": r"^(fcl|ccd)/"}
+DOORS = {"geometry/src/finder/broad_phase.cpp": r"^fcl/", "geometry/src/oracle/gjk_oracle.cpp": r"^(fcl|ccd)/"}
 
 # Within a room a file includes private headers only from before it in the chain.
 CHAINS = {
@@ -89,10 +89,12 @@ def header_graph(room):
     graph = {}
     for path in (ROOT / room).rglob("*.hpp"):
         for kind, name in includes(path):
-            target = path.parent / name if kind == '"' else ROOT / room / "include" / name
-            if target.exists():
-                graph.setdefault(path.relative_to(ROOT).as_posix(), set()).add(
-                    target.resolve().relative_to(ROOT).as_posix())
+            folders = [path.parent, ROOT / room / "src"] if kind == '"' else [ROOT / room / "include"]
+            for target in (folder / name for folder in folders):
+                if target.exists():
+                    graph.setdefault(path.relative_to(ROOT).as_posix(), set()).add(
+                        target.resolve().relative_to(ROOT).as_posix())
+                    break
     return graph
 
 

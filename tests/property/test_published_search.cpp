@@ -8,7 +8,7 @@
 #include <limits>
 #include <quoin/geometry/nearest_features.hpp>
 
-#include "geometry/src/wide_search.hpp"
+#include "geometry/src/search/exact_search.hpp"
 #include "support/catch.hpp"
 #include "support/families.hpp"
 
@@ -51,7 +51,7 @@ double distance_around(const SolidPair& pair, const std::array<int, 2>& vertices
   double least = std::numeric_limits<double>::infinity();
   for (const int f : pair.a.topology().vertex_faces(vertices[0])) {
     for (const int g : pair.b.topology().vertex_faces(vertices[1])) {
-      const ActiveFeatures found = wide_nearest_among(
+      const ActiveFeatures found = exact_nearest_among(
           pair.a, pair.b, vertices_of(pair.a.topology(), f), vertices_of(pair.b.topology(), g));
       least = std::min(least, found.overlapping ? 0.0 : found.gap);
     }

@@ -1,6 +1,6 @@
 /// The exact hull: every point on or below every triangle, exactly, whatever the points are.
 
-#include "geometry/src/convex_hull.hpp"
+#include "geometry/src/shape/convex_hull.hpp"
 
 #include <algorithm>
 #include <quoin/geometry/build.hpp>

@@ -1,7 +1,7 @@
 /// Nearest features from two corners, and the search that is their fallback: both over the same
 /// pairs.
 
-#include "geometry/src/corner_features.hpp"
+#include "geometry/src/search/corner_features.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,8 +9,8 @@
 #include <limits>
 #include <quoin/geometry/build.hpp>
 
-#include "geometry/src/fast_search.hpp"
-#include "geometry/src/ordinary.hpp"
+#include "geometry/src/certify/certificate.hpp"
+#include "geometry/src/search/nearest_feature_search.hpp"
 #include "support/catch.hpp"
 #include "support/random.hpp"
 
@@ -64,7 +64,7 @@ bool proved(const Polyhedron& a, const Polyhedron& b, std::span<const int> corne
   Carrier by_a, by_b;
   return geometry::corner_carrier(a, corners_a, by_a) &&
          geometry::corner_carrier(b, corners_b, by_b) &&
-         geometry::try_ordinary(a, b, by_a, by_b, lengths(a, b), nullptr, answer) == Trial::Proved;
+         geometry::certify(a, b, by_a, by_b, lengths(a, b), nullptr, answer) == Trial::Proved;
 }
 
 void check_same(const NearestFeatures& x, const NearestFeatures& y) {
@@ -96,12 +96,12 @@ Counts compare(tests::Random& random, Polyhedron (*make_a)(tests::Random&),
         placed(random, make_b(random), a.origin() + random.uniform(0.8, 2.0) * random.direction());
     REQUIRE(geometry::has_plain_corners(a, b));
     const Vector3 across = b.vertex_mean() - a.vertex_mean();
-    const geometry::FastResult found =
-        geometry::fast_nearest(a, b, across, 0.25 * lengths(a, b).rounding);
+    const geometry::SearchResult found =
+        geometry::nearest_feature_search(a, b, across, 0.25 * lengths(a, b).rounding);
     const geometry::CornerFeatures corners = geometry::corner_features(a, b, across);
     NearestFeatures by_search, by_corners;
     const bool first = proved(a, b, corners.p, corners.q, by_corners);
-    if (found.outcome != geometry::FastOutcome::Separated) {
+    if (found.outcome != geometry::SearchOutcome::Separated) {
       REQUIRE_FALSE(first);
       continue;
     }

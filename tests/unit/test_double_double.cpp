@@ -1,6 +1,6 @@
 /// Double-double against whole numbers: what is said to be exact is, the rest to 1e-31.
 
-#include "geometry/src/double_double.hpp"
+#include "geometry/src/numeric/double_double.hpp"
 
 #include "support/catch.hpp"
 #include "support/random.hpp"

@@ -26,7 +26,8 @@ struct Problem {
     slots = make_slots(unknowns, std::vector<double>(unknowns.size(), 1.0));
     std::set<std::pair<int, int>> pairs;
     for (int c = 0; c < couplings; ++c) {
-      const int i = static_cast<int>(random.uniform(0, count)), j = static_cast<int>(random.uniform(0, count));
+      const int i = static_cast<int>(random.uniform(0, count)),
+                j = static_cast<int>(random.uniform(0, count));
       if (i != j) pairs.insert(std::minmax(i, j));
     }
     system.pairs.assign(pairs.begin(), pairs.end());
@@ -72,7 +73,8 @@ struct Problem {
     BlockVector right(slots.size.size(), Vector12::Zero()), solution = right;
     Eigen::VectorXd b(slots.unknowns()), x(slots.unknowns());
     for (std::size_t s = 0; s < right.size(); ++s) {
-      for (int i = 0; i < slots.size[s]; ++i) right[s][i] = b[slots.start[s] + i] = random.uniform(-1, 1);
+      for (int i = 0; i < slots.size[s]; ++i)
+        right[s][i] = b[slots.start[s] + i] = random.uniform(-1, 1);
     }
     solver.solve(right, solution);
     for (std::size_t s = 0; s < right.size(); ++s) {

@@ -1,10 +1,10 @@
 /// Support scans: the answer of the plain loop, whatever instructions the machine has.
 
-#include "geometry/src/support.hpp"
+#include "geometry/src/shape/support.hpp"
 
 #include <quoin/geometry/build.hpp>
 
-#include "geometry/src/support_lanes.hpp"
+#include "geometry/src/simd/support_kernels.hpp"
 #include "support/catch.hpp"
 #include "support/random.hpp"
 

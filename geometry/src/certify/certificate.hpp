@@ -1,0 +1,89 @@
+#pragma once
+/// The ordinary answers: solids apart that meet in a vertex and a vertex, an edge or a face, or in
+/// two crossed edges, and overlaps whose least translation is across a vertex and a face or two
+/// crossed edges, all beyond doubt. Straight code for each; whatever is left open here goes the
+/// general way and comes to the same bits there. Internal.
+
+#include <algorithm>
+#include <cmath>
+#include <quoin/geometry/nearest_features.hpp>
+
+namespace quoin::geometry {
+
+/// Lengths that decide, m.
+struct Lengths {
+  double contact = 0.0;   // the tolerance of features and status
+  double rounding = 0.0;  // what the support functions and normals of doubles may be off
+  double place = 0.0;     // what the rounding of coordinates leaves of a place in the world
+  double widest = 0.0;    // vertices deeper than this below the support plane are of no interest
+  bool uneven = false;    // the rounding of the larger solid would show on the smaller one
+};
+
+/// A vertex between these multiples of the rounding might be sorted otherwise on another way.
+constexpr double kClearBelow = 0.5, kClearAbove = 64.0;
+
+/// Of two faces most often all other vertices lie so far below (of the smaller diameter): what the
+/// contact points will ask for. Only speed hangs on it.
+constexpr double kFarBelow = 1.0 / 16;
+
+Lengths lengths(const Polyhedron& p, const Polyhedron& q, double tolerance);
+
+/// What may carry the plane on one side: a vertex, the two ends of an edge (ascending), or a face.
+struct Carrier {
+  FeatureKind kind = FeatureKind::Vertex;
+  std::array<int, 2> vertices{};
+  int face = -1;
+};
+
+/// What is known beforehand of solids that overlap.
+struct Overlap {
+  Vector3 normal;      // of the plane that is to be the answer, within rounding
+  double least = 0.0;  // a gap above this is proved to be the answer, m
+};
+
+/// Touching: within the tolerance of contact.
+inline PairStatus status_of(double gap, const Lengths& length) {
+  if (std::abs(gap) <= length.contact) return PairStatus::Touching;
+  return gap > 0.0 ? PairStatus::Separated : PairStatus::Overlapping;
+}
+
+/// Nearer than that several planes may be as good.
+inline bool clearly_apart(double gap, double rounding) { return gap > 8 * rounding; }
+
+/// Proves for an overlap d that no other plane is better: the origin projects at least d inside the
+/// border of the facet (r = d / margin <= 1) and a known inner point (the difference of the vertex
+/// means) lies deep enough. See geometry/README.md, "Shallow overlap". `margin()`: how far inside,
+/// m.
+template <class Margin>
+bool proves_shallow(const Polyhedron& p, const Polyhedron& q, const Vector3& normal, double gap,
+                    double rounding, const Margin& margin) {
+  const double depth = -gap * (1.0 + 1e-9) + 64 * rounding;  // by so much the only one, too
+  const Vector3 inner = q.vertex_mean() - p.vertex_mean();
+  const double down = inner.dot(normal);
+  if (depth > down) return false;
+  const double inside = margin();
+  if (depth > inside) return false;
+  const double ratio = depth / inside;
+  const double aside = (inner - down * normal).norm();
+  return (1.0 - ratio * ratio) * down - 2.0 * ratio * aside >= depth * (1.0 + ratio * ratio);
+}
+
+enum class Trial {
+  Proved,    ///< the answer is complete
+  Refuted,   ///< the carriers do not carry the plane alone
+  Undecided  ///< not ordinary, or too close to call
+};
+
+/// Tries two carriers; fills all of the answer but `iterations`. `overlap`: null for solids apart.
+/// Swapping A and B changes no bit.
+Trial certify(const Polyhedron& a, const Polyhedron& b, const Carrier& by_a, const Carrier& by_b,
+              const Lengths& length, const Overlap* overlap, NearestFeatures& answer);
+
+/// The same with what a hint names.
+Trial certify_hint(const Polyhedron& a, const Polyhedron& b, const FeatureHint& hint,
+                   const Lengths& length, NearestFeatures& answer);
+
+/// The carrier of the first three corners where the search ended; false: none of the three kinds.
+bool corner_carrier(const Polyhedron& polyhedron, std::span<const int> corners, Carrier& carrier);
+
+}  // namespace quoin::geometry

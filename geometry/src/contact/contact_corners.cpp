@@ -1,0 +1,98 @@
+#include "contact/contact_corners.hpp"
+
+#include <cstdint>
+
+namespace quoin::geometry {
+namespace {
+
+/// Both features in one number, in the order of ContactKey.
+std::int64_t key_number(const SharedCorner& corner, bool reversed) {
+  const auto number = [](const Feature& feature) {
+    return static_cast<std::int64_t>(feature.kind) << 29 | feature.index;
+  };
+  const std::int64_t p = number(corner.feature_p), q = number(corner.feature_q);
+  return reversed ? q << 32 | p : p << 32 | q;
+}
+
+/// Where each point goes, and whether there are equal keys.
+struct Places {
+  SmallVector<std::int64_t, 64> keys;
+  SmallVector<unsigned, 64> places;
+  bool twins = false;
+
+  /// Behind those with smaller keys, and of equal ones behind those before it. Counted, as sorting
+  /// would branch on the keys.
+  Places(const SharedCorners& corners, bool reversed) {
+    const std::size_t count = corners.size();
+    keys.resize(count);
+    places.resize(count);
+    std::int64_t* const key = keys.begin();
+    unsigned *const place = places.begin(), equal = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      key[i] = key_number(corners[i], reversed);
+      unsigned before = 0;
+      for (std::size_t j = 0; j < i; ++j) {
+        const unsigned smaller = key[j] <= key[i];
+        before += smaller;
+        place[j] += 1 - smaller;
+        equal |= key[j] == key[i];
+      }
+      place[i] = before;
+    }
+    twins = equal != 0;
+  }
+};
+
+/// Fills in what is the point's own.
+void take_point(const SharedCorner& corner, bool reversed, const ContactPlane& plane,
+                ContactPoint& contact) {
+  contact.key.feature_a = reversed ? corner.feature_q : corner.feature_p;
+  contact.key.feature_b = reversed ? corner.feature_p : corner.feature_q;
+  const double height_a = reversed ? corner.height_q : corner.height_p;
+  const double height_b = reversed ? corner.height_p : corner.height_q;
+  for (int i = 0; i < 3; ++i) {
+    const double foot =
+        plane.origin[i] + plane.axis_u[i] * corner.place.x() + plane.axis_v[i] * corner.place.y();
+    contact.point_a[i] = foot + height_a * plane.normal[i];
+    contact.point_b[i] = foot + height_b * plane.normal[i];
+  }
+  contact.gap = gap_of(corner);
+  contact.area = corner.share;
+}
+
+/// Merging may have handed one name to two places of a needle: the lower one keeps it.
+void merge_named(std::size_t first, std::vector<ContactPoint>& contacts) {
+  std::size_t last = first;
+  for (std::size_t k = first + 1; k < contacts.size(); ++k) {
+    if (contacts[k].key != contacts[last].key) {
+      contacts[++last] = contacts[k];
+      continue;
+    }
+    const double area = contacts[last].area + contacts[k].area;
+    if (contacts[k].gap < contacts[last].gap) contacts[last] = contacts[k];
+    contacts[last].area = area;
+  }
+  contacts.resize(last + 1);
+}
+
+}  // namespace
+
+void append_corners(const std::array<int, 2>& blocks, bool reversed, const NearestFeatures& nearest,
+                    ContactType type, const ContactPlane& plane, const SharedCorners& corners,
+                    std::vector<ContactPoint>& contacts) {
+  const std::size_t count = corners.size(), first = contacts.size();
+  const Places order(corners, reversed);
+  ContactPoint common;
+  common.key.a = blocks[0];
+  common.key.b = blocks[1];
+  common.type = type;
+  common.indeterminate = nearest.indeterminate;
+  common.normal = nearest.normal;
+  contacts.resize(first + count, common);
+  for (std::size_t i = 0; i < count; ++i) {
+    take_point(corners[i], reversed, plane, contacts[first + order.places[i]]);
+  }
+  if (order.twins) merge_named(first, contacts);
+}
+
+}  // namespace quoin::geometry

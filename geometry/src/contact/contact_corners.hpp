@@ -1,0 +1,18 @@
+#pragma once
+/// Shared corners of two solids as contact points. Internal.
+
+#include <quoin/geometry/contact_point.hpp>
+
+#include "contact/contact_polygon.hpp"
+
+namespace quoin::geometry {
+
+inline double gap_of(const SharedCorner& corner) { return corner.height_q - corner.height_p; }
+
+/// Adds corners in `plane` as contact points, sorted by key; of two with the same key one is left.
+/// `reversed`: P is the caller's B.
+void append_corners(const std::array<int, 2>& blocks, bool reversed, const NearestFeatures& nearest,
+                    ContactType type, const ContactPlane& plane, const SharedCorners& corners,
+                    std::vector<ContactPoint>& contacts);
+
+}  // namespace quoin::geometry

@@ -1,0 +1,447 @@
+#include <quoin/geometry/contact_point.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "certify/canonical_order.hpp"
+#include "certify/feature_normal.hpp"
+#include "contact/contact_corners.hpp"
+#include "contact/projected_feature.hpp"
+#include "search/face_face.hpp"
+
+namespace quoin::geometry {
+namespace {
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+/// As facing faces: a steeper edge belongs to another contact.
+constexpr double kSteepSine = 0.5;
+
+/// Everything about one pair, in the order in which it is worked (P before Q).
+struct PairPoints {
+  double tolerance = 0.0, gap = 0.0;
+  ContactType type = ContactType::VertexVertex;
+  double reach_p = 0.0, reach_q = 0.0;  // support values along the normal, m
+  VertexSet support_p, support_q;
+  FeatureKind kind_p = FeatureKind::Vertex, kind_q = FeatureKind::Vertex;
+  ContactPlane plane;
+  SharedCorners merged;
+  const SharedCorners* points = &merged;  // or the corners of two faces as they are
+};
+
+/// Does the solid climb steeply from one of its edges, or from a vertex along one of its edges?
+/// Then that lies on its far side, below what faces the other.
+bool climbs_from_edge(const Polyhedron& polyhedron, int edge, const Vector3& line,
+                      const Vector3& outward) {
+  const auto [left, right] = polyhedron.topology().edge_faces(edge);
+  const double limit = kSteepSine * line.norm();
+  return polyhedron.face_normal(left).cross(line).dot(outward) > limit ||
+         line.cross(polyhedron.face_normal(right)).dot(outward) > limit;
+}
+
+bool climbs_from_vertex(const Polyhedron& polyhedron, int vertex, const Vector3& outward) {
+  for (const int w : polyhedron.topology().neighbours(vertex)) {
+    const Vector3 line = polyhedron.vertex(w) - polyhedron.vertex(vertex);
+    if (line.dot(outward) > kSteepSine * line.norm()) return true;
+  }
+  return false;
+}
+
+/// The features of one solid that may carry contact points: facing faces with a vertex in the band;
+/// edges and vertices in the band that belong to none of these and are not on the far side.
+void find_carriers(const Polyhedron& polyhedron, const Vector3& outward, const VertexSet& band,
+                   const VertexSet& nearest, SmallVector<Feature, 32>& carriers) {
+  const Topology& topology = polyhedron.topology();
+  const auto add = [&](const Feature& feature) {
+    if (!carriers.contains(feature)) carriers.push_back(feature);
+  };
+  for (const int v : band) {
+    bool covered = false;
+    for (const int f : topology.vertex_faces(v)) {
+      if (!looks_along(polyhedron, f, outward)) continue;
+      add({FeatureKind::Face, f});
+      covered = true;
+    }
+    if (covered) continue;
+    for (const int e : topology.vertex_edges(v)) {
+      const auto [from, to] = topology.edge(e);
+      const Vector3 line = polyhedron.vertex(to) - polyhedron.vertex(from);
+      if (std::abs(line.dot(outward)) > kSteepSine * line.norm()) continue;
+      const bool needed = nearest.contains(from) && nearest.contains(to);
+      if (!needed && climbs_from_edge(polyhedron, e, line, outward)) continue;
+      add({FeatureKind::Edge, e});
+      covered = true;
+    }
+    if (covered || (!nearest.contains(v) && climbs_from_vertex(polyhedron, v, outward))) continue;
+    add({FeatureKind::Vertex, v});
+  }
+}
+
+/// Vertex–face before edge–edge, then the smaller key in the names of the caller.
+bool better_name(const SharedCorner& x, const SharedCorner& y, bool reversed) {
+  const bool edge_x = x.feature_p.kind == FeatureKind::Edge;
+  const bool edge_y = y.feature_p.kind == FeatureKind::Edge;
+  if (edge_x != edge_y) return edge_y;
+  const auto key = [&](const SharedCorner& c) {
+    return reversed ? std::pair(c.feature_q, c.feature_p) : std::pair(c.feature_p, c.feature_q);
+  };
+  return key(x) < key(y);
+}
+
+/// Adds a point, or merges it with the one that is there already: the nearer place, the better
+/// name.
+void add_merged(const SharedCorner& corner, double tolerance, bool reversed,
+                SharedCorners& points) {
+  for (SharedCorner& kept : points) {
+    if ((kept.place - corner.place).squaredNorm() > tolerance * tolerance) continue;
+    const bool renamed = better_name(corner, kept, reversed);
+    const Feature feature_p = renamed ? corner.feature_p : kept.feature_p;
+    const Feature feature_q = renamed ? corner.feature_q : kept.feature_q;
+    if (gap_of(corner) < gap_of(kept)) kept = corner;
+    kept.feature_p = feature_p;
+    kept.feature_q = feature_q;
+    return;
+  }
+  points.push_back(corner);
+}
+
+bool named(const SharedCorner& corner) {
+  return corner.feature_p.index >= 0 && corner.feature_q.index >= 0;
+}
+
+/// Box, in the contact plane, around the part of a patch that lies within a band of heights.
+struct BandBox {
+  Vector2 low = Vector2::Constant(std::numeric_limits<double>::infinity());
+  Vector2 high = -low;
+  void add(const Vector2& place) {
+    low = low.cwiseMin(place);
+    high = high.cwiseMax(place);
+  }
+  bool meets(const BandBox& other, double slack) const {
+    return (low - other.high).maxCoeff() <= slack && (other.low - high).maxCoeff() <= slack;
+  }
+};
+
+/// `sign` +1: heights of at least `limit`; -1: of at most it. m
+BandBox band_box(const ProjectedFeature& patch, double limit, double sign) {
+  BandBox box;
+  for (std::size_t k = 0; k < patch.corners.size(); ++k) {
+    const ProjectedCorner& c = patch.corners[k];
+    const ProjectedCorner& next = patch.corners[k + 1 < patch.corners.size() ? k + 1 : 0];
+    const double here = sign * (c.height - limit), there = sign * (next.height - limit);
+    if (here >= 0.0) box.add(c.place);
+    if ((here >= 0.0) != (there >= 0.0)) {
+      box.add(c.place + here / (here - there) * (next.place - c.place));
+    }
+  }
+  return box;
+}
+
+/// The features that may carry points, in the order in which they are tried.
+struct Carriers {
+  SmallVector<Feature, 32> p, q;
+  bool many() const { return p.size() * q.size() > 1; }
+};
+
+void find_all_carriers(const Polyhedron& p, const Polyhedron& q, double band,
+                       const PairPoints& pair, Carriers& carriers) {
+  const Vector3 &outward_p = pair.plane.normal, outward_q = -outward_p;
+  if (band > pair.tolerance) {
+    VertexSet band_p, band_q;
+    find_vertices_beyond(p, outward_p, pair.reach_p - band, band_p);
+    find_vertices_beyond(q, outward_q, pair.reach_q - band, band_q);
+    find_carriers(p, outward_p, band_p, pair.support_p, carriers.p);
+    find_carriers(q, outward_q, band_q, pair.support_q, carriers.q);
+  } else {
+    find_carriers(p, outward_p, pair.support_p, pair.support_p, carriers.p);
+    find_carriers(q, outward_q, pair.support_q, pair.support_q, carriers.q);
+  }
+}
+
+void add_points(const SharedCorners& corners, double band, bool reversed, PairPoints& pair) {
+  for (const SharedCorner& c : corners) {
+    if (gap_of(c) > pair.gap + band || !named(c)) continue;
+    add_merged(c, pair.tolerance, reversed, pair.merged);
+  }
+}
+
+/// All places where facing features lie over each other within the band.
+void find_points(const Polyhedron& p, const Polyhedron& q, double band, double rounding,
+                 bool reversed, PairPoints& pair) {
+  Carriers carriers;
+  find_all_carriers(p, q, band, pair, carriers);
+  ProjectedFeature patch_p, patch_q;
+  // Points lie near the tops of both solids: where there are many pairs of features, most of them
+  // have no such places over each other, and need no closer look.
+  const double wider = 2 * band + 64 * rounding;
+  SmallVector<BandBox, 32> boxes_q;
+  if (carriers.many()) {
+    for (const Feature& g : carriers.q) {
+      lay_feature(q, g, pair.plane, -1.0, patch_q);
+      boxes_q.push_back(band_box(patch_q, pair.gap + wider, -1.0));
+    }
+  }
+  SharedCorners corners;
+  for (const Feature& f : carriers.p) {
+    lay_feature(p, f, pair.plane, 1.0, patch_p);
+    const BandBox box_p = carriers.many() ? band_box(patch_p, -wider, 1.0) : BandBox{};
+    for (std::size_t k = 0; k < carriers.q.size(); ++k) {
+      if (carriers.many() && !box_p.meets(boxes_q[k], 64 * rounding)) continue;
+      lay_feature(q, carriers.q[k], pair.plane, -1.0, patch_q);
+      corners.clear();
+      append_shared_corners(patch_p, patch_q, rounding, corners);
+      add_points(corners, band, reversed, pair);
+    }
+  }
+}
+
+/// The point nearest to a place; most often it is number `guess`, there to the bit.
+SharedCorner& nearest_point(const Vector2& place, std::size_t guess, SharedCorners& points) {
+  if (guess < points.size() && points[guess].place == place) return points[guess];
+  const auto nearer = [&](const SharedCorner& x, const SharedCorner& y) {
+    return (x.place - place).squaredNorm() < (y.place - place).squaredNorm();
+  };
+  return *std::min_element(points.begin(), points.end(), nearer);
+}
+
+/// The part that the two contact features share.
+void find_shared_part(const Polyhedron& p, const Polyhedron& q, double rounding,
+                      const PairPoints& pair, ContactPolygon& part) {
+  ProjectedFeature patch_p, patch_q;
+  lay_support_set(p, pair.support_p, pair.kind_p, pair.plane, 1.0, patch_p);
+  lay_support_set(q, pair.support_q, pair.kind_q, pair.plane, -1.0, patch_q);
+  append_shared_corners(patch_p, patch_q, rounding, part.corners);
+  find_polygon(part.corners, part.polygon);
+  if (pair.type != ContactType::FaceFace) part.polygon.area = 0.0;
+}
+
+/// Its area goes to the nearest points.
+void share_area(const ContactPolygon& part, PairPoints& pair) {
+  for (SharedCorner& point : pair.merged) point.share = 0.0;
+  for (std::size_t i = 0; i < part.corners.size(); ++i) {
+    nearest_point(part.corners[i].place, i, pair.merged).share += part.corners[i].share;
+  }
+}
+
+int most_facing_face(const Polyhedron& polyhedron, const VertexSet& vertices,
+                     const Vector3& outward) {
+  return std::max(0, facing_face(polyhedron, vertices[0], outward));
+}
+
+/// The nearest features themselves, for the rare pair whose patches do not show them.
+SharedCorner nearest_corner(const Polyhedron& p, const Polyhedron& q, const Vector3& point_p,
+                            const Vector3& point_q, const PairPoints& pair) {
+  const ContactPlane& plane = pair.plane;
+  SharedCorner corner{plane.place(point_p),
+                      plane.height(point_p),
+                      plane.height(point_q),
+                      {FeatureKind::Vertex, pair.support_p[0]},
+                      {FeatureKind::Face, most_facing_face(q, pair.support_q, -plane.normal)}};
+  if (pair.support_p.size() > 1 && pair.support_q.size() == 1) {
+    corner.feature_p = {FeatureKind::Face, most_facing_face(p, pair.support_p, plane.normal)};
+    corner.feature_q = {FeatureKind::Vertex, pair.support_q[0]};
+  } else if (pair.type == ContactType::EdgeEdgeCrossing) {
+    const int e = p.topology().find_edge(pair.support_p[0], pair.support_p[1]);
+    const int f = q.topology().find_edge(pair.support_q[0], pair.support_q[1]);
+    if (e >= 0 && f >= 0) {
+      corner.feature_p = {FeatureKind::Edge, e};
+      corner.feature_q = {FeatureKind::Edge, f};
+    }
+  }
+  return corner;
+}
+
+/// The pair as it is worked: P and Q, and the answer's normal and witnesses in that order.
+struct OrderedPair {
+  const Polyhedron& p;
+  const Polyhedron& q;
+  bool reversed;
+  Vector3 normal, point_p, point_q;
+  OrderedPair(const Polyhedron& a, const Polyhedron& b, bool reverse,
+              const NearestFeatures& nearest)
+      : p(reverse ? b : a),
+        q(reverse ? a : b),
+        reversed(reverse),
+        normal(reverse ? Vector3(-nearest.normal) : nearest.normal),
+        point_p(reverse ? nearest.point_b : nearest.point_a),
+        point_q(reverse ? nearest.point_a : nearest.point_b) {}
+};
+
+/// The least gap itself is always among the points: deep overlaps of needles, and rounding, may
+/// hide it from the faces.
+void ensure_least_gap(const OrderedPair& ordered, double rounding, PairPoints& pair) {
+  const double limit = pair.gap + pair.tolerance + rounding;
+  for (const SharedCorner& point : pair.merged) {
+    if (gap_of(point) <= limit) return;
+  }
+  const SharedCorner nearest =
+      nearest_corner(ordered.p, ordered.q, ordered.point_p, ordered.point_q, pair);
+  for (SharedCorner& point : pair.merged) {
+    if (point.feature_p == nearest.feature_p && point.feature_q == nearest.feature_q) {
+      point = nearest;
+      return;
+    }
+  }
+  pair.merged.push_back(nearest);
+}
+
+/// Are just the vertices of a face within tol of the support plane?
+bool carries_alone(const Polyhedron& polyhedron, int face, const Vector3& outward, double tolerance,
+                   Support& top) {
+  top = support(polyhedron, outward);
+  return only_these_beyond(polyhedron, outward, top.value - tolerance,
+                           polyhedron.topology().face_set(face));
+}
+
+/// Two whole faces that carry the answer, where the search has not handed them on.
+void find_faces(const OrderedPair& ordered, const NearestFeatures& nearest, double tolerance,
+                LateInit<ContactPolygon>& part) {
+  const Polyhedron &p = ordered.p, &q = ordered.q;
+  ContactPolygon& faces = part.emplace();
+  faces.face_p = ordered.reversed ? nearest.feature_b.index : nearest.feature_a.index;
+  faces.face_q = ordered.reversed ? nearest.feature_a.index : nearest.feature_b.index;
+  if (!carries_alone(p, faces.face_p, ordered.normal, tolerance, faces.top_p) ||
+      !carries_alone(q, faces.face_q, -ordered.normal, tolerance, faces.top_q)) {
+    return part.reset();
+  }
+  faces.clear = tolerance;
+  faces.plane = ContactPlane(p.vertex(faces.top_p.vertex), ordered.normal);
+  if (!lay_faces(p, q, nearest.gap, faces)) return part.reset();
+  find_polygon(faces);
+}
+
+/// The contact features are two whole faces.
+void take_sets(const OrderedPair& ordered, const ContactPolygon& part, PairPoints& pair) {
+  pair.support_p.assign(ordered.p.topology().face_set(part.face_p));
+  pair.support_q.assign(ordered.q.topology().face_set(part.face_q));
+}
+
+/// The points of two whole faces, from what the search has found already.
+bool find_face_points(const OrderedPair& ordered, const NearestFeatures& nearest, double band,
+                      double rounding, LateInit<ContactPolygon>& part, PairPoints& pair) {
+  if (nearest.feature_a.kind != FeatureKind::Face || nearest.feature_b.kind != FeatureKind::Face) {
+    return false;
+  }
+  if (!part) find_faces(ordered, nearest, pair.tolerance, part);
+  if (!part || !faces_alone(ordered.p, ordered.q, *part, band)) return false;
+  pair.type = ContactType::FaceFace;
+  pair.kind_p = pair.kind_q = FeatureKind::Face;
+  pair.plane = part->plane;
+  if (need_no_second_look(*part, pair.gap + band, pair.gap + pair.tolerance + rounding,
+                          pair.tolerance)) {
+    pair.points = &part->corners;
+  } else {
+    take_sets(ordered, *part, pair);
+    add_points(part->corners, band, ordered.reversed, pair);
+  }
+  return true;
+}
+
+/// The points of any pair.
+void find_all_points(const OrderedPair& ordered, double band, double rounding,
+                     LateInit<ContactPolygon>& part, PairPoints& pair) {
+  const Polyhedron &p = ordered.p, &q = ordered.q;
+  const PairSupport reach = support_pair(p, q, ordered.normal);
+  pair.plane = ContactPlane(p.vertex(reach.p.vertex), ordered.normal);
+  pair.reach_p = reach.p.value;
+  pair.reach_q = reach.q.value;
+  find_vertices_beyond(p, ordered.normal, pair.reach_p - pair.tolerance, pair.support_p);
+  find_vertices_beyond(q, -ordered.normal, pair.reach_q - pair.tolerance, pair.support_q);
+  pair.kind_p = span_kind(p, pair.support_p, pair.tolerance);
+  pair.kind_q = span_kind(q, pair.support_q, pair.tolerance);
+  pair.type =
+      type_of(p, q, pair.support_p, pair.support_q, pair.kind_p, pair.kind_q, pair.tolerance);
+  find_points(p, q, band, rounding, ordered.reversed, pair);
+  part.reset();
+  if (pair.kind_p != FeatureKind::Vertex && pair.kind_q != FeatureKind::Vertex) {
+    find_shared_part(p, q, rounding, pair, part.emplace());
+  }
+}
+
+void find_pair_points(const OrderedPair& ordered, const NearestFeatures& nearest,
+                      const ContactOptions& options, LateInit<ContactPolygon>& part,
+                      PairPoints& pair) {
+  pair.tolerance =
+      options.tolerance > 0.0 ? options.tolerance : default_tolerance(ordered.p, ordered.q);
+  pair.gap = nearest.gap;
+  const double band = std::max(pair.tolerance, options.reach);
+  const double rounding = border_rounding(ordered.p, ordered.q, pair.gap);
+  if (!find_face_points(ordered, nearest, band, rounding, part, pair)) {
+    find_all_points(ordered, band, rounding, part, pair);
+  }
+  if (pair.points != &pair.merged) return;
+  ensure_least_gap(ordered, rounding, pair);
+  if (pair.type == ContactType::FaceFace) share_area(*part, pair);
+}
+
+/// Polygon or segment as points half-way between the solids, counter-clockwise against A's normal.
+void copy_polygon(const ContactPolygon& part, const ContactPlane& plane, bool reversed,
+                  std::vector<Vector3>& polygon) {
+  SmallVector<int, 32> order;
+  find_order(part.corners, order);
+  for (const int i : order) {
+    const SharedCorner& c = part.corners[static_cast<std::size_t>(i)];
+    polygon.push_back(plane.point(c.place, 0.5 * (c.height_p + c.height_q)));
+  }
+  if (reversed) std::reverse(polygon.begin(), polygon.end());
+}
+
+}  // namespace
+
+void append_contact_points(const std::array<int, 2>& blocks, const Polyhedron& a,
+                           const Polyhedron& b, const NearestFeatures& nearest,
+                           const ContactOptions& options, std::vector<ContactPoint>& contacts) {
+  const OrderedPair ordered(a, b, in_reverse_order(a, b), nearest);
+  LateInit<ContactPolygon> part;
+  PairPoints pair;
+  find_pair_points(ordered, nearest, options, part, pair);
+  append_corners(blocks, ordered.reversed, nearest, pair.type, pair.plane, *pair.points, contacts);
+}
+
+NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, const Polyhedron& a,
+                                             const Polyhedron& b, const ContactOptions& options,
+                                             const FeatureHint& hint,
+                                             std::vector<ContactPoint>& contacts) {
+  LateInit<ContactPolygon> part;
+  NearestFeatures nearest;
+  const bool faces = hint.vertices_a[0] < 0 || (hint.face_a >= 0 && hint.face_b >= 0);
+  if (!faces || !flush_answer(a, b, options.tolerance, hint, part, nearest)) {
+    const SearchOptions search{.tolerance = options.tolerance};
+    nearest = nearest_features(a, b, search, faces ? FeatureHint{} : hint, part);
+  }
+  if (nearest.gap > options.reach && nearest.status != PairStatus::Touching) return nearest;
+  const OrderedPair ordered(a, b, in_reverse_order(a, b), nearest);
+  ContactOptions above_least = options;
+  above_least.reach = std::max(0.0, options.reach - nearest.gap);
+  PairPoints pair;
+  find_pair_points(ordered, nearest, above_least, part, pair);
+  append_corners(blocks, ordered.reversed, nearest, pair.type, pair.plane, *pair.points, contacts);
+  return nearest;
+}
+
+void update_pair_contact(const Polyhedron& a, const Polyhedron& b, const ContactOptions& options,
+                         PairContact& contact) {
+  LateInit<ContactPolygon> part;
+  contact.nearest =
+      nearest_features(a, b, {.tolerance = options.tolerance}, contact.nearest.hint, part);
+  const OrderedPair ordered(a, b, in_reverse_order(a, b), contact.nearest);
+  PairPoints pair;
+  find_pair_points(ordered, contact.nearest, options, part, pair);
+  if (pair.points != &pair.merged) take_sets(ordered, *part, pair);
+  contact.points.clear();
+  append_corners({0, 1}, ordered.reversed, contact.nearest, pair.type, pair.plane, *pair.points,
+                 contact.points);
+  contact.type = pair.type;
+  contact.area = part ? part->polygon.area : 0.0;
+  contact.polygon.clear();
+  if (part) copy_polygon(*part, pair.plane, ordered.reversed, contact.polygon);
+  const auto copy = [](const VertexSet& set, FeatureKind kind, SupportSet& to) {
+    to.vertices.assign(set.begin(), set.end());
+    to.kind = kind;
+  };
+  copy(pair.support_p, pair.kind_p, ordered.reversed ? contact.support_b : contact.support_a);
+  copy(pair.support_q, pair.kind_q, ordered.reversed ? contact.support_a : contact.support_b);
+}
+
+}  // namespace quoin::geometry

@@ -1,0 +1,253 @@
+#include "contact/contact_polygon.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "contact/clip.hpp"
+
+namespace quoin::geometry {
+namespace {
+
+double cross2(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
+
+/// Height of a polygon over a place that it covers: a mean of its corners' heights, hence between
+/// them, however badly the slope of a sliver is known.
+double height_over(const PolygonRows& polygon, double x, double y) {
+  const double height = polygon.height[0] + (polygon.slope_x * (x - polygon.x[0]) +
+                                             polygon.slope_y * (y - polygon.y[0]));
+  return std::clamp(height, polygon.low, polygon.high);
+}
+
+/// The corners of one polygon against the sides of the other, one bit each.
+struct Corners {
+  const PolygonRows& rows;
+  const SideMasks& masks;
+
+  /// Does the other cover corner i?
+  bool covers(int i) const { return masks.outside[i] == 0; }
+  /// The lines through sides of the other that side i crosses.
+  std::uint64_t crossed(int i) const {
+    const int next = rows.next(i);
+    return (masks.inside[i] & masks.outside[next]) | (masks.outside[i] & masks.inside[next]);
+  }
+};
+
+/// Where side i of P crosses side j of Q, as a share of the way along P's.
+double crossing_share(const PolygonRows& p, int i, const PolygonRows& q, int j) {
+  const auto inside = [&](int corner) {
+    return q.side_x[j] * (p.y[corner] - q.y[j]) - q.side_y[j] * (p.x[corner] - q.x[j]);
+  };
+  const double a = inside(i), b = inside(p.next(i));
+  return a / (a - b);
+}
+
+/// Two polygons over each other, and where their shared corners go.
+struct Clip {
+  const Corners p, q;
+  SharedCorners& corners;
+
+  void add_corner_of_p(int i) const {
+    const PolygonRows& rows = p.rows;
+    SharedCorner& corner = corners.add();
+    corner.place = {rows.x[i], rows.y[i]};
+    corner.height_p = rows.height[i];
+    corner.height_q = height_over(q.rows, rows.x[i], rows.y[i]);
+    corner.feature_p = {FeatureKind::Vertex, rows.vertex[i]};
+    corner.feature_q = {FeatureKind::Face, q.rows.face};
+    corner.share = 0.0;
+  }
+  void add_corner_of_q(int j) const {
+    const PolygonRows& rows = q.rows;
+    SharedCorner& corner = corners.add();
+    corner.place = {rows.x[j], rows.y[j]};
+    corner.height_p = height_over(p.rows, rows.x[j], rows.y[j]);
+    corner.height_q = rows.height[j];
+    corner.feature_p = {FeatureKind::Face, p.rows.face};
+    corner.feature_q = {FeatureKind::Vertex, rows.vertex[j]};
+    corner.share = 0.0;
+  }
+  /// Nearly parallel sides cross in an ill-conditioned place: Q's height is taken there, not where
+  /// its own crossing would be.
+  void add_crossing(int i, int j, double share) const {
+    const PolygonRows &a = p.rows, &b = q.rows;
+    const double x = a.x[i] + share * a.side_x[i], y = a.y[i] + share * a.side_y[i];
+    const double along = b.side_x[j] * (x - b.x[j]) + b.side_y[j] * (y - b.y[j]);
+    const double squared = b.side_x[j] * b.side_x[j] + b.side_y[j] * b.side_y[j];
+    const double share_q = std::clamp(along / squared, 0.0, 1.0);
+    SharedCorner& corner = corners.add();
+    corner.place = {x, y};
+    corner.height_p = a.height[i] + share * (a.height[a.next(i)] - a.height[i]);
+    corner.height_q = b.height[j] + share_q * (b.height[b.next(j)] - b.height[j]);
+    corner.feature_p = {FeatureKind::Edge, a.edge[i]};
+    corner.feature_q = {FeatureKind::Edge, b.edge[j]};
+    corner.share = 0.0;
+  }
+
+  /// The sides of Q that side i of P crosses, in their inner parts.
+  std::uint64_t crossings(int i) const {
+    std::uint64_t found = 0;
+    for (std::uint64_t lines = p.crossed(i); lines != 0; lines &= lines - 1) {
+      const int j = std::countr_zero(lines);
+      found |= (q.crossed(j) >> i & 1) << j;
+    }
+    return found;
+  }
+
+  /// P's corners, Q's corners, crossings.
+  void append() const {
+    for (int i = 0; i < p.rows.count; ++i) {
+      if (p.covers(i)) add_corner_of_p(i);
+    }
+    for (int j = 0; j < q.rows.count; ++j) {
+      if (q.covers(j)) add_corner_of_q(j);
+    }
+    for (int i = 0; i < p.rows.count; ++i) {
+      for (std::uint64_t found = crossings(i); found != 0; found &= found - 1) {
+        const int j = std::countr_zero(found);
+        add_crossing(i, j, crossing_share(p.rows, i, q.rows, j));
+      }
+    }
+  }
+};
+
+/// Lays a face; false: it has too many corners. Q's faces look the other way and run backwards.
+bool lay_face(const Polyhedron& polyhedron, int face, const ContactPlane& plane, double outward,
+              PolygonRows& rows) {
+  const std::span<const int> cycle = polyhedron.topology().face(face);
+  const std::span<const int> edges = polyhedron.topology().face_edges(face);
+  if (cycle.size() > PolygonRows::kMost) return false;
+  rows.count = static_cast<int>(cycle.size());
+  rows.face = face;
+  const int last = rows.count - 1;
+  for (int k = 0; k <= last; ++k) {
+    const int corner = outward > 0.0 ? k : last - k;
+    const int side = outward > 0.0 ? k : (k < last ? last - 1 - k : last);
+    rows.vertex[k] = cycle[static_cast<std::size_t>(corner)];
+    rows.edge[k] = edges[static_cast<std::size_t>(side)];
+  }
+  lay_corners(polyhedron, plane, rows);
+  const Vector3 normal = polyhedron.face_normal(face);
+  const double across = normal.dot(plane.normal);
+  constexpr double kUpright = 1e-3;  // a face seen from its edge has no slope
+  const bool upright = std::abs(across) < kUpright;
+  rows.slope_x = upright ? 0.0 : -normal.dot(plane.axis_u) / across;
+  rows.slope_y = upright ? 0.0 : -normal.dot(plane.axis_v) / across;
+  return true;
+}
+
+/// Area, centroid and shares of a polygon whose order is known.
+void measure(const SmallVector<int, 32>& order, SharedCorners& corners, SharedPolygon& polygon) {
+  const auto corner = [&](std::size_t k) -> SharedCorner& {
+    return corners[static_cast<std::size_t>(order[k])];
+  };
+  const auto place = [&](std::size_t k) -> const Vector2& { return corner(k).place; };
+  const std::size_t n = order.size();
+  for (SharedCorner& c : corners) c.share = 0.0;
+  polygon.area = 0.0;
+  polygon.centroid.setZero();
+  if (n == 0) return;
+  const Vector2 base = place(0);
+  Vector2 moment = Vector2::Zero();
+  for (std::size_t k = 2; k < n; ++k) {
+    const Vector2 a = place(k - 1) - base, b = place(k) - base;
+    const double twice = cross2(a, b);
+    polygon.area += 0.5 * twice;
+    moment += twice / 6.0 * (a + b);
+  }
+  if (!(polygon.area > 0.0)) {
+    for (std::size_t k = 0; k < n; ++k) polygon.centroid += place(k) / static_cast<double>(n);
+    polygon.area = 0.0;
+    return;
+  }
+  polygon.centroid = base + moment / polygon.area;
+  // Half of each triangle (centroid, corner, next corner) to either corner: since the centroid of
+  // the polygon is the area-weighted mean of the triangles' centroids, the shares have its first
+  // moment.
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::size_t next = k + 1 < n ? k + 1 : 0;
+    const double half = 0.25 * cross2(place(k) - polygon.centroid, place(next) - polygon.centroid);
+    corner(k).share += half;
+    corner(next).share += half;
+  }
+}
+
+}  // namespace
+
+void hull_order(std::span<const Vector2> places, SmallVector<int, 32>& order) {
+  const auto at = [&](int i) -> const Vector2& { return places[static_cast<std::size_t>(i)]; };
+  const auto before = [&](int i, int j) {
+    const Vector2 &a = at(i), &b = at(j);
+    return a.x() != b.x() ? a.x() < b.x() : (a.y() != b.y() ? a.y() < b.y() : i < j);
+  };
+  order.clear();
+  if (places.empty()) return;
+  SmallVector<int, 32> sorted;
+  sorted.resize(places.size());
+  for (std::size_t i = 0; i < places.size(); ++i) sorted[i] = static_cast<int>(i);
+  std::sort(sorted.begin(), sorted.end(), before);
+  const auto add = [&](int i, std::size_t floor) {
+    std::size_t size = order.size();
+    const auto left_turn = [&] {
+      const Vector2& a = at(order[size - 2]);
+      return cross2(at(order[size - 1]) - a, at(i) - a) > 0.0;
+    };
+    while (size >= floor + 2 && !left_turn()) --size;
+    order.resize(size);
+    order.push_back(i);
+  };
+  for (const int i : sorted) add(i, 0);
+  order.resize(order.size() - 1);
+  const std::size_t floor = order.size();
+  for (std::size_t k = places.size(); k-- > 0;) add(sorted[k], floor);
+  order.resize(order.size() - 1);
+  if (order.empty()) order.push_back(sorted[0]);
+}
+
+void find_order(const SharedCorners& corners, SmallVector<int, 32>& order) {
+  SmallVector<Vector2, 32> places;
+  for (const SharedCorner& corner : corners) places.push_back(corner.place);
+  hull_order(places, order);
+}
+
+void find_polygon(SharedCorners& corners, SharedPolygon& polygon) {
+  SmallVector<int, 32> order;
+  find_order(corners, order);
+  measure(order, corners, polygon);
+}
+
+void find_polygon(ContactPolygon& part) {
+  if (!part.measured) find_polygon(part.corners, part.polygon);
+}
+
+double append_shared_of_polygons(const PolygonRows& p, const PolygonRows& q, double rounding,
+                                 SharedCorners& corners) {
+  SideMasks of_p, of_q;
+  find_side_masks(p, q, rounding, of_p, of_q);
+  const Clip clip{{p, of_p}, {q, of_q}, corners};
+  clip.append();
+  return std::min(of_p.margin, of_q.margin);
+}
+
+bool lay_faces(const Polyhedron& p, const Polyhedron& q, double gap, ContactPolygon& part) {
+  const double rounding = border_rounding(p, q, gap);
+  part.measured = overlay_faces(p, q, rounding, part);
+  if (part.measured) return true;
+  part.corners.clear();
+  PolygonRows rows_p, rows_q;
+  if (!lay_face(p, part.face_p, part.plane, 1.0, rows_p) ||
+      !lay_face(q, part.face_q, part.plane, -1.0, rows_q)) {
+    return false;
+  }
+  part.margin = append_shared_of_polygons(rows_p, rows_q, rounding, part.corners);
+  return true;
+}
+
+double border_rounding(const Polyhedron& p, const Polyhedron& q, double gap) {
+  const double size = p.diameter() + q.diameter() + std::abs(gap);
+  const double coordinate = std::max(p.largest_coordinate(), q.largest_coordinate());
+  return std::numeric_limits<double>::epsilon() * std::max(8 * size, 4 * coordinate);
+}
+
+}  // namespace quoin::geometry

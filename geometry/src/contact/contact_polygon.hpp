@@ -1,0 +1,76 @@
+#pragma once
+/// The part that two polygons in a contact plane share. Internal.
+
+#include <algorithm>
+#include <quoin/geometry/polyhedron.hpp>
+#include <span>
+
+#include "contact/contact_plane.hpp"
+#include "contact/polygon_rows.hpp"
+#include "numeric/small_vector.hpp"
+#include "shape/support.hpp"
+
+namespace quoin::geometry {
+
+/// A corner of the part that two patches share: a vertex of one on the other, or two crossed edges.
+struct SharedCorner {
+  Vector2 place;
+  double height_p = 0.0, height_q = 0.0;
+  Feature feature_p, feature_q;
+  double share = 0.0;  ///< of the shared area, m2
+};
+using SharedCorners = SmallVector<SharedCorner, 32>;
+
+/// The convex polygon around places.
+struct SharedPolygon {
+  double area = 0.0;
+  Vector2 centroid = Vector2::Zero();
+};
+
+/// Indices of the corners that are corners of the convex polygon around all, counter-clockwise.
+void find_order(const SharedCorners& corners, SmallVector<int, 32>& order);
+
+/// Also shares the area out over the corners, so that the shares have the polygon's area and
+/// centroid.
+void find_polygon(SharedCorners& corners, SharedPolygon& polygon);
+
+/// Indices of the convex hull of places, counter-clockwise (monotone chain, [Andrew 1979]).
+void hull_order(std::span<const Vector2> places, SmallVector<int, 32>& order);
+
+/// Adds the corners that two polygons share; `rounding` (m) is how far outside still counts as on
+/// the border. Returns overlap_margin, m.
+double append_shared_of_polygons(const PolygonRows& p, const PolygonRows& q, double rounding,
+                                 SharedCorners& corners);
+
+/// What two whole faces that carry the answer share, laid once for the proof, the witnesses and the
+/// contact points. Of other features only `corners` and `polygon` are filled.
+struct ContactPolygon {
+  int face_p = -1, face_q = -1;
+  Support top_p, top_q;
+  double clear = 0.0;  ///< m, at least tol: just the vertices of the faces are so near the tops
+  ContactPlane plane;
+  SharedCorners corners;
+  double margin = 0.0;    ///< overlap_margin, m
+  bool measured = false;  ///< `polygon` and the shares are known already
+  SharedPolygon polygon;
+  double lowest = 0.0, highest = 0.0;  ///< gaps at the corners, m; if `measured`
+  double nearest_squared = 0.0;  ///< least distance of two corners, squared, m2; if `measured`
+};
+
+/// Lays both faces into the plane and adds the corners they share; false: they have too many.
+bool lay_faces(const Polyhedron& p, const Polyhedron& q, double gap, ContactPolygon& part);
+
+/// Are both faces wider than the tolerance? A polygon no wider than that on either side of a line
+/// through two of its corners has at most four times the line's length times the tolerance as area.
+inline bool surely_wide(const Polyhedron& p, const Polyhedron& q, const ContactPolygon& part,
+                        double tolerance) {
+  return part.polygon.area > 8 * tolerance * std::max(p.diameter(), q.diameter());
+}
+
+/// As above, of the corners of two faces.
+void find_polygon(ContactPolygon& part);
+
+/// How far outside a patch still counts as on its border, m: what rounding leaves of a place.
+double border_rounding(const Polyhedron& p, const Polyhedron& q, double gap);
+
+}  // namespace quoin::geometry

@@ -1,0 +1,77 @@
+#pragma once
+/// Convex patches of two polyhedra laid into one contact plane, and where they cover each other.
+/// Internal.
+
+#include <quoin/geometry/contact_type.hpp>
+
+#include "contact/contact_plane.hpp"
+#include "contact/contact_polygon.hpp"
+#include "numeric/late_init.hpp"
+#include "shape/support.hpp"
+
+namespace quoin::geometry {
+
+struct ProjectedCorner {
+  int vertex = 0;
+  int edge = -1;        ///< from this corner to the next; -1: none of the topology
+  Vector2 place;        ///< in the contact plane, m
+  double height = 0.0;  ///< along the normal, m
+};
+
+/// A vertex, an edge or a face laid into the contact plane; counter-clockwise seen against the
+/// normal.
+struct ProjectedFeature {
+  SmallVector<ProjectedCorner, 16> corners;
+  Feature label;  ///< the feature it is; for a vertex or an edge see `face`
+  int face = 0;   ///< the face that names points on it: its own, or the most facing
+  Vector2 slope = Vector2::Zero();  ///< of its surface: height = corner height + slope · step
+  double surface_height(const Vector2& place) const {
+    return corners[0].height + slope.dot(place - corners[0].place);
+  }
+};
+
+/// Lays a feature of a polyhedron into the plane. `outward` is +1 for P, -1 for Q: the side that
+/// faces the other.
+void lay_feature(const Polyhedron& polyhedron, const Feature& feature, const ContactPlane& plane,
+                 double outward, ProjectedFeature& patch);
+
+/// Lays the hull of a support set into the plane.
+void lay_support_set(const Polyhedron& polyhedron, const VertexSet& vertices, FeatureKind kind,
+                     const ContactPlane& plane, double outward, ProjectedFeature& patch);
+
+/// Adds the corners of the shared part; `rounding` (m) is how far outside still counts as on the
+/// border.
+void append_shared_corners(const ProjectedFeature& p, const ProjectedFeature& q, double rounding,
+                           SharedCorners& corners);
+
+/// How far one patch could be shifted in the plane before the two part, m: the distance of the
+/// origin from the border of their Minkowski difference; negative: a bound of how far they are
+/// apart.
+double overlap_margin(const ProjectedFeature& p, const ProjectedFeature& q);
+
+/// Where two patches that rounding keeps apart come nearest: a corner, or the crossing of two
+/// edges.
+Vector2 nearest_place(const ProjectedFeature& p, const ProjectedFeature& q);
+
+/// As the public one; `faces` is filled where both contact features are whole faces and nothing was
+/// in doubt, in the order in which the pair is worked.
+NearestFeatures nearest_features(const Polyhedron& a, const Polyhedron& b,
+                                 const SearchOptions& options, const FeatureHint& hint,
+                                 LateInit<ContactPolygon>& faces);
+
+/// What a support set spans: a point, a segment or a polygon wider than `tolerance`.
+FeatureKind span_kind(const Polyhedron& polyhedron, const VertexSet& vertices, double tolerance);
+
+/// The feature of the topology that best names a support set.
+Feature name_support_set(const Polyhedron& polyhedron, const VertexSet& vertices, FeatureKind kind,
+                         const Vector3& outward);
+
+/// The contact type that two support sets make.
+ContactType type_of(const Polyhedron& p, const Polyhedron& q, const VertexSet& set_p,
+                    const VertexSet& set_q, FeatureKind kind_p, FeatureKind kind_q,
+                    double tolerance);
+
+/// The two vertices of a segment: the pair of the set that lies farthest apart.
+std::array<int, 2> segment_ends(const Polyhedron& polyhedron, const VertexSet& vertices);
+
+}  // namespace quoin::geometry

@@ -1,0 +1,58 @@
+#include "finder/worker_pool.hpp"
+
+#include <utility>
+
+namespace quoin::geometry {
+
+WorkerPool::WorkerPool(int count) : failures_(static_cast<std::size_t>(count)) {
+  for (int worker = 1; worker < count; ++worker) {
+    threads_.emplace_back([this, worker] { serve(worker); });
+  }
+}
+
+WorkerPool::~WorkerPool() {
+  stop_ = true;
+  ++round_;
+  round_.notify_all();
+}
+
+void WorkerPool::call(int worker) {
+  try {
+    task_(context_, worker);
+  } catch (...) {
+    failures_[static_cast<std::size_t>(worker)] = std::current_exception();
+  }
+}
+
+void WorkerPool::serve(int worker) {
+  for (int round = 0;;) {
+    round_.wait(round);
+    round = round_;
+    if (stop_) {
+      return;
+    }
+    call(worker);
+    if (--working_ == 0) {
+      working_.notify_one();
+    }
+  }
+}
+
+void WorkerPool::run_task(Task task, void* context) {
+  task_ = task;
+  context_ = context;
+  working_ = count() - 1;
+  ++round_;
+  round_.notify_all();
+  call(0);
+  for (int working = working_; working != 0; working = working_) {
+    working_.wait(working);
+  }
+  for (std::exception_ptr& failure : failures_) {
+    if (failure) {
+      std::rethrow_exception(std::exchange(failure, nullptr));
+    }
+  }
+}
+
+}  // namespace quoin::geometry

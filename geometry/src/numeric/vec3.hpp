@@ -1,0 +1,48 @@
+#pragma once
+/// A vector of three plain numbers, which stay in registers where Eigen would pack two of them.
+/// Sums are (x + y) + z, as everywhere. Internal.
+
+#include <quoin/geometry/polyhedron.hpp>
+
+#include "numeric/branchless.hpp"
+
+namespace quoin::geometry {
+
+struct Vec3 {
+  double x, y, z;
+  Vec3() {}  // NOLINT: filled later
+  Vec3(double x_in, double y_in, double z_in) : x(x_in), y(y_in), z(z_in) {}
+  Vec3(const Vector3& v) : x(v[0]), y(v[1]), z(v[2]) {}  // NOLINT: meant to convert
+  operator Vector3() const { return {x, y, z}; }         // NOLINT: the same
+};
+
+inline Vec3 operator+(const Vec3& a, const Vec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+inline Vec3 operator-(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+inline Vec3 operator-(const Vec3& a) { return {-a.x, -a.y, -a.z}; }
+inline Vec3 operator*(double factor, const Vec3& a) {
+  return {factor * a.x, factor * a.y, factor * a.z};
+}
+inline Vec3 operator/(const Vec3& a, double divisor) {
+  return {a.x / divisor, a.y / divisor, a.z / divisor};
+}
+inline double dot(const Vec3& a, const Vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline double square(const Vec3& a) { return dot(a, a); }
+inline Vec3 cross(const Vec3& a, const Vec3& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+/// One zero only: -0 would tell the ways to an answer apart.
+inline Vec3 one_zero(const Vec3& a) { return a + Vec3(0.0, 0.0, 0.0); }
+inline Vec3 either(bool first, const Vec3& a, const Vec3& b) {
+  return {first ? a.x : b.x, first ? a.y : b.y, first ? a.z : b.z};
+}
+
+inline Vec3 place(const Polyhedron& polyhedron, int vertex) {
+  const double* p = polyhedron.vertices().data() + 3 * vertex;
+  return {p[0], p[1], p[2]};
+}
+inline Vec3 face_normal(const Polyhedron& polyhedron, int face) {
+  const double* p = polyhedron.face_normals().data() + 3 * face;
+  return {p[0], p[1], p[2]};
+}
+
+}  // namespace quoin::geometry

@@ -1,0 +1,156 @@
+#include "search/box_sat.hpp"
+
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "simd/lanes.hpp"
+
+namespace quoin::geometry {
+namespace {
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+
+/// A parallelepiped: half its edges from vertex 0, its middle, and how far the vertices of the
+/// solid lie from those of it, m.
+struct Brick {
+  std::span<const int> vertices;
+  std::array<Vector3, 3> half;
+  Vector3 middle;
+  double error = 0.0;
+
+  explicit Brick(const Polyhedron& solid) : vertices(solid.topology().brick()) {
+    const auto at = [&](std::size_t place) { return offset(solid, vertices[place]); };
+    const Vector3 base = at(0);
+    middle = base;
+    for (std::size_t k = 0; k < 3; ++k) {
+      half[k] = 0.5 * (at(std::size_t{1} << k) - base);
+      middle += half[k];
+    }
+    double squared = 0.0;
+    for (const std::size_t place : {3, 5, 6, 7}) {
+      squared = std::max(squared, (at(place) - corner(place)).squaredNorm());
+    }
+    error = std::sqrt(squared) + 8 * kEpsilon * solid.diameter();
+  }
+  Vector3 corner(std::size_t place) const {
+    Vector3 x = middle;
+    for (std::size_t k = 0; k < 3; ++k) x += (place >> k & 1) != 0 ? half[k] : Vector3(-half[k]);
+    return x;
+  }
+  /// The place of the corner farthest along a direction.
+  std::size_t support(const Vector3& direction) const {
+    std::size_t place = 0;
+    for (std::size_t k = 0; k < 3; ++k) place |= std::size_t{half[k].dot(direction) > 0.0} << k;
+    return place;
+  }
+};
+
+/// The six half edges as rows, and which two of them span each of the 15 directions: P's faces, Q's
+/// faces, pairs of edges; one is there twice.
+struct Directions {
+  using Places = std::array<std::uint16_t, 16>;
+  static constexpr Places kFirst{1, 2, 0, 4, 5, 3, 0, 0, 0, 1, 1, 1, 2, 2, 2, 2};
+  static constexpr Places kSecond{2, 0, 1, 5, 3, 4, 3, 4, 5, 3, 4, 5, 3, 4, 5, 5};
+  static constexpr unsigned kAll = 0x7fff;
+  std::array<double, 6> x, y, z;
+
+  Directions(const Brick& p, const Brick& q) {
+    for (std::size_t k = 0; k < 6; ++k) {
+      const Vector3& edge = k < 3 ? p.half[k] : q.half[k - 3];
+      x[k] = edge.x();
+      y[k] = edge.y();
+      z[k] = edge.z();
+    }
+  }
+  Vector3 edge(std::size_t k) const { return {x[k], y[k], z[k]}; }
+};
+
+/// How far the bricks overlap along four of the directions, and at least so far, m.
+template <class Lanes>
+void find_overlaps(const Directions& edges, std::size_t first, const Vector3& across, double reach,
+                   double* overlap, double* sure) {
+  const auto all = [](double value) { return Lanes::all(value); };
+  const auto size = [&](const Lanes& v) { return v.larger(all(0.0) - v); };
+  const std::uint16_t *const u = &Directions::kFirst[first], *const v = &Directions::kSecond[first];
+  const Lanes ux = Lanes::picked(edges.x.data(), u), vx = Lanes::picked(edges.x.data(), v);
+  const Lanes uy = Lanes::picked(edges.y.data(), u), vy = Lanes::picked(edges.y.data(), v);
+  const Lanes uz = Lanes::picked(edges.z.data(), u), vz = Lanes::picked(edges.z.data(), v);
+  const Lanes x = uy * vz - uz * vy, y = uz * vx - ux * vz, z = ux * vy - uy * vx;
+  const auto along = [&](double a, double b, double c) {
+    return size(x * all(a) + y * all(b) + z * all(c));
+  };
+  Lanes sum = all(0.0) - along(across.x(), across.y(), across.z());
+  for (std::size_t k = 0; k < 6; ++k) sum = sum + along(edges.x[k], edges.y[k], edges.z[k]);
+  const Lanes squared = x * x + y * y + z * z;
+  const Lanes whole = (ux * ux + uy * uy + uz * uz) * (vx * vx + vy * vy + vz * vz);
+  const Lanes inverse = all(1.0) / squared.root();
+  const Lanes depth = sum * inverse;
+  const Lanes cancelled = whole * (inverse * inverse);
+  depth.store(overlap);
+  (depth - all(kEpsilon * reach) * (all(8.0) + cancelled)).store(sure);
+}
+
+template <class Lanes>
+SearchResult least_overlap(const Polyhedron& solid_p, const Polyhedron& solid_q, double rounding) {
+  SearchResult result;
+  const Brick p(solid_p), q(solid_q);
+  const Vector3 across = (solid_q.origin() - solid_p.origin()) + (q.middle - p.middle);
+  const double reach = across.norm() + solid_p.diameter() + solid_q.diameter();
+  const Directions edges(p, q);
+  alignas(64) double overlap[16], sure[16];
+  Lanes least_four = Lanes::all(std::numeric_limits<double>::infinity());
+  for (std::size_t k = 0; k < 16; k += 4) {
+    find_overlaps<Lanes>(edges, k, across, reach, overlap + k, sure + k);
+    least_four = least_four.smaller(Lanes::of(overlap + k));
+  }
+  const double least = least_four.least();
+  const auto beyond = [](const double* row, double limit) {
+    unsigned bits = 0;
+    for (int k = 0; k < 16; k += 4) bits |= Lanes::all(limit).below(Lanes::of(row + k)).bits() << k;
+    return bits & Directions::kAll;
+  };
+  const unsigned best = ~beyond(overlap, least) & Directions::kAll;
+  const double error = 4 * (p.error + q.error), clear = 16 * rounding + error;
+  if (!(least > clear) || !std::has_single_bit(best) ||
+      (beyond(sure, least + clear) | best) != Directions::kAll) {
+    return result;
+  }
+  const auto lane = static_cast<std::size_t>(std::countr_zero(best));
+  const std::size_t first = Directions::kFirst[lane], second = Directions::kSecond[lane];
+  Vector3 normal = edges.edge(first).cross(edges.edge(second)).normalized();
+  const double apart = normal.dot(across);
+  if (!(2.0 * std::abs(apart) > clear)) return result;
+  if (apart < 0.0) normal = -normal;
+  // The facet of the set of differences that the two edges span: a corner, and one along each.
+  const std::size_t place_p = p.support(normal), place_q = q.support(-normal);
+  result.corners = 3;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const unsigned edge = k == 0 ? 0u : 1u << (k == 1 ? first : second);
+    result.p[k] = p.vertices[place_p ^ (edge & 7u)];
+    result.q[k] = q.vertices[place_q ^ (edge >> 3)];
+  }
+  result.outcome = SearchOutcome::Overlapping;
+  result.normal = normal;
+  result.bound = -(least + error);
+  result.iterations = 1;
+  return result;
+}
+
+#ifdef QUOIN_FOUR_WIDE_LANES
+QUOIN_AVX2 [[gnu::flatten]] SearchResult overlap_256(const Polyhedron& p, const Polyhedron& q,
+                                                     double rounding) {
+  return least_overlap<Lanes256>(p, q, rounding);
+}
+#endif
+
+}  // namespace
+
+SearchResult box_sat(const Polyhedron& p, const Polyhedron& q, double rounding) {
+#ifdef QUOIN_FOUR_WIDE_LANES
+  if (has_avx2()) return overlap_256(p, q, rounding);
+#endif
+  return least_overlap<PlainLanes>(p, q, rounding);
+}
+
+}  // namespace quoin::geometry

@@ -1,0 +1,479 @@
+#include "search/epa.hpp"
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "numeric/double_double.hpp"
+#include "simd/lanes.hpp"
+#include "simd/support_kernels.hpp"
+
+namespace quoin::geometry {
+namespace {
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// A polytope inside the set of differences, around the origin. While all its facets turn to the
+/// origin their inner sides, each ray from the origin meets one of them; so the least distance of a
+/// facet is a depth that the solids have at least. See geometry/README.md, "Least overlap".
+/// Facets are triangles, counter-clockwise seen from outside, their planes rows of numbers.
+template <class Scan, class Lanes>
+class Polytope {
+ public:
+  Polytope(const Polyhedron& p, const Polyhedron& q, double rounding)
+      : p_(p), q_(q), rounding_(rounding) {}
+
+  SearchResult grow(const SearchResult& start) {
+    SearchResult result = start;
+    result.outcome = SearchOutcome::Unclear;
+    result.iterations = 0;
+    for (const Polyhedron* solid : {&p_, &q_}) {  // asks for the vertices before they are needed
+      const Eigen::Index count = std::min<Eigen::Index>(solid->vertices().size(), kMostFetched);
+      for (Eigen::Index k = 0; k < count; k += 8) {
+        __builtin_prefetch(solid->vertices().data() + k);
+      }
+    }
+    if (!begin(start)) return result;
+    if (spread() && expand(result)) return result;
+    restart();
+    if (lay_tetrahedron()) expand(result);
+    return result;
+  }
+
+ private:
+  using Index = std::size_t;     // of a corner or a facet
+  using Number = std::uint16_t;  // the same, stored
+  using Bits = std::uint64_t;
+  static constexpr int kMostSteps = 88;
+  static constexpr Index kMostCorners = kMostSteps + 8, kRow = 128;
+  static constexpr Index kMostFacets = 1024;  // a power of two
+
+  struct Corner {
+    Vector3 w;
+    int p = 0, q = 0;
+  };
+  /// Planes of four facets.
+  struct alignas(64) Planes {
+    double x[4], y[4], z[4];  // normals, unit
+    double distance[4];       // from the origin, m; infinite: no facet, or one that is no more
+    double sure[4];           // the same less its rounding
+    double key[4];            // the same with the facet's number as its last bits; `kNone`
+  };
+
+  /// Four triangles: their apexes and from there to the two other corners, each with how far that
+  /// corner is from the origin; the product of the two, outward.
+  struct Triangles {
+    Lanes apex[4], from[4], to[4];
+    Lanes x, y, z;
+    Triangles(const double (*corners)[4], const Number* a, const Number* b, const Number* c) {
+      Lanes::turn(corners, c, apex);
+      Lanes::turn(corners, a, from);
+      Lanes::turn(corners, b, to);
+      for (int k = 0; k < 3; ++k) {
+        from[k] = from[k] - apex[k];
+        to[k] = to[k] - apex[k];
+      }
+      x = from[1] * to[2] - from[2] * to[1];
+      y = from[2] * to[0] - from[0] * to[2];
+      z = from[0] * to[1] - from[1] * to[0];
+    }
+    Lanes squared() const { return x * x + y * y + z * z; }
+  };
+  /// The sides of a tetrahedron.
+  static constexpr Number kSides[3][4] = {{0, 1, 2, 0}, {1, 0, 1, 2}, {2, 3, 3, 3}};
+
+  static Number number(Index i) { return static_cast<Number>(i); }
+  Planes& planes(Index f) { return planes_[f / 4]; }
+  bool slim(Index f) const { return (slim_[f / 4] >> f % 4 & 1) != 0; }
+  Vector3 place(Index c) const { return {corner_[c][0], corner_[c][1], corner_[c][2]}; }
+  Vector3 normal(Index f) { return {planes(f).x[f % 4], planes(f).y[f % 4], planes(f).z[f % 4]}; }
+  double gain(Index f, const Corner& corner) { return normal(f).dot(corner.w - place(apex_[f])); }
+  /// The facet whose side runs from one corner to another.
+  Number& facet_at(Index from, Index to) { return facet_at_[kRow * from + to]; }
+
+  Corner corner_of(int i, int j) const { return {q_.vertex(j) - p_.vertex(i), i, j}; }
+
+  Corner find_corner(const Vector3& direction) const {
+    const PairSupport both = Scan::support_pair(Rows(p_), Rows(q_), direction);
+    return corner_of(both.p.vertex, both.q.vertex);
+  }
+
+  Index add_corner(const Corner& corner) {
+    const Index c = corner_count_++;
+    Lanes::of(corner.w.x(), corner.w.y(), corner.w.z(), corner.w.norm()).store(corner_[c]);
+    vertex_p_[c] = corner.p;
+    vertex_q_[c] = corner.q;
+    return c;
+  }
+
+  /// Four corners around the origin, from the search and, where it ended with fewer, from supports
+  /// across them. Outside is where 0, 1, 2 turn left.
+  bool begin(const SearchResult& start) {
+    for (Index k = 0; k < static_cast<Index>(start.corners); ++k) {
+      add_corner(corner_of(start.p[k], start.q[k]));
+    }
+    while (corner_count_ < 4) {
+      if (!add_across()) return false;
+    }
+    const Vector3 a = place(1) - place(0), b = place(2) - place(0), c = place(3) - place(0);
+    if (a.cross(b).dot(c) > 0.0) swap_corners(0, 1);
+    return true;
+  }
+
+  void restart() {
+    corner_count_ = 4;
+    facet_count_ = 0;
+    Lanes::all(kNone).store(least_);
+  }
+
+  bool lay_tetrahedron() {
+    for (Index k = 0; k < 4; ++k) put(k, kSides[0][k], kSides[1][k], kSides[2][k]);
+    return add_facets(4);
+  }
+
+  /// Steps until the nearest facet is one of the set of differences. False: rounding has torn the
+  /// surface.
+  bool expand(SearchResult& result) {
+    while (result.iterations < kMostSteps) {
+      ++result.iterations;
+      const Index nearest = nearest_facet();
+      if (nearest == kMostFacets) return false;
+      const Corner corner = find_corner(-normal(nearest));
+      if (!(gain(nearest, corner) > rounding_)) {
+        finish(nearest, result);
+        return true;
+      }
+      if (!open(nearest, corner.w, add_corner(corner)) || !add_facets(sides_)) return false;
+    }
+    return true;
+  }
+
+  void swap_corners(Index c, Index d) {
+    std::swap(corner_[c], corner_[d]);
+    std::swap(vertex_p_[c], vertex_p_[d]);
+    std::swap(vertex_q_[c], vertex_q_[d]);
+  }
+
+  bool add_across() {
+    Vector3 direction;
+    if (corner_count_ == 3) {
+      direction = (place(1) - place(0)).cross(place(2) - place(0));
+    } else {
+      const Vector3 line = corner_count_ == 2 ? Vector3(place(1) - place(0))
+                                              : Vector3(q_.vertex_mean() - p_.vertex_mean());
+      int axis = 0;
+      line.cwiseAbs().minCoeff(&axis);
+      direction = line.cross(Vector3::Unit(axis));
+    }
+    Corner best{Vector3::Zero(), 0, 0};
+    double farthest = 0.0;
+    for (const double side : {1.0, -1.0}) {
+      const Corner corner = find_corner(side * direction);
+      const double reach = std::abs(direction.dot(corner.w - place(0)));
+      if (reach > farthest) {
+        farthest = reach;
+        best = corner;
+      }
+    }
+    if (!(farthest > rounding_ * direction.norm())) return false;
+    add_corner(best);
+    return true;
+  }
+
+  /// The first step for all sides of the tetrahedron, whose supports need not wait for each other:
+  /// a cone over each, and where two cones leave a valley along the edge between them, the edge
+  /// between their tops instead. False: a side has no corner of its own beyond it, or rounding has
+  /// torn the surface.
+  bool spread() {
+    // The edges of the tetrahedron, and the tops of the cones to their left and right; the last
+    // one stands three times.
+    static constexpr Number kFrom[8] = {0, 1, 2, 0, 3, 3, 3, 3}, kTo[8] = {1, 2, 0, 3, 1, 2, 2, 2},
+                            kLeft[8] = {4, 4, 4, 5, 5, 6, 6, 6},
+                            kRight[8] = {5, 6, 7, 7, 6, 7, 7, 7};
+    restart();
+    const Triangles sides(corner_, kSides[0], kSides[1], kSides[2]);
+    alignas(32) double x[4], y[4], z[4], squared[4];
+    sides.x.store(x);
+    sides.y.store(y);
+    sides.z.store(z);
+    sides.squared().store(squared);
+    bool beyond = true;
+    for (Index k = 0; k < 4; ++k) {
+      const Vector3 outward(x[k], y[k], z[k]);
+      const Corner top = find_corner(-outward);
+      const double gain = outward.dot(top.w - place(kSides[2][k]));
+      beyond &= (gain > 0.0) & (gain * gain > rounding_ * rounding_ * squared[k]);
+      add_corner(top);
+    }
+    if (!beyond || !all_differ(4)) return false;
+    unsigned valleys = 0;
+    for (Index e = 0; e < 8; e += 4) {
+      valleys |= rising(kFrom + e, kTo + e, kLeft + e, kRight + e) << e;
+    }
+    for (Index e = 0; e < 6; ++e) {
+      const bool valley = (valleys >> e & 1) != 0;
+      put(e, kFrom[e], valley ? kRight[e] : kTo[e], kLeft[e]);
+      put(6 + e, kTo[e], valley ? kLeft[e] : kFrom[e], kRight[e]);
+    }
+    return add_facets(12);
+  }
+
+  /// Of all corners from the given one on.
+  bool all_differ(Index first) const {
+    bool differ = true;
+    for (Index c = first; c < corner_count_; ++c) {
+      for (Index d = first; d < c; ++d) {
+        differ &= (vertex_p_[c] != vertex_p_[d]) | (vertex_q_[c] != vertex_q_[d]);
+      }
+    }
+    return differ;
+  }
+
+  /// Four triangles and a corner each: which see it.
+  unsigned rising(const Number* a, const Number* b, const Number* c, const Number* top) const {
+    const Triangles base(corner_, a, b, c);
+    Lanes w[4];
+    Lanes::turn(corner_, top, w);
+    const Lanes volume = base.x * (w[0] - base.apex[0]) + base.y * (w[1] - base.apex[1]) +
+                         base.z * (w[2] - base.apex[2]);
+    return Lanes::all(0.0).below(volume).bits();
+  }
+
+  /// The corners of a facet.
+  void put(Index f, Index from, Index to, Index apex) {
+    from_[f] = number(from);
+    to_[f] = number(to);
+    apex_[f] = number(apex);
+  }
+
+  /// New facets whose corners have been put. False: one turns its outer side to the origin.
+  bool add_facets(Index count) {
+    const Index first = facet_count_, end = first + count;
+    const Index c = apex_[first];
+    for (Index f = end; f < end + 3; ++f) put(f, c, c, c);
+    bool around = true;
+    for (Index f = first; f < end; f += 4) around &= lay_four(f);
+    for (Index f = first; f < end; ++f) {
+      const Index from = from_[f], to = to_[f], apex = apex_[f];
+      facet_at(from, to) = facet_at(to, apex) = facet_at(apex, from) = number(f);
+    }
+    facet_count_ = first + (count + 3) / 4 * 4;
+    return around;
+  }
+
+  /// The planes of a block. False: one turns its outer side to the origin.
+  bool lay_four(Index f) {
+    const auto all = [](double x) { return Lanes::all(x); };
+    const Triangles t(corner_, from_ + f, to_ + f, apex_ + f);
+    const Lanes *const a = t.apex, *const u = t.from, *const v = t.to;
+    const Lanes reach = u[3].larger(v[3]).larger(a[3]);
+    const Lanes x = t.x, y = t.y, z = t.z, squared = t.squared();
+    const Lanes whole =
+        (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]) * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+    const Lanes inverse = all(1.0) / squared.root();
+    const Lanes distance = (x * a[0] + y * a[1] + z * a[2]) * inverse;
+    // By how much the products that made the normal have cancelled: at most 1 + a quarter of this.
+    const Lanes cancelled = whole * (inverse * inverse);
+    const Lanes sure = distance - all(kEpsilon) * reach * (all(2.5) + all(0.25) * cancelled);
+    const auto there = (all(kNoArea * kNoArea) * whole).below(squared);
+    const unsigned slim = squared.below(all(kSlim * kSlim) * whole).bits();
+    Planes& four = planes(f);
+    (x * inverse).store(four.x);
+    (y * inverse).store(four.y);
+    (z * inverse).store(four.z);
+    distance.where(there, all(kInfinity)).store(four.distance);
+    sure.store(four.sure);
+    const Lanes key = sure.numbered(f, kMostFacets).where(there, all(kNone));
+    key.store(four.key);
+    key.smaller(Lanes::of(least_)).store(least_);
+    slim_[f / 4] = static_cast<std::uint8_t>(slim);
+    return (there.bits() & ~slim & distance.below(all(-rounding_)).bits()) == 0;
+  }
+
+  /// The plane of a slim facet from exact differences.
+  void lay_exactly(Index f) {
+    slim_[f / 4] = static_cast<std::uint8_t>(slim_[f / 4] & ~(1 << f % 4));
+    const std::array<Index, 3> corners{from_[f], to_[f], apex_[f]};
+    std::array<WideVector, 3> w;
+    double reach = 0.0;
+    for (Index k = 0; k < 3; ++k) {
+      const Index c = corners[k];
+      w[k] = wide_difference(q_.vertex(vertex_q_[c]), p_.vertex(vertex_p_[c]));
+      reach = std::max(reach, corner_[c][3]);
+    }
+    const Vector3 across = cross(w[1] - w[0], w[2] - w[0]).rounded();
+    const double area = across.norm();
+    Planes& four = planes(f);
+    const Index k = f % 4;
+    four.distance[k] = kInfinity;
+    four.key[k] = kNone;
+    if (!(area > 0.0)) return;
+    const Vector3 unit = across / area;
+    four.x[k] = unit.x();
+    four.y[k] = unit.y();
+    four.z[k] = unit.z();
+    four.distance[k] = unit.dot(place(apex_[f]));
+    four.sure[k] = four.distance[k] - 2.5 * kEpsilon * reach;
+    alignas(32) double keys[4];
+    Lanes::of(four.sure).numbered(f - k, kMostFacets).store(keys);
+    four.key[k] = keys[k];
+  }
+
+  /// The facet nearest to the origin, or `kMostFacets` where one turns its outer side to it.
+  Index nearest_facet() {
+    Index nearest = least_facet();
+    while (nearest < kMostFacets && slim(nearest)) {  // only now is it worth its exact normal
+      lay_exactly(nearest);
+      find_least();
+      if (planes(nearest).distance[nearest % 4] < -rounding_) return kMostFacets;
+      nearest = least_facet();
+    }
+    return nearest;
+  }
+
+  Index least_facet() const {
+    const double key = Lanes::of(least_).least();
+    return key < kNone ? std::bit_cast<Bits>(key) % kMostFacets : kMostFacets;
+  }
+
+  void find_least() {
+    Lanes least = Lanes::all(kNone);
+    for (Index f = 0; f < facet_count_; f += 4) least = least.smaller(Lanes::of(planes(f).key));
+    least.store(least_);
+  }
+
+  /// The normals of four facets along a vector.
+  static Lanes along(const Planes& four, const Vector3& v) {
+    return Lanes::of(four.x) * Lanes::all(v.x()) + Lanes::of(four.y) * Lanes::all(v.y()) +
+           Lanes::of(four.z) * Lanes::all(v.z());
+  }
+
+  /// Which of four facets see a corner; these are no more.
+  static unsigned take_seeing(const Vector3& w, Planes& four, Lanes& least) {
+    const Lanes distance = Lanes::of(four.distance);
+    const auto seeing = distance.below(along(four, w));
+    Lanes::all(kInfinity).where(seeing, distance).store(four.distance);
+    const Lanes key = Lanes::all(kNone).where(seeing, Lanes::of(four.key));
+    key.store(four.key);
+    least = least.smaller(key);
+    return seeing.bits();
+  }
+
+  /// Takes away the facets that see a new corner, the first one in any case. The sides around the
+  /// hole become the first sides of new facets. False: there are too many.
+  bool open(Index first, const Vector3& w, Index apex) {
+    double* const distance = planes(first).distance;
+    Lanes::all(-kInfinity).where(Lanes::only(first % 4), Lanes::of(distance)).store(distance);
+    Bits seeing[kMostFacets / 64];
+    Lanes least = Lanes::all(kNone);
+    Index count = 0;
+    for (Index f = 0; f < facet_count_; f += 64) {
+      Bits bits = 0;
+      const Index end = std::min<Index>(facet_count_ - f, 64);
+      for (Index k = 0; k < end; k += 4) bits |= Bits{take_seeing(w, planes(f + k), least)} << k;
+      seeing[f / 64] = bits;
+      count += static_cast<Index>(std::popcount(bits));
+    }
+    least.store(least_);
+    if (facet_count_ + 3 * count + 4 > kMostFacets) return false;
+    Index end = facet_count_;
+    Bits starts = 0;
+    for (Index f = 0; f < facet_count_; f += 64) {
+      for (Bits left = seeing[f / 64]; left != 0; left &= left - 1) {
+        const Index taken = f + static_cast<Index>(std::countr_zero(left));
+        const Index a = from_[taken], b = to_[taken], c = apex_[taken];
+        for (const auto& [from, to] : {std::pair{a, b}, {b, c}, {c, a}}) {
+          const Index across = facet_at(to, from);
+          const Bits beyond = ~seeing[across / 64] >> across % 64 & 1;
+          put(end, from, to, apex);
+          starts |= beyond << from % 64;
+          end += beyond;
+        }
+      }
+    }
+    sides_ = end - facet_count_;
+    return sides_ >= 3 && static_cast<Index>(std::popcount(starts)) == sides_;
+  }
+
+  void finish(Index nearest, SearchResult& result) {
+    const double distance = planes(nearest).distance[nearest % 4];
+    const double limit = distance + std::max(8 * rounding_, kRounded * distance);
+    int near = 0;
+    for (Index f = 0; f < facet_count_; f += 4) {
+      near += std::popcount(Lanes::of(planes(f).key).below(Lanes::all(limit)).bits());
+    }
+    double sure = planes(nearest).sure[nearest % 4];
+    if (near > 1 && !only_direction(nearest, sure)) return;
+    result.outcome = SearchOutcome::Overlapping;
+    result.normal = -normal(nearest);
+    result.bound = -sure;
+    result.corners = 3;
+    for (Index k = 0; k < 3; ++k) {
+      const Index c = (k == 0 ? from_ : k == 1 ? to_ : apex_)[nearest];
+      result.p[k] = vertex_p_[c];
+      result.q[k] = vertex_q_[c];
+    }
+  }
+
+  /// Does no other direction come as near? `sure`: the least of all facets.
+  bool only_direction(Index nearest, double& sure) {
+    const Vector3 n = normal(nearest);
+    const double limit = planes(nearest).distance[nearest % 4] + 8 * rounding_;
+    Lanes least = Lanes::all(sure);
+    unsigned others = 0;
+    for (Index f = 0; f < facet_count_; f += 4) {
+      const Planes& four = planes(f);
+      const auto there = Lanes::of(four.key).below(Lanes::all(kNone));
+      const auto aside = along(four, n).below(Lanes::all(1.0 - 1e-9));
+      least = Lanes::of(four.sure).where(there, least).smaller(least);
+      others |= ~Lanes::all(limit).below(Lanes::of(four.distance)).bits() & aside.bits();
+    }
+    sure = least.least();
+    return others == 0;
+  }
+
+  static constexpr Eigen::Index kMostFetched = 3 * 64;  // coordinates
+  static constexpr double kSlim = 0.25;  // sine; the normal is that of doubles that have cancelled
+  static constexpr double kNoArea = 1e-14;   // sine
+  static constexpr double kNone = 1e300;     // m
+  static constexpr double kRounded = 1e-12;  // more than the number of a facet changes in its key
+
+  const Polyhedron& p_;
+  const Polyhedron& q_;
+  double rounding_;
+  alignas(32) double least_[4];  // of the keys, in four heaps
+  Index corner_count_ = 0, facet_count_ = 0, sides_ = 0;
+  alignas(32) double corner_[kMostCorners][4];  // its place and how far that is from the origin, m
+  int vertex_p_[kMostCorners], vertex_q_[kMostCorners];
+  Planes planes_[kMostFacets / 4];
+  std::uint8_t slim_[kMostFacets / 4];  // one bit a facet
+  Number from_[kMostFacets], to_[kMostFacets], apex_[kMostFacets];
+  Number facet_at_[kMostCorners * kRow];
+};
+
+#ifdef QUOIN_FOUR_WIDE_LANES
+QUOIN_AVX512 [[gnu::flatten]] SearchResult overlap_512(const Polyhedron& p, const Polyhedron& q,
+                                                       const SearchResult& start, double rounding) {
+  return Polytope<Scan512, Lanes256>(p, q, rounding).grow(start);
+}
+QUOIN_AVX2 [[gnu::flatten]] SearchResult overlap_256(const Polyhedron& p, const Polyhedron& q,
+                                                     const SearchResult& start, double rounding) {
+  return Polytope<Scan256, Lanes256>(p, q, rounding).grow(start);
+}
+#endif
+
+}  // namespace
+
+SearchResult expand_polytope(const Polyhedron& p, const Polyhedron& q, const SearchResult& start,
+                             double rounding) {
+#ifdef QUOIN_FOUR_WIDE_LANES
+  if (has_avx512() && !few_vertices(p, q)) return overlap_512(p, q, start, rounding);
+  if (has_avx2()) return overlap_256(p, q, start, rounding);
+#endif
+  return Polytope<PlainScan, PlainLanes>(p, q, rounding).grow(start);
+}
+
+}  // namespace quoin::geometry

@@ -1,0 +1,30 @@
+#pragma once
+/// Solids that touch with two whole faces, the ordinary contact of masonry, in straight code.
+/// Internal.
+
+#include <quoin/geometry/nearest_features.hpp>
+
+#include "certify/certificate.hpp"
+#include "contact/contact_polygon.hpp"
+#include "numeric/late_init.hpp"
+
+namespace quoin::geometry {
+
+/// Does a face look at the other solid? One steeper than 30 degrees does not.
+bool looks_along(const Polyhedron& solid, int face, const Vector3& outward);
+
+/// Are two whole faces all there is within the band?
+bool faces_alone(const Polyhedron& p, const Polyhedron& q, const ContactPolygon& part, double band);
+
+/// Are the shared corners the contact points as they are: no gap above `highest`, one at most
+/// `least`, none within `tolerance` of another? m
+bool need_no_second_look(const ContactPolygon& part, double highest, double least,
+                         double tolerance);
+
+/// The answer for two solids whose contact features are two whole faces, beyond doubt, and what
+/// these share. False: ask the general way, which comes to the same bits where this one does. The
+/// faces of the hint are tried, or where it is empty those that look at each other.
+bool flush_answer(const Polyhedron& a, const Polyhedron& b, double tolerance,
+                  const FeatureHint& hint, LateInit<ContactPolygon>& part, NearestFeatures& answer);
+
+}  // namespace quoin::geometry

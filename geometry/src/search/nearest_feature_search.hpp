@@ -1,0 +1,25 @@
+#pragma once
+/// The search in doubles: fast, and told by the caller's proof when it was not good enough. Private
+/// to the room.
+
+#include "search/exact_search.hpp"
+
+namespace quoin::geometry {
+
+enum class SearchOutcome { Separated, Overlapping, Unclear };
+
+struct SearchResult {
+  SearchOutcome outcome = SearchOutcome::Unclear;
+  Vector3 normal = Vector3::UnitX();  ///< unit, from P to Q, within the rounding of the search
+  double bound = 0.0;  ///< the gap is at most this (separated) or at most minus the depth proved, m
+  std::array<int, 4> p{}, q{};  ///< corners of the last simplex
+  int corners = 0;
+  int iterations = 0;
+};
+
+/// Nearest features of separated solids, starting along `direction`. Overlapping: the solids share
+/// a point; the normal is then the last one tried.
+SearchResult nearest_feature_search(const Polyhedron& p, const Polyhedron& q,
+                                    const Vector3& direction, double rounding);
+
+}  // namespace quoin::geometry

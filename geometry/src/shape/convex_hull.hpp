@@ -1,0 +1,29 @@
+#pragma once
+/// The exact convex hull of points: every side-of-plane question is answered exactly for the
+/// doubles given. Internal to the narrow phase.
+
+#include <array>
+#include <quoin/geometry/types.hpp>
+#include <vector>
+
+namespace quoin::geometry {
+
+/// Sign of det[q-p, r-p, s-p]: +1 when s lies on the side of (q-p)×(r-p), 0 when exactly coplanar.
+/// Source: [Shewchuk 1997], a floating-point filter backed by expansion arithmetic.
+int orientation(const Vector3& p, const Vector3& q, const Vector3& r, const Vector3& s);
+
+/// True when p, q, r lie exactly on one line.
+bool collinear(const Vector3& p, const Vector3& q, const Vector3& r);
+
+/// What the points span (0 point, 1 line, 2 plane, 3 space) and, when space, the triangles of their
+/// hull, counter-clockwise seen from outside. Points on the hull that are no corner may be left out
+/// or, when met early, stay in as vertices of coplanar triangles.
+struct HullTriangles {
+  int dimension = 0;
+  std::vector<std::array<int, 3>> triangles;
+};
+
+/// Source: [Barber, Dobkin, Huhdanpaa 1996] with exact predicates. points: 3 × n, finite, m.
+HullTriangles hull_triangles(const Eigen::Ref<const Points>& points);
+
+}  // namespace quoin::geometry

@@ -1,0 +1,63 @@
+#pragma once
+/// Support functions of a polyhedron: how far it reaches along a direction, and with which
+/// vertices. All offsets are from Polyhedron::origin(); the sums are ((x·dx + y·dy) + z·dz) in
+/// every variant. The widest instructions of the machine are chosen at run time; all variants give
+/// the same bits.
+
+#include <quoin/geometry/polyhedron.hpp>
+
+#include "numeric/small_vector.hpp"
+
+namespace quoin::geometry {
+
+using VertexSet = SmallVector<int, 32>;
+
+struct Support {
+  int vertex = 0;      ///< the lowest index among the greatest
+  double value = 0.0;  ///< its offset · direction, m
+};
+
+/// The vertex farthest along `direction` (any length).
+Support support(const Polyhedron& polyhedron, const Vector3& direction);
+
+/// Vertex of P farthest along a direction and of Q farthest against it, in one pass.
+struct PairSupport {
+  Support p;
+  Support q;  ///< value: of offset · (-direction), m
+};
+PairSupport support_pair(const Polyhedron& p, const Polyhedron& q, const Vector3& direction);
+
+/// Vertices whose offset · direction is at least `value`, ascending.
+void find_vertices_beyond(const Polyhedron& polyhedron, const Vector3& direction, double value,
+                          VertexSet& vertices);
+
+/// How many vertices do.
+int count_beyond(const Polyhedron& polyhedron, const Vector3& direction, double value);
+
+/// Is `set` (each once) just the vertices whose offset · direction is at least `value`?
+bool only_these_beyond(const Polyhedron& polyhedron, const Vector3& direction, double value,
+                       std::span<const int> set);
+
+/// Vertices (ascending) that are to carry a support plane: all of them less than `flat` below it,
+/// all others more than `clear`. m
+struct Carriers {
+  std::span<const int> set;
+  double flat = 0.0, clear = 0.0;
+};
+
+/// Do they? `top` is the support in any case.
+bool carried_alone(const Polyhedron& polyhedron, const Vector3& direction, const Carriers& carriers,
+                   Support& top);
+
+/// In the order of sums of the scans.
+inline double along(const Vector3& x, const Vector3& d) {
+  return x.x() * d.x() + x.y() * d.y() + x.z() * d.z();
+}
+
+inline Vector3 offset(const Polyhedron& polyhedron, int v) {
+  const double* p = polyhedron.offsets() + v;
+  const int rows = polyhedron.padded_count();
+  return {p[0], p[rows], p[2 * rows]};
+}
+
+}  // namespace quoin::geometry
