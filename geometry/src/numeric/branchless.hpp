@@ -1,6 +1,6 @@
 #pragma once
-/// Maxima and minima by hand: the library's become branches, which could not be foreseen. Private
-/// to the room.
+/// Maxima and minima by hand: the library's become branches, which could not be foreseen.
+/// Internal.
 
 #include "simd/dispatch.hpp"
 

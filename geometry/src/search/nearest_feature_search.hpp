@@ -1,6 +1,6 @@
 #pragma once
-/// The search in doubles: fast, and told by the caller's proof when it was not good enough. Private
-/// to the room.
+/// The search in doubles: fast, and told by the caller's proof when it was not good enough.
+/// Internal.
 
 #include "search/exact_search.hpp"
 

@@ -50,6 +50,12 @@ NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, c
                                              const FeatureHint& hint,
                                              std::vector<ContactPoint>& contacts);
 
+/// The same of two bodies; their places are in the world.
+NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, const Body& a,
+                                             const Body& b, const ContactOptions& options,
+                                             const FeatureHint& hint,
+                                             std::vector<ContactPoint>& contacts);
+
 /// All there is to know about one pair.
 struct PairContact {
   NearestFeatures nearest;
@@ -63,6 +69,8 @@ struct PairContact {
 
 /// Fills `contact`, whose memory is reused.
 void update_pair_contact(const Polyhedron& a, const Polyhedron& b, const ContactOptions& options,
+                         PairContact& contact);
+void update_pair_contact(const Body& a, const Body& b, const ContactOptions& options,
                          PairContact& contact);
 
 /// For each contact of `now` the index of the same contact in `before`, or of the nearest one of

@@ -1,7 +1,7 @@
 #pragma once
 /// Nearest features of one pair of convex polyhedra: signed gap, witnesses, normal, certificate.
 
-#include <quoin/geometry/polyhedron.hpp>
+#include <quoin/geometry/body.hpp>
 #include <string_view>
 
 namespace quoin::geometry {
@@ -56,11 +56,18 @@ std::string_view name(PlaneRule rule);  ///< "unique", "shortest-line", …
 /// The larger of 1e-9 of the smaller diameter and 16 eps of the largest coordinate, m.
 double default_tolerance(const Polyhedron& a, const Polyhedron& b);
 
+/// The same of the shapes alone: what counts is a length of the pair, not where it stands.
+double default_tolerance(const Body& a, const Body& b);
+
 /// Nearest features of two convex solids. `hint` is where to start; it changes `iterations`, never
 /// the answer. Exact for the doubles given, within 1e-12 of the gap and 16 eps of the larger
 /// diameter: what double arithmetic cannot decide is decided in a wider one. Throws nothing.
 /// Method, proof of termination and sources: geometry/README.md.
 NearestFeatures nearest_features(const Polyhedron& a, const Polyhedron& b,
                                  const SearchOptions& options = {}, const FeatureHint& hint = {});
+
+/// The same of two bodies; their places are in the world.
+NearestFeatures nearest_features(const Body& a, const Body& b, const SearchOptions& options = {},
+                                 const FeatureHint& hint = {});
 
 }  // namespace quoin::geometry
