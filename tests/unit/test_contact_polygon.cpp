@@ -127,10 +127,12 @@ TEST_CASE("faces are laid as by the plain loop, to the bit, for any number of co
     geometry::lay_corners(p, plane, rows);
     double low = HUGE_VAL, high = -HUGE_VAL;
     for (int k = 0; k < rows.count; ++k) {
-      const Vector3 step = p.vertex(rows.vertex[k]) - plane.origin;
-      REQUIRE(rows.x[k] == geometry::along(plane.axis_u, step));
-      REQUIRE(rows.y[k] == geometry::along(plane.axis_v, step));
-      REQUIRE(rows.height[k] == geometry::along(plane.normal, step));
+      const geometry::LocalPlane local(p, plane);
+      const geometry::Vec3 vertex = p.vertex(rows.vertex[k]);
+      REQUIRE(rows.x[k] == local.place(vertex).x());
+      REQUIRE(rows.y[k] == local.place(vertex).y());
+      REQUIRE(rows.height[k] == local.height(vertex));
+      REQUIRE((plane.place(p.vertex(rows.vertex[k])) - local.place(vertex)).norm() < 1e-15);
       low = std::min(low, rows.height[k]);
       high = std::max(high, rows.height[k]);
     }

@@ -16,7 +16,7 @@ namespace {
 geometry::Support plain(const geometry::Polyhedron& solid, const Vector3& d) {
   geometry::Support best{0, -HUGE_VAL};
   for (int v = 0; v < solid.vertex_count(); ++v) {
-    const Vector3 x = geometry::offset(solid, v);
+    const Vector3 x = geometry::row_offset(solid, v);
     const double value = x.x() * d.x() + x.y() * d.y() + x.z() * d.z();
     if (value > best.value) best = {v, value};
   }
@@ -50,7 +50,7 @@ TEST_CASE("support is the same to the bit as the plain loop, for any number of v
       geometry::find_vertices_beyond(p, d, limit, beyond);
       std::size_t next = 0;
       for (int v = 0; v < p.vertex_count(); ++v) {
-        const Vector3 x = geometry::offset(p, v);
+        const Vector3 x = geometry::row_offset(p, v);
         if (x.x() * d.x() + x.y() * d.y() + x.z() * d.z() < limit) continue;
         REQUIRE(next < beyond.size());
         REQUIRE(beyond[next++] == v);

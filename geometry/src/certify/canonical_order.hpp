@@ -2,19 +2,30 @@
 /// The order in which a pair is worked, whichever way round it was asked: swapping A and B then
 /// gives the same bits. Internal.
 
-#include <quoin/geometry/polyhedron.hpp>
+#include "shape/solid.hpp"
 
 namespace quoin::geometry {
 
-/// True when q comes before p: fewer vertices, then smaller coordinates, first vertex first.
-inline bool in_reverse_order(const Polyhedron& p, const Polyhedron& q) {
-  if (p.vertex_count() != q.vertex_count()) return q.vertex_count() < p.vertex_count();
-  const double* x = p.vertices().data();
-  const double* y = q.vertices().data();
-  for (int k = 0; k < 3 * p.vertex_count(); ++k) {
-    if (x[k] != y[k]) return y[k] < x[k];
+/// Of two rows of numbers: -1, 0 or 1.
+inline int compare(const double* x, const double* y, Eigen::Index count) {
+  for (Eigen::Index k = 0; k < count; ++k) {
+    if (x[k] != y[k]) return x[k] < y[k] ? -1 : 1;
   }
-  return false;
+  return 0;
+}
+
+/// True when q comes before p: fewer vertices, then smaller coordinates in the shapes' own frames,
+/// first vertex first, then smaller placement.
+inline bool in_reverse_order(const Solid& p, const Solid& q) {
+  if (p.vertex_count() != q.vertex_count()) return q.vertex_count() < p.vertex_count();
+  if (&p.shape() != &q.shape()) {
+    const Points &x = p.shape().vertices(), &y = q.shape().vertices();
+    if (const int order = compare(x.data(), y.data(), x.size()); order != 0) return order > 0;
+  }
+  if (p.body() == nullptr || q.body() == nullptr) return p.body() != nullptr;
+  const Placement &s = p.body()->placement(), &t = q.body()->placement();
+  const int order = compare(s.translation.data(), t.translation.data(), 3);
+  return (order != 0 ? order : compare(s.linear.data(), t.linear.data(), 9)) > 0;
 }
 
 }  // namespace quoin::geometry

@@ -17,24 +17,24 @@ constexpr FeatureKind kVertex = FeatureKind::Vertex, kEdge = FeatureKind::Edge,
 
 /// Ascending.
 template <FeatureKind kKind>
-std::span<const int> vertices_of(const Polyhedron& solid, const Carrier& carrier) {
+std::span<const int> vertices_of(const Solid& solid, const Carrier& carrier) {
   if constexpr (kKind == kFace) return solid.topology().face_set(carrier.face);
   return {carrier.vertices.data(), kKind == kVertex ? 1u : 2u};
 }
 
 /// Where a vertex or an edge is; of a face nothing.
 template <FeatureKind kKind>
-Side side_of(const Polyhedron& solid, const Carrier& carrier) {
+Side side_of(const Solid& solid, const Carrier& carrier) {
   const auto [first, last] = carrier.vertices;
   if constexpr (kKind == kFace) return {};
-  if constexpr (kKind == kVertex) return {place(solid, first), place(solid, first)};
-  return {place(solid, first), place(solid, last)};
+  if constexpr (kKind == kVertex) return Side(place(solid, first));
+  return Side(solid, first, last);
 }
 
 /// The side of A on which the normal of two edges looks is left open.
 template <bool kFused, FeatureKind kA, FeatureKind kB>
-LineNormal form_of(const Polyhedron& a, const Polyhedron& b, const Carrier& by_a,
-                   const Carrier& by_b, const Side& at_a, const Side& at_b, double rounding) {
+LineNormal form_of(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier& by_b,
+                   const Side& at_a, const Side& at_b, double rounding) {
   if constexpr (kA == kFace) return face_line(face_normal(a, by_a.face));
   if constexpr (kB == kFace) return face_line(-face_normal(b, by_b.face));
   if constexpr (kA == kVertex && kB == kVertex) return line_normal(at_b.from - at_a.from, true);
@@ -45,25 +45,25 @@ LineNormal form_of(const Polyhedron& a, const Polyhedron& b, const Carrier& by_a
 
 /// Do just these vertices carry the support plane, clearly? Then any way to the plane finds them.
 template <class Scan>
-bool carry_alone(const Polyhedron& solid, std::span<const int> vertices, const Vec3& outward,
+bool carry_alone(const Solid& solid, std::span<const int> vertices, const Vec3& outward,
                  const Lengths& length, int& top) {
   const Rows rows(solid);
+  const Vec3 local = rows.local(outward);
   top = vertices[0];
-  double most = rows.along(top, outward), least = most;
+  double most = rows.along(top, local), least = most;
   for (const int v : vertices.subspan(1)) {
-    const double value = rows.along(v, outward);
+    const double value = rows.along(v, local);
     top = value > most ? v : top;
     most = greater(value, most);
     least = -greater(-least, -value);
   }
   return most - least <= kClearBelow * length.rounding &&
-         Scan::count_beyond(rows, outward, most - length.widest) ==
-             static_cast<int>(vertices.size());
+         Scan::count_beyond(rows, local, most - length.widest) == static_cast<int>(vertices.size());
 }
 
 /// Has a face label an area that no tolerance takes for a line? Three of its corners within
 /// `tolerance` of a line would span less than twice that by the diameter.
-bool clearly_wide(const Polyhedron& solid, int face, double tolerance) {
+bool clearly_wide(const Solid& solid, int face, double tolerance) {
   const std::span<const int> cycle = solid.topology().face(face);
   const Vec3 base = place(solid, cycle[0]);
   const double least = 4.0 * tolerance * solid.diameter();
@@ -73,8 +73,7 @@ bool clearly_wide(const Polyhedron& solid, int face, double tolerance) {
 
 /// The label of a carrier; false where it has none that is beyond doubt.
 template <FeatureKind kKind>
-bool name_carrier(const Polyhedron& solid, const Carrier& carrier, double tolerance,
-                  Feature& feature) {
+bool name_carrier(const Solid& solid, const Carrier& carrier, double tolerance, Feature& feature) {
   if constexpr (kKind == kVertex) feature = {kVertex, carrier.vertices[0]};
   if constexpr (kKind == kFace) feature = {kFace, carrier.face};
   if constexpr (kKind == kEdge) {
@@ -85,8 +84,7 @@ bool name_carrier(const Polyhedron& solid, const Carrier& carrier, double tolera
 
 /// Its four lowest vertices, ascending.
 template <FeatureKind kKind>
-void set_hinted(const Polyhedron& solid, const Carrier& carrier, std::array<int, 4>& hinted,
-                int& face) {
+void set_hinted(const Solid& solid, const Carrier& carrier, std::array<int, 4>& hinted, int& face) {
   if constexpr (kKind != kFace) {
     hinted[0] = carrier.vertices[0];
     if constexpr (kKind == kEdge) hinted[1] = carrier.vertices[1];
@@ -105,7 +103,7 @@ double residual(double beyond) {
 
 /// The vertex of the carrier that lies highest, or one of them.
 template <FeatureKind kKind>
-Vec3 highest(const Polyhedron& solid, const Carrier& carrier, const Side& side, int top) {
+Vec3 highest(const Solid& solid, const Carrier& carrier, const Side& side, int top) {
   if constexpr (kKind == kFace) return place(solid, top);
   return kKind == kVertex || top == carrier.vertices[0] ? side.from : side.to;
 }
@@ -118,13 +116,13 @@ struct Witnesses {
 /// coordinates alone. No branch on it, which could not be foreseen.
 Witnesses crossing(const Side& e, const Side& f, const LineNormal& form, const Vec3& across,
                    bool by_b) {
-  const Vec3 on_a = e.from + form.share_p * e.rounded();
-  const Vec3 on_b = f.from + form.share_q * f.rounded();
+  const Vec3 on_a = e.from + form.share_p * e.line;
+  const Vec3 on_b = f.from + form.share_q * f.line;
   return {either(by_b, on_b - across, on_a), either(by_b, on_b, on_a + across)};
 }
 
 template <class Scan, FeatureKind kA, FeatureKind kB>
-Trial attempt(const Polyhedron& a, const Polyhedron& b, const Carrier& by_a, const Carrier& by_b,
+Trial attempt(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier& by_b,
               const Lengths& length, const Overlap* overlap, NearestFeatures& answer) {
   constexpr bool kEdges = kA == kEdge && kB == kEdge, kByFace = kA == kFace || kB == kFace;
   const Side at_a = side_of<kA>(a, by_a), at_b = side_of<kB>(b, by_b);
@@ -175,7 +173,7 @@ Trial attempt(const Polyhedron& a, const Polyhedron& b, const Carrier& by_a, con
 }
 
 template <class Scan>
-Trial try_kinds(const Polyhedron& a, const Polyhedron& b, const Carrier& by_a, const Carrier& by_b,
+Trial try_kinds(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier& by_b,
                 const Lengths& length, const Overlap* overlap, NearestFeatures& answer) {
   switch (3 * static_cast<int>(by_a.kind) + static_cast<int>(by_b.kind)) {
     case 0:
@@ -197,7 +195,7 @@ Trial try_kinds(const Polyhedron& a, const Polyhedron& b, const Carrier& by_a, c
 
 /// The carrier that a hint names for one solid; false: none of the three kinds. Without branches on
 /// what differs from pair to pair.
-bool hinted_carrier(const Polyhedron& polyhedron, const std::array<int, 4>& vertices, int face,
+bool hinted_carrier(const Solid& polyhedron, const std::array<int, 4>& vertices, int face,
                     Carrier& carrier) {
   const auto below = [](int k, int count) {
     return static_cast<int>(static_cast<unsigned>(k) < static_cast<unsigned>(count));
@@ -213,8 +211,8 @@ bool hinted_carrier(const Polyhedron& polyhedron, const std::array<int, 4>& vert
 }
 
 template <class Scan>
-Trial try_hinted(const Polyhedron& a, const Polyhedron& b, const FeatureHint& hint,
-                 const Lengths& length, NearestFeatures& answer) {
+Trial try_hinted(const Solid& a, const Solid& b, const FeatureHint& hint, const Lengths& length,
+                 NearestFeatures& answer) {
   Carrier by_a, by_b;
   if (!hinted_carrier(a, hint.vertices_a, hint.face_a, by_a) ||
       !hinted_carrier(b, hint.vertices_b, hint.face_b, by_b)) {
@@ -224,39 +222,49 @@ Trial try_hinted(const Polyhedron& a, const Polyhedron& b, const FeatureHint& hi
 }
 
 #ifdef QUOIN_WIDE_LANES
-QUOIN_AVX512 [[gnu::flatten]] Trial try_512(const Polyhedron& a, const Polyhedron& b,
-                                            const Carrier& by_a, const Carrier& by_b,
-                                            const Lengths& length, const Overlap* overlap,
-                                            NearestFeatures& answer) {
+QUOIN_AVX512 [[gnu::flatten]] Trial try_512(const Solid& a, const Solid& b, const Carrier& by_a,
+                                            const Carrier& by_b, const Lengths& length,
+                                            const Overlap* overlap, NearestFeatures& answer) {
   return try_kinds<Scan512>(a, b, by_a, by_b, length, overlap, answer);
 }
-QUOIN_AVX2 [[gnu::flatten]] Trial try_256(const Polyhedron& a, const Polyhedron& b,
-                                          const Carrier& by_a, const Carrier& by_b,
-                                          const Lengths& length, const Overlap* overlap,
-                                          NearestFeatures& answer) {
+QUOIN_AVX2 [[gnu::flatten]] Trial try_256(const Solid& a, const Solid& b, const Carrier& by_a,
+                                          const Carrier& by_b, const Lengths& length,
+                                          const Overlap* overlap, NearestFeatures& answer) {
   return try_kinds<Scan256>(a, b, by_a, by_b, length, overlap, answer);
 }
-QUOIN_AVX512 [[gnu::flatten]] Trial hint_512(const Polyhedron& a, const Polyhedron& b,
+QUOIN_AVX512 [[gnu::flatten]] Trial hint_512(const Solid& a, const Solid& b,
                                              const FeatureHint& hint, const Lengths& length,
                                              NearestFeatures& answer) {
   return try_hinted<Scan512>(a, b, hint, length, answer);
 }
 /// With more registers than the next one.
-QUOIN_AVX512 [[gnu::flatten]] Trial hint_few(const Polyhedron& a, const Polyhedron& b,
+QUOIN_AVX512 [[gnu::flatten]] Trial hint_few(const Solid& a, const Solid& b,
                                              const FeatureHint& hint, const Lengths& length,
                                              NearestFeatures& answer) {
   return try_hinted<Scan256>(a, b, hint, length, answer);
 }
-QUOIN_AVX2 [[gnu::flatten]] Trial hint_256(const Polyhedron& a, const Polyhedron& b,
-                                           const FeatureHint& hint, const Lengths& length,
-                                           NearestFeatures& answer) {
+QUOIN_AVX2 [[gnu::flatten]] Trial hint_256(const Solid& a, const Solid& b, const FeatureHint& hint,
+                                           const Lengths& length, NearestFeatures& answer) {
   return try_hinted<Scan256>(a, b, hint, length, answer);
 }
 #endif
 
 }  // namespace
 
-Lengths lengths(const Polyhedron& p, const Polyhedron& q, double tolerance) {
+double default_tolerance(const Solid& a, const Solid& b) {
+  return std::max(1e-9 * std::min(a.diameter(), b.diameter()),
+                  16 * kEpsilon * std::max(a.largest_coordinate(), b.largest_coordinate()));
+}
+
+double default_tolerance(const Polyhedron& a, const Polyhedron& b) {
+  return default_tolerance(Solid(a, Vector3::Zero()), Solid(b, Vector3::Zero()));
+}
+
+double default_tolerance(const Body& a, const Body& b) {
+  return default_tolerance(Solid(a, Vector3::Zero()), Solid(b, Vector3::Zero()));
+}
+
+Lengths lengths(const Solid& p, const Solid& q, double tolerance) {
   Lengths length;
   length.contact = tolerance > 0.0 ? tolerance : default_tolerance(p, q);
   constexpr double kUneven = 1e4;
@@ -269,7 +277,7 @@ Lengths lengths(const Polyhedron& p, const Polyhedron& q, double tolerance) {
   return length;
 }
 
-Trial certify(const Polyhedron& a, const Polyhedron& b, const Carrier& by_a, const Carrier& by_b,
+Trial certify(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier& by_b,
               const Lengths& length, const Overlap* overlap, NearestFeatures& answer) {
 #ifdef QUOIN_WIDE_LANES
   if (has_avx512() && !few_vertices(a, b))
@@ -279,8 +287,8 @@ Trial certify(const Polyhedron& a, const Polyhedron& b, const Carrier& by_a, con
   return try_kinds<PlainScan>(a, b, by_a, by_b, length, overlap, answer);
 }
 
-Trial certify_hint(const Polyhedron& a, const Polyhedron& b, const FeatureHint& hint,
-                   const Lengths& length, NearestFeatures& answer) {
+Trial certify_hint(const Solid& a, const Solid& b, const FeatureHint& hint, const Lengths& length,
+                   NearestFeatures& answer) {
 #ifdef QUOIN_WIDE_LANES
   if (has_avx512()) {
     return few_vertices(a, b) ? hint_few(a, b, hint, length, answer)
@@ -291,7 +299,7 @@ Trial certify_hint(const Polyhedron& a, const Polyhedron& b, const FeatureHint& 
   return try_hinted<PlainScan>(a, b, hint, length, answer);
 }
 
-bool corner_carrier(const Polyhedron& polyhedron, std::span<const int> corners, Carrier& carrier) {
+bool corner_carrier(const Solid& polyhedron, std::span<const int> corners, Carrier& carrier) {
   const int u = corners[0], v = corners[1], w = corners[2];
   const int low = std::min(std::min(u, v), w), high = std::max(std::max(u, v), w);
   const int middle = u + v + w - low - high;

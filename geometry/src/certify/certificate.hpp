@@ -8,6 +8,8 @@
 #include <cmath>
 #include <quoin/geometry/nearest_features.hpp>
 
+#include "shape/solid.hpp"
+
 namespace quoin::geometry {
 
 /// Lengths that decide, m.
@@ -26,7 +28,8 @@ constexpr double kClearBelow = 0.5, kClearAbove = 64.0;
 /// contact points will ask for. Only speed hangs on it.
 constexpr double kFarBelow = 1.0 / 16;
 
-Lengths lengths(const Polyhedron& p, const Polyhedron& q, double tolerance);
+double default_tolerance(const Solid& a, const Solid& b);
+Lengths lengths(const Solid& p, const Solid& q, double tolerance);
 
 /// What may carry the plane on one side: a vertex, the two ends of an edge (ascending), or a face.
 struct Carrier {
@@ -55,7 +58,7 @@ inline bool clearly_apart(double gap, double rounding) { return gap > 8 * roundi
 /// means) lies deep enough. See geometry/README.md, "Shallow overlap". `margin()`: how far inside,
 /// m.
 template <class Margin>
-bool proves_shallow(const Polyhedron& p, const Polyhedron& q, const Vector3& normal, double gap,
+bool proves_shallow(const Solid& p, const Solid& q, const Vector3& normal, double gap,
                     double rounding, const Margin& margin) {
   const double depth = -gap * (1.0 + 1e-9) + 64 * rounding;  // by so much the only one, too
   const Vector3 inner = q.vertex_mean() - p.vertex_mean();
@@ -76,14 +79,14 @@ enum class Trial {
 
 /// Tries two carriers; fills all of the answer but `iterations`. `overlap`: null for solids apart.
 /// Swapping A and B changes no bit.
-Trial certify(const Polyhedron& a, const Polyhedron& b, const Carrier& by_a, const Carrier& by_b,
+Trial certify(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier& by_b,
               const Lengths& length, const Overlap* overlap, NearestFeatures& answer);
 
 /// The same with what a hint names.
-Trial certify_hint(const Polyhedron& a, const Polyhedron& b, const FeatureHint& hint,
-                   const Lengths& length, NearestFeatures& answer);
+Trial certify_hint(const Solid& a, const Solid& b, const FeatureHint& hint, const Lengths& length,
+                   NearestFeatures& answer);
 
 /// The carrier of the first three corners where the search ended; false: none of the three kinds.
-bool corner_carrier(const Polyhedron& polyhedron, std::span<const int> corners, Carrier& carrier);
+bool corner_carrier(const Solid& polyhedron, std::span<const int> corners, Carrier& carrier);
 
 }  // namespace quoin::geometry

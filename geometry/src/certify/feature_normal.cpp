@@ -10,7 +10,7 @@ namespace quoin::geometry {
 namespace {
 
 /// Normal of three vertices, on the side of `guess`.
-Vector3 triangle_normal(const Polyhedron& owner, const VertexSet& set) {
+Vector3 triangle_normal(const Solid& owner, const VertexSet& set) {
   return Vector3(accurate_cross(Side(owner, set[0], set[1]), Side(owner, set[0], set[2])))
       .normalized();
 }
@@ -21,7 +21,7 @@ FeatureNormal closed(const LineNormal& form) {
 
 }  // namespace
 
-int covered_face(const Polyhedron& polyhedron, const VertexSet& set, const Vector3& outward) {
+int covered_face(const Solid& polyhedron, const VertexSet& set, const Vector3& outward) {
   const Topology& topology = polyhedron.topology();
   if (set.size() < 3) return -1;
   int best = -1;
@@ -57,7 +57,7 @@ int common_face(const Topology& topology, std::span<const int> vertices) {
   return -1;
 }
 
-int facing_face(const Polyhedron& polyhedron, int vertex, const Vector3& direction) {
+int facing_face(const Solid& polyhedron, int vertex, const Vector3& direction) {
   int best = -1;
   double greatest = -std::numeric_limits<double>::infinity();
   for (const int f : polyhedron.topology().vertex_faces(vertex)) {
@@ -68,7 +68,7 @@ int facing_face(const Polyhedron& polyhedron, int vertex, const Vector3& directi
   return best;
 }
 
-FeatureNormal feature_normal(const Polyhedron& p, const Polyhedron& q, const ContactSets& sets,
+FeatureNormal feature_normal(const Solid& p, const Solid& q, const ContactSets& sets,
                              const Vector3& guess, double rounding) {
   FeatureNormal form;
   const std::size_t count_p = sets.p.size(), count_q = sets.q.size();

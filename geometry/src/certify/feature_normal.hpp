@@ -2,7 +2,7 @@
 /// The normal that two support sets define, in closed form: it depends on the sets alone, not on
 /// how the search came to them. Internal.
 
-#include <quoin/geometry/polyhedron.hpp>
+#include "shape/solid.hpp"
 
 #include "shape/support.hpp"
 
@@ -20,14 +20,14 @@ struct ContactSets {
 };
 
 /// Face label of which every vertex is in the set, or -1; the one that faces most along `outward`.
-int covered_face(const Polyhedron& polyhedron, const VertexSet& set, const Vector3& outward);
+int covered_face(const Solid& polyhedron, const VertexSet& set, const Vector3& outward);
 
 /// A face label that has all of the vertices (at least three), or -1.
 int common_face(const Topology& topology, std::span<const int> vertices);
 
 /// Of the faces around a vertex the one whose normal has the greatest product with `direction`; -1:
 /// none.
-int facing_face(const Polyhedron& polyhedron, int vertex, const Vector3& direction);
+int facing_face(const Solid& polyhedron, int vertex, const Vector3& direction);
 
 /// What the closed form of a pair of sets came to.
 struct FeatureNormal {
@@ -41,7 +41,7 @@ struct FeatureNormal {
 /// Vertices and edges: across the shortest line; a face, two crossed edges: their own plane.
 /// `guess` tells the side. Not found where the sets are of no simple kind or the line has no
 /// length.
-FeatureNormal feature_normal(const Polyhedron& p, const Polyhedron& q, const ContactSets& sets,
+FeatureNormal feature_normal(const Solid& p, const Solid& q, const ContactSets& sets,
                              const Vector3& guess, double rounding);
 
 }  // namespace quoin::geometry

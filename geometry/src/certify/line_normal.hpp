@@ -8,6 +8,7 @@
 
 #include "numeric/double_double.hpp"
 #include "numeric/vec3.hpp"
+#include "shape/solid.hpp"
 
 namespace quoin::geometry {
 
@@ -29,15 +30,22 @@ inline WideVector wide_difference(const Vec3& p, const Vec3& q) {
   return {two_difference(p.x, q.x), two_difference(p.y, q.y), two_difference(p.z, q.z)};
 }
 
-/// One side of P or Q: from one vertex to another.
+/// One side of P or Q: from one vertex to another. Its line is right to the last places however
+/// short it is, its ends are places.
 struct Side {
-  Vec3 from, to;
+  Vec3 from, to, line;
+  const Solid* owner = nullptr;
+  int first = 0, second = 0;
   Side() = default;
-  Side(const Vec3& from_in, const Vec3& to_in) : from(from_in), to(to_in) {}
-  Side(const Polyhedron& owner, int first, int second)
-      : Side(place(owner, first), place(owner, second)) {}
-  Vec3 rounded() const { return to - from; }
-  WideVector wide() const { return wide_difference(to, from); }
+  explicit Side(const Vec3& vertex) : from(vertex), to(vertex), line(0.0, 0.0, 0.0) {}
+  Side(const Solid& solid, int v, int w)
+      : from(place(solid, v)),
+        to(place(solid, w)),
+        line(solid.line(v, w)),
+        owner(&solid),
+        first(v),
+        second(w) {}
+  WideVector wide() const { return owner->wide_line(first, second); }
 };
 
 // What is seldom asked for is not built in, and takes copies, so that the rest stays in registers.
@@ -45,7 +53,7 @@ struct Side {
   return cross(e.wide(), f.wide()).rounded();
 }
 inline Vec3 accurate_cross(const Side& e, const Side& f) {
-  const Vec3 a = e.rounded(), b = f.rounded();
+  const Vec3 &a = e.line, &b = f.line;
   const Vec3 normal = cross(a, b);
   if (square(normal) > kCancelled * kCancelled * square(a) * square(b)) return normal;
   return wide_cross(e, f);
@@ -57,7 +65,7 @@ inline bool parallel(double squared_product, double longer, double tolerance) {
   return squared_product <= tolerance * tolerance * longer;
 }
 inline bool parallel(const Side& e, const Side& f, double tolerance) {
-  const Vec3 a = e.rounded(), b = f.rounded();
+  const Vec3 &a = e.line, &b = f.line;
   return parallel(square(cross(a, b)), greater(square(a), square(b)), tolerance);
 }
 
@@ -96,7 +104,7 @@ inline LineNormal line_normal(const Vec3& line, bool joined) {
 /// Vertex against edge, from the one to the other.
 template <bool kFused>
 LineNormal vertex_edge(const Vec3& vertex, const Side& edge) {
-  const Vec3 w = edge.from - vertex, line = edge.rounded();
+  const Vec3 w = edge.from - vertex, line = edge.line;
   const double share = -dot(w, line) / square(line);
   if (!(share >= 0.0 && share <= 1.0)) {
     return line_normal((share > 1.0 ? edge.to : edge.from) - vertex, true);
@@ -118,7 +126,8 @@ inline bool between_ends(double& share, double squared_length, double rounding) 
 /// Two edges; on which side of P the normal of crossed ones looks is left open.
 template <bool kFused>
 LineNormal edge_edge(const Side& e, const Side& f, double rounding) {
-  const Vec3 a = e.rounded(), b = f.rounded(), w = f.from - e.from;
+  const Vec3 &a = e.line, &b = f.line;
+  const Vec3 w = f.from - e.from;
   const double squared_a = square(a), squared_b = square(b);
   const double longer = greater(squared_a, squared_b);
   const Vec3 normal = accurate_cross(e, f);
@@ -148,8 +157,8 @@ LineNormal edge_edge(const Side& e, const Side& f, double rounding) {
 }
 
 /// Does the place of a point, seen along the outward normal of a face, lie within the face?
-inline bool over_face(const Polyhedron& polyhedron, int face, const Vec3& outward,
-                      const Vec3& point, double rounding) {
+inline bool over_face(const Solid& polyhedron, int face, const Vec3& outward, const Vec3& point,
+                      double rounding) {
   const std::span<const int> cycle = polyhedron.topology().face(face);
   Vec3 from = place(polyhedron, cycle.back());
   for (const int v : cycle) {

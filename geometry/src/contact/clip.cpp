@@ -26,13 +26,13 @@ struct LaidFace {
   alignas(32) double over[kMost];  // height of the other face over each corner
   double low, high, slope_x, slope_y;
 
-  LaidFace(const Polyhedron& solid, int face, const ContactPlane& plane, bool seen_from_behind)
+  LaidFace(const Solid& solid, int face, const ContactPlane& plane, bool seen_from_behind)
       : count_(static_cast<int>(solid.topology().face(face).size())),
         label{FeatureKind::Face, face},
         vertices(solid.topology().face_in_fours(face)),
         edges(solid.topology().face_edges(face).data()),
         turned(seen_from_behind) {
-    lay_corners(solid.vertices().data(), plane);
+    lay_corners(solid.shape().vertices().data(), LocalPlane(solid, plane));
     lay_sides();
     find_slope(solid.face_normal(face), plane);
   }
@@ -45,9 +45,11 @@ struct LaidFace {
     return corners >> 1 | (corners & 1u) << (count() - 1);
   }
 
-  void lay_corners(const double* places, const ContactPlane& plane) {
-    const auto along = [](const Vector3& axis, const Lanes& u, const Lanes& v, const Lanes& w) {
-      return Lanes::all(axis.x()) * u + Lanes::all(axis.y()) * v + Lanes::all(axis.z()) * w;
+  void lay_corners(const double* places, const LocalPlane& plane) {
+    const auto along = [](const Vec3& axis, double shift, const Lanes& u, const Lanes& v,
+                          const Lanes& w) {
+      return Lanes::all(axis.x) * u + Lanes::all(axis.y) * v + Lanes::all(axis.z) * w +
+             Lanes::all(shift);
     };
     Lanes least = Lanes::all(std::numeric_limits<double>::infinity()),
           greatest = Lanes::all(-std::numeric_limits<double>::infinity());
@@ -62,12 +64,12 @@ struct LaidFace {
       for (int i = 0; i < 4; ++i) corner[i] = places + 3 * vertices[k + i];
       Lanes u, v, w;
       Lanes::turned(corner, u, v, w);
-      u = u - Lanes::all(plane.origin.x());
-      v = v - Lanes::all(plane.origin.y());
-      w = w - Lanes::all(plane.origin.z());
-      const Lanes up = along(plane.normal, u, v, w);
-      along(plane.axis_u, u, v, w).store(x + k);
-      along(plane.axis_v, u, v, w).store(y + k);
+      u = u - Lanes::all(plane.base.x);
+      v = v - Lanes::all(plane.base.y);
+      w = w - Lanes::all(plane.base.z);
+      const Lanes up = along(plane.normal, plane.shift_height, u, v, w);
+      along(plane.axis_u, plane.shift_u, u, v, w).store(x + k);
+      along(plane.axis_v, plane.shift_v, u, v, w).store(y + k);
       up.store(height + k);
       least = least.smaller(up);
       greatest = greatest.larger(up);
@@ -119,7 +121,7 @@ struct LaidFace {
 template <class Lanes, int kMost>
 class FaceOverlay {
  public:
-  FaceOverlay(const Polyhedron& p, const Polyhedron& q, ContactPolygon& part)
+  FaceOverlay(const Solid& p, const Solid& q, ContactPolygon& part)
       : p_(p, part.face_p, part.plane, false), q_(q, part.face_q, part.plane, true), part_(part) {
     part.corners.resize(2 * kMost);
     end_ = part.corners.begin();
@@ -362,8 +364,7 @@ class FaceOverlay {
 };
 
 template <class Lanes>
-bool overlay_of_few(const Polyhedron& p, const Polyhedron& q, double rounding,
-                    ContactPolygon& part) {
+bool overlay_of_few(const Solid& p, const Solid& q, double rounding, ContactPolygon& part) {
   const std::size_t count_p = p.topology().face(part.face_p).size();
   const std::size_t count_q = q.topology().face(part.face_q).size();
   const std::size_t most = std::max(count_p, count_q);
@@ -373,16 +374,15 @@ bool overlay_of_few(const Polyhedron& p, const Polyhedron& q, double rounding,
 }
 
 #ifdef QUOIN_FOUR_WIDE_LANES
-QUOIN_AVX2 [[gnu::flatten]] bool overlay_256(const Polyhedron& p, const Polyhedron& q,
-                                             double rounding, ContactPolygon& part) {
+QUOIN_AVX2 [[gnu::flatten]] bool overlay_256(const Solid& p, const Solid& q, double rounding,
+                                             ContactPolygon& part) {
   return overlay_of_few<Lanes256>(p, q, rounding, part);
 }
 #endif
 
 }  // namespace
 
-bool overlay_faces(const Polyhedron& p, const Polyhedron& q, double rounding,
-                   ContactPolygon& part) {
+bool overlay_faces(const Solid& p, const Solid& q, double rounding, ContactPolygon& part) {
 #ifdef QUOIN_FOUR_WIDE_LANES
   if (has_avx2()) return overlay_256(p, q, rounding, part);
 #endif

@@ -32,7 +32,7 @@ struct PairPoints {
 
 /// Does the solid climb steeply from one of its edges, or from a vertex along one of its edges?
 /// Then that lies on its far side, below what faces the other.
-bool climbs_from_edge(const Polyhedron& polyhedron, int edge, const Vector3& line,
+bool climbs_from_edge(const Solid& polyhedron, int edge, const Vector3& line,
                       const Vector3& outward) {
   const auto [left, right] = polyhedron.topology().edge_faces(edge);
   const double limit = kSteepSine * line.norm();
@@ -40,7 +40,7 @@ bool climbs_from_edge(const Polyhedron& polyhedron, int edge, const Vector3& lin
          line.cross(polyhedron.face_normal(right)).dot(outward) > limit;
 }
 
-bool climbs_from_vertex(const Polyhedron& polyhedron, int vertex, const Vector3& outward) {
+bool climbs_from_vertex(const Solid& polyhedron, int vertex, const Vector3& outward) {
   for (const int w : polyhedron.topology().neighbours(vertex)) {
     const Vector3 line = polyhedron.vertex(w) - polyhedron.vertex(vertex);
     if (line.dot(outward) > kSteepSine * line.norm()) return true;
@@ -50,7 +50,7 @@ bool climbs_from_vertex(const Polyhedron& polyhedron, int vertex, const Vector3&
 
 /// The features of one solid that may carry contact points: facing faces with a vertex in the band;
 /// edges and vertices in the band that belong to none of these and are not on the far side.
-void find_carriers(const Polyhedron& polyhedron, const Vector3& outward, const VertexSet& band,
+void find_carriers(const Solid& polyhedron, const Vector3& outward, const VertexSet& band,
                    const VertexSet& nearest, SmallVector<Feature, 32>& carriers) {
   const Topology& topology = polyhedron.topology();
   const auto add = [&](const Feature& feature) {
@@ -144,8 +144,8 @@ struct Carriers {
   bool many() const { return p.size() * q.size() > 1; }
 };
 
-void find_all_carriers(const Polyhedron& p, const Polyhedron& q, double band,
-                       const PairPoints& pair, Carriers& carriers) {
+void find_all_carriers(const Solid& p, const Solid& q, double band, const PairPoints& pair,
+                       Carriers& carriers) {
   const Vector3 &outward_p = pair.plane.normal, outward_q = -outward_p;
   if (band > pair.tolerance) {
     VertexSet band_p, band_q;
@@ -167,8 +167,8 @@ void add_points(const SharedCorners& corners, double band, bool reversed, PairPo
 }
 
 /// All places where facing features lie over each other within the band.
-void find_points(const Polyhedron& p, const Polyhedron& q, double band, double rounding,
-                 bool reversed, PairPoints& pair) {
+void find_points(const Solid& p, const Solid& q, double band, double rounding, bool reversed,
+                 PairPoints& pair) {
   Carriers carriers;
   find_all_carriers(p, q, band, pair, carriers);
   ProjectedFeature patch_p, patch_q;
@@ -206,8 +206,8 @@ SharedCorner& nearest_point(const Vector2& place, std::size_t guess, SharedCorne
 }
 
 /// The part that the two contact features share.
-void find_shared_part(const Polyhedron& p, const Polyhedron& q, double rounding,
-                      const PairPoints& pair, ContactPolygon& part) {
+void find_shared_part(const Solid& p, const Solid& q, double rounding, const PairPoints& pair,
+                      ContactPolygon& part) {
   ProjectedFeature patch_p, patch_q;
   lay_support_set(p, pair.support_p, pair.kind_p, pair.plane, 1.0, patch_p);
   lay_support_set(q, pair.support_q, pair.kind_q, pair.plane, -1.0, patch_q);
@@ -224,13 +224,12 @@ void share_area(const ContactPolygon& part, PairPoints& pair) {
   }
 }
 
-int most_facing_face(const Polyhedron& polyhedron, const VertexSet& vertices,
-                     const Vector3& outward) {
+int most_facing_face(const Solid& polyhedron, const VertexSet& vertices, const Vector3& outward) {
   return std::max(0, facing_face(polyhedron, vertices[0], outward));
 }
 
 /// The nearest features themselves, for the rare pair whose patches do not show them.
-SharedCorner nearest_corner(const Polyhedron& p, const Polyhedron& q, const Vector3& point_p,
+SharedCorner nearest_corner(const Solid& p, const Solid& q, const Vector3& point_p,
                             const Vector3& point_q, const PairPoints& pair) {
   const ContactPlane& plane = pair.plane;
   SharedCorner corner{plane.place(point_p),
@@ -254,12 +253,11 @@ SharedCorner nearest_corner(const Polyhedron& p, const Polyhedron& q, const Vect
 
 /// The pair as it is worked: P and Q, and the answer's normal and witnesses in that order.
 struct OrderedPair {
-  const Polyhedron& p;
-  const Polyhedron& q;
+  const Solid& p;
+  const Solid& q;
   bool reversed;
   Vector3 normal, point_p, point_q;
-  OrderedPair(const Polyhedron& a, const Polyhedron& b, bool reverse,
-              const NearestFeatures& nearest)
+  OrderedPair(const Solid& a, const Solid& b, bool reverse, const NearestFeatures& nearest)
       : p(reverse ? b : a),
         q(reverse ? a : b),
         reversed(reverse),
@@ -287,7 +285,7 @@ void ensure_least_gap(const OrderedPair& ordered, double rounding, PairPoints& p
 }
 
 /// Are just the vertices of a face within tol of the support plane?
-bool carries_alone(const Polyhedron& polyhedron, int face, const Vector3& outward, double tolerance,
+bool carries_alone(const Solid& polyhedron, int face, const Vector3& outward, double tolerance,
                    Support& top) {
   top = support(polyhedron, outward);
   return only_these_beyond(polyhedron, outward, top.value - tolerance,
@@ -297,7 +295,7 @@ bool carries_alone(const Polyhedron& polyhedron, int face, const Vector3& outwar
 /// Two whole faces that carry the answer, where the search has not handed them on.
 void find_faces(const OrderedPair& ordered, const NearestFeatures& nearest, double tolerance,
                 LateInit<ContactPolygon>& part) {
-  const Polyhedron &p = ordered.p, &q = ordered.q;
+  const Solid &p = ordered.p, &q = ordered.q;
   ContactPolygon& faces = part.emplace();
   faces.face_p = ordered.reversed ? nearest.feature_b.index : nearest.feature_a.index;
   faces.face_q = ordered.reversed ? nearest.feature_a.index : nearest.feature_b.index;
@@ -341,7 +339,7 @@ bool find_face_points(const OrderedPair& ordered, const NearestFeatures& nearest
 /// The points of any pair.
 void find_all_points(const OrderedPair& ordered, double band, double rounding,
                      LateInit<ContactPolygon>& part, PairPoints& pair) {
-  const Polyhedron &p = ordered.p, &q = ordered.q;
+  const Solid &p = ordered.p, &q = ordered.q;
   const PairSupport reach = support_pair(p, q, ordered.normal);
   pair.plane = ContactPlane(p.vertex(reach.p.vertex), ordered.normal);
   pair.reach_p = reach.p.value;
@@ -387,11 +385,17 @@ void copy_polygon(const ContactPolygon& part, const ContactPlane& plane, bool re
   if (reversed) std::reverse(polygon.begin(), polygon.end());
 }
 
-}  // namespace
+/// Contact points from `first` on, from the middle of the pair into the world.
+void move(const Vector3& middle, std::size_t first, std::vector<ContactPoint>& contacts) {
+  for (std::size_t k = first; k < contacts.size(); ++k) {
+    contacts[k].point_a += middle;
+    contacts[k].point_b += middle;
+  }
+}
 
-void append_contact_points(const std::array<int, 2>& blocks, const Polyhedron& a,
-                           const Polyhedron& b, const NearestFeatures& nearest,
-                           const ContactOptions& options, std::vector<ContactPoint>& contacts) {
+void append_points(const std::array<int, 2>& blocks, const Solid& a, const Solid& b,
+                   const NearestFeatures& nearest, const ContactOptions& options,
+                   std::vector<ContactPoint>& contacts) {
   const OrderedPair ordered(a, b, in_reverse_order(a, b), nearest);
   LateInit<ContactPolygon> part;
   PairPoints pair;
@@ -399,10 +403,9 @@ void append_contact_points(const std::array<int, 2>& blocks, const Polyhedron& a
   append_corners(blocks, ordered.reversed, nearest, pair.type, pair.plane, *pair.points, contacts);
 }
 
-NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, const Polyhedron& a,
-                                             const Polyhedron& b, const ContactOptions& options,
-                                             const FeatureHint& hint,
-                                             std::vector<ContactPoint>& contacts) {
+NearestFeatures append_within_reach(const std::array<int, 2>& blocks, const Solid& a,
+                                    const Solid& b, const ContactOptions& options,
+                                    const FeatureHint& hint, std::vector<ContactPoint>& contacts) {
   LateInit<ContactPolygon> part;
   NearestFeatures nearest;
   const bool faces = hint.vertices_a[0] < 0 || (hint.face_a >= 0 && hint.face_b >= 0);
@@ -420,8 +423,7 @@ NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, c
   return nearest;
 }
 
-void update_pair_contact(const Polyhedron& a, const Polyhedron& b, const ContactOptions& options,
-                         PairContact& contact) {
+void update(const Solid& a, const Solid& b, const ContactOptions& options, PairContact& contact) {
   LateInit<ContactPolygon> part;
   contact.nearest =
       nearest_features(a, b, {.tolerance = options.tolerance}, contact.nearest.hint, part);
@@ -442,6 +444,76 @@ void update_pair_contact(const Polyhedron& a, const Polyhedron& b, const Contact
   };
   copy(pair.support_p, pair.kind_p, ordered.reversed ? contact.support_b : contact.support_a);
   copy(pair.support_q, pair.kind_q, ordered.reversed ? contact.support_a : contact.support_b);
+}
+
+template <class Place>
+void append_placed_points(const std::array<int, 2>& blocks, const Place& a, const Place& b,
+                          const NearestFeatures& nearest, const ContactOptions& options,
+                          std::vector<ContactPoint>& contacts) {
+  const PlacedPair pair(a, b);
+  const std::size_t first = contacts.size();
+  append_points(blocks, pair.a, pair.b, moved(nearest, -pair.middle), options, contacts);
+  move(pair.middle, first, contacts);
+}
+
+template <class Place>
+NearestFeatures append_placed(const std::array<int, 2>& blocks, const Place& a, const Place& b,
+                              const ContactOptions& options, const FeatureHint& hint,
+                              std::vector<ContactPoint>& contacts) {
+  const PlacedPair pair(a, b);
+  const std::size_t first = contacts.size();
+  const NearestFeatures nearest =
+      append_within_reach(blocks, pair.a, pair.b, options, hint, contacts);
+  move(pair.middle, first, contacts);
+  return moved(nearest, pair.middle);
+}
+
+template <class Place>
+void update_placed(const Place& a, const Place& b, const ContactOptions& options,
+                   PairContact& contact) {
+  const PlacedPair pair(a, b);
+  update(pair.a, pair.b, options, contact);
+  contact.nearest = moved(contact.nearest, pair.middle);
+  move(pair.middle, 0, contact.points);
+  for (Vector3& corner : contact.polygon) corner += pair.middle;
+}
+
+}  // namespace
+
+void append_contact_points(const std::array<int, 2>& blocks, const Polyhedron& a,
+                           const Polyhedron& b, const NearestFeatures& nearest,
+                           const ContactOptions& options, std::vector<ContactPoint>& contacts) {
+  append_placed_points(blocks, a, b, nearest, options, contacts);
+}
+
+void append_contact_points(const std::array<int, 2>& blocks, const Body& a, const Body& b,
+                           const NearestFeatures& nearest, const ContactOptions& options,
+                           std::vector<ContactPoint>& contacts) {
+  append_placed_points(blocks, a, b, nearest, options, contacts);
+}
+
+NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, const Polyhedron& a,
+                                             const Polyhedron& b, const ContactOptions& options,
+                                             const FeatureHint& hint,
+                                             std::vector<ContactPoint>& contacts) {
+  return append_placed(blocks, a, b, options, hint, contacts);
+}
+
+NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, const Body& a,
+                                             const Body& b, const ContactOptions& options,
+                                             const FeatureHint& hint,
+                                             std::vector<ContactPoint>& contacts) {
+  return append_placed(blocks, a, b, options, hint, contacts);
+}
+
+void update_pair_contact(const Polyhedron& a, const Polyhedron& b, const ContactOptions& options,
+                         PairContact& contact) {
+  update_placed(a, b, options, contact);
+}
+
+void update_pair_contact(const Body& a, const Body& b, const ContactOptions& options,
+                         PairContact& contact) {
+  update_placed(a, b, options, contact);
 }
 
 }  // namespace quoin::geometry

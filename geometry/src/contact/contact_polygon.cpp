@@ -113,7 +113,7 @@ struct Clip {
 };
 
 /// Lays a face; false: it has too many corners. Q's faces look the other way and run backwards.
-bool lay_face(const Polyhedron& polyhedron, int face, const ContactPlane& plane, double outward,
+bool lay_face(const Solid& polyhedron, int face, const ContactPlane& plane, double outward,
               PolygonRows& rows) {
   const std::span<const int> cycle = polyhedron.topology().face(face);
   const std::span<const int> edges = polyhedron.topology().face_edges(face);
@@ -230,7 +230,7 @@ double append_shared_of_polygons(const PolygonRows& p, const PolygonRows& q, dou
   return std::min(of_p.margin, of_q.margin);
 }
 
-bool lay_faces(const Polyhedron& p, const Polyhedron& q, double gap, ContactPolygon& part) {
+bool lay_faces(const Solid& p, const Solid& q, double gap, ContactPolygon& part) {
   const double rounding = border_rounding(p, q, gap);
   part.measured = overlay_faces(p, q, rounding, part);
   if (part.measured) return true;
@@ -244,7 +244,7 @@ bool lay_faces(const Polyhedron& p, const Polyhedron& q, double gap, ContactPoly
   return true;
 }
 
-double border_rounding(const Polyhedron& p, const Polyhedron& q, double gap) {
+double border_rounding(const Solid& p, const Solid& q, double gap) {
   const double size = p.diameter() + q.diameter() + std::abs(gap);
   const double coordinate = std::max(p.largest_coordinate(), q.largest_coordinate());
   return std::numeric_limits<double>::epsilon() * std::max(8 * size, 4 * coordinate);

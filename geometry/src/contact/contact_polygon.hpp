@@ -2,8 +2,8 @@
 /// The part that two polygons in a contact plane share. Internal.
 
 #include <algorithm>
-#include <quoin/geometry/polyhedron.hpp>
 #include <span>
+#include "shape/solid.hpp"
 
 #include "contact/contact_plane.hpp"
 #include "contact/polygon_rows.hpp"
@@ -58,11 +58,11 @@ struct ContactPolygon {
 };
 
 /// Lays both faces into the plane and adds the corners they share; false: they have too many.
-bool lay_faces(const Polyhedron& p, const Polyhedron& q, double gap, ContactPolygon& part);
+bool lay_faces(const Solid& p, const Solid& q, double gap, ContactPolygon& part);
 
 /// Are both faces wider than the tolerance? A polygon no wider than that on either side of a line
 /// through two of its corners has at most four times the line's length times the tolerance as area.
-inline bool surely_wide(const Polyhedron& p, const Polyhedron& q, const ContactPolygon& part,
+inline bool surely_wide(const Solid& p, const Solid& q, const ContactPolygon& part,
                         double tolerance) {
   return part.polygon.area > 8 * tolerance * std::max(p.diameter(), q.diameter());
 }
@@ -71,6 +71,6 @@ inline bool surely_wide(const Polyhedron& p, const Polyhedron& q, const ContactP
 void find_polygon(ContactPolygon& part);
 
 /// How far outside a patch still counts as on its border, m: what rounding leaves of a place.
-double border_rounding(const Polyhedron& p, const Polyhedron& q, double gap);
+double border_rounding(const Solid& p, const Solid& q, double gap);
 
 }  // namespace quoin::geometry

@@ -37,9 +37,8 @@ std::string_view name(FeatureKind kind) {
   return "";
 }
 
-ContactType type_of(const Polyhedron& p, const Polyhedron& q, const VertexSet& set_p,
-                    const VertexSet& set_q, FeatureKind kind_p, FeatureKind kind_q,
-                    double tolerance) {
+ContactType type_of(const Solid& p, const Solid& q, const VertexSet& set_p, const VertexSet& set_q,
+                    FeatureKind kind_p, FeatureKind kind_q, double tolerance) {
   const auto [low, high] = std::minmax(kind_p, kind_q);
   if (low == FeatureKind::Vertex) {
     if (high == FeatureKind::Vertex) return ContactType::VertexVertex;
@@ -53,16 +52,17 @@ ContactType type_of(const Polyhedron& p, const Polyhedron& q, const VertexSet& s
              : ContactType::EdgeEdgeCrossing;
 }
 
-void find_support_set(const Polyhedron& polyhedron, const Vector3& normal, double tolerance,
-                      SupportSet& set) {
+void find_support_set(const Body& body, const Vector3& normal, double tolerance, SupportSet& set) {
+  const Solid polyhedron(body, Vector3::Zero());
   VertexSet vertices;
   find_vertices_beyond(polyhedron, normal, support(polyhedron, normal).value - tolerance, vertices);
   set.vertices.assign(vertices.begin(), vertices.end());
   set.kind = span_kind(polyhedron, vertices, tolerance);
 }
 
-ContactType contact_type(const Polyhedron& a, const Polyhedron& b, const SupportSet& set_a,
+ContactType contact_type(const Body& body_a, const Body& body_b, const SupportSet& set_a,
                          const SupportSet& set_b, double tolerance) {
+  const auto [middle, a, b] = PlacedPair(body_a, body_b);
   VertexSet vertices_a, vertices_b;
   for (const int v : set_a.vertices) vertices_a.push_back(v);
   for (const int v : set_b.vertices) vertices_b.push_back(v);

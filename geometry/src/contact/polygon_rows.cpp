@@ -13,13 +13,14 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-void narrow_corners(const double* vertices, const ContactPlane& plane, PolygonRows& rows) {
+void narrow_corners(const double* vertices, const LocalPlane& plane, PolygonRows& rows) {
   for (int k = 0; k < rows.count; ++k) {
     const double* const v = vertices + 3 * rows.vertex[k];
-    const Vector3 step(v[0] - plane.origin.x(), v[1] - plane.origin.y(), v[2] - plane.origin.z());
-    rows.x[k] = along(plane.axis_u, step);
-    rows.y[k] = along(plane.axis_v, step);
-    rows.height[k] = along(plane.normal, step);
+    const Vec3 vertex(v[0], v[1], v[2]);
+    const Vector2 place = plane.place(vertex);
+    rows.x[k] = place.x();
+    rows.y[k] = place.y();
+    rows.height[k] = plane.height(vertex);
   }
 }
 
@@ -57,10 +58,11 @@ void narrow_masks(const PolygonRows& corners, const PolygonRows& sides, double r
 
 #ifdef QUOIN_FOUR_WIDE_LANES
 
-QUOIN_AVX2 inline __m256d along_256(const Vector3& a, __m256d x, __m256d y, __m256d z) {
-  const __m256d sum = _mm256_add_pd(_mm256_mul_pd(_mm256_set1_pd(a.x()), x),
-                                    _mm256_mul_pd(_mm256_set1_pd(a.y()), y));
-  return _mm256_add_pd(sum, _mm256_mul_pd(_mm256_set1_pd(a.z()), z));
+QUOIN_AVX2 inline __m256d along_256(const Vec3& a, double shift, __m256d x, __m256d y, __m256d z) {
+  const __m256d sum =
+      _mm256_add_pd(_mm256_mul_pd(_mm256_set1_pd(a.x), x), _mm256_mul_pd(_mm256_set1_pd(a.y), y));
+  return _mm256_add_pd(_mm256_add_pd(sum, _mm256_mul_pd(_mm256_set1_pd(a.z), z)),
+                       _mm256_set1_pd(shift));
 }
 
 /// From four corners to the next ones; after the last comes the first.
@@ -88,9 +90,8 @@ QUOIN_AVX2 inline double greatest_256(__m256d v) {
 
 /// Corners and sides, four at a time, in registers: rows are read as they were written. (Gathers
 /// would be slower where the processor guards them.)
-QUOIN_AVX2 void lay_256(const double* vertices, const ContactPlane& plane, PolygonRows& rows) {
+QUOIN_AVX2 void lay_256(const double* vertices, const LocalPlane& plane, PolygonRows& rows) {
   const __m256i three = _mm256_set_epi64x(0, -1, -1, -1);
-  const Vector3& origin = plane.origin;
   __m256d low = _mm256_set1_pd(kInfinity), high = _mm256_set1_pd(-kInfinity);
   for (int k = 0; k < rows.count; k += 4) {
     __m256d corner[4];
@@ -103,14 +104,14 @@ QUOIN_AVX2 void lay_256(const double* vertices, const ContactPlane& plane, Polyg
     const __m256d y_01 = _mm256_unpackhi_pd(corner[0], corner[1]);
     const __m256d y_23 = _mm256_unpackhi_pd(corner[2], corner[3]);
     const __m256d x =
-        _mm256_sub_pd(_mm256_permute2f128_pd(xz_01, xz_23, 0x20), _mm256_set1_pd(origin.x()));
+        _mm256_sub_pd(_mm256_permute2f128_pd(xz_01, xz_23, 0x20), _mm256_set1_pd(plane.base.x));
     const __m256d y =
-        _mm256_sub_pd(_mm256_permute2f128_pd(y_01, y_23, 0x20), _mm256_set1_pd(origin.y()));
+        _mm256_sub_pd(_mm256_permute2f128_pd(y_01, y_23, 0x20), _mm256_set1_pd(plane.base.y));
     const __m256d z =
-        _mm256_sub_pd(_mm256_permute2f128_pd(xz_01, xz_23, 0x31), _mm256_set1_pd(origin.z()));
-    const __m256d height = along_256(plane.normal, x, y, z);
-    _mm256_store_pd(rows.x + k, along_256(plane.axis_u, x, y, z));
-    _mm256_store_pd(rows.y + k, along_256(plane.axis_v, x, y, z));
+        _mm256_sub_pd(_mm256_permute2f128_pd(xz_01, xz_23, 0x31), _mm256_set1_pd(plane.base.z));
+    const __m256d height = along_256(plane.normal, plane.shift_height, x, y, z);
+    _mm256_store_pd(rows.x + k, along_256(plane.axis_u, plane.shift_u, x, y, z));
+    _mm256_store_pd(rows.y + k, along_256(plane.axis_v, plane.shift_v, x, y, z));
     _mm256_store_pd(rows.height + k, height);
     low = _mm256_min_pd(low, height);
     high = _mm256_max_pd(high, height);
@@ -205,12 +206,13 @@ QUOIN_AVX2 void both_256(const PolygonRows& p, const PolygonRows& q, double roun
 
 }  // namespace
 
-void lay_corners(const Polyhedron& polyhedron, const ContactPlane& plane, PolygonRows& rows) {
-  const double* const vertices = polyhedron.vertices().data();
+void lay_corners(const Solid& polyhedron, const ContactPlane& plane, PolygonRows& rows) {
+  const double* const vertices = polyhedron.shape().vertices().data();
+  const LocalPlane local(polyhedron, plane);
 #ifdef QUOIN_FOUR_WIDE_LANES
-  if (has_avx2()) return lay_256(vertices, plane, rows);
+  if (has_avx2()) return lay_256(vertices, local, rows);
 #endif
-  narrow_corners(vertices, plane, rows);
+  narrow_corners(vertices, local, rows);
   find_sides(rows);
 }
 

@@ -3,7 +3,7 @@
 /// the sides of another. Internal.
 
 #include <cstdint>
-#include <quoin/geometry/polyhedron.hpp>
+#include "shape/solid.hpp"
 
 #include "contact/contact_plane.hpp"
 
@@ -26,7 +26,7 @@ struct PolygonRows {
 };
 
 /// Lays vertices of a polyhedron: `vertex` and `count` are given.
-void lay_corners(const Polyhedron& polyhedron, const ContactPlane& plane, PolygonRows& rows);
+void lay_corners(const Solid& polyhedron, const ContactPlane& plane, PolygonRows& rows);
 
 /// The rest, where places and heights are given.
 void find_sides(PolygonRows& rows);

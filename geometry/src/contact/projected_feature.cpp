@@ -9,7 +9,7 @@ namespace {
 double cross2(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 /// The face around a vertex or an edge that faces most along `outward`.
-int most_facing(const Polyhedron& polyhedron, std::span<const int> faces, const Vector3& outward) {
+int most_facing(const Solid& polyhedron, std::span<const int> faces, const Vector3& outward) {
   int best = faces.empty() ? 0 : faces[0];
   double greatest = -2.0;
   for (const int f : faces) {
@@ -22,13 +22,14 @@ int most_facing(const Polyhedron& polyhedron, std::span<const int> faces, const 
   return best;
 }
 
-void add_corner(const Polyhedron& polyhedron, int v, int edge, const ContactPlane& plane,
+void add_corner(const Solid& polyhedron, int v, int edge, const ContactPlane& plane,
                 ProjectedFeature& patch) {
-  const Vector3 x = polyhedron.vertex(v);
-  patch.corners.push_back({v, edge, plane.place(x), plane.height(x)});
+  const LocalPlane local(polyhedron, plane);
+  const Vec3 x = polyhedron.shape().vertex(v);
+  patch.corners.push_back({v, edge, local.place(x), local.height(x)});
 }
 
-void set_slope(const Polyhedron& polyhedron, const ContactPlane& plane, ProjectedFeature& patch) {
+void set_slope(const Solid& polyhedron, const ContactPlane& plane, ProjectedFeature& patch) {
   patch.slope.setZero();
   if (patch.corners.size() < 3) return;
   const Vector3 normal = polyhedron.face_normal(patch.face);
@@ -198,7 +199,7 @@ ContactPlane::ContactPlane(const Vector3& origin_in, const Vector3& normal_in)
   axis_v = normal.cross(axis_u);
 }
 
-void lay_feature(const Polyhedron& polyhedron, const Feature& feature, const ContactPlane& plane,
+void lay_feature(const Solid& polyhedron, const Feature& feature, const ContactPlane& plane,
                  double outward, ProjectedFeature& patch) {
   const Topology& topology = polyhedron.topology();
   patch.corners.clear();
@@ -306,7 +307,7 @@ Vector2 nearest_place(const ProjectedFeature& p, const ProjectedFeature& q) {
   return best;
 }
 
-void lay_support_set(const Polyhedron& polyhedron, const VertexSet& vertices, FeatureKind kind,
+void lay_support_set(const Solid& polyhedron, const VertexSet& vertices, FeatureKind kind,
                      const ContactPlane& plane, double outward, ProjectedFeature& patch) {
   const Feature name = name_support_set(polyhedron, vertices, kind, outward * plane.normal);
   const std::size_t named = name.kind == FeatureKind::Face
@@ -330,7 +331,8 @@ void lay_support_set(const Polyhedron& polyhedron, const VertexSet& vertices, Fe
   } else {
     SmallVector<int, 32> order;
     SmallVector<Vector2, 32> places;
-    for (const int v : vertices) places.push_back(plane.place(polyhedron.vertex(v)));
+    for (const int v : vertices)
+      places.push_back(LocalPlane(polyhedron, plane).place(polyhedron.shape().vertex(v)));
     hull_order(places, order);
     patch.face = name.index;
     for (std::size_t k = 0; k < order.size(); ++k) {
@@ -342,7 +344,7 @@ void lay_support_set(const Polyhedron& polyhedron, const VertexSet& vertices, Fe
   }
 }
 
-std::array<int, 2> segment_ends(const Polyhedron& polyhedron, const VertexSet& vertices) {
+std::array<int, 2> segment_ends(const Solid& polyhedron, const VertexSet& vertices) {
   std::array<int, 2> ends{vertices[0], vertices[vertices.size() - 1]};
   double longest = -1.0;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
@@ -358,7 +360,7 @@ std::array<int, 2> segment_ends(const Polyhedron& polyhedron, const VertexSet& v
   return ends;
 }
 
-FeatureKind span_kind(const Polyhedron& polyhedron, const VertexSet& vertices, double tolerance) {
+FeatureKind span_kind(const Solid& polyhedron, const VertexSet& vertices, double tolerance) {
   if (vertices.size() == 1) return FeatureKind::Vertex;
   if (vertices.size() == 2) return FeatureKind::Edge;
   const Vector3 base = polyhedron.vertex(vertices[0]);
@@ -384,7 +386,7 @@ FeatureKind span_kind(const Polyhedron& polyhedron, const VertexSet& vertices, d
 namespace {
 
 /// The face around the first vertex that has all vertices of the set, or -1: no face can have more.
-int face_with_all(const Polyhedron& polyhedron, const VertexSet& vertices, const Vector3& outward) {
+int face_with_all(const Solid& polyhedron, const VertexSet& vertices, const Vector3& outward) {
   const Topology& topology = polyhedron.topology();
   int best = -1;
   double facing = -2.0;
@@ -405,7 +407,7 @@ int face_with_all(const Polyhedron& polyhedron, const VertexSet& vertices, const
 
 }  // namespace
 
-Feature name_support_set(const Polyhedron& polyhedron, const VertexSet& vertices, FeatureKind kind,
+Feature name_support_set(const Solid& polyhedron, const VertexSet& vertices, FeatureKind kind,
                          const Vector3& outward) {
   const Topology& topology = polyhedron.topology();
   if (kind == FeatureKind::Vertex) return {kind, vertices[0]};

@@ -32,11 +32,11 @@ struct ProjectedFeature {
 
 /// Lays a feature of a polyhedron into the plane. `outward` is +1 for P, -1 for Q: the side that
 /// faces the other.
-void lay_feature(const Polyhedron& polyhedron, const Feature& feature, const ContactPlane& plane,
+void lay_feature(const Solid& polyhedron, const Feature& feature, const ContactPlane& plane,
                  double outward, ProjectedFeature& patch);
 
 /// Lays the hull of a support set into the plane.
-void lay_support_set(const Polyhedron& polyhedron, const VertexSet& vertices, FeatureKind kind,
+void lay_support_set(const Solid& polyhedron, const VertexSet& vertices, FeatureKind kind,
                      const ContactPlane& plane, double outward, ProjectedFeature& patch);
 
 /// Adds the corners of the shared part; `rounding` (m) is how far outside still counts as on the
@@ -53,25 +53,32 @@ double overlap_margin(const ProjectedFeature& p, const ProjectedFeature& q);
 /// edges.
 Vector2 nearest_place(const ProjectedFeature& p, const ProjectedFeature& q);
 
-/// As the public one; `faces` is filled where both contact features are whole faces and nothing was
-/// in doubt, in the order in which the pair is worked.
-NearestFeatures nearest_features(const Polyhedron& a, const Polyhedron& b,
-                                 const SearchOptions& options, const FeatureHint& hint,
-                                 LateInit<ContactPolygon>& faces);
+/// As the public one, from the middle of the pair; `faces` is filled where both contact features
+/// are whole faces and nothing was in doubt, in the order in which the pair is worked.
+NearestFeatures nearest_features(const Solid& a, const Solid& b, const SearchOptions& options,
+                                 const FeatureHint& hint, LateInit<ContactPolygon>& faces);
+NearestFeatures nearest_features(const Solid& a, const Solid& b, const SearchOptions& options,
+                                 const FeatureHint& hint);
+
+/// From the middle of the pair into the world.
+inline NearestFeatures moved(NearestFeatures nearest, const Vector3& middle) {
+  nearest.point_a += middle;
+  nearest.point_b += middle;
+  return nearest;
+}
 
 /// What a support set spans: a point, a segment or a polygon wider than `tolerance`.
-FeatureKind span_kind(const Polyhedron& polyhedron, const VertexSet& vertices, double tolerance);
+FeatureKind span_kind(const Solid& polyhedron, const VertexSet& vertices, double tolerance);
 
 /// The feature of the topology that best names a support set.
-Feature name_support_set(const Polyhedron& polyhedron, const VertexSet& vertices, FeatureKind kind,
+Feature name_support_set(const Solid& polyhedron, const VertexSet& vertices, FeatureKind kind,
                          const Vector3& outward);
 
 /// The contact type that two support sets make.
-ContactType type_of(const Polyhedron& p, const Polyhedron& q, const VertexSet& set_p,
-                    const VertexSet& set_q, FeatureKind kind_p, FeatureKind kind_q,
-                    double tolerance);
+ContactType type_of(const Solid& p, const Solid& q, const VertexSet& set_p, const VertexSet& set_q,
+                    FeatureKind kind_p, FeatureKind kind_q, double tolerance);
 
 /// The two vertices of a segment: the pair of the set that lies farthest apart.
-std::array<int, 2> segment_ends(const Polyhedron& polyhedron, const VertexSet& vertices);
+std::array<int, 2> segment_ends(const Solid& polyhedron, const VertexSet& vertices);
 
 }  // namespace quoin::geometry

@@ -2,7 +2,7 @@
 /// A vector of three plain numbers, which stay in registers where Eigen would pack two of them.
 /// Sums are (x + y) + z, as everywhere. Internal.
 
-#include <quoin/geometry/polyhedron.hpp>
+#include <quoin/geometry/types.hpp>
 
 #include "numeric/branchless.hpp"
 
@@ -34,15 +34,6 @@ inline Vec3 cross(const Vec3& a, const Vec3& b) {
 inline Vec3 one_zero(const Vec3& a) { return a + Vec3(0.0, 0.0, 0.0); }
 inline Vec3 either(bool first, const Vec3& a, const Vec3& b) {
   return {first ? a.x : b.x, first ? a.y : b.y, first ? a.z : b.z};
-}
-
-inline Vec3 place(const Polyhedron& polyhedron, int vertex) {
-  const double* p = polyhedron.vertices().data() + 3 * vertex;
-  return {p[0], p[1], p[2]};
-}
-inline Vec3 face_normal(const Polyhedron& polyhedron, int face) {
-  const double* p = polyhedron.face_normals().data() + 3 * face;
-  return {p[0], p[1], p[2]};
 }
 
 }  // namespace quoin::geometry

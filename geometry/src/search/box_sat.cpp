@@ -19,8 +19,10 @@ struct Brick {
   Vector3 middle;
   double error = 0.0;
 
-  explicit Brick(const Polyhedron& solid) : vertices(solid.topology().brick()) {
-    const auto at = [&](std::size_t place) { return offset(solid, vertices[place]); };
+  explicit Brick(const Solid& solid) : vertices(solid.topology().brick()) {
+    const auto at = [&](std::size_t place) {
+      return Vector3(solid.turn(row_offset(solid, vertices[place])));
+    };
     const Vector3 base = at(0);
     middle = base;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -92,7 +94,7 @@ void find_overlaps(const Directions& edges, std::size_t first, const Vector3& ac
 }
 
 template <class Lanes>
-SearchResult least_overlap(const Polyhedron& solid_p, const Polyhedron& solid_q, double rounding) {
+SearchResult least_overlap(const Solid& solid_p, const Solid& solid_q, double rounding) {
   SearchResult result;
   const Brick p(solid_p), q(solid_q);
   const Vector3 across = (solid_q.origin() - solid_p.origin()) + (q.middle - p.middle);
@@ -138,7 +140,7 @@ SearchResult least_overlap(const Polyhedron& solid_p, const Polyhedron& solid_q,
 }
 
 #ifdef QUOIN_FOUR_WIDE_LANES
-QUOIN_AVX2 [[gnu::flatten]] SearchResult overlap_256(const Polyhedron& p, const Polyhedron& q,
+QUOIN_AVX2 [[gnu::flatten]] SearchResult overlap_256(const Solid& p, const Solid& q,
                                                      double rounding) {
   return least_overlap<Lanes256>(p, q, rounding);
 }
@@ -146,7 +148,7 @@ QUOIN_AVX2 [[gnu::flatten]] SearchResult overlap_256(const Polyhedron& p, const 
 
 }  // namespace
 
-SearchResult box_sat(const Polyhedron& p, const Polyhedron& q, double rounding) {
+SearchResult box_sat(const Solid& p, const Solid& q, double rounding) {
 #ifdef QUOIN_FOUR_WIDE_LANES
   if (has_avx2()) return overlap_256(p, q, rounding);
 #endif

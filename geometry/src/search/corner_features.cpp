@@ -37,11 +37,19 @@ struct Ends {
 inline Four at(const double* row, std::span<const int> ends, int vertex) {
   return Four{row[ends[0]], row[ends[1]], row[ends[2]], row[vertex]};
 }
-template <class Flags>
-Ends ends_of(const Rows& rows, std::span<const int> ends, int vertex) {
-  return {
-      {spread<Flags>(rows.x[vertex]), spread<Flags>(rows.y[vertex]), spread<Flags>(rows.z[vertex])},
-      {at(rows.x, ends, vertex), at(rows.y, ends, vertex), at(rows.z, ends, vertex)}};
+/// Four offsets turned as the body is.
+inline FourVectors turned(const Rows& rows, const FourVectors& v) {
+  const Body* const body = rows.solid->turned();
+  if (body == nullptr) return v;
+  const double* a = body->placement().linear.data();
+  return {v.x * a[0] + v.y * a[3] + v.z * a[6], v.x * a[1] + v.y * a[4] + v.z * a[7],
+          v.x * a[2] + v.y * a[5] + v.z * a[8]};
+}
+inline Ends ends_of(const Rows& rows, std::span<const int> ends, int vertex) {
+  const FourVectors there =
+      turned(rows, {at(rows.x, ends, vertex), at(rows.y, ends, vertex), at(rows.z, ends, vertex)});
+  return {{lanes<3, 3, 3, 3>(there.x), lanes<3, 3, 3, 3>(there.y), lanes<3, 3, 3, 3>(there.z)},
+          there};
 }
 
 /// By how much the squared distance shrinks on four features; their numbers in the last bits. 0:
@@ -95,19 +103,16 @@ constexpr std::array<Spanned, 32> spanned() {
 }
 
 template <class Scan>
-CornerFeatures around(const Polyhedron& solid_p, const Polyhedron& solid_q,
-                      const Vector3& direction) {
-  using Flags = typename Scan::Flags;
+CornerFeatures around(const Solid& solid_p, const Solid& solid_q, const Vector3& direction) {
   const Rows rows_p(solid_p), rows_q(solid_q);
   const PairSupport both = Scan::support_pair(rows_p, rows_q, direction);
   const int i = both.p.vertex, j = both.q.vertex;
   const Vector3 apart = solid_q.origin() - solid_p.origin();
-  const FourVectors w{four(rows_q.x[j] - rows_p.x[i] + apart.x()),
-                      four(rows_q.y[j] - rows_p.y[i] + apart.y()),
-                      four(rows_q.z[j] - rows_p.z[i] + apart.z())};
   const std::span<const int> ends_p = solid_p.topology().neighbours(i),
                              ends_q = solid_q.topology().neighbours(j);
-  const Ends at_p = ends_of<Flags>(rows_p, ends_p, i), at_q = ends_of<Flags>(rows_q, ends_q, j);
+  const Ends at_p = ends_of(rows_p, ends_p, i), at_q = ends_of(rows_q, ends_q, j);
+  const FourVectors w =
+      at_q.here - at_p.here + FourVectors{four(apart.x()), four(apart.y()), four(apart.z())};
   const Ways p = ways(at_p.here - at_p.there, w), q = ways(at_q.there - at_q.here, w);
   Four most =
       larger(larger(larger(gain_on_faces(picked<0, 0, 0, 0>(p), q, 1),
@@ -128,11 +133,11 @@ CornerFeatures around(const Polyhedron& solid_p, const Polyhedron& solid_q,
 
 #ifdef QUOIN_WIDE_LANES
 /// With more registers than the next one.
-QUOIN_AVX512 [[gnu::flatten]] CornerFeatures around_few(const Polyhedron& p, const Polyhedron& q,
+QUOIN_AVX512 [[gnu::flatten]] CornerFeatures around_few(const Solid& p, const Solid& q,
                                                         const Vector3& direction) {
   return around<Scan256>(p, q, direction);
 }
-QUOIN_AVX2 [[gnu::flatten]] CornerFeatures around_256(const Polyhedron& p, const Polyhedron& q,
+QUOIN_AVX2 [[gnu::flatten]] CornerFeatures around_256(const Solid& p, const Solid& q,
                                                       const Vector3& direction) {
   return around<Scan256>(p, q, direction);
 }
@@ -140,13 +145,13 @@ QUOIN_AVX2 [[gnu::flatten]] CornerFeatures around_256(const Polyhedron& p, const
 
 }  // namespace
 
-bool has_plain_corners(const Polyhedron& p, const Polyhedron& q) {
+bool has_plain_corners(const Solid& p, const Solid& q) {
   constexpr int kFew = 16;
   return p.topology().three_faces_at_vertices() && q.topology().three_faces_at_vertices() &&
          std::max(p.padded_count(), q.padded_count()) <= kFew;
 }
 
-CornerFeatures corner_features(const Polyhedron& p, const Polyhedron& q, const Vector3& direction) {
+CornerFeatures corner_features(const Solid& p, const Solid& q, const Vector3& direction) {
 #ifdef QUOIN_WIDE_LANES
   if (has_avx512()) return around_few(p, q, direction);
   if (has_avx2()) return around_256(p, q, direction);

@@ -1,7 +1,7 @@
 #pragma once
 /// Nearest features of solids apart from two of their corners alone. Internal.
 
-#include <quoin/geometry/polyhedron.hpp>
+#include "shape/solid.hpp"
 
 namespace quoin::geometry {
 
@@ -11,10 +11,10 @@ struct CornerFeatures {
 };
 
 /// Is it worth a try before the search? Just three edges have to end in each vertex.
-bool has_plain_corners(const Polyhedron& p, const Polyhedron& q);
+bool has_plain_corners(const Solid& p, const Solid& q);
 
 /// Of the vertices farthest along `direction` (P) and against it (Q) and of their edges and faces,
 /// those that come nearest. Only a proof can tell whether others come nearer.
-CornerFeatures corner_features(const Polyhedron& p, const Polyhedron& q, const Vector3& direction);
+CornerFeatures corner_features(const Solid& p, const Solid& q, const Vector3& direction);
 
 }  // namespace quoin::geometry

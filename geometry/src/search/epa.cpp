@@ -23,17 +23,17 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 template <class Scan, class Lanes>
 class Polytope {
  public:
-  Polytope(const Polyhedron& p, const Polyhedron& q, double rounding)
-      : p_(p), q_(q), rounding_(rounding) {}
+  Polytope(const Solid& p, const Solid& q, double rounding) : p_(p), q_(q), rounding_(rounding) {}
 
   SearchResult grow(const SearchResult& start) {
     SearchResult result = start;
     result.outcome = SearchOutcome::Unclear;
     result.iterations = 0;
-    for (const Polyhedron* solid : {&p_, &q_}) {  // asks for the vertices before they are needed
-      const Eigen::Index count = std::min<Eigen::Index>(solid->vertices().size(), kMostFetched);
+    for (const Solid* solid : {&p_, &q_}) {  // asks for the vertices before they are needed
+      const Eigen::Index count =
+          std::min<Eigen::Index>(solid->shape().vertices().size(), kMostFetched);
       for (Eigen::Index k = 0; k < count; k += 8) {
-        __builtin_prefetch(solid->vertices().data() + k);
+        __builtin_prefetch(solid->shape().vertices().data() + k);
       }
     }
     if (!begin(start)) return result;
@@ -301,7 +301,7 @@ class Polytope {
     double reach = 0.0;
     for (Index k = 0; k < 3; ++k) {
       const Index c = corners[k];
-      w[k] = wide_difference(q_.vertex(vertex_q_[c]), p_.vertex(vertex_p_[c]));
+      w[k] = exact_corner(p_, q_, vertex_p_[c], vertex_q_[c]);
       reach = std::max(reach, corner_[c][3]);
     }
     const Vector3 across = cross(w[1] - w[0], w[2] - w[0]).rounded();
@@ -441,8 +441,8 @@ class Polytope {
   static constexpr double kNone = 1e300;     // m
   static constexpr double kRounded = 1e-12;  // more than the number of a facet changes in its key
 
-  const Polyhedron& p_;
-  const Polyhedron& q_;
+  const Solid& p_;
+  const Solid& q_;
   double rounding_;
   alignas(32) double least_[4];  // of the keys, in four heaps
   Index corner_count_ = 0, facet_count_ = 0, sides_ = 0;
@@ -455,11 +455,11 @@ class Polytope {
 };
 
 #ifdef QUOIN_FOUR_WIDE_LANES
-QUOIN_AVX512 [[gnu::flatten]] SearchResult overlap_512(const Polyhedron& p, const Polyhedron& q,
+QUOIN_AVX512 [[gnu::flatten]] SearchResult overlap_512(const Solid& p, const Solid& q,
                                                        const SearchResult& start, double rounding) {
   return Polytope<Scan512, Lanes256>(p, q, rounding).grow(start);
 }
-QUOIN_AVX2 [[gnu::flatten]] SearchResult overlap_256(const Polyhedron& p, const Polyhedron& q,
+QUOIN_AVX2 [[gnu::flatten]] SearchResult overlap_256(const Solid& p, const Solid& q,
                                                      const SearchResult& start, double rounding) {
   return Polytope<Scan256, Lanes256>(p, q, rounding).grow(start);
 }
@@ -467,7 +467,7 @@ QUOIN_AVX2 [[gnu::flatten]] SearchResult overlap_256(const Polyhedron& p, const 
 
 }  // namespace
 
-SearchResult expand_polytope(const Polyhedron& p, const Polyhedron& q, const SearchResult& start,
+SearchResult expand_polytope(const Solid& p, const Solid& q, const SearchResult& start,
                              double rounding) {
 #ifdef QUOIN_FOUR_WIDE_LANES
   if (has_avx512() && !few_vertices(p, q)) return overlap_512(p, q, start, rounding);

@@ -6,7 +6,7 @@
 namespace quoin::geometry {
 
 /// From the last simplex of nearest_feature_search. Unclear where doubles do not settle it.
-SearchResult expand_polytope(const Polyhedron& p, const Polyhedron& q, const SearchResult& start,
+SearchResult expand_polytope(const Solid& p, const Solid& q, const SearchResult& start,
                              double rounding);
 
 }  // namespace quoin::geometry

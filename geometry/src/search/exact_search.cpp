@@ -27,7 +27,7 @@ WideVector scaled(const WideVector& v) {
 }
 
 /// The vertex farthest along a wide direction: a double scan, then the doubtful ones once more.
-int wide_support(const Polyhedron& polyhedron, const WideVector& direction) {
+int wide_support(const Solid& polyhedron, const WideVector& direction) {
   const Vector3 d = direction.rounded();
   const Support first = support(polyhedron, d);
   const double bound = 8 * kEpsilon * d.norm() * polyhedron.diameter();
@@ -36,18 +36,17 @@ int wide_support(const Polyhedron& polyhedron, const WideVector& direction) {
   int best = first.vertex;
   for (const int v : close) {
     if (v == best) continue;
-    const WideVector step = wide_difference(polyhedron.vertex(v), polyhedron.vertex(best));
+    const WideVector step = polyhedron.wide_line(best, v);
     const DoubleDouble more = dot(direction, step);
     if (more.high > 0.0) best = v;
   }
   return best;
 }
 
-int wide_support_among(const Polyhedron& polyhedron, const WideVector& direction,
-                       const VertexSet& set) {
+int wide_support_among(const Solid& polyhedron, const WideVector& direction, const VertexSet& set) {
   int best = set[0];
   for (const int v : set) {
-    const WideVector step = wide_difference(polyhedron.vertex(v), polyhedron.vertex(best));
+    const WideVector step = polyhedron.wide_line(best, v);
     if (dot(direction, step).high > 0.0) best = v;
   }
   return best;
@@ -189,15 +188,15 @@ void name_features(const Simplex& simplex, ActiveFeatures& result) {
 
 /// `support_p(d)`, `support_q(d)`: vertex of P farthest along d, of Q farthest against it.
 template <typename SupportP, typename SupportQ>
-ActiveFeatures search(const Polyhedron& p, const Polyhedron& q, int first_p, int first_q,
-                      int max_iterations, const SupportP& support_p, const SupportQ& support_q) {
+ActiveFeatures search(const Solid& p, const Solid& q, int first_p, int first_q, int max_iterations,
+                      const SupportP& support_p, const SupportQ& support_q) {
   const double size = std::min(p.diameter(), q.diameter());
   // Nearer than this a line between vertices or edges has no direction left, even in double-double;
   // the answer may then come from the planes that part the solids just as well.
   const double nothing = kEpsilon / 8 * std::max(p.diameter(), q.diameter());
   ActiveFeatures result;
   Simplex simplex;
-  simplex.push({first_p, first_q, wide_difference(q.vertex(first_q), p.vertex(first_p))});
+  simplex.push({first_p, first_q, exact_corner(p, q, first_p, first_q)});
   WideVector direction;
   std::array<int, 2> last{first_p, first_q};
   while (result.iterations < max_iterations) {
@@ -216,7 +215,7 @@ ActiveFeatures search(const Polyhedron& p, const Polyhedron& q, int first_p, int
     const DoubleDouble here = distance * length;
     const double rounding = kEpsilon / 256 * length.high * size;
     const int i = support_p(direction), j = support_q(direction);
-    const WideVector w = wide_difference(q.vertex(j), p.vertex(i));
+    const WideVector w = exact_corner(p, q, i, j);
     const DoubleDouble gain = here - dot(direction, w);
     if (simplex.has(i, j) || gain.high <= rounding + 1e-18 * here.high) {
       result.converged = true;
@@ -245,9 +244,9 @@ struct ExactHull {
   std::vector<HullEdge> edges;
 };
 
-ExactHull exact_hull(const Polyhedron& polyhedron) {
+ExactHull exact_hull(const Solid& polyhedron) {
   ExactHull hull;
-  hull.triangles = hull_triangles(polyhedron.vertices()).triangles;
+  hull.triangles = hull_triangles(polyhedron.shape().vertices()).triangles;
   struct Side {
     std::array<int, 2> ends;
     std::size_t triangle;
@@ -255,9 +254,8 @@ ExactHull exact_hull(const Polyhedron& polyhedron) {
   std::vector<Side> sides;
   for (std::size_t t = 0; t < hull.triangles.size(); ++t) {
     const std::array<int, 3>& v = hull.triangles[t];
-    const Vector3 base = polyhedron.vertex(v[0]);
-    hull.wide_normals.push_back(scaled(cross(wide_difference(polyhedron.vertex(v[1]), base),
-                                             wide_difference(polyhedron.vertex(v[2]), base))));
+    hull.wide_normals.push_back(
+        scaled(cross(polyhedron.wide_line(v[0], v[1]), polyhedron.wide_line(v[0], v[2]))));
     hull.normals.push_back(unit(hull.wide_normals.back()));
     for (std::size_t k = 0; k < 3; ++k) {
       const int a = v[k], b = v[(k + 1) % 3];
@@ -285,8 +283,7 @@ struct Candidate {
 
 class Enumeration {
  public:
-  Enumeration(const Polyhedron& p, const Polyhedron& q)
-      : p_(p), q_(q), shift_(q.origin() - p.origin()) {
+  Enumeration(const Solid& p, const Solid& q) : p_(p), q_(q), shift_(q.origin() - p.origin()) {
     rounding_ = 16 * kEpsilon * (p.diameter() + q.diameter() + shift_.norm());
   }
 
@@ -320,8 +317,7 @@ class Enumeration {
   void consider_edges(const HullEdge& e, const HullEdge& f) {
     if (arcs_apart(e, f)) return;
     const WideVector direction =
-        scaled(cross(wide_difference(p_.vertex(e.ends[1]), p_.vertex(e.ends[0])),
-                     wide_difference(q_.vertex(f.ends[1]), q_.vertex(f.ends[0]))));
+        scaled(cross(p_.wide_line(e.ends[0], e.ends[1]), q_.wide_line(f.ends[0], f.ends[1])));
     if (!(dot(direction, direction).high > 0.0)) return;
     Candidate c{
         direction, unit(direction), 0.0, {e.ends[0], e.ends[1], 0}, {f.ends[0], f.ends[1], 0}, 2,
@@ -342,7 +338,7 @@ class Enumeration {
   DoubleDouble wide_gap(const WideVector& direction, int& i, int& j) const {
     i = wide_support(p_, direction);
     j = wide_support(q_, -direction);
-    const WideVector w = wide_difference(q_.vertex(j), p_.vertex(i));
+    const WideVector w = exact_corner(p_, q_, i, j);
     return dot(direction, w) / square_root(dot(direction, direction));
   }
 
@@ -405,8 +401,8 @@ class Enumeration {
     result.middle = true;
   }
 
-  const Polyhedron& p_;
-  const Polyhedron& q_;
+  const Solid& p_;
+  const Solid& q_;
   Vector3 shift_;
   double rounding_ = 0.0;
   double greatest_ = -std::numeric_limits<double>::infinity();
@@ -415,7 +411,7 @@ class Enumeration {
 
 }  // namespace
 
-ActiveFeatures exact_nearest(const Polyhedron& p, const Polyhedron& q, int max_iterations) {
+ActiveFeatures exact_nearest(const Solid& p, const Solid& q, int max_iterations) {
   const Vector3 shift = q.origin() - p.origin();
   return search(
       p, q, support(p, shift).vertex, support(q, -shift).vertex, max_iterations,
@@ -423,7 +419,7 @@ ActiveFeatures exact_nearest(const Polyhedron& p, const Polyhedron& q, int max_i
       [&](const WideVector& d) { return wide_support(q, -d); });
 }
 
-ActiveFeatures exact_nearest_among(const Polyhedron& p, const Polyhedron& q, const VertexSet& set_p,
+ActiveFeatures exact_nearest_among(const Solid& p, const Solid& q, const VertexSet& set_p,
                                    const VertexSet& set_q) {
   return search(
       p, q, set_p[0], set_q[0], 1000,
@@ -431,7 +427,7 @@ ActiveFeatures exact_nearest_among(const Polyhedron& p, const Polyhedron& q, con
       [&](const WideVector& d) { return wide_support_among(q, -d, set_q); });
 }
 
-ActiveFeatures exhaustive_overlap(const Polyhedron& p, const Polyhedron& q) {
+ActiveFeatures exhaustive_overlap(const Solid& p, const Solid& q) {
   return Enumeration(p, q).run();
 }
 

@@ -22,13 +22,13 @@ struct ActiveFeatures {
 
 /// Iterative nearest-feature search of two separated solids. Returns `overlapping` with nothing
 /// else set when they are not separated by more than the rounding of double-double.
-ActiveFeatures exact_nearest(const Polyhedron& p, const Polyhedron& q, int max_iterations);
+ActiveFeatures exact_nearest(const Solid& p, const Solid& q, int max_iterations);
 
 /// The same among given vertices only, from the first of each. Sets must not be empty.
-ActiveFeatures exact_nearest_among(const Polyhedron& p, const Polyhedron& q, const VertexSet& set_p,
+ActiveFeatures exact_nearest_among(const Solid& p, const Solid& q, const VertexSet& set_p,
                                    const VertexSet& set_q);
 
 /// Least overlap by trying every face and every pair of edges of the exact hulls. Allocates.
-ActiveFeatures exhaustive_overlap(const Polyhedron& p, const Polyhedron& q);
+ActiveFeatures exhaustive_overlap(const Solid& p, const Solid& q);
 
 }  // namespace quoin::geometry

@@ -21,27 +21,27 @@ struct FacePair {
 
 /// Of the faces around the two vertices that look most at the other solid, the one of A that parts
 /// these vertices most and the one of B that looks most against it.
-FacePair facing_faces(const Polyhedron& a, const Polyhedron& b) {
+FacePair facing_faces(const Solid& a, const Solid& b) {
   const PairSupport near = support_pair(a, b, b.vertex_mean() - a.vertex_mean());
   const int v = near.p.vertex, w = near.q.vertex;
   const int face_a = facing_face(a, v, b.vertex(w) - a.vertex(v));
   return {face_a, face_a < 0 ? -1 : facing_face(b, w, -a.face_normal(face_a))};
 }
 
-FacePair hinted_faces(const Polyhedron& a, const Polyhedron& b, const FeatureHint& hint) {
+FacePair hinted_faces(const Solid& a, const Solid& b, const FeatureHint& hint) {
   const bool known =
       hint.face_a < a.topology().face_count() && hint.face_b < b.topology().face_count();
   return known ? FacePair{hint.face_a, hint.face_b} : FacePair{};
 }
 
-bool look_at_each_other(const Polyhedron& a, const Polyhedron& b, const FacePair& faces) {
+bool look_at_each_other(const Solid& a, const Solid& b, const FacePair& faces) {
   constexpr double kOpposite = -1.0 + 1e-6;  // cosine; only speed hangs on it
   return faces.a >= 0 && faces.b >= 0 &&
          along(a.face_normal(faces.a), b.face_normal(faces.b)) <= kOpposite;
 }
 
 /// Does a face around `face` look at the other solid, too?
-bool others_look(const Polyhedron& solid, int face, const Vector3& outward) {
+bool others_look(const Solid& solid, int face, const Vector3& outward) {
   const Topology& topology = solid.topology();
   double most = -1.0;
   for (const int f : topology.face_neighbours(face)) {
@@ -57,12 +57,12 @@ bool others_look(const Polyhedron& solid, int face, const Vector3& outward) {
   return most >= kFacingCosine;
 }
 
-bool stands_alone(const Polyhedron& solid, int face, const Vector3& outward) {
+bool stands_alone(const Solid& solid, int face, const Vector3& outward) {
   return looks_along(solid, face, outward) && !others_look(solid, face, outward);
 }
 
 /// A face as a hint names it: with its first vertices, ascending.
-void name_face(const Polyhedron& solid, int face, std::array<int, 4>& vertices, int& hinted) {
+void name_face(const Solid& solid, int face, std::array<int, 4>& vertices, int& hinted) {
   const std::span<const int> set = solid.topology().face_set(face);
   std::copy_n(set.begin(), std::min<std::size_t>(set.size(), 4), vertices.begin());
   hinted = face;
@@ -71,7 +71,7 @@ void name_face(const Polyhedron& solid, int face, std::array<int, 4>& vertices, 
 /// Two whole faces, in the order in which the pair is worked.
 class FlushPair {
  public:
-  FlushPair(const Polyhedron& a, const Polyhedron& b, const FacePair& faces, const Lengths& length,
+  FlushPair(const Solid& a, const Solid& b, const FacePair& faces, const Lengths& length,
             ContactPolygon& part)
       : reversed_(in_reverse_order(a, b)),
         p_(reversed_ ? b : a),
@@ -123,9 +123,7 @@ class FlushPair {
   /// Do just the vertices of the faces carry the planes, all others more than `clear` away?
   bool carried(const Vector3& normal, double clear) {
     const double flat = kClearBelow * length_.rounding;
-    const auto set = [](const Polyhedron& solid, int face) {
-      return solid.topology().face_set(face);
-    };
+    const auto set = [](const Solid& solid, int face) { return solid.topology().face_set(face); };
     part_.clear = clear;
     return carried_alone(p_, normal, {set(p_, part_.face_p), flat, clear}, part_.top_p) &&
            carried_alone(q_, -normal, {set(q_, part_.face_q), flat, clear}, part_.top_q);
@@ -137,7 +135,7 @@ class FlushPair {
   }
 
   bool reversed_;
-  const Polyhedron &p_, &q_;
+  const Solid &p_, &q_;
   const Lengths& length_;
   Vector3 high_, low_;  // vertices of P and Q in the support planes
   ContactPolygon& part_;
@@ -146,14 +144,13 @@ class FlushPair {
 
 }  // namespace
 
-bool looks_along(const Polyhedron& solid, int face, const Vector3& outward) {
+bool looks_along(const Solid& solid, int face, const Vector3& outward) {
   return along(solid.face_normal(face), outward) >= kFacingCosine;
 }
 
-bool faces_alone(const Polyhedron& p, const Polyhedron& q, const ContactPolygon& part,
-                 double band) {
+bool faces_alone(const Solid& p, const Solid& q, const ContactPolygon& part, double band) {
   const Vector3 &outward_p = part.plane.normal, outward_q = -outward_p;
-  const auto alone = [band](const Polyhedron& solid, int face, const Vector3& outward,
+  const auto alone = [band](const Solid& solid, int face, const Vector3& outward,
                             const Support& top) {
     return only_these_beyond(solid, outward, top.value - band, solid.topology().face_set(face));
   };
@@ -170,9 +167,8 @@ bool need_no_second_look(const ContactPolygon& part, double highest, double leas
          part.nearest_squared > tolerance * tolerance;
 }
 
-bool flush_answer(const Polyhedron& a, const Polyhedron& b, double tolerance,
-                  const FeatureHint& hint, LateInit<ContactPolygon>& part,
-                  NearestFeatures& answer) {
+bool flush_answer(const Solid& a, const Solid& b, double tolerance, const FeatureHint& hint,
+                  LateInit<ContactPolygon>& part, NearestFeatures& answer) {
   fetch(a);
   fetch(b);
   fetch_faces(a);

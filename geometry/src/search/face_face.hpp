@@ -11,10 +11,10 @@
 namespace quoin::geometry {
 
 /// Does a face look at the other solid? One steeper than 30 degrees does not.
-bool looks_along(const Polyhedron& solid, int face, const Vector3& outward);
+bool looks_along(const Solid& solid, int face, const Vector3& outward);
 
 /// Are two whole faces all there is within the band?
-bool faces_alone(const Polyhedron& p, const Polyhedron& q, const ContactPolygon& part, double band);
+bool faces_alone(const Solid& p, const Solid& q, const ContactPolygon& part, double band);
 
 /// Are the shared corners the contact points as they are: no gap above `highest`, one at most
 /// `least`, none within `tolerance` of another? m
@@ -24,7 +24,7 @@ bool need_no_second_look(const ContactPolygon& part, double highest, double leas
 /// The answer for two solids whose contact features are two whole faces, beyond doubt, and what
 /// these share. False: ask the general way, which comes to the same bits where this one does. The
 /// faces of the hint are tried, or where it is empty those that look at each other.
-bool flush_answer(const Polyhedron& a, const Polyhedron& b, double tolerance,
-                  const FeatureHint& hint, LateInit<ContactPolygon>& part, NearestFeatures& answer);
+bool flush_answer(const Solid& a, const Solid& b, double tolerance, const FeatureHint& hint,
+                  LateInit<ContactPolygon>& part, NearestFeatures& answer);
 
 }  // namespace quoin::geometry

@@ -188,9 +188,10 @@ void name_corners(const SimplexReduction& rows, SearchResult& result) {
 template <class Flags>
 NewCorner new_corner(const Rows& p, const Rows& q, const PairSupport& both, const Vector3& apart) {
   const int i = both.p.vertex, j = both.q.vertex;
-  const FourVectors offset{spread<Flags>(q.x[j]) - spread<Flags>(p.x[i]),
-                           spread<Flags>(q.y[j]) - spread<Flags>(p.y[i]),
-                           spread<Flags>(q.z[j]) - spread<Flags>(p.z[i])};
+  const Vec3 at_p = p.placed(i), at_q = q.placed(j);
+  const FourVectors offset{spread<Flags>(at_q.x) - spread<Flags>(at_p.x),
+                           spread<Flags>(at_q.y) - spread<Flags>(at_p.y),
+                           spread<Flags>(at_q.z) - spread<Flags>(at_p.z)};
   const FourVectors between{four(apart.x()), four(apart.y()), four(apart.z())};
   return {offset + between, offset, corner_name(i, j)};
 }
@@ -211,16 +212,15 @@ struct Reach {
 };
 
 template <class Scan>
-SearchResult search(const Polyhedron& p, const Polyhedron& q, const Vector3& direction,
-                    double rounding) {
+SearchResult search(const Solid& p, const Solid& q, const Vector3& direction, double rounding) {
   using Flags = typename Scan::Flags;
   SearchResult result;
   const Rows rows_p(p), rows_q(q);
   const Vector3 apart = q.origin() - p.origin();
   const auto corner_along = [&](const Vector3& d) {
     const PairSupport both = Scan::support_pair(rows_p, rows_q, d);
-    __builtin_prefetch(p.vertices().data() + 3 * both.p.vertex);  // for the closed form
-    __builtin_prefetch(q.vertices().data() + 3 * both.q.vertex);
+    __builtin_prefetch(p.shape().vertices().data() + 3 * both.p.vertex);  // for the closed form
+    __builtin_prefetch(q.shape().vertices().data() + 3 * both.q.vertex);
     return new_corner<Flags>(rows_p, rows_q, both, apart);
   };
   const NewCorner first = corner_along(direction);
@@ -279,16 +279,16 @@ SearchResult search(const Polyhedron& p, const Polyhedron& q, const Vector3& dir
 }
 
 #ifdef QUOIN_WIDE_LANES
-QUOIN_AVX512 [[gnu::flatten]] SearchResult search_512(const Polyhedron& p, const Polyhedron& q,
+QUOIN_AVX512 [[gnu::flatten]] SearchResult search_512(const Solid& p, const Solid& q,
                                                       const Vector3& direction, double rounding) {
   return search<Scan512>(p, q, direction, rounding);
 }
 /// With more registers than the next one.
-QUOIN_AVX512 [[gnu::flatten]] SearchResult search_few(const Polyhedron& p, const Polyhedron& q,
+QUOIN_AVX512 [[gnu::flatten]] SearchResult search_few(const Solid& p, const Solid& q,
                                                       const Vector3& direction, double rounding) {
   return search<Scan256>(p, q, direction, rounding);
 }
-QUOIN_AVX2 [[gnu::flatten]] SearchResult search_256(const Polyhedron& p, const Polyhedron& q,
+QUOIN_AVX2 [[gnu::flatten]] SearchResult search_256(const Solid& p, const Solid& q,
                                                     const Vector3& direction, double rounding) {
   return search<Scan256>(p, q, direction, rounding);
 }
@@ -296,8 +296,8 @@ QUOIN_AVX2 [[gnu::flatten]] SearchResult search_256(const Polyhedron& p, const P
 
 }  // namespace
 
-SearchResult nearest_feature_search(const Polyhedron& p, const Polyhedron& q,
-                                    const Vector3& direction, double rounding) {
+SearchResult nearest_feature_search(const Solid& p, const Solid& q, const Vector3& direction,
+                                    double rounding) {
 #ifdef QUOIN_WIDE_LANES
   if (has_avx512()) {
     return few_vertices(p, q) ? search_few(p, q, direction, rounding)

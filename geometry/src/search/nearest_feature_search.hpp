@@ -19,7 +19,7 @@ struct SearchResult {
 
 /// Nearest features of separated solids, starting along `direction`. Overlapping: the solids share
 /// a point; the normal is then the last one tried.
-SearchResult nearest_feature_search(const Polyhedron& p, const Polyhedron& q,
-                                    const Vector3& direction, double rounding);
+SearchResult nearest_feature_search(const Solid& p, const Solid& q, const Vector3& direction,
+                                    double rounding);
 
 }  // namespace quoin::geometry

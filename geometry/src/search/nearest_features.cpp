@@ -28,17 +28,16 @@ struct NearVertices {
   VertexSet vertices;
   SmallVector<double, 32> depths;
 
-  void find(const Polyhedron& polyhedron, const Vector3& direction, const Support& top,
-            double widest) {
+  void find(const Solid& polyhedron, const Vector3& direction, const Support& top, double widest) {
     find_vertices_beyond(polyhedron, direction, top.value - widest, vertices);
     depths.clear();
     if (vertices.size() == 1) {
       depths.push_back(0.0);
       return;
     }
-    for (const int v : vertices) {
-      depths.push_back(top.value - along(offset(polyhedron, v), direction));
-    }
+    const Vec3 local = polyhedron.turned_back(direction);
+    for (const int v : vertices)
+      depths.push_back(top.value - dot(row_offset(polyhedron, v), local));
   }
   void select(double length, VertexSet& set) const {
     set.clear();
@@ -67,7 +66,7 @@ struct Plane : Carried {
   LateInit<NearVertices> near_p, near_q;
 };
 
-void scan(const Polyhedron& p, const Polyhedron& q, const Vector3& normal, Plane& plane) {
+void scan(const Solid& p, const Solid& q, const Vector3& normal, Plane& plane) {
   plane.normal = normal;
   const PairSupport both = support_pair(p, q, normal);
   plane.support_p = both.p;
@@ -75,7 +74,7 @@ void scan(const Polyhedron& p, const Polyhedron& q, const Vector3& normal, Plane
   plane.gap = normal.dot(q.vertex(both.q.vertex) - p.vertex(both.p.vertex));
 }
 
-void find_sets(const Polyhedron& p, const Polyhedron& q, const Lengths& length, Plane& plane) {
+void find_sets(const Solid& p, const Solid& q, const Lengths& length, Plane& plane) {
   plane.near_p.emplace().find(p, plane.normal, plane.support_p, length.widest);
   plane.near_q.emplace().find(q, -plane.normal, plane.support_q, length.widest);
   plane.near_p->select(length.rounding, plane.sets.p);
@@ -86,8 +85,8 @@ void find_sets(const Polyhedron& p, const Polyhedron& q, const Lengths& length, 
 
 /// Takes the closed form of some sets for the plane; true when the same sets carry it, so that
 /// another way to them comes to the same bits. Otherwise once more with the sets that do carry it.
-bool settle(const Polyhedron& p, const Polyhedron& q, const Lengths& length,
-            const ContactSets& proposed, const Vector3& guess, Plane& plane) {
+bool settle(const Solid& p, const Solid& q, const Lengths& length, const ContactSets& proposed,
+            const Vector3& guess, Plane& plane) {
   plane.form = feature_normal(p, q, proposed, guess, length.rounding);
   if (!plane.form.found) return false;
   scan(p, q, plane.form.normal, plane);
@@ -106,8 +105,8 @@ bool settle(const Polyhedron& p, const Polyhedron& q, const Lengths& length,
 }
 
 /// The same from a normal alone.
-bool settle_normal(const Polyhedron& p, const Polyhedron& q, const Lengths& length,
-                   const Vector3& normal, Plane& plane) {
+bool settle_normal(const Solid& p, const Solid& q, const Lengths& length, const Vector3& normal,
+                   Plane& plane) {
   scan(p, q, normal, plane);
   find_sets(p, q, length, plane);
   ContactSets proposed;
@@ -131,7 +130,7 @@ struct Optimum {
 };
 
 /// Lays the hull of a set into the plane; straight by its face label where that is known.
-void lay_set(const Polyhedron& solid, const VertexSet& set, int face, const ContactPlane& plane,
+void lay_set(const Solid& solid, const VertexSet& set, int face, const ContactPlane& plane,
              double outward, double length, ProjectedFeature& patch) {
   if (face >= 0 && solid.topology().face(face).size() == set.size()) {
     lay_feature(solid, {FeatureKind::Face, face}, plane, outward, patch);
@@ -144,7 +143,7 @@ void lay_set(const Polyhedron& solid, const VertexSet& set, int face, const Cont
 struct ProjectedPair {
   ContactPlane plane;
   ProjectedFeature p, q;
-  ProjectedPair(const Polyhedron& solid_p, const Polyhedron& solid_q, const Carried& contact,
+  ProjectedPair(const Solid& solid_p, const Solid& solid_q, const Carried& contact,
                 const VertexSet& set_p, const VertexSet& set_q, double length)
       : plane(solid_p.vertex(contact.support_p.vertex), contact.normal) {
     lay_set(solid_p, set_p, contact.sets.face_p, plane, 1.0, length, p);
@@ -153,21 +152,21 @@ struct ProjectedPair {
 };
 
 /// `faces`: the features as laid already, or null.
-double margin_of(const Polyhedron& p, const Polyhedron& q, const Carried& plane,
-                 const ContactPolygon* faces, double rounding) {
+double margin_of(const Solid& p, const Solid& q, const Carried& plane, const ContactPolygon* faces,
+                 double rounding) {
   if (faces != nullptr) return faces->margin;
   const ProjectedPair patches(p, q, plane, plane.sets.p, plane.sets.q, rounding);
   return overlap_margin(patches.p, patches.q);
 }
 
-bool is_whole(const Polyhedron& solid, int face, const VertexSet& set) {
+bool is_whole(const Solid& solid, int face, const VertexSet& set) {
   return face >= 0 && solid.topology().face(face).size() == set.size();
 }
 
 /// Lays two whole faces, if that is what the sets are; false: they are not, or have too many
 /// corners.
-bool lay_whole_faces(const Polyhedron& p, const Polyhedron& q, const Carried& plane,
-                     const VertexSet& set_p, const VertexSet& set_q, ContactPolygon& part) {
+bool lay_whole_faces(const Solid& p, const Solid& q, const Carried& plane, const VertexSet& set_p,
+                     const VertexSet& set_q, ContactPolygon& part) {
   part.face_p = plane.sets.face_p;
   part.face_q = plane.sets.face_q;
   if (!is_whole(p, part.face_p, set_p) || !is_whole(q, part.face_q, set_q)) return false;
@@ -178,8 +177,8 @@ bool lay_whole_faces(const Polyhedron& p, const Polyhedron& q, const Carried& pl
 /// Do the features that carry the plane lie over each other? Then the plane is a facet of the
 /// Minkowski difference into which the origin projects (or the line between the features is
 /// shortest).
-bool lies_over(const Polyhedron& p, const Polyhedron& q, const Carried& plane,
-               const ContactPolygon* faces, double rounding) {
+bool lies_over(const Solid& p, const Solid& q, const Carried& plane, const ContactPolygon* faces,
+               double rounding) {
   const ContactSets& sets = plane.sets;
   if (plane.form.joined) return true;
   if (sets.p.size() == 1 && sets.face_q >= 0) {
@@ -193,7 +192,7 @@ bool lies_over(const Polyhedron& p, const Polyhedron& q, const Carried& plane,
 
 /// Proves that no other plane is better: always so when the solids are apart and the features lie
 /// over each other, and for a shallow overlap.
-bool proves_optimum(const Polyhedron& p, const Polyhedron& q, const Carried& plane,
+bool proves_optimum(const Solid& p, const Solid& q, const Carried& plane,
                     const ContactPolygon* faces, double rounding) {
   if (clearly_apart(plane.gap, rounding)) return lies_over(p, q, plane, faces, rounding);
   const auto margin = [&] { return margin_of(p, q, plane, faces, rounding); };
@@ -202,8 +201,8 @@ bool proves_optimum(const Polyhedron& p, const Polyhedron& q, const Carried& pla
 
 /// The plane of the proposed sets, when they carry it alone and no vertex lies between 0.5 and 64
 /// roundings below it: nothing is left to doubt but whether it is the best.
-bool straight_plane(const Polyhedron& p, const Polyhedron& q, const Lengths& length,
-                    const Vector3& guess, Optimum& optimum) {
+bool straight_plane(const Solid& p, const Solid& q, const Lengths& length, const Vector3& guess,
+                    Optimum& optimum) {
   Plane& plane = optimum.plane;
   optimum.faces.reset();
   plane.form = feature_normal(p, q, plane.sets, guess, length.rounding);
@@ -238,7 +237,7 @@ void insert_sorted(int v, VertexSet& set) {
 }
 
 /// The vertices of a hint and those of the face that it names: in order when the hint is our own.
-bool add_hinted(const std::array<int, 4>& vertices, int face, const Polyhedron& polyhedron,
+bool add_hinted(const std::array<int, 4>& vertices, int face, const Solid& polyhedron,
                 VertexSet& set, int& known_face) {
   const int count = polyhedron.vertex_count();
   known_face = face >= 0 && face < polyhedron.topology().face_count() ? face : -1;
@@ -252,8 +251,8 @@ bool add_hinted(const std::array<int, 4>& vertices, int face, const Polyhedron& 
 }
 
 /// The plane of the proposed sets, if it is clearly theirs and proved to be the answer.
-bool straight_answer(const Polyhedron& p, const Polyhedron& q, const Lengths& length,
-                     const Vector3& guess, Optimum& optimum) {
+bool straight_answer(const Solid& p, const Solid& q, const Lengths& length, const Vector3& guess,
+                     Optimum& optimum) {
   ++optimum.iterations;
   optimum.straight = straight_plane(p, q, length, guess, optimum) &&
                      proves_optimum(p, q, optimum.plane, optimum.laid(), length.rounding);
@@ -262,8 +261,8 @@ bool straight_answer(const Polyhedron& p, const Polyhedron& q, const Lengths& le
 }
 
 /// Last step's features first: if they carry the optimum still, and clearly, that is the answer.
-bool hinted_plane(const Polyhedron& p, const Polyhedron& q, const FeatureHint& hint,
-                  const Lengths& length, Optimum& optimum) {
+bool hinted_plane(const Solid& p, const Solid& q, const FeatureHint& hint, const Lengths& length,
+                  Optimum& optimum) {
   ContactSets& sets = optimum.plane.sets;
   if (!add_hinted(hint.vertices_a, hint.face_a, p, sets.p, sets.face_p) ||
       !add_hinted(hint.vertices_b, hint.face_b, q, sets.q, sets.face_q)) {
@@ -273,7 +272,7 @@ bool hinted_plane(const Polyhedron& p, const Polyhedron& q, const FeatureHint& h
 }
 
 /// The face of `solid` above whose plane `point` lies highest (or least deep), and by how much.
-std::pair<int, double> face_below(const Polyhedron& solid, const Vector3& point) {
+std::pair<int, double> face_below(const Solid& solid, const Vector3& point) {
   std::pair<int, double> best{0, -std::numeric_limits<double>::infinity()};
   for (int f = 0; f < solid.topology().face_count(); ++f) {
     const double height =
@@ -284,7 +283,7 @@ std::pair<int, double> face_below(const Polyhedron& solid, const Vector3& point)
 }
 
 /// The better of the two faces that look most at the other solid: where to start.
-Vector3 facing_normal(const Polyhedron& p, const Polyhedron& q) {
+Vector3 facing_normal(const Solid& p, const Solid& q) {
   const auto [f, above_p] = face_below(p, q.vertex_mean());
   const auto [g, above_q] = face_below(q, p.vertex_mean());
   const Vector3 by_p = p.face_normal(f), by_q = -q.face_normal(g);
@@ -295,7 +294,7 @@ Vector3 facing_normal(const Polyhedron& p, const Polyhedron& q) {
 }
 
 /// Have both solids more than one vertex near the plane? Then it is worth a try as the answer.
-bool lies_flat(const Polyhedron& p, const Polyhedron& q, const Vector3& normal) {
+bool lies_flat(const Solid& p, const Solid& q, const Vector3& normal) {
   constexpr double kFlat = 1e-6;  // of the diameter; only speed hangs on it
   const PairSupport both = support_pair(p, q, normal);
   VertexSet near;
@@ -306,8 +305,8 @@ bool lies_flat(const Polyhedron& p, const Polyhedron& q, const Vector3& normal) 
 }
 
 /// Blocks that lie flat on each other: the plane of their faces, if it is proved to be the answer.
-bool flat_answer(const Polyhedron& p, const Polyhedron& q, const Lengths& length,
-                 const Vector3& normal, Optimum& optimum) {
+bool flat_answer(const Solid& p, const Solid& q, const Lengths& length, const Vector3& normal,
+                 Optimum& optimum) {
   scan(p, q, normal, optimum.plane);
   find_sets(p, q, length, optimum.plane);
   if (straight_answer(p, q, length, normal, optimum)) return true;
@@ -321,8 +320,7 @@ double slack(double rounding, double gap) { return rounding + 8 * kEpsilon * std
 
 /// The corners where the search ended; a face label that has all those of one solid stands for
 /// them.
-void take_corners(const Polyhedron& p, const Polyhedron& q, const SearchResult& found,
-                  ContactSets& sets) {
+void take_corners(const Solid& p, const Solid& q, const SearchResult& found, ContactSets& sets) {
   sets.p.clear();
   sets.q.clear();
   for (int k = 0; k < found.corners; ++k) {
@@ -331,7 +329,7 @@ void take_corners(const Polyhedron& p, const Polyhedron& q, const SearchResult& 
   }
   sets.face_p = common_face(p.topology(), sets.p);
   sets.face_q = common_face(q.topology(), sets.q);
-  const auto complete = [](const Polyhedron& polyhedron, int face, VertexSet& set) {
+  const auto complete = [](const Solid& polyhedron, int face, VertexSet& set) {
     if (face >= 0) set.assign(polyhedron.topology().face_set(face));
   };
   complete(p, sets.face_p, sets.p);
@@ -340,7 +338,7 @@ void take_corners(const Polyhedron& p, const Polyhedron& q, const SearchResult& 
 
 /// The plane that the last corners of the search define: for short distances the search's own line
 /// between vertices and edges has lost the digits that tell which vertices carry it.
-bool settle_corners(const Polyhedron& p, const Polyhedron& q, const SearchResult& found,
+bool settle_corners(const Solid& p, const Solid& q, const SearchResult& found,
                     const Lengths& length, Plane& plane) {
   ContactSets sets;
   take_corners(p, q, found, sets);
@@ -350,15 +348,15 @@ bool settle_corners(const Polyhedron& p, const Polyhedron& q, const SearchResult
 
 /// A pair in the order in which it is worked.
 struct OrderedPair {
-  const Polyhedron& p;
-  const Polyhedron& q;
+  const Solid& p;
+  const Solid& q;
   bool reversed;  // q is the caller's A
   Lengths length;
-  const Polyhedron& a() const { return reversed ? q : p; }
-  const Polyhedron& b() const { return reversed ? p : q; }
+  const Solid& a() const { return reversed ? q : p; }
+  const Solid& b() const { return reversed ? p : q; }
 };
 
-OrderedPair ordered(const Polyhedron& a, const Polyhedron& b, const Lengths& length) {
+OrderedPair ordered(const Solid& a, const Solid& b, const Lengths& length) {
   const bool reversed = in_reverse_order(a, b);
   return {reversed ? b : a, reversed ? a : b, reversed, length};
 }
@@ -394,8 +392,8 @@ struct Quick {
 };
 
 /// Last step's features as an ordinary answer.
-bool hinted_answer(const Polyhedron& a, const Polyhedron& b, const Lengths& length,
-                   const FeatureHint& hint, Trial& trial, NearestFeatures& answer) {
+bool hinted_answer(const Solid& a, const Solid& b, const Lengths& length, const FeatureHint& hint,
+                   Trial& trial, NearestFeatures& answer) {
   if (hint.vertices_a[0] < 0) return false;
   trial = certify_hint(a, b, hint, length, answer);
   answer.iterations = trial == Trial::Undecided ? 0 : 1;
@@ -403,7 +401,7 @@ bool hinted_answer(const Polyhedron& a, const Polyhedron& b, const Lengths& leng
 }
 
 /// The features that three corners each span as an ordinary answer.
-bool found_answer(const Polyhedron& a, const Polyhedron& b, const Lengths& length,
+bool found_answer(const Solid& a, const Solid& b, const Lengths& length,
                   std::span<const int> by_corners_a, std::span<const int> by_corners_b,
                   const Overlap* overlap, NearestFeatures& answer) {
   Carrier by_a, by_b;
@@ -418,7 +416,7 @@ double least_gap(const SearchResult& found, double rounding) {
 }
 
 /// Do two solids of few faces lie flat on each other, and across which plane?
-bool find_flat(const Polyhedron& p, const Polyhedron& q, std::optional<Vector3>& normal) {
+bool find_flat(const Solid& p, const Solid& q, std::optional<Vector3>& normal) {
   constexpr int kFewFaces = 16;
   if (p.topology().face_count() + q.topology().face_count() > kFewFaces) return false;
   const Vector3 facing = facing_normal(p, q);
@@ -433,7 +431,7 @@ void grow(const OrderedPair& pair, Quick& quick) {
   quick.iterations += quick.found.iterations;
 }
 
-bool are_bricks(const Polyhedron& a, const Polyhedron& b) {
+bool are_bricks(const Solid& a, const Solid& b) {
   return !a.topology().brick().empty() && !b.topology().brick().empty();
 }
 
@@ -463,7 +461,7 @@ bool overlapping_answer(const OrderedPair& pair, Quick& quick, NearestFeatures& 
 }
 
 /// The nearest features of the corners that look at each other.
-bool corner_answer(const Polyhedron& a, const Polyhedron& b, const Lengths& length, Quick& quick,
+bool corner_answer(const Solid& a, const Solid& b, const Lengths& length, Quick& quick,
                    NearestFeatures& answer) {
   ++quick.iterations;
   const CornerFeatures corners = corner_features(a, b, b.vertex_mean() - a.vertex_mean());
@@ -471,7 +469,7 @@ bool corner_answer(const Polyhedron& a, const Polyhedron& b, const Lengths& leng
 }
 
 /// The answer of a cold search.
-bool searched_answer(const Polyhedron& a, const Polyhedron& b, const Lengths& length, Quick& quick,
+bool searched_answer(const Solid& a, const Solid& b, const Lengths& length, Quick& quick,
                      NearestFeatures& answer) {
   if (has_plain_corners(a, b) && corner_answer(a, b, length, quick, answer)) return true;
   if (are_bricks(a, b)) {
@@ -491,7 +489,7 @@ bool searched_answer(const Polyhedron& a, const Polyhedron& b, const Lengths& le
 }
 
 bool fast_answer(const OrderedPair& pair, Quick& quick, Optimum& optimum) {
-  const Polyhedron &p = pair.p, &q = pair.q;
+  const Solid &p = pair.p, &q = pair.q;
   const Lengths& length = pair.length;
   const double rounding = length.rounding;
   if (quick.flat && flat_answer(p, q, length, *quick.flat, optimum)) return true;
@@ -519,8 +517,8 @@ bool fast_answer(const OrderedPair& pair, Quick& quick, Optimum& optimum) {
 }
 
 /// Whatever doubles could not decide.
-void wide_answer(const Polyhedron& p, const Polyhedron& q, int max_iterations,
-                 const Lengths& length, Optimum& optimum) {
+void wide_answer(const Solid& p, const Solid& q, int max_iterations, const Lengths& length,
+                 Optimum& optimum) {
   ActiveFeatures found = exact_nearest(p, q, max_iterations);
   optimum.iterations += found.iterations;
   if (found.overlapping) found = exhaustive_overlap(p, q);
@@ -540,9 +538,8 @@ void wide_answer(const Polyhedron& p, const Polyhedron& q, int max_iterations,
 }
 
 /// Witness points: of the shared part of the two features that rounding cannot tell from parallel.
-void set_witnesses(const Polyhedron& p, const Polyhedron& q, const Carried& contact,
-                   const VertexSet& set_p, const VertexSet& set_q, double length,
-                   NearestFeatures& answer) {
+void set_witnesses(const Solid& p, const Solid& q, const Carried& contact, const VertexSet& set_p,
+                   const VertexSet& set_q, double length, NearestFeatures& answer) {
   const Vector3 across = answer.gap * answer.normal;
   if (set_p.size() == 1) {
     answer.point_a = p.vertex(set_p[0]);
@@ -557,7 +554,7 @@ void set_witnesses(const Polyhedron& p, const Polyhedron& q, const Carried& cont
   }
   if (contact.form.crossed && set_p.size() == 2 && set_q.size() == 2) {
     const Vector3 base = p.vertex(set_p[0]);
-    answer.point_a = base + contact.form.share * (p.vertex(set_p[1]) - base);
+    answer.point_a = base + contact.form.share * p.line(set_p[0], set_p[1]);
     answer.point_b = answer.point_a + across;
     return;
   }
@@ -583,7 +580,7 @@ void set_witnesses(const Polyhedron& p, const Polyhedron& q, const Carried& cont
   answer.point_b = answer.point_a + across;
 }
 
-Feature feature_of(const Polyhedron& polyhedron, const VertexSet& set, FeatureKind kind, int face,
+Feature feature_of(const Solid& polyhedron, const VertexSet& set, FeatureKind kind, int face,
                    const Vector3& outward) {
   if (kind == FeatureKind::Vertex) return {kind, set[0]};
   const Topology& topology = polyhedron.topology();
@@ -597,17 +594,15 @@ Feature feature_of(const Polyhedron& polyhedron, const VertexSet& set, FeatureKi
 }
 
 /// How far either solid reaches beyond its witness.
-void set_residuals(const Polyhedron& p, const Polyhedron& q, const Carried& plane,
-                   NearestFeatures& answer) {
+void set_residuals(const Solid& p, const Solid& q, const Carried& plane, NearestFeatures& answer) {
   const Vector3 high = p.vertex(plane.support_p.vertex), low = q.vertex(plane.support_q.vertex);
   answer.residual_a = std::max(0.0, answer.normal.dot(high - answer.point_a));
   answer.residual_b = std::max(0.0, answer.normal.dot(answer.point_b - low));
 }
 
 /// Features within the contact tolerance: the sets are those of `tolerance`.
-void set_features(const Polyhedron& p, const Polyhedron& q, const Carried& plane,
-                  const VertexSet& set_p, const VertexSet& set_q, double tolerance,
-                  NearestFeatures& answer) {
+void set_features(const Solid& p, const Solid& q, const Carried& plane, const VertexSet& set_p,
+                  const VertexSet& set_q, double tolerance, NearestFeatures& answer) {
   const FeatureKind kind_p = span_kind(p, set_p, tolerance);
   const FeatureKind kind_q = span_kind(q, set_q, tolerance);
   answer.feature_a = feature_of(p, set_p, kind_p, plane.sets.face_p, answer.normal);
@@ -621,7 +616,7 @@ void set_features(const Polyhedron& p, const Polyhedron& q, const Carried& plane
 }
 
 /// The witnesses of two whole faces, and what the contact points will ask for.
-void set_face_witnesses(const Polyhedron& p, const Polyhedron& q, const Carried& contact,
+void set_face_witnesses(const Solid& p, const Solid& q, const Carried& contact,
                         ContactPolygon& faces, NearestFeatures& answer) {
   Vector2 place;
   if (faces.corners.empty()) {
@@ -640,7 +635,7 @@ void set_face_witnesses(const Polyhedron& p, const Polyhedron& q, const Carried&
 }
 
 /// Witnesses, features and what they leave open.
-void describe(const Polyhedron& p, const Polyhedron& q, Optimum& optimum, const Lengths& length,
+void describe(const Solid& p, const Solid& q, Optimum& optimum, const Lengths& length,
               NearestFeatures& answer) {
   const Plane& plane = optimum.plane;
   if (optimum.faces) {
@@ -685,7 +680,7 @@ void set_hint(const Carried& plane, NearestFeatures& answer) {
 /// The general way; true: an ordinary answer after all, in the names of the caller.
 bool general_answer(const OrderedPair& pair, const SearchOptions& options, const FeatureHint& hint,
                     Quick& quick, Optimum& optimum, NearestFeatures& answer) {
-  const Polyhedron &p = pair.p, &q = pair.q;
+  const Solid &p = pair.p, &q = pair.q;
   const Lengths& length = pair.length;
   const auto warm = [&] {
     return quick.hint == Trial::Undecided && hinted_plane(p, q, hint, length, optimum);
@@ -738,11 +733,6 @@ std::string_view name(PlaneRule rule) {
   return "";
 }
 
-double default_tolerance(const Polyhedron& a, const Polyhedron& b) {
-  return std::max(1e-9 * std::min(a.diameter(), b.diameter()),
-                  16 * kEpsilon * std::max(a.largest_coordinate(), b.largest_coordinate()));
-}
-
 namespace {
 
 /// Whatever the quick ways have left open.
@@ -765,7 +755,7 @@ void find_answer(const OrderedPair& pair, const SearchOptions& options, const Fe
 }
 
 /// Where the hint has not led to the answer.
-[[gnu::noinline]] void find_answer_apart(const Polyhedron& a, const Polyhedron& b,
+[[gnu::noinline]] void find_answer_apart(const Solid& a, const Solid& b,
                                          const SearchOptions& options, const FeatureHint& hint,
                                          const Lengths& length, Trial trial,
                                          NearestFeatures& answer) {
@@ -780,9 +770,8 @@ void find_answer(const OrderedPair& pair, const SearchOptions& options, const Fe
 
 }  // namespace
 
-NearestFeatures nearest_features(const Polyhedron& a, const Polyhedron& b,
-                                 const SearchOptions& options, const FeatureHint& hint,
-                                 LateInit<ContactPolygon>& faces) {
+NearestFeatures nearest_features(const Solid& a, const Solid& b, const SearchOptions& options,
+                                 const FeatureHint& hint, LateInit<ContactPolygon>& faces) {
   fetch(a);
   fetch(b);
   fetch_faces(a);
@@ -798,8 +787,8 @@ NearestFeatures nearest_features(const Polyhedron& a, const Polyhedron& b,
   return answer;
 }
 
-NearestFeatures nearest_features(const Polyhedron& a, const Polyhedron& b,
-                                 const SearchOptions& options, const FeatureHint& hint) {
+NearestFeatures nearest_features(const Solid& a, const Solid& b, const SearchOptions& options,
+                                 const FeatureHint& hint) {
   fetch(a);
   fetch(b);
   NearestFeatures answer;
@@ -809,6 +798,18 @@ NearestFeatures nearest_features(const Polyhedron& a, const Polyhedron& b,
     find_answer_apart(a, b, options, hint, length, trial, answer);
   }
   return answer;
+}
+
+NearestFeatures nearest_features(const Polyhedron& a, const Polyhedron& b,
+                                 const SearchOptions& options, const FeatureHint& hint) {
+  const PlacedPair pair(a, b);
+  return moved(nearest_features(pair.a, pair.b, options, hint), pair.middle);
+}
+
+NearestFeatures nearest_features(const Body& a, const Body& b, const SearchOptions& options,
+                                 const FeatureHint& hint) {
+  const PlacedPair pair(a, b);
+  return moved(nearest_features(pair.a, pair.b, options, hint), pair.middle);
 }
 
 }  // namespace quoin::geometry

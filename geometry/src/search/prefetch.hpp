@@ -2,7 +2,7 @@
 /// Memory asked for before it is needed. Internal.
 
 #include <algorithm>
-#include <quoin/geometry/polyhedron.hpp>
+#include "shape/solid.hpp"
 
 namespace quoin::geometry {
 
@@ -14,19 +14,19 @@ namespace quoin::geometry {
   for (int k = 0; k < std::min(count, kMost); k += kLine) __builtin_prefetch(values + k);
 }
 
-[[gnu::always_inline]] inline void fetch(const Polyhedron& polyhedron) {
+[[gnu::always_inline]] inline void fetch(const Solid& polyhedron) {
   __builtin_prefetch(&polyhedron.topology());
-  fetch(polyhedron.offsets(), 3 * polyhedron.padded_count());
+  fetch(polyhedron.shape().offsets(), 3 * polyhedron.padded_count());
 }
 
 /// What laying faces asks for besides.
-[[gnu::always_inline]] inline void fetch_faces(const Polyhedron& polyhedron) {
-  fetch(polyhedron.vertices().data(), 3 * polyhedron.vertex_count());
-  fetch(polyhedron.face_normals().data(), 3 * polyhedron.topology().face_count());
+[[gnu::always_inline]] inline void fetch_faces(const Solid& polyhedron) {
+  fetch(polyhedron.shape().vertices().data(), 3 * polyhedron.vertex_count());
+  fetch(polyhedron.shape().face_normals().data(), 3 * polyhedron.topology().face_count());
 }
 #else
-inline void fetch(const Polyhedron&) {}
-inline void fetch_faces(const Polyhedron&) {}
+inline void fetch(const Solid&) {}
+inline void fetch_faces(const Solid&) {}
 #endif
 
 }  // namespace quoin::geometry

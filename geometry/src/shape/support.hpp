@@ -1,12 +1,11 @@
 #pragma once
 /// Support functions of a polyhedron: how far it reaches along a direction, and with which
-/// vertices. All offsets are from Polyhedron::origin(); the sums are ((x·dx + y·dy) + z·dz) in
-/// every variant. The widest instructions of the machine are chosen at run time; all variants give
-/// the same bits.
-
-#include <quoin/geometry/polyhedron.hpp>
+/// vertices. Directions are turned into the shape's frame, offsets are those of its rows, from
+/// Polyhedron::origin(); the sums are ((x·dx + y·dy) + z·dz) in every variant. The widest
+/// instructions of the machine are chosen at run time; all variants give the same bits.
 
 #include "numeric/small_vector.hpp"
+#include "shape/solid.hpp"
 
 namespace quoin::geometry {
 
@@ -18,24 +17,24 @@ struct Support {
 };
 
 /// The vertex farthest along `direction` (any length).
-Support support(const Polyhedron& polyhedron, const Vector3& direction);
+Support support(const Solid& polyhedron, const Vector3& direction);
 
 /// Vertex of P farthest along a direction and of Q farthest against it, in one pass.
 struct PairSupport {
   Support p;
   Support q;  ///< value: of offset · (-direction), m
 };
-PairSupport support_pair(const Polyhedron& p, const Polyhedron& q, const Vector3& direction);
+PairSupport support_pair(const Solid& p, const Solid& q, const Vector3& direction);
 
 /// Vertices whose offset · direction is at least `value`, ascending.
-void find_vertices_beyond(const Polyhedron& polyhedron, const Vector3& direction, double value,
+void find_vertices_beyond(const Solid& polyhedron, const Vector3& direction, double value,
                           VertexSet& vertices);
 
 /// How many vertices do.
-int count_beyond(const Polyhedron& polyhedron, const Vector3& direction, double value);
+int count_beyond(const Solid& polyhedron, const Vector3& direction, double value);
 
 /// Is `set` (each once) just the vertices whose offset · direction is at least `value`?
-bool only_these_beyond(const Polyhedron& polyhedron, const Vector3& direction, double value,
+bool only_these_beyond(const Solid& polyhedron, const Vector3& direction, double value,
                        std::span<const int> set);
 
 /// Vertices (ascending) that are to carry a support plane: all of them less than `flat` below it,
@@ -46,7 +45,7 @@ struct Carriers {
 };
 
 /// Do they? `top` is the support in any case.
-bool carried_alone(const Polyhedron& polyhedron, const Vector3& direction, const Carriers& carriers,
+bool carried_alone(const Solid& polyhedron, const Vector3& direction, const Carriers& carriers,
                    Support& top);
 
 /// In the order of sums of the scans.
@@ -54,9 +53,10 @@ inline double along(const Vector3& x, const Vector3& d) {
   return x.x() * d.x() + x.y() * d.y() + x.z() * d.z();
 }
 
-inline Vector3 offset(const Polyhedron& polyhedron, int v) {
-  const double* p = polyhedron.offsets() + v;
-  const int rows = polyhedron.padded_count();
+/// Offset of a vertex in the shape's frame, as the scans read it.
+inline Vec3 row_offset(const Solid& solid, int v) {
+  const double* p = solid.shape().offsets() + v;
+  const int rows = solid.padded_count();
   return {p[0], p[rows], p[2 * rows]};
 }
 

@@ -13,18 +13,22 @@
 
 namespace quoin::geometry {
 
-/// Rows of a polyhedron's offsets.
+/// Rows of a shape's offsets. The scans take directions in the shape's frame: `local` turns them.
 struct Rows {
   const double *x, *y, *z;
   int padded;
   int count;
-  explicit Rows(const Polyhedron& polyhedron)
-      : x(polyhedron.offsets()),
-        y(x + polyhedron.padded_count()),
-        z(y + polyhedron.padded_count()),
-        padded(polyhedron.padded_count()),
-        count(polyhedron.vertex_count()) {}
+  const Solid* solid;
+  explicit Rows(const Solid& of)
+      : x(of.shape().offsets()),
+        y(x + of.padded_count()),
+        z(y + of.padded_count()),
+        padded(of.padded_count()),
+        count(of.vertex_count()),
+        solid(&of) {}
+  Vec3 local(const Vec3& direction) const { return solid->turned_back(direction); }
   Vec3 offset(int v) const { return {x[v], y[v], z[v]}; }
+  Vec3 placed(int v) const { return solid->turn(offset(v)); }  ///< the same turned as the body is
   double along(int v, const Vec3& d) const { return dot(offset(v), d); }
 };
 
@@ -58,15 +62,10 @@ struct Wide512 {
   __m512d x, y, z;
   QUOIN_AVX512 explicit Wide512(const Vec3& d)
       : x(_mm512_set1_pd(d.x)), y(_mm512_set1_pd(d.y)), z(_mm512_set1_pd(d.z)) {}
-  QUOIN_AVX512 Wide512(__m512d a, __m512d b, __m512d c) : x(a), y(b), z(c) {}
   QUOIN_AVX512 __m512d along(const Rows& rows, int v) const {
     const __m512d sum = _mm512_add_pd(_mm512_mul_pd(_mm512_load_pd(rows.x + v), x),
                                       _mm512_mul_pd(_mm512_load_pd(rows.y + v), y));
     return _mm512_add_pd(sum, _mm512_mul_pd(_mm512_load_pd(rows.z + v), z));
-  }
-  QUOIN_AVX512 Wide512 reversed() const {
-    const __m512d sign = _mm512_set1_pd(-0.0);
-    return {_mm512_xor_pd(x, sign), _mm512_xor_pd(y, sign), _mm512_xor_pd(z, sign)};
   }
   /// Which of the vertices v … v + 7 reach the limit.
   QUOIN_AVX512 unsigned reaching(const Rows& rows, int v, __m512d limit) const {
@@ -183,15 +182,10 @@ struct Wide256 {
   __m256d x, y, z;
   QUOIN_AVX2 explicit Wide256(const Vec3& d)
       : x(_mm256_set1_pd(d.x)), y(_mm256_set1_pd(d.y)), z(_mm256_set1_pd(d.z)) {}
-  QUOIN_AVX2 Wide256(__m256d a, __m256d b, __m256d c) : x(a), y(b), z(c) {}
   QUOIN_AVX2 __m256d along(const Rows& rows, int v) const {
     const __m256d sum = _mm256_add_pd(_mm256_mul_pd(_mm256_load_pd(rows.x + v), x),
                                       _mm256_mul_pd(_mm256_load_pd(rows.y + v), y));
     return _mm256_add_pd(sum, _mm256_mul_pd(_mm256_load_pd(rows.z + v), z));
-  }
-  QUOIN_AVX2 Wide256 reversed() const {
-    const __m256d sign = _mm256_set1_pd(-0.0);
-    return {_mm256_xor_pd(x, sign), _mm256_xor_pd(y, sign), _mm256_xor_pd(z, sign)};
   }
   /// Which of the vertices v … v + 3 reach the limit.
   QUOIN_AVX2 unsigned reaching(const Rows& rows, int v, __m256d limit) const {
@@ -318,17 +312,18 @@ QUOIN_AVX2 inline int count_256(const Rows& rows, const Vec3& d, double value) {
 
 /// So few that scans of 256 bits are worth more: beside instructions of 512 bits the machine has
 /// fewer units for all the others.
-inline bool few_vertices(const Polyhedron& p, const Polyhedron& q) {
+inline bool few_vertices(const Solid& p, const Solid& q) {
   return std::max(p.padded_count(), q.padded_count()) <= 32;
 }
 
-/// The scans of one kind of instructions under one name each.
+/// The scans of one kind of instructions under one name each. Directions are those of the shape's
+/// frame, of a pair those of the world.
 struct PlainScan {
   static constexpr bool kFused = false;
   using Flags = PlainFlags;
   static Support support(const Rows& rows, const Vec3& d) { return narrow_support(rows, d); }
   static PairSupport support_pair(const Rows& p, const Rows& q, const Vec3& d) {
-    return {narrow_support(p, d), narrow_support(q, -d)};
+    return {narrow_support(p, p.local(d)), narrow_support(q, q.local(-d))};
   }
   static int count_beyond(const Rows& rows, const Vec3& d, double value) {
     return narrow_count(rows, d, value);
@@ -353,8 +348,7 @@ struct Scan512 {
     return support_512(rows, Wide512(d));
   }
   QUOIN_AVX512 static PairSupport support_pair(const Rows& p, const Rows& q, const Vec3& d) {
-    const Wide512 wide(d);
-    return {support_512(p, wide), support_512(q, wide.reversed())};
+    return {support_512(p, Wide512(p.local(d))), support_512(q, Wide512(q.local(-d)))};
   }
   QUOIN_AVX512 static int count_beyond(const Rows& rows, const Vec3& d, double value) {
     return count_512(rows, d, value);
@@ -367,8 +361,7 @@ struct Scan256 {
     return support_256(rows, Wide256(d));
   }
   QUOIN_AVX2 static PairSupport support_pair(const Rows& p, const Rows& q, const Vec3& d) {
-    const Wide256 wide(d);
-    return {support_256(p, wide), support_256(q, wide.reversed())};
+    return {support_256(p, Wide256(p.local(d))), support_256(q, Wide256(q.local(-d)))};
   }
   QUOIN_AVX2 static int count_beyond(const Rows& rows, const Vec3& d, double value) {
     return count_256(rows, d, value);

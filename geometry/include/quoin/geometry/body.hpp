@@ -13,23 +13,42 @@ struct Placement {
 };
 
 /// The image of a shape's solid under the twelve numbers of a placement as given. It refers to the
-/// shape, which must outlive it, and stores no vertices.
+/// shape, which must outlive it, and stores no vertices: moving it writes these numbers and what
+/// follows from them. The shape's vertices must not be set anew while a body refers to it.
 class Body {
  public:
-  Body(const Polyhedron& shape) : shape_(&shape) {}  // NOLINT: a shape stands in its own frame
-  Body(const Polyhedron& shape, const Placement& placement)
-      : shape_(&shape), placement_(placement) {}
+  Body(const Polyhedron& shape);  // NOLINT: a shape stands in its own frame
+  Body(const Polyhedron& shape, const Placement& placement);
+
+  void move(const Placement& placement);
 
   const Polyhedron& shape() const { return *shape_; }
   const Placement& placement() const { return placement_; }
-  /// Place of a vertex in the world, m.
+  /// Place of a vertex in the world, rounded, m.
   Vector3 vertex(int v) const {
     return placement_.translation + placement_.linear * shape_->vertex(v);
   }
 
+  /// Image of the shape's origin() as an unevaluated sum, m: the difference of two of them is right
+  /// to its own last place, wherever the bodies stand.
+  const Vector3& centre() const { return centre_; }
+  const Vector3& centre_rest() const { return centre_rest_; }
+  /// Turns normals: linear for a rotation, else its matrix of cofactors.
+  const Matrix3& cofactors() const { return cofactors_; }
+  /// False: `linear` is the identity.
+  bool is_turned() const { return turned_; }
+  /// A rotation within rounding: lengths and normals keep their length.
+  bool is_rigid() const { return rigid_; }
+  /// No two points come to lie farther apart than this times their distance in the shape's frame.
+  double stretch() const { return stretch_; }
+
  private:
   const Polyhedron* shape_;
   Placement placement_;
+  Vector3 centre_, centre_rest_ = Vector3::Zero();
+  Matrix3 cofactors_ = Matrix3::Identity();
+  double stretch_ = 1.0;
+  bool turned_ = false, rigid_ = true;
 };
 
 }  // namespace quoin::geometry

@@ -41,6 +41,9 @@ struct ContactOptions {
 void append_contact_points(const std::array<int, 2>& blocks, const Polyhedron& a,
                            const Polyhedron& b, const NearestFeatures& nearest,
                            const ContactOptions& options, std::vector<ContactPoint>& contacts);
+void append_contact_points(const std::array<int, 2>& blocks, const Body& a, const Body& b,
+                           const NearestFeatures& nearest, const ContactOptions& options,
+                           std::vector<ContactPoint>& contacts);
 
 /// Nearest features and contact points in one, for less than one after the other. Here
 /// `options.reach` is the gap itself up to which points are listed (and always those of touching

@@ -1,0 +1,59 @@
+#include <cmath>
+#include <limits>
+#include <quoin/geometry/body.hpp>
+
+#include "numeric/double_double.hpp"
+
+namespace quoin::geometry {
+namespace {
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+/// What a product of rounded rotations is off, and below which their normals keep their length.
+constexpr double kRigid = 8 * kEpsilon;
+
+/// translation + linear origin, row by row.
+DoubleDouble image(const Placement& placement, const Vector3& origin, int row) {
+  DoubleDouble sum = placement.translation[row];
+  for (int k = 0; k < 3; ++k) sum = sum + two_product(placement.linear(row, k), origin[k]);
+  return sum;
+}
+
+Matrix3 cofactors_of(const Matrix3& a) {
+  Matrix3 cofactors;
+  cofactors.col(0) = a.col(1).cross(a.col(2));
+  cofactors.col(1) = a.col(2).cross(a.col(0));
+  cofactors.col(2) = a.col(0).cross(a.col(1));
+  return cofactors;
+}
+
+/// Bound of the largest singular value: the largest row sum of its squares' matrix.
+double largest_stretch(const Matrix3& a) {
+  return std::sqrt((a.transpose() * a).cwiseAbs().rowwise().sum().maxCoeff());
+}
+
+}  // namespace
+
+Body::Body(const Polyhedron& shape) : shape_(&shape), centre_(shape.origin()) {}
+
+Body::Body(const Polyhedron& shape, const Placement& placement) : shape_(&shape) {
+  move(placement);
+}
+
+void Body::move(const Placement& placement) {
+  placement_ = placement;
+  centre_ = placement.translation;
+  centre_rest_.setZero();
+  if (const Vector3& origin = shape_->origin(); origin != Vector3::Zero()) {
+    for (int k = 0; k < 3; ++k) {
+      const DoubleDouble sum = image(placement, origin, k);
+      centre_[k] = sum.high;
+      centre_rest_[k] = sum.low;
+    }
+  }
+  turned_ = placement.linear != Matrix3::Identity();
+  cofactors_ = turned_ ? cofactors_of(placement.linear) : placement.linear;
+  rigid_ = ((cofactors_ - placement.linear).cwiseAbs().maxCoeff() <= kRigid);
+  stretch_ = rigid_ ? 1.0 : largest_stretch(placement.linear);
+}
+
+}  // namespace quoin::geometry

@@ -1,0 +1,142 @@
+#pragma once
+/// A body as the searches see it: all places are relative to the middle of the pair, so that
+/// nothing depends on where the pair stands. Vertices stay in the shape's frame and are placed when
+/// they are asked for; directions are turned into that frame to be scanned there. Internal.
+
+#include <quoin/geometry/body.hpp>
+
+#include "numeric/double_double.hpp"
+#include "numeric/vec3.hpp"
+
+namespace quoin::geometry {
+
+class Solid {
+ public:
+  /// In its own frame, seen from the frame's origin.
+  Solid(const Polyhedron& shape) : Solid(shape, shape.origin()) {}  // NOLINT: meant to convert
+  /// `origin`: where the shape's origin lies, from the middle of the pair, m.
+  Solid(const Polyhedron& shape, const Vector3& origin)
+      : shape_(&shape), body_(nullptr), turned_(nullptr), origin_(origin) {}
+  Solid(const Body& body, const Vector3& origin)
+      : shape_(&body.shape()),
+        body_(&body),
+        turned_(body.is_turned() ? &body : nullptr),
+        origin_(origin) {}
+
+  const Polyhedron& shape() const { return *shape_; }
+  const Body* body() const { return body_; }      ///< null: the shape in its own frame
+  const Body* turned() const { return turned_; }  ///< null: `linear` is the identity
+  const Topology& topology() const { return shape_->topology(); }
+  int vertex_count() const { return shape_->vertex_count(); }
+  int padded_count() const { return shape_->padded_count(); }
+  const Vector3& origin() const { return origin_; }
+  double diameter() const {  ///< never less than the diameter, m
+    const double diameter = shape_->diameter();
+    return turned_ == nullptr ? diameter : turned_->stretch() * diameter;
+  }
+  /// Largest coordinate of the shape in its own frame: its data are known to eps of that, m.
+  double largest_coordinate() const { return shape_->largest_coordinate(); }
+
+  Vector3 vertex(int v) const { return place(shape_->vertex(v)); }
+  Vector3 vertex_mean() const { return place(shape_->vertex_mean()); }  ///< a point inside
+  Vector3 face_normal(int f) const;                                     ///< unit, outward
+  /// Along an edge, right to the last places however short it is: from vertex v to w, m.
+  Vector3 line(int v, int w) const {
+    const Vector3 line = shape_->vertex(w) - shape_->vertex(v);
+    return turned_ == nullptr ? line : Vector3(turned_->placement().linear * line);
+  }
+  WideVector wide_line(int v, int w) const {
+    return turned_vector(wide_difference(shape_->vertex(w), shape_->vertex(v)));
+  }
+  /// From the shape's origin.
+  WideVector wide_offset(int v) const {
+    return turned_vector(wide_difference(shape_->vertex(v), shape_->origin()));
+  }
+
+  /// A direction in the shape's frame: offset · turned_back(d) = placed offset · d.
+  Vec3 turned_back(const Vec3& d) const {
+    if (turned_ == nullptr) return d;
+    const double* a = turned_->placement().linear.data();
+    return {dot(Vec3(a[0], a[1], a[2]), d), dot(Vec3(a[3], a[4], a[5]), d),
+            dot(Vec3(a[6], a[7], a[8]), d)};
+  }
+  /// An offset from the shape's origin, placed.
+  Vec3 turn(const Vec3& offset) const {
+    if (turned_ == nullptr) return offset;
+    const double* a = turned_->placement().linear.data();
+    return {dot(Vec3(a[0], a[3], a[6]), offset), dot(Vec3(a[1], a[4], a[7]), offset),
+            dot(Vec3(a[2], a[5], a[8]), offset)};
+  }
+
+ private:
+  Vector3 place(const Vector3& x) const {
+    return Vector3(turn(Vec3(x - shape_->origin()))) + origin_;
+  }
+  WideVector turned_vector(const WideVector& v) const;
+
+  const Polyhedron* shape_;
+  const Body* body_;
+  const Body* turned_;
+  Vector3 origin_;
+};
+
+inline Vector3 Solid::face_normal(int f) const {
+  const Vector3 own = shape_->face_normal(f);
+  if (turned_ == nullptr) return own;
+  const Vector3 normal = turned_->cofactors() * own;
+  // Of a rotation a step of Newton's method for the inverse root leaves nothing.
+  if (turned_->is_rigid()) return (1.5 - 0.5 * normal.squaredNorm()) * normal;
+  return normal.normalized();
+}
+
+inline WideVector Solid::turned_vector(const WideVector& v) const {
+  if (turned_ == nullptr) return v;
+  const Matrix3& a = turned_->placement().linear;
+  return {v.x * a(0, 0) + v.y * a(0, 1) + v.z * a(0, 2),
+          v.x * a(1, 0) + v.y * a(1, 1) + v.z * a(1, 2),
+          v.x * a(2, 0) + v.y * a(2, 1) + v.z * a(2, 2)};
+}
+
+inline Vec3 place(const Solid& solid, int vertex) { return solid.vertex(vertex); }
+inline Vec3 face_normal(const Solid& solid, int face) { return solid.face_normal(face); }
+
+/// q_j - p_i, in double-double: right to about 1e-31 of the lengths that go in.
+inline WideVector exact_corner(const Solid& p, const Solid& q, int i, int j) {
+  if (p.body() == nullptr && q.body() == nullptr) {
+    return wide_difference(q.shape().vertex(j), p.shape().vertex(i));
+  }
+  const Body at_p = p.body() != nullptr ? *p.body() : Body(p.shape());
+  const Body at_q = q.body() != nullptr ? *q.body() : Body(q.shape());
+  return wide_difference(at_q.centre(), at_p.centre()) +
+         wide_difference(at_q.centre_rest(), at_p.centre_rest()) +
+         (q.wide_offset(j) - p.wide_offset(i));
+}
+
+/// From one centre to another, right to its own last place.
+inline Vector3 apart(const Body& a, const Body& b) {
+  return (wide_difference(b.centre(), a.centre()) +
+          wide_difference(b.centre_rest(), a.centre_rest()))
+      .rounded();
+}
+
+/// Two bodies from the middle between their centres.
+struct PlacedPair {
+  Vector3 middle;  ///< in the world, m
+  Solid a, b;
+
+  PlacedPair(const Polyhedron& shape_a, const Polyhedron& shape_b)
+      : PlacedPair(shape_a, shape_b, shape_b.origin() - shape_a.origin()) {
+    middle = 0.5 * shape_a.origin() + 0.5 * shape_b.origin();
+  }
+  PlacedPair(const Body& body_a, const Body& body_b)
+      : PlacedPair(body_a, body_b, apart(body_a, body_b)) {
+    middle = 0.5 * body_a.centre() + 0.5 * body_b.centre();
+  }
+
+ private:
+  template <class Place>
+  PlacedPair(const Place& at_a, const Place& at_b, const Vector3& between)
+      : a(at_a, -0.5 * between), b(at_b, 0.5 * between) {}
+};
+
+}  // namespace quoin::geometry
