@@ -27,9 +27,12 @@ RULES = [
 ]
 DOORS = {"geometry/src/finder/broad_phase.cpp": r"^fcl/", "geometry/src/oracle/gjk_oracle.cpp": r"^(fcl|ccd)/"}
 
-# Within a room a file includes private headers only from before it in the chain.
+# Within a room a file includes private headers only from its own step of the chain or one before it:
+# folders of geometry/src, files of the solver.
+FOLDERS = ["simd", "numeric", "shape", "polygon", "certify", "search", "contact", "finder",
+           "bindings", "oracle"]
 CHAINS = {
-    "geometry": [["types"], ["polyhedron"], ["nearest_features"], ["contact_type"],
+    "geometry": [["types"], ["polyhedron"], ["body"], ["nearest_features"], ["contact_type"],
                  ["contact_point"], ["contact_finder"]],
     "solver": [["scene", "state", "displacement"], ["block_terms", "contact_list"],
                ["contact_terms"], ["block_system", "elimination", "subtract_product"], ["linear_solver"], ["open_close"],
@@ -64,6 +67,15 @@ def chain_breaches(room, path, names):
         private_or_geometry = kind == '"' or (room == "geometry" and name.startswith("quoin/geometry/"))
         if private_or_geometry and mine is not None and other is not None and other > mine:
             yield f"{path.relative_to(ROOT)}: includes {name}, which stands after it in the chain"
+
+
+def folder_breaches(path, names):
+    """A folder of geometry/src includes from itself and from those before it."""
+    mine = path.relative_to(ROOT / "geometry" / "src").parts[0]
+    for kind, name in names:
+        other = name.split("/")[0]
+        if kind == '"' and other in FOLDERS and FOLDERS.index(other) > FOLDERS.index(mine):
+            yield f"{path.relative_to(ROOT)}: includes {name}, whose folder stands after {mine}"
 
 
 def cycles(graph):
@@ -110,6 +122,8 @@ def breaches():
                     yield f"{path.relative_to(ROOT)}: includes {name}: {reason}"
             if room in CHAINS:
                 yield from chain_breaches(room, path, names)
+            if path.is_relative_to(ROOT / "geometry" / "src"):
+                yield from folder_breaches(path, names)
     for room in CHAINS:
         for cycle in cycles(header_graph(room)):
             yield "cycle: " + " -> ".join(cycle)

@@ -1,11 +1,11 @@
 /// The part that two faces share, against the hull of its corners and against closed forms.
 
-#include "geometry/src/contact/contact_polygon.hpp"
+#include "geometry/src/polygon/contact_polygon.hpp"
 
 #include <algorithm>
 #include <quoin/geometry/build.hpp>
 
-#include "geometry/src/contact/projected_feature.hpp"
+#include "geometry/src/polygon/projected_feature.hpp"
 #include "support/catch.hpp"
 #include "support/random.hpp"
 

@@ -4,7 +4,7 @@
 
 #include <quoin/geometry/build.hpp>
 
-#include "geometry/src/simd/support_kernels.hpp"
+#include "geometry/src/shape/support_kernels.hpp"
 #include "support/catch.hpp"
 #include "support/random.hpp"
 

@@ -2,7 +2,7 @@
 /// The order in which a pair is worked, whichever way round it was asked: swapping A and B then
 /// gives the same bits. Internal.
 
-#include "shape/solid.hpp"
+#include "certify/certificate.hpp"
 
 namespace quoin::geometry {
 
@@ -26,6 +26,35 @@ inline bool in_reverse_order(const Solid& p, const Solid& q) {
   const Placement &s = p.body()->placement(), &t = q.body()->placement();
   const int order = compare(s.translation.data(), t.translation.data(), 3);
   return (order != 0 ? order : compare(s.linear.data(), t.linear.data(), 9)) > 0;
+}
+
+/// A pair in the order in which it is worked.
+struct CanonicalPair {
+  const Solid& p;
+  const Solid& q;
+  bool reversed;  // q is the caller's A
+  Lengths length;
+  const Solid& a() const { return reversed ? q : p; }
+  const Solid& b() const { return reversed ? p : q; }
+};
+
+inline CanonicalPair ordered(const Solid& a, const Solid& b, const Lengths& length) {
+  const bool reversed = in_reverse_order(a, b);
+  return {reversed ? b : a, reversed ? a : b, reversed, length};
+}
+
+inline void swap_names(FeatureHint& hint) {
+  hint.normal = one_zero(-Vec3(hint.normal));
+  std::swap(hint.vertices_a, hint.vertices_b);
+  std::swap(hint.face_a, hint.face_b);
+}
+
+inline void swap_names(NearestFeatures& answer) {
+  answer.normal = one_zero(-Vec3(answer.normal));
+  std::swap(answer.point_a, answer.point_b);
+  std::swap(answer.feature_a, answer.feature_b);
+  std::swap(answer.residual_a, answer.residual_b);
+  swap_names(answer.hint);
 }
 
 }  // namespace quoin::geometry

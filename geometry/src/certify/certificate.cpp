@@ -5,8 +5,8 @@
 
 #include "certify/canonical_order.hpp"
 #include "certify/feature_normal.hpp"
-#include "certify/line_normal.hpp"
-#include "simd/support_kernels.hpp"
+#include "polygon/line_normal.hpp"
+#include "shape/support_kernels.hpp"
 
 namespace quoin::geometry {
 namespace {

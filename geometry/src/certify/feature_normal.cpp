@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "certify/line_normal.hpp"
+#include "polygon/line_normal.hpp"
 
 namespace quoin::geometry {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <quoin/geometry/contact_point.hpp>
 
-#include "contact/contact_polygon.hpp"
+#include "polygon/contact_polygon.hpp"
 
 namespace quoin::geometry {
 

@@ -8,7 +8,7 @@
 #include "certify/canonical_order.hpp"
 #include "certify/feature_normal.hpp"
 #include "contact/contact_corners.hpp"
-#include "contact/projected_feature.hpp"
+#include "polygon/projected_feature.hpp"
 #include "search/face_face.hpp"
 
 namespace quoin::geometry {

@@ -1,7 +1,7 @@
 #include "search/corner_features.hpp"
 
 #include "search/simplex_reduction.hpp"
-#include "simd/support_kernels.hpp"
+#include "shape/support_kernels.hpp"
 
 namespace quoin::geometry {
 namespace {

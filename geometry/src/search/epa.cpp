@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "numeric/double_double.hpp"
+#include "shape/support_kernels.hpp"
 #include "simd/lanes.hpp"
-#include "simd/support_kernels.hpp"
 
 namespace quoin::geometry {
 namespace {

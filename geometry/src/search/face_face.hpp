@@ -5,8 +5,8 @@
 #include <quoin/geometry/nearest_features.hpp>
 
 #include "certify/certificate.hpp"
-#include "contact/contact_polygon.hpp"
 #include "numeric/late_init.hpp"
+#include "polygon/contact_polygon.hpp"
 
 namespace quoin::geometry {
 

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "search/simplex_reduction.hpp"
-#include "simd/support_kernels.hpp"
+#include "shape/support_kernels.hpp"
 
 namespace quoin::geometry {
 namespace {

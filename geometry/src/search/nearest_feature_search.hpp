@@ -17,6 +17,13 @@ struct SearchResult {
   int iterations = 0;
 };
 
+/// The same with P and Q exchanged.
+inline SearchResult swapped(SearchResult result) {
+  result.normal = -result.normal;
+  std::swap(result.p, result.q);
+  return result;
+}
+
 /// Nearest features of separated solids, starting along `direction`. Overlapping: the solids share
 /// a point; the normal is then the last one tried.
 SearchResult nearest_feature_search(const Solid& p, const Solid& q, const Vector3& direction,

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "simd/support_kernels.hpp"
+#include "shape/support_kernels.hpp"
 
 namespace quoin::geometry {
 

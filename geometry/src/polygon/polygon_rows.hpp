@@ -5,7 +5,7 @@
 #include <cstdint>
 #include "shape/solid.hpp"
 
-#include "contact/contact_plane.hpp"
+#include "polygon/contact_plane.hpp"
 
 namespace quoin::geometry {
 

@@ -1,11 +1,11 @@
-#include "contact/contact_polygon.hpp"
+#include "polygon/contact_polygon.hpp"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <limits>
 
-#include "contact/clip.hpp"
+#include "polygon/clip.hpp"
 
 namespace quoin::geometry {
 namespace {

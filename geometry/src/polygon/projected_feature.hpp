@@ -4,9 +4,9 @@
 
 #include <quoin/geometry/contact_type.hpp>
 
-#include "contact/contact_plane.hpp"
-#include "contact/contact_polygon.hpp"
 #include "numeric/late_init.hpp"
+#include "polygon/contact_plane.hpp"
+#include "polygon/contact_polygon.hpp"
 #include "shape/support.hpp"
 
 namespace quoin::geometry {

@@ -7,9 +7,9 @@
 #include <cstdint>
 
 #include "numeric/vec3.hpp"
-#include "search/simplex_reduction.hpp"
 #include "shape/support.hpp"
 #include "simd/dispatch.hpp"
+#include "simd/four.hpp"
 
 namespace quoin::geometry {
 

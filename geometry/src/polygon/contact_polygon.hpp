@@ -5,9 +5,9 @@
 #include <span>
 #include "shape/solid.hpp"
 
-#include "contact/contact_plane.hpp"
-#include "contact/polygon_rows.hpp"
 #include "numeric/small_vector.hpp"
+#include "polygon/contact_plane.hpp"
+#include "polygon/polygon_rows.hpp"
 #include "shape/support.hpp"
 
 namespace quoin::geometry {

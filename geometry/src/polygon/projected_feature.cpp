@@ -1,7 +1,9 @@
-#include "contact/projected_feature.hpp"
+#include "polygon/projected_feature.hpp"
 
 #include <cmath>
 #include <limits>
+
+#include "polygon/line_normal.hpp"
 
 namespace quoin::geometry {
 namespace {
@@ -434,6 +436,21 @@ Feature name_support_set(const Solid& polyhedron, const VertexSet& vertices, Fea
     }
   }
   return best;
+}
+
+ContactType type_of(const Solid& p, const Solid& q, const VertexSet& set_p, const VertexSet& set_q,
+                    FeatureKind kind_p, FeatureKind kind_q, double tolerance) {
+  const auto [low, high] = std::minmax(kind_p, kind_q);
+  if (low == FeatureKind::Vertex) {
+    if (high == FeatureKind::Vertex) return ContactType::VertexVertex;
+    return high == FeatureKind::Edge ? ContactType::VertexEdge : ContactType::VertexFace;
+  }
+  if (low == FeatureKind::Face) return ContactType::FaceFace;
+  if (high == FeatureKind::Face) return ContactType::EdgeFace;
+  const std::array<int, 2> e = segment_ends(p, set_p), f = segment_ends(q, set_q);
+  return parallel(Side(p, e[0], e[1]), Side(q, f[0], f[1]), tolerance)
+             ? ContactType::EdgeEdgeParallel
+             : ContactType::EdgeEdgeCrossing;
 }
 
 }  // namespace quoin::geometry

@@ -1,4 +1,4 @@
-#include "contact/polygon_rows.hpp"
+#include "polygon/polygon_rows.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 /// Two whole faces of few corners on each other, where nothing is in doubt: the ordinary case of
 /// blocks that lie flush, in straight code. Internal.
 
-#include "contact/contact_polygon.hpp"
+#include "polygon/contact_polygon.hpp"
 
 namespace quoin::geometry {
 

@@ -1,4 +1,4 @@
-#include "contact/clip.hpp"
+#include "polygon/clip.hpp"
 
 #include <algorithm>
 #include <bit>

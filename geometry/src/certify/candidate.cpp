@@ -1,0 +1,150 @@
+#include "certify/candidate.hpp"
+
+#include "polygon/line_normal.hpp"
+
+namespace quoin::geometry {
+namespace {
+
+/// Lays the hull of a set into the plane; straight by its face label where that is known.
+void lay_set(const Solid& solid, const VertexSet& set, int face, const ContactPlane& plane,
+             double outward, double length, ProjectedFeature& patch) {
+  if (face >= 0 && solid.topology().face(face).size() == set.size()) {
+    lay_feature(solid, {FeatureKind::Face, face}, plane, outward, patch);
+  } else {
+    lay_support_set(solid, set, span_kind(solid, set, length), plane, outward, patch);
+  }
+}
+
+/// `faces`: the features as laid already, or null.
+double margin_of(const Solid& p, const Solid& q, const Candidate& plane,
+                 const ContactPolygon* faces, double rounding) {
+  if (faces != nullptr) return faces->margin;
+  const ProjectedPair patches(p, q, plane, plane.sets.p, plane.sets.q, rounding);
+  return overlap_margin(patches.p, patches.q);
+}
+
+bool is_whole(const Solid& solid, int face, const VertexSet& set) {
+  return face >= 0 && solid.topology().face(face).size() == set.size();
+}
+
+}  // namespace
+
+ProjectedPair::ProjectedPair(const Solid& solid_p, const Solid& solid_q, const Candidate& contact,
+                             const VertexSet& set_p, const VertexSet& set_q, double length)
+    : plane(solid_p.vertex(contact.support_p.vertex), contact.normal) {
+  lay_set(solid_p, set_p, contact.sets.face_p, plane, 1.0, length, p);
+  lay_set(solid_q, set_q, contact.sets.face_q, plane, -1.0, length, q);
+}
+
+void scan(const Solid& p, const Solid& q, const Vector3& normal, CandidatePlane& plane) {
+  plane.normal = normal;
+  const PairSupport both = support_pair(p, q, normal);
+  plane.support_p = both.p;
+  plane.support_q = both.q;
+  plane.gap = normal.dot(q.vertex(both.q.vertex) - p.vertex(both.p.vertex));
+}
+
+void find_sets(const Solid& p, const Solid& q, const Lengths& length, CandidatePlane& plane) {
+  plane.near_p.emplace().find(p, plane.normal, plane.support_p, length.widest);
+  plane.near_q.emplace().find(q, -plane.normal, plane.support_q, length.widest);
+  plane.near_p->select(length.rounding, plane.sets.p);
+  plane.near_q->select(length.rounding, plane.sets.q);
+  plane.sets.face_p = covered_face(p, plane.sets.p, plane.normal);
+  plane.sets.face_q = covered_face(q, plane.sets.q, -plane.normal);
+}
+
+bool settle(const Solid& p, const Solid& q, const Lengths& length, const ContactSets& proposed,
+            const Vector3& guess, CandidatePlane& plane) {
+  plane.form = feature_normal(p, q, proposed, guess, length.rounding);
+  if (!plane.form.found) return false;
+  scan(p, q, plane.form.normal, plane);
+  find_sets(p, q, length, plane);
+  if (plane.sets == proposed) return true;
+  const FeatureNormal form = feature_normal(p, q, plane.sets, plane.normal, length.rounding);
+  if (!form.found) return false;
+  plane.form = form;
+  if (form.normal == plane.normal) return true;
+  ContactSets before;
+  before.p = plane.sets.p;
+  before.q = plane.sets.q;
+  scan(p, q, form.normal, plane);
+  find_sets(p, q, length, plane);
+  return plane.sets == before;
+}
+
+bool settle_normal(const Solid& p, const Solid& q, const Lengths& length, const Vector3& normal,
+                   CandidatePlane& plane) {
+  scan(p, q, normal, plane);
+  find_sets(p, q, length, plane);
+  ContactSets proposed;
+  proposed.p = plane.sets.p;
+  proposed.q = plane.sets.q;
+  proposed.face_p = plane.sets.face_p;
+  proposed.face_q = plane.sets.face_q;
+  return settle(p, q, length, proposed, normal, plane);
+}
+
+bool lay_whole_faces(const Solid& p, const Solid& q, const Candidate& plane, const VertexSet& set_p,
+                     const VertexSet& set_q, ContactPolygon& part) {
+  part.face_p = plane.sets.face_p;
+  part.face_q = plane.sets.face_q;
+  if (!is_whole(p, part.face_p, set_p) || !is_whole(q, part.face_q, set_q)) return false;
+  part.plane = ContactPlane(p.vertex(plane.support_p.vertex), plane.normal);
+  return lay_faces(p, q, plane.gap, part);
+}
+
+bool lies_over(const Solid& p, const Solid& q, const Candidate& plane, const ContactPolygon* faces,
+               double rounding) {
+  const ContactSets& sets = plane.sets;
+  if (plane.form.joined) return true;
+  if (sets.p.size() == 1 && sets.face_q >= 0) {
+    return over_face(q, sets.face_q, -Vec3(plane.normal), place(p, sets.p[0]), rounding);
+  }
+  if (sets.q.size() == 1 && sets.face_p >= 0) {
+    return over_face(p, sets.face_p, plane.normal, place(q, sets.q[0]), rounding);
+  }
+  return margin_of(p, q, plane, faces, rounding) >= -rounding;
+}
+
+bool proves_optimum(const Solid& p, const Solid& q, const Candidate& plane,
+                    const ContactPolygon* faces, double rounding) {
+  if (clearly_apart(plane.gap, rounding)) return lies_over(p, q, plane, faces, rounding);
+  const auto margin = [&] { return margin_of(p, q, plane, faces, rounding); };
+  return proves_shallow(p, q, plane.normal, plane.gap, rounding, margin);
+}
+
+bool straight_plane(const Solid& p, const Solid& q, const Lengths& length, const Vector3& guess,
+                    Optimum& optimum) {
+  CandidatePlane& plane = optimum.plane;
+  optimum.faces.reset();
+  plane.form = feature_normal(p, q, plane.sets, guess, length.rounding);
+  if (!plane.form.found) return false;
+  plane.normal = plane.form.normal;
+  const auto alone = [&](double clear) {
+    const double flat = kClearBelow * length.rounding;
+    return carried_alone(p, plane.normal, {plane.sets.p, flat, clear}, plane.support_p) &&
+           carried_alone(q, -plane.normal, {plane.sets.q, flat, clear}, plane.support_q);
+  };
+  const bool two_faces = plane.sets.face_p >= 0 && plane.sets.face_q >= 0;
+  const double far_below = two_faces ? kFarBelow * std::min(p.diameter(), q.diameter()) : 0.0;
+  const bool clearly = far_below > length.widest && alone(far_below);
+  if (!clearly && !alone(length.widest)) return false;
+  plane.gap = plane.normal.dot(q.vertex(plane.support_q.vertex) - p.vertex(plane.support_p.vertex));
+  if (lay_whole_faces(p, q, plane, plane.sets.p, plane.sets.q, optimum.faces.emplace())) {
+    optimum.faces->clear = clearly ? far_below : length.widest;
+  } else {
+    optimum.faces.reset();
+  }
+  return true;
+}
+
+bool straight_answer(const Solid& p, const Solid& q, const Lengths& length, const Vector3& guess,
+                     Optimum& optimum) {
+  ++optimum.iterations;
+  optimum.straight = straight_plane(p, q, length, guess, optimum) &&
+                     proves_optimum(p, q, optimum.plane, optimum.laid(), length.rounding);
+  if (!optimum.straight) optimum.faces.reset();
+  return optimum.converged = optimum.straight;
+}
+
+}  // namespace quoin::geometry

@@ -1,0 +1,129 @@
+#include "search/proposals.hpp"
+
+#include <limits>
+#include <utility>
+
+namespace quoin::geometry {
+namespace {
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+
+/// Ascending, each once.
+void insert_sorted(int v, VertexSet& set) {
+  std::size_t k = set.size();
+  while (k > 0 && set[k - 1] > v) --k;
+  if (k > 0 && set[k - 1] == v) return;
+  set.push_back(v);
+  for (std::size_t i = set.size() - 1; i > k; --i) set[i] = set[i - 1];
+  set[k] = v;
+}
+
+/// The vertices of a hint and those of the face that it names: in order when the hint is our own.
+bool add_hinted(const std::array<int, 4>& vertices, int face, const Solid& polyhedron,
+                VertexSet& set, int& known_face) {
+  const int count = polyhedron.vertex_count();
+  known_face = face >= 0 && face < polyhedron.topology().face_count() ? face : -1;
+  if (known_face >= 0) set.assign(polyhedron.topology().face_set(known_face));
+  for (std::size_t k = 0; k < 4; ++k) {
+    const int v = vertices[k];
+    const bool known = k < set.size() && set[k] == v;
+    if (!known && v >= 0 && v < count) insert_sorted(v, set);
+  }
+  return vertices[0] >= 0 && vertices[0] < count;
+}
+
+/// The face of `solid` above whose plane `point` lies highest (or least deep), and by how much.
+std::pair<int, double> face_below(const Solid& solid, const Vector3& point) {
+  std::pair<int, double> best{0, -std::numeric_limits<double>::infinity()};
+  for (int f = 0; f < solid.topology().face_count(); ++f) {
+    const double height =
+        solid.face_normal(f).dot(point - solid.vertex(solid.topology().face(f)[0]));
+    if (height > best.second) best = {f, height};
+  }
+  return best;
+}
+
+/// The better of the two faces that look most at the other solid: where to start.
+Vector3 facing_normal(const Solid& p, const Solid& q) {
+  const auto [f, above_p] = face_below(p, q.vertex_mean());
+  const auto [g, above_q] = face_below(q, p.vertex_mean());
+  const Vector3 by_p = p.face_normal(f), by_q = -q.face_normal(g);
+  CandidatePlane plane_p, plane_q;
+  scan(p, q, by_p, plane_p);
+  scan(p, q, by_q, plane_q);
+  return plane_p.gap >= plane_q.gap ? by_p : by_q;
+}
+
+/// Have both solids more than one vertex near the plane? Then it is worth a try as the answer.
+bool lies_flat(const Solid& p, const Solid& q, const Vector3& normal) {
+  constexpr double kFlat = 1e-6;  // of the diameter; only speed hangs on it
+  const PairSupport both = support_pair(p, q, normal);
+  VertexSet near;
+  find_vertices_beyond(p, normal, both.p.value - kFlat * p.diameter(), near);
+  if (near.size() < 2) return false;
+  find_vertices_beyond(q, -normal, both.q.value - kFlat * q.diameter(), near);
+  return near.size() >= 2;
+}
+
+}  // namespace
+
+bool hinted_plane(const Solid& p, const Solid& q, const FeatureHint& hint, const Lengths& length,
+                  Optimum& optimum) {
+  ContactSets& sets = optimum.plane.sets;
+  if (!add_hinted(hint.vertices_a, hint.face_a, p, sets.p, sets.face_p) ||
+      !add_hinted(hint.vertices_b, hint.face_b, q, sets.q, sets.face_q)) {
+    return false;
+  }
+  return straight_answer(p, q, length, hint.normal, optimum);
+}
+
+bool flat_answer(const Solid& p, const Solid& q, const Lengths& length, const Vector3& normal,
+                 Optimum& optimum) {
+  scan(p, q, normal, optimum.plane);
+  find_sets(p, q, length, optimum.plane);
+  if (straight_answer(p, q, length, normal, optimum)) return true;
+  optimum.converged = settle_normal(p, q, length, normal, optimum.plane) &&
+                      proves_optimum(p, q, optimum.plane, nullptr, length.rounding);
+  return optimum.converged;
+}
+
+bool find_flat(const Solid& p, const Solid& q, std::optional<Vector3>& normal) {
+  constexpr int kFewFaces = 16;
+  if (p.topology().face_count() + q.topology().face_count() > kFewFaces) return false;
+  const Vector3 facing = facing_normal(p, q);
+  if (lies_flat(p, q, facing)) normal = facing;
+  return normal.has_value();
+}
+
+double slack(double rounding, double gap) { return rounding + 8 * kEpsilon * std::abs(gap); }
+
+void take_corners(const Solid& p, const Solid& q, const SearchResult& found, ContactSets& sets) {
+  sets.p.clear();
+  sets.q.clear();
+  for (int k = 0; k < found.corners; ++k) {
+    insert_sorted(found.p[static_cast<std::size_t>(k)], sets.p);
+    insert_sorted(found.q[static_cast<std::size_t>(k)], sets.q);
+  }
+  sets.face_p = common_face(p.topology(), sets.p);
+  sets.face_q = common_face(q.topology(), sets.q);
+  const auto complete = [](const Solid& polyhedron, int face, VertexSet& set) {
+    if (face >= 0) set.assign(polyhedron.topology().face_set(face));
+  };
+  complete(p, sets.face_p, sets.p);
+  complete(q, sets.face_q, sets.q);
+}
+
+bool settle_corners(const Solid& p, const Solid& q, const SearchResult& found,
+                    const Lengths& length, CandidatePlane& plane) {
+  ContactSets sets;
+  take_corners(p, q, found, sets);
+  return settle(p, q, length, sets, found.normal, plane) ||
+         settle_normal(p, q, length, found.normal, plane);
+}
+
+double least_gap(const SearchResult& found, double rounding) {
+  const bool overlapping = found.outcome == SearchOutcome::Overlapping;
+  return found.bound - slack(overlapping ? 2.2 * rounding : rounding, found.bound);
+}
+
+}  // namespace quoin::geometry
