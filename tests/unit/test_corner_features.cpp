@@ -62,14 +62,9 @@ geometry::Lengths lengths(const Polyhedron& a, const Polyhedron& b) {
 bool proved(const Polyhedron& a, const Polyhedron& b, std::span<const int> corners_a,
             std::span<const int> corners_b, NearestFeatures& answer) {
   Carrier by_a, by_b;
-  const geometry::PlacedPair pair(a, b);
-  const bool proved = geometry::corner_carrier(a, corners_a, by_a) &&
-                      geometry::corner_carrier(b, corners_b, by_b) &&
-                      geometry::certify(pair.a, pair.b, by_a, by_b, lengths(a, b), nullptr,
-                                        answer) == Trial::Proved;
-  answer.point_a += pair.middle;
-  answer.point_b += pair.middle;
-  return proved;
+  return geometry::corner_carrier(a, corners_a, by_a) &&
+         geometry::corner_carrier(b, corners_b, by_b) &&
+         geometry::certify(a, b, by_a, by_b, lengths(a, b), nullptr, answer) == Trial::Proved;
 }
 
 void check_same(const NearestFeatures& x, const NearestFeatures& y) {

@@ -257,7 +257,7 @@ double default_tolerance(const Solid& a, const Solid& b) {
 }
 
 double default_tolerance(const Polyhedron& a, const Polyhedron& b) {
-  return default_tolerance(Solid(a, Vector3::Zero()), Solid(b, Vector3::Zero()));
+  return default_tolerance(Solid(a), Solid(b));
 }
 
 double default_tolerance(const Body& a, const Body& b) {

@@ -10,6 +10,7 @@
 #include "contact/contact_corners.hpp"
 #include "polygon/projected_feature.hpp"
 #include "search/face_face.hpp"
+#include "search/nearest_features.hpp"
 
 namespace quoin::geometry {
 namespace {
@@ -403,30 +404,35 @@ void append_points(const std::array<int, 2>& blocks, const Solid& a, const Solid
   append_corners(blocks, ordered.reversed, nearest, pair.type, pair.plane, *pair.points, contacts);
 }
 
-NearestFeatures append_within_reach(const std::array<int, 2>& blocks, const Solid& a,
-                                    const Solid& b, const ContactOptions& options,
-                                    const FeatureHint& hint, std::vector<ContactPoint>& contacts) {
+struct Solids {
+  const Solid &a, &b;
+};
+
+void append_within_reach(const std::array<int, 2>& blocks, const Solids& solids,
+                         const ContactOptions& options, const FeatureHint& hint,
+                         NearestFeatures& nearest, std::vector<ContactPoint>& contacts) {
+  const auto& [a, b] = solids;
   LateInit<ContactPolygon> part;
-  NearestFeatures nearest;
   const bool faces = hint.vertices_a[0] < 0 || (hint.face_a >= 0 && hint.face_b >= 0);
   if (!faces || !flush_answer(a, b, options.tolerance, hint, part, nearest)) {
     const SearchOptions search{.tolerance = options.tolerance};
-    nearest = nearest_features(a, b, search, faces ? FeatureHint{} : hint, part);
+    nearest = {};
+    find_nearest_features(a, b, search, faces ? FeatureHint{} : hint, part, nearest);
   }
-  if (nearest.gap > options.reach && nearest.status != PairStatus::Touching) return nearest;
+  if (nearest.gap > options.reach && nearest.status != PairStatus::Touching) return;
   const OrderedPair ordered(a, b, in_reverse_order(a, b), nearest);
   ContactOptions above_least = options;
   above_least.reach = std::max(0.0, options.reach - nearest.gap);
   PairPoints pair;
   find_pair_points(ordered, nearest, above_least, part, pair);
   append_corners(blocks, ordered.reversed, nearest, pair.type, pair.plane, *pair.points, contacts);
-  return nearest;
 }
 
 void update(const Solid& a, const Solid& b, const ContactOptions& options, PairContact& contact) {
   LateInit<ContactPolygon> part;
-  contact.nearest =
-      nearest_features(a, b, {.tolerance = options.tolerance}, contact.nearest.hint, part);
+  const FeatureHint hint = contact.nearest.hint;
+  contact.nearest = {};
+  find_nearest_features(a, b, {.tolerance = options.tolerance}, hint, part, contact.nearest);
   const OrderedPair ordered(a, b, in_reverse_order(a, b), contact.nearest);
   PairPoints pair;
   find_pair_points(ordered, contact.nearest, options, part, pair);
@@ -446,74 +452,59 @@ void update(const Solid& a, const Solid& b, const ContactOptions& options, PairC
   copy(pair.support_q, pair.kind_q, ordered.reversed ? contact.support_a : contact.support_b);
 }
 
-template <class Place>
-void append_placed_points(const std::array<int, 2>& blocks, const Place& a, const Place& b,
-                          const NearestFeatures& nearest, const ContactOptions& options,
-                          std::vector<ContactPoint>& contacts) {
-  const PlacedPair pair(a, b);
-  const std::size_t first = contacts.size();
-  append_points(blocks, pair.a, pair.b, moved(nearest, -pair.middle), options, contacts);
-  move(pair.middle, first, contacts);
-}
-
-template <class Place>
-NearestFeatures append_placed(const std::array<int, 2>& blocks, const Place& a, const Place& b,
-                              const ContactOptions& options, const FeatureHint& hint,
-                              std::vector<ContactPoint>& contacts) {
-  const PlacedPair pair(a, b);
-  const std::size_t first = contacts.size();
-  const NearestFeatures nearest =
-      append_within_reach(blocks, pair.a, pair.b, options, hint, contacts);
-  move(pair.middle, first, contacts);
-  return moved(nearest, pair.middle);
-}
-
-template <class Place>
-void update_placed(const Place& a, const Place& b, const ContactOptions& options,
-                   PairContact& contact) {
-  const PlacedPair pair(a, b);
-  update(pair.a, pair.b, options, contact);
-  contact.nearest = moved(contact.nearest, pair.middle);
-  move(pair.middle, 0, contact.points);
-  for (Vector3& corner : contact.polygon) corner += pair.middle;
-}
-
 }  // namespace
 
 void append_contact_points(const std::array<int, 2>& blocks, const Polyhedron& a,
                            const Polyhedron& b, const NearestFeatures& nearest,
                            const ContactOptions& options, std::vector<ContactPoint>& contacts) {
-  append_placed_points(blocks, a, b, nearest, options, contacts);
+  append_points(blocks, a, b, nearest, options, contacts);
 }
 
 void append_contact_points(const std::array<int, 2>& blocks, const Body& a, const Body& b,
                            const NearestFeatures& nearest, const ContactOptions& options,
                            std::vector<ContactPoint>& contacts) {
-  append_placed_points(blocks, a, b, nearest, options, contacts);
+  const PlacedPair pair(a, b);
+  const std::size_t first = contacts.size();
+  NearestFeatures here = nearest;
+  move(here, -pair.middle);
+  append_points(blocks, pair.a, pair.b, here, options, contacts);
+  move(pair.middle, first, contacts);
 }
 
 NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, const Polyhedron& a,
                                              const Polyhedron& b, const ContactOptions& options,
                                              const FeatureHint& hint,
                                              std::vector<ContactPoint>& contacts) {
-  return append_placed(blocks, a, b, options, hint, contacts);
+  NearestFeatures nearest;
+  append_within_reach(blocks, {a, b}, options, hint, nearest, contacts);
+  return nearest;
 }
 
 NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, const Body& a,
                                              const Body& b, const ContactOptions& options,
                                              const FeatureHint& hint,
                                              std::vector<ContactPoint>& contacts) {
-  return append_placed(blocks, a, b, options, hint, contacts);
+  const PlacedPair pair(a, b);
+  const std::size_t first = contacts.size();
+  NearestFeatures nearest;
+  append_within_reach(blocks, {pair.a, pair.b}, options, hint, nearest, contacts);
+  move(pair.middle, first, contacts);
+  move(nearest, pair.middle);
+  return nearest;
 }
 
 void update_pair_contact(const Polyhedron& a, const Polyhedron& b, const ContactOptions& options,
                          PairContact& contact) {
-  update_placed(a, b, options, contact);
+  update(a, b, options, contact);
 }
 
 void update_pair_contact(const Body& a, const Body& b, const ContactOptions& options,
                          PairContact& contact) {
-  update_placed(a, b, options, contact);
+  const PlacedPair pair(a, b);
+  update(pair.a, pair.b, options, contact);
+  move(contact.nearest, pair.middle);
+  move(pair.middle, 0, contact.points);
+  for (Vector3& corner : contact.polygon) corner += pair.middle;
 }
 
 }  // namespace quoin::geometry

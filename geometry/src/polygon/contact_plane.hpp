@@ -23,16 +23,17 @@ struct ContactPlane {
   }
 };
 
-/// A contact plane in the frame of a shape: what its vertices (offsets from `base`) are laid into.
+/// A contact plane in the frame of a shape: what its vertices less a base are laid into.
 struct LocalPlane {
   Vec3 base, axis_u, axis_v, normal;
   double shift_u, shift_v, shift_height;  ///< of the base, m
   LocalPlane(const Solid& solid, const ContactPlane& plane)
-      : base(solid.shape().origin()),
+      : base(solid.body() != nullptr ? solid.shape().origin() : plane.origin),
         axis_u(solid.turned_back(plane.axis_u)),
         axis_v(solid.turned_back(plane.axis_v)),
         normal(solid.turned_back(plane.normal)) {
-    const Vec3 from(solid.origin() - plane.origin);
+    const Vec3 from(solid.body() != nullptr ? Vector3(solid.origin() - plane.origin)
+                                            : Vector3(Vector3::Zero()));
     shift_u = dot(plane.axis_u, from);
     shift_v = dot(plane.axis_v, from);
     shift_height = dot(plane.normal, from);

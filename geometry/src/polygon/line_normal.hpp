@@ -41,7 +41,7 @@ struct Side {
   Side(const Solid& solid, int v, int w)
       : from(place(solid, v)),
         to(place(solid, w)),
-        line(solid.line(v, w)),
+        line(solid.body() == nullptr ? to - from : Vec3(solid.line(v, w))),
         owner(&solid),
         first(v),
         second(w) {}

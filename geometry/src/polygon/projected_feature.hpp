@@ -53,20 +53,6 @@ double overlap_margin(const ProjectedFeature& p, const ProjectedFeature& q);
 /// edges.
 Vector2 nearest_place(const ProjectedFeature& p, const ProjectedFeature& q);
 
-/// As the public one, from the middle of the pair; `faces` is filled where both contact features
-/// are whole faces and nothing was in doubt, in the order in which the pair is worked.
-NearestFeatures nearest_features(const Solid& a, const Solid& b, const SearchOptions& options,
-                                 const FeatureHint& hint, LateInit<ContactPolygon>& faces);
-NearestFeatures nearest_features(const Solid& a, const Solid& b, const SearchOptions& options,
-                                 const FeatureHint& hint);
-
-/// From the middle of the pair into the world.
-inline NearestFeatures moved(NearestFeatures nearest, const Vector3& middle) {
-  nearest.point_a += middle;
-  nearest.point_b += middle;
-  return nearest;
-}
-
 /// What a support set spans: a point, a segment or a polygon wider than `tolerance`.
 FeatureKind span_kind(const Solid& polyhedron, const VertexSet& vertices, double tolerance);
 

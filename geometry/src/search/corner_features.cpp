@@ -37,19 +37,22 @@ struct Ends {
 inline Four at(const double* row, std::span<const int> ends, int vertex) {
   return Four{row[ends[0]], row[ends[1]], row[ends[2]], row[vertex]};
 }
-/// Four offsets turned as the body is.
-inline FourVectors turned(const Rows& rows, const FourVectors& v) {
+template <class Flags>
+Ends ends_of(const Rows& rows, std::span<const int> ends, int vertex) {
+  const FourVectors there{at(rows.x, ends, vertex), at(rows.y, ends, vertex),
+                          at(rows.z, ends, vertex)};
   const Body* const body = rows.solid->turned();
-  if (body == nullptr) return v;
+  if (body == nullptr) {
+    return {{spread<Flags>(rows.x[vertex]), spread<Flags>(rows.y[vertex]),
+             spread<Flags>(rows.z[vertex])},
+            there};
+  }
   const double* a = body->placement().linear.data();
-  return {v.x * a[0] + v.y * a[3] + v.z * a[6], v.x * a[1] + v.y * a[4] + v.z * a[7],
-          v.x * a[2] + v.y * a[5] + v.z * a[8]};
-}
-inline Ends ends_of(const Rows& rows, std::span<const int> ends, int vertex) {
-  const FourVectors there =
-      turned(rows, {at(rows.x, ends, vertex), at(rows.y, ends, vertex), at(rows.z, ends, vertex)});
-  return {{lanes<3, 3, 3, 3>(there.x), lanes<3, 3, 3, 3>(there.y), lanes<3, 3, 3, 3>(there.z)},
-          there};
+  const FourVectors turned{there.x * a[0] + there.y * a[3] + there.z * a[6],
+                           there.x * a[1] + there.y * a[4] + there.z * a[7],
+                           there.x * a[2] + there.y * a[5] + there.z * a[8]};
+  return {{lanes<3, 3, 3, 3>(turned.x), lanes<3, 3, 3, 3>(turned.y), lanes<3, 3, 3, 3>(turned.z)},
+          turned};
 }
 
 /// By how much the squared distance shrinks on four features; their numbers in the last bits. 0:
@@ -104,15 +107,18 @@ constexpr std::array<Spanned, 32> spanned() {
 
 template <class Scan>
 CornerFeatures around(const Solid& solid_p, const Solid& solid_q, const Vector3& direction) {
+  using Flags = typename Scan::Flags;
   const Rows rows_p(solid_p), rows_q(solid_q);
   const PairSupport both = Scan::support_pair(rows_p, rows_q, direction);
   const int i = both.p.vertex, j = both.q.vertex;
   const Vector3 apart = solid_q.origin() - solid_p.origin();
+  const Vec3 place_p = rows_p.placed(i), place_q = rows_q.placed(j);
+  const FourVectors w{four(place_q.x - place_p.x + apart.x()),
+                      four(place_q.y - place_p.y + apart.y()),
+                      four(place_q.z - place_p.z + apart.z())};
   const std::span<const int> ends_p = solid_p.topology().neighbours(i),
                              ends_q = solid_q.topology().neighbours(j);
-  const Ends at_p = ends_of(rows_p, ends_p, i), at_q = ends_of(rows_q, ends_q, j);
-  const FourVectors w =
-      at_q.here - at_p.here + FourVectors{four(apart.x()), four(apart.y()), four(apart.z())};
+  const Ends at_p = ends_of<Flags>(rows_p, ends_p, i), at_q = ends_of<Flags>(rows_q, ends_q, j);
   const Ways p = ways(at_p.here - at_p.there, w), q = ways(at_q.there - at_q.here, w);
   Four most =
       larger(larger(larger(gain_on_faces(picked<0, 0, 0, 0>(p), q, 1),

@@ -184,14 +184,21 @@ void name_corners(const SimplexReduction& rows, SearchResult& result) {
   result.corners = kCount[rows.edges];
 }
 
+/// Offset of a vertex, in all lanes.
+template <class Flags>
+FourVectors placed(const Rows& rows, int v) {
+  if (rows.solid->turned() == nullptr) {
+    return {spread<Flags>(rows.x[v]), spread<Flags>(rows.y[v]), spread<Flags>(rows.z[v])};
+  }
+  const Vec3 at = rows.placed(v);
+  return {spread<Flags>(at.x), spread<Flags>(at.y), spread<Flags>(at.z)};
+}
+
 /// From the rows that the scans have read; `apart`: between their origins.
 template <class Flags>
 NewCorner new_corner(const Rows& p, const Rows& q, const PairSupport& both, const Vector3& apart) {
   const int i = both.p.vertex, j = both.q.vertex;
-  const Vec3 at_p = p.placed(i), at_q = q.placed(j);
-  const FourVectors offset{spread<Flags>(at_q.x) - spread<Flags>(at_p.x),
-                           spread<Flags>(at_q.y) - spread<Flags>(at_p.y),
-                           spread<Flags>(at_q.z) - spread<Flags>(at_p.z)};
+  const FourVectors offset = placed<Flags>(q, j) - placed<Flags>(p, i);
   const FourVectors between{four(apart.x()), four(apart.y()), four(apart.z())};
   return {offset + between, offset, corner_name(i, j)};
 }

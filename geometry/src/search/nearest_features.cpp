@@ -1,4 +1,4 @@
-#include <quoin/geometry/nearest_features.hpp>
+#include "search/nearest_features.hpp"
 
 #include <cmath>
 #include <limits>
@@ -10,7 +10,6 @@
 #include "search/corner_features.hpp"
 #include "search/describe.hpp"
 #include "search/epa.hpp"
-#include "search/face_face.hpp"
 #include "search/prefetch.hpp"
 #include "search/proposals.hpp"
 
@@ -220,13 +219,13 @@ void find_answer(const CanonicalPair& pair, const SearchOptions& options, const 
 
 }  // namespace
 
-NearestFeatures nearest_features(const Solid& a, const Solid& b, const SearchOptions& options,
-                                 const FeatureHint& hint, LateInit<ContactPolygon>& faces) {
+void find_nearest_features(const Solid& a, const Solid& b, const SearchOptions& options,
+                           const FeatureHint& hint, LateInit<ContactPolygon>& faces,
+                           NearestFeatures& answer) {
   fetch(a);
   fetch(b);
   fetch_faces(a);
   fetch_faces(b);
-  NearestFeatures answer;
   const Lengths length = lengths(a, b, options.tolerance);
   Trial trial = Trial::Undecided;
   if (length.uneven || !hinted_answer(a, b, length, hint, trial, answer)) {
@@ -234,32 +233,37 @@ NearestFeatures nearest_features(const Solid& a, const Solid& b, const SearchOpt
     Optimum optimum(faces);
     find_answer(ordered(a, b, length), options, hint, quick, optimum, answer);
   }
-  return answer;
 }
 
-NearestFeatures nearest_features(const Solid& a, const Solid& b, const SearchOptions& options,
-                                 const FeatureHint& hint) {
+namespace {
+
+void find(const Solid& a, const Solid& b, const SearchOptions& options, const FeatureHint& hint,
+          NearestFeatures& answer) {
   fetch(a);
   fetch(b);
-  NearestFeatures answer;
   const Lengths length = lengths(a, b, options.tolerance);
   Trial trial = Trial::Undecided;
   if (length.uneven || !hinted_answer(a, b, length, hint, trial, answer)) {
     find_answer_apart(a, b, options, hint, length, trial, answer);
   }
-  return answer;
 }
+
+}  // namespace
 
 NearestFeatures nearest_features(const Polyhedron& a, const Polyhedron& b,
                                  const SearchOptions& options, const FeatureHint& hint) {
-  const PlacedPair pair(a, b);
-  return moved(nearest_features(pair.a, pair.b, options, hint), pair.middle);
+  NearestFeatures answer;
+  find(Solid(a), Solid(b), options, hint, answer);
+  return answer;
 }
 
 NearestFeatures nearest_features(const Body& a, const Body& b, const SearchOptions& options,
                                  const FeatureHint& hint) {
   const PlacedPair pair(a, b);
-  return moved(nearest_features(pair.a, pair.b, options, hint), pair.middle);
+  NearestFeatures answer;
+  find(pair.a, pair.b, options, hint, answer);
+  move(answer, pair.middle);
+  return answer;
 }
 
 }  // namespace quoin::geometry

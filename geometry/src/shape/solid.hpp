@@ -1,7 +1,8 @@
 #pragma once
 /// A body as the searches see it: all places are relative to the middle of the pair, so that
 /// nothing depends on where the pair stands. Vertices stay in the shape's frame and are placed when
-/// they are asked for; directions are turned into that frame to be scanned there. Internal.
+/// they are asked for; directions are turned into that frame to be scanned there. Of two shapes in
+/// their own frame the vertices are the places. Internal.
 
 #include <quoin/geometry/body.hpp>
 
@@ -12,11 +13,9 @@ namespace quoin::geometry {
 
 class Solid {
  public:
-  /// In its own frame, seen from the frame's origin.
-  Solid(const Polyhedron& shape) : Solid(shape, shape.origin()) {}  // NOLINT: meant to convert
+  Solid(const Polyhedron& shape)  // NOLINT: a shape stands in its own frame
+      : shape_(&shape), body_(nullptr), turned_(nullptr), origin_(shape.origin()) {}
   /// `origin`: where the shape's origin lies, from the middle of the pair, m.
-  Solid(const Polyhedron& shape, const Vector3& origin)
-      : shape_(&shape), body_(nullptr), turned_(nullptr), origin_(origin) {}
   Solid(const Body& body, const Vector3& origin)
       : shape_(&body.shape()),
         body_(&body),
@@ -37,8 +36,12 @@ class Solid {
   /// Largest coordinate of the shape in its own frame: its data are known to eps of that, m.
   double largest_coordinate() const { return shape_->largest_coordinate(); }
 
-  Vector3 vertex(int v) const { return place(shape_->vertex(v)); }
-  Vector3 vertex_mean() const { return place(shape_->vertex_mean()); }  ///< a point inside
+  Vector3 vertex(int v) const { return place(v); }
+  Vec3 place(int v) const {
+    const double* x = shape_->vertices().data() + 3 * v;
+    return image({x[0], x[1], x[2]});
+  }
+  Vector3 vertex_mean() const { return image(shape_->vertex_mean()); }  ///< a point inside
   Vector3 face_normal(int f) const;                                     ///< unit, outward
   /// Along an edge, right to the last places however short it is: from vertex v to w, m.
   Vector3 line(int v, int w) const {
@@ -69,8 +72,9 @@ class Solid {
   }
 
  private:
-  Vector3 place(const Vector3& x) const {
-    return Vector3(turn(Vec3(x - shape_->origin()))) + origin_;
+  Vec3 image(const Vec3& x) const {
+    if (body_ == nullptr) return x;
+    return turn(x - Vec3(shape_->origin())) + Vec3(origin_);
   }
   WideVector turned_vector(const WideVector& v) const;
 
@@ -97,18 +101,17 @@ inline WideVector Solid::turned_vector(const WideVector& v) const {
           v.x * a(2, 0) + v.y * a(2, 1) + v.z * a(2, 2)};
 }
 
-inline Vec3 place(const Solid& solid, int vertex) { return solid.vertex(vertex); }
+inline Vec3 place(const Solid& solid, int vertex) { return solid.place(vertex); }
 inline Vec3 face_normal(const Solid& solid, int face) { return solid.face_normal(face); }
 
-/// q_j - p_i, in double-double: right to about 1e-31 of the lengths that go in.
+/// q_j - p_i of two bodies, or of two shapes in their own frame, in double-double: right to about
+/// 1e-31 of the lengths that go in.
 inline WideVector exact_corner(const Solid& p, const Solid& q, int i, int j) {
-  if (p.body() == nullptr && q.body() == nullptr) {
+  if (p.body() == nullptr || q.body() == nullptr) {
     return wide_difference(q.shape().vertex(j), p.shape().vertex(i));
   }
-  const Body at_p = p.body() != nullptr ? *p.body() : Body(p.shape());
-  const Body at_q = q.body() != nullptr ? *q.body() : Body(q.shape());
-  return wide_difference(at_q.centre(), at_p.centre()) +
-         wide_difference(at_q.centre_rest(), at_p.centre_rest()) +
+  return wide_difference(q.body()->centre(), p.body()->centre()) +
+         wide_difference(q.body()->centre_rest(), p.body()->centre_rest()) +
          (q.wide_offset(j) - p.wide_offset(i));
 }
 
@@ -124,19 +127,14 @@ struct PlacedPair {
   Vector3 middle;  ///< in the world, m
   Solid a, b;
 
-  PlacedPair(const Polyhedron& shape_a, const Polyhedron& shape_b)
-      : PlacedPair(shape_a, shape_b, shape_b.origin() - shape_a.origin()) {
-    middle = 0.5 * shape_a.origin() + 0.5 * shape_b.origin();
-  }
   PlacedPair(const Body& body_a, const Body& body_b)
-      : PlacedPair(body_a, body_b, apart(body_a, body_b)) {
-    middle = 0.5 * body_a.centre() + 0.5 * body_b.centre();
-  }
+      : PlacedPair(body_a, body_b, apart(body_a, body_b)) {}
 
  private:
-  template <class Place>
-  PlacedPair(const Place& at_a, const Place& at_b, const Vector3& between)
-      : a(at_a, -0.5 * between), b(at_b, 0.5 * between) {}
+  PlacedPair(const Body& body_a, const Body& body_b, const Vector3& between)
+      : middle(0.5 * body_a.centre() + 0.5 * body_b.centre()),
+        a(body_a, -0.5 * between),
+        b(body_b, 0.5 * between) {}
 };
 
 }  // namespace quoin::geometry
