@@ -184,21 +184,13 @@ void name_corners(const SimplexReduction& rows, SearchResult& result) {
   result.corners = kCount[rows.edges];
 }
 
-/// Offset of a vertex, in all lanes.
-template <class Flags>
-FourVectors placed(const Rows& rows, int v) {
-  if (rows.solid->turned() == nullptr) {
-    return {spread<Flags>(rows.x[v]), spread<Flags>(rows.y[v]), spread<Flags>(rows.z[v])};
-  }
-  const Vec3 at = rows.placed(v);
-  return {spread<Flags>(at.x), spread<Flags>(at.y), spread<Flags>(at.z)};
-}
-
 /// From the rows that the scans have read; `apart`: between their origins.
-template <class Flags>
-NewCorner new_corner(const Rows& p, const Rows& q, const PairSupport& both, const Vector3& apart) {
+template <class Flags, class AnyRows>
+NewCorner new_corner(const AnyRows& p, const AnyRows& q, const PairSupport& both,
+                     const Vector3& apart) {
   const int i = both.p.vertex, j = both.q.vertex;
-  const FourVectors offset = placed<Flags>(q, j) - placed<Flags>(p, i);
+  const Vec3 step = q.placed(j) - p.placed(i);
+  const FourVectors offset{spread<Flags>(step.x), spread<Flags>(step.y), spread<Flags>(step.z)};
   const FourVectors between{four(apart.x()), four(apart.y()), four(apart.z())};
   return {offset + between, offset, corner_name(i, j)};
 }
@@ -218,11 +210,12 @@ struct Reach {
   }
 };
 
-template <class Scan>
-SearchResult search(const Solid& p, const Solid& q, const Vector3& direction, double rounding) {
+template <class Scan, class AnyRows>
+SearchResult search_rows(const Solid& p, const Solid& q, const Vector3& direction,
+                         double rounding) {
   using Flags = typename Scan::Flags;
   SearchResult result;
-  const Rows rows_p(p), rows_q(q);
+  const AnyRows rows_p(p), rows_q(q);
   const Vector3 apart = q.origin() - p.origin();
   const auto corner_along = [&](const Vector3& d) {
     const PairSupport both = Scan::support_pair(rows_p, rows_q, d);
@@ -286,33 +279,43 @@ SearchResult search(const Solid& p, const Solid& q, const Vector3& direction, do
 }
 
 #ifdef QUOIN_WIDE_LANES
+template <class AnyRows>
 QUOIN_AVX512 [[gnu::flatten]] SearchResult search_512(const Solid& p, const Solid& q,
                                                       const Vector3& direction, double rounding) {
-  return search<Scan512>(p, q, direction, rounding);
+  return search_rows<Scan512, AnyRows>(p, q, direction, rounding);
 }
 /// With more registers than the next one.
+template <class AnyRows>
 QUOIN_AVX512 [[gnu::flatten]] SearchResult search_few(const Solid& p, const Solid& q,
                                                       const Vector3& direction, double rounding) {
-  return search<Scan256>(p, q, direction, rounding);
+  return search_rows<Scan256, AnyRows>(p, q, direction, rounding);
 }
+template <class AnyRows>
 QUOIN_AVX2 [[gnu::flatten]] SearchResult search_256(const Solid& p, const Solid& q,
                                                     const Vector3& direction, double rounding) {
-  return search<Scan256>(p, q, direction, rounding);
+  return search_rows<Scan256, AnyRows>(p, q, direction, rounding);
 }
 #endif
+
+template <class AnyRows>
+SearchResult search(const Solid& p, const Solid& q, const Vector3& direction, double rounding) {
+#ifdef QUOIN_WIDE_LANES
+  if (has_avx512()) {
+    return few_vertices(p, q) ? search_few<AnyRows>(p, q, direction, rounding)
+                              : search_512<AnyRows>(p, q, direction, rounding);
+  }
+  if (has_avx2()) return search_256<AnyRows>(p, q, direction, rounding);
+#endif
+  return search_rows<PlainScan, AnyRows>(p, q, direction, rounding);
+}
 
 }  // namespace
 
 SearchResult nearest_feature_search(const Solid& p, const Solid& q, const Vector3& direction,
                                     double rounding) {
-#ifdef QUOIN_WIDE_LANES
-  if (has_avx512()) {
-    return few_vertices(p, q) ? search_few(p, q, direction, rounding)
-                              : search_512(p, q, direction, rounding);
-  }
-  if (has_avx2()) return search_256(p, q, direction, rounding);
-#endif
-  return search<PlainScan>(p, q, direction, rounding);
+  const bool turned = p.turned() != nullptr || q.turned() != nullptr;
+  return turned ? search<Rows>(p, q, direction, rounding)
+                : search<StraightRows>(p, q, direction, rounding);
 }
 
 }  // namespace quoin::geometry

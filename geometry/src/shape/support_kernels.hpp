@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <type_traits>
 
 #include "numeric/vec3.hpp"
 #include "shape/support.hpp"
@@ -30,6 +31,13 @@ struct Rows {
   Vec3 offset(int v) const { return {x[v], y[v], z[v]}; }
   Vec3 placed(int v) const { return solid->turn(offset(v)); }  ///< the same turned as the body is
   double along(int v, const Vec3& d) const { return dot(offset(v), d); }
+};
+
+/// Rows of a body that is not turned, for loops where asking each time would cost.
+struct StraightRows : Rows {
+  using Rows::Rows;
+  static Vec3 local(const Vec3& direction) { return direction; }
+  Vec3 placed(int v) const { return offset(v); }
 };
 
 inline Support narrow_support(const Rows& rows, const Vec3& d) {
@@ -62,10 +70,15 @@ struct Wide512 {
   __m512d x, y, z;
   QUOIN_AVX512 explicit Wide512(const Vec3& d)
       : x(_mm512_set1_pd(d.x)), y(_mm512_set1_pd(d.y)), z(_mm512_set1_pd(d.z)) {}
+  QUOIN_AVX512 Wide512(__m512d a, __m512d b, __m512d c) : x(a), y(b), z(c) {}
   QUOIN_AVX512 __m512d along(const Rows& rows, int v) const {
     const __m512d sum = _mm512_add_pd(_mm512_mul_pd(_mm512_load_pd(rows.x + v), x),
                                       _mm512_mul_pd(_mm512_load_pd(rows.y + v), y));
     return _mm512_add_pd(sum, _mm512_mul_pd(_mm512_load_pd(rows.z + v), z));
+  }
+  QUOIN_AVX512 Wide512 reversed() const {
+    const __m512d sign = _mm512_set1_pd(-0.0);
+    return {_mm512_xor_pd(x, sign), _mm512_xor_pd(y, sign), _mm512_xor_pd(z, sign)};
   }
   /// Which of the vertices v … v + 7 reach the limit.
   QUOIN_AVX512 unsigned reaching(const Rows& rows, int v, __m512d limit) const {
@@ -182,10 +195,15 @@ struct Wide256 {
   __m256d x, y, z;
   QUOIN_AVX2 explicit Wide256(const Vec3& d)
       : x(_mm256_set1_pd(d.x)), y(_mm256_set1_pd(d.y)), z(_mm256_set1_pd(d.z)) {}
+  QUOIN_AVX2 Wide256(__m256d a, __m256d b, __m256d c) : x(a), y(b), z(c) {}
   QUOIN_AVX2 __m256d along(const Rows& rows, int v) const {
     const __m256d sum = _mm256_add_pd(_mm256_mul_pd(_mm256_load_pd(rows.x + v), x),
                                       _mm256_mul_pd(_mm256_load_pd(rows.y + v), y));
     return _mm256_add_pd(sum, _mm256_mul_pd(_mm256_load_pd(rows.z + v), z));
+  }
+  QUOIN_AVX2 Wide256 reversed() const {
+    const __m256d sign = _mm256_set1_pd(-0.0);
+    return {_mm256_xor_pd(x, sign), _mm256_xor_pd(y, sign), _mm256_xor_pd(z, sign)};
   }
   /// Which of the vertices v … v + 3 reach the limit.
   QUOIN_AVX2 unsigned reaching(const Rows& rows, int v, __m256d limit) const {
@@ -322,7 +340,8 @@ struct PlainScan {
   static constexpr bool kFused = false;
   using Flags = PlainFlags;
   static Support support(const Rows& rows, const Vec3& d) { return narrow_support(rows, d); }
-  static PairSupport support_pair(const Rows& p, const Rows& q, const Vec3& d) {
+  template <class AnyRows>
+  static PairSupport support_pair(const AnyRows& p, const AnyRows& q, const Vec3& d) {
     return {narrow_support(p, p.local(d)), narrow_support(q, q.local(-d))};
   }
   static int count_beyond(const Rows& rows, const Vec3& d, double value) {
@@ -347,7 +366,12 @@ struct Scan512 {
   QUOIN_AVX512 static Support support(const Rows& rows, const Vec3& d) {
     return support_512(rows, Wide512(d));
   }
-  QUOIN_AVX512 static PairSupport support_pair(const Rows& p, const Rows& q, const Vec3& d) {
+  template <class AnyRows>
+  QUOIN_AVX512 static PairSupport support_pair(const AnyRows& p, const AnyRows& q, const Vec3& d) {
+    if constexpr (std::is_same_v<AnyRows, StraightRows>) {
+      const Wide512 wide(d);
+      return {support_512(p, wide), support_512(q, wide.reversed())};
+    }
     return {support_512(p, Wide512(p.local(d))), support_512(q, Wide512(q.local(-d)))};
   }
   QUOIN_AVX512 static int count_beyond(const Rows& rows, const Vec3& d, double value) {
@@ -360,7 +384,12 @@ struct Scan256 {
   QUOIN_AVX2 static Support support(const Rows& rows, const Vec3& d) {
     return support_256(rows, Wide256(d));
   }
-  QUOIN_AVX2 static PairSupport support_pair(const Rows& p, const Rows& q, const Vec3& d) {
+  template <class AnyRows>
+  QUOIN_AVX2 static PairSupport support_pair(const AnyRows& p, const AnyRows& q, const Vec3& d) {
+    if constexpr (std::is_same_v<AnyRows, StraightRows>) {
+      const Wide256 wide(d);
+      return {support_256(p, wide), support_256(q, wide.reversed())};
+    }
     return {support_256(p, Wide256(p.local(d))), support_256(q, Wide256(q.local(-d)))};
   }
   QUOIN_AVX2 static int count_beyond(const Rows& rows, const Vec3& d, double value) {
