@@ -93,10 +93,10 @@ std::vector<Case> features() {
                 s.scene.blocks[1].kind = solver::BlockKind::Deformable;
                 s.scene.blocks[1].material = kElastic;
               }),
-      changed("penalty", t, "base", "springs instead of exact contact", base,
-              [](S s) { s.options.method = solver::ContactMethod::Penalty; }),
-      changed("uzawa", t, "base", "the paper's augmented Lagrangian instead of exact contact", base,
-              [](S s) { s.options.method = solver::ContactMethod::Uzawa; }),
+      changed("springs", t, "base", "springs instead of exact contact", base,
+              [](S s) { s.options.method = solver::ContactMethod::Springs; }),
+      changed("paper", t, "base", "the source's augmented Lagrangian instead of exact contact", base,
+              [](S s) { s.options.method = solver::ContactMethod::Paper; }),
       changed("energy_momentum", t, "base", "forces at the middle of the step", base,
               [](S s) { s.options.scheme = solver::TimeScheme::EnergyMomentum; }),
       changed("point_load", t, "base", "a constant force on a point", base,
