@@ -87,9 +87,10 @@ void v01_sliding_down_a_plane(Report& report) {
           {.friction_deg = friction, .options = options, .allowed = friction > 0.0 ? 2e-7 : 1e-12},
           report);
       options.method = ContactMethod::Paper;
-      options.max_iterations = 5000;
+      // Its solve is rounded like the stiffest spring, 4 Pn against 2 M/dt^2: 8e-13 of a step's motion
+      // at 50 GN/m, at random over 500 steps.
       slide(
-          {.friction_deg = friction, .options = options, .allowed = friction > 0.0 ? 2e-7 : 1e-12},
+          {.friction_deg = friction, .options = options, .allowed = friction > 0.0 ? 2e-7 : 2e-11},
           report);
     }
   }
@@ -133,7 +134,7 @@ void v01_converges(Convergence& convergence) {
   });
   convergence.raise_penalty({"overlap on springs [m]", 1e6, 8, 1.0, 1e-13}, sag_on_springs);
   convergence.raise_penalty(
-      {"s(2 s), phi 10, penalty, rel.", 1e5, 6, 1.0, kStrain}, [](double penalty) {
+      {"s(2 s), phi 10, springs, rel.", 1e5, 6, 1.0, kStrain}, [](double penalty) {
         return slide_error(
             10.0, false, {.time_step = 0.01, .method = ContactMethod::Springs, .penalty = penalty});
       });
