@@ -150,7 +150,7 @@ def energy_figure(path, title, runs, monitors):
                          label=monitor if i == 0 else None)
             highest = max(highest, value[-1]) if i + 1 == len(runs) else highest
         energy = sum(table[name] for name in ("kinetic", "potential", "strain", "contact"))
-        axes[1].plot(table["time"], (energy - energy[0]) / 1000, color=COLOURS[3],
+        axes[1].plot(table["time"], (energy - energy[0]) / 1000, color="#222222",
                      linestyle=["-", "--", ":", "-."][i % 4], linewidth=1.2, label=label)
     axes[0].set(title=title, ylabel="displacement (m)", ylim=(0, 1.25 * highest))
     axes[0].legend(fontsize=9)

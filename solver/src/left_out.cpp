@@ -49,8 +49,9 @@ void say_forces(const CompiledScene& compiled, const StepOptions& options,
   if (options.method == ContactMethod::Paper) {
     out.push_back("velocity law: the source has none");
   }
-  if (is_paper_method(options.method) &&
-      any_joint(scene, [](const Joint& j) { return j.restitution > 0.0 || j.dilation_angle > 0.0; })) {
+  if (is_paper_method(options.method) && any_joint(scene, [](const Joint& j) {
+        return j.restitution > 0.0 || j.dilation_angle > 0.0;
+      })) {
     out.push_back("restitution and dilation: the source has none");
   }
   if (options.method == ContactMethod::AugmentedLagrangian) {

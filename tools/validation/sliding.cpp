@@ -87,8 +87,8 @@ void v01_sliding_down_a_plane(Report& report) {
           {.friction_deg = friction, .options = options, .allowed = friction > 0.0 ? 2e-7 : 1e-12},
           report);
       options.method = ContactMethod::Paper;
-      // Its solve is rounded like the stiffest spring, 4 Pn against 2 M/dt^2: 8e-13 of a step's motion
-      // at 50 GN/m, at random over 500 steps.
+      // Its solve is rounded like the stiffest spring, 4 Pn against 2 M/dt^2: 8e-13 of a step's
+      // motion at 50 GN/m, at random over 500 steps.
       slide(
           {.friction_deg = friction, .options = options, .allowed = friction > 0.0 ? 2e-7 : 2e-11},
           report);

@@ -12,7 +12,7 @@ enum class ContactMethod : std::uint8_t {
   AugmentedLagrangian,  ///< exact contact; needs no penalty
   Springs,              ///< springs of stiffness `penalty`, solved as the exact contact is
   Paper,                ///< Algorithm 1 of the source as it stands, for comparison
-  Penalty               ///< the source's penalty method: the same open-close iteration, no multipliers
+  Penalty  ///< the source's penalty method: the same open-close iteration, no multipliers
 };
 
 /// As in scene files: "augmented_lagrangian", "springs", "paper", "penalty".
@@ -35,11 +35,11 @@ struct StepOptions {
   ContactMethod method = ContactMethod::AugmentedLagrangian;
   TimeScheme scheme = TimeScheme::ConstantAcceleration;
   double penalty = 0.0;                    ///< N/m a contact point; 0: chosen by the solver
-  double shear_ratio = 1.0;                ///< shear stiffness / normal stiffness; like `penalty` not used
-                                           ///< by AugmentedLagrangian
+  double shear_ratio = 1.0;  ///< shear stiffness / normal stiffness; like `penalty` not used
+                             ///< by AugmentedLagrangian
   double reach = 0.0;                      ///< contacts are watched up to this gap, m; 0: chosen
   double tolerance = 1e-10;                ///< relative, of forces and of gaps to block size
-  int max_iterations = 1000;               ///< open–close iterations a sub-step; Paper, Penalty: linear solves
+  int max_iterations = 1000;  ///< open–close iterations a sub-step; Paper, Penalty: linear solves
   double max_displacement_ratio = 0.0;     ///< largest displacement / block size; 0: no limit
   double smallest_time_step = 0.0;         ///< s; 0: time_step / 1024
   int threads = 1;
