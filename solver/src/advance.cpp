@@ -4,6 +4,7 @@
 #include <cmath>
 #include <span>
 
+#include "entrance_plane.hpp"
 #include "paper_step.hpp"
 #include "step.hpp"
 
@@ -264,6 +265,9 @@ void attempt_with_all_contacts(const CompiledScene& compiled, const StepOptions&
                                StepReport& report) {
   constexpr int kRounds = 4;
   const Attempt& attempt = work.attempt;
+  const double limit = 1e-9 * compiled.smallest_size;
+  std::vector<PassingPair> passing =
+      set_aside_passing(compiled, state, dt, limit, work.contacts);
   for (int round = 0; round < kRounds; ++round) {
     attempt_step(compiled, options, state, dt, work);
     if (attempt.solved.converged && options.analysis == Analysis::Dynamic &&
@@ -278,8 +282,11 @@ void attempt_with_all_contacts(const CompiledScene& compiled, const StepOptions&
     report.searched_pairs += counts.searched;
     work.clock.charge(&PhaseSeconds::detect);
     if (!attempt.solved.converged) return;
-    const bool missed = add_missed(compiled, 1e-9 * compiled.smallest_size, work);
-    if (!drop_ghosts(compiled, work) && !missed) return;
+    const bool missed = add_missed(compiled, limit, work);
+    const bool dropped = drop_ghosts(compiled, work);
+    const bool blocked =
+        put_back_blocked(attempt.end.polyhedra, work.found_end, limit, passing, work.contacts);
+    if (!missed && !dropped && !blocked) return;
   }
 }
 
