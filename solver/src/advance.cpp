@@ -266,8 +266,7 @@ void attempt_with_all_contacts(const CompiledScene& compiled, const StepOptions&
   constexpr int kRounds = 4;
   const Attempt& attempt = work.attempt;
   const double limit = 1e-9 * compiled.smallest_size;
-  std::vector<PassingPair> passing =
-      set_aside_passing(compiled, state, dt, limit, work.contacts);
+  std::vector<PassingPair> passing = set_aside_passing(compiled, state, dt, limit, work.contacts);
   for (int round = 0; round < kRounds; ++round) {
     attempt_step(compiled, options, state, dt, work);
     if (attempt.solved.converged && options.analysis == Analysis::Dynamic &&
