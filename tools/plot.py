@@ -47,19 +47,31 @@ def save(figure, path):
     plt.close(figure)
 
 
-def displacement_figure(path, title, runs, monitor, along=None, exact=None):
-    """runs: [(folder, label)]. exact: function of t (s) in m, or None."""
+def displacement_figure(path, panels, monitor, along=None, exact=None):
+    """panels: [(title, [(folder, label)])], side by side. exact: function of t (s) in m, or None."""
     rows = [2.2, 1.3] if exact else [1]
-    figure, axes = plt.subplots(len(rows), 1, figsize=(7.2, 6.6 if exact else 4.4), sharex=True,
-                                squeeze=False, gridspec_kw={"height_ratios": rows},
-                                layout="constrained")
-    top = axes[0][0]
-    least = 1.0
+    width = 7.2 if len(panels) == 1 else 5.4 * len(panels)
+    figure, axes = plt.subplots(len(rows), len(panels), figsize=(width, 6.6 if exact else 4.4),
+                                sharex=True, sharey="row", squeeze=False,
+                                gridspec_kw={"height_ratios": rows}, layout="constrained")
+    axes[0][0].set_ylabel("displacement (m)")
+    least = min(displacement_panel(axes[:, i], panel, monitor, along, exact)
+                for i, panel in enumerate(panels))
+    if exact:
+        axes[1][0].set_ylabel("error / exact at the end")
+        axes[1][0].set_ylim(max(1e-17, least / 1e3), None)
+    save(figure, path)
+
+
+def displacement_panel(axes, panel, monitor, along, exact):
+    """One column of displacement_figure; the least median error."""
+    title, runs = panel
+    top, least, end_time = axes[0], 1.0, 0.0
     top.set_title(title)
-    top.set_ylabel("displacement (m)")
     for i, (folder, label) in enumerate(runs):
         table = history(folder)
         time, value = table["time"], moved(table, monitor, along)
+        end_time = max(end_time, time[-1])
         every = max(1, len(time) // 18)
         style = {"color": COLOURS[i % 8], "marker": MARKERS[i % 8], "markersize": 5,
                  "markevery": (i * every // max(1, len(runs)), every)}
@@ -67,19 +79,17 @@ def displacement_figure(path, title, runs, monitor, along=None, exact=None):
             top.plot(time, value, linestyle="none", label=label, **style)
             end = abs(exact(time[-1])) or 1.0
             error = np.maximum(np.abs(value - exact(time)) / end, 1e-17)
-            axes[1][0].semilogy(time[1:], error[1:], linewidth=1, **style)
+            axes[1].semilogy(time[1:], error[1:], linewidth=1, **style)
             least = min(least, np.median(error[1:]))
         else:
             top.plot(time, value, linewidth=1.4, label=label, **style)
     if exact:
-        time = np.linspace(0, time[-1], 400)
+        time = np.linspace(0, end_time, 400)
         top.plot(time, exact(time), color="#222222", linewidth=1.2, zorder=1, label="exact")
-        axes[1][0].set_ylabel("error / exact at the end")
-        axes[1][0].set_ylim(max(1e-17, least / 1e3), None)
-    axes[-1][0].set_xlabel("time (s)")
-    axes[-1][0].set_xlim(0, None)
+    axes[-1].set_xlabel("time (s)")
+    axes[-1].set_xlim(0, None)
     top.legend(loc="upper left", fontsize=9)
-    save(figure, path)
+    return least
 
 
 def components_figure(path, title, runs, monitor, exact):
@@ -140,7 +150,7 @@ def energy_figure(path, title, runs, monitors):
                          label=monitor if i == 0 else None)
             highest = max(highest, value[-1]) if i + 1 == len(runs) else highest
         energy = sum(table[name] for name in ("kinetic", "potential", "strain", "contact"))
-        axes[1].plot(table["time"], (energy - energy[0]) / 1000, color=COLOURS[3],
+        axes[1].plot(table["time"], (energy - energy[0]) / 1000, color="#222222",
                      linestyle=["-", "--", ":", "-."][i % 4], linewidth=1.2, label=label)
     axes[0].set(title=title, ylabel="displacement (m)", ylim=(0, 1.25 * highest))
     axes[0].legend(fontsize=9)
@@ -164,7 +174,7 @@ def main():
         code = compile(given.exact, "--exact", "eval")
         exact = lambda t: eval(code, {"__builtins__": {}}, names | {"t": t})  # noqa: E731, S307
     runs = [tuple(run.split("=", 1)) if "=" in run else (run, run) for run in given.runs]
-    displacement_figure(given.picture, given.title, runs, given.monitor, given.along, exact)
+    displacement_figure(given.picture, [(given.title, runs)], given.monitor, given.along, exact)
 
 
 if __name__ == "__main__":

@@ -42,8 +42,10 @@ def label(point, by):
     settings = point["settings"]
     if "code" in settings:
         return settings["code"]
-    words = [settings[key] if settings[key][0].isalpha() else f"{key} {settings[key]}" for key in by]
-    return "quoin: " + ", ".join(words).replace("_", " ") if words else "quoin"
+    words = [value if value[0].isalpha() else f"{key} {value}" for key, value in settings.items()
+             if (key in by if by else key != "dt")]
+    text = ", ".join(words).replace("augmented_lagrangian", "default").replace("_", " ")
+    return f"quoin: {text}" if words else "quoin"
 
 
 def style(name, order):
@@ -60,8 +62,6 @@ def draw(path, title, studies, by):
     points = [p for study in studies for p in counted(study["points"])]
     if not points:
         raise SystemExit(f"{title}: no point has an error")
-    keys = list(studies[0]["points"][0]["settings"])
-    by = by or [key for key in keys if key != "dt"]
     figure, axis = plt.subplots(figsize=(8.6, 4.8), layout="constrained")
     groups = {}
     for p in points:

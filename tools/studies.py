@@ -4,7 +4,8 @@
     tools/studies.py --quoin build-release/tools/quoin [--peers build-release/bench/bench_study]
                      [--out bench/studies] [--only NAME …]
 
-Bullet and ODE run the same scenes when --peers names their program (-DQUOIN_BUILD_BENCH=ON).
+Bullet and ODE run the same scenes when --peers names their program (-DQUOIN_BUILD_BENCH=ON); else
+what they did last is drawn.
 """
 import argparse
 import pathlib
@@ -15,16 +16,18 @@ import plot_study
 
 SCENES = pathlib.Path(__file__).resolve().parent / "scenes"
 STEPS = "dt=0.02,0.01,0.005,0.0025,0.00125"
-METHODS = "method=augmented_lagrangian,penalty"
-PENALTIES = "penalty=1e6,1e10"
+DEFAULT = "method=augmented_lagrangian"  # uses no penalty
+SOURCE = "method=paper,penalty"          # the source's own methods
 
-# name: title, scene, changes, what quoin varies, what the peers vary
+# name: title, scene, changes, what quoin varies, what the peers vary, and for the source's examples what
+# its own methods vary
 STUDIES = {
     "incline": ("5.1 Block on an incline, friction 10°", "paper/incline.json", ["phi=10"],
-                [STEPS, METHODS, PENALTIES, "/blocks/1/kind=deformable,rigid"], [STEPS]),
+                [STEPS, DEFAULT, "/blocks/1/kind=deformable,rigid"], [STEPS],
+                [STEPS, SOURCE, "penalty=5e7,5e8,5e10"]),
     "two_forces": ("5.2 Block pushed by two forces", "paper/two_forces.json", [],
-                   ["dt=0.02,0.01,0.005,0.0025", METHODS, PENALTIES],
-                   ["dt=0.02,0.01,0.005,0.0025"]),
+                   ["dt=0.02,0.01,0.005,0.0025", DEFAULT], ["dt=0.02,0.01,0.005,0.0025"],
+                   ["dt=0.02,0.01,0.005,0.0025", SOURCE, "penalty=1e8"]),
     "stays": ("S3 Cube on 20°, friction 20.1° (error in m)", "study/friction_limit.json",
               ["phi=20.1"], [STEPS], [STEPS]),
     "slides": ("S3 Cube on 20°, friction 19.9°", "study/friction_limit.json", ["phi=19.9"],
@@ -56,17 +59,20 @@ def options(flag, values):
 
 
 def study(name, quoin, peers, out):
-    title, scene, changes, vary, peers_vary = STUDIES[name]
-    folder = out / name
+    title, scene, changes, vary, peers_vary, *source_vary = STUDIES[name]
     common = [str(SCENES / scene)] + options("--set", changes)
-    subprocess.run([quoin, "study", *common, *options("--vary", vary), "--out", str(folder)],
-                   check=True, stdout=subprocess.DEVNULL)
-    results = [folder / "study.json"]
-    if peers:
+    results = []
+    for folder, grid in zip((out / name, out / name / "source"), (vary, *source_vary)):
+        subprocess.run([quoin, "study", *common, *options("--vary", grid), "--out", str(folder)],
+                       check=True, stdout=subprocess.DEVNULL)
+        results.append(folder / "study.json")
+    folder = out / name
+    if (folder / "peers.json").exists() or peers:
         results.append(folder / "peers.json")
+    if peers:
         with open(folder / "peers.csv", "w", encoding="utf-8") as csv:
             subprocess.run([peers, *common, *options("--vary", peers_vary), "--against",
-                            str(results[0]), "--out", str(results[1])], check=True, stdout=csv)
+                            str(results[0]), "--out", str(results[-1])], check=True, stdout=csv)
     plot_study.draw(out / f"{name}.png", title, [plot_study.read(path) for path in results], None)
 
 

@@ -93,10 +93,10 @@ std::vector<Case> features() {
                 s.scene.blocks[1].kind = solver::BlockKind::Deformable;
                 s.scene.blocks[1].material = kElastic;
               }),
-      changed("penalty", t, "base", "springs instead of exact contact", base,
-              [](S s) { s.options.method = solver::ContactMethod::Penalty; }),
-      changed("uzawa", t, "base", "the paper's augmented Lagrangian instead of exact contact", base,
-              [](S s) { s.options.method = solver::ContactMethod::Uzawa; }),
+      changed("springs", t, "base", "springs instead of exact contact", base,
+              [](S s) { s.options.method = solver::ContactMethod::Springs; }),
+      changed("paper", t, "base", "the source's augmented Lagrangian instead of exact contact",
+              base, [](S s) { s.options.method = solver::ContactMethod::Paper; }),
       changed("energy_momentum", t, "base", "forces at the middle of the step", base,
               [](S s) { s.options.scheme = solver::TimeScheme::EnergyMomentum; }),
       changed("point_load", t, "base", "a constant force on a point", base,
@@ -124,8 +124,7 @@ std::vector<Case> features() {
                 s.scene.add_fixed(geometry::make_box({-5, -5, -2}, {5, 5, -1}));
               }),
       {"blocks_2", t, "base", "a second block that slides, apart", [] { return row(2); }},
-      {"blocks_14", t, "base", "14 blocks: all 105 pairs of boxes tried",
-       [] { return row(14); }},
+      {"blocks_14", t, "base", "14 blocks: all 105 pairs of boxes tried", [] { return row(14); }},
       {"blocks_20", t, "base", "20 blocks: tree of boxes", [] { return row(20); }},
       {"threads_2", t, "blocks_20", "two threads asked for 20 pairs",
        [] {

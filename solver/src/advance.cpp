@@ -4,6 +4,8 @@
 #include <cmath>
 #include <span>
 
+#include "entrance_plane.hpp"
+#include "paper_step.hpp"
 #include "step.hpp"
 
 namespace quoin::solver {
@@ -206,10 +208,11 @@ void add(const Attempt& attempt, const CompiledScene& compiled, StepReport& repo
   }
 }
 
-/// omega dt of the stiffest penalty contact: compliance of its blocks = (dt^2/2) / effective mass.
+/// omega dt of the stiffest spring: compliance of its blocks = (dt^2/2) / effective mass.
 void report_damping(const StepOptions& options, const Workspace& work, StepReport& report) {
-  if (options.method != ContactMethod::Penalty) return;
-  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
+  report.stiffest_omega_dt = std::max(report.stiffest_omega_dt, work.attempt.stiffest_omega_dt);
+  for (std::size_t i = 0; i < work.contacts.size() && options.method == ContactMethod::Springs;
+       ++i) {
     const LinearContact& c = work.linear[i];
     if (c.mode == ContactMode::Open) continue;
     const double compliance = compliance_along(c, 0, work.compliance);
@@ -243,16 +246,31 @@ bool all_finite(const State& state) {
   return true;
 }
 
+/// As the source: contacts are found once, before the step.
+void attempt_as_the_source(const CompiledScene& compiled, const StepOptions& options,
+                           const State& state, double dt, Workspace& work, StepReport& report) {
+  attempt_paper_step(compiled, options, state, dt, work);
+  work.clock.charge(&PhaseSeconds::update);
+  if (!all_finite(work.attempt.end)) return;
+  const geometry::FindCounts counts =
+      find(compiled, options, work.attempt.end, work.found_end, work);
+  report.candidate_pairs += counts.candidates;
+  report.searched_pairs += counts.searched;
+  work.clock.charge(&PhaseSeconds::detect);
+}
+
 /// Tries the step, and again with the contacts that it missed and without those that were none.
 void attempt_with_all_contacts(const CompiledScene& compiled, const StepOptions& options,
                                const State& state, double dt, Workspace& work,
                                StepReport& report) {
   constexpr int kRounds = 4;
   const Attempt& attempt = work.attempt;
+  const double limit = 1e-9 * compiled.smallest_size;
+  std::vector<PassingPair> passing = set_aside_passing(compiled, state, dt, limit, work.contacts);
   for (int round = 0; round < kRounds; ++round) {
     attempt_step(compiled, options, state, dt, work);
     if (attempt.solved.converged && options.analysis == Analysis::Dynamic &&
-        options.method != ContactMethod::Penalty) {
+        options.method != ContactMethod::Springs) {
       apply_velocity_law(compiled, options, state, dt, work);
     }
     work.clock.charge(&PhaseSeconds::update);
@@ -263,8 +281,11 @@ void attempt_with_all_contacts(const CompiledScene& compiled, const StepOptions&
     report.searched_pairs += counts.searched;
     work.clock.charge(&PhaseSeconds::detect);
     if (!attempt.solved.converged) return;
-    const bool missed = add_missed(compiled, 1e-9 * compiled.smallest_size, work);
-    if (!drop_ghosts(compiled, work) && !missed) return;
+    const bool missed = add_missed(compiled, limit, work);
+    const bool dropped = drop_ghosts(compiled, work);
+    const bool blocked =
+        put_back_blocked(attempt.end.polyhedra, work.found_end, limit, passing, work.contacts);
+    if (!missed && !dropped && !blocked) return;
   }
 }
 
@@ -274,11 +295,14 @@ Workspace::Workspace(const CompiledScene& compiled, int threads)
     : finder({.reach = 0.0, .tolerance = 0.0, .threads = threads}),
       motion(compiled.prescribed.size()),
       hit(compiled.models.size(), 0),
-      open_close(compiled.slots) {}
+      open_close(compiled.slots),
+      paper_open_close(compiled.slots) {}
 
 double initial_spring_energy(const CompiledScene& compiled, const StepOptions& options,
                              const Workspace& work) {
-  if (options.method != ContactMethod::Penalty) return 0.0;
+  if (options.method != ContactMethod::Springs && options.method != ContactMethod::Penalty) {
+    return 0.0;
+  }
   const double spring = contact_spring(compiled, options);
   double sum = 0.0;
   for (const geometry::ContactPoint& point : work.found) {
@@ -312,7 +336,8 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
       dt *= 0.5;
       continue;
     }
-    attempt_with_all_contacts(compiled, options, state, dt, work, report);
+    (is_paper_method(options.method) ? attempt_as_the_source : attempt_with_all_contacts)(
+        compiled, options, state, dt, work, report);
     const bool finite = all_finite(attempt.end);
     const bool too_far = options.max_displacement_ratio > 0.0 &&
                          attempt.displacement > options.max_displacement_ratio;

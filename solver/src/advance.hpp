@@ -8,6 +8,7 @@
 #include "compiled_scene.hpp"
 #include "contact_terms.hpp"
 #include "open_close.hpp"
+#include "paper_open_close.hpp"
 
 namespace quoin::solver {
 
@@ -23,6 +24,7 @@ struct AttemptTotals {
   double spring_energy = 0.0;  ///< in penalty contacts at the end of the step, J
   double impact_loss = 0.0;    ///< J
   double unbalance = 0.0;
+  double stiffest_omega_dt = 0.0;  ///< of the stiffest spring contact
 };
 
 /// And the state it proposes.
@@ -84,6 +86,7 @@ struct Workspace {
   std::vector<Matrix12> compliance;  ///< inverse of each diagonal block of base
   BlockVector force, increment, free_increment;
   OpenClose open_close;
+  PaperOpenClose paper_open_close;
   Attempt attempt;
   VelocityWork velocity;
   std::vector<geometry::ContactPoint> old_points;

@@ -4,6 +4,7 @@
 #include <quoin/geometry/broad_phase.hpp>
 
 #include "linear_solver.hpp"
+#include "paper_step.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -42,8 +43,16 @@ void say_forces(const CompiledScene& compiled, const StepOptions& options,
   if (!rough && options.analysis != Analysis::Settle) {
     out.push_back("shear forces and friction limits: no joint has friction or cohesion");
   }
-  if (options.method == ContactMethod::Penalty) {
+  if (options.method == ContactMethod::Springs || options.method == ContactMethod::Penalty) {
     out.push_back("multipliers and velocity law: contacts are springs");
+  }
+  if (options.method == ContactMethod::Paper) {
+    out.push_back("velocity law: the source has none");
+  }
+  if (is_paper_method(options.method) && any_joint(scene, [](const Joint& j) {
+        return j.restitution > 0.0 || j.dilation_angle > 0.0;
+      })) {
+    out.push_back("restitution and dilation: the source has none");
   }
   if (options.method == ContactMethod::AugmentedLagrangian) {
     out.push_back("contact springs: contacts are exact, penalty and shear_ratio are not used");

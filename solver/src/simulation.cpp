@@ -5,12 +5,27 @@
 
 #include "advance.hpp"
 #include "left_out.hpp"
+#include "paper_step.hpp"
 
 namespace quoin::solver {
 
 Vector3 world_point(const State& state, int block, const Vector3& reference_arm) {
   const Pose now = pose(state.blocks[static_cast<std::size_t>(block)]);
   return state.origin + now.centroid + now.shape * reference_arm;
+}
+
+const char* name(ContactMethod method) {
+  switch (method) {
+    case ContactMethod::AugmentedLagrangian:
+      return "augmented_lagrangian";
+    case ContactMethod::Springs:
+      return "springs";
+    case ContactMethod::Paper:
+      return "paper";
+    case ContactMethod::Penalty:
+      return "penalty";
+  }
+  return "";
 }
 
 std::string describe(const StepReport& report) {
@@ -59,6 +74,9 @@ void check(const StepOptions& options) {
           options.max_displacement_ratio);
   require(options.smallest_time_step >= 0.0 && options.smallest_time_step <= options.time_step,
           "smallest time step must lie in [0, time step], s", options.smallest_time_step);
+  require(!is_paper_method(options.method) || options.scheme == TimeScheme::ConstantAcceleration,
+          "the methods paper and penalty know the constant acceleration scheme alone; scheme",
+          static_cast<double>(options.scheme));
   require(options.threads >= 1, "threads must be at least 1", options.threads);
 }
 

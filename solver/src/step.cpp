@@ -114,7 +114,7 @@ void set_linear_contacts(const CompiledScene& compiled, const StepOptions& optio
     linear.slot_a = slot_of[index(contact.a)];
     linear.slot_b = slot_of[index(contact.b)];
     linear.law = law_of(contact, options);
-    linear.compliant = options.method == ContactMethod::Penalty;
+    linear.compliant = options.method == ContactMethod::Springs;
     linear.friction = std::tan(contact.joint.friction_angle);
     linear.cohesion = contact.joint.cohesion * contact.state.point.area;
     linear.tension = contact.joint.tension * contact.state.point.area;
@@ -279,7 +279,7 @@ enum class Impacts { Expected, Solved };
 void find_hit_blocks(const CompiledScene& compiled, const StepOptions& options, const State& state,
                      double time_step, Impacts impacts, Workspace& work) {
   work.hit.assign(state.blocks.size(), 0);
-  if (options.method == ContactMethod::Penalty || options.analysis != Analysis::Dynamic) return;
+  if (options.method == ContactMethod::Springs || options.analysis != Analysis::Dynamic) return;
   const double slowest = bounce_speed(compiled, state.time, time_step) * time_step;
   bool grows = false;
   const auto hit = [&](int block) {

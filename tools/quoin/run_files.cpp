@@ -56,12 +56,12 @@ const char* name(scene_file::RunStatus status) {
 }
 
 json options_json(const solver::StepOptions& options, int threads) {
-  using solver::ContactMethod;
+  const bool exact = options.method == solver::ContactMethod::AugmentedLagrangian;
   const bool energy_momentum = options.scheme == solver::TimeScheme::EnergyMomentum;
-  return {{"method", options.method == ContactMethod::Penalty ? "penalty"
-                     : options.method == ContactMethod::Uzawa ? "uzawa"
-                                                              : "augmented_lagrangian"},
-          {"penalty", options.penalty > 0 ? json(options.penalty) : json("chosen by the solver")},
+  return {{"method", name(options.method)},
+          {"penalty", exact                 ? json("not used")
+                      : options.penalty > 0 ? json(options.penalty)
+                                            : json("chosen by the solver")},
           {"scheme", energy_momentum ? "energy_momentum" : "constant_acceleration"},
           {"time_step", options.time_step},
           {"tolerance", options.tolerance},

@@ -389,9 +389,10 @@ class Reader {
   void read_options() {
     solver::StepOptions& options = file_.options;
     const std::string method = document_.value("method", "augmented_lagrangian");
-    options.method = method == "penalty" ? solver::ContactMethod::Penalty
-                     : method == "uzawa" ? solver::ContactMethod::Uzawa
-                                         : solver::ContactMethod::AugmentedLagrangian;
+    for (const auto known : {solver::ContactMethod::Springs, solver::ContactMethod::Paper,
+                             solver::ContactMethod::Penalty}) {
+      if (method == name(known)) options.method = known;
+    }
     options.scheme = document_.value("scheme", "") == "energy_momentum"
                          ? solver::TimeScheme::EnergyMomentum
                          : solver::TimeScheme::ConstantAcceleration;

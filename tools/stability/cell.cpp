@@ -63,15 +63,6 @@ double weight_above(const Stack& stack, std::size_t from) {
 
 double radians(double degrees) { return degrees * std::numbers::pi / 180.0; }
 
-const char* name_of(solver::ContactMethod method) {
-  switch (method) {
-    case solver::ContactMethod::AugmentedLagrangian: return "augmented_lagrangian";
-    case solver::ContactMethod::Penalty: return "penalty";
-    case solver::ContactMethod::Uzawa: return "uzawa";
-  }
-  return "";
-}
-
 std::vector<std::string> flags(const Evidence& evidence, double allowed) {
   std::vector<std::string> names;
   if (evidence.unconverged > 0) names.push_back("unconverged steps");
@@ -202,7 +193,7 @@ Result run_slide(const Slide& slide) {
 Result run_stack(const Stack& stack) {
   Run run(stack_scene(stack, 0.25),
           {.time_step = stack.time_step, .method = stack.method, .penalty = stack.penalty});
-  const bool springs = stack.method == solver::ContactMethod::Penalty;
+  const bool springs = stack.method == solver::ContactMethod::Springs;
   if (!stack.youngs.empty() || springs) run.rest(100.0 * stack.rest_step);
   if (!springs || run.evidence.unbalance < kAtRest) run.steps(stack.steps);
   double worst = 0.0;

@@ -61,8 +61,6 @@ void append_geometry_cells(std::vector<Cell>& cells);
 void append_collapse_cells(std::vector<Cell>& cells);
 void append_time_cells(Extent extent, std::vector<Cell>& cells);
 
-const char* name_of(solver::ContactMethod method);
-
 /// A simulation with its evidence.
 class Run {
  public:

@@ -83,7 +83,7 @@ void static_steps(solver::Simulation& simulation, solver::Analysis analysis, int
   solver::StepOptions options = before;
   options.analysis = analysis;
   options.time_step = std::max(before.time_step, 0.01);  // s; the inertia term only slows it
-  if (options.method == solver::ContactMethod::Uzawa) {
+  if (options.method == solver::ContactMethod::Paper) {
     options.method = solver::ContactMethod::AugmentedLagrangian;  // the same state, in fewer solves
   }
   simulation.set_options(options);
@@ -172,15 +172,8 @@ std::string text(double value) {
 }
 
 std::string name(const solver::StepOptions& options) {
-  switch (options.method) {
-    case solver::ContactMethod::AugmentedLagrangian:
-      return "augmented Lagrangian";
-    case solver::ContactMethod::Penalty:
-      return "penalty " + text(options.penalty);
-    case solver::ContactMethod::Uzawa:
-      return "Uzawa " + text(options.penalty);
-  }
-  return "";
+  if (options.method == solver::ContactMethod::AugmentedLagrangian) return "augmented Lagrangian";
+  return solver::name(options.method) + (" " + text(options.penalty));
 }
 
 }  // namespace quoin::validation

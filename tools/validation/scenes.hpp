@@ -88,6 +88,6 @@ Matrix3 strain_matrix(const solver::Vector6& strain);
 
 std::string text(double value);  ///< short, as %g
 std::string name(
-    const solver::StepOptions& options);  ///< "augmented Lagrangian", "penalty 5e+07", …
+    const solver::StepOptions& options);  ///< "augmented Lagrangian", "springs 5e+07", …
 
 }  // namespace quoin::validation

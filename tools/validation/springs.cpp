@@ -54,7 +54,7 @@ void column(int count, const StepOptions& options, Report& report) {
   // above.
   const double elastic = weight * count * count / (2.0 * young);
   const double joints = weight * 0.5 * count * (count + 1) / (4.0 * spring);
-  const bool springs = options.method == ContactMethod::Penalty;
+  const bool springs = options.method == ContactMethod::Springs;
   const std::string which = ", N=" + text(count) + ", " + name(options);
   const double settlement = count - top(simulation, count);
   report.relative("top settlement [m]" + which, springs ? elastic + joints : elastic, settlement,
@@ -80,7 +80,7 @@ void v13_column(Report& report) {
   for (const int count : {1, 5}) {
     StepOptions options{.time_step = 0.1, .analysis = Analysis::Static};
     column(count, options, report);
-    options.method = ContactMethod::Penalty;
+    options.method = ContactMethod::Springs;
     options.penalty = 1e9;
     column(count, options, report);
   }
@@ -94,7 +94,7 @@ void v13_converges(Convergence& convergence) {
       {"top settlement against rigid joints, rel.", 1e7, 8, 1.0, 1e-9}, [=](double penalty) {
         Simulation simulation(column_scene(kCount), {.time_step = 0.1,
                                                      .analysis = Analysis::Static,
-                                                     .method = ContactMethod::Penalty,
+                                                     .method = ContactMethod::Springs,
                                                      .penalty = penalty});
         rest(simulation);
         return (kCount - top(simulation, kCount)) / elastic - 1.0;
@@ -141,7 +141,7 @@ Simulation springs_at(const SpringModel& model, const Pair& start, TimeScheme sc
   scene.blocks[1].initial_stress[2] = model.young * start[1];
   return {scene,
           {.time_step = model.time_step,
-           .method = ContactMethod::Penalty,
+           .method = ContactMethod::Springs,
            .scheme = scheme,
            .penalty = 0.25 * model.stiffness}};
 }
@@ -214,7 +214,7 @@ solver::Scene swinging_cube(double bottom) {
 const double kOmega = std::sqrt(1e8 / 1000.0);
 
 StepOptions swinging_options(double omega_dt) {
-  return {.time_step = omega_dt / kOmega, .method = ContactMethod::Penalty, .penalty = 2.5e7};
+  return {.time_step = omega_dt / kOmega, .method = ContactMethod::Springs, .penalty = 2.5e7};
 }
 
 struct Swing {
@@ -323,7 +323,7 @@ void v20_elastic_foundation(Report& report) {
   scene.point_loads.push_back({1, Vector3(0.2, 0.1, 1), Vector3(0, 0, -force)});
   Simulation simulation(scene, {.time_step = 0.1,
                                 .analysis = Analysis::Static,
-                                .method = ContactMethod::Penalty,
+                                .method = ContactMethod::Springs,
                                 .penalty = spring});
   rest(simulation);
   for (const solver::Contact& contact : simulation.state().contacts) {

@@ -10,9 +10,13 @@ namespace quoin::solver {
 
 enum class ContactMethod : std::uint8_t {
   AugmentedLagrangian,  ///< exact contact; needs no penalty
-  Penalty,              ///< springs, as in the paper; sinks in by force / penalty
-  Uzawa                 ///< the paper's plain augmented Lagrangian, for comparison
+  Springs,              ///< springs of stiffness `penalty`, solved as the exact contact is
+  Paper,                ///< Algorithm 1 of the source as it stands, for comparison
+  Penalty  ///< the source's penalty method: the same open-close iteration, no multipliers
 };
+
+/// As in scene files: "augmented_lagrangian", "springs", "paper", "penalty".
+const char* name(ContactMethod method);
 
 enum class TimeScheme : std::uint8_t {
   ConstantAcceleration,  ///< Shi's: forces at the end of the step; damps springs
@@ -31,10 +35,11 @@ struct StepOptions {
   ContactMethod method = ContactMethod::AugmentedLagrangian;
   TimeScheme scheme = TimeScheme::ConstantAcceleration;
   double penalty = 0.0;                    ///< N/m a contact point; 0: chosen by the solver
-  double shear_ratio = 1.0;                ///< shear stiffness / normal stiffness (Penalty, Uzawa)
+  double shear_ratio = 1.0;  ///< shear stiffness / normal stiffness; like `penalty` not used
+                             ///< by AugmentedLagrangian
   double reach = 0.0;                      ///< contacts are watched up to this gap, m; 0: chosen
   double tolerance = 1e-10;                ///< relative, of forces and of gaps to block size
-  int max_iterations = 1000;               ///< open–close iterations a sub-step
+  int max_iterations = 1000;  ///< open–close iterations a sub-step; Paper, Penalty: linear solves
   double max_displacement_ratio = 0.0;     ///< largest displacement / block size; 0: no limit
   double smallest_time_step = 0.0;         ///< s; 0: time_step / 1024
   int threads = 1;
@@ -64,7 +69,7 @@ struct StepReport {
   double largest_overlap = 0.0;       ///< m
   double unbalance = 0.0;             ///< static measure: largest unbalanced force / largest block weight or load
   double largest_speed = 0.0;         ///< m/s, of a vertex
-  double stiffest_omega_dt = 0.0;     ///< of the stiffest penalty contact; 0 without penalty springs
+  double stiffest_omega_dt = 0.0;     ///< of the stiffest spring (Springs, Penalty); 0 without
   double numerical_damping = 0.0;     ///< damping ratio that goes with it
   double condition = 0.0;             ///< estimate for the system solved last; 0: nothing solved
   double largest_strain = 0.0;

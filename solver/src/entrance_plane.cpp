@@ -1,0 +1,149 @@
+#include "entrance_plane.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace quoin::solver {
+namespace {
+
+using geometry::Polyhedron;
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+/// Distance of the other block before the face's plane, negative where it is behind, m.
+double separation(const Polyhedron& owner, int face, const Polyhedron& other) {
+  const Vector3 normal = owner.face_normal(face);
+  double plane = -std::numeric_limits<double>::infinity();
+  for (const int v : owner.topology().face(face)) {
+    plane = std::max(plane, normal.dot(owner.vertex(v)));
+  }
+  return (normal.transpose() * other.vertices()).minCoeff() - plane;
+}
+
+/// The block as it stands at the end of the step if it keeps its velocities.
+BlockState moved_on(const BlockState& block, double time_step) {
+  return displaced(block, time_step * velocity_vector(block));
+}
+
+Polyhedron polyhedron_of(const BlockModel& model, const Polyhedron& now, const BlockState& block) {
+  const Pose there = pose(block);
+  geometry::Points places = there.shape * model.arms;
+  places.colwise() += there.centroid;
+  return {now.shared_topology(), places};
+}
+
+void append_planes(const State& state, int block, int other, double limit,
+                   std::vector<FacePlane>& planes) {
+  const Polyhedron& owner = state.polyhedra[index(block)];
+  for (int f = 0; f < owner.topology().face_count(); ++f) {
+    if (separation(owner, f, state.polyhedra[index(other)]) >= -limit) {
+      planes.push_back({block, other, f});
+    }
+  }
+}
+
+/// The plane that is least violated says how far apart the two are.
+template <typename PolyhedronOf>
+double largest_separation(const std::vector<FacePlane>& planes, const PolyhedronOf& polyhedron) {
+  double largest = -std::numeric_limits<double>::infinity();
+  for (const FacePlane& p : planes) {
+    largest = std::max(largest, separation(polyhedron(p.block), p.face, polyhedron(p.other)));
+  }
+  return largest;
+}
+
+/// Cosine of the angle, 1e-3 rad, within which two planes are one.
+constexpr double kSamePlane = 1.0 - 5e-7;
+
+/// Of a pair that touches nowhere: can its contacts close in the step, and does a plane other than
+/// theirs keep the two as far apart then? `planes`: all that keep them apart now. A contact can
+/// close if the motion that the blocks have were twice as fast, or by gravity from rest.
+bool passes(const CompiledScene& compiled, const State& state, double time_step, double limit,
+            std::span<const BodyContact> contacts, const std::vector<FacePlane>& planes) {
+  const int a = contacts.front().a, b = contacts.front().b;
+  const BlockState next_a = moved_on(state.blocks[index(a)], time_step);
+  const BlockState next_b = moved_on(state.blocks[index(b)], time_step);
+  const double fall = compiled.scene.gravity.at(state.time).norm() * time_step * time_step;
+  double closes_by = 0.0;
+  bool closes = false;
+  for (const BodyContact& contact : contacts) {
+    const double gap = contact_geometry(contact, pose(next_a), pose(next_b)).gap;
+    closes = closes || gap < contact.state.point.gap - gap + fall + limit;
+    closes_by = std::min(closes_by, gap);
+  }
+  if (!closes) return false;
+  const Vector3 normal = contacts.front().state.point.normal;
+  std::vector<FacePlane> others = planes;
+  std::erase_if(others, [&](const FacePlane& p) {
+    const Vector3 face = state.polyhedra[index(p.block)].face_normal(p.face);
+    return std::abs(face.dot(normal)) > kSamePlane;
+  });
+  if (others.empty()) return false;
+  const Polyhedron end_a =
+      polyhedron_of(compiled.models[index(a)], state.polyhedra[index(a)], next_a);
+  const Polyhedron end_b =
+      polyhedron_of(compiled.models[index(b)], state.polyhedra[index(b)], next_b);
+  const auto end = [&](int block) -> const Polyhedron& { return block == a ? end_a : end_b; };
+  return largest_separation(others, end) >= std::min(closes_by + limit, -limit);
+}
+
+bool of_pair(const BodyContact& contact, const PassingPair& pair) {
+  return contact.a == pair.a && contact.b == pair.b;
+}
+
+}  // namespace
+
+std::vector<PassingPair> set_aside_passing(const CompiledScene& compiled, const State& state,
+                                           double time_step, double limit,
+                                           std::vector<BodyContact>& contacts) {
+  std::vector<PassingPair> aside;
+  std::size_t kept = 0;
+  for (std::size_t from = 0, to = 0; from < contacts.size(); from = to) {
+    const auto same = [&](std::size_t i) {
+      return contacts[i].a == contacts[from].a && contacts[i].b == contacts[from].b;
+    };
+    while (to < contacts.size() && same(to)) ++to;
+    const std::span<const BodyContact> pair(&contacts[from], to - from);
+    PassingPair passing{contacts[from].a, contacts[from].b, {}, {}};
+    if (std::ranges::none_of(pair, &BodyContact::was_closed)) {
+      append_planes(state, passing.a, passing.b, limit, passing.planes);
+      append_planes(state, passing.b, passing.a, limit, passing.planes);
+    }
+    if (passing.planes.size() > 1 &&
+        passes(compiled, state, time_step, limit, pair, passing.planes)) {
+      passing.contacts.assign(pair.begin(), pair.end());
+      aside.push_back(std::move(passing));
+      continue;
+    }
+    for (std::size_t i = from; i < to; ++i, ++kept) {
+      if (kept != i) contacts[kept] = contacts[i];
+    }
+  }
+  contacts.resize(kept);
+  return aside;
+}
+
+bool put_back_blocked(const std::vector<Polyhedron>& end,
+                      const std::vector<geometry::ContactPoint>& found_end, double limit,
+                      std::vector<PassingPair>& pairs, std::vector<BodyContact>& contacts) {
+  const auto polyhedron = [&](int block) -> const Polyhedron& { return end[index(block)]; };
+  const auto blocked = [&](const PassingPair& pair) {
+    double gap = 0.0;
+    for (const geometry::ContactPoint& point : found_end) {
+      if (point.key.a == pair.a && point.key.b == pair.b) gap = std::min(gap, point.gap);
+    }
+    return gap < -limit && largest_separation(pair.planes, polyhedron) < gap - limit;
+  };
+  const auto first = std::stable_partition(pairs.begin(), pairs.end(),
+                                           [&](const PassingPair& pair) { return !blocked(pair); });
+  const bool any = first != pairs.end();
+  for (auto pair = first; pair != pairs.end(); ++pair) {
+    std::erase_if(contacts, [&](const BodyContact& c) { return of_pair(c, *pair); });
+    contacts.insert(contacts.end(), pair->contacts.begin(), pair->contacts.end());
+  }
+  pairs.erase(first, pairs.end());
+  return any;
+}
+
+}  // namespace quoin::solver

@@ -1,0 +1,41 @@
+#pragma once
+/// Pairs that come near each other by a vertex or an edge: several planes keep the two apart, and
+/// it is enough that one of them does so at the end of the step.   [Shi 2015], entrance; [Wang
+/// 2020]
+
+#include <quoin/geometry/contact_point.hpp>
+
+#include "compiled_scene.hpp"
+#include "contact_list.hpp"
+
+namespace quoin::solver {
+
+/// A face of one block; its plane keeps the other block of the pair apart.
+struct FacePlane {
+  int block = 0, other = 0;
+  int face = 0;
+};
+
+/// A pair whose contacts the step is first tried without.
+struct PassingPair {
+  int a = 0, b = 0;
+  std::vector<FacePlane> planes;      ///< that keep the two apart at the start of the step
+  std::vector<BodyContact> contacts;  ///< as found at the start
+};
+
+/// Takes the contacts of those pairs out of `contacts` (sorted by pair) that touched nowhere in the
+/// last step, would close in this one by the motion they have, and are then kept farther apart by a
+/// face's plane other than that of their contacts. `limit`: m, an overlap that is none.
+std::vector<PassingPair> set_aside_passing(const CompiledScene& compiled, const State& state,
+                                           double time_step, double limit,
+                                           std::vector<BodyContact>& contacts);
+
+/// After the step was tried without them: pairs that overlap at its end although no plane of theirs
+/// is least violated there (they passed none) have their contacts back, in place of those found at
+/// the end. `end`: polyhedra, `found_end`: contact points at the end, sorted. True when there were
+/// any; they are taken out of `pairs`.
+bool put_back_blocked(const std::vector<geometry::Polyhedron>& end,
+                      const std::vector<geometry::ContactPoint>& found_end, double limit,
+                      std::vector<PassingPair>& pairs, std::vector<BodyContact>& contacts);
+
+}  // namespace quoin::solver

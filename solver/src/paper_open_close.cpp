@@ -1,0 +1,178 @@
+#include "paper_open_close.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace quoin::solver {
+namespace {
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+Vector12 increment_of(int slot, const BlockVector& increment) {
+  return slot < 0 ? Vector12(Vector12::Zero()) : increment[index(slot)];
+}
+
+void push(const PaperContact& c, const ContactForces& forces, BlockVector& right) {
+  if (c.slot_i >= 0) right[index(c.slot_i)] += forces.i;
+  if (c.slot_j >= 0) right[index(c.slot_j)] += forces.j;
+}
+
+/// A closed contact without friction and cohesion has no shear spring at all.
+ContactMode closed_mode(const PaperContact& c, const PaperOptions& options) {
+  const bool sticks = !options.sliding || c.friction > 0.0 || c.cohesion > 0.0;
+  return sticks ? ContactMode::Stick : ContactMode::Slip;
+}
+
+/// Where the increment brings the contact, and what the next iteration takes for its normal force
+/// and for the direction of sliding.
+void measure(const BlockVector& increment, const PaperOptions& options, PaperContact& c) {
+  const Vector12 d_i = increment_of(c.slot_i, increment), d_j = increment_of(c.slot_j, increment);
+  const Vector3& n = c.normal.normal;
+  c.gap = n.dot(between_after(c.normal, d_i, d_j));
+  const Vector3 between = between_after(c.shear, d_i, d_j);
+  c.slide = between - n.dot(between) * n;  // (51)
+  if (c.mode == ContactMode::Open) return;
+  c.compression = -(c.multiplier + options.normal_stiffness * c.gap);
+  const bool onward = c.direction.isZero(0.0) || c.slide.dot(c.direction) > 0.0;
+  if (c.mode == ContactMode::Slip && onward) c.direction = c.slide.stableNormalized();
+}
+
+/// The mode that the result asks for; `force_tolerance`: N, no force is known better.
+ContactMode next_mode(const PaperContact& c, const PaperOptions& options, double force_tolerance) {
+  if (c.mode == ContactMode::Open) {
+    return c.gap < -options.rounding ? closed_mode(c, options) : ContactMode::Open;
+  }
+  if (c.compression < -c.tension - force_tolerance) return ContactMode::Open;
+  if (!options.sliding || closed_mode(c, options) == ContactMode::Slip) return c.mode;
+  if (c.mode == ContactMode::Slip) {
+    return c.slide.dot(c.direction) < 0.0 ? ContactMode::Stick : ContactMode::Slip;
+  }
+  const double strength = std::max(c.compression, 0.0) * c.friction + c.cohesion;
+  const bool slides =
+      options.shear_stiffness * c.slide.norm() > strength + force_tolerance;  // (49)
+  return slides ? ContactMode::Slip : ContactMode::Stick;
+}
+
+double largest_compression(std::span<const PaperContact> contacts) {
+  double largest = 0.0;
+  for (const PaperContact& c : contacts) {
+    if (c.mode != ContactMode::Open) largest = std::max(largest, std::abs(c.compression));
+  }
+  return largest;
+}
+
+/// Tol1, N: a share of the largest normal force, and no less than what rounding makes of a gap.
+double force_tolerance(std::span<const PaperContact> contacts, const PaperOptions& options) {
+  return std::max(options.tolerance * largest_compression(contacts),
+                  options.normal_stiffness * options.rounding);
+}
+
+/// Step 18: true when no contact changes its mode.
+bool switch_modes(std::span<PaperContact> contacts, const PaperOptions& options) {
+  const double tolerance = force_tolerance(contacts, options);
+  bool same = true;
+  for (PaperContact& c : contacts) {
+    const ContactMode next = next_mode(c, options, tolerance);
+    if (next == c.mode) continue;
+    same = false;
+    if (next == ContactMode::Slip) c.direction = c.slide.stableNormalized();
+    if (next == ContactMode::Open) c.compression = 0.0;
+    c.mode = next;
+  }
+  return same;
+}
+
+}  // namespace
+
+void PaperOpenClose::add(const PaperContact& c, const ContactBlocks& blocks) {
+  push(c, blocks.force, constant_);
+  if (c.slot_i >= 0) system_.diagonal[index(c.slot_i)] += blocks.ii;
+  if (c.slot_j >= 0) system_.diagonal[index(c.slot_j)] += blocks.jj;
+  if (c.pair < 0) return;
+  Matrix12& upper = system_.off_diagonal[index(c.pair)];
+  c.slot_i < c.slot_j ? upper += blocks.ij : upper += blocks.ij.transpose();
+}
+
+/// K and the part of F that stays while no contact changes its mode.
+void PaperOpenClose::assemble(const BlockSystem& base, const BlockVector& force,
+                              std::span<const PaperContact> contacts, const PaperOptions& options) {
+  system_.diagonal = base.diagonal;
+  system_.pairs = base.pairs;
+  system_.off_diagonal.assign(base.pairs.size(), Matrix12::Zero());
+  constant_ = force;
+  for (const PaperContact& c : contacts) {
+    if (c.mode == ContactMode::Open) continue;
+    add(c, normal_blocks(c.normal, options.normal_stiffness, 0.0));
+    if (c.mode == ContactMode::Stick) add(c, shear_blocks(c.shear, options.shear_stiffness));
+  }
+}
+
+void PaperOpenClose::set_right(std::span<const PaperContact> contacts) {
+  right_ = constant_;
+  for (const PaperContact& c : contacts) {
+    if (c.mode == ContactMode::Open) continue;
+    push(c, multiplier_forces(c.normal, c.multiplier), right_);
+    if (c.mode != ContactMode::Slip) continue;
+    const double friction = c.friction * std::max(c.compression, 0.0);  // (50)
+    push(c, friction_forces(c.shear, friction, c.direction), right_);
+  }
+}
+
+/// Of (58): K stays, and K D is F.
+double PaperOpenClose::relative_change() const {
+  double change = 0.0, size = 0.0;
+  for (std::size_t s = 0; s < right_.size(); ++s) {
+    change += (right_[s] - last_[s]).squaredNorm();
+    size += last_[s].squaredNorm();
+  }
+  return size > 0.0 ? std::sqrt(change / size) : 0.0;
+}
+
+/// Steps 10–17, contacts keep their modes. False when it does not end within the solves that are
+/// left.
+bool PaperOpenClose::augment(std::span<PaperContact> contacts, const PaperOptions& options,
+                             BlockVector& increment, OpenCloseResult& result) {
+  for (PaperContact& c : contacts) c.multiplier = 0.0;
+  set_right(contacts);
+  while (result.solves < options.max_solves) {
+    solver_.solve(right_, increment);
+    ++result.solves;
+    double update = 0.0;  // of the multipliers, N
+    for (PaperContact& c : contacts) {
+      measure(increment, options, c);
+      if (c.mode == ContactMode::Open || !options.multipliers) continue;
+      const double change = options.normal_stiffness * c.gap;
+      update = std::max(update, std::abs(change));
+      c.multiplier += change;  // (10)
+    }
+    std::swap(right_, last_);
+    set_right(contacts);
+    result.residual = relative_change();  // K D of the next iteration is known before it is solved
+    if (!std::isfinite(result.residual)) return false;
+    if (update <= force_tolerance(contacts, options) && result.residual <= options.tolerance) {
+      return true;
+    }
+  }
+  return false;
+}
+
+OpenCloseResult PaperOpenClose::solve(const BlockSystem& base, const BlockVector& force,
+                                      std::span<PaperContact> contacts, const PaperOptions& options,
+                                      BlockVector& increment) {
+  OpenCloseResult result;
+  while (result.solves < options.max_solves) {
+    ++result.iterations;
+    assemble(base, force, contacts, options);
+    ++result.factorizations;
+    if (!solver_.factorize(system_)) break;
+    if (!augment(contacts, options, increment, result)) break;
+    if (switch_modes(contacts, options)) {
+      result.converged = true;
+      break;
+    }
+  }
+  result.condition = solver_.condition_estimate();
+  return result;
+}
+
+}  // namespace quoin::solver
