@@ -13,7 +13,7 @@
 #include "search/box_sat.hpp"
 #include "search/corner_features.hpp"
 #include "search/epa.hpp"
-#include "search/exact_search.hpp"
+#include "search/exact_overlap.hpp"
 #include "search/face_face.hpp"
 #include "search/nearest_feature_search.hpp"
 #include "search/prefetch.hpp"
@@ -521,9 +521,11 @@ bool fast_answer(const OrderedPair& pair, Quick& quick, Optimum& optimum) {
 /// Whatever doubles could not decide.
 void wide_answer(const Polyhedron& p, const Polyhedron& q, int max_iterations,
                  const Lengths& length, Optimum& optimum) {
-  ActiveFeatures found = exact_nearest(p, q, max_iterations);
+  const ActiveFeatures nearest = exact_nearest(p, q, max_iterations);
+  optimum.iterations += nearest.iterations;
+  LeastOverlap found{.normal = nearest.normal, .gap = nearest.gap, .converged = nearest.converged};
+  if (nearest.overlapping) found = exact_overlap(p, q, nearest);
   optimum.iterations += found.iterations;
-  if (found.overlapping) found = exhaustive_overlap(p, q);
   optimum.converged = found.converged;
   optimum.several = found.several;
   optimum.middle = found.middle;
