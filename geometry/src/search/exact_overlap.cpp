@@ -91,6 +91,8 @@ class Polytope {
   static constexpr Index kBlock = 32;  // facets whose least key is known
   // In units of the rounding, eps of the larger diameter:
   static constexpr double kFlush = 1.25;  // so far the set may reach beyond a facet of its own
+  static constexpr double kClear = 64.0;  // beyond a facet that is laid in doubles
+  static constexpr double kSpan = 64.0;   // a corner of the start from the others
   static constexpr double kTie = 2.0;     // planes as good
   static constexpr double kLook = 8.0;    // facets that may carry such planes
   static constexpr double kSlim = 1e6;    // height of a triangle whose normal is known to 1e-6 rad
@@ -125,7 +127,7 @@ class Polytope {
   bool begin(const ActiveFeatures& start) {
     for (Index k = 0; k < static_cast<Index>(start.corners) && corner_count_ < 4; ++k) {
       const Corner corner = corner_of(start.p[k], start.q[k]);
-      if (reach(corner.w) > rounding_) corners_[corner_count_++] = corner;
+      if (reach(corner.w) > kSpan * rounding_) corners_[corner_count_++] = corner;
     }
     while (corner_count_ < 4) {
       if (!add_across()) return false;
@@ -157,18 +159,16 @@ class Polytope {
     return std::abs(fine) > kWideEpsilon * size ? fine : 0.0;
   }
 
-  /// The direction in which the corners so far do not extend, and how far a point lies along it.
-  WideVector across_corners() const {
+  /// A direction in which the corners so far do not extend.
+  Vec3 across_corners() const {
     const Vec3 a = corners_[0].w;
-    if (corner_count_ == 3) {
-      return cross(difference(corners_[1].w, a), difference(corners_[2].w, a));
-    }
+    if (corner_count_ == 3) return cross(corners_[1].w - a, corners_[2].w - a);
     Vector3 line = corner_count_ == 2 ? Vector3(corners_[1].w - a)
                                       : Vector3(q_.vertex_mean() - p_.vertex_mean());
     if (line.isZero(0.0)) line = Vector3::UnitX();
     int axis = 0;
     line.cwiseAbs().minCoeff(&axis);
-    return wide(line.cross(Vector3::Unit(axis)));
+    return line.cross(Vector3::Unit(axis));
   }
 
   /// How far a corner lies from what those that are there span, m.
@@ -176,13 +176,10 @@ class Polytope {
     if (corner_count_ == 0) return kInfinity;
     const Vec3 a = corners_[0].w;
     if (corner_count_ == 1) return std::sqrt(square(w - a));
-    const Vec3 b = corners_[1].w;
-    const WideVector product = cross(difference(b, a), difference(w, a));
-    if (corner_count_ == 2) {
-      return std::sqrt(square(Vec3(product.rounded())) / square(b - a));
-    }
-    const Vec3 c = corners_[2].w;
-    return std::abs(volume(a, b, c, w)) / std::sqrt(square(cross(b - a, c - a)));
+    const Vec3 line = corners_[1].w - a;
+    if (corner_count_ == 2) return std::sqrt(square(cross(line, w - a)) / square(line));
+    const Vec3 normal = cross(line, corners_[2].w - a);
+    return std::abs(dot(normal, w - a)) / std::sqrt(square(normal));
   }
 
   bool add_across() {
@@ -190,11 +187,11 @@ class Polytope {
       corners_[corner_count_++] = find_corner(Vec3(p_.vertex_mean()) - Vec3(q_.vertex_mean()));
       return true;
     }
-    const Vector3 direction = unit(scaled(across_corners()));
+    const Vec3 direction = across_corners();
     Corner best{};
     double most = 0.0;
     for (const double side : {1.0, -1.0}) {
-      const Corner corner = find_corner(side * Vec3(direction));
+      const Corner corner = find_corner(side * direction);
       const double more = reach(corner.w);
       if (more > most) {
         most = more;
@@ -251,16 +248,16 @@ class Polytope {
     Facet& facet = facets_[f];
     const Vec3 a = place(facet, 0), b = place(facet, 1), c = place(facet, 2);
     const WideVector normal = cross(difference(b, a), difference(c, a));
-    const DoubleDouble length = square_root(dot(normal, normal));
+    const Vec3 rounded = normal.rounded();
+    const double length = std::sqrt(square(rounded));
     facet.exact = true;
-    if (!(length.high > 1e-24 * std::sqrt(square(b - a) * square(c - a)))) {
+    if (!(length > 1e-24 * std::sqrt(square(b - a) * square(c - a)))) {
       facet.normal = Vec3(0.0, 0.0, 0.0);  // a line: it has no plane and no side
       facet.error = 1.0;
       return set_key(f, kInfinity);
     }
-    facet.normal = {double(normal.x / length), double(normal.y / length),
-                    double(normal.z / length)};
-    facet.distance = double(dot(normal, wide(a)) / length);
+    facet.normal = rounded / length;
+    facet.distance = double(dot(normal, wide(a))) / length;
     facet.error = 2 * kEpsilon;
     set_key(f, facet.distance);
   }
@@ -283,10 +280,6 @@ class Polytope {
     const Index f = least_facet();
     if (f == kNone || key_[f] > best_ + kLook * rounding_) return false;
     const Facet& facet = facets_[f];
-    if (!facet.exact) {
-      lay_exactly(f);
-      return true;
-    }
     if (facet.distance >= best_ - kFlush * rounding_ && planes_.has(facet.normal)) {
       set_key(f, kInfinity);
       return true;
@@ -294,12 +287,16 @@ class Polytope {
     ++steps_;
     const Corner corner = find_corner(facet.normal);
     const double gain = dot(facet.normal, corner.w - place(facet, 0));
-    offer(facet, facet.distance + std::max(gain, 0.0));
+    if (!facet.exact && !(gain > kClear * rounding_)) {
+      lay_exactly(f);
+      return true;
+    }
+    offer(facet.normal, facet.distance + std::max(gain, 0.0));
     if (gain > kFlush * rounding_ && sees(corner.w, facet)) {
       const Growth growth = add(f, corner);
-      if (growth == Growth::Full) left_ = std::min(left_, facet.distance);
-      if (growth != Growth::Torn) return growth == Growth::Grown;
+      if (growth == Growth::Grown) return true;
       left_ = std::min(left_, facet.distance);
+      if (growth == Growth::Full) return false;
     }
     planes_.add(exact_plane(facet, corner));
     set_key(f, kInfinity);
@@ -307,10 +304,10 @@ class Polytope {
   }
 
   /// A plane that leaves no corner beyond it: the solids overlap by no more than its distance.
-  void offer(const Facet& facet, double value) {
+  void offer(const Vec3& normal, double value) {
     if (!(value < best_)) return;
     best_ = value;
-    best_normal_ = facet.normal;
+    best_normal_ = normal;
   }
 
   /// The plane of exact corners, moved out to a corner that may lie beyond it.
@@ -320,14 +317,14 @@ class Polytope {
     const WideVector u = exact(corners_[facet.corners[1]]) - a;
     const WideVector v = exact(corners_[facet.corners[2]]) - a;
     const WideVector normal = cross(u, v);
-    const DoubleDouble length = square_root(dot(normal, normal));
+    const Vec3 rounded = normal.rounded();
+    const double length = std::sqrt(square(rounded));
     const double longest =
         std::sqrt(std::max(square(Vec3(u.rounded())), square(Vec3(v.rounded()))));
-    if (!(length.high > rounding_ * longest)) return {facet.normal, facet.distance, true};
-    const DoubleDouble top = dot(normal, a), other = dot(normal, exact(beyond));
-    return {{double(normal.x / length), double(normal.y / length), double(normal.z / length)},
-            double((top < other ? other : top) / length),
-            !(length.high > kSlim * rounding_ * longest)};
+    if (!(length > rounding_ * longest)) return {facet.normal, facet.distance, true};
+    const double top = double(dot(normal, a)), other = double(dot(normal, exact(beyond)));
+    return {rounded / length, std::max(top, other) / length,
+            !(length > kSlim * rounding_ * longest)};
   }
 
   /// Takes away the facets that a new corner sees; a cone over the border closes the hole.

@@ -148,7 +148,7 @@ void name_corners(const Simplex& simplex, ActiveFeatures& result) {
 
 /// `support_p(d)`, `support_q(d)`: vertex of P farthest along d, of Q farthest against it.
 template <typename SupportP, typename SupportQ>
-ActiveFeatures search(const Polyhedron& p, const Polyhedron& q, int first_p, int first_q,
+ActiveFeatures search(const Polyhedron& p, const Polyhedron& q, const ActiveFeatures& start,
                       int max_iterations, const SupportP& support_p, const SupportQ& support_q) {
   const double size = std::min(p.diameter(), q.diameter());
   // Nearer than this a line between vertices or edges has no direction left, even in double-double;
@@ -156,9 +156,12 @@ ActiveFeatures search(const Polyhedron& p, const Polyhedron& q, int first_p, int
   const double nothing = kEpsilon / 8 * std::max(p.diameter(), q.diameter());
   ActiveFeatures result;
   Simplex simplex;
-  simplex.push({first_p, first_q, wide_difference(q.vertex(first_q), p.vertex(first_p))});
+  for (std::size_t k = 0; k < static_cast<std::size_t>(start.corners); ++k) {
+    const int i = start.p[k], j = start.q[k];
+    if (!simplex.has(i, j)) simplex.push({i, j, wide_difference(q.vertex(j), p.vertex(i))});
+  }
   WideVector direction;
-  std::array<int, 2> last{first_p, first_q};
+  std::array<int, 2> last{};
   while (result.iterations < max_iterations) {
     ++result.iterations;
     DoubleDouble distance;
@@ -199,23 +202,24 @@ ActiveFeatures search(const Polyhedron& p, const Polyhedron& q, int first_p, int
 int wide_support(const Polyhedron& polyhedron, const WideVector& direction) {
   const Vector3 d = direction.rounded();
   const Support first = support(polyhedron, d);
-  const double bound = 8 * kEpsilon * d.norm() * polyhedron.diameter();
-  VertexSet close;
-  find_vertices_beyond(polyhedron, d, first.value - bound, close);
+  const double limit = first.value - 8 * kEpsilon * d.norm() * polyhedron.diameter();
   int best = first.vertex;
-  for (const int v : close) {
-    if (v == best) continue;
+  if (count_beyond(polyhedron, d, limit) == 1) return best;
+  for (int v = 0; v < polyhedron.vertex_count(); ++v) {
+    if (v == best || along(offset(polyhedron, v), d) < limit) continue;
     const WideVector step = wide_difference(polyhedron.vertex(v), polyhedron.vertex(best));
-    const DoubleDouble more = dot(direction, step);
-    if (more.high > 0.0) best = v;
+    if (dot(direction, step).high > 0.0) best = v;
   }
   return best;
 }
 
-ActiveFeatures exact_nearest(const Polyhedron& p, const Polyhedron& q, int max_iterations) {
+ActiveFeatures exact_nearest(const Polyhedron& p, const Polyhedron& q, const ActiveFeatures& start,
+                             int max_iterations) {
   const Vector3 shift = q.origin() - p.origin();
+  const ActiveFeatures first{
+      .p = {support(p, shift).vertex}, .q = {support(q, -shift).vertex}, .corners = 1};
   return search(
-      p, q, support(p, shift).vertex, support(q, -shift).vertex, max_iterations,
+      p, q, start.corners > 0 ? start : first, max_iterations,
       [&](const WideVector& d) { return wide_support(p, d); },
       [&](const WideVector& d) { return wide_support(q, -d); });
 }
@@ -223,7 +227,7 @@ ActiveFeatures exact_nearest(const Polyhedron& p, const Polyhedron& q, int max_i
 ActiveFeatures exact_nearest_among(const Polyhedron& p, const Polyhedron& q, const VertexSet& set_p,
                                    const VertexSet& set_q) {
   return search(
-      p, q, set_p[0], set_q[0], 1000,
+      p, q, {.p = {set_p[0]}, .q = {set_q[0]}, .corners = 1}, 1000,
       [&](const WideVector& d) { return wide_support_among(p, d, set_p); },
       [&](const WideVector& d) { return wide_support_among(q, -d, set_q); });
 }

@@ -24,7 +24,9 @@ int wide_support(const Polyhedron& polyhedron, const WideVector& direction);
 /// Iterative nearest-feature search of two separated solids. Returns `overlapping`, with the
 /// corners around the shared point, when they are not separated by more than the rounding of
 /// double-double.
-ActiveFeatures exact_nearest(const Polyhedron& p, const Polyhedron& q, int max_iterations);
+/// `start`: corners to start from; none: those that look at the other solid.
+ActiveFeatures exact_nearest(const Polyhedron& p, const Polyhedron& q, const ActiveFeatures& start,
+                             int max_iterations);
 
 /// The same among given vertices only, from the first of each. Sets must not be empty.
 ActiveFeatures exact_nearest_among(const Polyhedron& p, const Polyhedron& q, const VertexSet& set_p,

@@ -428,8 +428,12 @@ bool find_flat(const Polyhedron& p, const Polyhedron& q, std::optional<Vector3>&
 
 /// The least overlap from where the search found that there is one.
 void grow(const OrderedPair& pair, Quick& quick) {
-  quick.found = expand_polytope(pair.p, pair.q, quick.found, 0.25 * pair.length.rounding);
   quick.grown = true;
+  if (quick.found.corners == 1) {  // in a corner of the set of differences many planes meet
+    quick.found.outcome = SearchOutcome::Unclear;
+    return;
+  }
+  quick.found = expand_polytope(pair.p, pair.q, quick.found, 0.25 * pair.length.rounding);
   quick.iterations += quick.found.iterations;
 }
 
@@ -518,10 +522,13 @@ bool fast_answer(const OrderedPair& pair, Quick& quick, Optimum& optimum) {
          flat_answer(p, q, length, -q.face_normal(g), optimum);
 }
 
-/// Whatever doubles could not decide.
-void wide_answer(const Polyhedron& p, const Polyhedron& q, int max_iterations,
-                 const Lengths& length, Optimum& optimum) {
-  const ActiveFeatures nearest = exact_nearest(p, q, max_iterations);
+/// Whatever doubles could not decide. `known`: where their search has come to.
+void wide_answer(const OrderedPair& pair, int max_iterations, const SearchResult& known,
+                 Optimum& optimum) {
+  const Polyhedron &p = pair.p, &q = pair.q;
+  const Lengths& length = pair.length;
+  const ActiveFeatures nearest =
+      exact_nearest(p, q, {.p = known.p, .q = known.q, .corners = known.corners}, max_iterations);
   optimum.iterations += nearest.iterations;
   LeastOverlap found{.normal = nearest.normal, .gap = nearest.gap, .converged = nearest.converged};
   if (nearest.overlapping) found = exact_overlap(p, q, nearest);
@@ -699,7 +706,7 @@ bool general_answer(const OrderedPair& pair, const SearchOptions& options, const
     }
     if (length.uneven || !fast_answer(pair, quick, optimum)) {
       optimum.faces.reset();
-      wide_answer(p, q, options.max_iterations, length, optimum);
+      wide_answer(pair, options.max_iterations, quick.found, optimum);
     }
   }
   answer.normal = one_zero(optimum.plane.normal);
