@@ -387,9 +387,10 @@ void swap_names(NearestFeatures& answer) {
 struct Quick {
   Trial hint = Trial::Undecided;  // what became of last step's features
   bool searched = false;
-  SearchResult found = {};           // if `searched`: in the order in which the pair is worked
-  std::optional<Vector3> flat = {};  // across which solids that overlap lie flat on each other
-  bool grown = false;                // `found` is the least overlap
+  SearchResult found = {};             // if `searched`: in the order in which the pair is worked
+  std::optional<Vector3> flat = {};    // across which solids that overlap lie flat on each other
+  bool grown = false;                  // `found` is the least overlap
+  std::optional<Vector3> middle = {};  // of several planes that part the solids within rounding
   int iterations = 0;
 };
 
@@ -444,6 +445,7 @@ bool are_bricks(const Polyhedron& a, const Polyhedron& b) {
 /// The least overlap of two bricks, where it is clear.
 bool part_bricks(const OrderedPair& pair, Quick& quick) {
   const SearchResult found = box_sat(pair.p, pair.q, pair.length.rounding);
+  if (found.outcome == SearchOutcome::Touching) quick.middle = found.normal;
   if (found.outcome != SearchOutcome::Overlapping) return false;
   quick.searched = true;
   quick.found = found;
@@ -472,54 +474,6 @@ bool corner_answer(const Polyhedron& a, const Polyhedron& b, const Lengths& leng
   ++quick.iterations;
   const CornerFeatures corners = corner_features(a, b, b.vertex_mean() - a.vertex_mean());
   return found_answer(a, b, length, corners.p, corners.q, nullptr, answer);
-}
-
-/// The answer of a cold search.
-bool searched_answer(const Polyhedron& a, const Polyhedron& b, const Lengths& length, Quick& quick,
-                     NearestFeatures& answer) {
-  if (has_plain_corners(a, b) && corner_answer(a, b, length, quick, answer)) return true;
-  if (are_bricks(a, b)) {
-    const OrderedPair pair = ordered(a, b, length);
-    if (part_bricks(pair, quick)) return overlapping_answer(pair, quick, answer);
-  }
-  const SearchResult found =
-      nearest_feature_search(a, b, b.vertex_mean() - a.vertex_mean(), 0.25 * length.rounding);
-  quick.iterations += found.iterations;
-  const bool overlapping = found.outcome == SearchOutcome::Overlapping;
-  if (!overlapping && found_answer(a, b, length, found.p, found.q, nullptr, answer)) return true;
-  const OrderedPair pair = ordered(a, b, length);
-  quick.searched = true;
-  quick.found = found;
-  if (pair.reversed) swap_names(quick.found);
-  return overlapping && overlapping_answer(pair, quick, answer);
-}
-
-bool fast_answer(const OrderedPair& pair, Quick& quick, Optimum& optimum) {
-  const Polyhedron &p = pair.p, &q = pair.q;
-  const Lengths& length = pair.length;
-  const double rounding = length.rounding;
-  if (quick.flat && flat_answer(p, q, length, *quick.flat, optimum)) return true;
-  const SearchResult& found = quick.found;
-  const bool overlapping = found.outcome == SearchOutcome::Overlapping;
-  if (overlapping && !quick.grown) grow(pair, quick);
-  if (found.outcome == SearchOutcome::Unclear) return false;
-  // Of two nearly parallel planes, as good within rounding, the one where the features meet.
-  const double least = least_gap(found, rounding);
-  const auto best = [&] {
-    return optimum.plane.gap >= least && lies_over(p, q, optimum.plane, optimum.laid(), rounding);
-  };
-  take_corners(p, q, found, optimum.plane.sets);
-  optimum.straight = straight_plane(p, q, length, found.normal, optimum) && best();
-  if (optimum.straight) return optimum.converged = true;
-  optimum.faces.reset();
-  optimum.converged = settle_corners(p, q, found, length, optimum.plane) && best();
-  if (optimum.converged || overlapping) return optimum.converged;
-  // Flush blocks: a corner just over an edge, whose line leans by a rounding over the gap.
-  const int f = facing_face(p, found.p[0], found.normal);
-  const int g = facing_face(q, found.q[0], -found.normal);
-  if (f < 0 || g < 0) return false;
-  return flat_answer(p, q, length, p.face_normal(f), optimum) ||
-         flat_answer(p, q, length, -q.face_normal(g), optimum);
 }
 
 /// Whatever doubles could not decide. `known`: where their search has come to.
@@ -691,6 +645,84 @@ void set_hint(const Carried& plane, NearestFeatures& answer) {
   answer.hint.normal = answer.normal;
 }
 
+/// The optimum in the names of the order in which the pair is worked.
+void take(const OrderedPair& pair, Optimum& optimum, NearestFeatures& answer) {
+  answer.normal = one_zero(optimum.plane.normal);
+  answer.gap = optimum.plane.gap;
+  describe(pair.p, pair.q, optimum, pair.length, answer);
+  set_hint(optimum.plane, answer);
+  if (optimum.converged) answer.status = status_of(answer.gap, pair.length);
+}
+
+/// Solids that touch at a vertex or along an edge: the middle of the planes between them. Its gap
+/// is nothing within rounding, and the features that carry it lie over each other: no plane is
+/// better by more than that, for there the solids share a point.
+[[gnu::noinline]] bool touching_answer(const OrderedPair& pair, const Vector3& middle,
+                                       NearestFeatures& answer) {
+  const Polyhedron &p = pair.p, &q = pair.q;
+  const Lengths& length = pair.length;
+  LateInit<ContactPolygon> faces;
+  Optimum optimum(faces);
+  Plane& plane = optimum.plane;
+  scan(p, q, middle, plane);
+  if (!(std::abs(plane.gap) <= length.rounding)) return false;
+  find_sets(p, q, length, plane);
+  if (!lies_over(p, q, plane, nullptr, length.rounding)) return false;
+  optimum.converged = optimum.several = optimum.middle = true;
+  take(pair, optimum, answer);
+  if (pair.reversed) swap_names(answer);
+  return true;
+}
+
+/// The answer of a cold search.
+bool searched_answer(const Polyhedron& a, const Polyhedron& b, const Lengths& length, Quick& quick,
+                     NearestFeatures& answer) {
+  if (has_plain_corners(a, b) && corner_answer(a, b, length, quick, answer)) return true;
+  if (are_bricks(a, b)) {
+    const OrderedPair pair = ordered(a, b, length);
+    if (part_bricks(pair, quick)) return overlapping_answer(pair, quick, answer);
+    if (quick.middle && touching_answer(pair, *quick.middle, answer)) return true;
+  }
+  const SearchResult found =
+      nearest_feature_search(a, b, b.vertex_mean() - a.vertex_mean(), 0.25 * length.rounding);
+  quick.iterations += found.iterations;
+  const bool overlapping = found.outcome == SearchOutcome::Overlapping;
+  if (!overlapping && found_answer(a, b, length, found.p, found.q, nullptr, answer)) return true;
+  const OrderedPair pair = ordered(a, b, length);
+  quick.searched = true;
+  quick.found = found;
+  if (pair.reversed) swap_names(quick.found);
+  return overlapping && overlapping_answer(pair, quick, answer);
+}
+
+bool fast_answer(const OrderedPair& pair, Quick& quick, Optimum& optimum) {
+  const Polyhedron &p = pair.p, &q = pair.q;
+  const Lengths& length = pair.length;
+  const double rounding = length.rounding;
+  if (quick.flat && flat_answer(p, q, length, *quick.flat, optimum)) return true;
+  const SearchResult& found = quick.found;
+  const bool overlapping = found.outcome == SearchOutcome::Overlapping;
+  if (overlapping && !quick.grown) grow(pair, quick);
+  if (found.outcome == SearchOutcome::Unclear) return false;
+  // Of two nearly parallel planes, as good within rounding, the one where the features meet.
+  const double least = least_gap(found, rounding);
+  const auto best = [&] {
+    return optimum.plane.gap >= least && lies_over(p, q, optimum.plane, optimum.laid(), rounding);
+  };
+  take_corners(p, q, found, optimum.plane.sets);
+  optimum.straight = straight_plane(p, q, length, found.normal, optimum) && best();
+  if (optimum.straight) return optimum.converged = true;
+  optimum.faces.reset();
+  optimum.converged = settle_corners(p, q, found, length, optimum.plane) && best();
+  if (optimum.converged || overlapping) return optimum.converged;
+  // Flush blocks: a corner just over an edge, whose line leans by a rounding over the gap.
+  const int f = facing_face(p, found.p[0], found.normal);
+  const int g = facing_face(q, found.q[0], -found.normal);
+  if (f < 0 || g < 0) return false;
+  return flat_answer(p, q, length, p.face_normal(f), optimum) ||
+         flat_answer(p, q, length, -q.face_normal(g), optimum);
+}
+
 /// The general way; true: an ordinary answer after all, in the names of the caller.
 bool general_answer(const OrderedPair& pair, const SearchOptions& options, const FeatureHint& hint,
                     Quick& quick, Optimum& optimum, NearestFeatures& answer) {
@@ -709,11 +741,7 @@ bool general_answer(const OrderedPair& pair, const SearchOptions& options, const
       wide_answer(pair, options.max_iterations, quick.found, optimum);
     }
   }
-  answer.normal = one_zero(optimum.plane.normal);
-  answer.gap = optimum.plane.gap;
-  describe(p, q, optimum, length, answer);
-  set_hint(optimum.plane, answer);
-  if (optimum.converged) answer.status = status_of(answer.gap, length);
+  take(pair, optimum, answer);
   return false;
 }
 
