@@ -75,8 +75,10 @@ class Polytope {
 
   LeastOverlap grow(const ActiveFeatures& start) {
     LeastOverlap result;
-    if (!begin(start)) return result;
-    while (step()) {
+    expand(start);
+    if (full_) {  // what is known of planes stays
+      left_ = kInfinity;
+      for (octant_ = 0; octant_ < kWhole; ++octant_) expand(start);
     }
     result.iterations = steps_;
     conclude(result);
@@ -88,7 +90,8 @@ class Polytope {
   using Number = std::uint16_t;  // the same, stored
   static constexpr Index kMostCorners = 2048, kMostFacets = 2 * kMostCorners;
   static constexpr Index kNone = kMostFacets;
-  static constexpr Index kBlock = 32;  // facets whose least key is known
+  static constexpr unsigned kWhole = 8;  // octants
+  static constexpr Index kBlock = 32;    // facets whose least key is known
   // In units of the rounding, eps of the larger diameter:
   static constexpr double kFlush = 1.25;  // so far the set may reach beyond a facet of its own
   static constexpr double kClear = 64.0;  // beyond a facet that is laid in doubles
@@ -120,6 +123,17 @@ class Polytope {
   Corner corner_of(int i, int j) const { return {exact_corner(p_, q_, i, j).rounded(), i, j}; }
   Corner find_corner(const Vec3& direction) const {
     return corner_of(support(p_, -direction).vertex, support(q_, direction).vertex);
+  }
+
+  /// Until each facet that may carry the answer has been looked at.
+  void expand(const ActiveFeatures& start) {
+    corner_count_ = facet_count_ = free_count_ = 0;
+    if (!begin(start)) {
+      left_ = -kInfinity;
+      return;
+    }
+    while (step()) {
+    }
   }
 
   // ---- the first tetrahedron ----
@@ -275,12 +289,28 @@ class Polytope {
 
   enum class Growth { Grown, Torn, Full };
 
+  /// Not those that cover no part of the octant, nor those of a plane that is known and no better.
+  bool is_of_interest(Index f) const {
+    const Facet& facet = facets_[f];
+    if (octant_ < kWhole) {
+      const Vec3 a = place(facet, 0), b = place(facet, 1), c = place(facet, 2);
+      const auto beside = [](bool up, double x, double y, double z) {
+        return up ? x < 0.0 && y < 0.0 && z < 0.0 : x > 0.0 && y > 0.0 && z > 0.0;
+      };
+      if (beside((octant_ & 1) != 0, a.x, b.x, c.x) || beside((octant_ & 2) != 0, a.y, b.y, c.y) ||
+          beside((octant_ & 4) != 0, a.z, b.z, c.z)) {
+        return false;
+      }
+    }
+    return key_[f] < best_ - kFlush * rounding_ || !planes_.has(facet.normal);
+  }
+
   /// One facet: grown over, or found to be one of the set. False: nothing is left to look at.
   bool step() {
     const Index f = least_facet();
     if (f == kNone || key_[f] > best_ + kLook * rounding_) return false;
     const Facet& facet = facets_[f];
-    if (facet.distance >= best_ - kFlush * rounding_ && planes_.has(facet.normal)) {
+    if (!is_of_interest(f)) {
       set_key(f, kInfinity);
       return true;
     }
@@ -295,8 +325,11 @@ class Polytope {
     if (gain > kFlush * rounding_ && sees(corner.w, facet)) {
       const Growth growth = add(f, corner);
       if (growth == Growth::Grown) return true;
-      left_ = std::min(left_, facet.distance);
-      if (growth == Growth::Full) return false;
+      left_ = std::min(left_, key_[f]);
+      if (growth == Growth::Full) {
+        full_ = true;
+        return false;
+      }
     }
     planes_.add(exact_plane(facet, corner));
     set_key(f, kInfinity);
@@ -432,16 +465,17 @@ class Polytope {
       sum = sum + plane.normal;
       if (first == nullptr || comes_before(plane.normal, first->normal)) first = &plane;
     }
-    if (first == nullptr) {  // the limit came before any proof
-      result.normal = -best_normal_;
+    if (first == nullptr || best_ < least - kLook * rounding_) {  // no facet of the set is as good
+      result.normal = one_zero(-best_normal_);
       result.gap = wide_gap(result.normal);
+      result.converged = best_ <= left_ + kLook * rounding_;
       return;
     }
     result.normal = one_zero(-first->normal);
     result.gap = -first->value;
-    result.several = count > 1;
+    result.directions = count;
     result.converged = least <= left_ + kLook * rounding_;
-    if (result.several && std::abs(least) <= kTie * rounding_) take_middle(-sum, least, result);
+    if (count > 1 && std::abs(least) <= kTie * rounding_) take_middle(-sum, least, result);
   }
 
   /// An order that hangs on the directions alone: x first, greatest first.
@@ -470,7 +504,9 @@ class Polytope {
   double rounding_;          // m
   double best_ = kInfinity;  // an overlap that is enough, m
   Vec3 best_normal_{1.0, 0.0, 0.0};
-  double left_ = kInfinity;  // of planes beyond which the set reaches, but which could not grow, m
+  double left_ = kInfinity;   // of planes beyond which the set reaches, but which could not grow, m
+  bool full_ = false;         // there was no room for another corner
+  unsigned octant_ = kWhole;  // only directions of this one are looked at; bits: x, y, z upwards
   int steps_ = 0;
   Number stamp_ = 0;
   Index corner_count_ = 0, facet_count_ = 0, free_count_ = 0, seen_count_ = 0, border_count_ = 0;

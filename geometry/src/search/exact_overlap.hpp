@@ -10,7 +10,7 @@ struct LeastOverlap {
   Vector3 normal = Vector3::UnitX();  ///< unit, from P to Q
   double gap = 0.0;                   ///< minus the least translation, m
   bool converged = false;             ///< proved; else the best that was found
-  bool several = false;               ///< other directions have the same overlap
+  int directions = 0;                 ///< of different planes that have the same overlap
   bool middle = false;  ///< touching: the normal is the mean of the planes between them
   int iterations = 0;
 };

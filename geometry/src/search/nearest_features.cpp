@@ -488,7 +488,7 @@ void wide_answer(const OrderedPair& pair, int max_iterations, const SearchResult
   if (nearest.overlapping) found = exact_overlap(p, q, nearest);
   optimum.iterations += found.iterations;
   optimum.converged = found.converged;
-  optimum.several = found.several;
+  optimum.several = found.directions > 1;
   optimum.middle = found.middle;
   Plane& plane = optimum.plane;
   const bool same = !length.uneven && !found.middle &&
