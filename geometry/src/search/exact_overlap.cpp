@@ -33,8 +33,6 @@ struct SupportPlane {
 /// Planes of different directions, those of one direction together.
 class SupportPlanes {
  public:
-  int count() const { return count_; }
-  const SupportPlane& operator[](int k) const { return planes_[static_cast<std::size_t>(k)]; }
   const SupportPlane* begin() const { return planes_.data(); }
   const SupportPlane* end() const { return planes_.data() + count_; }
 
@@ -109,9 +107,9 @@ class Polytope {
     double distance;  // of the plane from the origin, m
     double error;     // of the normal, rad
     Number corners[3];
-    Number across[3];  // the facet beyond the side from corner k to the next
-    Number seen;       // the last growth that took it away
-    bool exact;        // the normal is right to the last places
+    Number across[3];    // the facet beyond the side from corner k to the next
+    std::uint32_t seen;  // the last growth that took it away
+    bool exact;          // the normal is right to the last places
   };
   struct Side {
     Number from, to, outside;
@@ -331,7 +329,7 @@ class Polytope {
         return false;
       }
     }
-    planes_.add(exact_plane(facet, corner));
+    planes_.add(exact_plane(facet, facet.distance + std::max(gain, 0.0)));
     set_key(f, kInfinity);
     return true;
   }
@@ -343,8 +341,10 @@ class Polytope {
     best_normal_ = normal;
   }
 
-  /// The plane of exact corners, moved out to a corner that may lie beyond it.
-  SupportPlane exact_plane(const Facet& facet, const Corner& beyond) const {
+  /// The plane of exact corners, and how far the set reaches along its normal; the facet's own
+  /// plane, along which it reaches as far as `known`, where rounding turns the one against the
+  /// other.
+  SupportPlane exact_plane(const Facet& facet, double known) const {
     const auto exact = [&](const Corner& c) { return exact_corner(p_, q_, c.p, c.q); };
     const WideVector a = exact(corners_[facet.corners[0]]);
     const WideVector u = exact(corners_[facet.corners[1]]) - a;
@@ -354,10 +354,11 @@ class Polytope {
     const double length = std::sqrt(square(rounded));
     const double longest =
         std::sqrt(std::max(square(Vec3(u.rounded())), square(Vec3(v.rounded()))));
-    if (!(length > rounding_ * longest)) return {facet.normal, facet.distance, true};
-    const double top = double(dot(normal, a)), other = double(dot(normal, exact(beyond)));
-    return {rounded / length, std::max(top, other) / length,
-            !(length > kSlim * rounding_ * longest)};
+    if (!(length > kSlim * rounding_ * longest)) return {facet.normal, known, true};
+    const WideVector top = exact(find_corner(rounded));
+    const double value = std::max(double(dot(normal, a)), double(dot(normal, top))) / length;
+    if (value > known + kLook * rounding_) return {facet.normal, known, false};
+    return {rounded / length, value, false};
   }
 
   /// Takes away the facets that a new corner sees; a cone over the border closes the hole.
@@ -404,7 +405,7 @@ class Polytope {
   /// The facets around the first one that see a point, and the sides around them. False: they are
   /// not one loop, which rounding alone can do.
   bool find_border(Index first, const Vec3& w) {
-    const Number stamp = ++stamp_;
+    const std::uint32_t stamp = ++stamp_;
     seen_count_ = border_count_ = 0;
     seen_[seen_count_++] = number(first);
     facets_[first].seen = stamp;
@@ -508,7 +509,7 @@ class Polytope {
   bool full_ = false;         // there was no room for another corner
   unsigned octant_ = kWhole;  // only directions of this one are looked at; bits: x, y, z upwards
   int steps_ = 0;
-  Number stamp_ = 0;
+  std::uint32_t stamp_ = 0;
   Index corner_count_ = 0, facet_count_ = 0, free_count_ = 0, seen_count_ = 0, border_count_ = 0;
   SupportPlanes planes_;
   Corner corners_[kMostCorners];
