@@ -23,42 +23,40 @@ WideVector difference(const Vec3& a, const Vec3& b) {
   return {two_difference(a.x, b.x), two_difference(a.y, b.y), two_difference(a.z, b.z)};
 }
 
-/// A plane that supports the set of differences, within rounding.
+/// The plane of a facet beyond which the set of differences does not reach, within rounding.
 struct SupportPlane {
-  Vec3 normal;   // unit, outward
-  double value;  // its distance from the origin, m
-  bool slim;     // of a triangle so slim that rounding turns the normal
+  Vec3 normal;         // unit, outward
+  DoubleDouble value;  // its distance from the origin, m
+  bool slim;           // of a triangle so slim that rounding turns the normal
+  SupportPlane() {}    // NOLINT: filled later
+  SupportPlane(const Vec3& normal_in, const DoubleDouble& value_in, bool slim_in)
+      : normal(normal_in), value(value_in), slim(slim_in) {}
 };
 
-/// Planes of different directions, those of one direction together.
+/// Planes of different directions, of each direction the best.
 class SupportPlanes {
  public:
   const SupportPlane* begin() const { return planes_.data(); }
   const SupportPlane* end() const { return planes_.data() + count_; }
 
-  bool has(const Vec3& normal) const {
-    return std::any_of(begin(), end(), [&](const SupportPlane& m) { return same(m, normal); });
+  /// That of a direction within 1e-6 rad, or the end.
+  const SupportPlane* find(const Vec3& normal) const {
+    return std::find_if(begin(), end(),
+                        [&](const SupportPlane& m) { return square(m.normal - normal) < 1e-12; });
   }
-  /// Of one direction the better one stays. Those that find no room are as good as the others.
+  /// Those that find no room are as good as the others.
   void add(const SupportPlane& plane) {
-    SupportPlane* const last = planes_.data() + count_;
-    SupportPlane* const known = std::find_if(
-        planes_.data(), last, [&](const SupportPlane& m) { return same(m, plane.normal); });
-    if (known != last) {
-      if (plane.value < known->value) *known = plane;
-    } else if (count_ < kMost) {
-      *last = plane;
-      ++count_;
+    const auto place = static_cast<std::size_t>(find(plane.normal) - begin());
+    if (place < count_) {
+      if (plane.value < planes_[place].value) planes_[place] = plane;
+    } else if (count_ < planes_.size()) {
+      planes_[count_++] = plane;
     }
   }
 
  private:
-  static bool same(const SupportPlane& plane, const Vec3& normal) {
-    return square(plane.normal - normal) < 1e-12;  // within 1e-6 rad
-  }
-  static constexpr int kMost = 512;
-  std::array<SupportPlane, kMost> planes_;
-  int count_ = 0;
+  std::array<SupportPlane, 512> planes_;
+  std::size_t count_ = 0;
 };
 
 /// The hull of some corners of the set of differences Q - P, each rounded to doubles, convex by
@@ -287,7 +285,8 @@ class Polytope {
 
   enum class Growth { Grown, Torn, Full };
 
-  /// Not those that cover no part of the octant, nor those of a plane that is known and no better.
+  /// Not those that cover no part of the octant, nor those of a plane of which a better facet is
+  /// known.
   bool is_of_interest(Index f) const {
     const Facet& facet = facets_[f];
     if (octant_ < kWhole) {
@@ -300,7 +299,9 @@ class Polytope {
         return false;
       }
     }
-    return key_[f] < best_ - kFlush * rounding_ || !planes_.has(facet.normal);
+    const SupportPlane* const known = planes_.find(facet.normal);
+    if (known == planes_.end() || key_[f] < best_ - kFlush * rounding_) return true;
+    return key_[f] <= known->value.high + 4 * kEpsilon * std::abs(known->value.high);
   }
 
   /// One facet: grown over, or found to be one of the set. False: nothing is left to look at.
@@ -329,7 +330,7 @@ class Polytope {
         return false;
       }
     }
-    planes_.add(exact_plane(facet, facet.distance + std::max(gain, 0.0)));
+    planes_.add(exact_plane(facet));
     set_key(f, kInfinity);
     return true;
   }
@@ -341,24 +342,13 @@ class Polytope {
     best_normal_ = normal;
   }
 
-  /// The plane of exact corners, and how far the set reaches along its normal; the facet's own
-  /// plane, along which it reaches as far as `known`, where rounding turns the one against the
-  /// other.
-  SupportPlane exact_plane(const Facet& facet, double known) const {
-    const auto exact = [&](const Corner& c) { return exact_corner(p_, q_, c.p, c.q); };
-    const WideVector a = exact(corners_[facet.corners[0]]);
-    const WideVector u = exact(corners_[facet.corners[1]]) - a;
-    const WideVector v = exact(corners_[facet.corners[2]]) - a;
-    const WideVector normal = cross(u, v);
-    const Vec3 rounded = normal.rounded();
-    const double length = std::sqrt(square(rounded));
-    const double longest =
-        std::sqrt(std::max(square(Vec3(u.rounded())), square(Vec3(v.rounded()))));
-    if (!(length > kSlim * rounding_ * longest)) return {facet.normal, known, true};
-    const WideVector top = exact(find_corner(rounded));
-    const double value = std::max(double(dot(normal, a)), double(dot(normal, top))) / length;
-    if (value > known + kLook * rounding_) return {facet.normal, known, false};
-    return {rounded / length, value, false};
+  SupportPlane exact_plane(const Facet& facet) const {
+    const Vec3 a = place(facet, 0), b = place(facet, 1), c = place(facet, 2);
+    const WideVector normal = cross(difference(b, a), difference(c, a));
+    const DoubleDouble length = square_root(dot(normal, normal));
+    const double longest = std::sqrt(std::max(square(b - a), square(c - a)));
+    return {facet.normal, dot(normal, wide(a)) / length,
+            !(length.high > kSlim * rounding_ * longest)};
   }
 
   /// Takes away the facets that a new corner sees; a cone over the border closes the hole.
@@ -452,31 +442,30 @@ class Polytope {
   }
 
   void conclude(LeastOverlap& result) const {
-    double least = kInfinity;
-    bool solid = false;  // is there a plane that is not slim?
-    for (const SupportPlane& plane : planes_) least = std::min(least, plane.value);
-    const auto tied = [&](const SupportPlane& m) { return m.value <= least + kTie * rounding_; };
-    for (const SupportPlane& plane : planes_) solid = solid || (tied(plane) && !plane.slim);
-    const SupportPlane* first = nullptr;
-    Vec3 sum(0.0, 0.0, 0.0);
-    int count = 0;
-    for (const SupportPlane& plane : planes_) {
-      if (!tied(plane) || (solid && plane.slim)) continue;
-      ++count;
-      sum = sum + plane.normal;
-      if (first == nullptr || comes_before(plane.normal, first->normal)) first = &plane;
-    }
-    if (first == nullptr || best_ < least - kLook * rounding_) {  // no facet of the set is as good
-      result.normal = one_zero(-best_normal_);
-      result.gap = wide_gap(result.normal);
-      result.converged = best_ <= left_ + kLook * rounding_;
-      return;
-    }
-    result.normal = one_zero(-first->normal);
-    result.gap = -first->value;
-    result.directions = count;
+    const SupportPlane* best = planes_.begin();
+    for (const SupportPlane& plane : planes_) best = is_better(plane, *best) ? &plane : best;
+    const bool known = best != planes_.end() && !(best_ < best->value.high - kLook * rounding_);
+    const double least = known ? best->value.high : best_;
+    result.normal = one_zero(-(known ? best->normal : best_normal_));
+    result.gap = wide_gap(result.normal);
     result.converged = least <= left_ + kLook * rounding_;
-    if (count > 1 && std::abs(least) <= kTie * rounding_) take_middle(-sum, least, result);
+    Vec3 sum(0.0, 0.0, 0.0);
+    for (const SupportPlane& plane : planes_) {
+      if (plane.slim || !(plane.value.high <= least + kTie * rounding_)) continue;
+      ++result.directions;
+      sum = sum + plane.normal;
+    }
+    if (result.directions > 1 && std::abs(least) <= kTie * rounding_) {
+      take_middle(-sum, least, result);
+    }
+  }
+
+  /// Nearer to the origin: the facet nearest of all has the foot of the origin within it. Of equal
+  /// ones the first in the order of directions.
+  bool is_better(const SupportPlane& m, const SupportPlane& n) const {
+    constexpr double kEqual = 1e-9;
+    const double more = double(m.value - n.value);
+    return std::abs(more) > kEqual * rounding_ ? more < 0.0 : comes_before(m.normal, n.normal);
   }
 
   /// An order that hangs on the directions alone: x first, greatest first.
