@@ -10,6 +10,7 @@
 #include <quoin/geometry/nearest_features.hpp>
 
 #include "support/catch.hpp"
+#include "support/check_pair.hpp"
 #include "support/exact_arbiter.hpp"
 #include "support/families.hpp"
 
@@ -250,6 +251,21 @@ TEST_CASE("exact overlap: swapping the solids turns the plane round") {
     REQUIRE(n.rule == geometry::PlaneRule::MiddleOfPlanes);
     REQUIRE((n.gap == m.gap && n.normal == -m.normal));
     REQUIRE(nearest_features(pair.a, pair.b, {}, n.hint).normal == n.normal);
+  }
+}
+
+TEST_CASE("exact overlap: witnesses lie on the solids where planes nearly tie") {
+  Random random(6);
+  for (int k = 0; k < 3000; ++k) {  // one solid in another, tilted by next to nothing
+    const Vector3 half(random.uniform(0.2, 1), random.uniform(0.2, 1), random.uniform(0.2, 1));
+    const Polyhedron p =
+        k % 4 == 0 ? round_hull(random, 12) : turned(make_box(-half, half), random.rotation());
+    const Matrix3 tilt = tests::rotation_about(random.direction(), random.log_uniform(1e-9, 1e-2));
+    const Vector3 shift = random.log_uniform(1e-10, 0.3) * random.direction();
+    const tests::SolidPair pair{"", p, moved(turned(p, tilt), shift)};
+    const std::vector<std::string> faults = check_answer(pair, nearest_features(pair.a, pair.b));
+    INFO(tests::to_text(pair));
+    REQUIRE(faults == std::vector<std::string>{});
   }
 }
 

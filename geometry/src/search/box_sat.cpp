@@ -105,30 +105,30 @@ void find_overlaps(const Directions& edges, std::size_t first, const Vector3& ac
   overlaps.close |= (~cancelled.below(all(kClose * kClose)).bits() & 15u) << first;
 }
 
-/// Where two directions span one plane.
+/// Across the two edges of a direction, towards Q; any length.
 Vector3 plane_normal(const Directions& edges, std::size_t lane, const Vector3& across) {
-  const Vector3 normal = edges.edge(Directions::kFirst[lane])
-                             .cross(edges.edge(Directions::kSecond[lane]))
-                             .normalized();
+  const Vector3 normal =
+      edges.edge(Directions::kFirst[lane]).cross(edges.edge(Directions::kSecond[lane]));
   return normal.dot(across) < 0.0 ? Vector3(-normal) : normal;
 }
 
-/// The mean of some planes, those of one direction once; Unclear where there is but one.
+/// The mean of some planes, those within 1e-6 rad once; Unclear where there is but one.
 SearchResult mean_of_planes(const Directions& edges, unsigned lanes, const Vector3& across) {
   SearchResult result;
   std::array<Vector3, 15> normals;
   std::size_t count = 0;
-  Vector3 sum = Vector3::Zero();
   for (; lanes != 0; lanes &= lanes - 1) {
     const Vector3 normal =
         plane_normal(edges, static_cast<std::size_t>(std::countr_zero(lanes)), across);
-    const auto same = [&](const Vector3& n) { return (n - normal).squaredNorm() < 1e-12; };
-    if (std::any_of(normals.begin(), normals.begin() + count, same)) continue;
-    normals[count++] = normal;
-    sum += normal;
+    const auto same = [&](const Vector3& n) {
+      return n.cross(normal).squaredNorm() < 1e-12 * n.squaredNorm() * normal.squaredNorm();
+    };
+    if (std::none_of(normals.begin(), normals.begin() + count, same)) normals[count++] = normal;
   }
   result.iterations = 1;
   if (count < 2) return result;
+  Vector3 sum = Vector3::Zero();
+  for (std::size_t k = 0; k < count; ++k) sum += normals[k].normalized();
   result.normal = sum.normalized();
   result.outcome = SearchOutcome::Touching;
   return result;
@@ -167,7 +167,7 @@ SearchResult least_overlap(const Polyhedron& solid_p, const Polyhedron& solid_q,
   }
   const auto lane = static_cast<std::size_t>(std::countr_zero(best));
   const std::size_t first = Directions::kFirst[lane], second = Directions::kSecond[lane];
-  const Vector3 normal = plane_normal(edges, lane, across);
+  const Vector3 normal = plane_normal(edges, lane, across).normalized();
   if (!(2.0 * normal.dot(across) > clear)) return result;
   // The facet of the set of differences that the two edges span: a corner, and one along each.
   const std::size_t place_p = p.support(normal), place_q = q.support(-normal);

@@ -485,7 +485,10 @@ void wide_answer(const OrderedPair& pair, int max_iterations, const SearchResult
       exact_nearest(p, q, {.p = known.p, .q = known.q, .corners = known.corners}, max_iterations);
   optimum.iterations += nearest.iterations;
   LeastOverlap found{.normal = nearest.normal, .gap = nearest.gap, .converged = nearest.converged};
-  if (nearest.overlapping) found = exact_overlap(p, q, nearest);
+  if (!nearest.converged) {
+    found = exact_overlap(p, q, nearest);
+    found.converged &= nearest.overlapping || found.gap <= length.rounding;
+  }
   optimum.iterations += found.iterations;
   optimum.converged = found.converged;
   optimum.several = found.directions > 1;
