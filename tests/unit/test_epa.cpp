@@ -1,6 +1,7 @@
 /// Least overlap by the polytope, against all faces and pairs of edges of the exact hulls.
 
 #include "geometry/src/search/epa.hpp"
+#include "geometry/src/search/exact_overlap.hpp"
 
 #include <quoin/geometry/build.hpp>
 #include <vector>
@@ -39,7 +40,7 @@ TEST_CASE("the polytope finds the least overlap") {
     if (start.outcome != SearchOutcome::Overlapping) continue;
     const SearchResult grown = geometry::expand_polytope(p, q, start, rounding);
     REQUIRE(grown.outcome == SearchOutcome::Overlapping);
-    const geometry::ActiveFeatures exact = geometry::exhaustive_overlap(p, q);
+    const geometry::LeastOverlap exact = geometry::exact_overlap(p, q, {});
     REQUIRE(std::abs(grown.bound - exact.gap) < 20 * kEpsilon * size);
     REQUIRE((grown.normal - exact.normal).norm() < 1e-12);
     for (std::size_t i = 0; i < 3; ++i) {

@@ -5,6 +5,7 @@
 /// Sources: [Dekker 1971], [Knuth 1969] (two_sum), [Hida, Li, Bailey 2001] (the arithmetic).
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 
 namespace quoin::geometry {
@@ -107,6 +108,19 @@ inline DoubleDouble dot(const WideVector& a, const WideVector& b) {
 }
 inline WideVector cross(const WideVector& a, const WideVector& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+inline Eigen::Vector3d unit(const WideVector& v) {
+  const DoubleDouble length = square_root(dot(v, v));
+  return {double(v.x / length), double(v.y / length), double(v.z / length)};
+}
+/// Brings a direction to length about 1 by an exact power of two, so that nothing under- or
+/// overflows.
+inline WideVector scaled(const WideVector& v) {
+  const double largest = std::max({std::abs(v.x.high), std::abs(v.y.high), std::abs(v.z.high)});
+  if (!(largest > 0.0)) return v;
+  const double factor = std::ldexp(1.0, -std::ilogb(largest));
+  return v * DoubleDouble(factor);
 }
 
 }  // namespace quoin::geometry

@@ -1,5 +1,6 @@
 #include "search/box_sat.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -68,10 +69,19 @@ struct Directions {
   Vector3 edge(std::size_t k) const { return {x[k], y[k], z[k]}; }
 };
 
-/// How far the bricks overlap along four of the directions, and at least so far, m.
+/// How far the bricks overlap along each of the directions, and at least so far, m. Edges that are
+/// parallel span none: infinite, and at least nothing.
+struct Overlaps {
+  alignas(64) double value[16], sure[16];
+  unsigned close = 0;  // bits of directions of edges that are parallel within 1/16
+};
+
+/// Four of them.
 template <class Lanes>
 void find_overlaps(const Directions& edges, std::size_t first, const Vector3& across, double reach,
-                   double* overlap, double* sure) {
+                   Overlaps& overlaps) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  constexpr double kClose = 16.0, kParallel = 1e6;  // inverse sines
   const auto all = [](double value) { return Lanes::all(value); };
   const auto size = [&](const Lanes& v) { return v.larger(all(0.0) - v); };
   const std::uint16_t *const u = &Directions::kFirst[first], *const v = &Directions::kSecond[first];
@@ -89,8 +99,41 @@ void find_overlaps(const Directions& edges, std::size_t first, const Vector3& ac
   const Lanes inverse = all(1.0) / squared.root();
   const Lanes depth = sum * inverse;
   const Lanes cancelled = whole * (inverse * inverse);
-  depth.store(overlap);
-  (depth - all(kEpsilon * reach) * (all(8.0) + cancelled)).store(sure);
+  const auto there = cancelled.below(all(kParallel * kParallel));
+  depth.where(there, all(kInfinity)).store(overlaps.value + first);
+  (depth - all(kEpsilon * reach) * (all(8.0) + cancelled))
+      .where(there, all(-kInfinity))
+      .store(overlaps.sure + first);
+  overlaps.close |= (~cancelled.below(all(kClose * kClose)).bits() & 15u) << first;
+}
+
+/// Across the two edges of a direction, towards Q; any length.
+Vector3 plane_normal(const Directions& edges, std::size_t lane, const Vector3& across) {
+  const Vector3 normal =
+      edges.edge(Directions::kFirst[lane]).cross(edges.edge(Directions::kSecond[lane]));
+  return normal.dot(across) < 0.0 ? Vector3(-normal) : normal;
+}
+
+/// The mean of some planes, those within 1e-6 rad once; Unclear where there is but one.
+SearchResult mean_of_planes(const Directions& edges, unsigned lanes, const Vector3& across) {
+  SearchResult result;
+  std::array<Vector3, 15> normals;
+  std::size_t count = 0;
+  for (; lanes != 0; lanes &= lanes - 1) {
+    const Vector3 normal =
+        plane_normal(edges, static_cast<std::size_t>(std::countr_zero(lanes)), across);
+    const auto same = [&](const Vector3& n) {
+      return n.cross(normal).squaredNorm() < 1e-12 * n.squaredNorm() * normal.squaredNorm();
+    };
+    if (std::none_of(normals.begin(), normals.begin() + count, same)) normals[count++] = normal;
+  }
+  result.iterations = 1;
+  if (count < 2) return result;
+  Vector3 sum = Vector3::Zero();
+  for (std::size_t k = 0; k < count; ++k) sum += normals[k].normalized();
+  result.normal = sum.normalized();
+  result.outcome = SearchOutcome::Touching;
+  return result;
 }
 
 template <class Lanes>
@@ -100,11 +143,11 @@ SearchResult least_overlap(const Solid& solid_p, const Solid& solid_q, double ro
   const Vector3 across = (solid_q.origin() - solid_p.origin()) + (q.middle - p.middle);
   const double reach = across.norm() + solid_p.diameter() + solid_q.diameter();
   const Directions edges(p, q);
-  alignas(64) double overlap[16], sure[16];
+  Overlaps overlaps;
   Lanes least_four = Lanes::all(std::numeric_limits<double>::infinity());
   for (std::size_t k = 0; k < 16; k += 4) {
-    find_overlaps<Lanes>(edges, k, across, reach, overlap + k, sure + k);
-    least_four = least_four.smaller(Lanes::of(overlap + k));
+    find_overlaps<Lanes>(edges, k, across, reach, overlaps);
+    least_four = least_four.smaller(Lanes::of(overlaps.value + k));
   }
   const double least = least_four.least();
   const auto beyond = [](const double* row, double limit) {
@@ -112,18 +155,22 @@ SearchResult least_overlap(const Solid& solid_p, const Solid& solid_q, double ro
     for (int k = 0; k < 16; k += 4) bits |= Lanes::all(limit).below(Lanes::of(row + k)).bits() << k;
     return bits & Directions::kAll;
   };
-  const unsigned best = ~beyond(overlap, least) & Directions::kAll;
+  if (std::abs(least) <= rounding) {
+    const unsigned parallel = beyond(overlaps.value, std::numeric_limits<double>::max());
+    const unsigned open = ~beyond(overlaps.sure, 2 * rounding) & ~parallel & Directions::kAll;
+    if ((open & overlaps.close) != 0) return result;
+    return mean_of_planes(edges, ~beyond(overlaps.value, 2 * rounding) & Directions::kAll, across);
+  }
+  const unsigned best = ~beyond(overlaps.value, least) & Directions::kAll;
   const double error = 4 * (p.error + q.error), clear = 16 * rounding + error;
   if (!(least > clear) || !std::has_single_bit(best) ||
-      (beyond(sure, least + clear) | best) != Directions::kAll) {
+      (beyond(overlaps.sure, least + clear) | best) != Directions::kAll) {
     return result;
   }
   const auto lane = static_cast<std::size_t>(std::countr_zero(best));
   const std::size_t first = Directions::kFirst[lane], second = Directions::kSecond[lane];
-  Vector3 normal = edges.edge(first).cross(edges.edge(second)).normalized();
-  const double apart = normal.dot(across);
-  if (!(2.0 * std::abs(apart) > clear)) return result;
-  if (apart < 0.0) normal = -normal;
+  const Vector3 normal = plane_normal(edges, lane, across).normalized();
+  if (!(2.0 * normal.dot(across) > clear)) return result;
   // The facet of the set of differences that the two edges span: a corner, and one along each.
   const std::size_t place_p = p.support(normal), place_q = q.support(-normal);
   result.corners = 3;

@@ -115,11 +115,8 @@ void set_hint(const Candidate& plane, NearestFeatures& answer) {
   answer.hint.normal = answer.normal;
 }
 
-}  // namespace
-
-void describe(const Solid& p, const Solid& q, Optimum& optimum, const Lengths& length,
-              NearestFeatures& answer) {
-  set_hint(optimum.plane, answer);
+void describe_features(const Solid& p, const Solid& q, Optimum& optimum, const Lengths& length,
+                       NearestFeatures& answer) {
   const CandidatePlane& plane = optimum.plane;
   if (optimum.faces) {
     const ContactPolygon& faces = *optimum.faces;
@@ -148,6 +145,17 @@ void describe(const Solid& p, const Solid& q, Optimum& optimum, const Lengths& l
   if (!optimum.several) return;
   answer.indeterminate = true;
   answer.rule = optimum.middle ? PlaneRule::MiddleOfPlanes : PlaneRule::LeastOverlap;
+}
+
+}  // namespace
+
+void describe(const Solid& p, const Solid& q, Optimum& optimum, const Lengths& length,
+              NearestFeatures& answer) {
+  answer.normal = one_zero(optimum.plane.normal);
+  answer.gap = optimum.plane.gap;
+  describe_features(p, q, optimum, length, answer);
+  set_hint(optimum.plane, answer);
+  if (optimum.converged) answer.status = status_of(answer.gap, length);
 }
 
 }  // namespace quoin::geometry

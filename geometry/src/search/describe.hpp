@@ -6,7 +6,7 @@
 
 namespace quoin::geometry {
 
-/// Fills all but the status and the number of iterations of an answer whose normal and gap stand.
+/// Fills all of an answer but the number of iterations, in the names of P and Q.
 void describe(const Solid& p, const Solid& q, Optimum& optimum, const Lengths& length,
               NearestFeatures& answer);
 

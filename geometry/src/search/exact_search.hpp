@@ -6,29 +6,30 @@
 
 namespace quoin::geometry {
 
-/// The features that carry an optimum: up to three vertices of P and of Q (together at most four),
-/// and the unit normal from P to Q that they define.
+/// The corners q_j - p_i that carry an optimum, at most four, and the unit normal from P to Q that
+/// they define.
 struct ActiveFeatures {
-  std::array<int, 3> p{}, q{};
-  int p_count = 0, q_count = 0;
+  std::array<int, 4> p{}, q{};
+  int corners = 0;
   Vector3 normal = Vector3::UnitX();
   double gap = 0.0;  ///< m
   int iterations = 0;
   bool converged = false;
-  bool overlapping = false;  ///< found by least overlap (then gap <= 0 up to rounding)
-  bool several = false;      ///< other directions have the same overlap
-  bool middle = false;       ///< touching: the normal is the mean of the planes between them
+  bool overlapping = false;  ///< the solids share a point, within rounding
 };
 
-/// Iterative nearest-feature search of two separated solids. Returns `overlapping` with nothing
-/// else set when they are not separated by more than the rounding of double-double.
-ActiveFeatures exact_nearest(const Solid& p, const Solid& q, int max_iterations);
+/// The vertex farthest along a direction.
+int wide_support(const Solid& polyhedron, const WideVector& direction);
+
+/// Iterative nearest-feature search of two separated solids. Returns `overlapping`, with the
+/// corners around the shared point, when they are not separated by more than the rounding of
+/// double-double.
+/// `start`: corners to start from; none: those that look at the other solid.
+ActiveFeatures exact_nearest(const Solid& p, const Solid& q, const ActiveFeatures& start,
+                             int max_iterations);
 
 /// The same among given vertices only, from the first of each. Sets must not be empty.
 ActiveFeatures exact_nearest_among(const Solid& p, const Solid& q, const VertexSet& set_p,
                                    const VertexSet& set_q);
-
-/// Least overlap by trying every face and every pair of edges of the exact hulls. Allocates.
-ActiveFeatures exhaustive_overlap(const Solid& p, const Solid& q);
 
 }  // namespace quoin::geometry

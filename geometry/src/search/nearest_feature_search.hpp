@@ -6,7 +6,12 @@
 
 namespace quoin::geometry {
 
-enum class SearchOutcome { Separated, Overlapping, Unclear };
+enum class SearchOutcome {
+  Separated,
+  Overlapping,
+  Touching,  ///< several planes part the solids within rounding; the normal is their mean
+  Unclear
+};
 
 struct SearchResult {
   SearchOutcome outcome = SearchOutcome::Unclear;

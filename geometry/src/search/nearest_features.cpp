@@ -10,6 +10,7 @@
 #include "search/corner_features.hpp"
 #include "search/describe.hpp"
 #include "search/epa.hpp"
+#include "search/exact_answer.hpp"
 #include "search/prefetch.hpp"
 #include "search/proposals.hpp"
 
@@ -21,9 +22,10 @@ namespace {
 struct Quick {
   Trial hint = Trial::Undecided;  // what became of last step's features
   bool searched = false;
-  SearchResult found = {};           // if `searched`: in the order in which the pair is worked
-  std::optional<Vector3> flat = {};  // across which solids that overlap lie flat on each other
-  bool grown = false;                // `found` is the least overlap
+  SearchResult found = {};             // if `searched`: in the order in which the pair is worked
+  std::optional<Vector3> flat = {};    // across which solids that overlap lie flat on each other
+  bool grown = false;                  // `found` is the least overlap
+  std::optional<Vector3> middle = {};  // of several planes that part the solids within rounding
   int iterations = 0;
 };
 
@@ -47,8 +49,12 @@ bool found_answer(const Solid& a, const Solid& b, const Lengths& length,
 
 /// The least overlap from where the search found that there is one.
 void grow(const CanonicalPair& pair, Quick& quick) {
-  quick.found = expand_polytope(pair.p, pair.q, quick.found, 0.25 * pair.length.rounding);
   quick.grown = true;
+  if (quick.found.corners == 1) {  // in a corner of the set of differences many planes meet
+    quick.found.outcome = SearchOutcome::Unclear;
+    return;
+  }
+  quick.found = expand_polytope(pair.p, pair.q, quick.found, 0.25 * pair.length.rounding);
   quick.iterations += quick.found.iterations;
 }
 
@@ -59,6 +65,7 @@ bool are_bricks(const Solid& a, const Solid& b) {
 /// The least overlap of two bricks, where it is clear.
 bool part_bricks(const CanonicalPair& pair, Quick& quick) {
   const SearchResult found = box_sat(pair.p, pair.q, pair.length.rounding);
+  if (found.outcome == SearchOutcome::Touching) quick.middle = found.normal;
   if (found.outcome != SearchOutcome::Overlapping) return false;
   quick.searched = true;
   quick.found = found;
@@ -89,6 +96,26 @@ bool corner_answer(const Solid& a, const Solid& b, const Lengths& length, Quick&
   return found_answer(a, b, length, corners.p, corners.q, nullptr, answer);
 }
 
+/// Solids that touch at a vertex or along an edge: the middle of the planes between them. Its gap
+/// is nothing within rounding, and the features that carry it lie over each other: no plane is
+/// better by more than that, for there the solids share a point.
+[[gnu::noinline]] bool touching_answer(const CanonicalPair& pair, const Vector3& middle,
+                                       NearestFeatures& answer) {
+  const Solid &p = pair.p, &q = pair.q;
+  const Lengths& length = pair.length;
+  LateInit<ContactPolygon> faces;
+  Optimum optimum(faces);
+  CandidatePlane& plane = optimum.plane;
+  scan(p, q, middle, plane);
+  if (!(std::abs(plane.gap) <= length.rounding)) return false;
+  find_sets(p, q, length, plane);
+  if (!lies_over(p, q, plane, nullptr, length.rounding)) return false;
+  optimum.converged = optimum.several = optimum.middle = true;
+  describe(p, q, optimum, length, answer);
+  if (pair.reversed) swap_names(answer);
+  return true;
+}
+
 /// The answer of a cold search.
 bool searched_answer(const Solid& a, const Solid& b, const Lengths& length, Quick& quick,
                      NearestFeatures& answer) {
@@ -96,6 +123,7 @@ bool searched_answer(const Solid& a, const Solid& b, const Lengths& length, Quic
   if (are_bricks(a, b)) {
     const CanonicalPair pair = ordered(a, b, length);
     if (part_bricks(pair, quick)) return overlapping_answer(pair, quick, answer);
+    if (quick.middle && touching_answer(pair, *quick.middle, answer)) return true;
   }
   const SearchResult found =
       nearest_feature_search(a, b, b.vertex_mean() - a.vertex_mean(), 0.25 * length.rounding);
@@ -137,27 +165,6 @@ bool fast_answer(const CanonicalPair& pair, Quick& quick, Optimum& optimum) {
          flat_answer(p, q, length, -q.face_normal(g), optimum);
 }
 
-/// Whatever doubles could not decide.
-void wide_answer(const Solid& p, const Solid& q, int max_iterations, const Lengths& length,
-                 Optimum& optimum) {
-  ActiveFeatures found = exact_nearest(p, q, max_iterations);
-  optimum.iterations += found.iterations;
-  if (found.overlapping) found = exhaustive_overlap(p, q);
-  optimum.converged = found.converged;
-  optimum.several = found.several;
-  optimum.middle = found.middle;
-  CandidatePlane& plane = optimum.plane;
-  const bool same = !length.uneven && !found.middle &&
-                    settle_normal(p, q, length, found.normal, plane) &&
-                    plane.gap >= found.gap - slack(length.rounding, found.gap) &&
-                    lies_over(p, q, plane, nullptr, length.rounding);
-  if (same) return;
-  scan(p, q, found.normal, plane);
-  find_sets(p, q, length, plane);
-  plane.form = {};
-  plane.gap = found.gap;
-}
-
 /// The general way; true: an ordinary answer after all, in the names of the caller.
 bool general_answer(const CanonicalPair& pair, const SearchOptions& options,
                     const FeatureHint& hint, Quick& quick, Optimum& optimum,
@@ -174,13 +181,10 @@ bool general_answer(const CanonicalPair& pair, const SearchOptions& options,
     }
     if (length.uneven || !fast_answer(pair, quick, optimum)) {
       optimum.faces.reset();
-      wide_answer(p, q, options.max_iterations, length, optimum);
+      exact_answer(pair, options.max_iterations, quick.found, optimum);
     }
   }
-  answer.normal = one_zero(optimum.plane.normal);
-  answer.gap = optimum.plane.gap;
   describe(p, q, optimum, length, answer);
-  if (optimum.converged) answer.status = status_of(answer.gap, length);
   return false;
 }
 

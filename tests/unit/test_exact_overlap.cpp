@@ -1,0 +1,308 @@
+/// The exact search of solids that share a point: closed forms, the arbiter, and its bounds.
+
+#include "geometry/src/search/exact_overlap.hpp"
+
+#include <cmath>
+#include <cstdlib>
+#include <new>
+#include <numbers>
+#include <quoin/geometry/build.hpp>
+#include <quoin/geometry/nearest_features.hpp>
+
+#include "support/catch.hpp"
+#include "support/check_pair.hpp"
+#include "support/exact_arbiter.hpp"
+#include "support/families.hpp"
+
+using namespace quoin;
+using geometry::LeastOverlap;
+using geometry::make_box;
+using geometry::make_hull;
+using geometry::Matrix3;
+using geometry::Points;
+using geometry::Polyhedron;
+using geometry::Vector3;
+using tests::Random;
+using tests::WithinAbs;
+
+namespace {
+
+long allocations = 0;  // of this program, which has one thread
+
+void* counted(std::size_t size, std::size_t alignment) {
+  ++allocations;
+  void* const place = std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+  if (place == nullptr) throw std::bad_alloc();
+  return place;
+}
+
+}  // namespace
+
+void* operator new(std::size_t size) { return counted(size, alignof(std::max_align_t)); }
+void* operator new(std::size_t size, std::align_val_t alignment) {
+  return counted(size, static_cast<std::size_t>(alignment));
+}
+void operator delete(void* place) noexcept { std::free(place); }
+void operator delete(void* place, std::size_t) noexcept { std::free(place); }
+void operator delete(void* place, std::align_val_t) noexcept { std::free(place); }
+void operator delete(void* place, std::size_t, std::align_val_t) noexcept { std::free(place); }
+
+namespace {
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+
+double larger(const Polyhedron& p, const Polyhedron& q) {
+  return std::max(p.diameter(), q.diameter());
+}
+
+/// The search as it is reached, of solids that touch or overlap within rounding.
+LeastOverlap overlap_of(const Polyhedron& p, const Polyhedron& q) {
+  return geometry::exact_overlap(p, q, geometry::exact_nearest(p, q, {}, 256));
+}
+
+Polyhedron moved(const Polyhedron& solid, const Vector3& shift) {
+  return tests::transformed(solid, 1.0, Matrix3::Identity(), shift);
+}
+Polyhedron turned(const Polyhedron& solid, const Matrix3& turn) {
+  return tests::transformed(solid, 1.0, turn, Vector3::Zero());
+}
+Polyhedron cube(const Vector3& low, double size) {
+  return make_box(low, low + Vector3::Constant(size));
+}
+
+/// On multiples of 2^-20, so that shifts by its coordinates round nothing.
+Polyhedron round_hull(Random& random, int count) {
+  Points points(3, count);
+  for (Eigen::Index k = 0; k < count; ++k) points.col(k) = random.direction();
+  for (double& x : points.reshaped()) x = std::ldexp(std::round(std::ldexp(x, 20)), -20);
+  return make_hull(points).polyhedron;
+}
+
+int farthest(const Polyhedron& solid, const Vector3& direction) {
+  return geometry::support(solid, direction).vertex;
+}
+
+/// Q shifted so that a vertex of it comes to a vertex of P on the other side of a plane.
+tests::SolidPair touching_in_a_vertex(const Polyhedron& p, const Polyhedron& q, const Vector3& n) {
+  return {"", p, moved(q, p.vertex(farthest(p, n)) - q.vertex(farthest(q, -n)))};
+}
+
+/// Points on a sphere, evenly.
+Polyhedron sphere(int count) {
+  Points points(3, count);
+  for (int k = 0; k < count; ++k) {
+    const double z = 1 - (2 * k + 1.0) / count, angle = k * std::numbers::pi * (3 - std::sqrt(5.0));
+    const double radius = std::sqrt(1 - z * z);
+    points.col(k) << radius * std::cos(angle), radius * std::sin(angle), z;
+  }
+  return make_hull(points).polyhedron;
+}
+
+/// `per_face` points on a circle in each face of a unit cube.
+Polyhedron studded_cube(int per_face) {
+  Points points(3, 6 * per_face);
+  Eigen::Index k = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int side = 0; side < 2; ++side) {
+      for (int i = 0; i < per_face; ++i) {
+        const double angle = 2 * std::numbers::pi * i / per_face;
+        points(axis, k) = side;
+        points((axis + 1) % 3, k) = 0.5 + 0.45 * std::cos(angle);
+        points((axis + 2) % 3, k++) = 0.5 + 0.45 * std::sin(angle);
+      }
+    }
+  }
+  return make_hull(points).polyhedron;
+}
+
+/// A pyramid of `sides` sides that stands on its apex, at the origin, or hangs from it.
+Polyhedron pyramid(int sides, double height) {
+  Points points(3, sides + 1);
+  points.col(0).setZero();
+  for (int k = 0; k < sides; ++k) {
+    const double angle = 2 * std::numbers::pi * k / sides;
+    points.col(k + 1) << std::cos(angle), std::sin(angle), height;
+  }
+  return make_hull(points).polyhedron;
+}
+
+/// By how much the gap is off, in eps of the larger diameter; the least that the promise leaves for
+/// all other steps is half.
+double error_of(const tests::SolidPair& pair, double gap) {
+  const long double exact = tests::exact_gap(pair.a.vertices(), pair.b.vertices()).gap;
+  return static_cast<double>(std::abs(gap - exact)) / (kEpsilon * larger(pair.a, pair.b));
+}
+
+/// How far a plane is from the overlap that is said of it, in the same units.
+double plane_error(const tests::SolidPair& pair, const LeastOverlap& found) {
+  const Vector3 origin = pair.a.vertex(0);
+  const long double gap = -tests::support(pair.b.vertices(), -found.normal, origin) -
+                          tests::support(pair.a.vertices(), found.normal, origin);
+  return static_cast<double>(std::abs(gap - found.gap)) / (kEpsilon * larger(pair.a, pair.b));
+}
+
+}  // namespace
+
+TEST_CASE("exact overlap: cubes that touch in a vertex, along an edge, in a face") {
+  const struct {
+    Vector3 low, normal;
+    int directions;
+  } cases[] = {{{1, 1, 1}, Vector3(1, 1, 1).normalized(), 3},
+               {{-1, 1, -1}, Vector3(-1, 1, -1).normalized(), 3},
+               {{1, 1, 0.25}, Vector3(1, 1, 0).normalized(), 2},
+               {{0.25, -1, -1}, Vector3(0, -1, -1).normalized(), 2},
+               {{1, 0.25, -0.25}, Vector3::UnitX(), 1},
+               {{0, 0, -1}, -Vector3::UnitZ(), 1}};
+  Random random(1);
+  for (const auto& [low, normal, directions] : cases) {
+    for (int k = 0; k < 50; ++k) {
+      const Matrix3 turn = k == 0 ? Matrix3(Matrix3::Identity()) : random.rotation();
+      const Polyhedron p = turned(cube({0, 0, 0}, 1), turn), q = turned(cube(low, 1), turn);
+      const LeastOverlap found = overlap_of(p, q);
+      CHECK(found.converged);
+      CHECK(found.directions == directions);
+      CHECK(found.middle == (directions > 1));
+      CHECK(std::abs(found.gap) <= 2 * kEpsilon);
+      CHECK((found.normal - turn * normal).norm() < 1e-12);
+    }
+  }
+}
+
+TEST_CASE(
+    "exact overlap: all directions of equal overlap are counted, the first in their order is "
+    "taken") {
+  const Polyhedron outer = cube(Vector3::Constant(-1), 2),
+                   inner = cube(Vector3::Constant(-0.25), 0.5);
+  for (const auto& [p, q] : {std::pair{outer, inner}, {inner, outer}}) {
+    const LeastOverlap found = overlap_of(p, q);
+    CHECK(found.converged);
+    CHECK(found.gap == -1.25);
+    CHECK(found.directions == 6);
+    CHECK_FALSE(found.middle);
+    CHECK(found.normal == Vector3::UnitX());
+  }
+  const LeastOverlap beside = overlap_of(outer, moved(inner, {0, -0.5, 0.5}));
+  CHECK(beside.gap == -0.75);
+  CHECK(beside.directions == 2);
+  CHECK(beside.normal == Vector3::UnitZ());
+  const LeastOverlap contained = overlap_of(outer, moved(inner, {0, -0.5, 0.125}));
+  CHECK(contained.gap == -0.75);
+  CHECK(contained.directions == 1);
+  CHECK(contained.normal == -Vector3::UnitY());
+  const Points corners =
+      (Points(3, 6) << 1, -1, 0, 0, 0, 0, 0, 0, 1, -1, 0, 0, 0, 0, 0, 0, 1, -1).finished();
+  const Polyhedron octahedron = make_hull(corners).polyhedron;
+  const LeastOverlap same = overlap_of(octahedron, octahedron);
+  CHECK_THAT(same.gap, WithinAbs(-2 / std::sqrt(3.0), 4 * kEpsilon));
+  CHECK(same.directions == 8);
+}
+
+TEST_CASE("exact overlap: pyramids tip to tip") {
+  for (const int sides : {3, 4, 7, 40, 200}) {
+    const LeastOverlap found = overlap_of(pyramid(sides, -1), pyramid(sides, 1));
+    CHECK(found.converged);
+    CHECK(found.directions == (sides % 2 == 0 ? sides : 2 * sides));  // the base turned by half
+    CHECK(found.middle);
+    CHECK(std::abs(found.gap) <= 4 * kEpsilon);
+    CHECK((found.normal - Vector3::UnitZ()).norm() < 1e-12);
+  }
+}
+
+TEST_CASE("exact overlap: against the arbiter") {
+  Random random(2);
+  int pairs = 0, touching = 0;
+  const auto check = [&](const tests::SolidPair& pair, double allowed) {
+    const geometry::ActiveFeatures start = geometry::exact_nearest(pair.a, pair.b, {}, 256);
+    if (!start.overlapping) return;
+    const LeastOverlap found = geometry::exact_overlap(pair.a, pair.b, start);
+    REQUIRE(found.converged);
+    INFO(tests::to_text(pair));
+    REQUIRE(error_of(pair, found.gap) <= allowed);
+    REQUIRE(plane_error(pair, found) <= 4.0);
+    ++pairs;
+    touching += std::abs(found.gap) <= 8 * kEpsilon * larger(pair.a, pair.b) ? 1 : 0;
+  };
+  const auto family_count = static_cast<int>(tests::family_names().size()) - 1;
+  for (int family = 0; family < family_count; ++family) {
+    for (int k = 0; k < 150; ++k) check(tests::make_pair(family, random), 8.0);
+  }
+  for (int k = 0; k < 400; ++k) {  // in a vertex, in any pose
+    const Polyhedron p = turned(round_hull(random, random.integer(4, 12)), random.rotation());
+    const Polyhedron q = turned(round_hull(random, random.integer(4, 12)), random.rotation());
+    const tests::SolidPair pair = touching_in_a_vertex(p, q, random.direction());
+    check(pair, 8.0);
+    check({"", pair.a, moved(pair.b, random.log_uniform(1e-17, 1e-13) * random.direction())}, 8.0);
+  }
+  for (int k = 0; k < 10; ++k) {
+    check({"", round_hull(random, 60), moved(round_hull(random, 60), random.point(-1, 1))}, 8.0);
+  }
+  check({"", studded_cube(12), moved(studded_cube(12), {0.25, 0.125, 0.5})}, 8.0);
+  CHECK(pairs > 1000);
+  CHECK(touching > 300);
+}
+
+TEST_CASE("exact overlap: swapping the solids turns the plane round") {
+  Random random(3);
+  for (int k = 0; k < 300; ++k) {
+    const tests::SolidPair pair = touching_in_a_vertex(round_hull(random, random.integer(4, 30)),
+                                                       round_hull(random, 12), random.direction());
+    const auto n = nearest_features(pair.a, pair.b), m = nearest_features(pair.b, pair.a);
+    REQUIRE(n.status == geometry::PairStatus::Touching);
+    REQUIRE(n.rule == geometry::PlaneRule::MiddleOfPlanes);
+    REQUIRE((n.gap == m.gap && n.normal == -m.normal));
+    REQUIRE(nearest_features(pair.a, pair.b, {}, n.hint).normal == n.normal);
+  }
+}
+
+TEST_CASE("exact overlap: witnesses lie on the solids where planes nearly tie") {
+  Random random(6);
+  for (int k = 0; k < 3000; ++k) {  // one solid in another, tilted by next to nothing
+    const Vector3 half(random.uniform(0.2, 1), random.uniform(0.2, 1), random.uniform(0.2, 1));
+    const Polyhedron p =
+        k % 4 == 0 ? round_hull(random, 12) : turned(make_box(-half, half), random.rotation());
+    const Matrix3 tilt = tests::rotation_about(random.direction(), random.log_uniform(1e-9, 1e-2));
+    const Vector3 shift = random.log_uniform(1e-10, 0.3) * random.direction();
+    const tests::SolidPair pair{"", p, moved(turned(p, tilt), shift)};
+    const std::vector<std::string> faults = check_answer(pair, nearest_features(pair.a, pair.b));
+    INFO(tests::to_text(pair));
+    REQUIRE(faults == std::vector<std::string>{});
+  }
+}
+
+TEST_CASE("exact overlap: the work is bounded, and nothing is allocated") {
+  Random random(4);
+  const auto run = [](const Polyhedron& p, const Polyhedron& q) {
+    const long before = allocations;
+    const geometry::ActiveFeatures start = geometry::exact_nearest(p, q, {}, 256);
+    const LeastOverlap found = geometry::exact_overlap(p, q, start);
+    CHECK(allocations == before);
+    CHECK(start.overlapping);
+    CHECK(found.converged);
+    return found;
+  };
+  const tests::SolidPair tip =
+      touching_in_a_vertex(round_hull(random, 400), round_hull(random, 400), random.direction());
+  CHECK(run(tip.a, tip.b).iterations < 150);
+  CHECK(run(studded_cube(36), studded_cube(36)).iterations < 100);
+  const Matrix3 turn = random.rotation();
+  const Polyhedron coarse = sphere(500), fine = sphere(3000);
+  CHECK(run(coarse, turned(coarse, turn)).iterations < 3000);
+  CHECK(run(fine, turned(fine, turn)).iterations < 20000);  // by octants
+}
+
+TEST_CASE("exact overlap: bricks that touch are answered from their 15 directions") {
+  Random random(5);
+  for (int k = 0; k < 300; ++k) {
+    const Vector3 half(random.uniform(0.2, 1), random.uniform(0.2, 1), random.uniform(0.2, 1));
+    const Polyhedron p = turned(make_box(-half, half), random.rotation());
+    const Polyhedron q = turned(make_box(-half, half), random.rotation());
+    const tests::SolidPair pair = touching_in_a_vertex(p, q, random.direction());
+    const auto found = nearest_features(pair.a, pair.b);
+    const LeastOverlap exact = overlap_of(pair.a, pair.b);
+    if (!exact.middle) continue;
+    CHECK(found.iterations <= 2);
+    CHECK(found.rule == geometry::PlaneRule::MiddleOfPlanes);
+    CHECK(error_of(pair, found.gap) <= 16.0);
+    CHECK((found.normal - exact.normal).norm() < 1e-9);
+  }
+}
