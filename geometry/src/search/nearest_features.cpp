@@ -133,7 +133,7 @@ struct Optimum {
 /// Lays the hull of a set into the plane; straight by its face label where that is known.
 void lay_set(const Polyhedron& solid, const VertexSet& set, int face, const ContactPlane& plane,
              double outward, double length, ProjectedFeature& patch) {
-  if (face >= 0 && solid.topology().face(face).size() == set.size()) {
+  if (face >= 0 && solid.topology().face_set(face).size() == set.size()) {
     lay_feature(solid, {FeatureKind::Face, face}, plane, outward, patch);
   } else {
     lay_support_set(solid, set, span_kind(solid, set, length), plane, outward, patch);
@@ -161,7 +161,7 @@ double margin_of(const Polyhedron& p, const Polyhedron& q, const Carried& plane,
 }
 
 bool is_whole(const Polyhedron& solid, int face, const VertexSet& set) {
-  return face >= 0 && solid.topology().face(face).size() == set.size();
+  return face >= 0 && solid.topology().face_set(face).size() == set.size();
 }
 
 /// Lays two whole faces, if that is what the sets are; false: they are not, or have too many
@@ -591,7 +591,7 @@ Feature feature_of(const Polyhedron& polyhedron, const VertexSet& set, FeatureKi
     const int edge = topology.find_edge(set[0], set[1]);
     if (edge >= 0) return {FeatureKind::Edge, edge};
   }
-  const bool named = face >= 0 && topology.face(face).size() == set.size();
+  const bool named = face >= 0 && topology.face_set(face).size() == set.size();
   if (kind == FeatureKind::Face && named) return {kind, face};
   return name_support_set(polyhedron, set, kind, outward);
 }
