@@ -307,6 +307,31 @@ const Family kFamily[kFamilies] = {{"boxes", boxes, 100},
                                    {"far_away", far_away, 60},
                                    {"large_hulls", large_hulls, 1}};
 
+/// The vertices of a solid that are no corners, renamed by `order`.
+std::vector<geometry::HostedVertex> hosted(const geometry::Topology& topology,
+                                           const std::vector<int>& order) {
+  std::vector<geometry::HostedVertex> list;
+  const auto name = [&](int v) { return order[static_cast<std::size_t>(v)]; };
+  for (int v = 0; v < topology.vertex_count(); ++v) {
+    if (topology.is_corner(v)) continue;
+    const auto [kind, index] = topology.host(v);
+    geometry::HostedVertex at{name(v)};
+    if (kind == geometry::FeatureKind::Vertex) at.corners = {name(index), -1};
+    if (kind == geometry::FeatureKind::Edge) {
+      at.corners = {name(topology.edge(index)[0]), name(topology.edge(index)[1])};
+    }
+    if (kind == geometry::FeatureKind::Face) at.face = index;
+    list.push_back(at);
+  }
+  return list;
+}
+
+std::vector<int> as_named(const geometry::Topology& topology) {
+  std::vector<int> order(static_cast<std::size_t>(topology.vertex_count()));
+  std::iota(order.begin(), order.end(), 0);
+  return order;
+}
+
 std::string hex(double value) {
   char text[40];
   std::snprintf(text, sizeof text, "%a", value);
@@ -331,13 +356,21 @@ std::string code_of(const Polyhedron& solid, const std::string& name) {
     }
     out << "}";
   }
+  out << "}, std::vector<HostedVertex>{";
+  for (const geometry::HostedVertex& at : hosted(topology, as_named(topology))) {
+    out << "{" << at.vertex << ", {" << at.corners[0] << ", " << at.corners[1] << "}, " << at.face
+        << "}, ";
+  }
   out << "}), points_" << name << ");\n";
   return out.str();
 }
 
 void write_solid(std::ostream& out, const Polyhedron& solid) {
   const geometry::Topology& topology = solid.topology();
-  out << topology.vertex_count() << ' ' << topology.face_count() << '\n';
+  const std::vector<geometry::HostedVertex> no_corners = hosted(topology, as_named(topology));
+  out << topology.vertex_count() << ' ' << topology.face_count();
+  if (!no_corners.empty()) out << ' ' << no_corners.size();
+  out << '\n';
   for (int v = 0; v < topology.vertex_count(); ++v) {
     const Vector3 p = solid.vertex(v);
     out << hex(p.x()) << ' ' << hex(p.y()) << ' ' << hex(p.z()) << '\n';
@@ -349,11 +382,17 @@ void write_solid(std::ostream& out, const Polyhedron& solid) {
     }
     out << '\n';
   }
+  for (const geometry::HostedVertex& at : no_corners) {
+    out << at.vertex << ' ' << at.corners[0] << ' ' << at.corners[1] << ' ' << at.face << '\n';
+  }
 }
 
 Polyhedron read_solid(std::istream& in) {
   int vertex_count = 0, face_count = 0;
-  in >> vertex_count >> face_count;
+  std::size_t hosted_count = 0;  // left out where it is 0
+  std::string counts;
+  std::getline(in >> std::ws, counts);
+  std::istringstream(counts) >> vertex_count >> face_count >> hosted_count;
   Points points(3, vertex_count);
   for (Eigen::Index i = 0; i < points.size(); ++i) {
     std::string number;  // istream does not read hexadecimal floats
@@ -369,10 +408,14 @@ Polyhedron read_solid(std::istream& in) {
       in >> v;
     }
   }
+  std::vector<geometry::HostedVertex> no_corners(hosted_count);
+  for (geometry::HostedVertex& at : no_corners) {
+    in >> at.vertex >> at.corners[0] >> at.corners[1] >> at.face;
+  }
   if (!in) {
     throw std::runtime_error("pair: the text ends early");
   }
-  return {std::make_shared<geometry::Topology>(vertex_count, faces), points};
+  return {std::make_shared<geometry::Topology>(vertex_count, faces, no_corners), points};
 }
 
 }  // namespace
@@ -441,7 +484,11 @@ Polyhedron renumbered(const Polyhedron& solid, Random& random) {
                 face.end());
     faces.push_back(face);
   }
-  return {std::make_shared<geometry::Topology>(topology.vertex_count(), faces), points};
+  std::vector<geometry::HostedVertex> no_corners = hosted(topology, order);
+  for (geometry::HostedVertex& at : no_corners) {  // the faces come the other way round
+    if (at.face >= 0) at.face = topology.face_count() - 1 - at.face;
+  }
+  return {std::make_shared<geometry::Topology>(topology.vertex_count(), faces, no_corners), points};
 }
 
 std::string rebuild_code(const SolidPair& pair) {

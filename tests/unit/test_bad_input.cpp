@@ -105,8 +105,10 @@ TEST_CASE("bad input: duplicate points and unused points of a polyhedron") {
   Points unused(3, 9);
   unused << cube(), Vector3(0.5, 0.5, 0.5);
   CHECK_THAT(polyhedron_complaint(unused, kCubeFaces), ContainsSubstring("8"));
-  CHECK_THAT(hull_complaint(twice), ContainsSubstring("points 3 and 8 are equal"));
-  // a hull does with points that do not span it
+  CHECK_THAT(polyhedron_complaint(unused, kCubeFaces),
+             ContainsSubstring("vertex 8 belongs to no face"));
+  // a hull does with equal points and with those that do not span it
+  CHECK(make_hull(twice).input_index == std::vector<int>{0, 1, 2, 3, 4, 5, 6, 7});
   CHECK(make_hull(unused).polyhedron.topology().vertex_count() == 8);
 }
 
@@ -159,6 +161,34 @@ TEST_CASE("bad input: faces off their plane, dents") {
   CHECK_THAT(polyhedron_complaint(dented, faces), ContainsSubstring("convex"));
   dented.col(8).z() = 1.5;  // pushed out it is fine
   CHECK(make_polyhedron(dented, faces).topology().face_count() == 9);
+}
+
+TEST_CASE("bad input: sizes beyond the promised range") {
+  CHECK_THAT(hull_complaint(1e-83 * cube()), ContainsSubstring("largest extent"));
+  CHECK_THAT(polyhedron_complaint(1e-31 * cube(), kCubeFaces), ContainsSubstring("1e-31 m, limit"));
+  CHECK_THAT(hull_complaint(1e31 * cube()), ContainsSubstring("limit 1e+30 m"));
+  CHECK(make_hull(1e-30 * cube()).polyhedron.topology().face_count() == 6);
+  CHECK(make_hull(1e30 * cube()).polyhedron.topology().face_count() == 6);
+}
+
+TEST_CASE("bad input: moved vertices are checked, and leave the body as it was") {
+  quoin::geometry::Polyhedron box = make_box({0, 0, 0}, {1, 1, 1});
+  const auto moved = [&](double value) {
+    Points points = 3.0 * cube();
+    points(1, 5) = value;
+    return complaint([&] { box.set_vertices(points); });
+  };
+  CHECK_THAT(moved(std::nan("")), ContainsSubstring("vertex 5 has a coordinate of nan m"));
+  CHECK_THAT(moved(-std::numeric_limits<double>::infinity()), ContainsSubstring("vertex 5"));
+  CHECK_THAT(moved(1e31), ContainsSubstring("vertex 5 has a coordinate of 1e+31 m, limit 1e+30 m"));
+  CHECK_THAT(complaint([&] { box.set_vertices(cube().leftCols(7)); }),
+             ContainsSubstring("7 vertices for a topology of 8"));
+  CHECK_THAT(complaint([&] { box.set_vertices(Points::Zero(3, 8)); }),
+             ContainsSubstring("largest extent"));
+  CHECK(box.vertices() == cube());
+  CHECK(box.box().max == Vector3(1, 1, 1));
+  box.set_vertices(3.0 * cube());
+  CHECK(box.box().max == Vector3(3, 3, 3));
 }
 
 TEST_CASE("bad input: prisms of no height, and over polygons that are none") {

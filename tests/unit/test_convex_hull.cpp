@@ -81,8 +81,13 @@ TEST_CASE("hull: what is no corner is left out, what is one stays") {
   CHECK(cube.input_index == std::vector<int>{0, 1, 2, 3, 4, 5, 6, 7});
   CHECK(cube.polyhedron.topology().face_count() == 6);
   CHECK(cube.polyhedron.topology().edge_count() == 12);
-  points(2, 8) = -1e-12;  // a corner now, though no label can show it
+  points(2, 8) = -1e-12;  // stays, though no label shows it
   const quoin::geometry::Hull bumped = make_hull(points);
   CHECK(bumped.input_index.size() == 9);
-  CHECK(bumped.polyhedron.topology().vertex_faces(8).size() >= 3);
+  const quoin::geometry::Topology& labels = bumped.polyhedron.topology();
+  CHECK(labels.face_count() == 6);
+  CHECK(labels.host(8).kind == quoin::geometry::FeatureKind::Face);
+  CHECK(labels.face_set(labels.host(8).index).size() == 5);
+  points(2, 8) = -1e-6;  // a corner of its own
+  CHECK(make_hull(points).polyhedron.topology().vertex_faces(8).size() == 4);
 }

@@ -8,7 +8,7 @@ namespace {
 /// Lays the hull of a set into the plane; straight by its face label where that is known.
 void lay_set(const Solid& solid, const VertexSet& set, int face, const ContactPlane& plane,
              double outward, double length, ProjectedFeature& patch) {
-  if (face >= 0 && solid.topology().face(face).size() == set.size()) {
+  if (face >= 0 && solid.topology().face_set(face).size() == set.size()) {
     lay_feature(solid, {FeatureKind::Face, face}, plane, outward, patch);
   } else {
     lay_support_set(solid, set, span_kind(solid, set, length), plane, outward, patch);
@@ -24,7 +24,7 @@ double margin_of(const Solid& p, const Solid& q, const Candidate& plane,
 }
 
 bool is_whole(const Solid& solid, int face, const VertexSet& set) {
-  return face >= 0 && solid.topology().face(face).size() == set.size();
+  return face >= 0 && solid.topology().face_set(face).size() == set.size();
 }
 
 }  // namespace

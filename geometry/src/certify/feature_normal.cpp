@@ -30,7 +30,7 @@ int covered_face(const Solid& polyhedron, const VertexSet& set, const Vector3& o
     for (const int f : topology.vertex_faces(v)) {
       const double facing = polyhedron.face_normal(f).dot(outward);
       if (facing <= greatest) continue;
-      const std::span<const int> cycle = topology.face(f);
+      const std::span<const int> cycle = topology.face_set(f);
       if (cycle.size() > set.size()) continue;
       if (!std::all_of(cycle.begin(), cycle.end(), [&](int w) { return set.contains(w); }))
         continue;
@@ -48,7 +48,7 @@ int common_face(const Topology& topology, std::span<const int> vertices) {
   const std::span<const int> faces =
       edge >= 0 ? topology.edge_faces(edge) : topology.vertex_faces(vertices[0]);
   for (const int f : faces) {
-    const std::span<const int> cycle = topology.face(f);
+    const std::span<const int> cycle = topology.face_set(f);
     const auto in_cycle = [&](int v) {
       return std::find(cycle.begin(), cycle.end(), v) != cycle.end();
     };

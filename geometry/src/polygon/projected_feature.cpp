@@ -313,7 +313,7 @@ void lay_support_set(const Solid& polyhedron, const VertexSet& vertices, Feature
                      const ContactPlane& plane, double outward, ProjectedFeature& patch) {
   const Feature name = name_support_set(polyhedron, vertices, kind, outward * plane.normal);
   const std::size_t named = name.kind == FeatureKind::Face
-                                ? polyhedron.topology().face(name.index).size()
+                                ? polyhedron.topology().face_set(name.index).size()
                                 : (name.kind == FeatureKind::Edge ? 2 : 1);
   if (name.kind == kind && named == vertices.size()) {
     lay_feature(polyhedron, name, plane, outward, patch);
@@ -393,7 +393,7 @@ int face_with_all(const Solid& polyhedron, const VertexSet& vertices, const Vect
   int best = -1;
   double facing = -2.0;
   for (const int f : topology.vertex_faces(vertices[0])) {
-    const std::span<const int> cycle = topology.face(f);
+    const std::span<const int> cycle = topology.face_set(f);
     if (cycle.size() < vertices.size()) continue;
     std::size_t members = 0;
     for (const int w : cycle) members += vertices.contains(w) ? 1 : 0;
@@ -427,7 +427,7 @@ Feature name_support_set(const Solid& polyhedron, const VertexSet& vertices, Fea
   for (const int v : vertices) {
     for (const int f : topology.vertex_faces(v)) {
       std::size_t members = 0;
-      for (const int w : topology.face(f)) members += vertices.contains(w) ? 1 : 0;
+      for (const int w : topology.face_set(f)) members += vertices.contains(w) ? 1 : 0;
       const double along = polyhedron.face_normal(f).dot(outward);
       if (members < most || (members == most && along <= facing)) continue;
       most = members;

@@ -58,7 +58,7 @@ Feature feature_of(const Solid& polyhedron, const VertexSet& set, FeatureKind ki
     const int edge = topology.find_edge(set[0], set[1]);
     if (edge >= 0) return {FeatureKind::Edge, edge};
   }
-  const bool named = face >= 0 && topology.face(face).size() == set.size();
+  const bool named = face >= 0 && topology.face_set(face).size() == set.size();
   if (kind == FeatureKind::Face && named) return {kind, face};
   return name_support_set(polyhedron, set, kind, outward);
 }

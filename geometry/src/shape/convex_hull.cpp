@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <utility>
 
 #include "numeric/double_double.hpp"
 
@@ -92,7 +93,7 @@ struct HorizonEdge {
 
 class Quickhull {
  public:
-  explicit Quickhull(const Eigen::Ref<const Points>& points) : points_(points) {}
+  explicit Quickhull(Points points) : points_(std::move(points)) {}
 
   HullTriangles run() {
     HullTriangles result;
@@ -251,7 +252,7 @@ class Quickhull {
     }
   }
 
-  Eigen::Ref<const Points> points_;
+  Points points_;
   std::vector<Facet> facets_;
   std::vector<HorizonEdge> horizon_;
   std::vector<int> visible_;
@@ -282,8 +283,18 @@ bool collinear(const Vector3& p, const Vector3& q, const Vector3& r) {
          flat_corner(a.z, a.x, b.z, b.x);
 }
 
+Points scaled_points(const Eigen::Ref<const Points>& points, int& exponent) {
+  const double largest = points.size() > 0 ? points.cwiseAbs().maxCoeff() : 0.0;
+  exponent = largest > 0.0 ? -std::ilogb(largest) : 0;
+  return points.unaryExpr([&](double x) {
+    const double scaled = std::ldexp(x, exponent);
+    return std::abs(scaled) < 0x1p-200 ? 0.0 : scaled;
+  });
+}
+
 HullTriangles hull_triangles(const Eigen::Ref<const Points>& points) {
-  return Quickhull(points).run();
+  int exponent = 0;
+  return Quickhull(scaled_points(points, exponent)).run();
 }
 
 }  // namespace quoin::geometry

@@ -19,19 +19,13 @@ void add_tetrahedron(const Vector3& p, const Vector3& q, const Vector3& r, doubl
 }  // namespace
 
 MassProperties mass_properties(const Polyhedron& polyhedron) {
-  const Topology& topology = polyhedron.topology();
   const Vector3 origin = polyhedron.origin();
   double volume = 0.0;
   Vector3 first = Vector3::Zero();
   Matrix3 second = Matrix3::Zero();
-  for (int f = 0; f < topology.face_count(); ++f) {
-    const std::span<const int> face = topology.face(f);
-    const Vector3 p = polyhedron.vertex(face[0]) - origin;
-    for (std::size_t k = 2; k < face.size(); ++k) {
-      const Vector3 q = polyhedron.vertex(face[k - 1]) - origin;
-      const Vector3 r = polyhedron.vertex(face[k]) - origin;
-      add_tetrahedron(p, q, r, volume, first, second);
-    }
+  for (const auto& [i, j, k] : polyhedron.topology().triangles()) {
+    add_tetrahedron(polyhedron.vertex(i) - origin, polyhedron.vertex(j) - origin,
+                    polyhedron.vertex(k) - origin, volume, first, second);
   }
   MassProperties result;
   result.volume = volume;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <string>
 #include <utility>
 
@@ -56,6 +57,32 @@ void check_twins(const HalfEdge* begin, const HalfEdge* end) {
   }
 }
 
+std::string text(double value) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.6g", value);
+  return buffer;
+}
+
+void check_coordinates(const Eigen::Ref<const Points>& vertices) {
+  for (int v = 0; v < vertices.cols(); ++v) {
+    for (int k = 0; k < 3; ++k) {
+      if (std::abs(vertices(k, v)) <= kLargestCoordinate) continue;
+      throw InputError("vertex " + std::to_string(v) + " has a coordinate of " +
+                       text(vertices(k, v)) + " m, limit " + text(kLargestCoordinate) + " m");
+    }
+  }
+}
+
+[[noreturn]] void refuse_count(const Eigen::Ref<const Points>& vertices, const Topology& topology) {
+  throw InputError(std::to_string(vertices.cols()) + " vertices for a topology of " +
+                   std::to_string(topology.vertex_count()));
+}
+
+[[noreturn]] void refuse_extent(double extent) {
+  throw InputError("the largest extent of the vertices is " + text(extent) + " m, limit " +
+                   text(kSmallestExtent) + " m");
+}
+
 /// Sum of the cross products at the corners of a quadrilateral (right for long bricks), of the fan
 /// from the first vertex otherwise. `size` is the sum of the lengths multiplied.
 Vector3 summed_normal(const Points& vertices, std::span<const int> face, double& size) {
@@ -105,21 +132,29 @@ Vector3 unit_normal(const Points& vertices, std::span<const int> face) {
 
 }  // namespace
 
-Topology::Topology(int vertex_count, const std::vector<std::vector<int>>& faces)
+Topology::Topology(int vertex_count, const std::vector<std::vector<int>>& faces,
+                   const std::vector<HostedVertex>& hosted,
+                   const std::vector<std::vector<int>>& surface)
     : vertex_count_(vertex_count) {
   check_faces(vertex_count, faces);
   face_start_.push_back(0);
   for (const std::vector<int>& face : faces) {
     face_vertices_.insert(face_vertices_.end(), face.begin(), face.end());
     face_start_.push_back(static_cast<int>(face_vertices_.size()));
-    face_sets_.insert(face_sets_.end(), face.begin(), face.end());
-    std::sort(face_sets_.end() - std::ssize(face), face_sets_.end());
     face_four_start_.push_back(static_cast<int>(face_fours_.size() / 4));
     face_fours_.insert(face_fours_.end(), face.begin(), face.end());
     while (face_fours_.size() % 4 != 0) face_fours_.push_back(face[0]);
   }
+  for (const std::vector<int>& cell : surface.empty() ? faces : surface) {
+    for (std::size_t k = 2; k < cell.size(); ++k) {
+      triangles_.push_back({cell[0], cell[k - 1], cell[k]});
+    }
+  }
   add_edges();
+  add_hosts(hosted);
   add_neighbours();
+  add_face_sets();
+  add_edge_table();
   find_brick();
 }
 
@@ -151,40 +186,103 @@ void Topology::add_edges() {
     edge_faces_.push_back({halves[i].face, halves[i + 1].face});
     i = j;
   }
-  if (vertex_count_ > kFewVertices) return;
-  edge_between_.assign(index(vertex_count_ * vertex_count_), -1);
-  for (int e = 0; e < edge_count(); ++e) {
-    const auto [v, w] = edge(e);
-    edge_between_[index(v * vertex_count_ + w)] = edge_between_[index(w * vertex_count_ + v)] =
-        static_cast<std::int16_t>(e);
+}
+
+void Topology::add_hosts(const std::vector<HostedVertex>& hosted) {
+  std::vector<char> placed(index(vertex_count_), 0);
+  for (const int v : face_vertices_) placed[index(v)] = 1;
+  if (!hosted.empty()) {
+    for (int v = 0; v < vertex_count_; ++v) hosts_.push_back({FeatureKind::Vertex, v});
+  }
+  for (const HostedVertex& at : hosted) {
+    const auto [a, b] = std::minmax(at.corners[0], at.corners[1]);
+    const auto edge = std::lower_bound(edges_.begin(), edges_.end(), std::array{a, b});
+    const bool known = edge != edges_.end() && *edge == std::array{a, b};
+    Feature host{FeatureKind::Face, at.face};
+    if (b >= 0) host = {FeatureKind::Vertex, b};
+    if (a >= 0) host = {FeatureKind::Edge, known ? static_cast<int>(edge - edges_.begin()) : -1};
+    const int count = host.kind == FeatureKind::Face ? face_count() : vertex_count_;
+    const bool good = at.vertex >= 0 && at.vertex < vertex_count_ && host.index >= 0 &&
+                      (host.kind == FeatureKind::Edge || host.index < count);
+    if (!good || placed[index(at.vertex)]) {
+      throw InputError("vertex " + std::to_string(at.vertex) +
+                       (good ? " is a corner or has two hosts" : " has no such host"));
+    }
+    placed[index(at.vertex)] = 1;
+    hosts_[index(at.vertex)] = host;
+  }
+  const auto unused = std::find(placed.begin(), placed.end(), 0);
+  if (unused != placed.end()) {
+    throw InputError("vertex " + std::to_string(unused - placed.begin()) + " belongs to no face");
   }
 }
 
 void Topology::add_neighbours() {
   std::vector<std::vector<std::pair<int, int>>> around(index(vertex_count_));
+  std::vector<std::vector<int>> faces_around(index(vertex_count_));
   for (int e = 0; e < edge_count(); ++e) {
     around[index(edge(e)[0])].emplace_back(edge(e)[1], e);
     around[index(edge(e)[1])].emplace_back(edge(e)[0], e);
   }
+  for (int f = 0; f < face_count(); ++f) {
+    for (const int v : face(f)) faces_around[index(v)].push_back(f);
+  }
+  for (int v = 0; v < vertex_count_; ++v) {
+    if (is_corner(v)) continue;
+    const auto [kind, i] = host(v);
+    if (kind == FeatureKind::Vertex) {
+      around[index(v)] = around[index(i)];
+      faces_around[index(v)] = faces_around[index(i)];
+    } else if (kind == FeatureKind::Edge) {
+      around[index(v)] = {{edge(i)[0], i}, {edge(i)[1], i}};
+      faces_around[index(v)].assign(edge_faces(i).begin(), edge_faces(i).end());
+      std::sort(faces_around[index(v)].begin(), faces_around[index(v)].end());
+    } else {
+      for (const int corner : face(i)) around[index(v)].emplace_back(corner, -1);
+      faces_around[index(v)] = {i};
+    }
+  }
   neighbour_start_.push_back(0);
+  neighbour_edge_start_.push_back(0);
   for (auto& row : around) {
     std::sort(row.begin(), row.end());
     for (const auto& [v, e] : row) {
       neighbours_.push_back(v);
-      neighbour_edges_.push_back(e);
+      if (e >= 0) neighbour_edges_.push_back(e);
     }
     neighbour_start_.push_back(static_cast<int>(neighbours_.size()));
+    neighbour_edge_start_.push_back(static_cast<int>(neighbour_edges_.size()));
   }
-  std::vector<std::vector<int>> faces_around(index(vertex_count_));
-  for (int f = 0; f < face_count(); ++f) {
-    for (const int v : face(f)) faces_around[index(v)].push_back(f);
-  }
+  three_faces_at_vertices_ = hosts_.empty();
   vertex_face_start_.push_back(0);
   for (const std::vector<int>& row : faces_around) {
     three_faces_at_vertices_ = three_faces_at_vertices_ && row.size() == 3;
     vertex_faces_.insert(vertex_faces_.end(), row.begin(), row.end());
     vertex_face_start_.push_back(static_cast<int>(vertex_faces_.size()));
   }
+}
+
+void Topology::add_face_sets() {
+  std::vector<std::vector<int>> sets(index(face_count()));
+  for (int v = 0; v < vertex_count_; ++v) {
+    for (const int f : vertex_faces(v)) sets[index(f)].push_back(v);
+  }
+  face_set_start_.push_back(0);
+  for (const std::vector<int>& set : sets) {
+    face_sets_.insert(face_sets_.end(), set.begin(), set.end());
+    face_set_start_.push_back(static_cast<int>(face_sets_.size()));
+  }
+}
+
+void Topology::add_edge_table() {
+  if (vertex_count_ > kFewVertices) return;
+  std::vector<std::int16_t> table;
+  for (int v = 0; v < vertex_count_; ++v) {
+    for (int w = 0; w < vertex_count_; ++w) {
+      table.push_back(static_cast<std::int16_t>(search_edge(v, w)));
+    }
+  }
+  edge_between_ = std::move(table);
 }
 
 void Topology::find_brick() {
@@ -209,9 +307,17 @@ void Topology::find_brick() {
 }
 
 int Topology::search_edge(int v, int w) const {
-  const std::span<const int> row = neighbours(v);
+  const Feature at_v = host(v), at_w = host(w);
+  if (at_v == at_w) return at_v.kind == FeatureKind::Edge ? at_v.index : -1;
+  const bool along = at_v.kind == FeatureKind::Edge;  // else from the corner that v is, or is at
+  if (!along && at_v.kind != FeatureKind::Vertex) return -1;
+  if (at_w.kind == FeatureKind::Face || (along && at_w.kind == FeatureKind::Edge)) return -1;
+  const int from = along ? v : at_v.index;
+  const std::span<const int> row = neighbours(from), edges = vertex_edges(from);
   for (std::size_t k = 0; k < row.size(); ++k) {  // a handful: quicker than to halve
-    if (row[k] == w) return vertex_edges(v)[k];
+    if (at_w.kind == FeatureKind::Edge ? edges[k] == at_w.index : row[k] == at_w.index) {
+      return edges[k];
+    }
   }
   return -1;
 }
@@ -227,11 +333,18 @@ Polyhedron::Polyhedron(std::shared_ptr<const Topology> topology,
 }
 
 void Polyhedron::set_vertices(const Eigen::Ref<const Points>& vertices) {
+  if (vertices.cols() != topology_->vertex_count()) refuse_count(vertices, *topology_);
+  // A sum shows what is not finite; least and greatest values would not.
+  if (!std::isfinite(vertices.sum())) check_coordinates(vertices);
+  const Box box{vertices.rowwise().minCoeff(), vertices.rowwise().maxCoeff()};
+  const double largest = std::max(box.min.cwiseAbs().maxCoeff(), box.max.cwiseAbs().maxCoeff());
+  if (!(largest <= kLargestCoordinate)) check_coordinates(vertices);
+  const double extent = (box.max - box.min).maxCoeff();
+  if (!(extent >= kSmallestExtent)) refuse_extent(extent);
   vertices_ = vertices;
-  box_.min = vertices_.rowwise().minCoeff();
-  box_.max = vertices_.rowwise().maxCoeff();
+  box_ = box;
+  largest_coordinate_ = largest;
   origin_ = 0.5 * box_.min + 0.5 * box_.max;
-  largest_coordinate_ = std::max(box_.min.cwiseAbs().maxCoeff(), box_.max.cwiseAbs().maxCoeff());
   double squared_radius = 0.0;
   Vector3 sum = Vector3::Zero();
   const std::size_t rows = static_cast<std::size_t>(padded_count_);

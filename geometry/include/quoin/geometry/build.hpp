@@ -9,9 +9,6 @@ namespace quoin::geometry {
 
 inline constexpr int kMostHullPoints = 100000;  ///< points that make_hull takes
 inline constexpr int kMostVertices = 10000;     ///< vertices that one polyhedron may have
-inline constexpr double kLargestCoordinate =
-    1e30;  ///< m; far beyond it products of six lengths overflow
-inline constexpr double kSmallestExtent = 1e-30;  ///< m, of a solid; far below it they vanish
 /// How far a face given may be off its plane, and a vertex beyond it, as a share of the diameter.
 inline constexpr double kFlatness = 1e-6;
 
@@ -22,22 +19,42 @@ Polyhedron make_box(const Vector3& min, const Vector3& max);
 /// the polygon's, then the swept ones in the same order.
 Polyhedron make_prism(const Eigen::Ref<const Points>& polygon, const Vector3& sweep);
 
+/// The length to which labels are known, the *label length*, m: kFlatShare of the diagonal of the
+/// points' box, or what a turn and a shift leave of exact coordinates, kRoundings eps of the
+/// largest one (products and sums: 3.5 eps for each vertex; a face of four doubles that twice), but
+/// never more than kCoarsestShare of the diagonal: beyond, the rounding is the shape.
+inline constexpr double kFlatShare = 1e-9;
+inline constexpr double kRoundings = 16;
+inline constexpr double kCoarsestShare = 1e-3;
+double label_length(const Eigen::Ref<const Points>& points);
+
 /// A convex hull and where its vertices stood in the input.
 struct Hull {
   Polyhedron polyhedron;
   std::vector<int> input_index;  ///< hull vertex -> column of the input, ascending
 };
 
-/// Exact convex hull of points (3 × n, m). Triangles that are coplanar within 1e-9 of the diameter
-/// or 16 eps of the largest coordinate are labelled as one polygon. Points that are not corners of
-/// the hull are left out. Refused: fewer than 4 or more than kMostHullPoints points, NaN or
-/// infinity, equal points, points in one plane (thinner than the same tolerance).
+/// Exact convex hull of points (3 × n, m). All its corners are kept, points that are exactly no
+/// corner are left out, of equal points the first is kept.
+///
+/// Labels know rounding: facets that lie within the label length of one plane make one face, whose
+/// corners are those of the polygon. A vertex that is no corner within the label length (on an
+/// edge, in a face, or beside a corner) has a host in the topology. Numbering and powers of two
+/// change neither faces nor corners, and mirrors neither, but for ties: where a solid is its own
+/// mirror image, coordinates decide, and a nearly flat arc may be parted on the other side, or
+/// another of several vertices within the label length of each other be the corner.
+///
+/// Refused: fewer than 4 or more than kMostHullPoints points; NaN, infinity and sizes beyond
+/// kLargestCoordinate and kSmallestExtent; points in one plane, that is a thickness of no more than
+/// the label length. *Thickness* is the least extent of the exact hull across one of its facets: at
+/// least its width, and at most three times that.
 Hull make_hull(const Eigen::Ref<const Points>& points);
 
 /// Polyhedron by vertices (3 × n, m) and faces (polygons or triangles, either orientation
 /// throughout: inside-out is turned round); checked: finite, closed, convex and planar within
-/// kFlatness, no equal points, non-zero volume, no unused vertex. Coplanar neighbours are merged to
-/// polygons as in make_hull. The solid is the convex hull of the vertices; all of them are kept.
+/// kFlatness, no equal points, no unused vertex, sizes and thickness as in make_hull. Faces are
+/// merged and labelled as in make_hull; vertices on the border of two faces may be named by both.
+/// The solid is the convex hull of the vertices; all of them are kept.
 Polyhedron make_polyhedron(const Eigen::Ref<const Points>& vertices,
                            const std::vector<std::vector<int>>& faces);
 

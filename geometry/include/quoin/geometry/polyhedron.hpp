@@ -13,6 +13,14 @@
 
 namespace quoin::geometry {
 
+/// The sizes that are worked with, m: every coordinate at most kLargestCoordinate, the largest side
+/// of a solid's box at least kSmallestExtent. Searches multiply up to six lengths; a product of six
+/// stays below 1.8e308 for lengths up to 2e51, and keeps two roundings in double-double (1e-64)
+/// above 2.2e-308 down to lengths of 4e-41. What lies between is left to slim solids and their
+/// faces.
+inline constexpr double kLargestCoordinate = 1e30;
+inline constexpr double kSmallestExtent = 1e-30;
+
 enum class FeatureKind : std::uint8_t { Vertex, Edge, Face };
 
 /// A vertex, edge or face of one polyhedron, by its index in the topology.
@@ -22,54 +30,77 @@ struct Feature {
   auto operator<=>(const Feature&) const = default;
 };
 
+/// A vertex of the solid that is no corner of its faces, and where it lies within the length to
+/// which labels are known: at a corner ({c, -1}), on the edge between two corners, or, where both
+/// are -1, in a face.
+struct HostedVertex {
+  int vertex = 0;
+  std::array<int, 2> corners{-1, -1};
+  int face = -1;
+};
+
 /// What never changes while a polyhedron moves: which vertices make which edges and faces.
 /// Faces are polygons, counter-clockwise seen from outside; edges are numbered by their vertices
-/// in ascending order. Shared by all polyhedra of one shape.
+/// in ascending order. Vertices that are no corners have a host (a corner, an edge or a face),
+/// whose faces and edges count as theirs. Shared by all polyhedra of one shape.
 class Topology {
  public:
-  /// `faces`: vertex cycles, counter-clockwise from outside. Throws InputError when the faces do
-  /// not form one closed surface (each edge between exactly two faces, in opposite directions).
-  Topology(int vertex_count, const std::vector<std::vector<int>>& faces);
+  /// `faces`: cycles of corners, counter-clockwise from outside. `hosted`: all other vertices.
+  /// `surface`: polygons of a finer closed surface through all vertices, such as the exact hull's;
+  /// empty: the faces. Throws InputError when the faces do not form one closed surface (each edge
+  /// between exactly two faces, in opposite directions), or a vertex has neither face nor host.
+  Topology(int vertex_count, const std::vector<std::vector<int>>& faces,
+           const std::vector<HostedVertex>& hosted = {},
+           const std::vector<std::vector<int>>& surface = {});
 
   int vertex_count() const { return vertex_count_; }
   int edge_count() const { return static_cast<int>(edges_.size()); }
   int face_count() const { return static_cast<int>(face_start_.size()) - 1; }
 
-  std::span<const int> face(int f) const {
-    return row(face_vertices_, face_start_, f);
-  }  ///< in order
+  /// Its corners, in order.
+  std::span<const int> face(int f) const { return row(face_vertices_, face_start_, f); }
   /// In order; behind the last one the first one again, up to a multiple of four.
   const int* face_in_fours(int f) const {
     return face_fours_.data() + 4 * face_four_start_[index(f)];
   }
-  std::span<const int> face_set(int f) const {
-    return row(face_sets_, face_start_, f);
-  }  ///< the same, ascending
+  /// All vertices that lie in it, ascending: its corners and those that they, its edges and itself
+  /// host.
+  std::span<const int> face_set(int f) const { return row(face_sets_, face_set_start_, f); }
   /// Edge from each vertex of the face to the next; the face across it.
   std::span<const int> face_edges(int f) const { return row(face_edges_, face_start_, f); }
   std::span<const int> face_neighbours(int f) const {
     return row(face_neighbours_, face_start_, f);
   }
-  /// Do just three faces meet in every vertex? Then the faces around a face are its neighbours.
+  /// Is every vertex a corner in which just three faces meet? Then the faces around a face are its
+  /// neighbours.
   bool three_faces_at_vertices() const { return three_faces_at_vertices_; }
   const std::array<int, 2>& edge(int e) const { return edges_[index(e)]; }  ///< first < second
   /// The two faces it lies between; the first one runs from its first to its second vertex.
   const std::array<int, 2>& edge_faces(int e) const { return edge_faces_[index(e)]; }
-  /// Vertices joined to v by an edge, ascending; the edge to each; the faces around v, ascending.
+  /// Where v lies: {Vertex, v} for a corner, otherwise its host.
+  Feature host(int v) const {
+    return hosts_.empty() ? Feature{FeatureKind::Vertex, v} : hosts_[index(v)];
+  }
+  bool is_corner(int v) const { return host(v) == Feature{FeatureKind::Vertex, v}; }
+  /// Corners joined to v by an edge, ascending; the edge to each; the faces around v, ascending, at
+  /// least one. A vertex at a corner has that corner's; one on an edge has the ends of the edge,
+  /// each by that edge; one in a face has the corners of the face and no edges.
   std::span<const int> neighbours(int v) const { return row(neighbours_, neighbour_start_, v); }
   std::span<const int> vertex_edges(int v) const {
-    return row(neighbour_edges_, neighbour_start_, v);
+    return row(neighbour_edges_, neighbour_edge_start_, v);
   }
   std::span<const int> vertex_faces(int v) const {
     return row(vertex_faces_, vertex_face_start_, v);
   }
-  /// The edge between v and w, or -1.
+  /// The edge on which both v and w lie, or -1.
   int find_edge(int v, int w) const {
     return edge_between_.empty() ? search_edge(v, w) : edge_between_[index(v * vertex_count_ + w)];
   }
   /// Of a solid with the faces of a brick: its vertices in the order of their places, bit k of
   /// which says that a vertex lies across edge k of vertex 0. Empty for others.
   std::span<const int> brick() const { return brick_; }
+  /// A closed surface through all vertices, counter-clockwise from outside.
+  std::span<const std::array<int, 3>> triangles() const { return triangles_; }
 
  private:
   static std::size_t index(int i) { return static_cast<std::size_t>(i); }
@@ -78,7 +109,10 @@ class Topology {
     return {values.data() + start[index(i)], values.data() + start[index(i) + 1]};
   }
   void add_edges();
+  void add_hosts(const std::vector<HostedVertex>& hosted);
   void add_neighbours();
+  void add_face_sets();
+  void add_edge_table();
   void find_brick();
   int search_edge(int v, int w) const;
 
@@ -86,10 +120,13 @@ class Topology {
   int vertex_count_ = 0;
   std::vector<std::int16_t> edge_between_;  // vertex_count × vertex_count, of few vertices
   std::vector<int> face_four_start_, face_fours_;
-  std::vector<int> face_start_, face_vertices_, face_sets_, face_edges_, face_neighbours_;
+  std::vector<int> face_start_, face_vertices_, face_edges_, face_neighbours_;
+  std::vector<int> face_set_start_, face_sets_;
   std::vector<std::array<int, 2>> edges_, edge_faces_;
-  std::vector<int> neighbour_start_, neighbours_, neighbour_edges_;
+  std::vector<int> neighbour_start_, neighbours_, neighbour_edge_start_, neighbour_edges_;
   std::vector<int> vertex_face_start_, vertex_faces_;
+  std::vector<Feature> hosts_;  // by vertex; empty where all are corners
+  std::vector<std::array<int, 3>> triangles_;
   std::vector<int> brick_;
   bool three_faces_at_vertices_ = true;
 };
@@ -111,10 +148,14 @@ struct AlignedAllocator {
 /// are labels on that solid: a rotated quadrilateral is never exactly planar.
 class Polyhedron {
  public:
-  /// Takes the vertices unchecked: `build.hpp` checks. vertices: 3 × vertex_count, m.
+  /// Whether the vertices make the faces convex is not checked: `build.hpp` does. vertices:
+  /// 3 × vertex_count, m. Throws InputError as set_vertices does.
   Polyhedron(std::shared_ptr<const Topology> topology, const Eigen::Ref<const Points>& vertices);
 
   /// Moves or deforms: same topology, new places. No allocation. vertices: 3 × vertex_count, m.
+  /// Throws InputError, and leaves everything as it was, for another number of columns, for a
+  /// coordinate that is not finite or larger than kLargestCoordinate, and where the largest extent
+  /// is smaller than kSmallestExtent.
   void set_vertices(const Eigen::Ref<const Points>& vertices);
 
   const Topology& topology() const { return *topology_; }

@@ -1,0 +1,514 @@
+/// Solids as real cutting makes them: vertices that are collinear or coplanar within rounding. None
+/// is refused, the faces are the polygons that were cut, and neither the numbering nor a mirror nor
+/// a power of two changes them. QUOIN_CASES and QUOIN_SEED widen the search.
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <quoin/geometry/build.hpp>
+#include <quoin/geometry/mass_properties.hpp>
+#include <set>
+
+#include "geometry/src/shape/convex_hull.hpp"
+#include "geometry/src/shape/face_labels.hpp"
+#include "support/catch.hpp"
+#include "support/random.hpp"
+
+namespace {
+
+using namespace quoin::geometry;
+using quoin::tests::environment_number;
+using quoin::tests::Random;
+using quoin::tests::WithinAbs;
+using quoin::tests::WithinRel;
+using Vectors = std::vector<Vector3>;
+
+/// Points of a solid that holds a ball of this radius, m.
+struct Sample {
+  Points points;
+  double ball = 0.0;
+};
+
+Points columns(const Vectors& list) {
+  Points points(3, static_cast<Eigen::Index>(list.size()));
+  for (std::size_t i = 0; i < list.size(); ++i) points.col(static_cast<Eigen::Index>(i)) = list[i];
+  return points;
+}
+
+Vectors box_corners(const Vector3& size) {
+  Vectors corners;
+  for (int v = 0; v < 8; ++v) {
+    corners.emplace_back(size.cwiseProduct(Vector3(v & 1, v >> 1 & 1, v >> 2 & 1)));
+  }
+  return corners;
+}
+
+/// Turned and set down near the origin or far away.
+Points turned(const Vectors& list, Random& random) {
+  const Matrix3 turn = random.rotation();
+  const double far = std::array{0.0, 1.0, 1e3, 1e6}[static_cast<std::size_t>(random.integer(0, 3))];
+  const Vector3 shift = far * random.direction();
+  return (turn * columns(list)).colwise() + shift;
+}
+
+/// A brick with the corners of its neighbours on edges and faces.
+Sample t_junction_brick(Random& random) {
+  const Vector3 size(random.uniform(0.5, 2), random.uniform(0.3, 1), random.uniform(0.2, 1));
+  Vectors list = box_corners(size);
+  const int more = random.integer(1, 8);
+  for (int k = 0; k < more; ++k) {
+    const int axis = random.integer(0, 2), side = random.integer(0, 1), edge = random.integer(0, 2);
+    Vector3 x(random.uniform(), random.uniform(), random.uniform());
+    if (random.chance(0.5)) x = Vector3::Constant(0.5);
+    x[axis] = side;
+    if (edge > 0) x[(axis + edge) % 3] = random.integer(0, 1);
+    list.push_back(x.cwiseProduct(size));
+  }
+  return {turned(list, random), 0.49 * size.minCoeff()};
+}
+
+struct Half {
+  Vector3 normal;
+  double offset;
+};
+
+/// All corners of an intersection of half spaces, those where more than three planes meet several
+/// times over and as rounding has it.
+Sample corners_of(const std::vector<Half>& halves) {
+  Vectors list;
+  for (std::size_t i = 0; i < halves.size(); ++i) {
+    for (std::size_t j = i + 1; j < halves.size(); ++j) {
+      for (std::size_t k = j + 1; k < halves.size(); ++k) {
+        Matrix3 rows;
+        rows << halves[i].normal.transpose(), halves[j].normal.transpose(),
+            halves[k].normal.transpose();
+        if (std::abs(rows.determinant()) < 1e-6) continue;
+        const Vector3 x = rows.partialPivLu().solve(
+            Vector3(halves[i].offset, halves[j].offset, halves[k].offset));
+        const bool met = std::all_of(halves.begin(), halves.end(), [&](const Half& h) {
+          return h.normal.dot(x) <= h.offset + 1e-11;
+        });
+        if (met) list.push_back(x);
+      }
+    }
+  }
+  if (list.size() < 4) return {};
+  const Points points = columns(list);
+  const Vector3 middle = points.rowwise().mean();
+  double ball = 1.0;
+  for (const Half& h : halves) ball = std::min(ball, h.offset - h.normal.dot(middle));
+  return {points, ball};
+}
+
+std::vector<Half> box_halves() {
+  std::vector<Half> halves;
+  for (int k = 0; k < 3; ++k) {
+    halves.push_back({Vector3::Unit(k), 0.5});
+    halves.push_back({-Vector3::Unit(k), 0.5});
+  }
+  return halves;
+}
+
+/// A box cut by planes, many of them through corners and edges that are there already.
+Sample cut_box(Random& random) {
+  std::vector<Half> halves = box_halves();
+  const int cuts = random.integer(1, 8);
+  for (int k = 0; k < cuts; ++k) {
+    const Points now = corners_of(halves).points;
+    const auto any = [&] {
+      return Vector3(now.col(random.integer(0, static_cast<int>(now.cols()) - 1)));
+    };
+    Vector3 through = random.point(-0.4, 0.4), normal = random.direction();
+    if (now.cols() >= 3 && random.chance(0.7)) {
+      through = any();
+      normal = (any() - through).cross((random.chance(0.5) ? any() : random.direction()) - through);
+    }
+    if (!(normal.norm() > 1e-3)) continue;
+    normal.normalize();
+    if (normal.dot(through) < 0.0) normal = -normal;
+    std::vector<Half> cut = halves;
+    cut.push_back({normal, normal.dot(through)});
+    if (corners_of(cut).ball > 1e-3) halves = std::move(cut);
+  }
+  Sample sample = corners_of(halves);
+  if (random.chance(0.5)) sample.points = (random.rotation() * sample.points).eval();
+  return sample;
+}
+
+/// The cell of a point of a cubic lattice, jittered a little or much.
+Sample voronoi_cell(Random& random) {
+  const double jitter =
+      std::array{0.0, 1e-15, 1e-12, 1e-8, 0.3}[static_cast<std::size_t>(random.integer(0, 4))];
+  std::vector<Half> halves = box_halves();
+  const Vector3 own = jitter * random.point(-1, 1);
+  for (int i = 0; i < 27; ++i) {
+    if (i == 13) continue;
+    const Vector3 other =
+        0.8 * Vector3(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1) + jitter * random.point(-1, 1);
+    const Vector3 line = other - own;
+    halves.push_back({line.normalized(), line.normalized().dot(0.5 * (own + other))});
+  }
+  return corners_of(halves);
+}
+
+/// A brick with points on one face, moved by rounding up to the label length.
+Sample bumped_face(Random& random) {
+  Vectors list = box_corners({1, 1, 1});
+  const double amount = random.log_uniform(1e-17, 5e-10);
+  const int more = random.integer(1, 20);
+  for (int k = 0; k < more; ++k) {
+    list.emplace_back(random.uniform(), random.uniform(), 1.0 + amount * random.uniform());
+  }
+  return {random.chance(0.5) ? turned(list, random) : columns(list), 0.5};
+}
+
+/// A prism over an arc of nearly collinear corners.
+Sample arc(Random& random) {
+  const int count = random.integer(4, 40);
+  const double rise = random.log_uniform(1e-14, 1e-2);
+  Vectors list;
+  for (int k = 0; k <= count; ++k) {
+    const double x = 2.0 * k / count - 1.0;
+    for (const double z : {0.0, 0.6}) list.emplace_back(x, rise * (1 - x * x) * (1 + 0.1 * x), z);
+  }
+  for (const double z : {0.0, 0.6}) {
+    list.emplace_back(-1, -1, z);
+    list.emplace_back(1, -1, z);
+  }
+  return {random.chance(0.5) ? turned(list, random) : columns(list), 0.3};
+}
+
+Sample needle(Random& random) {
+  const double width = random.log_uniform(1e-7, 1e-2);
+  Vectors list;
+  for (int k = 0; k < 4; ++k) {  // a tetrahedron at each end, so that a ball fits
+    const double angle = 2.0 * k;
+    for (const double z : {0.0, 1.0}) {
+      list.emplace_back(width * std::cos(angle), width * std::sin(angle), z);
+    }
+  }
+  return {turned(list, random), 0.2 * width};
+}
+
+Sample of_floats(Random& random) {
+  Sample sample = random.chance(0.5) ? t_junction_brick(random) : voronoi_cell(random);
+  if (sample.points.cols() == 0 || sample.points.cwiseAbs().maxCoeff() > 1e3) return {};
+  sample.points = sample.points.cast<float>().cast<double>().eval();
+  sample.ball -= 1e-3;
+  return sample;
+}
+
+/// Coordinates of a few steps of a double, 1e15 from the origin.
+Sample quantised(Random& random) {
+  Sample sample = t_junction_brick(random);
+  const Vector3 middle = sample.points.rowwise().mean();
+  const double size = random.log_uniform(20, 1e6);
+  sample.points = (size * (sample.points.colwise() - middle)).colwise() + 1e15 * random.direction();
+  sample.ball = size * sample.ball - 1.0;
+  return sample;
+}
+
+/// Clusters of nearly equal points at the corners of a box, and equal ones.
+Sample nearly_equal(Random& random) {
+  Vectors list = box_corners({1, 1, 1});
+  const double amount = random.chance(0.2) ? 0.0 : random.log_uniform(1e-17, 3e-10);
+  for (int k = random.integer(1, 30); k > 0; --k) {
+    list.push_back(list[static_cast<std::size_t>(random.integer(0, 7))] +
+                   amount * random.direction());
+  }
+  return {random.chance(0.5) ? turned(list, random) : columns(list), 0.5};
+}
+
+struct Family {
+  const char* name;
+  Sample (*make)(Random&);
+};
+constexpr std::array<Family, 10> kFamilies{{{"T-junction bricks", t_junction_brick},
+                                            {"cut boxes", cut_box},
+                                            {"Voronoi cells", voronoi_cell},
+                                            {"bumped faces", bumped_face},
+                                            {"arcs", arc},
+                                            {"needles", needle},
+                                            {"floats", of_floats},
+                                            {"1e15 and ulps", quantised},
+                                            {"nearly equal points", nearly_equal},
+                                            {"T-junction bricks again", t_junction_brick}}};
+
+bool thick(const Sample& sample) {
+  return sample.points.cols() >= 4 && 2 * sample.ball > label_length(sample.points);
+}
+
+/// Every face: finite normal, three true corners, wide, all its vertices in its plane.
+void check_faces(const Polyhedron& solid, double length) {
+  const Topology& topology = solid.topology();
+  for (int f = 0; f < topology.face_count(); ++f) {
+    const Vector3 normal = solid.face_normal(f);
+    REQUIRE_THAT(normal.norm(), WithinAbs(1.0, 1e-14));
+    CHECK(polygon_width(solid.vertices(), topology.face(f)) > 0.99 * length);
+    double low = INFINITY, high = -INFINITY;
+    for (const int v : topology.face_set(f)) {
+      const double height = normal.dot(solid.vertex(v) - solid.vertex(topology.face(f)[0]));
+      low = std::min(low, height);
+      high = std::max(high, height);
+    }
+    CHECK(high - low <= 2.001 * length);
+    for (const int v : topology.face(f)) CHECK(topology.is_corner(v));
+  }
+}
+
+/// Every vertex has faces, and lies on its host.
+void check_hosts(const Polyhedron& solid, double length) {
+  const Topology& topology = solid.topology();
+  int corners = 0;
+  for (int v = 0; v < topology.vertex_count(); ++v) {
+    REQUIRE_FALSE(topology.vertex_faces(v).empty());
+    const auto [kind, index] = topology.host(v);
+    corners += topology.is_corner(v) ? 1 : 0;
+    if (kind == FeatureKind::Vertex) {
+      CHECK((solid.vertex(v) - solid.vertex(index)).norm() <= 1.001 * length);
+    } else if (kind == FeatureKind::Edge) {
+      const Vector3 a = solid.vertex(topology.edge(index)[0]);
+      const Vector3 line = solid.vertex(topology.edge(index)[1]) - a;
+      CHECK(line.cross(solid.vertex(v) - a).norm() <= 1.001 * length * line.norm());
+      CHECK(topology.find_edge(v, topology.edge(index)[0]) == index);
+    }
+    for (const int f : topology.vertex_faces(v)) {
+      const std::span<const int> set = topology.face_set(f);
+      CHECK(std::binary_search(set.begin(), set.end(), v));
+    }
+  }
+  CHECK(corners - topology.edge_count() + topology.face_count() == 2);
+}
+
+/// No point lies outside the triangles of the solid, exactly.
+void check_exact(const Hull& hull, const Points& points) {
+  const Points& vertices = hull.polyhedron.vertices();
+  for (const auto& [i, j, k] : hull.polyhedron.topology().triangles()) {
+    for (int p = 0; p < points.cols(); ++p) {
+      REQUIRE(orientation(vertices.col(i), vertices.col(j), vertices.col(k), points.col(p)) <= 0);
+    }
+  }
+  for (std::size_t v = 0; v < hull.input_index.size(); ++v) {
+    CHECK(vertices.col(static_cast<int>(v)) == points.col(hull.input_index[v]));
+  }
+}
+
+/// The corners of each face as places in the sample; `column`: where the points made were.
+std::set<std::set<int>> faces_of(const Hull& hull, const std::vector<int>& column) {
+  std::set<std::set<int>> faces;
+  for (int f = 0; f < hull.polyhedron.topology().face_count(); ++f) {
+    std::set<int> corners;
+    for (const int v : hull.polyhedron.topology().face(f)) {
+      corners.insert(
+          column[static_cast<std::size_t>(hull.input_index[static_cast<std::size_t>(v)])]);
+    }
+    faces.insert(corners);
+  }
+  return faces;
+}
+
+/// For each point the first within the label length.
+std::vector<int> clusters(const Points& points) {
+  std::vector<int> near;
+  for (int i = 0; i < points.cols(); ++i) {
+    int first = 0;
+    while ((points.col(first) - points.col(i)).norm() > label_length(points)) ++first;
+    near.push_back(first);
+  }
+  return near;
+}
+
+/// Numbering, mirror, names of the axes and scale change no face; a mirror may take another of
+/// several nearly equal vertices for the corner.
+void check_invariance(const Hull& hull, const Sample& sample, Random& random) {
+  std::vector<int> order(static_cast<std::size_t>(sample.points.cols()));
+  std::iota(order.begin(), order.end(), 0);
+  const std::set<std::set<int>> faces = faces_of(hull, order);
+  CHECK(faces_of(make_hull(std::ldexp(1.0, random.integer(-40, 40)) * sample.points), order) ==
+        faces);
+  const std::vector<int> near = clusters(sample.points);
+  const std::set<std::set<int>> near_faces = faces_of(hull, near);
+  CHECK(faces_of(make_hull(-sample.points), near) == near_faces);
+  Points mirrored = sample.points;
+  mirrored.row(random.integer(0, 2)) *= -1.0;
+  mirrored.row(random.integer(0, 1)).swap(mirrored.row(2));
+  CHECK(faces_of(make_hull(mirrored), near) == near_faces);
+  for (int i = static_cast<int>(order.size()) - 1; i > 0; --i) {
+    std::swap(order[static_cast<std::size_t>(i)],
+              order[static_cast<std::size_t>(random.integer(0, i))]);
+  }
+  CHECK(faces_of(make_hull(sample.points(Eigen::all, order)), order) == faces);
+}
+
+/// Of equal points only one: which of them keeps its number hangs on the numbering.
+Points each_once(const Points& points) {
+  Vectors list;
+  for (int i = 0; i < points.cols(); ++i) {
+    const Vector3 x = points.col(i);
+    if (std::find(list.begin(), list.end(), x) == list.end()) list.push_back(x);
+  }
+  return columns(list);
+}
+
+std::string bits(const Points& points) {
+  std::string out;
+  char buffer[100];
+  for (int i = 0; i < points.cols(); ++i) {
+    std::snprintf(buffer, sizeof buffer, "%a, %a, %a,\n", points(0, i), points(1, i), points(2, i));
+    out += buffer;
+  }
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("make shape: of many thick solids none is refused") {
+  const std::uint64_t cases = environment_number("QUOIN_CASES", 20000);
+  Random random(environment_number("QUOIN_SEED", 1));
+  std::array<int, kFamilies.size()> made{}, refused{};
+  for (std::uint64_t i = 0; i < cases; ++i) {
+    const std::size_t family = i % kFamilies.size();
+    const Sample sample = kFamilies[family].make(random);
+    if (!thick(sample)) continue;
+    ++made[family];
+    try {
+      make_hull(sample.points);
+    } catch (const InputError& error) {
+      if (refused[family]++ == 0) UNSCOPED_INFO(error.what() << "\n" << bits(sample.points));
+    }
+  }
+  for (std::size_t family = 0; family < kFamilies.size(); ++family) {
+    INFO(kFamilies[family].name << ": " << made[family] << " made");
+    CHECK(refused[family] == 0);
+    CHECK(made[family] > static_cast<int>(cases / kFamilies.size() / 3));
+  }
+}
+
+TEST_CASE("make shape: faces, hosts and the exact hull; numbering, mirror and scale") {
+  const std::uint64_t cases = environment_number("QUOIN_CASES", 20000) / 20;
+  Random random(environment_number("QUOIN_SEED", 1) + 1);
+  for (std::uint64_t i = 0; i < cases; ++i) {
+    const Family& family = kFamilies[i % kFamilies.size()];
+    Sample sample = family.make(random);
+    if (!thick(sample)) continue;
+    sample.points = each_once(sample.points);
+    INFO(family.name << ", case " << i << "\n" << bits(sample.points));
+    const Hull hull = make_hull(sample.points);
+    const double length = label_length(hull.polyhedron.vertices());
+    check_faces(hull.polyhedron, length);
+    check_hosts(hull.polyhedron, length);
+    check_exact(hull, sample.points);
+    check_invariance(hull, sample, random);
+  }
+}
+
+TEST_CASE("make shape: a brick with T-junctions is a brick, turned or far away") {
+  Random random(4);
+  for (int round = 0; round < 500; ++round) {
+    const Sample sample = t_junction_brick(random);
+    INFO(bits(sample.points));
+    const Hull hull = make_hull(sample.points);
+    const Topology& topology = hull.polyhedron.topology();
+    CHECK(topology.face_count() == 6);
+    CHECK(topology.edge_count() == 12);
+    for (int v = 0; v < topology.vertex_count(); ++v) {
+      CHECK(topology.is_corner(v) == (hull.input_index[static_cast<std::size_t>(v)] < 8));
+    }
+  }
+}
+
+TEST_CASE("make shape: hosts answer for their vertices") {
+  Points points(3, 11);
+  points << columns(box_corners({1, 1, 1})), Vector3(0.5, -1e-12, -1e-12),
+      Vector3(0.3, 0.4, -1e-12), Vector3(1 + 1e-12, 1 - 1e-12, 1);
+  const Hull hull = make_hull(points);
+  REQUIRE(hull.input_index.size() == 11);
+  const Topology& topology = hull.polyhedron.topology();
+  const int edge = topology.find_edge(0, 1);
+  REQUIRE(edge >= 0);
+  CHECK(topology.host(8) == Feature{FeatureKind::Edge, edge});
+  CHECK(topology.neighbours(8).size() == 2);
+  CHECK(topology.vertex_edges(8)[0] == edge);
+  CHECK(topology.find_edge(8, 1) == edge);
+  CHECK(topology.find_edge(0, 8) == edge);
+  CHECK(topology.find_edge(8, 2) == -1);
+  CHECK(std::ranges::is_permutation(topology.vertex_faces(8), topology.edge_faces(edge)));
+  REQUIRE(topology.host(9).kind == FeatureKind::Face);
+  CHECK(topology.vertex_faces(9).size() == 1);
+  CHECK(topology.neighbours(9).size() == 4);
+  CHECK(topology.vertex_edges(9).empty());
+  CHECK(topology.find_edge(9, 0) == -1);
+  const int corner = topology.is_corner(7) ? 7 : 10, other = 17 - corner;
+  CHECK(topology.host(other) == Feature{FeatureKind::Vertex, corner});
+  CHECK(topology.find_edge(other, 3) == topology.find_edge(corner, 3));
+  CHECK(topology.face_set(topology.host(9).index).size() == 6);
+  CHECK_FALSE(topology.three_faces_at_vertices());
+}
+
+TEST_CASE("make shape: a moved body keeps its labels") {
+  Random random(7);
+  const Hull hull = make_hull(t_junction_brick(random).points);
+  Polyhedron moved = hull.polyhedron;
+  moved.set_vertices((random.rotation() * moved.vertices()).colwise() + Vector3(3, 4, 5));
+  CHECK(&moved.topology() == &hull.polyhedron.topology());
+  check_hosts(moved, 1e-8);
+}
+
+TEST_CASE("make shape: faces given as triangles, with T-junctions that both neighbours name") {
+  Points points(3, 9);
+  points << columns(box_corners({1, 1, 1})), Vector3(0.5, 0, 0);
+  const Faces faces{{0, 2, 3, 1, 8}, {4, 5, 7},    {4, 7, 6},    {0, 8, 5},   {8, 1, 5},
+                    {0, 5, 4},       {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+  Random random(3);
+  for (int round = 0; round < 20; ++round) {
+    const Points placed =
+        round == 0 ? points : Points((random.rotation() * points).colwise() + random.direction());
+    const Polyhedron solid = make_polyhedron(placed, faces);
+    CHECK(solid.vertex_count() == 9);
+    CHECK(solid.topology().face_count() == 6);
+    CHECK(solid.topology().edge_count() == 12);
+    CHECK(solid.topology().host(8) == Feature{FeatureKind::Edge, solid.topology().find_edge(0, 1)});
+    CHECK_THAT(mass_properties(solid).volume, WithinRel(1.0, 1e-14));
+  }
+}
+
+TEST_CASE("make shape: a mesh with slivers along an edge") {
+  Points points(3, 10);
+  points << columns(box_corners({1, 1, 1})), Vector3(0.3, 0, 0), Vector3(0.6, 0, 0);
+  // the front is cut from corner 4 and 5, the bottom knows nothing of the two vertices but slivers
+  const Faces faces{{0, 2, 3, 1}, {0, 1, 9},    {0, 9, 8},    {0, 8, 4},    {8, 9, 4},   {9, 5, 4},
+                    {9, 1, 5},    {4, 5, 7, 6}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+  const Polyhedron solid = make_polyhedron(points, faces);
+  CHECK(solid.topology().face_count() == 6);
+  CHECK(solid.topology().edge_count() == 12);
+  check_faces(solid, label_length(points));
+  check_hosts(solid, label_length(points));
+}
+
+TEST_CASE("make shape: thickness is the solid's, and flat sets are refused") {
+  Random random(11);
+  for (int round = 0; round < 300; ++round) {
+    Points plate(3, 40);
+    for (int i = 0; i < plate.cols(); ++i) plate.col(i) = random.point(-1, 1);
+    Points depth = plate.row(2).cwiseSign().colwise().replicate(3);
+    plate.row(2).setZero();
+    const Matrix3 turn = random.rotation();
+    plate = (turn * plate).eval();
+    const double thickness = (round % 2 == 0 ? 1.01 : 0.3) * label_length(plate);
+    plate += 0.5 * thickness * turn.col(2).asDiagonal() * depth;
+    INFO(bits(plate));
+    if (round % 2 == 0) {
+      CHECK_NOTHROW(make_hull(plate));
+    } else {
+      CHECK_THROWS_AS(make_hull(plate), InputError);
+    }
+  }
+}
+
+TEST_CASE("make shape: mass properties are those of the exact hull") {
+  Points points(3, 9);  // a slab as thick as two label lengths, with a vertex on its top
+  points << columns(box_corners({1, 1, 4e-9})), Vector3(0.5, 0.5, 5e-9);
+  const Hull hull = make_hull(points);
+  CHECK_THAT(mass_properties(hull.polyhedron).volume, WithinRel(4e-9 + 1e-9 / 3, 1e-12));
+}
