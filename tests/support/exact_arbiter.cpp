@@ -731,7 +731,8 @@ double ExactPair::distance(int side, const Vector3& point, double enough) const 
   int turns = 0;
   const Foot<Real> foot = nearest_point<Real>(guess, {Corner{}}, 200, turns);
   const Real bound = foot.corners.size() == 4 ? 0 : length(foot.numerator) / foot.denominator;
-  if (bound <= Real(enough)) {
+  const Real rounding = 0x1p-60L * guess.size;  // of the places it was computed from
+  if (bound + rounding <= Real(enough)) {
     return static_cast<double>(bound);
   }
   return exact_distance(make_pair(numbers_->solids[side], {point, {}}));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <ostream>
+#include <quoin/geometry/build.hpp>
 #include <stdexcept>
 
 namespace quoin::tests {
@@ -25,6 +26,13 @@ double thickness(const Solid& solid) {
   } catch (const std::invalid_argument&) {
     return 0.0;
   }
+}
+
+/// Sizes for which answers are promised.
+bool in_range(const Solid& solid) {
+  return diameter(solid) >= geometry::kSmallestExtent &&
+         largest_world_coordinate(solid) <= geometry::kLargestCoordinate &&
+         largest_coordinate(solid) <= geometry::kLargestCoordinate;
 }
 
 }  // namespace
@@ -79,15 +87,17 @@ double Trial::allowed_place(long double gap) const {
   return allowed_gap(gap) + 4 * kEps * std::max(world_coordinate, shape_coordinate);
 }
 
-std::vector<Fault> check_refusal(const SolidPair& pair, const std::string& message, bool& flat) {
-  Faults faults;
-  flat = false;
+void check_taken(const SolidPair& pair, Faults& faults) {
+  faults.expect(in_range(pair.a) && in_range(pair.b), "taken", "a solid out of the promised range");
+}
+
+void check_refused(const SolidPair& pair, const std::string& message, Faults& faults) {
+  bool right = false;
   for (const Solid* solid : {&pair.a, &pair.b}) {
-    flat = flat || thickness(*solid) <= stated_thickness(*solid);
+    right = right || !in_range(*solid) || thickness(*solid) <= stated_thickness(*solid);
   }
-  faults.expect(flat, "refused", message, " (A is ", thickness(pair.a), " m thick, B ",
+  faults.expect(right, "refused", message, " (A is ", thickness(pair.a), " m thick, B ",
                 thickness(pair.b), " m)");
-  return faults.list;
 }
 
 }  // namespace quoin::tests

@@ -76,7 +76,9 @@ struct Trial {
   double allowed_place(long double gap) const;
 };
 
-/// Empty, or why it is wrong that the library refused one of the solids; sets `flat` where it may.
-std::vector<Fault> check_refusal(const SolidPair& pair, const std::string& message, bool& flat);
+/// The library took both solids, or refused one and said so: right if and only if both keep to the
+/// promised range and are thicker than the stated length. Thin ones that are taken are no fault.
+void check_taken(const SolidPair& pair, Faults& faults);
+void check_refused(const SolidPair& pair, const std::string& message, Faults& faults);
 
 }  // namespace quoin::tests
