@@ -107,27 +107,32 @@ Real standing_out(const ExactPatch& patch, std::size_t i) {
       patch.corners[i].place);
 }
 
-void check_corners(const Trial& trial, const ExactPatch& patch, const std::vector<Place>& places,
-                   double slack, Faults& faults) {
-  const Real tolerance = trial.tolerance;
+Real distance_to_nearest(const std::vector<Place>& places, const Place& place) {
+  Real nearest = std::numeric_limits<Real>::infinity();
+  for (const Place& other : places) {
+    nearest = std::min(nearest, distance(place, other));
+  }
+  return nearest;
+}
+
+void check_corners(const Trial& trial, const NearestFeatures& n, const ExactPatch& patch,
+                   const std::vector<Place>& places, Faults& faults) {
+  const Real tolerance = trial.tolerance, slack = trial.allowed_place(n.gap);
   for (std::size_t i = 0; i < patch.corners.size(); ++i) {
     const PatchCorner& corner = patch.corners[i];
-    if (corner.excess > tolerance - Real(slack)) {
+    if (corner.excess > tolerance - slack) {
       continue;  // its gap may be out of reach
     }
-    const Real blur = 2 * Real(slack) / std::max(corner.sine, Real(kEps));
+    const Real blur = 2 * slack / std::max(corner.sine, Real(kEps));
     const Real beyond = distance_to_places(places, corner.place);
-    faults.expect(beyond <= 2 * tolerance + blur, "corner", "a corner of the exact patch is ",
-                  beyond, " beyond the points");
-    if (standing_out(patch, i) <= 4 * tolerance + 4 * blur) {
-      continue;
-    }
-    Real nearest = std::numeric_limits<Real>::infinity();
-    for (const Place& place : places) {
-      nearest = std::min(nearest, distance(place, corner.place));
-    }
-    faults.expect(nearest <= tolerance + blur, "corner", "a corner of the exact patch is ", nearest,
-                  " from the nearest point");
+    const Real nearest = distance_to_nearest(places, corner.place);
+    const bool stands_out = standing_out(patch, i) > 4 * tolerance + 4 * blur;
+    const bool covered =
+        beyond <= 2 * tolerance + blur && (!stands_out || nearest <= tolerance + blur);
+    faults.expect(
+        covered || !ends_at(trial.exact, n.normal, corner, trial.tolerance, trial.smaller),
+        "corner", "a corner of the exact patch is ", nearest, " from the nearest point, ", beyond,
+        " outside all");
   }
 }
 
@@ -218,8 +223,11 @@ void check_points(const Trial& trial, const PairContact& contact, double reach, 
     check_point(trial, n, c, reach, faults);
     least = std::min(least, c.gap);
   }
-  faults.expect(points.empty() || least <= n.gap + trial.allowed_place(n.gap), "least gap missing",
-                "the points' least is ", least, " where the gap is ", n.gap);
+  const double off = least - n.gap, slack = trial.allowed_place(n.gap);
+  const char* kind =
+      off <= trial.tolerance + slack ? "least gap off by less than tol" : "least gap missing";
+  faults.expect(points.empty() || off <= slack, kind, "the points' least is ", least,
+                " where the gap is ", n.gap);
   for (std::size_t i = 1; i < points.size(); ++i) {
     faults.expect(points[i - 1].key < points[i].key, "point order",
                   "two points of one key, or not sorted");
@@ -243,7 +251,7 @@ void check_contact(const Trial& trial, const PairContact& contact, Faults& fault
     if (contact.type != patch.type) {
       return;  // what follows would say the same again
     }
-    check_corners(trial, patch, places, slack, faults);
+    check_corners(trial, n, patch, places, faults);
     check_polygon(reported, patch, slack, faults);
   } else {
     polygon = reported;

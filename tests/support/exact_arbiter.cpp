@@ -724,18 +724,22 @@ double ExactPair::distance(int side, const Vector3& point, double enough) const 
   if (!point.allFinite()) {
     return std::numeric_limits<double>::quiet_NaN();
   }
-  Pair guess;
-  guess.real[0] = numbers_->pair.real[side];
-  guess.real[1] = {place(point)};
-  guess.size = numbers_->pair.size;
-  int turns = 0;
-  const Foot<Real> foot = nearest_point<Real>(guess, {Corner{}}, 200, turns);
-  const Real bound = foot.corners.size() == 4 ? 0 : length(foot.numerator) / foot.denominator;
-  const Real rounding = 0x1p-60L * guess.size;  // of the places it was computed from
+  const Real bound = distance_in_long_double(side, place(point));
+  const Real rounding = 0x1p-60L * numbers_->pair.size;  // of the places it was computed from
   if (bound + rounding <= Real(enough)) {
     return static_cast<double>(bound);
   }
   return exact_distance(make_pair(numbers_->solids[side], {point, {}}));
+}
+
+long double ExactPair::distance_in_long_double(int side, const RealPoint& place) const {
+  Pair guess;
+  guess.real[0] = numbers_->pair.real[side];
+  guess.real[1] = {place};
+  guess.size = numbers_->pair.size;
+  int turns = 0;
+  const Foot<Real> foot = nearest_point<Real>(guess, {Corner{}}, 200, turns);
+  return foot.corners.size() == 4 ? 0 : length(foot.numerator) / foot.denominator;
 }
 
 ExactGap exact_gap(const Points& a, const Points& b) { return ExactPair({a, {}}, {b, {}}).gap(); }

@@ -45,6 +45,8 @@ class ExactPair {
   /// Distance of a point of the world from a solid, m; 0 inside; NaN for NaN. Where a point of the
   /// solid within `enough` is found in long double, its distance; else the exact one.
   double distance(int side, const geometry::Vector3& point, double enough) const;
+  /// Of a point relative to the first point of A, within the rounding of long double.
+  long double distance_in_long_double(int side, const RealPoint& place) const;
 
  private:
   struct Numbers;

@@ -179,37 +179,84 @@ Real sine_between(const Place& u, const Place& v) {
   return product > 0 ? std::abs(cross(u, v)) / product : 1;
 }
 
-/// The part of a polygon or segment on the left of a line, or beyond it by at most `border`.
-std::vector<PatchCorner> clipped(const std::vector<PatchCorner>& subject, const Place& from,
-                                 const Place& to, Real border) {
-  const Place line = to - from;
-  const auto side = [&](const PatchCorner& c) {
-    return cross(line, c.place - from) / length(line) + border;
+/// A side of a polygon that is being clipped: whose it is, and which way is out.
+struct Side {
+  std::size_t solid = 0;
+  Place outward{};
+};
+
+/// A corner and the side that follows it.
+struct ClipCorner {
+  PatchCorner corner;
+  Side next;
+};
+
+/// Where a side crosses a line of the other solid, or of the same one: then it is a vertex of that.
+ClipCorner crossing_of(const Place& place, const Side& side, const Side& line) {
+  ClipCorner crossing;
+  crossing.corner.place = place;
+  crossing.corner.sine = std::abs(cross(side.outward, line.outward));
+  if (side.solid != line.solid) {
+    crossing.corner.outward[side.solid] = side.outward;
+    crossing.corner.outward[line.solid] = line.outward;
+  }
+  return crossing;
+}
+
+/// The part of a polygon or segment inside a line through `from`, or beyond it by at most `border`.
+std::vector<ClipCorner> clipped(const std::vector<ClipCorner>& subject, const Side& line,
+                                const Place& from, Real border) {
+  const auto inside = [&](const ClipCorner& c) {
+    return border - dot(line.outward, c.corner.place - from);
   };
-  std::vector<PatchCorner> kept;
+  std::vector<ClipCorner> kept;
   const std::size_t sides = subject.size() == 2 ? 1 : subject.size();
   for (std::size_t i = 0; i < subject.size(); ++i) {
-    const PatchCorner& c = subject[i];
-    const Real here = side(c);
+    const ClipCorner& c = subject[i];
+    const Real here = inside(c);
     if (here >= 0) {
       kept.push_back(c);
     }
     if (i >= sides || subject.size() < 2) {
       continue;
     }
-    const PatchCorner& next = subject[(i + 1) % subject.size()];
-    const Real there = side(next);
+    const ClipCorner& next = subject[i + 1 < subject.size() ? i + 1 : 0];
+    const Real there = inside(next);
     if ((here >= 0) != (there >= 0)) {
       const Real t = here / (here - there);
-      PatchCorner crossing;
-      for (std::size_t k = 0; k < 2; ++k) {
-        crossing.place[k] = c.place[k] + t * (next.place[k] - c.place[k]);
-      }
-      crossing.sine = sine_between(line, next.place - c.place);
-      kept.push_back(crossing);
+      const Place &p = c.corner.place, &q = next.corner.place;
+      kept.push_back(
+          crossing_of({p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1])}, c.next, line));
+      kept.back().next = here >= 0 ? line : c.next;
     }
   }
   return kept;
+}
+
+/// Unit, out of a counter-clockwise polygon across one of its sides.
+Place out_of(const Carrier& from, const Carrier& to) {
+  const Place line = to.place - from.place;
+  const Real norm = length(line);
+  return norm > 0 ? Place{line[1] / norm, -line[0] / norm} : Place{};
+}
+
+/// `solid`: whose border the region is; the subject is the other one's.
+std::vector<PatchCorner> clipped_by(const std::vector<Carrier>& subject, std::size_t solid,
+                                    const std::vector<Carrier>& region, Real border) {
+  std::vector<ClipCorner> part;
+  for (std::size_t i = 0; i < subject.size(); ++i) {
+    const Carrier& next = subject[i + 1 < subject.size() ? i + 1 : 0];
+    part.push_back({{.place = subject[i].place}, {1 - solid, out_of(subject[i], next)}});
+  }
+  for (std::size_t i = 0; i < region.size(); ++i) {
+    const Carrier& next = region[i + 1 < region.size() ? i + 1 : 0];
+    part = clipped(part, {solid, out_of(region[i], next)}, region[i].place, border);
+  }
+  std::vector<PatchCorner> corners;
+  for (const ClipCorner& c : part) {
+    corners.push_back(c.corner);
+  }
+  return corners;
 }
 
 std::vector<PatchCorner> corners_of(const std::vector<Carrier>& carriers) {
@@ -218,14 +265,6 @@ std::vector<PatchCorner> corners_of(const std::vector<Carrier>& carriers) {
     corners.push_back({.place = c.place});
   }
   return corners;
-}
-
-std::vector<PatchCorner> clipped_by(std::vector<PatchCorner> subject,
-                                    const std::vector<Carrier>& region, Real border) {
-  for (std::size_t i = 0; i < region.size(); ++i) {
-    subject = clipped(subject, region[i].place, region[(i + 1) % region.size()].place, border);
-  }
-  return subject;
 }
 
 /// The stretch that two parallel segments share.
@@ -274,10 +313,10 @@ std::vector<PatchCorner> shared_part(const SupportPolygon& a, const SupportPolyg
                                      ContactType type, Real border) {
   switch (type) {
     case ContactType::FaceFace:
-      return clipped_by(corners_of(a.border), b.border, border);
+      return clipped_by(a.border, 1, b.border, border);
     case ContactType::EdgeFace:
-      return a.kind == FeatureKind::Edge ? clipped_by(corners_of(a.border), b.border, border)
-                                         : clipped_by(corners_of(b.border), a.border, border);
+      return a.kind == FeatureKind::Edge ? clipped_by(a.border, 1, b.border, border)
+                                         : clipped_by(b.border, 0, a.border, border);
     case ContactType::EdgeEdgeParallel:
       return shared_stretch(a, b);
     case ContactType::EdgeEdgeCrossing:
@@ -309,6 +348,14 @@ PlaneFrame::PlaneFrame(const Vector3& normal) {
   v_ = cross(n_, u_);
 }
 
+RealPoint PlaneFrame::point(const Place& place, long double height) const {
+  RealPoint x;
+  for (std::size_t k = 0; k < 3; ++k) {
+    x[k] = place[0] * u_[k] + place[1] * v_[k] + height * n_[k];
+  }
+  return x;
+}
+
 ExactPatch exact_patch(const ExactPair& pair, const Vector3& normal, const PatchBands& bands) {
   const PlaneFrame frame(normal);
   const SupportPolygon a = support_polygon(pair, 0, frame, bands);
@@ -329,6 +376,28 @@ ExactPatch exact_patch(const ExactPair& pair, const Vector3& normal, const Patch
   const Real area = polygon_area(polygon, patch.centroid);
   patch.area = patch.type == ContactType::FaceFace ? area : 0;
   return patch;
+}
+
+bool ends_at(const ExactPair& pair, const Vector3& normal, const PatchCorner& corner,
+             double tolerance, double extent) {
+  const PlaneFrame frame(normal);
+  for (const int side : {0, 1}) {
+    const Place& out = corner.outward[static_cast<std::size_t>(side)];
+    if (out == Place{}) {
+      continue;
+    }
+    const Real sign = side == 0 ? 1 : -1, step = 1e-6L * Real(extent);
+    Real top = -std::numeric_limits<Real>::infinity();
+    for (const RealPoint& x : pair.places(side)) {
+      top = std::max(top, sign * frame.height(x));
+    }
+    const Place beyond{corner.place[0] + step * out[0], corner.place[1] + step * out[1]};
+    const RealPoint below = frame.point(beyond, sign * (top - 2 * Real(tolerance)));
+    if (pair.distance_in_long_double(side, below) <= 0.1L * Real(tolerance)) {
+      return false;
+    }
+  }
+  return true;
 }
 
 long double gap_along(const ExactPair& pair, const Vector3& normal) {

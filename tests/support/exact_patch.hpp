@@ -25,7 +25,10 @@ struct PatchBands {
 
 struct PatchCorner {
   Place place;
-  long double sine = 1;    ///< of the lines that cross there; 1 at a vertex
+  long double sine = 1;  ///< of the lines that cross there; 1 at a vertex
+  /// Where two sides cross: unit, out of the support polygons of A and B across them; 0 where the
+  /// corner lies on no side of that polygon.
+  std::array<Place, 2> outward{};
   long double excess = 0;  ///< its gap is at most so much above the least one, m
 };
 
@@ -48,6 +51,7 @@ class PlaneFrame {
   explicit PlaneFrame(const geometry::Vector3& normal);
   Place place(const RealPoint& x) const { return {dot(u_, x), dot(v_, x)}; }
   long double height(const RealPoint& x) const { return dot(n_, x); }
+  RealPoint point(const Place& place, long double height) const;
 
  private:
   static long double dot(const RealPoint& p, const RealPoint& q) {
@@ -59,6 +63,14 @@ class PlaneFrame {
 /// Support planes of both solids along a unit normal from A to B.
 ExactPatch exact_patch(const ExactPair& pair, const geometry::Vector3& normal,
                        const PatchBands& bands);
+
+/// Do both solids end at a corner where sides of their support polygons cross? Where tol cuts a
+/// face, a side of the polygon runs through the face, nothing of the solid ends there, and no edge
+/// could name the corner. The solid goes on when a place 1e-6 of `extent` (m) further out lies no
+/// more than 2 tol below the support plane, that is, for tol = 1e-9 of the extent, when it falls by
+/// less than 0.002.
+bool ends_at(const ExactPair& pair, const geometry::Vector3& normal, const PatchCorner& corner,
+             double tolerance, double extent);
 
 /// Lowest point of B less highest of A along a unit normal, m: the gap if the normal is right.
 long double gap_along(const ExactPair& pair, const geometry::Vector3& normal);

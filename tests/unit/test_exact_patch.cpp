@@ -117,11 +117,14 @@ TEST_CASE("judge of contact points: a right answer passes, a spoilt one does not
   CHECK(finds("point off by less than tol",
               [](PairContact& c) { c.points[0].point_a.z() += 1e-12; }));
   CHECK(finds("point off", [](PairContact& c) { c.points[0].point_b.z() -= 1e-6; }));
-  CHECK(finds("least gap missing", [](PairContact& c) {
-    for (ContactPoint& point : c.points) {
-      point.gap += 1e-12;
-    }
-  }));
+  for (const double off : {1e-12, 1e-6}) {
+    CHECK(finds(off < 1e-9 ? "least gap off by less than tol" : "least gap missing",
+                [off](PairContact& c) {
+                  for (ContactPoint& point : c.points) {
+                    point.gap += off;
+                  }
+                }));
+  }
   CHECK(finds("point out of reach", [](PairContact& c) { c.points[0].gap = 1e-6; }));
   CHECK(finds("point below least gap", [](PairContact& c) { c.points[0].gap = -1e-12; }));
   CHECK(finds("point order", [](PairContact& c) { std::swap(c.points[0], c.points[1]); }));
