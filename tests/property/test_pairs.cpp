@@ -24,7 +24,7 @@ using quoin::tests::SolidPair;
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr std::uint64_t kCases = 5000;
 #else
-constexpr std::uint64_t kCases = 40000;
+constexpr std::uint64_t kCases = 30000;
 #endif
 
 struct Tally {
