@@ -75,6 +75,18 @@ std::vector<Carrier> hull_of(std::vector<Carrier> list) {
   return hull;
 }
 
+std::vector<Place> hull_of(std::vector<Place> places) {
+  std::vector<Carrier> carriers;
+  for (const Place& place : places) {
+    carriers.push_back({.place = place, .depth = 0, .point = {}});
+  }
+  places.clear();
+  for (const Carrier& c : hull_of(std::move(carriers))) {
+    places.push_back(c.place);
+  }
+  return places;
+}
+
 /// Least distance between parallel lines with the polygon between them.
 Real width_of(const std::vector<Carrier>& polygon) {
   Real least = std::numeric_limits<Real>::infinity();
@@ -410,18 +422,6 @@ long double gap_along(const ExactPair& pair, const Vector3& normal) {
     bottom = std::min(bottom, frame.height(x));
   }
   return bottom - top;
-}
-
-std::vector<Place> hull_of(std::vector<Place> places) {
-  std::vector<Carrier> carriers;
-  for (const Place& place : places) {
-    carriers.push_back({.place = place, .depth = 0, .point = {}});
-  }
-  places.clear();
-  for (const Carrier& c : hull_of(std::move(carriers))) {
-    places.push_back(c.place);
-  }
-  return places;
 }
 
 long double distance_to_places(const std::vector<Place>& places, const Place& place) {

@@ -78,9 +78,6 @@ long double gap_along(const ExactPair& pair, const geometry::Vector3& normal);
 /// Distance of a place from the convex hull of places, m; infinite when there are none.
 long double distance_to_places(const std::vector<Place>& places, const Place& place);
 
-/// Convex hull, counter-clockwise, without corners on its sides.
-std::vector<Place> hull_of(std::vector<Place> places);
-
 /// Area (m2) and centroid of a convex polygon.
 long double polygon_area(const std::vector<Place>& polygon, Place& centroid);
 
