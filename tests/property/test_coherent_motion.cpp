@@ -2,14 +2,16 @@
 /// answer of a cold start. QUOIN_SEED and QUOIN_CASES (runs of 50 steps) widen the search.
 
 #include <cstdio>
+#include <quoin/geometry/nearest_features.hpp>
 
 #include "support/catch.hpp"
-#include "support/check_pair.hpp"
+#include "support/open_families.hpp"
 
 namespace {
 
 using quoin::geometry::FeatureHint;
 using quoin::geometry::NearestFeatures;
+using quoin::geometry::Polyhedron;
 using quoin::tests::environment_number;
 using quoin::tests::Random;
 using quoin::tests::SolidPair;
@@ -34,15 +36,18 @@ bool same(const NearestFeatures& n, const NearestFeatures& m) {
 TEST_CASE("coherent motion: warm and cold agree to the bit") {
   const std::uint64_t seed = environment_number("QUOIN_SEED", 1);
   const std::uint64_t runs = environment_number("QUOIN_CASES", kRuns);
+  const std::vector<bool> settled = quoin::tests::settled_families();
   long differing = 0, steps = 0, cold_iterations = 0, warm_iterations = 0;
   for (std::uint64_t run = 0; run < runs; ++run) {
     Random random(seed * 3000017 + run);
-    SolidPair pair = quoin::tests::make_pair(random);
+    SolidPair pair = quoin::tests::make_pair(random, settled);
+    pair = {pair.family, polyhedron_of(pair.a), polyhedron_of(pair.b)};
     const double amount = random.log_uniform(1e-5, 1e-2);
     FeatureHint hint;
     for (int step = 0; step < kSteps; ++step) {
-      const NearestFeatures cold = nearest_features(pair.a, pair.b);
-      const NearestFeatures warm = nearest_features(pair.a, pair.b, {}, hint);
+      const Polyhedron a = shape_of(pair.a), b = shape_of(pair.b);
+      const NearestFeatures cold = nearest_features(a, b);
+      const NearestFeatures warm = nearest_features(a, b, {}, hint);
       ++steps;
       cold_iterations += cold.iterations;
       warm_iterations += warm.iterations;

@@ -8,10 +8,12 @@
 
 #include "support/catch.hpp"
 #include "support/check_pair.hpp"
+#include "support/open_families.hpp"
 
 namespace {
 
 using quoin::geometry::OracleAnswer;
+using quoin::geometry::Polyhedron;
 using quoin::tests::diameter;
 using quoin::tests::environment_number;
 using quoin::tests::Random;
@@ -62,24 +64,26 @@ TEST_CASE("oracle: where libccd or FCL disagree with quoin the arbiter finds the
   const std::uint64_t cases = environment_number("QUOIN_CASES", kCases);
   std::map<std::string, Score> scores;
   Score overlap_test;
+  const std::vector<bool> settled = quoin::tests::settled_families();
   for (std::uint64_t i = 0; i < cases; ++i) {
     Random random(seed * 7000003 + i);
-    const SolidPair pair = quoin::tests::make_pair(random);
+    const SolidPair pair = quoin::tests::make_pair(random, settled);
     const quoin::tests::PairVerdict verdict = check_against_exact(pair);
-    const Question question{verdict.nearest.gap, verdict.exact.gap, verdict.allowed_error,
-                            std::min(diameter(pair.a), diameter(pair.b))};
+    const Polyhedron a = polyhedron_of(pair.a), b = polyhedron_of(pair.b);
+    const Question question{verdict.contact.nearest.gap, verdict.exact.gap, verdict.allowed_error,
+                            std::min(diameter(a), diameter(b))};
     const bool overlapping = verdict.exact.gap < 0;
     const double tolerance = 1e-12 * question.size;
     if (std::abs(question.gap) > kPeerAllowed * question.size + question.allowed) {
-      const bool right = gjk_overlap(pair.a, pair.b) == overlapping;
+      const bool right = gjk_overlap(a, b) == overlapping;
       ++overlap_test.asked;
       (right ? overlap_test.agreed : overlap_test.peer_wrong)++;
     }
     if (overlapping) {
-      judge(scores["libccd EPA depth"], epa_depth(pair.a, pair.b, tolerance), question);
-      judge(scores["libccd MPR depth"], mpr_depth(pair.a, pair.b, tolerance), question);
+      judge(scores["libccd EPA depth"], epa_depth(a, b, tolerance), question);
+      judge(scores["libccd MPR depth"], mpr_depth(a, b, tolerance), question);
     } else {
-      judge(scores["FCL GJK distance"], gjk_distance(pair.a, pair.b, tolerance), question);
+      judge(scores["FCL GJK distance"], gjk_distance(a, b, tolerance), question);
     }
   }
   std::printf("%-18s %8s %8s %8s %11s %12s %s\n", "", "asked", "silent", "agreed", "peer wrong",

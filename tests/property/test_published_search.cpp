@@ -15,17 +15,23 @@
 namespace {
 
 using namespace quoin::geometry;
+using quoin::geometry::Polyhedron;
 using quoin::tests::environment_number;
 using quoin::tests::Random;
-using quoin::tests::SolidPair;
 
 constexpr int kMostCycles = 10000;
+
+struct Solids {
+  explicit Solids(const quoin::tests::SolidPair& pair)
+      : a(polyhedron_of(pair.a)), b(polyhedron_of(pair.b)) {}
+  Polyhedron a, b;
+};
 
 struct Rates {
   long pairs = 0, missed = 0, missed_much = 0, over_100 = 0, over_10000 = 0, larger = 0;
 };
 
-std::array<int, 2> nearest_vertices(const SolidPair& pair) {
+std::array<int, 2> nearest_vertices(const Solids& pair) {
   std::array<int, 2> best{0, 0};
   double least = std::numeric_limits<double>::infinity();
   for (int i = 0; i < pair.a.vertex_count(); ++i) {
@@ -47,7 +53,7 @@ VertexSet vertices_of(const Topology& topology, int face) {
 }
 
 /// Least distance between the faces around the two vertices, m.
-double distance_around(const SolidPair& pair, const std::array<int, 2>& vertices) {
+double distance_around(const Solids& pair, const std::array<int, 2>& vertices) {
   double least = std::numeric_limits<double>::infinity();
   for (const int f : pair.a.topology().vertex_faces(vertices[0])) {
     for (const int g : pair.b.topology().vertex_faces(vertices[1])) {
@@ -93,7 +99,7 @@ Vector3 nearest_around(const Polyhedron& solid, int vertex, const Vector3& x) {
 }
 
 /// Cycles of point to face and back until the point moves by less than 1e-12 of the smaller solid.
-int projection_cycles(const SolidPair& pair, const std::array<int, 2>& vertices) {
+int projection_cycles(const Solids& pair, const std::array<int, 2>& vertices) {
   const double still = 1e-12 * std::min(pair.a.diameter(), pair.b.diameter());
   Vector3 on_a = pair.a.vertex(vertices[0]);
   for (int cycle = 1; cycle <= kMostCycles; ++cycle) {
@@ -105,7 +111,7 @@ int projection_cycles(const SolidPair& pair, const std::array<int, 2>& vertices)
   return kMostCycles;
 }
 
-void measure(const SolidPair& pair, Rates& rates) {
+void measure(const Solids& pair, Rates& rates) {
   const NearestFeatures nearest = nearest_features(pair.a, pair.b);
   if (nearest.status != PairStatus::Separated) return;
   ++rates.pairs;
@@ -135,7 +141,8 @@ TEST_CASE("published search: how often its nearest vertices miss, how many cycle
     Rates rates;
     for (std::uint64_t i = 0; i < cases; ++i) {
       Random random(77003 + i);
-      measure(quoin::tests::make_pair(static_cast<int>(place - names.begin()), random), rates);
+      const int family = static_cast<int>(place - names.begin());
+      measure(Solids(quoin::tests::make_pair(family, random)), rates);
     }
     const double share = 100.0 / static_cast<double>(std::max(rates.pairs, 1L));
     std::printf(

@@ -1,35 +1,31 @@
 #pragma once
-/// All that is promised of nearest_features and append_contact_points for any pair, put to the
-/// test.
+/// All that is promised of an answer for any pair, put to the test.
 
 #include <quoin/geometry/contact_point.hpp>
 #include <string>
 #include <vector>
 
-#include "support/exact_arbiter.hpp"
-#include "support/families.hpp"
+#include "support/trial.hpp"
 
 namespace quoin::tests {
 
 /// What one pair showed.
 struct PairVerdict {
-  std::vector<std::string> faults;  ///< empty: everything held
-  double gap_error = 0.0;           ///< |gap - exact gap|, m
-  double allowed_error = 0.0;       ///< 1e-12 of the gap + 16 eps of the larger diameter, m
+  std::vector<Fault> faults;   ///< empty: everything held
+  bool answered = false;       ///< false: refused (rightly, if there are no faults)
+  double gap_error = 0.0;      ///< |gap - exact gap|, m
+  double allowed_error = 0.0;  ///< m, see Trial
   ExactGap exact;
-  geometry::NearestFeatures nearest;
+  geometry::PairContact contact;
 };
 
-/// Gap against the exact arbiter, and everything of check_answer.
+/// The answer for a pair against the exact arbiter: gap, normal, certificate, witnesses, status,
+/// contact points (check_contact).
 PairVerdict check_against_exact(const SolidPair& pair);
 
-/// What can be said of an answer without knowing the right one: finite, unit normal, witnesses on
-/// their solids, certificate as claimed and closed, status as defined; its contact points likewise.
-std::vector<std::string> check_answer(const SolidPair& pair,
-                                      const geometry::NearestFeatures& nearest);
-
-/// Swap, power-of-two scale, shift, turn, renumbering, hints: the same answer where it is unique.
-std::vector<std::string> check_symmetries(const SolidPair& pair,
-                                          const geometry::NearestFeatures& nearest, Random& random);
+/// The same, and then asked in other ways: swapped, scaled by a power of two, from hints, with its
+/// points in one call (the same to the bit); shifted, turned, renumbered, mirrored (the same within
+/// rounding, and no more refused than before).
+PairVerdict check_pair(const SolidPair& pair, Random& random);
 
 }  // namespace quoin::tests

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <tuple>
 #include <type_traits>
@@ -13,6 +14,7 @@
 namespace quoin::tests {
 namespace {
 
+using geometry::Placement;
 using geometry::Points;
 using geometry::Vector3;
 using Real = long double;
@@ -65,14 +67,19 @@ struct Pair {
   Real size = 0;  // largest coordinate in `real`, m
 };
 
-long lowest_exponent(const Points& points, long lowest) {
-  for (Eigen::Index i = 0; i < points.size(); ++i) {
-    const double value = points.data()[i];
+/// The exponent of the last bit of a double.
+long last_exponent(double value) { return static_cast<long>(std::ilogb(value)) - 52; }
+
+/// No smaller than the exponent of the last bit of any of the numbers; `lowest` where all are zero.
+template <class Values>
+long lowest_exponent(const Values& values, long lowest) {
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    const double value = values.data()[i];
     if (!std::isfinite(value)) {
       throw std::invalid_argument("exact_gap: a coordinate is not finite");
     }
     if (value != 0.0) {
-      lowest = std::min(lowest, static_cast<long>(std::ilogb(value)) - 52);
+      lowest = std::min(lowest, last_exponent(value));
     }
   }
   return lowest;
@@ -82,33 +89,80 @@ Whole whole_number(double value, long exponent) {
   if (value == 0.0) {
     return 0;
   }
-  const int e = std::ilogb(value) - 52;
-  Whole number(std::scalbn(value, -e));
+  const long e = last_exponent(value);
+  Whole number(std::scalbn(value, static_cast<int>(-e)));
   return Whole(number << static_cast<mp_bitcnt_t>(e - exponent));
 }
 
-Pair make_pair(const Points& a, const Points& b) {
-  Pair pair;
-  pair.exponent = lowest_exponent(b, lowest_exponent(a, 1000));
-  Triple<Whole> origin;
-  for (std::size_t k = 0; k < 3; ++k) {
-    origin[k] = whole_number(a(static_cast<Eigen::Index>(k), 0), pair.exponent);
+constexpr long kNoBits = 1000;  // above the exponent of the last bit of any sensible double
+
+bool stands_in_own_frame(const Placement& placement) {
+  return placement.linear == geometry::Matrix3::Identity() &&
+         placement.translation == Vector3::Zero();
+}
+
+/// Exponent of the last bit of any product A X, and of t.
+long lowest_exponent(const PlacedPoints& solid, long lowest) {
+  const long points = lowest_exponent(solid.points, kNoBits);
+  if (stands_in_own_frame(solid.placement)) {
+    return std::min(lowest, points);
   }
+  const long linear = lowest_exponent(solid.placement.linear, kNoBits);
+  return lowest_exponent(solid.placement.translation, std::min(lowest, points + linear));
+}
+
+/// The points t + A X, exactly, as multiples of 2^exponent.
+std::vector<Triple<Whole>> whole_points(const PlacedPoints& solid, long exponent) {
+  const bool own_frame = stands_in_own_frame(solid.placement);
+  const long inner = own_frame ? exponent : lowest_exponent(solid.points, kNoBits);
+  std::vector<Triple<Whole>> list(static_cast<std::size_t>(solid.points.cols()));
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      list[i][k] = whole_number(
+          solid.points(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(i)), inner);
+    }
+  }
+  if (own_frame) {
+    return list;
+  }
+  Triple<Whole> rows[3], t;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Eigen::Index row = static_cast<Eigen::Index>(k);
+    t[k] = whole_number(solid.placement.translation[row], exponent);
+    for (std::size_t m = 0; m < 3; ++m) {
+      rows[k][m] =
+          whole_number(solid.placement.linear(row, static_cast<Eigen::Index>(m)), exponent - inner);
+    }
+  }
+  for (Triple<Whole>& x : list) {
+    x = {t[0] + dot(rows[0], x), t[1] + dot(rows[1], x), t[2] + dot(rows[2], x)};
+  }
+  return list;
+}
+
+/// Both relative to `origin`, and rounded.
+void add_real(Pair& pair, const Triple<Whole>& origin) {
   for (int side = 0; side < 2; ++side) {
-    const Points& points = side == 0 ? a : b;
-    for (Eigen::Index i = 0; i < points.cols(); ++i) {
-      Triple<Whole> w;
+    pair.real[side].reserve(pair.whole[side].size());
+    for (Triple<Whole>& w : pair.whole[side]) {
       Triple<Real> r;
       for (std::size_t k = 0; k < 3; ++k) {
-        const Eigen::Index row = static_cast<Eigen::Index>(k);
-        w[k] = whole_number(points(row, i), pair.exponent) - origin[k];
+        w[k] -= origin[k];
         r[k] = rounded(w[k], pair.exponent);
         pair.size = std::max(pair.size, std::abs(r[k]));
       }
-      pair.whole[side].push_back(w);
       pair.real[side].push_back(r);
     }
   }
+}
+
+Pair make_pair(const PlacedPoints& a, const PlacedPoints& b) {
+  Pair pair;
+  pair.exponent = lowest_exponent(b, lowest_exponent(a, kNoBits));
+  pair.whole[0] = whole_points(a, pair.exponent);
+  pair.whole[1] = whole_points(b, pair.exponent);
+  const Triple<Whole> origin = pair.whole[0].front();
+  add_real(pair, origin);
   return pair;
 }
 
@@ -593,13 +647,55 @@ ExactGap exact_depth(const Pair& pair) {
   return answer;
 }
 
+/// Nearest point of B - A to the origin: guessed in long double, proved or mended in whole numbers.
+Foot<Whole> proved_nearest_point(const Pair& pair, int& turns) {
+  const Foot<Real> guess = nearest_point<Real>(pair, {Corner{}}, 200, turns);
+  return nearest_point<Whole>(pair, guess.corners, 100000, turns);
+}
+
+double exact_distance(const Pair& pair) {
+  int turns = 0;
+  const Foot<Whole> foot = proved_nearest_point(pair, turns);
+  if (foot.corners.size() == 4) {
+    return 0.0;
+  }
+  return static_cast<double>(
+      root_of_quotient(dot(foot.numerator, foot.numerator), foot.denominator, pair.exponent));
+}
+
 }  // namespace
 
-ExactGap exact_gap(const Points& a, const Points& b) {
-  const Pair pair = make_pair(a, b);
+struct ExactPair::Numbers {
+  PlacedPoints solids[2];
+  Pair pair;
+  Triple<Real> origin_high{}, origin_low{};  // the first point of A; their sum has 128 bits
+};
+
+ExactPair::ExactPair(const PlacedPoints& a, const PlacedPoints& b)
+    : numbers_(std::make_unique<Numbers>()) {
+  Numbers& n = *numbers_;
+  n.solids[0] = a;
+  n.solids[1] = b;
+  n.pair.exponent = lowest_exponent(b, lowest_exponent(a, kNoBits));
+  n.pair.whole[0] = whole_points(a, n.pair.exponent);
+  n.pair.whole[1] = whole_points(b, n.pair.exponent);
+  const Triple<Whole> origin = n.pair.whole[0].front();
+  for (std::size_t k = 0; k < 3; ++k) {
+    n.origin_high[k] = Real(mpz_get_d(origin[k].get_mpz_t()));
+    const Whole rest = origin[k] - Whole(static_cast<double>(n.origin_high[k]));
+    n.origin_high[k] = std::ldexp(n.origin_high[k], static_cast<int>(n.pair.exponent));
+    n.origin_low[k] = rounded(rest, n.pair.exponent);
+  }
+  add_real(n.pair, origin);
+}
+
+ExactPair::~ExactPair() = default;
+ExactPair::ExactPair(ExactPair&&) noexcept = default;
+
+ExactGap ExactPair::gap() const {
+  const Pair& pair = numbers_->pair;
   int turns = 0;
-  const Foot<Real> guess = nearest_point<Real>(pair, {Corner{}}, 200, turns);
-  const Foot<Whole> foot = nearest_point<Whole>(pair, guess.corners, 100000, turns);
+  const Foot<Whole> foot = proved_nearest_point(pair, turns);
   if (foot.corners.size() == 4 || dot(foot.numerator, foot.numerator) == 0) {
     return exact_depth(pair);
   }
@@ -609,6 +705,47 @@ ExactGap exact_gap(const Points& a, const Points& b) {
       root_of_quotient(dot(foot.numerator, foot.numerator), foot.denominator, pair.exponent);
   answer.normal = unit(direction_of(foot.numerator));
   return answer;
+}
+
+const std::vector<RealPoint>& ExactPair::places(int side) const {
+  return numbers_->pair.real[side];
+}
+
+RealPoint ExactPair::place(const Vector3& point) const {
+  RealPoint place;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Real high = Real(point[static_cast<Eigen::Index>(k)]) - numbers_->origin_high[k];
+    place[k] = high - numbers_->origin_low[k];
+  }
+  return place;
+}
+
+double ExactPair::distance(int side, const Vector3& point, double enough) const {
+  if (!point.allFinite()) {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+  const Real bound = distance_in_long_double(side, place(point));
+  const Real rounding = 0x1p-60L * numbers_->pair.size;  // of the places it was computed from
+  if (bound + rounding <= Real(enough)) {
+    return static_cast<double>(bound);
+  }
+  return exact_distance(make_pair(numbers_->solids[side], {point, {}}));
+}
+
+long double ExactPair::distance_in_long_double(int side, const RealPoint& place) const {
+  Pair guess;
+  guess.real[0] = numbers_->pair.real[side];
+  guess.real[1] = {place};
+  guess.size = numbers_->pair.size;
+  int turns = 0;
+  const Foot<Real> foot = nearest_point<Real>(guess, {Corner{}}, 200, turns);
+  return foot.corners.size() == 4 ? 0 : length(foot.numerator) / foot.denominator;
+}
+
+ExactGap exact_gap(const Points& a, const Points& b) { return ExactPair({a, {}}, {b, {}}).gap(); }
+
+long double exact_width(const PlacedPoints& solid) {
+  return -exact_depth(make_pair(solid, solid)).gap;
 }
 
 long double support(const Points& points, const Vector3& n, const Vector3& origin) {
@@ -621,18 +758,6 @@ long double support(const Points& points, const Vector3& n, const Vector3& origi
     best = std::max(best, height);
   }
   return best;
-}
-
-double distance_to_hull(const Points& points, const Vector3& point) {
-  const Pair pair = make_pair(points, point);
-  int turns = 0;
-  const Foot<Real> guess = nearest_point<Real>(pair, {Corner{}}, 200, turns);
-  const Foot<Whole> foot = nearest_point<Whole>(pair, guess.corners, 100000, turns);
-  if (foot.corners.size() == 4) {
-    return 0.0;
-  }
-  return static_cast<double>(
-      root_of_quotient(dot(foot.numerator, foot.numerator), foot.denominator, pair.exponent));
 }
 
 }  // namespace quoin::tests

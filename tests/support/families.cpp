@@ -279,151 +279,42 @@ SolidPair contained(Random& r) {
 SolidPair far_away(Random& r) {
   SolidPair pair = make_pair(r.integer(0, 5), r);
   const Vector3 shift = r.log_uniform(1e3, 1e8) * r.direction();
-  return {"far_away", transformed(pair.a, 1, Matrix3::Identity(), shift),
-          transformed(pair.b, 1, Matrix3::Identity(), shift)};
+  return {"far_away", transformed(pair.a, Matrix3::Identity(), shift),
+          transformed(pair.b, Matrix3::Identity(), shift)};
 }
 
-struct Family {
-  const char* name;
-  SolidPair (*make)(Random&);
-  int weight;
-};
-
-constexpr int kFamilies = 16;
-const Family kFamily[kFamilies] = {{"boxes", boxes, 100},
-                                   {"prisms", prisms, 60},
-                                   {"wedges", wedges, 60},
-                                   {"tetrahedra", tetrahedra, 60},
-                                   {"mixed", mixed, 100},
-                                   {"hulls", hulls, 20},
-                                   {"masonry", masonry, 120},
-                                   {"slivers", slivers, 80},
-                                   {"tiny_and_huge", tiny_and_huge, 80},
-                                   {"nearly_parallel", nearly_parallel, 80},
-                                   {"on_the_grid", on_the_grid, 100},
-                                   {"identical", identical, 20},
-                                   {"concentric", concentric, 30},
-                                   {"contained", contained, 30},
-                                   {"far_away", far_away, 60},
-                                   {"large_hulls", large_hulls, 1}};
-
-/// The vertices of a solid that are no corners, renamed by `order`.
-std::vector<geometry::HostedVertex> hosted(const geometry::Topology& topology,
-                                           const std::vector<int>& order) {
-  std::vector<geometry::HostedVertex> list;
-  const auto name = [&](int v) { return order[static_cast<std::size_t>(v)]; };
-  for (int v = 0; v < topology.vertex_count(); ++v) {
-    if (topology.is_corner(v)) continue;
-    const auto [kind, index] = topology.host(v);
-    geometry::HostedVertex at{name(v)};
-    if (kind == geometry::FeatureKind::Vertex) at.corners = {name(index), -1};
-    if (kind == geometry::FeatureKind::Edge) {
-      at.corners = {name(topology.edge(index)[0]), name(topology.edge(index)[1])};
-    }
-    if (kind == geometry::FeatureKind::Face) at.face = index;
-    list.push_back(at);
-  }
-  return list;
-}
-
-std::vector<int> as_named(const geometry::Topology& topology) {
-  std::vector<int> order(static_cast<std::size_t>(topology.vertex_count()));
-  std::iota(order.begin(), order.end(), 0);
-  return order;
-}
-
-std::string hex(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%a", value);
-  return text;
-}
-
-std::string code_of(const Polyhedron& solid, const std::string& name) {
-  std::ostringstream out;
-  const geometry::Topology& topology = solid.topology();
-  out << "  Points points_" << name << "(3, " << topology.vertex_count() << ");\n";
-  for (int v = 0; v < topology.vertex_count(); ++v) {
-    const Vector3 p = solid.vertex(v);
-    out << "  points_" << name << ".col(" << v << ") << " << hex(p.x()) << ", " << hex(p.y())
-        << ", " << hex(p.z()) << ";\n";
-  }
-  out << "  const Polyhedron " << name << "(std::make_shared<Topology>(" << topology.vertex_count()
-      << ", std::vector<std::vector<int>>{";
-  for (int f = 0; f < topology.face_count(); ++f) {
-    out << (f == 0 ? "{" : ", {");
-    for (std::size_t i = 0; i < topology.face(f).size(); ++i) {
-      out << (i == 0 ? "" : ", ") << topology.face(f)[i];
-    }
-    out << "}";
-  }
-  out << "}, std::vector<HostedVertex>{";
-  for (const geometry::HostedVertex& at : hosted(topology, as_named(topology))) {
-    out << "{" << at.vertex << ", {" << at.corners[0] << ", " << at.corners[1] << "}, " << at.face
-        << "}, ";
-  }
-  out << "}), points_" << name << ");\n";
-  return out.str();
-}
-
-void write_solid(std::ostream& out, const Polyhedron& solid) {
-  const geometry::Topology& topology = solid.topology();
-  const std::vector<geometry::HostedVertex> no_corners = hosted(topology, as_named(topology));
-  out << topology.vertex_count() << ' ' << topology.face_count();
-  if (!no_corners.empty()) out << ' ' << no_corners.size();
-  out << '\n';
-  for (int v = 0; v < topology.vertex_count(); ++v) {
-    const Vector3 p = solid.vertex(v);
-    out << hex(p.x()) << ' ' << hex(p.y()) << ' ' << hex(p.z()) << '\n';
-  }
-  for (int f = 0; f < topology.face_count(); ++f) {
-    out << topology.face(f).size();
-    for (int v : topology.face(f)) {
-      out << ' ' << v;
-    }
-    out << '\n';
-  }
-  for (const geometry::HostedVertex& at : no_corners) {
-    out << at.vertex << ' ' << at.corners[0] << ' ' << at.corners[1] << ' ' << at.face << '\n';
-  }
-}
-
-Polyhedron read_solid(std::istream& in) {
-  int vertex_count = 0, face_count = 0;
-  std::size_t hosted_count = 0;  // left out where it is 0
-  std::string counts;
-  std::getline(in >> std::ws, counts);
-  std::istringstream(counts) >> vertex_count >> face_count >> hosted_count;
-  Points points(3, vertex_count);
-  for (Eigen::Index i = 0; i < points.size(); ++i) {
-    std::string number;  // istream does not read hexadecimal floats
-    in >> number;
-    points.data()[i] = std::strtod(number.c_str(), nullptr);
-  }
-  std::vector<std::vector<int>> faces(static_cast<std::size_t>(face_count));
-  for (std::vector<int>& face : faces) {
-    std::size_t corners = 0;
-    in >> corners;
-    face.resize(corners);
-    for (int& v : face) {
-      in >> v;
-    }
-  }
-  std::vector<geometry::HostedVertex> no_corners(hosted_count);
-  for (geometry::HostedVertex& at : no_corners) {
-    in >> at.vertex >> at.corners[0] >> at.corners[1] >> at.face;
-  }
-  if (!in) {
-    throw std::runtime_error("pair: the text ends early");
-  }
-  return {std::make_shared<geometry::Topology>(vertex_count, faces, no_corners), points};
-}
+const Family kOrdinaryFamilies[] = {{"boxes", boxes, 100},
+                                    {"prisms", prisms, 60},
+                                    {"wedges", wedges, 60},
+                                    {"tetrahedra", tetrahedra, 60},
+                                    {"mixed", mixed, 100},
+                                    {"hulls", hulls, 20},
+                                    {"masonry", masonry, 120},
+                                    {"slivers", slivers, 80},
+                                    {"tiny_and_huge", tiny_and_huge, 80},
+                                    {"nearly_parallel", nearly_parallel, 80},
+                                    {"on_the_grid", on_the_grid, 100},
+                                    {"identical", identical, 20},
+                                    {"concentric", concentric, 30},
+                                    {"contained", contained, 30},
+                                    {"far_away", far_away, 60},
+                                    {"large_hulls", large_hulls, 1}};
 
 }  // namespace
+
+std::span<const Family> families() {
+  static const std::vector<Family> list = [] {
+    std::vector<Family> all(std::begin(kOrdinaryFamilies), std::end(kOrdinaryFamilies));
+    all.insert(all.end(), hard_families().begin(), hard_families().end());
+    return all;
+  }();
+  return list;
+}
 
 const std::vector<std::string>& family_names() {
   static const std::vector<std::string> names = [] {
     std::vector<std::string> list;
-    for (const Family& family : kFamily) {
+    for (const Family& family : families()) {
       list.emplace_back(family.name);
     }
     return list;
@@ -431,99 +322,27 @@ const std::vector<std::string>& family_names() {
   return names;
 }
 
-SolidPair make_pair(int family, Random& random) { return kFamily[family].make(random); }
+SolidPair make_pair(int family, Random& random) {
+  const Family& drawn = families()[static_cast<std::size_t>(family)];
+  SolidPair pair = drawn.make(random);
+  pair.family = drawn.name;
+  return pair;
+}
 
-SolidPair make_pair(Random& random) {
+SolidPair make_pair(Random& random, const std::vector<bool>& wanted) {
+  const auto weight = [&](std::size_t i) {
+    return wanted.empty() || wanted[i] ? families()[i].weight : 0;
+  };
   int total = 0;
-  for (const Family& family : kFamily) {
-    total += family.weight;
+  for (std::size_t i = 0; i < families().size(); ++i) {
+    total += weight(i);
   }
   int ticket = random.integer(0, total - 1);
-  for (const Family& family : kFamily) {
-    ticket -= family.weight;
-    if (ticket < 0) {
-      return family.make(random);
-    }
+  std::size_t family = 0;
+  while (ticket >= weight(family)) {
+    ticket -= weight(family++);
   }
-  return boxes(random);
-}
-
-SolidPair moved_on(const SolidPair& pair, double amount, Random& random) {
-  const Vector3 centre = pair.b.vertices().rowwise().mean();
-  const Matrix3 turn = rotation_about(random.direction(), amount * random.uniform());
-  const Vector3 shift =
-      centre - turn * centre + amount * diameter(pair.b) * random.uniform() * random.direction();
-  return {pair.family, pair.a, transformed(pair.b, 1, turn, shift)};
-}
-
-Polyhedron transformed(const Polyhedron& solid, double scale, const Matrix3& rotation,
-                       const Vector3& shift) {
-  const Points points = ((scale * rotation) * solid.vertices()).colwise() + shift;
-  return {solid.shared_topology(), points};
-}
-
-Polyhedron renumbered(const Polyhedron& solid, Random& random) {
-  const geometry::Topology& topology = solid.topology();
-  std::vector<int> order(static_cast<std::size_t>(topology.vertex_count()));
-  std::iota(order.begin(), order.end(), 0);
-  for (int i = topology.vertex_count() - 1; i > 0; --i) {
-    std::swap(order[static_cast<std::size_t>(i)],
-              order[static_cast<std::size_t>(random.integer(0, i))]);
-  }
-  Points points(3, topology.vertex_count());
-  for (int v = 0; v < topology.vertex_count(); ++v) {
-    points.col(order[static_cast<std::size_t>(v)]) = solid.vertex(v);
-  }
-  std::vector<std::vector<int>> faces;
-  for (int f = topology.face_count() - 1; f >= 0; --f) {
-    std::vector<int> face;
-    for (int v : topology.face(f)) {
-      face.push_back(order[static_cast<std::size_t>(v)]);
-    }
-    std::rotate(face.begin(), face.begin() + random.integer(0, static_cast<int>(face.size()) - 1),
-                face.end());
-    faces.push_back(face);
-  }
-  std::vector<geometry::HostedVertex> no_corners = hosted(topology, order);
-  for (geometry::HostedVertex& at : no_corners) {  // the faces come the other way round
-    if (at.face >= 0) at.face = topology.face_count() - 1 - at.face;
-  }
-  return {std::make_shared<geometry::Topology>(topology.vertex_count(), faces, no_corners), points};
-}
-
-std::string rebuild_code(const SolidPair& pair) {
-  return "  // family " + pair.family + "\n" + code_of(pair.a, "a") + code_of(pair.b, "b");
-}
-
-std::string to_text(const SolidPair& pair) {
-  std::ostringstream out;
-  out << pair.family << '\n';
-  write_solid(out, pair.a);
-  write_solid(out, pair.b);
-  return out.str();
-}
-
-SolidPair from_text(const std::string& text) {
-  std::istringstream in(text);
-  std::string family;
-  in >> family;
-  Polyhedron a = read_solid(in);
-  Polyhedron b = read_solid(in);
-  return {family, std::move(a), std::move(b)};
-}
-
-double diameter(const Polyhedron& solid) {
-  double squared = 0.0;
-  for (Eigen::Index i = 0; i < solid.vertices().cols(); ++i) {
-    squared = std::max(
-        squared,
-        (solid.vertices().colwise() - solid.vertices().col(i)).colwise().squaredNorm().maxCoeff());
-  }
-  return std::sqrt(squared);
-}
-
-double largest_coordinate(const Polyhedron& solid) {
-  return solid.vertices().cwiseAbs().maxCoeff();
+  return make_pair(static_cast<int>(family), random);
 }
 
 }  // namespace quoin::tests

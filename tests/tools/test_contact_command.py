@@ -130,6 +130,40 @@ def test_reach_and_tol():
                f"{options} {tol}: {answer['type']} with {len(answer['points'])} points")
 
 
+def test_placements():
+    lid = box((0, 0, 0), (1, 1, 1))
+    turn = [0, -1, 0, 1, 0, 0, 0, 0, 1]  # a quarter about z, by rows
+    one = [1, 0, 0, 0, 1, 0, 0, 0, 1]
+    code, (placed, plain, near) = ask([
+        {"id": 0, "a": {"points": lid, "placement": [8, 0, 0] + turn}, "b": {"points": CUBE,
+                                                                            "placement": [7.5, 0.5, 2] + one}},
+        {"id": 1, "a": [[8 - y, x, z] for x, y, z in lid], "b": moved(CUBE, (7.5, 0.5, 2))},
+        {"id": 2, "a": {"points": lid}, "b": moved(CUBE, (0.5, 0.5, 2))}])
+    expect(code == 0, f"placements: exit code {code}")
+    expect(placed["gap"] == 0.5 and placed["area"] == 1 and placed["type"] == "face-face",
+           f"placed: {placed}")
+    expect(sorted(p["point_a"] for p in placed["points"])
+           == sorted(p["point_a"] for p in plain["points"]), "points stand in the world")
+    expect(sorted(placed["features"]["a"]["vertices"]) == [4, 5, 6, 7], "indices of the input")
+    expect(near["gap"] == 0.5, "points without a placement stand where they are")
+    bad = [
+        ({"points": lid, "placement": [0, 0, 0] + turn[:8]}, "12 numbers"),
+        ({"points": lid, "placement": [0, 0, "0"] + turn}, "12 numbers"),
+        ({"points": lid, "placement": [0, 0, 0] + [-1, 0, 0, 0, 1, 0, 0, 0, 1]}, "determinant -1"),
+        ({"points": lid, "placement": [0, 0, 0] + 9 * [0]}, "determinant 0"),
+        ({"points": lid, "placement": [1e31, 0, 0] + turn}, "moves by 1e+31 m, at most 1e+30"),
+        ({"placement": [0, 0, 0] + turn}, "\"points\" is missing"),
+        ({"points": "no"}, "not a list of points"),
+        ({"points": lid[:3] + [[0, 0]]}, "point 3"),
+        ({"points": lid, "pose": []}, "unknown key \"pose\""),
+    ]
+    code, answers = ask([{"id": 0, "a": CUBE, "b": b} for b, _ in bad])
+    expect(code == 2, f"exit code {code} after bad placements")
+    for (b, words), answer in zip(bad, answers):
+        error = answer.get("error", "")
+        expect("\"b\"" in error and words in error, f"{b}: {error}")
+
+
 def test_bad_lines():
     good = {"id": "good", "a": CUBE, "b": moved(CUBE, (3, 0, 0))}
     tetrahedron = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
@@ -186,8 +220,8 @@ def test_round_trip_and_speed():
         expect(abs(along - answer["gap"]) < 1e-14, "digits enough to come round")
 
 
-for test in (test_cases, test_keys_and_input_indices, test_reach_and_tol, test_bad_lines,
-             test_round_trip_and_speed):
+for test in (test_cases, test_keys_and_input_indices, test_reach_and_tol, test_placements,
+             test_bad_lines, test_round_trip_and_speed):
     test()
 for failure in failures:
     print("failed:", failure)

@@ -1,4 +1,5 @@
 /// The judge is judged first: closed forms, and a search that knows nothing of hulls or features.
+#include <cmath>
 #include <numbers>
 
 #include "support/catch.hpp"
@@ -8,9 +9,11 @@
 namespace {
 
 using quoin::geometry::Matrix3;
+using quoin::geometry::Placement;
 using quoin::geometry::Points;
 using quoin::geometry::Vector3;
 using quoin::tests::exact_gap;
+using quoin::tests::ExactPair;
 using quoin::tests::Random;
 using quoin::tests::rotation_about;
 using quoin::tests::WithinAbs;
@@ -112,6 +115,38 @@ TEST_CASE("arbiter: cases G01, G02, G07, G08") {
   const quoin::tests::ExactGap g08 = exact_gap(box(Vector3::Ones()), turned);
   CHECK_THAT(static_cast<double>(g08.gap), WithinAbs(-0.151702406, 1e-9));
   CHECK((g08.normal - Vector3(0.491577702, 0, 0.870833717)).norm() < 1e-8);
+}
+
+TEST_CASE("arbiter: placements are taken as they are, not rounded") {
+  const Points cube = box(Vector3::Constant(0.5));
+  const Matrix3 one = Matrix3::Identity();
+  const auto gap = [&](const Placement& a, const Placement& b) {
+    return ExactPair({cube, a}, {cube, b}).gap().gap;
+  };
+  CHECK(gap({}, {one, {1.25, 0, 0}}) == 0.25L);
+  CHECK(gap({one, {1e6, 0, 0}}, {one, {1e6 + 1.25, 0, 0}}) == 0.25L);
+  CHECK(gap({2 * one, {0, 0, 0}}, {one, {2, 0, 0}}) == 0.5L);
+  Matrix3 turn;  // a quarter about z: exact
+  turn << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+  const Points brick = box({1, 0.5, 0.25});
+  CHECK(ExactPair({brick, {turn, {0, 0, 0}}}, {brick, {}}).gap().gap == -0.5L);
+  CHECK(ExactPair({brick, {turn, {0, 4, 0}}}, {brick, {}}).gap().gap == 2.5L);
+  // 2^-40 of a corner times 1 + 2^-30 has more bits than a double near 1e6 has
+  Matrix3 stretched = one;
+  stretched(0, 0) += 0x1p-30;
+  const long double thin = 0.5L * 0x1p-30L;
+  CHECK(gap({stretched, {0x1p20, 0, 0}}, {one, {0x1p20 + 2, 0, 0}}) == 1 - thin);
+}
+
+TEST_CASE("arbiter: distance of a point, and width") {
+  const Points cube = box(Vector3::Constant(0.5));
+  const ExactPair pair({cube, {Matrix3::Identity(), {1e6, 0, 0}}}, {cube, {}});
+  CHECK(pair.distance(0, {1e6 + 0.25, 0, 0}, 0.0) == 0);
+  CHECK(pair.distance(0, {1e6 + 0.75, 0, 0}, 0.0) == 0.25);
+  CHECK(pair.distance(1, {0.5 + 0x1p-50, 0, 0}, 0.0) == 0x1p-50);
+  CHECK(std::isnan(pair.distance(1, {std::nan(""), 0, 0}, 1.0)));
+  CHECK(quoin::tests::exact_width({box({1, 0.5, 0.25}), {}}) == 0.5L);
+  CHECK_THROWS(quoin::tests::exact_width({box({1, 0.5, 0}), {}}));
 }
 
 TEST_CASE("arbiter: agrees with a blind search over directions") {

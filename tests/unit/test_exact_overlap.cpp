@@ -82,8 +82,14 @@ int farthest(const Polyhedron& solid, const Vector3& direction) {
   return geometry::support(solid, direction).vertex;
 }
 
+/// Two solids in their own frames.
+struct Shapes {
+  std::string family;
+  Polyhedron a, b;
+};
+
 /// Q shifted so that a vertex of it comes to a vertex of P on the other side of a plane.
-tests::SolidPair touching_in_a_vertex(const Polyhedron& p, const Polyhedron& q, const Vector3& n) {
+Shapes touching_in_a_vertex(const Polyhedron& p, const Polyhedron& q, const Vector3& n) {
   return {"", p, moved(q, p.vertex(farthest(p, n)) - q.vertex(farthest(q, -n)))};
 }
 
@@ -128,13 +134,13 @@ Polyhedron pyramid(int sides, double height) {
 
 /// By how much the gap is off, in eps of the larger diameter; the least that the promise leaves for
 /// all other steps is half.
-double error_of(const tests::SolidPair& pair, double gap) {
+double error_of(const Shapes& pair, double gap) {
   const long double exact = tests::exact_gap(pair.a.vertices(), pair.b.vertices()).gap;
   return static_cast<double>(std::abs(gap - exact)) / (kEpsilon * larger(pair.a, pair.b));
 }
 
 /// How far a plane is from the overlap that is said of it, in the same units.
-double plane_error(const tests::SolidPair& pair, const LeastOverlap& found) {
+double plane_error(const Shapes& pair, const LeastOverlap& found) {
   const Vector3 origin = pair.a.vertex(0);
   const long double gap = -tests::support(pair.b.vertices(), -found.normal, origin) -
                           tests::support(pair.a.vertices(), found.normal, origin);
@@ -211,12 +217,12 @@ TEST_CASE("exact overlap: pyramids tip to tip") {
 TEST_CASE("exact overlap: against the arbiter") {
   Random random(2);
   int pairs = 0, touching = 0;
-  const auto check = [&](const tests::SolidPair& pair, double allowed) {
+  const auto check = [&](const Shapes& pair, double allowed) {
     const geometry::ActiveFeatures start = geometry::exact_nearest(pair.a, pair.b, {}, 256);
     if (!start.overlapping) return;
     const LeastOverlap found = geometry::exact_overlap(pair.a, pair.b, start);
     REQUIRE(found.converged);
-    INFO(tests::to_text(pair));
+    INFO(tests::to_text({"", pair.a, pair.b}));
     REQUIRE(error_of(pair, found.gap) <= allowed);
     REQUIRE(plane_error(pair, found) <= 4.0);
     ++pairs;
@@ -224,12 +230,15 @@ TEST_CASE("exact overlap: against the arbiter") {
   };
   const auto family_count = static_cast<int>(tests::family_names().size()) - 1;
   for (int family = 0; family < family_count; ++family) {
-    for (int k = 0; k < 150; ++k) check(tests::make_pair(family, random), 8.0);
+    for (int k = 0; k < 150; ++k) {
+      const tests::SolidPair drawn = tests::make_pair(family, random);
+      check({"", tests::polyhedron_of(drawn.a), tests::polyhedron_of(drawn.b)}, 8.0);
+    }
   }
   for (int k = 0; k < 400; ++k) {  // in a vertex, in any pose
     const Polyhedron p = turned(round_hull(random, random.integer(4, 12)), random.rotation());
     const Polyhedron q = turned(round_hull(random, random.integer(4, 12)), random.rotation());
-    const tests::SolidPair pair = touching_in_a_vertex(p, q, random.direction());
+    const Shapes pair = touching_in_a_vertex(p, q, random.direction());
     check(pair, 8.0);
     check({"", pair.a, moved(pair.b, random.log_uniform(1e-17, 1e-13) * random.direction())}, 8.0);
   }
@@ -244,13 +253,14 @@ TEST_CASE("exact overlap: against the arbiter") {
 TEST_CASE("exact overlap: swapping the solids turns the plane round") {
   Random random(3);
   for (int k = 0; k < 300; ++k) {
-    const tests::SolidPair pair = touching_in_a_vertex(round_hull(random, random.integer(4, 30)),
-                                                       round_hull(random, 12), random.direction());
-    const auto n = nearest_features(pair.a, pair.b), m = nearest_features(pair.b, pair.a);
+    const Shapes pair = touching_in_a_vertex(round_hull(random, random.integer(4, 30)),
+                                             round_hull(random, 12), random.direction());
+    const auto n = geometry::nearest_features(pair.a, pair.b),
+               m = geometry::nearest_features(pair.b, pair.a);
     REQUIRE(n.status == geometry::PairStatus::Touching);
     REQUIRE(n.rule == geometry::PlaneRule::MiddleOfPlanes);
     REQUIRE((n.gap == m.gap && n.normal == -m.normal));
-    REQUIRE(nearest_features(pair.a, pair.b, {}, n.hint).normal == n.normal);
+    REQUIRE(geometry::nearest_features(pair.a, pair.b, {}, n.hint).normal == n.normal);
   }
 }
 
@@ -262,10 +272,16 @@ TEST_CASE("exact overlap: witnesses lie on the solids where planes nearly tie") 
         k % 4 == 0 ? round_hull(random, 12) : turned(make_box(-half, half), random.rotation());
     const Matrix3 tilt = tests::rotation_about(random.direction(), random.log_uniform(1e-9, 1e-2));
     const Vector3 shift = random.log_uniform(1e-10, 0.3) * random.direction();
-    const tests::SolidPair pair{"", p, moved(turned(p, tilt), shift)};
-    const std::vector<std::string> faults = check_answer(pair, nearest_features(pair.a, pair.b));
-    INFO(tests::to_text(pair));
-    REQUIRE(faults == std::vector<std::string>{});
+    const Shapes pair{"", p, moved(turned(p, tilt), shift)};
+    const std::vector<tests::Fault> faults =
+        tests::check_against_exact({"", pair.a, pair.b}).faults;
+    INFO(tests::to_text({"", pair.a, pair.b}));
+    for (const tests::Fault& fault : faults) {
+      INFO(fault.kind + ": " + fault.text);
+      REQUIRE(fault.kind != "witness");
+      REQUIRE(fault.kind != "gap");
+      REQUIRE(fault.kind != "certificate");
+    }
   }
 }
 
@@ -280,7 +296,7 @@ TEST_CASE("exact overlap: the work is bounded, and nothing is allocated") {
     CHECK(found.converged);
     return found;
   };
-  const tests::SolidPair tip =
+  const Shapes tip =
       touching_in_a_vertex(round_hull(random, 400), round_hull(random, 400), random.direction());
   CHECK(run(tip.a, tip.b).iterations < 150);
   CHECK(run(studded_cube(36), studded_cube(36)).iterations < 100);
@@ -296,8 +312,8 @@ TEST_CASE("exact overlap: bricks that touch are answered from their 15 direction
     const Vector3 half(random.uniform(0.2, 1), random.uniform(0.2, 1), random.uniform(0.2, 1));
     const Polyhedron p = turned(make_box(-half, half), random.rotation());
     const Polyhedron q = turned(make_box(-half, half), random.rotation());
-    const tests::SolidPair pair = touching_in_a_vertex(p, q, random.direction());
-    const auto found = nearest_features(pair.a, pair.b);
+    const Shapes pair = touching_in_a_vertex(p, q, random.direction());
+    const auto found = geometry::nearest_features(pair.a, pair.b);
     const LeastOverlap exact = overlap_of(pair.a, pair.b);
     if (!exact.middle) continue;
     CHECK(found.iterations <= 2);

@@ -12,46 +12,38 @@
 #include <string>
 
 #include "commands.hpp"
+#include "scene_file/read_shape.hpp"
 
 namespace quoin::commands {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// One body of a pair: the hull of the points and where its vertices stood among them.
-geometry::Hull read_hull(const Json& line, const char* body) {
+/// One body of a pair: the hull of the points, where its vertices stood among them, its placement.
+struct PlacedHull {
+  geometry::Hull hull;
+  geometry::Placement placement;
+  geometry::Body body() const { return {hull.polyhedron, placement}; }
+};
+
+PlacedHull read_hull(const nlohmann::json& line, const char* body) {
   const std::string name = std::string("\"") + body + "\"";
   if (!line.contains(body)) {
     throw geometry::InputError(name + " is missing");
   }
-  const Json& list = line[body];
-  if (!list.is_array()) {
-    throw geometry::InputError(name + " is not a list of points");
-  }
-  geometry::Points points(3, static_cast<Eigen::Index>(list.size()));
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    const Json& point = list[i];
-    if (!point.is_array() || point.size() != 3 || !point[0].is_number() || !point[1].is_number() ||
-        !point[2].is_number()) {
-      throw geometry::InputError(name + ": point " + std::to_string(i) +
-                                 " is not a list of three numbers");
-    }
-    for (std::size_t k = 0; k < 3; ++k) {
-      points(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(i)) = point[k].get<double>();
-    }
-  }
+  const scene_file::PlacedPoints placed = scene_file::read_placed_points(line[body], name);
   try {
-    return geometry::make_hull(points);
+    return {geometry::make_hull(placed.points), placed.placement};
   } catch (const geometry::InputError& error) {
     throw geometry::InputError(name + ": " + error.what());
   }
 }
 
-double read_tolerance(const Json& line) {
+double read_tolerance(const nlohmann::json& line) {
   if (!line.contains("tol")) {
     return 0.0;  // the default of each pair
   }
-  const Json& tolerance = line["tol"];
+  const nlohmann::json& tolerance = line["tol"];
   if (!tolerance.is_number() || !(tolerance.get<double>() > 0.0)) {
     throw geometry::InputError("\"tol\" is " + tolerance.dump() + ", must be a length above 0");
   }
@@ -135,19 +127,19 @@ Json answer(const std::string& text, long number, double reach, geometry::PairCo
   Json result;
   result["id"] = nullptr;
   try {
-    const Json line = Json::parse(text);
+    const auto line = nlohmann::json::parse(text);
     if (!line.is_object()) {
       throw geometry::InputError("the line is not a JSON object");
     }
-    result["id"] = line.value("id", Json(nullptr));
-    const geometry::Hull a = read_hull(line, "a"), b = read_hull(line, "b");
-    update_pair_contact(a.polyhedron, b.polyhedron,
-                        {.tolerance = read_tolerance(line), .reach = reach}, contact);
+    result["id"] = line.value("id", nlohmann::json(nullptr));
+    const PlacedHull a = read_hull(line, "a"), b = read_hull(line, "b");
+    update_pair_contact(a.body(), b.body(), {.tolerance = read_tolerance(line), .reach = reach},
+                        contact);
     if (contact.nearest.status == geometry::PairStatus::NotConverged) {
       throw geometry::InputError("the search did not converge in " +
                                  std::to_string(contact.nearest.iterations) + " iterations");
     }
-    result.update(contact_json(a, b, contact));
+    result.update(contact_json(a.hull, b.hull, contact));
   } catch (const geometry::InputError& error) {
     bad = true;
     result["error"] = "line " + std::to_string(number) + ": " + error.what();
@@ -202,12 +194,11 @@ void add_contact_command(CLI::App& app, int& exit_code) {
   command
       ->add_option(
           "--pairs", options->pairs,
-          "One JSON object a line: {\"id\", \"a\": [[x,y,z],…], \"b\", \"tol\"} (m); - for "
-          "standard input")
+          "One JSON object a line: {\"id\", \"a\": [[x,y,z],…], \"b\", \"tol\"} (m), or \"a\": "
+          "{\"points\": …, \"placement\": [t, A by rows]}; - for standard input")
       ->required();
-  command
-      ->add_option("--reach", options->reach,
-                   "List contact points up to this gap above the least one, m (default: tol)");
+  command->add_option("--reach", options->reach,
+                      "List contact points up to this gap above the least one, m (default: tol)");
   command->callback([options, &exit_code] {
     if (!(options->reach >= 0.0) || !std::isfinite(options->reach)) {
       throw CLI::ValidationError("--reach", "must be a length of 0 or more, m");

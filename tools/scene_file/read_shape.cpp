@@ -2,6 +2,8 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <quoin/geometry/build.hpp>
@@ -58,6 +60,48 @@ Matrix3 read_rotation(const json& rotation, const std::string& pointer) {
   return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
 }
 
+Points read_checked_points(const json& list, const std::string& name) {
+  if (!list.is_array()) {
+    throw geometry::InputError(name + " is not a list of points");
+  }
+  Points points(3, static_cast<Eigen::Index>(list.size()));
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    const json& point = list[i];
+    if (!point.is_array() || point.size() != 3 || !point[0].is_number() || !point[1].is_number() ||
+        !point[2].is_number()) {
+      throw geometry::InputError(name + ": point " + std::to_string(i) +
+                                 " is not a list of three numbers");
+    }
+    points.col(static_cast<Eigen::Index>(i)) = read_vector(point);
+  }
+  return points;
+}
+
+geometry::Placement read_placement(const json& list, const std::string& name) {
+  constexpr std::size_t kNumbers = 12;
+  const auto number = [](const json& value) { return value.is_number(); };
+  if (!list.is_array() || list.size() != kNumbers ||
+      !std::all_of(list.begin(), list.end(), number)) {
+    throw geometry::InputError(name + ": \"placement\" is not a list of 12 numbers: t, A by rows");
+  }
+  const auto numbers = list.get<std::array<double, kNumbers>>();
+  geometry::Placement placement;
+  placement.translation = Eigen::Map<const Vector3>(numbers.data());
+  placement.linear =
+      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(numbers.data() + 3);
+  const double largest = placement.translation.cwiseAbs().maxCoeff();
+  if (largest > geometry::kLargestCoordinate) {
+    throw geometry::InputError(name + ": \"placement\" moves by " + json(largest).dump() +
+                               " m, at most " + json(geometry::kLargestCoordinate).dump());
+  }
+  const double determinant = placement.linear.determinant();
+  if (!(determinant > 0)) {
+    throw geometry::InputError(name + ": \"placement\" has determinant " +
+                               json(determinant).dump() + ", must be above 0");
+  }
+  return placement;
+}
+
 }  // namespace
 
 Vector3 read_vector(const json& value) {
@@ -77,6 +121,26 @@ geometry::Polyhedron read_shape(const json& shape) {
   }
   return geometry::make_polyhedron(read_points(shape["vertices"]),
                                    shape["faces"].get<std::vector<std::vector<int>>>());
+}
+
+PlacedPoints read_placed_points(const json& value, const std::string& name) {
+  if (!value.is_object()) {
+    return {read_checked_points(value, name), {}};
+  }
+  for (const auto& [key, entry] : value.items()) {
+    if (key != "points" && key != "placement") {
+      throw geometry::InputError(name + ": unknown key \"" + key +
+                                 "\", allowed are \"points\" and \"placement\"");
+    }
+  }
+  if (!value.contains("points")) {
+    throw geometry::InputError(name + ": \"points\" is missing");
+  }
+  PlacedPoints placed{read_checked_points(value["points"], name + ": \"points\""), {}};
+  if (value.contains("placement")) {
+    placed.placement = read_placement(value["placement"], name);
+  }
+  return placed;
 }
 
 void apply_pose(const json& pose, const std::string& pointer, geometry::Polyhedron& polyhedron) {

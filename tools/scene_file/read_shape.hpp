@@ -2,7 +2,8 @@
 /// Blocks' shapes and places from a checked JSON document.
 
 #include <nlohmann/json_fwd.hpp>
-#include <quoin/geometry/polyhedron.hpp>
+#include <quoin/geometry/body.hpp>
+#include <string>
 
 namespace quoin::scene_file {
 
@@ -14,5 +15,16 @@ geometry::Polyhedron read_shape(const nlohmann::json& shape);
 /// Moves a polyhedron to `pose`. Throws SceneError with the place below `pointer`.
 void apply_pose(const nlohmann::json& pose, const std::string& pointer,
                 geometry::Polyhedron& polyhedron);
+
+/// Points in a frame of their own and where that stands.
+struct PlacedPoints {
+  geometry::Points points;
+  geometry::Placement placement;
+};
+
+/// `value`: a list of points (m), or {"points": […], "placement": [t, A by rows]} with the 12
+/// numbers of x = t + A X (t in m, det A > 0). Throws geometry::InputError, which begins with
+/// `name`.
+PlacedPoints read_placed_points(const nlohmann::json& value, const std::string& name);
 
 }  // namespace quoin::scene_file

@@ -1,0 +1,274 @@
+#include "support/check_contact.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace quoin::tests {
+namespace {
+
+using geometry::ContactPoint;
+using geometry::ContactType;
+using geometry::Feature;
+using geometry::FeatureKind;
+using geometry::NearestFeatures;
+using geometry::PairContact;
+using geometry::Polyhedron;
+
+using Real = long double;
+constexpr double kEps = std::numeric_limits<double>::epsilon();
+
+int feature_count(const Polyhedron& shape, FeatureKind kind) {
+  switch (kind) {
+    case FeatureKind::Vertex:
+      return shape.topology().vertex_count();
+    case FeatureKind::Edge:
+      return shape.topology().edge_count();
+    default:
+      return shape.topology().face_count();
+  }
+}
+
+bool exists(const Polyhedron& shape, const Feature& feature) {
+  return feature.index >= 0 && feature.index < feature_count(shape, feature.kind);
+}
+
+bool vertex_face_or_edges(const ContactPoint& c) {
+  const FeatureKind a = c.key.feature_a.kind, b = c.key.feature_b.kind;
+  return (a == FeatureKind::Vertex && b == FeatureKind::Face) ||
+         (a == FeatureKind::Face && b == FeatureKind::Vertex) ||
+         (a == FeatureKind::Edge && b == FeatureKind::Edge);
+}
+
+/// How far off its solid a point is: the kind of the fault says whether tol excuses it.
+void check_on_solid(const Trial& trial, int side, const geometry::Vector3& point, double slack,
+                    Faults& faults) {
+  const double off = trial.exact.distance(side, point, slack);
+  const char* kind = off <= trial.tolerance + slack ? "point off by less than tol" : "point off";
+  faults.expect(off <= slack, kind, "a contact point is ", off, " off ", side == 0 ? "A" : "B",
+                ", allowed ", slack);
+}
+
+void check_point(const Trial& trial, const NearestFeatures& n, const ContactPoint& c, double reach,
+                 Faults& faults) {
+  const double slack = trial.allowed_place(n.gap);
+  faults.expect(vertex_face_or_edges(c), "point name", "neither vertex-face nor edge-edge");
+  faults.expect(exists(trial.query.a().shape(), c.key.feature_a) &&
+                    exists(trial.query.b().shape(), c.key.feature_b),
+                "point name", "a feature that is not there");
+  faults.expect(c.normal == n.normal, "point normal", "is not the pair's");
+  const bool finite = c.point_a.allFinite() && c.point_b.allFinite() && std::isfinite(c.gap) &&
+                      std::isfinite(c.area) && c.area >= 0;
+  faults.expect(finite, "point not finite", "gap ", c.gap, " area ", c.area);
+  if (!finite) {
+    return;
+  }
+  const double apart = (c.point_b - c.point_a - c.gap * c.normal).norm();
+  faults.expect(apart <= slack, "point gap", "points are not apart by gap ", c.gap,
+                " along the normal, off by ", apart, ", allowed ", slack);
+  faults.expect(c.gap >= n.gap - slack, "point below least gap", c.gap, " where the gap is ", n.gap,
+                ", allowed ", slack);
+  const double limit = n.gap + std::max(reach, trial.tolerance) + slack;
+  faults.expect(c.gap <= limit, "point out of reach", "gap ", c.gap, " above ", limit);
+  check_on_solid(trial, 0, c.point_a, slack, faults);
+  check_on_solid(trial, 1, c.point_b, slack, faults);
+}
+
+Real distance(const Place& p, const Place& q) { return std::hypot(p[0] - q[0], p[1] - q[1]); }
+
+/// Places of points, between those on A and B.
+std::vector<Place> places_of(const Trial& trial, const PlaneFrame& frame,
+                             const std::vector<ContactPoint>& points) {
+  std::vector<Place> places;
+  for (const ContactPoint& c : points) {
+    const Place a = frame.place(trial.exact.place(c.point_a));
+    const Place b = frame.place(trial.exact.place(c.point_b));
+    places.push_back({(a[0] + b[0]) / 2, (a[1] + b[1]) / 2});
+  }
+  return places;
+}
+
+std::vector<Place> places_of(const ExactPatch& patch) {
+  std::vector<Place> places;
+  for (const PatchCorner& corner : patch.corners) {
+    places.push_back(corner.place);
+  }
+  return places;
+}
+
+/// How far a corner stands out beyond the line between its neighbours; a segment's end by all of
+/// it.
+Real standing_out(const ExactPatch& patch, std::size_t i) {
+  const std::size_t count = patch.corners.size();
+  if (count == 1) {
+    return std::numeric_limits<Real>::infinity();
+  }
+  return distance_to_places(
+      {patch.corners[(i + 1) % count].place, patch.corners[(i + count - 1) % count].place},
+      patch.corners[i].place);
+}
+
+Real distance_to_nearest(const std::vector<Place>& places, const Place& place) {
+  Real nearest = std::numeric_limits<Real>::infinity();
+  for (const Place& other : places) {
+    nearest = std::min(nearest, distance(place, other));
+  }
+  return nearest;
+}
+
+void check_corners(const Trial& trial, const NearestFeatures& n, const ExactPatch& patch,
+                   const std::vector<Place>& places, Faults& faults) {
+  const Real tolerance = trial.tolerance, slack = trial.allowed_place(n.gap);
+  for (std::size_t i = 0; i < patch.corners.size(); ++i) {
+    const PatchCorner& corner = patch.corners[i];
+    if (corner.excess > tolerance - slack) {
+      continue;  // its gap may be out of reach
+    }
+    const Real blur = 2 * slack / std::max(corner.sine, Real(kEps));
+    const Real beyond = distance_to_places(places, corner.place);
+    const Real nearest = distance_to_nearest(places, corner.place);
+    const bool stands_out = standing_out(patch, i) > 4 * tolerance + 4 * blur;
+    const bool covered =
+        beyond <= 2 * tolerance + blur && (!stands_out || nearest <= tolerance + blur);
+    faults.expect(
+        covered || !ends_at(trial.exact, n.normal, corner, trial.tolerance, trial.smaller),
+        "corner", "a corner of the exact patch is ", nearest, " from the nearest point, ", beyond,
+        " outside all");
+  }
+}
+
+Real extent_of(const std::vector<Place>& places) {
+  Real most = 0;
+  for (const Place& p : places) {
+    for (const Place& q : places) {
+      most = std::max(most, distance(p, q));
+    }
+  }
+  return most;
+}
+
+/// Are there corners so near to each other that their points may be merged?
+bool crowded(const std::vector<Place>& corners, double tolerance) {
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (distance(corners[i], corners[j]) <= 2 * Real(tolerance)) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+struct Polygon {
+  std::vector<Place> corners;
+  Real area = 0;
+  Place centroid{};
+};
+
+/// The shares against the polygon that they share out.
+void check_shares(const std::vector<ContactPoint>& points, const std::vector<Place>& places,
+                  const Polygon& polygon, double off, double allowed_area, Faults& faults) {
+  Real sum = 0;
+  Place moment{};
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Real share = points[i].area;
+    sum += share;
+    moment[0] += share * (places[i][0] - polygon.centroid[0]);
+    moment[1] += share * (places[i][1] - polygon.centroid[1]);
+  }
+  faults.expect(std::abs(sum - polygon.area) <= Real(allowed_area), "area", "the shares sum to ",
+                sum, " of ", polygon.area, ", allowed ", allowed_area);
+  const Real lever = std::max(extent_of(polygon.corners), extent_of(places));
+  const Real allowed = Real(allowed_area) * lever + polygon.area * Real(off);
+  const Real moved = std::hypot(moment[0], moment[1]);
+  faults.expect(moved <= allowed, "moment", "the shares' first moment is off by ", moved,
+                " m3, their centroid by ", moved / polygon.area, ", allowed ", allowed);
+}
+
+Polygon reported_polygon(const Trial& trial, const PlaneFrame& frame, const PairContact& contact) {
+  Polygon polygon;
+  for (const geometry::Vector3& corner : contact.polygon) {
+    polygon.corners.push_back(frame.place(trial.exact.place(corner)));
+  }
+  polygon.area = polygon_area(polygon.corners, polygon.centroid);
+  return polygon;
+}
+
+/// The polygon or segment as reported against the exact one.
+void check_polygon(const Polygon& reported, const ExactPatch& patch, double slack, Faults& faults) {
+  const std::vector<Place> exact = places_of(patch);
+  if (exact.size() < 2) {
+    return;
+  }
+  for (const Place& corner : reported.corners) {
+    const Real off = distance_to_places(exact, corner);
+    faults.expect(off <= 2 * Real(slack), "polygon", "a corner of the polygon is ", off,
+                  " outside the exact patch");
+  }
+  for (const PatchCorner& corner : patch.corners) {
+    const Real off = distance_to_places(reported.corners, corner.place);
+    const Real allowed = 2 * Real(slack) / std::max(corner.sine, Real(kEps));
+    faults.expect(off <= allowed, "polygon", "a corner of the exact patch is ", off,
+                  " outside the polygon, allowed ", allowed);
+  }
+}
+
+}  // namespace
+
+void check_points(const Trial& trial, const PairContact& contact, double reach, Faults& faults) {
+  const std::vector<ContactPoint>& points = contact.points;
+  const NearestFeatures& n = contact.nearest;
+  faults.expect(!points.empty(), "no points", "type ", static_cast<int>(contact.type));
+  double least = std::numeric_limits<double>::infinity();
+  for (const ContactPoint& c : points) {
+    check_point(trial, n, c, reach, faults);
+    least = std::min(least, c.gap);
+  }
+  const double off = least - n.gap, slack = trial.allowed_place(n.gap);
+  const char* kind =
+      off <= trial.tolerance + slack ? "least gap off by less than tol" : "least gap missing";
+  faults.expect(points.empty() || off <= slack, kind, "the points' least is ", least,
+                " where the gap is ", n.gap);
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    faults.expect(points[i - 1].key < points[i].key, "point order",
+                  "two points of one key, or not sorted");
+  }
+}
+
+void check_contact(const Trial& trial, const PairContact& contact, Faults& faults) {
+  check_points(trial, contact, 0.0, faults);
+  const NearestFeatures& n = contact.nearest;
+  const double slack = trial.allowed_place(n.gap);
+  const ExactPatch patch = exact_patch(
+      trial.exact, n.normal,
+      {.tolerance = trial.tolerance, .decision = slack, .border = 2 * kEps * trial.larger});
+  const PlaneFrame frame(n.normal);
+  const std::vector<Place> places = places_of(trial, frame, contact.points);
+  const Polygon reported = reported_polygon(trial, frame, contact);
+  Polygon polygon{places_of(patch), patch.area, patch.centroid};
+  if (patch.clear) {
+    faults.expect(contact.type == patch.type, "type", name(contact.type), " for ",
+                  name(patch.type));
+    if (contact.type != patch.type) {
+      return;  // what follows would say the same again
+    }
+    check_corners(trial, n, patch, places, faults);
+    check_polygon(reported, patch, slack, faults);
+  } else {
+    polygon = reported;
+  }
+  if (contact.type != ContactType::FaceFace) {
+    faults.expect(contact.area == 0, "area", contact.area, " but not face-face");
+    return;
+  }
+  const double around = static_cast<double>(2 * extent_of(polygon.corners)) + 2 * slack;
+  const double allowed_area = std::max(static_cast<double>(patch.perimeter), around) * 2 * slack;
+  faults.expect(std::abs(contact.area - static_cast<double>(polygon.area)) <= allowed_area, "area",
+                contact.area, " exact ", polygon.area, ", allowed ", allowed_area);
+  const double merged = crowded(polygon.corners, trial.tolerance) ? trial.tolerance : 0.0;
+  check_shares(contact.points, places, polygon, 2 * slack + merged, allowed_area, faults);
+  faults.expect(static_cast<int>(contact.points.size()) <= 2 * patch.support_vertices,
+                "many points", contact.points.size(), " for ", patch.support_vertices,
+                " vertices that carry the contact");
+}
+
+}  // namespace quoin::tests

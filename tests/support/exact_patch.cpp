@@ -1,0 +1,459 @@
+#include "support/exact_patch.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace quoin::tests {
+namespace {
+
+using geometry::ContactType;
+using geometry::FeatureKind;
+using geometry::Vector3;
+using Real = long double;
+
+Place operator-(const Place& p, const Place& q) { return {p[0] - q[0], p[1] - q[1]}; }
+Real cross(const Place& u, const Place& v) { return u[0] * v[1] - u[1] * v[0]; }
+Real dot(const Place& u, const Place& v) { return u[0] * v[0] + u[1] * v[1]; }
+Real length(const Place& u) { return std::sqrt(dot(u, u)); }
+
+Real length(const RealPoint& p) { return std::sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]); }
+
+RealPoint cross(const RealPoint& p, const RealPoint& q) {
+  return {p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]};
+}
+
+RealPoint operator-(const RealPoint& p, const RealPoint& q) {
+  return {p[0] - q[0], p[1] - q[1], p[2] - q[2]};
+}
+
+/// A vertex near the support plane.
+struct Carrier {
+  Place place;
+  Real depth = 0;  // below the support plane, m
+  RealPoint point;
+};
+
+/// The vertices of one solid within tol of its support plane, and what they span.
+struct SupportPolygon {
+  std::vector<Carrier> carriers;
+  std::vector<Carrier> border;  // corners of their convex hull in the plane; ends of a segment
+  FeatureKind kind = FeatureKind::Vertex;
+  bool clear = true;
+};
+
+bool is_clear(Real value, const PatchBands& bands) {
+  return std::abs(value - Real(bands.tolerance)) > Real(bands.decision);
+}
+
+std::vector<Carrier> hull_of(std::vector<Carrier> list) {
+  std::sort(list.begin(), list.end(), [](const Carrier& c, const Carrier& d) {
+    return c.place != d.place ? c.place < d.place : c.depth < d.depth;
+  });
+  list.erase(std::unique(list.begin(), list.end(),
+                         [](const Carrier& c, const Carrier& d) { return c.place == d.place; }),
+             list.end());
+  if (list.size() < 3) {
+    return list;
+  }
+  std::vector<Carrier> hull;
+  const auto add = [&](const Carrier& c, std::size_t floor) {
+    while (hull.size() > floor && cross(hull.back().place - hull[hull.size() - 2].place,
+                                        c.place - hull.back().place) <= 0) {
+      hull.pop_back();
+    }
+    hull.push_back(c);
+  };
+  for (const Carrier& c : list) {
+    add(c, 1);
+  }
+  const std::size_t lower = hull.size();
+  for (std::size_t i = list.size() - 1; i-- > 0;) {
+    add(list[i], lower);
+  }
+  hull.pop_back();
+  return hull;
+}
+
+std::vector<Place> hull_of(std::vector<Place> places) {
+  std::vector<Carrier> carriers;
+  for (const Place& place : places) {
+    carriers.push_back({.place = place, .depth = 0, .point = {}});
+  }
+  places.clear();
+  for (const Carrier& c : hull_of(std::move(carriers))) {
+    places.push_back(c.place);
+  }
+  return places;
+}
+
+/// Least distance between parallel lines with the polygon between them.
+Real width_of(const std::vector<Carrier>& polygon) {
+  Real least = std::numeric_limits<Real>::infinity();
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Place& p = polygon[i].place;
+    const Place side = polygon[(i + 1) % polygon.size()].place - p;
+    Real most = 0;
+    for (const Carrier& c : polygon) {
+      most = std::max(most, cross(side, c.place - p) / length(side));
+    }
+    least = std::min(least, most);
+  }
+  return polygon.size() < 3 ? 0 : least;
+}
+
+/// The two corners farthest from each other.
+std::array<Carrier, 2> farthest_ends(const std::vector<Carrier>& polygon) {
+  std::array<Carrier, 2> ends{polygon.front(), polygon.front()};
+  Real most = -1;
+  for (const Carrier& c : polygon) {
+    for (const Carrier& d : polygon) {
+      const Real apart = length(d.point - c.point);
+      if (apart > most) {
+        most = apart;
+        ends = {c, d};
+      }
+    }
+  }
+  return ends;
+}
+
+void classify(const PatchBands& bands, SupportPolygon& polygon) {
+  const std::array<Carrier, 2> ends = farthest_ends(polygon.border);
+  const Real longest = length(ends[1].point - ends[0].point), width = width_of(polygon.border);
+  const Real tolerance = bands.tolerance;
+  if (longest <= tolerance) {
+    polygon.kind = FeatureKind::Vertex;
+    polygon.border.resize(1);
+  } else if (width <= tolerance) {
+    polygon.kind = FeatureKind::Edge;
+    polygon.border = {ends[0], ends[1]};
+  } else {
+    polygon.kind = FeatureKind::Face;
+  }
+  // how a width is measured is left open within a factor of two
+  const bool between =
+      width > tolerance / 2 - Real(bands.decision) && width < 2 * tolerance + Real(bands.decision);
+  polygon.clear = polygon.clear && is_clear(longest, bands) && !between;
+}
+
+SupportPolygon support_polygon(const ExactPair& pair, int side, const PlaneFrame& frame,
+                               const PatchBands& bands) {
+  const Real sign = side == 0 ? 1 : -1;
+  const std::vector<RealPoint>& points = pair.places(side);
+  Real top = -std::numeric_limits<Real>::infinity();
+  for (const RealPoint& x : points) {
+    top = std::max(top, sign * frame.height(x));
+  }
+  SupportPolygon polygon;
+  for (const RealPoint& x : points) {
+    const Real depth = top - sign * frame.height(x);
+    polygon.clear = polygon.clear && is_clear(depth, bands);
+    if (depth <= Real(bands.tolerance)) {
+      polygon.carriers.push_back({frame.place(x), depth, x});
+    }
+  }
+  polygon.border = hull_of(polygon.carriers);
+  classify(bands, polygon);
+  return polygon;
+}
+
+/// At most how far the solid's surface lies below its support plane over a place on the polygon:
+/// the surface is nowhere below a triangle of its own points.
+Real depth_at(const SupportPolygon& polygon, const Place& place) {
+  const std::vector<Carrier>& corners = polygon.border;
+  Real most = 0;
+  for (const Carrier& c : corners) {
+    most = std::max(most, c.depth);
+  }
+  if (corners.size() == 2) {
+    const Place line = corners[1].place - corners[0].place;
+    const Real t =
+        std::clamp(dot(place - corners[0].place, line) / dot(line, line), Real(0), Real(1));
+    return corners[0].depth + t * (corners[1].depth - corners[0].depth);
+  }
+  for (std::size_t i = 1; i + 1 < corners.size(); ++i) {
+    const Place e = corners[i].place - corners[0].place,
+                f = corners[i + 1].place - corners[0].place;
+    const Place x = place - corners[0].place;
+    const Real s = cross(x, f) / cross(e, f), t = cross(e, x) / cross(e, f);
+    const Real near = -0x1p-40L;
+    if (s >= near && t >= near && s + t <= 1 - near) {
+      most = corners[0].depth + s * (corners[i].depth - corners[0].depth) +
+             t * (corners[i + 1].depth - corners[0].depth);
+    }
+  }
+  return most;
+}
+
+Real sine_between(const Place& u, const Place& v) {
+  const Real product = length(u) * length(v);
+  return product > 0 ? std::abs(cross(u, v)) / product : 1;
+}
+
+/// A side of a polygon that is being clipped: whose it is, and which way is out.
+struct Side {
+  std::size_t solid = 0;
+  Place outward{};
+};
+
+/// A corner and the side that follows it.
+struct ClipCorner {
+  PatchCorner corner;
+  Side next;
+};
+
+/// Where a side crosses a line of the other solid, or of the same one: then it is a vertex of that.
+ClipCorner crossing_of(const Place& place, const Side& side, const Side& line) {
+  ClipCorner crossing;
+  crossing.corner.place = place;
+  crossing.corner.sine = std::abs(cross(side.outward, line.outward));
+  if (side.solid != line.solid) {
+    crossing.corner.outward[side.solid] = side.outward;
+    crossing.corner.outward[line.solid] = line.outward;
+  }
+  return crossing;
+}
+
+/// The part of a polygon or segment inside a line through `from`, or beyond it by at most `border`.
+std::vector<ClipCorner> clipped(const std::vector<ClipCorner>& subject, const Side& line,
+                                const Place& from, Real border) {
+  const auto inside = [&](const ClipCorner& c) {
+    return border - dot(line.outward, c.corner.place - from);
+  };
+  std::vector<ClipCorner> kept;
+  const std::size_t sides = subject.size() == 2 ? 1 : subject.size();
+  for (std::size_t i = 0; i < subject.size(); ++i) {
+    const ClipCorner& c = subject[i];
+    const Real here = inside(c);
+    if (here >= 0) {
+      kept.push_back(c);
+    }
+    if (i >= sides || subject.size() < 2) {
+      continue;
+    }
+    const ClipCorner& next = subject[i + 1 < subject.size() ? i + 1 : 0];
+    const Real there = inside(next);
+    if ((here >= 0) != (there >= 0)) {
+      const Real t = here / (here - there);
+      const Place &p = c.corner.place, &q = next.corner.place;
+      kept.push_back(
+          crossing_of({p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1])}, c.next, line));
+      kept.back().next = here >= 0 ? line : c.next;
+    }
+  }
+  return kept;
+}
+
+/// Unit, out of a counter-clockwise polygon across one of its sides.
+Place out_of(const Carrier& from, const Carrier& to) {
+  const Place line = to.place - from.place;
+  const Real norm = length(line);
+  return norm > 0 ? Place{line[1] / norm, -line[0] / norm} : Place{};
+}
+
+/// `solid`: whose border the region is; the subject is the other one's.
+std::vector<PatchCorner> clipped_by(const std::vector<Carrier>& subject, std::size_t solid,
+                                    const std::vector<Carrier>& region, Real border) {
+  std::vector<ClipCorner> part;
+  for (std::size_t i = 0; i < subject.size(); ++i) {
+    const Carrier& next = subject[i + 1 < subject.size() ? i + 1 : 0];
+    part.push_back({{.place = subject[i].place}, {1 - solid, out_of(subject[i], next)}});
+  }
+  for (std::size_t i = 0; i < region.size(); ++i) {
+    const Carrier& next = region[i + 1 < region.size() ? i + 1 : 0];
+    part = clipped(part, {solid, out_of(region[i], next)}, region[i].place, border);
+  }
+  std::vector<PatchCorner> corners;
+  for (const ClipCorner& c : part) {
+    corners.push_back(c.corner);
+  }
+  return corners;
+}
+
+std::vector<PatchCorner> corners_of(const std::vector<Carrier>& carriers) {
+  std::vector<PatchCorner> corners;
+  for (const Carrier& c : carriers) {
+    corners.push_back({.place = c.place});
+  }
+  return corners;
+}
+
+/// The stretch that two parallel segments share.
+std::vector<PatchCorner> shared_stretch(const SupportPolygon& a, const SupportPolygon& b) {
+  const Place& start = a.border[0].place;
+  const Place line = a.border[1].place - start;
+  const auto along = [&](const Place& p) { return dot(p - start, line) / dot(line, line); };
+  const Real b0 = along(b.border[0].place), b1 = along(b.border[1].place);
+  const Real low = std::max(Real(0), std::min(b0, b1)), high = std::min(Real(1), std::max(b0, b1));
+  const auto at = [&](Real t) {
+    return PatchCorner{.place = {start[0] + t * line[0], start[1] + t * line[1]}};
+  };
+  return low <= high ? std::vector<PatchCorner>{at(low), at(high)} : std::vector<PatchCorner>{};
+}
+
+std::vector<PatchCorner> line_crossing(const SupportPolygon& a, const SupportPolygon& b) {
+  const Place d = a.border[1].place - a.border[0].place;
+  const Place e = b.border[1].place - b.border[0].place;
+  const Real t = cross(b.border[0].place - a.border[0].place, e) / cross(d, e);
+  PatchCorner corner;
+  corner.place = {a.border[0].place[0] + t * d[0], a.border[0].place[1] + t * d[1]};
+  corner.sine = sine_between(d, e);
+  return {corner};
+}
+
+ContactType type_of(const SupportPolygon& a, const SupportPolygon& b, const PatchBands& bands,
+                    bool& clear) {
+  const auto [low, high] = std::minmax(a.kind, b.kind);
+  if (low == FeatureKind::Vertex) {
+    return high == FeatureKind::Vertex ? ContactType::VertexVertex
+           : high == FeatureKind::Edge ? ContactType::VertexEdge
+                                       : ContactType::VertexFace;
+  }
+  if (high == FeatureKind::Face) {
+    return low == FeatureKind::Face ? ContactType::FaceFace : ContactType::EdgeFace;
+  }
+  const RealPoint d = a.border[1].point - a.border[0].point;
+  const RealPoint e = b.border[1].point - b.border[0].point;
+  const Real off = length(cross(d, e)) / std::max(length(d), length(e));
+  clear = clear && is_clear(off, bands);
+  return off <= Real(bands.tolerance) ? ContactType::EdgeEdgeParallel
+                                      : ContactType::EdgeEdgeCrossing;
+}
+
+std::vector<PatchCorner> shared_part(const SupportPolygon& a, const SupportPolygon& b,
+                                     ContactType type, Real border) {
+  switch (type) {
+    case ContactType::FaceFace:
+      return clipped_by(a.border, 1, b.border, border);
+    case ContactType::EdgeFace:
+      return a.kind == FeatureKind::Edge ? clipped_by(a.border, 1, b.border, border)
+                                         : clipped_by(b.border, 0, a.border, border);
+    case ContactType::EdgeEdgeParallel:
+      return shared_stretch(a, b);
+    case ContactType::EdgeEdgeCrossing:
+      return line_crossing(a, b);
+    default:
+      return corners_of(a.kind == FeatureKind::Vertex ? a.border : b.border);
+  }
+}
+
+}  // namespace
+
+PlaneFrame::PlaneFrame(const Vector3& normal) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    n_[k] = Real(normal[static_cast<Eigen::Index>(k)]);
+  }
+  const Real norm = length(n_);
+  for (Real& c : n_) {
+    c /= norm;
+  }
+  RealPoint axis{};
+  const auto least = std::min_element(n_.begin(), n_.end(),
+                                      [](Real x, Real y) { return std::abs(x) < std::abs(y); });
+  axis[static_cast<std::size_t>(least - n_.begin())] = 1;
+  u_ = cross(axis, n_);
+  const Real across = length(u_);
+  for (Real& c : u_) {
+    c /= across;
+  }
+  v_ = cross(n_, u_);
+}
+
+RealPoint PlaneFrame::point(const Place& place, long double height) const {
+  RealPoint x;
+  for (std::size_t k = 0; k < 3; ++k) {
+    x[k] = place[0] * u_[k] + place[1] * v_[k] + height * n_[k];
+  }
+  return x;
+}
+
+ExactPatch exact_patch(const ExactPair& pair, const Vector3& normal, const PatchBands& bands) {
+  const PlaneFrame frame(normal);
+  const SupportPolygon a = support_polygon(pair, 0, frame, bands);
+  const SupportPolygon b = support_polygon(pair, 1, frame, bands);
+  ExactPatch patch;
+  patch.clear = a.clear && b.clear;
+  patch.type = type_of(a, b, bands, patch.clear);
+  patch.support_vertices = static_cast<int>(a.carriers.size() + b.carriers.size());
+  patch.corners = shared_part(a, b, patch.type, Real(bands.border));
+  std::vector<Place> polygon;
+  for (PatchCorner& corner : patch.corners) {
+    corner.excess = depth_at(a, corner.place) + depth_at(b, corner.place);
+    polygon.push_back(corner.place);
+  }
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    patch.perimeter += length(polygon[(i + 1) % polygon.size()] - polygon[i]);
+  }
+  const Real area = polygon_area(polygon, patch.centroid);
+  patch.area = patch.type == ContactType::FaceFace ? area : 0;
+  return patch;
+}
+
+bool ends_at(const ExactPair& pair, const Vector3& normal, const PatchCorner& corner,
+             double tolerance, double extent) {
+  const PlaneFrame frame(normal);
+  for (const int side : {0, 1}) {
+    const Place& out = corner.outward[static_cast<std::size_t>(side)];
+    if (out == Place{}) {
+      continue;
+    }
+    const Real sign = side == 0 ? 1 : -1, step = 1e-6L * Real(extent);
+    Real top = -std::numeric_limits<Real>::infinity();
+    for (const RealPoint& x : pair.places(side)) {
+      top = std::max(top, sign * frame.height(x));
+    }
+    const Place beyond{corner.place[0] + step * out[0], corner.place[1] + step * out[1]};
+    const RealPoint below = frame.point(beyond, sign * (top - 2 * Real(tolerance)));
+    if (pair.distance_in_long_double(side, below) <= 0.1L * Real(tolerance)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+long double gap_along(const ExactPair& pair, const Vector3& normal) {
+  const PlaneFrame frame(normal);
+  Real top = -std::numeric_limits<Real>::infinity(), bottom = -top;
+  for (const RealPoint& x : pair.places(0)) {
+    top = std::max(top, frame.height(x));
+  }
+  for (const RealPoint& x : pair.places(1)) {
+    bottom = std::min(bottom, frame.height(x));
+  }
+  return bottom - top;
+}
+
+long double distance_to_places(const std::vector<Place>& places, const Place& place) {
+  const std::vector<Place> hull = hull_of(places);
+  Real best = std::numeric_limits<Real>::infinity();
+  bool inside = hull.size() > 2;
+  for (std::size_t i = 0; i < hull.size(); ++i) {
+    const Place line = hull[(i + 1) % hull.size()] - hull[i], step = place - hull[i];
+    inside = inside && cross(line, step) >= 0;
+    const Real squared = dot(line, line);
+    const Real t = squared > 0 ? std::clamp(dot(step, line) / squared, Real(0), Real(1)) : 0;
+    best = std::min(best, length(Place{step[0] - t * line[0], step[1] - t * line[1]}));
+  }
+  return inside ? 0 : best;
+}
+
+long double polygon_area(const std::vector<Place>& polygon, Place& centroid) {
+  centroid = {};
+  Place mean{};
+  for (const Place& p : polygon) {
+    mean = {mean[0] + p[0] / Real(polygon.size()), mean[1] + p[1] / Real(polygon.size())};
+  }
+  Real area = 0;
+  Place moment{};
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Place p = polygon[i] - mean, q = polygon[(i + 1) % polygon.size()] - mean;
+    const Real triangle = cross(p, q) / 2;
+    area += triangle;
+    moment = {moment[0] + triangle * (p[0] + q[0]) / 3, moment[1] + triangle * (p[1] + q[1]) / 3};
+  }
+  centroid = area > 0 ? Place{mean[0] + moment[0] / area, mean[1] + moment[1] / area} : mean;
+  return area;
+}
+
+}  // namespace quoin::tests

@@ -1,0 +1,84 @@
+#pragma once
+/// What two solids share in a contact plane, clipped independently of the library: which vertices
+/// carry the contact, its type, the corners of the shared part, its area and centroid.
+///
+/// Computed in long double from the exact places (support/exact_arbiter). A convex clip moves no
+/// corner off the lines it lies on by more than the rounding of its places, 2^-60 of the pair's
+/// extent; every band below is at least 2 eps = 2^-51 of it, so no judgement hangs on that
+/// rounding.
+
+#include <quoin/geometry/contact_type.hpp>
+#include <vector>
+
+#include "support/exact_arbiter.hpp"
+
+namespace quoin::tests {
+
+using Place = std::array<long double, 2>;  ///< in the contact plane, m
+
+/// Lengths within which a decision is open, m.
+struct PatchBands {
+  double tolerance = 0;  ///< contact length tol
+  double decision = 0;   ///< a height or length nearer to tol than this may fall either way
+  double border = 0;     ///< what is so near to a border counts as on it
+};
+
+struct PatchCorner {
+  Place place;
+  long double sine = 1;  ///< of the lines that cross there; 1 at a vertex
+  /// Where two sides cross: unit, out of the support polygons of A and B across them; 0 where the
+  /// corner lies on no side of that polygon.
+  std::array<Place, 2> outward{};
+  long double excess = 0;  ///< its gap is at most so much above the least one, m
+};
+
+struct ExactPatch {
+  geometry::ContactType type = geometry::ContactType::VertexVertex;
+  /// No height, length, width or angle is within the band about tol: the type is beyond doubt, and
+  /// so is what follows.
+  bool clear = true;
+  std::vector<PatchCorner> corners;  ///< counter-clockwise seen against the normal; or the two ends
+                                     ///< of a segment; or one point
+  long double area = 0;              ///< m2; 0 unless face-face
+  long double perimeter = 0;         ///< of the shared polygon, m
+  Place centroid{};
+  int support_vertices = 0;  ///< points of either solid within tol of its support plane
+};
+
+/// Coordinates in and along the plane across a unit normal.
+class PlaneFrame {
+ public:
+  explicit PlaneFrame(const geometry::Vector3& normal);
+  Place place(const RealPoint& x) const { return {dot(u_, x), dot(v_, x)}; }
+  long double height(const RealPoint& x) const { return dot(n_, x); }
+  RealPoint point(const Place& place, long double height) const;
+
+ private:
+  static long double dot(const RealPoint& p, const RealPoint& q) {
+    return p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
+  }
+  RealPoint n_, u_, v_;
+};
+
+/// Support planes of both solids along a unit normal from A to B.
+ExactPatch exact_patch(const ExactPair& pair, const geometry::Vector3& normal,
+                       const PatchBands& bands);
+
+/// Do both solids end at a corner where sides of their support polygons cross? Where tol cuts a
+/// face, a side of the polygon runs through the face, nothing of the solid ends there, and no edge
+/// could name the corner. The solid goes on when a place 1e-6 of `extent` (m) further out lies no
+/// more than 2 tol below the support plane, that is, for tol = 1e-9 of the extent, when it falls by
+/// less than 0.002.
+bool ends_at(const ExactPair& pair, const geometry::Vector3& normal, const PatchCorner& corner,
+             double tolerance, double extent);
+
+/// Lowest point of B less highest of A along a unit normal, m: the gap if the normal is right.
+long double gap_along(const ExactPair& pair, const geometry::Vector3& normal);
+
+/// Distance of a place from the convex hull of places, m; infinite when there are none.
+long double distance_to_places(const std::vector<Place>& places, const Place& place);
+
+/// Area (m2) and centroid of a convex polygon.
+long double polygon_area(const std::vector<Place>& polygon, Place& centroid);
+
+}  // namespace quoin::tests

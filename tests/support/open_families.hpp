@@ -1,0 +1,41 @@
+#pragma once
+/// Families on which the library still has faults: tests leave them out unless they are named.
+/// tests/README.md has the counts. A family is taken off the list when it passes.
+
+#include <algorithm>
+#include <iterator>
+#include <string>
+
+#include "support/families.hpp"
+
+namespace quoin::tests {
+
+inline constexpr const char* kOpenFamilies[] = {"bumpy_faces",
+                                                "cut_boxes",
+                                                "exact_touch",
+                                                "face_kiss",
+                                                "near_aligned_stacks",
+                                                "nearly_collinear_arcs",
+                                                "nearly_parallel",
+                                                "on_huge_ground",
+                                                "placements",
+                                                "points_on_edges",
+                                                "repeated_points",
+                                                "shared_simplices",
+                                                "single_precision",
+                                                "size_ratios",
+                                                "t_junctions",
+                                                "tilts_about_tolerance",
+                                                "voronoi"};
+
+/// For make_pair: all families but the open ones.
+inline std::vector<bool> settled_families() {
+  std::vector<bool> settled;
+  for (const std::string& name : family_names()) {
+    settled.push_back(std::find(std::begin(kOpenFamilies), std::end(kOpenFamilies), name) ==
+                      std::end(kOpenFamilies));
+  }
+  return settled;
+}
+
+}  // namespace quoin::tests

@@ -1,0 +1,138 @@
+/// The exact patch against closed forms, and the judge of contact points against answers that are
+/// spoilt on purpose, one thing at a time.
+
+#include <functional>
+#include <quoin/geometry/build.hpp>
+
+#include "support/catch.hpp"
+#include "support/check_contact.hpp"
+
+namespace {
+
+using quoin::geometry::ContactPoint;
+using quoin::geometry::ContactType;
+using quoin::geometry::make_box;
+using quoin::geometry::Matrix3;
+using quoin::geometry::PairContact;
+using quoin::geometry::Points;
+using quoin::geometry::Vector3;
+using quoin::tests::exact_patch;
+using quoin::tests::ExactPair;
+using quoin::tests::ExactPatch;
+using quoin::tests::Fault;
+using quoin::tests::Faults;
+using quoin::tests::rotation_about;
+using quoin::tests::Trial;
+using quoin::tests::WithinAbs;
+
+const Vector3 kUp = Vector3::UnitZ();
+constexpr double kQuarter = 0.78539816339744831;
+
+Points box(const Vector3& min, const Vector3& max) { return make_box(min, max).vertices(); }
+
+Points moved(const Points& points, const Matrix3& turn, const Vector3& shift) {
+  return (turn * points).colwise() + shift;
+}
+
+ExactPatch patch_of(const Points& a, const Points& b) {
+  return exact_patch(ExactPair({a, {}}, {b, {}}), kUp, {1e-9, 1e-15, 1e-16});
+}
+
+/// What is said of a right answer after `spoil`.
+std::vector<std::string> kinds_after(const std::function<void(PairContact&)>& spoil) {
+  const quoin::tests::SolidPair pair{"", make_box({0, 0, 0}, {1, 1, 1}),
+                                     make_box({0.5, 0.25, 1}, {1.5, 1.25, 2})};
+  const Trial trial(pair);
+  PairContact contact = trial.query.contact();
+  spoil(contact);
+  Faults faults;
+  check_contact(trial, contact, faults);
+  std::vector<std::string> kinds;
+  for (const Fault& fault : faults.list) {
+    kinds.push_back(fault.kind);
+  }
+  return kinds;
+}
+
+bool finds(const char* kind, const std::function<void(PairContact&)>& spoil) {
+  const std::vector<std::string> kinds = kinds_after(spoil);
+  return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
+}
+
+}  // namespace
+
+TEST_CASE("exact patch: types, corners, area") {
+  const Points cube = box({0, 0, 0}, {1, 1, 1});
+  const Matrix3 one = Matrix3::Identity();
+  const ExactPatch half = patch_of(cube, moved(cube, one, {0.5, 0.25, 1}));
+  CHECK(half.type == ContactType::FaceFace);
+  CHECK(half.clear);
+  CHECK(half.corners.size() == 4);
+  CHECK_THAT(static_cast<double>(half.area), WithinAbs(0.375, 1e-15));
+
+  const Points roof = moved(box({-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5}),
+                            rotation_about(Vector3::UnitX(), kQuarter), Vector3::Zero());
+  const double top = roof.row(2).maxCoeff();
+  const ExactPatch ridge =
+      patch_of(moved(roof, one, {0.5, 0.5, 1 - top}), moved(cube, one, {0.25, 0, 1}));
+  CHECK(ridge.type == ContactType::EdgeFace);
+  CHECK(ridge.corners.size() == 2);
+  CHECK(ridge.area == 0);
+  const Points flipped = moved(roof, rotation_about(kUp, 2 * kQuarter), {0, 0, 2 * top});
+  CHECK(patch_of(roof, flipped).type == ContactType::EdgeEdgeCrossing);
+  const ExactPatch lines = patch_of(roof, moved(roof, one, {0.25, 0, 2 * top}));
+  CHECK(lines.type == ContactType::EdgeEdgeParallel);
+  CHECK(lines.corners.size() == 2);
+
+  const Points tip = (Points(3, 4) << 0.5, 0, 1, 0.5, 0.5, 0, 0, 1, 1, 2, 2, 2).finished();
+  CHECK(patch_of(cube, tip).type == ContactType::VertexFace);
+}
+
+TEST_CASE("exact patch: a height or an angle near tol is not clear") {
+  const Points cube = box({0, 0, 0}, {1, 1, 1});
+  for (const double tilt : {0.999e-9, 1.001e-9}) {
+    const Points above = moved(cube, rotation_about(Vector3::UnitY(), -tilt), {0, 0, 1});
+    CHECK(patch_of(cube, above).clear);
+    CHECK(patch_of(cube, above).type ==
+          (tilt < 1e-9 ? ContactType::FaceFace : ContactType::EdgeFace));
+    CHECK_FALSE(exact_patch(ExactPair({cube, {}}, {above, {}}), kUp, {1e-9, 1e-11, 0}).clear);
+  }
+}
+
+TEST_CASE("judge of contact points: a right answer passes, a spoilt one does not") {
+  CHECK(kinds_after([](PairContact&) {}).empty());
+  CHECK(finds("corner", [](PairContact& c) { c.points.pop_back(); }));
+  CHECK(finds("no points", [](PairContact& c) { c.points.clear(); }));
+  CHECK(finds("area", [](PairContact& c) { c.points[0].area *= 1.001; }));
+  CHECK(finds("area", [](PairContact& c) { c.area *= 0.5; }));
+  CHECK(finds("moment", [](PairContact& c) {
+    c.points[0].area += 0.01;
+    c.points[3].area -= 0.01;
+  }));
+  CHECK(finds("type", [](PairContact& c) { c.type = ContactType::EdgeFace; }));
+  CHECK(finds("polygon", [](PairContact& c) { c.polygon.pop_back(); }));
+  CHECK(finds("polygon", [](PairContact& c) { c.polygon[0].x() += 1e-12; }));
+  CHECK(finds("point gap", [](PairContact& c) { c.points[0].gap += 1e-12; }));
+  CHECK(finds("point gap", [](PairContact& c) { c.points[0].point_a.x() -= 1e-12; }));
+  CHECK(finds("point off by less than tol",
+              [](PairContact& c) { c.points[0].point_a.z() += 1e-12; }));
+  CHECK(finds("point off", [](PairContact& c) { c.points[0].point_b.z() -= 1e-6; }));
+  for (const double off : {1e-12, 1e-6}) {
+    CHECK(finds(off < 1e-9 ? "least gap off by less than tol" : "least gap missing",
+                [off](PairContact& c) {
+                  for (ContactPoint& point : c.points) {
+                    point.gap += off;
+                  }
+                }));
+  }
+  CHECK(finds("point out of reach", [](PairContact& c) { c.points[0].gap = 1e-6; }));
+  CHECK(finds("point below least gap", [](PairContact& c) { c.points[0].gap = -1e-12; }));
+  CHECK(finds("point order", [](PairContact& c) { std::swap(c.points[0], c.points[1]); }));
+  CHECK(finds("point name", [](PairContact& c) { c.points[0].key.feature_a.index = 99; }));
+  CHECK(finds("point normal", [](PairContact& c) { c.points[0].normal.x() = 1e-16; }));
+  CHECK(finds("many points", [](PairContact& c) { c.points.resize(17, c.points[0]); }));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  CHECK(finds("point not finite", [nan](PairContact& c) { c.points[0].gap = nan; }));
+  CHECK(finds("area", [nan](PairContact& c) { c.area = nan; }));
+  CHECK(finds("polygon", [nan](PairContact& c) { c.polygon[0].x() = nan; }));
+}
