@@ -52,11 +52,12 @@ void WorkerPool::run(Task task, void* context) {
   for (int working = working_; working != 0; working = working_) {
     working_.wait(working);
   }
+  std::exception_ptr first;
   for (std::exception_ptr& failure : failures_) {
-    if (failure) {
-      std::rethrow_exception(std::exchange(failure, nullptr));
-    }
+    const std::exception_ptr thrown = std::exchange(failure, nullptr);
+    if (!first) first = thrown;
   }
+  if (first) std::rethrow_exception(first);
 }
 
 }  // namespace quoin::geometry
