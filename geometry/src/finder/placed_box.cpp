@@ -3,7 +3,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <quoin/geometry/build.hpp>
 #include <sstream>
 
 namespace quoin::geometry {
@@ -34,32 +33,22 @@ void require_finite(const Placement& placement, const double& number, int body) 
 
 }  // namespace
 
-void require_placement(const Placement& placement, int body) {
+void refuse_placement(const Placement& placement, int body) {
   const Matrix3& m = placement.linear;
-  const double largest =
-      m.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() +
-      placement.translation.cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
-  if (!(largest <= kLargestCoordinate)) {
-    for (Eigen::Index k = 0; k < 9; ++k) require_finite(placement, m.data()[k], body);
-    for (Eigen::Index k = 0; k < 3; ++k) {
-      require_finite(placement, placement.translation.data()[k], body);
-    }
+  for (Eigen::Index k = 0; k < 9; ++k) require_finite(placement, m.data()[k], body);
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    require_finite(placement, placement.translation.data()[k], body);
   }
   const double determinant = m.col(0).dot(m.col(1).cross(m.col(2)));
-  if (!(determinant > 0.0)) {
-    throw InputError("body " + std::to_string(body) + ": the determinant of its placement is " +
-                     text(determinant) + ", must be positive");
-  }
+  if (determinant > 0.0) return;
+  throw InputError("body " + std::to_string(body) + ": the determinant of its placement is " +
+                   text(determinant) + ", must be positive");
 }
 
 void require_length(double value, const std::string& what) {
   if (!(value >= 0.0) || !std::isfinite(value)) {
     throw InputError(what + " is " + text(value) + " m, must be finite and not negative");
   }
-}
-
-bool same_placement(const Placement& x, const Placement& y) {
-  return x.translation == y.translation && x.linear == y.linear;
 }
 
 /// The image of the shape's box lies within |A| h of the image of its middle, that of the ball
