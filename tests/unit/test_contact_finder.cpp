@@ -1,9 +1,9 @@
+#include <malloc.h>
 #include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
-#include <malloc.h>
 #include <map>
 #include <new>
 #include <numeric>
@@ -359,8 +359,10 @@ TEST_CASE("bodies: a further one of a known shape takes at most 256 bytes") {
     }
     return bytes_in_use - before;
   };
-  for (const bool moving : {false, true}) {  // lists grow by doubling: at powers of two they are full
-    const double bytes = static_cast<double>(bytes_for(8192, moving) - bytes_for(4096, moving)) / 4096;
+  for (const bool moving :
+       {false, true}) {  // lists grow by doubling: at powers of two they are full
+    const double bytes =
+        static_cast<double>(bytes_for(8192, moving) - bytes_for(4096, moving)) / 4096;
     INFO(bytes << " bytes a body" << (moving ? ", moving" : ""));
     CHECK(bytes <= 256.0);
     CHECK(bytes > 96.0);  // its placement
@@ -370,8 +372,7 @@ TEST_CASE("bodies: a further one of a known shape takes at most 256 bytes") {
 TEST_CASE("bodies: once warm the finder itself allocates nothing") {
   for (const int threads : {1, 2}) {
     Random random(14);
-    const auto brick =
-        std::make_shared<const Polyhedron>(make_box(-0.5 * kBrick, 0.5 * kBrick));
+    const auto brick = std::make_shared<const Polyhedron>(make_box(-0.5 * kBrick, 0.5 * kBrick));
     ContactFinder finder({.reach = 1e-2, .threads = threads});
     std::vector<Placement> places;
     for (const Polyhedron& block : wall(12, 12, 1e-4, random)) {

@@ -73,9 +73,8 @@ bool same_but_previous(const ContactPoint& c, const ContactPoint& d) {
 }
 
 bool same_but_previous(const std::vector<ContactPoint>& c, const std::vector<ContactPoint>& d) {
-  return std::equal(c.begin(), c.end(), d.begin(), d.end(), [](const auto& x, const auto& y) {
-    return same_but_previous(x, y);
-  });
+  return std::equal(c.begin(), c.end(), d.begin(), d.end(),
+                    [](const auto& x, const auto& y) { return same_but_previous(x, y); });
 }
 
 bool sorted(const std::vector<ContactPoint>& contacts) {
@@ -266,9 +265,9 @@ TEST_CASE("bodies: whatever happened before, the list is that of a new finder") 
     for (int handle = 0; handle < handles; ++handle) {
       if (!finder.contains(handle)) continue;
       if (random.chance(share)) {
-        const Placement place{turned(random.uniform(-1e-4, 1e-4)),
-                              finder.body(handle).placement().translation +
-                                  1e-4 * random.direction()};
+        const Placement place{
+            turned(random.uniform(-1e-4, 1e-4)),
+            finder.body(handle).placement().translation + 1e-4 * random.direction()};
         finder.move(handle, place);
         two.move(handle, place);
       }

@@ -34,8 +34,11 @@ std::vector<Placement> placements() {
   Matrix3 strain;
   strain << 1.1, 0.05, 0, 0.02, 0.9, -0.03, 0, 0.01, 1.2;
   const Vector3 away(1e6, -2e6, 1.5e6);
-  return {{}, {random.rotation(), Vector3(1, 2, 3)}, {random.rotation() * strain, Vector3(5, 0, 1)},
-          {Matrix3::Identity(), away}, {random.rotation(), away},
+  return {{},
+          {random.rotation(), Vector3(1, 2, 3)},
+          {random.rotation() * strain, Vector3(5, 0, 1)},
+          {Matrix3::Identity(), away},
+          {random.rotation(), away},
           {random.rotation() * strain, away}};
 }
 

@@ -156,7 +156,8 @@ quoin_status quoin_contact_points(const quoin_body* a, const quoin_body* b, doub
 /* *answer: 1 when the solids have a point in common, else 0. */
 quoin_status quoin_overlap(const quoin_body* a, const quoin_body* b, int* answer);
 
-/* *within: 1 when the gap is at most cut_off (m): then `nearest` is filled; else 0, found sooner. */
+/* *within: 1 when the gap is at most cut_off (m): then `nearest` is filled; else 0, found sooner.
+ */
 quoin_status quoin_distance_within(const quoin_body* a, const quoin_body* b, double cut_off,
                                    quoin_hint* hint, quoin_nearest* nearest, int* within);
 
@@ -199,7 +200,11 @@ typedef struct quoin_body_options {
   int idle; /* 0 or 1 */
 } quoin_body_options;
 
-typedef enum quoin_pair_event { QUOIN_BEGIN = 0, QUOIN_PERSIST = 1, QUOIN_END = 2 } quoin_pair_event;
+typedef enum quoin_pair_event {
+  QUOIN_BEGIN = 0,
+  QUOIN_PERSIST = 1,
+  QUOIN_END = 2
+} quoin_pair_event;
 
 /* Two bodies in contact. The values of a pair that has ended are those of the last call before. */
 typedef struct quoin_pair {

@@ -80,9 +80,8 @@ quoin_status quoin_make_finder(const quoin_finder_options* options, quoin_finder
   say("", message, message_size);
   const auto make = [&] {
     require(options != nullptr && made != nullptr, "options or made is null");
-    *made = new quoin_finder({.reach = options->reach,
-                              .tolerance = options->tolerance,
-                              .threads = options->threads});
+    *made = new quoin_finder(
+        {.reach = options->reach, .tolerance = options->tolerance, .threads = options->threads});
     return QUOIN_OK;
   };
   return guarded(make, message, message_size);

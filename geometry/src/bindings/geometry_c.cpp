@@ -170,9 +170,9 @@ quoin_status quoin_make_polyhedron(const double* points, int count, const int* f
             "an argument is null, or a count is negative");
     std::vector<int> all(static_cast<std::size_t>(count));
     std::iota(all.begin(), all.end(), 0);
-    *made = new_shape(make_polyhedron(points_of(points, count),
-                                      faces_of(face_sizes, face_count, face_vertices)),
-                      std::move(all));
+    *made = new_shape(
+        make_polyhedron(points_of(points, count), faces_of(face_sizes, face_count, face_vertices)),
+        std::move(all));
     return QUOIN_OK;
   };
   return guarded(make, message, message_size);
@@ -222,9 +222,9 @@ quoin_status quoin_nearest_features(const quoin_body* a, const quoin_body* b, do
     require(nearest != nullptr, "nearest is null");
     require_length(tolerance, "tolerance");
     const Body body_a = body_of(a, 0), body_b = body_of(b, 1);
-    return give(nearest_features(body_a, body_b, {.tolerance = tolerance},
-                                 from_c(hint, body_a, body_b)),
-                hint, nearest);
+    return give(
+        nearest_features(body_a, body_b, {.tolerance = tolerance}, from_c(hint, body_a, body_b)),
+        hint, nearest);
   });
 }
 
@@ -274,8 +274,8 @@ quoin_status quoin_first_hit(const quoin_body* body, const quoin_ray* ray, quoin
                              int* hits) {
   return guarded([&] {
     require(ray != nullptr && hit != nullptr && hits != nullptr, "an argument is null");
-    const std::optional<RayHit> found =
-        first_hit(body_of(body, 0), {vector_of(ray->origin), vector_of(ray->direction), ray->length});
+    const std::optional<RayHit> found = first_hit(
+        body_of(body, 0), {vector_of(ray->origin), vector_of(ray->direction), ray->length});
     *hits = found.has_value() ? 1 : 0;
     if (!found.has_value()) return QUOIN_OK;
     hit->s = found->s;

@@ -30,16 +30,13 @@ void track(const std::vector<ContactPoint>& points, std::size_t first, std::size
 }  // namespace
 
 /// The two nearest first; one that lies at NaN inherits nothing.
-void PairTracking::hand_over(std::span<const TrackedPoint> now,
-                             std::span<const TrackedPoint> before, double reach,
-                             std::span<int> previous) {
+void PairTracking::hand_over(double reach, std::span<int> previous) {
   offers_.clear();
-  for (const int i : young_) {
-    for (const int j : old_) {
-      const Vector3 between =
-          now[static_cast<std::size_t>(i)].place - before[static_cast<std::size_t>(j)].place;
-      if (between.squaredNorm() <= reach * reach) {
-        offers_.push_back({between.squaredNorm(), i, j});
+  for (const Single& now : young_) {
+    for (const Single& before : old_) {
+      const double squared_distance = (now.place - before.place).squaredNorm();
+      if (squared_distance <= reach * reach) {
+        offers_.push_back({squared_distance, now.index, before.index});
       }
     }
   }
@@ -48,30 +45,38 @@ void PairTracking::hand_over(std::span<const TrackedPoint> now,
            std::tie(y.squared_distance, y.now, y.before);
   });
   for (const Offer& offer : offers_) {
-    const auto place = std::find(old_.begin(), old_.end(), offer.before);
-    if (previous[static_cast<std::size_t>(offer.now)] < 0 && place != old_.end()) {
-      previous[static_cast<std::size_t>(offer.now)] = offer.before;
+    int& match = previous[static_cast<std::size_t>(offer.now)];
+    const auto place = std::find_if(old_.begin(), old_.end(), [&](const Single& before) {
+      return before.index == offer.before;
+    });
+    if (match < 0 && place != old_.end()) {
+      match = offer.before;
       old_.erase(place);
     }
   }
 }
 
-void PairTracking::match(std::span<const TrackedPoint> now, std::span<const TrackedPoint> before,
-                         double reach, std::span<int> previous) {
+void PairTracking::match(const TrackedPair& now, const TrackedPair& before, double reach,
+                         std::span<int> previous) {
   young_.clear();
   old_.clear();
+  const auto add = [](std::vector<Single>& singles, const TrackedPair& pair, std::size_t i) {
+    const Vector3 arm = pair.points[i].place - pair.frame.translation;
+    singles.push_back({static_cast<int>(i), pair.frame.linear.transpose() * arm});
+  };
+  const std::size_t end_now = now.points.size(), end_before = before.points.size();
   std::size_t i = 0, j = 0;
-  while (i < now.size() || j < before.size()) {
-    if (j == before.size() || (i < now.size() && features(now[i]) < features(before[j]))) {
+  while (i < end_now || j < end_before) {
+    if (j == end_before || (i < end_now && features(now.points[i]) < features(before.points[j]))) {
       previous[i] = -1;
-      young_.push_back(static_cast<int>(i++));
-    } else if (i == now.size() || features(before[j]) < features(now[i])) {
-      old_.push_back(static_cast<int>(j++));
+      add(young_, now, i++);
+    } else if (i == end_now || features(before.points[j]) < features(now.points[i])) {
+      add(old_, before, j++);
     } else {
       previous[i++] = static_cast<int>(j++);
     }
   }
-  if (!young_.empty() && !old_.empty()) hand_over(now, before, reach, previous);
+  if (!young_.empty() && !old_.empty()) hand_over(reach, previous);
 }
 
 std::vector<int> match_previous(const std::vector<ContactPoint>& now,
@@ -79,6 +84,7 @@ std::vector<int> match_previous(const std::vector<ContactPoint>& now,
   std::vector<int> match(now.size(), -1);
   std::vector<TrackedPoint> tracked_now, tracked_before;
   PairTracking tracking;
+  const Placement world;
   const auto blocks_less = [](const ContactKey& k, const ContactKey& l) {
     return std::pair(k.a, k.b) < std::pair(l.a, l.b);
   };
@@ -93,7 +99,7 @@ std::vector<int> match_previous(const std::vector<ContactPoint>& now,
       track(now, i, end_now, tracked_now);
       track(before, j, end_before, tracked_before);
       const std::span<int> previous = std::span(match).subspan(i, end_now - i);
-      tracking.match(tracked_now, tracked_before, reach, previous);
+      tracking.match({tracked_now, world}, {tracked_before, world}, reach, previous);
       for (int& p : previous) p += p < 0 ? 0 : static_cast<int>(j);
       i = end_now;
       j = end_before;

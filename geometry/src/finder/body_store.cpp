@@ -13,7 +13,8 @@ constexpr int kFewHoles = 64;  // are not worth packing
 /// So that the next push_back cannot fail.
 template <class T>
 void make_room_in(std::vector<T>& values) {
-  if (values.size() == values.capacity()) values.reserve(std::max<std::size_t>(16, 2 * values.size()));
+  if (values.size() == values.capacity())
+    values.reserve(std::max<std::size_t>(16, 2 * values.size()));
 }
 
 void require_shape(const std::shared_ptr<const Polyhedron>& shape, int handle) {

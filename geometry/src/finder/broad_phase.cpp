@@ -18,18 +18,21 @@ using FloatVector = Eigen::Vector3f;
 using FclTree = fcl::detail::HierarchyTree<FloatBox>;
 using Node = FclTree::NodeType;
 
-constexpr int kFewBoxes = 16;       // below this all pairs are tried and no tree is built
-constexpr float kSkin = 0.05F;      // skin of a fat box, as a part of the box's diagonal
-constexpr float kLookAhead = 16;    // a moving box is fattened for this many calls to come
-constexpr float kLookAheadCap = 1;  // but by no more than this part of its diagonal
+constexpr int kFewBoxes = 16;        // below this all pairs are tried and no tree is built
+constexpr float kSkin = 0.05F;       // skin of a fat box, as a part of the box's diagonal
+constexpr float kLookAhead = 16;     // a moving box is fattened for this many calls to come
+constexpr float kLookAheadCap = 1;   // but by no more than this part of its diagonal
 constexpr double kReachSlack = 1.5;  // reach built into the tree, as a multiple of the reach asked
 constexpr double kReachWaste = 4;    // rebuilt when the reach asked shrinks below 1/4 of it
 constexpr double kMostReach = 1e37;  // m; all boxes are within it, and floats can hold it
-constexpr std::size_t kBulk = 8;     // more than 1/8 of the boxes moved out: refit the whole tree
-constexpr std::size_t kMany = 64;    // more than 1/64: those that will follow soon are renewed too
-constexpr float kSoon = 0.5F;        // whose room has shrunk below half a skin
-constexpr double kWornOut = 2;       // rebuilt when its queries visit twice as many nodes as when new
-constexpr int kBucket = 8;           // boxes whose pairs are sorted together
+constexpr std::size_t kBulk = BroadPhase::kBulk;  // more moved out: the whole tree is refitted
+constexpr std::size_t kMany = 64;  // more than 1/64: those that will follow soon are renewed too
+constexpr float kSoon = 0.5F;      // whose room has shrunk below half a skin
+constexpr double kWornOut = 2;     // rebuilt when its queries visit twice as many nodes as when new
+constexpr float kFloatEpsilon = std::numeric_limits<float>::epsilon();
+constexpr float kSmallestFloat = std::numeric_limits<float>::min();
+constexpr float kFarthest = 1e18F;  // m; fat boxes end here: FCL squares their sides
+constexpr int kBucket = 4;          // boxes whose pairs are sorted together
 
 // Two boxes are compared on all sides: which one parts them cannot be foreseen.
 
@@ -46,8 +49,8 @@ bool none_beyond(const Vector3& x, const Vector3& y, const Vector3& u, const Vec
   return _mm_movemask_pd(_mm_and_pd(within, _mm_cmple_pd(third, most))) == 3;
 }
 
-// Six floats: min and max behind each other, read as four and the last four.
-static_assert(sizeof(FloatBox) == 6 * sizeof(float));
+// Six numbers each, min and max behind each other.
+static_assert(sizeof(FloatBox) == 6 * sizeof(float) && sizeof(Box) == 6 * sizeof(double));
 
 __m128 four(const FloatVector& min, int first) { return _mm_loadu_ps(min.data() + first); }
 
@@ -86,10 +89,7 @@ bool overlap(const FloatBox& a, const FloatBox& b) { return within_reach(a, b, 0
 
 /// A float is off by half an eps of itself, denormal ones by less than the smallest normal one; so
 /// is, much less, the difference in double from which it comes.
-float rounding(float value) {
-  return std::abs(value) * std::numeric_limits<float>::epsilon() +
-         std::numeric_limits<float>::min();
-}
+float rounding(float value) { return std::abs(value) * kFloatEpsilon + kSmallestFloat; }
 
 /// Not less than a length, not even after a difference of floats has been rounded.
 float rounded_up(double length) {
@@ -97,16 +97,61 @@ float rounded_up(double length) {
   return value + 2 * rounding(value);
 }
 
-FloatBox rounded_outward(const Box& box, const Vector3& origin) {
+#ifdef QUOIN_WIDE_LANES
+
+/// Minus for numbers of `min`, which go down and grow by what lies below, plus for those of `max`.
+__m128 first_signs() { return _mm_set_ps(0.0F, -0.0F, -0.0F, -0.0F); }
+
+__m128 rounded_outward(__m128 value, __m128 signs) {
+  const __m128 size = _mm_andnot_ps(_mm_set1_ps(-0.0F), value);
+  const __m128 by =
+      _mm_add_ps(_mm_mul_ps(size, _mm_set1_ps(kFloatEpsilon)), _mm_set1_ps(kSmallestFloat));
+  return _mm_add_ps(value, _mm_xor_ps(by, signs));
+}
+
+/// Into memory that is read again as it was written: four floats and two.
+void round_outward(const Box& box, const Vector3& origin, FloatBox& made) {
+  const double *x = box.min.data(), *o = origin.data();
+  const __m128d low = _mm_sub_pd(_mm_loadu_pd(x), _mm_loadu_pd(o));
+  const __m128d mixed = _mm_sub_pd(_mm_loadu_pd(x + 2), _mm_set_pd(o[0], o[2]));
+  const __m128d high = _mm_sub_pd(_mm_loadu_pd(x + 4), _mm_loadu_pd(o + 1));
+  const __m128 first = _mm_movelh_ps(_mm_cvtpd_ps(low), _mm_cvtpd_ps(mixed));
+  _mm_storeu_ps(made.min_.data(), rounded_outward(first, first_signs()));
+  _mm_storel_pi(reinterpret_cast<__m64*>(made.max_.data() + 1),
+                rounded_outward(_mm_cvtpd_ps(high), _mm_setzero_ps()));
+}
+
+/// Does `outer` enclose `inner` with so much room on all sides?
+bool encloses(const FloatBox& outer, const FloatBox& inner, float room) {
+  const __m128 least = _mm_set1_ps(room);
+  const auto last_two = [](const FloatBox& box) {  // as they were stored
+    return _mm_castpd_ps(_mm_load_sd(reinterpret_cast<const double*>(box.max_.data() + 1)));
+  };
+  const __m128 first = _mm_xor_ps(
+      _mm_sub_ps(_mm_loadu_ps(outer.min_.data()), _mm_loadu_ps(inner.min_.data())), first_signs());
+  const __m128 last = _mm_sub_ps(last_two(outer), last_two(inner));
+  const int far_enough = _mm_movemask_ps(_mm_cmpge_ps(first, least));
+  return far_enough == 15 && (_mm_movemask_ps(_mm_cmpge_ps(last, least)) & 3) == 3;
+}
+
+#else
+
+void round_outward(const Box& box, const Vector3& origin, FloatBox& made) {
   const FloatVector min = (box.min - origin).cast<float>();
   const FloatVector max = (box.max - origin).cast<float>();
-  FloatBox made;
   for (Eigen::Index k = 0; k < 3; ++k) {
     made.min_[k] = min[k] - rounding(min[k]);
     made.max_[k] = max[k] + rounding(max[k]);
   }
-  return made;
 }
+
+/// Does `outer` enclose `inner` with so much room on all sides?
+bool encloses(const FloatBox& outer, const FloatBox& inner, float room) {
+  return ((inner.min_ - outer.min_).array() >= room).all() &&
+         ((outer.max_ - inner.max_).array() >= room).all();
+}
+
+#endif
 
 float diagonal(const FloatBox& box) {
   return static_cast<float>((box.max_ - box.min_).cast<double>().norm());
@@ -147,7 +192,7 @@ struct BroadPhase::Tree {
   std::size_t visits = 0, visits_when_new = 0;
 
   std::vector<int> moved;  // out of their room, new or gone; not all of them when too_many_moved
-  bool too_many_moved = false;
+  bool too_many_moved = false;  // the whole tree will be refitted: boxes that are set get new room
   std::vector<BlockPair> kept, scratch, fresh, result;
   std::vector<const Node*> stack;
   std::vector<NodePair> pair_stack;
@@ -167,7 +212,13 @@ struct BroadPhase::Tree {
 
  private:
   void note_moved(int i);
-  bool has_room(int i) const;
+  /// Is the box still inside its fat box less the growth? Once many have left their rooms, those
+  /// that will follow soon do not count as inside.
+  bool has_room(int i) const {
+    const float more = moved.size() * kMany > boxes.size() ? soon(i) : 0.0F;
+    return encloses(leaves[at(i)]->bv, boxes[at(i)], growth + more);
+  }
+  float soon(int i) const { return kSoon * kSkin * diagonal(boxes[at(i)]); }
   FloatBox fat_box(int i, const FloatVector& ahead) const;
   void use_reach(double reach);
   void fell_tree();
@@ -187,28 +238,16 @@ struct BroadPhase::Tree {
   void forget_moved();
 };
 
-/// Is the box still inside its fat box less the growth? Once many have left their rooms, those that
-/// will follow soon do not count as inside; once the whole tree is to be refitted, none does.
-bool BroadPhase::Tree::has_room(int i) const {
-  if (too_many_moved) return false;
-  const FloatBox &box = boxes[at(i)], &fat = leaves[at(i)]->bv;
-  const bool many = moved.size() * kMany > boxes.size();
-  const float room = many ? growth + kSoon * kSkin * diagonal(box) : growth;
-  return ((box.min_ - fat.min_).array() >= room).all() &&
-         ((fat.max_ - box.max_).array() >= room).all();
-}
-
 /// The box grown by its skin, along the way it goes and by half the reach; never less than that in
-/// spite of rounding. A box of NaN is within reach of nothing: it gets a place of no size, and is
-/// looked at again in each call. One that floats cannot hold gets all the room there is.
+/// spite of rounding, but cut off at kFarthest. A box of NaN is within reach of nothing: it gets a
+/// place of no size, and is looked at again in each call.
 FloatBox BroadPhase::Tree::fat_box(int i, const FloatVector& ahead) const {
   const FloatBox& box = boxes[at(i)];
-  const float length = diagonal(box);
+  const float length = std::min(diagonal(box), kFarthest);
   FloatBox fat;
-  if (!std::isfinite(length)) {
-    const float most = std::isnan(length) ? 0.0F : std::numeric_limits<float>::max();
-    fat.min_.setConstant(-most);
-    fat.max_.setConstant(most);
+  if (std::isnan(length)) {
+    fat.min_.setZero();
+    fat.max_.setZero();
     return fat;
   }
   const float cap = kLookAheadCap * length;
@@ -216,8 +255,10 @@ FloatBox BroadPhase::Tree::fat_box(int i, const FloatVector& ahead) const {
     const float way = std::clamp(kLookAhead * ahead[k], -cap, cap);
     const float low = kSkin * length + growth + std::max(0.0F, -way);
     const float high = kSkin * length + growth + std::max(0.0F, way);
-    fat.min_[k] = box.min_[k] - low - 4 * rounding(std::abs(box.min_[k]) + low);
-    fat.max_[k] = box.max_[k] + high + 4 * rounding(std::abs(box.max_[k]) + high);
+    const float min = box.min_[k] - low - 4 * rounding(std::abs(box.min_[k]) + low);
+    const float max = box.max_[k] + high + 4 * rounding(std::abs(box.max_[k]) + high);
+    fat.min_[k] = std::clamp(min, -kFarthest, kFarthest);
+    fat.max_[k] = std::clamp(max, -kFarthest, kFarthest);
   }
   return fat;
 }
@@ -241,13 +282,13 @@ void BroadPhase::Tree::set(int i, const Box& box, BoxUse use) {
     state.push_back(kAbsent);
   }
   const FloatVector before = boxes[at(i)].min_;
-  boxes[at(i)] = rounded_outward(box, origin);
+  round_outward(box, origin, boxes[at(i)]);
   const std::uint8_t idle = use == BoxUse::Idle ? kIdle : 0;
   const bool idle_changed = (state[at(i)] & kIdle) != idle;
   present += has(i, kAbsent);
   state[at(i)] = static_cast<std::uint8_t>((state[at(i)] & kMoved) | idle);
   Node* leaf = leaves[at(i)];
-  if (leaf != nullptr && !has_room(i)) {
+  if (leaf != nullptr && (too_many_moved || !has_room(i))) {
     leaf->bv = fat_box(i, boxes[at(i)].min_ - before);
     note_moved(i);
   } else if (leaf == nullptr || idle_changed) {
@@ -419,9 +460,8 @@ void BroadPhase::Tree::query_moved() {
     });
   }
   std::sort(fresh.begin(), fresh.end());
-  std::erase_if(kept, [&](const BlockPair& pair) {
-    return has(pair.a, kMoved) || has(pair.b, kMoved);
-  });
+  std::erase_if(kept,
+                [&](const BlockPair& pair) { return has(pair.a, kMoved) || has(pair.b, kMoved); });
   scratch.resize(kept.size() + fresh.size());
   std::merge(kept.begin(), kept.end(), fresh.begin(), fresh.end(), scratch.begin());
   std::swap(kept, scratch);
@@ -449,8 +489,8 @@ void BroadPhase::Tree::put_moved() {
   }
 }
 
-/// Brings the tree up to date with boxes that left their room, came, went, or fell idle or are so no
-/// longer.
+/// Brings the tree up to date with boxes that left their room, came, went, or fell idle or are so
+/// no longer.
 void BroadPhase::Tree::follow(double reach) {
   const bool other_reach = reach > built_reach || reach * kReachWaste * kReachSlack < built_reach;
   if (other_reach) use_reach(reach);
@@ -522,6 +562,16 @@ void BroadPhase::remove(int i) {
   tree_->remove(i);
 }
 
+bool BroadPhase::leaves_room(int i, const Box& box) const {
+  const Node* leaf = i < size() ? tree_->leaves[Tree::at(i)] : nullptr;
+  if (leaf == nullptr) return true;
+  FloatBox next;
+  round_outward(box, tree_->origin, next);
+  return !encloses(leaf->bv, next, tree_->growth);
+}
+
+void BroadPhase::renew_all() { tree_->too_many_moved = true; }
+
 void BroadPhase::clear() { tree_->clear(); }
 
 int BroadPhase::size() const { return tree_->count(); }
@@ -542,6 +592,11 @@ const std::vector<BlockPair>& BroadPhase::find_candidates(std::span<const Box> b
                      std::to_string(boxes.size()) + " boxes");
   }
   if (boxes.size() != tree_->boxes.size()) tree_->clear();
+  std::size_t leaving = 0;
+  for (std::size_t i = 0; i < boxes.size(); i += kSample) {
+    leaving += leaves_room(static_cast<int>(i), boxes[i]);
+  }
+  if (leaving * kSample * kBulk > boxes.size()) renew_all();
   for (std::size_t i = 0; i < boxes.size(); ++i) {
     tree_->set(static_cast<int>(i), boxes[i], is_idle(idle, i) ? BoxUse::Idle : BoxUse::Moving);
   }

@@ -45,6 +45,7 @@ struct ContactFinder::Memory {
 
   Executor& executor() { return options.executor == nullptr ? pool : *options.executor; }
   double box_reach() const;
+  bool many_leave() const;
   void update_boxes();
   void update_box(int slot);
   bool is_tested(const BlockPair& pair) const;
@@ -53,8 +54,7 @@ struct ContactFinder::Memory {
 
 /// Up to where boxes may be apart from each other when their bodies are in contact, m.
 double ContactFinder::Memory::box_reach() const {
-  const double tolerance =
-      options.tolerance > 0.0 ? options.tolerance : store.largest_tolerance();
+  const double tolerance = options.tolerance > 0.0 ? options.tolerance : store.largest_tolerance();
   return std::max(options.reach, tolerance);
 }
 
@@ -70,9 +70,22 @@ void ContactFinder::Memory::update_box(int slot) {
                   idle ? BoxUse::Idle : BoxUse::Moving);
 }
 
+/// Do so many bodies leave the room that their boxes have that all had better get new room?
+bool ContactFinder::Memory::many_leave() const {
+  std::size_t leaving = 0;
+  for (int slot = 0; slot < store.slots(); slot += BroadPhase::kSample) {
+    if (store.changes()[static_cast<std::size_t>(slot)] == BodyChange::None) continue;
+    leaving += !store.is_hole(slot) &&
+               broad_phase.leaves_room(slot, placed_box(store.shape(slot), store.placement(slot)));
+  }
+  const auto slots = static_cast<std::size_t>(store.slots());
+  return leaving * BroadPhase::kSample * BroadPhase::kBulk > slots;
+}
+
 void ContactFinder::Memory::update_boxes() {
   const bool all = store.pack();
   if (all) broad_phase.clear();
+  if (many_leave()) broad_phase.renew_all();
   for (int slot = 0; slot < store.slots(); ++slot) {
     if (all || store.changes()[static_cast<std::size_t>(slot)] != BodyChange::None) {
       update_box(slot);

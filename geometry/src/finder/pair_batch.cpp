@@ -39,7 +39,6 @@ struct WorkerPart {
   std::vector<ContactPoint> fresh{}, beyond{};
   History now{}, before{};
   PairTracking tracking{};
-  std::vector<TrackedPoint> local_now{}, local_before{};
   std::vector<int> previous{};
 
   std::size_t total() const { return count + beyond.size(); }
@@ -56,7 +55,10 @@ struct WorkerPart {
 
 Body body_in_row(const void* owner, int index) { return static_cast<const Body*>(owner)[index]; }
 
-bool in_own_frame(const Body& body) { return same_placement(body.placement(), Placement{}); }
+bool in_own_frame(const Body& body) {
+  static const Placement own;
+  return same_placement(body.placement(), own);
+}
 
 /// TODO: bodies in their shapes' own frames go the old way as long as the query of two bodies
 /// copies vertices.
@@ -86,16 +88,6 @@ PairResult describe(const BlockPair& names, const NearestFeatures& nearest,
 
 BlockPair names_of(const PairResult& result) { return {result.a, result.b}; }
 
-/// A world place as seen from a frame: lengths in a deformed frame are off by its strain, which
-/// tells near from far all the same.
-void localize(std::span<const TrackedPoint> world, const Placement& frame,
-              std::vector<TrackedPoint>& local) {
-  local.assign(world.begin(), world.end());
-  for (TrackedPoint& point : local) {
-    point.place = frame.linear.transpose() * (point.place - frame.translation);
-  }
-}
-
 void check(const BodySource& bodies) {
   const auto fits = [&](std::size_t size, const char* what) {
     if (size != 0 && size != static_cast<std::size_t>(bodies.count)) {
@@ -121,6 +113,7 @@ BodySource::BodySource(std::span<const Body> bodies)
 
 struct PairBatch::Memory {
   ContactOptions options;
+  BatchResults results = BatchResults::All;
   BodySource bodies;                       // of the call at hand
   std::vector<BlockPair> sorted;           // the caller's pairs, where they are in no order
   std::span<const BlockPair> pairs;        // of the call at hand, by index
@@ -276,9 +269,9 @@ void PairBatch::Memory::match(std::size_t i, WorkerPart& part, std::span<const T
   }
   const PairResult& old = before[static_cast<std::size_t>(pair.listed)];
   const History& history = parts[static_cast<std::size_t>(pair.worker)].before;
-  const auto was = std::span(history.points)
-                       .subspan(static_cast<std::size_t>(pair.track),
-                                static_cast<std::size_t>(old.count));
+  const auto was =
+      std::span(history.points)
+          .subspan(static_cast<std::size_t>(pair.track), static_cast<std::size_t>(old.count));
   const auto same_features = [](const TrackedPoint& x, const TrackedPoint& y) {
     return x.feature_a == y.feature_a && x.feature_b == y.feature_b;
   };
@@ -288,10 +281,10 @@ void PairBatch::Memory::match(std::size_t i, WorkerPart& part, std::span<const T
     }
     return;
   }
-  localize(now, part.now.frames.back(), part.local_now);
-  localize(was, history.frames[static_cast<std::size_t>(pair.frame)], part.local_before);
   part.previous.resize(points.size());
-  part.tracking.match(part.local_now, part.local_before, options.reach, part.previous);
+  part.tracking.match({now, part.now.frames.back()},
+                      {was, history.frames[static_cast<std::size_t>(pair.frame)]}, options.reach,
+                      part.previous);
   for (std::size_t k = 0; k < points.size(); ++k) {
     points[k].previous = part.previous[k] < 0 ? -1 : old.first + part.previous[k];
   }
@@ -318,13 +311,15 @@ void PairBatch::Memory::search_pair(std::size_t i, const Body& a,
   if (known[i].count >= 0) {
     const auto point = remembered.begin() + known[i].first;
     contacts.insert(contacts.end(), point, point + known[i].count);
-    answers[i] = known[i].listed >= 0 ? before[static_cast<std::size_t>(known[i].listed)]
-                                      : PairResult{};
+    if (known[i].listed >= 0) answers[i] = before[static_cast<std::size_t>(known[i].listed)];
+    answers[i].count = static_cast<int>(known[i].count);
     return;
   }
   const NearestFeatures nearest =
       answer({named[i].a, named[i].b}, a, body(pairs[i].b), options, known[i].hint, contacts);
   known[i].hint = nearest.hint;
+  answers[i].count = static_cast<int>(contacts.size() - first);
+  if (results == BatchResults::PointsAlone) return;
   answers[i] = describe(named[i], nearest, std::span(contacts).subspan(first));
 }
 
@@ -337,6 +332,7 @@ void PairBatch::Memory::search(std::size_t first, std::size_t last, std::size_t 
     if (i > first && pairs[i].a != pairs[i - 1].a) a = body(pairs[i].a);
     const std::size_t start = contacts.size();
     search_pair(i, a, contacts);
+    if (results == BatchResults::PointsAlone) continue;
     follow(i, parts[worker], a, std::span(contacts).subspan(start));
   }
 }
@@ -424,11 +420,12 @@ void PairBatch::Memory::list_results() {
   end_those_before({std::numeric_limits<int>::max(), std::numeric_limits<int>::max()});
 }
 
-PairBatch::PairBatch(const ContactOptions& options) {
+PairBatch::PairBatch(const ContactOptions& options, BatchResults results) {
   require_length(options.reach, "pair batch: reach");
   require_length(options.tolerance, "pair batch: tolerance");
   memory_ = std::make_unique<Memory>();
   memory_->options = options;
+  memory_->results = results;
 }
 PairBatch::~PairBatch() = default;
 PairBatch::PairBatch(PairBatch&&) noexcept = default;
@@ -460,7 +457,7 @@ void PairBatch::Memory::find(std::vector<ContactPoint>& contacts, Executor* exec
     contacts.clear();
     search(0, pairs.size(), 0, contacts);
   }
-  list_results();
+  if (results == BatchResults::All) list_results();
   remember(contacts);
 }
 

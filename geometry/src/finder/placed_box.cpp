@@ -65,8 +65,8 @@ Box placed_box(const Polyhedron& shape, const Placement& placement) {
     const Vector3 size_of_row = row.cwiseAbs();
     const double centre = placement.translation[k] + row.dot(middle);
     const double reach = std::min(size_of_row.dot(half), radius * row.norm());
-    const double size = std::abs(placement.translation[k]) +
-                        size_of_row.dot(middle.cwiseAbs() + half) + reach;
+    const double size =
+        std::abs(placement.translation[k]) + size_of_row.dot(middle.cwiseAbs() + half) + reach;
     box.min[k] = centre - reach - kRoundings * size;
     box.max[k] = centre + reach + kRoundings * size;
   }

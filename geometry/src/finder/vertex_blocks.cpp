@@ -7,9 +7,7 @@ namespace {
 
 bool same_box(const Box& x, const Box& y) { return x.min == y.min && x.max == y.max; }
 
-Body block_of(const void* owner, int index) {
-  return static_cast<const Polyhedron*>(owner)[index];
-}
+Body block_of(const void* owner, int index) { return static_cast<const Polyhedron*>(owner)[index]; }
 
 }  // namespace
 

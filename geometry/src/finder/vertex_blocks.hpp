@@ -8,7 +8,8 @@ namespace quoin::geometry {
 
 class VertexBlocks {
  public:
-  explicit VertexBlocks(const ContactOptions& options) : options_(options), batch_(options) {}
+  explicit VertexBlocks(const ContactOptions& options)
+      : options_(options), batch_(options, BatchResults::PointsAlone) {}
 
   FindCounts find(std::span<const Polyhedron> blocks, std::span<const char> idle,
                   std::vector<ContactPoint>& contacts, Executor& executor);
@@ -28,9 +29,9 @@ class VertexBlocks {
   ContactOptions options_;
   BroadPhase broad_phase_;
   PairBatch batch_;
-  std::vector<Box> boxes_;            // of the last call
-  std::vector<Standing> standing_;    // one a block
-  std::vector<BodyChange> changes_;   // since the last call
+  std::vector<Box> boxes_;           // of the last call
+  std::vector<Standing> standing_;   // one a block
+  std::vector<BodyChange> changes_;  // since the last call
 };
 
 }  // namespace quoin::geometry

@@ -10,7 +10,8 @@ WorkerPool::WorkerPool(int count) : failures_(static_cast<std::size_t>(count)) {
     for (int worker = 1; worker < count; ++worker) {
       threads_.emplace_back([this, worker] { serve(worker); });
     }
-  } catch (const std::exception&) {  // no further thread, or no memory for it: the others do the work
+  } catch (
+      const std::exception&) {  // no further thread, or no memory for it: the others do the work
   }
 }
 

@@ -10,9 +10,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kDirections = 6;  // tried to part two solids before the search is asked
 
 /// Place of a vertex relative to the body's translation, m.
-Vector3 arm(const Body& body, int v) {
-  return body.placement().linear * body.shape().vertex(v);
-}
+Vector3 arm(const Body& body, int v) { return body.placement().linear * body.shape().vertex(v); }
 
 /// The arm of the vertex farthest along a direction.
 Vector3 farthest_arm(const Body& body, const Vector3& direction) {
@@ -59,8 +57,7 @@ bool clearly_beyond(const Body& a, const Body& b, double gap, const Vector3& hin
     const double length = direction.norm();
     if (!(length > 0.0) || !std::isfinite(length)) return false;
     direction /= length;
-    const Vector3 support =
-        between + farthest_arm(b, -direction) - farthest_arm(a, direction);
+    const Vector3 support = between + farthest_arm(b, -direction) - farthest_arm(a, direction);
     if (support.dot(direction) > limit) return true;
     nearest = nearest_on_segment(nearest, support);
     direction = nearest;
@@ -121,7 +118,8 @@ bool within_planes(const Body& body, const Vector3& point, double tolerance) {
 
 /// Is a point inside by more than the labels of the faces are off their planes?
 bool clearly_contains(const Body& body, const Vector3& point) {
-  constexpr double kFlat = 1e-6;  // of the diameter: the most that a face given may be off its plane
+  constexpr double kFlat =
+      1e-6;  // of the diameter: the most that a face given may be off its plane
   return within_planes(body, point,
                        -kFlat * body.shape().diameter() * body.placement().linear.norm());
 }

@@ -3,7 +3,8 @@
 #include <stdio.h>
 
 int main(void) {
-  const double corners[24] = {0, 0, 0, 2, 0, 0, 0, 1, 0, 2, 1, 0, 0, 0, 1, 2, 0, 1, 0, 1, 1, 2, 1, 1};
+  const double corners[24] = {0, 0, 0, 2, 0, 0, 0, 1, 0, 2, 1, 0,
+                              0, 0, 1, 2, 0, 1, 0, 1, 1, 2, 1, 1};
   const quoin_finder_options options = {1e-3, 0.0, 1};
   quoin_shape* brick = NULL;
   quoin_finder* finder = NULL;

@@ -27,6 +27,14 @@ class BroadPhase {
   /// Box number `i` meets nothing until it is set again.
   void remove(int i);
   void clear();  ///< no boxes
+
+  /// Where a sample of kSample shows that more than one box in kBulk leaves the room that it has in
+  /// the tree, all boxes that are set from here to find_candidates() had better get new room: the
+  /// whole tree is refitted.
+  static constexpr std::size_t kSample = 16, kBulk = 8;
+  bool leaves_room(int i, const Box& box) const;
+  void renew_all();
+
   int size() const;
 
   /// All pairs with boxes at most `reach` (m) apart, and few others whose boxes are so but for the

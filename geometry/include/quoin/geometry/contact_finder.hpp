@@ -30,9 +30,9 @@ struct BodyOptions {
 /// changes the speed, never the answer.
 ///
 /// A handle is a number from 0 on, given in ascending order and never given again, not even after
-/// its body is removed; a finder takes 2^31 - 1 bodies in its life. Erasing a body renames no other.
-/// All calls throw InputError naming the handle when it is none or its body is gone, and when the
-/// finder was moved from.
+/// its body is removed; a finder takes 2^31 - 1 bodies in its life. Erasing a body renames no
+/// other. All calls throw InputError naming the handle when it is none or its body is gone, and
+/// when the finder was moved from.
 class ContactFinder {
  public:
   explicit ContactFinder(const FinderOptions& options);

@@ -50,19 +50,23 @@ struct PairResult {
   int first = 0, count = 0;           ///< its points in the list; none when it has ended
 };
 
+/// What a batch is asked for. Points alone take a little less time: pairs() is then empty and
+/// ContactPoint::previous -1.
+enum class BatchResults : char { All, PointsAlone };
+
 /// What a call had to do.
 struct FindCounts {
   int candidates = 0;  ///< pairs of bodies near enough to touch
   int searched = 0;    ///< of these: not left as they were by both bodies since the last call
 };
 
-/// Answers lists of candidate pairs, and remembers of each pair where its search ended, its contacts
-/// and, of bodies that stand still, the answer: that changes the speed, never the answer.
+/// Answers lists of candidate pairs, and remembers of each pair where its search ended, its
+/// contacts and, of bodies that stand still, the answer: that changes the speed, never the answer.
 class PairBatch {
  public:
   /// options.reach: contact points are listed up to this gap, m. Throws InputError when a length
   /// is negative or not finite.
-  explicit PairBatch(const ContactOptions& options);
+  explicit PairBatch(const ContactOptions& options, BatchResults results = BatchResults::All);
   ~PairBatch();
   PairBatch(PairBatch&&) noexcept;
   PairBatch& operator=(PairBatch&&) noexcept;

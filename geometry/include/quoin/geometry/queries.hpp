@@ -23,16 +23,16 @@ std::optional<NearestFeatures> nearest_features_within(const Body& a, const Body
 
 /// The points origin + s direction, 0 <= s <= length.
 struct Ray {
-  Vector3 origin = Vector3::Zero();        ///< m
-  Vector3 direction = Vector3::UnitX();    ///< not zero; need not be a unit vector
-  double length = 0.0;                     ///< in units of the direction; may be infinite
+  Vector3 origin = Vector3::Zero();      ///< m
+  Vector3 direction = Vector3::UnitX();  ///< not zero; need not be a unit vector
+  double length = 0.0;                   ///< in units of the direction; may be infinite
 };
 
 struct RayHit {
-  double s = 0.0;                     ///< where the ray enters; 0: it starts in the solid
-  Vector3 point = Vector3::Zero();    ///< m
-  Vector3 normal = Vector3::Zero();   ///< outward unit normal of the face; zero: starts inside
-  int face = -1;                      ///< where it enters; -1: starts inside
+  double s = 0.0;                    ///< where the ray enters; 0: it starts in the solid
+  Vector3 point = Vector3::Zero();   ///< m
+  Vector3 normal = Vector3::Zero();  ///< outward unit normal of the face; zero: starts inside
+  int face = -1;                     ///< where it enters; -1: starts inside
 };
 
 /// Where a ray enters a solid. A ray that passes within rounding of an edge may hit or miss. Throws
