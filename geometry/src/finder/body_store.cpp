@@ -47,7 +47,8 @@ int BodyStore::join_kind(std::shared_ptr<const Polyhedron> shape, const BodyOpti
   if (is_new) {
     try {
       make_room_in(kinds_);
-      free_kinds_.reserve(kinds_.size() + 1);  // so that leave_kind() cannot fail
+      // So that leave_kind() cannot fail.
+      if (free_kinds_.capacity() <= kinds_.size()) free_kinds_.reserve(2 * kinds_.size() + 1);
     } catch (...) {
       kind_by_key_.erase(place);
       throw;
