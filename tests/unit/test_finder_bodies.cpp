@@ -441,6 +441,12 @@ TEST_CASE("bodies: another shape has no history") {
   for (const ContactPoint& contact : contacts) CHECK(contact.previous == -1);
   CHECK(finder.pairs()[0].event == PairEvent::Persist);
   CHECK_THAT(finder.pairs()[0].area, WithinRel(0.5, 1e-12));
+  finder.replace_shape(1, box({1, 0.5, 1}));  // its features may have any names
+  finder.find(contacts);
+  REQUIRE(contacts.size() == 4);
+  for (const ContactPoint& contact : contacts) CHECK(contact.previous == -1);
+  finder.find(contacts);
+  for (const ContactPoint& contact : contacts) CHECK(contact.previous >= 0);
 }
 
 TEST_CASE("bodies: the caller's threads, in whatever order they run") {
