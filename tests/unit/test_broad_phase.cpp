@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <limits>
 #include <quoin/geometry/broad_phase.hpp>
 
@@ -137,4 +138,68 @@ TEST_CASE("broad phase: flags that do not fit the boxes are refused") {
   const std::vector<Box> boxes(3);
   const std::vector<char> idle(2, 0);
   CHECK_THROWS_AS(BroadPhase().find_candidates(boxes, 0.0, idle), quoin::geometry::InputError);
+}
+
+TEST_CASE("broad phase: boxes one at a time, that come, go, move, rest and jump") {
+  using quoin::geometry::BoxUse;
+  Random random(23);
+  for (const Vector3& away : {Vector3(0, 0, 0), Vector3(1e6, -1e6, 1e6)}) {
+    BroadPhase kept;
+    std::vector<Box> boxes;
+    std::vector<char> idle, present;
+    for (int step = 0; step < 120; ++step) {
+      const double share = step % 4 == 0 ? 0.5 : 0.02;
+      const double speed = random.log_uniform(1e-4, 0.5);
+      const int more = step == 0 ? 100 : random.chance(0.3) ? 5 : 0;
+      for (int k = 0; k < more; ++k) {
+        const Vector3 corner = away + random.point(0, 6);
+        boxes.push_back({corner, corner + random.point(0.01, 1)});
+        idle.push_back(random.chance(0.3) ? 1 : 0);
+        present.push_back(1);
+        kept.set(kept.size(), boxes.back(), idle.back() ? BoxUse::Idle : BoxUse::Moving);
+      }
+      for (std::size_t i = 0; i < boxes.size(); ++i) {
+        const double fate = random.uniform();
+        if (fate < 0.1 * share || (step == 60 && fate < 0.95)) {
+          present[i] = 0;
+          kept.remove(static_cast<int>(i));
+        } else if (fate < share) {
+          const Vector3 move = (random.chance(0.05) ? 4.0 : speed) * random.direction();
+          boxes[i] = {boxes[i].min + move, boxes[i].max + move};
+          if (random.chance(0.1)) idle[i] = static_cast<char>(1 - idle[i]);
+          present[i] = 1;
+          kept.set(static_cast<int>(i), boxes[i], idle[i] ? BoxUse::Idle : BoxUse::Moving);
+        }
+      }
+      const double reach = step % 40 < 20 ? 0.01 : random.log_uniform(1e-4, 0.3);
+      const double looser = reach + 1e-5;  // single precision, 10 m around the first box
+      const auto all = [&](double limit) {
+        std::vector<BlockPair> pairs = all_pairs(boxes, limit, idle);
+        std::erase_if(pairs, [&](const BlockPair& pair) {
+          return !present[static_cast<std::size_t>(pair.a)] ||
+                 !present[static_cast<std::size_t>(pair.b)];
+        });
+        return pairs;
+      };
+      const std::vector<BlockPair> least = all(reach), most = all(looser);
+      const std::vector<BlockPair>& found = kept.find_candidates(reach);
+      REQUIRE(std::is_sorted(found.begin(), found.end()));
+      REQUIRE(std::includes(found.begin(), found.end(), least.begin(), least.end()));
+      REQUIRE(std::includes(most.begin(), most.end(), found.begin(), found.end()));
+    }
+  }
+}
+
+TEST_CASE("broad phase: boxes that single precision cannot hold lose no pair") {
+  for (const double size : {1e-60, 1e-42, 1e35, 1e60}) {
+    std::vector<Box> boxes;
+    for (int i = 0; i < 40; ++i) {
+      boxes.push_back({size * Vector3(i, 0, 0), size * Vector3(i + 1, 1, 1)});
+    }
+    BroadPhase phase;
+    for (int step = 0; step < 3; ++step) {
+      CHECK(phase.find_candidates(boxes, 0.0) == all_pairs(boxes, 0.0, {}));
+    }
+    CHECK(phase.find_candidates(boxes, 1e300).size() == 40 * 39 / 2);
+  }
 }

@@ -1,8 +1,10 @@
+#include <malloc.h>
 #include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <map>
 #include <new>
 #include <numeric>
 #include <quoin/geometry.hpp>
@@ -13,34 +15,36 @@
 namespace {
 
 std::atomic<long> allocations{0};
+std::atomic<long> bytes_in_use{0};
+
+void* counted(void* memory) {
+  if (memory == nullptr) throw std::bad_alloc();
+  ++allocations;
+  bytes_in_use += static_cast<long>(malloc_usable_size(memory));
+  return memory;
+}
+
+void give_back(void* memory) {
+  if (memory != nullptr) bytes_in_use -= static_cast<long>(malloc_usable_size(memory));
+  std::free(memory);
+}
 
 }  // namespace
 
 // Counts what this program allocates, in all threads.
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size)) {
-    return memory;
-  }
-  throw std::bad_alloc();
-}
+void* operator new(std::size_t size) { return counted(std::malloc(size)); }
 void* operator new(std::size_t size, std::align_val_t alignment) {
-  ++allocations;
   const std::size_t border = static_cast<std::size_t>(alignment);
-  if (void* memory = std::aligned_alloc(border, (size + border - 1) / border * border)) {
-    return memory;
-  }
-  throw std::bad_alloc();
+  return counted(std::aligned_alloc(border, (size + border - 1) / border * border));
 }
 void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
-  ++allocations;
-  return std::malloc(size);
+  return counted(std::malloc(size));
 }
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, const std::nothrow_t&) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+void operator delete(void* memory) noexcept { give_back(memory); }
+void operator delete(void* memory, const std::nothrow_t&) noexcept { give_back(memory); }
+void operator delete(void* memory, std::size_t) noexcept { give_back(memory); }
+void operator delete(void* memory, std::align_val_t) noexcept { give_back(memory); }
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { give_back(memory); }
 
 namespace {
 
@@ -48,8 +52,11 @@ using quoin::geometry::ContactFinder;
 using quoin::geometry::ContactKey;
 using quoin::geometry::ContactPoint;
 using quoin::geometry::ContactType;
+using quoin::geometry::FeatureHint;
 using quoin::geometry::InputError;
 using quoin::geometry::make_box;
+using quoin::geometry::PairResult;
+using quoin::geometry::Placement;
 using quoin::geometry::Points;
 using quoin::geometry::Polyhedron;
 using quoin::geometry::Vector3;
@@ -334,4 +341,63 @@ TEST_CASE("finder: options that make no sense are refused") {
   CHECK_THROWS_AS(ContactFinder({.threads = 0}), InputError);
   ContactFinder finder({.reach = 1e-3});
   CHECK_THROWS_AS(finder.set_reach(-1.0), InputError);
+}
+
+TEST_CASE("bodies: a further one of a known shape takes at most 256 bytes") {
+  const auto brick = std::make_shared<const Polyhedron>(make_box(Vector3::Zero(), kBrick));
+  const auto bytes_for = [&](int count, bool moving) {
+    const long before = bytes_in_use;
+    ContactFinder finder({.reach = 1e-3});
+    std::vector<ContactPoint> contacts;
+    for (int step = 0; step < 3; ++step) {
+      for (int i = 0; i < count; ++i) {
+        const Placement place{.translation = Vector3(i % 64, i / 64, step)};
+        if (step == 0) finder.add(brick, place);
+        if (moving && step > 0) finder.move(i, place);
+      }
+      finder.find(contacts);
+    }
+    return bytes_in_use - before;
+  };
+  for (const bool moving :
+       {false, true}) {  // lists grow by doubling: at powers of two they are full
+    const double bytes =
+        static_cast<double>(bytes_for(8192, moving) - bytes_for(4096, moving)) / 4096;
+    INFO(bytes << " bytes a body" << (moving ? ", moving" : ""));
+    CHECK(bytes <= 256.0);
+    CHECK(bytes > 96.0);  // its placement
+  }
+}
+
+TEST_CASE("bodies: once warm the finder itself allocates nothing") {
+  for (const int threads : {1, 2}) {
+    Random random(14);
+    const auto brick = std::make_shared<const Polyhedron>(make_box(-0.5 * kBrick, 0.5 * kBrick));
+    ContactFinder finder({.reach = 1e-2, .threads = threads});
+    std::vector<Placement> places;
+    for (const Polyhedron& block : wall(12, 12, 1e-4, random)) {
+      places.push_back({.translation = 0.5 * (block.box().min + block.box().max)});
+      finder.add(brick, places.back());
+    }
+    std::vector<ContactPoint> contacts, alone;
+    for (int step = 0; step < 25; ++step) {
+      for (int i = 0; i < finder.size(); ++i) {
+        places[static_cast<std::size_t>(i)].translation +=
+            (step < 5 ? 1e-4 : 1e-5) * random.direction();
+        finder.move(i, places[static_cast<std::size_t>(i)]);
+      }
+      const long before = allocations;
+      const int searched = finder.find(contacts).searched;
+      const long in_find = allocations - before;
+      if (step < 5) continue;
+      const PairResult& pair = finder.pairs()[0];  // what the query of one pair allocates
+      alone.reserve(100);
+      alone.clear();
+      const long before_one = allocations;
+      append_contacts_within_reach({0, 1}, finder.body(pair.a), finder.body(pair.b),
+                                   {.reach = 1e-2}, FeatureHint{}, alone);
+      CHECK(in_find == searched * (allocations - before_one));
+    }
+    CHECK(contacts.size() > 1000);
+  }
 }

@@ -26,9 +26,9 @@ static void fill_cube(double* points, double x, double y, double z) {
   }
 }
 
-static quoin_polyhedron* cube(double x, double y, double z) {
+static quoin_shape* cube(double x, double y, double z) {
   double points[24];
-  quoin_polyhedron* made = NULL;
+  quoin_shape* made = NULL;
   char message[200];
   fill_cube(points, x, y, z);
   CHECK(quoin_make_polyhedron(points, 8, kFaceSizes, 6, kFaces, &made, message, sizeof message) ==
@@ -37,15 +37,30 @@ static quoin_polyhedron* cube(double x, double y, double z) {
   return made;
 }
 
+static quoin_body at_home(const quoin_shape* shape) {
+  const quoin_body body = {shape, quoin_no_placement()};
+  return body;
+}
+
+static quoin_placement at(double x, double y, double z) {
+  quoin_placement placement = quoin_no_placement();
+  placement.translation[0] = x;
+  placement.translation[1] = y;
+  placement.translation[2] = z;
+  return placement;
+}
+
 static void test_stacked_cubes(void) {
-  quoin_polyhedron* a = cube(0, 0, 0);
-  quoin_polyhedron* b = cube(0.5, 0.25, 1.125);
+  quoin_shape* shape_a = cube(0, 0, 0);
+  quoin_shape* shape_b = cube(0.5, 0.25, 1.125);
+  const quoin_body body_a = at_home(shape_a), body_b = at_home(shape_b);
+  const quoin_body *a = &body_a, *b = &body_b;
   quoin_nearest nearest;
   quoin_contact_point points[16];
   quoin_hint hint = quoin_no_hint();
   int count = 16;
   double area = 0;
-  CHECK(quoin_vertex_count(a) == 8);
+  CHECK(quoin_vertex_count(shape_a) == 8);
   CHECK(quoin_nearest_features(a, b, 0.0, &hint, &nearest) == QUOIN_OK);
   CHECK(nearest.status == QUOIN_SEPARATED && nearest.gap == 0.125);
   CHECK(nearest.normal[0] == 0 && nearest.normal[1] == 0 && nearest.normal[2] == 1);
@@ -62,18 +77,18 @@ static void test_stacked_cubes(void) {
 
   double moved[24];
   fill_cube(moved, 0.5, 0.25, 0.75);
-  CHECK(quoin_set_vertices(b, moved) == QUOIN_OK);
+  CHECK(quoin_set_vertices(shape_b, moved) == QUOIN_OK);
   CHECK(quoin_nearest_features(a, b, 0.0, &hint, &nearest) == QUOIN_OK);
   CHECK(nearest.status == QUOIN_OVERLAPPING && nearest.gap == -0.25);
   moved[4] = NAN;
-  CHECK(quoin_set_vertices(b, moved) == QUOIN_BAD_INPUT);
-  quoin_free(a);
-  quoin_free(b);
+  CHECK(quoin_set_vertices(shape_b, moved) == QUOIN_BAD_INPUT);
+  quoin_free(shape_a);
+  quoin_free(shape_b);
 }
 
 static void test_hull_and_features(void) {
   const double points[18] = {0, 0, 0, 1, 0, 0, 0.25, 0.25, 0.25, 0, 1, 0, 0, 0, 1, 0.1, 0.1, 0.1};
-  quoin_polyhedron* hull = NULL;
+  quoin_shape* hull = NULL;
   int indices[6] = {-1, -1, -1, -1, -1, -1};
   int vertices[4];
   int count = 4;
@@ -95,7 +110,7 @@ static void test_hull_and_features(void) {
 
 static void test_bad_input(void) {
   double points[24];
-  quoin_polyhedron* made = NULL;
+  quoin_shape* made = NULL;
   quoin_nearest nearest;
   char message[80] = "";
   char tiny[5];
@@ -118,20 +133,157 @@ static void test_bad_input(void) {
   CHECK(quoin_make_polyhedron(points, 8, kFaceSizes, 6, inverted, &made, NULL, 0) ==
         QUOIN_BAD_INPUT); /* one face the wrong way round */
   CHECK(made == NULL);
-  quoin_polyhedron* a = cube(0, 0, 0);
+  quoin_shape* shape = cube(0, 0, 0);
+  quoin_body body = at_home(shape);
+  const quoin_body* a = &body;
   CHECK(quoin_nearest_features(a, NULL, 0.0, NULL, &nearest) == QUOIN_BAD_INPUT);
   CHECK(quoin_nearest_features(a, a, -1.0, NULL, &nearest) == QUOIN_BAD_INPUT);
   CHECK(quoin_nearest_features(a, a, NAN, NULL, &nearest) == QUOIN_BAD_INPUT);
   CHECK(quoin_nearest_features(a, a, 0.0, NULL, NULL) == QUOIN_BAD_INPUT);
-  quoin_free(a);
+  body.placement.linear[4] = -1;
+  CHECK(quoin_nearest_features(a, a, 0.0, NULL, &nearest) == QUOIN_BAD_INPUT); /* inside out */
+  body = at_home(NULL);
+  CHECK(quoin_nearest_features(a, a, 0.0, NULL, &nearest) == QUOIN_BAD_INPUT);
+  quoin_free(shape);
   quoin_free(NULL);
   CHECK(quoin_vertex_count(NULL) == 0);
+}
+
+static void test_hints_of_others(void) {
+  quoin_shape* shape = cube(0, 0, 0);
+  const quoin_body a = at_home(shape), b = {shape, at(0.5, 0.25, 1.25)};
+  quoin_nearest nearest;
+  quoin_hint hint = quoin_no_hint();
+  hint.vertices_a[0] = 1000000; /* the hint of some other pair, or none at all */
+  hint.vertices_b[2] = -7;
+  hint.face_a = 99;
+  hint.normal[1] = NAN;
+  CHECK(quoin_nearest_features(&a, &b, 0.0, &hint, &nearest) == QUOIN_OK);
+  CHECK(nearest.gap == 0.25 && hint.vertices_a[0] >= 0 && hint.vertices_a[0] < 8);
+  quoin_free(shape);
+}
+
+static void test_queries(void) {
+  quoin_shape* shape = cube(0, 0, 0);
+  const quoin_body a = at_home(shape), b = {shape, at(1e6, 0.25, 0)};
+  const double inside[3] = {1e6 + 0.5, 0.5, 0.5}, nowhere[3] = {NAN, 0, 0};
+  quoin_ray ray = {{-1, 0.5, 0.5}, {2, 0, 0}, INFINITY};
+  quoin_ray_hit hit;
+  quoin_nearest nearest;
+  int answer = -1;
+  CHECK(quoin_overlap(&a, &b, &answer) == QUOIN_OK && answer == 0);
+  CHECK(quoin_overlap(&b, &b, &answer) == QUOIN_OK && answer == 1);
+  CHECK(quoin_overlap(&a, &b, NULL) == QUOIN_BAD_INPUT);
+  CHECK(quoin_distance_within(&a, &b, 1e3, NULL, &nearest, &answer) == QUOIN_OK && answer == 0);
+  CHECK(quoin_distance_within(&a, &b, 1e7, NULL, &nearest, &answer) == QUOIN_OK && answer == 1);
+  CHECK(nearest.gap == 1e6 - 1);
+  CHECK(quoin_first_hit(&a, &ray, &hit, &answer) == QUOIN_OK && answer == 1);
+  CHECK(hit.s == 0.5 && hit.normal[0] == -1 && hit.point[0] == 0);
+  ray.length = 0.25;
+  CHECK(quoin_first_hit(&a, &ray, &hit, &answer) == QUOIN_OK && answer == 0);
+  ray.direction[0] = 0;
+  CHECK(quoin_first_hit(&a, &ray, &hit, &answer) == QUOIN_BAD_INPUT);
+  CHECK(quoin_contains(&b, inside, 0.0, &answer) == QUOIN_OK && answer == 1);
+  CHECK(quoin_contains(&a, inside, 0.0, &answer) == QUOIN_OK && answer == 0);
+  CHECK(quoin_contains(&a, nowhere, 0.0, &answer) == QUOIN_OK && answer == 0);
+  quoin_free(shape);
+}
+
+static int all_but_one_and_two(void* context, int a, int b) {
+  ++*(int*)context;
+  return a != 1 || b != 2;
+}
+
+static void test_finder(void) {
+  const quoin_finder_options options = {1e-3, 0.0, 2};
+  quoin_shape* shape = cube(0, 0, 0);
+  quoin_body body = at_home(shape);
+  quoin_body_options idle = quoin_default_body_options();
+  quoin_finder* finder = NULL;
+  int handle = -1, count = -1, asked = 0;
+  CHECK(quoin_make_finder(&options, &finder, NULL, 0) == QUOIN_OK);
+  CHECK(quoin_finder_threads(finder) == 2);
+  for (int i = 0; i < 4; ++i) {
+    body.placement = at(0, 0, i);
+    CHECK(quoin_finder_add(finder, &body, NULL, &handle) == QUOIN_OK && handle == i);
+  }
+  quoin_free(shape); /* the finder keeps it */
+  CHECK(quoin_finder_find(finder) == QUOIN_OK);
+  const quoin_contact_point* points = quoin_finder_points(finder, &count);
+  CHECK(count == 12 && points[4].a == 1 && points[4].b == 2 && points[4].previous == -1);
+  const quoin_pair* pairs = quoin_finder_pairs(finder, &count);
+  CHECK(count == 3 && pairs[1].event == QUOIN_BEGIN && pairs[1].type == QUOIN_FACE_FACE);
+  CHECK(pairs[1].first == 4 && pairs[1].count == 4 && pairs[1].area == 1.0);
+  CHECK(quoin_finder_remove(finder, 1) == QUOIN_OK && quoin_finder_size(finder) == 3);
+  CHECK(quoin_finder_find(finder) == QUOIN_OK);
+  points = quoin_finder_points(finder, &count);
+  CHECK(count == 4 && points[0].a == 2 && points[0].b == 3 && points[0].previous == 8);
+  pairs = quoin_finder_pairs(finder, &count);
+  CHECK(count == 3 && pairs[0].event == QUOIN_END && pairs[2].event == QUOIN_PERSIST);
+  CHECK(quoin_finder_remove(finder, 1) == QUOIN_BAD_INPUT);
+  CHECK(strcmp(quoin_finder_message(finder), "body 1 has been removed") == 0);
+  idle.idle = 1;
+  CHECK(quoin_finder_set_options(finder, 2, &idle) == QUOIN_OK);
+  CHECK(quoin_finder_set_options(finder, 3, &idle) == QUOIN_OK);
+  CHECK(quoin_finder_find(finder) == QUOIN_OK);
+  quoin_finder_points(finder, &count);
+  CHECK(count == 0);
+  CHECK(quoin_finder_set_options(finder, 3, NULL) == QUOIN_OK);
+  CHECK(quoin_finder_set_filter(finder, all_but_one_and_two, &asked) == QUOIN_OK);
+  CHECK(quoin_finder_find(finder) == QUOIN_OK && asked == 1);
+  quoin_finder_points(finder, &count);
+  CHECK(count == 4);
+  body.placement = at(0, NAN, 0);
+  CHECK(quoin_finder_move(finder, 3, &body.placement) == QUOIN_BAD_INPUT);
+  CHECK(strstr(quoin_finder_message(finder), "body 3: translation[1]") != NULL);
+  CHECK(quoin_finder_move(finder, 3, NULL) == QUOIN_BAD_INPUT);
+  CHECK(quoin_finder_add(finder, NULL, NULL, &handle) == QUOIN_BAD_INPUT);
+  CHECK(quoin_finder_replace_shape(finder, 3, NULL) == QUOIN_BAD_INPUT);
+  CHECK(quoin_finder_set_reach(finder, -1) == QUOIN_BAD_INPUT);
+  quoin_free_finder(finder);
+  quoin_free_finder(NULL);
+  CHECK(quoin_finder_find(NULL) == QUOIN_BAD_INPUT && quoin_finder_size(NULL) == 0);
+  CHECK(quoin_finder_points(NULL, &count) == NULL && count == 0);
+  CHECK(quoin_make_finder(NULL, &finder, NULL, 0) == QUOIN_BAD_INPUT);
+}
+
+/* Vertices that move freely: bodies of a finder keep the shape that they were given. */
+static void test_free_vertices(void) {
+  const quoin_finder_options options = {1e-3, 0.0, 1};
+  quoin_shape* shape = cube(0, 0, 0);
+  quoin_shape* top = cube(0, 0, 1);
+  const quoin_body a = at_home(shape), b = at_home(top);
+  quoin_finder* finder = NULL;
+  double raised[24];
+  int handle, count;
+  CHECK(quoin_make_finder(&options, &finder, NULL, 0) == QUOIN_OK);
+  CHECK(quoin_finder_add(finder, &a, NULL, &handle) == QUOIN_OK);
+  CHECK(quoin_finder_add(finder, &b, NULL, &handle) == QUOIN_OK);
+  fill_cube(raised, 0, 0, 1.5);
+  CHECK(quoin_set_vertices(top, raised) == QUOIN_OK);
+  CHECK(quoin_finder_find(finder) == QUOIN_OK);
+  quoin_finder_points(finder, &count);
+  CHECK(count == 4);
+  CHECK(quoin_finder_replace_shape(finder, handle, top) == QUOIN_OK);
+  CHECK(quoin_finder_find(finder) == QUOIN_OK);
+  quoin_finder_points(finder, &count);
+  CHECK(count == 0);
+  raised[0] = 1e31;
+  CHECK(quoin_set_vertices(top, raised) == QUOIN_BAD_INPUT);
+  quoin_free(shape);
+  quoin_free(top);
+  quoin_free_finder(finder);
 }
 
 int main(void) {
   test_stacked_cubes();
   test_hull_and_features();
   test_bad_input();
+  test_hints_of_others();
+  test_queries();
+  test_finder();
+  test_free_vertices();
+  CHECK(strchr(quoin_version(), '.') != NULL);
   if (failures == 0) {
     printf("all passed\n");
   }

@@ -1,12 +1,16 @@
 #pragma once
 /// All of quoin::geometry but the oracle (gjk_oracle.hpp, a target of its own).
 
+#include <quoin/geometry/body.hpp>
 #include <quoin/geometry/broad_phase.hpp>
 #include <quoin/geometry/build.hpp>
 #include <quoin/geometry/contact_finder.hpp>
 #include <quoin/geometry/contact_point.hpp>
 #include <quoin/geometry/contact_type.hpp>
+#include <quoin/geometry/executor.hpp>
 #include <quoin/geometry/mass_properties.hpp>
 #include <quoin/geometry/nearest_features.hpp>
+#include <quoin/geometry/pair_batch.hpp>
 #include <quoin/geometry/polyhedron.hpp>
+#include <quoin/geometry/queries.hpp>
 #include <quoin/geometry/types.hpp>

@@ -1,23 +1,32 @@
 #ifndef QUOIN_GEOMETRY_C_H
 #define QUOIN_GEOMETRY_C_H
-/* The query of quoin::narrow_phase for C and, by ISO_C_BINDING, Fortran. SI units (m), world frame.
+/* quoin's geometry for C and, by ISO_C_BINDING, Fortran. SI units (m), world frame.
  *
- * No exception leaves these functions: each returns a quoin_status. Results are written into memory
- * of the caller; only a quoin_polyhedron is memory of the library, given back by quoin_free. One
- * polyhedron may be read by many threads at once. */
+ * No exception leaves these functions: those that can fail return a quoin_status. Results are
+ * written into memory of the caller, or stay in a quoin_finder until its next call. A quoin_shape
+ * and a quoin_finder are memory of the library, given back by quoin_free and quoin_free_finder. One
+ * shape may be read by many threads at once, a finder used by one at a time.
+ *
+ * Shapes, pairs and queries are in the targets quoin::narrow_phase and quoin::geometry, the finder
+ * in quoin::geometry alone; quoin::c is all of it in one shared library that shows nothing else. */
 
 #include <stddef.h>
+#include <stdint.h>
 
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+/* "major.minor.patch" */
+const char* quoin_version(void);
 
 typedef enum quoin_status {
   QUOIN_OK = 0,
   QUOIN_BAD_INPUT = 1, /* a null pointer, a number out of range, data that is no convex solid */
   QUOIN_NO_MEMORY = 2,
   QUOIN_NOT_CONVERGED = 3, /* the answer is the best found so far */
-  QUOIN_TOO_MANY = 4       /* the caller's list is too short: as many as fit were written */
+  QUOIN_TOO_MANY = 4,      /* the caller's list is too short: as many as fit were written */
+  QUOIN_FAILED = 5         /* a fault of the library */
 } quoin_status;
 
 typedef enum quoin_feature_kind {
@@ -39,20 +48,70 @@ typedef enum quoin_contact_type {
 typedef enum quoin_pair_status {
   QUOIN_SEPARATED = 0,
   QUOIN_TOUCHING = 1,
-  QUOIN_OVERLAPPING = 2
+  QUOIN_OVERLAPPING = 2,
+  QUOIN_PAIR_NOT_CONVERGED = 3
 } quoin_pair_status;
 
-typedef struct quoin_polyhedron quoin_polyhedron;
+/* ---- Shapes and where they stand ---- */
+
+typedef struct quoin_shape quoin_shape;
+
+/* x = translation + linear X, from a shape's own frame into the world. linear: by rows, a rotation
+ * or, of a deforming body, R (I + strain); its determinant is positive. */
+typedef struct quoin_placement {
+  double linear[9];
+  double translation[3]; /* m */
+} quoin_placement;
+
+/* A shape in its own frame. */
+quoin_placement quoin_no_placement(void);
+
+typedef struct quoin_body {
+  const quoin_shape* shape;
+  quoin_placement placement;
+} quoin_body;
 
 typedef struct quoin_feature {
   int kind;  /* quoin_feature_kind */
-  int index; /* in the topology of its polyhedron */
+  int index; /* in the topology of its shape */
 } quoin_feature;
+
+/* Convex hull of `count` points (x, y, z after each other). Made shapes are written to `*made`, to
+ * be given back by quoin_free. `message` (may be null) gets what is wrong, cut to message_size. */
+quoin_status quoin_make_hull(const double* points, int count, quoin_shape** made, char* message,
+                             size_t message_size);
+
+/* Shape by its faces: face f has face_sizes[f] vertices, listed after each other in face_vertices,
+ * either orientation throughout. */
+quoin_status quoin_make_polyhedron(const double* points, int count, const int* face_sizes,
+                                   int face_count, const int* face_vertices, quoin_shape** made,
+                                   char* message, size_t message_size);
+
+/* A finder keeps the shapes of its bodies: they may be given back at any time. */
+void quoin_free(quoin_shape* shape);
+
+/* Number of vertices; 0 for null. The vertices of a hull are the points that span it. */
+int quoin_vertex_count(const quoin_shape* shape);
+
+/* For each vertex its number among the points given to quoin_make_*; room for all is needed. */
+quoin_status quoin_input_indices(const quoin_shape* shape, int* indices);
+
+/* The vertices of a feature in order; *count in: room, out: number of them. */
+quoin_status quoin_feature_vertices(const quoin_shape* shape, quoin_feature feature, int* vertices,
+                                    int* count);
+
+/* For a code that moves vertices freely: new places of all of them (quoin_vertex_count), finite, in
+ * the shape's own frame. Bodies of a finder keep the shape as it was when they were given it: see
+ * quoin_finder_replace_shape. */
+quoin_status quoin_set_vertices(quoin_shape* shape, const double* vertices);
+
+/* ---- One pair ---- */
 
 /* Where a search ended; start the next search of the same pair here. Fill with quoin_no_hint(). */
 typedef struct quoin_hint {
   int vertices_a[4];
   int vertices_b[4];
+  int face_a, face_b;
   double normal[3];
 } quoin_hint;
 
@@ -68,52 +127,132 @@ typedef struct quoin_nearest {
 } quoin_nearest;
 
 typedef struct quoin_contact_point {
-  quoin_feature feature_a, feature_b; /* vertex and face, or two edges: the key of the point */
+  int a, b;                           /* handles of the bodies; 0 and 1 of a single pair */
+  quoin_feature feature_a, feature_b; /* vertex and face, or two edges: with a, b the point's key */
   int type;                           /* quoin_contact_type of the pair */
+  int indeterminate;                  /* 1: the contact plane is one choice of several */
+  int previous; /* finder: its index in the list of the call before, -1: it was not there */
   double point_a[3], point_b[3];
-  double normal[3];
-  double gap;  /* (point_b - point_a) . normal, m */
-  double area; /* share of the contact polygon, m2 */
+  double normal[3]; /* unit, from A to B */
+  double gap;       /* (point_b - point_a) . normal, m */
+  double area;      /* share of the contact polygon, m2 */
 } quoin_contact_point;
-
-/* Convex hull of `count` points (x, y, z after each other). Made solids are written to `*made`, to
- * be given back by quoin_free. `message` (may be null) gets what is wrong, cut to message_size. */
-quoin_status quoin_make_hull(const double* points, int count, quoin_polyhedron** made,
-                             char* message, size_t message_size);
-
-/* Polyhedron by its faces: face f has face_sizes[f] vertices, listed after each other in
- * face_vertices, either orientation throughout. */
-quoin_status quoin_make_polyhedron(const double* points, int count, const int* face_sizes,
-                                   int face_count, const int* face_vertices,
-                                   quoin_polyhedron** made, char* message, size_t message_size);
-
-void quoin_free(quoin_polyhedron* polyhedron);
-
-/* Number of vertices; 0 for null. The vertices of a hull are the points that span it. */
-int quoin_vertex_count(const quoin_polyhedron* polyhedron);
-
-/* For each vertex its number among the points given to quoin_make_*; room for all is needed. */
-quoin_status quoin_input_indices(const quoin_polyhedron* polyhedron, int* indices);
-
-/* The vertices of a feature in order; *count in: room, out: number of them. */
-quoin_status quoin_feature_vertices(const quoin_polyhedron* polyhedron, quoin_feature feature,
-                                    int* vertices, int* count);
-
-/* Moves or deforms: new places of all vertices (quoin_vertex_count of them), finite. */
-quoin_status quoin_set_vertices(quoin_polyhedron* polyhedron, const double* vertices);
 
 quoin_hint quoin_no_hint(void);
 
 /* Nearest features. tolerance: contact length, m, 0 for the default. `hint` (may be null) is where
  * to start, and is brought up to date; it changes the speed, never the answer. */
-quoin_status quoin_nearest_features(const quoin_polyhedron* a, const quoin_polyhedron* b,
-                                    double tolerance, quoin_hint* hint, quoin_nearest* nearest);
+quoin_status quoin_nearest_features(const quoin_body* a, const quoin_body* b, double tolerance,
+                                    quoin_hint* hint, quoin_nearest* nearest);
 
 /* The same, and all contact points up to `reach` (m) above the least gap. *count in: room in
  * `points`, out: number of contact points there are. */
-quoin_status quoin_contact_points(const quoin_polyhedron* a, const quoin_polyhedron* b,
-                                  double tolerance, double reach, quoin_hint* hint,
-                                  quoin_nearest* nearest, quoin_contact_point* points, int* count);
+quoin_status quoin_contact_points(const quoin_body* a, const quoin_body* b, double tolerance,
+                                  double reach, quoin_hint* hint, quoin_nearest* nearest,
+                                  quoin_contact_point* points, int* count);
+
+/* ---- Lesser questions ---- */
+
+/* *answer: 1 when the solids have a point in common, else 0. */
+quoin_status quoin_overlap(const quoin_body* a, const quoin_body* b, int* answer);
+
+/* *within: 1 when the gap is at most cut_off (m): then `nearest` is filled; else 0, found sooner.
+ */
+quoin_status quoin_distance_within(const quoin_body* a, const quoin_body* b, double cut_off,
+                                   quoin_hint* hint, quoin_nearest* nearest, int* within);
+
+typedef struct quoin_ray {
+  double origin[3];    /* m */
+  double direction[3]; /* not zero; need not be a unit vector */
+  double length;       /* in units of the direction; may be infinite */
+} quoin_ray;
+
+typedef struct quoin_ray_hit {
+  double s;         /* where the ray enters, in units of its direction; 0: it starts inside */
+  double point[3];  /* m */
+  double normal[3]; /* outward unit normal of the face; zero: it starts inside */
+  int face;         /* -1: it starts inside */
+} quoin_ray_hit;
+
+/* *hits: 1 when the ray meets the solid: then `hit` is filled; else 0. */
+quoin_status quoin_first_hit(const quoin_body* body, const quoin_ray* ray, quoin_ray_hit* hit,
+                             int* hits);
+
+/* *answer: 1 when a point lies in the solid or within `tolerance` (m) of all its faces, else 0. */
+quoin_status quoin_contains(const quoin_body* body, const double* point, double tolerance,
+                            int* answer);
+
+/* ---- The finder: all contacts of a crowd of bodies ---- */
+
+typedef struct quoin_finder quoin_finder;
+
+typedef struct quoin_finder_options {
+  double reach;     /* contact points are listed up to this gap, m; touching pairs always */
+  double tolerance; /* contact length, m; 0 for the default of each pair */
+  int threads;      /* any number gives the same bits */
+} quoin_finder_options;
+
+/* A pair is tested when each body's category has a bit of what the other collides with, and never
+ * when both are idle (fixed, or known not to move). */
+typedef struct quoin_body_options {
+  uint32_t category;
+  uint32_t collides_with;
+  int idle; /* 0 or 1 */
+} quoin_body_options;
+
+typedef enum quoin_pair_event {
+  QUOIN_BEGIN = 0,
+  QUOIN_PERSIST = 1,
+  QUOIN_END = 2
+} quoin_pair_event;
+
+/* Two bodies in contact. The values of a pair that has ended are those of the last call before. */
+typedef struct quoin_pair {
+  int a, b;          /* handles, a < b */
+  int status;        /* quoin_pair_status */
+  int type;          /* quoin_contact_type */
+  int event;         /* quoin_pair_event */
+  int indeterminate; /* 1: the contact plane is one choice of several */
+  double gap;        /* m */
+  double normal[3];  /* unit, from a to b */
+  double area;       /* of the contact polygon, m2 */
+  int first, count;  /* its points in the list; none when it has ended */
+} quoin_pair;
+
+/* To be given back by quoin_free_finder. */
+quoin_status quoin_make_finder(const quoin_finder_options* options, quoin_finder** made,
+                               char* message, size_t message_size);
+void quoin_free_finder(quoin_finder* finder);
+
+/* What was wrong with the last call of this finder that failed; "" when none has. */
+const char* quoin_finder_message(const quoin_finder* finder);
+
+/* Category 1, collides with all, not idle. */
+quoin_body_options quoin_default_body_options(void);
+
+/* Handles are given in ascending order from 0 on and never given again. options may be null. */
+quoin_status quoin_finder_add(quoin_finder* finder, const quoin_body* body,
+                              const quoin_body_options* options, int* handle);
+quoin_status quoin_finder_remove(quoin_finder* finder, int handle);
+quoin_status quoin_finder_move(quoin_finder* finder, int handle, const quoin_placement* placement);
+quoin_status quoin_finder_replace_shape(quoin_finder* finder, int handle, const quoin_shape* shape);
+quoin_status quoin_finder_set_options(quoin_finder* finder, int handle,
+                                      const quoin_body_options* options);
+
+/* Asked for each pair of near bodies that the masks let pass: 0 leaves it out. Null: none is. */
+quoin_status quoin_finder_set_filter(quoin_finder* finder,
+                                     int (*filter)(void* context, int a, int b), void* context);
+quoin_status quoin_finder_set_reach(quoin_finder* finder, double reach);
+
+int quoin_finder_size(const quoin_finder* finder);    /* number of bodies; 0 for null */
+int quoin_finder_threads(const quoin_finder* finder); /* fewer than asked for where refused */
+
+/* Finds all contacts. The lists stay as they are until the next call. */
+quoin_status quoin_finder_find(quoin_finder* finder);
+
+/* The contact points, sorted by key, and the pairs in contact or no longer so, by handles. */
+const quoin_contact_point* quoin_finder_points(const quoin_finder* finder, int* count);
+const quoin_pair* quoin_finder_pairs(const quoin_finder* finder, int* count);
 
 #ifdef __cplusplus
 }

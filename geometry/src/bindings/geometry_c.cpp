@@ -1,77 +1,49 @@
-#include <quoin/geometry_c.h>
-
-#include <algorithm>
 #include <cmath>
-#include <cstring>
-#include <new>
 #include <numeric>
 #include <quoin/geometry/build.hpp>
-#include <quoin/geometry/contact_point.hpp>
+#include <quoin/geometry/queries.hpp>
 
-namespace geometry = quoin::geometry;
+#include "bindings/c_values.hpp"
+#include "finder/placed_box.hpp"
 
-struct quoin_polyhedron {
-  geometry::Polyhedron solid;
-  std::vector<int> input_index;
-};
-
-namespace {
-
-using geometry::Feature;
-using geometry::FeatureKind;
-using geometry::NearestFeatures;
-using geometry::PairStatus;
-using geometry::Points;
-using geometry::Vector3;
+namespace quoin::geometry::bindings {
 
 static_assert(static_cast<int>(FeatureKind::Face) == QUOIN_FACE);
-static_assert(static_cast<int>(PairStatus::Overlapping) == QUOIN_OVERLAPPING);
-static_assert(static_cast<int>(geometry::ContactType::FaceFace) == QUOIN_FACE_FACE);
+static_assert(static_cast<int>(PairStatus::NotConverged) == QUOIN_PAIR_NOT_CONVERGED);
+static_assert(static_cast<int>(ContactType::FaceFace) == QUOIN_FACE_FACE);
 
-void say(const char* text, char* message, size_t size) {
-  if (message != nullptr && size > 0) {
-    std::strncpy(message, text, size - 1);
-    message[size - 1] = '\0';
-  }
-}
-
-/// Runs `make` and turns what it throws into a status and a message.
-template <class Make>
-quoin_status guarded(Make&& make, char* message, size_t message_size) {
-  try {
-    say("", message, message_size);
-    return make();
-  } catch (const std::bad_alloc&) {
-    say("out of memory", message, message_size);
-    return QUOIN_NO_MEMORY;
-  } catch (const std::exception& error) {
-    say(error.what(), message, message_size);
-    return QUOIN_BAD_INPUT;
-  }
-}
-
-Points points_of(const double* points, int count) {
-  return Eigen::Map<const Points>(points, 3, count);
+Placement placement_of(const quoin_placement& placement) {
+  using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+  return {Eigen::Map<const RowMajor>(placement.linear), vector_of(placement.translation)};
 }
 
 quoin_feature to_c(const Feature& feature) {
   return {static_cast<int>(feature.kind), feature.index};
 }
 
-void copy(const Vector3& from, double* to) { std::copy_n(from.data(), 3, to); }
-
-geometry::FeatureHint from_c(const quoin_hint& hint) {
-  geometry::FeatureHint made;
-  std::copy_n(hint.vertices_a, 4, made.vertices_a.begin());
-  std::copy_n(hint.vertices_b, 4, made.vertices_b.begin());
-  made.normal = Eigen::Map<const Vector3>(hint.normal);
+quoin_contact_point to_c(const ContactPoint& point) {
+  quoin_contact_point made;
+  made.a = point.key.a;
+  made.b = point.key.b;
+  made.feature_a = to_c(point.key.feature_a);
+  made.feature_b = to_c(point.key.feature_b);
+  made.type = static_cast<int>(point.type);
+  made.indeterminate = point.indeterminate ? 1 : 0;
+  made.previous = point.previous;
+  copy(point.point_a, made.point_a);
+  copy(point.point_b, made.point_b);
+  copy(point.normal, made.normal);
+  made.gap = point.gap;
+  made.area = point.area;
   return made;
 }
 
-quoin_hint to_c(const geometry::FeatureHint& hint) {
+quoin_hint to_c(const FeatureHint& hint) {
   quoin_hint made;
   std::copy_n(hint.vertices_a.begin(), 4, made.vertices_a);
   std::copy_n(hint.vertices_b.begin(), 4, made.vertices_b);
+  made.face_a = hint.face_a;
+  made.face_b = hint.face_b;
   copy(hint.normal, made.normal);
   return made;
 }
@@ -92,160 +64,236 @@ quoin_nearest to_c(const NearestFeatures& nearest) {
   return made;
 }
 
-quoin_contact_point to_c(const geometry::ContactPoint& point) {
-  quoin_contact_point made;
-  made.feature_a = to_c(point.key.feature_a);
-  made.feature_b = to_c(point.key.feature_b);
-  made.type = static_cast<int>(point.type);
-  copy(point.point_a, made.point_a);
-  copy(point.point_b, made.point_b);
-  copy(point.normal, made.normal);
-  made.gap = point.gap;
-  made.area = point.area;
-  return made;
+namespace {
+
+Points points_of(const double* points, int count) {
+  return Eigen::Map<const Points>(points, 3, count);
 }
 
-bool is_length(double value) { return value >= 0.0 && std::isfinite(value); }
+Body body_of(const quoin_body* body, int name) {
+  require(body != nullptr && body->shape != nullptr, "a body or its shape is null");
+  const Placement placement = placement_of(body->placement);
+  require_placement(placement, name);
+  return {*body->shape->solid, placement};
+}
 
-/// The search from the hint, which is brought up to date.
-NearestFeatures search(const quoin_polyhedron& a, const quoin_polyhedron& b, double tolerance,
-                       quoin_hint* hint) {
-  const NearestFeatures nearest =
-      nearest_features(a.solid, b.solid, {.tolerance = tolerance},
-                       hint == nullptr ? geometry::FeatureHint{} : from_c(*hint));
-  if (hint != nullptr) {
-    *hint = to_c(nearest.hint);
+/// Does a hint speak of features that the shapes have?
+bool fits(const FeatureHint& hint, const Polyhedron& a, const Polyhedron& b) {
+  const auto within = [](int index, int count) { return index >= -1 && index < count; };
+  const auto all_within = [&](const std::array<int, 4>& vertices, int count) {
+    return std::all_of(vertices.begin(), vertices.end(), [&](int v) { return within(v, count); });
+  };
+  return all_within(hint.vertices_a, a.vertex_count()) &&
+         all_within(hint.vertices_b, b.vertex_count()) &&
+         within(hint.face_a, a.topology().face_count()) &&
+         within(hint.face_b, b.topology().face_count()) && hint.normal.allFinite();
+}
+
+FeatureHint from_c(const quoin_hint* hint, const Body& a, const Body& b) {
+  FeatureHint made;
+  if (hint == nullptr) return made;
+  std::copy_n(hint->vertices_a, 4, made.vertices_a.begin());
+  std::copy_n(hint->vertices_b, 4, made.vertices_b.begin());
+  made.face_a = hint->face_a;
+  made.face_b = hint->face_b;
+  made.normal = vector_of(hint->normal);
+  return fits(made, a.shape(), b.shape()) ? made : FeatureHint{};
+}
+
+/// The answer into the caller's memory, the hint brought up to date.
+quoin_status give(const NearestFeatures& found, quoin_hint* hint, quoin_nearest* nearest) {
+  *nearest = to_c(found);
+  if (hint != nullptr) *hint = to_c(found.hint);
+  return found.status == PairStatus::NotConverged ? QUOIN_NOT_CONVERGED : QUOIN_OK;
+}
+
+quoin_shape* new_shape(Polyhedron&& solid, std::vector<int>&& input_index) {
+  return new quoin_shape{std::make_shared<Polyhedron>(std::move(solid)), std::move(input_index)};
+}
+
+std::vector<std::vector<int>> faces_of(const int* sizes, int count, const int* vertices) {
+  std::vector<std::vector<int>> faces;
+  for (int f = 0; f < count; ++f) {
+    if (sizes[f] < 0) throw InputError("face " + std::to_string(f) + " has a negative size");
+    faces.emplace_back(vertices, vertices + sizes[f]);
+    vertices += sizes[f];
   }
-  return nearest;
+  return faces;
 }
 
-quoin_status status_of(const NearestFeatures& nearest) {
-  return nearest.status == PairStatus::NotConverged ? QUOIN_NOT_CONVERGED : QUOIN_OK;
+std::span<const int> vertices_of(const Topology& topology, const quoin_feature& feature) {
+  const auto below = [&](int count) { return feature.index >= 0 && feature.index < count; };
+  if (feature.kind == QUOIN_VERTEX && below(topology.vertex_count())) return {&feature.index, 1};
+  if (feature.kind == QUOIN_EDGE && below(topology.edge_count())) {
+    return topology.edge(feature.index);
+  }
+  if (feature.kind == QUOIN_FACE && below(topology.face_count())) {
+    return topology.face(feature.index);
+  }
+  throw InputError("the shape has no such feature");
 }
 
 }  // namespace
+}  // namespace quoin::geometry::bindings
+
+using namespace quoin::geometry;            // NOLINT: nothing but the functions of C follows
+using namespace quoin::geometry::bindings;  // NOLINT
 
 extern "C" {
 
-quoin_status quoin_make_hull(const double* points, int count, quoin_polyhedron** made,
-                             char* message, size_t message_size) {
+const char* quoin_version(void) { return QUOIN_VERSION; }
+
+quoin_placement quoin_no_placement(void) {
+  return {{1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0}, {0.0, 0.0, 0.0}};
+}
+
+quoin_status quoin_make_hull(const double* points, int count, quoin_shape** made, char* message,
+                             size_t message_size) {
+  say("", message, message_size);
   const auto make = [&] {
-    if (points == nullptr || made == nullptr || count < 0) {
-      throw geometry::InputError("points or made is null, or count is negative");
-    }
-    geometry::Hull hull = geometry::make_hull(points_of(points, count));
-    *made = new quoin_polyhedron{std::move(hull.polyhedron), std::move(hull.input_index)};
+    require(points != nullptr && made != nullptr && count >= 0,
+            "points or made is null, or count is negative");
+    Hull hull = make_hull(points_of(points, count));
+    *made = new_shape(std::move(hull.polyhedron), std::move(hull.input_index));
     return QUOIN_OK;
   };
   return guarded(make, message, message_size);
 }
 
 quoin_status quoin_make_polyhedron(const double* points, int count, const int* face_sizes,
-                                   int face_count, const int* face_vertices,
-                                   quoin_polyhedron** made, char* message, size_t message_size) {
+                                   int face_count, const int* face_vertices, quoin_shape** made,
+                                   char* message, size_t message_size) {
+  say("", message, message_size);
   const auto make = [&] {
-    if (points == nullptr || face_sizes == nullptr || face_vertices == nullptr || made == nullptr ||
-        count < 0 || face_count < 0) {
-      throw geometry::InputError("an argument is null, or a count is negative");
-    }
-    std::vector<std::vector<int>> faces;
-    for (int f = 0; f < face_count; ++f) {
-      if (face_sizes[f] < 0) {
-        throw geometry::InputError("face " + std::to_string(f) + " has a negative size");
-      }
-      faces.emplace_back(face_vertices, face_vertices + face_sizes[f]);
-      face_vertices += face_sizes[f];
-    }
+    require(points != nullptr && face_sizes != nullptr && face_vertices != nullptr &&
+                made != nullptr && count >= 0 && face_count >= 0,
+            "an argument is null, or a count is negative");
     std::vector<int> all(static_cast<std::size_t>(count));
     std::iota(all.begin(), all.end(), 0);
-    *made = new quoin_polyhedron{geometry::make_polyhedron(points_of(points, count), faces),
-                                 std::move(all)};
+    *made = new_shape(
+        make_polyhedron(points_of(points, count), faces_of(face_sizes, face_count, face_vertices)),
+        std::move(all));
     return QUOIN_OK;
   };
   return guarded(make, message, message_size);
 }
 
-void quoin_free(quoin_polyhedron* polyhedron) { delete polyhedron; }
+void quoin_free(quoin_shape* shape) { delete shape; }
 
-int quoin_vertex_count(const quoin_polyhedron* polyhedron) {
-  return polyhedron == nullptr ? 0 : polyhedron->solid.topology().vertex_count();
+int quoin_vertex_count(const quoin_shape* shape) {
+  return shape == nullptr ? 0 : shape->solid->vertex_count();
 }
 
-quoin_status quoin_input_indices(const quoin_polyhedron* polyhedron, int* indices) {
-  if (polyhedron == nullptr || indices == nullptr) {
-    return QUOIN_BAD_INPUT;
-  }
-  std::copy(polyhedron->input_index.begin(), polyhedron->input_index.end(), indices);
+quoin_status quoin_input_indices(const quoin_shape* shape, int* indices) {
+  if (shape == nullptr || indices == nullptr) return QUOIN_BAD_INPUT;
+  std::copy(shape->input_index.begin(), shape->input_index.end(), indices);
   return QUOIN_OK;
 }
 
-quoin_status quoin_feature_vertices(const quoin_polyhedron* polyhedron, quoin_feature feature,
-                                    int* vertices, int* count) {
-  if (polyhedron == nullptr || vertices == nullptr || count == nullptr || feature.index < 0) {
-    return QUOIN_BAD_INPUT;
-  }
-  const geometry::Topology& topology = polyhedron->solid.topology();
-  std::span<const int> found;
-  if (feature.kind == QUOIN_VERTEX && feature.index < topology.vertex_count()) {
-    found = {&feature.index, 1};
-  } else if (feature.kind == QUOIN_EDGE && feature.index < topology.edge_count()) {
-    found = topology.edge(feature.index);
-  } else if (feature.kind == QUOIN_FACE && feature.index < topology.face_count()) {
-    found = topology.face(feature.index);
-  } else {
-    return QUOIN_BAD_INPUT;
-  }
-  const int room = std::max(*count, 0);
-  *count = static_cast<int>(found.size());
-  std::copy_n(found.begin(), std::min(room, *count), vertices);
-  return *count > room ? QUOIN_TOO_MANY : QUOIN_OK;
-}
-
-quoin_status quoin_set_vertices(quoin_polyhedron* polyhedron, const double* vertices) {
-  if (polyhedron == nullptr || vertices == nullptr) {
-    return QUOIN_BAD_INPUT;
-  }
-  const Eigen::Map<const Points> points(vertices, 3, quoin_vertex_count(polyhedron));
-  if (!points.allFinite()) {
-    return QUOIN_BAD_INPUT;
-  }
-  polyhedron->solid.set_vertices(points);
-  return QUOIN_OK;
-}
-
-quoin_hint quoin_no_hint(void) { return to_c(geometry::FeatureHint{}); }
-
-quoin_status quoin_nearest_features(const quoin_polyhedron* a, const quoin_polyhedron* b,
-                                    double tolerance, quoin_hint* hint, quoin_nearest* nearest) {
-  if (a == nullptr || b == nullptr || nearest == nullptr || !is_length(tolerance)) {
-    return QUOIN_BAD_INPUT;
-  }
-  const NearestFeatures found = search(*a, *b, tolerance, hint);
-  *nearest = to_c(found);
-  return status_of(found);
-}
-
-quoin_status quoin_contact_points(const quoin_polyhedron* a, const quoin_polyhedron* b,
-                                  double tolerance, double reach, quoin_hint* hint,
-                                  quoin_nearest* nearest, quoin_contact_point* points, int* count) {
-  if (a == nullptr || b == nullptr || nearest == nullptr || count == nullptr ||
-      (points == nullptr && *count > 0) || !is_length(tolerance) || !is_length(reach)) {
-    return QUOIN_BAD_INPUT;
-  }
-  const auto find = [&] {
-    const NearestFeatures found = search(*a, *b, tolerance, hint);
-    *nearest = to_c(found);
-    std::vector<geometry::ContactPoint> list;
-    append_contact_points({0, 1}, a->solid, b->solid, found,
-                          {.tolerance = tolerance, .reach = reach}, list);
+quoin_status quoin_feature_vertices(const quoin_shape* shape, quoin_feature feature, int* vertices,
+                                    int* count) {
+  return guarded([&] {
+    require(shape != nullptr && vertices != nullptr && count != nullptr, "an argument is null");
+    const std::span<const int> found = vertices_of(shape->solid->topology(), feature);
     const int room = std::max(*count, 0);
-    *count = static_cast<int>(list.size());
+    *count = static_cast<int>(found.size());
+    std::copy_n(found.begin(), std::min(room, *count), vertices);
+    return *count > room ? QUOIN_TOO_MANY : QUOIN_OK;
+  });
+}
+
+quoin_status quoin_set_vertices(quoin_shape* shape, const double* vertices) {
+  return guarded([&] {
+    require(shape != nullptr && vertices != nullptr, "an argument is null");
+    const Eigen::Map<const Points> points(vertices, 3, quoin_vertex_count(shape));
+    require(points.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() <= kLargestCoordinate,
+            "a coordinate is not finite or too large");
+    if (shape->solid.use_count() > 1) shape->solid = std::make_shared<Polyhedron>(*shape->solid);
+    shape->solid->set_vertices(points);
+    return QUOIN_OK;
+  });
+}
+
+quoin_hint quoin_no_hint(void) { return to_c(FeatureHint{}); }
+
+quoin_status quoin_nearest_features(const quoin_body* a, const quoin_body* b, double tolerance,
+                                    quoin_hint* hint, quoin_nearest* nearest) {
+  return guarded([&] {
+    require(nearest != nullptr, "nearest is null");
+    require_length(tolerance, "tolerance");
+    const Body body_a = body_of(a, 0), body_b = body_of(b, 1);
+    return give(
+        nearest_features(body_a, body_b, {.tolerance = tolerance}, from_c(hint, body_a, body_b)),
+        hint, nearest);
+  });
+}
+
+quoin_status quoin_contact_points(const quoin_body* a, const quoin_body* b, double tolerance,
+                                  double reach, quoin_hint* hint, quoin_nearest* nearest,
+                                  quoin_contact_point* points, int* count) {
+  return guarded([&] {
+    require(nearest != nullptr && count != nullptr && (points != nullptr || *count <= 0),
+            "an argument is null");
+    require_length(tolerance, "tolerance");
+    require_length(reach, "reach");
+    const Body body_a = body_of(a, 0), body_b = body_of(b, 1);
+    PairContact contact;
+    contact.nearest.hint = from_c(hint, body_a, body_b);
+    update_pair_contact(body_a, body_b, {.tolerance = tolerance, .reach = reach}, contact);
+    const quoin_status status = give(contact.nearest, hint, nearest);
+    const int room = std::max(*count, 0);
+    *count = static_cast<int>(contact.points.size());
     for (int i = 0; i < std::min(room, *count); ++i) {
-      points[i] = to_c(list[static_cast<std::size_t>(i)]);
+      points[i] = to_c(contact.points[static_cast<std::size_t>(i)]);
     }
-    return *count > room ? QUOIN_TOO_MANY : status_of(found);
-  };
-  return guarded(find, nullptr, 0);
+    return *count > room ? QUOIN_TOO_MANY : status;
+  });
+}
+
+quoin_status quoin_overlap(const quoin_body* a, const quoin_body* b, int* answer) {
+  return guarded([&] {
+    require(answer != nullptr, "answer is null");
+    *answer = overlap(body_of(a, 0), body_of(b, 1)) ? 1 : 0;
+    return QUOIN_OK;
+  });
+}
+
+quoin_status quoin_distance_within(const quoin_body* a, const quoin_body* b, double cut_off,
+                                   quoin_hint* hint, quoin_nearest* nearest, int* within) {
+  return guarded([&] {
+    require(nearest != nullptr && within != nullptr, "an argument is null");
+    const Body body_a = body_of(a, 0), body_b = body_of(b, 1);
+    const auto found =
+        nearest_features_within(body_a, body_b, cut_off, {}, from_c(hint, body_a, body_b));
+    *within = found.has_value() ? 1 : 0;
+    return found.has_value() ? give(*found, hint, nearest) : QUOIN_OK;
+  });
+}
+
+quoin_status quoin_first_hit(const quoin_body* body, const quoin_ray* ray, quoin_ray_hit* hit,
+                             int* hits) {
+  return guarded([&] {
+    require(ray != nullptr && hit != nullptr && hits != nullptr, "an argument is null");
+    const std::optional<RayHit> found = first_hit(
+        body_of(body, 0), {vector_of(ray->origin), vector_of(ray->direction), ray->length});
+    *hits = found.has_value() ? 1 : 0;
+    if (!found.has_value()) return QUOIN_OK;
+    hit->s = found->s;
+    hit->face = found->face;
+    copy(found->point, hit->point);
+    copy(found->normal, hit->normal);
+    return QUOIN_OK;
+  });
+}
+
+quoin_status quoin_contains(const quoin_body* body, const double* point, double tolerance,
+                            int* answer) {
+  return guarded([&] {
+    require(point != nullptr && answer != nullptr, "an argument is null");
+    require_length(tolerance, "tolerance");
+    *answer = contains(body_of(body, 0), vector_of(point), tolerance) ? 1 : 0;
+    return QUOIN_OK;
+  });
 }
 
 }  // extern "C"

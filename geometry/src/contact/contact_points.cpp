@@ -463,6 +463,9 @@ void append_contact_points(const std::array<int, 2>& blocks, const Polyhedron& a
 void append_contact_points(const std::array<int, 2>& blocks, const Body& a, const Body& b,
                            const NearestFeatures& nearest, const ContactOptions& options,
                            std::vector<ContactPoint>& contacts) {
+  if (a.stands_in_own_frame() && b.stands_in_own_frame()) {
+    return append_contact_points(blocks, a.shape(), b.shape(), nearest, options, contacts);
+  }
   const PlacedPair pair(a, b);
   const std::size_t first = contacts.size();
   NearestFeatures here = nearest;
@@ -484,6 +487,9 @@ NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, c
                                              const Body& b, const ContactOptions& options,
                                              const FeatureHint& hint,
                                              std::vector<ContactPoint>& contacts) {
+  if (a.stands_in_own_frame() && b.stands_in_own_frame()) {
+    return append_contacts_within_reach(blocks, a.shape(), b.shape(), options, hint, contacts);
+  }
   const PlacedPair pair(a, b);
   const std::size_t first = contacts.size();
   NearestFeatures nearest;
@@ -500,6 +506,9 @@ void update_pair_contact(const Polyhedron& a, const Polyhedron& b, const Contact
 
 void update_pair_contact(const Body& a, const Body& b, const ContactOptions& options,
                          PairContact& contact) {
+  if (a.stands_in_own_frame() && b.stands_in_own_frame()) {
+    return update_pair_contact(a.shape(), b.shape(), options, contact);
+  }
   const PlacedPair pair(a, b);
   update(pair.a, pair.b, options, contact);
   move(contact.nearest, pair.middle);

@@ -1,76 +1,110 @@
+#include "contact/contact_tracking.hpp"
+
 #include <algorithm>
-#include <quoin/geometry/contact_point.hpp>
 #include <tuple>
 
 namespace quoin::geometry {
 namespace {
 
-struct Offer {
-  double squared_distance;  // m2
-  int now;
-  int before;
-  bool operator<(const Offer& other) const {
-    return std::tie(squared_distance, now, before) <
-           std::tie(other.squared_distance, other.now, other.before);
-  }
-};
+std::pair<const Feature&, const Feature&> features(const TrackedPoint& point) {
+  return {point.feature_a, point.feature_b};
+}
 
 bool same_blocks(const ContactKey& k, const ContactKey& l) { return k.a == l.a && k.b == l.b; }
 
-/// Pairs off the contacts of `now` without a namesake and those of `before` that no key claims, the
-/// two nearest first. All belong to the same two blocks; both lists are emptied.
-void hand_over(const std::vector<ContactPoint>& now, const std::vector<ContactPoint>& before,
-               double reach, std::vector<int>& young, std::vector<int>& old,
-               std::vector<int>& match) {
-  std::vector<Offer> offers;
-  for (int i : young) {
-    for (int j : old) {
-      const Vector3 between =
-          now[static_cast<std::size_t>(i)].point() - before[static_cast<std::size_t>(j)].point();
-      if (between.squaredNorm() <= reach * reach) {
-        offers.push_back({between.squaredNorm(), i, j});
-      }
-    }
+/// The run of points of one pair from `first` on.
+std::size_t end_of_pair(const std::vector<ContactPoint>& points, std::size_t first) {
+  std::size_t last = first + 1;
+  while (last < points.size() && same_blocks(points[last].key, points[first].key)) ++last;
+  return last;
+}
+
+void track(const std::vector<ContactPoint>& points, std::size_t first, std::size_t last,
+           std::vector<TrackedPoint>& tracked) {
+  tracked.clear();
+  for (std::size_t i = first; i < last; ++i) {
+    tracked.push_back({points[i].key.feature_a, points[i].key.feature_b, points[i].point()});
   }
-  std::sort(offers.begin(), offers.end());
-  for (const Offer& offer : offers) {
-    const auto place = std::find(old.begin(), old.end(), offer.before);
-    if (match[static_cast<std::size_t>(offer.now)] < 0 && place != old.end()) {
-      match[static_cast<std::size_t>(offer.now)] = offer.before;
-      old.erase(place);
-    }
-  }
-  young.clear();
-  old.clear();
 }
 
 }  // namespace
 
+/// The two nearest first; one that lies at NaN inherits nothing.
+void PairTracking::hand_over(double reach, std::span<int> previous) {
+  offers_.clear();
+  for (const Single& now : young_) {
+    for (const Single& before : old_) {
+      const double squared_distance = (now.place - before.place).squaredNorm();
+      if (squared_distance <= reach * reach) {
+        offers_.push_back({squared_distance, now.index, before.index});
+      }
+    }
+  }
+  std::sort(offers_.begin(), offers_.end(), [](const Offer& x, const Offer& y) {
+    return std::tie(x.squared_distance, x.now, x.before) <
+           std::tie(y.squared_distance, y.now, y.before);
+  });
+  for (const Offer& offer : offers_) {
+    int& match = previous[static_cast<std::size_t>(offer.now)];
+    const auto place = std::find_if(old_.begin(), old_.end(), [&](const Single& before) {
+      return before.index == offer.before;
+    });
+    if (match < 0 && place != old_.end()) {
+      match = offer.before;
+      old_.erase(place);
+    }
+  }
+}
+
+void PairTracking::match(const TrackedPair& now, const TrackedPair& before, double reach,
+                         std::span<int> previous) {
+  young_.clear();
+  old_.clear();
+  const auto add = [](std::vector<Single>& singles, const TrackedPair& pair, std::size_t i) {
+    const Vector3 arm = pair.points[i].place - pair.frame.translation;
+    singles.push_back({static_cast<int>(i), pair.frame.linear.transpose() * arm});
+  };
+  const std::size_t end_now = now.points.size(), end_before = before.points.size();
+  std::size_t i = 0, j = 0;
+  while (i < end_now || j < end_before) {
+    if (j == end_before || (i < end_now && features(now.points[i]) < features(before.points[j]))) {
+      previous[i] = -1;
+      add(young_, now, i++);
+    } else if (i == end_now || features(before.points[j]) < features(now.points[i])) {
+      add(old_, before, j++);
+    } else {
+      previous[i++] = static_cast<int>(j++);
+    }
+  }
+  if (!young_.empty() && !old_.empty()) hand_over(reach, previous);
+}
+
 std::vector<int> match_previous(const std::vector<ContactPoint>& now,
                                 const std::vector<ContactPoint>& before, double reach) {
   std::vector<int> match(now.size(), -1);
-  std::vector<int> young, old;  // of the blocks at hand, without a namesake
-  const ContactKey* blocks = nullptr;
-  const auto turn_to = [&](const ContactKey& key) {
-    if (blocks != nullptr && !same_blocks(*blocks, key)) {
-      hand_over(now, before, reach, young, old, match);
-    }
-    blocks = &key;
+  std::vector<TrackedPoint> tracked_now, tracked_before;
+  PairTracking tracking;
+  const Placement world;
+  const auto blocks_less = [](const ContactKey& k, const ContactKey& l) {
+    return std::pair(k.a, k.b) < std::pair(l.a, l.b);
   };
   std::size_t i = 0, j = 0;
-  while (i < now.size() || j < before.size()) {
-    if (j == before.size() || (i < now.size() && now[i].key < before[j].key)) {
-      turn_to(now[i].key);
-      young.push_back(static_cast<int>(i++));
-    } else if (i == now.size() || before[j].key < now[i].key) {
-      turn_to(before[j].key);
-      old.push_back(static_cast<int>(j++));
+  while (i < now.size() && j < before.size()) {
+    const std::size_t end_now = end_of_pair(now, i), end_before = end_of_pair(before, j);
+    if (blocks_less(now[i].key, before[j].key)) {
+      i = end_now;
+    } else if (blocks_less(before[j].key, now[i].key)) {
+      j = end_before;
     } else {
-      turn_to(now[i].key);
-      match[i++] = static_cast<int>(j++);
+      track(now, i, end_now, tracked_now);
+      track(before, j, end_before, tracked_before);
+      const std::span<int> previous = std::span(match).subspan(i, end_now - i);
+      tracking.match({tracked_now, world}, {tracked_before, world}, reach, previous);
+      for (int& p : previous) p += p < 0 ? 0 : static_cast<int>(j);
+      i = end_now;
+      j = end_before;
     }
   }
-  hand_over(now, before, reach, young, old, match);
   return match;
 }
 

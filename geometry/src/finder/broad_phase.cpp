@@ -13,32 +13,30 @@
 namespace quoin::geometry {
 namespace {
 
-using FclTree = fcl::detail::HierarchyTree<fcl::AABBd>;
+using FloatBox = fcl::AABB<float>;
+using FloatVector = Eigen::Vector3f;
+using FclTree = fcl::detail::HierarchyTree<FloatBox>;
 using Node = FclTree::NodeType;
 
-constexpr std::size_t kFewBoxes = 16;  // below this all pairs are tried and no tree is built
-constexpr double kSkin = 0.05;         // skin of a fat box, as a part of the box's diagonal
-constexpr double kLookAhead = 16;      // a moving box is fattened for this many calls to come
-constexpr double kLookAheadCap = 1;    // but by no more than this part of its diagonal
+constexpr int kFewBoxes = 16;        // below this all pairs are tried and no tree is built
+constexpr float kSkin = 0.05F;       // skin of a fat box, as a part of the box's diagonal
+constexpr float kLookAhead = 16;     // a moving box is fattened for this many calls to come
+constexpr float kLookAheadCap = 1;   // but by no more than this part of its diagonal
 constexpr double kReachSlack = 1.5;  // reach built into the tree, as a multiple of the reach asked
 constexpr double kReachWaste = 4;    // rebuilt when the reach asked shrinks below 1/4 of it
-constexpr std::size_t kBulk = 8;     // more than 1/8 of the boxes moved out: refit the whole tree
-constexpr std::size_t kMany =
-    64;                         // more than 1/64: those that will follow soon are renewed as well
-constexpr double kSoon = 0.5;   // whose room has shrunk below half a skin
-constexpr double kWornOut = 2;  // rebuilt when its queries visit twice as many nodes as when new
+constexpr double kMostReach = 1e37;  // m; all boxes are within it, and floats can hold it
+constexpr std::size_t kBulk = BroadPhase::kBulk;  // more moved out: the whole tree is refitted
+constexpr std::size_t kMany = 64;  // more than 1/64: those that will follow soon are renewed too
+constexpr float kSoon = 0.5F;      // whose room has shrunk below half a skin
+constexpr double kWornOut = 2;     // rebuilt when its queries visit twice as many nodes as when new
+constexpr float kFloatEpsilon = std::numeric_limits<float>::epsilon();
+constexpr float kSmallestFloat = std::numeric_limits<float>::min();
+constexpr float kFarthest = 1e18F;  // m; fat boxes end here: FCL squares their sides
+constexpr int kBucket = 4;          // boxes whose pairs are sorted together
 
 // Two boxes are compared on all sides: which one parts them cannot be foreseen.
 
 #ifdef QUOIN_WIDE_LANES
-
-/// x <= y and u <= v, all three of each?
-bool none_above(const Vector3& x, const Vector3& y, const Vector3& u, const Vector3& v) {
-  const __m128d first = _mm_cmple_pd(_mm_loadu_pd(x.data()), _mm_loadu_pd(y.data()));
-  const __m128d second = _mm_cmple_pd(_mm_loadu_pd(u.data()), _mm_loadu_pd(v.data()));
-  const __m128d third = _mm_cmple_pd(_mm_set_pd(x[2], u[2]), _mm_set_pd(y[2], v[2]));
-  return _mm_movemask_pd(_mm_and_pd(_mm_and_pd(first, second), third)) == 3;
-}
 
 /// x - y <= limit and u - v <= limit, all three of each?
 bool none_beyond(const Vector3& x, const Vector3& y, const Vector3& u, const Vector3& v,
@@ -51,15 +49,32 @@ bool none_beyond(const Vector3& x, const Vector3& y, const Vector3& u, const Vec
   return _mm_movemask_pd(_mm_and_pd(within, _mm_cmple_pd(third, most))) == 3;
 }
 
-#else
+// Six numbers each, min and max behind each other.
+static_assert(sizeof(FloatBox) == 6 * sizeof(float) && sizeof(Box) == 6 * sizeof(double));
 
-bool none_above(const Vector3& x, const Vector3& y, const Vector3& u, const Vector3& v) {
-  return (x.array() <= y.array()).all() && (u.array() <= v.array()).all();
+__m128 four(const FloatVector& min, int first) { return _mm_loadu_ps(min.data() + first); }
+
+/// As FCL's, which are not inline: min x, min y, min z and min z, max x, … of either box.
+bool within_reach(const FloatBox& a, const FloatBox& b, float reach) {
+  const __m128 most = _mm_set1_ps(reach);
+  const __m128 low_a = four(a.min_, 0), low_b = four(b.min_, 0);
+  const __m128 high_a = four(a.min_, 2), high_b = four(b.min_, 2);  // min z, then max
+  const __m128 order_a = _mm_shuffle_ps(high_a, high_a, _MM_SHUFFLE(3, 3, 2, 1));
+  const __m128 order_b = _mm_shuffle_ps(high_b, high_b, _MM_SHUFFLE(3, 3, 2, 1));
+  const __m128 first = _mm_cmple_ps(_mm_sub_ps(low_a, order_b), most);
+  const __m128 second = _mm_cmple_ps(_mm_sub_ps(low_b, order_a), most);
+  return (_mm_movemask_ps(_mm_and_ps(first, second)) & 7) == 7;
 }
+
+#else
 
 bool none_beyond(const Vector3& x, const Vector3& y, const Vector3& u, const Vector3& v,
                  double limit) {
   return ((x - y).array() <= limit).all() && ((u - v).array() <= limit).all();
+}
+
+bool within_reach(const FloatBox& a, const FloatBox& b, float reach) {
+  return ((a.min_ - b.max_).array() <= reach).all() && ((b.min_ - a.max_).array() <= reach).all();
 }
 
 #endif
@@ -70,28 +85,81 @@ bool within_reach(const Box& a, const Box& b, double reach) {
   return none_beyond(a.min, b.max, b.min, a.max, reach);
 }
 
-bool contains(const Box& outer, const Box& inner) {
-  return none_above(outer.min, inner.min, inner.max, outer.max);
+bool overlap(const FloatBox& a, const FloatBox& b) { return within_reach(a, b, 0.0F); }
+
+/// A float is off by half an eps of itself, denormal ones by less than the smallest normal one; so
+/// is, much less, the difference in double from which it comes.
+float rounding(float value) { return std::abs(value) * kFloatEpsilon + kSmallestFloat; }
+
+/// Not less than a length, not even after a difference of floats has been rounded.
+float rounded_up(double length) {
+  const float value = static_cast<float>(length);
+  return value + 2 * rounding(value);
 }
 
-/// As FCL's, which are not inline.
-bool overlap(const fcl::AABBd& a, const fcl::AABBd& b) {
-  return none_above(a.min_, b.max_, b.min_, a.max_);
+#ifdef QUOIN_WIDE_LANES
+
+/// Minus for numbers of `min`, which go down and grow by what lies below, plus for those of `max`.
+__m128 first_signs() { return _mm_set_ps(0.0F, -0.0F, -0.0F, -0.0F); }
+
+__m128 rounded_outward(__m128 value, __m128 signs) {
+  const __m128 size = _mm_andnot_ps(_mm_set1_ps(-0.0F), value);
+  const __m128 by =
+      _mm_add_ps(_mm_mul_ps(size, _mm_set1_ps(kFloatEpsilon)), _mm_set1_ps(kSmallestFloat));
+  return _mm_add_ps(value, _mm_xor_ps(by, signs));
 }
 
-double squared_size(const fcl::AABBd& box) { return (box.max_ - box.min_).squaredNorm(); }
-
-/// Has the box come closer than this part of its skin to a side of its room?
-bool leaves_soon(const Box& room, const Box& box) {
-  const double least = kSoon * kSkin * (box.max - box.min).norm();
-  return (box.min - room.min).minCoeff() < least || (room.max - box.max).minCoeff() < least;
+/// Into memory that is read again as it was written: four floats and two.
+void round_outward(const Box& box, const Vector3& origin, FloatBox& made) {
+  const double *x = box.min.data(), *o = origin.data();
+  const __m128d low = _mm_sub_pd(_mm_loadu_pd(x), _mm_loadu_pd(o));
+  const __m128d mixed = _mm_sub_pd(_mm_loadu_pd(x + 2), _mm_set_pd(o[0], o[2]));
+  const __m128d high = _mm_sub_pd(_mm_loadu_pd(x + 4), _mm_loadu_pd(o + 1));
+  const __m128 first = _mm_movelh_ps(_mm_cvtpd_ps(low), _mm_cvtpd_ps(mixed));
+  _mm_storeu_ps(made.min_.data(), rounded_outward(first, first_signs()));
+  _mm_storel_pi(reinterpret_cast<__m64*>(made.max_.data() + 1),
+                rounded_outward(_mm_cvtpd_ps(high), _mm_setzero_ps()));
 }
+
+/// Does `outer` enclose `inner` with so much room on all sides?
+bool encloses(const FloatBox& outer, const FloatBox& inner, float room) {
+  const __m128 least = _mm_set1_ps(room);
+  const auto last_two = [](const FloatBox& box) {  // as they were stored
+    return _mm_castpd_ps(_mm_load_sd(reinterpret_cast<const double*>(box.max_.data() + 1)));
+  };
+  const __m128 first = _mm_xor_ps(
+      _mm_sub_ps(_mm_loadu_ps(outer.min_.data()), _mm_loadu_ps(inner.min_.data())), first_signs());
+  const __m128 last = _mm_sub_ps(last_two(outer), last_two(inner));
+  const int far_enough = _mm_movemask_ps(_mm_cmpge_ps(first, least));
+  return far_enough == 15 && (_mm_movemask_ps(_mm_cmpge_ps(last, least)) & 3) == 3;
+}
+
+#else
+
+void round_outward(const Box& box, const Vector3& origin, FloatBox& made) {
+  const FloatVector min = (box.min - origin).cast<float>();
+  const FloatVector max = (box.max - origin).cast<float>();
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    made.min_[k] = min[k] - rounding(min[k]);
+    made.max_[k] = max[k] + rounding(max[k]);
+  }
+}
+
+/// Does `outer` enclose `inner` with so much room on all sides?
+bool encloses(const FloatBox& outer, const FloatBox& inner, float room) {
+  return ((inner.min_ - outer.min_).array() >= room).all() &&
+         ((outer.max_ - inner.max_).array() >= room).all();
+}
+
+#endif
+
+float diagonal(const FloatBox& box) {
+  return static_cast<float>((box.max_ - box.min_).cast<double>().norm());
+}
+
+float extent(const FloatBox& box) { return (box.max_ - box.min_).sum(); }
 
 bool is_idle(std::span<const char> idle, std::size_t i) { return !idle.empty() && idle[i] != 0; }
-
-bool both_idle(std::span<const char> idle, int a, int b) {
-  return is_idle(idle, static_cast<std::size_t>(a)) && is_idle(idle, static_cast<std::size_t>(b));
-}
 
 /// Two subtrees that may have overlapping leaves; twice the same: the leaves of one.
 struct NodePair {
@@ -102,132 +170,216 @@ int leaf_index(const Node& leaf) {
   return static_cast<int>(reinterpret_cast<std::intptr_t>(leaf.data));
 }
 
+void* leaf_data(int i) { return reinterpret_cast<void*>(static_cast<std::intptr_t>(i)); }
+
+/// What holds of a box, as bits.
+enum BoxState : std::uint8_t { kAbsent = 1, kIdle = 2, kMoved = 4 };
+
 }  // namespace
 
-/// Fat boxes in FCL's dynamic tree. A box is put into the tree anew only when it leaves its roomy
-/// box; until then the pairs of overlapping fat boxes (`kept`) hold every pair within reach.
+/// Fat boxes in FCL's dynamic tree: each box with room around it, and half the reach. A box is put
+/// into the tree anew only when it leaves its room; until then the pairs of overlapping fat boxes
+/// (`kept`) hold every pair within reach.
 struct BroadPhase::Tree {
-  std::unique_ptr<FclTree> tree;  // made for the first scene that is not small
-  std::vector<Node*> leaves;
-  std::vector<Box> roomy;       // a box that stays inside needs no update, m
-  std::vector<Vector3> home;    // centre at the last update, m
-  std::vector<long> home_call;  // and the call it was made in
-  double built_reach = -1.0;    // m
-  long call = 0;
+  FclTree tree{2, 0};
+  std::vector<FloatBox> boxes;  // as seen from `origin`, m
+  std::vector<Node*> leaves;    // null: not in the tree
+  std::vector<std::uint8_t> state;
+  Vector3 origin = Vector3::Zero();  // m
+  int present = 0, in_tree = 0;
+  double built_reach = -1.0;  // m
+  float growth = 0.0F;        // of a fat box beyond the box and its room, m
   std::size_t visits = 0, visits_when_new = 0;
 
-  std::vector<char> idle;  // one flag a box; no pair of two idle ones is in `kept`
+  std::vector<int> moved;  // out of their room, new or gone; not all of them when too_many_moved
+  bool too_many_moved = false;  // the whole tree will be refitted: boxes that are set get new room
   std::vector<BlockPair> kept, scratch, fresh, result;
-  std::vector<int> moved;
-  std::vector<char> is_moved;
   std::vector<const Node*> stack;
   std::vector<NodePair> pair_stack;
-  std::vector<std::size_t> bucket_end;
+  std::vector<int> bucket_end;
 
-  void try_all(std::span<const Box> boxes, double reach, std::span<const char> idle_now);
-  void build(std::span<const Box> boxes, double reach, std::span<const char> idle_now);
-  void follow(std::span<const Box> boxes, double reach, std::span<const char> idle_now);
-  void make_roomy(std::span<const Box> boxes, std::size_t i);
-  fcl::AABBd fat_box(std::size_t i) const;
+  static std::size_t at(int i) { return static_cast<std::size_t>(i); }
+  int count() const { return static_cast<int>(boxes.size()); }
+  bool has(int i, BoxState bit) const { return (state[at(i)] & bit) != 0; }
+  bool both_idle(int a, int b) const { return (state[at(a)] & state[at(b)] & kIdle) != 0; }
+
+  void set(int i, const Box& box, BoxUse use);
+  void remove(int i);
+  void clear();
+  void find_kept(double reach);
+  template <class WithinReach>
+  void filter(WithinReach&& within);
+
+ private:
+  void note_moved(int i);
+  /// Is the box still inside its fat box less the growth? Once many have left their rooms, those
+  /// that will follow soon do not count as inside.
+  bool has_room(int i) const {
+    const float more = moved.size() * kMany > boxes.size() ? soon(i) : 0.0F;
+    return encloses(leaves[at(i)]->bv, boxes[at(i)], growth + more);
+  }
+  float soon(int i) const { return kSoon * kSkin * diagonal(boxes[at(i)]); }
+  FloatBox fat_box(int i, const FloatVector& ahead) const;
+  void use_reach(double reach);
+  void fell_tree();
+  void try_all(double reach);
+  void build();
+  void follow(double reach);
+  bool insert_new();
+  void put_moved();
+  void refit();
   template <class Visit>
-  void query(const fcl::AABBd& box, Visit&& visit);
+  void query(const FloatBox& box, Visit&& visit);
   void query_all();
   void split_self(const Node& x);
   void split_larger(const Node& x, const Node& y);
   void sort_kept();
   void query_moved();
-  void add_soon_moved(std::span<const Box> boxes);
-  void filter(std::span<const Box> boxes, double reach);
+  void forget_moved();
 };
 
-void BroadPhase::Tree::try_all(std::span<const Box> boxes, double reach,
-                               std::span<const char> idle_now) {
+/// The box grown by its skin, along the way it goes and by half the reach; never less than that in
+/// spite of rounding, but cut off at kFarthest. A box of NaN is within reach of nothing: it gets a
+/// place of no size, and is looked at again in each call.
+FloatBox BroadPhase::Tree::fat_box(int i, const FloatVector& ahead) const {
+  const FloatBox& box = boxes[at(i)];
+  const float length = std::min(diagonal(box), kFarthest);
+  FloatBox fat;
+  if (std::isnan(length)) {
+    fat.min_.setZero();
+    fat.max_.setZero();
+    return fat;
+  }
+  const float cap = kLookAheadCap * length;
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const float way = std::clamp(kLookAhead * ahead[k], -cap, cap);
+    const float low = kSkin * length + growth + std::max(0.0F, -way);
+    const float high = kSkin * length + growth + std::max(0.0F, way);
+    const float min = box.min_[k] - low - 4 * rounding(std::abs(box.min_[k]) + low);
+    const float max = box.max_[k] + high + 4 * rounding(std::abs(box.max_[k]) + high);
+    fat.min_[k] = std::clamp(min, -kFarthest, kFarthest);
+    fat.max_[k] = std::clamp(max, -kFarthest, kFarthest);
+  }
+  return fat;
+}
+
+void BroadPhase::Tree::note_moved(int i) {
+  if (has(i, kMoved) || too_many_moved) return;
+  if (moved.size() * kBulk > boxes.size()) {
+    too_many_moved = true;
+    return;
+  }
+  state[at(i)] |= kMoved;
+  moved.push_back(i);
+}
+
+/// A new fat box waits in the leaf until follow() brings the tree up to date.
+void BroadPhase::Tree::set(int i, const Box& box, BoxUse use) {
+  if (boxes.empty() && box.min.allFinite()) origin = box.min;
+  if (i == count()) {
+    boxes.emplace_back();
+    leaves.push_back(nullptr);
+    state.push_back(kAbsent);
+  }
+  const FloatVector before = boxes[at(i)].min_;
+  round_outward(box, origin, boxes[at(i)]);
+  const std::uint8_t idle = use == BoxUse::Idle ? kIdle : 0;
+  const bool idle_changed = (state[at(i)] & kIdle) != idle;
+  present += has(i, kAbsent);
+  state[at(i)] = static_cast<std::uint8_t>((state[at(i)] & kMoved) | idle);
+  Node* leaf = leaves[at(i)];
+  if (leaf != nullptr && (too_many_moved || !has_room(i))) {
+    leaf->bv = fat_box(i, boxes[at(i)].min_ - before);
+    note_moved(i);
+  } else if (leaf == nullptr || idle_changed) {
+    note_moved(i);
+  }
+}
+
+void BroadPhase::Tree::remove(int i) {
+  if (has(i, kAbsent)) return;
+  --present;
+  state[at(i)] = static_cast<std::uint8_t>((state[at(i)] & kMoved) | kAbsent);
+  note_moved(i);
+  if (leaves[at(i)] == nullptr) return;
+  tree.remove(leaves[at(i)]);
+  leaves[at(i)] = nullptr;
+  --in_tree;
+}
+
+void BroadPhase::Tree::clear() {
+  fell_tree();
+  boxes.clear();
   leaves.clear();
-  result.clear();
-  const int count = static_cast<int>(boxes.size());
-  for (int a = 0; a < count; ++a) {
-    for (int b = a + 1; b < count; ++b) {
-      if (!both_idle(idle_now, a, b) && within_reach(boxes[static_cast<std::size_t>(a)],
-                                                     boxes[static_cast<std::size_t>(b)], reach)) {
-        result.push_back({a, b});
+  state.clear();
+  moved.clear();
+  kept.clear();
+  present = 0;
+  too_many_moved = false;
+}
+
+void BroadPhase::Tree::fell_tree() {
+  tree.clear();
+  std::fill(leaves.begin(), leaves.end(), nullptr);
+  in_tree = 0;
+}
+
+void BroadPhase::Tree::use_reach(double reach) {
+  built_reach = std::min(reach * kReachSlack, kMostReach);
+  growth = rounded_up(0.5 * built_reach);
+}
+
+/// Afterwards `kept` holds all pairs within reach, ascending.
+void BroadPhase::Tree::find_kept(double reach) {
+  const double most = std::min(reach, kMostReach);
+  if (present < kFewBoxes) {
+    if (in_tree > 0) fell_tree();
+    try_all(most);
+  } else if (in_tree == 0) {
+    use_reach(most);
+    build();
+  } else {
+    follow(most);
+  }
+  forget_moved();
+}
+
+void BroadPhase::Tree::try_all(double reach) {
+  const float most = rounded_up(reach);
+  kept.clear();
+  for (int a = 0; a < count(); ++a) {
+    if (has(a, kAbsent)) continue;
+    for (int b = a + 1; b < count(); ++b) {
+      if (!has(b, kAbsent) && !both_idle(a, b) && within_reach(boxes[at(a)], boxes[at(b)], most)) {
+        kept.push_back({a, b});
       }
     }
   }
 }
 
-/// The box grown by its skin and along the way it went lately. A box that is not finite is within
-/// reach of nothing: it gets a place of no size and is looked at again in each call.
-void BroadPhase::Tree::make_roomy(std::span<const Box> boxes, std::size_t i) {
-  const Box& box = boxes[i];
-  const Vector3 extent = box.max - box.min;
-  const double diagonal = extent.norm();
-  if (!std::isfinite(diagonal) || !box.min.allFinite()) {
-    roomy[i] = Box{};
-    home_call[i] = call;
-    return;
-  }
-  const Vector3 centre = box.min + 0.5 * extent;
-  const double skin = kSkin * diagonal;
-  roomy[i] = {(box.min.array() - skin).matrix(), (box.max.array() + skin).matrix()};
-  if (const long calls = call - home_call[i]; calls > 0 && home_call[i] >= 0) {
-    const double cap = kLookAheadCap * diagonal;
-    for (int k = 0; k < 3; ++k) {
-      const double ahead = std::clamp(
-          (centre[k] - home[i][k]) * (kLookAhead / static_cast<double>(calls)), -cap, cap);
-      (ahead > 0 ? roomy[i].max : roomy[i].min)[k] += ahead;
-    }
-  }
-  home[i] = centre;
-  home_call[i] = call;
-}
-
-/// What stands in the tree: the roomy box grown by half the reach and by what rounding may take.
-fcl::AABBd BroadPhase::Tree::fat_box(std::size_t i) const {
-  constexpr double kUlps = 8 * std::numeric_limits<double>::epsilon();
-  const Box& room = roomy[i];
-  const double largest = std::max(room.min.cwiseAbs().maxCoeff(), room.max.cwiseAbs().maxCoeff());
-  const double growth = 0.5 * built_reach + kUlps * (largest + built_reach);
-  fcl::AABBd fat;
-  fat.min_ = (room.min.array() - growth).matrix();
-  fat.max_ = (room.max.array() + growth).matrix();
-  return fat;
-}
-
-void BroadPhase::Tree::build(std::span<const Box> boxes, double reach,
-                             std::span<const char> idle_now) {
-  const std::size_t count = boxes.size();
-  idle.resize(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    idle[i] = is_idle(idle_now, i) ? 1 : 0;
-  }
-  built_reach = reach * kReachSlack;
-  call = 0;
-  leaves.resize(count);
-  roomy.resize(count);
-  home.resize(count);
-  home_call.assign(count, -1);
-  is_moved.assign(count, 0);
-  if (!tree) tree = std::make_unique<FclTree>(2, 0);
-  tree->clear();
-  for (std::size_t i = 0; i < count; ++i) {
-    make_roomy(boxes, i);
+void BroadPhase::Tree::build() {
+  fell_tree();
+  std::vector<Node*> order;  // init sorts what it is given
+  for (int i = 0; i < count(); ++i) {
+    if (has(i, kAbsent)) continue;
     Node* leaf = new Node;  // owned and deleted by the tree
-    leaf->bv = fat_box(i);
+    leaf->bv = fat_box(i, FloatVector::Zero());
     leaf->parent = nullptr;
     leaf->children[1] = nullptr;
-    leaf->data = reinterpret_cast<void*>(static_cast<std::intptr_t>(i));
-    leaves[i] = leaf;
+    leaf->data = leaf_data(i);
+    leaves[at(i)] = leaf;
+    order.push_back(leaf);
   }
-  std::vector<Node*> order = leaves;  // init sorts what it is given
-  tree->init(order, 0);
+  in_tree = present;
+  tree.init(order, 0);
   query_all();
   visits_when_new = visits;
 }
 
 template <class Visit>
-void BroadPhase::Tree::query(const fcl::AABBd& box, Visit&& visit) {
+void BroadPhase::Tree::query(const FloatBox& box, Visit&& visit) {
   stack.clear();
-  stack.push_back(tree->getRoot());
+  stack.push_back(tree.getRoot());
   while (!stack.empty()) {
     const Node* node = stack.back();
     stack.pop_back();
@@ -249,7 +401,7 @@ void BroadPhase::Tree::query_all() {
   kept.clear();
   visits = 0;
   pair_stack.clear();
-  pair_stack.push_back({tree->getRoot(), tree->getRoot()});
+  pair_stack.push_back({tree.getRoot(), tree.getRoot()});
   while (!pair_stack.empty()) {
     const auto [x, y] = pair_stack.back();
     pair_stack.pop_back();
@@ -259,7 +411,7 @@ void BroadPhase::Tree::query_all() {
     } else if (overlap(x->bv, y->bv)) {
       if (x->isLeaf() && y->isLeaf()) {
         const auto [a, b] = std::minmax({leaf_index(*x), leaf_index(*y)});
-        if (!both_idle(idle, a, b)) kept.push_back({a, b});
+        if (!both_idle(a, b)) kept.push_back({a, b});
       } else {
         split_larger(*x, *y);
       }
@@ -275,118 +427,117 @@ void BroadPhase::Tree::split_self(const Node& x) {
 }
 
 void BroadPhase::Tree::split_larger(const Node& x, const Node& y) {
-  const bool split_x = y.isLeaf() || (!x.isLeaf() && squared_size(x.bv) > squared_size(y.bv));
+  const bool split_x = y.isLeaf() || (!x.isLeaf() && extent(x.bv) > extent(y.bv));
   const Node &split = split_x ? x : y, &whole = split_x ? y : x;
   pair_stack.push_back({split.children[0], &whole});
   pair_stack.push_back({split.children[1], &whole});
 }
 
-/// Into one bucket for each first block, whose few pairs are then sorted.
+/// Into one bucket for some first blocks, whose few pairs are then sorted.
 void BroadPhase::Tree::sort_kept() {
-  bucket_end.assign(leaves.size() + 1, 0);
-  for (const BlockPair& pair : kept) ++bucket_end[static_cast<std::size_t>(pair.a) + 1];
+  const auto bucket = [](const BlockPair& pair) { return at(pair.a / kBucket); };
+  bucket_end.assign(boxes.size() / kBucket + 2, 0);
+  for (const BlockPair& pair : kept) ++bucket_end[bucket(pair) + 1];
   for (std::size_t i = 1; i < bucket_end.size(); ++i) bucket_end[i] += bucket_end[i - 1];
   scratch.resize(kept.size());
-  for (const BlockPair& pair : kept) scratch[bucket_end[static_cast<std::size_t>(pair.a)]++] = pair;
-  std::size_t first = 0;
-  for (std::size_t i = 0; i < leaves.size(); ++i) {  // each end has moved on by its bucket's size
-    const auto at = [&](std::size_t k) { return scratch.begin() + static_cast<std::ptrdiff_t>(k); };
-    if (bucket_end[i] - first > 1) std::sort(at(first), at(bucket_end[i]));
-    first = bucket_end[i];
+  for (const BlockPair& pair : kept) scratch[at(bucket_end[bucket(pair)]++)] = pair;
+  int first = 0;
+  for (const int last : bucket_end) {  // each end has moved on by its bucket's size
+    if (last - first > 1) std::sort(scratch.begin() + first, scratch.begin() + last);
+    first = last;
   }
   std::swap(kept, scratch);
 }
 
 void BroadPhase::Tree::query_moved() {
-  for (int i : moved) {
-    is_moved[static_cast<std::size_t>(i)] = 1;
-  }
   fresh.clear();
-  for (int i : moved) {
-    query(leaves[static_cast<std::size_t>(i)]->bv, [&](int j) {
-      if (i != j && (is_moved[static_cast<std::size_t>(j)] == 0 || i < j) &&
-          !both_idle(idle, i, j)) {
+  for (const int i : moved) {
+    if (has(i, kAbsent)) continue;
+    query(leaves[at(i)]->bv, [&](int j) {
+      if (i != j && (!has(j, kMoved) || i < j) && !both_idle(i, j)) {
         fresh.push_back({std::min(i, j), std::max(i, j)});
       }
     });
   }
   std::sort(fresh.begin(), fresh.end());
-  std::erase_if(kept, [&](const BlockPair& pair) {
-    return is_moved[static_cast<std::size_t>(pair.a)] != 0 ||
-           is_moved[static_cast<std::size_t>(pair.b)] != 0;
-  });
+  std::erase_if(kept,
+                [&](const BlockPair& pair) { return has(pair.a, kMoved) || has(pair.b, kMoved); });
   scratch.resize(kept.size() + fresh.size());
   std::merge(kept.begin(), kept.end(), fresh.begin(), fresh.end(), scratch.begin());
   std::swap(kept, scratch);
-  for (int i : moved) {
-    is_moved[static_cast<std::size_t>(i)] = 0;
+}
+
+/// Boxes that are not in the tree yet; false: so many that it is better made anew.
+bool BroadPhase::Tree::insert_new() {
+  if ((present - in_tree) * static_cast<int>(kBulk) > present) return false;
+  if (present == in_tree) return true;
+  for (int i = 0; i < count(); ++i) {
+    if (has(i, kAbsent) || leaves[at(i)] != nullptr) continue;
+    leaves[at(i)] = tree.insert(fat_box(i, FloatVector::Zero()), leaf_data(i));
+    ++in_tree;
+  }
+  return true;
+}
+
+/// FCL's tree does nothing when the box that a leaf holds contains the new one: it holds none.
+void BroadPhase::Tree::put_moved() {
+  for (const int i : moved) {
+    if (has(i, kAbsent)) continue;
+    const FloatBox fat = leaves[at(i)]->bv;
+    leaves[at(i)]->bv = FloatBox();
+    tree.update(leaves[at(i)], fat);
   }
 }
 
-/// Blocks that move alike leave their rooms within a few calls of each other: better all in one.
-void BroadPhase::Tree::add_soon_moved(std::span<const Box> boxes) {
-  for (int i : moved) is_moved[static_cast<std::size_t>(i)] = 1;
-  const std::size_t first = moved.size();
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
-    if (is_moved[i] == 0 && leaves_soon(roomy[i], boxes[i])) moved.push_back(static_cast<int>(i));
+/// Brings the tree up to date with boxes that left their room, came, went, or fell idle or are so
+/// no longer.
+void BroadPhase::Tree::follow(double reach) {
+  const bool other_reach = reach > built_reach || reach * kReachWaste * kReachSlack < built_reach;
+  if (other_reach) use_reach(reach);
+  if (!insert_new()) return build();
+  if (!other_reach && !too_many_moved) {
+    if (moved.empty()) return;
+    put_moved();
+    return query_moved();
   }
-  for (std::size_t k = 0; k < first; ++k) is_moved[static_cast<std::size_t>(moved[k])] = 0;
+  if (other_reach) {
+    for (int i = 0; i < count(); ++i) {
+      if (leaves[at(i)] != nullptr) leaves[at(i)]->bv = fat_box(i, FloatVector::Zero());
+    }
+  }
+  refit();
 }
 
-/// Brings the tree up to date with boxes that left their roomy box, fell idle or are so no longer.
-void BroadPhase::Tree::follow(std::span<const Box> boxes, double reach,
-                              std::span<const char> idle_now) {
-  ++call;
-  moved.clear();
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
-    const bool idle_changed = (idle[i] != 0) != is_idle(idle_now, i);
-    if (idle_changed || !contains(roomy[i], boxes[i])) {
-      idle[i] = is_idle(idle_now, i) ? 1 : 0;
-      moved.push_back(static_cast<int>(i));
-    }
-  }
-  if (moved.size() * kMany > boxes.size()) add_soon_moved(boxes);
-  const bool refit = reach > built_reach || reach * kReachWaste * kReachSlack < built_reach ||
-                     moved.size() * kBulk > boxes.size();
-  if (!refit) {
-    for (int i : moved) {
-      make_roomy(boxes, static_cast<std::size_t>(i));
-      tree->update(leaves[static_cast<std::size_t>(i)], fat_box(static_cast<std::size_t>(i)));
-    }
-    if (!moved.empty()) {
-      query_moved();
-    }
-    return;
-  }
-  if (reach > built_reach || reach * kReachWaste * kReachSlack < built_reach) {
-    built_reach = reach * kReachSlack;
-  }
-  for (std::size_t i = 0; i < boxes.size(); ++i) {  // all are asked for anyway: all get new room
-    make_roomy(boxes, i);
-    leaves[i]->bv = fat_box(i);
-  }
-  tree->refit();
+void BroadPhase::Tree::refit() {
+  tree.refit();
   query_all();
   if (static_cast<double>(visits) > kWornOut * static_cast<double>(visits_when_new)) {
-    tree->balanceTopdown();
+    tree.balanceTopdown();
     query_all();
     visits_when_new = visits;
   }
 }
 
-void BroadPhase::Tree::filter(std::span<const Box> boxes, double reach) {
+void BroadPhase::Tree::forget_moved() {
+  for (const int i : moved) state[at(i)] = static_cast<std::uint8_t>(state[at(i)] & ~kMoved);
+  moved.clear();
+  too_many_moved = false;
+}
+
+/// Those of `kept` that are within reach, into `result`.
+template <class WithinReach>
+void BroadPhase::Tree::filter(WithinReach&& within) {
   std::array<BlockPair, 256> few;  // still in the cache when they are copied
   result.clear();
   result.reserve(kept.size());
   for (std::size_t first = 0; first < kept.size(); first += few.size()) {
     const std::size_t last = std::min(first + few.size(), kept.size());
-    std::size_t count = 0;
+    std::size_t found = 0;
     for (std::size_t k = first; k < last; ++k) {
-      few[count] = kept[k];
-      count += within_reach(boxes[static_cast<std::size_t>(kept[k].a)],
-                            boxes[static_cast<std::size_t>(kept[k].b)], reach);
+      few[found] = kept[k];
+      found += within(kept[k]);
     }
-    result.insert(result.end(), few.begin(), few.begin() + static_cast<std::ptrdiff_t>(count));
+    result.insert(result.end(), few.begin(), few.begin() + static_cast<std::ptrdiff_t>(found));
   }
 }
 
@@ -397,22 +548,62 @@ BroadPhase::~BroadPhase() = default;
 BroadPhase::BroadPhase(BroadPhase&&) noexcept = default;
 BroadPhase& BroadPhase::operator=(BroadPhase&&) noexcept = default;
 
+void BroadPhase::set(int i, const Box& box, BoxUse use) {
+  if (i < 0 || i > size()) {
+    throw InputError("broad phase: box " + std::to_string(i) + " of " + std::to_string(size()));
+  }
+  tree_->set(i, box, use);
+}
+
+void BroadPhase::remove(int i) {
+  if (i < 0 || i >= size()) {
+    throw InputError("broad phase: box " + std::to_string(i) + " of " + std::to_string(size()));
+  }
+  tree_->remove(i);
+}
+
+bool BroadPhase::leaves_room(int i, const Box& box) const {
+  const Node* leaf = i < size() ? tree_->leaves[Tree::at(i)] : nullptr;
+  if (leaf == nullptr) return true;
+  FloatBox next;
+  round_outward(box, tree_->origin, next);
+  return !encloses(leaf->bv, next, tree_->growth);
+}
+
+void BroadPhase::renew_all() { tree_->too_many_moved = true; }
+
+void BroadPhase::clear() { tree_->clear(); }
+
+int BroadPhase::size() const { return tree_->count(); }
+
+const std::vector<BlockPair>& BroadPhase::find_candidates(double reach) {
+  tree_->find_kept(reach);
+  const float most = rounded_up(std::min(reach, kMostReach));
+  tree_->filter([&](const BlockPair& pair) {
+    return within_reach(tree_->boxes[Tree::at(pair.a)], tree_->boxes[Tree::at(pair.b)], most);
+  });
+  return tree_->result;
+}
+
 const std::vector<BlockPair>& BroadPhase::find_candidates(std::span<const Box> boxes, double reach,
                                                           std::span<const char> idle) {
   if (!idle.empty() && idle.size() != boxes.size()) {
     throw InputError("idle has " + std::to_string(idle.size()) + " flags for " +
                      std::to_string(boxes.size()) + " boxes");
   }
-  if (tries_all_pairs(boxes.size())) {
-    tree_->try_all(boxes, reach, idle);
-    return tree_->result;
+  if (boxes.size() != tree_->boxes.size()) tree_->clear();
+  std::size_t leaving = 0;
+  for (std::size_t i = 0; i < boxes.size(); i += kSample) {
+    leaving += leaves_room(static_cast<int>(i), boxes[i]);
   }
-  if (boxes.size() != tree_->leaves.size()) {
-    tree_->build(boxes, reach, idle);
-  } else {
-    tree_->follow(boxes, reach, idle);
+  if (leaving * kSample * kBulk > boxes.size()) renew_all();
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    tree_->set(static_cast<int>(i), boxes[i], is_idle(idle, i) ? BoxUse::Idle : BoxUse::Moving);
   }
-  tree_->filter(boxes, reach);
+  tree_->find_kept(reach);
+  tree_->filter([&](const BlockPair& pair) {
+    return within_reach(boxes[Tree::at(pair.a)], boxes[Tree::at(pair.b)], reach);
+  });
   return tree_->result;
 }
 

@@ -5,8 +5,13 @@
 namespace quoin::geometry {
 
 WorkerPool::WorkerPool(int count) : failures_(static_cast<std::size_t>(count)) {
-  for (int worker = 1; worker < count; ++worker) {
-    threads_.emplace_back([this, worker] { serve(worker); });
+  threads_.reserve(static_cast<std::size_t>(count) - 1);  // so that only a thread can fail below
+  try {
+    for (int worker = 1; worker < count; ++worker) {
+      threads_.emplace_back([this, worker] { serve(worker); });
+    }
+  } catch (
+      const std::exception&) {  // no further thread, or no memory for it: the others do the work
   }
 }
 
@@ -38,21 +43,22 @@ void WorkerPool::serve(int worker) {
   }
 }
 
-void WorkerPool::run_task(Task task, void* context) {
+void WorkerPool::run(Task task, void* context) {
   task_ = task;
   context_ = context;
-  working_ = count() - 1;
+  working_ = workers() - 1;
   ++round_;
   round_.notify_all();
   call(0);
   for (int working = working_; working != 0; working = working_) {
     working_.wait(working);
   }
+  std::exception_ptr first;
   for (std::exception_ptr& failure : failures_) {
-    if (failure) {
-      std::rethrow_exception(std::exchange(failure, nullptr));
-    }
+    const std::exception_ptr thrown = std::exchange(failure, nullptr);
+    if (!first) first = thrown;
   }
+  if (first) std::rethrow_exception(first);
 }
 
 }  // namespace quoin::geometry

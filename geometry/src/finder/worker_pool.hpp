@@ -1,33 +1,29 @@
 #pragma once
-/// Threads that wait for work: geometry's one door to threads.
+/// Threads that wait for work: geometry's only user of threads.
 
 #include <atomic>
 #include <exception>
+#include <quoin/geometry/executor.hpp>
 #include <thread>
 #include <vector>
 
 namespace quoin::geometry {
 
-/// `count` workers, the calling thread being worker 0. Nothing is started for count = 1.
-class WorkerPool {
+/// Workers of which the calling thread is worker 0. Nothing is started for count = 1. Where the
+/// system refuses a thread there are fewer workers: workers() says how many.
+class WorkerPool final : public Executor {
  public:
   explicit WorkerPool(int count);
-  ~WorkerPool();
+  ~WorkerPool() override;
   WorkerPool(const WorkerPool&) = delete;
   WorkerPool& operator=(const WorkerPool&) = delete;
 
-  int count() const { return static_cast<int>(failures_.size()); }
+  int workers() const override { return static_cast<int>(threads_.size()) + 1; }
 
-  /// Calls work(worker) once in each worker and returns when all have come back. What a worker
-  /// throws is thrown here (the lowest worker's first). No allocation.
-  template <class Work>
-  void run(Work& work) {
-    run_task([](void* context, int worker) { (*static_cast<Work*>(context))(worker); }, &work);
-  }
+  /// What a worker throws is thrown here (the lowest worker's first). No allocation.
+  void run(Task task, void* context) override;
 
  private:
-  using Task = void (*)(void* context, int worker);
-  void run_task(Task task, void* context);
   void call(int worker);
   void serve(int worker);
 

@@ -263,6 +263,9 @@ NearestFeatures nearest_features(const Polyhedron& a, const Polyhedron& b,
 
 NearestFeatures nearest_features(const Body& a, const Body& b, const SearchOptions& options,
                                  const FeatureHint& hint) {
+  if (a.stands_in_own_frame() && b.stands_in_own_frame()) {
+    return nearest_features(a.shape(), b.shape(), options, hint);
+  }
   const PlacedPair pair(a, b);
   NearestFeatures answer;
   find(pair.a, pair.b, options, hint, answer);

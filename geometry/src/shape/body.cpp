@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <quoin/geometry/body.hpp>
@@ -26,6 +27,21 @@ Matrix3 cofactors_of(const Matrix3& a) {
   return cofactors;
 }
 
+// Without branches, which Eigen's comparisons make.
+bool is_identity(const Matrix3& a) {
+  const double* x = a.data();
+  return (x[0] == 1.0) & (x[4] == 1.0) & (x[8] == 1.0) & (x[1] == 0.0) & (x[2] == 0.0) &
+         (x[3] == 0.0) & (x[5] == 0.0) & (x[6] == 0.0) & (x[7] == 0.0);
+}
+
+double largest_difference(const Matrix3& a, const Matrix3& b) {
+  double largest = 0.0;
+  for (int k = 0; k < 9; ++k) {
+    largest = std::max(largest, std::abs(a.data()[k] - b.data()[k]));
+  }
+  return largest;
+}
+
 /// Bound of the largest singular value: the largest row sum of its squares' matrix.
 double largest_stretch(const Matrix3& a) {
   return std::sqrt((a.transpose() * a).cwiseAbs().rowwise().sum().maxCoeff());
@@ -50,9 +66,15 @@ void Body::move(const Placement& placement) {
       centre_rest_[k] = sum.low;
     }
   }
-  turned_ = placement.linear != Matrix3::Identity();
-  cofactors_ = turned_ ? cofactors_of(placement.linear) : placement.linear;
-  rigid_ = ((cofactors_ - placement.linear).cwiseAbs().maxCoeff() <= kRigid);
+  turned_ = !is_identity(placement.linear);
+  if (!turned_) {
+    cofactors_.setIdentity();
+    rigid_ = true;
+    stretch_ = 1.0;
+    return;
+  }
+  cofactors_ = cofactors_of(placement.linear);
+  rigid_ = largest_difference(cofactors_, placement.linear) <= kRigid;
   stretch_ = rigid_ ? 1.0 : largest_stretch(placement.linear);
 }
 

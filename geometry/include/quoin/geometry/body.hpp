@@ -37,6 +37,8 @@ class Body {
   const Matrix3& cofactors() const { return cofactors_; }
   /// False: `linear` is the identity.
   bool is_turned() const { return turned_; }
+  /// Whether the vertices of the shape are its places. Two such bodies are answered as the shapes.
+  bool stands_in_own_frame() const { return !turned_ && placement_.translation == Vector3::Zero(); }
   /// A rotation within rounding: lengths and normals keep their length.
   bool is_rigid() const { return rigid_; }
   /// No two points come to lie farther apart than this times their distance in the shape's frame.

@@ -1,24 +1,20 @@
 #pragma once
-/// Which pairs of blocks may touch. The one door to FCL.
+/// Which pairs of blocks may touch. The only user of FCL.
 
 #include <memory>
-#include <quoin/geometry/types.hpp>
+#include <quoin/geometry/pair_batch.hpp>
 #include <span>
 #include <vector>
 
 namespace quoin::geometry {
 
-/// Two blocks whose boxes, grown by reach/2, overlap. a < b.
-struct BlockPair {
-  int a = 0;
-  int b = 0;
-  auto operator<=>(const BlockPair&) const = default;
-};
-
 /// Whether so few boxes are tried pair by pair, without a tree.
 bool tries_all_pairs(std::size_t boxes);
 
-/// Keeps a tree of boxes between calls.
+enum class BoxUse : char { Moving, Idle };  ///< no pair of two idle boxes is ever a candidate
+
+/// Keeps a tree of boxes between calls. It stores boxes in single precision, rounded outward, as
+/// seen from the first one.
 class BroadPhase {
  public:
   BroadPhase();
@@ -26,8 +22,27 @@ class BroadPhase {
   BroadPhase(BroadPhase&&) noexcept;
   BroadPhase& operator=(BroadPhase&&) noexcept;
 
-  /// All pairs with boxes at most `reach` (m) apart, ascending; pairs of two idle blocks left out.
-  /// `idle` is empty or one flag a box.
+  /// Box number `i` is new or has another place; i <= size(), the next one is appended.
+  void set(int i, const Box& box, BoxUse use = BoxUse::Moving);
+  /// Box number `i` meets nothing until it is set again.
+  void remove(int i);
+  void clear();  ///< no boxes
+
+  /// Where a sample of kSample shows that more than one box in kBulk leaves the room that it has in
+  /// the tree, all boxes that are set from here to find_candidates() had better get new room: the
+  /// whole tree is refitted.
+  static constexpr std::size_t kSample = 16, kBulk = 8;
+  bool leaves_room(int i, const Box& box) const;
+  void renew_all();
+
+  int size() const;
+
+  /// All pairs with boxes at most `reach` (m) apart, and few others whose boxes are so but for the
+  /// rounding to single precision; ascending.
+  const std::vector<BlockPair>& find_candidates(double reach);
+
+  /// The same for boxes that all may have moved: exactly the pairs with boxes at most `reach` (m)
+  /// apart, pairs of two idle blocks left out. `idle` is empty or one flag a box.
   const std::vector<BlockPair>& find_candidates(std::span<const Box> boxes, double reach,
                                                 std::span<const char> idle = {});
 

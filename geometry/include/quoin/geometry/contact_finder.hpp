@@ -1,8 +1,9 @@
 #pragma once
-/// The pipeline: polyhedra in, contact points sorted by key out.
+/// All contacts of a crowd of bodies: bodies in, contact points sorted by key out.
 
+#include <functional>
 #include <memory>
-#include <quoin/geometry/contact_point.hpp>
+#include <quoin/geometry/pair_batch.hpp>
 #include <span>
 
 namespace quoin::geometry {
@@ -10,17 +11,28 @@ namespace quoin::geometry {
 struct FinderOptions {
   double reach = 0.0;      ///< contact points are listed up to this gap, m; touching pairs always
   double tolerance = 0.0;  ///< contact length tol, m; 0: default_tolerance of each pair
-  int threads = 1;         ///< any number gives the same bits
+  int threads = 1;         ///< any number gives the same bits; not used with an executor
+  Executor* executor = nullptr;  ///< the caller's threads; must outlive the finder
 };
 
-/// What a call of ContactFinder::find() had to do.
-struct FindCounts {
-  int candidates = 0;  ///< pairs of blocks near enough to touch
-  int searched = 0;    ///< of these: not left as they were by both blocks since the last call
+/// Whether a body takes part by itself. Pairs of two idle bodies (fixed, or known not to move) are
+/// never tested and never listed.
+enum class BodyMotion : char { Moving, Idle };
+
+/// A pair is tested when each body's category has a bit of what the other collides with.
+struct BodyOptions {
+  std::uint32_t category = 1;
+  std::uint32_t collides_with = ~std::uint32_t{0};
+  BodyMotion motion = BodyMotion::Moving;
 };
 
-/// Remembers its tree, where each pair's search ended and what it found for blocks that stand
-/// still: that changes the speed, never the answer.
+/// Keeps bodies under stable handles, the tree of their boxes, and what is known of each pair: that
+/// changes the speed, never the answer.
+///
+/// A handle is a number from 0 on, given in ascending order and never given again, not even after
+/// its body is removed; a finder takes 2^31 - 1 bodies in its life. Erasing a body renames no
+/// other. All calls throw InputError naming the handle when it is none or its body is gone, and
+/// when the finder was moved from.
 class ContactFinder {
  public:
   explicit ContactFinder(const FinderOptions& options);
@@ -28,18 +40,46 @@ class ContactFinder {
   ContactFinder(ContactFinder&&) noexcept;
   ContactFinder& operator=(ContactFinder&&) noexcept;
 
-  /// Pairs of blocks that are both idle (fixed, or known not to move) are never tested.
-  /// `idle` is empty or one flag a block. The list is sorted by key; no allocation when warm.
+  /// Adds a body and returns its handle. A shape is shared by all its bodies. Throws InputError for
+  /// no shape, and for a placement with a number that is not finite or too large, or with a
+  /// determinant that is not positive.
+  int add(std::shared_ptr<const Polyhedron> shape, const Placement& placement = {},
+          const BodyOptions& options = {});
+  void remove(int handle);
+  /// Another placement, checked as in add(). The same one to the bit: the body stands still.
+  void move(int handle, const Placement& placement);
+  /// Another shape in the same place: its contacts have no predecessors in the next list.
+  void replace_shape(int handle, std::shared_ptr<const Polyhedron> shape);
+  void set_options(int handle, const BodyOptions& options);
+
+  bool contains(int handle) const;
+  int size() const;  ///< number of bodies
+  Body body(int handle) const;
+
+  /// Asked for each pair of near bodies that the masks let pass, a < b, in each find() by the
+  /// calling thread: false leaves the pair out. An empty function: none is.
+  void set_filter(std::function<bool(int a, int b)> filter);
+  void set_reach(double reach);  ///< m, from the next find() on
+  /// Threads that find() uses: fewer than asked for where the system refused to start them.
+  int threads() const;
+
+  /// Writes all contact points, sorted by key; key.a and key.b are handles. See PairBatch::find()
+  /// for ContactPoint::previous. No allocation when warm.
+  FindCounts find(std::vector<ContactPoint>& contacts);
+  /// The pairs in contact after the last find() and those that it ended, ascending by handles.
+  std::span<const PairResult> pairs() const;
+
+  /// TODO: to be deleted with the solver's last call. Bodies by their vertices, named by their
+  /// index, apart from those that were added. `idle` is empty or one flag a block.
   FindCounts find(std::span<const Polyhedron> blocks, std::span<const char> idle,
                   std::vector<ContactPoint>& contacts);
   FindCounts find(std::span<const Polyhedron> blocks, std::vector<ContactPoint>& contacts) {
     return find(blocks, {}, contacts);
   }
 
-  void set_reach(double reach);  ///< m, from the next find() on
-
  private:
   struct Memory;
+  Memory& memory() const;
   std::unique_ptr<Memory> memory_;
 };
 

@@ -21,6 +21,8 @@ struct ContactPoint {
   ContactKey key;
   ContactType type = ContactType::VertexFace;  ///< of the pair it belongs to
   bool indeterminate = false;         ///< the pair's contact plane is one choice of several
+  int previous = -1;                  ///< ContactFinder, PairBatch: its index in their previous
+                                      ///< list, -1: it was not there
   Vector3 point_a = Vector3::Zero();  ///< on A, m
   Vector3 point_b = Vector3::Zero();  ///< on B, m
   Vector3 normal = Vector3::UnitX();  ///< the pair's: unit, from A to B

@@ -1,0 +1,95 @@
+#pragma once
+/// Contacts of the caller's own candidate pairs: for a code that has a broad phase of its own.
+
+#include <memory>
+#include <quoin/geometry/contact_point.hpp>
+#include <quoin/geometry/executor.hpp>
+#include <span>
+
+namespace quoin::geometry {
+
+/// Two bodies by their index, a < b.
+struct BlockPair {
+  int a = 0;
+  int b = 0;
+  auto operator<=>(const BlockPair&) const = default;
+};
+
+/// What became of a body since the last call.
+enum class BodyChange : char {
+  None,   ///< shape and placement are the same to the bit
+  Moved,  ///< another placement
+  Shape   ///< another shape: its features have other names
+};
+
+/// The bodies that pairs speak of, wherever their owner keeps them.
+struct BodySource {
+  BodySource() = default;
+  BodySource(std::span<const Body> bodies);  // NOLINT: bodies in a row
+
+  const void* owner = nullptr;
+  Body (*body)(const void* owner, int index) = nullptr;
+  int count = 0;
+  std::span<const int> names{};           ///< in keys and results, ascending; empty: the index
+  std::span<const BodyChange> changes{};  ///< one a body; empty: all have moved
+};
+
+enum class PairEvent : std::uint8_t { Begin, Persist, End };
+
+/// Two bodies in contact, that is with contact points: their gap is at most the reach, or they
+/// touch or overlap. The values of a pair that has ended are those of the last call before.
+struct PairResult {
+  int a = 0, b = 0;  ///< names of the bodies, a < b
+  PairStatus status = PairStatus::NotConverged;
+  ContactType type = ContactType::VertexVertex;
+  PairEvent event = PairEvent::Begin;
+  bool indeterminate = false;         ///< the contact plane is one choice of several
+  double gap = 0.0;                   ///< the least one, m
+  Vector3 normal = Vector3::UnitX();  ///< unit, from a to b
+  double area = 0.0;                  ///< of the contact polygon, m2; 0 unless face-face
+  int first = 0, count = 0;           ///< its points in the list; none when it has ended
+};
+
+/// What a batch is asked for. Points alone take a little less time: pairs() is then empty and
+/// ContactPoint::previous -1.
+enum class BatchResults : char { All, PointsAlone };
+
+/// What a call had to do.
+struct FindCounts {
+  int candidates = 0;  ///< pairs of bodies near enough to touch
+  int searched = 0;    ///< of these: not left as they were by both bodies since the last call
+};
+
+/// Answers lists of candidate pairs, and remembers of each pair where its search ended, its
+/// contacts and, of bodies that stand still, the answer: that changes the speed, never the answer.
+class PairBatch {
+ public:
+  /// options.reach: contact points are listed up to this gap, m. Throws InputError when a length
+  /// is negative or not finite.
+  explicit PairBatch(const ContactOptions& options, BatchResults results = BatchResults::All);
+  ~PairBatch();
+  PairBatch(PairBatch&&) noexcept;
+  PairBatch& operator=(PairBatch&&) noexcept;
+
+  /// Writes the contact points of all pairs to `contacts`, sorted by key, each with the index of
+  /// the same contact in the list of the last call: the one with the same key or, where a contact
+  /// slid over an edge, the nearest of the same two bodies that no key claims, within the reach as
+  /// seen from body a. Pairs may stand in any order; a pair given twice is answered once. The list
+  /// is the same for any number of workers; without an executor the calling thread does it all. No
+  /// allocation when warm. Throws InputError for an index out of range, a body paired with itself,
+  /// names that do not ascend, spans of the wrong size or a placement that is none.
+  FindCounts find(const BodySource& bodies, std::span<const BlockPair> pairs,
+                  std::vector<ContactPoint>& contacts, Executor* executor = nullptr);
+
+  /// The pairs in contact after the last find() and those that it ended, ascending by (a, b).
+  std::span<const PairResult> pairs() const;
+
+  void set_reach(double reach);  ///< m, from the next find() on
+
+ private:
+  struct Memory;
+  Memory& memory() const;
+  std::unique_ptr<Memory> memory_;
+};
+
+}  // namespace quoin::geometry

@@ -1,0 +1,59 @@
+#pragma once
+/// What both halves of the C interface need: its structs to and from C++, and the guard.
+
+#include <quoin/geometry_c.h>
+
+#include <algorithm>
+#include <cstring>
+#include <new>
+#include <quoin/geometry/contact_point.hpp>
+
+struct quoin_shape {
+  std::shared_ptr<quoin::geometry::Polyhedron> solid;
+  std::vector<int> input_index;
+};
+
+namespace quoin::geometry::bindings {
+
+inline void say(const char* text, char* message, std::size_t size) {
+  if (message != nullptr && size > 0) {
+    std::strncpy(message, text, size - 1);
+    message[size - 1] = '\0';
+  }
+}
+
+/// Runs `work` and turns what it throws into a status and a message.
+template <class Work>
+quoin_status guarded(Work&& work, char* message = nullptr, std::size_t message_size = 0) noexcept {
+  try {
+    return work();
+  } catch (const std::bad_alloc&) {
+    say("out of memory", message, message_size);
+    return QUOIN_NO_MEMORY;
+  } catch (const InputError& error) {
+    say(error.what(), message, message_size);
+    return QUOIN_BAD_INPUT;
+  } catch (const std::exception& error) {
+    say(error.what(), message, message_size);
+    return QUOIN_FAILED;
+  } catch (...) {
+    say("unknown exception", message, message_size);
+    return QUOIN_FAILED;
+  }
+}
+
+inline void require(bool condition, const char* what) {
+  if (!condition) throw InputError(what);
+}
+
+inline void copy(const Vector3& from, double* to) { std::copy_n(from.data(), 3, to); }
+
+inline Vector3 vector_of(const double* values) { return Eigen::Map<const Vector3>(values); }
+
+Placement placement_of(const quoin_placement& placement);
+quoin_feature to_c(const Feature& feature);
+quoin_hint to_c(const FeatureHint& hint);
+quoin_nearest to_c(const NearestFeatures& nearest);
+quoin_contact_point to_c(const ContactPoint& point);
+
+}  // namespace quoin::geometry::bindings

@@ -1,0 +1,159 @@
+#include "finder/body_store.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "finder/placed_box.hpp"
+
+namespace quoin::geometry {
+namespace {
+
+constexpr int kFewHoles = 64;  // are not worth packing
+
+/// So that the next push_back cannot fail.
+template <class T>
+void make_room_in(std::vector<T>& values) {
+  if (values.size() == values.capacity())
+    values.reserve(std::max<std::size_t>(16, 2 * values.size()));
+}
+
+void require_shape(const std::shared_ptr<const Polyhedron>& shape, int handle) {
+  if (shape == nullptr) throw InputError("body " + std::to_string(handle) + " has no shape");
+}
+
+}  // namespace
+
+int BodyStore::slot(int handle) const {
+  if (!contains(handle)) {
+    const bool was_given = handle >= 0 && at(handle) < slot_of_.size();
+    throw InputError("body " + std::to_string(handle) +
+                     (was_given ? " has been removed" : " does not exist"));
+  }
+  return slot_of_[at(handle)];
+}
+
+void BodyStore::make_room() {
+  make_room_in(slot_of_);
+  make_room_in(placements_);
+  make_room_in(handles_);
+  make_room_in(kind_of_);
+  make_room_in(changes_);
+}
+
+/// One more user of a kind, which is made if there is none like it.
+int BodyStore::join_kind(std::shared_ptr<const Polyhedron> shape, const BodyOptions& options) {
+  Kind made{std::move(shape), options.category, options.collides_with, options.motion};
+  const auto [place, is_new] = kind_by_key_.try_emplace(key_of(made), -1);
+  if (is_new) {
+    try {
+      make_room_in(kinds_);
+      // So that leave_kind() cannot fail.
+      if (free_kinds_.capacity() <= kinds_.size()) free_kinds_.reserve(2 * kinds_.size() + 1);
+    } catch (...) {
+      kind_by_key_.erase(place);
+      throw;
+    }
+    if (free_kinds_.empty()) {
+      free_kinds_.push_back(static_cast<int>(kinds_.size()));
+      kinds_.emplace_back();
+    }
+    place->second = free_kinds_.back();
+    free_kinds_.pop_back();
+    kinds_[at(place->second)] = std::move(made);
+  }
+  ++kinds_[at(place->second)].users;
+  return place->second;
+}
+
+void BodyStore::leave_kind(int kind) {
+  Kind& left = kinds_[at(kind)];
+  if (--left.users > 0) return;
+  kind_by_key_.erase(key_of(left));
+  left.shape.reset();
+  free_kinds_.push_back(kind);
+}
+
+int BodyStore::add(std::shared_ptr<const Polyhedron> shape, const Placement& placement,
+                   const BodyOptions& options) {
+  if (slot_of_.size() == at(std::numeric_limits<int>::max())) {
+    throw InputError("finder: no handle is left after 2147483647 bodies");
+  }
+  const int handle = static_cast<int>(slot_of_.size());
+  require_shape(shape, handle);
+  require_placement(placement, handle);
+  make_room();
+  const int kind = join_kind(std::move(shape), options);
+  slot_of_.push_back(slots());
+  placements_.push_back(placement);
+  handles_.push_back(handle);
+  kind_of_.push_back(kind);
+  changes_.push_back(BodyChange::Moved);
+  ++present_;
+  return handle;
+}
+
+void BodyStore::remove(int handle) {
+  const int place = slot(handle);
+  leave_kind(kind_of_[at(place)]);
+  kind_of_[at(place)] = slot_of_[at(handle)] = -1;
+  changes_[at(place)] = BodyChange::Moved;
+  --present_;
+}
+
+void BodyStore::move(int handle, const Placement& placement) {
+  const int place = slot(handle);
+  require_placement(placement, handle);
+  if (same_placement(placements_[at(place)], placement)) return;
+  placements_[at(place)] = placement;
+  if (changes_[at(place)] == BodyChange::None) changes_[at(place)] = BodyChange::Moved;
+}
+
+void BodyStore::replace_shape(int handle, std::shared_ptr<const Polyhedron> shape) {
+  const int place = slot(handle);
+  require_shape(shape, handle);
+  const Kind& old = kind(place);
+  const BodyOptions options{old.category, old.collides_with, old.motion};
+  const int next = join_kind(std::move(shape), options);
+  leave_kind(kind_of_[at(place)]);
+  kind_of_[at(place)] = next;
+  changes_[at(place)] = BodyChange::Shape;
+}
+
+void BodyStore::set_options(int handle, const BodyOptions& options) {
+  const int place = slot(handle);
+  const int next = join_kind(kind(place).shape, options);
+  leave_kind(kind_of_[at(place)]);
+  kind_of_[at(place)] = next;
+  if (changes_[at(place)] == BodyChange::None) changes_[at(place)] = BodyChange::Moved;
+}
+
+double BodyStore::largest_tolerance() const {
+  double largest = 0.0;
+  for (const Kind& kind : kinds_) {
+    if (kind.users > 0) largest = std::max(largest, default_tolerance(*kind.shape, *kind.shape));
+  }
+  return largest;
+}
+
+bool BodyStore::pack() {
+  if (slots() - present_ <= present_ + kFewHoles) return false;
+  int next = 0;
+  for (int from = 0; from < slots(); ++from) {
+    if (is_hole(from)) continue;
+    placements_[at(next)] = placements_[at(from)];
+    handles_[at(next)] = handles_[at(from)];
+    kind_of_[at(next)] = kind_of_[at(from)];
+    changes_[at(next)] = changes_[at(from)];
+    slot_of_[at(handles_[at(next)])] = next;
+    ++next;
+  }
+  placements_.resize(at(next));
+  handles_.resize(at(next));
+  kind_of_.resize(at(next));
+  changes_.resize(at(next));
+  return true;
+}
+
+void BodyStore::settle() { std::fill(changes_.begin(), changes_.end(), BodyChange::None); }
+
+}  // namespace quoin::geometry

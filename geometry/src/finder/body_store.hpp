@@ -1,0 +1,75 @@
+#pragma once
+/// The bodies of a finder: placements in a row, shapes and masks shared.
+
+#include <map>
+#include <quoin/geometry/contact_finder.hpp>
+#include <tuple>
+
+namespace quoin::geometry {
+
+/// Bodies stand in slots in the order of their handles. A removed one leaves a hole; once there are
+/// more holes than bodies the slots are packed. The promises are those of ContactFinder.
+class BodyStore {
+ public:
+  int add(std::shared_ptr<const Polyhedron> shape, const Placement& placement,
+          const BodyOptions& options);
+  void remove(int handle);
+  void move(int handle, const Placement& placement);
+  void replace_shape(int handle, std::shared_ptr<const Polyhedron> shape);
+  void set_options(int handle, const BodyOptions& options);
+
+  bool contains(int handle) const {
+    return handle >= 0 && at(handle) < slot_of_.size() && slot_of_[at(handle)] >= 0;
+  }
+  int slot(int handle) const;
+  int size() const { return present_; }
+  int slots() const { return static_cast<int>(placements_.size()); }
+  bool is_hole(int slot) const { return kind_of_[at(slot)] < 0; }
+  BodyMotion motion(int slot) const { return kind(slot).motion; }
+  const Polyhedron& shape(int slot) const { return *kind(slot).shape; }
+  const Placement& placement(int slot) const { return placements_[at(slot)]; }
+  /// Whether the masks of two bodies let them touch.
+  bool may_touch(int slot_a, int slot_b) const {
+    const Kind &a = kind(slot_a), &b = kind(slot_b);
+    return (a.category & b.collides_with) != 0 && (b.category & a.collides_with) != 0;
+  }
+  std::span<const int> handles() const { return handles_; }  ///< one a slot, ascending
+  /// One a slot, since the last settle(). New, removed and otherwise used bodies have moved.
+  std::span<const BodyChange> changes() const { return changes_; }
+  double largest_tolerance() const;  ///< default_tolerance of any two bodies is no larger, m
+
+  bool pack();    ///< true: bodies stand in other slots
+  void settle();  ///< changes are counted anew from here
+
+ private:
+  /// What bodies share; `users` says how many.
+  struct Kind {
+    std::shared_ptr<const Polyhedron> shape{};
+    std::uint32_t category = 0, collides_with = 0;
+    BodyMotion motion = BodyMotion::Moving;
+    int users = 0;
+  };
+  using KindKey = std::tuple<const Polyhedron*, std::uint32_t, std::uint32_t, BodyMotion>;
+
+  static std::size_t at(int i) { return static_cast<std::size_t>(i); }
+  static KindKey key_of(const Kind& kind) {
+    return {kind.shape.get(), kind.category, kind.collides_with, kind.motion};
+  }
+  const Kind& kind(int slot) const { return kinds_[at(kind_of_[at(slot)])]; }
+  int join_kind(std::shared_ptr<const Polyhedron> shape, const BodyOptions& options);
+  void leave_kind(int kind);
+  void make_room();
+
+  std::vector<Kind> kinds_;
+  std::vector<int> free_kinds_;
+  std::map<KindKey, int> kind_by_key_;
+  std::vector<int> slot_of_;  // of each handle ever given, -1: removed
+  // One a slot:
+  std::vector<Placement> placements_;
+  std::vector<int> handles_;
+  std::vector<int> kind_of_;  // -1: a hole
+  std::vector<BodyChange> changes_;
+  int present_ = 0;
+};
+
+}  // namespace quoin::geometry

@@ -1,0 +1,476 @@
+#include <algorithm>
+#include <limits>
+#include <quoin/geometry/pair_batch.hpp>
+
+#include "contact/contact_tracking.hpp"
+#include "finder/placed_box.hpp"
+
+namespace quoin::geometry {
+namespace {
+
+constexpr std::size_t kPairsPerWorker = 64;  // fewer are not worth waking a thread for
+constexpr std::size_t kPairsInCache = 128;   // whose contact points are copied while still in cache
+
+/// What a pair keeps from call to call.
+struct PairMemory {
+  FeatureHint hint{};
+  int listed = -1;  // among the results of the last call, -1: not in contact
+  int worker = 0;   // of the last call, and where in its history the pair stands
+  int frame = 0, track = 0;
+  std::ptrdiff_t first = 0;   // of its contact points in `remembered`
+  std::ptrdiff_t count = -1;  // -1: not remembered
+};
+
+/// Contact points of a call as they stood in the world, and for each pair the placement of body a.
+struct History {
+  std::vector<Placement> frames{};
+  std::vector<TrackedPoint> points{};
+
+  void clear() {
+    frames.clear();
+    points.clear();
+  }
+};
+
+/// What one worker finds: points in the list at `start`, as many as it found there in the call
+/// before (`room`), and those beyond; and what it keeps for the next call.
+struct WorkerPart {
+  std::size_t start = 0, room = 0, count = 0;
+  std::vector<ContactPoint> fresh{}, beyond{};
+  History now{}, before{};
+  PairTracking tracking{};
+  std::vector<int> previous{};
+
+  std::size_t total() const { return count + beyond.size(); }
+  /// Puts what was found last into its place.
+  void put(std::vector<ContactPoint>& contacts) {
+    const std::size_t fits = beyond.empty() ? std::min(fresh.size(), room - count) : 0;
+    const auto split = fresh.begin() + static_cast<std::ptrdiff_t>(fits);
+    std::copy(fresh.begin(), split, contacts.begin() + static_cast<std::ptrdiff_t>(start + count));
+    beyond.insert(beyond.end(), split, fresh.end());
+    count += fits;
+    fresh.clear();
+  }
+};
+
+Body body_in_row(const void* owner, int index) { return static_cast<const Body*>(owner)[index]; }
+
+PairResult describe(const BlockPair& names, const NearestFeatures& nearest,
+                    std::span<const ContactPoint> points) {
+  PairResult result;
+  result.a = names.a;
+  result.b = names.b;
+  result.status = nearest.status;
+  result.indeterminate = nearest.indeterminate;
+  result.gap = nearest.gap;
+  result.normal = nearest.normal;
+  result.count = static_cast<int>(points.size());
+  if (!points.empty()) result.type = points.front().type;
+  for (const ContactPoint& point : points) result.area += point.area;
+  return result;
+}
+
+BlockPair names_of(const PairResult& result) { return {result.a, result.b}; }
+
+void check(const BodySource& bodies) {
+  const auto fits = [&](std::size_t size, const char* what) {
+    if (size != 0 && size != static_cast<std::size_t>(bodies.count)) {
+      throw InputError("pair batch: " + std::to_string(size) + " " + what + " for " +
+                       std::to_string(bodies.count) + " bodies");
+    }
+  };
+  fits(bodies.names.size(), "names");
+  fits(bodies.changes.size(), "changes");
+  for (std::size_t i = 1; i < bodies.names.size(); ++i) {
+    if (bodies.names[i] <= bodies.names[i - 1]) {
+      throw InputError("pair batch: body " + std::to_string(i) + " is named " +
+                       std::to_string(bodies.names[i]) + ", must be more than " +
+                       std::to_string(bodies.names[i - 1]));
+    }
+  }
+}
+
+}  // namespace
+
+BodySource::BodySource(std::span<const Body> bodies)
+    : owner(bodies.data()), body(body_in_row), count(static_cast<int>(bodies.size())) {}
+
+struct PairBatch::Memory {
+  ContactOptions options;
+  BatchResults results = BatchResults::All;
+  BodySource bodies;                       // of the call at hand
+  std::vector<BlockPair> sorted;           // the caller's pairs, where they are in no order
+  std::span<const BlockPair> pairs;        // of the call at hand, by index
+  std::vector<BlockPair> named, renamed;   // of the last call, by name
+  std::vector<PairMemory> known, carried;  // one a pair
+  std::vector<PairResult> answers;         // one a pair
+  std::vector<PairResult> listed, before;  // in contact, or no longer
+  std::vector<WorkerPart> parts{1};        // one a worker
+
+  // Contact points of the pairs of which neither body moved, and the reach they were found with.
+  std::vector<ContactPoint> remembered, next_remembered;
+  std::size_t remembered_pairs = 0, standing_pairs = 0, kept_pairs = 0;
+  double remembered_reach = -1.0;
+
+  void take_pairs(std::span<const BlockPair> given);
+  void carry();
+  void forget_changed();
+  void remember(const std::vector<ContactPoint>& contacts);
+  void start_history(std::size_t workers);
+  void search(std::size_t first, std::size_t last, std::size_t worker,
+              std::vector<ContactPoint>& contacts);
+  void search_pair(std::size_t i, const Body& a, std::vector<ContactPoint>& contacts);
+  void follow(std::size_t i, WorkerPart& part, const Body& a, std::span<ContactPoint> points);
+  void match(std::size_t i, WorkerPart& part, std::span<const TrackedPoint> now,
+             std::span<ContactPoint> points);
+  void search_in_parallel(Executor& executor, std::size_t workers,
+                          std::vector<ContactPoint>& contacts);
+  void join_parts(std::size_t workers, std::vector<ContactPoint>& contacts);
+  void list_results();
+  void find(std::vector<ContactPoint>& contacts, Executor* executor);
+  void forget();
+
+  int name(int body) const {
+    return bodies.names.empty() ? body : bodies.names[static_cast<std::size_t>(body)];
+  }
+  BodyChange change(int body) const {
+    return bodies.changes.empty() ? BodyChange::Moved
+                                  : bodies.changes[static_cast<std::size_t>(body)];
+  }
+  Body body(int index) const { return bodies.body(bodies.owner, index); }
+  bool both_stand(const BlockPair& pair) const {
+    return change(pair.a) == BodyChange::None && change(pair.b) == BodyChange::None;
+  }
+  bool reshaped(const BlockPair& pair) const {
+    return change(pair.a) == BodyChange::Shape || change(pair.b) == BodyChange::Shape;
+  }
+};
+
+/// Pairs ascending, each once, a < b, as indices and by name.
+void PairBatch::Memory::take_pairs(std::span<const BlockPair> given) {
+  bool ordered = true;
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    const auto [a, b] = given[i];
+    if (a < 0 || b < 0 || a >= bodies.count || b >= bodies.count || a == b) {
+      throw InputError("pair " + std::to_string(i) + " is (" + std::to_string(a) + ", " +
+                       std::to_string(b) + "), must name two of " + std::to_string(bodies.count) +
+                       " bodies");
+    }
+    ordered = ordered && a < b && (i == 0 || given[i - 1] < given[i]);
+  }
+  pairs = given;
+  if (!ordered) {
+    sorted.assign(given.begin(), given.end());
+    for (BlockPair& pair : sorted) pair = {std::min(pair.a, pair.b), std::max(pair.a, pair.b)};
+    std::sort(sorted.begin(), sorted.end());
+    sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
+    pairs = sorted;
+  }
+  renamed.resize(pairs.size());
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    renamed[i] = {name(pairs[i].a), name(pairs[i].b)};
+  }
+}
+
+/// Each pair of the last call keeps what it knows; a new one starts cold.
+void PairBatch::Memory::carry() {
+  if (renamed == named) {
+    return;
+  }
+  carried.resize(renamed.size());
+  std::size_t old = 0;
+  for (std::size_t i = 0; i < renamed.size(); ++i) {
+    while (old < named.size() && named[old] < renamed[i]) {
+      ++old;
+    }
+    const bool is_known = old < named.size() && named[old] == renamed[i];
+    carried[i] = is_known ? known[old] : PairMemory{};
+  }
+  std::swap(known, carried);
+  std::swap(named, renamed);
+}
+
+/// Forgets what was found for pairs that have changed since, or with another reach.
+void PairBatch::Memory::forget_changed() {
+  standing_pairs = kept_pairs = 0;
+  const auto still = std::ranges::count(bodies.changes, BodyChange::None);
+  const auto other_shapes = std::ranges::count(bodies.changes, BodyChange::Shape);
+  if (still < 2 && other_shapes == 0 && remembered_pairs == 0) {
+    return;
+  }
+  const bool same_reach = remembered_reach == options.reach;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const bool stand = both_stand(pairs[i]);
+    if (!stand || !same_reach) {
+      known[i].count = -1;
+    }
+    if (reshaped(pairs[i])) {
+      known[i].hint = {};
+    }
+    standing_pairs += stand;
+    kept_pairs += known[i].count >= 0;
+  }
+}
+
+/// Keeps the contact points of all pairs that stand, sorted by key as they are in `contacts`.
+void PairBatch::Memory::remember(const std::vector<ContactPoint>& contacts) {
+  if (standing_pairs == kept_pairs && kept_pairs == remembered_pairs) {
+    return;  // all of them are there already
+  }
+  next_remembered.clear();
+  auto contact = contacts.begin();
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const auto first = contact;
+    contact += answers[i].count;
+    if (!both_stand(pairs[i])) {
+      continue;
+    }
+    known[i].first = std::ssize(next_remembered);
+    known[i].count = contact - first;
+    next_remembered.insert(next_remembered.end(), first, contact);
+  }
+  std::swap(remembered, next_remembered);
+  remembered_pairs = standing_pairs;
+  remembered_reach = options.reach;
+}
+
+void PairBatch::Memory::start_history(std::size_t workers) {
+  if (parts.size() < workers) parts.resize(workers);
+  for (WorkerPart& part : parts) {
+    std::swap(part.now, part.before);
+    part.now.clear();
+  }
+}
+
+/// The points of one pair in the list of the call before: by their features, and where these have
+/// changed by their places as seen from body a.
+void PairBatch::Memory::match(std::size_t i, WorkerPart& part, std::span<const TrackedPoint> now,
+                              std::span<ContactPoint> points) {
+  const PairMemory& pair = known[i];
+  if (pair.listed < 0 || reshaped(pairs[i])) {
+    for (ContactPoint& point : points) point.previous = -1;
+    return;
+  }
+  const PairResult& old = before[static_cast<std::size_t>(pair.listed)];
+  const History& history = parts[static_cast<std::size_t>(pair.worker)].before;
+  const auto was =
+      std::span(history.points)
+          .subspan(static_cast<std::size_t>(pair.track), static_cast<std::size_t>(old.count));
+  const auto same_features = [](const TrackedPoint& x, const TrackedPoint& y) {
+    return x.feature_a == y.feature_a && x.feature_b == y.feature_b;
+  };
+  if (std::equal(now.begin(), now.end(), was.begin(), was.end(), same_features)) {
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      points[k].previous = old.first + static_cast<int>(k);
+    }
+    return;
+  }
+  part.previous.resize(points.size());
+  part.tracking.match({now, part.now.frames.back()},
+                      {was, history.frames[static_cast<std::size_t>(pair.frame)]}, options.reach,
+                      part.previous);
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    points[k].previous = part.previous[k] < 0 ? -1 : old.first + part.previous[k];
+  }
+}
+
+/// Finds the points' predecessors, and keeps the points for the next call.
+void PairBatch::Memory::follow(std::size_t i, WorkerPart& part, const Body& a,
+                               std::span<ContactPoint> points) {
+  if (points.empty()) return;
+  const std::size_t first = part.now.points.size();
+  part.now.frames.push_back(a.placement());
+  for (const ContactPoint& point : points) {
+    part.now.points.push_back({point.key.feature_a, point.key.feature_b, point.point()});
+  }
+  match(i, part, std::span(part.now.points).subspan(first), points);
+  known[i].worker = static_cast<int>(&part - parts.data());
+  known[i].frame = static_cast<int>(part.now.frames.size()) - 1;
+  known[i].track = static_cast<int>(first);
+}
+
+void PairBatch::Memory::search_pair(std::size_t i, const Body& a,
+                                    std::vector<ContactPoint>& contacts) {
+  const std::size_t first = contacts.size();
+  if (known[i].count >= 0) {
+    const auto point = remembered.begin() + known[i].first;
+    contacts.insert(contacts.end(), point, point + known[i].count);
+    if (known[i].listed >= 0) answers[i] = before[static_cast<std::size_t>(known[i].listed)];
+    answers[i].count = static_cast<int>(known[i].count);
+    return;
+  }
+  const NearestFeatures nearest = append_contacts_within_reach(
+      {named[i].a, named[i].b}, a, body(pairs[i].b), options, known[i].hint, contacts);
+  known[i].hint = nearest.hint;
+  answers[i].count = static_cast<int>(contacts.size() - first);
+  if (results == BatchResults::PointsAlone) return;
+  answers[i] = describe(named[i], nearest, std::span(contacts).subspan(first));
+}
+
+/// Appends the contact points of pairs first … last - 1, sorted by key.
+void PairBatch::Memory::search(std::size_t first, std::size_t last, std::size_t worker,
+                               std::vector<ContactPoint>& contacts) {
+  if (first == last) return;
+  Body a = body(pairs[first].a);
+  for (std::size_t i = first; i < last; ++i) {
+    if (i > first && pairs[i].a != pairs[i - 1].a) a = body(pairs[i].a);
+    const std::size_t start = contacts.size();
+    search_pair(i, a, contacts);
+    if (results == BatchResults::PointsAlone) continue;
+    follow(i, parts[worker], a, std::span(contacts).subspan(start));
+  }
+}
+
+/// Each worker takes a run of neighbouring pairs and writes its part of the list where it stood in
+/// the call before: as a rule no point is written twice.
+void PairBatch::Memory::search_in_parallel(Executor& executor, std::size_t workers,
+                                           std::vector<ContactPoint>& contacts) {
+  std::size_t expected = 0;
+  for (std::size_t w = 0; w < workers; ++w) {
+    parts[w].room = parts[w].total();
+    parts[w].start = expected;
+    expected += parts[w].room;
+  }
+  contacts.resize(expected);
+  auto find_part = [&](int worker) {
+    const auto w = static_cast<std::size_t>(worker);
+    WorkerPart& part = parts[w];
+    part.count = 0;
+    part.beyond.clear();
+    part.fresh.clear();
+    const std::size_t last = pairs.size() * (w + 1) / workers;
+    for (std::size_t first = pairs.size() * w / workers; first < last; first += kPairsInCache) {
+      search(first, std::min(first + kPairsInCache, last), w, part.fresh);
+      part.put(contacts);
+    }
+  };
+  executor.run_each(find_part);
+  join_parts(workers, contacts);
+}
+
+/// Where a part has become longer or shorter, those behind it move: to the right from the last to
+/// the first, to the left from the first to the last, so that none is written over.
+void PairBatch::Memory::join_parts(std::size_t workers, std::vector<ContactPoint>& contacts) {
+  const auto at = [&](std::size_t i) { return contacts.begin() + static_cast<std::ptrdiff_t>(i); };
+  std::size_t total = 0;
+  for (std::size_t w = 0; w < workers; ++w) total += parts[w].total();
+  contacts.resize(std::max(total, contacts.size()));
+  std::size_t place = total;
+  for (std::size_t w = workers; w-- > 0;) {
+    WorkerPart& part = parts[w];
+    place -= part.total();
+    if (place <= part.start) continue;
+    std::move_backward(at(part.start), at(part.start + part.count), at(place + part.count));
+    part.start = place;
+  }
+  for (std::size_t w = 0; w < workers; ++w) {
+    WorkerPart& part = parts[w];
+    if (place < part.start) std::move(at(part.start), at(part.start + part.count), at(place));
+    part.start = place;
+    place += part.total();
+  }
+  for (std::size_t w = 0; w < workers; ++w) {
+    const WorkerPart& part = parts[w];
+    std::copy(part.beyond.begin(), part.beyond.end(), at(part.start + part.count));
+  }
+  contacts.resize(total);
+}
+
+/// Those with points, and those of the last call that have none any more.
+void PairBatch::Memory::list_results() {
+  listed.clear();
+  auto old = before.begin();
+  const auto end_those_before = [&](const BlockPair& names) {
+    for (; old != before.end() && names_of(*old) < names; ++old) {
+      if (old->event == PairEvent::End) continue;
+      PairResult& ended = listed.emplace_back(*old);
+      ended.event = PairEvent::End;
+      ended.first = ended.count = 0;
+    }
+  };
+  int first = 0;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const bool was_in_contact = known[i].listed >= 0;
+    known[i].listed = -1;
+    if (answers[i].count == 0) continue;
+    end_those_before(named[i]);
+    if (old != before.end() && names_of(*old) == named[i]) ++old;
+    known[i].listed = static_cast<int>(listed.size());
+    PairResult& result = listed.emplace_back(answers[i]);
+    result.event = was_in_contact ? PairEvent::Persist : PairEvent::Begin;
+    result.first = first;
+    first += result.count;
+  }
+  end_those_before({std::numeric_limits<int>::max(), std::numeric_limits<int>::max()});
+}
+
+PairBatch::PairBatch(const ContactOptions& options, BatchResults results) {
+  require_length(options.reach, "pair batch: reach");
+  require_length(options.tolerance, "pair batch: tolerance");
+  memory_ = std::make_unique<Memory>();
+  memory_->options = options;
+  memory_->results = results;
+}
+PairBatch::~PairBatch() = default;
+PairBatch::PairBatch(PairBatch&&) noexcept = default;
+PairBatch& PairBatch::operator=(PairBatch&&) noexcept = default;
+
+PairBatch::Memory& PairBatch::memory() const {
+  if (!memory_) throw InputError("pair batch: it was moved from");
+  return *memory_;
+}
+
+std::span<const PairResult> PairBatch::pairs() const { return memory().listed; }
+
+void PairBatch::set_reach(double reach) {
+  require_length(reach, "pair batch: reach");
+  memory().options.reach = reach;
+}
+
+void PairBatch::Memory::find(std::vector<ContactPoint>& contacts, Executor* executor) {
+  carry();
+  forget_changed();
+  std::swap(listed, before);
+  answers.resize(pairs.size());
+  const auto workers =
+      static_cast<std::size_t>(executor == nullptr ? 1 : std::max(1, executor->workers()));
+  start_history(workers);
+  if (workers > 1 && pairs.size() >= workers * kPairsPerWorker) {
+    search_in_parallel(*executor, workers, contacts);
+  } else {
+    contacts.clear();
+    search(0, pairs.size(), 0, contacts);
+  }
+  if (results == BatchResults::All) list_results();
+  remember(contacts);
+}
+
+/// After a call that could not be finished.
+void PairBatch::Memory::forget() {
+  for (std::vector<BlockPair>* list : {&named, &renamed}) list->clear();
+  for (std::vector<PairMemory>* list : {&known, &carried}) list->clear();
+  for (std::vector<PairResult>* list : {&answers, &listed, &before}) list->clear();
+  for (std::vector<ContactPoint>* list : {&remembered, &next_remembered}) list->clear();
+  for (WorkerPart& part : parts) part = {};
+  remembered_pairs = 0;
+}
+
+FindCounts PairBatch::find(const BodySource& bodies, std::span<const BlockPair> pairs,
+                           std::vector<ContactPoint>& contacts, Executor* executor) {
+  Memory& m = memory();
+  check(bodies);
+  m.bodies = bodies;
+  if (bodies.body == body_in_row) {
+    for (int i = 0; i < bodies.count; ++i) require_placement(m.body(i).placement(), m.name(i));
+  }
+  m.take_pairs(pairs);
+  try {
+    m.find(contacts, executor);
+  } catch (...) {
+    m.forget();
+    throw;
+  }
+  return {static_cast<int>(m.pairs.size()), static_cast<int>(m.pairs.size() - m.kept_pairs)};
+}
+
+}  // namespace quoin::geometry

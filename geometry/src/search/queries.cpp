@@ -1,0 +1,187 @@
+#include <cmath>
+#include <limits>
+#include <quoin/geometry/queries.hpp>
+
+namespace quoin::geometry {
+namespace {
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr int kDirections = 6;  // tried to part two solids before the search is asked
+
+/// Place of a vertex relative to the body's translation, m.
+Vector3 arm(const Body& body, int v) { return body.placement().linear * body.shape().vertex(v); }
+
+/// The arm of the vertex farthest along a direction.
+Vector3 farthest_arm(const Body& body, const Vector3& direction) {
+  const Vector3 own = body.placement().linear.transpose() * direction;
+  const Points& vertices = body.shape().vertices();
+  Eigen::Index best = 0;
+  double most = -kInfinity;
+  for (Eigen::Index v = 0; v < vertices.cols(); ++v) {
+    const double along = own.dot(vertices.col(v));
+    best = along > most ? v : best;
+    most = std::max(along, most);
+  }
+  return arm(body, static_cast<int>(best));
+}
+
+Vector3 middle_arm(const Body& body) {
+  return body.placement().linear * body.shape().vertex_mean();
+}
+
+/// Bound of all arms of a body, m.
+double largest_arm(const Body& body) {
+  return body.placement().linear.norm() * std::sqrt(3.0) * body.shape().largest_coordinate();
+}
+
+/// The point nearest to the origin of the segment from v to w.
+Vector3 nearest_on_segment(const Vector3& v, const Vector3& w) {
+  const Vector3 side = w - v;
+  const double length = side.squaredNorm();
+  const double s = length > 0.0 ? -v.dot(side) / length : 0.0;
+  return v + std::min(1.0, std::max(0.0, s)) * side;
+}
+
+/// Does one of a few planes clearly keep the solids more than `gap` apart? The directions are those
+/// of Gilbert's iteration (the first of GJK): each new support point is drawn to the point nearest
+/// to the origin so far. A vertex of an image and the differences formed of two have less than 32
+/// roundings of the lengths in `size`, and so has their product with a unit vector.
+bool clearly_beyond(const Body& a, const Body& b, double gap, const Vector3& hint) {
+  const Vector3 between = b.placement().translation - a.placement().translation;
+  const double size = largest_arm(a) + largest_arm(b) + between.cwiseAbs().sum() + std::abs(gap);
+  const double limit = gap + 32 * kEpsilon * size;
+  Vector3 nearest = between + middle_arm(b) - middle_arm(a);
+  Vector3 direction = hint.squaredNorm() > 0.0 ? hint : nearest;
+  for (int k = 0; k < kDirections; ++k) {
+    const double length = direction.norm();
+    if (!(length > 0.0) || !std::isfinite(length)) return false;
+    direction /= length;
+    const Vector3 support = between + farthest_arm(b, -direction) - farthest_arm(a, direction);
+    if (support.dot(direction) > limit) return true;
+    nearest = nearest_on_segment(nearest, support);
+    direction = nearest;
+  }
+  return false;
+}
+
+/// The planes of a body's face labels in the world: a face's plane holds all x with
+/// normal · (x − place) = offset, where normal = cof(A) n is no unit vector.
+class FacePlanes {
+ public:
+  explicit FacePlanes(const Body& body) : body_(body) {
+    const Matrix3& m = body.placement().linear;
+    cofactors_.col(0) = m.col(1).cross(m.col(2));
+    cofactors_.col(1) = m.col(2).cross(m.col(0));
+    cofactors_.col(2) = m.col(0).cross(m.col(1));
+    determinant_ = m.col(0).dot(cofactors_.col(0));
+  }
+
+  int count() const { return body_.shape().topology().face_count(); }
+  Vector3 normal(int f) const { return cofactors_ * body_.shape().face_normal(f); }
+  double offset(int f) const {
+    const Polyhedron& shape = body_.shape();
+    const Vector3 own = shape.face_normal(f);
+    double most = -kInfinity;
+    for (const int v : shape.topology().face(f)) {
+      most = std::max(most, own.dot(shape.vertex(v) - shape.origin()));
+    }
+    return determinant_ * most;
+  }
+  /// A point as seen from the place that offsets are counted from, m.
+  Vector3 relative(const Vector3& point) const {
+    const Placement& placement = body_.placement();
+    return (point - placement.translation) - placement.linear * body_.shape().origin();
+  }
+  /// Rounding of a height over a plane whose normal is a unit vector, m.
+  double rounding() const {
+    return 16 * kEpsilon * body_.placement().linear.norm() *
+           (body_.shape().diameter() + body_.shape().largest_coordinate());
+  }
+
+ private:
+  const Body& body_;
+  Matrix3 cofactors_;
+  double determinant_ = 0.0;
+};
+
+bool within_planes(const Body& body, const Vector3& point, double tolerance) {
+  const FacePlanes planes(body);
+  const Vector3 place = planes.relative(point);
+  const double limit = tolerance + planes.rounding();
+  for (int f = 0; f < planes.count(); ++f) {
+    const Vector3 normal = planes.normal(f);
+    if (!(normal.dot(place) - planes.offset(f) <= limit * normal.norm())) return false;
+  }
+  return true;
+}
+
+/// Is a point inside by more than the labels of the faces are off their planes?
+bool clearly_contains(const Body& body, const Vector3& point) {
+  constexpr double kFlat =
+      1e-6;  // of the diameter: the most that a face given may be off its plane
+  return within_planes(body, point,
+                       -kFlat * body.shape().diameter() * body.placement().linear.norm());
+}
+
+Vector3 middle(const Body& body) { return body.placement().translation + middle_arm(body); }
+
+void check(const Ray& ray) {
+  if (!ray.origin.allFinite() || !ray.direction.allFinite()) {
+    throw InputError("ray: origin or direction is not finite");
+  }
+  if (!(ray.direction.cwiseAbs().maxCoeff() > 0.0)) throw InputError("ray: its direction is zero");
+  if (!(ray.length >= 0.0)) {
+    throw InputError("ray: length is " + std::to_string(ray.length) + ", must not be negative");
+  }
+}
+
+}  // namespace
+
+bool overlap(const Body& a, const Body& b, const FeatureHint& hint) {
+  if (clearly_beyond(a, b, 0.0, hint.normal)) return false;
+  if (clearly_contains(b, middle(a)) || clearly_contains(a, middle(b))) return true;
+  return nearest_features(a, b, {}, hint).gap <= 0.0;
+}
+
+std::optional<NearestFeatures> nearest_features_within(const Body& a, const Body& b, double cut_off,
+                                                       const SearchOptions& options,
+                                                       const FeatureHint& hint) {
+  if (std::isnan(cut_off)) throw InputError("distance: cut_off is nan");
+  if (cut_off >= 0.0 && clearly_beyond(a, b, cut_off, hint.normal)) return std::nullopt;
+  const NearestFeatures nearest = nearest_features(a, b, options, hint);
+  if (!(nearest.gap <= cut_off)) return std::nullopt;
+  return nearest;
+}
+
+/// The ray is cut by each plane in turn [Ericson 2005, section 5.3.8].
+std::optional<RayHit> first_hit(const Body& body, const Ray& ray) {
+  check(ray);
+  const FacePlanes planes(body);
+  const Vector3 place = planes.relative(ray.origin);
+  RayHit hit;
+  double leaves = ray.length;
+  for (int f = 0; f < planes.count(); ++f) {
+    const Vector3 normal = planes.normal(f);
+    const double below = planes.offset(f) - normal.dot(place);
+    const double climb = normal.dot(ray.direction);
+    if (climb == 0.0) {
+      if (below < 0.0) return std::nullopt;
+    } else if (climb > 0.0) {
+      leaves = std::min(leaves, below / climb);
+    } else if (below / climb > hit.s) {
+      hit.s = below / climb;
+      hit.face = f;
+      hit.normal = normal.normalized();
+    }
+    if (!(hit.s <= leaves)) return std::nullopt;
+  }
+  hit.point = ray.origin + hit.s * ray.direction;
+  return hit;
+}
+
+bool contains(const Body& body, const Vector3& point, double tolerance) {
+  return within_planes(body, point, tolerance);
+}
+
+}  // namespace quoin::geometry

@@ -1,0 +1,139 @@
+#include <algorithm>
+#include <limits>
+#include <quoin/geometry/build.hpp>
+#include <quoin/geometry/pair_batch.hpp>
+
+#include "support/catch.hpp"
+
+namespace {
+
+using quoin::geometry::BlockPair;
+using quoin::geometry::Body;
+using quoin::geometry::BodyChange;
+using quoin::geometry::BodySource;
+using quoin::geometry::ContactPoint;
+using quoin::geometry::InputError;
+using quoin::geometry::PairBatch;
+using quoin::geometry::PairEvent;
+using quoin::geometry::Placement;
+using quoin::geometry::Polyhedron;
+using quoin::geometry::Vector3;
+
+Placement at(double z) { return {quoin::geometry::Matrix3::Identity(), Vector3(0, 0, z)}; }
+
+struct Stack {
+  Polyhedron cube = quoin::geometry::make_box({0, 0, 0}, {1, 1, 1});
+  std::vector<Body> bodies;
+  explicit Stack(int count) {
+    for (int i = 0; i < count; ++i) bodies.emplace_back(cube, at(i));
+  }
+};
+
+std::string message(const auto& call) {
+  try {
+    call();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("pair batch: the caller's pairs in any order, each answered once") {
+  const Stack stack(4);
+  PairBatch batch({.reach = 1e-3});
+  const std::vector<BlockPair> pairs{{3, 2}, {0, 1}, {1, 0}, {0, 3}, {2, 1}};
+  std::vector<ContactPoint> contacts;
+  const quoin::geometry::FindCounts counts = batch.find(BodySource(stack.bodies), pairs, contacts);
+  CHECK(counts.candidates == 4);
+  REQUIRE(contacts.size() == 12);
+  REQUIRE(batch.pairs().size() == 3);
+  for (int i = 0; i < 3; ++i) {
+    const quoin::geometry::PairResult& pair = batch.pairs()[static_cast<std::size_t>(i)];
+    CHECK(pair.a == i);
+    CHECK(pair.b == i + 1);
+    CHECK(pair.event == PairEvent::Begin);
+    CHECK(pair.first == 4 * i);
+    CHECK(pair.count == 4);
+    CHECK(contacts[static_cast<std::size_t>(4 * i)].key.a == i);
+  }
+}
+
+TEST_CASE("pair batch: history goes by names, whatever place a body has in the row") {
+  Stack stack(3);
+  PairBatch batch({.reach = 1e-3});
+  std::vector<ContactPoint> before, now;
+  BodySource source(stack.bodies);
+  const std::vector<int> names{10, 20, 30};
+  source.names = names;
+  batch.find(source, std::vector<BlockPair>{{0, 1}, {1, 2}}, before);
+  CHECK(before.front().key.a == 10);
+  CHECK(before.back().key.b == 30);
+  stack.bodies.erase(stack.bodies.begin());  // 20 and 30 are left
+  BodySource left(stack.bodies);
+  left.names = std::span(names).subspan(1);
+  batch.find(left, std::vector<BlockPair>{{0, 1}}, now);
+  REQUIRE(now.size() == 4);
+  for (int i = 0; i < 4; ++i) {
+    CHECK(now[static_cast<std::size_t>(i)].key == before[static_cast<std::size_t>(4 + i)].key);
+    CHECK(now[static_cast<std::size_t>(i)].previous == 4 + i);
+  }
+  REQUIRE(batch.pairs().size() == 2);
+  CHECK(batch.pairs()[0].a == 10);
+  CHECK(batch.pairs()[0].event == PairEvent::End);
+  CHECK(batch.pairs()[1].a == 20);
+  CHECK(batch.pairs()[1].event == PairEvent::Persist);
+}
+
+TEST_CASE("pair batch: bodies that are said to stand are not searched again") {
+  Stack stack(3);
+  PairBatch batch({.reach = 1e-3});
+  const std::vector<BlockPair> pairs{{0, 1}, {1, 2}};
+  std::vector<ContactPoint> contacts;
+  std::vector<BodyChange> changes(3, BodyChange::None);
+  BodySource source(stack.bodies);
+  source.changes = changes;
+  CHECK(batch.find(source, pairs, contacts).searched == 2);
+  CHECK(batch.find(source, pairs, contacts).searched == 0);
+  CHECK(contacts.size() == 8);
+  stack.bodies[2] = Body(stack.cube, at(2.5));
+  changes[2] = BodyChange::Moved;
+  CHECK(batch.find(source, pairs, contacts).searched == 1);
+  CHECK(contacts.size() == 4);
+  batch.set_reach(0.75);
+  changes[2] = BodyChange::None;
+  CHECK(batch.find(source, pairs, contacts).searched == 2);
+  CHECK(contacts.size() == 8);
+}
+
+TEST_CASE("pair batch: input that makes no sense is refused") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  Stack stack(3);
+  CHECK_THROWS_AS(PairBatch({.reach = -1.0}), InputError);
+  CHECK_THROWS_AS(PairBatch({.tolerance = nan}), InputError);
+  PairBatch batch({.reach = 1e-3});
+  CHECK_THROWS_AS(batch.set_reach(nan), InputError);
+  std::vector<ContactPoint> contacts;
+  BodySource source(stack.bodies);
+  const auto find = [&](const std::vector<BlockPair>& pairs) {
+    return message([&] { batch.find(source, pairs, contacts); });
+  };
+  CHECK(find({{0, 1}, {1, 3}}) == "pair 1 is (1, 3), must name two of 3 bodies");
+  CHECK(find({{-1, 1}}) == "pair 0 is (-1, 1), must name two of 3 bodies");
+  CHECK(find({{2, 2}}) == "pair 0 is (2, 2), must name two of 3 bodies");
+  const std::vector<int> names{4, 4, 5}, two_names{1, 2};
+  source.names = names;
+  CHECK(find({{0, 1}}) == "pair batch: body 1 is named 4, must be more than 4");
+  source.names = two_names;
+  CHECK(find({{0, 1}}) == "pair batch: 2 names for 3 bodies");
+  source.names = {};
+  stack.bodies[1] = Body(stack.cube, at(nan));
+  CHECK(find({{0, 1}}) ==
+        "body 1: translation[2] of its placement is nan, must be finite and at most 1e+30");
+  stack.bodies[1] = Body(stack.cube, at(1));
+  CHECK(find({{0, 1}}).empty());
+  CHECK(contacts.size() == 4);
+  PairBatch next = std::move(batch);
+  CHECK(find({{0, 1}}) == "pair batch: it was moved from");  // NOLINT: meant
+}
