@@ -4,6 +4,7 @@
 #include <cmath>
 #include <span>
 
+#include "contact/joint_law.hpp"
 #include "step.hpp"
 
 namespace quoin::solver {
@@ -15,8 +16,9 @@ double vertex_speed(const BlockModel& model, const BlockState& block) {
   return block.velocity.norm() + 0.5 * model.size * block.angular_velocity.norm();
 }
 
-/// Twice what a vertex can move in a step (paper, section 3), and never less than a hair of a block. At
-/// rest a quarter of the smallest block is enough: what is missed is found at the end of the step.
+/// Twice what a vertex can move in a step (paper, section 3), and never less than a hair of a
+/// block. At rest a quarter of the smallest block is enough: what is missed is found at the end of
+/// the step.
 double wanted_reach(const CompiledScene& compiled, const StepOptions& options, const State& state) {
   const double dt = options.time_step;
   const double fall = compiled.scene.gravity.at(state.time + dt).norm() * dt * dt;
@@ -31,12 +33,23 @@ double wanted_reach(const CompiledScene& compiled, const StepOptions& options, c
   return std::max(2.0 * (speed * dt + fall), least);
 }
 
-/// By at most an eighth: a speed that changes by a hair changes no reach, and what was found for pairs
-/// that stand still stays good.
+/// By at most an eighth: a speed that changes by a hair changes no reach, and what was found for
+/// pairs that stand still stays good.
 double rounded_up(double reach) {
   int exponent = 0;
   const double mantissa = std::frexp(reach, &exponent);  // 0.5 .. 1
   return std::ldexp(std::ceil(16.0 * mantissa) / 16.0, exponent);
+}
+
+/// A joint that has dilated is closed at a gap.
+double largest_opening(const CompiledScene& compiled, const State& state) {
+  if (!compiled.dilates) return 0.0;
+  double largest = 0.0;
+  for (const Contact& c : state.contacts) {
+    const Joint& joint = joint_between(compiled.scene, c.point.key.a, c.point.key.b);
+    largest = std::max(largest, opening(joint, c));
+  }
+  return rounded_up(largest);
 }
 
 geometry::FindCounts find(const CompiledScene& compiled, const StepOptions& options,
@@ -44,6 +57,7 @@ geometry::FindCounts find(const CompiledScene& compiled, const StepOptions& opti
                           Workspace& work) {
   work.reach =
       options.reach > 0.0 ? options.reach : rounded_up(wanted_reach(compiled, options, state));
+  work.reach += largest_opening(compiled, state);
   work.finder.set_reach(work.reach);
   return work.finder.find(state.polyhedra, compiled.idle, found);
 }
@@ -51,13 +65,14 @@ geometry::FindCounts find(const CompiledScene& compiled, const StepOptions& opti
 void begin(const CompiledScene& compiled, const State& state, Workspace& work) {
   work.poses.start.clear();
   for (const BlockState& block : state.blocks) work.poses.start.push_back(pose(block));
-  carry_over({compiled.scene, work.poses.start, work.reach,
-              state.step == 0 ? NewBonds::Intact : NewBonds::Residual},
+  const bool laid = state.step == 0 && state.contacts.empty();
+  carry_over({compiled.scene, work.poses.start, compiled.models, work.reach,
+              laid ? NewBonds::Intact : NewBonds::Residual},
              work.found, state.contacts, work.old_points, work.contacts);
 }
 
-/// A step in which two blocks near each other move by more than half the smaller one can jump over a
-/// contact: it is cut before it is tried.
+/// A step in which two blocks near each other move by more than half the smaller one can jump over
+/// a contact: it is cut before it is tried.
 bool too_fast(const CompiledScene& compiled, const State& state, double dt, const Workspace& work) {
   for (const BodyContact& contact : work.contacts) {
     const std::size_t a = index(contact.a), b = index(contact.b);
@@ -77,8 +92,8 @@ std::span<const geometry::ContactPoint> points_of_pair(
   return {range.begin(), range.end()};
 }
 
-/// Closed contacts of pairs that are apart at the end of the attempt: the plane of a face held a vertex
-/// that passed beside it. They are dropped; true when there were any.
+/// Closed contacts of pairs that are apart at the end of the attempt: the plane of a face held a
+/// vertex that passed beside it. They are dropped; true when there were any.
 bool drop_ghosts(const CompiledScene& compiled, Workspace& work) {
   const auto apart = [&](const BodyContact& contact, ContactMode mode) {
     if (contact.was_closed || mode == ContactMode::Open) return false;
@@ -87,7 +102,7 @@ bool drop_ghosts(const CompiledScene& compiled, Workspace& work) {
       gap = std::min(gap, p.gap);
     }
     const double rebound = contact.joint.restitution > 0.0 ? work.reach : 0.0;
-    return gap > 1e-3 * compiled.smallest_size + rebound;
+    return gap > contact.opening + 1e-3 * compiled.smallest_size + rebound;
   };
   const std::size_t solved = work.linear.size() - compiled.held.size();
   std::size_t kept = 0;
@@ -118,6 +133,9 @@ bool add_missed(const CompiledScene& compiled, double limit, Workspace& work) {
     if (held) continue;
     BodyContact added = make_body_contact(compiled.scene, work.poses.end, point);
     added.state.failed = true;
+    const auto points = points_of_pair(work.found_end, added.a, added.b);
+    added.joint_points = static_cast<int>(points.size());
+    for (const geometry::ContactPoint& p : points) added.joint_area += p.area;
     work.contacts.push_back(added);
     any = true;
   }
@@ -173,10 +191,6 @@ StepReport stand(const StepOptions& options, State& state, const StepReport& las
 void accept(const CompiledScene& compiled, const StepOptions& options, State& state,
             Workspace& work) {
   Attempt& attempt = work.attempt;
-  attempt.end.contacts.clear();
-  for (const BodyContact& contact : attempt.contacts) attempt.end.contacts.push_back(contact.state);
-  std::sort(attempt.end.contacts.begin(), attempt.end.contacts.end(),
-            [](const Contact& x, const Contact& y) { return x.point.key < y.point.key; });
   work.still = stood_still(compiled, state, work);
   work.last_time_step = 0.0;
   if (options.analysis == Analysis::Dynamic) {
@@ -201,8 +215,8 @@ void add(const Attempt& attempt, const CompiledScene& compiled, StepReport& repo
   for (std::size_t b = 0; b < attempt.end.blocks.size(); ++b) {
     report.largest_strain =
         std::max(report.largest_strain, attempt.end.blocks[b].strain.cwiseAbs().maxCoeff());
-    report.largest_speed = std::max(report.largest_speed,
-                                    vertex_speed(compiled.models[b], attempt.end.blocks[b]));
+    report.largest_speed =
+        std::max(report.largest_speed, vertex_speed(compiled.models[b], attempt.end.blocks[b]));
   }
 }
 
@@ -245,8 +259,7 @@ bool all_finite(const State& state) {
 
 /// Tries the step, and again with the contacts that it missed and without those that were none.
 void attempt_with_all_contacts(const CompiledScene& compiled, const StepOptions& options,
-                               const State& state, double dt, Workspace& work,
-                               StepReport& report) {
+                               const State& state, double dt, Workspace& work, StepReport& report) {
   constexpr int kRounds = 4;
   const Attempt& attempt = work.attempt;
   for (int round = 0; round < kRounds; ++round) {
@@ -257,8 +270,7 @@ void attempt_with_all_contacts(const CompiledScene& compiled, const StepOptions&
     }
     work.clock.charge(&PhaseSeconds::update);
     if (!all_finite(attempt.end)) return;
-    const geometry::FindCounts counts =
-        find(compiled, options, attempt.end, work.found_end, work);
+    const geometry::FindCounts counts = find(compiled, options, attempt.end, work.found_end, work);
     report.candidate_pairs += counts.candidates;
     report.searched_pairs += counts.searched;
     work.clock.charge(&PhaseSeconds::detect);
@@ -277,15 +289,9 @@ Workspace::Workspace(const CompiledScene& compiled, int threads)
       open_close(compiled.slots) {}
 
 double initial_spring_energy(const CompiledScene& compiled, const StepOptions& options,
-                             const Workspace& work) {
-  if (options.method != ContactMethod::Penalty) return 0.0;
-  const double spring = contact_spring(compiled, options);
-  double sum = 0.0;
-  for (const geometry::ContactPoint& point : work.found) {
-    const double overlap = std::min(point.gap, 0.0);
-    sum += 0.5 * spring * overlap * overlap;
-  }
-  return sum;
+                             const State& state, Workspace& work) {
+  begin(compiled, state, work);
+  return spring_energy_at_rest(compiled, options, work);
 }
 
 void detect(const CompiledScene& compiled, const StepOptions& options, const State& state,

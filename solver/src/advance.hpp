@@ -6,7 +6,7 @@
 #include <quoin/solver/simulation.hpp>
 
 #include "compiled_scene.hpp"
-#include "contact_terms.hpp"
+#include "contact/contact_jacobian.hpp"
 #include "open_close.hpp"
 
 namespace quoin::solver {
@@ -28,7 +28,8 @@ struct AttemptTotals {
 /// And the state it proposes.
 struct Attempt : AttemptTotals {
   State end;
-  std::vector<BodyContact> contacts;  ///< work.contacts with forces and modes at the end of the step
+  std::vector<BodyContact>
+      contacts;  ///< work.contacts with forces and modes at the end of the step
   std::vector<PrescribedMotion> motion;
 };
 
@@ -64,20 +65,20 @@ struct Workspace {
   explicit Workspace(const CompiledScene& compiled, int threads);
 
   geometry::ContactFinder finder;
-  std::vector<geometry::ContactPoint> found;  ///< at the present state
+  std::vector<geometry::ContactPoint> found;      ///< at the present state
   std::vector<geometry::ContactPoint> found_end;  ///< at the end of the attempt
-  double reach = 0.0;                         ///< that `found` was made with, m
-  std::vector<PrescribedMotion> motion;       ///< of compiled.prescribed, at the present state
+  double reach = 0.0;                             ///< that `found` was made with, m
+  std::vector<PrescribedMotion> motion;           ///< of compiled.prescribed, at the present state
 
-  bool still = false;    ///< nothing moved in the last step and no load changes: the next is the same
-  StepReport report;     ///< of that step
+  bool still = false;  ///< nothing moved in the last step and no load changes: the next is the same
+  StepReport report;   ///< of that step
 
-  double last_time_step = 0.0;                ///< of the last accepted sub-step; 0: none
-  BlockVector last_velocity;                  ///< at its start, by slot: predicts the next increment
+  double last_time_step = 0.0;  ///< of the last accepted sub-step; 0: none
+  BlockVector last_velocity;    ///< at its start, by slot: predicts the next increment
 
   double spring = 0.0;  ///< of each contact, N/m; 0: contact is exact
   std::vector<BodyContact> contacts;
-  std::vector<char> hit;             ///< by block: an impact passes through it in this step
+  std::vector<char> hit;  ///< by block: an impact passes through it in this step
   StepPoses poses;
   std::vector<LinearContact> linear;
   BlockSystem base;
@@ -96,9 +97,9 @@ struct Workspace {
 StepReport advance(const CompiledScene& compiled, const StepOptions& options, State& state,
                    State& best, Workspace& work);
 
-/// Energy in the penalty springs of blocks that overlap at the start, J.
+/// Energy in the springs of blocks that overlap at the start, J.
 double initial_spring_energy(const CompiledScene& compiled, const StepOptions& options,
-                             const Workspace& work);
+                             const State& state, Workspace& work);
 
 /// Finds the contacts of the state at the start of a run.
 void detect(const CompiledScene& compiled, const StepOptions& options, const State& state,

@@ -18,6 +18,10 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
 /// What the rounding of coordinates makes of a gap: 4 eps of the largest coordinate, m.
 double coordinate_rounding(const CompiledScene& compiled, const State& state);
 
+/// Energy in the springs of work.contacts as they lie, J.
+double spring_energy_at_rest(const CompiledScene& compiled, const StepOptions& options,
+                             Workspace& work);
+
 /// Spring of a contact, N/m: the user's, or one that fits the blocks; 0 where contact is exact.
 double contact_spring(const CompiledScene& compiled, const StepOptions& options);
 
