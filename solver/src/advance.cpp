@@ -10,6 +10,8 @@
 namespace quoin::solver {
 namespace {
 
+constexpr double kLargestHop = 0.1;  // of the smallest block
+
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 double vertex_speed(const BlockModel& model, const BlockState& block) {
@@ -41,13 +43,16 @@ double rounded_up(double reach) {
   return std::ldexp(std::ceil(16.0 * mantissa) / 16.0, exponent);
 }
 
-/// A joint that has dilated is closed at a gap.
+/// A joint that has dilated is closed at a gap, and has not forgotten it when it comes down from a
+/// hop that is small against the blocks.
 double largest_opening(const CompiledScene& compiled, const State& state) {
   if (!compiled.dilates) return 0.0;
+  const double hop = kLargestHop * compiled.smallest_size;
   double largest = 0.0;
   for (const Contact& c : state.contacts) {
+    if (!(c.slip > 0.0)) continue;
     const Joint& joint = joint_between(compiled.scene, c.point.key.a, c.point.key.b);
-    largest = std::max(largest, opening(joint, c));
+    largest = std::max({largest, opening(joint, c), std::min(c.point.gap, hop)});
   }
   return rounded_up(largest);
 }

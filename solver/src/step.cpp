@@ -135,7 +135,7 @@ void set_springs(const StepOptions& options, double penalty, const BodyContact& 
 /// As the contact stands at the start of the step.
 void set_law(const StepOptions& options, double penalty, BodyContact& contact, LinearContact& c) {
   const JointStrength now = strength(contact.joint, contact.state);
-  c.law = law_of(now, options);
+  c.law = bonded_in_shear(contact.joint, contact.state) ? ContactLaw::Stuck : law_of(now, options);
   c.friction = now.friction;
   c.cohesion = now.cohesion * contact.state.point.area;
   c.bonded = contact.state.bonded;
@@ -251,11 +251,16 @@ void follow_slip(const BodyContact& contact, LinearContact& c) {
   c.cohesion = mean.cohesion * contact.state.point.area;
 }
 
+/// Of joints whose law goes with the slip. A contact that has just opened counts, too: were it
+/// closed it would have slid so far, and what it dilates by may be what closes it.
 void measure_slips(Workspace& work) {
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
+    const BodyContact& contact = work.contacts[i];
     LinearContact& c = work.linear[i];
-    c.slip =
-        c.mode == ContactMode::Slip ? slip_in_step(c, moved(work.contacts[i], work.poses, c)) : 0.0;
+    if (contact.joint.dilation_angle == 0.0 && !can_fail(contact.joint)) continue;
+    const bool opened = c.mode == ContactMode::Open && (contact.was_closed || c.start[0] <= 0.0);
+    c.slip = opened ? (c.relative.tail<2>() - c.start.tail<2>()).norm()
+                    : slip_in_step(c, moved(contact, work.poses, c));
   }
 }
 
@@ -467,7 +472,7 @@ void record_contacts(const Workspace& work, std::vector<BodyContact>& contacts) 
     state.point.point_b = now.place_b;
     state.point.normal = now.normal;
     state.point.gap = now.gap;
-    state.slip += c.slip;
+    state.slip += slip_in_step(c, moved(contact, work.poses, c));
     if (contact.joint.softening_slip > 0.0 && state.slip >= contact.joint.softening_slip) {
       weaken(contact.joint, state);
     }
@@ -538,14 +543,6 @@ void account(const CompiledScene& compiled, const StepOptions& options, const St
     account_contact(compiled, work, i, attempt);
   }
   attempt.unbalance = largest_force > 0.0 ? unbalanced / largest_force : 0.0;
-}
-
-FailureLimits failure_limits(const CompiledScene& compiled, const StepOptions& options,
-                             const State& state) {
-  const double slip = options.tolerance * compiled.smallest_size;
-  return {.slip = slip,
-          .opening = kOpened * slip,
-          .rounding = 8.0 * coordinate_rounding(compiled, state)};
 }
 
 void list_contacts(std::span<const BodyContact> bodies, std::vector<Contact>& contacts) {
@@ -625,7 +622,7 @@ void attempt_step(const CompiledScene& compiled, const StepOptions& options, con
     total.condition = solved.condition;
   } while (total.converged &&
            fail_overloaded(work.contacts, std::span(work.linear).first(work.contacts.size()),
-                           failure_limits(compiled, options, state)));
+                           kOpened * options.tolerance * compiled.smallest_size));
   work.clock.charge(&PhaseSeconds::assemble);
   attempt.solved = total;
   account(compiled, options, state, time_step, work, attempt);

@@ -78,7 +78,7 @@ bool velocity_contact(const CompiledScene& compiled, const State& start, const S
   }
   if (c.law == ContactLaw::Frictionless) c.multiplier.tail<2>().setZero();
   c.assumed = position.mode;
-  if (position.mode == ContactMode::Slip && contact.was_closed) {  // a joint that dilates opens
+  if (position.mode == ContactMode::Slip) {  // a joint that dilates opens
     const double sliding = relative_velocity(contact, c, end).tail<2>().norm();
     c.offset[0] -= time_step * dilation_slope(contact.joint, contact.state) * sliding;
   }

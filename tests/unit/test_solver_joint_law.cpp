@@ -172,6 +172,7 @@ TEST_CASE("A cohesive plane bears the limit of its whole area, thin blocks and t
         frame.add(scene, {-1, -1, 0}, {1, 1, height});
         Simulation simulation(scene, {.time_step = 1e-3});
         settle(simulation, Analysis::Settle, 30);
+        if (!frame.rigid) settle(simulation, Analysis::Static, share < 1.0 ? 30 : 0);
         const double start = frame.moved(simulation, 1).x();
         run(simulation, 300);
         CAPTURE(frame.rigid, height, share);
@@ -219,6 +220,7 @@ TEST_CASE("Dilation: no lag in its height, no lost contact, its work is booked, 
     const double acceleration = (push - weight * mu) / (mass * (1.0 + mu * rise));
     for (int i = 1; i <= 1000; ++i) {
       run(simulation, 1);
+      CAPTURE(i, frame.origin.x());
       REQUIRE(closed_contacts(simulation) == 4);
       const double t = 1e-3 * i, way = 0.5 * acceleration * t * t;
       const Vector3 moved = frame.moved(simulation, 1);
@@ -293,7 +295,7 @@ TEST_CASE("Softening: what a sliding block loses is the area under strength agai
     for (const double time_step : {1e-3, 3.7e-4}) {
       Scene scene = frame.scene(Vector3::Zero());
       const double cohesion = 1e5, length = 0.01, area = 2.0, mass = kDensity;
-      scene.joint = {.cohesion = cohesion, .residual_cohesion = 0.0, .softening_slip = length};
+      scene.joint = {.cohesion = cohesion, .tension = 1e6, .softening_slip = length};
       scene.add_fixed(frame.box({-5, -5, -1}, {5, 5, 0}));
       scene.add_fixed(frame.box({-5, -5, 1}, {5, 5, 2}));
       frame.add(scene, {0, 0, 0}, {1, 1, 1}, 5e11);
@@ -303,8 +305,8 @@ TEST_CASE("Softening: what a sliding block loses is the area under strength agai
       const double lost = 0.5 * cohesion * area * length;
       const EnergyLedger& energy = simulation.state().energy;
       CAPTURE(frame.rigid, time_step);
-      CHECK_THAT(energy.friction_loss, WithinRel(lost, frame.rigid ? 1e-9 : 1e-3));
-      CHECK_THAT(energy.kinetic, WithinRel(0.5 * mass * 4.0 - lost, frame.rigid ? 1e-9 : 1e-3));
+      CHECK_THAT(energy.friction_loss, WithinRel(lost, frame.rigid ? 1e-8 : 1e-3));
+      CHECK_THAT(energy.kinetic, WithinRel(0.5 * mass * 4.0 - lost, frame.rigid ? 1e-8 : 1e-3));
     }
   }
 }

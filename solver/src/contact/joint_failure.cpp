@@ -67,52 +67,57 @@ bool fail_where_opened(const SolvedJoint& joint, double limit) {
   return any;
 }
 
-/// How far the joint has slid in the step as a whole, m: translation and turn that fit the slips of
-/// its contacts best. Slips that the strain of a block makes against each other are not in it.
-double slip_as_a_whole(const SolvedJoint& joint) {
+/// Shear on the contacts that are bonded in shear, and what they bear. Vectors in the joint's
+/// plane.
+struct ShearState {
+  Vector2d force = Vector2d::Zero(), centre = Vector2d::Zero();
+  double limit = 0.0;         ///< N
+  double moment = 0.0;        ///< N m, about the centre of strength
+  double moment_limit = 0.0;  ///< N m
+};
+
+double shear_strength(const BodyContact& contact, const LinearContact& c) {
+  const JointStrength now = strength(contact.joint, contact.state);
+  return now.friction * std::max(c.force[0], 0.0) + now.cohesion * contact.state.point.area;
+}
+
+ShearState shear_state(const SolvedJoint& joint) {
   const Vector3& normal = joint.contacts.front().state.point.normal;
-  const auto count = static_cast<double>(joint.contacts.size());
-  std::vector<Vector2d> slips;
-  Vector2d middle = Vector2d::Zero(), mean = Vector2d::Zero();
-  for (std::size_t i = 0; i < joint.contacts.size(); ++i) {
-    const LinearContact& c = joint.linear[i];
-    slips.emplace_back(c.relative.tail<2>() - c.start.tail<2>());
-    middle += in_plane(joint.contacts[i], normal) / count;
-    mean += slips.back() / count;
-  }
-  double turn = 0.0, inertia = 0.0;
-  for (std::size_t i = 0; i < joint.contacts.size(); ++i) {
-    const Vector2d arm = in_plane(joint.contacts[i], normal) - middle;
-    turn += arm.x() * slips[i].y() - arm.y() * slips[i].x();
-    inertia += arm.squaredNorm();
-  }
-  const double turned = inertia > 0.0 ? std::abs(turn) / std::sqrt(inertia * count) : 0.0;
-  return std::max(mean.norm(), turned);
-}
-
-bool slides(const SolvedJoint& joint, const FailureLimits& limits) {
-  bool resists = false;
-  for (std::size_t i = 0; i < joint.contacts.size(); ++i) {
-    const LinearContact& c = joint.linear[i];
-    if (c.mode == ContactMode::Open) continue;
-    if (c.mode != ContactMode::Slip || !(joint.contacts[i].state.slip + c.slip > limits.slip)) {
-      return false;
+  ShearState state;
+  const auto each = [&](const auto& visit) {
+    for (std::size_t i = 0; i < joint.contacts.size(); ++i) {
+      const BodyContact& contact = joint.contacts[i];
+      if (!bonded_in_shear(contact.joint, contact.state)) continue;
+      visit(in_plane(contact, normal), Vector2d(joint.linear[i].force.tail<2>()),
+            shear_strength(contact, joint.linear[i]));
     }
-    resists = resists || (c.law == ContactLaw::Coulomb && c.bound > 0.0);
-  }
-  return resists && slip_as_a_whole(joint) > limits.rounding;
+  };
+  each([&](const Vector2d& place, const Vector2d& force, double bears) {
+    state.force += force;
+    state.limit += bears;
+    state.centre += bears * place;
+  });
+  if (state.limit > 0.0) state.centre /= state.limit;
+  each([&](const Vector2d& place, const Vector2d& force, double bears) {
+    const Vector2d arm = place - state.centre;
+    state.moment += arm.x() * force.y() - arm.y() * force.x();
+    state.moment_limit += bears * arm.norm();
+  });
+  return state;
 }
 
-/// What is not closed has nothing to lose by sliding.
-bool fail_where_sliding(const SolvedJoint& joint, const FailureLimits& limits) {
-  const Joint& law = joint.contacts.front().joint;
-  const auto intact = [](const BodyContact& contact) { return !contact.state.failed; };
-  if (law.softening_slip > 0.0 || std::ranges::none_of(joint.contacts, intact)) return false;
-  if (!slides(joint, limits)) return false;
+bool fail_where_sliding(const SolvedJoint& joint) {
+  const ShearState shear = shear_state(joint);
+  const double beyond = shear.force.squaredNorm() * shear.moment_limit * shear.moment_limit +
+                        shear.moment * shear.moment * shear.limit * shear.limit;
+  const double allowed = shear.limit * shear.moment_limit * (1.0 + kStressRounding);
+  const bool point = shear.moment_limit == 0.0;  // bears no moment, and gets none
+  const bool holds = point ? shear.force.norm() <= (1.0 + kStressRounding) * shear.limit
+                           : beyond <= allowed * allowed;
+  if (holds) return false;
   bool any = false;
-  for (std::size_t i = 0; i < joint.contacts.size(); ++i) {
-    BodyContact& contact = joint.contacts[i];
-    if (contact.state.failed || joint.linear[i].mode == ContactMode::Open) continue;
+  for (BodyContact& contact : joint.contacts) {
+    if (!bonded_in_shear(contact.joint, contact.state)) continue;
     weaken(contact.joint, contact.state);
     any = true;
   }
@@ -122,7 +127,7 @@ bool fail_where_sliding(const SolvedJoint& joint, const FailureLimits& limits) {
 }  // namespace
 
 bool fail_overloaded(std::span<BodyContact> contacts, std::span<const LinearContact> linear,
-                     const FailureLimits& limits) {
+                     double opened) {
   bool any = false;
   for (std::size_t first = 0, last = 0; first < contacts.size(); first = last) {
     const auto same_pair = [&](const BodyContact& contact) {
@@ -133,8 +138,8 @@ bool fail_overloaded(std::span<BodyContact> contacts, std::span<const LinearCont
     const SolvedJoint joint{contacts.subspan(first, last - first),
                             linear.subspan(first, last - first)};
     any = part_where_overloaded(joint) || any;
-    any = fail_where_opened(joint, limits.opening) || any;
-    any = fail_where_sliding(joint, limits) || any;
+    any = fail_where_opened(joint, opened) || any;
+    any = fail_where_sliding(joint) || any;
   }
   return any;
 }

@@ -51,6 +51,11 @@ double squared_normal_stretch(double gap, bool bonded) {
 
 }  // namespace
 
+bool bonded_in_shear(const Joint& joint, const Contact& contact) {
+  const bool brittle = joint.softening_slip == 0.0 && !contact.failed;
+  return brittle && (joint.cohesion > 0.0 || joint.residual_friction_angle >= 0.0);
+}
+
 bool can_fail(const Joint& joint) {
   return joint.cohesion > 0.0 || joint.tension > 0.0 || joint.residual_friction_angle >= 0.0;
 }

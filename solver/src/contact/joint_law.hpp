@@ -17,6 +17,10 @@
 
 namespace quoin::solver {
 
+/// A brittle joint that has not failed does not slide, wherever a corner's share of its strength is
+/// exceeded: its area decides (joint_failure.hpp).
+bool bonded_in_shear(const Joint& joint, const Contact& contact);
+
 /// Whether peak and residual strength differ, or it bears tension.
 bool can_fail(const Joint& joint);
 
