@@ -121,33 +121,43 @@ bool drop_ghosts(const CompiledScene& compiled, Workspace& work) {
   return any;
 }
 
+BodyContact missed_contact(const CompiledScene& compiled, const geometry::ContactPoint& point,
+                           const Workspace& work) {
+  BodyContact added = make_body_contact(compiled.scene, work.poses.end, point);
+  added.state.failed = true;
+  const auto points = points_of_pair(work.found_end, added.a, added.b);
+  added.joint_points = static_cast<int>(points.size());
+  for (const geometry::ContactPoint& p : points) added.joint_area += p.area;
+  return added;
+}
+
 /// Contacts that overlap at the end of an attempt though the step did not hold them: added to the
 /// list as the bodies hold them at the end. True when there are any.
 bool add_missed(const CompiledScene& compiled, double limit, Workspace& work) {
-  bool any = false;
+  std::vector<geometry::ContactKey> keys;    // that the step knew
+  std::vector<std::pair<int, int>> springs;  // pairs that a closed spring holds
+  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
+    const BodyContact& contact = work.contacts[i];
+    const LinearContact& c = work.linear[i];
+    keys.push_back(contact.state.point.key);
+    if (c.compliant && c.mode != ContactMode::Open) springs.emplace_back(contact.a, contact.b);
+  }
+  std::ranges::sort(keys);
+  std::ranges::sort(springs);
   const std::size_t known = work.contacts.size();
   for (const geometry::ContactPoint& point : work.found_end) {
-    if (!(point.gap < -limit)) continue;
-    bool held = false;
-    for (std::size_t i = 0; i < known && !held; ++i) {
-      const BodyContact& contact = work.contacts[i];
-      held = contact.a == point.key.a && contact.b == point.key.b &&
-             (contact.state.point.key == point.key ||
-              (work.linear[i].mode != ContactMode::Open && work.linear[i].compliant));
+    if (!(point.gap < -limit) || std::ranges::binary_search(keys, point.key) ||
+        std::ranges::binary_search(springs, std::pair(point.key.a, point.key.b))) {
+      continue;
     }
-    if (held) continue;
-    BodyContact added = make_body_contact(compiled.scene, work.poses.end, point);
-    added.state.failed = true;
-    const auto points = points_of_pair(work.found_end, added.a, added.b);
-    added.joint_points = static_cast<int>(points.size());
-    for (const geometry::ContactPoint& p : points) added.joint_area += p.area;
-    work.contacts.push_back(added);
-    any = true;
+    work.missing = &point;
+    work.contacts.push_back(missed_contact(compiled, point, work));
   }
-  return any;
+  return work.contacts.size() > known;
 }
 
-void book(const Attempt& attempt, const CompiledScene& compiled, State& state) {
+void book(const CompiledScene& compiled, State& state, Workspace& work) {
+  const Attempt& attempt = work.attempt;
   EnergyLedger& energy = state.energy;
   const double before = energy.mechanical();
   energy.kinetic = kinetic_energy(compiled, state);
@@ -158,6 +168,9 @@ void book(const Attempt& attempt, const CompiledScene& compiled, State& state) {
   energy.friction_loss += attempt.friction_work;
   energy.impact_loss += attempt.impact_loss - attempt.contact_work;
   energy.algorithmic_loss += attempt.scheme_loss;
+  work.energy_scale.note(energy);
+  work.energy_growth =
+      std::max(work.energy_growth, energy.mechanical() - before - attempt.load_work);
   energy.closure += before + attempt.load_work - energy.mechanical() - attempt.friction_work -
                     (attempt.impact_loss - attempt.contact_work) - attempt.scheme_loss;
 }
@@ -182,9 +195,20 @@ bool stood_still(const CompiledScene& compiled, const State& start, const Worksp
          std::all_of(attempt.end.blocks.begin(), attempt.end.blocks.end(), at_rest);
 }
 
+/// Time is counted in steps, not added up: a million steps of dt end at a million dt.
+double counted_end(const StepOptions& options, const State& state, Workspace& work) {
+  Workspace::Clock& clock = work.counted;
+  const double step = duration(options, options.time_step);
+  if (clock.time_step != step || clock.now != state.time) clock = {state.time, step, state.time, 0};
+  ++clock.steps;
+  return clock.start + static_cast<double>(clock.steps) * step;
+}
+
 /// A step like the last one, in which nothing moved.
-StepReport stand(const StepOptions& options, State& state, const StepReport& last) {
-  state.time += options.time_step;
+StepReport stand(const StepOptions& options, State& state, Workspace& work) {
+  const StepReport& last = work.report;
+  state.time = counted_end(options, state, work);
+  work.counted.now = state.time;
   ++state.step;
   StepReport report = last;
   report.time = state.time;
@@ -207,7 +231,7 @@ void accept(const CompiledScene& compiled, const StepOptions& options, State& st
   }
   std::swap(state, attempt.end);
   work.motion = attempt.motion;
-  book(attempt, compiled, state);
+  book(compiled, state, work);
 }
 
 void add(const Attempt& attempt, const CompiledScene& compiled, StepReport& report) {
@@ -217,26 +241,12 @@ void add(const Attempt& attempt, const CompiledScene& compiled, StepReport& repo
   report.residual = attempt.solved.residual;
   if (attempt.solved.condition > 0.0) report.condition = attempt.solved.condition;
   report.unbalance = attempt.unbalance;
+  report.stiffest_omega_dt = std::max(report.stiffest_omega_dt, attempt.stiffest_omega_dt);
   for (std::size_t b = 0; b < attempt.end.blocks.size(); ++b) {
     report.largest_strain =
         std::max(report.largest_strain, attempt.end.blocks[b].strain.cwiseAbs().maxCoeff());
     report.largest_speed =
         std::max(report.largest_speed, vertex_speed(compiled.models[b], attempt.end.blocks[b]));
-  }
-}
-
-/// omega dt of the stiffest penalty contact: compliance of its blocks = (dt^2/2) / effective mass.
-void report_damping(const StepOptions& options, const Workspace& work, StepReport& report) {
-  if (options.method != ContactMethod::Penalty) return;
-  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
-    const LinearContact& c = work.linear[i];
-    if (c.mode == ContactMode::Open) continue;
-    const double compliance = compliance_along(c, 0, work.compliance);
-    report.stiffest_omega_dt =
-        std::max(report.stiffest_omega_dt, std::sqrt(2.0 * c.normal_stiffness * compliance));
-  }
-  if (options.scheme == TimeScheme::ConstantAcceleration) {
-    report.numerical_damping = 0.25 * report.stiffest_omega_dt;  // [Doolin & Sitar 2004]
   }
 }
 
@@ -249,6 +259,22 @@ void report_end(const State& state, const Workspace& work, StepReport& report) {
   for (const geometry::ContactPoint& point : work.found) {
     report.largest_overlap = std::max(report.largest_overlap, -point.gap);
   }
+}
+
+void report_flags(const CompiledScene& compiled, const StepOptions& options, const State& state,
+                  const Workspace& work, StepReport& report) {
+  if (options.scheme == TimeScheme::ConstantAcceleration) {
+    report.numerical_damping = 0.25 * report.stiffest_omega_dt;  // [Doolin & Sitar 2004]
+  }
+  const bool dynamic = options.analysis == Analysis::Dynamic;
+  append_flags(compiled, state,
+               {.energy_growth = dynamic ? work.energy_growth : 0.0,
+                .energy_scale = work.energy_scale.value(),
+                .rounding = coordinate_rounding(compiled, state),
+                .gap_tolerance = options.tolerance * compiled.smallest_size,
+                .found = work.found,
+                .missing = work.missing},
+               report);
 }
 
 bool all_finite(const State& state) {
@@ -268,6 +294,7 @@ void attempt_with_all_contacts(const CompiledScene& compiled, const StepOptions&
   constexpr int kRounds = 4;
   const Attempt& attempt = work.attempt;
   for (int round = 0; round < kRounds; ++round) {
+    work.missing = nullptr;
     attempt_step(compiled, options, state, dt, work);
     if (attempt.solved.converged && options.analysis == Analysis::Dynamic &&
         options.method != ContactMethod::Penalty) {
@@ -283,6 +310,7 @@ void attempt_with_all_contacts(const CompiledScene& compiled, const StepOptions&
     const bool missed = add_missed(compiled, 1e-9 * compiled.smallest_size, work);
     if (!drop_ghosts(compiled, work) && !missed) return;
   }
+  work.attempt.solved.converged = false;  // contacts still come and go: a shorter step may tell
 }
 
 }  // namespace
@@ -307,9 +335,11 @@ void detect(const CompiledScene& compiled, const StepOptions& options, const Sta
 
 StepReport advance(const CompiledScene& compiled, const StepOptions& options, State& state,
                    State& best, Workspace& work) {
-  if (work.still) return stand(options, state, work.report);
+  if (work.still) return stand(options, state, work);
   StepReport report;
   work.clock.start();
+  work.energy_growth = 0.0;
+  const double end = counted_end(options, state, work);
   const double smallest =
       options.smallest_time_step > 0.0 ? options.smallest_time_step : options.time_step / 1024.0;
   const Attempt& attempt = work.attempt;
@@ -329,7 +359,6 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
                          attempt.displacement > options.max_displacement_ratio;
     if (finite) add(attempt, compiled, report);
     if (finite && attempt.solved.converged && !(too_far && 0.5 * dt >= smallest)) {
-      report_damping(options, work, report);
       accept(compiled, options, state, work);
       std::swap(work.found, work.found_end);
       done += dt;
@@ -342,12 +371,17 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
     dt *= 0.5;
     if (dt < smallest) {
       report.status = finite ? StepStatus::NotConverged : StepStatus::Diverged;
-      if (finite) best = attempt.end;
+      if (finite) {
+        best = attempt.end;
+        work.best_motion = attempt.motion;
+      }
       break;
     }
   }
   ++state.step;
+  if (report.status == StepStatus::Converged) state.time = work.counted.now = end;
   report_end(state, work, report);
+  report_flags(compiled, options, state, work, report);
   work.clock.charge(&PhaseSeconds::update);
   report.seconds = work.clock.seconds;
   work.still = work.still && report.sub_steps == 1 && report.linear_solves == 0;

@@ -8,6 +8,7 @@
 #include "compiled_scene.hpp"
 #include "contact/contact_jacobian.hpp"
 #include "open_close.hpp"
+#include "step_flags.hpp"
 
 namespace quoin::solver {
 
@@ -23,6 +24,7 @@ struct AttemptTotals {
   double spring_energy = 0.0;  ///< in penalty contacts at the end of the step, J
   double impact_loss = 0.0;    ///< J
   double unbalance = 0.0;
+  double stiffest_omega_dt = 0.0;  ///< of the springs
 };
 
 /// And the state it proposes.
@@ -72,6 +74,15 @@ struct Workspace {
 
   bool still = false;  ///< nothing moved in the last step and no load changes: the next is the same
   StepReport report;   ///< of that step
+
+  struct Clock {
+    double start = 0.0, time_step = 0.0, now = 0.0;  ///< s
+    long steps = 0;                                  ///< of this length, from `start` to `now`
+  } counted;
+  std::vector<PrescribedMotion> best_motion;  ///< of the best attempt
+  EnergyScale energy_scale;
+  double energy_growth = 0.0;                       ///< largest of the step's sub-steps, J
+  const geometry::ContactPoint* missing = nullptr;  ///< one of found_end that no attempt held
 
   double last_time_step = 0.0;  ///< of the last accepted sub-step; 0: none
   BlockVector last_velocity;    ///< at its start, by slot: predicts the next increment

@@ -240,6 +240,7 @@ PrescribedMotion advance_motion(const Motion& motion, const PrescribedMotion& kn
                                 double to) {
   PrescribedMotion next = known;
   const double h = to - from;
+  if (h == 0.0) return known;
   if (motion.kind == MotionKind::Displacement) {
     next.displacement = motion.value.at(to);
     // Velocity by a central difference that is as fine as rounding allows.

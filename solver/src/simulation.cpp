@@ -130,6 +130,7 @@ const State& Simulation::best_try() const { return parts_->best; }
 void Simulation::take_best_try() {
   if (parts_->best.blocks.empty()) return;
   parts_->state = parts_->best;
+  parts_->work.motion = parts_->work.best_motion;
   parts_->best = State{};
   detect(parts_->compiled, parts_->options, parts_->state, parts_->work);
 }

@@ -290,15 +290,15 @@ void linearise_all(const CompiledScene& compiled, const StepOptions& options, co
       apply_discrete_gradient(c.offset[0], end[0], c);
     }
   }
-  linearise_held(compiled, state.time + time_step, work);
+  linearise_held(compiled, state.time + duration(options, time_step), work);
   for (std::size_t h = work.contacts.size(); h < work.linear.size(); ++h) {
     set_stiffness(work, work.linear[h]);
   }
 }
 
-/// Loads stand for the middle of a dynamic step and for the end of a static one.
+/// Loads stand for the middle of a dynamic step; a static one takes no time.
 double load_time(const StepOptions& options, const State& state, double time_step) {
-  return state.time + (options.analysis == Analysis::Dynamic ? 0.5 : 1.0) * time_step;
+  return state.time + 0.5 * duration(options, time_step);
 }
 
 void set_force(const CompiledScene& compiled, const StepOptions& options, const State& state,
@@ -506,6 +506,17 @@ void account_contact(const CompiledScene& compiled, const Workspace& work, std::
   attempt.scheme_loss += done.scheme;
 }
 
+/// omega dt of the stiffest spring: compliance of its blocks = (dt^2/2) / effective mass.
+double stiffest_omega_dt(const Workspace& work) {
+  double largest = 0.0;
+  for (const LinearContact& c : work.linear) {
+    if (!c.compliant || c.mode == ContactMode::Open) continue;
+    const double compliance = compliance_along(c, 0, work.compliance);
+    largest = std::max(largest, std::sqrt(2.0 * c.normal_spring * compliance));
+  }
+  return largest;
+}
+
 void account(const CompiledScene& compiled, const StepOptions& options, const State& state,
              double time_step, Workspace& work, Attempt& attempt) {
   const StepScheme scheme = scheme_of(options, time_step);
@@ -537,6 +548,7 @@ void account(const CompiledScene& compiled, const StepOptions& options, const St
     attempt.load_work += force.dot(moved);
     largest_force = std::max(largest_force, force.norm());
   }
+  attempt.stiffest_omega_dt = stiffest_omega_dt(work);
   for (std::size_t i = 0; i < work.linear.size(); ++i) {
     largest_force = std::max(largest_force, work.linear[i].force.norm());
     if (i >= work.contacts.size()) continue;
@@ -561,6 +573,10 @@ void start_end(const State& state, State& end) {
 }
 
 }  // namespace
+
+double duration(const StepOptions& options, double time_step) {
+  return options.analysis == Analysis::Dynamic ? time_step : 0.0;
+}
 
 double coordinate_rounding(const CompiledScene& compiled, const State& state) {
   double largest = 0.0;
@@ -605,8 +621,9 @@ void attempt_step(const CompiledScene& compiled, const StepOptions& options, con
   work.spring = contact_spring(compiled, options);
   attempt.motion = work.motion;
   for (std::size_t p = 0; p < compiled.prescribed.size(); ++p) {
-    attempt.motion[p] = advance_motion(compiled.scene.blocks[index(compiled.prescribed[p])].motion,
-                                       work.motion[p], state.time, state.time + time_step);
+    attempt.motion[p] =
+        advance_motion(compiled.scene.blocks[index(compiled.prescribed[p])].motion, work.motion[p],
+                       state.time, state.time + duration(options, time_step));
   }
   set_start(compiled, options, state, time_step, attempt.motion, work);
   set_matrices(compiled, options, time_step, work);
@@ -628,7 +645,7 @@ void attempt_step(const CompiledScene& compiled, const StepOptions& options, con
   account(compiled, options, state, time_step, work, attempt);
 
   start_end(state, attempt.end);
-  attempt.end.time = state.time + time_step;
+  attempt.end.time = state.time + duration(options, time_step);
   for (std::size_t b = 0; b < state.blocks.size(); ++b) {
     const Vector12& d = work.poses.increment[b];
     if (compiled.models[b].unknowns == 0) {

@@ -15,6 +15,9 @@ void attempt_step(const CompiledScene& compiled, const StepOptions& options, con
 void apply_velocity_law(const CompiledScene& compiled, const StepOptions& options,
                         const State& start, double time_step, Workspace& work);
 
+/// Time that a step takes, s: a static one none.
+double duration(const StepOptions& options, double time_step);
+
 /// What the rounding of coordinates makes of a gap: 4 eps of the largest coordinate, m.
 double coordinate_rounding(const CompiledScene& compiled, const State& state);
 

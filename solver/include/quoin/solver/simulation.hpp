@@ -4,6 +4,7 @@
 #include <memory>
 #include <quoin/solver/state.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace quoin::solver {
@@ -21,7 +22,7 @@ enum class TimeScheme : std::uint8_t {
 
 enum class Analysis : std::uint8_t {
   Dynamic,
-  Static,  ///< velocity set to zero at each step, inertia kept
+  Static,  ///< velocity set to zero at each step, inertia kept; takes no time: State::time stays
   Settle   ///< static, and closed contacts cannot slide: brings contact forces to rest before
            ///< release
 };
@@ -53,6 +54,24 @@ struct PhaseSeconds {
   double update = 0.0;    ///< the new state, energy
 };
 
+/// What a result should not be trusted for without a look. Limits: README, "Flags".
+enum class FlagKind : std::uint8_t {
+  Unconverged,   ///< the step was not solved; value: relative force residual
+  Strain,        ///< larger than small-strain theory is good for
+  Overlap,       ///< of two blocks by the smaller one's size
+  Rounding,      ///< of coordinates, against the tolerance of gaps
+  EnergyGrowth,  ///< in one step, by the scale of the run's energy
+  LostContact    ///< still overlapping after the last search, or closed and no longer found
+};
+
+struct StepFlag {
+  FlagKind kind = FlagKind::Unconverged;
+  double value = 0.0, limit = 0.0;  ///< relative
+  int block = -1, other = -1;       ///< where it is worst; -1: no block, the whole scene
+};
+
+std::string_view name(FlagKind kind);  ///< "unconverged", "strain", …
+
 struct StepReport {
   StepStatus status = StepStatus::Converged;
   double time = 0.0;  ///< at the end, s
@@ -76,6 +95,7 @@ struct StepReport {
   int searched_pairs = 0;   ///< of these: not left as they were by both blocks
   int contact_count = 0;
   int closed_count = 0;
+  std::vector<StepFlag> flags{};  ///< one of a kind at most
   PhaseSeconds seconds{};
 };
 
