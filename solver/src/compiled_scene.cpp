@@ -176,7 +176,14 @@ CompiledScene compile(Scene scene) {
     compiled.smallest_size =
         *std::min_element(compiled.slots.length.begin(), compiled.slots.length.end());
   }
-  const auto dilates = [](const PairJoint& pair) { return pair.joint.dilation_angle > 0.0; };
+  const auto has_group = [&](int group) {
+    return std::ranges::any_of(compiled.scene.blocks, [group](const Block& block) {
+      return block.material.joint_group == group;
+    });
+  };
+  const auto dilates = [&](const PairJoint& pair) {
+    return pair.joint.dilation_angle > 0.0 && has_group(pair.group_a) && has_group(pair.group_b);
+  };
   compiled.dilates = compiled.scene.joint.dilation_angle > 0.0 ||
                      std::ranges::any_of(compiled.scene.pair_joints, dilates);
   compile_loads(compiled);

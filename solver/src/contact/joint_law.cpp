@@ -10,6 +10,11 @@ namespace {
 /// search.
 constexpr double kLaidGap = 1e-4;
 
+bool loses_friction(const Joint& joint) {
+  return joint.residual_friction_angle >= 0.0 &&
+         joint.residual_friction_angle != joint.friction_angle;
+}
+
 double damage(const Joint& joint, const Contact& contact) {
   if (contact.failed) return 1.0;
   return joint.softening_slip > 0.0 ? std::min(1.0, contact.slip / joint.softening_slip) : 0.0;
@@ -53,11 +58,11 @@ double squared_normal_stretch(double gap, bool bonded) {
 
 bool bonded_in_shear(const Joint& joint, const Contact& contact) {
   const bool brittle = joint.softening_slip == 0.0 && !contact.failed;
-  return brittle && (joint.cohesion > 0.0 || joint.residual_friction_angle >= 0.0);
+  return brittle && (joint.cohesion > 0.0 || loses_friction(joint));
 }
 
 bool can_fail(const Joint& joint) {
-  return joint.cohesion > 0.0 || joint.tension > 0.0 || joint.residual_friction_angle >= 0.0;
+  return joint.cohesion > 0.0 || joint.tension > 0.0 || loses_friction(joint);
 }
 
 JointStrength strength(const Joint& joint, const Contact& contact, double further_slip) {
