@@ -34,8 +34,9 @@ FOLDERS = ["simd", "numeric", "shape", "polygon", "certify", "search", "contact"
 CHAINS = {
     "geometry": [["types"], ["polyhedron"], ["body"], ["nearest_features"], ["contact_type"],
                  ["contact_point"], ["contact_finder"]],
-    "solver": [["scene", "state", "displacement"], ["block_terms", "contact_list"],
-               ["contact_terms"], ["block_system", "elimination", "subtract_product"], ["linear_solver"], ["open_close"],
+    "solver": [["scene", "state", "displacement"], ["block_terms", "linear_contact"],
+               ["joint_law"], ["contact_history"], ["contact_jacobian", "joint_failure"],
+               ["block_system", "elimination", "subtract_product"], ["linear_solver"], ["open_close"],
                ["advance"], ["simulation"]],
 }
 SOURCES = (".hpp", ".cpp", ".h", ".c")

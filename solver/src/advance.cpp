@@ -4,6 +4,7 @@
 #include <cmath>
 #include <span>
 
+#include "contact/joint_law.hpp"
 #include "entrance_plane.hpp"
 #include "paper_step.hpp"
 #include "step.hpp"
@@ -11,14 +12,17 @@
 namespace quoin::solver {
 namespace {
 
+constexpr double kLargestHop = 0.1;  // of the smallest block
+
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 double vertex_speed(const BlockModel& model, const BlockState& block) {
   return block.velocity.norm() + 0.5 * model.size * block.angular_velocity.norm();
 }
 
-/// Twice what a vertex can move in a step (paper, section 3), and never less than a hair of a block. At
-/// rest a quarter of the smallest block is enough: what is missed is found at the end of the step.
+/// Twice what a vertex can move in a step (paper, section 3), and never less than a hair of a
+/// block. At rest a quarter of the smallest block is enough: what is missed is found at the end of
+/// the step.
 double wanted_reach(const CompiledScene& compiled, const StepOptions& options, const State& state) {
   const double dt = options.time_step;
   const double fall = compiled.scene.gravity.at(state.time + dt).norm() * dt * dt;
@@ -33,12 +37,26 @@ double wanted_reach(const CompiledScene& compiled, const StepOptions& options, c
   return std::max(2.0 * (speed * dt + fall), least);
 }
 
-/// By at most an eighth: a speed that changes by a hair changes no reach, and what was found for pairs
-/// that stand still stays good.
+/// By at most an eighth: a speed that changes by a hair changes no reach, and what was found for
+/// pairs that stand still stays good.
 double rounded_up(double reach) {
   int exponent = 0;
   const double mantissa = std::frexp(reach, &exponent);  // 0.5 .. 1
   return std::ldexp(std::ceil(16.0 * mantissa) / 16.0, exponent);
+}
+
+/// A joint that has dilated is closed at a gap, and has not forgotten it when it comes down from a
+/// hop that is small against the blocks.
+double largest_opening(const CompiledScene& compiled, const State& state) {
+  if (!compiled.dilates) return 0.0;
+  const double hop = kLargestHop * compiled.smallest_size;
+  double largest = 0.0;
+  for (const Contact& c : state.contacts) {
+    if (!(c.slip > 0.0)) continue;
+    const Joint& joint = joint_between(compiled.scene, c.point.key.a, c.point.key.b);
+    largest = std::max({largest, opening(joint, c), std::min(c.point.gap, hop)});
+  }
+  return rounded_up(largest);
 }
 
 geometry::FindCounts find(const CompiledScene& compiled, const StepOptions& options,
@@ -46,6 +64,7 @@ geometry::FindCounts find(const CompiledScene& compiled, const StepOptions& opti
                           Workspace& work) {
   work.reach =
       options.reach > 0.0 ? options.reach : rounded_up(wanted_reach(compiled, options, state));
+  work.reach += largest_opening(compiled, state);
   work.finder.set_reach(work.reach);
   return work.finder.find(state.polyhedra, compiled.idle, found);
 }
@@ -53,13 +72,14 @@ geometry::FindCounts find(const CompiledScene& compiled, const StepOptions& opti
 void begin(const CompiledScene& compiled, const State& state, Workspace& work) {
   work.poses.start.clear();
   for (const BlockState& block : state.blocks) work.poses.start.push_back(pose(block));
-  carry_over({compiled.scene, work.poses.start, work.reach,
-              state.step == 0 ? NewBonds::Intact : NewBonds::Residual},
+  const bool laid = state.step == 0 && state.contacts.empty();
+  carry_over({compiled.scene, work.poses.start, compiled.models, work.reach,
+              laid ? NewBonds::Intact : NewBonds::Residual},
              work.found, state.contacts, work.old_points, work.contacts);
 }
 
-/// A step in which two blocks near each other move by more than half the smaller one can jump over a
-/// contact: it is cut before it is tried.
+/// A step in which two blocks near each other move by more than half the smaller one can jump over
+/// a contact: it is cut before it is tried.
 bool too_fast(const CompiledScene& compiled, const State& state, double dt, const Workspace& work) {
   for (const BodyContact& contact : work.contacts) {
     const std::size_t a = index(contact.a), b = index(contact.b);
@@ -79,8 +99,8 @@ std::span<const geometry::ContactPoint> points_of_pair(
   return {range.begin(), range.end()};
 }
 
-/// Closed contacts of pairs that are apart at the end of the attempt: the plane of a face held a vertex
-/// that passed beside it. They are dropped; true when there were any.
+/// Closed contacts of pairs that are apart at the end of the attempt: the plane of a face held a
+/// vertex that passed beside it. They are dropped; true when there were any.
 bool drop_ghosts(const CompiledScene& compiled, Workspace& work) {
   const auto apart = [&](const BodyContact& contact, ContactMode mode) {
     if (contact.was_closed || mode == ContactMode::Open) return false;
@@ -89,7 +109,7 @@ bool drop_ghosts(const CompiledScene& compiled, Workspace& work) {
       gap = std::min(gap, p.gap);
     }
     const double rebound = contact.joint.restitution > 0.0 ? work.reach : 0.0;
-    return gap > 1e-3 * compiled.smallest_size + rebound;
+    return gap > contact.opening + 1e-3 * compiled.smallest_size + rebound;
   };
   const std::size_t solved = work.linear.size() - compiled.held.size();
   std::size_t kept = 0;
@@ -103,30 +123,43 @@ bool drop_ghosts(const CompiledScene& compiled, Workspace& work) {
   return any;
 }
 
+BodyContact missed_contact(const CompiledScene& compiled, const geometry::ContactPoint& point,
+                           const Workspace& work) {
+  BodyContact added = make_body_contact(compiled.scene, work.poses.end, point);
+  added.state.failed = true;
+  const auto points = points_of_pair(work.found_end, added.a, added.b);
+  added.joint_points = static_cast<int>(points.size());
+  for (const geometry::ContactPoint& p : points) added.joint_area += p.area;
+  return added;
+}
+
 /// Contacts that overlap at the end of an attempt though the step did not hold them: added to the
 /// list as the bodies hold them at the end. True when there are any.
 bool add_missed(const CompiledScene& compiled, double limit, Workspace& work) {
-  bool any = false;
+  std::vector<geometry::ContactKey> keys;    // that the step knew
+  std::vector<std::pair<int, int>> springs;  // pairs that a closed spring holds
+  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
+    const BodyContact& contact = work.contacts[i];
+    const LinearContact& c = work.linear[i];
+    keys.push_back(contact.state.point.key);
+    if (c.compliant && c.mode != ContactMode::Open) springs.emplace_back(contact.a, contact.b);
+  }
+  std::ranges::sort(keys);
+  std::ranges::sort(springs);
   const std::size_t known = work.contacts.size();
   for (const geometry::ContactPoint& point : work.found_end) {
-    if (!(point.gap < -limit)) continue;
-    bool held = false;
-    for (std::size_t i = 0; i < known && !held; ++i) {
-      const BodyContact& contact = work.contacts[i];
-      held = contact.a == point.key.a && contact.b == point.key.b &&
-             (contact.state.point.key == point.key ||
-              (work.linear[i].mode != ContactMode::Open && work.linear[i].compliant));
+    if (!(point.gap < -limit) || std::ranges::binary_search(keys, point.key) ||
+        std::ranges::binary_search(springs, std::pair(point.key.a, point.key.b))) {
+      continue;
     }
-    if (held) continue;
-    BodyContact added = make_body_contact(compiled.scene, work.poses.end, point);
-    added.state.failed = true;
-    work.contacts.push_back(added);
-    any = true;
+    work.missing = &point;
+    work.contacts.push_back(missed_contact(compiled, point, work));
   }
-  return any;
+  return work.contacts.size() > known;
 }
 
-void book(const Attempt& attempt, const CompiledScene& compiled, State& state) {
+void book(const CompiledScene& compiled, State& state, Workspace& work) {
+  const Attempt& attempt = work.attempt;
   EnergyLedger& energy = state.energy;
   const double before = energy.mechanical();
   energy.kinetic = kinetic_energy(compiled, state);
@@ -137,6 +170,9 @@ void book(const Attempt& attempt, const CompiledScene& compiled, State& state) {
   energy.friction_loss += attempt.friction_work;
   energy.impact_loss += attempt.impact_loss - attempt.contact_work;
   energy.algorithmic_loss += attempt.scheme_loss;
+  work.energy_scale.note(energy);
+  work.energy_growth =
+      std::max(work.energy_growth, energy.mechanical() - before - attempt.load_work);
   energy.closure += before + attempt.load_work - energy.mechanical() - attempt.friction_work -
                     (attempt.impact_loss - attempt.contact_work) - attempt.scheme_loss;
 }
@@ -161,9 +197,20 @@ bool stood_still(const CompiledScene& compiled, const State& start, const Worksp
          std::all_of(attempt.end.blocks.begin(), attempt.end.blocks.end(), at_rest);
 }
 
+/// Time is counted in steps, not added up: a million steps of dt end at a million dt.
+double counted_end(const StepOptions& options, const State& state, Workspace& work) {
+  Workspace::Clock& clock = work.counted;
+  const double step = duration(options, options.time_step);
+  if (clock.time_step != step || clock.now != state.time) clock = {state.time, step, state.time, 0};
+  ++clock.steps;
+  return clock.start + static_cast<double>(clock.steps) * step;
+}
+
 /// A step like the last one, in which nothing moved.
-StepReport stand(const StepOptions& options, State& state, const StepReport& last) {
-  state.time += options.time_step;
+StepReport stand(const StepOptions& options, State& state, Workspace& work) {
+  const StepReport& last = work.report;
+  state.time = counted_end(options, state, work);
+  work.counted.now = state.time;
   ++state.step;
   StepReport report = last;
   report.time = state.time;
@@ -175,10 +222,6 @@ StepReport stand(const StepOptions& options, State& state, const StepReport& las
 void accept(const CompiledScene& compiled, const StepOptions& options, State& state,
             Workspace& work) {
   Attempt& attempt = work.attempt;
-  attempt.end.contacts.clear();
-  for (const BodyContact& contact : attempt.contacts) attempt.end.contacts.push_back(contact.state);
-  std::sort(attempt.end.contacts.begin(), attempt.end.contacts.end(),
-            [](const Contact& x, const Contact& y) { return x.point.key < y.point.key; });
   work.still = stood_still(compiled, state, work);
   work.last_time_step = 0.0;
   if (options.analysis == Analysis::Dynamic) {
@@ -190,7 +233,7 @@ void accept(const CompiledScene& compiled, const StepOptions& options, State& st
   }
   std::swap(state, attempt.end);
   work.motion = attempt.motion;
-  book(attempt, compiled, state);
+  book(compiled, state, work);
 }
 
 void add(const Attempt& attempt, const CompiledScene& compiled, StepReport& report) {
@@ -200,27 +243,12 @@ void add(const Attempt& attempt, const CompiledScene& compiled, StepReport& repo
   report.residual = attempt.solved.residual;
   if (attempt.solved.condition > 0.0) report.condition = attempt.solved.condition;
   report.unbalance = attempt.unbalance;
+  report.stiffest_omega_dt = std::max(report.stiffest_omega_dt, attempt.stiffest_omega_dt);
   for (std::size_t b = 0; b < attempt.end.blocks.size(); ++b) {
     report.largest_strain =
         std::max(report.largest_strain, attempt.end.blocks[b].strain.cwiseAbs().maxCoeff());
-    report.largest_speed = std::max(report.largest_speed,
-                                    vertex_speed(compiled.models[b], attempt.end.blocks[b]));
-  }
-}
-
-/// omega dt of the stiffest spring: compliance of its blocks = (dt^2/2) / effective mass.
-void report_damping(const StepOptions& options, const Workspace& work, StepReport& report) {
-  report.stiffest_omega_dt = std::max(report.stiffest_omega_dt, work.attempt.stiffest_omega_dt);
-  for (std::size_t i = 0; i < work.contacts.size() && options.method == ContactMethod::Springs;
-       ++i) {
-    const LinearContact& c = work.linear[i];
-    if (c.mode == ContactMode::Open) continue;
-    const double compliance = compliance_along(c, 0, work.compliance);
-    report.stiffest_omega_dt =
-        std::max(report.stiffest_omega_dt, std::sqrt(2.0 * c.normal_stiffness * compliance));
-  }
-  if (options.scheme == TimeScheme::ConstantAcceleration) {
-    report.numerical_damping = 0.25 * report.stiffest_omega_dt;  // [Doolin & Sitar 2004]
+    report.largest_speed =
+        std::max(report.largest_speed, vertex_speed(compiled.models[b], attempt.end.blocks[b]));
   }
 }
 
@@ -233,6 +261,22 @@ void report_end(const State& state, const Workspace& work, StepReport& report) {
   for (const geometry::ContactPoint& point : work.found) {
     report.largest_overlap = std::max(report.largest_overlap, -point.gap);
   }
+}
+
+void report_flags(const CompiledScene& compiled, const StepOptions& options, const State& state,
+                  const Workspace& work, StepReport& report) {
+  if (options.scheme == TimeScheme::ConstantAcceleration) {
+    report.numerical_damping = 0.25 * report.stiffest_omega_dt;  // [Doolin & Sitar 2004]
+  }
+  const bool dynamic = options.analysis == Analysis::Dynamic;
+  append_flags(compiled, state,
+               {.energy_growth = dynamic ? work.energy_growth : 0.0,
+                .energy_scale = work.energy_scale.value(),
+                .rounding = coordinate_rounding(compiled, state),
+                .gap_tolerance = options.tolerance * compiled.smallest_size,
+                .found = work.found,
+                .missing = work.missing},
+               report);
 }
 
 bool all_finite(const State& state) {
@@ -261,13 +305,13 @@ void attempt_as_the_source(const CompiledScene& compiled, const StepOptions& opt
 
 /// Tries the step, and again with the contacts that it missed and without those that were none.
 void attempt_with_all_contacts(const CompiledScene& compiled, const StepOptions& options,
-                               const State& state, double dt, Workspace& work,
-                               StepReport& report) {
+                               const State& state, double dt, Workspace& work, StepReport& report) {
   constexpr int kRounds = 4;
   const Attempt& attempt = work.attempt;
   const double limit = 1e-9 * compiled.smallest_size;
   std::vector<PassingPair> passing = set_aside_passing(compiled, state, dt, limit, work.contacts);
   for (int round = 0; round < kRounds; ++round) {
+    work.missing = nullptr;
     attempt_step(compiled, options, state, dt, work);
     if (attempt.solved.converged && options.analysis == Analysis::Dynamic &&
         options.method != ContactMethod::Springs) {
@@ -275,8 +319,7 @@ void attempt_with_all_contacts(const CompiledScene& compiled, const StepOptions&
     }
     work.clock.charge(&PhaseSeconds::update);
     if (!all_finite(attempt.end)) return;
-    const geometry::FindCounts counts =
-        find(compiled, options, attempt.end, work.found_end, work);
+    const geometry::FindCounts counts = find(compiled, options, attempt.end, work.found_end, work);
     report.candidate_pairs += counts.candidates;
     report.searched_pairs += counts.searched;
     work.clock.charge(&PhaseSeconds::detect);
@@ -287,6 +330,7 @@ void attempt_with_all_contacts(const CompiledScene& compiled, const StepOptions&
         put_back_blocked(attempt.end.polyhedra, work.found_end, limit, passing, work.contacts);
     if (!missed && !dropped && !blocked) return;
   }
+  work.attempt.solved.converged = false;  // contacts still come and go: a shorter step may tell
 }
 
 }  // namespace
@@ -298,18 +342,28 @@ Workspace::Workspace(const CompiledScene& compiled, int threads)
       open_close(compiled.slots),
       paper_open_close(compiled.slots) {}
 
-double initial_spring_energy(const CompiledScene& compiled, const StepOptions& options,
-                             const Workspace& work) {
-  if (options.method != ContactMethod::Springs && options.method != ContactMethod::Penalty) {
-    return 0.0;
-  }
-  const double spring = contact_spring(compiled, options);
+namespace {
+
+/// In springs of one stiffness at contacts that overlap, J.
+double overlap_energy(double spring, std::span<const geometry::ContactPoint> points) {
   double sum = 0.0;
-  for (const geometry::ContactPoint& point : work.found) {
+  for (const geometry::ContactPoint& point : points) {
     const double overlap = std::min(point.gap, 0.0);
     sum += 0.5 * spring * overlap * overlap;
   }
   return sum;
+}
+
+}  // namespace
+
+double initial_spring_energy(const CompiledScene& compiled, const StepOptions& options,
+                             const State& state, Workspace& work) {
+  if (options.method == ContactMethod::Paper) return 0.0;
+  if (options.method == ContactMethod::Penalty) {
+    return overlap_energy(contact_spring(compiled, options), work.found);
+  }
+  begin(compiled, state, work);
+  return spring_energy_at_rest(compiled, options, work);
 }
 
 void detect(const CompiledScene& compiled, const StepOptions& options, const State& state,
@@ -320,9 +374,11 @@ void detect(const CompiledScene& compiled, const StepOptions& options, const Sta
 
 StepReport advance(const CompiledScene& compiled, const StepOptions& options, State& state,
                    State& best, Workspace& work) {
-  if (work.still) return stand(options, state, work.report);
+  if (work.still) return stand(options, state, work);
   StepReport report;
   work.clock.start();
+  work.energy_growth = 0.0;
+  const double end = counted_end(options, state, work);
   const double smallest =
       options.smallest_time_step > 0.0 ? options.smallest_time_step : options.time_step / 1024.0;
   const Attempt& attempt = work.attempt;
@@ -343,7 +399,6 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
                          attempt.displacement > options.max_displacement_ratio;
     if (finite) add(attempt, compiled, report);
     if (finite && attempt.solved.converged && !(too_far && 0.5 * dt >= smallest)) {
-      report_damping(options, work, report);
       accept(compiled, options, state, work);
       std::swap(work.found, work.found_end);
       done += dt;
@@ -356,12 +411,17 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
     dt *= 0.5;
     if (dt < smallest) {
       report.status = finite ? StepStatus::NotConverged : StepStatus::Diverged;
-      if (finite) best = attempt.end;
+      if (finite) {
+        best = attempt.end;
+        work.best_motion = attempt.motion;
+      }
       break;
     }
   }
   ++state.step;
+  if (report.status == StepStatus::Converged) state.time = work.counted.now = end;
   report_end(state, work, report);
+  report_flags(compiled, options, state, work, report);
   work.clock.charge(&PhaseSeconds::update);
   report.seconds = work.clock.seconds;
   work.still = work.still && report.sub_steps == 1 && report.linear_solves == 0;

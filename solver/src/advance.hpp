@@ -6,9 +6,10 @@
 #include <quoin/solver/simulation.hpp>
 
 #include "compiled_scene.hpp"
-#include "contact_terms.hpp"
+#include "contact/contact_jacobian.hpp"
 #include "open_close.hpp"
 #include "paper_open_close.hpp"
+#include "step_flags.hpp"
 
 namespace quoin::solver {
 
@@ -24,13 +25,14 @@ struct AttemptTotals {
   double spring_energy = 0.0;  ///< in penalty contacts at the end of the step, J
   double impact_loss = 0.0;    ///< J
   double unbalance = 0.0;
-  double stiffest_omega_dt = 0.0;  ///< of the stiffest spring contact
+  double stiffest_omega_dt = 0.0;  ///< of the springs
 };
 
 /// And the state it proposes.
 struct Attempt : AttemptTotals {
   State end;
-  std::vector<BodyContact> contacts;  ///< work.contacts with forces and modes at the end of the step
+  std::vector<BodyContact>
+      contacts;  ///< work.contacts with forces and modes at the end of the step
   std::vector<PrescribedMotion> motion;
 };
 
@@ -66,20 +68,29 @@ struct Workspace {
   explicit Workspace(const CompiledScene& compiled, int threads);
 
   geometry::ContactFinder finder;
-  std::vector<geometry::ContactPoint> found;  ///< at the present state
+  std::vector<geometry::ContactPoint> found;      ///< at the present state
   std::vector<geometry::ContactPoint> found_end;  ///< at the end of the attempt
-  double reach = 0.0;                         ///< that `found` was made with, m
-  std::vector<PrescribedMotion> motion;       ///< of compiled.prescribed, at the present state
+  double reach = 0.0;                             ///< that `found` was made with, m
+  std::vector<PrescribedMotion> motion;           ///< of compiled.prescribed, at the present state
 
-  bool still = false;    ///< nothing moved in the last step and no load changes: the next is the same
-  StepReport report;     ///< of that step
+  bool still = false;  ///< nothing moved in the last step and no load changes: the next is the same
+  StepReport report;   ///< of that step
 
-  double last_time_step = 0.0;                ///< of the last accepted sub-step; 0: none
-  BlockVector last_velocity;                  ///< at its start, by slot: predicts the next increment
+  struct Clock {
+    double start = 0.0, time_step = 0.0, now = 0.0;  ///< s
+    long steps = 0;                                  ///< of this length, from `start` to `now`
+  } counted;
+  std::vector<PrescribedMotion> best_motion;  ///< of the best attempt
+  EnergyScale energy_scale;
+  double energy_growth = 0.0;                       ///< largest of the step's sub-steps, J
+  const geometry::ContactPoint* missing = nullptr;  ///< one of found_end that no attempt held
+
+  double last_time_step = 0.0;  ///< of the last accepted sub-step; 0: none
+  BlockVector last_velocity;    ///< at its start, by slot: predicts the next increment
 
   double spring = 0.0;  ///< of each contact, N/m; 0: contact is exact
   std::vector<BodyContact> contacts;
-  std::vector<char> hit;             ///< by block: an impact passes through it in this step
+  std::vector<char> hit;  ///< by block: an impact passes through it in this step
   StepPoses poses;
   std::vector<LinearContact> linear;
   BlockSystem base;
@@ -99,9 +110,9 @@ struct Workspace {
 StepReport advance(const CompiledScene& compiled, const StepOptions& options, State& state,
                    State& best, Workspace& work);
 
-/// Energy in the penalty springs of blocks that overlap at the start, J.
+/// Energy in the springs of blocks that overlap at the start, J.
 double initial_spring_energy(const CompiledScene& compiled, const StepOptions& options,
-                             const Workspace& work);
+                             const State& state, Workspace& work);
 
 /// Finds the contacts of the state at the start of a run.
 void detect(const CompiledScene& compiled, const StepOptions& options, const State& state,

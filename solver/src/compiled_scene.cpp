@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "contact_list.hpp"
+#include "contact/contact_history.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -25,7 +25,8 @@ void check_loaded_block(const Scene& scene, int block, const std::string& what) 
   check_block_index(scene, block, what);
   const BlockKind kind = scene.blocks[static_cast<std::size_t>(block)].kind;
   if (kind == BlockKind::Fixed || kind == BlockKind::Prescribed) {
-    throw InputError(what + ": " + label(scene, block) + " is fixed or prescribed and takes no load");
+    throw InputError(what + ": " + label(scene, block) +
+                     " is fixed or prescribed and takes no load");
   }
 }
 
@@ -36,10 +37,23 @@ void check_joint(const Joint& joint, const std::string& what) {
   const double right_angle = 0.5 * std::numbers::pi;
   require(joint.friction_angle >= 0.0 && joint.friction_angle < right_angle, "friction angle",
           joint.friction_angle, "rad must lie in [0, pi/2)");
-  require(joint.residual_friction_angle < right_angle, "residual friction angle",
-          joint.residual_friction_angle, "rad must be less than pi/2");
+  const double residual = joint.residual_friction_angle;
+  require(residual < right_angle, "residual friction angle", residual,
+          "rad must be less than pi/2");
+  require(residual < 0.0 || joint.dilation_angle <= residual, "dilation angle",
+          joint.dilation_angle, "rad must not exceed the residual friction angle");
   require(joint.dilation_angle >= 0.0 && joint.dilation_angle < right_angle, "dilation angle",
           joint.dilation_angle, "rad must lie in [0, pi/2)");
+  require(joint.dilation_angle <= joint.friction_angle, "dilation angle", joint.dilation_angle,
+          "rad must not exceed the friction angle: the joint would make energy");
+  require(joint.dilation_slip >= 0.0, "dilation slip", joint.dilation_slip,
+          "m must not be negative");
+  require(joint.softening_slip >= 0.0, "softening slip", joint.softening_slip,
+          "m must not be negative");
+  require(joint.normal_stiffness >= 0.0, "normal stiffness", joint.normal_stiffness,
+          "Pa/m must not be negative");
+  require((joint.shear_stiffness > 0.0) == (joint.normal_stiffness > 0.0), "shear stiffness",
+          joint.shear_stiffness, "Pa/m must be greater than 0 where normal stiffness is, else 0");
   require(joint.restitution >= 0.0 && joint.restitution <= 1.0, "restitution", joint.restitution,
           "must lie in [0, 1]");
   require(joint.cohesion >= 0.0, "cohesion", joint.cohesion, "Pa must not be negative");
@@ -113,8 +127,7 @@ void compile_loads(CompiledScene& compiled) {
   for (const FixedPoint& point : scene.fixed_points) {
     check_loaded_block(scene, point.block, "fixed point");
     const Vector3 arm = arm_of(compiled, point.block, point.point);
-    compiled.held.push_back(
-        {point.block, arm, point.point - compiled.origin, point.displacement});
+    compiled.held.push_back({point.block, arm, point.point - compiled.origin, point.displacement});
   }
 }
 
@@ -163,6 +176,16 @@ CompiledScene compile(Scene scene) {
     compiled.smallest_size =
         *std::min_element(compiled.slots.length.begin(), compiled.slots.length.end());
   }
+  const auto has_group = [&](int group) {
+    return std::ranges::any_of(compiled.scene.blocks, [group](const Block& block) {
+      return block.material.joint_group == group;
+    });
+  };
+  const auto dilates = [&](const PairJoint& pair) {
+    return pair.joint.dilation_angle > 0.0 && has_group(pair.group_a) && has_group(pair.group_b);
+  };
+  compiled.dilates = compiled.scene.joint.dilation_angle > 0.0 ||
+                     std::ranges::any_of(compiled.scene.pair_joints, dilates);
   compile_loads(compiled);
   return compiled;
 }
@@ -179,9 +202,9 @@ State initial_state(const CompiledScene& compiled) {
       place.angular_velocity = block.angular_velocity;
     }
     state.blocks.push_back(place);
-    state.polyhedra.emplace_back(block.shape.shared_topology(),
-                                 geometry::Points(compiled.models[b].arms.colwise() +
-                                                  compiled.models[b].start));
+    state.polyhedra.emplace_back(
+        block.shape.shared_topology(),
+        geometry::Points(compiled.models[b].arms.colwise() + compiled.models[b].start));
   }
   return state;
 }
@@ -224,6 +247,7 @@ PrescribedMotion advance_motion(const Motion& motion, const PrescribedMotion& kn
                                 double to) {
   PrescribedMotion next = known;
   const double h = to - from;
+  if (h == 0.0) return known;
   if (motion.kind == MotionKind::Displacement) {
     next.displacement = motion.value.at(to);
     // Velocity by a central difference that is as fine as rounding allows.

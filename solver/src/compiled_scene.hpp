@@ -26,11 +26,12 @@ struct CompiledScene {
   Vector3 origin = Vector3::Zero();
   std::vector<BlockModel> models;
   Slots slots;
-  std::vector<char> idle;           ///< per block: no unknowns
-  std::vector<int> prescribed;      ///< blocks moved by a motion
-  std::vector<PointForce> loads;    ///< point, face and body loads
+  std::vector<char> idle;         ///< per block: no unknowns
+  std::vector<int> prescribed;    ///< blocks moved by a motion
+  std::vector<PointForce> loads;  ///< point, face and body loads
   std::vector<HeldPoint> held;
-  double smallest_size = 0.0;       ///< of the blocks with unknowns (of all, if there are none), m
+  bool dilates = false;        ///< any joint
+  double smallest_size = 0.0;  ///< of the blocks with unknowns (of all, if there are none), m
 };
 
 /// Throws InputError naming block, joint or load, value and limit.
@@ -43,7 +44,8 @@ State initial_state(const CompiledScene& compiled);
 double kinetic_energy(const CompiledScene& compiled, const State& state);
 double strain_energy(const CompiledScene& compiled, const State& state);
 
-/// World vertices (relative to origin) of every block that can move, from its state. `places`: memory.
+/// World vertices (relative to origin) of every block that can move, from its state. `places`:
+/// memory.
 void place_polyhedra(const CompiledScene& compiled, State& state, geometry::Points& places);
 
 /// Where a prescribed block is and how fast.
@@ -52,8 +54,8 @@ struct PrescribedMotion {
   Vector3 velocity = Vector3::Zero();      ///< m/s
 };
 
-/// The motion at time `to`, from that `known` at `from`: velocity and acceleration are integrated by
-/// a Gauss rule over the interval.
+/// The motion at time `to`, from that `known` at `from`: velocity and acceleration are integrated
+/// by a Gauss rule over the interval.
 PrescribedMotion advance_motion(const Motion& motion, const PrescribedMotion& known, double from,
                                 double to);
 

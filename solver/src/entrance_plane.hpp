@@ -6,7 +6,7 @@
 #include <quoin/geometry/contact_point.hpp>
 
 #include "compiled_scene.hpp"
-#include "contact_list.hpp"
+#include "contact/contact_history.hpp"
 
 namespace quoin::solver {
 

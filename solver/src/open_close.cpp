@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "contact/joint_law.hpp"
+
 namespace quoin::solver {
 namespace {
 
@@ -34,102 +36,6 @@ constexpr double kLooseResidual = 1e-4;  // while gaps are above the tolerance, 
 constexpr double kLooseShare = 1e-2;     // of the residual that the last update left
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
-
-Vector3 trial_force(const LinearContact& c, double softness) {
-  const double normal = softness * c.normal_stiffness, shear = softness * c.shear_stiffness;
-  return {c.multiplier[0] - normal * c.relative[0], c.multiplier[1] - shear * c.relative[1],
-          c.multiplier[2] - shear * c.relative[2]};
-}
-
-/// Direction of the friction that a sliding contact had, or zero.
-Eigen::Vector2d known_direction(const LinearContact& c) {
-  const double size = c.multiplier.tail<2>().norm();
-  return size > 0.0 ? Eigen::Vector2d(c.multiplier.tail<2>() / size) : Eigen::Vector2d::Zero();
-}
-
-/// The law of the assumed mode, whether or not its conditions hold.
-void apply_assumed(LinearContact& c, double softness) {
-  c.mode = c.law == ContactLaw::Bilateral ? ContactMode::Stick : c.assumed;
-  if (c.mode == ContactMode::Open) {
-    c.force.setZero();
-    return;
-  }
-  c.force = trial_force(c, softness);
-  if (c.mode == ContactMode::Stick && c.law != ContactLaw::Frictionless) return;
-  c.mode = ContactMode::Slip;
-  if (c.law == ContactLaw::Frictionless) {
-    c.force.tail<2>().setZero();
-  } else {
-    c.bound = c.friction * c.force[0] + c.cohesion;
-    c.force.tail<2>() = c.bound * known_direction(c);
-  }
-}
-
-/// Projects the trial force on what the contact can bear.   [Alart & Curnier 1991]
-void apply_law(LinearContact& c, double softness) {
-  const Vector3 trial = trial_force(c, softness);
-  c.force = trial;
-  c.mode = ContactMode::Stick;
-  if (c.law == ContactLaw::Bilateral) return;
-  if (!(trial[0] > -c.tension)) {
-    c.force.setZero();
-    c.mode = ContactMode::Open;
-    return;
-  }
-  if (c.law == ContactLaw::Stuck) return;
-  if (c.law == ContactLaw::Frictionless) {
-    c.force.tail<2>().setZero();
-    c.mode = ContactMode::Slip;
-    return;
-  }
-  c.bound = c.friction * std::max(trial[0], 0.0) + c.cohesion;
-  const double size = trial.tail<2>().norm();
-  if (size <= c.bound) return;
-  c.force.tail<2>() *= c.bound / size;
-  c.mode = ContactMode::Slip;
-}
-
-/// The force if the one it has now became its multiplier.
-Vector3 force_after_update(LinearContact c) {
-  c.multiplier = c.force;
-  apply_law(c, 1.0);
-  return c.force;
-}
-
-/// How the tangent of a contact is taken.
-struct TangentOptions {
-  bool assumed = false;
-  double softness = 1.0;
-  double negligible = 0.0;  ///< N: no friction below
-};
-
-/// -df/dd: what the contact adds to the stiffness. A sliding contact's friction follows its normal
-/// force: unsymmetric.
-Matrix3 tangent(const LinearContact& c, const TangentOptions& options) {
-  Matrix3 result = Matrix3::Zero();
-  if (c.mode == ContactMode::Open) return result;
-  const double normal = options.softness * c.normal_stiffness;
-  const double shear = options.softness * c.shear_stiffness;
-  result(0, 0) = normal;
-  if (c.law == ContactLaw::Frictionless) return result;
-  if (c.mode == ContactMode::Stick) {
-    result(1, 1) = result(2, 2) = shear;
-    return result;
-  }
-  const bool follows = c.force[0] > options.negligible;
-  if (options.assumed) {
-    if (follows) result.bottomLeftCorner<2, 1>() = c.friction * normal * known_direction(c);
-    return result;
-  }
-  const Eigen::Vector2d trial = trial_force(c, options.softness).tail<2>();
-  const double size = trial.norm();
-  if (!(size > 0.0)) return result;
-  const Eigen::Vector2d along = trial / size;
-  result.bottomRightCorner<2, 2>() =
-      (shear * c.bound / size) * (Eigen::Matrix2d::Identity() - along * along.transpose());
-  if (follows) result.bottomLeftCorner<2, 1>() = c.friction * normal * along;
-  return result;
-}
 
 bool is_symmetric(const Matrix3& matrix) { return matrix(1, 0) == 0.0 && matrix(2, 0) == 0.0; }
 
@@ -244,9 +150,9 @@ void OpenClose::evaluate_in(const BlockSystem& base, std::span<LinearContact> co
     move(c.slot_a, c.jacobian_a);
     move(c.slot_b, c.jacobian_b);
     if (law == Law::Assumed) {
-      apply_assumed(c, softness_);
+      apply_assumed(softness_, c);
     } else {
-      apply_law(c, softness_);
+      apply_law(softness_, c);
     }
     if (c.mode == ContactMode::Open) continue;
     const double size = c.force.norm();

@@ -1,26 +1,25 @@
 #pragma once
 /// Open–close and multiplier iteration: the contact forces of one linearised step.
 ///
-/// Find D and contact forces f with   K D = F + sum J^T f,   d = offset + J D   and, at each contact,
-///   f_n >= -tension,  d_n >= 0 where f_n is not at that limit,
-///   |f_t| <= friction max(f_n, 0) + cohesion,  d_t = 0 below the limit, f_t against d_t at it.
-/// Source: [Alart & Curnier 1991] for the projected augmented Lagrangian; see solver/README.md.
+/// Find D and contact forces f with   K D = F + sum J^T f,   d = offset + J D   and, at each
+/// contact, the law of joint_law.hpp. Source: [Alart & Curnier 1991] for the projected augmented
+/// Lagrangian; see solver/README.md.
 
 #include <algorithm>
 #include <span>
 
-#include "linear_contact.hpp"
+#include "contact/linear_contact.hpp"
 #include "linear_solver.hpp"
 
 namespace quoin::solver {
 
 struct OpenCloseOptions {
-  double force_tolerance = 1e-10;   ///< relative to the forces at a block
-  double gap_tolerance = 1e-12;     ///< m
-  double gap_rounding = 0.0;        ///< m: a smaller gap or slip is zero for all that doubles can tell
+  double force_tolerance = 1e-10;  ///< relative to the forces at a block
+  double gap_tolerance = 1e-12;    ///< m
+  double gap_rounding = 0.0;  ///< m: a smaller gap or slip is zero for all that doubles can tell
   int max_iterations = 200;
-  bool raise = false;               ///< augmentation where the gap falls slowly
-  bool predicted = false;           ///< the first guess is no solution yet: blocks may stand instead
+  bool raise = false;      ///< augmentation where the gap falls slowly
+  bool predicted = false;  ///< the first guess is no solution yet: blocks may stand instead
 };
 
 struct OpenCloseResult {
@@ -28,19 +27,21 @@ struct OpenCloseResult {
   int iterations = 0;
   int solves = 0;
   int factorizations = 0;
-  double residual = 0.0;   ///< relative force residual
+  double residual = 0.0;  ///< relative force residual
   double condition = 0.0;
-  double change = 0.0;     ///< largest motion of a block against the first guess, m
+  double change = 0.0;  ///< largest motion of a block against the first guess, m
 };
 
 /// Keeps the memory between calls.
 class OpenClose {
  public:
   explicit OpenClose(const Slots& slots)
-      : slots_(&slots), rigid_(std::ranges::all_of(slots.size, [](int n) { return n == 6; })), solver_(slots) {}
+      : slots_(&slots),
+        rigid_(std::ranges::all_of(slots.size, [](int n) { return n == 6; })),
+        solver_(slots) {}
 
-  /// `base`: block terms (diagonal only) and the pairs that contacts couple. `increment`: in, the first
-  /// guess; out, D. Contacts: multipliers in, forces and modes out.
+  /// `base`: block terms (diagonal only) and the pairs that contacts couple. `increment`: in, the
+  /// first guess; out, D. Contacts: multipliers in, forces and modes out.
   OpenCloseResult solve(const BlockSystem& base, const BlockVector& force,
                         std::span<LinearContact> contacts, const OpenCloseOptions& options,
                         BlockVector& increment);
@@ -85,23 +86,23 @@ class OpenClose {
   static void update_multipliers(std::span<LinearContact> contacts);
 
   const Slots* slots_;
-  bool rigid_;                        ///< all blocks: 6 unknowns each
+  bool rigid_;  ///< all blocks: 6 unknowns each
   LinearSolver solver_;
   BlockSystem system_;
-  BlockVector right_;                 ///< F - K0 guess
-  BlockVector still_;                 ///< zeros
-  std::vector<char> stands_;          ///< by slot
-  BlockVector change_, trial_;        ///< of the increment against the first guess
-  BlockVector solved_;                ///< the last change that solved for its multipliers
+  BlockVector right_;           ///< F - K0 guess
+  BlockVector still_;           ///< zeros
+  std::vector<char> stands_;    ///< by slot
+  BlockVector change_, trial_;  ///< of the increment against the first guess
+  BlockVector solved_;          ///< the last change that solved for its multipliers
   BlockVector residual_, step_;
-  std::vector<double> scale_;         ///< force scale, per slot, N
-  std::vector<double> floor_;         ///< what rounding makes of a residual, per slot, N
+  std::vector<double> scale_;  ///< force scale, per slot, N
+  std::vector<double> floor_;  ///< what rounding makes of a residual, per slot, N
   std::vector<Matrix3> tangent_, next_tangent_;
   bool factorized_ = false;
-  double last_gap_ = 0.0;             ///< violation when last solved, also by the last linearisation, m
-  int updates_ = 0;                   ///< of the multipliers, since the start of solve()
-  int raises_ = 0;                    ///< of the augmentation, since the start of solve()
-  double softness_ = 1.0;             ///< of all contacts: share of their stiffness
+  double last_gap_ = 0.0;  ///< violation when last solved, also by the last linearisation, m
+  int updates_ = 0;        ///< of the multipliers, since the start of solve()
+  int raises_ = 0;         ///< of the augmentation, since the start of solve()
+  double softness_ = 1.0;  ///< of all contacts: share of their stiffness
 };
 
 }  // namespace quoin::solver

@@ -20,7 +20,8 @@ struct StepSetting {
   std::vector<Vector12> increment;  ///< by block: D; until it is solved, of prescribed blocks only
 
   bool dynamic() const { return options.analysis == Analysis::Dynamic; }
-  double load_time() const { return state.time + (dynamic() ? 0.5 : 1.0) * time_step; }
+  double load_time() const { return state.time + 0.5 * duration(options, time_step); }
+  double end_time() const { return state.time + duration(options, time_step); }
   /// T(x), 3×12, of a material point at the start of the step.
   Matrix3x12 point_motion(int block, const Vector3& arm) const {
     return motion(start[index(block)], arm, compiled.models[index(block)].unknowns == 12);
@@ -36,7 +37,7 @@ std::vector<PrescribedMotion> motion_at_end(const StepSetting& step,
   for (std::size_t p = 0; p < end.size(); ++p) {
     const Block& block = step.compiled.scene.blocks[index(step.compiled.prescribed[p])];
     end[p] =
-        advance_motion(block.motion, now[p], step.state.time, step.state.time + step.time_step);
+        advance_motion(block.motion, now[p], step.state.time, step.end_time());
   }
   return end;
 }
@@ -65,7 +66,7 @@ void assemble_blocks(const StepSetting& step, double penalty, BlockSystem& base,
   for (const HeldPoint& held : compiled.held) {
     const Matrix3x12 t = step.point_motion(held.block, held.arm);
     const Vector3 off = step.place(held.block, held.arm) - held.place -
-                        held.displacement.at(step.state.time + step.time_step);
+                        held.displacement.at(step.end_time());
     base.diagonal[slot(held.block)] += penalty * t.transpose() * t;
     force[slot(held.block)] -= penalty * t.transpose() * off;
   }
@@ -210,7 +211,7 @@ void account_blocks(const StepSetting& step, Attempt& attempt) {
 
 /// Springs of held points.
 void account_held(const StepSetting& step, double penalty, Attempt& attempt) {
-  const double end = step.state.time + step.time_step;
+  const double end = step.end_time();
   for (const HeldPoint& held : step.compiled.held) {
     const Vector3 now = step.place(held.block, held.arm) - held.place;
     const Vector3 before = now - held.displacement.at(step.state.time);
@@ -229,12 +230,8 @@ void account_held(const StepSetting& step, double penalty, Attempt& attempt) {
 
 void set_end(const StepSetting& step, Attempt& attempt) {
   State& end = attempt.end;
-  end.step = step.state.step;
-  end.origin = step.state.origin;
-  end.energy = step.state.energy;
-  end.blocks = step.state.blocks;
-  end.time = step.state.time + step.time_step;
-  if (end.polyhedra.empty()) end.polyhedra = step.state.polyhedra;
+  start_end(step.state, end);
+  end.time = step.end_time();
   for (const int b : step.compiled.slots.block_of_slot) {
     const BlockState& from = step.state.blocks[index(b)];
     const Vector12& d = step.increment[index(b)];
@@ -349,6 +346,7 @@ void attempt_paper_step(const CompiledScene& compiled, const StepOptions& option
   if (options.method == ContactMethod::Penalty) {
     attempt.stiffest_omega_dt = stiffest_omega_dt(work.base, contacts, penalty);
   }
+  list_contacts(attempt.contacts, attempt.end.contacts);
   place_polyhedra(compiled, attempt.end, work.places);
 }
 

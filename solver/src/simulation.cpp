@@ -31,12 +31,13 @@ const char* name(ContactMethod method) {
 std::string describe(const StepReport& report) {
   static constexpr const char* kNames[] = {"converged", "did not converge", "diverged"};
   char text[256];
-  std::snprintf(text, sizeof text,
-                "step to %.9g s %s: %d sub-step(s), %d cut(s) for convergence, %d for displacement, "
-                "%d open-close iterations, %d solves, residual %.3g",
-                report.time, kNames[static_cast<int>(report.status)], report.sub_steps,
-                report.cuts_by_convergence, report.cuts_by_displacement, report.iterations,
-                report.linear_solves, report.residual);
+  std::snprintf(
+      text, sizeof text,
+      "step to %.9g s %s: %d sub-step(s), %d cut(s) for convergence, %d for displacement, "
+      "%d open-close iterations, %d solves, residual %.3g",
+      report.time, kNames[static_cast<int>(report.status)], report.sub_steps,
+      report.cuts_by_convergence, report.cuts_by_displacement, report.iterations,
+      report.linear_solves, report.residual);
   return text;
 }
 
@@ -67,8 +68,8 @@ void check(const StepOptions& options) {
           "penalty must not be negative, N/m", options.penalty);
   require(options.shear_ratio > 0.0, "shear ratio must be greater than 0", options.shear_ratio);
   require(options.reach >= 0.0, "reach must not be negative, m", options.reach);
-  require(options.tolerance > 0.0 && options.tolerance < 1e-2,
-          "tolerance must lie in (0, 0.01)", options.tolerance);
+  require(options.tolerance > 0.0 && options.tolerance < 1e-2, "tolerance must lie in (0, 0.01)",
+          options.tolerance);
   require(options.max_iterations > 0, "max iterations must be at least 1", options.max_iterations);
   require(options.max_displacement_ratio >= 0.0, "displacement ratio must not be negative",
           options.max_displacement_ratio);
@@ -104,7 +105,7 @@ Simulation::Simulation(Scene scene, const StepOptions& options) {
   EnergyLedger& energy = parts_->state.energy;
   energy.kinetic = kinetic_energy(parts_->compiled, parts_->state);
   energy.strain = strain_energy(parts_->compiled, parts_->state);
-  energy.contact = initial_spring_energy(parts_->compiled, options, parts_->work);
+  energy.contact = initial_spring_energy(parts_->compiled, options, parts_->state, parts_->work);
 }
 
 Simulation::~Simulation() = default;
@@ -147,6 +148,7 @@ const State& Simulation::best_try() const { return parts_->best; }
 void Simulation::take_best_try() {
   if (parts_->best.blocks.empty()) return;
   parts_->state = parts_->best;
+  parts_->work.motion = parts_->work.best_motion;
   parts_->best = State{};
   detect(parts_->compiled, parts_->options, parts_->state, parts_->work);
 }

@@ -5,12 +5,16 @@
 #include <cmath>
 #include <limits>
 
+#include "contact/joint_failure.hpp"
+#include "contact/joint_law.hpp"
+
 namespace quoin::solver {
 namespace {
 
 constexpr int kLinearisations = 30;
 constexpr int kStrictLinearisations = 10;  // to the last bit; then to the tolerance
 constexpr double kUndamped = 0.5;
+constexpr double kOpened = 10.0;  // of the gap tolerance: closed contacts are good to one
 
 StepScheme scheme_of(const StepOptions& options, double time_step, bool deforms = true) {
   const bool undamped =
@@ -36,7 +40,8 @@ void set_start(const CompiledScene& compiled, const StepOptions& options, const 
     const bool steady = std::abs(work.last_time_step - time_step) < 1e-9 * time_step;
     if (steady && !work.hit[b]) {  // acceleration as in the last step
       const std::size_t slot = index(compiled.slots.slot_of_block[b]);
-      work.poses.increment[b] += 0.5 * time_step * (velocity_vector(now) - work.last_velocity[slot]);
+      work.poses.increment[b] +=
+          0.5 * time_step * (velocity_vector(now) - work.last_velocity[slot]);
     }
     if (compiled.models[b].unknowns == 6) work.poses.increment[b].tail<6>().setZero();
   }
@@ -97,10 +102,48 @@ void set_pairs(Workspace& work) {
   }
 }
 
-ContactLaw law_of(const BodyContact& contact, const StepOptions& options) {
+ContactLaw law_of(const JointStrength& strength, const StepOptions& options) {
   if (options.analysis == Analysis::Settle) return ContactLaw::Stuck;
-  const bool rough = contact.joint.friction_angle > 0.0 || contact.joint.cohesion > 0.0;
+  const bool rough = strength.friction > 0.0 || strength.cohesion > 0.0;
   return rough ? ContactLaw::Coulomb : ContactLaw::Frictionless;
+}
+
+/// Penalty of one contact: a joint of more than four corners has that of four, shared out by area.
+double penalty_of(double penalty, const BodyContact& contact) {
+  if (contact.joint_points <= 4) return penalty;
+  const bool has_area = contact.state.point.area > 0.0;
+  return 4.0 * penalty *
+         (has_area ? contact.state.point.area / contact.joint_area : 1.0 / contact.joint_points);
+}
+
+/// The joint's stiffness on the contact's share of the area, or that of the method.
+void set_springs(const StepOptions& options, double penalty, const BodyContact& contact,
+                 LinearContact& c) {
+  const Joint& joint = contact.joint;
+  if (joint.normal_stiffness > 0.0 && contact.state.spring_area > 0.0) {
+    c.normal_spring = joint.normal_stiffness * contact.state.spring_area;
+    c.shear_spring = joint.shear_stiffness * contact.state.spring_area;
+  } else if (options.method != ContactMethod::AugmentedLagrangian) {
+    c.normal_spring = penalty_of(penalty, contact);
+    c.shear_spring = options.shear_ratio * c.normal_spring;
+  }
+  if (c.law == ContactLaw::Frictionless) c.shear_spring = 0.0;
+  c.compliant = options.method == ContactMethod::Springs || joint.normal_stiffness > 0.0;
+  c.compliant = c.compliant && c.normal_spring > 0.0;
+}
+
+/// As the contact stands at the start of the step.
+void set_law(const StepOptions& options, double penalty, BodyContact& contact, LinearContact& c) {
+  const JointStrength now = strength(contact.joint, contact.state);
+  c.law = bonded_in_shear(contact.joint, contact.state) ? ContactLaw::Stuck : law_of(now, options);
+  c.friction = now.friction;
+  c.cohesion = now.cohesion * contact.state.point.area;
+  c.bonded = contact.state.bonded;
+  c.was_bonded = contact.was_bonded;
+  c.was_closed = contact.was_closed;
+  c.assumed = contact.state.mode;
+  contact.opening = opening(contact.joint, contact.state);
+  set_springs(options, penalty, contact, c);
 }
 
 /// Contacts first, then one entry per held point.
@@ -113,12 +156,7 @@ void set_linear_contacts(const CompiledScene& compiled, const StepOptions& optio
     LinearContact& linear = work.linear[i];
     linear.slot_a = slot_of[index(contact.a)];
     linear.slot_b = slot_of[index(contact.b)];
-    linear.law = law_of(contact, options);
-    linear.compliant = options.method == ContactMethod::Springs;
-    linear.friction = std::tan(contact.joint.friction_angle);
-    linear.cohesion = contact.joint.cohesion * contact.state.point.area;
-    linear.tension = contact.joint.tension * contact.state.point.area;
-    linear.assumed = contact.state.mode;
+    set_law(options, work.spring, work.contacts[i], linear);
     if (linear.compliant) continue;
     Vector3 t1, t2;
     tangent_frame(contact, contact.state.point.normal, t1, t2);
@@ -134,24 +172,24 @@ void set_linear_contacts(const CompiledScene& compiled, const StepOptions& optio
   set_pairs(work);
 }
 
-void set_stiffness(const StepOptions& options, const Workspace& work, LinearContact& c) {
-  if (c.law != ContactLaw::Bilateral && options.method != ContactMethod::AugmentedLagrangian) {
-    c.normal_stiffness = work.spring;
-    c.shear_stiffness =
-        c.law == ContactLaw::Frictionless ? 0.0 : options.shear_ratio * c.normal_stiffness;
-    return;
+void set_stiffness(const Workspace& work, LinearContact& c) {
+  if (c.normal_spring > 0.0) {
+    c.normal_stiffness = c.normal_spring;
+    c.shear_stiffness = c.shear_spring;
+  } else {
+    set_augmentation(work.compliance, c);
   }
-  set_augmentation(work.compliance, c);
 }
 
 /// A spring at the middle of the step by its discrete gradient, -(U(g') - U(g))/(g' - g) with
-/// U = p min(g,0)^2/2: work and stored energy then agree exactly. [Simo & Tarnow 1992; Gonzalez 2000]
+/// U = p min(g,0)^2/2: work and stored energy then agree exactly. [Simo & Tarnow 1992; Gonzalez
+/// 2000]
 void apply_discrete_gradient(double gap_start, double gap_end, LinearContact& c) {
   const double p = c.normal_stiffness;
   c.offset.tail<2>() *= 2.0;  // the mean of start and end: (s + s')/2 with stiffness p
   c.shear_stiffness *= 0.5;
   const double g0 = std::min(gap_start, 0.0), g1 = std::min(gap_end, 0.0);
-  if (gap_start < 0.0 && gap_end < 0.0) {
+  if (c.bonded || (gap_start < 0.0 && gap_end < 0.0)) {
     c.normal_stiffness = 0.5 * p;
     c.offset[0] += gap_start;
     return;
@@ -170,9 +208,9 @@ void linearise_held(const CompiledScene& compiled, double time_end, Workspace& w
     const HeldPoint& held = compiled.held[h];
     const std::size_t b = index(held.block);
     LinearContact& linear = work.linear[work.contacts.size() + h];
-    linear.jacobian_b = mean_motion(work.poses.start[b], work.poses.end[b],
-                                    work.poses.increment[b].segment<3>(3), held.arm,
-                                    work.poses.deforms[b] != 0);
+    linear.jacobian_b =
+        mean_motion(work.poses.start[b], work.poses.end[b], work.poses.increment[b].segment<3>(3),
+                    held.arm, work.poses.deforms[b] != 0);
     const Vector3 start = work.poses.start[b].centroid + work.poses.start[b].shape * held.arm;
     linear.offset = start - held.place - held.displacement.at(time_end);
   }
@@ -180,8 +218,8 @@ void linearise_held(const CompiledScene& compiled, double time_end, Workspace& w
 
 /// A contact that closes in this step: sliding starts when it has closed, and it may bounce.
 /// `free_end`: d at the end of the step if the contact did nothing.
-void set_closing(const Vector3& free_end, double bounce_speed, double time_step,
-                 const Joint& joint, LinearContact& c) {
+void set_closing(const Vector3& free_end, double bounce_speed, double time_step, const Joint& joint,
+                 LinearContact& c) {
   const double gap = c.offset[0];
   if (!(gap > 0.0) || !(free_end[0] < 0.0)) return;
   const double share = c.closing_share = gap / (gap - free_end[0]);
@@ -196,6 +234,36 @@ double bounce_speed(const CompiledScene& compiled, double time, double time_step
   return 2.0 * compiled.scene.gravity.at(time).norm() * time_step;
 }
 
+Vector3 moved(const BodyContact& contact, const StepPoses& poses, const LinearContact& c) {
+  return c.jacobian_a * poses.increment[index(contact.a)] +
+         c.jacobian_b * poses.increment[index(contact.b)];
+}
+
+/// Strength and opening go with the slip of the step, as the last solution had it: where
+/// linearisations agree nothing lags, and the work of softening and dilation is exact.
+void follow_slip(const BodyContact& contact, LinearContact& c) {
+  const Joint& joint = contact.joint;
+  c.dilation = opening(joint, contact.state, c.slip) - contact.opening;
+  c.offset[0] -= c.dilation;
+  if (!(joint.softening_slip > 0.0)) return;
+  const JointStrength mean = strength(joint, contact.state, c.slip);
+  c.friction = mean.friction;
+  c.cohesion = mean.cohesion * contact.state.point.area;
+}
+
+/// Of joints whose law goes with the slip. A contact that has just opened counts, too: were it
+/// closed it would have slid so far, and what it dilates by may be what closes it.
+void measure_slips(Workspace& work) {
+  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
+    const BodyContact& contact = work.contacts[i];
+    LinearContact& c = work.linear[i];
+    if (contact.joint.dilation_angle == 0.0 && !can_fail(contact.joint)) continue;
+    const bool opened = c.mode == ContactMode::Open && (contact.was_closed || c.start[0] <= 0.0);
+    c.slip = opened ? (c.relative.tail<2>() - c.start.tail<2>()).norm()
+                    : slip_in_step(c, moved(contact, work.poses, c));
+  }
+}
+
 void linearise_all(const CompiledScene& compiled, const StepOptions& options, const State& state,
                    double time_step, Workspace& work) {
   const StepScheme scheme = scheme_of(options, time_step);
@@ -205,7 +273,7 @@ void linearise_all(const CompiledScene& compiled, const StepOptions& options, co
     const BodyContact& contact = work.contacts[i];
     LinearContact& c = work.linear[i];
     linearise(contact, work.poses, compiled.models, rounding, c);
-    set_stiffness(options, work, c);
+    set_stiffness(work, c);
     if (!contact.was_closed && options.method == ContactMethod::AugmentedLagrangian &&
         options.analysis == Analysis::Dynamic) {
       Vector3 free_end = c.offset;
@@ -213,6 +281,7 @@ void linearise_all(const CompiledScene& compiled, const StepOptions& options, co
       if (c.slot_b >= 0) free_end += c.jacobian_b * work.free_increment[index(c.slot_b)];
       set_closing(free_end, slowest, time_step, contact.joint, c);
     }
+    follow_slip(contact, c);
     if (c.compliant && scheme.end_share < 1.0) {
       Vector3 end = c.offset;
       if (c.slot_a >= 0) end += c.jacobian_a * work.poses.increment[index(contact.a)];
@@ -221,15 +290,15 @@ void linearise_all(const CompiledScene& compiled, const StepOptions& options, co
       apply_discrete_gradient(c.offset[0], end[0], c);
     }
   }
-  linearise_held(compiled, state.time + time_step, work);
+  linearise_held(compiled, state.time + duration(options, time_step), work);
   for (std::size_t h = work.contacts.size(); h < work.linear.size(); ++h) {
-    set_stiffness(options, work, work.linear[h]);
+    set_stiffness(work, work.linear[h]);
   }
 }
 
-/// Loads stand for the middle of a dynamic step and for the end of a static one.
+/// Loads stand for the middle of a dynamic step; a static one takes no time.
 double load_time(const StepOptions& options, const State& state, double time_step) {
-  return state.time + (options.analysis == Analysis::Dynamic ? 0.5 : 1.0) * time_step;
+  return state.time + 0.5 * duration(options, time_step);
 }
 
 void set_force(const CompiledScene& compiled, const StepOptions& options, const State& state,
@@ -251,9 +320,8 @@ void set_force(const CompiledScene& compiled, const StepOptions& options, const 
   for (const PointForce& load : compiled.loads) {
     const std::size_t b = index(load.block);
     const Matrix3x12 motion =
-        mean_motion(work.poses.start[b], work.poses.end[b],
-                    work.poses.increment[b].segment<3>(3), load.arm,
-                    work.poses.deforms[b] != 0);
+        mean_motion(work.poses.start[b], work.poses.end[b], work.poses.increment[b].segment<3>(3),
+                    load.arm, work.poses.deforms[b] != 0);
     work.force[index(compiled.slots.slot_of_block[b])] +=
         motion.transpose() * (load.factor * load.force.at(time));
   }
@@ -274,8 +342,8 @@ void by_block(const CompiledScene& compiled, const BlockVector& slots, BlockVect
 
 enum class Impacts { Expected, Solved };
 
-/// Blocks that an impact of this step hits, and those that lean on them: expected from how they move
-/// before the step is solved, or as it was solved.
+/// Blocks that an impact of this step hits, and those that lean on them: expected from how they
+/// move before the step is solved, or as it was solved.
 void find_hit_blocks(const CompiledScene& compiled, const StepOptions& options, const State& state,
                      double time_step, Impacts impacts, Workspace& work) {
   work.hit.assign(state.blocks.size(), 0);
@@ -304,9 +372,9 @@ void find_hit_blocks(const CompiledScene& compiled, const StepOptions& options, 
   }
 }
 
-/// The impulse of an impact is no force of one step's length: it would load the strain of every block
-/// it passes through with energy that is not there. Hit blocks move rigidly through the step; their
-/// strain goes on in the next. True when there are any that deform.
+/// The impulse of an impact is no force of one step's length: it would load the strain of every
+/// block it passes through with energy that is not there. Hit blocks move rigidly through the step;
+/// their strain goes on in the next. True when there are any that deform.
 bool hold_strain_of_hit_blocks(const CompiledScene& compiled, const StepOptions& options,
                                double time_step, Workspace& work) {
   bool any = false;
@@ -320,7 +388,8 @@ bool hold_strain_of_hit_blocks(const CompiledScene& compiled, const StepOptions&
   return any;
 }
 
-/// Linearise, solve, and again from where it ended, until the solution satisfies its own linearisation.
+/// Linearise, solve, and again from where it ended, until the solution satisfies its own
+/// linearisation.
 OpenCloseResult solve_positions(const CompiledScene& compiled, const StepOptions& options,
                                 const State& state, double time_step, Workspace& work) {
   OpenCloseOptions tuning;
@@ -352,6 +421,7 @@ OpenCloseResult solve_positions(const CompiledScene& compiled, const StepOptions
         work.open_close.solve(work.base, work.force, work.linear, tuning, work.increment);
     work.clock.charge(&PhaseSeconds::solve);
     by_block(compiled, work.increment, work.poses.increment);
+    measure_slips(work);
     total.iterations += solved.iterations;
     total.solves += solved.solves;
     total.factorizations += solved.factorizations;
@@ -367,25 +437,8 @@ OpenCloseResult solve_positions(const CompiledScene& compiled, const StepOptions
   return total;
 }
 
-/// Contacts whose cohesion or tension was exceeded in the converged state fail together.
-bool fail_broken(Workspace& work) {
-  bool any = false;
-  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
-    BodyContact& contact = work.contacts[i];
-    if (contact.state.failed || (contact.joint.cohesion == 0.0 && contact.joint.tension == 0.0)) {
-      continue;
-    }
-    const LinearContact& c = work.linear[i];
-    const bool opened = c.mode == ContactMode::Open && contact.was_closed;
-    if (!opened && c.mode != ContactMode::Slip) continue;
-    fail(contact);
-    any = true;
-  }
-  return any;
-}
-
-/// Both anchors to where the contact is now, `stretch` (place of b minus place of a) apart. The anchor
-/// of a vertex stays on it.
+/// Both anchors to where the contact is now, `stretch` (place of b minus place of a) apart. The
+/// anchor of a vertex stays on it.
 void move_anchor(const Pose& a, const Pose& b, const ContactGeometry& now, const Vector3& stretch,
                  BodyContact& contact) {
   const Vector3 normal_part = now.gap * now.normal;
@@ -398,8 +451,7 @@ void move_anchor(const Pose& a, const Pose& b, const ContactGeometry& now, const
   }
 }
 
-void record_contacts(double spring_shear, const Workspace& work,
-                     std::vector<BodyContact>& contacts) {
+void record_contacts(const Workspace& work, std::vector<BodyContact>& contacts) {
   contacts = work.contacts;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     BodyContact& contact = contacts[i];
@@ -420,36 +472,23 @@ void record_contacts(double spring_shear, const Workspace& work,
     state.point.point_b = now.place_b;
     state.point.normal = now.normal;
     state.point.gap = now.gap;
-    if (c.mode == ContactMode::Open) {
-      state.slip = 0.0;
-      continue;
+    state.slip += slip_in_step(c, moved(contact, work.poses, c));
+    if (contact.joint.softening_slip > 0.0 && state.slip >= contact.joint.softening_slip) {
+      weaken(contact.joint, state);
     }
-    if (c.mode == ContactMode::Slip) {
-      const Vector3 stretch_start =
-          work.poses.start[index(contact.b)].centroid +
-          work.poses.start[index(contact.b)].shape * contact.state.anchor_b -
-          work.poses.start[index(contact.a)].centroid -
-          work.poses.start[index(contact.a)].shape * contact.state.anchor_a;
-      state.slip += (c.relative.tail<2>() -
-                     Eigen::Vector2d(t1.dot(stretch_start), t2.dot(stretch_start))).norm();
-    }
+    if (c.mode == ContactMode::Open) continue;
     if (c.mode == ContactMode::Slip || (!contact.was_closed && !c.compliant)) {
-      // The anchor follows: what stretch is left is the spring's at its limit (none for a multiplier).
+      // The anchor follows: what stretch is left is the spring's at its limit (none for a
+      // multiplier).
       Vector3 stretch = Vector3::Zero();
-      if (c.compliant && c.law == ContactLaw::Coulomb) stretch = state.shear_force / spring_shear;
+      if (c.compliant && c.shear_spring > 0.0) stretch = state.shear_force / c.shear_spring;
       move_anchor(a, b, now, stretch, contact);
     }
   }
 }
 
-/// Energy stored by the springs of a penalty contact with these gap and stretch, J.
-double spring_energy(double gap, double squared_stretch, double spring, double spring_shear) {
-  const double overlap = std::min(gap, 0.0);
-  return 0.5 * spring * overlap * overlap + 0.5 * spring_shear * squared_stretch;
-}
-
-void account_contact(const CompiledScene& compiled, const StepOptions& options,
-                     const Workspace& work, std::size_t i, Attempt& attempt) {
+void account_contact(const CompiledScene& compiled, const Workspace& work, std::size_t i,
+                     Attempt& attempt) {
   const LinearContact& c = work.linear[i];
   const BodyContact& contact = work.contacts[i];
   const Vector12 &move_a = work.poses.increment[index(contact.a)],
@@ -460,32 +499,22 @@ void account_contact(const CompiledScene& compiled, const StepOptions& options,
   if (compiled.models[index(contact.b)].unknowns == 0) {
     attempt.load_work -= c.force.dot(c.jacobian_b * move_b);
   }
-  const Vector3 moved = c.jacobian_a * move_a + c.jacobian_b * move_b;
-  const double friction_work = -c.force.tail<2>().dot(moved.tail<2>());
-  if (!c.compliant) {
-    const bool impact = c.closing_share > 0.0;  // its force stands for an impulse
-    attempt.contact_work += impact ? c.force.dot(moved) : c.force[0] * moved[0];
-    if (!impact) attempt.friction_work += friction_work;
-    return;
+  const ContactWork done = contact_work(c, moved(contact, work.poses, c));
+  attempt.spring_energy += done.stored;
+  attempt.friction_work += done.heat;
+  attempt.contact_work += done.impulse;
+  attempt.scheme_loss += done.scheme;
+}
+
+/// omega dt of the stiffest spring: compliance of its blocks = (dt^2/2) / effective mass.
+double stiffest_omega_dt(const Workspace& work) {
+  double largest = 0.0;
+  for (const LinearContact& c : work.linear) {
+    if (!c.compliant || c.mode == ContactMode::Open) continue;
+    const double compliance = compliance_along(c, 0, work.compliance);
+    largest = std::max(largest, std::sqrt(2.0 * c.normal_spring * compliance));
   }
-  const double spring = work.spring;
-  const double shear = c.law == ContactLaw::Frictionless ? 0.0 : options.shear_ratio * spring;
-  const Vector3 end = c.start + moved;
-  const double start_stretch = contact.was_closed ? c.start.tail<2>().squaredNorm() : 0.0;
-  double end_stretch = 0.0;
-  if (c.mode == ContactMode::Stick) end_stretch = end.tail<2>().squaredNorm();
-  if (c.mode == ContactMode::Slip && shear > 0.0) {
-    end_stretch = c.force.tail<2>().squaredNorm() / (shear * shear);
-  }
-  const double before = spring_energy(c.start[0], start_stretch, spring, shear);
-  const double after = spring_energy(end[0], end_stretch, spring, shear);
-  attempt.spring_energy += after;
-  const double lost = -c.force.dot(moved) - (after - before);
-  const double rubbed =
-      c.mode == ContactMode::Slip
-          ? friction_work - 0.5 * shear * (end_stretch - start_stretch) : 0.0;
-  attempt.friction_work += rubbed;
-  attempt.scheme_loss += lost - rubbed;
+  return largest;
 }
 
 void account(const CompiledScene& compiled, const StepOptions& options, const State& state,
@@ -501,8 +530,7 @@ void account(const CompiledScene& compiled, const StepOptions& options, const St
     attempt.gravity_work += model.mass * gravity.dot(d.head<3>());
     if (model.unknowns == 12) {
       const Vector6 e = d.tail<6>();
-      attempt.scheme_loss +=
-          (scheme.end_share - 0.5) * model.volume * e.dot(model.elasticity * e);
+      attempt.scheme_loss += (scheme.end_share - 0.5) * model.volume * e.dot(model.elasticity * e);
     }
     const double factor = 2.0 / (time_step * time_step);
     Vector12 inertial = Vector12::Zero();
@@ -520,15 +548,23 @@ void account(const CompiledScene& compiled, const StepOptions& options, const St
     attempt.load_work += force.dot(moved);
     largest_force = std::max(largest_force, force.norm());
   }
+  attempt.stiffest_omega_dt = stiffest_omega_dt(work);
   for (std::size_t i = 0; i < work.linear.size(); ++i) {
     largest_force = std::max(largest_force, work.linear[i].force.norm());
     if (i >= work.contacts.size()) continue;
-    account_contact(compiled, options, work, i, attempt);
+    account_contact(compiled, work, i, attempt);
   }
   attempt.unbalance = largest_force > 0.0 ? unbalanced / largest_force : 0.0;
 }
 
-/// `end` as `state`, but for what the step gives anew: contacts, and places of blocks that move.
+}  // namespace
+
+void list_contacts(std::span<const BodyContact> bodies, std::vector<Contact>& contacts) {
+  contacts.clear();
+  for (const BodyContact& contact : bodies) contacts.push_back(contact.state);
+  std::ranges::sort(contacts, {}, [](const Contact& contact) { return contact.point.key; });
+}
+
 void start_end(const State& state, State& end) {
   end.step = state.step;
   end.origin = state.origin;
@@ -537,14 +573,16 @@ void start_end(const State& state, State& end) {
   if (end.polyhedra.empty()) end.polyhedra = state.polyhedra;
 }
 
-}  // namespace
+double duration(const StepOptions& options, double time_step) {
+  return options.analysis == Analysis::Dynamic ? time_step : 0.0;
+}
 
 double coordinate_rounding(const CompiledScene& compiled, const State& state) {
   double largest = 0.0;
   for (std::size_t b = 0; b < state.blocks.size(); ++b) {
     if (compiled.models[b].unknowns == 0) continue;
-    largest = std::max(largest, state.blocks[b].centroid.cwiseAbs().maxCoeff() +
-                                    compiled.models[b].size);
+    largest =
+        std::max(largest, state.blocks[b].centroid.cwiseAbs().maxCoeff() + compiled.models[b].size);
   }
   return 4.0 * std::numeric_limits<double>::epsilon() * largest;
 }
@@ -552,7 +590,8 @@ double coordinate_rounding(const CompiledScene& compiled, const State& state) {
 double contact_spring(const CompiledScene& compiled, const StepOptions& options) {
   if (options.method == ContactMethod::AugmentedLagrangian) return 0.0;
   if (options.penalty > 0.0) return options.penalty;
-  // 50 E L of the stiffest deformable block; for rigid scenes a static sag of 1e-6 of the block size.
+  // 50 E L of the stiffest deformable block; for rigid scenes a static sag of 1e-6 of the block
+  // size.
   double penalty = 0.0, weight = 0.0;
   const double gravity = std::max(compiled.scene.gravity.at(0.0).norm(), 1.0);
   for (const BlockModel& model : compiled.models) {
@@ -560,6 +599,18 @@ double contact_spring(const CompiledScene& compiled, const StepOptions& options)
     weight = std::max(weight, model.mass * gravity);
   }
   return penalty > 0.0 ? penalty : 1e6 * weight / compiled.smallest_size;
+}
+
+double spring_energy_at_rest(const CompiledScene& compiled, const StepOptions& options,
+                             Workspace& work) {
+  double sum = 0.0;
+  for (BodyContact& contact : work.contacts) {
+    LinearContact c;
+    set_law(options, contact_spring(compiled, options), contact, c);
+    c.start[0] = contact.state.point.gap - contact.opening;
+    if (c.compliant) sum += contact_work(c, Vector3::Zero()).stored;
+  }
+  return sum;
 }
 
 void attempt_step(const CompiledScene& compiled, const StepOptions& options, const State& state,
@@ -570,8 +621,8 @@ void attempt_step(const CompiledScene& compiled, const StepOptions& options, con
   attempt.motion = work.motion;
   for (std::size_t p = 0; p < compiled.prescribed.size(); ++p) {
     attempt.motion[p] =
-        advance_motion(compiled.scene.blocks[index(compiled.prescribed[p])].motion,
-                       work.motion[p], state.time, state.time + time_step);
+        advance_motion(compiled.scene.blocks[index(compiled.prescribed[p])].motion, work.motion[p],
+                       state.time, state.time + duration(options, time_step));
   }
   set_start(compiled, options, state, time_step, attempt.motion, work);
   set_matrices(compiled, options, time_step, work);
@@ -585,13 +636,15 @@ void attempt_step(const CompiledScene& compiled, const StepOptions& options, con
     total.converged = solved.converged;
     total.residual = solved.residual;
     total.condition = solved.condition;
-  } while (total.converged && fail_broken(work));
+  } while (total.converged &&
+           fail_overloaded(work.contacts, std::span(work.linear).first(work.contacts.size()),
+                           kOpened * options.tolerance * compiled.smallest_size));
   work.clock.charge(&PhaseSeconds::assemble);
   attempt.solved = total;
   account(compiled, options, state, time_step, work, attempt);
 
   start_end(state, attempt.end);
-  attempt.end.time = state.time + time_step;
+  attempt.end.time = state.time + duration(options, time_step);
   for (std::size_t b = 0; b < state.blocks.size(); ++b) {
     const Vector12& d = work.poses.increment[b];
     if (compiled.models[b].unknowns == 0) {
@@ -608,14 +661,16 @@ void attempt_step(const CompiledScene& compiled, const StepOptions& options, con
       end.angular_velocity.setZero();
       end.strain_rate.setZero();
     }
-    const double moved = d.head<3>().norm() + d.segment<3>(3).norm() * 0.5 * compiled.models[b].size;
+    const double moved =
+        d.head<3>().norm() + d.segment<3>(3).norm() * 0.5 * compiled.models[b].size;
     attempt.displacement = std::max(attempt.displacement, moved / compiled.models[b].size);
   }
   for (std::size_t p = 0; p < compiled.prescribed.size(); ++p) {
     attempt.end.blocks[index(compiled.prescribed[p])].velocity = attempt.motion[p].velocity;
   }
   find_hit_blocks(compiled, options, state, time_step, Impacts::Solved, work);
-  record_contacts(options.shear_ratio * work.spring, work, attempt.contacts);
+  record_contacts(work, attempt.contacts);
+  list_contacts(attempt.contacts, attempt.end.contacts);
   place_polyhedra(compiled, attempt.end, work.places);
 }
 

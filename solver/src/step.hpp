@@ -15,8 +15,21 @@ void attempt_step(const CompiledScene& compiled, const StepOptions& options, con
 void apply_velocity_law(const CompiledScene& compiled, const StepOptions& options,
                         const State& start, double time_step, Workspace& work);
 
+/// The contacts of all bodies, sorted by key.
+void list_contacts(std::span<const BodyContact> bodies, std::vector<Contact>& contacts);
+
+/// `end` as `state`, but for what the step gives anew: contacts, and places of blocks that move.
+void start_end(const State& state, State& end);
+
+/// Time that a step takes, s: a static one none.
+double duration(const StepOptions& options, double time_step);
+
 /// What the rounding of coordinates makes of a gap: 4 eps of the largest coordinate, m.
 double coordinate_rounding(const CompiledScene& compiled, const State& state);
+
+/// Energy in the springs of work.contacts as they lie, J.
+double spring_energy_at_rest(const CompiledScene& compiled, const StepOptions& options,
+                             Workspace& work);
 
 /// Spring of a contact, N/m: the user's, or one that fits the blocks; 0 where contact is exact.
 double contact_spring(const CompiledScene& compiled, const StepOptions& options);

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/joint_law.hpp"
+
 #include "step.hpp"
 
 namespace quoin::solver {
@@ -41,16 +43,15 @@ void set_free_velocity_gain(const CompiledScene& compiled, const State& start, d
   }
 }
 
-/// A contact of the step turned into one of velocities: d is the relative velocity times dt, the force
-/// 2/dt of the impulse. False when nothing is to be set there.
+/// A contact of the step turned into one of velocities: d is the relative velocity times dt, the
+/// force 2/dt of the impulse. False when nothing is to be set there.
 bool velocity_contact(const CompiledScene& compiled, const State& start, const State& end,
                       const BodyContact& contact, const BlockVector& free_gain, double slowest,
                       double time_step, const StepPoses& poses, const LinearContact& position,
                       LinearContact& c, double& bounce) {
-  if (position.mode == ContactMode::Open) return false;
+  if (position.mode == ContactMode::Open || position.compliant) return false;
   c = position;
-  c.compliant = false;
-  c.tension = 2.0 * position.tension;
+  c.normal_spring = c.shear_spring = 0.0;
   c.cohesion = 2.0 * position.cohesion;
   linearise_velocity(contact, poses, c);
   for (const auto& [block, jacobian] :
@@ -63,7 +64,8 @@ bool velocity_contact(const CompiledScene& compiled, const State& start, const S
   const double gain = relative_free_gain(c, free_gain);
   const double impact = approach + position.closing_share * gain;
   if (impact < -slowest && contact.joint.restitution > 0.0) {
-    const double flight = position.closing_share > 0.0 ? (1.0 - position.closing_share) * gain : 0.0;
+    const double flight =
+        position.closing_share > 0.0 ? (1.0 - position.closing_share) * gain : 0.0;
     bounce = time_step * (contact.joint.restitution * impact - flight);
   }
   Vector3 t1, t2;
@@ -76,12 +78,15 @@ bool velocity_contact(const CompiledScene& compiled, const State& start, const S
   }
   if (c.law == ContactLaw::Frictionless) c.multiplier.tail<2>().setZero();
   c.assumed = position.mode;
+  if (position.mode == ContactMode::Slip) {  // a joint that dilates opens
+    const double sliding = relative_velocity(contact, c, end).tail<2>().norm();
+    c.offset[0] -= time_step * dilation_slope(contact.joint, contact.state) * sliding;
+  }
   return true;
 }
 
 bool velocity_held_point(const HeldPoint& held, double time, double time_step,
-                         const StepPoses& poses, const LinearContact& position,
-                         LinearContact& c) {
+                         const StepPoses& poses, const LinearContact& position, LinearContact& c) {
   const std::size_t b = index(held.block);
   c = position;
   c.jacobian_b = motion(poses.end[b], held.arm, poses.deforms[b] != 0);
@@ -110,11 +115,13 @@ void add_earlier_impulses(const Workspace& work, const Attempt& attempt, BlockVe
     const Contact& before = work.contacts[i].state;
     if (!work.contacts[i].was_closed || before.impact) continue;
     const LinearContact& c = work.linear[i];
+    if (c.compliant) continue;
     Vector3 t1, t2;
     const Vector3& normal = attempt.contacts[i].state.point.normal;
     tangent_frame(work.contacts[i], normal, t1, t2);
-    const Vector3 push = 2.0 * share * Vector3(before.normal_force, -t1.dot(before.shear_force),
-                                               -t2.dot(before.shear_force));
+    const Vector3 push =
+        2.0 * share *
+        Vector3(before.normal_force, -t1.dot(before.shear_force), -t2.dot(before.shear_force));
     if (c.slot_a >= 0) force[index(c.slot_a)] += c.jacobian_a.transpose() * push;
     if (c.slot_b >= 0) force[index(c.slot_b)] += c.jacobian_b.transpose() * push;
   }
@@ -151,7 +158,8 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
   for (std::size_t s = 0; s < velocity.size(); ++s) {
     velocity[s] =
         time_step * velocity_vector(attempt.end.blocks[index(compiled.slots.block_of_slot[s])]);
-    if (!work.poses.deforms[index(compiled.slots.block_of_slot[s])]) velocity[s].tail<6>().setZero();
+    if (!work.poses.deforms[index(compiled.slots.block_of_slot[s])])
+      velocity[s].tail<6>().setZero();
     force[s] = work.base.diagonal[s] * velocity[s];
   }
   add_earlier_impulses(work, attempt, force);
@@ -169,15 +177,15 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
   const double before = kinetic_energy(compiled, attempt.end);
   const double available = kinetic_energy(compiled, start) + strain_energy(compiled, start) +
                            attempt.gravity_work + attempt.load_work;
-  const bool bouncing = std::any_of(bounces.begin(), bounces.end(), [](double b) { return b != 0.0; });
+  const bool bouncing =
+      std::any_of(bounces.begin(), bounces.end(), [](double b) { return b != 0.0; });
   // With friction and several contacts Newton's restitution can create energy: less of it then.
   for (const double share : {1.0, 0.5, 0.25, 0.0}) {
     tried = contacts;
     for (std::size_t i = 0; i < tried.size(); ++i) tried[i].offset[0] += share * bounces[i];
     solution = velocity;
     work.clock.charge(&PhaseSeconds::assemble);
-    const OpenCloseResult solved =
-        work.open_close.solve(work.base, force, tried, tuning, solution);
+    const OpenCloseResult solved = work.open_close.solve(work.base, force, tried, tuning, solution);
     work.clock.charge(&PhaseSeconds::solve);
     for (std::size_t s = 0; s < solution.size(); ++s) {
       set_velocity(solution[s] / time_step,

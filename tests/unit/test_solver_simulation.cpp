@@ -1,6 +1,7 @@
 /// The solver as its user meets it: conservation, refusal of bad scenes, steps that cannot
 /// converge.
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -327,4 +328,65 @@ TEST_CASE("Any number of threads gives the same bits") {
   const std::vector<double> one = run(1), two = run(2);
   REQUIRE(one.size() == two.size());
   CHECK(std::memcmp(one.data(), two.data(), one.size() * sizeof(double)) == 0);
+}
+
+TEST_CASE("Time is counted in steps, not added up; static steps take none") {
+  Scene scene;
+  scene.add_fixed(geometry::make_box({-3, -3, -1}, {3, 3, 0}));
+  scene.add_rigid(unit_cube({0, 0, 0}), kRock);
+  Simulation simulation(scene, {.time_step = 0.1, .analysis = Analysis::Static});
+  for (int i = 0; i < 3; ++i) REQUIRE(simulation.advance().status == StepStatus::Converged);
+  CHECK(simulation.state().time == 0.0);
+  simulation.set_options({.time_step = 0.1});
+  for (int i = 1; i <= 100000; ++i) {
+    REQUIRE(simulation.advance().time == 0.1 * i);
+  }
+}
+
+TEST_CASE("The best try of a failed step keeps the prescribed motion") {
+  Scene scene = cube_on_ground();
+  scene.blocks[0].kind = BlockKind::Prescribed;
+  scene.blocks[0].motion = {MotionKind::Velocity, Vector3(1, 0, 0)};
+  StepOptions hopeless{.time_step = 1e-3, .max_iterations = 1, .smallest_time_step = 1e-3};
+  hopeless.tolerance = 1e-15;
+  Simulation simulation(scene, hopeless);
+  REQUIRE(simulation.advance().status == StepStatus::NotConverged);
+  simulation.take_best_try();
+  const double place = simulation.state().blocks[0].centroid.x();
+  CHECK_THAT(place, WithinRel(simulation.state().time, 1e-12));
+  simulation.set_options({.time_step = 1e-3});
+  REQUIRE(simulation.advance().status == StepStatus::Converged);
+  CHECK_THAT(simulation.state().blocks[0].centroid.x(), WithinRel(simulation.state().time, 1e-12));
+}
+
+TEST_CASE("A run flags its own results: strain, overlap, rounding, a step that fails") {
+  const auto flagged = [](const StepReport& report, FlagKind kind) {
+    return std::ranges::any_of(report.flags, [&](const StepFlag& f) { return f.kind == kind; });
+  };
+  Scene soft = cube_on_ground();
+  soft.blocks[1].material.young = 1e4;
+  Simulation squeezed(soft, {.time_step = 0.1, .analysis = Analysis::Static});
+  bool strained = false;
+  for (int i = 0; i < 20; ++i) strained = flagged(squeezed.advance(), FlagKind::Strain) || strained;
+  CHECK(strained);
+
+  Simulation sunk(cube_on_ground(), {.time_step = 0.1,
+                                     .analysis = Analysis::Static,
+                                     .method = ContactMethod::Penalty,
+                                     .penalty = 1e5});
+  bool overlaps = false;
+  for (int i = 0; i < 20; ++i) overlaps = flagged(sunk.advance(), FlagKind::Overlap) || overlaps;
+  CHECK(overlaps);
+
+  Scene wide = cube_on_ground();
+  wide.add_block(unit_cube({1e7, 0, 0}), kRock);
+  Simulation rounded(wide, {.time_step = 1e-3});
+  CHECK(flagged(rounded.advance(), FlagKind::Rounding));
+
+  Simulation failed(
+      cube_on_ground(),
+      {.time_step = 1e-3, .tolerance = 1e-15, .max_iterations = 1, .smallest_time_step = 1e-3});
+  CHECK(flagged(failed.advance(), FlagKind::Unconverged));
+  Simulation fine(cube_on_ground(), {.time_step = 1e-3});
+  CHECK(fine.advance().flags.empty());
 }

@@ -73,6 +73,14 @@ void print_result(const SceneFile& file, const RunResult& result) {
   }
   std::printf("  largest overlap %.3g m, %d linear solves, %d open-close iterations\n",
               result.total.largest_overlap, result.total.linear_solves, result.total.iterations);
+  for (const scene_file::RunFlag& flag : result.flags) {
+    std::printf("  FLAG %s: %.3g (limit %.3g), from %.6g s in %ld steps",
+                std::string(solver::name(flag.worst.kind)).c_str(), flag.worst.value,
+                flag.worst.limit, flag.first_time, flag.steps);
+    if (flag.worst.block >= 0) std::printf(", block %d", flag.worst.block);
+    if (flag.worst.other >= 0) std::printf(" and %d", flag.worst.other);
+    std::printf("\n");
+  }
 }
 
 void save_summary(const std::filesystem::path& folder, const nlohmann::ordered_json& summary) {

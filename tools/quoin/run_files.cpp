@@ -159,6 +159,25 @@ json system_json(const solver::StepReport& total) {
           {"largest_speed", total.largest_speed}};
 }
 
+json flags_json(const SceneFile& file, const RunResult& result) {
+  json list = json::array();
+  for (const scene_file::RunFlag& flag : result.flags) {
+    json blocks = json::array();
+    for (const int block : {flag.worst.block, flag.worst.other}) {
+      if (block < 0) continue;
+      const std::string& name = file.scene.blocks[static_cast<std::size_t>(block)].name;
+      blocks.push_back(name.empty() ? json(block) : json(name));
+    }
+    list.push_back({{"flag", solver::name(flag.worst.kind)},
+                    {"value", flag.worst.value},
+                    {"limit", flag.worst.limit},
+                    {"blocks", blocks},
+                    {"first_time", flag.first_time},
+                    {"steps", flag.steps}});
+  }
+  return list;
+}
+
 json phases_json(const RunResult& result) {
   const solver::PhaseSeconds& seconds = result.total.seconds;
   const double stepping = seconds.detect + seconds.assemble + seconds.solve + seconds.update;
@@ -277,6 +296,7 @@ json summary(const SceneFile& file, const std::string& path, const RunResult& re
           {"steps", result.steps},
           {"sub_steps", total.sub_steps},
           {"unconverged_steps", result.unconverged_steps},
+          {"flags", flags_json(file, result)},
           {"cuts",
            {{"by_displacement", total.cuts_by_displacement},
             {"by_convergence", total.cuts_by_convergence},

@@ -297,9 +297,13 @@ class Reader {
             .tension = value.value("tension", 0.0),
             .restitution = value.value("restitution", 0.0),
             .dilation_angle = radians(value, "dilation_angle_deg", 0.0),
+            .dilation_slip = value.value("dilation_slip", 0.0),
             .residual_friction_angle = radians(value, "residual_friction_angle_deg", -1.0),
             .residual_cohesion = value.value("residual_cohesion", 0.0),
-            .residual_tension = value.value("residual_tension", 0.0)};
+            .residual_tension = value.value("residual_tension", 0.0),
+            .softening_slip = value.value("softening_slip", 0.0),
+            .normal_stiffness = value.value("normal_stiffness", 0.0),
+            .shear_stiffness = value.value("shear_stiffness", 0.0)};
   }
 
   void read_joints() {

@@ -205,17 +205,20 @@ class Runner {
   void run_dynamic(const Stage& stage) {
     if (!dynamic_start_) {
       dynamic_start_ = simulation_.state().time;
+      if (stage_ > 0) {
+        set_initial_velocities();
+      }
       watch_.begin(simulation_.state());
       result_.energy_start = simulation_.state().energy;
       least_energy_ = result_.energy_start.mechanical() - result_.energy_start.work;
     }
     while (going_) {
       const double left = *dynamic_start_ + stage.end_time - simulation_.state().time;
-      if (left <= 1e-9 * stage.time_step) {
+      if (left <= 1e-6 * stage.time_step) {
         return;
       }
       // The last step ends where the stage does; a rounding error is no reason for another step.
-      const double time_step = left < (1 - 1e-9) * stage.time_step ? left : stage.time_step;
+      const double time_step = left < (1 - 1e-6) * stage.time_step ? left : stage.time_step;
       if (time_step != simulation_.options().time_step) {
         solver::StepOptions options = step_options(stage);
         options.time_step = time_step;
@@ -225,10 +228,35 @@ class Runner {
     }
   }
 
+  /// Velocities of the scene, after stages that brought it to rest.
+  void set_initial_velocities() {
+    for (std::size_t b = 0; b < file_.scene.blocks.size(); ++b) {
+      const solver::Block& block = file_.scene.blocks[b];
+      if (!block.velocity.isZero(0.0) || !block.angular_velocity.isZero(0.0)) {
+        simulation_.set_velocity(static_cast<int>(b), block.velocity, block.angular_velocity);
+      }
+    }
+  }
+
+  void note_flags(const StepReport& report) {
+    for (const solver::StepFlag& flag : report.flags) {
+      auto known = std::find_if(result_.flags.begin(), result_.flags.end(),
+                                [&](const RunFlag& f) { return f.worst.kind == flag.kind; });
+      if (known == result_.flags.end()) {
+        known = result_.flags.insert(known, {.worst = flag, .first_time = report.time});
+      }
+      ++known->steps;
+      if (flag.value > known->worst.value) {
+        known->worst = flag;
+      }
+    }
+  }
+
   StepReport step(double progress) {
     const StepReport report = simulation_.advance();
     simulation_report_ = report;
     add(report, result_.total);
+    note_flags(report);
     ++result_.steps;
     ++result_.stages.back().steps;
     result_.stages.back().unbalance = report.unbalance;

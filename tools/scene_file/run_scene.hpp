@@ -21,6 +21,13 @@ struct StageResult {
   bool done = false;
 };
 
+/// A flag that steps of a run raised.
+struct RunFlag {
+  solver::StepFlag worst{};
+  double first_time = 0.0;  ///< s
+  long steps = 0;           ///< that raised it
+};
+
 /// Sums, extremes and last values over the steps of a run.
 struct RunResult {
   RunStatus status = RunStatus::Completed;
@@ -31,7 +38,8 @@ struct RunResult {
   solver::EnergyLedger energy_start{}, energy{};
   double energy_growth =
       0.0;  ///< most that mechanical energy less work rose above its least so far, J
-  double energy_scale = 0.0;  ///< largest kinetic energy + swing of potential energy, J
+  double energy_scale = 0.0;     ///< largest kinetic energy + swing of potential energy, J
+  std::vector<RunFlag> flags{};  ///< one of a kind
   long steps = 0, unconverged_steps = 0;
   solver::StepReport total{};  ///< counts and seconds added up; overlap, condition, … the largest
   double wall_seconds = 0.0;

@@ -226,7 +226,7 @@ void chart_point(const ChartPoint& p, bool rigid, Report& report) {
   const Vector3 full = scene.gravity.at(0.0), normal = slope.slope_axes().col(2);
   double release = std::numeric_limits<double>::infinity();
   scene.gravity = std::function<Vector3(double)>([&release, full, normal](double t) -> Vector3 {
-    return t > release ? full : Vector3(full.dot(normal) * normal);
+    return t >= release ? full : Vector3(full.dot(normal) * normal);
   });
   Simulation simulation(scene, {.time_step = 1e-3});
   settle(simulation);

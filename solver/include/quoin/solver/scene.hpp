@@ -1,5 +1,6 @@
 #pragma once
-/// What the user states: blocks, materials, joints, supports, loads. SI units, radians, world frame.
+/// What the user states: blocks, materials, joints, supports, loads. SI units, radians, world
+/// frame.
 
 #include <functional>
 #include <quoin/geometry/polyhedron.hpp>
@@ -30,22 +31,28 @@ class VectorOfTime {
 VectorOfTime interpolate(std::vector<double> times, std::vector<Vector3> values);
 
 struct Material {
-  double density = 0.0;   ///< kg/m3, > 0 unless the block is fixed
-  double young = 0.0;     ///< Pa, > 0 for a deformable block
-  double poisson = 0.0;   ///< -1 < poisson < 0.5
-  int joint_group = 0;    ///< which joints of Scene::pair_joints apply
+  double density = 0.0;  ///< kg/m3, > 0 unless the block is fixed
+  double young = 0.0;    ///< Pa, > 0 for a deformable block
+  double poisson = 0.0;  ///< -1 < poisson < 0.5
+  int joint_group = 0;   ///< which joints of Scene::pair_joints apply
 };
 
-/// Mohr–Coulomb joint with residual values once it has slid or opened.
+/// A joint of two blocks: stiffness, Mohr–Coulomb strength on its area, dilation. Peak values hold
+/// where blocks are laid touching; where they have slid or parted, and where they meet later,
+/// residual values do.
 struct Joint {
-  double friction_angle = 0.0;   ///< rad, 0 <= angle < pi/2
-  double cohesion = 0.0;         ///< Pa on the contact area
-  double tension = 0.0;          ///< Pa on the contact area
-  double restitution = 0.0;      ///< ratio of normal velocities after and before an impact, 0..1
-  double dilation_angle = 0.0;   ///< rad: opening per slip is tan(dilation_angle)
+  double friction_angle = 0.0;  ///< rad, 0 <= angle < pi/2
+  double cohesion = 0.0;        ///< Pa on the contact area
+  double tension = 0.0;         ///< Pa on the contact area
+  double restitution = 0.0;     ///< ratio of normal velocities after and before an impact, 0..1
+  double dilation_angle = 0.0;  ///< rad, at most friction_angle: opening per slip is its tangent
+  double dilation_slip = 0.0;   ///< m of slip after which it opens no more; 0: never
   double residual_friction_angle = -1.0;  ///< rad after failure; -1: friction_angle
   double residual_cohesion = 0.0;         ///< Pa after failure
   double residual_tension = 0.0;          ///< Pa after failure
+  double softening_slip = 0.0;            ///< m of slip from peak to residual values; 0: brittle
+  double normal_stiffness = 0.0;          ///< Pa/m on the contact area; 0: rigid
+  double shear_stiffness = 0.0;  ///< Pa/m on the contact area; > 0 where normal_stiffness is
 };
 
 struct PairJoint {
@@ -70,14 +77,14 @@ struct Motion {
 };
 
 struct Block {
-  geometry::Polyhedron shape;                      ///< at the start, world frame
+  geometry::Polyhedron shape;  ///< at the start, world frame
   Material material;
   BlockKind kind = BlockKind::Deformable;
-  Vector3 velocity = Vector3::Zero();              ///< of the centroid at the start, m/s
-  Vector3 angular_velocity = Vector3::Zero();      ///< at the start, rad/s
-  Vector6 initial_stress = Vector6::Zero();        ///< Pa, tension positive, world axes
-  Motion motion{};                                 ///< of a prescribed block
-  std::string name{};                              ///< for messages and output; may be empty
+  Vector3 velocity = Vector3::Zero();          ///< of the centroid at the start, m/s
+  Vector3 angular_velocity = Vector3::Zero();  ///< at the start, rad/s
+  Vector6 initial_stress = Vector6::Zero();    ///< Pa, tension positive, world axes
+  Motion motion{};                             ///< of a prescribed block
+  std::string name{};                          ///< for messages and output; may be empty
 };
 
 /// Force on a material point, given by its place at the start. N.
@@ -109,14 +116,14 @@ struct FixedPoint {
 
 struct Scene {
   std::vector<Block> blocks{};
-  Joint joint{};                          ///< where no pair_joint applies
+  Joint joint{};  ///< where no pair_joint applies
   std::vector<PairJoint> pair_joints{};
   VectorOfTime gravity{Vector3(0, 0, -9.81)};  ///< m/s2
   std::vector<PointLoad> point_loads{};
   std::vector<FaceLoad> face_loads{};
   std::vector<BodyLoad> body_loads{};
   std::vector<FixedPoint> fixed_points{};
-  bool keep_initial_overlap = false;      ///< else more than 1e-3 of the smaller block is refused
+  bool keep_initial_overlap = false;  ///< else more than 1e-3 of the smaller block is refused
 
   int add_block(geometry::Polyhedron shape, const Material& material);  ///< deformable; its index
   int add_rigid(geometry::Polyhedron shape, const Material& material);

@@ -4,6 +4,7 @@
 #include <memory>
 #include <quoin/solver/state.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace quoin::solver {
@@ -25,23 +26,26 @@ enum class TimeScheme : std::uint8_t {
 
 enum class Analysis : std::uint8_t {
   Dynamic,
-  Static,  ///< velocity set to zero at each step, inertia kept
-  Settle   ///< static, and closed contacts cannot slide: brings contact forces to rest before release
+  Static,  ///< velocity set to zero at each step, inertia kept; takes no time: State::time stays
+  Settle   ///< static, and closed contacts cannot slide: brings contact forces to rest before
+           ///< release
 };
 
 struct StepOptions {
-  double time_step = 1e-3;                 ///< s
+  double time_step = 1e-3;  ///< s
   Analysis analysis = Analysis::Dynamic;
   ContactMethod method = ContactMethod::AugmentedLagrangian;
   TimeScheme scheme = TimeScheme::ConstantAcceleration;
-  double penalty = 0.0;                    ///< N/m a contact point; 0: chosen by the solver
-  double shear_ratio = 1.0;  ///< shear stiffness / normal stiffness; like `penalty` not used
-                             ///< by AugmentedLagrangian
-  double reach = 0.0;                      ///< contacts are watched up to this gap, m; 0: chosen
-  double tolerance = 1e-10;                ///< relative, of forces and of gaps to block size
+  /// N/m. Springs: a contact point; a joint of more than four points has that of four, shared out by
+  /// area. Paper, Penalty: a contact point, as the source has it. Not used by AugmentedLagrangian.
+  /// 0: chosen by the solver.
+  double penalty = 0.0;
+  double shear_ratio = 1.0;   ///< shear stiffness / normal stiffness; used like `penalty`
+  double reach = 0.0;         ///< contacts are watched up to this gap, m; 0: chosen
+  double tolerance = 1e-10;   ///< relative, of forces and of gaps to block size
   int max_iterations = 1000;  ///< open–close iterations a sub-step; Paper, Penalty: linear solves
-  double max_displacement_ratio = 0.0;     ///< largest displacement / block size; 0: no limit
-  double smallest_time_step = 0.0;         ///< s; 0: time_step / 1024
+  double max_displacement_ratio = 0.0;  ///< largest displacement / block size; 0: no limit
+  double smallest_time_step = 0.0;      ///< s; 0: time_step / 1024
   int threads = 1;
 };
 
@@ -55,28 +59,48 @@ struct PhaseSeconds {
   double update = 0.0;    ///< the new state, energy
 };
 
+/// What a result should not be trusted for without a look. Limits: README, "Flags".
+enum class FlagKind : std::uint8_t {
+  Unconverged,   ///< the step was not solved; value: relative force residual
+  Strain,        ///< larger than small-strain theory is good for
+  Overlap,       ///< of two blocks by the smaller one's size
+  Rounding,      ///< of coordinates, against the tolerance of gaps
+  EnergyGrowth,  ///< in one step, by the scale of the run's energy
+  LostContact    ///< still overlapping after the last search, or closed and no longer found
+};
+
+struct StepFlag {
+  FlagKind kind = FlagKind::Unconverged;
+  double value = 0.0, limit = 0.0;  ///< relative
+  int block = -1, other = -1;       ///< where it is worst; -1: no block, the whole scene
+};
+
+std::string_view name(FlagKind kind);  ///< "unconverged", "strain", …
+
 struct StepReport {
   StepStatus status = StepStatus::Converged;
-  double time = 0.0;                  ///< at the end, s
+  double time = 0.0;  ///< at the end, s
   int sub_steps = 0;
   int cuts_by_displacement = 0;
   int cuts_by_convergence = 0;
-  int cuts_by_contact = 0;            ///< a fast block would have passed through another
-  int iterations = 0;                 ///< open–close
+  int cuts_by_contact = 0;  ///< a fast block would have passed through another
+  int iterations = 0;       ///< open–close
   int linear_solves = 0;
   int factorizations = 0;
-  double residual = 0.0;              ///< relative force residual of the last iteration
-  double largest_overlap = 0.0;       ///< m
-  double unbalance = 0.0;             ///< static measure: largest unbalanced force / largest block weight or load
-  double largest_speed = 0.0;         ///< m/s, of a vertex
-  double stiffest_omega_dt = 0.0;     ///< of the stiffest spring (Springs, Penalty); 0 without
-  double numerical_damping = 0.0;     ///< damping ratio that goes with it
-  double condition = 0.0;             ///< estimate for the system solved last; 0: nothing solved
+  double residual = 0.0;         ///< relative force residual of the last iteration
+  double largest_overlap = 0.0;  ///< m
+  double unbalance =
+      0.0;  ///< static measure: largest unbalanced force / largest block weight or load
+  double largest_speed = 0.0;      ///< m/s, of a vertex
+  double stiffest_omega_dt = 0.0;  ///< of the stiffest spring (Springs, Penalty); 0 without
+  double numerical_damping = 0.0;  ///< damping ratio that goes with it
+  double condition = 0.0;          ///< estimate for the system solved last; 0: nothing solved
   double largest_strain = 0.0;
-  int candidate_pairs = 0;            ///< block pairs near enough to touch, all searches of the step
-  int searched_pairs = 0;             ///< of these: not left as they were by both blocks
+  int candidate_pairs = 0;  ///< block pairs near enough to touch, all searches of the step
+  int searched_pairs = 0;   ///< of these: not left as they were by both blocks
   int contact_count = 0;
   int closed_count = 0;
+  std::vector<StepFlag> flags{};  ///< one of a kind at most
   PhaseSeconds seconds{};
 };
 
@@ -91,21 +115,21 @@ class Simulation {
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
 
-  /// One time_step (in counted sub-steps where it must). When the status is not Converged the state is
-  /// that of the last accepted sub-step; best_try() holds the best attempt. Throws nothing.
+  /// One time_step (in counted sub-steps where it must). When the status is not Converged the state
+  /// is that of the last accepted sub-step; best_try() holds the best attempt. Throws nothing.
   [[nodiscard]] StepReport advance();
 
   const Scene& scene() const;
   const State& state() const;
   const StepOptions& options() const;
   void set_options(const StepOptions& options);  ///< from the next step on
-  /// From the next step on: velocity of the centroid (m/s) and angular velocity (rad/s), world axes; a
-  /// settled scene starts to move so. Throws InputError for a block without unknowns.
+  /// From the next step on: velocity of the centroid (m/s) and angular velocity (rad/s), world
+  /// axes; a settled scene starts to move so. Throws InputError for a block without unknowns.
   void set_velocity(int block, const Vector3& velocity, const Vector3& angular_velocity);
-  const State& best_try() const;                 ///< after a step that did not converge
-  void take_best_try();                          ///< accept it and go on
+  const State& best_try() const;  ///< after a step that did not converge
+  void take_best_try();           ///< accept it and go on
 
-  Vector6 stress(int block) const;               ///< Pa, world axes, tension positive
+  Vector6 stress(int block) const;  ///< Pa, world axes, tension positive
   Vector3 reference_arm(int block, const Vector3& world_point) const;  ///< of a material point now
   /// What this scene does not need with these options and is not done, and why.
   std::vector<std::string> left_out() const;

@@ -7,54 +7,57 @@
 
 namespace quoin::solver {
 
-/// Place and motion of one block. A material point with reference arm X (from the reference centroid)
-/// stands at centroid + rotation (I + strain) X.
+/// Place and motion of one block. A material point with reference arm X (from the reference
+/// centroid) stands at centroid + rotation (I + strain) X.
 struct BlockState {
-  Vector3 centroid = Vector3::Zero();           ///< relative to State::origin, m
+  Vector3 centroid = Vector3::Zero();                            ///< relative to State::origin, m
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();  ///< reference -> world
-  Vector6 strain = Vector6::Zero();             ///< total, in the turning frame
-  Vector3 velocity = Vector3::Zero();           ///< m/s
-  Vector3 angular_velocity = Vector3::Zero();   ///< in the turning frame, rad/s
-  Vector6 strain_rate = Vector6::Zero();        ///< 1/s, turning frame
+  Vector6 strain = Vector6::Zero();                              ///< total, in the turning frame
+  Vector3 velocity = Vector3::Zero();                            ///< m/s
+  Vector3 angular_velocity = Vector3::Zero();                    ///< in the turning frame, rad/s
+  Vector6 strain_rate = Vector6::Zero();                         ///< 1/s, turning frame
 };
 
 enum class ContactMode : std::uint8_t { Open, Stick, Slip };
 
 /// A contact point with its mechanical history.
 struct Contact {
-  geometry::ContactPoint point;             ///< relative to State::origin, at the end of the step
+  geometry::ContactPoint point;  ///< relative to State::origin, at the end of the step
   ContactMode mode = ContactMode::Open;
-  double normal_force = 0.0;                ///< N, compression positive
-  Vector3 shear_force = Vector3::Zero();    ///< on A, N, in the contact plane
-  bool impact = false;                      ///< its force stands for the impulse of an impact
-  double slip = 0.0;                        ///< accumulated sliding length, m
-  bool failed = false;                      ///< cohesion and tension are at their residual values
-  Vector3 anchor_a = Vector3::Zero();       ///< reference arms of the stuck point on A and on B, m:
-  Vector3 anchor_b = Vector3::Zero();       ///< while it sticks both stand at the same place
+  double normal_force = 0.0;              ///< N, compression positive
+  Vector3 shear_force = Vector3::Zero();  ///< on A, N, in the contact plane
+  bool impact = false;                    ///< its force stands for the impulse of an impact
+  double slip = 0.0;                      ///< accumulated sliding length, m
+  bool failed = false;                    ///< the joint's strength is at its residual values here
+  bool bonded = false;                    ///< bears tension: as laid, and not parted
+  double laid_gap = 0.0;                  ///< gap that the bond was laid with, m
+  double spring_area = 0.0;               ///< that the joint's stiffness acts on, m2
+  Vector3 anchor_a = Vector3::Zero();     ///< reference arms of the stuck point on A and on B, m:
+  Vector3 anchor_b = Vector3::Zero();     ///< while it sticks both stand at the same place
 };
 
 /// Where the energy is and where it went, J. Losses are what has left since the start.
 struct EnergyLedger {
   double kinetic = 0.0;
-  double potential = 0.0;         ///< of gravity, zero at the start
+  double potential = 0.0;  ///< of gravity, zero at the start
   double strain = 0.0;
   double contact = 0.0;           ///< stored in penalty springs
   double work = 0.0;              ///< done by point, face and body loads and by prescribed motion
-  double friction_loss = 0.0;
+  double friction_loss = 0.0;     ///< in joints: friction, cohesion, broken bonds, less dilation
   double impact_loss = 0.0;       ///< by the velocity law of closing and sticking contacts
   double algorithmic_loss = 0.0;  ///< by the time scheme: springs taken at the end of the step
-  double closure = 0.0;           ///< what the terms above leave unexplained (0 but for rounding and
-                                  ///< the frozen directions of sliding)
+  double closure = 0.0;  ///< what the terms above leave unexplained (0 but for rounding and
+                         ///< the frozen directions of sliding)
   double mechanical() const { return kinetic + potential + strain + contact; }
 };
 
 struct State {
-  double time = 0.0;                           ///< s
+  double time = 0.0;  ///< s
   long step = 0;
-  Vector3 origin = Vector3::Zero();            ///< world = origin + what the state holds, m
+  Vector3 origin = Vector3::Zero();  ///< world = origin + what the state holds, m
   std::vector<BlockState> blocks;
-  std::vector<geometry::Polyhedron> polyhedra; ///< derived from `blocks`, relative to origin
-  std::vector<Contact> contacts;               ///< sorted by key
+  std::vector<geometry::Polyhedron> polyhedra;  ///< derived from `blocks`, relative to origin
+  std::vector<Contact> contacts;                ///< sorted by key
   EnergyLedger energy;
 };
 

@@ -1,7 +1,10 @@
-#include "contact_list.hpp"
+#include "contact/contact_history.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
+
+#include "contact/joint_law.hpp"
 
 namespace quoin::solver {
 
@@ -48,7 +51,8 @@ Vector3 face_normal(const Scene& scene, const Pose& pose, int block, int face) {
   return sum.normalized();
 }
 
-/// A vertex slides along its face, not along the pair's plane: the two differ where faces are tilted.
+/// A vertex slides along its face, not along the pair's plane: the two differ where faces are
+/// tilted.
 Vector3 carried_normal(const Scene& scene, const Pose& pose_a, const Pose& pose_b,
                        const BodyContact& contact) {
   const ContactPoint& point = contact.state.point;
@@ -93,9 +97,10 @@ BodyContact make_body_contact(const Scene& scene, std::span<const Pose> poses,
   contact.arm_b = reference_arm(pose_b, point.point_b);
   contact.state.anchor_a = contact.arm_a;
   contact.state.anchor_b = contact.arm_b;
-  contact.normal_on_a = point.key.feature_a.kind == FeatureKind::Face ||
-                        (point.key.feature_b.kind != FeatureKind::Face &&
-                         scene.blocks[static_cast<std::size_t>(contact.a)].kind >= BlockKind::Fixed);
+  contact.normal_on_a =
+      point.key.feature_a.kind == FeatureKind::Face ||
+      (point.key.feature_b.kind != FeatureKind::Face &&
+       scene.blocks[static_cast<std::size_t>(contact.a)].kind >= BlockKind::Fixed);
   const Pose& owner = contact.normal_on_a ? pose_a : pose_b;
   contact.normal_local =
       owner.rotation.transpose() * carried_normal(scene, pose_a, pose_b, contact);
@@ -107,8 +112,8 @@ BodyContact make_body_contact(const Scene& scene, std::span<const Pose> poses,
 
 namespace {
 
-/// Hands the history on. The stretch of a stuck contact (place of anchor b minus that of anchor a) goes
-/// over to the new contact point, so that neither a new key nor a moved projection loses it.
+/// Hands the history on. The stretch of a stuck contact (place of anchor b minus that of anchor a)
+/// goes over to the new contact point, so that neither a new key nor a moved projection loses it.
 void hand_on(const Contact& before, std::span<const Pose> poses, BodyContact& contact) {
   Contact& state = contact.state;
   const Vector3& normal = state.point.normal;
@@ -119,6 +124,9 @@ void hand_on(const Contact& before, std::span<const Pose> poses, BodyContact& co
   state.impact = before.impact;
   state.slip = before.slip;
   state.failed = before.failed;
+  state.bonded = before.bonded;
+  state.laid_gap = before.laid_gap;
+  state.spring_area = before.spring_area;
   if (!contact.was_closed) return;
   if (before.point.key == state.point.key) {
     state.anchor_a = before.anchor_a;
@@ -127,44 +135,60 @@ void hand_on(const Contact& before, std::span<const Pose> poses, BodyContact& co
   }
   const Pose& a = poses[static_cast<std::size_t>(contact.a)];
   const Pose& b = poses[static_cast<std::size_t>(contact.b)];
-  const Vector3 stretch = b.centroid + b.shape * before.anchor_b - a.centroid -
-                          a.shape * before.anchor_a;
-  state.anchor_b =
-      reference_arm(b, state.point.point_b + stretch - stretch.dot(normal) * normal);
+  const Vector3 stretch =
+      b.centroid + b.shape * before.anchor_b - a.centroid - a.shape * before.anchor_a;
+  state.anchor_b = reference_arm(b, state.point.point_b + stretch - stretch.dot(normal) * normal);
 }
 
-void weaken(BodyContact& contact) {
-  Joint& joint = contact.joint;
-  joint.cohesion = joint.residual_cohesion;
-  joint.tension = joint.residual_tension;
-  if (joint.residual_friction_angle >= 0.0) joint.friction_angle = joint.residual_friction_angle;
+void start_history(const CarryOptions& options, BodyContact& contact) {
+  if (options.bonds == NewBonds::Residual) {
+    contact.state.failed = true;
+    return;
+  }
+  const double size = std::min(options.models[static_cast<std::size_t>(contact.a)].size,
+                               options.models[static_cast<std::size_t>(contact.b)].size);
+  lay(contact.joint, size, contact.state);
+  contact.was_closed = contact.state.bonded;
+}
+
+/// Of each pair (neighbours in the list) number and area.
+void measure_joints(std::vector<BodyContact>& contacts) {
+  for (std::size_t first = 0, last = 0; first < contacts.size(); first = last) {
+    double area = 0.0;
+    for (; last < contacts.size() && contacts[last].a == contacts[first].a &&
+           contacts[last].b == contacts[first].b;
+         ++last) {
+      area += contacts[last].state.point.area;
+    }
+    for (std::size_t i = first; i < last; ++i) {
+      contacts[i].joint_area = area;
+      contacts[i].joint_points = static_cast<int>(last - first);
+    }
+  }
 }
 
 }  // namespace
-
-void fail(BodyContact& contact) {
-  contact.state.failed = true;
-  weaken(contact);
-}
 
 void carry_over(const CarryOptions& options, const std::vector<ContactPoint>& found,
                 std::span<const Contact> before, std::vector<ContactPoint>& old_points,
                 std::vector<BodyContact>& contacts) {
   old_points.clear();
   for (const Contact& contact : before) old_points.push_back(contact.point);
-  const std::vector<int> previous =
-      geometry::match_previous(found, old_points, options.reach);
+  const std::vector<int> previous = geometry::match_previous(found, old_points, options.reach);
   contacts.clear();
   for (std::size_t i = 0; i < found.size(); ++i) {
-    BodyContact& contact = contacts.emplace_back(make_body_contact(options.scene, options.poses, found[i]));
+    BodyContact& contact =
+        contacts.emplace_back(make_body_contact(options.scene, options.poses, found[i]));
     if (previous[i] >= 0) {
       hand_on(before[static_cast<std::size_t>(previous[i])], options.poses, contact);
     } else {
-      contact.state.failed = options.bonds == NewBonds::Residual;
+      start_history(options, contact);
     }
-    contact.opening = contact.state.slip * std::tan(contact.joint.dilation_angle);
-    if (contact.state.failed) weaken(contact);
+    if (contact.state.point.area > 0.0) contact.state.spring_area = contact.state.point.area;
+    contact.was_bonded = contact.state.bonded;
+    contact.opening = opening(contact.joint, contact.state);
   }
+  measure_joints(contacts);
 }
 
 ContactGeometry contact_geometry(const BodyContact& contact, const Pose& a, const Pose& b) {

@@ -2,7 +2,7 @@
 
 #include <quoin/geometry/build.hpp>
 
-#include "solver/src/contact_terms.hpp"
+#include "solver/src/contact/contact_jacobian.hpp"
 #include "support/catch.hpp"
 #include "support/random.hpp"
 

@@ -1,8 +1,8 @@
 #pragma once
 /// Gap and slip of a contact as linear functions of the increments of its two blocks.
 
-#include "contact_list.hpp"
-#include "linear_contact.hpp"
+#include "contact/contact_history.hpp"
+#include "contact/linear_contact.hpp"
 
 namespace quoin::solver {
 
@@ -10,32 +10,33 @@ namespace quoin::solver {
 struct StepPoses {
   std::vector<Pose> start, end;
   std::vector<Vector12> increment;  ///< by block: what leads from start to end
-  std::vector<char> deforms;  ///< by block: its strain moves in this step
+  std::vector<char> deforms;        ///< by block: its strain moves in this step
 };
 
 /// d = offset + J_a D_a + J_b D_b with d exactly gap and slip at the end of the step when D is the
 /// increment that `poses` was made with. Blocks without unknowns enter the offset.
-/// d_n of a vertex at P against a face with normal n carried by the face's block (mean values over the
-/// step barred):  gap' - gap = n̄·(dx_b - dx_a) + (r × n̄)·m̄,   m = x_b - x_a,
-/// the discrete form of [Beyabanaki 2009], equations (23)–(28), with the reaction at the projection P0.
-/// Gaps and slips at the start within `rounding` (m) of zero are zero: the redundant contacts of a face
-/// then agree exactly and no force builds up against rounding.
+/// d_n of a vertex at P against a face with normal n carried by the face's block (mean values over
+/// the step barred):  gap' - gap = n̄·(dx_b - dx_a) + (r × n̄)·m̄,   m = x_b - x_a, the discrete form
+/// of [Beyabanaki 2009], equations (23)–(28), with the reaction at the projection P0. Gaps and
+/// slips at the start within `rounding` (m) of zero are zero: the redundant contacts of a face then
+/// agree exactly and no force builds up against rounding.
 void linearise(const BodyContact& contact, const StepPoses& poses,
                std::span<const BlockModel> models, double rounding, LinearContact& linear);
 
-/// The same for velocities at the end of the step: d = J V, V = (v | W | strain rate) of each block.
+/// The same for velocities at the end of the step: d = J V, V = (v | W | strain rate) of each
+/// block.
 void linearise_velocity(const BodyContact& contact, const StepPoses& poses, LinearContact& linear);
 
-/// Augmentation of normal and shear from what the two blocks alone oppose to the contact; compliance:
-/// inverse of each block's K, by slot.
+/// Augmentation of normal and shear from what the two blocks alone oppose to the contact;
+/// compliance: inverse of each block's K, by slot.
 void set_augmentation(const std::vector<Matrix12>& compliance, LinearContact& linear);
 
 /// Displacement of the contact's row 0, 1 or 2 per unit force on it, blocks alone, m/N.
 double compliance_along(const LinearContact& linear, int row,
                         const std::vector<Matrix12>& compliance);
 
-/// Unit vectors t1, t2 that complete n to a right-handed frame, t1 normal to the contact's axis: they
-/// turn smoothly with n through a step.
+/// Unit vectors t1, t2 that complete n to a right-handed frame, t1 normal to the contact's axis:
+/// they turn smoothly with n through a step.
 void tangent_frame(const BodyContact& contact, const Vector3& normal, Vector3& t1, Vector3& t2);
 
 }  // namespace quoin::solver

@@ -1,4 +1,4 @@
-#include "contact_terms.hpp"
+#include "contact/contact_jacobian.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +16,8 @@ struct Rows {
   Vector3 normal, t1, t2;
 };
 
-/// `at_point`, `at_anchor`: mean_motion of the two; the strain's columns are zero unless it deforms.
+/// `at_point`, `at_anchor`: mean_motion of the two; the strain's columns are zero unless it
+/// deforms.
 void fill(const Rows& rows, double sign, const Matrix3x12& at_point, const Matrix3x12& at_anchor,
           bool deforms, Matrix3x12& jacobian) {
   Matrix3 frame;
@@ -52,8 +53,8 @@ void add_turn(const BodyContact& contact, const ContactGeometry& mean, const Vec
   on_b -= (across_a.dot(lever) / across_a.dot(mean.edge_b)) * across_b.transpose() * rotation_b;
 }
 
-/// The tangents turn with the owner of the normal: (r × t)·m as above, so that shear forces on points
-/// that stand apart by m (a gap, an overlap, a stretched spring) keep angular momentum.
+/// The tangents turn with the owner of the normal: (r × t)·m as above, so that shear forces on
+/// points that stand apart by m (a gap, an overlap, a stretched spring) keep angular momentum.
 void add_tangent_turn(const BodyContact& contact, const Rows& rows, const Vector3& lever,
                       const Matrix3& rotation, LinearContact& linear) {
   Matrix3x12& jacobian = contact.normal_on_a ? linear.jacobian_a : linear.jacobian_b;
@@ -85,8 +86,7 @@ void linearise(const BodyContact& contact, const StepPoses& poses,
        poses.deforms[a] != 0, linear.jacobian_a);
   fill(rows, 1.0, point_b, moved_b ? mean(b, start_b, end_b, contact.state.anchor_b) : point_b,
        poses.deforms[b] != 0, linear.jacobian_b);
-  const Vector3 lever =
-      0.5 * (before.place_b - before.place_a + after.place_b - after.place_a);
+  const Vector3 lever = 0.5 * (before.place_b - before.place_a + after.place_b - after.place_a);
   ContactGeometry middle;
   middle.normal = rows.normal;
   middle.edge_a = 0.5 * (before.edge_a + after.edge_a);
@@ -101,9 +101,9 @@ void linearise(const BodyContact& contact, const StepPoses& poses,
   add_tangent_turn(contact, rows, 0.5 * (stretched + stretched_end), turning, linear);
   // The tangents of the start: half the turn back from those of the middle.
   const Vector3 back = -0.5 * (turning * poses.increment[owner].segment<3>(3));
-  linear.offset = Vector3(before.gap - contact.opening,
-                          (rows.t1 + back.cross(rows.t1)).dot(stretched),
-                          (rows.t2 + back.cross(rows.t2)).dot(stretched));
+  linear.offset =
+      Vector3(before.gap - contact.opening, (rows.t1 + back.cross(rows.t1)).dot(stretched),
+              (rows.t2 + back.cross(rows.t2)).dot(stretched));
   for (double& value : linear.offset) {
     if (std::abs(value) <= rounding) value = 0.0;
   }
@@ -123,10 +123,10 @@ void linearise(const BodyContact& contact, const StepPoses& poses,
 
 namespace {
 
-/// Augmentation over the stiffness that the two blocks oppose to the contact, and over that of their
-/// strain alone. Chosen: of the first, 1e4, 1e5 and 1e6 were tried on the inclines, towers and rocking
-/// blocks; higher needs fewer updates of the multipliers and leaves fewer digits to the forces. The
-/// second is what lets stiff blocks (E 1e12) settle in a few solves; it was not varied.
+/// Augmentation over the stiffness that the two blocks oppose to the contact, and over that of
+/// their strain alone. Chosen: of the first, 1e4, 1e5 and 1e6 were tried on the inclines, towers
+/// and rocking blocks; higher needs fewer updates of the multipliers and leaves fewer digits to the
+/// forces. The second is what lets stiff blocks (E 1e12) settle in a few solves; it was not varied.
 constexpr double kAugmentation = 1e5;
 constexpr double kStrainAugmentation = 1e2;
 
@@ -144,7 +144,8 @@ double strain_compliance(const LinearContact& c, int row, const std::vector<Matr
     if (slot < 0) continue;
     const Vector6 strain = jacobian->row(row).tail<6>();
     if (strain.isZero(0.0)) continue;
-    sum += strain.dot(compliance[static_cast<std::size_t>(slot)].bottomRightCorner<6, 6>() * strain);
+    sum +=
+        strain.dot(compliance[static_cast<std::size_t>(slot)].bottomRightCorner<6, 6>() * strain);
   }
   return sum;
 }

@@ -1,5 +1,6 @@
 #pragma once
-/// The contacts of a step with their history: who touches whom, where on the bodies, with what force.
+/// The contacts of a step with their history: who touches whom, where on the bodies, with what
+/// force.
 
 #include <span>
 
@@ -10,19 +11,22 @@ namespace quoin::solver {
 /// A contact held by the bodies: material points and a normal that turns with one of them, so that
 /// gap and slip can be followed exactly through a step.
 struct BodyContact {
-  Contact state;                             ///< forces, mode, anchors; `point` as detected
-  int a = 0, b = 0;                          ///< blocks
-  Vector3 arm_a = Vector3::Zero();           ///< reference arms of the contact point, m
+  Contact state;                    ///< forces, mode, anchors; `point` as detected
+  int a = 0, b = 0;                 ///< blocks
+  Vector3 arm_a = Vector3::Zero();  ///< reference arms of the contact point, m
   Vector3 arm_b = Vector3::Zero();
-  bool normal_on_a = false;                  ///< whose rotation carries the normal: the face's block
-  Vector3 normal_local = Vector3::UnitX();   ///< in that block's turning frame
-  bool crossed = false;                      ///< two edges: the normal is that of both, edge_a × edge_b
-  Vector3 edge_a = Vector3::Zero();          ///< in A's turning frame; signed so that the normal is A to B
-  Vector3 edge_b = Vector3::Zero();          ///< in B's turning frame
-  Vector3 axis = Vector3::UnitX();           ///< not along the normal: fixes the tangents of the step
-  Joint joint{};                             ///< with residual values once failed
-  double opening = 0.0;                      ///< by dilation, m
-  bool was_closed = false;                   ///< at the end of the last step
+  bool normal_on_a = false;                 ///< whose rotation carries the normal: the face's block
+  Vector3 normal_local = Vector3::UnitX();  ///< in that block's turning frame
+  bool crossed = false;              ///< two edges: the normal is that of both, edge_a × edge_b
+  Vector3 edge_a = Vector3::Zero();  ///< in A's turning frame; signed so that the normal is A to B
+  Vector3 edge_b = Vector3::Zero();  ///< in B's turning frame
+  Vector3 axis = Vector3::UnitX();   ///< not along the normal: fixes the tangents of the step
+  Joint joint{};
+  int joint_points = 1;     ///< contacts of the pair
+  double joint_area = 0.0;  ///< of all contacts of the pair, m2
+  double opening = 0.0;     ///< gap at which it was closed at the start of the step, m
+  bool was_closed = false;  ///< at the end of the last step
+  bool was_bonded = false;
 };
 
 /// Reference arm of a place (relative to State::origin) in a block.
@@ -31,25 +35,24 @@ Vector3 reference_arm(const Pose& pose, const Vector3& place);
 /// Joint of two blocks' materials.
 const Joint& joint_between(const Scene& scene, int a, int b);
 
-/// Whether contacts without history have the joint's cohesion and tension (those of the first step) or
-/// its residual values (blocks that meet later).
+/// What contacts without history are: bonds where blocks are laid (the first step), or blocks that
+/// meet later, with residual strength.
 enum class NewBonds : std::uint8_t { Intact, Residual };
 
 struct CarryOptions {
   const Scene& scene;
   std::span<const Pose> poses;
+  std::span<const BlockModel> models;
   double reach = 0.0;  ///< m: no history goes over to a contact farther away
   NewBonds bonds = NewBonds::Residual;
 };
 
 /// New list from what geometry found now, with the history of `before` handed on
-/// (geometry::match_previous). Places in `found` are relative to State::origin. `old_points`: memory.
+/// (geometry::match_previous). Places in `found` are relative to State::origin. `old_points`:
+/// memory.
 void carry_over(const CarryOptions& options, const std::vector<geometry::ContactPoint>& found,
                 std::span<const Contact> before, std::vector<geometry::ContactPoint>& old_points,
                 std::vector<BodyContact>& contacts);
-
-/// Cohesion and tension are gone: the joint has its residual values from now on.
-void fail(BodyContact& contact);
 
 /// The contact as held by the bodies at these poses, without history.
 BodyContact make_body_contact(const Scene& scene, std::span<const Pose> poses,

@@ -1,0 +1,147 @@
+#include "contact/joint_failure.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "contact/contact_jacobian.hpp"
+#include "contact/joint_law.hpp"
+#include "contact/joint_section.hpp"
+
+namespace quoin::solver {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kStressRounding = 1e-9;  // of the strength: forces are as good as that
+
+/// The contacts of one pair.
+struct SolvedJoint {
+  std::span<BodyContact> contacts;
+  std::span<const LinearContact> linear;
+};
+
+/// Place of a contact in the plane of its joint, m.
+Vector2d in_plane(const BodyContact& contact, const Vector3& normal) {
+  Vector3 t1, t2;
+  tangent_frame(contact, normal, t1, t2);
+  const Vector3 place = contact.state.point.point();
+  return {t1.dot(place), t2.dot(place)};
+}
+
+bool part_where_overloaded(const SolvedJoint& joint) {
+  const Vector3& normal = joint.contacts.front().state.point.normal;
+  std::vector<std::size_t> bonded;
+  std::vector<Vector2d> corners;
+  std::vector<double> pull;
+  for (std::size_t i = 0; i < joint.contacts.size(); ++i) {
+    if (!joint.contacts[i].state.bonded) continue;
+    bonded.push_back(i);
+    corners.push_back(in_plane(joint.contacts[i], normal));
+    pull.push_back(-joint.linear[i].force[0]);
+  }
+  if (bonded.empty()) return false;
+  const std::optional<JointSection> section = joint_section(corners);
+  std::vector<double> stress;
+  if (section) stress = section_stress(*section, corners, pull);
+  bool any = false;
+  for (std::size_t k = 0; k < bonded.size(); ++k) {
+    BodyContact& contact = joint.contacts[bonded[k]];
+    const double tension = strength(contact.joint, contact.state).tension;
+    if (section && !(stress[k] > (1.0 + kStressRounding) * tension)) continue;
+    weaken(contact.joint, contact.state);
+    any = true;
+  }
+  return any;
+}
+
+bool fail_where_opened(const SolvedJoint& joint, double limit) {
+  bool any = false;
+  for (std::size_t i = 0; i < joint.contacts.size(); ++i) {
+    BodyContact& contact = joint.contacts[i];
+    const LinearContact& c = joint.linear[i];
+    const bool opened = c.mode == ContactMode::Open && c.relative[0] > limit;
+    if (!opened || contact.state.failed || contact.state.bonded) continue;
+    weaken(contact.joint, contact.state);
+    any = true;
+  }
+  return any;
+}
+
+/// Shear on the contacts that are bonded in shear, and what they bear. Vectors in the joint's
+/// plane.
+struct ShearState {
+  Vector2d force = Vector2d::Zero(), centre = Vector2d::Zero();
+  double limit = 0.0;         ///< N
+  double moment = 0.0;        ///< N m, about the centre of strength
+  double moment_limit = 0.0;  ///< N m
+};
+
+double shear_strength(const BodyContact& contact, const LinearContact& c) {
+  const JointStrength now = strength(contact.joint, contact.state);
+  return now.friction * std::max(c.force[0], 0.0) + now.cohesion * contact.state.point.area;
+}
+
+ShearState shear_state(const SolvedJoint& joint) {
+  const Vector3& normal = joint.contacts.front().state.point.normal;
+  ShearState state;
+  const auto each = [&](const auto& visit) {
+    for (std::size_t i = 0; i < joint.contacts.size(); ++i) {
+      const BodyContact& contact = joint.contacts[i];
+      if (!bonded_in_shear(contact.joint, contact.state)) continue;
+      visit(in_plane(contact, normal), Vector2d(joint.linear[i].force.tail<2>()),
+            shear_strength(contact, joint.linear[i]));
+    }
+  };
+  each([&](const Vector2d& place, const Vector2d& force, double bears) {
+    state.force += force;
+    state.limit += bears;
+    state.centre += bears * place;
+  });
+  if (state.limit > 0.0) state.centre /= state.limit;
+  each([&](const Vector2d& place, const Vector2d& force, double bears) {
+    const Vector2d arm = place - state.centre;
+    state.moment += arm.x() * force.y() - arm.y() * force.x();
+    state.moment_limit += bears * arm.norm();
+  });
+  return state;
+}
+
+bool fail_where_sliding(const SolvedJoint& joint) {
+  const ShearState shear = shear_state(joint);
+  const double beyond = shear.force.squaredNorm() * shear.moment_limit * shear.moment_limit +
+                        shear.moment * shear.moment * shear.limit * shear.limit;
+  const double allowed = shear.limit * shear.moment_limit * (1.0 + kStressRounding);
+  const bool point = shear.moment_limit == 0.0;  // bears no moment, and gets none
+  const bool holds = point ? shear.force.norm() <= (1.0 + kStressRounding) * shear.limit
+                           : beyond <= allowed * allowed;
+  if (holds) return false;
+  bool any = false;
+  for (BodyContact& contact : joint.contacts) {
+    if (!bonded_in_shear(contact.joint, contact.state)) continue;
+    weaken(contact.joint, contact.state);
+    any = true;
+  }
+  return any;
+}
+
+}  // namespace
+
+bool fail_overloaded(std::span<BodyContact> contacts, std::span<const LinearContact> linear,
+                     double opened) {
+  bool any = false;
+  for (std::size_t first = 0, last = 0; first < contacts.size(); first = last) {
+    const auto same_pair = [&](const BodyContact& contact) {
+      return contact.a == contacts[first].a && contact.b == contacts[first].b;
+    };
+    while (last < contacts.size() && same_pair(contacts[last])) ++last;
+    if (!can_fail(contacts[first].joint)) continue;
+    const SolvedJoint joint{contacts.subspan(first, last - first),
+                            linear.subspan(first, last - first)};
+    any = part_where_overloaded(joint) || any;
+    any = fail_where_opened(joint, opened) || any;
+    any = fail_where_sliding(joint) || any;
+  }
+  return any;
+}
+
+}  // namespace quoin::solver

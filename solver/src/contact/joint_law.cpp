@@ -1,0 +1,216 @@
+#include "contact/joint_law.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace quoin::solver {
+namespace {
+
+/// Of the smaller block: blocks laid no farther apart are bonded. It is the least reach of a
+/// search.
+constexpr double kLaidGap = 1e-4;
+
+bool loses_friction(const Joint& joint) {
+  return joint.residual_friction_angle >= 0.0 &&
+         joint.residual_friction_angle != joint.friction_angle;
+}
+
+double damage(const Joint& joint, const Contact& contact) {
+  if (contact.failed) return 1.0;
+  return joint.softening_slip > 0.0 ? std::min(1.0, contact.slip / joint.softening_slip) : 0.0;
+}
+
+/// Mean of the damage while the slip grows by `further`.
+double mean_damage(const Joint& joint, const Contact& contact, double further) {
+  const double now = damage(joint, contact);
+  if (now == 1.0 || !(joint.softening_slip > 0.0) || !(further > 0.0)) return now;
+  const double rising = std::min(further, joint.softening_slip - contact.slip);
+  const double end = now + rising / joint.softening_slip;
+  return (0.5 * (now + end) * rising + (further - rising)) / further;
+}
+
+Vector3 trial_force(const LinearContact& c, double softness) {
+  const double normal = softness * c.normal_stiffness, shear = softness * c.shear_stiffness;
+  return {c.multiplier[0] - normal * c.relative[0], c.multiplier[1] - shear * c.relative[1],
+          c.multiplier[2] - shear * c.relative[2]};
+}
+
+double friction_limit(const LinearContact& c) {
+  return c.friction * std::max(c.force[0], 0.0) + c.cohesion;
+}
+
+/// Direction of the friction that a sliding contact had, or zero.
+Eigen::Vector2d known_direction(const LinearContact& c) {
+  const double size = c.multiplier.tail<2>().norm();
+  return size > 0.0 ? Eigen::Vector2d(c.multiplier.tail<2>() / size) : Eigen::Vector2d::Zero();
+}
+
+double spring_energy(double stiffness, double squared_stretch) {
+  return 0.5 * stiffness * squared_stretch;
+}
+
+double squared_normal_stretch(double gap, bool bonded) {
+  const double stretch = bonded ? gap : std::min(gap, 0.0);
+  return stretch * stretch;
+}
+
+}  // namespace
+
+bool bonded_in_shear(const Joint& joint, const Contact& contact) {
+  const bool brittle = joint.softening_slip == 0.0 && !contact.failed;
+  return brittle && (joint.cohesion > 0.0 || loses_friction(joint));
+}
+
+bool can_fail(const Joint& joint) {
+  return joint.cohesion > 0.0 || joint.tension > 0.0 || loses_friction(joint);
+}
+
+JointStrength strength(const Joint& joint, const Contact& contact, double further_slip) {
+  const double share = mean_damage(joint, contact, further_slip);
+  const double residual =
+      joint.residual_friction_angle >= 0.0 ? joint.residual_friction_angle : joint.friction_angle;
+  const auto mix = [share](double peak, double low) { return peak + share * (low - peak); };
+  return {mix(std::tan(joint.friction_angle), std::tan(residual)),
+          mix(joint.cohesion, joint.residual_cohesion), mix(joint.tension, joint.residual_tension)};
+}
+
+double opening(const Joint& joint, const Contact& contact, double further_slip) {
+  const double laid = contact.bonded ? contact.laid_gap : 0.0;
+  if (joint.dilation_angle == 0.0) return laid;
+  double slip = contact.slip + further_slip;
+  if (joint.dilation_slip > 0.0) slip = std::min(slip, joint.dilation_slip);
+  return laid + slip * std::tan(joint.dilation_angle);
+}
+
+double dilation_slope(const Joint& joint, const Contact& contact) {
+  const bool done = joint.dilation_slip > 0.0 && contact.slip >= joint.dilation_slip;
+  return done ? 0.0 : std::tan(joint.dilation_angle);
+}
+
+void lay(const Joint& joint, double size, Contact& contact) {
+  contact.failed = !(std::abs(contact.point.gap) <= kLaidGap * size);
+  contact.bonded = !contact.failed && joint.tension > 0.0 && contact.point.area > 0.0;
+  if (!contact.bonded) return;
+  contact.laid_gap = contact.point.gap;
+  contact.mode = ContactMode::Stick;
+}
+
+void weaken(const Joint& joint, Contact& contact) {
+  contact.bonded = contact.bonded && !contact.failed && joint.residual_tension > 0.0;
+  contact.failed = true;
+}
+
+void apply_assumed(double softness, LinearContact& c) {
+  c.mode = c.law == ContactLaw::Bilateral ? ContactMode::Stick : c.assumed;
+  if (c.mode == ContactMode::Open) {
+    c.force.setZero();
+    return;
+  }
+  c.force = trial_force(c, softness);
+  if (c.mode == ContactMode::Stick && c.law != ContactLaw::Frictionless) return;
+  c.mode = ContactMode::Slip;
+  if (c.law == ContactLaw::Frictionless) {
+    c.force.tail<2>().setZero();
+  } else {
+    c.bound = friction_limit(c);
+    c.force.tail<2>() = c.bound * known_direction(c);
+  }
+}
+
+void apply_law(double softness, LinearContact& c) {
+  const Vector3 trial = trial_force(c, softness);
+  c.force = trial;
+  c.mode = ContactMode::Stick;
+  if (c.law == ContactLaw::Bilateral) return;
+  if (!c.bonded && !(trial[0] > 0.0)) {
+    c.force.setZero();
+    c.mode = ContactMode::Open;
+    return;
+  }
+  if (c.law == ContactLaw::Stuck) return;
+  if (c.law == ContactLaw::Frictionless) {
+    c.force.tail<2>().setZero();
+    c.mode = ContactMode::Slip;
+    return;
+  }
+  c.bound = friction_limit(c);
+  const double size = trial.tail<2>().norm();
+  if (size <= c.bound) return;
+  c.force.tail<2>() *= c.bound / size;
+  c.mode = ContactMode::Slip;
+}
+
+Vector3 force_after_update(LinearContact c) {
+  c.multiplier = c.force;
+  apply_law(1.0, c);
+  return c.force;
+}
+
+Matrix3 tangent(const LinearContact& c, const TangentOptions& options) {
+  Matrix3 result = Matrix3::Zero();
+  if (c.mode == ContactMode::Open) return result;
+  const double normal = options.softness * c.normal_stiffness;
+  const double shear = options.softness * c.shear_stiffness;
+  result(0, 0) = normal;
+  if (c.law == ContactLaw::Frictionless) return result;
+  if (c.mode == ContactMode::Stick) {
+    result(1, 1) = result(2, 2) = shear;
+    return result;
+  }
+  const bool follows = c.force[0] > options.negligible;
+  if (options.assumed) {
+    if (follows) result.bottomLeftCorner<2, 1>() = c.friction * normal * known_direction(c);
+    return result;
+  }
+  const Eigen::Vector2d trial = trial_force(c, options.softness).tail<2>();
+  const double size = trial.norm();
+  if (!(size > 0.0)) return result;
+  const Eigen::Vector2d along = trial / size;
+  result.bottomRightCorner<2, 2>() =
+      (shear * c.bound / size) * (Eigen::Matrix2d::Identity() - along * along.transpose());
+  if (follows) result.bottomLeftCorner<2, 1>() = c.friction * normal * along;
+  return result;
+}
+
+double slip_in_step(const LinearContact& c, const Vector3& moved) {
+  if (c.mode != ContactMode::Slip) return 0.0;
+  if (!c.compliant) return (c.relative.tail<2>() - c.start.tail<2>()).norm();
+  if (!(c.shear_spring > 0.0)) return moved.tail<2>().norm();
+  const double stretch = c.force.tail<2>().norm() / c.shear_spring;
+  return std::max(0.0, (c.start + moved).tail<2>().norm() - stretch);
+}
+
+ContactWork contact_work(const LinearContact& c, const Vector3& moved) {
+  ContactWork work;
+  const double rubbed = -c.force.tail<2>().dot(moved.tail<2>());
+  const double lifted = c.force[0] * c.dilation;
+  if (!c.compliant) {
+    const bool impact = c.closing_share > 0.0;  // its force stands for an impulse
+    work.impulse = impact ? c.force.dot(moved) : c.force[0] * moved[0] - lifted;
+    if (!impact) work.heat = rubbed - lifted;
+    return work;
+  }
+  const Vector3 end = c.start + moved;
+  double end_stretch = 0.0;
+  if (c.mode == ContactMode::Stick) end_stretch = end.tail<2>().squaredNorm();
+  if (c.mode == ContactMode::Slip && c.shear_spring > 0.0) {
+    end_stretch = c.force.tail<2>().squaredNorm() / (c.shear_spring * c.shear_spring);
+  }
+  const double start_stretch = c.was_closed ? c.start.tail<2>().squaredNorm() : 0.0;
+  const double normal_start = squared_normal_stretch(c.start[0], c.was_bonded);
+  const double normal_end = squared_normal_stretch(end[0] - c.dilation, c.bonded);
+  const double shear_change =
+      spring_energy(c.shear_spring, end_stretch) - spring_energy(c.shear_spring, start_stretch);
+  work.stored =
+      spring_energy(c.normal_spring, normal_end) + spring_energy(c.shear_spring, end_stretch);
+  const double lost = -c.force.dot(moved) - shear_change -
+                      spring_energy(c.normal_spring, normal_end - normal_start);
+  if (c.mode == ContactMode::Slip) work.heat = rubbed - shear_change - lifted;
+  if (c.was_bonded && !c.bonded && c.start[0] > 0.0) {
+    work.heat += spring_energy(c.normal_spring, normal_start);
+  }
+  work.scheme = lost - work.heat;
+  return work;
+}
+
+}  // namespace quoin::solver

@@ -1,0 +1,69 @@
+#include "contact/joint_section.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace quoin::solver {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Vector2d;
+
+/// Of the area of the corners' bounding circle: less is a line.
+constexpr double kLeastArea = 1e-9;
+
+std::vector<Vector2d> around(std::span<const Vector2d> corners, const Vector2d& middle) {
+  std::vector<Vector2d> arms;
+  for (const Vector2d& corner : corners) arms.push_back(corner - middle);
+  std::sort(arms.begin(), arms.end(), [](const Vector2d& p, const Vector2d& q) {
+    return std::atan2(p.y(), p.x()) < std::atan2(q.y(), q.x());
+  });
+  return arms;
+}
+
+}  // namespace
+
+std::optional<JointSection> joint_section(std::span<const Vector2d> corners) {
+  if (corners.size() < 3) return std::nullopt;
+  Vector2d middle = Vector2d::Zero();
+  for (const Vector2d& corner : corners) middle += corner / static_cast<double>(corners.size());
+  const std::vector<Vector2d> arms = around(corners, middle);
+  JointSection section;
+  Vector2d first = Vector2d::Zero();
+  Matrix2d second = Matrix2d::Zero();
+  double radius = 0.0;
+  for (std::size_t i = 0; i < arms.size(); ++i) {
+    // The triangle of the middle and one side.
+    const Vector2d &p = arms[i], &q = arms[(i + 1) % arms.size()];
+    const double area = 0.5 * (p.x() * q.y() - p.y() * q.x());
+    const Vector2d sum = p + q;
+    section.area += area;
+    first += area / 3.0 * sum;
+    second += area / 12.0 * (p * p.transpose() + q * q.transpose() + sum * sum.transpose());
+    radius = std::max(radius, p.norm());
+  }
+  if (!(section.area > kLeastArea * radius * radius)) return std::nullopt;
+  const Vector2d centroid = first / section.area;
+  section.centroid = middle + centroid;
+  section.second_moment = second - section.area * centroid * centroid.transpose();
+  return section;
+}
+
+std::vector<double> section_stress(const JointSection& section, std::span<const Vector2d> corners,
+                                   std::span<const double> pull) {
+  double force = 0.0;
+  Vector2d moment = Vector2d::Zero();
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    force += pull[i];
+    moment += pull[i] * (corners[i] - section.centroid);
+  }
+  const Vector2d gradient = section.second_moment.inverse() * moment;
+  std::vector<double> stress;
+  for (const Vector2d& corner : corners) {
+    stress.push_back(force / section.area + gradient.dot(corner - section.centroid));
+  }
+  return stress;
+}
+
+}  // namespace quoin::solver

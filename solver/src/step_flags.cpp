@@ -1,0 +1,87 @@
+#include "step_flags.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace quoin::solver {
+namespace {
+
+constexpr double kLargestStrain = 0.05;   // small-strain theory
+constexpr double kLargestOverlap = 1e-3;  // of the smaller block: as at the start of a scene
+constexpr double kEnergyGrowth = 1e-6;    // of its scale: what conservation is tested to
+
+double size(const CompiledScene& compiled, int block) {
+  return compiled.models[static_cast<std::size_t>(block)].size;
+}
+
+StepFlag worst_strain(const State& state) {
+  StepFlag flag{.kind = FlagKind::Strain, .limit = kLargestStrain};
+  for (std::size_t b = 0; b < state.blocks.size(); ++b) {
+    const double strain = state.blocks[b].strain.cwiseAbs().maxCoeff();
+    if (!(strain > flag.value)) continue;
+    flag.value = strain;
+    flag.block = static_cast<int>(b);
+  }
+  return flag;
+}
+
+StepFlag worst_overlap(const CompiledScene& compiled,
+                       std::span<const geometry::ContactPoint> found) {
+  StepFlag flag{.kind = FlagKind::Overlap, .limit = kLargestOverlap};
+  for (const geometry::ContactPoint& point : found) {
+    const int a = point.key.a, b = point.key.b;
+    const double share = -point.gap / std::min(size(compiled, a), size(compiled, b));
+    if (!(share > flag.value)) continue;
+    flag.value = share;
+    flag.block = a;
+    flag.other = b;
+  }
+  return flag;
+}
+
+StepFlag missing_contact(const CompiledScene& compiled, const geometry::ContactPoint& point) {
+  const int a = point.key.a, b = point.key.b;
+  return {.kind = FlagKind::LostContact,
+          .value = -point.gap / std::min(size(compiled, a), size(compiled, b)),
+          .block = a,
+          .other = b};
+}
+
+}  // namespace
+
+std::string_view name(FlagKind kind) {
+  constexpr std::array<std::string_view, 6> kNames = {
+      "unconverged", "strain", "overlap", "rounding", "energy_growth", "lost_contact"};
+  return kNames[static_cast<std::size_t>(kind)];
+}
+
+void EnergyScale::note(const EnergyLedger& energy) {
+  const double rest = energy.mechanical() - energy.kinetic;
+  lowest_ = noted_ ? std::min(lowest_, rest) : rest;
+  highest_ = noted_ ? std::max(highest_, rest) : rest;
+  kinetic_ = std::max(kinetic_, energy.kinetic);
+  noted_ = true;
+}
+
+void append_flags(const CompiledScene& compiled, const State& state, const StepEvidence& evidence,
+                  StepReport& report) {
+  const auto append = [&](const StepFlag& flag) {
+    if (flag.value > flag.limit) report.flags.push_back(flag);
+  };
+  if (report.status != StepStatus::Converged) {
+    report.flags.push_back({.kind = FlagKind::Unconverged, .value = report.residual});
+  }
+  append(worst_strain(state));
+  append(worst_overlap(compiled, evidence.found));
+  append({.kind = FlagKind::Rounding,
+          .value = evidence.rounding / evidence.gap_tolerance,
+          .limit = 1.0});
+  if (evidence.energy_scale > 0.0) {
+    append({.kind = FlagKind::EnergyGrowth,
+            .value = evidence.energy_growth / evidence.energy_scale,
+            .limit = kEnergyGrowth});
+  }
+  if (evidence.missing != nullptr) append(missing_contact(compiled, *evidence.missing));
+}
+
+}  // namespace quoin::solver

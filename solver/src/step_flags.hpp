@@ -1,0 +1,36 @@
+#pragma once
+/// What a step's result should not be trusted for: found by the run itself.
+
+#include <quoin/solver/simulation.hpp>
+#include <span>
+
+#include "compiled_scene.hpp"
+
+namespace quoin::solver {
+
+/// What a change of energy is measured against, J.
+class EnergyScale {
+ public:
+  void note(const EnergyLedger& energy);
+  /// Largest kinetic energy so far and the swing of the rest.
+  double value() const { return kinetic_ + highest_ - lowest_; }
+
+ private:
+  double kinetic_ = 0.0, highest_ = 0.0, lowest_ = 0.0;
+  bool noted_ = false;
+};
+
+struct StepEvidence {
+  double energy_growth = 0.0;  ///< of a sub-step, J: mechanical energy less the work of loads
+  double energy_scale = 0.0;   ///< J
+  double rounding = 0.0;       ///< of a gap, m
+  double gap_tolerance = 0.0;  ///< m
+  std::span<const geometry::ContactPoint> found;    ///< at the end of the step
+  const geometry::ContactPoint* missing = nullptr;  ///< an overlap that no contact held
+};
+
+/// Appends to report.flags.
+void append_flags(const CompiledScene& compiled, const State& state, const StepEvidence& evidence,
+                  StepReport& report);
+
+}  // namespace quoin::solver

@@ -1,0 +1,312 @@
+/// Joints with strength, stiffness and dilation against closed forms: rigid and deformable blocks,
+/// in turned and shifted frames.
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <quoin/geometry/build.hpp>
+#include <quoin/solver.hpp>
+
+#include "support/catch.hpp"
+
+using namespace quoin::solver;
+using namespace quoin::tests;
+namespace geometry = quoin::geometry;
+
+namespace {
+
+constexpr double kGravity = 9.81;
+constexpr double kDensity = 2500.0;
+constexpr double kWeight = kDensity * kGravity;  // of a cubic metre
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+/// Where a scene stands in the world.
+struct Frame {
+  Matrix3 rotation = Matrix3::Identity();
+  Vector3 origin = Vector3::Zero();
+  bool rigid = true;
+
+  geometry::Polyhedron box(const Vector3& low, const Vector3& high) const {
+    geometry::Polyhedron shape = geometry::make_box(low, high);
+    geometry::Points places = (rotation * shape.vertices()).colwise() + origin;
+    shape.set_vertices(places);
+    return shape;
+  }
+  Vector3 point(const Vector3& p) const { return origin + rotation * p; }
+  Scene scene(const Vector3& gravity = {0, 0, -kGravity}) const {
+    Scene scene;
+    scene.gravity = Vector3(rotation * gravity);
+    return scene;
+  }
+  void add(Scene& scene, const Vector3& low, const Vector3& high, double young = 5e9) const {
+    const Material rock{.density = kDensity, .young = young, .poisson = 0.2};
+    rigid ? scene.add_rigid(box(low, high), rock) : scene.add_block(box(low, high), rock);
+  }
+  /// Of a block's centroid since the start, in the frame's axes.
+  Vector3 moved(const Simulation& simulation, int block) const {
+    const auto b = static_cast<std::size_t>(block);
+    const geometry::Points& start = simulation.scene().blocks[b].shape.vertices();
+    const geometry::Points now =
+        simulation.state().polyhedra[b].vertices().colwise() + simulation.state().origin;
+    return rotation.transpose() * (now.rowwise().mean() - start.rowwise().mean());
+  }
+};
+
+std::vector<Frame> frames() {
+  const Matrix3 turned =
+      Eigen::AngleAxisd(1.1, Vector3(0.3, -0.5, 0.8).normalized()).toRotationMatrix();
+  std::vector<Frame> all;
+  for (const bool rigid : {true, false}) {
+    all.push_back({.rigid = rigid});
+    all.push_back({.rotation = turned, .rigid = rigid});
+    all.push_back({.rotation = turned, .origin = {1234.5, -678.9, 42.0}, .rigid = rigid});
+  }
+  return all;
+}
+
+void run(Simulation& simulation, int steps) {
+  for (int i = 0; i < steps; ++i) {
+    const StepReport report = simulation.advance();
+    INFO(describe(report));
+    REQUIRE(report.status == StepStatus::Converged);
+  }
+}
+
+/// Static steps, then dynamic ones.
+void settle(Simulation& simulation, Analysis analysis, int steps) {
+  StepOptions options = simulation.options();
+  const StepOptions before = options;
+  options.analysis = analysis;
+  options.time_step = 0.1;
+  simulation.set_options(options);
+  run(simulation, steps);
+  simulation.set_options(before);
+}
+
+/// A cube under a ceiling that it is glued to.
+Scene hung(const Frame& frame, const Joint& joint) {
+  Scene scene = frame.scene();
+  scene.joint = joint;
+  scene.add_fixed(frame.box({-2, -2, 1}, {3, 3, 2}));
+  frame.add(scene, {0, 0, 0}, {1, 1, 1});
+  return scene;
+}
+
+const std::vector<ContactMethod> kMethods = {ContactMethod::AugmentedLagrangian,
+                                             ContactMethod::Springs};
+
+int closed_contacts(const Simulation& simulation) {
+  return static_cast<int>(std::ranges::count_if(
+      simulation.state().contacts, [](const Contact& c) { return c.mode != ContactMode::Open; }));
+}
+
+}  // namespace
+
+TEST_CASE(
+    "A hung block: dead weight up to its tension, not beyond; friction and cohesion or none") {
+  for (const Frame& frame : frames()) {
+    for (const ContactMethod method : kMethods) {
+      for (const double glue : {0.0, 1e6}) {
+        for (const double share : {0.025, 0.99, 1.01}) {
+          CAPTURE(frame.rigid, frame.origin.x(), static_cast<int>(method), glue, share);
+          Simulation simulation(hung(frame, {.friction_angle = glue > 0.0 ? 0.5 : 0.0,
+                                             .cohesion = glue,
+                                             .tension = kWeight / share}),
+                                {.time_step = 1e-3, .method = method, .penalty = 1e10});
+          settle(simulation, Analysis::Static, 30);
+          run(simulation, 200);
+          const Vector3 moved = frame.moved(simulation, 1);
+          if (share < 1.0) {
+            CHECK(moved.norm() < 1e-5);  // the strain of 5 GPa, the sag of springs
+            CHECK(closed_contacts(simulation) == 4);
+          } else {
+            CHECK(moved.z() < -0.5 * kGravity * 0.2 * 0.2 + 1e-5);
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("A hung rigid block under sudden gravity; a load that grows breaks it when it should") {
+  for (const Frame& frame : frames()) {
+    if (!frame.rigid) continue;
+    for (const double share : {0.99, 1.01}) {
+      Simulation simulation(hung(frame, {.tension = kWeight / share}), {.time_step = 1e-3});
+      run(simulation, 200);
+      const double fall = share < 1.0 ? 0.0 : -0.5 * kGravity * 0.2 * 0.2;
+      CHECK_THAT(frame.moved(simulation, 1).z(), WithinAbs(fall, 1e-10));
+    }
+  }
+  for (const Frame& frame : frames()) {
+    // Strength 3 W, load W + 10 W t: at 0.2 s.
+    Scene scene = hung(frame, {.tension = 3.0 * kWeight});
+    const Vector3 down = frame.rotation * Vector3(0, 0, -10.0 * kWeight);
+    scene.body_loads.push_back(
+        {1, VectorOfTime([down](double time) -> Vector3 { return time * down; })});
+    Simulation simulation(scene, {.time_step = 1e-3});
+    if (!frame.rigid) settle(simulation, Analysis::Settle, 0);
+    double broken = 0.0;
+    while (broken == 0.0 && simulation.state().time < 0.4) {
+      run(simulation, 1);
+      if (closed_contacts(simulation) == 0) broken = simulation.state().time;
+    }
+    // Deformable: sudden gravity still rings (0.1 of a weight is 0.01 s).
+    CHECK_THAT(broken, WithinAbs(0.2, frame.rigid ? 1.001e-3 : 0.02));
+  }
+}
+
+TEST_CASE("A cohesive plane bears the limit of its whole area, thin blocks and thick ones") {
+  const double dip = 35.0 * kDegree, friction = 20.0 * kDegree;
+  const double excess = std::sin(dip) - std::cos(dip) * std::tan(friction);
+  for (const Frame& base : frames()) {
+    for (const double height : {0.1, 1.0, 2.0}) {
+      for (const double share : {0.99, 1.01}) {
+        Frame frame = base;
+        frame.rotation =
+            base.rotation * Eigen::AngleAxisd(dip, Vector3::UnitY()).toRotationMatrix();
+        Scene scene = frame.scene();
+        scene.gravity = Vector3(base.rotation * Vector3(0, 0, -kGravity));
+        scene.joint = {.friction_angle = friction, .cohesion = kWeight * height * excess / share};
+        scene.add_fixed(frame.box({-5, -5, -1}, {20, 5, 0}));
+        frame.add(scene, {-1, -1, 0}, {1, 1, height});
+        Simulation simulation(scene, {.time_step = 1e-3});
+        settle(simulation, Analysis::Settle, 30);
+        if (!frame.rigid) settle(simulation, Analysis::Static, share < 1.0 ? 30 : 0);
+        const double start = frame.moved(simulation, 1).x();
+        run(simulation, 300);
+        CAPTURE(frame.rigid, height, share);
+        const double slid = share < 1.0 ? 0.0 : 0.5 * kGravity * excess * 0.3 * 0.3;
+        CHECK_THAT(frame.moved(simulation, 1).x() - start, WithinAbs(slid, 1e-3 * slid + 1e-8));
+      }
+    }
+  }
+}
+
+TEST_CASE("A beam of two blocks peels when its outermost stress reaches the tension") {
+  for (const Frame& frame : frames()) {
+    for (const double share : {0.99, 1.01}) {
+      // A cantilever of 2 m on a square joint of 1 m: M = W L/2 and 6 M / h^3 at its upper edge.
+      const double weight = 2.0 * kWeight, stress = 6.0 * weight * 1.0;
+      Scene scene = frame.scene();
+      scene.joint = {.friction_angle = 0.5, .cohesion = 100.0 * weight, .tension = stress / share};
+      scene.add_fixed(frame.box({-1, 0, 0}, {0, 1, 1}));
+      frame.add(scene, {0, 0, 0}, {2, 1, 1}, 5e10);
+      Simulation simulation(scene, {.time_step = 1e-3});
+      settle(simulation, Analysis::Static, 60);
+      run(simulation, 100);
+      CAPTURE(frame.rigid, frame.origin.x(), share);
+      if (share < 1.0) {
+        CHECK(frame.moved(simulation, 1).norm() < 1e-4);
+      } else {
+        CHECK(frame.moved(simulation, 1).z() < -0.01);
+      }
+    }
+  }
+}
+
+TEST_CASE("Dilation: no lag in its height, no lost contact, its work is booked, none is made") {
+  const double friction = 30.0 * kDegree, dilation = 10.0 * kDegree;
+  for (const Frame& frame : frames()) {
+    if (!frame.rigid) continue;
+    Scene scene = frame.scene();
+    scene.joint = {.friction_angle = friction, .dilation_angle = dilation};
+    scene.add_fixed(frame.box({-5, -5, -1}, {20, 5, 0}));
+    frame.add(scene, {-1, -1, 0}, {1, 1, 0.5});
+    const double mass = 2.0 * kDensity, weight = mass * kGravity, push = weight;
+    scene.body_loads.push_back({1, Vector3(frame.rotation * Vector3(push / 2.0, 0, 0))});
+    Simulation simulation(scene, {.time_step = 1e-3});
+    const double rise = std::tan(dilation), mu = std::tan(friction);
+    const double acceleration = (push - weight * mu) / (mass * (1.0 + mu * rise));
+    for (int i = 1; i <= 1000; ++i) {
+      run(simulation, 1);
+      CAPTURE(i, frame.origin.x());
+      REQUIRE(closed_contacts(simulation) == 4);
+      const double t = 1e-3 * i, way = 0.5 * acceleration * t * t;
+      const Vector3 moved = frame.moved(simulation, 1);
+      REQUIRE_THAT(moved.x(), WithinAbs(way, 1e-9));
+      REQUIRE_THAT(moved.z(), WithinAbs(rise * way, 1e-9));
+    }
+    const double way = 0.5 * acceleration;
+    const double normal = weight + mass * acceleration * rise;
+    const EnergyLedger& energy = simulation.state().energy;
+    CHECK_THAT(energy.work, WithinRel(push * way, 1e-8));
+    CHECK_THAT(energy.friction_loss, WithinRel(normal * (mu - rise) * way, 1e-6));
+    CHECK_THAT(energy.impact_loss, WithinAbs(0.0, 1e-6 * energy.work));
+    CHECK_THAT(energy.closure, WithinAbs(0.0, 1e-8 * energy.work));
+  }
+}
+
+TEST_CASE("Dilation ends at its slip") {
+  for (const Frame& frame : frames()) {
+    Scene scene = frame.scene();
+    scene.joint = {.friction_angle = 0.5, .dilation_angle = 0.2, .dilation_slip = 0.01};
+    scene.add_fixed(frame.box({-5, -5, -1}, {20, 5, 0}));
+    frame.add(scene, {-1, -1, 0}, {1, 1, 0.5});
+    scene.blocks[1].velocity = frame.rotation * Vector3(1.0, 0, 0);
+    Simulation simulation(scene, {.time_step = 1e-3});
+    run(simulation, 400);
+    CHECK(frame.moved(simulation, 1).x() > 0.05);
+    CHECK_THAT(frame.moved(simulation, 1).z(), WithinAbs(0.01 * std::tan(0.2), 1e-6));
+    CHECK(simulation.state().energy.friction_loss > 0.0);
+  }
+}
+
+/// A block on a joint with stiffness, turned about the normal by `turn`.
+Simulation sheared(const Frame& frame, double turn, double shear, ContactMethod method) {
+  Scene scene = frame.scene();
+  scene.joint = {.friction_angle = 0.5, .normal_stiffness = 1e8, .shear_stiffness = 4e7};
+  scene.add_fixed(frame.box({-0.5, -0.5, -1}, {0.5, 0.5, 0}));
+  Frame turned = frame;
+  turned.rotation = frame.rotation * Eigen::AngleAxisd(turn, Vector3::UnitZ()).toRotationMatrix();
+  turned.add(scene, {-0.5, -0.5, 0}, {0.5, 0.5, 1}, 5e12);
+  // At the joint's level: no moment.
+  const Vector3 force = frame.rotation * Vector3(shear, 0, 0);
+  scene.point_loads.push_back({1, frame.point({0, 0, 0}), force});
+  Simulation simulation(std::move(scene), {.time_step = 1e-3, .method = method, .penalty = 1e3});
+  settle(simulation, Analysis::Static, 200);
+  return simulation;
+}
+
+TEST_CASE("Direct shear: kn and ks of the area, four corners or eight, until friction gives way") {
+  const double octagon = 2.0 * (std::sqrt(2.0) - 1.0), limit = std::tan(0.5) * kWeight;
+  for (const Frame& frame : frames()) {
+    for (const ContactMethod method : kMethods) {
+      for (const double turn : {0.0, 45.0 * kDegree}) {
+        const double area = turn > 0.0 ? octagon : 1.0, shear = 0.9 * limit;
+        Simulation simulation = sheared(frame, turn, shear, method);
+        CAPTURE(frame.rigid, turn, static_cast<int>(method));
+        CHECK(closed_contacts(simulation) == (turn > 0.0 ? 8 : 4));
+        // Of the base: that of the centroid, but for the strain at 5 TPa.
+        CHECK_THAT(frame.moved(simulation, 1).z(), WithinRel(-kWeight / (1e8 * area), 1e-3));
+        Vector3 base = Vector3::Zero();
+        for (const Contact& c : simulation.state().contacts) base += c.shear_force;
+        CHECK_THAT((frame.rotation.transpose() * base).x(), WithinRel(shear, 1e-6));
+        for (const Contact& c : simulation.state().contacts) CHECK(c.slip == 0.0);
+      }
+    }
+    Simulation simulation = sheared(frame, 0.0, 1.1 * limit, ContactMethod::AugmentedLagrangian);
+    CHECK(frame.moved(simulation, 1).x() > 1e-3);
+  }
+}
+
+TEST_CASE("Softening: what a sliding block loses is the area under strength against slip") {
+  for (const Frame& frame : frames()) {
+    for (const double time_step : {1e-3, 3.7e-4}) {
+      Scene scene = frame.scene(Vector3::Zero());
+      const double cohesion = 1e5, length = 0.01, area = 2.0, mass = kDensity;
+      scene.joint = {.cohesion = cohesion, .tension = 1e6, .softening_slip = length};
+      scene.add_fixed(frame.box({-5, -5, -1}, {5, 5, 0}));
+      scene.add_fixed(frame.box({-5, -5, 1}, {5, 5, 2}));
+      frame.add(scene, {0, 0, 0}, {1, 1, 1}, 5e11);
+      scene.blocks[2].velocity = frame.rotation * Vector3(2.0, 0, 0);
+      Simulation simulation(scene, {.time_step = time_step});
+      run(simulation, 50);
+      const double lost = 0.5 * cohesion * area * length;
+      const EnergyLedger& energy = simulation.state().energy;
+      CAPTURE(frame.rigid, time_step);
+      CHECK_THAT(energy.friction_loss, WithinRel(lost, frame.rigid ? 1e-8 : 1e-3));
+      CHECK_THAT(energy.kinetic, WithinRel(0.5 * mass * 4.0 - lost, frame.rigid ? 1e-8 : 1e-3));
+    }
+  }
+}
