@@ -79,17 +79,25 @@ class Made {
   }
   void watch(const std::string& block) { monitors_.push_back({{"name", block}, {"block", block}}); }
 
-  /// `end_time` > 0: a dynamic stage of that length; else the scene comes to rest and ends.
-  void save(double time_step, double end_time) const {
+  /// The scene comes to rest, then moves for `end_time` where that is not 0.
+  void save_standing(double time_step) const {
+    json stages = json::array({json{{"analysis", "static"}}});
+    if (stone_.end_time > 0) {
+      stages.push_back({{"analysis", "dynamic"}, {"end_time", stone_.end_time}});
+    }
+    save(time_step, stages);
+  }
+  /// The scene moves from the start.
+  void save_moving(double time_step, double otherwise) const {
+    const double end_time = stone_.end_time > 0 ? stone_.end_time : otherwise;
+    save(time_step, json::array({json{{"analysis", "dynamic"}, {"end_time", end_time}}}));
+  }
+
+ private:
+  void save(double time_step, const json& stages) const {
     json material = {{"density", stone_.density}};
     if (stone_.young > 0) {
       material["young"] = stone_.young;
-    }
-    json stages = json::array();
-    if (end_time <= 0) {
-      stages.push_back({{"analysis", "static"}});
-    } else {
-      stages.push_back({{"analysis", "dynamic"}, {"end_time", end_time}});
     }
     const json head = {{"title", title_},
                        {"parameters", {{"phi", stone_.friction_deg}}},
@@ -109,7 +117,6 @@ class Made {
     write(text + "  ]\n}\n");
   }
 
- private:
   void write(const std::string& text) const {
     if (stone_.out.empty()) {
       std::fputs(text.c_str(), stdout);
@@ -158,7 +165,7 @@ void make_wall(const Stone& stone, const Wall& wall) {
     }
   }
   made.watch(last);
-  made.save(1e-3, stone.end_time);
+  made.save_standing(1e-3);
 }
 
 struct Arch {
@@ -186,7 +193,7 @@ void make_arch(const Stone& stone, const Arch& arch) {
     }
   }
   made.watch(numbered("voussoir", arch.blocks / 2));
-  made.save(1e-2, stone.end_time);
+  made.save_standing(1e-2);
 }
 
 struct Dome {
@@ -215,7 +222,7 @@ void make_dome(const Stone& stone, const Dome& dome) {
     }
   }
   made.watch(numbered("stone", dome.rings - 1, 0));
-  made.save(1e-2, stone.end_time);
+  made.save_standing(1e-2);
 }
 
 struct Tower {
@@ -232,7 +239,7 @@ void make_tower(const Stone& stone, const Tower& tower) {
              box({0, 0, i * tower.block_height}, {w, w, (i + 1) * tower.block_height}));
   }
   made.watch(numbered("drum", tower.blocks - 1));
-  made.save(1e-3, stone.end_time);
+  made.save_standing(1e-3);
 }
 
 struct Stair {
@@ -250,7 +257,7 @@ void make_stair(const Stone& stone, const Stair& stair) {
              box({i * stair.run, 0, i * stair.rise}, {length, stair.width, (i + 1) * stair.rise}));
   }
   made.watch(numbered("step", stair.steps - 1));
-  made.save(1e-3, stone.end_time);
+  made.save_standing(1e-3);
 }
 
 struct Slope {
@@ -285,7 +292,7 @@ void make_slope(const Stone& stone, const Slope& slope) {
   }
   made.add("wedge", {{"type", "hull"}, {"points", points(wedge)}});
   made.watch("wedge");
-  made.save(1e-2, stone.end_time > 0 ? stone.end_time : 1.0);
+  made.save_moving(1e-2, 1.0);
 }
 
 struct Pile {
@@ -317,7 +324,7 @@ void make_pile(const Stone& stone, const Pile& pile) {
     made.add_turned(numbered("rock", i), box(middle - half, middle + half), turn, middle);
   }
   made.watch(numbered("rock", pile.blocks - 1));
-  made.save(5e-3, stone.end_time > 0 ? stone.end_time : 2.0);
+  made.save_moving(5e-3, 2.0);
 }
 
 /// One shape of the command: its options, in the order of the help text.
@@ -349,7 +356,7 @@ class ShapeOptions {
         ->capture_default_str();
     command_
         ->add_option("--end-time", stone_->end_time,
-                     "s of motion (default: until rest; slope 1, pile 2)")
+                     "s of motion (default: none after rest; slope 1, pile 2)")
         ->check(CLI::Range(0.0, 1e9));
     command_->add_option("--out", stone_->out, "file (default: standard output)");
     command_->callback([stone = stone_, make, &exit_code = exit_code_] {
