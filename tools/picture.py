@@ -26,7 +26,6 @@ from run_output import Blocks, Contacts, series  # noqa: E402
 HELD = np.array([0.76, 0.75, 0.73])
 FREE = np.array([(0.80, 0.48, 0.33), (0.88, 0.70, 0.44), (0.44, 0.58, 0.68), (0.58, 0.66, 0.48),
                  (0.72, 0.45, 0.46), (0.54, 0.51, 0.66)])
-LIGHT = np.array([-0.45, -0.65, 0.85]) / np.linalg.norm([-0.45, -0.65, 0.85])
 STICK, SLIP = "#0072B2", "#D55E00"
 FRAMES_A_SECOND = 15
 
@@ -41,30 +40,81 @@ class View:
             right = np.array([1.0, 0.0, 0.0])
         self.right = right / np.linalg.norm(right)
         self.up = np.cross(self.back, self.right)
+        light = 0.6 * self.back - 0.5 * self.right + np.array([0.0, 0.0, 0.9])
+        self.light = light / np.linalg.norm(light)  # towards it: over the left shoulder
 
     def flat(self, points):
         return np.column_stack([points @ self.right, points @ self.up])
 
 
+class Shape:
+    """One convex block as it is drawn."""
+
+    def __init__(self, points, faces, colour):
+        self.points = points[sorted({v for face in faces for v in face})]
+        self.colour = colour
+        self.corners = [points[face] for face in faces]
+        areas = np.array([sum(np.cross(c[i] - c[0], c[i + 1] - c[0]) for i in range(1, len(c) - 1))
+                          for c in self.corners])
+        self.normals = areas / np.maximum(np.linalg.norm(areas, axis=1), 1e-300)[:, None]
+        self.offsets = np.array([n @ c[0] for n, c in zip(self.normals, self.corners)])
+
+
+def in_front(a, b, view):
+    """1 when block b hides a, -1 when a hides b, by the face plane that parts them best; 0: neither."""
+    best, answer = -np.inf, 0
+    for first, second, sign in ((a, b, 1), (b, a, -1)):
+        gaps = (second.points @ first.normals.T - first.offsets).min(axis=0)
+        towards = first.normals @ view.back
+        gaps[np.abs(towards) < 1e-6] = -np.inf
+        face = int(np.argmax(gaps))
+        if gaps[face] > best:
+            best, answer = gaps[face], sign * int(np.sign(towards[face]))
+    return answer
+
+
+def back_to_front(shapes, view):
+    """Order of drawing: every block after those that it hides."""
+    flat = [view.flat(shape.points) for shape in shapes]
+    low = np.array([f.min(axis=0) for f in flat])
+    high = np.array([f.max(axis=0) for f in flat])
+    behind = [[] for _ in shapes]
+    for i, shape in enumerate(shapes):
+        near = np.all((low[i] < high[i + 1:]) & (low[i + 1:] < high[i]), axis=1)
+        for j in i + 1 + np.flatnonzero(near):
+            sign = in_front(shape, shapes[j], view)
+            if sign:
+                behind[j if sign > 0 else i].append(i if sign > 0 else j)
+    depth = [(shape.points @ view.back).mean() for shape in shapes]
+    order, seen = [], set()
+    for start in sorted(range(len(shapes)), key=depth.__getitem__):
+        stack = [] if start in seen else [(start, iter(behind[start]))]
+        seen.add(start)
+        while stack:
+            following = next((n for n in stack[-1][1] if n not in seen), None)
+            if following is None:
+                order.append(stack.pop()[0])
+            else:
+                seen.add(following)
+                stack.append((following, iter(behind[following])))
+    return order
+
+
 def visible_faces(blocks, view, scale):
-    """[(depth, outline, colour)] of faces that look to the eye, the farthest first."""
+    """[(outline, colour)] of faces that look to the eye, the farthest first."""
     points = blocks.placed(scale)
-    shown, free = [], 0
+    shapes, free = [], 0
     for block, faces in enumerate(blocks.faces):
-        colour = HELD if blocks.held(block) else FREE[free % len(FREE)]
+        shapes.append(Shape(points, faces, HELD if blocks.held(block) else FREE[free % len(FREE)]))
         free += not blocks.held(block)
-        for face in faces:
-            corners = points[face]
-            area = sum(np.cross(corners[i] - corners[0], corners[i + 1] - corners[0])
-                       for i in range(1, len(face) - 1))
-            normal = area / (np.linalg.norm(area) or 1.0)
-            if normal @ view.back <= 1e-9:
-                continue
-            shade = 0.58 + 0.42 * max(0.0, normal @ LIGHT)
-            shown.append((blocks.held(block), corners.mean(axis=0) @ view.back, view.flat(corners),
-                          np.clip(colour * shade, 0, 1)))
-    # The ground lies behind all that stands on it.
-    return sorted(shown, key=lambda face: (not face[0], face[1]))
+    shown = []
+    for number in back_to_front(shapes, view):
+        shape = shapes[number]
+        for corners, normal in zip(shape.corners, shape.normals):
+            if normal @ view.back > 1e-9:
+                shade = 0.58 + 0.42 * max(0.0, normal @ view.light)
+                shown.append((view.flat(corners), np.clip(shape.colour * shade, 0, 1)))
+    return shown
 
 
 def draw_contacts(axis, contacts, view):
@@ -114,7 +164,7 @@ def box_of(frames, view, scale):
 def draw(axis, frame, given, box, largest):
     low, high = box
     faces = visible_faces(frame.blocks, given.view, given.scale)
-    axis.add_collection(PolyCollection([f[2] for f in faces], facecolors=[f[3] for f in faces],
+    axis.add_collection(PolyCollection([f[0] for f in faces], facecolors=[f[1] for f in faces],
                                        edgecolors="#3c352c", linewidths=0.4))
     if given.contacts:
         draw_contacts(axis, frame.contacts, given.view)

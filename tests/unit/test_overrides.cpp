@@ -42,7 +42,7 @@ SceneFile read(const std::string& overrides) {
       "blocks": {"file": "quoin_test_overrides.obj", "units": "mm", "material": "rock"},
       "overrides": )" << overrides
                       << "}";
-  return scene_file::read_scene(path.string());
+  return scene_file::read_scene(path.string());  // both are written anew each time
 }
 
 }  // namespace

@@ -117,8 +117,7 @@ Parameters expand(nlohmann::json& document, const std::vector<std::string>& chan
   if (document.is_object() && document.contains("parameters")) {
     json& stated = document["parameters"];
     if (!stated.is_object()) {
-      throw SceneError("/parameters",
-                       "must be an object of names and numbers, is " + stated.dump());
+      throw SceneError("/parameters", "must be an object of names and numbers, is " + stated.dump());
     }
     parameters = numbers(stated);
     put_numbers(stated, "/parameters", parameters);  // those made from others
