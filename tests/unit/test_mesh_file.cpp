@@ -184,7 +184,9 @@ TEST_CASE("what a mesh file says that can't be worked with: one line, with its p
       {"a.json", "{\"blocks\": {\"0\": {\"vertex\": {\"0\": {\"x\": 0}}, \"face\": {\"0\": []}}}}",
        "block \"0\": vertex \"0\": has no y"},
       {"b.json", "{\"blocks\": {\"0\": null}}", "block \"0\": holds no mesh"},
-      {"c.json", std::string(30000, '['), "is no JSON"},
+      {"c.json", std::string(30000, '['), "is no JSON of blocks"},
+      {"d.json", "[1e999]", "number overflow"},
+      {"g.ply", "ply\nformat ascii 1.0\nelement other 2000000000\nend_header\n", "holds no faces"},
   };
   for (const auto& file : files) {
     INFO(file.name);

@@ -235,10 +235,10 @@ std::vector<MeshBlock> read_compas(std::string_view text) {
   std::vector<MeshBlock> blocks;
   try {
     blocks = blocks_of_document(json::parse(text));
-  } catch (const json::parse_error& error) {
+  } catch (const json::exception& error) {
     const std::string message = error.what();
     const std::size_t start = message.find("] ");
-    throw MeshError("is no JSON: " +
+    throw MeshError("is no JSON of blocks: " +
                     message.substr(start == std::string::npos ? 0 : start + 2, 160));
   }
   if (blocks.empty()) {

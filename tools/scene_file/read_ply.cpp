@@ -201,7 +201,7 @@ class PlyReader {
   Surface read() {
     for (const Element& element : head_.elements) {
       check(element);
-      for (long i = 0; i < element.count; ++i) {
+      for (long i = 0; i < element.count && !element.properties.empty(); ++i) {
         read(element, i);
       }
     }
