@@ -66,7 +66,9 @@ geometry::FindCounts find(const CompiledScene& compiled, const StepOptions& opti
       options.reach > 0.0 ? options.reach : rounded_up(wanted_reach(compiled, options, state));
   work.reach += largest_opening(compiled, state);
   work.finder.set_reach(work.reach);
-  return work.finder.find(state.polyhedra, compiled.idle, found);
+  const geometry::FindCounts counts = work.finder.find(state.polyhedra, compiled.idle, found);
+  if (!work.initial_depths.empty()) work.initial_depths.take_off(state, found);
+  return counts;
 }
 
 void begin(const CompiledScene& compiled, const State& state, Workspace& work) {

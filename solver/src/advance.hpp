@@ -7,6 +7,7 @@
 
 #include "compiled_scene.hpp"
 #include "contact/contact_jacobian.hpp"
+#include "initial_depths.hpp"
 #include "open_close.hpp"
 #include "paper_open_close.hpp"
 #include "step_flags.hpp"
@@ -63,12 +64,14 @@ class PhaseClock {
   Clock::time_point last_{};
 };
 
-/// Memory kept between steps. All but `found`, `motion` and the finder could be thrown away.
+/// Memory kept between steps. All but `found`, `motion`, `initial_depths` and the finder could
+/// be thrown away.
 struct Workspace {
   explicit Workspace(const CompiledScene& compiled, int threads);
 
   geometry::ContactFinder finder;
-  std::vector<geometry::ContactPoint> found;      ///< at the present state
+  InitialDepths initial_depths;               ///< taken off what is found
+  std::vector<geometry::ContactPoint> found;  ///< at the present state
   std::vector<geometry::ContactPoint> found_end;  ///< at the end of the attempt
   double reach = 0.0;                             ///< that `found` was made with, m
   std::vector<PrescribedMotion> motion;           ///< of compiled.prescribed, at the present state

@@ -83,7 +83,7 @@ void check(const StepOptions& options) {
 
 /// Overlap at the start above 1e-3 of the smaller block is refused unless the scene keeps it.
 void check_overlap(const CompiledScene& compiled, const Workspace& work) {
-  if (compiled.scene.keep_initial_overlap) return;
+  if (compiled.scene.initial_overlap != InitialOverlap::Refuse) return;
   for (const geometry::ContactPoint& point : work.found) {
     const double size = std::min(compiled.models[static_cast<std::size_t>(point.key.a)].size,
                                  compiled.models[static_cast<std::size_t>(point.key.b)].size);
@@ -91,7 +91,7 @@ void check_overlap(const CompiledScene& compiled, const Workspace& work) {
     throw InputError("blocks " + std::to_string(point.key.a) + " and " +
                      std::to_string(point.key.b) + " overlap by " + std::to_string(-point.gap) +
                      " m at the start; the limit is 1e-3 of the smaller block, " +
-                     std::to_string(1e-3 * size) + " m (initial overlap can be kept)");
+                     std::to_string(1e-3 * size) + " m (initial overlap can be kept, or taken as touching)");
   }
 }
 
@@ -102,6 +102,10 @@ Simulation::Simulation(Scene scene, const StepOptions& options) {
   parts_ = std::make_unique<Parts>(std::move(scene), options);
   detect(parts_->compiled, options, parts_->state, parts_->work);
   check_overlap(parts_->compiled, parts_->work);
+  if (parts_->compiled.scene.initial_overlap == InitialOverlap::Zero) {
+    parts_->work.initial_depths = InitialDepths(parts_->work.found, parts_->state);
+    parts_->work.initial_depths.take_off(parts_->state, parts_->work.found);
+  }
   EnergyLedger& energy = parts_->state.energy;
   energy.kinetic = kinetic_energy(parts_->compiled, parts_->state);
   energy.strain = strain_energy(parts_->compiled, parts_->state);

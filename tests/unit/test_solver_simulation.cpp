@@ -118,7 +118,7 @@ TEST_CASE("Scenes that cannot be worked with are refused, and say why") {
   Scene scene = cube_on_ground();
   scene.blocks[1].shape = unit_cube({0, 0, -0.01});
   CHECK_THAT(refusal(scene), ContainsSubstring("blocks 0 and 1 overlap"));
-  scene.keep_initial_overlap = true;
+  scene.initial_overlap = InitialOverlap::Keep;
   CHECK(refusal(scene).empty());
   scene = cube_on_ground();
   scene.blocks[1].shape = unit_cube({0, 0, -1e-4});  // kept and reported

@@ -33,7 +33,7 @@ scene_file::SceneFile real_scene(const std::string& blocks) {
 double weight(const solver::Scene& scene) {
   double sum = 0.0;
   for (const solver::Block& block : scene.blocks) {
-    if (block.kind == solver::BlockKind::Deformable) {
+    if (block.kind <= solver::BlockKind::Rigid) {
       sum += 9.81 * block.material.density * geometry::mass_properties(block.shape).volume;
     }
   }
@@ -71,4 +71,30 @@ TEST_CASE("the running-bond wall stands, from COMPAS") {
 
 TEST_CASE("the running-bond wall stands, from OBJ") {
   check_that_it_stands(R"(wall.obj", "format": "obj", "supports": "lowest_course")");
+}
+
+TEST_CASE("the Armadillo vault stands, though its hulls overlap by up to 32 mm") {
+  const std::string folder = real_data();
+  if (folder.empty()) {
+    return;
+  }
+  const fs::path path = fs::temp_directory_path() / "quoin_test_armadillo.json";
+  std::ofstream(path) << R"json({
+    "materials": {"stone": {"density": 2400}}, "joint": {"friction_angle_deg": 40},
+    "initial_overlap": "zero", "time_step": 0.01,
+    "stages": [{"analysis": "static"}, {"analysis": "dynamic", "end_time": 0.1}],
+    "blocks": {"file": ")json"
+                      << folder << R"json(/armadillo_cra.json", "kind": "rigid",
+               "material": "stone", "convexity_tolerance": 0.05}})json";
+  const scene_file::SceneFile file = scene_file::read_scene(path.string());
+  fs::remove(path);
+  const scene_file::RunResult result = scene_file::run_scene(file, {});
+  INFO(result.message);
+  CHECK(result.status == scene_file::RunStatus::Completed);
+  CHECK(file.scene.blocks.size() == 399);
+  CHECK(result.total.largest_overlap <= 1e-6);
+  CHECK(result.total.largest_speed <= 1e-6);
+  const double all = weight(file.scene);
+  CHECK_THAT(result.base_reaction.z(), WithinRel(-all, 1e-6));
+  CHECK_THAT(result.base_reaction.head<2>().norm(), WithinAbs(0.0, 1e-6 * all));
 }

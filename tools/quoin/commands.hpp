@@ -14,7 +14,11 @@ enum ExitCode : int {
 };
 
 /// Each adds its subcommand to `app`; the subcommand leaves its exit code in `exit_code`.
+void add_check_command(CLI::App& app, int& exit_code);
 void add_contact_command(CLI::App& app, int& exit_code);
+void add_info_command(CLI::App& app, int& exit_code);
+void add_make_command(CLI::App& app, int& exit_code);
+void add_picture_commands(CLI::App& app);  ///< plot, picture: exit codes are those of Python
 void add_run_command(CLI::App& app, int& exit_code);
 void add_stability_command(CLI::App& app, int& exit_code);
 void add_study_command(CLI::App& app, int& exit_code);

@@ -13,6 +13,10 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", "quoin " QUOIN_VERSION);
   int exit_code = quoin::commands::kDone;
   quoin::commands::add_run_command(app, exit_code);
+  quoin::commands::add_info_command(app, exit_code);
+  quoin::commands::add_check_command(app, exit_code);
+  quoin::commands::add_make_command(app, exit_code);
+  quoin::commands::add_picture_commands(app);
   quoin::commands::add_stability_command(app, exit_code);
   quoin::commands::add_study_command(app, exit_code);
   quoin::commands::add_contact_command(app, exit_code);

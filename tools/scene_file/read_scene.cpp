@@ -6,7 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "scene_file/assembly_file.hpp"
+#include "scene_file/mesh_file.hpp"
+#include "scene_file/overrides.hpp"
 #include "scene_file/read_json.hpp"
 #include "scene_file/read_shape.hpp"
 #include "scene_file/scene_file.hpp"
@@ -56,9 +57,13 @@ class Reader {
     if (document_.contains("gravity")) {
       file_.scene.gravity = vector_of_time(document_["gravity"], "/gravity");
     }
-    file_.scene.keep_initial_overlap = document_.value("initial_overlap", "") == "keep";
+    const std::string overlap = document_.value("initial_overlap", "refuse");
+    file_.scene.initial_overlap = overlap == "keep"   ? solver::InitialOverlap::Keep
+                                  : overlap == "zero" ? solver::InitialOverlap::Zero
+                                                      : solver::InitialOverlap::Refuse;
     read_materials();
     read_blocks();
+    set_properties();
     read_joints();
     each("loads", [&](const json& load, const std::string& pointer) { read_load(load, pointer); });
     each("fixed_points",
@@ -111,12 +116,17 @@ class Reader {
       return;
     }
     for (const auto& [name, value] : document_["materials"].items()) {
-      // Joint group 0 is of blocks without a material.
       materials_[name] = {.density = value["density"],
                           .young = value.value("young", 0.0),
                           .poisson = value.value("poisson", 0.0),
-                          .joint_group = static_cast<int>(materials_.size()) + 1};
+                          .joint_group = new_joint_group(name)};
     }
+  }
+
+  /// Joint group 0 is of blocks without a material.
+  int new_joint_group(const std::string& name) {
+    return joint_groups_.try_emplace(name, static_cast<int>(joint_groups_.size()) + 1)
+        .first->second;
   }
 
   const solver::Material& material(const std::string& name, const std::string& pointer) const {
@@ -127,113 +137,195 @@ class Reader {
     return found->second;
   }
 
-  solver::Material material_of(const json& block, BlockKind kind,
-                               const std::string& pointer) const {
-    const bool moves_freely = kind == BlockKind::Deformable || kind == BlockKind::Rigid;
-    if (!block.contains("material")) {
-      if (moves_freely) {
-        throw SceneError(pointer, "missing key \"material\"");
-      }
-      return {};
-    }
-    const solver::Material& found = material(block["material"], pointer + "/material");
-    if (kind == BlockKind::Deformable && !(found.young > 0)) {
-      throw SceneError(pointer + "/material", "material " + block["material"].dump() +
-                                                  " has no young, which a deformable block needs");
-    }
-    return found;
-  }
-
   void read_blocks() {
     const json& blocks = document_["blocks"];
     if (blocks.is_object()) {
-      read_block_file(blocks, "/blocks");
+      read_block_file(blocks, "/blocks", 0);
       return;
     }
     for (std::size_t i = 0; i < blocks.size(); ++i) {
-      const std::string pointer = at("/blocks", i);
       if (blocks[i].contains("file")) {
-        read_block_file(blocks[i], pointer);
+        read_block_file(blocks[i], at("/blocks", i), i);
       } else {
-        read_block(blocks[i], pointer);
+        read_block(blocks[i], i);
       }
     }
   }
 
-  void add(solver::Block block, const std::string& pointer) {
-    if (block.name.empty()) {
-      block.name = "block" + std::to_string(file_.scene.blocks.size());
+  /// Where a block is stated, and what its file says of it.
+  struct Entry {
+    const json* value = nullptr;
+    std::size_t index = 0;  ///< in /blocks, where that is a list
+    std::string file_name{};
+    bool is_support = false;
+  };
+
+  /// What the scene states of one block: the last override that has a key, else the block's own
+  /// entry.
+  class Stated {
+   public:
+    Stated(const json& own, std::string pointer) { layers_.emplace_back(&own, std::move(pointer)); }
+    void override(const json& value, std::string pointer) {
+      layers_.emplace_back(&value, std::move(pointer));
+    }
+    const json* find(const char* key, std::string& pointer) const {
+      for (auto layer = layers_.rbegin(); layer != layers_.rend(); ++layer) {
+        if (const auto found = layer->first->find(key); found != layer->first->end()) {
+          pointer = layer->second + "/" + key;
+          return &*found;
+        }
+      }
+      pointer = layers_.front().second;
+      return nullptr;
+    }
+    bool is_overridden(const char* key) const {
+      return std::any_of(layers_.begin() + 1, layers_.end(),
+                         [&](const auto& layer) { return layer.first->contains(key); });
+    }
+
+   private:
+    std::vector<std::pair<const json*, std::string>> layers_;
+  };
+
+  std::string pointer_of(const Entry& entry) const {
+    return document_["blocks"].is_object() ? "/blocks" : at("/blocks", entry.index);
+  }
+
+  void add(geometry::Polyhedron shape, std::string name, Entry entry) {
+    if (name.empty()) {
+      name = "block" + std::to_string(file_.scene.blocks.size());
     }
     const int index = static_cast<int>(file_.scene.blocks.size());
-    if (!index_of_.try_emplace(block.name, index).second) {
-      throw SceneError(pointer, "there are two blocks named \"" + block.name + "\"");
+    if (!index_of_.try_emplace(name, index).second) {
+      throw SceneError(pointer_of(entry) + (entry.value->contains("name") ? "/name" : ""),
+                       "there are two blocks named \"" + name + "\"");
     }
-    file_.scene.blocks.push_back(std::move(block));
+    file_.scene.blocks.push_back(
+        {.shape = std::move(shape), .material = {}, .motion = {}, .name = std::move(name)});
+    entries_.push_back(std::move(entry));
   }
 
-  static BlockKind kind_of(const json& block) {
-    const std::string kind = block.value("kind", "deformable");
-    return kind == "rigid"        ? BlockKind::Rigid
-           : kind == "fixed"      ? BlockKind::Fixed
-           : kind == "prescribed" ? BlockKind::Prescribed
-                                  : BlockKind::Deformable;
-  }
-
-  void read_block(const json& value, const std::string& pointer) {
+  void read_block(const json& value, std::size_t index) {
+    const std::string pointer = at("/blocks", index);
     try {
       geometry::Polyhedron shape = read_shape(value["shape"]);
       if (value.contains("pose")) {
         apply_pose(value["pose"], pointer + "/pose", shape);
       }
-      solver::Block block{.shape = std::move(shape), .material = {}, .motion = {}, .name = {}};
-      block.kind = kind_of(value);
-      block.material = material_of(value, block.kind, pointer);
-      block.name = value.value("name", "");
-      read_motion(value, pointer, block);
-      add(std::move(block), pointer + "/name");
+      add(std::move(shape), value.value("name", ""), {.value = &value, .index = index});
     } catch (const geometry::InputError& error) {
       throw SceneError(pointer + "/shape", error.what());
     }
   }
 
-  void read_motion(const json& value, const std::string& pointer, solver::Block& block) const {
-    const bool moves_freely = block.kind == BlockKind::Deformable || block.kind == BlockKind::Rigid;
-    for (const char* key : {"velocity", "angular_velocity", "initial_stress"}) {
-      if (value.contains(key) && !moves_freely) {
-        throw SceneError(pointer + "/" + key, "a fixed or prescribed block can't have it");
+  /// Kind, material and motion of every block, when all are known.
+  void set_properties() {
+    std::vector<std::vector<int>> overrides;
+    if (document_.contains("overrides")) {
+      std::vector<BlockLabel> labels;
+      for (std::size_t b = 0; b < entries_.size(); ++b) {
+        const solver::Block& block = file_.scene.blocks[b];
+        labels.push_back({block.name, entries_[b].file_name, &block.shape});
       }
+      overrides = match_overrides(document_["overrides"], labels, parameters_);
     }
-    if (value.contains("motion") != (block.kind == BlockKind::Prescribed)) {
-      throw SceneError(pointer, value.contains("motion")
-                                    ? "only a prescribed block has a \"motion\""
-                                    : "missing key \"motion\", which a prescribed block needs");
-    }
-    if (value.contains("velocity")) {
-      block.velocity = read_vector(value["velocity"]);
-    }
-    if (value.contains("angular_velocity")) {
-      block.angular_velocity = read_vector(value["angular_velocity"]);
-    }
-    for (std::size_t i = 0; value.contains("initial_stress") && i < 6; ++i) {
-      block.initial_stress[static_cast<Eigen::Index>(i)] = value["initial_stress"][i];
-    }
-    if (value.contains("motion")) {
-      const json& motion = value["motion"];
-      const std::string key = motion.begin().key();
-      block.motion.kind = key == "displacement" ? solver::MotionKind::Displacement
-                          : key == "velocity"   ? solver::MotionKind::Velocity
-                                                : solver::MotionKind::Acceleration;
-      block.motion.value = vector_of_time(motion[key], pointer + "/motion/" + key);
+    for (std::size_t b = 0; b < entries_.size(); ++b) {
+      Stated stated(*entries_[b].value, pointer_of(entries_[b]));
+      for (std::size_t i = 0; !overrides.empty() && i < overrides[b].size(); ++i) {
+        const auto number = static_cast<std::size_t>(overrides[b][i]);
+        stated.override(document_["overrides"][number], at("/overrides", number));
+      }
+      set_kind(stated, entries_[b].is_support, file_.scene.blocks[b]);
+      set_material(stated, file_.scene.blocks[b]);
+      set_motion(stated, file_.scene.blocks[b]);
     }
   }
 
-  void read_block_file(const json& value, const std::string& pointer) {
+  static void set_kind(const Stated& stated, bool is_support, solver::Block& block) {
+    std::string pointer;
+    const json* value = stated.find("kind", pointer);
+    const std::string kind = is_support && !stated.is_overridden("kind") ? "fixed"
+                             : value != nullptr                          ? value->get<std::string>()
+                                                                         : "deformable";
+    block.kind = kind == "rigid"        ? BlockKind::Rigid
+                 : kind == "fixed"      ? BlockKind::Fixed
+                 : kind == "prescribed" ? BlockKind::Prescribed
+                                        : BlockKind::Deformable;
+  }
+
+  static bool moves_freely(const solver::Block& block) {
+    return block.kind == BlockKind::Deformable || block.kind == BlockKind::Rigid;
+  }
+
+  void set_material(const Stated& stated, solver::Block& block) {
+    std::string pointer;
+    if (const json* name = stated.find("material", pointer)) {
+      block.material = material(*name, pointer);
+      if (block.kind == BlockKind::Deformable && !(block.material.young > 0)) {
+        throw SceneError(
+            pointer, "material " + name->dump() + " has no young, which a deformable block needs");
+      }
+    } else if (moves_freely(block)) {
+      throw SceneError(pointer, "missing key \"material\"");
+    }
+    if (const json* group = stated.find("joint_group", pointer)) {
+      block.material.joint_group = new_joint_group(*group);
+    }
+  }
+
+  void set_motion(const Stated& stated, solver::Block& block) const {
+    std::string pointer;
+    for (const char* key : {"velocity", "angular_velocity", "initial_stress"}) {
+      if (stated.find(key, pointer) != nullptr && !moves_freely(block)) {
+        throw SceneError(pointer, "a fixed or prescribed block can't have it");
+      }
+    }
+    if (const json* velocity = stated.find("velocity", pointer)) {
+      block.velocity = read_vector(*velocity);
+    }
+    if (const json* velocity = stated.find("angular_velocity", pointer)) {
+      block.angular_velocity = read_vector(*velocity);
+    }
+    const json* stress = stated.find("initial_stress", pointer);
+    for (std::size_t i = 0; stress != nullptr && i < 6; ++i) {
+      block.initial_stress[static_cast<Eigen::Index>(i)] = (*stress)[i];
+    }
+    const json* motion = stated.find("motion", pointer);
+    if ((motion != nullptr) != (block.kind == BlockKind::Prescribed)) {
+      throw SceneError(pointer, motion != nullptr
+                                    ? "only a prescribed block has a \"motion\""
+                                    : "missing key \"motion\", which a prescribed block needs");
+    }
+    if (motion != nullptr) {
+      const std::string key = motion->begin().key();
+      block.motion.kind = key == "displacement" ? solver::MotionKind::Displacement
+                          : key == "velocity"   ? solver::MotionKind::Velocity
+                                                : solver::MotionKind::Acceleration;
+      block.motion.value = vector_of_time((*motion)[key], pointer + "/" + key);
+    }
+  }
+
+  static double unit_of(const json& value) {
+    if (!value.contains("units")) {
+      return 1.0;
+    }
+    return value["units"].is_number() ? value["units"].get<double>() : unit_length(value["units"]);
+  }
+
+  std::vector<MeshBlock> read_meshes(const json& value, const std::string& pointer) const {
     const std::string path =
         (std::filesystem::path(folder_) / value["file"].get<std::string>()).string();
-    std::vector<MeshBlock> meshes = value["format"] == "obj" ? read_obj(path) : read_compas(path);
-    const double scale = value.value("scale", 1.0);
+    try {
+      return read_mesh_file(path, mesh_format(path, value.value("format", "")));
+    } catch (const MeshError& error) {
+      throw SceneError(pointer + "/file", path + ": " + error.what());
+    }
+  }
+
+  void read_block_file(const json& value, const std::string& pointer, std::size_t index) {
+    std::vector<MeshBlock> meshes = read_meshes(value, pointer);
     for (MeshBlock& mesh : meshes) {
-      mesh.vertices *= scale;
+      mesh.vertices *= unit_of(value);
     }
     mark_supports(value, pointer, meshes);
     for (const MeshBlock& mesh : meshes) {
@@ -242,11 +334,11 @@ class Reader {
         if (value.contains("pose")) {
           apply_pose(value["pose"], pointer + "/pose", shape);
         }
-        solver::Block block{.shape = std::move(shape), .material = {}, .motion = {}, .name = {}};
-        block.name = mesh.id;
-        block.kind = mesh.is_support ? BlockKind::Fixed : kind_of(value);
-        block.material = material_of(value, block.kind, pointer);
-        add(std::move(block), pointer);
+        add(std::move(shape), mesh.id,
+            {.value = &value,
+             .index = index,
+             .file_name = mesh.name,
+             .is_support = mesh.is_support});
       } catch (const geometry::InputError& error) {
         throw SceneError(
             pointer, "block \"" + mesh.id + "\" of " + value["file"].dump() + ": " + error.what());
@@ -279,18 +371,6 @@ class Reader {
     }
   }
 
-  static void mark_lowest_course(std::vector<MeshBlock>& meshes) {
-    double lowest = meshes[0].vertices(2, 0);
-    double highest = lowest;
-    for (const MeshBlock& mesh : meshes) {
-      lowest = std::min(lowest, mesh.vertices.row(2).minCoeff());
-      highest = std::max(highest, mesh.vertices.row(2).maxCoeff());
-    }
-    for (MeshBlock& mesh : meshes) {
-      mesh.is_support = mesh.vertices.row(2).minCoeff() <= lowest + 1e-3 * (highest - lowest);
-    }
-  }
-
   static solver::Joint joint(const json& value) {
     return {.friction_angle = radians(value, "friction_angle_deg", 0.0),
             .cohesion = value.value("cohesion", 0.0),
@@ -313,10 +393,18 @@ class Reader {
       throw SceneError("", "missing key \"joint\": the properties where blocks touch");
     }
     each("joints", [&](const json& value, const std::string& pointer) {
-      const int group_a = material(value["between"][0], pointer + "/between/0").joint_group;
-      const int group_b = material(value["between"][1], pointer + "/between/1").joint_group;
-      file_.scene.pair_joints.push_back({group_a, group_b, joint(value)});
+      file_.scene.pair_joints.push_back({joint_group(value["between"][0], pointer + "/between/0"),
+                                         joint_group(value["between"][1], pointer + "/between/1"),
+                                         joint(value)});
     });
+  }
+
+  int joint_group(const std::string& name, const std::string& pointer) const {
+    const auto found = joint_groups_.find(name);
+    if (found == joint_groups_.end()) {
+      throw SceneError(pointer, "there is no material or joint group \"" + name + "\"");
+    }
+    return found->second;
   }
 
   int block_named(const json& name, const std::string& pointer) const {
@@ -551,7 +639,9 @@ class Reader {
   Parameters parameters_;
   SceneFile file_;
   std::map<std::string, solver::Material> materials_;
+  std::map<std::string, int> joint_groups_;
   std::map<std::string, int> index_of_;
+  std::vector<Entry> entries_;  ///< of each block
 };
 
 }  // namespace

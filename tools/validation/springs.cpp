@@ -134,7 +134,7 @@ Simulation springs_at(const SpringModel& model, const Pair& start, TimeScheme sc
   // It stands lower by its penetration and carries the stress of eps.
   const double bottom = start[0] - 0.5 * start[1];
   solver::Scene scene;
-  scene.keep_initial_overlap = true;
+  scene.initial_overlap = solver::InitialOverlap::Keep;
   scene.add_fixed(geometry::make_box({-1, -1, -1}, {2, 2, 0}));
   scene.add_block(geometry::make_box({0, 0, bottom}, {1, 1, bottom + 1.0}),
                   {.density = model.mass, .young = model.young, .poisson = 0.0});

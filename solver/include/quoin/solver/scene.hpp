@@ -114,6 +114,13 @@ struct FixedPoint {
   VectorOfTime displacement;
 };
 
+/// What becomes of blocks that overlap at the start.
+enum class InitialOverlap : std::uint8_t {
+  Refuse,  ///< more than 1e-3 of the smaller block is an InputError
+  Keep,    ///< they push each other apart
+  Zero     ///< as they stand they touch: the depth at the start is subtracted from then on
+};
+
 struct Scene {
   std::vector<Block> blocks{};
   Joint joint{};  ///< where no pair_joint applies
@@ -123,7 +130,7 @@ struct Scene {
   std::vector<FaceLoad> face_loads{};
   std::vector<BodyLoad> body_loads{};
   std::vector<FixedPoint> fixed_points{};
-  bool keep_initial_overlap = false;  ///< else more than 1e-3 of the smaller block is refused
+  InitialOverlap initial_overlap = InitialOverlap::Refuse;
 
   int add_block(geometry::Polyhedron shape, const Material& material);  ///< deformable; its index
   int add_rigid(geometry::Polyhedron shape, const Material& material);

@@ -1,0 +1,70 @@
+"""Every command of the guides runs, and makes the pictures that they show and the numbers they state."""
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+QUOIN, SOURCE = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve()
+GUIDES = SOURCE / "tools" / "guides"
+KEEP = os.environ.get("QUOIN_GUIDES_OUT")  # a folder that keeps what the guides made
+
+
+class Guides(unittest.TestCase):
+    def follow(self, name):
+        """The folder after all commands of the guide."""
+        holder = tempfile.TemporaryDirectory()
+        self.addCleanup(holder.cleanup)
+        folder = pathlib.Path(holder.name) / "guides"
+        shutil.copytree(GUIDES, folder)
+        text = (GUIDES / f"{name}.md").read_text(encoding="utf-8")
+        blocks = re.findall(r"```sh\n(.*?)```", text, re.S)
+        self.assertTrue(blocks)
+        path = os.pathsep.join([str(QUOIN.parent), os.environ["PATH"]])
+        self.said = ""
+        for commands in blocks:
+            done = subprocess.run(["bash", "-euo", "pipefail", "-c", commands], cwd=folder, text=True,
+                                  capture_output=True, timeout=120, env={**os.environ, "PATH": path})
+            self.assertEqual(done.returncode, 0, f"{commands}\n{done.stdout}\n{done.stderr}")
+            self.said += done.stdout
+        for picture in re.findall(r"\]\(pictures/(\S+)\)", text):
+            made = list(folder.glob(f"**/{picture}"))
+            fresh = [p for p in made if p.parent.name != "pictures"]
+            self.assertEqual(len(fresh), 1, picture)
+            self.assertGreater(fresh[0].stat().st_size, 5000)
+            if KEEP:
+                shutil.copy(fresh[0], KEEP)
+        return folder
+
+    def summary(self, folder, run):
+        return json.loads((folder / run / "summary.json").read_text(encoding="utf-8"))
+
+    def test_minimal_scene(self):
+        summary = self.summary(self.follow("minimal_scene"), "minimal")
+        self.assertAlmostEqual(summary["monitors"]["block"]["displacement"][0], 0.560, delta=5e-3)
+
+    def test_arch(self):
+        summary = self.summary(self.follow("arch"), "arch")
+        self.assertIn("23 blocks, 23 convex", self.said)
+        self.assertIn("touching pairs: 22,", self.said)
+        self.assertNotIn("without support", self.said)
+        self.assertAlmostEqual(summary["base_reaction"][2] / summary["blocks"]["weight"][2], 1, places=6)
+
+    def test_shaking_wall(self):
+        summary = self.summary(self.follow("shaking_wall"), "wall")
+        self.assertEqual(summary["blocks"]["prescribed"], 1)
+
+    def test_slope_wedge(self):
+        summary = self.summary(self.follow("slope_wedge"), "slope")
+        moved = summary["monitors"]["wedge"]["displacement"]
+        self.assertAlmostEqual(sum(u * u for u in moved) ** 0.5, 0.745, places=3)
+
+
+if subprocess.run(["/usr/bin/python3", "-c", "import matplotlib"], capture_output=True).returncode:
+    print("skipped: no matplotlib")
+else:
+    unittest.main(argv=[sys.argv[0]], verbosity=2)

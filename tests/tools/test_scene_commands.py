@@ -1,0 +1,140 @@
+"""`quoin info`, `quoin check` and `quoin make` as a user meets them."""
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+QUOIN, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
+MESHES = SOURCE / "tests" / "unit" / "meshes"
+SHAPES = {"wall": 45, "arch": 23, "dome": 97, "tower": 9, "stair": 9, "slope": 3, "pile": 61}
+
+
+def quoin(*arguments):
+    return subprocess.run([QUOIN, *map(str, arguments)], capture_output=True, text=True, timeout=120)
+
+
+class SceneCommands(unittest.TestCase):
+    def setUp(self):
+        holder = tempfile.TemporaryDirectory()
+        self.addCleanup(holder.cleanup)
+        self.folder = pathlib.Path(holder.name)
+
+    def scene(self, text):
+        path = self.folder / "scene.json"
+        path.write_text(json.dumps(text))
+        return path
+
+    def test_info_lists_blocks_and_changes_nothing(self):
+        done = quoin("info", MESHES / "meshio.off", "--json", "--units", "cm", "--supports",
+                     "lowest_course")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        first, second = json.loads(done.stdout)["blocks"]
+        self.assertAlmostEqual(first["volume"], 1e-6, places=18)
+        self.assertTrue(first["support"])
+        self.assertEqual(second["nearest_support"]["id"], "block0")
+        self.assertAlmostEqual(second["nearest_support"]["gap"], 0, places=12)
+        self.assertEqual((second["faces"], second["mesh_faces"]), (6, 12))
+        done = quoin("info", MESHES / "vtk.obj")
+        self.assertIn("2 blocks, 2 convex, 0 supports, 1.5 m3", done.stdout)
+
+    def test_info_says_why_a_block_is_not_convex(self):
+        path = self.folder / "open.off"
+        path.write_text("OFF 4 3 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n")
+        done = quoin("info", path)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("is not closed: its faces enclose", done.stdout)
+        path.write_text("OFF 1 1 0\n")
+        done = quoin("info", path)
+        self.assertEqual(done.returncode, 2)
+        self.assertEqual(done.stderr.count("\n"), 1)
+        self.assertIn("open.off: line 1: the file ends before vertex 0 of 1", done.stderr)
+        self.assertEqual(quoin("info", self.folder / "none.off").returncode, 1)
+        self.assertEqual(quoin("info", self.folder).returncode, 2)
+
+    def test_check_tells_what_would_run(self):
+        done = quoin("check", SOURCE / "tools" / "scenes" / "paper" / "incline.json", "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        report = json.loads(done.stdout)
+        self.assertEqual(report["contacts"]["types"], {"face-face": 1})
+        self.assertEqual(report["without_support"], [])
+        self.assertTrue(report["trial_step"]["converged"])
+        self.assertGreater(report["time_step"]["elastic_omega_dt"], 0)
+        self.assertEqual(list(self.folder.iterdir()), [])
+
+    def boxes(self, *heights):
+        blocks = [{"name": "ground", "kind": "fixed",
+                   "shape": {"type": "box", "min": [-2, -2, -1], "max": [2, 2, 0]}}]
+        blocks += [{"name": f"b{i}", "kind": "rigid", "material": "stone",
+                    "shape": {"type": "box", "min": [0, 0, z], "max": [1, 1, z + 1]}}
+                   for i, z in enumerate(heights)]
+        return {"materials": {"stone": {"density": 2000}}, "joint": {"friction_angle_deg": 30},
+                "end_time": 1, "blocks": blocks}
+
+    def test_check_names_overlaps_gaps_and_loose_blocks(self):
+        scene = self.boxes(-0.01, 1.005)
+        done = quoin("check", self.scene(scene), "--json")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("/blocks: blocks overlap by more than 1e-3", done.stderr)
+        report = json.loads(done.stdout)
+        self.assertAlmostEqual(report["contacts"]["overlaps"][0]["gap"], -0.01, places=12)
+        self.assertEqual(report["contacts"]["gaps"][0]["a"], "b0")
+        self.assertEqual(report["without_support"], ["b1"])
+        scene["initial_overlap"] = "zero"
+        done = quoin("check", self.scene(scene))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("overlap 0.01 m: ground, b0", done.stdout)
+        self.assertIn("without support: b1", done.stdout)
+        self.assertEqual(quoin("check", self.folder / "none.json").returncode, 1)
+
+    def test_overlap_taken_as_touching_stays_where_it_is(self):
+        scene = self.boxes(-0.01)
+        scene |= {"initial_overlap": "zero", "monitors": [{"name": "m", "block": "b0"}]}
+        done = quoin("run", self.scene(scene), "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        summary = json.loads(done.stdout)
+        self.assertLess(abs(summary["monitors"]["m"]["displacement"][2]), 1e-9)
+        self.assertAlmostEqual(summary["base_reaction"][2], -2000 * 9.81, places=3)
+
+    def test_every_made_scene_is_checked_and_runs(self):
+        for shape, blocks in SHAPES.items():
+            with self.subTest(shape):
+                path = self.folder / f"{shape}.json"
+                done = quoin("make", shape, "--out", path)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                self.assertEqual(quoin("make", shape).stdout, path.read_text())
+                self.assertEqual(len(json.loads(path.read_text())["blocks"]), blocks)
+                done = quoin("check", path, "--json")
+                self.assertEqual(done.returncode, 0, done.stderr)
+                report = json.loads(done.stdout)
+                self.assertEqual(report["contacts"]["overlaps"], [])
+                if shape != "pile":
+                    self.assertEqual(report["without_support"], [])
+                steps = ["--set", "/stages=[{\"analysis\":\"static\",\"steps\":3}]"]
+                if shape in ("slope", "pile"):
+                    steps = ["--set", "/stages/0/end_time=0.05"]
+                done = quoin("run", path, *steps, "--json")
+                self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_a_made_wedge_slides_as_the_closed_form_says(self):
+        from math import cos, radians, sin, tan
+        path = self.folder / "slope.json"
+        self.assertEqual(quoin("make", "slope", "--friction-deg", 20, "--end-time", 0.5, "--out",
+                               path).returncode, 0)
+        summary = json.loads(quoin("run", path, "--json").stdout)
+        psi, half, phi = radians(35), radians(45), radians(20)
+        fall = 9.81 * (sin(psi) - cos(psi) * tan(phi) / sin(half))
+        moved = summary["monitors"]["wedge"]["displacement"]
+        self.assertAlmostEqual(moved[0] / (0.5 * fall * 0.5**2 * cos(psi)), 1, places=6)
+
+    def test_make_refuses_what_makes_no_scene(self):
+        self.assertEqual(quoin("make").returncode, 2)
+        self.assertEqual(quoin("make", "wall", "--length", "-1").returncode, 2)
+        self.assertEqual(quoin("make", "slope", "--face-dip-deg", "30").returncode, 2)
+        done = quoin("make", "wall", "--out", self.folder / "none" / "wall.json")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("can't be written", done.stderr)
+
+
+unittest.main(argv=[sys.argv[0]], verbosity=2)

@@ -1,0 +1,190 @@
+#!/usr/bin/env python3
+"""Plots of a run: its history, and what its joints bear at the end. `quoin plot` calls it.
+
+    quoin plot RUN [--out FOLDER] [--plane xz|yz]
+
+RUN is a folder that `quoin run --out` left. Writes history.png (monitors, energy, contacts),
+thrust.png (joints with their centres of pressure; where blocks form a chain, as in an arch, the thrust
+line joins them) and joints.png (normal and shear force, and pressures, along the chain).
+"""
+import argparse
+import pathlib
+import sys
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
+from matplotlib.collections import PolyCollection  # noqa: E402
+from run_output import Blocks, Contacts, history, series  # noqa: E402
+
+COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#999999", "#000000"]
+MOST_MONITORS = 8
+plt.rcParams.update({
+    "font.size": 10, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True,
+    "grid.color": "#e4e4e4", "grid.linewidth": 0.7, "axes.axisbelow": True, "legend.frameon": False,
+    "axes.titlesize": 11, "axes.titlelocation": "left", "figure.dpi": 110,
+})
+
+
+def save(figure, path):
+    figure.savefig(path, pil_kwargs={"optimize": True})
+    plt.close(figure)
+    print(path)
+
+
+def clock(table):
+    """Time where it passes, else steps: static stages have no time."""
+    moving = np.ptp(table["time"]) > 0
+    return (table["time"], "time (s)") if moving else (table["step"], "step")
+
+
+def history_figure(folder, path):
+    table = history(folder)
+    x, label = clock(table)
+    points = [name[:-3] for name in table if name.endswith(".ux")][:MOST_MONITORS]
+    forces = [name[:-13] for name in table if name.endswith(".normal_force")][:MOST_MONITORS]
+    rows = (1 if points else 0) + (1 if forces else 0) + 2
+    figure, axes = plt.subplots(rows, 1, figsize=(7.2, 2.1 * rows + 0.5), sharex=True,
+                                layout="constrained", squeeze=False)
+    axes = list(axes[:, 0])
+    if points:
+        axis = axes.pop(0)
+        for i, name in enumerate(points):
+            moved = np.linalg.norm([table[f"{name}.u{c}"] for c in "xyz"], axis=0)
+            axis.plot(x, 1000 * moved, color=COLOURS[i], label=name)
+        axis.set(ylabel="displacement (mm)")
+        axis.legend(fontsize=9)
+    if forces:
+        axis = axes.pop(0)
+        for i, name in enumerate(forces):
+            axis.plot(x, table[f"{name}.normal_force"] / 1000, color=COLOURS[i], label=name)
+        axis.set(ylabel="normal force (kN)")
+        axis.legend(fontsize=9)
+    for i, name in enumerate(("kinetic", "strain", "friction_loss", "impact_loss")):
+        if np.ptp(table[name]) > 0:
+            axes[0].plot(x, table[name], color=COLOURS[i], label=name.replace("_", " "))
+    axes[0].set(ylabel="energy (J)")
+    if axes[0].lines:
+        axes[0].legend(fontsize=9)
+    axes[1].plot(x, table["contacts"], color=COLOURS[6], label="watched")
+    axes[1].plot(x, table["closed"], color=COLOURS[0], label="closed")
+    axes[1].set(ylabel="contact points", xlabel=label)
+    axes[1].legend(fontsize=9)
+    save(figure, path)
+
+
+def chain_of(joints, blocks):
+    """The joints from one end to the other where every free block has at most two; else none."""
+    of_block = {}
+    for number, joint in enumerate(joints):
+        for block in (joint["a"], joint["b"]):
+            if not blocks.held(block):
+                of_block.setdefault(block, []).append(number)
+    if not joints or any(len(numbers) > 2 for numbers in of_block.values()):
+        return None
+    links = {number: set() for number in range(len(joints))}
+    for numbers in of_block.values():
+        if len(numbers) == 2:
+            links[numbers[0]].add(numbers[1])
+            links[numbers[1]].add(numbers[0])
+    ends = sorted((number for number in links if len(links[number]) < 2),
+                  key=lambda n: tuple(joints[n]["centre"]))
+    chain = ends[:1]
+    while chain:
+        following = links[chain[-1]] - set(chain)
+        if not following:
+            break
+        chain.append(following.pop())
+    return chain if len(chain) == len(joints) else None
+
+
+def hull(points):
+    """Convex hull of points in the plane, counter-clockwise (Andrew's monotone chain)."""
+    points = sorted(map(tuple, points))
+    halves = []
+    for ordered in (points, points[::-1]):
+        half = []
+        for p in ordered:
+            while len(half) > 1 and ((half[-1][0] - half[-2][0]) * (p[1] - half[-2][1])
+                                     <= (half[-1][1] - half[-2][1]) * (p[0] - half[-2][0])):
+                half.pop()
+            half.append(p)
+        halves += half[:-1]
+    return halves
+
+
+def thrust_figure(blocks, joints, chain, plane, path):
+    axes_of = [0, 2] if plane == "xz" else [1, 2]
+    figure, axis = plt.subplots(figsize=(7.2, 4.8), layout="constrained")
+    outlines = [hull(blocks.points[sorted({v for f in faces for v in f})][:, axes_of])
+                for faces in blocks.faces]
+    colours = ["#cfcdc8" if blocks.held(b) else "#f2e3cf" for b in range(len(outlines))]
+    axis.add_collection(PolyCollection(outlines, facecolors=colours, edgecolors="#8a8378",
+                                       linewidths=0.7))
+    free = np.vstack([o for b, o in enumerate(outlines) if not blocks.held(b)])
+    low, high = free.min(axis=0), free.max(axis=0)
+    margin = 0.08 * np.max(high - low)
+    axis.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin),
+             aspect="equal", xlabel=f"{plane[0]} (m)", ylabel="z (m)")
+    centres = np.array([joint["centre"][axes_of] for joint in joints])
+    forces = np.array([joint["force"][axes_of] for joint in joints])
+    largest = np.linalg.norm(forces, axis=1).max()
+    if chain is None:
+        for centre, force in zip(centres, forces):
+            half = 0.5 * 0.12 * np.max(high - low) * force / largest
+            axis.plot(*np.column_stack([centre - half, centre + half]), color=COLOURS[1], linewidth=1.2)
+        axis.plot(*centres.T, "o", color=COLOURS[0], markersize=2.5)
+        axis.set_title(f"centres of pressure and forces; the longest line is {largest / 1000:.3g} kN")
+    else:
+        axis.plot(*centres[chain].T, color=COLOURS[1], linewidth=2.0, label="thrust line")
+        axis.plot(*centres[chain].T, "o", color=COLOURS[1], markersize=3.5)
+        axis.set_title(f"thrust line; the largest force is {largest / 1000:.3g} kN")
+    save(figure, path)
+
+
+def joints_figure(joints, chain, path):
+    order = chain if chain is not None else range(len(joints))
+    ordered = [joints[number] for number in order]
+    number = np.arange(1, len(ordered) + 1)
+    figure, axes = plt.subplots(2, 1, figsize=(7.2, 5.0), sharex=True, layout="constrained")
+    marks = {"marker": "o", "markersize": 3.5, "linestyle": "-" if chain is not None else "none"}
+    axes[0].plot(number, [j["normal"] / 1000 for j in ordered], color=COLOURS[0], label="normal", **marks)
+    axes[0].plot(number, [j["shear"] / 1000 for j in ordered], color=COLOURS[1], label="shear", **marks)
+    axes[0].set(ylabel="force (kN)", ylim=(0, None))
+    axes[0].legend(fontsize=9)
+    mean = [j["normal"] / j["area"] / 1e6 if j["area"] > 0 else np.nan for j in ordered]
+    most = [np.nanmax(j["pressure"]) / 1e6 if np.isfinite(j["pressure"]).any() else np.nan
+            for j in ordered]
+    axes[1].plot(number, mean, color=COLOURS[0], label="mean over the joint", **marks)
+    axes[1].plot(number, most, color=COLOURS[2], label="largest at a contact point", **marks)
+    axes[1].set(ylabel="pressure (MPa)", ylim=(0, None),
+                xlabel="joint along the chain" if chain is not None else "joint")
+    axes[1].legend(fontsize=9)
+    save(figure, path)
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="quoin plot", description=__doc__.splitlines()[0])
+    parser.add_argument("run", help="folder that quoin run --out left")
+    parser.add_argument("--out", default=".", help="folder of the pictures (default: the current one)")
+    parser.add_argument("--plane", choices=["xz", "yz"], default="xz", help="of thrust.png")
+    given = parser.parse_args()
+    if not (pathlib.Path(given.run) / "history.csv").exists():
+        sys.exit(f"{given.run}: holds no history.csv; quoin run --out leaves one")
+    out = pathlib.Path(given.out)
+    out.mkdir(parents=True, exist_ok=True)
+    history_figure(given.run, out / "history.png")
+    blocks = Blocks(series(given.run, "blocks")[-1][1])
+    joints = Contacts(series(given.run, "contacts")[-1][1]).joints()
+    if not joints:
+        print("no joint bears a force at the end: thrust.png and joints.png are left out")
+        return
+    chain = chain_of(joints, blocks)
+    thrust_figure(blocks, joints, chain, given.plane, out / "thrust.png")
+    joints_figure(joints, chain, out / "joints.png")
+
+
+if __name__ == "__main__":
+    main()

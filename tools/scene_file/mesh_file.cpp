@@ -1,0 +1,83 @@
+#include "scene_file/mesh_file.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <limits>
+
+#include "scene_file/mesh_surface.hpp"
+
+namespace quoin::scene_file {
+namespace {
+
+std::vector<MeshBlock> blocks_of_text(const std::string& text, MeshFormat format) {
+  if (format == MeshFormat::Compas) {
+    return read_compas(text);
+  }
+  const Surface surface = format == MeshFormat::Obj   ? read_obj(text)
+                          : format == MeshFormat::Stl ? read_stl(text)
+                          : format == MeshFormat::Ply ? read_ply(text)
+                                                      : read_off(text);
+  if (surface.face_ends.empty()) {
+    throw MeshError("holds no faces");
+  }
+  return blocks_of(surface);
+}
+
+}  // namespace
+
+MeshFormat mesh_format(const std::string& path, const std::string& name) {
+  std::string ending = name;
+  if (name.empty()) {
+    ending = std::filesystem::path(path).extension().string();
+    std::transform(ending.begin(), ending.end(), ending.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    ending = ending == ".json" ? "compas" : ending.substr(std::min<std::size_t>(1, ending.size()));
+  }
+  static constexpr std::pair<const char*, MeshFormat> kFormats[] = {{"compas", MeshFormat::Compas},
+                                                                    {"obj", MeshFormat::Obj},
+                                                                    {"stl", MeshFormat::Stl},
+                                                                    {"ply", MeshFormat::Ply},
+                                                                    {"off", MeshFormat::Off}};
+  for (const auto& [known, format] : kFormats) {
+    if (ending == known) {
+      return format;
+    }
+  }
+  throw MeshError("its ending tells no format: state one of compas, obj, stl, ply, off");
+}
+
+std::vector<MeshBlock> read_mesh_file(const std::string& path, MeshFormat format) {
+  std::vector<MeshBlock> blocks = blocks_of_text(read_text(path), format);
+  for (const MeshBlock& block : blocks) {
+    if (block.faces.empty()) {
+      throw MeshError("block " + in_quotes(block.id) +
+                      ": none of its faces has 3 corners at different places");
+    }
+  }
+  return blocks;
+}
+
+double unit_length(const std::string& name) {
+  static constexpr std::pair<const char*, double> kUnits[] = {
+      {"m", 1.0}, {"dm", 0.1}, {"cm", 0.01}, {"mm", 0.001}, {"in", 0.0254}, {"ft", 0.3048}};
+  for (const auto& [unit, length] : kUnits) {
+    if (name == unit) {
+      return length;
+    }
+  }
+  return 0.0;
+}
+
+void mark_lowest_course(std::vector<MeshBlock>& meshes) {
+  double lowest = std::numeric_limits<double>::infinity();
+  double highest = -lowest;
+  for (const MeshBlock& mesh : meshes) {
+    lowest = std::min(lowest, mesh.vertices.row(2).minCoeff());
+    highest = std::max(highest, mesh.vertices.row(2).maxCoeff());
+  }
+  for (MeshBlock& mesh : meshes) {
+    mesh.is_support = mesh.vertices.row(2).minCoeff() <= lowest + 1e-3 * (highest - lowest);
+  }
+}
+
+}  // namespace quoin::scene_file
