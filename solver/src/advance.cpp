@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <sstream>
 
+#include "checkpoint.hpp"
 #include "step.hpp"
 
 namespace quoin::solver {
@@ -250,6 +252,7 @@ void attempt_with_all_contacts(const CompiledScene& compiled, const StepOptions&
   constexpr int kRounds = 4;
   const Attempt& attempt = work.attempt;
   for (int round = 0; round < kRounds; ++round) {
+    work.watch.look();
     attempt_step(compiled, options, state, dt, work);
     if (attempt.solved.converged && options.analysis == Analysis::Dynamic &&
         options.method != ContactMethod::Penalty) {
@@ -274,7 +277,7 @@ Workspace::Workspace(const CompiledScene& compiled, int threads)
     : finder({.reach = 0.0, .tolerance = 0.0, .threads = threads}),
       motion(compiled.prescribed.size()),
       hit(compiled.models.size(), 0),
-      open_close(compiled.slots) {}
+      open_close(compiled.slots, &watch) {}
 
 double initial_spring_energy(const CompiledScene& compiled, const StepOptions& options,
                              const Workspace& work) {
@@ -294,11 +297,35 @@ void detect(const CompiledScene& compiled, const StepOptions& options, const Sta
   find(compiled, options, state, work.found, work);
 }
 
-StepReport advance(const CompiledScene& compiled, const StepOptions& options, State& state,
-                   State& best, Workspace& work) {
-  if (work.still) return stand(options, state, work.report);
-  StepReport report;
-  work.clock.start();
+namespace {
+
+void note_before(const StepOptions& options, Workspace& work) {
+  if (!options.watch) return;
+  work.before.reach = work.reach;
+  work.before.hit = work.hit;
+  work.before.rest.clear();
+}
+
+/// Before the first of several sub-steps is accepted.
+void note_rest(const StepOptions& options, const State& state, Workspace& work) {
+  if (!options.watch) return;
+  std::ostringstream out;
+  write_checkpoint(out, state, work);
+  work.before.rest = std::move(out).str();
+}
+
+void go_back(State& state, Workspace& work) {
+  if (!work.before.rest.empty()) {
+    std::istringstream in(work.before.rest);
+    read_checkpoint(in, state, work);
+  }
+  work.reach = work.before.reach;
+  work.hit = work.before.hit;
+}
+
+/// The sub-steps of one step. `report` grows as they are done.
+void take_sub_steps(const CompiledScene& compiled, const StepOptions& options, State& state,
+                    State& best, Workspace& work, StepReport& report) {
   const double smallest =
       options.smallest_time_step > 0.0 ? options.smallest_time_step : options.time_step / 1024.0;
   const Attempt& attempt = work.attempt;
@@ -319,6 +346,7 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
     if (finite) add(attempt, compiled, report);
     if (finite && attempt.solved.converged && !(too_far && 0.5 * dt >= smallest)) {
       report_damping(options, work, report);
+      if (done == 0.0 && dt < options.time_step) note_rest(options, state, work);
       accept(compiled, options, state, work);
       std::swap(work.found, work.found_end);
       done += dt;
@@ -335,7 +363,25 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
       break;
     }
   }
-  ++state.step;
+}
+
+}  // namespace
+
+StepReport advance(const CompiledScene& compiled, const StepOptions& options, State& state,
+                   State& best, Workspace& work) {
+  if (work.still) return stand(options, state, work.report);
+  StepReport report;
+  work.clock.start();
+  note_before(options, work);
+  work.watch.begin(options, report);
+  try {
+    take_sub_steps(compiled, options, state, best, work, report);
+    ++state.step;
+  } catch (const StepStopped&) {
+    go_back(state, work);
+    report.status = StepStatus::Stopped;
+  }
+  work.watch.end();
   report_end(state, work, report);
   work.clock.charge(&PhaseSeconds::update);
   report.seconds = work.clock.seconds;

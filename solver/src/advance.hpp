@@ -8,6 +8,7 @@
 #include "compiled_scene.hpp"
 #include "contact_terms.hpp"
 #include "open_close.hpp"
+#include "step_watch.hpp"
 
 namespace quoin::solver {
 
@@ -59,7 +60,14 @@ class PhaseClock {
   Clock::time_point last_{};
 };
 
-/// Memory kept between steps. All but `found`, `motion` and the finder could be thrown away.
+/// What a stopped step goes back to.
+struct Before {
+  double reach = 0.0;
+  std::vector<char> hit;
+  std::string rest;  ///< a checkpoint; empty while no sub-step is accepted
+};
+
+/// Memory kept between steps. What the next step depends on, beside the state, is in checkpoint.cpp.
 struct Workspace {
   explicit Workspace(const CompiledScene& compiled, int threads);
 
@@ -83,12 +91,14 @@ struct Workspace {
   BlockSystem base;
   std::vector<Matrix12> compliance;  ///< inverse of each diagonal block of base
   BlockVector force, increment, free_increment;
+  StepWatch watch;
   OpenClose open_close;
   Attempt attempt;
   VelocityWork velocity;
   std::vector<geometry::ContactPoint> old_points;
   geometry::Points places;  ///< of one block
   PhaseClock clock;
+  Before before;
 };
 
 /// Moves the state by exactly options.time_step, in counted sub-steps where it must.

@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "advance.hpp"
+#include "checkpoint.hpp"
 #include "left_out.hpp"
 
 namespace quoin::solver {
@@ -14,7 +15,8 @@ Vector3 world_point(const State& state, int block, const Vector3& reference_arm)
 }
 
 std::string describe(const StepReport& report) {
-  static constexpr const char* kNames[] = {"converged", "did not converge", "diverged"};
+  static constexpr const char* kNames[] = {"converged", "did not converge", "diverged",
+                                           "was stopped"};
   char text[256];
   std::snprintf(text, sizeof text,
                 "step to %.9g s %s: %d sub-step(s), %d cut(s) for convergence, %d for displacement, "
@@ -151,6 +153,10 @@ Vector3 Simulation::reference_arm(int block, const Vector3& world_point) const {
   return solver::reference_arm(pose(parts_->state.blocks[static_cast<std::size_t>(block)]),
                                world_point - parts_->state.origin);
 }
+
+void Simulation::save(std::ostream& out) const { write_checkpoint(out, parts_->state, parts_->work); }
+
+void Simulation::load(std::istream& in) { read_checkpoint(in, parts_->state, parts_->work); }
 
 std::vector<std::string> Simulation::left_out() const {
   return solver::left_out(parts_->compiled, parts_->options);

@@ -115,7 +115,8 @@ class Reader {
       materials_[name] = {.density = value["density"],
                           .young = value.value("young", 0.0),
                           .poisson = value.value("poisson", 0.0),
-                          .joint_group = static_cast<int>(materials_.size()) + 1};
+                          .joint_group = static_cast<int>(materials_.size()) + 1,
+                          .name = name};
     }
   }
 
@@ -230,6 +231,7 @@ class Reader {
   void read_block_file(const json& value, const std::string& pointer) {
     const std::string path =
         (std::filesystem::path(folder_) / value["file"].get<std::string>()).string();
+    file_.sources.push_back(path);
     std::vector<MeshBlock> meshes = value["format"] == "obj" ? read_obj(path) : read_compas(path);
     const double scale = value.value("scale", 1.0);
     for (MeshBlock& mesh : meshes) {
@@ -577,7 +579,10 @@ SceneFile read_scene(const std::string& path, const std::vector<std::string>& ch
   json document = read_json(path);
   const Parameters parameters = expand(document, changes);
   check_schema(json::parse(scene_schema()), document);
-  return Reader(document, std::filesystem::path(path).parent_path().string(), parameters).read();
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  SceneFile file = Reader(document, folder, parameters).read();
+  file.sources.insert(file.sources.begin(), path);
+  return file;
 }
 
 }  // namespace quoin::scene_file

@@ -1,6 +1,8 @@
 #pragma once
 /// Runs a scene: options, advance(), what a step reports.
 
+#include <functional>
+#include <iosfwd>
 #include <memory>
 #include <quoin/solver/state.hpp>
 #include <string>
@@ -25,6 +27,8 @@ enum class Analysis : std::uint8_t {
   Settle   ///< static, and closed contacts cannot slide: brings contact forces to rest before release
 };
 
+struct StepReport;
+
 struct StepOptions {
   double time_step = 1e-3;                 ///< s
   Analysis analysis = Analysis::Dynamic;
@@ -38,9 +42,17 @@ struct StepOptions {
   double max_displacement_ratio = 0.0;     ///< largest displacement / block size; 0: no limit
   double smallest_time_step = 0.0;         ///< s; 0: time_step / 1024
   int threads = 1;
+  /// Asked some twenty times a second in a step that lasts, with what it has come to so far, on the
+  /// thread of advance(); false ends the step as Stopped. Must not throw.
+  std::function<bool(const StepReport&)> watch{};
 };
 
-enum class StepStatus : std::uint8_t { Converged, NotConverged, Diverged };
+enum class StepStatus : std::uint8_t {
+  Converged,
+  NotConverged,
+  Diverged,
+  Stopped  ///< by StepOptions::watch: the state is that before the step
+};
 
 /// Run time by phase, s.
 struct PhaseSeconds {
@@ -87,7 +99,8 @@ class Simulation {
   Simulation& operator=(Simulation&&) noexcept;
 
   /// One time_step (in counted sub-steps where it must). When the status is not Converged the state is
-  /// that of the last accepted sub-step; best_try() holds the best attempt. Throws nothing.
+  /// that of the last accepted sub-step (before the step, when Stopped); best_try() holds the best
+  /// attempt. Throws nothing.
   [[nodiscard]] StepReport advance();
 
   const Scene& scene() const;
@@ -102,6 +115,11 @@ class Simulation {
 
   Vector6 stress(int block) const;               ///< Pa, world axes, tension positive
   Vector3 reference_arm(int block, const Vector3& world_point) const;  ///< of a material point now
+  /// Writes all that the steps to come depend on. A Simulation of the same scene, with the same
+  /// options(), that reads it goes on to the bit as this one does. Only the same build reads it.
+  void save(std::ostream& out) const;
+  void load(std::istream& in);  ///< throws InputError when it is of another scene, or cut short
+
   /// What this scene does not need with these options and is not done, and why.
   std::vector<std::string> left_out() const;
 
