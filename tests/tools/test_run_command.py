@@ -68,15 +68,72 @@ class RunCommand(unittest.TestCase):
     def test_takes_the_place_of_earlier_results_only(self):
         out = self.folder / "out"
         self.assertEqual(run(INCLINE, "--out", out, "--set", "/end_time=0.5").returncode, 0)
-        self.assertEqual(run(INCLINE, "--out", out, "--set", "/end_time=0.1").returncode, 0)
-        self.assertEqual(len(list(out.glob("blocks_*.vtu"))), 3)
-        other = self.folder / "other"
-        other.mkdir()
-        (other / "letter.txt").write_text("dear")
-        done = run(INCLINE, "--out", other, "--set", "/end_time=0.1")
-        self.assertEqual(done.returncode, 1)
-        self.assertIn("holds no results", done.stderr)
-        self.assertEqual([p.name for p in other.iterdir()], ["letter.txt"])
+        link = self.folder / "link"
+        link.symlink_to(out)
+        self.assertEqual(run(INCLINE, "--out", f"{link}/", "--set", "/end_time=1.0").returncode, 0)
+        self.assertTrue(link.is_symlink())
+        self.assertEqual(json.loads((out / "summary.json").read_text())["steps"], 100)
+        for name, spoil in (("letter.txt", lambda p: p.write_text("dear")),
+                            ("history.csv", lambda p: p.write_text(p.read_text() + "my note")),
+                            ("blocks.pvd", lambda p: (p.unlink(), p.symlink_to(INCLINE))),
+                            ("pictures", lambda p: p.mkdir())):
+            spoil(out / name)
+            before = sorted(p.name for p in out.iterdir())
+            done = run(INCLINE, "--out", out, "--set", "/end_time=0.5")
+            self.assertEqual(done.returncode, 1)
+            self.assertIn(f"out/{name}: ", done.stderr)
+            self.assertIn("is not replaced", done.stderr)
+            self.assertEqual(sorted(p.name for p in out.iterdir()), before)
+            (out / name).rmdir() if name == "pictures" else (out / name).unlink()
+        self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["link", "out"])
+
+    def test_a_note_that_appears_while_the_run_goes_on(self):
+        out = self.folder / "out"
+        run(INCLINE, "--out", out, "--set", "/end_time=0.5")
+        process = subprocess.Popen([QUOIN, "run", TWO_FORCES, "--out", out, "--set", "/end_time=1000"],
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        self.wait_for("out.part-*/history.csv")
+        (out / "note").write_text("dear")
+        os.kill(process.pid, signal.SIGINT)
+        said = process.communicate(timeout=60)[1]
+        self.assertEqual(process.returncode, 1)
+        self.assertIn("out/note: quoin did not write it", said)
+        part = next(self.folder.glob("out.part-*"))
+        self.assertIn(f"the results are in {part}", said)
+        self.assertTrue((part / "summary.json").exists())
+        self.assertTrue((out / "note").exists())
+
+    def test_what_killed_runs_left_is_swept_and_nothing_else(self):
+        out = self.folder / "out"
+        for name in ("out.part-1", "out.part-notes"):  # of somebody
+            (self.folder / name).mkdir()
+            (self.folder / name / "letter.txt").write_text("dear")
+        parts = []
+        for _ in range(2):
+            process = subprocess.Popen([QUOIN, "run", TWO_FORCES, "--out", out, "--set",
+                                        "/end_time=1000"], stdout=subprocess.DEVNULL)
+            parts.append(self.wait_for("out.part-??????/history.csv", parts).parent)
+            if len(parts) == 2:
+                break
+            process.kill()
+            process.wait()
+            (parts[0] / "note").write_text("dear")
+        done = run(INCLINE, "--out", out, "--set", "/end_time=0.5")  # while the second goes on
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual([p.name for p in parts[0].iterdir()], ["note"])
+        self.assertTrue((parts[1] / "history.csv").exists())
+        process.send_signal(signal.SIGTERM)
+        process.wait(timeout=60)
+        self.assertEqual({p.name for p in self.folder.iterdir()},
+                         {"out", "out.part-1", "out.part-notes", parts[0].name})
+
+    def wait_for(self, pattern, but=()):
+        for _ in range(600):
+            found = [p for p in self.folder.glob(pattern) if p.parent not in but]
+            if found:
+                return found[0]
+            time.sleep(0.05)
+        self.fail(f"no {pattern}")
 
     def test_files_that_can_not_be_read_or_written(self):
         done = run(self.folder / "none.json")
@@ -99,6 +156,28 @@ class RunCommand(unittest.TestCase):
             self.assertEqual(done.returncode, 2)
             self.assertIn(words, done.stderr)
 
+    def test_a_failure_is_an_exit_code_and_a_verdict(self):
+        out = self.folder / "out"
+        for arguments, words in ((["--set", "/references/0/exact=0/0"], "its error is not a number"),
+                                 (["--set", "/references/0/allowed=1e-15"], "allowed 1e-15"),
+                                 (["--set", "/max_iterations=1", "--on-failure", "accept"],
+                                  "steps did not converge")):
+            done = run(INCLINE, "--out", out, "--set", "/end_time=0.5", *arguments)
+            self.assertEqual(done.returncode, 1)
+            self.assertIn(words, done.stderr)
+            summary = json.loads((out / "summary.json").read_text())
+            self.assertEqual(summary["verdict"], "failed")
+            self.assertTrue(any(words in line for line in summary["failures"]), summary["failures"])
+
+    def test_output_that_nobody_can_read(self):
+        for words in (["run", INCLINE], ["run", INCLINE, "--json"], ["--help"], ["validate", "--list"],
+                      ["contact", "--pairs", "-"]):
+            with open("/dev/full", "w") as full:
+                done = subprocess.run([QUOIN, *words], stdout=full, stderr=subprocess.PIPE, text=True,
+                                      input='{"a": [], "b": []}\n', timeout=60)
+            self.assertEqual(done.returncode, 1, words)
+            self.assertIn("can't", done.stderr)
+
     def test_usage(self):
         self.assertEqual(run("--help").returncode, 0)
         self.assertEqual(run().returncode, 2)
@@ -120,10 +199,7 @@ class RunCommand(unittest.TestCase):
         process = subprocess.Popen([QUOIN, "run", TWO_FORCES, "--out", out, "--set", "/end_time=1000",
                                     "--set", "/output_interval=0.01"],
                                    stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-        for _ in range(600):
-            if list(self.folder.glob("out.part-*/blocks_000001.vtu")):
-                break
-            time.sleep(0.1)
+        self.wait_for("out.part-*/blocks_000001.vtu")
         os.kill(process.pid, signal.SIGINT)
         _, said = process.communicate(timeout=60)
         self.assertEqual(process.returncode, 1)

@@ -49,8 +49,8 @@ void write_checkpoint(OutputFolder& folder, const RunRequest& request, RunFiles&
   part += ".part";
   std::ofstream out(part, std::ios::binary);
   scene_file::ArchiveWriter archive(out);
-  archive(kProgram, request.scene, request.changes, request.on_failure, request.checkpoint_seconds,
-          request.inputs);
+  archive(kProgram, request.scene, request.path, request.changes, request.on_failure,
+          request.checkpoint_seconds, request.inputs);
   files.save(out);
   save(out);
   out.close();
@@ -67,8 +67,8 @@ RunRequest read_request(std::istream& in) {
   scene_file::ArchiveReader archive(in);
   archive(program);
   if (program != kProgram) throw FileError("the checkpoint is of another program");
-  archive(request.scene, request.changes, request.on_failure, request.checkpoint_seconds,
-          request.inputs);
+  archive(request.scene, request.path, request.changes, request.on_failure,
+          request.checkpoint_seconds, request.inputs);
   return request;
 }
 

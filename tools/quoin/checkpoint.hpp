@@ -12,7 +12,8 @@ namespace quoin::commands {
 
 /// What was asked for: enough to read the same scene again.
 struct RunRequest {
-  std::string scene{};  ///< absolute
+  std::string scene{};  ///< as it was named
+  std::string path{};   ///< the same, absolute
   std::vector<std::string> changes{};
   std::string on_failure = "stop";
   double checkpoint_seconds = 0.0;  ///< of wall time between checkpoints; 0: none while it runs

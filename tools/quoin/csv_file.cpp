@@ -3,30 +3,11 @@
 #include <charconv>
 
 #include "scene_file/scene_error.hpp"
+#include "scene_file/shown.hpp"
 
 namespace quoin::commands {
 
-namespace {
-
-bool is_number(std::string_view value) {
-  double number = 0.0;
-  const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
-  return error == std::errc() && end == value.data() + value.size();
-}
-
-}  // namespace
-
-std::string csv_field(std::string_view value) {
-  std::string field;
-  const bool formula =
-      !value.empty() && std::string_view("=+-@\t\r").find(value[0]) != std::string_view::npos;
-  if (formula && !is_number(value)) field += '\'';
-  field += value;
-  if (field.find_first_of(",\"\r\n") == std::string::npos) return field;
-  std::string quoted = "\"";
-  for (const char c : field) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + '"';
-}
+using scene_file::csv_field;
 
 CsvFile::CsvFile(const std::filesystem::path& path, const std::string& head)
     : path_(path), out_(path, std::ios::binary) {

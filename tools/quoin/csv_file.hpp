@@ -34,8 +34,4 @@ class CsvFile {
   bool at_start_ = true;
 };
 
-/// One field: quoted when it holds a comma, a quote or an end of line; behind an apostrophe when a
-/// spreadsheet would take it for a formula.
-std::string csv_field(std::string_view value);
-
 }  // namespace quoin::commands

@@ -250,11 +250,12 @@ OutputFolder::OutputFolder(OutputFolder&& other) noexcept
     : folder_(std::move(other.folder_)),
       part_(std::move(other.part_)),
       names_(std::move(other.names_)),
+      copied_(other.copied_),
       journal_(std::exchange(other.journal_, -1)) {}
 
 OutputFolder::~OutputFolder() {
   if (journal_ < 0) return;
-  if (names_.empty()) remove_ours(part_, {});  // nothing was written
+  if (names_.empty() || copied_) remove_ours(part_, names_);  // nothing was written
   ::close(journal_);
 }
 
@@ -291,13 +292,16 @@ OutputFolder OutputFolder::reopen(const fs::path& folder) {
     result.part_ = new_part(named);
     result.lock_journal(O_CREAT | O_EXCL);
     for (const auto& [file, entry] : ours) {
-      if (fs::exists(named / file)) fs::copy_file(named / file, result.file(file));
+      if (file == kJournal || !fs::exists(named / file)) continue;
+      fs::copy_file(named / file, result.file(file));
     }
+    result.copied_ = true;
   });
   return result;
 }
 
 fs::path OutputFolder::file(const std::string& name) {
+  copied_ = false;
   if (std::find(names_.begin(), names_.end(), name) == names_.end()) {
     const std::string line = name + "\n";
     if (::write(journal_, line.data(), line.size()) != std::ssize(line)) {

@@ -160,7 +160,7 @@ RunResult run_with_files(const SceneFile& file, const RunArguments& arguments, O
 /// Opens what is to be gone on with; the arguments become those of its run.
 SceneFile resumed(RunArguments& arguments, Output& output) {
   output.folder.emplace(OutputFolder::reopen(arguments.resume));
-  const std::filesystem::path path = output.folder->file(OutputFolder::kCheckpoint);
+  const std::filesystem::path path = output.folder->path() / OutputFolder::kCheckpoint;
   try {
     output.checkpoint.open(path, std::ios::binary);
     const double every = arguments.request.checkpoint_seconds;
@@ -169,7 +169,7 @@ SceneFile resumed(RunArguments& arguments, Output& output) {
   } catch (const scene_file::FileError& error) {
     throw scene_file::FileError(path.string() + ": " + error.what());
   }
-  SceneFile file = scene_file::read_scene(arguments.request.scene, arguments.request.changes);
+  SceneFile file = scene_file::read_scene(arguments.request.path, arguments.request.changes);
   if (hash_of_inputs(file) != arguments.request.inputs) {
     throw scene_file::FileError(arguments.request.scene +
                                 ": it, or a file that it names, was changed since the checkpoint");
@@ -181,6 +181,7 @@ SceneFile opened(RunArguments& arguments, Output& output) {
   if (!arguments.resume.empty()) return resumed(arguments, output);
   SceneFile file = scene_file::read_scene(arguments.request.scene, arguments.request.changes);
   if (!arguments.out.empty()) {
+    arguments.request.path = std::filesystem::absolute(arguments.request.scene).string();
     arguments.request.inputs = hash_of_inputs(file);
   }
   return file;
@@ -189,15 +190,14 @@ SceneFile opened(RunArguments& arguments, Output& output) {
 int run(RunArguments& arguments) {
   Output output;
   const SceneFile file = opened(arguments, output);
-  const std::string named = arguments.request.scene;
-  arguments.request.scene = std::filesystem::absolute(named).string();
   if (output.folder) output.files.emplace(*output.folder, file, output.checkpoint);
   catch_signals();
   RunResult result = run_with_files(file, arguments, output);
   if (!output.folder) {
     result.left_out.emplace_back("history and ParaView files: no folder is asked for");
   }
-  const nlohmann::ordered_json report = summary(file, named, result, arguments.threads);
+  const nlohmann::ordered_json report =
+      summary(file, arguments.request.scene, result, arguments.threads);
   if (output.folder) {
     output.files->finish();
     save_summary(*output.folder, report);
@@ -219,6 +219,14 @@ int run(RunArguments& arguments) {
 void add_run_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<RunArguments>();
   RunRequest& request = arguments->request;
+  const CLI::Validator seconds(
+      [](const std::string& text) {
+        double value = 0.0;
+        const bool good =
+            CLI::detail::lexical_cast(text, value) && value >= 0.0 && value <= kMostSeconds;
+        return good ? std::string() : "must lie in 0 … 1e9 s, is " + text;
+      },
+      "SECONDS");
   CLI::App* command = app.add_subcommand("run", "Run a scene; report its error and what it took");
   CLI::Option* scene =
       command->add_option("scene", request.scene, "scene file, JSON (see scene.schema.json)");
@@ -242,12 +250,12 @@ void add_run_command(CLI::App& app, int& exit_code) {
       ->add_option("--max-seconds", arguments->max_seconds,
                    "end after this wall time, s, with all files of the state reached and a "
                    "checkpoint (default: no limit)")
-      ->check(CLI::Range(0.0, kMostSeconds));
+      ->check(seconds);
   command
       ->add_option("--checkpoint", request.checkpoint_seconds,
                    "write a checkpoint in the folder every so many seconds of wall time (default: "
                    "only when the run is ended early)")
-      ->check(CLI::Range(0.0, kMostSeconds));
+      ->check(seconds);
   command
       ->add_option("--resume", arguments->resume,
                    "go on with the run that was killed or ended early, to the bit; DIR: its --out")
@@ -262,6 +270,10 @@ void add_run_command(CLI::App& app, int& exit_code) {
   command->callback([arguments, &exit_code] {
     if (arguments->request.scene.empty() && arguments->resume.empty()) {
       throw CLI::RequiredError("scene");
+    }
+    if (arguments->request.checkpoint_seconds > 0.0 && arguments->out.empty() &&
+        arguments->resume.empty()) {
+      throw CLI::ValidationError("--checkpoint", "needs a folder: --out");
     }
     exit_code = run_guarded([&] { return run(*arguments); }, arguments->request.scene);
   });

@@ -8,6 +8,7 @@
 #include <quoin/solver/output.hpp>
 
 #include "scene_file/archive.hpp"
+#include "scene_file/shown.hpp"
 
 namespace quoin::commands {
 namespace {
@@ -178,7 +179,7 @@ std::string history_head(const SceneFile& file) {
             ? std::vector<const char*>{"fx", "fy", "fz", "normal_force"}
             : std::vector<const char*>{"ux", "uy", "uz", "vx", "vy", "vz", "rx", "ry", "rz"};
     for (const char* column : columns) {
-      head += ',' + csv_field(monitor.name + "." + column);
+      head += ',' + scene_file::csv_field(monitor.name + "." + column);
     }
   }
   return head +

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <map>
@@ -10,6 +11,7 @@
 #include <quoin/geometry/mass_properties.hpp>
 #include <sstream>
 
+#include "scene_file/read_json.hpp"
 #include "scene_file/scene_error.hpp"
 
 namespace quoin::scene_file {
@@ -49,6 +51,10 @@ void keep_used_vertices(MeshBlock& mesh) {
       }
       vertex = found->second;
     }
+  }
+  if (kept.size() < 4) {
+    throw SceneError("block " + mesh.id, "its faces use " + std::to_string(kept.size()) +
+                                             " vertices, at least 4 are needed");
   }
   mesh.vertices = columns(kept);
 }
@@ -250,7 +256,10 @@ std::string text(double value) {
 
 /// Index of an OBJ face corner "7", "7/1", "7//2" or "-1".
 int corner(const std::string& word, std::size_t vertex_count) {
-  const int number = std::stoi(word);
+  int number = 0;
+  const char* const end = word.data() + word.size();
+  const auto [at, error] = std::from_chars(word.data(), end, number);
+  if (error != std::errc() || (at != end && *at != '/')) return -1;
   return number < 0 ? static_cast<int>(vertex_count) + number : number - 1;
 }
 
@@ -267,7 +276,7 @@ std::vector<MeshBlock> read_compas(const std::string& path) {
     std::stable_sort(blocks.begin(), blocks.end(), earlier);
     return blocks;
   } catch (const nlohmann::json::exception& error) {
-    throw FileError(path + ": " + error.what());
+    throw FileError(path + ": " + plain_message(error));
   } catch (const SceneError& error) {
     throw FileError(path + ": " + error.what());
   }
@@ -314,7 +323,11 @@ std::vector<MeshBlock> read_obj(const std::string& path) {
   std::erase_if(blocks, [](const MeshBlock& block) { return block.faces.empty(); });
   for (MeshBlock& block : blocks) {
     block.vertices = columns(places);
-    keep_used_vertices(block);
+    try {
+      keep_used_vertices(block);
+    } catch (const SceneError& error) {
+      throw FileError(path + ": " + error.what());
+    }
   }
   if (blocks.empty()) {
     throw FileError(path + ": holds no faces");

@@ -11,6 +11,7 @@
 #include "scene_file/read_shape.hpp"
 #include "scene_file/scene_file.hpp"
 #include "scene_file/schema_check.hpp"
+#include "scene_file/shown.hpp"
 
 namespace quoin::scene_file {
 namespace {
@@ -59,6 +60,7 @@ class Reader {
     file_.scene.keep_initial_overlap = document_.value("initial_overlap", "") == "keep";
     read_materials();
     read_blocks();
+    check_supports();
     read_joints();
     each("loads", [&](const json& load, const std::string& pointer) { read_load(load, pointer); });
     each("fixed_points",
@@ -123,7 +125,7 @@ class Reader {
   const solver::Material& material(const std::string& name, const std::string& pointer) const {
     const auto found = materials_.find(name);
     if (found == materials_.end()) {
-      throw SceneError(pointer, "there is no material \"" + name + "\"");
+      throw SceneError(pointer, "there is no material " + shown(name));
     }
     return found->second;
   }
@@ -167,7 +169,7 @@ class Reader {
     }
     const int index = static_cast<int>(file_.scene.blocks.size());
     if (!index_of_.try_emplace(block.name, index).second) {
-      throw SceneError(pointer, "there are two blocks named \"" + block.name + "\"");
+      throw SceneError(pointer, "there are two blocks named " + shown(block.name));
     }
     file_.scene.blocks.push_back(std::move(block));
   }
@@ -228,16 +230,29 @@ class Reader {
     }
   }
 
+  /// The reader throws FileError; whatever else it may throw is told as one, too.
+  static std::vector<MeshBlock> read_meshes(const std::string& path, const std::string& format) {
+    try {
+      return format == "obj" ? read_obj(path) : read_compas(path);
+    } catch (const std::logic_error& error) {
+      throw FileError(path + ": can't be read as " + format + ": " + error.what());
+    }
+  }
+
   void read_block_file(const json& value, const std::string& pointer) {
     const std::string path =
         (std::filesystem::path(folder_) / value["file"].get<std::string>()).string();
     file_.sources.push_back(path);
-    std::vector<MeshBlock> meshes = value["format"] == "obj" ? read_obj(path) : read_compas(path);
+    std::vector<MeshBlock> meshes = read_meshes(path, value["format"]);
     const double scale = value.value("scale", 1.0);
     for (MeshBlock& mesh : meshes) {
       mesh.vertices *= scale;
     }
     mark_supports(value, pointer, meshes);
+    const bool held = std::any_of(meshes.begin(), meshes.end(),
+                                  [](const MeshBlock& mesh) { return mesh.is_support; });
+    if (!held && !(value.contains("supports") && value["supports"].is_array()))
+      files_without_support_.push_back(pointer);
     for (const MeshBlock& mesh : meshes) {
       try {
         geometry::Polyhedron shape = convex_block(mesh, value.value("convexity_tolerance", -1.0));
@@ -254,6 +269,20 @@ class Reader {
             pointer, "block \"" + mesh.id + "\" of " + value["file"].dump() + ": " + error.what());
       }
     }
+  }
+
+  /// A file that flags no support would fall without a word. Who wants that says "supports": [].
+  void check_supports() const {
+    const auto& blocks = file_.scene.blocks;
+    const bool held =
+        document_.contains("fixed_points") ||
+        std::any_of(blocks.begin(), blocks.end(), [](const solver::Block& block) {
+          return block.kind == BlockKind::Fixed || block.kind == BlockKind::Prescribed;
+        });
+    if (held || files_without_support_.empty()) return;
+    throw SceneError(files_without_support_[0],
+                     "the file flags no block as a support and nothing else is fixed; say "
+                     "\"supports\": \"lowest_course\", a list of ids, or [] for none");
   }
 
   static void mark_supports(const json& value, const std::string& pointer,
@@ -320,7 +349,7 @@ class Reader {
   int block_named(const json& name, const std::string& pointer) const {
     const auto found = index_of_.find(name.get<std::string>());
     if (found == index_of_.end()) {
-      throw SceneError(pointer, "there is no block " + name.dump());
+      throw SceneError(pointer, "there is no block " + shown(name));
     }
     return found->second;
   }
@@ -462,7 +491,7 @@ class Reader {
     const bool taken = std::any_of(file_.monitors.begin(), file_.monitors.end(),
                                    [&](const Monitor& m) { return m.name == monitor.name; });
     if (taken) {
-      throw SceneError(pointer + "/name", "there are two monitors named " + value["name"].dump());
+      throw SceneError(pointer + "/name", "there are two monitors named " + shown(value["name"]));
     }
     file_.monitors.push_back(std::move(monitor));
   }
@@ -481,7 +510,7 @@ class Reader {
     const auto found = std::find_if(file_.monitors.begin(), file_.monitors.end(),
                                     [&](const Monitor& m) { return m.name == value["monitor"]; });
     if (found == file_.monitors.end()) {
-      throw SceneError(pointer + "/monitor", "there is no monitor " + value["monitor"].dump());
+      throw SceneError(pointer + "/monitor", "there is no monitor " + shown(value["monitor"]));
     }
     reference.monitor = static_cast<int>(found - file_.monitors.begin());
     if ((reference.quantity == Quantity::Force) != found->other.has_value()) {
@@ -549,6 +578,7 @@ class Reader {
   SceneFile file_;
   std::map<std::string, solver::Material> materials_;
   std::map<std::string, int> index_of_;
+  std::vector<std::string> files_without_support_;
 };
 
 }  // namespace

@@ -423,6 +423,8 @@ std::vector<std::string> failures(const SceneFile& file, const RunResult& result
     line << "reference \"" << file.references[r].name << "\": ";
     if (compared.compared == 0) {
       line << "no step ended within its time";
+    } else if (std::isnan(compared.error)) {
+      line << "its error is not a number";
     } else if (file.references[r].allowed > 0) {
       line << "error " << compared.error << ", allowed " << file.references[r].allowed;
     } else {

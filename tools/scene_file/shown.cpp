@@ -1,5 +1,6 @@
 #include "scene_file/shown.hpp"
 
+#include <charconv>
 #include <cstdio>
 
 namespace quoin::scene_file {
@@ -47,6 +48,28 @@ std::string shown(const nlohmann::json& value) {
            std::to_string(value.size());
   }
   return printable(value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace), kMost);
+}
+
+namespace {
+
+bool is_number(std::string_view value) {
+  double number = 0.0;
+  const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
+  return error == std::errc() && end == value.data() + value.size();
+}
+
+}  // namespace
+
+std::string csv_field(std::string_view value) {
+  std::string field;
+  const bool formula =
+      !value.empty() && std::string_view("=+-@\t\r").find(value[0]) != std::string_view::npos;
+  if (formula && !is_number(value)) field += '\'';
+  field += value;
+  if (field.find_first_of(",\"\r\n") == std::string::npos) return field;
+  std::string quoted = "\"";
+  for (const char c : field) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + '"';
 }
 
 }  // namespace quoin::scene_file

@@ -14,4 +14,8 @@ std::string printable(std::string_view text, std::size_t most);
 /// A JSON value on one line, cut where it is long.
 std::string shown(const nlohmann::json& value);
 
+/// One field: quoted when it holds a comma, a quote or an end of line; behind an apostrophe when a
+/// spreadsheet would take it for a formula.
+std::string csv_field(std::string_view value);
+
 }  // namespace quoin::scene_file
