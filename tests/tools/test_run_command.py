@@ -160,7 +160,8 @@ class RunCommand(unittest.TestCase):
         out = self.folder / "out"
         for arguments, words in ((["--set", "/references/0/exact=0/0"], "its error is not a number"),
                                  (["--set", "/references/0/allowed=1e-15"], "allowed 1e-15"),
-                                 (["--set", "/max_iterations=1", "--on-failure", "accept"],
+                                 (["--set", "/max_iterations=1", "--on-failure",
+                                   "accept", "--set", "/smallest_time_step=0.01"],
                                   "steps did not converge")):
             done = run(INCLINE, "--out", out, "--set", "/end_time=0.5", *arguments)
             self.assertEqual(done.returncode, 1)

@@ -38,7 +38,7 @@ bool assigns(const std::string& text) {
 }
 
 std::string refusal(const std::string& expression, const std::string& why) {
-  return shown(expression) + " is no formula: " + printable(why, 120);
+  return shown(expression) + ": " + printable(why, 120);
 }
 
 }  // namespace
