@@ -19,6 +19,7 @@ QUOIN, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
 KILLS = int(sys.argv[3]) if len(sys.argv) > 3 else 6
 SCENES = SOURCE / "tools" / "scenes"
 FIVE_BLOCKS = [SCENES / "paper" / "five_blocks.json", "--set", "/output_interval=0.5"]
+SLOW = [*FIVE_BLOCKS, "--set", "/time_step=0.0002"]  # long enough to be interrupted three times
 DOMINOES = [SCENES / "study" / "dominoes.json", "--set", "/end_time=1"]
 
 
@@ -76,8 +77,8 @@ class Resume(unittest.TestCase):
                 process.kill()
                 process.communicate()
                 done += 1
-                if self.checkpoints():
-                    arguments = ["--resume", self.out]
+                whole = [*scene, "--out", self.out, "--checkpoint", "0.01"]
+                arguments = ["--resume", self.out] if self.checkpoints() else whole
         if arguments[0] == "--resume":
             self.finish(wanted)
 
@@ -88,9 +89,9 @@ class Resume(unittest.TestCase):
         self.kill_and_resume(DOMINOES, KILLS // 2)
 
     def test_interrupted(self):
-        wanted, _ = self.plain(FIVE_BLOCKS)
+        wanted, _ = self.plain(SLOW)
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-            resume = ["--resume", self.out] if self.checkpoints() else [*FIVE_BLOCKS, "--out", self.out]
+            resume = ["--resume", self.out] if self.checkpoints() else [*SLOW, "--out", self.out]
             process = self.start(*resume)
             for _ in range(400):
                 if list(self.folder.glob("out.part-*/history.csv")):

@@ -292,11 +292,16 @@ OutputFolder OutputFolder::reopen(const fs::path& folder) {
     result.part_ = new_part(named);
     result.lock_journal(O_CREAT | O_EXCL);
     for (const auto& [file, entry] : ours) {
-      if (file == kJournal || !fs::exists(named / file)) continue;
+      if (file == kJournal || file == kCheckpoint || !fs::exists(named / file)) continue;
       fs::copy_file(named / file, result.file(file));
     }
+    // Last and at once: a part that has it is whole.
+    const fs::path checkpoint = result.file(kCheckpoint);
+    fs::copy_file(named / kCheckpoint, checkpoint.string() + ".part");
+    fs::rename(checkpoint.string() + ".part", checkpoint);
     result.copied_ = true;
   });
+  sweep(result.folder_);
   return result;
 }
 

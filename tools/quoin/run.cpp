@@ -188,10 +188,10 @@ SceneFile opened(RunArguments& arguments, Output& output) {
 }
 
 int run(RunArguments& arguments) {
+  catch_signals();
   Output output;
   const SceneFile file = opened(arguments, output);
   if (output.folder) output.files.emplace(*output.folder, file, output.checkpoint);
-  catch_signals();
   RunResult result = run_with_files(file, arguments, output);
   if (!output.folder) {
     result.left_out.emplace_back("history and ParaView files: no folder is asked for");
