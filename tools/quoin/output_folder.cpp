@@ -108,7 +108,7 @@ std::optional<FileError> foreign_file(const fs::path& folder) {
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
     if (is_plain_file(entry.path())) {
-      if (name == kManifest) continue;
+      if (name == kManifest || name == kJournal) continue;
       const auto known = ours.find(name);
       if (known != ours.end()) {
         if (known->second == entry_of(entry.path())) continue;
@@ -143,6 +143,11 @@ fs::path resolved(const fs::path& folder) {
     refuse(path, "is a link to nothing");
   }
   return fs::exists(path) ? fs::canonical(path) : path;
+}
+
+/// What a killed run was writing when it was killed, before it was resumed.
+void remove_half_written(const fs::path& part, const std::vector<std::string>& names) {
+  for (const std::string& name : names) ::unlink((part / (name + ".part")).c_str());
 }
 
 void remove_listed(const fs::path& folder, const std::vector<std::string>& names) {
@@ -207,6 +212,16 @@ void sweep(const fs::path& folder) {
     }
     ::close(journal);
   }
+}
+
+/// Results that are about to be replaced look like those of a dead run without a checkpoint: a kill
+/// before they are removed leaves them to the next sweep.
+void mark_as_left(const fs::path& folder, const std::vector<std::string>& names) {
+  std::ofstream journal(folder / kJournal);
+  for (const std::string& name : names) journal << name << '\n';
+  journal.close();
+  if (!journal) refuse(folder / kJournal, "can't be written");
+  ::unlink((folder / OutputFolder::kCheckpoint).c_str());
 }
 
 fs::path new_part(const fs::path& folder) {
@@ -275,7 +290,9 @@ OutputFolder OutputFolder::reopen(const fs::path& folder) {
     const bool is_part = at != std::string::npos && fs::exists(named / kJournal);
     result.folder_ = is_part ? named.parent_path() / name.substr(0, at) : named;
     std::vector<fs::path> parts = is_part ? std::vector<fs::path>{named} : parts_of(named);
-    std::erase_if(parts, [](const fs::path& p) { return !fs::exists(p / kCheckpoint); });
+    std::erase_if(parts, [](const fs::path& p) {
+      return !fs::exists(p / kCheckpoint) || !fs::exists(p / kJournal);
+    });
     std::sort(parts.begin(), parts.end(), [](const fs::path& a, const fs::path& b) {
       return fs::last_write_time(a / kCheckpoint) < fs::last_write_time(b / kCheckpoint);
     });
@@ -318,7 +335,7 @@ fs::path OutputFolder::file(const std::string& name) {
 }
 
 void OutputFolder::commit(Checkpoint checkpoint) {
-  file(kJournal);  // a kill may leave it in the results
+  remove_half_written(part_, names_);
   write_manifest(part_, names_);
   guarded(folder_, [&] {
     try {
@@ -331,6 +348,7 @@ void OutputFolder::commit(Checkpoint checkpoint) {
     } else {
       std::vector<std::string> old;
       for (const auto& [name, entry] : read_manifest(folder_)) old.push_back(name);
+      mark_as_left(folder_, old);
       if (::renameat2(AT_FDCWD, part_.c_str(), AT_FDCWD, folder_.c_str(), RENAME_EXCHANGE) != 0) {
         throw fs::filesystem_error("", std::error_code(errno, std::generic_category()));
       }

@@ -46,7 +46,7 @@ class OutputFolder {
   std::filesystem::path folder_, part_;
   std::vector<std::string> names_;
   bool copied_ = false;  ///< from results that are still there, and nothing was written since
-  int journal_ = -1;  ///< file descriptor; its lock ends with the process
+  int journal_ = -1;     ///< file descriptor; its lock ends with the process
 };
 
 }  // namespace quoin::commands

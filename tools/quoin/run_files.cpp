@@ -233,6 +233,19 @@ RunFiles::RunFiles(OutputFolder& folder, const SceneFile& file, std::istream& re
   history_.emplace(folder_.file(kHistory), history);
   blocks_.emplace(folder_.file(kBlocks), blocks);
   contacts_.emplace(folder_.file(kContacts), contacts);
+  remove_later_frames();
+}
+
+/// Those that a killed run wrote after its last checkpoint.
+void RunFiles::remove_later_frames() {
+  std::error_code ignored;
+  for (std::size_t number = times_.size();; ++number) {
+    const bool blocks =
+        std::filesystem::remove(folder_.path() / numbered("blocks_", number, ".vtu"), ignored);
+    const bool contacts =
+        std::filesystem::remove(folder_.path() / numbered("contacts_", number, ".vtp"), ignored);
+    if (!blocks && !contacts) return;
+  }
 }
 
 void RunFiles::save(std::ostream& out) {

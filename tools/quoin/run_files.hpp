@@ -28,6 +28,7 @@ class RunFiles {
   void save(std::ostream& out);
 
  private:
+  void remove_later_frames();
   void write_history_line(const scene_file::StepView& view);
   void write_blocks(const scene_file::StepView& view);
   void write_contacts(const scene_file::StepView& view);
