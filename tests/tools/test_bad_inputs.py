@@ -323,6 +323,8 @@ def command_line():
         ["run", "good.json", "--out", "out"], 1)
     add("a manifest of somebody", "manifest.json", {**good, "out/manifest.json": "[1]"},
         ["run", "good.json", "--out", "out"], 1)
+    add("stability, cells of somebody", "good.json", good,
+        ["stability", "--filter", "mass", "--out", "good.json"], (1, 2))
     add("study that can't be read", "none.json", good, ["study", "none.json", "--vary", "dt=1"], 1)
 
 

@@ -214,12 +214,9 @@ int run(RunArguments& arguments) {
   return failed.empty() ? kDone : kFailed;
 }
 
-}  // namespace
-
-void add_run_command(CLI::App& app, int& exit_code) {
-  auto arguments = std::make_shared<RunArguments>();
-  RunRequest& request = arguments->request;
-  const CLI::Validator seconds(
+/// Wall time in an option.
+CLI::Validator wall_seconds() {
+  return CLI::Validator(
       [](const std::string& text) {
         double value = 0.0;
         const bool good =
@@ -227,6 +224,13 @@ void add_run_command(CLI::App& app, int& exit_code) {
         return good ? std::string() : "must lie in 0 … 1e9 s, is " + text;
       },
       "SECONDS");
+}
+
+}  // namespace
+
+void add_run_command(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<RunArguments>();
+  RunRequest& request = arguments->request;
   CLI::App* command = app.add_subcommand("run", "Run a scene; report its error and what it took");
   CLI::Option* scene =
       command->add_option("scene", request.scene, "scene file, JSON (see scene.schema.json)");
@@ -250,12 +254,12 @@ void add_run_command(CLI::App& app, int& exit_code) {
       ->add_option("--max-seconds", arguments->max_seconds,
                    "end after this wall time, s, with all files of the state reached and a "
                    "checkpoint (default: no limit)")
-      ->check(seconds);
+      ->check(wall_seconds());
   command
       ->add_option("--checkpoint", request.checkpoint_seconds,
                    "write a checkpoint in the folder every so many seconds of wall time (default: "
                    "only when the run is ended early)")
-      ->check(seconds);
+      ->check(wall_seconds());
   command
       ->add_option("--resume", arguments->resume,
                    "go on with the run that was killed or ended early, to the bit; DIR: its --out")

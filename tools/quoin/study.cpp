@@ -28,6 +28,7 @@ struct StudyArguments {
   std::string scene, out;
   std::vector<std::string> vary, changes;
   std::optional<double> max_seconds{};
+  bool json = false;
   int jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
 };
 
@@ -67,17 +68,21 @@ void make_folder(const std::string& folder) {
   if (error) throw std::runtime_error(folder + ": can't be written: " + error.message());
 }
 
+std::string scene_name(const StudyArguments& arguments) {
+  return std::filesystem::path(arguments.scene).filename().string();
+}
+
 void write_files(const StudyArguments& arguments, const std::vector<StudyAxis>& axes,
                  const std::vector<StudyPoint>& points) {
   const std::filesystem::path folder(arguments.out);
   std::FILE* csv = std::fopen((folder / "study.csv").c_str(), "w");
   if (csv == nullptr) throw std::runtime_error("can't write " + (folder / "study.csv").string());
   write_csv(axes, points, csv);
-  std::fclose(csv);
-  const std::string scene = std::filesystem::path(arguments.scene).filename().string();
+  if (std::fclose(csv) != 0)
+    throw std::runtime_error("can't write " + (folder / "study.csv").string());
   std::ofstream json(folder / "study.json");
-  json << to_json(scene, axes, points).dump(1) << "\n";
-  if (!json) throw std::runtime_error("can't write " + (folder / "study.json").string());
+  json << text(to_json(scene_name(arguments), axes, points)) << "\n";
+  if (!json.flush()) throw std::runtime_error("can't write " + (folder / "study.json").string());
 }
 
 int run(const StudyArguments& arguments) {
@@ -96,7 +101,11 @@ int run(const StudyArguments& arguments) {
   });
   if (!referenced) compare_with(finest_ends(points), points);
   mark_best(points);
-  write_csv(axes, points, stdout);
+  if (arguments.json) {
+    std::printf("%s\n", text(to_json(scene_name(arguments), axes, points)).c_str());
+  } else {
+    write_csv(axes, points, stdout);
+  }
   if (!arguments.out.empty()) write_files(arguments, axes, points);
   const bool one_ran = std::any_of(points.begin(), points.end(),
                                    [](const StudyPoint& point) { return point.failure.empty(); });
@@ -119,6 +128,7 @@ void add_study_command(CLI::App& app, int& exit_code) {
       ->required();
   command->add_option("--set", arguments->changes, "change the scene first, as for run")
       ->type_name("NAME=VALUE");
+  command->add_flag("--json", arguments->json, "print study.json on standard output, not CSV");
   command->add_option("--out", arguments->out, "folder for study.csv and study.json");
   command
       ->add_option(
