@@ -21,7 +21,7 @@ struct ReferenceResult {
   double error_end = 0.0;            ///< the same for the last time it was compared
   Eigen::VectorXd value{}, exact{};  ///< when it was last compared
   long compared = 0;                 ///< steps
-  bool ok = true;  ///< compared, a number, and not above what is allowed
+  bool ok = true;                    ///< compared, a number, and not above what is allowed
 };
 
 /// One reference, compared at the steps within its time; it must outlive this.
