@@ -20,6 +20,8 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 from matplotlib.patheffects import withStroke  # noqa: E402
 
+import vtk_file  # noqa: E402
+
 HELD = (0.74, 0.73, 0.70)
 FREE = [(0.78, 0.42, 0.27), (0.86, 0.66, 0.38), (0.36, 0.50, 0.60), (0.50, 0.58, 0.40),
         (0.66, 0.36, 0.38), (0.45, 0.42, 0.58), (0.80, 0.55, 0.45), (0.35, 0.55, 0.53)]
@@ -27,23 +29,13 @@ WIDTH, HEIGHT = 960, 600
 FIXED, PRESCRIBED = 2, 3  # solver::BlockKind
 
 
-def array(piece, name):
-    for node in piece.iter("DataArray"):
-        if node.get("Name") == name:
-            values = np.array((node.text or "").split(), dtype=float)
-            components = int(node.get("NumberOfComponents", "1"))
-            return values.reshape(-1, components) if components > 1 else values
-    raise KeyError(name)
-
-
 def read_blocks(path):
     """[(points n×3, faces, is_held)] of a .vtu file."""
-    piece = xml.parse(path).getroot().find(".//Piece")
-    points = array(piece, "Points")
-    kinds = array(piece, "kind").astype(int)
-    stream = iter(array(piece, "faces").astype(int))
+    _, arrays = vtk_file.read(path)
+    points = np.array(arrays["Points"])
+    stream = iter(arrays["faces"])
     blocks = []
-    for kind in kinds:
+    for kind in arrays["kind"]:
         faces = [[next(stream) for _ in range(next(stream))] for _ in range(next(stream))]
         used = sorted({v for face in faces for v in face})
         local = {v: i for i, v in enumerate(used)}

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <sstream>
 
+#include "checkpoint.hpp"
 #include "contact/joint_law.hpp"
 #include "entrance_plane.hpp"
 #include "paper_step.hpp"
@@ -201,7 +203,7 @@ bool stood_still(const CompiledScene& compiled, const State& start, const Worksp
 
 /// Time is counted in steps, not added up: a million steps of dt end at a million dt.
 double counted_end(const StepOptions& options, const State& state, Workspace& work) {
-  Workspace::Clock& clock = work.counted;
+  Counted& clock = work.counted;
   const double step = duration(options, options.time_step);
   if (clock.time_step != step || clock.now != state.time) clock = {state.time, step, state.time, 0};
   ++clock.steps;
@@ -314,6 +316,7 @@ void attempt_with_all_contacts(const CompiledScene& compiled, const StepOptions&
   std::vector<PassingPair> passing = set_aside_passing(compiled, state, dt, limit, work.contacts);
   for (int round = 0; round < kRounds; ++round) {
     work.missing = nullptr;
+    work.watch.look();
     attempt_step(compiled, options, state, dt, work);
     if (attempt.solved.converged && options.analysis == Analysis::Dynamic &&
         options.method != ContactMethod::Springs) {
@@ -341,7 +344,7 @@ Workspace::Workspace(const CompiledScene& compiled, int threads)
     : finder({.reach = 0.0, .tolerance = 0.0, .threads = threads}),
       motion(compiled.prescribed.size()),
       hit(compiled.models.size(), 0),
-      open_close(compiled.slots),
+      open_close(compiled.slots, &watch),
       paper_open_close(compiled.slots) {}
 
 namespace {
@@ -374,13 +377,39 @@ void detect(const CompiledScene& compiled, const StepOptions& options, const Sta
   find(compiled, options, state, work.found, work);
 }
 
-StepReport advance(const CompiledScene& compiled, const StepOptions& options, State& state,
-                   State& best, Workspace& work) {
-  if (work.still) return stand(options, state, work);
-  StepReport report;
-  work.clock.start();
-  work.energy_growth = 0.0;
-  const double end = counted_end(options, state, work);
+namespace {
+
+void note_before(const StepOptions& options, Workspace& work) {
+  if (!options.watch) return;
+  work.before.reach = work.reach;
+  work.before.counted = work.counted;
+  work.before.energy_scale = work.energy_scale;
+  work.before.hit = work.hit;
+  work.before.rest.clear();
+}
+
+/// Before the first of several sub-steps is accepted.
+void note_rest(const StepOptions& options, const State& state, Workspace& work) {
+  if (!options.watch) return;
+  std::ostringstream out;
+  write_checkpoint(out, state, work);
+  work.before.rest = std::move(out).str();
+}
+
+void go_back(State& state, Workspace& work) {
+  if (!work.before.rest.empty()) {
+    std::istringstream in(work.before.rest);
+    read_checkpoint(in, state, work);
+  }
+  work.reach = work.before.reach;
+  work.counted = work.before.counted;
+  work.energy_scale = work.before.energy_scale;
+  work.hit = work.before.hit;
+}
+
+/// The sub-steps of one step. `report` grows as they are done.
+void take_sub_steps(const CompiledScene& compiled, const StepOptions& options, State& state,
+                    State& best, Workspace& work, StepReport& report) {
   const double smallest =
       options.smallest_time_step > 0.0 ? options.smallest_time_step : options.time_step / 1024.0;
   const Attempt& attempt = work.attempt;
@@ -401,6 +430,7 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
                          attempt.displacement > options.max_displacement_ratio;
     if (finite) add(attempt, compiled, report);
     if (finite && attempt.solved.converged && !(too_far && 0.5 * dt >= smallest)) {
+      if (done == 0.0 && dt < options.time_step) note_rest(options, state, work);
       accept(compiled, options, state, work);
       std::swap(work.found, work.found_end);
       done += dt;
@@ -420,8 +450,28 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
       break;
     }
   }
-  ++state.step;
-  if (report.status == StepStatus::Converged) state.time = work.counted.now = end;
+}
+
+}  // namespace
+
+StepReport advance(const CompiledScene& compiled, const StepOptions& options, State& state,
+                   State& best, Workspace& work) {
+  if (work.still) return stand(options, state, work);
+  StepReport report;
+  work.clock.start();
+  work.energy_growth = 0.0;
+  note_before(options, work);
+  const double end = counted_end(options, state, work);
+  work.watch.begin(options, report);
+  try {
+    take_sub_steps(compiled, options, state, best, work, report);
+    ++state.step;
+    if (report.status == StepStatus::Converged) state.time = work.counted.now = end;
+  } catch (const StepStopped&) {
+    go_back(state, work);
+    report.status = StepStatus::Stopped;
+  }
+  work.watch.end();
   report_end(state, work, report);
   report_flags(compiled, options, state, work, report);
   work.clock.charge(&PhaseSeconds::update);

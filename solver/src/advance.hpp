@@ -11,6 +11,7 @@
 #include "open_close.hpp"
 #include "paper_open_close.hpp"
 #include "step_flags.hpp"
+#include "step_watch.hpp"
 
 namespace quoin::solver {
 
@@ -64,8 +65,22 @@ class PhaseClock {
   Clock::time_point last_{};
 };
 
-/// Memory kept between steps. All but `found`, `motion`, `initial_depths` and the finder could
-/// be thrown away.
+/// Time counted in steps of one length.
+struct Counted {
+  double start = 0.0, time_step = 0.0, now = 0.0;  ///< s
+  long steps = 0;                                  ///< of this length, from `start` to `now`
+};
+
+/// What a stopped step goes back to.
+struct Before {
+  double reach = 0.0;
+  Counted counted;
+  EnergyScale energy_scale;
+  std::vector<char> hit;
+  std::string rest;  ///< a checkpoint; empty while no sub-step is accepted
+};
+
+/// Memory kept between steps. What the next step depends on, beside the state, is in checkpoint.cpp.
 struct Workspace {
   explicit Workspace(const CompiledScene& compiled, int threads);
 
@@ -79,10 +94,7 @@ struct Workspace {
   bool still = false;  ///< nothing moved in the last step and no load changes: the next is the same
   StepReport report;   ///< of that step
 
-  struct Clock {
-    double start = 0.0, time_step = 0.0, now = 0.0;  ///< s
-    long steps = 0;                                  ///< of this length, from `start` to `now`
-  } counted;
+  Counted counted;
   std::vector<PrescribedMotion> best_motion;  ///< of the best attempt
   EnergyScale energy_scale;
   double energy_growth = 0.0;                       ///< largest of the step's sub-steps, J
@@ -99,6 +111,7 @@ struct Workspace {
   BlockSystem base;
   std::vector<Matrix12> compliance;  ///< inverse of each diagonal block of base
   BlockVector force, increment, free_increment;
+  StepWatch watch;
   OpenClose open_close;
   PaperOpenClose paper_open_close;
   Attempt attempt;
@@ -106,6 +119,7 @@ struct Workspace {
   std::vector<geometry::ContactPoint> old_points;
   geometry::Points places;  ///< of one block
   PhaseClock clock;
+  Before before;
 };
 
 /// Moves the state by exactly options.time_step, in counted sub-steps where it must.

@@ -87,6 +87,7 @@ bool LinearSolver::factorize(const BlockSystem& system) {
   std::vector<std::size_t> waiting;  // supernodes whose rests stand on the stack
   std::size_t top = 0;
   for (std::size_t s = 0; s < fronts_.size(); ++s) {
+    look();
     const Front& front = fronts_[s];
     Parts now = parts(front, stack_.data() + top);
     now.columns.setZero();
@@ -186,6 +187,7 @@ bool LinearSolver::eliminate_symmetric(std::size_t node, Parts& parts) {
   if (front.below == 0) return true;
   Eigen::Ref<Eigen::MatrixXd> below = parts.columns.bottomRows(front.below);
   for (int at = 0; at < front.own; at += kPanel) {
+    look();
     const int width = std::min(kPanel, front.own - at);
     auto panel = below.middleCols(at, width);
     subtract_(view(below), transposed(pivot.middleRows(at, width)), at, Triangle::Both, panel);
@@ -210,6 +212,7 @@ bool LinearSolver::eliminate_general(std::size_t node, Parts& parts) {
   Matrix& rows = parts.rows;
   rows = exchanges_[node] * rows;
   for (int at = 0; at < front.own; at += kPanel) {
+    look();
     const int width = std::min(kPanel, front.own - at);
     const auto corner = pivot.block(at, at, width, width);
     auto right = below.middleCols(at, width);

@@ -5,6 +5,7 @@
 
 #include "block_system.hpp"
 #include "elimination.hpp"
+#include "step_watch.hpp"
 #include "subtract_product.hpp"
 
 namespace quoin::solver {
@@ -14,7 +15,9 @@ namespace quoin::solver {
 /// Keeps its memory, and order and supernodes while the pattern stays.
 class LinearSolver {
  public:
-  explicit LinearSolver(const Slots& slots) : slots_(&slots) {}
+  /// `watch`, where there is one, is looked at during factorize(), which then throws StepStopped.
+  explicit LinearSolver(const Slots& slots, StepWatch* watch = nullptr)
+      : slots_(&slots), watch_(watch) {}
 
   /// L L^T for a symmetric matrix; for another L U with row exchanges inside a supernode. False when it is
   /// singular to working accuracy, or symmetric and not positive definite.
@@ -46,6 +49,9 @@ class LinearSolver {
     Matrix columns, rows, rest;
   };
 
+  void look() const {
+    if (watch_ != nullptr) watch_->look();
+  }
   void analyse(const BlockSystem& system);
   void place_factors();
   Parts parts(const Front& front, double* rest);
@@ -58,6 +64,7 @@ class LinearSolver {
   Eigen::VectorBlock<Eigen::VectorXd> unknowns_of(std::size_t slot);
 
   const Slots* slots_;
+  StepWatch* watch_;
   bool symmetric_ = true;  // what was factorized last
   bool analysed_ = false;
   std::vector<std::pair<int, int>> pairs_;  // that the order was made for

@@ -237,6 +237,7 @@ void OpenClose::add_contact(const LinearContact& c, const Matrix3& tangent) {
 /// One Newton step with a search along it.
 bool OpenClose::newton_step(const BlockSystem& base, std::span<LinearContact> contacts, Law law,
                             OpenCloseResult& result) {
+  if (watch_ != nullptr) watch_->look();
   if (!same_tangent(contacts, law)) {
     assemble(base, contacts);
     factorized_ = solver_.factorize(system_);

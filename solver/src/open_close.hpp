@@ -35,10 +35,12 @@ struct OpenCloseResult {
 /// Keeps the memory between calls.
 class OpenClose {
  public:
-  explicit OpenClose(const Slots& slots)
+  /// `watch`: looked at in each iteration; solve() then throws StepStopped.
+  explicit OpenClose(const Slots& slots, StepWatch* watch = nullptr)
       : slots_(&slots),
         rigid_(std::ranges::all_of(slots.size, [](int n) { return n == 6; })),
-        solver_(slots) {}
+        watch_(watch),
+        solver_(slots, watch) {}
 
   /// `base`: block terms (diagonal only) and the pairs that contacts couple. `increment`: in, the
   /// first guess; out, D. Contacts: multipliers in, forces and modes out.
@@ -87,6 +89,7 @@ class OpenClose {
 
   const Slots* slots_;
   bool rigid_;  ///< all blocks: 6 unknowns each
+  StepWatch* watch_;
   LinearSolver solver_;
   BlockSystem system_;
   BlockVector right_;           ///< F - K0 guess

@@ -1,3 +1,5 @@
+#include <Eigen/Eigenvalues>
+#include <bit>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
@@ -8,45 +10,40 @@
 namespace quoin::solver {
 namespace {
 
-/// VTK XML text: numbers in the shortest form that reads back to the same double.
-class Text {
+/// A VTK XML file with its numbers appended behind the text as they stand in memory: each array is
+/// its size in bytes (UInt64), then its bytes.
+class Appended {
  public:
-  explicit Text(std::string path) : path_(std::move(path)) {}
+  explicit Appended(std::string path) : path_(std::move(path)) {
+    static_assert(std::endian::native == std::endian::little);
+  }
 
-  Text& raw(std::string_view text) {
+  Appended& raw(std::string_view text) {
     text_ += text;
     return *this;
   }
-  Text& number(double value) {
-    if (!std::isfinite(value)) {
-      throw std::runtime_error(path_ + ": a value is not finite");
-    }
-    return append(value);
-  }
-  Text& number(long value) { return append(value); }
-  Text& trim() {
-    text_.pop_back();  // the blank after a number
-    return *this;
-  }
-  Text& vector(const Eigen::Ref<const Eigen::VectorXd>& value) {
-    for (Eigen::Index i = 0; i < value.size(); ++i) {
-      number(value[i]);
-    }
-    text_.back() = '\n';
-    return *this;
+
+  /// One array: `fill` appends `components` numbers for each item.
+  template <typename Number, typename Fill>
+  void array(std::string_view name, int components, const Fill& fill) {
+    text_ += "<DataArray type=\"" + std::string(type_name(Number{})) + "\" Name=\"" +
+             std::string(name) + "\" NumberOfComponents=\"" + std::to_string(components) + "\"";
+    append(fill, std::vector<Number>());
   }
 
-  void array(std::string_view type, std::string_view name, int components) {
-    raw("<DataArray type=\"").raw(type).raw("\" Name=\"").raw(name);
-    raw("\" NumberOfComponents=\"").raw(std::to_string(components)).raw("\" format=\"ascii\">\n");
+  /// Of texts, each ended by a zero.
+  template <typename Fill>
+  void strings(std::string_view name, std::size_t count, const Fill& fill) {
+    text_ += "<Array type=\"String\" Name=\"" + std::string(name) + "\" NumberOfTuples=\"" +
+             std::to_string(count) + "\"";
+    append(fill, std::vector<char>());
   }
-  void end_array() { raw("\n</DataArray>\n"); }
 
   /// Written beside its name, then renamed: a reader never sees half a file.
-  void save() const {
+  void save(std::string_view foot) const {
     const std::string part = path_ + ".part";
     std::ofstream file(part, std::ios::binary);
-    file << text_;
+    file << text_ << "<AppendedData encoding=\"raw\">\n_" << data_ << "\n</AppendedData>\n" << foot;
     file.close();
     if (!file) {
       throw std::runtime_error(part + ": can't be written");
@@ -55,28 +52,56 @@ class Text {
   }
 
  private:
-  template <typename Number>
-  Text& append(Number value) {
-    char digits[32];
-    const auto end = std::to_chars(digits, digits + sizeof digits, value).ptr;
-    text_.append(digits, end);
-    text_ += ' ';
-    return *this;
+  static std::string_view type_name(double) { return "Float64"; }
+  static std::string_view type_name(std::int64_t) { return "Int64"; }
+  static std::string_view type_name(std::int32_t) { return "Int32"; }
+  static std::string_view type_name(std::uint8_t) { return "UInt8"; }
+
+  template <typename Fill, typename Number>
+  void append(const Fill& fill, std::vector<Number> values) {
+    text_ += " format=\"appended\" offset=\"" + std::to_string(data_.size()) + "\"/>\n";
+    fill(values);
+    if constexpr (std::is_same_v<Number, double>) {
+      for (const double value : values) {
+        if (!std::isfinite(value)) throw std::runtime_error(path_ + ": a value is not finite");
+      }
+    }
+    const std::uint64_t bytes = values.size() * sizeof(Number);
+    data_.append(reinterpret_cast<const char*>(&bytes), sizeof bytes);
+    data_.append(reinterpret_cast<const char*>(values.data()), bytes);
   }
 
-  std::string path_;
-  std::string text_;
+  std::string path_, text_, data_;
 };
 
-/// One array with a value for each item: `each(i)` writes it.
-template <typename Each>
-void write_array(Text& text, std::string_view type, std::string_view name, int components,
-                 std::size_t count, const Each& each) {
-  text.array(type, name, components);
-  for (std::size_t i = 0; i < count; ++i) {
-    each(i);
+/// Appends the components of a vector.
+void push(std::vector<double>& values, const Eigen::Ref<const Eigen::VectorXd>& vector) {
+  values.insert(values.end(), vector.begin(), vector.end());
+}
+
+/// One array with a value for each of `count` items.
+template <typename Number, typename Value>
+void each(Appended& file, std::string_view name, std::size_t count, const Value& value) {
+  file.array<Number>(name, 1, [&](std::vector<Number>& values) {
+    for (std::size_t i = 0; i < count; ++i) values.push_back(static_cast<Number>(value(i)));
+  });
+}
+
+/// One array with a vector of `components` for each of `count` items.
+template <typename Value>
+void each_vector(Appended& file, std::string_view name, int components, std::size_t count,
+                 const Value& value) {
+  file.array<double>(name, components, [&](std::vector<double>& values) {
+    for (std::size_t i = 0; i < count; ++i) push(values, value(i));
+  });
+}
+
+std::size_t vertex_count(const State& state) {
+  std::size_t count = 0;
+  for (const geometry::Polyhedron& polyhedron : state.polyhedra) {
+    count += static_cast<std::size_t>(polyhedron.topology().vertex_count());
   }
-  text.end_array();
+  return count;
 }
 
 Matrix3 tensor(const Vector6& v) {
@@ -92,135 +117,146 @@ Vector3 velocity_at(const BlockState& block, const Vector3& arm) {
   return block.velocity + block.rotation * local;
 }
 
-void write_points(Text& text, const State& state) {
-  text.raw("<Points>\n");
-  write_array(text, "Float64", "Points", 3, state.polyhedra.size(), [&](std::size_t b) {
-    const geometry::Points& vertices = state.polyhedra[b].vertices();
-    for (Eigen::Index v = 0; v < vertices.cols(); ++v) {
-      text.vector(state.origin + vertices.col(v));
+void write_points(Appended& file, const State& state) {
+  file.raw("<Points>\n");
+  file.array<double>("Points", 3, [&](std::vector<double>& values) {
+    for (const geometry::Polyhedron& polyhedron : state.polyhedra) {
+      const geometry::Points& vertices = polyhedron.vertices();
+      for (Eigen::Index v = 0; v < vertices.cols(); ++v)
+        push(values, state.origin + vertices.col(v));
     }
   });
-  text.raw("</Points>\n");
+  file.raw("</Points>\n");
 }
 
-void write_connectivity(Text& text, const State& state) {
-  long point = 0;
-  for (const geometry::Polyhedron& polyhedron : state.polyhedra) {
-    for (int v = 0; v < polyhedron.topology().vertex_count(); ++v) {
-      text.number(point++);
-    }
-    text.raw("\n");
-  }
-}
+/// Face streams of VTK_POLYHEDRON: face count, then for each face its size and its points.
+struct FaceStreams {
+  std::vector<std::int64_t> values{}, ends{};
+};
 
-/// Face stream of VTK_POLYHEDRON: face count, then for each face its size and its points.
-std::vector<long> write_faces(Text& text, const State& state) {
-  std::vector<long> ends;
-  long first = 0;
-  long written = 0;
+FaceStreams face_streams(const State& state) {
+  FaceStreams streams;
+  std::int64_t first = 0;
   for (const geometry::Polyhedron& polyhedron : state.polyhedra) {
     const geometry::Topology& topology = polyhedron.topology();
-    text.number(static_cast<long>(topology.face_count()));
-    written += 1 + topology.face_count();
+    streams.values.push_back(topology.face_count());
     for (int f = 0; f < topology.face_count(); ++f) {
-      text.number(static_cast<long>(topology.face(f).size()));
-      for (const int v : topology.face(f)) {
-        text.number(first + v);
-      }
-      written += static_cast<long>(topology.face(f).size());
+      streams.values.push_back(std::ssize(topology.face(f)));
+      for (const int v : topology.face(f)) streams.values.push_back(first + v);
     }
-    text.raw("\n");
-    ends.push_back(written);
+    streams.ends.push_back(std::ssize(streams.values));
     first += topology.vertex_count();
   }
-  return ends;
+  return streams;
 }
 
-void write_cells(Text& text, const State& state) {
-  text.raw("<Cells>\n");
-  text.array("Int64", "connectivity", 1);
-  write_connectivity(text, state);
-  text.end_array();
-  long end = 0;
-  write_array(text, "Int64", "offsets", 1, state.polyhedra.size(), [&](std::size_t b) {
-    text.number(end += state.polyhedra[b].topology().vertex_count());
+void write_cells(Appended& file, const State& state) {
+  const std::size_t count = state.polyhedra.size(), points = vertex_count(state);
+  const FaceStreams streams = face_streams(state);
+  std::int64_t end = 0;
+  file.raw("<Cells>\n");
+  each<std::int64_t>(file, "connectivity", points, [](std::size_t i) { return i; });
+  each<std::int64_t>(file, "offsets", count, [&](std::size_t b) {
+    return end += state.polyhedra[b].topology().vertex_count();
   });
-  write_array(text, "UInt8", "types", 1, state.polyhedra.size(),
-              [&](std::size_t) { text.number(42L); });  // VTK_POLYHEDRON
-  text.array("Int64", "faces", 1);
-  const std::vector<long> ends = write_faces(text, state);
-  text.end_array();
-  write_array(text, "Int64", "faceoffsets", 1, ends.size(),
-              [&](std::size_t b) { text.number(ends[b]); });
-  text.raw("</Cells>\n");
+  each<std::uint8_t>(file, "types", count, [](std::size_t) { return 42; });  // VTK_POLYHEDRON
+  each<std::int64_t>(file, "faces", streams.values.size(),
+                     [&](std::size_t i) { return streams.values[i]; });
+  each<std::int64_t>(file, "faceoffsets", count, [&](std::size_t b) { return streams.ends[b]; });
+  file.raw("</Cells>\n");
 }
 
-void write_point_data(Text& text, const Simulation& simulation) {
+void write_point_data(Appended& file, const Simulation& simulation) {
   const State& state = simulation.state();
-  const std::size_t count = state.polyhedra.size();
-  text.raw("<PointData Vectors=\"displacement\">\n");
-  write_array(text, "Float64", "displacement", 3, count, [&](std::size_t b) {
+  const auto each_vertex = [&](const char* name, const auto& append) {
+    file.array<double>(name, 3, [&](std::vector<double>& values) {
+      for (std::size_t b = 0; b < state.polyhedra.size(); ++b) append(b, values);
+    });
+  };
+  file.raw("<PointData Vectors=\"displacement\">\n");
+  each_vertex("displacement", [&](std::size_t b, std::vector<double>& values) {
     const geometry::Points& now = state.polyhedra[b].vertices();
     const geometry::Points& start = simulation.scene().blocks[b].shape.vertices();
     for (Eigen::Index v = 0; v < now.cols(); ++v) {
-      text.vector(now.col(v) - (start.col(v) - state.origin));
+      push(values, now.col(v) - (start.col(v) - state.origin));
     }
   });
-  write_array(text, "Float64", "velocity", 3, count, [&](std::size_t b) {
+  each_vertex("velocity", [&](std::size_t b, std::vector<double>& values) {
     const geometry::Points& now = state.polyhedra[b].vertices();
     for (Eigen::Index v = 0; v < now.cols(); ++v) {
       const Vector3 arm = simulation.reference_arm(static_cast<int>(b), state.origin + now.col(v));
-      text.vector(velocity_at(state.blocks[b], arm));
+      push(values, velocity_at(state.blocks[b], arm));
     }
   });
-  text.raw("</PointData>\n");
+  file.raw("</PointData>\n");
 }
 
-void write_cell_data(Text& text, const Simulation& simulation) {
+/// The largest first, tension positive.
+Vector3 principal(const Vector6& stress) {
+  Matrix3 matrix;
+  matrix << stress[0], stress[3], stress[5], stress[3], stress[1], stress[4], stress[5], stress[4],
+      stress[2];
+  const Eigen::SelfAdjointEigenSolver<Matrix3> solver(matrix, Eigen::EigenvaluesOnly);
+  return solver.eigenvalues().reverse();
+}
+
+void write_cell_data(Appended& file, const Simulation& simulation) {
   const State& state = simulation.state();
   const std::vector<Block>& blocks = simulation.scene().blocks;
-  text.raw("<CellData Scalars=\"block\">\n");
-  write_array(text, "Int32", "block", 1, blocks.size(),
-              [&](std::size_t b) { text.number(static_cast<long>(b)); });
-  write_array(text, "Int32", "kind", 1, blocks.size(),
-              [&](std::size_t b) { text.number(static_cast<long>(blocks[b].kind)); });
-  write_array(text, "Float64", "speed", 1, blocks.size(),
-              [&](std::size_t b) { text.number(state.blocks[b].velocity.norm()); });
-  write_array(text, "Float64", "stress", 6, blocks.size(), [&](std::size_t b) {
-    text.vector(simulation.stress(static_cast<int>(b)));  // xx yy zz xy yz xz, as VTK orders them
-  });
-  text.raw("</CellData>\n");
+  const std::size_t count = blocks.size();
+  const auto stress = [&](std::size_t b) { return simulation.stress(static_cast<int>(b)); };
+  file.raw("<CellData Scalars=\"block\">\n");
+  each<std::int32_t>(file, "block", count, [](std::size_t b) { return b; });
+  each<std::int32_t>(file, "kind", count,
+                     [&](std::size_t b) { return static_cast<int>(blocks[b].kind); });
+  each<std::int32_t>(file, "material", count,
+                     [&](std::size_t b) { return blocks[b].material.joint_group; });
+  each<double>(file, "speed", count,
+               [&](std::size_t b) { return state.blocks[b].velocity.norm(); });
+  // xx yy zz xy yz xz, as VTK orders them
+  each_vector(file, "stress", 6, count, stress);
+  each_vector(file, "principal_stress", 3, count,
+              [&](std::size_t b) { return principal(stress(b)); });
+  const auto write_texts = [&](const char* name, const auto& text) {
+    file.strings(name, count, [&](std::vector<char>& values) {
+      for (const Block& block : blocks) {
+        values.insert(values.end(), text(block).begin(), text(block).end());
+        values.push_back(0);
+      }
+    });
+  };
+  write_texts("name", [](const Block& block) -> const std::string& { return block.name; });
+  write_texts("material_name",
+              [](const Block& block) -> const std::string& { return block.material.name; });
+  file.raw("</CellData>\n");
 }
 
-template <typename Value>
-void contact_array(Text& text, const char* type, const char* name, int components,
-                   const std::vector<Contact>& contacts, const Value& value) {
-  write_array(text, type, name, components, contacts.size(), [&](std::size_t i) {
-    if constexpr (std::is_same_v<decltype(value(contacts[i])), Vector3>) {
-      text.vector(value(contacts[i]));
-    } else {
-      text.number(value(contacts[i]));
-    }
-  });
-}
-
-void write_contact_data(Text& text, const std::vector<Contact>& all) {
+void write_contact_data(Appended& file, const std::vector<Contact>& all) {
+  const std::size_t count = all.size();
+  const auto integers = [&](const char* name, const auto& value) {
+    each<std::int32_t>(file, name, count,
+                       [&](std::size_t i) { return static_cast<int>(value(all[i])); });
+  };
+  const auto numbers = [&](const char* name, const auto& value) {
+    each<double>(file, name, count, [&](std::size_t i) { return value(all[i]); });
+  };
   using C = const Contact&;
-  text.raw("<PointData Scalars=\"normal_force\">\n");
-  contact_array(text, "Int32", "block_a", 1, all, [](C c) -> long { return c.point.key.a; });
-  contact_array(text, "Int32", "block_b", 1, all, [](C c) -> long { return c.point.key.b; });
-  contact_array(text, "Int32", "type", 1, all, [](C c) { return static_cast<long>(c.point.type); });
-  contact_array(text, "Int32", "state", 1, all, [](C c) { return static_cast<long>(c.mode); });
-  contact_array(text, "Int32", "failed", 1, all, [](C c) { return static_cast<long>(c.failed); });
-  contact_array(text, "Float64", "gap", 1, all, [](C c) { return c.point.gap; });
-  contact_array(text, "Float64", "area", 1, all, [](C c) { return c.point.area; });
-  contact_array(text, "Float64", "slip", 1, all, [](C c) { return c.slip; });
-  contact_array(text, "Float64", "normal_force", 1, all, [](C c) { return c.normal_force; });
-  contact_array(text, "Float64", "normal", 3, all, [](C c) -> Vector3 { return c.point.normal; });
-  contact_array(text, "Float64", "force_on_b", 3, all, [](C c) -> Vector3 {
-    return c.normal_force * c.point.normal - c.shear_force;
+  file.raw("<PointData Scalars=\"normal_force\">\n");
+  integers("block_a", [](C c) { return c.point.key.a; });
+  integers("block_b", [](C c) { return c.point.key.b; });
+  integers("type", [](C c) { return c.point.type; });
+  integers("state", [](C c) { return c.mode; });
+  integers("failed", [](C c) { return c.failed; });
+  numbers("gap", [](C c) { return c.point.gap; });
+  numbers("area", [](C c) { return c.point.area; });
+  numbers("slip", [](C c) { return c.slip; });
+  numbers("normal_force", [](C c) { return c.normal_force; });
+  numbers("shear_force", [](C c) { return c.shear_force.norm(); });
+  each_vector(file, "normal", 3, count, [&](std::size_t i) { return all[i].point.normal; });
+  each_vector(file, "force_on_b", 3, count, [&](std::size_t i) -> Vector3 {
+    return all[i].normal_force * all[i].point.normal - all[i].shear_force;
   });
-  text.raw("</PointData>\n");
+  file.raw("</PointData>\n");
 }
 
 std::string piece(std::string_view attribute, std::size_t points, std::size_t cells) {
@@ -233,61 +269,55 @@ std::string xml_head(const std::string& type) {
          "\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<" + type + ">\n";
 }
 
-std::string xml_foot(const std::string& type) { return "</" + type + ">\n</VTKFile>\n"; }
-
-std::size_t vertex_count(const State& state) {
-  std::size_t count = 0;
-  for (const geometry::Polyhedron& polyhedron : state.polyhedra) {
-    count += static_cast<std::size_t>(polyhedron.topology().vertex_count());
-  }
-  return count;
-}
-
 }  // namespace
 
 void write_blocks(const std::string& path, const Simulation& simulation) {
   const State& state = simulation.state();
-  Text text(path);
-  text.raw(xml_head("UnstructuredGrid"));
-  text.raw(piece("NumberOfCells", vertex_count(state), state.polyhedra.size()));
-  write_points(text, state);
-  write_cells(text, state);
-  write_point_data(text, simulation);
-  write_cell_data(text, simulation);
-  text.raw("</Piece>\n").raw(xml_foot("UnstructuredGrid"));
-  text.save();
+  Appended file(path);
+  file.raw(xml_head("UnstructuredGrid"));
+  file.raw(piece("NumberOfCells", vertex_count(state), state.polyhedra.size()));
+  write_points(file, state);
+  write_cells(file, state);
+  write_point_data(file, simulation);
+  write_cell_data(file, simulation);
+  file.raw("</Piece>\n</UnstructuredGrid>\n");
+  file.save("</VTKFile>\n");
 }
 
 void write_contacts(const std::string& path, const Simulation& simulation) {
   const State& state = simulation.state();
   const std::size_t count = state.contacts.size();
-  Text text(path);
-  text.raw(xml_head("PolyData")).raw(piece("NumberOfVerts", count, count));
-  text.raw("<Points>\n");
-  write_array(text, "Float64", "Points", 3, count, [&](std::size_t i) {
-    text.vector(state.origin + state.contacts[i].point.point());
+  Appended file(path);
+  file.raw(xml_head("PolyData")).raw(piece("NumberOfVerts", count, count)).raw("<Points>\n");
+  each_vector(file, "Points", 3, count, [&](std::size_t i) -> Vector3 {
+    return state.origin + state.contacts[i].point.point();
   });
-  text.raw("</Points>\n<Verts>\n");
-  const auto index = [&](std::size_t i) { text.number(static_cast<long>(i)); };
-  const auto next = [&](std::size_t i) { text.number(static_cast<long>(i) + 1); };
-  write_array(text, "Int64", "connectivity", 1, count, index);
-  write_array(text, "Int64", "offsets", 1, count, next);
-  text.raw("</Verts>\n");
-  write_contact_data(text, state.contacts);
-  text.raw("</Piece>\n").raw(xml_foot("PolyData"));
-  text.save();
+  file.raw("</Points>\n<Verts>\n");
+  each<std::int64_t>(file, "connectivity", count, [](std::size_t i) { return i; });
+  each<std::int64_t>(file, "offsets", count, [](std::size_t i) { return i + 1; });
+  file.raw("</Verts>\n");
+  write_contact_data(file, state.contacts);
+  file.raw("</Piece>\n</PolyData>\n");
+  file.save("</VTKFile>\n");
 }
 
 void write_series(const std::string& path, const std::vector<double>& times,
                   const std::vector<std::string>& files) {
-  Text text(path);
-  text.raw(xml_head("Collection"));
+  std::string text = xml_head("Collection");
   for (std::size_t i = 0; i < files.size(); ++i) {
-    text.raw("<DataSet file=\"").raw(files[i]).raw("\" timestep=\"").number(times[i]);
-    text.trim().raw("\"/>\n");
+    char time[32];
+    const auto end = std::to_chars(time, time + sizeof time, times[i]).ptr;
+    text += "<DataSet file=\"" + files[i] + "\" timestep=\"" + std::string(time, end) + "\"/>\n";
   }
-  text.raw(xml_foot("Collection"));
-  text.save();
+  text += "</Collection>\n</VTKFile>\n";
+  const std::string part = path + ".part";
+  std::ofstream file(part, std::ios::binary);
+  file << text;
+  file.close();
+  if (!file) {
+    throw std::runtime_error(part + ": can't be written");
+  }
+  std::filesystem::rename(part, path);
 }
 
 }  // namespace quoin::solver

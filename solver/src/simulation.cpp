@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "advance.hpp"
+#include "checkpoint.hpp"
 #include "left_out.hpp"
 #include "paper_step.hpp"
 
@@ -29,7 +30,8 @@ const char* name(ContactMethod method) {
 }
 
 std::string describe(const StepReport& report) {
-  static constexpr const char* kNames[] = {"converged", "did not converge", "diverged"};
+  static constexpr const char* kNames[] = {"converged", "did not converge", "diverged",
+                                           "was stopped"};
   char text[256];
   std::snprintf(
       text, sizeof text,
@@ -175,6 +177,10 @@ Vector3 Simulation::reference_arm(int block, const Vector3& world_point) const {
   return solver::reference_arm(pose(parts_->state.blocks[static_cast<std::size_t>(block)]),
                                world_point - parts_->state.origin);
 }
+
+void Simulation::save(std::ostream& out) const { write_checkpoint(out, parts_->state, parts_->work); }
+
+void Simulation::load(std::istream& in) { read_checkpoint(in, parts_->state, parts_->work); }
 
 std::vector<std::string> Simulation::left_out() const {
   return solver::left_out(parts_->compiled, parts_->options);

@@ -13,7 +13,26 @@ import xml.etree.ElementTree as xml
 
 QUOIN, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
 INCLINE = SOURCE / "tools" / "scenes" / "paper" / "incline.json"
+ARCH = SOURCE / "tools" / "scenes" / "study" / "arch.json"
 TWO_FORCES = SOURCE / "tools" / "scenes" / "paper" / "two_forces.json"
+sys.path.insert(0, str(SOURCE / "tools"))
+import vtk_file  # noqa: E402
+
+READ_BY_VTK = """
+import json, sys
+from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLUnstructuredGridReader
+def read(reader, name):
+    reader.SetFileName(sys.argv[1] + name)
+    reader.Update()
+    return reader.GetOutput()
+grid = read(vtkXMLUnstructuredGridReader(), "/blocks_000010.vtu")
+data = grid.GetCellData()
+name, stress = data.GetAbstractArray("name"), data.GetArray("stress")
+print(json.dumps({"points": grid.GetNumberOfPoints(),
+                  "name": [name.GetValue(i) for i in range(grid.GetNumberOfCells())],
+                  "stress": [stress.GetTuple(i) for i in range(grid.GetNumberOfCells())],
+                  "contacts": read(vtkXMLPolyDataReader(), "/contacts_000010.vtp").GetNumberOfVerts()}))
+"""
 
 
 def run(*arguments, **keywords):
@@ -50,33 +69,136 @@ class RunCommand(unittest.TestCase):
         self.assertAlmostEqual(float(rows[-1]["time"]), 0.5, places=12)
 
     def check_vtk(self, out):
-        for kind in ("blocks", "contacts"):
+        for kind, count in (("blocks", "NumberOfCells"), ("contacts", "NumberOfVerts")):
             listed = list(xml.parse(out / f"{kind}.pvd").getroot().iter("DataSet"))
             self.assertEqual(len(listed), 11)
             for entry in listed:
                 self.assertTrue((out / entry.get("file")).exists())
-            piece = xml.parse(out / listed[-1].get("file")).getroot().find(".//Piece")
-            arrays = {a.get("Name"): (a.text or "").split() for a in piece.iter("DataArray")}
-            points = int(piece.get("NumberOfPoints"))
-            self.assertEqual(len(arrays["Points"]), 3 * points)
-            self.assertFalse(any("nan" in v or "inf" in v for a in arrays.values() for v in a))
-            wanted = ({"displacement", "velocity", "stress", "block"} if kind == "blocks" else
-                      {"type", "gap", "normal_force", "force_on_b", "state"})
+            piece, arrays = vtk_file.read(out / listed[-1].get("file"))
+            self.assertEqual(len(arrays["Points"]), int(piece["NumberOfPoints"]))
+            wanted = ({"displacement", "velocity", "stress", "principal_stress", "block", "kind",
+                       "material", "name", "material_name"} if kind == "blocks" else
+                      {"type", "gap", "normal_force", "shear_force", "force_on_b", "state", "slip"})
             self.assertLessEqual(wanted, set(arrays))
-        self.assertEqual(arrays["block_a"], ["0"] * points)  # contacts of the plane with the block
+            for name, values in arrays.items():
+                if kind == "contacts" or name in ("kind", "stress", "name", "types", "faceoffsets"):
+                    self.assertEqual(len(values), int(piece[count]), name)
+        self.assertEqual(arrays["block_a"], [0] * int(piece["NumberOfPoints"]))
+        self.check_with_vtk(out)
+
+    def check_with_vtk(self, out):
+        """By VTK itself, in the Python of the system, where python3-vtk9 is installed."""
+        done = subprocess.run(["/usr/bin/python3", "-c", READ_BY_VTK, out], capture_output=True,
+                              text=True, timeout=60)
+        if "No module named 'vtkmodules'" in done.stderr or "No such file" in done.stderr:
+            print("skipped: VTK's own reader, python3-vtk9 is not installed", file=sys.stderr)
+            return
+        self.assertEqual(done.returncode, 0, done.stderr)
+        said = json.loads(done.stdout)
+        _, arrays = vtk_file.read(out / "blocks_000010.vtu")
+        self.assertEqual(said["points"], len(arrays["Points"]))
+        self.assertEqual(said["name"], arrays["name"])
+        self.assertEqual([tuple(s) for s in said["stress"]], arrays["stress"])
+        self.assertEqual(said["contacts"], len(vtk_file.read(out / "contacts_000010.vtp")[1]["gap"]))
+
+    def test_the_end_of_every_stage_is_written(self):
+        scene = json.loads("\n".join(ARCH.read_text().splitlines()[1:]))
+        path, out = self.folder / "scene.json", self.folder / "out"
+        scene["blocks"][1]["name"] = hostile = '+1,"x"'
+        scene["title"] = "arch"
+        scene.pop("monitors", None), scene.pop("references", None)
+        for key in ("end_time", "stages"):
+            scene.pop(key, None)
+        scene["stages"] = [{"analysis": "settle", "steps": 5}, {"analysis": "static", "steps": 5}]
+        path.write_text(json.dumps(scene))
+        self.assertEqual(run(path, "--out", out).returncode, 0)
+        blocks = list(csv.DictReader((out / "blocks.csv").read_text().splitlines()))
+        contacts = list(csv.DictReader((out / "contacts.csv").read_text().splitlines()))
+        count = len(scene["blocks"])
+        self.assertEqual([row["stage"] for row in blocks], ["0"] * count + ["1"] * count)
+        self.assertEqual(blocks[1]["name"], "'" + hostile)
+        self.assertEqual({row["stage"] for row in contacts}, {"0", "1"})
+        self.assertEqual(len(list(out.glob("blocks_*.vtu"))), 3)  # the start, and each stage's end
+        reaction = json.loads((out / "summary.json").read_text())["base_reaction"]
+        held = {row["block"] for row in blocks if row["kind"] == "fixed"}
+        for axis, total in zip("xyz", reaction):
+            summed = sum(float(row["f" + axis]) * ((row["b"] in held) - (row["a"] in held))
+                         for row in contacts if row["stage"] == "1")
+            self.assertAlmostEqual(summed, total, delta=1e-9 * max(map(abs, reaction)))
+        for row in contacts:
+            if row["normal_stress"]:
+                self.assertAlmostEqual(float(row["normal_stress"]) * float(row["area"]),
+                                       float(row["normal_force"]), delta=1e-6)
 
     def test_takes_the_place_of_earlier_results_only(self):
         out = self.folder / "out"
         self.assertEqual(run(INCLINE, "--out", out, "--set", "/end_time=0.5").returncode, 0)
-        self.assertEqual(run(INCLINE, "--out", out, "--set", "/end_time=0.1").returncode, 0)
-        self.assertEqual(len(list(out.glob("blocks_*.vtu"))), 3)
-        other = self.folder / "other"
-        other.mkdir()
-        (other / "letter.txt").write_text("dear")
-        done = run(INCLINE, "--out", other, "--set", "/end_time=0.1")
-        self.assertEqual(done.returncode, 1)
-        self.assertIn("holds no results", done.stderr)
-        self.assertEqual([p.name for p in other.iterdir()], ["letter.txt"])
+        link = self.folder / "link"
+        link.symlink_to(out)
+        self.assertEqual(run(INCLINE, "--out", f"{link}/", "--set", "/end_time=1.0").returncode, 0)
+        self.assertTrue(link.is_symlink())
+        self.assertEqual(json.loads((out / "summary.json").read_text())["steps"], 100)
+        for name, spoil in (("letter.txt", lambda p: p.write_text("dear")),
+                            ("history.csv", lambda p: p.write_text(p.read_text() + "my note")),
+                            ("blocks.pvd", lambda p: (p.unlink(), p.symlink_to(INCLINE))),
+                            ("pictures", lambda p: p.mkdir())):
+            spoil(out / name)
+            before = sorted(p.name for p in out.iterdir())
+            done = run(INCLINE, "--out", out, "--set", "/end_time=0.5")
+            self.assertEqual(done.returncode, 1)
+            self.assertIn(f"out/{name}: ", done.stderr)
+            self.assertIn("is not replaced", done.stderr)
+            self.assertEqual(sorted(p.name for p in out.iterdir()), before)
+            (out / name).rmdir() if name == "pictures" else (out / name).unlink()
+        self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["link", "out"])
+
+    def test_a_note_that_appears_while_the_run_goes_on(self):
+        out = self.folder / "out"
+        run(INCLINE, "--out", out, "--set", "/end_time=0.5")
+        process = subprocess.Popen([QUOIN, "run", TWO_FORCES, "--out", out, "--set", "/end_time=1000"],
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        self.wait_for("out.part-*/history.csv")
+        (out / "note").write_text("dear")
+        os.kill(process.pid, signal.SIGINT)
+        said = process.communicate(timeout=60)[1]
+        self.assertEqual(process.returncode, 1)
+        self.assertIn("out/note: quoin did not write it", said)
+        part = next(self.folder.glob("out.part-*"))
+        self.assertIn(f"the results are in {part}", said)
+        self.assertTrue((part / "summary.json").exists())
+        self.assertTrue((out / "note").exists())
+
+    def test_what_killed_runs_left_is_swept_and_nothing_else(self):
+        out = self.folder / "out"
+        for name in ("out.part-1", "out.part-notes"):  # of somebody
+            (self.folder / name).mkdir()
+            (self.folder / name / "letter.txt").write_text("dear")
+        parts = []
+        for _ in range(2):
+            process = subprocess.Popen([QUOIN, "run", TWO_FORCES, "--out", out, "--set",
+                                        "/end_time=1000"], stdout=subprocess.DEVNULL)
+            parts.append(self.wait_for("out.part-??????/history.csv", parts).parent)
+            if len(parts) == 2:
+                break
+            process.kill()
+            process.wait()
+            (parts[0] / "note").write_text("dear")
+        done = run(INCLINE, "--out", out, "--set", "/end_time=0.5")  # while the second goes on
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual([p.name for p in parts[0].iterdir()], ["note"])
+        self.assertTrue((parts[1] / "history.csv").exists())
+        process.send_signal(signal.SIGTERM)
+        process.wait(timeout=60)
+        self.assertEqual({p.name for p in self.folder.iterdir()},
+                         {"out", "out.part-1", "out.part-notes", parts[0].name})
+
+    def wait_for(self, pattern, but=()):
+        for _ in range(600):
+            found = [p for p in self.folder.glob(pattern) if p.parent not in but]
+            if found:
+                return found[0]
+            time.sleep(0.05)
+        self.fail(f"no {pattern}")
 
     def test_files_that_can_not_be_read_or_written(self):
         done = run(self.folder / "none.json")
@@ -99,6 +221,29 @@ class RunCommand(unittest.TestCase):
             self.assertEqual(done.returncode, 2)
             self.assertIn(words, done.stderr)
 
+    def test_a_failure_is_an_exit_code_and_a_verdict(self):
+        out = self.folder / "out"
+        for arguments, words in ((["--set", "/references/0/exact=0/0"], "its error is not a number"),
+                                 (["--set", "/references/0/allowed=1e-15"], "allowed 1e-15"),
+                                 (["--set", "/max_iterations=1", "--on-failure",
+                                   "accept", "--set", "/smallest_time_step=0.01"],
+                                  "steps did not converge")):
+            done = run(INCLINE, "--out", out, "--set", "/end_time=0.5", *arguments)
+            self.assertEqual(done.returncode, 1)
+            self.assertIn(words, done.stderr)
+            summary = json.loads((out / "summary.json").read_text())
+            self.assertEqual(summary["verdict"], "failed")
+            self.assertTrue(any(words in line for line in summary["failures"]), summary["failures"])
+
+    def test_output_that_nobody_can_read(self):
+        for words in (["run", INCLINE], ["run", INCLINE, "--json"], ["--help"], ["validate", "--list"],
+                      ["contact", "--pairs", "-"]):
+            with open("/dev/full", "w") as full:
+                done = subprocess.run([QUOIN, *words], stdout=full, stderr=subprocess.PIPE, text=True,
+                                      input='{"a": [], "b": []}\n', timeout=60)
+            self.assertEqual(done.returncode, 1, words)
+            self.assertIn("can't", done.stderr)
+
     def test_usage(self):
         self.assertEqual(run("--help").returncode, 0)
         self.assertEqual(run().returncode, 2)
@@ -120,10 +265,7 @@ class RunCommand(unittest.TestCase):
         process = subprocess.Popen([QUOIN, "run", TWO_FORCES, "--out", out, "--set", "/end_time=1000",
                                     "--set", "/output_interval=0.01"],
                                    stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-        for _ in range(600):
-            if list(self.folder.glob("out.part-*/blocks_000001.vtu")):
-                break
-            time.sleep(0.1)
+        self.wait_for("out.part-*/blocks_000001.vtu")
         os.kill(process.pid, signal.SIGINT)
         _, said = process.communicate(timeout=60)
         self.assertEqual(process.returncode, 1)

@@ -62,6 +62,14 @@ class StudyCommand(unittest.TestCase):
         self.assertEqual([bool(p["failure"]) for p in self.points()], [False, True])
         self.assertIn("/time_step", self.points()[1]["failure"])
 
+    def test_json_and_a_time_limit(self):
+        done = study(SCENES / "paper" / "two_forces.json", "--vary", "dt=0.01,0.02", "--set",
+                     "/end_time=1000", "--max-seconds", "0.2", "--jobs", "1", "--json")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("the study was ended early", done.stderr)
+        failures = [p["failure"] for p in json.loads(done.stdout)["points"]]
+        self.assertEqual(failures, ["the time limit is over", "not run: the study was ended early"])
+
     def test_bad_arguments(self):
         self.assertEqual(study(SCENES / "paper" / "incline.json", "--vary", "dt").returncode, 2)
         self.assertEqual(study("none.json", "--vary", "dt=0.1").returncode, 1)

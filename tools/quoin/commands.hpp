@@ -3,15 +3,29 @@
 /// function.
 
 #include <CLI/CLI.hpp>
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
 
 namespace quoin::commands {
 
 /// Exit codes of every command.
 enum ExitCode : int {
   kDone = 0,
-  kFailed = 1,   ///< a file that can't be read or written, a run that could not converge
+  kFailed = 1,   ///< a file that can't be read or written, a run that failed or was ended early
   kBadInput = 2  ///< the input says something that can't be worked with
 };
+
+/// One line on standard error, behind "quoin: " unless `subject` names a file: without characters
+/// that a terminal obeys, and cut where it is too long to be read.
+void complain(const std::string& message, const std::string& subject = "quoin");
+
+/// JSON over many lines; bytes that are no UTF-8 are replaced.
+std::string text(const nlohmann::ordered_json& document);
+
+/// What `command` returns; an exception becomes a line and an exit code. `scene`: the file it
+/// reads.
+int run_guarded(const std::function<int()>& command, const std::string& scene);
 
 /// Each adds its subcommand to `app`; the subcommand leaves its exit code in `exit_code`.
 void add_check_command(CLI::App& app, int& exit_code);

@@ -12,7 +12,10 @@
 #include <string>
 
 #include "commands.hpp"
+#include "scene_file/read_json.hpp"
 #include "scene_file/read_shape.hpp"
+#include "scene_file/scene_error.hpp"
+#include "scene_file/shown.hpp"
 
 namespace quoin::commands {
 namespace {
@@ -45,7 +48,8 @@ double read_tolerance(const nlohmann::json& line) {
   }
   const nlohmann::json& tolerance = line["tol"];
   if (!tolerance.is_number() || !(tolerance.get<double>() > 0.0)) {
-    throw geometry::InputError("\"tol\" is " + tolerance.dump() + ", must be a length above 0");
+    throw geometry::InputError("\"tol\" is " + scene_file::shown(tolerance) +
+                               ", must be a length above 0");
   }
   return tolerance.get<double>();
 }
@@ -114,11 +118,12 @@ Json salvaged_id(const std::string& text) {
   return id.is_discarded() ? Json(nullptr) : id;
 }
 
-/// What the JSON package says, without its own numbering.
-std::string plain(const Json::exception& error) {
-  const std::string text = error.what();
-  const std::size_t bracket = text.find("] ");
-  return bracket == std::string::npos ? text : text.substr(bracket + 2);
+void check_keys(const Json& line) {
+  for (const auto& [key, value] : line.items()) {
+    if (key != "id" && key != "a" && key != "b" && key != "tol") {
+      throw geometry::InputError("unknown key " + scene_file::shown(key));
+    }
+  }
 }
 
 /// The answer to one line. `contact` is memory that is used again.
@@ -127,11 +132,12 @@ Json answer(const std::string& text, long number, double reach, geometry::PairCo
   Json result;
   result["id"] = nullptr;
   try {
-    const auto line = nlohmann::json::parse(text);
+    const Json line = scene_file::parse_json(text);
     if (!line.is_object()) {
       throw geometry::InputError("the line is not a JSON object");
     }
-    result["id"] = line.value("id", nlohmann::json(nullptr));
+    result["id"] = line.value("id", Json(nullptr));
+    check_keys(line);
     const PlacedHull a = read_hull(line, "a"), b = read_hull(line, "b");
     update_pair_contact(a.body(), b.body(), {.tolerance = read_tolerance(line), .reach = reach},
                         contact);
@@ -143,10 +149,10 @@ Json answer(const std::string& text, long number, double reach, geometry::PairCo
   } catch (const geometry::InputError& error) {
     bad = true;
     result["error"] = "line " + std::to_string(number) + ": " + error.what();
-  } catch (const Json::exception& error) {
+  } catch (const scene_file::SceneError& error) {
     bad = true;
     result["id"] = salvaged_id(text);
-    result["error"] = "line " + std::to_string(number) + " is not JSON: " + plain(error);
+    result["error"] = "line " + std::to_string(number) + " is not JSON: " + error.what();
   }
   return result;
 }

@@ -2,14 +2,31 @@
 
 #include <cstdio>
 #include <exception>
+#include <iostream>
 
 #include "commands.hpp"
+
+namespace {
+
+/// What was printed may be stuck in a full disk or a closed pipe.
+int all_is_told() {
+  if (std::cout.flush() && std::fflush(stdout) == 0 && std::ferror(stdout) == 0) {
+    return quoin::commands::kDone;
+  }
+  quoin::commands::complain("standard output can't be written");
+  return quoin::commands::kFailed;
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app{
       "quoin: contact geometry of convex polyhedra and 3-D discontinuous deformation analysis.\n"
       "Units are SI; angles carry their unit in the name.\n"
-      "Exit codes: 0 done, 1 failed (file, convergence), 2 input that can't be worked with."};
+      "Exit codes: 0 done and all is well; 1 failed: a file that can't be read or written, a run "
+      "that "
+      "did not converge, missed a reference or was ended early; 2 input that can't be worked "
+      "with."};
   app.set_version_flag("--version", "quoin " QUOIN_VERSION);
   int exit_code = quoin::commands::kDone;
   quoin::commands::add_run_command(app, exit_code);
@@ -27,10 +44,10 @@ int main(int argc, char** argv) {
       throw CLI::RequiredError("a command (quoin --help names them)");
     }
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? quoin::commands::kDone : quoin::commands::kBadInput;
+    return app.exit(error) == 0 ? all_is_told() : quoin::commands::kBadInput;
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "quoin: %s\n", error.what());
+    quoin::commands::complain(error.what());
     return quoin::commands::kFailed;
   }
-  return exit_code;
+  return exit_code == quoin::commands::kDone ? all_is_told() : exit_code;
 }

@@ -3,17 +3,18 @@
 #include <unistd.h>
 
 #include <chrono>
-#include <csignal>
 #include <cstdio>
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "checkpoint.hpp"
 #include "commands.hpp"
 #include "output_folder.hpp"
 #include "run_files.hpp"
 #include "scene_file/run_scene.hpp"
+#include "stop.hpp"
 
 namespace quoin::commands {
 namespace {
@@ -23,19 +24,16 @@ using scene_file::RunStatus;
 using scene_file::SceneFile;
 using scene_file::StepView;
 
+constexpr double kMostSeconds = 1e9;  // 30 years
+
 struct RunArguments {
-  std::string scene;
+  RunRequest request;
   std::string out;
-  std::vector<std::string> changes;
-  std::string on_failure = "stop";
+  std::string resume;
+  std::optional<double> max_seconds;
   int threads = 1;
   bool json = false;
 };
-
-/// Set by the handler of SIGINT; the run then ends after the step it is in.
-volatile std::sig_atomic_t interrupted = 0;
-
-extern "C" void note_interrupt(int) { interrupted = 1; }
 
 /// One line on a terminal, rewritten a few times a second; nothing when piped.
 class ProgressLine {
@@ -47,20 +45,36 @@ class ProgressLine {
     }
   }
   void show(const StepView& view) {
-    const auto now = std::chrono::steady_clock::now();
-    if (!on_ || now - last_ < std::chrono::milliseconds(100)) {
-      return;
-    }
-    last_ = now;
-    std::fprintf(stderr, "\r\033[Kstage %zu of %zu  %3.0f %%  t = %.4g s  %d of %d contacts closed",
-                 view.stage + 1, stages_, 100 * view.progress, view.dynamic_time,
-                 view.report.closed_count, view.report.contact_count);
+    if (!is_time()) return;
+    show_place(view);
+    std::fprintf(stderr, "  %d of %d contacts closed", view.report.closed_count,
+                 view.report.contact_count);
   }
+  void show_in_step(const StepView& view) {
+    if (!is_time()) return;
+    show_place(view);
+    std::fprintf(stderr, "  in a step for %.0f s: %d sub-steps, %d open-close iterations",
+                 std::chrono::duration<double>(last_ - step_began_).count(), view.report.sub_steps,
+                 view.report.iterations);
+  }
+  void end_step() { step_began_ = std::chrono::steady_clock::now(); }
 
  private:
+  bool is_time() {
+    const auto now = std::chrono::steady_clock::now();
+    if (!on_ || now - last_ < std::chrono::milliseconds(100)) return false;
+    last_ = now;
+    return true;
+  }
+  void show_place(const StepView& view) const {
+    std::fprintf(stderr, "\r\033[Kstage %zu of %zu  %3.0f %%  t = %.4g s", view.stage + 1, stages_,
+                 100 * view.progress, view.dynamic_time);
+  }
+
   bool on_;
   std::size_t stages_;
-  std::chrono::steady_clock::time_point last_;
+  std::chrono::steady_clock::time_point last_{};
+  std::chrono::steady_clock::time_point step_began_ = std::chrono::steady_clock::now();
 };
 
 void print_result(const SceneFile& file, const RunResult& result) {
@@ -83,10 +97,10 @@ void print_result(const SceneFile& file, const RunResult& result) {
   }
 }
 
-void save_summary(const std::filesystem::path& folder, const nlohmann::ordered_json& summary) {
-  const std::filesystem::path path = folder / "summary.json";
+void save_summary(OutputFolder& folder, const nlohmann::ordered_json& summary) {
+  const std::filesystem::path path = folder.file("summary.json");
   std::ofstream stream(path);
-  stream << summary.dump(2) << '\n';
+  stream << text(summary) << '\n';
   stream.close();
   if (!stream) {
     throw scene_file::FileError(path.string() + ": can't be written");
@@ -95,94 +109,185 @@ void save_summary(const std::filesystem::path& folder, const nlohmann::ordered_j
 
 /// Made when the solver has taken the scene: a scene that is refused leaves nothing behind.
 struct Output {
-  std::optional<OutputFolder> folder;
-  std::optional<RunFiles> files;
+  std::optional<OutputFolder> folder{};
+  std::optional<RunFiles> files{};
+  std::ifstream checkpoint{};
+  std::chrono::steady_clock::time_point saved = std::chrono::steady_clock::now();
 };
+
+/// A checkpoint when it is time for one. The time that it takes itself does not count.
+void save_if_due(const RunRequest& request, Output& output, const scene_file::SaveRun& save) {
+  if (request.checkpoint_seconds <= 0.0) return;
+  const std::chrono::duration<double> since = std::chrono::steady_clock::now() - output.saved;
+  if (since.count() < request.checkpoint_seconds) return;
+  write_checkpoint(*output.folder, request, *output.files, save);
+  output.saved = std::chrono::steady_clock::now();
+}
+
+bool ended_early(RunStatus status) {
+  return status == RunStatus::Interrupted || status == RunStatus::TimeLimit;
+}
+
+/// What is written while the run goes on.
+void add_files(const SceneFile& file, const RunArguments& arguments, Output& output,
+               scene_file::RunOptions& options) {
+  options.before_first = [&](const StepView& view) {
+    output.folder.emplace(arguments.out);
+    output.files.emplace(*output.folder, file);
+    output.files->start(view);
+  };
+  options.after_stage = [&](const StepView& view, const scene_file::SaveRun& save) {
+    if (ended_early(view.status)) {
+      write_checkpoint(*output.folder, arguments.request, *output.files, save);
+    }
+    output.files->end_stage(view);
+  };
+}
 
 RunResult run_with_files(const SceneFile& file, const RunArguments& arguments, Output& output) {
   ProgressLine progress(file.stages.size());
   scene_file::RunOptions options;
   options.threads = arguments.threads;
-  options.on_failure = arguments.on_failure == "accept" ? scene_file::RunOptions::OnFailure::Accept
-                                                        : scene_file::RunOptions::OnFailure::Stop;
-  if (!arguments.out.empty()) {
-    options.before_first = [&](const StepView& view) {
-      output.folder.emplace(arguments.out);
-      output.files.emplace(output.folder->path(), file);
-      output.files->start(view);
-    };
-  }
-  options.after_step = [&](const StepView& view) {
+  options.on_failure = arguments.request.on_failure == "accept"
+                           ? scene_file::RunOptions::OnFailure::Accept
+                           : scene_file::RunOptions::OnFailure::Stop;
+  if (output.files) options.resume = &output.checkpoint;
+  if (!arguments.out.empty() || output.files) add_files(file, arguments, output, options);
+  options.stop = StopRequest(arguments.max_seconds);
+  options.in_step = [&](const StepView& view) { progress.show_in_step(view); };
+  options.after_step = [&](const StepView& view, const scene_file::SaveRun& save) {
+    progress.end_step();
     progress.show(view);
-    if (output.files) {
-      output.files->step(view);
-    }
-    return interrupted == 0;
+    if (!output.files) return;
+    output.files->step(view);
+    save_if_due(arguments.request, output, save);
   };
   return scene_file::run_scene(file, options);
 }
 
-int run(const RunArguments& arguments) {
-  const SceneFile file = scene_file::read_scene(arguments.scene, arguments.changes);
-  std::signal(SIGINT, note_interrupt);
+/// Opens what is to be gone on with; the arguments become those of its run.
+SceneFile resumed(RunArguments& arguments, Output& output) {
+  output.folder.emplace(OutputFolder::reopen(arguments.resume));
+  const std::filesystem::path path = output.folder->path() / OutputFolder::kCheckpoint;
+  try {
+    output.checkpoint.open(path, std::ios::binary);
+    const double every = arguments.request.checkpoint_seconds;
+    arguments.request = read_request(output.checkpoint);
+    if (every > 0.0) arguments.request.checkpoint_seconds = every;
+  } catch (const scene_file::FileError& error) {
+    throw scene_file::FileError(path.string() + ": " + error.what());
+  }
+  SceneFile file = scene_file::read_scene(arguments.request.path, arguments.request.changes);
+  if (hash_of_inputs(file) != arguments.request.inputs) {
+    throw scene_file::FileError(arguments.request.scene +
+                                ": it, or a file that it names, was changed since the checkpoint");
+  }
+  return file;
+}
+
+SceneFile opened(RunArguments& arguments, Output& output) {
+  if (!arguments.resume.empty()) return resumed(arguments, output);
+  SceneFile file = scene_file::read_scene(arguments.request.scene, arguments.request.changes);
+  if (!arguments.out.empty()) {
+    arguments.request.path = std::filesystem::absolute(arguments.request.scene).string();
+    arguments.request.inputs = hash_of_inputs(file);
+  }
+  return file;
+}
+
+int run(RunArguments& arguments) {
+  catch_signals();
   Output output;
+  const SceneFile file = opened(arguments, output);
+  if (output.folder) output.files.emplace(*output.folder, file, output.checkpoint);
   RunResult result = run_with_files(file, arguments, output);
-  if (arguments.out.empty()) {
+  if (!output.folder) {
     result.left_out.emplace_back("history and ParaView files: no folder is asked for");
   }
-  const nlohmann::ordered_json report = summary(file, arguments.scene, result, arguments.threads);
+  const nlohmann::ordered_json report =
+      summary(file, arguments.request.scene, result, arguments.threads);
   if (output.folder) {
     output.files->finish();
-    save_summary(output.folder->path(), report);
-    output.folder->commit();
+    save_summary(*output.folder, report);
+    output.folder->commit(ended_early(result.status) ? OutputFolder::Checkpoint::Keep
+                                                     : OutputFolder::Checkpoint::Drop);
   }
   if (arguments.json) {
-    std::printf("%s\n", report.dump(2).c_str());
+    std::printf("%s\n", text(report).c_str());
   } else {
     print_result(file, result);
   }
-  if (result.status != RunStatus::Completed) {
-    std::fprintf(stderr, "quoin: %s\n", result.message.c_str());
-  }
-  const bool accepted = arguments.on_failure == "accept" && result.status != RunStatus::Interrupted;
-  return result.status == RunStatus::Completed || accepted ? kDone : kFailed;
+  const std::vector<std::string> failed = failures(file, result);
+  for (const std::string& line : failed) complain(line);
+  return failed.empty() ? kDone : kFailed;
+}
+
+/// Wall time in an option.
+CLI::Validator wall_seconds() {
+  return CLI::Validator(
+      [](const std::string& text) {
+        double value = 0.0;
+        const bool good =
+            CLI::detail::lexical_cast(text, value) && value >= 0.0 && value <= kMostSeconds;
+        return good ? std::string() : "must lie in 0 … 1e9 s, is " + text;
+      },
+      "SECONDS");
 }
 
 }  // namespace
 
 void add_run_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<RunArguments>();
+  RunRequest& request = arguments->request;
   CLI::App* command = app.add_subcommand("run", "Run a scene; report its error and what it took");
-  command->add_option("scene", arguments->scene, "scene file, JSON (see scene.schema.json)")
-      ->required();
-  command->add_option("--out", arguments->out,
-                      "folder for summary.json, history.csv, blocks.pvd, contacts.pvd "
-                      "(default: no files)");
+  CLI::Option* scene =
+      command->add_option("scene", request.scene, "scene file, JSON (see scene.schema.json)");
+  CLI::Option* out = command->add_option(
+      "--out", arguments->out,
+      "folder for summary.json, history.csv, blocks.csv, contacts.csv, blocks.pvd and "
+      "contacts.pvd; "
+      "takes the place of earlier results, of nothing else (default: no files)");
   command->add_flag("--json", arguments->json, "print summary.json on standard output");
+  CLI::Option* set = command->add_option(
+      "--set", request.changes,
+      "change the scene before it is read: a parameter (phi=10) or a place in the file "
+      "(/penalty=5e7, /method=penalty); may be repeated");
+  set->type_name("NAME=VALUE");
+  CLI::Option* on_failure = command->add_option(
+      "--on-failure", request.on_failure,
+      "a step that does not converge, a static stage that does not come to rest: stop, or accept "
+      "the best state and go on (the exit code is 1 all the same)");
+  on_failure->check(CLI::IsMember({"stop", "accept"}))->capture_default_str();
   command
-      ->add_option("--set", arguments->changes,
-                   "change the scene before it is read: a parameter (phi=10) or a place in the "
-                   "file (/penalty=5e7, /method=penalty); may be repeated")
-      ->type_name("NAME=VALUE");
+      ->add_option("--max-seconds", arguments->max_seconds,
+                   "end after this wall time, s, with all files of the state reached and a "
+                   "checkpoint (default: no limit)")
+      ->check(wall_seconds());
   command
-      ->add_option("--on-failure", arguments->on_failure,
-                   "a step that does not converge, a static stage that does not come to rest: "
-                   "stop, or accept the best state and go on")
-      ->check(CLI::IsMember({"stop", "accept"}))
-      ->capture_default_str();
+      ->add_option("--checkpoint", request.checkpoint_seconds,
+                   "write a checkpoint in the folder every so many seconds of wall time (default: "
+                   "only when the run is ended early)")
+      ->check(wall_seconds());
+  command
+      ->add_option("--resume", arguments->resume,
+                   "go on with the run that was killed or ended early, to the bit; DIR: its --out")
+      ->type_name("DIR")
+      ->excludes(scene)
+      ->excludes(out)
+      ->excludes(set)
+      ->excludes(on_failure);
   command->add_option("--threads", arguments->threads, "any number gives the same bits")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
   command->callback([arguments, &exit_code] {
-    try {
-      exit_code = run(*arguments);
-    } catch (const scene_file::SceneError& error) {
-      std::fprintf(stderr, "%s: %s\n", arguments->scene.c_str(), error.what());
-      exit_code = kBadInput;
-    } catch (const geometry::InputError& error) {
-      std::fprintf(stderr, "%s: /blocks: %s\n", arguments->scene.c_str(), error.what());
-      exit_code = kBadInput;
+    if (arguments->request.scene.empty() && arguments->resume.empty()) {
+      throw CLI::RequiredError("scene");
     }
+    if (arguments->request.checkpoint_seconds > 0.0 && arguments->out.empty() &&
+        arguments->resume.empty()) {
+      throw CLI::ValidationError("--checkpoint", "needs a folder: --out");
+    }
+    exit_code = run_guarded([&] { return run(*arguments); }, arguments->request.scene);
   });
 }
 

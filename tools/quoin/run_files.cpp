@@ -1,10 +1,14 @@
 #include "run_files.hpp"
 
-#include <charconv>
+#include <Eigen/Eigenvalues>
 #include <cmath>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <quoin/geometry/mass_properties.hpp>
 #include <quoin/solver/output.hpp>
+
+#include "scene_file/archive.hpp"
+#include "scene_file/shown.hpp"
 
 namespace quoin::commands {
 namespace {
@@ -20,17 +24,6 @@ using solver::Analysis;
 using solver::BlockKind;
 using solver::EnergyLedger;
 using solver::Vector3;
-
-void put(std::ostream& out, double value) {
-  char digits[32];
-  out.write(digits, std::to_chars(digits, digits + sizeof digits, value).ptr - digits);
-}
-
-void put(std::ostream& out, const Vector3& value) {
-  for (const double component : value) {
-    put(out << ',', component);
-  }
-}
 
 json vector(const Eigen::VectorXd& value) {
   return std::vector<double>(value.begin(), value.end());
@@ -52,7 +45,8 @@ const char* name(scene_file::RunStatus status) {
   return status == RunStatus::Completed      ? "completed"
          : status == RunStatus::NotConverged ? "not_converged"
          : status == RunStatus::NotAtRest    ? "not_at_rest"
-                                             : "interrupted";
+         : status == RunStatus::Interrupted  ? "interrupted"
+                                             : "time_limit";
 }
 
 json options_json(const solver::StepOptions& options, int threads) {
@@ -190,51 +184,119 @@ json phases_json(const RunResult& result) {
 
 }  // namespace
 
-RunFiles::RunFiles(const std::filesystem::path& folder, const SceneFile& file)
-    : folder_(folder), file_(file), history_(folder / "history.csv") {
-  write_history_head();
-}
+namespace {
 
-void RunFiles::write_history_head() {
-  history_ << "step,stage,time";
-  for (const Monitor& monitor : file_.monitors) {
+constexpr const char* kHistory = "history.csv";
+constexpr const char* kBlocks = "blocks.csv";
+constexpr const char* kContacts = "contacts.csv";
+
+std::string history_head(const SceneFile& file) {
+  std::string head = "step,stage,time";
+  for (const Monitor& monitor : file.monitors) {
     const std::vector<const char*> columns =
         monitor.other
             ? std::vector<const char*>{"fx", "fy", "fz", "normal_force"}
             : std::vector<const char*>{"ux", "uy", "uz", "vx", "vy", "vz", "rx", "ry", "rz"};
     for (const char* column : columns) {
-      history_ << ',' << monitor.name << '.' << column;
+      head += ',' + scene_file::csv_field(monitor.name + "." + column);
     }
   }
-  history_ << ",kinetic,potential,strain,contact,work,friction_loss,impact_loss,algorithmic_loss,"
-              "contacts,closed,largest_overlap,unbalance,sub_steps,iterations,linear_solves\n";
+  return head +
+         ",kinetic,potential,strain,contact,work,friction_loss,impact_loss,algorithmic_loss,"
+         "contacts,closed,largest_overlap,unbalance,sub_steps,iterations,linear_solves";
+}
+
+constexpr const char* kBlocksHead =
+    "stage,time,block,name,kind,material,volume,mass,x,y,z,ux,uy,uz,rx,ry,rz,vx,vy,vz,wx,wy,wz,"
+    "stress_xx,stress_yy,stress_zz,stress_xy,stress_yz,stress_zx,stress_1,stress_2,stress_3";
+
+constexpr const char* kContactsHead =
+    "stage,time,a,b,name_a,name_b,type,state,failed,x,y,z,nx,ny,nz,gap,area,slip,normal_force,"
+    "shear_force,normal_stress,shear_stress,fx,fy,fz";
+
+const char* name(BlockKind kind) {
+  static constexpr const char* kNames[] = {"deformable", "rigid", "fixed", "prescribed"};
+  return kNames[static_cast<int>(kind)];
+}
+
+const char* name(solver::ContactMode mode) {
+  static constexpr const char* kNames[] = {"open", "stick", "slip"};
+  return kNames[static_cast<int>(mode)];
+}
+
+Vector3 principal(const solver::Vector6& s) {
+  geometry::Matrix3 tensor;
+  tensor << s[0], s[3], s[5], s[3], s[1], s[4], s[5], s[4], s[2];
+  const Eigen::SelfAdjointEigenSolver<geometry::Matrix3> solver(tensor, Eigen::EigenvaluesOnly);
+  return solver.eigenvalues().reverse();  // the largest first
+}
+
+Vector3 rotation_vector(const Eigen::Quaterniond& rotation) {
+  const Eigen::AngleAxisd turned(rotation);
+  return turned.angle() * turned.axis();
+}
+
+}  // namespace
+
+RunFiles::RunFiles(OutputFolder& folder, const SceneFile& file) : folder_(folder), file_(file) {
+  history_.emplace(folder_.file(kHistory), history_head(file_));
+  blocks_.emplace(folder_.file(kBlocks), kBlocksHead);
+  contacts_.emplace(folder_.file(kContacts), kContactsHead);
+}
+
+RunFiles::RunFiles(OutputFolder& folder, const SceneFile& file, std::istream& resume)
+    : folder_(folder), file_(file) {
+  std::uintmax_t history = 0, blocks = 0, contacts = 0;
+  scene_file::ArchiveReader archive(resume);
+  archive(steps_, frame_step_, times_, history, blocks, contacts);
+  history_.emplace(folder_.file(kHistory), history);
+  blocks_.emplace(folder_.file(kBlocks), blocks);
+  contacts_.emplace(folder_.file(kContacts), contacts);
+  remove_later_frames();
+}
+
+/// Those that a killed run wrote after its last checkpoint.
+void RunFiles::remove_later_frames() {
+  std::error_code ignored;
+  for (std::size_t number = times_.size();; ++number) {
+    const bool blocks =
+        std::filesystem::remove(folder_.path() / numbered("blocks_", number, ".vtu"), ignored);
+    const bool contacts =
+        std::filesystem::remove(folder_.path() / numbered("contacts_", number, ".vtp"), ignored);
+    if (!blocks && !contacts) return;
+  }
+}
+
+void RunFiles::save(std::ostream& out) {
+  scene_file::ArchiveWriter archive(out);
+  archive(steps_, frame_step_, times_, history_->length(), blocks_->length(), contacts_->length());
 }
 
 void RunFiles::write_history_line(const StepView& view) {
-  history_ << steps_ << ',' << view.stage << ',';
-  put(history_, view.dynamic_time);
+  history_->number(steps_).number(static_cast<long>(view.stage)).number(view.dynamic_time);
   for (std::size_t m = 0; m < view.monitors.size(); ++m) {
     const MonitorValue& value = view.monitors[m];
     if (file_.monitors[m].other) {
-      put(history_, value.force);
-      put(history_ << ',', value.normal_force);
+      history_->numbers(value.force).number(value.normal_force);
     } else {
-      put(history_, value.displacement);
-      put(history_, value.velocity);
-      put(history_, value.rotation);
+      history_->numbers(value.displacement).numbers(value.velocity).numbers(value.rotation);
     }
   }
   const EnergyLedger& energy = view.simulation.state().energy;
   for (const double joule :
        {energy.kinetic, energy.potential, energy.strain, energy.contact, energy.work,
         energy.friction_loss, energy.impact_loss, energy.algorithmic_loss}) {
-    put(history_ << ',', joule);
+    history_->number(joule);
   }
-  history_ << ',' << view.report.contact_count << ',' << view.report.closed_count;
-  put(history_ << ',', view.report.largest_overlap);
-  put(history_ << ',', view.report.unbalance);
-  history_ << ',' << view.report.sub_steps << ',' << view.report.iterations << ','
-           << view.report.linear_solves << '\n';
+  for (const int count : {view.report.contact_count, view.report.closed_count}) {
+    history_->number(static_cast<long>(count));
+  }
+  history_->number(view.report.largest_overlap).number(view.report.unbalance);
+  for (const int count :
+       {view.report.sub_steps, view.report.iterations, view.report.linear_solves}) {
+    history_->number(static_cast<long>(count));
+  }
+  history_->end_line();
 }
 
 void RunFiles::start(const StepView& view) {
@@ -250,8 +312,7 @@ bool RunFiles::is_due(const StepView& view) const {
   const double slack = 1e-6 * stage.time_step;
   const double before = view.dynamic_time - view.simulation.options().time_step;
   return std::floor((view.dynamic_time + slack) / file_.output_interval) >
-             std::floor((before + slack) / file_.output_interval) ||
-         view.dynamic_time >= stage.end_time - slack;
+         std::floor((before + slack) / file_.output_interval);
 }
 
 void RunFiles::step(const StepView& view) {
@@ -264,25 +325,74 @@ void RunFiles::step(const StepView& view) {
   }
 }
 
+void RunFiles::end_stage(const StepView& view) {
+  if (frame_step_ != steps_) write_vtk(view);
+  write_blocks(view);
+  write_contacts(view);
+}
+
+void RunFiles::write_blocks(const StepView& view) {
+  const solver::State& state = view.simulation.state();
+  const std::vector<solver::Block>& blocks = view.simulation.scene().blocks;
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    const geometry::MassProperties start = geometry::mass_properties(blocks[b].shape);
+    const solver::BlockState& now = state.blocks[b];
+    const Vector3 place = state.origin + now.centroid;
+    const solver::Vector6 stress = view.simulation.stress(static_cast<int>(b));
+    blocks_->number(static_cast<long>(view.stage)).number(view.dynamic_time);
+    blocks_->number(static_cast<long>(b)).text(blocks[b].name).text(name(blocks[b].kind));
+    blocks_->text(blocks[b].material.name).number(start.volume);
+    blocks_->number(start.volume * blocks[b].material.density).numbers(place);
+    blocks_->numbers(place - start.centroid).numbers(rotation_vector(now.rotation));
+    blocks_->numbers(now.velocity).numbers(now.rotation * now.angular_velocity);
+    blocks_->numbers(stress).numbers(principal(stress)).end_line();
+  }
+  blocks_->flush();
+}
+
+void RunFiles::write_contacts(const StepView& view) {
+  const solver::State& state = view.simulation.state();
+  const std::vector<solver::Block>& blocks = view.simulation.scene().blocks;
+  for (const solver::Contact& contact : state.contacts) {
+    const geometry::ContactPoint& point = contact.point;
+    const double shear = contact.shear_force.norm();
+    contacts_->number(static_cast<long>(view.stage)).number(view.dynamic_time);
+    for (const int block : {point.key.a, point.key.b}) contacts_->number(static_cast<long>(block));
+    for (const int block : {point.key.a, point.key.b}) {
+      contacts_->text(blocks[static_cast<std::size_t>(block)].name);
+    }
+    contacts_->text(geometry::name(point.type)).text(name(contact.mode));
+    contacts_->number(static_cast<long>(contact.failed)).numbers(state.origin + point.point());
+    contacts_->numbers(point.normal).number(point.gap).number(point.area).number(contact.slip);
+    contacts_->number(contact.normal_force).number(shear);
+    for (const double force : {contact.normal_force, shear}) {
+      point.area > 0 ? contacts_->number(force / point.area) : contacts_->text("");  // no stress
+    }
+    contacts_->numbers(contact.normal_force * point.normal - contact.shear_force).end_line();
+  }
+  contacts_->flush();
+}
+
 void RunFiles::write_vtk(const StepView& view) {
-  const std::size_t number = times_.size();
+  frame_step_ = steps_;
   times_.push_back(view.simulation.state().time);
-  block_files_.push_back(numbered("blocks_", number, ".vtu"));
-  contact_files_.push_back(numbered("contacts_", number, ".vtp"));
-  solver::write_blocks((folder_ / block_files_.back()).string(), view.simulation);
-  solver::write_contacts((folder_ / contact_files_.back()).string(), view.simulation);
-  solver::write_series((folder_ / "blocks.pvd").string(), times_, block_files_);
-  solver::write_series((folder_ / "contacts.pvd").string(), times_, contact_files_);
+  std::vector<std::string> blocks, contacts;
+  for (std::size_t number = 0; number < times_.size(); ++number) {
+    blocks.push_back(numbered("blocks_", number, ".vtu"));
+    contacts.push_back(numbered("contacts_", number, ".vtp"));
+  }
+  solver::write_blocks(folder_.file(blocks.back()).string(), view.simulation);
+  solver::write_contacts(folder_.file(contacts.back()).string(), view.simulation);
+  solver::write_series(folder_.file("blocks.pvd").string(), times_, blocks);
+  solver::write_series(folder_.file("contacts.pvd").string(), times_, contacts);
 }
 
 void RunFiles::finish() {
-  history_.close();
-  if (!history_) {
-    throw scene_file::FileError((folder_ / "history.csv").string() + ": can't be written");
-  }
+  for (std::optional<CsvFile>* file : {&history_, &blocks_, &contacts_}) (*file)->flush();
 }
 
 json summary(const SceneFile& file, const std::string& path, const RunResult& result, int threads) {
+  const std::vector<std::string> failed = failures(file, result);
   const solver::StepReport& total = result.total;
   const double steps = static_cast<double>(std::max(1L, result.steps));
   return {{"quoin", QUOIN_VERSION},
@@ -290,6 +400,8 @@ json summary(const SceneFile& file, const std::string& path, const RunResult& re
           {"title", file.title},
           {"status", name(result.status)},
           {"message", result.message},
+          {"verdict", failed.empty() ? "ok" : "failed"},
+          {"failures", failed},
           {"options", options_json(file.options, threads)},
           {"blocks", blocks_json(file.scene, result.time)},
           {"stages", stages_json(result)},

@@ -1,36 +1,46 @@
 #pragma once
-/// The files of one run: history.csv, ParaView files, summary.json.
+/// The files of one run: history, end states of its stages, ParaView files, summary.json.
 
-#include <filesystem>
-#include <fstream>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "csv_file.hpp"
+#include "output_folder.hpp"
 #include "scene_file/run_scene.hpp"
 
 namespace quoin::commands {
 
-/// history.csv, blocks_*.vtu + blocks.pvd, contacts_*.vtp + contacts.pvd, as the run goes on.
+/// history.csv; blocks_*.vtu + blocks.pvd, contacts_*.vtp + contacts.pvd; blocks.csv and
+/// contacts.csv with the end of every stage. Throws FileError when something can't be written.
 class RunFiles {
  public:
-  RunFiles(const std::filesystem::path& folder, const scene_file::SceneFile& file);
+  RunFiles(OutputFolder& folder, const scene_file::SceneFile& file);
+  /// To go on where `save` was called.
+  RunFiles(OutputFolder& folder, const scene_file::SceneFile& file, std::istream& resume);
+
   void start(const scene_file::StepView& view);
   void step(const scene_file::StepView& view);
-  void finish();  ///< throws FileError when something could not be written
+  void end_stage(const scene_file::StepView& view);
+  void finish();
+  /// Brings everything so far to the files and writes what a run needs to go on with them.
+  void save(std::ostream& out);
 
  private:
-  void write_history_head();
+  void remove_later_frames();
   void write_history_line(const scene_file::StepView& view);
+  void write_blocks(const scene_file::StepView& view);
+  void write_contacts(const scene_file::StepView& view);
   void write_vtk(const scene_file::StepView& view);
   bool is_due(const scene_file::StepView& view) const;
 
-  std::filesystem::path folder_;
+  OutputFolder& folder_;
   const scene_file::SceneFile& file_;
-  std::ofstream history_;
   long steps_ = 0;
-  std::vector<double> times_;
-  std::vector<std::string> block_files_, contact_files_;
+  long frame_step_ = 0;        ///< steps when the last frame was written
+  std::vector<double> times_;  ///< of the ParaView files, s
+  std::optional<CsvFile> history_, blocks_, contacts_;
 };
 
 /// The keys of summary.json, as tools/README.md documents them.

@@ -104,8 +104,12 @@ Rows read_rows(const std::string& path) {
   Rows rows;
   std::ifstream in(path);
   if (!in) return rows;
-  for (const auto& row : nlohmann::ordered_json::parse(in)) {
-    rows[key(row.at("cell"), row.at("parameters"))] = row;
+  try {
+    for (const auto& row : nlohmann::ordered_json::parse(in)) {
+      rows[key(row.at("cell"), row.at("parameters"))] = row;
+    }
+  } catch (const nlohmann::json::exception&) {
+    throw std::runtime_error(path + ": holds no cells that quoin stability wrote");
   }
   return rows;
 }
@@ -189,15 +193,7 @@ void add_stability_command(CLI::App& app, int& exit_code) {
                       "off goes on from it");
   command->add_option("--filter", arguments->filter, "only cells that match this expression");
   command->callback([arguments, &exit_code] {
-    try {
-      exit_code = run(*arguments);
-    } catch (const std::invalid_argument& error) {
-      std::fprintf(stderr, "quoin stability: %s\n", error.what());
-      exit_code = kBadInput;
-    } catch (const std::exception& error) {
-      std::fprintf(stderr, "quoin stability: %s\n", error.what());
-      exit_code = kFailed;
-    }
+    exit_code = run_guarded([&] { return run(*arguments); }, "quoin stability");
   });
 }
 

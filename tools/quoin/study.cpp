@@ -9,11 +9,14 @@
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <thread>
 
 #include "commands.hpp"
+#include "scene_file/read_json.hpp"
 #include "scene_file/run_scene.hpp"
 #include "scene_file/study_grid.hpp"
+#include "stop.hpp"
 
 namespace quoin::commands {
 namespace {
@@ -24,17 +27,22 @@ using scene_file::StudyPoint;
 struct StudyArguments {
   std::string scene, out;
   std::vector<std::string> vary, changes;
+  std::optional<double> max_seconds{};
+  bool json = false;
   int jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
 };
 
 void run_point(const StudyArguments& arguments, const std::vector<StudyAxis>& axes,
-               StudyPoint& point) {
+               const StopRequest& stop, StudyPoint& point) {
+  if (stop()) throw std::runtime_error("not run: the study was ended early");
   std::vector<std::string> changes = arguments.changes;
   for (const std::string& change : changes_of(axes, point)) changes.push_back(change);
   const scene_file::SceneFile file = scene_file::read_scene(arguments.scene, changes);
   point.time_step = file.options.time_step;
   const double start = scene_file::thread_seconds();
-  const scene_file::RunResult result = scene_file::run_scene(file, {});
+  scene_file::RunOptions options;
+  options.stop = stop;
+  const scene_file::RunResult result = scene_file::run_scene(file, options);
   point.cpu_seconds = scene_file::thread_seconds() - start;
   if (result.status != scene_file::RunStatus::Completed) point.failure = result.message;
   point.largest_overlap = result.total.largest_overlap;
@@ -60,37 +68,49 @@ void make_folder(const std::string& folder) {
   if (error) throw std::runtime_error(folder + ": can't be written: " + error.message());
 }
 
+std::string scene_name(const StudyArguments& arguments) {
+  return std::filesystem::path(arguments.scene).filename().string();
+}
+
 void write_files(const StudyArguments& arguments, const std::vector<StudyAxis>& axes,
                  const std::vector<StudyPoint>& points) {
   const std::filesystem::path folder(arguments.out);
   std::FILE* csv = std::fopen((folder / "study.csv").c_str(), "w");
   if (csv == nullptr) throw std::runtime_error("can't write " + (folder / "study.csv").string());
   write_csv(axes, points, csv);
-  std::fclose(csv);
-  const std::string scene = std::filesystem::path(arguments.scene).filename().string();
+  if (std::fclose(csv) != 0)
+    throw std::runtime_error("can't write " + (folder / "study.csv").string());
   std::ofstream json(folder / "study.json");
-  json << to_json(scene, axes, points).dump(1) << "\n";
-  if (!json) throw std::runtime_error("can't write " + (folder / "study.json").string());
+  json << text(to_json(scene_name(arguments), axes, points)) << "\n";
+  if (!json.flush()) throw std::runtime_error("can't write " + (folder / "study.json").string());
 }
 
 int run(const StudyArguments& arguments) {
   std::vector<StudyAxis> axes;
   for (const std::string& text : arguments.vary) axes.push_back(scene_file::parse_axis(text));
   std::vector<StudyPoint> points = grid(axes);
+  scene_file::read_json(arguments.scene);  // what can't be read at all is no row of a table
   if (!arguments.out.empty()) make_folder(arguments.out);
+  catch_signals();
+  const StopRequest stop(arguments.max_seconds);
   run_points(
-      points, arguments.jobs, [&](StudyPoint& point) { run_point(arguments, axes, point); },
+      points, arguments.jobs, [&](StudyPoint& point) { run_point(arguments, axes, stop, point); },
       progress_line(points.size()));
   const bool referenced = std::any_of(points.begin(), points.end(), [](const StudyPoint& point) {
     return std::isfinite(point.error);
   });
   if (!referenced) compare_with(finest_ends(points), points);
   mark_best(points);
-  write_csv(axes, points, stdout);
+  if (arguments.json) {
+    std::printf("%s\n", text(to_json(scene_name(arguments), axes, points)).c_str());
+  } else {
+    write_csv(axes, points, stdout);
+  }
   if (!arguments.out.empty()) write_files(arguments, axes, points);
   const bool one_ran = std::any_of(points.begin(), points.end(),
                                    [](const StudyPoint& point) { return point.failure.empty(); });
-  return one_ran ? kDone : kFailed;
+  if (stop()) complain("the study was ended early; the rows that were run are kept");
+  return one_ran && !stop() ? kDone : kFailed;
 }
 
 }  // namespace
@@ -108,19 +128,17 @@ void add_study_command(CLI::App& app, int& exit_code) {
       ->required();
   command->add_option("--set", arguments->changes, "change the scene first, as for run")
       ->type_name("NAME=VALUE");
+  command->add_flag("--json", arguments->json, "print study.json on standard output, not CSV");
   command->add_option("--out", arguments->out, "folder for study.csv and study.json");
+  command
+      ->add_option(
+          "--max-seconds", arguments->max_seconds,
+          "end after this wall time, s, and keep the rows that were run (default: no limit)")
+      ->check(CLI::PositiveNumber);
   command->add_option("--jobs", arguments->jobs, "runs at the same time (default: one a core)")
       ->check(CLI::Range(1, 1024));
   command->callback([arguments, &exit_code] {
-    try {
-      exit_code = run(*arguments);
-    } catch (const std::invalid_argument& error) {
-      std::fprintf(stderr, "quoin study: %s\n", error.what());
-      exit_code = kBadInput;
-    } catch (const std::exception& error) {
-      std::fprintf(stderr, "quoin study: %s\n", error.what());
-      exit_code = kFailed;
-    }
+    exit_code = run_guarded([&] { return run(*arguments); }, arguments->scene);
   });
 }
 

@@ -14,7 +14,9 @@ void Comparison::compare(double time, const MonitorValue& monitor) {
   result_.value = quantity(monitor);
   result_.exact = reference_.exact(time);
   last_difference_ = (result_.value - result_.exact).norm();
-  largest_difference_ = std::max(largest_difference_, last_difference_);
+  if (!std::isnan(largest_difference_) && !(last_difference_ <= largest_difference_)) {
+    largest_difference_ = last_difference_;  // what is no number stays so
+  }
   largest_exact_ = std::max(largest_exact_, result_.exact.norm());
   ++result_.compared;
 }
@@ -24,8 +26,8 @@ ReferenceResult Comparison::result() const {
   const double scale = largest_exact_ > 0 ? largest_exact_ : 1.0;
   result.error = largest_difference_ / scale;
   result.error_end = last_difference_ / scale;
-  result.ok =
-      result.compared > 0 && !(reference_.allowed > 0 && !(result.error <= reference_.allowed));
+  result.ok = result.compared > 0 && std::isfinite(result.error) &&
+              (reference_.allowed == 0 || result.error <= reference_.allowed);
   return result;
 }
 

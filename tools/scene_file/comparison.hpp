@@ -21,7 +21,7 @@ struct ReferenceResult {
   double error_end = 0.0;            ///< the same for the last time it was compared
   Eigen::VectorXd value{}, exact{};  ///< when it was last compared
   long compared = 0;                 ///< steps
-  bool ok = true;                    ///< error <= allowed, or nothing is allowed for
+  bool ok = true;                    ///< compared, a number, and not above what is allowed
 };
 
 /// One reference, compared at the steps within its time; it must outlive this.
@@ -32,6 +32,12 @@ class Comparison {
   /// time: s since the start of the first dynamic stage.
   void compare(double time, const MonitorValue& monitor);
   ReferenceResult result() const;
+
+  template <class Archive>
+  void transfer(Archive& archive) {
+    archive(result_.value, result_.exact, result_.compared, largest_difference_, last_difference_,
+            largest_exact_);
+  }
 
  private:
   Eigen::VectorXd quantity(const MonitorValue& monitor) const;

@@ -2,8 +2,11 @@
 
 #include <muParser.h>
 
+#include <algorithm>
 #include <numbers>
 #include <stdexcept>
+
+#include "scene_file/shown.hpp"
 
 namespace quoin::scene_file {
 
@@ -22,13 +25,57 @@ struct Formula::Parsed {
   mu::Parser parser;
 };
 
+namespace {
+
+/// muParser assigns to variables and takes lists; a formula is one value.
+bool assigns(const std::string& text) {
+  for (std::size_t i = text.find('='); i != std::string::npos; i = text.find('=', i + 1)) {
+    const bool compares = (i > 0 && std::string("<>!=").find(text[i - 1]) != std::string::npos) ||
+                          (i + 1 < text.size() && text[i + 1] == '=');
+    if (!compares) return true;
+  }
+  return false;
+}
+
+std::string refusal(const std::string& expression, const std::string& why) {
+  return shown(expression) + ": " + printable(why, 120);
+}
+
+}  // namespace
+
+bool Formula::may_name(const std::string& parameter) {
+  mu::Parser known;
+  if (parameter.empty() || parameter.size() > 64 || parameter == "pi" || parameter == "deg" ||
+      parameter == "t" || known.GetFunDef().contains(parameter)) {
+    return false;
+  }
+  const auto letter = [](char c) {
+    return c == '_' || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+  };
+  const auto digit = [](char c) { return c >= '0' && c <= '9'; };
+  return letter(parameter[0]) && std::all_of(parameter.begin(), parameter.end(),
+                                             [&](char c) { return letter(c) || digit(c); });
+}
+
 Formula::Formula(std::string expression, const Parameters& parameters)
     : expression_(std::move(expression)), parameters_(parameters) {
+  constexpr std::size_t kMost = 4000;  // characters: a longer one is no formula, but costs time
+  if (expression_.size() > kMost) {
+    throw std::invalid_argument(
+        refusal(expression_, "it has " + std::to_string(expression_.size()) +
+                                 " characters, the limit is " + std::to_string(kMost)));
+  }
+  if (assigns(expression_)) {
+    throw std::invalid_argument(refusal(expression_, "it can't assign (=)"));
+  }
   try {
     parsed_ = std::make_unique<Parsed>(expression_, parameters_);
     parsed_->parser.Eval();
   } catch (const mu::Parser::exception_type& error) {
-    throw std::invalid_argument("\"" + expression_ + "\": " + error.GetMsg());
+    throw std::invalid_argument(refusal(expression_, error.GetMsg()));
+  }
+  if (parsed_->parser.GetNumResults() != 1) {
+    throw std::invalid_argument(refusal(expression_, "it must give one value"));
   }
 }
 

@@ -23,6 +23,10 @@ class Formula {
 
   double at(double time) const;
 
+  /// Whether a parameter may be called so: a word that is not pi, deg, t or a function. (g, 9.81,
+  /// may be another number where somebody wants that.)
+  static bool may_name(const std::string& parameter);
+
  private:
   struct Parsed;
   std::string expression_;

@@ -12,6 +12,7 @@
 #include "scene_file/read_shape.hpp"
 #include "scene_file/scene_file.hpp"
 #include "scene_file/schema_check.hpp"
+#include "scene_file/shown.hpp"
 
 namespace quoin::scene_file {
 namespace {
@@ -64,6 +65,7 @@ class Reader {
     read_materials();
     read_blocks();
     set_properties();
+    check_supports();
     read_joints();
     each("loads", [&](const json& load, const std::string& pointer) { read_load(load, pointer); });
     each("fixed_points",
@@ -119,7 +121,8 @@ class Reader {
       materials_[name] = {.density = value["density"],
                           .young = value.value("young", 0.0),
                           .poisson = value.value("poisson", 0.0),
-                          .joint_group = new_joint_group(name)};
+                          .joint_group = new_joint_group(name),
+                          .name = name};
     }
   }
 
@@ -132,7 +135,7 @@ class Reader {
   const solver::Material& material(const std::string& name, const std::string& pointer) const {
     const auto found = materials_.find(name);
     if (found == materials_.end()) {
-      throw SceneError(pointer, "there is no material \"" + name + "\"");
+      throw SceneError(pointer, "there is no material " + shown(name));
     }
     return found->second;
   }
@@ -198,7 +201,7 @@ class Reader {
     const int index = static_cast<int>(file_.scene.blocks.size());
     if (!index_of_.try_emplace(name, index).second) {
       throw SceneError(pointer_of(entry) + (entry.value->contains("name") ? "/name" : ""),
-                       "there are two blocks named \"" + name + "\"");
+                       "there are two blocks named " + shown(name));
     }
     file_.scene.blocks.push_back(
         {.shape = std::move(shape), .material = {}, .motion = {}, .name = std::move(name)});
@@ -323,11 +326,17 @@ class Reader {
   }
 
   void read_block_file(const json& value, const std::string& pointer, std::size_t index) {
+    file_.sources.push_back(
+        (std::filesystem::path(folder_) / value["file"].get<std::string>()).string());
     std::vector<MeshBlock> meshes = read_meshes(value, pointer);
     for (MeshBlock& mesh : meshes) {
       mesh.vertices *= unit_of(value);
     }
     mark_supports(value, pointer, meshes);
+    const bool held = std::any_of(meshes.begin(), meshes.end(),
+                                  [](const MeshBlock& mesh) { return mesh.is_support; });
+    if (!held && !(value.contains("supports") && value["supports"].is_array()))
+      files_without_support_.push_back(pointer);
     for (const MeshBlock& mesh : meshes) {
       try {
         geometry::Polyhedron shape = convex_block(mesh, value.value("convexity_tolerance", -1.0));
@@ -344,6 +353,20 @@ class Reader {
             pointer, "block \"" + mesh.id + "\" of " + value["file"].dump() + ": " + error.what());
       }
     }
+  }
+
+  /// A file that flags no support would fall without a word. Who wants that says "supports": [].
+  void check_supports() const {
+    const auto& blocks = file_.scene.blocks;
+    const bool held =
+        document_.contains("fixed_points") ||
+        std::any_of(blocks.begin(), blocks.end(), [](const solver::Block& block) {
+          return block.kind == BlockKind::Fixed || block.kind == BlockKind::Prescribed;
+        });
+    if (held || files_without_support_.empty()) return;
+    throw SceneError(files_without_support_[0],
+                     "the file flags no block as a support and nothing else is fixed; say "
+                     "\"supports\": \"lowest_course\", a list of ids, or [] for none");
   }
 
   static void mark_supports(const json& value, const std::string& pointer,
@@ -410,7 +433,7 @@ class Reader {
   int block_named(const json& name, const std::string& pointer) const {
     const auto found = index_of_.find(name.get<std::string>());
     if (found == index_of_.end()) {
-      throw SceneError(pointer, "there is no block " + name.dump());
+      throw SceneError(pointer, "there is no block " + shown(name));
     }
     return found->second;
   }
@@ -553,7 +576,7 @@ class Reader {
     const bool taken = std::any_of(file_.monitors.begin(), file_.monitors.end(),
                                    [&](const Monitor& m) { return m.name == monitor.name; });
     if (taken) {
-      throw SceneError(pointer + "/name", "there are two monitors named " + value["name"].dump());
+      throw SceneError(pointer + "/name", "there are two monitors named " + shown(value["name"]));
     }
     file_.monitors.push_back(std::move(monitor));
   }
@@ -572,7 +595,7 @@ class Reader {
     const auto found = std::find_if(file_.monitors.begin(), file_.monitors.end(),
                                     [&](const Monitor& m) { return m.name == value["monitor"]; });
     if (found == file_.monitors.end()) {
-      throw SceneError(pointer + "/monitor", "there is no monitor " + value["monitor"].dump());
+      throw SceneError(pointer + "/monitor", "there is no monitor " + shown(value["monitor"]));
     }
     reference.monitor = static_cast<int>(found - file_.monitors.begin());
     if ((reference.quantity == Quantity::Force) != found->other.has_value()) {
@@ -642,6 +665,7 @@ class Reader {
   std::map<std::string, int> joint_groups_;
   std::map<std::string, int> index_of_;
   std::vector<Entry> entries_;  ///< of each block
+  std::vector<std::string> files_without_support_;
 };
 
 }  // namespace
@@ -672,7 +696,10 @@ SceneFile read_scene(const std::string& path, const std::vector<std::string>& ch
   json document = read_json(path);
   const Parameters parameters = expand(document, changes);
   check_schema(json::parse(scene_schema()), document);
-  return Reader(document, std::filesystem::path(path).parent_path().string(), parameters).read();
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  SceneFile file = Reader(document, folder, parameters).read();
+  file.sources.insert(file.sources.begin(), path);
+  return file;
 }
 
 }  // namespace quoin::scene_file

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <sstream>
+
+#include "scene_file/archive.hpp"
 
 namespace quoin::scene_file {
 namespace {
@@ -30,8 +33,8 @@ Vector3 force_on_b(const Contact& contact) {
 
 /// Where the monitors' points stood when displacements began to count.
 struct Start {
-  std::vector<Vector3> places;
-  std::vector<Eigen::Quaterniond> rotations;
+  std::vector<Vector3> places{};
+  std::vector<Eigen::Quaterniond> rotations{};
 };
 
 class Watch {
@@ -51,6 +54,11 @@ class Watch {
       start_.places.push_back(solver::world_point(state, file_.monitors[m].block, arms_[m]));
       start_.rotations.push_back(block(state, m).rotation);
     }
+  }
+
+  template <class Archive>
+  void transfer(Archive& archive) {
+    archive(start_.places, start_.rotations);
   }
 
   std::vector<MonitorValue> values(const State& state) const {
@@ -138,41 +146,116 @@ class Runner {
   }
 
   RunResult run() {
-    const auto start = std::chrono::steady_clock::now();
-    result_.energy_start = simulation_.state().energy;
-    result_.monitors = watch_.values(simulation_.state());
-    if (options_.before_first) {
-      options_.before_first({simulation_, StepReport{}, result_.monitors, 0.0, 0, 0.0});
+    started_ = std::chrono::steady_clock::now();
+    if (options_.resume != nullptr) {
+      load(*options_.resume);
+    } else {
+      result_.energy_start = simulation_.state().energy;
     }
-    for (std::size_t stage = 0; stage < file_.stages.size() && going_; ++stage) {
+    result_.monitors = watch_.values(simulation_.state());
+    if (options_.resume == nullptr && options_.before_first) options_.before_first(view());
+    for (std::size_t stage = stage_; stage < file_.stages.size() && going_; ++stage) {
       run_stage(stage);
     }
     finish();
-    result_.wall_seconds = seconds_since(start);
     return std::move(result_);
   }
 
  private:
-  solver::StepOptions step_options(const Stage& stage) const {
+  solver::StepOptions step_options(const Stage& stage) {
     solver::StepOptions options = file_.options;
     options.analysis = stage.analysis;
     options.time_step = stage.time_step;
     options.threads = options_.threads;
+    options.watch = [this](const StepReport& so_far) {
+      if (options_.in_step) {
+        StepView now = view();
+        options_.in_step({simulation_, so_far, now.monitors, now.dynamic_time, now.stage,
+                          now.progress, now.status});
+      }
+      return !must_stop();
+    };
     return options;
+  }
+
+  StepView view() const {
+    return {simulation_,
+            simulation_report_,
+            result_.monitors,
+            dynamic_time(),
+            stage_,
+            progress_,
+            stopped_.value_or(result_.status)};
+  }
+
+  double dynamic_time() const {
+    return dynamic_start_ ? simulation_.state().time - *dynamic_start_ : 0.0;
+  }
+
+  bool must_stop() {
+    if (!stopped_ && options_.stop) stopped_ = options_.stop();
+    going_ = going_ && !stopped_;
+    return !going_;
+  }
+
+  /// All but what the file says and the simulation holds.
+  template <class Archive>
+  void transfer(Archive& archive) {
+    archive(result_.status, result_.message, result_.stages, result_.energy_start,
+            result_.energy_growth, result_.steps, result_.unconverged_steps, result_.total,
+            result_.wall_seconds, result_.left_out, stage_, progress_, simulation_report_,
+            dynamic_start_, time_step_, least_energy_, largest_kinetic_, least_potential_,
+            largest_potential_, result_.energy_scale, result_.flags);
+    watch_.transfer(archive);
+    for (Comparison& comparison : comparisons_) comparison.transfer(archive);
+  }
+
+  void save(std::ostream& out) {
+    const double before = result_.wall_seconds;
+    result_.wall_seconds += seconds_since(started_);
+    time_step_ = simulation_.options().time_step;
+    ArchiveWriter archive(out);
+    transfer(archive);
+    simulation_.save(out);
+    result_.wall_seconds = before;
+  }
+
+  void load(std::istream& in) {
+    ArchiveReader archive(in);
+    transfer(archive);
+    solver::StepOptions options = step_options(file_.stages.at(stage_));
+    options.time_step = time_step_;
+    simulation_.set_options(options);
+    simulation_.load(in);
   }
 
   void run_stage(std::size_t index) {
     const Stage& stage = file_.stages[index];
-    stage_ = index;
-    result_.stages.push_back({.analysis = stage.analysis});
-    simulation_.set_options(step_options(stage));
-    note_left_out();
+    if (index >= result_.stages.size()) begin_stage(index);
     if (stage.analysis == Analysis::Dynamic) {
       run_dynamic(stage);
     } else {
       run_static(stage);
     }
     result_.stages.back().done = going_;
+    if (options_.after_stage) options_.after_stage(view(), save_);
+  }
+
+  void begin_stage(std::size_t index) {
+    stage_ = index;
+    progress_ = 0.0;
+    result_.stages.push_back({.analysis = file_.stages[index].analysis});
+    simulation_.set_options(step_options(file_.stages[index]));
+    note_left_out();
+    if (file_.stages[index].analysis == Analysis::Dynamic && !dynamic_start_) begin_dynamic();
+  }
+
+  void begin_dynamic() {
+    dynamic_start_ = simulation_.state().time;
+    if (stage_ > 0) set_initial_velocities();
+    watch_.begin(simulation_.state());
+    result_.energy_start = simulation_.state().energy;
+    least_energy_ = result_.energy_start.mechanical() - result_.energy_start.work;
   }
 
   /// What a run does not need is what none of its stages needs.
@@ -189,11 +272,11 @@ class Runner {
 
   void run_static(const Stage& stage) {
     const long most = stage.steps.value_or(stage.max_steps);
-    for (long n = 0; n < most && going_; ++n) {
-      const StepReport report = step(0.0);
-      if (!stage.steps && going_ && report.unbalance <= stage.unbalance) {
-        return;
-      }
+    const StageResult& done = result_.stages.back();
+    while (going_) {
+      if (!stage.steps && done.steps > 0 && done.unbalance <= stage.unbalance) return;
+      if (done.steps >= most) break;
+      step();
     }
     if (going_ && !stage.steps) {
       fail(RunStatus::NotAtRest, "stage " + std::to_string(stage_) + " did not come to rest in " +
@@ -203,15 +286,6 @@ class Runner {
   }
 
   void run_dynamic(const Stage& stage) {
-    if (!dynamic_start_) {
-      dynamic_start_ = simulation_.state().time;
-      if (stage_ > 0) {
-        set_initial_velocities();
-      }
-      watch_.begin(simulation_.state());
-      result_.energy_start = simulation_.state().energy;
-      least_energy_ = result_.energy_start.mechanical() - result_.energy_start.work;
-    }
     while (going_) {
       const double left = *dynamic_start_ + stage.end_time - simulation_.state().time;
       if (left <= 1e-6 * stage.time_step) {
@@ -224,7 +298,8 @@ class Runner {
         options.time_step = time_step;
         simulation_.set_options(options);
       }
-      step(1 - left / stage.end_time);
+      progress_ = 1 - left / stage.end_time;
+      step();
     }
   }
 
@@ -252,8 +327,9 @@ class Runner {
     }
   }
 
-  StepReport step(double progress) {
+  void step() {
     const StepReport report = simulation_.advance();
+    if (report.status == solver::StepStatus::Stopped) return;  // as if it had not begun
     simulation_report_ = report;
     add(report, result_.total);
     note_flags(report);
@@ -265,17 +341,12 @@ class Runner {
     }
     const State& state = simulation_.state();
     result_.monitors = watch_.values(state);
-    const double time = dynamic_start_ ? state.time - *dynamic_start_ : 0.0;
     if (dynamic_start_) {
-      compare(time);
+      compare(dynamic_time());
       measure_energy(state.energy);
     }
-    if (options_.after_step &&
-        !options_.after_step({simulation_, report, result_.monitors, time, stage_, progress})) {
-      fail(RunStatus::Interrupted, "interrupted");
-      going_ = false;
-    }
-    return report;
+    if (options_.after_step) options_.after_step(view(), save_);
+    must_stop();
   }
 
   void not_converged(const StepReport& report) {
@@ -316,13 +387,19 @@ class Runner {
     if (!dynamic_start_) {
       compare(0.0);
     }
+    if (stopped_) {
+      result_.status = *stopped_;
+      result_.message =
+          *stopped_ == RunStatus::Interrupted ? "interrupted" : "the time limit is over";
+    }
     for (const Comparison& comparison : comparisons_) {
       result_.references.push_back(comparison.result());
     }
     const State& state = simulation_.state();
     result_.energy = state.energy;
     result_.time = state.time;
-    result_.dynamic_time = dynamic_start_ ? state.time - *dynamic_start_ : 0.0;
+    result_.dynamic_time = dynamic_time();
+    result_.wall_seconds += seconds_since(started_);
     for (const Contact& contact : state.contacts) {
       const bool a = is_held(contact.point.key.a);
       const bool b = is_held(contact.point.key.b);
@@ -345,13 +422,44 @@ class Runner {
   RunResult result_;
   StepReport simulation_report_;
   std::optional<double> dynamic_start_;
+  std::optional<RunStatus> stopped_;
   std::size_t stage_ = 0;
   bool going_ = true;
+  double progress_ = 0.0;
+  double time_step_ = 0.0;  ///< of the last step, s: only in a checkpoint
+  const SaveRun save_ = [this](std::ostream& out) { save(out); };
+  std::chrono::steady_clock::time_point started_{};
   double least_energy_ = 0.0, largest_kinetic_ = 0.0;
   double least_potential_ = 0.0, largest_potential_ = 0.0;
 };
 
 }  // namespace
+
+std::vector<std::string> failures(const SceneFile& file, const RunResult& result) {
+  std::vector<std::string> lines;
+  if (result.status != RunStatus::Completed) lines.push_back(result.message);
+  if (result.unconverged_steps > 0) {
+    lines.push_back(std::to_string(result.unconverged_steps) + " of " +
+                    std::to_string(result.steps) + " steps did not converge");
+  }
+  for (std::size_t r = 0; r < result.references.size(); ++r) {
+    const ReferenceResult& compared = result.references[r];
+    if (compared.ok) continue;
+    std::ostringstream line;
+    line << "reference \"" << file.references[r].name << "\": ";
+    if (compared.compared == 0) {
+      line << "no step ended within its time";
+    } else if (std::isnan(compared.error)) {
+      line << "its error is not a number";
+    } else if (file.references[r].allowed > 0) {
+      line << "error " << compared.error << ", allowed " << file.references[r].allowed;
+    } else {
+      line << "error " << compared.error;
+    }
+    lines.push_back(line.str());
+  }
+  return lines;
+}
 
 RunResult run_scene(const SceneFile& file, const RunOptions& options) {
   return Runner(file, options).run();

@@ -2,6 +2,7 @@
 /// Runs a scene file stage by stage, watches its monitors and measures it against its references.
 
 #include <functional>
+#include <iosfwd>
 
 #include "scene_file/comparison.hpp"
 
@@ -11,7 +12,8 @@ enum class RunStatus : std::uint8_t {
   Completed,
   NotConverged,  ///< a step did not converge
   NotAtRest,     ///< a static stage did not come to rest
-  Interrupted
+  Interrupted,
+  TimeLimit  ///< the wall time that was given is over
 };
 
 struct StageResult {
@@ -51,21 +53,36 @@ struct RunResult {
 
 struct StepView {
   const solver::Simulation& simulation;
-  const solver::StepReport& report;
+  const solver::StepReport& report;  ///< of the last step
   const std::vector<MonitorValue>& monitors;
   double dynamic_time;  ///< s since the start of the first dynamic stage; 0 before
   std::size_t stage;
-  double progress;  ///< of the stage: 0..1 (dynamic), else 0
+  double progress;   ///< of the stage: 0..1 (dynamic), else 0
+  RunStatus status;  ///< so far
 };
+
+/// Writes where the run is: run_scene() with RunOptions::resume goes on from there to the bit.
+using SaveRun = std::function<void(std::ostream&)>;
 
 struct RunOptions {
   int threads = 1;
   enum class OnFailure : std::uint8_t { Stop, Accept } on_failure = OnFailure::Stop;
+  std::istream* resume = nullptr;  ///< what SaveRun wrote in an earlier run of the same file
   std::function<void(const StepView&)> before_first{};  ///< the start, before any step
-  std::function<bool(const StepView&)> after_step{};    ///< false: stop here
+  std::function<void(const StepView&, const SaveRun&)> after_step{};
+  std::function<void(const StepView&, const SaveRun&)> after_stage{};  ///< also one that broke off
+  std::function<void(const StepView&)> in_step{};  ///< now and then; `report`: of the step so far
+  /// Asked after each step and some twenty times a second in a long one: Interrupted or TimeLimit
+  /// ends the run, with the state after the last whole step.
+  std::function<std::optional<RunStatus>()> stop{};
 };
 
-/// Throws geometry::InputError when the solver refuses the scene.
+/// Why a run counts as failed, a line each; empty when all is well: its status, steps that were
+/// accepted though they did not converge, references that were missed.
+std::vector<std::string> failures(const SceneFile& file, const RunResult& result);
+
+/// Throws geometry::InputError when the solver refuses the scene, FileError when what is to be
+/// resumed can't be.
 RunResult run_scene(const SceneFile& file, const RunOptions& options);
 
 }  // namespace quoin::scene_file

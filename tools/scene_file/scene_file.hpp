@@ -57,8 +57,9 @@ struct SceneFile {
   std::vector<Stage> stages{};
   std::vector<Monitor> monitors{};
   std::vector<Reference> references{};
-  double output_interval = 0.0;  ///< s between ParaView files
-  int history_every = 1;         ///< steps between lines of the history
+  double output_interval = 0.0;        ///< s between ParaView files
+  int history_every = 1;               ///< steps between lines of the history
+  std::vector<std::string> sources{};  ///< the files that it was read from
 };
 
 /// Reads a scene file. `changes` are "NAME=VALUE": NAME a parameter of the scene, or a JSON pointer

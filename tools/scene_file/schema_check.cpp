@@ -1,11 +1,14 @@
 #include "scene_file/schema_check.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <vector>
 
 #include "scene_file/scene_error.hpp"
+#include "scene_file/shown.hpp"
 
 namespace quoin::scene_file {
 namespace {
@@ -87,9 +90,7 @@ class Checker {
     if (value.is_number()) {
       check_number(schema, value, pointer);
     } else if (value.is_string()) {
-      if (value.get_ref<const std::string&>().size() < schema.value("minLength", std::size_t{0})) {
-        throw SceneError(pointer, "must not be empty");
-      }
+      check_string(schema, value.get_ref<const std::string&>(), pointer);
     } else if (value.is_array()) {
       check_array(schema, value, pointer);
     } else if (value.is_object()) {
@@ -202,7 +203,7 @@ class Checker {
     if (!value.contains(key)) {
       throw SceneError(pointer, "missing key \"" + key + "\" (" + list(names) + ")");
     }
-    throw SceneError(child(pointer, key), "must be " + list(names) + ", is " + value[key].dump());
+    throw SceneError(child(pointer, key), "must be " + list(names) + ", is " + shown(value[key]));
   }
 
   static void check_type(const json& schema, const json& value, const std::string& pointer) {
@@ -219,7 +220,7 @@ class Checker {
       for (const json& choice : schema["enum"]) {
         names.push_back(choice.dump());
       }
-      throw SceneError(pointer, "must be " + list(names) + ", is " + value.dump());
+      throw SceneError(pointer, "must be " + list(names) + ", is " + shown(value));
     }
   }
 
@@ -227,13 +228,39 @@ class Checker {
     const auto hold = [&](const char* key, const char* words, auto holds) {
       if (schema.contains(key) && !holds(value.get<double>(), schema[key].get<double>())) {
         throw SceneError(pointer, std::string("must be ") + words + " " + schema[key].dump() +
-                                      ", is " + value.dump());
+                                      ", is " + shown(value));
       }
     };
     hold("minimum", "at least", std::greater_equal<>());
     hold("maximum", "at most", std::less_equal<>());
     hold("exclusiveMinimum", "greater than", std::greater<>());
     hold("exclusiveMaximum", "less than", std::less<>());
+    constexpr int kMost = std::numeric_limits<int>::max();
+    if (value.is_number_integer() && std::abs(value.get<double>()) > kMost &&
+        wants_integer(schema)) {
+      throw SceneError(pointer,
+                       "must be at most " + std::to_string(kMost) + " in size, is " + shown(value));
+    }
+  }
+
+  static bool wants_integer(const json& schema) {
+    const std::vector<std::string> allowed = types(schema);
+    return std::find(allowed.begin(), allowed.end(), "integer") != allowed.end();
+  }
+
+  static void check_string(const json& schema, const std::string& text,
+                           const std::string& pointer) {
+    const std::size_t most = schema.value("maxLength", text.size());
+    if (text.size() < schema.value("minLength", std::size_t{0})) {
+      throw SceneError(pointer, "must not be empty");
+    }
+    if (text.size() > most) {
+      throw SceneError(pointer, "must have at most " + std::to_string(most) + " characters, has " +
+                                    std::to_string(text.size()));
+    }
+    if (schema.contains("maxLength") && printable(text, text.size()) != text) {
+      throw SceneError(pointer, "must not hold control characters, is " + shown(text));
+    }
   }
 
   void check_array(const json& schema, const json& value, const std::string& pointer) const {
@@ -263,7 +290,7 @@ class Checker {
         const json& additional = schema["additionalProperties"];
         if (additional.is_boolean()) {
           throw SceneError(child(pointer, key),
-                           "unknown key \"" + key + "\"" + meant(key, properties));
+                           "unknown key " + shown(key) + meant(key, properties));
         }
         check(additional, item, child(pointer, key));
       }

@@ -1,6 +1,7 @@
 #pragma once
 /// Checks a JSON document against a JSON Schema, as much of it as scene.schema.json uses: type,
-/// enum, const, required, properties, additionalProperties, items, min/maxItems, minLength,
+/// enum, const, required, properties, additionalProperties, items, min/maxItems, min/maxLength
+/// (text with a maxLength is one line: no control characters),
 /// minimum, maximum, exclusiveMinimum, exclusiveMaximum, oneOf, $ref within the schema.
 
 #include <nlohmann/json_fwd.hpp>

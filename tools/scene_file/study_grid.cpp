@@ -11,6 +11,8 @@
 #include <stdexcept>
 #include <thread>
 
+#include "scene_file/shown.hpp"
+
 namespace quoin::scene_file {
 namespace {
 
@@ -87,7 +89,12 @@ void run_points(std::vector<StudyPoint>& points, int jobs,
     }
   };
   std::vector<std::jthread> workers;
-  for (int w = 0; w < jobs; ++w) workers.emplace_back(work);
+  try {
+    for (int w = 1; w < jobs; ++w) workers.emplace_back(work);
+  } catch (const std::system_error&) {
+    // The machine gives no more threads: those that are there do all of it.
+  }
+  work();
 }
 
 double thread_seconds() {
@@ -139,16 +146,14 @@ void mark_best(std::vector<StudyPoint>& points) {
 
 void write_csv(const std::vector<StudyAxis>& axes, const std::vector<StudyPoint>& points,
                std::FILE* out) {
-  for (const StudyAxis& axis : axes) std::fprintf(out, "%s,", axis.key.c_str());
+  for (const StudyAxis& axis : axes) std::fprintf(out, "%s,", csv_field(axis.key).c_str());
   std::fprintf(out,
                "error,cpu_seconds,largest_overlap,energy_growth,solves_per_step,pareto,failure\n");
   for (const StudyPoint& p : points) {
-    for (const std::string& value : p.values) std::fprintf(out, "%s,", value.c_str());
-    std::string failure = p.failure;
-    std::replace(failure.begin(), failure.end(), '"', '\'');
-    std::fprintf(out, "%.6g,%.4g,%.4g,%.4g,%.4g,%d,\"%s\"\n", p.error, p.cpu_seconds,
-                 p.largest_overlap, p.energy_growth, p.solves_per_step, p.best ? 1 : 0,
-                 failure.c_str());
+    for (const std::string& value : p.values) std::fprintf(out, "%s,", csv_field(value).c_str());
+    std::fprintf(out, "%.6g,%.4g,%.4g,%.4g,%.4g,%d,%s\n", p.error, p.cpu_seconds, p.largest_overlap,
+                 p.energy_growth, p.solves_per_step, p.best ? 1 : 0,
+                 csv_field(printable(p.failure, 600)).c_str());
   }
 }
 

@@ -434,8 +434,9 @@ void PairBatch::Memory::find(std::vector<ContactPoint>& contacts, Executor* exec
   answers.resize(pairs.size());
   const auto workers =
       static_cast<std::size_t>(executor == nullptr ? 1 : std::max(1, executor->workers()));
-  start_history(workers);
-  if (workers > 1 && pairs.size() >= workers * kPairsPerWorker) {
+  const bool parallel = workers > 1 && pairs.size() >= workers * kPairsPerWorker;
+  start_history(parallel ? workers : 1);
+  if (parallel) {
     search_in_parallel(*executor, workers, contacts);
   } else {
     contacts.clear();

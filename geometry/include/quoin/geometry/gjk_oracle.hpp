@@ -8,8 +8,8 @@ namespace quoin::geometry {
 
 /// What a peer says of a pair. Only those members are set that it answers.
 struct OracleAnswer {
-  bool answered = false;  ///< false: it threw, failed, or the pair is not of its kind
-  double gap = 0.0;       ///< distance (> 0) or minus the depth, m
+  bool answered = false;              ///< false: it threw, failed, or the pair is not of its kind
+  double gap = 0.0;                   ///< distance (> 0) or minus the depth, m
   Vector3 normal = Vector3::Zero();   ///< unit, from A to B (depth only)
   Vector3 point_a = Vector3::Zero();  ///< witness on A, m (distance only)
   Vector3 point_b = Vector3::Zero();  ///< witness on B, m (distance only)

@@ -35,6 +35,7 @@ struct Material {
   double young = 0.0;    ///< Pa, > 0 for a deformable block
   double poisson = 0.0;  ///< -1 < poisson < 0.5
   int joint_group = 0;   ///< which joints of Scene::pair_joints apply
+  std::string name{};    ///< for output; may be empty
 };
 
 /// A joint of two blocks: stiffness, Mohr–Coulomb strength on its area, dilation. Peak values hold

@@ -1,6 +1,9 @@
 #pragma once
 /// Runs a scene: options, advance(), what a step reports.
 
+#include <array>
+#include <functional>
+#include <iosfwd>
 #include <memory>
 #include <quoin/solver/state.hpp>
 #include <string>
@@ -31,6 +34,8 @@ enum class Analysis : std::uint8_t {
            ///< release
 };
 
+struct StepReport;
+
 struct StepOptions {
   double time_step = 1e-3;  ///< s
   Analysis analysis = Analysis::Dynamic;
@@ -47,9 +52,17 @@ struct StepOptions {
   double max_displacement_ratio = 0.0;  ///< largest displacement / block size; 0: no limit
   double smallest_time_step = 0.0;      ///< s; 0: time_step / 1024
   int threads = 1;
+  /// Asked some twenty times a second in a step that lasts, with what it has come to so far, on the
+  /// thread of advance(); false ends the step as Stopped. Must not throw.
+  std::function<bool(const StepReport&)> watch{};
 };
 
-enum class StepStatus : std::uint8_t { Converged, NotConverged, Diverged };
+enum class StepStatus : std::uint8_t {
+  Converged,
+  NotConverged,
+  Diverged,
+  Stopped  ///< by StepOptions::watch: the state is that before the step
+};
 
 /// Run time by phase, s.
 struct PhaseSeconds {
@@ -66,13 +79,30 @@ enum class FlagKind : std::uint8_t {
   Overlap,       ///< of two blocks by the smaller one's size
   Rounding,      ///< of coordinates, against the tolerance of gaps
   EnergyGrowth,  ///< in one step, by the scale of the run's energy
-  LostContact    ///< still overlapping after the last search, or closed and no longer found
+  LostContact    ///< overlap of a failed step that no attempt held
 };
+
+inline constexpr std::size_t kFlagKinds = 6;
 
 struct StepFlag {
   FlagKind kind = FlagKind::Unconverged;
   double value = 0.0, limit = 0.0;  ///< relative
   int block = -1, other = -1;       ///< where it is worst; -1: no block, the whole scene
+};
+
+/// At most one of each kind.
+class StepFlags {
+ public:
+  void push_back(const StepFlag& flag) { flags_[count_++] = flag; }
+  const StepFlag* begin() const { return flags_.data(); }
+  const StepFlag* end() const { return flags_.data() + count_; }
+  const StepFlag& operator[](std::size_t i) const { return flags_[i]; }
+  std::size_t size() const { return count_; }
+  bool empty() const { return count_ == 0; }
+
+ private:
+  std::array<StepFlag, kFlagKinds> flags_{};
+  std::size_t count_ = 0;
 };
 
 std::string_view name(FlagKind kind);  ///< "unconverged", "strain", …
@@ -100,7 +130,7 @@ struct StepReport {
   int searched_pairs = 0;   ///< of these: not left as they were by both blocks
   int contact_count = 0;
   int closed_count = 0;
-  std::vector<StepFlag> flags{};  ///< one of a kind at most
+  StepFlags flags{};
   PhaseSeconds seconds{};
 };
 
@@ -115,8 +145,9 @@ class Simulation {
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
 
-  /// One time_step (in counted sub-steps where it must). When the status is not Converged the state
-  /// is that of the last accepted sub-step; best_try() holds the best attempt. Throws nothing.
+  /// One time_step (in counted sub-steps where it must). When the status is not Converged the state is
+  /// that of the last accepted sub-step (before the step, when Stopped); best_try() holds the best
+  /// attempt. Throws nothing.
   [[nodiscard]] StepReport advance();
 
   const Scene& scene() const;
@@ -131,6 +162,11 @@ class Simulation {
 
   Vector6 stress(int block) const;  ///< Pa, world axes, tension positive
   Vector3 reference_arm(int block, const Vector3& world_point) const;  ///< of a material point now
+  /// Writes all that the steps to come depend on. A Simulation of the same scene, with the same
+  /// options(), that reads it goes on to the bit as this one does. Only the same build reads it.
+  void save(std::ostream& out) const;
+  void load(std::istream& in);  ///< throws InputError when it is of another scene, or cut short
+
   /// What this scene does not need with these options and is not done, and why.
   std::vector<std::string> left_out() const;
 

@@ -1,0 +1,129 @@
+#include "checkpoint.hpp"
+
+#include <istream>
+#include <ostream>
+#include <type_traits>
+
+namespace quoin::solver {
+namespace {
+
+/// Writes fields, or reads them into the same places: one list of fields serves both ways.
+class Writer {
+ public:
+  explicit Writer(std::ostream& out) : out_(out) {}
+
+  void bytes(const void* from, std::size_t count) {
+    out_.write(static_cast<const char*>(from), static_cast<std::streamsize>(count));
+  }
+  std::size_t count(std::size_t n) {
+    bytes(&n, sizeof n);
+    return n;
+  }
+
+ private:
+  std::ostream& out_;
+};
+
+class Reader {
+ public:
+  explicit Reader(std::istream& in) : in_(in) {}
+
+  void bytes(void* to, std::size_t count) {
+    if (!in_.read(static_cast<char*>(to), static_cast<std::streamsize>(count))) {
+      throw InputError("the checkpoint is cut short");
+    }
+  }
+  std::size_t count(std::size_t /*now*/) {
+    std::size_t n = 0;
+    bytes(&n, sizeof n);
+    if (n > kMost) throw InputError("the checkpoint is damaged");
+    return n;
+  }
+
+ private:
+  static constexpr std::size_t kMost = std::size_t{1} << 32;  // items of a list: more is no list
+  std::istream& in_;
+};
+
+/// A plain record without pointers.
+template <class Archive, class Value>
+void record(Archive& archive, Value& value) {
+  static_assert(std::is_trivially_destructible_v<std::remove_const_t<Value>>);
+  archive.bytes(&value, sizeof value);
+}
+
+template <class Archive, class List>
+void list(Archive& archive, List& values) {
+  using Value = typename std::remove_const_t<List>::value_type;
+  static_assert(std::is_trivially_destructible_v<Value>);
+  const std::size_t count = archive.count(values.size());
+  if constexpr (!std::is_const_v<List>) values.resize(count);
+  archive.bytes(values.data(), count * sizeof(Value));
+}
+
+void vertices(Writer& writer, const geometry::Polyhedron& polyhedron) {
+  const geometry::Points& points = polyhedron.vertices();
+  writer.bytes(points.data(), static_cast<std::size_t>(points.size()) * sizeof(double));
+}
+
+void vertices(Reader& reader, geometry::Polyhedron& polyhedron) {
+  geometry::Points points = polyhedron.vertices();
+  reader.bytes(points.data(), static_cast<std::size_t>(points.size()) * sizeof(double));
+  polyhedron.set_vertices(points);
+}
+
+/// What tells one scene and one build from another.
+struct Stamp {
+  std::size_t blocks = 0, vertices = 0;
+  std::size_t sizes[5] = {sizeof(BlockState), sizeof(Contact), sizeof(geometry::ContactPoint),
+                          sizeof(StepReport), sizeof(PrescribedMotion)};
+  bool operator==(const Stamp&) const = default;
+};
+
+Stamp stamp(const State& state) {
+  Stamp result{.blocks = state.blocks.size()};
+  for (const geometry::Polyhedron& polyhedron : state.polyhedra) {
+    result.vertices += static_cast<std::size_t>(polyhedron.vertices().cols());
+  }
+  return result;
+}
+
+template <class Archive, class AnyState, class AnyWorkspace>
+void transfer(Archive& archive, AnyState& state, AnyWorkspace& work) {
+  record(archive, state.time);
+  record(archive, state.step);
+  record(archive, state.origin);
+  record(archive, state.energy);
+  list(archive, state.blocks);
+  list(archive, state.contacts);
+  for (auto& polyhedron : state.polyhedra) vertices(archive, polyhedron);
+  record(archive, work.reach);
+  record(archive, work.still);
+  record(archive, work.report);
+  record(archive, work.counted);
+  record(archive, work.energy_scale);
+  record(archive, work.last_time_step);
+  list(archive, work.found);
+  list(archive, work.motion);
+  list(archive, work.last_velocity);
+  list(archive, work.hit);
+}
+
+}  // namespace
+
+void write_checkpoint(std::ostream& out, const State& state, const Workspace& work) {
+  Writer writer(out);
+  const Stamp now = stamp(state);
+  record(writer, now);
+  transfer(writer, state, work);
+}
+
+void read_checkpoint(std::istream& in, State& state, Workspace& work) {
+  Reader reader(in);
+  Stamp saved;
+  record(reader, saved);
+  if (saved != stamp(state)) throw InputError("the checkpoint is of another scene or program");
+  transfer(reader, state, work);
+}
+
+}  // namespace quoin::solver

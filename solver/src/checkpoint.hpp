@@ -1,0 +1,18 @@
+#pragma once
+/// All that the next step depends on, as bytes of this build.
+
+#include <iosfwd>
+
+#include "advance.hpp"
+
+namespace quoin::solver {
+
+/// The state, and what Workspace hands from one step to the next. Not the finder: its memory
+/// changes the speed, never the answer.
+void write_checkpoint(std::ostream& out, const State& state, const Workspace& work);
+
+/// Into a state and workspace of the same scene. Throws InputError when it is of another scene or
+/// build, or cut short; both are then half read.
+void read_checkpoint(std::istream& in, State& state, Workspace& work);
+
+}  // namespace quoin::solver

@@ -1,0 +1,136 @@
+"""`quoin run --checkpoint`, killed with -9 at random moments and resumed: all files are, to the byte, those
+of the run without a stop. The same after Ctrl-C and --max-seconds.
+
+usage: test_resume.py QUOIN SOURCE_DIR [KILLS]   (by default a handful)
+"""
+import hashlib
+import json
+import os
+import pathlib
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+QUOIN, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
+KILLS = int(sys.argv[3]) if len(sys.argv) > 3 else 6
+SCENES = SOURCE / "tools" / "scenes"
+FIVE_BLOCKS = [SCENES / "paper" / "five_blocks.json", "--set", "/output_interval=0.5"]
+SLOW = [*FIVE_BLOCKS, "--set", "/time_step=0.0002"]  # long enough to be interrupted three times
+DOMINOES = [SCENES / "study" / "dominoes.json", "--set", "/end_time=1"]
+
+
+def digest(folder):
+    """Of every file; in the summary without wall time, and without what the finder remembered."""
+    files = {p.name: hashlib.sha256(p.read_bytes()).hexdigest() for p in folder.iterdir()}
+    files.pop("manifest.json")
+    summary = json.loads((folder / "summary.json").read_text())
+    for key in ("wall_seconds", "seconds"):
+        summary.pop(key)
+    summary["pairs"].pop("searched")
+    files["summary.json"] = json.dumps(summary)
+    return files
+
+
+class Resume(unittest.TestCase):
+    def setUp(self):
+        holder = tempfile.TemporaryDirectory()
+        self.addCleanup(holder.cleanup)
+        self.folder = pathlib.Path(holder.name)
+        self.out = self.folder / "out"
+
+    def plain(self, scene):
+        start = time.monotonic()
+        subprocess.run([QUOIN, "run", *scene, "--out", self.folder / "plain"], timeout=120,
+                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        return digest(self.folder / "plain"), time.monotonic() - start
+
+    def start(self, *arguments):
+        return subprocess.Popen([QUOIN, "run", *arguments], stdout=subprocess.DEVNULL,
+                                stderr=subprocess.PIPE, text=True)
+
+    def checkpoints(self):
+        return list(self.folder.glob("out*/checkpoint.bin"))
+
+    def finish(self, wanted, *arguments):
+        process = self.start("--resume", self.out, *arguments)
+        said = process.communicate(timeout=120)[1]
+        self.assertEqual(process.returncode, 0, said)
+        self.assertEqual(digest(self.out), wanted)
+        self.assertEqual({p.name for p in self.folder.iterdir()}, {"out", "plain"})
+
+    def kill_and_resume(self, scene, kills):
+        wanted, seconds = self.plain(scene)
+        arguments = [*scene, "--out", self.out, "--checkpoint", "0.01"]
+        done = 0
+        while done < kills:
+            process = self.start(*arguments)
+            try:
+                said = process.communicate(timeout=random.uniform(0.2, 0.6) * seconds)[1]
+                self.assertEqual(process.returncode, 0, said)
+                self.assertEqual(digest(self.out), wanted)
+                arguments = [*scene, "--out", self.out, "--checkpoint", "0.01"]
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.communicate()
+                done += 1
+                whole = [*scene, "--out", self.out, "--checkpoint", "0.01"]
+                arguments = ["--resume", self.out] if self.checkpoints() else whole
+        if arguments[0] == "--resume":
+            self.finish(wanted)
+
+    def test_killed_while_blocks_fall(self):
+        self.kill_and_resume(FIVE_BLOCKS, KILLS - KILLS // 2)
+
+    def test_killed_while_dominoes_fall(self):
+        self.kill_and_resume(DOMINOES, KILLS // 2)
+
+    def test_interrupted(self):
+        wanted, _ = self.plain(SLOW)
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            resume = ["--resume", self.out] if self.checkpoints() else [*SLOW, "--out", self.out]
+            process = self.start(*resume)
+            for _ in range(400):
+                if list(self.folder.glob("out.part-*/history.csv")):
+                    break
+                time.sleep(0.01)
+            os.kill(process.pid, number)
+            said = process.communicate(timeout=60)[1]
+            self.assertEqual((process.returncode, said), (1, "quoin: interrupted\n"))
+            summary = json.loads((self.out / "summary.json").read_text())
+            self.assertEqual((summary["status"], summary["verdict"]), ("interrupted", "failed"))
+            self.assertFalse(summary["stages"][-1]["done"])
+        self.finish(wanted)
+
+    def test_time_limit_before_the_first_step_of_a_static_stage(self):
+        scene = [SCENES / "study" / "arch.json"]
+        wanted, _ = self.plain(scene)
+        process = self.start(*scene, "--out", self.out, "--max-seconds", "0")
+        said = process.communicate(timeout=60)[1]
+        self.assertEqual(process.returncode, 1)
+        self.assertIn("quoin: the time limit is over", said)
+        self.assertEqual(json.loads((self.out / "summary.json").read_text())["status"], "time_limit")
+        self.finish(wanted)
+
+    def test_what_can_not_be_resumed(self):
+        scene = self.folder / "scene.json"
+        scene.write_text((SCENES / "paper" / "five_blocks.json").read_text())
+        self.start(scene, "--out", self.out, "--max-seconds", "0").communicate(timeout=60)
+        scene.write_text(scene.read_text() + "\n")
+        for spoil, words in ((lambda: None, "was changed since the checkpoint"),
+                             (lambda: os.truncate(self.out / "checkpoint.bin", 1000),
+                              "checkpoint.bin: was changed since quoin wrote it"),
+                             (lambda: (self.out / "checkpoint.bin").unlink(), "no checkpoint")):
+            spoil()
+            process = self.start("--resume", self.out)
+            said = process.communicate(timeout=60)[1]
+            self.assertEqual(process.returncode, 1)
+            self.assertIn(words, said)
+            self.assertEqual(said.count("\n"), 1)
+            self.assertEqual({p.name for p in self.folder.iterdir()}, {"out", "scene.json"})
+
+
+unittest.main(argv=[sys.argv[0]], verbosity=2)

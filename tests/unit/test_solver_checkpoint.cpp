@@ -1,0 +1,94 @@
+#include <quoin/geometry/build.hpp>
+#include <quoin/solver/simulation.hpp>
+#include <sstream>
+
+#include "support/catch.hpp"
+
+using namespace quoin::solver;
+using namespace quoin::tests;
+namespace geometry = quoin::geometry;
+
+namespace {
+
+/// A heap that falls: blocks of all kinds that hit, slide and turn.
+Scene heap(int blocks) {
+  Scene scene{.joint = {.friction_angle = 0.5, .cohesion = 10.0}};
+  scene.add_fixed(geometry::make_box({-5, -5, -1}, {15, 15, 0}));
+  const Material rock{.density = 2000, .young = 1e8, .poisson = 0.2};
+  for (int i = 0; i < blocks; ++i) {
+    const Vector3 low(0.3 * (i % 3), 0.2 * (i % 2), 1.01 * i);
+    const geometry::Polyhedron box = geometry::make_box(low, low + Vector3(1, 1, 1));
+    i % 2 == 0 ? scene.add_block(box, rock) : scene.add_rigid(box, rock);
+    scene.blocks.back().velocity = Vector3(0.5 * (i % 2), 0, -1);
+    scene.blocks.back().angular_velocity = Vector3(0.2 * i, 0.1, 0);
+  }
+  return scene;
+}
+
+std::string saved(const Simulation& simulation) {
+  std::ostringstream out;
+  simulation.save(out);
+  return out.str();
+}
+
+void require_same(const State& a, const State& b) {
+  REQUIRE(a.time == b.time);
+  REQUIRE(a.energy.mechanical() == b.energy.mechanical());
+  for (std::size_t i = 0; i < a.blocks.size(); ++i) {
+    REQUIRE(a.blocks[i].centroid == b.blocks[i].centroid);
+    REQUIRE(a.blocks[i].rotation.coeffs() == b.blocks[i].rotation.coeffs());
+    REQUIRE(a.blocks[i].velocity == b.blocks[i].velocity);
+    REQUIRE(a.blocks[i].strain == b.blocks[i].strain);
+  }
+  REQUIRE(a.contacts.size() == b.contacts.size());
+  for (std::size_t i = 0; i < a.contacts.size(); ++i) {
+    REQUIRE(a.contacts[i].point.key == b.contacts[i].point.key);
+    REQUIRE(a.contacts[i].normal_force == b.contacts[i].normal_force);
+    REQUIRE(a.contacts[i].shear_force == b.contacts[i].shear_force);
+    REQUIRE(a.contacts[i].slip == b.contacts[i].slip);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a simulation that is read goes on as the one that was saved, to the bit") {
+  for (const ContactMethod method : {ContactMethod::AugmentedLagrangian, ContactMethod::Penalty}) {
+    const StepOptions options{.time_step = 2e-3, .method = method, .max_displacement_ratio = 0.002};
+    Simulation simulation(heap(4), options);
+    for (int step = 0; step < 150; ++step) {
+      Simulation other(heap(4), options);
+      std::istringstream in(saved(simulation));
+      other.load(in);
+      REQUIRE(simulation.advance().status == other.advance().status);
+      require_same(simulation.state(), other.state());
+    }
+  }
+}
+
+TEST_CASE("a checkpoint of another scene, or half a one, is refused") {
+  const Simulation simulation(heap(4), {});
+  const std::string whole = saved(simulation);
+  Simulation other(heap(3), {}), same(heap(4), {});
+  std::istringstream in(whole), half(whole.substr(0, whole.size() / 2));
+  CHECK_THROWS_AS(other.load(in), InputError);
+  CHECK_THROWS_AS(same.load(half), InputError);
+}
+
+TEST_CASE("a step that is stopped has not begun") {
+  int asked = 0;
+  int allowed = 0;
+  StepOptions options{
+      .time_step = 5e-3, .max_displacement_ratio = 1e-5, .smallest_time_step = 1e-9};
+  Simulation undisturbed(heap(30), options);
+  options.watch = [&](const StepReport&) { return ++asked <= allowed; };
+  Simulation simulation(heap(30), options);
+  for (allowed = 0; allowed < 3; ++allowed) {
+    asked = 0;
+    REQUIRE(simulation.advance().status == StepStatus::Stopped);
+    REQUIRE(simulation.state().step == 0);
+    require_same(simulation.state(), undisturbed.state());
+  }
+  allowed = 1 << 30;
+  REQUIRE(simulation.advance().status == undisturbed.advance().status);
+  require_same(simulation.state(), undisturbed.state());
+}

@@ -1,0 +1,44 @@
+#include "commands.hpp"
+
+#include <cstdio>
+#include <new>
+#include <nlohmann/json.hpp>
+
+#include "scene_file/scene_error.hpp"
+#include "scene_file/shown.hpp"
+
+#include <quoin/geometry/polyhedron.hpp>
+
+namespace quoin::commands {
+
+void complain(const std::string& message, const std::string& subject) {
+  constexpr std::size_t kMost = 600;  // bytes: what is longer is no line for a person
+  std::fprintf(stderr, "%s: %s\n", scene_file::printable(subject, kMost).c_str(),
+               scene_file::printable(message, kMost).c_str());
+}
+
+std::string text(const nlohmann::ordered_json& document) {
+  return document.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+int run_guarded(const std::function<int()>& command, const std::string& scene) {
+  try {
+    return command();
+  } catch (const scene_file::SceneError& error) {
+    complain(error.what(), scene);
+    return kBadInput;
+  } catch (const geometry::InputError& error) {
+    complain(std::string("/blocks: ") + error.what(), scene);
+    return kBadInput;
+  } catch (const std::invalid_argument& error) {
+    complain(error.what());
+    return kBadInput;
+  } catch (const std::bad_alloc&) {
+    complain("out of memory");
+  } catch (const std::exception& error) {
+    complain(error.what());
+  }
+  return kFailed;
+}
+
+}  // namespace quoin::commands
