@@ -42,9 +42,29 @@ Points reordered(const Points& points, const std::vector<int>& order) {
   return result;
 }
 
-std::shared_ptr<const geometry::Topology> topology_of(int vertex_count,
-                                                      const std::vector<std::vector<int>>& faces) {
-  return std::make_shared<geometry::Topology>(vertex_count, faces);
+std::vector<int> as_named(const geometry::Topology& topology) {
+  std::vector<int> order(static_cast<std::size_t>(topology.vertex_count()));
+  std::iota(order.begin(), order.end(), 0);
+  return order;
+}
+
+/// The vertices that are no corners, renamed by `order`.
+std::vector<geometry::HostedVertex> hosted(const geometry::Topology& topology,
+                                           const std::vector<int>& order) {
+  std::vector<geometry::HostedVertex> list;
+  const auto name = [&](int v) { return order[static_cast<std::size_t>(v)]; };
+  for (int v = 0; v < topology.vertex_count(); ++v) {
+    if (topology.is_corner(v)) continue;
+    const auto [kind, index] = topology.host(v);
+    geometry::HostedVertex at{name(v)};
+    if (kind == geometry::FeatureKind::Vertex) at.corners = {name(index), -1};
+    if (kind == geometry::FeatureKind::Edge) {
+      at.corners = {name(topology.edge(index)[0]), name(topology.edge(index)[1])};
+    }
+    if (kind == geometry::FeatureKind::Face) at.face = index;
+    list.push_back(at);
+  }
+  return list;
 }
 
 /// The twelve numbers: translation, then the rows of the linear part.
@@ -85,6 +105,11 @@ std::string code_of(const Solid& solid, const std::string& name) {
       }
       out << "}";
     }
+    out << "}, std::vector<HostedVertex>{";
+    for (const geometry::HostedVertex& at : hosted(*solid.topology, as_named(*solid.topology))) {
+      out << "{" << at.vertex << ", {" << at.corners[0] << ", " << at.corners[1] << "}, " << at.face
+          << "}, ";
+    }
     out << "}), points_" << name << ");\n";
   }
   if (!stands_in_own_frame(solid)) {
@@ -112,6 +137,13 @@ void write_solid(std::ostream& out, const Solid& solid) {
     }
     out << '\n';
   }
+  const std::vector<geometry::HostedVertex> no_corners =
+      solid.topology ? hosted(*solid.topology, as_named(*solid.topology))
+                     : std::vector<geometry::HostedVertex>{};
+  if (!no_corners.empty()) out << "hosted " << no_corners.size() << '\n';
+  for (const geometry::HostedVertex& at : no_corners) {
+    out << at.vertex << ' ' << at.corners[0] << ' ' << at.corners[1] << ' ' << at.face << '\n';
+  }
   if (!stands_in_own_frame(solid)) {
     out << "placed";
     for (const double x : numbers_of(solid.placed.placement)) {
@@ -125,6 +157,24 @@ double read_number(std::istream& in) {
   std::string number;  // istream does not read hexadecimal floats
   in >> number;
   return std::strtod(number.c_str(), nullptr);
+}
+
+/// None where no such line follows.
+std::vector<geometry::HostedVertex> read_hosted(std::istream& in) {
+  std::vector<geometry::HostedVertex> list;
+  in >> std::ws;
+  if (in.peek() != 'h') return list;
+  std::string word;
+  std::size_t count = 0;
+  in >> word >> count;
+  list.resize(count);
+  for (geometry::HostedVertex& at : list) {
+    in >> at.vertex >> at.corners[0] >> at.corners[1] >> at.face;
+  }
+  if (!in) {
+    throw std::runtime_error("pair: the text ends early");
+  }
+  return list;
 }
 
 Solid read_solid(std::istream& in) {
@@ -146,9 +196,10 @@ Solid read_solid(std::istream& in) {
   if (!in) {
     throw std::runtime_error("pair: the text ends early");
   }
+  const std::vector<geometry::HostedVertex> no_corners = read_hosted(in);
   Solid solid(points);
   if (!faces.empty()) {
-    solid.topology = topology_of(vertex_count, faces);
+    solid.topology = std::make_shared<geometry::Topology>(vertex_count, faces, no_corners);
   }
   in >> std::ws;
   if (in.peek() == 'p') {
@@ -229,7 +280,8 @@ Solid mirrored(const Solid& solid, int axis) {
     for (int f = 0; f < solid.topology->face_count(); ++f) {
       faces.emplace_back(solid.topology->face(f).rbegin(), solid.topology->face(f).rend());
     }
-    result.topology = topology_of(solid.topology->vertex_count(), faces);
+    result.topology = std::make_shared<geometry::Topology>(
+        solid.topology->vertex_count(), faces, hosted(*solid.topology, as_named(*solid.topology)));
   }
   return result;
 }
@@ -255,7 +307,11 @@ Solid renumbered(const Solid& solid, Random& random) {
                 face.end());
     faces.push_back(face);
   }
-  result.topology = topology_of(count, faces);
+  std::vector<geometry::HostedVertex> no_corners = hosted(*solid.topology, order);
+  for (geometry::HostedVertex& at : no_corners) {  // the faces come the other way round
+    if (at.face >= 0) at.face = solid.topology->face_count() - 1 - at.face;
+  }
+  result.topology = std::make_shared<geometry::Topology>(count, faces, no_corners);
   return result;
 }
 
