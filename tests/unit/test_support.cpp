@@ -100,7 +100,7 @@ TEST_CASE("carriers of a support plane are checked as by the plain loop") {
 namespace {
 
 template <class Scan>
-void check_scan(const geometry::Polyhedron& p, const geometry::Polyhedron& q, const Vector3& d) {
+void check_scan(const geometry::Solid& p, const geometry::Solid& q, const Vector3& d) {
   const geometry::Rows rows_p(p), rows_q(q);
   const geometry::PairSupport found = Scan::support_pair(rows_p, rows_q, d);
   const geometry::PairSupport expected = geometry::PlainScan::support_pair(rows_p, rows_q, d);

@@ -20,6 +20,7 @@ struct Rows {
   int padded;
   int count;
   const Solid* solid;
+  explicit Rows(const Solid&& of) = delete;
   explicit Rows(const Solid& of)
       : x(of.shape().offsets()),
         y(x + of.padded_count()),
