@@ -31,11 +31,6 @@ struct NearVertices {
       if (depths[k] <= length) set.push_back(vertices[k]);
     }
   }
-  bool clear(double rounding) const {
-    return std::none_of(depths.begin(), depths.end(), [rounding](double depth) {
-      return depth > kClearBelow * rounding && depth <= kClearAbove * rounding;
-    });
-  }
 };
 
 /// A plane between the solids: its normal, how far each reaches, what carries it.
