@@ -38,9 +38,9 @@ bool same_bits(const std::vector<geometry::ContactPoint>& x,
 }
 
 /// One pass over all vertices of the scene, as find() cannot do without.
-double vertex_pass(const std::vector<geometry::Polyhedron>& solids) {
+double vertex_pass(const std::vector<geometry::Shape>& solids) {
   double sum = 0.0;
-  for (const geometry::Polyhedron& solid : solids) {
+  for (const geometry::Shape& solid : solids) {
     const Points& v = solid.vertices();
     for (Eigen::Index k = 0; k < v.size(); ++k) sum += v.data()[k];
   }
@@ -113,8 +113,8 @@ class WallRun {
   void search(const std::vector<geometry::BlockPair>& pairs) {
     points_.clear();
     for (std::size_t k = 0; k < pairs.size(); ++k) {
-      const geometry::Polyhedron& a = solids_[static_cast<std::size_t>(pairs[k].a)];
-      const geometry::Polyhedron& b = solids_[static_cast<std::size_t>(pairs[k].b)];
+      const geometry::Shape& a = solids_[static_cast<std::size_t>(pairs[k].a)];
+      const geometry::Shape& b = solids_[static_cast<std::size_t>(pairs[k].b)];
       hints_[k] = append_contacts_within_reach({pairs[k].a, pairs[k].b}, a, b, {.reach = kReach},
                                                hints_[k], points_)
                       .hint;
@@ -122,7 +122,7 @@ class WallRun {
   }
 
   Wall wall_;
-  std::vector<geometry::Polyhedron> solids_;
+  std::vector<geometry::Shape> solids_;
   geometry::ContactFinder finder_{{.reach = kReach}};
   geometry::ContactFinder finder_2_{{.reach = kReach, .threads = 2}};
   geometry::BroadPhase broad_phase_;

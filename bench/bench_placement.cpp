@@ -43,7 +43,7 @@ std::vector<Matrix3> turns() {
   return list;
 }
 
-double flush_brick(const geometry::Polyhedron& brick, double far) {
+double flush_brick(const geometry::Shape& brick, double far) {
   std::vector<Body> a, b;
   for (const Matrix3& turn : turns()) {
     const Vector3 at = far * Vector3(0.6, -0.64, 0.48);
@@ -63,13 +63,13 @@ double flush_brick(const geometry::Polyhedron& brick, double far) {
 }
 
 double exact_touch(const Vector3& shift) {
-  const geometry::Polyhedron cube = geometry::make_box({0, 0, 0}, {1, 1, 1});
+  const geometry::Shape cube = geometry::make_box({0, 0, 0}, {1, 1, 1});
   const Body a(cube), b(cube, {.translation = shift});
   return median_nanoseconds(1, [&] { (void)geometry::nearest_features(a, b); });
 }
 
 double move() {
-  const geometry::Polyhedron brick = geometry::make_box({-0.2, -0.1, -0.05}, {0.2, 0.1, 0.05});
+  const geometry::Shape brick = geometry::make_box({-0.2, -0.1, -0.05}, {0.2, 0.1, 0.05});
   const std::vector<Matrix3> list = turns();
   Body body(brick);
   return median_nanoseconds(kBodies, [&] {
@@ -80,7 +80,7 @@ double move() {
 }  // namespace
 
 int main() {
-  const geometry::Polyhedron brick = geometry::make_box({-0.2, -0.1, -0.05}, {0.2, 0.1, 0.05});
+  const geometry::Shape brick = geometry::make_box({-0.2, -0.1, -0.05}, {0.2, 0.1, 0.05});
   for (const double far : {0.0, 10.0, 1e3, 1e6}) {
     std::printf("flush brick, turned, warm, with points, %7g m away: %6.0f ns\n", far,
                 flush_brick(brick, far));

@@ -84,8 +84,8 @@ double mechanical_energy(const RigidScene& scene, const World& world) {
   return energy;
 }
 
-geometry::Polyhedron placed(const RigidBody& body, const BodyMotion& m) {
-  geometry::Polyhedron shape = geometry::make_box(-body.half_size, body.half_size);
+geometry::Shape placed(const RigidBody& body, const BodyMotion& m) {
+  geometry::Shape shape = geometry::make_box(-body.half_size, body.half_size);
   geometry::Points vertices(3, shape.topology().vertex_count());
   for (int i = 0; i < shape.topology().vertex_count(); ++i) {
     vertices.col(i) = m.place + m.turn * shape.vertex(i);
@@ -96,7 +96,7 @@ geometry::Polyhedron placed(const RigidBody& body, const BodyMotion& m) {
 
 /// Largest overlap of the bodies as they stand (few bodies only), m.
 double overlap(const RigidScene& scene, const World& world) {
-  std::vector<geometry::Polyhedron> shapes;
+  std::vector<geometry::Shape> shapes;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     shapes.push_back(placed(scene.bodies[b], world.motion(static_cast<int>(b))));
   }

@@ -26,7 +26,7 @@ using scene_file::StudyPoint;
 // -----------------------------------------------------------------------
 
 /// The three edges that leave one vertex of a box, m; empty when it is no box.
-std::vector<Vector3d> box_edges(const geometry::Polyhedron& shape) {
+std::vector<Vector3d> box_edges(const geometry::Shape& shape) {
   if (shape.vertex_count() != 8 || shape.topology().face_count() != 6) return {};
   std::vector<Vector3d> edges;
   for (int v = 1; v < 8; ++v) {

@@ -86,7 +86,7 @@ class Placed {
   void load(const Workload& workload, const Make& make) {
     workload_ = &workload;
     shapes_.clear();
-    for (const Shape& shape : workload.shapes) shapes_.push_back(make(shape));
+    for (const BenchShape& shape : workload.shapes) shapes_.push_back(make(shape));
     place(0);
   }
   void place(int step) {

@@ -27,7 +27,7 @@ btTransform transform(const Pose& pose) {
       to_bullet(pose.place));
 }
 
-std::unique_ptr<btConvexHullShape> hull_shape(const Shape& shape, bool features) {
+std::unique_ptr<btConvexHullShape> hull_shape(const BenchShape& shape, bool features) {
   auto hull = std::make_unique<btConvexHullShape>();
   for (int v = 0; v < shape.vertices.cols(); ++v) {
     hull->addPoint(to_bullet(shape.vertices.col(v)), false);
@@ -38,7 +38,7 @@ std::unique_ptr<btConvexHullShape> hull_shape(const Shape& shape, bool features)
   return hull;
 }
 
-std::unique_ptr<btBoxShape> box_shape_of(const Shape& shape) {
+std::unique_ptr<btBoxShape> box_shape_of(const BenchShape& shape) {
   auto box = std::make_unique<btBoxShape>(to_bullet(shape.half_size));
   box->setMargin(0);
   return box;
@@ -48,7 +48,7 @@ class BulletPairs : public Placed<btPolyhedralConvexShape, btTransform> {
  public:
   BulletPairs() : Placed(transform) {}
   void load(const Workload& workload, bool boxes, bool features) {
-    Placed::load(workload, [=](const Shape& shape) -> std::unique_ptr<btPolyhedralConvexShape> {
+    Placed::load(workload, [=](const BenchShape& shape) -> std::unique_ptr<btPolyhedralConvexShape> {
       if (boxes) return box_shape_of(shape);
       return hull_shape(shape, features);
     });

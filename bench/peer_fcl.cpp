@@ -15,7 +15,7 @@ namespace {
 using LibccdSolver = fcl::detail::GJKSolver_libccd<double>;
 using IndepSolver = fcl::detail::GJKSolver_indep<double>;
 
-fcl::Convexd convex(const Shape& shape) {
+fcl::Convexd convex(const BenchShape& shape) {
   auto vertices = std::make_shared<std::vector<Vector3>>();
   for (int v = 0; v < shape.vertices.cols(); ++v) vertices->push_back(shape.vertices.col(v));
   auto faces = std::make_shared<std::vector<int>>();
@@ -44,7 +44,7 @@ class FclPairs : public Placed<Geometry, fcl::Transform3d> {
  public:
   FclPairs() : Placed<Geometry, fcl::Transform3d>(transform) {}
   void load(const Workload& workload) {
-    Placed<Geometry, fcl::Transform3d>::load(workload, [](const Shape& shape) {
+    Placed<Geometry, fcl::Transform3d>::load(workload, [](const BenchShape& shape) {
       if constexpr (std::is_same_v<Geometry, fcl::Boxd>) {
         return std::make_unique<fcl::Boxd>(Vector3(2 * shape.half_size));
       } else {

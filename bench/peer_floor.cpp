@@ -73,15 +73,15 @@ class Floor final : public PeerOf<Floor> {
     std::vector<Vector3>& normals = normals_of_step_[s];
     const bool known = !normals.empty();
     for (const Pair& pair : workload_->pairs) {
-      const Shape& a = workload_->shapes[static_cast<std::size_t>(pair.shape_a)];
-      const Shape& b = workload_->shapes[static_cast<std::size_t>(pair.shape_b)];
+      const BenchShape& a = workload_->shapes[static_cast<std::size_t>(pair.shape_a)];
+      const BenchShape& b = workload_->shapes[static_cast<std::size_t>(pair.shape_b)];
       const Points in_a = pair.poses_a[s].apply(a.vertices),
                    in_b = pair.poses_b[s].apply(b.vertices);
       solids_.emplace_back(in_a);
       solids_.emplace_back(in_b);
       if (known) continue;
-      normals.push_back(nearest_features(geometry::Polyhedron(a.topology, in_a),
-                                         geometry::Polyhedron(b.topology, in_b))
+      normals.push_back(nearest_features(geometry::Shape(a.topology, in_a),
+                                         geometry::Shape(b.topology, in_b))
                             .normal);
     }
     normals_ = normals;

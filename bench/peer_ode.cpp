@@ -16,7 +16,7 @@ struct Box {
   dMatrix3 rotation;
 };
 
-Box box_of(const Shape& shape, const Pose& pose) {
+Box box_of(const BenchShape& shape, const Pose& pose) {
   Box box{};
   for (int i = 0; i < 3; ++i) {
     box.place[i] = pose.place[i];

@@ -8,7 +8,7 @@ namespace {
 
 using geometry::FeatureHint;
 using geometry::NearestFeatures;
-using geometry::Polyhedron;
+using geometry::Shape;
 
 /// Both solids of each pair in the world frame.
 class Solids {
@@ -17,8 +17,8 @@ class Solids {
     workload_ = &workload;
     solids_.clear();
     for (const Pair& pair : workload.pairs) {
-      const Shape& a = shape(pair.shape_a);
-      const Shape& b = shape(pair.shape_b);
+      const BenchShape& a = shape(pair.shape_a);
+      const BenchShape& b = shape(pair.shape_b);
       solids_.emplace_back(a.topology, pair.poses_a[0].apply(a.vertices));
       solids_.emplace_back(b.topology, pair.poses_b[0].apply(b.vertices));
     }
@@ -31,14 +31,14 @@ class Solids {
       solids_[2 * k + 1].set_vertices(pair.poses_b[s].apply(shape(pair.shape_b).vertices));
     }
   }
-  const Polyhedron& a(int pair) const { return solids_[2 * static_cast<std::size_t>(pair)]; }
-  const Polyhedron& b(int pair) const { return solids_[2 * static_cast<std::size_t>(pair) + 1]; }
+  const Shape& a(int pair) const { return solids_[2 * static_cast<std::size_t>(pair)]; }
+  const Shape& b(int pair) const { return solids_[2 * static_cast<std::size_t>(pair) + 1]; }
   std::size_t pair_count() const { return solids_.size() / 2; }
 
  private:
-  const Shape& shape(int s) const { return workload_->shapes[static_cast<std::size_t>(s)]; }
+  const BenchShape& shape(int s) const { return workload_->shapes[static_cast<std::size_t>(s)]; }
   const Workload* workload_ = nullptr;
-  std::vector<Polyhedron> solids_;
+  std::vector<Shape> solids_;
 };
 
 class Quoin final : public PeerOf<Quoin> {
@@ -95,7 +95,7 @@ class QuoinManifold final : public ManifoldPeer {
  private:
   void find(int pair) {
     FeatureHint& hint = hints_[static_cast<std::size_t>(pair)];
-    const Polyhedron &a = solids_.a(pair), &b = solids_.b(pair);
+    const Shape &a = solids_.a(pair), &b = solids_.b(pair);
     contacts_.clear();
     const NearestFeatures nearest =
         append_contacts_within_reach({0, 1}, a, b, {.reach = kReach}, hint, contacts_);

@@ -31,7 +31,7 @@ RigidBody box(const Vector3d& min, const Vector3d& max, double density) {
 }
 
 RigidBody hull(const Eigen::Matrix3Xd& vertices, double density) {
-  const geometry::Polyhedron shape = geometry::make_hull(vertices).polyhedron;
+  const geometry::Shape shape = geometry::make_hull(vertices).polyhedron;
   const geometry::MassProperties properties = geometry::mass_properties(shape);
   RigidBody body;
   body.place = properties.centroid;

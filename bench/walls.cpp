@@ -28,8 +28,8 @@ geometry::Box Wall::box(std::size_t i, int step) const {
   return {centre - bricks_[i].half_size, centre + bricks_[i].half_size};
 }
 
-std::vector<geometry::Polyhedron> Wall::solids() const {
-  std::vector<geometry::Polyhedron> solids;
+std::vector<geometry::Shape> Wall::solids() const {
+  std::vector<geometry::Shape> solids;
   solids.reserve(size());
   for (std::size_t i = 0; i < size(); ++i) {
     const Points vertices = shape_.vertices.colwise() + place(i, 0);
@@ -38,7 +38,7 @@ std::vector<geometry::Polyhedron> Wall::solids() const {
   return solids;
 }
 
-void Wall::move(int step, std::vector<geometry::Polyhedron>& solids) const {
+void Wall::move(int step, std::vector<geometry::Shape>& solids) const {
   Points vertices(3, shape_.vertices.cols());
   for (std::size_t i = 0; i < size(); ++i) {
     vertices = shape_.vertices.colwise() + place(i, step);

@@ -1,7 +1,7 @@
 #pragma once
 /// B: walls of bricks that move a little each step.
 
-#include <quoin/geometry/polyhedron.hpp>
+#include <quoin/geometry/shape.hpp>
 #include <vector>
 
 #include "workloads.hpp"
@@ -24,15 +24,15 @@ class Wall {
   Vector3 place(std::size_t i, int step) const;
   geometry::Box box(std::size_t i, int step) const;
   /// Polyhedra at step 0 over one shared topology; move() puts them to a step.
-  std::vector<geometry::Polyhedron> solids() const;
-  void move(int step, std::vector<geometry::Polyhedron>& solids) const;
+  std::vector<geometry::Shape> solids() const;
+  void move(int step, std::vector<geometry::Shape>& solids) const;
 
  private:
   Motion motion_;
   double amplitude_;  // m a step
   std::vector<Brick> bricks_;
   std::vector<Vector3> direction_;
-  Shape shape_;
+  BenchShape shape_;
 };
 
 }  // namespace quoin::bench

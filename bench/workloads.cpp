@@ -19,7 +19,7 @@ int scaled_count(int usual, const WorkloadScale& scale) {
   return std::max(8, static_cast<int>(usual * scale.share));
 }
 
-Shape shape_of(const geometry::Polyhedron& polyhedron) {
+BenchShape shape_of(const geometry::Shape& polyhedron) {
   return {polyhedron.vertices(), polyhedron.shared_topology(), false, Vector3::Zero()};
 }
 
@@ -28,13 +28,13 @@ double diameter(const Points& vertices) {
   return 2.0 * (vertices.colwise() - middle).colwise().norm().maxCoeff();
 }
 
-Shape random_box(Random& random) {
+BenchShape random_box(Random& random) {
   const Vector3 half(random.uniform(0.2, 0.6), random.uniform(0.2, 0.6), random.uniform(0.2, 0.6));
   return box_shape(half);
 }
 
 /// Hull with exactly `count` vertices: points on an ellipsoid, each of them a vertex.
-Shape random_hull(Random& random, int count) {
+BenchShape random_hull(Random& random, int count) {
   const Vector3 radii(random.uniform(0.35, 0.65), random.uniform(0.35, 0.65),
                       random.uniform(0.35, 0.65));
   Points points(3, count);
@@ -70,7 +70,7 @@ void place_pair(Random& random, Workload& workload, Pair& pair, double gap_share
   pair.gap = {static_cast<double>(exact(workload, pair, 0).gap)};
 }
 
-using MakeShape = std::function<Shape(Random&)>;
+using MakeShape = std::function<BenchShape(Random&)>;
 
 void add_pairs(Random& random, Workload& workload, int count, const MakeShape& make, double low,
                double high) {
@@ -157,7 +157,7 @@ Workload random_workload(const std::string& name, const std::string& family,
 // -----------------------------------------------------------------------
 
 /// Adds a pair given by world vertices (each its own shape, pose identity).
-void add_world_pair(Workload& workload, Shape a, Shape b) {
+void add_world_pair(Workload& workload, BenchShape a, BenchShape b) {
   Pair pair;
   pair.shape_a = static_cast<int>(workload.shapes.size());
   pair.shape_b = pair.shape_a + 1;
@@ -169,11 +169,11 @@ void add_world_pair(Workload& workload, Shape a, Shape b) {
   workload.pairs.push_back(std::move(pair));
 }
 
-Shape moved(const Shape& shape, const Pose& pose) {
+BenchShape moved(const BenchShape& shape, const Pose& pose) {
   return {pose.apply(shape.vertices), shape.topology, false, Vector3::Zero()};
 }
 
-Shape scaled_shape(Shape shape, const Vector3& factors) {
+BenchShape scaled_shape(BenchShape shape, const Vector3& factors) {
   shape.vertices = factors.asDiagonal() * shape.vertices;
   shape.is_box = false;
   return shape;
@@ -181,7 +181,7 @@ Shape scaled_shape(Shape shape, const Vector3& factors) {
 
 /// Two solids in general position, pushed to a gap of `gap_share` of the smaller one, then carried
 /// by `offset` (m).
-void add_general(Random& random, Workload& workload, Shape a, Shape b, double gap_share,
+void add_general(Random& random, Workload& workload, BenchShape a, BenchShape b, double gap_share,
                  const Vector3& offset) {
   Workload work;
   work.shapes = {std::move(a), std::move(b)};
@@ -195,7 +195,7 @@ void add_general(Random& random, Workload& workload, Shape a, Shape b, double ga
 
 /// Box on box, offset sideways, with a gap and a tilt (rad), both turned together.
 void add_stacked(Random& random, Workload& workload, double gap, double tilt) {
-  const Shape a = random_box(random), b = random_box(random);
+  const BenchShape a = random_box(random), b = random_box(random);
   const Vector3 shift(random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2),
                       a.half_size.z() + b.half_size.z() + gap);
   const Pose turn{random.rotation(), Vector3::Zero()};
@@ -206,17 +206,17 @@ void add_stacked(Random& random, Workload& workload, double gap, double tilt) {
 
 /// Two boxes with parallel axes sharing a whole, half or no edge at exactly the same doubles.
 void add_touching(Random& random, Workload& workload) {
-  const Shape a = random_box(random), b = random_box(random);
+  const BenchShape a = random_box(random), b = random_box(random);
   const int axis = random.integer(0, 2);
   Vector3 shift = random.point(-0.3, 0.3);
-  Shape right = moved(b, {Matrix3::Identity(), shift});
+  BenchShape right = moved(b, {Matrix3::Identity(), shift});
   const double face = a.vertices.row(axis).maxCoeff();
   const double low = right.vertices.row(axis).minCoeff();
   for (int v = 0; v < right.vertices.cols(); ++v) {  // the lower face exactly onto the upper one
     double& x = right.vertices(axis, v);
     x = x == low ? face : face + (x - low);
   }
-  Shape left = a;
+  BenchShape left = a;
   left.is_box = right.is_box = false;
   add_world_pair(workload, left, right);
 }
@@ -291,7 +291,7 @@ std::vector<Eigen::Vector2d> footprint(Random& random, bool box) {
 }
 
 /// A prism given as triangles, which the builder merges to polygons.
-Shape prism_shape(const std::vector<Eigen::Vector2d>& polygon, double half_height) {
+BenchShape prism_shape(const std::vector<Eigen::Vector2d>& polygon, double half_height) {
   const int n = static_cast<int>(polygon.size());
   Points vertices(3, 2 * n);
   std::vector<std::vector<int>> triangles;
@@ -307,7 +307,7 @@ Shape prism_shape(const std::vector<Eigen::Vector2d>& polygon, double half_heigh
       triangles.push_back({n, n + k - 1, n + k});
     }
   }
-  return shape_of(geometry::make_polyhedron(vertices, triangles));
+  return shape_of(geometry::make_shape(vertices, triangles));
 }
 
 /// One block on another as in running bond, gap or overlap 1e-6 … 1e-3 of the size.
@@ -349,7 +349,7 @@ Workload stacked_workload(const std::string& family, const WorkloadScale& scale)
 }  // namespace
 
 bool Workload::boxes_only() const {
-  return std::all_of(shapes.begin(), shapes.end(), [](const Shape& shape) { return shape.is_box; });
+  return std::all_of(shapes.begin(), shapes.end(), [](const BenchShape& shape) { return shape.is_box; });
 }
 
 double Workload::allowed_error(const Pair& pair, int step) const {
@@ -363,8 +363,8 @@ double Workload::allowed_error(const Pair& pair, int step) const {
          16 * kEpsilon * coordinate;
 }
 
-Shape box_shape(const Vector3& half_size) {
-  Shape shape = shape_of(geometry::make_box(-half_size, half_size));
+BenchShape box_shape(const Vector3& half_size) {
+  BenchShape shape = shape_of(geometry::make_box(-half_size, half_size));
   shape.is_box = true;
   shape.half_size = half_size;
   return shape;

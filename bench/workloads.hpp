@@ -2,7 +2,7 @@
 /// The pairs that every peer is asked about, the same for all, and their exact answers.
 
 #include <memory>
-#include <quoin/geometry/polyhedron.hpp>
+#include <quoin/geometry/shape.hpp>
 #include <string>
 #include <vector>
 
@@ -14,7 +14,7 @@ using geometry::Topology;
 using geometry::Vector3;
 
 /// A convex polyhedron in its own frame.
-struct Shape {
+struct BenchShape {
   Points vertices;  ///< 3 × vertex_count, m
   std::shared_ptr<const Topology> topology;
   bool is_box = false;
@@ -39,7 +39,7 @@ struct Pair {
 struct Workload {
   std::string name;    ///< "W1", …
   std::string family;  ///< "box", "16", …
-  std::vector<Shape> shapes{};
+  std::vector<BenchShape> shapes{};
   std::vector<Pair> pairs{};
   int steps = 1;
   bool warm = false;     ///< the steps follow each other: hints are allowed
@@ -67,7 +67,7 @@ std::vector<std::string> manifold_workload_names();  ///< W4
 Workload make_workload(const std::string& name, const WorkloadScale& scale);
 
 /// A box of the given half size centred at the origin.
-Shape box_shape(const Vector3& half_size);
+BenchShape box_shape(const Vector3& half_size);
 
 /// A brick of a wall, axis-aligned.
 struct Brick {

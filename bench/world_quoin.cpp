@@ -8,12 +8,12 @@
 namespace quoin::bench {
 namespace {
 
-geometry::Polyhedron shape_of(const RigidBody& body) {
+geometry::Shape shape_of(const RigidBody& body) {
   if (body.half_size.x() <= 0.0) {
     const Eigen::Matrix3Xd world = (body.turn.toRotationMatrix() * body.vertices).colwise() + body.place;
     return geometry::make_hull(world).polyhedron;
   }
-  geometry::Polyhedron shape = geometry::make_box(-body.half_size, body.half_size);
+  geometry::Shape shape = geometry::make_box(-body.half_size, body.half_size);
   geometry::Points vertices(3, shape.topology().vertex_count());
   for (int i = 0; i < shape.topology().vertex_count(); ++i) {
     vertices.col(i) = body.place + body.turn * shape.vertex(i);

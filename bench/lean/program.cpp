@@ -17,8 +17,8 @@ namespace geometry = quoin::geometry;
 namespace {
 
 double ask(int times) {
-  const geometry::Polyhedron a = geometry::make_box({0, 0, 0}, {2, 1, 1});  // m
-  const geometry::Polyhedron b = geometry::make_box({1, 0, 1.25}, {3, 1, 2});
+  const geometry::Shape a = geometry::make_box({0, 0, 0}, {2, 1, 1});  // m
+  const geometry::Shape b = geometry::make_box({1, 0, 1.25}, {3, 1, 2});
   std::vector<geometry::ContactPoint> contacts;
   double sum = 0.0;
   for (int i = 0; i < times; ++i) {

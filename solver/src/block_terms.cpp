@@ -77,7 +77,7 @@ BlockModel make_block_model(const Block& block, const Vector3& origin, int index
   model.kind = block.kind;
   const geometry::Points& vertices = block.shape.vertices();
   const geometry::Points near = vertices.colwise() - origin;
-  const geometry::Polyhedron shape(block.shape.shared_topology(), near);
+  const geometry::Shape shape(block.shape.shared_topology(), near);
   const geometry::MassProperties properties = geometry::mass_properties(shape);
   model.volume = properties.volume;
   model.start = properties.centroid;

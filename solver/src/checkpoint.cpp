@@ -61,12 +61,12 @@ void list(Archive& archive, List& values) {
   archive.bytes(values.data(), count * sizeof(Value));
 }
 
-void vertices(Writer& writer, const geometry::Polyhedron& polyhedron) {
+void vertices(Writer& writer, const geometry::Shape& polyhedron) {
   const geometry::Points& points = polyhedron.vertices();
   writer.bytes(points.data(), static_cast<std::size_t>(points.size()) * sizeof(double));
 }
 
-void vertices(Reader& reader, geometry::Polyhedron& polyhedron) {
+void vertices(Reader& reader, geometry::Shape& polyhedron) {
   geometry::Points points = polyhedron.vertices();
   reader.bytes(points.data(), static_cast<std::size_t>(points.size()) * sizeof(double));
   polyhedron.set_vertices(points);
@@ -82,7 +82,7 @@ struct Stamp {
 
 Stamp stamp(const State& state) {
   Stamp result{.blocks = state.blocks.size()};
-  for (const geometry::Polyhedron& polyhedron : state.polyhedra) {
+  for (const geometry::Shape& polyhedron : state.polyhedra) {
     result.vertices += static_cast<std::size_t>(polyhedron.vertices().cols());
   }
   return result;

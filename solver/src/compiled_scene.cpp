@@ -78,7 +78,7 @@ struct FaceMean {
   Vector3 centroid = Vector3::Zero();
 };
 
-FaceMean face_mean(const geometry::Polyhedron& shape, int face) {
+FaceMean face_mean(const geometry::Shape& shape, int face) {
   const auto cycle = shape.topology().face(face);
   const Vector3 first = shape.vertex(cycle[0]);
   FaceMean mean;

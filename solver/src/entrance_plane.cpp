@@ -7,12 +7,12 @@
 namespace quoin::solver {
 namespace {
 
-using geometry::Polyhedron;
+using geometry::Shape;
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 /// Distance of the other block before the face's plane, negative where it is behind, m.
-double separation(const Polyhedron& owner, int face, const Polyhedron& other) {
+double separation(const Shape& owner, int face, const Shape& other) {
   const Vector3 normal = owner.face_normal(face);
   double plane = -std::numeric_limits<double>::infinity();
   for (const int v : owner.topology().face(face)) {
@@ -26,7 +26,7 @@ BlockState moved_on(const BlockState& block, double time_step) {
   return displaced(block, time_step * velocity_vector(block));
 }
 
-Polyhedron polyhedron_of(const BlockModel& model, const Polyhedron& now, const BlockState& block) {
+Shape polyhedron_of(const BlockModel& model, const Shape& now, const BlockState& block) {
   const Pose there = pose(block);
   geometry::Points places = there.shape * model.arms;
   places.colwise() += there.centroid;
@@ -35,7 +35,7 @@ Polyhedron polyhedron_of(const BlockModel& model, const Polyhedron& now, const B
 
 void append_planes(const State& state, int block, int other, double limit,
                    std::vector<FacePlane>& planes) {
-  const Polyhedron& owner = state.polyhedra[index(block)];
+  const Shape& owner = state.polyhedra[index(block)];
   for (int f = 0; f < owner.topology().face_count(); ++f) {
     if (separation(owner, f, state.polyhedra[index(other)]) >= -limit) {
       planes.push_back({block, other, f});
@@ -44,8 +44,8 @@ void append_planes(const State& state, int block, int other, double limit,
 }
 
 /// The plane that is least violated says how far apart the two are.
-template <typename PolyhedronOf>
-double largest_separation(const std::vector<FacePlane>& planes, const PolyhedronOf& polyhedron) {
+template <typename ShapeOf>
+double largest_separation(const std::vector<FacePlane>& planes, const ShapeOf& polyhedron) {
   double largest = -std::numeric_limits<double>::infinity();
   for (const FacePlane& p : planes) {
     largest = std::max(largest, separation(polyhedron(p.block), p.face, polyhedron(p.other)));
@@ -80,11 +80,11 @@ bool passes(const CompiledScene& compiled, const State& state, double time_step,
     return std::abs(face.dot(normal)) > kSamePlane;
   });
   if (others.empty()) return false;
-  const Polyhedron end_a =
+  const Shape end_a =
       polyhedron_of(compiled.models[index(a)], state.polyhedra[index(a)], next_a);
-  const Polyhedron end_b =
+  const Shape end_b =
       polyhedron_of(compiled.models[index(b)], state.polyhedra[index(b)], next_b);
-  const auto end = [&](int block) -> const Polyhedron& { return block == a ? end_a : end_b; };
+  const auto end = [&](int block) -> const Shape& { return block == a ? end_a : end_b; };
   return largest_separation(others, end) >= std::min(closes_by + limit, -limit);
 }
 
@@ -124,10 +124,10 @@ std::vector<PassingPair> set_aside_passing(const CompiledScene& compiled, const 
   return aside;
 }
 
-bool put_back_blocked(const std::vector<Polyhedron>& end,
+bool put_back_blocked(const std::vector<Shape>& end,
                       const std::vector<geometry::ContactPoint>& found_end, double limit,
                       std::vector<PassingPair>& pairs, std::vector<BodyContact>& contacts) {
-  const auto polyhedron = [&](int block) -> const Polyhedron& { return end[index(block)]; };
+  const auto polyhedron = [&](int block) -> const Shape& { return end[index(block)]; };
   const auto blocked = [&](const PassingPair& pair) {
     double gap = 0.0;
     for (const geometry::ContactPoint& point : found_end) {

@@ -98,7 +98,7 @@ void each_vector(Appended& file, std::string_view name, int components, std::siz
 
 std::size_t vertex_count(const State& state) {
   std::size_t count = 0;
-  for (const geometry::Polyhedron& polyhedron : state.polyhedra) {
+  for (const geometry::Shape& polyhedron : state.polyhedra) {
     count += static_cast<std::size_t>(polyhedron.topology().vertex_count());
   }
   return count;
@@ -120,7 +120,7 @@ Vector3 velocity_at(const BlockState& block, const Vector3& arm) {
 void write_points(Appended& file, const State& state) {
   file.raw("<Points>\n");
   file.array<double>("Points", 3, [&](std::vector<double>& values) {
-    for (const geometry::Polyhedron& polyhedron : state.polyhedra) {
+    for (const geometry::Shape& polyhedron : state.polyhedra) {
       const geometry::Points& vertices = polyhedron.vertices();
       for (Eigen::Index v = 0; v < vertices.cols(); ++v)
         push(values, state.origin + vertices.col(v));
@@ -137,7 +137,7 @@ struct FaceStreams {
 FaceStreams face_streams(const State& state) {
   FaceStreams streams;
   std::int64_t first = 0;
-  for (const geometry::Polyhedron& polyhedron : state.polyhedra) {
+  for (const geometry::Shape& polyhedron : state.polyhedra) {
     const geometry::Topology& topology = polyhedron.topology();
     streams.values.push_back(topology.face_count());
     for (int f = 0; f < topology.face_count(); ++f) {

@@ -27,22 +27,22 @@ VectorOfTime interpolate(std::vector<double> times, std::vector<Vector3> values)
 
 namespace {
 
-int append(Scene& scene, geometry::Polyhedron shape, const Material& material, BlockKind kind) {
+int append(Scene& scene, geometry::Shape shape, const Material& material, BlockKind kind) {
   scene.blocks.push_back({.shape = std::move(shape), .material = material, .kind = kind});
   return static_cast<int>(scene.blocks.size()) - 1;
 }
 
 }  // namespace
 
-int Scene::add_block(geometry::Polyhedron shape, const Material& material) {
+int Scene::add_block(geometry::Shape shape, const Material& material) {
   return append(*this, std::move(shape), material, BlockKind::Deformable);
 }
 
-int Scene::add_rigid(geometry::Polyhedron shape, const Material& material) {
+int Scene::add_rigid(geometry::Shape shape, const Material& material) {
   return append(*this, std::move(shape), material, BlockKind::Rigid);
 }
 
-int Scene::add_fixed(geometry::Polyhedron shape, const Material& material) {
+int Scene::add_fixed(geometry::Shape shape, const Material& material) {
   return append(*this, std::move(shape), material, BlockKind::Fixed);
 }
 

@@ -11,7 +11,7 @@ namespace {
 
 using quoin::geometry::FeatureHint;
 using quoin::geometry::NearestFeatures;
-using quoin::geometry::Polyhedron;
+using quoin::geometry::Shape;
 using quoin::tests::environment_number;
 using quoin::tests::Random;
 using quoin::tests::SolidPair;
@@ -45,7 +45,7 @@ TEST_CASE("coherent motion: warm and cold agree to the bit") {
     const double amount = random.log_uniform(1e-5, 1e-2);
     FeatureHint hint;
     for (int step = 0; step < kSteps; ++step) {
-      const Polyhedron a = shape_of(pair.a), b = shape_of(pair.b);
+      const Shape a = shape_of(pair.a), b = shape_of(pair.b);
       const NearestFeatures cold = nearest_features(a, b);
       const NearestFeatures warm = nearest_features(a, b, {}, hint);
       ++steps;

@@ -13,7 +13,7 @@
 namespace {
 
 using quoin::geometry::OracleAnswer;
-using quoin::geometry::Polyhedron;
+using quoin::geometry::Shape;
 using quoin::tests::diameter;
 using quoin::tests::environment_number;
 using quoin::tests::Random;
@@ -69,7 +69,7 @@ TEST_CASE("oracle: where libccd or FCL disagree with quoin the arbiter finds the
     Random random(seed * 7000003 + i);
     const SolidPair pair = quoin::tests::make_pair(random, settled);
     const quoin::tests::PairVerdict verdict = check_against_exact(pair);
-    const Polyhedron a = polyhedron_of(pair.a), b = polyhedron_of(pair.b);
+    const Shape a = polyhedron_of(pair.a), b = polyhedron_of(pair.b);
     const Question question{verdict.contact.nearest.gap, verdict.exact.gap, verdict.allowed_error,
                             std::min(diameter(a), diameter(b))};
     const bool overlapping = verdict.exact.gap < 0;

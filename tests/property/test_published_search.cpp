@@ -15,7 +15,7 @@
 namespace {
 
 using namespace quoin::geometry;
-using quoin::geometry::Polyhedron;
+using quoin::geometry::Shape;
 using quoin::tests::environment_number;
 using quoin::tests::Random;
 
@@ -24,7 +24,7 @@ constexpr int kMostCycles = 10000;
 struct Solids {
   explicit Solids(const quoin::tests::SolidPair& pair)
       : a(polyhedron_of(pair.a)), b(polyhedron_of(pair.b)) {}
-  Polyhedron a, b;
+  Shape a, b;
 };
 
 struct Rates {
@@ -70,7 +70,7 @@ Vector3 nearest_on_segment(const Vector3& a, const Vector3& b, const Vector3& x)
   return a + std::clamp(side.dot(x - a) / side.squaredNorm(), 0.0, 1.0) * side;
 }
 
-Vector3 nearest_on_face(const Polyhedron& solid, int face, const Vector3& x) {
+Vector3 nearest_on_face(const Shape& solid, int face, const Vector3& x) {
   const std::span<const int> cycle = solid.topology().face(face);
   const Vector3 normal = solid.face_normal(face);
   Vector3 best = x - normal * normal.dot(x - solid.vertex(cycle[0]));
@@ -89,7 +89,7 @@ Vector3 nearest_on_face(const Polyhedron& solid, int face, const Vector3& x) {
   return inside ? foot : best;
 }
 
-Vector3 nearest_around(const Polyhedron& solid, int vertex, const Vector3& x) {
+Vector3 nearest_around(const Shape& solid, int vertex, const Vector3& x) {
   Vector3 best = solid.vertex(vertex);
   for (const int f : solid.topology().vertex_faces(vertex)) {
     const Vector3 candidate = nearest_on_face(solid, f, x);

@@ -12,12 +12,12 @@ using geometry::Feature;
 using geometry::FeatureKind;
 using geometry::NearestFeatures;
 using geometry::PairContact;
-using geometry::Polyhedron;
+using geometry::Shape;
 
 using Real = long double;
 constexpr double kEps = std::numeric_limits<double>::epsilon();
 
-int feature_count(const Polyhedron& shape, FeatureKind kind) {
+int feature_count(const Shape& shape, FeatureKind kind) {
   switch (kind) {
     case FeatureKind::Vertex:
       return shape.topology().vertex_count();
@@ -28,7 +28,7 @@ int feature_count(const Polyhedron& shape, FeatureKind kind) {
   }
 }
 
-bool exists(const Polyhedron& shape, const Feature& feature) {
+bool exists(const Shape& shape, const Feature& feature) {
   return feature.index >= 0 && feature.index < feature_count(shape, feature.kind);
 }
 

@@ -17,14 +17,14 @@ using geometry::make_box;
 using geometry::make_hull;
 using geometry::Matrix3;
 using geometry::Points;
-using geometry::Polyhedron;
+using geometry::Shape;
 using geometry::Vector3;
 
 constexpr double kPi = std::numbers::pi;
 
 // ---- shapes, each about the origin and about `size` large -----------------------------------
 
-Polyhedron box_shape(Random& random, double size) {
+Shape box_shape(Random& random, double size) {
   const Vector3 half =
       0.5 * size * Vector3(random.uniform(0.2, 1), random.uniform(0.2, 1), random.uniform(0.2, 1));
   return make_box(-half, half);
@@ -39,7 +39,7 @@ Points polygon(Random& random, int corners, double size) {
   return points;
 }
 
-Polyhedron prism_shape(Random& random, double size) {
+Shape prism_shape(Random& random, double size) {
   const int corners = random.integer(3, 9);
   const Points base = polygon(random, corners, size);
   const double height = size * random.uniform(0.1, 1);
@@ -50,7 +50,7 @@ Polyhedron prism_shape(Random& random, double size) {
   return make_hull(points).polyhedron;
 }
 
-Polyhedron wedge_shape(Random& random, double size) {
+Shape wedge_shape(Random& random, double size) {
   const double length = size * random.uniform(0.3, 1), half = 0.5 * size * random.uniform(0.2, 1);
   const double height = size * random.uniform(0.05, 1), cut = random.uniform(0, 0.8);
   Points points(3, 6);
@@ -60,7 +60,7 @@ Polyhedron wedge_shape(Random& random, double size) {
   return make_hull(points).polyhedron;
 }
 
-Polyhedron tetrahedron_shape(Random& random, double size) {
+Shape tetrahedron_shape(Random& random, double size) {
   for (;;) {
     Points points(3, 4);
     for (int i = 0; i < 4; ++i) {
@@ -74,7 +74,7 @@ Polyhedron tetrahedron_shape(Random& random, double size) {
   }
 }
 
-Polyhedron hull_shape(Random& random, double size, int count, bool cospherical) {
+Shape hull_shape(Random& random, double size, int count, bool cospherical) {
   const Vector3 axes(random.uniform(0.3, 1), random.uniform(0.3, 1), random.uniform(0.3, 1));
   Points points(3, count);
   for (int i = 0; i < count; ++i) {
@@ -87,7 +87,7 @@ Polyhedron hull_shape(Random& random, double size, int count, bool cospherical) 
   return make_hull(points).polyhedron;
 }
 
-Polyhedron sliver_shape(Random& random, double size) {
+Shape sliver_shape(Random& random, double size) {
   const double thin = random.log_uniform(1e-5, 1e-3);
   switch (random.integer(0, 3)) {
     case 0:
@@ -108,7 +108,7 @@ Polyhedron sliver_shape(Random& random, double size) {
   }
 }
 
-Polyhedron any_shape(Random& random, double size) {
+Shape any_shape(Random& random, double size) {
   switch (random.integer(0, 5)) {
     case 0:
       return box_shape(random, size);
@@ -125,7 +125,7 @@ Polyhedron any_shape(Random& random, double size) {
 
 // ---- placing --------------------------------------------------------------------------------
 
-Polyhedron turned(const Polyhedron& solid, Random& random) {
+Shape turned(const Shape& solid, Random& random) {
   return transformed(solid, 1.0, random.rotation(), Vector3::Zero());
 }
 
@@ -139,7 +139,7 @@ double random_gap(Random& random, double size) {
 }
 
 /// B shifted so that along a random direction it is `gap` away from A.
-SolidPair placed(const std::string& family, const Polyhedron& a, const Polyhedron& b, double gap,
+SolidPair placed(const std::string& family, const Shape& a, const Shape& b, double gap,
                  Random& random) {
   const Vector3 n = random.direction();
   const double top = (n.transpose() * a.vertices()).maxCoeff();
@@ -149,7 +149,7 @@ SolidPair placed(const std::string& family, const Polyhedron& a, const Polyhedro
   return {family, a, transformed(b, 1.0, Matrix3::Identity(), shift)};
 }
 
-SolidPair nearby(const std::string& family, const Polyhedron& a, const Polyhedron& b,
+SolidPair nearby(const std::string& family, const Shape& a, const Shape& b,
                  Random& random) {
   const double size = std::min(diameter(a), diameter(b));
   return placed(family, turned(a, random), turned(b, random), random_gap(random, size), random);
@@ -196,8 +196,8 @@ SolidPair masonry(Random& r) {
       break;
   }
   const Vector3 corner = r.chance(0.5) ? Vector3::Zero() : r.point(0, 10);
-  const Polyhedron a = make_box(corner, corner + size);
-  const Polyhedron b = make_box(corner + shift, corner + shift + size);
+  const Shape a = make_box(corner, corner + size);
+  const Shape b = make_box(corner + shift, corner + shift + size);
   if (r.chance(0.5)) {
     return {"masonry", a, b};
   }
@@ -212,8 +212,8 @@ SolidPair slivers(Random& r) {
 }
 
 SolidPair tiny_and_huge(Random& r) {
-  const Polyhedron huge = turned(any_shape(r, r.log_uniform(1, 1e3)), r);
-  const Polyhedron tiny = turned(any_shape(r, r.log_uniform(1e-6, 1e-3)), r);
+  const Shape huge = turned(any_shape(r, r.log_uniform(1, 1e3)), r);
+  const Shape tiny = turned(any_shape(r, r.log_uniform(1e-6, 1e-3)), r);
   if (r.chance(0.1)) {  // the tiny one stays near the origin: elsewhere it would be rounded away
     return placed("tiny_and_huge", tiny, huge, r.log_uniform(1, 1e9), r);
   }
@@ -224,8 +224,8 @@ SolidPair tiny_and_huge(Random& r) {
 
 /// Stacked with facing faces, then tilted by next to nothing.
 SolidPair nearly_parallel(Random& r) {
-  const Polyhedron a = r.chance(0.5) ? box_shape(r, 1) : prism_shape(r, 1);
-  Polyhedron b = r.chance(0.5) ? box_shape(r, 1) : prism_shape(r, 1);
+  const Shape a = r.chance(0.5) ? box_shape(r, 1) : prism_shape(r, 1);
+  Shape b = r.chance(0.5) ? box_shape(r, 1) : prism_shape(r, 1);
   const Vector3 axis = r.direction();
   b = transformed(b, 1,
                   rotation_about(axis, r.log_uniform(1e-12, 1e-3)) *
@@ -255,24 +255,24 @@ SolidPair on_the_grid(Random& r) {
       }
     }
   };
-  const Polyhedron a = solid(), b = solid();
+  const Shape a = solid(), b = solid();
   const Vector3 shift(0.25 * r.integer(-6, 6), 0.25 * r.integer(-6, 6), 0.25 * r.integer(-6, 6));
   return {"on_the_grid", a, transformed(b, 1, Matrix3::Identity(), shift)};
 }
 
 SolidPair identical(Random& r) {
-  const Polyhedron a = turned(any_shape(r, 1), r);
+  const Shape a = turned(any_shape(r, 1), r);
   return {"identical", a, a};
 }
 
 SolidPair concentric(Random& r) {
-  const Polyhedron a = any_shape(r, 1), b = any_shape(r, r.uniform(0.1, 1));
+  const Shape a = any_shape(r, 1), b = any_shape(r, r.uniform(0.1, 1));
   return {"concentric", a, r.chance(0.5) ? b : turned(b, r)};
 }
 
 SolidPair contained(Random& r) {
-  const Polyhedron a = turned(any_shape(r, 1), r);
-  const Polyhedron b = turned(any_shape(r, r.log_uniform(1e-6, 0.1)), r);
+  const Shape a = turned(any_shape(r, 1), r);
+  const Shape b = turned(any_shape(r, r.log_uniform(1e-6, 0.1)), r);
   return {"contained", a, transformed(b, 1, Matrix3::Identity(), 0.05 * r.direction())};
 }
 

@@ -14,7 +14,7 @@ namespace {
 using geometry::Matrix3;
 using geometry::Placement;
 using geometry::Points;
-using geometry::Polyhedron;
+using geometry::Shape;
 using geometry::Vector3;
 
 std::string hex(double value) {
@@ -94,9 +94,9 @@ std::string code_of(const Solid& solid, const std::string& name) {
         << hex(points(1, v)) << ", " << hex(points(2, v)) << ";\n";
   }
   if (!solid.topology) {
-    out << "  const Polyhedron " << name << " = make_hull(points_" << name << ").polyhedron;\n";
+    out << "  const Shape " << name << " = make_hull(points_" << name << ").polyhedron;\n";
   } else {
-    out << "  const Polyhedron " << name << "(std::make_shared<Topology>(" << points.cols()
+    out << "  const Shape " << name << "(std::make_shared<Topology>(" << points.cols()
         << ", std::vector<std::vector<int>>{";
     for (int f = 0; f < solid.topology->face_count(); ++f) {
       out << (f == 0 ? "{" : ", {");
@@ -221,13 +221,13 @@ bool stands_in_own_frame(const Solid& solid) {
          solid.placed.placement.translation == Vector3::Zero();
 }
 
-Polyhedron shape_of(const Solid& solid) {
-  return solid.topology ? Polyhedron(solid.topology, solid.placed.points)
+Shape shape_of(const Solid& solid) {
+  return solid.topology ? Shape(solid.topology, solid.placed.points)
                         : geometry::make_hull(solid.placed.points).polyhedron;
 }
 
-Polyhedron polyhedron_of(const Solid& solid) {
-  const Polyhedron shape = shape_of(solid);
+Shape polyhedron_of(const Solid& solid) {
+  const Shape shape = shape_of(solid);
   return stands_in_own_frame(solid) ? shape
                                     : transformed(shape, 1.0, solid.placed.placement.linear,
                                                   solid.placed.placement.translation);
@@ -243,7 +243,7 @@ SolidPair moved_on(const SolidPair& pair, double amount, Random& random) {
   return {pair.family, pair.a, transformed(pair.b, turn, shift)};
 }
 
-Polyhedron transformed(const Polyhedron& polyhedron, double scale, const Matrix3& rotation,
+Shape transformed(const Shape& polyhedron, double scale, const Matrix3& rotation,
                        const Vector3& shift) {
   const Points points = ((scale * rotation) * polyhedron.vertices()).colwise() + shift;
   return {polyhedron.shared_topology(), points};
@@ -286,7 +286,7 @@ Solid mirrored(const Solid& solid, int axis) {
   return result;
 }
 
-Polyhedron renumbered(const Polyhedron& polyhedron, Random& random) {
+Shape renumbered(const Shape& polyhedron, Random& random) {
   return shape_of(renumbered(Solid(polyhedron), random));
 }
 
@@ -345,7 +345,7 @@ double diameter(const Points& points) {
   return std::sqrt(squared);
 }
 
-double diameter(const Polyhedron& polyhedron) { return diameter(polyhedron.vertices()); }
+double diameter(const Shape& polyhedron) { return diameter(polyhedron.vertices()); }
 double diameter(const Solid& solid) { return diameter(solid.placed.points); }
 
 double largest_coordinate(const Solid& solid) { return solid.placed.points.cwiseAbs().maxCoeff(); }

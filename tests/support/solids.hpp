@@ -17,7 +17,7 @@ struct Solid {
   std::shared_ptr<const geometry::Topology> topology;
 
   Solid() = default;
-  Solid(const geometry::Polyhedron& polyhedron)  // NOLINT: a polyhedron is such a solid
+  Solid(const geometry::Shape& polyhedron)  // NOLINT: a polyhedron is such a solid
       : placed{polyhedron.vertices(), {}}, topology(polyhedron.shared_topology()) {}
   Solid(geometry::Points points,
         const geometry::Placement& placement = {})  // NOLINT: so are points
@@ -30,16 +30,16 @@ struct SolidPair {
 };
 
 /// The shape in its own frame. Throws InputError where the library refuses it.
-geometry::Polyhedron shape_of(const Solid& solid);
+geometry::Shape shape_of(const Solid& solid);
 /// A polyhedron with its vertices, rounded, where the solid stands.
-geometry::Polyhedron polyhedron_of(const Solid& solid);
+geometry::Shape polyhedron_of(const Solid& solid);
 
 /// The same pair moved on: B turned and shifted by a little (at most `amount` of its size and that
 /// many radians), as from one time step to the next.
 SolidPair moved_on(const SolidPair& pair, double amount, Random& random);
 
 /// The polyhedron with every vertex put through v -> scale * rotation * v + shift.
-geometry::Polyhedron transformed(const geometry::Polyhedron& polyhedron, double scale,
+geometry::Shape transformed(const geometry::Shape& polyhedron, double scale,
                                  const geometry::Matrix3& rotation, const geometry::Vector3& shift);
 /// The solid put through x -> rotation * x + shift: by its placement where it has one, else by its
 /// points.
@@ -51,7 +51,7 @@ Solid scaled(const Solid& solid, double power_of_two);
 Solid mirrored(const Solid& solid, int axis);
 
 /// The same solid with its vertices and faces in another order.
-geometry::Polyhedron renumbered(const geometry::Polyhedron& polyhedron, Random& random);
+geometry::Shape renumbered(const geometry::Shape& polyhedron, Random& random);
 Solid renumbered(const Solid& solid, Random& random);
 
 bool stands_in_own_frame(const Solid& solid);
@@ -65,7 +65,7 @@ SolidPair from_text(const std::string& text);
 
 /// Largest distance between two points, and largest coordinate, of the points as given, m.
 double diameter(const geometry::Points& points);
-double diameter(const geometry::Polyhedron& polyhedron);
+double diameter(const geometry::Shape& polyhedron);
 double diameter(const Solid& solid);
 double largest_coordinate(const Solid& solid);
 /// Largest coordinate where the solid stands, m.

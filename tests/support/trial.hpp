@@ -59,7 +59,7 @@ class Query {
 
  private:
   bool own_frames_;
-  geometry::Polyhedron shape_a_, shape_b_;
+  geometry::Shape shape_a_, shape_b_;
   geometry::Placement place_a_, place_b_;
 };
 

@@ -13,7 +13,7 @@ namespace {
 using quoin::geometry::InputError;
 using quoin::geometry::make_box;
 using quoin::geometry::make_hull;
-using quoin::geometry::make_polyhedron;
+using quoin::geometry::make_shape;
 using quoin::geometry::make_prism;
 using quoin::geometry::Points;
 using quoin::geometry::Vector3;
@@ -41,8 +41,8 @@ std::string complaint(Make&& make) {
   return "nothing was refused";
 }
 
-std::string polyhedron_complaint(const Points& points, const Faces& faces) {
-  return complaint([&] { make_polyhedron(points, faces); });
+std::string shape_complaint(const Points& points, const Faces& faces) {
+  return complaint([&] { make_shape(points, faces); });
 }
 
 std::string hull_complaint(const Points& points) {
@@ -52,12 +52,12 @@ std::string hull_complaint(const Points& points) {
 }  // namespace
 
 TEST_CASE("bad input: what is good is accepted") {
-  CHECK(make_polyhedron(cube(), kCubeFaces).topology().face_count() == 6);
+  CHECK(make_shape(cube(), kCubeFaces).topology().face_count() == 6);
   Faces inverted = kCubeFaces;  // throughout: either orientation will do
   for (std::vector<int>& face : inverted) {
     std::reverse(face.begin(), face.end());
   }
-  CHECK(make_polyhedron(cube(), inverted).topology().face_count() == 6);
+  CHECK(make_shape(cube(), inverted).topology().face_count() == 6);
   CHECK(make_hull(cube()).polyhedron.topology().edge_count() == 12);
 }
 
@@ -65,7 +65,7 @@ TEST_CASE("bad input: 0 to 3 points") {
   for (int count = 0; count <= 3; ++count) {
     const Points few = cube().leftCols(count);
     CHECK_THAT(hull_complaint(few), ContainsSubstring(std::to_string(count) + " points"));
-    CHECK_THAT(polyhedron_complaint(few, {}), ContainsSubstring("points"));
+    CHECK_THAT(shape_complaint(few, {}), ContainsSubstring("points"));
   }
 }
 
@@ -75,7 +75,7 @@ TEST_CASE("bad input: NaN, infinity, and numbers too large to be squared") {
     Points points = cube();
     points(1, 5) = bad;
     CHECK_THAT(hull_complaint(points), ContainsSubstring("point 5"));
-    CHECK_THAT(polyhedron_complaint(points, kCubeFaces), ContainsSubstring("point 5"));
+    CHECK_THAT(shape_complaint(points, kCubeFaces), ContainsSubstring("point 5"));
   }
   CHECK_THROWS_AS(make_box({0, 0, 0}, {1, std::nan(""), 1}), InputError);
 }
@@ -91,7 +91,7 @@ TEST_CASE("bad input: flat, in a line, all in one place") {
   line.row(1).setZero();
   CHECK_THAT(hull_complaint(line), ContainsSubstring("line"));
   CHECK_THROWS_AS(make_hull(Points::Zero(3, 8)), InputError);
-  CHECK_THROWS_AS(make_polyhedron(flat, kCubeFaces), InputError);
+  CHECK_THROWS_AS(make_shape(flat, kCubeFaces), InputError);
   CHECK_THROWS_AS(make_box({0, 0, 0}, {1, 0, 1}), InputError);
   CHECK_THROWS_AS(make_box({0, 0, 0}, {1, -1, 1}), InputError);
 }
@@ -101,11 +101,11 @@ TEST_CASE("bad input: duplicate points and unused points of a polyhedron") {
   twice << cube(), cube().col(3);
   Faces faces = kCubeFaces;
   faces[1] = {4, 5, 7, 6};
-  CHECK_THAT(polyhedron_complaint(twice, faces), ContainsSubstring("3"));
+  CHECK_THAT(shape_complaint(twice, faces), ContainsSubstring("3"));
   Points unused(3, 9);
   unused << cube(), Vector3(0.5, 0.5, 0.5);
-  CHECK_THAT(polyhedron_complaint(unused, kCubeFaces), ContainsSubstring("8"));
-  CHECK_THAT(polyhedron_complaint(unused, kCubeFaces),
+  CHECK_THAT(shape_complaint(unused, kCubeFaces), ContainsSubstring("8"));
+  CHECK_THAT(shape_complaint(unused, kCubeFaces),
              ContainsSubstring("vertex 8 belongs to no face"));
   // a hull does with equal points and with those that do not span it
   CHECK(make_hull(twice).input_index == std::vector<int>{0, 1, 2, 3, 4, 5, 6, 7});
@@ -115,22 +115,22 @@ TEST_CASE("bad input: duplicate points and unused points of a polyhedron") {
 TEST_CASE("bad input: open, inverted and inconsistent surfaces") {
   Faces open = kCubeFaces;
   open.pop_back();
-  CHECK_THAT(polyhedron_complaint(cube(), open), ContainsSubstring("edge"));
+  CHECK_THAT(shape_complaint(cube(), open), ContainsSubstring("edge"));
   Faces one_inverted = kCubeFaces;
   std::reverse(one_inverted[2].begin(), one_inverted[2].end());
-  CHECK_THAT(polyhedron_complaint(cube(), one_inverted), ContainsSubstring("edge"));
+  CHECK_THAT(shape_complaint(cube(), one_inverted), ContainsSubstring("edge"));
   Faces doubled = kCubeFaces;
   doubled.push_back(kCubeFaces[0]);
-  CHECK_THROWS_AS(make_polyhedron(cube(), doubled), InputError);
+  CHECK_THROWS_AS(make_shape(cube(), doubled), InputError);
   Faces short_face = kCubeFaces;
   short_face[3] = {2, 6};
-  CHECK_THAT(polyhedron_complaint(cube(), short_face), ContainsSubstring("face 3"));
+  CHECK_THAT(shape_complaint(cube(), short_face), ContainsSubstring("face 3"));
   Faces no_such_vertex = kCubeFaces;
   no_such_vertex[4][0] = 8;
-  CHECK_THAT(polyhedron_complaint(cube(), no_such_vertex), ContainsSubstring("face 4"));
+  CHECK_THAT(shape_complaint(cube(), no_such_vertex), ContainsSubstring("face 4"));
   no_such_vertex[4][0] = -1;
-  CHECK_THAT(polyhedron_complaint(cube(), no_such_vertex), ContainsSubstring("face 4"));
-  CHECK_THROWS_AS(make_polyhedron(cube(), {}), InputError);
+  CHECK_THAT(shape_complaint(cube(), no_such_vertex), ContainsSubstring("face 4"));
+  CHECK_THROWS_AS(make_shape(cube(), {}), InputError);
 }
 
 TEST_CASE("bad input: two closed surfaces are not one solid") {
@@ -143,13 +143,13 @@ TEST_CASE("bad input: two closed surfaces are not one solid") {
     }
     faces.push_back(face);
   }
-  CHECK_THROWS_AS(make_polyhedron(points, faces), InputError);
+  CHECK_THROWS_AS(make_shape(points, faces), InputError);
 }
 
 TEST_CASE("bad input: faces off their plane, dents") {
   Points bent = cube();
   bent(2, 7) = 1.001;
-  CHECK_THAT(polyhedron_complaint(bent, kCubeFaces), ContainsSubstring("face"));
+  CHECK_THAT(shape_complaint(bent, kCubeFaces), ContainsSubstring("face"));
   // a cube whose lid is pushed in: four triangles to a point inside
   Points dented(3, 9);
   dented << cube(), Vector3(0.5, 0.5, 0.7);
@@ -158,21 +158,21 @@ TEST_CASE("bad input: faces off their plane, dents") {
   for (const std::vector<int>& triangle : Faces{{4, 5, 8}, {5, 7, 8}, {7, 6, 8}, {6, 4, 8}}) {
     faces.push_back(triangle);
   }
-  CHECK_THAT(polyhedron_complaint(dented, faces), ContainsSubstring("convex"));
+  CHECK_THAT(shape_complaint(dented, faces), ContainsSubstring("convex"));
   dented.col(8).z() = 1.5;  // pushed out it is fine
-  CHECK(make_polyhedron(dented, faces).topology().face_count() == 9);
+  CHECK(make_shape(dented, faces).topology().face_count() == 9);
 }
 
 TEST_CASE("bad input: sizes beyond the promised range") {
   CHECK_THAT(hull_complaint(1e-83 * cube()), ContainsSubstring("largest extent"));
-  CHECK_THAT(polyhedron_complaint(1e-31 * cube(), kCubeFaces), ContainsSubstring("1e-31 m, limit"));
+  CHECK_THAT(shape_complaint(1e-31 * cube(), kCubeFaces), ContainsSubstring("1e-31 m, limit"));
   CHECK_THAT(hull_complaint(1e31 * cube()), ContainsSubstring("limit 1e+30 m"));
   CHECK(make_hull(1e-30 * cube()).polyhedron.topology().face_count() == 6);
   CHECK(make_hull(1e30 * cube()).polyhedron.topology().face_count() == 6);
 }
 
 TEST_CASE("bad input: moved vertices are checked, and leave the body as it was") {
-  quoin::geometry::Polyhedron box = make_box({0, 0, 0}, {1, 1, 1});
+  quoin::geometry::Shape box = make_box({0, 0, 0}, {1, 1, 1});
   const auto moved = [&](double value) {
     Points points = 3.0 * cube();
     points(1, 5) = value;

@@ -16,12 +16,12 @@ using geometry::Body;
 using geometry::Matrix3;
 using geometry::NearestFeatures;
 using geometry::Placement;
-using geometry::Polyhedron;
+using geometry::Shape;
 using geometry::Vector3;
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
-Polyhedron random_shape(tests::Random& random) {
+Shape random_shape(tests::Random& random) {
   if (random.integer(0, 1) == 0) {
     const Vector3 half(random.uniform(0.3, 1), random.uniform(0.3, 1), random.uniform(0.3, 1));
     return geometry::make_box(-half, half);
@@ -42,8 +42,8 @@ Placement random_placement(tests::Random& random, const Vector3& translation) {
   return placement;
 }
 
-Polyhedron copied(const Body& body) {
-  Polyhedron copy(body.shape());
+Shape copied(const Body& body) {
+  Shape copy(body.shape());
   geometry::Points vertices(3, copy.vertex_count());
   for (int v = 0; v < copy.vertex_count(); ++v) vertices.col(v) = body.vertex(v);
   copy.set_vertices(vertices);
@@ -69,7 +69,7 @@ TEST_CASE("bodies are answered as copies of them with their vertices where they 
   tests::Random random(21);
   int overlapping = 0, deformed = 0;
   for (int k = 0; k < 3000; ++k) {
-    const Polyhedron shape_a = random_shape(random), shape_b = random_shape(random);
+    const Shape shape_a = random_shape(random), shape_b = random_shape(random);
     const Body a(shape_a, random_placement(random, random.point(-1, 1)));
     const Body b(shape_b, random_placement(random, random.uniform(0.2, 3.0) * random.direction()));
     const NearestFeatures placed = geometry::nearest_features(a, b);
@@ -91,7 +91,7 @@ TEST_CASE("bodies are answered as copies of them with their vertices where they 
 TEST_CASE("nothing depends on where the pair stands") {
   tests::Random random(22);
   for (int k = 0; k < 500; ++k) {
-    const Polyhedron shape_a = random_shape(random), shape_b = random_shape(random);
+    const Shape shape_a = random_shape(random), shape_b = random_shape(random);
     Placement at_a = random_placement(random, Vector3::Zero());
     Placement at_b = random_placement(random, Vector3::Zero());
     // Places that can be shifted exactly.
@@ -115,7 +115,7 @@ TEST_CASE("nothing depends on where the pair stands") {
 
 TEST_CASE("a turned brick on its twin has the same flush contact anywhere") {
   tests::Random random(23);
-  const Polyhedron brick = geometry::make_box({-0.2, -0.1, -0.05}, {0.2, 0.1, 0.05});
+  const Shape brick = geometry::make_box({-0.2, -0.1, -0.05}, {0.2, 0.1, 0.05});
   for (int k = 0; k < 300; ++k) {
     const Matrix3 turn = random.rotation();
     for (const double far : {0.0, 10.0, 1e3, 1e6}) {
@@ -136,7 +136,7 @@ TEST_CASE("a turned brick on its twin has the same flush contact anywhere") {
 TEST_CASE("swapping two bodies changes no bit") {
   tests::Random random(24);
   for (int k = 0; k < 1000; ++k) {
-    const Polyhedron shape = random_shape(random);
+    const Shape shape = random_shape(random);
     const Body a(shape, random_placement(random, random.point(-1, 1)));
     const Body b(shape, random_placement(random, random.uniform(0.2, 3.0) * random.direction()));
     const NearestFeatures ab = geometry::nearest_features(a, b);

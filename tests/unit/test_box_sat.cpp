@@ -10,7 +10,7 @@
 #include "support/random.hpp"
 
 using namespace quoin;
-using geometry::Polyhedron;
+using geometry::Shape;
 using geometry::SearchOutcome;
 using geometry::SearchResult;
 using geometry::Vector3;
@@ -19,18 +19,18 @@ namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
-Polyhedron brick(tests::Random& random, const geometry::Matrix3& turn, const Vector3& middle) {
+Shape brick(tests::Random& random, const geometry::Matrix3& turn, const Vector3& middle) {
   const Vector3 half(random.uniform(0.2, 0.6), random.uniform(0.2, 0.6), random.uniform(0.2, 0.6));
-  const Polyhedron box = geometry::make_box(-half, half);
+  const Shape box = geometry::make_box(-half, half);
   return {box.shared_topology(), (turn * box.vertices()).colwise() + middle};
 }
 
-double rounding_of(const Polyhedron& p, const Polyhedron& q) {
+double rounding_of(const Shape& p, const Shape& q) {
   return 5 * kEpsilon * std::max(p.diameter(), q.diameter());
 }
 
 /// From a search that must have found them overlapping.
-SearchResult by_polytope(const Polyhedron& p, const Polyhedron& q) {
+SearchResult by_polytope(const Shape& p, const Shape& q) {
   const double rounding = 0.25 * rounding_of(p, q);
   const SearchResult found =
       geometry::nearest_feature_search(p, q, q.vertex_mean() - p.vertex_mean(), rounding);
@@ -42,7 +42,7 @@ SearchResult by_polytope(const Polyhedron& p, const Polyhedron& q) {
 }  // namespace
 
 TEST_CASE("a brick's vertices are known by their places") {
-  const Polyhedron box = geometry::make_box({1, 2, 3}, {2, 4, 7});
+  const Shape box = geometry::make_box({1, 2, 3}, {2, 4, 7});
   const std::span<const int> vertices = box.topology().brick();
   REQUIRE(vertices.size() == 8);
   const Vector3 base = box.vertex(vertices[0]);
@@ -62,8 +62,8 @@ TEST_CASE("bricks that overlap part by the same facet as by the polytope") {
   tests::Random random(5);
   int compared = 0, overlapping = 0;
   for (int k = 0; k < 20000; ++k) {
-    const Polyhedron p = brick(random, random.rotation(), random.point(-1, 1));
-    const Polyhedron q = brick(random, random.rotation(),
+    const Shape p = brick(random, random.rotation(), random.point(-1, 1));
+    const Shape q = brick(random, random.rotation(),
                                p.origin() + random.uniform(0.1, 0.9) * random.direction());
     const SearchResult expected = by_polytope(p, q);
     if (expected.outcome != SearchOutcome::Overlapping) continue;
@@ -85,8 +85,8 @@ TEST_CASE("bricks that overlap part by the same facet as by the polytope") {
 }
 
 TEST_CASE("bricks with several directions of least overlap, and others, are left to the polytope") {
-  const Polyhedron box = geometry::make_box({0, 0, 0}, {1, 1, 1});
-  const auto unclear = [&](const Polyhedron& p, const Polyhedron& q) {
+  const Shape box = geometry::make_box({0, 0, 0}, {1, 1, 1});
+  const auto unclear = [&](const Shape& p, const Shape& q) {
     return geometry::box_sat(p, q, rounding_of(p, q)).outcome == SearchOutcome::Unclear;
   };
   CHECK(unclear(box, box));
@@ -98,7 +98,7 @@ TEST_CASE("bricks with several directions of least overlap, and others, are left
     if (frustum(2, v) > 0.5) frustum.col(v).head<2>() *= 0.5;
   }
   tests::Random random(6);
-  const Polyhedron tapered(box.shared_topology(), frustum);
+  const Shape tapered(box.shared_topology(), frustum);
   REQUIRE_FALSE(tapered.topology().brick().empty());
   CHECK(unclear(tapered, brick(random, random.rotation(), {0.4, 0.4, 1.1})));
 }

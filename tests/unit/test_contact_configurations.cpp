@@ -20,7 +20,7 @@ using quoin::geometry::Matrix3;
 using quoin::geometry::PairContact;
 using quoin::geometry::PairStatus;
 using quoin::geometry::Points;
-using quoin::geometry::Polyhedron;
+using quoin::geometry::Shape;
 using quoin::geometry::Vector3;
 using quoin::tests::Random;
 using quoin::tests::renumbered;
@@ -33,38 +33,38 @@ constexpr double kTolerance = 1e-6;  // m
 constexpr double kPi = std::numbers::pi;
 const Matrix3 kOne = Matrix3::Identity();
 
-PairContact contact_of(const Polyhedron& a, const Polyhedron& b,
+PairContact contact_of(const Shape& a, const Shape& b,
                        const ContactOptions& options = {.tolerance = kTolerance}) {
   PairContact contact;
   update_pair_contact(a, b, options, contact);
   return contact;
 }
 
-Polyhedron shifted(const Polyhedron& solid, const Vector3& shift) {
+Shape shifted(const Shape& solid, const Vector3& shift) {
   return transformed(solid, 1.0, kOne, shift);
 }
 
-Polyhedron turned(const Polyhedron& solid, const Vector3& axis, double angle) {
+Shape turned(const Shape& solid, const Vector3& axis, double angle) {
   return transformed(solid, 1.0, rotation_about(axis, angle), Vector3::Zero());
 }
 
-Polyhedron cube() { return make_box(Vector3::Constant(-0.5), Vector3::Constant(0.5)); }
+Shape cube() { return make_box(Vector3::Constant(-0.5), Vector3::Constant(0.5)); }
 
 /// A pyramid that stands on its tip at the origin.
-Polyhedron tip() {
+Shape tip() {
   Points points(3, 5);
   points << 0, 1, -1, 1, -1, 0, 1, 1, -1, -1, 0, 2, 2, 2, 2;
   return make_hull(points).polyhedron;
 }
 
 /// A roof with its ridge on the x axis, from -half to half, hanging down (z <= 0) or, turned, up.
-Polyhedron ridge(double half) {
+Shape ridge(double half) {
   Points points(3, 6);
   points << -half, half, -half, half, -half, half, 0, 0, -1, -1, 1, 1, 0, 0, -1, -1, -1, -1;
   return make_hull(points).polyhedron;
 }
 
-Polyhedron ridge_down(double half) { return turned(ridge(half), Vector3::UnitX(), kPi); }
+Shape ridge_down(double half) { return turned(ridge(half), Vector3::UnitX(), kPi); }
 
 int count_edge_edge(const PairContact& contact) {
   return static_cast<int>(std::count_if(
@@ -88,7 +88,7 @@ bool has_point(const PairContact& contact, const Vector3& place, double within =
 
 /// The same contact asked in every way that may not matter: swapped, turned as a whole, moved far.
 template <class Check>
-void in_every_pose(const Polyhedron& a, const Polyhedron& b, Check&& check) {
+void in_every_pose(const Shape& a, const Shape& b, Check&& check) {
   check(a, b, 1.0);
   check(b, a, -1.0);
   Random random(17);
@@ -103,7 +103,7 @@ void in_every_pose(const Polyhedron& a, const Polyhedron& b, Check&& check) {
 
 TEST_CASE("configurations: vertex-vertex, plane open") {
   in_every_pose(cube(), shifted(cube(), Vector3::Constant(1.001)),
-                [](const Polyhedron& a, const Polyhedron& b, double) {
+                [](const Shape& a, const Shape& b, double) {
                   const PairContact contact = contact_of(a, b);
                   CHECK(contact.type == ContactType::VertexVertex);
                   CHECK(contact.nearest.indeterminate);
@@ -115,9 +115,9 @@ TEST_CASE("configurations: vertex-vertex, plane open") {
 
 TEST_CASE("configurations: vertex-edge, plane open") {
   // the tip turned to point at the middle of a cube's edge, along the bisector of its faces
-  const Polyhedron b = transformed(tip(), 1, rotation_about(Vector3::UnitY(), kPi / 4),
+  const Shape b = transformed(tip(), 1, rotation_about(Vector3::UnitY(), kPi / 4),
                                    Vector3(0.5, 0, 0.5) + 0.01 * Vector3(1, 0, 1).normalized());
-  in_every_pose(cube(), b, [](const Polyhedron& p, const Polyhedron& q, double) {
+  in_every_pose(cube(), b, [](const Shape& p, const Shape& q, double) {
     const PairContact contact = contact_of(p, q);
     CHECK(contact.type == ContactType::VertexEdge);
     CHECK(contact.nearest.indeterminate);
@@ -129,7 +129,7 @@ TEST_CASE("configurations: vertex-edge, plane open") {
 TEST_CASE("configurations: vertex-face, apart and overlapping") {
   for (const double gap : {0.01, 1e-4, 0.0, -1e-4, -0.01}) {
     in_every_pose(cube(), shifted(tip(), {0.1, 0.2, 0.5 + gap}),
-                  [gap](const Polyhedron& a, const Polyhedron& b, double) {
+                  [gap](const Shape& a, const Shape& b, double) {
                     const PairContact contact = contact_of(a, b);
                     CHECK(contact.type == ContactType::VertexFace);
                     CHECK_FALSE(contact.nearest.indeterminate);
@@ -142,11 +142,11 @@ TEST_CASE("configurations: vertex-face, apart and overlapping") {
 }
 
 TEST_CASE("configurations: crossed edges (G02), apart and overlapping") {
-  const Polyhedron lower = turned(cube(), Vector3::UnitX(), kPi / 4);
+  const Shape lower = turned(cube(), Vector3::UnitX(), kPi / 4);
   for (const double gap : {0.01, 1e-5, -1e-5, -0.01}) {
-    const Polyhedron upper =
+    const Shape upper =
         shifted(turned(cube(), Vector3::UnitY(), kPi / 4), {0, 0, std::sqrt(2.0) + gap});
-    in_every_pose(lower, upper, [gap](const Polyhedron& a, const Polyhedron& b, double) {
+    in_every_pose(lower, upper, [gap](const Shape& a, const Shape& b, double) {
       const PairContact contact = contact_of(a, b);
       CHECK(contact.type == ContactType::EdgeEdgeCrossing);
       CHECK_FALSE(contact.nearest.indeterminate);
@@ -159,7 +159,7 @@ TEST_CASE("configurations: crossed edges (G02), apart and overlapping") {
 
 TEST_CASE("configurations: parallel edges, plane open, two points") {
   in_every_pose(ridge(1.0), shifted(ridge_down(1.0), {0.5, 0, 0.01}),
-                [](const Polyhedron& a, const Polyhedron& b, double) {
+                [](const Shape& a, const Shape& b, double) {
                   const PairContact contact = contact_of(a, b);
                   CHECK(contact.type == ContactType::EdgeEdgeParallel);
                   CHECK(contact.nearest.indeterminate);
@@ -173,10 +173,10 @@ TEST_CASE("configurations: parallel edges, plane open, two points") {
 }
 
 TEST_CASE("configurations: edge-face, two points and the segment between them") {
-  const Polyhedron edge = turned(cube(), Vector3::UnitX(), kPi / 4);
+  const Shape edge = turned(cube(), Vector3::UnitX(), kPi / 4);
   for (const double gap : {0.01, 1e-5, -1e-5, -0.01}) {
     in_every_pose(make_box({-2, -2, -1}, {0.25, 2, 0}), shifted(edge, {0, 0, std::sqrt(0.5) + gap}),
-                  [gap](const Polyhedron& a, const Polyhedron& b, double) {
+                  [gap](const Shape& a, const Shape& b, double) {
                     const PairContact contact = contact_of(a, b);
                     CHECK(contact.type == ContactType::EdgeFace);
                     CHECK_FALSE(contact.nearest.indeterminate);
@@ -191,8 +191,8 @@ TEST_CASE("configurations: edge-face, two points and the segment between them") 
 
 TEST_CASE("configurations: face-face turned by 45 degrees (G03), an octagon of eight points") {
   for (const double gap : {1e-4, 0.0, -1e-4}) {
-    const Polyhedron upper = shifted(turned(cube(), Vector3::UnitZ(), kPi / 4), {0, 0, 1.0 + gap});
-    in_every_pose(cube(), upper, [gap](const Polyhedron& a, const Polyhedron& b, double) {
+    const Shape upper = shifted(turned(cube(), Vector3::UnitZ(), kPi / 4), {0, 0, 1.0 + gap});
+    in_every_pose(cube(), upper, [gap](const Shape& a, const Shape& b, double) {
       const PairContact contact = contact_of(a, b);
       CHECK(contact.type == ContactType::FaceFace);
       CHECK_THAT(contact.nearest.gap, WithinAbs(gap, 1e-12));
@@ -211,7 +211,7 @@ TEST_CASE("configurations: face-face turned by 45 degrees (G03), an octagon of e
 
 TEST_CASE("configurations: crossed beams touch without a vertex in a face") {
   in_every_pose(make_box({-2, -0.5, 0}, {2, 0.5, 1}), make_box({-0.5, -2, 1}, {0.5, 2, 2}),
-                [](const Polyhedron& a, const Polyhedron& b, double) {
+                [](const Shape& a, const Shape& b, double) {
                   const PairContact contact = contact_of(a, b);
                   CHECK(contact.type == ContactType::FaceFace);
                   CHECK(contact.nearest.status == PairStatus::Touching);
@@ -230,11 +230,11 @@ TEST_CASE("configurations: bricks one on another, edges over edges and in runnin
     Vector3 shift;
     double area;
   };
-  const Polyhedron lower = make_box(Vector3::Zero(), brick);
+  const Shape lower = make_box(Vector3::Zero(), brick);
   for (const Course& course : {Course{{0, 0, 0.2}, 0.08}, Course{{0.2, 0, 0.2}, 0.04},
                                Course{{-0.1, 0.05, 0.2}, 0.045}, Course{{0.4, 0, 0}, 0.04}}) {
     in_every_pose(lower, make_box(course.shift, course.shift + brick),
-                  [&](const Polyhedron& a, const Polyhedron& b, double) {
+                  [&](const Shape& a, const Shape& b, double) {
                     const PairContact contact = contact_of(a, b);
                     CHECK(contact.type == ContactType::FaceFace);
                     CHECK(contact.points.size() == 4);
@@ -253,12 +253,12 @@ TEST_CASE("configurations: a wedge in a groove touches both its flanks with whol
   Points wedge(3, 6), left(3, 6);
   wedge << -1, -1, 1, 1, 0, 0, -1, 1, -1, 1, -1, 1, 1, 1, 1, 1, 0, 0;
   left << -2, -2, 0, 0, -2, -2, -2, 2, -2, 2, -2, 2, 2, 2, 0, 0, 0, 0;
-  const Polyhedron flank = make_hull(left).polyhedron;
+  const Shape flank = make_hull(left).polyhedron;
   Points mirrored = left;
   mirrored.row(0) *= -1;
-  for (const Polyhedron& side : {flank, make_hull(mirrored).polyhedron}) {
+  for (const Shape& side : {flank, make_hull(mirrored).polyhedron}) {
     in_every_pose(side, make_hull(wedge).polyhedron,
-                  [](const Polyhedron& a, const Polyhedron& b, double) {
+                  [](const Shape& a, const Shape& b, double) {
                     const PairContact contact = contact_of(a, b);
                     CHECK(contact.type == ContactType::FaceFace);
                     CHECK(contact.nearest.status == PairStatus::Touching);
@@ -269,8 +269,8 @@ TEST_CASE("configurations: a wedge in a groove touches both its flanks with whol
 }
 
 TEST_CASE("configurations: thin plates (G06)") {
-  const Polyhedron large = make_box({-50, -50, -0.001}, {50, 50, 0});
-  const Polyhedron small =
+  const Shape large = make_box({-50, -50, -0.001}, {50, 50, 0});
+  const Shape small =
       transformed(make_box({-0.5, -0.5, 0}, {0.5, 0.5, 0.001}), 1,
                   rotation_about(Vector3::UnitZ(), 17 * kPi / 180), {30, 20, 1e-7});
   const PairContact contact = contact_of(large, small, {});
@@ -295,12 +295,12 @@ TEST_CASE("configurations: the published search fails, this one may not (G01)") 
 
 TEST_CASE("configurations: a tilted brick turns from face to edge to vertex exactly at tol") {
   // B stands on A with a face of 1 m by 1 m and is tilted about one or two of its edges
-  const Polyhedron a = make_box({-2, -2, -1}, {2, 2, 0});
-  const Polyhedron b = make_box({0, 0, 0}, {1, 1, 1});
+  const Shape a = make_box({-2, -2, -1}, {2, 2, 0});
+  const Shape b = make_box({0, 0, 0}, {1, 1, 1});
   for (double angle = 1e-3; angle > 0.5e-12; angle *= 0.1) {
     for (const double tolerance : {1e-4, 1e-6, 1e-8}) {
       const bool within = angle <= tolerance;
-      const Polyhedron about_y = turned(b, Vector3::UnitY(), -angle);
+      const Shape about_y = turned(b, Vector3::UnitY(), -angle);
       const PairContact edge =
           contact_of(a, shifted(about_y, {0, 0, 1e-3}), {.tolerance = tolerance, .reach = 0.01});
       CAPTURE(angle, tolerance);
@@ -331,7 +331,7 @@ TEST_CASE("configurations: crossing ridges become parallel when their ends are w
       if (std::abs(2 * angle / tolerance - 1) < 0.5) {
         continue;
       }
-      const Polyhedron upper =
+      const Shape upper =
           shifted(turned(ridge_down(1.0), Vector3::UnitZ(), angle), {0, 0, 0.01});
       const PairContact contact = contact_of(ridge(1.0), upper, {.tolerance = tolerance});
       CAPTURE(angle, tolerance);
@@ -345,7 +345,7 @@ TEST_CASE("configurations: crossing ridges become parallel when their ends are w
 TEST_CASE("configurations: crossing at a small angle needs no endless projection (G04)") {
   for (const double degrees : {10.0, 5.0, 1.0, 0.1}) {
     const double angle = degrees * kPi / 180;
-    const Polyhedron upper =
+    const Shape upper =
         shifted(turned(ridge_down(10.0), Vector3::UnitZ(), angle), {3, 5 * std::tan(angle), 0.01});
     const PairContact contact = contact_of(ridge(10.0), upper, {});
     CAPTURE(degrees);
@@ -356,7 +356,7 @@ TEST_CASE("configurations: crossing at a small angle needs no endless projection
 }
 
 TEST_CASE("configurations: points are as complete before contact as after") {
-  const Polyhedron lower = make_box({0, 0, 0}, {1, 1, 1});
+  const Shape lower = make_box({0, 0, 0}, {1, 1, 1});
   for (const double gap : {1e-2, 1e-4, 1e-9, 0.0, -1e-9, -1e-4, -1e-2}) {
     const PairContact contact = contact_of(lower, make_box({0.3, 0.2, 1 + gap}, {1.3, 1.2, 2}),
                                            {.tolerance = kTolerance, .reach = 1e-3});
@@ -373,9 +373,9 @@ TEST_CASE("configurations: points are as complete before contact as after") {
 
 TEST_CASE(
     "configurations: with a reach beyond the blocks' height only what faces the other carries") {
-  const Polyhedron below = make_box({0, 0, 0}, {1, 0.5, 0.2});
-  const Polyhedron above = make_box({0.5, 0.1, 0.2}, {1.5, 0.6, 0.4});
-  in_every_pose(below, above, [](const Polyhedron& a, const Polyhedron& b, double) {
+  const Shape below = make_box({0, 0, 0}, {1, 0.5, 0.2});
+  const Shape above = make_box({0.5, 0.1, 0.2}, {1.5, 0.6, 0.4});
+  in_every_pose(below, above, [](const Shape& a, const Shape& b, double) {
     const PairContact near = contact_of(a, b);
     const PairContact far = contact_of(a, b, {.tolerance = kTolerance, .reach = 1.0});
     CHECK(near.points.size() == 4);
@@ -393,8 +393,8 @@ TEST_CASE("configurations: of merged points the nearer one stays") {
   const double fall = 0.3 * kWide, aside = 0.8 * kWide;
   points << -1, 1, -1, 1, -1, 1, -1, 1, 0,  // x
       -aside, -aside, 0, 0, -1, -1, 1, 1, 0, -fall, -fall, 0, 0, -0.5, -0.5, -0.5, -0.5, -1;
-  const Polyhedron roof = make_hull(points).polyhedron;
-  const Polyhedron plate = make_box({-2, -2, 1e-3}, {2, 2, 1});
+  const Shape roof = make_hull(points).polyhedron;
+  const Shape plate = make_box({-2, -2, 1e-3}, {2, 2, 1});
   Random random(3);
   for (int i = 0; i < 20; ++i) {
     const PairContact contact =
@@ -411,9 +411,9 @@ TEST_CASE(
   for (const double height : {1.0, 0.2, 0.05, 1e-3}) {  // of the blocks, m
     for (const double reach : {1e-6, 1e-3, 2e-2, 0.1, 0.5}) {
       const Matrix3 turn = random.rotation();
-      const Polyhedron below =
+      const Shape below =
           transformed(make_box({0, 0, -height}, {1, 1, 0}), 1.0, turn, Vector3::Zero());
-      const Polyhedron above =
+      const Shape above =
           transformed(make_box({0.3, 0.2, 1e-7}, {1.3, 1.2, height}), 1.0, turn, Vector3::Zero());
       std::vector<ContactPoint> together, apart;
       const auto nearest =

@@ -58,7 +58,7 @@ using quoin::geometry::make_box;
 using quoin::geometry::PairResult;
 using quoin::geometry::Placement;
 using quoin::geometry::Points;
-using quoin::geometry::Polyhedron;
+using quoin::geometry::Shape;
 using quoin::geometry::Vector3;
 using quoin::tests::Random;
 using quoin::tests::WithinRel;
@@ -67,8 +67,8 @@ const Vector3 kBrick(0.4, 0.2, 0.2);  // m
 
 /// A wall in running bond: `rows` courses of `columns` bricks, each brick off its place by
 /// `jitter`.
-std::vector<Polyhedron> wall(int rows, int columns, double jitter, Random& random) {
-  std::vector<Polyhedron> blocks;
+std::vector<Shape> wall(int rows, int columns, double jitter, Random& random) {
+  std::vector<Shape> blocks;
   for (int row = 0; row < rows; ++row) {
     for (int column = 0; column < columns; ++column) {
       const Vector3 corner(kBrick.x() * (column + 0.5 * (row % 2)), 0, kBrick.z() * row);
@@ -79,8 +79,8 @@ std::vector<Polyhedron> wall(int rows, int columns, double jitter, Random& rando
   return blocks;
 }
 
-void shake(std::vector<Polyhedron>& blocks, double jitter, Random& random) {
-  for (Polyhedron& block : blocks) {
+void shake(std::vector<Shape>& blocks, double jitter, Random& random) {
+  for (Shape& block : blocks) {
     const Vector3 shift = jitter * random.point(-1, 1);
     block.set_vertices(block.vertices().colwise() + shift);
   }
@@ -102,7 +102,7 @@ bool sorted(const std::vector<ContactPoint>& contacts) {
                         [](const ContactPoint& c, const ContactPoint& d) { return c.key < d.key; });
 }
 
-std::vector<ContactPoint> found(const std::vector<Polyhedron>& blocks, double reach) {
+std::vector<ContactPoint> found(const std::vector<Shape>& blocks, double reach) {
   std::vector<ContactPoint> contacts;
   ContactFinder({.reach = reach}).find(blocks, contacts);
   return contacts;
@@ -111,7 +111,7 @@ std::vector<ContactPoint> found(const std::vector<Polyhedron>& blocks, double re
 }  // namespace
 
 TEST_CASE("finder: two stacked bricks, each corner a contact with its share of the area") {
-  const std::vector<Polyhedron> blocks{make_box(Vector3::Zero(), kBrick),
+  const std::vector<Shape> blocks{make_box(Vector3::Zero(), kBrick),
                                        make_box({0.2, 0, 0.2}, Vector3(0.6, 0.2, 0.4))};
   const std::vector<ContactPoint> contacts = found(blocks, 1e-3);
   REQUIRE(contacts.size() == 4);
@@ -129,7 +129,7 @@ TEST_CASE("finder: two stacked bricks, each corner a contact with its share of t
 }
 
 TEST_CASE("finder: gaps beyond reach are not listed, touching ones always are") {
-  std::vector<Polyhedron> blocks{make_box({0, 0, 0}, {1, 1, 1}), make_box({0, 0, 1.25}, {1, 1, 2})};
+  std::vector<Shape> blocks{make_box({0, 0, 0}, {1, 1, 1}), make_box({0, 0, 1.25}, {1, 1, 2})};
   CHECK(found(blocks, 0.2).empty());
   CHECK(found(blocks, 0.25).size() == 4);
   blocks[1] = make_box({0, 0, 1 + 0x1p-50}, {1, 1, 2});  // apart by less than tol
@@ -146,7 +146,7 @@ TEST_CASE("finder: gaps beyond reach are not listed, touching ones always are") 
 
 TEST_CASE("finder: the same list for any number of threads and any history") {
   Random random(21);
-  std::vector<Polyhedron> blocks = wall(20, 20, 1e-4, random);
+  std::vector<Shape> blocks = wall(20, 20, 1e-4, random);
   ContactFinder one({.reach = 1e-3}), two({.reach = 1e-3, .threads = 2}),
       five({.reach = 1e-3, .threads = 5});
   std::vector<ContactPoint> contacts, with_two, with_five;
@@ -165,7 +165,7 @@ TEST_CASE("finder: the same list for any number of threads and any history") {
 
 TEST_CASE("finder: pairs of blocks that stand still are not searched again, and nobody can tell") {
   Random random(34);
-  std::vector<Polyhedron> blocks = wall(12, 12, 1e-4, random);
+  std::vector<Shape> blocks = wall(12, 12, 1e-4, random);
   ContactFinder one({.reach = 1e-3}), two({.reach = 1e-3, .threads = 2});
   std::vector<ContactPoint> contacts, with_two;
   int least = 1 << 30;
@@ -179,7 +179,7 @@ TEST_CASE("finder: pairs of blocks that stand still are not searched again, and 
     REQUIRE(same(contacts, with_two));
     least = std::min(least, counts.searched);
     const double share = step % 7 == 0 ? 0.3 : step % 7 == 1 ? 0.01 : 0.0;
-    for (Polyhedron& block : blocks) {
+    for (Shape& block : blocks) {
       if (random.chance(share)) {
         block.set_vertices(block.vertices().colwise() + Vector3(1e-4 * random.direction()));
       }
@@ -193,14 +193,14 @@ TEST_CASE("finder: pairs of blocks that stand still are not searched again, and 
 
 TEST_CASE("finder: the same contacts for any order of the blocks, but for their names") {
   Random random(8);
-  const std::vector<Polyhedron> blocks = wall(8, 8, 1e-4, random);
+  const std::vector<Shape> blocks = wall(8, 8, 1e-4, random);
   std::vector<int> order(blocks.size());
   std::iota(order.begin(), order.end(), 0);
   for (int i = static_cast<int>(order.size()) - 1; i > 0; --i) {
     std::swap(order[static_cast<std::size_t>(i)],
               order[static_cast<std::size_t>(random.integer(0, i))]);
   }
-  std::vector<Polyhedron> shuffled;
+  std::vector<Shape> shuffled;
   for (int i : order) {
     shuffled.push_back(blocks[static_cast<std::size_t>(i)]);
   }
@@ -226,7 +226,7 @@ TEST_CASE("finder: the same contacts for any order of the blocks, but for their 
 
 TEST_CASE("finder: keys stay for the life of a contact") {
   Random random(2);
-  std::vector<Polyhedron> blocks = wall(6, 6, 0.0, random);
+  std::vector<Shape> blocks = wall(6, 6, 0.0, random);
   ContactFinder finder({.reach = 1e-2});
   std::vector<ContactPoint> before, now;
   finder.find(blocks, before);
@@ -250,7 +250,7 @@ TEST_CASE("finder: a contact that slides over an edge hands its history on") {
   Points slope(3, 6), tip(3, 4);
   slope << -1, 1, -1, 1, 0, 0, -1, -1, 1, 1, -1, 1, 0, 0, 0, 0, 0.1, 0.1;
   tip << 0, 0.5, -0.5, 0, 0, 0.5, 0.5, -0.5, 0, 1, 1, 1;
-  std::vector<Polyhedron> blocks{quoin::geometry::make_hull(slope).polyhedron,
+  std::vector<Shape> blocks{quoin::geometry::make_hull(slope).polyhedron,
                                  quoin::geometry::make_hull(tip).polyhedron};
   const Points at_origin = blocks[1].vertices();
   ContactFinder finder({.reach = 1e-2});
@@ -273,7 +273,7 @@ TEST_CASE("finder: a contact that slides over an edge hands its history on") {
 
 TEST_CASE("finder: two idle blocks are never tested") {
   Random random(4);
-  const std::vector<Polyhedron> blocks = wall(5, 5, 0.0, random);
+  const std::vector<Shape> blocks = wall(5, 5, 0.0, random);
   std::vector<char> idle(blocks.size(), 1);
   ContactFinder finder({.reach = 1e-3});
   std::vector<ContactPoint> contacts;
@@ -289,7 +289,7 @@ TEST_CASE("finder: two idle blocks are never tested") {
 
 TEST_CASE("finder: blocks come, go and change their shape between calls") {
   Random random(9);
-  std::vector<Polyhedron> blocks = wall(6, 6, 1e-4, random);
+  std::vector<Shape> blocks = wall(6, 6, 1e-4, random);
   ContactFinder finder({.reach = 1e-3, .threads = 2});
   std::vector<ContactPoint> contacts;
   for (int step = 0; step < 12; ++step) {
@@ -311,7 +311,7 @@ TEST_CASE("finder: blocks come, go and change their shape between calls") {
 TEST_CASE("finder: once warm it allocates nothing") {
   for (const int threads : {1, 2}) {
     Random random(14);
-    std::vector<Polyhedron> blocks = wall(12, 12, 1e-4, random);
+    std::vector<Shape> blocks = wall(12, 12, 1e-4, random);
     ContactFinder finder({.reach = 1e-2, .threads = threads});
     std::vector<ContactPoint> contacts;
     for (int step = 0; step < 5; ++step) {
@@ -344,7 +344,7 @@ TEST_CASE("finder: options that make no sense are refused") {
 }
 
 TEST_CASE("bodies: a further one of a known shape takes at most 256 bytes") {
-  const auto brick = std::make_shared<const Polyhedron>(make_box(Vector3::Zero(), kBrick));
+  const auto brick = std::make_shared<const Shape>(make_box(Vector3::Zero(), kBrick));
   const auto bytes_for = [&](int count, bool moving) {
     const long before = bytes_in_use;
     ContactFinder finder({.reach = 1e-3});
@@ -372,10 +372,10 @@ TEST_CASE("bodies: a further one of a known shape takes at most 256 bytes") {
 TEST_CASE("bodies: once warm the finder itself allocates nothing") {
   for (const int threads : {1, 2}) {
     Random random(14);
-    const auto brick = std::make_shared<const Polyhedron>(make_box(-0.5 * kBrick, 0.5 * kBrick));
+    const auto brick = std::make_shared<const Shape>(make_box(-0.5 * kBrick, 0.5 * kBrick));
     ContactFinder finder({.reach = 1e-2, .threads = threads});
     std::vector<Placement> places;
-    for (const Polyhedron& block : wall(12, 12, 1e-4, random)) {
+    for (const Shape& block : wall(12, 12, 1e-4, random)) {
       places.push_back({.translation = 0.5 * (block.box().min + block.box().max)});
       finder.add(brick, places.back());
     }

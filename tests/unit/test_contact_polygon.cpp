@@ -13,14 +13,14 @@ using namespace quoin;
 using geometry::ContactPolygon;
 using geometry::Matrix3;
 using geometry::Points;
-using geometry::Polyhedron;
+using geometry::Shape;
 using geometry::Vector3;
 using tests::WithinAbs;
 
 namespace {
 
 /// A prism over a polygon with corners on a circle around `centre`, from height `low` to `high`.
-Polyhedron prism(tests::Random& random, int corners, const Vector3& centre, double low,
+Shape prism(tests::Random& random, int corners, const Vector3& centre, double low,
                  double high) {
   Points polygon(3, corners);
   const double first = random.uniform(0.0, 6.0);
@@ -31,7 +31,7 @@ Polyhedron prism(tests::Random& random, int corners, const Vector3& centre, doub
   return geometry::make_prism(polygon, {0, 0, high - low});
 }
 
-int face_towards(const Polyhedron& solid, double sign) {
+int face_towards(const Shape& solid, double sign) {
   int best = 0;
   for (int f = 1; f < solid.topology().face_count(); ++f) {
     if (sign * solid.face_normal(f).z() > sign * solid.face_normal(best).z()) best = f;
@@ -40,7 +40,7 @@ int face_towards(const Polyhedron& solid, double sign) {
 }
 
 /// The upper face of P against the lower one of Q.
-void lay(const Polyhedron& p, const Polyhedron& q, ContactPolygon& part) {
+void lay(const Shape& p, const Shape& q, ContactPolygon& part) {
   part.face_p = face_towards(p, 1.0);
   part.face_q = face_towards(q, -1.0);
   part.plane = geometry::ContactPlane(p.vertex(p.topology().face(part.face_p)[0]), {0, 0, 1});
@@ -55,7 +55,7 @@ double sum_of_shares(const ContactPolygon& part) {
 }
 
 /// The same faces, clipped in the general way.
-void clip(const Polyhedron& p, const Polyhedron& q, const ContactPolygon& part,
+void clip(const Shape& p, const Shape& q, const ContactPolygon& part,
           geometry::SharedCorners& corners) {
   geometry::ProjectedFeature patch_p, patch_q;
   geometry::lay_feature(p, {geometry::FeatureKind::Face, part.face_p}, part.plane, 1.0, patch_p);
@@ -77,9 +77,9 @@ TEST_CASE("clear faces of few corners share what the general way says") {
   int measured = 0;
   for (int turn = 0; turn < 4000; ++turn) {
     const int count_p = random.integer(3, 14), count_q = random.integer(3, 14);
-    const Polyhedron p = prism(random, count_p, {0, 0, 0}, -1, 0);
+    const Shape p = prism(random, count_p, {0, 0, 0}, -1, 0);
     const Vector3 aside(random.uniform(-2.0, 2.0), random.uniform(-2.0, 2.0), 0.0);
-    const Polyhedron q = prism(random, count_q, aside, 0, 1);
+    const Shape q = prism(random, count_q, aside, 0, 1);
     ContactPolygon part;
     lay(p, q, part);
     geometry::SharedCorners corners;
@@ -118,7 +118,7 @@ TEST_CASE("corners of clear faces know their gaps and how near they come to each
 TEST_CASE("faces are laid as by the plain loop, to the bit, for any number of corners") {
   tests::Random random(14);
   for (int corners = 3; corners <= 40; ++corners) {
-    const Polyhedron p = prism(random, corners, random.point(-1, 1), -1, 0);
+    const Shape p = prism(random, corners, random.point(-1, 1), -1, 0);
     geometry::PolygonRows rows;
     const std::span<const int> cycle = p.topology().face(face_towards(p, 1.0));
     rows.count = static_cast<int>(cycle.size());

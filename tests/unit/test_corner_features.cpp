@@ -18,7 +18,7 @@ using namespace quoin;
 using geometry::Carrier;
 using geometry::NearestFeatures;
 using geometry::Points;
-using geometry::Polyhedron;
+using geometry::Shape;
 using geometry::Trial;
 using geometry::Vector3;
 
@@ -26,11 +26,11 @@ namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
-Polyhedron brick(tests::Random& random) {
+Shape brick(tests::Random& random) {
   const Vector3 half(random.uniform(0.2, 0.6), random.uniform(0.2, 0.6), random.uniform(0.2, 0.6));
   return geometry::make_box(-half, half);
 }
-Polyhedron prism(tests::Random& random) {
+Shape prism(tests::Random& random) {
   const int sides = random.integer(3, 8);
   Points polygon(3, sides);
   for (int k = 0; k < sides; ++k) {
@@ -39,16 +39,16 @@ Polyhedron prism(tests::Random& random) {
   }
   return geometry::make_prism(polygon, {0, 0, random.uniform(0.3, 1.0)});
 }
-Polyhedron tetrahedron(tests::Random& random) {
+Shape tetrahedron(tests::Random& random) {
   Points points(3, 4);
   for (int k = 0; k < 4; ++k) points.col(k) = 0.6 * random.direction();
   return geometry::make_hull(points).polyhedron;
 }
-Polyhedron placed(tests::Random& random, const Polyhedron& solid, const Vector3& middle) {
+Shape placed(tests::Random& random, const Shape& solid, const Vector3& middle) {
   return {solid.shared_topology(), (random.rotation() * solid.vertices()).colwise() + middle};
 }
 
-geometry::Lengths lengths(const Polyhedron& a, const Polyhedron& b) {
+geometry::Lengths lengths(const Shape& a, const Shape& b) {
   geometry::Lengths length;
   length.contact = geometry::default_tolerance(a, b);
   length.rounding = 5 * kEpsilon * std::max(a.diameter(), b.diameter());
@@ -59,7 +59,7 @@ geometry::Lengths lengths(const Polyhedron& a, const Polyhedron& b) {
 }
 
 /// The features that the corners span, if they are proved to be the nearest.
-bool proved(const Polyhedron& a, const Polyhedron& b, std::span<const int> corners_a,
+bool proved(const Shape& a, const Shape& b, std::span<const int> corners_a,
             std::span<const int> corners_b, NearestFeatures& answer) {
   Carrier by_a, by_b;
   return geometry::corner_carrier(a, corners_a, by_a) &&
@@ -87,12 +87,12 @@ struct Counts {
 };
 
 /// Corners, search and the whole query where the search is proved to have the answer.
-Counts compare(tests::Random& random, Polyhedron (*make_a)(tests::Random&),
-               Polyhedron (*make_b)(tests::Random&), int count) {
+Counts compare(tests::Random& random, Shape (*make_a)(tests::Random&),
+               Shape (*make_b)(tests::Random&), int count) {
   Counts counts;
   for (int k = 0; k < count; ++k) {
-    const Polyhedron a = placed(random, make_a(random), random.point(-1, 1));
-    const Polyhedron b =
+    const Shape a = placed(random, make_a(random), random.point(-1, 1));
+    const Shape b =
         placed(random, make_b(random), a.origin() + random.uniform(0.8, 2.0) * random.direction());
     REQUIRE(geometry::has_plain_corners(a, b));
     const Vector3 across = b.vertex_mean() - a.vertex_mean();
@@ -134,10 +134,10 @@ TEST_CASE("features of two corners are those that the search finds") {
 
 TEST_CASE("vertices in which more than three faces meet are left to the search") {
   tests::Random random(9);
-  const Polyhedron box = brick(random);
+  const Shape box = brick(random);
   Points points(3, 12);
   for (int k = 0; k < 12; ++k) points.col(k) = random.direction();
-  const Polyhedron hull = geometry::make_hull(points).polyhedron;
+  const Shape hull = geometry::make_hull(points).polyhedron;
   CHECK(geometry::has_plain_corners(box, box));
   CHECK_FALSE(geometry::has_plain_corners(box, hull));
   CHECK_FALSE(geometry::has_plain_corners(hull, box));

@@ -10,7 +10,7 @@
 #include "support/random.hpp"
 
 using namespace quoin;
-using geometry::Polyhedron;
+using geometry::Shape;
 using geometry::SearchOutcome;
 using geometry::SearchResult;
 using geometry::Vector3;
@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
-Polyhedron hull(tests::Random& random, int count, const Vector3& middle) {
+Shape hull(tests::Random& random, int count, const Vector3& middle) {
   geometry::Points points(3, count);
   for (int k = 0; k < count; ++k) points.col(k) = middle + 0.5 * random.direction();
   return geometry::make_hull(points).polyhedron;
@@ -31,9 +31,9 @@ TEST_CASE("the polytope finds the least overlap") {
   tests::Random random(7);
   int found = 0, most = 0;
   for (int k = 0; k < 1500; ++k) {
-    const Polyhedron p = hull(random, random.integer(4, 40), random.point(-1, 1));
+    const Shape p = hull(random, random.integer(4, 40), random.point(-1, 1));
     const Vector3 middle = p.origin() + random.uniform(0.0, 0.8) * random.direction();
-    const Polyhedron q = hull(random, random.integer(4, 40), middle);
+    const Shape q = hull(random, random.integer(4, 40), middle);
     const double size = std::max(p.diameter(), q.diameter()), rounding = 1.25 * kEpsilon * size;
     const SearchResult start =
         geometry::nearest_feature_search(p, q, q.vertex_mean() - p.vertex_mean(), rounding);
@@ -59,8 +59,8 @@ TEST_CASE("where the polytope starts does not matter") {
   int found = 0;
   for (int k = 0; k < 300;
        ++k) {  // few vertices: not every side of a tetrahedron has one beyond it
-    const Polyhedron p = hull(random, random.integer(4, 12), random.point(-1, 1));
-    const Polyhedron q = hull(random, random.integer(4, 12), p.origin() + random.point(-0.3, 0.3));
+    const Shape p = hull(random, random.integer(4, 12), random.point(-1, 1));
+    const Shape q = hull(random, random.integer(4, 12), p.origin() + random.point(-0.3, 0.3));
     const double rounding = 1.25 * kEpsilon * std::max(p.diameter(), q.diameter());
     std::vector<SearchResult> grown;
     for (int i = 0; i < 8; ++i) {
@@ -78,7 +78,7 @@ TEST_CASE("where the polytope starts does not matter") {
 }
 
 TEST_CASE("several directions as good are left open") {
-  const Polyhedron box = geometry::make_box({0, 0, 0}, {1, 1, 1});
+  const Shape box = geometry::make_box({0, 0, 0}, {1, 1, 1});
   const double rounding = 1.25 * kEpsilon * box.diameter();
   const SearchResult start = geometry::nearest_feature_search(box, box, Vector3::UnitX(), rounding);
   REQUIRE(start.outcome == SearchOutcome::Overlapping);

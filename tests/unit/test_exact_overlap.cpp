@@ -20,7 +20,7 @@ using geometry::make_box;
 using geometry::make_hull;
 using geometry::Matrix3;
 using geometry::Points;
-using geometry::Polyhedron;
+using geometry::Shape;
 using geometry::Vector3;
 using tests::Random;
 using tests::WithinAbs;
@@ -56,50 +56,50 @@ namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
-double larger(const Polyhedron& p, const Polyhedron& q) {
+double larger(const Shape& p, const Shape& q) {
   return std::max(p.diameter(), q.diameter());
 }
 
 /// The search as it is reached, of solids that touch or overlap within rounding.
-LeastOverlap overlap_of(const Polyhedron& p, const Polyhedron& q) {
+LeastOverlap overlap_of(const Shape& p, const Shape& q) {
   return geometry::exact_overlap(p, q, geometry::exact_nearest(p, q, {}, 256));
 }
 
-Polyhedron moved(const Polyhedron& solid, const Vector3& shift) {
+Shape moved(const Shape& solid, const Vector3& shift) {
   return tests::transformed(solid, 1.0, Matrix3::Identity(), shift);
 }
-Polyhedron turned(const Polyhedron& solid, const Matrix3& turn) {
+Shape turned(const Shape& solid, const Matrix3& turn) {
   return tests::transformed(solid, 1.0, turn, Vector3::Zero());
 }
-Polyhedron cube(const Vector3& low, double size) {
+Shape cube(const Vector3& low, double size) {
   return make_box(low, low + Vector3::Constant(size));
 }
 
 /// On multiples of 2^-20, so that shifts by its coordinates round nothing.
-Polyhedron round_hull(Random& random, int count) {
+Shape round_hull(Random& random, int count) {
   Points points(3, count);
   for (Eigen::Index k = 0; k < count; ++k) points.col(k) = random.direction();
   for (double& x : points.reshaped()) x = std::ldexp(std::round(std::ldexp(x, 20)), -20);
   return make_hull(points).polyhedron;
 }
 
-int farthest(const Polyhedron& solid, const Vector3& direction) {
+int farthest(const Shape& solid, const Vector3& direction) {
   return geometry::support(solid, direction).vertex;
 }
 
 /// Two solids in their own frames.
 struct Shapes {
   std::string family;
-  Polyhedron a, b;
+  Shape a, b;
 };
 
 /// Q shifted so that a vertex of it comes to a vertex of P on the other side of a plane.
-Shapes touching_in_a_vertex(const Polyhedron& p, const Polyhedron& q, const Vector3& n) {
+Shapes touching_in_a_vertex(const Shape& p, const Shape& q, const Vector3& n) {
   return {"", p, moved(q, p.vertex(farthest(p, n)) - q.vertex(farthest(q, -n)))};
 }
 
 /// Points on a sphere, evenly.
-Polyhedron sphere(int count) {
+Shape sphere(int count) {
   Points points(3, count);
   for (int k = 0; k < count; ++k) {
     const double z = 1 - (2 * k + 1.0) / count, angle = k * std::numbers::pi * (3 - std::sqrt(5.0));
@@ -110,7 +110,7 @@ Polyhedron sphere(int count) {
 }
 
 /// `per_face` points on a circle in each face of a unit cube.
-Polyhedron studded_cube(int per_face) {
+Shape studded_cube(int per_face) {
   Points points(3, 6 * per_face);
   Eigen::Index k = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -127,7 +127,7 @@ Polyhedron studded_cube(int per_face) {
 }
 
 /// A pyramid of `sides` sides that stands on its apex, at the origin, or hangs from it.
-Polyhedron pyramid(int sides, double height) {
+Shape pyramid(int sides, double height) {
   Points points(3, sides + 1);
   points.col(0).setZero();
   for (int k = 0; k < sides; ++k) {
@@ -168,7 +168,7 @@ TEST_CASE("exact overlap: cubes that touch in a vertex, along an edge, in a face
   for (const auto& [low, normal, directions] : cases) {
     for (int k = 0; k < 50; ++k) {
       const Matrix3 turn = k == 0 ? Matrix3(Matrix3::Identity()) : random.rotation();
-      const Polyhedron p = turned(cube({0, 0, 0}, 1), turn), q = turned(cube(low, 1), turn);
+      const Shape p = turned(cube({0, 0, 0}, 1), turn), q = turned(cube(low, 1), turn);
       const LeastOverlap found = overlap_of(p, q);
       CHECK(found.converged);
       CHECK(found.directions == directions);
@@ -182,7 +182,7 @@ TEST_CASE("exact overlap: cubes that touch in a vertex, along an edge, in a face
 TEST_CASE(
     "exact overlap: all directions of equal overlap are counted, the first in their order is "
     "taken") {
-  const Polyhedron outer = cube(Vector3::Constant(-1), 2),
+  const Shape outer = cube(Vector3::Constant(-1), 2),
                    inner = cube(Vector3::Constant(-0.25), 0.5);
   for (const auto& [p, q] : {std::pair{outer, inner}, {inner, outer}}) {
     const LeastOverlap found = overlap_of(p, q);
@@ -202,7 +202,7 @@ TEST_CASE(
   CHECK(contained.normal == -Vector3::UnitY());
   const Points corners =
       (Points(3, 6) << 1, -1, 0, 0, 0, 0, 0, 0, 1, -1, 0, 0, 0, 0, 0, 0, 1, -1).finished();
-  const Polyhedron octahedron = make_hull(corners).polyhedron;
+  const Shape octahedron = make_hull(corners).polyhedron;
   const LeastOverlap same = overlap_of(octahedron, octahedron);
   CHECK_THAT(same.gap, WithinAbs(-2 / std::sqrt(3.0), 4 * kEpsilon));
   CHECK(same.directions == 8);
@@ -241,8 +241,8 @@ TEST_CASE("exact overlap: against the arbiter") {
     }
   }
   for (int k = 0; k < 400; ++k) {  // in a vertex, in any pose
-    const Polyhedron p = turned(round_hull(random, random.integer(4, 12)), random.rotation());
-    const Polyhedron q = turned(round_hull(random, random.integer(4, 12)), random.rotation());
+    const Shape p = turned(round_hull(random, random.integer(4, 12)), random.rotation());
+    const Shape q = turned(round_hull(random, random.integer(4, 12)), random.rotation());
     const Shapes pair = touching_in_a_vertex(p, q, random.direction());
     check(pair, 8.0);
     check({"", pair.a, moved(pair.b, random.log_uniform(1e-17, 1e-13) * random.direction())}, 8.0);
@@ -273,7 +273,7 @@ TEST_CASE("exact overlap: witnesses lie on the solids where planes nearly tie") 
   Random random(6);
   for (int k = 0; k < 3000; ++k) {  // one solid in another, tilted by next to nothing
     const Vector3 half(random.uniform(0.2, 1), random.uniform(0.2, 1), random.uniform(0.2, 1));
-    const Polyhedron p =
+    const Shape p =
         k % 4 == 0 ? round_hull(random, 12) : turned(make_box(-half, half), random.rotation());
     const Matrix3 tilt = tests::rotation_about(random.direction(), random.log_uniform(1e-9, 1e-2));
     const Vector3 shift = random.log_uniform(1e-10, 0.3) * random.direction();
@@ -292,7 +292,7 @@ TEST_CASE("exact overlap: witnesses lie on the solids where planes nearly tie") 
 
 TEST_CASE("exact overlap: the work is bounded, and nothing is allocated") {
   Random random(4);
-  const auto run = [](const Polyhedron& p, const Polyhedron& q) {
+  const auto run = [](const Shape& p, const Shape& q) {
     const long before = allocations;
     const geometry::ActiveFeatures start = geometry::exact_nearest(p, q, {}, 256);
     const LeastOverlap found = geometry::exact_overlap(p, q, start);
@@ -306,7 +306,7 @@ TEST_CASE("exact overlap: the work is bounded, and nothing is allocated") {
   CHECK(run(tip.a, tip.b).iterations < 150);
   CHECK(run(studded_cube(36), studded_cube(36)).iterations < 100);
   const Matrix3 turn = random.rotation();
-  const Polyhedron coarse = sphere(500), fine = sphere(3000);
+  const Shape coarse = sphere(500), fine = sphere(3000);
   CHECK(run(coarse, turned(coarse, turn)).iterations < 3000);
   CHECK(run(fine, turned(fine, turn)).iterations < 20000);  // by octants
 }
@@ -315,8 +315,8 @@ TEST_CASE("exact overlap: bricks that touch are answered from their 15 direction
   Random random(5);
   for (int k = 0; k < 300; ++k) {
     const Vector3 half(random.uniform(0.2, 1), random.uniform(0.2, 1), random.uniform(0.2, 1));
-    const Polyhedron p = turned(make_box(-half, half), random.rotation());
-    const Polyhedron q = turned(make_box(-half, half), random.rotation());
+    const Shape p = turned(make_box(-half, half), random.rotation());
+    const Shape q = turned(make_box(-half, half), random.rotation());
     const Shapes pair = touching_in_a_vertex(p, q, random.direction());
     const auto found = geometry::nearest_features(pair.a, pair.b);
     const LeastOverlap exact = overlap_of(pair.a, pair.b);

@@ -23,22 +23,22 @@ using quoin::geometry::PairResult;
 using quoin::geometry::PairStatus;
 using quoin::geometry::Placement;
 using quoin::geometry::Points;
-using quoin::geometry::Polyhedron;
+using quoin::geometry::Shape;
 using quoin::geometry::Vector3;
 using quoin::tests::Random;
 using quoin::tests::WithinAbs;
 using quoin::tests::WithinRel;
 
-using Shape = std::shared_ptr<const Polyhedron>;
+using SharedShape = std::shared_ptr<const Shape>;
 
-Shape box(const Vector3& extent) {
-  return std::make_shared<const Polyhedron>(make_box(-0.5 * extent, 0.5 * extent));
+SharedShape box(const Vector3& extent) {
+  return std::make_shared<const Shape>(make_box(-0.5 * extent, 0.5 * extent));
 }
 
-Shape tetrahedron() {
+SharedShape tetrahedron() {
   Points points(3, 4);
   points << -0.2, 0.2, 0, 0, -0.1, -0.1, 0.2, 0, -0.1, -0.1, -0.1, 0.1;
-  return std::make_shared<const Polyhedron>(quoin::geometry::make_hull(points).polyhedron);
+  return std::make_shared<const Shape>(quoin::geometry::make_hull(points).polyhedron);
 }
 
 const Vector3 kBrick(0.4, 0.2, 0.2);  // m
@@ -90,7 +90,7 @@ std::vector<ContactPoint> found_afresh(const ContactFinder& finder, int handles,
   for (int handle = 0; handle < handles; ++handle) {
     if (!finder.contains(handle)) continue;
     const quoin::geometry::Body body = finder.body(handle);
-    fresh.add(Shape(Shape(), &body.shape()), body.placement(),
+    fresh.add(SharedShape(SharedShape(), &body.shape()), body.placement(),
               options[static_cast<std::size_t>(handle)]);
     names.push_back(handle);
   }
@@ -130,7 +130,7 @@ class Backwards final : public Executor {
 }  // namespace
 
 TEST_CASE("bodies: two stacked bricks of one shape") {
-  const Shape brick = box(kBrick);
+  const SharedShape brick = box(kBrick);
   ContactFinder finder({.reach = 1e-3});
   CHECK(finder.add(brick, at({0, 0, 0})) == 0);
   CHECK(finder.add(brick, at({0.2, 0, 0.25})) == 1);
@@ -157,14 +157,14 @@ TEST_CASE("bodies: two stacked bricks of one shape") {
 
 TEST_CASE("bodies: placed and deformed ones touch as their vertices in the world do") {
   Random random(5);
-  const Shape brick = box(kBrick), tip = tetrahedron();
+  const SharedShape brick = box(kBrick), tip = tetrahedron();
   ContactFinder finder({.reach = 2e-3});
-  std::vector<Polyhedron> blocks;
+  std::vector<Shape> blocks;
   const Matrix3 turn = random.rotation();
   Matrix3 strain = Matrix3::Identity();
   strain.diagonal() += Vector3(1e-4, -2e-4, 1e-4);
   for (const Placement& place : wall(6, 6, 2e-4, random)) {
-    const Shape& shape = random.chance(0.2) ? tip : brick;
+    const SharedShape& shape = random.chance(0.2) ? tip : brick;
     const Placement placement{turn * strain, turn * place.translation + Vector3(3, -8, 5)};
     Points vertices(3, shape->vertex_count());
     for (int v = 0; v < shape->vertex_count(); ++v) {
@@ -190,7 +190,7 @@ TEST_CASE("bodies: placed and deformed ones touch as their vertices in the world
 
 TEST_CASE("bodies: a million metres away nothing is lost") {
   const Vector3 away(1e6, -1e6, 1e6);
-  const Shape brick = box({0.5, 0.25, 0.25});
+  const SharedShape brick = box({0.5, 0.25, 0.25});
   ContactFinder finder({.reach = 1e-3});
   for (int i = 0; i < 40; ++i) finder.add(brick, at(away + Vector3(0, 0, 0.25 * i)));
   std::vector<ContactPoint> contacts;
@@ -203,7 +203,7 @@ TEST_CASE("bodies: a million metres away nothing is lost") {
 
 TEST_CASE("bodies: boxes hold the image in any placement") {
   Random random(17);
-  const Shape tip = tetrahedron();
+  const SharedShape tip = tetrahedron();
   for (int i = 0; i < 200; ++i) {
     // a vertex touches a plate from above, wherever the pair stands and however the body is turned
     const Matrix3 turn = random.rotation();
@@ -222,7 +222,7 @@ TEST_CASE("bodies: boxes hold the image in any placement") {
 
 TEST_CASE("bodies: erasing one renames nothing, and its handle never comes again") {
   Random random(6);
-  const Shape brick = box(kBrick);
+  const SharedShape brick = box(kBrick);
   ContactFinder finder({.reach = 1e-3});
   for (const Placement& place : wall(5, 5, 1e-5, random)) finder.add(brick, place);
   std::vector<ContactPoint> before, now;
@@ -243,7 +243,7 @@ TEST_CASE("bodies: erasing one renames nothing, and its handle never comes again
 }
 
 TEST_CASE("bodies: whatever happened before, the list is that of a new finder") {
-  const Shape brick = box(kBrick), tip = tetrahedron();
+  const SharedShape brick = box(kBrick), tip = tetrahedron();
   Random random(77);
   ContactFinder finder({.reach = 1e-3}), two({.reach = 1e-3, .threads = 2});
   std::vector<BodyOptions> options;
@@ -253,7 +253,7 @@ TEST_CASE("bodies: whatever happened before, the list is that of a new finder") 
     some.category = random.chance(0.1) ? 2 : 1;
     some.collides_with = random.chance(0.1) ? 1 : 3;
     some.motion = random.chance(0.1) ? BodyMotion::Idle : BodyMotion::Moving;
-    const Shape& shape = random.chance(0.2) ? tip : brick;
+    const SharedShape& shape = random.chance(0.2) ? tip : brick;
     options.push_back(some);
     REQUIRE(two.add(shape, place, some) == finder.add(shape, place, some));
   };
@@ -304,7 +304,7 @@ TEST_CASE("bodies: whatever happened before, the list is that of a new finder") 
 }
 
 TEST_CASE("bodies: masks, the caller's filter and idle bodies leave pairs out") {
-  const Shape brick = box({1, 1, 1});
+  const SharedShape brick = box({1, 1, 1});
   ContactFinder finder({.reach = 1e-3});
   std::vector<ContactPoint> contacts;
   for (int i = 0; i < 4; ++i) finder.add(brick, at({0, 0, 1.0 * i}));
@@ -334,7 +334,7 @@ TEST_CASE("bodies: masks, the caller's filter and idle bodies leave pairs out") 
 }
 
 TEST_CASE("bodies: contacts begin, persist and end") {
-  const Shape brick = box({1, 1, 1});
+  const SharedShape brick = box({1, 1, 1});
   ContactFinder finder({.reach = 0.01});
   std::vector<ContactPoint> contacts;
   finder.add(brick, at({0, 0, 0}));
@@ -379,7 +379,7 @@ TEST_CASE("bodies: contacts begin, persist and end") {
 
 TEST_CASE("bodies: what stands still is not searched again, and keeps its events and history") {
   Random random(9);
-  const Shape brick = box(kBrick);
+  const SharedShape brick = box(kBrick);
   ContactFinder finder({.reach = 1e-3});
   for (const Placement& place : wall(8, 8, 1e-5, random)) finder.add(brick, place);
   std::vector<ContactPoint> first, again;
@@ -405,7 +405,7 @@ TEST_CASE("bodies: two that travel and turn together keep their history over an 
   slope << -1, 1, -1, 1, 0, 0, -1, -1, 1, 1, -1, 1, 0, 0, 0, 0, 0.1, 0.1;
   tip << 0, 0.5, -0.5, 0, 0, 0.5, 0.5, -0.5, 0, 1, 1, 1;
   const auto shape = [](const Points& points) {
-    return std::make_shared<const Polyhedron>(quoin::geometry::make_hull(points).polyhedron);
+    return std::make_shared<const Shape>(quoin::geometry::make_hull(points).polyhedron);
   };
   ContactFinder finder({.reach = 0.05});
   finder.add(shape(slope));
@@ -451,7 +451,7 @@ TEST_CASE("bodies: another shape has no history") {
 
 TEST_CASE("bodies: the caller's threads, in whatever order they run") {
   Random random(31);
-  const Shape brick = box(kBrick);
+  const SharedShape brick = box(kBrick);
   Backwards five(5);
   ContactFinder one({.reach = 1e-3}), other({.reach = 1e-3, .executor = &five});
   std::vector<Placement> places = wall(20, 20, 1e-4, random);

@@ -31,7 +31,7 @@ static quoin_shape* cube(double x, double y, double z) {
   quoin_shape* made = NULL;
   char message[200];
   fill_cube(points, x, y, z);
-  CHECK(quoin_make_polyhedron(points, 8, kFaceSizes, 6, kFaces, &made, message, sizeof message) ==
+  CHECK(quoin_make_shape(points, 8, kFaceSizes, 6, kFaces, &made, message, sizeof message) ==
         QUOIN_OK);
   CHECK(message[0] == '\0');
   return made;
@@ -126,11 +126,11 @@ static void test_bad_input(void) {
   points[5] = INFINITY;
   CHECK(quoin_make_hull(points, 8, &made, NULL, 0) == QUOIN_BAD_INPUT);
   fill_cube(points, 0, 0, 0);
-  CHECK(quoin_make_polyhedron(points, 8, kFaceSizes, 5, kFaces, &made, message, sizeof message) ==
+  CHECK(quoin_make_shape(points, 8, kFaceSizes, 5, kFaces, &made, message, sizeof message) ==
         QUOIN_BAD_INPUT); /* open */
   memcpy(inverted, kFaces, sizeof inverted);
   inverted[0] = 1, inverted[1] = 3, inverted[2] = 2, inverted[3] = 0;
-  CHECK(quoin_make_polyhedron(points, 8, kFaceSizes, 6, inverted, &made, NULL, 0) ==
+  CHECK(quoin_make_shape(points, 8, kFaceSizes, 6, inverted, &made, NULL, 0) ==
         QUOIN_BAD_INPUT); /* one face the wrong way round */
   CHECK(made == NULL);
   quoin_shape* shape = cube(0, 0, 0);

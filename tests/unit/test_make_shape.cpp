@@ -240,7 +240,7 @@ bool thick(const Sample& sample) {
 }
 
 /// Every face: finite normal, three true corners, wide, all its vertices in its plane.
-void check_faces(const Polyhedron& solid, double length) {
+void check_faces(const Shape& solid, double length) {
   const Topology& topology = solid.topology();
   for (int f = 0; f < topology.face_count(); ++f) {
     const Vector3 normal = solid.face_normal(f);
@@ -258,7 +258,7 @@ void check_faces(const Polyhedron& solid, double length) {
 }
 
 /// Every vertex has faces, and lies on its host.
-void check_hosts(const Polyhedron& solid, double length) {
+void check_hosts(const Shape& solid, double length) {
   const Topology& topology = solid.topology();
   int corners = 0;
   for (int v = 0; v < topology.vertex_count(); ++v) {
@@ -449,7 +449,7 @@ TEST_CASE("make shape: hosts answer for their vertices") {
 TEST_CASE("make shape: a moved body keeps its labels") {
   Random random(7);
   const Hull hull = make_hull(t_junction_brick(random).points);
-  Polyhedron moved = hull.polyhedron;
+  Shape moved = hull.polyhedron;
   moved.set_vertices((random.rotation() * moved.vertices()).colwise() + Vector3(3, 4, 5));
   CHECK(&moved.topology() == &hull.polyhedron.topology());
   check_hosts(moved, 1e-8);
@@ -464,7 +464,7 @@ TEST_CASE("make shape: faces given as triangles, with T-junctions that both neig
   for (int round = 0; round < 20; ++round) {
     const Points placed =
         round == 0 ? points : Points((random.rotation() * points).colwise() + random.direction());
-    const Polyhedron solid = make_polyhedron(placed, faces);
+    const Shape solid = make_shape(placed, faces);
     CHECK(solid.vertex_count() == 9);
     CHECK(solid.topology().face_count() == 6);
     CHECK(solid.topology().edge_count() == 12);
@@ -479,7 +479,7 @@ TEST_CASE("make shape: a mesh with slivers along an edge") {
   // the front is cut from corner 4 and 5, the bottom knows nothing of the two vertices but slivers
   const Faces faces{{0, 2, 3, 1}, {0, 1, 9},    {0, 9, 8},    {0, 8, 4},    {8, 9, 4},   {9, 5, 4},
                     {9, 1, 5},    {4, 5, 7, 6}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
-  const Polyhedron solid = make_polyhedron(points, faces);
+  const Shape solid = make_shape(points, faces);
   CHECK(solid.topology().face_count() == 6);
   CHECK(solid.topology().edge_count() == 12);
   check_faces(solid, label_length(points));

@@ -37,7 +37,7 @@ TEST_CASE("mass properties: a tetrahedron") {
 
 TEST_CASE("mass properties: turned, and 1e8 m from the origin") {
   Random random(5);
-  const Polyhedron box = make_box({-1, -1.5, -0.25}, {1, 1.5, 0.25});
+  const Shape box = make_box({-1, -1.5, -0.25}, {1, 1.5, 0.25});
   const Matrix3 turn = random.rotation();
   const Vector3 shift(0x1p27, -0x1p26, 0x1p27);
   const MassProperties near = mass_properties(transformed(box, 1.0, turn, Vector3::Zero()));

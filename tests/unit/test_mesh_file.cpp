@@ -59,7 +59,7 @@ int support_count(const std::vector<MeshBlock>& blocks) {
 }  // namespace
 
 TEST_CASE("a convex mesh becomes its hull") {
-  const geometry::Polyhedron block = convex_block(cube_mesh(kFlat), -1);
+  const geometry::Shape block = convex_block(cube_mesh(kFlat), -1);
   CHECK_THAT(geometry::mass_properties(block).volume, WithinRel(1.0, 1e-14));
   CHECK(block.topology().face_count() == 6);
 }
@@ -127,7 +127,7 @@ TEST_CASE("files of other programs: two boxes that share an edge and a part of a
     REQUIRE(blocks.size() == 2);
     const double volumes[] = {1.0, 0.5};
     for (std::size_t b = 0; b < 2; ++b) {
-      const geometry::Polyhedron shape = convex_block(blocks[b], -1);
+      const geometry::Shape shape = convex_block(blocks[b], -1);
       CHECK_THAT(geometry::mass_properties(shape).volume, WithinRel(volumes[b], 1e-14));
       CHECK(shape.topology().face_count() == 6);  // triangles of a side are one polygon
       CHECK(blocks[b].vertices.cols() == 8);
@@ -199,7 +199,7 @@ TEST_CASE("COMPAS: lists of meshes, polyhedra, elements that are placed") {
   const std::string mesh = R"("vertices": [[0,0,0],[1,0,0],[0,1,0],[0,0,1]],
                              "faces": [[0,2,1],[0,1,3],[1,2,3],[2,0,3]])";
   const TemporaryFile list("quoin_list.json",
-                           R"([{"dtype": "compas.geometry/Polyhedron", "data": {)" + mesh +
+                           R"([{"dtype": "compas.geometry/Shape", "data": {)" + mesh +
                                R"(}}, {"data": {)" + mesh + "}}]");
   CHECK(read(list.path()).size() == 2);
   const TemporaryFile model("quoin_model.json", R"({"data": {"elements": {"e-1": {"data": {

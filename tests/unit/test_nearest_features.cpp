@@ -15,7 +15,7 @@ using quoin::tests::rotation_about;
 using quoin::tests::transformed;
 using quoin::tests::WithinAbs;
 
-Polyhedron cube(const Vector3& centre, double size = 1.0) {
+Shape cube(const Vector3& centre, double size = 1.0) {
   return make_box(centre - Vector3::Constant(size / 2), centre + Vector3::Constant(size / 2));
 }
 
@@ -41,9 +41,9 @@ TEST_CASE("nearest features: two vertices (G05), and its limit at gap zero") {
 }
 
 TEST_CASE("nearest features: least overlap in general position (G08)") {
-  const Polyhedron a = cube({0, 0, 0}, 2.0);
+  const Shape a = cube({0, 0, 0}, 2.0);
   const Matrix3 turn = rotation_about(Vector3(1, 2, 3).normalized(), 40 * std::acos(-1.0) / 180);
-  const Polyhedron b = transformed(cube({0, 0, 0}), 1.0, turn, {1.3, 0.1, 1.3});
+  const Shape b = transformed(cube({0, 0, 0}), 1.0, turn, {1.3, 0.1, 1.3});
   const NearestFeatures n = nearest_features(a, b);
   CHECK_THAT(n.gap, WithinAbs(-0.151702406, 1e-9));
   CHECK_THAT((n.normal - Vector3(0.491577702, 0, 0.870833717)).norm(), WithinAbs(0.0, 1e-9));
@@ -61,21 +61,21 @@ TEST_CASE("nearest features: identical, concentric and contained solids") {
 }
 
 TEST_CASE("nearest features: a speck before a mountain, and both 1e8 m away") {
-  const Polyhedron huge = cube({0, 0, 0}, 1024.0), speck = cube({512.25, 3, 4}, 0x1p-20);
+  const Shape huge = cube({0, 0, 0}, 1024.0), speck = cube({512.25, 3, 4}, 0x1p-20);
   const double exact = 0.25 - 0x1p-21;
   CHECK(nearest_features(huge, speck).gap == exact);
   const Vector3 far(0x1p27, -0x1p27, 0x1p26);
-  const auto shifted = [&](const Polyhedron& solid) {
+  const auto shifted = [&](const Shape& solid) {
     return transformed(solid, 1.0, Matrix3::Identity(), far);
   };
-  const Polyhedron brick = cube({513, 3, 4});
+  const Shape brick = cube({513, 3, 4});
   CHECK(nearest_features(huge, brick).gap == 0.5);
   CHECK(nearest_features(shifted(huge), shifted(brick)).gap == 0.5);
 }
 
 TEST_CASE("nearest features: a wrong hint, of vertices that are not there, changes nothing") {
-  const Polyhedron a = cube({0, 0, 0});
-  const Polyhedron b = transformed(
+  const Shape a = cube({0, 0, 0});
+  const Shape b = transformed(
       cube({0, 0, 0}), 1.0, rotation_about(Vector3(1, 2, 3).normalized(), 0.7), {0.3, 0.2, 1.6});
   const NearestFeatures cold = nearest_features(a, b);
   FeatureHint hint;
@@ -95,8 +95,8 @@ TEST_CASE("nearest features: a wrong hint, of vertices that are not there, chang
 }
 
 TEST_CASE("nearest features: the certificate can be checked with two loops") {
-  const Polyhedron a = cube({0, 0, 0});
-  const Polyhedron b = transformed(
+  const Shape a = cube({0, 0, 0});
+  const Shape b = transformed(
       cube({0, 0, 0}), 1.0, rotation_about(Vector3(3, 1, 2).normalized(), 1.1), {0.9, 0.8, 1.4});
   const NearestFeatures n = nearest_features(a, b);
   REQUIRE(n.status == PairStatus::Separated);

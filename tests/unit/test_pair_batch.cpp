@@ -16,13 +16,13 @@ using quoin::geometry::InputError;
 using quoin::geometry::PairBatch;
 using quoin::geometry::PairEvent;
 using quoin::geometry::Placement;
-using quoin::geometry::Polyhedron;
+using quoin::geometry::Shape;
 using quoin::geometry::Vector3;
 
 Placement at(double z) { return {quoin::geometry::Matrix3::Identity(), Vector3(0, 0, z)}; }
 
 struct Stack {
-  Polyhedron cube = quoin::geometry::make_box({0, 0, 0}, {1, 1, 1});
+  Shape cube = quoin::geometry::make_box({0, 0, 0}, {1, 1, 1});
   std::vector<Body> bodies;
   explicit Stack(int count) {
     for (int i = 0; i < count; ++i) bodies.emplace_back(cube, at(i));

@@ -18,7 +18,7 @@ using quoin::geometry::nearest_features_within;
 using quoin::geometry::overlap;
 using quoin::geometry::Placement;
 using quoin::geometry::Points;
-using quoin::geometry::Polyhedron;
+using quoin::geometry::Shape;
 using quoin::geometry::Ray;
 using quoin::geometry::RayHit;
 using quoin::geometry::Vector3;
@@ -54,7 +54,7 @@ Vector3 placed(const Placement& placement, const Vector3& own) {
 }  // namespace
 
 TEST_CASE("ray: enters a cube where it should, turned, deformed and far away") {
-  const Polyhedron cube = make_box({0, 0, 0}, {1, 1, 1});
+  const Shape cube = make_box({0, 0, 0}, {1, 1, 1});
   for (const Placement& placement : placements()) {
     const Body body(cube, placement);
     // in the cube's own frame: from (-2, 0.25, 0.5) along (1, 0.125, 0), at s = 2 through x = 0
@@ -92,7 +92,7 @@ TEST_CASE("ray: hits a hull of many faces where bisection of point in body says"
   Random random(12);
   Points points(3, 40);
   for (Eigen::Index i = 0; i < points.cols(); ++i) points.col(i) = random.direction();
-  const Polyhedron hull = quoin::geometry::make_hull(points).polyhedron;
+  const Shape hull = quoin::geometry::make_hull(points).polyhedron;
   int hits = 0;
   for (const Placement& placement : placements()) {
     const Body body(hull, placement);
@@ -115,7 +115,7 @@ TEST_CASE("ray: hits a hull of many faces where bisection of point in body says"
 }
 
 TEST_CASE("ray: what is none is refused") {
-  const Polyhedron cube = make_box({0, 0, 0}, {1, 1, 1});
+  const Shape cube = make_box({0, 0, 0}, {1, 1, 1});
   const double nan = std::numeric_limits<double>::quiet_NaN();
   CHECK_THROWS_AS(first_hit(cube, Ray{{nan, 0, 0}, {1, 0, 0}, 1}), InputError);
   CHECK_THROWS_AS(first_hit(cube, Ray{{0, 0, 0}, {0, 0, 0}, 1}), InputError);
@@ -125,7 +125,7 @@ TEST_CASE("ray: what is none is refused") {
 }
 
 TEST_CASE("point: in a cube or not, by a billionth of its size") {
-  const Polyhedron cube = make_box({0, 0, 0}, {1, 1, 1});
+  const Shape cube = make_box({0, 0, 0}, {1, 1, 1});
   for (const Placement& placement : placements()) {
     const Body body(cube, placement);
     const double close = 1e-12 + 8 * rounding(placement);
@@ -141,7 +141,7 @@ TEST_CASE("point: in a cube or not, by a billionth of its size") {
 }
 
 TEST_CASE("overlap: yes and no on either side of touching") {
-  const Polyhedron cube = make_box({0, 0, 0}, {1, 1, 1});
+  const Shape cube = make_box({0, 0, 0}, {1, 1, 1});
   for (const Placement& placement : placements()) {
     const double close = 1e-12 + 8 * rounding(placement);
     const auto beside = [&](double gap) {
@@ -161,8 +161,8 @@ TEST_CASE("overlap: what the gap says, for all hints") {
   Random random(8);
   Points points(3, 24);
   for (Eigen::Index i = 0; i < points.cols(); ++i) points.col(i) = random.direction();
-  const Polyhedron hull = quoin::geometry::make_hull(points).polyhedron;
-  const Polyhedron cube = make_box({-1, -1, -1}, {1, 1, 1});
+  const Shape hull = quoin::geometry::make_hull(points).polyhedron;
+  const Shape cube = make_box({-1, -1, -1}, {1, 1, 1});
   int yes = 0, no = 0;
   for (int i = 0; i < 400; ++i) {
     const Body a(hull, {random.rotation(), random.point(-1, 1)});
@@ -180,7 +180,7 @@ TEST_CASE("overlap: what the gap says, for all hints") {
 }
 
 TEST_CASE("distance with a cut-off: the nearest features up to it, nothing beyond") {
-  const Polyhedron cube = make_box({0, 0, 0}, {1, 1, 1});
+  const Shape cube = make_box({0, 0, 0}, {1, 1, 1});
   const Placement above{Matrix3::Identity(), {0.5, 0.25, 1.25}};
   const auto within = [&](double cut_off) {
     return nearest_features_within(cube, {cube, above}, cut_off);

@@ -122,7 +122,7 @@ TEST_CASE("gravity and loads: constant, table, formula; a face by its direction"
   CHECK(same(file.scene.gravity.at(9.0), Vector3(0, 0, -10)));
   CHECK(same(file.scene.point_loads.at(0).force.at(7.0), Vector3(1, 2, 3)));
   CHECK(same(file.scene.body_loads.at(0).force.at(3.0), Vector3(3, 9, 1)));
-  const geometry::Polyhedron& shape = file.scene.blocks[0].shape;
+  const geometry::Shape& shape = file.scene.blocks[0].shape;
   for (const int vertex : shape.topology().face(file.scene.face_loads.at(0).face)) {
     CHECK(shape.vertex(vertex).z() == 1.0);
   }

@@ -17,7 +17,7 @@ Scene heap(int blocks) {
   const Material rock{.density = 2000, .young = 1e8, .poisson = 0.2};
   for (int i = 0; i < blocks; ++i) {
     const Vector3 low(0.3 * (i % 3), 0.2 * (i % 2), 1.01 * i);
-    const geometry::Polyhedron box = geometry::make_box(low, low + Vector3(1, 1, 1));
+    const geometry::Shape box = geometry::make_box(low, low + Vector3(1, 1, 1));
     i % 2 == 0 ? scene.add_block(box, rock) : scene.add_rigid(box, rock);
     scene.blocks.back().velocity = Vector3(0.5 * (i % 2), 0, -1);
     scene.blocks.back().angular_velocity = Vector3(0.2 * i, 0.1, 0);

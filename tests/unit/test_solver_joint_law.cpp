@@ -26,8 +26,8 @@ struct Frame {
   Vector3 origin = Vector3::Zero();
   bool rigid = true;
 
-  geometry::Polyhedron box(const Vector3& low, const Vector3& high) const {
-    geometry::Polyhedron shape = geometry::make_box(low, high);
+  geometry::Shape box(const Vector3& low, const Vector3& high) const {
+    geometry::Shape shape = geometry::make_box(low, high);
     geometry::Points places = (rotation * shape.vertices()).colwise() + origin;
     shape.set_vertices(places);
     return shape;

@@ -13,14 +13,14 @@ using namespace quoin::tests;
 
 namespace {
 
-enum class Shape { Symmetric, General };
+enum class MatrixShape { Symmetric, General };
 
 /// Blocks of 6 and 12 unknowns, as many random couplings as wanted; diagonally dominant.
 struct Problem {
   Slots slots;
   BlockSystem system;
 
-  Problem(Random& random, int count, int couplings, Shape shape) {
+  Problem(Random& random, int count, int couplings, MatrixShape shape) {
     std::vector<int> unknowns;
     for (int b = 0; b < count; ++b) unknowns.push_back(random.uniform(0, 1) < 0.5 ? 6 : 12);
     slots = make_slots(unknowns, std::vector<double>(unknowns.size(), 1.0));
@@ -31,7 +31,7 @@ struct Problem {
       if (i != j) pairs.insert(std::minmax(i, j));
     }
     system.pairs.assign(pairs.begin(), pairs.end());
-    system.symmetric = shape == Shape::Symmetric;
+    system.symmetric = shape == MatrixShape::Symmetric;
     const auto draw = [&] {
       Matrix12 block;
       for (double& x : block.reshaped()) x = random.uniform(-1, 1);
@@ -88,7 +88,7 @@ struct Problem {
 
 TEST_CASE("Factors of random block matrices solve them") {
   Random random(1);
-  for (const Shape shape : {Shape::Symmetric, Shape::General}) {
+  for (const MatrixShape shape : {MatrixShape::Symmetric, MatrixShape::General}) {
     for (const auto& [count, couplings] : {std::pair{1, 0}, {2, 1}, {5, 3}, {30, 20}, {60, 150}}) {
       const Problem problem(random, count, couplings, shape);
       LinearSolver solver(problem.slots);
@@ -101,7 +101,7 @@ TEST_CASE("Factors of random block matrices solve them") {
 
 TEST_CASE("One solver takes matrices of another pattern and another kind") {
   Random random(2);
-  Problem first(random, 20, 30, Shape::Symmetric), second(random, 20, 30, Shape::General);
+  Problem first(random, 20, 30, MatrixShape::Symmetric), second(random, 20, 30, MatrixShape::General);
   second.slots = first.slots;  // the same blocks, coupled otherwise
   LinearSolver solver(first.slots);
   for (const Problem* problem : {&first, &second, &first}) {
@@ -112,17 +112,17 @@ TEST_CASE("One solver takes matrices of another pattern and another kind") {
 
 TEST_CASE("What cannot be factorized is said") {
   Random random(3);
-  Problem problem(random, 10, 12, Shape::Symmetric);
+  Problem problem(random, 10, 12, MatrixShape::Symmetric);
   problem.system.diagonal[7](2, 2) = -1.0;
   CHECK_FALSE(LinearSolver(problem.slots).factorize(problem.system));
-  Problem general(random, 1, 0, Shape::General);
+  Problem general(random, 1, 0, MatrixShape::General);
   general.system.diagonal[0].setZero();
   CHECK_FALSE(LinearSolver(general.slots).factorize(general.system));
 }
 
 TEST_CASE("Supernodes hold every place once, children before parents") {
   Random random(4);
-  const Problem problem(random, 80, 160, Shape::Symmetric);
+  const Problem problem(random, 80, 160, MatrixShape::Symmetric);
   const Elimination elimination = make_elimination(80, problem.system.pairs);
   int next = 0;
   for (std::size_t s = 0; s < elimination.supernodes.size(); ++s) {

@@ -20,7 +20,7 @@ Scene cube_on_ground(bool rigid, double friction_angle) {
   Scene scene;
   scene.joint.friction_angle = friction_angle;
   scene.add_fixed(geometry::make_box({-3, -3, -1}, {3, 3, 0}));
-  const geometry::Polyhedron cube = geometry::make_box({0, 0, 0}, {1, 1, 1});
+  const geometry::Shape cube = geometry::make_box({0, 0, 0}, {1, 1, 1});
   rigid ? scene.add_rigid(cube, kRock) : scene.add_block(cube, kRock);
   return scene;
 }

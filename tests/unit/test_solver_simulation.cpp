@@ -20,7 +20,7 @@ namespace {
 
 constexpr Material kRock{.density = 2500, .young = 5e9, .poisson = 0.25};
 
-geometry::Polyhedron unit_cube(const Vector3& corner) {
+geometry::Shape unit_cube(const Vector3& corner) {
   return geometry::make_box(corner, corner + Vector3::Ones());
 }
 

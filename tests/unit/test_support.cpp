@@ -13,7 +13,7 @@ using geometry::Vector3;
 
 namespace {
 
-geometry::Support plain(const geometry::Polyhedron& solid, const Vector3& d) {
+geometry::Support plain(const geometry::Shape& solid, const Vector3& d) {
   geometry::Support best{0, -HUGE_VAL};
   for (int v = 0; v < solid.vertex_count(); ++v) {
     const Vector3 x = geometry::row_offset(solid, v);
@@ -23,7 +23,7 @@ geometry::Support plain(const geometry::Polyhedron& solid, const Vector3& d) {
   return best;
 }
 
-geometry::Polyhedron solid_of(tests::Random& random, int count) {
+geometry::Shape solid_of(tests::Random& random, int count) {
   geometry::Points points(3, count);
   for (int k = 0; k < count; ++k) points.col(k) = random.direction();
   return geometry::make_hull(points).polyhedron;
@@ -34,7 +34,7 @@ geometry::Polyhedron solid_of(tests::Random& random, int count) {
 TEST_CASE("support is the same to the bit as the plain loop, for any number of vertices") {
   tests::Random random(11);
   for (int count = 4; count <= 80; ++count) {
-    const geometry::Polyhedron p = solid_of(random, count), q = solid_of(random, 84 - count);
+    const geometry::Shape p = solid_of(random, count), q = solid_of(random, 84 - count);
     for (int k = 0; k < 20; ++k) {
       const Vector3 d = random.uniform(0.1, 10.0) * random.direction();
       const geometry::Support expected = plain(p, d), found = geometry::support(p, d);
@@ -64,7 +64,7 @@ TEST_CASE("support is the same to the bit as the plain loop, for any number of v
 }
 
 TEST_CASE("of equal vertices the lowest index is the support") {
-  const geometry::Polyhedron box = geometry::make_box({-1, -1, -1}, {1, 1, 1});
+  const geometry::Shape box = geometry::make_box({-1, -1, -1}, {1, 1, 1});
   for (const Vector3& d :
        {Vector3(1, 0, 0), Vector3(0, -1, 0), Vector3(0, 0, 0), Vector3(1, 1, 0)}) {
     const geometry::Support found = geometry::support(box, d), expected = plain(box, d);
@@ -76,7 +76,7 @@ TEST_CASE("of equal vertices the lowest index is the support") {
 TEST_CASE("carriers of a support plane are checked as by the plain loop") {
   tests::Random random(12);
   for (int count = 4; count <= 80; ++count) {
-    const geometry::Polyhedron solid = solid_of(random, count);
+    const geometry::Shape solid = solid_of(random, count);
     for (int k = 0; k < 20; ++k) {
       const Vector3 d = random.direction();
       const geometry::Support expected = plain(solid, d);
@@ -117,14 +117,14 @@ void check_scan(const geometry::Solid& p, const geometry::Solid& q, const Vector
 TEST_CASE("all wide scans that the machine has give the bits of the plain one") {
   tests::Random random(15);
   for (int count = 4; count <= 80; ++count) {
-    const geometry::Polyhedron p = solid_of(random, count), q = solid_of(random, 84 - count);
+    const geometry::Shape p = solid_of(random, count), q = solid_of(random, 84 - count);
     for (int k = 0; k < 20; ++k) {
       const Vector3 d = random.direction();
       if (geometry::has_avx2()) check_scan<geometry::Scan256>(p, q, d);
       if (geometry::has_avx512()) check_scan<geometry::Scan512>(p, q, d);
     }
   }
-  const geometry::Polyhedron box = geometry::make_box({-1, -1, -1}, {1, 1, 1});
+  const geometry::Shape box = geometry::make_box({-1, -1, -1}, {1, 1, 1});
   for (const Vector3& d : {Vector3(1, 0, 0), Vector3(0, -1, 0), Vector3(0, 0, 0)}) {
     if (geometry::has_avx2()) check_scan<geometry::Scan256>(box, box, d);
     if (geometry::has_avx512()) check_scan<geometry::Scan512>(box, box, d);

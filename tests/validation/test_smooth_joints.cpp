@@ -27,7 +27,7 @@ Scene floor_of(int count, double length, double gap) {
 }
 
 int add_cube(Scene& scene, bool rigid, const Vector3& corner) {
-  const geometry::Polyhedron cube = geometry::make_box(corner, corner + Vector3(1, 1, 1));
+  const geometry::Shape cube = geometry::make_box(corner, corner + Vector3(1, 1, 1));
   const int block = rigid ? scene.add_rigid(cube, kRock) : scene.add_block(cube, kRock);
   scene.blocks[static_cast<std::size_t>(block)].velocity = Vector3(kSpeed, 0, 0);
   return block;

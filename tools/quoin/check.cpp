@@ -58,7 +58,7 @@ struct PairStart {
 };
 
 std::vector<PairStart> pairs_at_start(const solver::Scene& scene) {
-  std::vector<geometry::Polyhedron> shapes;
+  std::vector<geometry::Shape> shapes;
   std::vector<char> idle;
   double largest = 0.0;
   for (const solver::Block& block : scene.blocks) {

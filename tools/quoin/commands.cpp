@@ -7,7 +7,7 @@
 #include "scene_file/scene_error.hpp"
 #include "scene_file/shown.hpp"
 
-#include <quoin/geometry/polyhedron.hpp>
+#include <quoin/geometry/shape.hpp>
 
 namespace quoin::commands {
 

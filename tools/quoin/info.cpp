@@ -32,7 +32,7 @@ struct InfoArguments {
 /// One block of the file, and what becomes of it.
 struct BlockInfo {
   const MeshBlock* mesh = nullptr;
-  std::optional<geometry::Polyhedron> shape{};  ///< none: not convex
+  std::optional<geometry::Shape> shape{};  ///< none: not convex
   std::string fault{};                          ///< why not
   int support = -1;                             ///< the nearest; -1: there is none
   double gap = 0.0;                             ///< to it, m; negative: overlap

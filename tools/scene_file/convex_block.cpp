@@ -18,7 +18,7 @@ struct Plane {
   double offset;
 };
 
-std::vector<Plane> planes(const geometry::Polyhedron& hull) {
+std::vector<Plane> planes(const geometry::Shape& hull) {
   std::vector<Plane> result;
   for (int f = 0; f < hull.topology().face_count(); ++f) {
     const std::span<const int> cycle = hull.topology().face(f);
@@ -84,7 +84,7 @@ std::string text(double value) {
 
 }  // namespace
 
-geometry::Polyhedron convex_block(const MeshBlock& mesh, double tolerance) {
+geometry::Shape convex_block(const MeshBlock& mesh, double tolerance) {
   const geometry::Hull hull = geometry::make_hull(mesh.vertices);
   const geometry::Box& box = hull.polyhedron.box();
   const double limit = tolerance < 0 ? 1e-6 * (box.max - box.min).norm() : tolerance;

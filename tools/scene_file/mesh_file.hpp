@@ -1,7 +1,7 @@
 #pragma once
 /// Block meshes from files of other programs.
 
-#include <quoin/geometry/polyhedron.hpp>
+#include <quoin/geometry/shape.hpp>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -44,6 +44,6 @@ void mark_lowest_course(std::vector<MeshBlock>& meshes);
 /// The convex hull of the mesh. Throws geometry::InputError when the surface of the mesh lies
 /// deeper than `tolerance` (m) below that hull, or does not enclose it. `tolerance` < 0: 1e-6 of
 /// the diameter.
-geometry::Polyhedron convex_block(const MeshBlock& mesh, double tolerance);
+geometry::Shape convex_block(const MeshBlock& mesh, double tolerance);
 
 }  // namespace quoin::scene_file

@@ -2,7 +2,7 @@
 /// The scene's list `overrides`: which blocks each of them means.
 
 #include <nlohmann/json.hpp>
-#include <quoin/geometry/polyhedron.hpp>
+#include <quoin/geometry/shape.hpp>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -15,7 +15,7 @@ namespace quoin::scene_file {
 struct BlockLabel {
   std::string_view name{};                      ///< of the scene
   std::string_view file_name{};                 ///< of its file, beside its id; may be empty
-  const geometry::Polyhedron* shape = nullptr;  ///< at the start
+  const geometry::Shape* shape = nullptr;  ///< at the start
 };
 
 /// For each block the numbers of the overrides that mean it, ascending. "blocks" holds names, ids

@@ -194,7 +194,7 @@ class Reader {
     return document_["blocks"].is_object() ? "/blocks" : at("/blocks", entry.index);
   }
 
-  void add(geometry::Polyhedron shape, std::string name, Entry entry) {
+  void add(geometry::Shape shape, std::string name, Entry entry) {
     if (name.empty()) {
       name = "block" + std::to_string(file_.scene.blocks.size());
     }
@@ -211,7 +211,7 @@ class Reader {
   void read_block(const json& value, std::size_t index) {
     const std::string pointer = at("/blocks", index);
     try {
-      geometry::Polyhedron shape = read_shape(value["shape"]);
+      geometry::Shape shape = read_shape(value["shape"]);
       if (value.contains("pose")) {
         apply_pose(value["pose"], pointer + "/pose", shape);
       }
@@ -339,7 +339,7 @@ class Reader {
       files_without_support_.push_back(pointer);
     for (const MeshBlock& mesh : meshes) {
       try {
-        geometry::Polyhedron shape = convex_block(mesh, value.value("convexity_tolerance", -1.0));
+        geometry::Shape shape = convex_block(mesh, value.value("convexity_tolerance", -1.0));
         if (value.contains("pose")) {
           apply_pose(value["pose"], pointer + "/pose", shape);
         }
@@ -452,7 +452,7 @@ class Reader {
     if (!(direction.norm() > 0)) {
       throw SceneError(pointer, "must not be zero");
     }
-    const geometry::Polyhedron& shape = file_.scene.blocks[static_cast<std::size_t>(block)].shape;
+    const geometry::Shape& shape = file_.scene.blocks[static_cast<std::size_t>(block)].shape;
     int best = 0;
     double greatest = -2.0;
     for (int f = 0; f < shape.topology().face_count(); ++f) {

@@ -108,7 +108,7 @@ Vector3 read_vector(const json& value) {
   return Vector3(value[0].get<double>(), value[1].get<double>(), value[2].get<double>());
 }
 
-geometry::Polyhedron read_shape(const json& shape) {
+geometry::Shape read_shape(const json& shape) {
   const std::string type = shape["type"];
   if (type == "box") {
     return geometry::make_box(read_vector(shape["min"]), read_vector(shape["max"]));
@@ -119,7 +119,7 @@ geometry::Polyhedron read_shape(const json& shape) {
   if (type == "hull") {
     return geometry::make_hull(read_points(shape["points"])).polyhedron;
   }
-  return geometry::make_polyhedron(read_points(shape["vertices"]),
+  return geometry::make_shape(read_points(shape["vertices"]),
                                    shape["faces"].get<std::vector<std::vector<int>>>());
 }
 
@@ -143,7 +143,7 @@ PlacedPoints read_placed_points(const json& value, const std::string& name) {
   return placed;
 }
 
-void apply_pose(const json& pose, const std::string& pointer, geometry::Polyhedron& polyhedron) {
+void apply_pose(const json& pose, const std::string& pointer, geometry::Shape& polyhedron) {
   Points vertices = polyhedron.vertices();
   if (pose.contains("rotation")) {
     const Matrix3 rotation = read_rotation(pose["rotation"], pointer + "/rotation");

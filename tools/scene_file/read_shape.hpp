@@ -10,11 +10,11 @@ namespace quoin::scene_file {
 geometry::Vector3 read_vector(const nlohmann::json& value);
 
 /// `shape`: box, prism, hull or polyhedron. Throws geometry::InputError when it is no convex solid.
-geometry::Polyhedron read_shape(const nlohmann::json& shape);
+geometry::Shape read_shape(const nlohmann::json& shape);
 
 /// Moves a polyhedron to `pose`. Throws SceneError with the place below `pointer`.
 void apply_pose(const nlohmann::json& pose, const std::string& pointer,
-                geometry::Polyhedron& polyhedron);
+                geometry::Shape& polyhedron);
 
 /// Points in a frame of their own and where that stands.
 struct PlacedPoints {

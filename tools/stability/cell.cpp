@@ -15,9 +15,9 @@ constexpr double kLargestOverlap = 1e-3;   // of the block: the springs are too 
 constexpr double kEnergyGrowth = 1e-6;    // of its range, by the run's own ledger
 constexpr double kAtRest = 1e-8;           // unbalance that is left after the static steps
 
-geometry::Polyhedron turned_box(const Vector3& min, const Vector3& max,
+geometry::Shape turned_box(const Vector3& min, const Vector3& max,
                                 const Eigen::Matrix3d& rotation, const Vector3& origin) {
-  geometry::Polyhedron shape = geometry::make_box(min, max);
+  geometry::Shape shape = geometry::make_box(min, max);
   geometry::Points vertices(3, shape.topology().vertex_count());
   for (int i = 0; i < shape.topology().vertex_count(); ++i) {
     vertices.col(i) = origin + rotation * shape.vertex(i);
@@ -26,7 +26,7 @@ geometry::Polyhedron turned_box(const Vector3& min, const Vector3& max,
   return shape;
 }
 
-int add(solver::Scene& scene, geometry::Polyhedron shape, double density, double young,
+int add(solver::Scene& scene, geometry::Shape shape, double density, double young,
         double poisson) {
   if (young > 0.0) {
     return scene.add_block(std::move(shape),

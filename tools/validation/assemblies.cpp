@@ -84,7 +84,7 @@ ArchRun stand(int count, double thickness, double young, bool rigid) {
     polygon << corner(inner, from), corner(outer, from), corner(outer, to), corner(inner, to);
     if (i == 0) polygon.row(2).head<2>().setZero();
     if (i == count - 1) polygon.row(2).tail<2>().setZero();
-    const geometry::Polyhedron shape = geometry::make_prism(polygon, {0, 1, 0});
+    const geometry::Shape shape = geometry::make_prism(polygon, {0, 1, 0});
     rigid ? scene.add_rigid(shape, stone) : scene.add_block(shape, stone);
   }
   Simulation simulation(scene, {.time_step = 0.01});
@@ -151,7 +151,7 @@ void stack(bool rigid, Report& report) {
   scene.add_fixed(geometry::make_box({-1, -1, -1}, {2, 2, 0}));
   const solver::Material rock{.density = 2500, .young = 5e9, .poisson = 0.25};
   for (int i = 0; i < kCount; ++i) {
-    const geometry::Polyhedron cube = geometry::make_box({0, 0, 1.0 * i}, {1, 1, i + 1.0});
+    const geometry::Shape cube = geometry::make_box({0, 0, 1.0 * i}, {1, 1, i + 1.0});
     rigid ? scene.add_rigid(cube, rock) : scene.add_block(cube, rock);
   }
   Simulation simulation(scene, {.time_step = 0.01});

@@ -12,22 +12,22 @@ namespace {
 
 using geometry::ContactType;
 using geometry::NearestFeatures;
-using geometry::Polyhedron;
+using geometry::Shape;
 
-Polyhedron cube(const Vector3& centre, const Matrix3& rotation = Matrix3::Identity(),
+Shape cube(const Vector3& centre, const Matrix3& rotation = Matrix3::Identity(),
                 double side = 1.0) {
   const Vector3 half = Vector3::Constant(0.5 * side);
   return Frame{.rotation = rotation, .origin = centre}.place(geometry::make_box(-half, half));
 }
 
-Polyhedron hull(std::initializer_list<Vector3> corners) {
+Shape hull(std::initializer_list<Vector3> corners) {
   geometry::Points points(3, static_cast<Eigen::Index>(corners.size()));
   Eigen::Index i = 0;
   for (const Vector3& corner : corners) points.col(i++) = corner;
   return geometry::make_hull(points).polyhedron;
 }
 
-geometry::PairContact pair_contact(const Polyhedron& a, const Polyhedron& b, double reach = 0.0) {
+geometry::PairContact pair_contact(const Shape& a, const Shape& b, double reach = 0.0) {
   geometry::PairContact contact;
   geometry::update_pair_contact(a, b, {.tolerance = 0.0, .reach = reach}, contact);
   return contact;
@@ -43,8 +43,8 @@ void normal_rows(const Vector3& exact, const NearestFeatures& nearest, double al
 void g01_local_search(Report& report) {
   // A flat pyramid with its base on top against the tip of a tetrahedron: the nearest vertex pair
   // is (apex, tip), and no face around the apex holds the nearest point.
-  const Polyhedron a = hull({{-10, -10, 0}, {10, -10, 0}, {10, 10, 0}, {-10, 10, 0}, {0, 0, -0.5}});
-  const Polyhedron b = hull({{0, 0, 0.005}, {1, 0, 1}, {-0.5, 0.8, 1}, {-0.5, -0.8, 1}});
+  const Shape a = hull({{-10, -10, 0}, {10, -10, 0}, {10, 10, 0}, {-10, 10, 0}, {0, 0, -0.5}});
+  const Shape b = hull({{0, 0, 0.005}, {1, 0, 1}, {-0.5, 0.8, 1}, {-0.5, -0.8, 1}});
   const geometry::PairContact contact = pair_contact(a, b);
   report.absolute("distance [m]", 0.005, contact.nearest.gap, 1e-14);
   report.absolute("witness on A, |difference| [m]", 0.0, contact.nearest.point_a.norm(), 1e-14);
@@ -62,9 +62,9 @@ namespace {
 void crossed_edges(const Vector3& shift, double allowed, Report& report) {
   const Matrix3 about_x = turn(radians(45), Vector3::UnitX());
   const Matrix3 about_y = turn(radians(45), Vector3::UnitY());
-  const Polyhedron a = cube(shift, about_x);
+  const Shape a = cube(shift, about_x);
   for (const double gap : {0.01, -0.01}) {
-    const Polyhedron b = cube(shift + Vector3(0, 0, std::sqrt(2.0) + gap), about_y);
+    const Shape b = cube(shift + Vector3(0, 0, std::sqrt(2.0) + gap), about_y);
     const geometry::PairContact contact = pair_contact(a, b);
     const std::string at = " at " + text(gap);
     report.absolute("signed gap [m]" + at, gap, contact.nearest.gap, allowed);
@@ -86,8 +86,8 @@ void g07_far_from_the_origin(Report& report) {
 }
 
 void g03_turned_faces(Report& report) {
-  const Polyhedron a = cube(Vector3::Zero());
-  const Polyhedron b = cube({0, 0, 1}, turn(radians(45), Vector3::UnitZ()));
+  const Shape a = cube(Vector3::Zero());
+  const Shape b = cube({0, 0, 1}, turn(radians(45), Vector3::UnitZ()));
   const geometry::PairContact contact = pair_contact(a, b);
   report.absolute("face-face (1 yes)", 1.0, contact.type == ContactType::FaceFace ? 1.0 : 0.0, 0.0);
   report.absolute("area of the octagon [m2]", 2.0 * (std::sqrt(2.0) - 1.0), contact.area, 1e-12);
@@ -102,9 +102,9 @@ void g04_nearly_parallel_edges(Report& report) {
   // Roofs of 100 m with their ridges 0.01 m apart, crossing in the middle at a small angle:
   // alternating projection shrinks the offset by cos^2 of it a cycle, 9 million cycles for 1e-12 at
   // 0.1 degrees.
-  const Polyhedron a =
+  const Shape a =
       hull({{-50, 0, 0}, {50, 0, 0}, {-50, -1, -1}, {50, -1, -1}, {-50, 1, -1}, {50, 1, -1}});
-  const Polyhedron roof =
+  const Shape roof =
       hull({{-50, 0, 0}, {50, 0, 0}, {-50, -1, 1}, {50, -1, 1}, {-50, 1, 1}, {50, 1, 1}});
   for (const double degrees : {10.0, 5.0, 1.0, 0.1}) {
     const Frame crossed{.rotation = turn(radians(degrees), Vector3::UnitZ()),
@@ -128,9 +128,9 @@ void g05_vertex_to_vertex(Report& report) {
 }
 
 void g06_slivers(Report& report) {
-  const Polyhedron a = geometry::make_box({-50, -50, -0.001}, {50, 50, 0});
+  const Shape a = geometry::make_box({-50, -50, -0.001}, {50, 50, 0});
   const Frame turned{.rotation = turn(radians(17), Vector3::UnitZ()), .origin = Vector3(30, 20, 0)};
-  const Polyhedron b =
+  const Shape b =
       turned.place(geometry::make_box({-0.5, -0.5, 1e-7}, {0.5, 0.5, 0.001 + 1e-7}));
   const geometry::PairContact contact = pair_contact(a, b);
   report.absolute("distance [m]", 1e-7, contact.nearest.gap, 1e-13);
@@ -141,8 +141,8 @@ void g06_slivers(Report& report) {
 void g08_depth(Report& report) {
   // Least overlap over face normals and edge-edge normals, all enumerated; the same by the hull of
   // the Minkowski difference.
-  const Polyhedron a = cube(Vector3::Zero(), Matrix3::Identity(), 2.0);
-  const Polyhedron b = cube({1.3, 0.1, 1.3}, turn(radians(40), Vector3(1, 2, 3)));
+  const Shape a = cube(Vector3::Zero(), Matrix3::Identity(), 2.0);
+  const Shape b = cube({1.3, 0.1, 1.3}, turn(radians(40), Vector3(1, 2, 3)));
   const NearestFeatures nearest = geometry::nearest_features(a, b);
   report.absolute("depth [m]", 0.1517024057963554, -nearest.gap, 1e-12);
   normal_rows({0.4915777024106926, 0.0, 0.870833716901582}, nearest, 1e-12, report);

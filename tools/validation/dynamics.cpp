@@ -36,7 +36,7 @@ struct Tumble {
 Tumble tumble(double time_step, TimeScheme scheme, bool rigid = false) {
   solver::Scene scene;
   scene.gravity = Vector3(0, 0, 0);
-  const geometry::Polyhedron shape = geometry::make_box({-1.5, -1, -0.5}, {1.5, 1, 0.5});
+  const geometry::Shape shape = geometry::make_box({-1.5, -1, -0.5}, {1.5, 1, 0.5});
   const solver::Material material{.density = 2000, .young = 50e9, .poisson = 0.25};
   rigid ? scene.add_rigid(shape, material) : scene.add_block(shape, material);
   scene.blocks[0].angular_velocity = Vector3(2, 0, 5);
@@ -157,7 +157,7 @@ std::vector<double> shake(double time_step, bool rigid, double end) {
         const double shaking = t - release;
         return {shaking > 0.0 ? 5.0 * std::sin(2.0 * std::numbers::pi * shaking) : 0.0, 0, 0};
       })};
-  const geometry::Polyhedron shape = geometry::make_box({-0.5, -0.5, 0}, {0.5, 0.5, 0.5});
+  const geometry::Shape shape = geometry::make_box({-0.5, -0.5, 0}, {0.5, 0.5, 0.5});
   const solver::Material material{.density = 2500, .young = 5e9, .poisson = 0.25};
   rigid ? scene.add_rigid(shape, material) : scene.add_block(shape, material);
   Simulation simulation(scene, {.time_step = time_step});

@@ -13,7 +13,7 @@ Matrix3 turn(double angle, const Vector3& axis) {
   return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
 }
 
-geometry::Polyhedron Frame::place(const geometry::Polyhedron& shape) const {
+geometry::Shape Frame::place(const geometry::Shape& shape) const {
   geometry::Points places(3, shape.vertex_count());
   for (int v = 0; v < shape.vertex_count(); ++v) places.col(v) = point(shape.vertex(v));
   return {shape.shared_topology(), places};
@@ -34,11 +34,11 @@ solver::Scene SlopeScene::scene() const {
   solver::Scene scene;
   scene.joint.friction_angle = friction;
   scene.gravity = frame.vector({0, 0, -gravity});
-  const geometry::Polyhedron plane =
+  const geometry::Shape plane =
       slope.place(geometry::make_box({-3.0 * size.x(), -10.0 * size.y(), -1.0},
                                      {plane_length + 3.0 * size.x(), 10.0 * size.y(), 0.0}));
   const Vector3 half(0.5 * size.x(), 0.5 * size.y(), 0.0);
-  const geometry::Polyhedron body =
+  const geometry::Shape body =
       slope.place(geometry::make_box(-half, half + Vector3(0, 0, size.z())));
   if (!plane_last) scene.add_fixed(plane);
   const int b = rigid ? scene.add_rigid(body, frame.material(material))

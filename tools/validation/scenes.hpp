@@ -27,7 +27,7 @@ struct Frame {
 
   Vector3 point(const Vector3& p) const { return scale * (origin + rotation * p); }
   Vector3 vector(const Vector3& v) const { return scale * (rotation * v); }
-  geometry::Polyhedron place(const geometry::Polyhedron& shape) const;
+  geometry::Shape place(const geometry::Shape& shape) const;
   solver::Material material(const solver::Material& m) const;
   /// A displacement or velocity of the frame back in its own axes, m.
   Vector3 back(const Vector3& v) const { return rotation.transpose() * v / scale; }

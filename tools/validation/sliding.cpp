@@ -412,7 +412,7 @@ Drag drag(double force, bool rigid) {
   scene.pair_joints.push_back({.group_a = 0, .group_b = 1, .joint = {}});
   const solver::Material rock{.density = 2500, .young = 5e9, .poisson = 0.25};
   scene.add_fixed(geometry::make_box({-5, -5, -1}, {20, 5, 0}), {.joint_group = 1});
-  for (const geometry::Polyhedron& shape : {geometry::make_box({-1.5, -0.5, 0}, {1.5, 0.5, 1}),
+  for (const geometry::Shape& shape : {geometry::make_box({-1.5, -0.5, 0}, {1.5, 0.5, 1}),
                                             geometry::make_box({-0.5, -0.5, 1}, {0.5, 0.5, 2})}) {
     rigid ? scene.add_rigid(shape, rock) : scene.add_block(shape, rock);
   }

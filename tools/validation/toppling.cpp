@@ -51,7 +51,7 @@ namespace {
 
 /// The half-space under a joint, as a slab: its face holds the apex and two more vertices of the
 /// wedge.
-geometry::Polyhedron slab_under(const Vector3& p, const Vector3& q, const Vector3& inside) {
+geometry::Shape slab_under(const Vector3& p, const Vector3& q, const Vector3& inside) {
   Vector3 normal = p.cross(q).normalized();
   if (normal.dot(inside) > 0.0) normal = -normal;  // away from the wedge
   const Vector3 along = p.normalized(), across = normal.cross(along);
@@ -279,7 +279,7 @@ Rocking rock(double time_step, bool rigid) {
   scene.joint.friction_angle = radians(45);
   scene.add_fixed(geometry::make_box({-5, -5, -1}, {5, 5, 0}));
   Frame tilted{.rotation = turn(theta0, Vector3::UnitY())};  // about the edge in the origin
-  const geometry::Polyhedron shape = tilted.place(geometry::make_box({-1, -0.5, 0}, {0, 0.5, 4}));
+  const geometry::Shape shape = tilted.place(geometry::make_box({-1, -0.5, 0}, {0, 0.5, 4}));
   const solver::Material material{.density = 2500, .young = 50e9, .poisson = 0.25};
   rigid ? scene.add_rigid(shape, material) : scene.add_block(shape, material);
   Simulation simulation(scene, {.time_step = time_step});

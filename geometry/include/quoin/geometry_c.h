@@ -83,7 +83,7 @@ quoin_status quoin_make_hull(const double* points, int count, quoin_shape** made
 
 /* Shape by its faces: face f has face_sizes[f] vertices, listed after each other in face_vertices,
  * either orientation throughout. */
-quoin_status quoin_make_polyhedron(const double* points, int count, const int* face_sizes,
+quoin_status quoin_make_shape(const double* points, int count, const int* face_sizes,
                                    int face_count, const int* face_vertices, quoin_shape** made,
                                    char* message, size_t message_size);
 

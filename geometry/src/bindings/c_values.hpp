@@ -9,7 +9,7 @@
 #include <quoin/geometry/contact_point.hpp>
 
 struct quoin_shape {
-  std::shared_ptr<quoin::geometry::Polyhedron> solid;
+  std::shared_ptr<quoin::geometry::Shape> solid;
   std::vector<int> input_index;
 };
 

@@ -32,7 +32,7 @@ quoin_status with(quoin_finder* finder, Work&& work) {
   return guarded(run, finder->message, sizeof finder->message);
 }
 
-std::shared_ptr<const geometry::Polyhedron> solid_of(const quoin_shape* shape) {
+std::shared_ptr<const geometry::Shape> solid_of(const quoin_shape* shape) {
   require(shape != nullptr, "the shape is null");
   return shape->solid;
 }

@@ -78,7 +78,7 @@ Body body_of(const quoin_body* body, int name) {
 }
 
 /// Does a hint speak of features that the shapes have?
-bool fits(const FeatureHint& hint, const Polyhedron& a, const Polyhedron& b) {
+bool fits(const FeatureHint& hint, const Shape& a, const Shape& b) {
   const auto within = [](int index, int count) { return index >= -1 && index < count; };
   const auto all_within = [&](const std::array<int, 4>& vertices, int count) {
     return std::all_of(vertices.begin(), vertices.end(), [&](int v) { return within(v, count); });
@@ -107,8 +107,8 @@ quoin_status give(const NearestFeatures& found, quoin_hint* hint, quoin_nearest*
   return found.status == PairStatus::NotConverged ? QUOIN_NOT_CONVERGED : QUOIN_OK;
 }
 
-quoin_shape* new_shape(Polyhedron&& solid, std::vector<int>&& input_index) {
-  return new quoin_shape{std::make_shared<Polyhedron>(std::move(solid)), std::move(input_index)};
+quoin_shape* new_shape(Shape&& solid, std::vector<int>&& input_index) {
+  return new quoin_shape{std::make_shared<Shape>(std::move(solid)), std::move(input_index)};
 }
 
 std::vector<std::vector<int>> faces_of(const int* sizes, int count, const int* vertices) {
@@ -160,7 +160,7 @@ quoin_status quoin_make_hull(const double* points, int count, quoin_shape** made
   return guarded(make, message, message_size);
 }
 
-quoin_status quoin_make_polyhedron(const double* points, int count, const int* face_sizes,
+quoin_status quoin_make_shape(const double* points, int count, const int* face_sizes,
                                    int face_count, const int* face_vertices, quoin_shape** made,
                                    char* message, size_t message_size) {
   say("", message, message_size);
@@ -171,7 +171,7 @@ quoin_status quoin_make_polyhedron(const double* points, int count, const int* f
     std::vector<int> all(static_cast<std::size_t>(count));
     std::iota(all.begin(), all.end(), 0);
     *made = new_shape(
-        make_polyhedron(points_of(points, count), faces_of(face_sizes, face_count, face_vertices)),
+        make_shape(points_of(points, count), faces_of(face_sizes, face_count, face_vertices)),
         std::move(all));
     return QUOIN_OK;
   };
@@ -208,7 +208,7 @@ quoin_status quoin_set_vertices(quoin_shape* shape, const double* vertices) {
     const Eigen::Map<const Points> points(vertices, 3, quoin_vertex_count(shape));
     require(points.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() <= kLargestCoordinate,
             "a coordinate is not finite or too large");
-    if (shape->solid.use_count() > 1) shape->solid = std::make_shared<Polyhedron>(*shape->solid);
+    if (shape->solid.use_count() > 1) shape->solid = std::make_shared<Shape>(*shape->solid);
     shape->solid->set_vertices(points);
     return QUOIN_OK;
   });

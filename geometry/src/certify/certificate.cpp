@@ -256,7 +256,7 @@ double default_tolerance(const Solid& a, const Solid& b) {
                   16 * kEpsilon * std::max(a.largest_coordinate(), b.largest_coordinate()));
 }
 
-double default_tolerance(const Polyhedron& a, const Polyhedron& b) {
+double default_tolerance(const Shape& a, const Shape& b) {
   return default_tolerance(Solid(a), Solid(b));
 }
 

@@ -454,8 +454,8 @@ void update(const Solid& a, const Solid& b, const ContactOptions& options, PairC
 
 }  // namespace
 
-void append_contact_points(const std::array<int, 2>& blocks, const Polyhedron& a,
-                           const Polyhedron& b, const NearestFeatures& nearest,
+void append_contact_points(const std::array<int, 2>& blocks, const Shape& a,
+                           const Shape& b, const NearestFeatures& nearest,
                            const ContactOptions& options, std::vector<ContactPoint>& contacts) {
   append_points(blocks, a, b, nearest, options, contacts);
 }
@@ -474,8 +474,8 @@ void append_contact_points(const std::array<int, 2>& blocks, const Body& a, cons
   move(pair.middle, first, contacts);
 }
 
-NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, const Polyhedron& a,
-                                             const Polyhedron& b, const ContactOptions& options,
+NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, const Shape& a,
+                                             const Shape& b, const ContactOptions& options,
                                              const FeatureHint& hint,
                                              std::vector<ContactPoint>& contacts) {
   NearestFeatures nearest;
@@ -499,7 +499,7 @@ NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, c
   return nearest;
 }
 
-void update_pair_contact(const Polyhedron& a, const Polyhedron& b, const ContactOptions& options,
+void update_pair_contact(const Shape& a, const Shape& b, const ContactOptions& options,
                          PairContact& contact) {
   update(a, b, options, contact);
 }

@@ -17,7 +17,7 @@ void make_room_in(std::vector<T>& values) {
     values.reserve(std::max<std::size_t>(16, 2 * values.size()));
 }
 
-void require_shape(const std::shared_ptr<const Polyhedron>& shape, int handle) {
+void require_shape(const std::shared_ptr<const Shape>& shape, int handle) {
   if (shape == nullptr) throw InputError("body " + std::to_string(handle) + " has no shape");
 }
 
@@ -41,7 +41,7 @@ void BodyStore::make_room() {
 }
 
 /// One more user of a kind, which is made if there is none like it.
-int BodyStore::join_kind(std::shared_ptr<const Polyhedron> shape, const BodyOptions& options) {
+int BodyStore::join_kind(std::shared_ptr<const Shape> shape, const BodyOptions& options) {
   Kind made{std::move(shape), options.category, options.collides_with, options.motion};
   const auto [place, is_new] = kind_by_key_.try_emplace(key_of(made), -1);
   if (is_new) {
@@ -73,7 +73,7 @@ void BodyStore::leave_kind(int kind) {
   free_kinds_.push_back(kind);
 }
 
-int BodyStore::add(std::shared_ptr<const Polyhedron> shape, const Placement& placement,
+int BodyStore::add(std::shared_ptr<const Shape> shape, const Placement& placement,
                    const BodyOptions& options) {
   if (slot_of_.size() == at(std::numeric_limits<int>::max())) {
     throw InputError("finder: no handle is left after 2147483647 bodies");
@@ -108,7 +108,7 @@ void BodyStore::move(int handle, const Placement& placement) {
   if (changes_[at(place)] == BodyChange::None) changes_[at(place)] = BodyChange::Moved;
 }
 
-void BodyStore::replace_shape(int handle, std::shared_ptr<const Polyhedron> shape) {
+void BodyStore::replace_shape(int handle, std::shared_ptr<const Shape> shape) {
   const int place = slot(handle);
   require_shape(shape, handle);
   const Kind& old = kind(place);

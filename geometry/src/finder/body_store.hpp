@@ -11,11 +11,11 @@ namespace quoin::geometry {
 /// more holes than bodies the slots are packed. The promises are those of ContactFinder.
 class BodyStore {
  public:
-  int add(std::shared_ptr<const Polyhedron> shape, const Placement& placement,
+  int add(std::shared_ptr<const Shape> shape, const Placement& placement,
           const BodyOptions& options);
   void remove(int handle);
   void move(int handle, const Placement& placement);
-  void replace_shape(int handle, std::shared_ptr<const Polyhedron> shape);
+  void replace_shape(int handle, std::shared_ptr<const Shape> shape);
   void set_options(int handle, const BodyOptions& options);
 
   bool contains(int handle) const {
@@ -26,7 +26,7 @@ class BodyStore {
   int slots() const { return static_cast<int>(placements_.size()); }
   bool is_hole(int slot) const { return kind_of_[at(slot)] < 0; }
   BodyMotion motion(int slot) const { return kind(slot).motion; }
-  const Polyhedron& shape(int slot) const { return *kind(slot).shape; }
+  const Shape& shape(int slot) const { return *kind(slot).shape; }
   const Placement& placement(int slot) const { return placements_[at(slot)]; }
   /// Whether the masks of two bodies let them touch.
   bool may_touch(int slot_a, int slot_b) const {
@@ -44,19 +44,19 @@ class BodyStore {
  private:
   /// What bodies share; `users` says how many.
   struct Kind {
-    std::shared_ptr<const Polyhedron> shape{};
+    std::shared_ptr<const Shape> shape{};
     std::uint32_t category = 0, collides_with = 0;
     BodyMotion motion = BodyMotion::Moving;
     int users = 0;
   };
-  using KindKey = std::tuple<const Polyhedron*, std::uint32_t, std::uint32_t, BodyMotion>;
+  using KindKey = std::tuple<const Shape*, std::uint32_t, std::uint32_t, BodyMotion>;
 
   static std::size_t at(int i) { return static_cast<std::size_t>(i); }
   static KindKey key_of(const Kind& kind) {
     return {kind.shape.get(), kind.category, kind.collides_with, kind.motion};
   }
   const Kind& kind(int slot) const { return kinds_[at(kind_of_[at(slot)])]; }
-  int join_kind(std::shared_ptr<const Polyhedron> shape, const BodyOptions& options);
+  int join_kind(std::shared_ptr<const Shape> shape, const BodyOptions& options);
   void leave_kind(int kind);
   void make_room();
 

@@ -128,7 +128,7 @@ ContactFinder::Memory& ContactFinder::memory() const {
   return *memory_;
 }
 
-int ContactFinder::add(std::shared_ptr<const Polyhedron> shape, const Placement& placement,
+int ContactFinder::add(std::shared_ptr<const Shape> shape, const Placement& placement,
                        const BodyOptions& options) {
   return memory().store.add(std::move(shape), placement, options);
 }
@@ -139,7 +139,7 @@ void ContactFinder::move(int handle, const Placement& placement) {
   memory().store.move(handle, placement);
 }
 
-void ContactFinder::replace_shape(int handle, std::shared_ptr<const Polyhedron> shape) {
+void ContactFinder::replace_shape(int handle, std::shared_ptr<const Shape> shape) {
   memory().store.replace_shape(handle, std::move(shape));
 }
 
@@ -176,7 +176,7 @@ FindCounts ContactFinder::find(std::vector<ContactPoint>& contacts) {
 
 std::span<const PairResult> ContactFinder::pairs() const { return memory().batch.pairs(); }
 
-FindCounts ContactFinder::find(std::span<const Polyhedron> blocks, std::span<const char> idle,
+FindCounts ContactFinder::find(std::span<const Shape> blocks, std::span<const char> idle,
                                std::vector<ContactPoint>& contacts) {
   Memory& m = memory();
   return m.blocks.find(blocks, idle, contacts, m.executor());

@@ -54,7 +54,7 @@ void require_length(double value, const std::string& what) {
 /// The image of the shape's box lies within |A| h of the image of its middle, that of the ball
 /// around it within a row's length times the radius: the lesser of the two. Each sum has at most
 /// eight roundings of terms no larger than `size`; 16 of them are a bound with room.
-Box placed_box(const Polyhedron& shape, const Placement& placement) {
+Box placed_box(const Shape& shape, const Placement& placement) {
   constexpr double kSlack = 16 * std::numeric_limits<double>::epsilon();
   const Vector3 middle = shape.origin();
   const Vector3 half = 0.5 * (shape.box().max - shape.box().min);

@@ -30,6 +30,6 @@ inline bool same_placement(const Placement& x, const Placement& y) {
 }
 
 /// Contains the body's solid in spite of rounding, m.
-Box placed_box(const Polyhedron& shape, const Placement& placement);
+Box placed_box(const Shape& shape, const Placement& placement);
 
 }  // namespace quoin::geometry

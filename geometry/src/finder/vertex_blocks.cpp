@@ -7,13 +7,13 @@ namespace {
 
 bool same_box(const Box& x, const Box& y) { return x.min == y.min && x.max == y.max; }
 
-Body block_of(const void* owner, int index) { return static_cast<const Polyhedron*>(owner)[index]; }
+Body block_of(const void* owner, int index) { return static_cast<const Shape*>(owner)[index]; }
 
 }  // namespace
 
 /// Vertices are compared only where the box is that of the last call: a block that moves costs
 /// nothing more.
-void VertexBlocks::note_standing(std::span<const Polyhedron> blocks) {
+void VertexBlocks::note_standing(std::span<const Shape> blocks) {
   if (boxes_.size() != blocks.size()) {
     boxes_.assign(blocks.size(), Box{});
     standing_.assign(blocks.size(), Standing{});
@@ -35,12 +35,12 @@ void VertexBlocks::set_reach(double reach) {
   batch_.set_reach(reach);
 }
 
-FindCounts VertexBlocks::find(std::span<const Polyhedron> blocks, std::span<const char> idle,
+FindCounts VertexBlocks::find(std::span<const Shape> blocks, std::span<const char> idle,
                               std::vector<ContactPoint>& contacts, Executor& executor) {
   note_standing(blocks);
   double reach = std::max(options_.reach, options_.tolerance);
   if (options_.tolerance == 0.0) {
-    for (const Polyhedron& block : blocks) {
+    for (const Shape& block : blocks) {
       reach = std::max(reach, default_tolerance(block, block));
     }
   }

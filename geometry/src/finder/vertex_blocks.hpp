@@ -11,7 +11,7 @@ class VertexBlocks {
   explicit VertexBlocks(const ContactOptions& options)
       : options_(options), batch_(options, BatchResults::PointsAlone) {}
 
-  FindCounts find(std::span<const Polyhedron> blocks, std::span<const char> idle,
+  FindCounts find(std::span<const Shape> blocks, std::span<const char> idle,
                   std::vector<ContactPoint>& contacts, Executor& executor);
   void set_reach(double reach);
 
@@ -20,11 +20,11 @@ class VertexBlocks {
   struct Standing {
     std::shared_ptr<const Topology> topology{};
     Points vertices{};
-    bool is(const Polyhedron& block) const {
+    bool is(const Shape& block) const {
       return topology == block.shared_topology() && vertices == block.vertices();
     }
   };
-  void note_standing(std::span<const Polyhedron> blocks);
+  void note_standing(std::span<const Shape> blocks);
 
   ContactOptions options_;
   BroadPhase broad_phase_;

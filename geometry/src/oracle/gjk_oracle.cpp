@@ -17,7 +17,7 @@ constexpr int kMaxSupports =
 
 /// A solid as libccd sees it: its vertices relative to an origin that both of a pair share.
 struct Body {
-  const Polyhedron* solid;
+  const Shape* solid;
   Vector3 origin;
   mutable int supports = 0;  // asked so far
 };
@@ -57,7 +57,7 @@ ccd_t settings(double tolerance) {
 using Penetration = int (*)(const void*, const void*, const ccd_t*, ccd_real_t*, ccd_vec3_t*,
                             ccd_vec3_t*);
 
-OracleAnswer depth_by(Penetration penetration, const Polyhedron& a, const Polyhedron& b,
+OracleAnswer depth_by(Penetration penetration, const Shape& a, const Shape& b,
                       double tolerance) {
   const ccd_t ccd = settings(tolerance);
   const Body body_a{&a, a.vertex(0)}, body_b{&b, a.vertex(0)};
@@ -73,7 +73,7 @@ OracleAnswer depth_by(Penetration penetration, const Polyhedron& a, const Polyhe
   return answer;
 }
 
-fcl::Convexd convex_of(const Polyhedron& solid, const Vector3& origin) {
+fcl::Convexd convex_of(const Shape& solid, const Vector3& origin) {
   auto vertices = std::make_shared<std::vector<fcl::Vector3d>>();
   for (int v = 0; v < solid.topology().vertex_count(); ++v) {
     vertices->push_back(solid.vertex(v) - origin);
@@ -89,21 +89,21 @@ fcl::Convexd convex_of(const Polyhedron& solid, const Vector3& origin) {
 
 }  // namespace
 
-bool gjk_overlap(const Polyhedron& a, const Polyhedron& b) {
+bool gjk_overlap(const Shape& a, const Shape& b) {
   const ccd_t ccd = settings(0.0);
   const Body body_a{&a, a.vertex(0)}, body_b{&b, a.vertex(0)};
   return ccdGJKIntersect(&body_a, &body_b, &ccd) != 0;
 }
 
-OracleAnswer epa_depth(const Polyhedron& a, const Polyhedron& b, double tolerance) {
+OracleAnswer epa_depth(const Shape& a, const Shape& b, double tolerance) {
   return depth_by(ccdGJKPenetration, a, b, tolerance);
 }
 
-OracleAnswer mpr_depth(const Polyhedron& a, const Polyhedron& b, double tolerance) {
+OracleAnswer mpr_depth(const Shape& a, const Shape& b, double tolerance) {
   return depth_by(ccdMPRPenetration, a, b, tolerance);
 }
 
-OracleAnswer gjk_distance(const Polyhedron& a, const Polyhedron& b, double tolerance) {
+OracleAnswer gjk_distance(const Shape& a, const Shape& b, double tolerance) {
   OracleAnswer answer;
   try {
     const Vector3 origin = a.vertex(0);

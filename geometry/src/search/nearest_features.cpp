@@ -254,7 +254,7 @@ void find(const Solid& a, const Solid& b, const SearchOptions& options, const Fe
 
 }  // namespace
 
-NearestFeatures nearest_features(const Polyhedron& a, const Polyhedron& b,
+NearestFeatures nearest_features(const Shape& a, const Shape& b,
                                  const SearchOptions& options, const FeatureHint& hint) {
   NearestFeatures answer;
   find(Solid(a), Solid(b), options, hint, answer);

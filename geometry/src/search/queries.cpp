@@ -80,7 +80,7 @@ class FacePlanes {
   int count() const { return body_.shape().topology().face_count(); }
   Vector3 normal(int f) const { return cofactors_ * body_.shape().face_normal(f); }
   double offset(int f) const {
-    const Polyhedron& shape = body_.shape();
+    const Shape& shape = body_.shape();
     const Vector3 own = shape.face_normal(f);
     double most = -kInfinity;
     for (const int v : shape.topology().face(f)) {

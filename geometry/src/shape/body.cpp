@@ -49,9 +49,9 @@ double largest_stretch(const Matrix3& a) {
 
 }  // namespace
 
-Body::Body(const Polyhedron& shape) : shape_(&shape), centre_(shape.origin()) {}
+Body::Body(const Shape& shape) : shape_(&shape), centre_(shape.origin()) {}
 
-Body::Body(const Polyhedron& shape, const Placement& placement) : shape_(&shape) {
+Body::Body(const Shape& shape, const Placement& placement) : shape_(&shape) {
   move(placement);
 }
 

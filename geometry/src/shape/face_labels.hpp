@@ -3,7 +3,7 @@
 /// corners. Internal to the narrow phase. Coordinates in any unit in which the largest one is about
 /// 1.
 
-#include <quoin/geometry/polyhedron.hpp>
+#include <quoin/geometry/shape.hpp>
 #include <vector>
 
 namespace quoin::geometry {

@@ -197,23 +197,23 @@ ExactHull exact_hull(const Eigen::Ref<const Points>& scaled) {
   return exact;
 }
 
-Polyhedron assemble(const Eigen::Ref<const Points>& vertices, const Faces& faces) {
+Shape assemble(const Eigen::Ref<const Points>& vertices, const Faces& faces) {
   auto topology = std::make_shared<const Topology>(static_cast<int>(vertices.cols()), faces);
-  return Polyhedron(std::move(topology), vertices);
+  return Shape(std::move(topology), vertices);
 }
 
 /// `scaled`: the same vertices as the cells were judged by; `surface`: closed, through all of them.
-Polyhedron labelled(const Eigen::Ref<const Points>& vertices,
+Shape labelled(const Eigen::Ref<const Points>& vertices,
                     const Eigen::Ref<const Points>& scaled, const Faces& surface) {
   const FaceLabels labels = label_faces(scaled, surface, label_length(scaled));
   auto topology = std::make_shared<const Topology>(static_cast<int>(vertices.cols()), labels.faces,
                                                    labels.hosted, surface);
-  return Polyhedron(std::move(topology), vertices);
+  return Shape(std::move(topology), vertices);
 }
 
 }  // namespace
 
-Polyhedron make_box(const Vector3& min, const Vector3& max) {
+Shape make_box(const Vector3& min, const Vector3& max) {
   Points vertices(3, 8);
   for (int v = 0; v < 8; ++v) {
     vertices.col(v) << (v & 1 ? max : min).x(), (v & 2 ? max : min).y(), (v & 4 ? max : min).z();
@@ -230,7 +230,7 @@ Polyhedron make_box(const Vector3& min, const Vector3& max) {
       {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}});
 }
 
-Polyhedron make_prism(const Eigen::Ref<const Points>& polygon, const Vector3& sweep) {
+Shape make_prism(const Eigen::Ref<const Points>& polygon, const Vector3& sweep) {
   const int n = static_cast<int>(polygon.cols());
   if (n < 3) {
     throw InputError("prism: the polygon has " + std::to_string(n) +
@@ -246,7 +246,7 @@ Polyhedron make_prism(const Eigen::Ref<const Points>& polygon, const Vector3& sw
     faces[1].push_back(n + k);
     faces.push_back({k, next, n + next, n + k});
   }
-  return make_polyhedron(vertices, faces);
+  return make_shape(vertices, faces);
 }
 
 double label_length(const Eigen::Ref<const Points>& points) {
@@ -272,7 +272,7 @@ Hull make_hull(const Eigen::Ref<const Points>& points) {
   return {labelled(points(Eigen::all, hull.corners), scaled, hull.facets), hull.corners};
 }
 
-Polyhedron make_polyhedron(const Eigen::Ref<const Points>& vertices, const Faces& faces) {
+Shape make_shape(const Eigen::Ref<const Points>& vertices, const Faces& faces) {
   check_points(vertices, kMostVertices);
   check_equal_points(vertices);
   { const Topology closed(static_cast<int>(vertices.cols()), faces); }

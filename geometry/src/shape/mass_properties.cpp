@@ -18,7 +18,7 @@ void add_tetrahedron(const Vector3& p, const Vector3& q, const Vector3& r, doubl
 
 }  // namespace
 
-MassProperties mass_properties(const Polyhedron& polyhedron) {
+MassProperties mass_properties(const Shape& polyhedron) {
   const Vector3 origin = polyhedron.origin();
   double volume = 0.0;
   Vector3 first = Vector3::Zero();

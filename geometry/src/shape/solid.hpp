@@ -13,7 +13,7 @@ namespace quoin::geometry {
 
 class Solid {
  public:
-  Solid(const Polyhedron& shape)  // NOLINT: a shape stands in its own frame
+  Solid(const Shape& shape)  // NOLINT: a shape stands in its own frame
       : shape_(&shape), body_(nullptr), turned_(nullptr), origin_(shape.origin()) {}
   /// `origin`: where the shape's origin lies, from the middle of the pair, m.
   Solid(const Body& body, const Vector3& origin)
@@ -22,7 +22,7 @@ class Solid {
         turned_(body.is_turned() ? &body : nullptr),
         origin_(origin) {}
 
-  const Polyhedron& shape() const { return *shape_; }
+  const Shape& shape() const { return *shape_; }
   const Body* body() const { return body_; }      ///< null: the shape in its own frame
   const Body* turned() const { return turned_; }  ///< null: `linear` is the identity
   const Topology& topology() const { return shape_->topology(); }
@@ -78,7 +78,7 @@ class Solid {
   }
   WideVector turned_vector(const WideVector& v) const;
 
-  const Polyhedron* shape_;
+  const Shape* shape_;
   const Body* body_;
   const Body* turned_;
   Vector3 origin_;

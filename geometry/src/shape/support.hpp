@@ -1,7 +1,7 @@
 #pragma once
 /// Support functions of a polyhedron: how far it reaches along a direction, and with which
 /// vertices. Directions are turned into the shape's frame, offsets are those of its rows, from
-/// Polyhedron::origin(); the sums are ((x·dx + y·dy) + z·dz) in every variant. The widest
+/// Shape::origin(); the sums are ((x·dx + y·dy) + z·dz) in every variant. The widest
 /// instructions of the machine are chosen at run time; all variants give the same bits.
 
 #include "numeric/small_vector.hpp"

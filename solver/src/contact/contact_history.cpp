@@ -33,14 +33,14 @@ namespace {
 constexpr double kLikeNormals = 0.866;
 
 Vector3 edge_now(const Scene& scene, const Pose& pose, int block, int edge) {
-  const geometry::Polyhedron& shape = scene.blocks[static_cast<std::size_t>(block)].shape;
+  const geometry::Shape& shape = scene.blocks[static_cast<std::size_t>(block)].shape;
   const auto ends = shape.topology().edge(edge);
   return (pose.shape * (shape.vertex(ends[1]) - shape.vertex(ends[0]))).normalized();
 }
 
 /// Area vector of a face as it stands now, outward (Newell).
 Vector3 face_normal(const Scene& scene, const Pose& pose, int block, int face) {
-  const geometry::Polyhedron& shape = scene.blocks[static_cast<std::size_t>(block)].shape;
+  const geometry::Shape& shape = scene.blocks[static_cast<std::size_t>(block)].shape;
   const auto cycle = shape.topology().face(face);
   const Vector3 first = shape.vertex(cycle[0]);
   Vector3 sum = Vector3::Zero();

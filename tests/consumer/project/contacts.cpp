@@ -3,7 +3,7 @@
 namespace geometry = quoin::geometry;
 
 int main() {
-  const std::vector<geometry::Polyhedron> blocks = {geometry::make_box({0, 0, 0}, {2, 1, 1}),  // m
+  const std::vector<geometry::Shape> blocks = {geometry::make_box({0, 0, 0}, {2, 1, 1}),  // m
                                                     geometry::make_box({1, 0, 1}, {3, 1, 2})};
   geometry::ContactFinder finder({.reach = 1e-3});  // m
   std::vector<geometry::ContactPoint> contacts;

@@ -5,8 +5,8 @@
 namespace geometry = quoin::geometry;
 
 int main() {
-  const geometry::Polyhedron a = geometry::make_box({0, 0, 0}, {1, 1, 1});
-  const geometry::Polyhedron b = geometry::make_box({0, 0, 1.25}, {1, 1, 2});
+  const geometry::Shape a = geometry::make_box({0, 0, 0}, {1, 1, 1});
+  const geometry::Shape b = geometry::make_box({0, 0, 1.25}, {1, 1, 2});
   const geometry::NearestFeatures nearest = geometry::nearest_features(a, b);
   std::printf("gap %g m along (%g, %g, %g)\n", nearest.gap, nearest.normal.x(), nearest.normal.y(),
               nearest.normal.z());

@@ -1,7 +1,7 @@
 #pragma once
 /// A shape and where it stands.
 
-#include <quoin/geometry/polyhedron.hpp>
+#include <quoin/geometry/shape.hpp>
 
 namespace quoin::geometry {
 
@@ -17,12 +17,12 @@ struct Placement {
 /// follows from them. The shape's vertices must not be set anew while a body refers to it.
 class Body {
  public:
-  Body(const Polyhedron& shape);  // NOLINT: a shape stands in its own frame
-  Body(const Polyhedron& shape, const Placement& placement);
+  Body(const Shape& shape);  // NOLINT: a shape stands in its own frame
+  Body(const Shape& shape, const Placement& placement);
 
   void move(const Placement& placement);
 
-  const Polyhedron& shape() const { return *shape_; }
+  const Shape& shape() const { return *shape_; }
   const Placement& placement() const { return placement_; }
   /// Place of a vertex in the world, rounded, m.
   Vector3 vertex(int v) const {
@@ -45,7 +45,7 @@ class Body {
   double stretch() const { return stretch_; }
 
  private:
-  const Polyhedron* shape_;
+  const Shape* shape_;
   Placement placement_;
   Vector3 centre_, centre_rest_ = Vector3::Zero();
   Matrix3 cofactors_ = Matrix3::Identity();

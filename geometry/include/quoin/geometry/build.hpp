@@ -2,7 +2,7 @@
 /// Polyhedra from plain data, checked on the way in. Every function throws InputError naming the
 /// feature, the value and the limit when the data does not make a convex solid.
 
-#include <quoin/geometry/polyhedron.hpp>
+#include <quoin/geometry/shape.hpp>
 #include <string>
 
 namespace quoin::geometry {
@@ -13,11 +13,11 @@ inline constexpr int kMostVertices = 10000;     ///< vertices that one polyhedro
 inline constexpr double kFlatness = 1e-6;
 
 /// Axis-aligned box between two corners, m. Vertex i + 2 j + 4 k stands at corner (i, j, k).
-Polyhedron make_box(const Vector3& min, const Vector3& max);
+Shape make_box(const Vector3& min, const Vector3& max);
 
 /// Prism: a convex polygon (3 × n, planar, either direction, m) swept along `sweep` (m). Vertices:
 /// the polygon's, then the swept ones in the same order.
-Polyhedron make_prism(const Eigen::Ref<const Points>& polygon, const Vector3& sweep);
+Shape make_prism(const Eigen::Ref<const Points>& polygon, const Vector3& sweep);
 
 /// The length to which labels are known, the *label length*, m: kFlatShare of the diagonal of the
 /// points' box, or what a turn and a shift leave of exact coordinates, kRoundings eps of the
@@ -30,7 +30,7 @@ double label_length(const Eigen::Ref<const Points>& points);
 
 /// A convex hull and where its vertices stood in the input.
 struct Hull {
-  Polyhedron polyhedron;
+  Shape polyhedron;
   std::vector<int> input_index;  ///< hull vertex -> column of the input, ascending
 };
 
@@ -50,12 +50,12 @@ struct Hull {
 /// least its width, and at most three times that.
 Hull make_hull(const Eigen::Ref<const Points>& points);
 
-/// Polyhedron by vertices (3 × n, m) and faces (polygons or triangles, either orientation
+/// Shape by vertices (3 × n, m) and faces (polygons or triangles, either orientation
 /// throughout: inside-out is turned round); checked: finite, closed, convex and planar within
 /// kFlatness, no equal points, no unused vertex, sizes and thickness as in make_hull. Faces are
 /// merged and labelled as in make_hull; vertices on the border of two faces may be named by both.
 /// The solid is the convex hull of the vertices; all of them are kept.
-Polyhedron make_polyhedron(const Eigen::Ref<const Points>& vertices,
+Shape make_shape(const Eigen::Ref<const Points>& vertices,
                            const std::vector<std::vector<int>>& faces);
 
 }  // namespace quoin::geometry

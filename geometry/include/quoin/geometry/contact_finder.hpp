@@ -43,13 +43,13 @@ class ContactFinder {
   /// Adds a body and returns its handle. A shape is shared by all its bodies. Throws InputError for
   /// no shape, and for a placement with a number that is not finite or too large, or with a
   /// determinant that is not positive.
-  int add(std::shared_ptr<const Polyhedron> shape, const Placement& placement = {},
+  int add(std::shared_ptr<const Shape> shape, const Placement& placement = {},
           const BodyOptions& options = {});
   void remove(int handle);
   /// Another placement, checked as in add(). The same one to the bit: the body stands still.
   void move(int handle, const Placement& placement);
   /// Another shape in the same place: its contacts have no predecessors in the next list.
-  void replace_shape(int handle, std::shared_ptr<const Polyhedron> shape);
+  void replace_shape(int handle, std::shared_ptr<const Shape> shape);
   void set_options(int handle, const BodyOptions& options);
 
   bool contains(int handle) const;
@@ -71,9 +71,9 @@ class ContactFinder {
 
   /// TODO: to be deleted with the solver's last call. Bodies by their vertices, named by their
   /// index, apart from those that were added. `idle` is empty or one flag a block.
-  FindCounts find(std::span<const Polyhedron> blocks, std::span<const char> idle,
+  FindCounts find(std::span<const Shape> blocks, std::span<const char> idle,
                   std::vector<ContactPoint>& contacts);
-  FindCounts find(std::span<const Polyhedron> blocks, std::vector<ContactPoint>& contacts) {
+  FindCounts find(std::span<const Shape> blocks, std::vector<ContactPoint>& contacts) {
     return find(blocks, {}, contacts);
   }
 

@@ -40,8 +40,8 @@ struct ContactOptions {
 /// `nearest` is the answer of nearest_features for the same pair. Coincident points are merged. The
 /// areas are the contact polygon's area shared out so that equal pressure on the points has the
 /// same resultant, in size and place, as on the polygon. No allocation once `contacts` has room.
-void append_contact_points(const std::array<int, 2>& blocks, const Polyhedron& a,
-                           const Polyhedron& b, const NearestFeatures& nearest,
+void append_contact_points(const std::array<int, 2>& blocks, const Shape& a,
+                           const Shape& b, const NearestFeatures& nearest,
                            const ContactOptions& options, std::vector<ContactPoint>& contacts);
 void append_contact_points(const std::array<int, 2>& blocks, const Body& a, const Body& b,
                            const NearestFeatures& nearest, const ContactOptions& options,
@@ -50,8 +50,8 @@ void append_contact_points(const std::array<int, 2>& blocks, const Body& a, cons
 /// Nearest features and contact points in one, for less than one after the other. Here
 /// `options.reach` is the gap itself up to which points are listed (and always those of touching
 /// and overlapping solids); when the least gap is larger there are none.
-NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, const Polyhedron& a,
-                                             const Polyhedron& b, const ContactOptions& options,
+NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, const Shape& a,
+                                             const Shape& b, const ContactOptions& options,
                                              const FeatureHint& hint,
                                              std::vector<ContactPoint>& contacts);
 
@@ -73,7 +73,7 @@ struct PairContact {
 };
 
 /// Fills `contact`, whose memory is reused.
-void update_pair_contact(const Polyhedron& a, const Polyhedron& b, const ContactOptions& options,
+void update_pair_contact(const Shape& a, const Shape& b, const ContactOptions& options,
                          PairContact& contact);
 void update_pair_contact(const Body& a, const Body& b, const ContactOptions& options,
                          PairContact& contact);

@@ -2,7 +2,7 @@
 /// The questions of nearest_features put to libccd and FCL: an oracle of a target of its own,
 /// quoin::gjk_oracle. It shares no code with the search and is never fed back into it.
 
-#include <quoin/geometry/polyhedron.hpp>
+#include <quoin/geometry/shape.hpp>
 
 namespace quoin::geometry {
 
@@ -16,16 +16,16 @@ struct OracleAnswer {
 };
 
 /// Whether libccd's GJK finds the solids overlapping.
-bool gjk_overlap(const Polyhedron& a, const Polyhedron& b);
+bool gjk_overlap(const Shape& a, const Shape& b);
 
 /// Depth of an overlapping pair by libccd's GJK and EPA. tolerance: m, absolute.
-OracleAnswer epa_depth(const Polyhedron& a, const Polyhedron& b, double tolerance = 1e-12);
+OracleAnswer epa_depth(const Shape& a, const Shape& b, double tolerance = 1e-12);
 
 /// Depth of an overlapping pair by libccd's Minkowski portal refinement (an upper bound of the
 /// least translation, by its nature). tolerance: m, absolute.
-OracleAnswer mpr_depth(const Polyhedron& a, const Polyhedron& b, double tolerance = 1e-12);
+OracleAnswer mpr_depth(const Shape& a, const Shape& b, double tolerance = 1e-12);
 
 /// Distance of a separated pair by FCL's GJK over libccd's simplex. tolerance: m, absolute.
-OracleAnswer gjk_distance(const Polyhedron& a, const Polyhedron& b, double tolerance = 1e-12);
+OracleAnswer gjk_distance(const Shape& a, const Shape& b, double tolerance = 1e-12);
 
 }  // namespace quoin::geometry

@@ -1,7 +1,7 @@
 #pragma once
 /// Volume, centroid and second moments of a polyhedron, exact by simplex integration.
 
-#include <quoin/geometry/polyhedron.hpp>
+#include <quoin/geometry/shape.hpp>
 
 namespace quoin::geometry {
 
@@ -11,6 +11,6 @@ struct MassProperties {
   Matrix3 second_moment = Matrix3::Zero();  ///< integral (x-c)(x-c)^T dV about the centroid, m5
 };
 
-MassProperties mass_properties(const Polyhedron& polyhedron);
+MassProperties mass_properties(const Shape& polyhedron);
 
 }  // namespace quoin::geometry

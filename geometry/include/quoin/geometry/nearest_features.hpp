@@ -54,7 +54,7 @@ std::string_view name(
 std::string_view name(PlaneRule rule);  ///< "unique", "shortest-line", …
 
 /// The larger of 1e-9 of the smaller diameter and 16 eps of the largest coordinate, m.
-double default_tolerance(const Polyhedron& a, const Polyhedron& b);
+double default_tolerance(const Shape& a, const Shape& b);
 
 /// The same of the shapes alone: what counts is a length of the pair, not where it stands.
 double default_tolerance(const Body& a, const Body& b);
@@ -63,7 +63,7 @@ double default_tolerance(const Body& a, const Body& b);
 /// the answer. Exact for the doubles given, within 1e-12 of the gap and 16 eps of the larger
 /// diameter: what double arithmetic cannot decide is decided in a wider one. Throws nothing.
 /// Method, proof of termination and sources: geometry/README.md.
-NearestFeatures nearest_features(const Polyhedron& a, const Polyhedron& b,
+NearestFeatures nearest_features(const Shape& a, const Shape& b,
                                  const SearchOptions& options = {}, const FeatureHint& hint = {});
 
 /// The same of two bodies; their places are in the world.

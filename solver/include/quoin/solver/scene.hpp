@@ -3,7 +3,7 @@
 /// frame.
 
 #include <functional>
-#include <quoin/geometry/polyhedron.hpp>
+#include <quoin/geometry/shape.hpp>
 #include <string>
 #include <vector>
 
@@ -78,7 +78,7 @@ struct Motion {
 };
 
 struct Block {
-  geometry::Polyhedron shape;  ///< at the start, world frame
+  geometry::Shape shape;  ///< at the start, world frame
   Material material;
   BlockKind kind = BlockKind::Deformable;
   Vector3 velocity = Vector3::Zero();          ///< of the centroid at the start, m/s
@@ -133,9 +133,9 @@ struct Scene {
   std::vector<FixedPoint> fixed_points{};
   InitialOverlap initial_overlap = InitialOverlap::Refuse;
 
-  int add_block(geometry::Polyhedron shape, const Material& material);  ///< deformable; its index
-  int add_rigid(geometry::Polyhedron shape, const Material& material);
-  int add_fixed(geometry::Polyhedron shape, const Material& material = {});
+  int add_block(geometry::Shape shape, const Material& material);  ///< deformable; its index
+  int add_rigid(geometry::Shape shape, const Material& material);
+  int add_fixed(geometry::Shape shape, const Material& material = {});
 };
 
 }  // namespace quoin::solver

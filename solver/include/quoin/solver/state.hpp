@@ -56,7 +56,7 @@ struct State {
   long step = 0;
   Vector3 origin = Vector3::Zero();  ///< world = origin + what the state holds, m
   std::vector<BlockState> blocks;
-  std::vector<geometry::Polyhedron> polyhedra;  ///< derived from `blocks`, relative to origin
+  std::vector<geometry::Shape> polyhedra;  ///< derived from `blocks`, relative to origin
   std::vector<Contact> contacts;                ///< sorted by key
   EnergyLedger energy;
 };

@@ -146,11 +146,11 @@ struct AlignedAllocator {
 
 /// The exact convex hull of its vertices as given, in the world frame. The faces of the topology
 /// are labels on that solid: a rotated quadrilateral is never exactly planar.
-class Polyhedron {
+class Shape {
  public:
   /// Whether the vertices make the faces convex is not checked: `build.hpp` does. vertices:
   /// 3 × vertex_count, m. Throws InputError as set_vertices does.
-  Polyhedron(std::shared_ptr<const Topology> topology, const Eigen::Ref<const Points>& vertices);
+  Shape(std::shared_ptr<const Topology> topology, const Eigen::Ref<const Points>& vertices);
 
   /// Moves or deforms: same topology, new places. No allocation. vertices: 3 × vertex_count, m.
   /// Throws InputError, and leaves everything as it was, for another number of columns, for a

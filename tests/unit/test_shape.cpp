@@ -18,7 +18,7 @@ using quoin::tests::WithinRel;
 }  // namespace
 
 TEST_CASE("topology: edges, faces and neighbours of a box agree") {
-  const Polyhedron box = make_box({0, 0, 0}, {1, 1, 1});
+  const Shape box = make_box({0, 0, 0}, {1, 1, 1});
   const Topology& topology = box.topology();
   CHECK(topology.vertex_count() == 8);
   CHECK(topology.edge_count() == 12);
@@ -45,7 +45,7 @@ TEST_CASE("topology: edges, faces and neighbours of a box agree") {
 }
 
 TEST_CASE("topology: a face's vertices in ascending order, and the face across each of its edges") {
-  const Polyhedron box = make_box({0, 0, 0}, {1, 1, 1});
+  const Shape box = make_box({0, 0, 0}, {1, 1, 1});
   const Topology& topology = box.topology();
   for (int f = 0; f < 6; ++f) {
     const std::span<const int> face = topology.face(f), set = topology.face_set(f);
@@ -66,7 +66,7 @@ TEST_CASE("topology: edges are found between few vertices and between many") {
   for (const int count : {4, 64, 65, 100}) {
     Points points(3, count);
     for (int k = 0; k < count; ++k) points.col(k) = random.direction();
-    const Polyhedron solid = make_hull(points).polyhedron;
+    const Shape solid = make_hull(points).polyhedron;
     const Topology& topology = solid.topology();
     REQUIRE(topology.vertex_count() == count);
     int found = 0;
@@ -87,9 +87,9 @@ TEST_CASE("topology: an open surface is refused and the edge named") {
 
 TEST_CASE("polyhedron: normals, diameter and box follow the vertices") {
   Random random(8);
-  const Polyhedron box = make_box({-1, -2, -3}, {1, 2, 3});
+  const Shape box = make_box({-1, -2, -3}, {1, 2, 3});
   const Matrix3 turn = random.rotation();
-  const Polyhedron turned = transformed(box, 1.0, turn, {7, 8, 9});
+  const Shape turned = transformed(box, 1.0, turn, {7, 8, 9});
   CHECK_THAT(turned.diameter(), WithinRel(2.0 * std::sqrt(14.0), 1e-14));
   CHECK_THAT((turned.vertex_mean() - Vector3(7, 8, 9)).norm(), WithinAbs(0.0, 1e-14));
   for (int f = 0; f < 6; ++f) {
@@ -104,7 +104,7 @@ TEST_CASE("polyhedron: normals, diameter and box follow the vertices") {
 TEST_CASE("polyhedron: the normal of a sliver is right to the last places") {
   Points points(3, 4);  // a triangle 1 long and 1e-7 wide, nearly collinear from its first vertex
   points << 0, 1, 0.5, 0.5, 0, 1, 0.5 + 1e-7, 0.5, 0, 0, 0, -1;
-  const Polyhedron solid = make_hull(points).polyhedron;
+  const Shape solid = make_hull(points).polyhedron;
   double best = 0.0;
   for (int f = 0; f < solid.topology().face_count(); ++f) {
     best = std::max(best, solid.face_normal(f).z());

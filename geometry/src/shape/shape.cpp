@@ -1,4 +1,4 @@
-#include <quoin/geometry/polyhedron.hpp>
+#include <quoin/geometry/shape.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -322,7 +322,7 @@ int Topology::search_edge(int v, int w) const {
   return -1;
 }
 
-Polyhedron::Polyhedron(std::shared_ptr<const Topology> topology,
+Shape::Shape(std::shared_ptr<const Topology> topology,
                        const Eigen::Ref<const Points>& vertices)
     : topology_(std::move(topology)),
       vertices_(3, vertices.cols()),
@@ -332,7 +332,7 @@ Polyhedron::Polyhedron(std::shared_ptr<const Topology> topology,
   set_vertices(vertices);
 }
 
-void Polyhedron::set_vertices(const Eigen::Ref<const Points>& vertices) {
+void Shape::set_vertices(const Eigen::Ref<const Points>& vertices) {
   if (vertices.cols() != topology_->vertex_count()) refuse_count(vertices, *topology_);
   // A sum shows what is not finite; least and greatest values would not.
   if (!std::isfinite(vertices.sum())) check_coordinates(vertices);
@@ -363,7 +363,7 @@ void Polyhedron::set_vertices(const Eigen::Ref<const Points>& vertices) {
   update_face_normals();
 }
 
-void Polyhedron::update_face_normals() {
+void Shape::update_face_normals() {
   for (int f = 0; f < topology_->face_count(); ++f) {
     face_normals_.col(f) = unit_normal(vertices_, topology_->face(f));
   }
