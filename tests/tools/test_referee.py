@@ -91,6 +91,30 @@ class Referee(unittest.TestCase):
             told = subprocess.run([program], capture_output=True, text=True, check=True).stdout
             self.assertEqual(float(told.split()[1]), gap)
 
+    def test_the_plain_judge(self):
+        python = next(name for name in ("python3", "/usr/bin/python3")
+                      if subprocess.run([name, "-c", "import numpy"], capture_output=True, check=False).returncode == 0)
+        pairs = self.path / "pairs.jsonl"
+        lines = (SOURCE / "tests/pairs/families.jsonl").read_text().splitlines()
+        pairs.write_text("\n".join(line for line in lines if '"what":"tetrahedra"' in line or '"what":"boxes"' in line))
+        done = subprocess.run([QUOIN, "contact", "--pairs", pairs], capture_output=True, text=True, check=True)
+        answers = [json.loads(line) for line in done.stdout.splitlines()]
+
+        def judged():
+            (self.path / "answers.jsonl").write_text("\n".join(map(json.dumps, answers)))
+            return subprocess.run([python, SOURCE / "tools/judge_pairs.py", pairs, self.path / "answers.jsonl"],
+                                  capture_output=True, text=True, check=False)
+        right = judged()
+        self.assertEqual(right.returncode, 0, right.stdout + right.stderr)
+        answers[0]["gap"] *= 1 + 1e-9
+        answers[1]["normal"] = answers[1]["normal"][1:] + answers[1]["normal"][:1]
+        answers[2]["point_a"][0] += 1e6
+        del answers[3]
+        wrong = judged()
+        self.assertEqual(wrong.returncode, 1)
+        for kind in ("1 gap", "1 normal", "1 witness", "1 no answer"):
+            self.assertIn(kind, wrong.stdout)
+
 
 if __name__ == "__main__":
     unittest.main(argv=sys.argv[:1])

@@ -1,6 +1,7 @@
 /// `quoin contact`: pairs of point sets in, one line of JSON each; nearest features and contact
 /// out.
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -10,6 +11,7 @@
 #include <quoin/geometry/build.hpp>
 #include <quoin/geometry/contact_point.hpp>
 #include <string>
+#include <string_view>
 
 #include "commands.hpp"
 #include "scene_file/read_json.hpp"
@@ -118,9 +120,11 @@ Json salvaged_id(const std::string& text) {
   return id.is_discarded() ? Json(nullptr) : id;
 }
 
+/// Beside what is worked with, a pair may say where it is from and what its answer is.
 void check_keys(const Json& line) {
+  constexpr std::string_view kKeys[] = {"id", "a", "b", "tol", "source", "what", "exact"};
   for (const auto& [key, value] : line.items()) {
-    if (key != "id" && key != "a" && key != "b" && key != "tol") {
+    if (std::find(std::begin(kKeys), std::end(kKeys), key) == std::end(kKeys)) {
       throw geometry::InputError("unknown key " + scene_file::shown(key));
     }
   }
@@ -201,7 +205,9 @@ void add_contact_command(CLI::App& app, int& exit_code) {
       ->add_option(
           "--pairs", options->pairs,
           "One JSON object a line: {\"id\", \"a\": [[x,y,z],…], \"b\", \"tol\"} (m), or \"a\": "
-          "{\"points\": …, \"placement\": [t, A by rows]}; - for standard input")
+          "{\"points\": …, \"placement\": [t, A by rows]}; \"source\", \"what\", \"exact\" are "
+          "notes; - for standard "
+          "input")
       ->required();
   command->add_option("--reach", options->reach,
                       "List contact points up to this gap above the least one, m (default: tol)");

@@ -14,6 +14,7 @@
 #include "commands.hpp"
 #include "output_folder.hpp"
 #include "python_program.hpp"
+#include "referee/pair_set.hpp"
 #include "scene_file/read_json.hpp"
 #include "scene_file/read_shape.hpp"
 #include "scene_file/scene_error.hpp"
@@ -27,7 +28,7 @@ using scene_file::FileError;
 
 struct Words {
   std::vector<std::string> plugins;
-  std::string family, pairs, json, report;
+  std::string family, pairs, json, report, write_pairs;
   long count = 10000;
   std::optional<double> seconds;
   std::uint64_t seed = 1;
@@ -154,6 +155,30 @@ referee::Options read(const Words& words) {
   return options;
 }
 
+/// Draws from the families in turn; pairs that are long to write, or flat, are passed over.
+int write_pairs(const Words& words) {
+  constexpr std::size_t kLongest = 1300;  // characters: 1800 pairs stay below 2 MB
+  const std::vector<int> families = chosen_families(words.family);
+  std::string lines;
+  long written = 0;
+  for (std::uint64_t number = 0;
+       written < words.count && number < 20 * static_cast<std::uint64_t>(words.count); ++number) {
+    tests::Random random(words.seed * 1000003 + number);
+    const tests::SolidPair pair = tests::make_pair(families[number % families.size()], random);
+    try {
+      const std::string line = referee::pair_with_answer(
+          pair, pair.family + "-" + std::to_string(words.seed) + "-" + std::to_string(number));
+      if (line.size() <= kLongest) {
+        lines += line + "\n";
+        ++written;
+      }
+    } catch (const std::invalid_argument&) {  // flat
+    }
+  }
+  write(words.write_pairs, lines);
+  return kDone;
+}
+
 int judge(const Words& words) {
   const referee::Options options = read(words);
   const referee::Report report = referee::run(options);
@@ -209,8 +234,14 @@ void add_referee_command(CLI::App& app, int& exit_code) {
   command->add_option("--report", words->report,
                       "Write a folder with index.html, report.json and each failing pair, made "
                       "smaller, as JSON, C++ and C");
-  command->callback(
-      [words, &exit_code] { exit_code = run_guarded([&] { return judge(*words); }, "referee"); });
+  command->add_option("--write-pairs", words->write_pairs,
+                      "Judge nothing: write --count pairs of --family with their exact answers to "
+                      "this file, as in tests/pairs");
+  command->callback([words, &exit_code] {
+    exit_code = run_guarded(
+        [&] { return words->write_pairs.empty() ? judge(*words) : write_pairs(*words); },
+        "referee");
+  });
 }
 
 }  // namespace quoin::commands
