@@ -32,7 +32,7 @@ DOORS = {"geometry/src/finder/broad_phase.cpp": r"^fcl/", "geometry/src/oracle/g
 FOLDERS = ["simd", "numeric", "shape", "polygon", "certify", "search", "contact", "finder",
            "bindings", "oracle"]
 CHAINS = {
-    "geometry": [["types"], ["polyhedron"], ["body"], ["nearest_features"], ["contact_type"],
+    "geometry": [["types"], ["shape"], ["body"], ["nearest_features"], ["contact_type"],
                  ["contact_point"], ["contact_finder"]],
     "solver": [["scene", "state", "displacement"], ["block_terms", "linear_contact"],
                ["joint_law"], ["contact_history"], ["contact_jacobian", "joint_failure"],
