@@ -1,4 +1,4 @@
-/// How often the published search alone would be wrong, measured (geometry/README.md), and that the
+/// How often the published search alone would be wrong, measured (bench/README.md), and that the
 /// certificate tells: the exact gap lies between its two bounds. QUOIN_CASES: pairs of each family.
 
 #include <quoin/geometry/published_search.hpp>

@@ -75,13 +75,17 @@ class OneSided {
       : own_(own), own_vertex_(own_vertex), other_(other), still_(still), max_cycles_(max_cycles) {}
 
   FoundPair search(int other_vertex, PublishedAnswer& answer) const {
+    VertexSet vertices;
+    for (const int f : own_.topology().vertex_faces(own_vertex_)) {
+      for (const int v : own_.topology().face(f)) {
+        if (!vertices.contains(v)) vertices.push_back(v);
+      }
+    }
     FoundPair best;
     for (const int f : other_.topology().vertex_faces(other_vertex)) {
-      for (const int own_face : own_.topology().vertex_faces(own_vertex_)) {
-        for (const int v : own_.topology().face(own_face)) {
-          const FoundPair found = from_vertex(own_.vertex(v), f, answer);
-          if (std::abs(found.gap) < std::abs(best.gap)) best = found;
-        }
+      for (const int v : vertices) {
+        const FoundPair found = from_vertex(own_.vertex(v), f, answer);
+        if (std::abs(found.gap) < std::abs(best.gap)) best = found;
       }
     }
     return best;
