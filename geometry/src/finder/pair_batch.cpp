@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <bit>
 #include <limits>
+#include <optional>
 #include <quoin/geometry/pair_batch.hpp>
 
 #include "contact/contact_tracking.hpp"
@@ -10,6 +12,9 @@ namespace {
 
 constexpr std::size_t kPairsPerWorker = 64;  // fewer are not worth waking a thread for
 constexpr std::size_t kPairsInCache = 128;   // whose contact points are copied while still in cache
+/// Pairs come in the order of a, and bodies near each other have numbers not far apart as a rule:
+/// so many are kept made, 240 bytes each. A power of two.
+constexpr std::size_t kBodiesKept = 512;
 
 /// What a pair keeps from call to call.
 struct PairMemory {
@@ -32,6 +37,32 @@ struct History {
   }
 };
 
+/// Bodies lately asked for, so that one in many pairs is made once.
+class RecentBodies {
+ public:
+  void start(const BodySource& source) {
+    source_ = &source;
+    const std::size_t size = std::min(kBodiesKept, std::bit_ceil(at(std::max(source.count, 1))));
+    indices_.assign(size, -1);
+    bodies_.resize(size);
+  }
+  /// Until the next call.
+  const Body& operator[](int index) {
+    const std::size_t place = at(index) & (bodies_.size() - 1);
+    if (indices_[place] != index) {
+      bodies_[place].emplace(source_->body(source_->owner, index));
+      indices_[place] = index;
+    }
+    return *bodies_[place];
+  }
+
+ private:
+  static std::size_t at(int i) { return static_cast<std::size_t>(i); }
+  const BodySource* source_ = nullptr;
+  std::vector<int> indices_{};  // -1: none
+  std::vector<std::optional<Body>> bodies_{};
+};
+
 /// What one worker finds: points in the list at `start`, as many as it found there in the call
 /// before (`room`), and those beyond; and what it keeps for the next call.
 struct WorkerPart {
@@ -40,6 +71,7 @@ struct WorkerPart {
   History now{}, before{};
   PairTracking tracking{};
   std::vector<int> previous{};
+  RecentBodies bodies{};
 
   std::size_t total() const { return count + beyond.size(); }
   /// Puts what was found last into its place.
@@ -119,7 +151,8 @@ struct PairBatch::Memory {
   void start_history(std::size_t workers);
   void search(std::size_t first, std::size_t last, std::size_t worker,
               std::vector<ContactPoint>& contacts);
-  void search_pair(std::size_t i, const Body& a, std::vector<ContactPoint>& contacts);
+  void search_pair(std::size_t i, WorkerPart& part, const Body& a,
+                   std::vector<ContactPoint>& contacts);
   void follow(std::size_t i, WorkerPart& part, const Body& a, std::span<ContactPoint> points);
   void match(std::size_t i, WorkerPart& part, std::span<const TrackedPoint> now,
              std::span<ContactPoint> points);
@@ -240,6 +273,7 @@ void PairBatch::Memory::start_history(std::size_t workers) {
     std::swap(part.now, part.before);
     part.now.clear();
   }
+  for (std::size_t w = 0; w < workers; ++w) parts[w].bodies.start(bodies);
 }
 
 /// The points of one pair in the list of the call before: by their features, and where these have
@@ -289,7 +323,7 @@ void PairBatch::Memory::follow(std::size_t i, WorkerPart& part, const Body& a,
   known[i].track = static_cast<int>(first);
 }
 
-void PairBatch::Memory::search_pair(std::size_t i, const Body& a,
+void PairBatch::Memory::search_pair(std::size_t i, WorkerPart& part, const Body& a,
                                     std::vector<ContactPoint>& contacts) {
   const std::size_t first = contacts.size();
   if (known[i].count >= 0) {
@@ -300,7 +334,7 @@ void PairBatch::Memory::search_pair(std::size_t i, const Body& a,
     return;
   }
   const NearestFeatures nearest = append_contacts_within_reach(
-      {named[i].a, named[i].b}, a, body(pairs[i].b), options, known[i].hint, contacts);
+      {named[i].a, named[i].b}, a, part.bodies[pairs[i].b], options, known[i].hint, contacts);
   known[i].hint = nearest.hint;
   answers[i].count = static_cast<int>(contacts.size() - first);
   if (results == BatchResults::PointsAlone) return;
@@ -311,13 +345,14 @@ void PairBatch::Memory::search_pair(std::size_t i, const Body& a,
 void PairBatch::Memory::search(std::size_t first, std::size_t last, std::size_t worker,
                                std::vector<ContactPoint>& contacts) {
   if (first == last) return;
-  Body a = body(pairs[first].a);
+  WorkerPart& part = parts[worker];
+  Body a = part.bodies[pairs[first].a];
   for (std::size_t i = first; i < last; ++i) {
-    if (i > first && pairs[i].a != pairs[i - 1].a) a = body(pairs[i].a);
+    if (i > first && pairs[i].a != pairs[i - 1].a) a = part.bodies[pairs[i].a];
     const std::size_t start = contacts.size();
-    search_pair(i, a, contacts);
+    search_pair(i, part, a, contacts);
     if (results == BatchResults::PointsAlone) continue;
-    follow(i, parts[worker], a, std::span(contacts).subspan(start));
+    follow(i, part, a, std::span(contacts).subspan(start));
   }
 }
 
