@@ -37,7 +37,7 @@ bool same_bits(const std::vector<geometry::ContactPoint>& x,
   return true;
 }
 
-/// One pass over all vertices of the scene, as find() cannot do without.
+/// One pass over all vertices of the scene.
 double vertex_pass(const std::vector<geometry::Shape>& solids) {
   double sum = 0.0;
   for (const geometry::Shape& solid : solids) {
@@ -51,12 +51,20 @@ double vertex_pass(const std::vector<geometry::Shape>& solids) {
 class WallRun {
  public:
   WallRun(int count, const std::string& name)
-      : wall_(count, Motion::Jitter, kJoint, kAmplitude), solids_(wall_.solids()) {
+      : wall_(count, Motion::Jitter, kJoint, kAmplitude),
+        brick_(wall_.shape()),
+        solids_(wall_.solids()) {
     for (const char* peer : {"find", "find 2 threads", "pairs alone", "candidates alone",
                              "vertices once", "placing the bricks"}) {
       entries_.push_back({.workload = name, .peer = peer});
     }
     boxes_.resize(wall_.size());
+    for (std::size_t i = 0; i < wall_.size(); ++i) {
+      const geometry::Placement placement{.translation = wall_.place(i, 0)};
+      bodies_.emplace_back(*brick_, placement);
+      finder_.add(brick_, placement);
+      finder_2_.add(brick_, placement);
+    }
   }
 
   std::vector<Entry> run(int steps) {
@@ -89,15 +97,23 @@ class WallRun {
   }
 
   void advance(int step) {
-    time(5, [&] { wall_.move(step, solids_); });
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      bodies_[i].move({.translation = wall_.place(i, step)});
+      finder_2_.move(static_cast<int>(i), bodies_[i].placement());
+    }
+    time(5, [&] {
+      for (std::size_t i = 0; i < bodies_.size(); ++i) {
+        finder_.move(static_cast<int>(i), bodies_[i].placement());
+      }
+    });
     time(0, [&] {
       const long before = allocation_count();
-      finder_.find(solids_, one_);
+      finder_.find(one_);
       allocations_ += allocation_count() - before;
     });
-    time(1, [&] { finder_2_.find(solids_, two_); });
+    time(1, [&] { finder_2_.find(two_); });
     different_ = different_ || !same_bits(one_, two_);
-    for (std::size_t i = 0; i < boxes_.size(); ++i) boxes_[i] = solids_[i].box();
+    for (std::size_t i = 0; i < boxes_.size(); ++i) boxes_[i] = wall_.box(i, step);
     const std::vector<geometry::BlockPair>* pairs = nullptr;
     time(3, [&] { pairs = &broad_phase_.find_candidates(boxes_, kReach); });
     pair_count_ = pairs->size();
@@ -113,8 +129,8 @@ class WallRun {
   void search(const std::vector<geometry::BlockPair>& pairs) {
     points_.clear();
     for (std::size_t k = 0; k < pairs.size(); ++k) {
-      const geometry::Shape& a = solids_[static_cast<std::size_t>(pairs[k].a)];
-      const geometry::Shape& b = solids_[static_cast<std::size_t>(pairs[k].b)];
+      const geometry::Body& a = bodies_[static_cast<std::size_t>(pairs[k].a)];
+      const geometry::Body& b = bodies_[static_cast<std::size_t>(pairs[k].b)];
       hints_[k] = append_contacts_within_reach({pairs[k].a, pairs[k].b}, a, b, {.reach = kReach},
                                                hints_[k], points_)
                       .hint;
@@ -122,7 +138,9 @@ class WallRun {
   }
 
   Wall wall_;
-  std::vector<geometry::Shape> solids_;
+  std::shared_ptr<const geometry::Shape> brick_;
+  std::vector<geometry::Body> bodies_;
+  std::vector<geometry::Shape> solids_;  // at step 0
   geometry::ContactFinder finder_{{.reach = kReach}};
   geometry::ContactFinder finder_2_{{.reach = kReach, .threads = 2}};
   geometry::BroadPhase broad_phase_;

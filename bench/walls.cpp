@@ -28,6 +28,10 @@ geometry::Box Wall::box(std::size_t i, int step) const {
   return {centre - bricks_[i].half_size, centre + bricks_[i].half_size};
 }
 
+std::shared_ptr<const geometry::Shape> Wall::shape() const {
+  return std::make_shared<const geometry::Shape>(shape_.topology, shape_.vertices);
+}
+
 std::vector<geometry::Shape> Wall::solids() const {
   std::vector<geometry::Shape> solids;
   solids.reserve(size());
@@ -36,14 +40,6 @@ std::vector<geometry::Shape> Wall::solids() const {
     solids.emplace_back(shape_.topology, vertices);
   }
   return solids;
-}
-
-void Wall::move(int step, std::vector<geometry::Shape>& solids) const {
-  Points vertices(3, shape_.vertices.cols());
-  for (std::size_t i = 0; i < size(); ++i) {
-    vertices = shape_.vertices.colwise() + place(i, step);
-    solids[i].set_vertices(vertices);
-  }
 }
 
 }  // namespace quoin::bench

@@ -1,6 +1,7 @@
 #pragma once
 /// B: walls of bricks that move a little each step.
 
+#include <memory>
 #include <quoin/geometry/shape.hpp>
 #include <vector>
 
@@ -23,9 +24,10 @@ class Wall {
   /// Centre of brick i at a step, m.
   Vector3 place(std::size_t i, int step) const;
   geometry::Box box(std::size_t i, int step) const;
-  /// Polyhedra at step 0 over one shared topology; move() puts them to a step.
+  /// Of all bricks, about its centre.
+  std::shared_ptr<const geometry::Shape> shape() const;
+  /// Polyhedra at step 0 over one shared topology.
   std::vector<geometry::Shape> solids() const;
-  void move(int step, std::vector<geometry::Shape>& solids) const;
 
  private:
   Motion motion_;

@@ -440,7 +440,7 @@ TEST_CASE("bodies: places in their own frames are as good anywhere, and follow a
     Matrix3 strain = Matrix3::Identity();
     if (trial % 2 == 1) strain.diagonal() += Vector3(1e-3, -2e-3, 1e-3);
     const Vector3 step(random.uniform(-0.3, 0.3), random.uniform(-0.1, 0.1), 0.2501);
-    const Placement low{turn * strain, {}}, high{turn * strain, turn * strain * step};
+    const Placement low{turn * strain, Vector3::Zero()}, high{turn * strain, turn * strain * step};
     const SharedShape& other = trial % 4 < 2 ? brick : tip;
     ContactFinder here({.reach = 0.5, .frame = PointFrame::Bodies});
     ContactFinder there({.reach = 0.5, .frame = PointFrame::Bodies});

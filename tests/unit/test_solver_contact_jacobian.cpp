@@ -33,8 +33,8 @@ struct Setting {
     poses.increment.resize(2);
     poses.deforms.assign(2, 1);
     for (int b = 0; b < 2; ++b) {
-      models.push_back(
-          make_block_model(scene.blocks[static_cast<std::size_t>(b)], Vector3::Zero(), b));
+      const Block& made = scene.blocks[static_cast<std::size_t>(b)];
+      models.push_back(make_block_model(made, reference_shape(*made.shape), Vector3::Zero(), b));
       BlockState block;
       const Vector12 v = random_vector(random, 1.0);
       block.centroid = v.head<3>() + Vector3(0, 0, 2.0 * b);
@@ -52,7 +52,14 @@ struct Setting {
     point.point_a = 0.5 * random_vector(random, 1.0).head<3>();
     point.point_b = point.point_a + gap * point.normal;
     point.gap = gap;
-    contact = make_body_contact(scene, poses.start, point);
+    point.point_a = in_shape(0, point.point_a);
+    point.point_b = in_shape(1, point.point_b);
+    contact = make_body_contact({scene, models, poses.start}, point);
+  }
+
+  Vector3 in_shape(std::size_t block, const Vector3& place) const {
+    const Pose& pose = poses.start[block];
+    return reference_arm(pose, place - pose.centroid);
   }
 
   void move() {

@@ -51,8 +51,15 @@ double largest_stretch(const Matrix3& a) {
 
 Body::Body(const Shape& shape) : shape_(&shape), centre_(shape.origin()) {}
 
-Body::Body(const Shape& shape, const Placement& placement) : shape_(&shape) {
-  move(placement);
+Body::Body(const Shape& shape, const Placement& placement) : shape_(&shape) { move(placement); }
+
+Points Body::vertices() const {
+  return (placement_.linear * shape_->vertices()).colwise() + placement_.translation;
+}
+
+Box Body::box() const {
+  const Points places = vertices();
+  return {places.rowwise().minCoeff(), places.rowwise().maxCoeff()};
 }
 
 void Body::move(const Placement& placement) {
