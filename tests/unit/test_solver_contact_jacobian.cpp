@@ -89,7 +89,7 @@ TEST_CASE("The gap at the end of a step is exactly offset + J D, for steps of an
     const double step = i % 3 == 0 ? 0.7 : i % 3 == 1 ? 0.05 : 1e-4;
     Setting s(random, step, i % 2 == 0, random.uniform(-0.1, 0.1));
     LinearContact linear;
-    linearise(s.contact, s.poses, s.models, 0.0, linear);
+    linearise(s.contact, s.poses, s.models, linear);
     const ContactGeometry end = contact_geometry(s.contact, s.poses.end[0], s.poses.end[1]);
     CHECK_THAT(s.relative(linear)[0], WithinAbs(end.gap, 1e-13));
   }
@@ -101,7 +101,7 @@ TEST_CASE(
   for (int i = 0; i < 100; ++i) {
     Setting s(random, i % 2 == 0 ? 0.3 : 1e-3, i % 4 < 2, 0.05);
     LinearContact linear;
-    linearise(s.contact, s.poses, s.models, 0.0, linear);
+    linearise(s.contact, s.poses, s.models, linear);
     const std::size_t owner = s.contact.normal_on_a ? 0 : 1;
     const Vector3 turn = s.poses.start[owner].rotation * s.poses.increment[owner].segment<3>(3);
     const Vector3 moved = s.anchor_b(s.poses.end) - s.anchor_a(s.poses.end);
@@ -119,7 +119,7 @@ TEST_CASE("For small steps J is the gradient of gap and slip by finite differenc
   for (int i = 0; i < 20; ++i) {
     Setting s(random, 0.0, i % 2 == 0, random.uniform(-0.1, 0.1));
     LinearContact linear;
-    linearise(s.contact, s.poses, s.models, 0.0, linear);
+    linearise(s.contact, s.poses, s.models, linear);
     const double h = 1e-6;
     for (int b = 0; b < 2; ++b) {
       for (int k = 0; k < 12; ++k) {
@@ -146,7 +146,7 @@ TEST_CASE("Action equals reaction: forces and moments of a contact on both block
   for (int i = 0; i < 100; ++i) {
     Setting s(random, i % 2 == 0 ? 0.5 : 1e-3, i % 4 < 2, random.uniform(-0.1, 0.1));
     LinearContact linear;
-    linearise(s.contact, s.poses, s.models, 0.0, linear);
+    linearise(s.contact, s.poses, s.models, linear);
     for (int row = 0; row < 3; ++row) {
       Vector3 force = Vector3::Zero(), moment = Vector3::Zero();
       for (std::size_t b = 0; b < 2; ++b) {
