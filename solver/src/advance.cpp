@@ -14,9 +14,16 @@
 namespace quoin::solver {
 namespace {
 
-constexpr double kLargestHop = 0.1;  // of the smallest block
+constexpr double kLargestHop = 0.1;   // of the smaller block of a pair
+constexpr double kMissed = 1e-9;      // of the same: an overlap that is none
+constexpr double kBesideFace = 1e-3;  // of the same: pairs farther apart at the end did not touch
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+/// Of the smaller of two blocks, m.
+double pair_size(const CompiledScene& compiled, int a, int b) {
+  return std::min(compiled.models[index(a)].size, compiled.models[index(b)].size);
+}
 
 double vertex_speed(const BlockModel& model, const BlockState& block) {
   return block.velocity.norm() + 0.5 * model.size * block.angular_velocity.norm();
@@ -51,11 +58,11 @@ double rounded_up(double reach) {
 /// hop that is small against the blocks.
 double largest_opening(const CompiledScene& compiled, const State& state) {
   if (!compiled.dilates) return 0.0;
-  const double hop = kLargestHop * compiled.smallest_size;
   double largest = 0.0;
   for (const Contact& c : state.contacts) {
     if (!(c.slip > 0.0)) continue;
     const Joint& joint = joint_between(compiled.scene, c.point.key.a, c.point.key.b);
+    const double hop = kLargestHop * pair_size(compiled, c.point.key.a, c.point.key.b);
     largest = std::max({largest, opening(joint, c), std::min(c.point.gap, hop)});
   }
   return rounded_up(largest);
@@ -68,8 +75,19 @@ geometry::FindCounts find(const CompiledScene& compiled, const StepOptions& opti
       options.reach > 0.0 ? options.reach : rounded_up(wanted_reach(compiled, options, state));
   work.reach += largest_opening(compiled, state);
   work.finder.set_reach(work.reach);
-  const geometry::FindCounts counts = work.finder.find(state.polyhedra, compiled.idle, found);
-  if (!work.initial_depths.empty()) work.initial_depths.take_off(state, found);
+  const auto move = [&](int block) {
+    const std::size_t b = index(block);
+    work.finder.move(block, placement(compiled.models[b], pose(state.blocks[b])));
+  };
+  std::ranges::for_each(compiled.slots.block_of_slot, move);
+  std::ranges::for_each(compiled.prescribed, move);
+  const geometry::FindCounts counts = work.finder.find(found);
+  // A placement holds what the rest of a centroid is not.
+  for (geometry::ContactPoint& point : found) {
+    const BlockState &a = state.blocks[index(point.key.a)], &b = state.blocks[index(point.key.b)];
+    point.gap += point.normal.dot(b.centroid_rest - a.centroid_rest);
+  }
+  if (!work.initial_depths.empty()) work.initial_depths.take_off(compiled.models, state, found);
   return counts;
 }
 
@@ -79,7 +97,7 @@ void begin(const CompiledScene& compiled, const State& state, Workspace& work) {
   const bool laid = state.step == 0 && state.contacts.empty();
   carry_over({compiled.scene, work.poses.start, compiled.models, work.reach,
               laid ? NewBonds::Intact : NewBonds::Residual},
-             work.found, state.contacts, work.old_points, work.contacts);
+             work.found, state.contacts, work.contacts);
 }
 
 /// A step in which two blocks near each other move by more than half the smaller one can jump over
@@ -89,7 +107,7 @@ bool too_fast(const CompiledScene& compiled, const State& state, double dt, cons
     const std::size_t a = index(contact.a), b = index(contact.b);
     const double speed = vertex_speed(compiled.models[a], state.blocks[a]) +
                          vertex_speed(compiled.models[b], state.blocks[b]);
-    const double size = std::min(compiled.models[a].size, compiled.models[b].size);
+    const double size = pair_size(compiled, contact.a, contact.b);
     if (speed * dt > 0.5 * size && contact.state.point.gap < speed * dt) return true;
   }
   return false;
@@ -113,7 +131,8 @@ bool drop_ghosts(const CompiledScene& compiled, Workspace& work) {
       gap = std::min(gap, p.gap);
     }
     const double rebound = contact.joint.restitution > 0.0 ? work.reach : 0.0;
-    return gap > contact.opening + 1e-3 * compiled.smallest_size + rebound;
+    const double beside = kBesideFace * pair_size(compiled, contact.a, contact.b);
+    return gap > contact.opening + beside + rebound;
   };
   const std::size_t solved = work.linear.size() - compiled.held.size();
   std::size_t kept = 0;
@@ -129,7 +148,7 @@ bool drop_ghosts(const CompiledScene& compiled, Workspace& work) {
 
 BodyContact missed_contact(const CompiledScene& compiled, const geometry::ContactPoint& point,
                            const Workspace& work) {
-  BodyContact added = make_body_contact(compiled.scene, work.poses.end, point);
+  BodyContact added = make_body_contact({compiled.scene, compiled.models, work.poses.end}, point);
   added.state.failed = true;
   const auto points = points_of_pair(work.found_end, added.a, added.b);
   added.joint_points = static_cast<int>(points.size());
@@ -139,7 +158,7 @@ BodyContact missed_contact(const CompiledScene& compiled, const geometry::Contac
 
 /// Contacts that overlap at the end of an attempt though the step did not hold them: added to the
 /// list as the bodies hold them at the end. True when there are any.
-bool add_missed(const CompiledScene& compiled, double limit, Workspace& work) {
+bool add_missed(const CompiledScene& compiled, Workspace& work) {
   std::vector<geometry::ContactKey> keys;    // that the step knew
   std::vector<std::pair<int, int>> springs;  // pairs that a closed spring holds
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
@@ -152,7 +171,8 @@ bool add_missed(const CompiledScene& compiled, double limit, Workspace& work) {
   std::ranges::sort(springs);
   const std::size_t known = work.contacts.size();
   for (const geometry::ContactPoint& point : work.found_end) {
-    if (!(point.gap < -limit) || std::ranges::binary_search(keys, point.key) ||
+    if (!(point.gap < -kMissed * pair_size(compiled, point.key.a, point.key.b)) ||
+        std::ranges::binary_search(keys, point.key) ||
         std::ranges::binary_search(springs, std::pair(point.key.a, point.key.b))) {
       continue;
     }
@@ -276,18 +296,22 @@ void report_flags(const CompiledScene& compiled, const StepOptions& options, con
   append_flags(compiled, state,
                {.energy_growth = dynamic ? work.energy_growth : 0.0,
                 .energy_scale = work.energy_scale.value(),
-                .rounding = coordinate_rounding(compiled, state),
+                .rounding = gap_rounding(work.linear),
                 .gap_tolerance = options.tolerance * compiled.smallest_size,
                 .found = work.found,
                 .missing = work.missing},
                report);
 }
 
-bool all_finite(const State& state) {
+/// A state that can be gone on with: finite, and no block turned inside out.
+bool is_sound(const State& state) {
   for (const BlockState& block : state.blocks) {
-    if (!block.centroid.allFinite() || !block.velocity.allFinite() ||
-        !block.rotation.coeffs().allFinite() || !block.strain.allFinite() ||
-        !block.angular_velocity.allFinite() || !block.strain_rate.allFinite()) {
+    const double far = block.centroid.cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
+    const Matrix3 stretch = Matrix3::Identity() + strain_matrix(block.strain);
+    if (!(far < geometry::kLargestCoordinate) || !(stretch.determinant() > 0.0) ||
+        !block.velocity.allFinite() || !block.rotation.coeffs().allFinite() ||
+        !block.strain.allFinite() || !block.angular_velocity.allFinite() ||
+        !block.strain_rate.allFinite()) {
       return false;
     }
   }
@@ -299,7 +323,7 @@ void attempt_as_the_source(const CompiledScene& compiled, const StepOptions& opt
                            const State& state, double dt, Workspace& work, StepReport& report) {
   attempt_paper_step(compiled, options, state, dt, work);
   work.clock.charge(&PhaseSeconds::update);
-  if (!all_finite(work.attempt.end)) return;
+  if (!is_sound(work.attempt.end)) return;
   const geometry::FindCounts counts =
       find(compiled, options, work.attempt.end, work.found_end, work);
   report.candidate_pairs += counts.candidates;
@@ -312,7 +336,7 @@ void attempt_with_all_contacts(const CompiledScene& compiled, const StepOptions&
                                const State& state, double dt, Workspace& work, StepReport& report) {
   constexpr int kRounds = 4;
   const Attempt& attempt = work.attempt;
-  const double limit = 1e-9 * compiled.smallest_size;
+  const double limit = kMissed * compiled.smallest_size;
   std::vector<PassingPair> passing = set_aside_passing(compiled, state, dt, limit, work.contacts);
   for (int round = 0; round < kRounds; ++round) {
     work.missing = nullptr;
@@ -323,16 +347,16 @@ void attempt_with_all_contacts(const CompiledScene& compiled, const StepOptions&
       apply_velocity_law(compiled, options, state, dt, work);
     }
     work.clock.charge(&PhaseSeconds::update);
-    if (!all_finite(attempt.end)) return;
+    if (!is_sound(attempt.end)) return;
     const geometry::FindCounts counts = find(compiled, options, attempt.end, work.found_end, work);
     report.candidate_pairs += counts.candidates;
     report.searched_pairs += counts.searched;
     work.clock.charge(&PhaseSeconds::detect);
     if (!attempt.solved.converged) return;
-    const bool missed = add_missed(compiled, limit, work);
+    const bool missed = add_missed(compiled, work);
     const bool dropped = drop_ghosts(compiled, work);
     const bool blocked =
-        put_back_blocked(attempt.end.polyhedra, work.found_end, limit, passing, work.contacts);
+        put_back_blocked(compiled, attempt.end, work.found_end, limit, passing, work.contacts);
     if (!missed && !dropped && !blocked) return;
   }
   work.attempt.solved.converged = false;  // contacts still come and go: a shorter step may tell
@@ -341,11 +365,17 @@ void attempt_with_all_contacts(const CompiledScene& compiled, const StepOptions&
 }  // namespace
 
 Workspace::Workspace(const CompiledScene& compiled, int threads)
-    : finder({.reach = 0.0, .tolerance = 0.0, .threads = threads}),
+    : finder({.threads = threads, .frame = geometry::PointFrame::Bodies}),
       motion(compiled.prescribed.size()),
       hit(compiled.models.size(), 0),
       open_close(compiled.slots, &watch),
-      paper_open_close(compiled.slots) {}
+      paper_open_close(compiled.slots) {
+  for (std::size_t b = 0; b < compiled.models.size(); ++b) {
+    const BlockModel& model = compiled.models[b];
+    const auto use = compiled.idle[b] ? geometry::BodyMotion::Idle : geometry::BodyMotion::Moving;
+    finder.add(model.shape, placement(model, pose(model.start)), {.motion = use});
+  }
+}
 
 namespace {
 
@@ -425,7 +455,7 @@ void take_sub_steps(const CompiledScene& compiled, const StepOptions& options, S
     }
     (is_paper_method(options.method) ? attempt_as_the_source : attempt_with_all_contacts)(
         compiled, options, state, dt, work, report);
-    const bool finite = all_finite(attempt.end);
+    const bool finite = is_sound(attempt.end);
     const bool too_far = options.max_displacement_ratio > 0.0 &&
                          attempt.displacement > options.max_displacement_ratio;
     if (finite) add(attempt, compiled, report);

@@ -80,13 +80,15 @@ struct Before {
   std::string rest;  ///< a checkpoint; empty while no sub-step is accepted
 };
 
-/// Memory kept between steps. What the next step depends on, beside the state, is in checkpoint.cpp.
+/// Memory kept between steps. What the next step depends on, beside the state, is in
+/// checkpoint.cpp.
 struct Workspace {
   explicit Workspace(const CompiledScene& compiled, int threads);
 
-  geometry::ContactFinder finder;
-  InitialDepths initial_depths;               ///< taken off what is found
-  std::vector<geometry::ContactPoint> found;  ///< at the present state
+  geometry::ContactFinder finder;  ///< block b has handle b
+  InitialDepths initial_depths;    ///< taken off what is found
+  /// At the present state, places in the frames of the reference shapes.
+  std::vector<geometry::ContactPoint> found;
   std::vector<geometry::ContactPoint> found_end;  ///< at the end of the attempt
   double reach = 0.0;                             ///< that `found` was made with, m
   std::vector<PrescribedMotion> motion;           ///< of compiled.prescribed, at the present state
@@ -116,8 +118,6 @@ struct Workspace {
   PaperOpenClose paper_open_close;
   Attempt attempt;
   VelocityWork velocity;
-  std::vector<geometry::ContactPoint> old_points;
-  geometry::Points places;  ///< of one block
   PhaseClock clock;
   Before before;
 };

@@ -211,8 +211,9 @@ void linearise_held(const CompiledScene& compiled, double time_end, Workspace& w
     linear.jacobian_b =
         mean_motion(work.poses.start[b], work.poses.end[b], work.poses.increment[b].segment<3>(3),
                     held.arm, work.poses.deforms[b] != 0);
-    const Vector3 start = work.poses.start[b].centroid + work.poses.start[b].shape * held.arm;
-    linear.offset = start - held.place - held.displacement.at(time_end);
+    linear.offset = displacement(compiled.models[b], work.poses.start[b], held.arm) -
+                    held.displacement.at(time_end);
+    linear.rounding = 4.0 * std::numeric_limits<double>::epsilon() * held.arm.norm();
   }
 }
 
@@ -268,11 +269,10 @@ void linearise_all(const CompiledScene& compiled, const StepOptions& options, co
                    double time_step, Workspace& work) {
   const StepScheme scheme = scheme_of(options, time_step);
   const double slowest = bounce_speed(compiled, state.time, time_step);
-  const double rounding = coordinate_rounding(compiled, state);
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
     const BodyContact& contact = work.contacts[i];
     LinearContact& c = work.linear[i];
-    linearise(contact, work.poses, compiled.models, rounding, c);
+    linearise(contact, work.poses, compiled.models, c);
     set_stiffness(work, c);
     if (!contact.was_closed && options.method == ContactMethod::AugmentedLagrangian &&
         options.analysis == Analysis::Dynamic) {
@@ -396,7 +396,6 @@ OpenCloseResult solve_positions(const CompiledScene& compiled, const StepOptions
   tuning.force_tolerance = options.tolerance;
   tuning.gap_tolerance = options.tolerance * compiled.smallest_size;
   tuning.max_iterations = options.max_iterations;
-  tuning.gap_rounding = coordinate_rounding(compiled, state);
   tuning.raise = options.method == ContactMethod::AugmentedLagrangian;
   OpenCloseResult total;
   for (int pass = 0; pass < kLinearisations; ++pass) {
@@ -414,6 +413,7 @@ OpenCloseResult solve_positions(const CompiledScene& compiled, const StepOptions
       set_force(compiled, options, state, time_step, work);
       linearise_all(compiled, options, state, time_step, work);
     }
+    tuning.gap_rounding = gap_rounding(work.linear);
     by_slot(compiled, work.poses.increment, work.increment);
     work.clock.charge(&PhaseSeconds::assemble);
     tuning.predicted = pass == 0;
@@ -447,7 +447,7 @@ void move_anchor(const Pose& a, const Pose& b, const ContactGeometry& now, const
     contact.state.anchor_a = reference_arm(a, now.place_b - normal_part - stretch);
   } else {
     contact.state.anchor_a = contact.arm_a;
-    contact.state.anchor_b = reference_arm(b, now.place_a + normal_part + stretch);
+    contact.state.anchor_b = reference_arm(b, now.place_a + normal_part + stretch - now.between);
   }
 }
 
@@ -468,8 +468,8 @@ void record_contacts(const Workspace& work, std::vector<BodyContact>& contacts) 
     state.impact = work.hit[index(contact.a)] || work.hit[index(contact.b)];
     state.normal_force = c.force[0];
     state.shear_force = -(c.force[1] * t1 + c.force[2] * t2);
-    state.point.point_a = now.place_a;
-    state.point.point_b = now.place_b;
+    state.point.point_a = a.centroid + now.place_a;
+    state.point.point_b = a.centroid + now.place_b;
     state.point.normal = now.normal;
     state.point.gap = now.gap;
     state.slip += slip_in_step(c, moved(contact, work.poses, c));
@@ -543,8 +543,8 @@ void account(const CompiledScene& compiled, const StepOptions& options, const St
   for (const PointForce& load : compiled.loads) {
     const std::size_t b = index(load.block);
     const Vector3 force = load.factor * load.force.at(time);
-    const Vector3 moved = work.poses.end[b].centroid + work.poses.end[b].shape * load.arm -
-                          work.poses.start[b].centroid - work.poses.start[b].shape * load.arm;
+    const Pose &start = work.poses.start[b], &end = work.poses.end[b];
+    const Vector3 moved = between(start, end) + (end.shape * load.arm - start.shape * load.arm);
     attempt.load_work += force.dot(moved);
     largest_force = std::max(largest_force, force.norm());
   }
@@ -570,21 +570,16 @@ void start_end(const State& state, State& end) {
   end.origin = state.origin;
   end.energy = state.energy;
   end.blocks = state.blocks;
-  if (end.polyhedra.empty()) end.polyhedra = state.polyhedra;
 }
 
 double duration(const StepOptions& options, double time_step) {
   return options.analysis == Analysis::Dynamic ? time_step : 0.0;
 }
 
-double coordinate_rounding(const CompiledScene& compiled, const State& state) {
+double gap_rounding(std::span<const LinearContact> contacts) {
   double largest = 0.0;
-  for (std::size_t b = 0; b < state.blocks.size(); ++b) {
-    if (compiled.models[b].unknowns == 0) continue;
-    largest =
-        std::max(largest, state.blocks[b].centroid.cwiseAbs().maxCoeff() + compiled.models[b].size);
-  }
-  return 4.0 * std::numeric_limits<double>::epsilon() * largest;
+  for (const LinearContact& c : contacts) largest = std::max(largest, c.rounding);
+  return largest;
 }
 
 double contact_spring(const CompiledScene& compiled, const StepOptions& options) {
@@ -648,7 +643,7 @@ void attempt_step(const CompiledScene& compiled, const StepOptions& options, con
   for (std::size_t b = 0; b < state.blocks.size(); ++b) {
     const Vector12& d = work.poses.increment[b];
     if (compiled.models[b].unknowns == 0) {
-      attempt.end.blocks[b].centroid += d.head<3>();
+      move_centroid(d.head<3>(), attempt.end.blocks[b]);
       continue;
     }
     BlockState& end = attempt.end.blocks[b];
@@ -671,7 +666,6 @@ void attempt_step(const CompiledScene& compiled, const StepOptions& options, con
   find_hit_blocks(compiled, options, state, time_step, Impacts::Solved, work);
   record_contacts(work, attempt.contacts);
   list_contacts(attempt.contacts, attempt.end.contacts);
-  place_polyhedra(compiled, attempt.end, work.places);
 }
 
 }  // namespace quoin::solver

@@ -170,7 +170,7 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
   OpenCloseOptions tuning;
   tuning.force_tolerance = options.tolerance;
   tuning.gap_tolerance = options.tolerance * compiled.smallest_size;
-  tuning.gap_rounding = coordinate_rounding(compiled, start);
+  tuning.gap_rounding = gap_rounding(work.linear);
   tuning.max_iterations = options.max_iterations;
   tuning.raise = true;
   tuning.predicted = true;

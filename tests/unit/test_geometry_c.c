@@ -318,6 +318,12 @@ static void test_free_vertices(void) {
   CHECK(quoin_make_finder(&options, &finder, NULL, 0) == QUOIN_OK);
   CHECK(quoin_finder_add(finder, &a, NULL, &handle) == QUOIN_OK);
   CHECK(quoin_finder_add(finder, &b, NULL, &handle) == QUOIN_OK);
+  CHECK(quoin_finder_find(finder) == QUOIN_OK);
+  fill_cube(raised, 0, 0, 1.0001);
+  CHECK(quoin_set_vertices(top, raised) == QUOIN_OK);
+  CHECK(quoin_finder_replace_shape(finder, handle, top) == QUOIN_OK);
+  CHECK(quoin_finder_find(finder) == QUOIN_OK);
+  CHECK(quoin_finder_points(finder, &count)[3].previous == 3);
   fill_cube(raised, 0, 0, 1.5);
   CHECK(quoin_set_vertices(top, raised) == QUOIN_OK);
   CHECK(quoin_finder_find(finder) == QUOIN_OK);

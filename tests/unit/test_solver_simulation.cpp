@@ -116,12 +116,12 @@ TEST_CASE("Scenes that cannot be worked with are refused, and say why") {
   CHECK_THAT(refusal(Scene{}), ContainsSubstring("no blocks"));
 
   Scene scene = cube_on_ground();
-  scene.blocks[1].shape = unit_cube({0, 0, -0.01});
+  scene.blocks[1].placement.translation.z() = -0.01;
   CHECK_THAT(refusal(scene), ContainsSubstring("blocks 0 and 1 overlap"));
   scene.initial_overlap = InitialOverlap::Keep;
   CHECK(refusal(scene).empty());
   scene = cube_on_ground();
-  scene.blocks[1].shape = unit_cube({0, 0, -1e-4});  // kept and reported
+  scene.blocks[1].placement.translation.z() = -1e-4;  // kept and reported
   CHECK(refusal(scene).empty());
 
   scene = cube_on_ground();
@@ -296,7 +296,7 @@ TEST_CASE("Loads: point, face and body loads move a free block by F t^2 / (2 m)"
              WithinRel(exact, 1e-12));
   // Every face of the unit cube has 1 m2; its centre is level with the centroid or pulled straight.
   CHECK_THAT(run([](Scene& s) {
-               const auto& shape = s.blocks[0].shape;
+               const auto& shape = *s.blocks[0].shape;
                for (int f = 0; f < shape.topology().face_count(); ++f) {
                  if (shape.face_normal(f).x() > 0.5)
                    s.face_loads.push_back({0, f, Vector3(500, 0, 0)});
@@ -378,9 +378,14 @@ TEST_CASE("A run flags its own results: strain, overlap, rounding, a step that f
   for (int i = 0; i < 20; ++i) overlaps = flagged(sunk.advance(), FlagKind::Overlap) || overlaps;
   CHECK(overlaps);
 
-  Scene wide = cube_on_ground();
+  Scene wide = cube_on_ground();  // how far apart blocks stand rounds nothing
   wide.add_block(unit_cube({1e7, 0, 0}), kRock);
-  Simulation rounded(wide, {.time_step = 1e-3});
+  Simulation apart(wide, {.time_step = 1e-3});
+  CHECK(apart.advance().flags.empty());
+  Scene huge = cube_on_ground();
+  huge.blocks[0].shape =
+      std::make_shared<const geometry::Shape>(geometry::make_box({-1, -1, -1}, {1e7, 1e7, 0}));
+  Simulation rounded(huge, {.time_step = 1e-3});
   CHECK(flagged(rounded.advance(), FlagKind::Rounding));
 
   Simulation failed(

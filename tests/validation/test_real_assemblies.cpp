@@ -34,7 +34,7 @@ double weight(const solver::Scene& scene) {
   double sum = 0.0;
   for (const solver::Block& block : scene.blocks) {
     if (block.kind <= solver::BlockKind::Rigid) {
-      sum += 9.81 * block.material.density * geometry::mass_properties(block.shape).volume;
+      sum += 9.81 * block.material.density * geometry::mass_properties(block.body()).volume;
     }
   }
   return sum;

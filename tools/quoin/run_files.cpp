@@ -68,7 +68,7 @@ json blocks_json(const solver::Scene& scene, double time) {
   for (const solver::Block& block : scene.blocks) {
     ++count[static_cast<int>(block.kind)];
     if (block.kind == BlockKind::Deformable || block.kind == BlockKind::Rigid) {
-      weight += block.material.density * geometry::mass_properties(block.shape).volume *
+      weight += block.material.density * geometry::mass_properties(block.body()).volume *
                 scene.gravity.at(time);
     }
   }
@@ -335,7 +335,7 @@ void RunFiles::write_blocks(const StepView& view) {
   const solver::State& state = view.simulation.state();
   const std::vector<solver::Block>& blocks = view.simulation.scene().blocks;
   for (std::size_t b = 0; b < blocks.size(); ++b) {
-    const geometry::MassProperties start = geometry::mass_properties(blocks[b].shape);
+    const geometry::MassProperties start = geometry::mass_properties(blocks[b].body());
     const solver::BlockState& now = state.blocks[b];
     const Vector3 place = state.origin + now.centroid;
     const solver::Vector6 stress = view.simulation.stress(static_cast<int>(b));
@@ -343,7 +343,8 @@ void RunFiles::write_blocks(const StepView& view) {
     blocks_->number(static_cast<long>(b)).text(blocks[b].name).text(name(blocks[b].kind));
     blocks_->text(blocks[b].material.name).number(start.volume);
     blocks_->number(start.volume * blocks[b].material.density).numbers(place);
-    blocks_->numbers(place - start.centroid).numbers(rotation_vector(now.rotation));
+    blocks_->numbers(view.simulation.displacement(static_cast<int>(b), Vector3::Zero()));
+    blocks_->numbers(rotation_vector(now.rotation));
     blocks_->numbers(now.velocity).numbers(now.rotation * now.angular_velocity);
     blocks_->numbers(stress).numbers(principal(stress)).end_line();
   }

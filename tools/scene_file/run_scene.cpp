@@ -51,7 +51,7 @@ class Watch {
   void begin(const State& state) {
     start_ = {};
     for (std::size_t m = 0; m < file_.monitors.size(); ++m) {
-      start_.places.push_back(solver::world_point(state, file_.monitors[m].block, arms_[m]));
+      start_.places.push_back(solver::local_point(state, file_.monitors[m].block, arms_[m]));
       start_.rotations.push_back(block(state, m).rotation);
     }
   }
@@ -78,11 +78,10 @@ class Watch {
   MonitorValue point_value(const State& state, std::size_t m) const {
     const BlockState& now = block(state, m);
     MonitorValue value;
-    const Vector3 place = solver::world_point(state, file_.monitors[m].block, arms_[m]);
+    const Vector3 place = solver::local_point(state, file_.monitors[m].block, arms_[m]);
     value.displacement = place - start_.places[m];
     value.angular_velocity = now.rotation * now.angular_velocity;
-    value.velocity =
-        now.velocity + value.angular_velocity.cross(place - state.origin - now.centroid);
+    value.velocity = now.velocity + value.angular_velocity.cross(place - now.centroid);
     value.rotation = rotation_vector(now.rotation * start_.rotations[m].conjugate());
     return value;
   }

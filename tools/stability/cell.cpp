@@ -10,13 +10,13 @@ namespace quoin::stability {
 namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-constexpr double kLargestStrain = 0.05;    // small-strain theory
-constexpr double kLargestOverlap = 1e-3;   // of the block: the springs are too soft for the load
+constexpr double kLargestStrain = 0.05;   // small-strain theory
+constexpr double kLargestOverlap = 1e-3;  // of the block: the springs are too soft for the load
 constexpr double kEnergyGrowth = 1e-6;    // of its range, by the run's own ledger
-constexpr double kAtRest = 1e-8;           // unbalance that is left after the static steps
+constexpr double kAtRest = 1e-8;          // unbalance that is left after the static steps
 
-geometry::Shape turned_box(const Vector3& min, const Vector3& max,
-                                const Eigen::Matrix3d& rotation, const Vector3& origin) {
+geometry::Shape turned_box(const Vector3& min, const Vector3& max, const Eigen::Matrix3d& rotation,
+                           const Vector3& origin) {
   geometry::Shape shape = geometry::make_box(min, max);
   geometry::Points vertices(3, shape.topology().vertex_count());
   for (int i = 0; i < shape.topology().vertex_count(); ++i) {
@@ -26,8 +26,7 @@ geometry::Shape turned_box(const Vector3& min, const Vector3& max,
   return shape;
 }
 
-int add(solver::Scene& scene, geometry::Shape shape, double density, double young,
-        double poisson) {
+int add(solver::Scene& scene, geometry::Shape shape, double density, double young, double poisson) {
   if (young > 0.0) {
     return scene.add_block(std::move(shape),
                            {.density = density, .young = young, .poisson = poisson});
@@ -88,9 +87,9 @@ Run::Run(solver::Scene scene, const solver::StepOptions& options)
     : simulation_(std::move(scene), options) {
   evidence.block_size = std::numeric_limits<double>::infinity();
   for (const solver::Block& block : simulation_.scene().blocks) {
-    const geometry::Box box = block.shape.box();
-    evidence.coordinate = std::max({evidence.coordinate, box.min.cwiseAbs().maxCoeff(),
-                                    box.max.cwiseAbs().maxCoeff()});
+    const geometry::Box box = block.body().box();
+    evidence.coordinate = std::max(
+        {evidence.coordinate, box.min.cwiseAbs().maxCoeff(), box.max.cwiseAbs().maxCoeff()});
     if (block.kind == solver::BlockKind::Fixed) continue;
     evidence.block_size = std::min(evidence.block_size, (box.max - box.min).maxCoeff());
   }
@@ -159,8 +158,7 @@ double Run::force(int a, int b) const {
 
 Result run_slide(const Slide& slide) {
   const double slope = radians(slide.slope), friction = radians(slide.friction);
-  const Eigen::Matrix3d axes =
-      Eigen::AngleAxisd(slope, Vector3::UnitY()).toRotationMatrix();
+  const Eigen::Matrix3d axes = Eigen::AngleAxisd(slope, Vector3::UnitY()).toRotationMatrix();
   const double time = slide.time_step * static_cast<double>(slide.steps);
   const double acceleration =
       std::max(0.0, kGravity * (std::sin(slope) - std::cos(slope) * std::tan(friction)));
@@ -170,7 +168,9 @@ Result run_slide(const Slide& slide) {
   scene.joint.friction_angle = friction;
   scene.add_fixed(turned_box({-2 * largest, -2 * largest, -largest},
                              {1.2 * way + 3 * largest, 2 * largest, 0}, axes, slide.origin));
-  add(scene, turned_box({-0.5 * along, -0.5 * across, 0}, {0.5 * along, 0.5 * across, slide.size.z()}, axes, slide.origin),
+  add(scene,
+      turned_box({-0.5 * along, -0.5 * across, 0}, {0.5 * along, 0.5 * across, slide.size.z()},
+                 axes, slide.origin),
       slide.density, slide.young, 0.25);
   Run run(std::move(scene),
           {.time_step = slide.time_step, .method = slide.method, .penalty = slide.penalty});
@@ -182,12 +182,12 @@ Result run_slide(const Slide& slide) {
   const double gone = axes.col(0).dot(run.place(1) - start);
   run.evidence.resolved = acceleration > 0.0 ? std::abs(gone) : along;
   if (acceleration > 0.0 && friction > 0.0) {
-    // A gap that is off by the rounding of coordinates changes the normal force by 2 m / dt^2 of it.
-    run.evidence.force_rounding = 2.0 * kEpsilon * run.evidence.coordinate /
-                                  (slide.time_step * slide.time_step * kGravity);
+    // A gap that is off by the rounding of coordinates changes the normal force by 2 m / dt^2 of
+    // it.
+    run.evidence.force_rounding =
+        2.0 * kEpsilon * run.evidence.coordinate / (slide.time_step * slide.time_step * kGravity);
   }
-  return {acceleration > 0.0 ? std::abs(gone - way) / way : std::abs(gone) / along,
-          run.evidence};
+  return {acceleration > 0.0 ? std::abs(gone - way) / way : std::abs(gone) / along, run.evidence};
 }
 
 Result run_stack(const Stack& stack) {
@@ -206,7 +206,8 @@ Result run_stack(const Stack& stack) {
 }
 
 Result run_column_strain(const Stack& stack) {
-  Run run(stack_scene(stack, 0.0), {.time_step = stack.time_step, .method = stack.method, .penalty = stack.penalty});
+  Run run(stack_scene(stack, 0.0),
+          {.time_step = stack.time_step, .method = stack.method, .penalty = stack.penalty});
   run.rest(100.0 * stack.rest_step);
   double worst = 0.0;
   const double area = stack.size.x() * stack.size.y();

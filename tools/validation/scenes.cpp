@@ -49,12 +49,7 @@ solver::Scene SlopeScene::scene() const {
 }
 
 Vector3 SlopeScene::displacement(const solver::Simulation& simulation) const {
-  const Vector3 start = frame.point(slope_axes() * Vector3(0, 0, 0.5 * size.z()));
-  const auto b = static_cast<std::size_t>(block());
-  const Vector3 now = simulation.state().blocks[b].centroid;
-  // The origin of the state is taken from the start, not added to the place now: no digits are
-  // lost.
-  return slope_axes().transpose() * frame.back(now - (start - simulation.state().origin));
+  return slope_axes().transpose() * frame.back(simulation.displacement(block(), Vector3::Zero()));
 }
 
 Vector3 SlopeScene::block_velocity(const solver::Simulation& simulation) const {
@@ -132,7 +127,7 @@ Momentum momentum(const solver::Simulation& simulation) {
     if (block.kind != solver::BlockKind::Deformable && block.kind != solver::BlockKind::Rigid) {
       continue;
     }
-    const geometry::MassProperties mass = geometry::mass_properties(block.shape);
+    const geometry::MassProperties mass = geometry::mass_properties(block.body());
     const solver::BlockState& now = simulation.state().blocks[b];
     const Vector3 linear = block.material.density * mass.volume * now.velocity;
     total.linear += linear;

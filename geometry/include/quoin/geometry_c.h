@@ -279,6 +279,8 @@ quoin_status quoin_finder_add(quoin_finder* finder, const quoin_body* body,
                               const quoin_body_options* options, int* handle);
 quoin_status quoin_finder_remove(quoin_finder* finder, int handle);
 quoin_status quoin_finder_move(quoin_finder* finder, int handle, const quoin_placement* placement);
+/* One of the same topology (the shape itself after quoin_set_vertices) has moved freely: its
+ * contacts go on in the next list. Else they have no predecessors there. */
 quoin_status quoin_finder_replace_shape(quoin_finder* finder, int handle, const quoin_shape* shape);
 quoin_status quoin_finder_set_options(quoin_finder* finder, int handle,
                                       const quoin_body_options* options);

@@ -386,11 +386,40 @@ void copy_polygon(const ContactPolygon& part, const ContactPlane& plane, bool re
   if (reversed) std::reverse(polygon.begin(), polygon.end());
 }
 
-/// Contact points from `first` on, from the middle of the pair into the world.
-void move(const Vector3& middle, std::size_t first, std::vector<ContactPoint>& contacts) {
+/// From a place as seen from the middle of the pair into the frame of the shape.
+class IntoFrame {
+ public:
+  explicit IntoFrame(const Solid& solid) : solid_(solid) {
+    if (solid.turned() == nullptr) return;
+    const Matrix3& cofactors = solid.turned()->cofactors();
+    const double determinant = solid.turned()->placement().linear.col(0).dot(cofactors.col(0));
+    inverse_ = cofactors.transpose() / determinant;
+  }
+  Vector3 operator()(const Vector3& place) const {
+    const Vector3 offset = place - solid_.origin();
+    return solid_.shape().origin() + (solid_.turned() == nullptr ? offset : inverse_ * offset);
+  }
+
+ private:
+  const Solid& solid_;
+  Matrix3 inverse_ = Matrix3::Identity();
+};
+
+/// Contact points from `first` on, from the middle of the pair into the frame that is asked for.
+void move(const PlacedPair& pair, PointFrame frame, std::size_t first,
+          std::vector<ContactPoint>& contacts) {
+  if (first == contacts.size()) return;
+  if (frame == PointFrame::World) {
+    for (std::size_t k = first; k < contacts.size(); ++k) {
+      contacts[k].point_a += pair.middle;
+      contacts[k].point_b += pair.middle;
+    }
+    return;
+  }
+  const IntoFrame into_a(pair.a), into_b(pair.b);
   for (std::size_t k = first; k < contacts.size(); ++k) {
-    contacts[k].point_a += middle;
-    contacts[k].point_b += middle;
+    contacts[k].point_a = into_a(contacts[k].point_a);
+    contacts[k].point_b = into_b(contacts[k].point_b);
   }
 }
 
@@ -471,7 +500,7 @@ void append_contact_points(const std::array<int, 2>& blocks, const Body& a, cons
   NearestFeatures here = nearest;
   move(here, -pair.middle);
   append_points(blocks, pair.a, pair.b, here, options, contacts);
-  move(pair.middle, first, contacts);
+  move(pair, options.frame, first, contacts);
 }
 
 NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, const Shape& a,
@@ -494,7 +523,7 @@ NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, c
   const std::size_t first = contacts.size();
   NearestFeatures nearest;
   append_within_reach(blocks, {pair.a, pair.b}, options, hint, nearest, contacts);
-  move(pair.middle, first, contacts);
+  move(pair, options.frame, first, contacts);
   move(nearest, pair.middle);
   return nearest;
 }
@@ -512,7 +541,7 @@ void update_pair_contact(const Body& a, const Body& b, const ContactOptions& opt
   const PlacedPair pair(a, b);
   update(pair.a, pair.b, options, contact);
   move(contact.nearest, pair.middle);
-  move(pair.middle, 0, contact.points);
+  move(pair, options.frame, 0, contact.points);
   for (Vector3& corner : contact.polygon) corner += pair.middle;
 }
 

@@ -26,7 +26,7 @@ struct PairMemory {
   std::ptrdiff_t count = -1;  // -1: not remembered
 };
 
-/// Contact points of a call as they stood in the world, and for each pair the placement of body a.
+/// Contact points of a call as they stood, and for each pair the placement from body a's frame.
 struct History {
   std::vector<Placement> frames{};
   std::vector<TrackedPoint> points{};
@@ -129,7 +129,6 @@ BodySource::BodySource(std::span<const Body> bodies)
 
 struct PairBatch::Memory {
   ContactOptions options;
-  BatchResults results = BatchResults::All;
   BodySource bodies;                       // of the call at hand
   std::vector<BlockPair> sorted;           // the caller's pairs, where they are in no order
   std::span<const BlockPair> pairs;        // of the call at hand, by index
@@ -313,9 +312,11 @@ void PairBatch::Memory::follow(std::size_t i, WorkerPart& part, const Body& a,
                                std::span<ContactPoint> points) {
   if (points.empty()) return;
   const std::size_t first = part.now.points.size();
-  part.now.frames.push_back(a.placement());
+  const bool in_world = options.frame == PointFrame::World;
+  part.now.frames.push_back(in_world ? a.placement() : Placement{});
   for (const ContactPoint& point : points) {
-    part.now.points.push_back({point.key.feature_a, point.key.feature_b, point.point()});
+    part.now.points.push_back({point.key.feature_a, point.key.feature_b,
+                               in_world ? point.point() : point.point_a});
   }
   match(i, part, std::span(part.now.points).subspan(first), points);
   known[i].worker = static_cast<int>(&part - parts.data());
@@ -336,8 +337,6 @@ void PairBatch::Memory::search_pair(std::size_t i, WorkerPart& part, const Body&
   const NearestFeatures nearest = append_contacts_within_reach(
       {named[i].a, named[i].b}, a, part.bodies[pairs[i].b], options, known[i].hint, contacts);
   known[i].hint = nearest.hint;
-  answers[i].count = static_cast<int>(contacts.size() - first);
-  if (results == BatchResults::PointsAlone) return;
   answers[i] = describe(named[i], nearest, std::span(contacts).subspan(first));
 }
 
@@ -351,7 +350,6 @@ void PairBatch::Memory::search(std::size_t first, std::size_t last, std::size_t 
     if (i > first && pairs[i].a != pairs[i - 1].a) a = part.bodies[pairs[i].a];
     const std::size_t start = contacts.size();
     search_pair(i, part, a, contacts);
-    if (results == BatchResults::PointsAlone) continue;
     follow(i, part, a, std::span(contacts).subspan(start));
   }
 }
@@ -439,12 +437,11 @@ void PairBatch::Memory::list_results() {
   end_those_before({std::numeric_limits<int>::max(), std::numeric_limits<int>::max()});
 }
 
-PairBatch::PairBatch(const ContactOptions& options, BatchResults results) {
+PairBatch::PairBatch(const ContactOptions& options) {
   require_length(options.reach, "pair batch: reach");
   require_length(options.tolerance, "pair batch: tolerance");
   memory_ = std::make_unique<Memory>();
   memory_->options = options;
-  memory_->results = results;
 }
 PairBatch::~PairBatch() = default;
 PairBatch::PairBatch(PairBatch&&) noexcept = default;
@@ -477,7 +474,7 @@ void PairBatch::Memory::find(std::vector<ContactPoint>& contacts, Executor* exec
     contacts.clear();
     search(0, pairs.size(), 0, contacts);
   }
-  if (results == BatchResults::All) list_results();
+  list_results();
   remember(contacts);
 }
 

@@ -59,6 +59,15 @@ Body::Body(const Shape& shape) : shape_(&shape), centre_(shape.origin()) {}
 
 Body::Body(const Shape& shape, const Placement& placement) : shape_(&shape) { move(placement); }
 
+Points Body::vertices() const {
+  return (placement_.linear * shape_->vertices()).colwise() + placement_.translation;
+}
+
+Box Body::box() const {
+  const Points places = vertices();
+  return {places.rowwise().minCoeff(), places.rowwise().maxCoeff()};
+}
+
 void Body::move(const Placement& placement) {
   placement_ = placement;
   centre_ = placement.translation;

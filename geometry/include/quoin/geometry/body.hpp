@@ -28,6 +28,8 @@ class Body {
   Vector3 vertex(int v) const {
     return placement_.translation + placement_.linear * shape_->vertex(v);
   }
+  Points vertices() const;  ///< of all, 3 × vertex_count, m
+  Box box() const;          ///< of these places
 
   /// Image of the shape's origin() as an unevaluated sum, m: the difference of two of them is right
   /// to its own last place, wherever the bodies stand.

@@ -41,9 +41,9 @@ struct StepOptions {
   Analysis analysis = Analysis::Dynamic;
   ContactMethod method = ContactMethod::AugmentedLagrangian;
   TimeScheme scheme = TimeScheme::ConstantAcceleration;
-  /// N/m. Springs: a contact point; a joint of more than four points has that of four, shared out by
-  /// area. Paper, Penalty: a contact point, as the source has it. Not used by AugmentedLagrangian.
-  /// 0: chosen by the solver.
+  /// N/m. Springs: a contact point; a joint of more than four points has that of four, shared out
+  /// by area. Paper, Penalty: a contact point, as the source has it. Not used by
+  /// AugmentedLagrangian. 0: chosen by the solver.
   double penalty = 0.0;
   double shear_ratio = 1.0;   ///< shear stiffness / normal stiffness; used like `penalty`
   double reach = 0.0;         ///< contacts are watched up to this gap, m; 0: chosen
@@ -77,7 +77,7 @@ enum class FlagKind : std::uint8_t {
   Unconverged,   ///< the step was not solved; value: relative force residual
   Strain,        ///< larger than small-strain theory is good for
   Overlap,       ///< of two blocks by the smaller one's size
-  Rounding,      ///< of coordinates, against the tolerance of gaps
+  Rounding,      ///< of a gap, against the tolerance of gaps
   EnergyGrowth,  ///< in one step, by the scale of the run's energy
   LostContact    ///< overlap of a failed step that no attempt held
 };
@@ -145,9 +145,9 @@ class Simulation {
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
 
-  /// One time_step (in counted sub-steps where it must). When the status is not Converged the state is
-  /// that of the last accepted sub-step (before the step, when Stopped); best_try() holds the best
-  /// attempt. Throws nothing.
+  /// One time_step (in counted sub-steps where it must). When the status is not Converged the state
+  /// is that of the last accepted sub-step (before the step, when Stopped); best_try() holds the
+  /// best attempt. Throws nothing.
   [[nodiscard]] StepReport advance();
 
   const Scene& scene() const;
@@ -162,6 +162,10 @@ class Simulation {
 
   Vector6 stress(int block) const;  ///< Pa, world axes, tension positive
   Vector3 reference_arm(int block, const Vector3& world_point) const;  ///< of a material point now
+  geometry::Points reference_arms(int block) const;  ///< of the shape's vertices, 3 × n, m
+  geometry::Points vertices(int block) const;        ///< in the world now, 3 × n, m
+  /// Of a material point since the start, m. No digits are lost to where the scene stands.
+  Vector3 displacement(int block, const Vector3& reference_arm) const;
   /// Writes all that the steps to come depend on. A Simulation of the same scene, with the same
   /// options(), that reads it goes on to the bit as this one does. Only the same build reads it.
   void save(std::ostream& out) const;
