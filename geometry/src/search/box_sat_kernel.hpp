@@ -1,3 +1,6 @@
+#pragma once
+/// The 15 directions of box_sat, as a kernel. See kernels/kernels.hpp. Internal.
+
 #include "search/box_sat.hpp"
 
 #include <algorithm>
@@ -5,12 +8,10 @@
 #include <cmath>
 #include <limits>
 
-#include "simd/lanes.hpp"
+#include "numeric/limits.hpp"
 
 namespace quoin::geometry {
 namespace {
-
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 /// A parallelepiped: half its edges from vertex 0, its middle, and how far the vertices of the
 /// solid lie from those of it, m.
@@ -80,7 +81,6 @@ struct Overlaps {
 template <class Lanes>
 void find_overlaps(const Directions& edges, std::size_t first, const Vector3& across, double reach,
                    Overlaps& overlaps) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   constexpr double kClose = 16.0, kParallel = 1e6;  // inverse sines
   const auto all = [](double value) { return Lanes::all(value); };
   const auto size = [&](const Lanes& v) { return v.larger(all(0.0) - v); };
@@ -144,7 +144,7 @@ SearchResult least_overlap(const Solid& solid_p, const Solid& solid_q, double ro
   const double reach = across.norm() + solid_p.diameter() + solid_q.diameter();
   const Directions edges(p, q);
   Overlaps overlaps;
-  Lanes least_four = Lanes::all(std::numeric_limits<double>::infinity());
+  Lanes least_four = Lanes::all(kInfinity);
   for (std::size_t k = 0; k < 16; k += 4) {
     find_overlaps<Lanes>(edges, k, across, reach, overlaps);
     least_four = least_four.smaller(Lanes::of(overlaps.value + k));
@@ -186,20 +186,5 @@ SearchResult least_overlap(const Solid& solid_p, const Solid& solid_q, double ro
   return result;
 }
 
-#ifdef QUOIN_FOUR_WIDE_LANES
-QUOIN_AVX2 [[gnu::flatten]] SearchResult overlap_256(const Solid& p, const Solid& q,
-                                                     double rounding) {
-  return least_overlap<Lanes256>(p, q, rounding);
-}
-#endif
-
 }  // namespace
-
-SearchResult box_sat(const Solid& p, const Solid& q, double rounding) {
-#ifdef QUOIN_FOUR_WIDE_LANES
-  if (has_avx2()) return overlap_256(p, q, rounding);
-#endif
-  return least_overlap<PlainLanes>(p, q, rounding);
-}
-
 }  // namespace quoin::geometry

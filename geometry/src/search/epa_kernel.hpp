@@ -1,20 +1,19 @@
+#pragma once
+/// The polytope of expand_polytope, as a kernel. See kernels/kernels.hpp. Internal.
+
 #include "search/epa.hpp"
 
 #include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 
 #include "numeric/double_double.hpp"
-#include "shape/support_kernels.hpp"
-#include "simd/lanes.hpp"
+#include "numeric/limits.hpp"
+#include "shape/scan.hpp"
 
 namespace quoin::geometry {
 namespace {
-
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// A polytope inside the set of differences, around the origin. While all its facets turn to the
 /// origin their inner sides, each ray from the origin meets one of them; so the least distance of a
@@ -454,26 +453,5 @@ class Polytope {
   Number facet_at_[kMostCorners * kRow];
 };
 
-#ifdef QUOIN_FOUR_WIDE_LANES
-QUOIN_AVX512 [[gnu::flatten]] SearchResult overlap_512(const Solid& p, const Solid& q,
-                                                       const SearchResult& start, double rounding) {
-  return Polytope<Scan512, Lanes256>(p, q, rounding).grow(start);
-}
-QUOIN_AVX2 [[gnu::flatten]] SearchResult overlap_256(const Solid& p, const Solid& q,
-                                                     const SearchResult& start, double rounding) {
-  return Polytope<Scan256, Lanes256>(p, q, rounding).grow(start);
-}
-#endif
-
 }  // namespace
-
-SearchResult expand_polytope(const Solid& p, const Solid& q, const SearchResult& start,
-                             double rounding) {
-#ifdef QUOIN_FOUR_WIDE_LANES
-  if (has_avx512() && !few_vertices(p, q)) return overlap_512(p, q, start, rounding);
-  if (has_avx2()) return overlap_256(p, q, start, rounding);
-#endif
-  return Polytope<PlainScan, PlainLanes>(p, q, rounding).grow(start);
-}
-
 }  // namespace quoin::geometry
