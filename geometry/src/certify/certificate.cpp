@@ -3,13 +3,14 @@
 #include <algorithm>
 
 #include "certify/feature_normal.hpp"
-#include "numeric/limits.hpp"
+#include "numeric/error_bounds.hpp"
 
 namespace quoin::geometry {
 
 double default_tolerance(const Solid& a, const Solid& b) {
-  return std::max(1e-9 * std::min(a.diameter(), b.diameter()),
-                  16 * kEpsilon * std::max(a.largest_coordinate(), b.largest_coordinate()));
+  return std::max(
+      kDefaultTolerance * std::min(a.diameter(), b.diameter()),
+      kLeastTolerance * kEpsilon * std::max(a.largest_coordinate(), b.largest_coordinate()));
 }
 
 double default_tolerance(const Shape& a, const Shape& b) {
@@ -23,12 +24,11 @@ double default_tolerance(const Body& a, const Body& b) {
 Lengths lengths(const Solid& p, const Solid& q, double tolerance) {
   Lengths length;
   length.contact = tolerance > 0.0 ? tolerance : default_tolerance(p, q);
-  constexpr double kUneven = 1e4;
   const double larger = std::max(p.diameter(), q.diameter());
-  length.rounding = 5 * kEpsilon * larger;
+  length.rounding = kRounding * kEpsilon * larger;
   length.uneven = larger > kUneven * std::min(p.diameter(), q.diameter());
   const double coordinate = std::max(p.largest_coordinate(), q.largest_coordinate());
-  length.place = std::max(length.rounding, 2 * kEpsilon * coordinate);
+  length.place = std::max(length.rounding, kPlaceRounding * kEpsilon * coordinate);
   length.widest = std::max({length.contact, length.place, kClearAbove * length.rounding});
   return length;
 }

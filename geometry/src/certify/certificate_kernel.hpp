@@ -139,7 +139,8 @@ Trial attempt(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier
   }
   const Vec3 high = highest<kA>(a, by_a, at_a, top_a), low = highest<kB>(b, by_b, at_b, top_b);
   const double gap = dot(normal, low - high);
-  if (!(gap > (overlap != nullptr ? overlap->least : 8 * length.rounding))) return Trial::Undecided;
+  if (!(gap > (overlap != nullptr ? overlap->least : kApart * length.rounding)))
+    return Trial::Undecided;
   if constexpr (kA == kFace) {
     if (!over_face(a, by_a.face, normal, low, length.rounding)) return Trial::Refuted;
   } else if constexpr (kB == kFace) {

@@ -8,7 +8,7 @@
 
 #include <algorithm>
 
-#include "numeric/limits.hpp"
+#include "numeric/floating_point.hpp"
 #include "simd/lanes_256.hpp"
 
 namespace quoin::geometry {
@@ -81,8 +81,8 @@ inline void lay_256(const double* vertices, const LocalPlane& plane, PolygonRows
   if ((rows.count + 3) / 4 % 2 != 0) fill_256(rows, (rows.count + 3) / 4 * 4);
 }
 
-inline void masks_256(const PolygonRows& corners, const PolygonRows& sides,
-                                 double rounding, SideMasks& masks) {
+inline void masks_256(const PolygonRows& corners, const PolygonRows& sides, double rounding,
+                      SideMasks& masks) {
   masks.margin = kInfinity;
   for (int j = 0; j < sides.count; j += 4) {
     const __m256d x = _mm256_load_pd(sides.x + j), y = _mm256_load_pd(sides.y + j);

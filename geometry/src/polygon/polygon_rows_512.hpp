@@ -8,13 +8,13 @@
 
 #include <algorithm>
 
-#include "numeric/limits.hpp"
+#include "numeric/floating_point.hpp"
 
 namespace quoin::geometry {
 namespace {
 
-inline void masks_512(const PolygonRows& corners, const PolygonRows& sides,
-                                   double rounding, SideMasks& masks) {
+inline void masks_512(const PolygonRows& corners, const PolygonRows& sides, double rounding,
+                      SideMasks& masks) {
   masks.margin = kInfinity;
   for (int j = 0; j < sides.count; j += 8) {
     const __m512d x = _mm512_load_pd(sides.x + j), y = _mm512_load_pd(sides.y + j);

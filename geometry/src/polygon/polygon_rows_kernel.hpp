@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "numeric/limits.hpp"
+#include "numeric/floating_point.hpp"
 
 namespace quoin::geometry {
 namespace {

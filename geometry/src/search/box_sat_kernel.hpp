@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-#include "numeric/limits.hpp"
+#include "numeric/error_bounds.hpp"
 
 namespace quoin::geometry {
 namespace {
@@ -35,7 +35,7 @@ struct Brick {
     for (const std::size_t place : {3, 5, 6, 7}) {
       squared = std::max(squared, (at(place) - corner(place)).squaredNorm());
     }
-    error = std::sqrt(squared) + 8 * kEpsilon * solid.diameter();
+    error = std::sqrt(squared) + kBrickRounding * kEpsilon * solid.diameter();
   }
   Vector3 corner(std::size_t place) const {
     Vector3 x = middle;
@@ -101,7 +101,7 @@ void find_overlaps(const Directions& edges, std::size_t first, const Vector3& ac
   const Lanes cancelled = whole * (inverse * inverse);
   const auto there = cancelled.below(all(kParallel * kParallel));
   depth.where(there, all(kInfinity)).store(overlaps.value + first);
-  (depth - all(kEpsilon * reach) * (all(8.0) + cancelled))
+  (depth - all(kEpsilon * reach) * (all(kDirectionRounding) + cancelled))
       .where(there, all(-kInfinity))
       .store(overlaps.sure + first);
   overlaps.close |= (~cancelled.below(all(kClose * kClose)).bits() & 15u) << first;
@@ -157,12 +157,14 @@ SearchResult least_overlap(const Solid& solid_p, const Solid& solid_q, double ro
   };
   if (std::abs(least) <= rounding) {
     const unsigned parallel = beyond(overlaps.value, std::numeric_limits<double>::max());
-    const unsigned open = ~beyond(overlaps.sure, 2 * rounding) & ~parallel & Directions::kAll;
+    const unsigned open =
+        ~beyond(overlaps.sure, kBothPart * rounding) & ~parallel & Directions::kAll;
     if ((open & overlaps.close) != 0) return result;
-    return mean_of_planes(edges, ~beyond(overlaps.value, 2 * rounding) & Directions::kAll, across);
+    return mean_of_planes(edges, ~beyond(overlaps.value, kBothPart * rounding) & Directions::kAll,
+                          across);
   }
   const unsigned best = ~beyond(overlaps.value, least) & Directions::kAll;
-  const double error = 4 * (p.error + q.error), clear = 16 * rounding + error;
+  const double error = kBrickErrors * (p.error + q.error), clear = kBrickClear * rounding + error;
   if (!(least > clear) || !std::has_single_bit(best) ||
       (beyond(overlaps.sure, least + clear) | best) != Directions::kAll) {
     return result;

@@ -9,7 +9,7 @@
 #include <cstdint>
 
 #include "numeric/double_double.hpp"
-#include "numeric/limits.hpp"
+#include "numeric/error_bounds.hpp"
 #include "shape/scan.hpp"
 
 namespace quoin::geometry {
@@ -276,7 +276,8 @@ class Polytope {
     const Lanes distance = (x * a[0] + y * a[1] + z * a[2]) * inverse;
     // By how much the products that made the normal have cancelled: at most 1 + a quarter of this.
     const Lanes cancelled = whole * (inverse * inverse);
-    const Lanes sure = distance - all(kEpsilon) * reach * (all(2.5) + all(0.25) * cancelled);
+    const Lanes sure =
+        distance - all(kEpsilon) * reach * (all(kFacetRounding) + all(kFacetCancelled) * cancelled);
     const auto there = (all(kNoArea * kNoArea) * whole).below(squared);
     const unsigned slim = squared.below(all(kSlim * kSlim) * whole).bits();
     Planes& four = planes(f);
@@ -315,7 +316,7 @@ class Polytope {
     four.y[k] = unit.y();
     four.z[k] = unit.z();
     four.distance[k] = unit.dot(place(apex_[f]));
-    four.sure[k] = four.distance[k] - 2.5 * kEpsilon * reach;
+    four.sure[k] = four.distance[k] - kFacetRounding * kEpsilon * reach;
     alignas(32) double keys[4];
     Lanes::of(four.sure).numbered(f - k, kMostFacets).store(keys);
     four.key[k] = keys[k];
@@ -399,7 +400,7 @@ class Polytope {
 
   void finish(Index nearest, SearchResult& result) {
     const double distance = planes(nearest).distance[nearest % 4];
-    const double limit = distance + std::max(8 * rounding_, kRounded * distance);
+    const double limit = distance + std::max(kAsNear * rounding_, kRounded * distance);
     int near = 0;
     for (Index f = 0; f < facet_count_; f += 4) {
       near += std::popcount(Lanes::of(planes(f).key).below(Lanes::all(limit)).bits());
@@ -420,13 +421,13 @@ class Polytope {
   /// Does no other direction come as near? `sure`: the least of all facets.
   bool only_direction(Index nearest, double& sure) {
     const Vector3 n = normal(nearest);
-    const double limit = planes(nearest).distance[nearest % 4] + 8 * rounding_;
+    const double limit = planes(nearest).distance[nearest % 4] + kAsNear * rounding_;
     Lanes least = Lanes::all(sure);
     unsigned others = 0;
     for (Index f = 0; f < facet_count_; f += 4) {
       const Planes& four = planes(f);
       const auto there = Lanes::of(four.key).below(Lanes::all(kNone));
-      const auto aside = along(four, n).below(Lanes::all(1.0 - 1e-9));
+      const auto aside = along(four, n).below(Lanes::all(kSameDirection));
       least = Lanes::of(four.sure).where(there, least).smaller(least);
       others |= ~Lanes::all(limit).below(Lanes::of(four.distance)).bits() & aside.bits();
     }

@@ -3,12 +3,10 @@
 #include <cmath>
 #include <limits>
 
+#include "numeric/error_bounds.hpp"
+
 namespace quoin::geometry {
 namespace {
-
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-/// Rounding of a double-double sum of a few products, with room to spare.
-constexpr double kWideEpsilon = 1e-29;
 
 int wide_support_among(const Solid& polyhedron, const WideVector& direction, const VertexSet& set) {
   int best = set[0];
@@ -172,7 +170,8 @@ ActiveFeatures search(const Solid& p, const Solid& q, const ActiveFeatures& star
     if (result.iterations > 1 && !simplex.has(last[0], last[1])) {
       // No step forward: the margin is inside the rounding even here. When the solids touch within
       // the rounding of the coordinates the planes between them decide.
-      result.overlapping = distance.high <= 64 * kEpsilon * std::max(p.diameter(), q.diameter());
+      result.overlapping =
+          distance.high <= kStalled * kEpsilon * std::max(p.diameter(), q.diameter());
       name_corners(simplex, result);
       return result;
     }
@@ -201,7 +200,7 @@ ActiveFeatures search(const Solid& p, const Solid& q, const ActiveFeatures& star
 int wide_support(const Solid& polyhedron, const WideVector& direction) {
   const Vector3 d = direction.rounded();
   const Support first = support(polyhedron, d);
-  const double limit = first.value - 8 * kEpsilon * d.norm() * polyhedron.diameter();
+  const double limit = first.value - kWideSupport * kEpsilon * d.norm() * polyhedron.diameter();
   const Vec3 local = polyhedron.turned_back(d);
   int best = first.vertex;
   if (count_beyond(polyhedron, d, limit) == 1) return best;

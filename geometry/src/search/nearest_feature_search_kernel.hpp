@@ -8,7 +8,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "numeric/limits.hpp"
+#include "numeric/error_bounds.hpp"
 #include "search/simplex_reduction.hpp"
 #include "shape/scan.hpp"
 
@@ -236,14 +236,14 @@ SearchResult search_rows(const Solid& p, const Solid& q, const Vector3& directio
   bool inside = false;
   while (result.iterations < kMostSteps) {
     ++result.iterations;
-    if (!(reach.squared_distance > 16 * rounding * rounding)) {
+    if (!(reach.squared_distance > kNothing * kNothing * rounding * rounding)) {
       result.outcome = SearchOutcome::Overlapping;
       break;
     }
     const NewCorner corner = corner_along(Vector3(d.x, d.y, d.z));
     const FourVectors to_newest = rows.offset - corner.offset;
     const double nearer = d.x * to_newest.x[3] + d.y * to_newest.y[3] + d.z * to_newest.z[3];
-    const double gain = nearer - 4 * kEpsilon * reach.along;
+    const double gain = nearer - kGainRounding * kEpsilon * reach.along;
     const bool no_gain =
         !(gain > 0.0) | (gain * gain <= rounding * rounding * reach.squared_length);
     if (no_gain | has_corner(rows, corner.name) | !(reach.squared_distance < before)) {

@@ -4,11 +4,11 @@
 #include <quoin/geometry/body.hpp>
 
 #include "numeric/double_double.hpp"
+#include "numeric/floating_point.hpp"
 
 namespace quoin::geometry {
 namespace {
 
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 /// What a product of rounded rotations is off, and below which their normals keep their length.
 constexpr double kRigid = 8 * kEpsilon;
 
@@ -51,9 +51,7 @@ double largest_stretch(const Matrix3& a) {
 
 Body::Body(const Shape& shape) : shape_(&shape), centre_(shape.origin()) {}
 
-Body::Body(const Shape& shape, const Placement& placement) : shape_(&shape) {
-  move(placement);
-}
+Body::Body(const Shape& shape, const Placement& placement) : shape_(&shape) { move(placement); }
 
 void Body::move(const Placement& placement) {
   placement_ = placement;
