@@ -32,7 +32,7 @@ struct Brick {
       middle += half[k];
     }
     double squared = 0.0;
-    for (const std::size_t place : {3, 5, 6, 7}) {
+    for (const unsigned place : {3u, 5u, 6u, 7u}) {
       squared = std::max(squared, (at(place) - corner(place)).squaredNorm());
     }
     error = std::sqrt(squared) + kBrickRounding * kEpsilon * solid.diameter();
