@@ -29,7 +29,7 @@ DOORS = {"geometry/src/finder/broad_phase.cpp": r"^fcl/", "geometry/src/oracle/g
 
 # Within a room a file includes private headers only from its own step of the chain or one before it:
 # folders of geometry/src, files of the solver.
-FOLDERS = ["simd", "numeric", "shape", "polygon", "certify", "search", "contact", "finder",
+FOLDERS = ["simd", "numeric", "shape", "polygon", "certify", "search", "kernels", "contact", "finder",
            "bindings", "oracle"]
 CHAINS = {
     "geometry": [["types"], ["shape"], ["body"], ["nearest_features"], ["contact_type"],

@@ -446,7 +446,7 @@ void append_within_reach(const std::array<int, 2>& blocks, const Solids& solids,
   if (!faces || !flush_answer(a, b, options.tolerance, hint, part, nearest)) {
     const SearchOptions search{.tolerance = options.tolerance};
     nearest = {};
-    find_nearest_features(a, b, search, faces ? FeatureHint{} : hint, part, nearest);
+    find_nearest_features(a, b, search, faces ? FeatureHint{} : hint, &part, nearest);
   }
   if (nearest.gap > options.reach && nearest.status != PairStatus::Touching) return;
   const OrderedPair ordered(a, b, in_reverse_order(a, b), nearest);
@@ -461,7 +461,7 @@ void update(const Solid& a, const Solid& b, const ContactOptions& options, PairC
   LateInit<ContactPolygon> part;
   const FeatureHint hint = contact.nearest.hint;
   contact.nearest = {};
-  find_nearest_features(a, b, {.tolerance = options.tolerance}, hint, part, contact.nearest);
+  find_nearest_features(a, b, {.tolerance = options.tolerance}, hint, &part, contact.nearest);
   const OrderedPair ordered(a, b, in_reverse_order(a, b), contact.nearest);
   PairPoints pair;
   find_pair_points(ordered, contact.nearest, options, part, pair);

@@ -3,12 +3,11 @@
 #include <cmath>
 #include <limits>
 
+#include "numeric/error_bounds.hpp"
+
 namespace quoin::geometry {
 namespace {
 
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-/// Rounding of a double-double sum of a few products, with room to spare.
-constexpr double kWideEpsilon = 1e-29;
 
 /// One point q_j - p_i of the Minkowski difference, exact.
 struct Corner {
@@ -141,7 +140,7 @@ void name_corners(const Simplex& simplex, ActiveFeatures& result) {
 int wide_support(const Solid& polyhedron, const WideVector& direction) {
   const Vector3 d = direction.rounded();
   const Support first = support(polyhedron, d);
-  const double limit = first.value - 8 * kEpsilon * d.norm() * polyhedron.diameter();
+  const double limit = first.value - kWideSupport * kEpsilon * d.norm() * polyhedron.diameter();
   const Vec3 local = polyhedron.turned_back(d);
   int best = first.vertex;
   if (count_beyond(polyhedron, d, limit) == 1) return best;
@@ -188,7 +187,8 @@ ActiveFeatures exact_nearest(const Solid& p, const Solid& q, const ActiveFeature
     if (result.iterations > 1 && !simplex.has(last[0], last[1])) {
       // No step forward: the margin is inside the rounding even here. When the solids touch within
       // the rounding of the coordinates the planes between them decide.
-      result.overlapping = distance.high <= 64 * kEpsilon * std::max(p.diameter(), q.diameter());
+      result.overlapping =
+          distance.high <= kStalled * kEpsilon * std::max(p.diameter(), q.diameter());
       name_corners(simplex, result);
       return result;
     }

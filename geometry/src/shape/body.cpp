@@ -4,11 +4,11 @@
 #include <quoin/geometry/body.hpp>
 
 #include "numeric/double_double.hpp"
+#include "numeric/floating_point.hpp"
 
 namespace quoin::geometry {
 namespace {
 
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 /// What a product of rounded rotations is off, and below which their normals keep their length.
 constexpr double kRigid = 8 * kEpsilon;
 

@@ -46,7 +46,7 @@ class Solid {
   /// Along an edge, right to the last places however short it is: from vertex v to w, m.
   Vector3 line(int v, int w) const {
     const Vector3 line = shape_->vertex(w) - shape_->vertex(v);
-    return turned_ == nullptr ? line : Vector3(turned_->placement().linear * line);
+    return turned_ == nullptr ? line : Vector3(product(turned_->placement().linear, line));
   }
   WideVector wide_line(int v, int w) const {
     return turned_vector(wide_difference(shape_->vertex(w), shape_->vertex(v)));
@@ -65,10 +65,7 @@ class Solid {
   }
   /// An offset from the shape's origin, placed.
   Vec3 turn(const Vec3& offset) const {
-    if (turned_ == nullptr) return offset;
-    const double* a = turned_->placement().linear.data();
-    return {dot(Vec3(a[0], a[3], a[6]), offset), dot(Vec3(a[1], a[4], a[7]), offset),
-            dot(Vec3(a[2], a[5], a[8]), offset)};
+    return turned_ == nullptr ? offset : product(turned_->placement().linear, offset);
   }
 
  private:
@@ -87,7 +84,7 @@ class Solid {
 inline Vector3 Solid::face_normal(int f) const {
   const Vector3 own = shape_->face_normal(f);
   if (turned_ == nullptr) return own;
-  const Vector3 normal = turned_->cofactors() * own;
+  const Vector3 normal = product(turned_->cofactors(), own);
   // Of a rotation a step of Newton's method for the inverse root leaves nothing.
   if (turned_->is_rigid()) return (1.5 - 0.5 * normal.squaredNorm()) * normal;
   return normal.normalized();

@@ -149,7 +149,8 @@ struct AlignedAllocator {
 class Shape {
  public:
   /// Whether the vertices make the faces convex is not checked: `build.hpp` does. vertices:
-  /// 3 × vertex_count, m. Throws InputError as set_vertices does.
+  /// 3 × vertex_count, m. Throws InputError as set_vertices does, and while the rounding mode of
+  /// floating point is not to nearest (other calls do not ask).
   Shape(std::shared_ptr<const Topology> topology, const Eigen::Ref<const Points>& vertices);
 
   /// Moves or deforms: same topology, new places. No allocation. vertices: 3 × vertex_count, m.
