@@ -12,10 +12,10 @@ namespace {
 /// What a product of rounded rotations is off, and below which their normals keep their length.
 constexpr double kRigid = 8 * kEpsilon;
 
-/// translation + linear origin, row by row.
-DoubleDouble image(const Placement& placement, const Vector3& origin, int row) {
-  DoubleDouble sum = placement.translation[row];
-  for (int k = 0; k < 3; ++k) sum = sum + two_product(placement.linear(row, k), origin[k]);
+/// A row of linear · origin.
+DoubleDouble turned(const Matrix3& linear, const Vector3& origin, int row) {
+  DoubleDouble sum = 0.0;
+  for (int k = 0; k < 3; ++k) sum = sum + two_product(linear(row, k), origin[k]);
   return sum;
 }
 
@@ -55,7 +55,7 @@ double largest_stretch(const Matrix3& a) {
 
 }  // namespace
 
-Body::Body(const Shape& shape) : shape_(&shape), centre_(shape.origin()) {}
+Body::Body(const Shape& shape) : shape_(&shape), turned_origin_(shape.origin()) {}
 
 Body::Body(const Shape& shape, const Placement& placement) : shape_(&shape) { move(placement); }
 
@@ -70,13 +70,13 @@ Box Body::box() const {
 
 void Body::move(const Placement& placement) {
   placement_ = placement;
-  centre_ = placement.translation;
-  centre_rest_.setZero();
+  turned_origin_.setZero();
+  turned_origin_rest_.setZero();
   if (const Vector3& origin = shape_->origin(); origin != Vector3::Zero()) {
     for (int k = 0; k < 3; ++k) {
-      const DoubleDouble sum = image(placement, origin, k);
-      centre_[k] = sum.high;
-      centre_rest_[k] = sum.low;
+      const DoubleDouble sum = turned(placement.linear, origin, k);
+      turned_origin_[k] = sum.high;
+      turned_origin_rest_[k] = sum.low;
     }
   }
   turned_ = !is_identity(placement.linear);

@@ -101,23 +101,25 @@ inline WideVector Solid::turned_vector(const WideVector& v) const {
 inline Vec3 place(const Solid& solid, int vertex) { return solid.place(vertex); }
 inline Vec3 face_normal(const Solid& solid, int face) { return solid.face_normal(face); }
 
+/// From one centre to another. The translations go in as one exact difference, so that nothing
+/// depends on where the bodies stand.
+inline WideVector wide_apart(const Body& a, const Body& b) {
+  return wide_difference(b.placement().translation, a.placement().translation) +
+         (wide_difference(b.turned_origin(), a.turned_origin()) +
+          wide_difference(b.turned_origin_rest(), a.turned_origin_rest()));
+}
+
 /// q_j - p_i of two bodies, or of two shapes in their own frame, in double-double: right to about
 /// 1e-31 of the lengths that go in.
 inline WideVector exact_corner(const Solid& p, const Solid& q, int i, int j) {
   if (p.body() == nullptr || q.body() == nullptr) {
     return wide_difference(q.shape().vertex(j), p.shape().vertex(i));
   }
-  return wide_difference(q.body()->centre(), p.body()->centre()) +
-         wide_difference(q.body()->centre_rest(), p.body()->centre_rest()) +
-         (q.wide_offset(j) - p.wide_offset(i));
+  return wide_apart(*p.body(), *q.body()) + (q.wide_offset(j) - p.wide_offset(i));
 }
 
 /// From one centre to another, right to its own last place.
-inline Vector3 apart(const Body& a, const Body& b) {
-  return (wide_difference(b.centre(), a.centre()) +
-          wide_difference(b.centre_rest(), a.centre_rest()))
-      .rounded();
-}
+inline Vector3 apart(const Body& a, const Body& b) { return wide_apart(a, b).rounded(); }
 
 /// Two bodies from the middle between their centres.
 struct PlacedPair {

@@ -81,6 +81,7 @@ class Topology {
   Feature host(int v) const {
     return hosts_.empty() ? Feature{FeatureKind::Vertex, v} : hosts_[index(v)];
   }
+  bool all_are_corners() const { return hosts_.empty(); }
   bool is_corner(int v) const { return host(v) == Feature{FeatureKind::Vertex, v}; }
   /// Corners joined to v by an edge, ascending; the edge to each; the faces around v, ascending, at
   /// least one. A vertex at a corner has that corner's; one on an edge has the ends of the edge,
