@@ -15,6 +15,7 @@ namespace quoin::solver {
 namespace {
 
 constexpr double kLargestHop = 0.1;  // of the smallest block
+constexpr int kStaticCuts = 10;      // halvings of a pseudo-step: to a millionth of its motion
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
@@ -23,15 +24,12 @@ double vertex_speed(const BlockModel& model, const BlockState& block) {
 }
 
 /// Twice what a vertex can move in a step (paper, section 3), and never less than a hair of a
-/// block. At rest a quarter of the smallest block is enough: what is missed is found at the end of
-/// the step.
+/// block.
 double wanted_reach(const CompiledScene& compiled, const StepOptions& options, const State& state) {
+  if (options.analysis != Analysis::Dynamic) return static_reach(compiled);
   const double dt = options.time_step;
   const double fall = compiled.scene.gravity.at(state.time + dt).norm() * dt * dt;
   const double least = 1e-4 * compiled.smallest_size;
-  if (options.analysis != Analysis::Dynamic) {
-    return std::clamp(2.0 * fall, least, 0.25 * compiled.smallest_size);
-  }
   double speed = 0.0;
   for (std::size_t b = 0; b < state.blocks.size(); ++b) {
     speed = std::max(speed, vertex_speed(compiled.models[b], state.blocks[b]));
@@ -407,48 +405,81 @@ void go_back(State& state, Workspace& work) {
   work.hit = work.before.hit;
 }
 
-/// The sub-steps of one step. `report` grows as they are done.
+/// One attempt at [time, time + dt]. True when it solved the step.
+bool try_step(const CompiledScene& compiled, const StepOptions& options, const State& state,
+              double dt, Workspace& work, StepReport& report) {
+  (is_paper_method(options.method) ? attempt_as_the_source : attempt_with_all_contacts)(
+      compiled, options, state, dt, work, report);
+  if (!all_finite(work.attempt.end)) return false;
+  add(work.attempt, compiled, report);
+  return work.attempt.solved.converged;
+}
+
+void take_attempt(const CompiledScene& compiled, const StepOptions& options, State& state,
+                  Workspace& work, StepReport& report) {
+  accept(compiled, options, state, work);
+  std::swap(work.found, work.found_end);
+  ++report.sub_steps;
+  work.clock.charge(&PhaseSeconds::update);
+}
+
+void give_up(State& best, Workspace& work, StepReport& report) {
+  if (!all_finite(work.attempt.end)) {
+    report.status = StepStatus::Diverged;
+    return;
+  }
+  report.status = StepStatus::NotConverged;
+  best = work.attempt.end;
+  work.best_motion = work.attempt.motion;
+}
+
+/// One step towards equilibrium. `report` grows as it is done.
+void take_static_step(const CompiledScene& compiled, const StepOptions& options, State& state,
+                      State& best, Workspace& work, StepReport& report) {
+  if (work.search.start.empty()) begin_search(compiled, state, work.search);
+  double tau = work.search.pseudo_step;
+  for (int cut = 0; cut <= kStaticCuts; ++cut, tau *= 0.5) {
+    begin(compiled, state, work);
+    const bool solved = try_step(compiled, options, state, tau, work, report);
+    const double moved = solved ? stride(compiled, state, work.attempt.end) : 0.0;
+    if (solved && (!too_long(moved) || cut == kStaticCuts)) {
+      take_attempt(compiled, options, state, work, report);
+      work.search.pseudo_step = tau;
+      judge(compiled, options, moved, state, work.search, report);
+      return;
+    }
+    (solved ? report.cuts_by_displacement : report.cuts_by_convergence)++;
+  }
+  give_up(best, work, report);
+}
+
+/// The sub-steps of one dynamic step. `report` grows as they are done.
 void take_sub_steps(const CompiledScene& compiled, const StepOptions& options, State& state,
                     State& best, Workspace& work, StepReport& report) {
   const double smallest =
       options.smallest_time_step > 0.0 ? options.smallest_time_step : options.time_step / 1024.0;
-  const Attempt& attempt = work.attempt;
+  work.search = {};
   double dt = options.time_step;
   for (double done = 0.0; done < options.time_step * (1.0 - 1e-12);) {
     dt = std::min(dt, options.time_step - done);
     begin(compiled, state, work);
-    if (options.analysis == Analysis::Dynamic && 0.5 * dt >= smallest &&
-        too_fast(compiled, state, dt, work)) {
+    if (0.5 * dt >= smallest && too_fast(compiled, state, dt, work)) {
       ++report.cuts_by_contact;
       dt *= 0.5;
       continue;
     }
-    (is_paper_method(options.method) ? attempt_as_the_source : attempt_with_all_contacts)(
-        compiled, options, state, dt, work, report);
-    const bool finite = all_finite(attempt.end);
+    const bool solved = try_step(compiled, options, state, dt, work, report);
     const bool too_far = options.max_displacement_ratio > 0.0 &&
-                         attempt.displacement > options.max_displacement_ratio;
-    if (finite) add(attempt, compiled, report);
-    if (finite && attempt.solved.converged && !(too_far && 0.5 * dt >= smallest)) {
+                         work.attempt.displacement > options.max_displacement_ratio;
+    if (solved && !(too_far && 0.5 * dt >= smallest)) {
       if (done == 0.0 && dt < options.time_step) note_rest(options, state, work);
-      accept(compiled, options, state, work);
-      std::swap(work.found, work.found_end);
+      take_attempt(compiled, options, state, work, report);
       done += dt;
-      ++report.sub_steps;
-      work.clock.charge(&PhaseSeconds::update);
       continue;
     }
-    (too_far && attempt.solved.converged ? report.cuts_by_displacement
-                                         : report.cuts_by_convergence)++;
+    (solved ? report.cuts_by_displacement : report.cuts_by_convergence)++;
     dt *= 0.5;
-    if (dt < smallest) {
-      report.status = finite ? StepStatus::NotConverged : StepStatus::Diverged;
-      if (finite) {
-        best = attempt.end;
-        work.best_motion = attempt.motion;
-      }
-      break;
-    }
+    if (dt < smallest) return give_up(best, work, report);
   }
 }
 
@@ -464,7 +495,8 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
   const double end = counted_end(options, state, work);
   work.watch.begin(options, report);
   try {
-    take_sub_steps(compiled, options, state, best, work, report);
+    (options.analysis == Analysis::Dynamic ? take_sub_steps : take_static_step)(
+        compiled, options, state, best, work, report);
     ++state.step;
     if (report.status == StepStatus::Converged) state.time = work.counted.now = end;
   } catch (const StepStopped&) {

@@ -7,6 +7,7 @@
 
 #include "compiled_scene.hpp"
 #include "contact/contact_jacobian.hpp"
+#include "equilibrium_search.hpp"
 #include "initial_depths.hpp"
 #include "open_close.hpp"
 #include "paper_open_close.hpp"
@@ -95,6 +96,7 @@ struct Workspace {
   StepReport report;   ///< of that step
 
   Counted counted;
+  EquilibriumSearch search;  ///< of the static analysis that goes on
   std::vector<PrescribedMotion> best_motion;  ///< of the best attempt
   EnergyScale energy_scale;
   double energy_growth = 0.0;                       ///< largest of the step's sub-steps, J

@@ -29,15 +29,26 @@ enum class TimeScheme : std::uint8_t {
 
 enum class Analysis : std::uint8_t {
   Dynamic,
-  Static,  ///< velocity set to zero at each step, inertia kept; takes no time: State::time stays
+  Static,  ///< steps towards equilibrium, each from rest, with a pseudo-step of their own; take no
+           ///< time: State::time stays
   Settle   ///< static, and closed contacts cannot slide: brings contact forces to rest before
            ///< release
 };
 
+/// What a static step knows of the equilibrium that it looks for.
+enum class StaticVerdict : std::uint8_t {
+  Seeking,   ///< not yet; also of every dynamic step
+  Rest,      ///< unbalance is at most StepOptions::rest_unbalance, and falls no further
+  Mechanism  ///< a block has moved by more than a tenth of itself: no equilibrium near the start
+};
+
+/// "seeking", "rest", "mechanism".
+const char* name(StaticVerdict verdict);
+
 struct StepReport;
 
 struct StepOptions {
-  double time_step = 1e-3;  ///< s
+  double time_step = 1e-3;  ///< s, of a dynamic step; a static one has its own
   Analysis analysis = Analysis::Dynamic;
   ContactMethod method = ContactMethod::AugmentedLagrangian;
   TimeScheme scheme = TimeScheme::ConstantAcceleration;
@@ -51,6 +62,7 @@ struct StepOptions {
   int max_iterations = 1000;  ///< open–close iterations a sub-step; Paper, Penalty: linear solves
   double max_displacement_ratio = 0.0;  ///< largest displacement / block size; 0: no limit
   double smallest_time_step = 0.0;      ///< s; 0: time_step / 1024
+  double rest_unbalance = 1e-6;         ///< static: StepReport::unbalance at rest
   int threads = 1;
   /// Asked some twenty times a second in a step that lasts, with what it has come to so far, on the
   /// thread of advance(); false ends the step as Stopped. Must not throw.
@@ -121,6 +133,10 @@ struct StepReport {
   double largest_overlap = 0.0;  ///< m
   double unbalance =
       0.0;  ///< static measure: largest unbalanced force / largest block weight or load
+  StaticVerdict verdict = StaticVerdict::Seeking;
+  double travel = 0.0;   ///< static: farthest way of a block since the analysis began, less what
+                         ///< strains and springs explain, by the block's size
+  int travelled = -1;    ///< that block; -1: none
   double largest_speed = 0.0;      ///< m/s, of a vertex
   double stiffest_omega_dt = 0.0;  ///< of the stiffest spring (Springs, Penalty); 0 without
   double numerical_damping = 0.0;  ///< damping ratio that goes with it
