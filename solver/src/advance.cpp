@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <span>
 #include <sstream>
 
@@ -271,14 +272,15 @@ void report_flags(const CompiledScene& compiled, const StepOptions& options, con
     report.numerical_damping = 0.25 * report.stiffest_omega_dt;  // [Doolin & Sitar 2004]
   }
   const bool dynamic = options.analysis == Analysis::Dynamic;
-  append_flags(compiled, state,
-               {.energy_growth = dynamic ? work.energy_growth : 0.0,
-                .energy_scale = work.energy_scale.value(),
-                .rounding = coordinate_rounding(compiled, state),
-                .gap_tolerance = options.tolerance * compiled.smallest_size,
-                .found = work.found,
-                .missing = work.missing},
-               report);
+  append_flags(
+      compiled, state,
+      {.energy_growth = dynamic ? work.energy_growth : 0.0,
+       .energy_scale = work.energy_scale.value(),
+       .rounding = coordinate_rounding(compiled, state),
+       .gap_tolerance = options.tolerance * compiled.smallest_size,
+       .found = work.found,
+       .missing = work.missing != nullptr ? work.missing : vanished(state.contacts, work.found)},
+      report);
 }
 
 bool all_finite(const State& state) {
@@ -312,6 +314,7 @@ void attempt_with_all_contacts(const CompiledScene& compiled, const StepOptions&
   const Attempt& attempt = work.attempt;
   const double limit = 1e-9 * compiled.smallest_size;
   std::vector<PassingPair> passing = set_aside_passing(compiled, state, dt, limit, work.contacts);
+  work.iterations_left = options.max_iterations;
   for (int round = 0; round < kRounds; ++round) {
     work.missing = nullptr;
     work.watch.look();
@@ -343,7 +346,7 @@ Workspace::Workspace(const CompiledScene& compiled, int threads)
       motion(compiled.prescribed.size()),
       hit(compiled.models.size(), 0),
       open_close(compiled.slots, &watch),
-      paper_open_close(compiled.slots) {}
+      paper_open_close(compiled.slots, &watch) {}
 
 namespace {
 
@@ -423,7 +426,30 @@ void take_attempt(const CompiledScene& compiled, const StepOptions& options, Sta
   work.clock.charge(&PhaseSeconds::update);
 }
 
-void give_up(State& best, Workspace& work, StepReport& report) {
+/// Of the last attempt: contacts whose force the next iteration would change most.
+FightingContacts fighting(const State& state, const Workspace& work) {
+  std::vector<FightingContact> all;  // the worst of each pair
+  for (std::size_t i = 0; i < work.contacts.size() && i < work.linear.size(); ++i) {
+    const BodyContact& contact = work.contacts[i];
+    const LinearContact& c = work.linear[i];
+    const double change = (force_after_update(c) - c.force).norm();
+    if (!(change > 0.0)) continue;
+    const FightingContact now{contact.a, contact.b, state.origin + contact.state.point.point(),
+                              change};
+    if (all.empty() || all.back().block != now.block || all.back().other != now.other) {
+      all.push_back(now);
+    } else if (now.change > all.back().change) {
+      all.back() = now;
+    }
+  }
+  std::ranges::stable_sort(all, std::greater{}, &FightingContact::change);
+  FightingContacts worst;
+  worst.count = std::min(all.size(), worst.contacts.size());
+  std::copy_n(all.begin(), worst.count, worst.contacts.begin());
+  return worst;
+}
+
+void give_up(const StepOptions& options, State& best, Workspace& work, StepReport& report) {
   if (!all_finite(work.attempt.end)) {
     report.status = StepStatus::Diverged;
     return;
@@ -431,6 +457,7 @@ void give_up(State& best, Workspace& work, StepReport& report) {
   report.status = StepStatus::NotConverged;
   best = work.attempt.end;
   work.best_motion = work.attempt.motion;
+  if (!is_paper_method(options.method)) report.fighting = fighting(best, work);
 }
 
 /// One step towards equilibrium. `report` grows as it is done.
@@ -450,7 +477,7 @@ void take_static_step(const CompiledScene& compiled, const StepOptions& options,
     }
     (solved ? report.cuts_by_displacement : report.cuts_by_convergence)++;
   }
-  give_up(best, work, report);
+  give_up(options, best, work, report);
 }
 
 /// The sub-steps of one dynamic step. `report` grows as they are done.
@@ -479,7 +506,7 @@ void take_sub_steps(const CompiledScene& compiled, const StepOptions& options, S
     }
     (solved ? report.cuts_by_displacement : report.cuts_by_convergence)++;
     dt *= 0.5;
-    if (dt < smallest) return give_up(best, work, report);
+    if (dt < smallest) return give_up(options, best, work, report);
   }
 }
 

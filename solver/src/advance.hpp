@@ -81,13 +81,14 @@ struct Before {
   std::string rest;  ///< a checkpoint; empty while no sub-step is accepted
 };
 
-/// Memory kept between steps. What the next step depends on, beside the state, is in checkpoint.cpp.
+/// Memory kept between steps. What the next step depends on, beside the state, is in
+/// checkpoint.cpp.
 struct Workspace {
   explicit Workspace(const CompiledScene& compiled, int threads);
 
   geometry::ContactFinder finder;
-  InitialDepths initial_depths;               ///< taken off what is found
-  std::vector<geometry::ContactPoint> found;  ///< at the present state
+  InitialDepths initial_depths;                   ///< taken off what is found
+  std::vector<geometry::ContactPoint> found;      ///< at the present state
   std::vector<geometry::ContactPoint> found_end;  ///< at the end of the attempt
   double reach = 0.0;                             ///< that `found` was made with, m
   std::vector<PrescribedMotion> motion;           ///< of compiled.prescribed, at the present state
@@ -96,7 +97,7 @@ struct Workspace {
   StepReport report;   ///< of that step
 
   Counted counted;
-  EquilibriumSearch search;  ///< of the static analysis that goes on
+  EquilibriumSearch search;                   ///< of the static analysis that goes on
   std::vector<PrescribedMotion> best_motion;  ///< of the best attempt
   EnergyScale energy_scale;
   double energy_growth = 0.0;                       ///< largest of the step's sub-steps, J
@@ -105,7 +106,8 @@ struct Workspace {
   double last_time_step = 0.0;  ///< of the last accepted sub-step; 0: none
   BlockVector last_velocity;    ///< at its start, by slot: predicts the next increment
 
-  double spring = 0.0;  ///< of each contact, N/m; 0: contact is exact
+  int iterations_left = 0;  ///< of the attempt's
+  double spring = 0.0;      ///< of each contact, N/m; 0: contact is exact
   std::vector<BodyContact> contacts;
   std::vector<char> hit;  ///< by block: an impact passes through it in this step
   StepPoses poses;

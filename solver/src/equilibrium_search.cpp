@@ -7,7 +7,7 @@
 namespace quoin::solver {
 namespace {
 
-constexpr double kStride = 0.01;    // of a block, in one step: ten steps tell a mechanism
+constexpr double kStride = 0.0025;  // of a block, in one step: forty steps tell a mechanism
 constexpr double kMechanism = 0.1;  // of a block: no longer the structure that was asked about
 constexpr double kLongest = 1e3;    // first pseudo-steps: an unbalance of 1e-6 moves a full stride
 constexpr double kStillFalling = 0.5;  // of the last unbalance
@@ -93,7 +93,7 @@ void judge(const CompiledScene& compiled, const StepOptions& options, double str
                                  now.rotation.angularDistance(from.rotation), size);
     if (!(travel > report.travel)) continue;
     report.travel = travel;
-    report.travelled = b;
+    report.travel_block = b;
   }
   const bool balanced = report.unbalance <= options.rest_unbalance;
   const bool falling =

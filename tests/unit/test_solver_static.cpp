@@ -176,3 +176,68 @@ TEST_CASE("A settling block does not slide, but it tips") {
   CHECK(search(slope({}, 5.0), 1.0, Analysis::Settle).verdict == StaticVerdict::Rest);
   CHECK(search(tower({}, 0.25), 1.0, Analysis::Settle).verdict == StaticVerdict::Mechanism);
 }
+
+namespace {
+
+/// Nine blocks in four courses.
+Scene wall(const Frame& frame) {
+  Builder builder(frame, 35.0);
+  builder.fix(geometry::make_box({-2, -2, -1}, {6, 3, 0}));
+  for (int course = 0; course < 4; ++course) {
+    const double first = 0.5 * (course % 2), low = 0.5 * course;
+    for (int i = 0; i < 3 - course % 2; ++i) {
+      builder.add(geometry::make_box({first + i, 0, low}, {first + i + 1, 0.5, low + 0.5}));
+    }
+  }
+  return builder.scene;
+}
+
+/// A wedge of half-angle 0.19 rad between two fixed blocks, held by friction.
+Scene wedge(const Frame& frame) {
+  const auto prism = [](double left_low, double right_low, double left_high, double right_high) {
+    geometry::Points points(3, 8);
+    int column = 0;
+    for (const double y : {0.0, 1.0}) {
+      points.col(column++) = Vector3(left_low, y, 0);
+      points.col(column++) = Vector3(right_low, y, 0);
+      points.col(column++) = Vector3(left_high, y, 1);
+      points.col(column++) = Vector3(right_high, y, 1);
+    }
+    return geometry::make_hull(points).polyhedron;
+  };
+  const double wider = std::tan(0.19);
+  Builder builder(frame, 12.0);
+  builder.fix(prism(-2, -0.5, -2, -0.5 - wider));
+  builder.fix(prism(0.5, 2, 0.5 + wider, 2));
+  builder.add(prism(-0.5, 0.5, -0.5 - wider, 0.5 + wider));
+  return builder.scene;
+}
+
+double farthest(const State& from, const State& to) {
+  double most = 0.0;
+  for (std::size_t b = 0; b < from.blocks.size(); ++b) {
+    most = std::max(most, (to.blocks[b].centroid - from.blocks[b].centroid).norm());
+  }
+  return most;
+}
+
+}  // namespace
+
+TEST_CASE("What follows a static analysis stands, in every frame") {
+  for (Scene (*scene)(const Frame&) : {wall, wedge}) {
+    for (int i = 0; i < 10; ++i) {
+      const Frame frame = turned(0.7 * (i % 5), {0, 0, 0}, i < 5);
+      CAPTURE(i, scene == wedge);
+      Simulation simulation(scene(frame), {.time_step = 0.01, .analysis = Analysis::Static});
+      REQUIRE(search(simulation).verdict == StaticVerdict::Rest);
+      const State rest = simulation.state();
+      simulation.set_options({.time_step = 0.01});
+      for (int step = 0; step < 150; ++step) {
+        REQUIRE(simulation.advance().status == StepStatus::Converged);
+      }
+      CHECK(farthest(rest, simulation.state()) < 1e-12);
+      for (const BlockState& block : simulation.state().blocks)
+        CHECK(block.velocity.norm() < 1e-12);
+    }
+  }
+}

@@ -65,7 +65,7 @@ void settle(solver::Simulation& simulation, solver::Analysis analysis = solver::
 /// cannot bear slips to one they can. Blocks that are bound to move creep by half the acceleration
 /// times the time step squared a step, and their strain comes to rest under the forces of the
 /// motion.
-void relax(solver::Simulation& simulation, int most_steps);
+solver::StaticVerdict relax(solver::Simulation& simulation, int most_steps);
 
 /// One step. Throws std::runtime_error with its description when it does not converge.
 solver::StepReport step(solver::Simulation& simulation);

@@ -52,14 +52,16 @@ struct StepOptions {
   Analysis analysis = Analysis::Dynamic;
   ContactMethod method = ContactMethod::AugmentedLagrangian;
   TimeScheme scheme = TimeScheme::ConstantAcceleration;
-  /// N/m. Springs: a contact point; a joint of more than four points has that of four, shared out by
-  /// area. Paper, Penalty: a contact point, as the source has it. Not used by AugmentedLagrangian.
-  /// 0: chosen by the solver.
+  /// N/m. Springs: a contact point; a joint of more than four points has that of four, shared out
+  /// by area. Paper, Penalty: a contact point, as the source has it. Not used by
+  /// AugmentedLagrangian. 0: chosen by the solver.
   double penalty = 0.0;
-  double shear_ratio = 1.0;   ///< shear stiffness / normal stiffness; used like `penalty`
-  double reach = 0.0;         ///< contacts are watched up to this gap, m; 0: chosen
-  double tolerance = 1e-10;   ///< relative, of forces and of gaps to block size
-  int max_iterations = 1000;  ///< open–close iterations a sub-step; Paper, Penalty: linear solves
+  double shear_ratio = 1.0;  ///< shear stiffness / normal stiffness; used like `penalty`
+  double reach = 0.0;        ///< contacts are watched up to this gap, m; 0: chosen
+  double tolerance = 1e-10;  ///< relative, of forces and of gaps to block size
+  /// Open–close iterations of one attempt at a sub-step, all its rounds together; Paper, Penalty:
+  /// linear solves. A step that can't be solved is tried eleven times, each half as long.
+  int max_iterations = 1000;
   double max_displacement_ratio = 0.0;  ///< largest displacement / block size; 0: no limit
   double smallest_time_step = 0.0;      ///< s; 0: time_step / 1024
   double rest_unbalance = 1e-6;         ///< static: StepReport::unbalance at rest
@@ -91,7 +93,8 @@ enum class FlagKind : std::uint8_t {
   Overlap,       ///< of two blocks by the smaller one's size
   Rounding,      ///< of coordinates, against the tolerance of gaps
   EnergyGrowth,  ///< in one step, by the scale of the run's energy
-  LostContact    ///< overlap of a failed step that no attempt held
+  LostContact  ///< overlap of a failed step that no attempt held; a closed contact whose blocks are
+               ///< no longer found near each other
 };
 
 inline constexpr std::size_t kFlagKinds = 6;
@@ -119,6 +122,21 @@ class StepFlags {
 
 std::string_view name(FlagKind kind);  ///< "unconverged", "strain", …
 
+/// A contact of a step that was not solved whose forces had not come to rest.
+struct FightingContact {
+  int block = -1, other = -1;
+  Vector3 place = Vector3::Zero();  ///< world, m
+  double change = 0.0;              ///< of its force in the next iteration, N
+};
+
+/// The worst contact of each pair of blocks, the worst pair first.
+struct FightingContacts {
+  std::array<FightingContact, 3> contacts{};
+  std::size_t count = 0;
+  const FightingContact* begin() const { return contacts.data(); }
+  const FightingContact* end() const { return contacts.data() + count; }
+};
+
 struct StepReport {
   StepStatus status = StepStatus::Converged;
   double time = 0.0;  ///< at the end, s
@@ -134,9 +152,9 @@ struct StepReport {
   double unbalance =
       0.0;  ///< static measure: largest unbalanced force / largest block weight or load
   StaticVerdict verdict = StaticVerdict::Seeking;
-  double travel = 0.0;   ///< static: farthest way of a block since the analysis began, less what
-                         ///< strains and springs explain, by the block's size
-  int travelled = -1;    ///< that block; -1: none
+  double travel = 0.0;    ///< static: farthest way of a block since the analysis began, less what
+                          ///< strains and springs explain, by the block's size
+  int travel_block = -1;  ///< that block; -1: none
   double largest_speed = 0.0;      ///< m/s, of a vertex
   double stiffest_omega_dt = 0.0;  ///< of the stiffest spring (Springs, Penalty); 0 without
   double numerical_damping = 0.0;  ///< damping ratio that goes with it
@@ -147,6 +165,7 @@ struct StepReport {
   int contact_count = 0;
   int closed_count = 0;
   StepFlags flags{};
+  FightingContacts fighting{};  ///< when not solved (methods of the default's iteration)
   PhaseSeconds seconds{};
 };
 
@@ -161,9 +180,9 @@ class Simulation {
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
 
-  /// One time_step (in counted sub-steps where it must). When the status is not Converged the state is
-  /// that of the last accepted sub-step (before the step, when Stopped); best_try() holds the best
-  /// attempt. Throws nothing.
+  /// One time_step (in counted sub-steps where it must). When the status is not Converged the state
+  /// is that of the last accepted sub-step (before the step, when Stopped); best_try() holds the
+  /// best attempt. Throws nothing.
   [[nodiscard]] StepReport advance();
 
   const Scene& scene() const;
