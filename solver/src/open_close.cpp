@@ -421,7 +421,7 @@ bool OpenClose::settled(std::span<LinearContact> contacts, const OpenCloseOption
   const bool stalled = softness_ == 1.0 && left > kStalled;
   if (gap <= (stalled ? kStalledGap : 1.0) * options.gap_tolerance) {
     const double allowed = stalled ? kStalledPush : kLastPush;
-    return push_of_update(contacts) <= allowed * options.force_tolerance;
+    if (push_of_update(contacts) <= allowed * options.force_tolerance) return true;
   }
   const bool slow = left > kSlow && left < kFixed && updates_ > 0 && softness_ == 1.0;
   if (options.raise && slow && raises_ < kMostRaises) {
