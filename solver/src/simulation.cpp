@@ -100,7 +100,8 @@ void check_overlap(const CompiledScene& compiled, const Workspace& work) {
     throw InputError("blocks " + std::to_string(point.key.a) + " and " +
                      std::to_string(point.key.b) + " overlap by " + std::to_string(-point.gap) +
                      " m at the start; the limit is 1e-3 of the smaller block, " +
-                     std::to_string(1e-3 * size) + " m (initial overlap can be kept, or taken as touching)");
+                     std::to_string(1e-3 * size) +
+                     " m (initial overlap can be kept, or taken as touching)");
   }
 }
 
@@ -186,7 +187,9 @@ Vector3 Simulation::reference_arm(int block, const Vector3& world_point) const {
                                world_point - parts_->state.origin);
 }
 
-void Simulation::save(std::ostream& out) const { write_checkpoint(out, parts_->state, parts_->work); }
+void Simulation::save(std::ostream& out) const {
+  write_checkpoint(out, parts_->state, parts_->work);
+}
 
 void Simulation::load(std::istream& in) { read_checkpoint(in, parts_->state, parts_->work); }
 
