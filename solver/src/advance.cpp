@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <span>
 #include <sstream>
 
@@ -17,6 +18,7 @@ namespace {
 constexpr double kLargestHop = 0.1;   // of the smaller block of a pair
 constexpr double kMissed = 1e-9;      // of the same: an overlap that is none
 constexpr double kBesideFace = 1e-3;  // of the same: pairs farther apart at the end did not touch
+constexpr int kStaticCuts = 10;       // halvings of a pseudo-step: to a millionth of its motion
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
@@ -30,15 +32,12 @@ double vertex_speed(const BlockModel& model, const BlockState& block) {
 }
 
 /// Twice what a vertex can move in a step (paper, section 3), and never less than a hair of a
-/// block. At rest a quarter of the smallest block is enough: what is missed is found at the end of
-/// the step.
+/// block.
 double wanted_reach(const CompiledScene& compiled, const StepOptions& options, const State& state) {
+  if (options.analysis != Analysis::Dynamic) return static_reach(compiled);
   const double dt = options.time_step;
   const double fall = compiled.scene.gravity.at(state.time + dt).norm() * dt * dt;
   const double least = 1e-4 * compiled.smallest_size;
-  if (options.analysis != Analysis::Dynamic) {
-    return std::clamp(2.0 * fall, least, 0.25 * compiled.smallest_size);
-  }
   double speed = 0.0;
   for (std::size_t b = 0; b < state.blocks.size(); ++b) {
     speed = std::max(speed, vertex_speed(compiled.models[b], state.blocks[b]));
@@ -293,14 +292,15 @@ void report_flags(const CompiledScene& compiled, const StepOptions& options, con
     report.numerical_damping = 0.25 * report.stiffest_omega_dt;  // [Doolin & Sitar 2004]
   }
   const bool dynamic = options.analysis == Analysis::Dynamic;
-  append_flags(compiled, state,
-               {.energy_growth = dynamic ? work.energy_growth : 0.0,
-                .energy_scale = work.energy_scale.value(),
-                .rounding = gap_rounding(work.linear),
-                .gap_tolerance = options.tolerance * compiled.smallest_size,
-                .found = work.found,
-                .missing = work.missing},
-               report);
+  append_flags(
+      compiled, state,
+      {.energy_growth = dynamic ? work.energy_growth : 0.0,
+       .energy_scale = work.energy_scale.value(),
+       .rounding = gap_rounding(work.linear),
+       .gap_tolerance = options.tolerance * compiled.smallest_size,
+       .found = work.found,
+       .missing = work.missing != nullptr ? work.missing : vanished(state.contacts, work.found)},
+      report);
 }
 
 /// A state that can be gone on with: finite, and no block turned inside out.
@@ -338,6 +338,7 @@ void attempt_with_all_contacts(const CompiledScene& compiled, const StepOptions&
   const Attempt& attempt = work.attempt;
   const double limit = kMissed * compiled.smallest_size;
   std::vector<PassingPair> passing = set_aside_passing(compiled, state, dt, limit, work.contacts);
+  work.iterations_left = options.max_iterations;
   for (int round = 0; round < kRounds; ++round) {
     work.missing = nullptr;
     work.watch.look();
@@ -369,7 +370,7 @@ Workspace::Workspace(const CompiledScene& compiled, int threads)
       motion(compiled.prescribed.size()),
       hit(compiled.models.size(), 0),
       open_close(compiled.slots, &watch),
-      paper_open_close(compiled.slots) {
+      paper_open_close(compiled.slots, &watch) {
   for (std::size_t b = 0; b < compiled.models.size(); ++b) {
     const BlockModel& model = compiled.models[b];
     const auto use = compiled.idle[b] ? geometry::BodyMotion::Idle : geometry::BodyMotion::Moving;
@@ -437,48 +438,105 @@ void go_back(State& state, Workspace& work) {
   work.hit = work.before.hit;
 }
 
-/// The sub-steps of one step. `report` grows as they are done.
+/// One attempt at [time, time + dt]. True when it solved the step.
+bool try_step(const CompiledScene& compiled, const StepOptions& options, const State& state,
+              double dt, Workspace& work, StepReport& report) {
+  (is_paper_method(options.method) ? attempt_as_the_source : attempt_with_all_contacts)(
+      compiled, options, state, dt, work, report);
+  if (!is_sound(work.attempt.end)) return false;
+  add(work.attempt, compiled, report);
+  return work.attempt.solved.converged;
+}
+
+void take_attempt(const CompiledScene& compiled, const StepOptions& options, State& state,
+                  Workspace& work, StepReport& report) {
+  accept(compiled, options, state, work);
+  std::swap(work.found, work.found_end);
+  ++report.sub_steps;
+  work.clock.charge(&PhaseSeconds::update);
+}
+
+/// Of the last attempt: contacts whose force the next iteration would change most.
+FightingContacts fighting(const State& state, const Workspace& work) {
+  std::vector<FightingContact> all;  // the worst of each pair
+  for (std::size_t i = 0; i < work.contacts.size() && i < work.linear.size(); ++i) {
+    const BodyContact& contact = work.contacts[i];
+    const LinearContact& c = work.linear[i];
+    const double change = (force_after_update(c) - c.force).norm();
+    if (!(change > 0.0)) continue;
+    const FightingContact now{contact.a, contact.b, state.origin + contact.state.point.point(),
+                              change};
+    if (all.empty() || all.back().block != now.block || all.back().other != now.other) {
+      all.push_back(now);
+    } else if (now.change > all.back().change) {
+      all.back() = now;
+    }
+  }
+  std::ranges::stable_sort(all, std::greater{}, &FightingContact::change);
+  FightingContacts worst;
+  worst.count = std::min(all.size(), worst.contacts.size());
+  std::copy_n(all.begin(), worst.count, worst.contacts.begin());
+  return worst;
+}
+
+void give_up(const StepOptions& options, State& best, Workspace& work, StepReport& report) {
+  if (!is_sound(work.attempt.end)) {
+    report.status = StepStatus::Diverged;
+    return;
+  }
+  report.status = StepStatus::NotConverged;
+  best = work.attempt.end;
+  work.best_motion = work.attempt.motion;
+  if (!is_paper_method(options.method)) report.fighting = fighting(best, work);
+}
+
+/// One step towards equilibrium. `report` grows as it is done.
+void take_static_step(const CompiledScene& compiled, const StepOptions& options, State& state,
+                      State& best, Workspace& work, StepReport& report) {
+  if (work.search.start.empty()) begin_search(compiled, state, work.search);
+  double tau = work.search.pseudo_step;
+  for (int cut = 0; cut <= kStaticCuts; ++cut, tau *= 0.5) {
+    begin(compiled, state, work);
+    const bool solved = try_step(compiled, options, state, tau, work, report);
+    const double moved = solved ? stride(compiled, state, work.attempt.end) : 0.0;
+    if (solved && (!too_long(moved) || cut == kStaticCuts)) {
+      take_attempt(compiled, options, state, work, report);
+      work.search.pseudo_step = tau;
+      judge(compiled, options, moved, state, work.search, report);
+      return;
+    }
+    (solved ? report.cuts_by_displacement : report.cuts_by_convergence)++;
+  }
+  give_up(options, best, work, report);
+}
+
+/// The sub-steps of one dynamic step. `report` grows as they are done.
 void take_sub_steps(const CompiledScene& compiled, const StepOptions& options, State& state,
                     State& best, Workspace& work, StepReport& report) {
   const double smallest =
       options.smallest_time_step > 0.0 ? options.smallest_time_step : options.time_step / 1024.0;
-  const Attempt& attempt = work.attempt;
+  work.search = {};
   double dt = options.time_step;
   for (double done = 0.0; done < options.time_step * (1.0 - 1e-12);) {
     dt = std::min(dt, options.time_step - done);
     begin(compiled, state, work);
-    if (options.analysis == Analysis::Dynamic && 0.5 * dt >= smallest &&
-        too_fast(compiled, state, dt, work)) {
+    if (0.5 * dt >= smallest && too_fast(compiled, state, dt, work)) {
       ++report.cuts_by_contact;
       dt *= 0.5;
       continue;
     }
-    (is_paper_method(options.method) ? attempt_as_the_source : attempt_with_all_contacts)(
-        compiled, options, state, dt, work, report);
-    const bool finite = is_sound(attempt.end);
+    const bool solved = try_step(compiled, options, state, dt, work, report);
     const bool too_far = options.max_displacement_ratio > 0.0 &&
-                         attempt.displacement > options.max_displacement_ratio;
-    if (finite) add(attempt, compiled, report);
-    if (finite && attempt.solved.converged && !(too_far && 0.5 * dt >= smallest)) {
+                         work.attempt.displacement > options.max_displacement_ratio;
+    if (solved && !(too_far && 0.5 * dt >= smallest)) {
       if (done == 0.0 && dt < options.time_step) note_rest(options, state, work);
-      accept(compiled, options, state, work);
-      std::swap(work.found, work.found_end);
+      take_attempt(compiled, options, state, work, report);
       done += dt;
-      ++report.sub_steps;
-      work.clock.charge(&PhaseSeconds::update);
       continue;
     }
-    (too_far && attempt.solved.converged ? report.cuts_by_displacement
-                                         : report.cuts_by_convergence)++;
+    (solved ? report.cuts_by_displacement : report.cuts_by_convergence)++;
     dt *= 0.5;
-    if (dt < smallest) {
-      report.status = finite ? StepStatus::NotConverged : StepStatus::Diverged;
-      if (finite) {
-        best = attempt.end;
-        work.best_motion = attempt.motion;
-      }
-      break;
-    }
+    if (dt < smallest) return give_up(options, best, work, report);
   }
 }
 
@@ -494,7 +552,8 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
   const double end = counted_end(options, state, work);
   work.watch.begin(options, report);
   try {
-    take_sub_steps(compiled, options, state, best, work, report);
+    (options.analysis == Analysis::Dynamic ? take_sub_steps : take_static_step)(
+        compiled, options, state, best, work, report);
     ++state.step;
     if (report.status == StepStatus::Converged) state.time = work.counted.now = end;
   } catch (const StepStopped&) {

@@ -7,6 +7,7 @@
 
 #include "compiled_scene.hpp"
 #include "contact/contact_jacobian.hpp"
+#include "equilibrium_search.hpp"
 #include "initial_depths.hpp"
 #include "open_close.hpp"
 #include "paper_open_close.hpp"
@@ -97,6 +98,7 @@ struct Workspace {
   StepReport report;   ///< of that step
 
   Counted counted;
+  EquilibriumSearch search;                   ///< of the static analysis that goes on
   std::vector<PrescribedMotion> best_motion;  ///< of the best attempt
   EnergyScale energy_scale;
   double energy_growth = 0.0;                       ///< largest of the step's sub-steps, J
@@ -105,7 +107,8 @@ struct Workspace {
   double last_time_step = 0.0;  ///< of the last accepted sub-step; 0: none
   BlockVector last_velocity;    ///< at its start, by slot: predicts the next increment
 
-  double spring = 0.0;  ///< of each contact, N/m; 0: contact is exact
+  int iterations_left = 0;  ///< of the attempt's
+  double spring = 0.0;      ///< of each contact, N/m; 0: contact is exact
   std::vector<BodyContact> contacts;
   std::vector<char> hit;  ///< by block: an impact passes through it in this step
   StepPoses poses;

@@ -101,9 +101,10 @@ BlockModel make_block_model(const Block& block, const ReferenceShape& reference,
   model.shape = reference.shape;
   model.turn = block.placement.linear;
   const geometry::Body body = block.body();
-  model.start.centroid = body.centre();
-  model.start.centroid_rest = body.centre_rest();
+  model.start.centroid = block.placement.translation;
   move_centroid(-origin, model.start);
+  move_centroid(body.turned_origin(), model.start);
+  move_centroid(body.turned_origin_rest(), model.start);
   move_centroid(model.turn * reference.centroid, model.start);
   const double stretch = model.turn.determinant();
   model.volume = stretch * reference.volume;

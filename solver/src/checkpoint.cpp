@@ -89,6 +89,10 @@ void transfer(Archive& archive, AnyState& state, AnyWorkspace& work) {
   record(archive, work.still);
   record(archive, work.report);
   record(archive, work.counted);
+  record(archive, work.search.pseudo_step);
+  record(archive, work.search.longest);
+  record(archive, work.search.unbalance);
+  list(archive, work.search.start);
   record(archive, work.energy_scale);
   record(archive, work.last_time_step);
   list(archive, work.found);

@@ -33,6 +33,11 @@ const char* name(ContactMethod method) {
   return "";
 }
 
+const char* name(StaticVerdict verdict) {
+  static constexpr const char* kNames[] = {"seeking", "rest", "mechanism"};
+  return kNames[static_cast<std::size_t>(verdict)];
+}
+
 std::string describe(const StepReport& report) {
   static constexpr const char* kNames[] = {"converged", "did not converge", "diverged",
                                            "was stopped"};
@@ -84,6 +89,8 @@ void check(const StepOptions& options) {
   require(!is_paper_method(options.method) || options.scheme == TimeScheme::ConstantAcceleration,
           "the methods paper and penalty know the constant acceleration scheme alone; scheme",
           static_cast<double>(options.scheme));
+  require(options.rest_unbalance > 0.0, "unbalance at rest must be greater than 0",
+          options.rest_unbalance);
   require(options.threads >= 1, "threads must be at least 1", options.threads);
 }
 
@@ -136,6 +143,7 @@ const StepOptions& Simulation::options() const { return parts_->options; }
 void Simulation::set_options(const StepOptions& options) {
   check(options);
   parts_->options = options;
+  parts_->work.search = {};
   detect(parts_->compiled, options, parts_->state, parts_->work);
 }
 

@@ -395,7 +395,6 @@ OpenCloseResult solve_positions(const CompiledScene& compiled, const StepOptions
   OpenCloseOptions tuning;
   tuning.force_tolerance = options.tolerance;
   tuning.gap_tolerance = options.tolerance * compiled.smallest_size;
-  tuning.max_iterations = options.max_iterations;
   tuning.raise = options.method == ContactMethod::AugmentedLagrangian;
   OpenCloseResult total;
   for (int pass = 0; pass < kLinearisations; ++pass) {
@@ -417,11 +416,13 @@ OpenCloseResult solve_positions(const CompiledScene& compiled, const StepOptions
     by_slot(compiled, work.poses.increment, work.increment);
     work.clock.charge(&PhaseSeconds::assemble);
     tuning.predicted = pass == 0;
+    tuning.max_iterations = work.iterations_left;
     const OpenCloseResult solved =
         work.open_close.solve(work.base, work.force, work.linear, tuning, work.increment);
     work.clock.charge(&PhaseSeconds::solve);
     by_block(compiled, work.increment, work.poses.increment);
     measure_slips(work);
+    work.iterations_left -= solved.iterations;
     total.iterations += solved.iterations;
     total.solves += solved.solves;
     total.factorizations += solved.factorizations;

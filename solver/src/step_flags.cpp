@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace quoin::solver {
 namespace {
@@ -42,12 +43,22 @@ StepFlag worst_overlap(const CompiledScene& compiled,
 StepFlag missing_contact(const CompiledScene& compiled, const geometry::ContactPoint& point) {
   const int a = point.key.a, b = point.key.b;
   return {.kind = FlagKind::LostContact,
-          .value = -point.gap / std::min(size(compiled, a), size(compiled, b)),
+          .value = std::abs(point.gap) / std::min(size(compiled, a), size(compiled, b)),
           .block = a,
           .other = b};
 }
 
 }  // namespace
+
+const geometry::ContactPoint* vanished(std::span<const Contact> contacts,
+                                       std::span<const geometry::ContactPoint> found) {
+  const auto pair = [](const geometry::ContactPoint& p) { return std::pair(p.key.a, p.key.b); };
+  for (const Contact& contact : contacts) {
+    if (contact.mode == ContactMode::Open) continue;
+    if (!std::ranges::binary_search(found, pair(contact.point), {}, pair)) return &contact.point;
+  }
+  return nullptr;
+}
 
 std::string_view name(FlagKind kind) {
   constexpr std::array<std::string_view, 6> kNames = {

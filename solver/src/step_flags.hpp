@@ -25,9 +25,15 @@ struct StepEvidence {
   double energy_scale = 0.0;   ///< J
   double rounding = 0.0;       ///< of a gap, m
   double gap_tolerance = 0.0;  ///< m
-  std::span<const geometry::ContactPoint> found;    ///< at the end of the step
-  const geometry::ContactPoint* missing = nullptr;  ///< an overlap that no contact held
+  std::span<const geometry::ContactPoint> found;  ///< at the end of the step
+  const geometry::ContactPoint* missing =
+      nullptr;  ///< an overlap that no contact held, or vanished()
 };
+
+/// The first closed contact whose blocks `found` does not know near each other; null: none. Both
+/// are sorted by key.
+const geometry::ContactPoint* vanished(std::span<const Contact> contacts,
+                                       std::span<const geometry::ContactPoint> found);
 
 /// Appends to report.flags.
 void append_flags(const CompiledScene& compiled, const State& state, const StepEvidence& evidence,

@@ -171,7 +171,6 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
   tuning.force_tolerance = options.tolerance;
   tuning.gap_tolerance = options.tolerance * compiled.smallest_size;
   tuning.gap_rounding = gap_rounding(work.linear);
-  tuning.max_iterations = options.max_iterations;
   tuning.raise = true;
   tuning.predicted = true;
   const double before = kinetic_energy(compiled, attempt.end);
@@ -184,6 +183,7 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
     tried = contacts;
     for (std::size_t i = 0; i < tried.size(); ++i) tried[i].offset[0] += share * bounces[i];
     solution = velocity;
+    tuning.max_iterations = work.iterations_left;
     work.clock.charge(&PhaseSeconds::assemble);
     const OpenCloseResult solved = work.open_close.solve(work.base, force, tried, tuning, solution);
     work.clock.charge(&PhaseSeconds::solve);
@@ -191,6 +191,7 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
       set_velocity(solution[s] / time_step,
                    attempt.end.blocks[index(compiled.slots.block_of_slot[s])]);
     }
+    work.iterations_left -= solved.iterations;
     attempt.solved.iterations += solved.iterations;
     attempt.solved.solves += solved.solves;
     attempt.solved.factorizations += solved.factorizations;

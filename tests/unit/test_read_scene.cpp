@@ -143,14 +143,13 @@ TEST_CASE("gravity and loads: constant, table, formula; a face by its direction"
 
 TEST_CASE("stages follow one another; the short form is one dynamic stage") {
   const TemporaryScene text(R"({"materials": {"rock": {"density": 1, "young": 1}},
-    "time_step": 0.01, "stages": [{"analysis": "settle", "unbalance": 1e-9, "time_step": 0.5},
+    "time_step": 0.01, "stages": [{"analysis": "settle", "unbalance": 1e-9},
     {"analysis": "static", "steps": 7}, {"analysis": "dynamic", "end_time": 2}], "blocks": [)" +
                             cube("") + "]}");
   const SceneFile file = text.read();
   REQUIRE(file.stages.size() == 3);
   CHECK(file.stages[0].analysis == solver::Analysis::Settle);
   CHECK(file.stages[0].unbalance == 1e-9);
-  CHECK(file.stages[0].time_step == 0.5);
   CHECK_FALSE(file.stages[0].steps);
   CHECK(file.stages[1].steps == 7);
   CHECK(file.stages[2].end_time == 2);
@@ -159,6 +158,19 @@ TEST_CASE("stages follow one another; the short form is one dynamic stage") {
   REQUIRE(brief.stages.size() == 1);
   CHECK(brief.stages[0].analysis == solver::Analysis::Dynamic);
   CHECK(brief.stages[0].end_time == 1);
+}
+
+TEST_CASE("stage_time counts from where the stage began, in formulas of loads alone") {
+  const TemporaryScene text(
+      scene(cube(""), R"(, "gravity": {"formula": ["stage_time", "t", "-9.81"]})"));
+  const SceneFile file = text.read();
+  CHECK(same(file.scene.gravity.at(3.0), Vector3(3, 3, -9.81)));
+  file.stage_clock->start = 1.0;
+  CHECK(same(file.scene.gravity.at(3.0), Vector3(2, 3, -9.81)));
+  const TemporaryScene wrong(scene(cube(""), R"(, "monitors": [{"name": "m", "block": "cube"}],
+    "references": [{"monitor": "m", "quantity": "displacement", "component": "x",
+                    "exact": "stage_time"}])"));
+  CHECK_THROWS_WITH(wrong.read(), ContainsSubstring("stage_time"));
 }
 
 TEST_CASE("parameters, expressions and changes") {

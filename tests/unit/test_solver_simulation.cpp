@@ -10,6 +10,7 @@
 #include <quoin/geometry/mass_properties.hpp>
 #include <quoin/solver.hpp>
 
+#include "step_flags.hpp"
 #include "support/catch.hpp"
 
 using namespace quoin::solver;
@@ -357,6 +358,36 @@ TEST_CASE("The best try of a failed step keeps the prescribed motion") {
   simulation.set_options({.time_step = 1e-3});
   REQUIRE(simulation.advance().status == StepStatus::Converged);
   CHECK_THAT(simulation.state().blocks[0].centroid.x(), WithinRel(simulation.state().time, 1e-12));
+}
+
+TEST_CASE("A step that can't be solved ends within its iterations and says which contacts fight") {
+  Scene scene = cube_on_ground();
+  scene.add_block(unit_cube({0, 0, 1}), kRock);
+  for (const Analysis analysis : {Analysis::Dynamic, Analysis::Static}) {
+    const StepOptions hopeless{.time_step = 1e-3, .analysis = analysis, .max_iterations = 2};
+    Simulation simulation(scene, hopeless);
+    const StepReport report = simulation.advance();
+    REQUIRE(report.status == StepStatus::NotConverged);
+    CHECK(report.cuts_by_convergence == 11);
+    CHECK(report.iterations <= 11 * 3);  // one more: an attempt ends with the iteration it is in
+    REQUIRE(report.fighting.count > 0);
+    const FightingContact& worst = report.fighting.contacts[0];
+    CHECK(worst.change > 0.0);
+    CHECK(worst.other == worst.block + 1);
+    CHECK_THAT(worst.place.z(), WithinAbs(worst.block, 1e-3));  // of the joint below the upper one
+  }
+}
+
+TEST_CASE("A closed contact whose blocks are no longer found is told") {
+  std::vector<Contact> contacts(2);
+  contacts[0].point.key = {0, 1, {}, {}};
+  contacts[1].point.key = {1, 2, {}, {}};
+  std::vector<geometry::ContactPoint> found{contacts[0].point};
+  CHECK(vanished(contacts, found) == nullptr);
+  contacts[1].mode = ContactMode::Stick;
+  CHECK(vanished(contacts, found) == &contacts[1].point);
+  found.push_back(contacts[1].point);
+  CHECK(vanished(contacts, found) == nullptr);
 }
 
 TEST_CASE("A run flags its own results: strain, overlap, rounding, a step that fails") {

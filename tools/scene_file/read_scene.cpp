@@ -30,9 +30,10 @@ double radians(const json& object, const char* key, double otherwise) {
   return object.contains(key) ? object[key].get<double>() * std::numbers::pi / 180 : otherwise;
 }
 
-Formula read_formula(const json& text, const std::string& pointer, const Parameters& parameters) {
+Formula read_formula(const json& text, const std::string& pointer, const Parameters& parameters,
+                     Formula::Clock clock = Formula::Clock::Run) {
   try {
-    return {text.is_string() ? text.get<std::string>() : text.dump(), parameters};
+    return {text.is_string() ? text.get<std::string>() : text.dump(), parameters, clock};
   } catch (const std::invalid_argument& error) {
     throw SceneError(pointer, error.what());
   }
@@ -106,11 +107,13 @@ class Reader {
     }
     std::vector<Formula> formulas;
     for (std::size_t i = 0; i < 3; ++i) {
-      formulas.push_back(
-          read_formula(value["formula"][i], at(pointer + "/formula", i), parameters_));
+      formulas.push_back(read_formula(value["formula"][i], at(pointer + "/formula", i), parameters_,
+                                      Formula::Clock::RunAndStage));
     }
-    return {[formulas](double time) {
-      return Vector3(formulas[0].at(time), formulas[1].at(time), formulas[2].at(time));
+    return {[formulas, clock = file_.stage_clock](double time) {
+      const double stage_time = time - clock->start;
+      return Vector3(formulas[0].at(time, stage_time), formulas[1].at(time, stage_time),
+                     formulas[2].at(time, stage_time));
     }};
   }
 
@@ -578,7 +581,8 @@ class Reader {
       }
       file_.stages.push_back(stage);
     });
-    file_.output_interval = document_.value("output_interval", file_.stages.back().end_time / 100);
+    for (const Stage& stage : file_.stages) reached = std::max(reached, stage.end_time);
+    file_.output_interval = document_.value("output_interval", reached / 100);
   }
 
   void read_monitor(const json& value, const std::string& pointer) {

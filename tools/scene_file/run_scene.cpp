@@ -151,6 +151,7 @@ class Runner {
     } else {
       result_.energy_start = simulation_.state().energy;
     }
+    if (options_.resume == nullptr) file_.stage_clock->start = 0.0;
     result_.monitors = watch_.values(simulation_.state());
     if (options_.resume == nullptr && options_.before_first) options_.before_first(view());
     for (std::size_t stage = stage_; stage < file_.stages.size() && going_; ++stage) {
@@ -165,6 +166,7 @@ class Runner {
     solver::StepOptions options = file_.options;
     options.analysis = stage.analysis;
     options.time_step = stage.time_step;
+    options.rest_unbalance = stage.unbalance;
     options.threads = options_.threads;
     options.watch = [this](const StepReport& so_far) {
       if (options_.in_step) {
@@ -204,7 +206,7 @@ class Runner {
             result_.energy_growth, result_.steps, result_.unconverged_steps, result_.total,
             result_.wall_seconds, result_.left_out, stage_, progress_, simulation_report_,
             dynamic_start_, time_step_, least_energy_, largest_kinetic_, least_potential_,
-            largest_potential_, result_.energy_scale, result_.flags);
+            largest_potential_, result_.energy_scale, result_.flags, file_.stage_clock->start);
     watch_.transfer(archive);
     for (Comparison& comparison : comparisons_) comparison.transfer(archive);
   }
@@ -244,6 +246,7 @@ class Runner {
     stage_ = index;
     progress_ = 0.0;
     result_.stages.push_back({.analysis = file_.stages[index].analysis});
+    file_.stage_clock->start = simulation_.state().time;
     simulation_.set_options(step_options(file_.stages[index]));
     note_left_out();
     if (file_.stages[index].analysis == Analysis::Dynamic && !dynamic_start_) begin_dynamic();
@@ -273,15 +276,43 @@ class Runner {
     const long most = stage.steps.value_or(stage.max_steps);
     const StageResult& done = result_.stages.back();
     while (going_) {
-      if (!stage.steps && done.steps > 0 && done.unbalance <= stage.unbalance) return;
+      if (done.verdict == solver::StaticVerdict::Mechanism) {
+        return fail(RunStatus::Mechanism, mechanism(done));
+      }
+      if (!stage.steps && done.verdict == solver::StaticVerdict::Rest) return;
       if (done.steps >= most) break;
       step();
     }
-    if (going_ && !stage.steps) {
+    if (going_ && !stage.steps && !(done.unbalance <= stage.unbalance)) {
       fail(RunStatus::NotAtRest, "stage " + std::to_string(stage_) + " did not come to rest in " +
                                      std::to_string(most) + " steps: unbalance " +
                                      std::to_string(simulation_report_.unbalance));
     }
+  }
+
+  std::string block_name(int block) const {
+    const std::string& name = file_.scene.blocks[static_cast<std::size_t>(block)].name;
+    return name.empty() ? std::to_string(block) : '"' + name + '"';
+  }
+
+  /// "; contacts that fight: …", nothing where there are none.
+  std::string fighting(const StepReport& report) const {
+    std::ostringstream line;
+    const char* before = "; contacts that fight: ";
+    for (const solver::FightingContact& contact : report.fighting) {
+      line << before << block_name(contact.block) << " and " << block_name(contact.other) << " at ("
+           << contact.place.x() << ", " << contact.place.y() << ", " << contact.place.z() << ") m";
+      before = ", ";
+    }
+    return line.str();
+  }
+
+  std::string mechanism(const StageResult& stage) const {
+    std::ostringstream line;
+    line << "stage " << stage_ << ": mechanism: block " << block_name(stage.travel_block)
+         << " has moved by " << stage.travel << " of its size and does not come to rest; unbalance "
+         << stage.unbalance << " of the largest force";
+    return line.str();
   }
 
   void run_dynamic(const Stage& stage) {
@@ -334,7 +365,7 @@ class Runner {
     note_flags(report);
     ++result_.steps;
     ++result_.stages.back().steps;
-    result_.stages.back().unbalance = report.unbalance;
+    note_stage(report, result_.stages.back());
     if (report.status != solver::StepStatus::Converged) {
       not_converged(report);
     }
@@ -348,9 +379,16 @@ class Runner {
     must_stop();
   }
 
+  static void note_stage(const StepReport& report, StageResult& stage) {
+    stage.unbalance = report.unbalance;
+    stage.verdict = report.verdict;
+    stage.travel = report.travel;
+    stage.travel_block = report.travel_block;
+  }
+
   void not_converged(const StepReport& report) {
     ++result_.unconverged_steps;
-    fail(RunStatus::NotConverged, describe(report));
+    fail(RunStatus::NotConverged, describe(report) + fighting(report));
     if (going_) {
       simulation_.take_best_try();
     }

@@ -71,27 +71,31 @@ solver::StepReport step(solver::Simulation& simulation) {
 
 namespace {
 
-/// Steps of a static analysis until balanced, then the options as they were.
-void static_steps(solver::Simulation& simulation, solver::Analysis analysis, int most_steps) {
+/// Steps of a static analysis until balanced or a mechanism, then the options as they were.
+solver::StaticVerdict static_steps(solver::Simulation& simulation, solver::Analysis analysis,
+                                   int most_steps) {
   constexpr double kBalanced = 1e-14;  // of the largest force
   const solver::StepOptions before = simulation.options();
   solver::StepOptions options = before;
   options.analysis = analysis;
-  options.time_step = std::max(before.time_step, 0.01);  // s; the inertia term only slows it
   if (options.method == solver::ContactMethod::Paper) {
     options.method = solver::ContactMethod::AugmentedLagrangian;  // the same state, in fewer solves
   }
   simulation.set_options(options);
-  for (int i = 0; i < most_steps; ++i) {
-    if (step(simulation).unbalance <= kBalanced) break;
+  solver::StaticVerdict verdict = solver::StaticVerdict::Seeking;
+  for (int i = 0; i < most_steps && verdict != solver::StaticVerdict::Mechanism; ++i) {
+    const solver::StepReport report = step(simulation);
+    verdict = report.verdict;
+    if (report.unbalance <= kBalanced) break;
   }
   simulation.set_options(before);
+  return verdict;
 }
 
 }  // namespace
 
-void relax(solver::Simulation& simulation, int most_steps) {
-  static_steps(simulation, solver::Analysis::Static, most_steps);
+solver::StaticVerdict relax(solver::Simulation& simulation, int most_steps) {
+  return static_steps(simulation, solver::Analysis::Static, most_steps);
 }
 
 void settle(solver::Simulation& simulation, solver::Analysis analysis) {

@@ -157,6 +157,20 @@ void start_history(const CarryOptions& options, BodyContact& contact) {
   contact.was_closed = contact.state.bonded;
 }
 
+/// Where the area of a joint with stiffness stays with points that had it, others are no part of
+/// it: a point that is found without an area would be rigid beside springs and take all their
+/// force.
+void drop_points_beside_springs(std::vector<BodyContact>& contacts) {
+  std::vector<std::pair<int, int>> sprung;  // ascending, as the contacts are
+  for (const BodyContact& contact : contacts) {
+    if (contact.state.spring_area > 0.0) sprung.emplace_back(contact.a, contact.b);
+  }
+  std::erase_if(contacts, [&](const BodyContact& contact) {
+    return contact.joint.normal_stiffness > 0.0 && !(contact.state.spring_area > 0.0) &&
+           std::ranges::binary_search(sprung, std::pair(contact.a, contact.b));
+  });
+}
+
 /// Of each pair (neighbours in the list) number and area.
 void measure_joints(std::vector<BodyContact>& contacts) {
   for (std::size_t first = 0, last = 0; first < contacts.size(); first = last) {
@@ -208,6 +222,7 @@ void carry_over(const CarryOptions& options, const std::vector<ContactPoint>& fo
     contact.was_bonded = contact.state.bonded;
     contact.opening = opening(contact.joint, contact.state);
   }
+  drop_points_beside_springs(contacts);
   measure_joints(contacts);
 }
 
