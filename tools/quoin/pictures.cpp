@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 #include <memory>
 
 #include "commands.hpp"
@@ -14,21 +13,6 @@
 
 namespace quoin::commands {
 namespace {
-
-namespace fs = std::filesystem;
-
-/// Beside the installed command, or where it was built from.
-std::string script(const std::string& name) {
-  std::error_code none;
-  const fs::path command = fs::read_symlink("/proc/self/exe", none);
-  for (const fs::path& folder :
-       {command.parent_path().parent_path() / "share" / "quoin", fs::path(QUOIN_TOOLS_DIR)}) {
-    if (fs::exists(folder / name, none)) {
-      return (folder / name).string();
-    }
-  }
-  throw scene_file::FileError(name + ": is not installed beside the command");
-}
 
 /// The first Python that has matplotlib; it may not be the first in PATH.
 std::string python() {
@@ -42,7 +26,7 @@ std::string python() {
 }
 
 [[noreturn]] void hand_over(const std::string& name, std::vector<std::string> words) {
-  words.insert(words.begin(), {python(), script(name)});
+  words.insert(words.begin(), {python(), shared_file(name)});
   std::vector<char*> pointers;
   for (std::string& word : words) {
     pointers.push_back(word.data());
