@@ -100,7 +100,7 @@ TEST_CASE("The ledger closes and no loss is negative: blocks fall on each other"
       CAPTURE(rigid, restitution);
       // A block that turns and strains keeps its energy to the order of its strain.
       check_ledger(heap(rigid, restitution), {.time_step = 5e-3}, 300,
-                   {.closure = rigid ? 1e-8 : 1e-6, .gain = 1e-5});
+                   {.closure = rigid ? 1e-8 : 1e-5, .gain = 1e-5});
     }
   }
 }
