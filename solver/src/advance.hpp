@@ -36,12 +36,14 @@ struct Attempt : AttemptTotals {
   std::vector<BodyContact>
       contacts;  ///< work.contacts with forces and modes at the end of the step
   std::vector<PrescribedMotion> motion;
+  std::vector<double> work_on;  ///< by block: of gravity, loads and prescribed neighbours, J
 };
 
 /// Memory of the velocity law.
 struct VelocityWork {
   std::vector<LinearContact> contacts, tried;
-  std::vector<double> bounces;
+  std::vector<double> bounces, shares, energy;
+  std::vector<int> islands;
   BlockVector free_gain, velocity, force, solution;
 };
 
@@ -80,13 +82,14 @@ struct Before {
   std::string rest;  ///< a checkpoint; empty while no sub-step is accepted
 };
 
-/// Memory kept between steps. What the next step depends on, beside the state, is in checkpoint.cpp.
+/// Memory kept between steps. What the next step depends on, beside the state, is in
+/// checkpoint.cpp.
 struct Workspace {
   explicit Workspace(const CompiledScene& compiled, int threads);
 
   geometry::ContactFinder finder;
-  InitialDepths initial_depths;               ///< taken off what is found
-  std::vector<geometry::ContactPoint> found;  ///< at the present state
+  InitialDepths initial_depths;                   ///< taken off what is found
+  std::vector<geometry::ContactPoint> found;      ///< at the present state
   std::vector<geometry::ContactPoint> found_end;  ///< at the end of the attempt
   double reach = 0.0;                             ///< that `found` was made with, m
   std::vector<PrescribedMotion> motion;           ///< of compiled.prescribed, at the present state

@@ -521,12 +521,14 @@ void account_contact(const CompiledScene& compiled, const Workspace& work, std::
   const BodyContact& contact = work.contacts[i];
   const Vector12 &move_a = work.poses.increment[index(contact.a)],
                  &move_b = work.poses.increment[index(contact.b)];
-  if (compiled.models[index(contact.a)].unknowns == 0) {
-    attempt.load_work -= c.force.dot(c.jacobian_a * move_a);
-  }
-  if (compiled.models[index(contact.b)].unknowns == 0) {
-    attempt.load_work -= c.force.dot(c.jacobian_b * move_b);
-  }
+  const auto push = [&](int idle, int other, const Matrix3x12& jacobian, const Vector12& motion) {
+    if (compiled.models[index(idle)].unknowns > 0) return;
+    const double done = c.force.dot(jacobian * motion);
+    attempt.load_work -= done;
+    attempt.work_on[index(other)] -= done;
+  };
+  push(contact.a, contact.b, c.jacobian_a, move_a);
+  push(contact.b, contact.a, c.jacobian_b, move_b);
   const ContactWork done = contact_work(c, moved(contact, work.poses, c));
   attempt.spring_energy += done.stored;
   attempt.friction_work += done.heat;
@@ -551,11 +553,13 @@ void account(const CompiledScene& compiled, const StepOptions& options, const St
   const double time = load_time(options, state, time_step);
   const Vector3 gravity = compiled.scene.gravity.at(time);
   double largest_force = 0.0, unbalanced = 0.0;
+  attempt.work_on.assign(state.blocks.size(), 0.0);
   for (std::size_t s = 0; s < work.increment.size(); ++s) {
     const std::size_t b = index(compiled.slots.block_of_slot[s]);
     const BlockModel& model = compiled.models[b];
     const Vector12& d = work.increment[s];
-    attempt.gravity_work += model.mass * gravity.dot(d.head<3>());
+    attempt.work_on[b] = model.mass * gravity.dot(d.head<3>());
+    attempt.gravity_work += attempt.work_on[b];
     if (model.unknowns == 12) {
       const Vector6 e = d.tail<6>();
       attempt.scheme_loss += (scheme.end_share - 0.5) * model.volume * e.dot(model.elasticity * e);
@@ -574,6 +578,7 @@ void account(const CompiledScene& compiled, const StepOptions& options, const St
     const Vector3 moved = work.poses.end[b].centroid + work.poses.end[b].shape * load.arm -
                           work.poses.start[b].centroid - work.poses.start[b].shape * load.arm;
     attempt.load_work += force.dot(moved);
+    attempt.work_on[b] += force.dot(moved);
     largest_force = std::max(largest_force, force.norm());
   }
   attempt.stiffest_omega_dt = stiffest_omega_dt(work);

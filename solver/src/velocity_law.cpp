@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "contact/joint_law.hpp"
 
@@ -144,6 +145,56 @@ void add_earlier_impulses(const Workspace& work, const Attempt& attempt, BlockVe
   }
 }
 
+/// Groups of blocks joined by contacts: by slot, the least slot of its group.
+void find_islands(const std::vector<LinearContact>& contacts, std::vector<int>& islands) {
+  std::iota(islands.begin(), islands.end(), 0);
+  const auto root = [&](int slot) {
+    while (islands[index(slot)] != slot) {
+      islands[index(slot)] = islands[index(islands[index(slot)])];
+      slot = islands[index(slot)];
+    }
+    return slot;
+  };
+  for (const LinearContact& c : contacts) {
+    if (c.slot_a < 0 || c.slot_b < 0) continue;
+    const auto [low, high] = std::minmax({root(c.slot_a), root(c.slot_b)});
+    islands[index(high)] = low;
+  }
+  for (int& island : islands) island = root(island);
+}
+
+std::size_t island_of(const std::vector<int>& islands, const LinearContact& c) {
+  return index(islands[index(c.slot_a >= 0 ? c.slot_a : c.slot_b)]);
+}
+
+/// `shares`: of each island's restitution, 0 where nothing bounces. Halves the restitution of the
+/// islands that have more energy than they had, with the work done on them (a quarter of it is
+/// followed by none); true when there are any. `shares`, `energy`: by island; `energy` is memory.
+bool bounce_less(const CompiledScene& compiled, const State& start, const Attempt& attempt,
+                 const std::vector<int>& islands, std::vector<double>& energy,
+                 std::vector<double>& shares) {
+  const auto mechanical = [&](std::size_t b, const State& state) {
+    return kinetic_energy(compiled.models[b], state.blocks[b]) +
+           strain_energy(compiled.models[b], state.blocks[b]);
+  };
+  if (std::ranges::none_of(shares, [](double share) { return share > 0.0; })) return false;
+  energy.assign(2 * islands.size(), 0.0);  // available, and at the end
+  for (std::size_t s = 0; s < islands.size(); ++s) {
+    const std::size_t b = index(compiled.slots.block_of_slot[s]), island = index(islands[s]);
+    energy[2 * island] += mechanical(b, start) + attempt.work_on[b];
+    energy[2 * island + 1] += mechanical(b, attempt.end);
+  }
+  bool any = false;
+  for (std::size_t island = 0; island < islands.size(); ++island) {
+    const double available = energy[2 * island];
+    if (energy[2 * island + 1] <= available + kEnergyRounding * std::abs(available)) continue;
+    if (!(shares[island] > 0.0)) continue;
+    shares[island] = shares[island] > 0.25 ? 0.5 * shares[island] : 0.0;
+    any = true;
+  }
+  return any;
+}
+
 }  // namespace
 
 void apply_velocity_law(const CompiledScene& compiled, const StepOptions& options,
@@ -151,8 +202,10 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
   if (compiled.slots.count() == 0) return;
   const double slowest = 2.0 * compiled.scene.gravity.at(start.time).norm() * time_step;
   Attempt& attempt = work.attempt;
-  auto& [contacts, tried, bounces, free_gain, velocity, force, solution] = work.velocity;
+  auto& [contacts, tried, bounces, shares, energy, islands, free_gain, velocity, force, solution] =
+      work.velocity;
   set_free_velocity_gain(compiled, start, time_step, work, free_gain);
+  islands.resize(work.force.size());
   contacts.clear();
   bounces.clear();
   for (std::size_t i = 0; i < work.linear.size(); ++i) {
@@ -193,14 +246,17 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
   tuning.raise = true;
   tuning.predicted = true;
   const double before = kinetic_energy(compiled, attempt.end);
-  const double available = kinetic_energy(compiled, start) + strain_energy(compiled, start) +
-                           attempt.gravity_work + attempt.load_work;
-  const bool bouncing =
-      std::any_of(bounces.begin(), bounces.end(), [](double b) { return b != 0.0; });
+  find_islands(contacts, islands);
+  shares.assign(islands.size(), 0.0);
+  for (std::size_t i = 0; i < bounces.size(); ++i) {
+    if (bounces[i] != 0.0) shares[island_of(islands, contacts[i])] = 1.0;
+  }
   // With friction and several contacts Newton's restitution can create energy: less of it then.
-  for (const double share : {1.0, 0.5, 0.25, 0.0}) {
+  for (bool again = true; again;) {
     tried = contacts;
-    for (std::size_t i = 0; i < tried.size(); ++i) tried[i].offset[0] += share * bounces[i];
+    for (std::size_t i = 0; i < tried.size(); ++i) {
+      tried[i].offset[0] += shares[island_of(islands, tried[i])] * bounces[i];
+    }
     solution = velocity;
     work.clock.charge(&PhaseSeconds::assemble);
     const OpenCloseResult solved = work.open_close.solve(work.base, force, tried, tuning, solution);
@@ -212,14 +268,10 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
     attempt.solved.iterations += solved.iterations;
     attempt.solved.solves += solved.solves;
     attempt.solved.factorizations += solved.factorizations;
-    if (bouncing && share > 0.0 &&
-        !(kinetic_energy(compiled, attempt.end) + strain_energy(compiled, attempt.end) <=
-          available + kEnergyRounding * std::abs(available))) {
-      continue;
-    }
+    again = bounce_less(compiled, start, attempt, islands, energy, shares);
+    if (again) continue;
     attempt.solved.converged = attempt.solved.converged && solved.converged;
     attempt.solved.residual = std::max(attempt.solved.residual, solved.residual);
-    break;
   }
   attempt.impact_loss += before - kinetic_energy(compiled, attempt.end);
 }
