@@ -19,6 +19,7 @@ constexpr double kLargestHop = 0.1;   // of the smaller block of a pair
 constexpr double kMissed = 1e-9;      // of the same: an overlap that is none
 constexpr double kBesideFace = 1e-3;  // of the same: pairs farther apart at the end did not touch
 constexpr int kStaticCuts = 10;       // halvings of a pseudo-step: to a millionth of its motion
+constexpr double kThrough = 0.5;      // of the same: what is so deep has not passed beside
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
@@ -123,20 +124,22 @@ std::span<const geometry::ContactPoint> points_of_pair(
 /// Closed contacts of pairs that are apart at the end of the attempt: the plane of a face held a
 /// vertex that passed beside it. They are dropped; true when there were any.
 bool drop_ghosts(const CompiledScene& compiled, Workspace& work) {
-  const auto apart = [&](const BodyContact& contact, ContactMode mode) {
-    if (contact.was_closed || mode == ContactMode::Open) return false;
+  const auto apart = [&](const BodyContact& contact, const LinearContact& solved) {
+    if (contact.was_closed || solved.mode == ContactMode::Open) return false;
+    const double smaller = pair_size(compiled, contact.a, contact.b);
+    if (solved.relative[0] < -kThrough * smaller) return false;  // a spring so soft: flagged
     double gap = work.reach;
     for (const geometry::ContactPoint& p : points_of_pair(work.found_end, contact.a, contact.b)) {
       gap = std::min(gap, p.gap);
     }
     const double rebound = contact.joint.restitution > 0.0 ? work.reach : 0.0;
-    const double beside = kBesideFace * pair_size(compiled, contact.a, contact.b);
+    const double beside = kBesideFace * smaller;
     return gap > contact.opening + beside + rebound;
   };
   const std::size_t solved = work.linear.size() - compiled.held.size();
   std::size_t kept = 0;
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
-    if (i < solved && apart(work.contacts[i], work.linear[i].mode)) continue;
+    if (i < solved && apart(work.contacts[i], work.linear[i])) continue;
     if (kept != i) work.contacts[kept] = work.contacts[i];
     ++kept;
   }
@@ -286,18 +289,27 @@ void report_end(const State& state, const Workspace& work, StepReport& report) {
   }
 }
 
+/// Of all blocks that move, N.
+double weight(const CompiledScene& compiled, double time) {
+  double mass = 0.0;
+  for (const int block : compiled.slots.block_of_slot) mass += compiled.models[index(block)].mass;
+  return mass * compiled.scene.gravity.at(time).norm();
+}
+
 void report_flags(const CompiledScene& compiled, const StepOptions& options, const State& state,
                   const Workspace& work, StepReport& report) {
   if (options.scheme == TimeScheme::ConstantAcceleration) {
     report.numerical_damping = 0.25 * report.stiffest_omega_dt;  // [Doolin & Sitar 2004]
   }
   const bool dynamic = options.analysis == Analysis::Dynamic;
+  const double gap_tolerance = options.tolerance * compiled.smallest_size;
   append_flags(
       compiled, state,
       {.energy_growth = dynamic ? work.energy_growth : 0.0,
        .energy_scale = work.energy_scale.value(),
+       .energy_noise = gap_tolerance * weight(compiled, state.time),
        .rounding = gap_rounding(work.linear),
-       .gap_tolerance = options.tolerance * compiled.smallest_size,
+       .gap_tolerance = gap_tolerance,
        .found = work.found,
        .missing = work.missing != nullptr ? work.missing : vanished(state.contacts, work.found)},
       report);

@@ -37,12 +37,14 @@ struct Attempt : AttemptTotals {
   std::vector<BodyContact>
       contacts;  ///< work.contacts with forces and modes at the end of the step
   std::vector<PrescribedMotion> motion;
+  std::vector<double> work_on;  ///< by block: of gravity, loads and prescribed neighbours, J
 };
 
 /// Memory of the velocity law.
 struct VelocityWork {
   std::vector<LinearContact> contacts, tried;
-  std::vector<double> bounces;
+  std::vector<double> bounces, shares, energy;
+  std::vector<int> islands;
   BlockVector free_gain, velocity, force, solution;
 };
 

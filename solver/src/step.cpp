@@ -217,16 +217,31 @@ void linearise_held(const CompiledScene& compiled, double time_end, Workspace& w
   }
 }
 
-/// A contact that closes in this step: sliding starts when it has closed, and it may bounce.
-/// `free_end`: d at the end of the step if the contact did nothing.
-void set_closing(const Vector3& free_end, double bounce_speed, double time_step, const Joint& joint,
+/// How a contact would move in the step if it did nothing.
+struct FreeFlight {
+  Vector3 end = Vector3::Zero();  ///< d at the end of the step, m
+  double approach = 0.0;          ///< normal velocity at its start, m in a step
+};
+
+/// A contact that closes in this step: sliding starts when it has closed, and it may bounce if it
+/// closes by more than `slowest` (m in a step). In free flight the gap is a parabola in time; it
+/// closes at its root (of a gap within `gap_tolerance`, m, that would be the root of noise), and
+/// flies on after the impact for the rest of the step.
+void set_closing(const FreeFlight& flight, double gap_tolerance, double slowest, const Joint& joint,
                  LinearContact& c) {
   const double gap = c.offset[0];
-  if (!(gap > 0.0) || !(free_end[0] < 0.0)) return;
-  const double share = c.closing_share = gap / (gap - free_end[0]);
-  c.offset.tail<2>() -= share * (free_end.tail<2>() - c.offset.tail<2>());
-  if (gap - free_end[0] > bounce_speed * time_step) {
-    c.offset[0] += joint.restitution * free_end[0];
+  if (!(gap > 0.0) || !(flight.end[0] < 0.0)) return;
+  const double fall = gap - flight.end[0];
+  const double bend = -2.0 * (fall + flight.approach);
+  const double root =
+      std::sqrt(std::max(0.0, flight.approach * flight.approach - 2.0 * bend * gap));
+  const double share = gap <= gap_tolerance ? gap / fall : 2.0 * gap / (root - flight.approach);
+  c.closing_share = share;
+  c.offset.tail<2>() -= share * (flight.end.tail<2>() - c.offset.tail<2>());
+  if (fall > slowest) {
+    const double left = 1.0 - share;
+    const double rebound = -joint.restitution * (flight.approach + share * bend) * left;
+    c.offset[0] -= std::max(0.0, rebound + 0.5 * bend * left * left);
   }
 }
 
@@ -265,6 +280,20 @@ void measure_slips(Workspace& work) {
   }
 }
 
+FreeFlight free_flight(const State& state, const BodyContact& contact,
+                       const BlockVector& free_increment, double time_step,
+                       const LinearContact& c) {
+  FreeFlight flight{.end = c.offset};
+  const auto add = [&](int slot, int block, const Matrix3x12& jacobian) {
+    if (slot < 0) return;
+    flight.end += jacobian * free_increment[index(slot)];
+    flight.approach += time_step * jacobian.row(0).dot(velocity_vector(state.blocks[index(block)]));
+  };
+  add(c.slot_a, contact.a, c.jacobian_a);
+  add(c.slot_b, contact.b, c.jacobian_b);
+  return flight;
+}
+
 void linearise_all(const CompiledScene& compiled, const StepOptions& options, const State& state,
                    double time_step, Workspace& work) {
   const StepScheme scheme = scheme_of(options, time_step);
@@ -276,10 +305,9 @@ void linearise_all(const CompiledScene& compiled, const StepOptions& options, co
     set_stiffness(work, c);
     if (!contact.was_closed && options.method == ContactMethod::AugmentedLagrangian &&
         options.analysis == Analysis::Dynamic) {
-      Vector3 free_end = c.offset;
-      if (c.slot_a >= 0) free_end += c.jacobian_a * work.free_increment[index(c.slot_a)];
-      if (c.slot_b >= 0) free_end += c.jacobian_b * work.free_increment[index(c.slot_b)];
-      set_closing(free_end, slowest, time_step, contact.joint, c);
+      set_closing(free_flight(state, contact, work.free_increment, time_step, c),
+                  options.tolerance * compiled.smallest_size, slowest * time_step, contact.joint,
+                  c);
     }
     follow_slip(contact, c);
     if (c.compliant && scheme.end_share < 1.0) {
@@ -494,12 +522,14 @@ void account_contact(const CompiledScene& compiled, const Workspace& work, std::
   const BodyContact& contact = work.contacts[i];
   const Vector12 &move_a = work.poses.increment[index(contact.a)],
                  &move_b = work.poses.increment[index(contact.b)];
-  if (compiled.models[index(contact.a)].unknowns == 0) {
-    attempt.load_work -= c.force.dot(c.jacobian_a * move_a);
-  }
-  if (compiled.models[index(contact.b)].unknowns == 0) {
-    attempt.load_work -= c.force.dot(c.jacobian_b * move_b);
-  }
+  const auto push = [&](int idle, int other, const Matrix3x12& jacobian, const Vector12& motion) {
+    if (compiled.models[index(idle)].unknowns > 0) return;
+    const double done = c.force.dot(jacobian * motion);
+    attempt.load_work -= done;
+    attempt.work_on[index(other)] -= done;
+  };
+  push(contact.a, contact.b, c.jacobian_a, move_a);
+  push(contact.b, contact.a, c.jacobian_b, move_b);
   const ContactWork done = contact_work(c, moved(contact, work.poses, c));
   attempt.spring_energy += done.stored;
   attempt.friction_work += done.heat;
@@ -524,11 +554,13 @@ void account(const CompiledScene& compiled, const StepOptions& options, const St
   const double time = load_time(options, state, time_step);
   const Vector3 gravity = compiled.scene.gravity.at(time);
   double largest_force = 0.0, unbalanced = 0.0;
+  attempt.work_on.assign(state.blocks.size(), 0.0);
   for (std::size_t s = 0; s < work.increment.size(); ++s) {
     const std::size_t b = index(compiled.slots.block_of_slot[s]);
     const BlockModel& model = compiled.models[b];
     const Vector12& d = work.increment[s];
-    attempt.gravity_work += model.mass * gravity.dot(d.head<3>());
+    attempt.work_on[b] = model.mass * gravity.dot(d.head<3>());
+    attempt.gravity_work += attempt.work_on[b];
     if (model.unknowns == 12) {
       const Vector6 e = d.tail<6>();
       attempt.scheme_loss += (scheme.end_share - 0.5) * model.volume * e.dot(model.elasticity * e);
@@ -547,6 +579,7 @@ void account(const CompiledScene& compiled, const StepOptions& options, const St
     const Pose &start = work.poses.start[b], &end = work.poses.end[b];
     const Vector3 moved = between(start, end) + (end.shape * load.arm - start.shape * load.arm);
     attempt.load_work += force.dot(moved);
+    attempt.work_on[b] += force.dot(moved);
     largest_force = std::max(largest_force, force.norm());
   }
   attempt.stiffest_omega_dt = stiffest_omega_dt(work);

@@ -23,6 +23,7 @@ class EnergyScale {
 struct StepEvidence {
   double energy_growth = 0.0;  ///< of a sub-step, J: mechanical energy less the work of loads
   double energy_scale = 0.0;   ///< J
+  double energy_noise = 0.0;   ///< what the tolerance of gaps leaves of it, J
   double rounding = 0.0;       ///< of a gap, m
   double gap_tolerance = 0.0;  ///< m
   std::span<const geometry::ContactPoint> found;  ///< at the end of the step

@@ -23,6 +23,10 @@ void complain(const std::string& message, const std::string& subject = "quoin");
 /// JSON over many lines; bytes that are no UTF-8 are replaced.
 std::string text(const nlohmann::ordered_json& document);
 
+/// A file or folder of tools/ (a script, scenes): beside the installed command, or where it was
+/// built from. Throws FileError.
+std::string shared_file(const std::string& name);
+
 /// What `command` returns; an exception becomes a line and an exit code. `scene`: the file it
 /// reads.
 int run_guarded(const std::function<int()>& command, const std::string& scene);

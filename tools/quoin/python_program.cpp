@@ -6,28 +6,12 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 
+#include "commands.hpp"
 #include "scene_file/scene_error.hpp"
 
 namespace quoin::commands {
 namespace {
-
-namespace fs = std::filesystem;
-
-/// Beside the installed command, or where it was built from.
-std::string script(const std::string& name) {
-  std::error_code none;
-  const fs::path command = fs::read_symlink("/proc/self/exe", none);
-  for (const fs::path& folder :
-       {command.parent_path().parent_path() / "share" / "quoin", fs::path(QUOIN_TOOLS_DIR),
-        fs::path(QUOIN_TOOLS_DIR) / "referee"}) {
-    if (fs::exists(folder / name, none)) {
-      return (folder / name).string();
-    }
-  }
-  throw scene_file::FileError(name + ": is not installed beside the command");
-}
 
 /// The first Python that has matplotlib; it may not be the first in PATH.
 std::string python() {
@@ -53,12 +37,12 @@ std::string python() {
 }  // namespace
 
 void become_python_program(const std::string& name, std::vector<std::string> words) {
-  words.insert(words.begin(), {python(), script(name)});
+  words.insert(words.begin(), {python(), shared_file(name)});
   execute(words);
 }
 
 void run_python_program(const std::string& name, std::vector<std::string> words) {
-  words.insert(words.begin(), {python(), script(name)});
+  words.insert(words.begin(), {python(), shared_file(name)});
   const pid_t process = fork();
   if (process == 0) {
     try {

@@ -129,7 +129,7 @@ void write_report(const referee::Report& report, const std::string& where) {
     write(folder.file(name + ".cpp"), failure.cpp);
     write(folder.file(name + ".c"), failure.c);
   }
-  run_python_program("report_page.py",
+  run_python_program("referee_page.py",
                      {(folder.path() / "report.json").string(), folder.file("index.html")});
   folder.commit(OutputFolder::Checkpoint::Drop);
 }

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The page of a referee's report: report_page.py REPORT.json PAGE.html
+"""The page of a referee's report: referee_page.py REPORT.json PAGE.html
 
 One file that opens without a network: tables, the picture of error against time, failing pairs.
 """
