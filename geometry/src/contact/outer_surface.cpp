@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "numeric/floating_point.hpp"
 
 namespace quoin::geometry {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Rise over run of the steepest triangle that is believed: the rounding of a place shows so many
 /// times in its height. Faces that carry points are eight times less steep; a sliver between
 /// vertices that are off their face by more than a quarter of its width is left to its neighbours.
