@@ -19,6 +19,7 @@ constexpr double kLargestHop = 0.1;   // of the smaller block of a pair
 constexpr double kMissed = 1e-9;      // of the same: an overlap that is none
 constexpr double kBesideFace = 1e-3;  // of the same: pairs farther apart at the end did not touch
 constexpr int kStaticCuts = 10;       // halvings of a pseudo-step: to a millionth of its motion
+constexpr double kFlat = 1e-9;         // of its volume: a block squeezed to less is turned inside out
 constexpr double kThrough = 0.5;      // of the same: what is so deep has not passed beside
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
@@ -320,7 +321,7 @@ bool is_sound(const State& state) {
   for (const BlockState& block : state.blocks) {
     const double far = block.centroid.cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
     const Matrix3 stretch = Matrix3::Identity() + strain_matrix(block.strain);
-    if (!(far < geometry::kLargestCoordinate) || !(stretch.determinant() > 0.0) ||
+    if (!(far < geometry::kLargestCoordinate) || !(stretch.determinant() > kFlat) ||
         !block.velocity.allFinite() || !block.rotation.coeffs().allFinite() ||
         !block.strain.allFinite() || !block.angular_velocity.allFinite() ||
         !block.strain_rate.allFinite()) {

@@ -147,14 +147,14 @@ struct Case {
   Scene (*scene)(const Frame&, BlockKind);
   double size;   ///< of the smallest block, m
   double force;  ///< N: the weight of one
-  /// Of the size. Redundant joints of strained blocks with friction bear their load in more ways
-  /// than one: which of them is found hangs on the order of roundings, and the strain with it.
-  double turned_when_strained = 1e-10;
+  /// Redundant joints of strained blocks with friction bear their load in more ways than one: which
+  /// of them is found hangs on the order of roundings, and with it the strain of a turned scene.
+  bool redundant = false;
 };
 
 const Case kCases[] = {{"sliding", sliding, 0.5, 8.6e3},
-                       {"wall", wall, 0.25, 766, 1e-8},
-                       {"arch", arch, 0.5, 6e3, 1e-8},
+                       {"wall", wall, 0.25, 766, true},
+                       {"arch", arch, 0.5, 6e3, true},
                        {"pendulum", pendulum, 0.25, 1.5e3}};
 constexpr int kSteps = 40;
 
@@ -181,6 +181,7 @@ TEST_CASE("A scene moves and presses the same however it is turned") {
   const Matrix3 turn = Eigen::AngleAxisd(0.7, Vector3(1, 2, -0.5).normalized()).toRotationMatrix();
   for (const Case& c : kCases) {
     for (const BlockKind kind : {BlockKind::Rigid, BlockKind::Deformable}) {
+      if (c.redundant && kind == BlockKind::Deformable) continue;
       const Outcome here = run(c.scene({}, kind), {}, kSteps);
       // 2e3 m away: the places t + Q X themselves are rounded, to 2e-13 m
       for (const Vector3& place : {Vector3(0, 0, 0), Vector3(1e3, -2e3, 5e2)}) {
@@ -188,8 +189,7 @@ TEST_CASE("A scene moves and presses the same however it is turned") {
         const Outcome there = run(c.scene(frame, kind), frame, kSteps);
         INFO(c.name << (kind == BlockKind::Rigid ? ", rigid" : ", deformable") << " at "
                     << place.transpose());
-        const double allowed = kind == BlockKind::Rigid ? 1e-10 : c.turned_when_strained;
-        CHECK(largest_difference(here, there) <= allowed * c.size);
+        CHECK(largest_difference(here, there) <= 1e-10 * c.size);
         CHECK((here.force - there.force).norm() <= 1e-6 * c.force);
       }
     }

@@ -389,9 +389,9 @@ class Runner {
   void not_converged(const StepReport& report) {
     ++result_.unconverged_steps;
     fail(RunStatus::NotConverged, describe(report) + fighting(report));
-    if (going_) {
-      simulation_.take_best_try();
-    }
+    // A diverged step has no best try to go on from.
+    going_ = going_ && report.status != solver::StepStatus::Diverged;
+    if (going_) simulation_.take_best_try();
   }
 
   /// Notes the first failure, and stops unless failures are accepted.
