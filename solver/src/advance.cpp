@@ -69,6 +69,11 @@ geometry::FindCounts find(const CompiledScene& compiled, const StepOptions& opti
   work.reach += largest_opening(compiled, state);
   work.finder.set_reach(work.reach);
   const geometry::FindCounts counts = work.finder.find(state.polyhedra, compiled.idle, found);
+  if (compiled.has_absent) {
+    std::erase_if(found, [&](const geometry::ContactPoint& point) {
+      return is_absent(compiled, point.key.a) || is_absent(compiled, point.key.b);
+    });
+  }
   if (!work.initial_depths.empty()) work.initial_depths.take_off(state, found);
   return counts;
 }
@@ -76,9 +81,7 @@ geometry::FindCounts find(const CompiledScene& compiled, const StepOptions& opti
 void begin(const CompiledScene& compiled, const State& state, Workspace& work) {
   work.poses.start.clear();
   for (const BlockState& block : state.blocks) work.poses.start.push_back(pose(block));
-  const bool laid = state.step == 0 && state.contacts.empty();
-  carry_over({compiled.scene, work.poses.start, compiled.models, work.reach,
-              laid ? NewBonds::Intact : NewBonds::Residual},
+  carry_over({compiled.scene, work.poses.start, compiled.models, work.reach, work.laid},
              work.found, state.contacts, work.old_points, work.contacts);
 }
 
@@ -342,6 +345,7 @@ void attempt_with_all_contacts(const CompiledScene& compiled, const StepOptions&
 
 Workspace::Workspace(const CompiledScene& compiled, int threads)
     : finder({.reach = 0.0, .tolerance = 0.0, .threads = threads}),
+      laid(compiled.models.size(), 1),
       motion(compiled.prescribed.size()),
       hit(compiled.models.size(), 0),
       open_close(compiled.slots, &watch),
@@ -466,6 +470,7 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
   try {
     take_sub_steps(compiled, options, state, best, work, report);
     ++state.step;
+    std::ranges::fill(work.laid, 0);
     if (report.status == StepStatus::Converged) state.time = work.counted.now = end;
   } catch (const StepStopped&) {
     go_back(state, work);

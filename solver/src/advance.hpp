@@ -86,6 +86,7 @@ struct Workspace {
 
   geometry::ContactFinder finder;
   InitialDepths initial_depths;               ///< taken off what is found
+  std::vector<char> laid;  ///< by block: what it touches in this step is laid: joints have their peak strength
   std::vector<geometry::ContactPoint> found;  ///< at the present state
   std::vector<geometry::ContactPoint> found_end;  ///< at the end of the attempt
   double reach = 0.0;                             ///< that `found` was made with, m

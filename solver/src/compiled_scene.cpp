@@ -24,9 +24,9 @@ void check_block_index(const Scene& scene, int block, const std::string& what) {
 void check_loaded_block(const Scene& scene, int block, const std::string& what) {
   check_block_index(scene, block, what);
   const BlockKind kind = scene.blocks[static_cast<std::size_t>(block)].kind;
-  if (kind == BlockKind::Fixed || kind == BlockKind::Prescribed) {
+  if (kind >= BlockKind::Fixed) {
     throw InputError(what + ": " + label(scene, block) +
-                     " is fixed or prescribed and takes no load");
+                     " is fixed, prescribed or absent and takes no load");
   }
 }
 
@@ -166,6 +166,7 @@ CompiledScene compile(Scene scene) {
     unknowns.push_back(compiled.models.back().unknowns);
     sizes.push_back(compiled.models.back().size);
     compiled.idle.push_back(unknowns.back() == 0);
+    compiled.has_absent = compiled.has_absent || block.kind == BlockKind::Absent;
     if (block.kind == BlockKind::Prescribed && !is_always_zero(block.motion.value)) {
       compiled.prescribed.push_back(static_cast<int>(b));
     }

@@ -17,7 +17,7 @@ struct PointForce {
 struct HeldPoint {
   int block = 0;
   Vector3 arm = Vector3::Zero();
-  Vector3 place = Vector3::Zero();  ///< at the start, relative to origin, m
+  Vector3 place = Vector3::Zero();  ///< when it began to be held, relative to origin, m
   VectorOfTime displacement;
 };
 
@@ -27,6 +27,7 @@ struct CompiledScene {
   std::vector<BlockModel> models;
   Slots slots;
   std::vector<char> idle;         ///< per block: no unknowns
+  bool has_absent = false;
   std::vector<int> prescribed;    ///< blocks moved by a motion
   std::vector<PointForce> loads;  ///< point, face and body loads
   std::vector<HeldPoint> held;
@@ -36,6 +37,10 @@ struct CompiledScene {
 
 /// Throws InputError naming block, joint or load, value and limit.
 CompiledScene compile(Scene scene);
+
+inline bool is_absent(const CompiledScene& compiled, int block) {
+  return compiled.models[static_cast<std::size_t>(block)].kind == BlockKind::Absent;
+}
 
 /// State at time 0.
 State initial_state(const CompiledScene& compiled);
