@@ -1,4 +1,5 @@
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <bit>
 #include <charconv>
 #include <cmath>
@@ -11,11 +12,15 @@ namespace quoin::solver {
 namespace {
 
 /// A VTK XML file with its numbers appended behind the text as they stand in memory: each array is
-/// its size in bytes (UInt64), then its bytes.
+/// its size in bytes (UInt64), then its bytes. The arrays go to the file one by one; the text,
+/// which says where they are, comes last into the room that was left for it. The file is written
+/// beside its name, then renamed: a reader never sees half of it.
 class Appended {
  public:
-  explicit Appended(std::string path) : path_(std::move(path)) {
+  explicit Appended(std::string path)
+      : path_(std::move(path)), file_(path_ + ".part", std::ios::binary) {
     static_assert(std::endian::native == std::endian::little);
+    file_ << std::string(kTextRoom, ' ');
   }
 
   Appended& raw(std::string_view text) {
@@ -23,12 +28,12 @@ class Appended {
     return *this;
   }
 
-  /// One array: `fill` appends `components` numbers for each item.
+  /// One array: `fill` appends `components` numbers for each of `count` items.
   template <typename Number, typename Fill>
-  void array(std::string_view name, int components, const Fill& fill) {
+  void array(std::string_view name, int components, std::size_t count, const Fill& fill) {
     text_ += "<DataArray type=\"" + std::string(type_name(Number{})) + "\" Name=\"" +
              std::string(name) + "\" NumberOfComponents=\"" + std::to_string(components) + "\"";
-    append(fill, std::vector<Number>());
+    append<Number>(fill, count * static_cast<std::size_t>(components));
   }
 
   /// Of texts, each ended by a zero.
@@ -36,19 +41,22 @@ class Appended {
   void strings(std::string_view name, std::size_t count, const Fill& fill) {
     text_ += "<Array type=\"String\" Name=\"" + std::string(name) + "\" NumberOfTuples=\"" +
              std::to_string(count) + "\"";
-    append(fill, std::vector<char>());
+    append<char>(fill, 16 * count);
   }
 
-  /// Written beside its name, then renamed: a reader never sees half a file.
-  void save(std::string_view foot) const {
-    const std::string part = path_ + ".part";
-    std::ofstream file(part, std::ios::binary);
-    file << text_ << "<AppendedData encoding=\"raw\">\n_" << data_ << "\n</AppendedData>\n" << foot;
-    file.close();
-    if (!file) {
-      throw std::runtime_error(part + ": can't be written");
+  void save(std::string_view foot) {
+    const std::string_view mark = "<AppendedData encoding=\"raw\">\n_";
+    if (text_.size() + mark.size() > kTextRoom)
+      throw std::runtime_error(path_ + ": too many arrays");
+    text_.append(kTextRoom - mark.size() - text_.size(), ' ').append(mark);
+    file_ << "\n</AppendedData>\n" << foot;
+    file_.seekp(0);
+    file_ << text_;
+    file_.close();
+    if (!file_) {
+      throw std::runtime_error(path_ + ".part: can't be written");
     }
-    std::filesystem::rename(part, path_);
+    std::filesystem::rename(path_ + ".part", path_);
   }
 
  private:
@@ -57,9 +65,14 @@ class Appended {
   static std::string_view type_name(std::int32_t) { return "Int32"; }
   static std::string_view type_name(std::uint8_t) { return "UInt8"; }
 
-  template <typename Fill, typename Number>
-  void append(const Fill& fill, std::vector<Number> values) {
-    text_ += " format=\"appended\" offset=\"" + std::to_string(data_.size()) + "\"/>\n";
+  static constexpr std::size_t kTextRoom =
+      8192;  // a line of some 90 characters for each of 20 arrays
+
+  template <typename Number, typename Fill>
+  void append(const Fill& fill, std::size_t likely_size) {
+    text_ += " format=\"appended\" offset=\"" + std::to_string(data_size_) + "\"/>\n";
+    std::vector<Number> values;
+    values.reserve(likely_size);
     fill(values);
     if constexpr (std::is_same_v<Number, double>) {
       for (const double value : values) {
@@ -67,22 +80,26 @@ class Appended {
       }
     }
     const std::uint64_t bytes = values.size() * sizeof(Number);
-    data_.append(reinterpret_cast<const char*>(&bytes), sizeof bytes);
-    data_.append(reinterpret_cast<const char*>(values.data()), bytes);
+    file_.write(reinterpret_cast<const char*>(&bytes), sizeof bytes);
+    file_.write(reinterpret_cast<const char*>(values.data()), static_cast<std::streamsize>(bytes));
+    data_size_ += sizeof bytes + bytes;
   }
 
-  std::string path_, text_, data_;
+  std::string path_, text_;
+  std::ofstream file_;
+  std::uint64_t data_size_ = 0;
 };
 
 /// Appends the components of a vector.
-void push(std::vector<double>& values, const Eigen::Ref<const Eigen::VectorXd>& vector) {
+template <int kSize>
+void push(std::vector<double>& values, const Eigen::Matrix<double, kSize, 1>& vector) {
   values.insert(values.end(), vector.begin(), vector.end());
 }
 
 /// One array with a value for each of `count` items.
 template <typename Number, typename Value>
 void each(Appended& file, std::string_view name, std::size_t count, const Value& value) {
-  file.array<Number>(name, 1, [&](std::vector<Number>& values) {
+  file.array<Number>(name, 1, count, [&](std::vector<Number>& values) {
     for (std::size_t i = 0; i < count; ++i) values.push_back(static_cast<Number>(value(i)));
   });
 }
@@ -91,7 +108,7 @@ void each(Appended& file, std::string_view name, std::size_t count, const Value&
 template <typename Value>
 void each_vector(Appended& file, std::string_view name, int components, std::size_t count,
                  const Value& value) {
-  file.array<double>(name, components, [&](std::vector<double>& values) {
+  file.array<double>(name, components, count, [&](std::vector<double>& values) {
     for (std::size_t i = 0; i < count; ++i) push(values, value(i));
   });
 }
@@ -110,20 +127,18 @@ Matrix3 tensor(const Vector6& v) {
   return result;
 }
 
-/// Velocity of the material point with reference arm X: v + R (omega × (I + eps) X + eps' X).
-Vector3 velocity_at(const BlockState& block, const Vector3& arm) {
-  const Vector3 strained = arm + tensor(block.strain) * arm;
-  const Vector3 local = block.angular_velocity.cross(strained) + tensor(block.strain_rate) * arm;
-  return block.velocity + block.rotation * local;
+/// R (I + eps): from reference arms to the world.
+Matrix3 shape_of(const BlockState& block) {
+  return block.rotation.toRotationMatrix() * (Matrix3::Identity() + tensor(block.strain));
 }
 
 void write_points(Appended& file, const State& state) {
   file.raw("<Points>\n");
-  file.array<double>("Points", 3, [&](std::vector<double>& values) {
+  file.array<double>("Points", 3, vertex_count(state), [&](std::vector<double>& values) {
     for (const geometry::Shape& polyhedron : state.polyhedra) {
       const geometry::Points& vertices = polyhedron.vertices();
       for (Eigen::Index v = 0; v < vertices.cols(); ++v)
-        push(values, state.origin + vertices.col(v));
+        push<3>(values, state.origin + vertices.col(v));
     }
   });
   file.raw("</Points>\n");
@@ -166,10 +181,11 @@ void write_cells(Appended& file, const State& state) {
   file.raw("</Cells>\n");
 }
 
-void write_point_data(Appended& file, const Simulation& simulation) {
+void write_point_data(Appended& file, const Simulation& simulation,
+                      std::span<const BlockState> from) {
   const State& state = simulation.state();
   const auto each_vertex = [&](const char* name, const auto& append) {
-    file.array<double>(name, 3, [&](std::vector<double>& values) {
+    file.array<double>(name, 3, vertex_count(state), [&](std::vector<double>& values) {
       for (std::size_t b = 0; b < state.polyhedra.size(); ++b) append(b, values);
     });
   };
@@ -177,15 +193,28 @@ void write_point_data(Appended& file, const Simulation& simulation) {
   each_vertex("displacement", [&](std::size_t b, std::vector<double>& values) {
     const geometry::Points& now = state.polyhedra[b].vertices();
     const geometry::Points& start = simulation.scene().blocks[b].shape.vertices();
+    if (from.empty()) {
+      for (Eigen::Index v = 0; v < now.cols(); ++v) {
+        push<3>(values, now.col(v) - (start.col(v) - state.origin));
+      }
+      return;
+    }
+    const BlockState& block = state.blocks[b];
+    const Matrix3 back = shape_of(from[b]) * shape_of(block).inverse();
     for (Eigen::Index v = 0; v < now.cols(); ++v) {
-      push(values, now.col(v) - (start.col(v) - state.origin));
+      push<3>(values, now.col(v) - from[b].centroid - back * (now.col(v) - block.centroid));
     }
   });
   each_vertex("velocity", [&](std::size_t b, std::vector<double>& values) {
+    // v + omega × x + R eps' X, with X = (R (I + eps))^-1 x the reference arm of the place x
     const geometry::Points& now = state.polyhedra[b].vertices();
+    const BlockState& block = state.blocks[b];
+    const Vector3 spin = block.rotation * block.angular_velocity;
+    const Matrix3 stretch =
+        block.rotation.toRotationMatrix() * tensor(block.strain_rate) * shape_of(block).inverse();
     for (Eigen::Index v = 0; v < now.cols(); ++v) {
-      const Vector3 arm = simulation.reference_arm(static_cast<int>(b), state.origin + now.col(v));
-      push(values, velocity_at(state.blocks[b], arm));
+      const Vector3 x = now.col(v) - block.centroid;
+      push<3>(values, block.velocity + spin.cross(x) + stretch * x);
     }
   });
   file.raw("</PointData>\n");
@@ -200,6 +229,10 @@ Vector3 principal(const Vector6& stress) {
   return solver.eigenvalues().reverse();
 }
 
+constexpr int kHiddenCell = 32;  // vtkDataSetAttributes::HIDDENCELL
+
+bool is_absent(const Block& block) { return block.kind == BlockKind::Absent; }
+
 void write_cell_data(Appended& file, const Simulation& simulation) {
   const State& state = simulation.state();
   const std::vector<Block>& blocks = simulation.scene().blocks;
@@ -211,6 +244,10 @@ void write_cell_data(Appended& file, const Simulation& simulation) {
                      [&](std::size_t b) { return static_cast<int>(blocks[b].kind); });
   each<std::int32_t>(file, "material", count,
                      [&](std::size_t b) { return blocks[b].material.joint_group; });
+  if (std::ranges::any_of(blocks, is_absent)) {
+    each<std::uint8_t>(file, "vtkGhostType", count,
+                       [&](std::size_t b) { return is_absent(blocks[b]) ? kHiddenCell : 0; });
+  }
   each<double>(file, "speed", count,
                [&](std::size_t b) { return state.blocks[b].velocity.norm(); });
   // xx yy zz xy yz xz, as VTK orders them
@@ -271,14 +308,15 @@ std::string xml_head(const std::string& type) {
 
 }  // namespace
 
-void write_blocks(const std::string& path, const Simulation& simulation) {
+void write_blocks(const std::string& path, const Simulation& simulation,
+                  std::span<const BlockState> from) {
   const State& state = simulation.state();
   Appended file(path);
   file.raw(xml_head("UnstructuredGrid"));
   file.raw(piece("NumberOfCells", vertex_count(state), state.polyhedra.size()));
   write_points(file, state);
   write_cells(file, state);
-  write_point_data(file, simulation);
+  write_point_data(file, simulation, from);
   write_cell_data(file, simulation);
   file.raw("</Piece>\n</UnstructuredGrid>\n");
   file.save("</VTKFile>\n");

@@ -120,7 +120,7 @@ geometry::Shape read_shape(const json& shape) {
     return geometry::make_hull(read_points(shape["points"])).polyhedron;
   }
   return geometry::make_shape(read_points(shape["vertices"]),
-                                   shape["faces"].get<std::vector<std::vector<int>>>());
+                              shape["faces"].get<std::vector<std::vector<int>>>());
 }
 
 PlacedPoints read_placed_points(const json& value, const std::string& name) {

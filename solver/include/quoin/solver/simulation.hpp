@@ -156,6 +156,7 @@ class Simulation {
   const Scene& scene() const;
   const State& state() const;
   const StepOptions& options() const;
+  int threads() const;  ///< at work: fewer than options().threads where the system starts no more
   void set_options(const StepOptions& options);  ///< from the next step on
   /// From the next step on: velocity of the centroid (m/s) and angular velocity (rad/s), world
   /// axes; a settled scene starts to move so. Throws InputError for a block without unknowns.
