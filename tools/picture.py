@@ -223,7 +223,7 @@ def main():
     parser.add_argument("--forces", action="store_true", help="arrows: what bears on each joint")
     parser.add_argument("--contacts", action="store_true", help="closed points: blue stick, orange slip")
     parser.add_argument("--from", dest="direction", type=float, nargs=3, default=(-0.45, -1.0, 0.42),
-                        metavar=("X", "Y", "Z"), help="direction towards the eye")
+                        metavar=("X", "Y", "Z"), help="direction towards the eye (default -0.45 -1 0.42)")
     given = parser.parse_args()
     if not np.linalg.norm(given.direction) > 0:
         parser.error("--from must not be zero")

@@ -12,6 +12,7 @@
 #include "scene_file/read_shape.hpp"
 #include "scene_file/scene_file.hpp"
 #include "scene_file/schema_check.hpp"
+#include "scene_file/shared_topology.hpp"
 #include "scene_file/shown.hpp"
 
 namespace quoin::scene_file {
@@ -194,7 +195,7 @@ class Reader {
     return document_["blocks"].is_object() ? "/blocks" : at("/blocks", entry.index);
   }
 
-  void add(geometry::Shape shape, std::string name, Entry entry) {
+  void add(const geometry::Shape& shape, std::string name, Entry entry) {
     if (name.empty()) {
       name = "block" + std::to_string(file_.scene.blocks.size());
     }
@@ -204,7 +205,7 @@ class Reader {
                        "there are two blocks named " + shown(name));
     }
     file_.scene.blocks.push_back(
-        {.shape = std::move(shape), .material = {}, .motion = {}, .name = std::move(name)});
+        {.shape = topologies_.share(shape), .material = {}, .motion = {}, .name = std::move(name)});
     entries_.push_back(std::move(entry));
   }
 
@@ -215,7 +216,7 @@ class Reader {
       if (value.contains("pose")) {
         apply_pose(value["pose"], pointer + "/pose", shape);
       }
-      add(std::move(shape), value.value("name", ""), {.value = &value, .index = index});
+      add(shape, value.value("name", ""), {.value = &value, .index = index});
     } catch (const geometry::InputError& error) {
       throw SceneError(pointer + "/shape", error.what());
     }
@@ -374,7 +375,7 @@ class Reader {
         if (value.contains("pose")) {
           apply_pose(value["pose"], pointer + "/pose", shape);
         }
-        add(std::move(shape), mesh.id,
+        add(shape, mesh.id,
             {.value = &value,
              .index = index,
              .file_name = mesh.name,
@@ -568,14 +569,13 @@ class Reader {
           {.end_time = document_["end_time"], .time_step = file_.options.time_step});
     }
     find_absent();
-    solver::Scene at_start = present(file_.scene);
     double reached = document_.value("end_time", 0.0);
     each("stages", [&](const json& value, const std::string& pointer) {
       Stage stage = read_stage(value, pointer, reached);
       change_scene(value, pointer, stage);
       file_.stages.push_back(std::move(stage));
     });
-    file_.scene = std::move(at_start);
+    if (at_start_) file_.scene = *std::move(at_start_);
     file_.output_interval = document_.value("output_interval", reached / 100);
   }
 
@@ -657,11 +657,11 @@ class Reader {
 
   /// What a stage says of the scene holds from then on. Its lists take the place of earlier ones.
   void change_scene(const json& value, const std::string& pointer, Stage& stage) {
-    bool changed = false;
-    const auto given = [&](const char* key) {
-      changed = changed || value.contains(key);
-      return value.contains(key);
-    };
+    const auto given = [&](const char* key) { return value.contains(key); };
+    constexpr std::array kKeys = {"gravity",      "joint",  "joints", "loads",
+                                  "fixed_points", "remove", "add",    "overrides"};
+    if (std::ranges::none_of(kKeys, given)) return;
+    if (!at_start_) at_start_ = present(file_.scene);
     const auto each_of = [&](const char* key, const auto& read_one) {
       for (std::size_t i = 0; i < value[key].size(); ++i) {
         read_one(value[key][i], at(pointer + "/" + key, i));
@@ -687,7 +687,7 @@ class Reader {
       scene.fixed_points.clear();
       each_of("fixed_points", [&](const json& v, const std::string& p) { read_fixed_point(v, p); });
     }
-    if (changed) stage.scene = std::make_shared<const solver::Scene>(present(scene));
+    stage.scene = std::make_shared<const solver::Scene>(present(scene));
   }
 
   /// Away or in. One of those that are meant at least must not be so already.
@@ -843,7 +843,9 @@ class Reader {
   std::map<std::string, int> index_of_;
   std::vector<Entry> entries_;  ///< of each block
   std::vector<std::string> files_without_support_;
-  std::vector<char> absent_;  ///< by block: in the stage that is being read
+  SharedTopologies topologies_;
+  std::optional<solver::Scene> at_start_;  ///< kept as soon as a stage changes the scene
+  std::vector<char> absent_;               ///< by block: in the stage that is being read
 };
 
 }  // namespace
