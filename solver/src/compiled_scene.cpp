@@ -157,6 +157,7 @@ CompiledScene compile(Scene scene) {
   compiled.origin = scene_origin(compiled.scene);
   std::vector<int> unknowns;
   std::vector<double> sizes;
+  compiled.models.reserve(compiled.scene.blocks.size());  // large records: doubling would show
   for (std::size_t b = 0; b < compiled.scene.blocks.size(); ++b) {
     const Block& block = compiled.scene.blocks[b];
     check_finite(block.velocity, label(compiled.scene, static_cast<int>(b)) + ": velocity");
@@ -194,6 +195,8 @@ CompiledScene compile(Scene scene) {
 State initial_state(const CompiledScene& compiled) {
   State state;
   state.origin = compiled.origin;
+  state.blocks.reserve(compiled.models.size());
+  state.polyhedra.reserve(compiled.models.size());
   for (std::size_t b = 0; b < compiled.models.size(); ++b) {
     const Block& block = compiled.scene.blocks[b];
     BlockState place;

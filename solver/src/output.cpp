@@ -167,7 +167,7 @@ FaceStreams face_streams(const State& state) {
 
 void write_cells(Appended& file, const State& state) {
   const std::size_t count = state.polyhedra.size(), points = vertex_count(state);
-  const FaceStreams streams = face_streams(state);
+  FaceStreams streams = face_streams(state);
   std::int64_t end = 0;
   file.raw("<Cells>\n");
   each<std::int64_t>(file, "connectivity", points, [](std::size_t i) { return i; });
@@ -175,8 +175,9 @@ void write_cells(Appended& file, const State& state) {
     return end += state.polyhedra[b].topology().vertex_count();
   });
   each<std::uint8_t>(file, "types", count, [](std::size_t) { return 42; });  // VTK_POLYHEDRON
-  each<std::int64_t>(file, "faces", streams.values.size(),
-                     [&](std::size_t i) { return streams.values[i]; });
+  file.array<std::int64_t>("faces", 1, 0, [&](std::vector<std::int64_t>& values) {
+    values = std::move(streams.values);
+  });
   each<std::int64_t>(file, "faceoffsets", count, [&](std::size_t b) { return streams.ends[b]; });
   file.raw("</Cells>\n");
 }

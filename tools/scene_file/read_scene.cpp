@@ -147,6 +147,8 @@ class Reader {
       read_block_file(blocks, "/blocks", 0);
       return;
     }
+    file_.scene.blocks.reserve(blocks.size());
+    entries_.reserve(blocks.size());
     for (std::size_t i = 0; i < blocks.size(); ++i) {
       if (blocks[i].contains("file")) {
         read_block_file(blocks[i], at("/blocks", i), i);
@@ -369,6 +371,10 @@ class Reader {
                                   [](const MeshBlock& mesh) { return mesh.is_support; });
     if (!held && !(value.contains("supports") && value["supports"].is_array()))
       files_without_support_.push_back(pointer);
+    if (entries_.empty()) {
+      file_.scene.blocks.reserve(meshes.size());
+      entries_.reserve(meshes.size());
+    }
     for (const MeshBlock& mesh : meshes) {
       try {
         geometry::Shape shape = convex_block(mesh, value.value("convexity_tolerance", -1.0));
