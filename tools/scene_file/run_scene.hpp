@@ -49,7 +49,7 @@ struct RunResult {
   std::vector<RunFlag> flags{};  ///< one of a kind
   long steps = 0, unconverged_steps = 0;
   solver::StepReport total{};  ///< counts and seconds added up; overlap, condition, … the largest
-  int threads = 1;  ///< that were at work
+  int threads = 1;             ///< that were at work
   double wall_seconds = 0.0;
   double time = 0.0;                        ///< simulated, all stages, s
   double dynamic_time = 0.0;                ///< s since the start of the first dynamic stage
