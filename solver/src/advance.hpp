@@ -7,6 +7,7 @@
 
 #include "compiled_scene.hpp"
 #include "contact/contact_jacobian.hpp"
+#include "equilibrium_search.hpp"
 #include "initial_depths.hpp"
 #include "open_close.hpp"
 #include "paper_open_close.hpp"
@@ -36,12 +37,14 @@ struct Attempt : AttemptTotals {
   std::vector<BodyContact>
       contacts;  ///< work.contacts with forces and modes at the end of the step
   std::vector<PrescribedMotion> motion;
+  std::vector<double> work_on;  ///< by block: of gravity, loads and prescribed neighbours, J
 };
 
 /// Memory of the velocity law.
 struct VelocityWork {
   std::vector<LinearContact> contacts, tried;
-  std::vector<double> bounces;
+  std::vector<double> bounces, shares, energy;
+  std::vector<int> islands;
   BlockVector free_gain, velocity, force, solution;
 };
 
@@ -80,14 +83,17 @@ struct Before {
   std::string rest;  ///< a checkpoint; empty while no sub-step is accepted
 };
 
-/// Memory kept between steps. What the next step depends on, beside the state, is in checkpoint.cpp.
+/// Memory kept between steps. What the next step depends on, beside the state, is in
+/// checkpoint.cpp.
 struct Workspace {
   explicit Workspace(const CompiledScene& compiled, int threads);
 
-  geometry::ContactFinder finder;
-  InitialDepths initial_depths;               ///< taken off what is found
-  std::vector<char> laid;  ///< by block: what it touches in this step is laid: joints have their peak strength
-  std::vector<geometry::ContactPoint> found;  ///< at the present state
+  geometry::ContactFinder finder;  ///< block b has handle b; absent ones collide with none
+  InitialDepths initial_depths;    ///< taken off what is found
+  /// By block: what it touches in this step is laid: joints have their peak strength.
+  std::vector<char> laid;
+  /// At the present state, places in the frames of the reference shapes.
+  std::vector<geometry::ContactPoint> found;
   std::vector<geometry::ContactPoint> found_end;  ///< at the end of the attempt
   double reach = 0.0;                             ///< that `found` was made with, m
   std::vector<PrescribedMotion> motion;           ///< of compiled.prescribed, at the present state
@@ -96,6 +102,7 @@ struct Workspace {
   StepReport report;   ///< of that step
 
   Counted counted;
+  EquilibriumSearch search;                   ///< of the static analysis that goes on
   std::vector<PrescribedMotion> best_motion;  ///< of the best attempt
   EnergyScale energy_scale;
   double energy_growth = 0.0;                       ///< largest of the step's sub-steps, J
@@ -104,7 +111,8 @@ struct Workspace {
   double last_time_step = 0.0;  ///< of the last accepted sub-step; 0: none
   BlockVector last_velocity;    ///< at its start, by slot: predicts the next increment
 
-  double spring = 0.0;  ///< of each contact, N/m; 0: contact is exact
+  int iterations_left = 0;  ///< of the attempt's
+  double spring = 0.0;      ///< of each contact, N/m; 0: contact is exact
   std::vector<BodyContact> contacts;
   std::vector<char> hit;  ///< by block: an impact passes through it in this step
   StepPoses poses;
@@ -117,11 +125,12 @@ struct Workspace {
   PaperOpenClose paper_open_close;
   Attempt attempt;
   VelocityWork velocity;
-  std::vector<geometry::ContactPoint> old_points;
-  geometry::Points places;  ///< of one block
   PhaseClock clock;
   Before before;
 };
+
+/// Takes the finder's bodies to where the state has them, also those that no step moves.
+void place_bodies(const CompiledScene& compiled, const State& state, Workspace& work);
 
 /// Moves the state by exactly options.time_step, in counted sub-steps where it must.
 /// `best`: after a step that did not converge, the best attempt; else untouched.

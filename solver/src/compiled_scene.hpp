@@ -16,8 +16,8 @@ struct PointForce {
 
 struct HeldPoint {
   int block = 0;
-  Vector3 arm = Vector3::Zero();
-  Vector3 place = Vector3::Zero();  ///< when it began to be held, relative to origin, m
+  Vector3 arm = Vector3::Zero();   ///< reference arm, m
+  Vector3 from = Vector3::Zero();  ///< its displacement when it began to be held, m
   VectorOfTime displacement;
 };
 
@@ -27,7 +27,6 @@ struct CompiledScene {
   std::vector<BlockModel> models;
   Slots slots;
   std::vector<char> idle;         ///< per block: no unknowns
-  bool has_absent = false;
   std::vector<int> prescribed;    ///< blocks moved by a motion
   std::vector<PointForce> loads;  ///< point, face and body loads
   std::vector<HeldPoint> held;
@@ -42,16 +41,19 @@ inline bool is_absent(const CompiledScene& compiled, int block) {
   return compiled.models[static_cast<std::size_t>(block)].kind == BlockKind::Absent;
 }
 
+/// Of a held point since it began to be held, m.
+inline Vector3 displacement(const CompiledScene& compiled, const HeldPoint& held,
+                            const Pose& pose) {
+  return displacement(compiled.models[static_cast<std::size_t>(held.block)], pose, held.arm) -
+         held.from;
+}
+
 /// State at time 0.
 State initial_state(const CompiledScene& compiled);
 
 /// Of all blocks with unknowns, J.
 double kinetic_energy(const CompiledScene& compiled, const State& state);
 double strain_energy(const CompiledScene& compiled, const State& state);
-
-/// World vertices (relative to origin) of every block that can move, from its state. `places`:
-/// memory.
-void place_polyhedra(const CompiledScene& compiled, State& state, geometry::Points& places);
 
 /// Where a prescribed block is and how fast.
 struct PrescribedMotion {

@@ -8,6 +8,8 @@
 #include <quoin/solver/output.hpp>
 #include <stdexcept>
 
+#include "displacement.hpp"
+
 namespace quoin::solver {
 namespace {
 
@@ -113,32 +115,27 @@ void each_vector(Appended& file, std::string_view name, int components, std::siz
   });
 }
 
-std::size_t vertex_count(const State& state) {
+std::size_t vertex_count(const std::vector<Block>& blocks) {
   std::size_t count = 0;
-  for (const geometry::Shape& polyhedron : state.polyhedra) {
-    count += static_cast<std::size_t>(polyhedron.topology().vertex_count());
-  }
+  for (const Block& block : blocks) count += static_cast<std::size_t>(block.shape->vertex_count());
   return count;
 }
 
-Matrix3 tensor(const Vector6& v) {
-  Matrix3 result;
-  result << v[0], v[3] / 2, v[5] / 2, v[3] / 2, v[1], v[4] / 2, v[5] / 2, v[4] / 2, v[2];
-  return result;
+/// Velocity of the material point with reference arm X: v + R (omega × (I + eps) X + eps' X).
+Vector3 velocity_at(const BlockState& block, const Vector3& arm) {
+  const Vector3 strained = arm + strain_matrix(block.strain) * arm;
+  const Vector3 local =
+      block.angular_velocity.cross(strained) + strain_matrix(block.strain_rate) * arm;
+  return block.velocity + block.rotation * local;
 }
 
-/// R (I + eps): from reference arms to the world.
-Matrix3 shape_of(const BlockState& block) {
-  return block.rotation.toRotationMatrix() * (Matrix3::Identity() + tensor(block.strain));
-}
-
-void write_points(Appended& file, const State& state) {
+void write_points(Appended& file, const Simulation& simulation) {
+  const std::vector<Block>& blocks = simulation.scene().blocks;
   file.raw("<Points>\n");
-  file.array<double>("Points", 3, vertex_count(state), [&](std::vector<double>& values) {
-    for (const geometry::Shape& polyhedron : state.polyhedra) {
-      const geometry::Points& vertices = polyhedron.vertices();
-      for (Eigen::Index v = 0; v < vertices.cols(); ++v)
-        push<3>(values, state.origin + vertices.col(v));
+  file.array<double>("Points", 3, vertex_count(blocks), [&](std::vector<double>& values) {
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
+      const geometry::Points vertices = simulation.vertices(static_cast<int>(b));
+      for (Eigen::Index v = 0; v < vertices.cols(); ++v) push<3>(values, vertices.col(v));
     }
   });
   file.raw("</Points>\n");
@@ -149,11 +146,11 @@ struct FaceStreams {
   std::vector<std::int64_t> values{}, ends{};
 };
 
-FaceStreams face_streams(const State& state) {
+FaceStreams face_streams(const std::vector<Block>& blocks) {
   FaceStreams streams;
   std::int64_t first = 0;
-  for (const geometry::Shape& polyhedron : state.polyhedra) {
-    const geometry::Topology& topology = polyhedron.topology();
+  for (const Block& block : blocks) {
+    const geometry::Topology& topology = block.shape->topology();
     streams.values.push_back(topology.face_count());
     for (int f = 0; f < topology.face_count(); ++f) {
       streams.values.push_back(std::ssize(topology.face(f)));
@@ -165,15 +162,14 @@ FaceStreams face_streams(const State& state) {
   return streams;
 }
 
-void write_cells(Appended& file, const State& state) {
-  const std::size_t count = state.polyhedra.size(), points = vertex_count(state);
-  FaceStreams streams = face_streams(state);
+void write_cells(Appended& file, const std::vector<Block>& blocks) {
+  const std::size_t count = blocks.size(), points = vertex_count(blocks);
+  FaceStreams streams = face_streams(blocks);
   std::int64_t end = 0;
   file.raw("<Cells>\n");
   each<std::int64_t>(file, "connectivity", points, [](std::size_t i) { return i; });
-  each<std::int64_t>(file, "offsets", count, [&](std::size_t b) {
-    return end += state.polyhedra[b].topology().vertex_count();
-  });
+  each<std::int64_t>(file, "offsets", count,
+                     [&](std::size_t b) { return end += blocks[b].shape->vertex_count(); });
   each<std::uint8_t>(file, "types", count, [](std::size_t) { return 42; });  // VTK_POLYHEDRON
   file.array<std::int64_t>("faces", 1, 0, [&](std::vector<std::int64_t>& values) {
     values = std::move(streams.values);
@@ -185,39 +181,23 @@ void write_cells(Appended& file, const State& state) {
 void write_point_data(Appended& file, const Simulation& simulation,
                       std::span<const BlockState> from) {
   const State& state = simulation.state();
-  const auto each_vertex = [&](const char* name, const auto& append) {
-    file.array<double>(name, 3, vertex_count(state), [&](std::vector<double>& values) {
-      for (std::size_t b = 0; b < state.polyhedra.size(); ++b) append(b, values);
+  const std::size_t count = vertex_count(simulation.scene().blocks);
+  const auto each_vertex = [&](const char* name, const auto& value) {
+    file.array<double>(name, 3, count, [&](std::vector<double>& values) {
+      for (std::size_t b = 0; b < state.blocks.size(); ++b) {
+        const geometry::Points arms = simulation.reference_arms(static_cast<int>(b));
+        for (Eigen::Index v = 0; v < arms.cols(); ++v) push<3>(values, value(b, arms.col(v)));
+      }
     });
   };
   file.raw("<PointData Vectors=\"displacement\">\n");
-  each_vertex("displacement", [&](std::size_t b, std::vector<double>& values) {
-    const geometry::Points& now = state.polyhedra[b].vertices();
-    const geometry::Points& start = simulation.scene().blocks[b].shape.vertices();
-    if (from.empty()) {
-      for (Eigen::Index v = 0; v < now.cols(); ++v) {
-        push<3>(values, now.col(v) - (start.col(v) - state.origin));
-      }
-      return;
-    }
-    const BlockState& block = state.blocks[b];
-    const Matrix3 back = shape_of(from[b]) * shape_of(block).inverse();
-    for (Eigen::Index v = 0; v < now.cols(); ++v) {
-      push<3>(values, now.col(v) - from[b].centroid - back * (now.col(v) - block.centroid));
-    }
+  each_vertex("displacement", [&](std::size_t b, const Vector3& arm) -> Vector3 {
+    if (from.empty()) return simulation.displacement(static_cast<int>(b), arm);
+    const Pose start = pose(from[b]), now = pose(state.blocks[b]);
+    return between(start, now) + (now.shape - start.shape) * arm;
   });
-  each_vertex("velocity", [&](std::size_t b, std::vector<double>& values) {
-    // v + omega × x + R eps' X, with X = (R (I + eps))^-1 x the reference arm of the place x
-    const geometry::Points& now = state.polyhedra[b].vertices();
-    const BlockState& block = state.blocks[b];
-    const Vector3 spin = block.rotation * block.angular_velocity;
-    const Matrix3 stretch =
-        block.rotation.toRotationMatrix() * tensor(block.strain_rate) * shape_of(block).inverse();
-    for (Eigen::Index v = 0; v < now.cols(); ++v) {
-      const Vector3 x = now.col(v) - block.centroid;
-      push<3>(values, block.velocity + spin.cross(x) + stretch * x);
-    }
-  });
+  each_vertex("velocity",
+              [&](std::size_t b, const Vector3& arm) { return velocity_at(state.blocks[b], arm); });
   file.raw("</PointData>\n");
 }
 
@@ -311,12 +291,12 @@ std::string xml_head(const std::string& type) {
 
 void write_blocks(const std::string& path, const Simulation& simulation,
                   std::span<const BlockState> from) {
-  const State& state = simulation.state();
+  const std::vector<Block>& blocks = simulation.scene().blocks;
   Appended file(path);
   file.raw(xml_head("UnstructuredGrid"));
-  file.raw(piece("NumberOfCells", vertex_count(state), state.polyhedra.size()));
-  write_points(file, state);
-  write_cells(file, state);
+  file.raw(piece("NumberOfCells", vertex_count(blocks), blocks.size()));
+  write_points(file, simulation);
+  write_cells(file, blocks);
   write_point_data(file, simulation, from);
   write_cell_data(file, simulation);
   file.raw("</Piece>\n</UnstructuredGrid>\n");

@@ -16,7 +16,6 @@ std::ptrdiff_t prescribed_index(const CompiledScene& compiled, int block) {
 void take_over_block(const CompiledScene& now, const State& before, int block, State& state) {
   BlockState& moved = state.blocks[index(block)];
   moved = before.blocks[index(block)];
-  state.polyhedra[index(block)] = before.polyhedra[index(block)];
   const int unknowns = now.models[index(block)].unknowns;
   if (unknowns < 12) moved.strain_rate.setZero();
   if (unknowns > 0) return;
@@ -42,10 +41,19 @@ void take_over_held(const CompiledScene& before, const State& state, CompiledSce
     const auto same = std::ranges::find_if(before.held, [&](const HeldPoint& other) {
       return other.block == held.block && other.arm == held.arm;
     });
-    const Pose place = pose(state.blocks[index(held.block)]);
-    held.place =
-        same != before.held.end() ? same->place : Vector3(place.centroid + place.shape * held.arm);
+    held.from = same != before.held.end()
+                    ? same->from
+                    : displacement(now, held, pose(state.blocks[index(held.block)]));
   }
+}
+
+bool are_same(const geometry::Shape& a, const geometry::Shape& b) {
+  return &a == &b || (a.topology().face_count() == b.topology().face_count() &&
+                      a.vertex_count() == b.vertex_count() && a.vertices() == b.vertices());
+}
+
+bool are_same(const geometry::Placement& a, const geometry::Placement& b) {
+  return a.linear == b.linear && a.translation == b.translation;
 }
 
 }  // namespace
@@ -56,10 +64,10 @@ void check_same_blocks(const Scene& before, const Scene& now) {
                      " blocks can't become one of " + std::to_string(now.blocks.size()));
   }
   for (std::size_t b = 0; b < now.blocks.size(); ++b) {
-    const geometry::Shape &was = before.blocks[b].shape, &is = now.blocks[b].shape;
-    if (was.topology().face_count() != is.topology().face_count() ||
-        was.vertices().cols() != is.vertices().cols() || was.vertices() != is.vertices()) {
-      throw InputError("block " + std::to_string(b) + " can't change its shape");
+    const Block &was = before.blocks[b], &is = now.blocks[b];
+    if (is.shape == nullptr || !are_same(*was.shape, *is.shape) ||
+        !are_same(was.placement, is.placement)) {
+      throw InputError("block " + std::to_string(b) + " can't change its shape or its placement");
     }
   }
 }
@@ -87,7 +95,8 @@ void take_over(const CompiledScene& before, const State& state_before, const Wor
   work.counted = work_before.counted;
   work.energy_scale = work_before.energy_scale;
   work.initial_depths = work_before.initial_depths;
-  work.initial_depths.remember({}, state, work.laid);
+  work.initial_depths.remember({}, work.laid);
+  place_bodies(now, state, work);
 }
 
 }  // namespace quoin::solver

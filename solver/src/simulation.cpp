@@ -11,9 +11,13 @@
 
 namespace quoin::solver {
 
-Vector3 world_point(const State& state, int block, const Vector3& reference_arm) {
+Vector3 local_point(const State& state, int block, const Vector3& reference_arm) {
   const Pose now = pose(state.blocks[static_cast<std::size_t>(block)]);
-  return state.origin + now.centroid + now.shape * reference_arm;
+  return now.centroid + (now.centroid_rest + now.shape * reference_arm);
+}
+
+Vector3 world_point(const State& state, int block, const Vector3& reference_arm) {
+  return state.origin + local_point(state, block, reference_arm);
 }
 
 const char* name(ContactMethod method) {
@@ -28,6 +32,11 @@ const char* name(ContactMethod method) {
       return "penalty";
   }
   return "";
+}
+
+const char* name(StaticVerdict verdict) {
+  static constexpr const char* kNames[] = {"seeking", "rest", "mechanism"};
+  return kNames[static_cast<std::size_t>(verdict)];
 }
 
 std::string describe(const StepReport& report) {
@@ -81,10 +90,13 @@ void check(const StepOptions& options) {
   require(!is_paper_method(options.method) || options.scheme == TimeScheme::ConstantAcceleration,
           "the methods paper and penalty know the constant acceleration scheme alone; scheme",
           static_cast<double>(options.scheme));
+  require(options.rest_unbalance > 0.0, "unbalance at rest must be greater than 0",
+          options.rest_unbalance);
   require(options.threads >= 1, "threads must be at least 1", options.threads);
 }
 
-/// Overlap of what is being laid above 1e-3 of the smaller block is refused unless the scene keeps it.
+/// Overlap of what is being laid above 1e-3 of the smaller block is refused unless the scene keeps
+/// it.
 void check_overlap(const CompiledScene& compiled, const Workspace& work) {
   if (compiled.scene.initial_overlap != InitialOverlap::Refuse) return;
   for (const geometry::ContactPoint& point : work.found) {
@@ -98,7 +110,8 @@ void check_overlap(const CompiledScene& compiled, const Workspace& work) {
     throw InputError("blocks " + std::to_string(point.key.a) + " and " +
                      std::to_string(point.key.b) + " overlap by " + std::to_string(-point.gap) +
                      " m where they are laid; the limit is 1e-3 of the smaller block, " +
-                     std::to_string(1e-3 * size) + " m (initial overlap can be kept, or taken as touching)");
+                     std::to_string(1e-3 * size) +
+                     " m (initial overlap can be kept, or taken as touching)");
   }
 }
 
@@ -110,8 +123,9 @@ Simulation::Simulation(Scene scene, const StepOptions& options) {
   detect(parts_->compiled, options, parts_->state, parts_->work);
   check_overlap(parts_->compiled, parts_->work);
   if (parts_->compiled.scene.initial_overlap == InitialOverlap::Zero) {
-    parts_->work.initial_depths.remember(parts_->work.found, parts_->state, parts_->work.laid);
-    parts_->work.initial_depths.take_off(parts_->state, parts_->work.found);
+    parts_->work.initial_depths.remember(parts_->work.found, parts_->work.laid);
+    parts_->work.initial_depths.take_off(parts_->compiled.models, parts_->state,
+                                         parts_->work.found);
   }
   EnergyLedger& energy = parts_->state.energy;
   energy.kinetic = kinetic_energy(parts_->compiled, parts_->state);
@@ -143,6 +157,7 @@ int Simulation::threads() const { return parts_->work.finder.threads(); }
 void Simulation::set_options(const StepOptions& options) {
   check(options);
   parts_->options = options;
+  parts_->work.search = {};
   detect(parts_->compiled, options, parts_->state, parts_->work);
 }
 
@@ -172,7 +187,7 @@ void Simulation::change(Scene scene) {
   detect(compiled, next->options, state, work);
   check_overlap(compiled, work);
   if (compiled.scene.initial_overlap == InitialOverlap::Zero) {
-    work.initial_depths.remember(work.found, state, work.laid);
+    work.initial_depths.remember(work.found, work.laid);
     detect(compiled, next->options, state, work);
   }
   EnergyLedger& energy = state.energy;
@@ -211,8 +226,27 @@ Vector6 Simulation::stress(int block) const {
 }
 
 Vector3 Simulation::reference_arm(int block, const Vector3& world_point) const {
-  return solver::reference_arm(pose(parts_->state.blocks[static_cast<std::size_t>(block)]),
-                               world_point - parts_->state.origin);
+  const Pose now = pose(parts_->state.blocks[static_cast<std::size_t>(block)]);
+  return solver::reference_arm(
+      now, (world_point - parts_->state.origin - now.centroid) - now.centroid_rest);
+}
+
+geometry::Points Simulation::reference_arms(int block) const {
+  return solver::reference_arms(parts_->compiled.models[static_cast<std::size_t>(block)]);
+}
+
+geometry::Points Simulation::vertices(int block) const {
+  geometry::Points places = reference_arms(block);
+  for (Eigen::Index v = 0; v < places.cols(); ++v) {
+    places.col(v) = world_point(parts_->state, block, places.col(v)).eval();
+  }
+  return places;
+}
+
+Vector3 Simulation::displacement(int block, const Vector3& reference_arm) const {
+  const auto b = static_cast<std::size_t>(block);
+  return solver::displacement(parts_->compiled.models[b], pose(parts_->state.blocks[b]),
+                              reference_arm);
 }
 
 void Simulation::save(std::ostream& out) const {
@@ -223,6 +257,7 @@ void Simulation::save(std::ostream& out) const {
 void Simulation::load(std::istream& in) {
   read_checkpoint(in, parts_->state, parts_->work);
   read_setting(in, parts_->compiled, parts_->work);
+  place_bodies(parts_->compiled, parts_->state, parts_->work);
 }
 
 std::vector<std::string> Simulation::left_out() const {

@@ -136,8 +136,8 @@ TEST_CASE("what is laid is bonded, and goes on from a checkpoint to the bit") {
   without.joint.tension = 1e5;
   without.joint.cohesion = 1e5;
   without.initial_overlap = InitialOverlap::Zero;
-  without.blocks[2].shape =
-      geometry::make_box({0, 0, 0.99}, {1, 1, 2});  // 10 mm into the lower one
+  without.blocks[2].shape = std::make_shared<const geometry::Shape>(
+      geometry::make_box({0, 0, 0.99}, {1, 1, 2}));  // 10 mm into the lower one
   Scene with = without;
   without.blocks[2].kind = BlockKind::Absent;
   with.fixed_points = {{.block = 1, .point = {0.5, 0.5, 0.5}, .displacement = {}}};
@@ -163,7 +163,8 @@ TEST_CASE("what is laid is bonded, and goes on from a checkpoint to the bit") {
 TEST_CASE("a change that can't be is refused and changes nothing") {
   Scene without = stack();
   without.blocks[2].kind = BlockKind::Absent;
-  without.blocks[2].shape = geometry::make_box({0, 0, 0.5}, {1, 1, 2});  // within the lower cube
+  without.blocks[2].shape = std::make_shared<const geometry::Shape>(
+      geometry::make_box({0, 0, 0.5}, {1, 1, 2}));  // within the lower cube
   Simulation simulation(without, {});
   run(simulation, 2);
   const std::string before = saved(simulation);
@@ -174,7 +175,10 @@ TEST_CASE("a change that can't be is refused and changes nothing") {
   fewer.blocks.pop_back();
   REQUIRE_THROWS_AS(simulation.change(fewer), InputError);
   Scene other = without;
-  other.blocks[1].shape = cube_at(0.1, 0);
+  other.blocks[1].shape = std::make_shared<const geometry::Shape>(cube_at(0.1, 0));
   REQUIRE_THROWS_AS(simulation.change(other), InputError);
+  Scene moved = without;
+  moved.blocks[1].placement.translation.x() = 0.1;
+  REQUIRE_THROWS_AS(simulation.change(moved), InputError);
   REQUIRE((saved(simulation) == before));
 }

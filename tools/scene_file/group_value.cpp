@@ -47,7 +47,7 @@ MonitorValue group_value(const solver::Simulation& simulation, std::span<const i
     const solver::Block& block = simulation.scene().blocks[static_cast<std::size_t>(b)];
     if (block.kind == solver::BlockKind::Absent) continue;
     const BlockState& now = simulation.state().blocks[static_cast<std::size_t>(b)];
-    const geometry::MassProperties shape = geometry::mass_properties(block.shape);
+    const geometry::MassProperties shape = geometry::mass_properties(block.body());
     const double m = block.material.density * shape.volume;
     mass += m;
     first_moment += m * now.centroid;

@@ -102,7 +102,8 @@ std::vector<char> match(const json& value, const std::string& pointer,
     Condition condition(value["where"], pointer + "/where", parameters);
     bool any = false;
     for (std::size_t b = 0; b < blocks.size(); ++b) {
-      meant[b] = meant[b] && condition.holds(geometry::mass_properties(*blocks[b].shape).centroid);
+      meant[b] =
+          meant[b] && condition.holds(geometry::mass_properties(blocks[b].block->body()).centroid);
       any = any || meant[b];
     }
     if (!any) {

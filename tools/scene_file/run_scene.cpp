@@ -56,7 +56,7 @@ class Watch {
   void begin(const State& state) {
     start_ = {};
     for (std::size_t m = 0; m < file_.monitors.size(); ++m) {
-      start_.places.push_back(solver::world_point(state, file_.monitors[m].blocks[0], arms_[m]));
+      start_.places.push_back(solver::local_point(state, file_.monitors[m].blocks[0], arms_[m]));
       start_.rotations.push_back(block(state, m).rotation);
     }
   }
@@ -97,11 +97,10 @@ class Watch {
   MonitorValue point_value(const State& state, std::size_t m) const {
     const BlockState& now = block(state, m);
     MonitorValue value;
-    const Vector3 place = solver::world_point(state, file_.monitors[m].blocks[0], arms_[m]);
+    const Vector3 place = solver::local_point(state, file_.monitors[m].blocks[0], arms_[m]);
     value.displacement = place - start_.places[m];
     value.angular_velocity = now.rotation * now.angular_velocity;
-    value.velocity =
-        now.velocity + value.angular_velocity.cross(place - state.origin - now.centroid);
+    value.velocity = now.velocity + value.angular_velocity.cross(place - now.centroid);
     value.rotation = rotation_vector(now.rotation * start_.rotations[m].conjugate());
     return value;
   }
@@ -169,6 +168,7 @@ class Runner {
     if (options_.resume != nullptr) {
       load(*options_.resume);
     } else {
+      file_.stage_clock->start = 0.0;
       result_.energy_start = simulation_.state().energy;
     }
     result_.monitors = watch_.values(simulation_);
@@ -185,6 +185,7 @@ class Runner {
     solver::StepOptions options = file_.options;
     options.analysis = stage.analysis;
     options.time_step = stage.time_step;
+    options.rest_unbalance = stage.unbalance;
     options.threads = options_.threads;
     options.watch = [this](const StepReport& so_far) {
       if (options_.in_step) {
@@ -222,7 +223,7 @@ class Runner {
             result_.wall_seconds, result_.left_out, stage_, progress_, simulation_report_,
             dynamic_start_, time_step_, least_energy_, largest_kinetic_, least_potential_,
             largest_potential_, result_.energy_scale, result_.flags, stage_start_, moved_from_,
-            counted_from_);
+            counted_from_, file_.stage_clock->start);
     watch_.transfer(archive);
     for (Comparison& comparison : comparisons_) comparison.transfer(archive);
   }
@@ -260,6 +261,7 @@ class Runner {
     progress_ = 0.0;
     const Stage& stage = file_.stages[index];
     result_.stages.push_back({.analysis = stage.analysis});
+    file_.stage_clock->start = simulation_.state().time;
     if (stage.scene && !change_scene(*stage.scene)) return;
     simulation_.set_options(step_options(stage));
     note_left_out();
@@ -313,13 +315,25 @@ class Runner {
   }
 
   void run_static(const Stage& stage) {
-    while (going_ && !has_ended(stage)) {
-      if (!stage.steps && result_.stages.back().steps >= stage.max_steps) {
-        not_at_rest();
-        return;
+    const StageResult& done = result_.stages.back();
+    while (going_) {
+      const bool ended = has_ended(stage);
+      if (done.verdict == solver::StaticVerdict::Mechanism && done.end != StageEnd::Moved) {
+        return fail(RunStatus::Mechanism, mechanism(done));
       }
+      if (ended) return;
+      if (!stage.steps && done.steps >= stage.max_steps) return not_at_rest();
       step();
     }
+  }
+
+  /// A static stage is at rest by its verdict; also where its steps are over and the unbalance
+  /// still falls, below its limit.
+  static bool is_at_rest(const Stage& stage, const StageResult& done) {
+    const bool balanced = done.steps > 0 && done.unbalance <= stage.unbalance;
+    if (stage.analysis == Analysis::Dynamic) return balanced;
+    return done.verdict == solver::StaticVerdict::Rest ||
+           (balanced && done.steps >= stage.max_steps);
   }
 
   /// Rest, distance and steps; notes which.
@@ -327,8 +341,7 @@ class Runner {
     StageResult& done = result_.stages.back();
     const bool moved =
         stage.until_moved > 0 && farthest_moved(simulation_.state()) >= stage.until_moved;
-    done.end = stage.until_rest && done.steps > 0 && done.unbalance <= stage.unbalance
-                   ? StageEnd::Rest
+    done.end = stage.until_rest && is_at_rest(stage, done) ? StageEnd::Rest
                : moved                                     ? StageEnd::Moved
                : stage.steps && done.steps >= *stage.steps ? StageEnd::Steps
                                                            : StageEnd::None;
@@ -351,6 +364,31 @@ class Runner {
     line << stage_name() << " did not come to rest in " << result_.stages.back().steps
          << " steps: unbalance " << simulation_report_.unbalance;
     fail(RunStatus::NotAtRest, line.str());
+  }
+
+  std::string block_name(int block) const {
+    const std::string& name = file_.scene.blocks[static_cast<std::size_t>(block)].name;
+    return name.empty() ? std::to_string(block) : '"' + name + '"';
+  }
+
+  /// "; contacts that fight: …", nothing where there are none.
+  std::string fighting(const StepReport& report) const {
+    std::ostringstream line;
+    const char* before = "; contacts that fight: ";
+    for (const solver::FightingContact& contact : report.fighting) {
+      line << before << block_name(contact.block) << " and " << block_name(contact.other) << " at ("
+           << contact.place.x() << ", " << contact.place.y() << ", " << contact.place.z() << ") m";
+      before = ", ";
+    }
+    return line.str();
+  }
+
+  std::string mechanism(const StageResult& stage) const {
+    std::ostringstream line;
+    line << stage_name() << ": mechanism: block " << block_name(stage.travel_block)
+         << " has moved by " << stage.travel << " of its size and does not come to rest; unbalance "
+         << stage.unbalance << " of the largest force";
+    return line.str();
   }
 
   void run_dynamic(const Stage& stage) {
@@ -413,7 +451,7 @@ class Runner {
     note_flags(report);
     ++result_.steps;
     ++result_.stages.back().steps;
-    result_.stages.back().unbalance = report.unbalance;
+    note_stage(report, result_.stages.back());
     if (report.status != solver::StepStatus::Converged) {
       not_converged(report);
     }
@@ -427,9 +465,16 @@ class Runner {
     must_stop();
   }
 
+  static void note_stage(const StepReport& report, StageResult& stage) {
+    stage.unbalance = report.unbalance;
+    stage.verdict = report.verdict;
+    stage.travel = report.travel;
+    stage.travel_block = report.travel_block;
+  }
+
   void not_converged(const StepReport& report) {
     ++result_.unconverged_steps;
-    fail(RunStatus::NotConverged, describe(report));
+    fail(RunStatus::NotConverged, describe(report) + fighting(report));
     if (going_) {
       simulation_.take_best_try();
     }
