@@ -475,6 +475,7 @@ class Runner {
   void not_converged(const StepReport& report) {
     ++result_.unconverged_steps;
     fail(RunStatus::NotConverged, describe(report) + fighting(report));
+    going_ = going_ && report.status != solver::StepStatus::Diverged;  // no try to go on from
     if (going_) {
       simulation_.take_best_try();
     }
