@@ -105,7 +105,8 @@ def visible_faces(blocks, view, scale):
     points = blocks.placed(scale)
     shapes, free = [], 0
     for block, faces in enumerate(blocks.faces):
-        shapes.append(Shape(points, faces, HELD if blocks.held(block) else FREE[free % len(FREE)]))
+        if faces:  # an absent block has none
+            shapes.append(Shape(points, faces, HELD if blocks.held(block) else FREE[free % len(FREE)]))
         free += not blocks.held(block)
     shown = []
     for number in back_to_front(shapes, view):
