@@ -99,7 +99,7 @@ class Watch {
  public:
   Watch(const SceneFile& file, const World& world) : file_(file) {
     for (const scene_file::Monitor& monitor : file.monitors) {
-      start_.push_back(world.motion(monitor.block));
+      start_.push_back(world.motion(monitor.blocks[0]));
       arms_.push_back(monitor.point ? Vector3d(start_.back().turn.conjugate() *
                                                (*monitor.point - start_.back().place))
                                     : Vector3d(Vector3d::Zero()));
@@ -109,15 +109,15 @@ class Watch {
   scene_file::MonitorValue value(std::size_t m, const World& world) const {
     const scene_file::Monitor& monitor = file_.monitors[m];
     scene_file::MonitorValue value;
-    if (monitor.other) {
+    if (monitor.kind == scene_file::Monitor::Kind::Contact) {
       for (const PairForce& pair : world.forces()) {
-        const bool on_b = pair.a == *monitor.other && pair.b == monitor.block;
-        const bool on_a = pair.b == *monitor.other && pair.a == monitor.block;
+        const bool on_b = pair.a == monitor.others[0] && pair.b == monitor.blocks[0];
+        const bool on_a = pair.b == monitor.others[0] && pair.a == monitor.blocks[0];
         if (on_a || on_b) value.force += on_b ? pair.on_b : Vector3d(-pair.on_b);
       }
       return value;
     }
-    const BodyMotion now = world.motion(monitor.block);
+    const BodyMotion now = world.motion(monitor.blocks[0]);
     const Vector3d arm = now.turn * arms_[m];
     value.displacement = now.place + arm - start_[m].place - start_[m].turn * arms_[m];
     value.velocity = now.velocity + now.spin.cross(arm);

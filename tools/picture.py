@@ -4,7 +4,7 @@
     quoin picture RUN PICTURE [--times T…] [--scale S] [--forces] [--contacts] [--from X Y Z]
 
 RUN is a folder that `quoin run --out` left. PICTURE ends in .png: one panel for each time (default four,
-from start to end); in .gif or .mp4: an animation of all times, where ffmpeg is installed.
+from start to end); in .gif or .mp4: an animation of all times (.mp4 needs ffmpeg).
 Displacements are enlarged by S. --forces draws what bears on each joint, --contacts the closed points:
 blue those that stick, orange those that slip.
 """
@@ -13,13 +13,13 @@ import pathlib
 import shutil
 import subprocess
 import sys
-import tempfile
 
 import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
+from matplotlib.animation import FFMpegWriter, PillowWriter  # noqa: E402
 from matplotlib.collections import PolyCollection  # noqa: E402
 from run_output import Blocks, Contacts, series  # noqa: E402
 
@@ -105,7 +105,8 @@ def visible_faces(blocks, view, scale):
     points = blocks.placed(scale)
     shapes, free = [], 0
     for block, faces in enumerate(blocks.faces):
-        shapes.append(Shape(points, faces, HELD if blocks.held(block) else FREE[free % len(FREE)]))
+        if faces:  # an absent block has none
+            shapes.append(Shape(points, faces, HELD if blocks.held(block) else FREE[free % len(FREE)]))
         free += not blocks.held(block)
     shown = []
     for number in back_to_front(shapes, view):
@@ -148,12 +149,13 @@ def frames_of(folder, times):
 
 
 def box_of(frames, view, scale):
-    """What is shown: all that moves at any time, with a margin."""
+    """What is shown: all that moves at any time (all, where nothing does), with a margin."""
     flat = []
+    nothing_moves = all(frame.blocks.held(b) for frame in frames for b in range(len(frame.blocks.kind)))
     for frame in frames:
         placed = frame.blocks.placed(scale)
         for block, faces in enumerate(frame.blocks.faces):
-            if not frame.blocks.held(block):
+            if faces and (nothing_moves or not frame.blocks.held(block)):
                 flat.append(view.flat(placed[sorted({v for f in faces for v in f})]))
     flat = np.vstack(flat)
     low, high = flat.min(axis=0), flat.max(axis=0)
@@ -197,22 +199,20 @@ def sheet(frames, given):
 
 
 def animation(frames, given):
-    if shutil.which("ffmpeg") is None:
-        sys.exit("quoin picture: an animation needs ffmpeg, which is not installed; .png does not")
+    is_gif = given.picture.lower().endswith(".gif")
+    if not is_gif and shutil.which("ffmpeg") is None:
+        sys.exit("quoin picture: .mp4 needs ffmpeg, which is not installed; .gif and .png do not")
     box, largest = box_of(frames, given.view, given.scale), largest_force(frames)
-    with tempfile.TemporaryDirectory() as folder:
-        for number, frame in enumerate(frames):
-            figure, axis = plt.subplots(figsize=(6, 4), layout="constrained")
-            draw(axis, frame, given, box, largest)
-            figure.savefig(f"{folder}/{number:05d}.png", dpi=100)
-            plt.close(figure)
-        command = ["ffmpeg", "-y", "-loglevel", "error", "-framerate", str(FRAMES_A_SECOND), "-i",
-                   f"{folder}/%05d.png"]
-        command += (["-vf", "split[a][b];[a]palettegen[p];[b][p]paletteuse"]
-                    if given.picture.endswith(".gif") else ["-pix_fmt", "yuv420p"])
-        done = subprocess.run([*command, given.picture], capture_output=True, text=True)
-        if done.returncode != 0:
-            sys.exit("ffmpeg: " + done.stderr.strip())
+    figure = plt.figure(figsize=(6, 4), layout="constrained")
+    writer = (PillowWriter if is_gif else FFMpegWriter)(fps=FRAMES_A_SECOND)
+    try:
+        with writer.saving(figure, given.picture, dpi=100):
+            for frame in frames:
+                figure.clear()
+                draw(figure.add_subplot(), frame, given, box, largest)
+                writer.grab_frame()
+    except (OSError, subprocess.CalledProcessError) as error:
+        sys.exit(f"quoin picture: {given.picture}: {error}")
 
 
 def main():
@@ -224,7 +224,7 @@ def main():
     parser.add_argument("--forces", action="store_true", help="arrows: what bears on each joint")
     parser.add_argument("--contacts", action="store_true", help="closed points: blue stick, orange slip")
     parser.add_argument("--from", dest="direction", type=float, nargs=3, default=(-0.45, -1.0, 0.42),
-                        metavar=("X", "Y", "Z"), help="direction towards the eye")
+                        metavar=("X", "Y", "Z"), help="direction towards the eye (default -0.45 -1 0.42)")
     given = parser.parse_args()
     if not np.linalg.norm(given.direction) > 0:
         parser.error("--from must not be zero")

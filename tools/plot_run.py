@@ -17,6 +17,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 from matplotlib.collections import PolyCollection  # noqa: E402
+from matplotlib.ticker import MaxNLocator  # noqa: E402
 from run_output import Blocks, Contacts, history, series  # noqa: E402
 
 COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#999999", "#000000"]
@@ -68,7 +69,7 @@ def history_figure(folder, path):
     axes[0].set(ylabel="energy (J)")
     if axes[0].lines:
         axes[0].legend(fontsize=9)
-    axes[1].plot(x, table["contacts"], color=COLOURS[6], label="watched")
+    axes[1].plot(x, table["contacts"], color=COLOURS[6], linewidth=4, label="watched")
     axes[1].plot(x, table["closed"], color=COLOURS[0], label="closed")
     axes[1].set(ylabel="contact points", xlabel=label)
     axes[1].legend(fontsize=9)
@@ -152,14 +153,20 @@ def joints_figure(joints, chain, path):
     marks = {"marker": "o", "markersize": 3.5, "linestyle": "-" if chain is not None else "none"}
     axes[0].plot(number, [j["normal"] / 1000 for j in ordered], color=COLOURS[0], label="normal", **marks)
     axes[0].plot(number, [j["shear"] / 1000 for j in ordered], color=COLOURS[1], label="shear", **marks)
-    axes[0].set(ylabel="force (kN)", ylim=(0, None))
+    axes[0].set(ylabel="force (kN)")
     axes[0].legend(fontsize=9)
     mean = [j["normal"] / j["area"] / 1e6 if j["area"] > 0 else np.nan for j in ordered]
     most = [np.nanmax(j["pressure"]) / 1e6 if np.isfinite(j["pressure"]).any() else np.nan
             for j in ordered]
     axes[1].plot(number, mean, color=COLOURS[0], label="mean over the joint", **marks)
     axes[1].plot(number, most, color=COLOURS[2], label="largest at a contact point", **marks)
-    axes[1].set(ylabel="pressure (MPa)", ylim=(0, None),
+    for axis in axes:
+        axis.margins(y=0.08)
+        axis.update_datalim([(1, 0)], updatex=False)  # from zero
+        axis.autoscale_view()
+        axis.set_ylim(bottom=0)
+    axes[1].xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes[1].set(ylabel="pressure (MPa)", xlim=(0.5, len(ordered) + 0.5),
                 xlabel="joint along the chain" if chain is not None else "joint")
     axes[1].legend(fontsize=9)
     save(figure, path)
@@ -169,7 +176,7 @@ def main():
     parser = argparse.ArgumentParser(prog="quoin plot", description=__doc__.splitlines()[0])
     parser.add_argument("run", help="folder that quoin run --out left")
     parser.add_argument("--out", default=".", help="folder of the pictures (default: the current one)")
-    parser.add_argument("--plane", choices=["xz", "yz"], default="xz", help="of thrust.png")
+    parser.add_argument("--plane", choices=["xz", "yz"], default="xz", help="of thrust.png (default xz)")
     given = parser.parse_args()
     if not (pathlib.Path(given.run) / "history.csv").exists():
         sys.exit(f"{given.run}: holds no history.csv; quoin run --out leaves one")

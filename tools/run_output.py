@@ -9,7 +9,7 @@ import numpy as np
 
 TYPES = {"Int8": "i1", "UInt8": "u1", "Int32": "<i4", "UInt32": "<u4", "Int64": "<i8",
          "UInt64": "<u8", "Float32": "<f4", "Float64": "<f8"}
-FIXED = 2  # solver::BlockKind: fixed, and prescribed above it
+FIXED, ABSENT = 2, 4  # solver::BlockKind: fixed; prescribed and absent above it
 
 
 def history(folder):
@@ -61,8 +61,9 @@ class Blocks:
         self.moved = found["displacement"]
         self.kind = found["kind"]
         stream = iter(found["faces"])
-        self.faces = [[[int(next(stream)) for _ in range(int(next(stream)))]
-                       for _ in range(int(next(stream)))] for _ in self.kind]
+        faces = [[[int(next(stream)) for _ in range(int(next(stream)))]
+                  for _ in range(int(next(stream)))] for _ in self.kind]
+        self.faces = [[] if kind == ABSENT else own for own, kind in zip(faces, self.kind)]
 
     def held(self, block):
         return self.kind[block] >= FIXED

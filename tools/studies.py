@@ -9,8 +9,10 @@ what they did last is drawn.
 """
 import argparse
 import pathlib
+import shutil
 import subprocess
 import sys
+import tempfile
 
 import plot_study
 
@@ -63,8 +65,12 @@ def study(name, quoin, peers, out):
     common = [str(SCENES / scene)] + options("--set", changes)
     results = []
     for folder, grid in zip((out / name, out / name / "source"), (vary, *source_vary)):
-        subprocess.run([quoin, "study", *common, *options("--vary", grid), "--out", str(folder)],
-                       check=True, stdout=subprocess.DEVNULL)
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory() as made:
+            subprocess.run([quoin, "study", *common, *options("--vary", grid), "--out", made + "/out"],
+                           check=True, stdout=subprocess.DEVNULL)
+            for file in ("study.csv", "study.json"):
+                shutil.copy(f"{made}/out/{file}", folder)
         results.append(folder / "study.json")
     folder = out / name
     if (folder / "peers.json").exists() or peers:

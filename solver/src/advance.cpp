@@ -95,10 +95,8 @@ geometry::FindCounts find(const CompiledScene& compiled, const StepOptions& opti
 void begin(const CompiledScene& compiled, const State& state, Workspace& work) {
   work.poses.start.clear();
   for (const BlockState& block : state.blocks) work.poses.start.push_back(pose(block));
-  const bool laid = state.step == 0 && state.contacts.empty();
-  carry_over({compiled.scene, work.poses.start, compiled.models, work.reach,
-              laid ? NewBonds::Intact : NewBonds::Residual},
-             work.found, state.contacts, work.contacts);
+  carry_over({compiled.scene, work.poses.start, compiled.models, work.reach, work.laid}, work.found,
+             state.contacts, work.contacts);
 }
 
 /// A step in which two blocks near each other move by more than half the smaller one can jump over
@@ -380,14 +378,24 @@ void attempt_with_all_contacts(const CompiledScene& compiled, const StepOptions&
 
 Workspace::Workspace(const CompiledScene& compiled, int threads)
     : finder({.threads = threads, .frame = geometry::PointFrame::Bodies}),
+      laid(compiled.models.size(), 1),
       motion(compiled.prescribed.size()),
       hit(compiled.models.size(), 0),
       open_close(compiled.slots, &watch),
       paper_open_close(compiled.slots, &watch) {
   for (std::size_t b = 0; b < compiled.models.size(); ++b) {
     const BlockModel& model = compiled.models[b];
-    const auto use = compiled.idle[b] ? geometry::BodyMotion::Idle : geometry::BodyMotion::Moving;
-    finder.add(model.shape, placement(model, pose(model.start)), {.motion = use});
+    const bool absent = model.kind == BlockKind::Absent;
+    finder.add(
+        model.shape, placement(model, pose(model.start)),
+        {.category = absent ? 0u : 1u,
+         .motion = compiled.idle[b] ? geometry::BodyMotion::Idle : geometry::BodyMotion::Moving});
+  }
+}
+
+void place_bodies(const CompiledScene& compiled, const State& state, Workspace& work) {
+  for (std::size_t b = 0; b < compiled.models.size(); ++b) {
+    work.finder.move(static_cast<int>(b), placement(compiled.models[b], pose(state.blocks[b])));
   }
 }
 
@@ -568,6 +576,7 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
     (options.analysis == Analysis::Dynamic ? take_sub_steps : take_static_step)(
         compiled, options, state, best, work, report);
     ++state.step;
+    std::ranges::fill(work.laid, 0);
     if (report.status == StepStatus::Converged) state.time = work.counted.now = end;
   } catch (const StepStopped&) {
     go_back(state, work);

@@ -88,8 +88,10 @@ struct Before {
 struct Workspace {
   explicit Workspace(const CompiledScene& compiled, int threads);
 
-  geometry::ContactFinder finder;  ///< block b has handle b
+  geometry::ContactFinder finder;  ///< block b has handle b; absent ones collide with none
   InitialDepths initial_depths;    ///< taken off what is found
+  /// By block: what it touches in this step is laid: joints have their peak strength.
+  std::vector<char> laid;
   /// At the present state, places in the frames of the reference shapes.
   std::vector<geometry::ContactPoint> found;
   std::vector<geometry::ContactPoint> found_end;  ///< at the end of the attempt
@@ -126,6 +128,9 @@ struct Workspace {
   PhaseClock clock;
   Before before;
 };
+
+/// Takes the finder's bodies to where the state has them, also those that no step moves.
+void place_bodies(const CompiledScene& compiled, const State& state, Workspace& work);
 
 /// Moves the state by exactly options.time_step, in counted sub-steps where it must.
 /// `best`: after a step that did not converge, the best attempt; else untouched.

@@ -113,7 +113,7 @@ BlockModel make_block_model(const Block& block, const ReferenceShape& reference,
   model.inertia_coupling.setZero();
   model.elasticity.setZero();
   model.flexibility.setZero();
-  if (block.kind == BlockKind::Fixed || block.kind == BlockKind::Prescribed) return model;
+  if (block.kind >= BlockKind::Fixed) return model;
   check_material(block, index);
   model.unknowns = block.kind == BlockKind::Deformable ? 12 : 6;
   model.mass = block.material.density * model.volume;

@@ -95,13 +95,31 @@ void transfer(Archive& archive, AnyState& state, AnyWorkspace& work) {
   list(archive, work.search.start);
   record(archive, work.energy_scale);
   record(archive, work.last_time_step);
+  list(archive, work.laid);
   list(archive, work.found);
   list(archive, work.motion);
   list(archive, work.last_velocity);
   list(archive, work.hit);
 }
 
+/// What else the steps depend on: it changes from one scene to the next, never in a step.
+template <class Archive, class AnyScene, class AnyWorkspace>
+void transfer_setting(Archive& archive, AnyScene& compiled, AnyWorkspace& work) {
+  for (auto& held : compiled.held) record(archive, held.from);
+  list(archive, work.initial_depths.entries);
+}
+
 }  // namespace
+
+void write_setting(std::ostream& out, const CompiledScene& compiled, const Workspace& work) {
+  Writer writer(out);
+  transfer_setting(writer, compiled, work);
+}
+
+void read_setting(std::istream& in, CompiledScene& compiled, Workspace& work) {
+  Reader reader(in);
+  transfer_setting(reader, compiled, work);
+}
 
 void write_checkpoint(std::ostream& out, const State& state, const Workspace& work) {
   Writer writer(out);

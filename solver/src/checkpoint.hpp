@@ -15,4 +15,9 @@ void write_checkpoint(std::ostream& out, const State& state, const Workspace& wo
 /// build, or cut short; both are then half read.
 void read_checkpoint(std::istream& in, State& state, Workspace& work);
 
+/// What a change of the scene leaves behind beside that: where points are held, depths that do not
+/// count.
+void write_setting(std::ostream& out, const CompiledScene& compiled, const Workspace& work);
+void read_setting(std::istream& in, CompiledScene& compiled, Workspace& work);
+
 }  // namespace quoin::solver

@@ -25,9 +25,9 @@ void check_block_index(const Scene& scene, int block, const std::string& what) {
 void check_loaded_block(const Scene& scene, int block, const std::string& what) {
   check_block_index(scene, block, what);
   const BlockKind kind = scene.blocks[static_cast<std::size_t>(block)].kind;
-  if (kind == BlockKind::Fixed || kind == BlockKind::Prescribed) {
+  if (kind >= BlockKind::Fixed) {
     throw InputError(what + ": " + label(scene, block) +
-                     " is fixed or prescribed and takes no load");
+                     " is fixed, prescribed or absent and takes no load");
   }
 }
 
@@ -129,7 +129,7 @@ void compile_loads(CompiledScene& compiled) {
   for (const FixedPoint& point : scene.fixed_points) {
     check_loaded_block(scene, point.block, "fixed point");
     const Vector3 arm = arm_of(compiled, point.block, point.point);
-    compiled.held.push_back({point.block, arm, point.displacement});
+    compiled.held.push_back({.block = point.block, .arm = arm, .displacement = point.displacement});
   }
 }
 
@@ -188,6 +188,7 @@ CompiledScene compile(Scene scene) {
   std::vector<int> unknowns;
   std::vector<double> sizes;
   ReferenceShapes shapes;
+  compiled.models.reserve(compiled.scene.blocks.size());  // large records: doubling would show
   for (std::size_t b = 0; b < compiled.scene.blocks.size(); ++b) {
     const Block& block = compiled.scene.blocks[b];
     check_finite(block.velocity, label(compiled.scene, static_cast<int>(b)) + ": velocity");
@@ -225,6 +226,7 @@ CompiledScene compile(Scene scene) {
 State initial_state(const CompiledScene& compiled) {
   State state;
   state.origin = compiled.origin;
+  state.blocks.reserve(compiled.models.size());
   for (std::size_t b = 0; b < compiled.models.size(); ++b) {
     const Block& block = compiled.scene.blocks[b];
     BlockState place = compiled.models[b].start;

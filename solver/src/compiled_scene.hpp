@@ -16,7 +16,8 @@ struct PointForce {
 
 struct HeldPoint {
   int block = 0;
-  Vector3 arm = Vector3::Zero();  ///< reference arm, m: held where it is at the start
+  Vector3 arm = Vector3::Zero();   ///< reference arm, m
+  Vector3 from = Vector3::Zero();  ///< its displacement when it began to be held, m
   VectorOfTime displacement;
 };
 
@@ -35,6 +36,17 @@ struct CompiledScene {
 
 /// Throws InputError naming block, joint or load, value and limit.
 CompiledScene compile(Scene scene);
+
+inline bool is_absent(const CompiledScene& compiled, int block) {
+  return compiled.models[static_cast<std::size_t>(block)].kind == BlockKind::Absent;
+}
+
+/// Of a held point since it began to be held, m.
+inline Vector3 displacement(const CompiledScene& compiled, const HeldPoint& held,
+                            const Pose& pose) {
+  return displacement(compiled.models[static_cast<std::size_t>(held.block)], pose, held.arm) -
+         held.from;
+}
 
 /// State at time 0.
 State initial_state(const CompiledScene& compiled);

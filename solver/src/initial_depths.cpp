@@ -14,26 +14,32 @@ std::pair<int, int> pair_of(const geometry::ContactKey& key) { return {key.a, ke
 
 }  // namespace
 
-InitialDepths::InitialDepths(std::span<const ContactPoint> found) {
+void InitialDepths::remember(std::span<const ContactPoint> found, std::span<const char> laid) {
+  const auto is_laid = [&](const geometry::ContactKey& key) {
+    return laid[static_cast<std::size_t>(key.a)] || laid[static_cast<std::size_t>(key.b)];
+  };
+  std::erase_if(entries, [&](const Entry& entry) { return is_laid(entry.key); });
   for (auto from = found.begin(); from != found.end();) {
     const auto until = std::find_if(from, found.end(), [&](const ContactPoint& point) {
       return pair_of(point.key) != pair_of(from->key);
     });
-    if (std::any_of(from, until, [](const ContactPoint& point) { return point.gap < 0.0; })) {
+    if (is_laid(from->key) &&
+        std::any_of(from, until, [](const ContactPoint& point) { return point.gap < 0.0; })) {
       for (auto point = from; point != until; ++point) {
-        entries_.push_back(
+        entries.push_back(
             {.key = point->key, .place = point->point_a, .depth = std::max(0.0, -point->gap)});
       }
     }
     from = until;
   }
+  std::ranges::sort(entries, {}, &Entry::key);
 }
 
 void InitialDepths::take_off(std::span<const BlockModel> models, const State& state,
                              std::vector<ContactPoint>& found) const {
   for (ContactPoint& point : found) {
     const auto [from, until] = std::ranges::equal_range(
-        entries_, pair_of(point.key), {}, [](const Entry& entry) { return pair_of(entry.key); });
+        entries, pair_of(point.key), {}, [](const Entry& entry) { return pair_of(entry.key); });
     if (from == until) continue;
     const auto distance = [&](const Entry& entry) {
       return entry.key == point.key ? -1.0 : (entry.place - point.point_a).squaredNorm();

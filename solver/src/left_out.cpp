@@ -25,8 +25,11 @@ void say_blocks(const CompiledScene& compiled, std::vector<std::string>& out) {
   const auto count = [&](int unknowns) {
     return std::ranges::count(models, unknowns, &BlockModel::unknowns);
   };
-  const auto held = count(0), rigid = count(6);
-  if (held > 0) out.push_back("unknowns and mass terms" + of_blocks(held) + ": fixed or prescribed");
+  const auto absent = std::ranges::count(models, BlockKind::Absent, &BlockModel::kind);
+  const auto held = count(0) - absent, rigid = count(6);
+  if (held > 0)
+    out.push_back("unknowns and mass terms" + of_blocks(held) + ": fixed or prescribed");
+  if (absent > 0) out.push_back("all" + of_blocks(absent) + ": absent");
   if (held > 1) out.push_back("contact search between blocks that are fixed or prescribed");
   if (rigid > 0) out.push_back("strain and elasticity" + of_blocks(rigid) + ": rigid");
   if (geometry::tries_all_pairs(models.size())) {
@@ -38,8 +41,8 @@ void say_blocks(const CompiledScene& compiled, std::vector<std::string>& out) {
 void say_forces(const CompiledScene& compiled, const StepOptions& options,
                 std::vector<std::string>& out) {
   const Scene& scene = compiled.scene;
-  const bool rough = any_joint(
-      scene, [](const Joint& j) { return j.friction_angle > 0.0 || j.cohesion > 0.0; });
+  const bool rough =
+      any_joint(scene, [](const Joint& j) { return j.friction_angle > 0.0 || j.cohesion > 0.0; });
   if (!rough && options.analysis != Analysis::Settle) {
     out.push_back("shear forces and friction limits: no joint has friction or cohesion");
   }

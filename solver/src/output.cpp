@@ -1,4 +1,5 @@
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <bit>
 #include <charconv>
 #include <cmath>
@@ -7,15 +8,21 @@
 #include <quoin/solver/output.hpp>
 #include <stdexcept>
 
+#include "displacement.hpp"
+
 namespace quoin::solver {
 namespace {
 
 /// A VTK XML file with its numbers appended behind the text as they stand in memory: each array is
-/// its size in bytes (UInt64), then its bytes.
+/// its size in bytes (UInt64), then its bytes. The arrays go to the file one by one; the text,
+/// which says where they are, comes last into the room that was left for it. The file is written
+/// beside its name, then renamed: a reader never sees half of it.
 class Appended {
  public:
-  explicit Appended(std::string path) : path_(std::move(path)) {
+  explicit Appended(std::string path)
+      : path_(std::move(path)), file_(path_ + ".part", std::ios::binary) {
     static_assert(std::endian::native == std::endian::little);
+    file_ << std::string(kTextRoom, ' ');
   }
 
   Appended& raw(std::string_view text) {
@@ -23,12 +30,12 @@ class Appended {
     return *this;
   }
 
-  /// One array: `fill` appends `components` numbers for each item.
+  /// One array: `fill` appends `components` numbers for each of `count` items.
   template <typename Number, typename Fill>
-  void array(std::string_view name, int components, const Fill& fill) {
+  void array(std::string_view name, int components, std::size_t count, const Fill& fill) {
     text_ += "<DataArray type=\"" + std::string(type_name(Number{})) + "\" Name=\"" +
              std::string(name) + "\" NumberOfComponents=\"" + std::to_string(components) + "\"";
-    append(fill, std::vector<Number>());
+    append<Number>(fill, count * static_cast<std::size_t>(components));
   }
 
   /// Of texts, each ended by a zero.
@@ -36,19 +43,22 @@ class Appended {
   void strings(std::string_view name, std::size_t count, const Fill& fill) {
     text_ += "<Array type=\"String\" Name=\"" + std::string(name) + "\" NumberOfTuples=\"" +
              std::to_string(count) + "\"";
-    append(fill, std::vector<char>());
+    append<char>(fill, 16 * count);
   }
 
-  /// Written beside its name, then renamed: a reader never sees half a file.
-  void save(std::string_view foot) const {
-    const std::string part = path_ + ".part";
-    std::ofstream file(part, std::ios::binary);
-    file << text_ << "<AppendedData encoding=\"raw\">\n_" << data_ << "\n</AppendedData>\n" << foot;
-    file.close();
-    if (!file) {
-      throw std::runtime_error(part + ": can't be written");
+  void save(std::string_view foot) {
+    const std::string_view mark = "<AppendedData encoding=\"raw\">\n_";
+    if (text_.size() + mark.size() > kTextRoom)
+      throw std::runtime_error(path_ + ": too many arrays");
+    text_.append(kTextRoom - mark.size() - text_.size(), ' ').append(mark);
+    file_ << "\n</AppendedData>\n" << foot;
+    file_.seekp(0);
+    file_ << text_;
+    file_.close();
+    if (!file_) {
+      throw std::runtime_error(path_ + ".part: can't be written");
     }
-    std::filesystem::rename(part, path_);
+    std::filesystem::rename(path_ + ".part", path_);
   }
 
  private:
@@ -57,9 +67,14 @@ class Appended {
   static std::string_view type_name(std::int32_t) { return "Int32"; }
   static std::string_view type_name(std::uint8_t) { return "UInt8"; }
 
-  template <typename Fill, typename Number>
-  void append(const Fill& fill, std::vector<Number> values) {
-    text_ += " format=\"appended\" offset=\"" + std::to_string(data_.size()) + "\"/>\n";
+  static constexpr std::size_t kTextRoom =
+      8192;  // a line of some 90 characters for each of 20 arrays
+
+  template <typename Number, typename Fill>
+  void append(const Fill& fill, std::size_t likely_size) {
+    text_ += " format=\"appended\" offset=\"" + std::to_string(data_size_) + "\"/>\n";
+    std::vector<Number> values;
+    values.reserve(likely_size);
     fill(values);
     if constexpr (std::is_same_v<Number, double>) {
       for (const double value : values) {
@@ -67,22 +82,26 @@ class Appended {
       }
     }
     const std::uint64_t bytes = values.size() * sizeof(Number);
-    data_.append(reinterpret_cast<const char*>(&bytes), sizeof bytes);
-    data_.append(reinterpret_cast<const char*>(values.data()), bytes);
+    file_.write(reinterpret_cast<const char*>(&bytes), sizeof bytes);
+    file_.write(reinterpret_cast<const char*>(values.data()), static_cast<std::streamsize>(bytes));
+    data_size_ += sizeof bytes + bytes;
   }
 
-  std::string path_, text_, data_;
+  std::string path_, text_;
+  std::ofstream file_;
+  std::uint64_t data_size_ = 0;
 };
 
 /// Appends the components of a vector.
-void push(std::vector<double>& values, const Eigen::Ref<const Eigen::VectorXd>& vector) {
+template <int kSize>
+void push(std::vector<double>& values, const Eigen::Matrix<double, kSize, 1>& vector) {
   values.insert(values.end(), vector.begin(), vector.end());
 }
 
 /// One array with a value for each of `count` items.
 template <typename Number, typename Value>
 void each(Appended& file, std::string_view name, std::size_t count, const Value& value) {
-  file.array<Number>(name, 1, [&](std::vector<Number>& values) {
+  file.array<Number>(name, 1, count, [&](std::vector<Number>& values) {
     for (std::size_t i = 0; i < count; ++i) values.push_back(static_cast<Number>(value(i)));
   });
 }
@@ -91,7 +110,7 @@ void each(Appended& file, std::string_view name, std::size_t count, const Value&
 template <typename Value>
 void each_vector(Appended& file, std::string_view name, int components, std::size_t count,
                  const Value& value) {
-  file.array<double>(name, components, [&](std::vector<double>& values) {
+  file.array<double>(name, components, count, [&](std::vector<double>& values) {
     for (std::size_t i = 0; i < count; ++i) push(values, value(i));
   });
 }
@@ -102,25 +121,21 @@ std::size_t vertex_count(const std::vector<Block>& blocks) {
   return count;
 }
 
-Matrix3 tensor(const Vector6& v) {
-  Matrix3 result;
-  result << v[0], v[3] / 2, v[5] / 2, v[3] / 2, v[1], v[4] / 2, v[5] / 2, v[4] / 2, v[2];
-  return result;
-}
-
 /// Velocity of the material point with reference arm X: v + R (omega × (I + eps) X + eps' X).
 Vector3 velocity_at(const BlockState& block, const Vector3& arm) {
-  const Vector3 strained = arm + tensor(block.strain) * arm;
-  const Vector3 local = block.angular_velocity.cross(strained) + tensor(block.strain_rate) * arm;
+  const Vector3 strained = arm + strain_matrix(block.strain) * arm;
+  const Vector3 local =
+      block.angular_velocity.cross(strained) + strain_matrix(block.strain_rate) * arm;
   return block.velocity + block.rotation * local;
 }
 
 void write_points(Appended& file, const Simulation& simulation) {
+  const std::vector<Block>& blocks = simulation.scene().blocks;
   file.raw("<Points>\n");
-  file.array<double>("Points", 3, [&](std::vector<double>& values) {
-    for (std::size_t b = 0; b < simulation.scene().blocks.size(); ++b) {
+  file.array<double>("Points", 3, vertex_count(blocks), [&](std::vector<double>& values) {
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
       const geometry::Points vertices = simulation.vertices(static_cast<int>(b));
-      for (Eigen::Index v = 0; v < vertices.cols(); ++v) push(values, vertices.col(v));
+      for (Eigen::Index v = 0; v < vertices.cols(); ++v) push<3>(values, vertices.col(v));
     }
   });
   file.raw("</Points>\n");
@@ -149,32 +164,37 @@ FaceStreams face_streams(const std::vector<Block>& blocks) {
 
 void write_cells(Appended& file, const std::vector<Block>& blocks) {
   const std::size_t count = blocks.size(), points = vertex_count(blocks);
-  const FaceStreams streams = face_streams(blocks);
+  FaceStreams streams = face_streams(blocks);
   std::int64_t end = 0;
   file.raw("<Cells>\n");
   each<std::int64_t>(file, "connectivity", points, [](std::size_t i) { return i; });
   each<std::int64_t>(file, "offsets", count,
                      [&](std::size_t b) { return end += blocks[b].shape->vertex_count(); });
   each<std::uint8_t>(file, "types", count, [](std::size_t) { return 42; });  // VTK_POLYHEDRON
-  each<std::int64_t>(file, "faces", streams.values.size(),
-                     [&](std::size_t i) { return streams.values[i]; });
+  file.array<std::int64_t>("faces", 1, 0, [&](std::vector<std::int64_t>& values) {
+    values = std::move(streams.values);
+  });
   each<std::int64_t>(file, "faceoffsets", count, [&](std::size_t b) { return streams.ends[b]; });
   file.raw("</Cells>\n");
 }
 
-void write_point_data(Appended& file, const Simulation& simulation) {
+void write_point_data(Appended& file, const Simulation& simulation,
+                      std::span<const BlockState> from) {
   const State& state = simulation.state();
+  const std::size_t count = vertex_count(simulation.scene().blocks);
   const auto each_vertex = [&](const char* name, const auto& value) {
-    file.array<double>(name, 3, [&](std::vector<double>& values) {
+    file.array<double>(name, 3, count, [&](std::vector<double>& values) {
       for (std::size_t b = 0; b < state.blocks.size(); ++b) {
         const geometry::Points arms = simulation.reference_arms(static_cast<int>(b));
-        for (Eigen::Index v = 0; v < arms.cols(); ++v) push(values, value(b, arms.col(v)));
+        for (Eigen::Index v = 0; v < arms.cols(); ++v) push<3>(values, value(b, arms.col(v)));
       }
     });
   };
   file.raw("<PointData Vectors=\"displacement\">\n");
-  each_vertex("displacement", [&](std::size_t b, const Vector3& arm) {
-    return simulation.displacement(static_cast<int>(b), arm);
+  each_vertex("displacement", [&](std::size_t b, const Vector3& arm) -> Vector3 {
+    if (from.empty()) return simulation.displacement(static_cast<int>(b), arm);
+    const Pose start = pose(from[b]), now = pose(state.blocks[b]);
+    return between(start, now) + (now.shape - start.shape) * arm;
   });
   each_vertex("velocity",
               [&](std::size_t b, const Vector3& arm) { return velocity_at(state.blocks[b], arm); });
@@ -190,6 +210,10 @@ Vector3 principal(const Vector6& stress) {
   return solver.eigenvalues().reverse();
 }
 
+constexpr int kHiddenCell = 32;  // vtkDataSetAttributes::HIDDENCELL
+
+bool is_absent(const Block& block) { return block.kind == BlockKind::Absent; }
+
 void write_cell_data(Appended& file, const Simulation& simulation) {
   const State& state = simulation.state();
   const std::vector<Block>& blocks = simulation.scene().blocks;
@@ -201,6 +225,10 @@ void write_cell_data(Appended& file, const Simulation& simulation) {
                      [&](std::size_t b) { return static_cast<int>(blocks[b].kind); });
   each<std::int32_t>(file, "material", count,
                      [&](std::size_t b) { return blocks[b].material.joint_group; });
+  if (std::ranges::any_of(blocks, is_absent)) {
+    each<std::uint8_t>(file, "vtkGhostType", count,
+                       [&](std::size_t b) { return is_absent(blocks[b]) ? kHiddenCell : 0; });
+  }
   each<double>(file, "speed", count,
                [&](std::size_t b) { return state.blocks[b].velocity.norm(); });
   // xx yy zz xy yz xz, as VTK orders them
@@ -261,14 +289,15 @@ std::string xml_head(const std::string& type) {
 
 }  // namespace
 
-void write_blocks(const std::string& path, const Simulation& simulation) {
+void write_blocks(const std::string& path, const Simulation& simulation,
+                  std::span<const BlockState> from) {
   const std::vector<Block>& blocks = simulation.scene().blocks;
   Appended file(path);
   file.raw(xml_head("UnstructuredGrid"));
   file.raw(piece("NumberOfCells", vertex_count(blocks), blocks.size()));
   write_points(file, simulation);
   write_cells(file, blocks);
-  write_point_data(file, simulation);
+  write_point_data(file, simulation, from);
   write_cell_data(file, simulation);
   file.raw("</Piece>\n</UnstructuredGrid>\n");
   file.save("</VTKFile>\n");

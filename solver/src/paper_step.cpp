@@ -28,10 +28,9 @@ struct StepSetting {
   }
   /// A material point from the centroid.
   Vector3 lever(int block, const Vector3& arm) const { return start[index(block)].shape * arm; }
-  /// Of a held point since the start of the run.
+  /// Of a held point since it began to be held.
   Vector3 moved(const HeldPoint& held) const {
-    const std::size_t b = index(held.block);
-    return displacement(compiled.models[b], start[b], held.arm);
+    return displacement(compiled, held, start[index(held.block)]);
   }
 };
 

@@ -7,6 +7,7 @@
 #include "checkpoint.hpp"
 #include "left_out.hpp"
 #include "paper_step.hpp"
+#include "scene_change.hpp"
 
 namespace quoin::solver {
 
@@ -94,16 +95,21 @@ void check(const StepOptions& options) {
   require(options.threads >= 1, "threads must be at least 1", options.threads);
 }
 
-/// Overlap at the start above 1e-3 of the smaller block is refused unless the scene keeps it.
+/// Overlap of what is being laid above 1e-3 of the smaller block is refused unless the scene keeps
+/// it.
 void check_overlap(const CompiledScene& compiled, const Workspace& work) {
   if (compiled.scene.initial_overlap != InitialOverlap::Refuse) return;
   for (const geometry::ContactPoint& point : work.found) {
+    if (!work.laid[static_cast<std::size_t>(point.key.a)] &&
+        !work.laid[static_cast<std::size_t>(point.key.b)]) {
+      continue;
+    }
     const double size = std::min(compiled.models[static_cast<std::size_t>(point.key.a)].size,
                                  compiled.models[static_cast<std::size_t>(point.key.b)].size);
     if (-point.gap <= 1e-3 * size) continue;
     throw InputError("blocks " + std::to_string(point.key.a) + " and " +
                      std::to_string(point.key.b) + " overlap by " + std::to_string(-point.gap) +
-                     " m at the start; the limit is 1e-3 of the smaller block, " +
+                     " m where they are laid; the limit is 1e-3 of the smaller block, " +
                      std::to_string(1e-3 * size) +
                      " m (initial overlap can be kept, or taken as touching)");
   }
@@ -117,7 +123,7 @@ Simulation::Simulation(Scene scene, const StepOptions& options) {
   detect(parts_->compiled, options, parts_->state, parts_->work);
   check_overlap(parts_->compiled, parts_->work);
   if (parts_->compiled.scene.initial_overlap == InitialOverlap::Zero) {
-    parts_->work.initial_depths = InitialDepths(parts_->work.found);
+    parts_->work.initial_depths.remember(parts_->work.found, parts_->work.laid);
     parts_->work.initial_depths.take_off(parts_->compiled.models, parts_->state,
                                          parts_->work.found);
   }
@@ -125,6 +131,12 @@ Simulation::Simulation(Scene scene, const StepOptions& options) {
   energy.kinetic = kinetic_energy(parts_->compiled, parts_->state);
   energy.strain = strain_energy(parts_->compiled, parts_->state);
   energy.contact = initial_spring_energy(parts_->compiled, options, parts_->state, parts_->work);
+}
+
+Simulation::Simulation(Scene scene, const StepOptions& options, std::istream& saved) {
+  check(options);
+  parts_ = std::make_unique<Parts>(std::move(scene), options);
+  load(saved);
 }
 
 Simulation::~Simulation() = default;
@@ -139,6 +151,8 @@ StepReport Simulation::advance() {
 const Scene& Simulation::scene() const { return parts_->compiled.scene; }
 const State& Simulation::state() const { return parts_->state; }
 const StepOptions& Simulation::options() const { return parts_->options; }
+
+int Simulation::threads() const { return parts_->work.finder.threads(); }
 
 void Simulation::set_options(const StepOptions& options) {
   check(options);
@@ -161,6 +175,30 @@ void Simulation::set_velocity(int block, const Vector3& velocity, const Vector3&
   now.angular_velocity = now.rotation.conjugate() * angular_velocity;
   parts_->state.energy.kinetic += kinetic_energy(model, now);
   detect(parts_->compiled, parts_->options, parts_->state, parts_->work);
+}
+
+void Simulation::change(Scene scene) {
+  check_same_blocks(parts_->compiled.scene, scene);
+  auto next = std::make_unique<Parts>(std::move(scene), parts_->options);
+  CompiledScene& compiled = next->compiled;
+  State& state = next->state;
+  Workspace& work = next->work;
+  take_over(parts_->compiled, parts_->state, parts_->work, compiled, state, work);
+  detect(compiled, next->options, state, work);
+  check_overlap(compiled, work);
+  if (compiled.scene.initial_overlap == InitialOverlap::Zero) {
+    work.initial_depths.remember(work.found, work.laid);
+    detect(compiled, next->options, state, work);
+  }
+  EnergyLedger& energy = state.energy;
+  const double before = energy.mechanical();
+  energy.kinetic = kinetic_energy(compiled, state);
+  energy.strain = strain_energy(compiled, state);
+  energy.contact +=
+      initial_spring_energy(compiled, next->options, state, work) -
+      initial_spring_energy(parts_->compiled, parts_->options, parts_->state, parts_->work);
+  energy.work += energy.mechanical() - before;
+  parts_ = std::move(next);
 }
 
 const State& Simulation::best_try() const { return parts_->best; }
@@ -213,9 +251,14 @@ Vector3 Simulation::displacement(int block, const Vector3& reference_arm) const 
 
 void Simulation::save(std::ostream& out) const {
   write_checkpoint(out, parts_->state, parts_->work);
+  write_setting(out, parts_->compiled, parts_->work);
 }
 
-void Simulation::load(std::istream& in) { read_checkpoint(in, parts_->state, parts_->work); }
+void Simulation::load(std::istream& in) {
+  read_checkpoint(in, parts_->state, parts_->work);
+  read_setting(in, parts_->compiled, parts_->work);
+  place_bodies(parts_->compiled, parts_->state, parts_->work);
+}
 
 std::vector<std::string> Simulation::left_out() const {
   return solver::left_out(parts_->compiled, parts_->options);

@@ -211,8 +211,8 @@ void linearise_held(const CompiledScene& compiled, double time_end, Workspace& w
     linear.jacobian_b =
         mean_motion(work.poses.start[b], work.poses.end[b], work.poses.increment[b].segment<3>(3),
                     held.arm, work.poses.deforms[b] != 0);
-    linear.offset = displacement(compiled.models[b], work.poses.start[b], held.arm) -
-                    held.displacement.at(time_end);
+    linear.offset =
+        displacement(compiled, held, work.poses.start[b]) - held.displacement.at(time_end);
     linear.rounding = 4.0 * std::numeric_limits<double>::epsilon() * held.arm.norm();
   }
 }
@@ -537,6 +537,13 @@ void account_contact(const CompiledScene& compiled, const Workspace& work, std::
   attempt.scheme_loss += done.scheme;
 }
 
+/// What moves a held point does work.
+void account_held(const HeldPoint& held, const LinearContact& c, const Workspace& work,
+                  Attempt& attempt) {
+  if (held.displacement.is_constant()) return;
+  attempt.load_work += c.force.dot(c.jacobian_b * work.poses.increment[index(held.block)]);
+}
+
 /// omega dt of the stiffest spring: compliance of its blocks = (dt^2/2) / effective mass.
 double stiffest_omega_dt(const Workspace& work) {
   double largest = 0.0;
@@ -571,7 +578,10 @@ void account(const CompiledScene& compiled, const StepOptions& options, const St
     inertial.segment<3>(3) = factor * (model.inertia * d.segment<3>(3));
     inertial.tail<6>() = factor * (model.strain_inertia * d.tail<6>());
     unbalanced = std::max(unbalanced, force_size(inertial, model.size));
-    largest_force = std::max(largest_force, model.mass * gravity.norm());
+    Vector12 prestress = Vector12::Zero();
+    prestress.tail<6>() = model.volume * model.initial_stress;
+    largest_force =
+        std::max({largest_force, model.mass * gravity.norm(), force_size(prestress, model.size)});
   }
   for (const PointForce& load : compiled.loads) {
     const std::size_t b = index(load.block);
@@ -585,8 +595,11 @@ void account(const CompiledScene& compiled, const StepOptions& options, const St
   attempt.stiffest_omega_dt = stiffest_omega_dt(work);
   for (std::size_t i = 0; i < work.linear.size(); ++i) {
     largest_force = std::max(largest_force, work.linear[i].force.norm());
-    if (i >= work.contacts.size()) continue;
-    account_contact(compiled, work, i, attempt);
+    if (i >= work.contacts.size()) {
+      account_held(compiled.held[i - work.contacts.size()], work.linear[i], work, attempt);
+    } else {
+      account_contact(compiled, work, i, attempt);
+    }
   }
   attempt.unbalance = largest_force > 0.0 ? unbalanced / largest_force : 0.0;
 }

@@ -254,7 +254,7 @@ class RunCommand(unittest.TestCase):
                                   (["stability", "--filter", "("], 2, "--filter ("),
                                   (["stability", "--filter", "none"], 2, "no such cell"),
                                   (["study", INCLINE, "--vary", "phi=1", "--out", QUOIN], 1,
-                                   "can't be written")):
+                                   "is no folder")):
             done = subprocess.run([QUOIN, *words], capture_output=True, text=True, timeout=60,
                                   stdin=subprocess.DEVNULL)
             self.assertEqual(done.returncode, code)

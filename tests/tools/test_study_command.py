@@ -5,6 +5,7 @@ import pathlib
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 QUOIN, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
@@ -69,6 +70,38 @@ class StudyCommand(unittest.TestCase):
         self.assertIn("the study was ended early", done.stderr)
         failures = [p["failure"] for p in json.loads(done.stdout)["points"]]
         self.assertEqual(failures, ["the time limit is over", "not run: the study was ended early"])
+
+    def test_replaces_what_quoin_wrote_and_nothing_else(self):
+        grid = [SCENES / "paper" / "incline.json", "--set", "/end_time=0.1", "--vary", "dt=0.01", "--out"]
+        for _ in range(2):
+            self.assertEqual(study(*grid, self.folder).returncode, 0)
+        self.assertEqual({p.name for p in self.folder.iterdir()},
+                         {"study.csv", "study.json", "manifest.json"})
+        notes = self.folder / "notes.txt"
+        notes.write_text("mine")
+        done = study(*grid, self.folder)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("notes.txt", done.stderr)
+        self.assertEqual(done.stdout, "")  # told before anything runs
+        notes.unlink()
+        (self.folder / "study.csv").write_text("changed by hand")
+        self.assertEqual(study(*grid, self.folder).returncode, 1)
+        self.assertEqual((self.folder / "study.csv").read_text(), "changed by hand")
+
+    def test_killed_it_leaves_the_earlier_results(self):
+        grid = [SCENES / "paper" / "two_forces.json", "--vary", "dt=0.01,0.02", "--out", self.folder]
+        self.assertEqual(study(*grid, "--set", "/end_time=0.05").returncode, 0)
+        before = {p.name: p.read_bytes() for p in self.folder.iterdir()}
+        process = subprocess.Popen([QUOIN, "study", *map(str, grid), "--set", "/end_time=1000"],
+                                   stdout=subprocess.DEVNULL)
+        deadline = time.monotonic() + 60
+        while not list(self.folder.parent.glob("out.part-*")) and time.monotonic() < deadline:
+            time.sleep(0.01)
+        process.kill()
+        process.wait()
+        self.assertEqual({p.name: p.read_bytes() for p in self.folder.iterdir()}, before)
+        self.assertEqual(study(*grid, "--set", "/end_time=0.05").returncode, 0)
+        self.assertEqual([p.name for p in self.folder.parent.iterdir()], ["out"])  # swept
 
     def test_bad_arguments(self):
         self.assertEqual(study(SCENES / "paper" / "incline.json", "--vary", "dt").returncode, 2)

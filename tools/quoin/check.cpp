@@ -211,8 +211,11 @@ long most_steps(const SceneFile& file) {
   double reached = 0.0;
   for (const scene_file::Stage& stage : file.stages) {
     if (stage.analysis == solver::Analysis::Dynamic) {
-      steps += std::lround(std::ceil((stage.end_time - reached) / stage.time_step - 1e-9));
-      reached = stage.end_time;
+      const double seconds = stage.end_time > 0 ? stage.end_time - reached : stage.duration;
+      const long taken =
+          stage.steps.value_or(std::lround(std::ceil(seconds / stage.time_step - 1e-9)));
+      steps += taken;
+      reached += stage.steps ? static_cast<double>(taken) * stage.time_step : seconds;
     } else {
       steps += stage.steps.value_or(stage.max_steps);
     }

@@ -150,6 +150,13 @@ void add_files(const SceneFile& file, const RunArguments& arguments, Output& out
   };
 }
 
+/// Not a failure: the answer is the same to the bit.
+void complain_of_threads(const solver::Simulation& simulation) {
+  const int asked = simulation.options().threads, given = simulation.threads();
+  if (given == asked) return;
+  std::fprintf(stderr, "quoin: %d of %d threads: the system starts no more\n", given, asked);
+}
+
 RunResult run_with_files(const SceneFile& file, const RunArguments& arguments, Output& output) {
   ProgressLine progress(file.stages.size());
   scene_file::RunOptions options;
@@ -159,6 +166,10 @@ RunResult run_with_files(const SceneFile& file, const RunArguments& arguments, O
                            : scene_file::RunOptions::OnFailure::Stop;
   if (output.files) options.resume = &output.checkpoint;
   if (!arguments.out.empty() || output.files) add_files(file, arguments, output, options);
+  options.before_first = [&, then = options.before_first](const StepView& view) {
+    complain_of_threads(view.simulation);
+    if (then) then(view);
+  };
   options.stop = StopRequest(arguments.max_seconds);
   options.in_step = [&](const StepView& view) { progress.show_in_step(view); };
   options.after_step = [&](const StepView& view, const scene_file::SaveRun& save) {
@@ -210,8 +221,7 @@ int run(RunArguments& arguments) {
   if (!output.folder) {
     result.left_out.emplace_back("history and ParaView files: no folder is asked for");
   }
-  const nlohmann::ordered_json report =
-      summary(file, arguments.request.scene, result, arguments.threads);
+  const nlohmann::ordered_json report = summary(file, arguments.request.scene, result);
   if (output.folder) {
     output.files->finish();
     save_summary(*output.folder, report);

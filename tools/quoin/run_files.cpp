@@ -46,8 +46,14 @@ const char* name(scene_file::RunStatus status) {
          : status == RunStatus::NotConverged ? "not_converged"
          : status == RunStatus::NotAtRest    ? "not_at_rest"
          : status == RunStatus::Mechanism    ? "mechanism"
+         : status == RunStatus::StageRefused ? "stage_refused"
          : status == RunStatus::Interrupted  ? "interrupted"
                                              : "time_limit";
+}
+
+json name(scene_file::StageEnd end) {
+  static constexpr const char* kNames[] = {"rest", "moved", "steps", "time"};
+  return end == scene_file::StageEnd::None ? json() : json(kNames[static_cast<int>(end) - 1]);
 }
 
 json options_json(const solver::StepOptions& options, int threads) {
@@ -64,7 +70,7 @@ json options_json(const solver::StepOptions& options, int threads) {
 }
 
 json blocks_json(const solver::Scene& scene, double time) {
-  int count[4] = {0, 0, 0, 0};
+  int count[5] = {0, 0, 0, 0, 0};
   Vector3 weight = Vector3::Zero();
   for (const solver::Block& block : scene.blocks) {
     ++count[static_cast<int>(block.kind)];
@@ -73,11 +79,8 @@ json blocks_json(const solver::Scene& scene, double time) {
                 scene.gravity.at(time);
     }
   }
-  return {{"deformable", count[0]},
-          {"rigid", count[1]},
-          {"fixed", count[2]},
-          {"prescribed", count[3]},
-          {"weight", vector(weight)}};
+  return {{"deformable", count[0]}, {"rigid", count[1]},  {"fixed", count[2]},
+          {"prescribed", count[3]}, {"absent", count[4]}, {"weight", vector(weight)}};
 }
 
 json references_json(const SceneFile& file, const RunResult& result) {
@@ -103,13 +106,24 @@ json monitors_json(const SceneFile& file, const RunResult& result) {
   json all = json::object();
   for (std::size_t m = 0; m < file.monitors.size(); ++m) {
     const MonitorValue& value = result.monitors[m];
-    all[file.monitors[m].name] =
-        file.monitors[m].other
-            ? json{{"force", vector(value.force)}, {"normal_force", value.normal_force}}
-            : json{{"displacement", vector(value.displacement)},
-                   {"velocity", vector(value.velocity)},
-                   {"rotation", vector(value.rotation)},
-                   {"angular_velocity", vector(value.angular_velocity)}};
+    json& shown = all[file.monitors[m].name];
+    switch (file.monitors[m].kind) {
+      case Monitor::Kind::Contact:
+        shown = {{"force", vector(value.force)}, {"normal_force", value.normal_force}};
+        break;
+      case Monitor::Kind::Group:
+        shown = {{"momentum", vector(value.momentum)},
+                 {"angular_momentum", vector(value.angular_momentum)},
+                 {"stress", vector(value.stress)},
+                 {"strain", vector(value.strain)}};
+        break;
+      case Monitor::Kind::Point:
+        shown = {{"displacement", vector(value.displacement)},
+                 {"velocity", vector(value.velocity)},
+                 {"rotation", vector(value.rotation)},
+                 {"angular_velocity", vector(value.angular_velocity)}};
+        break;
+    }
   }
   return all;
 }
@@ -140,11 +154,11 @@ json block_name(const SceneFile& file, int block) {
 
 json stages_json(const SceneFile& file, const RunResult& result) {
   json list = json::array();
-  for (const scene_file::StageResult& stage : result.stages) {
-    json entry = {{"analysis", name(stage.analysis)},
-                  {"steps", stage.steps},
-                  {"unbalance", stage.unbalance},
-                  {"done", stage.done}};
+  for (std::size_t i = 0; i < result.stages.size(); ++i) {
+    const scene_file::StageResult& stage = result.stages[i];
+    json entry = {{"name", file.stages[i].name}, {"analysis", name(stage.analysis)},
+                  {"steps", stage.steps},        {"unbalance", stage.unbalance},
+                  {"ended_by", name(stage.end)}, {"done", stage.done}};
     if (stage.analysis != Analysis::Dynamic) {
       entry["verdict"] = name(stage.verdict);
       entry["travel"] = stage.travel;
@@ -203,14 +217,24 @@ constexpr const char* kHistory = "history.csv";
 constexpr const char* kBlocks = "blocks.csv";
 constexpr const char* kContacts = "contacts.csv";
 
+std::vector<const char*> columns_of(Monitor::Kind kind) {
+  switch (kind) {
+    case Monitor::Kind::Contact:
+      return {"fx", "fy", "fz", "normal_force"};
+    case Monitor::Kind::Group:
+      return {"px",        "py",        "pz",        "lx",        "ly",        "lz",
+              "stress_xx", "stress_yy", "stress_zz", "stress_xy", "stress_yz", "stress_zx",
+              "strain_xx", "strain_yy", "strain_zz", "strain_xy", "strain_yz", "strain_zx"};
+    case Monitor::Kind::Point:
+      break;
+  }
+  return {"ux", "uy", "uz", "vx", "vy", "vz", "rx", "ry", "rz"};
+}
+
 std::string history_head(const SceneFile& file) {
   std::string head = "step,stage,time";
   for (const Monitor& monitor : file.monitors) {
-    const std::vector<const char*> columns =
-        monitor.other
-            ? std::vector<const char*>{"fx", "fy", "fz", "normal_force"}
-            : std::vector<const char*>{"ux", "uy", "uz", "vx", "vy", "vz", "rx", "ry", "rz"};
-    for (const char* column : columns) {
+    for (const char* column : columns_of(monitor.kind)) {
       head += ',' + scene_file::csv_field(monitor.name + "." + column);
     }
   }
@@ -228,7 +252,7 @@ constexpr const char* kContactsHead =
     "shear_force,normal_stress,shear_stress,fx,fy,fz";
 
 const char* name(BlockKind kind) {
-  static constexpr const char* kNames[] = {"deformable", "rigid", "fixed", "prescribed"};
+  static constexpr const char* kNames[] = {"deformable", "rigid", "fixed", "prescribed", "absent"};
   return kNames[static_cast<int>(kind)];
 }
 
@@ -289,10 +313,17 @@ void RunFiles::write_history_line(const StepView& view) {
   history_->number(steps_).number(static_cast<long>(view.stage)).number(view.dynamic_time);
   for (std::size_t m = 0; m < view.monitors.size(); ++m) {
     const MonitorValue& value = view.monitors[m];
-    if (file_.monitors[m].other) {
-      history_->numbers(value.force).number(value.normal_force);
-    } else {
-      history_->numbers(value.displacement).numbers(value.velocity).numbers(value.rotation);
+    switch (file_.monitors[m].kind) {
+      case Monitor::Kind::Contact:
+        history_->numbers(value.force).number(value.normal_force);
+        break;
+      case Monitor::Kind::Group:
+        history_->numbers(value.momentum).numbers(value.angular_momentum);
+        history_->numbers(value.stress).numbers(value.strain);
+        break;
+      case Monitor::Kind::Point:
+        history_->numbers(value.displacement).numbers(value.velocity).numbers(value.rotation);
+        break;
     }
   }
   const EnergyLedger& energy = view.simulation.state().energy;
@@ -344,6 +375,15 @@ void RunFiles::end_stage(const StepView& view) {
   write_contacts(view);
 }
 
+namespace {
+
+/// From one centroid to another, m.
+Vector3 between(const solver::BlockState& from, const solver::BlockState& to) {
+  return (to.centroid - from.centroid) + (to.centroid_rest - from.centroid_rest);
+}
+
+}  // namespace
+
 void RunFiles::write_blocks(const StepView& view) {
   const solver::State& state = view.simulation.state();
   const std::vector<solver::Block>& blocks = view.simulation.scene().blocks;
@@ -351,13 +391,18 @@ void RunFiles::write_blocks(const StepView& view) {
     const geometry::MassProperties start = geometry::mass_properties(blocks[b].body());
     const solver::BlockState& now = state.blocks[b];
     const Vector3 place = state.origin + now.centroid;
+    const bool reset = !view.counted_from.empty();
+    const Vector3 moved = reset
+                              ? between(view.counted_from[b], now)
+                              : view.simulation.displacement(static_cast<int>(b), Vector3::Zero());
+    const Eigen::Quaterniond turned =
+        reset ? now.rotation * view.counted_from[b].rotation.conjugate() : now.rotation;
     const solver::Vector6 stress = view.simulation.stress(static_cast<int>(b));
     blocks_->number(static_cast<long>(view.stage)).number(view.dynamic_time);
     blocks_->number(static_cast<long>(b)).text(blocks[b].name).text(name(blocks[b].kind));
     blocks_->text(blocks[b].material.name).number(start.volume);
     blocks_->number(start.volume * blocks[b].material.density).numbers(place);
-    blocks_->numbers(view.simulation.displacement(static_cast<int>(b), Vector3::Zero()));
-    blocks_->numbers(rotation_vector(now.rotation));
+    blocks_->numbers(moved).numbers(rotation_vector(turned));
     blocks_->numbers(now.velocity).numbers(now.rotation * now.angular_velocity);
     blocks_->numbers(stress).numbers(principal(stress)).end_line();
   }
@@ -402,7 +447,7 @@ void RunFiles::write_vtk(const StepView& view) {
     blocks.push_back(numbered("blocks_", number, ".vtu"));
     contacts.push_back(numbered("contacts_", number, ".vtp"));
   }
-  solver::write_blocks(folder_.file(blocks.back()).string(), view.simulation);
+  solver::write_blocks(folder_.file(blocks.back()).string(), view.simulation, view.counted_from);
   solver::write_contacts(folder_.file(contacts.back()).string(), view.simulation);
   solver::write_series(folder_.file("blocks.pvd").string(), times_, blocks);
   solver::write_series(folder_.file("contacts.pvd").string(), times_, contacts);
@@ -412,7 +457,7 @@ void RunFiles::finish() {
   for (std::optional<CsvFile>* file : {&history_, &blocks_, &contacts_}) (*file)->flush();
 }
 
-json summary(const SceneFile& file, const std::string& path, const RunResult& result, int threads) {
+json summary(const SceneFile& file, const std::string& path, const RunResult& result) {
   const std::vector<std::string> failed = failures(file, result);
   const solver::StepReport& total = result.total;
   const double steps = static_cast<double>(std::max(1L, result.steps));
@@ -423,8 +468,8 @@ json summary(const SceneFile& file, const std::string& path, const RunResult& re
           {"message", result.message},
           {"verdict", failed.empty() ? "ok" : "failed"},
           {"failures", failed},
-          {"options", options_json(file.options, threads)},
-          {"blocks", blocks_json(file.scene, result.time)},
+          {"options", options_json(file.options, result.threads)},
+          {"blocks", blocks_json(file.scene_in(result.stages.size() - 1), result.time)},
           {"stages", stages_json(file, result)},
           {"steps", result.steps},
           {"sub_steps", total.sub_steps},

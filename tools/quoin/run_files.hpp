@@ -46,6 +46,6 @@ class RunFiles {
 
 /// The keys of summary.json, as tools/README.md documents them.
 nlohmann::ordered_json summary(const scene_file::SceneFile& file, const std::string& path,
-                               const scene_file::RunResult& result, int threads);
+                               const scene_file::RunResult& result);
 
 }  // namespace quoin::commands

@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "commands.hpp"
+#include "output_folder.hpp"
 #include "scene_file/read_json.hpp"
 #include "scene_file/run_scene.hpp"
 #include "scene_file/study_grid.hpp"
@@ -61,28 +62,22 @@ std::function<void(std::size_t)> progress_line(std::size_t total) {
   };
 }
 
-/// Before anything runs: a study may take long.
-void make_folder(const std::string& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) throw std::runtime_error(folder + ": can't be written: " + error.message());
-}
-
 std::string scene_name(const StudyArguments& arguments) {
   return std::filesystem::path(arguments.scene).filename().string();
 }
 
-void write_files(const StudyArguments& arguments, const std::vector<StudyAxis>& axes,
-                 const std::vector<StudyPoint>& points) {
-  const std::filesystem::path folder(arguments.out);
-  std::FILE* csv = std::fopen((folder / "study.csv").c_str(), "w");
-  if (csv == nullptr) throw std::runtime_error("can't write " + (folder / "study.csv").string());
+void write_files(OutputFolder& folder, const StudyArguments& arguments,
+                 const std::vector<StudyAxis>& axes, const std::vector<StudyPoint>& points) {
+  const std::filesystem::path table = folder.file("study.csv"), tree = folder.file("study.json");
+  std::FILE* csv = std::fopen(table.c_str(), "w");
+  if (csv == nullptr) throw std::runtime_error(table.string() + ": can't be written");
   write_csv(axes, points, csv);
-  if (std::fclose(csv) != 0)
-    throw std::runtime_error("can't write " + (folder / "study.csv").string());
-  std::ofstream json(folder / "study.json");
+  if (std::fclose(csv) != 0) throw std::runtime_error(table.string() + ": can't be written");
+  std::ofstream json(tree);
   json << text(to_json(scene_name(arguments), axes, points)) << "\n";
-  if (!json.flush()) throw std::runtime_error("can't write " + (folder / "study.json").string());
+  json.close();
+  if (!json) throw std::runtime_error(tree.string() + ": can't be written");
+  folder.commit(OutputFolder::Checkpoint::Drop);
 }
 
 int run(const StudyArguments& arguments) {
@@ -90,7 +85,8 @@ int run(const StudyArguments& arguments) {
   for (const std::string& text : arguments.vary) axes.push_back(scene_file::parse_axis(text));
   std::vector<StudyPoint> points = grid(axes);
   scene_file::read_json(arguments.scene);  // what can't be read at all is no row of a table
-  if (!arguments.out.empty()) make_folder(arguments.out);
+  std::optional<OutputFolder> folder;      // before anything runs: a study may take long
+  if (!arguments.out.empty()) folder.emplace(arguments.out);
   catch_signals();
   const StopRequest stop(arguments.max_seconds);
   run_points(
@@ -106,7 +102,7 @@ int run(const StudyArguments& arguments) {
   } else {
     write_csv(axes, points, stdout);
   }
-  if (!arguments.out.empty()) write_files(arguments, axes, points);
+  if (folder) write_files(*folder, arguments, axes, points);
   const bool one_ran = std::any_of(points.begin(), points.end(),
                                    [](const StudyPoint& point) { return point.failure.empty(); });
   if (stop()) complain("the study was ended early; the rows that were run are kept");
@@ -129,7 +125,9 @@ void add_study_command(CLI::App& app, int& exit_code) {
   command->add_option("--set", arguments->changes, "change the scene first, as for run")
       ->type_name("NAME=VALUE");
   command->add_flag("--json", arguments->json, "print study.json on standard output, not CSV");
-  command->add_option("--out", arguments->out, "folder for study.csv and study.json");
+  command->add_option("--out", arguments->out,
+                      "folder for study.csv and study.json; takes the place of earlier results, of "
+                      "nothing else (default: no files)");
   command
       ->add_option(
           "--max-seconds", arguments->max_seconds,

@@ -5,6 +5,29 @@
 
 namespace quoin::scene_file {
 
+namespace {
+
+Vector3 vector_of(Quantity quantity, const MonitorValue& monitor) {
+  switch (quantity) {
+    case Quantity::Displacement:
+      return monitor.displacement;
+    case Quantity::Velocity:
+      return monitor.velocity;
+    case Quantity::Rotation:
+      return monitor.rotation;
+    case Quantity::AngularVelocity:
+      return monitor.angular_velocity;
+    case Quantity::Momentum:
+      return monitor.momentum;
+    case Quantity::AngularMomentum:
+      return monitor.angular_momentum;
+    default:
+      return monitor.force;
+  }
+}
+
+}  // namespace
+
 void Comparison::compare(double time, const MonitorValue& monitor) {
   // A step may end a rounding error beside the time that was meant.
   const double slack = 1e-9 * (1 + std::abs(time));
@@ -32,12 +55,11 @@ ReferenceResult Comparison::result() const {
 }
 
 Eigen::VectorXd Comparison::quantity(const MonitorValue& monitor) const {
-  const Vector3 vector = reference_.quantity == Quantity::Displacement ? monitor.displacement
-                         : reference_.quantity == Quantity::Velocity   ? monitor.velocity
-                         : reference_.quantity == Quantity::Rotation   ? monitor.rotation
-                         : reference_.quantity == Quantity::AngularVelocity
-                             ? monitor.angular_velocity
-                             : monitor.force;
+  if (reference_.quantity == Quantity::Stress || reference_.quantity == Quantity::Strain) {
+    const auto& tensor = reference_.quantity == Quantity::Stress ? monitor.stress : monitor.strain;
+    return Eigen::VectorXd::Constant(1, tensor[reference_.tensor_component]);
+  }
+  const Vector3 vector = vector_of(reference_.quantity, monitor);
   switch (reference_.component) {
     case Reference::Component::Along:
       return Eigen::VectorXd::Constant(1, vector.dot(reference_.direction));

@@ -12,8 +12,13 @@ struct MonitorValue {
   Vector3 velocity = Vector3::Zero();          ///< m/s
   Vector3 rotation = Vector3::Zero();          ///< rotation vector, rad
   Vector3 angular_velocity = Vector3::Zero();  ///< world axes, rad/s
-  Vector3 force = Vector3::Zero();             ///< of a contact: on Monitor::block, N
-  double normal_force = 0.0;                   ///< of a contact: sum, N
+  Vector3 force = Vector3::Zero();             ///< of contacts: on Monitor::blocks, N
+  double normal_force = 0.0;                   ///< of contacts: sum, N
+  Vector3 momentum = Vector3::Zero();          ///< of a group, N s
+  Vector3 angular_momentum = Vector3::Zero();  ///< of a group about its centre of mass, N m s
+  /// Of a group: mean by volume over its deformable blocks, NaN where it has none; (xx, yy, zz, xy,
+  /// yz, zx), world axes; tension positive, Pa; strain since the start of the run, shear as gamma.
+  solver::Vector6 stress = solver::Vector6::Zero(), strain = solver::Vector6::Zero();
 };
 
 struct ReferenceResult {

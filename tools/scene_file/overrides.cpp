@@ -4,6 +4,7 @@
 #include <muParser.h>
 
 #include <numbers>
+#include <quoin/geometry/mass_properties.hpp>
 
 #include "scene_file/mesh_surface.hpp"
 #include "scene_file/scene_error.hpp"
@@ -78,23 +79,31 @@ void match_name(const json& name, const std::string& pointer, std::span<const Bl
   }
 }
 
+}  // namespace
+
+std::vector<char> match_blocks(const json& names, const std::string& pointer,
+                               std::span<const BlockLabel> blocks) {
+  std::vector<char> meant(blocks.size(), 0);
+  for (std::size_t i = 0; names.is_array() && i < names.size(); ++i) {
+    match_name(names[i], pointer + "/" + std::to_string(i), blocks, meant);
+  }
+  if (!names.is_array()) match_name(names, pointer, blocks, meant);
+  return meant;
+}
+
+namespace {
+
 std::vector<char> match(const json& value, const std::string& pointer,
                         std::span<const BlockLabel> blocks, const Parameters& parameters) {
-  std::vector<char> meant(blocks.size(), value.contains("blocks") ? 0 : 1);
-  if (value.contains("blocks")) {
-    const json& names = value["blocks"];
-    for (std::size_t i = 0; names.is_array() && i < names.size(); ++i) {
-      match_name(names[i], pointer + "/blocks/" + std::to_string(i), blocks, meant);
-    }
-    if (!names.is_array()) {
-      match_name(names, pointer + "/blocks", blocks, meant);
-    }
-  }
+  std::vector<char> meant = value.contains("blocks")
+                                ? match_blocks(value["blocks"], pointer + "/blocks", blocks)
+                                : std::vector<char>(blocks.size(), 1);
   if (value.contains("where")) {
     Condition condition(value["where"], pointer + "/where", parameters);
     bool any = false;
     for (std::size_t b = 0; b < blocks.size(); ++b) {
-      meant[b] = meant[b] && condition.holds(blocks[b].centroid);
+      meant[b] =
+          meant[b] && condition.holds(geometry::mass_properties(blocks[b].block->body()).centroid);
       any = any || meant[b];
     }
     if (!any) {
@@ -108,11 +117,12 @@ std::vector<char> match(const json& value, const std::string& pointer,
 }  // namespace
 
 std::vector<std::vector<int>> match_overrides(const json& overrides,
+                                              const std::string& list_pointer,
                                               std::span<const BlockLabel> blocks,
                                               const Parameters& parameters) {
   std::vector<std::vector<int>> result(blocks.size());
   for (std::size_t i = 0; i < overrides.size(); ++i) {
-    const std::string pointer = "/overrides/" + std::to_string(i);
+    const std::string pointer = list_pointer + "/" + std::to_string(i);
     if (!overrides[i].contains("blocks") && !overrides[i].contains("where")) {
       throw SceneError(pointer, "needs \"blocks\" or \"where\": which blocks it means");
     }

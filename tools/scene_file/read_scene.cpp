@@ -13,6 +13,7 @@
 #include "scene_file/read_shape.hpp"
 #include "scene_file/scene_file.hpp"
 #include "scene_file/schema_check.hpp"
+#include "scene_file/shared_topology.hpp"
 #include "scene_file/shown.hpp"
 
 namespace quoin::scene_file {
@@ -150,6 +151,8 @@ class Reader {
       read_block_file(blocks, "/blocks", 0);
       return;
     }
+    file_.scene.blocks.reserve(blocks.size());
+    entries_.reserve(blocks.size());
     for (std::size_t i = 0; i < blocks.size(); ++i) {
       if (blocks[i].contains("file")) {
         read_block_file(blocks[i], at("/blocks", i), i);
@@ -232,7 +235,8 @@ class Reader {
       // Blocks whose shape is stated in the same words share it.
       std::shared_ptr<const geometry::Shape>& shape = shapes_[value["shape"].dump()];
       if (shape == nullptr) {
-        shape = std::make_shared<const geometry::Shape>(read_shape(value["shape"]));
+        shape =
+            std::make_shared<const geometry::Shape>(topologies_.share(read_shape(value["shape"])));
       }
       add({shape, pose_of(value, pointer)}, value.value("name", ""),
           {.value = &value, .index = index});
@@ -241,17 +245,30 @@ class Reader {
     }
   }
 
+  std::vector<BlockLabel> labels() const {
+    std::vector<BlockLabel> result;
+    for (std::size_t b = 0; b < entries_.size(); ++b) {
+      const solver::Block& block = file_.scene.blocks[b];
+      result.push_back({block.name, entries_[b].file_name, &block});
+    }
+    return result;
+  }
+
+  /// Ascending.
+  std::vector<int> blocks_named(const json& names, const std::string& pointer) const {
+    const std::vector<char> meant = match_blocks(names, pointer, labels());
+    std::vector<int> result;
+    for (std::size_t b = 0; b < meant.size(); ++b) {
+      if (meant[b]) result.push_back(static_cast<int>(b));
+    }
+    return result;
+  }
+
   /// Kind, material and motion of every block, when all are known.
   void set_properties() {
     std::vector<std::vector<int>> overrides;
     if (document_.contains("overrides")) {
-      std::vector<BlockLabel> labels;
-      for (std::size_t b = 0; b < entries_.size(); ++b) {
-        const solver::Block& block = file_.scene.blocks[b];
-        labels.push_back(
-            {block.name, entries_[b].file_name, geometry::mass_properties(block.body()).centroid});
-      }
-      overrides = match_overrides(document_["overrides"], labels, parameters_);
+      overrides = match_overrides(document_["overrides"], "/overrides", labels(), parameters_);
     }
     for (std::size_t b = 0; b < entries_.size(); ++b) {
       Stated stated(*entries_[b].value, pointer_of(entries_[b]));
@@ -275,6 +292,23 @@ class Reader {
                  : kind == "fixed"      ? BlockKind::Fixed
                  : kind == "prescribed" ? BlockKind::Prescribed
                                         : BlockKind::Deformable;
+  }
+
+  /// What a stage's override says of a block, after all that was said of it before.
+  void override_in_stage(const json& value, const std::string& pointer, solver::Block& block) {
+    const Stated stated(value, pointer);
+    if (value.contains("kind")) set_kind(stated, false, block);
+    if (value.contains("kind") || value.contains("motion")) set_motion(stated, block);
+    if (value.contains("joint_group")) {
+      block.material.joint_group = new_joint_group(value["joint_group"]);
+    }
+    if (!moves_freely(block)) return;
+    const bool deformable = block.kind == BlockKind::Deformable;
+    if (!(block.material.density > 0) || (deformable && !(block.material.young > 0))) {
+      throw SceneError(pointer, "block " + shown(block.name) + " has no material" +
+                                    (deformable ? " with young" : "") +
+                                    ", which it needs to move freely");
+    }
   }
 
   static bool moves_freely(const solver::Block& block) {
@@ -358,11 +392,15 @@ class Reader {
                                   [](const MeshBlock& mesh) { return mesh.is_support; });
     if (!held && !(value.contains("supports") && value["supports"].is_array()))
       files_without_support_.push_back(pointer);
+    if (entries_.empty()) {
+      file_.scene.blocks.reserve(meshes.size());
+      entries_.reserve(meshes.size());
+    }
     for (const MeshBlock& mesh : meshes) {
       try {
-        geometry::Shape shape = convex_block(mesh, value.value("convexity_tolerance", -1.0));
-        add({std::make_shared<const geometry::Shape>(std::move(shape)), pose_of(value, pointer)},
-            mesh.id,
+        const geometry::Shape shape = convex_block(mesh, value.value("convexity_tolerance", -1.0));
+        auto shared = std::make_shared<const geometry::Shape>(topologies_.share(shape));
+        add({std::move(shared), pose_of(value, pointer)}, mesh.id,
             {.value = &value,
              .index = index,
              .file_name = mesh.name,
@@ -434,11 +472,14 @@ class Reader {
     } else if (file_.scene.blocks.size() > 1) {
       throw SceneError("", "missing key \"joint\": the properties where blocks touch");
     }
-    each("joints", [&](const json& value, const std::string& pointer) {
-      file_.scene.pair_joints.push_back({joint_group(value["between"][0], pointer + "/between/0"),
-                                         joint_group(value["between"][1], pointer + "/between/1"),
-                                         joint(value)});
-    });
+    each("joints",
+         [&](const json& value, const std::string& pointer) { read_pair_joint(value, pointer); });
+  }
+
+  void read_pair_joint(const json& value, const std::string& pointer) {
+    file_.scene.pair_joints.push_back({joint_group(value["between"][0], pointer + "/between/0"),
+                                       joint_group(value["between"][1], pointer + "/between/1"),
+                                       joint(value)});
   }
 
   int joint_group(const std::string& name, const std::string& pointer) const {
@@ -555,43 +596,162 @@ class Reader {
       file_.stages.push_back(
           {.end_time = document_["end_time"], .time_step = file_.options.time_step});
     }
-    double reached = 0.0;
+    find_absent();
+    double reached = document_.value("end_time", 0.0);
     each("stages", [&](const json& value, const std::string& pointer) {
-      Stage stage;
-      const std::string analysis = value["analysis"];
-      stage.analysis = analysis == "static"   ? solver::Analysis::Static
-                       : analysis == "settle" ? solver::Analysis::Settle
-                                              : solver::Analysis::Dynamic;
-      stage.time_step = value.value("time_step", file_.options.time_step);
-      stage.max_steps = value.value("max_steps", stage.max_steps);
-      stage.unbalance = value.value("unbalance", stage.unbalance);
-      if (value.contains("steps")) {
-        if (value.contains("until")) {
-          throw SceneError(pointer, "\"steps\" and \"until\" can't both be given");
-        }
-        stage.steps = value["steps"].get<long>();
-      }
-      if (stage.analysis == solver::Analysis::Dynamic) {
-        stage.end_time = value["end_time"];
-        if (!(stage.end_time > reached)) {
-          throw SceneError(pointer + "/end_time",
-                           "must be after " + json(reached).dump() + " s, where the stage begins");
-        }
-        reached = stage.end_time;
-      }
-      file_.stages.push_back(stage);
+      Stage stage = read_stage(value, pointer, reached);
+      change_scene(value, pointer, stage);
+      file_.stages.push_back(std::move(stage));
     });
-    for (const Stage& stage : file_.stages) reached = std::max(reached, stage.end_time);
+    if (at_start_) file_.scene = *std::move(at_start_);
     file_.output_interval = document_.value("output_interval", reached / 100);
+  }
+
+  /// `reached`: where a dynamic stage begins at the latest, s; becomes where it ends.
+  Stage read_stage(const json& value, const std::string& pointer, double& reached) const {
+    Stage stage;
+    const std::string analysis = value["analysis"];
+    stage.analysis = analysis == "static"   ? solver::Analysis::Static
+                     : analysis == "settle" ? solver::Analysis::Settle
+                                            : solver::Analysis::Dynamic;
+    stage.name = value.value("name", "");
+    stage.time_step = value.value("time_step", file_.options.time_step);
+    stage.max_steps = value.value("max_steps", stage.max_steps);
+    stage.unbalance = value.value("unbalance", stage.unbalance);
+    stage.until_rest = value.contains("until");
+    stage.until_moved = value.value("until_moved", 0.0);
+    stage.reset_displacements = value.value("reset_displacements", false);
+    if (value.contains("steps")) stage.steps = value["steps"].get<long>();
+    if (stage.analysis == solver::Analysis::Dynamic) {
+      read_end(value, pointer, stage, reached);
+      return stage;
+    }
+    if (stage.steps && stage.until_rest) {
+      throw SceneError(pointer, "\"steps\" and \"until\" can't both be given");
+    }
+    stage.until_rest = !stage.steps;
+    return stage;
+  }
+
+  static void read_end(const json& value, const std::string& pointer, Stage& stage,
+                       double& reached) {
+    stage.end_time = value.value("end_time", 0.0);
+    stage.duration = value.value("duration", 0.0);
+    const int given =
+        value.contains("end_time") + value.contains("duration") + value.contains("steps");
+    if (given != 1) {
+      throw SceneError(pointer, std::string(given == 0 ? "missing key" : "can take only one of") +
+                                    " \"end_time\", \"duration\" or \"steps\"");
+    }
+    if (stage.end_time > 0 && !(stage.end_time > reached)) {
+      throw SceneError(pointer + "/end_time",
+                       "must be after " + json(reached).dump() + " s, where the stage begins");
+    }
+    reached = stage.end_time > 0 ? stage.end_time
+              : stage.steps      ? reached + static_cast<double>(*stage.steps) * stage.time_step
+                                 : reached + stage.duration;
+  }
+
+  /// Blocks that a stage adds before any removes them are absent at the start.
+  void find_absent() {
+    absent_.assign(file_.scene.blocks.size(), 0);
+    std::vector<char> known(file_.scene.blocks.size(), 0);
+    each("stages", [&](const json& value, const std::string& pointer) {
+      for (const char* key : {"remove", "add"}) {
+        if (!value.contains(key)) continue;
+        for (const int b : blocks_named(value[key], pointer + "/" + key)) {
+          const auto block = static_cast<std::size_t>(b);
+          if (!known[block]) absent_[block] = key == std::string("add");
+          known[block] = 1;
+        }
+      }
+    });
+  }
+
+  /// The scene with those that are absent out of it. What can't move takes no load.
+  solver::Scene present(solver::Scene scene) const {
+    for (std::size_t b = 0; b < scene.blocks.size(); ++b) {
+      if (absent_[b]) scene.blocks[b].kind = BlockKind::Absent;
+    }
+    const auto bears_none = [&](const auto& load) {
+      return !moves_freely(scene.blocks[static_cast<std::size_t>(load.block)]);
+    };
+    std::erase_if(scene.point_loads, bears_none);
+    std::erase_if(scene.face_loads, bears_none);
+    std::erase_if(scene.body_loads, bears_none);
+    std::erase_if(scene.fixed_points, bears_none);
+    return scene;
+  }
+
+  /// What a stage says of the scene holds from then on. Its lists take the place of earlier ones.
+  void change_scene(const json& value, const std::string& pointer, Stage& stage) {
+    const auto given = [&](const char* key) { return value.contains(key); };
+    constexpr std::array kKeys = {"gravity",      "joint",  "joints", "loads",
+                                  "fixed_points", "remove", "add",    "overrides"};
+    if (std::ranges::none_of(kKeys, given)) return;
+    if (!at_start_) at_start_ = present(file_.scene);
+    const auto each_of = [&](const char* key, const auto& read_one) {
+      for (std::size_t i = 0; i < value[key].size(); ++i) {
+        read_one(value[key][i], at(pointer + "/" + key, i));
+      }
+    };
+    solver::Scene& scene = file_.scene;
+    if (given("gravity")) scene.gravity = vector_of_time(value["gravity"], pointer + "/gravity");
+    if (given("overrides")) override_blocks(value["overrides"], pointer + "/overrides");
+    if (given("joint")) scene.joint = joint(value["joint"]);
+    if (given("joints")) {
+      scene.pair_joints.clear();
+      each_of("joints", [&](const json& v, const std::string& p) { read_pair_joint(v, p); });
+    }
+    if (given("remove")) move_blocks(value["remove"], pointer + "/remove", 1);
+    if (given("add")) move_blocks(value["add"], pointer + "/add", 0);
+    if (given("loads")) {
+      scene.point_loads.clear();
+      scene.face_loads.clear();
+      scene.body_loads.clear();
+      each_of("loads", [&](const json& v, const std::string& p) { read_load(v, p); });
+    }
+    if (given("fixed_points")) {
+      scene.fixed_points.clear();
+      each_of("fixed_points", [&](const json& v, const std::string& p) { read_fixed_point(v, p); });
+    }
+    stage.scene = std::make_shared<const solver::Scene>(present(scene));
+  }
+
+  /// Away or in. One of those that are meant at least must not be so already.
+  void move_blocks(const json& names, const std::string& pointer, char absent) {
+    bool any = false;
+    for (const int b : blocks_named(names, pointer)) {
+      any = any || absent_[static_cast<std::size_t>(b)] != absent;
+      absent_[static_cast<std::size_t>(b)] = absent;
+    }
+    if (!any) {
+      throw SceneError(pointer, absent != 0 ? "none of these blocks is there"
+                                            : "all of these blocks are there already");
+    }
+  }
+
+  void override_blocks(const json& overrides, const std::string& pointer) {
+    const auto numbers = match_overrides(overrides, pointer, labels(), parameters_);
+    for (std::size_t b = 0; b < numbers.size(); ++b) {
+      for (const int number : numbers[b]) {
+        const auto i = static_cast<std::size_t>(number);
+        override_in_stage(overrides[i], at(pointer, i), file_.scene.blocks[b]);
+      }
+    }
   }
 
   void read_monitor(const json& value, const std::string& pointer) {
     Monitor monitor{.name = value["name"]};
     if (value.contains("contact")) {
-      monitor.other = block_named(value["contact"][0], pointer + "/contact/0");
-      monitor.block = block_named(value["contact"][1], pointer + "/contact/1");
+      monitor.kind = Monitor::Kind::Contact;
+      monitor.others = blocks_named(value["contact"][0], pointer + "/contact/0");
+      monitor.blocks = blocks_named(value["contact"][1], pointer + "/contact/1");
+    } else if (value.contains("blocks")) {
+      monitor.kind = Monitor::Kind::Group;
+      monitor.blocks = blocks_named(value["blocks"], pointer + "/blocks");
     } else {
-      monitor.block = block_named(value["block"], pointer + "/block");
+      monitor.blocks = {block_named(value["block"], pointer + "/block")};
       if (value.contains("point")) {
         monitor.point = read_vector(value["point"]);
       }
@@ -609,7 +769,17 @@ class Reader {
            : name == "velocity"         ? Quantity::Velocity
            : name == "rotation"         ? Quantity::Rotation
            : name == "angular_velocity" ? Quantity::AngularVelocity
+           : name == "momentum"         ? Quantity::Momentum
+           : name == "angular_momentum" ? Quantity::AngularMomentum
+           : name == "stress"           ? Quantity::Stress
+           : name == "strain"           ? Quantity::Strain
                                         : Quantity::Force;
+  }
+
+  static Monitor::Kind shown_by(Quantity quantity) {
+    return quantity == Quantity::Force      ? Monitor::Kind::Contact
+           : quantity >= Quantity::Momentum ? Monitor::Kind::Group
+                                            : Monitor::Kind::Point;
   }
 
   void read_reference(const json& value, const std::string& pointer) {
@@ -621,7 +791,7 @@ class Reader {
       throw SceneError(pointer + "/monitor", "there is no monitor " + shown(value["monitor"]));
     }
     reference.monitor = static_cast<int>(found - file_.monitors.begin());
-    if ((reference.quantity == Quantity::Force) != found->other.has_value()) {
+    if (shown_by(reference.quantity) != found->kind) {
       throw SceneError(pointer + "/quantity", "monitor " + value["monitor"].dump() + " has no " +
                                                   value["quantity"].get<std::string>());
     }
@@ -639,6 +809,18 @@ class Reader {
       throw SceneError(pointer, "\"component\" and \"along\" can't both be given");
     }
     const std::string component = value.value("component", "");
+    const bool tensor =
+        reference.quantity == Quantity::Stress || reference.quantity == Quantity::Strain;
+    if (tensor != (component.size() == 2)) {
+      throw SceneError(pointer, std::string(tensor ? "needs" : "can't have") +
+                                    " a \"component\" of xx, yy, zz, xy, yz, zx");
+    }
+    if (tensor) {
+      reference.component = Component::Along;
+      const std::array<const char*, 6> names = {"xx", "yy", "zz", "xy", "yz", "zx"};
+      reference.tensor_component = std::ranges::find(names, component) - names.begin();
+      return;
+    }
     if (component == "magnitude") {
       reference.component = Component::Magnitude;
     } else if (!component.empty()) {
@@ -690,6 +872,9 @@ class Reader {
   std::map<std::string, std::shared_ptr<const geometry::Shape>> shapes_;  // by what is stated
   std::vector<Entry> entries_;                                            ///< of each block
   std::vector<std::string> files_without_support_;
+  SharedTopologies topologies_;
+  std::optional<solver::Scene> at_start_;  ///< kept as soon as a stage changes the scene
+  std::vector<char> absent_;               ///< by block: in the stage that is being read
 };
 
 }  // namespace
@@ -714,6 +899,13 @@ Eigen::VectorXd Reference::exact(double time) const {
   const auto before = after - 1;
   const double share = (time - (*before)[0]) / ((*after)[0] - (*before)[0]);
   return (1 - share) * row(*before) + share * row(*after);
+}
+
+const solver::Scene& SceneFile::scene_in(std::size_t stage) const {
+  for (std::size_t i = stage + 1; i-- > 0;) {
+    if (stages[i].scene) return *stages[i].scene;
+  }
+  return scene;
 }
 
 SceneFile read_scene(const std::string& path, const std::vector<std::string>& changes) {

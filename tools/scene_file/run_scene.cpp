@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <sstream>
 
 #include "scene_file/archive.hpp"
+#include "scene_file/group_value.hpp"
 
 namespace quoin::scene_file {
 namespace {
@@ -41,8 +43,11 @@ class Watch {
  public:
   Watch(const SceneFile& file, const Simulation& simulation) : file_(file) {
     for (const Monitor& monitor : file.monitors) {
-      arms_.push_back(monitor.point ? simulation.reference_arm(monitor.block, *monitor.point)
+      arms_.push_back(monitor.point ? simulation.reference_arm(monitor.blocks[0], *monitor.point)
                                     : Vector3(Vector3::Zero()));
+      sides_.push_back(monitor.kind == Monitor::Kind::Contact
+                           ? sides(monitor, file.scene.blocks.size())
+                           : std::vector<Side>());
     }
     begin(simulation.state());
   }
@@ -51,7 +56,7 @@ class Watch {
   void begin(const State& state) {
     start_ = {};
     for (std::size_t m = 0; m < file_.monitors.size(); ++m) {
-      start_.places.push_back(solver::local_point(state, file_.monitors[m].block, arms_[m]));
+      start_.places.push_back(solver::local_point(state, file_.monitors[m].blocks[0], arms_[m]));
       start_.rotations.push_back(block(state, m).rotation);
     }
   }
@@ -61,24 +66,38 @@ class Watch {
     archive(start_.places, start_.rotations);
   }
 
-  std::vector<MonitorValue> values(const State& state) const {
+  std::vector<MonitorValue> values(const Simulation& simulation) const {
     std::vector<MonitorValue> result;
     for (std::size_t m = 0; m < file_.monitors.size(); ++m) {
-      result.push_back(file_.monitors[m].other ? contact_value(state, file_.monitors[m])
-                                               : point_value(state, m));
+      const Monitor& monitor = file_.monitors[m];
+      result.push_back(
+          monitor.kind == Monitor::Kind::Contact ? contact_value(simulation.state(), sides_[m])
+          : monitor.kind == Monitor::Kind::Group ? group_value(simulation, monitor.blocks)
+                                                 : point_value(simulation.state(), m));
     }
     return result;
   }
 
  private:
+  /// What a block is to a contact monitor.
+  struct Side {
+    bool pushes = false, is_pushed = false;
+  };
+  static std::vector<Side> sides(const Monitor& monitor, std::size_t block_count) {
+    std::vector<Side> result(block_count);
+    for (const int b : monitor.others) result[static_cast<std::size_t>(b)].pushes = true;
+    for (const int b : monitor.blocks) result[static_cast<std::size_t>(b)].is_pushed = true;
+    return result;
+  }
+
   const BlockState& block(const State& state, std::size_t monitor) const {
-    return state.blocks[static_cast<std::size_t>(file_.monitors[monitor].block)];
+    return state.blocks[static_cast<std::size_t>(file_.monitors[monitor].blocks[0])];
   }
 
   MonitorValue point_value(const State& state, std::size_t m) const {
     const BlockState& now = block(state, m);
     MonitorValue value;
-    const Vector3 place = solver::local_point(state, file_.monitors[m].block, arms_[m]);
+    const Vector3 place = solver::local_point(state, file_.monitors[m].blocks[0], arms_[m]);
     value.displacement = place - start_.places[m];
     value.angular_velocity = now.rotation * now.angular_velocity;
     value.velocity = now.velocity + value.angular_velocity.cross(place - now.centroid);
@@ -86,23 +105,23 @@ class Watch {
     return value;
   }
 
-  static MonitorValue contact_value(const State& state, const Monitor& monitor) {
+  /// Of all pairs of one that pushes and one that is pushed: inner forces of what is both cancel.
+  static MonitorValue contact_value(const State& state, const std::vector<Side>& sides) {
     MonitorValue value;
     for (const Contact& contact : state.contacts) {
-      const bool on_b =
-          contact.point.key.a == *monitor.other && contact.point.key.b == monitor.block;
-      const bool on_a =
-          contact.point.key.b == *monitor.other && contact.point.key.a == monitor.block;
-      if (on_a || on_b) {
-        value.force += on_b ? force_on_b(contact) : Vector3(-force_on_b(contact));
-        value.normal_force += contact.normal_force;
-      }
+      const Side a = sides[static_cast<std::size_t>(contact.point.key.a)];
+      const Side b = sides[static_cast<std::size_t>(contact.point.key.b)];
+      const bool on_b = a.pushes && b.is_pushed, on_a = b.pushes && a.is_pushed;
+      if (on_b) value.force += force_on_b(contact);
+      if (on_a) value.force -= force_on_b(contact);
+      if (on_a || on_b) value.normal_force += contact.normal_force;
     }
     return value;
   }
 
   const SceneFile& file_;
   std::vector<Vector3> arms_;
+  std::vector<std::vector<Side>> sides_;  ///< of contact monitors: by block
   Start start_;
 };
 
@@ -149,10 +168,10 @@ class Runner {
     if (options_.resume != nullptr) {
       load(*options_.resume);
     } else {
+      file_.stage_clock->start = 0.0;
       result_.energy_start = simulation_.state().energy;
     }
-    if (options_.resume == nullptr) file_.stage_clock->start = 0.0;
-    result_.monitors = watch_.values(simulation_.state());
+    result_.monitors = watch_.values(simulation_);
     if (options_.resume == nullptr && options_.before_first) options_.before_first(view());
     for (std::size_t stage = stage_; stage < file_.stages.size() && going_; ++stage) {
       run_stage(stage);
@@ -171,8 +190,8 @@ class Runner {
     options.watch = [this](const StepReport& so_far) {
       if (options_.in_step) {
         StepView now = view();
-        options_.in_step({simulation_, so_far, now.monitors, now.dynamic_time, now.stage,
-                          now.progress, now.status});
+        options_.in_step({simulation_, so_far, now.monitors, now.counted_from, now.dynamic_time,
+                          now.stage, now.progress, now.status});
       }
       return !must_stop();
     };
@@ -180,13 +199,10 @@ class Runner {
   }
 
   StepView view() const {
-    return {simulation_,
-            simulation_report_,
-            result_.monitors,
-            dynamic_time(),
-            stage_,
-            progress_,
-            stopped_.value_or(result_.status)};
+    return {simulation_,      simulation_report_,
+            result_.monitors, counted_from_,
+            dynamic_time(),   stage_,
+            progress_,        stopped_.value_or(result_.status)};
   }
 
   double dynamic_time() const {
@@ -206,7 +222,8 @@ class Runner {
             result_.energy_growth, result_.steps, result_.unconverged_steps, result_.total,
             result_.wall_seconds, result_.left_out, stage_, progress_, simulation_report_,
             dynamic_start_, time_step_, least_energy_, largest_kinetic_, least_potential_,
-            largest_potential_, result_.energy_scale, result_.flags, file_.stage_clock->start);
+            largest_potential_, result_.energy_scale, result_.flags, stage_start_, moved_from_,
+            counted_from_, file_.stage_clock->start);
     watch_.transfer(archive);
     for (Comparison& comparison : comparisons_) comparison.transfer(archive);
   }
@@ -226,17 +243,14 @@ class Runner {
     transfer(archive);
     solver::StepOptions options = step_options(file_.stages.at(stage_));
     options.time_step = time_step_;
-    simulation_.set_options(options);
-    simulation_.load(in);
+    simulation_ = Simulation(file_.scene_in(stage_), options, in);
   }
 
   void run_stage(std::size_t index) {
     const Stage& stage = file_.stages[index];
     if (index >= result_.stages.size()) begin_stage(index);
-    if (stage.analysis == Analysis::Dynamic) {
-      run_dynamic(stage);
-    } else {
-      run_static(stage);
+    if (going_) {
+      stage.analysis == Analysis::Dynamic ? run_dynamic(stage) : run_static(stage);
     }
     result_.stages.back().done = going_;
     if (options_.after_stage) options_.after_stage(view(), save_);
@@ -245,11 +259,39 @@ class Runner {
   void begin_stage(std::size_t index) {
     stage_ = index;
     progress_ = 0.0;
-    result_.stages.push_back({.analysis = file_.stages[index].analysis});
+    const Stage& stage = file_.stages[index];
+    result_.stages.push_back({.analysis = stage.analysis});
     file_.stage_clock->start = simulation_.state().time;
-    simulation_.set_options(step_options(file_.stages[index]));
+    if (stage.scene && !change_scene(*stage.scene)) return;
+    simulation_.set_options(step_options(stage));
     note_left_out();
-    if (file_.stages[index].analysis == Analysis::Dynamic && !dynamic_start_) begin_dynamic();
+    if (stage.analysis == Analysis::Dynamic && !dynamic_start_) begin_dynamic();
+    stage_start_ = dynamic_time();
+    const State& state = simulation_.state();
+    moved_from_.clear();
+    for (const BlockState& block : state.blocks) {
+      if (stage.until_moved > 0) moved_from_.push_back(block.centroid);
+    }
+    if (stage.reset_displacements) {
+      counted_from_ = state.blocks;
+      watch_.begin(state);
+    }
+  }
+
+  bool change_scene(const solver::Scene& scene) {
+    try {
+      simulation_.change(scene);
+      return true;
+    } catch (const geometry::InputError& error) {
+      fail(RunStatus::StageRefused, stage_name() + " can't begin: " + error.what());
+      going_ = false;  // there is no state to go on from
+      return false;
+    }
+  }
+
+  std::string stage_name() const {
+    const std::string& name = file_.stages[stage_].name;
+    return "stage " + std::to_string(stage_) + (name.empty() ? "" : " (" + name + ")");
   }
 
   void begin_dynamic() {
@@ -273,21 +315,55 @@ class Runner {
   }
 
   void run_static(const Stage& stage) {
-    const long most = stage.steps.value_or(stage.max_steps);
     const StageResult& done = result_.stages.back();
     while (going_) {
-      if (done.verdict == solver::StaticVerdict::Mechanism) {
+      const bool ended = has_ended(stage);
+      if (done.verdict == solver::StaticVerdict::Mechanism && done.end != StageEnd::Moved) {
         return fail(RunStatus::Mechanism, mechanism(done));
       }
-      if (!stage.steps && done.verdict == solver::StaticVerdict::Rest) return;
-      if (done.steps >= most) break;
+      if (ended) return;
+      if (!stage.steps && done.steps >= stage.max_steps) return not_at_rest();
       step();
     }
-    if (going_ && !stage.steps && !(done.unbalance <= stage.unbalance)) {
-      fail(RunStatus::NotAtRest, "stage " + std::to_string(stage_) + " did not come to rest in " +
-                                     std::to_string(most) + " steps: unbalance " +
-                                     std::to_string(simulation_report_.unbalance));
+  }
+
+  /// A static stage is at rest by its verdict; also where its steps are over and the unbalance
+  /// still falls, below its limit.
+  static bool is_at_rest(const Stage& stage, const StageResult& done) {
+    const bool balanced = done.steps > 0 && done.unbalance <= stage.unbalance;
+    if (stage.analysis == Analysis::Dynamic) return balanced;
+    return done.verdict == solver::StaticVerdict::Rest ||
+           (balanced && done.steps >= stage.max_steps);
+  }
+
+  /// Rest, distance and steps; notes which.
+  bool has_ended(const Stage& stage) {
+    StageResult& done = result_.stages.back();
+    const bool moved =
+        stage.until_moved > 0 && farthest_moved(simulation_.state()) >= stage.until_moved;
+    done.end = stage.until_rest && is_at_rest(stage, done) ? StageEnd::Rest
+               : moved                                     ? StageEnd::Moved
+               : stage.steps && done.steps >= *stage.steps ? StageEnd::Steps
+                                                           : StageEnd::None;
+    if (done.end == StageEnd::Steps && stage.until_rest) not_at_rest();
+    return done.end != StageEnd::None;
+  }
+
+  /// Of any block that can move, since the start of the stage, m.
+  double farthest_moved(const State& state) const {
+    double farthest = 0.0;
+    for (std::size_t b = 0; b < state.blocks.size(); ++b) {
+      if (simulation_.scene().blocks[b].kind >= solver::BlockKind::Fixed) continue;
+      farthest = std::max(farthest, (state.blocks[b].centroid - moved_from_[b]).norm());
     }
+    return farthest;
+  }
+
+  void not_at_rest() {
+    std::ostringstream line;
+    line << stage_name() << " did not come to rest in " << result_.stages.back().steps
+         << " steps: unbalance " << simulation_report_.unbalance;
+    fail(RunStatus::NotAtRest, line.str());
   }
 
   std::string block_name(int block) const {
@@ -309,16 +385,22 @@ class Runner {
 
   std::string mechanism(const StageResult& stage) const {
     std::ostringstream line;
-    line << "stage " << stage_ << ": mechanism: block " << block_name(stage.travel_block)
+    line << stage_name() << ": mechanism: block " << block_name(stage.travel_block)
          << " has moved by " << stage.travel << " of its size and does not come to rest; unbalance "
          << stage.unbalance << " of the largest force";
     return line.str();
   }
 
   void run_dynamic(const Stage& stage) {
-    while (going_) {
-      const double left = *dynamic_start_ + stage.end_time - simulation_.state().time;
+    const double unlimited = std::numeric_limits<double>::infinity();
+    const double end = stage.end_time > 0   ? stage.end_time
+                       : stage.duration > 0 ? stage_start_ + stage.duration
+                                            : unlimited;
+    while (going_ && !has_ended(stage)) {
+      const double left = *dynamic_start_ + end - simulation_.state().time;
       if (left <= 1e-6 * stage.time_step) {
+        result_.stages.back().end = StageEnd::Time;
+        if (stage.until_rest) not_at_rest();
         return;
       }
       // The last step ends where the stage does; a rounding error is no reason for another step.
@@ -328,15 +410,19 @@ class Runner {
         options.time_step = time_step;
         simulation_.set_options(options);
       }
-      progress_ = 1 - left / stage.end_time;
+      progress_ = stage.steps ? static_cast<double>(result_.stages.back().steps) /
+                                    static_cast<double>(*stage.steps)
+                              : 1 - left / (end - stage_start_);
       step();
     }
   }
 
   /// Velocities of the scene, after stages that brought it to rest.
   void set_initial_velocities() {
-    for (std::size_t b = 0; b < file_.scene.blocks.size(); ++b) {
-      const solver::Block& block = file_.scene.blocks[b];
+    const std::vector<solver::Block>& blocks = simulation_.scene().blocks;
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
+      const solver::Block& block = blocks[b];
+      if (block.kind >= solver::BlockKind::Fixed) continue;
       if (!block.velocity.isZero(0.0) || !block.angular_velocity.isZero(0.0)) {
         simulation_.set_velocity(static_cast<int>(b), block.velocity, block.angular_velocity);
       }
@@ -370,7 +456,7 @@ class Runner {
       not_converged(report);
     }
     const State& state = simulation_.state();
-    result_.monitors = watch_.values(state);
+    result_.monitors = watch_.values(simulation_);
     if (dynamic_start_) {
       compare(dynamic_time());
       measure_energy(state.energy);
@@ -389,9 +475,10 @@ class Runner {
   void not_converged(const StepReport& report) {
     ++result_.unconverged_steps;
     fail(RunStatus::NotConverged, describe(report) + fighting(report));
-    // A diverged step has no best try to go on from.
-    going_ = going_ && report.status != solver::StepStatus::Diverged;
-    if (going_) simulation_.take_best_try();
+    going_ = going_ && report.status != solver::StepStatus::Diverged;  // no try to go on from
+    if (going_) {
+      simulation_.take_best_try();
+    }
   }
 
   /// Notes the first failure, and stops unless failures are accepted.
@@ -434,6 +521,7 @@ class Runner {
     }
     const State& state = simulation_.state();
     result_.energy = state.energy;
+    result_.threads = simulation_.threads();
     result_.time = state.time;
     result_.dynamic_time = dynamic_time();
     result_.wall_seconds += seconds_since(started_);
@@ -447,7 +535,7 @@ class Runner {
   }
 
   bool is_held(int block) const {
-    const solver::BlockKind kind = file_.scene.blocks[static_cast<std::size_t>(block)].kind;
+    const solver::BlockKind kind = simulation_.scene().blocks[static_cast<std::size_t>(block)].kind;
     return kind == solver::BlockKind::Fixed || kind == solver::BlockKind::Prescribed;
   }
 
@@ -463,7 +551,10 @@ class Runner {
   std::size_t stage_ = 0;
   bool going_ = true;
   double progress_ = 0.0;
-  double time_step_ = 0.0;  ///< of the last step, s: only in a checkpoint
+  double stage_start_ = 0.0;              ///< of the present stage: dynamic_time(), s
+  std::vector<Vector3> moved_from_;       ///< centroids then, where the stage asks for them
+  std::vector<BlockState> counted_from_;  ///< StepView
+  double time_step_ = 0.0;                ///< of the last step, s: only in a checkpoint
   const SaveRun save_ = [this](std::ostream& out) { save(out); };
   std::chrono::steady_clock::time_point started_{};
   double least_energy_ = 0.0, largest_kinetic_ = 0.0;

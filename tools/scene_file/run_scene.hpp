@@ -11,11 +11,15 @@ namespace quoin::scene_file {
 enum class RunStatus : std::uint8_t {
   Completed,
   NotConverged,  ///< a step did not converge
-  NotAtRest,     ///< a static stage did not come to rest
+  NotAtRest,     ///< a stage did not come to rest
   Mechanism,     ///< of a static stage: there is no equilibrium near its start
+  StageRefused,  ///< a stage can't begin: what it lays overlaps what stands there
   Interrupted,
   TimeLimit  ///< the wall time that was given is over
 };
+
+/// Which stop rule ended a stage.
+enum class StageEnd : std::uint8_t { None, Rest, Moved, Steps, Time };
 
 struct StageResult {
   solver::Analysis analysis = solver::Analysis::Dynamic;
@@ -25,6 +29,7 @@ struct StageResult {
   double travel = 0.0;    ///< likewise, by the block's size
   int travel_block = -1;  ///< that block
   bool done = false;
+  StageEnd end = StageEnd::None;
 };
 
 /// A flag that steps of a run raised.
@@ -48,6 +53,7 @@ struct RunResult {
   std::vector<RunFlag> flags{};  ///< one of a kind
   long steps = 0, unconverged_steps = 0;
   solver::StepReport total{};  ///< counts and seconds added up; overlap, condition, … the largest
+  int threads = 1;             ///< that were at work
   double wall_seconds = 0.0;
   double time = 0.0;                        ///< simulated, all stages, s
   double dynamic_time = 0.0;                ///< s since the start of the first dynamic stage
@@ -59,6 +65,8 @@ struct StepView {
   const solver::Simulation& simulation;
   const solver::StepReport& report;  ///< of the last step
   const std::vector<MonitorValue>& monitors;
+  /// Places from which displacements count, by block; empty: from the start of the run.
+  const std::vector<solver::BlockState>& counted_from;
   double dynamic_time;  ///< s since the start of the first dynamic stage; 0 before
   std::size_t stage;
   double progress;   ///< of the stage: 0..1 (dynamic), else 0

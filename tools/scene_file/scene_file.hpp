@@ -14,25 +14,45 @@ namespace quoin::scene_file {
 
 using solver::Vector3;
 
-/// One part of a run: static or settling until rest or for so many steps; dynamic until a time.
+/// One part of a run. It ends at the first of its stop rules; one without `steps`, `end_time` or
+/// `duration` (static, settle) at rest.
 struct Stage {
   solver::Analysis analysis = solver::Analysis::Dynamic;
-  double end_time = 0.0;        ///< dynamic: s from the start of the first dynamic stage
-  std::optional<long> steps{};  ///< static, settle: just so many; none: until rest
-  long max_steps = 1000;        ///< static, settle: at rest by then, or the stage has failed
-  double unbalance = 1e-6;      ///< static, settle: limit of StepReport::unbalance at rest
+  std::string name{};
+  double end_time = 0.0;        ///< dynamic: s from the start of the first dynamic stage; 0: none
+  double duration = 0.0;        ///< dynamic: s from the start of this stage; 0: none
+  std::optional<long> steps{};  ///< just so many
+  bool until_rest = false;      ///< at rest before another rule ends it, or it has failed
+  double until_moved = 0.0;     ///< m: of a centroid since the start of the stage; 0: no rule
+  long max_steps = 1000;        ///< static, settle until rest: at rest by then
+  double unbalance = 1e-6;      ///< limit of StepReport::unbalance at rest
   double time_step = 0.0;       ///< s
+  bool reset_displacements = false;              ///< they count from the start of this stage
+  std::shared_ptr<const solver::Scene> scene{};  ///< from this stage on; null: as before
 };
 
-/// Something to watch: a material point of a block, or the contact between two blocks.
+/// Something to watch: a material point of a block, the contacts between blocks, or a group of
+/// blocks.
 struct Monitor {
+  enum class Kind : std::uint8_t { Point, Contact, Group } kind = Kind::Point;
   std::string name{};
-  int block = 0;                   ///< of a contact: the one that the force pushes
-  std::optional<int> other{};      ///< of a contact: the one that pushes
+  std::vector<int>
+      blocks{};  ///< of a point: one; of contacts: those that the force pushes; ascending
+  std::vector<int> others{};       ///< of contacts: those that push; ascending
   std::optional<Vector3> point{};  ///< place of the material point at the start, m; none: centroid
 };
 
-enum class Quantity : std::uint8_t { Displacement, Velocity, Rotation, AngularVelocity, Force };
+enum class Quantity : std::uint8_t {
+  Displacement,
+  Velocity,
+  Rotation,
+  AngularVelocity,
+  Force,
+  Momentum,
+  AngularMomentum,
+  Stress,
+  Strain
+};
 
 /// An exact answer: a formula of t or a table, against a quantity of a monitor.
 struct Reference {
@@ -41,6 +61,7 @@ struct Reference {
   Quantity quantity = Quantity::Displacement;
   enum class Component : std::uint8_t { Vector, Along, Magnitude } component = Component::Vector;
   Vector3 direction = Vector3::Zero();       ///< of Along: unit
+  Eigen::Index tensor_component = 0;         ///< of stress and strain: xx, yy, zz, xy, yz, zx
   std::vector<Formula> formulas{};           ///< one, or three for a vector
   std::vector<std::vector<double>> table{};  ///< rows t, value(s); used when there are no formulas
   double from = 0.0;                         ///< s: it holds from here …
@@ -67,6 +88,9 @@ struct SceneFile {
   double output_interval = 0.0;        ///< s between ParaView files
   int history_every = 1;               ///< steps between lines of the history
   std::vector<std::string> sources{};  ///< the files that it was read from
+
+  /// The scene as it stands in a stage. `scene` is that of the start of the run.
+  const solver::Scene& scene_in(std::size_t stage) const;
 };
 
 /// Reads a scene file. `changes` are "NAME=VALUE": NAME a parameter of the scene, or a JSON pointer

@@ -147,7 +147,8 @@ void hand_on(const Contact& before, std::span<const Pose> poses, BodyContact& co
 }
 
 void start_history(const CarryOptions& options, BodyContact& contact) {
-  if (options.bonds == NewBonds::Residual) {
+  if (!options.laid[static_cast<std::size_t>(contact.a)] &&
+      !options.laid[static_cast<std::size_t>(contact.b)]) {
     contact.state.failed = true;
     return;
   }

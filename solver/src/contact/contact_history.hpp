@@ -35,16 +35,14 @@ Vector3 reference_arm(const Pose& pose, const Vector3& from_centroid);
 /// Joint of two blocks' materials.
 const Joint& joint_between(const Scene& scene, int a, int b);
 
-/// What contacts without history are: bonds where blocks are laid (the first step), or blocks that
-/// meet later, with residual strength.
-enum class NewBonds : std::uint8_t { Intact, Residual };
-
 struct CarryOptions {
   const Scene& scene;
   std::span<const Pose> poses;
   std::span<const BlockModel> models;
   double reach = 0.0;  ///< m: no history goes over to a contact farther away
-  NewBonds bonds = NewBonds::Residual;
+  /// By block. A contact without history is a bond where one of its blocks is being laid; else the
+  /// two have met, with residual strength.
+  std::span<const char> laid;
 };
 
 /// New list from what geometry found now, with the history of `before` handed on

@@ -67,7 +67,8 @@ enum class BlockKind : std::uint8_t {
   Deformable,  ///< 12 unknowns: motion and constant strain
   Rigid,       ///< 6 unknowns
   Fixed,       ///< no unknowns
-  Prescribed   ///< no unknowns, moved by `motion`
+  Prescribed,  ///< no unknowns, moved by `motion`
+  Absent       ///< not there, yet or any more: touches nothing, weighs nothing
 };
 
 /// Which derivative of the translation of a prescribed block is given.

@@ -176,6 +176,9 @@ class Simulation {
  public:
   /// Checks the scene and compiles it. Throws InputError.
   Simulation(Scene scene, const StepOptions& options);
+  /// Goes on from what save() wrote, with the scene and the options() of that time. Throws
+  /// InputError as load() does.
+  Simulation(Scene scene, const StepOptions& options, std::istream& saved);
   ~Simulation();
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
@@ -188,10 +191,20 @@ class Simulation {
   const Scene& scene() const;
   const State& state() const;
   const StepOptions& options() const;
+  int threads() const;  ///< at work: fewer than options().threads where the system starts no more
   void set_options(const StepOptions& options);  ///< from the next step on
   /// From the next step on: velocity of the centroid (m/s) and angular velocity (rad/s), world
   /// axes; a settled scene starts to move so. Throws InputError for a block without unknowns.
   void set_velocity(int block, const Vector3& velocity, const Vector3& angular_velocity);
+  /// From the next step on the scene is this one: the same blocks with the same shapes in the same
+  /// placements, in other kinds, with other materials, joints, motions, loads, held points,
+  /// gravity. Places, strains, contacts and their history stay, and velocities of what can move. A
+  /// block that was absent stands where the scene has it, with its velocities there, and is laid in
+  /// the next step; one that becomes fixed stays where it is. A motion counts from where its block
+  /// stands, with the velocity it has; a point that was not held before is held where it is. The
+  /// energy that this brings or takes counts as work. Throws InputError, and changes nothing, for
+  /// other blocks, for what the constructor refuses, and for a block that appears within another.
+  void change(Scene scene);
   const State& best_try() const;  ///< after a step that did not converge
   void take_best_try();           ///< accept it and go on
 

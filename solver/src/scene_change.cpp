@@ -1,0 +1,102 @@
+#include "scene_change.hpp"
+
+#include <algorithm>
+
+namespace quoin::solver {
+namespace {
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+/// Moved by a motion: its place in CompiledScene::prescribed; -1: it is not.
+std::ptrdiff_t prescribed_index(const CompiledScene& compiled, int block) {
+  const auto found = std::ranges::find(compiled.prescribed, block);
+  return found == compiled.prescribed.end() ? -1 : found - compiled.prescribed.begin();
+}
+
+void take_over_block(const CompiledScene& now, const State& before, int block, State& state) {
+  BlockState& moved = state.blocks[index(block)];
+  moved = before.blocks[index(block)];
+  const int unknowns = now.models[index(block)].unknowns;
+  if (unknowns < 12) moved.strain_rate.setZero();
+  if (unknowns > 0) return;
+  moved.angular_velocity.setZero();
+  if (prescribed_index(now, block) < 0) moved.velocity.setZero();
+}
+
+void take_over_motions(const CompiledScene& before, const Workspace& work_before,
+                       const CompiledScene& now, const State& state, Workspace& work) {
+  for (std::size_t p = 0; p < now.prescribed.size(); ++p) {
+    const int block = now.prescribed[p];
+    const std::ptrdiff_t known = prescribed_index(before, block);
+    if (known >= 0) {
+      work.motion[p] = work_before.motion[static_cast<std::size_t>(known)];
+    } else {
+      work.motion[p].velocity = state.blocks[index(block)].velocity;
+    }
+  }
+}
+
+void take_over_held(const CompiledScene& before, const State& state, CompiledScene& now) {
+  for (HeldPoint& held : now.held) {
+    const auto same = std::ranges::find_if(before.held, [&](const HeldPoint& other) {
+      return other.block == held.block && other.arm == held.arm;
+    });
+    held.from = same != before.held.end()
+                    ? same->from
+                    : displacement(now, held, pose(state.blocks[index(held.block)]));
+  }
+}
+
+bool are_same(const geometry::Shape& a, const geometry::Shape& b) {
+  return &a == &b || (a.topology().face_count() == b.topology().face_count() &&
+                      a.vertex_count() == b.vertex_count() && a.vertices() == b.vertices());
+}
+
+bool are_same(const geometry::Placement& a, const geometry::Placement& b) {
+  return a.linear == b.linear && a.translation == b.translation;
+}
+
+}  // namespace
+
+void check_same_blocks(const Scene& before, const Scene& now) {
+  if (before.blocks.size() != now.blocks.size()) {
+    throw InputError("a scene of " + std::to_string(before.blocks.size()) +
+                     " blocks can't become one of " + std::to_string(now.blocks.size()));
+  }
+  for (std::size_t b = 0; b < now.blocks.size(); ++b) {
+    const Block &was = before.blocks[b], &is = now.blocks[b];
+    if (is.shape == nullptr || !are_same(*was.shape, *is.shape) ||
+        !are_same(was.placement, is.placement)) {
+      throw InputError("block " + std::to_string(b) + " can't change its shape or its placement");
+    }
+  }
+}
+
+void take_over(const CompiledScene& before, const State& state_before, const Workspace& work_before,
+               CompiledScene& now, State& state, Workspace& work) {
+  state.time = state_before.time;
+  state.step = state_before.step;
+  state.energy = state_before.energy;
+  work.laid = work_before.laid;
+  for (int b = 0; b < static_cast<int>(now.models.size()); ++b) {
+    if (is_absent(now, b)) continue;
+    if (is_absent(before, b)) {
+      work.laid[index(b)] = 1;
+    } else {
+      take_over_block(now, state_before, b, state);
+    }
+  }
+  std::ranges::copy_if(
+      state_before.contacts, std::back_inserter(state.contacts), [&](const Contact& contact) {
+        return !is_absent(now, contact.point.key.a) && !is_absent(now, contact.point.key.b);
+      });
+  take_over_motions(before, work_before, now, state, work);
+  take_over_held(before, state, now);
+  work.counted = work_before.counted;
+  work.energy_scale = work_before.energy_scale;
+  work.initial_depths = work_before.initial_depths;
+  work.initial_depths.remember({}, work.laid);
+  place_bodies(now, state, work);
+}
+
+}  // namespace quoin::solver

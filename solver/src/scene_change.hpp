@@ -1,0 +1,16 @@
+#pragma once
+/// What stays when a scene is exchanged for another of the same blocks (Simulation::change).
+
+#include "advance.hpp"
+
+namespace quoin::solver {
+
+/// Throws InputError unless both have the same blocks with the same shapes.
+void check_same_blocks(const Scene& before, const Scene& now);
+
+/// State and workspace of `now`, as they were made for its start, take over what goes on from
+/// `before`. The energy ledger but for its springs.
+void take_over(const CompiledScene& before, const State& state_before, const Workspace& work_before,
+               CompiledScene& now, State& state, Workspace& work);
+
+}  // namespace quoin::solver

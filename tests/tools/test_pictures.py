@@ -1,0 +1,83 @@
+"""`quoin picture` and `quoin plot`: a still, a GIF by pillow, an MP4 where ffmpeg is, a clear line where not."""
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+QUOIN, SOURCE = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2])
+CASES = SOURCE / "tools" / "scenes" / "cases"
+SIZE = "from PIL import Image; import sys; i = Image.open(sys.argv[1]); print(i.n_frames, *i.size)"
+DRAWN = """
+import sys
+sys.path.insert(0, sys.argv[1])
+from run_output import Blocks
+blocks = Blocks(sys.argv[2])
+print([bool(faces) for faces in blocks.faces])
+"""
+
+
+class Pictures(unittest.TestCase):
+    def setUp(self):
+        holder = tempfile.TemporaryDirectory()
+        self.addCleanup(holder.cleanup)
+        self.folder = pathlib.Path(holder.name)
+
+    def run_scene(self, name, *arguments):
+        subprocess.run([QUOIN, "run", CASES / name, "--out", self.folder / "run", *arguments], check=True,
+                       stdout=subprocess.DEVNULL)
+
+    def picture(self, name, *arguments, path=None):
+        environment = {**os.environ, **({"PATH": path} if path else {})}
+        return subprocess.run([QUOIN, "picture", self.folder / "run", self.folder / name, *arguments],
+                              capture_output=True, text=True, env=environment)
+
+    def test_still_and_gif(self):
+        self.run_scene("stage_released.json", "--set", "/output_interval=0.3")
+        for name, frames in (("p.png", 1), ("p.gif", 7)):  # 0, 0.3, 0.5 (end of a stage), 0.6, … 1.5 s
+            done = self.picture(name)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            said = subprocess.run(["/usr/bin/python3", "-c", SIZE, self.folder / name], check=True,
+                                  capture_output=True, text=True).stdout.split()
+            self.assertEqual(int(said[0]), frames)
+            self.assertGreaterEqual(int(said[1]), 600)
+
+    def test_mp4_needs_ffmpeg_and_says_so(self):
+        self.run_scene("stage_released.json", "--set", "/output_interval=0.3")
+        if shutil.which("ffmpeg"):
+            done = self.picture("p.mp4")
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            self.assertIn(b"ftyp", (self.folder / "p.mp4").read_bytes()[:12])
+        bare = self.folder / "bin"
+        bare.mkdir()
+        for tool in ("python3", "sh"):
+            (bare / tool).symlink_to(f"/usr/bin/{tool}")
+        done = self.picture("q.mp4", path=str(bare))
+        self.assertEqual(done.returncode, 1)
+        self.assertEqual(len(done.stderr.splitlines()), 1)
+        self.assertIn("ffmpeg", done.stderr)
+        self.assertFalse((self.folder / "q.mp4").exists())
+        self.assertEqual(self.picture("q.gif", path=str(bare)).returncode, 0)
+
+    def test_absent_blocks_are_not_drawn(self):
+        self.run_scene("stage_column.json")
+        frames = sorted((self.folder / "run").glob("blocks_*.vtu"))
+        said = [subprocess.run(["/usr/bin/python3", "-c", DRAWN, SOURCE / "tools", frame], check=True,
+                               capture_output=True, text=True).stdout.strip() for frame in frames]
+        self.assertEqual(said[0], str([True] * 5))
+        self.assertEqual(said[-1], str([True, True, True, False, True]))
+        self.assertEqual(self.picture("p.png", "--forces", "--contacts").returncode, 0)
+
+    def test_plot_of_a_run(self):
+        self.run_scene("group_stress.json")
+        done = subprocess.run([QUOIN, "plot", self.folder / "run", "--out", self.folder / "plots"],
+                              capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+
+
+if subprocess.run(["/usr/bin/python3", "-c", "import matplotlib, PIL"], capture_output=True).returncode:
+    print("skipped: no matplotlib")
+else:
+    unittest.main(argv=[sys.argv[0]], verbosity=2)

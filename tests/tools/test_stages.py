@@ -1,0 +1,151 @@
+"""Stages of a scene file: their stop rules, displacements that are reset, changes that are refused, runs that go on
+over them. What blocks do is in tools/scenes/cases/stage_*.json."""
+import csv
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+QUOIN, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
+sys.path.insert(0, str(SOURCE / "tools"))
+import vtk_file  # noqa: E402
+
+
+def box(low, high):
+    return {"type": "box", "min": low, "max": high}
+
+
+def sliding(stages, **more):
+    """A cube on a smooth floor that is pulled along x with 1 m/s2."""
+    return {"materials": {"stone": {"density": 1000, "young": 1e9}}, "joint": {"friction_angle_deg": 0},
+            "gravity": [1, 0, -10], "time_step": 0.01, "stages": stages,
+            "blocks": [{"name": "floor", "kind": "fixed", "material": "stone", "shape": box([-5, -5, -1], [50, 5, 0])},
+                       {"name": "cube", "kind": "rigid", "material": "stone", "shape": box([0, 0, 0], [1, 1, 1])},
+                       {"name": "other", "kind": "rigid", "material": "stone", "shape": box([20, 0, 0], [21, 1, 1])}],
+            "monitors": [{"name": "cube", "block": "cube"}], **more}
+
+
+class Stages(unittest.TestCase):
+    def setUp(self):
+        holder = tempfile.TemporaryDirectory()
+        self.addCleanup(holder.cleanup)
+        self.folder = pathlib.Path(holder.name)
+
+    def run_scene(self, scene, *arguments):
+        (self.folder / "scene.json").write_text(json.dumps(scene))
+        return subprocess.run([QUOIN, "run", self.folder / "scene.json", "--json", *map(str, arguments)],
+                              capture_output=True, text=True, timeout=120)
+
+    def summary(self, scene, *arguments, code=0):
+        done = self.run_scene(scene, *arguments)
+        self.assertEqual(done.returncode, code, done.stderr)
+        return json.loads(done.stdout)
+
+    def test_each_stop_rule_ends_its_stage(self):
+        dynamic = {"analysis": "dynamic"}
+        stages = [{**dynamic, "name": "first", "until_moved": 0.1, "duration": 5},
+                  {**dynamic, "duration": 0.2}, {**dynamic, "steps": 7},
+                  {**dynamic, "duration": 100, "until_moved": 0.5},
+                  {"analysis": "static", "gravity": [0, 0, -10]}]
+        found = self.summary(sliding(stages))["stages"]
+        self.assertEqual([s["ended_by"] for s in found], ["moved", "time", "steps", "moved", "rest"])
+        self.assertEqual(found[0]["name"], "first")
+        # x = t2 / 2 passes 0.1 m at 0.447 s, v = 0.45 + 0.2 + 0.07 then, and 0.5 m after 0.512 s more
+        self.assertEqual([s["steps"] for s in found][:4], [45, 20, 7, 52])
+
+    def test_until_rest_in_a_dynamic_stage(self):
+        rough = sliding([{"analysis": "dynamic", "duration": 10, "until": "rest"}], gravity=[0, 0, -10],
+                        joint={"friction_angle_deg": 45})
+        rough["blocks"][1]["velocity"] = [1, 0, 0]
+        found = self.summary(rough)
+        self.assertEqual(found["stages"][0]["ended_by"], "rest")
+        self.assertAlmostEqual(found["monitors"]["cube"]["displacement"][0], 1 / 20, places=3)
+        self.assertLess(found["time"], 0.2)
+        smooth = sliding([{"analysis": "dynamic", "duration": 0.1, "until": "rest"}])
+        found = self.summary(smooth, code=1)
+        self.assertEqual(found["status"], "not_at_rest")
+
+    def test_displacements_that_are_reset(self):
+        stages = [{"analysis": "dynamic", "duration": 1},
+                  {"analysis": "dynamic", "duration": 1, "reset_displacements": True}]
+        out = self.folder / "out"
+        found = self.summary(sliding(stages), "--out", out)
+        self.assertAlmostEqual(found["monitors"]["cube"]["displacement"][0], 1.5, places=9)
+        table = csv.DictReader((out / "blocks.csv").read_text().splitlines())
+        rows = [r for r in table if r["name"] == "cube"]
+        self.assertEqual([round(float(r["ux"]), 9) for r in rows], [0.5, 1.5])
+        last = sorted(out.glob("blocks_*.vtu"))[-1]
+        moved = vtk_file.read(last)[1]["displacement"]
+        self.assertAlmostEqual(float(moved[8][0]), 1.5, places=9)
+
+    def test_a_block_that_appears_within_another_is_refused_and_results_are_kept(self):
+        scene = sliding([{"analysis": "dynamic", "duration": 0.1},
+                         {"name": "too full", "analysis": "dynamic", "duration": 0.1, "add": "other"}])
+        scene["blocks"][2]["shape"] = box([0.2, 0, 0], [1.2, 1, 1])
+        out = self.folder / "out"
+        found = self.summary(scene, "--out", out, code=1)
+        self.assertEqual(found["status"], "stage_refused")
+        self.assertIn("stage 1 (too full) can't begin: blocks 1 and 2 overlap", found["message"])
+        self.assertTrue((out / "blocks.csv").exists())
+
+    def test_what_can_not_be(self):
+        for stage, told in [({"remove": "nobody"}, "/stages/1/remove"),  ({"remove": ["cube", "nobody"]}, "/stages/1/remove/1"),
+                            ({"overrides": [{"blocks": "cube", "kind": "prescribed"}]}, "motion"),
+                            ({"overrides": [{"blocks": "floor", "kind": "deformable", "motion": {"velocity": [0, 0, 0]}}]}, "motion"),
+                            ({"duration": 1, "steps": 3}, "only one of"), ({"duration": 0}, "/stages/1/duration"),
+                            ({"joints": [{"between": ["stone", "air"], "friction_angle_deg": 0}]}, "air"),
+                            ({"loads": [{"type": "body", "block": "floor", "force": [0, 0, 0]}]}, "/stages/1/loads/0"),
+                            ({"until_moved": -1}, "until_moved"), ({"reset_displacements": 1}, "reset_displacements"),
+                            ({"colour": 1}, "colour")]:
+            with self.subTest(stage):
+                first = {"analysis": "dynamic", "duration": 0.1}
+                done = self.run_scene(sliding([first, {**first, **stage}]))
+                self.assertEqual(done.returncode, 2, done.stderr)
+                self.assertIn(told, done.stderr)
+        twice = [{"analysis": "dynamic", "duration": 0.1, "remove": "other"}] * 2
+        done = self.run_scene(sliding(twice))
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("none of these blocks is there", done.stderr)
+
+    def test_a_run_goes_on_over_stages_to_the_bit(self):
+        """Ended early in each of its stages, and resumed."""
+        stages = [{"analysis": "static", "gravity": [0, 0, -10]},
+                  {"analysis": "dynamic", "gravity": [1, 0, -10], "duration": 0.4, "until_moved": 0.06, "remove": "other"},
+                  {"analysis": "dynamic", "duration": 0.4, "add": "other", "reset_displacements": True,
+                   "overrides": [{"blocks": "other", "kind": "prescribed", "motion": {"displacement": {"formula": ["-t", "0", "0"]}}}],
+                   "fixed_points": [{"block": "cube", "point": [0.5, 0.5, 0.5]}]}]
+        scene = sliding(stages, time_step=0.0005)
+        self.summary(scene, "--out", self.folder / "plain")
+        wanted = {p.name: p.read_bytes() for p in (self.folder / "plain").iterdir()}
+        out = self.folder / "out"
+        self.run_scene(scene, "--out", out, "--max-seconds", "0.02")
+        for _ in range(200):
+            if json.loads((out / "summary.json").read_text())["status"] != "time_limit":
+                break
+            subprocess.run([QUOIN, "run", "--resume", out, "--max-seconds", "0.05"], capture_output=True)
+        else:
+            self.fail("never done")
+        got = {p.name: p.read_bytes() for p in out.iterdir()}
+        self.assertEqual(sorted(got), sorted(wanted))
+        for name in wanted:
+            if name not in ("manifest.json", "summary.json"):
+                self.assertEqual(got[name], wanted[name], name)
+
+    def test_fewer_threads_where_the_system_starts_no_more(self):
+        """Room for few stacks: the run says so in one line and gives the same answer."""
+        scene = sliding([{"analysis": "dynamic", "duration": 0.1}])
+        whole = self.summary(scene)
+        (self.folder / "scene.json").write_text(json.dumps(scene))
+        done = subprocess.run(["bash", "-c", 'ulimit -s 65536; ulimit -v 2000000; exec "$@"', "-", QUOIN, "run",
+                               self.folder / "scene.json", "--json", "--threads", "1000"],
+                              capture_output=True, text=True, timeout=60)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        found = json.loads(done.stdout)
+        self.assertLess(found["options"]["threads"], 1000)
+        self.assertEqual(done.stderr, f"quoin: {found['options']['threads']} of 1000 threads: the system starts no more\n")
+        self.assertEqual(found["monitors"], whole["monitors"])
+
+
+unittest.main(argv=[sys.argv[0]], verbosity=2)

@@ -1,0 +1,184 @@
+/// Simulation::change against closed forms.
+#include <cmath>
+#include <quoin/geometry/build.hpp>
+#include <quoin/solver/simulation.hpp>
+#include <sstream>
+
+#include "support/catch.hpp"
+
+using namespace quoin::solver;
+using namespace quoin::tests;
+namespace geometry = quoin::geometry;
+
+namespace {
+
+constexpr double kG = 9.81;  // m/s2
+const Material kStone{.density = 2000, .young = 1e9, .poisson = 0.2};
+
+geometry::Shape cube_at(double x, double z) {
+  return geometry::make_box({x, 0, z}, {x + 1, 1, z + 1});
+}
+
+/// Ground, a cube on it, and another that stands on that.
+Scene stack() {
+  Scene scene{.joint = {.friction_angle = 0.6}};
+  scene.add_fixed(geometry::make_box({-5, -5, -1}, {5, 5, 0}));
+  scene.add_rigid(cube_at(0, 0), kStone);
+  scene.add_rigid(cube_at(0, 1), kStone);
+  return scene;
+}
+
+void run(Simulation& simulation, int steps) {
+  for (int i = 0; i < steps; ++i) REQUIRE(simulation.advance().status == StepStatus::Converged);
+}
+
+/// Of all contacts with block 0, N.
+double force_on_ground(const Simulation& simulation) {
+  double sum = 0.0;
+  for (const Contact& contact : simulation.state().contacts) {
+    if (contact.point.key.a == 0) sum += contact.normal_force;
+  }
+  return sum;
+}
+
+std::string saved(const Simulation& simulation) {
+  std::ostringstream out;
+  simulation.save(out);
+  return out.str();
+}
+
+}  // namespace
+
+TEST_CASE("a block that is laid adds its weight, one that is taken away takes it along") {
+  const double weight = 2000 * kG;
+  Scene without = stack();
+  without.blocks[2].kind = BlockKind::Absent;
+  for (const Analysis analysis : {Analysis::Static, Analysis::Dynamic}) {
+    Simulation simulation(without, {.analysis = analysis});
+    run(simulation, 3);
+    REQUIRE(std::abs(force_on_ground(simulation) - weight) < 1e-6 * weight);
+    simulation.change(stack());
+    run(simulation, 3);
+    REQUIRE(std::abs(force_on_ground(simulation) - 2 * weight) < 1e-6 * weight);
+    simulation.change(without);
+    run(simulation, 3);
+    REQUIRE(std::abs(force_on_ground(simulation) - weight) < 1e-6 * weight);
+    for (const Contact& contact : simulation.state().contacts) REQUIRE(contact.point.key.b == 1);
+    REQUIRE(std::abs(simulation.state().energy.closure) < 1e-6 * weight);
+  }
+}
+
+TEST_CASE("a support that is released falls freely, from rest or with its motion's velocity") {
+  Scene scene = stack();
+  Scene held = scene;
+  held.gravity = VectorOfTime(Vector3(0, 0, -kG));
+  held.blocks[1].kind = BlockKind::Absent;
+  held.blocks[0].kind = BlockKind::Absent;
+  held.blocks[2].kind = BlockKind::Fixed;
+  Scene released = held;
+  released.blocks[2].kind = BlockKind::Deformable;
+  for (const double speed : {0.0, 2.0}) {
+    if (speed > 0.0) {
+      held.blocks[2].kind = BlockKind::Prescribed;
+      held.blocks[2].motion = {MotionKind::Velocity, VectorOfTime(Vector3(speed, 0, 0))};
+    }
+    Simulation simulation(held, {.time_step = 1e-2});
+    run(simulation, 10);
+    simulation.change(released);
+    run(simulation, 50);
+    const Vector3 moved = simulation.state().blocks[2].centroid - Vector3(0.5, 0.5, 1.5);
+    REQUIRE((moved - Vector3(speed * 0.6, 0, -0.5 * kG * 0.25)).norm() < 1e-10);
+    REQUIRE((simulation.state().blocks[2].velocity - Vector3(speed, 0, -0.5 * kG)).norm() < 1e-9);
+    REQUIRE(std::abs(simulation.state().energy.closure) < 1e-6);
+  }
+}
+
+TEST_CASE("a block slides with g (sin - cos tan) as soon as the joint's law lets it") {
+  Scene scene{.joint = {.friction_angle = 0.7}};
+  const double slope = 0.5, phi = 0.3;
+  scene.gravity = VectorOfTime(Vector3(kG * std::sin(slope), 0, -kG * std::cos(slope)));
+  scene.add_fixed(geometry::make_box({-5, -5, -1}, {15, 5, 0}));
+  scene.add_block(cube_at(0, 0), {.density = 2000, .young = 1e10, .poisson = 0.2});
+  Simulation simulation(scene, {.time_step = 1e-2});
+  run(simulation, 50);
+  const double before = simulation.state().blocks[1].centroid.x();
+  REQUIRE(std::abs(before - 0.5) < 1e-4);
+  scene.joint.friction_angle = phi;
+  simulation.change(scene);
+  run(simulation, 100);
+  const double a = kG * (std::sin(slope) - std::cos(slope) * std::tan(phi));
+  REQUIRE(std::abs(simulation.state().blocks[1].centroid.x() - before - 0.5 * a) < 2e-3 * a);
+}
+
+TEST_CASE("a motion counts from where its block stands, a held point stays where it is") {
+  Scene scene;
+  scene.gravity = VectorOfTime(Vector3(Vector3::Zero()));
+  scene.add_rigid(cube_at(0, 0), kStone);
+  scene.blocks[0].velocity = Vector3(1, 0, 0);
+  Simulation simulation(scene, {.time_step = 1e-2});
+  run(simulation, 100);
+  Scene driven = scene;
+  driven.blocks[0].kind = BlockKind::Prescribed;
+  driven.blocks[0].motion = {MotionKind::Displacement,
+                             VectorOfTime([](double t) { return Vector3(0, t - 1, 0); })};
+  simulation.change(driven);
+  run(simulation, 50);
+  REQUIRE((simulation.state().blocks[0].centroid - Vector3(1.5, 1, 0.5)).norm() < 1e-10);
+  Scene held = scene;
+  held.fixed_points = {{.block = 0, .point = {0.5, 0.5, 0.5}, .displacement = {}}};
+  simulation.change(held);
+  run(simulation, 50);
+  REQUIRE((simulation.state().blocks[0].centroid - Vector3(1.5, 1, 0.5)).norm() < 1e-8);
+}
+
+TEST_CASE("what is laid is bonded, and goes on from a checkpoint to the bit") {
+  Scene without = stack();
+  without.joint.tension = 1e5;
+  without.joint.cohesion = 1e5;
+  without.initial_overlap = InitialOverlap::Zero;
+  without.blocks[2].shape = std::make_shared<const geometry::Shape>(
+      geometry::make_box({0, 0, 0.99}, {1, 1, 2}));  // 10 mm into the lower one
+  Scene with = without;
+  without.blocks[2].kind = BlockKind::Absent;
+  with.fixed_points = {{.block = 1, .point = {0.5, 0.5, 0.5}, .displacement = {}}};
+  with.gravity = VectorOfTime(Vector3(0, 0, kG));
+  Simulation simulation(without, {});
+  run(simulation, 3);
+  simulation.change(with);
+  const std::string middle = saved(simulation);
+  run(simulation, 20);
+  REQUIRE(std::abs(simulation.state().blocks[2].centroid.z() - 1.495) <
+          1e-6);  // hangs by its joint
+  std::istringstream in(middle);
+  Simulation other(with, {}, in);
+  run(other, 20);
+  for (std::size_t b = 0; b < 3; ++b) {
+    const BlockState &one = simulation.state().blocks[b], &two = other.state().blocks[b];
+    REQUIRE(one.centroid == two.centroid);
+    REQUIRE(one.velocity == two.velocity);
+  }
+  REQUIRE(simulation.state().energy.work == other.state().energy.work);
+}
+
+TEST_CASE("a change that can't be is refused and changes nothing") {
+  Scene without = stack();
+  without.blocks[2].kind = BlockKind::Absent;
+  without.blocks[2].shape = std::make_shared<const geometry::Shape>(
+      geometry::make_box({0, 0, 0.5}, {1, 1, 2}));  // within the lower cube
+  Simulation simulation(without, {});
+  run(simulation, 2);
+  const std::string before = saved(simulation);
+  Scene with = without;
+  with.blocks[2].kind = BlockKind::Rigid;
+  REQUIRE_THROWS_AS(simulation.change(with), InputError);
+  Scene fewer = without;
+  fewer.blocks.pop_back();
+  REQUIRE_THROWS_AS(simulation.change(fewer), InputError);
+  Scene other = without;
+  other.blocks[1].shape = std::make_shared<const geometry::Shape>(cube_at(0.1, 0));
+  REQUIRE_THROWS_AS(simulation.change(other), InputError);
+  Scene moved = without;
+  moved.blocks[1].placement.translation.x() = 0.1;
+  REQUIRE_THROWS_AS(simulation.change(moved), InputError);
+  REQUIRE((saved(simulation) == before));
+}
