@@ -345,6 +345,7 @@ Workspace::Workspace(const CompiledScene& compiled, int threads)
       motion(compiled.prescribed.size()),
       hit(compiled.models.size(), 0),
       open_close(compiled.slots, &watch),
+      moving_contacts(compiled.slots, &watch),
       paper_open_close(compiled.slots) {}
 
 namespace {

@@ -8,6 +8,7 @@
 #include "compiled_scene.hpp"
 #include "contact/contact_jacobian.hpp"
 #include "initial_depths.hpp"
+#include "moving/moving_contacts.hpp"
 #include "open_close.hpp"
 #include "paper_open_close.hpp"
 #include "step_flags.hpp"
@@ -113,6 +114,7 @@ struct Workspace {
   BlockVector force, increment, free_increment;
   StepWatch watch;
   OpenClose open_close;
+  MovingContacts moving_contacts;
   PaperOpenClose paper_open_close;
   Attempt attempt;
   VelocityWork velocity;

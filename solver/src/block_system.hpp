@@ -23,6 +23,9 @@ Slots make_slots(const std::vector<int>& unknowns_of_block, const std::vector<do
 /// Largest of |force|, |moment| / length and |strain moment| / length, N.
 double force_size(const Vector12& force, double length);
 
+/// Of a block's points, m.
+double motion_of(const Vector12& increment, double length);
+
 /// Diagonal blocks by slot, off-diagonal blocks (i < j) by pair. Only the leading size×size part counts.
 struct BlockSystem {
   std::vector<Matrix12> diagonal;

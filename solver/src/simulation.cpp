@@ -29,6 +29,16 @@ const char* name(ContactMethod method) {
   return "";
 }
 
+const char* name(ContactIteration iteration) {
+  switch (iteration) {
+    case ContactIteration::OpenClose:
+      return "open_close";
+    case ContactIteration::InteriorPoint:
+      return "interior_point";
+  }
+  return "";
+}
+
 std::string describe(const StepReport& report) {
   static constexpr const char* kNames[] = {"converged", "did not converge", "diverged",
                                            "was stopped"};

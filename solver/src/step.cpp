@@ -7,6 +7,7 @@
 
 #include "contact/joint_failure.hpp"
 #include "contact/joint_law.hpp"
+#include "contact_problem.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -86,22 +87,6 @@ void set_matrices(const CompiledScene& compiled, const StepOptions& options, dou
   }
 }
 
-/// Pairs of slots that contacts couple, and which pair each contact belongs to.
-void set_pairs(Workspace& work) {
-  auto& pairs = work.base.pairs;
-  pairs.clear();
-  for (const LinearContact& c : work.linear) {
-    if (c.slot_a >= 0 && c.slot_b >= 0) pairs.push_back(std::minmax(c.slot_a, c.slot_b));
-  }
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-  for (LinearContact& c : work.linear) {
-    if (c.slot_a < 0 || c.slot_b < 0) continue;
-    const std::pair<int, int> pair = std::minmax(c.slot_a, c.slot_b);
-    c.pair = static_cast<int>(std::lower_bound(pairs.begin(), pairs.end(), pair) - pairs.begin());
-  }
-}
-
 ContactLaw law_of(const JointStrength& strength, const StepOptions& options) {
   if (options.analysis == Analysis::Settle) return ContactLaw::Stuck;
   const bool rough = strength.friction > 0.0 || strength.cohesion > 0.0;
@@ -169,7 +154,7 @@ void set_linear_contacts(const CompiledScene& compiled, const StepOptions& optio
     linear.slot_b = slot_of[index(compiled.held[h].block)];
     linear.law = ContactLaw::Bilateral;
   }
-  set_pairs(work);
+  set_pairs(work.linear, work.base);
 }
 
 void set_stiffness(const Workspace& work, LinearContact& c) {
@@ -388,6 +373,13 @@ bool hold_strain_of_hit_blocks(const CompiledScene& compiled, const StepOptions&
   return any;
 }
 
+void show_contact_problem(const CompiledScene& compiled, const StepOptions& options,
+                          const Workspace& work) {
+  if (!options.contact_problem || !ConeProblem::suits(work.linear)) return;
+  options.contact_problem(
+      contact_problem(compiled.slots, work.base, work.force, work.linear, work.increment));
+}
+
 /// Linearise, solve, and again from where it ended, until the solution satisfies its own
 /// linearisation.
 OpenCloseResult solve_positions(const CompiledScene& compiled, const StepOptions& options,
@@ -417,8 +409,9 @@ OpenCloseResult solve_positions(const CompiledScene& compiled, const StepOptions
     by_slot(compiled, work.poses.increment, work.increment);
     work.clock.charge(&PhaseSeconds::assemble);
     tuning.predicted = pass == 0;
+    if (pass == 0) show_contact_problem(compiled, options, work);
     const OpenCloseResult solved =
-        work.open_close.solve(work.base, work.force, work.linear, tuning, work.increment);
+        solve_contacts(options, work.force, work.linear, tuning, work.increment, work);
     work.clock.charge(&PhaseSeconds::solve);
     by_block(compiled, work.increment, work.poses.increment);
     measure_slips(work);
@@ -558,6 +551,16 @@ void account(const CompiledScene& compiled, const StepOptions& options, const St
 }
 
 }  // namespace
+
+OpenCloseResult solve_contacts(const StepOptions& options, const BlockVector& force,
+                               std::span<LinearContact> contacts, const OpenCloseOptions& tuning,
+                               BlockVector& increment, Workspace& work) {
+  const bool crowd = options.contact_iteration == ContactIteration::InteriorPoint;
+  if (crowd && ConeProblem::suits(contacts)) {
+    return work.moving_contacts.solve(work.base, force, contacts, tuning, increment);
+  }
+  return work.open_close.solve(work.base, force, contacts, tuning, increment);
+}
 
 void list_contacts(std::span<const BodyContact> bodies, std::vector<Contact>& contacts) {
   contacts.clear();

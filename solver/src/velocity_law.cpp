@@ -185,7 +185,7 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
     for (std::size_t i = 0; i < tried.size(); ++i) tried[i].offset[0] += share * bounces[i];
     solution = velocity;
     work.clock.charge(&PhaseSeconds::assemble);
-    const OpenCloseResult solved = work.open_close.solve(work.base, force, tried, tuning, solution);
+    const OpenCloseResult solved = solve_contacts(options, force, tried, tuning, solution, work);
     work.clock.charge(&PhaseSeconds::solve);
     for (std::size_t s = 0; s < solution.size(); ++s) {
       set_velocity(solution[s] / time_step,

@@ -508,6 +508,9 @@ class Reader {
                              solver::ContactMethod::Penalty}) {
       if (method == name(known)) options.method = known;
     }
+    if (document_.value("contact_iteration", "") == "interior_point") {
+      options.contact_iteration = solver::ContactIteration::InteriorPoint;
+    }
     options.scheme = document_.value("scheme", "") == "energy_momentum"
                          ? solver::TimeScheme::EnergyMomentum
                          : solver::TimeScheme::ConstantAcceleration;

@@ -167,6 +167,7 @@ class Runner {
     options.analysis = stage.analysis;
     options.time_step = stage.time_step;
     options.threads = options_.threads;
+    options.contact_problem = options_.contact_problem;
     options.watch = [this](const StepReport& so_far) {
       if (options_.in_step) {
         StepView now = view();

@@ -22,6 +22,15 @@ enum class ContactMethod : std::uint8_t {
 /// As in scene files: "augmented_lagrangian", "springs", "paper", "penalty".
 const char* name(ContactMethod method);
 
+/// How the forces of exact contacts are found.
+enum class ContactIteration : std::uint8_t {
+  OpenClose,     ///< Newton's method on the augmented Lagrangian: exact to rounding where blocks rest
+  InteriorPoint  ///< on contacts that yield a little, for crowds that slide, rock and pile up
+};
+
+/// As in scene files: "open_close", "interior_point".
+const char* name(ContactIteration iteration);
+
 enum class TimeScheme : std::uint8_t {
   ConstantAcceleration,  ///< Shi's: forces at the end of the step; damps springs
   EnergyMomentum         ///< forces at the middle of the step: no algorithmic damping
@@ -34,6 +43,7 @@ enum class Analysis : std::uint8_t {
            ///< release
 };
 
+struct ContactProblem;
 struct StepReport;
 
 struct StepOptions {
@@ -48,6 +58,8 @@ struct StepOptions {
   double shear_ratio = 1.0;   ///< shear stiffness / normal stiffness; used like `penalty`
   double reach = 0.0;         ///< contacts are watched up to this gap, m; 0: chosen
   double tolerance = 1e-10;   ///< relative, of forces and of gaps to block size
+  /// Of AugmentedLagrangian. Steps with springs, cohesion, bonds or held points are always OpenClose's.
+  ContactIteration contact_iteration = ContactIteration::OpenClose;
   int max_iterations = 1000;  ///< open–close iterations a sub-step; Paper, Penalty: linear solves
   double max_displacement_ratio = 0.0;  ///< largest displacement / block size; 0: no limit
   double smallest_time_step = 0.0;      ///< s; 0: time_step / 1024
@@ -55,6 +67,9 @@ struct StepOptions {
   /// Asked some twenty times a second in a step that lasts, with what it has come to so far, on the
   /// thread of advance(); false ends the step as Stopped. Must not throw.
   std::function<bool(const StepReport&)> watch{};
+  /// Given the contact problem of each step's first linearisation before it is solved, where
+  /// contacts have Coulomb's law alone. Must not throw.
+  std::function<void(const ContactProblem&)> contact_problem{};
 };
 
 enum class StepStatus : std::uint8_t {
