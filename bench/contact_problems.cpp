@@ -1,7 +1,7 @@
 /// contact_problems FOLDER: runs each contact iteration on the problems of a folder, as
 /// `quoin run --dump-steps` writes them. Prints one table of solves and CPU time by scene and
-/// tolerance, and a performance profile: the share of the problems that an iteration solves within a
-/// factor of the best one's time.
+/// tolerance, and a performance profile: the share of the problems that an iteration solves within
+/// a factor of the best one's time.
 
 #include <algorithm>
 #include <cmath>
@@ -88,7 +88,8 @@ void print_row(const std::string& scene, ContactIteration iteration, double tole
 
 void print_profile(const std::vector<Results>& by_iteration) {
   std::printf("\nShare of problems solved to 1e-08 within a factor of the best CPU time:\n\n");
-  std::printf("| iteration | 1 | 1.5 | 2 | 4 | 8 | 16 | at all |\n|---|---|---|---|---|---|---|---|\n");
+  std::printf(
+      "| iteration | 1 | 1.5 | 2 | 4 | 8 | 16 | at all |\n|---|---|---|---|---|---|---|---|\n");
   const std::size_t count = by_iteration.front().size();
   for (std::size_t k = 0; k < by_iteration.size(); ++k) {
     std::printf("| %s |", name(kIterations[k]));

@@ -430,6 +430,7 @@ void take_sub_steps(const CompiledScene& compiled, const StepOptions& options, S
     const bool too_far = options.max_displacement_ratio > 0.0 &&
                          attempt.displacement > options.max_displacement_ratio;
     if (finite) add(attempt, compiled, report);
+    if (work.yielding) ++report.interior_point_attempts;
     if (finite && attempt.solved.converged && !(too_far && 0.5 * dt >= smallest)) {
       if (done == 0.0 && dt < options.time_step) note_rest(options, state, work);
       accept(compiled, options, state, work);

@@ -81,13 +81,14 @@ struct Before {
   std::string rest;  ///< a checkpoint; empty while no sub-step is accepted
 };
 
-/// Memory kept between steps. What the next step depends on, beside the state, is in checkpoint.cpp.
+/// Memory kept between steps. What the next step depends on, beside the state, is in
+/// checkpoint.cpp.
 struct Workspace {
   explicit Workspace(const CompiledScene& compiled, int threads);
 
   geometry::ContactFinder finder;
-  InitialDepths initial_depths;               ///< taken off what is found
-  std::vector<geometry::ContactPoint> found;  ///< at the present state
+  InitialDepths initial_depths;                   ///< taken off what is found
+  std::vector<geometry::ContactPoint> found;      ///< at the present state
   std::vector<geometry::ContactPoint> found_end;  ///< at the end of the attempt
   double reach = 0.0;                             ///< that `found` was made with, m
   std::vector<PrescribedMotion> motion;           ///< of compiled.prescribed, at the present state
@@ -115,6 +116,7 @@ struct Workspace {
   StepWatch watch;
   OpenClose open_close;
   MovingContacts moving_contacts;
+  bool yielding = false;  ///< contacts of this attempt are moving_contacts'
   PaperOpenClose paper_open_close;
   Attempt attempt;
   VelocityWork velocity;

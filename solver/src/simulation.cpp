@@ -35,6 +35,8 @@ const char* name(ContactIteration iteration) {
       return "open_close";
     case ContactIteration::InteriorPoint:
       return "interior_point";
+    case ContactIteration::Automatic:
+      return "automatic";
   }
   return "";
 }

@@ -16,6 +16,7 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
                         const State& start, double time_step, Workspace& work);
 
 /// Forces of linearised contacts, of positions or velocities, by the iteration that `options` name.
+/// An attempt whose contacts have once yielded goes on so (work.yielding).
 OpenCloseResult solve_contacts(const StepOptions& options, const BlockVector& force,
                                std::span<LinearContact> contacts, const OpenCloseOptions& tuning,
                                BlockVector& increment, Workspace& work);

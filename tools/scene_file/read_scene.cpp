@@ -508,8 +508,10 @@ class Reader {
                              solver::ContactMethod::Penalty}) {
       if (method == name(known)) options.method = known;
     }
-    if (document_.value("contact_iteration", "") == "interior_point") {
-      options.contact_iteration = solver::ContactIteration::InteriorPoint;
+    const std::string iteration = document_.value("contact_iteration", "open_close");
+    for (const auto known :
+         {solver::ContactIteration::InteriorPoint, solver::ContactIteration::Automatic}) {
+      if (iteration == name(known)) options.contact_iteration = known;
     }
     options.scheme = document_.value("scheme", "") == "energy_momentum"
                          ? solver::TimeScheme::EnergyMomentum

@@ -115,6 +115,7 @@ void add(const StepReport& step, StepReport& total) {
   total.iterations += step.iterations;
   total.linear_solves += step.linear_solves;
   total.factorizations += step.factorizations;
+  total.interior_point_attempts += step.interior_point_attempts;
   total.seconds.detect += step.seconds.detect;
   total.seconds.assemble += step.seconds.assemble;
   total.seconds.solve += step.seconds.solve;

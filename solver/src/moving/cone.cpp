@@ -36,8 +36,8 @@ ConeScaling cone_scaling(const Vector3& x, const Vector3& y) {
   mirrored.tail<2>() *= -1.0;
   const Vector3 w = (unit_x + mirrored) / (2.0 * gamma);
   const double size = std::pow(det_x / det_y, 0.25);
-  const Eigen::Matrix2d inner = Eigen::Matrix2d::Identity() +
-                                w.tail<2>() * w.tail<2>().transpose() / (1.0 + w[0]);
+  const Eigen::Matrix2d inner =
+      Eigen::Matrix2d::Identity() + w.tail<2>() * w.tail<2>().transpose() / (1.0 + w[0]);
   ConeScaling result;
   result.scale << w[0], w.tail<2>().transpose(), w.tail<2>(), inner;
   result.inverse << w[0], -w.tail<2>().transpose(), -w.tail<2>(), inner;
@@ -85,8 +85,7 @@ SmoothProjection project_smoothly(const Vector3& z, double smoothing) {
   if (tangential > 0.0) along = z.tail<2>() / tangential;
   const double mean = 0.5 * (s_low + s_high), half = 0.5 * (s_high - s_low);
   const double size = std::max(std::abs(z[0]), smoothing);
-  const double across =
-      tangential > 1e-8 * size ? (p_high - p_low) / (2.0 * tangential) : mean;
+  const double across = tangential > 1e-8 * size ? (p_high - p_low) / (2.0 * tangential) : mean;
   SmoothProjection result;
   result.value << 0.5 * (p_low + p_high), 0.5 * (p_high - p_low) * along;
   result.derivative << mean, half * along.transpose(), half * along,

@@ -20,7 +20,8 @@ struct ConeScaling {
 };
 ConeScaling cone_scaling(const Vector3& x, const Vector3& y);
 
-/// Largest share a >= 0 with x + a step in the cone; x inside. Infinite where the cone is never left.
+/// Largest share a >= 0 with x + a step in the cone; x inside. Infinite where the cone is never
+/// left.
 double share_in_cone(const Vector3& x, const Vector3& step);
 
 Vector3 project_on_cone(const Vector3& z);

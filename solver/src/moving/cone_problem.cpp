@@ -142,8 +142,10 @@ void ConeProblem::sweep_in(std::size_t contact, std::span<Vector3> x) {
   const Cone& cone = cones_[contact];
   const Matrix3x12 &rows_a = rows_[2 * contact], &rows_b = rows_[2 * contact + 1];
   Vector3 motion = cone.offset;
-  if (c.slot_a >= 0) motion.noalias() += rows_a.leftCols<n>() * increment_[index(c.slot_a)].head<n>();
-  if (c.slot_b >= 0) motion.noalias() += rows_b.leftCols<n>() * increment_[index(c.slot_b)].head<n>();
+  if (c.slot_a >= 0)
+    motion.noalias() += rows_a.leftCols<n>() * increment_[index(c.slot_a)].head<n>();
+  if (c.slot_b >= 0)
+    motion.noalias() += rows_b.leftCols<n>() * increment_[index(c.slot_b)].head<n>();
   const Vector3 before = x[contact];
   for (int step = 0; step < kLocalSteps; ++step) {
     Vector3 corrected = motion + cone.delassus * (x[contact] - before);

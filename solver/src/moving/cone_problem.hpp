@@ -3,9 +3,9 @@
 ///
 ///   K D = F + sum Aᵀ x,   u = A D + c + eps (x - bar),   y = u + |u_t| n,   x ∘ y = 0,
 ///
-/// x and y in the cone x_n >= |x_t|. x = (f_n, f_t / mu) / s and y = (d_n + mu |d_t|, mu d_t) s of the
-/// contact's force f and motion d [De Saxcé & Feng 1998]; s makes the mean eigenvalue of the contact's
-/// own Delassus block one, so that eps is a share of it and x, y have one unit, sqrt(J).
+/// x and y in the cone x_n >= |x_t|. x = (f_n, f_t / mu) / s and y = (d_n + mu |d_t|, mu d_t) s of
+/// the contact's force f and motion d [De Saxcé & Feng 1998]; s makes the mean eigenvalue of the
+/// contact's own Delassus block one, so that eps is a share of it and x, y have one unit, sqrt(J).
 
 #include <span>
 #include <vector>
@@ -17,15 +17,16 @@ namespace quoin::solver {
 
 class ConeProblem {
  public:
-  explicit ConeProblem(const Slots& slots, StepWatch* watch) : slots_(&slots), solver_(slots, watch) {}
+  explicit ConeProblem(const Slots& slots, StepWatch* watch)
+      : slots_(&slots), solver_(slots, watch) {}
 
   /// Whether all contacts follow Coulomb's law alone: no springs, bonds, cohesion, held points.
   static bool suits(std::span<const LinearContact> contacts);
 
   /// The unknown is the change against `guess`, so that forces and motions are rounded like it.
   /// All arguments must outlive the use of this object.
-  void set(const BlockSystem& base, const BlockVector& force, std::span<const LinearContact> contacts,
-           const BlockVector& guess);
+  void set(const BlockSystem& base, const BlockVector& force,
+           std::span<const LinearContact> contacts, const BlockVector& guess);
 
   std::size_t count() const { return cones_.size(); }
   Vector3 cone_force(std::size_t contact, const Vector3& force) const;  ///< x of f
@@ -48,9 +49,9 @@ class ConeProblem {
  private:
   struct Cone {
     double scale = 1.0, friction = 0.0;
-    Vector3 offset = Vector3::Zero();       ///< c
-    Matrix3 delassus = Matrix3::Zero();     ///< of the contact alone
-    double relaxation = 1.0;                ///< 1 / its largest eigenvalue
+    Vector3 offset = Vector3::Zero();    ///< c
+    Matrix3 delassus = Matrix3::Zero();  ///< of the contact alone
+    double relaxation = 1.0;             ///< 1 / its largest eigenvalue
   };
   template <int n>
   void set_in();
@@ -68,10 +69,10 @@ class ConeProblem {
   bool rigid_ = false;
   const BlockSystem* base_ = nullptr;
   std::span<const LinearContact> contacts_;
-  BlockVector free_;                    ///< the answer to no contact forces, by slot
-  std::vector<Matrix12> compliance_;    ///< K⁻¹, by slot
-  std::vector<Matrix3x12> rows_;        ///< A, side a and side b of each contact
-  std::vector<Matrix3x12> mobility_;    ///< A K⁻¹, likewise
+  BlockVector free_;                  ///< the answer to no contact forces, by slot
+  std::vector<Matrix12> compliance_;  ///< K⁻¹, by slot
+  std::vector<Matrix3x12> rows_;      ///< A, side a and side b of each contact
+  std::vector<Matrix3x12> mobility_;  ///< A K⁻¹, likewise
   std::vector<Cone> cones_;
   BlockVector increment_, right_;
   BlockSystem system_;

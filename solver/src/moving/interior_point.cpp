@@ -9,11 +9,11 @@ namespace quoin::solver {
 namespace {
 
 // Chosen on steps of piles and shaken walls: bench/moving.md.
-constexpr double kInside = 1e-3;         // of the largest force: how far inside it starts
+constexpr double kInside = 1e-3;           // of the largest force: how far inside it starts
 constexpr double kTangentSoftness = 1e-3;  // in the matrix alone
-constexpr double kSmoothing = 0.01;      // of mu / x_n: |u_t| near zero
-constexpr double kFirstShare = 0.9;      // of the way to the cone's boundary, in the first two steps
-constexpr double kShare = 0.99;          // and after
+constexpr double kSmoothing = 0.01;        // of mu / x_n: |u_t| near zero
+constexpr double kFirstShare = 0.9;  // of the way to the cone's boundary, in the first two steps
+constexpr double kShare = 0.99;      // and after
 
 }  // namespace
 

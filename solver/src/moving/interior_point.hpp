@@ -26,7 +26,7 @@ class InteriorPoint {
   double complementarity(std::span<const Vector3> x, double share) const;
 
   std::vector<Vector3> y_, u_, right_, motion_, step_x_, step_y_;
-  std::vector<Vector3> target_;   ///< q of W dy + W⁻¹ dx = q
+  std::vector<Vector3> target_;  ///< q of W dy + W⁻¹ dx = q
   std::vector<Contact> contacts_;
   std::vector<Matrix3> tangents_, slopes_;
   double complementarity_ = 0.0;  ///< mean x·y

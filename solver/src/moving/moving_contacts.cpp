@@ -1,6 +1,7 @@
 #include "moving/moving_contacts.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "moving/cone.hpp"
 
@@ -10,6 +11,10 @@ namespace {
 // Chosen on steps of piles and shaken walls: bench/moving.md.
 constexpr int kSweeps = 10;
 constexpr double kSoftness = 0.03;
+constexpr int kMostUpdates = 3;   // of the forces about which contacts yield, while they yield by
+constexpr double kYield = 1e-6;   // more than this of the smallest block, and while each
+constexpr double kStalled = 0.5;  // leaves no more than this of it
+constexpr int kMostSteps = 50;    // of one iteration: three times what any step of a crowd took
 constexpr double kInteriorResidual = 1e-3;  // from here Newton's method finds the rest
 
 void add(const IterationCount& part, IterationCount& total) {
@@ -22,7 +27,8 @@ void add(const IterationCount& part, IterationCount& total) {
 
 }  // namespace
 
-/// `first`: the first linearisation of a step, which sweeps; the others yield about the same forces.
+/// `first`: the first linearisation of a step, which sweeps; the others yield about the same
+/// forces.
 void MovingContacts::start(std::span<const LinearContact> contacts, bool first) {
   x_.resize(contacts.size());
   bar_.resize(contacts.size());
@@ -41,7 +47,7 @@ void MovingContacts::start(std::span<const LinearContact> contacts, bool first) 
   }
 }
 
-IterationCount MovingContacts::iterate(double tolerance) {
+IterationCount MovingContacts::solve_soft(double tolerance) {
   const Softness softness{kSoftness, bar_};
   IterationCount total;
   respond_softly(problem_, softness, x_, motion_);
@@ -49,9 +55,42 @@ IterationCount MovingContacts::iterate(double tolerance) {
   total.converged = total.residual <= tolerance;
   if (total.converged) return total;
   if (total.residual > kInteriorResidual) {
-    add(interior_point_.solve(problem_, softness, {kInteriorResidual, 50}, x_), total);
+    add(interior_point_.solve(problem_, softness, {kInteriorResidual, kMostSteps}, x_), total);
   }
-  add(smoothed_newton_.solve(problem_, softness, {tolerance, 30}, x_), total);
+  add(smoothed_newton_.solve(problem_, softness, {tolerance, kMostSteps}, x_), total);
+  return total;
+}
+
+/// How far contacts yield, m.
+double MovingContacts::largest_yield() const {
+  double most = 0.0;
+  for (std::size_t i = 0; i < x_.size(); ++i) {
+    most = std::max(most, problem_.motion(i, kSoftness * (x_[i] - bar_[i])).norm());
+  }
+  return most;
+}
+
+/// Contacts that yield too far do so about the forces that they have come to, and again.
+IterationCount MovingContacts::iterate(double tolerance, double allowed_yield) {
+  IterationCount total = solve_soft(tolerance);
+  double yield = largest_yield();
+  for (int update = 0; total.converged && yield > allowed_yield && update < kMostUpdates;
+       ++update) {
+    const double before = yield;
+    last_x_ = x_;
+    last_bar_ = bar_;
+    bar_ = x_;
+    const IterationCount count = solve_soft(tolerance);
+    yield = largest_yield();
+    const bool better = count.converged && yield < before;
+    add(count, total);
+    if (!better) {
+      x_ = last_x_;
+      bar_ = last_bar_;
+      total.converged = true;
+    }
+    if (!better || yield > kStalled * before) break;
+  }
   return total;
 }
 
@@ -63,9 +102,9 @@ void MovingContacts::record(std::span<LinearContact> contacts) {
     LinearContact& c = contacts[i];
     const Vector3 trial = x_[i] - corrected(motion_[i]);
     const double tangential = trial.tail<2>().norm();
-    c.mode = trial[0] <= -tangential                             ? ContactMode::Open
+    c.mode = trial[0] <= -tangential                        ? ContactMode::Open
              : trial[0] < tangential || !(c.friction > 0.0) ? ContactMode::Slip
-                                                                 : ContactMode::Stick;
+                                                            : ContactMode::Stick;
     c.assumed = c.mode;
     c.force = c.mode == ContactMode::Open ? Vector3(Vector3::Zero()) : problem_.force(i, x_[i]);
     c.multiplier = c.force;
@@ -78,7 +117,11 @@ OpenCloseResult MovingContacts::solve(const BlockSystem& base, const BlockVector
                                       const OpenCloseOptions& options, BlockVector& increment) {
   problem_.set(base, force, contacts, increment);
   start(contacts, options.predicted);
-  const IterationCount count = iterate(options.force_tolerance);
+  const double length = *std::ranges::min_element(slots_->length);
+  const double allowed_yield =
+      options.predicted ? kYield * length : std::numeric_limits<double>::infinity();
+  const IterationCount count = iterate(options.force_tolerance, allowed_yield);
+  for (std::size_t i = 0; i < contacts.size(); ++i) bar_force_[i] = problem_.force(i, bar_[i]);
   record(contacts);
   OpenCloseResult result;
   result.converged = count.converged;

@@ -26,14 +26,16 @@ class MovingContacts {
 
  private:
   void start(std::span<const LinearContact> contacts, bool first);
-  IterationCount iterate(double tolerance);
+  IterationCount solve_soft(double tolerance);
+  double largest_yield() const;
+  IterationCount iterate(double tolerance, double allowed_yield);
   void record(std::span<LinearContact> contacts);
 
   const Slots* slots_;
   ConeProblem problem_;
   InteriorPoint interior_point_;
   SmoothedNewton smoothed_newton_;
-  std::vector<Vector3> x_, bar_, motion_;
+  std::vector<Vector3> x_, bar_, motion_, last_x_, last_bar_;
   std::vector<Vector3> bar_force_;  ///< N, by contact
 };
 

@@ -5,8 +5,9 @@
 
 namespace quoin::solver {
 
-/// Solves x = P_e(x - y) for a smoothing e that falls with the residual, superlinearly at the end. It
-/// needs a start that is near; [Fukushima, Luo & Tseng 2002; Hayashi, Yamashita & Fukushima 2005].
+/// Solves x = P_e(x - y) for a smoothing e that falls with the residual, superlinearly at the end.
+/// It needs a start that is near; [Fukushima, Luo & Tseng 2002; Hayashi, Yamashita & Fukushima
+/// 2005].
 class SmoothedNewton {
  public:
   IterationCount solve(ConeProblem& problem, const Softness& softness, const IterationLimit& limit,

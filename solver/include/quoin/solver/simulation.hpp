@@ -24,11 +24,12 @@ const char* name(ContactMethod method);
 
 /// How the forces of exact contacts are found.
 enum class ContactIteration : std::uint8_t {
-  OpenClose,     ///< Newton's method on the augmented Lagrangian: exact to rounding where blocks rest
-  InteriorPoint  ///< on contacts that yield a little, for crowds that slide, rock and pile up
+  OpenClose,  ///< Newton's method on the augmented Lagrangian: exact to rounding where blocks rest
+  InteriorPoint,  ///< on contacts that yield a little, for crowds that slide, rock and pile up
+  Automatic  ///< OpenClose, and InteriorPoint for the rest of a step that it does not solve soon
 };
 
-/// As in scene files: "open_close", "interior_point".
+/// As in scene files: "open_close", "interior_point", "automatic".
 const char* name(ContactIteration iteration);
 
 enum class TimeScheme : std::uint8_t {
@@ -51,14 +52,15 @@ struct StepOptions {
   Analysis analysis = Analysis::Dynamic;
   ContactMethod method = ContactMethod::AugmentedLagrangian;
   TimeScheme scheme = TimeScheme::ConstantAcceleration;
-  /// N/m. Springs: a contact point; a joint of more than four points has that of four, shared out by
-  /// area. Paper, Penalty: a contact point, as the source has it. Not used by AugmentedLagrangian.
-  /// 0: chosen by the solver.
+  /// N/m. Springs: a contact point; a joint of more than four points has that of four, shared out
+  /// by area. Paper, Penalty: a contact point, as the source has it. Not used by
+  /// AugmentedLagrangian. 0: chosen by the solver.
   double penalty = 0.0;
-  double shear_ratio = 1.0;   ///< shear stiffness / normal stiffness; used like `penalty`
-  double reach = 0.0;         ///< contacts are watched up to this gap, m; 0: chosen
-  double tolerance = 1e-10;   ///< relative, of forces and of gaps to block size
-  /// Of AugmentedLagrangian. Steps with springs, cohesion, bonds or held points are always OpenClose's.
+  double shear_ratio = 1.0;  ///< shear stiffness / normal stiffness; used like `penalty`
+  double reach = 0.0;        ///< contacts are watched up to this gap, m; 0: chosen
+  double tolerance = 1e-10;  ///< relative, of forces and of gaps to block size
+  /// Of AugmentedLagrangian. Steps with springs, cohesion, bonds or held points are always
+  /// OpenClose's.
   ContactIteration contact_iteration = ContactIteration::OpenClose;
   int max_iterations = 1000;  ///< open–close iterations a sub-step; Paper, Penalty: linear solves
   double max_displacement_ratio = 0.0;  ///< largest displacement / block size; 0: no limit
@@ -132,8 +134,9 @@ struct StepReport {
   int iterations = 0;       ///< open–close
   int linear_solves = 0;
   int factorizations = 0;
-  double residual = 0.0;         ///< relative force residual of the last iteration
-  double largest_overlap = 0.0;  ///< m
+  int interior_point_attempts = 0;  ///< at a sub-step, in which contacts yielded
+  double residual = 0.0;            ///< relative force residual of the last iteration
+  double largest_overlap = 0.0;     ///< m
   double unbalance =
       0.0;  ///< static measure: largest unbalanced force / largest block weight or load
   double largest_speed = 0.0;      ///< m/s, of a vertex
@@ -160,9 +163,9 @@ class Simulation {
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
 
-  /// One time_step (in counted sub-steps where it must). When the status is not Converged the state is
-  /// that of the last accepted sub-step (before the step, when Stopped); best_try() holds the best
-  /// attempt. Throws nothing.
+  /// One time_step (in counted sub-steps where it must). When the status is not Converged the state
+  /// is that of the last accepted sub-step (before the step, when Stopped); best_try() holds the
+  /// best attempt. Throws nothing.
   [[nodiscard]] StepReport advance();
 
   const Scene& scene() const;
