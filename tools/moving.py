@@ -18,7 +18,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 PROBLEMS = ROOT / "bench" / "problems"
 G = 9.81
 ITERATIONS = ("open_close", "interior_point", "automatic")
-LIMIT = 120  # s of one run
+LIMIT = 60  # s on the clock of one run
 
 
 def box(name, low, high, kind="rigid", **more):

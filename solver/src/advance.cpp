@@ -140,20 +140,21 @@ BodyContact missed_contact(const CompiledScene& compiled, const geometry::Contac
 /// Contacts that overlap at the end of an attempt though the step did not hold them: added to the
 /// list as the bodies hold them at the end. True when there are any.
 bool add_missed(const CompiledScene& compiled, double limit, Workspace& work) {
-  std::vector<geometry::ContactKey> keys;    // that the step knew
-  std::vector<std::pair<int, int>> springs;  // pairs that a closed spring holds
+  std::vector<geometry::ContactKey> keys;  // that the step knew
+  std::vector<std::pair<int, int>> soft;   // pairs that a closed contact holds, but not exactly
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
     const BodyContact& contact = work.contacts[i];
     const LinearContact& c = work.linear[i];
     keys.push_back(contact.state.point.key);
-    if (c.compliant && c.mode != ContactMode::Open) springs.emplace_back(contact.a, contact.b);
+    if (c.mode == ContactMode::Open) continue;
+    if (c.compliant || work.yielding) soft.emplace_back(contact.a, contact.b);
   }
   std::ranges::sort(keys);
-  std::ranges::sort(springs);
+  std::ranges::sort(soft);
   const std::size_t known = work.contacts.size();
   for (const geometry::ContactPoint& point : work.found_end) {
     if (!(point.gap < -limit) || std::ranges::binary_search(keys, point.key) ||
-        std::ranges::binary_search(springs, std::pair(point.key.a, point.key.b))) {
+        std::ranges::binary_search(soft, std::pair(point.key.a, point.key.b))) {
       continue;
     }
     work.missing = &point;
