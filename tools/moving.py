@@ -140,7 +140,7 @@ def row(document, iteration, folder, seconds):
 
 
 def measure(quoin, problems, work):
-    print("| scene | iteration | ended | factorizations a step | most solves in a step | steps by interior point "
+    print("| scene | iteration | ended | factorizations a step | most solves in a step | attempts by interior point "
           "| largest overlap m | energy growth | CPU ms a step |\n|---|---|---|---|---|---|---|---|---|")
     for number, document in enumerate(MEASURED):
         for iteration in ITERATIONS:
