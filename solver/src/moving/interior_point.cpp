@@ -8,7 +8,7 @@
 namespace quoin::solver {
 namespace {
 
-// Chosen on steps of piles and shaken walls: bench/moving.md.
+// Chosen on single steps of piles and shaken walls.
 constexpr double kInside = 1e-3;           // of the largest force: how far inside it starts
 constexpr double kTangentSoftness = 1e-3;  // in the matrix alone
 constexpr double kSmoothing = 0.01;        // of mu / x_n: |u_t| near zero

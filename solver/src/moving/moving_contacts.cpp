@@ -8,13 +8,13 @@
 namespace quoin::solver {
 namespace {
 
-// Chosen on steps of piles and shaken walls: bench/moving.md.
+// Chosen on single steps of piles and shaken walls.
 constexpr int kSweeps = 10;
 constexpr double kSoftness = 0.03;
 constexpr int kMostUpdates = 3;   // of the forces about which contacts yield, while they yield by
 constexpr double kYield = 1e-6;   // more than this of the smallest block, and while each
 constexpr double kStalled = 0.5;  // leaves no more than this of it
-constexpr int kMostSteps = 50;    // of one iteration: three times what any step of a crowd took
+constexpr int kMostSteps = 50;    // of one iteration, a bound: the shipped problems stay well below
 constexpr double kInteriorResidual = 1e-3;  // from here Newton's method finds the rest
 
 void add(const IterationCount& part, IterationCount& total) {

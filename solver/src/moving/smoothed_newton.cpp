@@ -8,7 +8,7 @@
 namespace quoin::solver {
 namespace {
 
-// Chosen on steps of piles and shaken walls: bench/moving.md.
+// Chosen on single steps of piles and shaken walls.
 constexpr double kStart = 1e-4;            // e at the start, of the largest force
 constexpr double kTangentSoftness = 1e-4;  // in the matrix alone
 constexpr double kCorrectionShare = 0.1;   // of e: smooths |u_t|
