@@ -33,7 +33,8 @@ std::vector<geometry::Box> boxes_at(const Wall& wall, int step) {
 /// Peers take turns at every step; each entry gets one number: the mean over the coherent run. The
 /// first step is not timed: Bullet puts off to it what loading began.
 std::vector<Entry> run_wall(int count, Motion motion, const std::string& name, int runs) {
-  const Wall wall(count, motion, 0.0, 1e-3 * 2 * Vector3(0.2, 0.1, 0.1).norm());
+  const double shift = 1e-3 * 2 * Vector3(0.2, 0.1, 0.1).norm();
+  const Wall wall({.count = count, .motion = motion, .shift = shift});
   BoxesPeers peers = make_peers();
   std::vector<Entry> entries;
   for (const auto& peer : peers) entries.push_back({.workload = name, .peer = peer->name()});

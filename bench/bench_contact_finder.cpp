@@ -1,11 +1,13 @@
-/// B: the whole ContactFinder::find() of walls of 1e3, 1e4, 1e5 bricks, warm, a small motion each
-/// step: against its parts, on one thread and two, with the allocations after the first step.
+/// B: the whole ContactFinder::find() of walls of bricks, warm, a small motion each step: against
+/// its parts, on one thread and two, with the allocations after the first steps. Bricks with joints
+/// that shift, or turn as well; and a wall of three leaves whose bricks touch exactly.
 
 #include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <quoin/geometry/broad_phase.hpp>
 #include <quoin/geometry/contact_finder.hpp>
+#include <sstream>
 
 #include "allocations.hpp"
 #include "harness.hpp"
@@ -18,6 +20,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kJoint = 1e-5;      // m, between the bricks
 constexpr double kAmplitude = 2e-6;  // m a step
+constexpr double kTurn = 2e-6;       // rad a step
 constexpr double kReach = 1e-4;      // m
 constexpr int kSettle = 6;           // steps before timing starts
 
@@ -37,12 +40,24 @@ bool same_bits(const std::vector<geometry::ContactPoint>& x,
   return true;
 }
 
-/// One pass over all vertices of the scene, as find() cannot do without.
-double vertex_pass(const std::vector<geometry::Shape>& solids) {
+std::shared_ptr<const geometry::Shape> shape_of(const Wall& wall) {
+  return std::make_shared<const geometry::Shape>(wall.shape().topology, wall.shape().vertices);
+}
+
+geometry::Box box_of(const geometry::Body& body) {
+  geometry::Box box{body.vertex(0), body.vertex(0)};
+  for (int v = 1; v < body.shape().vertex_count(); ++v) {
+    box.min = box.min.cwiseMin(body.vertex(v));
+    box.max = box.max.cwiseMax(body.vertex(v));
+  }
+  return box;
+}
+
+/// One pass over all placements of the scene, as find() cannot do without.
+double placement_pass(const std::vector<geometry::Placement>& placements) {
   double sum = 0.0;
-  for (const geometry::Shape& solid : solids) {
-    const Points& v = solid.vertices();
-    for (Eigen::Index k = 0; k < v.size(); ++k) sum += v.data()[k];
+  for (const geometry::Placement& placement : placements) {
+    sum += placement.linear.sum() + placement.translation.sum();
   }
   return sum;
 }
@@ -50,13 +65,18 @@ double vertex_pass(const std::vector<geometry::Shape>& solids) {
 /// Each way of working takes its turn at every step of the same moving wall.
 class WallRun {
  public:
-  WallRun(int count, const std::string& name)
-      : wall_(count, Motion::Jitter, kJoint, kAmplitude), solids_(wall_.solids()) {
+  WallRun(const WallOptions& options, const std::string& name)
+      : wall_(options), brick_(shape_of(wall_)), placements_(wall_.size()) {
     for (const char* peer : {"find", "find 2 threads", "pairs alone", "candidates alone",
-                             "vertices once", "placing the bricks"}) {
+                             "placements once", "moving the bricks"}) {
       entries_.push_back({.workload = name, .peer = peer});
     }
     boxes_.resize(wall_.size());
+    bodies_.assign(wall_.size(), geometry::Body(*brick_));
+    for (std::size_t i = 0; i < wall_.size(); ++i) {
+      finder_.add(brick_, wall_.placement(i, 0));
+      finder_2_.add(brick_, wall_.placement(i, 0));
+    }
   }
 
   std::vector<Entry> run(int steps) {
@@ -88,23 +108,34 @@ class WallRun {
     entries_[entry].nanoseconds.push_back(entry == 1 ? nanoseconds_since(start) : thread_time);
   }
 
+  void move(geometry::ContactFinder& finder) const {
+    for (std::size_t i = 0; i < placements_.size(); ++i) {
+      finder.move(static_cast<int>(i), placements_[i]);
+    }
+  }
+
   void advance(int step) {
-    time(5, [&] { wall_.move(step, solids_); });
+    for (std::size_t i = 0; i < wall_.size(); ++i) placements_[i] = wall_.placement(i, step);
+    move(finder_2_);
+    time(5, [&] { move(finder_); });
     time(0, [&] {
       const long before = allocation_count();
-      finder_.find(solids_, one_);
+      finder_.find(one_);
       allocations_ += allocation_count() - before;
     });
-    time(1, [&] { finder_2_.find(solids_, two_); });
+    time(1, [&] { finder_2_.find(two_); });
     different_ = different_ || !same_bits(one_, two_);
-    for (std::size_t i = 0; i < boxes_.size(); ++i) boxes_[i] = solids_[i].box();
+    for (std::size_t i = 0; i < boxes_.size(); ++i) {
+      bodies_[i].move(placements_[i]);
+      boxes_[i] = box_of(bodies_[i]);
+    }
     const std::vector<geometry::BlockPair>* pairs = nullptr;
     time(3, [&] { pairs = &broad_phase_.find_candidates(boxes_, kReach); });
     pair_count_ = pairs->size();
     hints_.resize(pairs->size());
     time(2, [&] { search(*pairs); });
     double sum = 0.0;
-    time(4, [&] { sum = vertex_pass(solids_); });
+    time(4, [&] { sum = placement_pass(placements_); });
     benchmark::DoNotOptimize(sum);
     for (Entry& entry : entries_) entry.nanoseconds.back() /= static_cast<double>(pair_count_);
   }
@@ -113,8 +144,8 @@ class WallRun {
   void search(const std::vector<geometry::BlockPair>& pairs) {
     points_.clear();
     for (std::size_t k = 0; k < pairs.size(); ++k) {
-      const geometry::Shape& a = solids_[static_cast<std::size_t>(pairs[k].a)];
-      const geometry::Shape& b = solids_[static_cast<std::size_t>(pairs[k].b)];
+      const geometry::Body& a = bodies_[static_cast<std::size_t>(pairs[k].a)];
+      const geometry::Body& b = bodies_[static_cast<std::size_t>(pairs[k].b)];
       hints_[k] = append_contacts_within_reach({pairs[k].a, pairs[k].b}, a, b, {.reach = kReach},
                                                hints_[k], points_)
                       .hint;
@@ -122,7 +153,9 @@ class WallRun {
   }
 
   Wall wall_;
-  std::vector<geometry::Shape> solids_;
+  std::shared_ptr<const geometry::Shape> brick_;
+  std::vector<geometry::Placement> placements_;
+  std::vector<geometry::Body> bodies_;
   geometry::ContactFinder finder_{{.reach = kReach}};
   geometry::ContactFinder finder_2_{{.reach = kReach, .threads = 2}};
   geometry::BroadPhase broad_phase_;
@@ -135,18 +168,46 @@ class WallRun {
   bool different_ = false;
 };
 
+/// Bricks of a running bond with joints; `turn` rad a step.
+WallOptions jointed(int count, double turn) {
+  return {.count = count, .joint = kJoint, .shift = kAmplitude, .turn = turn};
+}
+
+/// Three leaves of bricks whose sides are powers of two, so that they touch exactly at faces, edges
+/// and vertices; the wall is carried along by whole bits, and each brick shaken by `noise` m, rad.
+WallOptions touching(double noise) {
+  return {.count = 1000,
+          .leaves = 3,
+          .brick = {0.5, 0.25, 0.25},
+          .shift = noise,
+          .turn = noise,
+          .carry = 0x1p-12};
+}
+
+std::string short_name(double value) {
+  std::ostringstream text;
+  text << value;
+  return text.str();
+}
+
 }  // namespace
 }  // namespace quoin::bench
 
 int main(int argc, char** argv) {
   using namespace quoin::bench;
   std::vector<Contest> contests;
-  for (const int count : {1000, 10000, 100000}) {
-    const std::string name = "B/find-" + std::to_string(count);
-    const auto run = [count, name](const Arguments& arguments) {
-      return WallRun(count, name).run(arguments.quick ? 5 : count >= 100000 ? 15 : 41);
+  const auto add = [&](const std::string& name, const WallOptions& options) {
+    const auto run = [options, name](const Arguments& arguments) {
+      return WallRun(options, name).run(arguments.quick ? 5 : options.count >= 100000 ? 15 : 41);
     };
-    contests.push_back({name, "find", run, count > 10000});
+    contests.push_back({name, "find", run, options.count > 10000});
+  };
+  for (const int count : {1000, 10000, 100000}) {
+    add("B/find-" + std::to_string(count), jointed(count, 0.0));
+    add("B/turning-" + std::to_string(count), jointed(count, kTurn));
+  }
+  for (const double noise : {0.0, 1e-16, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-9}) {
+    add("B/touching-" + short_name(noise), touching(noise));
   }
   return run_contests(argc, argv, contests);
 }

@@ -26,12 +26,11 @@ using scene_file::StudyPoint;
 // -----------------------------------------------------------------------
 
 /// The three edges that leave one vertex of a box, m; empty when it is no box.
-std::vector<Vector3d> box_edges(const geometry::Shape& shape) {
-  if (shape.vertex_count() != 8 || shape.topology().face_count() != 6) return {};
+std::vector<Vector3d> box_edges(const geometry::Body& body) {
+  if (body.shape().vertex_count() != 8 || body.shape().topology().face_count() != 6) return {};
   std::vector<Vector3d> edges;
   for (int v = 1; v < 8; ++v) {
-    const Vector3d edge = shape.vertex(v) - shape.vertex(0);
-    edges.push_back(edge);
+    edges.push_back(body.vertex(v) - body.vertex(0));
   }
   std::sort(edges.begin(), edges.end(),
             [](const Vector3d& a, const Vector3d& b) { return a.squaredNorm() < b.squaredNorm(); });
@@ -52,16 +51,16 @@ RigidBody body_of(const solver::Block& block) {
   const bool fixed = block.kind == solver::BlockKind::Fixed;
   const double density = fixed ? 0.0 : block.material.density;
   RigidBody body;
-  const std::vector<Vector3d> edges = box_edges(block.shape);
+  const std::vector<Vector3d> edges = box_edges(block.body());
   if (edges.size() == 3) {
     const Vector3d half(0.5 * edges[0].norm(), 0.5 * edges[1].norm(), 0.5 * edges[2].norm());
     body = box(-half, half, density);
     Eigen::Matrix3d axes;
     axes << edges[0].normalized(), edges[1].normalized(), edges[0].cross(edges[1]).normalized();
     body.turn = Eigen::Quaterniond(axes);
-    body.place = geometry::mass_properties(block.shape).centroid;
+    body.place = geometry::mass_properties(block.body()).centroid;
   } else {
-    body = hull(block.shape.vertices(), density);
+    body = hull(block.body().vertices(), density);
   }
   body.velocity = block.velocity;
   body.spin = block.angular_velocity;

@@ -1,5 +1,6 @@
 #include <quoin/geometry/contact_point.hpp>
 #include <quoin/geometry/nearest_features.hpp>
+#include <quoin/geometry/published_search.hpp>
 
 #include "peer.hpp"
 
@@ -67,6 +68,85 @@ class Quoin final : public PeerOf<Quoin> {
   std::vector<FeatureHint> hints_;
 };
 
+/// A shape and its poses, as a caller with rigid bodies has them.
+class Bodies {
+ public:
+  void load(const Workload& workload) {
+    workload_ = &workload;
+    shapes_.clear();
+    for (const BenchShape& shape : workload.shapes) {
+      shapes_.emplace_back(shape.topology, shape.vertices);
+    }
+    bodies_.clear();
+    for (const Pair& pair : workload.pairs) {
+      bodies_.emplace_back(shapes_[static_cast<std::size_t>(pair.shape_a)]);
+      bodies_.emplace_back(shapes_[static_cast<std::size_t>(pair.shape_b)]);
+    }
+    place(0);
+  }
+  void place(int step) {
+    placements_.clear();
+    for (const Pair& pair : workload_->pairs) {
+      for (const std::vector<Pose>* poses : {&pair.poses_a, &pair.poses_b}) {
+        const Pose& pose = (*poses)[static_cast<std::size_t>(step)];
+        placements_.push_back({pose.rotation, pose.place});
+      }
+    }
+  }
+  /// Moves both bodies of a pair to where they are at the step.
+  void move(int pair) {
+    for (std::size_t k = 2 * static_cast<std::size_t>(pair), last = k + 1; k <= last; ++k) {
+      bodies_[k].move(placements_[k]);
+    }
+  }
+  const geometry::Body& a(int pair) const { return bodies_[2 * static_cast<std::size_t>(pair)]; }
+  const geometry::Body& b(int pair) const {
+    return bodies_[2 * static_cast<std::size_t>(pair) + 1];
+  }
+
+ private:
+  const Workload* workload_ = nullptr;
+  std::vector<Shape> shapes_;
+  std::vector<geometry::Body> bodies_;
+  std::vector<geometry::Placement> placements_;
+};
+
+/// Cold, the move of both bodies in the clock.
+class QuoinMoved final : public PeerOf<QuoinMoved> {
+ public:
+  QuoinMoved() : PeerOf("quoin, both moved") {}
+  bool answers(const Workload& workload) const override { return !workload.warm; }
+  void load(const Workload& workload) override { bodies_.load(workload); }
+  void place(int step) override { bodies_.place(step); }
+  Answer query(int pair) {
+    bodies_.move(pair);
+    const NearestFeatures nearest = nearest_features(bodies_.a(pair), bodies_.b(pair));
+    return {nearest.gap, nearest.normal, nearest.point_a, nearest.point_b};
+  }
+
+ private:
+  Bodies bodies_;
+};
+
+/// The paper's search as printed, for solids apart.
+class Published final : public PeerOf<Published> {
+ public:
+  Published() : PeerOf("published search") {}
+  bool answers(const Workload& workload) const override {
+    return !workload.warm && !workload.overlap;
+  }
+  void load(const Workload& workload) override { solids_.load(workload); }
+  void place(int step) override { solids_.place(step); }
+  Answer query(int pair) {
+    const geometry::PublishedAnswer found =
+        geometry::published_search(solids_.a(pair), solids_.b(pair));
+    return {found.gap, found.normal, found.point_a, found.point_b};
+  }
+
+ private:
+  Solids solids_;
+};
+
 class QuoinManifold final : public ManifoldPeer {
  public:
   QuoinManifold(std::string name, bool warm) : ManifoldPeer(std::move(name)), warm_(warm) {}
@@ -114,6 +194,8 @@ void append_quoin(Peers& peers, bool settings) {
   constexpr int kMany = geometry::SearchOptions{}.max_iterations;
   peers.push_back(std::make_unique<Quoin>("quoin", false, kMany));
   peers.push_back(std::make_unique<Quoin>("quoin warm", true, kMany));
+  peers.push_back(std::make_unique<QuoinMoved>());
+  peers.push_back(std::make_unique<Published>());
   if (!settings) return;
   for (const int most : {1, 2, 3, 4, 6, 8, 12}) {
     peers.push_back(

@@ -5,45 +5,55 @@
 #include "tests/support/random.hpp"
 
 namespace quoin::bench {
+namespace {
 
-Wall::Wall(int count, Motion motion, double gap, double amplitude)
-    : motion_(motion), amplitude_(amplitude), bricks_(running_bond_wall(count)) {
-  tests::Random random(7000 + static_cast<std::uint64_t>(count));
-  for (Brick& brick : bricks_) {
-    brick.half_size.array() -= 0.5 * gap;
-    direction_.push_back(random.direction());
+/// Every second row is shifted by half a brick; the leaves are alike.
+std::vector<Vector3> running_bond(const WallOptions& options) {
+  const int in_leaf = (options.count + options.leaves - 1) / options.leaves;
+  const int rows = std::max(1, static_cast<int>(std::sqrt(in_leaf / 1.6)));
+  const int columns = (in_leaf + rows - 1) / rows;
+  std::vector<Vector3> places;
+  for (int row = 0; row < rows; ++row) {
+    for (int k = 0; k < columns * options.leaves; ++k) {
+      if (static_cast<int>(places.size()) == options.count) return places;
+      const double shift = row % 2 == 0 ? 0.0 : 0.5;
+      const Vector3 steps(k / options.leaves + shift, k % options.leaves, row);
+      places.push_back(steps.cwiseProduct(options.brick));
+    }
   }
-  shape_ = box_shape(bricks_.front().half_size);
+  return places;
 }
 
-Vector3 Wall::place(std::size_t i, int step) const {
-  const double way = motion_ == Motion::Drift
-                         ? amplitude_ * step
-                         : amplitude_ * std::sin(0.7 * step + static_cast<double>(i % 97));
-  return bricks_[i].place + way * direction_[i];
+}  // namespace
+
+Wall::Wall(const WallOptions& options)
+    : options_(options),
+      places_(running_bond(options)),
+      shape_(box_shape(0.5 * (options.brick.array() - options.joint))) {
+  tests::Random random(7000 + static_cast<std::uint64_t>(options.count));
+  for (std::size_t i = 0; i < size(); ++i) directions_.push_back(random.direction());
+}
+
+double Wall::way(std::size_t i, int step) const {
+  return options_.motion == Motion::Drift ? step
+                                          : std::sin(0.7 * step + static_cast<double>(i % 97));
+}
+
+geometry::Placement Wall::placement(std::size_t i, int step) const {
+  const double way = this->way(i, step);
+  geometry::Placement placement;
+  placement.translation =
+      places_[i] + step * options_.carry * Vector3::UnitX() + options_.shift * way * directions_[i];
+  if (options_.turn > 0.0) {
+    const Vector3 axis = directions_[(i + 1) % size()];
+    placement.linear = tests::rotation_about(axis, options_.turn * way);
+  }
+  return placement;
 }
 
 geometry::Box Wall::box(std::size_t i, int step) const {
-  const Vector3 centre = place(i, step);
-  return {centre - bricks_[i].half_size, centre + bricks_[i].half_size};
-}
-
-std::vector<geometry::Shape> Wall::solids() const {
-  std::vector<geometry::Shape> solids;
-  solids.reserve(size());
-  for (std::size_t i = 0; i < size(); ++i) {
-    const Points vertices = shape_.vertices.colwise() + place(i, 0);
-    solids.emplace_back(shape_.topology, vertices);
-  }
-  return solids;
-}
-
-void Wall::move(int step, std::vector<geometry::Shape>& solids) const {
-  Points vertices(3, shape_.vertices.cols());
-  for (std::size_t i = 0; i < size(); ++i) {
-    vertices = shape_.vertices.colwise() + place(i, step);
-    solids[i].set_vertices(vertices);
-  }
+  const Vector3 centre = placement(i, step).translation;
+  return {centre - shape_.half_size, centre + shape_.half_size};
 }
 
 }  // namespace quoin::bench

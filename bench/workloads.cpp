@@ -387,18 +387,4 @@ Workload make_workload(const std::string& name, const WorkloadScale& scale) {
   return random_workload(kind, family, scale);
 }
 
-std::vector<Brick> running_bond_wall(int count) {
-  const Vector3 half(0.2, 0.1, 0.1);
-  const int rows = std::max(1, static_cast<int>(std::sqrt(count / 1.6)));
-  const int columns = (count + rows - 1) / rows;
-  std::vector<Brick> bricks;
-  for (int row = 0; row < rows; ++row) {
-    for (int column = 0; column < columns && static_cast<int>(bricks.size()) < count; ++column) {
-      const double shift = row % 2 == 0 ? 0.0 : half.x();
-      bricks.push_back({half, {2 * half.x() * column + shift, 0.0, 2 * half.z() * row}});
-    }
-  }
-  return bricks;
-}
-
 }  // namespace quoin::bench

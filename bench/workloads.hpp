@@ -69,12 +69,4 @@ Workload make_workload(const std::string& name, const WorkloadScale& scale);
 /// A box of the given half size centred at the origin.
 BenchShape box_shape(const Vector3& half_size);
 
-/// A brick of a wall, axis-aligned.
-struct Brick {
-  Vector3 half_size, place;  ///< m
-};
-
-/// Running-bond wall of about `count` bricks of 0.4 x 0.2 x 0.2 m.
-std::vector<Brick> running_bond_wall(int count);
-
 }  // namespace quoin::bench

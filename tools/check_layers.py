@@ -29,10 +29,10 @@ DOORS = {"geometry/src/finder/broad_phase.cpp": r"^fcl/", "geometry/src/oracle/g
 
 # Within a room a file includes private headers only from its own step of the chain or one before it:
 # folders of geometry/src, files of the solver.
-FOLDERS = ["simd", "numeric", "shape", "polygon", "certify", "search", "contact", "finder",
+FOLDERS = ["simd", "numeric", "shape", "polygon", "certify", "search", "kernels", "contact", "finder",
            "bindings", "oracle"]
 CHAINS = {
-    "geometry": [["types"], ["polyhedron"], ["body"], ["nearest_features"], ["contact_type"],
+    "geometry": [["types"], ["shape"], ["body"], ["nearest_features"], ["contact_type"],
                  ["contact_point"], ["contact_finder"]],
     "solver": [["scene", "state", "displacement"], ["block_terms", "linear_contact"],
                ["joint_law"], ["contact_history"], ["contact_jacobian", "joint_failure"],

@@ -3,8 +3,8 @@
 
     quoin stability --json > stability.json; tools/plot_stability.py stability.json OUT.png [OUT.md]
 
-Colour: error over what is allowed (log10). F: flagged before the reference was looked at (f: right all
-the same); W: wrong.
+Colour: error over what is allowed (log10). F: flagged, as is expected (f: right all the same); W: wrong,
+flagged otherwise than expected, or not converged.
 """
 import json
 import math
@@ -29,7 +29,7 @@ def rows_of(cells):
 
 
 def mark(cell):
-    if cell["verdict"] == "wrong":
+    if cell["verdict"] not in ("right", "flagged"):
         return "W"
     if cell["verdict"] == "flagged":
         return "f" if cell["error"] is not None and cell["error"] <= cell["allowed"] else "F"
@@ -65,21 +65,24 @@ def picture(table, path):
 
 
 def markdown(cells, table):
-    count = {v: sum(c["verdict"] == v for c in cells) for v in ("right", "flagged", "wrong")}
+    count = {v: sum(c["verdict"] == v for c in cells) for v in ("right", "flagged")}
+    count["failed"] = len(cells) - count["right"] - count["flagged"]
     right_flagged = sum(mark(c) == "f" for c in cells)
     lines = [f"{len(cells)} cells: {count['right']} right, {count['flagged']} flagged "
-             f"({right_flagged} of them right all the same), {count['wrong']} wrong; "
+             f"as expected ({right_flagged} of them right all the same), {count['failed']} wrong, flagged "
+             "otherwise or not converged; "
              f"{sum(c['seconds'] for c in cells):.0f} s.", "",
              "| varied | scene | from … to | worst error (right) | allowed | most solves a step (right) "
-             "| flagged at | wrong at |", "|---|---|---|---|---|---|---|---|"]
+             "| flagged at | failed at |", "|---|---|---|---|---|---|---|---|"]
     for parameter, rows in table.items():
         for name, row in rows.items():
             right = [c for _, c in row if c["verdict"] == "right"]
             worst = f"{max(c['error'] for c in right):.1e}" if right else "-"
             solves = f"{max(c['solves_per_step'] for c in right):.2g}" if right else "-"
-            at = {v: ", ".join(f"{x:g}" for x, c in row if c["verdict"] == v) for v in count}
+            flagged = ", ".join(f"{x:g}" for x, c in row if c["verdict"] == "flagged")
+            failed = ", ".join(f"{x:g}" for x, c in row if c["verdict"] not in ("right", "flagged"))
             lines.append(f"| {parameter} | {name} | {row[0][0]:g} … {row[-1][0]:g} | {worst} | "
-                         f"{row[0][1]['allowed']:g} | {solves} | {at['flagged']} | {at['wrong']} |")
+                         f"{row[0][1]['allowed']:g} | {solves} | {flagged} | {failed} |")
     return "\n".join(lines) + "\n"
 
 

@@ -52,7 +52,8 @@ Setup rough() {
 
 Setup row(int count) {
   Setup setup = base();
-  setup.scene.blocks[0].shape = geometry::make_box({-5, -5, -1}, {50, 5, 0});
+  setup.scene.blocks[0].shape =
+      std::make_shared<const geometry::Shape>(geometry::make_box({-5, -5, -1}, {50, 5, 0}));
   for (int i = 1; i < count; ++i) {
     const double x = 2.0 * i;
     setup.scene.add_rigid(geometry::make_box({x, 0, 0}, {x + 1, 1, 1}), kRock);

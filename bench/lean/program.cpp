@@ -34,7 +34,7 @@ double ask(int times) {
 void rest() {
 #ifdef QUOIN_LEAN_GEOMETRY
   std::vector<geometry::ContactPoint> contacts;
-  geometry::ContactFinder({.reach = 1e-3}).find({}, contacts);
+  geometry::ContactFinder({.reach = 1e-3}).find(contacts);
 #endif
 #ifdef QUOIN_LEAN_SOLVER
   quoin::solver::Simulation simulation({}, {});

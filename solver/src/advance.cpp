@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <span>
 #include <sstream>
 
@@ -14,24 +15,30 @@
 namespace quoin::solver {
 namespace {
 
-constexpr double kLargestHop = 0.1;  // of the smallest block
+constexpr double kLargestHop = 0.1;   // of the smaller block of a pair
+constexpr double kMissed = 1e-9;      // of the same: an overlap that is none
+constexpr double kBesideFace = 1e-3;  // of the same: pairs farther apart at the end did not touch
+constexpr int kStaticCuts = 10;       // halvings of a pseudo-step: to a millionth of its motion
+constexpr double kThrough = 0.5;      // of the same: what is so deep has not passed beside
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+/// Of the smaller of two blocks, m.
+double pair_size(const CompiledScene& compiled, int a, int b) {
+  return std::min(compiled.models[index(a)].size, compiled.models[index(b)].size);
+}
 
 double vertex_speed(const BlockModel& model, const BlockState& block) {
   return block.velocity.norm() + 0.5 * model.size * block.angular_velocity.norm();
 }
 
 /// Twice what a vertex can move in a step (paper, section 3), and never less than a hair of a
-/// block. At rest a quarter of the smallest block is enough: what is missed is found at the end of
-/// the step.
+/// block.
 double wanted_reach(const CompiledScene& compiled, const StepOptions& options, const State& state) {
+  if (options.analysis != Analysis::Dynamic) return static_reach(compiled);
   const double dt = options.time_step;
   const double fall = compiled.scene.gravity.at(state.time + dt).norm() * dt * dt;
   const double least = 1e-4 * compiled.smallest_size;
-  if (options.analysis != Analysis::Dynamic) {
-    return std::clamp(2.0 * fall, least, 0.25 * compiled.smallest_size);
-  }
   double speed = 0.0;
   for (std::size_t b = 0; b < state.blocks.size(); ++b) {
     speed = std::max(speed, vertex_speed(compiled.models[b], state.blocks[b]));
@@ -51,11 +58,11 @@ double rounded_up(double reach) {
 /// hop that is small against the blocks.
 double largest_opening(const CompiledScene& compiled, const State& state) {
   if (!compiled.dilates) return 0.0;
-  const double hop = kLargestHop * compiled.smallest_size;
   double largest = 0.0;
   for (const Contact& c : state.contacts) {
     if (!(c.slip > 0.0)) continue;
     const Joint& joint = joint_between(compiled.scene, c.point.key.a, c.point.key.b);
+    const double hop = kLargestHop * pair_size(compiled, c.point.key.a, c.point.key.b);
     largest = std::max({largest, opening(joint, c), std::min(c.point.gap, hop)});
   }
   return rounded_up(largest);
@@ -68,8 +75,19 @@ geometry::FindCounts find(const CompiledScene& compiled, const StepOptions& opti
       options.reach > 0.0 ? options.reach : rounded_up(wanted_reach(compiled, options, state));
   work.reach += largest_opening(compiled, state);
   work.finder.set_reach(work.reach);
-  const geometry::FindCounts counts = work.finder.find(state.polyhedra, compiled.idle, found);
-  if (!work.initial_depths.empty()) work.initial_depths.take_off(state, found);
+  const auto move = [&](int block) {
+    const std::size_t b = index(block);
+    work.finder.move(block, placement(compiled.models[b], pose(state.blocks[b])));
+  };
+  std::ranges::for_each(compiled.slots.block_of_slot, move);
+  std::ranges::for_each(compiled.prescribed, move);
+  const geometry::FindCounts counts = work.finder.find(found);
+  // A placement holds what the rest of a centroid is not.
+  for (geometry::ContactPoint& point : found) {
+    const BlockState &a = state.blocks[index(point.key.a)], &b = state.blocks[index(point.key.b)];
+    point.gap += point.normal.dot(b.centroid_rest - a.centroid_rest);
+  }
+  if (!work.initial_depths.empty()) work.initial_depths.take_off(compiled.models, state, found);
   return counts;
 }
 
@@ -79,7 +97,7 @@ void begin(const CompiledScene& compiled, const State& state, Workspace& work) {
   const bool laid = state.step == 0 && state.contacts.empty();
   carry_over({compiled.scene, work.poses.start, compiled.models, work.reach,
               laid ? NewBonds::Intact : NewBonds::Residual},
-             work.found, state.contacts, work.old_points, work.contacts);
+             work.found, state.contacts, work.contacts);
 }
 
 /// A step in which two blocks near each other move by more than half the smaller one can jump over
@@ -89,7 +107,7 @@ bool too_fast(const CompiledScene& compiled, const State& state, double dt, cons
     const std::size_t a = index(contact.a), b = index(contact.b);
     const double speed = vertex_speed(compiled.models[a], state.blocks[a]) +
                          vertex_speed(compiled.models[b], state.blocks[b]);
-    const double size = std::min(compiled.models[a].size, compiled.models[b].size);
+    const double size = pair_size(compiled, contact.a, contact.b);
     if (speed * dt > 0.5 * size && contact.state.point.gap < speed * dt) return true;
   }
   return false;
@@ -106,19 +124,22 @@ std::span<const geometry::ContactPoint> points_of_pair(
 /// Closed contacts of pairs that are apart at the end of the attempt: the plane of a face held a
 /// vertex that passed beside it. They are dropped; true when there were any.
 bool drop_ghosts(const CompiledScene& compiled, Workspace& work) {
-  const auto apart = [&](const BodyContact& contact, ContactMode mode) {
-    if (contact.was_closed || mode == ContactMode::Open) return false;
+  const auto apart = [&](const BodyContact& contact, const LinearContact& solved) {
+    if (contact.was_closed || solved.mode == ContactMode::Open) return false;
+    const double smaller = pair_size(compiled, contact.a, contact.b);
+    if (solved.relative[0] < -kThrough * smaller) return false;  // a spring so soft: flagged
     double gap = work.reach;
     for (const geometry::ContactPoint& p : points_of_pair(work.found_end, contact.a, contact.b)) {
       gap = std::min(gap, p.gap);
     }
     const double rebound = contact.joint.restitution > 0.0 ? work.reach : 0.0;
-    return gap > contact.opening + 1e-3 * compiled.smallest_size + rebound;
+    const double beside = kBesideFace * smaller;
+    return gap > contact.opening + beside + rebound;
   };
   const std::size_t solved = work.linear.size() - compiled.held.size();
   std::size_t kept = 0;
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
-    if (i < solved && apart(work.contacts[i], work.linear[i].mode)) continue;
+    if (i < solved && apart(work.contacts[i], work.linear[i])) continue;
     if (kept != i) work.contacts[kept] = work.contacts[i];
     ++kept;
   }
@@ -129,7 +150,7 @@ bool drop_ghosts(const CompiledScene& compiled, Workspace& work) {
 
 BodyContact missed_contact(const CompiledScene& compiled, const geometry::ContactPoint& point,
                            const Workspace& work) {
-  BodyContact added = make_body_contact(compiled.scene, work.poses.end, point);
+  BodyContact added = make_body_contact({compiled.scene, compiled.models, work.poses.end}, point);
   added.state.failed = true;
   const auto points = points_of_pair(work.found_end, added.a, added.b);
   added.joint_points = static_cast<int>(points.size());
@@ -139,7 +160,7 @@ BodyContact missed_contact(const CompiledScene& compiled, const geometry::Contac
 
 /// Contacts that overlap at the end of an attempt though the step did not hold them: added to the
 /// list as the bodies hold them at the end. True when there are any.
-bool add_missed(const CompiledScene& compiled, double limit, Workspace& work) {
+bool add_missed(const CompiledScene& compiled, Workspace& work) {
   std::vector<geometry::ContactKey> keys;  // that the step knew
   std::vector<std::pair<int, int>> soft;   // pairs that a closed contact holds, but not exactly
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
@@ -153,7 +174,8 @@ bool add_missed(const CompiledScene& compiled, double limit, Workspace& work) {
   std::ranges::sort(soft);
   const std::size_t known = work.contacts.size();
   for (const geometry::ContactPoint& point : work.found_end) {
-    if (!(point.gap < -limit) || std::ranges::binary_search(keys, point.key) ||
+    if (!(point.gap < -kMissed * pair_size(compiled, point.key.a, point.key.b)) ||
+        std::ranges::binary_search(keys, point.key) ||
         std::ranges::binary_search(soft, std::pair(point.key.a, point.key.b))) {
       continue;
     }
@@ -268,27 +290,41 @@ void report_end(const State& state, const Workspace& work, StepReport& report) {
   }
 }
 
+/// Of all blocks that move, N.
+double weight(const CompiledScene& compiled, double time) {
+  double mass = 0.0;
+  for (const int block : compiled.slots.block_of_slot) mass += compiled.models[index(block)].mass;
+  return mass * compiled.scene.gravity.at(time).norm();
+}
+
 void report_flags(const CompiledScene& compiled, const StepOptions& options, const State& state,
                   const Workspace& work, StepReport& report) {
   if (options.scheme == TimeScheme::ConstantAcceleration) {
     report.numerical_damping = 0.25 * report.stiffest_omega_dt;  // [Doolin & Sitar 2004]
   }
   const bool dynamic = options.analysis == Analysis::Dynamic;
-  append_flags(compiled, state,
-               {.energy_growth = dynamic ? work.energy_growth : 0.0,
-                .energy_scale = work.energy_scale.value(),
-                .rounding = coordinate_rounding(compiled, state),
-                .gap_tolerance = options.tolerance * compiled.smallest_size,
-                .found = work.found,
-                .missing = work.missing},
-               report);
+  const double gap_tolerance = options.tolerance * compiled.smallest_size;
+  append_flags(
+      compiled, state,
+      {.energy_growth = dynamic ? work.energy_growth : 0.0,
+       .energy_scale = work.energy_scale.value(),
+       .energy_noise = gap_tolerance * weight(compiled, state.time),
+       .rounding = gap_rounding(work.linear),
+       .gap_tolerance = gap_tolerance,
+       .found = work.found,
+       .missing = work.missing != nullptr ? work.missing : vanished(state.contacts, work.found)},
+      report);
 }
 
-bool all_finite(const State& state) {
+/// A state that can be gone on with: finite, and no block turned inside out.
+bool is_sound(const State& state) {
   for (const BlockState& block : state.blocks) {
-    if (!block.centroid.allFinite() || !block.velocity.allFinite() ||
-        !block.rotation.coeffs().allFinite() || !block.strain.allFinite() ||
-        !block.angular_velocity.allFinite() || !block.strain_rate.allFinite()) {
+    const double far = block.centroid.cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
+    const Matrix3 stretch = Matrix3::Identity() + strain_matrix(block.strain);
+    if (!(far < geometry::kLargestCoordinate) || !(stretch.determinant() > 0.0) ||
+        !block.velocity.allFinite() || !block.rotation.coeffs().allFinite() ||
+        !block.strain.allFinite() || !block.angular_velocity.allFinite() ||
+        !block.strain_rate.allFinite()) {
       return false;
     }
   }
@@ -298,9 +334,10 @@ bool all_finite(const State& state) {
 /// As the source: contacts are found once, before the step.
 void attempt_as_the_source(const CompiledScene& compiled, const StepOptions& options,
                            const State& state, double dt, Workspace& work, StepReport& report) {
+  work.yielding = false;
   attempt_paper_step(compiled, options, state, dt, work);
   work.clock.charge(&PhaseSeconds::update);
-  if (!all_finite(work.attempt.end)) return;
+  if (!is_sound(work.attempt.end)) return;
   const geometry::FindCounts counts =
       find(compiled, options, work.attempt.end, work.found_end, work);
   report.candidate_pairs += counts.candidates;
@@ -313,8 +350,9 @@ void attempt_with_all_contacts(const CompiledScene& compiled, const StepOptions&
                                const State& state, double dt, Workspace& work, StepReport& report) {
   constexpr int kRounds = 4;
   const Attempt& attempt = work.attempt;
-  const double limit = 1e-9 * compiled.smallest_size;
+  const double limit = kMissed * compiled.smallest_size;
   std::vector<PassingPair> passing = set_aside_passing(compiled, state, dt, limit, work.contacts);
+  work.iterations_left = options.max_iterations;
   for (int round = 0; round < kRounds; ++round) {
     work.missing = nullptr;
     work.watch.look();
@@ -324,16 +362,16 @@ void attempt_with_all_contacts(const CompiledScene& compiled, const StepOptions&
       apply_velocity_law(compiled, options, state, dt, work);
     }
     work.clock.charge(&PhaseSeconds::update);
-    if (!all_finite(attempt.end)) return;
+    if (!is_sound(attempt.end)) return;
     const geometry::FindCounts counts = find(compiled, options, attempt.end, work.found_end, work);
     report.candidate_pairs += counts.candidates;
     report.searched_pairs += counts.searched;
     work.clock.charge(&PhaseSeconds::detect);
     if (!attempt.solved.converged) return;
-    const bool missed = add_missed(compiled, limit, work);
+    const bool missed = add_missed(compiled, work);
     const bool dropped = drop_ghosts(compiled, work);
     const bool blocked =
-        put_back_blocked(attempt.end.polyhedra, work.found_end, limit, passing, work.contacts);
+        put_back_blocked(compiled, attempt.end, work.found_end, limit, passing, work.contacts);
     if (!missed && !dropped && !blocked) return;
   }
   work.attempt.solved.converged = false;  // contacts still come and go: a shorter step may tell
@@ -342,12 +380,18 @@ void attempt_with_all_contacts(const CompiledScene& compiled, const StepOptions&
 }  // namespace
 
 Workspace::Workspace(const CompiledScene& compiled, int threads)
-    : finder({.reach = 0.0, .tolerance = 0.0, .threads = threads}),
+    : finder({.threads = threads, .frame = geometry::PointFrame::Bodies}),
       motion(compiled.prescribed.size()),
       hit(compiled.models.size(), 0),
       open_close(compiled.slots, &watch),
       moving_contacts(compiled.slots, &watch),
-      paper_open_close(compiled.slots) {}
+      paper_open_close(compiled.slots, &watch) {
+  for (std::size_t b = 0; b < compiled.models.size(); ++b) {
+    const BlockModel& model = compiled.models[b];
+    const auto use = compiled.idle[b] ? geometry::BodyMotion::Idle : geometry::BodyMotion::Moving;
+    finder.add(model.shape, placement(model, pose(model.start)), {.motion = use});
+  }
+}
 
 namespace {
 
@@ -409,49 +453,106 @@ void go_back(State& state, Workspace& work) {
   work.hit = work.before.hit;
 }
 
-/// The sub-steps of one step. `report` grows as they are done.
+/// One attempt at [time, time + dt]. True when it solved the step.
+bool try_step(const CompiledScene& compiled, const StepOptions& options, const State& state,
+              double dt, Workspace& work, StepReport& report) {
+  (is_paper_method(options.method) ? attempt_as_the_source : attempt_with_all_contacts)(
+      compiled, options, state, dt, work, report);
+  if (work.yielding) ++report.interior_point_attempts;
+  if (!is_sound(work.attempt.end)) return false;
+  add(work.attempt, compiled, report);
+  return work.attempt.solved.converged;
+}
+
+void take_attempt(const CompiledScene& compiled, const StepOptions& options, State& state,
+                  Workspace& work, StepReport& report) {
+  accept(compiled, options, state, work);
+  std::swap(work.found, work.found_end);
+  ++report.sub_steps;
+  work.clock.charge(&PhaseSeconds::update);
+}
+
+/// Of the last attempt: contacts whose force the next iteration would change most.
+FightingContacts fighting(const State& state, const Workspace& work) {
+  std::vector<FightingContact> all;  // the worst of each pair
+  for (std::size_t i = 0; i < work.contacts.size() && i < work.linear.size(); ++i) {
+    const BodyContact& contact = work.contacts[i];
+    const LinearContact& c = work.linear[i];
+    const double change = (force_after_update(c) - c.force).norm();
+    if (!(change > 0.0)) continue;
+    const FightingContact now{contact.a, contact.b, state.origin + contact.state.point.point(),
+                              change};
+    if (all.empty() || all.back().block != now.block || all.back().other != now.other) {
+      all.push_back(now);
+    } else if (now.change > all.back().change) {
+      all.back() = now;
+    }
+  }
+  std::ranges::stable_sort(all, std::greater{}, &FightingContact::change);
+  FightingContacts worst;
+  worst.count = std::min(all.size(), worst.contacts.size());
+  std::copy_n(all.begin(), worst.count, worst.contacts.begin());
+  return worst;
+}
+
+void give_up(const StepOptions& options, State& best, Workspace& work, StepReport& report) {
+  if (!is_sound(work.attempt.end)) {
+    report.status = StepStatus::Diverged;
+    return;
+  }
+  report.status = StepStatus::NotConverged;
+  best = work.attempt.end;
+  work.best_motion = work.attempt.motion;
+  if (!is_paper_method(options.method)) report.fighting = fighting(best, work);
+}
+
+/// One step towards equilibrium. `report` grows as it is done.
+void take_static_step(const CompiledScene& compiled, const StepOptions& options, State& state,
+                      State& best, Workspace& work, StepReport& report) {
+  if (work.search.start.empty()) begin_search(compiled, state, work.search);
+  double tau = work.search.pseudo_step;
+  for (int cut = 0; cut <= kStaticCuts; ++cut, tau *= 0.5) {
+    begin(compiled, state, work);
+    const bool solved = try_step(compiled, options, state, tau, work, report);
+    const double moved = solved ? stride(compiled, state, work.attempt.end) : 0.0;
+    if (solved && (!too_long(moved) || cut == kStaticCuts)) {
+      take_attempt(compiled, options, state, work, report);
+      work.search.pseudo_step = tau;
+      judge(compiled, options, moved, state, work.search, report);
+      return;
+    }
+    (solved ? report.cuts_by_displacement : report.cuts_by_convergence)++;
+  }
+  give_up(options, best, work, report);
+}
+
+/// The sub-steps of one dynamic step. `report` grows as they are done.
 void take_sub_steps(const CompiledScene& compiled, const StepOptions& options, State& state,
                     State& best, Workspace& work, StepReport& report) {
   const double smallest =
       options.smallest_time_step > 0.0 ? options.smallest_time_step : options.time_step / 1024.0;
-  const Attempt& attempt = work.attempt;
+  work.search = {};
   double dt = options.time_step;
   for (double done = 0.0; done < options.time_step * (1.0 - 1e-12);) {
     dt = std::min(dt, options.time_step - done);
     begin(compiled, state, work);
-    if (options.analysis == Analysis::Dynamic && 0.5 * dt >= smallest &&
-        too_fast(compiled, state, dt, work)) {
+    if (0.5 * dt >= smallest && too_fast(compiled, state, dt, work)) {
       ++report.cuts_by_contact;
       dt *= 0.5;
       continue;
     }
-    (is_paper_method(options.method) ? attempt_as_the_source : attempt_with_all_contacts)(
-        compiled, options, state, dt, work, report);
-    const bool finite = all_finite(attempt.end);
+    const bool solved = try_step(compiled, options, state, dt, work, report);
     const bool too_far = options.max_displacement_ratio > 0.0 &&
-                         attempt.displacement > options.max_displacement_ratio;
-    if (finite) add(attempt, compiled, report);
-    if (work.yielding) ++report.interior_point_attempts;
-    if (finite && attempt.solved.converged && !(too_far && 0.5 * dt >= smallest)) {
+                         work.attempt.displacement > options.max_displacement_ratio;
+    if (solved && !(too_far && 0.5 * dt >= smallest)) {
       if (done == 0.0 && dt < options.time_step) note_rest(options, state, work);
-      accept(compiled, options, state, work);
-      std::swap(work.found, work.found_end);
+      take_attempt(compiled, options, state, work, report);
       done += dt;
-      ++report.sub_steps;
-      work.clock.charge(&PhaseSeconds::update);
       continue;
     }
-    (too_far && attempt.solved.converged ? report.cuts_by_displacement
-                                         : report.cuts_by_convergence)++;
+    (solved ? report.cuts_by_displacement : report.cuts_by_convergence)++;
     dt *= 0.5;
-    if (dt < smallest) {
-      report.status = finite ? StepStatus::NotConverged : StepStatus::Diverged;
-      if (finite) {
-        best = attempt.end;
-        work.best_motion = attempt.motion;
-      }
-      break;
-    }
+    if (dt < smallest) return give_up(options, best, work, report);
   }
 }
 
@@ -467,7 +568,8 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
   const double end = counted_end(options, state, work);
   work.watch.begin(options, report);
   try {
-    take_sub_steps(compiled, options, state, best, work, report);
+    (options.analysis == Analysis::Dynamic ? take_sub_steps : take_static_step)(
+        compiled, options, state, best, work, report);
     ++state.step;
     if (report.status == StepStatus::Converged) state.time = work.counted.now = end;
   } catch (const StepStopped&) {

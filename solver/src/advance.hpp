@@ -7,6 +7,7 @@
 
 #include "compiled_scene.hpp"
 #include "contact/contact_jacobian.hpp"
+#include "equilibrium_search.hpp"
 #include "initial_depths.hpp"
 #include "moving/moving_contacts.hpp"
 #include "open_close.hpp"
@@ -37,12 +38,14 @@ struct Attempt : AttemptTotals {
   std::vector<BodyContact>
       contacts;  ///< work.contacts with forces and modes at the end of the step
   std::vector<PrescribedMotion> motion;
+  std::vector<double> work_on;  ///< by block: of gravity, loads and prescribed neighbours, J
 };
 
 /// Memory of the velocity law.
 struct VelocityWork {
   std::vector<LinearContact> contacts, tried;
-  std::vector<double> bounces;
+  std::vector<double> bounces, shares, energy;
+  std::vector<int> islands;
   BlockVector free_gain, velocity, force, solution;
 };
 
@@ -86,9 +89,10 @@ struct Before {
 struct Workspace {
   explicit Workspace(const CompiledScene& compiled, int threads);
 
-  geometry::ContactFinder finder;
-  InitialDepths initial_depths;                   ///< taken off what is found
-  std::vector<geometry::ContactPoint> found;      ///< at the present state
+  geometry::ContactFinder finder;  ///< block b has handle b
+  InitialDepths initial_depths;    ///< taken off what is found
+  /// At the present state, places in the frames of the reference shapes.
+  std::vector<geometry::ContactPoint> found;
   std::vector<geometry::ContactPoint> found_end;  ///< at the end of the attempt
   double reach = 0.0;                             ///< that `found` was made with, m
   std::vector<PrescribedMotion> motion;           ///< of compiled.prescribed, at the present state
@@ -97,6 +101,7 @@ struct Workspace {
   StepReport report;   ///< of that step
 
   Counted counted;
+  EquilibriumSearch search;                   ///< of the static analysis that goes on
   std::vector<PrescribedMotion> best_motion;  ///< of the best attempt
   EnergyScale energy_scale;
   double energy_growth = 0.0;                       ///< largest of the step's sub-steps, J
@@ -105,7 +110,8 @@ struct Workspace {
   double last_time_step = 0.0;  ///< of the last accepted sub-step; 0: none
   BlockVector last_velocity;    ///< at its start, by slot: predicts the next increment
 
-  double spring = 0.0;  ///< of each contact, N/m; 0: contact is exact
+  int iterations_left = 0;  ///< of the attempt's
+  double spring = 0.0;      ///< of each contact, N/m; 0: contact is exact
   std::vector<BodyContact> contacts;
   std::vector<char> hit;  ///< by block: an impact passes through it in this step
   StepPoses poses;
@@ -120,8 +126,6 @@ struct Workspace {
   PaperOpenClose paper_open_close;
   Attempt attempt;
   VelocityWork velocity;
-  std::vector<geometry::ContactPoint> old_points;
-  geometry::Points places;  ///< of one block
   PhaseClock clock;
   Before before;
 };

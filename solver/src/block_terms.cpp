@@ -30,9 +30,9 @@ void check_material(const Block& block, int index) {
 
 /// E(e) X = sum X_k strain_basis(k) e.
 const Eigen::Matrix<double, 3, 6>& strain_basis(int k) {
-  static const std::array<Eigen::Matrix<double, 3, 6>, 3> basis = {
-      strain_motion(Vector3::UnitX()), strain_motion(Vector3::UnitY()),
-      strain_motion(Vector3::UnitZ())};
+  static const std::array<Eigen::Matrix<double, 3, 6>, 3> basis = {strain_motion(Vector3::UnitX()),
+                                                                   strain_motion(Vector3::UnitY()),
+                                                                   strain_motion(Vector3::UnitZ())};
   return basis[static_cast<std::size_t>(k)];
 }
 
@@ -53,7 +53,8 @@ void set_inertia(BlockModel& model, double density, const Matrix3& second_moment
 }
 
 /// Momenta per unit time step of (theta | e) rows: (J W + C e', C^T W + S e').
-Eigen::Matrix<double, 9, 1> momentum(const BlockModel& m, const Vector3& spin, const Vector6& rate) {
+Eigen::Matrix<double, 9, 1> momentum(const BlockModel& m, const Vector3& spin,
+                                     const Vector6& rate) {
   Eigen::Matrix<double, 9, 1> result;
   result.head<3>() = m.inertia * spin + m.inertia_coupling * rate;
   result.tail<6>() = m.inertia_coupling.transpose() * spin + m.strain_inertia * rate;
@@ -72,17 +73,42 @@ Eigen::Matrix<double, 6, 6> isotropic_elasticity(double young, double poisson) {
   return matrix;
 }
 
-BlockModel make_block_model(const Block& block, const Vector3& origin, int index) {
+ReferenceShape reference_shape(const geometry::Shape& shape) {
+  const geometry::Points near = shape.vertices().colwise() - shape.origin();
+  const geometry::MassProperties properties =
+      geometry::mass_properties(geometry::Shape(shape.shared_topology(), near));
+  const geometry::Points arms = near.colwise() - properties.centroid;
+  return {std::make_shared<const geometry::Shape>(shape.shared_topology(), arms),
+          properties.centroid, properties.volume, properties.second_moment};
+}
+
+geometry::Points reference_arms(const BlockModel& model) {
+  return model.turn * model.shape->vertices();
+}
+
+geometry::Placement placement(const BlockModel& model, const Pose& pose) {
+  return {pose.shape * model.turn, pose.centroid};
+}
+
+Vector3 displacement(const BlockModel& model, const Pose& pose, const Vector3& arm) {
+  return between(solver::pose(model.start), pose) + (pose.shape * arm - arm);
+}
+
+BlockModel make_block_model(const Block& block, const ReferenceShape& reference,
+                            const Vector3& origin, int index) {
   BlockModel model;
   model.kind = block.kind;
-  const geometry::Points& vertices = block.shape.vertices();
-  const geometry::Points near = vertices.colwise() - origin;
-  const geometry::Shape shape(block.shape.shared_topology(), near);
-  const geometry::MassProperties properties = geometry::mass_properties(shape);
-  model.volume = properties.volume;
-  model.start = properties.centroid;
-  model.arms = near.colwise() - model.start;
-  model.size = (near.rowwise().maxCoeff() - near.rowwise().minCoeff()).norm();
+  model.shape = reference.shape;
+  model.turn = block.placement.linear;
+  const geometry::Body body = block.body();
+  model.start.centroid = block.placement.translation;
+  move_centroid(-origin, model.start);
+  move_centroid(body.turned_origin(), model.start);
+  move_centroid(body.turned_origin_rest(), model.start);
+  move_centroid(model.turn * reference.centroid, model.start);
+  const double stretch = model.turn.determinant();
+  model.volume = stretch * reference.volume;
+  model.size = body.stretch() * model.shape->diameter();
   model.strain_inertia.setZero();
   model.inertia_coupling.setZero();
   model.elasticity.setZero();
@@ -90,8 +116,9 @@ BlockModel make_block_model(const Block& block, const Vector3& origin, int index
   if (block.kind == BlockKind::Fixed || block.kind == BlockKind::Prescribed) return model;
   check_material(block, index);
   model.unknowns = block.kind == BlockKind::Deformable ? 12 : 6;
-  model.mass = block.material.density * properties.volume;
-  set_inertia(model, block.material.density, properties.second_moment);
+  model.mass = block.material.density * model.volume;
+  set_inertia(model, stretch * block.material.density,
+              model.turn * reference.second_moment * model.turn.transpose());
   if (block.kind == BlockKind::Deformable) {
     model.elasticity = isotropic_elasticity(block.material.young, block.material.poisson);
     model.flexibility = model.elasticity.inverse();
@@ -139,8 +166,7 @@ Vector12 block_force(const BlockModel& model, const BlockState& state, const Ste
       (2.0 / dt) * (model.inertia * theta + model.inertia_coupling * strain_increment) -
       now.head<3>();
   // The momentum at the end stands in the turned frame: cay(theta) - I turns it back (gyroscopic).
-  force.segment<3>(3) =
-      (2.0 / dt) * now.head<3>() - (cayley(theta) * spin_end - spin_end) / dt;
+  force.segment<3>(3) = (2.0 / dt) * now.head<3>() - (cayley(theta) * spin_end - spin_end) / dt;
   if (!deformable) return force;
   force += static_block_force(model, state);
   force.tail<6>() += (2.0 / dt) * now.tail<6>();
@@ -173,8 +199,7 @@ Vector6 stress(const BlockModel& model, const Vector6& strain) {
 
 double kinetic_energy(const BlockModel& model, const BlockState& state) {
   if (model.unknowns == 0) return 0.0;
-  const Eigen::Matrix<double, 9, 1> p =
-      momentum(model, state.angular_velocity, state.strain_rate);
+  const Eigen::Matrix<double, 9, 1> p = momentum(model, state.angular_velocity, state.strain_rate);
   return 0.5 * (model.mass * state.velocity.squaredNorm() +
                 state.angular_velocity.dot(p.head<3>()) + state.strain_rate.dot(p.tail<6>()));
 }

@@ -7,26 +7,46 @@
 
 namespace quoin::solver {
 
+/// A shape as seen from its centroid: shared by all blocks of that shape.
+struct ReferenceShape {
+  std::shared_ptr<const geometry::Shape> shape;  ///< centroid in its origin, axes as given
+  Vector3 centroid = Vector3::Zero();       ///< of the shape as given, from its Shape::origin(), m
+  double volume = 0.0;                      ///< m3
+  Matrix3 second_moment = Matrix3::Zero();  ///< about the centroid, m5
+};
+
+ReferenceShape reference_shape(const geometry::Shape& shape);
+
 /// What never changes of a block: reference shape and constant matrices, all in the turning frame.
 struct BlockModel {
   BlockKind kind = BlockKind::Fixed;
-  int unknowns = 0;                ///< 12, 6 or 0
-  geometry::Points arms;           ///< reference vertices from the centroid, 3 × n, m
-  Vector3 start = Vector3::Zero(); ///< centroid at the start, relative to State::origin, m
-  double volume = 0.0;             ///< m3
-  double mass = 0.0;               ///< kg
-  double size = 0.0;               ///< largest extent, m
-  Matrix3 inertia = Matrix3::Zero();                          ///< kg m2
-  Eigen::Matrix<double, 3, 6> inertia_coupling;               ///< rotation with strain, kg m2
-  Vector6 initial_stress = Vector6::Zero();                   ///< Pa, turning frame
-  Eigen::Matrix<double, 6, 6> strain_inertia;                 ///< kg m2
-  Eigen::Matrix<double, 6, 6> elasticity;                     ///< Pa
-  Eigen::Matrix<double, 6, 6> flexibility;                    ///< its inverse, 1/Pa
-  Matrix3 second_moment = Matrix3::Zero();                    ///< rho integral X X^T dV, kg m2
+  int unknowns = 0;                              ///< 12, 6 or 0
+  std::shared_ptr<const geometry::Shape> shape;  ///< ReferenceShape::shape
+  Matrix3 turn = Matrix3::Identity();            ///< reference arm = turn × place in `shape`
+  BlockState start;                              ///< at rest in its place, without velocities
+  double volume = 0.0;                           ///< m3
+  double mass = 0.0;                             ///< kg
+  double size = 0.0;                  ///< diameter (Shape::diameter), the same in any frame, m
+  Matrix3 inertia = Matrix3::Zero();  ///< kg m2
+  Eigen::Matrix<double, 3, 6> inertia_coupling;  ///< rotation with strain, kg m2
+  Vector6 initial_stress = Vector6::Zero();      ///< Pa, turning frame
+  Eigen::Matrix<double, 6, 6> strain_inertia;    ///< kg m2
+  Eigen::Matrix<double, 6, 6> elasticity;        ///< Pa
+  Eigen::Matrix<double, 6, 6> flexibility;       ///< its inverse, 1/Pa
+  Matrix3 second_moment = Matrix3::Zero();       ///< rho integral X X^T dV, kg m2
 };
 
-/// Throws InputError naming the block.
-BlockModel make_block_model(const Block& block, const Vector3& origin, int index);
+/// `origin`: State::origin, m. Throws InputError naming the block.
+BlockModel make_block_model(const Block& block, const ReferenceShape& reference,
+                            const Vector3& origin, int index);
+
+geometry::Points reference_arms(const BlockModel& model);  ///< of all vertices, 3 × n, m
+
+/// Where the reference shape stands, relative to State::origin.
+geometry::Placement placement(const BlockModel& model, const Pose& pose);
+
+/// Of the material point with that reference arm since the start, m.
+Vector3 displacement(const BlockModel& model, const Pose& pose, const Vector3& arm);
 
 /// Isotropic elasticity, 6×6, Pa; shear strains as gamma.
 Eigen::Matrix<double, 6, 6> isotropic_elasticity(double young, double poisson);
@@ -57,7 +77,7 @@ BlockState with_end_velocity(const BlockState& end, const BlockState& start,
 /// (v | W | strain rate)
 Vector12 velocity_vector(const BlockState& state);
 
-Vector6 stress(const BlockModel& model, const Vector6& strain);  ///< Pa, turning frame
+Vector6 stress(const BlockModel& model, const Vector6& strain);           ///< Pa, turning frame
 double kinetic_energy(const BlockModel& model, const BlockState& state);  ///< J
 double strain_energy(const BlockModel& model, const BlockState& state);   ///< J
 

@@ -61,17 +61,6 @@ void list(Archive& archive, List& values) {
   archive.bytes(values.data(), count * sizeof(Value));
 }
 
-void vertices(Writer& writer, const geometry::Shape& polyhedron) {
-  const geometry::Points& points = polyhedron.vertices();
-  writer.bytes(points.data(), static_cast<std::size_t>(points.size()) * sizeof(double));
-}
-
-void vertices(Reader& reader, geometry::Shape& polyhedron) {
-  geometry::Points points = polyhedron.vertices();
-  reader.bytes(points.data(), static_cast<std::size_t>(points.size()) * sizeof(double));
-  polyhedron.set_vertices(points);
-}
-
 /// What tells one scene and one build from another.
 struct Stamp {
   std::size_t blocks = 0, vertices = 0;
@@ -80,10 +69,10 @@ struct Stamp {
   bool operator==(const Stamp&) const = default;
 };
 
-Stamp stamp(const State& state) {
-  Stamp result{.blocks = state.blocks.size()};
-  for (const geometry::Shape& polyhedron : state.polyhedra) {
-    result.vertices += static_cast<std::size_t>(polyhedron.vertices().cols());
+Stamp stamp(const Workspace& work) {
+  Stamp result{.blocks = static_cast<std::size_t>(work.finder.size())};
+  for (int b = 0; b < work.finder.size(); ++b) {
+    result.vertices += static_cast<std::size_t>(work.finder.body(b).shape().vertex_count());
   }
   return result;
 }
@@ -96,11 +85,14 @@ void transfer(Archive& archive, AnyState& state, AnyWorkspace& work) {
   record(archive, state.energy);
   list(archive, state.blocks);
   list(archive, state.contacts);
-  for (auto& polyhedron : state.polyhedra) vertices(archive, polyhedron);
   record(archive, work.reach);
   record(archive, work.still);
   record(archive, work.report);
   record(archive, work.counted);
+  record(archive, work.search.pseudo_step);
+  record(archive, work.search.longest);
+  record(archive, work.search.unbalance);
+  list(archive, work.search.start);
   record(archive, work.energy_scale);
   record(archive, work.last_time_step);
   list(archive, work.found);
@@ -113,7 +105,7 @@ void transfer(Archive& archive, AnyState& state, AnyWorkspace& work) {
 
 void write_checkpoint(std::ostream& out, const State& state, const Workspace& work) {
   Writer writer(out);
-  const Stamp now = stamp(state);
+  const Stamp now = stamp(work);
   record(writer, now);
   transfer(writer, state, work);
 }
@@ -122,7 +114,7 @@ void read_checkpoint(std::istream& in, State& state, Workspace& work) {
   Reader reader(in);
   Stamp saved;
   record(reader, saved);
-  if (saved != stamp(state)) throw InputError("the checkpoint is of another scene or program");
+  if (saved != stamp(work)) throw InputError("the checkpoint is of another scene or program");
   transfer(reader, state, work);
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 #include "contact/contact_history.hpp"
@@ -69,8 +70,8 @@ void check_finite(const Vector3& value, const std::string& what) {
 }
 
 Vector3 arm_of(const CompiledScene& compiled, int block, const Vector3& world_point) {
-  const BlockModel& model = compiled.models[static_cast<std::size_t>(block)];
-  return world_point - compiled.origin - model.start;
+  const BlockState& start = compiled.models[static_cast<std::size_t>(block)].start;
+  return (world_point - compiled.origin - start.centroid) - start.centroid_rest;
 }
 
 struct FaceMean {
@@ -78,12 +79,14 @@ struct FaceMean {
   Vector3 centroid = Vector3::Zero();
 };
 
-FaceMean face_mean(const geometry::Shape& shape, int face) {
-  const auto cycle = shape.topology().face(face);
-  const Vector3 first = shape.vertex(cycle[0]);
+/// By reference arms.
+FaceMean face_mean(const BlockModel& model, int face) {
+  const auto cycle = model.shape->topology().face(face);
+  const auto arm = [&](int v) { return Vector3(model.turn * model.shape->vertex(v)); };
+  const Vector3 first = arm(cycle[0]);
   FaceMean mean;
   for (std::size_t i = 2; i < cycle.size(); ++i) {
-    const Vector3 p = shape.vertex(cycle[i - 1]) - first, q = shape.vertex(cycle[i]) - first;
+    const Vector3 p = arm(cycle[i - 1]) - first, q = arm(cycle[i]) - first;
     const double area = 0.5 * p.cross(q).norm();
     mean.area += area;
     mean.centroid += area * (p + q) / 3.0;
@@ -110,14 +113,13 @@ void compile_loads(CompiledScene& compiled) {
   }
   for (const FaceLoad& load : scene.face_loads) {
     check_loaded_block(scene, load.block, "face load");
-    const auto& shape = scene.blocks[static_cast<std::size_t>(load.block)].shape;
-    if (load.face < 0 || load.face >= shape.topology().face_count()) {
+    const BlockModel& model = compiled.models[static_cast<std::size_t>(load.block)];
+    if (load.face < 0 || load.face >= model.shape->topology().face_count()) {
       throw InputError("face load: " + label(scene, load.block) + " has no face " +
                        std::to_string(load.face));
     }
-    const FaceMean mean = face_mean(shape, load.face);
-    add_load(compiled, load.block, arm_of(compiled, load.block, mean.centroid), load.traction,
-             mean.area);
+    const FaceMean mean = face_mean(model, load.face);
+    add_load(compiled, load.block, mean.centroid, load.traction, mean.area);
   }
   for (const BodyLoad& load : scene.body_loads) {
     check_loaded_block(scene, load.block, "body load");
@@ -127,21 +129,46 @@ void compile_loads(CompiledScene& compiled) {
   for (const FixedPoint& point : scene.fixed_points) {
     check_loaded_block(scene, point.block, "fixed point");
     const Vector3 arm = arm_of(compiled, point.block, point.point);
-    compiled.held.push_back({point.block, arm, point.point - compiled.origin, point.displacement});
+    compiled.held.push_back({point.block, arm, point.displacement});
   }
 }
 
+/// Near the scene, in steps of a power of two of its own size: taking it off rounds nothing, and a
+/// scene near zero stays where it is.
 Vector3 scene_origin(const Scene& scene) {
-  Vector3 low = scene.blocks.front().shape.box().min, high = scene.blocks.front().shape.box().max;
+  Vector3 low = scene.blocks.front().body().centre(), high = low;
   for (const Block& block : scene.blocks) {
-    low = low.cwiseMin(block.shape.box().min);
-    high = high.cwiseMax(block.shape.box().max);
+    const geometry::Body body = block.body();
+    const double radius = 0.5 * body.stretch() * block.shape->diameter();
+    low = low.cwiseMin((body.centre().array() - radius).matrix());
+    high = high.cwiseMax((body.centre().array() + radius).matrix());
   }
-  // A whole number of metres where the scene stands far out: nothing is rounded near zero.
-  const Vector3 middle = 0.5 * (low + high);
-  const double extent = (high - low).norm();
-  return middle.norm() > 16.0 * extent ? Vector3(middle.array().round()) : Vector3::Zero();
+  const double step = std::exp2(std::ceil(std::log2(2.0 * (high - low).norm())));
+  return step * (0.5 / step * (low + high)).array().round().matrix();
 }
+
+void check_shape(const Scene& scene, int block) {
+  const Block& b = scene.blocks[static_cast<std::size_t>(block)];
+  if (b.shape == nullptr) throw InputError(label(scene, block) + " has no shape");
+  const double determinant = b.placement.linear.determinant();
+  if (!b.placement.translation.allFinite() || !(determinant > 0.0 && std::isfinite(determinant))) {
+    throw InputError(label(scene, block) + ": its placement has determinant " +
+                     std::to_string(determinant) + ", must be finite and greater than 0");
+  }
+}
+
+/// One reference shape for all blocks that share a shape.
+class ReferenceShapes {
+ public:
+  const ReferenceShape& of(const geometry::Shape& shape) {
+    const auto [place, is_new] = known_.try_emplace(&shape);
+    if (is_new) place->second = reference_shape(shape);
+    return place->second;
+  }
+
+ private:
+  std::map<const geometry::Shape*, ReferenceShape> known_;
+};
 
 }  // namespace
 
@@ -154,15 +181,20 @@ CompiledScene compile(Scene scene) {
   check_finite(scene.gravity.at(0.0), "gravity at time 0");
   CompiledScene compiled;
   compiled.scene = std::move(scene);
+  for (std::size_t b = 0; b < compiled.scene.blocks.size(); ++b) {
+    check_shape(compiled.scene, static_cast<int>(b));
+  }
   compiled.origin = scene_origin(compiled.scene);
   std::vector<int> unknowns;
   std::vector<double> sizes;
+  ReferenceShapes shapes;
   for (std::size_t b = 0; b < compiled.scene.blocks.size(); ++b) {
     const Block& block = compiled.scene.blocks[b];
     check_finite(block.velocity, label(compiled.scene, static_cast<int>(b)) + ": velocity");
     check_finite(block.angular_velocity,
                  label(compiled.scene, static_cast<int>(b)) + ": angular velocity");
-    compiled.models.push_back(make_block_model(block, compiled.origin, static_cast<int>(b)));
+    compiled.models.push_back(
+        make_block_model(block, shapes.of(*block.shape), compiled.origin, static_cast<int>(b)));
     unknowns.push_back(compiled.models.back().unknowns);
     sizes.push_back(compiled.models.back().size);
     compiled.idle.push_back(unknowns.back() == 0);
@@ -195,16 +227,12 @@ State initial_state(const CompiledScene& compiled) {
   state.origin = compiled.origin;
   for (std::size_t b = 0; b < compiled.models.size(); ++b) {
     const Block& block = compiled.scene.blocks[b];
-    BlockState place;
-    place.centroid = compiled.models[b].start;
+    BlockState place = compiled.models[b].start;
     if (compiled.models[b].unknowns > 0) {
       place.velocity = block.velocity;
       place.angular_velocity = block.angular_velocity;
     }
     state.blocks.push_back(place);
-    state.polyhedra.emplace_back(
-        block.shape.shared_topology(),
-        geometry::Points(compiled.models[b].arms.colwise() + compiled.models[b].start));
   }
   return state;
 }
@@ -229,18 +257,6 @@ double kinetic_energy(const CompiledScene& compiled, const State& state) {
 
 double strain_energy(const CompiledScene& compiled, const State& state) {
   return sum_of(strain_energy, compiled, state);
-}
-
-void place_polyhedra(const CompiledScene& compiled, State& state, geometry::Points& places) {
-  const auto place = [&](int block) {
-    const auto b = static_cast<std::size_t>(block);
-    const Pose now = pose(state.blocks[b]);
-    places.noalias() = now.shape * compiled.models[b].arms;
-    places.colwise() += now.centroid;
-    state.polyhedra[b].set_vertices(places);
-  };
-  std::ranges::for_each(compiled.slots.block_of_slot, place);
-  std::ranges::for_each(compiled.prescribed, place);
 }
 
 PrescribedMotion advance_motion(const Motion& motion, const PrescribedMotion& known, double from,

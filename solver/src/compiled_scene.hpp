@@ -16,8 +16,7 @@ struct PointForce {
 
 struct HeldPoint {
   int block = 0;
-  Vector3 arm = Vector3::Zero();
-  Vector3 place = Vector3::Zero();  ///< at the start, relative to origin, m
+  Vector3 arm = Vector3::Zero();  ///< reference arm, m: held where it is at the start
   VectorOfTime displacement;
 };
 
@@ -43,10 +42,6 @@ State initial_state(const CompiledScene& compiled);
 /// Of all blocks with unknowns, J.
 double kinetic_energy(const CompiledScene& compiled, const State& state);
 double strain_energy(const CompiledScene& compiled, const State& state);
-
-/// World vertices (relative to origin) of every block that can move, from its state. `places`:
-/// memory.
-void place_polyhedra(const CompiledScene& compiled, State& state, geometry::Points& places);
 
 /// Where a prescribed block is and how fast.
 struct PrescribedMotion {

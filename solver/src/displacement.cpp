@@ -25,14 +25,34 @@ Eigen::Quaterniond cayley(const Vector3& theta) {
 Pose pose(const BlockState& block) {
   Pose result;
   result.centroid = block.centroid;
+  result.centroid_rest = block.centroid_rest;
   result.rotation = block.rotation.toRotationMatrix();
   result.shape = result.rotation + result.rotation * strain_matrix(block.strain);
   return result;
 }
 
+Vector3 between(const Pose& from, const Pose& to) {
+  return (to.centroid - from.centroid) + (to.centroid_rest - from.centroid_rest);
+}
+
+void move_centroid(const Vector3& by, BlockState& block) {
+  // the sum of two doubles and what its rounding leaves [Knuth 1969], twice
+  const auto sum = [](double x, double y, double& rest) {
+    const double z = x + y, part = z - x;
+    rest = (x - (z - part)) + (y - part);
+    return z;
+  };
+  for (int k = 0; k < 3; ++k) {
+    double left = 0.0, rest = 0.0;
+    const double place = sum(block.centroid[k], by[k], left);
+    block.centroid[k] = sum(place, block.centroid_rest[k] + left, rest);
+    block.centroid_rest[k] = rest;
+  }
+}
+
 BlockState displaced(const BlockState& block, const Vector12& increment) {
   BlockState result = block;
-  result.centroid += increment.head<3>();
+  move_centroid(increment.head<3>(), result);
   result.rotation = (block.rotation * cayley(increment.segment<3>(3))).normalized();
   result.strain += increment.tail<6>();
   return result;

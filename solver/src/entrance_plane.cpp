@@ -1,24 +1,45 @@
 #include "entrance_plane.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
 namespace quoin::solver {
 namespace {
 
-using geometry::Shape;
-
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
+/// A block and where it stands.
+struct Posed {
+  const BlockModel& model;
+  Pose pose;
+  Matrix3 linear = placement(model, pose).linear;
+};
+
+Posed posed(const CompiledScene& compiled, const State& state, int block) {
+  return {compiled.models[index(block)], pose(state.blocks[index(block)])};
+}
+
+/// Outward, unit: the matrix of cofactors turns area vectors.
+Vector3 face_normal(const Posed& owner, int face) {
+  const Vector3 own = owner.model.shape->face_normal(face);
+  return (owner.linear.inverse().transpose() * own).normalized();
+}
+
 /// Distance of the other block before the face's plane, negative where it is behind, m.
-double separation(const Shape& owner, int face, const Shape& other) {
-  const Vector3 normal = owner.face_normal(face);
+double separation(const Posed& owner, int face, const Posed& other) {
+  const Vector3 normal = face_normal(owner, face);
+  const geometry::Shape& shape = *owner.model.shape;
+  const Vector3 here = owner.linear.transpose() * normal;
   double plane = -std::numeric_limits<double>::infinity();
-  for (const int v : owner.topology().face(face)) {
-    plane = std::max(plane, normal.dot(owner.vertex(v)));
+  for (const int v : shape.topology().face(face)) {
+    plane = std::max(plane, here.dot(shape.vertex(v)));
   }
-  return (normal.transpose() * other.vertices()).minCoeff() - plane;
+  const Vector3 there = other.linear.transpose() * normal;
+  const double nearest = (there.transpose() * other.model.shape->vertices()).minCoeff();
+  return normal.dot(between(owner.pose, other.pose)) + (nearest - plane);
 }
 
 /// The block as it stands at the end of the step if it keeps its velocities.
@@ -26,29 +47,19 @@ BlockState moved_on(const BlockState& block, double time_step) {
   return displaced(block, time_step * velocity_vector(block));
 }
 
-Shape polyhedron_of(const BlockModel& model, const Shape& now, const BlockState& block) {
-  const Pose there = pose(block);
-  geometry::Points places = there.shape * model.arms;
-  places.colwise() += there.centroid;
-  return {now.shared_topology(), places};
-}
-
-void append_planes(const State& state, int block, int other, double limit,
-                   std::vector<FacePlane>& planes) {
-  const Shape& owner = state.polyhedra[index(block)];
-  for (int f = 0; f < owner.topology().face_count(); ++f) {
-    if (separation(owner, f, state.polyhedra[index(other)]) >= -limit) {
-      planes.push_back({block, other, f});
-    }
+void append_planes(const Posed& owner, const Posed& other, const std::array<int, 2>& names,
+                   double limit, std::vector<FacePlane>& planes) {
+  for (int f = 0; f < owner.model.shape->topology().face_count(); ++f) {
+    if (separation(owner, f, other) >= -limit) planes.push_back({names[0], names[1], f});
   }
 }
 
 /// The plane that is least violated says how far apart the two are.
-template <typename ShapeOf>
-double largest_separation(const std::vector<FacePlane>& planes, const ShapeOf& polyhedron) {
+template <typename PosedOf>
+double largest_separation(const std::vector<FacePlane>& planes, const PosedOf& block) {
   double largest = -std::numeric_limits<double>::infinity();
   for (const FacePlane& p : planes) {
-    largest = std::max(largest, separation(polyhedron(p.block), p.face, polyhedron(p.other)));
+    largest = std::max(largest, separation(block(p.block), p.face, block(p.other)));
   }
   return largest;
 }
@@ -76,15 +87,13 @@ bool passes(const CompiledScene& compiled, const State& state, double time_step,
   const Vector3 normal = contacts.front().state.point.normal;
   std::vector<FacePlane> others = planes;
   std::erase_if(others, [&](const FacePlane& p) {
-    const Vector3 face = state.polyhedra[index(p.block)].face_normal(p.face);
+    const Vector3 face = face_normal(posed(compiled, state, p.block), p.face);
     return std::abs(face.dot(normal)) > kSamePlane;
   });
   if (others.empty()) return false;
-  const Shape end_a =
-      polyhedron_of(compiled.models[index(a)], state.polyhedra[index(a)], next_a);
-  const Shape end_b =
-      polyhedron_of(compiled.models[index(b)], state.polyhedra[index(b)], next_b);
-  const auto end = [&](int block) -> const Shape& { return block == a ? end_a : end_b; };
+  const Posed end_a{compiled.models[index(a)], pose(next_a)};
+  const Posed end_b{compiled.models[index(b)], pose(next_b)};
+  const auto end = [&](int block) -> const Posed& { return block == a ? end_a : end_b; };
   return largest_separation(others, end) >= std::min(closes_by + limit, -limit);
 }
 
@@ -107,8 +116,9 @@ std::vector<PassingPair> set_aside_passing(const CompiledScene& compiled, const 
     const std::span<const BodyContact> pair(&contacts[from], to - from);
     PassingPair passing{contacts[from].a, contacts[from].b, {}, {}};
     if (std::ranges::none_of(pair, &BodyContact::was_closed)) {
-      append_planes(state, passing.a, passing.b, limit, passing.planes);
-      append_planes(state, passing.b, passing.a, limit, passing.planes);
+      const Posed a = posed(compiled, state, passing.a), b = posed(compiled, state, passing.b);
+      append_planes(a, b, {passing.a, passing.b}, limit, passing.planes);
+      append_planes(b, a, {passing.b, passing.a}, limit, passing.planes);
     }
     if (passing.planes.size() > 1 &&
         passes(compiled, state, time_step, limit, pair, passing.planes)) {
@@ -124,16 +134,16 @@ std::vector<PassingPair> set_aside_passing(const CompiledScene& compiled, const 
   return aside;
 }
 
-bool put_back_blocked(const std::vector<Shape>& end,
+bool put_back_blocked(const CompiledScene& compiled, const State& end,
                       const std::vector<geometry::ContactPoint>& found_end, double limit,
                       std::vector<PassingPair>& pairs, std::vector<BodyContact>& contacts) {
-  const auto polyhedron = [&](int block) -> const Shape& { return end[index(block)]; };
+  const auto at_end = [&](int block) { return posed(compiled, end, block); };
   const auto blocked = [&](const PassingPair& pair) {
     double gap = 0.0;
     for (const geometry::ContactPoint& point : found_end) {
       if (point.key.a == pair.a && point.key.b == pair.b) gap = std::min(gap, point.gap);
     }
-    return gap < -limit && largest_separation(pair.planes, polyhedron) < gap - limit;
+    return gap < -limit && largest_separation(pair.planes, at_end) < gap - limit;
   };
   const auto first = std::stable_partition(pairs.begin(), pairs.end(),
                                            [&](const PassingPair& pair) { return !blocked(pair); });

@@ -32,9 +32,9 @@ std::vector<PassingPair> set_aside_passing(const CompiledScene& compiled, const 
 
 /// After the step was tried without them: pairs that overlap at its end although no plane of theirs
 /// is least violated there (they passed none) have their contacts back, in place of those found at
-/// the end. `end`: polyhedra, `found_end`: contact points at the end, sorted. True when there were
-/// any; they are taken out of `pairs`.
-bool put_back_blocked(const std::vector<geometry::Shape>& end,
+/// the end. `found_end`: contact points at the end, sorted. True when there were any; they are
+/// taken out of `pairs`.
+bool put_back_blocked(const CompiledScene& compiled, const State& end,
                       const std::vector<geometry::ContactPoint>& found_end, double limit,
                       std::vector<PassingPair>& pairs, std::vector<BodyContact>& contacts);
 

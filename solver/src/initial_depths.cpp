@@ -1,5 +1,6 @@
 #include "initial_depths.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <limits>
 
@@ -13,36 +14,35 @@ std::pair<int, int> pair_of(const geometry::ContactKey& key) { return {key.a, ke
 
 }  // namespace
 
-InitialDepths::InitialDepths(std::span<const ContactPoint> found, const State& state) {
+InitialDepths::InitialDepths(std::span<const ContactPoint> found) {
   for (auto from = found.begin(); from != found.end();) {
     const auto until = std::find_if(from, found.end(), [&](const ContactPoint& point) {
       return pair_of(point.key) != pair_of(from->key);
     });
     if (std::any_of(from, until, [](const ContactPoint& point) { return point.gap < 0.0; })) {
-      const Pose at_start = pose(state.blocks[static_cast<std::size_t>(from->key.a)]);
       for (auto point = from; point != until; ++point) {
-        entries_.push_back({.key = point->key,
-                            .arm = reference_arm(at_start, point->point_a),
-                            .depth = std::max(0.0, -point->gap)});
+        entries_.push_back(
+            {.key = point->key, .place = point->point_a, .depth = std::max(0.0, -point->gap)});
       }
     }
     from = until;
   }
 }
 
-void InitialDepths::take_off(const State& state, std::vector<ContactPoint>& found) const {
+void InitialDepths::take_off(std::span<const BlockModel> models, const State& state,
+                             std::vector<ContactPoint>& found) const {
   for (ContactPoint& point : found) {
     const auto [from, until] = std::ranges::equal_range(
         entries_, pair_of(point.key), {}, [](const Entry& entry) { return pair_of(entry.key); });
     if (from == until) continue;
-    const Vector3 arm =
-        reference_arm(pose(state.blocks[static_cast<std::size_t>(point.key.a)]), point.point_a);
     const auto distance = [&](const Entry& entry) {
-      return entry.key == point.key ? -1.0 : (entry.arm - arm).squaredNorm();
+      return entry.key == point.key ? -1.0 : (entry.place - point.point_a).squaredNorm();
     };
     const auto nearest = std::min_element(
         from, until, [&](const Entry& a, const Entry& b) { return distance(a) < distance(b); });
-    point.point_a -= nearest->depth * point.normal;
+    const auto a = static_cast<std::size_t>(point.key.a);
+    const Matrix3 linear = placement(models[a], pose(state.blocks[a])).linear;
+    point.point_a -= linear.inverse() * (nearest->depth * point.normal);
     point.gap += nearest->depth;
   }
 }

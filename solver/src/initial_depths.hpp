@@ -14,19 +14,21 @@ namespace quoin::solver {
 /// nearest one on A.
 class InitialDepths {
  public:
-  /// `found`: the points of the start, sorted by key. Pairs without overlap are not remembered.
-  InitialDepths(std::span<const geometry::ContactPoint> found, const State& state);
+  /// `found`: the points of the start in the frames of the reference shapes, sorted by key. Pairs
+  /// without overlap are not remembered.
+  explicit InitialDepths(std::span<const geometry::ContactPoint> found);
   InitialDepths() = default;
 
   bool empty() const { return entries_.empty(); }
-  /// `found`: as a search found them, sorted by key.
-  void take_off(const State& state, std::vector<geometry::ContactPoint>& found) const;
+  /// `found`: as a search found them at `state`, sorted by key.
+  void take_off(std::span<const BlockModel> models, const State& state,
+                std::vector<geometry::ContactPoint>& found) const;
 
  private:
   struct Entry {
     geometry::ContactKey key;
-    Vector3 arm = Vector3::Zero();  ///< reference arm on A, m
-    double depth = 0.0;             ///< m, 0 where the pair did not overlap
+    Vector3 place = Vector3::Zero();  ///< on A, in the frame of its reference shape, m
+    double depth = 0.0;               ///< m, 0 where the pair did not overlap
   };
   std::vector<Entry> entries_;  ///< sorted by key
 };

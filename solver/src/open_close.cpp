@@ -335,7 +335,7 @@ bool OpenClose::relax(const BlockSystem& base, std::span<LinearContact> contacts
                       OpenCloseResult& result) {
   double reached = std::numeric_limits<double>::infinity();
   int waited = 0;
-  for (int i = 0; i < kMostSteps; ++i) {
+  for (int i = 0; i < kMostSteps && result.iterations < most_; ++i) {
     const double residual = relative_residual();
     if (residual <= tolerance) return true;
     if (residual <= kProgress * reached) {
@@ -431,7 +431,7 @@ bool OpenClose::settled(std::span<LinearContact> contacts, const OpenCloseOption
   const bool stalled = softness_ == 1.0 && left > kStalled;
   if (gap <= (stalled ? kStalledGap : 1.0) * options.gap_tolerance) {
     const double allowed = stalled ? kStalledPush : kLastPush;
-    return push_of_update(contacts) <= allowed * options.force_tolerance;
+    if (push_of_update(contacts) <= allowed * options.force_tolerance) return true;
   }
   const bool slow = left > kSlow && left < kFixed && updates_ > 0 && softness_ == 1.0;
   if (options.raise && slow && raises_ < kMostRaises) {
@@ -454,6 +454,7 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   scale_.resize(n);
   factorized_ = false;
   raises_ = updates_ = 0;
+  most_ = options.max_iterations;
   softness_ = 1.0;
   if (options.predicted || !options.raise) last_gap_ = std::numeric_limits<double>::infinity();
   if (options.predicted) {

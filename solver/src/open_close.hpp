@@ -106,6 +106,7 @@ class OpenClose {
   std::vector<Matrix3> tangent_, next_tangent_;
   bool factorized_ = false;
   double last_gap_ = 0.0;  ///< violation when last solved, also by the last linearisation, m
+  int most_ = 0;           ///< iterations of this solve()
   int updates_ = 0;        ///< of the multipliers, since the start of solve()
   int raises_ = 0;         ///< of the augmentation, since the start of solve()
   double softness_ = 1.0;  ///< of all contacts: share of their stiffness

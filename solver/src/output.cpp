@@ -96,11 +96,9 @@ void each_vector(Appended& file, std::string_view name, int components, std::siz
   });
 }
 
-std::size_t vertex_count(const State& state) {
+std::size_t vertex_count(const std::vector<Block>& blocks) {
   std::size_t count = 0;
-  for (const geometry::Shape& polyhedron : state.polyhedra) {
-    count += static_cast<std::size_t>(polyhedron.topology().vertex_count());
-  }
+  for (const Block& block : blocks) count += static_cast<std::size_t>(block.shape->vertex_count());
   return count;
 }
 
@@ -117,13 +115,12 @@ Vector3 velocity_at(const BlockState& block, const Vector3& arm) {
   return block.velocity + block.rotation * local;
 }
 
-void write_points(Appended& file, const State& state) {
+void write_points(Appended& file, const Simulation& simulation) {
   file.raw("<Points>\n");
   file.array<double>("Points", 3, [&](std::vector<double>& values) {
-    for (const geometry::Shape& polyhedron : state.polyhedra) {
-      const geometry::Points& vertices = polyhedron.vertices();
-      for (Eigen::Index v = 0; v < vertices.cols(); ++v)
-        push(values, state.origin + vertices.col(v));
+    for (std::size_t b = 0; b < simulation.scene().blocks.size(); ++b) {
+      const geometry::Points vertices = simulation.vertices(static_cast<int>(b));
+      for (Eigen::Index v = 0; v < vertices.cols(); ++v) push(values, vertices.col(v));
     }
   });
   file.raw("</Points>\n");
@@ -134,11 +131,11 @@ struct FaceStreams {
   std::vector<std::int64_t> values{}, ends{};
 };
 
-FaceStreams face_streams(const State& state) {
+FaceStreams face_streams(const std::vector<Block>& blocks) {
   FaceStreams streams;
   std::int64_t first = 0;
-  for (const geometry::Shape& polyhedron : state.polyhedra) {
-    const geometry::Topology& topology = polyhedron.topology();
+  for (const Block& block : blocks) {
+    const geometry::Topology& topology = block.shape->topology();
     streams.values.push_back(topology.face_count());
     for (int f = 0; f < topology.face_count(); ++f) {
       streams.values.push_back(std::ssize(topology.face(f)));
@@ -150,15 +147,14 @@ FaceStreams face_streams(const State& state) {
   return streams;
 }
 
-void write_cells(Appended& file, const State& state) {
-  const std::size_t count = state.polyhedra.size(), points = vertex_count(state);
-  const FaceStreams streams = face_streams(state);
+void write_cells(Appended& file, const std::vector<Block>& blocks) {
+  const std::size_t count = blocks.size(), points = vertex_count(blocks);
+  const FaceStreams streams = face_streams(blocks);
   std::int64_t end = 0;
   file.raw("<Cells>\n");
   each<std::int64_t>(file, "connectivity", points, [](std::size_t i) { return i; });
-  each<std::int64_t>(file, "offsets", count, [&](std::size_t b) {
-    return end += state.polyhedra[b].topology().vertex_count();
-  });
+  each<std::int64_t>(file, "offsets", count,
+                     [&](std::size_t b) { return end += blocks[b].shape->vertex_count(); });
   each<std::uint8_t>(file, "types", count, [](std::size_t) { return 42; });  // VTK_POLYHEDRON
   each<std::int64_t>(file, "faces", streams.values.size(),
                      [&](std::size_t i) { return streams.values[i]; });
@@ -168,26 +164,20 @@ void write_cells(Appended& file, const State& state) {
 
 void write_point_data(Appended& file, const Simulation& simulation) {
   const State& state = simulation.state();
-  const auto each_vertex = [&](const char* name, const auto& append) {
+  const auto each_vertex = [&](const char* name, const auto& value) {
     file.array<double>(name, 3, [&](std::vector<double>& values) {
-      for (std::size_t b = 0; b < state.polyhedra.size(); ++b) append(b, values);
+      for (std::size_t b = 0; b < state.blocks.size(); ++b) {
+        const geometry::Points arms = simulation.reference_arms(static_cast<int>(b));
+        for (Eigen::Index v = 0; v < arms.cols(); ++v) push(values, value(b, arms.col(v)));
+      }
     });
   };
   file.raw("<PointData Vectors=\"displacement\">\n");
-  each_vertex("displacement", [&](std::size_t b, std::vector<double>& values) {
-    const geometry::Points& now = state.polyhedra[b].vertices();
-    const geometry::Points& start = simulation.scene().blocks[b].shape.vertices();
-    for (Eigen::Index v = 0; v < now.cols(); ++v) {
-      push(values, now.col(v) - (start.col(v) - state.origin));
-    }
+  each_vertex("displacement", [&](std::size_t b, const Vector3& arm) {
+    return simulation.displacement(static_cast<int>(b), arm);
   });
-  each_vertex("velocity", [&](std::size_t b, std::vector<double>& values) {
-    const geometry::Points& now = state.polyhedra[b].vertices();
-    for (Eigen::Index v = 0; v < now.cols(); ++v) {
-      const Vector3 arm = simulation.reference_arm(static_cast<int>(b), state.origin + now.col(v));
-      push(values, velocity_at(state.blocks[b], arm));
-    }
-  });
+  each_vertex("velocity",
+              [&](std::size_t b, const Vector3& arm) { return velocity_at(state.blocks[b], arm); });
   file.raw("</PointData>\n");
 }
 
@@ -272,12 +262,12 @@ std::string xml_head(const std::string& type) {
 }  // namespace
 
 void write_blocks(const std::string& path, const Simulation& simulation) {
-  const State& state = simulation.state();
+  const std::vector<Block>& blocks = simulation.scene().blocks;
   Appended file(path);
   file.raw(xml_head("UnstructuredGrid"));
-  file.raw(piece("NumberOfCells", vertex_count(state), state.polyhedra.size()));
-  write_points(file, state);
-  write_cells(file, state);
+  file.raw(piece("NumberOfCells", vertex_count(blocks), blocks.size()));
+  write_points(file, simulation);
+  write_cells(file, blocks);
   write_point_data(file, simulation);
   write_cell_data(file, simulation);
   file.raw("</Piece>\n</UnstructuredGrid>\n");

@@ -37,20 +37,34 @@ void measure(const BlockVector& increment, const PaperOptions& options, PaperCon
   if (c.mode == ContactMode::Slip && onward) c.direction = c.slide.stableNormalized();
 }
 
+/// (49): the shear spring is beyond the strength that the normal force `compression` gives.
+bool slides(const PaperContact& c, const PaperOptions& options, double compression,
+            double force_tolerance) {
+  const double strength = std::max(compression, 0.0) * c.friction + c.cohesion;
+  return options.shear_stiffness * c.slide.norm() > strength + force_tolerance;
+}
+
+/// An open contact that overlaps closes, and slides at once where the springs of its overlap and of
+/// its slide say so: a block set in motion on a rough plane would first be held and tipped over.
+ContactMode mode_after_open(const PaperContact& c, const PaperOptions& options,
+                            double force_tolerance) {
+  if (!(c.gap < -options.rounding)) return ContactMode::Open;
+  const ContactMode closed = closed_mode(c, options);
+  if (closed == ContactMode::Slip || !options.sliding) return closed;
+  const double compression = -options.normal_stiffness * c.gap;
+  return slides(c, options, compression, force_tolerance) ? ContactMode::Slip : ContactMode::Stick;
+}
+
 /// The mode that the result asks for; `force_tolerance`: N, no force is known better.
 ContactMode next_mode(const PaperContact& c, const PaperOptions& options, double force_tolerance) {
-  if (c.mode == ContactMode::Open) {
-    return c.gap < -options.rounding ? closed_mode(c, options) : ContactMode::Open;
-  }
+  if (c.mode == ContactMode::Open) return mode_after_open(c, options, force_tolerance);
   if (c.compression < -c.tension - force_tolerance) return ContactMode::Open;
   if (!options.sliding || closed_mode(c, options) == ContactMode::Slip) return c.mode;
   if (c.mode == ContactMode::Slip) {
     return c.slide.dot(c.direction) < 0.0 ? ContactMode::Stick : ContactMode::Slip;
   }
-  const double strength = std::max(c.compression, 0.0) * c.friction + c.cohesion;
-  const bool slides =
-      options.shear_stiffness * c.slide.norm() > strength + force_tolerance;  // (49)
-  return slides ? ContactMode::Slip : ContactMode::Stick;
+  return slides(c, options, c.compression, force_tolerance) ? ContactMode::Slip
+                                                            : ContactMode::Stick;
 }
 
 double largest_compression(std::span<const PaperContact> contacts) {
@@ -135,6 +149,7 @@ bool PaperOpenClose::augment(std::span<PaperContact> contacts, const PaperOption
   for (PaperContact& c : contacts) c.multiplier = 0.0;
   set_right(contacts);
   while (result.solves < options.max_solves) {
+    if (watch_ != nullptr) watch_->look();
     solver_.solve(right_, increment);
     ++result.solves;
     double update = 0.0;  // of the multipliers, N

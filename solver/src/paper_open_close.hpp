@@ -47,7 +47,9 @@ struct PaperOptions {
 
 class PaperOpenClose {
  public:
-  explicit PaperOpenClose(const Slots& slots) : solver_(slots) {}
+  /// `watch`: looked at before each solve; solve() then throws StepStopped.
+  explicit PaperOpenClose(const Slots& slots, StepWatch* watch = nullptr)
+      : watch_(watch), solver_(slots, watch) {}
 
   /// `base`: K of the blocks alone, and the pairs that contacts couple; `force`: F of the blocks
   /// alone. `increment`: result, D by slot. Ends after max_solves solves at the latest, then not
@@ -65,6 +67,7 @@ class PaperOpenClose {
   bool augment(std::span<PaperContact> contacts, const PaperOptions& options,
                BlockVector& increment, OpenCloseResult& result);
 
+  StepWatch* watch_;
   LinearSolver solver_;
   BlockSystem system_;
   BlockVector constant_;      ///< F but for multipliers and friction

@@ -26,8 +26,12 @@ struct StepSetting {
   Matrix3x12 point_motion(int block, const Vector3& arm) const {
     return motion(start[index(block)], arm, compiled.models[index(block)].unknowns == 12);
   }
-  Vector3 place(int block, const Vector3& arm) const {
-    return start[index(block)].centroid + start[index(block)].shape * arm;
+  /// A material point from the centroid.
+  Vector3 lever(int block, const Vector3& arm) const { return start[index(block)].shape * arm; }
+  /// Of a held point since the start of the run.
+  Vector3 moved(const HeldPoint& held) const {
+    const std::size_t b = index(held.block);
+    return displacement(compiled.models[b], start[b], held.arm);
   }
 };
 
@@ -36,8 +40,7 @@ std::vector<PrescribedMotion> motion_at_end(const StepSetting& step,
   std::vector<PrescribedMotion> end = now;
   for (std::size_t p = 0; p < end.size(); ++p) {
     const Block& block = step.compiled.scene.blocks[index(step.compiled.prescribed[p])];
-    end[p] =
-        advance_motion(block.motion, now[p], step.state.time, step.end_time());
+    end[p] = advance_motion(block.motion, now[p], step.state.time, step.end_time());
   }
   return end;
 }
@@ -65,8 +68,7 @@ void assemble_blocks(const StepSetting& step, double penalty, BlockSystem& base,
   }
   for (const HeldPoint& held : compiled.held) {
     const Matrix3x12 t = step.point_motion(held.block, held.arm);
-    const Vector3 off = step.place(held.block, held.arm) - held.place -
-                        held.displacement.at(step.end_time());
+    const Vector3 off = step.moved(held) - held.displacement.at(step.end_time());
     base.diagonal[slot(held.block)] += penalty * t.transpose() * t;
     force[slot(held.block)] -= penalty * t.transpose() * off;
   }
@@ -84,7 +86,8 @@ PointToFace point_to_face(const StepSetting& step, int i, int j, const Vector3& 
   contact.normal = normal;
   contact.motion_i = step.point_motion(i, arm_i);
   contact.motion_j = step.point_motion(j, arm_j);
-  contact.between = step.place(i, arm_i) - step.place(j, arm_j) + driven(step, i, j);
+  contact.between = between(step.start[index(j)], step.start[index(i)]) +
+                    (step.lever(i, arm_i) - step.lever(j, arm_j)) + driven(step, i, j);
   return contact;
 }
 
@@ -132,14 +135,18 @@ void set_pairs(std::vector<PaperContact>& contacts, std::vector<std::pair<int, i
   }
 }
 
-PaperOptions paper_options(const StepSetting& step, double penalty) {
+PaperOptions paper_options(const StepSetting& step, double penalty,
+                           std::span<const BodyContact> contacts) {
   PaperOptions result;
   result.normal_stiffness = penalty;
   result.shear_stiffness = step.options.shear_ratio * penalty;
   result.multipliers = step.options.method == ContactMethod::Paper;
   result.sliding = step.options.analysis != Analysis::Settle;
   result.tolerance = step.options.tolerance;
-  result.rounding = coordinate_rounding(step.compiled, step.state);
+  for (const BodyContact& c : contacts) {
+    const ContactGeometry now = contact_geometry(c, step.start[index(c.a)], step.start[index(c.b)]);
+    result.rounding = std::max(result.rounding, now.rounding);
+  }
   result.max_solves = step.options.max_iterations;
   return result;
 }
@@ -213,7 +220,7 @@ void account_blocks(const StepSetting& step, Attempt& attempt) {
 void account_held(const StepSetting& step, double penalty, Attempt& attempt) {
   const double end = step.end_time();
   for (const HeldPoint& held : step.compiled.held) {
-    const Vector3 now = step.place(held.block, held.arm) - held.place;
+    const Vector3 now = step.moved(held);
     const Vector3 before = now - held.displacement.at(step.state.time);
     const Vector3 moved =
         step.point_motion(held.block, held.arm) * step.increment[index(held.block)];
@@ -246,7 +253,7 @@ void set_end(const StepSetting& step, Attempt& attempt) {
   }
   for (std::size_t p = 0; p < step.compiled.prescribed.size(); ++p) {
     BlockState& to = end.blocks[index(step.compiled.prescribed[p])];
-    to.centroid += step.increment[index(step.compiled.prescribed[p])].head<3>();
+    move_centroid(step.increment[index(step.compiled.prescribed[p])].head<3>(), to);
     to.velocity = attempt.motion[p].velocity;
   }
 }
@@ -267,8 +274,8 @@ void record_contact(const PaperContact& c, double shear_stiffness, const State& 
   state.impact = false;
   state.normal_force = c.mode == ContactMode::Open ? 0.0 : c.compression;
   state.shear_force = contact.normal_on_a ? Vector3(-shear) : shear;
-  state.point.point_a = now.place_a;
-  state.point.point_b = now.place_b;
+  state.point.point_a = a.centroid + now.place_a;
+  state.point.point_b = a.centroid + now.place_b;
   state.point.normal = now.normal;
   state.point.gap = now.gap;
   if (c.mode == ContactMode::Open) state.slip = 0.0;
@@ -279,8 +286,8 @@ void record_contact(const PaperContact& c, double shear_stiffness, const State& 
   const Vector3 normal_part = now.gap * now.normal;
   state.anchor_a =
       contact.normal_on_a ? reference_arm(a, now.place_b - normal_part) : contact.arm_a;
-  state.anchor_b =
-      contact.normal_on_a ? contact.arm_b : reference_arm(b, now.place_a + normal_part);
+  state.anchor_b = contact.normal_on_a ? contact.arm_b
+                                       : reference_arm(b, now.place_a + normal_part - now.between);
 }
 
 /// omega dt of the stiffest closed contact, its blocks alone.
@@ -324,7 +331,7 @@ void attempt_paper_step(const CompiledScene& compiled, const StepOptions& option
   std::vector<PaperContact> contacts;
   for (const BodyContact& contact : work.contacts) contacts.push_back(paper_contact(step, contact));
   set_pairs(contacts, work.base.pairs);
-  const PaperOptions tuning = paper_options(step, penalty);
+  const PaperOptions tuning = paper_options(step, penalty, work.contacts);
   work.clock.charge(&PhaseSeconds::assemble);
   work.increment.assign(work.force.size(), Vector12::Zero());
   attempt.solved =
@@ -347,7 +354,6 @@ void attempt_paper_step(const CompiledScene& compiled, const StepOptions& option
     attempt.stiffest_omega_dt = stiffest_omega_dt(work.base, contacts, penalty);
   }
   list_contacts(attempt.contacts, attempt.end.contacts);
-  place_polyhedra(compiled, attempt.end, work.places);
 }
 
 }  // namespace quoin::solver

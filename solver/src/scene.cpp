@@ -15,20 +15,23 @@ VectorOfTime interpolate(std::vector<double> times, std::vector<Vector3> values)
                        std::to_string(times[i]) + " s) is not after the one before it");
     }
   }
-  return VectorOfTime([times = std::move(times), values = std::move(values)](double time) -> Vector3 {
-    const auto next = std::upper_bound(times.begin(), times.end(), time);
-    if (next == times.begin()) return values.front();
-    if (next == times.end()) return values.back();
-    const auto i = static_cast<std::size_t>(next - times.begin());
-    const double share = (time - times[i - 1]) / (times[i] - times[i - 1]);
-    return values[i - 1] + share * (values[i] - values[i - 1]);
-  });
+  return VectorOfTime(
+      [times = std::move(times), values = std::move(values)](double time) -> Vector3 {
+        const auto next = std::upper_bound(times.begin(), times.end(), time);
+        if (next == times.begin()) return values.front();
+        if (next == times.end()) return values.back();
+        const auto i = static_cast<std::size_t>(next - times.begin());
+        const double share = (time - times[i - 1]) / (times[i] - times[i - 1]);
+        return values[i - 1] + share * (values[i] - values[i - 1]);
+      });
 }
 
 namespace {
 
 int append(Scene& scene, geometry::Shape shape, const Material& material, BlockKind kind) {
-  scene.blocks.push_back({.shape = std::move(shape), .material = material, .kind = kind});
+  scene.blocks.push_back({.shape = std::make_shared<const geometry::Shape>(std::move(shape)),
+                          .material = material,
+                          .kind = kind});
   return static_cast<int>(scene.blocks.size()) - 1;
 }
 

@@ -10,9 +10,13 @@
 
 namespace quoin::solver {
 
-Vector3 world_point(const State& state, int block, const Vector3& reference_arm) {
+Vector3 local_point(const State& state, int block, const Vector3& reference_arm) {
   const Pose now = pose(state.blocks[static_cast<std::size_t>(block)]);
-  return state.origin + now.centroid + now.shape * reference_arm;
+  return now.centroid + (now.centroid_rest + now.shape * reference_arm);
+}
+
+Vector3 world_point(const State& state, int block, const Vector3& reference_arm) {
+  return state.origin + local_point(state, block, reference_arm);
 }
 
 const char* name(ContactMethod method) {
@@ -39,6 +43,11 @@ const char* name(ContactIteration iteration) {
       return "automatic";
   }
   return "";
+}
+
+const char* name(StaticVerdict verdict) {
+  static constexpr const char* kNames[] = {"seeking", "rest", "mechanism"};
+  return kNames[static_cast<std::size_t>(verdict)];
 }
 
 std::string describe(const StepReport& report) {
@@ -92,6 +101,8 @@ void check(const StepOptions& options) {
   require(!is_paper_method(options.method) || options.scheme == TimeScheme::ConstantAcceleration,
           "the methods paper and penalty know the constant acceleration scheme alone; scheme",
           static_cast<double>(options.scheme));
+  require(options.rest_unbalance > 0.0, "unbalance at rest must be greater than 0",
+          options.rest_unbalance);
   require(options.threads >= 1, "threads must be at least 1", options.threads);
 }
 
@@ -105,7 +116,8 @@ void check_overlap(const CompiledScene& compiled, const Workspace& work) {
     throw InputError("blocks " + std::to_string(point.key.a) + " and " +
                      std::to_string(point.key.b) + " overlap by " + std::to_string(-point.gap) +
                      " m at the start; the limit is 1e-3 of the smaller block, " +
-                     std::to_string(1e-3 * size) + " m (initial overlap can be kept, or taken as touching)");
+                     std::to_string(1e-3 * size) +
+                     " m (initial overlap can be kept, or taken as touching)");
   }
 }
 
@@ -117,8 +129,9 @@ Simulation::Simulation(Scene scene, const StepOptions& options) {
   detect(parts_->compiled, options, parts_->state, parts_->work);
   check_overlap(parts_->compiled, parts_->work);
   if (parts_->compiled.scene.initial_overlap == InitialOverlap::Zero) {
-    parts_->work.initial_depths = InitialDepths(parts_->work.found, parts_->state);
-    parts_->work.initial_depths.take_off(parts_->state, parts_->work.found);
+    parts_->work.initial_depths = InitialDepths(parts_->work.found);
+    parts_->work.initial_depths.take_off(parts_->compiled.models, parts_->state,
+                                         parts_->work.found);
   }
   EnergyLedger& energy = parts_->state.energy;
   energy.kinetic = kinetic_energy(parts_->compiled, parts_->state);
@@ -142,6 +155,7 @@ const StepOptions& Simulation::options() const { return parts_->options; }
 void Simulation::set_options(const StepOptions& options) {
   check(options);
   parts_->options = options;
+  parts_->work.search = {};
   detect(parts_->compiled, options, parts_->state, parts_->work);
 }
 
@@ -186,11 +200,32 @@ Vector6 Simulation::stress(int block) const {
 }
 
 Vector3 Simulation::reference_arm(int block, const Vector3& world_point) const {
-  return solver::reference_arm(pose(parts_->state.blocks[static_cast<std::size_t>(block)]),
-                               world_point - parts_->state.origin);
+  const Pose now = pose(parts_->state.blocks[static_cast<std::size_t>(block)]);
+  return solver::reference_arm(
+      now, (world_point - parts_->state.origin - now.centroid) - now.centroid_rest);
 }
 
-void Simulation::save(std::ostream& out) const { write_checkpoint(out, parts_->state, parts_->work); }
+geometry::Points Simulation::reference_arms(int block) const {
+  return solver::reference_arms(parts_->compiled.models[static_cast<std::size_t>(block)]);
+}
+
+geometry::Points Simulation::vertices(int block) const {
+  geometry::Points places = reference_arms(block);
+  for (Eigen::Index v = 0; v < places.cols(); ++v) {
+    places.col(v) = world_point(parts_->state, block, places.col(v)).eval();
+  }
+  return places;
+}
+
+Vector3 Simulation::displacement(int block, const Vector3& reference_arm) const {
+  const auto b = static_cast<std::size_t>(block);
+  return solver::displacement(parts_->compiled.models[b], pose(parts_->state.blocks[b]),
+                              reference_arm);
+}
+
+void Simulation::save(std::ostream& out) const {
+  write_checkpoint(out, parts_->state, parts_->work);
+}
 
 void Simulation::load(std::istream& in) { read_checkpoint(in, parts_->state, parts_->work); }
 

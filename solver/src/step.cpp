@@ -202,21 +202,37 @@ void linearise_held(const CompiledScene& compiled, double time_end, Workspace& w
     linear.jacobian_b =
         mean_motion(work.poses.start[b], work.poses.end[b], work.poses.increment[b].segment<3>(3),
                     held.arm, work.poses.deforms[b] != 0);
-    const Vector3 start = work.poses.start[b].centroid + work.poses.start[b].shape * held.arm;
-    linear.offset = start - held.place - held.displacement.at(time_end);
+    linear.offset = displacement(compiled.models[b], work.poses.start[b], held.arm) -
+                    held.displacement.at(time_end);
+    linear.rounding = 4.0 * std::numeric_limits<double>::epsilon() * held.arm.norm();
   }
 }
 
-/// A contact that closes in this step: sliding starts when it has closed, and it may bounce.
-/// `free_end`: d at the end of the step if the contact did nothing.
-void set_closing(const Vector3& free_end, double bounce_speed, double time_step, const Joint& joint,
+/// How a contact would move in the step if it did nothing.
+struct FreeFlight {
+  Vector3 end = Vector3::Zero();  ///< d at the end of the step, m
+  double approach = 0.0;          ///< normal velocity at its start, m in a step
+};
+
+/// A contact that closes in this step: sliding starts when it has closed, and it may bounce if it
+/// closes by more than `slowest` (m in a step). In free flight the gap is a parabola in time; it
+/// closes at its root (of a gap within `gap_tolerance`, m, that would be the root of noise), and
+/// flies on after the impact for the rest of the step.
+void set_closing(const FreeFlight& flight, double gap_tolerance, double slowest, const Joint& joint,
                  LinearContact& c) {
   const double gap = c.offset[0];
-  if (!(gap > 0.0) || !(free_end[0] < 0.0)) return;
-  const double share = c.closing_share = gap / (gap - free_end[0]);
-  c.offset.tail<2>() -= share * (free_end.tail<2>() - c.offset.tail<2>());
-  if (gap - free_end[0] > bounce_speed * time_step) {
-    c.offset[0] += joint.restitution * free_end[0];
+  if (!(gap > 0.0) || !(flight.end[0] < 0.0)) return;
+  const double fall = gap - flight.end[0];
+  const double bend = -2.0 * (fall + flight.approach);
+  const double root =
+      std::sqrt(std::max(0.0, flight.approach * flight.approach - 2.0 * bend * gap));
+  const double share = gap <= gap_tolerance ? gap / fall : 2.0 * gap / (root - flight.approach);
+  c.closing_share = share;
+  c.offset.tail<2>() -= share * (flight.end.tail<2>() - c.offset.tail<2>());
+  if (fall > slowest) {
+    const double left = 1.0 - share;
+    const double rebound = -joint.restitution * (flight.approach + share * bend) * left;
+    c.offset[0] -= std::max(0.0, rebound + 0.5 * bend * left * left);
   }
 }
 
@@ -255,22 +271,34 @@ void measure_slips(Workspace& work) {
   }
 }
 
+FreeFlight free_flight(const State& state, const BodyContact& contact,
+                       const BlockVector& free_increment, double time_step,
+                       const LinearContact& c) {
+  FreeFlight flight{.end = c.offset};
+  const auto add = [&](int slot, int block, const Matrix3x12& jacobian) {
+    if (slot < 0) return;
+    flight.end += jacobian * free_increment[index(slot)];
+    flight.approach += time_step * jacobian.row(0).dot(velocity_vector(state.blocks[index(block)]));
+  };
+  add(c.slot_a, contact.a, c.jacobian_a);
+  add(c.slot_b, contact.b, c.jacobian_b);
+  return flight;
+}
+
 void linearise_all(const CompiledScene& compiled, const StepOptions& options, const State& state,
                    double time_step, Workspace& work) {
   const StepScheme scheme = scheme_of(options, time_step);
   const double slowest = bounce_speed(compiled, state.time, time_step);
-  const double rounding = coordinate_rounding(compiled, state);
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
     const BodyContact& contact = work.contacts[i];
     LinearContact& c = work.linear[i];
-    linearise(contact, work.poses, compiled.models, rounding, c);
+    linearise(contact, work.poses, compiled.models, c);
     set_stiffness(work, c);
     if (!contact.was_closed && options.method == ContactMethod::AugmentedLagrangian &&
         options.analysis == Analysis::Dynamic) {
-      Vector3 free_end = c.offset;
-      if (c.slot_a >= 0) free_end += c.jacobian_a * work.free_increment[index(c.slot_a)];
-      if (c.slot_b >= 0) free_end += c.jacobian_b * work.free_increment[index(c.slot_b)];
-      set_closing(free_end, slowest, time_step, contact.joint, c);
+      set_closing(free_flight(state, contact, work.free_increment, time_step, c),
+                  options.tolerance * compiled.smallest_size, slowest * time_step, contact.joint,
+                  c);
     }
     follow_slip(contact, c);
     if (c.compliant && scheme.end_share < 1.0) {
@@ -393,8 +421,6 @@ OpenCloseResult solve_positions(const CompiledScene& compiled, const StepOptions
   OpenCloseOptions tuning;
   tuning.force_tolerance = options.tolerance;
   tuning.gap_tolerance = options.tolerance * compiled.smallest_size;
-  tuning.max_iterations = options.max_iterations;
-  tuning.gap_rounding = coordinate_rounding(compiled, state);
   tuning.raise = options.method == ContactMethod::AugmentedLagrangian;
   OpenCloseResult total;
   for (int pass = 0; pass < kLinearisations; ++pass) {
@@ -412,15 +438,18 @@ OpenCloseResult solve_positions(const CompiledScene& compiled, const StepOptions
       set_force(compiled, options, state, time_step, work);
       linearise_all(compiled, options, state, time_step, work);
     }
+    tuning.gap_rounding = gap_rounding(work.linear);
     by_slot(compiled, work.poses.increment, work.increment);
     work.clock.charge(&PhaseSeconds::assemble);
     tuning.predicted = pass == 0;
+    tuning.max_iterations = work.iterations_left;
     if (pass == 0) show_contact_problem(compiled, options, work);
     const OpenCloseResult solved =
         solve_contacts(options, work.force, work.linear, tuning, work.increment, work);
     work.clock.charge(&PhaseSeconds::solve);
     by_block(compiled, work.increment, work.poses.increment);
     measure_slips(work);
+    work.iterations_left -= solved.iterations;
     total.iterations += solved.iterations;
     total.solves += solved.solves;
     total.factorizations += solved.factorizations;
@@ -446,7 +475,7 @@ void move_anchor(const Pose& a, const Pose& b, const ContactGeometry& now, const
     contact.state.anchor_a = reference_arm(a, now.place_b - normal_part - stretch);
   } else {
     contact.state.anchor_a = contact.arm_a;
-    contact.state.anchor_b = reference_arm(b, now.place_a + normal_part + stretch);
+    contact.state.anchor_b = reference_arm(b, now.place_a + normal_part + stretch - now.between);
   }
 }
 
@@ -467,8 +496,8 @@ void record_contacts(const Workspace& work, std::vector<BodyContact>& contacts) 
     state.impact = work.hit[index(contact.a)] || work.hit[index(contact.b)];
     state.normal_force = c.force[0];
     state.shear_force = -(c.force[1] * t1 + c.force[2] * t2);
-    state.point.point_a = now.place_a;
-    state.point.point_b = now.place_b;
+    state.point.point_a = a.centroid + now.place_a;
+    state.point.point_b = a.centroid + now.place_b;
     state.point.normal = now.normal;
     state.point.gap = now.gap;
     state.slip += slip_in_step(c, moved(contact, work.poses, c));
@@ -492,12 +521,14 @@ void account_contact(const CompiledScene& compiled, const Workspace& work, std::
   const BodyContact& contact = work.contacts[i];
   const Vector12 &move_a = work.poses.increment[index(contact.a)],
                  &move_b = work.poses.increment[index(contact.b)];
-  if (compiled.models[index(contact.a)].unknowns == 0) {
-    attempt.load_work -= c.force.dot(c.jacobian_a * move_a);
-  }
-  if (compiled.models[index(contact.b)].unknowns == 0) {
-    attempt.load_work -= c.force.dot(c.jacobian_b * move_b);
-  }
+  const auto push = [&](int idle, int other, const Matrix3x12& jacobian, const Vector12& motion) {
+    if (compiled.models[index(idle)].unknowns > 0) return;
+    const double done = c.force.dot(jacobian * motion);
+    attempt.load_work -= done;
+    attempt.work_on[index(other)] -= done;
+  };
+  push(contact.a, contact.b, c.jacobian_a, move_a);
+  push(contact.b, contact.a, c.jacobian_b, move_b);
   const ContactWork done = contact_work(c, moved(contact, work.poses, c));
   attempt.spring_energy += done.stored;
   attempt.friction_work += done.heat;
@@ -522,11 +553,13 @@ void account(const CompiledScene& compiled, const StepOptions& options, const St
   const double time = load_time(options, state, time_step);
   const Vector3 gravity = compiled.scene.gravity.at(time);
   double largest_force = 0.0, unbalanced = 0.0;
+  attempt.work_on.assign(state.blocks.size(), 0.0);
   for (std::size_t s = 0; s < work.increment.size(); ++s) {
     const std::size_t b = index(compiled.slots.block_of_slot[s]);
     const BlockModel& model = compiled.models[b];
     const Vector12& d = work.increment[s];
-    attempt.gravity_work += model.mass * gravity.dot(d.head<3>());
+    attempt.work_on[b] = model.mass * gravity.dot(d.head<3>());
+    attempt.gravity_work += attempt.work_on[b];
     if (model.unknowns == 12) {
       const Vector6 e = d.tail<6>();
       attempt.scheme_loss += (scheme.end_share - 0.5) * model.volume * e.dot(model.elasticity * e);
@@ -542,9 +575,10 @@ void account(const CompiledScene& compiled, const StepOptions& options, const St
   for (const PointForce& load : compiled.loads) {
     const std::size_t b = index(load.block);
     const Vector3 force = load.factor * load.force.at(time);
-    const Vector3 moved = work.poses.end[b].centroid + work.poses.end[b].shape * load.arm -
-                          work.poses.start[b].centroid - work.poses.start[b].shape * load.arm;
+    const Pose &start = work.poses.start[b], &end = work.poses.end[b];
+    const Vector3 moved = between(start, end) + (end.shape * load.arm - start.shape * load.arm);
     attempt.load_work += force.dot(moved);
+    attempt.work_on[b] += force.dot(moved);
     largest_force = std::max(largest_force, force.norm());
   }
   attempt.stiffest_omega_dt = stiffest_omega_dt(work);
@@ -576,8 +610,9 @@ OpenCloseResult solve_contacts(const StepOptions& options, const BlockVector& fo
     increment = guess;
   }
   work.yielding = true;
-  OpenCloseResult solved =
-      work.moving_contacts.solve(work.base, force, contacts, tuning, increment);
+  OpenCloseOptions rest = tuning;
+  rest.max_iterations -= tried.iterations;
+  OpenCloseResult solved = work.moving_contacts.solve(work.base, force, contacts, rest, increment);
   solved.iterations += tried.iterations;
   solved.solves += tried.solves;
   solved.factorizations += tried.factorizations;
@@ -595,21 +630,16 @@ void start_end(const State& state, State& end) {
   end.origin = state.origin;
   end.energy = state.energy;
   end.blocks = state.blocks;
-  if (end.polyhedra.empty()) end.polyhedra = state.polyhedra;
 }
 
 double duration(const StepOptions& options, double time_step) {
   return options.analysis == Analysis::Dynamic ? time_step : 0.0;
 }
 
-double coordinate_rounding(const CompiledScene& compiled, const State& state) {
+double gap_rounding(std::span<const LinearContact> contacts) {
   double largest = 0.0;
-  for (std::size_t b = 0; b < state.blocks.size(); ++b) {
-    if (compiled.models[b].unknowns == 0) continue;
-    largest =
-        std::max(largest, state.blocks[b].centroid.cwiseAbs().maxCoeff() + compiled.models[b].size);
-  }
-  return 4.0 * std::numeric_limits<double>::epsilon() * largest;
+  for (const LinearContact& c : contacts) largest = std::max(largest, c.rounding);
+  return largest;
 }
 
 double contact_spring(const CompiledScene& compiled, const StepOptions& options) {
@@ -674,7 +704,7 @@ void attempt_step(const CompiledScene& compiled, const StepOptions& options, con
   for (std::size_t b = 0; b < state.blocks.size(); ++b) {
     const Vector12& d = work.poses.increment[b];
     if (compiled.models[b].unknowns == 0) {
-      attempt.end.blocks[b].centroid += d.head<3>();
+      move_centroid(d.head<3>(), attempt.end.blocks[b]);
       continue;
     }
     BlockState& end = attempt.end.blocks[b];
@@ -697,7 +727,6 @@ void attempt_step(const CompiledScene& compiled, const StepOptions& options, con
   find_hit_blocks(compiled, options, state, time_step, Impacts::Solved, work);
   record_contacts(work, attempt.contacts);
   list_contacts(attempt.contacts, attempt.end.contacts);
-  place_polyhedra(compiled, attempt.end, work.places);
 }
 
 }  // namespace quoin::solver

@@ -24,14 +24,14 @@ OpenCloseResult solve_contacts(const StepOptions& options, const BlockVector& fo
 /// The contacts of all bodies, sorted by key.
 void list_contacts(std::span<const BodyContact> bodies, std::vector<Contact>& contacts);
 
-/// `end` as `state`, but for what the step gives anew: contacts, and places of blocks that move.
+/// `end` as `state`, but for what the step gives anew: contacts, and blocks that move.
 void start_end(const State& state, State& end);
 
 /// Time that a step takes, s: a static one none.
 double duration(const StepOptions& options, double time_step);
 
-/// What the rounding of coordinates makes of a gap: 4 eps of the largest coordinate, m.
-double coordinate_rounding(const CompiledScene& compiled, const State& state);
+/// The largest LinearContact::rounding, m.
+double gap_rounding(std::span<const LinearContact> contacts);
 
 /// Energy in the springs of work.contacts as they lie, J.
 double spring_energy_at_rest(const CompiledScene& compiled, const StepOptions& options,

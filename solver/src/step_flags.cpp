@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace quoin::solver {
 namespace {
@@ -25,16 +26,22 @@ StepFlag worst_strain(const State& state) {
   return flag;
 }
 
-StepFlag worst_overlap(const CompiledScene& compiled,
+/// Of what is found, and of what the step's own springs let through: a block that has sunk right
+/// through another one is not found any more.
+StepFlag worst_overlap(const CompiledScene& compiled, const State& state,
                        std::span<const geometry::ContactPoint> found) {
   StepFlag flag{.kind = FlagKind::Overlap, .limit = kLargestOverlap};
-  for (const geometry::ContactPoint& point : found) {
+  const auto note = [&](const geometry::ContactPoint& point) {
     const int a = point.key.a, b = point.key.b;
     const double share = -point.gap / std::min(size(compiled, a), size(compiled, b));
-    if (!(share > flag.value)) continue;
+    if (!(share > flag.value)) return;
     flag.value = share;
     flag.block = a;
     flag.other = b;
+  };
+  for (const geometry::ContactPoint& point : found) note(point);
+  for (const Contact& contact : state.contacts) {
+    if (contact.mode != ContactMode::Open) note(contact.point);
   }
   return flag;
 }
@@ -42,12 +49,22 @@ StepFlag worst_overlap(const CompiledScene& compiled,
 StepFlag missing_contact(const CompiledScene& compiled, const geometry::ContactPoint& point) {
   const int a = point.key.a, b = point.key.b;
   return {.kind = FlagKind::LostContact,
-          .value = -point.gap / std::min(size(compiled, a), size(compiled, b)),
+          .value = std::abs(point.gap) / std::min(size(compiled, a), size(compiled, b)),
           .block = a,
           .other = b};
 }
 
 }  // namespace
+
+const geometry::ContactPoint* vanished(std::span<const Contact> contacts,
+                                       std::span<const geometry::ContactPoint> found) {
+  const auto pair = [](const geometry::ContactPoint& p) { return std::pair(p.key.a, p.key.b); };
+  for (const Contact& contact : contacts) {
+    if (contact.mode == ContactMode::Open) continue;
+    if (!std::ranges::binary_search(found, pair(contact.point), {}, pair)) return &contact.point;
+  }
+  return nullptr;
+}
 
 std::string_view name(FlagKind kind) {
   constexpr std::array<std::string_view, 6> kNames = {
@@ -72,11 +89,11 @@ void append_flags(const CompiledScene& compiled, const State& state, const StepE
     report.flags.push_back({.kind = FlagKind::Unconverged, .value = report.residual});
   }
   append(worst_strain(state));
-  append(worst_overlap(compiled, evidence.found));
+  append(worst_overlap(compiled, state, evidence.found));
   append({.kind = FlagKind::Rounding,
           .value = evidence.rounding / evidence.gap_tolerance,
           .limit = 1.0});
-  if (evidence.energy_scale > 0.0) {
+  if (evidence.energy_growth > evidence.energy_noise) {
     append({.kind = FlagKind::EnergyGrowth,
             .value = evidence.energy_growth / evidence.energy_scale,
             .limit = kEnergyGrowth});

@@ -23,11 +23,18 @@ class EnergyScale {
 struct StepEvidence {
   double energy_growth = 0.0;  ///< of a sub-step, J: mechanical energy less the work of loads
   double energy_scale = 0.0;   ///< J
+  double energy_noise = 0.0;   ///< what the tolerance of gaps leaves of it, J
   double rounding = 0.0;       ///< of a gap, m
   double gap_tolerance = 0.0;  ///< m
-  std::span<const geometry::ContactPoint> found;    ///< at the end of the step
-  const geometry::ContactPoint* missing = nullptr;  ///< an overlap that no contact held
+  std::span<const geometry::ContactPoint> found;  ///< at the end of the step
+  const geometry::ContactPoint* missing =
+      nullptr;  ///< an overlap that no contact held, or vanished()
 };
+
+/// The first closed contact whose blocks `found` does not know near each other; null: none. Both
+/// are sorted by key.
+const geometry::ContactPoint* vanished(std::span<const Contact> contacts,
+                                       std::span<const geometry::ContactPoint> found);
 
 /// Appends to report.flags.
 void append_flags(const CompiledScene& compiled, const State& state, const StepEvidence& evidence,

@@ -14,6 +14,7 @@
 #include "support/catch.hpp"
 #include "support/check_pair.hpp"
 #include "support/exact_patch.hpp"
+#include "support/open_families.hpp"
 
 namespace {
 
@@ -40,16 +41,35 @@ Solid read_solid(const json& line, const char* body) {
   return {placed.points, placed.placement};
 }
 
-std::vector<KnownPair> known_pairs() {
+std::vector<KnownPair> read_pairs(const char* name) {
   std::vector<KnownPair> pairs;
-  for (const char* name : {"published.jsonl", "found.jsonl"}) {
-    std::ifstream in(kFolder / name);
-    for (std::string text; std::getline(in, text);) {
-      const json line = json::parse(text);
-      const std::string id = line["id"];
-      pairs.push_back({id, {id, read_solid(line, "a"), read_solid(line, "b")}, line["exact"]});
-    }
+  std::ifstream in(kFolder / name);
+  for (std::string text; std::getline(in, text);) {
+    const json line = json::parse(text);
+    pairs.push_back(
+        {line["id"], {line["what"], read_solid(line, "a"), read_solid(line, "b")}, line["exact"]});
   }
+  return pairs;
+}
+
+std::vector<KnownPair> known_pairs() {
+  std::vector<KnownPair> pairs = read_pairs("published.jsonl");
+  for (KnownPair& pair : read_pairs("found.jsonl")) {
+    pairs.push_back(std::move(pair));
+  }
+  return pairs;
+}
+
+/// Of families that the library answers rightly.
+std::vector<KnownPair> settled_pairs() {
+  std::vector<KnownPair> pairs = read_pairs("families.jsonl");
+  const std::vector<bool> settled = quoin::tests::settled_families();
+  const std::vector<std::string>& names = quoin::tests::family_names();
+  std::erase_if(pairs, [&](const KnownPair& known) {
+    const auto family = std::find(names.begin(), names.end(), known.pair.family);
+    REQUIRE(family != names.end());
+    return !settled[static_cast<std::size_t>(family - names.begin())];
+  });
   return pairs;
 }
 
@@ -113,6 +133,20 @@ TEST_CASE("known pairs: what is recorded is proved") {
   for (const KnownPair& known : pairs) {
     CAPTURE(known.id);
     prove(known);
+  }
+}
+
+TEST_CASE("known pairs: a set of all families is proved, and answered rightly") {
+  const std::vector<KnownPair> pairs = read_pairs("families.jsonl");
+  REQUIRE(pairs.size() >= 1800);
+  for (const KnownPair& known : pairs) {
+    CAPTURE(known.id);
+    prove(known);
+  }
+  for (const KnownPair& known : settled_pairs()) {
+    const std::vector<Fault> faults = check_against_exact(known.pair).faults;
+    CAPTURE(known.id, summary(faults));
+    CHECK(faults.empty());
   }
 }
 

@@ -9,15 +9,11 @@
 
 namespace quoin::tests {
 
-/// The folder named by the environment variable QUOIN_REAL_DATA; empty, and said so, without it:
-/// the test then ends.
+/// The folder named by the environment variable QUOIN_REAL_DATA; the test fails without it.
 inline std::string real_data() {
   const char* folder = std::getenv("QUOIN_REAL_DATA");
-  if (folder == nullptr ||
-      !std::filesystem::exists(std::filesystem::path(folder) / "arch_assembly.json")) {
-    WARN("skipped: QUOIN_REAL_DATA names no folder with arch_assembly.json");
-    return "";
-  }
+  REQUIRE(folder != nullptr);
+  REQUIRE(std::filesystem::exists(std::filesystem::path(folder) / "arch_assembly.json"));
   return std::filesystem::absolute(folder).string();
 }
 

@@ -130,6 +130,25 @@ def test_reach_and_tol():
                f"{options} {tol}: {answer['type']} with {len(answer['points'])} points")
 
 
+def test_published_search():
+    roof = [[-10, -10, 0], [10, -10, 0], [10, 10, 0], [-10, 10, 0], [0, 0, -0.5]]
+    point = [[0, 0, 0.005], [1, 0, 1], [-.5, .8, 1], [-.5, -.8, 1]]
+    lines = [{"id": "missed", "a": roof, "b": point},
+             {"id": "right", "a": CUBE, "b": moved(CUBE, (0.25, 0.25, 1.5))}, {"id": "bad"}]
+    text = "\n".join(json.dumps(line) for line in lines)
+    done = subprocess.run([QUOIN, "contact", "--pairs", "-", "--search", "published"], input=text,
+                          capture_output=True, text=True)
+    missed, right, bad = (json.loads(line) for line in done.stdout.splitlines())
+    expect(done.returncode == 2 and "error" in bad, "a bad line with --search published")
+    expect(missed["gap"] > 0.5 and missed["stands_still"], f"the roof: {missed}")
+    expect(not missed["proved"] and missed["least_gap"] <= 0.005, f"the roof's proof: {missed}")
+    expect(right["gap"] == 0.5 and right["proved"], f"two cubes: {right}")
+    expect(done.stderr == "published search: 2 pairs, 1 proved, 0 never still\n", done.stderr)
+    code = subprocess.run([QUOIN, "contact", "--pairs", "-", "--search", "best"], input="",
+                          capture_output=True, text=True).returncode
+    expect(code not in (0, 1), f"an unknown search: exit code {code}")
+
+
 def test_placements():
     lid = box((0, 0, 0), (1, 1, 1))
     turn = [0, -1, 0, 1, 0, 0, 0, 0, 1]  # a quarter about z, by rows
@@ -221,6 +240,7 @@ def test_round_trip_and_speed():
 
 
 for test in (test_cases, test_keys_and_input_indices, test_reach_and_tol, test_placements,
+             test_published_search,
              test_bad_lines, test_round_trip_and_speed):
     test()
 for failure in failures:

@@ -247,6 +247,65 @@ static void test_finder(void) {
   CHECK(quoin_make_finder(NULL, &finder, NULL, 0) == QUOIN_BAD_INPUT);
 }
 
+/* The caller's own candidate pairs. */
+static void test_batch(void) {
+  quoin_shape* shape = cube(0, 0, 0);
+  quoin_body bodies[3];
+  const int names[3] = {7, 9, 12}, backwards[3] = {9, 7, 12};
+  const int pairs[8] = {2, 1, 0, 1, 1, 0, 0, 2}, none[2] = {0, 3};
+  int changes[3] = {QUOIN_SAME, QUOIN_SAME, QUOIN_MOVED}, count = -1;
+  quoin_candidates candidates = {bodies, 3, names, NULL, pairs, 4};
+  quoin_batch* batch = NULL;
+  for (int i = 0; i < 3; ++i) {
+    bodies[i].shape = shape;
+    bodies[i].placement = at(1e6, 0, i);
+  }
+  CHECK(quoin_make_batch(1e-3, 0.0, &batch, NULL, 0) == QUOIN_OK);
+  CHECK(quoin_batch_find(batch, &candidates) == QUOIN_OK);
+  const quoin_contact_point* points = quoin_batch_points(batch, &count);
+  CHECK(count == 8 && points[0].a == 7 && points[7].b == 12 && points[7].previous == -1);
+  const quoin_pair* found = quoin_batch_pairs(batch, &count);
+  CHECK(count == 2 && found[1].a == 9 && found[1].event == QUOIN_BEGIN && found[1].area == 1.0);
+  bodies[2].placement = at(1e6, 0, 3);
+  candidates.changes = changes;
+  CHECK(quoin_batch_find(batch, &candidates) == QUOIN_OK);
+  points = quoin_batch_points(batch, &count);
+  CHECK(count == 4 && points[3].previous == 3);
+  found = quoin_batch_pairs(batch, &count);
+  CHECK(count == 2 && found[0].event == QUOIN_PERSIST && found[1].event == QUOIN_END);
+  CHECK(quoin_batch_set_reach(batch, 1.5) == QUOIN_OK);
+  CHECK(quoin_batch_find(batch, &candidates) == QUOIN_OK);
+  quoin_batch_points(batch, &count);
+  CHECK(count == 8);
+
+  changes[1] = 5;
+  CHECK(quoin_batch_find(batch, &candidates) == QUOIN_BAD_INPUT);
+  CHECK(strcmp(quoin_batch_message(batch), "a change is none of the three") == 0);
+  candidates.changes = NULL;
+  candidates.names = backwards;
+  CHECK(quoin_batch_find(batch, &candidates) == QUOIN_BAD_INPUT);
+  candidates.names = names;
+  candidates.pairs = none;
+  candidates.pair_count = 1;
+  CHECK(quoin_batch_find(batch, &candidates) == QUOIN_BAD_INPUT);
+  CHECK(strcmp(quoin_batch_message(batch), "pair 0 is (0, 3), must name two of 3 bodies") == 0);
+  bodies[1].placement = at(0, NAN, 0);
+  CHECK(quoin_batch_find(batch, &candidates) == QUOIN_BAD_INPUT);
+  CHECK(strstr(quoin_batch_message(batch), "body 9: translation[1]") != NULL);
+  bodies[1].shape = NULL;
+  CHECK(quoin_batch_find(batch, &candidates) == QUOIN_BAD_INPUT);
+  candidates.body_count = candidates.pair_count = 0;
+  CHECK(quoin_batch_find(batch, &candidates) == QUOIN_OK);
+  CHECK(quoin_batch_find(batch, NULL) == QUOIN_BAD_INPUT);
+  CHECK(quoin_batch_find(NULL, &candidates) == QUOIN_BAD_INPUT);
+  CHECK(quoin_batch_set_reach(batch, NAN) == QUOIN_BAD_INPUT);
+  CHECK(quoin_make_batch(-1.0, 0.0, &batch, NULL, 0) == QUOIN_BAD_INPUT);
+  CHECK(quoin_batch_pairs(NULL, &count) == NULL && count == 0);
+  quoin_free_batch(batch);
+  quoin_free_batch(NULL);
+  quoin_free(shape);
+}
+
 /* Vertices that move freely: bodies of a finder keep the shape that they were given. */
 static void test_free_vertices(void) {
   const quoin_finder_options options = {1e-3, 0.0, 1};
@@ -259,6 +318,12 @@ static void test_free_vertices(void) {
   CHECK(quoin_make_finder(&options, &finder, NULL, 0) == QUOIN_OK);
   CHECK(quoin_finder_add(finder, &a, NULL, &handle) == QUOIN_OK);
   CHECK(quoin_finder_add(finder, &b, NULL, &handle) == QUOIN_OK);
+  CHECK(quoin_finder_find(finder) == QUOIN_OK);
+  fill_cube(raised, 0, 0, 1.0001);
+  CHECK(quoin_set_vertices(top, raised) == QUOIN_OK);
+  CHECK(quoin_finder_replace_shape(finder, handle, top) == QUOIN_OK);
+  CHECK(quoin_finder_find(finder) == QUOIN_OK);
+  CHECK(quoin_finder_points(finder, &count)[3].previous == 3);
   fill_cube(raised, 0, 0, 1.5);
   CHECK(quoin_set_vertices(top, raised) == QUOIN_OK);
   CHECK(quoin_finder_find(finder) == QUOIN_OK);
@@ -282,6 +347,7 @@ int main(void) {
   test_hints_of_others();
   test_queries();
   test_finder();
+  test_batch();
   test_free_vertices();
   CHECK(strchr(quoin_version(), '.') != NULL);
   if (failures == 0) {

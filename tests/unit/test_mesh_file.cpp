@@ -6,7 +6,6 @@
 #include "scene_file/scene_error.hpp"
 #include "scene_file/scene_file.hpp"
 #include "support/catch.hpp"
-#include "support/real_data.hpp"
 
 using namespace quoin;
 using namespace quoin::tests;
@@ -46,14 +45,6 @@ class TemporaryFile {
 
 std::vector<MeshBlock> read(const std::string& path) {
   return scene_file::read_mesh_file(path, scene_file::mesh_format(path, ""));
-}
-
-int support_count(const std::vector<MeshBlock>& blocks) {
-  int count = 0;
-  for (const MeshBlock& block : blocks) {
-    count += block.is_support;
-  }
-  return count;
 }
 
 }  // namespace
@@ -198,9 +189,8 @@ TEST_CASE("what a mesh file says that can't be worked with: one line, with its p
 TEST_CASE("COMPAS: lists of meshes, polyhedra, elements that are placed") {
   const std::string mesh = R"("vertices": [[0,0,0],[1,0,0],[0,1,0],[0,0,1]],
                              "faces": [[0,2,1],[0,1,3],[1,2,3],[2,0,3]])";
-  const TemporaryFile list("quoin_list.json",
-                           R"([{"dtype": "compas.geometry/Shape", "data": {)" + mesh +
-                               R"(}}, {"data": {)" + mesh + "}}]");
+  const TemporaryFile list("quoin_list.json", R"([{"dtype": "compas.geometry/Shape", "data": {)" +
+                                                  mesh + R"(}}, {"data": {)" + mesh + "}}]");
   CHECK(read(list.path()).size() == 2);
   const TemporaryFile model("quoin_model.json", R"({"data": {"elements": {"e-1": {"data": {
       "is_support": true, "geometry": {"data": {)" + mesh +
@@ -220,51 +210,4 @@ TEST_CASE("files without blocks, or that are no JSON, are refused by name") {
   const TemporaryFile broken("quoin_broken.json", "{");
   CHECK_THROWS_WITH(read(broken.path()), ContainsSubstring("is no JSON"));
   CHECK_THROWS_WITH(read("none.json"), ContainsSubstring("can't be read"));
-}
-
-TEST_CASE("real assemblies: how many blocks, how many supports") {
-  const std::string folder = real_data();
-  if (folder.empty()) {
-    return;
-  }
-  const struct {
-    const char* name;
-    std::size_t blocks;
-    int supports;
-  } files[] = {{"arch_assembly.json", 30, 2},
-               {"wall_equilibrium.json", 38, 5},
-               {"barrel_vault_DEM_model.json", 121, 26},
-               {"cubes.json", 3, 0},
-               {"type-b.json", 3, 0},  // some sides are divided into coplanar faces
-               {"H.json", 3, 0}};
-  for (const auto& file : files) {
-    INFO(file.name);
-    const std::vector<MeshBlock> blocks = read(folder + "/" + file.name);
-    CHECK(blocks.size() == file.blocks);
-    CHECK(support_count(blocks) == file.supports);
-    for (const MeshBlock& block : blocks) {
-      INFO(block.id);
-      CHECK_NOTHROW(convex_block(block, -1));
-    }
-  }
-  CHECK(read(folder + "/wall.obj").size() == 38);
-  CHECK(read(folder + "/barrel_vault_DEM_results.json").size() == 121);
-}
-
-TEST_CASE("real assemblies: warped blocks are refused, or taken within a tolerance") {
-  const std::string folder = real_data();
-  if (folder.empty()) {
-    return;
-  }
-  int refused = 0;
-  for (const MeshBlock& block : read(folder + "/armadillo_cra.json")) {
-    INFO(block.id);
-    CHECK_NOTHROW(convex_block(block, 0.05));
-    try {
-      (void)convex_block(block, -1);
-    } catch (const geometry::InputError&) {
-      ++refused;
-    }
-  }
-  CHECK(refused > 300);
 }

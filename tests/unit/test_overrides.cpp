@@ -63,7 +63,7 @@ TEST_CASE("overrides by name, pattern and place: the last one wins") {
   REQUIRE(file.scene.pair_joints.size() == 1);
   CHECK(file.scene.pair_joints[0].group_a == blocks[0].material.joint_group);
   CHECK(file.scene.pair_joints[0].group_b == blocks[1].material.joint_group);
-  CHECK(blocks[0].shape.box().max.x() == 1.0);
+  CHECK(blocks[0].body().box().max.x() == 1.0);
 }
 
 TEST_CASE("a block of a file may be moved as prescribed") {

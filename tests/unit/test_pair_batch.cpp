@@ -137,3 +137,17 @@ TEST_CASE("pair batch: input that makes no sense is refused") {
   PairBatch next = std::move(batch);
   CHECK(find({{0, 1}}) == "pair batch: it was moved from");  // NOLINT: meant
 }
+
+TEST_CASE("pair batch: more bodies than are kept made at a time") {
+  const Stack stack(1100);
+  PairBatch batch({.reach = 1e-3});
+  std::vector<BlockPair> pairs;
+  for (int i = 0; i + 1 < 1100; ++i) pairs.push_back({i, i + 1});
+  for (int i = 0; i + 512 < 1100; ++i) pairs.push_back({i, i + 512});  // far apart
+  std::vector<ContactPoint> contacts;
+  batch.find(BodySource(stack.bodies), pairs, contacts);
+  REQUIRE(contacts.size() == 4 * 1099);
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    CHECK(contacts[k].point().z() == static_cast<double>(k / 4 + 1));
+  }
+}

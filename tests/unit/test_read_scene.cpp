@@ -42,7 +42,7 @@ std::string scene(const std::string& blocks, const std::string& more = "") {
          blocks + "]" + more + "}";
 }
 
-double volume(const solver::Block& block) { return geometry::mass_properties(block.shape).volume; }
+double volume(const solver::Block& block) { return geometry::mass_properties(block.body()).volume; }
 
 bool same(const Vector3& a, const Vector3& b) { return (a - b).norm() < 1e-14; }
 
@@ -72,10 +72,23 @@ TEST_CASE("a pose by axis and angle, quaternion or matrix is the same pose") {
         TemporaryScene(scene(cube(R"(, "pose": {"rotation": )" + rotation +
                                   R"(, "about": [1, 0, 0], "translation": [0, 0, 5]})")))
             .read();
-    const geometry::Box& box = file.scene.blocks[0].shape.box();
+    const geometry::Box box = file.scene.blocks[0].body().box();
     CHECK(same(box.min, Vector3(0, -1, 5)));
     CHECK(same(box.max, Vector3(1, 0, 6)));
   }
+}
+
+TEST_CASE("blocks whose shape is stated in the same words share it, wherever they stand") {
+  const SceneFile file = TemporaryScene(scene(R"(
+    {"kind": "fixed", "shape": {"type": "box", "min": [0,0,0], "max": [1,2,3]}},
+    {"kind": "fixed", "shape": {"type": "box", "min": [0,0,0], "max": [1,2,4]}},
+    {"kind": "fixed", "shape": {"type": "box", "max": [1,2,3], "min": [0,0,0]},
+     "pose": {"translation": [5, 0, 0]}})"))
+                             .read();
+  const auto& blocks = file.scene.blocks;
+  CHECK(blocks[0].shape == blocks[2].shape);
+  CHECK(blocks[0].shape != blocks[1].shape);
+  CHECK(blocks[2].body().box().max == Vector3(6, 2, 3));
 }
 
 TEST_CASE("kinds, motion, initial state") {
@@ -122,22 +135,21 @@ TEST_CASE("gravity and loads: constant, table, formula; a face by its direction"
   CHECK(same(file.scene.gravity.at(9.0), Vector3(0, 0, -10)));
   CHECK(same(file.scene.point_loads.at(0).force.at(7.0), Vector3(1, 2, 3)));
   CHECK(same(file.scene.body_loads.at(0).force.at(3.0), Vector3(3, 9, 1)));
-  const geometry::Shape& shape = file.scene.blocks[0].shape;
-  for (const int vertex : shape.topology().face(file.scene.face_loads.at(0).face)) {
-    CHECK(shape.vertex(vertex).z() == 1.0);
+  const geometry::Body body = file.scene.blocks[0].body();
+  for (const int vertex : body.shape().topology().face(file.scene.face_loads.at(0).face)) {
+    CHECK(body.vertex(vertex).z() == 1.0);
   }
 }
 
 TEST_CASE("stages follow one another; the short form is one dynamic stage") {
   const TemporaryScene text(R"({"materials": {"rock": {"density": 1, "young": 1}},
-    "time_step": 0.01, "stages": [{"analysis": "settle", "unbalance": 1e-9, "time_step": 0.5},
+    "time_step": 0.01, "stages": [{"analysis": "settle", "unbalance": 1e-9},
     {"analysis": "static", "steps": 7}, {"analysis": "dynamic", "end_time": 2}], "blocks": [)" +
                             cube("") + "]}");
   const SceneFile file = text.read();
   REQUIRE(file.stages.size() == 3);
   CHECK(file.stages[0].analysis == solver::Analysis::Settle);
   CHECK(file.stages[0].unbalance == 1e-9);
-  CHECK(file.stages[0].time_step == 0.5);
   CHECK_FALSE(file.stages[0].steps);
   CHECK(file.stages[1].steps == 7);
   CHECK(file.stages[2].end_time == 2);
@@ -146,6 +158,19 @@ TEST_CASE("stages follow one another; the short form is one dynamic stage") {
   REQUIRE(brief.stages.size() == 1);
   CHECK(brief.stages[0].analysis == solver::Analysis::Dynamic);
   CHECK(brief.stages[0].end_time == 1);
+}
+
+TEST_CASE("stage_time counts from where the stage began, in formulas of loads alone") {
+  const TemporaryScene text(
+      scene(cube(""), R"(, "gravity": {"formula": ["stage_time", "t", "-9.81"]})"));
+  const SceneFile file = text.read();
+  CHECK(same(file.scene.gravity.at(3.0), Vector3(3, 3, -9.81)));
+  file.stage_clock->start = 1.0;
+  CHECK(same(file.scene.gravity.at(3.0), Vector3(2, 3, -9.81)));
+  const TemporaryScene wrong(scene(cube(""), R"(, "monitors": [{"name": "m", "block": "cube"}],
+    "references": [{"monitor": "m", "quantity": "displacement", "component": "x",
+                    "exact": "stage_time"}])"));
+  CHECK_THROWS_WITH(wrong.read(), ContainsSubstring("stage_time"));
 }
 
 TEST_CASE("parameters, expressions and changes") {

@@ -1,4 +1,4 @@
-/// The step of the search: the nearest point of the simplex, whatever instructions the machine has.
+/// The step of the search: the nearest point of the simplex. test_kernels has the wide ones.
 
 #include "geometry/src/search/simplex_reduction.hpp"
 
@@ -41,24 +41,14 @@ bool same(const State& a, const State& b) {
   return equal;
 }
 
-State plain_step(const NewCorner& a, State state) {
-  state.carried = take_corner<PlainFlags>(a, state.rows, state.towards);
+State stepped(const NewCorner& a, State state) {
+  state.carried = take_corner(a, state.rows, state.towards);
   return state;
 }
-State plain_second(const NewCorner& a, State state) {
-  take_second_corner<PlainFlags>(a, state.rows, state.towards);
+State second_step(const NewCorner& a, State state) {
+  take_second_corner(a, state.rows, state.towards);
   return state;
 }
-#ifdef QUOIN_WIDE_LANES
-QUOIN_AVX2 State wide_step(const NewCorner& a, State state) {
-  state.carried = take_corner<WideFlags>(a, state.rows, state.towards);
-  return state;
-}
-QUOIN_AVX2 State wide_second(const NewCorner& a, State state) {
-  take_second_corner<WideFlags>(a, state.rows, state.towards);
-  return state;
-}
-#endif
 
 /// No corner taken up or let go lies nearer along the direction than those that carry the point.
 void check_nearest(const State& before, const NewCorner& a, const State& after) {
@@ -94,14 +84,8 @@ int walk(Random& random, const Vector3& middle) {
               .normalized()
               .dot(corner(state.rows, 3) - points[static_cast<std::size_t>(k)]) > 1e-12))
       return step;
-    const State next = plain_step(a, state);
-    if (state.rows.edges == 1) CHECK(same(plain_second(a, state), next));
-#ifdef QUOIN_WIDE_LANES
-    if (has_avx2()) {
-      CHECK(same(wide_step(a, state), next));
-      if (state.rows.edges == 1) CHECK(same(wide_second(a, state), next));
-    }
-#endif
+    const State next = stepped(a, state);
+    if (state.rows.edges == 1) CHECK(same(second_step(a, state), next));
     if (next.carried != Carried::Found) return step;
     check_nearest(state, a, next);
     state = next;
@@ -111,7 +95,7 @@ int walk(Random& random, const Vector3& middle) {
 
 }  // namespace
 
-TEST_CASE("a step of the search finds the nearest point of the simplex, in all variants") {
+TEST_CASE("a step of the search finds the nearest point of the simplex") {
   Random random(13);
   int longest = 0;
   for (int k = 0; k < 500; ++k) {
@@ -124,6 +108,6 @@ TEST_CASE("a step of the search finds the nearest point of the simplex, in all v
 TEST_CASE("a step of the search tells when the origin is inside") {
   std::vector<Vector3> points{{1, 1, 1}, {-1, -1, 1}, {-1, 1, -1}, {1, -1, -1}};
   State state{{new_corner(points, 0).offset, new_corner(points, 0).name}, {1, 1, 1}, {}};
-  for (int k = 1; k < 4; ++k) state = plain_step(new_corner(points, k), state);
+  for (int k = 1; k < 4; ++k) state = stepped(new_corner(points, k), state);
   CHECK(state.carried == Carried::Inside);
 }

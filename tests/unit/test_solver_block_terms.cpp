@@ -36,7 +36,7 @@ auto integral(const BlockModel& model, const Function& f) {
   const double near = (5.0 + 3.0 * std::sqrt(5.0)) / 20.0, far = (5.0 - std::sqrt(5.0)) / 20.0;
   const auto weighted = [&](int i) {
     Vector3 x = Vector3::Zero();
-    for (int v = 0; v < 4; ++v) x += (v == i ? near : far) * model.arms.col(v);
+    for (int v = 0; v < 4; ++v) x += (v == i ? near : far) * reference_arms(model).col(v);
     return f(x);
   };
   const double share = 0.25 * kDensity * model.volume;
@@ -72,7 +72,8 @@ Vector12 gradient(const Function& f, const Vector12& at, double h) {
 
 TEST_CASE("The mass matrix is the integral of rho T^T T over the polyhedron") {
   const Block block = tetrahedron();
-  const BlockModel model = make_block_model(block, Vector3::Zero(), 0);
+  const BlockModel model =
+      make_block_model(block, reference_shape(*block.shape), Vector3::Zero(), 0);
   CHECK_THAT(model.mass, WithinRel(kDensity * model.volume, 1e-14));
   const double dt = 0.1;
   const Matrix12 exact = integral(model, [](const Vector3& x) -> Matrix12 {
@@ -91,7 +92,7 @@ TEST_CASE("Inertia: K D - F is the gradient of its energy, K its Hessian") {
   // out.
   Random random(5);
   const Block block = tetrahedron();
-  BlockModel model = make_block_model(block, Vector3::Zero(), 0);
+  BlockModel model = make_block_model(block, reference_shape(*block.shape), Vector3::Zero(), 0);
   model.elasticity.setZero();
   const StepScheme scheme{.time_step = 0.02, .end_share = 1.0};
   Vector12 velocity = random_vector(random, 1.0), d = random_vector(random, 0.01);
@@ -123,7 +124,8 @@ TEST_CASE("Elasticity and initial stress: gradient and Hessian of the strain ene
   Random random(6);
   Block block = tetrahedron();
   for (double& s : block.initial_stress) s = random.uniform(-1e6, 1e6);
-  const BlockModel model = make_block_model(block, Vector3::Zero(), 0);
+  const BlockModel model =
+      make_block_model(block, reference_shape(*block.shape), Vector3::Zero(), 0);
   BlockState state;
   state.strain = 1e-3 * random_vector(random, 1.0).tail<6>();
   const StepScheme scheme{.time_step = 1e6, .end_share = 1.0};  // inertia vanishes
@@ -163,7 +165,8 @@ TEST_CASE("Isotropic elasticity gives Young's modulus, Poisson's ratio and the s
 TEST_CASE("Kinetic energy is that of the points") {
   Random random(7);
   const Block block = tetrahedron();
-  const BlockModel model = make_block_model(block, Vector3::Zero(), 0);
+  const BlockModel model =
+      make_block_model(block, reference_shape(*block.shape), Vector3::Zero(), 0);
   const Vector12 v = random_vector(random, 2.0);
   BlockState state;
   state.velocity = v.head<3>();
@@ -179,7 +182,7 @@ TEST_CASE("A material that cannot be worked with is refused by name") {
   block.name = "keystone";
   const auto message = [&]() -> std::string {
     try {
-      make_block_model(block, Vector3::Zero(), 7);
+      make_block_model(block, reference_shape(*block.shape), Vector3::Zero(), 7);
     } catch (const InputError& error) {
       return error.what();
     }

@@ -33,8 +33,8 @@ struct Setting {
     poses.increment.resize(2);
     poses.deforms.assign(2, 1);
     for (int b = 0; b < 2; ++b) {
-      models.push_back(
-          make_block_model(scene.blocks[static_cast<std::size_t>(b)], Vector3::Zero(), b));
+      const Block& made = scene.blocks[static_cast<std::size_t>(b)];
+      models.push_back(make_block_model(made, reference_shape(*made.shape), Vector3::Zero(), b));
       BlockState block;
       const Vector12 v = random_vector(random, 1.0);
       block.centroid = v.head<3>() + Vector3(0, 0, 2.0 * b);
@@ -52,7 +52,14 @@ struct Setting {
     point.point_a = 0.5 * random_vector(random, 1.0).head<3>();
     point.point_b = point.point_a + gap * point.normal;
     point.gap = gap;
-    contact = make_body_contact(scene, poses.start, point);
+    point.point_a = in_shape(0, point.point_a);
+    point.point_b = in_shape(1, point.point_b);
+    contact = make_body_contact({scene, models, poses.start}, point);
+  }
+
+  Vector3 in_shape(std::size_t block, const Vector3& place) const {
+    const Pose& pose = poses.start[block];
+    return reference_arm(pose, place - pose.centroid);
   }
 
   void move() {
@@ -82,7 +89,7 @@ TEST_CASE("The gap at the end of a step is exactly offset + J D, for steps of an
     const double step = i % 3 == 0 ? 0.7 : i % 3 == 1 ? 0.05 : 1e-4;
     Setting s(random, step, i % 2 == 0, random.uniform(-0.1, 0.1));
     LinearContact linear;
-    linearise(s.contact, s.poses, s.models, 0.0, linear);
+    linearise(s.contact, s.poses, s.models, linear);
     const ContactGeometry end = contact_geometry(s.contact, s.poses.end[0], s.poses.end[1]);
     CHECK_THAT(s.relative(linear)[0], WithinAbs(end.gap, 1e-13));
   }
@@ -94,7 +101,7 @@ TEST_CASE(
   for (int i = 0; i < 100; ++i) {
     Setting s(random, i % 2 == 0 ? 0.3 : 1e-3, i % 4 < 2, 0.05);
     LinearContact linear;
-    linearise(s.contact, s.poses, s.models, 0.0, linear);
+    linearise(s.contact, s.poses, s.models, linear);
     const std::size_t owner = s.contact.normal_on_a ? 0 : 1;
     const Vector3 turn = s.poses.start[owner].rotation * s.poses.increment[owner].segment<3>(3);
     const Vector3 moved = s.anchor_b(s.poses.end) - s.anchor_a(s.poses.end);
@@ -112,7 +119,7 @@ TEST_CASE("For small steps J is the gradient of gap and slip by finite differenc
   for (int i = 0; i < 20; ++i) {
     Setting s(random, 0.0, i % 2 == 0, random.uniform(-0.1, 0.1));
     LinearContact linear;
-    linearise(s.contact, s.poses, s.models, 0.0, linear);
+    linearise(s.contact, s.poses, s.models, linear);
     const double h = 1e-6;
     for (int b = 0; b < 2; ++b) {
       for (int k = 0; k < 12; ++k) {
@@ -139,7 +146,7 @@ TEST_CASE("Action equals reaction: forces and moments of a contact on both block
   for (int i = 0; i < 100; ++i) {
     Setting s(random, i % 2 == 0 ? 0.5 : 1e-3, i % 4 < 2, random.uniform(-0.1, 0.1));
     LinearContact linear;
-    linearise(s.contact, s.poses, s.models, 0.0, linear);
+    linearise(s.contact, s.poses, s.models, linear);
     for (int row = 0; row < 3; ++row) {
       Vector3 force = Vector3::Zero(), moment = Vector3::Zero();
       for (std::size_t b = 0; b < 2; ++b) {

@@ -41,7 +41,7 @@ double weight(const Scene& scene) {
   double sum = 0.0;
   for (const Block& block : scene.blocks) {
     if (block.kind == BlockKind::Rigid) {
-      sum += 9.81 * block.material.density * geometry::mass_properties(block.shape).volume;
+      sum += 9.81 * block.material.density * geometry::mass_properties(block.body()).volume;
     }
   }
   return sum;
@@ -61,7 +61,7 @@ double base_reaction(const State& state) {
 double largest_displacement(const Simulation& simulation) {
   double largest = 0.0;
   for (std::size_t b = 0; b < simulation.scene().blocks.size(); ++b) {
-    const Vector3 start = geometry::mass_properties(simulation.scene().blocks[b].shape).centroid;
+    const Vector3 start = geometry::mass_properties(simulation.scene().blocks[b].body()).centroid;
     const State& state = simulation.state();
     largest = std::max(largest, (state.origin + state.blocks[b].centroid - start).norm());
   }

@@ -45,9 +45,8 @@ struct Frame {
   /// Of a block's centroid since the start, in the frame's axes.
   Vector3 moved(const Simulation& simulation, int block) const {
     const auto b = static_cast<std::size_t>(block);
-    const geometry::Points& start = simulation.scene().blocks[b].shape.vertices();
-    const geometry::Points now =
-        simulation.state().polyhedra[b].vertices().colwise() + simulation.state().origin;
+    const geometry::Points start = simulation.scene().blocks[b].body().vertices();
+    const geometry::Points now = simulation.vertices(static_cast<int>(b));
     return rotation.transpose() * (now.rowwise().mean() - start.rowwise().mean());
   }
 };

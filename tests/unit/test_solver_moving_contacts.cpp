@@ -235,6 +235,27 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("an attempt that yields takes no more iterations than it may") {
+  Scene scene{.joint = {.friction_angle = 0.5}};
+  scene.add_fixed(quoin::geometry::make_box({-5, -5, -1}, {5, 5, 0}));
+  for (int i = 0; i < 3; ++i) {
+    scene.add_rigid(quoin::geometry::make_box({0.1 * i, 0, 1.0 * i}, {1 + 0.1 * i, 1, 1.0 + i}),
+                    {.density = 2600});
+  }
+  StepOptions options{.time_step = 1e-2,
+                      .contact_iteration = ContactIteration::InteriorPoint,
+                      .max_iterations = 2,
+                      .smallest_time_step = 1e-2};
+  const StepReport cut_short = Simulation(scene, options).advance();
+  REQUIRE(cut_short.status == StepStatus::NotConverged);
+  REQUIRE(cut_short.interior_point_attempts == 1);
+  REQUIRE(cut_short.iterations == 2);
+  options.max_iterations = 1000;
+  const StepReport whole = Simulation(scene, options).advance();
+  REQUIRE(whole.status == StepStatus::Converged);
+  REQUIRE(whole.iterations > 2);
+}
+
 TEST_CASE("two blocks in free fall feel nothing") {
   ContactProblem problem = tower(2, {0, 0, -1}, 0.5);
   for (ContactProblem::Contact& contact : problem.contacts) {

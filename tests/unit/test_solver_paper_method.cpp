@@ -129,6 +129,34 @@ TEST_CASE("A cube hangs from a held point by its spring") {
              WithinRel(-kRock.density * kGravity / penalty, 1e-6));
 }
 
+TEST_CASE("A block set in motion on a rough floor slides until friction has stopped it") {
+  for (const ContactMethod method : {ContactMethod::Paper, ContactMethod::Penalty}) {
+    for (const double time_step : {1e-3, 1e-2}) {
+      CAPTURE(static_cast<int>(method), time_step);
+      Scene scene = cube_on_ground(true, std::atan(0.2));
+      scene.blocks[1].velocity = Vector3(1, 0, 0);
+      Simulation simulation(scene, {.time_step = time_step, .method = method, .penalty = 1e9});
+      run(simulation, static_cast<int>(std::lround(1.0 / time_step)));
+      const double way = 1.0 / (2.0 * 0.2 * kGravity);  // 0.25 m in 0.51 s
+      CHECK_THAT(simulation.state().blocks[1].centroid.x() - 0.5, WithinRel(way, 0.02));
+      CHECK(simulation.state().blocks[1].velocity.norm() < 0.02);
+    }
+  }
+}
+
+TEST_CASE("The source's loop asks whether to go on, too") {
+  Scene scene = cube_on_ground(true, 0.2);
+  int asked = 0;
+  Simulation simulation(scene, {.time_step = 1e-2,
+                                .method = ContactMethod::Paper,
+                                .penalty = 1e2,  // hundreds of thousands of solves
+                                .max_iterations = 1000000000,
+                                .watch = [&](const StepReport&) { return ++asked < 2; }});
+  CHECK(simulation.advance().status == StepStatus::Stopped);
+  CHECK(asked == 2);
+  CHECK(simulation.state().time == 0.0);
+}
+
 TEST_CASE("Too few solves: the step ends, the state stays, and the report says so") {
   for (const ContactMethod method : {ContactMethod::Paper, ContactMethod::Penalty}) {
     Scene scene = cube_on_ground(false, 0.2);

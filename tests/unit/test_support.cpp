@@ -4,7 +4,6 @@
 
 #include <quoin/geometry/build.hpp>
 
-#include "geometry/src/shape/support_kernels.hpp"
 #include "support/catch.hpp"
 #include "support/random.hpp"
 
@@ -94,41 +93,3 @@ TEST_CASE("carriers of a support plane are checked as by the plain loop") {
     }
   }
 }
-
-#ifdef QUOIN_WIDE_LANES
-
-namespace {
-
-template <class Scan>
-void check_scan(const geometry::Solid& p, const geometry::Solid& q, const Vector3& d) {
-  const geometry::Rows rows_p(p), rows_q(q);
-  const geometry::PairSupport found = Scan::support_pair(rows_p, rows_q, d);
-  const geometry::PairSupport expected = geometry::PlainScan::support_pair(rows_p, rows_q, d);
-  CHECK(found.p.vertex == expected.p.vertex);
-  CHECK(found.p.value == expected.p.value);
-  CHECK(found.q.vertex == expected.q.vertex);
-  CHECK(found.q.value == expected.q.value);
-  const double limit = expected.p.value - 0.3;
-  CHECK(Scan::count_beyond(rows_p, d, limit) == geometry::narrow_count(rows_p, d, limit));
-}
-
-}  // namespace
-
-TEST_CASE("all wide scans that the machine has give the bits of the plain one") {
-  tests::Random random(15);
-  for (int count = 4; count <= 80; ++count) {
-    const geometry::Shape p = solid_of(random, count), q = solid_of(random, 84 - count);
-    for (int k = 0; k < 20; ++k) {
-      const Vector3 d = random.direction();
-      if (geometry::has_avx2()) check_scan<geometry::Scan256>(p, q, d);
-      if (geometry::has_avx512()) check_scan<geometry::Scan512>(p, q, d);
-    }
-  }
-  const geometry::Shape box = geometry::make_box({-1, -1, -1}, {1, 1, 1});
-  for (const Vector3& d : {Vector3(1, 0, 0), Vector3(0, -1, 0), Vector3(0, 0, 0)}) {
-    if (geometry::has_avx2()) check_scan<geometry::Scan256>(box, box, d);
-    if (geometry::has_avx512()) check_scan<geometry::Scan512>(box, box, d);
-  }
-}
-
-#endif

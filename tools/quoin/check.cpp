@@ -38,7 +38,8 @@ constexpr double kRefused = 1e-3;
 constexpr double kNear = 1e-2;
 
 double size(const solver::Block& block) {
-  return (block.shape.box().max - block.shape.box().min).norm();
+  const geometry::Box box = block.body().box();
+  return (box.max - box.min).norm();
 }
 
 bool is_free(const solver::Block& block) {
@@ -58,17 +59,17 @@ struct PairStart {
 };
 
 std::vector<PairStart> pairs_at_start(const solver::Scene& scene) {
-  std::vector<geometry::Shape> shapes;
-  std::vector<char> idle;
   double largest = 0.0;
   for (const solver::Block& block : scene.blocks) {
-    shapes.push_back(block.shape);
-    idle.push_back(!is_free(block));
     largest = std::max(largest, is_free(block) ? size(block) : 0.0);
   }
-  std::vector<ContactPoint> points;
   geometry::ContactFinder finder({.reach = kNear * largest});
-  finder.find(shapes, idle, points);
+  for (const solver::Block& block : scene.blocks) {
+    const auto motion = is_free(block) ? geometry::BodyMotion::Moving : geometry::BodyMotion::Idle;
+    finder.add(block.shape, block.placement, {.motion = motion});
+  }
+  std::vector<ContactPoint> points;
+  finder.find(points);
   std::vector<PairStart> pairs;
   for (const ContactPoint& point : points) {
     if (pairs.empty() || pairs.back().a != point.key.a || pairs.back().b != point.key.b) {
@@ -128,13 +129,14 @@ std::vector<int> without_support(const solver::Scene& scene, const std::vector<P
 json blocks_json(const solver::Scene& scene) {
   int count[4] = {0, 0, 0, 0};
   double mass = 0.0;
-  geometry::Box box = scene.blocks.at(0).shape.box();
+  geometry::Box box = scene.blocks.at(0).body().box();
   for (const solver::Block& block : scene.blocks) {
     ++count[static_cast<int>(block.kind)];
-    mass += is_free(block) ? block.material.density * geometry::mass_properties(block.shape).volume
+    mass += is_free(block) ? block.material.density * geometry::mass_properties(block.body()).volume
                            : 0.0;
-    box.min = box.min.cwiseMin(block.shape.box().min);
-    box.max = box.max.cwiseMax(block.shape.box().max);
+    const geometry::Box own = block.body().box();
+    box.min = box.min.cwiseMin(own.min);
+    box.max = box.max.cwiseMax(own.max);
   }
   const Vector3 weight = mass * scene.gravity.at(0.0);
   return {{"deformable", count[0]},

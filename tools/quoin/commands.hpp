@@ -23,6 +23,10 @@ void complain(const std::string& message, const std::string& subject = "quoin");
 /// JSON over many lines; bytes that are no UTF-8 are replaced.
 std::string text(const nlohmann::ordered_json& document);
 
+/// A file or folder of tools/ (a script, scenes): beside the installed command, or where it was
+/// built from. Throws FileError.
+std::string shared_file(const std::string& name);
+
 /// What `command` returns; an exception becomes a line and an exit code. `scene`: the file it
 /// reads.
 int run_guarded(const std::function<int()>& command, const std::string& scene);
@@ -33,6 +37,7 @@ void add_contact_command(CLI::App& app, int& exit_code);
 void add_info_command(CLI::App& app, int& exit_code);
 void add_make_command(CLI::App& app, int& exit_code);
 void add_picture_commands(CLI::App& app);  ///< plot, picture: exit codes are those of Python
+void add_referee_command(CLI::App& app, int& exit_code);
 void add_run_command(CLI::App& app, int& exit_code);
 void add_stability_command(CLI::App& app, int& exit_code);
 void add_study_command(CLI::App& app, int& exit_code);

@@ -1,6 +1,7 @@
 /// `quoin contact`: pairs of point sets in, one line of JSON each; nearest features and contact
 /// out.
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -9,7 +10,9 @@
 #include <nlohmann/json.hpp>
 #include <quoin/geometry/build.hpp>
 #include <quoin/geometry/contact_point.hpp>
+#include <quoin/geometry/published_search.hpp>
 #include <string>
+#include <string_view>
 
 #include "commands.hpp"
 #include "scene_file/read_json.hpp"
@@ -106,6 +109,20 @@ Json contact_json(const geometry::Hull& a, const geometry::Hull& b,
           {"iterations", nearest.iterations}};
 }
 
+/// What the published search says, and what the certificate says of that. A vertex may lie within
+/// tol of its support plane.
+Json published_json(const geometry::PublishedAnswer& found, double tolerance) {
+  return {{"gap", found.gap},
+          {"normal", to_json(found.normal)},
+          {"point_a", to_json(found.point_a)},
+          {"point_b", to_json(found.point_b)},
+          {"certificate", {{"residual_a", found.residual_a}, {"residual_b", found.residual_b}}},
+          {"least_gap", found.least_gap()},
+          {"proved", found.gap - found.least_gap() <= tolerance},
+          {"cycles", found.cycles},
+          {"stands_still", found.stands_still}};
+}
+
 /// The id of a line that is no JSON, if it can be made out.
 Json salvaged_id(const std::string& text) {
   const std::size_t key = text.find("\"id\"");
@@ -118,17 +135,50 @@ Json salvaged_id(const std::string& text) {
   return id.is_discarded() ? Json(nullptr) : id;
 }
 
+/// Beside what is worked with, a pair may say where it is from and what its answer is.
 void check_keys(const Json& line) {
+  constexpr std::string_view kKeys[] = {"id", "a", "b", "tol", "source", "what", "exact"};
   for (const auto& [key, value] : line.items()) {
-    if (key != "id" && key != "a" && key != "b" && key != "tol") {
+    if (std::find(std::begin(kKeys), std::end(kKeys), key) == std::end(kKeys)) {
       throw geometry::InputError("unknown key " + scene_file::shown(key));
     }
   }
 }
 
-/// The answer to one line. `contact` is memory that is used again.
-Json answer(const std::string& text, long number, double reach, geometry::PairContact& contact,
-            bool& bad) {
+/// Whose answers are wanted, how much of them, and what the published search did.
+struct Question {
+  bool published = false;
+  double reach = 0.0;               // m
+  geometry::PairContact contact{};  // memory that is used again
+  long pairs = 0, proved = 0, never_still = 0;
+};
+
+Json published_answer(const PlacedHull& a, const PlacedHull& b, double tolerance,
+                      Question& question) {
+  const geometry::Body body_a = a.body(), body_b = b.body();
+  const double length = tolerance > 0.0 ? tolerance : default_tolerance(body_a, body_b);
+  const geometry::PublishedAnswer found = published_search(body_a, body_b);
+  Json result = published_json(found, length);
+  ++question.pairs;
+  question.proved += result["proved"].get<bool>() ? 1 : 0;
+  question.never_still += found.stands_still ? 0 : 1;
+  return result;
+}
+
+Json contact_answer(const PlacedHull& a, const PlacedHull& b, double tolerance,
+                    Question& question) {
+  geometry::PairContact& contact = question.contact;
+  update_pair_contact(a.body(), b.body(), {.tolerance = tolerance, .reach = question.reach},
+                      contact);
+  if (contact.nearest.status == geometry::PairStatus::NotConverged) {
+    throw geometry::InputError("the search did not converge in " +
+                               std::to_string(contact.nearest.iterations) + " iterations");
+  }
+  return contact_json(a.hull, b.hull, contact);
+}
+
+/// The answer to one line.
+Json answer(const std::string& text, long number, Question& question, bool& bad) {
   Json result;
   result["id"] = nullptr;
   try {
@@ -139,13 +189,8 @@ Json answer(const std::string& text, long number, double reach, geometry::PairCo
     result["id"] = line.value("id", Json(nullptr));
     check_keys(line);
     const PlacedHull a = read_hull(line, "a"), b = read_hull(line, "b");
-    update_pair_contact(a.body(), b.body(), {.tolerance = read_tolerance(line), .reach = reach},
-                        contact);
-    if (contact.nearest.status == geometry::PairStatus::NotConverged) {
-      throw geometry::InputError("the search did not converge in " +
-                                 std::to_string(contact.nearest.iterations) + " iterations");
-    }
-    result.update(contact_json(a.hull, b.hull, contact));
+    const auto& said = question.published ? published_answer : contact_answer;
+    result.update(said(a, b, read_tolerance(line), question));
   } catch (const geometry::InputError& error) {
     bad = true;
     result["error"] = "line " + std::to_string(number) + ": " + error.what();
@@ -157,7 +202,7 @@ Json answer(const std::string& text, long number, double reach, geometry::PairCo
   return result;
 }
 
-int contact_pairs(const std::string& path, double reach) {
+int contact_pairs(const std::string& path, Question& question) {
   std::ifstream file;
   if (path != "-") {
     file.open(path);
@@ -168,7 +213,6 @@ int contact_pairs(const std::string& path, double reach) {
   }
   std::istream& in = path == "-" ? std::cin : file;
   std::ios::sync_with_stdio(false);
-  geometry::PairContact contact;
   bool bad = false;
   long number = 0;
   for (std::string text; std::getline(in, text);) {
@@ -176,13 +220,17 @@ int contact_pairs(const std::string& path, double reach) {
     if (text.find_first_not_of(" \t\r") == std::string::npos) {
       continue;
     }
-    const std::string line = answer(text, number, reach, contact, bad)
-                                 .dump(-1, ' ', false, Json::error_handler_t::replace);
+    const std::string line =
+        answer(text, number, question, bad).dump(-1, ' ', false, Json::error_handler_t::replace);
     std::printf("%s\n", line.c_str());
   }
   if (std::fflush(stdout) != 0) {
     std::fprintf(stderr, "quoin contact: can't write the output\n");
     return kFailed;
+  }
+  if (question.published) {
+    std::fprintf(stderr, "published search: %ld pairs, %ld proved, %ld never still\n",
+                 question.pairs, question.proved, question.never_still);
   }
   return bad ? kBadInput : kDone;
 }
@@ -191,7 +239,7 @@ int contact_pairs(const std::string& path, double reach) {
 
 void add_contact_command(CLI::App& app, int& exit_code) {
   struct Options {
-    std::string pairs;
+    std::string pairs, search = "certified";
     double reach = 0.0;
   };
   const auto options = std::make_shared<Options>();
@@ -201,15 +249,24 @@ void add_contact_command(CLI::App& app, int& exit_code) {
       ->add_option(
           "--pairs", options->pairs,
           "One JSON object a line: {\"id\", \"a\": [[x,y,z],…], \"b\", \"tol\"} (m), or \"a\": "
-          "{\"points\": …, \"placement\": [t, A by rows]}; - for standard input")
+          "{\"points\": …, \"placement\": [t, A by rows]}; \"source\", \"what\", \"exact\" are "
+          "notes; - for standard "
+          "input")
       ->required();
   command->add_option("--reach", options->reach,
                       "List contact points up to this gap above the least one, m (default: tol)");
+  command
+      ->add_option("--search", options->search,
+                   "certified: the library's answer; published: what the paper's search finds as "
+                   "printed, and whether the certificate proves it")
+      ->check(CLI::IsMember({"certified", "published"}))
+      ->capture_default_str();
   command->callback([options, &exit_code] {
     if (!(options->reach >= 0.0) || !std::isfinite(options->reach)) {
       throw CLI::ValidationError("--reach", "must be a length of 0 or more, m");
     }
-    exit_code = contact_pairs(options->pairs, options->reach);
+    Question question{.published = options->search == "published", .reach = options->reach};
+    exit_code = contact_pairs(options->pairs, question);
   });
 }
 

@@ -38,6 +38,9 @@ int main(int argc, char** argv) {
   quoin::commands::add_study_command(app, exit_code);
   quoin::commands::add_contact_command(app, exit_code);
   quoin::commands::add_validate_command(app, exit_code);
+#ifdef QUOIN_REFEREE
+  quoin::commands::add_referee_command(app, exit_code);
+#endif
   try {
     app.parse(argc, argv);
     if (app.get_subcommands().empty()) {

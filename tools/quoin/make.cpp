@@ -65,6 +65,11 @@ class Made {
                        {"material", "stone"},
                        {"shape", std::move(shape)}});
   }
+  /// A box by its lowest corner: those of one size share their shape.
+  void add_box(const std::string& name, const Vector3& corner, const Vector3& size) {
+    add(name, box(Vector3::Zero(), size));
+    blocks_.back()["pose"] = {{"translation", vector(corner)}};
+  }
   void add_turned(const std::string& name, json shape, const Eigen::Quaterniond& turn,
                   const Vector3& about) {
     add(name, std::move(shape));
@@ -160,7 +165,7 @@ void make_wall(const Stone& stone, const Wall& wall) {
       double to = from + full * wall.block_length;
       to = to > wall.length - 0.25 * wall.block_length ? wall.length : to;
       last = numbered("brick", course, i);
-      made.add(last, box({from, 0, z}, {to, wall.thickness, z + wall.block_height}));
+      made.add_box(last, {from, 0, z}, {to - from, wall.thickness, wall.block_height});
       from = to;
     }
   }

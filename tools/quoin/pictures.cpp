@@ -1,62 +1,17 @@
 /// quoin plot, quoin picture: hand over to the Python programs of the same names.
 
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstdio>
-#include <cstdlib>
-#include <cstring>
-#include <filesystem>
-#include <memory>
-
 #include "commands.hpp"
-#include "scene_file/scene_error.hpp"
+#include "python_program.hpp"
 
 namespace quoin::commands {
 namespace {
-
-namespace fs = std::filesystem;
-
-/// Beside the installed command, or where it was built from.
-std::string script(const std::string& name) {
-  std::error_code none;
-  const fs::path command = fs::read_symlink("/proc/self/exe", none);
-  for (const fs::path& folder :
-       {command.parent_path().parent_path() / "share" / "quoin", fs::path(QUOIN_TOOLS_DIR)}) {
-    if (fs::exists(folder / name, none)) {
-      return (folder / name).string();
-    }
-  }
-  throw scene_file::FileError(name + ": is not installed beside the command");
-}
-
-/// The first Python that has matplotlib; it may not be the first in PATH.
-std::string python() {
-  for (const char* name : {"python3", "/usr/bin/python3"}) {
-    const std::string tried = std::string(name) + " -c 'import matplotlib' >/dev/null 2>&1";
-    if (std::system(tried.c_str()) == 0) {
-      return name;
-    }
-  }
-  throw scene_file::FileError("no python3 with matplotlib (Debian: python3-matplotlib)");
-}
-
-[[noreturn]] void hand_over(const std::string& name, std::vector<std::string> words) {
-  words.insert(words.begin(), {python(), script(name)});
-  std::vector<char*> pointers;
-  for (std::string& word : words) {
-    pointers.push_back(word.data());
-  }
-  pointers.push_back(nullptr);
-  execvp(pointers[0], pointers.data());
-  throw scene_file::FileError(words[0] + ": can't be run: " + std::strerror(errno));
-}
 
 void add(CLI::App& app, const char* name, const char* script_name, const char* what) {
   CLI::App* command = app.add_subcommand(name, what);
   command->prefix_command();
   command->set_help_flag();  // --help goes to the program, too
-  command->callback([command, script_name] { hand_over(script_name, command->remaining()); });
+  command->callback(
+      [command, script_name] { become_python_program(script_name, command->remaining()); });
 }
 
 }  // namespace

@@ -82,6 +82,12 @@ class ProgressLine {
 void print_result(const SceneFile& file, const RunResult& result) {
   std::printf("%s: %ld steps, %.6g s in %.3g s\n", file.title.c_str(), result.steps, result.time,
               result.wall_seconds);
+  for (std::size_t s = 0; s < result.stages.size(); ++s) {
+    const scene_file::StageResult& stage = result.stages[s];
+    if (stage.analysis == solver::Analysis::Dynamic) continue;
+    std::printf("  stage %zu: %s, unbalance %.3g in %ld steps\n", s, name(stage.verdict),
+                stage.unbalance, stage.steps);
+  }
   for (std::size_t r = 0; r < result.references.size(); ++r) {
     const scene_file::ReferenceResult& compared = result.references[r];
     std::printf("  %-24s error %.3g%s\n", file.references[r].name.c_str(), compared.error,

@@ -45,6 +45,7 @@ const char* name(scene_file::RunStatus status) {
   return status == RunStatus::Completed      ? "completed"
          : status == RunStatus::NotConverged ? "not_converged"
          : status == RunStatus::NotAtRest    ? "not_at_rest"
+         : status == RunStatus::Mechanism    ? "mechanism"
          : status == RunStatus::Interrupted  ? "interrupted"
                                              : "time_limit";
 }
@@ -68,7 +69,7 @@ json blocks_json(const solver::Scene& scene, double time) {
   for (const solver::Block& block : scene.blocks) {
     ++count[static_cast<int>(block.kind)];
     if (block.kind == BlockKind::Deformable || block.kind == BlockKind::Rigid) {
-      weight += block.material.density * geometry::mass_properties(block.shape).volume *
+      weight += block.material.density * geometry::mass_properties(block.body()).volume *
                 scene.gravity.at(time);
     }
   }
@@ -131,13 +132,26 @@ json energy_json(const RunResult& result) {
           {"growth", result.energy_growth}};
 }
 
-json stages_json(const RunResult& result) {
+/// Its number where it has no name.
+json block_name(const SceneFile& file, int block) {
+  const std::string& name = file.scene.blocks[static_cast<std::size_t>(block)].name;
+  return name.empty() ? json(block) : json(name);
+}
+
+json stages_json(const SceneFile& file, const RunResult& result) {
   json list = json::array();
   for (const scene_file::StageResult& stage : result.stages) {
-    list.push_back({{"analysis", name(stage.analysis)},
-                    {"steps", stage.steps},
-                    {"unbalance", stage.unbalance},
-                    {"done", stage.done}});
+    json entry = {{"analysis", name(stage.analysis)},
+                  {"steps", stage.steps},
+                  {"unbalance", stage.unbalance},
+                  {"done", stage.done}};
+    if (stage.analysis != Analysis::Dynamic) {
+      entry["verdict"] = name(stage.verdict);
+      entry["travel"] = stage.travel;
+      entry["travel_block"] =
+          stage.travel_block >= 0 ? block_name(file, stage.travel_block) : json();
+    }
+    list.push_back(std::move(entry));
   }
   return list;
 }
@@ -159,8 +173,7 @@ json flags_json(const SceneFile& file, const RunResult& result) {
     json blocks = json::array();
     for (const int block : {flag.worst.block, flag.worst.other}) {
       if (block < 0) continue;
-      const std::string& name = file.scene.blocks[static_cast<std::size_t>(block)].name;
-      blocks.push_back(name.empty() ? json(block) : json(name));
+      blocks.push_back(block_name(file, block));
     }
     list.push_back({{"flag", solver::name(flag.worst.kind)},
                     {"value", flag.worst.value},
@@ -335,7 +348,7 @@ void RunFiles::write_blocks(const StepView& view) {
   const solver::State& state = view.simulation.state();
   const std::vector<solver::Block>& blocks = view.simulation.scene().blocks;
   for (std::size_t b = 0; b < blocks.size(); ++b) {
-    const geometry::MassProperties start = geometry::mass_properties(blocks[b].shape);
+    const geometry::MassProperties start = geometry::mass_properties(blocks[b].body());
     const solver::BlockState& now = state.blocks[b];
     const Vector3 place = state.origin + now.centroid;
     const solver::Vector6 stress = view.simulation.stress(static_cast<int>(b));
@@ -343,7 +356,8 @@ void RunFiles::write_blocks(const StepView& view) {
     blocks_->number(static_cast<long>(b)).text(blocks[b].name).text(name(blocks[b].kind));
     blocks_->text(blocks[b].material.name).number(start.volume);
     blocks_->number(start.volume * blocks[b].material.density).numbers(place);
-    blocks_->numbers(place - start.centroid).numbers(rotation_vector(now.rotation));
+    blocks_->numbers(view.simulation.displacement(static_cast<int>(b), Vector3::Zero()));
+    blocks_->numbers(rotation_vector(now.rotation));
     blocks_->numbers(now.velocity).numbers(now.rotation * now.angular_velocity);
     blocks_->numbers(stress).numbers(principal(stress)).end_line();
   }
@@ -373,9 +387,16 @@ void RunFiles::write_contacts(const StepView& view) {
   contacts_->flush();
 }
 
+/// ParaView shows one frame a time, and static stages take none: each further frame of a time
+/// stands a thousandth of the output interval later (a second, where nothing is dynamic).
+double RunFiles::frame_time(double time) const {
+  if (times_.empty() || times_.back() < time) return time;
+  return times_.back() + (file_.output_interval > 0 ? 1e-3 * file_.output_interval : 1.0);
+}
+
 void RunFiles::write_vtk(const StepView& view) {
   frame_step_ = steps_;
-  times_.push_back(view.simulation.state().time);
+  times_.push_back(frame_time(view.simulation.state().time));
   std::vector<std::string> blocks, contacts;
   for (std::size_t number = 0; number < times_.size(); ++number) {
     blocks.push_back(numbered("blocks_", number, ".vtu"));
@@ -404,7 +425,7 @@ json summary(const SceneFile& file, const std::string& path, const RunResult& re
           {"failures", failed},
           {"options", options_json(file.options, threads)},
           {"blocks", blocks_json(file.scene, result.time)},
-          {"stages", stages_json(result)},
+          {"stages", stages_json(file, result)},
           {"steps", result.steps},
           {"sub_steps", total.sub_steps},
           {"unconverged_steps", result.unconverged_steps},

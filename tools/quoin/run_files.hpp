@@ -33,6 +33,7 @@ class RunFiles {
   void write_blocks(const scene_file::StepView& view);
   void write_contacts(const scene_file::StepView& view);
   void write_vtk(const scene_file::StepView& view);
+  double frame_time(double time) const;
   bool is_due(const scene_file::StepView& view) const;
 
   OutputFolder& folder_;

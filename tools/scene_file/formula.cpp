@@ -11,7 +11,7 @@
 namespace quoin::scene_file {
 
 struct Formula::Parsed {
-  Parsed(const std::string& expression, const Parameters& parameters) {
+  Parsed(const std::string& expression, const Parameters& parameters, Clock clock) {
     parser.DefineConst("pi", std::numbers::pi);
     parser.DefineConst("deg", std::numbers::pi / 180);
     parser.DefineConst("g", 9.81);
@@ -19,9 +19,10 @@ struct Formula::Parsed {
       parser.DefineConst(name, value);
     }
     parser.DefineVar("t", &time);
+    if (clock == Clock::RunAndStage) parser.DefineVar("stage_time", &stage_time);
     parser.SetExpr(expression);
   }
-  double time = 0.0;
+  double time = 0.0, stage_time = 0.0;
   mu::Parser parser;
 };
 
@@ -46,7 +47,7 @@ std::string refusal(const std::string& expression, const std::string& why) {
 bool Formula::may_name(const std::string& parameter) {
   mu::Parser known;
   if (parameter.empty() || parameter.size() > 64 || parameter == "pi" || parameter == "deg" ||
-      parameter == "t" || known.GetFunDef().contains(parameter)) {
+      parameter == "t" || parameter == "stage_time" || known.GetFunDef().contains(parameter)) {
     return false;
   }
   const auto letter = [](char c) {
@@ -57,8 +58,8 @@ bool Formula::may_name(const std::string& parameter) {
                                              [&](char c) { return letter(c) || digit(c); });
 }
 
-Formula::Formula(std::string expression, const Parameters& parameters)
-    : expression_(std::move(expression)), parameters_(parameters) {
+Formula::Formula(std::string expression, const Parameters& parameters, Clock clock)
+    : expression_(std::move(expression)), parameters_(parameters), clock_(clock) {
   constexpr std::size_t kMost = 4000;  // characters: a longer one is no formula, but costs time
   if (expression_.size() > kMost) {
     throw std::invalid_argument(
@@ -69,7 +70,7 @@ Formula::Formula(std::string expression, const Parameters& parameters)
     throw std::invalid_argument(refusal(expression_, "it can't assign (=)"));
   }
   try {
-    parsed_ = std::make_unique<Parsed>(expression_, parameters_);
+    parsed_ = std::make_unique<Parsed>(expression_, parameters_, clock_);
     parsed_->parser.Eval();
   } catch (const mu::Parser::exception_type& error) {
     throw std::invalid_argument(refusal(expression_, error.GetMsg()));
@@ -80,7 +81,8 @@ Formula::Formula(std::string expression, const Parameters& parameters)
 }
 
 // A parser points at its own `time`, so a copy parses again.
-Formula::Formula(const Formula& other) : Formula(other.expression_, other.parameters_) {}
+Formula::Formula(const Formula& other)
+    : Formula(other.expression_, other.parameters_, other.clock_) {}
 
 Formula& Formula::operator=(const Formula& other) { return *this = Formula(other); }
 
@@ -88,8 +90,9 @@ Formula::Formula(Formula&&) noexcept = default;
 Formula& Formula::operator=(Formula&&) noexcept = default;
 Formula::~Formula() = default;
 
-double Formula::at(double time) const {
+double Formula::at(double time, double stage_time) const {
   parsed_->time = time;
+  parsed_->stage_time = stage_time;
   return parsed_->parser.Eval();
 }
 

@@ -10,27 +10,31 @@ namespace quoin::scene_file {
 /// Numbers that formulas may use by name, beside pi, deg (pi/180) and g (9.81 m/s2).
 using Parameters = std::map<std::string, double>;
 
-/// A formula of t (s): + - * / ^, sin, cos, tan, sqrt, exp, abs, min, max, a < b ? c : d, …
+/// A formula of t and, where it is allowed, stage_time (s): + - * / ^, sin, cos, tan, sqrt, exp,
+/// abs, min, max, a < b ? c : d, …
 class Formula {
  public:
+  enum class Clock { Run, RunAndStage };  ///< what it may name: t; t and stage_time
+
   /// Throws std::invalid_argument saying what is wrong with the expression.
-  Formula(std::string expression, const Parameters& parameters);
+  Formula(std::string expression, const Parameters& parameters, Clock clock = Clock::Run);
   Formula(const Formula& other);
   Formula& operator=(const Formula& other);
   Formula(Formula&&) noexcept;
   Formula& operator=(Formula&&) noexcept;
   ~Formula();
 
-  double at(double time) const;
+  double at(double time, double stage_time = 0.0) const;
 
-  /// Whether a parameter may be called so: a word that is not pi, deg, t or a function. (g, 9.81,
-  /// may be another number where somebody wants that.)
+  /// Whether a parameter may be called so: a word that is not pi, deg, t, stage_time or a function.
+  /// (g, 9.81, may be another number where somebody wants that.)
   static bool may_name(const std::string& parameter);
 
  private:
   struct Parsed;
   std::string expression_;
   Parameters parameters_;
+  Clock clock_;
   std::unique_ptr<Parsed> parsed_;
 };
 

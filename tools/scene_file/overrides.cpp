@@ -4,7 +4,6 @@
 #include <muParser.h>
 
 #include <numbers>
-#include <quoin/geometry/mass_properties.hpp>
 
 #include "scene_file/mesh_surface.hpp"
 #include "scene_file/scene_error.hpp"
@@ -95,7 +94,7 @@ std::vector<char> match(const json& value, const std::string& pointer,
     Condition condition(value["where"], pointer + "/where", parameters);
     bool any = false;
     for (std::size_t b = 0; b < blocks.size(); ++b) {
-      meant[b] = meant[b] && condition.holds(geometry::mass_properties(*blocks[b].shape).centroid);
+      meant[b] = meant[b] && condition.holds(blocks[b].centroid);
       any = any || meant[b];
     }
     if (!any) {

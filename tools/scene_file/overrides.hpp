@@ -2,7 +2,7 @@
 /// The scene's list `overrides`: which blocks each of them means.
 
 #include <nlohmann/json.hpp>
-#include <quoin/geometry/shape.hpp>
+#include <quoin/geometry/types.hpp>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -13,9 +13,9 @@ namespace quoin::scene_file {
 
 /// By what an override finds a block.
 struct BlockLabel {
-  std::string_view name{};                      ///< of the scene
-  std::string_view file_name{};                 ///< of its file, beside its id; may be empty
-  const geometry::Shape* shape = nullptr;  ///< at the start
+  std::string_view name{};       ///< of the scene
+  std::string_view file_name{};  ///< of its file, beside its id; may be empty
+  geometry::Vector3 centroid = geometry::Vector3::Zero();  ///< at the start, m
 };
 
 /// For each block the numbers of the overrides that mean it, ascending. "blocks" holds names, ids

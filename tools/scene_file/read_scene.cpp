@@ -5,6 +5,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <quoin/geometry/mass_properties.hpp>
 
 #include "scene_file/mesh_file.hpp"
 #include "scene_file/overrides.hpp"
@@ -29,9 +30,10 @@ double radians(const json& object, const char* key, double otherwise) {
   return object.contains(key) ? object[key].get<double>() * std::numbers::pi / 180 : otherwise;
 }
 
-Formula read_formula(const json& text, const std::string& pointer, const Parameters& parameters) {
+Formula read_formula(const json& text, const std::string& pointer, const Parameters& parameters,
+                     Formula::Clock clock = Formula::Clock::Run) {
   try {
-    return {text.is_string() ? text.get<std::string>() : text.dump(), parameters};
+    return {text.is_string() ? text.get<std::string>() : text.dump(), parameters, clock};
   } catch (const std::invalid_argument& error) {
     throw SceneError(pointer, error.what());
   }
@@ -105,11 +107,13 @@ class Reader {
     }
     std::vector<Formula> formulas;
     for (std::size_t i = 0; i < 3; ++i) {
-      formulas.push_back(
-          read_formula(value["formula"][i], at(pointer + "/formula", i), parameters_));
+      formulas.push_back(read_formula(value["formula"][i], at(pointer + "/formula", i), parameters_,
+                                      Formula::Clock::RunAndStage));
     }
-    return {[formulas](double time) {
-      return Vector3(formulas[0].at(time), formulas[1].at(time), formulas[2].at(time));
+    return {[formulas, clock = file_.stage_clock](double time) {
+      const double stage_time = time - clock->start;
+      return Vector3(formulas[0].at(time, stage_time), formulas[1].at(time, stage_time),
+                     formulas[2].at(time, stage_time));
     }};
   }
 
@@ -194,7 +198,13 @@ class Reader {
     return document_["blocks"].is_object() ? "/blocks" : at("/blocks", entry.index);
   }
 
-  void add(geometry::Shape shape, std::string name, Entry entry) {
+  /// A block's own shape and where that stands.
+  struct PlacedShape {
+    std::shared_ptr<const geometry::Shape> shape;
+    geometry::Placement placement;
+  };
+
+  void add(PlacedShape placed, std::string name, Entry entry) {
     if (name.empty()) {
       name = "block" + std::to_string(file_.scene.blocks.size());
     }
@@ -203,19 +213,29 @@ class Reader {
       throw SceneError(pointer_of(entry) + (entry.value->contains("name") ? "/name" : ""),
                        "there are two blocks named " + shown(name));
     }
-    file_.scene.blocks.push_back(
-        {.shape = std::move(shape), .material = {}, .motion = {}, .name = std::move(name)});
+    file_.scene.blocks.push_back({.shape = std::move(placed.shape),
+                                  .placement = placed.placement,
+                                  .material = {},
+                                  .motion = {},
+                                  .name = std::move(name)});
     entries_.push_back(std::move(entry));
+  }
+
+  static geometry::Placement pose_of(const json& value, const std::string& pointer) {
+    return value.contains("pose") ? read_pose(value["pose"], pointer + "/pose")
+                                  : geometry::Placement{};
   }
 
   void read_block(const json& value, std::size_t index) {
     const std::string pointer = at("/blocks", index);
     try {
-      geometry::Shape shape = read_shape(value["shape"]);
-      if (value.contains("pose")) {
-        apply_pose(value["pose"], pointer + "/pose", shape);
+      // Blocks whose shape is stated in the same words share it.
+      std::shared_ptr<const geometry::Shape>& shape = shapes_[value["shape"].dump()];
+      if (shape == nullptr) {
+        shape = std::make_shared<const geometry::Shape>(read_shape(value["shape"]));
       }
-      add(std::move(shape), value.value("name", ""), {.value = &value, .index = index});
+      add({shape, pose_of(value, pointer)}, value.value("name", ""),
+          {.value = &value, .index = index});
     } catch (const geometry::InputError& error) {
       throw SceneError(pointer + "/shape", error.what());
     }
@@ -228,7 +248,8 @@ class Reader {
       std::vector<BlockLabel> labels;
       for (std::size_t b = 0; b < entries_.size(); ++b) {
         const solver::Block& block = file_.scene.blocks[b];
-        labels.push_back({block.name, entries_[b].file_name, &block.shape});
+        labels.push_back(
+            {block.name, entries_[b].file_name, geometry::mass_properties(block.body()).centroid});
       }
       overrides = match_overrides(document_["overrides"], labels, parameters_);
     }
@@ -340,10 +361,8 @@ class Reader {
     for (const MeshBlock& mesh : meshes) {
       try {
         geometry::Shape shape = convex_block(mesh, value.value("convexity_tolerance", -1.0));
-        if (value.contains("pose")) {
-          apply_pose(value["pose"], pointer + "/pose", shape);
-        }
-        add(std::move(shape), mesh.id,
+        add({std::make_shared<const geometry::Shape>(std::move(shape)), pose_of(value, pointer)},
+            mesh.id,
             {.value = &value,
              .index = index,
              .file_name = mesh.name,
@@ -452,15 +471,18 @@ class Reader {
     if (!(direction.norm() > 0)) {
       throw SceneError(pointer, "must not be zero");
     }
-    const geometry::Shape& shape = file_.scene.blocks[static_cast<std::size_t>(block)].shape;
+    const geometry::Body body = file_.scene.blocks[static_cast<std::size_t>(block)].body();
+    const geometry::Topology& topology = body.shape().topology();
+    const auto line = [&](int from, int to) -> Vector3 {
+      return body.placement().linear * (body.shape().vertex(to) - body.shape().vertex(from));
+    };
     int best = 0;
     double greatest = -2.0;
-    for (int f = 0; f < shape.topology().face_count(); ++f) {
-      const std::span<const int> cycle = shape.topology().face(f);
+    for (int f = 0; f < topology.face_count(); ++f) {
+      const std::span<const int> cycle = topology.face(f);
       Vector3 area = Vector3::Zero();
       for (std::size_t i = 1; i + 1 < cycle.size(); ++i) {
-        area += (shape.vertex(cycle[i]) - shape.vertex(cycle[0]))
-                    .cross(shape.vertex(cycle[i + 1]) - shape.vertex(cycle[0]));
+        area += line(cycle[0], cycle[i]).cross(line(cycle[0], cycle[i + 1]));
       }
       const double along = area.normalized().dot(direction.normalized());
       if (along > greatest) {
@@ -564,7 +586,8 @@ class Reader {
       }
       file_.stages.push_back(stage);
     });
-    file_.output_interval = document_.value("output_interval", file_.stages.back().end_time / 100);
+    for (const Stage& stage : file_.stages) reached = std::max(reached, stage.end_time);
+    file_.output_interval = document_.value("output_interval", reached / 100);
   }
 
   void read_monitor(const json& value, const std::string& pointer) {
@@ -669,7 +692,8 @@ class Reader {
   std::map<std::string, solver::Material> materials_;
   std::map<std::string, int> joint_groups_;
   std::map<std::string, int> index_of_;
-  std::vector<Entry> entries_;  ///< of each block
+  std::map<std::string, std::shared_ptr<const geometry::Shape>> shapes_;  // by what is stated
+  std::vector<Entry> entries_;                                            ///< of each block
   std::vector<std::string> files_without_support_;
 };
 

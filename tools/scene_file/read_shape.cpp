@@ -120,7 +120,7 @@ geometry::Shape read_shape(const json& shape) {
     return geometry::make_hull(read_points(shape["points"])).polyhedron;
   }
   return geometry::make_shape(read_points(shape["vertices"]),
-                                   shape["faces"].get<std::vector<std::vector<int>>>());
+                              shape["faces"].get<std::vector<std::vector<int>>>());
 }
 
 PlacedPoints read_placed_points(const json& value, const std::string& name) {
@@ -143,17 +143,15 @@ PlacedPoints read_placed_points(const json& value, const std::string& name) {
   return placed;
 }
 
-void apply_pose(const json& pose, const std::string& pointer, geometry::Shape& polyhedron) {
-  Points vertices = polyhedron.vertices();
+geometry::Placement read_pose(const json& pose, const std::string& pointer) {
+  geometry::Placement placement;
   if (pose.contains("rotation")) {
-    const Matrix3 rotation = read_rotation(pose["rotation"], pointer + "/rotation");
+    placement.linear = read_rotation(pose["rotation"], pointer + "/rotation");
     const Vector3 about = pose.contains("about") ? read_vector(pose["about"]) : Vector3::Zero();
-    vertices = ((rotation * (vertices.colwise() - about)).colwise() + about).eval();
+    placement.translation = about - placement.linear * about;
   }
-  if (pose.contains("translation")) {
-    vertices.colwise() += read_vector(pose["translation"]);
-  }
-  polyhedron.set_vertices(vertices);
+  if (pose.contains("translation")) placement.translation += read_vector(pose["translation"]);
+  return placement;
 }
 
 }  // namespace quoin::scene_file

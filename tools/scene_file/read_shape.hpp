@@ -12,9 +12,8 @@ geometry::Vector3 read_vector(const nlohmann::json& value);
 /// `shape`: box, prism, hull or polyhedron. Throws geometry::InputError when it is no convex solid.
 geometry::Shape read_shape(const nlohmann::json& shape);
 
-/// Moves a polyhedron to `pose`. Throws SceneError with the place below `pointer`.
-void apply_pose(const nlohmann::json& pose, const std::string& pointer,
-                geometry::Shape& polyhedron);
+/// Throws SceneError with the place below `pointer`.
+geometry::Placement read_pose(const nlohmann::json& pose, const std::string& pointer);
 
 /// Points in a frame of their own and where that stands.
 struct PlacedPoints {

@@ -51,7 +51,7 @@ class Watch {
   void begin(const State& state) {
     start_ = {};
     for (std::size_t m = 0; m < file_.monitors.size(); ++m) {
-      start_.places.push_back(solver::world_point(state, file_.monitors[m].block, arms_[m]));
+      start_.places.push_back(solver::local_point(state, file_.monitors[m].block, arms_[m]));
       start_.rotations.push_back(block(state, m).rotation);
     }
   }
@@ -78,11 +78,10 @@ class Watch {
   MonitorValue point_value(const State& state, std::size_t m) const {
     const BlockState& now = block(state, m);
     MonitorValue value;
-    const Vector3 place = solver::world_point(state, file_.monitors[m].block, arms_[m]);
+    const Vector3 place = solver::local_point(state, file_.monitors[m].block, arms_[m]);
     value.displacement = place - start_.places[m];
     value.angular_velocity = now.rotation * now.angular_velocity;
-    value.velocity =
-        now.velocity + value.angular_velocity.cross(place - state.origin - now.centroid);
+    value.velocity = now.velocity + value.angular_velocity.cross(place - now.centroid);
     value.rotation = rotation_vector(now.rotation * start_.rotations[m].conjugate());
     return value;
   }
@@ -153,6 +152,7 @@ class Runner {
     } else {
       result_.energy_start = simulation_.state().energy;
     }
+    if (options_.resume == nullptr) file_.stage_clock->start = 0.0;
     result_.monitors = watch_.values(simulation_.state());
     if (options_.resume == nullptr && options_.before_first) options_.before_first(view());
     for (std::size_t stage = stage_; stage < file_.stages.size() && going_; ++stage) {
@@ -167,6 +167,7 @@ class Runner {
     solver::StepOptions options = file_.options;
     options.analysis = stage.analysis;
     options.time_step = stage.time_step;
+    options.rest_unbalance = stage.unbalance;
     options.threads = options_.threads;
     options.contact_problem = options_.contact_problem;
     options.watch = [this](const StepReport& so_far) {
@@ -207,7 +208,7 @@ class Runner {
             result_.energy_growth, result_.steps, result_.unconverged_steps, result_.total,
             result_.wall_seconds, result_.left_out, stage_, progress_, simulation_report_,
             dynamic_start_, time_step_, least_energy_, largest_kinetic_, least_potential_,
-            largest_potential_, result_.energy_scale, result_.flags);
+            largest_potential_, result_.energy_scale, result_.flags, file_.stage_clock->start);
     watch_.transfer(archive);
     for (Comparison& comparison : comparisons_) comparison.transfer(archive);
   }
@@ -247,6 +248,7 @@ class Runner {
     stage_ = index;
     progress_ = 0.0;
     result_.stages.push_back({.analysis = file_.stages[index].analysis});
+    file_.stage_clock->start = simulation_.state().time;
     simulation_.set_options(step_options(file_.stages[index]));
     note_left_out();
     if (file_.stages[index].analysis == Analysis::Dynamic && !dynamic_start_) begin_dynamic();
@@ -276,15 +278,43 @@ class Runner {
     const long most = stage.steps.value_or(stage.max_steps);
     const StageResult& done = result_.stages.back();
     while (going_) {
-      if (!stage.steps && done.steps > 0 && done.unbalance <= stage.unbalance) return;
+      if (done.verdict == solver::StaticVerdict::Mechanism) {
+        return fail(RunStatus::Mechanism, mechanism(done));
+      }
+      if (!stage.steps && done.verdict == solver::StaticVerdict::Rest) return;
       if (done.steps >= most) break;
       step();
     }
-    if (going_ && !stage.steps) {
+    if (going_ && !stage.steps && !(done.unbalance <= stage.unbalance)) {
       fail(RunStatus::NotAtRest, "stage " + std::to_string(stage_) + " did not come to rest in " +
                                      std::to_string(most) + " steps: unbalance " +
                                      std::to_string(simulation_report_.unbalance));
     }
+  }
+
+  std::string block_name(int block) const {
+    const std::string& name = file_.scene.blocks[static_cast<std::size_t>(block)].name;
+    return name.empty() ? std::to_string(block) : '"' + name + '"';
+  }
+
+  /// "; contacts that fight: …", nothing where there are none.
+  std::string fighting(const StepReport& report) const {
+    std::ostringstream line;
+    const char* before = "; contacts that fight: ";
+    for (const solver::FightingContact& contact : report.fighting) {
+      line << before << block_name(contact.block) << " and " << block_name(contact.other) << " at ("
+           << contact.place.x() << ", " << contact.place.y() << ", " << contact.place.z() << ") m";
+      before = ", ";
+    }
+    return line.str();
+  }
+
+  std::string mechanism(const StageResult& stage) const {
+    std::ostringstream line;
+    line << "stage " << stage_ << ": mechanism: block " << block_name(stage.travel_block)
+         << " has moved by " << stage.travel << " of its size and does not come to rest; unbalance "
+         << stage.unbalance << " of the largest force";
+    return line.str();
   }
 
   void run_dynamic(const Stage& stage) {
@@ -337,7 +367,7 @@ class Runner {
     note_flags(report);
     ++result_.steps;
     ++result_.stages.back().steps;
-    result_.stages.back().unbalance = report.unbalance;
+    note_stage(report, result_.stages.back());
     if (report.status != solver::StepStatus::Converged) {
       not_converged(report);
     }
@@ -351,9 +381,16 @@ class Runner {
     must_stop();
   }
 
+  static void note_stage(const StepReport& report, StageResult& stage) {
+    stage.unbalance = report.unbalance;
+    stage.verdict = report.verdict;
+    stage.travel = report.travel;
+    stage.travel_block = report.travel_block;
+  }
+
   void not_converged(const StepReport& report) {
     ++result_.unconverged_steps;
-    fail(RunStatus::NotConverged, describe(report));
+    fail(RunStatus::NotConverged, describe(report) + fighting(report));
     if (going_) {
       simulation_.take_best_try();
     }

@@ -12,6 +12,7 @@ enum class RunStatus : std::uint8_t {
   Completed,
   NotConverged,  ///< a step did not converge
   NotAtRest,     ///< a static stage did not come to rest
+  Mechanism,     ///< of a static stage: there is no equilibrium near its start
   Interrupted,
   TimeLimit  ///< the wall time that was given is over
 };
@@ -19,7 +20,10 @@ enum class RunStatus : std::uint8_t {
 struct StageResult {
   solver::Analysis analysis = solver::Analysis::Dynamic;
   long steps = 0;
-  double unbalance = 0.0;  ///< of the last step
+  double unbalance = 0.0;                                          ///< of the last step
+  solver::StaticVerdict verdict = solver::StaticVerdict::Seeking;  ///< of the last step
+  double travel = 0.0;    ///< likewise, by the block's size
+  int travel_block = -1;  ///< that block
   bool done = false;
 };
 

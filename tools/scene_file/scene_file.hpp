@@ -1,6 +1,7 @@
 #pragma once
 /// Scene files: a JSON document (scene.schema.json) read into a solver::Scene and how to run it.
 
+#include <memory>
 #include <optional>
 #include <quoin/solver/simulation.hpp>
 #include <string>
@@ -50,11 +51,17 @@ struct Reference {
   Eigen::VectorXd exact(double time) const;
 };
 
+/// When the stage that runs began, s. run_scene() sets it; formulas of stage_time read it.
+struct StageClock {
+  double start = 0.0;
+};
+
 struct SceneFile {
   std::string title{};
   solver::Scene scene{};
   solver::StepOptions options{};
   std::vector<Stage> stages{};
+  std::shared_ptr<StageClock> stage_clock = std::make_shared<StageClock>();
   std::vector<Monitor> monitors{};
   std::vector<Reference> references{};
   double output_interval = 0.0;        ///< s between ParaView files

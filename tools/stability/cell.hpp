@@ -1,7 +1,9 @@
 #pragma once
 /// Cells of the stability table: one scene with one extreme parameter, run and judged.
 
+#include <array>
 #include <functional>
+#include <map>
 #include <quoin/solver/simulation.hpp>
 #include <string>
 #include <vector>
@@ -18,21 +20,12 @@ struct Evidence {
   long steps = 0;
   long solves = 0;
   long unconverged = 0;
-  long cuts = 0;                  ///< steps cut for contact, displacement or convergence
-  double largest_overlap = 0.0;   ///< m
-  double largest_strain = 0.0;
-  double condition = 0.0;         ///< largest estimate
-  double stiffest_omega_dt = 0.0;
-  double energy_growth = 0.0;     ///< mechanical less work, over its least so far, share of its range
-  double unbalance = 0.0;         ///< of the last static step; 0 where there was none
-  double block_size = 1.0;        ///< of the smallest moving block, m
-  double coordinate = 0.0;        ///< largest of the scene as given, m
-  double force_rounding = 0.0;    ///< share of the weight; 0 where no force decides
-  double resolved = 0.0;          ///< length that the result is measured against, m; 0: a force or speed
+  double unbalance = 0.0;                         ///< of the last static step
+  std::array<bool, solver::kFlagKinds> raised{};  ///< StepReport::flags of any step, by kind
 };
 
-/// Names of the criteria that say "do not trust this result to `allowed`"; empty: trusted.
-std::vector<std::string> flags(const Evidence& evidence, double allowed);
+/// Names of the flags that were raised, in the order of FlagKind.
+std::vector<std::string> flag_names(const Evidence& evidence);
 
 struct Parameter {
   std::string name;
@@ -45,20 +38,37 @@ struct Result {
 };
 
 struct Cell {
-  std::string name;                      ///< "penalty / slide / augmented_lagrangian"
-  std::vector<Parameter> parameters{};   ///< the first one is what the row varies
+  std::string name;                     ///< "slide / paper"
+  std::vector<Parameter> parameters{};  ///< the first one is what the row varies
   double allowed = 0.0;
   std::function<Result()> run{};
+  /// Of the cell's blocks. Only the source's own methods may leave a step unconverged.
+  solver::ContactMethod method = solver::ContactMethod::AugmentedLagrangian;
 };
+
+/// Flags that a cell is known to raise (expected_flags.json), by name; usually none.
+/// Throws std::runtime_error when the list names a cell, a value or a flag that there is not.
+class ExpectedFlags {
+ public:
+  explicit ExpectedFlags(const std::vector<Cell>& cells);
+  const std::vector<std::string>& of(const Cell& cell) const;
+
+ private:
+  std::map<std::string, std::vector<std::string>> by_cell_;
+};
+
+/// "penalty / slide / paper": what is varied and the row.
+std::string row_name(const Cell& cell);
 
 /// Scale of the long runs.
 enum class Extent : std::uint8_t { Full, Quick };
 
-std::vector<Cell> all_cells(Extent extent);
+/// `scenes`: the folder of scene files.
+std::vector<Cell> all_cells(Extent extent, const std::string& scenes);
 void append_penalty_cells(std::vector<Cell>& cells);
 void append_material_cells(std::vector<Cell>& cells);
 void append_geometry_cells(std::vector<Cell>& cells);
-void append_collapse_cells(std::vector<Cell>& cells);
+void append_collapse_cells(const std::string& scenes, std::vector<Cell>& cells);
 void append_time_cells(Extent extent, std::vector<Cell>& cells);
 
 /// A simulation with its evidence.
@@ -69,16 +79,13 @@ class Run {
   void rest(double time_step, solver::Analysis analysis = solver::Analysis::Static, int most = 100);
   void steps(long count);
   solver::Simulation& simulation() { return simulation_; }
-  Vector3 place(int block) const;                ///< world, m
-  double force(int a, int b) const;              ///< normal force between two blocks, N
+  const solver::Simulation& simulation() const { return simulation_; }
+  Vector3 place(int block) const;    ///< world, m
+  double force(int a, int b) const;  ///< normal force between two blocks, N
   Evidence evidence;
-  bool watches_energy = false;  ///< for scenes with motion: at rest it would see rounding alone
 
  private:
   void step();
-  void watch_energy();
-  double least_energy_ = 0.0, most_energy_ = 0.0, growth_ = 0.0;  // J
-  bool watched_ = false;
   solver::Simulation simulation_;
 };
 
@@ -95,18 +102,19 @@ struct Slide {
   solver::ContactMethod method = solver::ContactMethod::AugmentedLagrangian;
   double penalty = 0.0;
 };
-/// Settles, is let go; error of the way gone relative to it (absolute, in block sizes, where it stays).
+/// Settles, is let go; error of the way gone relative to it (absolute, in block sizes, where it
+/// stays).
 Result run_slide(const Slide& slide);
 
 /// Blocks standing one on another on a fixed one.
 struct Stack {
-  std::vector<double> densities{};       ///< from the bottom
-  std::vector<double> youngs{};          ///< Pa; empty: rigid
-  Vector3 size = Vector3::Ones();        ///< of each, m
+  std::vector<double> densities{};  ///< from the bottom
+  std::vector<double> youngs{};     ///< Pa; empty: rigid
+  Vector3 size = Vector3::Ones();   ///< of each, m
   Vector3 origin = Vector3::Zero();
   double time_step = 0.01;
-  double rest_step = 0.01;               ///< s: it comes to rest in static steps 100 times as long
-  long steps = 100;                      ///< dynamic, from sudden gravity when rigid, from rest else
+  double rest_step = 0.01;  ///< s: it comes to rest in static steps 100 times as long
+  long steps = 100;         ///< dynamic, from sudden gravity when rigid, from rest else
   solver::ContactMethod method = solver::ContactMethod::AugmentedLagrangian;
   double penalty = 0.0;
 };

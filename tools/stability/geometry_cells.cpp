@@ -39,16 +39,19 @@ void append_geometry_cells(std::vector<Cell>& cells) {
     cells.push_back({"stack of 5", {{"height_to_width", aspect}}, 1e-6, [=] {
                        Stack stack;
                        stack.densities.assign(5, 2600);
-                       stack.size = aspect <= 1 ? Vector3(1, 1, aspect) : Vector3(1 / aspect, 1 / aspect, 1);
+                       stack.size =
+                           aspect <= 1 ? Vector3(1, 1, aspect) : Vector3(1 / aspect, 1 / aspect, 1);
                        return run_stack(stack);
                      }});
   }
   for (int exponent = -6; exponent <= 4; ++exponent) {
     const double size = decade(exponent);
-    cells.push_back({"rigid slide", {{"size", size}}, 1e-8,
-                     [=] { return run_slide(scaled_slide(size, 0.0)); }});
-    cells.push_back({"deformable slide", {{"size", size}}, 1e-6,
-                     [=] { return run_slide(scaled_slide(size, 1e10)); }});
+    cells.push_back({"rigid slide", {{"size", size}}, 1e-8, [=] {
+                       return run_slide(scaled_slide(size, 0.0));
+                     }});
+    cells.push_back({"deformable slide", {{"size", size}}, 1e-6, [=] {
+                       return run_slide(scaled_slide(size, 1e10));
+                     }});
     cells.push_back({"stack of 5", {{"size", size}}, 1e-6, [=] {
                        Stack stack;
                        stack.densities.assign(5, 2600);

@@ -15,8 +15,9 @@ using solver::StepOptions;
 using solver::TimeScheme;
 
 double volume(const Simulation& simulation, int block) {
-  return geometry::mass_properties(simulation.state().polyhedra[static_cast<std::size_t>(block)])
-      .volume;
+  geometry::Shape now = *simulation.scene().blocks[static_cast<std::size_t>(block)].shape;
+  now.set_vertices(simulation.vertices(block));
+  return geometry::mass_properties(now).volume;
 }
 
 /// Volume factor of the block's elastic strain (centrifugal, real): what is beyond it is the

@@ -49,12 +49,7 @@ solver::Scene SlopeScene::scene() const {
 }
 
 Vector3 SlopeScene::displacement(const solver::Simulation& simulation) const {
-  const Vector3 start = frame.point(slope_axes() * Vector3(0, 0, 0.5 * size.z()));
-  const auto b = static_cast<std::size_t>(block());
-  const Vector3 now = simulation.state().blocks[b].centroid;
-  // The origin of the state is taken from the start, not added to the place now: no digits are
-  // lost.
-  return slope_axes().transpose() * frame.back(now - (start - simulation.state().origin));
+  return slope_axes().transpose() * frame.back(simulation.displacement(block(), Vector3::Zero()));
 }
 
 Vector3 SlopeScene::block_velocity(const solver::Simulation& simulation) const {
@@ -76,27 +71,31 @@ solver::StepReport step(solver::Simulation& simulation) {
 
 namespace {
 
-/// Steps of a static analysis until balanced, then the options as they were.
-void static_steps(solver::Simulation& simulation, solver::Analysis analysis, int most_steps) {
+/// Steps of a static analysis until balanced or a mechanism, then the options as they were.
+solver::StaticVerdict static_steps(solver::Simulation& simulation, solver::Analysis analysis,
+                                   int most_steps) {
   constexpr double kBalanced = 1e-14;  // of the largest force
   const solver::StepOptions before = simulation.options();
   solver::StepOptions options = before;
   options.analysis = analysis;
-  options.time_step = std::max(before.time_step, 0.01);  // s; the inertia term only slows it
   if (options.method == solver::ContactMethod::Paper) {
     options.method = solver::ContactMethod::AugmentedLagrangian;  // the same state, in fewer solves
   }
   simulation.set_options(options);
-  for (int i = 0; i < most_steps; ++i) {
-    if (step(simulation).unbalance <= kBalanced) break;
+  solver::StaticVerdict verdict = solver::StaticVerdict::Seeking;
+  for (int i = 0; i < most_steps && verdict != solver::StaticVerdict::Mechanism; ++i) {
+    const solver::StepReport report = step(simulation);
+    verdict = report.verdict;
+    if (report.unbalance <= kBalanced) break;
   }
   simulation.set_options(before);
+  return verdict;
 }
 
 }  // namespace
 
-void relax(solver::Simulation& simulation, int most_steps) {
-  static_steps(simulation, solver::Analysis::Static, most_steps);
+solver::StaticVerdict relax(solver::Simulation& simulation, int most_steps) {
+  return static_steps(simulation, solver::Analysis::Static, most_steps);
 }
 
 void settle(solver::Simulation& simulation, solver::Analysis analysis) {
@@ -132,7 +131,7 @@ Momentum momentum(const solver::Simulation& simulation) {
     if (block.kind != solver::BlockKind::Deformable && block.kind != solver::BlockKind::Rigid) {
       continue;
     }
-    const geometry::MassProperties mass = geometry::mass_properties(block.shape);
+    const geometry::MassProperties mass = geometry::mass_properties(block.body());
     const solver::BlockState& now = simulation.state().blocks[b];
     const Vector3 linear = block.material.density * mass.volume * now.velocity;
     total.linear += linear;

@@ -262,8 +262,19 @@ namespace {
 struct Stop {
   double distance = 0.0, time = 0.0, backward = 0.0;
   double speed_after = 0.0;  ///< largest from two steps after the stop, m/s
+  double base_speed = 0.0;   ///< likewise, of the corners of its base
   double speed_end = 0.0;    ///< 0.1 s after the stop, m/s
 };
+
+std::vector<Vector3> base_corners(const Simulation& simulation) {
+  std::vector<Vector3> corners;
+  for (const double x : {-0.5, 0.5}) {
+    for (const double y : {-0.5, 0.5}) {
+      corners.push_back(world_point(simulation.state(), 1, {x, y, -0.25}));
+    }
+  }
+  return corners;
+}
 
 /// v0 = 2 m/s along the diagonal until rest, then 0.1 s more.
 Stop stop_by_friction(const StepOptions& options, bool rigid) {
@@ -279,6 +290,7 @@ Stop stop_by_friction(const StepOptions& options, bool rigid) {
   double farthest = 0.0, speed = 2.0;
   const double start = slope.displacement(simulation).dot(along);
   int steps_after = 0;
+  std::vector<Vector3> base;
   while (steps_after * options.time_step < 0.1 && simulation.state().time < 2.0) {
     step(simulation);
     const double now = slope.block_velocity(simulation).dot(along);
@@ -290,9 +302,15 @@ Stop stop_by_friction(const StepOptions& options, bool rigid) {
       speed = now;
       continue;
     }
+    const std::vector<Vector3> corners = base_corners(simulation);
     if (++steps_after >= 2) {
+      for (std::size_t i = 0; i < corners.size(); ++i) {
+        stop.base_speed =
+            std::max(stop.base_speed, (corners[i] - base[i]).norm() / options.time_step);
+      }
       stop.speed_after = std::max(stop.speed_after, slope.block_velocity(simulation).norm());
     }
+    base = corners;
   }
   stop.distance = slope.displacement(simulation).dot(along) - start;
   stop.speed_end = slope.block_velocity(simulation).norm();
@@ -319,7 +337,12 @@ void v04_stopping_by_friction(Report& report) {
       report.relative("stop distance [m]" + which, distance, stop.distance, springs ? 1e-5 : 3e-6);
       report.absolute("stop time [s]" + which, stop_time, stop.time, 2e-3);
       report.absolute("motion backward [m]" + which, 0.0, stop.backward, springs ? 1e-5 : 2e-6);
-      // Springs and elastic blocks swing after the stop: they are asked 0.1 s later.
+      // The base stops. Above it an elastic block springs back by the strain that friction gave it,
+      // and a joint of springs swings itself: they are asked 0.1 s later.
+      if (!springs) {
+        report.absolute("speed of the base from two steps after the stop [m/s]" + which, 0.0,
+                        stop.base_speed, 1e-6);
+      }
       const bool swings = springs || !rigid;
       report.absolute(std::string("speed ") + (swings ? "0.1 s" : "from two steps") +
                           " after the stop [m/s]" + which,
@@ -413,7 +436,7 @@ Drag drag(double force, bool rigid) {
   const solver::Material rock{.density = 2500, .young = 5e9, .poisson = 0.25};
   scene.add_fixed(geometry::make_box({-5, -5, -1}, {20, 5, 0}), {.joint_group = 1});
   for (const geometry::Shape& shape : {geometry::make_box({-1.5, -0.5, 0}, {1.5, 0.5, 1}),
-                                            geometry::make_box({-0.5, -0.5, 1}, {0.5, 0.5, 2})}) {
+                                       geometry::make_box({-0.5, -0.5, 1}, {0.5, 0.5, 2})}) {
     rigid ? scene.add_rigid(shape, rock) : scene.add_block(shape, rock);
   }
   scene.point_loads.push_back({1, Vector3(0, 0, 0.5), Vector3(force, 0, 0)});

@@ -25,12 +25,7 @@ void rest(Simulation& simulation) {
 }
 
 double top(const Simulation& simulation, int block) {
-  return simulation.state()
-             .polyhedra[static_cast<std::size_t>(block)]
-             .vertices()
-             .row(2)
-             .maxCoeff() +
-         simulation.state().origin.z();
+  return simulation.vertices(block).row(2).maxCoeff();
 }
 
 constexpr solver::Material kSoft{.density = 2500, .young = 1e8, .poisson = 0.25};

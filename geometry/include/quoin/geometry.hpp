@@ -11,6 +11,7 @@
 #include <quoin/geometry/mass_properties.hpp>
 #include <quoin/geometry/nearest_features.hpp>
 #include <quoin/geometry/pair_batch.hpp>
+#include <quoin/geometry/published_search.hpp>
 #include <quoin/geometry/shape.hpp>
 #include <quoin/geometry/queries.hpp>
 #include <quoin/geometry/types.hpp>

@@ -3,12 +3,14 @@
 /* quoin's geometry for C and, by ISO_C_BINDING, Fortran. SI units (m), world frame.
  *
  * No exception leaves these functions: those that can fail return a quoin_status. Results are
- * written into memory of the caller, or stay in a quoin_finder until its next call. A quoin_shape
- * and a quoin_finder are memory of the library, given back by quoin_free and quoin_free_finder. One
- * shape may be read by many threads at once, a finder used by one at a time.
+ * written into memory of the caller, or stay in a quoin_finder or quoin_batch until its next call.
+ * These and a quoin_shape are memory of the library, given back by quoin_free_finder,
+ * quoin_free_batch and quoin_free. One shape may be read by many threads at once, a finder or a
+ * batch used by one at a time.
  *
- * Shapes, pairs and queries are in the targets quoin::narrow_phase and quoin::geometry, the finder
- * in quoin::geometry alone; quoin::c is all of it in one shared library that shows nothing else. */
+ * Shapes, pairs, queries and batches are in the targets quoin::narrow_phase and quoin::geometry,
+ * the finder in quoin::geometry alone; quoin::c is all of it in one shared library that shows
+ * nothing else. */
 
 #include <stddef.h>
 #include <stdint.h>
@@ -84,8 +86,8 @@ quoin_status quoin_make_hull(const double* points, int count, quoin_shape** made
 /* Shape by its faces: face f has face_sizes[f] vertices, listed after each other in face_vertices,
  * either orientation throughout. */
 quoin_status quoin_make_shape(const double* points, int count, const int* face_sizes,
-                                   int face_count, const int* face_vertices, quoin_shape** made,
-                                   char* message, size_t message_size);
+                              int face_count, const int* face_vertices, quoin_shape** made,
+                              char* message, size_t message_size);
 
 /* A finder keeps the shapes of its bodies: they may be given back at any time. */
 void quoin_free(quoin_shape* shape);
@@ -127,11 +129,11 @@ typedef struct quoin_nearest {
 } quoin_nearest;
 
 typedef struct quoin_contact_point {
-  int a, b;                           /* handles of the bodies; 0 and 1 of a single pair */
+  int a, b;                           /* handles or names of the bodies; 0 and 1 of a single pair */
   quoin_feature feature_a, feature_b; /* vertex and face, or two edges: with a, b the point's key */
   int type;                           /* quoin_contact_type of the pair */
   int indeterminate;                  /* 1: the contact plane is one choice of several */
-  int previous; /* finder: its index in the list of the call before, -1: it was not there */
+  int previous; /* finder, batch: its index in the list of the call before, -1: it was not there */
   double point_a[3], point_b[3];
   double normal[3]; /* unit, from A to B */
   double gap;       /* (point_b - point_a) . normal, m */
@@ -182,6 +184,67 @@ quoin_status quoin_first_hit(const quoin_body* body, const quoin_ray* ray, quoin
 quoin_status quoin_contains(const quoin_body* body, const double* point, double tolerance,
                             int* answer);
 
+/* ---- A batch: contacts of the caller's own candidate pairs ---- */
+
+typedef enum quoin_pair_event {
+  QUOIN_BEGIN = 0,
+  QUOIN_PERSIST = 1,
+  QUOIN_END = 2
+} quoin_pair_event;
+
+/* Two bodies in contact. The values of a pair that has ended are those of the last call before. */
+typedef struct quoin_pair {
+  int a, b;          /* handles or names of the bodies, a < b */
+  int status;        /* quoin_pair_status */
+  int type;          /* quoin_contact_type */
+  int event;         /* quoin_pair_event */
+  int indeterminate; /* 1: the contact plane is one choice of several */
+  double gap;        /* m */
+  double normal[3];  /* unit, from a to b */
+  double area;       /* of the contact polygon, m2 */
+  int first, count;  /* its points in the list; none when it has ended */
+} quoin_pair;
+
+/* What became of a body since the last call. */
+typedef enum quoin_body_change {
+  QUOIN_SAME = 0,    /* shape and placement are the same to the bit */
+  QUOIN_MOVED = 1,   /* another placement */
+  QUOIN_RESHAPED = 2 /* another shape, or other vertices */
+} quoin_body_change;
+
+/* Bodies in a row, and the pairs of them that may be in contact. */
+typedef struct quoin_candidates {
+  const quoin_body* bodies;
+  int body_count;
+  const int* names;   /* of the bodies in points and results, ascending; null: their places */
+  const int* changes; /* quoin_body_change of each; null: all have moved */
+  const int* pairs;   /* two places in the row for each pair, in any order */
+  int pair_count;
+} quoin_candidates;
+
+/* Keeps what is known of each pair from call to call: that changes the speed, never the answer.
+ * Used by one thread at a time. */
+typedef struct quoin_batch quoin_batch;
+
+/* reach: contact points are listed up to this gap, m. tolerance: contact length, m, 0 for the
+ * default of each pair. To be given back by quoin_free_batch. */
+quoin_status quoin_make_batch(double reach, double tolerance, quoin_batch** made, char* message,
+                              size_t message_size);
+void quoin_free_batch(quoin_batch* batch);
+
+/* What was wrong with the last call of this batch that failed; "" when none has. */
+const char* quoin_batch_message(const quoin_batch* batch);
+
+quoin_status quoin_batch_set_reach(quoin_batch* batch, double reach);
+
+/* Finds the contacts of all pairs; one given twice is answered once. The lists stay as they are
+ * until the next call. */
+quoin_status quoin_batch_find(quoin_batch* batch, const quoin_candidates* candidates);
+
+/* The contact points, sorted by key, and the pairs in contact or no longer so, by names. */
+const quoin_contact_point* quoin_batch_points(const quoin_batch* batch, int* count);
+const quoin_pair* quoin_batch_pairs(const quoin_batch* batch, int* count);
+
 /* ---- The finder: all contacts of a crowd of bodies ---- */
 
 typedef struct quoin_finder quoin_finder;
@@ -200,25 +263,6 @@ typedef struct quoin_body_options {
   int idle; /* 0 or 1 */
 } quoin_body_options;
 
-typedef enum quoin_pair_event {
-  QUOIN_BEGIN = 0,
-  QUOIN_PERSIST = 1,
-  QUOIN_END = 2
-} quoin_pair_event;
-
-/* Two bodies in contact. The values of a pair that has ended are those of the last call before. */
-typedef struct quoin_pair {
-  int a, b;          /* handles, a < b */
-  int status;        /* quoin_pair_status */
-  int type;          /* quoin_contact_type */
-  int event;         /* quoin_pair_event */
-  int indeterminate; /* 1: the contact plane is one choice of several */
-  double gap;        /* m */
-  double normal[3];  /* unit, from a to b */
-  double area;       /* of the contact polygon, m2 */
-  int first, count;  /* its points in the list; none when it has ended */
-} quoin_pair;
-
 /* To be given back by quoin_free_finder. */
 quoin_status quoin_make_finder(const quoin_finder_options* options, quoin_finder** made,
                                char* message, size_t message_size);
@@ -235,6 +279,8 @@ quoin_status quoin_finder_add(quoin_finder* finder, const quoin_body* body,
                               const quoin_body_options* options, int* handle);
 quoin_status quoin_finder_remove(quoin_finder* finder, int handle);
 quoin_status quoin_finder_move(quoin_finder* finder, int handle, const quoin_placement* placement);
+/* One of the same topology (the shape itself after quoin_set_vertices) has moved freely: its
+ * contacts go on in the next list. Else they have no predecessors there. */
 quoin_status quoin_finder_replace_shape(quoin_finder* finder, int handle, const quoin_shape* shape);
 quoin_status quoin_finder_set_options(quoin_finder* finder, int handle,
                                       const quoin_body_options* options);

@@ -1,12 +1,12 @@
 #pragma once
-/// What both halves of the C interface need: its structs to and from C++, and the guard.
+/// What all parts of the C interface need: its structs to and from C++, and the guard.
 
 #include <quoin/geometry_c.h>
 
 #include <algorithm>
 #include <cstring>
 #include <new>
-#include <quoin/geometry/contact_point.hpp>
+#include <quoin/geometry/pair_batch.hpp>
 
 struct quoin_shape {
   std::shared_ptr<quoin::geometry::Shape> solid;
@@ -55,5 +55,29 @@ quoin_feature to_c(const Feature& feature);
 quoin_hint to_c(const FeatureHint& hint);
 quoin_nearest to_c(const NearestFeatures& nearest);
 quoin_contact_point to_c(const ContactPoint& point);
+quoin_pair to_c(const PairResult& pair);
+
+/// Checked; `name` is for the message.
+Body body_of(const quoin_body* body, int name);
+
+template <class From, class To>
+void copy(const From& from, std::vector<To>& to) {
+  to.resize(from.size());
+  std::transform(from.begin(), from.end(), to.begin(),
+                 [](const auto& value) { return to_c(value); });
+}
+
+/// A list that stays with its owner.
+template <class T>
+const T* list(const std::vector<T>& values, int* count) {
+  if (count != nullptr) *count = static_cast<int>(values.size());
+  return values.data();
+}
+
+template <class T>
+const T* no_list(int* count) {
+  if (count != nullptr) *count = 0;
+  return nullptr;
+}
 
 }  // namespace quoin::geometry::bindings

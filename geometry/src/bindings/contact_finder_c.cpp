@@ -17,10 +17,6 @@ struct quoin_finder {
 namespace {
 
 using namespace quoin::geometry::bindings;  // NOLINT: private to this file
-using quoin::geometry::bindings::to_c;
-
-static_assert(static_cast<int>(geometry::PairEvent::End) == QUOIN_END);
-
 /// Runs `work` on a finder, which keeps what was wrong.
 template <class Work>
 quoin_status with(quoin_finder* finder, Work&& work) {
@@ -41,34 +37,6 @@ geometry::BodyOptions options_of(const quoin_body_options* options) {
   if (options == nullptr) return {};
   return {options->category, options->collides_with,
           options->idle != 0 ? geometry::BodyMotion::Idle : geometry::BodyMotion::Moving};
-}
-
-quoin_pair to_c(const geometry::PairResult& pair) {
-  quoin_pair made;
-  made.a = pair.a;
-  made.b = pair.b;
-  made.status = static_cast<int>(pair.status);
-  made.type = static_cast<int>(pair.type);
-  made.event = static_cast<int>(pair.event);
-  made.indeterminate = pair.indeterminate ? 1 : 0;
-  made.gap = pair.gap;
-  copy(pair.normal, made.normal);
-  made.area = pair.area;
-  made.first = pair.first;
-  made.count = pair.count;
-  return made;
-}
-
-template <class T>
-const T* list(const std::vector<T>& values, int* count) {
-  if (count != nullptr) *count = static_cast<int>(values.size());
-  return values.data();
-}
-
-template <class T>
-const T* no_list(int* count) {
-  if (count != nullptr) *count = 0;
-  return nullptr;
 }
 
 }  // namespace
@@ -152,12 +120,8 @@ int quoin_finder_threads(const quoin_finder* finder) {
 quoin_status quoin_finder_find(quoin_finder* finder) {
   return with(finder, [&](geometry::ContactFinder& f) {
     f.find(finder->contacts);
-    finder->points.resize(finder->contacts.size());
-    std::transform(finder->contacts.begin(), finder->contacts.end(), finder->points.begin(),
-                   [](const geometry::ContactPoint& point) { return to_c(point); });
-    finder->pairs.resize(f.pairs().size());
-    std::transform(f.pairs().begin(), f.pairs().end(), finder->pairs.begin(),
-                   [](const geometry::PairResult& pair) { return to_c(pair); });
+    copy(finder->contacts, finder->points);
+    copy(f.pairs(), finder->pairs);
   });
 }
 

@@ -11,6 +11,7 @@ namespace quoin::geometry::bindings {
 static_assert(static_cast<int>(FeatureKind::Face) == QUOIN_FACE);
 static_assert(static_cast<int>(PairStatus::NotConverged) == QUOIN_PAIR_NOT_CONVERGED);
 static_assert(static_cast<int>(ContactType::FaceFace) == QUOIN_FACE_FACE);
+static_assert(static_cast<int>(PairEvent::End) == QUOIN_END);
 
 Placement placement_of(const quoin_placement& placement) {
   using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
@@ -64,10 +65,20 @@ quoin_nearest to_c(const NearestFeatures& nearest) {
   return made;
 }
 
-namespace {
-
-Points points_of(const double* points, int count) {
-  return Eigen::Map<const Points>(points, 3, count);
+quoin_pair to_c(const PairResult& pair) {
+  quoin_pair made;
+  made.a = pair.a;
+  made.b = pair.b;
+  made.status = static_cast<int>(pair.status);
+  made.type = static_cast<int>(pair.type);
+  made.event = static_cast<int>(pair.event);
+  made.indeterminate = pair.indeterminate ? 1 : 0;
+  made.gap = pair.gap;
+  copy(pair.normal, made.normal);
+  made.area = pair.area;
+  made.first = pair.first;
+  made.count = pair.count;
+  return made;
 }
 
 Body body_of(const quoin_body* body, int name) {
@@ -75,6 +86,12 @@ Body body_of(const quoin_body* body, int name) {
   const Placement placement = placement_of(body->placement);
   require_placement(placement, name);
   return {*body->shape->solid, placement};
+}
+
+namespace {
+
+Points points_of(const double* points, int count) {
+  return Eigen::Map<const Points>(points, 3, count);
 }
 
 /// Does a hint speak of features that the shapes have?
@@ -161,8 +178,8 @@ quoin_status quoin_make_hull(const double* points, int count, quoin_shape** made
 }
 
 quoin_status quoin_make_shape(const double* points, int count, const int* face_sizes,
-                                   int face_count, const int* face_vertices, quoin_shape** made,
-                                   char* message, size_t message_size) {
+                              int face_count, const int* face_vertices, quoin_shape** made,
+                              char* message, size_t message_size) {
   say("", message, message_size);
   const auto make = [&] {
     require(points != nullptr && face_sizes != nullptr && face_vertices != nullptr &&

@@ -16,7 +16,7 @@ inline int compare(const double* x, const double* y, Eigen::Index count) {
 
 /// True when q comes before p: fewer vertices, then smaller coordinates in the shapes' own frames,
 /// first vertex first, then smaller placement.
-inline bool in_reverse_order(const Solid& p, const Solid& q) {
+[[gnu::always_inline]] inline bool in_reverse_order(const Solid& p, const Solid& q) {
   if (p.vertex_count() != q.vertex_count()) return q.vertex_count() < p.vertex_count();
   if (&p.shape() != &q.shape()) {
     const Points &x = p.shape().vertices(), &y = q.shape().vertices();

@@ -1,259 +1,16 @@
 #include "certify/certificate.hpp"
 
 #include <algorithm>
-#include <limits>
 
-#include "certify/canonical_order.hpp"
 #include "certify/feature_normal.hpp"
-#include "polygon/line_normal.hpp"
-#include "shape/support_kernels.hpp"
+#include "numeric/error_bounds.hpp"
 
 namespace quoin::geometry {
-namespace {
-
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-constexpr FeatureKind kVertex = FeatureKind::Vertex, kEdge = FeatureKind::Edge,
-                      kFace = FeatureKind::Face;
-
-/// Ascending.
-template <FeatureKind kKind>
-std::span<const int> vertices_of(const Solid& solid, const Carrier& carrier) {
-  if constexpr (kKind == kFace) return solid.topology().face_set(carrier.face);
-  return {carrier.vertices.data(), kKind == kVertex ? 1u : 2u};
-}
-
-/// Where a vertex or an edge is; of a face nothing.
-template <FeatureKind kKind>
-Side side_of(const Solid& solid, const Carrier& carrier) {
-  const auto [first, last] = carrier.vertices;
-  if constexpr (kKind == kFace) return {};
-  if constexpr (kKind == kVertex) return Side(place(solid, first));
-  return Side(solid, first, last);
-}
-
-/// The side of A on which the normal of two edges looks is left open.
-template <bool kFused, FeatureKind kA, FeatureKind kB>
-LineNormal form_of(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier& by_b,
-                   const Side& at_a, const Side& at_b, double rounding) {
-  if constexpr (kA == kFace) return face_line(face_normal(a, by_a.face));
-  if constexpr (kB == kFace) return face_line(-face_normal(b, by_b.face));
-  if constexpr (kA == kVertex && kB == kVertex) return line_normal(at_b.from - at_a.from, true);
-  if constexpr (kA == kVertex) return vertex_edge<kFused>(at_a.from, at_b);
-  if constexpr (kB == kVertex) return reversed(vertex_edge<kFused>(at_b.from, at_a));
-  return edge_edge<kFused>(at_a, at_b, rounding);
-}
-
-/// Do just these vertices carry the support plane, clearly? Then any way to the plane finds them.
-template <class Scan>
-bool carry_alone(const Solid& solid, std::span<const int> vertices, const Vec3& outward,
-                 const Lengths& length, int& top) {
-  const Rows rows(solid);
-  const Vec3 local = rows.local(outward);
-  top = vertices[0];
-  double most = rows.along(top, local), least = most;
-  for (const int v : vertices.subspan(1)) {
-    const double value = rows.along(v, local);
-    top = value > most ? v : top;
-    most = greater(value, most);
-    least = -greater(-least, -value);
-  }
-  return most - least <= kClearBelow * length.rounding &&
-         Scan::count_beyond(rows, local, most - length.widest) == static_cast<int>(vertices.size());
-}
-
-/// Has a face label an area that no tolerance takes for a line? Three of its corners within
-/// `tolerance` of a line would span less than twice that by the diameter.
-bool clearly_wide(const Solid& solid, int face, double tolerance) {
-  const std::span<const int> cycle = solid.topology().face(face);
-  const Vec3 base = place(solid, cycle[0]);
-  const double least = 4.0 * tolerance * solid.diameter();
-  return square(cross(place(solid, cycle[1]) - base, place(solid, cycle[2]) - base)) >
-         least * least;
-}
-
-/// The label of a carrier; false where it has none that is beyond doubt.
-template <FeatureKind kKind>
-bool name_carrier(const Solid& solid, const Carrier& carrier, double tolerance, Feature& feature) {
-  if constexpr (kKind == kVertex) feature = {kVertex, carrier.vertices[0]};
-  if constexpr (kKind == kFace) feature = {kFace, carrier.face};
-  if constexpr (kKind == kEdge) {
-    feature = {kEdge, solid.topology().find_edge(carrier.vertices[0], carrier.vertices[1])};
-  }
-  return feature.index >= 0 && (kKind != kFace || clearly_wide(solid, carrier.face, tolerance));
-}
-
-/// Its four lowest vertices, ascending.
-template <FeatureKind kKind>
-void set_hinted(const Solid& solid, const Carrier& carrier, std::array<int, 4>& hinted, int& face) {
-  if constexpr (kKind != kFace) {
-    hinted[0] = carrier.vertices[0];
-    if constexpr (kKind == kEdge) hinted[1] = carrier.vertices[1];
-    return;
-  }
-  const std::span<const int> set = solid.topology().face_set(carrier.face);
-  std::copy_n(set.begin(), std::min<std::size_t>(set.size(), 4), hinted.begin());
-  face = carrier.face;
-}
-
-/// How far a solid reaches beyond its witness; not at all where that is a vertex.
-template <FeatureKind kKind>
-double residual(double beyond) {
-  return kKind == kVertex ? 0.0 : greater(beyond, 0.0);
-}
-
-/// The vertex of the carrier that lies highest, or one of them.
-template <FeatureKind kKind>
-Vec3 highest(const Solid& solid, const Carrier& carrier, const Side& side, int top) {
-  if constexpr (kKind == kFace) return place(solid, top);
-  return kKind == kVertex || top == carrier.vertices[0] ? side.from : side.to;
-}
-
-struct Witnesses {
-  Vec3 a, b;
-};
-
-/// The witness of two crossed edges is found along one of them, in an order that hangs on the
-/// coordinates alone. No branch on it, which could not be foreseen.
-Witnesses crossing(const Side& e, const Side& f, const LineNormal& form, const Vec3& across,
-                   bool by_b) {
-  const Vec3 on_a = e.from + form.share_p * e.line;
-  const Vec3 on_b = f.from + form.share_q * f.line;
-  return {either(by_b, on_b - across, on_a), either(by_b, on_b, on_a + across)};
-}
-
-template <class Scan, FeatureKind kA, FeatureKind kB>
-Trial attempt(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier& by_b,
-              const Lengths& length, const Overlap* overlap, NearestFeatures& answer) {
-  constexpr bool kEdges = kA == kEdge && kB == kEdge, kByFace = kA == kFace || kB == kFace;
-  const Side at_a = side_of<kA>(a, by_a), at_b = side_of<kB>(b, by_b);
-  LineNormal form = form_of<Scan::kFused, kA, kB>(a, b, by_a, by_b, at_a, at_b, length.rounding);
-  if (!form.found) return Trial::Undecided;
-  if (!kByFace && !form.joined) return Trial::Refuted;
-  if (kEdges) {
-    if (!form.crossed) return Trial::Undecided;
-    const Vec3 toward = overlap != nullptr ? Vec3(overlap->normal) : at_b.from - at_a.from;
-    form.normal = std::copysign(1.0, dot(form.normal, toward)) * form.normal;
-  }
-  const Vec3 normal = one_zero(form.normal);
-  int top_a, top_b;
-  if (!carry_alone<Scan>(a, vertices_of<kA>(a, by_a), normal, length, top_a) ||
-      !carry_alone<Scan>(b, vertices_of<kB>(b, by_b), -normal, length, top_b)) {
-    return Trial::Refuted;
-  }
-  const Vec3 high = highest<kA>(a, by_a, at_a, top_a), low = highest<kB>(b, by_b, at_b, top_b);
-  const double gap = dot(normal, low - high);
-  if (!(gap > (overlap != nullptr ? overlap->least : 8 * length.rounding))) return Trial::Undecided;
-  if constexpr (kA == kFace) {
-    if (!over_face(a, by_a.face, normal, low, length.rounding)) return Trial::Refuted;
-  } else if constexpr (kB == kFace) {
-    if (!over_face(b, by_b.face, -normal, high, length.rounding)) return Trial::Refuted;
-  }
-  if (!name_carrier<kA>(a, by_a, length.contact, answer.feature_a) ||
-      !name_carrier<kB>(b, by_b, length.contact, answer.feature_b)) {
-    return Trial::Undecided;
-  }
-  const Vec3 across = gap * normal;
-  const Witnesses on =
-      kEdges ? crossing(at_a, at_b, form, across, in_reverse_order(a, b))
-             : Witnesses{kA == kVertex ? high : low - across, kB == kVertex ? low : high + across};
-  const bool open = kEdges ? parallel(form.skew, form.longer, length.contact) : !kByFace;
-  answer.status = status_of(gap, length);
-  answer.gap = gap;
-  answer.normal = normal;
-  answer.point_a = on.a;
-  answer.point_b = on.b;
-  answer.residual_a = residual<kA>(dot(normal, high - on.a));
-  answer.residual_b = residual<kB>(dot(normal, on.b - low));
-  answer.indeterminate = open;
-  answer.rule = open ? PlaneRule::ShortestLine : PlaneRule::Unique;
-  set_hinted<kA>(a, by_a, answer.hint.vertices_a, answer.hint.face_a);
-  set_hinted<kB>(b, by_b, answer.hint.vertices_b, answer.hint.face_b);
-  answer.hint.normal = normal;
-  return Trial::Proved;
-}
-
-template <class Scan>
-Trial try_kinds(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier& by_b,
-                const Lengths& length, const Overlap* overlap, NearestFeatures& answer) {
-  switch (3 * static_cast<int>(by_a.kind) + static_cast<int>(by_b.kind)) {
-    case 0:
-      return attempt<Scan, kVertex, kVertex>(a, b, by_a, by_b, length, overlap, answer);
-    case 1:
-      return attempt<Scan, kVertex, kEdge>(a, b, by_a, by_b, length, overlap, answer);
-    case 2:
-      return attempt<Scan, kVertex, kFace>(a, b, by_a, by_b, length, overlap, answer);
-    case 3:
-      return attempt<Scan, kEdge, kVertex>(a, b, by_a, by_b, length, overlap, answer);
-    case 4:
-      return attempt<Scan, kEdge, kEdge>(a, b, by_a, by_b, length, overlap, answer);
-    case 6:
-      return attempt<Scan, kFace, kVertex>(a, b, by_a, by_b, length, overlap, answer);
-    default:
-      return Trial::Undecided;
-  }
-}
-
-/// The carrier that a hint names for one solid; false: none of the three kinds. Without branches on
-/// what differs from pair to pair.
-bool hinted_carrier(const Solid& polyhedron, const std::array<int, 4>& vertices, int face,
-                    Carrier& carrier) {
-  const auto below = [](int k, int count) {
-    return static_cast<int>(static_cast<unsigned>(k) < static_cast<unsigned>(count));
-  };
-  const int count = polyhedron.vertex_count(), v = vertices[0], w = vertices[1];
-  const int has_face = below(face, polyhedron.topology().face_count());
-  const int more = static_cast<int>(w > v);
-  carrier.kind = static_cast<FeatureKind>(2 * has_face | (more & ~has_face));
-  carrier.vertices = {v, w};
-  carrier.face = face;
-  const int few = static_cast<int>(vertices[2] < 0) & static_cast<int>(w < count);
-  return (below(v, count) & (has_face | few)) != 0;
-}
-
-template <class Scan>
-Trial try_hinted(const Solid& a, const Solid& b, const FeatureHint& hint, const Lengths& length,
-                 NearestFeatures& answer) {
-  Carrier by_a, by_b;
-  if (!hinted_carrier(a, hint.vertices_a, hint.face_a, by_a) ||
-      !hinted_carrier(b, hint.vertices_b, hint.face_b, by_b)) {
-    return Trial::Undecided;
-  }
-  return try_kinds<Scan>(a, b, by_a, by_b, length, nullptr, answer);
-}
-
-#ifdef QUOIN_WIDE_LANES
-QUOIN_AVX512 [[gnu::flatten]] Trial try_512(const Solid& a, const Solid& b, const Carrier& by_a,
-                                            const Carrier& by_b, const Lengths& length,
-                                            const Overlap* overlap, NearestFeatures& answer) {
-  return try_kinds<Scan512>(a, b, by_a, by_b, length, overlap, answer);
-}
-QUOIN_AVX2 [[gnu::flatten]] Trial try_256(const Solid& a, const Solid& b, const Carrier& by_a,
-                                          const Carrier& by_b, const Lengths& length,
-                                          const Overlap* overlap, NearestFeatures& answer) {
-  return try_kinds<Scan256>(a, b, by_a, by_b, length, overlap, answer);
-}
-QUOIN_AVX512 [[gnu::flatten]] Trial hint_512(const Solid& a, const Solid& b,
-                                             const FeatureHint& hint, const Lengths& length,
-                                             NearestFeatures& answer) {
-  return try_hinted<Scan512>(a, b, hint, length, answer);
-}
-/// With more registers than the next one.
-QUOIN_AVX512 [[gnu::flatten]] Trial hint_few(const Solid& a, const Solid& b,
-                                             const FeatureHint& hint, const Lengths& length,
-                                             NearestFeatures& answer) {
-  return try_hinted<Scan256>(a, b, hint, length, answer);
-}
-QUOIN_AVX2 [[gnu::flatten]] Trial hint_256(const Solid& a, const Solid& b, const FeatureHint& hint,
-                                           const Lengths& length, NearestFeatures& answer) {
-  return try_hinted<Scan256>(a, b, hint, length, answer);
-}
-#endif
-
-}  // namespace
 
 double default_tolerance(const Solid& a, const Solid& b) {
-  return std::max(1e-9 * std::min(a.diameter(), b.diameter()),
-                  16 * kEpsilon * std::max(a.largest_coordinate(), b.largest_coordinate()));
+  return std::max(
+      kDefaultTolerance * std::min(a.diameter(), b.diameter()),
+      kLeastTolerance * kEpsilon * std::max(a.largest_coordinate(), b.largest_coordinate()));
 }
 
 double default_tolerance(const Shape& a, const Shape& b) {
@@ -267,45 +24,22 @@ double default_tolerance(const Body& a, const Body& b) {
 Lengths lengths(const Solid& p, const Solid& q, double tolerance) {
   Lengths length;
   length.contact = tolerance > 0.0 ? tolerance : default_tolerance(p, q);
-  constexpr double kUneven = 1e4;
   const double larger = std::max(p.diameter(), q.diameter());
-  length.rounding = 5 * kEpsilon * larger;
+  length.rounding = kRounding * kEpsilon * larger;
   length.uneven = larger > kUneven * std::min(p.diameter(), q.diameter());
   const double coordinate = std::max(p.largest_coordinate(), q.largest_coordinate());
-  length.place = std::max(length.rounding, 2 * kEpsilon * coordinate);
+  length.place = std::max(length.rounding, kPlaceRounding * kEpsilon * coordinate);
   length.widest = std::max({length.contact, length.place, kClearAbove * length.rounding});
   return length;
-}
-
-Trial certify(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier& by_b,
-              const Lengths& length, const Overlap* overlap, NearestFeatures& answer) {
-#ifdef QUOIN_WIDE_LANES
-  if (has_avx512() && !few_vertices(a, b))
-    return try_512(a, b, by_a, by_b, length, overlap, answer);
-  if (has_avx2()) return try_256(a, b, by_a, by_b, length, overlap, answer);
-#endif
-  return try_kinds<PlainScan>(a, b, by_a, by_b, length, overlap, answer);
-}
-
-Trial certify_hint(const Solid& a, const Solid& b, const FeatureHint& hint, const Lengths& length,
-                   NearestFeatures& answer) {
-#ifdef QUOIN_WIDE_LANES
-  if (has_avx512()) {
-    return few_vertices(a, b) ? hint_few(a, b, hint, length, answer)
-                              : hint_512(a, b, hint, length, answer);
-  }
-  if (has_avx2()) return hint_256(a, b, hint, length, answer);
-#endif
-  return try_hinted<PlainScan>(a, b, hint, length, answer);
 }
 
 bool corner_carrier(const Solid& polyhedron, std::span<const int> corners, Carrier& carrier) {
   const int u = corners[0], v = corners[1], w = corners[2];
   const int low = std::min(std::min(u, v), w), high = std::max(std::max(u, v), w);
   const int middle = u + v + w - low - high;
-  carrier = {low == high ? kVertex : kEdge, {low, high}, -1};
+  carrier = {low == high ? FeatureKind::Vertex : FeatureKind::Edge, {low, high}, -1};
   if (low == middle || middle == high) return true;
-  carrier = {kFace, {}, common_face(polyhedron.topology(), corners.first(3))};
+  carrier = {FeatureKind::Face, {}, common_face(polyhedron.topology(), corners.first(3))};
   return carrier.face >= 0;
 }
 

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <quoin/geometry/nearest_features.hpp>
 
+#include "numeric/error_bounds.hpp"
 #include "shape/solid.hpp"
 
 namespace quoin::geometry {
@@ -20,9 +21,6 @@ struct Lengths {
   double widest = 0.0;    // vertices deeper than this below the support plane are of no interest
   bool uneven = false;    // the rounding of the larger solid would show on the smaller one
 };
-
-/// A vertex between these multiples of the rounding might be sorted otherwise on another way.
-constexpr double kClearBelow = 0.5, kClearAbove = 64.0;
 
 /// Of two faces most often all other vertices lie so far below (of the smaller diameter): what the
 /// contact points will ask for. Only speed hangs on it.
@@ -51,7 +49,7 @@ inline PairStatus status_of(double gap, const Lengths& length) {
 }
 
 /// Nearer than that several planes may be as good.
-inline bool clearly_apart(double gap, double rounding) { return gap > 8 * rounding; }
+inline bool clearly_apart(double gap, double rounding) { return gap > kApart * rounding; }
 
 /// Proves for an overlap d that no other plane is better: the origin projects at least d inside the
 /// border of the facet (r = d / margin <= 1) and a known inner point (the difference of the vertex
@@ -60,7 +58,8 @@ inline bool clearly_apart(double gap, double rounding) { return gap > 8 * roundi
 template <class Margin>
 bool proves_shallow(const Solid& p, const Solid& q, const Vector3& normal, double gap,
                     double rounding, const Margin& margin) {
-  const double depth = -gap * (1.0 + 1e-9) + 64 * rounding;  // by so much the only one, too
+  const double depth =
+      -gap * (1.0 + kAloneShare) + kAlone * rounding;  // by so much the only one, too
   const Vector3 inner = q.vertex_mean() - p.vertex_mean();
   const double down = inner.dot(normal);
   if (depth > down) return false;

@@ -8,6 +8,7 @@
 #include "certify/canonical_order.hpp"
 #include "certify/feature_normal.hpp"
 #include "contact/contact_corners.hpp"
+#include "contact/contact_patch.hpp"
 #include "polygon/projected_feature.hpp"
 #include "search/face_face.hpp"
 #include "search/nearest_features.hpp"
@@ -18,6 +19,10 @@ namespace {
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 /// As facing faces: a steeper edge belongs to another contact.
 constexpr double kSteepSine = 0.5;
+/// Of the rounding of a place: what the vertices of a label may be off it and count as on it. A
+/// turned label is off by as much; with the rounding of the points themselves this stays within
+/// what is promised of them.
+constexpr double kFlat = 0.5;
 
 /// Everything about one pair, in the order in which it is worked (P before Q).
 struct PairPoints {
@@ -167,11 +172,30 @@ void add_points(const SharedCorners& corners, double band, bool reversed, PairPo
   }
 }
 
+/// What is the same all the way to the points: the pair as it is worked, lengths in m.
+struct Working {
+  const Solid &p, &q;
+  bool reversed;
+  double band;      // up to so much above the least gap
+  double rounding;  // of a place
+};
+
+/// Is each label that carries points planar, and each edge straight, as far as rounding can tell?
+bool planar(const Solid& solid, const SmallVector<Feature, 32>& carriers, double rounding) {
+  return std::all_of(carriers.begin(), carriers.end(), [&](const Feature& feature) {
+    if (feature.kind != FeatureKind::Face) return solid.topology().all_are_corners();
+    return bumps(solid, feature.index).off_plane <= kFlat * rounding;
+  });
+}
+
 /// All places where facing features lie over each other within the band.
-void find_points(const Solid& p, const Solid& q, double band, double rounding, bool reversed,
-                 PairPoints& pair) {
+void find_points(const Working& work, LateInit<Surfaces>& surfaces, PairPoints& pair) {
+  const auto& [p, q, reversed, band, rounding] = work;
   Carriers carriers;
   find_all_carriers(p, q, band, pair, carriers);
+  if (!planar(p, carriers.p, rounding) || !planar(q, carriers.q, rounding)) {
+    surfaces.emplace(p, q, pair.plane, band + rounding, rounding);
+  }
   ProjectedFeature patch_p, patch_q;
   // Points lie near the tops of both solids: where there are many pairs of features, most of them
   // have no such places over each other, and need no closer look.
@@ -192,6 +216,7 @@ void find_points(const Solid& p, const Solid& q, double band, double rounding, b
       lay_feature(q, carriers.q[k], pair.plane, -1.0, patch_q);
       corners.clear();
       append_shared_corners(patch_p, patch_q, rounding, corners);
+      if (surfaces) surfaces->lift(corners);
       add_points(corners, band, reversed, pair);
     }
   }
@@ -206,15 +231,120 @@ SharedCorner& nearest_point(const Vector2& place, std::size_t guess, SharedCorne
   return *std::min_element(points.begin(), points.end(), nearer);
 }
 
-/// The part that the two contact features share.
-void find_shared_part(const Solid& p, const Solid& q, double rounding, const PairPoints& pair,
+/// Ends of the stretch, on A's edge.
+void append_stretch(const ProjectedFeature& patch_p, const ProjectedFeature& patch_q,
+                    const Working& work, SharedCorners& corners) {
+  const ProjectedFeature &a = work.reversed ? patch_q : patch_p,
+                         &b = work.reversed ? patch_p : patch_q;
+  std::array<Vector2, 2> ends;
+  if (!find_shared_stretch(a, b, work.rounding, ends)) return;
+  for (const Vector2& place : ends) {
+    corners.push_back({place,
+                       height_along(patch_p, place),
+                       height_along(patch_q, place),
+                       {FeatureKind::Edge, patch_p.corners[0].edge},
+                       {FeatureKind::Edge, patch_q.corners[0].edge}});
+  }
+}
+
+/// Ends of parallel edges that lie beside each other by less than tol, each over the face that
+/// slopes away from the other edge.
+void add_stretch_points(const ProjectedFeature& patch_p, const ProjectedFeature& patch_q,
+                        const Working& work, PairPoints& pair) {
+  const Surfaces surfaces(work.p, work.q, pair.plane, work.band + work.rounding, work.rounding);
+  const auto add = [&](const SharedCorner& corner) {
+    if (!(gap_of(corner) <= pair.gap + work.band)) return;
+    if (near_hull(pair.merged, corner.place, pair.tolerance)) return;
+    add_merged(corner, pair.tolerance, work.reversed, pair.merged);
+  };
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  for (const ProjectedCorner& c : patch_p.corners) {
+    add({c.place,
+         c.height,
+         surfaces.q.height(c.place, kNone),
+         {FeatureKind::Vertex, c.vertex},
+         {FeatureKind::Face, patch_q.face}});
+  }
+  for (const ProjectedCorner& c : patch_q.corners) {
+    add({c.place,
+         surfaces.p.height(c.place, kNone),
+         c.height,
+         {FeatureKind::Face, patch_p.face},
+         {FeatureKind::Vertex, c.vertex}});
+  }
+}
+
+/// Adds a corner of the shared part as a point, unless the points show it: one of its own kind when
+/// one lies within tol, a place on a side that tol cuts through a face when it lies in their hull.
+void add_patch_point(const Working& work, const ProjectedFeature& patch_p,
+                     const ProjectedFeature& patch_q, SharedCorner corner, PairPoints& pair) {
+  const auto same_place = [&](const SharedCorner& point) {
+    return (point.place - corner.place).squaredNorm() <= pair.tolerance * pair.tolerance;
+  };
+  if (gap_of(corner) > pair.gap + work.band + work.rounding) return;
+  if (std::any_of(pair.merged.begin(), pair.merged.end(), same_place)) return;
+  const bool inner = !named(corner) && pair.type == ContactType::FaceFace;
+  if (inner && near_hull(pair.merged, corner.place, pair.tolerance)) return;
+  const bool keeps_name = named(corner) && is_free(corner.feature_p, corner.feature_q, pair.merged);
+  if (!keeps_name && !name_cut(work.p, work.q, patch_p, patch_q, pair.merged, corner)) return;
+  pair.merged.push_back(corner);
+}
+
+/// Where tol above the least gap is reached on the border of the shared part, which goes on to
+/// twice that: either solid may lie tol below its support plane.
+void add_tolerance_line(const Working& work, const ProjectedFeature& patch_p,
+                        const ProjectedFeature& patch_q, const ContactPolygon& part,
+                        const LateInit<Surfaces>& surfaces, PairPoints& pair) {
+  SmallVector<int, 32> order;
+  find_order(part.corners, order);
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const SharedCorner& from = part.corners[static_cast<std::size_t>(order[k])];
+    const SharedCorner& to =
+        part.corners[static_cast<std::size_t>(order[k + 1 < order.size() ? k + 1 : 0])];
+    const double limit = pair.gap + work.band, here = gap_of(from) - limit,
+                 there = gap_of(to) - limit;
+    if ((here > 0.0) == (there > 0.0)) continue;
+    const double share = here / (here - there);
+    SharedCorners place;
+    place.push_back({from.place + share * (to.place - from.place),
+                     from.height_p + share * (to.height_p - from.height_p),
+                     from.height_q + share * (to.height_q - from.height_q),
+                     {FeatureKind::Edge, -1},
+                     {FeatureKind::Edge, -1}});
+    if (surfaces) surfaces->lift(place);
+    add_patch_point(work, patch_p, patch_q, place[0], pair);
+  }
+}
+
+void lay_contact_feature(const Solid& solid, const VertexSet& set, FeatureKind kind,
+                         const ContactPlane& plane, double outward, ProjectedFeature& patch) {
+  if (kind == FeatureKind::Face) return lay_support_polygon(solid, set, plane, outward, patch);
+  lay_support_set(solid, set, kind, plane, outward, patch);
+}
+
+/// The part that the two contact features share. Its corners are points, too, where the labels do
+/// not reach as far: where tol cuts a face, or vertices that are no corners of labels stand out.
+void find_shared_part(const Working& work, const LateInit<Surfaces>& surfaces, PairPoints& pair,
                       ContactPolygon& part) {
   ProjectedFeature patch_p, patch_q;
-  lay_support_set(p, pair.support_p, pair.kind_p, pair.plane, 1.0, patch_p);
-  lay_support_set(q, pair.support_q, pair.kind_q, pair.plane, -1.0, patch_q);
-  append_shared_corners(patch_p, patch_q, rounding, part.corners);
+  lay_contact_feature(work.p, pair.support_p, pair.kind_p, pair.plane, 1.0, patch_p);
+  lay_contact_feature(work.q, pair.support_q, pair.kind_q, pair.plane, -1.0, patch_q);
+  if (pair.type == ContactType::EdgeEdgeParallel) {
+    append_stretch(patch_p, patch_q, work, part.corners);
+    add_stretch_points(patch_p, patch_q, work, pair);
+  } else {
+    append_shared_corners(patch_p, patch_q, work.rounding, part.corners);
+    if (surfaces) surfaces->lift(part.corners);
+    for (const SharedCorner& corner : part.corners) {
+      add_patch_point(work, patch_p, patch_q, corner, pair);
+    }
+  }
   find_polygon(part.corners, part.polygon);
-  if (pair.type != ContactType::FaceFace) part.polygon.area = 0.0;
+  if (pair.type == ContactType::FaceFace) {
+    add_tolerance_line(work, patch_p, patch_q, part, surfaces, pair);
+  } else {
+    part.polygon.area = 0.0;
+  }
 }
 
 /// Its area goes to the nearest points.
@@ -223,33 +353,11 @@ void share_area(const ContactPolygon& part, PairPoints& pair) {
   for (std::size_t i = 0; i < part.corners.size(); ++i) {
     nearest_point(part.corners[i].place, i, pair.merged).share += part.corners[i].share;
   }
+  balance_shares(part.polygon, pair.merged);
 }
 
 int most_facing_face(const Solid& polyhedron, const VertexSet& vertices, const Vector3& outward) {
   return std::max(0, facing_face(polyhedron, vertices[0], outward));
-}
-
-/// The nearest features themselves, for the rare pair whose patches do not show them.
-SharedCorner nearest_corner(const Solid& p, const Solid& q, const Vector3& point_p,
-                            const Vector3& point_q, const PairPoints& pair) {
-  const ContactPlane& plane = pair.plane;
-  SharedCorner corner{plane.place(point_p),
-                      plane.height(point_p),
-                      plane.height(point_q),
-                      {FeatureKind::Vertex, pair.support_p[0]},
-                      {FeatureKind::Face, most_facing_face(q, pair.support_q, -plane.normal)}};
-  if (pair.support_p.size() > 1 && pair.support_q.size() == 1) {
-    corner.feature_p = {FeatureKind::Face, most_facing_face(p, pair.support_p, plane.normal)};
-    corner.feature_q = {FeatureKind::Vertex, pair.support_q[0]};
-  } else if (pair.type == ContactType::EdgeEdgeCrossing) {
-    const int e = p.topology().find_edge(pair.support_p[0], pair.support_p[1]);
-    const int f = q.topology().find_edge(pair.support_q[0], pair.support_q[1]);
-    if (e >= 0 && f >= 0) {
-      corner.feature_p = {FeatureKind::Edge, e};
-      corner.feature_q = {FeatureKind::Edge, f};
-    }
-  }
-  return corner;
 }
 
 /// The pair as it is worked: P and Q, and the answer's normal and witnesses in that order.
@@ -267,22 +375,46 @@ struct OrderedPair {
         point_q(reverse ? nearest.point_a : nearest.point_b) {}
 };
 
+/// Names the nearest features, for the rare pair whose patches do not show them: two crossed edges,
+/// else a vertex of one on a face of the other. Of several names the first that no point has yet.
+void name_nearest(const Solid& p, const Solid& q, const PairPoints& pair, SharedCorner& corner) {
+  const auto take = [&](const Feature& feature_p, const Feature& feature_q) {
+    corner.feature_p = feature_p;
+    corner.feature_q = feature_q;
+    return is_free(feature_p, feature_q, pair.merged);
+  };
+  if (pair.type == ContactType::EdgeEdgeCrossing) {
+    const int e = p.topology().find_edge(pair.support_p[0], pair.support_p[1]);
+    const int f = q.topology().find_edge(pair.support_q[0], pair.support_q[1]);
+    if (e >= 0 && f >= 0 && take({FeatureKind::Edge, e}, {FeatureKind::Edge, f})) return;
+  }
+  const Vector3& normal = pair.plane.normal;
+  const Feature face_p{FeatureKind::Face, most_facing_face(p, pair.support_p, normal)};
+  const Feature face_q{FeatureKind::Face, most_facing_face(q, pair.support_q, -normal)};
+  const auto take_vertex_of_q = [&] {
+    return std::any_of(pair.support_q.begin(), pair.support_q.end(), [&](int v) {
+      return take(face_p, {FeatureKind::Vertex, v});
+    });
+  };
+  if (pair.support_q.size() == 1 && take_vertex_of_q()) return;
+  for (const int v : pair.support_p) {
+    if (take({FeatureKind::Vertex, v}, face_q)) return;
+  }
+  take_vertex_of_q();
+}
+
 /// The least gap itself is always among the points: deep overlaps of needles, and rounding, may
 /// hide it from the faces.
 void ensure_least_gap(const OrderedPair& ordered, double rounding, PairPoints& pair) {
-  const double limit = pair.gap + pair.tolerance + rounding;
   for (const SharedCorner& point : pair.merged) {
-    if (gap_of(point) <= limit) return;
+    if (gap_of(point) <= pair.gap + rounding) return;
   }
-  const SharedCorner nearest =
-      nearest_corner(ordered.p, ordered.q, ordered.point_p, ordered.point_q, pair);
-  for (SharedCorner& point : pair.merged) {
-    if (point.feature_p == nearest.feature_p && point.feature_q == nearest.feature_q) {
-      point = nearest;
-      return;
-    }
-  }
-  pair.merged.push_back(nearest);
+  SharedCorner nearest;
+  nearest.place = pair.plane.place(ordered.point_p);
+  nearest.height_p = pair.plane.height(ordered.point_p);
+  nearest.height_q = pair.plane.height(ordered.point_q);
+  name_nearest(ordered.p, ordered.q, pair, nearest);
+  add_merged(nearest, pair.tolerance, ordered.reversed, pair.merged);
 }
 
 /// Are just the vertices of a face within tol of the support plane?
@@ -324,11 +456,20 @@ bool find_face_points(const OrderedPair& ordered, const NearestFeatures& nearest
   }
   if (!part) find_faces(ordered, nearest, pair.tolerance, part);
   if (!part || !faces_alone(ordered.p, ordered.q, *part, band)) return false;
+  const Bumps of_p = bumps(ordered.p, part->face_p), of_q = bumps(ordered.q, part->face_q);
+  if (std::max(of_p.outside, of_q.outside) > kFlat * rounding) return false;
+  const bool flat = std::max(of_p.off_plane, of_q.off_plane) <= kFlat * rounding;
+  if (!flat) {
+    Surfaces(ordered.p, ordered.q, part->plane, band + rounding, rounding).lift(part->corners);
+  }
+  const bool settled =
+      flat && need_no_second_look(*part, pair.gap + band, pair.gap + rounding, pair.tolerance);
+  const auto in_reach = [&](const SharedCorner& c) { return gap_of(c) <= pair.gap + band; };
+  if (!settled && !std::all_of(part->corners.begin(), part->corners.end(), in_reach)) return false;
   pair.type = ContactType::FaceFace;
   pair.kind_p = pair.kind_q = FeatureKind::Face;
   pair.plane = part->plane;
-  if (need_no_second_look(*part, pair.gap + band, pair.gap + pair.tolerance + rounding,
-                          pair.tolerance)) {
+  if (settled) {
     pair.points = &part->corners;
   } else {
     take_sets(ordered, *part, pair);
@@ -351,10 +492,12 @@ void find_all_points(const OrderedPair& ordered, double band, double rounding,
   pair.kind_q = span_kind(q, pair.support_q, pair.tolerance);
   pair.type =
       type_of(p, q, pair.support_p, pair.support_q, pair.kind_p, pair.kind_q, pair.tolerance);
-  find_points(p, q, band, rounding, ordered.reversed, pair);
+  const Working work{p, q, ordered.reversed, band, rounding};
+  LateInit<Surfaces> surfaces;
+  find_points(work, surfaces, pair);
   part.reset();
   if (pair.kind_p != FeatureKind::Vertex && pair.kind_q != FeatureKind::Vertex) {
-    find_shared_part(p, q, rounding, pair, part.emplace());
+    find_shared_part(work, surfaces, pair, part.emplace());
   }
 }
 
@@ -386,11 +529,40 @@ void copy_polygon(const ContactPolygon& part, const ContactPlane& plane, bool re
   if (reversed) std::reverse(polygon.begin(), polygon.end());
 }
 
-/// Contact points from `first` on, from the middle of the pair into the world.
-void move(const Vector3& middle, std::size_t first, std::vector<ContactPoint>& contacts) {
+/// From a place as seen from the middle of the pair into the frame of the shape.
+class IntoFrame {
+ public:
+  explicit IntoFrame(const Solid& solid) : solid_(solid) {
+    if (solid.turned() == nullptr) return;
+    const Matrix3& cofactors = solid.turned()->cofactors();
+    const double determinant = solid.turned()->placement().linear.col(0).dot(cofactors.col(0));
+    inverse_ = cofactors.transpose() / determinant;
+  }
+  Vector3 operator()(const Vector3& place) const {
+    const Vector3 offset = place - solid_.origin();
+    return solid_.shape().origin() + (solid_.turned() == nullptr ? offset : inverse_ * offset);
+  }
+
+ private:
+  const Solid& solid_;
+  Matrix3 inverse_ = Matrix3::Identity();
+};
+
+/// Contact points from `first` on, from the middle of the pair into the frame that is asked for.
+void move(const PlacedPair& pair, PointFrame frame, std::size_t first,
+          std::vector<ContactPoint>& contacts) {
+  if (first == contacts.size()) return;
+  if (frame == PointFrame::World) {
+    for (std::size_t k = first; k < contacts.size(); ++k) {
+      contacts[k].point_a += pair.middle;
+      contacts[k].point_b += pair.middle;
+    }
+    return;
+  }
+  const IntoFrame into_a(pair.a), into_b(pair.b);
   for (std::size_t k = first; k < contacts.size(); ++k) {
-    contacts[k].point_a += middle;
-    contacts[k].point_b += middle;
+    contacts[k].point_a = into_a(contacts[k].point_a);
+    contacts[k].point_b = into_b(contacts[k].point_b);
   }
 }
 
@@ -417,7 +589,7 @@ void append_within_reach(const std::array<int, 2>& blocks, const Solids& solids,
   if (!faces || !flush_answer(a, b, options.tolerance, hint, part, nearest)) {
     const SearchOptions search{.tolerance = options.tolerance};
     nearest = {};
-    find_nearest_features(a, b, search, faces ? FeatureHint{} : hint, part, nearest);
+    find_nearest_features(a, b, search, faces ? FeatureHint{} : hint, &part, nearest);
   }
   if (nearest.gap > options.reach && nearest.status != PairStatus::Touching) return;
   const OrderedPair ordered(a, b, in_reverse_order(a, b), nearest);
@@ -432,7 +604,7 @@ void update(const Solid& a, const Solid& b, const ContactOptions& options, PairC
   LateInit<ContactPolygon> part;
   const FeatureHint hint = contact.nearest.hint;
   contact.nearest = {};
-  find_nearest_features(a, b, {.tolerance = options.tolerance}, hint, part, contact.nearest);
+  find_nearest_features(a, b, {.tolerance = options.tolerance}, hint, &part, contact.nearest);
   const OrderedPair ordered(a, b, in_reverse_order(a, b), contact.nearest);
   PairPoints pair;
   find_pair_points(ordered, contact.nearest, options, part, pair);
@@ -454,9 +626,9 @@ void update(const Solid& a, const Solid& b, const ContactOptions& options, PairC
 
 }  // namespace
 
-void append_contact_points(const std::array<int, 2>& blocks, const Shape& a,
-                           const Shape& b, const NearestFeatures& nearest,
-                           const ContactOptions& options, std::vector<ContactPoint>& contacts) {
+void append_contact_points(const std::array<int, 2>& blocks, const Shape& a, const Shape& b,
+                           const NearestFeatures& nearest, const ContactOptions& options,
+                           std::vector<ContactPoint>& contacts) {
   append_points(blocks, a, b, nearest, options, contacts);
 }
 
@@ -471,7 +643,7 @@ void append_contact_points(const std::array<int, 2>& blocks, const Body& a, cons
   NearestFeatures here = nearest;
   move(here, -pair.middle);
   append_points(blocks, pair.a, pair.b, here, options, contacts);
-  move(pair.middle, first, contacts);
+  move(pair, options.frame, first, contacts);
 }
 
 NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, const Shape& a,
@@ -494,7 +666,7 @@ NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, c
   const std::size_t first = contacts.size();
   NearestFeatures nearest;
   append_within_reach(blocks, {pair.a, pair.b}, options, hint, nearest, contacts);
-  move(pair.middle, first, contacts);
+  move(pair, options.frame, first, contacts);
   move(nearest, pair.middle);
   return nearest;
 }
@@ -512,7 +684,7 @@ void update_pair_contact(const Body& a, const Body& b, const ContactOptions& opt
   const PlacedPair pair(a, b);
   update(pair.a, pair.b, options, contact);
   move(contact.nearest, pair.middle);
-  move(pair.middle, 0, contact.points);
+  move(pair, options.frame, 0, contact.points);
   for (Vector3& corner : contact.polygon) corner += pair.middle;
 }
 

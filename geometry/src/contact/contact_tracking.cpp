@@ -12,19 +12,30 @@ std::pair<const Feature&, const Feature&> features(const TrackedPoint& point) {
 
 bool same_blocks(const ContactKey& k, const ContactKey& l) { return k.a == l.a && k.b == l.b; }
 
+const ContactKey& key(const ContactPointList& points, std::size_t i) {
+  return points.at(points.owner, i).key;
+}
+
 /// The run of points of one pair from `first` on.
-std::size_t end_of_pair(const std::vector<ContactPoint>& points, std::size_t first) {
+std::size_t end_of_pair(const ContactPointList& points, std::size_t first) {
   std::size_t last = first + 1;
-  while (last < points.size() && same_blocks(points[last].key, points[first].key)) ++last;
+  while (last < points.size && same_blocks(key(points, last), key(points, first))) ++last;
   return last;
 }
 
-void track(const std::vector<ContactPoint>& points, std::size_t first, std::size_t last,
+void track(const ContactPointList& points, std::size_t first, std::size_t last,
            std::vector<TrackedPoint>& tracked) {
   tracked.clear();
   for (std::size_t i = first; i < last; ++i) {
-    tracked.push_back({points[i].key.feature_a, points[i].key.feature_b, points[i].point()});
+    const ContactPoint& point = points.at(points.owner, i);
+    tracked.push_back({point.key.feature_a, point.key.feature_b, point.point()});
   }
+}
+
+ContactPointList in_a_row(const std::vector<ContactPoint>& points) {
+  return {&points, points.size(), [](const void* owner, std::size_t i) -> const ContactPoint& {
+            return (*static_cast<const std::vector<ContactPoint>*>(owner))[i];
+          }};
 }
 
 }  // namespace
@@ -81,7 +92,12 @@ void PairTracking::match(const TrackedPair& now, const TrackedPair& before, doub
 
 std::vector<int> match_previous(const std::vector<ContactPoint>& now,
                                 const std::vector<ContactPoint>& before, double reach) {
-  std::vector<int> match(now.size(), -1);
+  return match_previous(in_a_row(now), in_a_row(before), reach);
+}
+
+std::vector<int> match_previous(const ContactPointList& now, const ContactPointList& before,
+                                double reach) {
+  std::vector<int> match(now.size, -1);
   std::vector<TrackedPoint> tracked_now, tracked_before;
   PairTracking tracking;
   const Placement world;
@@ -89,11 +105,11 @@ std::vector<int> match_previous(const std::vector<ContactPoint>& now,
     return std::pair(k.a, k.b) < std::pair(l.a, l.b);
   };
   std::size_t i = 0, j = 0;
-  while (i < now.size() && j < before.size()) {
+  while (i < now.size && j < before.size) {
     const std::size_t end_now = end_of_pair(now, i), end_before = end_of_pair(before, j);
-    if (blocks_less(now[i].key, before[j].key)) {
+    if (blocks_less(key(now, i), key(before, j))) {
       i = end_now;
-    } else if (blocks_less(before[j].key, now[i].key)) {
+    } else if (blocks_less(key(before, j), key(now, i))) {
       j = end_before;
     } else {
       track(now, i, end_now, tracked_now);

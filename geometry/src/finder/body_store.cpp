@@ -113,10 +113,13 @@ void BodyStore::replace_shape(int handle, std::shared_ptr<const Shape> shape) {
   require_shape(shape, handle);
   const Kind& old = kind(place);
   const BodyOptions options{old.category, old.collides_with, old.motion};
+  // Features keep their names: it has moved, freely.
+  const bool moved = changes_[at(place)] != BodyChange::Shape &&
+                     old.shape->shared_topology() == shape->shared_topology();
   const int next = join_kind(std::move(shape), options);
   leave_kind(kind_of_[at(place)]);
   kind_of_[at(place)] = next;
-  changes_[at(place)] = BodyChange::Shape;
+  changes_[at(place)] = moved ? BodyChange::Moved : BodyChange::Shape;
 }
 
 void BodyStore::set_options(int handle, const BodyOptions& options) {

@@ -8,7 +8,7 @@
 #include <limits>
 #include <quoin/geometry/broad_phase.hpp>
 
-#include "simd/dispatch.hpp"
+#include "simd/sse2.hpp"
 
 namespace quoin::geometry {
 namespace {
@@ -36,7 +36,7 @@ constexpr int kBucket = 4;          // boxes whose pairs are sorted together
 
 // Two boxes are compared on all sides: which one parts them cannot be foreseen.
 
-#ifdef QUOIN_WIDE_LANES
+#ifdef QUOIN_SSE2
 
 /// x - y <= limit and u - v <= limit, all three of each?
 bool none_beyond(const Vector3& x, const Vector3& y, const Vector3& u, const Vector3& v,
@@ -97,7 +97,7 @@ float rounded_up(double length) {
   return value + 2 * rounding(value);
 }
 
-#ifdef QUOIN_WIDE_LANES
+#ifdef QUOIN_SSE2
 
 /// Minus for numbers of `min`, which go down and grow by what lies below, plus for those of `max`.
 __m128 first_signs() { return _mm_set_ps(0.0F, -0.0F, -0.0F, -0.0F); }

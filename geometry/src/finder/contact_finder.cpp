@@ -4,7 +4,6 @@
 
 #include "finder/body_store.hpp"
 #include "finder/placed_box.hpp"
-#include "finder/vertex_blocks.hpp"
 #include "finder/worker_pool.hpp"
 
 namespace quoin::geometry {
@@ -31,8 +30,7 @@ struct ContactFinder::Memory {
   explicit Memory(const FinderOptions& given)
       : options(checked(given)),
         pool(given.executor == nullptr ? given.threads : 1),
-        batch({.tolerance = given.tolerance, .reach = given.reach}),
-        blocks({.tolerance = given.tolerance, .reach = given.reach}) {}
+        batch({.tolerance = given.tolerance, .reach = given.reach, .frame = given.frame}) {}
 
   FinderOptions options;
   WorkerPool pool;
@@ -41,7 +39,6 @@ struct ContactFinder::Memory {
   BroadPhase broad_phase;
   std::vector<BlockPair> pairs;  // slots of the call at hand, where not all near pairs are tested
   PairBatch batch;
-  VertexBlocks blocks;
 
   Executor& executor() { return options.executor == nullptr ? pool : *options.executor; }
   double box_reach() const;
@@ -165,7 +162,6 @@ void ContactFinder::set_reach(double reach) {
   require_length(reach, "finder: reach");
   m.options.reach = reach;
   m.batch.set_reach(reach);
-  m.blocks.set_reach(reach);
 }
 
 int ContactFinder::threads() const { return memory().executor().workers(); }
@@ -175,11 +171,5 @@ FindCounts ContactFinder::find(std::vector<ContactPoint>& contacts) {
 }
 
 std::span<const PairResult> ContactFinder::pairs() const { return memory().batch.pairs(); }
-
-FindCounts ContactFinder::find(std::span<const Shape> blocks, std::span<const char> idle,
-                               std::vector<ContactPoint>& contacts) {
-  Memory& m = memory();
-  return m.blocks.find(blocks, idle, contacts, m.executor());
-}
 
 }  // namespace quoin::geometry

@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <bit>
 #include <limits>
+#include <optional>
 #include <quoin/geometry/pair_batch.hpp>
 
 #include "contact/contact_tracking.hpp"
@@ -10,6 +12,9 @@ namespace {
 
 constexpr std::size_t kPairsPerWorker = 64;  // fewer are not worth waking a thread for
 constexpr std::size_t kPairsInCache = 128;   // whose contact points are copied while still in cache
+/// Pairs come in the order of a, and bodies near each other have numbers not far apart as a rule:
+/// so many are kept made, 240 bytes each. A power of two.
+constexpr std::size_t kBodiesKept = 512;
 
 /// What a pair keeps from call to call.
 struct PairMemory {
@@ -21,7 +26,7 @@ struct PairMemory {
   std::ptrdiff_t count = -1;  // -1: not remembered
 };
 
-/// Contact points of a call as they stood in the world, and for each pair the placement of body a.
+/// Contact points of a call as they stood, and for each pair the placement from body a's frame.
 struct History {
   std::vector<Placement> frames{};
   std::vector<TrackedPoint> points{};
@@ -32,6 +37,32 @@ struct History {
   }
 };
 
+/// Bodies lately asked for, so that one in many pairs is made once.
+class RecentBodies {
+ public:
+  void start(const BodySource& source) {
+    source_ = &source;
+    const std::size_t size = std::min(kBodiesKept, std::bit_ceil(at(std::max(source.count, 1))));
+    indices_.assign(size, -1);
+    bodies_.resize(size);
+  }
+  /// Until the next call.
+  const Body& operator[](int index) {
+    const std::size_t place = at(index) & (bodies_.size() - 1);
+    if (indices_[place] != index) {
+      bodies_[place].emplace(source_->body(source_->owner, index));
+      indices_[place] = index;
+    }
+    return *bodies_[place];
+  }
+
+ private:
+  static std::size_t at(int i) { return static_cast<std::size_t>(i); }
+  const BodySource* source_ = nullptr;
+  std::vector<int> indices_{};  // -1: none
+  std::vector<std::optional<Body>> bodies_{};
+};
+
 /// What one worker finds: points in the list at `start`, as many as it found there in the call
 /// before (`room`), and those beyond; and what it keeps for the next call.
 struct WorkerPart {
@@ -40,6 +71,7 @@ struct WorkerPart {
   History now{}, before{};
   PairTracking tracking{};
   std::vector<int> previous{};
+  RecentBodies bodies{};
 
   std::size_t total() const { return count + beyond.size(); }
   /// Puts what was found last into its place.
@@ -97,7 +129,6 @@ BodySource::BodySource(std::span<const Body> bodies)
 
 struct PairBatch::Memory {
   ContactOptions options;
-  BatchResults results = BatchResults::All;
   BodySource bodies;                       // of the call at hand
   std::vector<BlockPair> sorted;           // the caller's pairs, where they are in no order
   std::span<const BlockPair> pairs;        // of the call at hand, by index
@@ -119,7 +150,8 @@ struct PairBatch::Memory {
   void start_history(std::size_t workers);
   void search(std::size_t first, std::size_t last, std::size_t worker,
               std::vector<ContactPoint>& contacts);
-  void search_pair(std::size_t i, const Body& a, std::vector<ContactPoint>& contacts);
+  void search_pair(std::size_t i, WorkerPart& part, const Body& a,
+                   std::vector<ContactPoint>& contacts);
   void follow(std::size_t i, WorkerPart& part, const Body& a, std::span<ContactPoint> points);
   void match(std::size_t i, WorkerPart& part, std::span<const TrackedPoint> now,
              std::span<ContactPoint> points);
@@ -240,6 +272,7 @@ void PairBatch::Memory::start_history(std::size_t workers) {
     std::swap(part.now, part.before);
     part.now.clear();
   }
+  for (std::size_t w = 0; w < workers; ++w) parts[w].bodies.start(bodies);
 }
 
 /// The points of one pair in the list of the call before: by their features, and where these have
@@ -279,9 +312,11 @@ void PairBatch::Memory::follow(std::size_t i, WorkerPart& part, const Body& a,
                                std::span<ContactPoint> points) {
   if (points.empty()) return;
   const std::size_t first = part.now.points.size();
-  part.now.frames.push_back(a.placement());
+  const bool in_world = options.frame == PointFrame::World;
+  part.now.frames.push_back(in_world ? a.placement() : Placement{});
   for (const ContactPoint& point : points) {
-    part.now.points.push_back({point.key.feature_a, point.key.feature_b, point.point()});
+    part.now.points.push_back({point.key.feature_a, point.key.feature_b,
+                               in_world ? point.point() : point.point_a});
   }
   match(i, part, std::span(part.now.points).subspan(first), points);
   known[i].worker = static_cast<int>(&part - parts.data());
@@ -289,7 +324,7 @@ void PairBatch::Memory::follow(std::size_t i, WorkerPart& part, const Body& a,
   known[i].track = static_cast<int>(first);
 }
 
-void PairBatch::Memory::search_pair(std::size_t i, const Body& a,
+void PairBatch::Memory::search_pair(std::size_t i, WorkerPart& part, const Body& a,
                                     std::vector<ContactPoint>& contacts) {
   const std::size_t first = contacts.size();
   if (known[i].count >= 0) {
@@ -300,10 +335,8 @@ void PairBatch::Memory::search_pair(std::size_t i, const Body& a,
     return;
   }
   const NearestFeatures nearest = append_contacts_within_reach(
-      {named[i].a, named[i].b}, a, body(pairs[i].b), options, known[i].hint, contacts);
+      {named[i].a, named[i].b}, a, part.bodies[pairs[i].b], options, known[i].hint, contacts);
   known[i].hint = nearest.hint;
-  answers[i].count = static_cast<int>(contacts.size() - first);
-  if (results == BatchResults::PointsAlone) return;
   answers[i] = describe(named[i], nearest, std::span(contacts).subspan(first));
 }
 
@@ -311,13 +344,13 @@ void PairBatch::Memory::search_pair(std::size_t i, const Body& a,
 void PairBatch::Memory::search(std::size_t first, std::size_t last, std::size_t worker,
                                std::vector<ContactPoint>& contacts) {
   if (first == last) return;
-  Body a = body(pairs[first].a);
+  WorkerPart& part = parts[worker];
+  Body a = part.bodies[pairs[first].a];
   for (std::size_t i = first; i < last; ++i) {
-    if (i > first && pairs[i].a != pairs[i - 1].a) a = body(pairs[i].a);
+    if (i > first && pairs[i].a != pairs[i - 1].a) a = part.bodies[pairs[i].a];
     const std::size_t start = contacts.size();
-    search_pair(i, a, contacts);
-    if (results == BatchResults::PointsAlone) continue;
-    follow(i, parts[worker], a, std::span(contacts).subspan(start));
+    search_pair(i, part, a, contacts);
+    follow(i, part, a, std::span(contacts).subspan(start));
   }
 }
 
@@ -404,12 +437,11 @@ void PairBatch::Memory::list_results() {
   end_those_before({std::numeric_limits<int>::max(), std::numeric_limits<int>::max()});
 }
 
-PairBatch::PairBatch(const ContactOptions& options, BatchResults results) {
+PairBatch::PairBatch(const ContactOptions& options) {
   require_length(options.reach, "pair batch: reach");
   require_length(options.tolerance, "pair batch: tolerance");
   memory_ = std::make_unique<Memory>();
   memory_->options = options;
-  memory_->results = results;
 }
 PairBatch::~PairBatch() = default;
 PairBatch::PairBatch(PairBatch&&) noexcept = default;
@@ -442,7 +474,7 @@ void PairBatch::Memory::find(std::vector<ContactPoint>& contacts, Executor* exec
     contacts.clear();
     search(0, pairs.size(), 0, contacts);
   }
-  if (results == BatchResults::All) list_results();
+  list_results();
   remember(contacts);
 }
 

@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "numeric/floating_point.hpp"
+
 namespace quoin::geometry {
 
 struct DoubleDouble {

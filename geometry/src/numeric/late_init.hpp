@@ -15,9 +15,10 @@ class LateInit {
   LateInit& operator=(const LateInit&) = delete;
   ~LateInit() { reset(); }
 
-  T& emplace() {
+  template <typename... Arguments>
+  T& emplace(const Arguments&... arguments) {
     reset();
-    value_ = new (storage_) T;
+    value_ = new (storage_) T(arguments...);
     return *value_;
   }
   void reset() {

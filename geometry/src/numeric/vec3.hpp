@@ -30,6 +30,12 @@ inline double square(const Vec3& a) { return dot(a, a); }
 inline Vec3 cross(const Vec3& a, const Vec3& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
+/// In plain code: Eigen's product sums in an order, and with fused steps, that hang on the flags.
+inline Vec3 product(const Matrix3& matrix, const Vec3& v) {
+  const double* m = matrix.data();
+  return {dot(Vec3(m[0], m[3], m[6]), v), dot(Vec3(m[1], m[4], m[7]), v),
+          dot(Vec3(m[2], m[5], m[8]), v)};
+}
 /// One zero only: -0 would tell the ways to an answer apart.
 inline Vec3 one_zero(const Vec3& a) { return a + Vec3(0.0, 0.0, 0.0); }
 inline Vec3 either(bool first, const Vec3& a, const Vec3& b) {

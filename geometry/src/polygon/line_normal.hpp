@@ -49,9 +49,7 @@ struct Side {
 };
 
 // What is seldom asked for is not built in, and takes copies, so that the rest stays in registers.
-[[gnu::noinline]] inline Vec3 wide_cross(Side e, Side f) {
-  return cross(e.wide(), f.wide()).rounded();
-}
+Vec3 wide_cross(Side e, Side f);
 inline Vec3 accurate_cross(const Side& e, const Side& f) {
   const Vec3 &a = e.line, &b = f.line;
   const Vec3 normal = cross(a, b);

@@ -309,6 +309,29 @@ Vector2 nearest_place(const ProjectedFeature& p, const ProjectedFeature& q) {
   return best;
 }
 
+void lay_support_polygon(const Solid& polyhedron, const VertexSet& vertices,
+                         const ContactPlane& plane, double outward, ProjectedFeature& patch) {
+  const Topology& topology = polyhedron.topology();
+  patch.label = name_support_set(polyhedron, vertices, FeatureKind::Face, outward * plane.normal);
+  patch.face = patch.label.index;
+  const std::span<const int> cycle = topology.face(patch.face);
+  if (topology.face_set(patch.face).size() == vertices.size() && cycle.size() == vertices.size()) {
+    return lay_feature(polyhedron, patch.label, plane, outward, patch);
+  }
+  SmallVector<int, 32> order;
+  SmallVector<Vector2, 32> places;
+  const LocalPlane local(polyhedron, plane);
+  for (const int v : vertices) places.push_back(local.place(polyhedron.shape().vertex(v)));
+  hull_order(places, order);
+  patch.corners.clear();
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const int v = vertices[static_cast<std::size_t>(order[k])];
+    const int w = vertices[static_cast<std::size_t>(order[(k + 1) % order.size()])];
+    add_corner(polyhedron, v, topology.find_edge(v, w), plane, patch);
+  }
+  set_slope(polyhedron, plane, patch);
+}
+
 void lay_support_set(const Solid& polyhedron, const VertexSet& vertices, FeatureKind kind,
                      const ContactPlane& plane, double outward, ProjectedFeature& patch) {
   const Feature name = name_support_set(polyhedron, vertices, kind, outward * plane.normal);
@@ -331,18 +354,7 @@ void lay_support_set(const Solid& polyhedron, const VertexSet& vertices, Feature
     for (const int v : ends) add_corner(polyhedron, v, edge, plane, patch);
     set_slope(polyhedron, plane, patch);
   } else {
-    SmallVector<int, 32> order;
-    SmallVector<Vector2, 32> places;
-    for (const int v : vertices)
-      places.push_back(LocalPlane(polyhedron, plane).place(polyhedron.shape().vertex(v)));
-    hull_order(places, order);
-    patch.face = name.index;
-    for (std::size_t k = 0; k < order.size(); ++k) {
-      const int v = vertices[static_cast<std::size_t>(order[k])];
-      const int w = vertices[static_cast<std::size_t>(order[(k + 1) % order.size()])];
-      add_corner(polyhedron, v, polyhedron.topology().find_edge(v, w), plane, patch);
-    }
-    set_slope(polyhedron, plane, patch);
+    lay_support_polygon(polyhedron, vertices, plane, outward, patch);
   }
 }
 
@@ -362,27 +374,46 @@ std::array<int, 2> segment_ends(const Solid& polyhedron, const VertexSet& vertic
   return ends;
 }
 
-FeatureKind span_kind(const Solid& polyhedron, const VertexSet& vertices, double tolerance) {
-  if (vertices.size() == 1) return FeatureKind::Vertex;
-  if (vertices.size() == 2) return FeatureKind::Edge;
-  const Vector3 base = polyhedron.vertex(vertices[0]);
-  int far = vertices[1];
+namespace {
+
+int farthest_from(const Solid& polyhedron, const VertexSet& vertices, int from) {
+  const Vector3 base = polyhedron.vertex(from);
+  int far = from;
   double longest = 0.0;
   for (const int v : vertices) {
     const double length = (polyhedron.vertex(v) - base).squaredNorm();
-    if (length > longest) {
-      longest = length;
-      far = v;
-    }
+    if (length <= longest) continue;
+    longest = length;
+    far = v;
   }
-  const Vector3 line = polyhedron.vertex(far) - base;
-  const double limit = tolerance * line.norm();
+  return far;
+}
+
+/// How far the set reaches to the side of the line through two of its vertices.
+double reach_aside(const Solid& polyhedron, const VertexSet& vertices, int from, int to) {
+  const Vector3 base = polyhedron.vertex(from), line = polyhedron.vertex(to) - base;
+  double most = 0.0;
   for (const int v : vertices) {
-    if (line.cross(polyhedron.vertex(v) - base).squaredNorm() > limit * limit) {
-      return FeatureKind::Face;
-    }
+    most = std::max(most, line.cross(polyhedron.vertex(v) - base).squaredNorm());
   }
-  return FeatureKind::Edge;
+  return std::sqrt(most / line.squaredNorm());
+}
+
+}  // namespace
+
+FeatureKind span_kind(const Solid& polyhedron, const VertexSet& vertices, double tolerance) {
+  if (vertices.size() == 1) return FeatureKind::Vertex;
+  // A set reaches at most twice its width to the side of its longest line, and of a line of at
+  // least half that length, as this one is, four times.
+  const int far = farthest_from(polyhedron, vertices, vertices[0]);
+  if (far != vertices[0] && reach_aside(polyhedron, vertices, vertices[0], far) > 4.0 * tolerance) {
+    return FeatureKind::Face;
+  }
+  const std::array<int, 2> ends = segment_ends(polyhedron, vertices);
+  const double longest = (polyhedron.vertex(ends[1]) - polyhedron.vertex(ends[0])).norm();
+  if (longest <= tolerance) return FeatureKind::Vertex;
+  const bool wide = reach_aside(polyhedron, vertices, ends[0], ends[1]) > tolerance;
+  return wide ? FeatureKind::Face : FeatureKind::Edge;
 }
 
 namespace {

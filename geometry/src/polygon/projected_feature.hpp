@@ -35,7 +35,11 @@ struct ProjectedFeature {
 void lay_feature(const Solid& polyhedron, const Feature& feature, const ContactPlane& plane,
                  double outward, ProjectedFeature& patch);
 
-/// Lays the hull of a support set into the plane.
+/// Lays the hull of a support set that spans a polygon into the plane.
+void lay_support_polygon(const Solid& polyhedron, const VertexSet& vertices,
+                         const ContactPlane& plane, double outward, ProjectedFeature& patch);
+
+/// Lays a support set into the plane; just the vertices of a face as its label has them.
 void lay_support_set(const Solid& polyhedron, const VertexSet& vertices, FeatureKind kind,
                      const ContactPlane& plane, double outward, ProjectedFeature& patch);
 
@@ -53,7 +57,7 @@ double overlap_margin(const ProjectedFeature& p, const ProjectedFeature& q);
 /// edges.
 Vector2 nearest_place(const ProjectedFeature& p, const ProjectedFeature& q);
 
-/// What a support set spans: a point, a segment or a polygon wider than `tolerance`.
+/// What a support set spans: a point no longer than `tolerance`, a segment no wider, or a polygon.
 FeatureKind span_kind(const Solid& polyhedron, const VertexSet& vertices, double tolerance);
 
 /// The feature of the topology that best names a support set.

@@ -2,10 +2,10 @@
 
 #include <limits>
 
+#include "numeric/error_bounds.hpp"
+
 namespace quoin::geometry {
 namespace {
-
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 /// Witness points: of the shared part of the two features that rounding cannot tell from parallel.
 void set_witnesses(const Solid& p, const Solid& q, const Candidate& contact, const VertexSet& set_p,

@@ -4,15 +4,11 @@
 #include <cstdint>
 #include <limits>
 
+#include "numeric/error_bounds.hpp"
 #include "numeric/vec3.hpp"
 
 namespace quoin::geometry {
 namespace {
-
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// Rounding of a double-double sum of a few products, with room to spare.
-constexpr double kWideEpsilon = 1e-29;
 
 WideVector difference(const Vec3& a, const Vec3& b) {
   return {two_difference(a.x, b.x), two_difference(a.y, b.y), two_difference(a.z, b.z)};
@@ -159,7 +155,7 @@ class Polytope {
     const Vec3 u = b - a, v = c - a, w = d - a;
     const double rough = dot(cross(u, v), w);
     const double size = std::sqrt(square(u) * square(v) * square(w));
-    if (std::abs(rough) > 16 * kEpsilon * size) return rough;
+    if (std::abs(rough) > kVolumeRounding * kEpsilon * size) return rough;
     const double fine = double(dot(cross(difference(b, a), difference(c, a)), difference(d, a)));
     return std::abs(fine) > kWideEpsilon * size ? fine : 0.0;
   }
@@ -243,7 +239,7 @@ class Polytope {
     if (!(squared > kSlimSine * kSlimSine * whole)) return lay_exactly(f);
     facet.normal = normal / std::sqrt(squared);
     facet.distance = dot(facet.normal, a);
-    facet.error = 6 * kEpsilon * std::sqrt(whole / squared);
+    facet.error = kNormalRounding * kEpsilon * std::sqrt(whole / squared);
     facet.exact = false;
     set_key(f, facet.distance - facet.error * std::sqrt(square(a)));
   }
@@ -263,7 +259,7 @@ class Polytope {
     }
     facet.normal = rounded / length;
     facet.distance = double(dot(normal, wide(a))) / length;
-    facet.error = 2 * kEpsilon;
+    facet.error = kExactNormalRounding * kEpsilon;
     set_key(f, facet.distance);
   }
 
@@ -271,7 +267,7 @@ class Polytope {
   bool sees(const Vec3& w, const Facet& facet) const {
     const Vec3 a = place(facet, 0), t = w - a;
     const double height = dot(facet.normal, t);
-    const double bound = (facet.error + 4 * kEpsilon) * std::sqrt(square(t));
+    const double bound = (facet.error + kHeightRounding * kEpsilon) * std::sqrt(square(t));
     if (std::abs(height) > bound) return height > 0.0;
     return volume(a, place(facet, 1), place(facet, 2), w) > 0.0;
   }
@@ -296,7 +292,7 @@ class Polytope {
     }
     const SupportPlane* const known = planes_.find(facet.normal);
     if (known == planes_.end() || key_[f] < best_ - kFlush * rounding_) return true;
-    return key_[f] <= known->value.high + 4 * kEpsilon * std::abs(known->value.high);
+    return key_[f] <= known->value.high + kKeyRounding * kEpsilon * std::abs(known->value.high);
   }
 
   /// One facet: grown over, or found to be one of the set. False: nothing is left to look at.

@@ -3,21 +3,11 @@
 #include <cmath>
 #include <limits>
 
+#include "numeric/error_bounds.hpp"
+
 namespace quoin::geometry {
 namespace {
 
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-/// Rounding of a double-double sum of a few products, with room to spare.
-constexpr double kWideEpsilon = 1e-29;
-
-int wide_support_among(const Solid& polyhedron, const WideVector& direction, const VertexSet& set) {
-  int best = set[0];
-  for (const int v : set) {
-    const WideVector step = polyhedron.wide_line(best, v);
-    if (dot(direction, step).high > 0.0) best = v;
-  }
-  return best;
-}
 
 /// One point q_j - p_i of the Minkowski difference, exact.
 struct Corner {
@@ -145,10 +135,35 @@ void name_corners(const Simplex& simplex, ActiveFeatures& result) {
   }
 }
 
-/// `support_p(d)`, `support_q(d)`: vertex of P farthest along d, of Q farthest against it.
-template <typename SupportP, typename SupportQ>
-ActiveFeatures search(const Solid& p, const Solid& q, const ActiveFeatures& start,
-                      int max_iterations, const SupportP& support_p, const SupportQ& support_q) {
+}  // namespace
+
+int wide_support(const Solid& polyhedron, const WideVector& direction) {
+  const Vector3 d = direction.rounded();
+  const Support first = support(polyhedron, d);
+  const double limit = first.value - kWideSupport * kEpsilon * d.norm() * polyhedron.diameter();
+  const Vec3 local = polyhedron.turned_back(d);
+  int best = first.vertex;
+  if (count_beyond(polyhedron, d, limit) == 1) return best;
+  for (int v = 0; v < polyhedron.vertex_count(); ++v) {
+    if (v == best || dot(row_offset(polyhedron, v), local) < limit) continue;
+    const WideVector step = polyhedron.wide_line(best, v);
+    if (dot(direction, step).high > 0.0) best = v;
+  }
+  return best;
+}
+
+namespace {
+
+ActiveFeatures facing_vertices(const Solid& p, const Solid& q) {
+  const Vector3 shift = q.origin() - p.origin();
+  return {.p = {support(p, shift).vertex}, .q = {support(q, -shift).vertex}, .corners = 1};
+}
+
+}  // namespace
+
+ActiveFeatures exact_nearest(const Solid& p, const Solid& q, const ActiveFeatures& given,
+                             int max_iterations) {
+  const ActiveFeatures start = given.corners > 0 ? given : facing_vertices(p, q);
   const double size = std::min(p.diameter(), q.diameter());
   // Nearer than this a line between vertices or edges has no direction left, even in double-double;
   // the answer may then come from the planes that part the solids just as well.
@@ -172,7 +187,8 @@ ActiveFeatures search(const Solid& p, const Solid& q, const ActiveFeatures& star
     if (result.iterations > 1 && !simplex.has(last[0], last[1])) {
       // No step forward: the margin is inside the rounding even here. When the solids touch within
       // the rounding of the coordinates the planes between them decide.
-      result.overlapping = distance.high <= 64 * kEpsilon * std::max(p.diameter(), q.diameter());
+      result.overlapping =
+          distance.high <= kStalled * kEpsilon * std::max(p.diameter(), q.diameter());
       name_corners(simplex, result);
       return result;
     }
@@ -180,7 +196,7 @@ ActiveFeatures search(const Solid& p, const Solid& q, const ActiveFeatures& star
     const DoubleDouble length = square_root(dot(direction, direction));
     const DoubleDouble here = distance * length;
     const double rounding = kEpsilon / 256 * length.high * size;
-    const int i = support_p(direction), j = support_q(direction);
+    const int i = wide_support(p, direction), j = wide_support(q, -direction);
     const WideVector w = exact_corner(p, q, i, j);
     const DoubleDouble gain = here - dot(direction, w);
     if (simplex.has(i, j) || gain.high <= rounding + 1e-18 * here.high) {
@@ -194,42 +210,6 @@ ActiveFeatures search(const Solid& p, const Solid& q, const ActiveFeatures& star
     last = {i, j};
   }
   return result;
-}
-
-}  // namespace
-
-int wide_support(const Solid& polyhedron, const WideVector& direction) {
-  const Vector3 d = direction.rounded();
-  const Support first = support(polyhedron, d);
-  const double limit = first.value - 8 * kEpsilon * d.norm() * polyhedron.diameter();
-  const Vec3 local = polyhedron.turned_back(d);
-  int best = first.vertex;
-  if (count_beyond(polyhedron, d, limit) == 1) return best;
-  for (int v = 0; v < polyhedron.vertex_count(); ++v) {
-    if (v == best || dot(row_offset(polyhedron, v), local) < limit) continue;
-    const WideVector step = polyhedron.wide_line(best, v);
-    if (dot(direction, step).high > 0.0) best = v;
-  }
-  return best;
-}
-
-ActiveFeatures exact_nearest(const Solid& p, const Solid& q, const ActiveFeatures& start,
-                             int max_iterations) {
-  const Vector3 shift = q.origin() - p.origin();
-  const ActiveFeatures first{
-      .p = {support(p, shift).vertex}, .q = {support(q, -shift).vertex}, .corners = 1};
-  return search(
-      p, q, start.corners > 0 ? start : first, max_iterations,
-      [&](const WideVector& d) { return wide_support(p, d); },
-      [&](const WideVector& d) { return wide_support(q, -d); });
-}
-
-ActiveFeatures exact_nearest_among(const Solid& p, const Solid& q, const VertexSet& set_p,
-                                   const VertexSet& set_q) {
-  return search(
-      p, q, {.p = {set_p[0]}, .q = {set_q[0]}, .corners = 1}, 1000,
-      [&](const WideVector& d) { return wide_support_among(p, d, set_p); },
-      [&](const WideVector& d) { return wide_support_among(q, -d, set_q); });
 }
 
 }  // namespace quoin::geometry

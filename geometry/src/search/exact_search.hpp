@@ -28,8 +28,4 @@ int wide_support(const Solid& polyhedron, const WideVector& direction);
 ActiveFeatures exact_nearest(const Solid& p, const Solid& q, const ActiveFeatures& start,
                              int max_iterations);
 
-/// The same among given vertices only, from the first of each. Sets must not be empty.
-ActiveFeatures exact_nearest_among(const Solid& p, const Solid& q, const VertexSet& set_p,
-                                   const VertexSet& set_q);
-
 }  // namespace quoin::geometry

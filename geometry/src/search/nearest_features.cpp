@@ -1,176 +1,30 @@
 #include "search/nearest_features.hpp"
 
-#include <cmath>
-#include <limits>
-#include <optional>
-#include <utility>
-
 #include "certify/canonical_order.hpp"
-#include "search/box_sat.hpp"
-#include "search/corner_features.hpp"
 #include "search/describe.hpp"
-#include "search/epa.hpp"
 #include "search/exact_answer.hpp"
 #include "search/prefetch.hpp"
 #include "search/proposals.hpp"
+#include "search/quick_answers.hpp"
 
 namespace quoin::geometry {
 namespace {
 
-/// The quick ways, and what is known when they have not come to the answer. For solids apart they
-/// work in the order of the caller: turned round, each of their steps is the same but for signs.
-struct Quick {
-  Trial hint = Trial::Undecided;  // what became of last step's features
-  bool searched = false;
-  SearchResult found = {};             // if `searched`: in the order in which the pair is worked
-  std::optional<Vector3> flat = {};    // across which solids that overlap lie flat on each other
-  bool grown = false;                  // `found` is the least overlap
-  std::optional<Vector3> middle = {};  // of several planes that part the solids within rounding
-  int iterations = 0;
+struct Question {
+  const Solid &a, &b;
+  const SearchOptions& options;
+  const FeatureHint& hint;
+  Lengths length;
+  LateInit<ContactPolygon>* faces;  // null: nobody asks for what they share
 };
 
-/// Last step's features as an ordinary answer.
-bool hinted_answer(const Solid& a, const Solid& b, const Lengths& length, const FeatureHint& hint,
-                   Trial& trial, NearestFeatures& answer) {
-  if (hint.vertices_a[0] < 0) return false;
-  trial = certify_hint(a, b, hint, length, answer);
-  answer.iterations = trial == Trial::Undecided ? 0 : 1;
-  return trial == Trial::Proved;
-}
-
-/// The features that three corners each span as an ordinary answer.
-bool found_answer(const Solid& a, const Solid& b, const Lengths& length,
-                  std::span<const int> by_corners_a, std::span<const int> by_corners_b,
-                  const Overlap* overlap, NearestFeatures& answer) {
-  Carrier by_a, by_b;
-  return corner_carrier(a, by_corners_a, by_a) && corner_carrier(b, by_corners_b, by_b) &&
-         certify(a, b, by_a, by_b, length, overlap, answer) == Trial::Proved;
-}
-
-/// The least overlap from where the search found that there is one.
-void grow(const CanonicalPair& pair, Quick& quick) {
-  quick.grown = true;
-  if (quick.found.corners == 1) {  // in a corner of the set of differences many planes meet
-    quick.found.outcome = SearchOutcome::Unclear;
-    return;
-  }
-  quick.found = expand_polytope(pair.p, pair.q, quick.found, 0.25 * pair.length.rounding);
-  quick.iterations += quick.found.iterations;
-}
-
-bool are_bricks(const Solid& a, const Solid& b) {
-  return !a.topology().brick().empty() && !b.topology().brick().empty();
-}
-
-/// The least overlap of two bricks, where it is clear.
-bool part_bricks(const CanonicalPair& pair, Quick& quick) {
-  const SearchResult found = box_sat(pair.p, pair.q, pair.length.rounding);
-  if (found.outcome == SearchOutcome::Touching) quick.middle = found.normal;
-  if (found.outcome != SearchOutcome::Overlapping) return false;
-  quick.searched = true;
-  quick.found = found;
-  quick.iterations += found.iterations;
-  return quick.grown = true;
-}
-
-/// The least overlap as an ordinary answer.
-bool overlapping_answer(const CanonicalPair& pair, Quick& quick, NearestFeatures& answer) {
-  const double rounding = pair.length.rounding;
-  if (!quick.grown) {
-    if (find_flat(pair.p, pair.q, quick.flat)) return false;
-    grow(pair, quick);
-    if (quick.found.outcome != SearchOutcome::Overlapping) return false;
-  }
-  const SearchResult& found = quick.found;
-  const Overlap overlap{found.normal, least_gap(found, rounding)};
-  if (!found_answer(pair.p, pair.q, pair.length, found.p, found.q, &overlap, answer)) return false;
-  if (pair.reversed) swap_names(answer);
-  return true;
-}
-
-/// The nearest features of the corners that look at each other.
-bool corner_answer(const Solid& a, const Solid& b, const Lengths& length, Quick& quick,
-                   NearestFeatures& answer) {
-  ++quick.iterations;
-  const CornerFeatures corners = corner_features(a, b, b.vertex_mean() - a.vertex_mean());
-  return found_answer(a, b, length, corners.p, corners.q, nullptr, answer);
-}
-
-/// Solids that touch at a vertex or along an edge: the middle of the planes between them. Its gap
-/// is nothing within rounding, and the features that carry it lie over each other: no plane is
-/// better by more than that, for there the solids share a point.
-[[gnu::noinline]] bool touching_answer(const CanonicalPair& pair, const Vector3& middle,
-                                       NearestFeatures& answer) {
-  const Solid &p = pair.p, &q = pair.q;
-  const Lengths& length = pair.length;
-  LateInit<ContactPolygon> faces;
-  Optimum optimum(faces);
-  CandidatePlane& plane = optimum.plane;
-  scan(p, q, middle, plane);
-  if (!(std::abs(plane.gap) <= length.rounding)) return false;
-  find_sets(p, q, length, plane);
-  if (!lies_over(p, q, plane, nullptr, length.rounding)) return false;
-  optimum.converged = optimum.several = optimum.middle = true;
-  describe(p, q, optimum, length, answer);
-  if (pair.reversed) swap_names(answer);
-  return true;
-}
-
-/// The answer of a cold search.
-bool searched_answer(const Solid& a, const Solid& b, const Lengths& length, Quick& quick,
-                     NearestFeatures& answer) {
-  if (has_plain_corners(a, b) && corner_answer(a, b, length, quick, answer)) return true;
-  if (are_bricks(a, b)) {
-    const CanonicalPair pair = ordered(a, b, length);
-    if (part_bricks(pair, quick)) return overlapping_answer(pair, quick, answer);
-    if (quick.middle && touching_answer(pair, *quick.middle, answer)) return true;
-  }
-  const SearchResult found =
-      nearest_feature_search(a, b, b.vertex_mean() - a.vertex_mean(), 0.25 * length.rounding);
-  quick.iterations += found.iterations;
-  const bool overlapping = found.outcome == SearchOutcome::Overlapping;
-  if (!overlapping && found_answer(a, b, length, found.p, found.q, nullptr, answer)) return true;
-  const CanonicalPair pair = ordered(a, b, length);
-  quick.searched = true;
-  quick.found = found;
-  if (pair.reversed) quick.found = swapped(quick.found);
-  return overlapping && overlapping_answer(pair, quick, answer);
-}
-
-bool fast_answer(const CanonicalPair& pair, Quick& quick, Optimum& optimum) {
-  const Solid &p = pair.p, &q = pair.q;
-  const Lengths& length = pair.length;
-  const double rounding = length.rounding;
-  if (quick.flat && flat_answer(p, q, length, *quick.flat, optimum)) return true;
-  const SearchResult& found = quick.found;
-  const bool overlapping = found.outcome == SearchOutcome::Overlapping;
-  if (overlapping && !quick.grown) grow(pair, quick);
-  if (found.outcome == SearchOutcome::Unclear) return false;
-  // Of two nearly parallel planes, as good within rounding, the one where the features meet.
-  const double least = least_gap(found, rounding);
-  const auto best = [&] {
-    return optimum.plane.gap >= least && lies_over(p, q, optimum.plane, optimum.laid(), rounding);
-  };
-  take_corners(p, q, found, optimum.plane.sets);
-  optimum.straight = straight_plane(p, q, length, found.normal, optimum) && best();
-  if (optimum.straight) return optimum.converged = true;
-  optimum.faces.reset();
-  optimum.converged = settle_corners(p, q, found, length, optimum.plane) && best();
-  if (optimum.converged || overlapping) return optimum.converged;
-  // Flush blocks: a corner just over an edge, whose line leans by a rounding over the gap.
-  const int f = facing_face(p, found.p[0], found.normal);
-  const int g = facing_face(q, found.q[0], -found.normal);
-  if (f < 0 || g < 0) return false;
-  return flat_answer(p, q, length, p.face_normal(f), optimum) ||
-         flat_answer(p, q, length, -q.face_normal(g), optimum);
-}
-
 /// The general way; true: an ordinary answer after all, in the names of the caller.
-bool general_answer(const CanonicalPair& pair, const SearchOptions& options,
-                    const FeatureHint& hint, Quick& quick, Optimum& optimum,
-                    NearestFeatures& answer) {
+bool general_answer(const CanonicalPair& pair, const Question& question, Quick& quick,
+                    Optimum& optimum, NearestFeatures& answer) {
   const Solid &p = pair.p, &q = pair.q;
   const Lengths& length = pair.length;
+  FeatureHint hint = question.hint;
+  if (pair.reversed) swap_names(hint);
   const auto warm = [&] {
     return quick.hint == Trial::Undecided && hinted_plane(p, q, hint, length, optimum);
   };
@@ -181,83 +35,60 @@ bool general_answer(const CanonicalPair& pair, const SearchOptions& options,
     }
     if (length.uneven || !fast_answer(pair, quick, optimum)) {
       optimum.faces.reset();
-      exact_answer(pair, options.max_iterations, quick.found, optimum);
+      exact_answer(pair, question.options.max_iterations, quick.found, optimum);
     }
   }
   describe(p, q, optimum, length, answer);
   return false;
 }
 
-/// Whatever the quick ways have left open.
-void find_answer(const CanonicalPair& pair, const SearchOptions& options, const FeatureHint& hint,
-                 Quick& quick, Optimum& optimum, NearestFeatures& answer) {
-  FeatureHint named = hint;
-  if (pair.reversed) swap_names(named);
-  const bool ordinary = general_answer(pair, options, named, quick, optimum, answer);
+/// Whatever the quick ways have left open; not inline, for its room on the stack is of no use to
+/// them.
+[[gnu::noinline]] void find_at_last(const Question& question, Quick& quick,
+                                    NearestFeatures& answer) {
+  const CanonicalPair pair = ordered(question.a, question.b, question.length);
+  LateInit<ContactPolygon> own;
+  Optimum optimum(question.faces != nullptr ? *question.faces : own);
+  const bool ordinary = general_answer(pair, question, quick, optimum, answer);
   if (pair.reversed && !ordinary) swap_names(answer);
   answer.iterations = quick.iterations + optimum.iterations;
 }
 
-/// The same; not inline, for its room on the stack is of no use to the quick ways.
-[[gnu::noinline]] void find_answer_at_last(const CanonicalPair& pair, const SearchOptions& options,
-                                           const FeatureHint& hint, Quick& quick,
-                                           NearestFeatures& answer) {
-  LateInit<ContactPolygon> faces;
-  Optimum optimum(faces);
-  find_answer(pair, options, hint, quick, optimum, answer);
-}
-
 /// Where the hint has not led to the answer.
-[[gnu::noinline]] void find_answer_apart(const Solid& a, const Solid& b,
-                                         const SearchOptions& options, const FeatureHint& hint,
-                                         const Lengths& length, Trial trial,
-                                         NearestFeatures& answer) {
+[[gnu::noinline]] void find_by_search(const Question& question, Trial trial,
+                                      NearestFeatures& answer) {
+  const auto& [a, b, options, hint, length, faces] = question;
   Quick quick{.hint = trial, .iterations = answer.iterations};
   const bool hint_left = trial == Trial::Undecided && hint.vertices_a[0] >= 0;
   if (!length.uneven && !hint_left && searched_answer(a, b, length, quick, answer)) {
     answer.iterations = quick.iterations;
     return;
   }
-  find_answer_at_last(ordered(a, b, length), options, hint, quick, answer);
+  find_at_last(question, quick, answer);
 }
 
 }  // namespace
 
 void find_nearest_features(const Solid& a, const Solid& b, const SearchOptions& options,
-                           const FeatureHint& hint, LateInit<ContactPolygon>& faces,
+                           const FeatureHint& hint, LateInit<ContactPolygon>* faces,
                            NearestFeatures& answer) {
   fetch(a);
   fetch(b);
-  fetch_faces(a);
-  fetch_faces(b);
+  if (faces != nullptr) {
+    fetch_faces(a);
+    fetch_faces(b);
+  }
   const Lengths length = lengths(a, b, options.tolerance);
   Trial trial = Trial::Undecided;
   if (length.uneven || !hinted_answer(a, b, length, hint, trial, answer)) {
-    Quick quick{.hint = trial, .iterations = answer.iterations};
-    Optimum optimum(faces);
-    find_answer(ordered(a, b, length), options, hint, quick, optimum, answer);
+    find_by_search({a, b, options, hint, length, faces}, trial, answer);
   }
 }
 
-namespace {
-
-void find(const Solid& a, const Solid& b, const SearchOptions& options, const FeatureHint& hint,
-          NearestFeatures& answer) {
-  fetch(a);
-  fetch(b);
-  const Lengths length = lengths(a, b, options.tolerance);
-  Trial trial = Trial::Undecided;
-  if (length.uneven || !hinted_answer(a, b, length, hint, trial, answer)) {
-    find_answer_apart(a, b, options, hint, length, trial, answer);
-  }
-}
-
-}  // namespace
-
-NearestFeatures nearest_features(const Shape& a, const Shape& b,
-                                 const SearchOptions& options, const FeatureHint& hint) {
+NearestFeatures nearest_features(const Shape& a, const Shape& b, const SearchOptions& options,
+                                 const FeatureHint& hint) {
   NearestFeatures answer;
-  find(Solid(a), Solid(b), options, hint, answer);
+  find_nearest_features(Solid(a), Solid(b), options, hint, nullptr, answer);
   return answer;
 }
 
@@ -268,7 +99,7 @@ NearestFeatures nearest_features(const Body& a, const Body& b, const SearchOptio
   }
   const PlacedPair pair(a, b);
   NearestFeatures answer;
-  find(pair.a, pair.b, options, hint, answer);
+  find_nearest_features(pair.a, pair.b, options, hint, nullptr, answer);
   move(answer, pair.middle);
   return answer;
 }

@@ -8,10 +8,11 @@
 
 namespace quoin::geometry {
 
-/// As the public one, from the middle of the pair, into an answer as made; `faces` is filled where
-/// both contact features are whole faces and nothing was in doubt, in the canonical order.
+/// As the public one, from the middle of the pair, into an answer as made; `faces` (may be null) is
+/// filled where both contact features are whole faces and nothing was in doubt, in the canonical
+/// order.
 void find_nearest_features(const Solid& a, const Solid& b, const SearchOptions& options,
-                           const FeatureHint& hint, LateInit<ContactPolygon>& faces,
+                           const FeatureHint& hint, LateInit<ContactPolygon>* faces,
                            NearestFeatures& answer);
 
 /// From the middle of the pair into the world, or back.

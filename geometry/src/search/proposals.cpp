@@ -3,10 +3,10 @@
 #include <limits>
 #include <utility>
 
+#include "numeric/error_bounds.hpp"
+
 namespace quoin::geometry {
 namespace {
-
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 /// Ascending, each once.
 void insert_sorted(int v, VertexSet& set) {
@@ -95,7 +95,9 @@ bool find_flat(const Solid& p, const Solid& q, std::optional<Vector3>& normal) {
   return normal.has_value();
 }
 
-double slack(double rounding, double gap) { return rounding + 8 * kEpsilon * std::abs(gap); }
+double slack(double rounding, double gap) {
+  return rounding + kGapRounding * kEpsilon * std::abs(gap);
+}
 
 void take_corners(const Solid& p, const Solid& q, const SearchResult& found, ContactSets& sets) {
   sets.p.clear();
@@ -123,7 +125,7 @@ bool settle_corners(const Solid& p, const Solid& q, const SearchResult& found,
 
 double least_gap(const SearchResult& found, double rounding) {
   const bool overlapping = found.outcome == SearchOutcome::Overlapping;
-  return found.bound - slack(overlapping ? 2.2 * rounding : rounding, found.bound);
+  return found.bound - slack(overlapping ? kOverlapRounding * rounding : rounding, found.bound);
 }
 
 }  // namespace quoin::geometry

@@ -2,11 +2,11 @@
 #include <limits>
 #include <quoin/geometry/queries.hpp>
 
+#include "numeric/error_bounds.hpp"
+
 namespace quoin::geometry {
 namespace {
 
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kDirections = 6;  // tried to part two solids before the search is asked
 
 /// Place of a vertex relative to the body's translation, m.
@@ -50,7 +50,7 @@ Vector3 nearest_on_segment(const Vector3& v, const Vector3& w) {
 bool clearly_beyond(const Body& a, const Body& b, double gap, const Vector3& hint) {
   const Vector3 between = b.placement().translation - a.placement().translation;
   const double size = largest_arm(a) + largest_arm(b) + between.cwiseAbs().sum() + std::abs(gap);
-  const double limit = gap + 32 * kEpsilon * size;
+  const double limit = gap + kQueryRounding * kEpsilon * size;
   Vector3 nearest = between + middle_arm(b) - middle_arm(a);
   Vector3 direction = hint.squaredNorm() > 0.0 ? hint : nearest;
   for (int k = 0; k < kDirections; ++k) {
@@ -95,7 +95,7 @@ class FacePlanes {
   }
   /// Rounding of a height over a plane whose normal is a unit vector, m.
   double rounding() const {
-    return 16 * kEpsilon * body_.placement().linear.norm() *
+    return kPointRounding * kEpsilon * body_.placement().linear.norm() *
            (body_.shape().diameter() + body_.shape().largest_coordinate());
   }
 

@@ -1,6 +1,6 @@
 #pragma once
 /// The step of the search from one simplex to the next, without branches on values: they could not
-/// be foreseen. Internal.
+/// be foreseen. See kernels/kernels.hpp. Internal.
 
 #include <array>
 #include <bit>
@@ -11,6 +11,7 @@
 #include "simd/four.hpp"
 
 namespace quoin::geometry {
+namespace {
 
 /// What belongs to one of three triangles (choice 0 to 2), of three edges (4 to 6) or to the newest
 /// corner (8).
@@ -60,34 +61,28 @@ inline Four corner_name(int i, int j) {
   return four(std::bit_cast<double>(static_cast<long long>(j) << 32 | i));
 }
 
-template <class Flags>
-bool has_corner(const SimplexReduction& rows, const Four& name) {
-  return Flags::of_four(reinterpret_cast<FourFlags>(rows.names) ==
-                        reinterpret_cast<FourFlags>(name)) != 0;
+inline bool has_corner(const SimplexReduction& rows, const Four& name) {
+  return bits(reinterpret_cast<FourFlags>(rows.names) == reinterpret_cast<FourFlags>(name)) != 0;
 }
 
 enum class Carried : std::uint8_t { Found, Inside, Unclear };
 
-template <class Flags>
-void renew(const FourFlags& kept, const NewCorner& a, SimplexReduction& rows) {
-  rows.offset = {either<Flags>(kept, rows.offset.x, a.offset.x),
-                 either<Flags>(kept, rows.offset.y, a.offset.y),
-                 either<Flags>(kept, rows.offset.z, a.offset.z)};
-  rows.names = either<Flags>(kept, rows.names, a.name);
+inline void renew(const FourFlags& kept, const NewCorner& a, SimplexReduction& rows) {
+  rows.offset = {either(kept, rows.offset.x, a.offset.x), either(kept, rows.offset.y, a.offset.y),
+                 either(kept, rows.offset.z, a.offset.z)};
+  rows.names = either(kept, rows.names, a.name);
 }
 
 /// Takes up a second corner: the step below for one edge, from which less has to be waited for.
-template <class Flags>
-void take_second_corner(const NewCorner& a, SimplexReduction& rows, Direction& towards) {
+inline void take_second_corner(const NewCorner& a, SimplexReduction& rows, Direction& towards) {
   const FourVectors e = rows.offset - a.offset;
   const Four along = -dot(a.w, e), square = dot(e, e);
   const FourFlags before = along > Four{};
   const FourVectors upright = a.w * square + e * along;
-  towards = {either<Flags>(before, upright.x, a.w.x)[0], either<Flags>(before, upright.y, a.w.y)[0],
-             either<Flags>(before, upright.z, a.w.z)[0],
-             either<Flags>(before, square, four(1.0))[0]};
-  renew<Flags>(before & FourFlags{-1, 0, 0, 0}, a, rows);
-  const unsigned lanes = Flags::of_four(before);
+  towards = {either(before, upright.x, a.w.x)[0], either(before, upright.y, a.w.y)[0],
+             either(before, upright.z, a.w.z)[0], either(before, square, four(1.0))[0]};
+  renew(before & FourFlags{-1, 0, 0, 0}, a, rows);
+  const unsigned lanes = bits(before);
   rows.edges = 1 | (lanes & 2);
   rows.triangles = lanes & 1;
 }
@@ -97,8 +92,7 @@ void take_second_corner(const NewCorner& a, SimplexReduction& rows, Direction& t
 /// them a triangle. A triangle carries the point when the origin is beside it on its outer side and
 /// over neither of its edges' outer sides, an edge when it is beyond it in both triangles, a when
 /// it is before no edge. `towards`: the nearest point. Not `Found`: nothing has changed.
-template <class Flags>
-Carried take_corner(const NewCorner& a, SimplexReduction& rows, Direction& towards) {
+inline Carried take_corner(const NewCorner& a, SimplexReduction& rows, Direction& towards) {
   struct Pick {
     FourFlags kept;
     unsigned edges, triangles;
@@ -117,10 +111,10 @@ Carried take_corner(const NewCorner& a, SimplexReduction& rows, Direction& towar
   const FourVectors e = rows.offset - a.offset, f = next - a.offset, g = rotated(next) - a.offset;
   const FourVectors normal = cross(e, f);
   const Four along = -dot(a.w, e), height = dot(normal, a.w), volume = dot(normal, g);
-  const unsigned before = Flags::of_four(along > zero);
-  const unsigned inside_e = Flags::of_four(dot(normal, cross(a.w, e)) > zero);
-  const unsigned inside_f = Flags::of_four(dot(normal, cross(a.w, f)) < zero);
-  const unsigned inner = Flags::of_four(height * volume < zero);
+  const unsigned before = bits(along > zero);
+  const unsigned inside_e = bits(dot(normal, cross(a.w, e)) > zero);
+  const unsigned inside_f = bits(dot(normal, cross(a.w, f)) < zero);
+  const unsigned inner = bits(height * volume < zero);
   const auto whole = static_cast<unsigned>(rows.triangles == 7);
   const unsigned outer = ~(inner & (0u - whole));
   const unsigned beside_e = rows.triangles & inside_e, beside_f = rows.triangles & inside_f;
@@ -136,7 +130,7 @@ Carried take_corner(const NewCorner& a, SimplexReduction& rows, Direction& towar
   const Four square = dot(e, e);
   const FourVectors upright = a.w * square + e * along;
   const Pick& pick = kPicks[choice];
-  renew<Flags>(pick.kept, a, rows);
+  renew(pick.kept, a, rows);
   rows.edges = pick.edges;
   rows.triangles = pick.triangles;
   towards = {chosen(across.x, upright.x, a.w.x, choice), chosen(across.y, upright.y, a.w.y, choice),
@@ -144,4 +138,5 @@ Carried take_corner(const NewCorner& a, SimplexReduction& rows, Direction& towar
   return Carried::Found;
 }
 
+}  // namespace
 }  // namespace quoin::geometry

@@ -4,42 +4,48 @@
 #include <quoin/geometry/body.hpp>
 
 #include "numeric/double_double.hpp"
+#include "numeric/floating_point.hpp"
 
 namespace quoin::geometry {
 namespace {
 
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 /// What a product of rounded rotations is off, and below which their normals keep their length.
 constexpr double kRigid = 8 * kEpsilon;
 
-/// translation + linear origin, row by row.
-DoubleDouble image(const Placement& placement, const Vector3& origin, int row) {
-  DoubleDouble sum = placement.translation[row];
-  for (int k = 0; k < 3; ++k) sum = sum + two_product(placement.linear(row, k), origin[k]);
+/// A row of linear · origin.
+DoubleDouble turned(const Matrix3& linear, const Vector3& origin, int row) {
+  DoubleDouble sum = 0.0;
+  for (int k = 0; k < 3; ++k) sum = sum + two_product(linear(row, k), origin[k]);
   return sum;
 }
 
-Matrix3 cofactors_of(const Matrix3& a) {
-  Matrix3 cofactors;
-  cofactors.col(0) = a.col(1).cross(a.col(2));
-  cofactors.col(1) = a.col(2).cross(a.col(0));
-  cofactors.col(2) = a.col(0).cross(a.col(1));
-  return cofactors;
+/// Writes the matrix of cofactors and tells whether it is the matrix itself within rounding. In
+/// plain numbers, which are compared where they were made: what is written number by number and
+/// read in pairs waits.
+bool take_cofactors(const Matrix3& matrix, Matrix3& cofactors) {
+  const double* a = matrix.data();
+  double* to = cofactors.data();
+  bool same = true;
+  const auto take = [&](int k, double value) {
+    same = same & (std::abs(value - a[k]) <= kRigid);
+    to[k] = value;
+  };
+  const auto cross = [&](int column, int u, int v) {
+    take(column, a[u + 1] * a[v + 2] - a[u + 2] * a[v + 1]);
+    take(column + 1, a[u + 2] * a[v] - a[u] * a[v + 2]);
+    take(column + 2, a[u] * a[v + 1] - a[u + 1] * a[v]);
+  };
+  cross(0, 3, 6);
+  cross(3, 6, 0);
+  cross(6, 0, 3);
+  return same;
 }
 
-// Without branches, which Eigen's comparisons make.
+// A turned matrix is told by its first number, as a rule.
 bool is_identity(const Matrix3& a) {
   const double* x = a.data();
-  return (x[0] == 1.0) & (x[4] == 1.0) & (x[8] == 1.0) & (x[1] == 0.0) & (x[2] == 0.0) &
-         (x[3] == 0.0) & (x[5] == 0.0) & (x[6] == 0.0) & (x[7] == 0.0);
-}
-
-double largest_difference(const Matrix3& a, const Matrix3& b) {
-  double largest = 0.0;
-  for (int k = 0; k < 9; ++k) {
-    largest = std::max(largest, std::abs(a.data()[k] - b.data()[k]));
-  }
-  return largest;
+  return x[0] == 1.0 && x[4] == 1.0 && x[8] == 1.0 && x[1] == 0.0 && x[2] == 0.0 && x[3] == 0.0 &&
+         x[5] == 0.0 && x[6] == 0.0 && x[7] == 0.0;
 }
 
 /// Bound of the largest singular value: the largest row sum of its squares' matrix.
@@ -49,21 +55,28 @@ double largest_stretch(const Matrix3& a) {
 
 }  // namespace
 
-Body::Body(const Shape& shape) : shape_(&shape), centre_(shape.origin()) {}
+Body::Body(const Shape& shape) : shape_(&shape), turned_origin_(shape.origin()) {}
 
-Body::Body(const Shape& shape, const Placement& placement) : shape_(&shape) {
-  move(placement);
+Body::Body(const Shape& shape, const Placement& placement) : shape_(&shape) { move(placement); }
+
+Points Body::vertices() const {
+  return (placement_.linear * shape_->vertices()).colwise() + placement_.translation;
+}
+
+Box Body::box() const {
+  const Points places = vertices();
+  return {places.rowwise().minCoeff(), places.rowwise().maxCoeff()};
 }
 
 void Body::move(const Placement& placement) {
   placement_ = placement;
-  centre_ = placement.translation;
-  centre_rest_.setZero();
+  turned_origin_.setZero();
+  turned_origin_rest_.setZero();
   if (const Vector3& origin = shape_->origin(); origin != Vector3::Zero()) {
     for (int k = 0; k < 3; ++k) {
-      const DoubleDouble sum = image(placement, origin, k);
-      centre_[k] = sum.high;
-      centre_rest_[k] = sum.low;
+      const DoubleDouble sum = turned(placement.linear, origin, k);
+      turned_origin_[k] = sum.high;
+      turned_origin_rest_[k] = sum.low;
     }
   }
   turned_ = !is_identity(placement.linear);
@@ -73,8 +86,7 @@ void Body::move(const Placement& placement) {
     stretch_ = 1.0;
     return;
   }
-  cofactors_ = cofactors_of(placement.linear);
-  rigid_ = largest_difference(cofactors_, placement.linear) <= kRigid;
+  rigid_ = take_cofactors(placement_.linear, cofactors_);
   stretch_ = rigid_ ? 1.0 : largest_stretch(placement.linear);
 }
 

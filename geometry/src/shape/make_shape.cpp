@@ -8,6 +8,7 @@
 
 #include "shape/convex_hull.hpp"
 #include "shape/face_labels.hpp"
+#include "shape/rounding_mode.hpp"
 
 namespace quoin::geometry {
 namespace {
@@ -62,6 +63,7 @@ std::vector<int> distinct(const Eigen::Ref<const Points>& points) {
 }
 
 void check_points(const Eigen::Ref<const Points>& points, int limit) {
+  check_rounding_mode();
   const std::string count = std::to_string(points.cols()) + " points";
   if (points.cols() < 4) throw InputError(count + ", at least 4 needed");
   if (points.cols() > limit)
@@ -203,8 +205,8 @@ Shape assemble(const Eigen::Ref<const Points>& vertices, const Faces& faces) {
 }
 
 /// `scaled`: the same vertices as the cells were judged by; `surface`: closed, through all of them.
-Shape labelled(const Eigen::Ref<const Points>& vertices,
-                    const Eigen::Ref<const Points>& scaled, const Faces& surface) {
+Shape labelled(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Points>& scaled,
+               const Faces& surface) {
   const FaceLabels labels = label_faces(scaled, surface, label_length(scaled));
   auto topology = std::make_shared<const Topology>(static_cast<int>(vertices.cols()), labels.faces,
                                                    labels.hosted, surface);

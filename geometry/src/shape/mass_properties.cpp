@@ -35,4 +35,14 @@ MassProperties mass_properties(const Shape& polyhedron) {
   return result;
 }
 
+MassProperties mass_properties(const Body& body) {
+  const Matrix3& a = body.placement().linear;
+  const double stretch = a.col(0).dot(body.cofactors().col(0));  // of volume
+  MassProperties result = mass_properties(body.shape());
+  result.volume *= stretch;
+  result.centroid = body.placement().translation + a * result.centroid;
+  result.second_moment = (stretch * a * result.second_moment * a.transpose()).eval();
+  return result;
+}
+
 }  // namespace quoin::geometry

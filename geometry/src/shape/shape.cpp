@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "numeric/double_double.hpp"
+#include "shape/rounding_mode.hpp"
 
 namespace quoin::geometry {
 namespace {
@@ -322,13 +323,13 @@ int Topology::search_edge(int v, int w) const {
   return -1;
 }
 
-Shape::Shape(std::shared_ptr<const Topology> topology,
-                       const Eigen::Ref<const Points>& vertices)
+Shape::Shape(std::shared_ptr<const Topology> topology, const Eigen::Ref<const Points>& vertices)
     : topology_(std::move(topology)),
       vertices_(3, vertices.cols()),
       face_normals_(3, topology_->face_count()),
       padded_count_(static_cast<int>((vertices.cols() + 7) / 8 * 8)) {
   offsets_.resize(3 * static_cast<std::size_t>(padded_count_));
+  check_rounding_mode();
   set_vertices(vertices);
 }
 

@@ -46,7 +46,7 @@ class Solid {
   /// Along an edge, right to the last places however short it is: from vertex v to w, m.
   Vector3 line(int v, int w) const {
     const Vector3 line = shape_->vertex(w) - shape_->vertex(v);
-    return turned_ == nullptr ? line : Vector3(turned_->placement().linear * line);
+    return turned_ == nullptr ? line : Vector3(product(turned_->placement().linear, line));
   }
   WideVector wide_line(int v, int w) const {
     return turned_vector(wide_difference(shape_->vertex(w), shape_->vertex(v)));
@@ -65,10 +65,7 @@ class Solid {
   }
   /// An offset from the shape's origin, placed.
   Vec3 turn(const Vec3& offset) const {
-    if (turned_ == nullptr) return offset;
-    const double* a = turned_->placement().linear.data();
-    return {dot(Vec3(a[0], a[3], a[6]), offset), dot(Vec3(a[1], a[4], a[7]), offset),
-            dot(Vec3(a[2], a[5], a[8]), offset)};
+    return turned_ == nullptr ? offset : product(turned_->placement().linear, offset);
   }
 
  private:
@@ -87,7 +84,7 @@ class Solid {
 inline Vector3 Solid::face_normal(int f) const {
   const Vector3 own = shape_->face_normal(f);
   if (turned_ == nullptr) return own;
-  const Vector3 normal = turned_->cofactors() * own;
+  const Vector3 normal = product(turned_->cofactors(), own);
   // Of a rotation a step of Newton's method for the inverse root leaves nothing.
   if (turned_->is_rigid()) return (1.5 - 0.5 * normal.squaredNorm()) * normal;
   return normal.normalized();
@@ -104,23 +101,25 @@ inline WideVector Solid::turned_vector(const WideVector& v) const {
 inline Vec3 place(const Solid& solid, int vertex) { return solid.place(vertex); }
 inline Vec3 face_normal(const Solid& solid, int face) { return solid.face_normal(face); }
 
+/// From one centre to another. The translations go in as one exact difference, so that nothing
+/// depends on where the bodies stand.
+inline WideVector wide_apart(const Body& a, const Body& b) {
+  return wide_difference(b.placement().translation, a.placement().translation) +
+         (wide_difference(b.turned_origin(), a.turned_origin()) +
+          wide_difference(b.turned_origin_rest(), a.turned_origin_rest()));
+}
+
 /// q_j - p_i of two bodies, or of two shapes in their own frame, in double-double: right to about
 /// 1e-31 of the lengths that go in.
 inline WideVector exact_corner(const Solid& p, const Solid& q, int i, int j) {
   if (p.body() == nullptr || q.body() == nullptr) {
     return wide_difference(q.shape().vertex(j), p.shape().vertex(i));
   }
-  return wide_difference(q.body()->centre(), p.body()->centre()) +
-         wide_difference(q.body()->centre_rest(), p.body()->centre_rest()) +
-         (q.wide_offset(j) - p.wide_offset(i));
+  return wide_apart(*p.body(), *q.body()) + (q.wide_offset(j) - p.wide_offset(i));
 }
 
 /// From one centre to another, right to its own last place.
-inline Vector3 apart(const Body& a, const Body& b) {
-  return (wide_difference(b.centre(), a.centre()) +
-          wide_difference(b.centre_rest(), a.centre_rest()))
-      .rounded();
-}
+inline Vector3 apart(const Body& a, const Body& b) { return wide_apart(a, b).rounded(); }
 
 /// Two bodies from the middle between their centres.
 struct PlacedPair {

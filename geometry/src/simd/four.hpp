@@ -1,14 +1,14 @@
 #pragma once
-/// Four numbers side by side, which the compiler lays into whatever registers the machine has.
-/// Internal.
+/// Four numbers side by side as the compiler's own vectors, which it lays into the registers that
+/// it compiles for. See kernels/kernels.hpp. Internal.
 
-#include "simd/dispatch.hpp"
-
-#pragma GCC diagnostic ignored "-Wpsabi"  // all is built into the functions that use it
+#ifdef __AVX2__
+#include <immintrin.h>
+#endif
 
 namespace quoin::geometry {
+namespace {
 
-/// Four numbers side by side: the compiler makes of them what the machine has.
 using Four = double __attribute__((vector_size(32), aligned(16)));
 using FourFlags = long long __attribute__((vector_size(32), aligned(16)));  // 0 or -1
 
@@ -39,43 +39,22 @@ inline Four dot(const FourVectors& a, const FourVectors& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
-struct PlainFlags {
-  static unsigned of_four(const FourFlags& flags) {
-    return static_cast<unsigned>((flags[0] & 1) | (flags[1] & 2) | (flags[2] & 4) | (flags[3] & 8));
-  }
-  static void choose(const FourFlags& flags, const Four& yes, const Four& no, Four& chosen) {
-    chosen = flags ? yes : no;
-  }
-  static void spread(const double& value, Four& all) { all = four(value); }
-};
-#ifdef QUOIN_WIDE_LANES
-struct WideFlags {
-  QUOIN_AVX2 static unsigned of_four(const FourFlags& flags) {
-    return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<__m256d>(flags)));
-  }
-  QUOIN_AVX2 static void choose(const FourFlags& flags, const Four& yes, const Four& no,
-                                Four& chosen) {
-    chosen = _mm256_blendv_pd(no, yes, reinterpret_cast<__m256d>(flags));
-  }
-  QUOIN_AVX2 static void spread(const double& value, Four& all) {
-    all = _mm256_broadcast_sd(&value);
-  }
-};
+/// One bit a number.
+inline unsigned bits(const FourFlags& flags) {
+#ifdef __AVX2__
+  return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<__m256d>(flags)));
+#else
+  return static_cast<unsigned>((flags[0] & 1) | (flags[1] & 2) | (flags[2] & 4) | (flags[3] & 8));
 #endif
-
-// Functions of different targets hand wide values on by reference only: they return them in
-// different places.
-template <class Flags>
-Four either(const FourFlags& flags, const Four& yes, const Four& no) {
-  Four chosen;
-  Flags::choose(flags, yes, no, chosen);
-  return chosen;
-}
-template <class Flags>
-Four spread(const double& value) {
-  Four all;
-  Flags::spread(value, all);
-  return all;
 }
 
+inline Four either(const FourFlags& flags, const Four& yes, const Four& no) {
+#ifdef __AVX2__
+  return _mm256_blendv_pd(no, yes, reinterpret_cast<__m256d>(flags));
+#else
+  return flags ? yes : no;
+#endif
+}
+
+}  // namespace
 }  // namespace quoin::geometry

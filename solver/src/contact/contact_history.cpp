@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "contact/joint_law.hpp"
 
@@ -11,8 +12,8 @@ namespace quoin::solver {
 using geometry::ContactPoint;
 using geometry::FeatureKind;
 
-Vector3 reference_arm(const Pose& pose, const Vector3& place) {
-  return pose.shape.inverse() * (place - pose.centroid);
+Vector3 reference_arm(const Pose& pose, const Vector3& from_centroid) {
+  return pose.shape.inverse() * from_centroid;
 }
 
 const Joint& joint_between(const Scene& scene, int a, int b) {
@@ -32,35 +33,39 @@ namespace {
 /// Cosine above which a feature's own normal stands for the pair's (30 degrees).
 constexpr double kLikeNormals = 0.866;
 
-Vector3 edge_now(const Scene& scene, const Pose& pose, int block, int edge) {
-  const geometry::Shape& shape = scene.blocks[static_cast<std::size_t>(block)].shape;
-  const auto ends = shape.topology().edge(edge);
-  return (pose.shape * (shape.vertex(ends[1]) - shape.vertex(ends[0]))).normalized();
+/// A block where it stands.
+struct Posed {
+  const BlockModel& model;
+  const Pose& pose;
+  Vector3 line(int v, int w) const {
+    return pose.shape * (model.turn * (model.shape->vertex(w) - model.shape->vertex(v)));
+  }
+};
+
+Vector3 edge_now(const Posed& block, int edge) {
+  const auto ends = block.model.shape->topology().edge(edge);
+  return block.line(ends[0], ends[1]).normalized();
 }
 
 /// Area vector of a face as it stands now, outward (Newell).
-Vector3 face_normal(const Scene& scene, const Pose& pose, int block, int face) {
-  const geometry::Shape& shape = scene.blocks[static_cast<std::size_t>(block)].shape;
-  const auto cycle = shape.topology().face(face);
-  const Vector3 first = shape.vertex(cycle[0]);
+Vector3 face_normal(const Posed& block, int face) {
+  const auto cycle = block.model.shape->topology().face(face);
   Vector3 sum = Vector3::Zero();
   for (std::size_t i = 2; i < cycle.size(); ++i) {
-    sum += (pose.shape * (shape.vertex(cycle[i - 1]) - first))
-               .cross(pose.shape * (shape.vertex(cycle[i]) - first));
+    sum += block.line(cycle[0], cycle[i - 1]).cross(block.line(cycle[0], cycle[i]));
   }
   return sum.normalized();
 }
 
 /// A vertex slides along its face, not along the pair's plane: the two differ where faces are
 /// tilted.
-Vector3 carried_normal(const Scene& scene, const Pose& pose_a, const Pose& pose_b,
-                       const BodyContact& contact) {
+Vector3 carried_normal(const Posed& a, const Posed& b, const BodyContact& contact) {
   const ContactPoint& point = contact.state.point;
   Vector3 normal = point.normal;
   if (point.key.feature_a.kind == FeatureKind::Face) {
-    normal = face_normal(scene, pose_a, contact.a, point.key.feature_a.index);
+    normal = face_normal(a, point.key.feature_a.index);
   } else if (point.key.feature_b.kind == FeatureKind::Face) {
-    normal = -face_normal(scene, pose_b, contact.b, point.key.feature_b.index);
+    normal = -face_normal(b, point.key.feature_b.index);
   }
   return normal.dot(point.normal) > kLikeNormals ? normal : point.normal;
 }
@@ -68,45 +73,47 @@ Vector3 carried_normal(const Scene& scene, const Pose& pose_a, const Pose& pose_
 /// Below this sine of their angle the edges say less about the normal than the pair's own.
 constexpr double kLeastCrossing = 0.02;
 
-void set_crossed_edges(const Scene& scene, const Pose& pose_a, const Pose& pose_b,
-                       BodyContact& contact) {
+void set_crossed_edges(const Posed& a, const Posed& b, BodyContact& contact) {
   const geometry::ContactKey& key = contact.state.point.key;
   if (key.feature_a.kind != FeatureKind::Edge || key.feature_b.kind != FeatureKind::Edge) return;
-  Vector3 edge_a = edge_now(scene, pose_a, contact.a, key.feature_a.index);
-  const Vector3 edge_b = edge_now(scene, pose_b, contact.b, key.feature_b.index);
+  Vector3 edge_a = edge_now(a, key.feature_a.index);
+  const Vector3 edge_b = edge_now(b, key.feature_b.index);
   const Vector3 normal = edge_a.cross(edge_b);
   const double along = normal.dot(contact.state.point.normal);
   if (normal.norm() < kLeastCrossing || std::abs(along) < kLikeNormals * normal.norm()) return;
   if (along < 0.0) edge_a = -edge_a;
   contact.crossed = true;
-  contact.edge_a = pose_a.rotation.transpose() * edge_a;
-  contact.edge_b = pose_b.rotation.transpose() * edge_b;
+  contact.edge_a = a.pose.rotation.transpose() * edge_a;
+  contact.edge_b = b.pose.rotation.transpose() * edge_b;
 }
 
 }  // namespace
 
-BodyContact make_body_contact(const Scene& scene, std::span<const Pose> poses,
-                              const ContactPoint& point) {
+BodyContact make_body_contact(const PosedBlocks& blocks, const ContactPoint& found) {
   BodyContact contact;
-  contact.state.point = point;
+  ContactPoint& point = contact.state.point;
+  point = found;
   contact.a = point.key.a;
   contact.b = point.key.b;
-  const Pose& pose_a = poses[static_cast<std::size_t>(contact.a)];
-  const Pose& pose_b = poses[static_cast<std::size_t>(contact.b)];
-  contact.arm_a = reference_arm(pose_a, point.point_a);
-  contact.arm_b = reference_arm(pose_b, point.point_b);
+  const auto posed = [&](int block) {
+    const auto b = static_cast<std::size_t>(block);
+    return Posed{blocks.models[b], blocks.poses[b]};
+  };
+  const Posed a = posed(contact.a), b = posed(contact.b);
+  contact.arm_a = a.model.turn * found.point_a;
+  contact.arm_b = b.model.turn * found.point_b;
+  point.point_a = a.pose.centroid + a.pose.shape * contact.arm_a;
+  point.point_b = b.pose.centroid + b.pose.shape * contact.arm_b;
   contact.state.anchor_a = contact.arm_a;
   contact.state.anchor_b = contact.arm_b;
   contact.normal_on_a =
       point.key.feature_a.kind == FeatureKind::Face ||
-      (point.key.feature_b.kind != FeatureKind::Face &&
-       scene.blocks[static_cast<std::size_t>(contact.a)].kind >= BlockKind::Fixed);
-  const Pose& owner = contact.normal_on_a ? pose_a : pose_b;
-  contact.normal_local =
-      owner.rotation.transpose() * carried_normal(scene, pose_a, pose_b, contact);
-  set_crossed_edges(scene, pose_a, pose_b, contact);
+      (point.key.feature_b.kind != FeatureKind::Face && a.model.kind >= BlockKind::Fixed);
+  const Pose& owner = contact.normal_on_a ? a.pose : b.pose;
+  contact.normal_local = owner.rotation.transpose() * carried_normal(a, b, contact);
+  set_crossed_edges(a, b, contact);
   contact.axis = std::abs(point.normal.x()) < 0.75 ? Vector3::UnitX() : Vector3::UnitY();
-  contact.joint = joint_between(scene, contact.a, contact.b);
+  contact.joint = joint_between(blocks.scene, contact.a, contact.b);
   return contact;
 }
 
@@ -135,9 +142,8 @@ void hand_on(const Contact& before, std::span<const Pose> poses, BodyContact& co
   }
   const Pose& a = poses[static_cast<std::size_t>(contact.a)];
   const Pose& b = poses[static_cast<std::size_t>(contact.b)];
-  const Vector3 stretch =
-      b.centroid + b.shape * before.anchor_b - a.centroid - a.shape * before.anchor_a;
-  state.anchor_b = reference_arm(b, state.point.point_b + stretch - stretch.dot(normal) * normal);
+  const Vector3 stretch = between(a, b) + (b.shape * before.anchor_b - a.shape * before.anchor_a);
+  state.anchor_b = contact.arm_b + reference_arm(b, stretch - stretch.dot(normal) * normal);
 }
 
 void start_history(const CarryOptions& options, BodyContact& contact) {
@@ -149,6 +155,20 @@ void start_history(const CarryOptions& options, BodyContact& contact) {
                                options.models[static_cast<std::size_t>(contact.b)].size);
   lay(contact.joint, size, contact.state);
   contact.was_closed = contact.state.bonded;
+}
+
+/// Where the area of a joint with stiffness stays with points that had it, others are no part of
+/// it: a point that is found without an area would be rigid beside springs and take all their
+/// force.
+void drop_points_beside_springs(std::vector<BodyContact>& contacts) {
+  std::vector<std::pair<int, int>> sprung;  // ascending, as the contacts are
+  for (const BodyContact& contact : contacts) {
+    if (contact.state.spring_area > 0.0) sprung.emplace_back(contact.a, contact.b);
+  }
+  std::erase_if(contacts, [&](const BodyContact& contact) {
+    return contact.joint.normal_stiffness > 0.0 && !(contact.state.spring_area > 0.0) &&
+           std::ranges::binary_search(sprung, std::pair(contact.a, contact.b));
+  });
 }
 
 /// Of each pair (neighbours in the list) number and area.
@@ -167,18 +187,32 @@ void measure_joints(std::vector<BodyContact>& contacts) {
   }
 }
 
+geometry::ContactPointList points_of(const std::vector<BodyContact>& contacts) {
+  return {contacts.data(), contacts.size(),
+          [](const void* owner, std::size_t i) -> const ContactPoint& {
+            return static_cast<const BodyContact*>(owner)[i].state.point;
+          }};
+}
+
+geometry::ContactPointList points_of(std::span<const Contact> contacts) {
+  return {contacts.data(), contacts.size(),
+          [](const void* owner, std::size_t i) -> const ContactPoint& {
+            return static_cast<const Contact*>(owner)[i].point;
+          }};
+}
+
 }  // namespace
 
 void carry_over(const CarryOptions& options, const std::vector<ContactPoint>& found,
-                std::span<const Contact> before, std::vector<ContactPoint>& old_points,
-                std::vector<BodyContact>& contacts) {
-  old_points.clear();
-  for (const Contact& contact : before) old_points.push_back(contact.point);
-  const std::vector<int> previous = geometry::match_previous(found, old_points, options.reach);
+                std::span<const Contact> before, std::vector<BodyContact>& contacts) {
   contacts.clear();
+  for (const ContactPoint& point : found) {
+    contacts.push_back(make_body_contact({options.scene, options.models, options.poses}, point));
+  }
+  const std::vector<int> previous =
+      geometry::match_previous(points_of(contacts), points_of(before), options.reach);
   for (std::size_t i = 0; i < found.size(); ++i) {
-    BodyContact& contact =
-        contacts.emplace_back(make_body_contact(options.scene, options.poses, found[i]));
+    BodyContact& contact = contacts[i];
     if (previous[i] >= 0) {
       hand_on(before[static_cast<std::size_t>(previous[i])], options.poses, contact);
     } else {
@@ -188,6 +222,7 @@ void carry_over(const CarryOptions& options, const std::vector<ContactPoint>& fo
     contact.was_bonded = contact.state.bonded;
     contact.opening = opening(contact.joint, contact.state);
   }
+  drop_points_beside_springs(contacts);
   measure_joints(contacts);
 }
 
@@ -200,9 +235,13 @@ ContactGeometry contact_geometry(const BodyContact& contact, const Pose& a, cons
   } else {
     result.normal = (contact.normal_on_a ? a : b).rotation * contact.normal_local;
   }
-  result.place_a = a.centroid + a.shape * contact.arm_a;
-  result.place_b = b.centroid + b.shape * contact.arm_b;
+  result.between = between(a, b);
+  result.place_a = a.shape * contact.arm_a;
+  const Vector3 arm_b = b.shape * contact.arm_b;
+  result.place_b = result.between + arm_b;
   result.gap = (result.place_b - result.place_a).dot(result.normal);
+  constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+  result.rounding = 4.0 * kEpsilon * (result.between.norm() + result.place_a.norm() + arm_b.norm());
   return result;
 }
 

@@ -29,8 +29,8 @@ struct BodyContact {
   bool was_bonded = false;
 };
 
-/// Reference arm of a place (relative to State::origin) in a block.
-Vector3 reference_arm(const Pose& pose, const Vector3& place);
+/// Reference arm of a place as seen from the centroid.
+Vector3 reference_arm(const Pose& pose, const Vector3& from_centroid);
 
 /// Joint of two blocks' materials.
 const Joint& joint_between(const Scene& scene, int a, int b);
@@ -48,22 +48,29 @@ struct CarryOptions {
 };
 
 /// New list from what geometry found now, with the history of `before` handed on
-/// (geometry::match_previous). Places in `found` are relative to State::origin. `old_points`:
-/// memory.
+/// (geometry::match_previous). Places in `found` are in the frames of the reference shapes
+/// (PointFrame::Bodies): arms, gaps and levers are as good wherever the blocks stand.
 void carry_over(const CarryOptions& options, const std::vector<geometry::ContactPoint>& found,
-                std::span<const Contact> before, std::vector<geometry::ContactPoint>& old_points,
-                std::vector<BodyContact>& contacts);
+                std::span<const Contact> before, std::vector<BodyContact>& contacts);
 
-/// The contact as held by the bodies at these poses, without history.
-BodyContact make_body_contact(const Scene& scene, std::span<const Pose> poses,
-                              const geometry::ContactPoint& point);
+/// What contacts of these blocks are made from.
+struct PosedBlocks {
+  const Scene& scene;
+  std::span<const BlockModel> models;
+  std::span<const Pose> poses;
+};
+
+/// The contact as held by the bodies at these poses, without history. Places of `found` as above.
+BodyContact make_body_contact(const PosedBlocks& blocks, const geometry::ContactPoint& found);
 
 /// Vectors of a contact at given poses of its two blocks.
 struct ContactGeometry {
   Vector3 normal = Vector3::UnitX();
-  Vector3 edge_a = Vector3::Zero(), edge_b = Vector3::Zero();  ///< of crossed edges
-  Vector3 place_a = Vector3::Zero(), place_b = Vector3::Zero();
+  Vector3 edge_a = Vector3::Zero(), edge_b = Vector3::Zero();    ///< of crossed edges
+  Vector3 place_a = Vector3::Zero(), place_b = Vector3::Zero();  ///< from A's centroid, m
+  Vector3 between = Vector3::Zero();                             ///< from A's centroid to B's, m
   double gap = 0.0;
+  double rounding = 0.0;  ///< what double arithmetic makes of the gap: 4 eps of what goes in, m
 };
 ContactGeometry contact_geometry(const BodyContact& contact, const Pose& a, const Pose& b);
 

@@ -65,7 +65,7 @@ void add_tangent_turn(const BodyContact& contact, const Rows& rows, const Vector
 }  // namespace
 
 void linearise(const BodyContact& contact, const StepPoses& poses,
-               std::span<const BlockModel> models, double rounding, LinearContact& linear) {
+               std::span<const BlockModel> models, LinearContact& linear) {
   const auto a = static_cast<std::size_t>(contact.a), b = static_cast<std::size_t>(contact.b);
   const Pose &start_a = poses.start[a], &start_b = poses.start[b];
   const Pose &end_a = poses.end[a], &end_b = poses.end[b];
@@ -86,16 +86,17 @@ void linearise(const BodyContact& contact, const StepPoses& poses,
        poses.deforms[a] != 0, linear.jacobian_a);
   fill(rows, 1.0, point_b, moved_b ? mean(b, start_b, end_b, contact.state.anchor_b) : point_b,
        poses.deforms[b] != 0, linear.jacobian_b);
+  linear.rounding = before.rounding;
   const Vector3 lever = 0.5 * (before.place_b - before.place_a + after.place_b - after.place_a);
   ContactGeometry middle;
   middle.normal = rows.normal;
   middle.edge_a = 0.5 * (before.edge_a + after.edge_a);
   middle.edge_b = 0.5 * (before.edge_b + after.edge_b);
   add_turn(contact, middle, lever, start_a.rotation, start_b.rotation, linear);
-  const Vector3 stretched = start_b.centroid + start_b.shape * contact.state.anchor_b -
-                            start_a.centroid - start_a.shape * contact.state.anchor_a;
-  const Vector3 stretched_end = end_b.centroid + end_b.shape * contact.state.anchor_b -
-                                end_a.centroid - end_a.shape * contact.state.anchor_a;
+  const Vector3 stretched = before.between + (start_b.shape * contact.state.anchor_b -
+                                              start_a.shape * contact.state.anchor_a);
+  const Vector3 stretched_end =
+      after.between + (end_b.shape * contact.state.anchor_b - end_a.shape * contact.state.anchor_a);
   const std::size_t owner = contact.normal_on_a ? a : b;
   const Matrix3& turning = poses.start[owner].rotation;
   add_tangent_turn(contact, rows, 0.5 * (stretched + stretched_end), turning, linear);
@@ -105,14 +106,14 @@ void linearise(const BodyContact& contact, const StepPoses& poses,
       Vector3(before.gap - contact.opening, (rows.t1 + back.cross(rows.t1)).dot(stretched),
               (rows.t2 + back.cross(rows.t2)).dot(stretched));
   for (double& value : linear.offset) {
-    if (std::abs(value) <= rounding) value = 0.0;
+    if (std::abs(value) <= linear.rounding) value = 0.0;
   }
   linear.start = linear.offset;
   if (contact.crossed) {
     const double predicted = before.gap + linear.jacobian_a.row(0).dot(poses.increment[a]) +
                              linear.jacobian_b.row(0).dot(poses.increment[b]);
     const double correction = after.gap - predicted;
-    if (std::abs(correction - linear.turn_correction) > 4.0 * rounding) {
+    if (std::abs(correction - linear.turn_correction) > 4.0 * linear.rounding) {
       linear.turn_correction = correction;
     }
     linear.offset[0] += linear.turn_correction;

@@ -18,10 +18,10 @@ struct StepPoses {
 /// d_n of a vertex at P against a face with normal n carried by the face's block (mean values over
 /// the step barred):  gap' - gap = n̄·(dx_b - dx_a) + (r × n̄)·m̄,   m = x_b - x_a, the discrete form
 /// of [Beyabanaki 2009], equations (23)–(28), with the reaction at the projection P0. Gaps and
-/// slips at the start within `rounding` (m) of zero are zero: the redundant contacts of a face then
+/// slips at the start within their rounding of zero are zero: the redundant contacts of a face then
 /// agree exactly and no force builds up against rounding.
 void linearise(const BodyContact& contact, const StepPoses& poses,
-               std::span<const BlockModel> models, double rounding, LinearContact& linear);
+               std::span<const BlockModel> models, LinearContact& linear);
 
 /// The same for velocities at the end of the step: d = J V, V = (v | W | strain rate) of each
 /// block.

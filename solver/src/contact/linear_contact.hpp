@@ -34,7 +34,8 @@ struct LinearContact {
   double slip = 0.0;      ///< in this step, by the last solution, m
   double dilation = 0.0;  ///< further opening in this step that goes with it, m
   Vector3 start =
-      Vector3::Zero();           ///< d at the start of the step: gap and stretch of the anchors, m
+      Vector3::Zero();    ///< d at the start of the step: gap and stretch of the anchors, m
+  double rounding = 0.0;  ///< m: a gap or slip this small is zero for all that doubles can tell
   double turn_correction = 0.0;  ///< m: the turn of crossed edges' normal beyond second order
   double closing_share = 0.0;  ///< of the step that had passed when it closed; 0: closed all along
   Vector3 multiplier = Vector3::Zero();  ///< N, what the last iteration took as known

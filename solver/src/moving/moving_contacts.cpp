@@ -54,10 +54,14 @@ IterationCount MovingContacts::solve_soft(double tolerance) {
   total.residual = relative_residual(x_, motion_);
   total.converged = total.residual <= tolerance;
   if (total.converged) return total;
-  if (total.residual > kInteriorResidual) {
-    add(interior_point_.solve(problem_, softness, {kInteriorResidual, kMostSteps}, x_), total);
-  }
-  add(smoothed_newton_.solve(problem_, softness, {tolerance, kMostSteps}, x_), total);
+  const auto iterate_by = [&](auto& iteration, double residual) {
+    const int most = std::max(0, std::min(kMostSteps, iterations_left_));
+    const IterationCount count = iteration.solve(problem_, softness, {residual, most}, x_);
+    iterations_left_ -= count.iterations;
+    add(count, total);
+  };
+  if (total.residual > kInteriorResidual) iterate_by(interior_point_, kInteriorResidual);
+  iterate_by(smoothed_newton_, tolerance);
   return total;
 }
 
@@ -117,6 +121,7 @@ OpenCloseResult MovingContacts::solve(const BlockSystem& base, const BlockVector
                                       const OpenCloseOptions& options, BlockVector& increment) {
   problem_.set(base, force, contacts, increment);
   start(contacts, options.predicted);
+  iterations_left_ = options.max_iterations;
   const double length = *std::ranges::min_element(slots_->length);
   const double allowed_yield =
       options.predicted ? kYield * length : std::numeric_limits<double>::infinity();

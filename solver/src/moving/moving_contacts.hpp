@@ -37,6 +37,7 @@ class MovingContacts {
   SmoothedNewton smoothed_newton_;
   std::vector<Vector3> x_, bar_, motion_, last_x_, last_bar_;
   std::vector<Vector3> bar_force_;  ///< N, by contact
+  int iterations_left_ = 0;         ///< of this solve()
 };
 
 }  // namespace quoin::solver

@@ -6,7 +6,7 @@ namespace geometry = quoin::geometry;
 int main() {
   const auto brick =
       std::make_shared<const geometry::Shape>(geometry::make_box({0, 0, 0}, {2, 1, 1}));  // m
-  geometry::ContactFinder finder({.reach = 1e-3});                                             // m
+  geometry::ContactFinder finder({.reach = 1e-3});                                        // m
   const int floor = finder.add(brick, {}, {.motion = geometry::BodyMotion::Idle});
   const int lower = finder.add(brick, {.translation = {1, 0, 1}});
   const int upper = finder.add(brick, {.translation = {0, 0, 2}});

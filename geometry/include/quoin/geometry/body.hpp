@@ -28,11 +28,15 @@ class Body {
   Vector3 vertex(int v) const {
     return placement_.translation + placement_.linear * shape_->vertex(v);
   }
+  Points vertices() const;  ///< of all, 3 × vertex_count, m
+  Box box() const;          ///< of these places
 
-  /// Image of the shape's origin() as an unevaluated sum, m: the difference of two of them is right
-  /// to its own last place, wherever the bodies stand.
-  const Vector3& centre() const { return centre_; }
-  const Vector3& centre_rest() const { return centre_rest_; }
+  /// Image of the shape's origin(), rounded, m.
+  Vector3 centre() const { return placement_.translation + turned_origin_; }
+  /// linear · origin() as an unevaluated sum, m. With the translation apart from it, the way from
+  /// one centre to another is right to its own last place and the same wherever the bodies stand.
+  const Vector3& turned_origin() const { return turned_origin_; }
+  const Vector3& turned_origin_rest() const { return turned_origin_rest_; }
   /// Turns normals: linear for a rotation, else its matrix of cofactors.
   const Matrix3& cofactors() const { return cofactors_; }
   /// False: `linear` is the identity.
@@ -47,7 +51,7 @@ class Body {
  private:
   const Shape* shape_;
   Placement placement_;
-  Vector3 centre_, centre_rest_ = Vector3::Zero();
+  Vector3 turned_origin_, turned_origin_rest_ = Vector3::Zero();
   Matrix3 cofactors_ = Matrix3::Identity();
   double stretch_ = 1.0;
   bool turned_ = false, rigid_ = true;

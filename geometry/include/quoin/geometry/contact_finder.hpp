@@ -13,6 +13,7 @@ struct FinderOptions {
   double tolerance = 0.0;  ///< contact length tol, m; 0: default_tolerance of each pair
   int threads = 1;         ///< any number gives the same bits; not used with an executor
   Executor* executor = nullptr;  ///< the caller's threads; must outlive the finder
+  PointFrame frame = PointFrame::World;  ///< of the places of contact points
 };
 
 /// Whether a body takes part by itself. Pairs of two idle bodies (fixed, or known not to move) are
@@ -48,7 +49,8 @@ class ContactFinder {
   void remove(int handle);
   /// Another placement, checked as in add(). The same one to the bit: the body stands still.
   void move(int handle, const Placement& placement);
-  /// Another shape in the same place: its contacts have no predecessors in the next list.
+  /// Another shape in the same place. One of the same topology, such as a copy with other vertices,
+  /// has moved freely: its contacts go on. Else they have no predecessors in the next list.
   void replace_shape(int handle, std::shared_ptr<const Shape> shape);
   void set_options(int handle, const BodyOptions& options);
 
@@ -68,14 +70,6 @@ class ContactFinder {
   FindCounts find(std::vector<ContactPoint>& contacts);
   /// The pairs in contact after the last find() and those that it ended, ascending by handles.
   std::span<const PairResult> pairs() const;
-
-  /// TODO: to be deleted with the solver's last call. Bodies by their vertices, named by their
-  /// index, apart from those that were added. `idle` is empty or one flag a block.
-  FindCounts find(std::span<const Shape> blocks, std::span<const char> idle,
-                  std::vector<ContactPoint>& contacts);
-  FindCounts find(std::span<const Shape> blocks, std::vector<ContactPoint>& contacts) {
-    return find(blocks, {}, contacts);
-  }
 
  private:
   struct Memory;

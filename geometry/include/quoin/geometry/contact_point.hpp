@@ -17,23 +17,31 @@ struct ContactKey {
   auto operator<=>(const ContactKey&) const = default;
 };
 
+/// Where the two places of a contact point are told.
+enum class PointFrame : std::uint8_t {
+  World,
+  Bodies  ///< point_a in the frame of A's shape, point_b in that of B's: the material points. They
+          ///< are right to the rounding of the two bodies, wherever these stand in the world.
+};
+
 struct ContactPoint {
   ContactKey key;
   ContactType type = ContactType::VertexFace;  ///< of the pair it belongs to
   bool indeterminate = false;         ///< the pair's contact plane is one choice of several
   int previous = -1;                  ///< ContactFinder, PairBatch: its index in their previous
                                       ///< list, -1: it was not there
-  Vector3 point_a = Vector3::Zero();  ///< on A, m
+  Vector3 point_a = Vector3::Zero();  ///< on A, m; ContactOptions::frame says in which frame
   Vector3 point_b = Vector3::Zero();  ///< on B, m
   Vector3 normal = Vector3::UnitX();  ///< the pair's: unit, from A to B
-  double gap = 0.0;                   ///< (point_b - point_a)·normal, m
+  double gap = 0.0;                   ///< (point_b - point_a)·normal, m, of places in the world
   double area = 0.0;                  ///< its share of the pair's contact polygon, m2
-  Vector3 point() const { return 0.5 * (point_a + point_b); }
+  Vector3 point() const { return 0.5 * (point_a + point_b); }  ///< of places in the world
 };
 
 struct ContactOptions {
   double tolerance = 0.0;  ///< contact length tol, m; 0: default_tolerance(a, b)
   double reach = 0.0;  ///< points are listed up to this gap above the least one (at least tol), m
+  PointFrame frame = PointFrame::World;  ///< of the listed points; all else is in the world
 };
 
 /// Adds the contact points of one pair, sorted by key. `blocks` are the names a and b in the keys;
@@ -55,7 +63,7 @@ NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, c
                                              const FeatureHint& hint,
                                              std::vector<ContactPoint>& contacts);
 
-/// The same of two bodies; their places are in the world.
+/// The same of two bodies.
 NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, const Body& a,
                                              const Body& b, const ContactOptions& options,
                                              const FeatureHint& hint,
@@ -80,8 +88,16 @@ void update_pair_contact(const Body& a, const Body& b, const ContactOptions& opt
 
 /// For each contact of `now` the index of the same contact in `before`, or of the nearest one of
 /// the same two blocks within `reach` that no key claims (a contact that slid over an edge), or -1.
-/// Both lists sorted by key.
+/// Both lists sorted by key, places in the world.
 std::vector<int> match_previous(const std::vector<ContactPoint>& now,
                                 const std::vector<ContactPoint>& before, double reach = 0.0);
+/// The same for lists that stand in records of the caller's: item i is at(owner, i).
+struct ContactPointList {
+  const void* owner = nullptr;
+  std::size_t size = 0;
+  const ContactPoint& (*at)(const void* owner, std::size_t i) = nullptr;
+};
+std::vector<int> match_previous(const ContactPointList& now, const ContactPointList& before,
+                                double reach = 0.0);
 
 }  // namespace quoin::geometry

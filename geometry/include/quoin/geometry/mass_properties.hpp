@@ -1,7 +1,7 @@
 #pragma once
 /// Volume, centroid and second moments of a polyhedron, exact by simplex integration.
 
-#include <quoin/geometry/shape.hpp>
+#include <quoin/geometry/body.hpp>
 
 namespace quoin::geometry {
 
@@ -12,5 +12,6 @@ struct MassProperties {
 };
 
 MassProperties mass_properties(const Shape& polyhedron);
+MassProperties mass_properties(const Body& body);  ///< in the world
 
 }  // namespace quoin::geometry

@@ -50,10 +50,6 @@ struct PairResult {
   int first = 0, count = 0;           ///< its points in the list; none when it has ended
 };
 
-/// What a batch is asked for. Points alone take a little less time: pairs() is then empty and
-/// ContactPoint::previous -1.
-enum class BatchResults : char { All, PointsAlone };
-
 /// What a call had to do.
 struct FindCounts {
   int candidates = 0;  ///< pairs of bodies near enough to touch
@@ -66,7 +62,7 @@ class PairBatch {
  public:
   /// options.reach: contact points are listed up to this gap, m. Throws InputError when a length
   /// is negative or not finite.
-  explicit PairBatch(const ContactOptions& options, BatchResults results = BatchResults::All);
+  explicit PairBatch(const ContactOptions& options);
   ~PairBatch();
   PairBatch(PairBatch&&) noexcept;
   PairBatch& operator=(PairBatch&&) noexcept;
@@ -74,7 +70,7 @@ class PairBatch {
   /// Writes the contact points of all pairs to `contacts`, sorted by key, each with the index of
   /// the same contact in the list of the last call: the one with the same key or, where a contact
   /// slid over an edge, the nearest of the same two bodies that no key claims, within the reach as
-  /// seen from body a. Pairs may stand in any order; a pair given twice is answered once. The list
+  /// seen from body a (with PointFrame::Bodies: the nearest places on a). Pairs may stand in any order; a pair given twice is answered once. The list
   /// is the same for any number of workers; without an executor the calling thread does it all. No
   /// allocation when warm. Throws InputError for an index out of range, a body paired with itself,
   /// names that do not ascend, spans of the wrong size or a placement that is none.

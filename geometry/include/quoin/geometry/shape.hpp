@@ -81,6 +81,7 @@ class Topology {
   Feature host(int v) const {
     return hosts_.empty() ? Feature{FeatureKind::Vertex, v} : hosts_[index(v)];
   }
+  bool all_are_corners() const { return hosts_.empty(); }
   bool is_corner(int v) const { return host(v) == Feature{FeatureKind::Vertex, v}; }
   /// Corners joined to v by an edge, ascending; the edge to each; the faces around v, ascending, at
   /// least one. A vertex at a corner has that corner's; one on an edge has the ends of the edge,
@@ -149,7 +150,8 @@ struct AlignedAllocator {
 class Shape {
  public:
   /// Whether the vertices make the faces convex is not checked: `build.hpp` does. vertices:
-  /// 3 × vertex_count, m. Throws InputError as set_vertices does.
+  /// 3 × vertex_count, m. Throws InputError as set_vertices does, and while the rounding mode of
+  /// floating point is not to nearest (other calls do not ask).
   Shape(std::shared_ptr<const Topology> topology, const Eigen::Ref<const Points>& vertices);
 
   /// Moves or deforms: same topology, new places. No allocation. vertices: 3 × vertex_count, m.

@@ -3,7 +3,8 @@
 /// frame.
 
 #include <functional>
-#include <quoin/geometry/shape.hpp>
+#include <memory>
+#include <quoin/geometry/body.hpp>
 #include <string>
 #include <vector>
 
@@ -78,7 +79,8 @@ struct Motion {
 };
 
 struct Block {
-  geometry::Shape shape;  ///< at the start, world frame
+  std::shared_ptr<const geometry::Shape> shape;  ///< blocks alike share one
+  geometry::Placement placement{};               ///< of the shape in the world at the start
   Material material;
   BlockKind kind = BlockKind::Deformable;
   Vector3 velocity = Vector3::Zero();          ///< of the centroid at the start, m/s
@@ -86,6 +88,8 @@ struct Block {
   Vector6 initial_stress = Vector6::Zero();    ///< Pa, tension positive, world axes
   Motion motion{};                             ///< of a prescribed block
   std::string name{};                          ///< for messages and output; may be empty
+
+  geometry::Body body() const { return {*shape, placement}; }  ///< at the start
 };
 
 /// Force on a material point, given by its place at the start. N.
@@ -133,7 +137,8 @@ struct Scene {
   std::vector<FixedPoint> fixed_points{};
   InitialOverlap initial_overlap = InitialOverlap::Refuse;
 
-  int add_block(geometry::Shape shape, const Material& material);  ///< deformable; its index
+  /// A shape that stands in the world; a deformable block; its index.
+  int add_block(geometry::Shape shape, const Material& material);
   int add_rigid(geometry::Shape shape, const Material& material);
   int add_fixed(geometry::Shape shape, const Material& material = {});
 };

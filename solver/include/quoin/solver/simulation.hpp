@@ -39,16 +39,27 @@ enum class TimeScheme : std::uint8_t {
 
 enum class Analysis : std::uint8_t {
   Dynamic,
-  Static,  ///< velocity set to zero at each step, inertia kept; takes no time: State::time stays
+  Static,  ///< steps towards equilibrium, each from rest, with a pseudo-step of their own; take no
+           ///< time: State::time stays
   Settle   ///< static, and closed contacts cannot slide: brings contact forces to rest before
            ///< release
 };
+
+/// What a static step knows of the equilibrium that it looks for.
+enum class StaticVerdict : std::uint8_t {
+  Seeking,   ///< not yet; also of every dynamic step
+  Rest,      ///< unbalance is at most StepOptions::rest_unbalance, and falls no further
+  Mechanism  ///< a block has moved by more than a tenth of itself: no equilibrium near the start
+};
+
+/// "seeking", "rest", "mechanism".
+const char* name(StaticVerdict verdict);
 
 struct ContactProblem;
 struct StepReport;
 
 struct StepOptions {
-  double time_step = 1e-3;  ///< s
+  double time_step = 1e-3;  ///< s, of a dynamic step; a static one has its own
   Analysis analysis = Analysis::Dynamic;
   ContactMethod method = ContactMethod::AugmentedLagrangian;
   TimeScheme scheme = TimeScheme::ConstantAcceleration;
@@ -62,9 +73,13 @@ struct StepOptions {
   /// Of AugmentedLagrangian. Steps with springs, cohesion, bonds or held points are always
   /// OpenClose's.
   ContactIteration contact_iteration = ContactIteration::OpenClose;
-  int max_iterations = 1000;  ///< open–close iterations a sub-step; Paper, Penalty: linear solves
+  /// Iterations of one attempt at a sub-step, open–close or interior point, all its rounds
+  /// together; Paper, Penalty: linear solves. A step that can't be solved is tried eleven times,
+  /// each half as long.
+  int max_iterations = 1000;
   double max_displacement_ratio = 0.0;  ///< largest displacement / block size; 0: no limit
   double smallest_time_step = 0.0;      ///< s; 0: time_step / 1024
+  double rest_unbalance = 1e-6;         ///< static: StepReport::unbalance at rest
   int threads = 1;
   /// Asked some twenty times a second in a step that lasts, with what it has come to so far, on the
   /// thread of advance(); false ends the step as Stopped. Must not throw.
@@ -94,9 +109,10 @@ enum class FlagKind : std::uint8_t {
   Unconverged,   ///< the step was not solved; value: relative force residual
   Strain,        ///< larger than small-strain theory is good for
   Overlap,       ///< of two blocks by the smaller one's size
-  Rounding,      ///< of coordinates, against the tolerance of gaps
+  Rounding,      ///< of a gap, against the tolerance of gaps
   EnergyGrowth,  ///< in one step, by the scale of the run's energy
-  LostContact    ///< overlap of a failed step that no attempt held
+  LostContact  ///< overlap of a failed step that no attempt held; a closed contact whose blocks are
+               ///< no longer found near each other
 };
 
 inline constexpr std::size_t kFlagKinds = 6;
@@ -124,6 +140,21 @@ class StepFlags {
 
 std::string_view name(FlagKind kind);  ///< "unconverged", "strain", …
 
+/// A contact of a step that was not solved whose forces had not come to rest.
+struct FightingContact {
+  int block = -1, other = -1;
+  Vector3 place = Vector3::Zero();  ///< world, m
+  double change = 0.0;              ///< of its force in the next iteration, N
+};
+
+/// The worst contact of each pair of blocks, the worst pair first.
+struct FightingContacts {
+  std::array<FightingContact, 3> contacts{};
+  std::size_t count = 0;
+  const FightingContact* begin() const { return contacts.data(); }
+  const FightingContact* end() const { return contacts.data() + count; }
+};
+
 struct StepReport {
   StepStatus status = StepStatus::Converged;
   double time = 0.0;  ///< at the end, s
@@ -139,6 +170,10 @@ struct StepReport {
   double largest_overlap = 0.0;     ///< m
   double unbalance =
       0.0;  ///< static measure: largest unbalanced force / largest block weight or load
+  StaticVerdict verdict = StaticVerdict::Seeking;
+  double travel = 0.0;    ///< static: farthest way of a block since the analysis began, less what
+                          ///< strains and springs explain, by the block's size
+  int travel_block = -1;  ///< that block; -1: none
   double largest_speed = 0.0;      ///< m/s, of a vertex
   double stiffest_omega_dt = 0.0;  ///< of the stiffest spring (Springs, Penalty); 0 without
   double numerical_damping = 0.0;  ///< damping ratio that goes with it
@@ -149,6 +184,7 @@ struct StepReport {
   int contact_count = 0;
   int closed_count = 0;
   StepFlags flags{};
+  FightingContacts fighting{};  ///< when not solved (methods of the default's iteration)
   PhaseSeconds seconds{};
 };
 
@@ -180,6 +216,10 @@ class Simulation {
 
   Vector6 stress(int block) const;  ///< Pa, world axes, tension positive
   Vector3 reference_arm(int block, const Vector3& world_point) const;  ///< of a material point now
+  geometry::Points reference_arms(int block) const;  ///< of the shape's vertices, 3 × n, m
+  geometry::Points vertices(int block) const;        ///< in the world now, 3 × n, m
+  /// Of a material point since the start, m. No digits are lost to where the scene stands.
+  Vector3 displacement(int block, const Vector3& reference_arm) const;
   /// Writes all that the steps to come depend on. A Simulation of the same scene, with the same
   /// options(), that reads it goes on to the bit as this one does. Only the same build reads it.
   void save(std::ostream& out) const;

@@ -10,7 +10,9 @@ namespace quoin::solver {
 /// Place and motion of one block. A material point with reference arm X (from the reference
 /// centroid) stands at centroid + rotation (I + strain) X.
 struct BlockState {
-  Vector3 centroid = Vector3::Zero();                            ///< relative to State::origin, m
+  Vector3 centroid = Vector3::Zero();       ///< relative to State::origin, m
+  Vector3 centroid_rest = Vector3::Zero();  ///< what `centroid` leaves by rounding: the sum is the
+                                            ///< place, so that it matters nowhere how far out
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();  ///< reference -> world
   Vector6 strain = Vector6::Zero();                              ///< total, in the turning frame
   Vector3 velocity = Vector3::Zero();                            ///< m/s
@@ -56,12 +58,13 @@ struct State {
   long step = 0;
   Vector3 origin = Vector3::Zero();  ///< world = origin + what the state holds, m
   std::vector<BlockState> blocks;
-  std::vector<geometry::Shape> polyhedra;  ///< derived from `blocks`, relative to origin
-  std::vector<Contact> contacts;                ///< sorted by key
+  std::vector<Contact> contacts;  ///< sorted by key
   EnergyLedger energy;
 };
 
-/// World place of a material point of a block given by its reference arm (from the centroid), m.
+/// Place of a material point of a block given by its reference arm (from the centroid), m: relative
+/// to State::origin, and in the world.
+Vector3 local_point(const State& state, int block, const Vector3& reference_arm);
 Vector3 world_point(const State& state, int block, const Vector3& reference_arm);
 
 }  // namespace quoin::solver

@@ -1,3 +1,6 @@
+#pragma once
+/// The 15 directions of box_sat, as a kernel. See kernels/kernels.hpp. Internal.
+
 #include "search/box_sat.hpp"
 
 #include <algorithm>
@@ -5,12 +8,10 @@
 #include <cmath>
 #include <limits>
 
-#include "simd/lanes.hpp"
+#include "numeric/error_bounds.hpp"
 
 namespace quoin::geometry {
 namespace {
-
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 /// A parallelepiped: half its edges from vertex 0, its middle, and how far the vertices of the
 /// solid lie from those of it, m.
@@ -31,10 +32,10 @@ struct Brick {
       middle += half[k];
     }
     double squared = 0.0;
-    for (const std::size_t place : {3, 5, 6, 7}) {
+    for (const unsigned place : {3u, 5u, 6u, 7u}) {
       squared = std::max(squared, (at(place) - corner(place)).squaredNorm());
     }
-    error = std::sqrt(squared) + 8 * kEpsilon * solid.diameter();
+    error = std::sqrt(squared) + kBrickRounding * kEpsilon * solid.diameter();
   }
   Vector3 corner(std::size_t place) const {
     Vector3 x = middle;
@@ -80,7 +81,6 @@ struct Overlaps {
 template <class Lanes>
 void find_overlaps(const Directions& edges, std::size_t first, const Vector3& across, double reach,
                    Overlaps& overlaps) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   constexpr double kClose = 16.0, kParallel = 1e6;  // inverse sines
   const auto all = [](double value) { return Lanes::all(value); };
   const auto size = [&](const Lanes& v) { return v.larger(all(0.0) - v); };
@@ -101,7 +101,7 @@ void find_overlaps(const Directions& edges, std::size_t first, const Vector3& ac
   const Lanes cancelled = whole * (inverse * inverse);
   const auto there = cancelled.below(all(kParallel * kParallel));
   depth.where(there, all(kInfinity)).store(overlaps.value + first);
-  (depth - all(kEpsilon * reach) * (all(8.0) + cancelled))
+  (depth - all(kEpsilon * reach) * (all(kDirectionRounding) + cancelled))
       .where(there, all(-kInfinity))
       .store(overlaps.sure + first);
   overlaps.close |= (~cancelled.below(all(kClose * kClose)).bits() & 15u) << first;
@@ -144,7 +144,7 @@ SearchResult least_overlap(const Solid& solid_p, const Solid& solid_q, double ro
   const double reach = across.norm() + solid_p.diameter() + solid_q.diameter();
   const Directions edges(p, q);
   Overlaps overlaps;
-  Lanes least_four = Lanes::all(std::numeric_limits<double>::infinity());
+  Lanes least_four = Lanes::all(kInfinity);
   for (std::size_t k = 0; k < 16; k += 4) {
     find_overlaps<Lanes>(edges, k, across, reach, overlaps);
     least_four = least_four.smaller(Lanes::of(overlaps.value + k));
@@ -157,12 +157,14 @@ SearchResult least_overlap(const Solid& solid_p, const Solid& solid_q, double ro
   };
   if (std::abs(least) <= rounding) {
     const unsigned parallel = beyond(overlaps.value, std::numeric_limits<double>::max());
-    const unsigned open = ~beyond(overlaps.sure, 2 * rounding) & ~parallel & Directions::kAll;
+    const unsigned open =
+        ~beyond(overlaps.sure, kBothPart * rounding) & ~parallel & Directions::kAll;
     if ((open & overlaps.close) != 0) return result;
-    return mean_of_planes(edges, ~beyond(overlaps.value, 2 * rounding) & Directions::kAll, across);
+    return mean_of_planes(edges, ~beyond(overlaps.value, kBothPart * rounding) & Directions::kAll,
+                          across);
   }
   const unsigned best = ~beyond(overlaps.value, least) & Directions::kAll;
-  const double error = 4 * (p.error + q.error), clear = 16 * rounding + error;
+  const double error = kBrickErrors * (p.error + q.error), clear = kBrickClear * rounding + error;
   if (!(least > clear) || !std::has_single_bit(best) ||
       (beyond(overlaps.sure, least + clear) | best) != Directions::kAll) {
     return result;
@@ -186,20 +188,5 @@ SearchResult least_overlap(const Solid& solid_p, const Solid& solid_q, double ro
   return result;
 }
 
-#ifdef QUOIN_FOUR_WIDE_LANES
-QUOIN_AVX2 [[gnu::flatten]] SearchResult overlap_256(const Solid& p, const Solid& q,
-                                                     double rounding) {
-  return least_overlap<Lanes256>(p, q, rounding);
-}
-#endif
-
 }  // namespace
-
-SearchResult box_sat(const Solid& p, const Solid& q, double rounding) {
-#ifdef QUOIN_FOUR_WIDE_LANES
-  if (has_avx2()) return overlap_256(p, q, rounding);
-#endif
-  return least_overlap<PlainLanes>(p, q, rounding);
-}
-
 }  // namespace quoin::geometry

@@ -1,20 +1,19 @@
+#pragma once
+/// The polytope of expand_polytope, as a kernel. See kernels/kernels.hpp. Internal.
+
 #include "search/epa.hpp"
 
 #include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 
 #include "numeric/double_double.hpp"
-#include "shape/support_kernels.hpp"
-#include "simd/lanes.hpp"
+#include "numeric/error_bounds.hpp"
+#include "shape/scan.hpp"
 
 namespace quoin::geometry {
 namespace {
-
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// A polytope inside the set of differences, around the origin. While all its facets turn to the
 /// origin their inner sides, each ray from the origin meets one of them; so the least distance of a
@@ -277,7 +276,8 @@ class Polytope {
     const Lanes distance = (x * a[0] + y * a[1] + z * a[2]) * inverse;
     // By how much the products that made the normal have cancelled: at most 1 + a quarter of this.
     const Lanes cancelled = whole * (inverse * inverse);
-    const Lanes sure = distance - all(kEpsilon) * reach * (all(2.5) + all(0.25) * cancelled);
+    const Lanes sure =
+        distance - all(kEpsilon) * reach * (all(kFacetRounding) + all(kFacetCancelled) * cancelled);
     const auto there = (all(kNoArea * kNoArea) * whole).below(squared);
     const unsigned slim = squared.below(all(kSlim * kSlim) * whole).bits();
     Planes& four = planes(f);
@@ -316,7 +316,7 @@ class Polytope {
     four.y[k] = unit.y();
     four.z[k] = unit.z();
     four.distance[k] = unit.dot(place(apex_[f]));
-    four.sure[k] = four.distance[k] - 2.5 * kEpsilon * reach;
+    four.sure[k] = four.distance[k] - kFacetRounding * kEpsilon * reach;
     alignas(32) double keys[4];
     Lanes::of(four.sure).numbered(f - k, kMostFacets).store(keys);
     four.key[k] = keys[k];
@@ -400,7 +400,7 @@ class Polytope {
 
   void finish(Index nearest, SearchResult& result) {
     const double distance = planes(nearest).distance[nearest % 4];
-    const double limit = distance + std::max(8 * rounding_, kRounded * distance);
+    const double limit = distance + std::max(kAsNear * rounding_, kRounded * distance);
     int near = 0;
     for (Index f = 0; f < facet_count_; f += 4) {
       near += std::popcount(Lanes::of(planes(f).key).below(Lanes::all(limit)).bits());
@@ -421,13 +421,13 @@ class Polytope {
   /// Does no other direction come as near? `sure`: the least of all facets.
   bool only_direction(Index nearest, double& sure) {
     const Vector3 n = normal(nearest);
-    const double limit = planes(nearest).distance[nearest % 4] + 8 * rounding_;
+    const double limit = planes(nearest).distance[nearest % 4] + kAsNear * rounding_;
     Lanes least = Lanes::all(sure);
     unsigned others = 0;
     for (Index f = 0; f < facet_count_; f += 4) {
       const Planes& four = planes(f);
       const auto there = Lanes::of(four.key).below(Lanes::all(kNone));
-      const auto aside = along(four, n).below(Lanes::all(1.0 - 1e-9));
+      const auto aside = along(four, n).below(Lanes::all(kSameDirection));
       least = Lanes::of(four.sure).where(there, least).smaller(least);
       others |= ~Lanes::all(limit).below(Lanes::of(four.distance)).bits() & aside.bits();
     }
@@ -454,26 +454,5 @@ class Polytope {
   Number facet_at_[kMostCorners * kRow];
 };
 
-#ifdef QUOIN_FOUR_WIDE_LANES
-QUOIN_AVX512 [[gnu::flatten]] SearchResult overlap_512(const Solid& p, const Solid& q,
-                                                       const SearchResult& start, double rounding) {
-  return Polytope<Scan512, Lanes256>(p, q, rounding).grow(start);
-}
-QUOIN_AVX2 [[gnu::flatten]] SearchResult overlap_256(const Solid& p, const Solid& q,
-                                                     const SearchResult& start, double rounding) {
-  return Polytope<Scan256, Lanes256>(p, q, rounding).grow(start);
-}
-#endif
-
 }  // namespace
-
-SearchResult expand_polytope(const Solid& p, const Solid& q, const SearchResult& start,
-                             double rounding) {
-#ifdef QUOIN_FOUR_WIDE_LANES
-  if (has_avx512() && !few_vertices(p, q)) return overlap_512(p, q, start, rounding);
-  if (has_avx2()) return overlap_256(p, q, start, rounding);
-#endif
-  return Polytope<PlainScan, PlainLanes>(p, q, rounding).grow(start);
-}
-
 }  // namespace quoin::geometry

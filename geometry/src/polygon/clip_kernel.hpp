@@ -1,3 +1,6 @@
+#pragma once
+/// overlay_faces, as a kernel. See kernels/kernels.hpp. Internal.
+
 #include "polygon/clip.hpp"
 
 #include <algorithm>
@@ -6,7 +9,6 @@
 #include <limits>
 
 #include "numeric/branchless.hpp"
-#include "simd/lanes.hpp"
 
 namespace quoin::geometry {
 namespace {
@@ -373,20 +375,5 @@ bool overlay_of_few(const Solid& p, const Solid& q, double rounding, ContactPoly
   return most <= 12 && FaceOverlay<Lanes, 12>(p, q, part).lay(rounding);
 }
 
-#ifdef QUOIN_FOUR_WIDE_LANES
-QUOIN_AVX2 [[gnu::flatten]] bool overlay_256(const Solid& p, const Solid& q, double rounding,
-                                             ContactPolygon& part) {
-  return overlay_of_few<Lanes256>(p, q, rounding, part);
-}
-#endif
-
 }  // namespace
-
-bool overlay_faces(const Solid& p, const Solid& q, double rounding, ContactPolygon& part) {
-#ifdef QUOIN_FOUR_WIDE_LANES
-  if (has_avx2()) return overlay_256(p, q, rounding, part);
-#endif
-  return overlay_of_few<PlainLanes>(p, q, rounding, part);
-}
-
 }  // namespace quoin::geometry

@@ -1,19 +1,21 @@
+#pragma once
+/// nearest_feature_search, as a kernel. See kernels/kernels.hpp. Internal.
+
 #include "search/nearest_feature_search.hpp"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <limits>
 
+#include "numeric/error_bounds.hpp"
 #include "search/simplex_reduction.hpp"
-#include "shape/support_kernels.hpp"
+#include "shape/scan.hpp"
 
 namespace quoin::geometry {
 namespace {
 
 constexpr int kMostSteps = 64;
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 /// One point q_j - p_i of the Minkowski difference; relative error of each coordinate: half an eps.
 struct Corner {
@@ -43,8 +45,8 @@ struct Simplex {
 struct Nearest {
   int count = 1;  // corners that carry it: the newest and up to two others
   int first = 0, second = 0;
-  Vector3 direction;
-  double squared = std::numeric_limits<double>::infinity();
+  Vector3 direction = Vector3::Zero();
+  double squared = kInfinity;
 };
 
 Nearest at_newest(const Vector3& a) { return {1, 0, 0, a, a.squaredNorm()}; }
@@ -110,7 +112,7 @@ bool reduce_tetrahedron(Simplex& simplex) {
   consider(abc, 1, 2, 1.0);
   consider(acd, 2, 3, 1.0);
   consider(abd, 1, 3, -1.0);
-  if (!(best.squared < std::numeric_limits<double>::infinity())) return false;
+  if (!(best.squared < kInfinity)) return false;
   take(best, simplex);
   return true;
 }
@@ -154,8 +156,10 @@ SimplexReduction rows_of(const Simplex& simplex, const Vector3& apart) {
 }
 
 /// The same step by distances, where signs leave it open: flat simplices.
-[[gnu::noinline]] Carried take_corner_by_distance(const Corner& corner, const Vector3& apart,
-                                                  SimplexReduction& rows, Direction& towards) {
+[[gnu::noinline, gnu::flatten]] inline Carried take_corner_by_distance(const Corner& corner,
+                                                                       const Vector3& apart,
+                                                                       SimplexReduction& rows,
+                                                                       Direction& towards) {
   Simplex simplex;
   for (int lane = 3; lane-- > 0;) {
     if ((rows.edges >> lane & 1u) == 0) continue;
@@ -185,12 +189,12 @@ void name_corners(const SimplexReduction& rows, SearchResult& result) {
 }
 
 /// From the rows that the scans have read; `apart`: between their origins.
-template <class Flags, class AnyRows>
+template <class AnyRows>
 NewCorner new_corner(const AnyRows& p, const AnyRows& q, const PairSupport& both,
                      const Vector3& apart) {
   const int i = both.p.vertex, j = both.q.vertex;
   const Vec3 step = q.placed(j) - p.placed(i);
-  const FourVectors offset{spread<Flags>(step.x), spread<Flags>(step.y), spread<Flags>(step.z)};
+  const FourVectors offset{four(step.x), four(step.y), four(step.z)};
   const FourVectors between{four(apart.x()), four(apart.y()), four(apart.z())};
   return {offset + between, offset, corner_name(i, j)};
 }
@@ -213,7 +217,6 @@ struct Reach {
 template <class Scan, class AnyRows>
 SearchResult search_rows(const Solid& p, const Solid& q, const Vector3& direction,
                          double rounding) {
-  using Flags = typename Scan::Flags;
   SearchResult result;
   const AnyRows rows_p(p), rows_q(q);
   const Vector3 apart = q.origin() - p.origin();
@@ -221,7 +224,7 @@ SearchResult search_rows(const Solid& p, const Solid& q, const Vector3& directio
     const PairSupport both = Scan::support_pair(rows_p, rows_q, d);
     __builtin_prefetch(p.shape().vertices().data() + 3 * both.p.vertex);  // for the closed form
     __builtin_prefetch(q.shape().vertices().data() + 3 * both.q.vertex);
-    return new_corner<Flags>(rows_p, rows_q, both, apart);
+    return new_corner(rows_p, rows_q, both, apart);
   };
   const NewCorner first = corner_along(direction);
   SimplexReduction rows;
@@ -229,30 +232,30 @@ SearchResult search_rows(const Solid& p, const Solid& q, const Vector3& directio
   rows.names = first.name;
   Direction d{first.w.x[0], first.w.y[0], first.w.z[0]};
   Reach reach(first.w, d);
-  double before = std::numeric_limits<double>::infinity();
+  double before = kInfinity;
   bool inside = false;
   while (result.iterations < kMostSteps) {
     ++result.iterations;
-    if (!(reach.squared_distance > 16 * rounding * rounding)) {
+    if (!(reach.squared_distance > kNothing * kNothing * rounding * rounding)) {
       result.outcome = SearchOutcome::Overlapping;
       break;
     }
     const NewCorner corner = corner_along(Vector3(d.x, d.y, d.z));
     const FourVectors to_newest = rows.offset - corner.offset;
     const double nearer = d.x * to_newest.x[3] + d.y * to_newest.y[3] + d.z * to_newest.z[3];
-    const double gain = nearer - 4 * kEpsilon * reach.along;
+    const double gain = nearer - kGainRounding * kEpsilon * reach.along;
     const bool no_gain =
         !(gain > 0.0) | (gain * gain <= rounding * rounding * reach.squared_length);
-    if (no_gain | has_corner<Flags>(rows, corner.name) | !(reach.squared_distance < before)) {
+    if (no_gain | has_corner(rows, corner.name) | !(reach.squared_distance < before)) {
       result.outcome = SearchOutcome::Separated;  // as far as doubles go; the proof decides
       break;
     }
     before = reach.squared_distance;
     Carried carried = Carried::Found;
     if (rows.edges == 1) {
-      take_second_corner<Flags>(corner, rows, d);
+      take_second_corner(corner, rows, d);
     } else {
-      carried = take_corner<Flags>(corner, rows, d);
+      carried = take_corner(corner, rows, d);
     }
     if (carried == Carried::Unclear) {
       SimplexReduction other = rows;  // copies, so that the others stay in registers
@@ -278,44 +281,5 @@ SearchResult search_rows(const Solid& p, const Solid& q, const Vector3& directio
   return result;
 }
 
-#ifdef QUOIN_WIDE_LANES
-template <class AnyRows>
-QUOIN_AVX512 [[gnu::flatten]] SearchResult search_512(const Solid& p, const Solid& q,
-                                                      const Vector3& direction, double rounding) {
-  return search_rows<Scan512, AnyRows>(p, q, direction, rounding);
-}
-/// With more registers than the next one.
-template <class AnyRows>
-QUOIN_AVX512 [[gnu::flatten]] SearchResult search_few(const Solid& p, const Solid& q,
-                                                      const Vector3& direction, double rounding) {
-  return search_rows<Scan256, AnyRows>(p, q, direction, rounding);
-}
-template <class AnyRows>
-QUOIN_AVX2 [[gnu::flatten]] SearchResult search_256(const Solid& p, const Solid& q,
-                                                    const Vector3& direction, double rounding) {
-  return search_rows<Scan256, AnyRows>(p, q, direction, rounding);
-}
-#endif
-
-template <class AnyRows>
-SearchResult search(const Solid& p, const Solid& q, const Vector3& direction, double rounding) {
-#ifdef QUOIN_WIDE_LANES
-  if (has_avx512()) {
-    return few_vertices(p, q) ? search_few<AnyRows>(p, q, direction, rounding)
-                              : search_512<AnyRows>(p, q, direction, rounding);
-  }
-  if (has_avx2()) return search_256<AnyRows>(p, q, direction, rounding);
-#endif
-  return search_rows<PlainScan, AnyRows>(p, q, direction, rounding);
-}
-
 }  // namespace
-
-SearchResult nearest_feature_search(const Solid& p, const Solid& q, const Vector3& direction,
-                                    double rounding) {
-  const bool turned = p.turned() != nullptr || q.turned() != nullptr;
-  return turned ? search<Rows>(p, q, direction, rounding)
-                : search<StraightRows>(p, q, direction, rounding);
-}
-
 }  // namespace quoin::geometry

@@ -1,0 +1,120 @@
+#include <quoin/geometry/pair_batch.hpp>
+
+#include "bindings/c_values.hpp"
+
+namespace geometry = quoin::geometry;
+
+struct quoin_batch {
+  explicit quoin_batch(const geometry::ContactOptions& options) : batch(options) {}
+
+  geometry::PairBatch batch;
+  std::vector<geometry::BlockPair> candidates;
+  std::vector<geometry::BodyChange> changes;
+  std::vector<geometry::ContactPoint> contacts;
+  std::vector<quoin_contact_point> points;
+  std::vector<quoin_pair> pairs;
+  char message[256] = "";
+};
+
+namespace {
+
+using namespace quoin::geometry::bindings;  // NOLINT: private to this file
+
+static_assert(static_cast<int>(geometry::BodyChange::Shape) == QUOIN_RESHAPED);
+
+/// The body was checked.
+geometry::Body body_in_row(const void* owner, int index) {
+  const quoin_body& body = static_cast<const quoin_body*>(owner)[index];
+  return {*body.shape->solid, placement_of(body.placement)};
+}
+
+template <class T>
+std::span<const T> row(const T* values, int count) {
+  if (values == nullptr) return {};
+  return {values, static_cast<std::size_t>(count)};
+}
+
+void check(const quoin_candidates* given) {
+  require(given != nullptr && given->body_count >= 0 && given->pair_count >= 0,
+          "candidates is null, or a count is negative");
+  require(given->bodies != nullptr || given->body_count == 0, "bodies is null");
+  require(given->pairs != nullptr || given->pair_count == 0, "pairs is null");
+  for (int i = 0; i < given->body_count; ++i) {
+    body_of(given->bodies + i, given->names == nullptr ? i : given->names[i]);
+  }
+}
+
+geometry::BodyChange change_of(int change) {
+  require(change >= QUOIN_SAME && change <= QUOIN_RESHAPED, "a change is none of the three");
+  return static_cast<geometry::BodyChange>(change);
+}
+
+void find(quoin_batch& batch, const quoin_candidates& given) {
+  batch.changes.clear();
+  for (const int change : row(given.changes, given.body_count)) {
+    batch.changes.push_back(change_of(change));
+  }
+  batch.candidates.clear();
+  for (int k = 0; k < given.pair_count; ++k) {
+    batch.candidates.push_back({given.pairs[2 * k], given.pairs[2 * k + 1]});
+  }
+  geometry::BodySource source;
+  source.owner = given.bodies;
+  source.body = body_in_row;
+  source.count = given.body_count;
+  source.names = row(given.names, given.body_count);
+  source.changes = batch.changes;
+  batch.batch.find(source, batch.candidates, batch.contacts);
+  copy(batch.contacts, batch.points);
+  copy(batch.batch.pairs(), batch.pairs);
+}
+
+}  // namespace
+
+extern "C" {
+
+quoin_status quoin_make_batch(double reach, double tolerance, quoin_batch** made, char* message,
+                              size_t message_size) {
+  say("", message, message_size);
+  const auto make = [&] {
+    require(made != nullptr, "made is null");
+    *made = new quoin_batch({.tolerance = tolerance, .reach = reach});
+    return QUOIN_OK;
+  };
+  return guarded(make, message, message_size);
+}
+
+void quoin_free_batch(quoin_batch* batch) { delete batch; }
+
+const char* quoin_batch_message(const quoin_batch* batch) {
+  return batch == nullptr ? "" : batch->message;
+}
+
+quoin_status quoin_batch_set_reach(quoin_batch* batch, double reach) {
+  if (batch == nullptr) return QUOIN_BAD_INPUT;
+  const auto set = [&] {
+    batch->batch.set_reach(reach);
+    return QUOIN_OK;
+  };
+  return guarded(set, batch->message, sizeof batch->message);
+}
+
+quoin_status quoin_batch_find(quoin_batch* batch, const quoin_candidates* candidates) {
+  if (batch == nullptr) return QUOIN_BAD_INPUT;
+  const auto run = [&] {
+    check(candidates);
+    find(*batch, *candidates);
+    return QUOIN_OK;
+  };
+  return guarded(run, batch->message, sizeof batch->message);
+}
+
+const quoin_contact_point* quoin_batch_points(const quoin_batch* batch, int* count) {
+  return batch == nullptr ? no_list<quoin_contact_point>(count) : list(batch->points, count);
+}
+
+const quoin_pair* quoin_batch_pairs(const quoin_batch* batch, int* count) {
+  return batch == nullptr ? no_list<quoin_pair>(count) : list(batch->pairs, count);
+}
+
+}  // extern "C"

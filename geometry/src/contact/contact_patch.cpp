@@ -1,0 +1,153 @@
+#include "contact/contact_patch.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace quoin::geometry {
+namespace {
+
+double cross2(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
+
+double distance_to_side(const Vector2& from, const Vector2& to, const Vector2& place) {
+  const Vector2 side = to - from;
+  const double squared = side.squaredNorm();
+  const double share = squared > 0.0 ? std::clamp(side.dot(place - from) / squared, 0.0, 1.0) : 0.0;
+  return (place - from - share * side).norm();
+}
+
+std::size_t nearest_corner(const ProjectedFeature& patch, const Vector2& place) {
+  const auto squared = [&](const ProjectedCorner& c) { return (c.place - place).squaredNorm(); };
+  const auto nearest = std::min_element(
+      patch.corners.begin(), patch.corners.end(),
+      [&](const ProjectedCorner& c, const ProjectedCorner& d) { return squared(c) < squared(d); });
+  return static_cast<std::size_t>(nearest - patch.corners.begin());
+}
+
+/// The edges that may name a place on the border of a support polygon, the best first: its own,
+/// those around the nearest corners, those of its face.
+void find_names(const Solid& solid, const ProjectedFeature& patch, const Feature& own,
+                const Vector2& place, SmallVector<int, 32>& names) {
+  const Topology& topology = solid.topology();
+  const auto add = [&](std::span<const int> edges) {
+    for (const int e : edges) {
+      if (!names.contains(e)) names.push_back(e);
+    }
+  };
+  if (own.kind == FeatureKind::Edge && own.index >= 0) names.push_back(own.index);
+  const std::size_t k = nearest_corner(patch, place);
+  add(topology.vertex_edges(patch.corners[k].vertex));
+  add(topology.vertex_edges(patch.corners[(k + 1) % patch.corners.size()].vertex));
+  add(topology.face_edges(patch.face));
+}
+
+/// Where a ray from `start` along `way` leaves the convex hull of the points: in units of `way`,
+/// and between which points.
+struct Exit {
+  double distance = 0.0;
+  int from = 0, to = 0;
+};
+
+Exit exit_of(const Vector2& start, const Vector2& way, const SharedCorners& points,
+             const SmallVector<int, 32>& order) {
+  Exit exit{std::numeric_limits<double>::infinity(), order[0], order[0]};
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const int from = order[k], to = order[k + 1 < order.size() ? k + 1 : 0];
+    const Vector2& base = points[static_cast<std::size_t>(from)].place;
+    const Vector2 side = points[static_cast<std::size_t>(to)].place - base;
+    const double leaving = -cross2(side, way), inside = cross2(side, start - base);
+    if (!(leaving > 0.0) || inside >= exit.distance * leaving) continue;
+    exit = {std::max(0.0, inside) / leaving, from, to};
+  }
+  return exit;
+}
+
+}  // namespace
+
+bool is_free(const Feature& feature_p, const Feature& feature_q, const SharedCorners& points) {
+  return std::none_of(points.begin(), points.end(), [&](const SharedCorner& point) {
+    return point.feature_p == feature_p && point.feature_q == feature_q;
+  });
+}
+
+void Surfaces::lift(SharedCorners& corners) const {
+  for (SharedCorner& c : corners) {
+    if (c.feature_p.kind != FeatureKind::Vertex) c.height_p = p.height(c.place, c.height_p);
+    if (c.feature_q.kind != FeatureKind::Vertex) c.height_q = q.height(c.place, c.height_q);
+  }
+}
+
+bool find_shared_stretch(const ProjectedFeature& edge, const ProjectedFeature& other,
+                         double rounding, std::array<Vector2, 2>& ends) {
+  const Vector2& base = edge.corners[0].place;
+  const Vector2 line = edge.corners[1].place - base;
+  const double squared = line.squaredNorm();
+  const auto share = [&](const ProjectedCorner& c) { return line.dot(c.place - base) / squared; };
+  const auto [first, last] = std::minmax({share(other.corners[0]), share(other.corners[1])});
+  const double low = std::clamp(first, 0.0, 1.0), high = std::clamp(last, 0.0, 1.0);
+  const double beyond = std::max(first - 1.0, -last);
+  ends = {base + low * line, base + high * line};
+  return !(beyond > 0.0) || beyond * beyond * squared <= rounding * rounding;
+}
+
+double height_along(const ProjectedFeature& edge, const Vector2& place) {
+  const ProjectedCorner &from = edge.corners[0], &to = edge.corners[1];
+  const Vector2 line = to.place - from.place;
+  const double share = std::clamp(line.dot(place - from.place) / line.squaredNorm(), 0.0, 1.0);
+  return from.height + share * (to.height - from.height);
+}
+
+bool name_cut(const Solid& p, const Solid& q, const ProjectedFeature& patch_p,
+              const ProjectedFeature& patch_q, const SharedCorners& points, SharedCorner& corner) {
+  SmallVector<int, 32> names_p, names_q;
+  find_names(p, patch_p, corner.feature_p, corner.place, names_p);
+  find_names(q, patch_q, corner.feature_q, corner.place, names_q);
+  for (const int e : names_p) {
+    for (const int f : names_q) {
+      const Feature feature_p{FeatureKind::Edge, e}, feature_q{FeatureKind::Edge, f};
+      if (!is_free(feature_p, feature_q, points)) continue;
+      corner.feature_p = feature_p;
+      corner.feature_q = feature_q;
+      return true;
+    }
+  }
+  return false;
+}
+
+bool near_hull(const SharedCorners& points, const Vector2& place, double tolerance) {
+  SmallVector<int, 32> order;
+  find_order(points, order);
+  bool inside = order.size() > 2;
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const int after = order[k + 1 < order.size() ? k + 1 : 0];
+    const Vector2& from = points[static_cast<std::size_t>(order[k])].place;
+    const Vector2& to = points[static_cast<std::size_t>(after)].place;
+    if (distance_to_side(from, to, place) <= tolerance) return true;
+    inside = inside && cross2(to - from, place - from) > 0.0;
+  }
+  return inside;
+}
+
+void balance_shares(const SharedPolygon& polygon, SharedCorners& points) {
+  if (points.size() < 2 || !(polygon.area > 0.0)) return;
+  Vector2 moment = Vector2::Zero();
+  for (const SharedCorner& c : points) moment += c.share * (c.place - polygon.centroid);
+  const Vector2 centroid = polygon.centroid + moment / polygon.area;
+  const Vector2 way = polygon.centroid - centroid;
+  if (way == Vector2::Zero()) return;
+  SmallVector<int, 32> order;
+  find_order(points, order);
+  if (order.size() < 3) return;
+  const Exit exit = exit_of(centroid, way, points, order);
+  const double moved = exit.distance > 1.0 ? 1.0 / exit.distance : 1.0;
+  SharedCorner& from = points[static_cast<std::size_t>(exit.from)];
+  SharedCorner& to = points[static_cast<std::size_t>(exit.to)];
+  const Vector2 side = to.place - from.place;
+  const Vector2 place = centroid + exit.distance * way;
+  const double share = std::clamp(side.dot(place - from.place) / side.squaredNorm(), 0.0, 1.0);
+  for (SharedCorner& c : points) c.share *= 1.0 - moved;
+  from.share += moved * (1.0 - share) * polygon.area;
+  to.share += moved * share * polygon.area;
+}
+
+}  // namespace quoin::geometry

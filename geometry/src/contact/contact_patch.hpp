@@ -1,0 +1,48 @@
+#pragma once
+/// What the support polygons of a pair share, where it is no overlay of two whole labels: heights
+/// by the solids' surfaces, names where tol cuts a face, shares with the polygon's first moment.
+/// Internal.
+
+#include "contact/outer_surface.hpp"
+#include "polygon/projected_feature.hpp"
+
+namespace quoin::geometry {
+
+/// The surfaces of both solids near their support planes.
+struct Surfaces {
+  OuterSurface p, q;
+  /// `depth` (m) below the support planes: see OuterSurface.
+  Surfaces(const Solid& solid_p, const Solid& solid_q, const ContactPlane& plane, double depth,
+           double rounding)
+      : p(solid_p, plane, 1.0, depth, rounding), q(solid_q, plane, -1.0, depth, rounding) {}
+  /// Heights of all but the vertices themselves, which are in the surface.
+  void lift(SharedCorners& corners) const;
+};
+
+/// The ends of the stretch in which two parallel edges, laid, lie over each other: of the first
+/// one, as the second may lie beside it by the contact length. False: there is none, by more than
+/// `rounding` (m).
+bool find_shared_stretch(const ProjectedFeature& edge, const ProjectedFeature& other,
+                         double rounding, std::array<Vector2, 2>& ends);
+
+/// Height of an edge, laid, at the foot of a place.
+double height_along(const ProjectedFeature& edge, const Vector2& place);
+
+/// Is no point named by these two features?
+bool is_free(const Feature& feature_p, const Feature& feature_q, const SharedCorners& points);
+
+/// Names a place on the borders of both support polygons by two edges: their own, or, where a side
+/// is none because tol cuts a face, those beside it; the first two that no other point is named by.
+/// False: there are none.
+bool name_cut(const Solid& p, const Solid& q, const ProjectedFeature& patch_p,
+              const ProjectedFeature& patch_q, const SharedCorners& points, SharedCorner& corner);
+
+/// Is a place within `tolerance` (m) of the convex hull of the points?
+bool near_hull(const SharedCorners& points, const Vector2& place, double tolerance);
+
+/// Moves shares among points so that they have the polygon's first moment, if its centroid lies in
+/// the points' hull. All shares are lessened alike; the two points between which the ray from the
+/// shares' centroid through the polygon's leaves the hull take what that sets free.
+void balance_shares(const SharedPolygon& polygon, SharedCorners& points);
+
+}  // namespace quoin::geometry

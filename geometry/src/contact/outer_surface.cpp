@@ -1,0 +1,136 @@
+#include "contact/outer_surface.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "numeric/floating_point.hpp"
+
+namespace quoin::geometry {
+namespace {
+
+/// Rise over run of the steepest triangle that is believed: the rounding of a place shows so many
+/// times in its height. Faces that carry points are eight times less steep; a sliver between
+/// vertices that are off their face by more than a quarter of its width is left to its neighbours.
+constexpr double kSteep = 4.0;
+
+double cross2(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
+
+/// How far a point lies beyond the sides of a face, as seen along its normal.
+double beyond_sides(const Shape& shape, int face, const Vector3& point) {
+  const std::span<const int> cycle = shape.topology().face(face);
+  const Vector3 normal = shape.face_normal(face);
+  Vector3 from = shape.vertex(cycle.back());
+  double most = 0.0;
+  for (const int v : cycle) {
+    const Vector3 to = shape.vertex(v), side = to - from;
+    const double inside = normal.dot(side.cross(point - from));
+    if (inside < 0.0) most = std::max(most, -inside / side.norm());
+    from = to;
+  }
+  return most;
+}
+
+}  // namespace
+
+Bumps bumps(const Solid& solid, int face) {
+  const Shape& shape = solid.shape();
+  const Topology& topology = shape.topology();
+  const Vector3 normal = shape.face_normal(face), base = shape.vertex(topology.face(face)[0]);
+  Bumps most;
+  for (const int v : topology.face_set(face)) {
+    most.off_plane = std::max(most.off_plane, std::abs(normal.dot(shape.vertex(v) - base)));
+  }
+  if (topology.face_set(face).size() == topology.face(face).size()) return most;
+  for (const int v : topology.face_set(face)) {
+    if (topology.is_corner(v)) continue;
+    most.outside = std::max(most.outside, beyond_sides(shape, face, shape.vertex(v)));
+  }
+  return most;
+}
+
+OuterSurface::OuterSurface(const Solid& solid, const ContactPlane& plane, double outward,
+                           double depth, double rounding)
+    : outward_(outward), rounding_(rounding) {
+  const LocalPlane local(solid, plane);
+  const std::size_t count = static_cast<std::size_t>(solid.vertex_count());
+  places_.resize(count);
+  heights_.resize(count);
+  SmallVector<char, 32> used;
+  used.resize(count);
+  double top = -kInfinity;
+  for (std::size_t v = 0; v < count; ++v) {
+    const Vec3 x = solid.shape().vertex(static_cast<int>(v));
+    places_[v] = local.place(x);
+    heights_[v] = outward * local.height(x);
+    top = std::max(top, heights_[v]);
+    used[v] = 0;
+  }
+  for (Triangle t : solid.topology().triangles()) {
+    const auto height = [&](std::size_t k) { return heights_[static_cast<std::size_t>(t[k])]; };
+    if (std::max({height(0), height(1), height(2)}) < top - depth) continue;
+    if (outward < 0.0) std::swap(t[1], t[2]);
+    if (!faces(t)) continue;
+    triangles_.push_back(t);
+    for (const int v : t) used[static_cast<std::size_t>(v)] = 1;
+  }
+  for (std::size_t v = 0; v < count; ++v) {
+    if (used[v] != 0) corners_.push_back(static_cast<int>(v));
+  }
+}
+
+double OuterSurface::height(const Vector2& place, double otherwise) const {
+  Triangle best{};
+  double height = -kInfinity;
+  for (const Triangle& t : triangles_) {
+    const Cover here = cover(t, place);
+    if (!here.found || here.height <= height) continue;
+    height = here.height;
+    best = t;
+  }
+  if (height == -kInfinity) return otherwise;
+  while (raise(best, place, height)) {
+  }
+  return outward_ * height;
+}
+
+bool OuterSurface::faces(const Triangle& t) const {
+  const auto height = [&](std::size_t k) { return heights_[static_cast<std::size_t>(t[k])]; };
+  const Vector2 u = at(t[1]) - at(t[0]), v = at(t[2]) - at(t[0]);
+  const double area = cross2(u, v), rise_u = height(1) - height(0), rise_v = height(2) - height(0);
+  return area > 0.0 && (rise_u * v - rise_v * u).squaredNorm() <= kSteep * kSteep * area * area;
+}
+
+/// The areas opposite to the corners are the shares of their heights. Shares are kept between 0 and
+/// 1, and the place that they then stand for must be this one within rounding.
+OuterSurface::Cover OuterSurface::cover(const Triangle& t, const Vector2& place) const {
+  double sum = 0.0, height = 0.0;
+  Vector2 covered = Vector2::Zero();
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vector2 &from = at(t[(k + 1) % 3]), &to = at(t[(k + 2) % 3]);
+    const double opposite = std::max(0.0, cross2(to - from, place - from));
+    sum += opposite;
+    height += opposite * heights_[static_cast<std::size_t>(t[k])];
+    covered += opposite * (at(t[k]) - place);
+  }
+  const double limit = rounding_ * sum;
+  if (!(sum > 0.0) || covered.squaredNorm() > limit * limit) return {};
+  return {true, height / sum};
+}
+
+bool OuterSurface::raise(Triangle& triangle, const Vector2& place, double& height) const {
+  const Triangle before = triangle;
+  const double from = height;
+  for (const int v : corners_) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Triangle next{v, before[k], before[(k + 1) % 3]};
+      if (!faces(next)) continue;
+      const Cover here = cover(next, place);
+      if (!here.found || here.height <= height) continue;
+      height = here.height;
+      triangle = next;
+    }
+  }
+  return height > from;
+}
+
+}  // namespace quoin::geometry

@@ -1,0 +1,29 @@
+/// The kernels in AVX2 and FMA: compiled for these. FMA serves the error terms of double-double
+/// alone.
+
+#include "kernels/build.hpp"
+#include "polygon/polygon_rows_256.hpp"
+#include "shape/scan_256.hpp"
+#include "simd/lanes_256.hpp"
+
+namespace quoin::geometry {
+namespace {
+
+struct Avx2 {
+  using FewScan = Scan256;
+  using ManyScan = Scan256;
+  using Lanes = Lanes256;
+  static void lay(const double* vertices, const LocalPlane& plane, PolygonRows& rows) {
+    lay_256(vertices, plane, rows);
+  }
+  static void find_masks(const PolygonRows& corners, const PolygonRows& sides, double rounding,
+                         SideMasks& masks) {
+    masks_256(corners, sides, rounding, masks);
+  }
+};
+
+}  // namespace
+
+constinit const Kernels kAvx2Kernels = Build<Avx2>::kernels("AVX2");
+
+}  // namespace quoin::geometry

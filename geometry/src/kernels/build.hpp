@@ -1,0 +1,149 @@
+#pragma once
+/// All kernels from the scans and lanes of one instruction set. Included once by the file of each.
+/// Internal.
+
+#include "certify/certificate_kernel.hpp"
+#include "kernels/kernels.hpp"
+#include "polygon/clip_kernel.hpp"
+#include "search/box_sat_kernel.hpp"
+#include "search/corner_features_kernel.hpp"
+#include "search/epa_kernel.hpp"
+#include "search/nearest_feature_search_kernel.hpp"
+#include "shape/scan.hpp"
+
+// Numbers that stay apart in registers: packing two of them costs more than it saves.
+#if defined(__GNUC__) && !defined(__clang__)
+#define QUOIN_UNPACKED [[gnu::optimize("no-tree-slp-vectorize")]]
+#else
+#define QUOIN_UNPACKED
+#endif
+
+namespace quoin::geometry {
+namespace {
+
+/// `Set`: FewScan for solids of few vertices, ManyScan for others; Lanes; and for polygons in rows
+/// `lay` and `find_masks`.
+template <class Set>
+struct Build {
+  using FewScan = typename Set::FewScan;
+  using ManyScan = typename Set::ManyScan;
+  using Lanes = typename Set::Lanes;
+
+  [[gnu::flatten]] static Support support(const Solid& solid, const Vector3& direction) {
+    const Rows rows(solid);
+    return ManyScan::support(rows, rows.local(direction));
+  }
+  [[gnu::flatten]] static void find_vertices_beyond(const Solid& solid, const Vector3& direction,
+                                                    double value, VertexSet& vertices) {
+    vertices.clear();
+    const Rows rows(solid);
+    ManyScan::beyond(rows, rows.local(direction), value, vertices);
+  }
+  [[gnu::flatten]] static int count_beyond(const Solid& solid, const Vector3& direction,
+                                           double value) {
+    const Rows rows(solid);
+    return ManyScan::count_beyond(rows, rows.local(direction), value);
+  }
+  [[gnu::flatten]] static bool carried_alone(const Solid& solid, const Vector3& direction,
+                                             const Carriers& carriers, Support& top) {
+    const Rows rows(solid);
+    return FewScan::carried_alone(rows, rows.local(direction), carriers, top);
+  }
+
+  [[gnu::flatten]] static void lay_corners(const Solid& solid, const ContactPlane& plane,
+                                           PolygonRows& rows) {
+    Set::lay(solid.shape().vertices().data(), LocalPlane(solid, plane), rows);
+  }
+  [[gnu::flatten]] static void find_side_masks(const PolygonRows& p, const PolygonRows& q,
+                                               double rounding, SideMasks& of_p, SideMasks& of_q) {
+    Set::find_masks(p, q, rounding, of_p);
+    Set::find_masks(q, p, rounding, of_q);
+  }
+  [[gnu::flatten]] static bool overlay_faces(const Solid& p, const Solid& q, double rounding,
+                                             ContactPolygon& part) {
+    return overlay_of_few<Lanes>(p, q, rounding, part);
+  }
+
+  template <class Scan>
+  [[gnu::flatten, gnu::noinline]] QUOIN_UNPACKED static Trial certify_by(
+      const Solid& a, const Solid& b, const Carrier& by_a, const Carrier& by_b,
+      const Lengths& length, const Overlap* overlap, NearestFeatures& answer) {
+    return try_kinds<Scan>(a, b, by_a, by_b, length, overlap, answer);
+  }
+  static Trial certify(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier& by_b,
+                       const Lengths& length, const Overlap* overlap, NearestFeatures& answer) {
+    return few_vertices(a, b) ? certify_by<FewScan>(a, b, by_a, by_b, length, overlap, answer)
+                              : certify_by<ManyScan>(a, b, by_a, by_b, length, overlap, answer);
+  }
+  template <class Scan>
+  [[gnu::flatten, gnu::noinline]] QUOIN_UNPACKED static Trial certify_hint_by(
+      const Solid& a, const Solid& b, const FeatureHint& hint, const Lengths& length,
+      NearestFeatures& answer) {
+    return try_hinted<Scan>(a, b, hint, length, answer);
+  }
+  static Trial certify_hint(const Solid& a, const Solid& b, const FeatureHint& hint,
+                            const Lengths& length, NearestFeatures& answer) {
+    return few_vertices(a, b) ? certify_hint_by<FewScan>(a, b, hint, length, answer)
+                              : certify_hint_by<ManyScan>(a, b, hint, length, answer);
+  }
+
+  [[gnu::flatten]] static CornerFeatures corner_features(const Solid& p, const Solid& q,
+                                                         const Vector3& direction) {
+    return around<FewScan>(p, q, direction);
+  }
+
+  template <class Scan, class AnyRows>
+  [[gnu::flatten, gnu::noinline]] static SearchResult search_by(const Solid& p, const Solid& q,
+                                                                const Vector3& direction,
+                                                                double rounding) {
+    return search_rows<Scan, AnyRows>(p, q, direction, rounding);
+  }
+  template <class AnyRows>
+  static SearchResult search(const Solid& p, const Solid& q, const Vector3& direction,
+                             double rounding) {
+    return few_vertices(p, q) ? search_by<FewScan, AnyRows>(p, q, direction, rounding)
+                              : search_by<ManyScan, AnyRows>(p, q, direction, rounding);
+  }
+  static SearchResult nearest_feature_search(const Solid& p, const Solid& q,
+                                             const Vector3& direction, double rounding) {
+    const bool turned = p.turned() != nullptr || q.turned() != nullptr;
+    return turned ? search<Rows>(p, q, direction, rounding)
+                  : search<StraightRows>(p, q, direction, rounding);
+  }
+
+  [[gnu::flatten]] static SearchResult box_sat(const Solid& p, const Solid& q, double rounding) {
+    return least_overlap<Lanes>(p, q, rounding);
+  }
+
+  template <class Scan>
+  [[gnu::flatten, gnu::noinline]] static SearchResult expand_by(const Solid& p, const Solid& q,
+                                                                const SearchResult& start,
+                                                                double rounding) {
+    return Polytope<Scan, Lanes>(p, q, rounding).grow(start);
+  }
+  static SearchResult expand_polytope(const Solid& p, const Solid& q, const SearchResult& start,
+                                      double rounding) {
+    return few_vertices(p, q) ? expand_by<FewScan>(p, q, start, rounding)
+                              : expand_by<ManyScan>(p, q, start, rounding);
+  }
+
+  static constexpr Kernels kernels(const char* name) {
+    return {.name = name,
+            .support = support,
+            .find_vertices_beyond = find_vertices_beyond,
+            .count_beyond = count_beyond,
+            .carried_alone = carried_alone,
+            .lay_corners = lay_corners,
+            .find_side_masks = find_side_masks,
+            .overlay_faces = overlay_faces,
+            .certify = certify,
+            .certify_hint = certify_hint,
+            .corner_features = corner_features,
+            .nearest_feature_search = nearest_feature_search,
+            .box_sat = box_sat,
+            .expand_polytope = expand_polytope};
+  }
+};
+
+}  // namespace
+}  // namespace quoin::geometry

@@ -1,0 +1,99 @@
+/// Each kernel under its own name: that of the widest instructions that the machine has.
+
+#include <array>
+
+#include "kernels/kernels.hpp"
+#include "polygon/clip.hpp"
+#include "search/box_sat.hpp"
+#include "search/epa.hpp"
+
+namespace quoin::geometry {
+namespace {
+
+std::size_t runnable_count() {
+#ifdef QUOIN_WIDE_KERNELS
+  const bool avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
+                    __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2");
+  const bool avx512 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+                      __builtin_cpu_supports("avx512vl");
+  return !avx2 ? 1 : !avx512 ? 2 : 3;
+#else
+  return 1;
+#endif
+}
+
+// Plain until this file's initialiser has run: those of other files may ask before.
+constinit const Kernels* widest = &kPlainKernels;
+[[maybe_unused]] const bool chosen = (widest = runnable_kernels().back(), true);
+
+}  // namespace
+
+std::span<const Kernels* const> runnable_kernels() {
+#ifdef QUOIN_WIDE_KERNELS
+  static constexpr std::array kAll{&kPlainKernels, &kAvx2Kernels, &kAvx512Kernels};
+#else
+  static constexpr std::array kAll{&kPlainKernels};
+#endif
+  return std::span(kAll).first(runnable_count());
+}
+
+Support support(const Solid& solid, const Vector3& direction) {
+  return widest->support(solid, direction);
+}
+
+void find_vertices_beyond(const Solid& solid, const Vector3& direction, double value,
+                          VertexSet& vertices) {
+  widest->find_vertices_beyond(solid, direction, value, vertices);
+}
+
+int count_beyond(const Solid& solid, const Vector3& direction, double value) {
+  return widest->count_beyond(solid, direction, value);
+}
+
+bool carried_alone(const Solid& solid, const Vector3& direction, const Carriers& carriers,
+                   Support& top) {
+  return widest->carried_alone(solid, direction, carriers, top);
+}
+
+void lay_corners(const Solid& solid, const ContactPlane& plane, PolygonRows& rows) {
+  widest->lay_corners(solid, plane, rows);
+}
+
+void find_side_masks(const PolygonRows& p, const PolygonRows& q, double rounding, SideMasks& of_p,
+                     SideMasks& of_q) {
+  widest->find_side_masks(p, q, rounding, of_p, of_q);
+}
+
+bool overlay_faces(const Solid& p, const Solid& q, double rounding, ContactPolygon& part) {
+  return widest->overlay_faces(p, q, rounding, part);
+}
+
+Trial certify(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier& by_b,
+              const Lengths& length, const Overlap* overlap, NearestFeatures& answer) {
+  return widest->certify(a, b, by_a, by_b, length, overlap, answer);
+}
+
+Trial certify_hint(const Solid& a, const Solid& b, const FeatureHint& hint, const Lengths& length,
+                   NearestFeatures& answer) {
+  return widest->certify_hint(a, b, hint, length, answer);
+}
+
+CornerFeatures corner_features(const Solid& p, const Solid& q, const Vector3& direction) {
+  return widest->corner_features(p, q, direction);
+}
+
+SearchResult nearest_feature_search(const Solid& p, const Solid& q, const Vector3& direction,
+                                    double rounding) {
+  return widest->nearest_feature_search(p, q, direction, rounding);
+}
+
+SearchResult box_sat(const Solid& p, const Solid& q, double rounding) {
+  return widest->box_sat(p, q, rounding);
+}
+
+SearchResult expand_polytope(const Solid& p, const Solid& q, const SearchResult& start,
+                             double rounding) {
+  return widest->expand_polytope(p, q, start, rounding);
+}
+
+}  // namespace quoin::geometry

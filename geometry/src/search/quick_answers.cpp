@@ -1,0 +1,156 @@
+#include "search/quick_answers.hpp"
+
+#include <cmath>
+
+#include "numeric/error_bounds.hpp"
+#include "search/box_sat.hpp"
+#include "search/corner_features.hpp"
+#include "search/describe.hpp"
+#include "search/epa.hpp"
+#include "search/proposals.hpp"
+
+namespace quoin::geometry {
+namespace {
+
+/// At least three corners of each solid.
+struct Spanning {
+  std::span<const int> a, b;
+};
+
+/// The features that three corners each span as an ordinary answer.
+bool found_answer(const Solid& a, const Solid& b, const Lengths& length, const Spanning& by_corners,
+                  const Overlap* overlap, NearestFeatures& answer) {
+  Carrier by_a, by_b;
+  return corner_carrier(a, by_corners.a, by_a) && corner_carrier(b, by_corners.b, by_b) &&
+         certify(a, b, by_a, by_b, length, overlap, answer) == Trial::Proved;
+}
+
+/// The least overlap from where the search found that there is one.
+void grow(const CanonicalPair& pair, Quick& quick) {
+  quick.grown = true;
+  if (quick.found.corners == 1) {  // in a corner of the set of differences many planes meet
+    quick.found.outcome = SearchOutcome::Unclear;
+    return;
+  }
+  quick.found = expand_polytope(pair.p, pair.q, quick.found, kSearchShare * pair.length.rounding);
+  quick.iterations += quick.found.iterations;
+}
+
+bool are_bricks(const Solid& a, const Solid& b) {
+  return !a.topology().brick().empty() && !b.topology().brick().empty();
+}
+
+/// The least overlap of two bricks, where it is clear.
+bool part_bricks(const CanonicalPair& pair, Quick& quick) {
+  const SearchResult found = box_sat(pair.p, pair.q, pair.length.rounding);
+  if (found.outcome == SearchOutcome::Touching) quick.middle = found.normal;
+  if (found.outcome != SearchOutcome::Overlapping) return false;
+  quick.searched = true;
+  quick.found = found;
+  quick.iterations += found.iterations;
+  return quick.grown = true;
+}
+
+/// The least overlap as an ordinary answer.
+bool overlapping_answer(const CanonicalPair& pair, Quick& quick, NearestFeatures& answer) {
+  const double rounding = pair.length.rounding;
+  if (!quick.grown) {
+    if (find_flat(pair.p, pair.q, quick.flat)) return false;
+    grow(pair, quick);
+    if (quick.found.outcome != SearchOutcome::Overlapping) return false;
+  }
+  const SearchResult& found = quick.found;
+  const Overlap overlap{found.normal, least_gap(found, rounding)};
+  if (!found_answer(pair.p, pair.q, pair.length, {found.p, found.q}, &overlap, answer))
+    return false;
+  if (pair.reversed) swap_names(answer);
+  return true;
+}
+
+/// The nearest features of the corners that look at each other.
+bool corner_answer(const Solid& a, const Solid& b, const Lengths& length, Quick& quick,
+                   NearestFeatures& answer) {
+  ++quick.iterations;
+  const CornerFeatures corners = corner_features(a, b, b.vertex_mean() - a.vertex_mean());
+  return found_answer(a, b, length, {corners.p, corners.q}, nullptr, answer);
+}
+
+/// Solids that touch at a vertex or along an edge: the middle of the planes between them. Its gap
+/// is nothing within rounding, and the features that carry it lie over each other: no plane is
+/// better by more than that, for there the solids share a point.
+[[gnu::noinline]] bool touching_answer(const CanonicalPair& pair, const Vector3& middle,
+                                       NearestFeatures& answer) {
+  const Solid &p = pair.p, &q = pair.q;
+  const Lengths& length = pair.length;
+  LateInit<ContactPolygon> faces;
+  Optimum optimum(faces);
+  CandidatePlane& plane = optimum.plane;
+  scan(p, q, middle, plane);
+  if (!(std::abs(plane.gap) <= length.rounding)) return false;
+  find_sets(p, q, length, plane);
+  if (!lies_over(p, q, plane, nullptr, length.rounding)) return false;
+  optimum.converged = optimum.several = optimum.middle = true;
+  describe(p, q, optimum, length, answer);
+  if (pair.reversed) swap_names(answer);
+  return true;
+}
+
+}  // namespace
+
+bool hinted_answer(const Solid& a, const Solid& b, const Lengths& length, const FeatureHint& hint,
+                   Trial& trial, NearestFeatures& answer) {
+  if (hint.vertices_a[0] < 0) return false;
+  trial = certify_hint(a, b, hint, length, answer);
+  answer.iterations = trial == Trial::Undecided ? 0 : 1;
+  return trial == Trial::Proved;
+}
+
+bool searched_answer(const Solid& a, const Solid& b, const Lengths& length, Quick& quick,
+                     NearestFeatures& answer) {
+  if (has_plain_corners(a, b) && corner_answer(a, b, length, quick, answer)) return true;
+  if (are_bricks(a, b)) {
+    const CanonicalPair pair = ordered(a, b, length);
+    if (part_bricks(pair, quick)) return overlapping_answer(pair, quick, answer);
+    if (quick.middle && touching_answer(pair, *quick.middle, answer)) return true;
+  }
+  const SearchResult found = nearest_feature_search(a, b, b.vertex_mean() - a.vertex_mean(),
+                                                    kSearchShare * length.rounding);
+  quick.iterations += found.iterations;
+  const bool overlapping = found.outcome == SearchOutcome::Overlapping;
+  if (!overlapping && found_answer(a, b, length, {found.p, found.q}, nullptr, answer)) return true;
+  const CanonicalPair pair = ordered(a, b, length);
+  quick.searched = true;
+  quick.found = found;
+  if (pair.reversed) quick.found = swapped(quick.found);
+  return overlapping && overlapping_answer(pair, quick, answer);
+}
+
+bool fast_answer(const CanonicalPair& pair, Quick& quick, Optimum& optimum) {
+  const Solid &p = pair.p, &q = pair.q;
+  const Lengths& length = pair.length;
+  const double rounding = length.rounding;
+  if (quick.flat && flat_answer(p, q, length, *quick.flat, optimum)) return true;
+  const SearchResult& found = quick.found;
+  const bool overlapping = found.outcome == SearchOutcome::Overlapping;
+  if (overlapping && !quick.grown) grow(pair, quick);
+  if (found.outcome == SearchOutcome::Unclear) return false;
+  // Of two nearly parallel planes, as good within rounding, the one where the features meet.
+  const double least = least_gap(found, rounding);
+  const auto best = [&] {
+    return optimum.plane.gap >= least && lies_over(p, q, optimum.plane, optimum.laid(), rounding);
+  };
+  take_corners(p, q, found, optimum.plane.sets);
+  optimum.straight = straight_plane(p, q, length, found.normal, optimum) && best();
+  if (optimum.straight) return optimum.converged = true;
+  optimum.faces.reset();
+  optimum.converged = settle_corners(p, q, found, length, optimum.plane) && best();
+  if (optimum.converged || overlapping) return optimum.converged;
+  // Flush blocks: a corner just over an edge, whose line leans by a rounding over the gap.
+  const int f = facing_face(p, found.p[0], found.normal);
+  const int g = facing_face(q, found.q[0], -found.normal);
+  if (f < 0 || g < 0) return false;
+  return flat_answer(p, q, length, p.face_normal(f), optimum) ||
+         flat_answer(p, q, length, -q.face_normal(g), optimum);
+}
+
+}  // namespace quoin::geometry

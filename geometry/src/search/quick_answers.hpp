@@ -1,0 +1,35 @@
+#pragma once
+/// The quick ways to an answer: each proposes features and proves them at once. Internal.
+
+#include <optional>
+
+#include "certify/candidate.hpp"
+#include "certify/canonical_order.hpp"
+#include "search/nearest_feature_search.hpp"
+
+namespace quoin::geometry {
+
+/// The quick ways, and what is known when they have not come to the answer. For solids apart they
+/// work in the order of the caller: turned round, each of their steps is the same but for signs.
+struct Quick {
+  Trial hint = Trial::Undecided;  // what became of last step's features
+  bool searched = false;
+  SearchResult found = {};             // if `searched`: in the order in which the pair is worked
+  std::optional<Vector3> flat = {};    // across which solids that overlap lie flat on each other
+  bool grown = false;                  // `found` is the least overlap
+  std::optional<Vector3> middle = {};  // of several planes that part the solids within rounding
+  int iterations = 0;
+};
+
+/// Last step's features as an ordinary answer.
+bool hinted_answer(const Solid& a, const Solid& b, const Lengths& length, const FeatureHint& hint,
+                   Trial& trial, NearestFeatures& answer);
+
+/// The answer of a cold search.
+bool searched_answer(const Solid& a, const Solid& b, const Lengths& length, Quick& quick,
+                     NearestFeatures& answer);
+
+/// The plane that carries the answer, from where the searches have come to.
+bool fast_answer(const CanonicalPair& pair, Quick& quick, Optimum& optimum);
+
+}  // namespace quoin::geometry

@@ -1,0 +1,120 @@
+#!/usr/bin/env python3
+"""quoin referee: libraries that misbehave are named and survived, failing pairs can be rebuilt.
+
+test_referee.py QUOIN SOURCE_DIR PLUGIN_DIR NARROW_PHASE_LIBRARY CXX EIGEN_INCLUDE"""
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+QUOIN, SOURCE, PLUGINS, LIBRARY, CXX, EIGEN = (pathlib.Path(word) for word in sys.argv[1:7])
+BOXES = {"id": "boxes", "a": [[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)],
+         "b": {"points": [[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)],
+               "placement": [0.25, 0.5, 2.5, 1, 0, 0, 0, 1, 0, 0, 0, 1]}}
+
+
+class Referee(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.path = pathlib.Path(self.folder.name)
+        self.addCleanup(self.folder.cleanup)
+
+    def judge(self, *words, code=0):
+        report = self.path / "report.json"
+        done = subprocess.run([QUOIN, "referee", "--json", report, *map(str, words)], capture_output=True, text=True,
+                              timeout=120, check=False)
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        return json.loads(report.read_text()) if report.exists() else done.stderr
+
+    def kinds_of(self, behaviour, *words):
+        report = self.judge("--plugin", PLUGINS / f"{behaviour}.so", "--family", "on_the_grid", *words)
+        (library,) = report["libraries"]
+        return library["families"]["all"], report
+
+    def test_a_library_that_lies(self):
+        tally, report = self.kinds_of("lies", "--count", 50)
+        self.assertEqual(tally["asked"], 50)
+        self.assertGreater(tally["kinds"].get("sign", 0) + tally["kinds"].get("gap", 0), 40)
+        self.assertTrue(report["failures"])
+
+    def test_a_library_that_crashes(self):
+        tally, _ = self.kinds_of("crashes", "--count", 5)
+        self.assertEqual((tally["asked"], tally["kinds"]), (5, {"crash": 5}))
+
+    def test_a_library_that_never_ends(self):
+        tally, _ = self.kinds_of("hangs", "--count", 3, "--limit", 0.2)
+        self.assertEqual((tally["asked"], tally["kinds"]), (3, {"hang": 3}))
+
+    def test_a_library_that_answers_nan(self):
+        tally, _ = self.kinds_of("nan", "--count", 5)
+        self.assertEqual((tally["asked"], tally["kinds"]), (5, {"not finite": 5}))
+
+    def test_a_library_that_refuses(self):
+        tally, _ = self.kinds_of("refuses", "--count", 5)
+        self.assertEqual((tally["answered"], tally["kinds"]), (0, {"refused": 5}))
+
+    def test_what_is_not_offered_is_not_asked(self):
+        pairs = self.path / "pairs.jsonl"
+        pairs.write_text(json.dumps(BOXES) + "\n")
+        report = self.judge("--plugin", PLUGINS / "overlaps_only.so", "--pairs", pairs)
+        self.assertEqual(report["libraries"][0]["families"], {})
+
+    def test_quoin_is_right_on_boxes(self):
+        pairs = self.path / "pairs.jsonl"
+        pairs.write_text(json.dumps(BOXES) + "\n")
+        report = self.judge("--plugin", PLUGINS.parent / "referee_quoin.so", "--pairs", pairs, "--steps", 20)
+        tally = report["libraries"][0]["families"]["all"]
+        self.assertEqual((tally["asked"], tally["answered"], tally["faulty"]), (20, 20, 0))
+        self.assertLess(tally["gap_error_largest"], 1e-15)
+
+    def test_a_file_that_is_no_plugin(self):
+        text = self.judge("--plugin", SOURCE / "README.md", code=1)
+        self.assertEqual(len(text.strip().splitlines()), 1)
+
+    def test_a_failing_pair_is_small_and_can_be_rebuilt(self):
+        out = self.path / "out"
+        self.judge("--plugin", PLUGINS / "lies.so", "--family", "^slivers$|^on_the_grid$", "--count", 20, "--report", out)
+        self.assertIn("Referee of contact libraries", (out / "index.html").read_text())
+        failure = json.loads((out / "failure_1.json").read_text())
+        self.assertEqual(len(failure["a"] if isinstance(failure["a"], list) else failure["a"]["points"]), 4)
+        answer = subprocess.run([QUOIN, "contact", "--pairs", out / "failure_1.json"], capture_output=True, text=True,
+                                check=True)
+        gap = json.loads(answer.stdout)["gap"]
+        include = ["-I", SOURCE / "geometry/include", "-isystem", EIGEN]
+        for language in ("cpp", "c"):
+            program = self.path / f"pair_{language}"
+            standard = ["-std=c++20", "-x", "c++"] if language == "cpp" else ["-x", "c"]
+            subprocess.run([CXX, *standard, out / f"failure_1.{language}", "-x", "none", LIBRARY, *include,
+                            "-lm", "-lpthread", "-o", program], check=True)
+            told = subprocess.run([program], capture_output=True, text=True, check=True).stdout
+            self.assertEqual(float(told.split()[1]), gap)
+
+    def test_the_plain_judge(self):
+        python = next(name for name in ("python3", "/usr/bin/python3")
+                      if subprocess.run([name, "-c", "import numpy"], capture_output=True, check=False).returncode == 0)
+        pairs = self.path / "pairs.jsonl"
+        lines = (SOURCE / "tests/pairs/families.jsonl").read_text().splitlines()
+        pairs.write_text("\n".join(line for line in lines if '"what":"tetrahedra"' in line or '"what":"boxes"' in line))
+        done = subprocess.run([QUOIN, "contact", "--pairs", pairs], capture_output=True, text=True, check=True)
+        answers = [json.loads(line) for line in done.stdout.splitlines()]
+
+        def judged():
+            (self.path / "answers.jsonl").write_text("\n".join(map(json.dumps, answers)))
+            return subprocess.run([python, SOURCE / "tools/judge_pairs.py", pairs, self.path / "answers.jsonl"],
+                                  capture_output=True, text=True, check=False)
+        right = judged()
+        self.assertEqual(right.returncode, 0, right.stdout + right.stderr)
+        answers[0]["gap"] *= 1 + 1e-9
+        answers[1]["normal"] = answers[1]["normal"][1:] + answers[1]["normal"][:1]
+        answers[2]["point_a"][0] += 1e6
+        del answers[3]
+        wrong = judged()
+        self.assertEqual(wrong.returncode, 1)
+        for kind in ("1 gap", "1 normal", "1 witness", "1 no answer"):
+            self.assertIn(kind, wrong.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])

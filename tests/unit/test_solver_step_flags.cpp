@@ -1,0 +1,96 @@
+#include <algorithm>
+#include <cmath>
+#include <quoin/geometry/build.hpp>
+#include <quoin/solver.hpp>
+
+#include "solver/src/step_flags.hpp"
+#include "support/catch.hpp"
+
+using namespace quoin::solver;
+using namespace quoin::tests;
+namespace geometry = quoin::geometry;
+
+namespace {
+
+Scene cube_on_ground(double young) {
+  Scene scene;
+  scene.add_fixed(geometry::make_box({-3, -3, -1}, {60, 3, 0}));
+  scene.add_block(geometry::make_box({0, 0, 0}, {1, 1, 1}),
+                  {.density = 2600, .young = young, .poisson = 0.25});
+  return scene;
+}
+
+const StepFlag* find(const StepReport& report, FlagKind kind) {
+  const auto* found =
+      std::ranges::find_if(report.flags, [&](const StepFlag& f) { return f.kind == kind; });
+  return found == report.flags.end() ? nullptr : found;
+}
+
+/// What the evidence of a step at rest raises, of one kind; 0: nothing.
+double value(const StepEvidence& evidence, FlagKind kind) {
+  const CompiledScene compiled = compile(cube_on_ground(5e9));
+  StepReport report;
+  append_flags(compiled, initial_state(compiled), evidence, report);
+  const StepFlag* flag = find(report, kind);
+  return flag != nullptr ? flag->value : 0.0;
+}
+
+}  // namespace
+
+TEST_CASE("Energy that grows by more than 1e-6 of its scale is flagged, noise of the gaps is not") {
+  StepEvidence evidence{.energy_growth = 2e-6,
+                        .energy_scale = 1.0,
+                        .energy_noise = 1e-9,
+                        .rounding = 0.0,
+                        .gap_tolerance = 1e-10,
+                        .found = {},
+                        .missing = nullptr};
+  CHECK_THAT(value(evidence, FlagKind::EnergyGrowth), WithinRel(2e-6, 1e-12));
+  evidence.energy_growth = 0.5e-6;
+  CHECK(value(evidence, FlagKind::EnergyGrowth) == 0.0);
+  evidence.energy_growth = 2e-6;
+  evidence.energy_noise = 3e-6;
+  CHECK(value(evidence, FlagKind::EnergyGrowth) == 0.0);
+}
+
+TEST_CASE("An overlap that no attempt held is flagged with its blocks") {
+  geometry::ContactPoint lost;
+  lost.key.a = 0;
+  lost.key.b = 1;
+  lost.gap = -0.01;
+  StepEvidence evidence{.gap_tolerance = 1e-10, .found = {}, .missing = &lost};
+  CHECK_THAT(value(evidence, FlagKind::LostContact), WithinRel(0.01 / std::sqrt(3.0), 1e-9));
+  evidence.missing = nullptr;
+  CHECK(value(evidence, FlagKind::LostContact) == 0.0);
+}
+
+TEST_CASE("A run whose energy grows says so: a block far too soft, spinning as it falls") {
+  Scene scene = cube_on_ground(1e5);
+  scene.blocks[1].angular_velocity = Vector3(3, 5, 7);
+  Simulation simulation(scene, {.time_step = 0.01});
+  double least = simulation.state().energy.mechanical();
+  bool grew = false, flagged = false;
+  for (int i = 0; i < 200; ++i) {
+    const StepReport report = simulation.advance();
+    const double now = simulation.state().energy.mechanical();
+    grew = grew || now > least * (1 + 1e-3);
+    least = std::min(least, now);
+    const StepFlag* flag = find(report, FlagKind::EnergyGrowth);
+    flagged = flagged || (flag != nullptr && flag->value > flag->limit);
+  }
+  CHECK(grew);
+  CHECK(flagged);
+}
+
+TEST_CASE("Springs that let a block sink right through another one are flagged") {
+  Scene scene;
+  scene.add_fixed(geometry::make_box({-3, -3, -1}, {3, 3, 0}));
+  scene.add_rigid(geometry::make_box({0, 0, 0}, {1, 1, 1}), {.density = 2500});
+  Simulation simulation(scene, {.time_step = 1.0,
+                                .analysis = Analysis::Static,
+                                .method = ContactMethod::Springs,
+                                .penalty = 1e3});
+  const StepReport report = simulation.advance();
+  REQUIRE(find(report, FlagKind::Overlap) != nullptr);
+  CHECK(find(report, FlagKind::Overlap)->value > 1.0);
+}

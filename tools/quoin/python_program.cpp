@@ -1,0 +1,60 @@
+#include "python_program.hpp"
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+
+#include "commands.hpp"
+#include "scene_file/scene_error.hpp"
+
+namespace quoin::commands {
+namespace {
+
+/// The first Python that has matplotlib; it may not be the first in PATH.
+std::string python() {
+  for (const char* name : {"python3", "/usr/bin/python3"}) {
+    const std::string tried = std::string(name) + " -c 'import matplotlib' >/dev/null 2>&1";
+    if (std::system(tried.c_str()) == 0) {
+      return name;
+    }
+  }
+  throw scene_file::FileError("no python3 with matplotlib (Debian: python3-matplotlib)");
+}
+
+[[noreturn]] void execute(std::vector<std::string>& words) {
+  std::vector<char*> pointers;
+  for (std::string& word : words) {
+    pointers.push_back(word.data());
+  }
+  pointers.push_back(nullptr);
+  execvp(pointers[0], pointers.data());
+  throw scene_file::FileError(words[0] + ": can't be run: " + std::strerror(errno));
+}
+
+}  // namespace
+
+void become_python_program(const std::string& name, std::vector<std::string> words) {
+  words.insert(words.begin(), {python(), shared_file(name)});
+  execute(words);
+}
+
+void run_python_program(const std::string& name, std::vector<std::string> words) {
+  words.insert(words.begin(), {python(), shared_file(name)});
+  const pid_t process = fork();
+  if (process == 0) {
+    try {
+      execute(words);
+    } catch (const scene_file::FileError&) {
+      _exit(127);
+    }
+  }
+  int status = 0;
+  if (process < 0 || waitpid(process, &status, 0) < 0 || status != 0) {
+    throw scene_file::FileError(name + ": failed");
+  }
+}
+
+}  // namespace quoin::commands

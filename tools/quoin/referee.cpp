@@ -1,0 +1,247 @@
+/// `quoin referee`: the same pairs to several contact libraries, each answer judged exactly.
+
+#include "referee/referee.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <regex>
+
+#include "commands.hpp"
+#include "output_folder.hpp"
+#include "python_program.hpp"
+#include "referee/pair_set.hpp"
+#include "scene_file/read_json.hpp"
+#include "scene_file/read_shape.hpp"
+#include "scene_file/scene_error.hpp"
+#include "support/families.hpp"
+
+namespace quoin::commands {
+namespace {
+
+namespace fs = std::filesystem;
+using scene_file::FileError;
+
+struct Words {
+  std::vector<std::string> plugins;
+  std::string family, pairs, json, report, write_pairs;
+  long count = 10000;
+  std::optional<double> seconds;
+  std::uint64_t seed = 1;
+  int steps = 1;
+  double limit = 2.0;  ///< s
+};
+
+/// The plug-ins built or installed with this command.
+std::vector<std::string> shipped_plugins() {
+  std::error_code none;
+  const fs::path command = fs::read_symlink("/proc/self/exe", none);
+  for (const fs::path& folder :
+       {command.parent_path().parent_path() / QUOIN_PLUGIN_DIR, fs::path(QUOIN_BUILT_PLUGINS)}) {
+    std::vector<std::string> files;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder, none)) {
+      if (entry.path().extension() == ".so") {
+        files.push_back(entry.path().string());
+      }
+    }
+    if (!files.empty()) {
+      std::sort(files.begin(), files.end());
+      return files;
+    }
+  }
+  throw FileError("no plug-in is installed; --plugin FILE.so names one");
+}
+
+std::vector<int> chosen_families(const std::string& pattern) {
+  std::vector<int> chosen;
+  const std::vector<std::string>& names = tests::family_names();
+  try {
+    const std::regex wanted(pattern);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (std::regex_search(names[i], wanted)) {
+        chosen.push_back(static_cast<int>(i));
+      }
+    }
+  } catch (const std::regex_error&) {
+    throw CLI::ValidationError("--family", "is no regular expression");
+  }
+  if (chosen.empty()) {
+    throw CLI::ValidationError("--family", "no family's name matches");
+  }
+  return chosen;
+}
+
+tests::Solid read_solid(const nlohmann::json& line, const char* body) {
+  if (!line.contains(body)) {
+    throw geometry::InputError("\"" + std::string(body) + "\" is missing");
+  }
+  const scene_file::PlacedPoints placed = scene_file::read_placed_points(line[body], body);
+  return {placed.points, placed.placement};
+}
+
+std::vector<tests::SolidPair> read_pairs(const std::string& path) {
+  std::ifstream in(path);
+  if (!in || fs::is_directory(path)) {
+    throw FileError(path + ": can't be read");
+  }
+  std::vector<tests::SolidPair> pairs;
+  long number = 0;
+  for (std::string text; std::getline(in, text);) {
+    ++number;
+    if (text.find_first_not_of(" \t\r") == std::string::npos) {
+      continue;
+    }
+    try {
+      const nlohmann::json line = scene_file::parse_json(text);
+      const std::string id = line.is_object() && line.contains("id") && line["id"].is_string()
+                                 ? line["id"].get<std::string>()
+                                 : "line " + std::to_string(number);
+      pairs.push_back({id, read_solid(line, "a"), read_solid(line, "b")});
+    } catch (const std::exception& error) {
+      throw FileError(path + ", line " + std::to_string(number) + ": " + error.what());
+    }
+  }
+  if (pairs.empty()) {
+    throw FileError(path + ": it has no pair");
+  }
+  return pairs;
+}
+
+void write(const fs::path& path, const std::string& text) {
+  std::ofstream out(path);
+  out << text;
+  if (!out.flush()) {
+    throw FileError(path.string() + ": can't be written");
+  }
+}
+
+void write_report(const referee::Report& report, const std::string& where) {
+  OutputFolder folder(where);
+  write(folder.file("report.json"), text(to_json(report)));
+  for (std::size_t i = 0; i < report.failures.size(); ++i) {
+    const referee::Failure& failure = report.failures[i];
+    const std::string name = "failure_" + std::to_string(i + 1);
+    write(folder.file(name + ".json"), failure.json + "\n");
+    write(folder.file(name + ".cpp"), failure.cpp);
+    write(folder.file(name + ".c"), failure.c);
+  }
+  run_python_program("referee_page.py",
+                     {(folder.path() / "report.json").string(), folder.file("index.html")});
+  folder.commit(OutputFolder::Checkpoint::Drop);
+}
+
+referee::Options read(const Words& words) {
+  referee::Options options;
+  options.plugins = words.plugins.empty() ? shipped_plugins() : words.plugins;
+  if (words.pairs.empty()) {
+    options.families = chosen_families(words.family);
+  } else {
+    options.pairs = read_pairs(words.pairs);
+  }
+  options.count = words.count;
+  options.seconds = words.seconds;
+  options.seed = words.seed;
+  options.steps = words.steps;
+  options.limit = std::chrono::milliseconds(static_cast<long>(1000 * words.limit));
+  if (isatty(fileno(stderr)) != 0) {
+    options.progress = [](long questions) {
+      std::fprintf(stderr, "\r%ld questions judged", questions);
+    };
+  }
+  return options;
+}
+
+/// Draws from the families in turn; pairs that are long to write, or flat, are passed over.
+int write_pairs(const Words& words) {
+  constexpr std::size_t kLongest = 1300;  // characters: 1800 pairs stay below 2 MB
+  const std::vector<int> families = chosen_families(words.family);
+  std::string lines;
+  long written = 0;
+  for (std::uint64_t number = 0;
+       written < words.count && number < 20 * static_cast<std::uint64_t>(words.count); ++number) {
+    tests::Random random(words.seed * 1000003 + number);
+    const tests::SolidPair pair = tests::make_pair(families[number % families.size()], random);
+    try {
+      const std::string line = referee::pair_with_answer(
+          pair, pair.family + "-" + std::to_string(words.seed) + "-" + std::to_string(number));
+      if (line.size() <= kLongest) {
+        lines += line + "\n";
+        ++written;
+      }
+    } catch (const std::invalid_argument&) {  // flat
+    }
+  }
+  write(words.write_pairs, lines);
+  return kDone;
+}
+
+int judge(const Words& words) {
+  const referee::Options options = read(words);
+  const referee::Report report = referee::run(options);
+  if (options.progress) {
+    std::fprintf(stderr, "\n");
+  }
+  std::printf("%s\n%ld questions in %.0f s, seed %llu\n", to_text(report).c_str(), report.questions,
+              report.seconds, static_cast<unsigned long long>(report.seed));
+  if (!words.json.empty()) {
+    write(words.json, text(to_json(report)));
+  }
+  if (!words.report.empty()) {
+    write_report(report, words.report);
+  }
+  const auto own = report.tallies.find("quoin");
+  const bool faults = own != report.tallies.end() &&
+                      std::any_of(own->second.begin(), own->second.end(),
+                                  [](const auto& family) { return family.second.faulty > 0; });
+  return faults ? kFailed : kDone;
+}
+
+}  // namespace
+
+void add_referee_command(CLI::App& app, int& exit_code) {
+  const auto words = std::make_shared<Words>();
+  CLI::App* command = app.add_subcommand(
+      "referee",
+      "Ask contact libraries the same pairs and judge each answer in exact arithmetic. Exit code "
+      "1: quoin itself has a fault");
+  command->add_option("--plugin", words->plugins,
+                      "Shared library that is a plug-in (quoin/referee.h); may be given again "
+                      "(default: all that are installed)");
+  command->add_option("--family", words->family,
+                      "Regular expression: families of pairs to draw from (default: all)");
+  command->add_option("--pairs", words->pairs,
+                      "Pairs as in quoin contact --pairs instead of families");
+  command->add_option("--count", words->count, "Pairs to draw")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  command->add_option("--seed", words->seed, "Seed of what is drawn")->capture_default_str();
+  command
+      ->add_option("--steps", words->steps,
+                   "Questions for each pair, which moves on by up to 1e-3 of its size and as "
+                   "many radians; libraries may remember")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  command->add_option("--seconds", words->seconds, "End after so much time, s")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--limit", words->limit, "Time for one answer, s")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  command->add_option("--json", words->json, "Write the report to this file");
+  command->add_option("--report", words->report,
+                      "Write a folder with index.html, report.json and each failing pair, made "
+                      "smaller, as JSON, C++ and C");
+  command->add_option("--write-pairs", words->write_pairs,
+                      "Judge nothing: write --count pairs of --family with their exact answers to "
+                      "this file, as in tests/pairs");
+  command->callback([words, &exit_code] {
+    exit_code = run_guarded(
+        [&] { return words->write_pairs.empty() ? judge(*words) : write_pairs(*words); },
+        "referee");
+  });
+}
+
+}  // namespace quoin::commands

@@ -1,0 +1,98 @@
+/// libccd as a plug-in of the referee: EPA and MPR depths. It has no distance of its own.
+
+#include <ccd/ccd.h>
+
+#include <cmath>
+
+#include "peer_solid.hpp"
+
+namespace {
+
+using quoin::referee::Vector3;
+
+struct PlacedPoints {
+  std::vector<Vector3> points;  ///< in the solid's frame, m
+  quoin::referee::PeerPlacement place;
+  Vector3 middle = Vector3::Zero();
+};
+
+void* make_solid(const quoin_referee_solid* solid) {
+  auto* made = new PlacedPoints{quoin::referee::points_of(*solid), {}, {}};
+  for (const Vector3& point : made->points) {
+    made->middle += point / static_cast<double>(made->points.size());
+  }
+  return made;
+}
+void free_solid(void* solid) { delete static_cast<PlacedPoints*>(solid); }
+void set_placement(void* solid, const quoin_referee_placement* placement) {
+  static_cast<PlacedPoints*>(solid)->place = quoin::referee::to_eigen(*placement);
+}
+
+void to_ccd(const Vector3& from, ccd_vec3_t* to) { ccdVec3Set(to, from.x(), from.y(), from.z()); }
+
+void support(const void* object, const ccd_vec3_t* direction, ccd_vec3_t* result) {
+  const auto& solid = *static_cast<const PlacedPoints*>(object);
+  const Vector3 d =
+      solid.place.linear.transpose() * Vector3(direction->v[0], direction->v[1], direction->v[2]);
+  const auto best =
+      std::max_element(solid.points.begin(), solid.points.end(),
+                       [&](const Vector3& p, const Vector3& q) { return p.dot(d) < q.dot(d); });
+  to_ccd(solid.place.linear * *best + solid.place.translation, result);
+}
+
+void centre(const void* object, ccd_vec3_t* result) {
+  const auto& solid = *static_cast<const PlacedPoints*>(object);
+  to_ccd(solid.place.linear * solid.middle + solid.place.translation, result);
+}
+
+enum class Method { Epa, Mpr };
+
+template <Method method>
+quoin_referee_status ask(void* a, void* b, void*, quoin_referee_answer* answer) {
+  ccd_t ccd;
+  CCD_INIT(&ccd);
+  ccd.support1 = ccd.support2 = support;
+  ccd.center1 = ccd.center2 = centre;
+  ccd.max_iterations = 500;
+  ccd.epa_tolerance = ccd.mpr_tolerance = 1e-6;
+  ccd_real_t depth = 0;
+  ccd_vec3_t normal{}, place{};
+  if (method == Method::Epa && ccdGJKIntersect(a, b, &ccd) == 0) {
+    return QUOIN_REFEREE_NO_ANSWER;  // apart
+  }
+  if (method == Method::Mpr && ccdMPRIntersect(a, b, &ccd) == 0) {
+    return QUOIN_REFEREE_NO_ANSWER;
+  }
+  const int failed = method == Method::Epa ? ccdGJKPenetration(a, b, &ccd, &depth, &normal, &place)
+                                           : ccdMPRPenetration(a, b, &ccd, &depth, &normal, &place);
+  if (failed != 0) {
+    return QUOIN_REFEREE_FAILED;
+  }
+  answer->gap = -depth;
+  std::copy_n(normal.v, 3, answer->normal);
+  return QUOIN_REFEREE_ANSWERED;
+}
+
+constexpr quoin_referee_library library(const char* name, decltype(&ask<Method::Epa>) ask_it) {
+  return {QUOIN_REFEREE_INTERFACE,
+          name,
+          "2",
+          QUOIN_REFEREE_DEPTH | QUOIN_REFEREE_NORMAL | QUOIN_REFEREE_DEFORMED,
+          1e-6,  // the tolerance set above, of lengths near 1 m
+          make_solid,
+          free_solid,
+          nullptr,
+          nullptr,
+          set_placement,
+          ask_it,
+          nullptr};
+}
+
+constexpr quoin_referee_library kLibraries[] = {library("libccd EPA", ask<Method::Epa>),
+                                                library("libccd MPR", ask<Method::Mpr>)};
+
+}  // namespace
+
+extern "C" const quoin_referee_library* quoin_referee_plugin(int index) {
+  return index >= 0 && index < 2 ? kLibraries + index : nullptr;
+}

@@ -1,0 +1,139 @@
+#include "referee.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+
+#include "shrink.hpp"
+#include "support/families.hpp"
+
+namespace quoin::referee {
+namespace {
+
+using tests::Random;
+using tests::SolidPair;
+using Clock = std::chrono::steady_clock;
+
+/// From one step to the next a solid moves by at most this part of its size, and so many radians:
+/// two bodies at 1 m/s in steps of 1 ms.
+constexpr double kStepAmount = 1e-3;
+
+bool shows(const Judgement& judgement, const std::string& kind) {
+  return std::any_of(judgement.faults.begin(), judgement.faults.end(),
+                     [&](const Fault& fault) { return fault.kind == kind; });
+}
+
+/// None where a solid lies in one plane.
+std::optional<Judge> judge_of(const SolidPair& pair) {
+  try {
+    return std::optional<Judge>(std::in_place, pair);
+  } catch (const std::invalid_argument&) {
+    return std::nullopt;
+  }
+}
+
+class Run {
+ public:
+  explicit Run(const Options& options) : options_(options) {
+    for (const std::string& file : options.plugins) {
+      for (const LibraryInfo& library : libraries_of(file)) {
+        report_.libraries.push_back(library);
+        plugins_.push_back(std::make_unique<Plugin>(library, options.limit));
+      }
+    }
+    report_.seed = options.seed;
+  }
+
+  Report run() {
+    const Clock::time_point start = Clock::now();
+    const auto elapsed = [&] {
+      return std::chrono::duration<double>(Clock::now() - start).count();
+    };
+    const long count =
+        options_.pairs.empty() ? options_.count : static_cast<long>(options_.pairs.size());
+    for (long number = 0; number < count; ++number) {
+      if (options_.seconds && elapsed() > *options_.seconds) {
+        break;
+      }
+      ask_sequence(number);
+      if (options_.progress && number % 100 == 99) {
+        options_.progress(report_.questions);
+      }
+    }
+    report_.seconds = elapsed();
+    return std::move(report_);
+  }
+
+ private:
+  SolidPair draw(long number, Random& random) const {
+    if (!options_.pairs.empty()) {
+      return options_.pairs[static_cast<std::size_t>(number)];
+    }
+    const auto which = static_cast<std::size_t>(number) % options_.families.size();
+    return tests::make_pair(options_.families[which], random);
+  }
+
+  void ask_sequence(long number) {
+    Random random(options_.seed * 1000003 + static_cast<std::uint64_t>(number));
+    SolidPair pair = draw(number, random);
+    for (int step = 0; step < options_.steps; ++step) {
+      if (step > 0) {
+        pair = moved_on(pair, kStepAmount, random);
+      }
+      ask_all({pair, step > 0}, static_cast<std::size_t>(number + step));
+    }
+  }
+
+  /// The first to be asked changes: nobody finds the caches warm for ever.
+  void ask_all(const Question& question, std::size_t first) {
+    const std::optional<Judge> judge = judge_of(question.pair);
+    if (!judge) {
+      return;  // a flat solid has no depth
+    }
+    ++report_.questions;
+    for (std::size_t i = 0; i < plugins_.size(); ++i) {
+      Plugin& plugin = *plugins_[(first + i) % plugins_.size()];
+      if (judge->offered(plugin.info())) {
+        ask(plugin, *judge, question);
+      }
+    }
+  }
+
+  void ask(Plugin& plugin, const Judge& judge, const Question& question) {
+    const Answer answer = plugin.ask(question);
+    const Judgement judgement = judge.judge(plugin.info(), answer);
+    const std::string family = question.pair.family;
+    Tally& tally = report_.tallies[plugin.info().name][family];
+    count(answer, judgement, tally);
+    for (const Fault& fault : judgement.faults) {
+      if (tally.kinds[fault.kind] == 1) {  // the first of its kind
+        keep(plugin, question.pair, fault);
+      }
+    }
+  }
+
+  void keep(Plugin& plugin, const SolidPair& pair, const Fault& fault) {
+    const auto fails = [&](const SolidPair& changed) {
+      const std::optional<Judge> judge = judge_of(changed);
+      return judge && judge->offered(plugin.info()) &&
+             shows(judge->judge(plugin.info(), plugin.ask({changed, false})), fault.kind);
+    };
+    const bool slow = fault.kind == "hang";  // every question takes the whole time limit
+    const SolidPair small = slow ? pair : shrink(pair, fails, options_.shrink_questions);
+    const std::string& library = plugin.info().name;
+    report_.failures.push_back({library, pair.family, fault.kind, fault.text,
+                                pair_as_json(small, library + " " + fault.kind), pair_as_cpp(small),
+                                pair_as_c(small)});
+  }
+
+  const Options& options_;
+  Report report_;
+  std::vector<std::unique_ptr<Plugin>> plugins_;
+};
+
+}  // namespace
+
+Report run(const Options& options) { return Run(options).run(); }
+
+}  // namespace quoin::referee

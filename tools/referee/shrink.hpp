@@ -1,0 +1,22 @@
+#pragma once
+/// A failing pair made smaller: fewer points and shorter numbers that still show the fault.
+
+#include <functional>
+#include <string>
+
+#include "support/solids.hpp"
+
+namespace quoin::referee {
+
+/// `fails`: whether a pair still shows the fault; asked at most `most_questions` times. The result
+/// fails, and has no faces of its own (it is the hull of its points).
+tests::SolidPair shrink(const tests::SolidPair& pair,
+                        const std::function<bool(const tests::SolidPair&)>& fails,
+                        int most_questions);
+
+/// The pair as a line of tests/pairs/*.jsonl, and as C++ and C that ask quoin for it.
+std::string pair_as_json(const tests::SolidPair& pair, const std::string& id);
+std::string pair_as_cpp(const tests::SolidPair& pair);
+std::string pair_as_c(const tests::SolidPair& pair);
+
+}  // namespace quoin::referee

@@ -1,0 +1,11 @@
+#pragma once
+/// Data of this folder, as text of JSON.
+
+#include <string_view>
+
+namespace quoin::stability {
+
+std::string_view expected_flags();  ///< expected_flags.json
+std::string_view limit_loads();     ///< limit_loads.json, written by tools/limit_analysis.py
+
+}  // namespace quoin::stability
