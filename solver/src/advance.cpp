@@ -160,21 +160,22 @@ BodyContact missed_contact(const CompiledScene& compiled, const geometry::Contac
 /// Contacts that overlap at the end of an attempt though the step did not hold them: added to the
 /// list as the bodies hold them at the end. True when there are any.
 bool add_missed(const CompiledScene& compiled, Workspace& work) {
-  std::vector<geometry::ContactKey> keys;    // that the step knew
-  std::vector<std::pair<int, int>> springs;  // pairs that a closed spring holds
+  std::vector<geometry::ContactKey> keys;  // that the step knew
+  std::vector<std::pair<int, int>> soft;   // pairs that a closed contact holds, but not exactly
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
     const BodyContact& contact = work.contacts[i];
     const LinearContact& c = work.linear[i];
     keys.push_back(contact.state.point.key);
-    if (c.compliant && c.mode != ContactMode::Open) springs.emplace_back(contact.a, contact.b);
+    if (c.mode == ContactMode::Open) continue;
+    if (c.compliant || work.yielding) soft.emplace_back(contact.a, contact.b);
   }
   std::ranges::sort(keys);
-  std::ranges::sort(springs);
+  std::ranges::sort(soft);
   const std::size_t known = work.contacts.size();
   for (const geometry::ContactPoint& point : work.found_end) {
     if (!(point.gap < -kMissed * pair_size(compiled, point.key.a, point.key.b)) ||
         std::ranges::binary_search(keys, point.key) ||
-        std::ranges::binary_search(springs, std::pair(point.key.a, point.key.b))) {
+        std::ranges::binary_search(soft, std::pair(point.key.a, point.key.b))) {
       continue;
     }
     work.missing = &point;
@@ -332,6 +333,7 @@ bool is_sound(const State& state) {
 /// As the source: contacts are found once, before the step.
 void attempt_as_the_source(const CompiledScene& compiled, const StepOptions& options,
                            const State& state, double dt, Workspace& work, StepReport& report) {
+  work.yielding = false;
   attempt_paper_step(compiled, options, state, dt, work);
   work.clock.charge(&PhaseSeconds::update);
   if (!is_sound(work.attempt.end)) return;
@@ -382,6 +384,7 @@ Workspace::Workspace(const CompiledScene& compiled, int threads)
       motion(compiled.prescribed.size()),
       hit(compiled.models.size(), 0),
       open_close(compiled.slots, &watch),
+      moving_contacts(compiled.slots, &watch),
       paper_open_close(compiled.slots, &watch) {
   for (std::size_t b = 0; b < compiled.models.size(); ++b) {
     const BlockModel& model = compiled.models[b];
@@ -464,6 +467,7 @@ bool try_step(const CompiledScene& compiled, const StepOptions& options, const S
               double dt, Workspace& work, StepReport& report) {
   (is_paper_method(options.method) ? attempt_as_the_source : attempt_with_all_contacts)(
       compiled, options, state, dt, work, report);
+  if (work.yielding) ++report.interior_point_attempts;
   if (!is_sound(work.attempt.end)) return false;
   add(work.attempt, compiled, report);
   return work.attempt.solved.converged;

@@ -9,6 +9,7 @@
 #include "contact/contact_jacobian.hpp"
 #include "equilibrium_search.hpp"
 #include "initial_depths.hpp"
+#include "moving/moving_contacts.hpp"
 #include "open_close.hpp"
 #include "paper_open_close.hpp"
 #include "step_flags.hpp"
@@ -122,6 +123,8 @@ struct Workspace {
   BlockVector force, increment, free_increment;
   StepWatch watch;
   OpenClose open_close;
+  MovingContacts moving_contacts;
+  bool yielding = false;  ///< contacts of this attempt are moving_contacts'
   PaperOpenClose paper_open_close;
   Attempt attempt;
   VelocityWork velocity;

@@ -25,4 +25,8 @@ double force_size(const Vector12& force, double length) {
                    force.tail<6>().norm() / length});
 }
 
+double motion_of(const Vector12& increment, double length) {
+  return std::max(increment.head<3>().norm(), increment.tail<9>().norm() * length);
+}
+
 }  // namespace quoin::solver

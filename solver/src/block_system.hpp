@@ -11,19 +11,24 @@ namespace quoin::solver {
 struct Slots {
   std::vector<int> slot_of_block;  ///< -1: no unknowns
   std::vector<int> block_of_slot;
-  std::vector<int> size;           ///< 6 or 12, per slot
-  std::vector<int> start;          ///< per slot, and the total at the end
-  std::vector<double> length;      ///< block size, per slot, m: turns moments into forces
+  std::vector<int> size;       ///< 6 or 12, per slot
+  std::vector<int> start;      ///< per slot, and the total at the end
+  std::vector<double> length;  ///< block size, per slot, m: turns moments into forces
   int count() const { return static_cast<int>(size.size()); }
   int unknowns() const { return start.empty() ? 0 : start.back(); }
 };
 
-Slots make_slots(const std::vector<int>& unknowns_of_block, const std::vector<double>& size_of_block);
+Slots make_slots(const std::vector<int>& unknowns_of_block,
+                 const std::vector<double>& size_of_block);
 
 /// Largest of |force|, |moment| / length and |strain moment| / length, N.
 double force_size(const Vector12& force, double length);
 
-/// Diagonal blocks by slot, off-diagonal blocks (i < j) by pair. Only the leading size×size part counts.
+/// Of a block's points, m.
+double motion_of(const Vector12& increment, double length);
+
+/// Diagonal blocks by slot, off-diagonal blocks (i < j) by pair. Only the leading size×size part
+/// counts.
 struct BlockSystem {
   std::vector<Matrix12> diagonal;
   std::vector<std::pair<int, int>> pairs;  ///< ascending

@@ -50,12 +50,22 @@ double violation(std::span<const LinearContact> contacts) {
   return worst;
 }
 
-/// Of a block's points, m.
-double motion_of(const Vector12& increment, double length) {
-  return std::max(increment.head<3>().norm(), increment.tail<9>().norm() * length);
-}
-
 }  // namespace
+
+void set_pairs(std::span<LinearContact> contacts, BlockSystem& base) {
+  auto& pairs = base.pairs;
+  pairs.clear();
+  for (const LinearContact& c : contacts) {
+    if (c.slot_a >= 0 && c.slot_b >= 0) pairs.push_back(std::minmax(c.slot_a, c.slot_b));
+  }
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  for (LinearContact& c : contacts) {
+    if (c.slot_a < 0 || c.slot_b < 0) continue;
+    const std::pair<int, int> pair = std::minmax(c.slot_a, c.slot_b);
+    c.pair = static_cast<int>(std::lower_bound(pairs.begin(), pairs.end(), pair) - pairs.begin());
+  }
+}
 
 /// Blocks that the forces known so far hold where they stand, and so all that they touch, do not
 /// move to begin with: what they were guessed to do is rounding. Returns the largest motion taken

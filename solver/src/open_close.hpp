@@ -32,6 +32,9 @@ struct OpenCloseResult {
   double change = 0.0;  ///< largest motion of a block against the first guess, m
 };
 
+/// Pairs of slots that contacts couple, and which pair each contact belongs to.
+void set_pairs(std::span<LinearContact> contacts, BlockSystem& base);
+
 /// Keeps the memory between calls.
 class OpenClose {
  public:

@@ -34,6 +34,18 @@ const char* name(ContactMethod method) {
   return "";
 }
 
+const char* name(ContactIteration iteration) {
+  switch (iteration) {
+    case ContactIteration::OpenClose:
+      return "open_close";
+    case ContactIteration::InteriorPoint:
+      return "interior_point";
+    case ContactIteration::Automatic:
+      return "automatic";
+  }
+  return "";
+}
+
 const char* name(StaticVerdict verdict) {
   static constexpr const char* kNames[] = {"seeking", "rest", "mechanism"};
   return kNames[static_cast<std::size_t>(verdict)];

@@ -15,6 +15,12 @@ void attempt_step(const CompiledScene& compiled, const StepOptions& options, con
 void apply_velocity_law(const CompiledScene& compiled, const StepOptions& options,
                         const State& start, double time_step, Workspace& work);
 
+/// Forces of linearised contacts, of positions or velocities, by the iteration that `options` name.
+/// An attempt whose contacts have once yielded goes on so (work.yielding).
+OpenCloseResult solve_contacts(const StepOptions& options, const BlockVector& force,
+                               std::span<LinearContact> contacts, const OpenCloseOptions& tuning,
+                               BlockVector& increment, Workspace& work);
+
 /// The contacts of all bodies, sorted by key.
 void list_contacts(std::span<const BodyContact> bodies, std::vector<Contact>& contacts);
 

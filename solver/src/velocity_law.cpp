@@ -259,7 +259,7 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
     solution = velocity;
     tuning.max_iterations = work.iterations_left;
     work.clock.charge(&PhaseSeconds::assemble);
-    const OpenCloseResult solved = work.open_close.solve(work.base, force, tried, tuning, solution);
+    const OpenCloseResult solved = solve_contacts(options, force, tried, tuning, solution, work);
     work.clock.charge(&PhaseSeconds::solve);
     for (std::size_t s = 0; s < solution.size(); ++s) {
       set_velocity(solution[s] / time_step,

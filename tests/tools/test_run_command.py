@@ -200,6 +200,16 @@ class RunCommand(unittest.TestCase):
             time.sleep(0.05)
         self.fail(f"no {pattern}")
 
+    def test_dump_steps(self):
+        out = self.folder / "dumped"
+        done = run(INCLINE, "--out", out, "--set", "/end_time=0.5", "--dump-steps", "4")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        dumped = sorted(file.name for file in out.glob("contact_problem_*.txt"))
+        self.assertEqual(dumped[0], "contact_problem_000000.txt")
+        self.assertTrue(all(int(name[16:22]) % 4 == 0 for name in dumped), dumped)
+        self.assertTrue((out / dumped[0]).read_text().startswith("quoin contact problem 1\nblocks 1\n"))
+        self.assertEqual(run(INCLINE, "--dump-steps", "4").returncode, 2)  # needs a folder
+
     def test_files_that_can_not_be_read_or_written(self):
         done = run(self.folder / "none.json")
         self.assertEqual(done.returncode, 1)

@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <quoin/solver/contact_problem.hpp>
 
 #include "checkpoint.hpp"
 #include "commands.hpp"
@@ -32,6 +33,7 @@ struct RunArguments {
   std::string resume;
   std::optional<double> max_seconds;
   int threads = 1;
+  long dump_steps = 0;  // 0: none
   bool json = false;
 };
 
@@ -157,6 +159,29 @@ void complain_of_threads(const solver::Simulation& simulation) {
   std::fprintf(stderr, "quoin: %d of %d threads: the system starts no more\n", given, asked);
 }
 
+/// Writes the contact problem of every so many steps, as first tried.
+class ProblemFiles {
+ public:
+  explicit ProblemFiles(long every) : every_(every) {}
+  void end_step() {
+    ++step_;
+    written_ = false;
+  }
+  void write(const solver::ContactProblem& problem, OutputFolder& folder) {
+    if (written_ || step_ % every_ != 0) return;
+    written_ = true;
+    char name[40];
+    std::snprintf(name, sizeof name, "contact_problem_%06ld.txt", step_);
+    std::ofstream file(folder.file(name));
+    solver::write(file, problem);
+  }
+
+ private:
+  long every_;
+  long step_ = 0;
+  bool written_ = false;
+};
+
 RunResult run_with_files(const SceneFile& file, const RunArguments& arguments, Output& output) {
   ProgressLine progress(file.stages.size());
   scene_file::RunOptions options;
@@ -172,8 +197,16 @@ RunResult run_with_files(const SceneFile& file, const RunArguments& arguments, O
   };
   options.stop = StopRequest(arguments.max_seconds);
   options.in_step = [&](const StepView& view) { progress.show_in_step(view); };
+  std::optional<ProblemFiles> problems;
+  if (arguments.dump_steps > 0) {
+    problems.emplace(arguments.dump_steps);
+    options.contact_problem = [&](const solver::ContactProblem& problem) {
+      problems->write(problem, *output.folder);
+    };
+  }
   options.after_step = [&](const StepView& view, const scene_file::SaveRun& save) {
     progress.end_step();
+    if (problems) problems->end_step();
     progress.show(view);
     if (!output.files) return;
     output.files->step(view);
@@ -292,6 +325,13 @@ void add_run_command(CLI::App& app, int& exit_code) {
       ->excludes(out)
       ->excludes(set)
       ->excludes(on_failure);
+  command
+      ->add_option("--dump-steps", arguments->dump_steps,
+                   "write the linearised contact problem of every N-th step to the folder "
+                   "(contact_problem_….txt; format: solver/README.md)")
+      ->type_name("N")
+      ->check(CLI::Range(1L, 1000000000L))
+      ->needs(out);
   command->add_option("--threads", arguments->threads, "any number gives the same bits")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();

@@ -495,6 +495,7 @@ json summary(const SceneFile& file, const std::string& path, const RunResult& re
           {"linear_solves", total.linear_solves},
           {"linear_solves_per_step", static_cast<double>(total.linear_solves) / steps},
           {"factorizations", total.factorizations},
+          {"interior_point_attempts", total.interior_point_attempts},
           {"largest_residual", total.residual},
           {"system", system_json(total)},
           {"left_out", result.left_out}};

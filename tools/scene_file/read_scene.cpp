@@ -571,6 +571,11 @@ class Reader {
                              solver::ContactMethod::Penalty}) {
       if (method == name(known)) options.method = known;
     }
+    const std::string iteration = document_.value("contact_iteration", "open_close");
+    for (const auto known :
+         {solver::ContactIteration::InteriorPoint, solver::ContactIteration::Automatic}) {
+      if (iteration == name(known)) options.contact_iteration = known;
+    }
     options.scheme = document_.value("scheme", "") == "energy_momentum"
                          ? solver::TimeScheme::EnergyMomentum
                          : solver::TimeScheme::ConstantAcceleration;

@@ -133,6 +133,7 @@ void add(const StepReport& step, StepReport& total) {
   total.iterations += step.iterations;
   total.linear_solves += step.linear_solves;
   total.factorizations += step.factorizations;
+  total.interior_point_attempts += step.interior_point_attempts;
   total.seconds.detect += step.seconds.detect;
   total.seconds.assemble += step.seconds.assemble;
   total.seconds.solve += step.seconds.solve;
@@ -187,6 +188,7 @@ class Runner {
     options.time_step = stage.time_step;
     options.rest_unbalance = stage.unbalance;
     options.threads = options_.threads;
+    options.contact_problem = options_.contact_problem;
     options.watch = [this](const StepReport& so_far) {
       if (options_.in_step) {
         StepView now = view();

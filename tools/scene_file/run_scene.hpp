@@ -84,6 +84,7 @@ struct RunOptions {
   std::function<void(const StepView&, const SaveRun&)> after_step{};
   std::function<void(const StepView&, const SaveRun&)> after_stage{};  ///< also one that broke off
   std::function<void(const StepView&)> in_step{};  ///< now and then; `report`: of the step so far
+  std::function<void(const solver::ContactProblem&)> contact_problem{};  ///< as in StepOptions
   /// Asked after each step and some twenty times a second in a long one: Interrupted or TimeLimit
   /// ends the run, with the state after the last whole step.
   std::function<std::optional<RunStatus>()> stop{};

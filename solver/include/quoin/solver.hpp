@@ -1,6 +1,7 @@
 #pragma once
 /// All of quoin::solver.
 
+#include <quoin/solver/contact_problem.hpp>
 #include <quoin/solver/output.hpp>
 #include <quoin/solver/scene.hpp>
 #include <quoin/solver/simulation.hpp>

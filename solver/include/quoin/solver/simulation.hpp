@@ -22,6 +22,16 @@ enum class ContactMethod : std::uint8_t {
 /// As in scene files: "augmented_lagrangian", "springs", "paper", "penalty".
 const char* name(ContactMethod method);
 
+/// How the forces of exact contacts are found.
+enum class ContactIteration : std::uint8_t {
+  OpenClose,  ///< Newton's method on the augmented Lagrangian: exact to rounding where blocks rest
+  InteriorPoint,  ///< on contacts that yield a little, for crowds that slide, rock and pile up
+  Automatic  ///< OpenClose, and InteriorPoint for the rest of a step that it does not solve soon
+};
+
+/// As in scene files: "open_close", "interior_point", "automatic".
+const char* name(ContactIteration iteration);
+
 enum class TimeScheme : std::uint8_t {
   ConstantAcceleration,  ///< Shi's: forces at the end of the step; damps springs
   EnergyMomentum         ///< forces at the middle of the step: no algorithmic damping
@@ -45,6 +55,7 @@ enum class StaticVerdict : std::uint8_t {
 /// "seeking", "rest", "mechanism".
 const char* name(StaticVerdict verdict);
 
+struct ContactProblem;
 struct StepReport;
 
 struct StepOptions {
@@ -59,8 +70,12 @@ struct StepOptions {
   double shear_ratio = 1.0;  ///< shear stiffness / normal stiffness; used like `penalty`
   double reach = 0.0;        ///< contacts are watched up to this gap, m; 0: chosen
   double tolerance = 1e-10;  ///< relative, of forces and of gaps to block size
-  /// Open–close iterations of one attempt at a sub-step, all its rounds together; Paper, Penalty:
-  /// linear solves. A step that can't be solved is tried eleven times, each half as long.
+  /// Of AugmentedLagrangian. Steps with springs, cohesion, bonds or held points are always
+  /// OpenClose's.
+  ContactIteration contact_iteration = ContactIteration::OpenClose;
+  /// Iterations of one attempt at a sub-step, open–close or interior point, all its rounds
+  /// together; Paper, Penalty: linear solves. A step that can't be solved is tried eleven times,
+  /// each half as long.
   int max_iterations = 1000;
   double max_displacement_ratio = 0.0;  ///< largest displacement / block size; 0: no limit
   double smallest_time_step = 0.0;      ///< s; 0: time_step / 1024
@@ -69,6 +84,9 @@ struct StepOptions {
   /// Asked some twenty times a second in a step that lasts, with what it has come to so far, on the
   /// thread of advance(); false ends the step as Stopped. Must not throw.
   std::function<bool(const StepReport&)> watch{};
+  /// Given the contact problem of each step's first linearisation before it is solved, where
+  /// contacts have Coulomb's law alone. Must not throw.
+  std::function<void(const ContactProblem&)> contact_problem{};
 };
 
 enum class StepStatus : std::uint8_t {
@@ -147,8 +165,9 @@ struct StepReport {
   int iterations = 0;       ///< open–close
   int linear_solves = 0;
   int factorizations = 0;
-  double residual = 0.0;         ///< relative force residual of the last iteration
-  double largest_overlap = 0.0;  ///< m
+  int interior_point_attempts = 0;  ///< at a sub-step, in which contacts yielded
+  double residual = 0.0;            ///< relative force residual of the last iteration
+  double largest_overlap = 0.0;     ///< m
   double unbalance =
       0.0;  ///< static measure: largest unbalanced force / largest block weight or load
   StaticVerdict verdict = StaticVerdict::Seeking;

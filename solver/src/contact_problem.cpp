@@ -1,0 +1,271 @@
+#include "contact_problem.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <istream>
+#include <ostream>
+
+#include "moving/cone.hpp"
+#include "moving/moving_contacts.hpp"
+
+namespace quoin::solver {
+namespace {
+
+constexpr const char* kTitle = "quoin contact problem 1";
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+/// The shortest text that is read back to the same bits.
+void put(std::ostream& out, double value) {
+  char text[32];
+  const std::to_chars_result end = std::to_chars(text, text + sizeof text, value);
+  out << ' ';
+  out.write(text, end.ptr - text);
+}
+
+template <typename Values>
+void put_all(std::ostream& out, const char* word, const Values& values) {
+  out << word;
+  for (const double value : values.reshaped()) put(out, value);
+  out << '\n';
+}
+
+/// Reads word by word and says in which one of which object something is wrong.
+class Reader {
+ public:
+  explicit Reader(std::istream& in) : in_(in) {}
+
+  void at(const char* object, int number) {
+    place_ = std::string(object) + " " + std::to_string(number) + ": ";
+  }
+  [[noreturn]] void fail(const std::string& what) const {
+    throw InputError("contact problem: " + place_ + what);
+  }
+  void expect(const char* wanted) {
+    std::string word;
+    if (!(in_ >> word) || word != wanted) fail("'" + std::string(wanted) + "' is missing");
+  }
+  double number() {
+    std::string word;
+    double value = 0.0;
+    in_ >> word;
+    const char* end = word.data() + word.size();
+    const std::from_chars_result result = std::from_chars(word.data(), end, value);
+    if (word.empty() || result.ptr != end || result.ec != std::errc() || !std::isfinite(value)) {
+      fail("'" + word + "' is no finite number");
+    }
+    return value;
+  }
+  int integer(int low, int high) {
+    const double value = number();
+    if (value != std::floor(value) || value < low || value > high) {
+      fail("a whole number from " + std::to_string(low) + " to " + std::to_string(high) +
+           " is expected, not " + std::to_string(value));
+    }
+    return static_cast<int>(value);
+  }
+  template <typename Values>
+  void take_all(const char* word, Values& values) {
+    expect(word);
+    for (double& value : values.reshaped()) value = number();
+  }
+
+ private:
+  std::istream& in_;
+  std::string place_;
+};
+
+ContactProblem::Block read_block(Reader& reader) {
+  ContactProblem::Block block;
+  const int unknowns = reader.integer(6, 12);
+  if (unknowns != 6 && unknowns != 12) reader.fail("6 or 12 unknowns are expected");
+  block.length = reader.number();
+  block.matrix.resize(unknowns, unknowns);
+  block.force.resize(unknowns);
+  block.guess.resize(unknowns);
+  reader.take_all("M", block.matrix);
+  reader.take_all("f", block.force);
+  reader.take_all("v", block.guess);
+  return block;
+}
+
+ContactProblem::Contact read_contact(Reader& reader, const ContactProblem& problem) {
+  ContactProblem::Contact contact;
+  const int last = static_cast<int>(problem.blocks.size()) - 1;
+  contact.a = reader.integer(-1, last);
+  contact.b = reader.integer(-1, last);
+  contact.friction = reader.number();
+  if (contact.friction < 0.0) reader.fail("friction must not be negative");
+  reader.take_all("w", contact.offset);
+  reader.take_all("r", contact.force);
+  const auto take_rows = [&](const char* word, int block, Eigen::MatrixXd& rows) {
+    if (block < 0) return;
+    rows.resize(3, problem.blocks[index(block)].force.size());
+    reader.take_all(word, rows);
+  };
+  take_rows("Ha", contact.a, contact.rows_a);
+  take_rows("Hb", contact.b, contact.rows_b);
+  return contact;
+}
+
+/// What the iterations work on.
+struct Compiled {
+  Slots slots;
+  BlockSystem base;
+  BlockVector force, increment;
+  std::vector<LinearContact> contacts;
+};
+
+Matrix3x12 widened(const Eigen::MatrixXd& rows) {
+  Matrix3x12 result = Matrix3x12::Zero();
+  result.leftCols(rows.cols()) = rows;
+  return result;
+}
+
+LinearContact compiled_contact(const ContactProblem::Contact& contact,
+                               const std::vector<Matrix12>& compliance) {
+  LinearContact c;
+  c.slot_a = contact.a;
+  c.slot_b = contact.b;
+  c.law = contact.friction > 0.0 ? ContactLaw::Coulomb : ContactLaw::Frictionless;
+  c.friction = contact.friction;
+  c.offset = contact.offset;
+  c.multiplier = contact.force;
+  c.assumed = contact.force[0] > 0.0 ? ContactMode::Stick : ContactMode::Open;
+  if (contact.a >= 0) c.jacobian_a = widened(contact.rows_a);
+  if (contact.b >= 0) c.jacobian_b = widened(contact.rows_b);
+  set_augmentation(compliance, c);
+  return c;
+}
+
+Compiled compile(const ContactProblem& problem) {
+  Compiled result;
+  std::vector<int> unknowns;
+  std::vector<double> lengths;
+  std::vector<Matrix12> compliance;
+  for (const ContactProblem::Block& block : problem.blocks) {
+    const Eigen::Index n = block.force.size();
+    unknowns.push_back(static_cast<int>(n));
+    lengths.push_back(block.length);
+    Matrix12& matrix = result.base.diagonal.emplace_back(Matrix12::Zero());
+    matrix.topLeftCorner(n, n) = block.matrix;
+    Matrix12& inverse = compliance.emplace_back(Matrix12::Zero());
+    inverse.topLeftCorner(n, n) = block.matrix.inverse();
+    result.force.emplace_back(Vector12::Zero()).head(n) = block.force;
+    result.increment.emplace_back(Vector12::Zero()).head(n) = block.guess;
+  }
+  result.slots = make_slots(unknowns, lengths);
+  for (const ContactProblem::Contact& contact : problem.contacts) {
+    result.contacts.push_back(compiled_contact(contact, compliance));
+  }
+  set_pairs(result.contacts, result.base);
+  return result;
+}
+
+}  // namespace
+
+ContactProblem contact_problem(const Slots& slots, const BlockSystem& base,
+                               const BlockVector& force, std::span<const LinearContact> contacts,
+                               const BlockVector& guess) {
+  ContactProblem problem;
+  for (std::size_t s = 0; s < force.size(); ++s) {
+    const int n = slots.size[s];
+    problem.blocks.push_back({slots.length[s], base.diagonal[s].topLeftCorner(n, n),
+                              force[s].head(n), guess[s].head(n)});
+  }
+  for (const LinearContact& c : contacts) {
+    ContactProblem::Contact& contact = problem.contacts.emplace_back();
+    contact.a = c.slot_a;
+    contact.b = c.slot_b;
+    contact.friction = c.law == ContactLaw::Frictionless ? 0.0 : c.friction;
+    contact.offset = c.offset;
+    contact.force = c.multiplier;
+    if (c.slot_a >= 0) contact.rows_a = c.jacobian_a.leftCols(slots.size[index(c.slot_a)]);
+    if (c.slot_b >= 0) contact.rows_b = c.jacobian_b.leftCols(slots.size[index(c.slot_b)]);
+  }
+  return problem;
+}
+
+void write(std::ostream& out, const ContactProblem& problem) {
+  out << kTitle << "\nblocks " << problem.blocks.size() << '\n';
+  for (const ContactProblem::Block& block : problem.blocks) {
+    out << block.force.size();
+    put(out, block.length);
+    out << '\n';
+    put_all(out, "M", block.matrix);
+    put_all(out, "f", block.force);
+    put_all(out, "v", block.guess);
+  }
+  out << "contacts " << problem.contacts.size() << '\n';
+  for (const ContactProblem::Contact& contact : problem.contacts) {
+    out << contact.a << ' ' << contact.b;
+    put(out, contact.friction);
+    out << '\n';
+    put_all(out, "w", contact.offset);
+    put_all(out, "r", contact.force);
+    if (contact.a >= 0) put_all(out, "Ha", contact.rows_a);
+    if (contact.b >= 0) put_all(out, "Hb", contact.rows_b);
+  }
+}
+
+ContactProblem read_contact_problem(std::istream& in) {
+  constexpr int kMost = 1000000;
+  ContactProblem problem;
+  Reader reader(in);
+  std::string title;
+  std::getline(in, title);
+  if (title != kTitle) reader.fail("the first line must be '" + std::string(kTitle) + "'");
+  reader.expect("blocks");
+  const int blocks = reader.integer(0, kMost);
+  for (int i = 0; i < blocks; ++i) {
+    reader.at("block", i);
+    problem.blocks.push_back(read_block(reader));
+  }
+  reader.expect("contacts");
+  const int contacts = reader.integer(0, kMost);
+  for (int i = 0; i < contacts; ++i) {
+    reader.at("contact", i);
+    problem.contacts.push_back(read_contact(reader, problem));
+  }
+  return problem;
+}
+
+ContactSolution solve(const ContactProblem& problem, ContactIteration iteration, double tolerance) {
+  Compiled compiled = compile(problem);
+  const auto solve_by = [&](auto solver) {
+    double smallest = std::numeric_limits<double>::infinity();
+    for (const ContactProblem::Block& block : problem.blocks) {
+      smallest = std::min(smallest, block.length);
+    }
+    OpenCloseOptions options;
+    options.force_tolerance = tolerance;
+    options.gap_tolerance = tolerance * smallest;
+    options.max_iterations = StepOptions{}.max_iterations;
+    options.raise = options.predicted = true;
+    return solver.solve(compiled.base, compiled.force, compiled.contacts, options,
+                        compiled.increment);
+  };
+  const OpenCloseResult result = iteration == ContactIteration::OpenClose
+                                     ? solve_by(OpenClose(compiled.slots))
+                                     : solve_by(MovingContacts(compiled.slots));
+  ContactSolution solution{result.converged, result.solves, result.factorizations, {}};
+  for (const LinearContact& c : compiled.contacts) solution.forces.push_back(c.force);
+  return solution;
+}
+
+ContactError contact_error(const ContactProblem& problem, const std::vector<Vector3>& forces) {
+  const Compiled compiled = compile(problem);
+  ConeProblem cones(compiled.slots, nullptr);
+  cones.set(compiled.base, compiled.force, compiled.contacts, compiled.increment);
+  std::vector<Vector3> x(forces.size()), motion(forces.size());
+  for (std::size_t i = 0; i < forces.size(); ++i) x[i] = cones.cone_force(i, forces[i]);
+  cones.respond(x, motion);
+  ContactError error{relative_residual(x, motion), 0.0};
+  for (std::size_t i = 0; i < forces.size(); ++i) {
+    const double gap = cones.motion(i, motion[i])[0];
+    error.gap = std::max(error.gap, forces[i][0] > 0.0 ? std::abs(gap) : -gap);
+  }
+  return error;
+}
+
+}  // namespace quoin::solver

@@ -1,0 +1,81 @@
+#pragma once
+/// One linearised contact problem on second-order cones, its contacts softened.
+///
+///   K D = F + sum Aᵀ x,   u = A D + c + eps (x - bar),   y = u + |u_t| n,   x ∘ y = 0,
+///
+/// x and y in the cone x_n >= |x_t|. x = (f_n, f_t / mu) / s and y = (d_n + mu |d_t|, mu d_t) s of
+/// the contact's force f and motion d [De Saxcé & Feng 1998]; s makes the mean eigenvalue of the
+/// contact's own Delassus block one, so that eps is a share of it and x, y have one unit, sqrt(J).
+
+#include <span>
+#include <vector>
+
+#include "contact/linear_contact.hpp"
+#include "linear_solver.hpp"
+
+namespace quoin::solver {
+
+class ConeProblem {
+ public:
+  explicit ConeProblem(const Slots& slots, StepWatch* watch)
+      : slots_(&slots), solver_(slots, watch) {}
+
+  /// Whether all contacts follow Coulomb's law alone: no springs, bonds, cohesion, held points.
+  static bool suits(std::span<const LinearContact> contacts);
+
+  /// The unknown is the change against `guess`, so that forces and motions are rounded like it.
+  /// All arguments must outlive the use of this object.
+  void set(const BlockSystem& base, const BlockVector& force,
+           std::span<const LinearContact> contacts, const BlockVector& guess);
+
+  std::size_t count() const { return cones_.size(); }
+  Vector3 cone_force(std::size_t contact, const Vector3& force) const;  ///< x of f
+  Vector3 force(std::size_t contact, const Vector3& x) const;           ///< f of x
+  Vector3 motion(std::size_t contact, const Vector3& y) const;          ///< d of A D + c
+
+  /// A D + c with D the answer to the forces x.
+  void respond(std::span<const Vector3> x, std::span<Vector3> motion);
+  const BlockVector& increment() const { return increment_; }  ///< D of the last respond()
+
+  /// One pass of Gauss–Seidel over the hard contacts, there and back.   [Jean 1999]
+  void sweep(std::span<Vector3> x);
+
+  /// K + sum Aᵀ T A, to be solved with. False when it is singular to working accuracy.
+  bool factorize(std::span<const Matrix3> tangents);
+  /// A D of (K + sum Aᵀ T A) D = sum Aᵀ right. `motion` may be `right`.
+  void solve(std::span<const Vector3> right, std::span<Vector3> motion);
+  double condition_estimate() const { return solver_.condition_estimate(); }
+
+ private:
+  struct Cone {
+    double scale = 1.0, friction = 0.0;
+    Vector3 offset = Vector3::Zero();    ///< c
+    Matrix3 delassus = Matrix3::Zero();  ///< of the contact alone
+    double relaxation = 1.0;             ///< 1 / its largest eigenvalue
+  };
+  template <int n>
+  void set_in();
+  template <int n>
+  void respond_in(std::span<const Vector3> x, std::span<Vector3> motion);
+  template <int n>
+  void sweep_in(std::size_t contact, std::span<Vector3> x);
+  template <int n>
+  void assemble_in(std::span<const Matrix3> tangents);
+  template <int n>
+  void solve_in(std::span<const Vector3> right, std::span<Vector3> motion);
+
+  const Slots* slots_;
+  LinearSolver solver_;
+  bool rigid_ = false;
+  const BlockSystem* base_ = nullptr;
+  std::span<const LinearContact> contacts_;
+  BlockVector free_;                  ///< the answer to no contact forces, by slot
+  std::vector<Matrix12> compliance_;  ///< K⁻¹, by slot
+  std::vector<Matrix3x12> rows_;      ///< A, side a and side b of each contact
+  std::vector<Matrix3x12> mobility_;  ///< A K⁻¹, likewise
+  std::vector<Cone> cones_;
+  BlockVector increment_, right_;
+  BlockSystem system_;
+};
+
+}  // namespace quoin::solver

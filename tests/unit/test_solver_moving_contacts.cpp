@@ -1,0 +1,301 @@
+/// The cone's algebra, and the interior point with its Newton's method on problems with known
+/// answers.
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <quoin/geometry/build.hpp>
+#include <quoin/solver/contact_problem.hpp>
+#include <sstream>
+
+#include "solver/src/moving/cone.hpp"
+#include "support/catch.hpp"
+#include "support/random.hpp"
+
+using namespace quoin::solver;
+using namespace quoin::tests;
+
+namespace {
+
+Vector3 random_vector(Random& random) {
+  return {random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
+}
+
+/// Inside the cone by `room`.
+Vector3 random_inside(Random& random, double room) {
+  Vector3 x = random_vector(random);
+  x[0] = x.tail<2>().norm() + room;
+  return x;
+}
+
+/// Unit mass, a cube of side 1, on four corners; H of corners by its translations and turns.
+ContactProblem::Block cube(const Vector3& force) {
+  ContactProblem::Block block;
+  block.length = 1.0;
+  block.matrix = Eigen::MatrixXd::Identity(6, 6);
+  block.matrix.bottomRightCorner(3, 3) /= 6.0;
+  block.force = Eigen::VectorXd::Zero(6);
+  block.force.head(3) = force;
+  block.guess = Eigen::VectorXd::Zero(6);
+  return block;
+}
+
+/// Rows (normal z, x, y) of a cube's point at `arm` from its centre.
+Eigen::MatrixXd rows(const Vector3& arm, double sign) {
+  Matrix3 frame;
+  frame << 0, 0, 1, 1, 0, 0, 0, 1, 0;
+  Matrix3 cross;
+  cross << 0, -arm.z(), arm.y(), arm.z(), 0, -arm.x(), -arm.y(), arm.x(), 0;
+  Eigen::MatrixXd result(3, 6);
+  result << sign * frame, -sign * frame * cross;
+  return result;
+}
+
+/// A tower of `count` cubes under `force` each; slot -1 is the ground.
+ContactProblem tower(int count, const Vector3& force, double friction) {
+  ContactProblem problem;
+  for (int i = 0; i < count; ++i) {
+    problem.blocks.push_back(cube(force));
+    for (const double x : {-0.5, 0.5}) {
+      for (const double y : {-0.5, 0.5}) {
+        ContactProblem::Contact contact;
+        contact.a = i - 1;
+        contact.b = i;
+        contact.friction = friction;
+        contact.offset.setZero();
+        contact.force.setZero();
+        if (i > 0) contact.rows_a = rows({x, y, 0.5}, -1.0);
+        contact.rows_b = rows({x, y, -0.5}, 1.0);
+        problem.contacts.push_back(contact);
+      }
+    }
+  }
+  return problem;
+}
+
+Vector3 sum_of(const ContactSolution& solution, std::size_t first, std::size_t count) {
+  Vector3 sum = Vector3::Zero();
+  for (std::size_t i = first; i < first + count; ++i) sum += solution.forces[i];
+  return sum;
+}
+
+/// What the soft contacts yield is borne when they are solved again about the forces they have come
+/// to.
+ContactSolution solve_again(ContactProblem& problem, int times) {
+  ContactSolution solution;
+  for (int i = 0; i < times; ++i) {
+    solution = solve(problem, ContactIteration::InteriorPoint, 1e-10);
+    for (std::size_t c = 0; c < problem.contacts.size(); ++c) {
+      problem.contacts[c].force = solution.forces[c];
+    }
+  }
+  return solution;
+}
+
+}  // namespace
+
+TEST_CASE("the scaling of two points in the cone maps one to the other's inverse") {
+  Random random(environment_number("QUOIN_SEED", 1));
+  for (int i = 0; i < 1000; ++i) {
+    const double room = std::pow(10.0, random.uniform(-4, 1));
+    const Vector3 x = random_inside(random, room), y = random_inside(random, 1.0 / room);
+    const ConeScaling scaling = cone_scaling(x, y);
+    const double size = (scaling.scale * y).norm();
+    REQUIRE((scaling.scale * y - scaling.inverse * x).norm() <= 1e-9 * size);
+    REQUIRE((scaling.scale * scaling.inverse - Matrix3::Identity()).norm() <= 1e-7);
+    REQUIRE((scaling.squared * y - x).norm() <= 1e-8 * x.norm());
+  }
+}
+
+TEST_CASE("the quotient undoes the product") {
+  Random random(environment_number("QUOIN_SEED", 1));
+  for (int i = 0; i < 1000; ++i) {
+    const Vector3 x = random_inside(random, 0.1), y = random_vector(random);
+    REQUIRE((jordan_quotient(jordan_product(x, y), x) - y).norm() <= 1e-12);
+  }
+}
+
+TEST_CASE("the share of a step ends on the cone") {
+  Random random(environment_number("QUOIN_SEED", 1));
+  int ended = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const Vector3 x = random_inside(random, 0.1), step = random_vector(random);
+    const double share = share_in_cone(x, step);
+    if (std::isinf(share)) {
+      const Vector3 far = x + 1e6 * step;
+      REQUIRE(far[0] >= far.tail<2>().norm() * (1 - 1e-9));
+      continue;
+    }
+    ++ended;
+    const Vector3 end = x + share * step;
+    REQUIRE(std::abs(end[0] - end.tail<2>().norm()) <= 1e-9 * (1.0 + share));
+    const Vector3 half = x + 0.5 * share * step;
+    REQUIRE(half[0] > half.tail<2>().norm());
+  }
+  REQUIRE(ended > 0);
+}
+
+TEST_CASE("the projection is the nearest point of the cone, the smoothed one comes to it") {
+  Random random(environment_number("QUOIN_SEED", 1));
+  for (int i = 0; i < 1000; ++i) {
+    const Vector3 z = random_vector(random), p = project_on_cone(z), left = p - z;
+    REQUIRE(p[0] >= p.tail<2>().norm() - 1e-15);
+    REQUIRE(left[0] >= left.tail<2>().norm() - 1e-15);  // the cone is its own dual
+    REQUIRE(std::abs(p.dot(left)) <= 1e-15);
+    REQUIRE((project_smoothly(z, 1e-12).value - p).norm() <= 1e-11);
+    constexpr double e = 0.1, h = 1e-6;
+    const SmoothProjection smooth = project_smoothly(z, e);
+    for (int axis = 0; axis < 3; ++axis) {
+      const Vector3 forward = project_smoothly(z + h * Vector3::Unit(axis), e).value;
+      const Vector3 back = project_smoothly(z - h * Vector3::Unit(axis), e).value;
+      REQUIRE(((forward - back) / (2 * h) - smooth.derivative.col(axis)).norm() <= 1e-8);
+    }
+  }
+}
+
+TEST_CASE("a box on a slope sticks below the angle of friction and slides above it") {
+  constexpr double friction = 0.5, normal = 1.0;
+  for (const double pull : {0.3, 0.45, 0.6, 2.0}) {
+    ContactProblem problem = tower(1, {pull, 0.0, -normal}, friction);
+    const double friction_force = std::min(pull, friction * normal);
+    problem.blocks[0].force[4] = -0.5 * friction_force;  // what friction turns: nothing tips
+    const ContactSolution solution = solve_again(problem, 10);
+    REQUIRE(solution.converged);
+    const Vector3 sum = sum_of(solution, 0, 4);
+    REQUIRE(std::abs(sum[0] - normal) <= 1e-6);
+    REQUIRE(std::abs(sum[1] + friction_force) <= 1e-6);
+    REQUIRE(std::abs(sum[2]) <= 1e-6);
+    REQUIRE(contact_error(problem, solution.forces).gap <= 1e-6);
+  }
+}
+
+TEST_CASE("a tower bears its weight, each joint what is above it") {
+  constexpr int count = 5;
+  ContactProblem problem = tower(count, {0, 0, -1}, 0.5);
+  const ContactSolution first = solve(problem, ContactIteration::InteriorPoint, 1e-10);
+  REQUIRE(first.converged);
+  REQUIRE(first.factorizations <= 40);
+  const double first_gap = contact_error(problem, first.forces).gap;
+  const ContactSolution last = solve_again(problem, 40);
+  REQUIRE(last.converged);
+  for (int i = 0; i < count; ++i) {
+    const auto at = static_cast<std::size_t>(4 * i);
+    REQUIRE(std::abs(sum_of(last, at, 4)[0] - (count - i)) <= 1e-4);
+  }
+  REQUIRE(contact_error(problem, last.forces).gap <= 1e-2 * first_gap);
+}
+
+TEST_CASE("both iterations find the same forces where they are unique") {
+  Random random(environment_number("QUOIN_SEED", 1));
+  int slides = 0;
+  for (int i = 0; i < 100; ++i) {
+    // A point under the centre of each cube: one contact, no redundancy.
+    ContactProblem problem = tower(1, random_vector(random) - Vector3(0, 0, 1.1), 0.4);
+    problem.contacts.resize(1);
+    problem.contacts[0].rows_b = rows({0, 0, -0.5}, 1.0);
+    ContactProblem again = problem;
+    const ContactSolution soft = solve_again(again, 20);
+    const ContactSolution hard = solve(problem, ContactIteration::OpenClose, 1e-12);
+    REQUIRE(soft.converged);
+    REQUIRE(hard.converged);
+    REQUIRE((soft.forces[0] - hard.forces[0]).norm() <= 1e-7);
+    slides += hard.forces[0].tail<2>().norm() >= (0.4 - 1e-9) * hard.forces[0][0] ? 1 : 0;
+  }
+  REQUIRE(slides > 0);
+  REQUIRE(slides < 100);
+}
+
+TEST_CASE(
+    "a block that sticks on a slope does not creep, one that slides accelerates as it should") {
+  for (const bool sticks : {true, false}) {
+    constexpr double degree = 3.14159265358979323846 / 180.0, slope = 20.0 * degree, g = 9.81;
+    const double friction_angle = (sticks ? 20.1 : 15.0) * degree;
+    Scene scene{.joint = {.friction_angle = friction_angle}};
+    scene.gravity = VectorOfTime(Vector3(g * std::sin(slope), 0, -g * std::cos(slope)));
+    scene.add_fixed(quoin::geometry::make_box({-5, -5, -1}, {50, 5, 0}));
+    scene.add_rigid(quoin::geometry::make_box({0, 0, 0}, {1, 1, 1}), {.density = 2600});
+    Simulation simulation(
+        scene, {.time_step = 5e-3, .contact_iteration = ContactIteration::InteriorPoint});
+    const auto place = [&] { return simulation.state().blocks[1].centroid.x(); };
+    const double start = place();
+    double settled = 0.0;  // where the first steps have found its forces
+    for (int step = 0; step < 200; ++step) {
+      if (step == 20) settled = place();
+      const StepReport report = simulation.advance();
+      REQUIRE(report.status == StepStatus::Converged);
+      REQUIRE(report.interior_point_attempts == 1);
+    }
+    const double pull = g * (std::sin(slope) - std::cos(slope) * std::tan(friction_angle));
+    if (sticks) {
+      REQUIRE(std::abs(settled - start) <= 1e-5);
+      REQUIRE(std::abs(place() - settled) <= 1e-12);
+    } else {
+      REQUIRE(std::abs(place() - start - 0.5 * pull) <= 1e-3 * 0.5 * pull);
+    }
+  }
+}
+
+TEST_CASE("an attempt that yields takes no more iterations than it may") {
+  Scene scene{.joint = {.friction_angle = 0.5}};
+  scene.add_fixed(quoin::geometry::make_box({-5, -5, -1}, {5, 5, 0}));
+  for (int i = 0; i < 3; ++i) {
+    scene.add_rigid(quoin::geometry::make_box({0.1 * i, 0, 1.0 * i}, {1 + 0.1 * i, 1, 1.0 + i}),
+                    {.density = 2600});
+  }
+  StepOptions options{.time_step = 1e-2,
+                      .contact_iteration = ContactIteration::InteriorPoint,
+                      .max_iterations = 2,
+                      .smallest_time_step = 1e-2};
+  const StepReport cut_short = Simulation(scene, options).advance();
+  REQUIRE(cut_short.status == StepStatus::NotConverged);
+  REQUIRE(cut_short.interior_point_attempts == 1);
+  REQUIRE(cut_short.iterations == 2);
+  options.max_iterations = 1000;
+  const StepReport whole = Simulation(scene, options).advance();
+  REQUIRE(whole.status == StepStatus::Converged);
+  REQUIRE(whole.iterations > 2);
+}
+
+TEST_CASE("two blocks in free fall feel nothing") {
+  ContactProblem problem = tower(2, {0, 0, -1}, 0.5);
+  for (ContactProblem::Contact& contact : problem.contacts) {
+    contact.offset[0] = contact.a < 0 ? 10.0 : 1e-3;
+  }
+  const ContactSolution solution = solve(problem, ContactIteration::InteriorPoint, 1e-10);
+  REQUIRE(solution.converged);
+  REQUIRE(solution.factorizations == 0);
+  for (const Vector3& force : solution.forces) REQUIRE(force.norm() == 0.0);
+}
+
+TEST_CASE("a contact problem is read back to the bit") {
+  Random random(environment_number("QUOIN_SEED", 1));
+  ContactProblem problem = tower(3, random_vector(random), random.uniform(0, 1));
+  for (ContactProblem::Contact& contact : problem.contacts) contact.offset = random_vector(random);
+  std::stringstream text, again;
+  write(text, problem);
+  const ContactProblem copy = read_contact_problem(text);
+  write(again, copy);
+  REQUIRE(text.str() == again.str());
+  REQUIRE(copy.contacts.back().rows_a == problem.contacts.back().rows_a);
+}
+
+TEST_CASE("a contact problem that is cut short or wrong says where") {
+  std::ostringstream text;
+  write(text, tower(2, {0, 0, -1}, 0.5));
+  const auto message = [](const std::string& given) {
+    std::istringstream in(given);
+    try {
+      read_contact_problem(in);
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  REQUIRE(message(text.str()).empty());
+  REQUIRE(message("fclib") == "contact problem: the first line must be 'quoin contact problem 1'");
+  REQUIRE(message(text.str().substr(0, text.str().size() - 20)).find("contact 7: ") !=
+          std::string::npos);
+  std::string wrong = text.str();
+  wrong.replace(wrong.find("\nf "), 3, "\nf x");
+  REQUIRE(message(wrong).find("block 0: 'x0' is no finite number") != std::string::npos);
+}
