@@ -142,6 +142,27 @@ double PaperOpenClose::relative_change() const {
   return size > 0.0 ? std::sqrt(change / size) : 0.0;
 }
 
+/// K D = F, and once more with what that leaves: K is stiff (springs of 5e10 N/m beside the inertia
+/// of a block), and its rounding in D would come back in every step.   [Skeel 1980]
+void PaperOpenClose::solve_refined(BlockVector& increment) {
+  solver_.solve(right_, increment);
+  rest_ = right_;
+  for (std::size_t s = 0; s < rest_.size(); ++s) {
+    const int n = slots_->size[s];
+    rest_[s].head(n) -= system_.diagonal[s].topLeftCorner(n, n) * increment[s].head(n);
+  }
+  for (std::size_t k = 0; k < system_.pairs.size(); ++k) {
+    const std::size_t i = index(system_.pairs[k].first), j = index(system_.pairs[k].second);
+    const int n = slots_->size[i], m = slots_->size[j];
+    const auto block = system_.off_diagonal[k].topLeftCorner(n, m);
+    rest_[i].head(n) -= block * increment[j].head(m);
+    rest_[j].head(m) -= block.transpose() * increment[i].head(n);
+  }
+  correction_.resize(rest_.size());
+  solver_.solve(rest_, correction_);
+  for (std::size_t s = 0; s < rest_.size(); ++s) increment[s] += correction_[s];
+}
+
 /// Steps 10–17, contacts keep their modes. False when it does not end within the solves that are
 /// left.
 bool PaperOpenClose::augment(std::span<PaperContact> contacts, const PaperOptions& options,
@@ -150,7 +171,7 @@ bool PaperOpenClose::augment(std::span<PaperContact> contacts, const PaperOption
   set_right(contacts);
   while (result.solves < options.max_solves) {
     if (watch_ != nullptr) watch_->look();
-    solver_.solve(right_, increment);
+    solve_refined(increment);
     ++result.solves;
     double update = 0.0;  // of the multipliers, N
     for (PaperContact& c : contacts) {

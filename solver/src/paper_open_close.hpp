@@ -49,7 +49,7 @@ class PaperOpenClose {
  public:
   /// `watch`: looked at before each solve; solve() then throws StepStopped.
   explicit PaperOpenClose(const Slots& slots, StepWatch* watch = nullptr)
-      : watch_(watch), solver_(slots, watch) {}
+      : slots_(&slots), watch_(watch), solver_(slots, watch) {}
 
   /// `base`: K of the blocks alone, and the pairs that contacts couple; `force`: F of the blocks
   /// alone. `increment`: result, D by slot. Ends after max_solves solves at the latest, then not
@@ -64,14 +64,17 @@ class PaperOpenClose {
   void add(const PaperContact& contact, const ContactBlocks& blocks);
   void set_right(std::span<const PaperContact> contacts);
   double relative_change() const;
+  void solve_refined(BlockVector& increment);
   bool augment(std::span<PaperContact> contacts, const PaperOptions& options,
                BlockVector& increment, OpenCloseResult& result);
 
+  const Slots* slots_;
   StepWatch* watch_;
   LinearSolver solver_;
   BlockSystem system_;
   BlockVector constant_;      ///< F but for multipliers and friction
   BlockVector right_, last_;  ///< F of this augmented Lagrangian iteration and of the last
+  BlockVector rest_, correction_;
 };
 
 }  // namespace quoin::solver
