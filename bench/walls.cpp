@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "tests/support/random.hpp"
+#include "referee/pairs/random.hpp"
 
 namespace quoin::bench {
 namespace {
@@ -30,7 +30,7 @@ Wall::Wall(const WallOptions& options)
     : options_(options),
       places_(running_bond(options)),
       shape_(box_shape(0.5 * (options.brick.array() - options.joint))) {
-  tests::Random random(7000 + static_cast<std::uint64_t>(options.count));
+  referee::Random random(7000 + static_cast<std::uint64_t>(options.count));
   for (std::size_t i = 0; i < size(); ++i) directions_.push_back(random.direction());
 }
 
@@ -46,7 +46,7 @@ geometry::Placement Wall::placement(std::size_t i, int step) const {
       places_[i] + step * options_.carry * Vector3::UnitX() + options_.shift * way * directions_[i];
   if (options_.turn > 0.0) {
     const Vector3 axis = directions_[(i + 1) % size()];
-    placement.linear = tests::rotation_about(axis, options_.turn * way);
+    placement.linear = referee::rotation_about(axis, options_.turn * way);
   }
   return placement;
 }

@@ -6,13 +6,13 @@
 #include <limits>
 #include <quoin/geometry/build.hpp>
 
-#include "tests/support/exact_arbiter.hpp"
-#include "tests/support/random.hpp"
+#include "referee/pairs/exact_arbiter.hpp"
+#include "referee/pairs/random.hpp"
 
 namespace quoin::bench {
 namespace {
 
-using tests::Random;
+using referee::Random;
 constexpr double kPi = 3.14159265358979323846;
 
 int scaled_count(int usual, const WorkloadScale& scale) {
@@ -44,13 +44,13 @@ BenchShape random_hull(Random& random, int count) {
   return shape_of(geometry::make_hull(points).polyhedron);
 }
 
-tests::ExactGap exact(const Workload& workload, const Pair& pair, int step) {
+referee::ExactGap exact(const Workload& workload, const Pair& pair, int step) {
   const auto s = static_cast<std::size_t>(step);
   const Points a =
       pair.poses_a[s].apply(workload.shapes[static_cast<std::size_t>(pair.shape_a)].vertices);
   const Points b =
       pair.poses_b[s].apply(workload.shapes[static_cast<std::size_t>(pair.shape_b)].vertices);
-  return tests::exact_gap(a, b);
+  return referee::exact_gap(a, b);
 }
 
 void set_size(const Workload& workload, Pair& pair) {
@@ -64,7 +64,7 @@ void place_pair(Random& random, Workload& workload, Pair& pair, double gap_share
   set_size(workload, pair);
   pair.poses_a = {{random.rotation(), random.point(-0.1, 0.1)}};
   pair.poses_b = {{random.rotation(), 3.0 * random.direction()}};
-  const tests::ExactGap start = exact(workload, pair, 0);
+  const referee::ExactGap start = exact(workload, pair, 0);
   const double way = gap_share * pair.size - static_cast<double>(start.gap);
   pair.poses_b[0].place += way * start.normal;
   pair.gap = {static_cast<double>(exact(workload, pair, 0).gap)};
@@ -113,11 +113,11 @@ void animate(Random& random, Workload& workload, Pair& pair) {
   const Vector3 drift = random.uniform(0.2, 0.6) * kShift * pair.size * random.direction();
   for (int s = 1; s < workload.steps; ++s) {
     Pose pose = pair.poses_b.back();
-    pose.rotation = tests::rotation_about(axis, turn) * pose.rotation;
+    pose.rotation = referee::rotation_about(axis, turn) * pose.rotation;
     pose.place += drift;
     pair.poses_a.push_back(pair.poses_a.back());
     pair.poses_b.push_back(pose);
-    const tests::ExactGap now = exact(workload, pair, s);
+    const referee::ExactGap now = exact(workload, pair, s);
     const double gap = static_cast<double>(now.gap);
     const double target = std::clamp(gap, 0.004 * pair.size, 0.096 * pair.size);
     const Vector3 step = drift + (target - gap) * now.normal;
@@ -199,7 +199,7 @@ void add_stacked(Random& random, Workload& workload, double gap, double tilt) {
   const Vector3 shift(random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2),
                       a.half_size.z() + b.half_size.z() + gap);
   const Pose turn{random.rotation(), Vector3::Zero()};
-  const Pose above{tests::rotation_about(Vector3::UnitX(), tilt), shift};
+  const Pose above{referee::rotation_about(Vector3::UnitX(), tilt), shift};
   const Pose both{turn.rotation * above.rotation, turn.rotation * above.place};
   add_world_pair(workload, moved(a, turn), moved(b, both));
 }

@@ -115,7 +115,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     return 0;
   }
   quoin::tests::Random random(size);
-  const quoin::tests::PairVerdict verdict = check_pair(pair, random);
+  const quoin::tests::PairVerdict verdict = quoin::tests::check_pair(pair, random);
   if (!verdict.faults.empty()) {
     fail(pair, verdict.faults);
   }

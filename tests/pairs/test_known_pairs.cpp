@@ -10,10 +10,10 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "referee/pairs/exact_patch.hpp"
 #include "scene_file/read_shape.hpp"
 #include "support/catch.hpp"
 #include "support/check_pair.hpp"
-#include "support/exact_patch.hpp"
 #include "support/open_families.hpp"
 
 namespace {
@@ -107,7 +107,7 @@ std::vector<Fault> faults_of(const SolidPair& pair) {
   std::vector<Fault> faults;
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     quoin::tests::Random random(seed);
-    const std::vector<Fault> more = check_pair(pair, random).faults;
+    const std::vector<Fault> more = quoin::tests::check_pair(pair, random).faults;
     faults.insert(faults.end(), more.begin(), more.end());
   }
   return faults;
@@ -144,7 +144,7 @@ TEST_CASE("known pairs: a set of all families is proved, and answered rightly") 
     prove(known);
   }
   for (const KnownPair& known : settled_pairs()) {
-    const std::vector<Fault> faults = check_against_exact(known.pair).faults;
+    const std::vector<Fault> faults = quoin::tests::check_against_exact(known.pair).faults;
     CAPTURE(known.id, summary(faults));
     CHECK(faults.empty());
   }

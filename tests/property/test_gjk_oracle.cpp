@@ -68,7 +68,7 @@ TEST_CASE("oracle: where libccd or FCL disagree with quoin the arbiter finds the
   for (std::uint64_t i = 0; i < cases; ++i) {
     Random random(seed * 7000003 + i);
     const SolidPair pair = quoin::tests::make_pair(random, settled);
-    const quoin::tests::PairVerdict verdict = check_against_exact(pair);
+    const quoin::tests::PairVerdict verdict = quoin::tests::check_against_exact(pair);
     const Shape a = polyhedron_of(pair.a), b = polyhedron_of(pair.b);
     const Question question{verdict.contact.nearest.gap, verdict.exact.gap, verdict.allowed_error,
                             std::min(diameter(a), diameter(b))};

@@ -113,7 +113,7 @@ TEST_CASE("pairs: exact gap, proof, exact patch, and the same answer however it 
   for (std::uint64_t i = 0; i < cases; ++i) {
     Random random(seed * 1000003 + i);
     const SolidPair pair = source.draw(i, random);
-    const PairVerdict verdict = check_pair(pair, random);
+    const PairVerdict verdict = quoin::tests::check_pair(pair, random);
     bool fresh = false;
     const bool placed = !stands_in_own_frame(pair.a) || !stands_in_own_frame(pair.b);
     const std::string row = pair.family + (placed ? ", placed" : "");

@@ -9,14 +9,15 @@
 #include <quoin/geometry/build.hpp>
 #include <quoin/geometry/nearest_features.hpp>
 
+#include "referee/pairs/families.hpp"
 #include "support/catch.hpp"
-#include "support/families.hpp"
+#include "support/random.hpp"
 
 namespace {
 
 using namespace quoin::geometry;
+using quoin::referee::Random;
 using quoin::tests::environment_number;
-using quoin::tests::Random;
 using quoin::tests::WithinAbs;
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
@@ -47,7 +48,7 @@ void measure(const Body& a, const Body& b, Rates& rates) {
 
 TEST_CASE("published search: how often it misses, how many cycles it needs") {
   const std::uint64_t cases = environment_number("QUOIN_CASES", 100);
-  const std::vector<std::string>& names = quoin::tests::family_names();
+  const std::vector<std::string>& names = quoin::referee::family_names();
   std::printf("%-16s %6s %8s %12s %12s %12s\n", "", "pairs", "missed", "by over 10%", ">100 cycles",
               "never still");
   long missed = 0;
@@ -58,7 +59,7 @@ TEST_CASE("published search: how often it misses, how many cycles it needs") {
     Rates rates;
     for (std::uint64_t i = 0; i < cases; ++i) {
       Random random(77003 + i);
-      const quoin::tests::SolidPair pair = quoin::tests::make_pair(family, random);
+      const quoin::referee::SolidPair pair = quoin::referee::make_pair(family, random);
       const Shape a = polyhedron_of(pair.a), b = polyhedron_of(pair.b);
       measure(Body(a), Body(b), rates);
     }
@@ -105,8 +106,8 @@ TEST_CASE("published search: a cube over a cube, the right answer and its proof"
 
 TEST_CASE("published search: two edges at one degree take many cycles, or end at the limit") {
   const Shape cube = make_box({-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5});
-  const Matrix3 on_edge = quoin::tests::rotation_about(Vector3::UnitX(), 0.785398);
-  const Matrix3 turn = quoin::tests::rotation_about(Vector3::UnitZ(), 0.0174533);
+  const Matrix3 on_edge = quoin::referee::rotation_about(Vector3::UnitX(), 0.785398);
+  const Matrix3 turn = quoin::referee::rotation_about(Vector3::UnitZ(), 0.0174533);
   const Body a(cube, {on_edge, Vector3::Zero()});
   const Body b(cube, {turn * on_edge, Vector3(0.2, 0.001, 1.42)});
   const PublishedAnswer found = published_search(a, b, {.max_cycles = 100});

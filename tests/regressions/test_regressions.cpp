@@ -47,7 +47,7 @@ TEST_CASE("regressions: every pair that ever failed") {
     const quoin::tests::SolidPair pair = quoin::tests::from_text(text_of(path));
     for (const std::uint64_t seed : {1, 2, 3, 4, 5}) {
       quoin::tests::Random random(seed);
-      for (const quoin::tests::Fault& fault : check_pair(pair, random).faults) {
+      for (const quoin::tests::Fault& fault : quoin::tests::check_pair(pair, random).faults) {
         FAIL_CHECK(fault.kind << ": " << fault.text);
       }
     }

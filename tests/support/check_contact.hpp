@@ -1,7 +1,7 @@
 #pragma once
 /// The judge of contact points: the exact patch against what the library lists.
 
-#include "support/exact_patch.hpp"
+#include "referee/pairs/exact_patch.hpp"
 #include "support/trial.hpp"
 
 namespace quoin::tests {

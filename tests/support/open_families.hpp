@@ -6,13 +6,14 @@
 #include <iterator>
 #include <string>
 
-#include "support/families.hpp"
+#include "referee/pairs/families.hpp"
+#include "support/random.hpp"
 
 namespace quoin::tests {
 
-inline constexpr const char* kOpenFamilies[] = {
-    "bumpy_faces",      "exact_touch", "nearly_collinear_arcs",
-    "single_precision", "size_ratios", "voronoi"};
+inline constexpr const char* kOpenFamilies[] = {"bumpy_faces",           "exact_touch",
+                                                "nearly_collinear_arcs", "single_precision",
+                                                "size_ratios",           "voronoi"};
 
 /// For make_pair: all families but the open ones.
 inline std::vector<bool> settled_families() {

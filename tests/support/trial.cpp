@@ -1,45 +1,12 @@
 #include "support/trial.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <ostream>
-#include <quoin/geometry/build.hpp>
-#include <stdexcept>
-
 namespace quoin::tests {
 namespace {
 
 using geometry::FeatureHint;
 using geometry::NearestFeatures;
 
-constexpr double kEps = std::numeric_limits<double>::epsilon();
-
-/// The stated length below which points count as lying in one plane, m.
-double stated_thickness(const Solid& solid) {
-  return std::max(1e-9 * diameter(solid), 16 * kEps * largest_coordinate(solid));
-}
-
-/// The thickness of the points, m; 0 where they lie in one plane.
-double thickness(const Solid& solid) {
-  try {
-    return static_cast<double>(exact_width({solid.placed.points, {}}));
-  } catch (const std::invalid_argument&) {
-    return 0.0;
-  }
-}
-
-/// Sizes for which answers are promised.
-bool in_range(const Solid& solid) {
-  return diameter(solid) >= geometry::kSmallestExtent &&
-         largest_world_coordinate(solid) <= geometry::kLargestCoordinate &&
-         largest_coordinate(solid) <= geometry::kLargestCoordinate;
-}
-
 }  // namespace
-
-std::ostream& operator<<(std::ostream& out, const Fault& fault) {
-  return out << fault.kind << ": " << fault.text;
-}
 
 Query::Query(const SolidPair& pair)
     : own_frames_(stands_in_own_frame(pair.a) && stands_in_own_frame(pair.b)),
@@ -75,24 +42,11 @@ NearestFeatures Query::contacts_within(double reach,
 }
 
 Trial::Trial(const SolidPair& given)
-    : pair(given), query(given), exact(given.a.placed, given.b.placed) {
-  const double a = diameter(pair.a), b = diameter(pair.b);
-  larger = std::max(a, b);
-  smaller = std::min(a, b);
-  shape_coordinate = std::max(largest_coordinate(pair.a), largest_coordinate(pair.b));
-  world_coordinate = std::max(largest_world_coordinate(pair.a), largest_world_coordinate(pair.b));
-  tolerance = default_tolerance(query.a(), query.b());
-}
-
-double Trial::allowed_gap(long double gap) const {
-  const bool own_frames = stands_in_own_frame(pair.a) && stands_in_own_frame(pair.b);
-  return 1e-12 * std::abs(static_cast<double>(gap)) + 16 * kEps * larger +
-         (own_frames ? 0.0 : 4 * kEps * shape_coordinate);
-}
-
-double Trial::allowed_place(long double gap) const {
-  return allowed_gap(gap) + 4 * kEps * std::max(world_coordinate, shape_coordinate);
-}
+    : PairSizes(given),
+      pair(given),
+      query(given),
+      exact(given.a.placed, given.b.placed),
+      tolerance(default_tolerance(query.a(), query.b())) {}
 
 void check_taken(const SolidPair& pair, Faults& faults) {
   faults.expect(in_range(pair.a) && in_range(pair.b), "taken", "a solid out of the promised range");

@@ -6,7 +6,7 @@
 #include <quoin/geometry/contact_point.hpp>
 
 #include "support/catch.hpp"
-#include "support/families.hpp"
+#include "referee/pairs/families.hpp"
 
 namespace {
 
@@ -22,10 +22,10 @@ using quoin::geometry::PairStatus;
 using quoin::geometry::Points;
 using quoin::geometry::Shape;
 using quoin::geometry::Vector3;
-using quoin::tests::Random;
-using quoin::tests::renumbered;
-using quoin::tests::rotation_about;
-using quoin::tests::transformed;
+using quoin::referee::Random;
+using quoin::referee::renumbered;
+using quoin::referee::rotation_about;
+using quoin::referee::transformed;
 using quoin::tests::WithinAbs;
 using quoin::tests::WithinRel;
 

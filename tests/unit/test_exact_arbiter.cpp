@@ -3,7 +3,7 @@
 #include <numbers>
 
 #include "support/catch.hpp"
-#include "support/exact_arbiter.hpp"
+#include "referee/pairs/exact_arbiter.hpp"
 #include "support/random.hpp"
 
 namespace {

@@ -11,8 +11,8 @@
 
 #include "support/catch.hpp"
 #include "support/check_pair.hpp"
-#include "support/exact_arbiter.hpp"
-#include "support/families.hpp"
+#include "referee/pairs/exact_arbiter.hpp"
+#include "referee/pairs/families.hpp"
 
 using namespace quoin;
 using geometry::LeastOverlap;

@@ -5,13 +5,13 @@
 #include <quoin/geometry/mass_properties.hpp>
 
 #include "support/catch.hpp"
-#include "support/families.hpp"
+#include "referee/pairs/families.hpp"
 
 namespace {
 
 using namespace quoin::geometry;
-using quoin::tests::Random;
-using quoin::tests::transformed;
+using quoin::referee::Random;
+using quoin::referee::transformed;
 using quoin::tests::WithinAbs;
 using quoin::tests::WithinRel;
 

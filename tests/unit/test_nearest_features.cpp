@@ -6,13 +6,13 @@
 #include <quoin/geometry/nearest_features.hpp>
 
 #include "support/catch.hpp"
-#include "support/families.hpp"
+#include "referee/pairs/families.hpp"
 
 namespace {
 
 using namespace quoin::geometry;
-using quoin::tests::rotation_about;
-using quoin::tests::transformed;
+using quoin::referee::rotation_about;
+using quoin::referee::transformed;
 using quoin::tests::WithinAbs;
 
 Shape cube(const Vector3& centre, double size = 1.0) {

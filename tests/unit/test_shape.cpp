@@ -4,14 +4,14 @@
 #include <quoin/geometry/build.hpp>
 
 #include "support/catch.hpp"
-#include "support/families.hpp"
+#include "referee/pairs/families.hpp"
 
 namespace {
 
 using namespace quoin::geometry;
 using quoin::tests::ContainsSubstring;
-using quoin::tests::Random;
-using quoin::tests::transformed;
+using quoin::referee::Random;
+using quoin::referee::transformed;
 using quoin::tests::WithinAbs;
 using quoin::tests::WithinRel;
 

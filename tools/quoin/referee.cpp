@@ -15,10 +15,10 @@
 #include "output_folder.hpp"
 #include "python_program.hpp"
 #include "referee/pair_set.hpp"
+#include "referee/pairs/families.hpp"
 #include "scene_file/read_json.hpp"
 #include "scene_file/read_shape.hpp"
 #include "scene_file/scene_error.hpp"
-#include "support/families.hpp"
 
 namespace quoin::commands {
 namespace {
@@ -58,7 +58,7 @@ std::vector<std::string> shipped_plugins() {
 
 std::vector<int> chosen_families(const std::string& pattern) {
   std::vector<int> chosen;
-  const std::vector<std::string>& names = tests::family_names();
+  const std::vector<std::string>& names = referee::family_names();
   try {
     const std::regex wanted(pattern);
     for (std::size_t i = 0; i < names.size(); ++i) {
@@ -75,7 +75,7 @@ std::vector<int> chosen_families(const std::string& pattern) {
   return chosen;
 }
 
-tests::Solid read_solid(const nlohmann::json& line, const char* body) {
+referee::Solid read_solid(const nlohmann::json& line, const char* body) {
   if (!line.contains(body)) {
     throw geometry::InputError("\"" + std::string(body) + "\" is missing");
   }
@@ -83,12 +83,12 @@ tests::Solid read_solid(const nlohmann::json& line, const char* body) {
   return {placed.points, placed.placement};
 }
 
-std::vector<tests::SolidPair> read_pairs(const std::string& path) {
+std::vector<referee::SolidPair> read_pairs(const std::string& path) {
   std::ifstream in(path);
   if (!in || fs::is_directory(path)) {
     throw FileError(path + ": can't be read");
   }
-  std::vector<tests::SolidPair> pairs;
+  std::vector<referee::SolidPair> pairs;
   long number = 0;
   for (std::string text; std::getline(in, text);) {
     ++number;
@@ -163,8 +163,8 @@ int write_pairs(const Words& words) {
   long written = 0;
   for (std::uint64_t number = 0;
        written < words.count && number < 20 * static_cast<std::uint64_t>(words.count); ++number) {
-    tests::Random random(words.seed * 1000003 + number);
-    const tests::SolidPair pair = tests::make_pair(families[number % families.size()], random);
+    referee::Random random(words.seed * 1000003 + number);
+    const referee::SolidPair pair = referee::make_pair(families[number % families.size()], random);
     try {
       const std::string line = referee::pair_with_answer(
           pair, pair.family + "-" + std::to_string(words.seed) + "-" + std::to_string(number));

@@ -1,69 +1,70 @@
 #include "described_solid.hpp"
 
 #include <algorithm>
-#include <quoin/geometry/build.hpp>
 #include <set>
 
 namespace quoin::referee {
+namespace {
 
-using geometry::Matrix3;
 using geometry::Points;
 using geometry::Vector3;
 
-DescribedSolid::DescribedSolid(const Points& points) : points_(points) {
-  find_faces();
-  find_box();
-}
-
-void DescribedSolid::find_faces() {
-  try {
-    const geometry::Hull hull = geometry::make_hull(points_);
-    const geometry::Topology& topology = hull.polyhedron.topology();
-    for (int f = 0; f < topology.face_count(); ++f) {
-      face_sizes_.push_back(static_cast<int>(topology.face(f).size()));
-      for (const int v : topology.face(f)) {
-        face_vertices_.push_back(hull.input_index[static_cast<std::size_t>(v)]);
-      }
+void list_faces(const geometry::Hull& hull, DescribedSolid& solid) {
+  const geometry::Topology& topology = hull.polyhedron.topology();
+  for (int f = 0; f < topology.face_count(); ++f) {
+    solid.face_sizes.push_back(static_cast<int>(topology.face(f).size()));
+    for (const int v : topology.face(f)) {
+      solid.face_vertices.push_back(hull.input_index[static_cast<std::size_t>(v)]);
     }
-  } catch (const geometry::InputError&) {
-    face_sizes_.clear();
-    face_vertices_.clear();
   }
 }
 
-void DescribedSolid::find_box() {
-  if (points_.cols() != 8) {
+void find_box(DescribedSolid& solid) {
+  const Points& points = solid.points;
+  if (points.cols() != 8) {
     return;
   }
-  const Vector3 least = points_.rowwise().minCoeff(), most = points_.rowwise().maxCoeff();
+  const Vector3 least = points.rowwise().minCoeff(), most = points.rowwise().maxCoeff();
   std::set<int> corners;
   for (int i = 0; i < 8; ++i) {
     int corner = 0;
     for (int k = 0; k < 3; ++k) {
-      if (points_(k, i) != least[k] && points_(k, i) != most[k]) {
+      if (points(k, i) != least[k] && points(k, i) != most[k]) {
         return;
       }
-      corner |= (points_(k, i) == most[k] ? 1 : 0) << k;
+      corner |= (points(k, i) == most[k] ? 1 : 0) << k;
     }
     corners.insert(corner);
   }
   const Vector3 half = 0.5 * (most - least), centre = least + half;
   if (corners.size() == 8 && centre - half == least && centre + half == most) {
-    box_centre_ = centre;
-    box_half_ = half;
+    solid.box_centre = centre;
+    solid.box_half = half;
   }
 }
 
+}  // namespace
+
+DescribedSolid described(const Points& points, const geometry::Hull* hull) {
+  DescribedSolid solid;
+  solid.points = points;
+  if (hull != nullptr) {
+    list_faces(*hull, solid);
+  }
+  find_box(solid);
+  return solid;
+}
+
 quoin_referee_solid DescribedSolid::view() const {
-  quoin_referee_solid view{points_.data(),
-                           static_cast<int>(points_.cols()),
-                           face_sizes_.data(),
-                           static_cast<int>(face_sizes_.size()),
-                           face_vertices_.data(),
+  quoin_referee_solid view{points.data(),
+                           static_cast<int>(points.cols()),
+                           face_sizes.data(),
+                           static_cast<int>(face_sizes.size()),
+                           face_vertices.data(),
                            {},
                            {}};
-  std::copy_n(box_centre_.data(), 3, view.box_centre);
-  std::copy_n(box_half_.data(), 3, view.box_half);
+  std::copy_n(box_centre.data(), 3, view.box_centre);
+  std::copy_n(box_half.data(), 3, view.box_half);
   return view;
 }
 
@@ -72,10 +73,6 @@ quoin_referee_placement described(const geometry::Placement& placement) {
   Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(to.linear) = placement.linear;
   std::copy_n(placement.translation.data(), 3, to.translation);
   return to;
-}
-
-bool is_rotation(const Matrix3& linear) {
-  return (linear.transpose() * linear - Matrix3::Identity()).cwiseAbs().maxCoeff() <= 1e-14;
 }
 
 }  // namespace quoin::referee

@@ -3,32 +3,27 @@
 
 #include <quoin/referee.h>
 
+#include <quoin/geometry/body.hpp>
+#include <quoin/geometry/build.hpp>
 #include <vector>
-
-#include "support/solids.hpp"
 
 namespace quoin::referee {
 
-/// Owns what a quoin_referee_solid points to. Faces are those of quoin's hull; where it refuses the
-/// solid there are none.
-class DescribedSolid {
- public:
-  explicit DescribedSolid(const geometry::Points& points);
+/// Owns what a quoin_referee_solid points to. Without faces where quoin refuses the solid; with a
+/// box where the solid is one that follows the axes of its frame.
+struct DescribedSolid {
+  geometry::Points points;
+  std::vector<int> face_sizes, face_vertices;
+  geometry::Vector3 box_centre = geometry::Vector3::Zero();
+  geometry::Vector3 box_half = geometry::Vector3::Zero();
+
+  bool is_box() const { return box_half[0] > 0; }
   quoin_referee_solid view() const;
-
- private:
-  void find_faces();
-  void find_box();
-
-  geometry::Points points_;
-  std::vector<int> face_sizes_, face_vertices_;
-  geometry::Vector3 box_centre_ = geometry::Vector3::Zero();
-  geometry::Vector3 box_half_ = geometry::Vector3::Zero();
 };
 
-quoin_referee_placement described(const geometry::Placement& placement);
+/// `hull`: of these points, null where there is none.
+DescribedSolid described(const geometry::Points& points, const geometry::Hull* hull);
 
-/// A rotation within rounding of its nine numbers.
-bool is_rotation(const geometry::Matrix3& linear);
+quoin_referee_placement described(const geometry::Placement& placement);
 
 }  // namespace quoin::referee

@@ -4,50 +4,25 @@
 
 #include <cmath>
 #include <limits>
-#include <quoin/geometry/shape.hpp>
-#include <sstream>
-#include <stdexcept>
 
-#include "described_solid.hpp"
-#include "support/exact_patch.hpp"
+#include "referee/pairs/exact_patch.hpp"
 
 namespace quoin::referee {
 namespace {
 
 using geometry::Vector3;
-using tests::ExactPatch;
-using tests::Place;
-using tests::PlaneFrame;
-using tests::Solid;
 using Real = long double;
 
 constexpr double kEps = std::numeric_limits<double>::epsilon();
 
-template <class... Parts>
-void expect(bool holds, Judgement& result, const char* kind, const Parts&... parts) {
-  if (!holds) {
-    std::ostringstream out;
-    out.precision(17);
-    (out << ... << parts);
-    result.faults.push_back({kind, out.str()});
-  }
+/// Within rounding of its nine numbers.
+bool is_rotation(const geometry::Matrix3& linear) {
+  return (linear.transpose() * linear - geometry::Matrix3::Identity()).cwiseAbs().maxCoeff() <=
+         1e-14;
 }
 
-bool is_box(const Solid& solid) {
-  return DescribedSolid(solid.placed.points).view().box_half[0] > 0;
-}
-
-/// The length below which points count as lying in one plane, as in make_hull, m.
-double stated_thickness(const Solid& solid) {
-  return std::max(1e-9 * diameter(solid), 16 * kEps * largest_coordinate(solid));
-}
-
-double thickness(const Solid& solid) {
-  try {
-    return static_cast<double>(tests::exact_width({solid.placed.points, {}}));
-  } catch (const std::invalid_argument&) {
-    return 0.0;
-  }
+bool refusal_is_right(const Solid& solid) {
+  return !in_range(solid) || thickness(solid) <= stated_thickness(solid);
 }
 
 /// A normal as good as the answer's own, or the exact one where that is no direction.
@@ -59,21 +34,14 @@ Vector3 contact_normal(const LibraryInfo& library, const Answer& answer, const V
 
 }  // namespace
 
-Judge::Judge(const tests::SolidPair& pair)
-    : pair_(pair), numbers_(pair.a.placed, pair.b.placed), gap_(numbers_.gap()) {
-  const double a = diameter(pair.a), b = diameter(pair.b);
-  larger_ = std::max(a, b);
-  smaller_ = std::min(a, b);
-  const double coordinate = std::max(largest_coordinate(pair.a), largest_coordinate(pair.b));
-  const bool own_frames = stands_in_own_frame(pair.a) && stands_in_own_frame(pair.b);
-  turned_coordinate_ = own_frames ? 0.0 : coordinate;
-  world_coordinate_ =
-      std::max({coordinate, largest_world_coordinate(pair.a), largest_world_coordinate(pair.b)});
-  tolerance_ = std::max(1e-9 * smaller_, 16 * kEps * coordinate);
-  boxes_ = is_box(pair.a) && is_box(pair.b);
-  rotations_ =
-      is_rotation(pair.a.placed.placement.linear) && is_rotation(pair.b.placed.placement.linear);
-}
+Judge::Judge(const Question& question)
+    : question_(question),
+      numbers_(question.pair.a.placed, question.pair.b.placed),
+      gap_(numbers_.gap()),
+      sizes_(question.pair),
+      boxes_(question.solids->a.is_box() && question.solids->b.is_box()),
+      rotations_(is_rotation(question.pair.a.placed.placement.linear) &&
+                 is_rotation(question.pair.b.placed.placement.linear)) {}
 
 bool Judge::offered(const LibraryInfo& library) const {
   const double allowed = allowed_gap(library);
@@ -86,20 +54,8 @@ bool Judge::offered(const LibraryInfo& library) const {
          (boxes_ || !library.has(QUOIN_REFEREE_BOXES_ONLY));
 }
 
-double Judge::allowed_gap(const LibraryInfo& library) const {
-  return 1e-12 * std::abs(static_cast<double>(gap_.gap)) +
-         (16 * kEps + library.promised_error) * larger_ + 4 * kEps * turned_coordinate_;
-}
-
-double Judge::allowed_place(const LibraryInfo& library) const {
-  return allowed_gap(library) + 4 * kEps * world_coordinate_;
-}
-
-bool Judge::refusal_is_right(int side) const {
-  const Solid& solid = side == 0 ? pair_.a : pair_.b;
-  return diameter(solid) < geometry::kSmallestExtent ||
-         largest_world_coordinate(solid) > geometry::kLargestCoordinate ||
-         thickness(solid) <= stated_thickness(solid);
+const Solid& Judge::refused(const Answer& answer) const {
+  return answer.outcome == Outcome::RefusedA ? question_.pair.a : question_.pair.b;
 }
 
 Judgement Judge::judge(const LibraryInfo& library, const Answer& answer) const {
@@ -107,21 +63,21 @@ Judgement Judge::judge(const LibraryInfo& library, const Answer& answer) const {
   result.asked = offered(library);
   switch (answer.outcome) {
     case Outcome::Crashed:
-      expect(false, result, "crash", "the library ended its process");
+      result.faults.expect(false, "crash", "the library ended its process");
       return result;
     case Outcome::TimedOut:
-      expect(false, result, "hang", "no answer within the time limit");
+      result.faults.expect(false, "hang", "no answer within the time limit");
       return result;
     case Outcome::RefusedA:
     case Outcome::RefusedB:
-      expect(!result.asked || refusal_is_right(answer.outcome == Outcome::RefusedB), result,
-             "refused", "a solid within the promised range");
+      result.faults.expect(!result.asked || refusal_is_right(refused(answer)), "refused",
+                           "a solid within the promised range");
       return result;
     case Outcome::Failed:
-      expect(!result.asked, result, "failed", "the library says so");
+      result.faults.expect(!result.asked, "failed", "the library says so");
       break;
     case Outcome::Answered:
-      result.answered = true;
+      result.answered = result.gap_given = true;
       check_gap(library, answer, result);
       break;
     case Outcome::NoAnswer:
@@ -136,16 +92,17 @@ Judgement Judge::judge(const LibraryInfo& library, const Answer& answer) const {
 
 void Judge::check_gap(const LibraryInfo& library, const Answer& answer, Judgement& result) const {
   if (!std::isfinite(answer.gap)) {
-    expect(false, result, "not finite", "gap ", answer.gap);
+    result.faults.expect(false, "not finite", "gap ", answer.gap);
     return;
   }
   const double allowed = allowed_gap(library);
   const double off = static_cast<double>(std::abs(Real(answer.gap) - gap_.gap));
-  result.gap_error = off / larger_;
+  result.gap_error = off / sizes_.larger;
   const bool same_sign = (answer.gap > 0) == (gap_.gap > 0);
-  expect(off <= allowed || same_sign, result, "sign", "gap ", answer.gap, ", exact ", gap_.gap);
-  expect(off <= allowed || !same_sign, result, "gap", answer.gap, ", exact ", gap_.gap,
-         ", allowed error ", allowed);
+  result.faults.expect(off <= allowed || same_sign, "sign", "gap ", answer.gap, ", exact ",
+                       gap_.gap);
+  result.faults.expect(off <= allowed || !same_sign, "gap", answer.gap, ", exact ", gap_.gap,
+                       ", allowed error ", allowed);
   if (off > allowed) {
     return;  // what follows would say the same again
   }
@@ -164,31 +121,31 @@ void Judge::check_normal(const LibraryInfo& library, const Answer& answer,
     return;  // none is given
   }
   if (!(std::abs(length - 1) <= 1e-12 + library.promised_error)) {
-    expect(false, result, "normal", "its length is ", length);
+    result.faults.expect(false, "normal", "its length is ", length);
     return;
   }
-  const Real along = tests::gap_along(numbers_, answer.normal / length);
+  const Real along = gap_along(numbers_, answer.normal / length);
   const double short_of = static_cast<double>(gap_.gap - along);
-  expect(short_of <= 2 * allowed_gap(library), result, "normal", "the solids are ", along,
-         " apart along it, ", gap_.gap, " along the best");
+  result.faults.expect(short_of <= 2 * allowed_gap(library), "normal", "the solids are ", along,
+                       " apart along it, ", gap_.gap, " along the best");
 }
 
 void Judge::check_witnesses(const LibraryInfo& library, const Answer& answer,
                             Judgement& result) const {
   const double allowed = allowed_place(library);
   if (!answer.point_a.allFinite() || !answer.point_b.allFinite()) {
-    expect(false, result, "not finite", "a witness");
+    result.faults.expect(false, "not finite", "a witness");
     return;
   }
   for (const int side : {0, 1}) {
     const Vector3& point = side == 0 ? answer.point_a : answer.point_b;
     const double off = numbers_.distance(side, point, allowed);
-    expect(off <= allowed, result, "witness", "the point on ", side == 0 ? "A" : "B", " is ", off,
-           " off, allowed ", allowed);
+    result.faults.expect(off <= allowed, "witness", "the point on ", side == 0 ? "A" : "B", " is ",
+                         off, " off, allowed ", allowed);
   }
   const double apart = (answer.point_b - answer.point_a).norm();
-  expect(std::abs(apart - std::abs(answer.gap)) <= 2 * allowed, result, "witness",
-         "the points are ", apart, " apart where the gap is ", answer.gap);
+  result.faults.expect(std::abs(apart - std::abs(answer.gap)) <= 2 * allowed, "witness",
+                       "the points are ", apart, " apart where the gap is ", answer.gap);
 }
 
 void Judge::check_points(const LibraryInfo& library, const Answer& answer,
@@ -200,36 +157,41 @@ void Judge::check_points(const LibraryInfo& library, const Answer& answer,
   Real area = 0;
   for (const ListedPoint& point : answer.points) {
     if (!point.point_a.allFinite() || !point.point_b.allFinite() || !std::isfinite(point.gap)) {
-      expect(false, result, "not finite", "a contact point");
+      result.faults.expect(false, "not finite", "a contact point");
       return;
     }
     const double allowed = slack + (point.point_a == point.point_b ? std::abs(point.gap) : 0.0);
     const double off = std::max(numbers_.distance(0, point.point_a, allowed),
                                 numbers_.distance(1, point.point_b, allowed));
-    expect(off <= allowed, result, "point", "a contact point is ", off, " off its solid, allowed ",
-           allowed);
+    result.faults.expect(off <= allowed, "point", "a contact point is ", off,
+                         " off its solid, allowed ", allowed);
     const Place a = frame.place(numbers_.place(point.point_a));
     const Place b = frame.place(numbers_.place(point.point_b));
     places.push_back({(a[0] + b[0]) / 2, (a[1] + b[1]) / 2});
     area += point.area;
   }
-  const ExactPatch patch = tests::exact_patch(
-      numbers_, normal, {.tolerance = tolerance_, .decision = slack, .border = 2 * kEps * larger_});
+  const double tolerance = question_.solids->contact_length;
+  if (tolerance == 0) {
+    return;
+  }
+  const ExactPatch patch =
+      exact_patch(numbers_, normal,
+                  {.tolerance = tolerance, .decision = slack, .border = 2 * kEps * sizes_.larger});
   if (!patch.clear) {
     return;  // what belongs to the patch hangs on its tolerance
   }
-  for (const tests::PatchCorner& corner : patch.corners) {
+  for (const PatchCorner& corner : patch.corners) {
     const Real blur = 2 * slack / std::max(corner.sine, Real(kEps));
-    const Real beyond = tests::distance_to_places(places, corner.place);
-    const bool judged = corner.excess <= tolerance_ - slack &&
-                        tests::ends_at(numbers_, normal, corner, tolerance_, smaller_);
-    expect(!judged || beyond <= 2 * tolerance_ + blur, result, "missing corner",
-           "a corner of the patch is ", beyond, " outside the points");
+    const Real beyond = distance_to_places(places, corner.place);
+    const bool judged = corner.excess <= tolerance - slack &&
+                        ends_at(numbers_, normal, corner, tolerance, sizes_.smaller);
+    result.faults.expect(!judged || beyond <= 2 * tolerance + blur, "missing corner",
+                         "a corner of the patch is ", beyond, " outside the points");
   }
   if (library.has(QUOIN_REFEREE_AREAS)) {
     const Real allowed = patch.perimeter * 2 * slack + slack * slack;
-    expect(std::abs(area - patch.area) <= allowed, result, "area", area, ", exact ", patch.area,
-           ", allowed error ", allowed);
+    result.faults.expect(std::abs(area - patch.area) <= allowed, "area", area, ", exact ",
+                         patch.area, ", allowed error ", allowed);
   }
 }
 

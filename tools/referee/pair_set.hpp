@@ -3,13 +3,13 @@
 
 #include <string>
 
-#include "support/solids.hpp"
+#include "referee/pairs/solids.hpp"
 
 namespace quoin::referee {
 
 /// One line of JSON: the pair, its exact gap, an optimal normal, the contact length, and, where no
 /// length is too near to that to say, type and area of the patch. Throws std::invalid_argument for
 /// a flat solid.
-std::string pair_with_answer(const tests::SolidPair& pair, const std::string& id);
+std::string pair_with_answer(const SolidPair& pair, const std::string& id);
 
 }  // namespace quoin::referee

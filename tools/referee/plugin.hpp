@@ -1,14 +1,13 @@
 #pragma once
-/// A plug-in in a process of its own: asked through pipes, with a time limit, so that a library
-/// may crash, hang or throw.
-
-#include <sys/types.h>
+/// A library of a plug-in in a process of its own: asked through pipes, with a time limit, so that
+/// it may crash, hang or throw.
 
 #include <chrono>
 #include <string>
 #include <vector>
 
-#include "support/solids.hpp"
+#include "child_process.hpp"
+#include "question.hpp"
 
 namespace quoin::referee {
 
@@ -43,44 +42,26 @@ struct Answer {
   double gap = 0.0;  ///< m
   geometry::Vector3 normal = geometry::Vector3::Zero();
   geometry::Vector3 point_a = geometry::Vector3::Zero(), point_b = geometry::Vector3::Zero();
-  /// Of both moves and the question: of a sequence that goes on, as it was asked; else the median
-  /// of five askings without memory.
-  double seconds = 0.0;
   Outcome points_outcome = Outcome::NoAnswer;
-  std::vector<ListedPoint> points;
-};
-
-/// One question. Of a sequence, every question but the first goes on from the one before: the same
-/// shapes, moved.
-struct Question {
-  tests::SolidPair pair;
-  bool goes_on = false;
+  std::vector<ListedPoint> points{};
 };
 
 /// The libraries of a plug-in file. Throws std::runtime_error with one line where the file is no
 /// plug-in of this interface.
 std::vector<LibraryInfo> libraries_of(const std::string& file);
 
-/// A library in a child process, started again after it crashed or hung.
 class Plugin {
  public:
   Plugin(LibraryInfo info, std::chrono::milliseconds limit);
-  ~Plugin();
-  Plugin(const Plugin&) = delete;
-  Plugin& operator=(const Plugin&) = delete;
 
   const LibraryInfo& info() const { return info_; }
   /// Never throws for what the library does.
   Answer ask(const Question& question);
 
  private:
-  void start();
-  void stop();
-
   LibraryInfo info_;
-  std::chrono::milliseconds limit_;
-  pid_t process_ = -1;
-  int to_ = -1, from_ = -1;
+  ChildProcess process_;
+  std::shared_ptr<const DescribedPair> solids_;  ///< of the question before
 };
 
 }  // namespace quoin::referee

@@ -5,14 +5,13 @@
 #include <optional>
 #include <stdexcept>
 
+#include "race.hpp"
+#include "referee/pairs/families.hpp"
 #include "shrink.hpp"
-#include "support/families.hpp"
 
 namespace quoin::referee {
 namespace {
 
-using tests::Random;
-using tests::SolidPair;
 using Clock = std::chrono::steady_clock;
 
 /// From one step to the next a solid moves by at most this part of its size, and so many radians:
@@ -20,14 +19,15 @@ using Clock = std::chrono::steady_clock;
 constexpr double kStepAmount = 1e-3;
 
 bool shows(const Judgement& judgement, const std::string& kind) {
-  return std::any_of(judgement.faults.begin(), judgement.faults.end(),
+  const std::vector<Fault>& faults = judgement.faults.list;
+  return std::any_of(faults.begin(), faults.end(),
                      [&](const Fault& fault) { return fault.kind == kind; });
 }
 
 /// None where a solid lies in one plane.
-std::optional<Judge> judge_of(const SolidPair& pair) {
+std::optional<Judge> judge_of(const Question& question) {
   try {
-    return std::optional<Judge>(std::in_place, pair);
+    return std::optional<Judge>(std::in_place, question);
   } catch (const std::invalid_argument&) {
     return std::nullopt;
   }
@@ -42,6 +42,7 @@ class Run {
         plugins_.push_back(std::make_unique<Plugin>(library, options.limit));
       }
     }
+    race_.emplace(report_.libraries, options.limit);
     report_.seed = options.seed;
   }
 
@@ -71,53 +72,71 @@ class Run {
       return options_.pairs[static_cast<std::size_t>(number)];
     }
     const auto which = static_cast<std::size_t>(number) % options_.families.size();
-    return tests::make_pair(options_.families[which], random);
+    return make_pair(options_.families[which], random);
   }
 
   void ask_sequence(long number) {
     Random random(options_.seed * 1000003 + static_cast<std::uint64_t>(number));
-    SolidPair pair = draw(number, random);
+    Question question(draw(number, random));
+    const SteadyMotion motion(question.pair.b, kStepAmount, random);
     for (int step = 0; step < options_.steps; ++step) {
       if (step > 0) {
-        pair = moved_on(pair, kStepAmount, random);
+        question.pair.b.placed.placement = motion.at(step);
       }
-      ask_all({pair, step > 0}, static_cast<std::size_t>(number + step));
+      ask_all(question);
     }
   }
 
-  /// The first to be asked changes: nobody finds the caches warm for ever.
-  void ask_all(const Question& question, std::size_t first) {
-    const std::optional<Judge> judge = judge_of(question.pair);
+  void ask_all(const Question& question) {
+    const std::optional<Judge> judge = judge_of(question);
     if (!judge) {
       return;  // a flat solid has no depth
     }
     ++report_.questions;
+    std::vector<bool> answered;
+    for (const auto& plugin : plugins_) {
+      answered.push_back(judge->offered(plugin->info()) && ask(*plugin, *judge, question));
+    }
+    time(question, answered);
+  }
+
+  /// Those that answered without harm.
+  void time(const Question& question, const std::vector<bool>& answered) {
+    if (std::find(answered.begin(), answered.end(), true) == answered.end()) {
+      return;
+    }
+    const std::vector<std::optional<double>> seconds = race_->seconds(question, answered);
     for (std::size_t i = 0; i < plugins_.size(); ++i) {
-      Plugin& plugin = *plugins_[(first + i) % plugins_.size()];
-      if (judge->offered(plugin.info())) {
-        ask(plugin, *judge, question);
+      if (seconds[i]) {
+        tally_of(*plugins_[i], question).seconds.push_back(*seconds[i]);
       }
     }
   }
 
-  void ask(Plugin& plugin, const Judge& judge, const Question& question) {
+  Tally& tally_of(const Plugin& plugin, const Question& question) {
+    return report_.tallies[plugin.info().name][question.pair.family];
+  }
+
+  /// Whether there was a gap.
+  bool ask(Plugin& plugin, const Judge& judge, const Question& question) {
     const Answer answer = plugin.ask(question);
     const Judgement judgement = judge.judge(plugin.info(), answer);
-    const std::string family = question.pair.family;
-    Tally& tally = report_.tallies[plugin.info().name][family];
-    count(answer, judgement, tally);
-    for (const Fault& fault : judgement.faults) {
+    Tally& tally = tally_of(plugin, question);
+    count(judgement, tally);
+    for (const Fault& fault : judgement.faults.list) {
       if (tally.kinds[fault.kind] == 1) {  // the first of its kind
         keep(plugin, question.pair, fault);
       }
     }
+    return judgement.gap_given;
   }
 
   void keep(Plugin& plugin, const SolidPair& pair, const Fault& fault) {
     const auto fails = [&](const SolidPair& changed) {
-      const std::optional<Judge> judge = judge_of(changed);
+      const Question question(changed);
+      const std::optional<Judge> judge = judge_of(question);
       return judge && judge->offered(plugin.info()) &&
-             shows(judge->judge(plugin.info(), plugin.ask({changed, false})), fault.kind);
+             shows(judge->judge(plugin.info(), plugin.ask(question)), fault.kind);
     };
     const bool slow = fault.kind == "hang";  // every question takes the whole time limit
     const SolidPair small = slow ? pair : shrink(pair, fails, options_.shrink_questions);
@@ -130,6 +149,7 @@ class Run {
   const Options& options_;
   Report report_;
   std::vector<std::unique_ptr<Plugin>> plugins_;
+  std::optional<Race> race_;
 };
 
 }  // namespace

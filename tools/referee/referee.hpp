@@ -12,11 +12,11 @@
 namespace quoin::referee {
 
 struct Options {
-  std::vector<std::string> plugins;     ///< files
-  std::vector<int> families;            ///< numbers in tests::family_names()
-  std::vector<tests::SolidPair> pairs;  ///< instead of families, if there are any
-  long count = 10000;                   ///< sequences
-  std::optional<double> seconds;        ///< ends earlier
+  std::vector<std::string> plugins;  ///< files
+  std::vector<int> families;         ///< numbers in family_names()
+  std::vector<SolidPair> pairs;      ///< instead of families, if there are any
+  long count = 10000;                ///< sequences
+  std::optional<double> seconds;     ///< ends earlier
   std::uint64_t seed = 1;
   int steps = 1;                                 ///< questions of a sequence
   std::chrono::milliseconds limit{2000};         ///< for one answer

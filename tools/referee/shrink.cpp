@@ -9,8 +9,6 @@ namespace quoin::referee {
 namespace {
 
 using geometry::Points;
-using tests::Solid;
-using tests::SolidPair;
 
 /// Tries changed pairs as long as there are questions left, and keeps what still fails.
 class Search {

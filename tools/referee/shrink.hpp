@@ -4,19 +4,18 @@
 #include <functional>
 #include <string>
 
-#include "support/solids.hpp"
+#include "referee/pairs/solids.hpp"
 
 namespace quoin::referee {
 
 /// `fails`: whether a pair still shows the fault; asked at most `most_questions` times. The result
 /// fails, and has no faces of its own (it is the hull of its points).
-tests::SolidPair shrink(const tests::SolidPair& pair,
-                        const std::function<bool(const tests::SolidPair&)>& fails,
-                        int most_questions);
+SolidPair shrink(const SolidPair& pair, const std::function<bool(const SolidPair&)>& fails,
+                 int most_questions);
 
 /// The pair as a line of tests/pairs/*.jsonl, and as C++ and C that ask quoin for it.
-std::string pair_as_json(const tests::SolidPair& pair, const std::string& id);
-std::string pair_as_cpp(const tests::SolidPair& pair);
-std::string pair_as_c(const tests::SolidPair& pair);
+std::string pair_as_json(const SolidPair& pair, const std::string& id);
+std::string pair_as_cpp(const SolidPair& pair);
+std::string pair_as_c(const SolidPair& pair);
 
 }  // namespace quoin::referee

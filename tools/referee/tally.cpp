@@ -59,20 +59,19 @@ const char* const kHead =
 
 }  // namespace
 
-void count(const Answer& answer, const Judgement& judgement, Tally& tally) {
+void count(const Judgement& judgement, Tally& tally) {
   ++tally.asked;
   tally.answered += judgement.answered ? 1 : 0;
-  tally.faulty += judgement.faults.empty() ? 0 : 1;
+  tally.faulty += judgement.faults.list.empty() ? 0 : 1;
   std::set<std::string> kinds;
-  for (const Fault& fault : judgement.faults) {
+  for (const Fault& fault : judgement.faults.list) {
     kinds.insert(fault.kind);
   }
   for (const std::string& kind : kinds) {
     ++tally.kinds[kind];
   }
-  if (answer.outcome == Outcome::Answered) {
+  if (judgement.gap_given) {
     tally.gap_errors.push_back(judgement.gap_error);
-    tally.seconds.push_back(answer.seconds);
   }
 }
 

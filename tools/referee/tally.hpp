@@ -15,7 +15,7 @@ struct Tally {
   long asked = 0, answered = 0, faulty = 0;  ///< questions
   std::map<std::string, long> kinds;         ///< questions that show a kind of fault
   std::vector<double> gap_errors;  ///< of what was answered, shares of the larger diameter
-  std::vector<double> seconds;
+  std::vector<double> seconds;     ///< of questions that were answered
 };
 
 /// A pair that showed a fault, made smaller.
@@ -33,7 +33,7 @@ struct Report {
   std::vector<Failure> failures;
 };
 
-void count(const Answer& answer, const Judgement& judgement, Tally& tally);
+void count(const Judgement& judgement, Tally& tally);
 
 /// One of the numbers in the middle; 0 of none.
 double median(std::vector<double> numbers);

@@ -1,4 +1,4 @@
-#include "support/families.hpp"
+#include "referee/pairs/families.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -10,7 +10,7 @@
 #include <sstream>
 #include <stdexcept>
 
-namespace quoin::tests {
+namespace quoin::referee {
 namespace {
 
 using geometry::make_box;
@@ -149,8 +149,7 @@ SolidPair placed(const std::string& family, const Shape& a, const Shape& b, doub
   return {family, a, transformed(b, 1.0, Matrix3::Identity(), shift)};
 }
 
-SolidPair nearby(const std::string& family, const Shape& a, const Shape& b,
-                 Random& random) {
+SolidPair nearby(const std::string& family, const Shape& a, const Shape& b, Random& random) {
   const double size = std::min(diameter(a), diameter(b));
   return placed(family, turned(a, random), turned(b, random), random_gap(random, size), random);
 }
@@ -345,4 +344,4 @@ SolidPair make_pair(Random& random, const std::vector<bool>& wanted) {
   return make_pair(static_cast<int>(family), random);
 }
 
-}  // namespace quoin::tests
+}  // namespace quoin::referee

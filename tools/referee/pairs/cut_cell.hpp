@@ -5,9 +5,9 @@
 #include <quoin/geometry/types.hpp>
 #include <vector>
 
-#include "support/random.hpp"
+#include "referee/pairs/random.hpp"
 
-namespace quoin::tests {
+namespace quoin::referee {
 
 struct Cell {
   std::vector<geometry::Vector3> vertices;
@@ -29,4 +29,4 @@ std::array<Cell, 2> voronoi_cells(double jitter, double snap, Random& random);
 /// Cells of two of 24 random seeds in a box, as near to each other as two of them are.
 std::array<Cell, 2> random_voronoi_cells(double snap, Random& random);
 
-}  // namespace quoin::tests
+}  // namespace quoin::referee

@@ -1,4 +1,4 @@
-#include "support/solids.hpp"
+#include "referee/pairs/solids.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -8,7 +8,7 @@
 #include <sstream>
 #include <stdexcept>
 
-namespace quoin::tests {
+namespace quoin::referee {
 namespace {
 
 using geometry::Matrix3;
@@ -244,7 +244,7 @@ SolidPair moved_on(const SolidPair& pair, double amount, Random& random) {
 }
 
 Shape transformed(const Shape& polyhedron, double scale, const Matrix3& rotation,
-                       const Vector3& shift) {
+                  const Vector3& shift) {
   const Points points = ((scale * rotation) * polyhedron.vertices()).colwise() + shift;
   return {polyhedron.shared_topology(), points};
 }
@@ -356,4 +356,4 @@ double largest_world_coordinate(const Solid& solid) {
   return points.cwiseAbs().maxCoeff();
 }
 
-}  // namespace quoin::tests
+}  // namespace quoin::referee

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "support/solids.hpp"
+#include "referee/pairs/solids.hpp"
 
-namespace quoin::tests {
+namespace quoin::referee {
 
 struct Family {
   const char* name;
@@ -29,4 +29,4 @@ SolidPair make_pair(int family, Random& random);
 /// A pair of any family of which `wanted` is true (by number), the costly ones seldom.
 SolidPair make_pair(Random& random, const std::vector<bool>& wanted = {});
 
-}  // namespace quoin::tests
+}  // namespace quoin::referee

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "support/cut_cell.hpp"
-#include "support/families.hpp"
+#include "referee/pairs/cut_cell.hpp"
+#include "referee/pairs/families.hpp"
 
-namespace quoin::tests {
+namespace quoin::referee {
 namespace {
 
 using geometry::Matrix3;
@@ -548,4 +548,4 @@ const Family kHardFamilies[] = {{"t_junctions", t_junctions, 60},
 
 std::span<const Family> hard_families() { return kHardFamilies; }
 
-}  // namespace quoin::tests
+}  // namespace quoin::referee

@@ -7,7 +7,7 @@
 #include <quoin/geometry/body.hpp>
 #include <vector>
 
-namespace quoin::tests {
+namespace quoin::referee {
 
 /// The solid: the convex hull of the points t + A X under the twelve doubles as given, not rounded.
 struct PlacedPoints {
@@ -64,4 +64,4 @@ long double exact_width(const PlacedPoints& solid);
 long double support(const geometry::Points& points, const geometry::Vector3& n,
                     const geometry::Vector3& origin);
 
-}  // namespace quoin::tests
+}  // namespace quoin::referee

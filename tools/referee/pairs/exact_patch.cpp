@@ -1,10 +1,10 @@
-#include "support/exact_patch.hpp"
+#include "referee/pairs/exact_patch.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-namespace quoin::tests {
+namespace quoin::referee {
 namespace {
 
 using geometry::ContactType;
@@ -456,4 +456,4 @@ long double polygon_area(const std::vector<Place>& polygon, Place& centroid) {
   return area;
 }
 
-}  // namespace quoin::tests
+}  // namespace quoin::referee

@@ -1,4 +1,4 @@
-#include "support/exact_arbiter.hpp"
+#include "referee/pairs/exact_arbiter.hpp"
 
 #include <gmpxx.h>
 
@@ -11,7 +11,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace quoin::tests {
+namespace quoin::referee {
 namespace {
 
 using geometry::Placement;
@@ -760,4 +760,4 @@ long double support(const Points& points, const Vector3& n, const Vector3& origi
   return best;
 }
 
-}  // namespace quoin::tests
+}  // namespace quoin::referee

@@ -5,10 +5,10 @@
 #include <quoin/geometry/body.hpp>
 #include <string>
 
-#include "support/exact_arbiter.hpp"
-#include "support/random.hpp"
+#include "referee/pairs/exact_arbiter.hpp"
+#include "referee/pairs/random.hpp"
 
-namespace quoin::tests {
+namespace quoin::referee {
 
 /// A solid as it is given: the convex hull of points, where it stands, and perhaps its faces.
 struct Solid {
@@ -40,7 +40,7 @@ SolidPair moved_on(const SolidPair& pair, double amount, Random& random);
 
 /// The polyhedron with every vertex put through v -> scale * rotation * v + shift.
 geometry::Shape transformed(const geometry::Shape& polyhedron, double scale,
-                                 const geometry::Matrix3& rotation, const geometry::Vector3& shift);
+                            const geometry::Matrix3& rotation, const geometry::Vector3& shift);
 /// The solid put through x -> rotation * x + shift: by its placement where it has one, else by its
 /// points.
 Solid transformed(const Solid& solid, const geometry::Matrix3& rotation,
@@ -71,4 +71,4 @@ double largest_coordinate(const Solid& solid);
 /// Largest coordinate where the solid stands, m.
 double largest_world_coordinate(const Solid& solid);
 
-}  // namespace quoin::tests
+}  // namespace quoin::referee

@@ -2,17 +2,17 @@
 /// What two solids share in a contact plane, clipped independently of the library: which vertices
 /// carry the contact, its type, the corners of the shared part, its area and centroid.
 ///
-/// Computed in long double from the exact places (support/exact_arbiter). A convex clip moves no
-/// corner off the lines it lies on by more than the rounding of its places, 2^-60 of the pair's
+/// Computed in long double from the exact places (referee/pairs/exact_arbiter). A convex clip moves
+/// no corner off the lines it lies on by more than the rounding of its places, 2^-60 of the pair's
 /// extent; every band below is at least 2 eps = 2^-51 of it, so no judgement hangs on that
 /// rounding.
 
 #include <quoin/geometry/contact_type.hpp>
 #include <vector>
 
-#include "support/exact_arbiter.hpp"
+#include "referee/pairs/exact_arbiter.hpp"
 
-namespace quoin::tests {
+namespace quoin::referee {
 
 using Place = std::array<long double, 2>;  ///< in the contact plane, m
 
@@ -81,4 +81,4 @@ long double distance_to_places(const std::vector<Place>& places, const Place& pl
 /// Area (m2) and centroid of a convex polygon.
 long double polygon_area(const std::vector<Place>& polygon, Place& centroid);
 
-}  // namespace quoin::tests
+}  // namespace quoin::referee

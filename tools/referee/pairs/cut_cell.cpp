@@ -1,11 +1,11 @@
-#include "support/cut_cell.hpp"
+#include "referee/pairs/cut_cell.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
 
-namespace quoin::tests {
+namespace quoin::referee {
 namespace {
 
 using geometry::Points;
@@ -160,4 +160,4 @@ std::array<Cell, 2> random_voronoi_cells(double snap, Random& random) {
   return {voronoi_cell(seeds, 0, around, snap), voronoi_cell(seeds, nearest, around, snap)};
 }
 
-}  // namespace quoin::tests
+}  // namespace quoin::referee

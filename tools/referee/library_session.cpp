@@ -1,0 +1,154 @@
+#include "library_session.hpp"
+
+#include <dlfcn.h>
+
+#include <algorithm>
+#include <chrono>
+#include <stdexcept>
+
+namespace quoin::referee {
+namespace {
+
+using Entry = const quoin_referee_library* (*)(int);
+
+constexpr int kMostPoints = 4096;  // contact points of one answer
+
+template <class Integer>
+void add_list(const std::vector<Integer>& list, Message& message) {
+  message.add(static_cast<double>(list.size()));
+  for (const Integer number : list) {
+    message.add(number);
+  }
+}
+
+std::vector<int> take_list(Message& message) {
+  std::vector<int> list(static_cast<std::size_t>(message.take_integer()));
+  std::generate(list.begin(), list.end(), [&] { return message.take_integer(); });
+  return list;
+}
+
+void add(const DescribedSolid& solid, Message& message) {
+  message.add(static_cast<double>(solid.points.cols()));
+  message.add_all(solid.points);
+  add_list(solid.face_sizes, message);
+  add_list(solid.face_vertices, message);
+  message.add_all(solid.box_centre);
+  message.add_all(solid.box_half);
+}
+
+DescribedSolid take_solid(Message& message) {
+  DescribedSolid solid;
+  solid.points.resize(3, message.take_integer());
+  message.take_all(solid.points);
+  solid.face_sizes = take_list(message);
+  solid.face_vertices = take_list(message);
+  message.take_all(solid.box_centre);
+  message.take_all(solid.box_half);
+  return solid;
+}
+
+}  // namespace
+
+const quoin_referee_library* load_library(const std::string& file, int index) {
+  void* handle = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (handle == nullptr) {
+    throw std::runtime_error(::dlerror());
+  }
+  const auto entry = reinterpret_cast<Entry>(::dlsym(handle, "quoin_referee_plugin"));
+  if (entry == nullptr) {
+    throw std::runtime_error(file + ": no function quoin_referee_plugin");
+  }
+  const quoin_referee_library* library = entry(index);
+  if (library != nullptr && library->interface != QUOIN_REFEREE_INTERFACE) {
+    throw std::runtime_error(file + ": interface " + std::to_string(library->interface) +
+                             ", must be " + std::to_string(QUOIN_REFEREE_INTERFACE));
+  }
+  return library;
+}
+
+void PosedQuestion::write(const Question& question, bool goes_on, Message& message) {
+  message.add(goes_on ? 1 : 0);
+  for (const Solid* solid : {&question.pair.a, &question.pair.b}) {
+    message.add_all(solid->placed.placement.linear);
+    message.add_all(solid->placed.placement.translation);
+  }
+  if (!goes_on) {
+    add(question.solids->a, message);
+    add(question.solids->b, message);
+  }
+}
+
+void PosedQuestion::read(Message& message) {
+  goes_on = message.take_integer() != 0;
+  for (quoin_referee_placement& to : placements) {
+    geometry::Placement placement;
+    message.take_all(placement.linear);
+    message.take_all(placement.translation);
+    to = described(placement);
+  }
+  if (!goes_on) {
+    solids[0] = take_solid(message);
+    solids[1] = take_solid(message);
+  }
+}
+
+Outcome LibrarySession::take(const PosedQuestion& question) {
+  if (!question.goes_on) {
+    forget();
+  }
+  std::copy_n(question.placements, 2, placements_);
+  for (const int side : {0, 1}) {
+    if (made_[side] == nullptr) {
+      const quoin_referee_solid view = question.solids[side].view();
+      made_[side] = library_.make_solid(&view);
+    }
+    if (made_[side] == nullptr) {
+      return side == 0 ? Outcome::RefusedA : Outcome::RefusedB;
+    }
+  }
+  if (memory_ == nullptr && library_.make_memory != nullptr) {
+    memory_ = library_.make_memory();
+  }
+  return Outcome::Answered;
+}
+
+void LibrarySession::forget() {
+  for (void*& made : made_) {
+    if (made != nullptr) {
+      library_.free_solid(made);
+    }
+    made = nullptr;
+  }
+  if (memory_ != nullptr) {
+    library_.free_memory(memory_);
+  }
+  memory_ = nullptr;
+}
+
+quoin_referee_status LibrarySession::ask(Memory memory, quoin_referee_answer& answer) {
+  library_.set_placement(made_[0], &placements_[0]);
+  library_.set_placement(made_[1], &placements_[1]);
+  return library_.ask(made_[0], made_[1], memory == Memory::Kept ? memory_ : nullptr, &answer);
+}
+
+double LibrarySession::seconds_of(Memory memory) {
+  quoin_referee_answer answer{};
+  const auto start = std::chrono::steady_clock::now();
+  ask(memory, answer);
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+quoin_referee_status LibrarySession::list_points(std::vector<quoin_referee_point>& points) {
+  points.clear();
+  if (library_.list_points == nullptr) {
+    return QUOIN_REFEREE_NO_ANSWER;
+  }
+  points.resize(kMostPoints);
+  int count = kMostPoints;
+  const quoin_referee_status status =
+      library_.list_points(made_[0], made_[1], memory_, points.data(), &count);
+  points.resize(static_cast<std::size_t>(std::clamp(count, 0, kMostPoints)));
+  return status;
+}
+
+}  // namespace quoin::referee
