@@ -6,6 +6,7 @@
 
 #include "numeric/error_bounds.hpp"
 #include "numeric/vec3.hpp"
+#include "shape/convex_hull.hpp"
 
 namespace quoin::geometry {
 namespace {
@@ -157,7 +158,7 @@ class Polytope {
     const double size = std::sqrt(square(u) * square(v) * square(w));
     if (std::abs(rough) > kVolumeRounding * kEpsilon * size) return rough;
     const double fine = double(dot(cross(difference(b, a), difference(c, a)), difference(d, a)));
-    return std::abs(fine) > kWideEpsilon * size ? fine : 0.0;
+    return std::abs(fine) > kWideVolumeRounding * size ? fine : orientation(a, b, c, d);
   }
 
   /// A direction in which the corners so far do not extend.
