@@ -295,8 +295,8 @@ class Polytope {
         return false;
       }
     }
-    const SupportPlane* const known = planes_.find(facet.normal);
-    if (known == planes_.end() || key_[f] < best_ - kFlush * rounding_) return true;
+    const SupportPlane* const known = broad_.find(facet.normal);
+    if (known == broad_.end() || key_[f] < best_ - kFlush * rounding_) return true;
     return key_[f] <= known->value.high + kKeyRounding * kEpsilon * std::abs(known->value.high);
   }
 
@@ -326,7 +326,9 @@ class Polytope {
         return false;
       }
     }
-    planes_.add(exact_plane(facet));
+    const SupportPlane plane = exact_plane(facet);
+    planes_.add(plane);
+    if (!plane.slim) broad_.add(plane);
     set_key(f, kInfinity);
     return true;
   }
@@ -448,8 +450,8 @@ class Polytope {
     Vec3 sum(0.0, 0.0, 0.0);
     const bool touching = std::abs(least) <= kTouch * rounding_;
     const double tie = touching ? kBothTouch * rounding_ : least + kTie * rounding_;
-    for (const SupportPlane& plane : planes_) {
-      if (plane.slim || !(plane.value.high <= tie)) continue;
+    for (const SupportPlane& plane : broad_) {
+      if (!(plane.value.high <= tie)) continue;
       ++result.directions;
       sum = sum + plane.normal;
     }
@@ -496,7 +498,7 @@ class Polytope {
   int steps_ = 0;
   std::uint32_t stamp_ = 0;
   Index corner_count_ = 0, facet_count_ = 0, free_count_ = 0, seen_count_ = 0, border_count_ = 0;
-  SupportPlanes planes_;
+  SupportPlanes planes_, broad_;  // all; those whose direction is known
   Corner corners_[kMostCorners];
   Facet facets_[kMostFacets];
   double key_[kMostFacets];  // a plane is at least so far; infinite: done with, or no facet
