@@ -1,11 +1,11 @@
 #pragma once
-/// Every factor by which rounding decides, in one place. Internal. (Those of the exact overlap alone
-/// stand there, see geometry/README.md, "Ties"; what only speed hangs on stands where it is used.)
-/// u = eps / 2 is the relative error of one step. D is the larger diameter of a pair: twice the
-/// distance of the farthest vertex from the middle of its body, so r = D / 2 bounds all offsets.
-/// Factors said to be *chosen* are no bounds: they leave room between what two ways to an answer
-/// may see, and cost speed alone where they are too wide (the next way decides) – the certificates
-/// and the property tests hold the answers.
+/// Every factor by which rounding decides, in one place. Internal. (Those of the exact overlap
+/// alone stand there, see geometry/README.md, "Ties"; what only speed hangs on stands where it is
+/// used.) u = eps / 2 is the relative error of one step. D is the larger diameter of a pair: twice
+/// the distance of the farthest vertex from the middle of its body, so r = D / 2 bounds all
+/// offsets. Factors said to be *chosen* are no bounds: they leave room between what two ways to an
+/// answer may see, and cost speed alone where they are too wide (the next way decides) – the
+/// certificates and the property tests hold the answers.
 
 #include "numeric/floating_point.hpp"
 
@@ -91,6 +91,9 @@ inline constexpr double kWideEpsilon = 1e-29;
 /// double-double. [Shewchuk 1997]: off by 3.5 eps of the permanent, which is at most 6 / sqrt(27)
 /// = 1.16 times that product, and the differences by 1.5; 5.6, with room.
 inline constexpr double kVolumeRounding = 16;
+/// Of the same product: below, the sign is decided exactly. Three products in a row and five sums
+/// of double-doubles, 4 units of 2^-106 each, of at most 1.16 times that product: 4e-31, with room.
+inline constexpr double kWideVolumeRounding = 1e-30;
 inline constexpr double kKeyRounding = 4;  ///< of eps: a distance found again; chosen
 /// Of eps: of the unit normal of a facet from doubles, times lengths / area; the same of a rounded
 /// exact one; and of the product of such a normal with a difference.

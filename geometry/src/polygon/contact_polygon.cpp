@@ -25,7 +25,7 @@ struct Corners {
   const PolygonRows& rows;
   const SideMasks& masks;
 
-  /// Does the other cover corner i?
+  /// Does the other cover corner i, as far as the lines of its sides tell?
   bool covers(int i) const { return masks.outside[i] == 0; }
   /// The lines through sides of the other that side i crosses.
   std::uint64_t crossed(int i) const {
@@ -43,10 +43,36 @@ double crossing_share(const PolygonRows& p, int i, const PolygonRows& q, int j) 
   return a / (a - b);
 }
 
+/// Is a place that is not clearly inside on a polygon, or beside it within rounding? At the tip of
+/// a needle it may lie within rounding of the lines of two sides and far beyond both of them.
+bool is_beside(const PolygonRows& polygon, const Vector2& place, double rounding) {
+  double nearest = kInfinity;
+  bool inside = true;
+  for (int j = 0; j < polygon.count; ++j) {
+    const Vector2 from(polygon.x[j], polygon.y[j]), side(polygon.side_x[j], polygon.side_y[j]);
+    const Vector2 step = place - from;
+    const double squared = side.squaredNorm();
+    const double along = squared > 0.0 ? std::clamp(side.dot(step) / squared, 0.0, 1.0) : 0.0;
+    nearest = std::min(nearest, (step - along * side).squaredNorm());
+    inside = inside && cross2(side, step) >= 0.0;
+  }
+  const double limit = kBesideBorder * rounding;
+  return inside || nearest <= limit * limit;
+}
+
 /// Two polygons over each other, and where their shared corners go.
 struct Clip {
   const Corners p, q;
+  const double rounding;
   SharedCorners& corners;
+
+  /// Does a polygon cover corner i of the other one?
+  bool covers(const PolygonRows& polygon, const Corners& other, int i) const {
+    if (!other.covers(i)) return false;
+    const std::uint64_t all = (std::uint64_t{1} << polygon.count) - 1;
+    if ((other.masks.inside[i] & all) == all) return true;
+    return is_beside(polygon, {other.rows.x[i], other.rows.y[i]}, rounding);
+  }
 
   void add_corner_of_p(int i) const {
     const PolygonRows& rows = p.rows;
@@ -98,10 +124,10 @@ struct Clip {
   /// P's corners, Q's corners, crossings.
   void append() const {
     for (int i = 0; i < p.rows.count; ++i) {
-      if (p.covers(i)) add_corner_of_p(i);
+      if (covers(q.rows, p, i)) add_corner_of_p(i);
     }
     for (int j = 0; j < q.rows.count; ++j) {
-      if (q.covers(j)) add_corner_of_q(j);
+      if (covers(p.rows, q, j)) add_corner_of_q(j);
     }
     for (int i = 0; i < p.rows.count; ++i) {
       for (std::uint64_t found = crossings(i); found != 0; found &= found - 1) {
@@ -225,7 +251,7 @@ double append_shared_of_polygons(const PolygonRows& p, const PolygonRows& q, dou
                                  SharedCorners& corners) {
   SideMasks of_p, of_q;
   find_side_masks(p, q, rounding, of_p, of_q);
-  const Clip clip{{p, of_p}, {q, of_q}, corners};
+  const Clip clip{{p, of_p}, {q, of_q}, rounding, corners};
   clip.append();
   return std::min(of_p.margin, of_q.margin);
 }

@@ -37,6 +37,10 @@ void find_polygon(SharedCorners& corners, SharedPolygon& polygon);
 /// Indices of the convex hull of places, counter-clockwise (monotone chain, [Andrew 1979]).
 void hull_order(std::span<const Vector2> places, SmallVector<int, 32>& order);
 
+/// Of the rounding: a place so near to a polygon counts as on its border. What rounding moves the
+/// sides by reaches twice as far at a corner of 60 degrees; sharper ones get no more.
+inline constexpr double kBesideBorder = 2;
+
 /// Adds the corners that two polygons share; `rounding` (m) is how far outside still counts as on
 /// the border. Returns overlap_margin, m.
 double append_shared_of_polygons(const PolygonRows& p, const PolygonRows& q, double rounding,

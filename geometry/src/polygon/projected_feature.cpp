@@ -62,10 +62,14 @@ bool covers(const ProjectedFeature& patch, const Vector2& place, double rounding
   if (n == 2) {
     return distance_to_segment(patch.corners[0].place, patch.corners[1].place, place) <= rounding;
   }
+  bool within = true;
+  double nearest = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < n; ++k) {
-    if (inside(patch, k, place) < -rounding) return false;
+    within = within && inside(patch, k, place) >= 0.0;
+    const Vector2& next = patch.corners[(k + 1) % n].place;
+    nearest = std::min(nearest, distance_to_segment(patch.corners[k].place, next, place));
   }
-  return true;
+  return within || nearest <= kBesideBorder * rounding;
 }
 
 /// Height of a polygon over a place that it covers: a mean of its corners' heights, hence between
@@ -309,13 +313,28 @@ Vector2 nearest_place(const ProjectedFeature& p, const ProjectedFeature& q) {
   return best;
 }
 
+namespace {
+
+/// Are the vertices of a feature just these?
+bool has_just(const Topology& topology, const Feature& feature, const VertexSet& vertices) {
+  const auto are = [&](std::span<const int> set) {
+    return set.size() == vertices.size() &&
+           std::all_of(set.begin(), set.end(), [&](int v) { return vertices.contains(v); });
+  };
+  if (feature.kind == FeatureKind::Face) return are(topology.face_set(feature.index));
+  if (feature.kind == FeatureKind::Edge) return are(topology.edge(feature.index));
+  return are({&feature.index, 1});
+}
+
+}  // namespace
+
 void lay_support_polygon(const Solid& polyhedron, const VertexSet& vertices,
                          const ContactPlane& plane, double outward, ProjectedFeature& patch) {
   const Topology& topology = polyhedron.topology();
   patch.label = name_support_set(polyhedron, vertices, FeatureKind::Face, outward * plane.normal);
   patch.face = patch.label.index;
-  const std::span<const int> cycle = topology.face(patch.face);
-  if (topology.face_set(patch.face).size() == vertices.size() && cycle.size() == vertices.size()) {
+  const std::size_t corners = topology.face(patch.face).size();
+  if (corners == vertices.size() && has_just(topology, patch.label, vertices)) {
     return lay_feature(polyhedron, patch.label, plane, outward, patch);
   }
   SmallVector<int, 32> order;
@@ -335,27 +354,23 @@ void lay_support_polygon(const Solid& polyhedron, const VertexSet& vertices,
 void lay_support_set(const Solid& polyhedron, const VertexSet& vertices, FeatureKind kind,
                      const ContactPlane& plane, double outward, ProjectedFeature& patch) {
   const Feature name = name_support_set(polyhedron, vertices, kind, outward * plane.normal);
-  const std::size_t named = name.kind == FeatureKind::Face
-                                ? polyhedron.topology().face_set(name.index).size()
-                                : (name.kind == FeatureKind::Edge ? 2 : 1);
-  if (name.kind == kind && named == vertices.size()) {
-    lay_feature(polyhedron, name, plane, outward, patch);
-    return;
+  if (name.kind == kind && has_just(polyhedron.topology(), name, vertices)) {
+    return lay_feature(polyhedron, name, plane, outward, patch);
+  }
+  if (kind == FeatureKind::Face) {
+    return lay_support_polygon(polyhedron, vertices, plane, outward, patch);
   }
   patch.corners.clear();
   patch.label = name;
   if (kind == FeatureKind::Vertex) {
-    lay_feature(polyhedron, {FeatureKind::Vertex, vertices[0]}, plane, outward, patch);
-  } else if (kind == FeatureKind::Edge) {
-    const std::array<int, 2> ends = segment_ends(polyhedron, vertices);
-    const int edge = polyhedron.topology().find_edge(ends[0], ends[1]);
-    patch.face = most_facing(polyhedron, polyhedron.topology().vertex_faces(ends[0]),
-                             outward * plane.normal);
-    for (const int v : ends) add_corner(polyhedron, v, edge, plane, patch);
-    set_slope(polyhedron, plane, patch);
-  } else {
-    lay_support_polygon(polyhedron, vertices, plane, outward, patch);
+    return lay_feature(polyhedron, {FeatureKind::Vertex, vertices[0]}, plane, outward, patch);
   }
+  const std::array<int, 2> ends = segment_ends(polyhedron, vertices);
+  const int edge = polyhedron.topology().find_edge(ends[0], ends[1]);
+  patch.face =
+      most_facing(polyhedron, polyhedron.topology().vertex_faces(ends[0]), outward * plane.normal);
+  for (const int v : ends) add_corner(polyhedron, v, edge, plane, patch);
+  set_slope(polyhedron, plane, patch);
 }
 
 std::array<int, 2> segment_ends(const Solid& polyhedron, const VertexSet& vertices) {

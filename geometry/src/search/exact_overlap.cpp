@@ -6,6 +6,7 @@
 
 #include "numeric/error_bounds.hpp"
 #include "numeric/vec3.hpp"
+#include "shape/convex_hull.hpp"
 
 namespace quoin::geometry {
 namespace {
@@ -80,12 +81,16 @@ class Polytope {
   static constexpr unsigned kWhole = 8;  // octants
   static constexpr Index kBlock = 32;    // facets whose least key is known
   // In units of the rounding, eps of the larger diameter:
-  static constexpr double kFlush = 1.25;  // so far the set may reach beyond a facet of its own
-  static constexpr double kClear = 64.0;  // beyond a facet that is laid in doubles
-  static constexpr double kSpan = 64.0;   // a corner of the start from the others
-  static constexpr double kTie = 2.0;     // planes as good
-  static constexpr double kLook = 8.0;    // facets that may carry such planes
-  static constexpr double kSlim = 1e6;    // height of a triangle whose normal is known to 1e-6 rad
+  static constexpr double kFlush = 1.25;       // so far the set may reach beyond a facet of its own
+  static constexpr double kClear = 64.0;       // beyond a facet that is laid in doubles
+  static constexpr double kSpan = 64.0;        // a corner of the start from the others
+  static constexpr double kTie = 2.0;          // planes as good
+  static constexpr double kSure = 8.0;         // planes surely no better
+  static constexpr double kTouch = kRounding;  // an overlap that is none
+  static constexpr double kBothTouch =
+      kBothPart * kRounding;                           // of planes that part the solids, too
+  static constexpr double kLook = kBothTouch + kSure;  // facets that may carry such planes
+  static constexpr double kSlim = 1e6;  // height of a triangle whose normal is known to 1e-6 rad
 
   struct Corner {
     Vec3 w;
@@ -157,7 +162,7 @@ class Polytope {
     const double size = std::sqrt(square(u) * square(v) * square(w));
     if (std::abs(rough) > kVolumeRounding * kEpsilon * size) return rough;
     const double fine = double(dot(cross(difference(b, a), difference(c, a)), difference(d, a)));
-    return std::abs(fine) > kWideEpsilon * size ? fine : 0.0;
+    return std::abs(fine) > kWideVolumeRounding * size ? fine : orientation(a, b, c, d);
   }
 
   /// A direction in which the corners so far do not extend.
@@ -290,8 +295,8 @@ class Polytope {
         return false;
       }
     }
-    const SupportPlane* const known = planes_.find(facet.normal);
-    if (known == planes_.end() || key_[f] < best_ - kFlush * rounding_) return true;
+    const SupportPlane* const known = broad_.find(facet.normal);
+    if (known == broad_.end() || key_[f] < best_ - kFlush * rounding_) return true;
     return key_[f] <= known->value.high + kKeyRounding * kEpsilon * std::abs(known->value.high);
   }
 
@@ -321,7 +326,9 @@ class Polytope {
         return false;
       }
     }
-    planes_.add(exact_plane(facet));
+    const SupportPlane plane = exact_plane(facet);
+    planes_.add(plane);
+    if (!plane.slim) broad_.add(plane);
     set_key(f, kInfinity);
     return true;
   }
@@ -435,20 +442,20 @@ class Polytope {
   void conclude(LeastOverlap& result) const {
     const SupportPlane* best = planes_.begin();
     for (const SupportPlane& plane : planes_) best = is_better(plane, *best) ? &plane : best;
-    const bool known = best != planes_.end() && !(best_ < best->value.high - kLook * rounding_);
+    const bool known = best != planes_.end() && !(best_ < best->value.high - kSure * rounding_);
     const double least = known ? best->value.high : best_;
     result.normal = one_zero(-(known ? best->normal : best_normal_));
     result.gap = wide_gap(result.normal);
-    result.converged = least <= left_ + kLook * rounding_;
+    result.converged = least <= left_ + kSure * rounding_;
     Vec3 sum(0.0, 0.0, 0.0);
-    for (const SupportPlane& plane : planes_) {
-      if (plane.slim || !(plane.value.high <= least + kTie * rounding_)) continue;
+    const bool touching = std::abs(least) <= kTouch * rounding_;
+    const double tie = touching ? kBothTouch * rounding_ : least + kTie * rounding_;
+    for (const SupportPlane& plane : broad_) {
+      if (!(plane.value.high <= tie)) continue;
       ++result.directions;
       sum = sum + plane.normal;
     }
-    if (result.directions > 1 && std::abs(least) <= kTie * rounding_) {
-      take_middle(-sum, least, result);
-    }
+    if (result.directions > 1 && touching) take_middle(-sum, result);
   }
 
   /// Nearer to the origin: the facet nearest of all has the foot of the origin within it. Of equal
@@ -469,12 +476,12 @@ class Polytope {
 
   /// Touching: the mean of the planes keeps the solids apart as well and shows the vertex or edge
   /// in which they meet.
-  void take_middle(const Vec3& sum, double least, LeastOverlap& result) const {
+  void take_middle(const Vec3& sum, LeastOverlap& result) const {
     const double length = std::sqrt(square(sum));
     if (!(length > 1e-3)) return;
     const Vector3 mean = one_zero(sum / length);
     const double gap = wide_gap(mean);
-    if (gap < -least - kTie * rounding_) return;
+    if (!(std::abs(gap) <= kTouch * rounding_)) return;
     result.normal = mean;
     result.gap = gap;
     result.middle = true;
@@ -491,7 +498,7 @@ class Polytope {
   int steps_ = 0;
   std::uint32_t stamp_ = 0;
   Index corner_count_ = 0, facet_count_ = 0, free_count_ = 0, seen_count_ = 0, border_count_ = 0;
-  SupportPlanes planes_;
+  SupportPlanes planes_, broad_;  // all; those whose direction is known
   Corner corners_[kMostCorners];
   Facet facets_[kMostFacets];
   double key_[kMostFacets];  // a plane is at least so far; infinite: done with, or no facet

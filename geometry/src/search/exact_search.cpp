@@ -8,7 +8,6 @@
 namespace quoin::geometry {
 namespace {
 
-
 /// One point q_j - p_i of the Minkowski difference, exact.
 struct Corner {
   int p = 0, q = 0;
@@ -165,9 +164,8 @@ ActiveFeatures exact_nearest(const Solid& p, const Solid& q, const ActiveFeature
                              int max_iterations) {
   const ActiveFeatures start = given.corners > 0 ? given : facing_vertices(p, q);
   const double size = std::min(p.diameter(), q.diameter());
-  // Nearer than this a line between vertices or edges has no direction left, even in double-double;
-  // the answer may then come from the planes that part the solids just as well.
-  const double nothing = kEpsilon / 8 * std::max(p.diameter(), q.diameter());
+  // Nearer than this the planes that part the solids are as good, and several of them may be.
+  const double nothing = kRounding * kEpsilon * std::max(p.diameter(), q.diameter());
   ActiveFeatures result;
   Simplex simplex;
   for (std::size_t k = 0; k < static_cast<std::size_t>(start.corners); ++k) {

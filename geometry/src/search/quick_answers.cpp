@@ -136,8 +136,12 @@ bool fast_answer(const CanonicalPair& pair, Quick& quick, Optimum& optimum) {
   if (found.outcome == SearchOutcome::Unclear) return false;
   // Of two nearly parallel planes, as good within rounding, the one where the features meet.
   const double least = least_gap(found, rounding);
+  // Solids that touch it leaves open whether others are as good.
   const auto best = [&] {
-    return optimum.plane.gap >= least && lies_over(p, q, optimum.plane, optimum.laid(), rounding);
+    const CandidatePlane& plane = optimum.plane;
+    if (!(plane.gap >= least)) return false;
+    return overlapping ? lies_over(p, q, plane, optimum.laid(), rounding)
+                       : proves_optimum(p, q, plane, optimum.laid(), rounding);
   };
   take_corners(p, q, found, optimum.plane.sets);
   optimum.straight = straight_plane(p, q, length, found.normal, optimum) && best();

@@ -38,8 +38,10 @@ struct Carrier {
 struct SupportPolygon {
   std::vector<Carrier> carriers;
   std::vector<Carrier> border;  // corners of their convex hull in the plane; ends of a segment
+  std::vector<Place> hull;      // of them all
   FeatureKind kind = FeatureKind::Vertex;
   bool clear = true;
+  Real open_ends = 0;  // see ExactPatch
 };
 
 bool is_clear(Real value, const PatchBands& bands) {
@@ -118,6 +120,23 @@ std::array<Carrier, 2> farthest_ends(const std::vector<Carrier>& polygon) {
   return ends;
 }
 
+/// How far ends that are as far apart, within the band, lie from the ends taken.
+Real open_ends(const std::vector<Carrier>& polygon, const std::array<Carrier, 2>& ends,
+               const PatchBands& bands) {
+  const Real enough = length(ends[1].point - ends[0].point) - Real(bands.decision);
+  Real most = 0;
+  for (const Carrier& c : polygon) {
+    const bool far = std::any_of(polygon.begin(), polygon.end(), [&](const Carrier& d) {
+      return length(d.point - c.point) >= enough;
+    });
+    if (far) {
+      most = std::max(most,
+                      std::min(length(c.place - ends[0].place), length(c.place - ends[1].place)));
+    }
+  }
+  return most;
+}
+
 void classify(const PatchBands& bands, SupportPolygon& polygon) {
   const std::array<Carrier, 2> ends = farthest_ends(polygon.border);
   const Real longest = length(ends[1].point - ends[0].point), width = width_of(polygon.border);
@@ -127,6 +146,7 @@ void classify(const PatchBands& bands, SupportPolygon& polygon) {
     polygon.border.resize(1);
   } else if (width <= tolerance) {
     polygon.kind = FeatureKind::Edge;
+    polygon.open_ends = open_ends(polygon.border, ends, bands);
     polygon.border = {ends[0], ends[1]};
   } else {
     polygon.kind = FeatureKind::Face;
@@ -154,6 +174,9 @@ SupportPolygon support_polygon(const ExactPair& pair, int side, const PlaneFrame
     }
   }
   polygon.border = hull_of(polygon.carriers);
+  for (const Carrier& c : polygon.border) {
+    polygon.hull.push_back(c.place);
+  }
   classify(bands, polygon);
   return polygon;
 }
@@ -252,6 +275,14 @@ Place out_of(const Carrier& from, const Carrier& to) {
   return norm > 0 ? Place{line[1] / norm, -line[0] / norm} : Place{};
 }
 
+/// Out of a corner sharper than 60 degrees, along its middle; 0 for others. What is within the
+/// border of the lines of both its sides may lie far beyond it.
+Place out_of_tip(const Place& before, const Place& after) {
+  const Place sum{before[0] + after[0], before[1] + after[1]};
+  const Real norm = length(sum);
+  return dot(before, after) < -0.5L && norm > 0 ? Place{sum[0] / norm, sum[1] / norm} : Place{};
+}
+
 /// `solid`: whose border the region is; the subject is the other one's.
 std::vector<PatchCorner> clipped_by(const std::vector<Carrier>& subject, std::size_t solid,
                                     const std::vector<Carrier>& region, Real border) {
@@ -260,9 +291,14 @@ std::vector<PatchCorner> clipped_by(const std::vector<Carrier>& subject, std::si
     const Carrier& next = subject[i + 1 < subject.size() ? i + 1 : 0];
     part.push_back({{.place = subject[i].place}, {1 - solid, out_of(subject[i], next)}});
   }
-  for (std::size_t i = 0; i < region.size(); ++i) {
-    const Carrier& next = region[i + 1 < region.size() ? i + 1 : 0];
-    part = clipped(part, {solid, out_of(region[i], next)}, region[i].place, border);
+  const std::size_t count = region.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const Place before = out_of(region[(i + count - 1) % count], region[i]);
+    const Place after = out_of(region[i], region[(i + 1) % count]);
+    part = clipped(part, {solid, after}, region[i].place, border);
+    if (const Place tip = out_of_tip(before, after); tip != Place{}) {
+      part = clipped(part, {solid, tip}, region[i].place, border);
+    }
   }
   std::vector<PatchCorner> corners;
   for (const ClipCorner& c : part) {
@@ -376,6 +412,8 @@ ExactPatch exact_patch(const ExactPair& pair, const Vector3& normal, const Patch
   patch.clear = a.clear && b.clear;
   patch.type = type_of(a, b, bands, patch.clear);
   patch.support_vertices = static_cast<int>(a.carriers.size() + b.carriers.size());
+  patch.support = {a.hull, b.hull};
+  patch.open_ends = std::max(a.open_ends, b.open_ends);
   patch.corners = shared_part(a, b, patch.type, Real(bands.border));
   std::vector<Place> polygon;
   for (PatchCorner& corner : patch.corners) {

@@ -43,6 +43,10 @@ struct ExactPatch {
   long double perimeter = 0;         ///< of the shared polygon, m
   Place centroid{};
   int support_vertices = 0;  ///< points of either solid within tol of its support plane
+  std::array<std::vector<Place>, 2> support;  ///< the convex hulls of these in the plane
+  /// Where a segment has several pairs of ends that are farthest apart within the band of
+  /// decisions: how far any of them lies from those taken here, m.
+  long double open_ends = 0;
 };
 
 /// Coordinates in and along the plane across a unit normal.
