@@ -173,6 +173,16 @@ WallOptions jointed(int count, double turn) {
   return {.count = count, .joint = kJoint, .shift = kAmplitude, .turn = turn};
 }
 
+/// A wall askew, with joints wider than the reach: boxes meet, no bricks are in contact.
+WallOptions apart(int count) {
+  return {.count = count,
+          .leaves = 3,
+          .joint = 20 * kReach,
+          .shift = kAmplitude,
+          .turn = kTurn,
+          .heading = 0.6};
+}
+
 /// Three leaves of bricks whose sides are powers of two, so that they touch exactly at faces, edges
 /// and vertices; the wall is carried along by whole bits, and each brick shaken by `noise` m, rad.
 WallOptions touching(double noise) {
@@ -206,6 +216,7 @@ int main(int argc, char** argv) {
     add("B/find-" + std::to_string(count), jointed(count, 0.0));
     add("B/turning-" + std::to_string(count), jointed(count, kTurn));
   }
+  for (const int count : {1000, 100000}) add("B/apart-" + std::to_string(count), apart(count));
   for (const double noise : {0.0, 1e-16, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-9}) {
     add("B/touching-" + short_name(noise), touching(noise));
   }

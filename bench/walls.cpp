@@ -48,6 +48,11 @@ geometry::Placement Wall::placement(std::size_t i, int step) const {
     const Vector3 axis = directions_[(i + 1) % size()];
     placement.linear = referee::rotation_about(axis, options_.turn * way);
   }
+  if (options_.heading != 0.0) {
+    const Matrix3 heading = tests::rotation_about(Vector3::UnitZ(), options_.heading);
+    placement.translation = heading * placement.translation;
+    placement.linear = heading * placement.linear;
+  }
   return placement;
 }
 

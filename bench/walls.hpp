@@ -20,9 +20,10 @@ struct WallOptions {
   double joint = 0.0;            ///< between all bricks, m
   Vector3 brick{0.4, 0.2, 0.2};  ///< with its joints, m
   Motion motion = Motion::Jitter;
-  double shift = 0.0;  ///< the most that a brick moves in a step, m
-  double turn = 0.0;   ///< the most that it turns, rad
-  double carry = 0.0;  ///< along x for all of them in each step, m
+  double shift = 0.0;    ///< the most that a brick moves in a step, m
+  double turn = 0.0;     ///< the most that it turns, rad
+  double heading = 0.0;  ///< of the whole wall about the upright, rad
+  double carry = 0.0;    ///< along x for all of them in each step, m
 };
 
 /// A running-bond wall, all steps from a formula.

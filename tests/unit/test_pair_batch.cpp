@@ -4,6 +4,7 @@
 #include <quoin/geometry/pair_batch.hpp>
 
 #include "support/catch.hpp"
+#include "support/random.hpp"
 
 namespace {
 
@@ -150,4 +151,33 @@ TEST_CASE("pair batch: more bodies than are kept made at a time") {
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     CHECK(contacts[k].point().z() == static_cast<double>(k / 4 + 1));
   }
+}
+
+TEST_CASE("pair batch: bodies known as apart come into reach as in a batch that knows nothing") {
+  const Stack stack(1);
+  PairBatch warm({.reach = 0.1});
+  std::vector<ContactPoint> found, expected;
+  int in_reach = 0, changes = 0;
+  bool was_in_reach = false;
+  for (int step = 0; step < 400; ++step) {
+    const double angle = 0.3 * step;
+    quoin::geometry::Placement aside;
+    aside.linear = quoin::tests::rotation_about({0.6, 0.0, 0.8}, 0.1 * angle);
+    aside.translation = 1.4 * Vector3(std::cos(angle), std::sin(angle), std::sin(3 * angle));
+    const std::vector<Body> bodies{Body(stack.cube), Body(stack.cube, aside)};
+    const std::vector<BlockPair> pairs{{0, 1}};
+    PairBatch cold({.reach = 0.1});
+    warm.find(BodySource(bodies), pairs, found);
+    cold.find(BodySource(bodies), pairs, expected);
+    REQUIRE(found.size() == expected.size());
+    for (std::size_t k = 0; k < found.size(); ++k) {
+      CHECK(found[k].key == expected[k].key);
+      CHECK(found[k].gap == expected[k].gap);
+    }
+    in_reach += !found.empty();
+    changes += was_in_reach != !found.empty();
+    was_in_reach = !found.empty();
+  }
+  CHECK(in_reach > 50);
+  CHECK(changes > 50);
 }

@@ -247,27 +247,48 @@ void append_stretch(const ProjectedFeature& patch_p, const ProjectedFeature& pat
   }
 }
 
+/// Does a solid reach as far along an edge as its end k? Else nothing of it lies over that end.
+bool reaches_end(const Solid& solid, const ProjectedFeature& edge, std::size_t k,
+                 const ContactPlane& plane, double rounding) {
+  const Vector2 way = edge.corners[k].place - edge.corners[1 - k].place;
+  const Vector3 line = plane.axis_u * way.x() + plane.axis_v * way.y();
+  const Vector3 farthest = solid.vertex(support(solid, line).vertex);
+  return line.dot(farthest - plane.point(edge.corners[k].place, 0.0)) >=
+         -2.0 * rounding * way.norm();
+}
+
 /// Ends of parallel edges that lie beside each other by less than tol, each over the face that
 /// slopes away from the other edge.
 void add_stretch_points(const ProjectedFeature& patch_p, const ProjectedFeature& patch_q,
                         const Working& work, PairPoints& pair) {
-  const Surfaces surfaces(work.p, work.q, pair.plane, work.band + work.rounding, work.rounding);
+  LateInit<Surfaces> surfaces;
+  const auto needs_point = [&](const Solid& other, const ProjectedFeature& edge, std::size_t k) {
+    if (near_hull(pair.merged, edge.corners[k].place, pair.tolerance)) return false;
+    if (!reaches_end(other, edge, k, pair.plane, work.rounding)) return false;
+    if (!surfaces) {
+      surfaces.emplace(work.p, work.q, pair.plane, work.band + work.rounding, work.rounding);
+    }
+    return true;
+  };
   const auto add = [&](const SharedCorner& corner) {
     if (!(gap_of(corner) <= pair.gap + work.band)) return;
-    if (near_hull(pair.merged, corner.place, pair.tolerance)) return;
     add_merged(corner, pair.tolerance, work.reversed, pair.merged);
   };
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  for (const ProjectedCorner& c : patch_p.corners) {
+  for (std::size_t k = 0; k < 2; ++k) {
+    if (!needs_point(work.q, patch_p, k)) continue;
+    const ProjectedCorner& c = patch_p.corners[k];
     add({c.place,
          c.height,
-         surfaces.q.height(c.place, kNone),
+         surfaces->q.height(c.place, kNone),
          {FeatureKind::Vertex, c.vertex},
          {FeatureKind::Face, patch_q.face}});
   }
-  for (const ProjectedCorner& c : patch_q.corners) {
+  for (std::size_t k = 0; k < 2; ++k) {
+    if (!needs_point(work.p, patch_q, k)) continue;
+    const ProjectedCorner& c = patch_q.corners[k];
     add({c.place,
-         surfaces.p.height(c.place, kNone),
+         surfaces->p.height(c.place, kNone),
          c.height,
          {FeatureKind::Face, patch_p.face},
          {FeatureKind::Vertex, c.vertex}});

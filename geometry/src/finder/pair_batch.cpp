@@ -6,6 +6,7 @@
 
 #include "contact/contact_tracking.hpp"
 #include "finder/placed_box.hpp"
+#include "search/still_apart.hpp"
 
 namespace quoin::geometry {
 namespace {
@@ -150,6 +151,7 @@ struct PairBatch::Memory {
   void start_history(std::size_t workers);
   void search(std::size_t first, std::size_t last, std::size_t worker,
               std::vector<ContactPoint>& contacts);
+  bool stay_apart(const PairMemory& pair, const Body& a, const Body& b) const;
   void search_pair(std::size_t i, WorkerPart& part, const Body& a,
                    std::vector<ContactPoint>& contacts);
   void follow(std::size_t i, WorkerPart& part, const Body& a, std::span<ContactPoint> points);
@@ -315,13 +317,20 @@ void PairBatch::Memory::follow(std::size_t i, WorkerPart& part, const Body& a,
   const bool in_world = options.frame == PointFrame::World;
   part.now.frames.push_back(in_world ? a.placement() : Placement{});
   for (const ContactPoint& point : points) {
-    part.now.points.push_back({point.key.feature_a, point.key.feature_b,
-                               in_world ? point.point() : point.point_a});
+    part.now.points.push_back(
+        {point.key.feature_a, point.key.feature_b, in_world ? point.point() : point.point_a});
   }
   match(i, part, std::span(part.now.points).subspan(first), points);
   known[i].worker = static_cast<int>(&part - parts.data());
   known[i].frame = static_cast<int>(part.now.frames.size()) - 1;
   known[i].track = static_cast<int>(first);
+}
+
+/// Does last step's plane still part two bodies that were not in contact? They have no points then.
+bool PairBatch::Memory::stay_apart(const PairMemory& pair, const Body& a, const Body& b) const {
+  if (pair.listed >= 0 || pair.hint.vertices_a[0] < 0) return false;
+  const double tolerance = options.tolerance > 0.0 ? options.tolerance : default_tolerance(a, b);
+  return still_apart(a, b, pair.hint.normal, std::max(options.reach, tolerance));
 }
 
 void PairBatch::Memory::search_pair(std::size_t i, WorkerPart& part, const Body& a,
@@ -334,8 +343,13 @@ void PairBatch::Memory::search_pair(std::size_t i, WorkerPart& part, const Body&
     answers[i].count = static_cast<int>(known[i].count);
     return;
   }
-  const NearestFeatures nearest = append_contacts_within_reach(
-      {named[i].a, named[i].b}, a, part.bodies[pairs[i].b], options, known[i].hint, contacts);
+  const Body& b = part.bodies[pairs[i].b];
+  if (stay_apart(known[i], a, b)) {
+    answers[i].count = 0;
+    return;
+  }
+  const NearestFeatures nearest = append_contacts_within_reach({named[i].a, named[i].b}, a, b,
+                                                               options, known[i].hint, contacts);
   known[i].hint = nearest.hint;
   answers[i] = describe(named[i], nearest, std::span(contacts).subspan(first));
 }

@@ -52,6 +52,13 @@ inline constexpr double kOverlapRounding = 2.2;
 /// bound and of the plane.
 inline constexpr double kGapRounding = 8;
 
+/// Faces that touch: how far planes may lean that come near the best one, and the depth along such
+/// a plane is still that of the best: relative, by tilt^2 / 2 = 1.3e-13. geometry/README.md,
+/// "Touching faces".
+inline constexpr double kTouchingTilt = 5e-7;
+/// Cosine of the angle between two faces that may touch; only speed hangs on it.
+inline constexpr double kTouchingOpposite = -1.0 + 1e-6;
+
 // ---- search (GJK) ----
 
 /// Of eps and the newest corner along the direction: two products of three terms, 1.5 eps each, and

@@ -138,7 +138,9 @@ struct Clip {
   }
 };
 
-/// Lays a face; false: it has too many corners. Q's faces look the other way and run backwards.
+}  // namespace
+
+/// Q's faces look the other way and run backwards.
 bool lay_face(const Solid& polyhedron, int face, const ContactPlane& plane, double outward,
               PolygonRows& rows) {
   const std::span<const int> cycle = polyhedron.topology().face(face);
@@ -162,6 +164,8 @@ bool lay_face(const Solid& polyhedron, int face, const ContactPlane& plane, doub
   rows.slope_y = upright ? 0.0 : -normal.dot(plane.axis_v) / across;
   return true;
 }
+
+namespace {
 
 /// Area, centroid and shares of a polygon whose order is known.
 void measure(const SmallVector<int, 32>& order, SharedCorners& corners, SharedPolygon& polygon) {

@@ -41,6 +41,11 @@ void hull_order(std::span<const Vector2> places, SmallVector<int, 32>& order);
 /// sides by reaches twice as far at a corner of 60 degrees; sharper ones get no more.
 inline constexpr double kBesideBorder = 2;
 
+/// Lays a face into the contact plane; `outward` is +1 for P, -1 for Q. False: it has too many
+/// corners.
+bool lay_face(const Solid& polyhedron, int face, const ContactPlane& plane, double outward,
+              PolygonRows& rows);
+
 /// Adds the corners that two polygons share; `rounding` (m) is how far outside still counts as on
 /// the border. Returns overlap_margin, m.
 double append_shared_of_polygons(const PolygonRows& p, const PolygonRows& q, double rounding,

@@ -418,6 +418,10 @@ double reach_aside(const Solid& polyhedron, const VertexSet& vertices, int from,
 
 FeatureKind span_kind(const Solid& polyhedron, const VertexSet& vertices, double tolerance) {
   if (vertices.size() == 1) return FeatureKind::Vertex;
+  if (vertices.size() == 2) {
+    const Vector3 line = polyhedron.vertex(vertices[1]) - polyhedron.vertex(vertices[0]);
+    return line.norm() <= tolerance ? FeatureKind::Vertex : FeatureKind::Edge;
+  }
   // A set reaches at most twice its width to the side of its longest line, and of a line of at
   // least half that length, as this one is, four times.
   const int far = farthest_from(polyhedron, vertices, vertices[0]);

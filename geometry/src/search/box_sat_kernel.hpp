@@ -114,9 +114,19 @@ Vector3 plane_normal(const Directions& edges, std::size_t lane, const Vector3& a
   return normal.dot(across) < 0.0 ? Vector3(-normal) : normal;
 }
 
+/// The direction of the face that parts the bricks most.
+Vector3 facing_direction(const Directions& edges, const Overlaps& overlaps, const Vector3& across) {
+  constexpr std::size_t kFaces = 6;
+  std::size_t lane = 0;
+  for (std::size_t k = 1; k < kFaces; ++k) {
+    lane = overlaps.value[k] < overlaps.value[lane] ? k : lane;
+  }
+  return plane_normal(edges, lane, across).normalized();
+}
+
 /// The mean of some planes, those within 1e-6 rad once; Unclear where there is but one.
-SearchResult mean_of_planes(const Directions& edges, unsigned lanes, const Vector3& across) {
-  SearchResult result;
+SearchResult mean_of_planes(const Directions& edges, unsigned lanes, const Vector3& across,
+                            SearchResult result) {
   std::array<Vector3, 15> normals;
   std::size_t count = 0;
   for (; lanes != 0; lanes &= lanes - 1) {
@@ -150,6 +160,7 @@ SearchResult least_overlap(const Solid& solid_p, const Solid& solid_q, double ro
     least_four = least_four.smaller(Lanes::of(overlaps.value + k));
   }
   const double least = least_four.least();
+  result.normal = facing_direction(edges, overlaps, across);
   const auto beyond = [](const double* row, double limit) {
     unsigned bits = 0;
     for (int k = 0; k < 16; k += 4) bits |= Lanes::all(limit).below(Lanes::of(row + k)).bits() << k;
@@ -161,7 +172,7 @@ SearchResult least_overlap(const Solid& solid_p, const Solid& solid_q, double ro
         ~beyond(overlaps.sure, kBothPart * rounding) & ~parallel & Directions::kAll;
     if ((open & overlaps.close) != 0) return result;
     return mean_of_planes(edges, ~beyond(overlaps.value, kBothPart * rounding) & Directions::kAll,
-                          across);
+                          across, result);
   }
   const unsigned best = ~beyond(overlaps.value, least) & Directions::kAll;
   const double error = kBrickErrors * (p.error + q.error), clear = kBrickClear * rounding + error;

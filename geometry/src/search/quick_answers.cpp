@@ -8,6 +8,7 @@
 #include "search/describe.hpp"
 #include "search/epa.hpp"
 #include "search/proposals.hpp"
+#include "search/touching_faces.hpp"
 
 namespace quoin::geometry {
 namespace {
@@ -44,6 +45,7 @@ bool are_bricks(const Solid& a, const Solid& b) {
 bool part_bricks(const CanonicalPair& pair, Quick& quick) {
   const SearchResult found = box_sat(pair.p, pair.q, pair.length.rounding);
   if (found.outcome == SearchOutcome::Touching) quick.middle = found.normal;
+  if (found.outcome == SearchOutcome::Unclear) quick.facing = found.normal;
   if (found.outcome != SearchOutcome::Overlapping) return false;
   quick.searched = true;
   quick.found = found;
@@ -78,19 +80,29 @@ bool corner_answer(const Solid& a, const Solid& b, const Lengths& length, Quick&
 /// Solids that touch at a vertex or along an edge: the middle of the planes between them. Its gap
 /// is nothing within rounding, and the features that carry it lie over each other: no plane is
 /// better by more than that, for there the solids share a point.
-[[gnu::noinline]] bool touching_answer(const CanonicalPair& pair, const Vector3& middle,
-                                       NearestFeatures& answer) {
+bool middle_plane(const CanonicalPair& pair, const Vector3& middle, Optimum& optimum) {
   const Solid &p = pair.p, &q = pair.q;
   const Lengths& length = pair.length;
-  LateInit<ContactPolygon> faces;
-  Optimum optimum(faces);
   CandidatePlane& plane = optimum.plane;
   scan(p, q, middle, plane);
   if (!(std::abs(plane.gap) <= length.rounding)) return false;
   find_sets(p, q, length, plane);
   if (!lies_over(p, q, plane, nullptr, length.rounding)) return false;
-  optimum.converged = optimum.several = optimum.middle = true;
-  describe(p, q, optimum, length, answer);
+  return optimum.converged = optimum.several = optimum.middle = true;
+}
+
+/// Bricks that touch, from what the directions of their faces and edges have shown.
+[[gnu::noinline]] bool touching_answer(const CanonicalPair& pair, Quick& quick,
+                                       NearestFeatures& answer) {
+  LateInit<ContactPolygon> faces;
+  Optimum optimum(faces);
+  const auto found = [&] {
+    if (quick.middle) return middle_plane(pair, *quick.middle, optimum);
+    return quick.facing && touching_faces(pair.p, pair.q, pair.length, *quick.facing, optimum);
+  };
+  if (!found()) return false;
+  quick.iterations += optimum.iterations;
+  describe(pair.p, pair.q, optimum, pair.length, answer);
   if (pair.reversed) swap_names(answer);
   return true;
 }
@@ -111,7 +123,7 @@ bool searched_answer(const Solid& a, const Solid& b, const Lengths& length, Quic
   if (are_bricks(a, b)) {
     const CanonicalPair pair = ordered(a, b, length);
     if (part_bricks(pair, quick)) return overlapping_answer(pair, quick, answer);
-    if (quick.middle && touching_answer(pair, *quick.middle, answer)) return true;
+    if (touching_answer(pair, quick, answer)) return true;
   }
   const SearchResult found = nearest_feature_search(a, b, b.vertex_mean() - a.vertex_mean(),
                                                     kSearchShare * length.rounding);

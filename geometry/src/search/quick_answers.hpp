@@ -18,6 +18,7 @@ struct Quick {
   std::optional<Vector3> flat = {};    // across which solids that overlap lie flat on each other
   bool grown = false;                  // `found` is the least overlap
   std::optional<Vector3> middle = {};  // of several planes that part the solids within rounding
+  std::optional<Vector3> facing = {};  // of the faces that part two bricks most
   int iterations = 0;
 };
 

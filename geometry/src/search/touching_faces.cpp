@@ -1,0 +1,130 @@
+#include "search/touching_faces.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "numeric/error_bounds.hpp"
+
+namespace quoin::geometry {
+namespace {
+
+double cross2(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
+
+/// Do all corners of a laid face lie in its plane within `rounding`? Then a place on it is one of
+/// the solid.
+bool is_flat(const PolygonRows& face, double rounding) {
+  double off = 0.0;
+  for (int k = 1; k < face.count; ++k) {
+    const double height = face.height[0] + (face.slope_x * (face.x[k] - face.x[0]) +
+                                            face.slope_y * (face.y[k] - face.y[0]));
+    off = std::max(off, std::abs(face.height[k] - height));
+  }
+  return off <= rounding;
+}
+
+/// The corners of what two faces share: places where both solids have a point.
+struct SharedPlaces {
+  SharedCorners corners;
+  std::size_t lowest = 0;  // where the faces come nearest
+  double gap = kInfinity;  // there, m
+  double high = 0.0;       // greatest difference of heights of the two faces, m
+  double span = 0.0;       // twice the area of a triangle of them, m2
+
+  /// False: there are none.
+  bool measure() {
+    if (corners.empty()) return false;
+    double least_p = kInfinity, most_p = -kInfinity, least_q = kInfinity, most_q = -kInfinity;
+    const Vector2& base = corners[0].place;
+    for (std::size_t k = 0; k < corners.size(); ++k) {
+      const SharedCorner& c = corners[k];
+      least_p = std::min(least_p, c.height_p);
+      most_p = std::max(most_p, c.height_p);
+      least_q = std::min(least_q, c.height_q);
+      most_q = std::max(most_q, c.height_q);
+      if (c.height_q - c.height_p < gap) {
+        gap = c.height_q - c.height_p;
+        lowest = k;
+      }
+      for (std::size_t i = 1; i < k; ++i) {
+        span = std::max(span, std::abs(cross2(corners[i].place - base, c.place - base)));
+      }
+    }
+    high = std::max(most_q - least_p, most_p - least_q);
+    return true;
+  }
+};
+
+/// Is no plane better than the lowest gap, but by rounding, and none of another direction as good?
+bool is_least(const Solid& p, const Solid& q, const Vector3& normal, const SharedPlaces& places,
+              double rounding) {
+  if (clearly_apart(places.gap, rounding)) return true;  // so near are two points of the solids
+  const double width = places.span / std::min(p.diameter(), q.diameter());
+  const double reach = places.high - places.gap + 2.0 * rounding;
+  if (!(reach <= kTouchingTilt * width)) return false;
+  const Vector3 inner = q.vertex_mean() - p.vertex_mean();
+  const double down = inner.dot(normal), aside = (inner - down * normal).norm();
+  return down > 2.0 * std::abs(places.gap) + 4.0 * kTouchingTilt * aside;
+}
+
+/// The vertices of one solid that carry a corner of the shared part.
+void take_feature(const Solid& solid, const Feature& feature, VertexSet& set, int& face) {
+  set.clear();
+  face = -1;
+  if (feature.kind == FeatureKind::Vertex) {
+    set.push_back(feature.index);
+  } else if (feature.kind == FeatureKind::Edge) {
+    const auto [from, to] = solid.topology().edge(feature.index);
+    set.push_back(std::min(from, to));
+    set.push_back(std::max(from, to));
+  } else {
+    face = feature.index;
+    set.assign(solid.topology().face_set(face));
+  }
+}
+
+/// The faces that look along a direction and against it, and what they share; the normal is P's.
+bool share_faces(const Solid& p, const Solid& q, const Vector3& across, double rounding,
+                 Vector3& normal, SharedPlaces& places) {
+  const PairSupport near = support_pair(p, q, across);
+  const int face_p = facing_face(p, near.p.vertex, across);
+  const int face_q = facing_face(q, near.q.vertex, -across);
+  if (face_p < 0 || face_q < 0) return false;
+  normal = p.face_normal(face_p);
+  if (!(normal.dot(q.face_normal(face_q)) <= kTouchingOpposite)) return false;
+  const ContactPlane plane(p.vertex(near.p.vertex), normal);
+  PolygonRows rows_p, rows_q;
+  if (!lay_face(p, face_p, plane, 1.0, rows_p) || !lay_face(q, face_q, plane, -1.0, rows_q)) {
+    return false;
+  }
+  append_shared_of_polygons(rows_p, rows_q, rounding, places.corners);
+  return places.measure() && is_flat(rows_p, rounding) && is_flat(rows_q, rounding);
+}
+
+/// Is no other vertex near the plane? Then last step's features lead here without a search.
+bool carry_alone(const CandidatePlane& plane) {
+  return plane.near_p->vertices.size() == plane.sets.p.size() &&
+         plane.near_q->vertices.size() == plane.sets.q.size();
+}
+
+}  // namespace
+
+bool touching_faces(const Solid& p, const Solid& q, const Lengths& length, const Vector3& across,
+                    Optimum& optimum) {
+  ++optimum.iterations;
+  Vector3 normal;
+  SharedPlaces places;
+  if (!share_faces(p, q, across, length.rounding, normal, places) ||
+      !is_least(p, q, normal, places, length.rounding)) {
+    return false;
+  }
+  const SharedCorner& corner = places.corners[places.lowest];
+  ContactSets sets;
+  take_feature(p, corner.feature_p, sets.p, sets.face_p);
+  take_feature(q, corner.feature_q, sets.q, sets.face_q);
+  CandidatePlane& plane = optimum.plane;
+  if (!settle(p, q, length, sets, normal, plane)) return false;
+  if (carry_alone(plane)) return straight_answer(p, q, length, plane.normal, optimum);
+  return optimum.converged = plane.gap >= places.gap - length.rounding;
+}
+
+}  // namespace quoin::geometry
