@@ -44,7 +44,7 @@ struct Attempt : AttemptTotals {
 /// Memory of the velocity law.
 struct VelocityWork {
   std::vector<LinearContact> contacts, tried;
-  std::vector<double> bounces, shares, energy;
+  std::vector<double> bounces, shares, energy, pushed;
   std::vector<int> islands;
   BlockVector free_gain, velocity, force, solution;
 };

@@ -525,10 +525,14 @@ void account_contact(const CompiledScene& compiled, const Workspace& work, std::
     if (compiled.models[index(idle)].unknowns > 0) return;
     const double done = c.force.dot(jacobian * motion);
     attempt.load_work -= done;
-    attempt.work_on[index(other)] -= done;
+    if (!c.compliant) attempt.work_on[index(other)] -= done;
   };
   push(contact.a, contact.b, c.jacobian_a, move_a);
   push(contact.b, contact.a, c.jacobian_b, move_b);
+  if (c.compliant) {  // what its spring gives or takes is work on each block
+    attempt.work_on[index(contact.a)] += c.force.dot(c.jacobian_a * move_a);
+    attempt.work_on[index(contact.b)] += c.force.dot(c.jacobian_b * move_b);
+  }
   const ContactWork done = contact_work(c, moved(contact, work.poses, c));
   attempt.spring_energy += done.stored;
   attempt.friction_work += done.heat;
@@ -540,7 +544,10 @@ void account_contact(const CompiledScene& compiled, const Workspace& work, std::
 void account_held(const HeldPoint& held, const LinearContact& c, const Workspace& work,
                   Attempt& attempt) {
   if (held.displacement.is_constant()) return;
-  attempt.load_work += c.force.dot(c.jacobian_b * work.poses.increment[index(held.block)]);
+  const std::size_t b = index(held.block);
+  const double done = c.force.dot(c.jacobian_b * work.poses.increment[b]);
+  attempt.load_work += done;
+  attempt.work_on[b] += done;
 }
 
 /// omega dt of the stiffest spring: compliance of its blocks = (dt^2/2) / effective mass.

@@ -3,7 +3,7 @@
 #include <numeric>
 
 #include "contact/joint_law.hpp"
-
+#include "energy_bound.hpp"
 #include "step.hpp"
 
 namespace quoin::solver {
@@ -78,6 +78,7 @@ bool velocity_contact(const CompiledScene& compiled, const State& start, const S
     if (compiled.models[index(block)].unknowns > 0) continue;
     c.offset += time_step * (*jacobian * velocity_vector(end.blocks[index(block)]));
   }
+  c.start = c.offset;
   // Between the impact and the end of the step the rebound goes on like free flight.
   const double approach = relative_velocity(contact, c, start)[0];
   const double gain = relative_free_gain(c, free_gain);
@@ -113,7 +114,7 @@ bool velocity_held_point(const HeldPoint& held, double time, double time_step,
       held.displacement.is_constant()
           ? Vector3(Vector3::Zero())
           : Vector3((held.displacement.at(time + eps) - held.displacement.at(time - eps)));
-  c.offset = -target;
+  c.start = c.offset = -target;
   c.multiplier = 2.0 * position.force;
   return true;
 }
@@ -202,8 +203,8 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
   if (compiled.slots.count() == 0) return;
   const double slowest = 2.0 * compiled.scene.gravity.at(start.time).norm() * time_step;
   Attempt& attempt = work.attempt;
-  auto& [contacts, tried, bounces, shares, energy, islands, free_gain, velocity, force, solution] =
-      work.velocity;
+  auto& [contacts, tried, bounces, shares, energy, pushed, islands, free_gain, velocity, force,
+         solution] = work.velocity;
   set_free_velocity_gain(compiled, start, time_step, work, free_gain);
   islands.resize(work.force.size());
   contacts.clear();
@@ -274,6 +275,13 @@ void apply_velocity_law(const CompiledScene& compiled, const StepOptions& option
     attempt.solved.converged = attempt.solved.converged && solved.converged;
     attempt.solved.residual = std::max(attempt.solved.residual, solved.residual);
   }
+  pushed.assign(islands.size(), 0.0);
+  for (std::size_t i = 0; i < tried.size(); ++i) {
+    const LinearContact& c = tried[i];
+    pushed[index(c.slot_a >= 0 ? c.slot_a : c.slot_b)] -=
+        0.5 * (c.force - contacts[i].multiplier).dot(c.start);
+  }
+  bound_energy(compiled, start, {velocity, time_step, islands, pushed}, attempt);
   attempt.impact_loss += before - kinetic_energy(compiled, attempt.end);
 }
 
