@@ -1,6 +1,5 @@
 #include "block_terms.hpp"
 
-#include <Eigen/LU>
 #include <cmath>
 #include <string>
 
@@ -63,14 +62,34 @@ Eigen::Matrix<double, 9, 1> momentum(const BlockModel& m, const Vector3& spin,
 
 }  // namespace
 
-Eigen::Matrix<double, 6, 6> isotropic_elasticity(double young, double poisson) {
-  const double lame = young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson));
-  const double shear = young / (2.0 * (1.0 + poisson));
-  Eigen::Matrix<double, 6, 6> matrix = Eigen::Matrix<double, 6, 6>::Zero();
-  matrix.topLeftCorner<3, 3>().setConstant(lame);
-  matrix.diagonal().head<3>().array() += 2.0 * shear;
-  matrix.diagonal().tail<3>().setConstant(shear);
-  return matrix;
+Eigen::Matrix<double, 6, 6> Elasticity::matrix() const {
+  Eigen::Matrix<double, 6, 6> result = Eigen::Matrix<double, 6, 6>::Zero();
+  result.topLeftCorner<3, 3>().setConstant(lame);
+  result.diagonal().head<3>().setConstant(axial());
+  result.diagonal().tail<3>().setConstant(shear);
+  return result;
+}
+
+Vector6 Elasticity::operator*(const Vector6& strain) const {
+  Vector6 stress;
+  for (int i = 0; i < 3; ++i) {
+    const auto part = [&](int j) { return (i == j ? axial() : lame) * strain[j]; };
+    stress[i] = part(0) + part(1) + part(2);
+  }
+  stress.tail<3>() = shear * strain.tail<3>();
+  return stress;
+}
+
+double Elasticity::energy(const Vector6& stress) const {
+  const double trace = stress.head<3>().sum();
+  const double share = lame / (2.0 * shear + 3.0 * lame);
+  return 0.25 / shear * (stress.head<3>().squaredNorm() - share * trace * trace) +
+         0.5 / shear * stress.tail<3>().squaredNorm();
+}
+
+Elasticity isotropic_elasticity(double young, double poisson) {
+  return {.lame = young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson)),
+          .shear = young / (2.0 * (1.0 + poisson))};
 }
 
 ReferenceShape reference_shape(const geometry::Shape& shape) {
@@ -111,8 +130,6 @@ BlockModel make_block_model(const Block& block, const ReferenceShape& reference,
   model.size = body.stretch() * model.shape->diameter();
   model.strain_inertia.setZero();
   model.inertia_coupling.setZero();
-  model.elasticity.setZero();
-  model.flexibility.setZero();
   if (block.kind >= BlockKind::Fixed) return model;
   check_material(block, index);
   model.unknowns = block.kind == BlockKind::Deformable ? 12 : 6;
@@ -121,7 +138,6 @@ BlockModel make_block_model(const Block& block, const ReferenceShape& reference,
               model.turn * reference.second_moment * model.turn.transpose());
   if (block.kind == BlockKind::Deformable) {
     model.elasticity = isotropic_elasticity(block.material.young, block.material.poisson);
-    model.flexibility = model.elasticity.inverse();
     model.initial_stress = block.initial_stress;
   } else {
     model.strain_inertia.setZero();
@@ -139,7 +155,7 @@ Matrix12 block_matrix(const BlockModel& model, const StepScheme& scheme) {
     k.block<3, 6>(3, 6) = factor * model.inertia_coupling;
     k.block<6, 3>(6, 3) = factor * model.inertia_coupling.transpose();
     k.bottomRightCorner<6, 6>() =
-        factor * model.strain_inertia + scheme.end_share * model.volume * model.elasticity;
+        factor * model.strain_inertia + scheme.end_share * model.volume * model.elasticity.matrix();
   } else {
     k.bottomRightCorner<6, 6>().setIdentity();
   }
@@ -206,8 +222,7 @@ double kinetic_energy(const BlockModel& model, const BlockState& state) {
 
 double strain_energy(const BlockModel& model, const BlockState& state) {
   if (model.unknowns != 12) return 0.0;
-  const Vector6 sigma = stress(model, state.strain);
-  return 0.5 * model.volume * sigma.dot(model.flexibility * sigma);
+  return model.volume * model.elasticity.energy(stress(model, state.strain));
 }
 
 }  // namespace quoin::solver

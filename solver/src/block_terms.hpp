@@ -17,6 +17,19 @@ struct ReferenceShape {
 
 ReferenceShape reference_shape(const geometry::Shape& shape);
 
+/// Isotropic: stress from strain, Pa; shear strains as gamma. Zero of a block that does not deform.
+struct Elasticity {
+  double lame = 0.0;   ///< Pa
+  double shear = 0.0;  ///< Pa
+  double axial() const { return lame + 2.0 * shear; }
+  Eigen::Matrix<double, 6, 6> matrix() const;
+  Vector6 operator*(const Vector6& strain) const;
+  double energy(const Vector6& stress) const;  ///< per volume, stress · inverse · stress / 2, J/m3
+};
+
+/// Pa; > 0, -1 < poisson < 0.5.
+Elasticity isotropic_elasticity(double young, double poisson);
+
 /// What never changes of a block: reference shape and constant matrices, all in the turning frame.
 struct BlockModel {
   BlockKind kind = BlockKind::Fixed;
@@ -31,9 +44,8 @@ struct BlockModel {
   Eigen::Matrix<double, 3, 6> inertia_coupling;  ///< rotation with strain, kg m2
   Vector6 initial_stress = Vector6::Zero();      ///< Pa, turning frame
   Eigen::Matrix<double, 6, 6> strain_inertia;    ///< kg m2
-  Eigen::Matrix<double, 6, 6> elasticity;        ///< Pa
-  Eigen::Matrix<double, 6, 6> flexibility;       ///< its inverse, 1/Pa
-  Matrix3 second_moment = Matrix3::Zero();       ///< rho integral X X^T dV, kg m2
+  Elasticity elasticity;
+  Matrix3 second_moment = Matrix3::Zero();  ///< rho integral X X^T dV, kg m2
 };
 
 /// `origin`: State::origin, m. Throws InputError naming the block.
@@ -47,9 +59,6 @@ geometry::Placement placement(const BlockModel& model, const Pose& pose);
 
 /// Of the material point with that reference arm since the start, m.
 Vector3 displacement(const BlockModel& model, const Pose& pose, const Vector3& arm);
-
-/// Isotropic elasticity, 6×6, Pa; shear strains as gamma.
-Eigen::Matrix<double, 6, 6> isotropic_elasticity(double young, double poisson);
 
 /// Share of the elastic force that is taken at the end of the step: 1 for Shi's scheme, 1/2 for the
 /// energy–momentum scheme.

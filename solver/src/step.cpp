@@ -670,7 +670,7 @@ double contact_spring(const CompiledScene& compiled, const StepOptions& options)
   double penalty = 0.0, weight = 0.0;
   const double gravity = std::max(compiled.scene.gravity.at(0.0).norm(), 1.0);
   for (const BlockModel& model : compiled.models) {
-    penalty = std::max(penalty, 50.0 * model.elasticity(0, 0) * model.size);
+    penalty = std::max(penalty, 50.0 * model.elasticity.axial() * model.size);
     weight = std::max(weight, model.mass * gravity);
   }
   return penalty > 0.0 ? penalty : 1e6 * weight / compiled.smallest_size;

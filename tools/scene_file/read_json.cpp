@@ -3,7 +3,6 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <set>
 #include <stdexcept>
 
 #include "scene_file/scene_error.hpp"
@@ -15,31 +14,78 @@ namespace {
 using nlohmann::json;
 
 /// No scene and no file of meshes is nested deeper.
-constexpr int kMostDeep = 64;
+constexpr std::size_t kMostDeep = 64;
 
-/// Watches the parser for a key that an object has already, and for lists in lists without end.
-class KeyWatch {
+/// Makes the document as the parser goes (nlohmann's SAX interface); refuses a key that an object
+/// has already, and lists in lists without end. The package's own callback parser looks at all
+/// elements of a list anew after each of them.
+class DocumentBuilder {
  public:
-  bool operator()(int depth, json::parse_event_t event, json& parsed) {
-    if (depth >= kMostDeep) {
-      throw SceneError("", "nested too deep, the limit is " + std::to_string(kMostDeep));
+  bool null() { return put(nullptr); }
+  bool boolean(bool value) { return put(value); }
+  bool number_integer(json::number_integer_t value) { return put(value); }
+  bool number_unsigned(json::number_unsigned_t value) { return put(value); }
+  bool number_float(json::number_float_t value, const std::string& /*text*/) { return put(value); }
+  bool string(std::string& value) { return put(std::move(value)); }
+  bool binary(json::binary_t& value) { return put(std::move(value)); }
+  bool start_object(std::size_t /*count*/) { return open(json::object()); }
+  bool start_array(std::size_t /*count*/) { return open(json::array()); }
+  bool end_object() { return close(); }
+  bool end_array() { return close(); }
+
+  bool key(std::string& name) {
+    const auto [place, is_new] = open_.back()->emplace(name, nullptr);
+    if (!is_new) {
+      throw SceneError("", "the key " + shown(name) + " is given twice in one object");
     }
-    if (event == json::parse_event_t::object_start) {
-      open_.emplace_back();
-    } else if (event == json::parse_event_t::object_end) {
-      open_.pop_back();
-    } else if (event == json::parse_event_t::key) {
-      const std::string& key = parsed.get_ref<const std::string&>();
-      if (!open_.back().insert(key).second) {
-        throw SceneError("", "the key " + shown(key) + " is given twice in one object");
-      }
-    }
+    value_ = &*place;
     return true;
   }
 
+  template <class Error>
+  bool parse_error(std::size_t /*position*/, const std::string& /*token*/, const Error& error) {
+    throw error;
+  }
+
+  json document;
+
  private:
-  std::vector<std::set<std::string>> open_;
+  bool put(json&& value) {
+    placed(std::move(value));
+    return true;
+  }
+
+  json& placed(json&& value) {
+    if (open_.empty()) return document = std::move(value);
+    if (open_.back()->is_object()) return *value_ = std::move(value);
+    open_.back()->push_back(std::move(value));
+    return open_.back()->back();
+  }
+
+  bool open(json&& container) {
+    if (open_.size() >= kMostDeep) {
+      throw SceneError("", "nested too deep, the limit is " + std::to_string(kMostDeep));
+    }
+    open_.push_back(&placed(std::move(container)));
+    return true;
+  }
+
+  bool close() {
+    open_.pop_back();
+    return true;
+  }
+
+  std::vector<json*> open_;  ///< the containers that the parser is in
+  json* value_ = nullptr;    ///< of the last key
 };
+
+template <class Text>
+json parsed(Text&& text, bool allow_comments) {
+  DocumentBuilder builder;
+  json::sax_parse(std::forward<Text>(text), &builder, json::input_format_t::json, true,
+                  allow_comments);
+  return std::move(builder.document);
+}
 
 /// A change may add a key, but no element of a list.
 void require_place(const json& document, json::json_pointer place) {
@@ -54,7 +100,7 @@ void require_place(const json& document, json::json_pointer place) {
 /// JSON, or a bare word.
 json parsed_value(const std::string& value, const std::string& pointer) {
   try {
-    return json::parse(value, KeyWatch());
+    return parsed(value, false);
   } catch (const json::parse_error&) {
     if (printable(value, value.size()) != value) {
       throw SceneError(pointer, "the new value holds control characters or is no UTF-8");
@@ -134,9 +180,9 @@ std::string plain_message(const nlohmann::json::exception& error) {
 namespace {
 
 template <class Text>
-json parsed(Text&& text) {
+json parsed_scene(Text&& text) {
   try {
-    return json::parse(std::forward<Text>(text), KeyWatch(), true, true);
+    return parsed(std::forward<Text>(text), true);
   } catch (const json::exception& error) {
     throw SceneError("", plain_message(error));
   }
@@ -144,14 +190,14 @@ json parsed(Text&& text) {
 
 }  // namespace
 
-json parse_json(const std::string& text) { return parsed(text); }
+json parse_json(const std::string& text) { return parsed_scene(text); }
 
 json read_json(const std::string& path) {
   std::ifstream file(path);
   if (!file || std::filesystem::is_directory(path)) {
     throw FileError((path.empty() ? "\"\"" : path) + ": can't be read");
   }
-  return parsed(file);
+  return parsed_scene(file);
 }
 
 Parameters expand(nlohmann::json& document, const std::vector<std::string>& changes) {

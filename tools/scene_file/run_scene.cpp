@@ -251,7 +251,7 @@ class Runner {
   void run_stage(std::size_t index) {
     const Stage& stage = file_.stages[index];
     if (index >= result_.stages.size()) begin_stage(index);
-    if (going_) {
+    if (!must_stop()) {
       stage.analysis == Analysis::Dynamic ? run_dynamic(stage) : run_static(stage);
     }
     result_.stages.back().done = going_;

@@ -164,6 +164,8 @@ Loop joined(std::vector<BorderSide>& sides) {
   std::sort(sides.begin(), sides.end(),
             [](const BorderSide& s, const BorderSide& t) { return s.from < t.from; });
   if (sides.size() < 2) return loop;
+  loop.vertices.reserve(sides.size());
+  loop.beyond.reserve(sides.size());
   int v = sides[0].from;
   do {
     const auto side = std::lower_bound(sides.begin(), sides.end(), v,
@@ -231,6 +233,7 @@ class CellGroups {
 /// The corners on a loop.
 std::vector<int> polygon_of(const Loop& loop, const std::vector<char>& corner) {
   std::vector<int> polygon;
+  polygon.reserve(loop.vertices.size());
   for (const int v : loop.vertices) {
     if (corner[at(v)]) polygon.push_back(v);
   }

@@ -58,6 +58,28 @@ void check_twins(const HalfEdge* begin, const HalfEdge* end) {
   }
 }
 
+/// What surrounds the host of a vertex surrounds the vertex, too.
+void add_host_neighbours(const Topology& topology, int v, std::vector<std::array<int, 3>>& around,
+                         std::vector<std::array<int, 2>>& faces) {
+  const auto [kind, i] = topology.host(v);
+  if (kind == FeatureKind::Vertex) {
+    for (int e = 0; e < topology.edge_count(); ++e) {
+      const auto [from, to] = topology.edge(e);
+      if (from == i || to == i) around.push_back({v, from == i ? to : from, e});
+    }
+    for (int f = 0; f < topology.face_count(); ++f) {
+      const std::span<const int> cycle = topology.face(f);
+      if (std::ranges::find(cycle, i) != cycle.end()) faces.push_back({v, f});
+    }
+  } else if (kind == FeatureKind::Edge) {
+    for (const int end : topology.edge(i)) around.push_back({v, end, i});
+    for (const int f : topology.edge_faces(i)) faces.push_back({v, f});
+  } else {
+    for (const int corner : topology.face(i)) around.push_back({v, corner, -1});
+    faces.push_back({v, i});
+  }
+}
+
 std::string text(double value) {
   char buffer[32];
   std::snprintf(buffer, sizeof buffer, "%.6g", value);
@@ -175,6 +197,8 @@ void Topology::add_edges() {
   });
   face_edges_.assign(face_vertices_.size(), -1);
   face_neighbours_.assign(face_vertices_.size(), -1);
+  edges_.reserve(halves.size() / 2);
+  edge_faces_.reserve(halves.size() / 2);
   for (std::size_t i = 0; i < halves.size();) {
     std::size_t j = i;
     while (j < halves.size() && halves[j].ends == halves[i].ends) ++j;
@@ -219,65 +243,62 @@ void Topology::add_hosts(const std::vector<HostedVertex>& hosted) {
 }
 
 void Topology::add_neighbours() {
-  std::vector<std::vector<std::pair<int, int>>> around(index(vertex_count_));
-  std::vector<std::vector<int>> faces_around(index(vertex_count_));
+  std::vector<std::array<int, 3>> around;  // vertex, neighbour, edge between them (-1: none)
+  std::vector<std::array<int, 2>> faces;   // vertex, face
+  around.reserve(2 * index(edge_count()));
+  faces.reserve(face_vertices_.size());
   for (int e = 0; e < edge_count(); ++e) {
-    around[index(edge(e)[0])].emplace_back(edge(e)[1], e);
-    around[index(edge(e)[1])].emplace_back(edge(e)[0], e);
+    around.push_back({edge(e)[0], edge(e)[1], e});
+    around.push_back({edge(e)[1], edge(e)[0], e});
   }
   for (int f = 0; f < face_count(); ++f) {
-    for (const int v : face(f)) faces_around[index(v)].push_back(f);
+    for (const int v : face(f)) faces.push_back({v, f});
   }
-  for (int v = 0; v < vertex_count_; ++v) {
-    if (is_corner(v)) continue;
-    const auto [kind, i] = host(v);
-    if (kind == FeatureKind::Vertex) {
-      around[index(v)] = around[index(i)];
-      faces_around[index(v)] = faces_around[index(i)];
-    } else if (kind == FeatureKind::Edge) {
-      around[index(v)] = {{edge(i)[0], i}, {edge(i)[1], i}};
-      faces_around[index(v)].assign(edge_faces(i).begin(), edge_faces(i).end());
-      std::sort(faces_around[index(v)].begin(), faces_around[index(v)].end());
-    } else {
-      for (const int corner : face(i)) around[index(v)].emplace_back(corner, -1);
-      faces_around[index(v)] = {i};
-    }
+  for (int v = 0; v < vertex_count_ && !hosts_.empty(); ++v) {
+    if (!is_corner(v)) add_host_neighbours(*this, v, around, faces);
   }
-  neighbour_start_.push_back(0);
-  neighbour_edge_start_.push_back(0);
-  for (auto& row : around) {
-    std::sort(row.begin(), row.end());
-    for (const auto& [v, e] : row) {
-      neighbours_.push_back(v);
-      if (e >= 0) neighbour_edges_.push_back(e);
-    }
-    neighbour_start_.push_back(static_cast<int>(neighbours_.size()));
-    neighbour_edge_start_.push_back(static_cast<int>(neighbour_edges_.size()));
+  std::sort(around.begin(), around.end());
+  std::sort(faces.begin(), faces.end());
+  neighbours_.reserve(around.size());
+  neighbour_edges_.reserve(around.size());
+  vertex_faces_.reserve(faces.size());
+  neighbour_start_.assign(index(vertex_count_) + 1, 0);
+  neighbour_edge_start_ = vertex_face_start_ = neighbour_start_;
+  for (const auto& [v, neighbour, e] : around) {
+    neighbours_.push_back(neighbour);
+    if (e >= 0) neighbour_edges_.push_back(e);
+    neighbour_start_[index(v) + 1] = static_cast<int>(neighbours_.size());
+    neighbour_edge_start_[index(v) + 1] = static_cast<int>(neighbour_edges_.size());
+  }
+  for (const auto& [v, f] : faces) {
+    vertex_faces_.push_back(f);
+    vertex_face_start_[index(v) + 1] = static_cast<int>(vertex_faces_.size());
   }
   three_faces_at_vertices_ = hosts_.empty();
-  vertex_face_start_.push_back(0);
-  for (const std::vector<int>& row : faces_around) {
-    three_faces_at_vertices_ = three_faces_at_vertices_ && row.size() == 3;
-    vertex_faces_.insert(vertex_faces_.end(), row.begin(), row.end());
-    vertex_face_start_.push_back(static_cast<int>(vertex_faces_.size()));
+  for (int v = 0; v < vertex_count_; ++v) {
+    three_faces_at_vertices_ = three_faces_at_vertices_ && vertex_faces(v).size() == 3;
   }
 }
 
 void Topology::add_face_sets() {
-  std::vector<std::vector<int>> sets(index(face_count()));
+  std::vector<std::array<int, 2>> sets;  // face, vertex
+  sets.reserve(vertex_faces_.size());
   for (int v = 0; v < vertex_count_; ++v) {
-    for (const int f : vertex_faces(v)) sets[index(f)].push_back(v);
+    for (const int f : vertex_faces(v)) sets.push_back({f, v});
   }
-  face_set_start_.push_back(0);
-  for (const std::vector<int>& set : sets) {
-    face_sets_.insert(face_sets_.end(), set.begin(), set.end());
-    face_set_start_.push_back(static_cast<int>(face_sets_.size()));
+  std::sort(sets.begin(), sets.end());
+  face_set_start_.assign(index(face_count()) + 1, 0);
+  face_sets_.reserve(sets.size());
+  for (const auto& [f, v] : sets) {
+    face_sets_.push_back(v);
+    face_set_start_[index(f) + 1] = static_cast<int>(face_sets_.size());
   }
 }
 
 void Topology::add_edge_table() {
   if (vertex_count_ > kFewVertices) return;
   std::vector<std::int16_t> table;
+  table.reserve(index(vertex_count_) * index(vertex_count_));
   for (int v = 0; v < vertex_count_; ++v) {
     for (int w = 0; w < vertex_count_; ++w) {
       table.push_back(static_cast<std::int16_t>(search_edge(v, w)));
