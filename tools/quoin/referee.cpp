@@ -138,7 +138,10 @@ referee::Options read(const Words& words) {
   referee::Options options;
   options.plugins = words.plugins.empty() ? shipped_plugins() : words.plugins;
   if (words.pairs.empty()) {
-    options.families = chosen_families(words.family);
+    options.families.resize(referee::family_names().size());
+    for (const int family : chosen_families(words.family)) {
+      options.families[static_cast<std::size_t>(family)] = true;
+    }
   } else {
     options.pairs = read_pairs(words.pairs);
   }

@@ -1,6 +1,8 @@
 #include "described_solid.hpp"
 
 #include <algorithm>
+#include <numeric>
+#include <quoin/geometry/build.hpp>
 #include <set>
 
 namespace quoin::referee {
@@ -9,14 +11,25 @@ namespace {
 using geometry::Points;
 using geometry::Vector3;
 
-void list_faces(const geometry::Hull& hull, DescribedSolid& solid) {
-  const geometry::Topology& topology = hull.polyhedron.topology();
+/// `number`: of each vertex among the solid's points.
+void list_faces(const geometry::Topology& topology, const std::vector<int>& number,
+                DescribedSolid& solid) {
   for (int f = 0; f < topology.face_count(); ++f) {
     solid.face_sizes.push_back(static_cast<int>(topology.face(f).size()));
     for (const int v : topology.face(f)) {
-      solid.face_vertices.push_back(hull.input_index[static_cast<std::size_t>(v)]);
+      solid.face_vertices.push_back(number[static_cast<std::size_t>(v)]);
     }
   }
+}
+
+/// The solid's own faces need no hull.
+geometry::Hull hull_of(const Solid& solid) {
+  if (!solid.topology) {
+    return geometry::make_hull(solid.placed.points);
+  }
+  std::vector<int> same(static_cast<std::size_t>(solid.placed.points.cols()));
+  std::iota(same.begin(), same.end(), 0);
+  return {shape_of(solid), same};
 }
 
 void find_box(DescribedSolid& solid) {
@@ -45,13 +58,17 @@ void find_box(DescribedSolid& solid) {
 
 }  // namespace
 
-DescribedSolid described(const Points& points, const geometry::Hull* hull) {
+DescribedSolid described(const Solid& given, std::optional<geometry::Shape>& shape) {
   DescribedSolid solid;
-  solid.points = points;
-  if (hull != nullptr) {
-    list_faces(*hull, solid);
-  }
+  solid.points = given.placed.points;
   find_box(solid);
+  try {
+    const geometry::Hull hull = hull_of(given);
+    list_faces(hull.polyhedron.topology(), hull.input_index, solid);
+    shape = hull.polyhedron;
+  } catch (const geometry::InputError&) {
+    shape = std::nullopt;
+  }
   return solid;
 }
 

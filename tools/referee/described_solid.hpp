@@ -3,14 +3,15 @@
 
 #include <quoin/referee.h>
 
-#include <quoin/geometry/body.hpp>
-#include <quoin/geometry/build.hpp>
+#include <optional>
 #include <vector>
+
+#include "referee/pairs/solids.hpp"
 
 namespace quoin::referee {
 
-/// Owns what a quoin_referee_solid points to. Without faces where quoin refuses the solid; with a
-/// box where the solid is one that follows the axes of its frame.
+/// Owns what a quoin_referee_solid points to. Faces are the solid's own or those of quoin's hull,
+/// none where quoin refuses the solid; a box is one that follows the axes of its frame.
 struct DescribedSolid {
   geometry::Points points;
   std::vector<int> face_sizes, face_vertices;
@@ -21,8 +22,8 @@ struct DescribedSolid {
   quoin_referee_solid view() const;
 };
 
-/// `hull`: of these points, null where there is none.
-DescribedSolid described(const geometry::Points& points, const geometry::Hull* hull);
+/// `shape`: as quoin takes the solid; none where it refuses.
+DescribedSolid described(const Solid& solid, std::optional<geometry::Shape>& shape);
 
 quoin_referee_placement described(const geometry::Placement& placement);
 

@@ -6,28 +6,23 @@
 namespace quoin::referee {
 namespace {
 
-using geometry::Hull;
 using geometry::Matrix3;
 using geometry::Placement;
-using geometry::Points;
+using geometry::Shape;
 
-std::optional<Hull> hull_of(const Points& points) {
-  try {
-    return geometry::make_hull(points);
-  } catch (const geometry::InputError&) {
-    return std::nullopt;
-  }
+double contact_length(const std::optional<Shape>& a, const std::optional<Shape>& b) {
+  return a && b ? default_tolerance(*a, *b) : 0.0;
 }
 
 }  // namespace
 
 Question::Question(SolidPair asked) : pair(std::move(asked)) {
-  const std::optional<Hull> hull_a = hull_of(pair.a.placed.points);
-  const std::optional<Hull> hull_b = hull_of(pair.b.placed.points);
-  solids = std::make_shared<DescribedPair>(DescribedPair{
-      described(pair.a.placed.points, hull_a ? &*hull_a : nullptr),
-      described(pair.b.placed.points, hull_b ? &*hull_b : nullptr),
-      hull_a && hull_b ? default_tolerance(hull_a->polyhedron, hull_b->polyhedron) : 0.0});
+  std::optional<Shape> a, b;
+  const auto described_pair = std::make_shared<DescribedPair>();
+  described_pair->a = described(pair.a, a);
+  described_pair->b = described(pair.b, b);
+  described_pair->contact_length = contact_length(a, b);
+  solids = described_pair;
 }
 
 SteadyMotion::SteadyMotion(const Solid& start, double amount, Random& random)

@@ -13,7 +13,7 @@ namespace quoin::referee {
 
 struct Options {
   std::vector<std::string> plugins;  ///< files
-  std::vector<int> families;         ///< numbers in family_names()
+  std::vector<bool> families;        ///< those drawn from, by number, with their weights
   std::vector<SolidPair> pairs;      ///< instead of families, if there are any
   long count = 10000;                ///< sequences
   std::optional<double> seconds;     ///< ends earlier

@@ -1,4 +1,4 @@
-/* quoin as a plug-in of the referee, through its interface for C. */
+/* quoin as a plug-in of the referee, through its interface for C: hulls of points. */
 
 #include <quoin/geometry_c.h>
 #include <quoin/referee.h>
@@ -73,7 +73,7 @@ static quoin_referee_status list_points(void* a, void* b, void* memory, quoin_re
 const quoin_referee_library* quoin_referee_plugin(int index) {
   static quoin_referee_library library = {
       QUOIN_REFEREE_INTERFACE,
-      "quoin",
+      "quoin C",
       QUOIN_VERSION,
       QUOIN_REFEREE_DISTANCE | QUOIN_REFEREE_DEPTH | QUOIN_REFEREE_NORMAL |
           QUOIN_REFEREE_WITNESSES | QUOIN_REFEREE_POINTS | QUOIN_REFEREE_APART |
