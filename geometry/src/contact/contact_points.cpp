@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <utility>
 
@@ -62,13 +63,19 @@ void find_carriers(const Solid& polyhedron, const Vector3& outward, const Vertex
   const auto add = [&](const Feature& feature) {
     if (!carriers.contains(feature)) carriers.push_back(feature);
   };
+  std::uint64_t asked = 0, looking = 0;  // of the first 64 faces
+  const auto looks = [&](int face) {
+    const std::uint64_t bit = face < 64 ? std::uint64_t{1} << face : 0;
+    if ((asked & bit) != 0) return (looking & bit) != 0;
+    const bool along = looks_along(polyhedron, face, outward);
+    if (along) add({FeatureKind::Face, face});
+    asked |= bit;
+    looking |= along ? bit : 0;
+    return along;
+  };
   for (const int v : band) {
     bool covered = false;
-    for (const int f : topology.vertex_faces(v)) {
-      if (!looks_along(polyhedron, f, outward)) continue;
-      add({FeatureKind::Face, f});
-      covered = true;
-    }
+    for (const int f : topology.vertex_faces(v)) covered |= looks(f);
     if (covered) continue;
     for (const int e : topology.vertex_edges(v)) {
       const auto [from, to] = topology.edge(e);
@@ -188,6 +195,24 @@ bool planar(const Solid& solid, const SmallVector<Feature, 32>& carriers, double
   });
 }
 
+/// Two faces and nothing else, straight in rows; false: there is more.
+bool share_two_faces(const Working& work, const Carriers& carriers,
+                     const LateInit<Surfaces>& surfaces, PairPoints& pair) {
+  if (carriers.p.size() != 1 || carriers.q.size() != 1) return false;
+  const Feature &f = carriers.p[0], &g = carriers.q[0];
+  if (f.kind != FeatureKind::Face || g.kind != FeatureKind::Face) return false;
+  PolygonRows rows_p, rows_q;
+  if (!lay_face(work.p, f.index, pair.plane, 1.0, rows_p) ||
+      !lay_face(work.q, g.index, pair.plane, -1.0, rows_q)) {
+    return false;
+  }
+  SharedCorners corners;
+  append_shared_of_polygons(rows_p, rows_q, work.rounding, corners);
+  if (surfaces) surfaces->lift(corners);
+  add_points(corners, work.band, work.reversed, pair);
+  return true;
+}
+
 /// All places where facing features lie over each other within the band.
 void find_points(const Working& work, LateInit<Surfaces>& surfaces, PairPoints& pair) {
   const auto& [p, q, reversed, band, rounding] = work;
@@ -196,6 +221,7 @@ void find_points(const Working& work, LateInit<Surfaces>& surfaces, PairPoints& 
   if (!planar(p, carriers.p, rounding) || !planar(q, carriers.q, rounding)) {
     surfaces.emplace(p, q, pair.plane, band + rounding, rounding);
   }
+  if (share_two_faces(work, carriers, surfaces, pair)) return;
   ProjectedFeature patch_p, patch_q;
   // Points lie near the tops of both solids: where there are many pairs of features, most of them
   // have no such places over each other, and need no closer look.

@@ -24,9 +24,8 @@ int most_facing(const Solid& polyhedron, std::span<const int> faces, const Vecto
   return best;
 }
 
-void add_corner(const Solid& polyhedron, int v, int edge, const ContactPlane& plane,
+void add_corner(const Solid& polyhedron, int v, int edge, const LocalPlane& local,
                 ProjectedFeature& patch) {
-  const LocalPlane local(polyhedron, plane);
   const Vec3 x = polyhedron.shape().vertex(v);
   patch.corners.push_back({v, edge, local.place(x), local.height(x)});
 }
@@ -208,16 +207,17 @@ ContactPlane::ContactPlane(const Vector3& origin_in, const Vector3& normal_in)
 void lay_feature(const Solid& polyhedron, const Feature& feature, const ContactPlane& plane,
                  double outward, ProjectedFeature& patch) {
   const Topology& topology = polyhedron.topology();
+  const LocalPlane local(polyhedron, plane);
   patch.corners.clear();
   patch.label = feature;
   const Vector3 facing = outward * plane.normal;
   if (feature.kind == FeatureKind::Vertex) {
     patch.face = most_facing(polyhedron, topology.vertex_faces(feature.index), facing);
-    add_corner(polyhedron, feature.index, -1, plane, patch);
+    add_corner(polyhedron, feature.index, -1, local, patch);
   } else if (feature.kind == FeatureKind::Edge) {
     patch.face = most_facing(polyhedron, topology.edge_faces(feature.index), facing);
     for (const int v : topology.edge(feature.index)) {
-      add_corner(polyhedron, v, feature.index, plane, patch);
+      add_corner(polyhedron, v, feature.index, local, patch);
     }
   } else {
     patch.face = feature.index;
@@ -227,7 +227,7 @@ void lay_feature(const Solid& polyhedron, const Feature& feature, const ContactP
     for (std::size_t k = 0; k < n; ++k) {  // Q's faces look the other way: run backwards
       const std::size_t i = outward > 0.0 ? k : n - 1 - k;
       const std::size_t e = outward > 0.0 ? i : (i + n - 1) % n;
-      add_corner(polyhedron, cycle[i], edges[e], plane, patch);
+      add_corner(polyhedron, cycle[i], edges[e], local, patch);
     }
   }
   set_slope(polyhedron, plane, patch);
@@ -346,7 +346,7 @@ void lay_support_polygon(const Solid& polyhedron, const VertexSet& vertices,
   for (std::size_t k = 0; k < order.size(); ++k) {
     const int v = vertices[static_cast<std::size_t>(order[k])];
     const int w = vertices[static_cast<std::size_t>(order[(k + 1) % order.size()])];
-    add_corner(polyhedron, v, topology.find_edge(v, w), plane, patch);
+    add_corner(polyhedron, v, topology.find_edge(v, w), local, patch);
   }
   set_slope(polyhedron, plane, patch);
 }
@@ -369,7 +369,8 @@ void lay_support_set(const Solid& polyhedron, const VertexSet& vertices, Feature
   const int edge = polyhedron.topology().find_edge(ends[0], ends[1]);
   patch.face =
       most_facing(polyhedron, polyhedron.topology().vertex_faces(ends[0]), outward * plane.normal);
-  for (const int v : ends) add_corner(polyhedron, v, edge, plane, patch);
+  const LocalPlane local(polyhedron, plane);
+  for (const int v : ends) add_corner(polyhedron, v, edge, local, patch);
   set_slope(polyhedron, plane, patch);
 }
 
