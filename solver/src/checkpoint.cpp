@@ -94,12 +94,13 @@ void transfer(Archive& archive, AnyState& state, AnyWorkspace& work) {
   record(archive, work.search.unbalance);
   list(archive, work.search.start);
   record(archive, work.energy_scale);
-  record(archive, work.last_time_step);
+  list(archive, work.last.length);
   list(archive, work.laid);
   list(archive, work.found);
   list(archive, work.motion);
-  list(archive, work.last_velocity);
-  list(archive, work.hit);
+  list(archive, work.last.velocity);
+  list(archive, work.last.hit);
+  list(archive, work.stored);
 }
 
 /// What else the steps depend on: it changes from one scene to the next, never in a step.

@@ -3,7 +3,7 @@
 
 #include <iosfwd>
 
-#include "advance.hpp"
+#include "step/workspace.hpp"
 
 namespace quoin::solver {
 

@@ -18,8 +18,8 @@ struct Posed {
   Matrix3 linear = placement(model, pose).linear;
 };
 
-Posed posed(const CompiledScene& compiled, const State& state, int block) {
-  return {compiled.models[index(block)], pose(state.blocks[index(block)])};
+Posed posed(const CompiledScene& compiled, std::span<const BlockState> state, int block) {
+  return {compiled.models[index(block)], pose(state[index(block)])};
 }
 
 /// Outward, unit: the matrix of cofactors turns area vectors.
@@ -70,12 +70,12 @@ constexpr double kSamePlane = 1.0 - 5e-7;
 /// Of a pair that touches nowhere: can its contacts close in the step, and does a plane other than
 /// theirs keep the two as far apart then? `planes`: all that keep them apart now. A contact can
 /// close if the motion that the blocks have were twice as fast, or by gravity from rest.
-bool passes(const CompiledScene& compiled, const State& state, double time_step, double limit,
-            std::span<const BodyContact> contacts, const std::vector<FacePlane>& planes) {
+bool passes(const SubStep& step, double limit, std::span<const BodyContact> contacts,
+            const std::vector<FacePlane>& planes) {
   const int a = contacts.front().a, b = contacts.front().b;
-  const BlockState next_a = moved_on(state.blocks[index(a)], time_step);
-  const BlockState next_b = moved_on(state.blocks[index(b)], time_step);
-  const double fall = compiled.scene.gravity.at(state.time).norm() * time_step * time_step;
+  const BlockState next_a = moved_on(step.state[index(a)], step.length);
+  const BlockState next_b = moved_on(step.state[index(b)], step.length);
+  const double fall = step.compiled.scene.gravity.at(step.time).norm() * step.length * step.length;
   double closes_by = 0.0;
   bool closes = false;
   for (const BodyContact& contact : contacts) {
@@ -87,12 +87,12 @@ bool passes(const CompiledScene& compiled, const State& state, double time_step,
   const Vector3 normal = contacts.front().state.point.normal;
   std::vector<FacePlane> others = planes;
   std::erase_if(others, [&](const FacePlane& p) {
-    const Vector3 face = face_normal(posed(compiled, state, p.block), p.face);
+    const Vector3 face = face_normal(posed(step.compiled, step.state, p.block), p.face);
     return std::abs(face.dot(normal)) > kSamePlane;
   });
   if (others.empty()) return false;
-  const Posed end_a{compiled.models[index(a)], pose(next_a)};
-  const Posed end_b{compiled.models[index(b)], pose(next_b)};
+  const Posed end_a{step.compiled.models[index(a)], pose(next_a)};
+  const Posed end_b{step.compiled.models[index(b)], pose(next_b)};
   const auto end = [&](int block) -> const Posed& { return block == a ? end_a : end_b; };
   return largest_separation(others, end) >= std::min(closes_by + limit, -limit);
 }
@@ -103,8 +103,7 @@ bool of_pair(const BodyContact& contact, const PassingPair& pair) {
 
 }  // namespace
 
-std::vector<PassingPair> set_aside_passing(const CompiledScene& compiled, const State& state,
-                                           double time_step, double limit,
+std::vector<PassingPair> set_aside_passing(const SubStep& step, double limit,
                                            std::vector<BodyContact>& contacts) {
   std::vector<PassingPair> aside;
   std::size_t kept = 0;
@@ -116,12 +115,12 @@ std::vector<PassingPair> set_aside_passing(const CompiledScene& compiled, const 
     const std::span<const BodyContact> pair(&contacts[from], to - from);
     PassingPair passing{contacts[from].a, contacts[from].b, {}, {}};
     if (std::ranges::none_of(pair, &BodyContact::was_closed)) {
-      const Posed a = posed(compiled, state, passing.a), b = posed(compiled, state, passing.b);
+      const Posed a = posed(step.compiled, step.state, passing.a);
+      const Posed b = posed(step.compiled, step.state, passing.b);
       append_planes(a, b, {passing.a, passing.b}, limit, passing.planes);
       append_planes(b, a, {passing.b, passing.a}, limit, passing.planes);
     }
-    if (passing.planes.size() > 1 &&
-        passes(compiled, state, time_step, limit, pair, passing.planes)) {
+    if (passing.planes.size() > 1 && passes(step, limit, pair, passing.planes)) {
       passing.contacts.assign(pair.begin(), pair.end());
       aside.push_back(std::move(passing));
       continue;
@@ -134,7 +133,7 @@ std::vector<PassingPair> set_aside_passing(const CompiledScene& compiled, const 
   return aside;
 }
 
-bool put_back_blocked(const CompiledScene& compiled, const State& end,
+bool put_back_blocked(const CompiledScene& compiled, std::span<const BlockState> end,
                       const std::vector<geometry::ContactPoint>& found_end, double limit,
                       std::vector<PassingPair>& pairs, std::vector<BodyContact>& contacts) {
   const auto at_end = [&](int block) { return posed(compiled, end, block); };

@@ -5,8 +5,8 @@
 
 #include <quoin/geometry/contact_point.hpp>
 
-#include "compiled_scene.hpp"
 #include "contact/contact_history.hpp"
+#include "step/sub_step.hpp"
 
 namespace quoin::solver {
 
@@ -26,15 +26,14 @@ struct PassingPair {
 /// Takes the contacts of those pairs out of `contacts` (sorted by pair) that touched nowhere in the
 /// last step, would close in this one by the motion they have, and are then kept farther apart by a
 /// face's plane other than that of their contacts. `limit`: m, an overlap that is none.
-std::vector<PassingPair> set_aside_passing(const CompiledScene& compiled, const State& state,
-                                           double time_step, double limit,
+std::vector<PassingPair> set_aside_passing(const SubStep& step, double limit,
                                            std::vector<BodyContact>& contacts);
 
 /// After the step was tried without them: pairs that overlap at its end although no plane of theirs
 /// is least violated there (they passed none) have their contacts back, in place of those found at
 /// the end. `found_end`: contact points at the end, sorted. True when there were any; they are
 /// taken out of `pairs`.
-bool put_back_blocked(const CompiledScene& compiled, const State& end,
+bool put_back_blocked(const CompiledScene& compiled, std::span<const BlockState> end,
                       const std::vector<geometry::ContactPoint>& found_end, double limit,
                       std::vector<PassingPair>& pairs, std::vector<BodyContact>& contacts);
 

@@ -70,10 +70,11 @@ void begin_search(const CompiledScene& compiled, const State& state, Equilibrium
   search.start = state.blocks;
 }
 
-double stride(const CompiledScene& compiled, const State& from, const State& to) {
+double stride(const CompiledScene& compiled, std::span<const int> blocks,
+              std::span<const BlockState> from, std::span<const BlockState> to) {
   double longest = 0.0;
-  for (const int b : compiled.slots.block_of_slot) {
-    const BlockState &start = from.blocks[index(b)], &end = to.blocks[index(b)];
+  for (const int b : blocks) {
+    const BlockState &start = from[index(b)], &end = to[index(b)];
     longest = std::max(longest, motion((end.centroid - start.centroid).norm(),
                                        end.rotation.angularDistance(start.rotation),
                                        extent(compiled.models[index(b)])));

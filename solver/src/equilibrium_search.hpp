@@ -6,6 +6,7 @@
 /// with it the unbalance, goes to zero whatever tau; where there is none the block goes on moving.
 
 #include <quoin/solver/simulation.hpp>
+#include <span>
 
 #include "compiled_scene.hpp"
 
@@ -25,8 +26,9 @@ double static_reach(const CompiledScene& compiled);
 /// size. Contacts are not asked: what they hold does not move.
 void begin_search(const CompiledScene& compiled, const State& state, EquilibriumSearch& search);
 
-/// Largest motion of a block from `from` to `to`, by its size.
-double stride(const CompiledScene& compiled, const State& from, const State& to);
+/// Largest motion of one of these blocks from `from` to `to` (by block), by its size.
+double stride(const CompiledScene& compiled, std::span<const int> blocks,
+              std::span<const BlockState> from, std::span<const BlockState> to);
 bool too_long(double stride);
 
 /// After an accepted step: the next tau, and what `report` says of the search.

@@ -35,7 +35,7 @@ void InitialDepths::remember(std::span<const ContactPoint> found, std::span<cons
   std::ranges::sort(entries, {}, &Entry::key);
 }
 
-void InitialDepths::take_off(std::span<const BlockModel> models, const State& state,
+void InitialDepths::take_off(std::span<const BlockModel> models, std::span<const BlockState> blocks,
                              std::vector<ContactPoint>& found) const {
   for (ContactPoint& point : found) {
     const auto [from, until] = std::ranges::equal_range(
@@ -47,7 +47,7 @@ void InitialDepths::take_off(std::span<const BlockModel> models, const State& st
     const auto nearest = std::min_element(
         from, until, [&](const Entry& a, const Entry& b) { return distance(a) < distance(b); });
     const auto a = static_cast<std::size_t>(point.key.a);
-    const Matrix3 linear = placement(models[a], pose(state.blocks[a])).linear;
+    const Matrix3 linear = placement(models[a], pose(blocks[a])).linear;
     point.point_a -= linear.inverse() * (nearest->depth * point.normal);
     point.gap += nearest->depth;
   }

@@ -24,8 +24,8 @@ struct InitialDepths {
   /// Of the pairs with a block that is `laid` (by block): what was remembered of them is forgotten.
   /// `found`: sorted by key. Pairs without overlap are not remembered.
   void remember(std::span<const geometry::ContactPoint> found, std::span<const char> laid);
-  /// `found`: as a search found them at `state`, sorted by key.
-  void take_off(std::span<const BlockModel> models, const State& state,
+  /// `found`: as a search found them where `blocks` stand, sorted by key.
+  void take_off(std::span<const BlockModel> models, std::span<const BlockState> blocks,
                 std::vector<geometry::ContactPoint>& found) const;
 };
 

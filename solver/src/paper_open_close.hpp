@@ -11,7 +11,7 @@
 #include <span>
 
 #include "linear_solver.hpp"
-#include "open_close.hpp"
+#include "iteration/open_close.hpp"
 #include "point_to_face.hpp"
 
 namespace quoin::solver {

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "step.hpp"
-
 namespace quoin::solver {
 namespace {
 
@@ -14,14 +12,16 @@ std::size_t index(int i) { return static_cast<std::size_t>(i); }
 struct StepSetting {
   const CompiledScene& compiled;
   const StepOptions& options;
-  const State& state;
-  double time_step = 0.0;
-  std::span<const Pose> start;      ///< by block
-  std::vector<Vector12> increment;  ///< by block: D; until it is solved, of prescribed blocks only
+  const SubStep& sub_step;
+  std::span<const Pose> start;             ///< by block
+  const std::vector<Vector12>& increment;  ///< by block: D; until it is solved, of prescribed
+                                           ///< blocks only
 
-  bool dynamic() const { return options.analysis == Analysis::Dynamic; }
-  double load_time() const { return state.time + 0.5 * duration(options, time_step); }
-  double end_time() const { return state.time + duration(options, time_step); }
+  bool dynamic() const { return sub_step.dynamic(); }
+  double time_step() const { return sub_step.length; }
+  double load_time() const { return sub_step.load_time(); }
+  double end_time() const { return sub_step.end_time(); }
+  const BlockState& state(int block) const { return sub_step.state[index(block)]; }
   /// T(x), 3×12, of a material point at the start of the step.
   Matrix3x12 point_motion(int block, const Vector3& arm) const {
     return motion(start[index(block)], arm, compiled.models[index(block)].unknowns == 12);
@@ -34,27 +34,17 @@ struct StepSetting {
   }
 };
 
-std::vector<PrescribedMotion> motion_at_end(const StepSetting& step,
-                                            const std::vector<PrescribedMotion>& now) {
-  std::vector<PrescribedMotion> end = now;
-  for (std::size_t p = 0; p < end.size(); ++p) {
-    const Block& block = step.compiled.scene.blocks[index(step.compiled.prescribed[p])];
-    end[p] = advance_motion(block.motion, now[p], step.state.time, step.end_time());
-  }
-  return end;
-}
-
 /// K and F of the blocks alone; a held point is a spring of stiffness `penalty` (N/m).
 void assemble_blocks(const StepSetting& step, double penalty, BlockSystem& base,
                      BlockVector& force) {
   const CompiledScene& compiled = step.compiled;
-  const StepScheme scheme{step.time_step};
+  const StepScheme scheme{step.time_step()};
   const double time = step.load_time();
   base.diagonal.clear();
   force.clear();
   for (const int b : compiled.slots.block_of_slot) {
     const BlockModel& model = compiled.models[index(b)];
-    const BlockState& now = step.state.blocks[index(b)];
+    const BlockState& now = step.state(b);
     base.diagonal.push_back(block_matrix(model, scheme));
     force.push_back(step.dynamic() ? block_force(model, now, scheme, Vector12::Zero())
                                    : static_block_force(model, now));
@@ -163,18 +153,18 @@ void account_contact(const PaperContact& c, const PaperOptions& options, bool wa
                      Attempt& attempt) {
   const Vector3& n = c.normal.normal;
   const Vector3 force = force_on_i(c, options.shear_stiffness);
-  attempt.load_work -= force.dot(c.driven);
+  attempt.energy.load_work -= force.dot(c.driven);
   const double gap_start = n.dot(c.normal.between - c.driven);
   const double normal_loss = -n.dot(force) * (c.gap - gap_start);
   if (options.multipliers) {
-    attempt.contact_work -= normal_loss;
+    attempt.energy.contact_work -= normal_loss;
   } else {
     const auto stored = [&](double gap) {
       return 0.5 * options.normal_stiffness * std::pow(std::min(gap, 0.0), 2);
     };
     const double end = c.mode == ContactMode::Open ? 0.0 : stored(c.gap);
-    attempt.spring_energy += end;
-    attempt.scheme_loss += stored(gap_start) - end + normal_loss;
+    attempt.energy.stored.front() += end;
+    attempt.energy.scheme_loss += stored(gap_start) - end + normal_loss;
   }
   const Vector3 between_start = c.shear.between - c.driven;
   const Vector3 slide_start = between_start - n.dot(between_start) * n;
@@ -182,8 +172,8 @@ void account_contact(const PaperContact& c, const PaperOptions& options, bool wa
   const double q = 0.5 * options.shear_stiffness;
   const double start = was_stuck ? q * slide_start.squaredNorm() : 0.0;
   const double end = c.mode == ContactMode::Stick ? q * c.slide.squaredNorm() : 0.0;
-  attempt.spring_energy += end;
-  (c.mode == ContactMode::Slip ? attempt.friction_work : attempt.scheme_loss) +=
+  attempt.energy.stored.front() += end;
+  (c.mode == ContactMode::Slip ? attempt.energy.friction_work : attempt.energy.scheme_loss) +=
       start - end - shear.dot(c.slide - slide_start);
 }
 
@@ -194,12 +184,12 @@ void account_blocks(const StepSetting& step, Attempt& attempt) {
   for (const int b : step.compiled.slots.block_of_slot) {
     const BlockModel& model = step.compiled.models[index(b)];
     const Vector12& d = step.increment[index(b)];
-    attempt.gravity_work += model.mass * gravity.dot(d.head<3>());
+    attempt.energy.gravity_work += model.mass * gravity.dot(d.head<3>());
     if (model.unknowns == 12) {
       const Vector6 e = d.tail<6>();
-      attempt.scheme_loss += 0.5 * model.volume * e.dot(model.elasticity * e);
+      attempt.energy.scheme_loss += 0.5 * model.volume * e.dot(model.elasticity * e);
     }
-    const double factor = 2.0 / (step.time_step * step.time_step);
+    const double factor = 2.0 / (step.time_step() * step.time_step());
     unbalanced = std::max({unbalanced, factor * model.mass * d.head<3>().norm(),
                            factor * (model.inertia * d.segment<3>(3)).norm() / model.size});
     largest = std::max(largest, model.mass * gravity.norm());
@@ -208,7 +198,7 @@ void account_blocks(const StepSetting& step, Attempt& attempt) {
   }
   for (const PointForce& load : step.compiled.loads) {
     const Vector3 force = load.factor * load.force.at(step.load_time());
-    attempt.load_work +=
+    attempt.energy.load_work +=
         force.dot(step.point_motion(load.block, load.arm) * step.increment[index(load.block)]);
     largest = std::max(largest, force.norm());
   }
@@ -220,48 +210,34 @@ void account_held(const StepSetting& step, double penalty, Attempt& attempt) {
   const double end = step.end_time();
   for (const HeldPoint& held : step.compiled.held) {
     const Vector3 now = step.moved(held);
-    const Vector3 before = now - held.displacement.at(step.state.time);
+    const Vector3 before = now - held.displacement.at(step.sub_step.time);
     const Vector3 moved =
         step.point_motion(held.block, held.arm) * step.increment[index(held.block)];
     const Vector3 after = now + moved - held.displacement.at(end);
     const double kept = 0.5 * penalty * after.squaredNorm();
-    attempt.spring_energy += kept;
+    attempt.energy.stored.front() += kept;
     // The hand that moves the point does the rest of the work.
-    const Vector3 driven = held.displacement.at(end) - held.displacement.at(step.state.time);
-    attempt.load_work -= penalty * after.dot(driven);
-    attempt.scheme_loss += 0.5 * penalty * before.squaredNorm() - kept +
-                           penalty * after.dot(moved) - penalty * after.dot(driven);
+    const Vector3 driven = held.displacement.at(end) - held.displacement.at(step.sub_step.time);
+    attempt.energy.load_work -= penalty * after.dot(driven);
+    attempt.energy.scheme_loss += 0.5 * penalty * before.squaredNorm() - kept +
+                                  penalty * after.dot(moved) - penalty * after.dot(driven);
   }
 }
 
-void set_end(const StepSetting& step, Attempt& attempt) {
-  State& end = attempt.end;
-  start_end(step.state, end);
-  end.time = step.end_time();
-  for (const int b : step.compiled.slots.block_of_slot) {
-    const BlockState& from = step.state.blocks[index(b)];
-    const Vector12& d = step.increment[index(b)];
-    BlockState& to = end.blocks[index(b)];
-    to = displaced(from, d);
-    if (step.dynamic()) {
-      to = with_end_velocity(to, from, d, step.time_step);
-    } else {
-      to.velocity = to.angular_velocity = Vector3::Zero();
-      to.strain_rate.setZero();
-    }
-  }
-  for (std::size_t p = 0; p < step.compiled.prescribed.size(); ++p) {
-    BlockState& to = end.blocks[index(step.compiled.prescribed[p])];
-    move_centroid(step.increment[index(step.compiled.prescribed[p])].head<3>(), to);
-    to.velocity = attempt.motion[p].velocity;
-  }
+BlockState end_state(const StepSetting& step, int block) {
+  const Vector12& d = step.increment[index(block)];
+  BlockState end = displaced(step.state(block), d);
+  if (step.dynamic()) return with_end_velocity(end, step.state(block), d, step.time_step());
+  end.velocity = end.angular_velocity = Vector3::Zero();
+  end.strain_rate.setZero();
+  return end;
 }
 
 /// Forces, modes and anchors at the end of the step. A contact that slid has its anchors where it
 /// is.
-void record_contact(const PaperContact& c, double shear_stiffness, const State& end,
+void record_contact(const PaperContact& c, double shear_stiffness, std::span<const BlockState> end,
                     BodyContact& contact) {
-  const Pose a = pose(end.blocks[index(contact.a)]), b = pose(end.blocks[index(contact.b)]);
+  const Pose a = pose(end[index(contact.a)]), b = pose(end[index(contact.b)]);
   const ContactGeometry now = contact_geometry(contact, a, b);
   const Vector3 force = force_on_i(c, shear_stiffness);
   const Vector3 shear = force - force.dot(c.normal.normal) * c.normal.normal;
@@ -309,50 +285,40 @@ double stiffest_omega_dt(const BlockSystem& base, std::span<const PaperContact> 
 
 }  // namespace
 
-bool is_paper_method(ContactMethod method) {
-  return method == ContactMethod::Paper || method == ContactMethod::Penalty;
-}
-
-void attempt_paper_step(const CompiledScene& compiled, const StepOptions& options,
-                        const State& state, double time_step, Workspace& work) {
-  Attempt& attempt = work.attempt;
-  static_cast<AttemptTotals&>(attempt) = {};
-  StepSetting step{
-      compiled,  options,          state,
-      time_step, work.poses.start, std::vector<Vector12>(state.blocks.size(), Vector12::Zero())};
-  attempt.motion = motion_at_end(step, work.motion);
-  for (std::size_t p = 0; p < compiled.prescribed.size(); ++p) {
-    step.increment[index(compiled.prescribed[p])].head<3>() =
-        attempt.motion[p].displacement - work.motion[p].displacement;
+void attempt_paper_step(const SubStep& at, std::span<const BodyContact> contacts,
+                        PaperMemory& memory, BlocksAtEnd& blocks, Attempt& attempt) {
+  const CompiledScene& compiled = at.compiled;
+  const std::vector<int>& own = compiled.slots.block_of_slot;
+  const StepSetting step{compiled, at.options, at, blocks.poses.start, blocks.poses.increment};
+  const double penalty = contact_spring(compiled, at.options);
+  for (const int block : own) blocks.poses.increment[index(block)].setZero();
+  assemble_blocks(step, penalty, memory.base, memory.force);
+  std::vector<PaperContact> solved;
+  for (const BodyContact& contact : contacts) solved.push_back(paper_contact(step, contact));
+  set_pairs(solved, memory.base.pairs);
+  const PaperOptions tuning = paper_options(step, penalty, contacts);
+  memory.clock.charge(&PhaseSeconds::assemble);
+  BlockVector increment(own.size(), Vector12::Zero());
+  attempt = {};
+  attempt.energy.stored.assign(own.size(), 0.0);  // all of it at the first: there is one island
+  attempt.solved = memory.open_close.solve(memory.base, memory.force, solved, tuning, increment);
+  memory.clock.charge(&PhaseSeconds::solve);
+  for (std::size_t s = 0; s < own.size(); ++s) {
+    blocks.poses.increment[index(own[s])] = increment[s];
+    blocks.end[index(own[s])] = end_state(step, own[s]);
   }
-  const double penalty = contact_spring(compiled, options);
-  assemble_blocks(step, penalty, work.base, work.force);
-  std::vector<PaperContact> contacts;
-  for (const BodyContact& contact : work.contacts) contacts.push_back(paper_contact(step, contact));
-  set_pairs(contacts, work.base.pairs);
-  const PaperOptions tuning = paper_options(step, penalty, work.contacts);
-  work.clock.charge(&PhaseSeconds::assemble);
-  work.increment.assign(work.force.size(), Vector12::Zero());
-  attempt.solved =
-      work.paper_open_close.solve(work.base, work.force, contacts, tuning, work.increment);
-  work.clock.charge(&PhaseSeconds::solve);
-  for (std::size_t s = 0; s < work.increment.size(); ++s) {
-    step.increment[index(compiled.slots.block_of_slot[s])] = work.increment[s];
-  }
-  set_end(step, attempt);
   account_blocks(step, attempt);
   account_held(step, penalty, attempt);
-  attempt.contacts = work.contacts;
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const BodyContact& before = work.contacts[i];
-    account_contact(contacts[i], tuning,
-                    before.was_closed && before.state.mode == ContactMode::Stick, attempt);
-    record_contact(contacts[i], tuning.shear_stiffness, attempt.end, attempt.contacts[i]);
+  attempt.contacts.assign(contacts.begin(), contacts.end());
+  for (std::size_t i = 0; i < solved.size(); ++i) {
+    const BodyContact& before = contacts[i];
+    account_contact(solved[i], tuning, before.was_closed && before.state.mode == ContactMode::Stick,
+                    attempt);
+    record_contact(solved[i], tuning.shear_stiffness, blocks.end, attempt.contacts[i]);
   }
-  if (options.method == ContactMethod::Penalty) {
-    attempt.stiffest_omega_dt = stiffest_omega_dt(work.base, contacts, penalty);
+  if (at.options.method == ContactMethod::Penalty) {
+    attempt.stiffest_omega_dt = stiffest_omega_dt(memory.base, solved, penalty);
   }
-  list_contacts(attempt.contacts, attempt.end.contacts);
 }
 
 }  // namespace quoin::solver

@@ -2,16 +2,22 @@
 /// One (sub-)step by the source's own method: Algorithm 1 of [Beyabanaki 2009], or its penalty
 /// method.
 
-#include "advance.hpp"
+#include "paper_open_close.hpp"
+#include "step/step_attempt.hpp"
 
 namespace quoin::solver {
 
-/// ContactMethod::Paper and ContactMethod::Penalty.
-bool is_paper_method(ContactMethod method);
+struct PaperMemory {
+  PaperMemory(const Slots& slots, StepWatch* watch) : open_close(slots, watch) {}
+  BlockSystem base;
+  BlockVector force;
+  PaperOpenClose open_close;
+  PhaseClock clock;
+};
 
-/// Solves for the increments of [time, time + dt] with contacts work.contacts; the outcome is
-/// work.attempt. Normals and T(x) are those of the start of the step, v' = 2D/dt - v.
-void attempt_paper_step(const CompiledScene& compiled, const StepOptions& options,
-                        const State& state, double time_step, Workspace& work);
+/// Solves for the increments of all blocks with these contacts. Normals and T(x) are those of the
+/// start of the step, v' = 2D/dt - v.
+void attempt_paper_step(const SubStep& step, std::span<const BodyContact> contacts,
+                        PaperMemory& memory, BlocksAtEnd& blocks, Attempt& attempt);
 
 }  // namespace quoin::solver

@@ -1,7 +1,7 @@
 #pragma once
 /// What stays when a scene is exchanged for another of the same blocks (Simulation::change).
 
-#include "advance.hpp"
+#include "step/workspace.hpp"
 
 namespace quoin::solver {
 

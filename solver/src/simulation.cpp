@@ -3,11 +3,12 @@
 #include <cmath>
 #include <cstdio>
 
-#include "advance.hpp"
 #include "checkpoint.hpp"
 #include "left_out.hpp"
 #include "paper_step.hpp"
 #include "scene_change.hpp"
+#include "step/contact_search.hpp"
+#include "step/step_control.hpp"
 
 namespace quoin::solver {
 
@@ -136,7 +137,7 @@ Simulation::Simulation(Scene scene, const StepOptions& options) {
   check_overlap(parts_->compiled, parts_->work);
   if (parts_->compiled.scene.initial_overlap == InitialOverlap::Zero) {
     parts_->work.initial_depths.remember(parts_->work.found, parts_->work.laid);
-    parts_->work.initial_depths.take_off(parts_->compiled.models, parts_->state,
+    parts_->work.initial_depths.take_off(parts_->compiled.models, parts_->state.blocks,
                                          parts_->work.found);
   }
   EnergyLedger& energy = parts_->state.energy;

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "solver/src/open_close.hpp"
+#include "solver/src/iteration/open_close.hpp"
 #include "support/catch.hpp"
 #include "support/random.hpp"
 

@@ -7,7 +7,7 @@
 
 #include "moving/interior_point.hpp"
 #include "moving/smoothed_newton.hpp"
-#include "open_close.hpp"
+#include "iteration/open_close.hpp"
 
 namespace quoin::solver {
 

@@ -1,4 +1,4 @@
-#include "energy_bound.hpp"
+#include "step/energy_bound.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -22,8 +22,8 @@ BlockState with_velocity(const BlockState& block, const Vector12& v) {
   return moving;
 }
 
-/// Of an island, J. `law`: of the velocities given; `middle`: halfway to them.
-struct IslandEnergy {
+/// Of a group of blocks, J. `law`: of the velocities given; `middle`: halfway to them.
+struct GroupEnergy {
   double available = 0.0;  ///< at the start and by work, less strain energy at the end
   double magnitude = 0.0;  ///< of what `available` sums: its rounding goes with it
   double pushed =
@@ -33,7 +33,7 @@ struct IslandEnergy {
 
 /// Share of the way from the positions' velocities at which kinetic energy, a square of it, comes
 /// to what is available; 1: all the way.
-double allowed_share(const IslandEnergy& e) {
+double allowed_share(const GroupEnergy& e) {
   const double available = e.available + kAllowed * e.magnitude;
   if (!(e.law - e.pushed > std::max(available, e.positions))) return 1.0;
   if (!(e.positions < available)) return 0.0;
@@ -46,32 +46,33 @@ double allowed_share(const IslandEnergy& e) {
 
 }  // namespace
 
-void bound_energy(const CompiledScene& compiled, const State& start, const VelocityBalance& balance,
-                  Attempt& attempt) {
-  const auto& [positions, time_step, islands, pushed] = balance;
-  std::vector<IslandEnergy> energy(islands.size());
-  for (std::size_t s = 0; s < islands.size(); ++s) {
-    const std::size_t b = index(compiled.slots.block_of_slot[s]);
-    const BlockModel& model = compiled.models[b];
-    const BlockState &first = start.blocks[b], &last = attempt.end.blocks[b];
+void bound_energy(const SubStep& step, const VelocityBalance& balance, std::span<BlockState> end,
+                  StepEnergy& energy) {
+  const auto& [positions, groups, pushed] = balance;
+  const std::vector<int>& blocks = step.island.slots.block_of_slot;
+  std::vector<GroupEnergy> of_group(groups.size());
+  for (std::size_t s = 0; s < groups.size(); ++s) {
+    const std::size_t b = index(blocks[s]);
+    const BlockModel& model = step.compiled.models[b];
+    const BlockState &first = step.state[b], &last = end[b];
     const double before = kinetic_energy(model, first) + strain_energy(model, first);
     const double strained = strain_energy(model, last);
-    const Vector12 held = positions[s] / time_step, free = velocity_vector(last);
-    IslandEnergy& e = energy[index(islands[s])];
-    e.available += before + attempt.work_on[b] - strained;
-    e.magnitude += before + std::abs(attempt.work_on[b]) + strained;
+    const Vector12 held = positions[s] / step.length, free = velocity_vector(last);
+    GroupEnergy& e = of_group[index(groups[s])];
+    e.available += before + energy.work_on[s] - strained;
+    e.magnitude += before + std::abs(energy.work_on[s]) + strained;
     e.pushed += pushed[s];
     e.positions += kinetic_energy(model, with_velocity(last, held));
     e.middle += kinetic_energy(model, with_velocity(last, 0.5 * (held + free)));
     e.law += kinetic_energy(model, last);
   }
-  for (std::size_t s = 0; s < islands.size(); ++s) {
-    const double share = allowed_share(energy[index(islands[s])]);
-    attempt.load_work += share * pushed[s];
-    attempt.impact_loss += share * pushed[s];
+  for (std::size_t s = 0; s < groups.size(); ++s) {
+    const double share = allowed_share(of_group[index(groups[s])]);
+    energy.load_work += share * pushed[s];
+    energy.impact_loss += share * pushed[s];
     if (share == 1.0) continue;
-    BlockState& block = attempt.end.blocks[index(compiled.slots.block_of_slot[s])];
-    const Vector12 held = positions[s] / time_step;
+    BlockState& block = end[index(blocks[s])];
+    const Vector12 held = positions[s] / step.length;
     block = with_velocity(block, held + share * (velocity_vector(block) - held));
   }
 }

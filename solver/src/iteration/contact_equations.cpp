@@ -1,0 +1,148 @@
+#include "iteration/contact_equations.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "contact/joint_law.hpp"
+
+namespace quoin::solver {
+namespace {
+
+constexpr double kRounding = 16.0 * std::numeric_limits<double>::epsilon();  // a sum of 12 products
+constexpr double kNoForce = 1e-300;  // N: keeps a quotient finite where no force acts
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+ContactEquations::ContactEquations(const Slots& slots)
+    : slots_(&slots), rigid_(std::ranges::all_of(slots.size, [](int n) { return n == 6; })) {}
+
+void ContactEquations::shift(const BlockEquations& blocks, std::span<LinearContact> contacts,
+                             const BlockVector& guess) {
+  rigid_ ? shift_in<6>(blocks, contacts, guess) : shift_in<12>(blocks, contacts, guess);
+}
+
+/// `n`: the unknowns of each block, at most.
+template <int n>
+void ContactEquations::shift_in(const BlockEquations& blocks, std::span<LinearContact> contacts,
+                                const BlockVector& guess) {
+  right_.resize(guess.size());
+  floor_.resize(guess.size());
+  for (std::size_t s = 0; s < guess.size(); ++s) {
+    Vector12 inner = Vector12::Zero();
+    inner.head<n>() = blocks.base.diagonal[s].topLeftCorner<n, n>() * guess[s].head<n>();
+    right_[s] = blocks.force[s] - inner;
+    const double length = slots_->length[s];
+    floor_[s] = kRounding * (force_size(blocks.force[s], length) + force_size(inner, length));
+  }
+  for (LinearContact& c : contacts) {
+    c.guess = c.offset;
+    double size = 0.0;  // sum of magnitudes in J D: what its rounding is measured against, m
+    const auto move = [&](int slot, const Matrix3x12& jacobian) {
+      if (slot < 0) return;
+      const auto part = jacobian.leftCols<n>();
+      const auto motion = guess[index(slot)].head<n>();
+      c.guess.noalias() += part * motion;
+      size += (part.cwiseAbs() * motion.cwiseAbs()).maxCoeff();
+    };
+    move(c.slot_a, c.jacobian_a);
+    move(c.slot_b, c.jacobian_b);
+    const double noise = kRounding * std::max(c.normal_stiffness, c.shear_stiffness) * size;
+    if (c.slot_a >= 0) floor_[index(c.slot_a)] += noise;
+    if (c.slot_b >= 0) floor_[index(c.slot_b)] += noise;
+  }
+}
+
+void ContactEquations::evaluate(const BlockSystem& base, std::span<LinearContact> contacts,
+                                const BlockVector& change, Law law, double softness) {
+  residual_.resize(change.size());
+  scale_.resize(change.size());
+  if (rigid_) {
+    evaluate_blocks<6>(base, change);
+    evaluate_contacts<6>(contacts, change, law, softness);
+  } else {
+    evaluate_blocks<12>(base, change);
+    evaluate_contacts<12>(contacts, change, law, softness);
+  }
+}
+
+/// `n`: the unknowns of each block, at most.
+template <int n>
+void ContactEquations::evaluate_blocks(const BlockSystem& base, const BlockVector& change) {
+  for (std::size_t s = 0; s < change.size(); ++s) {
+    Vector12 inner = Vector12::Zero();
+    inner.head<n>() = base.diagonal[s].topLeftCorner<n, n>() * change[s].head<n>();
+    residual_[s] = right_[s] - inner;
+    const double length = slots_->length[s];
+    scale_[s] = force_size(right_[s], length) + force_size(inner, length);
+  }
+}
+
+/// `n`: the unknowns of each block, at most.
+template <int n>
+void ContactEquations::evaluate_contacts(std::span<LinearContact> contacts,
+                                         const BlockVector& change, Law law, double softness) {
+  for (LinearContact& c : contacts) {
+    c.relative = c.guess;
+    const auto move = [&](int slot, const Matrix3x12& jacobian) {
+      if (slot >= 0) c.relative.noalias() += jacobian.leftCols<n>() * change[index(slot)].head<n>();
+    };
+    move(c.slot_a, c.jacobian_a);
+    move(c.slot_b, c.jacobian_b);
+    if (law == Law::Assumed) {
+      apply_assumed(softness, c);
+    } else {
+      apply_law(softness, c);
+    }
+    if (c.mode == ContactMode::Open) continue;
+    const double size = c.force.norm();
+    const auto push = [&](int slot, const Matrix3x12& jacobian) {
+      if (slot < 0) return;
+      residual_[index(slot)].head<n>().noalias() += jacobian.leftCols<n>().transpose() * c.force;
+      scale_[index(slot)] += size;
+    };
+    push(c.slot_a, c.jacobian_a);
+    push(c.slot_b, c.jacobian_b);
+  }
+}
+
+double ContactEquations::relative_residual() const {
+  double worst = 0.0;
+  for (std::size_t s = 0; s < residual_.size(); ++s) {
+    const double size = std::max(0.0, force_size(residual_[s], slots_->length[s]) - floor_[s]);
+    if (!(size <= worst * scale_[s])) worst = size / std::max(scale_[s], kNoForce);
+  }
+  return worst;
+}
+
+bool ContactEquations::balanced(std::size_t slot, double tolerance) const {
+  return force_size(residual_[slot], slots_->length[slot]) - floor_[slot] <=
+         tolerance * scale_[slot];
+}
+
+double ContactEquations::squared_residual() const {
+  double sum = 0.0;
+  for (std::size_t s = 0; s < residual_.size(); ++s) {
+    const double length = slots_->length[s];
+    sum += residual_[s].head<3>().squaredNorm() +
+           residual_[s].tail<9>().squaredNorm() / (length * length);
+  }
+  return sum;
+}
+
+double ContactEquations::slope(const BlockVector& direction) const {
+  double sum = 0.0;
+  for (std::size_t s = 0; s < direction.size(); ++s) sum += residual_[s].dot(direction[s]);
+  return sum;
+}
+
+double ContactEquations::relative_push(const BlockVector& push) const {
+  double worst = 0.0;
+  for (std::size_t s = 0; s < push.size(); ++s) {
+    worst = std::max(worst, force_size(push[s], slots_->length[s]) / std::max(scale_[s], kNoForce));
+  }
+  return worst;
+}
+
+}  // namespace quoin::solver

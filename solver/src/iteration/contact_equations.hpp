@@ -1,0 +1,68 @@
+#pragma once
+/// The equations of one linearised step, counted from a first guess D0:
+///
+///   residual(D) = (F - K D0) - K D + sum J^T f(d),   d = (offset + J D0) + J D.
+///
+/// Forces and gaps are then rounded like the change D and not like the whole motion of the step.
+
+#include <span>
+
+#include "contact/linear_contact.hpp"
+#include "linear_solver.hpp"
+
+namespace quoin::solver {
+
+/// K (diagonal) and F of the blocks alone, and the pairs that contacts couple.
+struct BlockEquations {
+  const BlockSystem& base;
+  const BlockVector& force;
+};
+
+/// What a contact follows: the mode assumed at the start (no conditions are checked), or its law.
+enum class Law { Assumed, True };
+
+/// Keeps the memory between calls.
+class ContactEquations {
+ public:
+  explicit ContactEquations(const Slots& slots);
+
+  /// Takes `guess` as D0. Sets LinearContact::guess.
+  void shift(const BlockEquations& blocks, std::span<LinearContact> contacts,
+             const BlockVector& guess);
+
+  /// The residual of the change D. Sets d, forces and modes of the contacts. `softness`: of all
+  /// contacts, share of their stiffness.
+  void evaluate(const BlockSystem& base, std::span<LinearContact> contacts,
+                const BlockVector& change, Law law, double softness);
+
+  const BlockVector& residual() const { return residual_; }  ///< by slot
+  /// The largest residual by the forces at its block, less what rounding makes of it.
+  double relative_residual() const;
+  bool balanced(std::size_t slot, double tolerance) const;
+  /// Moments and strain moments by block length, N2.
+  double squared_residual() const;
+  /// Of the residual along a direction, J.
+  double slope(const BlockVector& direction) const;
+  /// The largest of forces on blocks, by the forces at them.
+  double relative_push(const BlockVector& push) const;
+  bool rigid() const { return rigid_; }  ///< all blocks: 6 unknowns each
+
+ private:
+  template <int n>
+  void shift_in(const BlockEquations& blocks, std::span<LinearContact> contacts,
+                const BlockVector& guess);
+  template <int n>
+  void evaluate_blocks(const BlockSystem& base, const BlockVector& change);
+  template <int n>
+  void evaluate_contacts(std::span<LinearContact> contacts, const BlockVector& change, Law law,
+                         double softness);
+
+  const Slots* slots_;
+  bool rigid_;
+  BlockVector right_;  ///< F - K D0
+  BlockVector residual_;
+  std::vector<double> scale_;  ///< force scale, per slot, N
+  std::vector<double> floor_;  ///< what rounding makes of a residual, per slot, N
+};
+
+}  // namespace quoin::solver

@@ -1,0 +1,176 @@
+#include "iteration/contact_newton.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "contact/joint_law.hpp"
+
+namespace quoin::solver {
+namespace {
+
+constexpr double kNegligible = 1e-10;  // of the largest contact force: no friction worth following
+// Chosen on a sample of falling and standing arches, tilted walls and heaps, rigid and deformable;
+// twice or half of any of them took up to a tenth more solves.
+constexpr int kMostSteps = 30;
+constexpr int kPatience = 5;       // steps, in which the residual must come down to
+constexpr double kProgress = 0.7;  // of what it was
+// Bounds of the searches: 2^-30 of a step is rounding; an eighth halving leaves 1/128 of it.
+constexpr int kMostBisections = 30;
+constexpr int kMostHalvings = 8;
+constexpr double kFlatSlope = 0.1;   // of that at the start of the step: the Newton step is as good
+constexpr double kEnoughFall = 0.5;  // of what the tangent promises the squared residual to fall by
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+bool is_symmetric(const Matrix3& matrix) { return matrix(1, 0) == 0.0 && matrix(2, 0) == 0.0; }
+
+}  // namespace
+
+void ContactNewton::set(const BlockEquations& blocks, std::span<LinearContact> contacts,
+                        const BlockVector& guess) {
+  base_ = &blocks.base;
+  contacts_ = contacts;
+  factorized_ = false;
+  change_.assign(guess.size(), Vector12::Zero());
+  trial_.resize(guess.size());
+  step_.resize(guess.size());
+  equations_.shift(blocks, contacts, guess);
+}
+
+void ContactNewton::evaluate(Law law, double softness) {
+  equations_.evaluate(*base_, contacts_, change_, law, softness);
+}
+
+bool ContactNewton::same_tangent(Law law, double softness) {
+  next_tangent_.resize(contacts_.size());
+  TangentOptions options{law == Law::Assumed, softness, 0.0};
+  for (const LinearContact& c : contacts_) {
+    options.negligible = std::max(options.negligible, kNegligible * c.force.norm());
+  }
+  for (std::size_t c = 0; c < contacts_.size(); ++c) {
+    next_tangent_[c] = tangent(contacts_[c], options);
+  }
+  const bool same = factorized_ && next_tangent_ == tangent_;
+  std::swap(tangent_, next_tangent_);
+  return same;
+}
+
+void ContactNewton::assemble() {
+  system_.diagonal = base_->diagonal;
+  system_.pairs = base_->pairs;
+  system_.off_diagonal.assign(base_->pairs.size(), Matrix12::Zero());
+  const bool symmetric = system_.symmetric =
+      std::all_of(tangent_.begin(), tangent_.end(), is_symmetric);
+  system_.mirrored.clear();
+  if (!symmetric) system_.mirrored.assign(base_->pairs.size(), Matrix12::Zero());
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    if (contacts_[i].mode == ContactMode::Open) continue;
+    equations_.rigid() ? add_contact<6>(contacts_[i], tangent_[i])
+                       : add_contact<12>(contacts_[i], tangent_[i]);
+  }
+}
+
+/// `n`: the unknowns of each of its blocks, at most.
+template <int n>
+void ContactNewton::add_contact(const LinearContact& c, const Matrix3& tangent) {
+  using Jacobian = Eigen::Matrix<double, 3, n>;
+  const Jacobian a = c.jacobian_a.leftCols<n>(), b = c.jacobian_b.leftCols<n>();
+  const Jacobian stiff_a = tangent * a, stiff_b = tangent * b;
+  const auto add = [](const Jacobian& left, const Jacobian& right, Matrix12& block) {
+    block.topLeftCorner<n, n>().noalias() += left.transpose() * right;
+  };
+  if (c.slot_a >= 0) add(a, stiff_a, system_.diagonal[index(c.slot_a)]);
+  if (c.slot_b >= 0) add(b, stiff_b, system_.diagonal[index(c.slot_b)]);
+  if (c.pair < 0) return;
+  Matrix12& upper = system_.off_diagonal[index(c.pair)];
+  const bool ascending = c.slot_a < c.slot_b;
+  ascending ? add(a, stiff_b, upper) : add(b, stiff_a, upper);
+  if (system_.symmetric) return;
+  Matrix12& lower = system_.mirrored[index(c.pair)];
+  ascending ? add(b, stiff_a, lower) : add(a, stiff_b, lower);
+}
+
+bool ContactNewton::step(Law law, double softness, NewtonCount& count) {
+  if (watch_ != nullptr) watch_->look();
+  if (!same_tangent(law, softness)) {
+    assemble();
+    factorized_ = solver_.factorize(system_);
+    ++count.factorizations;
+    if (!factorized_) return false;
+  }
+  solver_.solve(equations_.residual(), step_);
+  ++count.solves;
+  if (law == Law::Assumed) {
+    move(Law::True, softness, 1.0);
+  } else if (system_.symmetric) {
+    search_slope(law, softness);
+  } else {
+    search_residual(law, softness);
+  }
+  std::swap(change_, trial_);
+  return true;
+}
+
+void ContactNewton::move(Law law, double softness, double share) {
+  for (std::size_t s = 0; s < step_.size(); ++s) trial_[s] = change_[s] + share * step_[s];
+  equations_.evaluate(*base_, contacts_, trial_, law, softness);
+}
+
+/// No convex function stands behind an unsymmetric step: halve it until the residual falls, or take
+/// the share that comes nearest to that.
+void ContactNewton::search_residual(Law law, double softness) {
+  const double before = equations_.squared_residual();
+  double best = std::numeric_limits<double>::infinity(), best_share = 1.0, share = 1.0;
+  for (int search = 0; search < kMostHalvings; ++search, share *= 0.5) {
+    move(law, softness, share);
+    const double now = equations_.squared_residual();
+    if (now < best) {
+      best = now;
+      best_share = share;
+    }
+    if (now <= (1.0 - kEnoughFall * share) * before) return;
+  }
+  move(law, softness, best_share);
+}
+
+/// The residual is minus the gradient of a convex function: its slope along the step falls and
+/// crosses zero once.
+void ContactNewton::search_slope(Law law, double softness) {
+  const double slope_start = equations_.slope(step_);
+  double low = 0.0, high = 1.0;
+  double at = 1.0;
+  for (int search = 0; search < kMostBisections; ++search) {
+    move(law, softness, at);
+    const double slope_now = equations_.slope(step_);
+    if (std::abs(slope_now) <= kFlatSlope * std::abs(slope_start)) break;
+    if (slope_now > 0.0) {
+      if (at >= 1.0) break;
+      low = at;
+    } else {
+      high = at;
+    }
+    at = 0.5 * (low + high);
+  }
+}
+
+bool ContactNewton::relax(double tolerance, double softness, int most_iterations,
+                          NewtonCount& count) {
+  double reached = std::numeric_limits<double>::infinity();
+  int waited = 0;
+  for (int i = 0; i < kMostSteps && count.iterations < most_iterations; ++i) {
+    const double residual = equations_.relative_residual();
+    if (residual <= tolerance) return true;
+    if (residual <= kProgress * reached) {
+      reached = residual;
+      waited = 0;
+    } else if (++waited == kPatience) {
+      return false;
+    }
+    ++count.iterations;
+    if (!step(Law::True, softness, count)) return false;
+  }
+  return equations_.relative_residual() <= tolerance;
+}
+
+}  // namespace quoin::solver

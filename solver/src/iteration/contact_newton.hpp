@@ -1,0 +1,61 @@
+#pragma once
+/// Newton's method on the equations of one linearised step, with a search along each step.
+
+#include "iteration/contact_equations.hpp"
+#include "step_watch.hpp"
+
+namespace quoin::solver {
+
+/// What was spent.
+struct NewtonCount {
+  int iterations = 0;
+  int solves = 0;
+  int factorizations = 0;
+};
+
+/// Keeps the memory between calls. The unknown is the change of the increments against a guess.
+class ContactNewton {
+ public:
+  /// `watch`: looked at in each step, which then throws StepStopped.
+  ContactNewton(const Slots& slots, StepWatch* watch)
+      : watch_(watch), equations_(slots), solver_(slots, watch) {}
+
+  /// From now on these equations, no change yet. The arguments must outlive the use of this object.
+  void set(const BlockEquations& blocks, std::span<LinearContact> contacts,
+           const BlockVector& guess);
+  /// Residual, forces and modes at the present change; `softness`: of all contacts, share of their
+  /// stiffness.
+  void evaluate(Law law, double softness);
+  /// One step. False, and nothing moved, when the matrix is singular to working accuracy.
+  bool step(Law law, double softness, NewtonCount& count);
+  /// Steps until the residual is small. False when it does not fall any more, or after
+  /// `most_iterations` in all.
+  bool relax(double tolerance, double softness, int most_iterations, NewtonCount& count);
+
+  const ContactEquations& equations() const { return equations_; }
+  const BlockVector& change() const { return change_; }
+  void set_change(const BlockVector& change) { change_ = change; }
+  bool factorized() const { return factorized_; }
+  double condition_estimate() const { return solver_.condition_estimate(); }
+
+ private:
+  bool same_tangent(Law law, double softness);
+  void assemble();
+  template <int n>
+  void add_contact(const LinearContact& contact, const Matrix3& tangent);
+  void move(Law law, double softness, double share);
+  void search_slope(Law law, double softness);
+  void search_residual(Law law, double softness);
+
+  StepWatch* watch_;
+  ContactEquations equations_;
+  LinearSolver solver_;
+  const BlockSystem* base_ = nullptr;
+  std::span<LinearContact> contacts_;
+  BlockSystem system_;
+  BlockVector change_, trial_, step_;
+  std::vector<Matrix3> tangent_, next_tangent_;  ///< of each contact, of the last factorization
+  bool factorized_ = false;
+};
+
+}  // namespace quoin::solver

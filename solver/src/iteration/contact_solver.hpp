@@ -1,0 +1,39 @@
+#pragma once
+/// Contact forces of a linearised step by the iteration that the options name.
+
+#include "iteration/open_close.hpp"
+#include "moving/moving_contacts.hpp"
+
+namespace quoin::solver {
+
+/// Keeps the memory of both iterations, and what an attempt at a sub-step has spent.
+class ContactSolver {
+ public:
+  ContactSolver(const Slots& slots, StepWatch* watch)
+      : open_close_(slots, watch), moving_contacts_(slots, watch) {}
+
+  /// Iterations of all solve() until the next call.
+  void allow(int iterations) { iterations_left_ = iterations; }
+  /// Contacts are exact, until an iteration gives that up.
+  void start() { yielding_ = false; }
+
+  /// Of positions or velocities, as OpenClose::solve(); tuning.max_iterations is set here.
+  OpenCloseResult solve(const StepOptions& options, const BlockEquations& blocks,
+                        std::span<LinearContact> contacts, OpenCloseOptions tuning,
+                        BlockVector& increment);
+
+  /// Contacts have yielded since start(), and go on so.
+  bool yielding() const { return yielding_; }
+
+ private:
+  OpenCloseResult iterate(const StepOptions& options, const BlockEquations& blocks,
+                          std::span<LinearContact> contacts, const OpenCloseOptions& tuning,
+                          BlockVector& increment);
+
+  OpenClose open_close_;
+  MovingContacts moving_contacts_;
+  bool yielding_ = false;
+  int iterations_left_ = 0;
+};
+
+}  // namespace quoin::solver

@@ -1,0 +1,246 @@
+#include "iteration/open_close.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "contact/joint_law.hpp"
+
+namespace quoin::solver {
+namespace {
+
+constexpr double kFarResidual = 1e-2;  // a guess that far out says nothing of the contacts' modes
+constexpr double kAtRest = 10.0;       // tolerances: a guess this good needs no solve; solved is 1
+constexpr double kLastPush = 10.0;     // of the force tolerance: an update that is not needed
+constexpr double kStalled = 0.9;       // of the last gap is left: then
+constexpr double kStalledPush = 1e6;   // of the force tolerance, and
+constexpr double kStalledGap = 10.0;   // of the gap tolerance is enough
+constexpr double kSlow = 0.5;          // of the last gap is left: augmentation is raised, by
+constexpr double kRaise = 10.0;
+constexpr double kRaiseGap = 0.1;  // where more than this share of the largest gap is left,
+constexpr double kFixed = 0.999;   // but not for gaps that no force can close
+constexpr int kMostRaises = 6;     // mass ratios of 1e6, with what augmentation is already
+
+// The softness of contacts. Chosen with the numbers of contact_newton.cpp, on the same sample.
+constexpr double kSoft = 1e-4;   // after full stiffness failed
+constexpr double kSofter = 0.1;  // after that failed, too
+constexpr double kSoftest = 1e-9;
+constexpr double kStiffer = 5.0;  // after it was solved in
+constexpr int kQuickSteps = 4;
+constexpr double kLooseResidual = 1e-4;  // while gaps are above the tolerance, at most, and
+constexpr double kLooseShare = 1e-2;     // of the residual that the last update left
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+/// Largest violation of the contact conditions that multipliers should remove, m.
+double violation(std::span<const LinearContact> contacts) {
+  double worst = 0.0;
+  for (const LinearContact& c : contacts) {
+    if (c.compliant || c.mode == ContactMode::Open) continue;
+    worst = std::max(worst, std::abs(c.relative[0]));
+    if (c.mode == ContactMode::Stick) worst = std::max(worst, c.relative.tail<2>().norm());
+  }
+  return worst;
+}
+
+/// Takes the forces as the new multipliers.
+void update_multipliers(std::span<LinearContact> contacts) {
+  for (LinearContact& c : contacts) {
+    if (!c.compliant) c.multiplier = c.force;
+  }
+}
+
+/// A light block that carries a heavy one opposes to a contact much less than what must pass
+/// through it: ten times stiffer where more than `gap` (m) is left.
+void raise_augmentation(std::span<LinearContact> contacts, double gap) {
+  for (LinearContact& c : contacts) {
+    if (c.compliant || c.mode == ContactMode::Open) continue;
+    if (std::abs(c.relative[0]) > gap) c.normal_stiffness *= kRaise;
+    if (c.mode == ContactMode::Stick && c.relative.tail<2>().norm() > gap) {
+      c.shear_stiffness *= kRaise;
+    }
+  }
+}
+
+/// `stands`, by slot: what touches a block that does not stand does not, either.
+void spread(std::span<const LinearContact> contacts, std::vector<char>& stands) {
+  for (bool spreads = true; spreads;) {
+    spreads = false;
+    for (const LinearContact& c : contacts) {
+      if (c.mode == ContactMode::Open || c.slot_a < 0 || c.slot_b < 0) continue;
+      char &a = stands[index(c.slot_a)], &b = stands[index(c.slot_b)];
+      spreads = spreads || a != b;
+      a = b = a && b;
+    }
+  }
+}
+
+}  // namespace
+
+void add(const OpenCloseResult& later, OpenCloseResult& total) {
+  total.converged = later.converged;
+  total.iterations += later.iterations;
+  total.solves += later.solves;
+  total.factorizations += later.factorizations;
+  total.residual = later.residual;
+  total.change = later.change;
+  if (later.factorizations > 0) total.condition = later.condition;
+}
+
+void set_pairs(std::span<LinearContact> contacts, BlockSystem& base) {
+  auto& pairs = base.pairs;
+  pairs.clear();
+  for (const LinearContact& c : contacts) {
+    if (c.slot_a >= 0 && c.slot_b >= 0) pairs.push_back(std::minmax(c.slot_a, c.slot_b));
+  }
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  for (LinearContact& c : contacts) {
+    if (c.slot_a < 0 || c.slot_b < 0) continue;
+    const std::pair<int, int> pair = std::minmax(c.slot_a, c.slot_b);
+    c.pair = static_cast<int>(std::lower_bound(pairs.begin(), pairs.end(), pair) - pairs.begin());
+  }
+}
+
+/// Blocks that the forces known so far hold where they stand, and so all that they touch, do not
+/// move to begin with: what they were guessed to do is rounding. Returns the largest motion taken
+/// back, m.
+double OpenClose::stand(const BlockEquations& blocks, std::span<LinearContact> contacts,
+                        double tolerance, BlockVector& guess) {
+  still_.assign(guess.size(), Vector12::Zero());
+  if (guess == still_) return 0.0;
+  newton_.set(blocks, contacts, still_);
+  newton_.evaluate(Law::True, 1.0);
+  stands_.resize(guess.size());
+  for (std::size_t s = 0; s < guess.size(); ++s) {
+    stands_[s] = newton_.equations().balanced(s, tolerance);
+  }
+  spread(contacts, stands_);
+  double taken_back = 0.0;
+  for (std::size_t s = 0; s < guess.size(); ++s) {
+    if (!stands_[s]) continue;
+    taken_back = std::max(taken_back, motion_of(guess[s], slots_->length[s]));
+    guess[s].setZero();
+  }
+  return taken_back;
+}
+
+/// Soft contacts only hand their forces on as the next multipliers: good to a share is enough until
+/// the gaps are within the tolerance.
+double OpenClose::wanted_residual(std::span<const LinearContact> contacts,
+                                  const OpenCloseOptions& options, double softness) const {
+  if (softness == 1.0 || violation(contacts) <= options.gap_tolerance) {
+    return options.force_tolerance;
+  }
+  const double share = kLooseShare * newton_.equations().relative_residual();
+  return std::max(options.force_tolerance, std::min(kLooseResidual, share));
+}
+
+/// Solves, takes the forces as multipliers and solves again until that changes nothing any more.
+/// Stiff contacts change their mode one joint after the other and Newton's method may find no way;
+/// soft ones all at once. Where it fails it goes back to the last solution with softer contacts,
+/// and stiffer ones again as they are quickly solved.   [Rockafellar 1976]
+bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptions& options,
+                         NewtonCount& count) {
+  const bool springs = std::ranges::any_of(contacts, &LinearContact::compliant);
+  Progress progress;
+  double& softness = progress.softness;
+  solved_.assign(newton_.change().size(), Vector12::Zero());
+  while (count.iterations < options.max_iterations) {
+    const int before = count.iterations;
+    const double wanted = wanted_residual(contacts, options, softness);
+    if (newton_.relax(wanted, softness, options.max_iterations, count)) {
+      solved_ = newton_.change();
+      const bool exact = newton_.equations().relative_residual() <= options.force_tolerance;
+      if (exact && (softness == 1.0 || !springs) && settled(contacts, options, progress)) {
+        return true;
+      }
+      update_multipliers(contacts);
+      if (count.iterations - before <= kQuickSteps) softness = std::min(1.0, kStiffer * softness);
+      count.iterations = std::max(count.iterations, before + 1);
+    } else {
+      newton_.set_change(solved_);
+      softness = softness == 1.0 ? kSoft : std::max(kSoftest, kSofter * softness);
+    }
+    newton_.evaluate(Law::True, softness);
+  }
+  return false;
+}
+
+/// What the next multipliers would do to the blocks, relative to the forces there. Parts that
+/// cancel are left out: redundant contacts that disagree by less than the tolerance shift them for
+/// ever.
+double OpenClose::push_of_update(std::span<const LinearContact> contacts) {
+  push_.assign(newton_.change().size(), Vector12::Zero());
+  for (const LinearContact& c : contacts) {
+    if (c.compliant) continue;
+    const Vector3 push = force_after_update(c) - c.force;
+    if (c.slot_a >= 0) push_[index(c.slot_a)].noalias() += c.jacobian_a.transpose() * push;
+    if (c.slot_b >= 0) push_[index(c.slot_b)].noalias() += c.jacobian_b.transpose() * push;
+  }
+  return newton_.equations().relative_push(push_);
+}
+
+/// Solved for its multipliers: are these good? They are when the next update no longer matters, or
+/// no longer helps and gaps are within the tolerance (what is left then lies in forces that nearly
+/// cancel). The forces are then wrong by about the push over 1e2: by so much at least is the
+/// augmentation stiffer than a block.
+bool OpenClose::settled(std::span<LinearContact> contacts, const OpenCloseOptions& options,
+                        Progress& progress) {
+  const double gap = violation(contacts);
+  if (gap <= options.gap_rounding) return true;
+  const double left = gap / last_gap_;
+  last_gap_ = gap;
+  const bool stiff = progress.softness == 1.0;
+  const bool stalled = stiff && left > kStalled;
+  if (gap <= (stalled ? kStalledGap : 1.0) * options.gap_tolerance) {
+    const double allowed = stalled ? kStalledPush : kLastPush;
+    if (push_of_update(contacts) <= allowed * options.force_tolerance) return true;
+  }
+  const bool slow = left > kSlow && left < kFixed && progress.updates > 0 && stiff;
+  if (options.raise && slow && progress.raises < kMostRaises) {
+    ++progress.raises;
+    raise_augmentation(contacts, kRaiseGap * gap);
+  }
+  ++progress.updates;
+  return false;
+}
+
+OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& force,
+                                 std::span<LinearContact> contacts, const OpenCloseOptions& options,
+                                 BlockVector& increment) {
+  const BlockEquations blocks{base, force};
+  const ContactEquations& equations = newton_.equations();
+  const double tolerance = options.force_tolerance;
+  OpenCloseResult result;
+  if (options.predicted || !options.raise) last_gap_ = std::numeric_limits<double>::infinity();
+  if (options.predicted) result.change = stand(blocks, contacts, kAtRest * tolerance, increment);
+  newton_.set(blocks, contacts, increment);
+  newton_.evaluate(Law::True, 1.0);
+  result.residual = equations.relative_residual();
+  if (result.residual <= kAtRest * tolerance && violation(contacts) <= options.gap_rounding) {
+    result.converged = true;  // nothing has happened since the last step
+    return result;
+  }
+  NewtonCount count;
+  if (result.residual > kFarResidual) {
+    newton_.evaluate(Law::Assumed, 1.0);
+    ++count.iterations;
+    if (!newton_.step(Law::Assumed, 1.0, count)) newton_.evaluate(Law::True, 1.0);
+  }
+  result.converged = converge(contacts, options, count);
+  result.iterations = count.iterations;
+  result.solves = count.solves;
+  result.factorizations = count.factorizations;
+  result.residual = equations.relative_residual();
+  for (LinearContact& c : contacts) c.assumed = c.mode;
+  for (std::size_t s = 0; s < increment.size(); ++s) {
+    const Vector12& change = newton_.change()[s];
+    increment[s] += change;
+    result.change = std::max(result.change, motion_of(change, slots_->length[s]));
+  }
+  if (newton_.factorized()) result.condition = newton_.condition_estimate();
+  return result;
+}
+
+}  // namespace quoin::solver

@@ -1,0 +1,76 @@
+#pragma once
+/// Open–close and multiplier iteration: the contact forces of one linearised step.
+///
+/// Find D and contact forces f with   K D = F + sum J^T f,   d = offset + J D   and, at each
+/// contact, the law of joint_law.hpp. Source: [Alart & Curnier 1991] for the projected augmented
+/// Lagrangian; see solver/README.md.
+
+#include "iteration/contact_newton.hpp"
+
+namespace quoin::solver {
+
+struct OpenCloseOptions {
+  double force_tolerance = 1e-10;  ///< relative to the forces at a block
+  double gap_tolerance = 1e-12;    ///< m
+  double gap_rounding = 0.0;  ///< m: a smaller gap or slip is zero for all that doubles can tell
+  int max_iterations = 200;
+  bool raise = false;      ///< augmentation where the gap falls slowly
+  bool predicted = false;  ///< the first guess is no solution yet: blocks may stand instead
+};
+
+struct OpenCloseResult {
+  bool converged = false;
+  int iterations = 0;
+  int solves = 0;
+  int factorizations = 0;
+  double residual = 0.0;  ///< relative force residual
+  double condition = 0.0;
+  double change = 0.0;  ///< largest motion of a block against the first guess, m
+};
+
+/// Counts of both; the rest is that of the later one, its condition where it factorized.
+void add(const OpenCloseResult& later, OpenCloseResult& total);
+
+/// Pairs of slots that contacts couple, and which pair each contact belongs to.
+void set_pairs(std::span<LinearContact> contacts, BlockSystem& base);
+
+/// Keeps the memory between calls.
+class OpenClose {
+ public:
+  /// `watch`: looked at in each iteration; solve() then throws StepStopped.
+  explicit OpenClose(const Slots& slots, StepWatch* watch = nullptr)
+      : slots_(&slots), newton_(slots, watch) {}
+
+  /// `base`: block terms (diagonal only) and the pairs that contacts couple. `increment`: in, the
+  /// first guess; out, D. Contacts: multipliers in, forces and modes out.
+  OpenCloseResult solve(const BlockSystem& base, const BlockVector& force,
+                        std::span<LinearContact> contacts, const OpenCloseOptions& options,
+                        BlockVector& increment);
+
+ private:
+  /// How the iteration on the multipliers stands.
+  struct Progress {
+    double softness = 1.0;  ///< of all contacts: share of their stiffness
+    int updates = 0;        ///< of the multipliers
+    int raises = 0;         ///< of the augmentation
+  };
+  double stand(const BlockEquations& blocks, std::span<LinearContact> contacts, double tolerance,
+               BlockVector& guess);
+  double wanted_residual(std::span<const LinearContact> contacts, const OpenCloseOptions& options,
+                         double softness) const;
+  bool converge(std::span<LinearContact> contacts, const OpenCloseOptions& options,
+                NewtonCount& count);
+  bool settled(std::span<LinearContact> contacts, const OpenCloseOptions& options,
+               Progress& progress);
+  double push_of_update(std::span<const LinearContact> contacts);
+
+  const Slots* slots_;
+  ContactNewton newton_;
+  BlockVector solved_;        ///< the last change that solved for its multipliers
+  BlockVector still_;         ///< zeros
+  BlockVector push_;          ///< memory of push_of_update()
+  std::vector<char> stands_;  ///< by slot
+  double last_gap_ = 0.0;     ///< violation when last solved, also by the last linearisation, m
+};
+
+}  // namespace quoin::solver

@@ -1,0 +1,67 @@
+#include "step/assemble_blocks.hpp"
+
+#include <Eigen/LU>
+
+namespace quoin::solver {
+namespace {
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+Matrix12 rigid_inverse(const Matrix12& matrix) {
+  Matrix12 inverse = Matrix12::Zero();
+  inverse.diagonal().head<3>() = matrix.diagonal().head<3>().cwiseInverse();
+  inverse.block<3, 3>(3, 3) = matrix.block<3, 3>(3, 3).inverse();
+  return inverse;
+}
+
+}  // namespace
+
+void set_matrices(const SubStep& step, const StepPoses& poses, BlockTerms& terms) {
+  const std::vector<int>& blocks = step.island.slots.block_of_slot;
+  terms.base.diagonal.resize(blocks.size());
+  terms.compliance.resize(blocks.size());
+  for (std::size_t s = 0; s < blocks.size(); ++s) {
+    const std::size_t b = index(blocks[s]);
+    const bool deforms = poses.deforms[b] != 0;
+    Matrix12& matrix = terms.base.diagonal[s];
+    matrix = block_matrix(step.compiled.models[b], step.scheme(deforms));
+    if (deforms) {
+      terms.compliance[s] = matrix.ldlt().solve(Matrix12::Identity());
+    } else {
+      terms.compliance[s] = rigid_inverse(matrix);
+    }
+  }
+}
+
+void set_force(const SubStep& step, const StepPoses& poses, BlockTerms& terms) {
+  const std::vector<int>& blocks = step.island.slots.block_of_slot;
+  const double time = step.load_time();
+  const Vector3 gravity = step.compiled.scene.gravity.at(time);
+  terms.force.resize(blocks.size());
+  for (std::size_t s = 0; s < blocks.size(); ++s) {
+    const std::size_t b = index(blocks[s]);
+    const BlockModel& model = step.compiled.models[b];
+    const StepScheme scheme = step.scheme(poses.deforms[b] != 0);
+    terms.force[s] = step.dynamic() ? block_force(model, step.state[b], scheme, poses.increment[b])
+                                    : static_block_force(model, step.state[b]);
+    terms.force[s].head<3>() += model.mass * gravity;
+  }
+  for (const int l : step.island.loads) {
+    const PointForce& load = step.compiled.loads[index(l)];
+    const std::size_t b = index(load.block);
+    const Matrix3x12 motion =
+        mean_motion(poses.start[b], poses.end[b], poses.increment[b].segment<3>(3), load.arm,
+                    poses.deforms[b] != 0);
+    terms.force[index(step.slot_of_block[b])] +=
+        motion.transpose() * (load.factor * load.force.at(time));
+  }
+}
+
+void set_free_increment(BlockTerms& terms) {
+  terms.free_increment.resize(terms.force.size());
+  for (std::size_t s = 0; s < terms.force.size(); ++s) {
+    terms.free_increment[s] = terms.compliance[s] * terms.force[s];
+  }
+}
+
+}  // namespace quoin::solver

@@ -1,0 +1,26 @@
+#pragma once
+/// K D = F of an island's blocks alone, by its slots.
+
+#include "contact/contact_jacobian.hpp"
+#include "step/sub_step.hpp"
+
+namespace quoin::solver {
+
+/// Where it changes from one linearisation to the next, that is F alone.
+struct BlockTerms {
+  BlockSystem base;                  ///< K, and the pairs that contacts couple
+  std::vector<Matrix12> compliance;  ///< inverse of each diagonal block
+  BlockVector force;                 ///< F
+  BlockVector free_increment;        ///< K^-1 F of the first linearisation
+};
+
+/// K and its inverse; blocks whose poses.deforms is 0 move rigidly.
+void set_matrices(const SubStep& step, const StepPoses& poses, BlockTerms& terms);
+
+/// F of inertia, stress, gravity and loads.
+void set_force(const SubStep& step, const StepPoses& poses, BlockTerms& terms);
+
+/// Of the force that it has.
+void set_free_increment(BlockTerms& terms);
+
+}  // namespace quoin::solver

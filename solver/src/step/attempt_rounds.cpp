@@ -1,0 +1,146 @@
+#include "step/attempt_rounds.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "entrance_plane.hpp"
+#include "step/contact_search.hpp"
+#include "step/impact_law.hpp"
+#include "step/missed_contacts.hpp"
+
+namespace quoin::solver {
+namespace {
+
+constexpr int kRounds = 4;
+// Of |I + strain|^3. A determinant is six products of three factors, a placement's are products of
+// three matrices: each is known to some twenty eps, and the sign of a sum below that says nothing.
+constexpr double kFlat = 128.0 * std::numeric_limits<double>::epsilon();
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+/// By its volume; the sign of a smaller determinant says nothing.
+bool is_flat(const Matrix3& stretch) {
+  const double size = stretch.norm();
+  return !(stretch.determinant() > kFlat * size * size * size);
+}
+
+bool is_sound(const BlockState& block) {
+  const double far = block.centroid.cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
+  return far < geometry::kLargestCoordinate &&
+         !is_flat(Matrix3::Identity() + strain_matrix(block.strain)) &&
+         block.velocity.allFinite() && block.rotation.coeffs().allFinite() &&
+         block.strain.allFinite() && block.angular_velocity.allFinite() &&
+         block.strain_rate.allFinite();
+}
+
+/// Whether the attempt's end can be gone on with: finite, and no block squeezed flat.
+bool is_sound(const StepRun& run, const Island& island) {
+  const auto sound = [&](int block) { return is_sound(run.work.end[index(block)]); };
+  return std::ranges::all_of(island.blocks.slots.block_of_slot, sound) &&
+         std::ranges::all_of(run.compiled.prescribed, sound);
+}
+
+void attempt_paper(const StepRun& run, Island& island) {
+  Workspace& work = run.work;
+  BlocksAtEnd blocks{work.poses, work.end};
+  work.paper->clock.start();
+  attempt_paper_step(sub_step(run, island), island.contacts, *work.paper, blocks, island.attempt);
+  work.clock.add(work.paper->clock.seconds);
+}
+
+void attempt_default(const StepRun& run, Island& island) {
+  Workspace& work = run.work;
+  const SubStep step = sub_step(run, island);
+  BlocksAtEnd blocks{work.poses, work.end};
+  PhaseClock& clock = island.memory.clock;
+  clock.start();
+  attempt_positions(step, work.last, island.contacts, island.memory, blocks, island.attempt);
+  if (island.attempt.solved.converged && step.dynamic() &&
+      run.options.method != ContactMethod::Springs) {
+    attempt_velocities(step, island.contacts, island.memory, blocks, island.attempt);
+  }
+  for (std::size_t s = 0; s < island.attempt.hit.size(); ++s) {
+    work.last.hit[index(island.blocks.slots.block_of_slot[s])] = island.attempt.hit[s];
+  }
+  clock.charge(&PhaseSeconds::update);
+  work.clock.add(clock.seconds);
+}
+
+/// One round of each island, and the contacts at their ends.
+void attempt_once(const StepRun& run, std::span<Island* const> islands) {
+  Workspace& work = run.work;
+  std::vector<int> moved = run.compiled.prescribed;
+  double opening = 0.0;
+  bool any = false;
+  for (Island* island : islands) {
+    work.watch.look();
+    (is_paper_method(run.options.method) ? attempt_paper : attempt_default)(run, *island);
+    list_contacts(island->attempt.contacts, island->history_end);
+    const std::vector<int>& own = island->blocks.slots.block_of_slot;
+    island->sound = is_sound(run, *island);
+    if (!island->sound) {
+      for (const int block : own) work.end[index(block)] = work.now.blocks[index(block)];
+      continue;
+    }
+    any = true;
+    moved.insert(moved.end(), own.begin(), own.end());
+    opening = std::max(opening, largest_opening(run.compiled, island->history_end));
+  }
+  work.clock.charge(&PhaseSeconds::update);
+  if (!any) return;
+  const double time = sub_step(run, *islands.front()).end_time();
+  const geometry::FindCounts counts =
+      find(run.compiled, run.options, {work.end, moved, opening, time}, work, work.found_end);
+  run.report.candidate_pairs += counts.candidates;
+  run.report.searched_pairs += counts.searched;
+  for (Island* island : islands) island->found_end = work.found_end;
+  work.clock.charge(&PhaseSeconds::detect);
+}
+
+/// Of the last round: contacts to be held, or not, in another one. True when there are any.
+bool change_contacts(const StepRun& run, std::vector<PassingPair>& passing, Island& island) {
+  const Workspace& work = run.work;
+  const double limit = overlap_limit(island.blocks.smallest_size);
+  const bool missed = add_missed(run.compiled, work.poses.end, island);
+  const bool dropped = drop_ghosts(run.compiled, work.reach, island);
+  const bool blocked =
+      put_back_blocked(run.compiled, work.end, island.found_end, limit, passing, island.contacts);
+  return missed || dropped || blocked;
+}
+
+}  // namespace
+
+void begin(const StepRun& run, Island& island) {
+  Workspace& work = run.work;
+  set_start(sub_step(run, island), work.poses);
+  carry_over({run.compiled.scene, work.poses.start, run.compiled.models, work.reach, work.laid},
+             island.found, island.history, island.contacts);
+}
+
+void attempt(const StepRun& run, std::span<Island* const> islands) {
+  const bool paper = is_paper_method(run.options.method);
+  std::vector<Island*> open(islands.begin(), islands.end());
+  std::vector<std::vector<PassingPair>> passing(islands.size());
+  for (std::size_t i = 0; i < islands.size(); ++i) {
+    Island& island = *islands[i];
+    island.solved = false;
+    island.memory.solver.allow(run.options.max_iterations);
+    if (paper) continue;  // as the source: contacts are found once, before the step
+    const double limit = overlap_limit(island.blocks.smallest_size);
+    passing[i] = set_aside_passing(sub_step(run, island), limit, island.contacts);
+  }
+  for (int round = 0; round < kRounds && !open.empty(); ++round) {
+    for (Island* island : open) island->missing.reset();
+    attempt_once(run, open);
+    std::erase_if(open, [&](Island* island) {
+      if (!island->sound || !island->attempt.solved.converged) return true;
+      const auto i = static_cast<std::size_t>(std::ranges::find(islands, island) - islands.begin());
+      island->solved = paper || !change_contacts(run, passing[i], *island);
+      return island->solved;
+    });
+  }
+  // Contacts that still come and go: a shorter step may tell.
+  for (Island* island : open) island->attempt.solved.converged = false;
+}
+
+}  // namespace quoin::solver

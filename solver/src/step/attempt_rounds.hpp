@@ -1,0 +1,16 @@
+#pragma once
+/// Attempts at the same sub-step for several islands, each with all its contacts.
+
+#include "step/step_run.hpp"
+
+namespace quoin::solver {
+
+/// Contacts of the island where it stands, with their history.
+void begin(const StepRun& run, Island& island);
+
+/// Tries the next sub-step of islands that stand at one time and try one length; sets
+/// Island::solved. An island tries again with the contacts that it missed and without those that
+/// were none.
+void attempt(const StepRun& run, std::span<Island* const> islands);
+
+}  // namespace quoin::solver

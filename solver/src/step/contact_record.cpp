@@ -1,0 +1,70 @@
+#include "step/contact_record.hpp"
+
+#include "contact/joint_law.hpp"
+#include "step/linearise.hpp"
+
+namespace quoin::solver {
+namespace {
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+/// Both anchors to where the contact is now, `stretch` (place of b minus place of a) apart. The
+/// anchor of a vertex stays on it.
+void move_anchor(const Pose& a, const Pose& b, const ContactGeometry& now, const Vector3& stretch,
+                 BodyContact& contact) {
+  const Vector3 normal_part = now.gap * now.normal;
+  if (contact.normal_on_a) {
+    contact.state.anchor_b = contact.arm_b;
+    contact.state.anchor_a = reference_arm(a, now.place_b - normal_part - stretch);
+  } else {
+    contact.state.anchor_a = contact.arm_a;
+    contact.state.anchor_b = reference_arm(b, now.place_a + normal_part + stretch - now.between);
+  }
+}
+
+/// The anchor follows: what stretch is left is the spring's at its limit (none for a multiplier).
+Vector3 stretch_left(const Vector3& shear_force, const LinearContact& c) {
+  if (!c.compliant || !(c.shear_spring > 0.0)) return Vector3::Zero();
+  return shear_force / c.shear_spring;
+}
+
+void record(const LinearContact& c, const StepPoses& poses, BodyContact& contact) {
+  Contact& state = contact.state;
+  const Pose &a = poses.end[index(contact.a)], &b = poses.end[index(contact.b)];
+  const ContactGeometry now = contact_geometry(contact, a, b);
+  const ContactGeometry before =
+      contact_geometry(contact, poses.start[index(contact.a)], poses.start[index(contact.b)]);
+  Vector3 t1, t2;
+  tangent_frame(contact, 0.5 * (before.normal + now.normal), t1, t2);
+  state.mode = c.mode;
+  state.normal_force = c.force[0];
+  state.shear_force = -(c.force[1] * t1 + c.force[2] * t2);
+  state.point.point_a = a.centroid + now.place_a;
+  state.point.point_b = a.centroid + now.place_b;
+  state.point.normal = now.normal;
+  state.point.gap = now.gap;
+  state.slip += slip_in_step(c, moved(contact, poses, c));
+  if (contact.joint.softening_slip > 0.0 && state.slip >= contact.joint.softening_slip) {
+    weaken(contact.joint, state);
+  }
+  if (c.mode == ContactMode::Open) return;
+  if (c.mode == ContactMode::Slip || (!contact.was_closed && !c.compliant)) {
+    move_anchor(a, b, now, stretch_left(state.shear_force, c), contact);
+  }
+}
+
+}  // namespace
+
+std::vector<BodyContact> contacts_at_end(std::span<const BodyContact> contacts,
+                                         std::span<const LinearContact> linear,
+                                         std::span<const char> hit, const StepPoses& poses) {
+  std::vector<BodyContact> result(contacts.begin(), contacts.end());
+  const auto is_hit = [&](int slot) { return slot >= 0 && hit[index(slot)]; };
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    result[i].state.impact = is_hit(linear[i].slot_a) || is_hit(linear[i].slot_b);
+    record(linear[i], poses, result[i]);
+  }
+  return result;
+}
+
+}  // namespace quoin::solver

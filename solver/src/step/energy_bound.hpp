@@ -1,0 +1,25 @@
+#pragma once
+/// Velocities of a step whose energy is not more than there is.
+
+#include <span>
+
+#include "step/energy_ledger.hpp"
+
+namespace quoin::solver {
+
+/// What a step's velocities are judged by, by slot.
+struct VelocityBalance {
+  const BlockVector& positions;    ///< velocities by the positions, 2D/dt - v, times dt
+  std::span<const int> groups;     ///< blocks joined by closed contacts: the least slot of each
+  std::span<const double> pushed;  ///< work of moving supports by the impulses that `end` has
+                                   ///< beyond the positions' forces, J
+};
+
+/// Coulomb's law has several solutions where friction jams, and impulses found beside the
+/// positions' forces can give a group of blocks more energy than it had and was given
+/// (energy.work_on). The positions' velocities keep the balance exactly: from there those of `end`
+/// (by block) go only so far as energy allows. What moving supports do is booked.
+void bound_energy(const SubStep& step, const VelocityBalance& balance, std::span<BlockState> end,
+                  StepEnergy& energy);
+
+}  // namespace quoin::solver

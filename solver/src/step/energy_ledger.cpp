@@ -1,0 +1,169 @@
+#include "step/energy_ledger.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "contact/joint_law.hpp"
+#include "step/linearise.hpp"
+
+namespace quoin::solver {
+namespace {
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+void account_blocks(const SubStep& step, const StepPoses& poses, StepEnergy& energy) {
+  const Vector3 gravity = step.compiled.scene.gravity.at(step.load_time());
+  const double lag = step.scheme().end_share - 0.5;
+  const std::vector<int>& blocks = step.island.slots.block_of_slot;
+  energy.work_on.resize(blocks.size());
+  energy.stored.assign(blocks.size(), 0.0);
+  for (std::size_t s = 0; s < blocks.size(); ++s) {
+    const BlockModel& model = step.compiled.models[index(blocks[s])];
+    const Vector12& d = poses.increment[index(blocks[s])];
+    energy.work_on[s] = model.mass * gravity.dot(d.head<3>());
+    energy.gravity_work += energy.work_on[s];
+    if (model.unknowns != 12) continue;
+    const Vector6 e = d.tail<6>();
+    energy.scheme_loss += lag * model.volume * e.dot(model.elasticity * e);
+  }
+}
+
+void account_loads(const SubStep& step, const StepPoses& poses, StepEnergy& energy) {
+  for (const int l : step.island.loads) {
+    const PointForce& load = step.compiled.loads[index(l)];
+    const std::size_t b = index(load.block);
+    const Vector3 force = load.factor * load.force.at(step.load_time());
+    const Pose &start = poses.start[b], &end = poses.end[b];
+    const Vector3 way = between(start, end) + (end.shape * load.arm - start.shape * load.arm);
+    energy.load_work += force.dot(way);
+    energy.work_on[index(step.slot_of_block[b])] += force.dot(way);
+  }
+}
+
+void account_contact(const BodyContact& contact, const LinearContact& c, const StepPoses& poses,
+                     StepEnergy& energy) {
+  const Vector12 &move_a = poses.increment[index(contact.a)],
+                 &move_b = poses.increment[index(contact.b)];
+  const auto push = [&](int idle, int other, const Matrix3x12& jacobian, const Vector12& motion) {
+    if (idle >= 0) return;
+    const double done = c.force.dot(jacobian * motion);
+    energy.load_work -= done;
+    if (other >= 0 && !c.compliant) energy.work_on[index(other)] -= done;
+  };
+  push(c.slot_a, c.slot_b, c.jacobian_a, move_a);
+  push(c.slot_b, c.slot_a, c.jacobian_b, move_b);
+  if (c.compliant) {  // what its spring gives or takes is work on each block
+    if (c.slot_a >= 0) energy.work_on[index(c.slot_a)] += c.force.dot(c.jacobian_a * move_a);
+    if (c.slot_b >= 0) energy.work_on[index(c.slot_b)] += c.force.dot(c.jacobian_b * move_b);
+  }
+  const ContactWork done = contact_work(c, moved(contact, poses, c));
+  energy.stored[index(c.slot_a >= 0 ? c.slot_a : c.slot_b)] += done.stored;
+  energy.friction_work += done.heat;
+  energy.contact_work += done.impulse;
+  energy.scheme_loss += done.scheme;
+}
+
+/// What moves a held point does work.
+void account_held(const HeldPoint& held, const LinearContact& c, const StepPoses& poses,
+                  StepEnergy& energy) {
+  if (held.displacement.is_constant()) return;
+  const double done = c.force.dot(c.jacobian_b * poses.increment[index(held.block)]);
+  energy.load_work += done;
+  if (c.slot_b >= 0) energy.work_on[index(c.slot_b)] += done;
+}
+
+/// Inertia of an increment from rest.
+Vector12 inertia_force(const BlockModel& model, const Vector12& increment, double length) {
+  const double factor = 2.0 / (length * length);
+  Vector12 force = Vector12::Zero();
+  force.head<3>() = factor * model.mass * increment.head<3>();
+  force.segment<3>(3) = factor * (model.inertia * increment.segment<3>(3));
+  force.tail<6>() = factor * (model.strain_inertia * increment.tail<6>());
+  return force;
+}
+
+}  // namespace
+
+StepEnergy account(const SubStep& step, const StepPoses& poses,
+                   std::span<const BodyContact> contacts, std::span<const LinearContact> linear) {
+  StepEnergy energy;
+  account_blocks(step, poses, energy);
+  account_loads(step, poses, energy);
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    account_contact(contacts[i], linear[i], poses, energy);
+  }
+  for (std::size_t h = 0; h < step.island.held.size(); ++h) {
+    account_held(step.compiled.held[index(step.island.held[h])], linear[contacts.size() + h], poses,
+                 energy);
+  }
+  return energy;
+}
+
+double unbalance(const SubStep& step, const StepPoses& poses,
+                 std::span<const LinearContact> linear) {
+  const Vector3 gravity = step.compiled.scene.gravity.at(step.load_time());
+  double largest = 0.0, unbalanced = 0.0;
+  for (const int block : step.island.slots.block_of_slot) {
+    const BlockModel& model = step.compiled.models[index(block)];
+    const Vector12 inertial = inertia_force(model, poses.increment[index(block)], step.length);
+    unbalanced = std::max(unbalanced, force_size(inertial, model.size));
+    Vector12 prestress = Vector12::Zero();
+    prestress.tail<6>() = model.volume * model.initial_stress;
+    largest = std::max({largest, model.mass * gravity.norm(), force_size(prestress, model.size)});
+  }
+  for (const int l : step.island.loads) {
+    const PointForce& load = step.compiled.loads[index(l)];
+    largest = std::max(largest, Vector3(load.factor * load.force.at(step.load_time())).norm());
+  }
+  for (const LinearContact& c : linear) largest = std::max(largest, c.force.norm());
+  return largest > 0.0 ? unbalanced / largest : 0.0;
+}
+
+/// Compliance of its blocks = (dt^2/2) / effective mass.
+double stiffest_omega_dt(std::span<const LinearContact> linear,
+                         const std::vector<Matrix12>& compliance) {
+  double largest = 0.0;
+  for (const LinearContact& c : linear) {
+    if (!c.compliant || c.mode == ContactMode::Open) continue;
+    largest =
+        std::max(largest, std::sqrt(2.0 * c.normal_spring * compliance_along(c, 0, compliance)));
+  }
+  return largest;
+}
+
+double kinetic_energy(const SubStep& step, std::span<const BlockState> state) {
+  double sum = 0.0;
+  for (const int block : step.island.slots.block_of_slot) {
+    sum += kinetic_energy(step.compiled.models[index(block)], state[index(block)]);
+  }
+  return sum;
+}
+
+double strain_energy(const SubStep& step, std::span<const BlockState> state) {
+  double sum = 0.0;
+  for (const int block : step.island.slots.block_of_slot) {
+    sum += strain_energy(step.compiled.models[index(block)], state[index(block)]);
+  }
+  return sum;
+}
+
+double book(const SubStep& step, const StepEnergy& done, std::span<const BlockState> end,
+            double stored_before, EnergyLedger& energy) {
+  const double impact_loss = done.impact_loss - done.contact_work;
+  energy.potential -= done.gravity_work;
+  energy.work += done.load_work;
+  energy.friction_loss += done.friction_work;
+  energy.impact_loss += impact_loss;
+  energy.algorithmic_loss += done.scheme_loss;
+  const double stored = std::accumulate(done.stored.begin(), done.stored.end(), 0.0);
+  const double before =
+      kinetic_energy(step, step.state) + strain_energy(step, step.state) + stored_before;
+  const double after =
+      kinetic_energy(step, end) + strain_energy(step, end) + stored - done.gravity_work;
+  const double growth = after - before - done.load_work;
+  energy.closure -= growth + done.friction_work + impact_loss + done.scheme_loss;
+  return growth;
+}
+
+}  // namespace quoin::solver

@@ -1,0 +1,44 @@
+#pragma once
+/// Where the energy of a sub-step goes.
+
+#include "contact/contact_jacobian.hpp"
+#include "step/sub_step.hpp"
+
+namespace quoin::solver {
+
+/// Of an island in a sub-step, J.
+struct StepEnergy {
+  double friction_work = 0.0;  ///< >= 0
+  double contact_work = 0.0;   ///< by normal forces that no spring stores
+  double load_work = 0.0;      ///< by loads and prescribed motion
+  double gravity_work = 0.0;
+  double scheme_loss = 0.0;
+  std::vector<double> stored;  ///< in springs of contacts at the end of the step, by the slot of
+                               ///< the first block of each contact that has one
+  double impact_loss = 0.0;
+  std::vector<double> work_on;  ///< by slot: of gravity, loads and prescribed neighbours
+};
+
+/// Work and losses of the solved positions. `linear`: contacts, then held points.
+StepEnergy account(const SubStep& step, const StepPoses& poses,
+                   std::span<const BodyContact> contacts, std::span<const LinearContact> linear);
+
+/// Static measure: the largest inertia force by the largest weight, load or contact force.
+double unbalance(const SubStep& step, const StepPoses& poses,
+                 std::span<const LinearContact> linear);
+
+/// omega dt of the stiffest closed spring; `compliance`: inverse of each block's K, by slot.
+double stiffest_omega_dt(std::span<const LinearContact> linear,
+                         const std::vector<Matrix12>& compliance);
+
+/// Of the island's blocks, J. `state`: by block.
+double kinetic_energy(const SubStep& step, std::span<const BlockState> state);
+double strain_energy(const SubStep& step, std::span<const BlockState> state);
+
+/// Books an accepted sub-step but for the energies that the step ends with, which are those of its
+/// last sub-step. `end`: by block; `stored_before`: in the island's springs at the start, J.
+/// Returns by how much its mechanical energy grew beyond the work of loads, J.
+double book(const SubStep& step, const StepEnergy& done, std::span<const BlockState> end,
+            double stored_before, EnergyLedger& energy);
+
+}  // namespace quoin::solver

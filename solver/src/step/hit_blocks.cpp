@@ -1,0 +1,56 @@
+#include "step/hit_blocks.hpp"
+
+namespace quoin::solver {
+namespace {
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+/// A contact that closes faster than what the step does not resolve.
+bool is_impact(const LinearContact& c, double slowest, Impacts impacts) {
+  if (!(c.closing_share > 0.0) || !(c.start[0] > slowest * c.closing_share)) return false;
+  return impacts == Impacts::Expected || c.mode != ContactMode::Open;
+}
+
+}  // namespace
+
+std::vector<char> hit_blocks(const SubStep& step, std::span<const BodyContact> contacts,
+                             std::span<const LinearContact> linear, Impacts impacts) {
+  std::vector<char> hit(step.island.slots.size.size(), 0);
+  if (step.options.method == ContactMethod::Springs || !step.dynamic()) return hit;
+  const double slowest = step.bounce_speed() * step.length;
+  bool grows = false;
+  const auto add = [&](int slot) {
+    if (slot < 0 || hit[index(slot)]) return;
+    hit[index(slot)] = 1;
+    grows = true;
+  };
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    if (!is_impact(linear[i], slowest, impacts)) continue;
+    add(linear[i].slot_a);
+    add(linear[i].slot_b);
+  }
+  const auto is_hit = [&](int slot) { return slot >= 0 && hit[index(slot)]; };
+  while (grows) {
+    grows = false;
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+      if (!contacts[i].was_closed) continue;
+      if (is_hit(linear[i].slot_a)) add(linear[i].slot_b);
+      if (is_hit(linear[i].slot_b)) add(linear[i].slot_a);
+    }
+  }
+  return hit;
+}
+
+bool hold_strain(const SubStep& step, std::span<const char> hit, StepPoses& poses) {
+  bool any = false;
+  for (std::size_t s = 0; s < hit.size(); ++s) {
+    const std::size_t b = index(step.island.slots.block_of_slot[s]);
+    if (!hit[s] || !poses.deforms[b]) continue;
+    poses.deforms[b] = 0;
+    poses.increment[b].tail<6>().setZero();
+    any = true;
+  }
+  return any;
+}
+
+}  // namespace quoin::solver

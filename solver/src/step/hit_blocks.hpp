@@ -1,0 +1,23 @@
+#pragma once
+/// Blocks that an impact of a sub-step hits.
+///
+/// The impulse of an impact is no force of one step's length: it would load the strain of every
+/// block it passes through with energy that is not there. Hit blocks move rigidly through the step;
+/// their strain goes on in the next.
+
+#include "contact/contact_jacobian.hpp"
+#include "step/sub_step.hpp"
+
+namespace quoin::solver {
+
+enum class Impacts { Expected, Solved };
+
+/// By slot: blocks that an impact hits, and those that lean on them: expected from how they move
+/// before the step is solved, or as it was solved.
+std::vector<char> hit_blocks(const SubStep& step, std::span<const BodyContact> contacts,
+                             std::span<const LinearContact> linear, Impacts impacts);
+
+/// Their strain waits. True when there are any that deform.
+bool hold_strain(const SubStep& step, std::span<const char> hit, StepPoses& poses);
+
+}  // namespace quoin::solver

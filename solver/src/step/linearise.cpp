@@ -1,0 +1,274 @@
+#include "step/linearise.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "contact/joint_failure.hpp"
+#include "contact/joint_law.hpp"
+
+namespace quoin::solver {
+namespace {
+
+// Springs that the user leaves to the solver. Chosen: a deformable block then shares out its
+// compression one to fifty with a contact; a rigid scene sags by 1e-6 of a block.
+constexpr double kSpringOfBlock = 50.0;  // E L
+constexpr double kSpringOfWeight = 1e6;  // weight / block size
+constexpr double kLeastGravity = 1.0;    // m/s2: what a scene without gravity is taken to bear
+constexpr int kCorners = 4;              // of a joint that `penalty` is meant for, a contact point
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+ContactLaw law_of(const JointStrength& strength, const StepOptions& options) {
+  if (options.analysis == Analysis::Settle) return ContactLaw::Stuck;
+  const bool rough = strength.friction > 0.0 || strength.cohesion > 0.0;
+  return rough ? ContactLaw::Coulomb : ContactLaw::Frictionless;
+}
+
+/// Penalty of one contact: a joint of more than four corners has that of four, shared out by area.
+double penalty_of(double penalty, const BodyContact& contact) {
+  if (contact.joint_points <= kCorners) return penalty;
+  const bool has_area = contact.state.point.area > 0.0;
+  return kCorners * penalty *
+         (has_area ? contact.state.point.area / contact.joint_area : 1.0 / contact.joint_points);
+}
+
+/// The joint's stiffness on the contact's share of the area, or that of the method.
+void set_springs(const StepOptions& options, double penalty, const BodyContact& contact,
+                 LinearContact& c) {
+  const Joint& joint = contact.joint;
+  if (joint.normal_stiffness > 0.0 && contact.state.spring_area > 0.0) {
+    c.normal_spring = joint.normal_stiffness * contact.state.spring_area;
+    c.shear_spring = joint.shear_stiffness * contact.state.spring_area;
+  } else if (options.method != ContactMethod::AugmentedLagrangian) {
+    c.normal_spring = penalty_of(penalty, contact);
+    c.shear_spring = options.shear_ratio * c.normal_spring;
+  }
+  if (c.law == ContactLaw::Frictionless) c.shear_spring = 0.0;
+  c.compliant = options.method == ContactMethod::Springs || joint.normal_stiffness > 0.0;
+  c.compliant = c.compliant && c.normal_spring > 0.0;
+}
+
+/// As the contact stands at the start of the step.
+void set_law(const StepOptions& options, double penalty, BodyContact& contact, LinearContact& c) {
+  const JointStrength now = strength(contact.joint, contact.state);
+  c.law = bonded_in_shear(contact.joint, contact.state) ? ContactLaw::Stuck : law_of(now, options);
+  c.friction = now.friction;
+  c.cohesion = now.cohesion * contact.state.point.area;
+  c.bonded = contact.state.bonded;
+  c.was_bonded = contact.was_bonded;
+  c.was_closed = contact.was_closed;
+  c.assumed = contact.state.mode;
+  contact.opening = opening(contact.joint, contact.state);
+  set_springs(options, penalty, contact, c);
+}
+
+/// The forces of the last step in the frame that the contact has at the start of this one.
+Vector3 last_force(const BodyContact& contact) {
+  Vector3 t1, t2;
+  tangent_frame(contact, contact.state.point.normal, t1, t2);
+  return Vector3(contact.state.normal_force, -t1.dot(contact.state.shear_force),
+                 -t2.dot(contact.state.shear_force));
+}
+
+void set_stiffness(const BlockTerms& terms, LinearContact& c) {
+  if (c.normal_spring > 0.0) {
+    c.normal_stiffness = c.normal_spring;
+    c.shear_stiffness = c.shear_spring;
+  } else {
+    set_augmentation(terms.compliance, c);
+  }
+}
+
+/// A spring at the middle of the step by its discrete gradient, -(U(g') - U(g))/(g' - g) with
+/// U = p min(g,0)^2/2: work and stored energy then agree exactly. [Simo & Tarnow 1992; Gonzalez
+/// 2000]
+void apply_discrete_gradient(double gap_end, LinearContact& c) {
+  const double p = c.normal_stiffness, gap_start = c.offset[0];
+  c.multiplier.setZero();
+  c.offset.tail<2>() *= 2.0;  // the mean of start and end: (s + s')/2 with stiffness p
+  c.shear_stiffness *= 0.5;
+  const double g0 = std::min(gap_start, 0.0), g1 = std::min(gap_end, 0.0);
+  if (c.bonded || (gap_start < 0.0 && gap_end < 0.0)) {
+    c.normal_stiffness = 0.5 * p;
+    c.offset[0] += gap_start;
+    return;
+  }
+  if (gap_end >= 0.0 && gap_start >= 0.0) {  // open so far; the next linearisation knows better
+    c.normal_stiffness = 0.5 * p;
+    return;
+  }
+  const double mean_force = -0.5 * p * (g1 * g1 - g0 * g0) / (gap_end - gap_start);
+  c.multiplier = Vector3(mean_force, 0.0, 0.0);
+  c.normal_stiffness = 0.0;
+}
+
+double end_gap(const BodyContact& contact, const StepPoses& poses, const LinearContact& c) {
+  Vector3 end = c.offset;
+  if (c.slot_a >= 0) end += c.jacobian_a * poses.increment[index(contact.a)];
+  if (c.slot_b >= 0) end += c.jacobian_b * poses.increment[index(contact.b)];
+  return end[0];
+}
+
+void linearise_held(const SubStep& step, const StepPoses& poses, const HeldPoint& held,
+                    LinearContact& c) {
+  const std::size_t b = index(held.block);
+  c.jacobian_b = mean_motion(poses.start[b], poses.end[b], poses.increment[b].segment<3>(3),
+                             held.arm, poses.deforms[b] != 0);
+  c.offset =
+      displacement(step.compiled, held, poses.start[b]) - held.displacement.at(step.end_time());
+  c.rounding = 4.0 * std::numeric_limits<double>::epsilon() * held.arm.norm();
+}
+
+/// How a contact would move in the step if it did nothing.
+struct FreeFlight {
+  Vector3 end = Vector3::Zero();  ///< d at the end of the step, m
+  double approach = 0.0;          ///< normal velocity at its start, m in a step
+};
+
+FreeFlight free_flight(const SubStep& step, const BlockVector& free_increment,
+                       const BodyContact& contact, const LinearContact& c) {
+  FreeFlight flight{.end = c.offset};
+  const auto add = [&](int slot, int block, const Matrix3x12& jacobian) {
+    if (slot < 0) return;
+    flight.end += jacobian * free_increment[index(slot)];
+    flight.approach += step.length * jacobian.row(0).dot(velocity_vector(step.state[index(block)]));
+  };
+  add(c.slot_a, contact.a, c.jacobian_a);
+  add(c.slot_b, contact.b, c.jacobian_b);
+  return flight;
+}
+
+/// A contact that closes in this step: sliding starts when it has closed, and it may bounce if it
+/// closes by more than `slowest` (m in a step). In free flight the gap is a parabola in time; it
+/// closes at its root (of a gap within `gap_tolerance`, m, that would be the root of noise), and
+/// flies on after the impact for the rest of the step.
+void set_closing(const FreeFlight& flight, double gap_tolerance, double slowest, const Joint& joint,
+                 LinearContact& c) {
+  const double gap = c.offset[0];
+  if (!(gap > 0.0) || !(flight.end[0] < 0.0)) return;
+  const double fall = gap - flight.end[0];
+  const double bend = -2.0 * (fall + flight.approach);
+  const double root =
+      std::sqrt(std::max(0.0, flight.approach * flight.approach - 2.0 * bend * gap));
+  const double share = gap <= gap_tolerance ? gap / fall : 2.0 * gap / (root - flight.approach);
+  c.closing_share = share;
+  c.offset.tail<2>() -= share * (flight.end.tail<2>() - c.offset.tail<2>());
+  if (fall > slowest) {
+    const double left = 1.0 - share;
+    const double rebound = -joint.restitution * (flight.approach + share * bend) * left;
+    c.offset[0] -= std::max(0.0, rebound + 0.5 * bend * left * left);
+  }
+}
+
+/// Strength and opening go with the slip of the step, as the last solution had it: where
+/// linearisations agree nothing lags, and the work of softening and dilation is exact.
+void follow_slip(const BodyContact& contact, LinearContact& c) {
+  const Joint& joint = contact.joint;
+  c.dilation = opening(joint, contact.state, c.slip) - contact.opening;
+  c.offset[0] -= c.dilation;
+  if (!(joint.softening_slip > 0.0)) return;
+  const JointStrength mean = strength(joint, contact.state, c.slip);
+  c.friction = mean.friction;
+  c.cohesion = mean.cohesion * contact.state.point.area;
+}
+
+}  // namespace
+
+Vector3 moved(const BodyContact& contact, const StepPoses& poses, const LinearContact& c) {
+  return c.jacobian_a * poses.increment[index(contact.a)] +
+         c.jacobian_b * poses.increment[index(contact.b)];
+}
+
+double contact_spring(const CompiledScene& compiled, const StepOptions& options) {
+  if (options.method == ContactMethod::AugmentedLagrangian) return 0.0;
+  if (options.penalty > 0.0) return options.penalty;
+  // Of the stiffest deformable block, else of the heaviest.
+  double penalty = 0.0, weight = 0.0;
+  const double gravity = std::max(compiled.scene.gravity.at(0.0).norm(), kLeastGravity);
+  for (const BlockModel& model : compiled.models) {
+    penalty = std::max(penalty, kSpringOfBlock * model.elasticity.axial() * model.size);
+    weight = std::max(weight, model.mass * gravity);
+  }
+  return penalty > 0.0 ? penalty : kSpringOfWeight * weight / compiled.smallest_size;
+}
+
+void set_laws(const SubStep& step, std::span<BodyContact> contacts,
+              std::vector<LinearContact>& linear) {
+  const double spring = contact_spring(step.compiled, step.options);
+  linear.assign(contacts.size() + step.island.held.size(), LinearContact{});
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    LinearContact& c = linear[i];
+    c.slot_a = step.slot_of_block[index(contacts[i].a)];
+    c.slot_b = step.slot_of_block[index(contacts[i].b)];
+    set_law(step.options, spring, contacts[i], c);
+    if (c.compliant) continue;
+    c.multiplier = last_force(contacts[i]);
+    if (c.law == ContactLaw::Frictionless) c.multiplier.tail<2>().setZero();
+  }
+  for (std::size_t h = 0; h < step.island.held.size(); ++h) {
+    LinearContact& c = linear[contacts.size() + h];
+    const HeldPoint& held = step.compiled.held[index(step.island.held[h])];
+    c.slot_b = step.slot_of_block[index(held.block)];
+    c.law = ContactLaw::Bilateral;
+  }
+}
+
+void linearise(const SubStep& step, const BlockTerms& terms, const StepPoses& poses,
+               std::span<const BodyContact> contacts, std::span<LinearContact> linear) {
+  const double slowest = step.bounce_speed() * step.length;
+  const bool impacts = step.options.method == ContactMethod::AugmentedLagrangian && step.dynamic();
+  const bool midpoint = step.scheme().end_share < 1.0;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const BodyContact& contact = contacts[i];
+    LinearContact& c = linear[i];
+    linearise(contact, poses, step.compiled.models, c);
+    set_stiffness(terms, c);
+    if (!contact.was_closed && impacts) {
+      set_closing(free_flight(step, terms.free_increment, contact, c), step.gap_tolerance(),
+                  slowest, contact.joint, c);
+    }
+    follow_slip(contact, c);
+    if (c.compliant && midpoint) apply_discrete_gradient(end_gap(contact, poses, c), c);
+  }
+  for (std::size_t h = 0; h < step.island.held.size(); ++h) {
+    LinearContact& c = linear[contacts.size() + h];
+    linearise_held(step, poses, step.compiled.held[index(step.island.held[h])], c);
+    set_stiffness(terms, c);
+  }
+}
+
+void measure_slips(const StepPoses& poses, std::span<const BodyContact> contacts,
+                   std::span<LinearContact> linear) {
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const BodyContact& contact = contacts[i];
+    LinearContact& c = linear[i];
+    if (contact.joint.dilation_angle == 0.0 && !can_fail(contact.joint)) continue;
+    const bool opened = c.mode == ContactMode::Open && (contact.was_closed || c.start[0] <= 0.0);
+    c.slip = opened ? (c.relative.tail<2>() - c.start.tail<2>()).norm()
+                    : slip_in_step(c, moved(contact, poses, c));
+  }
+}
+
+double gap_rounding(std::span<const LinearContact> contacts) {
+  double largest = 0.0;
+  for (const LinearContact& c : contacts) largest = std::max(largest, c.rounding);
+  return largest;
+}
+
+void store_at_rest(const CompiledScene& compiled, const StepOptions& options,
+                   std::span<BodyContact> contacts, std::vector<double>& stored) {
+  const double spring = contact_spring(compiled, options);
+  const std::vector<int>& slots = compiled.slots.slot_of_block;
+  for (BodyContact& contact : contacts) {
+    LinearContact c;
+    set_law(options, spring, contact, c);
+    c.start[0] = contact.state.point.gap - contact.opening;
+    if (!c.compliant) continue;
+    const int slot =
+        slots[index(contact.a)] >= 0 ? slots[index(contact.a)] : slots[index(contact.b)];
+    stored[index(slot)] += contact_work(c, Vector3::Zero()).stored;
+  }
+}
+
+}  // namespace quoin::solver

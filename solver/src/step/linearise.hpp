@@ -1,0 +1,37 @@
+#pragma once
+/// The contacts of a sub-step as linear functions of the increments, each with its law.
+
+#include "contact/contact_jacobian.hpp"
+#include "step/assemble_blocks.hpp"
+
+namespace quoin::solver {
+
+/// Spring of a contact, N/m: the user's, or one that fits the blocks; 0 where contact is exact.
+double contact_spring(const CompiledScene& compiled, const StepOptions& options);
+
+/// Laws and multipliers as the contacts stand at the start; sets BodyContact::opening. `linear`:
+/// contacts first, then one entry per held point of the island.
+void set_laws(const SubStep& step, std::span<BodyContact> contacts,
+              std::vector<LinearContact>& linear);
+
+/// Jacobians and offsets between the start and the present end; `linear` as from set_laws().
+void linearise(const SubStep& step, const BlockTerms& terms, const StepPoses& poses,
+               std::span<const BodyContact> contacts, std::span<LinearContact> linear);
+
+/// Slips in the step, of joints whose law goes with them. A contact that has just opened counts,
+/// too: were it closed it would have slid so far, and what it dilates by may be what closes it.
+void measure_slips(const StepPoses& poses, std::span<const BodyContact> contacts,
+                   std::span<LinearContact> linear);
+
+/// J D of a contact's two blocks, wherever they have unknowns or not.
+Vector3 moved(const BodyContact& contact, const StepPoses& poses, const LinearContact& linear);
+
+/// The largest LinearContact::rounding, m.
+double gap_rounding(std::span<const LinearContact> contacts);
+
+/// Adds the energy in the springs of contacts as they lie to `stored`, by slot of the first block
+/// of each contact that has one, J.
+void store_at_rest(const CompiledScene& compiled, const StepOptions& options,
+                   std::span<BodyContact> contacts, std::vector<double>& stored);
+
+}  // namespace quoin::solver

@@ -1,0 +1,107 @@
+#include "step/missed_contacts.hpp"
+
+#include <algorithm>
+
+#include "step/contact_search.hpp"
+
+namespace quoin::solver {
+namespace {
+
+// Of the smaller block of a pair.
+constexpr double kMissed = 1e-9;      // an overlap that is none
+constexpr double kBesideFace = 1e-3;  // pairs farther apart at the end did not touch
+constexpr double kThrough = 0.5;      // what is so deep has not passed beside
+
+using Pair = std::pair<int, int>;
+
+/// `points` are sorted by key.
+std::span<const geometry::ContactPoint> points_of_pair(
+    const std::vector<geometry::ContactPoint>& points, int a, int b) {
+  const auto pair = [](const geometry::ContactPoint& p) { return Pair(p.key.a, p.key.b); };
+  const auto range = std::ranges::equal_range(points, Pair(a, b), {}, pair);
+  return {range.begin(), range.end()};
+}
+
+/// As a body holds it at the end, where blocks have met that were not laid.
+BodyContact missed_contact(const CompiledScene& compiled, std::span<const Pose> end,
+                           const std::vector<geometry::ContactPoint>& found,
+                           const geometry::ContactPoint& point) {
+  BodyContact added = make_body_contact({compiled.scene, compiled.models, end}, point);
+  added.state.failed = true;
+  const auto points = points_of_pair(found, added.a, added.b);
+  added.joint_points = static_cast<int>(points.size());
+  for (const geometry::ContactPoint& p : points) added.joint_area += p.area;
+  return added;
+}
+
+/// What the attempt knew, sorted.
+struct Known {
+  std::vector<geometry::ContactKey> keys;
+  std::vector<Pair> soft;  ///< pairs that a closed contact holds, but not exactly
+};
+
+Known known_contacts(const Island& island) {
+  Known known;
+  for (std::size_t i = 0; i < island.contacts.size(); ++i) {
+    const BodyContact& contact = island.contacts[i];
+    const LinearContact& c = island.attempt.linear[i];
+    known.keys.push_back(contact.state.point.key);
+    if (c.mode == ContactMode::Open) continue;
+    if (c.compliant || island.memory.solver.yielding()) {
+      known.soft.emplace_back(contact.a, contact.b);
+    }
+  }
+  std::ranges::sort(known.keys);
+  std::ranges::sort(known.soft);
+  return known;
+}
+
+double least_gap(std::span<const geometry::ContactPoint> points, double reach) {
+  double gap = reach;
+  for (const geometry::ContactPoint& p : points) gap = std::min(gap, p.gap);
+  return gap;
+}
+
+}  // namespace
+
+double overlap_limit(double size) { return kMissed * size; }
+
+bool add_missed(const CompiledScene& compiled, std::span<const Pose> end, Island& island) {
+  const Known known = known_contacts(island);
+  const std::size_t before = island.contacts.size();
+  for (const geometry::ContactPoint& point : island.found_end) {
+    const int a = point.key.a, b = point.key.b;
+    if (!(point.gap < -overlap_limit(pair_size(compiled, a, b))) ||
+        std::ranges::binary_search(known.keys, point.key) ||
+        std::ranges::binary_search(known.soft, Pair(a, b))) {
+      continue;
+    }
+    island.missing = point;
+    island.contacts.push_back(missed_contact(compiled, end, island.found_end, point));
+  }
+  return island.contacts.size() > before;
+}
+
+bool drop_ghosts(const CompiledScene& compiled, double reach, Island& island) {
+  const auto is_ghost = [&](const BodyContact& contact, const LinearContact& solved) {
+    if (contact.was_closed || solved.mode == ContactMode::Open) return false;
+    const double smaller = pair_size(compiled, contact.a, contact.b);
+    if (solved.relative[0] < -kThrough * smaller) return false;  // a spring so soft: flagged
+    const auto points = points_of_pair(island.found_end, contact.a, contact.b);
+    const double rebound = contact.joint.restitution > 0.0 ? reach : 0.0;
+    return least_gap(points, reach) > contact.opening + kBesideFace * smaller + rebound;
+  };
+  const std::size_t solved = island.attempt.linear.size() - island.blocks.held.size();
+  std::vector<BodyContact>& contacts = island.contacts;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    if (i < solved && is_ghost(contacts[i], island.attempt.linear[i])) continue;
+    if (kept != i) contacts[kept] = contacts[i];
+    ++kept;
+  }
+  const bool any = kept < contacts.size();
+  contacts.resize(kept);
+  return any;
+}
+
+}  // namespace quoin::solver

@@ -1,0 +1,19 @@
+#pragma once
+/// Contacts that an attempt should have held and did not, and those that it should not have held.
+
+#include "step/island.hpp"
+
+namespace quoin::solver {
+
+/// An overlap by less than this is none, m. `size`: of the smaller block, m.
+double overlap_limit(double size);
+
+/// Contacts that overlap at the end of an attempt though it did not hold them: added to the
+/// island's contacts as the bodies hold them at the end. True when there are any.
+bool add_missed(const CompiledScene& compiled, std::span<const Pose> end, Island& island);
+
+/// Closed contacts of pairs that are apart at the end of the attempt by less than `reach` (m): the
+/// plane of a face held a vertex that passed beside it. They are dropped; true when there were any.
+bool drop_ghosts(const CompiledScene& compiled, double reach, Island& island);
+
+}  // namespace quoin::solver

@@ -1,0 +1,70 @@
+#include "step/predict.hpp"
+
+#include <cmath>
+
+namespace quoin::solver {
+namespace {
+
+constexpr double kSameLength = 1e-9;  // of the sub-step: what halving and adding up rounds
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+void resize(std::size_t blocks, StepPoses& poses) {
+  poses.start.resize(blocks);
+  poses.end.resize(blocks);
+  poses.increment.resize(blocks);
+  poses.deforms.resize(blocks);
+}
+
+void place_idle(const CompiledScene& compiled, std::span<const BlockState> state,
+                std::span<const Vector3> prescribed_increments, StepPoses& poses) {
+  for (std::size_t b = 0; b < state.size(); ++b) {
+    if (!compiled.idle[b]) continue;
+    poses.start[b] = poses.end[b] = pose(state[b]);
+    poses.increment[b].setZero();
+    poses.deforms[b] = 0;
+  }
+  for (std::size_t p = 0; p < compiled.prescribed.size(); ++p) {
+    const std::size_t b = index(compiled.prescribed[p]);
+    poses.increment[b].head<3>() = prescribed_increments[p];
+    if (!poses.increment[b].isZero(0.0)) {
+      poses.end[b] = pose(displaced(state[b], poses.increment[b]));
+    }
+  }
+}
+
+void set_start(const SubStep& step, StepPoses& poses) {
+  for (const int block : step.island.slots.block_of_slot) {
+    poses.start[index(block)] = pose(step.state[index(block)]);
+  }
+}
+
+void predict(const SubStep& step, const LastSubStep& last, StepPoses& poses) {
+  for (const int block : step.island.slots.block_of_slot) {
+    const std::size_t b = index(block);
+    const int unknowns = step.compiled.models[b].unknowns;
+    Vector12& increment = poses.increment[b];
+    increment.setZero();
+    poses.deforms[b] = unknowns == 12;
+    if (!step.dynamic()) continue;
+    const Vector12 velocity = velocity_vector(step.state[b]);
+    increment = step.length * velocity;
+    const std::size_t slot = index(step.compiled.slots.slot_of_block[b]);
+    const bool steady = std::abs(last.length[slot] - step.length) < kSameLength * step.length;
+    if (steady && !last.hit[b]) {
+      increment += 0.5 * step.length * (velocity - last.velocity[slot]);
+    }
+    if (unknowns == 6) increment.tail<6>().setZero();
+  }
+}
+
+void set_end(const SubStep& step, StepPoses& poses) {
+  for (const int block : step.island.slots.block_of_slot) {
+    const std::size_t b = index(block);
+    poses.end[b] = pose(displaced(step.state[b], poses.increment[b]));
+  }
+}
+
+}  // namespace quoin::solver

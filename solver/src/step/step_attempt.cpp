@@ -1,0 +1,162 @@
+#include "step/step_attempt.hpp"
+
+#include <algorithm>
+
+#include "contact/joint_failure.hpp"
+#include "contact_problem.hpp"
+#include "step/contact_record.hpp"
+#include "step/hit_blocks.hpp"
+
+namespace quoin::solver {
+namespace {
+
+constexpr int kLinearisations = 30;
+constexpr int kStrictLinearisations = 10;  // to the last bit; then to the tolerance
+// Changes go down quadratically: what the next linearisation would still mend is the square of it.
+constexpr double kAgreement = 1e-6;  // of the smallest block, where contacts yield
+constexpr double kOpened = 10.0;     // of the gap tolerance: closed contacts are good to one
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+void by_slot(const Slots& slots, const BlockVector& blocks, BlockVector& by_slot) {
+  by_slot.resize(slots.block_of_slot.size());
+  for (std::size_t s = 0; s < by_slot.size(); ++s) {
+    by_slot[s] = blocks[index(slots.block_of_slot[s])];
+  }
+}
+
+void by_block(const Slots& slots, const BlockVector& by_slot, BlockVector& blocks) {
+  for (std::size_t s = 0; s < by_slot.size(); ++s) {
+    blocks[index(slots.block_of_slot[s])] = by_slot[s];
+  }
+}
+
+/// The first linearisation of an attempt: hit blocks move rigidly from here on.
+void linearise_first(const SubStep& step, std::span<const BodyContact> contacts, BlockTerms& terms,
+                     StepPoses& poses, std::span<LinearContact> linear) {
+  set_end(step, poses);
+  set_force(step, poses, terms);
+  set_free_increment(terms);
+  linearise(step, terms, poses, contacts, linear);
+  if (!hold_strain(step, hit_blocks(step, contacts, linear, Impacts::Expected), poses)) return;
+  set_matrices(step, poses, terms);
+  set_force(step, poses, terms);
+  linearise(step, terms, poses, contacts, linear);
+}
+
+void show_contact_problem(const SubStep& step, const BlockTerms& terms,
+                          std::span<const LinearContact> linear, const BlockVector& guess) {
+  if (!step.options.contact_problem || !ConeProblem::suits(linear)) return;
+  step.options.contact_problem(
+      contact_problem(step.island.slots, terms.base, terms.force, linear, guess));
+}
+
+/// By how much blocks may still move from one linearisation to the next, m.
+double allowed_change(const SubStep& step, int pass, const OpenCloseOptions& tuning,
+                      const ContactSolver& solver) {
+  if (solver.yielding()) return kAgreement * step.island.smallest_size;
+  return pass < kStrictLinearisations ? tuning.gap_rounding : tuning.gap_tolerance;
+}
+
+/// Linearise, solve, and again from where it ended, until the solution satisfies its own
+/// linearisation.
+OpenCloseResult solve_positions(const SubStep& step, std::span<const BodyContact> contacts,
+                                AttemptMemory& memory, StepPoses& poses,
+                                std::span<LinearContact> linear) {
+  BlockTerms& terms = memory.terms;
+  OpenCloseOptions tuning{.force_tolerance = step.options.tolerance,
+                          .gap_tolerance = step.gap_tolerance()};
+  tuning.raise = step.options.method == ContactMethod::AugmentedLagrangian;
+  OpenCloseResult total;
+  for (int pass = 0; pass < kLinearisations; ++pass) {
+    tuning.predicted = pass == 0;
+    if (tuning.predicted) {
+      linearise_first(step, contacts, terms, poses, linear);
+    } else {
+      set_end(step, poses);
+      set_force(step, poses, terms);
+      linearise(step, terms, poses, contacts, linear);
+    }
+    tuning.gap_rounding = gap_rounding(linear);
+    by_slot(step.island.slots, poses.increment, memory.increment);
+    memory.clock.charge(&PhaseSeconds::assemble);
+    if (tuning.predicted) show_contact_problem(step, terms, linear, memory.increment);
+    const OpenCloseResult solved = memory.solver.solve(step.options, {terms.base, terms.force},
+                                                       linear, tuning, memory.increment);
+    memory.clock.charge(&PhaseSeconds::solve);
+    by_block(step.island.slots, memory.increment, poses.increment);
+    measure_slips(poses, contacts, linear);
+    add(solved, total);
+    if (!solved.converged) break;
+    if (solved.change <= allowed_change(step, pass, tuning, memory.solver)) break;
+    total.converged = false;  // until the next linearisation agrees
+  }
+  set_end(step, poses);
+  return total;
+}
+
+/// The state that the increments lead to.
+BlockState end_state(const SubStep& step, const StepPoses& poses, std::size_t block) {
+  const Vector12& d = poses.increment[block];
+  const BlockState& start = step.state[block];
+  BlockState end = displaced(start, d);
+  if (!step.dynamic()) {
+    end.velocity.setZero();
+    end.angular_velocity.setZero();
+    end.strain_rate.setZero();
+    return end;
+  }
+  end = with_end_velocity(end, start, d, step.length);
+  if (!poses.deforms[block]) end.strain_rate.setZero();
+  return end;
+}
+
+/// Largest of a vertex, relative to its block's size.
+double largest_displacement(const SubStep& step, const StepPoses& poses) {
+  double largest = 0.0;
+  for (const int block : step.island.slots.block_of_slot) {
+    const double size = step.compiled.models[index(block)].size;
+    const Vector12& d = poses.increment[index(block)];
+    const double moved = d.head<3>().norm() + d.segment<3>(3).norm() * 0.5 * size;
+    largest = std::max(largest, moved / size);
+  }
+  return largest;
+}
+
+}  // namespace
+
+void list_contacts(std::span<const BodyContact> bodies, std::vector<Contact>& contacts) {
+  contacts.clear();
+  for (const BodyContact& contact : bodies) contacts.push_back(contact.state);
+  std::ranges::sort(contacts, {}, [](const Contact& contact) { return contact.point.key; });
+}
+
+void attempt_positions(const SubStep& step, const LastSubStep& last,
+                       std::vector<BodyContact>& contacts, AttemptMemory& memory,
+                       BlocksAtEnd& blocks, Attempt& attempt) {
+  StepPoses& poses = blocks.poses;
+  memory.solver.start();
+  predict(step, last, poses);
+  set_matrices(step, poses, memory.terms);
+  OpenCloseResult total;
+  do {
+    set_laws(step, contacts, attempt.linear);
+    set_pairs(attempt.linear, memory.terms.base);
+    add(solve_positions(step, contacts, memory, poses, attempt.linear), total);
+  } while (total.converged &&
+           fail_overloaded(contacts, std::span(attempt.linear).first(contacts.size()),
+                           kOpened * step.gap_tolerance()));
+  memory.clock.charge(&PhaseSeconds::assemble);
+  attempt.solved = total;
+  attempt.energy = account(step, poses, contacts, attempt.linear);
+  attempt.unbalance = unbalance(step, poses, attempt.linear);
+  attempt.stiffest_omega_dt = stiffest_omega_dt(attempt.linear, memory.terms.compliance);
+  attempt.displacement = largest_displacement(step, poses);
+  for (const int block : step.island.slots.block_of_slot) {
+    blocks.end[index(block)] = end_state(step, poses, index(block));
+  }
+  attempt.hit = hit_blocks(step, contacts, attempt.linear, Impacts::Solved);
+  attempt.contacts = contacts_at_end(contacts, attempt.linear, attempt.hit, poses);
+}
+
+}  // namespace quoin::solver

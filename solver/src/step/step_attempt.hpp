@@ -1,0 +1,47 @@
+#pragma once
+/// One attempt at one sub-step of one island: equilibrium of positions, then the velocity law.
+
+#include "iteration/contact_solver.hpp"
+#include "step/energy_ledger.hpp"
+#include "step/linearise.hpp"
+#include "step/phase_clock.hpp"
+#include "step/predict.hpp"
+
+namespace quoin::solver {
+
+/// What an attempt came to.
+struct Attempt {
+  OpenCloseResult solved;
+  StepEnergy energy;
+  double displacement = 0.0;  ///< largest of a vertex, relative to its block's size
+  double unbalance = 0.0;
+  double stiffest_omega_dt = 0.0;     ///< of the springs
+  std::vector<char> hit;              ///< by slot: an impact passes through it
+  std::vector<LinearContact> linear;  ///< as solved: contacts, then held points
+  std::vector<BodyContact> contacts;  ///< with forces and modes at the end
+};
+
+/// Memory of an island's attempts, and the numbers that its stages hand on.
+struct AttemptMemory {
+  AttemptMemory(const Slots& slots, StepWatch* watch) : solver(slots, watch) {}
+  BlockTerms terms;
+  BlockVector increment;  ///< by slot
+  ContactSolver solver;
+  PhaseClock clock;
+};
+
+/// What an island's attempt writes of its own blocks, by block.
+struct BlocksAtEnd {
+  StepPoses& poses;
+  std::vector<BlockState>& end;
+};
+
+/// Solves for the increments of the sub-step with these contacts, whose joints it may find to fail.
+void attempt_positions(const SubStep& step, const LastSubStep& last,
+                       std::vector<BodyContact>& contacts, AttemptMemory& memory,
+                       BlocksAtEnd& blocks, Attempt& attempt);
+
+/// The contacts of all bodies, sorted by key.
+void list_contacts(std::span<const BodyContact> bodies, std::vector<Contact>& contacts);
+
+}  // namespace quoin::solver

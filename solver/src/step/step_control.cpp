@@ -1,0 +1,377 @@
+#include "step/step_control.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+
+#include "step/attempt_rounds.hpp"
+#include "step/contact_search.hpp"
+#include "step/step_report.hpp"
+
+namespace quoin::solver {
+namespace {
+
+constexpr int kStaticCuts = 10;         // halvings of a pseudo-step: to a millionth of its motion
+constexpr double kSmallestStep = 1024;  // sub-steps in a step, where the options name no smallest
+constexpr double kEnd = 1e-12;          // of the step: what sub-steps may leave of it by rounding
+constexpr double kFarthest = 0.5;       // of the smaller block: what moves farther jumps over it
+
+using Islands = std::vector<Island*>;
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+/// Time is counted in steps, not added up: a million steps of dt end at a million dt.
+double counted_end(const StepOptions& options, const State& state, Counted& clock) {
+  const double step = duration(options, options.time_step);
+  if (clock.time_step != step || clock.now != state.time) clock = {state.time, step, state.time, 0};
+  ++clock.steps;
+  return clock.start + static_cast<double>(clock.steps) * step;
+}
+
+/// A step like the last one, in which nothing moved.
+StepReport stand(const StepOptions& options, State& state, Workspace& work) {
+  state.time = work.counted.now = counted_end(options, state, work.counted);
+  ++state.step;
+  StepReport report = work.report;
+  report.time = state.time;
+  report.candidate_pairs = report.searched_pairs = 0;
+  report.seconds = {};
+  return report;
+}
+
+/// A block moved by a motion since `time`, as the step before this one left it.
+PrescribedMotion motion_at(const StepRun& run, std::size_t p, double time) {
+  const Motion& motion = run.compiled.scene.blocks[index(run.compiled.prescribed[p])].motion;
+  return advance_motion(motion, run.work.motion[p], run.state.time, time);
+}
+
+BlockState prescribed_at(const StepRun& run, std::size_t p, const PrescribedMotion& motion) {
+  BlockState block = run.state.blocks[index(run.compiled.prescribed[p])];
+  move_centroid(motion.displacement - run.work.motion[p].displacement, block);
+  block.velocity = motion.velocity;
+  return block;
+}
+
+/// Blocks without unknowns where they are at `from`, and where they will be at `to`.
+void place_idle(const StepRun& run, double from, double to) {
+  Workspace& work = run.work;
+  std::vector<Vector3> increments;
+  for (std::size_t p = 0; p < run.compiled.prescribed.size(); ++p) {
+    const std::size_t b = index(run.compiled.prescribed[p]);
+    const PrescribedMotion now = motion_at(run, p, from);
+    work.motion_end[p] = motion_at(run, p, to);
+    increments.push_back(work.motion_end[p].displacement - now.displacement);
+    if (from != run.state.time) work.now.blocks[b] = prescribed_at(run, p, now);
+    work.end[b] = prescribed_at(run, p, work.motion_end[p]);
+  }
+  place_idle(run.compiled, work.now.blocks, increments, work.poses);
+}
+
+/// A step in which two blocks near each other move by more than half the smaller one can jump over
+/// a contact: it is cut before it is tried.
+bool too_fast(const StepRun& run, const Island& island) {
+  const auto speed = [&](int block) {
+    return vertex_speed(run.compiled.models[index(block)], run.work.now.blocks[index(block)]);
+  };
+  return std::ranges::any_of(island.contacts, [&](const BodyContact& contact) {
+    const double way = (speed(contact.a) + speed(contact.b)) * island.length;
+    const double size = pair_size(run.compiled, contact.a, contact.b);
+    return way > kFarthest * size && contact.state.point.gap < way;
+  });
+}
+
+bool constant_loads(const CompiledScene& compiled, const IslandBlocks& island) {
+  const auto constant = [&](int l) { return compiled.loads[index(l)].force.is_constant(); };
+  const auto at_rest = [&](int h) { return compiled.held[index(h)].displacement.is_constant(); };
+  return compiled.scene.gravity.is_constant() && compiled.prescribed.empty() &&
+         std::ranges::all_of(island.loads, constant) && std::ranges::all_of(island.held, at_rest);
+}
+
+/// The attempt took all forces as they were, and nothing moved, to the last bit.
+bool stood_still(const StepRun& run, const Island& island) {
+  const Workspace& work = run.work;
+  const auto at_rest = [&](int block) {
+    return work.poses.increment[index(block)].isZero(0.0) &&
+           velocity_vector(work.now.blocks[index(block)]).isZero(0.0) &&
+           velocity_vector(work.end[index(block)]).isZero(0.0);
+  };
+  return island.attempt.solved.solves == 0 && constant_loads(run.compiled, island.blocks) &&
+         std::ranges::all_of(island.blocks.slots.block_of_slot, at_rest);
+}
+
+/// Energy in the springs that the island has from the last sub-step, J; `stored`: by slot.
+double stored_energy(const CompiledScene& compiled, const Island& island,
+                     std::span<const double> stored) {
+  double sum = 0.0;
+  for (const int block : island.blocks.slots.block_of_slot) {
+    sum += stored[index(compiled.slots.slot_of_block[index(block)])];
+  }
+  return sum;
+}
+
+/// The attempt is the island's next sub-step.
+void accept(const StepRun& run, Island& island) {
+  Workspace& work = run.work;
+  const SubStep step = sub_step(run, island);
+  const StepEnergy& energy = island.attempt.energy;
+  island.still = stood_still(run, island);
+  const double before = stored_energy(run.compiled, island, work.stored);
+  const double growth = book(step, energy, work.end, before, work.now.energy);
+  island.count.energy_growth = std::max(island.count.energy_growth, growth);
+  for (std::size_t s = 0; s < energy.stored.size(); ++s) {
+    const int block = island.blocks.slots.block_of_slot[s];
+    const std::size_t slot = index(run.compiled.slots.slot_of_block[index(block)]);
+    BlockState& now = work.now.blocks[index(block)];
+    work.stored[slot] = energy.stored[s];
+    work.last.length[slot] = step.dynamic() ? island.length : 0.0;
+    work.last.velocity[slot] = velocity_vector(now);
+    now = work.end[index(block)];
+  }
+  island.time = step.end_time();
+  island.done += island.length;
+  ++island.count.sub_steps;
+  std::swap(island.history, island.history_end);
+  std::swap(island.found, island.found_end);
+}
+
+/// Where the island stands, for another attempt.
+void reject(const StepRun& run, Island& island) {
+  for (const int block : island.blocks.slots.block_of_slot) {
+    run.work.end[index(block)] = run.work.now.blocks[index(block)];
+  }
+  island.length *= 0.5;
+}
+
+/// Islands that stand at the earliest time, and of these those with the longest next sub-step.
+Islands next_group(std::span<Island* const> islands, double time_step) {
+  Islands group;
+  const auto key = [&](const Island& island) { return std::pair(island.done, -island.length); };
+  for (Island* island : islands) {
+    if (!(island->done < time_step * (1.0 - kEnd))) continue;
+    island->length = std::min(island->length, time_step - island->done);
+    if (!group.empty() && key(*island) < key(*group.front())) group.clear();
+    if (group.empty() || key(*island) == key(*group.front())) group.push_back(island);
+  }
+  return group;
+}
+
+/// Tries the next sub-step of islands that stand at one time and try one length.
+void try_group(const StepRun& run, const Islands& group) {
+  Workspace& work = run.work;
+  attempt(run, group);
+  for (Island* island : group) {
+    if (island->sound) count_attempt(*island);
+  }
+  work.clock.charge(&PhaseSeconds::update);
+}
+
+/// Contacts of each, and its blocks where they stand.
+void begin_group(const StepRun& run, const Islands& group) {
+  const SubStep step = sub_step(run, *group.front());
+  place_idle(run, step.time, step.end_time());
+  for (Island* island : group) begin(run, *island);
+  run.work.clock.charge(&PhaseSeconds::assemble);
+}
+
+/// All sub-steps of a dynamic step, of each island by itself. The island whose sub-step can't be
+/// shortened any more, or null.
+Island* take_sub_steps(const StepRun& run, std::span<Island* const> islands) {
+  const StepOptions& options = run.options;
+  StepReport& report = run.report;
+  const double smallest = options.smallest_time_step > 0.0 ? options.smallest_time_step
+                                                           : options.time_step / kSmallestStep;
+  for (Islands group; !(group = next_group(islands, options.time_step)).empty();) {
+    begin_group(run, group);
+    const bool can_cut = 0.5 * group.front()->length >= smallest;
+    if (can_cut) {
+      report.cuts_by_contact += static_cast<int>(std::erase_if(group, [&](Island* island) {
+        const bool fast = too_fast(run, *island);
+        if (fast) island->length *= 0.5;
+        return fast;
+      }));
+      if (group.empty()) continue;
+    }
+    try_group(run, group);
+    for (Island* island : group) {
+      const bool too_far = options.max_displacement_ratio > 0.0 &&
+                           island->attempt.displacement > options.max_displacement_ratio;
+      if (island->solved && !(too_far && can_cut)) {
+        accept(run, *island);
+        continue;
+      }
+      (island->solved ? report.cuts_by_displacement : report.cuts_by_convergence)++;
+      if (0.5 * island->length < smallest) return island;
+      reject(run, *island);
+    }
+  }
+  return nullptr;
+}
+
+/// One step towards equilibrium, of each island by itself. The island that has none, or null.
+Island* take_static_step(const StepRun& run, std::span<Island* const> islands) {
+  EquilibriumSearch& search = run.work.search;
+  StepReport& report = run.report;
+  Islands open(islands.begin(), islands.end());
+  double tau = search.pseudo_step;
+  for (int cut = 0; cut <= kStaticCuts && !open.empty(); ++cut, tau *= 0.5) {
+    for (Island* island : open) island->length = tau;
+    begin_group(run, open);
+    try_group(run, open);
+    std::erase_if(open, [&](Island* island) {
+      island->stride = island->solved ? stride(run.compiled, island->blocks.slots.block_of_slot,
+                                               run.work.now.blocks, run.work.end)
+                                      : 0.0;
+      const bool taken = island->solved && (!too_long(island->stride) || cut == kStaticCuts);
+      if (taken) {
+        accept(run, *island);
+        search.pseudo_step = std::min(search.pseudo_step, tau);
+        return true;
+      }
+      (island->solved ? report.cuts_by_displacement : report.cuts_by_convergence)++;
+      if (cut < kStaticCuts) reject(run, *island);
+      return false;
+    });
+  }
+  return open.empty() ? nullptr : open.front();
+}
+
+/// The step begins: all islands where the state has them.
+void start(const StepRun& run, std::span<Island* const> islands) {
+  Workspace& work = run.work;
+  work.now.blocks = work.end = run.state.blocks;
+  work.now.energy = run.state.energy;
+  for (Island* island : islands) {
+    island->time = run.state.time;
+    island->done = 0.0;
+    island->length = run.options.time_step;
+    island->history = run.state.contacts;
+    island->found = work.found;
+    island->missing.reset();
+    island->still = false;
+    island->count = {};
+  }
+}
+
+/// The sub-steps that were accepted become the state. `reached`: their time, s.
+void commit(const StepRun& run, double reached, std::span<Island* const> islands, State& state) {
+  Workspace& work = run.work;
+  for (std::size_t p = 0; p < run.compiled.prescribed.size(); ++p) {
+    const std::size_t b = index(run.compiled.prescribed[p]);
+    const PrescribedMotion motion = motion_at(run, p, reached);
+    if (reached != state.time) work.now.blocks[b] = prescribed_at(run, p, motion);
+    work.motion_end[p] = motion;
+  }
+  std::swap(work.motion, work.motion_end);
+  std::swap(state.blocks, work.now.blocks);
+  state.energy = work.now.energy;
+  state.energy.kinetic = kinetic_energy(run.compiled, state);
+  state.energy.strain = strain_energy(run.compiled, state);
+  state.energy.contact = std::accumulate(work.stored.begin(), work.stored.end(), 0.0);
+  state.time = reached;
+  state.contacts.clear();
+  for (Island* island : islands) {
+    state.contacts.insert(state.contacts.end(), island->history.begin(), island->history.end());
+  }
+  work.found = islands.front()->found;
+  work.energy_scale.note(state.energy);
+}
+
+/// The attempt of `island`, and where all others stand.
+State attempted(const StepRun& run, const Island& island) {
+  State best;
+  best.time = sub_step(run, island).end_time();
+  best.step = run.state.step;
+  best.origin = run.state.origin;
+  best.energy = run.work.now.energy;
+  best.blocks = run.work.end;
+  best.contacts = island.history_end;
+  return best;
+}
+
+/// Before a step: what it goes back to when it is stopped.
+StepMemory memory_before(const StepOptions& options, const Workspace& work) {
+  return options.watch ? static_cast<const StepMemory&>(work) : StepMemory{};
+}
+
+void take_step(const CompiledScene& compiled, const StepOptions& options, State& state, State& best,
+               Workspace& work, StepReport& report) {
+  const bool dynamic = options.analysis == Analysis::Dynamic;
+  const StepRun run{compiled, options, state, work, report};
+  const double end = counted_end(options, state, work.counted);
+  const Islands islands{work.whole.get()};
+  if (dynamic) work.search = {};
+  if (!dynamic && work.search.start.empty()) begin_search(compiled, state, work.search);
+  start(run, islands);
+  Island* failed = (dynamic ? take_sub_steps : take_static_step)(run, islands);
+  report_islands(islands, report);
+  if (failed != nullptr) {
+    report.status = failed->sound ? StepStatus::NotConverged : StepStatus::Diverged;
+    if (failed->sound) {
+      best = attempted(run, *failed);
+      work.best_motion = work.motion_end;
+      if (!is_paper_method(options.method)) report.fighting = fighting(*failed, state.origin);
+    }
+  }
+  work.still = std::ranges::all_of(islands, &Island::still);
+  commit(run, failed != nullptr ? failed->time : islands.front()->time, islands, state);
+  ++state.step;
+  std::ranges::fill(work.laid, 0);
+  if (failed != nullptr) return;
+  state.time = work.counted.now = end;
+  if (!dynamic) judge(compiled, options, islands.front()->stride, state, work.search, report);
+}
+
+/// In springs of one stiffness at contacts that overlap, J.
+double overlap_energy(double spring, std::span<const geometry::ContactPoint> points) {
+  double sum = 0.0;
+  for (const geometry::ContactPoint& point : points) {
+    const double overlap = std::min(point.gap, 0.0);
+    sum += 0.5 * spring * overlap * overlap;
+  }
+  return sum;
+}
+
+}  // namespace
+
+StepReport advance(const CompiledScene& compiled, const StepOptions& options, State& state,
+                   State& best, Workspace& work) {
+  if (work.still) return stand(options, state, work);
+  StepReport report;
+  work.clock.start();
+  StepMemory before = memory_before(options, work);
+  work.watch.begin(options, report);
+  try {
+    take_step(compiled, options, state, best, work, report);
+  } catch (const StepStopped&) {
+    static_cast<StepMemory&>(work) = std::move(before);
+    report.status = StepStatus::Stopped;
+  }
+  work.watch.end();
+  const Islands islands{work.whole.get()};
+  report_end(compiled, options, state, islands, work, report);
+  work.clock.charge(&PhaseSeconds::update);
+  report.seconds = work.clock.seconds;
+  work.still = work.still && report.sub_steps == 1 && report.linear_solves == 0;
+  if (work.still) work.report = report;
+  return report;
+}
+
+double initial_spring_energy(const CompiledScene& compiled, const StepOptions& options,
+                             const State& state, Workspace& work) {
+  std::ranges::fill(work.stored, 0.0);
+  if (options.method == ContactMethod::Paper || work.stored.empty()) return 0.0;
+  if (options.method == ContactMethod::Penalty) {
+    work.stored.front() = overlap_energy(contact_spring(compiled, options), work.found);
+    return work.stored.front();
+  }
+  std::vector<Pose> poses;
+  for (const BlockState& block : state.blocks) poses.push_back(pose(block));
+  std::vector<BodyContact> contacts;
+  carry_over({compiled.scene, poses, compiled.models, work.reach, work.laid}, work.found,
+             state.contacts, contacts);
+  store_at_rest(compiled, options, contacts, work.stored);
+  return std::accumulate(work.stored.begin(), work.stored.end(), 0.0);
+}
+
+}  // namespace quoin::solver

@@ -1,0 +1,119 @@
+#include "step/step_report.hpp"
+
+#include <algorithm>
+#include <functional>
+
+#include "contact/joint_law.hpp"
+#include "step/contact_search.hpp"
+
+namespace quoin::solver {
+namespace {
+
+// Damping ratio of the constant acceleration scheme by omega dt.   [Doolin & Sitar 2004]
+constexpr double kDampingOfScheme = 0.25;
+
+/// Of all blocks that move, N.
+double weight(const CompiledScene& compiled, double time) {
+  double mass = 0.0;
+  for (const int block : compiled.slots.block_of_slot) {
+    mass += compiled.models[static_cast<std::size_t>(block)].mass;
+  }
+  return mass * compiled.scene.gravity.at(time).norm();
+}
+
+void append_flags(const CompiledScene& compiled, const StepOptions& options, const State& state,
+                  std::span<Island* const> islands, const Workspace& work, StepReport& report) {
+  StepEvidence evidence{.energy_scale = work.energy_scale.value(),
+                        .gap_tolerance = options.tolerance * compiled.smallest_size,
+                        .found = work.found,
+                        .missing = vanished(state.contacts, work.found)};
+  evidence.energy_noise = evidence.gap_tolerance * weight(compiled, state.time);
+  for (const Island* island : islands) {
+    const double tolerance = options.tolerance * island->blocks.smallest_size;
+    const double rounding = gap_rounding(island->attempt.linear);
+    if (rounding / tolerance > evidence.rounding / evidence.gap_tolerance) {
+      evidence.rounding = rounding;
+      evidence.gap_tolerance = tolerance;
+    }
+    if (island->missing) evidence.missing = &*island->missing;
+    if (options.analysis != Analysis::Dynamic) continue;
+    evidence.energy_growth = std::max(evidence.energy_growth, island->count.energy_growth);
+  }
+  append_flags(compiled, state, evidence, report);
+}
+
+}  // namespace
+
+void count_attempt(Island& island) {
+  const Attempt& attempt = island.attempt;
+  IslandCount& total = island.count;
+  const OpenCloseResult& solved = attempt.solved;
+  total.iterations += solved.iterations;
+  total.solves += solved.solves;
+  total.factorizations += solved.factorizations;
+  total.interior_point_attempts += island.memory.solver.yielding() ? 1 : 0;
+  total.residual = solved.residual;
+  if (solved.condition > 0.0) total.condition = solved.condition;
+  total.unbalance = attempt.unbalance;
+  total.stiffest_omega_dt = std::max(total.stiffest_omega_dt, attempt.stiffest_omega_dt);
+}
+
+void report_islands(std::span<Island* const> islands, StepReport& report) {
+  for (const Island* island : islands) {
+    const IslandCount& count = island->count;
+    report.sub_steps = std::max(report.sub_steps, count.sub_steps);
+    report.iterations = std::max(report.iterations, count.iterations);
+    report.linear_solves = std::max(report.linear_solves, count.solves);
+    report.factorizations = std::max(report.factorizations, count.factorizations);
+    report.interior_point_attempts =
+        std::max(report.interior_point_attempts, count.interior_point_attempts);
+    report.residual = std::max(report.residual, count.residual);
+    report.condition = std::max(report.condition, count.condition);
+    report.unbalance = std::max(report.unbalance, count.unbalance);
+    report.stiffest_omega_dt = std::max(report.stiffest_omega_dt, count.stiffest_omega_dt);
+  }
+}
+
+FightingContacts fighting(const Island& island, const Vector3& origin) {
+  std::vector<FightingContact> all;  // the worst of each pair
+  for (std::size_t i = 0; i < island.contacts.size() && i < island.attempt.linear.size(); ++i) {
+    const BodyContact& contact = island.contacts[i];
+    const LinearContact& c = island.attempt.linear[i];
+    const double change = (force_after_update(c) - c.force).norm();
+    if (!(change > 0.0)) continue;
+    const FightingContact now{contact.a, contact.b, origin + contact.state.point.point(), change};
+    if (all.empty() || all.back().block != now.block || all.back().other != now.other) {
+      all.push_back(now);
+    } else if (now.change > all.back().change) {
+      all.back() = now;
+    }
+  }
+  std::ranges::stable_sort(all, std::greater{}, &FightingContact::change);
+  FightingContacts worst;
+  worst.count = std::min(all.size(), worst.contacts.size());
+  std::copy_n(all.begin(), worst.count, worst.contacts.begin());
+  return worst;
+}
+
+void report_end(const CompiledScene& compiled, const StepOptions& options, const State& state,
+                std::span<Island* const> islands, const Workspace& work, StepReport& report) {
+  report.time = state.time;
+  report.contact_count = static_cast<int>(state.contacts.size());
+  for (const Contact& contact : state.contacts) {
+    report.closed_count += contact.mode != ContactMode::Open;
+  }
+  for (const geometry::ContactPoint& point : work.found) {
+    report.largest_overlap = std::max(report.largest_overlap, -point.gap);
+  }
+  for (std::size_t b = 0; b < state.blocks.size(); ++b) {
+    const BlockState& block = state.blocks[b];
+    report.largest_strain = std::max(report.largest_strain, block.strain.cwiseAbs().maxCoeff());
+    report.largest_speed = std::max(report.largest_speed, vertex_speed(compiled.models[b], block));
+  }
+  if (options.scheme == TimeScheme::ConstantAcceleration) {
+    report.numerical_damping = kDampingOfScheme * report.stiffest_omega_dt;
+  }
+  append_flags(compiled, options, state, islands, work, report);
+}
+
+}  // namespace quoin::solver

@@ -1,0 +1,34 @@
+#include "step/workspace.hpp"
+
+namespace quoin::solver {
+
+Workspace::Workspace(const CompiledScene& compiled, int threads)
+    : finder({.threads = threads, .frame = geometry::PointFrame::Bodies}),
+      motion_end(compiled.prescribed.size()),
+      whole(std::make_unique<Island>(whole_scene(compiled), &watch)),
+      paper(std::make_unique<PaperMemory>(compiled.slots, &watch)) {
+  const std::size_t slots = compiled.slots.size.size();
+  last = {std::vector<double>(slots, 0.0), BlockVector(slots, Vector12::Zero()),
+          std::vector<char>(compiled.models.size(), 0)};
+  stored.assign(slots, 0.0);
+  slot_of_block = compiled.slots.slot_of_block;
+  laid.assign(compiled.models.size(), 1);
+  motion.resize(compiled.prescribed.size());
+  resize(compiled.models.size(), poses);
+  for (std::size_t b = 0; b < compiled.models.size(); ++b) {
+    const BlockModel& model = compiled.models[b];
+    const bool absent = model.kind == BlockKind::Absent;
+    finder.add(
+        model.shape, placement(model, pose(model.start)),
+        {.category = absent ? 0u : 1u,
+         .motion = compiled.idle[b] ? geometry::BodyMotion::Idle : geometry::BodyMotion::Moving});
+  }
+}
+
+void place_bodies(const CompiledScene& compiled, const State& state, Workspace& work) {
+  for (std::size_t b = 0; b < compiled.models.size(); ++b) {
+    work.finder.move(static_cast<int>(b), placement(compiled.models[b], pose(state.blocks[b])));
+  }
+}
+
+}  // namespace quoin::solver

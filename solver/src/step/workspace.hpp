@@ -1,0 +1,61 @@
+#pragma once
+/// What is kept between steps.
+
+#include <quoin/geometry/contact_finder.hpp>
+
+#include "equilibrium_search.hpp"
+#include "initial_depths.hpp"
+#include "paper_step.hpp"
+#include "step/island.hpp"
+#include "step_flags.hpp"
+
+namespace quoin::solver {
+
+/// Time counted in steps of one length.
+struct Counted {
+  double start = 0.0, time_step = 0.0, now = 0.0;  ///< s
+  long steps = 0;                                  ///< of this length, from `start` to `now`
+};
+
+/// What the next step depends on, beside the state and its contact points.
+struct StepMemory {
+  double reach = 0.0;  ///< that the contact points were found with, m
+  bool still = false;  ///< nothing moved in the last step and no load changes: the next is the same
+  StepReport report;   ///< of that step
+  Counted counted;
+  EquilibriumSearch search;  ///< of the static analysis that goes on
+  EnergyScale energy_scale;
+  LastSubStep last;
+  std::vector<double> stored;  ///< by slot: StepEnergy::stored, J
+  /// By block: what it touches in this step is laid: joints have their peak strength.
+  std::vector<char> laid;
+  std::vector<PrescribedMotion> motion;  ///< of compiled.prescribed, at the present state
+};
+
+/// StepMemory is in checkpoint.cpp; the rest changes the speed alone, or is made anew in each step.
+struct Workspace : StepMemory {
+  explicit Workspace(const CompiledScene& compiled, int threads);
+
+  geometry::ContactFinder finder;  ///< block b has handle b; absent ones collide with none
+  InitialDepths initial_depths;    ///< taken off what is found
+  /// At the present state, places in the frames of the reference shapes.
+  std::vector<geometry::ContactPoint> found;
+  std::vector<geometry::ContactPoint> found_end;  ///< at the end of the attempts
+
+  std::vector<PrescribedMotion> best_motion;  ///< of the best attempt
+
+  std::vector<int> slot_of_block;            ///< in its island; -1: no unknowns
+  State now;                                 ///< while a step is taken: its accepted sub-steps
+  StepPoses poses;                           ///< of the sub-step that is tried, by block
+  std::vector<BlockState> end;               ///< likewise: at its end
+  std::vector<PrescribedMotion> motion_end;  ///< likewise
+  StepWatch watch;
+  std::unique_ptr<Island> whole;
+  std::unique_ptr<PaperMemory> paper;
+  PhaseClock clock;
+};
+
+/// Takes the finder's bodies to where the state has them, also those that no step moves.
+void place_bodies(const CompiledScene& compiled, const State& state, Workspace& work);
+
+}  // namespace quoin::solver
