@@ -11,10 +11,11 @@ namespace quoin::geometry {
 /// The surfaces of both solids near their support planes.
 struct Surfaces {
   OuterSurface p, q;
-  /// `depth` (m) below the support planes: see OuterSurface.
+  /// `depth` (m) below the support planes, `steepest`: see OuterSurface.
   Surfaces(const Solid& solid_p, const Solid& solid_q, const ContactPlane& plane, double depth,
-           double rounding)
-      : p(solid_p, plane, 1.0, depth, rounding), q(solid_q, plane, -1.0, depth, rounding) {}
+           double rounding, double steepest = kSteep)
+      : p(solid_p, plane, 1.0, depth, rounding, steepest),
+        q(solid_q, plane, -1.0, depth, rounding, steepest) {}
   /// Heights of all but the vertices themselves, which are in the surface.
   void lift(SharedCorners& corners) const;
 };

@@ -231,6 +231,13 @@ SharedCorner& nearest_point(const Vector2& place, std::size_t guess, SharedCorne
   return *std::min_element(points.begin(), points.end(), nearer);
 }
 
+/// Is there a point within `tolerance` (m) of a place?
+bool has_near(const SharedCorners& points, const Vector2& place, double tolerance) {
+  return std::any_of(points.begin(), points.end(), [&](const SharedCorner& point) {
+    return (point.place - place).squaredNorm() <= tolerance * tolerance;
+  });
+}
+
 /// Ends of the stretch, on A's edge.
 void append_stretch(const ProjectedFeature& patch_p, const ProjectedFeature& patch_q,
                     const Working& work, SharedCorners& corners) {
@@ -251,11 +258,13 @@ void append_stretch(const ProjectedFeature& patch_p, const ProjectedFeature& pat
 /// slopes away from the other edge.
 void add_stretch_points(const ProjectedFeature& patch_p, const ProjectedFeature& patch_q,
                         const Working& work, PairPoints& pair) {
-  const Surfaces surfaces(work.p, work.q, pair.plane, work.band + work.rounding, work.rounding);
+  const Surfaces surfaces(work.p, work.q, pair.plane, work.band + work.rounding, work.rounding,
+                          kWall);
   const auto add = [&](const SharedCorner& corner) {
     if (!(gap_of(corner) <= pair.gap + work.band)) return;
-    if (near_hull(pair.merged, corner.place, pair.tolerance)) return;
-    add_merged(corner, pair.tolerance, work.reversed, pair.merged);
+    if (has_near(pair.merged, corner.place, pair.tolerance)) return;
+    if (!is_free(corner.feature_p, corner.feature_q, pair.merged)) return;
+    pair.merged.push_back(corner);
   };
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   for (const ProjectedCorner& c : patch_p.corners) {
@@ -278,11 +287,8 @@ void add_stretch_points(const ProjectedFeature& patch_p, const ProjectedFeature&
 /// one lies within tol, a place on a side that tol cuts through a face when it lies in their hull.
 void add_patch_point(const Working& work, const ProjectedFeature& patch_p,
                      const ProjectedFeature& patch_q, SharedCorner corner, PairPoints& pair) {
-  const auto same_place = [&](const SharedCorner& point) {
-    return (point.place - corner.place).squaredNorm() <= pair.tolerance * pair.tolerance;
-  };
   if (gap_of(corner) > pair.gap + work.band + work.rounding) return;
-  if (std::any_of(pair.merged.begin(), pair.merged.end(), same_place)) return;
+  if (has_near(pair.merged, corner.place, pair.tolerance)) return;
   const bool inner = !named(corner) && pair.type == ContactType::FaceFace;
   if (inner && near_hull(pair.merged, corner.place, pair.tolerance)) return;
   const bool keeps_name = named(corner) && is_free(corner.feature_p, corner.feature_q, pair.merged);

@@ -8,11 +8,6 @@
 namespace quoin::geometry {
 namespace {
 
-/// Rise over run of the steepest triangle that is believed: the rounding of a place shows so many
-/// times in its height. Faces that carry points are eight times less steep; a sliver between
-/// vertices that are off their face by more than a quarter of its width is left to its neighbours.
-constexpr double kSteep = 4.0;
-
 double cross2(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 /// How far a point lies beyond the sides of a face, as seen along its normal.
@@ -40,6 +35,7 @@ Bumps bumps(const Solid& solid, int face) {
   for (const int v : topology.face_set(face)) {
     most.off_plane = std::max(most.off_plane, std::abs(normal.dot(shape.vertex(v) - base)));
   }
+  if (!shape.is_convex(face)) most.outside = kInfinity;
   if (topology.face_set(face).size() == topology.face(face).size()) return most;
   for (const int v : topology.face_set(face)) {
     if (topology.is_corner(v)) continue;
@@ -49,8 +45,8 @@ Bumps bumps(const Solid& solid, int face) {
 }
 
 OuterSurface::OuterSurface(const Solid& solid, const ContactPlane& plane, double outward,
-                           double depth, double rounding)
-    : outward_(outward), rounding_(rounding) {
+                           double depth, double rounding, double steepest)
+    : outward_(outward), rounding_(rounding), steepest_(steepest) {
   const LocalPlane local(solid, plane);
   const std::size_t count = static_cast<std::size_t>(solid.vertex_count());
   places_.resize(count);
@@ -97,7 +93,8 @@ bool OuterSurface::faces(const Triangle& t) const {
   const auto height = [&](std::size_t k) { return heights_[static_cast<std::size_t>(t[k])]; };
   const Vector2 u = at(t[1]) - at(t[0]), v = at(t[2]) - at(t[0]);
   const double area = cross2(u, v), rise_u = height(1) - height(0), rise_v = height(2) - height(0);
-  return area > 0.0 && (rise_u * v - rise_v * u).squaredNorm() <= kSteep * kSteep * area * area;
+  return area > 0.0 &&
+         (rise_u * v - rise_v * u).squaredNorm() <= steepest_ * steepest_ * area * area;
 }
 
 /// The areas opposite to the corners are the shares of their heights. Shares are kept between 0 and
