@@ -97,17 +97,18 @@ bool OuterSurface::faces(const Triangle& t) const {
          (rise_u * v - rise_v * u).squaredNorm() <= steepest_ * steepest_ * area * area;
 }
 
-/// The areas opposite to the corners are the shares of their heights. Shares are kept between 0 and
+/// The areas opposite to the corners are the shares of their heights, as seen from the place: those
+/// of a needle would drown in the rounding of its length otherwise. Shares are kept between 0 and
 /// 1, and the place that they then stand for must be this one within rounding.
 OuterSurface::Cover OuterSurface::cover(const Triangle& t, const Vector2& place) const {
+  const std::array<Vector2, 3> step{at(t[0]) - place, at(t[1]) - place, at(t[2]) - place};
   double sum = 0.0, height = 0.0;
   Vector2 covered = Vector2::Zero();
   for (std::size_t k = 0; k < 3; ++k) {
-    const Vector2 &from = at(t[(k + 1) % 3]), &to = at(t[(k + 2) % 3]);
-    const double opposite = std::max(0.0, cross2(to - from, place - from));
+    const double opposite = std::max(0.0, cross2(step[(k + 1) % 3], step[(k + 2) % 3]));
     sum += opposite;
     height += opposite * heights_[static_cast<std::size_t>(t[k])];
-    covered += opposite * (at(t[k]) - place);
+    covered += opposite * step[k];
   }
   const double limit = rounding_ * sum;
   if (!(sum > 0.0) || covered.squaredNorm() > limit * limit) return {};
