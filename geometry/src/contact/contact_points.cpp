@@ -188,6 +188,16 @@ bool planar(const Solid& solid, const SmallVector<Feature, 32>& carriers, double
   });
 }
 
+/// Heights by the solids; without the places beyond one of them.
+void drop_beyond(const Surfaces& surfaces, SharedCorners& corners) {
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    SharedCorner corner = corners[k];
+    if (surfaces.lift(corner)) corners[kept++] = corner;
+  }
+  corners.resize(kept);
+}
+
 /// All places where facing features lie over each other within the band.
 void find_points(const Working& work, LateInit<Surfaces>& surfaces, PairPoints& pair) {
   const auto& [p, q, reversed, band, rounding] = work;
@@ -216,7 +226,7 @@ void find_points(const Working& work, LateInit<Surfaces>& surfaces, PairPoints& 
       lay_feature(q, carriers.q[k], pair.plane, -1.0, patch_q);
       corners.clear();
       append_shared_corners(patch_p, patch_q, rounding, corners);
-      if (surfaces) surfaces->lift(corners);
+      if (surfaces) drop_beyond(*surfaces, corners);
       add_points(corners, band, reversed, pair);
     }
   }
@@ -258,8 +268,7 @@ void append_stretch(const ProjectedFeature& patch_p, const ProjectedFeature& pat
 /// slopes away from the other edge.
 void add_stretch_points(const ProjectedFeature& patch_p, const ProjectedFeature& patch_q,
                         const Working& work, PairPoints& pair) {
-  const Surfaces surfaces(work.p, work.q, pair.plane, work.band + work.rounding, work.rounding,
-                          kWall);
+  const Surfaces surfaces(work.p, work.q, pair.plane, work.band + work.rounding, work.rounding);
   const auto add = [&](const SharedCorner& corner) {
     if (!(gap_of(corner) <= pair.gap + work.band)) return;
     if (has_near(pair.merged, corner.place, pair.tolerance)) return;
@@ -341,7 +350,8 @@ void find_shared_part(const Working& work, const LateInit<Surfaces>& surfaces, P
   } else {
     append_shared_corners(patch_p, patch_q, work.rounding, part.corners);
     if (surfaces) surfaces->lift(part.corners);
-    for (const SharedCorner& corner : part.corners) {
+    for (SharedCorner corner : part.corners) {
+      if (surfaces && !surfaces->lift(corner)) continue;
       add_patch_point(work, patch_p, patch_q, corner, pair);
     }
   }

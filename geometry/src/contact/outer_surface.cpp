@@ -4,9 +4,15 @@
 #include <cmath>
 
 #include "numeric/floating_point.hpp"
+#include "polygon/contact_polygon.hpp"
 
 namespace quoin::geometry {
 namespace {
+
+/// Rise over run of the steepest triangle that is believed: on steeper ones a place a few roundings
+/// (1e-15 D) aside lies farther below than tol (1e-9 D). Heights are means of those of vertices, so
+/// what is not known of a steep one's is along it, and never above it.
+constexpr double kSteep = 1e6;
 
 double cross2(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
@@ -45,8 +51,8 @@ Bumps bumps(const Solid& solid, int face) {
 }
 
 OuterSurface::OuterSurface(const Solid& solid, const ContactPlane& plane, double outward,
-                           double depth, double rounding, double steepest)
-    : outward_(outward), rounding_(rounding), steepest_(steepest) {
+                           double depth, double rounding)
+    : outward_(outward), rounding_(rounding) {
   const LocalPlane local(solid, plane);
   const std::size_t count = static_cast<std::size_t>(solid.vertex_count());
   places_.resize(count);
@@ -93,8 +99,7 @@ bool OuterSurface::faces(const Triangle& t) const {
   const auto height = [&](std::size_t k) { return heights_[static_cast<std::size_t>(t[k])]; };
   const Vector2 u = at(t[1]) - at(t[0]), v = at(t[2]) - at(t[0]);
   const double area = cross2(u, v), rise_u = height(1) - height(0), rise_v = height(2) - height(0);
-  return area > 0.0 &&
-         (rise_u * v - rise_v * u).squaredNorm() <= steepest_ * steepest_ * area * area;
+  return area > 0.0 && (rise_u * v - rise_v * u).squaredNorm() <= kSteep * kSteep * area * area;
 }
 
 /// The areas opposite to the corners are the shares of their heights, as seen from the place: those
@@ -110,7 +115,7 @@ OuterSurface::Cover OuterSurface::cover(const Triangle& t, const Vector2& place)
     height += opposite * heights_[static_cast<std::size_t>(t[k])];
     covered += opposite * step[k];
   }
-  const double limit = rounding_ * sum;
+  const double limit = kBesideBorder * rounding_ * sum;
   if (!(sum > 0.0) || covered.squaredNorm() > limit * limit) return {};
   return {true, height / sum};
 }

@@ -15,22 +15,13 @@ struct Bumps {
 };
 Bumps bumps(const Solid& solid, int face);
 
-/// Rise over run of the steepest triangle that is believed where a label stands in: the rounding of
-/// a place shows so many times in its height. Faces that carry points are eight times less steep; a
-/// sliver between vertices that are off their face by more than a quarter of its width is left to
-/// its neighbours.
-inline constexpr double kSteep = 4.0;
-/// Where nothing stands in, beside a ridge: walls are left out; chosen.
-inline constexpr double kWall = 1e3;
-
 /// The hull's surface on the side that faces the other solid, where it is near its support plane.
 class OuterSurface {
  public:
   /// `outward` is +1 for P, -1 for Q. Of use over places where the solid reaches to within `depth`
   /// (m) of its support plane; a place up to `rounding` (m) beside the solid counts as on it.
-  /// `steepest`: rise over run, steeper triangles are left out.
   OuterSurface(const Solid& solid, const ContactPlane& plane, double outward, double depth,
-               double rounding, double steepest);
+               double rounding);
   /// Height over a place along the normal of the plane; `otherwise` where it is not known. m
   ///
   /// A triangle of vertices over the place lies in the solid, and one of them in its surface: the
@@ -50,7 +41,7 @@ class OuterSurface {
   bool raise(Triangle& triangle, const Vector2& place, double& height) const;
   const Vector2& at(int i) const { return places_[static_cast<std::size_t>(i)]; }
 
-  double outward_, rounding_, steepest_;
+  double outward_, rounding_;
   SmallVector<Vector2, 32> places_;
   SmallVector<double, 32> heights_;  // times outward
   SmallVector<Triangle, 32> triangles_;
