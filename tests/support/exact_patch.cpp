@@ -466,24 +466,26 @@ bool ends_at(const ExactPair& pair, const Vector3& normal, const PatchCorner& co
 bool both_reach(const ExactPair& pair, const Vector3& normal, const PatchCorner& corner,
                 double tolerance, double slack) {
   const PlaneFrame frame(normal);
-  std::array<std::vector<Place>, 2> shadows;
-  for (const int side : {0, 1}) {
-    for (const RealPoint& x : pair.places(side)) {
-      shadows[static_cast<std::size_t>(side)].push_back(frame.place(x));
-    }
-  }
   std::vector<Place> candidates{corner.place};
-  for (const std::vector<Place>& shadow : shadows) {
-    for (const Place& place : shadow) {
+  std::array<Real, 2> level{};
+  for (const int side : {0, 1}) {
+    const Real sign = side == 0 ? 1 : -1;
+    Real top = -std::numeric_limits<Real>::infinity();
+    for (const RealPoint& x : pair.places(side)) {
+      top = std::max(top, sign * frame.height(x));
+      const Place place = frame.place(x);
       if (length(place - corner.place) <= Real(tolerance)) {
         candidates.push_back(place);
       }
     }
+    level[static_cast<std::size_t>(side)] = sign * (top - Real(tolerance) / 2);
   }
-  return std::any_of(candidates.begin(), candidates.end(), [&](const Place& place) {
-    return distance_to_places(shadows[0], place) <= Real(slack) &&
-           distance_to_places(shadows[1], place) <= Real(slack);
-  });
+  const auto reaches = [&](int side, const Place& place) {
+    const RealPoint below = frame.point(place, level[static_cast<std::size_t>(side)]);
+    return pair.distance_in_long_double(side, below) <= Real(slack);
+  };
+  return std::any_of(candidates.begin(), candidates.end(),
+                     [&](const Place& place) { return reaches(0, place) && reaches(1, place); });
 }
 
 long double gap_along(const ExactPair& pair, const Vector3& normal) {

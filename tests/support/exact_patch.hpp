@@ -76,10 +76,10 @@ ExactPatch exact_patch(const ExactPair& pair, const geometry::Vector3& normal,
 bool ends_at(const ExactPair& pair, const geometry::Vector3& normal, const PatchCorner& corner,
              double tolerance, double extent);
 
-/// Does either solid stand over the other one, as seen along the normal and within `slack` (m), at
-/// a corner or at a vertex within `tolerance` (m) of it? Of parallel edges beside each other by
-/// less than that, the solids may end before they come to lie over each other: there is no line
-/// along the normal that meets both, hence no place for a contact point.
+/// Do both solids reach to within half of `tolerance` (m) of their support planes on one line along
+/// the normal, within `slack` (m), at a corner or at a vertex within `tolerance` of it? Of parallel
+/// edges beside each other by less than that, the solids may end or fall off before they come to
+/// lie over each other: then there is no place for a contact point.
 bool both_reach(const ExactPair& pair, const geometry::Vector3& normal, const PatchCorner& corner,
                 double tolerance, double slack);
 

@@ -350,9 +350,12 @@ void find_shared_part(const Working& work, const LateInit<Surfaces>& surfaces, P
   } else {
     append_shared_corners(patch_p, patch_q, work.rounding, part.corners);
     if (surfaces) surfaces->lift(part.corners);
-    for (SharedCorner corner : part.corners) {
-      if (surfaces && !surfaces->lift(corner)) continue;
-      add_patch_point(work, patch_p, patch_q, corner, pair);
+    for (const SharedCorner& corner : part.corners) {
+      SharedCorner lifted = corner;
+      const bool over = !surfaces || surfaces->lift(lifted);
+      // Where two sides cross their own heights stand in; over a label there is nothing.
+      if (!over && corner.feature_p.kind != corner.feature_q.kind) continue;
+      add_patch_point(work, patch_p, patch_q, over ? lifted : corner, pair);
     }
   }
   find_polygon(part.corners, part.polygon);
