@@ -77,6 +77,13 @@ void Surfaces::lift(SharedCorners& corners) const {
   }
 }
 
+bool Surfaces::lift(SharedCorner& c) const {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  if (c.feature_p.kind != FeatureKind::Vertex) c.height_p = p.height(c.place, kNone);
+  if (c.feature_q.kind != FeatureKind::Vertex) c.height_q = q.height(c.place, kNone);
+  return !std::isnan(c.height_p) && !std::isnan(c.height_q);
+}
+
 bool find_shared_stretch(const ProjectedFeature& edge, const ProjectedFeature& other,
                          double rounding, std::array<Vector2, 2>& ends) {
   const Vector2& base = edge.corners[0].place;

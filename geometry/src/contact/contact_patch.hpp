@@ -15,8 +15,12 @@ struct Surfaces {
   Surfaces(const Solid& solid_p, const Solid& solid_q, const ContactPlane& plane, double depth,
            double rounding)
       : p(solid_p, plane, 1.0, depth, rounding), q(solid_q, plane, -1.0, depth, rounding) {}
-  /// Heights of all but the vertices themselves, which are in the surface.
+  /// Heights of all but the vertices themselves, which are in the surface; where a solid ends,
+  /// those of its labels stay.
   void lift(SharedCorners& corners) const;
+  /// The same of one; false where a solid ends: labels reach beyond it by the length to which they
+  /// are known.
+  bool lift(SharedCorner& corner) const;
 };
 
 /// The ends of the stretch in which two parallel edges, laid, lie over each other: of the first

@@ -195,6 +195,16 @@ bool planar(const Solid& solid, const SmallVector<Feature, 32>& carriers, double
   });
 }
 
+/// Heights by the solids; without the places beyond one of them.
+void drop_beyond(const Surfaces& surfaces, SharedCorners& corners) {
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    SharedCorner corner = corners[k];
+    if (surfaces.lift(corner)) corners[kept++] = corner;
+  }
+  corners.resize(kept);
+}
+
 /// Two faces and nothing else, straight in rows; false: there is more.
 bool share_two_faces(const Working& work, const Carriers& carriers,
                      const LateInit<Surfaces>& surfaces, PairPoints& pair) {
@@ -208,7 +218,7 @@ bool share_two_faces(const Working& work, const Carriers& carriers,
   }
   SharedCorners corners;
   append_shared_of_polygons(rows_p, rows_q, work.rounding, corners);
-  if (surfaces) surfaces->lift(corners);
+  if (surfaces) drop_beyond(*surfaces, corners);
   add_points(corners, work.band, work.reversed, pair);
   return true;
 }
@@ -242,7 +252,7 @@ void find_points(const Working& work, LateInit<Surfaces>& surfaces, PairPoints& 
       lay_feature(q, carriers.q[k], pair.plane, -1.0, patch_q);
       corners.clear();
       append_shared_corners(patch_p, patch_q, rounding, corners);
-      if (surfaces) surfaces->lift(corners);
+      if (surfaces) drop_beyond(*surfaces, corners);
       add_points(corners, band, reversed, pair);
     }
   }
@@ -255,6 +265,13 @@ SharedCorner& nearest_point(const Vector2& place, std::size_t guess, SharedCorne
     return (x.place - place).squaredNorm() < (y.place - place).squaredNorm();
   };
   return *std::min_element(points.begin(), points.end(), nearer);
+}
+
+/// Is there a point within `tolerance` (m) of a place?
+bool has_near(const SharedCorners& points, const Vector2& place, double tolerance) {
+  return std::any_of(points.begin(), points.end(), [&](const SharedCorner& point) {
+    return (point.place - place).squaredNorm() <= tolerance * tolerance;
+  });
 }
 
 /// Ends of the stretch, on A's edge.
@@ -289,7 +306,7 @@ void add_stretch_points(const ProjectedFeature& patch_p, const ProjectedFeature&
                         const Working& work, PairPoints& pair) {
   LateInit<Surfaces> surfaces;
   const auto needs_point = [&](const Solid& other, const ProjectedFeature& edge, std::size_t k) {
-    if (near_hull(pair.merged, edge.corners[k].place, pair.tolerance)) return false;
+    if (has_near(pair.merged, edge.corners[k].place, pair.tolerance)) return false;
     if (!reaches_end(other, edge, k, pair.plane, work.rounding)) return false;
     if (!surfaces) {
       surfaces.emplace(work.p, work.q, pair.plane, work.band + work.rounding, work.rounding);
@@ -298,7 +315,9 @@ void add_stretch_points(const ProjectedFeature& patch_p, const ProjectedFeature&
   };
   const auto add = [&](const SharedCorner& corner) {
     if (!(gap_of(corner) <= pair.gap + work.band)) return;
-    add_merged(corner, pair.tolerance, work.reversed, pair.merged);
+    if (!is_free(corner.feature_p, corner.feature_q, pair.merged)) return;
+    if (has_near(pair.merged, corner.place, pair.tolerance)) return;
+    pair.merged.push_back(corner);
   };
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   for (std::size_t k = 0; k < 2; ++k) {
@@ -325,11 +344,8 @@ void add_stretch_points(const ProjectedFeature& patch_p, const ProjectedFeature&
 /// one lies within tol, a place on a side that tol cuts through a face when it lies in their hull.
 void add_patch_point(const Working& work, const ProjectedFeature& patch_p,
                      const ProjectedFeature& patch_q, SharedCorner corner, PairPoints& pair) {
-  const auto same_place = [&](const SharedCorner& point) {
-    return (point.place - corner.place).squaredNorm() <= pair.tolerance * pair.tolerance;
-  };
   if (gap_of(corner) > pair.gap + work.band + work.rounding) return;
-  if (std::any_of(pair.merged.begin(), pair.merged.end(), same_place)) return;
+  if (has_near(pair.merged, corner.place, pair.tolerance)) return;
   const bool inner = !named(corner) && pair.type == ContactType::FaceFace;
   if (inner && near_hull(pair.merged, corner.place, pair.tolerance)) return;
   const bool keeps_name = named(corner) && is_free(corner.feature_p, corner.feature_q, pair.merged);
@@ -383,7 +399,11 @@ void find_shared_part(const Working& work, const LateInit<Surfaces>& surfaces, P
     append_shared_corners(patch_p, patch_q, work.rounding, part.corners);
     if (surfaces) surfaces->lift(part.corners);
     for (const SharedCorner& corner : part.corners) {
-      add_patch_point(work, patch_p, patch_q, corner, pair);
+      SharedCorner lifted = corner;
+      const bool over = !surfaces || surfaces->lift(lifted);
+      // Where two sides cross their own heights stand in; over a label there is nothing.
+      if (!over && corner.feature_p.kind != corner.feature_q.kind) continue;
+      add_patch_point(work, patch_p, patch_q, over ? lifted : corner, pair);
     }
   }
   find_polygon(part.corners, part.polygon);

@@ -4,14 +4,15 @@
 #include <cmath>
 
 #include "numeric/floating_point.hpp"
+#include "polygon/contact_polygon.hpp"
 
 namespace quoin::geometry {
 namespace {
 
-/// Rise over run of the steepest triangle that is believed: the rounding of a place shows so many
-/// times in its height. Faces that carry points are eight times less steep; a sliver between
-/// vertices that are off their face by more than a quarter of its width is left to its neighbours.
-constexpr double kSteep = 4.0;
+/// Rise over run of the steepest triangle that is believed: on steeper ones a place a few roundings
+/// (1e-15 D) aside lies farther below than tol (1e-9 D). Heights are means of those of vertices, so
+/// what is not known of a steep one's is along it, and never above it.
+constexpr double kSteep = 1e6;
 
 double cross2(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
@@ -40,6 +41,7 @@ Bumps bumps(const Solid& solid, int face) {
   for (const int v : topology.face_set(face)) {
     most.off_plane = std::max(most.off_plane, std::abs(normal.dot(shape.vertex(v) - base)));
   }
+  if (!shape.is_convex(face)) most.outside = kInfinity;
   if (topology.face_set(face).size() == topology.face(face).size()) return most;
   for (const int v : topology.face_set(face)) {
     if (topology.is_corner(v)) continue;
@@ -100,19 +102,20 @@ bool OuterSurface::faces(const Triangle& t) const {
   return area > 0.0 && (rise_u * v - rise_v * u).squaredNorm() <= kSteep * kSteep * area * area;
 }
 
-/// The areas opposite to the corners are the shares of their heights. Shares are kept between 0 and
+/// The areas opposite to the corners are the shares of their heights, as seen from the place: those
+/// of a needle would drown in the rounding of its length otherwise. Shares are kept between 0 and
 /// 1, and the place that they then stand for must be this one within rounding.
 OuterSurface::Cover OuterSurface::cover(const Triangle& t, const Vector2& place) const {
+  const std::array<Vector2, 3> step{at(t[0]) - place, at(t[1]) - place, at(t[2]) - place};
   double sum = 0.0, height = 0.0;
   Vector2 covered = Vector2::Zero();
   for (std::size_t k = 0; k < 3; ++k) {
-    const Vector2 &from = at(t[(k + 1) % 3]), &to = at(t[(k + 2) % 3]);
-    const double opposite = std::max(0.0, cross2(to - from, place - from));
+    const double opposite = std::max(0.0, cross2(step[(k + 1) % 3], step[(k + 2) % 3]));
     sum += opposite;
     height += opposite * heights_[static_cast<std::size_t>(t[k])];
-    covered += opposite * (at(t[k]) - place);
+    covered += opposite * step[k];
   }
-  const double limit = rounding_ * sum;
+  const double limit = kBesideBorder * rounding_ * sum;
   if (!(sum > 0.0) || covered.squaredNorm() > limit * limit) return {};
   return {true, height / sum};
 }

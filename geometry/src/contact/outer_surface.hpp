@@ -10,7 +10,8 @@ namespace quoin::geometry {
 /// Labels know rounding, so the vertices that one holds may lie off it.
 struct Bumps {
   double off_plane = 0.0;  ///< how far a vertex lies off the face's plane, m
-  double outside = 0.0;    ///< and, as seen along its normal, beyond its sides, m
+  double outside = 0.0;  ///< and, as seen along its normal, beyond its sides, m; infinite: the face
+                         ///< is not convex
 };
 Bumps bumps(const Solid& solid, int face);
 

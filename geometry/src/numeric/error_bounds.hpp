@@ -111,6 +111,9 @@ inline constexpr double kWideSupport = 8;
 /// Of eps D: where the exact search makes no step, nearer solids are taken to touch; chosen, and
 /// decided by the planes between them.
 inline constexpr double kStalled = 64;
+/// Of eps times the smaller diameter and the distance: a gain so small is of no matter to the gap,
+/// and the exact search may end where it makes no more of it; chosen.
+inline constexpr double kIdleGain = 1.0 / 256;
 
 // ---- queries ----
 

@@ -25,8 +25,6 @@ struct Corners {
   const PolygonRows& rows;
   const SideMasks& masks;
 
-  /// Does the other cover corner i, as far as the lines of its sides tell?
-  bool covers(int i) const { return masks.outside[i] == 0; }
   /// The lines through sides of the other that side i crosses.
   std::uint64_t crossed(int i) const {
     const int next = rows.next(i);
@@ -43,21 +41,36 @@ double crossing_share(const PolygonRows& p, int i, const PolygonRows& q, int j) 
   return a / (a - b);
 }
 
-/// Is a place that is not clearly inside on a polygon, or beside it within rounding? At the tip of
-/// a needle it may lie within rounding of the lines of two sides and far beyond both of them.
+/// Is a place that is in doubt on a polygon, or beside it within rounding? At the tip of a needle
+/// it may lie within rounding of the lines of two sides and far beyond both of them; and the line
+/// of a short side is not known far away from it. So distances are those from the sides themselves,
+/// and inside is where a ray along x meets an odd number of sides.
 bool is_beside(const PolygonRows& polygon, const Vector2& place, double rounding) {
   double nearest = kInfinity;
-  bool inside = true;
+  bool inside = false;
   for (int j = 0; j < polygon.count; ++j) {
-    const Vector2 from(polygon.x[j], polygon.y[j]), side(polygon.side_x[j], polygon.side_y[j]);
-    const Vector2 step = place - from;
+    const Vector2 side(polygon.side_x[j], polygon.side_y[j]);
+    const Vector2 step(place.x() - polygon.x[j], place.y() - polygon.y[j]);
     const double squared = side.squaredNorm();
     const double along = squared > 0.0 ? std::clamp(side.dot(step) / squared, 0.0, 1.0) : 0.0;
     nearest = std::min(nearest, (step - along * side).squaredNorm());
-    inside = inside && cross2(side, step) >= 0.0;
+    const bool rises = polygon.y[polygon.next(j)] > place.y();
+    if (rises != (polygon.y[j] > place.y())) inside ^= (cross2(side, step) > 0.0) == rises;
   }
   const double limit = kBesideBorder * rounding;
   return inside || nearest <= limit * limit;
+}
+
+/// Does a place lie beyond the line of one of these sides by more than the line may be off there?
+bool is_outside(const PolygonRows& polygon, std::uint64_t sides, const Vector2& place,
+                double rounding) {
+  for (; sides != 0; sides &= sides - 1) {
+    const int j = std::countr_zero(sides);
+    const Vector2 side(polygon.side_x[j], polygon.side_y[j]);
+    const Vector2 step(place.x() - polygon.x[j], place.y() - polygon.y[j]);
+    if (cross2(side, step) < -rounding * (std::abs(step.x()) + std::abs(step.y()))) return true;
+  }
+  return false;
 }
 
 /// Two polygons over each other, and where their shared corners go.
@@ -68,12 +81,12 @@ struct Clip {
 
   /// Does a polygon cover corner i of the other one?
   bool covers(const PolygonRows& polygon, const Corners& other, int i) const {
-    if (!other.covers(i)) return false;
     const std::uint64_t all = (std::uint64_t{1} << polygon.count) - 1;
     if ((other.masks.inside[i] & all) == all) return true;
-    return is_beside(polygon, {other.rows.x[i], other.rows.y[i]}, rounding);
+    const Vector2 place(other.rows.x[i], other.rows.y[i]);
+    return !is_outside(polygon, other.masks.outside[i], place, rounding) &&
+           is_beside(polygon, place, rounding);
   }
-
   void add_corner_of_p(int i) const {
     const PolygonRows& rows = p.rows;
     SharedCorner& corner = corners.add();

@@ -61,12 +61,13 @@ bool covers(const ProjectedFeature& patch, const Vector2& place, double rounding
   if (n == 2) {
     return distance_to_segment(patch.corners[0].place, patch.corners[1].place, place) <= rounding;
   }
-  bool within = true;
+  bool within = false;  // as in contact_polygon.cpp, is_beside
   double nearest = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < n; ++k) {
-    within = within && inside(patch, k, place) >= 0.0;
-    const Vector2& next = patch.corners[(k + 1) % n].place;
-    nearest = std::min(nearest, distance_to_segment(patch.corners[k].place, next, place));
+    const Vector2 &from = patch.corners[k].place, &to = patch.corners[(k + 1) % n].place;
+    nearest = std::min(nearest, distance_to_segment(from, to, place));
+    const bool rises = to.y() > place.y();
+    if (rises != (from.y() > place.y())) within ^= (cross2(to - from, place - from) > 0.0) == rises;
   }
   return within || nearest <= kBesideBorder * rounding;
 }
@@ -334,7 +335,8 @@ void lay_support_polygon(const Solid& polyhedron, const VertexSet& vertices,
   patch.label = name_support_set(polyhedron, vertices, FeatureKind::Face, outward * plane.normal);
   patch.face = patch.label.index;
   const std::size_t corners = topology.face(patch.face).size();
-  if (corners == vertices.size() && has_just(topology, patch.label, vertices)) {
+  if (corners == vertices.size() && polyhedron.shape().is_convex(patch.face) &&
+      has_just(topology, patch.label, vertices)) {
     return lay_feature(polyhedron, patch.label, plane, outward, patch);
   }
   SmallVector<int, 32> order;

@@ -163,9 +163,8 @@ ActiveFeatures facing_vertices(const Solid& p, const Solid& q) {
 ActiveFeatures exact_nearest(const Solid& p, const Solid& q, const ActiveFeatures& given,
                              int max_iterations) {
   const ActiveFeatures start = given.corners > 0 ? given : facing_vertices(p, q);
-  const double size = std::min(p.diameter(), q.diameter());
-  // Nearer than this the planes that part the solids are as good, and several of them may be.
-  const double nothing = kRounding * kEpsilon * std::max(p.diameter(), q.diameter());
+  const double larger = std::max(p.diameter(), q.diameter());
+  const double smaller = std::min(p.diameter(), q.diameter());
   ActiveFeatures result;
   Simplex simplex;
   for (std::size_t k = 0; k < static_cast<std::size_t>(start.corners); ++k) {
@@ -173,37 +172,39 @@ ActiveFeatures exact_nearest(const Solid& p, const Solid& q, const ActiveFeature
     if (!simplex.has(i, j)) simplex.push({i, j, exact_corner(p, q, i, j)});
   }
   WideVector direction;
+  DoubleDouble distance;
+  const auto end = [&](bool converged) {
+    result.converged = converged;
+    if (converged) {
+      result.normal = unit(direction);
+      result.gap = double(distance);
+    }
+    name_corners(simplex, result);
+    return result;
+  };
   std::array<int, 2> last{};
+  bool gains = true;
   while (result.iterations < max_iterations) {
     ++result.iterations;
-    DoubleDouble distance;
-    result.overlapping = !simplex.reduce(direction, distance) || !(distance.high > nothing);
-    if (result.overlapping) {
-      name_corners(simplex, result);
-      return result;
-    }
+    // Nearer than this the planes that part the solids are as good, and several of them may be.
+    const bool found = simplex.reduce(direction, distance);
+    result.overlapping = !found || !(distance.high > kRounding * kEpsilon * larger);
+    if (result.overlapping) return end(false);
+    // No step forward: the margin is inside the rounding even here. When the solids touch within
+    // the rounding of the coordinates the planes between them decide.
     if (result.iterations > 1 && !simplex.has(last[0], last[1])) {
-      // No step forward: the margin is inside the rounding even here. When the solids touch within
-      // the rounding of the coordinates the planes between them decide.
-      result.overlapping =
-          distance.high <= kStalled * kEpsilon * std::max(p.diameter(), q.diameter());
-      name_corners(simplex, result);
-      return result;
+      result.overlapping = gains && distance.high <= kStalled * kEpsilon * larger;
+      return end(!gains);
     }
     direction = scaled(direction);
     const DoubleDouble length = square_root(dot(direction, direction));
     const DoubleDouble here = distance * length;
-    const double rounding = kEpsilon / 256 * length.high * size;
     const int i = wide_support(p, direction), j = wide_support(q, -direction);
     const WideVector w = exact_corner(p, q, i, j);
     const DoubleDouble gain = here - dot(direction, w);
-    if (simplex.has(i, j) || gain.high <= rounding + 1e-18 * here.high) {
-      result.converged = true;
-      result.normal = unit(direction);
-      result.gap = double(distance);
-      name_corners(simplex, result);
-      return result;
-    }
+    const double reach = length.high * (w.rounded().norm() + larger);
+    if (simplex.has(i, j) || gain.high <= kWideEpsilon * reach) return end(true);
+    gains = gain.high > kIdleGain * kEpsilon * (length.high * smaller + here.high);
     simplex.push({i, j, w});
     last = {i, j};
   }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "numeric/double_double.hpp"
+#include "numeric/error_bounds.hpp"
 #include "shape/rounding_mode.hpp"
 
 namespace quoin::geometry {
@@ -344,10 +345,30 @@ int Topology::search_edge(int v, int w) const {
   return -1;
 }
 
+namespace {
+
+/// Does a polygon turn left at each of its corners, within rounding of a place?
+bool turns_left(const Points& vertices, std::span<const int> face, const Vector3& normal,
+                double diameter) {
+  const std::size_t n = face.size();
+  const double slack = kRounding * kEpsilon * diameter;
+  Vector3 before = vertices.col(face[0]) - vertices.col(face[n - 1]);
+  for (std::size_t k = 0; k < n; ++k) {
+    const Vector3 after = vertices.col(face[k + 1 < n ? k + 1 : 0]) - vertices.col(face[k]);
+    const double turn = normal.dot(before.cross(after));
+    if (turn < 0.0 && turn * turn > slack * slack * (before + after).squaredNorm()) return false;
+    before = after;
+  }
+  return true;
+}
+
+}  // namespace
+
 Shape::Shape(std::shared_ptr<const Topology> topology, const Eigen::Ref<const Points>& vertices)
     : topology_(std::move(topology)),
       vertices_(3, vertices.cols()),
       face_normals_(3, topology_->face_count()),
+      face_is_convex_(static_cast<std::size_t>(topology_->face_count()), 1),
       padded_count_(static_cast<int>((vertices.cols() + 7) / 8 * 8)) {
   offsets_.resize(3 * static_cast<std::size_t>(padded_count_));
   check_rounding_mode();
@@ -382,12 +403,15 @@ void Shape::set_vertices(const Eigen::Ref<const Points>& vertices) {
   }
   vertex_mean_ = origin_ + sum / static_cast<double>(vertices_.cols());
   diameter_ = 2.0 * std::sqrt(squared_radius);
-  update_face_normals();
+  update_faces();
 }
 
-void Shape::update_face_normals() {
+void Shape::update_faces() {
   for (int f = 0; f < topology_->face_count(); ++f) {
-    face_normals_.col(f) = unit_normal(vertices_, topology_->face(f));
+    const std::span<const int> face = topology_->face(f);
+    face_normals_.col(f) = unit_normal(vertices_, face);
+    face_is_convex_[static_cast<std::size_t>(f)] =
+        face.size() == 3 || turns_left(vertices_, face, face_normals_.col(f), diameter_);
   }
 }
 

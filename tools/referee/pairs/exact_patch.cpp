@@ -120,6 +120,16 @@ std::array<Carrier, 2> farthest_ends(const std::vector<Carrier>& polygon) {
   return ends;
 }
 
+/// How far the carriers lie from the line between two of them.
+Real width_in_space(const std::vector<Carrier>& carriers, const std::array<Carrier, 2>& ends) {
+  const RealPoint line = ends[1].point - ends[0].point;
+  Real most = 0;
+  for (const Carrier& c : carriers) {
+    most = std::max(most, length(cross(line, c.point - ends[0].point)));
+  }
+  return length(line) > 0 ? most / length(line) : 0;
+}
+
 /// How far ends that are as far apart, within the band, lie from the ends taken.
 Real open_ends(const std::vector<Carrier>& polygon, const std::array<Carrier, 2>& ends,
                const PatchBands& bands) {
@@ -151,10 +161,13 @@ void classify(const PatchBands& bands, SupportPolygon& polygon) {
   } else {
     polygon.kind = FeatureKind::Face;
   }
-  // how a width is measured is left open within a factor of two
+  // how a width is measured is left open within a factor of two, and whether in the plane or in
+  // space
   const bool between =
       width > tolerance / 2 - Real(bands.decision) && width < 2 * tolerance + Real(bands.decision);
-  polygon.clear = polygon.clear && is_clear(longest, bands) && !between;
+  const bool deep = width <= tolerance &&
+                    width_in_space(polygon.carriers, ends) > tolerance - Real(bands.decision);
+  polygon.clear = polygon.clear && is_clear(longest, bands) && !between && !deep;
 }
 
 SupportPolygon support_polygon(const ExactPair& pair, int side, const PlaneFrame& frame,
@@ -448,6 +461,31 @@ bool ends_at(const ExactPair& pair, const Vector3& normal, const PatchCorner& co
     }
   }
   return true;
+}
+
+bool both_reach(const ExactPair& pair, const Vector3& normal, const PatchCorner& corner,
+                double tolerance, double slack) {
+  const PlaneFrame frame(normal);
+  std::vector<Place> candidates{corner.place};
+  std::array<Real, 2> level{};
+  for (const int side : {0, 1}) {
+    const Real sign = side == 0 ? 1 : -1;
+    Real top = -std::numeric_limits<Real>::infinity();
+    for (const RealPoint& x : pair.places(side)) {
+      top = std::max(top, sign * frame.height(x));
+      const Place place = frame.place(x);
+      if (length(place - corner.place) <= Real(tolerance)) {
+        candidates.push_back(place);
+      }
+    }
+    level[static_cast<std::size_t>(side)] = sign * (top - Real(tolerance) / 2);
+  }
+  const auto reaches = [&](int side, const Place& place) {
+    const RealPoint below = frame.point(place, level[static_cast<std::size_t>(side)]);
+    return pair.distance_in_long_double(side, below) <= Real(slack);
+  };
+  return std::any_of(candidates.begin(), candidates.end(),
+                     [&](const Place& place) { return reaches(0, place) && reaches(1, place); });
 }
 
 long double gap_along(const ExactPair& pair, const Vector3& normal) {

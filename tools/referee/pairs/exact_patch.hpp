@@ -76,6 +76,13 @@ ExactPatch exact_patch(const ExactPair& pair, const geometry::Vector3& normal,
 bool ends_at(const ExactPair& pair, const geometry::Vector3& normal, const PatchCorner& corner,
              double tolerance, double extent);
 
+/// Do both solids reach to within half of `tolerance` (m) of their support planes on one line along
+/// the normal, within `slack` (m), at a corner or at a vertex within `tolerance` of it? Of parallel
+/// edges beside each other by less than that, the solids may end or fall off before they come to
+/// lie over each other: then there is no place for a contact point.
+bool both_reach(const ExactPair& pair, const geometry::Vector3& normal, const PatchCorner& corner,
+                double tolerance, double slack);
+
 /// Lowest point of B less highest of A along a unit normal, m: the gap if the normal is right.
 long double gap_along(const ExactPair& pair, const geometry::Vector3& normal);
 

@@ -175,6 +175,9 @@ class Shape {
   /// Unit normal of a face label (area-weighted over its polygon), outward.
   Vector3 face_normal(int f) const { return face_normals_.col(f); }
   const Points& face_normals() const { return face_normals_; }
+  /// Are the corners of a face label those of a convex polygon, as seen along its normal and within
+  /// rounding? Labels know rounding: a corner may lie inside by the length to which they are known.
+  bool is_convex(int f) const { return face_is_convex_[static_cast<std::size_t>(f)] != 0; }
 
   /// What the search scans. Offsets of the vertices from `origin`, rows x, y, z of `padded_count`
   /// doubles (a multiple of 8; the padding repeats vertex 0), 64-byte aligned, m.
@@ -183,11 +186,12 @@ class Shape {
   int padded_count() const { return padded_count_; }
 
  private:
-  void update_face_normals();
+  void update_faces();
 
   std::shared_ptr<const Topology> topology_;
   Points vertices_;
   Points face_normals_;
+  std::vector<char> face_is_convex_;
   std::vector<double, AlignedAllocator<double>> offsets_;
   int padded_count_ = 0;
   Vector3 origin_ = Vector3::Zero();
