@@ -113,14 +113,6 @@ bool middle_plane(const CanonicalPair& pair, const Vector3& middle, Optimum& opt
 
 }  // namespace
 
-bool hinted_answer(const Solid& a, const Solid& b, const Lengths& length, const FeatureHint& hint,
-                   Trial& trial, NearestFeatures& answer) {
-  if (hint.vertices_a[0] < 0) return false;
-  trial = certify_hint(a, b, hint, length, answer);
-  answer.iterations = trial == Trial::Undecided ? 0 : 1;
-  return trial == Trial::Proved;
-}
-
 bool searched_answer(const Solid& a, const Solid& b, const Lengths& length, Quick& quick,
                      NearestFeatures& answer) {
   if (has_plain_corners(a, b) && corner_answer(a, b, length, quick, answer)) return true;
