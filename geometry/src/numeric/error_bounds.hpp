@@ -56,6 +56,9 @@ inline constexpr double kGapRounding = 8;
 /// a plane is still that of the best: relative, by tilt^2 / 2 = 1.3e-13. geometry/README.md,
 /// "Touching faces".
 inline constexpr double kTouchingTilt = 5e-7;
+/// Of the rounding: how much better than other directions the one across two edges that touch is,
+/// where the solids overlap. Either gap is off by two differences and a product, 2 eps D at most.
+inline constexpr double kTouchingAlone = 2;
 /// Cosine of the angle between two faces that may touch; only speed hangs on it.
 inline constexpr double kTouchingOpposite = -1.0 + 1e-6;
 

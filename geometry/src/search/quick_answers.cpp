@@ -8,6 +8,7 @@
 #include "search/describe.hpp"
 #include "search/epa.hpp"
 #include "search/proposals.hpp"
+#include "search/touching_edges.hpp"
 #include "search/touching_faces.hpp"
 
 namespace quoin::geometry {
@@ -98,7 +99,10 @@ bool middle_plane(const CanonicalPair& pair, const Vector3& middle, Optimum& opt
   Optimum optimum(faces);
   const auto found = [&] {
     if (quick.middle) return middle_plane(pair, *quick.middle, optimum);
-    return quick.facing && touching_faces(pair.p, pair.q, pair.length, *quick.facing, optimum);
+    if (!quick.facing) return false;
+    const Vector3& across = *quick.facing;
+    return touching_edges(pair.p, pair.q, pair.length, across, optimum) ||
+           touching_faces(pair.p, pair.q, pair.length, across, optimum);
   };
   if (!found()) return false;
   quick.iterations += optimum.iterations;
@@ -108,14 +112,6 @@ bool middle_plane(const CanonicalPair& pair, const Vector3& middle, Optimum& opt
 }
 
 }  // namespace
-
-bool hinted_answer(const Solid& a, const Solid& b, const Lengths& length, const FeatureHint& hint,
-                   Trial& trial, NearestFeatures& answer) {
-  if (hint.vertices_a[0] < 0) return false;
-  trial = certify_hint(a, b, hint, length, answer);
-  answer.iterations = trial == Trial::Undecided ? 0 : 1;
-  return trial == Trial::Proved;
-}
 
 bool searched_answer(const Solid& a, const Solid& b, const Lengths& length, Quick& quick,
                      NearestFeatures& answer) {

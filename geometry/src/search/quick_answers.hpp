@@ -23,8 +23,13 @@ struct Quick {
 };
 
 /// Last step's features as an ordinary answer.
-bool hinted_answer(const Solid& a, const Solid& b, const Lengths& length, const FeatureHint& hint,
-                   Trial& trial, NearestFeatures& answer);
+inline bool hinted_answer(const Solid& a, const Solid& b, const Lengths& length,
+                          const FeatureHint& hint, Trial& trial, NearestFeatures& answer) {
+  if (hint.vertices_a[0] < 0) return false;
+  trial = certify_hint(a, b, hint, length, answer);
+  answer.iterations = trial == Trial::Undecided ? 0 : 1;
+  return trial == Trial::Proved;
+}
 
 /// The answer of a cold search.
 bool searched_answer(const Solid& a, const Solid& b, const Lengths& length, Quick& quick,

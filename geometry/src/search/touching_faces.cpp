@@ -66,22 +66,6 @@ bool is_least(const Solid& p, const Solid& q, const Vector3& normal, const Share
   return down > 2.0 * std::abs(places.gap) + 4.0 * kTouchingTilt * aside;
 }
 
-/// The vertices of one solid that carry a corner of the shared part.
-void take_feature(const Solid& solid, const Feature& feature, VertexSet& set, int& face) {
-  set.clear();
-  face = -1;
-  if (feature.kind == FeatureKind::Vertex) {
-    set.push_back(feature.index);
-  } else if (feature.kind == FeatureKind::Edge) {
-    const auto [from, to] = solid.topology().edge(feature.index);
-    set.push_back(std::min(from, to));
-    set.push_back(std::max(from, to));
-  } else {
-    face = feature.index;
-    set.assign(solid.topology().face_set(face));
-  }
-}
-
 /// The faces that look along a direction and against it, and what they share; the normal is P's.
 bool share_faces(const Solid& p, const Solid& q, const Vector3& across, double rounding,
                  Vector3& normal, SharedPlaces& places) {
@@ -100,13 +84,30 @@ bool share_faces(const Solid& p, const Solid& q, const Vector3& across, double r
   return places.measure() && is_flat(rows_p, rounding) && is_flat(rows_q, rounding);
 }
 
-/// Is no other vertex near the plane? Then last step's features lead here without a search.
-bool carry_alone(const CandidatePlane& plane) {
-  return plane.near_p->vertices.size() == plane.sets.p.size() &&
-         plane.near_q->vertices.size() == plane.sets.q.size();
+}  // namespace
+
+void take_feature(const Solid& solid, const Feature& feature, VertexSet& set, int& face) {
+  set.clear();
+  face = -1;
+  if (feature.kind == FeatureKind::Vertex) {
+    set.push_back(feature.index);
+  } else if (feature.kind == FeatureKind::Edge) {
+    const auto [from, to] = solid.topology().edge(feature.index);
+    set.push_back(std::min(from, to));
+    set.push_back(std::max(from, to));
+  } else {
+    face = feature.index;
+    set.assign(solid.topology().face_set(face));
+  }
 }
 
-}  // namespace
+bool take_settled(const Solid& p, const Solid& q, const Lengths& length, Optimum& optimum) {
+  const CandidatePlane& plane = optimum.plane;
+  const bool alone = plane.near_p->vertices.size() == plane.sets.p.size() &&
+                     plane.near_q->vertices.size() == plane.sets.q.size();
+  if (alone) return straight_answer(p, q, length, plane.normal, optimum);
+  return optimum.converged = true;
+}
 
 bool touching_faces(const Solid& p, const Solid& q, const Lengths& length, const Vector3& across,
                     Optimum& optimum) {
@@ -123,8 +124,7 @@ bool touching_faces(const Solid& p, const Solid& q, const Lengths& length, const
   take_feature(q, corner.feature_q, sets.q, sets.face_q);
   CandidatePlane& plane = optimum.plane;
   if (!settle(p, q, length, sets, normal, plane)) return false;
-  if (carry_alone(plane)) return straight_answer(p, q, length, plane.normal, optimum);
-  return optimum.converged = plane.gap >= places.gap - length.rounding;
+  return plane.gap >= places.gap - length.rounding && take_settled(p, q, length, optimum);
 }
 
 }  // namespace quoin::geometry

@@ -11,4 +11,11 @@ namespace quoin::geometry {
 bool touching_faces(const Solid& p, const Solid& q, const Lengths& length, const Vector3& across,
                     Optimum& optimum);
 
+/// What a feature puts into the sets of a plane: its vertices, ascending, and its label.
+void take_feature(const Solid& solid, const Feature& feature, VertexSet& set, int& face);
+
+/// A settled plane that is known to be the best. Where no other vertex comes near it, last step's
+/// features lead to it without a search: it is then described as they do.
+bool take_settled(const Solid& p, const Solid& q, const Lengths& length, Optimum& optimum);
+
 }  // namespace quoin::geometry
