@@ -7,6 +7,7 @@
 
 #include "race.hpp"
 #include "referee/pairs/families.hpp"
+#include "referee/pairs/pair_text.hpp"
 #include "shrink.hpp"
 
 namespace quoin::referee {
