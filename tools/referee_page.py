@@ -69,7 +69,7 @@ def failures(report):
     for number, failure in enumerate(report["failures"], 1):
         what = html.escape(f'{failure["library"]}: {failure["kind"]} ({failure["family"]})')
         text += (f'<h3>{number}. {what}</h3><p>{html.escape(failure["text"])}</p>'
-                 f'<p>failure_{number}.json, failure_{number}.cpp, failure_{number}.c</p>'
+                 f'<p>failures.jsonl, line {number}; failure_{number}.cpp, failure_{number}.c</p>'
                  f'<pre>{html.escape(json.dumps(failure["pair"]))}</pre>')
     return text or "<p>None.</p>"
 

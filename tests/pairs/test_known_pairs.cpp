@@ -89,6 +89,9 @@ void prove(const KnownPair& known) {
   const ExactPair exact(known.pair.a.placed, known.pair.b.placed);
   const double gap = static_cast<double>(exact.gap().gap);
   CHECK(known.exact["gap"].get<double>() == gap);
+  if (known.exact.contains("gap_squared")) {
+    CHECK(known.exact["gap_squared"] == exact.squared_gap());
+  }
   const Vector3 normal = quoin::scene_file::read_vector(known.exact["normal"]);
   const double size = std::max(diameter(known.pair.a), diameter(known.pair.b));
   CHECK(static_cast<double>(gap_along(exact, normal)) >=

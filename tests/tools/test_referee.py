@@ -77,9 +77,11 @@ class Referee(unittest.TestCase):
         out = self.path / "out"
         self.judge("--plugin", PLUGINS / "lies.so", "--family", "^slivers$|^on_the_grid$", "--count", 20, "--report", out)
         self.assertIn("Referee of contact libraries", (out / "index.html").read_text())
-        failure = json.loads((out / "failure_1.json").read_text())
+        failures = (out / "failures.jsonl").read_text().splitlines()
+        failure = json.loads(failures[0])
+        (self.path / "failure.jsonl").write_text(failures[0])
         self.assertEqual(len(failure["a"] if isinstance(failure["a"], list) else failure["a"]["points"]), 4)
-        answer = subprocess.run([QUOIN, "contact", "--pairs", out / "failure_1.json"], capture_output=True, text=True,
+        answer = subprocess.run([QUOIN, "contact", "--pairs", self.path / "failure.jsonl"], capture_output=True, text=True,
                                 check=True)
         gap = json.loads(answer.stdout)["gap"]
         include = ["-I", SOURCE / "geometry/include", "-isystem", EIGEN]
@@ -91,12 +93,33 @@ class Referee(unittest.TestCase):
             told = subprocess.run([program], capture_output=True, text=True, check=True).stdout
             self.assertEqual(float(told.split()[1]), gap)
 
+    def test_pairs_with_their_exact_answers(self):
+        """Of pairs given, as tests/pairs is written; a gap that looks like rounding as a fraction."""
+        near = {"id": "near", "a": BOXES["a"], "b": [[x + 1 + 2**-40, y, z] for x, y, z in BOXES["a"]]}
+        pairs, proved = self.path / "pairs.jsonl", self.path / "proved.jsonl"
+        pairs.write_text(json.dumps(BOXES) + "\n" + json.dumps(near) + "\n")
+        subprocess.run([QUOIN, "referee", "--pairs", pairs, "--write-pairs", proved], check=True)
+        first, second = map(json.loads, proved.read_text().splitlines())
+        self.assertEqual((first["id"], first["exact"]["gap"], first["exact"]["normal"]), ("boxes", 1.5, [0, 0, 1]))
+        self.assertNotIn("gap_squared", first["exact"])
+        self.assertEqual(second["exact"]["gap_squared"], f"1/{2**80}")
+        self.assertEqual((second["exact"]["type"], second["exact"]["area"]), ("face-face", 1))
+
+    def test_a_library_in_steps(self):
+        """Warm answers of solids that move: as many as steps, timed, and right."""
+        report = self.judge("--plugin", PLUGINS.parent / "referee_quoin.so", "--family", "^boxes$",
+                            "--count", 2, "--steps", 80)
+        tally = report["libraries"][0]["families"]["all"]
+        self.assertEqual((tally["asked"], tally["answered"], tally["faulty"]), (160, 160, 0))
+        self.assertEqual(tally["timed"], 160)
+        self.assertGreater(tally["seconds_median"], 0)
+
     def test_the_plain_judge(self):
         python = next(name for name in ("python3", "/usr/bin/python3")
                       if subprocess.run([name, "-c", "import numpy"], capture_output=True, check=False).returncode == 0)
         pairs = self.path / "pairs.jsonl"
         lines = (SOURCE / "tests/pairs/families.jsonl").read_text().splitlines()
-        pairs.write_text("\n".join(line for line in lines if '"what":"tetrahedra"' in line or '"what":"boxes"' in line))
+        pairs.write_text("\n".join([line for line in lines if '"what":"tetrahedra"' in line][:20]))
         done = subprocess.run([QUOIN, "contact", "--pairs", pairs], capture_output=True, text=True, check=True)
         answers = [json.loads(line) for line in done.stdout.splitlines()]
 

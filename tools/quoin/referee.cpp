@@ -122,13 +122,15 @@ void write(const fs::path& path, const std::string& text) {
 void write_report(const referee::Report& report, const std::string& where) {
   OutputFolder folder(where);
   write(folder.file("report.json"), text(to_json(report)));
+  std::string lines;
   for (std::size_t i = 0; i < report.failures.size(); ++i) {
     const referee::Failure& failure = report.failures[i];
     const std::string name = "failure_" + std::to_string(i + 1);
-    write(folder.file(name + ".json"), failure.json + "\n");
+    lines += failure.json + "\n";
     write(folder.file(name + ".cpp"), failure.cpp);
     write(folder.file(name + ".c"), failure.c);
   }
+  write(folder.file("failures.jsonl"), lines);
   run_python_program("referee_page.py",
                      {(folder.path() / "report.json").string(), folder.file("index.html")});
   folder.commit(OutputFolder::Checkpoint::Drop);
@@ -158,28 +160,62 @@ referee::Options read(const Words& words) {
   return options;
 }
 
-/// Draws from the families in turn; pairs that are long to write, or flat, are passed over.
-int write_pairs(const Words& words) {
+/// The line of a pair; none where it is flat, or refused.
+std::optional<std::string> answered(const referee::SolidPair& pair, const std::string& id) {
+  try {
+    return referee::pair_with_answer(pair, id);
+  } catch (const std::invalid_argument&) {
+    return std::nullopt;
+  }
+}
+
+/// Draws from the families in turn; pairs that are long to write are passed over.
+std::string drawn_lines(const Words& words) {
   constexpr std::size_t kLongest = 1300;  // characters: 1800 pairs stay below 2 MB
   const std::vector<int> families = chosen_families(words.family);
   std::string lines;
   long written = 0;
-  for (std::uint64_t number = 0;
-       written < words.count && number < 20 * static_cast<std::uint64_t>(words.count); ++number) {
+  const std::uint64_t most = 20 * static_cast<std::uint64_t>(words.count);
+  for (std::uint64_t number = 0; written < words.count && number < most; ++number) {
     referee::Random random(words.seed * 1000003 + number);
     const referee::SolidPair pair = referee::make_pair(families[number % families.size()], random);
-    try {
-      const std::string line = referee::pair_with_answer(
-          pair, pair.family + "-" + std::to_string(words.seed) + "-" + std::to_string(number));
-      if (line.size() <= kLongest) {
-        lines += line + "\n";
-        ++written;
-      }
-    } catch (const std::invalid_argument&) {  // flat
+    const auto line = answered(
+        pair, pair.family + "-" + std::to_string(words.seed) + "-" + std::to_string(number));
+    if (line && line->size() <= kLongest) {
+      lines += *line + "\n";
+      ++written;
+    }
+  }
+  return lines;
+}
+
+int write_pairs(const Words& words) {
+  std::string lines;
+  if (words.pairs.empty()) {
+    lines = drawn_lines(words);
+  } else {
+    for (const referee::SolidPair& pair : read_pairs(words.pairs)) {
+      const auto line = answered(pair, pair.family);
+      lines += line ? *line + "\n" : "";
     }
   }
   write(words.write_pairs, lines);
   return kDone;
+}
+
+/// Through any of its interfaces.
+long faults_of_quoin(const referee::Report& report) {
+  long faults = 0;
+  for (const std::string own : {"quoin", "quoin C"}) {
+    const auto found = report.tallies.find(own);
+    if (found == report.tallies.end()) {
+      continue;
+    }
+    for (const auto& [family, tally] : found->second) {
+      faults += tally.faulty;
+    }
+  }
+  return faults;
 }
 
 int judge(const Words& words) {
@@ -196,11 +232,7 @@ int judge(const Words& words) {
   if (!words.report.empty()) {
     write_report(report, words.report);
   }
-  const auto own = report.tallies.find("quoin");
-  const bool faults = own != report.tallies.end() &&
-                      std::any_of(own->second.begin(), own->second.end(),
-                                  [](const auto& family) { return family.second.faulty > 0; });
-  return faults ? kFailed : kDone;
+  return faults_of_quoin(report) > 0 ? kFailed : kDone;
 }
 
 }  // namespace
@@ -236,10 +268,10 @@ void add_referee_command(CLI::App& app, int& exit_code) {
   command->add_option("--json", words->json, "Write the report to this file");
   command->add_option("--report", words->report,
                       "Write a folder with index.html, report.json and each failing pair, made "
-                      "smaller, as JSON, C++ and C");
+                      "smaller, in failures.jsonl and as C++ and C");
   command->add_option("--write-pairs", words->write_pairs,
-                      "Judge nothing: write --count pairs of --family with their exact answers to "
-                      "this file, as in tests/pairs");
+                      "Judge nothing: write --count pairs of --family, or those of --pairs, with "
+                      "their exact answers to this file, as in tests/pairs");
   command->callback([words, &exit_code] {
     exit_code = run_guarded(
         [&] { return words->write_pairs.empty() ? judge(*words) : write_pairs(*words); },

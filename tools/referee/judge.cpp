@@ -47,6 +47,7 @@ bool Judge::offered(const LibraryInfo& library) const {
   const double allowed = allowed_gap(library);
   const bool apart = gap_.gap > allowed, overlapping = gap_.gap < -allowed;
   const bool gap_offered =
+      (library.has(QUOIN_REFEREE_SIGN) && (apart || overlapping)) ||
       (library.has(QUOIN_REFEREE_DISTANCE) && !overlapping) ||
       (library.has(QUOIN_REFEREE_DEPTH) && !apart) ||
       (library.has(QUOIN_REFEREE_POINTS) && (!apart || library.has(QUOIN_REFEREE_APART)));
@@ -77,7 +78,7 @@ Judgement Judge::judge(const LibraryInfo& library, const Answer& answer) const {
       result.faults.expect(!result.asked, "failed", "the library says so");
       break;
     case Outcome::Answered:
-      result.answered = result.gap_given = true;
+      result.answered = true;
       check_gap(library, answer, result);
       break;
     case Outcome::NoAnswer:
@@ -96,7 +97,14 @@ void Judge::check_gap(const LibraryInfo& library, const Answer& answer, Judgemen
     return;
   }
   const double allowed = allowed_gap(library);
+  if (library.has(QUOIN_REFEREE_SIGN)) {
+    result.faults.expect(std::abs(gap_.gap) <= allowed || (answer.gap > 0) == (gap_.gap > 0),
+                         "sign", "said to be ", answer.gap > 0 ? "apart" : "overlapping",
+                         ", exact gap ", gap_.gap);
+    return;
+  }
   const double off = static_cast<double>(std::abs(Real(answer.gap) - gap_.gap));
+  result.gap_given = true;
   result.gap_error = off / sizes_.larger;
   const bool same_sign = (answer.gap > 0) == (gap_.gap > 0);
   result.faults.expect(off <= allowed || same_sign, "sign", "gap ", answer.gap, ", exact ",

@@ -6,9 +6,17 @@
 
 #include "question.hpp"
 #include "referee/pairs/exact_patch.hpp"
-#include "shrink.hpp"
+#include "referee/pairs/pair_text.hpp"
 
 namespace quoin::referee {
+
+namespace {
+
+/// A gap that could be taken for rounding, m; as a share of the larger diameter.
+constexpr double kNearlyNothing = 1e-9;
+constexpr std::size_t kLongestFraction = 400;  // characters
+
+}  // namespace
 
 std::string pair_with_answer(const SolidPair& pair, const std::string& id) {
   const Question question(pair);
@@ -26,6 +34,12 @@ std::string pair_with_answer(const SolidPair& pair, const std::string& id) {
   line["exact"] = {{"gap", static_cast<double>(gap.gap)},
                    {"normal", {gap.normal.x(), gap.normal.y(), gap.normal.z()}},
                    {"tol", question.solids->contact_length}};
+  if (std::abs(gap.gap) <= kNearlyNothing * size) {
+    const std::string squared = exact.squared_gap();
+    if (squared.size() <= kLongestFraction) {
+      line["exact"]["gap_squared"] = squared;
+    }
+  }
   if (patch.clear) {
     line["exact"]["type"] = name(patch.type);
     line["exact"]["area"] = static_cast<double>(patch.area);

@@ -7,6 +7,7 @@
 
 #include "race.hpp"
 #include "referee/pairs/families.hpp"
+#include "referee/pairs/pair_text.hpp"
 #include "shrink.hpp"
 
 namespace quoin::referee {
@@ -119,7 +120,7 @@ class Run {
     return report_.tallies[plugin.info().name][question.pair.family];
   }
 
-  /// Whether there was a gap.
+  /// Whether it answered.
   bool ask(Plugin& plugin, const Judge& judge, const Question& question) {
     const Answer answer = plugin.ask(question);
     const Judgement judgement = judge.judge(plugin.info(), answer);
@@ -130,7 +131,7 @@ class Run {
         keep(plugin, question.pair, fault);
       }
     }
-    return judgement.gap_given;
+    return answer.outcome == Outcome::Answered;
   }
 
   void keep(Plugin& plugin, const SolidPair& pair, const Fault& fault) {

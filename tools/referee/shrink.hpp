@@ -13,9 +13,4 @@ namespace quoin::referee {
 SolidPair shrink(const SolidPair& pair, const std::function<bool(const SolidPair&)>& fails,
                  int most_questions);
 
-/// The pair as a line of tests/pairs/*.jsonl, and as C++ and C that ask quoin for it.
-std::string pair_as_json(const SolidPair& pair, const std::string& id);
-std::string pair_as_cpp(const SolidPair& pair);
-std::string pair_as_c(const SolidPair& pair);
-
 }  // namespace quoin::referee

@@ -36,6 +36,7 @@ Json to_json(const Tally& tally) {
             {"kinds", tally.kinds},
             {"gap_error_median", median(tally.gap_errors)},
             {"gap_error_largest", largest(tally.gap_errors)},
+            {"timed", tally.seconds.size()},
             {"seconds_median", median(tally.seconds)}};
   return json;
 }

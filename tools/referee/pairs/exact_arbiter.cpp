@@ -612,7 +612,14 @@ void add_edge_exits(const Pair& pair, const std::vector<Edge>& edges_a,
   }
 }
 
-ExactGap exact_depth(const Pair& pair) {
+/// A gap as it is proved: sign · sqrt(numerator) / denominator units.
+struct ProvedGap {
+  Whole numerator, denominator = 1;
+  int sign = 1, steps = 0;
+  Vector3 normal = Vector3::Zero();
+};
+
+ProvedGap proved_depth(const Pair& pair) {
   const std::vector<Triangle> hull_a = hull(pair, 0), hull_b = hull(pair, 1);
   std::vector<Exit> exits = face_exits(pair, 0, hull_a);
   const std::vector<Exit> more = face_exits(pair, 1, hull_b);
@@ -622,7 +629,8 @@ ExactGap exact_depth(const Pair& pair) {
   for (const Exit& exit : exits) {
     limit = std::min(limit, exit.depth + exit.error);
   }
-  ExactGap answer;
+  ProvedGap answer;
+  answer.sign = -1;
   Whole best_depth = -1, best_square = 1;  // depth = best_depth / sqrt(best_square)
   for (const Exit& exit : exits) {
     if (exit.depth - exit.error > limit) {
@@ -636,14 +644,15 @@ ExactGap exact_depth(const Pair& pair) {
     const Whole top = dot(n, pair.whole[0][static_cast<std::size_t>(farthest(pair, 0, n, 1))]);
     const Whole bottom = dot(n, pair.whole[1][static_cast<std::size_t>(farthest(pair, 1, n, -1))]);
     const Whole depth = top - bottom;
-    ++answer.exact_steps;
+    ++answer.steps;
     if (best_depth < 0 || depth * depth * best_square < best_depth * best_depth * square) {
       best_depth = depth;
       best_square = square;
       answer.normal = unit(direction_of(n));
     }
   }
-  answer.gap = -root_of_quotient(best_depth * best_depth * best_square, best_square, pair.exponent);
+  answer.numerator = best_depth * best_depth * best_square;
+  answer.denominator = best_square;
   return answer;
 }
 
@@ -692,19 +701,38 @@ ExactPair::ExactPair(const PlacedPoints& a, const PlacedPoints& b)
 ExactPair::~ExactPair() = default;
 ExactPair::ExactPair(ExactPair&&) noexcept = default;
 
-ExactGap ExactPair::gap() const {
+struct ExactPair::Proof : ProvedGap {};
+
+ExactPair::Proof ExactPair::proof() const {
   const Pair& pair = numbers_->pair;
   int turns = 0;
   const Foot<Whole> foot = proved_nearest_point(pair, turns);
-  if (foot.corners.size() == 4 || dot(foot.numerator, foot.numerator) == 0) {
-    return exact_depth(pair);
+  const Whole squared = dot(foot.numerator, foot.numerator);
+  if (foot.corners.size() == 4 || squared == 0) {
+    return {proved_depth(pair)};
   }
-  ExactGap answer;
-  answer.exact_steps = turns;
-  answer.gap =
-      root_of_quotient(dot(foot.numerator, foot.numerator), foot.denominator, pair.exponent);
-  answer.normal = unit(direction_of(foot.numerator));
-  return answer;
+  return {{squared, foot.denominator, 1, turns, unit(direction_of(foot.numerator))}};
+}
+
+ExactGap ExactPair::gap() const {
+  const Proof proved = proof();
+  return {
+      proved.sign * root_of_quotient(proved.numerator, proved.denominator, numbers_->pair.exponent),
+      proved.normal, proved.steps};
+}
+
+std::string ExactPair::squared_gap() const {
+  const Proof proved = proof();
+  Whole numerator = proved.numerator, denominator = proved.denominator * proved.denominator;
+  const long doubled = 2 * numbers_->pair.exponent;
+  if (doubled < 0) {
+    denominator <<= static_cast<mp_bitcnt_t>(-doubled);
+  } else {
+    numerator <<= static_cast<mp_bitcnt_t>(doubled);
+  }
+  mpq_class quotient(numerator, denominator);
+  quotient.canonicalize();
+  return quotient.get_str();
 }
 
 const std::vector<RealPoint>& ExactPair::places(int side) const {
@@ -745,7 +773,9 @@ long double ExactPair::distance_in_long_double(int side, const RealPoint& place)
 ExactGap exact_gap(const Points& a, const Points& b) { return ExactPair({a, {}}, {b, {}}).gap(); }
 
 long double exact_width(const PlacedPoints& solid) {
-  return -exact_depth(make_pair(solid, solid)).gap;
+  const Pair pair = make_pair(solid, solid);
+  const ProvedGap proved = proved_depth(pair);
+  return root_of_quotient(proved.numerator, proved.denominator, pair.exponent);
 }
 
 long double support(const Points& points, const Vector3& n, const Vector3& origin) {

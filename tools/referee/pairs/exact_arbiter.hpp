@@ -5,6 +5,7 @@
 #include <array>
 #include <memory>
 #include <quoin/geometry/body.hpp>
+#include <string>
 #include <vector>
 
 namespace quoin::referee {
@@ -37,6 +38,9 @@ class ExactPair {
   /// integers.
   ExactGap gap() const;
 
+  /// The square of the gap, m2, as a fraction p/q in lowest terms: exactly.
+  std::string squared_gap() const;
+
   /// The points of A (side 0) or B (side 1), relative to the first point of A, m.
   const std::vector<RealPoint>& places(int side) const;
   /// A point of the world likewise.
@@ -50,6 +54,8 @@ class ExactPair {
 
  private:
   struct Numbers;
+  struct Proof;
+  Proof proof() const;
   std::unique_ptr<Numbers> numbers_;
 };
 

@@ -1,4 +1,5 @@
-/// libccd as a plug-in of the referee: EPA and MPR depths. It has no distance of its own.
+/// libccd as a plug-in of the referee: whether solids overlap (GJK), EPA and MPR depths, as they
+/// come and with a tolerance of 1e-9. It has no distance of its own.
 
 #include <ccd/ccd.h>
 
@@ -45,24 +46,37 @@ void centre(const void* object, ccd_vec3_t* result) {
   to_ccd(solid.place.linear * solid.middle + solid.place.translation, result);
 }
 
-enum class Method { Epa, Mpr };
-
-template <Method method>
-quoin_referee_status ask(void* a, void* b, void*, quoin_referee_answer* answer) {
+ccd_t settings(double tolerance) {
   ccd_t ccd;
   CCD_INIT(&ccd);
   ccd.support1 = ccd.support2 = support;
   ccd.center1 = ccd.center2 = centre;
-  ccd.max_iterations = 500;
-  ccd.epa_tolerance = ccd.mpr_tolerance = 1e-6;
-  ccd_real_t depth = 0;
-  ccd_vec3_t normal{}, place{};
-  if (method == Method::Epa && ccdGJKIntersect(a, b, &ccd) == 0) {
+  ccd.max_iterations = 500;  // it comes without a limit
+  if (tolerance > 0) {
+    ccd.epa_tolerance = ccd.mpr_tolerance = tolerance;
+  }
+  return ccd;
+}
+
+quoin_referee_status overlaps(void* a, void* b, void*, quoin_referee_answer* answer) {
+  const ccd_t ccd = settings(0);
+  answer->gap = ccdGJKIntersect(a, b, &ccd) != 0 ? -1 : 1;
+  return QUOIN_REFEREE_ANSWERED;
+}
+
+enum class Method { Epa, Mpr };
+enum class Tolerance { Default, Tight };
+
+template <Method method, Tolerance tolerance>
+quoin_referee_status ask(void* a, void* b, void*, quoin_referee_answer* answer) {
+  const ccd_t ccd = settings(tolerance == Tolerance::Tight ? 1e-9 : 0);
+  const int overlap =
+      method == Method::Epa ? ccdGJKIntersect(a, b, &ccd) : ccdMPRIntersect(a, b, &ccd);
+  if (overlap == 0) {
     return QUOIN_REFEREE_NO_ANSWER;  // apart
   }
-  if (method == Method::Mpr && ccdMPRIntersect(a, b, &ccd) == 0) {
-    return QUOIN_REFEREE_NO_ANSWER;
-  }
+  ccd_real_t depth = 0;
+  ccd_vec3_t normal{}, place{};
   const int failed = method == Method::Epa ? ccdGJKPenetration(a, b, &ccd, &depth, &normal, &place)
                                            : ccdMPRPenetration(a, b, &ccd, &depth, &normal, &place);
   if (failed != 0) {
@@ -73,12 +87,14 @@ quoin_referee_status ask(void* a, void* b, void*, quoin_referee_answer* answer) 
   return QUOIN_REFEREE_ANSWERED;
 }
 
-constexpr quoin_referee_library library(const char* name, decltype(&ask<Method::Epa>) ask_it) {
+using Ask = decltype(quoin_referee_library::ask);
+
+constexpr quoin_referee_library library(const char* name, int offers, double error, Ask ask_it) {
   return {QUOIN_REFEREE_INTERFACE,
           name,
           "2",
-          QUOIN_REFEREE_DEPTH | QUOIN_REFEREE_NORMAL | QUOIN_REFEREE_DEFORMED,
-          1e-6,  // the tolerance set above, of lengths near 1 m
+          offers | QUOIN_REFEREE_DEFORMED,
+          error,
           make_solid,
           free_solid,
           nullptr,
@@ -88,11 +104,19 @@ constexpr quoin_referee_library library(const char* name, decltype(&ask<Method::
           nullptr};
 }
 
-constexpr quoin_referee_library kLibraries[] = {library("libccd EPA", ask<Method::Epa>),
-                                                library("libccd MPR", ask<Method::Mpr>)};
+constexpr int kDepth = QUOIN_REFEREE_DEPTH | QUOIN_REFEREE_NORMAL;
+constexpr double kDefault = 1e-4;  // its default tolerances, of lengths near 1 m
+
+constexpr quoin_referee_library kLibraries[] = {
+    library("libccd GJK", QUOIN_REFEREE_SIGN, 0.0, overlaps),
+    library("libccd EPA", kDepth, kDefault, ask<Method::Epa, Tolerance::Default>),
+    library("libccd EPA 1e-9", kDepth, kDefault, ask<Method::Epa, Tolerance::Tight>),
+    library("libccd MPR", kDepth, kDefault, ask<Method::Mpr, Tolerance::Default>),
+    library("libccd MPR 1e-9", kDepth, kDefault, ask<Method::Mpr, Tolerance::Tight>)};
 
 }  // namespace
 
 extern "C" const quoin_referee_library* quoin_referee_plugin(int index) {
-  return index >= 0 && index < 2 ? kLibraries + index : nullptr;
+  return index >= 0 && index < static_cast<int>(std::size(kLibraries)) ? kLibraries + index
+                                                                       : nullptr;
 }

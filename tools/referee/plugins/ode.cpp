@@ -1,4 +1,5 @@
-/// ODE as a plug-in of the referee: dBoxBox, for boxes that touch or overlap.
+/// ODE as a plug-in of the referee: dBoxBox for boxes, dCollide for its convex geometries, both for
+/// solids that touch or overlap.
 
 #include <ode/ode.h>
 
@@ -16,7 +17,7 @@ struct PlacedBox {
   dMatrix3 rotation{};
 };
 
-void* make_solid(const quoin_referee_solid* solid) {
+void* make_box(const quoin_referee_solid* solid) {
   if (solid->box_half[0] == 0) {
     return nullptr;
   }
@@ -26,9 +27,9 @@ void* make_solid(const quoin_referee_solid* solid) {
   }
   return made;
 }
-void free_solid(void* solid) { delete static_cast<PlacedBox*>(solid); }
+void free_box(void* solid) { delete static_cast<PlacedBox*>(solid); }
 
-void set_placement(void* solid, const quoin_referee_placement* placement) {
+void place_box(void* solid, const quoin_referee_placement* placement) {
   PlacedBox& box = *static_cast<PlacedBox*>(solid);
   const quoin::referee::PeerPlacement place = quoin::referee::to_eigen(*placement);
   copy(place.translation + place.linear * box.centre, box.place);
@@ -48,7 +49,7 @@ struct Contacts {
   int count = 0;
 };
 
-Contacts find(void* a_solid, void* b_solid) {
+Contacts box_contacts(void* a_solid, void* b_solid) {
   const PlacedBox& a = *static_cast<PlacedBox*>(a_solid);
   const PlacedBox& b = *static_cast<PlacedBox*>(b_solid);
   Contacts found;
@@ -58,6 +59,86 @@ Contacts find(void* a_solid, void* b_solid) {
   return found;
 }
 
+struct PlacedConvex {
+  Vector3 middle;  ///< origin of the geometry in the solid's frame: must lie inside, m
+  std::vector<dReal> planes, points;
+  std::vector<unsigned int> polygons;  ///< each: number of corners, corners
+  dGeomID geometry = nullptr;
+};
+
+void add_plane(const int* face, int size, PlacedConvex& made) {
+  const auto point = [&](int i) { return Vector3(made.points.data() + 3 * face[i]); };
+  Vector3 normal = Vector3::Zero();  // Newell's: twice the area
+  for (int i = 0; i < size; ++i) {
+    normal += (point(i) - point(0)).cross(point((i + 1) % size) - point(0));
+  }
+  normal.normalize();
+  made.planes.insert(made.planes.end(), normal.begin(), normal.end());
+  made.planes.push_back(normal.dot(point(0)));
+  made.polygons.push_back(static_cast<unsigned>(size));
+  made.polygons.insert(made.polygons.end(), face, face + size);
+}
+
+void* make_convex(const quoin_referee_solid* solid) {
+  if (solid->face_count == 0) {
+    return nullptr;
+  }
+  dInitODE2(0);
+  dAllocateODEDataForThread(dAllocateMaskAll);
+  auto* made = new PlacedConvex;
+  const Eigen::Map<const Eigen::Matrix3Xd> points(solid->points, 3, solid->point_count);
+  made->middle = points.rowwise().mean();
+  for (int i = 0; i < solid->point_count; ++i) {
+    const Vector3 point = points.col(i) - made->middle;
+    made->points.insert(made->points.end(), point.begin(), point.end());
+  }
+  const int* face = solid->face_vertices;
+  for (int f = 0; f < solid->face_count; ++f) {
+    add_plane(face, solid->face_sizes[f], *made);
+    face += solid->face_sizes[f];
+  }
+  made->geometry = dCreateConvex(nullptr, made->planes.data(),
+                                 static_cast<unsigned>(solid->face_count), made->points.data(),
+                                 static_cast<unsigned>(solid->point_count), made->polygons.data());
+  return made;
+}
+
+void free_convex(void* solid) {
+  auto* made = static_cast<PlacedConvex*>(solid);
+  dGeomDestroy(made->geometry);
+  delete made;
+}
+
+void place_convex(void* solid, const quoin_referee_placement* placement) {
+  const PlacedConvex& made = *static_cast<PlacedConvex*>(solid);
+  const quoin::referee::PeerPlacement place = quoin::referee::to_eigen(*placement);
+  dMatrix3 rotation{};
+  for (int row = 0; row < 3; ++row) {
+    std::copy_n(placement->linear + 3 * row, 3, rotation + 4 * row);
+  }
+  dGeomSetRotation(made.geometry, rotation);
+  const Vector3 t = place.translation + place.linear * made.middle;
+  dGeomSetPosition(made.geometry, t.x(), t.y(), t.z());
+}
+
+/// Of its contact points the deepest is the answer; its normals point from B to A.
+Contacts convex_contacts(void* a, void* b) {
+  Contacts found;
+  found.count =
+      dCollide(static_cast<PlacedConvex*>(a)->geometry, static_cast<PlacedConvex*>(b)->geometry,
+               kMost, found.points, sizeof(dContactGeom));
+  for (int i = 0; i < found.count; ++i) {
+    if (i == 0 || found.points[i].depth > found.depth) {
+      found.depth = found.points[i].depth;
+      for (int k = 0; k < 3; ++k) {
+        found.normal[k] = -found.points[i].normal[k];
+      }
+    }
+  }
+  return found;
+}
+
+template <Contacts (*find)(void*, void*)>
 quoin_referee_status ask(void* a, void* b, void*, quoin_referee_answer* answer) {
   const Contacts found = find(a, b);
   if (found.count == 0) {
@@ -68,8 +149,9 @@ quoin_referee_status ask(void* a, void* b, void*, quoin_referee_answer* answer) 
   return QUOIN_REFEREE_ANSWERED;
 }
 
-quoin_referee_status list_points(void* a, void* b, void*, quoin_referee_point* points, int* count) {
-  const Contacts found = find(a, b);
+quoin_referee_status list_box_points(void* a, void* b, void*, quoin_referee_point* points,
+                                     int* count) {
+  const Contacts found = box_contacts(a, b);
   for (int i = 0; i < std::min(found.count, *count); ++i) {
     std::copy_n(found.points[i].pos, 3, points[i].point_a);
     std::copy_n(found.points[i].pos, 3, points[i].point_b);
@@ -80,22 +162,18 @@ quoin_referee_status list_points(void* a, void* b, void*, quoin_referee_point* p
   return found.count == 0 ? QUOIN_REFEREE_NO_ANSWER : QUOIN_REFEREE_ANSWERED;
 }
 
-constexpr quoin_referee_library kOde{
-    QUOIN_REFEREE_INTERFACE,
-    "ODE dBoxBox",
-    "double",
-    QUOIN_REFEREE_DEPTH | QUOIN_REFEREE_NORMAL | QUOIN_REFEREE_POINTS | QUOIN_REFEREE_BOXES_ONLY,
-    0.0,
-    make_solid,
-    free_solid,
-    nullptr,
-    nullptr,
-    set_placement,
-    ask,
-    list_points};
+constexpr int kOffers = QUOIN_REFEREE_DEPTH | QUOIN_REFEREE_NORMAL;
+
+constexpr quoin_referee_library kLibraries[] = {
+    {QUOIN_REFEREE_INTERFACE, "ODE dBoxBox", "double",
+     kOffers | QUOIN_REFEREE_POINTS | QUOIN_REFEREE_BOXES_ONLY, 0.0, make_box, free_box, nullptr,
+     nullptr, place_box, ask<box_contacts>, list_box_points},
+    {QUOIN_REFEREE_INTERFACE, "ODE convex", "double", kOffers, 0.0, make_convex, free_convex,
+     nullptr, nullptr, place_convex, ask<convex_contacts>, nullptr}};
 
 }  // namespace
 
 extern "C" const quoin_referee_library* quoin_referee_plugin(int index) {
-  return index == 0 ? &kOde : nullptr;
+  return index >= 0 && index < static_cast<int>(std::size(kLibraries)) ? kLibraries + index
+                                                                       : nullptr;
 }

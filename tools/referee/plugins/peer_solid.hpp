@@ -3,8 +3,9 @@
 
 #include <quoin/referee.h>
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <iterator>
 #include <vector>
 
 namespace quoin::referee {

@@ -13,17 +13,18 @@ extern "C" {
 #define QUOIN_REFEREE_INTERFACE 1 /* number of this interface */
 
 enum quoin_referee_offers {
-  QUOIN_REFEREE_DISTANCE = 1,    /* gap of solids that are apart */
-  QUOIN_REFEREE_DEPTH = 2,       /* gap of solids that overlap: minus the least translation that
-                                    parts them */
-  QUOIN_REFEREE_NORMAL = 4,      /* normal, of each gap that is offered */
-  QUOIN_REFEREE_WITNESSES = 8,   /* point_a on A and point_b on B, of each gap that is offered */
-  QUOIN_REFEREE_POINTS = 16,     /* contact points: the patch of solids that touch or overlap */
-  QUOIN_REFEREE_APART = 32,      /* contact points of solids that are apart, too */
-  QUOIN_REFEREE_AREAS = 64,      /* their areas */
-  QUOIN_REFEREE_MEMORY = 128,    /* what was learned of a pair helps to answer it again */
-  QUOIN_REFEREE_DEFORMED = 256,  /* placements that are no rotation */
-  QUOIN_REFEREE_BOXES_ONLY = 512 /* answers boxes, and refuses other solids without blame */
+  QUOIN_REFEREE_DISTANCE = 1,     /* gap of solids that are apart */
+  QUOIN_REFEREE_DEPTH = 2,        /* gap of solids that overlap: minus the least translation that
+                                     parts them */
+  QUOIN_REFEREE_NORMAL = 4,       /* normal, of each gap that is offered */
+  QUOIN_REFEREE_WITNESSES = 8,    /* point_a on A and point_b on B, of each gap that is offered */
+  QUOIN_REFEREE_POINTS = 16,      /* contact points: the patch of solids that touch or overlap */
+  QUOIN_REFEREE_APART = 32,       /* contact points of solids that are apart, too */
+  QUOIN_REFEREE_AREAS = 64,       /* their areas */
+  QUOIN_REFEREE_MEMORY = 128,     /* what was learned of a pair helps to answer it again */
+  QUOIN_REFEREE_DEFORMED = 256,   /* placements that are no rotation */
+  QUOIN_REFEREE_BOXES_ONLY = 512, /* answers boxes, and refuses other solids without blame */
+  QUOIN_REFEREE_SIGN = 1024       /* tells overlap from distance alone: gap is 1 or -1 */
 };
 
 /* The convex hull of points (x, y, z after each other), in a frame of its own. Face f has
@@ -46,7 +47,7 @@ typedef struct quoin_referee_placement {
 } quoin_referee_placement;
 
 typedef struct quoin_referee_answer {
-  double gap;       /* distance, or minus the depth, m */
+  double gap;       /* distance, or minus the depth, m; or its sign alone (QUOIN_REFEREE_SIGN) */
   double normal[3]; /* unit, from A to B; zeros: none for this pair */
   double point_a[3], point_b[3];
 } quoin_referee_answer;
