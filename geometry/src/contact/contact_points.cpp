@@ -315,9 +315,7 @@ void add_stretch_points(const ProjectedFeature& patch_p, const ProjectedFeature&
   };
   const auto add = [&](const SharedCorner& corner) {
     if (!(gap_of(corner) <= pair.gap + work.band)) return;
-    if (!is_free(corner.feature_p, corner.feature_q, pair.merged)) return;
-    if (has_near(pair.merged, corner.place, pair.tolerance)) return;
-    pair.merged.push_back(corner);
+    if (is_free(corner.feature_p, corner.feature_q, pair.merged)) pair.merged.push_back(corner);
   };
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   for (std::size_t k = 0; k < 2; ++k) {
