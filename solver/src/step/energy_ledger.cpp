@@ -12,6 +12,13 @@ namespace {
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
+/// Of strain rates, J: what vibrated has no place in an impact.
+double vibration_energy(const BlockModel& model, const BlockState& state) {
+  BlockState stiff = state;
+  stiff.strain_rate.setZero();
+  return kinetic_energy(model, state) - kinetic_energy(model, stiff);
+}
+
 void account_blocks(const SubStep& step, const StepPoses& poses, StepEnergy& energy) {
   const Vector3 gravity = step.compiled.scene.gravity.at(step.load_time());
   const double lag = step.scheme().end_share - 0.5;
@@ -24,6 +31,9 @@ void account_blocks(const SubStep& step, const StepPoses& poses, StepEnergy& ene
     energy.work_on[s] = model.mass * gravity.dot(d.head<3>());
     energy.gravity_work += energy.work_on[s];
     if (model.unknowns != 12) continue;
+    if (step.dynamic() && !poses.deforms[index(blocks[s])]) {
+      energy.impact_loss += vibration_energy(model, step.state[index(blocks[s])]);
+    }
     const Vector6 e = d.tail<6>();
     energy.scheme_loss += lag * model.volume * e.dot(model.elasticity * e);
   }

@@ -1,5 +1,7 @@
 #include "step/hit_blocks.hpp"
 
+#include <algorithm>
+
 namespace quoin::solver {
 namespace {
 
@@ -39,6 +41,17 @@ std::vector<char> hit_blocks(const SubStep& step, std::span<const BodyContact> c
     }
   }
   return hit;
+}
+
+double first_impact(const SubStep& step, std::span<const LinearContact> linear) {
+  if (step.options.method == ContactMethod::Springs || !step.dynamic()) return 0.0;
+  const double slowest = step.bounce_speed() * step.length;
+  double first = 0.0;
+  for (const LinearContact& c : linear) {
+    if (!is_impact(c, slowest, Impacts::Solved)) continue;
+    first = first > 0.0 ? std::min(first, c.closing_share) : c.closing_share;
+  }
+  return first;
 }
 
 bool hold_strain(const SubStep& step, std::span<const char> hit, StepPoses& poses) {

@@ -17,6 +17,9 @@ enum class Impacts { Expected, Solved };
 std::vector<char> hit_blocks(const SubStep& step, std::span<const BodyContact> contacts,
                              std::span<const LinearContact> linear, Impacts impacts);
 
+/// Share of the step that had passed at the first impact that was solved; 0: there is none.
+double first_impact(const SubStep& step, std::span<const LinearContact> linear);
+
 /// Their strain waits. True when there are any that deform.
 bool hold_strain(const SubStep& step, std::span<const char> hit, StepPoses& poses);
 

@@ -27,6 +27,8 @@ struct Island {
   double time = 0.0;                              ///< where it stands, s
   double done = 0.0;                              ///< of the step, s
   double length = 0.0;                            ///< of the next attempt, s
+  bool parted = false;                            ///< this step, before an impact
+  double length_after = 0.0;                      ///< of the attempt after that part, s; 0: no part
   std::vector<geometry::ContactPoint> found;      ///< where it stands
   std::vector<Contact> history;                   ///< as the last accepted sub-step left them
   std::vector<BodyContact> contacts;              ///< that the attempt holds

@@ -155,6 +155,7 @@ void attempt_positions(const SubStep& step, const LastSubStep& last,
   for (const int block : step.island.slots.block_of_slot) {
     blocks.end[index(block)] = end_state(step, poses, index(block));
   }
+  attempt.first_impact = first_impact(step, std::span(attempt.linear).first(contacts.size()));
   attempt.hit = hit_blocks(step, contacts, attempt.linear, Impacts::Solved);
   attempt.contacts = contacts_at_end(contacts, attempt.linear, attempt.hit, poses);
 }

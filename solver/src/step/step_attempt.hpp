@@ -16,6 +16,7 @@ struct Attempt {
   double displacement = 0.0;  ///< largest of a vertex, relative to its block's size
   double unbalance = 0.0;
   double stiffest_omega_dt = 0.0;     ///< of the springs
+  double first_impact = 0.0;          ///< share of the sub-step before it; 0: none
   std::vector<char> hit;              ///< by slot: an impact passes through it
   std::vector<LinearContact> linear;  ///< as solved: contacts, then held points
   std::vector<BodyContact> contacts;  ///< with forces and modes at the end
