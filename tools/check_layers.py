@@ -21,6 +21,8 @@ RULES = [
     ("solver/**/*", r"geometry/src/", "private headers of geometry"),
     ("tools/**/*", r"(geometry|solver)/src/", "tools use public headers"),
     ("tools/**/*", r"^catch2/", "tools do not test"),
+    ("tools/**/*", r"^(tests|support|bench)/", "tests and bench use tools, not the other way"),
+    ("bench/**/*", r"^(tests|support)/", "bench and tests share tools/referee/pairs"),
     ("bench/**/*", r"(geometry|solver)/src/", "bench uses public headers"),
     ("bench/**/*", r"^catch2/", "bench does not test"),
     ("tests/**/*", r"^fcl/", "tests ask gjk_oracle, not FCL"),

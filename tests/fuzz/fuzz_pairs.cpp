@@ -1,5 +1,5 @@
-/// libFuzzer: solids from bytes, refused or asked, and judged as every pair is. A failure prints
-/// the pair as text for tests/regressions and aborts.
+/// libFuzzer: solids from bytes, or of a family and then moved by bytes; refused or asked, and
+/// judged as every pair is. A failure prints the pair as text for tests/regressions and aborts.
 
 #include <cmath>
 #include <cstdint>
@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "support/check_pair.hpp"
+#include "support/open_families.hpp"
 
 namespace {
 
@@ -73,11 +74,7 @@ Matrix3 rotation_from(Bytes& bytes) {
   return quoin::tests::rotation_about(axis.normalized(), angle);
 }
 
-/// B: another solid, or A again, shifted and perhaps turned, by its points or by a placement.
-SolidPair pair_from(Bytes& bytes) {
-  const Points a = points_from(bytes);
-  const int control = bytes.take<std::uint8_t>();
-  const Points b = (control & 1) != 0 ? a : points_from(bytes);
+Placement placement_from(Bytes& bytes, int control) {
   Placement place;
   if ((control & 2) != 0) {
     place.linear = rotation_from(bytes);
@@ -86,6 +83,28 @@ SolidPair pair_from(Bytes& bytes) {
     const double x = bytes.coordinate(control >> 3), y = bytes.coordinate(control >> 3);
     place.translation = {x, y, bytes.coordinate(control >> 3)};
   }
+  return place;
+}
+
+/// Of a family that is not open, B shifted and perhaps turned.
+SolidPair family_pair_from(Bytes& bytes) {
+  static const std::vector<bool> settled = quoin::tests::settled_families();
+  quoin::tests::Random random(bytes.take<std::uint32_t>());
+  SolidPair pair = quoin::tests::make_pair(random, settled);
+  const Placement place = placement_from(bytes, bytes.take<std::uint8_t>());
+  pair.b = transformed(pair.b, place.linear, place.translation);
+  return pair;
+}
+
+/// B: another solid, or A again, shifted and perhaps turned, by its points or by a placement.
+SolidPair pair_from(Bytes& bytes) {
+  if ((bytes.take<std::uint8_t>() & 3) == 3) {
+    return family_pair_from(bytes);
+  }
+  const Points a = points_from(bytes);
+  const int control = bytes.take<std::uint8_t>();
+  const Points b = (control & 1) != 0 ? a : points_from(bytes);
+  const Placement place = placement_from(bytes, control);
   if ((control & 32) != 0) {
     return {"fuzz", a, Solid(b, place)};
   }

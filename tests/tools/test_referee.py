@@ -55,6 +55,15 @@ class Referee(unittest.TestCase):
         tally, _ = self.kinds_of("refuses", "--count", 5)
         self.assertEqual((tally["answered"], tally["kinds"]), (0, {"refused": 5}))
 
+    def test_a_library_that_tells_signs_alone(self):
+        tally, _ = self.kinds_of("apart", "--count", 50)
+        overlapping, _ = self.kinds_of("overlaps_only", "--count", 50)
+        self.assertEqual(list(tally["kinds"]), ["sign"])
+        self.assertEqual(tally["gaps"], 0)
+        self.assertGreater(tally["kinds"]["sign"], 5)
+        self.assertLess(tally["kinds"]["sign"], tally["asked"])
+        self.assertLessEqual(tally["kinds"]["sign"], overlapping["asked"])
+
     def test_what_is_not_offered_is_not_asked(self):
         pairs = self.path / "pairs.jsonl"
         pairs.write_text(json.dumps(BOXES) + "\n")

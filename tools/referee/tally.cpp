@@ -34,6 +34,7 @@ Json to_json(const Tally& tally) {
             {"answered", tally.answered},
             {"faulty", tally.faulty},
             {"kinds", tally.kinds},
+            {"gaps", tally.gap_errors.size()},
             {"gap_error_median", median(tally.gap_errors)},
             {"gap_error_largest", largest(tally.gap_errors)},
             {"timed", tally.seconds.size()},

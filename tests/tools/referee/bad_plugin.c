@@ -1,5 +1,6 @@
 /* Plug-ins of the referee that misbehave. BEHAVIOUR: 0 lies (a gap of 1 m), 1 crashes, 2 never
- * ends, 3 returns NaN, 4 lies about overlap alone, 5 refuses every solid. */
+ * ends, 3 returns NaN, 4 lies about overlap alone, 5 refuses every solid, 6 says of every pair
+ * that it is apart, and no more. */
 
 #include <math.h>
 #include <quoin/referee.h>
@@ -28,20 +29,21 @@ static quoin_referee_status ask(void* a, void* b, void* memory, quoin_referee_an
 }
 
 const quoin_referee_library* quoin_referee_plugin(int index) {
-  static quoin_referee_library library = {QUOIN_REFEREE_INTERFACE,
-                                          "bad",
-                                          "1",
-                                          BEHAVIOUR == 4
-                                              ? QUOIN_REFEREE_DEPTH
-                                              : QUOIN_REFEREE_DISTANCE | QUOIN_REFEREE_DEPTH |
-                                                    QUOIN_REFEREE_NORMAL | QUOIN_REFEREE_DEFORMED,
-                                          0,
-                                          make_solid,
-                                          free,
-                                          NULL,
-                                          NULL,
-                                          set_placement,
-                                          ask,
-                                          NULL};
+  static quoin_referee_library library = {
+      QUOIN_REFEREE_INTERFACE,
+      "bad",
+      "1",
+      BEHAVIOUR == 6   ? QUOIN_REFEREE_SIGN | QUOIN_REFEREE_DEFORMED
+      : BEHAVIOUR == 4 ? QUOIN_REFEREE_DEPTH
+                       : QUOIN_REFEREE_DISTANCE | QUOIN_REFEREE_DEPTH | QUOIN_REFEREE_NORMAL |
+                             QUOIN_REFEREE_DEFORMED,
+      0,
+      make_solid,
+      free,
+      NULL,
+      NULL,
+      set_placement,
+      ask,
+      NULL};
   return index == 0 ? &library : NULL;
 }
