@@ -218,12 +218,14 @@ void account_blocks(const StepSetting& step, Attempt& attempt) {
 /// Springs of held points.
 void account_held(const StepSetting& step, double penalty, Attempt& attempt) {
   const double end = step.end_time();
-  for (const HeldPoint& held : step.compiled.held) {
+  for (std::size_t h = 0; h < step.compiled.held.size(); ++h) {
+    const HeldPoint& held = step.compiled.held[h];
     const Vector3 now = step.moved(held);
     const Vector3 before = now - held.displacement.at(step.state.time);
     const Vector3 moved =
         step.point_motion(held.block, held.arm) * step.increment[index(held.block)];
     const Vector3 after = now + moved - held.displacement.at(end);
+    attempt.end.held_forces[h] = -penalty * after;
     const double kept = 0.5 * penalty * after.squaredNorm();
     attempt.spring_energy += kept;
     // The hand that moves the point does the rest of the work.

@@ -638,11 +638,16 @@ void list_contacts(std::span<const BodyContact> bodies, std::vector<Contact>& co
   std::ranges::sort(contacts, {}, [](const Contact& contact) { return contact.point.key; });
 }
 
+void record_held(std::span<const LinearContact> held, State& end) {
+  for (std::size_t h = 0; h < held.size(); ++h) end.held_forces[h] = held[h].force;
+}
+
 void start_end(const State& state, State& end) {
   end.step = state.step;
   end.origin = state.origin;
   end.energy = state.energy;
   end.blocks = state.blocks;
+  end.held_forces = state.held_forces;
 }
 
 double duration(const StepOptions& options, double time_step) {
@@ -663,7 +668,7 @@ double contact_spring(const CompiledScene& compiled, const StepOptions& options)
   double penalty = 0.0, weight = 0.0;
   const double gravity = std::max(compiled.scene.gravity.at(0.0).norm(), 1.0);
   for (const BlockModel& model : compiled.models) {
-    penalty = std::max(penalty, 50.0 * model.elasticity.axial() * model.size);
+    penalty = std::max(penalty, 50.0 * model.elasticity(0, 0) * model.size);
     weight = std::max(weight, model.mass * gravity);
   }
   return penalty > 0.0 ? penalty : 1e6 * weight / compiled.smallest_size;
@@ -740,6 +745,7 @@ void attempt_step(const CompiledScene& compiled, const StepOptions& options, con
   find_hit_blocks(compiled, options, state, time_step, Impacts::Solved, work);
   record_contacts(work, attempt.contacts);
   list_contacts(attempt.contacts, attempt.end.contacts);
+  record_held(std::span(work.linear).subspan(work.contacts.size()), attempt.end);
 }
 
 }  // namespace quoin::solver

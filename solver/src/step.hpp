@@ -24,6 +24,9 @@ OpenCloseResult solve_contacts(const StepOptions& options, const BlockVector& fo
 /// The contacts of all bodies, sorted by key.
 void list_contacts(std::span<const BodyContact> bodies, std::vector<Contact>& contacts);
 
+/// Forces of all held points, as linearised and solved.
+void record_held(std::span<const LinearContact> held, State& end);
+
 /// `end` as `state`, but for what the step gives anew: contacts, and blocks that move.
 void start_end(const State& state, State& end);
 
