@@ -41,11 +41,22 @@ def clock(table):
     return (table["time"], "time (s)") if moving else (table["step"], "step")
 
 
+def forces_of(table):
+    """Name and size (N) of each force: normal forces of contacts, forces of fixed points."""
+    found = []
+    for name in [column[:-3] for column in table if column.endswith(".fx")][:MOST_MONITORS]:
+        if f"{name}.normal_force" in table:
+            found.append((f"{name}, normal", table[f"{name}.normal_force"]))
+        else:
+            found.append((name, np.linalg.norm([table[f"{name}.f{c}"] for c in "xyz"], axis=0)))
+    return found
+
+
 def history_figure(folder, path):
     table = history(folder)
     x, label = clock(table)
     points = [name[:-3] for name in table if name.endswith(".ux")][:MOST_MONITORS]
-    forces = [name[:-13] for name in table if name.endswith(".normal_force")][:MOST_MONITORS]
+    forces = forces_of(table)
     rows = (1 if points else 0) + (1 if forces else 0) + 2
     figure, axes = plt.subplots(rows, 1, figsize=(7.2, 2.1 * rows + 0.5), sharex=True,
                                 layout="constrained", squeeze=False)
@@ -59,19 +70,23 @@ def history_figure(folder, path):
         axis.legend(fontsize=9)
     if forces:
         axis = axes.pop(0)
-        for i, name in enumerate(forces):
-            axis.plot(x, table[f"{name}.normal_force"] / 1000, color=COLOURS[i], label=name)
-        axis.set(ylabel="normal force (kN)")
+        for i, (name, newtons) in enumerate(forces):
+            axis.plot(x, newtons / 1000, color=COLOURS[i], label=name)
+        axis.set(ylabel="force (kN)")
         axis.legend(fontsize=9)
-    for i, name in enumerate(("kinetic", "strain", "friction_loss", "impact_loss")):
-        if np.ptp(table[name]) > 0:
+    energies = ("kinetic", "strain", "friction_loss", "impact_loss")
+    most = max(np.ptp(table[name]) for name in energies)
+    for i, name in enumerate(energies):
+        if np.ptp(table[name]) > 1e-9 * most:  # less is rounding
             axes[0].plot(x, table[name], color=COLOURS[i], label=name.replace("_", " "))
     axes[0].set(ylabel="energy (J)")
     if axes[0].lines:
         axes[0].legend(fontsize=9)
-    axes[1].plot(x, table["contacts"], color=COLOURS[6], linewidth=4, label="watched")
-    axes[1].plot(x, table["closed"], color=COLOURS[0], label="closed")
-    axes[1].set(ylabel="contact points", xlabel=label)
+    stepped = slice(1, None)  # the first line is from before any step
+    axes[1].plot(x[stepped], table["contacts"][stepped], color=COLOURS[6], linewidth=4, label="watched")
+    axes[1].plot(x[stepped], table["closed"][stepped], color=COLOURS[0], label="closed")
+    axes[1].set(ylabel="contact points", xlabel=label, ylim=(0, None))
+    axes[1].yaxis.set_major_locator(MaxNLocator(integer=True))
     axes[1].legend(fontsize=9)
     save(figure, path)
 
@@ -137,11 +152,12 @@ def thrust_figure(blocks, joints, chain, plane, path):
             half = 0.5 * 0.12 * np.max(high - low) * force / largest
             axis.plot(*np.column_stack([centre - half, centre + half]), color=COLOURS[1], linewidth=1.2)
         axis.plot(*centres.T, "o", color=COLOURS[0], markersize=2.5)
-        axis.set_title(f"centres of pressure and forces; the longest line is {largest / 1000:.3g} kN")
+        title = f"centres of pressure and forces; the longest line is {largest / 1000:.3g} kN"
     else:
         axis.plot(*centres[chain].T, color=COLOURS[1], linewidth=2.0, label="thrust line")
         axis.plot(*centres[chain].T, "o", color=COLOURS[1], markersize=3.5)
-        axis.set_title(f"thrust line; the largest force is {largest / 1000:.3g} kN")
+        title = f"thrust line; the largest force is {largest / 1000:.3g} kN"
+    figure.suptitle(title, x=0.02, ha="left", fontsize=11)  # of the figure: an axis may be narrow
     save(figure, path)
 
 
@@ -165,7 +181,7 @@ def joints_figure(joints, chain, path):
         axis.update_datalim([(1, 0)], updatex=False)  # from zero
         axis.autoscale_view()
         axis.set_ylim(bottom=0)
-    axes[1].xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes[1].xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
     axes[1].set(ylabel="pressure (MPa)", xlim=(0.5, len(ordered) + 0.5),
                 xlabel="joint along the chain" if chain is not None else "joint")
     axes[1].legend(fontsize=9)

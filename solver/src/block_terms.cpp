@@ -62,19 +62,21 @@ Eigen::Matrix<double, 9, 1> momentum(const BlockModel& m, const Vector3& spin,
 
 }  // namespace
 
+double Elasticity::operator()(int i, int j) const {
+  if (i >= 3 || j >= 3) return i == j ? shear : 0.0;
+  return i == j ? lame + 2.0 * shear : lame;
+}
+
 Eigen::Matrix<double, 6, 6> Elasticity::matrix() const {
-  Eigen::Matrix<double, 6, 6> result = Eigen::Matrix<double, 6, 6>::Zero();
-  result.topLeftCorner<3, 3>().setConstant(lame);
-  result.diagonal().head<3>().setConstant(axial());
-  result.diagonal().tail<3>().setConstant(shear);
-  return result;
+  return Eigen::Matrix<double, 6, 6>::NullaryExpr([this](Eigen::Index i, Eigen::Index j) {
+    return (*this)(static_cast<int>(i), static_cast<int>(j));
+  });
 }
 
 Vector6 Elasticity::operator*(const Vector6& strain) const {
   Vector6 stress;
   for (int i = 0; i < 3; ++i) {
-    const auto part = [&](int j) { return (i == j ? axial() : lame) * strain[j]; };
-    stress[i] = part(0) + part(1) + part(2);
+    stress[i] = (*this)(i, 0) * strain[0] + (*this)(i, 1) * strain[1] + (*this)(i, 2) * strain[2];
   }
   stress.tail<3>() = shear * strain.tail<3>();
   return stress;

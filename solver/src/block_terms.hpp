@@ -21,7 +21,7 @@ ReferenceShape reference_shape(const geometry::Shape& shape);
 struct Elasticity {
   double lame = 0.0;   ///< Pa
   double shear = 0.0;  ///< Pa
-  double axial() const { return lame + 2.0 * shear; }
+  double operator()(int i, int j) const;  ///< of the 6×6 matrix, Pa
   Eigen::Matrix<double, 6, 6> matrix() const;
   Vector6 operator*(const Vector6& strain) const;
   double energy(const Vector6& stress) const;  ///< per volume, stress · inverse · stress / 2, J/m3

@@ -85,6 +85,7 @@ void transfer(Archive& archive, AnyState& state, AnyWorkspace& work) {
   record(archive, state.energy);
   list(archive, state.blocks);
   list(archive, state.contacts);
+  list(archive, state.held_forces);
   record(archive, work.reach);
   record(archive, work.still);
   record(archive, work.report);

@@ -226,6 +226,7 @@ CompiledScene compile(Scene scene) {
 State initial_state(const CompiledScene& compiled) {
   State state;
   state.origin = compiled.origin;
+  state.held_forces.assign(compiled.held.size(), Vector3::Zero());
   state.blocks.reserve(compiled.models.size());
   for (std::size_t b = 0; b < compiled.models.size(); ++b) {
     const Block& block = compiled.scene.blocks[b];

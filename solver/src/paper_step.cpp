@@ -207,13 +207,16 @@ void account_blocks(const StepSetting& step, Attempt& attempt) {
 
 /// Springs of held points.
 void account_held(const StepSetting& step, double penalty, Attempt& attempt) {
+  attempt.held_forces.clear();
   const double end = step.end_time();
-  for (const HeldPoint& held : step.compiled.held) {
+  for (std::size_t h = 0; h < step.compiled.held.size(); ++h) {
+    const HeldPoint& held = step.compiled.held[h];
     const Vector3 now = step.moved(held);
     const Vector3 before = now - held.displacement.at(step.sub_step.time);
     const Vector3 moved =
         step.point_motion(held.block, held.arm) * step.increment[index(held.block)];
     const Vector3 after = now + moved - held.displacement.at(end);
+    attempt.held_forces.push_back(-penalty * after);
     const double kept = 0.5 * penalty * after.squaredNorm();
     attempt.energy.stored.front() += kept;
     // The hand that moves the point does the rest of the work.

@@ -36,14 +36,20 @@ void take_over_motions(const CompiledScene& before, const Workspace& work_before
   }
 }
 
-void take_over_held(const CompiledScene& before, const State& state, CompiledScene& now) {
-  for (HeldPoint& held : now.held) {
+void take_over_held(const CompiledScene& before, const State& state_before, CompiledScene& now,
+                    State& state) {
+  for (std::size_t h = 0; h < now.held.size(); ++h) {
+    HeldPoint& held = now.held[h];
     const auto same = std::ranges::find_if(before.held, [&](const HeldPoint& other) {
       return other.block == held.block && other.arm == held.arm;
     });
-    held.from = same != before.held.end()
-                    ? same->from
-                    : displacement(now, held, pose(state.blocks[index(held.block)]));
+    if (same == before.held.end()) {
+      held.from = displacement(now, held, pose(state.blocks[index(held.block)]));
+    } else {
+      held.from = same->from;
+      state.held_forces[h] =
+          state_before.held_forces[static_cast<std::size_t>(same - before.held.begin())];
+    }
   }
 }
 
@@ -91,7 +97,7 @@ void take_over(const CompiledScene& before, const State& state_before, const Wor
         return !is_absent(now, contact.point.key.a) && !is_absent(now, contact.point.key.b);
       });
   take_over_motions(before, work_before, now, state, work);
-  take_over_held(before, state, now);
+  take_over_held(before, state_before, now, state);
   work.counted = work_before.counted;
   work.energy_scale = work_before.energy_scale;
   work.initial_depths = work_before.initial_depths;

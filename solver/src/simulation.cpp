@@ -174,19 +174,26 @@ void Simulation::set_options(const StepOptions& options) {
   detect(parts_->compiled, options, parts_->state, parts_->work);
 }
 
-void Simulation::set_velocity(int block, const Vector3& velocity, const Vector3& angular_velocity) {
-  const int count = static_cast<int>(parts_->compiled.models.size());
-  if (block < 0 || block >= count ||
-      parts_->compiled.models[static_cast<std::size_t>(block)].unknowns == 0) {
-    throw InputError("velocity of block " + std::to_string(block) +
-                     ": there is no such block with unknowns");
+void Simulation::set_velocities(std::span<const BlockVelocity> velocities) {
+  const std::vector<BlockModel>& models = parts_->compiled.models;
+  for (const BlockVelocity& given : velocities) {
+    if (given.block < 0 || given.block >= static_cast<int>(models.size()) ||
+        models[static_cast<std::size_t>(given.block)].unknowns == 0) {
+      throw InputError("velocity of block " + std::to_string(given.block) +
+                       ": there is no such block with unknowns");
+    }
   }
-  const BlockModel& model = parts_->compiled.models[static_cast<std::size_t>(block)];
-  BlockState& now = parts_->state.blocks[static_cast<std::size_t>(block)];
-  parts_->state.energy.kinetic -= kinetic_energy(model, now);
-  now.velocity = velocity;
-  now.angular_velocity = now.rotation.conjugate() * angular_velocity;
-  parts_->state.energy.kinetic += kinetic_energy(model, now);
+  EnergyLedger& energy = parts_->state.energy;
+  const double before = energy.kinetic;
+  for (const BlockVelocity& given : velocities) {
+    const auto b = static_cast<std::size_t>(given.block);
+    BlockState& now = parts_->state.blocks[b];
+    energy.kinetic -= kinetic_energy(models[b], now);
+    now.velocity = given.velocity;
+    now.angular_velocity = now.rotation.conjugate() * given.angular_velocity;
+    energy.kinetic += kinetic_energy(models[b], now);
+  }
+  energy.work += energy.kinetic - before;
   detect(parts_->compiled, parts_->options, parts_->state, parts_->work);
 }
 

@@ -8,7 +8,8 @@ import unittest
 
 QUOIN, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
 MESHES = SOURCE / "tests" / "unit" / "meshes"
-SHAPES = {"wall": 45, "arch": 23, "dome": 97, "tower": 9, "stair": 9, "slope": 3, "pile": 61}
+SHAPES = {"wall": 45, "arch": 23, "dome": 97, "tower": 9, "stair": 9, "slope": 3, "pile": 61,
+          "shaken-wall": 45, "struck-wall": 46, "bin": 205, "jointed-slope": 102, "vault": 79}
 
 
 def quoin(*arguments):
@@ -109,11 +110,15 @@ class SceneCommands(unittest.TestCase):
                 self.assertEqual(done.returncode, 0, done.stderr)
                 report = json.loads(done.stdout)
                 self.assertEqual(report["contacts"]["overlaps"], [])
-                if shape != "pile":
-                    self.assertEqual(report["without_support"], [])
+                if shape not in ("pile", "bin"):
+                    self.assertEqual([name for name in report["without_support"] if name != "hammer"], [])
                 steps = ["--set", "/stages=[{\"analysis\":\"static\",\"steps\":3}]"]
                 if shape in ("slope", "pile"):
                     steps = ["--set", "/stages/0/end_time=0.05"]
+                elif shape == "bin":
+                    steps = ["--set", "/stages=[{\"analysis\":\"dynamic\",\"steps\":3}]"]
+                elif len(json.loads(path.read_text())["stages"]) == 2:
+                    steps = ["--set", "/stages/1/duration=0.02"]
                 done = quoin("run", path, *steps, "--json")
                 self.assertEqual(done.returncode, 0, done.stderr)
 
@@ -131,6 +136,10 @@ class SceneCommands(unittest.TestCase):
     def test_make_refuses_what_makes_no_scene(self):
         self.assertEqual(quoin("make").returncode, 2)
         self.assertEqual(quoin("make", "wall", "--length", "-1").returncode, 2)
+        self.assertEqual(quoin("make", "wall", "--out", "").returncode, 2)
+        kept = self.scene({"title": "a scene that was made and changed"})
+        self.assertEqual(quoin("make", "wall", "--out", kept).returncode, 1)
+        self.assertIn("changed", kept.read_text())
         self.assertEqual(quoin("make", "slope", "--face-dip-deg", "30").returncode, 2)
         done = quoin("make", "wall", "--out", self.folder / "none" / "wall.json")
         self.assertEqual(done.returncode, 1)

@@ -98,25 +98,44 @@ class Stages(unittest.TestCase):
                             ({"joints": [{"between": ["stone", "air"], "friction_angle_deg": 0}]}, "air"),
                             ({"loads": [{"type": "body", "block": "floor", "force": [0, 0, 0]}]}, "/stages/1/loads/0"),
                             ({"until_moved": -1}, "until_moved"), ({"reset_displacements": 1}, "reset_displacements"),
+                            ({"overrides": [{"blocks": "floor", "velocity": [1, 0, 0]}]}, "/stages/1/overrides/0/velocity"),
+                            ({"overrides": [{"blocks": "cube", "initial_stress": [1]}]}, "initial_stress"),
+                            ({"overrides": [{"blocks": "cube", "material": "air"}]}, "/stages/1/overrides/0/material"),
                             ({"colour": 1}, "colour")]:
             with self.subTest(stage):
                 first = {"analysis": "dynamic", "duration": 0.1}
                 done = self.run_scene(sliding([first, {**first, **stage}]))
                 self.assertEqual(done.returncode, 2, done.stderr)
                 self.assertIn(told, done.stderr)
+        done = self.run_scene(sliding([{"analysis": "static", "overrides": [{"blocks": "cube", "velocity": [1, 0, 0]}]}]))
+        self.assertIn("/stages/0/overrides/0/velocity: in a static stage nothing has a velocity", done.stderr)
+        done = self.run_scene(sliding([first], monitors=[{"name": "m", "fixed_points": "*"}]))
+        self.assertIn("/monitors/0/fixed_points", done.stderr)
         twice = [{"analysis": "dynamic", "duration": 0.1, "remove": "other"}] * 2
         done = self.run_scene(sliding(twice))
         self.assertEqual(done.returncode, 2)
         self.assertIn("none of these blocks is there", done.stderr)
 
+    def test_a_velocity_of_a_stage_counts_as_work_and_leaves_the_spin(self):
+        first = {"analysis": "dynamic", "duration": 0.1}
+        scene = sliding([first, {**first, "overrides": [{"blocks": "cube", "velocity": [2, 0, 0]}]}], gravity=[0, 0, 0])
+        scene["blocks"][1] |= {"velocity": [1, 0, 0], "angular_velocity": [0, 0, 0.5]}
+        found = self.summary(scene)
+        self.assertAlmostEqual(found["monitors"]["cube"]["displacement"][0], 0.3, places=9)
+        self.assertAlmostEqual(found["monitors"]["cube"]["angular_velocity"][2], 0.5, places=9)
+        self.assertAlmostEqual(found["energy"]["work"], 0.5 * 1000 * (4 - 1), places=6)
+        self.assertLess(abs(found["energy"]["growth"]), 1e-6)
+
     def test_a_run_goes_on_over_stages_to_the_bit(self):
         """Ended early in each of its stages, and resumed."""
         stages = [{"analysis": "static", "gravity": [0, 0, -10]},
-                  {"analysis": "dynamic", "gravity": [1, 0, -10], "duration": 0.4, "until_moved": 0.06, "remove": "other"},
+                  {"analysis": "dynamic", "gravity": [1, 0, -10], "duration": 0.4, "until_moved": 0.06, "remove": "other",
+                   "overrides": [{"blocks": "cube", "velocity": [0.01, 0, 0]}]},
                   {"analysis": "dynamic", "duration": 0.4, "add": "other", "reset_displacements": True,
                    "overrides": [{"blocks": "other", "kind": "prescribed", "motion": {"displacement": {"formula": ["-t", "0", "0"]}}}],
                    "fixed_points": [{"block": "cube", "point": [0.5, 0.5, 0.5]}]}]
         scene = sliding(stages, time_step=0.0005)
+        scene["monitors"].append({"name": "hold", "fixed_points": "cube"})
         self.summary(scene, "--out", self.folder / "plain")
         wanted = {p.name: p.read_bytes() for p in (self.folder / "plain").iterdir()}
         out = self.folder / "out"

@@ -147,14 +147,14 @@ struct Case {
   Scene (*scene)(const Frame&, BlockKind);
   double size;   ///< of the smallest block, m
   double force;  ///< N: the weight of one
-  /// Redundant joints of strained blocks with friction bear their load in more ways than one: which
-  /// of them is found hangs on the order of roundings, and with it the strain of a turned scene.
+  /// Many stuck joints of strained blocks bear their load in more ways than one. Places rounded to
+  /// 2e-13 m press by 5e-4 N, and where a joint is about to slip that decides which way it is.
   bool redundant = false;
 };
 
 const Case kCases[] = {{"sliding", sliding, 0.5, 8.6e3},
                        {"wall", wall, 0.25, 766, true},
-                       {"arch", arch, 0.5, 6e3, true},
+                       {"arch", arch, 0.5, 6e3},
                        {"pendulum", pendulum, 0.25, 1.5e3}};
 constexpr int kSteps = 40;
 
@@ -181,10 +181,10 @@ TEST_CASE("A scene moves and presses the same however it is turned") {
   const Matrix3 turn = Eigen::AngleAxisd(0.7, Vector3(1, 2, -0.5).normalized()).toRotationMatrix();
   for (const Case& c : kCases) {
     for (const BlockKind kind : {BlockKind::Rigid, BlockKind::Deformable}) {
-      if (c.redundant && kind == BlockKind::Deformable) continue;
       const Outcome here = run(c.scene({}, kind), {}, kSteps);
       // 2e3 m away: the places t + Q X themselves are rounded, to 2e-13 m
       for (const Vector3& place : {Vector3(0, 0, 0), Vector3(1e3, -2e3, 5e2)}) {
+        if (c.redundant && kind == BlockKind::Deformable && !place.isZero(0.0)) continue;
         const Frame frame{turn, place};
         const Outcome there = run(c.scene(frame, kind), frame, kSteps);
         INFO(c.name << (kind == BlockKind::Rigid ? ", rigid" : ", deformable") << " at "

@@ -1,17 +1,12 @@
-/// quoin make wall|arch|dome|tower|stair|slope|pile
+/// quoin make SHAPE
 
-#include <Eigen/Geometry>
 #include <cmath>
-#include <cstdio>
-#include <fstream>
-#include <functional>
 #include <memory>
-#include <nlohmann/json.hpp>
-#include <numbers>
-#include <random>
 
 #include "commands.hpp"
-#include "scene_file/scene_error.hpp"
+#include "made_scene.hpp"
+#include "moving_scenes.hpp"
+#include "path_to_write.hpp"
 
 namespace quoin::commands {
 namespace {
@@ -19,157 +14,9 @@ namespace {
 using json = nlohmann::ordered_json;
 using Vector3 = Eigen::Vector3d;
 
-constexpr double kDegree = std::numbers::pi / 180;
-
-/// What every made scene has.
-struct Stone {
-  double density = 2400;  // kg/m3
-  double young = 0;       // Pa
-  double friction_deg = 35;
-  double end_time = 0;  // s
-  std::string out;
-};
-
-/// A length in m, to a picometre: what is shared by two blocks is the same number in both.
-double rounded(double x) {
-  const double value = std::round(x * 1e12) / 1e12;
-  return value == 0.0 ? 0.0 : value;
-}
-
-json vector(const Vector3& v) { return {rounded(v.x()), rounded(v.y()), rounded(v.z())}; }
-
-json box(const Vector3& min, const Vector3& max) {
-  return {{"type", "box"}, {"min", vector(min)}, {"max", vector(max)}};
-}
-
-json points(const std::vector<Vector3>& list) {
-  json all = json::array();
-  for (const Vector3& point : list) {
-    all.push_back(vector(point));
-  }
-  return all;
-}
-
-json prism(const std::vector<Vector3>& polygon, const Vector3& sweep) {
-  return {{"type", "prism"}, {"polygon", points(polygon)}, {"sweep", vector(sweep)}};
-}
-
-/// The blocks of a scene, and the rest of it.
-class Made {
- public:
-  Made(const Stone& stone, std::string title) : stone_(stone), title_(std::move(title)) {}
-
-  void add(const std::string& name, json shape) {
-    blocks_.push_back({{"name", name},
-                       {"kind", stone_.young > 0 ? "deformable" : "rigid"},
-                       {"material", "stone"},
-                       {"shape", std::move(shape)}});
-  }
-  /// A box by its lowest corner: those of one size share their shape.
-  void add_box(const std::string& name, const Vector3& corner, const Vector3& size) {
-    add(name, box(Vector3::Zero(), size));
-    blocks_.back()["pose"] = {{"translation", vector(corner)}};
-  }
-  void add_turned(const std::string& name, json shape, const Eigen::Quaterniond& turn,
-                  const Vector3& about) {
-    add(name, std::move(shape));
-    blocks_.back()["pose"] = {
-        {"rotation",
-         {{"quaternion",
-           {rounded(turn.w()), rounded(turn.x()), rounded(turn.y()), rounded(turn.z())}}}},
-        {"about", vector(about)}};
-  }
-  void add_fixed(const std::string& name, json shape) {
-    blocks_.push_back({{"name", name}, {"kind", "fixed"}, {"shape", std::move(shape)}});
-  }
-  void watch(const std::string& block) { monitors_.push_back({{"name", block}, {"block", block}}); }
-
-  /// The scene comes to rest, then moves for `end_time` where that is not 0.
-  void save_standing(double time_step) const {
-    json stages = json::array({json{{"analysis", "static"}}});
-    if (stone_.end_time > 0) {
-      stages.push_back({{"analysis", "dynamic"}, {"end_time", stone_.end_time}});
-    }
-    save(time_step, stages);
-  }
-  /// The scene moves from the start.
-  void save_moving(double time_step, double otherwise) const {
-    const double end_time = stone_.end_time > 0 ? stone_.end_time : otherwise;
-    save(time_step, json::array({json{{"analysis", "dynamic"}, {"end_time", end_time}}}));
-  }
-
- private:
-  void save(double time_step, const json& stages) const {
-    json material = {{"density", stone_.density}};
-    if (stone_.young > 0) {
-      material["young"] = stone_.young;
-    }
-    const json head = {{"title", title_},
-                       {"parameters", {{"phi", stone_.friction_deg}}},
-                       {"materials", {{"stone", material}}},
-                       {"joint", {{"friction_angle_deg", "=phi"}}},
-                       {"time_step", time_step},
-                       {"stages", stages},
-                       {"monitors", monitors_}};
-    std::string text = "{\n";
-    for (const auto& [key, value] : head.items()) {
-      text += "  " + json(key).dump() + ": " + value.dump() + ",\n";
-    }
-    text += "  \"blocks\": [\n";
-    for (std::size_t b = 0; b < blocks_.size(); ++b) {
-      text += "    " + blocks_[b].dump() + (b + 1 < blocks_.size() ? ",\n" : "\n");
-    }
-    write(text + "  ]\n}\n");
-  }
-
-  void write(const std::string& text) const {
-    if (stone_.out.empty()) {
-      std::fputs(text.c_str(), stdout);
-      return;
-    }
-    std::ofstream file(stone_.out);
-    file << text;
-    file.close();
-    if (!file) {
-      throw scene_file::FileError(stone_.out + ": can't be written");
-    }
-  }
-
-  const Stone& stone_;
-  std::string title_;
-  json blocks_ = json::array();
-  json monitors_ = json::array();
-};
-
-std::string numbered(const std::string& stem, int number) { return stem + std::to_string(number); }
-
-std::string numbered(const std::string& stem, int first, int second) {
-  return stem + std::to_string(first) + "_" + std::to_string(second);
-}
-
-struct Wall {
-  double length = 4, height = 2, thickness = 0.3, block_length = 0.8, block_height = 0.25;  // m
-};
-
-/// Running bond: every second course begins with half a block.
 void make_wall(const Stone& stone, const Wall& wall) {
   Made made(stone, "Wall in running bond");
-  made.add_fixed("ground", box({-0.5, -1, -0.3}, {wall.length + 0.5, wall.thickness + 1, 0}));
-  const int courses = std::max(1, static_cast<int>(std::lround(wall.height / wall.block_height)));
-  std::string last;
-  for (int course = 0; course < courses; ++course) {
-    const double z = course * wall.block_height;
-    double from = 0.0;
-    for (int i = 0; from < wall.length - 1e-9; ++i) {
-      const double full = course % 2 == 1 && i == 0 ? 0.5 : 1.0;
-      double to = from + full * wall.block_length;
-      to = to > wall.length - 0.25 * wall.block_length ? wall.length : to;
-      last = numbered("brick", course, i);
-      made.add_box(last, {from, 0, z}, {to - from, wall.thickness, wall.block_height});
-      from = to;
-    }
-  }
-  made.watch(last);
+  made.watch(lay_wall(wall, made));
   made.save_standing(1e-3);
 }
 
@@ -223,7 +70,7 @@ void make_dome(const Stone& stone, const Dome& dome) {
                           Vector3(std::cos(up) * std::cos(around), std::cos(up) * std::sin(around),
                                   std::sin(up)));
       }
-      made.add(numbered("stone", ring, segment), {{"type", "hull"}, {"points", points(corners)}});
+      made.add(numbered("stone", ring, segment), hull(corners));
     }
   }
   made.watch(numbered("stone", dome.rings - 1, 0));
@@ -295,7 +142,7 @@ void make_slope(const Stone& stone, const Slope& slope) {
     made.add_fixed(side > 0 ? "left_wall" : "right_wall",
                    prism({back, toe + run, crest + run, crest}, -0.3 * slope.height * normal));
   }
-  made.add("wedge", {{"type", "hull"}, {"points", points(wedge)}});
+  made.add("wedge", hull(wedge));
   made.watch("wedge");
   made.save_moving(1e-2, 1.0);
 }
@@ -309,10 +156,7 @@ struct Pile {
 /// fall.
 void make_pile(const Stone& stone, const Pile& pile) {
   Made made(stone, "Blocks falling on a pile");
-  std::mt19937_64 random(static_cast<std::uint64_t>(pile.seed));
-  const auto uniform = [&](double low, double high) {
-    return low + (high - low) * static_cast<double>(random() >> 11U) * 0x1p-53;
-  };
+  Uniform uniform(pile.seed);
   const int across = std::max(1, static_cast<int>(std::lround(std::cbrt(pile.blocks / 2.0))));
   const double pitch = std::sqrt(3.0) * pile.size, reach = (across + 4) * pitch;
   made.add_fixed("ground", box({-reach, -reach, -0.3}, {reach, reach, 0}));
@@ -347,6 +191,12 @@ class ShapeOptions {
   ShapeOptions& angle(const char* name, double& value, double most) {
     return number(name, value, "degrees", 1e-3, most);
   }
+  ShapeOptions& number(const char* name, double& value, const char* what, double least,
+                       double most) {
+    command_->add_option(name, value, what)->check(CLI::Range(least, most))->capture_default_str();
+    return *this;
+  }
+
   ShapeOptions& count(const char* name, int& value, int least) {
     command_->add_option(name, value)->check(CLI::Range(least, 1000000))->capture_default_str();
     return *this;
@@ -361,9 +211,11 @@ class ShapeOptions {
         ->capture_default_str();
     command_
         ->add_option("--end-time", stone_->end_time,
-                     "s of motion (default: none after rest; slope 1, pile 2)")
+                     "s of motion (default: of wall, arch, dome, tower and stair none after rest; "
+                     "shaken-wall, pile 2; bin 10, or until rest; else 1)")
         ->check(CLI::Range(0.0, 1e9));
-    command_->add_option("--out", stone_->out, "file (default: standard output)");
+    command_->add_option("--out", stone_->out, "new file (default: standard output)")
+        ->check(path_to_write());
     command_->callback([stone = stone_, make, &exit_code = exit_code_] {
       make(*stone);
       exit_code = kDone;
@@ -371,37 +223,53 @@ class ShapeOptions {
   }
 
  private:
-  ShapeOptions& number(const char* name, double& value, const char* what, double least,
-                       double most) {
-    command_->add_option(name, value, what)->check(CLI::Range(least, most))->capture_default_str();
-    return *this;
-  }
-
   CLI::App* command_;
   std::shared_ptr<Stone> stone_;
   int& exit_code_;
 };
 
-}  // namespace
+/// Options of the shapes, by their names in the help text.
+class ShapeList {
+ public:
+  ShapeList(CLI::App& make, int& exit_code) : make_(make), exit_code_(exit_code) {}
+  ShapeOptions add(const char* name, const char* what) {
+    return {make_, name, what, stone_, exit_code_};
+  }
+  ShapeOptions add_wall(const char* name, const char* what, Wall& wall) {
+    return add(name, what)
+        .length("--length", wall.length, "m")
+        .length("--height", wall.height, "m, to whole courses")
+        .length("--thickness", wall.thickness, "m")
+        .length("--block-length", wall.block_length, "m")
+        .length("--block-height", wall.block_height, "m");
+  }
 
-void add_make_command(CLI::App& app, int& exit_code) {
-  CLI::App* make = app.add_subcommand(
-      "make", "Write a scene to read and change: wall, arch, dome, tower, stair, slope, pile");
-  make->require_subcommand(1);
-  const auto stone = std::make_shared<Stone>();
-  const auto shape = [&](const char* name, const char* what) {
-    return ShapeOptions(*make, name, what, stone, exit_code);
-  };
+ private:
+  CLI::App& make_;
+  int& exit_code_;
+  std::shared_ptr<Stone> stone_ = std::make_shared<Stone>();
+};
+
+void add_walls(ShapeList& shapes) {
   const auto wall = std::make_shared<Wall>();
-  shape("wall", "A wall in running bond on the ground")
-      .length("--length", wall->length, "m")
-      .length("--height", wall->height, "m, to whole courses")
-      .length("--thickness", wall->thickness, "m")
-      .length("--block-length", wall->block_length, "m")
-      .length("--block-height", wall->block_height, "m")
+  shapes.add_wall("wall", "A wall in running bond on the ground", *wall)
       .end([wall](const Stone& s) { make_wall(s, *wall); });
+  const auto shaking = std::make_shared<Shaking>();
+  shapes.add_wall("shaken-wall", "The wall at rest, then shaken by the ground", *wall)
+      .number("--peak", shaking->peak, "g, of the ground's acceleration", 1e-6, 1e3)
+      .number("--hz", shaking->hz, "Hz", 1e-6, 1e6)
+      .number("--direction-deg", shaking->direction_deg, "degrees; 0: along the wall", 0, 360)
+      .end([wall, shaking](const Stone& s) { make_shaken_wall(s, *wall, *shaking); });
+  const auto hammer = std::make_shared<Hammer>();
+  shapes.add_wall("struck-wall", "The wall at rest, then hit by a flying cube", *wall)
+      .number("--mass", hammer->mass, "kg, of the cube", 1e-6, 1e12)
+      .number("--speed", hammer->speed, "m/s, of the cube", 1e-6, 1e6)
+      .end([wall, hammer](const Stone& s) { make_struck_wall(s, *wall, *hammer); });
+}
+
+void add_curved(ShapeList& shapes) {
   const auto arch = std::make_shared<Arch>();
-  shape("arch", "A circular arch between two abutments")
+  shapes.add("arch", "A circular arch between two abutments")
       .length("--radius", arch->radius, "m, of the intrados")
       .length("--thickness", arch->thickness, "m")
       .length("--width", arch->width, "m")
@@ -409,40 +277,85 @@ void add_make_command(CLI::App& app, int& exit_code) {
       .count("--blocks", arch->blocks, 2)
       .end([arch](const Stone& s) { make_arch(s, *arch); });
   const auto dome = std::make_shared<Dome>();
-  shape("dome", "A hemispherical dome with an oculus")
+  shapes.add("dome", "A hemispherical dome with an oculus")
       .length("--radius", dome->radius, "m, of the intrados")
       .length("--thickness", dome->thickness, "m")
       .angle("--oculus-deg", dome->oculus_deg, 80)
       .count("--rings", dome->rings, 1)
       .count("--segments", dome->segments, 3)
       .end([dome](const Stone& s) { make_dome(s, *dome); });
+  const auto vault = std::make_shared<Vault>();
+  shapes.add("vault", "A barrel vault in bond at rest on piers, then without one of them")
+      .length("--radius", vault->radius, "m, of the intrados")
+      .length("--thickness", vault->thickness, "m")
+      .length("--length", vault->length, "m")
+      .length("--block-length", vault->block_length, "m")
+      .length("--pier-height", vault->pier_height, "m")
+      .count("--courses", vault->courses, 3)
+      .count("--piers", vault->piers, 1)
+      .end([vault](const Stone& s) { make_vault(s, *vault); });
+}
+
+void add_straight(ShapeList& shapes) {
   const auto tower = std::make_shared<Tower>();
-  shape("tower", "Square blocks on each other")
+  shapes.add("tower", "Square blocks on each other")
       .length("--width", tower->width, "m")
       .length("--block-height", tower->block_height, "m")
       .count("--blocks", tower->blocks, 1)
       .end([tower](const Stone& s) { make_tower(s, *tower); });
   const auto stair = std::make_shared<Stair>();
-  shape("stair", "Slabs on each other, each shorter by one run")
+  shapes.add("stair", "Slabs on each other, each shorter by one run")
       .length("--run", stair->run, "m")
       .length("--rise", stair->rise, "m")
       .length("--width", stair->width, "m")
       .count("--steps", stair->steps, 1)
       .end([stair](const Stone& s) { make_stair(s, *stair); });
+}
+
+void add_slopes_and_piles(ShapeList& shapes) {
   const auto slope = std::make_shared<Slope>();
-  shape("slope", "A wedge on two joint planes of a rock slope")
+  shapes.add("slope", "A wedge on two joint planes of a rock slope")
       .length("--height", slope->height, "m")
       .angle("--plunge-deg", slope->plunge_deg, 89)
       .angle("--wedge-angle-deg", slope->wedge_angle_deg, 179)
       .angle("--face-dip-deg", slope->face_dip_deg, 90)
       .length("--run-out", slope->run_out, "m, of the planes beyond the toe")
       .end([slope](const Stone& s) { make_slope(s, *slope); });
+  const auto jointed = std::make_shared<JointedSlope>();
+  shapes.add("jointed-slope", "Sheets of blocks on a plane at rest, then without their toe")
+      .angle("--dip-deg", jointed->dip_deg, 89)
+      .length("--block-length", jointed->block_length, "m, along the dip")
+      .length("--block-width", jointed->block_width, "m")
+      .length("--block-height", jointed->block_height, "m")
+      .count("--rows", jointed->rows, 1)
+      .count("--columns", jointed->columns, 1)
+      .count("--sheets", jointed->sheets, 1)
+      .end([jointed](const Stone& s) { make_jointed_slope(s, *jointed); });
   const auto pile = std::make_shared<Pile>();
-  shape("pile", "Boxes turned at random that fall on the ground")
+  shapes.add("pile", "Boxes turned at random that fall on the ground")
       .length("--size", pile->size, "m, longest side")
       .count("--blocks", pile->blocks, 1)
       .count("--seed", pile->seed, 0)
       .end([pile](const Stone& s) { make_pile(s, *pile); });
+  const auto bin = std::make_shared<Bin>();
+  shapes.add("bin", "Hulls of random points that fall into a bin and come to rest")
+      .length("--size", bin->size, "m, at most across")
+      .count("--blocks", bin->blocks, 1)
+      .count("--seed", bin->seed, 0)
+      .end([bin](const Stone& s) { make_bin(s, *bin); });
+}
+
+}  // namespace
+
+void add_make_command(CLI::App& app, int& exit_code) {
+  CLI::App* make = app.add_subcommand(
+      "make", "Write a scene to read and change: structures that stand, and moving ones");
+  make->require_subcommand(1);
+  ShapeList shapes(*make, exit_code);
+  add_walls(shapes);
+  add_curved(shapes);
+  add_straight(shapes);
+  add_slopes_and_piles(shapes);
 }
 
 }  // namespace quoin::commands

@@ -13,6 +13,7 @@
 #include "checkpoint.hpp"
 #include "commands.hpp"
 #include "output_folder.hpp"
+#include "path_to_write.hpp"
 #include "run_files.hpp"
 #include "scene_file/run_scene.hpp"
 #include "stop.hpp"
@@ -246,9 +247,9 @@ SceneFile opened(RunArguments& arguments, Output& output) {
 }
 
 int run(RunArguments& arguments) {
-  catch_signals();
   Output output;
   const SceneFile file = opened(arguments, output);
+  catch_signals();  // until here a signal ends the process, and nothing is lost
   if (output.folder) output.files.emplace(*output.folder, file, output.checkpoint);
   RunResult result = run_with_files(file, arguments, output);
   if (!output.folder) {
@@ -283,6 +284,19 @@ CLI::Validator wall_seconds() {
       "SECONDS");
 }
 
+void add_clocks(CLI::App& command, RunArguments& arguments) {
+  command
+      .add_option("--max-seconds", arguments.max_seconds,
+                  "end after this wall time, s, with all files of the state reached and a "
+                  "checkpoint (default: no limit)")
+      ->check(wall_seconds());
+  command
+      .add_option("--checkpoint", arguments.request.checkpoint_seconds,
+                  "write a checkpoint in the folder every so many seconds of wall time (default: "
+                  "only when the run is ended early)")
+      ->check(wall_seconds());
+}
+
 }  // namespace
 
 void add_run_command(CLI::App& app, int& exit_code) {
@@ -296,6 +310,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
       "folder for summary.json, history.csv, blocks.csv, contacts.csv, blocks.pvd and "
       "contacts.pvd; "
       "takes the place of earlier results, of nothing else (default: no files)");
+  out->check(path_to_write());
   command->add_flag("--json", arguments->json, "print summary.json on standard output");
   CLI::Option* set = command->add_option(
       "--set", request.changes,
@@ -307,16 +322,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
       "a step that does not converge, a static stage that does not come to rest: stop, or accept "
       "the best state and go on (the exit code is 1 all the same)");
   on_failure->check(CLI::IsMember({"stop", "accept"}))->capture_default_str();
-  command
-      ->add_option("--max-seconds", arguments->max_seconds,
-                   "end after this wall time, s, with all files of the state reached and a "
-                   "checkpoint (default: no limit)")
-      ->check(wall_seconds());
-  command
-      ->add_option("--checkpoint", request.checkpoint_seconds,
-                   "write a checkpoint in the folder every so many seconds of wall time (default: "
-                   "only when the run is ended early)")
-      ->check(wall_seconds());
+  add_clocks(*command, *arguments);
   command
       ->add_option("--resume", arguments->resume,
                    "go on with the run that was killed or ended early, to the bit; DIR: its --out")

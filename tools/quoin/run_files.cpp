@@ -117,6 +117,9 @@ json monitors_json(const SceneFile& file, const RunResult& result) {
                  {"stress", vector(value.stress)},
                  {"strain", vector(value.strain)}};
         break;
+      case Monitor::Kind::FixedPoints:
+        shown = {{"force", vector(value.force)}};
+        break;
       case Monitor::Kind::Point:
         shown = {{"displacement", vector(value.displacement)},
                  {"velocity", vector(value.velocity)},
@@ -225,6 +228,8 @@ std::vector<const char*> columns_of(Monitor::Kind kind) {
       return {"px",        "py",        "pz",        "lx",        "ly",        "lz",
               "stress_xx", "stress_yy", "stress_zz", "stress_xy", "stress_yz", "stress_zx",
               "strain_xx", "strain_yy", "strain_zz", "strain_xy", "strain_yz", "strain_zx"};
+    case Monitor::Kind::FixedPoints:
+      return {"fx", "fy", "fz"};
     case Monitor::Kind::Point:
       break;
   }
@@ -320,6 +325,9 @@ void RunFiles::write_history_line(const StepView& view) {
       case Monitor::Kind::Group:
         history_->numbers(value.momentum).numbers(value.angular_momentum);
         history_->numbers(value.stress).numbers(value.strain);
+        break;
+      case Monitor::Kind::FixedPoints:
+        history_->numbers(value.force);
         break;
       case Monitor::Kind::Point:
         history_->numbers(value.displacement).numbers(value.velocity).numbers(value.rotation);

@@ -14,6 +14,7 @@
 
 #include "commands.hpp"
 #include "output_folder.hpp"
+#include "path_to_write.hpp"
 #include "scene_file/read_json.hpp"
 #include "scene_file/run_scene.hpp"
 #include "scene_file/study_grid.hpp"
@@ -125,9 +126,11 @@ void add_study_command(CLI::App& app, int& exit_code) {
   command->add_option("--set", arguments->changes, "change the scene first, as for run")
       ->type_name("NAME=VALUE");
   command->add_flag("--json", arguments->json, "print study.json on standard output, not CSV");
-  command->add_option("--out", arguments->out,
-                      "folder for study.csv and study.json; takes the place of earlier results, of "
-                      "nothing else (default: no files)");
+  command
+      ->add_option("--out", arguments->out,
+                   "folder for study.csv and study.json; takes the place of earlier results, of "
+                   "nothing else (default: no files)")
+      ->check(path_to_write());
   command
       ->add_option(
           "--max-seconds", arguments->max_seconds,

@@ -12,7 +12,8 @@ struct MonitorValue {
   Vector3 velocity = Vector3::Zero();          ///< m/s
   Vector3 rotation = Vector3::Zero();          ///< rotation vector, rad
   Vector3 angular_velocity = Vector3::Zero();  ///< world axes, rad/s
-  Vector3 force = Vector3::Zero();             ///< of contacts: on Monitor::blocks, N
+  Vector3 force =
+      Vector3::Zero();  ///< of contacts: on Monitor::blocks; of fixed points: on their blocks, N
   double normal_force = 0.0;                   ///< of contacts: sum, N
   Vector3 momentum = Vector3::Zero();          ///< of a group, N s
   Vector3 angular_momentum = Vector3::Zero();  ///< of a group about its centre of mass, N m s

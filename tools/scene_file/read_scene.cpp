@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <quoin/geometry/mass_properties.hpp>
+#include <set>
 
 #include "scene_file/mesh_file.hpp"
 #include "scene_file/overrides.hpp"
@@ -295,12 +296,18 @@ class Reader {
   }
 
   /// What a stage's override says of a block, after all that was said of it before.
-  void override_in_stage(const json& value, const std::string& pointer, solver::Block& block) {
+  void override_in_stage(const json& value, const std::string& pointer, int index, Stage& stage) {
+    solver::Block& block = file_.scene.blocks[static_cast<std::size_t>(index)];
     const Stated stated(value, pointer);
-    if (value.contains("kind")) set_kind(stated, false, block);
-    if (value.contains("kind") || value.contains("motion")) set_motion(stated, block);
-    if (value.contains("joint_group")) {
-      block.material.joint_group = new_joint_group(value["joint_group"]);
+    const auto says = [&](const char* key) { return value.contains(key); };
+    if (says("kind")) set_kind(stated, false, block);
+    if (says("material")) change_material(value["material"], pointer + "/material", block);
+    if (says("joint_group")) block.material.joint_group = new_joint_group(value["joint_group"]);
+    constexpr std::array kMotion = {"kind", "motion", "velocity", "angular_velocity",
+                                    "initial_stress"};
+    if (std::ranges::any_of(kMotion, says)) set_motion(stated, block);
+    if (says("velocity") || says("angular_velocity")) {
+      set_in_motion(value, pointer, index, stage);
     }
     if (!moves_freely(block)) return;
     const bool deformable = block.kind == BlockKind::Deformable;
@@ -308,6 +315,29 @@ class Reader {
       throw SceneError(pointer, "block " + shown(block.name) + " has no material" +
                                     (deformable ? " with young" : "") +
                                     ", which it needs to move freely");
+    }
+  }
+
+  /// A block that has a joint group of its own keeps it.
+  void change_material(const json& name, const std::string& pointer, solver::Block& block) const {
+    const int group = block.material.joint_group;
+    const auto before = materials_.find(block.material.name);
+    const bool own = group != (before == materials_.end() ? 0 : before->second.joint_group);
+    block.material = material(name, pointer);
+    if (own) block.material.joint_group = group;
+  }
+
+  static void set_in_motion(const json& value, const std::string& pointer, int block,
+                            Stage& stage) {
+    if (stage.analysis != solver::Analysis::Dynamic) {
+      throw SceneError(pointer + (value.contains("velocity") ? "/velocity" : "/angular_velocity"),
+                       "in a static stage nothing has a velocity");
+    }
+    std::vector<StageVelocity>& known = stage.velocities;
+    if (known.empty() || known.back().block != block) known.push_back({.block = block});
+    if (value.contains("velocity")) known.back().velocity = read_vector(value["velocity"]);
+    if (value.contains("angular_velocity")) {
+      known.back().angular_velocity = read_vector(value["angular_velocity"]);
     }
   }
 
@@ -557,7 +587,8 @@ class Reader {
   void read_fixed_point(const json& value, const std::string& pointer) {
     solver::FixedPoint fixed{.block = loaded_block(value, pointer),
                              .point = read_vector(value["point"]),
-                             .displacement = {}};
+                             .displacement = {},
+                             .name = value.value("name", value["block"].get<std::string>())};
     if (value.contains("displacement")) {
       fixed.displacement = vector_of_time(value["displacement"], pointer + "/displacement");
     }
@@ -702,7 +733,7 @@ class Reader {
     };
     solver::Scene& scene = file_.scene;
     if (given("gravity")) scene.gravity = vector_of_time(value["gravity"], pointer + "/gravity");
-    if (given("overrides")) override_blocks(value["overrides"], pointer + "/overrides");
+    if (given("overrides")) override_blocks(value["overrides"], pointer + "/overrides", stage);
     if (given("joint")) scene.joint = joint(value["joint"]);
     if (given("joints")) {
       scene.pair_joints.clear();
@@ -736,12 +767,12 @@ class Reader {
     }
   }
 
-  void override_blocks(const json& overrides, const std::string& pointer) {
+  void override_blocks(const json& overrides, const std::string& pointer, Stage& stage) {
     const auto numbers = match_overrides(overrides, pointer, labels(), parameters_);
     for (std::size_t b = 0; b < numbers.size(); ++b) {
       for (const int number : numbers[b]) {
         const auto i = static_cast<std::size_t>(number);
-        override_in_stage(overrides[i], at(pointer, i), file_.scene.blocks[b]);
+        override_in_stage(overrides[i], at(pointer, i), static_cast<int>(b), stage);
       }
     }
   }
@@ -755,6 +786,9 @@ class Reader {
     } else if (value.contains("blocks")) {
       monitor.kind = Monitor::Kind::Group;
       monitor.blocks = blocks_named(value["blocks"], pointer + "/blocks");
+    } else if (value.contains("fixed_points")) {
+      monitor.kind = Monitor::Kind::FixedPoints;
+      monitor.fixed_points = fixed_points_named(value["fixed_points"], pointer + "/fixed_points");
     } else {
       monitor.blocks = {block_named(value["block"], pointer + "/block")};
       if (value.contains("point")) {
@@ -769,6 +803,27 @@ class Reader {
     file_.monitors.push_back(std::move(monitor));
   }
 
+  /// Names of the fixed points of all stages that are meant, ascending.
+  std::vector<std::string> fixed_points_named(const json& names, const std::string& pointer) const {
+    std::vector<BlockLabel> known;  // by its own name or its block's
+    const auto add_all = [&](const solver::Scene& scene) {
+      for (const solver::FixedPoint& point : scene.fixed_points) {
+        const std::string& block = scene.blocks[static_cast<std::size_t>(point.block)].name;
+        known.push_back({.name = point.name, .file_name = block});
+      }
+    };
+    add_all(file_.scene);
+    for (const Stage& stage : file_.stages) {
+      if (stage.scene) add_all(*stage.scene);
+    }
+    const std::vector<char> meant = match_blocks(names, pointer, known);
+    std::set<std::string> result;
+    for (std::size_t i = 0; i < known.size(); ++i) {
+      if (meant[i]) result.emplace(known[i].name);
+    }
+    return {result.begin(), result.end()};
+  }
+
   static Quantity quantity(const std::string& name) {
     return name == "displacement"       ? Quantity::Displacement
            : name == "velocity"         ? Quantity::Velocity
@@ -781,10 +836,17 @@ class Reader {
                                         : Quantity::Force;
   }
 
-  static Monitor::Kind shown_by(Quantity quantity) {
-    return quantity == Quantity::Force      ? Monitor::Kind::Contact
-           : quantity >= Quantity::Momentum ? Monitor::Kind::Group
-                                            : Monitor::Kind::Point;
+  static bool shows(Monitor::Kind kind, Quantity quantity) {
+    switch (kind) {
+      case Monitor::Kind::Contact:
+      case Monitor::Kind::FixedPoints:
+        return quantity == Quantity::Force;
+      case Monitor::Kind::Group:
+        return quantity >= Quantity::Momentum;
+      case Monitor::Kind::Point:
+        break;
+    }
+    return quantity < Quantity::Force;
   }
 
   void read_reference(const json& value, const std::string& pointer) {
@@ -796,7 +858,7 @@ class Reader {
       throw SceneError(pointer + "/monitor", "there is no monitor " + shown(value["monitor"]));
     }
     reference.monitor = static_cast<int>(found - file_.monitors.begin());
-    if (shown_by(reference.quantity) != found->kind) {
+    if (!shows(found->kind, reference.quantity)) {
       throw SceneError(pointer + "/quantity", "monitor " + value["monitor"].dump() + " has no " +
                                                   value["quantity"].get<std::string>());
     }

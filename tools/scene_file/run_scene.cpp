@@ -56,8 +56,11 @@ class Watch {
   void begin(const State& state) {
     start_ = {};
     for (std::size_t m = 0; m < file_.monitors.size(); ++m) {
-      start_.places.push_back(solver::local_point(state, file_.monitors[m].blocks[0], arms_[m]));
-      start_.rotations.push_back(block(state, m).rotation);
+      const bool moves = file_.monitors[m].kind == Monitor::Kind::Point;
+      start_.places.push_back(
+          moves ? solver::local_point(state, file_.monitors[m].blocks[0], arms_[m])
+                : Vector3(Vector3::Zero()));
+      start_.rotations.push_back(moves ? block(state, m).rotation : Eigen::Quaterniond::Identity());
     }
   }
 
@@ -70,10 +73,20 @@ class Watch {
     std::vector<MonitorValue> result;
     for (std::size_t m = 0; m < file_.monitors.size(); ++m) {
       const Monitor& monitor = file_.monitors[m];
-      result.push_back(
-          monitor.kind == Monitor::Kind::Contact ? contact_value(simulation.state(), sides_[m])
-          : monitor.kind == Monitor::Kind::Group ? group_value(simulation, monitor.blocks)
-                                                 : point_value(simulation.state(), m));
+      switch (monitor.kind) {
+        case Monitor::Kind::Contact:
+          result.push_back(contact_value(simulation.state(), sides_[m]));
+          break;
+        case Monitor::Kind::Group:
+          result.push_back(group_value(simulation, monitor.blocks));
+          break;
+        case Monitor::Kind::FixedPoints:
+          result.push_back(held_value(simulation, monitor.fixed_points));
+          break;
+        case Monitor::Kind::Point:
+          result.push_back(point_value(simulation.state(), m));
+          break;
+      }
     }
     return result;
   }
@@ -115,6 +128,17 @@ class Watch {
       if (on_b) value.force += force_on_b(contact);
       if (on_a) value.force -= force_on_b(contact);
       if (on_a || on_b) value.normal_force += contact.normal_force;
+    }
+    return value;
+  }
+
+  static MonitorValue held_value(const Simulation& simulation,
+                                 const std::vector<std::string>& names) {
+    MonitorValue value;
+    const std::vector<solver::FixedPoint>& points = simulation.scene().fixed_points;
+    for (std::size_t h = 0; h < points.size(); ++h) {
+      if (!std::ranges::binary_search(names, points[h].name)) continue;
+      value.force += simulation.state().held_forces[h];
     }
     return value;
   }
@@ -250,8 +274,11 @@ class Runner {
 
   void run_stage(std::size_t index) {
     const Stage& stage = file_.stages[index];
-    if (index >= result_.stages.size()) begin_stage(index);
-    if (!must_stop()) {
+    if (index >= result_.stages.size()) {
+      begin_stage(index);
+      must_stop();  // a stage that is gone on with takes a step at least
+    }
+    if (going_) {
       stage.analysis == Analysis::Dynamic ? run_dynamic(stage) : run_static(stage);
     }
     result_.stages.back().done = going_;
@@ -268,6 +295,7 @@ class Runner {
     simulation_.set_options(step_options(stage));
     note_left_out();
     if (stage.analysis == Analysis::Dynamic && !dynamic_start_) begin_dynamic();
+    set_velocities(stage);
     stage_start_ = dynamic_time();
     const State& state = simulation_.state();
     moved_from_.clear();
@@ -422,13 +450,29 @@ class Runner {
   /// Velocities of the scene, after stages that brought it to rest.
   void set_initial_velocities() {
     const std::vector<solver::Block>& blocks = simulation_.scene().blocks;
+    std::vector<solver::BlockVelocity> given;
     for (std::size_t b = 0; b < blocks.size(); ++b) {
       const solver::Block& block = blocks[b];
       if (block.kind >= solver::BlockKind::Fixed) continue;
       if (!block.velocity.isZero(0.0) || !block.angular_velocity.isZero(0.0)) {
-        simulation_.set_velocity(static_cast<int>(b), block.velocity, block.angular_velocity);
+        given.push_back({static_cast<int>(b), block.velocity, block.angular_velocity});
       }
     }
+    if (!given.empty()) simulation_.set_velocities(given);
+  }
+
+  /// Those that a stage states.
+  void set_velocities(const Stage& stage) {
+    std::vector<solver::BlockVelocity> given;
+    for (const StageVelocity& stated : stage.velocities) {
+      const auto b = static_cast<std::size_t>(stated.block);
+      const BlockState& now = simulation_.state().blocks[b];
+      if (simulation_.scene().blocks[b].kind >= solver::BlockKind::Fixed) continue;
+      given.push_back(
+          {stated.block, stated.velocity.value_or(now.velocity),
+           stated.angular_velocity.value_or(Vector3(now.rotation * now.angular_velocity))});
+    }
+    if (!given.empty()) simulation_.set_velocities(given);
   }
 
   void note_flags(const StepReport& report) {

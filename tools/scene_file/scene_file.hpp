@@ -14,6 +14,13 @@ namespace quoin::scene_file {
 
 using solver::Vector3;
 
+/// What a stage says of a block's motion; what it does not say stays.
+struct StageVelocity {
+  int block = 0;
+  std::optional<Vector3> velocity{};          ///< of the centroid, m/s
+  std::optional<Vector3> angular_velocity{};  ///< rad/s
+};
+
 /// One part of a run. It ends at the first of its stop rules; one without `steps`, `end_time` or
 /// `duration` (static, settle) at rest.
 struct Stage {
@@ -29,16 +36,18 @@ struct Stage {
   double time_step = 0.0;       ///< s
   bool reset_displacements = false;              ///< they count from the start of this stage
   std::shared_ptr<const solver::Scene> scene{};  ///< from this stage on; null: as before
+  std::vector<StageVelocity> velocities{};       ///< dynamic: when the stage begins
 };
 
-/// Something to watch: a material point of a block, the contacts between blocks, or a group of
-/// blocks.
+/// Something to watch: a material point of a block, the contacts between blocks, a group of blocks,
+/// or fixed points.
 struct Monitor {
-  enum class Kind : std::uint8_t { Point, Contact, Group } kind = Kind::Point;
+  enum class Kind : std::uint8_t { Point, Contact, Group, FixedPoints } kind = Kind::Point;
   std::string name{};
   std::vector<int>
       blocks{};  ///< of a point: one; of contacts: those that the force pushes; ascending
-  std::vector<int> others{};       ///< of contacts: those that push; ascending
+  std::vector<int> others{};                ///< of contacts: those that push; ascending
+  std::vector<std::string> fixed_points{};  ///< names, ascending
   std::optional<Vector3> point{};  ///< place of the material point at the start, m; none: centroid
 };
 

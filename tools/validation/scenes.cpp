@@ -104,11 +104,13 @@ void settle(solver::Simulation& simulation, solver::Analysis analysis) {
   solver::StepOptions options = simulation.options();
   options.analysis = analysis;
   simulation.set_options(options);
+  std::vector<solver::BlockVelocity> velocities;
   for (std::size_t b = 0; b < simulation.scene().blocks.size(); ++b) {
     const solver::Block& block = simulation.scene().blocks[b];
     if (block.velocity.isZero(0.0) && block.angular_velocity.isZero(0.0)) continue;
-    simulation.set_velocity(static_cast<int>(b), block.velocity, block.angular_velocity);
+    velocities.push_back({static_cast<int>(b), block.velocity, block.angular_velocity});
   }
+  simulation.set_velocities(velocities);
 }
 
 double run_for(solver::Simulation& simulation, double duration) {

@@ -131,52 +131,78 @@ namespace {
 constexpr double kAugmentation = 1e5;
 constexpr double kStrainAugmentation = 1e2;
 
-/// v^T M v of the first `n` unknowns.
-template <int n>
-double square(const Matrix12& matrix, const Vector12& v) {
-  const Eigen::Vector<double, n> part = v.head<n>();
-  return part.dot(matrix.topLeftCorner<n, n>().lazyProduct(part));
+/// J M J^T of the two tangential rows, `n` unknowns from `first` on.
+template <int first, int n>
+Eigen::Matrix2d tangential(const Matrix12& matrix, const Matrix3x12& jacobian) {
+  const Eigen::Matrix<double, 2, n> rows = jacobian.bottomRows<2>().middleCols<n>(first);
+  return rows * matrix.block<n, n>(first, first) * rows.transpose();
 }
 
-double strain_compliance(const LinearContact& c, int row, const std::vector<Matrix12>& compliance) {
-  double sum = 0.0;
+/// v^T M v of `n` unknowns from `first` on.
+template <int first, int n>
+double square(const Matrix12& matrix, const Vector12& v) {
+  const Eigen::Vector<double, n> part = v.segment<n>(first);
+  return part.dot(matrix.block<n, n>(first, first).lazyProduct(part));
+}
+
+/// Of a symmetric matrix.
+double largest_eigenvalue(const Eigen::Matrix2d& m) {
+  return 0.5 * (m(0, 0) + m(1, 1)) + std::hypot(0.5 * (m(0, 0) - m(1, 1)), m(0, 1));
+}
+
+double augmentation(double compliance, double strain_compliance) {
+  return kAugmentation / compliance +
+         (strain_compliance > 0.0 ? kStrainAugmentation / strain_compliance : 0.0);
+}
+
+/// Calls `add` with the compliance and the Jacobian of each of the contact's blocks that has
+/// unknowns, and whether it deforms.
+template <class Add>
+void for_each_side(const LinearContact& c, const std::vector<Matrix12>& compliance,
+                   const Add& add) {
   for (const auto& [slot, jacobian] :
        {std::pair{c.slot_a, &c.jacobian_a}, std::pair{c.slot_b, &c.jacobian_b}}) {
     if (slot < 0) continue;
-    const Vector6 strain = jacobian->row(row).tail<6>();
-    if (strain.isZero(0.0)) continue;
-    sum +=
-        strain.dot(compliance[static_cast<std::size_t>(slot)].bottomRightCorner<6, 6>() * strain);
+    const bool deforms = (jacobian->template rightCols<6>().array() != 0.0).any();
+    add(compliance[static_cast<std::size_t>(slot)], *jacobian, deforms);
   }
-  return sum;
-}
-
-double augmentation(const LinearContact& c, int row, const std::vector<Matrix12>& compliance) {
-  const double strain = strain_compliance(c, row, compliance);
-  return kAugmentation / compliance_along(c, row, compliance) +
-         (strain > 0.0 ? kStrainAugmentation / strain : 0.0);
 }
 
 }  // namespace
 
-double compliance_along(const LinearContact& c, int row, const std::vector<Matrix12>& compliance) {
+double normal_compliance(const LinearContact& c, const std::vector<Matrix12>& compliance) {
   double sum = 0.0;
-  for (const auto& [slot, jacobian] :
-       {std::pair{c.slot_a, &c.jacobian_a}, std::pair{c.slot_b, &c.jacobian_b}}) {
-    if (slot < 0) continue;
-    const Vector12 motion = jacobian->row(row);
-    const Matrix12& matrix = compliance[static_cast<std::size_t>(slot)];
-    sum += motion.tail<6>().isZero(0.0) ? square<6>(matrix, motion) : square<12>(matrix, motion);
-  }
+  for_each_side(c, compliance,
+                [&](const Matrix12& matrix, const Matrix3x12& jacobian, bool deforms) {
+                  const Vector12 row = jacobian.row(0);
+                  sum += deforms ? square<0, 12>(matrix, row) : square<0, 6>(matrix, row);
+                });
   return sum;
 }
 
+double shear_compliance(const LinearContact& c, const std::vector<Matrix12>& compliance) {
+  Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
+  for_each_side(
+      c, compliance, [&](const Matrix12& matrix, const Matrix3x12& jacobian, bool deforms) {
+        sum += deforms ? tangential<0, 12>(matrix, jacobian) : tangential<0, 6>(matrix, jacobian);
+      });
+  return largest_eigenvalue(sum);
+}
+
 void set_augmentation(const std::vector<Matrix12>& compliance, LinearContact& linear) {
-  linear.normal_stiffness = augmentation(linear, 0, compliance);
+  double strain = 0.0;
+  Eigen::Matrix2d strain_shear = Eigen::Matrix2d::Zero();
+  for_each_side(linear, compliance,
+                [&](const Matrix12& matrix, const Matrix3x12& jacobian, bool deforms) {
+                  if (!deforms) return;
+                  strain += square<6, 6>(matrix, jacobian.row(0));
+                  strain_shear += tangential<6, 6>(matrix, jacobian);
+                });
+  linear.normal_stiffness = augmentation(normal_compliance(linear, compliance), strain);
   linear.shear_stiffness = 0.0;
   if (linear.law == ContactLaw::Frictionless) return;
   linear.shear_stiffness =
-      std::min(augmentation(linear, 1, compliance), augmentation(linear, 2, compliance));
+      augmentation(shear_compliance(linear, compliance), largest_eigenvalue(strain_shear));
 }
 
 void linearise_velocity(const BodyContact& contact, const StepPoses& poses, LinearContact& linear) {

@@ -31,9 +31,10 @@ void linearise_velocity(const BodyContact& contact, const StepPoses& poses, Line
 /// compliance: inverse of each block's K, by slot.
 void set_augmentation(const std::vector<Matrix12>& compliance, LinearContact& linear);
 
-/// Displacement of the contact's row 0, 1 or 2 per unit force on it, blocks alone, m/N.
-double compliance_along(const LinearContact& linear, int row,
-                        const std::vector<Matrix12>& compliance);
+/// Displacement of the contact per unit force on it, blocks alone, m/N: along the normal, and along
+/// the softest tangent, so that nothing hangs on how t1 and t2 lie.
+double normal_compliance(const LinearContact& linear, const std::vector<Matrix12>& compliance);
+double shear_compliance(const LinearContact& linear, const std::vector<Matrix12>& compliance);
 
 /// Unit vectors t1, t2 that complete n to a right-handed frame, t1 normal to the contact's axis:
 /// they turn smoothly with n through a step.

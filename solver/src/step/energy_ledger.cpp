@@ -137,7 +137,7 @@ double stiffest_omega_dt(std::span<const LinearContact> linear,
   for (const LinearContact& c : linear) {
     if (!c.compliant || c.mode == ContactMode::Open) continue;
     largest =
-        std::max(largest, std::sqrt(2.0 * c.normal_spring * compliance_along(c, 0, compliance)));
+        std::max(largest, std::sqrt(2.0 * c.normal_spring * normal_compliance(c, compliance)));
   }
   return largest;
 }

@@ -85,8 +85,7 @@ bool slides_on(const ImpactStep& at, const BodyContact& contact, const LinearCon
   const Vector3 now = relative_velocity(contact, c, at.end);
   const double friction = c.multiplier.tail<2>().norm();
   const std::vector<Matrix12>& compliance = at.terms.compliance;
-  const double stopped =
-      friction * std::max(compliance_along(c, 1, compliance), compliance_along(c, 2, compliance));
+  const double stopped = friction * shear_compliance(c, compliance);
   return now.tail<2>().dot(c.multiplier.tail<2>()) <= 0.0 &&
          now.tail<2>().norm() * at.step.length > kCreep * stopped;
 }
@@ -125,7 +124,8 @@ std::optional<VelocityContact> velocity_contact(const ImpactStep& at, const Body
   c.start = c.offset;
   result.bounce = full_bounce(at, contact, position, c);
   c.multiplier = 2.0 * force_in_frame(contact.state, contact, contact.state.point.normal);
-  if (c.law == ContactLaw::Coulomb && position.mode == ContactMode::Slip && contact.was_closed) {
+  const bool resting = contact.was_closed || !contact.state.impact;
+  if (c.law == ContactLaw::Coulomb && position.mode == ContactMode::Slip && resting) {
     if (slides_on(at, contact, c)) c.law = ContactLaw::Frictionless;
   }
   if (c.law == ContactLaw::Frictionless) c.multiplier.tail<2>().setZero();

@@ -187,7 +187,7 @@ double contact_spring(const CompiledScene& compiled, const StepOptions& options)
   double penalty = 0.0, weight = 0.0;
   const double gravity = std::max(compiled.scene.gravity.at(0.0).norm(), kLeastGravity);
   for (const BlockModel& model : compiled.models) {
-    penalty = std::max(penalty, kSpringOfBlock * model.elasticity.axial() * model.size);
+    penalty = std::max(penalty, kSpringOfBlock * model.elasticity(0, 0) * model.size);
     weight = std::max(weight, model.mass * gravity);
   }
   return penalty > 0.0 ? penalty : kSpringOfWeight * weight / compiled.smallest_size;

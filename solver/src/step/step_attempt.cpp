@@ -155,6 +155,10 @@ void attempt_positions(const SubStep& step, const LastSubStep& last,
   for (const int block : step.island.slots.block_of_slot) {
     blocks.end[index(block)] = end_state(step, poses, index(block));
   }
+  attempt.held_forces.clear();
+  for (const LinearContact& held : std::span(attempt.linear).subspan(contacts.size())) {
+    attempt.held_forces.push_back(held.force);
+  }
   attempt.first_impact = first_impact(step, std::span(attempt.linear).first(contacts.size()));
   attempt.hit = hit_blocks(step, contacts, attempt.linear, Impacts::Solved);
   attempt.contacts = contacts_at_end(contacts, attempt.linear, attempt.hit, poses);

@@ -19,6 +19,7 @@ struct Attempt {
   double first_impact = 0.0;          ///< share of the sub-step before it; 0: none
   std::vector<char> hit;              ///< by slot: an impact passes through it
   std::vector<LinearContact> linear;  ///< as solved: contacts, then held points
+  std::vector<Vector3> held_forces;   ///< on the blocks, of IslandBlocks::held, N
   std::vector<BodyContact> contacts;  ///< with forces and modes at the end
 };
 

@@ -115,6 +115,12 @@ double stored_energy(const CompiledScene& compiled, const Island& island,
   return sum;
 }
 
+void set_held_forces(const Island& island, State& state) {
+  for (std::size_t h = 0; h < island.attempt.held_forces.size(); ++h) {
+    state.held_forces[index(island.blocks.held[h])] = island.attempt.held_forces[h];
+  }
+}
+
 /// The attempt is the island's next sub-step.
 void accept(const StepRun& run, Island& island) {
   Workspace& work = run.work;
@@ -133,6 +139,7 @@ void accept(const StepRun& run, Island& island) {
     work.last.velocity[slot] = velocity_vector(now);
     now = work.end[index(block)];
   }
+  set_held_forces(island, work.now);
   island.time = step.end_time();
   island.done += island.length;
   if (island.length_after > 0.0) island.length = std::exchange(island.length_after, 0.0);
@@ -261,6 +268,7 @@ void start(const StepRun& run, std::span<Island* const> islands) {
   Workspace& work = run.work;
   work.now.blocks = work.end = run.state.blocks;
   work.now.energy = run.state.energy;
+  work.now.held_forces = run.state.held_forces;
   for (Island* island : islands) {
     island->time = run.state.time;
     island->done = 0.0;
@@ -286,6 +294,7 @@ void commit(const StepRun& run, double reached, std::span<Island* const> islands
   }
   std::swap(work.motion, work.motion_end);
   std::swap(state.blocks, work.now.blocks);
+  std::swap(state.held_forces, work.now.held_forces);
   state.energy = work.now.energy;
   state.energy.kinetic = kinetic_energy(run.compiled, state);
   state.energy.strain = strain_energy(run.compiled, state);
@@ -307,6 +316,8 @@ State attempted(const StepRun& run, const Island& island) {
   best.origin = run.state.origin;
   best.energy = run.work.now.energy;
   best.blocks = run.work.end;
+  best.held_forces = run.work.now.held_forces;
+  set_held_forces(island, best);
   best.contacts = island.history_end;
   return best;
 }

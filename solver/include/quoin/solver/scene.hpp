@@ -118,6 +118,7 @@ struct FixedPoint {
   int block = 0;
   Vector3 point = Vector3::Zero();
   VectorOfTime displacement;
+  std::string name{};  ///< for output; may be empty
 };
 
 /// What becomes of blocks that overlap at the start.

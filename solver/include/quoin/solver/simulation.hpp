@@ -6,6 +6,7 @@
 #include <iosfwd>
 #include <memory>
 #include <quoin/solver/state.hpp>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -191,6 +192,13 @@ struct StepReport {
 /// One line for a person: status, what was tried, residual.
 std::string describe(const StepReport& report);
 
+/// Of a block that can move.
+struct BlockVelocity {
+  int block = 0;
+  Vector3 velocity = Vector3::Zero();          ///< of the centroid, m/s
+  Vector3 angular_velocity = Vector3::Zero();  ///< world axes, rad/s
+};
+
 class Simulation {
  public:
   /// Checks the scene and compiles it. Throws InputError.
@@ -212,9 +220,10 @@ class Simulation {
   const StepOptions& options() const;
   int threads() const;  ///< at work: fewer than options().threads where the system starts no more
   void set_options(const StepOptions& options);  ///< from the next step on
-  /// From the next step on: velocity of the centroid (m/s) and angular velocity (rad/s), world
-  /// axes; a settled scene starts to move so. Throws InputError for a block without unknowns.
-  void set_velocity(int block, const Vector3& velocity, const Vector3& angular_velocity);
+  /// From the next step on these blocks move so; a settled scene starts to move. The energy that
+  /// this brings or takes counts as work. Throws InputError for a block without unknowns, and
+  /// changes nothing.
+  void set_velocities(std::span<const BlockVelocity> velocities);
   /// From the next step on the scene is this one: the same blocks with the same shapes in the same
   /// placements, in other kinds, with other materials, joints, motions, loads, held points,
   /// gravity. Places, strains, contacts and their history stay, and velocities of what can move. A

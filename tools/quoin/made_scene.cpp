@@ -1,0 +1,147 @@
+#include "made_scene.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+
+#include "scene_file/scene_error.hpp"
+
+namespace quoin::commands {
+namespace {
+
+using json = nlohmann::ordered_json;
+using Vector3 = Eigen::Vector3d;
+
+/// A length in m, to a picometre: what is shared by two blocks is the same number in both.
+double rounded(double x) {
+  const double value = std::round(x * 1e12) / 1e12;
+  return value == 0.0 ? 0.0 : value;
+}
+
+json points(const std::vector<Vector3>& list) {
+  json all = json::array();
+  for (const Vector3& point : list) {
+    all.push_back(vector(point));
+  }
+  return all;
+}
+
+}  // namespace
+
+json vector(const Vector3& v) { return {rounded(v.x()), rounded(v.y()), rounded(v.z())}; }
+
+json box(const Vector3& min, const Vector3& max) {
+  return {{"type", "box"}, {"min", vector(min)}, {"max", vector(max)}};
+}
+
+json prism(const std::vector<Vector3>& polygon, const Vector3& sweep) {
+  return {{"type", "prism"}, {"polygon", points(polygon)}, {"sweep", vector(sweep)}};
+}
+
+json hull(const std::vector<Vector3>& list) { return {{"type", "hull"}, {"points", points(list)}}; }
+
+std::string numbered(const std::string& stem, int number) { return stem + std::to_string(number); }
+
+std::string numbered(const std::string& stem, int first, int second) {
+  return stem + std::to_string(first) + "_" + std::to_string(second);
+}
+
+Made::Made(const Stone& stone, std::string title)
+    : stone_(stone), title_(std::move(title)), parameters_{{"phi", stone.friction_deg}} {}
+
+json& Made::add(const std::string& name, json shape) {
+  blocks_.push_back({{"name", name},
+                     {"kind", stone_.young > 0 ? "deformable" : "rigid"},
+                     {"material", "stone"},
+                     {"shape", std::move(shape)}});
+  return blocks_.back();
+}
+
+json& Made::add_box(const std::string& name, const Vector3& corner, const Vector3& size) {
+  json& block = add(name, box(Vector3::Zero(), size));
+  block["pose"] = {{"translation", vector(corner)}};
+  return block;
+}
+
+void Made::add_turned(const std::string& name, json shape, const Eigen::Quaterniond& turn,
+                      const Vector3& about) {
+  add(name, std::move(shape))["pose"] = {
+      {"rotation",
+       {{"quaternion",
+         {rounded(turn.w()), rounded(turn.x()), rounded(turn.y()), rounded(turn.z())}}}},
+      {"about", vector(about)}};
+}
+
+void Made::add_fixed(const std::string& name, json shape) {
+  blocks_.push_back({{"name", name}, {"kind", "fixed"}, {"shape", std::move(shape)}});
+}
+
+void Made::watch(const std::string& block) {
+  monitors_.push_back({{"name", block}, {"block", block}});
+}
+
+void Made::set(const std::string& parameter, double value) { parameters_[parameter] = value; }
+
+double Made::end_time(double otherwise) const {
+  return stone_.end_time > 0 ? stone_.end_time : otherwise;
+}
+
+void Made::save_standing(double time_step) const {
+  json stages = json::array({json{{"analysis", "static"}}});
+  if (stone_.end_time > 0) {
+    stages.push_back({{"analysis", "dynamic"}, {"end_time", stone_.end_time}});
+  }
+  save(time_step, stages);
+}
+
+void Made::save_moving(double time_step, double otherwise) const {
+  save(time_step, json::array({json{{"analysis", "dynamic"}, {"end_time", end_time(otherwise)}}}));
+}
+
+void Made::save_changing(double time_step, double otherwise, const json& change) const {
+  json moving = {{"analysis", "dynamic"}, {"duration", end_time(otherwise)}};
+  moving.update(change);
+  save(time_step, json::array({json{{"analysis", "static"}}, moving}));
+}
+
+void Made::save(double time_step, const json& stages) const {
+  json material = {{"density", stone_.density}};
+  if (stone_.young > 0) {
+    material["young"] = stone_.young;
+  }
+  const json head = {{"title", title_},
+                     {"parameters", parameters_},
+                     {"materials", {{"stone", material}}},
+                     {"joint", {{"friction_angle_deg", "=phi"}}},
+                     {"time_step", time_step},
+                     {"stages", stages},
+                     {"monitors", monitors_}};
+  std::string text = "{\n";
+  for (const auto& [key, value] : head.items()) {
+    text += "  " + json(key).dump() + ": " + value.dump() + ",\n";
+  }
+  text += "  \"blocks\": [\n";
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    text += "    " + blocks_[b].dump() + (b + 1 < blocks_.size() ? ",\n" : "\n");
+  }
+  write(text + "  ]\n}\n");
+}
+
+void Made::write(const std::string& text) const {
+  if (stone_.out.empty()) {
+    std::fputs(text.c_str(), stdout);
+    return;
+  }
+  if (std::filesystem::is_regular_file(stone_.out)) {  // it may be a made scene that was changed
+    throw scene_file::FileError(stone_.out + ": is there already; take another name or remove it");
+  }
+  std::ofstream file(stone_.out);
+  file << text;
+  file.close();
+  if (!file) {
+    throw scene_file::FileError(stone_.out + ": can't be written");
+  }
+}
+
+}  // namespace quoin::commands
