@@ -19,8 +19,8 @@ ReferenceShape reference_shape(const geometry::Shape& shape);
 
 /// Isotropic: stress from strain, Pa; shear strains as gamma. Zero of a block that does not deform.
 struct Elasticity {
-  double lame = 0.0;   ///< Pa
-  double shear = 0.0;  ///< Pa
+  double lame = 0.0;                      ///< Pa
+  double shear = 0.0;                     ///< Pa
   double operator()(int i, int j) const;  ///< of the 6×6 matrix, Pa
   Eigen::Matrix<double, 6, 6> matrix() const;
   Vector6 operator*(const Vector6& strain) const;

@@ -247,9 +247,9 @@ SceneFile opened(RunArguments& arguments, Output& output) {
 }
 
 int run(RunArguments& arguments) {
+  catch_signals();
   Output output;
   const SceneFile file = opened(arguments, output);
-  catch_signals();  // until here a signal ends the process, and nothing is lost
   if (output.folder) output.files.emplace(*output.folder, file, output.checkpoint);
   RunResult result = run_with_files(file, arguments, output);
   if (!output.folder) {

@@ -595,6 +595,16 @@ class Reader {
     file_.scene.fixed_points.push_back(std::move(fixed));
   }
 
+  static solver::ContactIteration contact_iteration(const json& value,
+                                                    solver::ContactIteration otherwise) {
+    using solver::ContactIteration;
+    const std::string stated = value.value("contact_iteration", name(otherwise));
+    for (const auto known : {ContactIteration::InteriorPoint, ContactIteration::Automatic}) {
+      if (stated == name(known)) return known;
+    }
+    return ContactIteration::OpenClose;
+  }
+
   void read_options() {
     solver::StepOptions& options = file_.options;
     const std::string method = document_.value("method", "augmented_lagrangian");
@@ -602,11 +612,7 @@ class Reader {
                              solver::ContactMethod::Penalty}) {
       if (method == name(known)) options.method = known;
     }
-    const std::string iteration = document_.value("contact_iteration", "open_close");
-    for (const auto known :
-         {solver::ContactIteration::InteriorPoint, solver::ContactIteration::Automatic}) {
-      if (iteration == name(known)) options.contact_iteration = known;
-    }
+    options.contact_iteration = contact_iteration(document_, options.contact_iteration);
     options.scheme = document_.value("scheme", "") == "energy_momentum"
                          ? solver::TimeScheme::EnergyMomentum
                          : solver::TimeScheme::ConstantAcceleration;
@@ -629,8 +635,9 @@ class Reader {
                                : "missing key \"end_time\" or \"stages\"");
     }
     if (document_.contains("end_time")) {
-      file_.stages.push_back(
-          {.end_time = document_["end_time"], .time_step = file_.options.time_step});
+      file_.stages.push_back({.end_time = document_["end_time"],
+                              .time_step = file_.options.time_step,
+                              .contact_iteration = file_.options.contact_iteration});
     }
     find_absent();
     double reached = document_.value("end_time", 0.0);
@@ -652,6 +659,7 @@ class Reader {
                                             : solver::Analysis::Dynamic;
     stage.name = value.value("name", "");
     stage.time_step = value.value("time_step", file_.options.time_step);
+    stage.contact_iteration = contact_iteration(value, file_.options.contact_iteration);
     stage.max_steps = value.value("max_steps", stage.max_steps);
     stage.unbalance = value.value("unbalance", stage.unbalance);
     stage.until_rest = value.contains("until");

@@ -210,6 +210,7 @@ class Runner {
     solver::StepOptions options = file_.options;
     options.analysis = stage.analysis;
     options.time_step = stage.time_step;
+    options.contact_iteration = stage.contact_iteration;
     options.rest_unbalance = stage.unbalance;
     options.threads = options_.threads;
     options.contact_problem = options_.contact_problem;
