@@ -19,7 +19,7 @@ struct IslandCount {
   int interior_point_attempts = 0;
   double residual = 0.0, condition = 0.0, unbalance = 0.0, stiffest_omega_dt = 0.0;
   double rounding = 0.0;       ///< of a gap, m
-  double energy_growth = 0.0;  ///< largest of its sub-steps, J
+  double energy_growth = 0.0;  ///< largest of its sub-steps, J; may be negative
 };
 
 struct Island {

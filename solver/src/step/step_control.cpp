@@ -113,7 +113,8 @@ void accept(const StepRun& run, Island& island) {
   island.still = stood_still(run, island);
   const double before = stored_energy(run.compiled, island, work.stored);
   const double growth = book(step, energy, work.end, before, island.energy);
-  island.count.energy_growth = std::max(island.count.energy_growth, growth);
+  const bool first = island.count.sub_steps == 0;
+  island.count.energy_growth = first ? growth : std::max(island.count.energy_growth, growth);
   for (std::size_t s = 0; s < energy.stored.size(); ++s) {
     const int block = island.own()[s];
     const std::size_t slot = index(run.compiled.slots.slot_of_block[index(block)]);

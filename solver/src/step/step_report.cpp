@@ -37,7 +37,7 @@ void append_flags(const CompiledScene& compiled, const StepOptions& options, con
     }
     if (island->missing) evidence.missing = &*island->missing;
     if (options.analysis != Analysis::Dynamic) continue;
-    evidence.energy_growth = std::max(evidence.energy_growth, island->count.energy_growth);
+    evidence.energy_growth += island->count.energy_growth;  // of the scene, as its scale is
   }
   append_flags(compiled, state, evidence, report);
 }
