@@ -86,7 +86,6 @@ void transfer(Archive& archive, AnyState& state, AnyWorkspace& work) {
   list(archive, state.blocks);
   list(archive, state.contacts);
   list(archive, state.held_forces);
-  record(archive, work.reach);
   record(archive, work.still);
   record(archive, work.report);
   record(archive, work.counted);
@@ -97,6 +96,7 @@ void transfer(Archive& archive, AnyState& state, AnyWorkspace& work) {
   record(archive, work.energy_scale);
   list(archive, work.last.length);
   list(archive, work.laid);
+  list(archive, work.at_rest);
   list(archive, work.found);
   list(archive, work.motion);
   list(archive, work.last.velocity);

@@ -19,14 +19,6 @@ double extent(const BlockModel& model) {
   return 2.0 * std::sqrt(model.second_moment.trace() / model.mass);
 }
 
-double smallest_extent(const CompiledScene& compiled) {
-  double smallest = compiled.smallest_size;
-  for (const int b : compiled.slots.block_of_slot) {
-    smallest = std::min(smallest, extent(compiled.models[index(b)]));
-  }
-  return smallest;
-}
-
 /// Of the centroid, and of a vertex by the turn.
 double motion(double way, double angle, double extent) { return way / extent + 0.5 * angle; }
 
@@ -46,9 +38,7 @@ double elastic_motion(const CompiledScene& compiled, const State& state,
 
 }  // namespace
 
-double static_reach(const CompiledScene& compiled) {
-  return 4.0 * kStride * smallest_extent(compiled);
-}
+double static_reach(const BlockModel& model) { return 4.0 * kStride * extent(model); }
 
 void begin_search(const CompiledScene& compiled, const State& state, EquilibriumSearch& search) {
   std::vector<Vector3> load(compiled.models.size(), Vector3::Zero());

@@ -19,8 +19,9 @@ struct EquilibriumSearch {
   std::vector<BlockState> start;  ///< where the analysis began
 };
 
-/// Gaps up to this are contacts of a static step, m: blocks move by at most half of it in one.
-double static_reach(const CompiledScene& compiled);
+/// Gaps up to this are contacts of a block in a static step, m: it moves by at most half of it in
+/// one.
+double static_reach(const BlockModel& model);
 
 /// tau of the first step: the block that the loads accelerate most would move by kStride of its
 /// size. Contacts are not asked: what they hold does not move.

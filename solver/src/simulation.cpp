@@ -165,7 +165,7 @@ const Scene& Simulation::scene() const { return parts_->compiled.scene; }
 const State& Simulation::state() const { return parts_->state; }
 const StepOptions& Simulation::options() const { return parts_->options; }
 
-int Simulation::threads() const { return parts_->work.finder.threads(); }
+int Simulation::threads() const { return parts_->work.threads.workers(); }
 
 void Simulation::set_options(const StepOptions& options) {
   check(options);

@@ -7,6 +7,7 @@
 #include "step/contact_search.hpp"
 #include "step/impact_law.hpp"
 #include "step/missed_contacts.hpp"
+#include "step/side_by_side.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -45,56 +46,73 @@ void attempt_paper(const StepRun& run, Island& island) {
   BlocksAtEnd blocks{work.poses, work.end};
   work.paper->clock.start();
   attempt_paper_step(sub_step(run, island), island.contacts, *work.paper, blocks, island.attempt);
-  work.clock.add(work.paper->clock.seconds);
+  island.memory.clock.add(work.paper->clock.seconds);
 }
 
 void attempt_default(const StepRun& run, Island& island) {
   Workspace& work = run.work;
   const SubStep step = sub_step(run, island);
   BlocksAtEnd blocks{work.poses, work.end};
-  PhaseClock& clock = island.memory.clock;
-  clock.start();
   attempt_positions(step, work.last, island.contacts, island.memory, blocks, island.attempt);
   if (island.attempt.solved.converged && step.dynamic() &&
       run.options.method != ContactMethod::Springs) {
     attempt_velocities(step, island.contacts, island.memory, blocks, island.attempt);
   }
   for (std::size_t s = 0; s < island.attempt.hit.size(); ++s) {
-    work.last.hit[index(island.blocks.slots.block_of_slot[s])] = island.attempt.hit[s];
+    work.last.hit[index(island.own()[s])] = island.attempt.hit[s];
   }
-  clock.charge(&PhaseSeconds::update);
-  work.clock.add(clock.seconds);
 }
 
-/// One round of each island, and the contacts at their ends.
-void attempt_once(const StepRun& run, std::span<Island* const> islands) {
+/// One round: the island's own blocks alone are written to.
+void attempt_once(const StepRun& run, Island& island) {
+  run.work.watch.look();
+  (is_paper_method(run.options.method) ? attempt_paper : attempt_default)(run, island);
+  list_contacts(island.attempt.contacts, island.history_end);
+  island.missing.reset();
+  island.sound = is_sound(run, island);
+  for (const int block : island.own()) {
+    if (!island.sound) run.work.end[index(block)] = run.work.now.blocks[index(block)];
+  }
+  island.memory.clock.charge(&PhaseSeconds::update);
+}
+
+/// Of all contacts where the islands stand and where their attempts end, m.
+double largest_opening(const StepRun& run) {
+  double largest = largest_opening(run.compiled, run.state.contacts);
+  for (const auto& island : run.work.islands) {
+    if (island->at_rest) continue;
+    largest = std::max({largest, largest_opening(run.compiled, island->history),
+                        largest_opening(run.compiled, island->history_end)});
+  }
+  return largest;
+}
+
+/// The contacts at the ends of these islands' attempts: one search for all.
+void find_at_end(const StepRun& run, std::span<Island* const> islands) {
   Workspace& work = run.work;
   std::vector<int> moved = run.compiled.prescribed;
-  double opening = 0.0;
-  bool any = false;
-  for (Island* island : islands) {
-    work.watch.look();
-    (is_paper_method(run.options.method) ? attempt_paper : attempt_default)(run, *island);
-    list_contacts(island->attempt.contacts, island->history_end);
-    const std::vector<int>& own = island->blocks.slots.block_of_slot;
-    island->sound = is_sound(run, *island);
-    if (!island->sound) {
-      for (const int block : own) work.end[index(block)] = work.now.blocks[index(block)];
-      continue;
-    }
-    any = true;
-    moved.insert(moved.end(), own.begin(), own.end());
-    opening = std::max(opening, largest_opening(run.compiled, island->history_end));
+  for (const Island* island : islands) {
+    if (island->sound) moved.insert(moved.end(), island->own().begin(), island->own().end());
   }
-  work.clock.charge(&PhaseSeconds::update);
-  if (!any) return;
-  const double time = sub_step(run, *islands.front()).end_time();
+  if (moved.size() == run.compiled.prescribed.size()) return;  // none is sound
+  const SearchedState searched{work.end, largest_opening(run),
+                               sub_step(run, *islands.front()).end_time()};
+  const Reach reach(run.compiled, run.options, searched);
   const geometry::FindCounts counts =
-      find(run.compiled, run.options, {work.end, moved, opening, time}, work, work.found_end);
+      find(run.compiled, searched, reach, moved, work, work.found_end);
   run.report.candidate_pairs += counts.candidates;
   run.report.searched_pairs += counts.searched;
-  for (Island* island : islands) island->found_end = work.found_end;
-  work.clock.charge(&PhaseSeconds::detect);
+  for (Island* island : islands) {
+    island->found_end.clear();
+    island->reach_end = 0.0;
+  }
+  for (const geometry::ContactPoint& point : work.found_end) {
+    const int i = island_of(point, work.island_of_block);
+    if (i < 0 || work.islands[index(i)]->at_rest) continue;
+    Island& island = *work.islands[index(i)];
+    island.found_end.push_back(point);
+    island.reach_end = std::max(island.reach_end, reach.of_pair(point.key.a, point.key.b));
+  }
 }
 
 /// Of the last round: contacts to be held, or not, in another one. True when there are any.
@@ -102,7 +120,7 @@ bool change_contacts(const StepRun& run, std::vector<PassingPair>& passing, Isla
   const Workspace& work = run.work;
   const double limit = overlap_limit(island.blocks.smallest_size);
   const bool missed = add_missed(run.compiled, work.poses.end, island);
-  const bool dropped = drop_ghosts(run.compiled, work.reach, island);
+  const bool dropped = drop_ghosts(run.compiled, island);
   const bool blocked =
       put_back_blocked(run.compiled, work.end, island.found_end, limit, passing, island.contacts);
   return missed || dropped || blocked;
@@ -113,11 +131,13 @@ bool change_contacts(const StepRun& run, std::vector<PassingPair>& passing, Isla
 void begin(const StepRun& run, Island& island) {
   Workspace& work = run.work;
   set_start(sub_step(run, island), work.poses);
-  carry_over({run.compiled.scene, work.poses.start, run.compiled.models, work.reach, work.laid},
+  carry_over({run.compiled.scene, work.poses.start, run.compiled.models, island.reach, work.laid},
              island.found, island.history, island.contacts);
+  island.memory.clock.charge(&PhaseSeconds::assemble);
 }
 
 void attempt(const StepRun& run, std::span<Island* const> islands) {
+  Workspace& work = run.work;
   const bool paper = is_paper_method(run.options.method);
   std::vector<Island*> open(islands.begin(), islands.end());
   std::vector<std::vector<PassingPair>> passing(islands.size());
@@ -130,14 +150,15 @@ void attempt(const StepRun& run, std::span<Island* const> islands) {
     passing[i] = set_aside_passing(sub_step(run, island), limit, island.contacts);
   }
   for (int round = 0; round < kRounds && !open.empty(); ++round) {
-    for (Island* island : open) island->missing.reset();
-    attempt_once(run, open);
+    side_by_side(run, open, [&](Island& island) { attempt_once(run, island); });
+    find_at_end(run, open);
     std::erase_if(open, [&](Island* island) {
       if (!island->sound || !island->attempt.solved.converged) return true;
       const auto i = static_cast<std::size_t>(std::ranges::find(islands, island) - islands.begin());
       island->solved = paper || !change_contacts(run, passing[i], *island);
       return island->solved;
     });
+    work.clock.charge(&PhaseSeconds::detect);
   }
   // Contacts that still come and go: a shorter step may tell.
   for (Island* island : open) island->attempt.solved.converged = false;

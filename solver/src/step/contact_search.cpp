@@ -9,27 +9,12 @@ namespace quoin::solver {
 namespace {
 
 constexpr double kLargestHop = 0.1;   // of the smaller block of a pair
-constexpr double kLeastReach = 1e-4;  // of the smallest block
+constexpr double kLeastReach = 1e-4;  // of the smaller block
 constexpr double kReachOfMotion =
     2.0;                              // of what a vertex can move in a step   [Beyabanaki 2009], 3
 constexpr double kReachGrain = 16.0;  // parts of a power of two
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
-
-/// Twice what a vertex can move in a step (paper, section 3), and never less than a hair of a
-/// block.
-double wanted_reach(const CompiledScene& compiled, const StepOptions& options,
-                    const SearchedState& state) {
-  if (options.analysis != Analysis::Dynamic) return static_reach(compiled);
-  const double dt = options.time_step;
-  const double fall = compiled.scene.gravity.at(state.time + dt).norm() * dt * dt;
-  const double least = kLeastReach * compiled.smallest_size;
-  double speed = 0.0;
-  for (std::size_t b = 0; b < state.blocks.size(); ++b) {
-    speed = std::max(speed, vertex_speed(compiled.models[b], state.blocks[b]));
-  }
-  return std::max(kReachOfMotion * (speed * dt + fall), least);
-}
 
 /// By at most an eighth: a speed that changes by a hair changes no reach, and what was found for
 /// pairs that stand still stays good.
@@ -61,42 +46,71 @@ double largest_opening(const CompiledScene& compiled, std::span<const Contact> c
   return rounded_up(largest);
 }
 
+Reach::Reach(const CompiledScene& compiled, const StepOptions& options, const SearchedState& state)
+    : compiled_(compiled), of_block_(state.blocks.size(), 0.0), opening_(state.opening) {
+  const double dt = options.time_step;
+  const double fall = compiled.scene.gravity.at(state.time + dt).norm() * dt * dt;
+  for (std::size_t b = 0; b < of_block_.size(); ++b) {
+    const BlockModel& model = compiled.models[b];
+    if (options.reach > 0.0) {
+      of_block_[b] = options.reach;
+    } else if (options.analysis != Analysis::Dynamic) {
+      of_block_[b] = compiled.idle[b] ? 0.0 : static_reach(model);
+    } else {
+      const double free_fall = compiled.idle[b] ? 0.0 : fall;
+      of_block_[b] = kReachOfMotion * (vertex_speed(model, state.blocks[b]) * dt + free_fall);
+    }
+    if (options.reach <= 0.0) of_block_[b] = rounded_up(of_block_[b]);
+  }
+}
+
+double Reach::of_pair(int a, int b) const {
+  const double least = kLeastReach * pair_size(compiled_, a, b);
+  return std::max({of_block_[index(a)], of_block_[index(b)], least}) + opening_;
+}
+
+double Reach::largest() const {
+  double largest = 0.0;
+  for (std::size_t b = 0; b < of_block_.size(); ++b) {
+    const double least = compiled_.idle[b] ? 0.0 : kLeastReach * compiled_.models[b].size;
+    largest = std::max({largest, of_block_[b], least});
+  }
+  return largest + opening_;
+}
+
 std::vector<int> blocks_that_can_move(const CompiledScene& compiled) {
   std::vector<int> blocks = compiled.slots.block_of_slot;
   blocks.insert(blocks.end(), compiled.prescribed.begin(), compiled.prescribed.end());
   return blocks;
 }
 
-geometry::FindCounts find(const CompiledScene& compiled, const StepOptions& options,
-                          const SearchedState& state, Workspace& work,
+geometry::FindCounts find(const CompiledScene& compiled, const SearchedState& state,
+                          const Reach& reach, std::span<const int> moved, Workspace& work,
                           std::vector<geometry::ContactPoint>& found) {
-  work.reach =
-      options.reach > 0.0 ? options.reach : rounded_up(wanted_reach(compiled, options, state));
-  work.reach += state.opening;
-  work.finder.set_reach(work.reach);
-  const auto move = [&](int block) {
-    const std::size_t b = index(block);
-    work.finder.move(block, placement(compiled.models[b], pose(state.blocks[b])));
-  };
-  std::ranges::for_each(state.moved, move);
+  const std::vector<BlockModel>& models = compiled.models;
+  work.finder.set_reach(reach.largest());
+  for (const int block : moved) {
+    work.finder.move(block, placement(models[index(block)], pose(state.blocks[index(block)])));
+  }
   const geometry::FindCounts counts = work.finder.find(found);
   // A placement holds what the rest of a centroid is not.
   for (geometry::ContactPoint& point : found) {
     const BlockState &a = state.blocks[index(point.key.a)], &b = state.blocks[index(point.key.b)];
     point.gap += point.normal.dot(b.centroid_rest - a.centroid_rest);
   }
-  if (!work.initial_depths.empty()) {
-    work.initial_depths.take_off(compiled.models, state.blocks, found);
-  }
+  if (!work.initial_depths.empty()) work.initial_depths.take_off(models, state.blocks, found);
+  std::erase_if(found, [&](const geometry::ContactPoint& point) {
+    return point.gap > reach.of_pair(point.key.a, point.key.b);
+  });
   return counts;
 }
 
 void detect(const CompiledScene& compiled, const StepOptions& options, const State& state,
             Workspace& work) {
   work.still = false;
-  const std::vector<int> moved = blocks_that_can_move(compiled);
-  find(compiled, options,
-       {state.blocks, moved, largest_opening(compiled, state.contacts), state.time}, work,
+  std::ranges::fill(work.at_rest, 0);
+  const SearchedState searched{state.blocks, largest_opening(compiled, state.contacts), state.time};
+  find(compiled, searched, Reach(compiled, options, searched), blocks_that_can_move(compiled), work,
        work.found);
 }
 

@@ -15,23 +15,38 @@ double pair_size(const CompiledScene& compiled, int a, int b);
 /// hop that is small against the blocks: the largest of these gaps, m.
 double largest_opening(const CompiledScene& compiled, std::span<const Contact> contacts);
 
-/// What is searched.
+/// Blocks as they are searched for contacts.
 struct SearchedState {
   std::span<const BlockState> blocks;
-  std::span<const int> moved;  ///< blocks that do not stand where the last search had them
-  double opening = 0.0;        ///< largest_opening() of all contacts, m
-  double time = 0.0;           ///< s
+  double opening = 0.0;  ///< largest_opening() of all contacts, m
+  double time = 0.0;     ///< s
+};
+
+/// Gaps up to which contacts of a pair are watched: twice what a vertex of the two can move in a
+/// step (paper, section 3), and never less than a hair of the smaller block.
+class Reach {
+ public:
+  Reach(const CompiledScene& compiled, const StepOptions& options, const SearchedState& state);
+  double of_pair(int a, int b) const;  ///< m
+  double largest() const;              ///< of all pairs, m
+
+ private:
+  const CompiledScene& compiled_;
+  std::vector<double> of_block_;  ///< m
+  double opening_ = 0.0;          ///< m
 };
 
 /// By themselves or by a motion.
 std::vector<int> blocks_that_can_move(const CompiledScene& compiled);
 
-/// Sets work.reach. `found` is sorted by key, places in the frames of the reference shapes.
-geometry::FindCounts find(const CompiledScene& compiled, const StepOptions& options,
-                          const SearchedState& state, Workspace& work,
+/// Contacts within the reach of their pair. `moved`: blocks that do not stand where the last search
+/// had them. `found` is sorted by key, places in the frames of the reference shapes.
+geometry::FindCounts find(const CompiledScene& compiled, const SearchedState& state,
+                          const Reach& reach, std::span<const int> moved, Workspace& work,
                           std::vector<geometry::ContactPoint>& found);
 
-/// Finds the contacts of the state at the start of a run, or after it was changed from outside.
+/// Finds the contacts of the state at the start of a run, or after it was changed from outside: no
+/// block is then known to be at rest.
 void detect(const CompiledScene& compiled, const StepOptions& options, const State& state,
             Workspace& work);
 

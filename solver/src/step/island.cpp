@@ -1,16 +1,70 @@
 #include "step/island.hpp"
 
+#include <algorithm>
+#include <limits>
 #include <numeric>
 
 namespace quoin::solver {
+namespace {
 
-IslandBlocks whole_scene(const CompiledScene& compiled) {
-  IslandBlocks whole{.slots = compiled.slots, .smallest_size = compiled.smallest_size};
-  whole.loads.resize(compiled.loads.size());
-  std::iota(whole.loads.begin(), whole.loads.end(), 0);
-  whole.held.resize(compiled.held.size());
-  std::iota(whole.held.begin(), whole.held.end(), 0);
-  return whole;
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+void append_block(const CompiledScene& compiled, int block, IslandBlocks& island) {
+  const BlockModel& model = compiled.models[index(block)];
+  Slots& slots = island.slots;
+  if (slots.start.empty()) slots.start.push_back(0);
+  slots.block_of_slot.push_back(block);
+  slots.size.push_back(model.unknowns);
+  slots.start.push_back(slots.start.back() + model.unknowns);
+  slots.length.push_back(model.size);
+  island.smallest_size = std::min(island.smallest_size, model.size);
+}
+
+}  // namespace
+
+std::vector<int> island_of_blocks(const CompiledScene& compiled,
+                                  std::span<const geometry::ContactPoint> found) {
+  std::vector<int> least(compiled.models.size());  // a block of the same island
+  std::iota(least.begin(), least.end(), 0);
+  const auto root = [&](int block) {
+    while (least[index(block)] != block) {
+      block = least[index(block)] = least[index(least[index(block)])];
+    }
+    return block;
+  };
+  for (const geometry::ContactPoint& point : found) {
+    if (compiled.idle[index(point.key.a)] || compiled.idle[index(point.key.b)]) continue;
+    const auto [low, high] = std::minmax({root(point.key.a), root(point.key.b)});
+    least[index(high)] = low;
+  }
+  std::vector<int> islands(least.size(), -1);
+  int count = 0;
+  for (const int block : compiled.slots.block_of_slot) {
+    const int first = root(block);
+    islands[index(block)] = first == block ? count++ : islands[index(first)];
+  }
+  return islands;
+}
+
+std::vector<IslandBlocks> island_blocks(const CompiledScene& compiled,
+                                        std::span<const int> island_of_block) {
+  std::vector<IslandBlocks> islands;
+  for (const int block : compiled.slots.block_of_slot) {
+    const std::size_t i = index(island_of_block[index(block)]);
+    if (i >= islands.size()) {
+      islands.resize(i + 1, {.smallest_size = std::numeric_limits<double>::infinity()});
+    }
+    append_block(compiled, block, islands[i]);
+  }
+  for (std::size_t l = 0; l < compiled.loads.size(); ++l) {
+    const int i = island_of_block[index(compiled.loads[l].block)];
+    if (i >= 0) islands[index(i)].loads.push_back(static_cast<int>(l));
+  }
+  for (std::size_t h = 0; h < compiled.held.size(); ++h) {
+    const int i = island_of_block[index(compiled.held[h].block)];
+    if (i >= 0) islands[index(i)].held.push_back(static_cast<int>(h));
+  }
+  return islands;
 }
 
 }  // namespace quoin::solver

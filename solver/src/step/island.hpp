@@ -1,5 +1,10 @@
 #pragma once
-/// Blocks that are solved together, and where they stand in the step.
+/// Islands: groups of blocks with unknowns that contacts join. Blocks without unknowns join none.
+///
+/// A step solves each island by itself: its iterations, the softness of its contacts, its cuts, its
+/// restitution, its strain held in an impact, its tolerances. What an island does in a step depends
+/// on its own blocks, on the contacts found for them, and on blocks without unknowns, and on
+/// nothing else.
 
 #include <memory>
 #include <optional>
@@ -13,7 +18,8 @@ struct IslandCount {
   int sub_steps = 0, iterations = 0, solves = 0, factorizations = 0;
   int interior_point_attempts = 0;
   double residual = 0.0, condition = 0.0, unbalance = 0.0, stiffest_omega_dt = 0.0;
-  double energy_growth = 0.0;  ///< largest of its sub-steps, J
+  double rounding = 0.0;       ///< of a gap, m
+  double energy_growth = 0.0;  ///< largest of its sub-steps, J; may be negative
 };
 
 struct Island {
@@ -21,30 +27,50 @@ struct Island {
       : blocks(std::move(island_blocks)), memory(blocks.slots, watch) {}
   Island(const Island&) = delete;  // `memory` knows where the slots are
   Island& operator=(const Island&) = delete;
+  const std::vector<int>& own() const { return blocks.slots.block_of_slot; }  ///< ascending
 
   const IslandBlocks blocks;
+  bool begun = false;    ///< its step, or it has none to take
+  bool at_rest = false;  ///< nothing moved in the last step and no load changes: no need to try
 
-  double time = 0.0;                              ///< where it stands, s
-  double done = 0.0;                              ///< of the step, s
-  double length = 0.0;                            ///< of the next attempt, s
-  bool parted = false;                            ///< this step, before an impact
-  double length_after = 0.0;                      ///< of the attempt after that part, s; 0: no part
-  std::vector<geometry::ContactPoint> found;      ///< where it stands
-  std::vector<Contact> history;                   ///< as the last accepted sub-step left them
-  std::vector<BodyContact> contacts;              ///< that the attempt holds
+  double time = 0.0;                          ///< where it stands, s
+  double done = 0.0;                          ///< of the step, s
+  double length = 0.0;                        ///< of the next attempt, s
+  bool parted = false;                        ///< this step, before an impact
+  double length_after = 0.0;                  ///< of the attempt after that part, s; 0: no part
+  std::vector<geometry::ContactPoint> found;  ///< where it stands
+  double reach = 0.0;                         ///< the largest reach of a pair there, m
+  std::vector<Contact> history;               ///< as the last accepted sub-step left them
+  std::vector<BodyContact> contacts;          ///< that the attempt holds
+
   std::vector<geometry::ContactPoint> found_end;  ///< at the end of the attempt
+  double reach_end = 0.0;                         ///< likewise
   std::vector<Contact> history_end;               ///< likewise
   std::optional<geometry::ContactPoint> missing;  ///< one of found_end that no attempt held
   bool solved = false;                            ///< the attempt, with all contacts
   bool sound = true;    ///< its end can be gone on with: finite, and no block squeezed flat
+  bool still = false;   ///< nothing moved in the sub-step, and no load on it changes
   IslandCount count;    ///< of this step
   double stride = 0.0;  ///< static: of the step, by block size
-  bool still = false;   ///< nothing moved in the sub-step, and no load on it changes
+  EnergyLedger energy;  ///< work and losses of this step
   AttemptMemory memory;
   Attempt attempt;
 };
 
-/// All blocks with unknowns as one island.
-IslandBlocks whole_scene(const CompiledScene& compiled);
+/// By block: which island; -1: no unknowns. Islands are numbered by their least block.
+std::vector<int> island_of_blocks(const CompiledScene& compiled,
+                                  std::span<const geometry::ContactPoint> found);
+
+/// The blocks of each, and what acts on them.
+std::vector<IslandBlocks> island_blocks(const CompiledScene& compiled,
+                                        std::span<const int> island_of_block);
+
+/// The island of a contact; -1: it is none's, or between two.
+inline int island_of(const geometry::ContactPoint& point, std::span<const int> island_of_block) {
+  const int a = island_of_block[static_cast<std::size_t>(point.key.a)];
+  const int b = island_of_block[static_cast<std::size_t>(point.key.b)];
+  if (a < 0) return b;
+  return b < 0 || b == a ? a : -1;
+}
 
 }  // namespace quoin::solver

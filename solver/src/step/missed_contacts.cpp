@@ -82,7 +82,8 @@ bool add_missed(const CompiledScene& compiled, std::span<const Pose> end, Island
   return island.contacts.size() > before;
 }
 
-bool drop_ghosts(const CompiledScene& compiled, double reach, Island& island) {
+bool drop_ghosts(const CompiledScene& compiled, Island& island) {
+  const double reach = island.reach_end;
   const auto is_ghost = [&](const BodyContact& contact, const LinearContact& solved) {
     if (contact.was_closed || solved.mode == ContactMode::Open) return false;
     const double smaller = pair_size(compiled, contact.a, contact.b);

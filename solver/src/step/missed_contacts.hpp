@@ -12,8 +12,8 @@ double overlap_limit(double size);
 /// island's contacts as the bodies hold them at the end. True when there are any.
 bool add_missed(const CompiledScene& compiled, std::span<const Pose> end, Island& island);
 
-/// Closed contacts of pairs that are apart at the end of the attempt by less than `reach` (m): the
-/// plane of a face held a vertex that passed beside it. They are dropped; true when there were any.
-bool drop_ghosts(const CompiledScene& compiled, double reach, Island& island);
+/// Closed contacts of pairs that are apart at the end of the attempt: the plane of a face held a
+/// vertex that passed beside it. They are dropped; true when there were any.
+bool drop_ghosts(const CompiledScene& compiled, Island& island);
 
 }  // namespace quoin::solver

@@ -8,6 +8,8 @@
 
 #include "step/attempt_rounds.hpp"
 #include "step/contact_search.hpp"
+#include "step/form_islands.hpp"
+#include "step/side_by_side.hpp"
 #include "step/step_report.hpp"
 
 namespace quoin::solver {
@@ -86,13 +88,6 @@ bool too_fast(const StepRun& run, const Island& island) {
   });
 }
 
-bool constant_loads(const CompiledScene& compiled, const IslandBlocks& island) {
-  const auto constant = [&](int l) { return compiled.loads[index(l)].force.is_constant(); };
-  const auto at_rest = [&](int h) { return compiled.held[index(h)].displacement.is_constant(); };
-  return compiled.scene.gravity.is_constant() && compiled.prescribed.empty() &&
-         std::ranges::all_of(island.loads, constant) && std::ranges::all_of(island.held, at_rest);
-}
-
 /// The attempt took all forces as they were, and nothing moved, to the last bit.
 bool stood_still(const StepRun& run, const Island& island) {
   const Workspace& work = run.work;
@@ -102,14 +97,14 @@ bool stood_still(const StepRun& run, const Island& island) {
            velocity_vector(work.end[index(block)]).isZero(0.0);
   };
   return island.attempt.solved.solves == 0 && constant_loads(run.compiled, island.blocks) &&
-         std::ranges::all_of(island.blocks.slots.block_of_slot, at_rest);
+         std::ranges::all_of(island.own(), at_rest);
 }
 
 /// Energy in the springs that the island has from the last sub-step, J; `stored`: by slot.
 double stored_energy(const CompiledScene& compiled, const Island& island,
                      std::span<const double> stored) {
   double sum = 0.0;
-  for (const int block : island.blocks.slots.block_of_slot) {
+  for (const int block : island.own()) {
     sum += stored[index(compiled.slots.slot_of_block[index(block)])];
   }
   return sum;
@@ -128,10 +123,11 @@ void accept(const StepRun& run, Island& island) {
   const StepEnergy& energy = island.attempt.energy;
   island.still = stood_still(run, island);
   const double before = stored_energy(run.compiled, island, work.stored);
-  const double growth = book(step, energy, work.end, before, work.now.energy);
-  island.count.energy_growth = std::max(island.count.energy_growth, growth);
+  const double growth = book(step, energy, work.end, before, island.energy);
+  const bool first = island.count.sub_steps == 0;
+  island.count.energy_growth = first ? growth : std::max(island.count.energy_growth, growth);
   for (std::size_t s = 0; s < energy.stored.size(); ++s) {
-    const int block = island.blocks.slots.block_of_slot[s];
+    const int block = island.own()[s];
     const std::size_t slot = index(run.compiled.slots.slot_of_block[index(block)]);
     BlockState& now = work.now.blocks[index(block)];
     work.stored[slot] = energy.stored[s];
@@ -146,11 +142,12 @@ void accept(const StepRun& run, Island& island) {
   ++island.count.sub_steps;
   std::swap(island.history, island.history_end);
   std::swap(island.found, island.found_end);
+  island.reach = island.reach_end;
 }
 
 /// Where the island stands, for another attempt.
 void reject(const StepRun& run, Island& island, double length) {
-  for (const int block : island.blocks.slots.block_of_slot) {
+  for (const int block : island.own()) {
     run.work.end[index(block)] = run.work.now.blocks[index(block)];
   }
   island.length = length;
@@ -191,8 +188,8 @@ void try_group(const StepRun& run, const Islands& group) {
 void begin_group(const StepRun& run, const Islands& group) {
   const SubStep step = sub_step(run, *group.front());
   place_idle(run, step.time, step.end_time());
-  for (Island* island : group) begin(run, *island);
   run.work.clock.charge(&PhaseSeconds::assemble);
+  side_by_side(run, group, [&](Island& island) { begin(run, island); });
 }
 
 /// All sub-steps of a dynamic step, of each island by itself. The island whose sub-step can't be
@@ -246,9 +243,9 @@ Island* take_static_step(const StepRun& run, std::span<Island* const> islands) {
     begin_group(run, open);
     try_group(run, open);
     std::erase_if(open, [&](Island* island) {
-      island->stride = island->solved ? stride(run.compiled, island->blocks.slots.block_of_slot,
-                                               run.work.now.blocks, run.work.end)
-                                      : 0.0;
+      island->stride = island->solved
+                           ? stride(run.compiled, island->own(), run.work.now.blocks, run.work.end)
+                           : 0.0;
       const bool taken = island->solved && (!too_long(island->stride) || cut == kStaticCuts);
       if (taken) {
         accept(run, *island);
@@ -263,49 +260,46 @@ Island* take_static_step(const StepRun& run, std::span<Island* const> islands) {
   return open.empty() ? nullptr : open.front();
 }
 
-/// The step begins: all islands where the state has them.
-void start(const StepRun& run, std::span<Island* const> islands) {
-  Workspace& work = run.work;
-  work.now.blocks = work.end = run.state.blocks;
-  work.now.energy = run.state.energy;
-  work.now.held_forces = run.state.held_forces;
-  for (Island* island : islands) {
-    island->time = run.state.time;
-    island->done = 0.0;
-    island->length = run.options.time_step;
-    island->parted = false;
-    island->length_after = 0.0;
-    island->history = run.state.contacts;
-    island->found = work.found;
-    island->missing.reset();
-    island->still = false;
-    island->count = {};
-  }
+/// Nothing moved in this step, and nothing will in the next.
+bool stands(const StepRun& run) {
+  const CompiledScene& compiled = run.compiled;
+  return compiled.prescribed.empty() &&
+         std::ranges::all_of(compiled.slots.block_of_slot,
+                             [&](int block) { return run.work.at_rest[index(block)] != 0; });
+}
+
+void add(const EnergyLedger& done, EnergyLedger& energy) {
+  energy.potential += done.potential;
+  energy.work += done.work;
+  energy.friction_loss += done.friction_loss;
+  energy.impact_loss += done.impact_loss;
+  energy.algorithmic_loss += done.algorithmic_loss;
+  energy.closure += done.closure;
 }
 
 /// The sub-steps that were accepted become the state. `reached`: their time, s.
 void commit(const StepRun& run, double reached, std::span<Island* const> islands, State& state) {
   Workspace& work = run.work;
   for (std::size_t p = 0; p < run.compiled.prescribed.size(); ++p) {
-    const std::size_t b = index(run.compiled.prescribed[p]);
     const PrescribedMotion motion = motion_at(run, p, reached);
+    const std::size_t b = index(run.compiled.prescribed[p]);
     if (reached != state.time) work.now.blocks[b] = prescribed_at(run, p, motion);
     work.motion_end[p] = motion;
   }
   std::swap(work.motion, work.motion_end);
   std::swap(state.blocks, work.now.blocks);
   std::swap(state.held_forces, work.now.held_forces);
-  state.energy = work.now.energy;
+  for (const Island* island : islands) {
+    const bool still = island->still && island->count.sub_steps == 1 && island->count.solves == 0;
+    for (const int block : island->own()) work.at_rest[index(block)] = still;
+    add(island->energy, state.energy);
+  }
   state.energy.kinetic = kinetic_energy(run.compiled, state);
   state.energy.strain = strain_energy(run.compiled, state);
   state.energy.contact = std::accumulate(work.stored.begin(), work.stored.end(), 0.0);
-  state.time = reached;
-  state.contacts.clear();
-  for (Island* island : islands) {
-    state.contacts.insert(state.contacts.end(), island->history.begin(), island->history.end());
-  }
-  work.found = islands.front()->found;
   work.energy_scale.note(state.energy);
+  state.time = reached;
+  take_contacts(run, state.contacts);
 }
 
 /// The attempt of `island`, and where all others stand.
@@ -314,7 +308,8 @@ State attempted(const StepRun& run, const Island& island) {
   best.time = sub_step(run, island).end_time();
   best.step = run.state.step;
   best.origin = run.state.origin;
-  best.energy = run.work.now.energy;
+  best.energy = run.state.energy;
+  add(island.energy, best.energy);
   best.blocks = run.work.end;
   best.held_forces = run.work.now.held_forces;
   set_held_forces(island, best);
@@ -322,37 +317,60 @@ State attempted(const StepRun& run, const Island& island) {
   return best;
 }
 
-/// Before a step: what it goes back to when it is stopped.
-StepMemory memory_before(const StepOptions& options, const Workspace& work) {
-  return options.watch ? static_cast<const StepMemory&>(work) : StepMemory{};
+/// Says why there is no step, and keeps the best attempt.
+void give_up(const StepRun& run, const Island& failed, State& best) {
+  run.report.status = failed.sound ? StepStatus::NotConverged : StepStatus::Diverged;
+  if (!failed.sound) return;
+  best = attempted(run, failed);
+  run.work.best_motion = run.work.motion_end;
+  if (is_paper_method(run.options.method)) return;
+  run.report.fighting = fighting(failed, run.state.origin);
 }
 
-void take_step(const CompiledScene& compiled, const StepOptions& options, State& state, State& best,
-               Workspace& work, StepReport& report) {
-  const bool dynamic = options.analysis == Analysis::Dynamic;
-  const StepRun run{compiled, options, state, work, report};
-  const double end = counted_end(options, state, work.counted);
-  const Islands islands{work.whole.get()};
-  if (dynamic) work.search = {};
-  if (!dynamic && work.search.start.empty()) begin_search(compiled, state, work.search);
-  start(run, islands);
-  Island* failed = (dynamic ? take_sub_steps : take_static_step)(run, islands);
-  report_islands(islands, report);
-  if (failed != nullptr) {
-    report.status = failed->sound ? StepStatus::NotConverged : StepStatus::Diverged;
-    if (failed->sound) {
-      best = attempted(run, *failed);
-      work.best_motion = work.motion_end;
-      if (!is_paper_method(options.method)) report.fighting = fighting(*failed, state.origin);
-    }
+/// Takes the step of all islands that are not at rest, and again of those that have met in it. The
+/// one that can't be solved, or null: where there are others it is tried with all of them, so that
+/// what is reached is reached by all.
+Island* take_islands(const StepRun& run) {
+  const bool dynamic = run.options.analysis == Analysis::Dynamic;
+  const auto take = dynamic ? take_sub_steps : take_static_step;
+  std::vector<geometry::ContactPoint> joins = run.work.found;
+  form_islands(run, joins);
+  Islands islands = awake(run);
+  while (!islands.empty()) {
+    start_islands(run, islands);
+    Island* failed = take(run, islands);
+    if (failed != nullptr && awake_islands(run.work).size() == 1) return failed;
+    islands = failed != nullptr ? whole_scene(run) : join_islands_that_met(run, joins);
   }
-  work.still = std::ranges::all_of(islands, &Island::still);
-  commit(run, failed != nullptr ? failed->time : islands.front()->time, islands, state);
+  return nullptr;
+}
+
+void take_step(const StepRun& run, State& state, State& best) {
+  Workspace& work = run.work;
+  const bool dynamic = run.options.analysis == Analysis::Dynamic;
+  const double end = counted_end(run.options, state, work.counted);
+  if (dynamic) work.search = {};
+  if (!dynamic && work.search.start.empty()) begin_search(run.compiled, state, work.search);
+  work.now.blocks = work.end = state.blocks;
+  work.now.held_forces = state.held_forces;
+  const Island* failed = take_islands(run);
+  const Islands islands = awake_islands(work);
+  report_islands(islands, run.report);
+  if (failed != nullptr) give_up(run, *failed, best);
+  commit(run,
+         failed != nullptr ? failed->time
+                           : run.state.time + duration(run.options, run.options.time_step),
+         islands, state);
   ++state.step;
   std::ranges::fill(work.laid, 0);
-  if (failed != nullptr) return;
+  if (failed != nullptr) return detect(run.compiled, run.options, state, work);
+  if (!islands.empty()) std::swap(work.found, work.found_end);
   state.time = work.counted.now = end;
-  if (!dynamic) judge(compiled, options, islands.front()->stride, state, work.search, report);
+  work.still = stands(run);
+  if (dynamic) return;
+  double longest = 0.0;
+  for (const Island* island : islands) longest = std::max(longest, island->stride);
+  judge(run.compiled, run.options, longest, state, work.search, run.report);
 }
 
 /// In springs of one stiffness at contacts that overlap, J.
@@ -372,20 +390,18 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
   if (work.still) return stand(options, state, work);
   StepReport report;
   work.clock.start();
-  StepMemory before = memory_before(options, work);
+  StepMemory before = work;
   work.watch.begin(options, report);
   try {
-    take_step(compiled, options, state, best, work, report);
+    take_step({compiled, options, state, before, work, report}, state, best);
   } catch (const StepStopped&) {
     static_cast<StepMemory&>(work) = std::move(before);
     report.status = StepStatus::Stopped;
   }
   work.watch.end();
-  const Islands islands{work.whole.get()};
-  report_end(compiled, options, state, islands, work, report);
+  report_end(compiled, options, state, work, report);
   work.clock.charge(&PhaseSeconds::update);
   report.seconds = work.clock.seconds;
-  work.still = work.still && report.sub_steps == 1 && report.linear_solves == 0;
   if (work.still) work.report = report;
   return report;
 }
@@ -401,8 +417,10 @@ double initial_spring_energy(const CompiledScene& compiled, const StepOptions& o
   std::vector<Pose> poses;
   for (const BlockState& block : state.blocks) poses.push_back(pose(block));
   std::vector<BodyContact> contacts;
-  carry_over({compiled.scene, poses, compiled.models, work.reach, work.laid}, work.found,
-             state.contacts, contacts);
+  const SearchedState searched{state.blocks, largest_opening(compiled, state.contacts), state.time};
+  const double reach = Reach(compiled, options, searched).largest();
+  carry_over({compiled.scene, poses, compiled.models, reach, work.laid}, work.found, state.contacts,
+             contacts);
   store_at_rest(compiled, options, contacts, work.stored);
   return std::accumulate(work.stored.begin(), work.stored.end(), 0.0);
 }

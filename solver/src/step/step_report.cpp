@@ -22,22 +22,22 @@ double weight(const CompiledScene& compiled, double time) {
 }
 
 void append_flags(const CompiledScene& compiled, const StepOptions& options, const State& state,
-                  std::span<Island* const> islands, const Workspace& work, StepReport& report) {
+                  const Workspace& work, StepReport& report) {
   StepEvidence evidence{.energy_scale = work.energy_scale.value(),
                         .gap_tolerance = options.tolerance * compiled.smallest_size,
                         .found = work.found,
                         .missing = vanished(state.contacts, work.found)};
   evidence.energy_noise = evidence.gap_tolerance * weight(compiled, state.time);
-  for (const Island* island : islands) {
+  for (const auto& island : work.islands) {
     const double tolerance = options.tolerance * island->blocks.smallest_size;
-    const double rounding = gap_rounding(island->attempt.linear);
+    const double rounding = island->count.rounding;
     if (rounding / tolerance > evidence.rounding / evidence.gap_tolerance) {
       evidence.rounding = rounding;
       evidence.gap_tolerance = tolerance;
     }
     if (island->missing) evidence.missing = &*island->missing;
     if (options.analysis != Analysis::Dynamic) continue;
-    evidence.energy_growth = std::max(evidence.energy_growth, island->count.energy_growth);
+    evidence.energy_growth += island->count.energy_growth;  // of the scene, as its scale is
   }
   append_flags(compiled, state, evidence, report);
 }
@@ -55,12 +55,15 @@ void count_attempt(Island& island) {
   total.residual = solved.residual;
   if (solved.condition > 0.0) total.condition = solved.condition;
   total.unbalance = attempt.unbalance;
+  total.rounding = gap_rounding(attempt.linear);
   total.stiffest_omega_dt = std::max(total.stiffest_omega_dt, attempt.stiffest_omega_dt);
 }
 
 void report_islands(std::span<Island* const> islands, StepReport& report) {
+  report.sub_steps = islands.empty() ? 1 : 0;
   for (const Island* island : islands) {
     const IslandCount& count = island->count;
+    report.block_solves += static_cast<long>(island->own().size()) * count.solves;
     report.sub_steps = std::max(report.sub_steps, count.sub_steps);
     report.iterations = std::max(report.iterations, count.iterations);
     report.linear_solves = std::max(report.linear_solves, count.solves);
@@ -96,8 +99,11 @@ FightingContacts fighting(const Island& island, const Vector3& origin) {
 }
 
 void report_end(const CompiledScene& compiled, const StepOptions& options, const State& state,
-                std::span<Island* const> islands, const Workspace& work, StepReport& report) {
+                const Workspace& work, StepReport& report) {
   report.time = state.time;
+  report.islands = static_cast<int>(work.islands.size());
+  report.islands_at_rest = static_cast<int>(
+      std::ranges::count_if(work.islands, [](const auto& island) { return island->at_rest; }));
   report.contact_count = static_cast<int>(state.contacts.size());
   for (const Contact& contact : state.contacts) {
     report.closed_count += contact.mode != ContactMode::Open;
@@ -113,7 +119,7 @@ void report_end(const CompiledScene& compiled, const StepOptions& options, const
   if (options.scheme == TimeScheme::ConstantAcceleration) {
     report.numerical_damping = kDampingOfScheme * report.stiffest_omega_dt;
   }
-  append_flags(compiled, options, state, islands, work, report);
+  append_flags(compiled, options, state, work, report);
 }
 
 }  // namespace quoin::solver

@@ -8,7 +8,8 @@ namespace quoin::solver {
 /// Adds what the attempt took to the island's count.
 void count_attempt(Island& island);
 
-/// Counts of the island that took most, and the worst of the other numbers.
+/// Of the islands that were awake: counts of the one that took most, and the worst of the other
+/// numbers.
 void report_islands(std::span<Island* const> islands, StepReport& report);
 
 /// Contacts of the last attempt whose force the next iteration would change most.
@@ -16,6 +17,6 @@ FightingContacts fighting(const Island& island, const Vector3& origin);
 
 /// After the step: contacts, strains, speeds of the state, and flags.
 void report_end(const CompiledScene& compiled, const StepOptions& options, const State& state,
-                std::span<Island* const> islands, const Workspace& work, StepReport& report);
+                const Workspace& work, StepReport& report);
 
 }  // namespace quoin::solver

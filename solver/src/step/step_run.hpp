@@ -8,7 +8,8 @@ namespace quoin::solver {
 struct StepRun {
   const CompiledScene& compiled;
   const StepOptions& options;
-  const State& state;  ///< before the step
+  const State& state;        ///< before the step
+  const StepMemory& before;  ///< likewise
   Workspace& work;
   StepReport& report;
 };

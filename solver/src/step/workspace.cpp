@@ -2,16 +2,18 @@
 
 namespace quoin::solver {
 
-Workspace::Workspace(const CompiledScene& compiled, int threads)
-    : finder({.threads = threads, .frame = geometry::PointFrame::Bodies}),
+Workspace::Workspace(const CompiledScene& compiled, int worker_count)
+    : threads(worker_count),
+      finder({.executor = &threads, .frame = geometry::PointFrame::Bodies}),
       motion_end(compiled.prescribed.size()),
-      whole(std::make_unique<Island>(whole_scene(compiled), &watch)),
       paper(std::make_unique<PaperMemory>(compiled.slots, &watch)) {
   const std::size_t slots = compiled.slots.size.size();
   last = {std::vector<double>(slots, 0.0), BlockVector(slots, Vector12::Zero()),
           std::vector<char>(compiled.models.size(), 0)};
   stored.assign(slots, 0.0);
-  slot_of_block = compiled.slots.slot_of_block;
+  at_rest.assign(compiled.models.size(), 0);
+  slot_of_block.assign(compiled.models.size(), -1);
+  island_of_block.assign(compiled.models.size(), -1);
   laid.assign(compiled.models.size(), 1);
   motion.resize(compiled.prescribed.size());
   resize(compiled.models.size(), poses);

@@ -7,6 +7,7 @@
 #include "initial_depths.hpp"
 #include "paper_step.hpp"
 #include "step/island.hpp"
+#include "step/worker_threads.hpp"
 #include "step_flags.hpp"
 
 namespace quoin::solver {
@@ -19,7 +20,6 @@ struct Counted {
 
 /// What the next step depends on, beside the state and its contact points.
 struct StepMemory {
-  double reach = 0.0;  ///< that the contact points were found with, m
   bool still = false;  ///< nothing moved in the last step and no load changes: the next is the same
   StepReport report;   ///< of that step
   Counted counted;
@@ -27,6 +27,7 @@ struct StepMemory {
   EnergyScale energy_scale;
   LastSubStep last;
   std::vector<double> stored;  ///< by slot: StepEnergy::stored, J
+  std::vector<char> at_rest;   ///< by block: its island stood still in the last step
   /// By block: what it touches in this step is laid: joints have their peak strength.
   std::vector<char> laid;
   std::vector<PrescribedMotion> motion;  ///< of compiled.prescribed, at the present state
@@ -34,8 +35,9 @@ struct StepMemory {
 
 /// StepMemory is in checkpoint.cpp; the rest changes the speed alone, or is made anew in each step.
 struct Workspace : StepMemory {
-  explicit Workspace(const CompiledScene& compiled, int threads);
+  explicit Workspace(const CompiledScene& compiled, int worker_count);
 
+  WorkerThreads threads;
   geometry::ContactFinder finder;  ///< block b has handle b; absent ones collide with none
   InitialDepths initial_depths;    ///< taken off what is found
   /// At the present state, places in the frames of the reference shapes.
@@ -44,13 +46,14 @@ struct Workspace : StepMemory {
 
   std::vector<PrescribedMotion> best_motion;  ///< of the best attempt
 
-  std::vector<int> slot_of_block;            ///< in its island; -1: no unknowns
+  std::vector<int> slot_of_block;    ///< in its island; -1: no unknowns
+  std::vector<int> island_of_block;  ///< -1: no unknowns
+  std::vector<std::unique_ptr<Island>> islands;
   State now;                                 ///< while a step is taken: its accepted sub-steps
   StepPoses poses;                           ///< of the sub-step that is tried, by block
   std::vector<BlockState> end;               ///< likewise: at its end
   std::vector<PrescribedMotion> motion_end;  ///< likewise
   StepWatch watch;
-  std::unique_ptr<Island> whole;
   std::unique_ptr<PaperMemory> paper;
   PhaseClock clock;
 };

@@ -81,7 +81,7 @@ struct StepOptions {
   double max_displacement_ratio = 0.0;  ///< largest displacement / block size; 0: no limit
   double smallest_time_step = 0.0;      ///< s; 0: time_step / 1024
   double rest_unbalance = 1e-6;         ///< static: StepReport::unbalance at rest
-  int threads = 1;
+  int threads = 1;                      ///< any number gives the same bits
   /// Asked some twenty times a second in a step that lasts, with what it has come to so far, on the
   /// thread of advance(); false ends the step as Stopped. Must not throw.
   std::function<bool(const StepReport&)> watch{};
@@ -159,12 +159,17 @@ struct FightingContacts {
 struct StepReport {
   StepStatus status = StepStatus::Converged;
   double time = 0.0;  ///< at the end, s
+  /// Groups of blocks that contacts join are solved each by itself: counts are those of the island
+  /// that took most, cuts those of all.
+  int islands = 0;
+  int islands_at_rest = 0;  ///< of these: stand as in the last step, and took nothing
   int sub_steps = 0;
   int cuts_by_displacement = 0;
   int cuts_by_convergence = 0;
   int cuts_by_contact = 0;  ///< a fast block would have passed through another
   int iterations = 0;       ///< open–close
   int linear_solves = 0;
+  long block_solves = 0;  ///< of all islands: linear solves times blocks
   int factorizations = 0;
   int interior_point_attempts = 0;  ///< at a sub-step, in which contacts yielded
   double residual = 0.0;            ///< relative force residual of the last iteration

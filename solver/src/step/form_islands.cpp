@@ -1,0 +1,162 @@
+#include "step/form_islands.hpp"
+
+#include <algorithm>
+
+#include "step/contact_search.hpp"
+#include "step/missed_contacts.hpp"
+
+namespace quoin::solver {
+namespace {
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+void form(const StepRun& run, std::vector<int> island_of_block) {
+  Workspace& work = run.work;
+  std::vector<std::unique_ptr<Island>> islands;
+  for (IslandBlocks& blocks : island_blocks(run.compiled, island_of_block)) {
+    const std::vector<int>& own = blocks.slots.block_of_slot;
+    const int before = work.island_of_block[index(own.front())];
+    std::unique_ptr<Island>* same = before < 0 ? nullptr : &work.islands[index(before)];
+    if (same != nullptr && *same != nullptr && (*same)->own() == own) {
+      islands.push_back(std::move(*same));
+    } else {
+      islands.push_back(std::make_unique<Island>(std::move(blocks), &work.watch));
+    }
+    const std::vector<int>& slots = islands.back()->own();
+    for (std::size_t s = 0; s < slots.size(); ++s) {
+      work.slot_of_block[index(slots[s])] = static_cast<int>(s);
+    }
+  }
+  work.islands = std::move(islands);
+  work.island_of_block = std::move(island_of_block);
+}
+
+Islands all_islands(const Workspace& work) {
+  Islands all;
+  for (const auto& island : work.islands) all.push_back(island.get());
+  return all;
+}
+
+void start(const StepRun& run, Island& island) {
+  Workspace& work = run.work;
+  for (const int block : island.own()) {
+    const std::size_t b = index(block), slot = index(run.compiled.slots.slot_of_block[b]);
+    work.now.blocks[b] = work.end[b] = run.state.blocks[b];
+    work.stored[slot] = run.before.stored[slot];
+    work.last.length[slot] = run.before.last.length[slot];
+    work.last.velocity[slot] = run.before.last.velocity[slot];
+    work.last.hit[b] = run.before.last.hit[b];
+  }
+  island.begun = true;
+  island.time = run.state.time;
+  island.done = 0.0;
+  island.length = run.options.time_step;
+  island.parted = false;
+  island.length_after = 0.0;
+  island.found.clear();
+  island.history.clear();
+  island.history_end.clear();
+  island.reach = 0.0;
+  island.missing.reset();
+  island.still = false;
+  island.count = {};
+  island.energy = {};
+}
+
+}  // namespace
+
+void form_islands(const StepRun& run, std::span<const geometry::ContactPoint> found) {
+  if (is_paper_method(run.options.method)) {
+    whole_scene(run);
+  } else {
+    form(run, island_of_blocks(run.compiled, found));
+  }
+}
+
+Islands whole_scene(const StepRun& run) {
+  std::vector<int> island_of_block(run.compiled.models.size(), -1);
+  for (const int block : run.compiled.slots.block_of_slot) island_of_block[index(block)] = 0;
+  form(run, std::move(island_of_block));
+  return all_islands(run.work);
+}
+
+bool constant_loads(const CompiledScene& compiled, const IslandBlocks& island) {
+  const auto constant = [&](int l) { return compiled.loads[index(l)].force.is_constant(); };
+  const auto at_rest = [&](int h) { return compiled.held[index(h)].displacement.is_constant(); };
+  return compiled.scene.gravity.is_constant() && compiled.prescribed.empty() &&
+         std::ranges::all_of(island.loads, constant) && std::ranges::all_of(island.held, at_rest);
+}
+
+Islands awake(const StepRun& run) {
+  for (const auto& island : run.work.islands) {
+    const auto rests = [&](int block) { return run.before.at_rest[index(block)] != 0; };
+    island->at_rest =
+        std::ranges::all_of(island->own(), rests) && constant_loads(run.compiled, island->blocks);
+    island->begun = true;
+    island->count = {.rounding = island->count.rounding};
+  }
+  return awake_islands(run.work);
+}
+
+Islands awake_islands(const Workspace& work) {
+  Islands islands = all_islands(work);
+  std::erase_if(islands, [](const Island* island) { return island->at_rest; });
+  return islands;
+}
+
+void start_islands(const StepRun& run, std::span<Island* const> islands) {
+  Workspace& work = run.work;
+  for (Island* island : islands) start(run, *island);
+  std::vector<Island*> owners(work.islands.size(), nullptr);
+  for (Island* island : islands) {
+    owners[index(work.island_of_block[index(island->own().front())])] = island;
+  }
+  const auto owner = [&](const geometry::ContactPoint& point) {
+    const int i = island_of(point, work.island_of_block);
+    return i >= 0 ? owners[index(i)] : nullptr;
+  };
+  const double opening = largest_opening(run.compiled, run.state.contacts);
+  const Reach reach(run.compiled, run.options, {run.state.blocks, opening, run.state.time});
+  for (const geometry::ContactPoint& point : work.found) {
+    Island* island = owner(point);
+    if (island == nullptr) continue;
+    island->found.push_back(point);
+    island->reach = std::max(island->reach, reach.of_pair(point.key.a, point.key.b));
+  }
+  for (const Contact& contact : run.state.contacts) {
+    if (Island* island = owner(contact.point)) island->history.push_back(contact);
+  }
+}
+
+Islands join_islands_that_met(const StepRun& run, std::vector<geometry::ContactPoint>& joins) {
+  Workspace& work = run.work;
+  const std::size_t before = joins.size();
+  for (const geometry::ContactPoint& point : work.found_end) {
+    const int a = work.island_of_block[index(point.key.a)];
+    const int b = work.island_of_block[index(point.key.b)];
+    const double limit = overlap_limit(pair_size(run.compiled, point.key.a, point.key.b));
+    if (a >= 0 && b >= 0 && a != b && point.gap < -limit) joins.push_back(point);
+  }
+  if (joins.size() == before) return {};
+  form(run, island_of_blocks(run.compiled, joins));
+  Islands islands = all_islands(work);
+  std::erase_if(islands, [](const Island* island) { return island->begun; });
+  return islands;
+}
+
+void take_contacts(const StepRun& run, std::vector<Contact>& contacts) {
+  const Workspace& work = run.work;
+  std::erase_if(contacts, [&](const Contact& contact) {
+    const int i = island_of(contact.point, work.island_of_block);
+    return i < 0 || !work.islands[index(i)]->at_rest;
+  });
+  const bool some_rest = !contacts.empty();
+  for (const auto& island : work.islands) {
+    if (island->at_rest) continue;
+    contacts.insert(contacts.end(), island->history.begin(), island->history.end());
+  }
+  if (!some_rest && work.islands.size() == 1) return;
+  std::ranges::sort(contacts, {}, [](const Contact& contact) { return contact.point.key; });
+}
+
+}  // namespace quoin::solver

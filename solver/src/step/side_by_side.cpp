@@ -1,0 +1,72 @@
+#include "step/side_by_side.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+
+namespace quoin::solver {
+namespace {
+
+// Contacts and blocks: some 20 us of work, what it takes to wake a thread.
+constexpr std::size_t kWorthThreads = 32;
+constexpr std::chrono::microseconds kBetweenLooks{500};
+
+/// Formulas of loads are the user's functions: they are asked on one thread.
+bool can_share(const StepRun& run) {
+  const CompiledScene& compiled = run.compiled;
+  const auto constant_load = [](const PointForce& load) { return load.force.is_constant(); };
+  const auto constant_held = [](const HeldPoint& held) { return held.displacement.is_constant(); };
+  return run.work.threads.workers() > 1 && !run.options.contact_problem &&
+         compiled.scene.gravity.is_constant() &&
+         std::ranges::all_of(compiled.loads, constant_load) &&
+         std::ranges::all_of(compiled.held, constant_held);
+}
+
+std::size_t size(const Island& island) { return island.own().size() + island.contacts.size(); }
+
+/// The largest islands first: the last to end is then a small one.
+std::vector<Island*> by_size(std::span<Island* const> islands) {
+  std::vector<Island*> sorted(islands.begin(), islands.end());
+  std::ranges::stable_sort(sorted, std::greater{}, [](const Island* i) { return size(*i); });
+  return sorted;
+}
+
+/// The first worker looks at the watch while others work.
+void share_out(const StepRun& run, const std::vector<Island*>& islands,
+               const std::function<void(Island&)>& task) {
+  std::atomic<std::size_t> next{0}, left{islands.size()};
+  std::atomic<bool> thrown{false};
+  StepWatch& watch = run.work.watch;
+  auto take = [&](int worker) {
+    try {
+      for (std::size_t i; (i = next++) < islands.size(); --left) task(*islands[i]);
+    } catch (...) {
+      thrown = true;
+      throw;
+    }
+    while (worker == 0 && watch.watches() && left > 0 && !thrown) {
+      std::this_thread::sleep_for(kBetweenLooks);
+      watch.look();
+    }
+  };
+  run.work.threads.run_each(take);
+}
+
+}  // namespace
+
+void side_by_side(const StepRun& run, std::span<Island* const> islands,
+                  const std::function<void(Island&)>& task) {
+  std::size_t work = 0;
+  for (Island* island : islands) {
+    work += size(*island);
+    island->memory.clock.start();
+  }
+  if (islands.size() > 1 && work >= kWorthThreads && can_share(run)) {
+    share_out(run, by_size(islands), task);
+  } else {
+    for (Island* island : islands) task(*island);
+  }
+  for (Island* island : islands) run.work.clock.add(island->memory.clock.seconds);
+}
+
+}  // namespace quoin::solver
