@@ -44,6 +44,10 @@ double allowed_share(const GroupEnergy& e) {
   return std::min(1.0, 2.0 * left / (slope + root));
 }
 
+bool has_more(const GroupEnergy& e) {
+  return e.law - e.pushed > e.available + kAllowed * e.magnitude;
+}
+
 }  // namespace
 
 void bound_energy(const SubStep& step, const VelocityBalance& balance, std::span<BlockState> end,
@@ -57,14 +61,20 @@ void bound_energy(const SubStep& step, const VelocityBalance& balance, std::span
     const BlockState &first = step.state[b], &last = end[b];
     const double before = kinetic_energy(model, first) + strain_energy(model, first);
     const double strained = strain_energy(model, last);
-    const Vector12 held = positions[s] / step.length, free = velocity_vector(last);
     GroupEnergy& e = of_group[index(groups[s])];
     e.available += before + energy.work_on[s] - strained;
     e.magnitude += before + std::abs(energy.work_on[s]) + strained;
     e.pushed += pushed[s];
+    e.law += kinetic_energy(model, last);
+  }
+  for (std::size_t s = 0; s < groups.size(); ++s) {
+    GroupEnergy& e = of_group[index(groups[s])];
+    if (!has_more(e)) continue;
+    const BlockModel& model = step.compiled.models[index(blocks[s])];
+    const BlockState& last = end[index(blocks[s])];
+    const Vector12 held = positions[s] / step.length, free = velocity_vector(last);
     e.positions += kinetic_energy(model, with_velocity(last, held));
     e.middle += kinetic_energy(model, with_velocity(last, 0.5 * (held + free)));
-    e.law += kinetic_energy(model, last);
   }
   for (std::size_t s = 0; s < groups.size(); ++s) {
     const double share = allowed_share(of_group[index(groups[s])]);

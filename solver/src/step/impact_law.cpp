@@ -80,14 +80,14 @@ BlockVector free_velocity_gain(const SubStep& step, const BlockTerms& terms,
 /// Sliding that is more than creep against what friction can stop within a step: it goes on with
 /// the friction that the positions gave it, along the mean direction of the step (second order). Of
 /// a creeping contact the sign of the slip says nothing, and its friction follows the normal
-/// impulse.
+/// impulse; so does that of a new contact that friction can stop.
 bool slides_on(const ImpactStep& at, const BodyContact& contact, const LinearContact& c) {
   const Vector3 now = relative_velocity(contact, c, at.end);
   const double friction = c.multiplier.tail<2>().norm();
   const std::vector<Matrix12>& compliance = at.terms.compliance;
   const double stopped = friction * shear_compliance(c, compliance);
   return now.tail<2>().dot(c.multiplier.tail<2>()) <= 0.0 &&
-         now.tail<2>().norm() * at.step.length > kCreep * stopped;
+         now.tail<2>().norm() * at.step.length > (contact.was_closed ? kCreep : 1.0) * stopped;
 }
 
 /// Between the impact and the end of the step the rebound goes on like free flight.
