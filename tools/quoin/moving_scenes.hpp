@@ -44,7 +44,7 @@ void make_jointed_slope(const Stone& stone, const JointedSlope& slope);
 
 struct Vault {
   double radius = 2, thickness = 0.4, length = 4, block_length = 0.8, pier_height = 1.5;  // m
-  int courses = 13, piers = 4;
+  int courses = 13, piers = 2;
 };
 /// A barrel vault in bond, without mortar, on two rows of piers; one pier is taken away.
 void make_vault(const Stone& stone, const Vault& vault);
