@@ -39,7 +39,7 @@ CHAINS = {
     "solver": [["scene", "state", "displacement"], ["block_terms", "linear_contact"],
                ["joint_law"], ["contact_history"], ["contact_jacobian", "joint_failure"],
                ["block_system", "elimination", "subtract_product"], ["linear_solver"], ["open_close", "cone"],
-               ["cone_problem"], ["soft_contacts"], ["interior_point", "smoothed_newton"], ["moving_contacts"],
+               ["cone_problem"], ["proximal_newton"], ["moving_contacts"],
                ["advance"], ["simulation"]],
 }
 SOURCES = (".hpp", ".cpp", ".h", ".c")

@@ -2,61 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace quoin::solver {
-namespace {
-
-/// As a product of eigenvalues: the difference of squares cancels near the cone's boundary.
-double determinant(const Vector3& x) {
-  const double tangential = x.tail<2>().norm();
-  return (x[0] - tangential) * (x[0] + tangential);
-}
-
-}  // namespace
-
-Vector3 jordan_product(const Vector3& x, const Vector3& y) {
-  Vector3 result;
-  result << x.dot(y), x[0] * y.tail<2>() + y[0] * x.tail<2>();
-  return result;
-}
-
-Vector3 jordan_quotient(const Vector3& r, const Vector3& x) {
-  Vector3 result;
-  result[0] = (x[0] * r[0] - x.tail<2>().dot(r.tail<2>())) / determinant(x);
-  result.tail<2>() = (r.tail<2>() - result[0] * x.tail<2>()) / x[0];
-  return result;
-}
-
-ConeScaling cone_scaling(const Vector3& x, const Vector3& y) {
-  const double det_x = determinant(x), det_y = determinant(y);
-  const Vector3 unit_x = x / std::sqrt(det_x);
-  Vector3 mirrored = y / std::sqrt(det_y);
-  const double gamma = std::sqrt(0.5 * (1.0 + unit_x.dot(mirrored)));
-  mirrored.tail<2>() *= -1.0;
-  const Vector3 w = (unit_x + mirrored) / (2.0 * gamma);
-  const double size = std::pow(det_x / det_y, 0.25);
-  const Eigen::Matrix2d inner =
-      Eigen::Matrix2d::Identity() + w.tail<2>() * w.tail<2>().transpose() / (1.0 + w[0]);
-  ConeScaling result;
-  result.scale << w[0], w.tail<2>().transpose(), w.tail<2>(), inner;
-  result.inverse << w[0], -w.tail<2>().transpose(), -w.tail<2>(), inner;
-  result.squared = 2.0 * w * w.transpose();
-  result.squared.diagonal() += Vector3(-1.0, 1.0, 1.0);
-  result.scale *= size;
-  result.inverse /= size;
-  result.squared *= size * size;
-  return result;
-}
-
-double share_in_cone(const Vector3& x, const Vector3& step) {
-  const double a = determinant(step), c = determinant(x);
-  const double b = x[0] * step[0] - x.tail<2>().dot(step.tail<2>());
-  const double discriminant = b * b - a * c;
-  if (discriminant < 0.0) return std::numeric_limits<double>::infinity();
-  const double below = std::sqrt(discriminant) - b;
-  return below > 0.0 ? c / below : std::numeric_limits<double>::infinity();
-}
 
 Vector3 project_on_cone(const Vector3& z) {
   const double tangential = z.tail<2>().norm();

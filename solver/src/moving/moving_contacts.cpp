@@ -1,21 +1,25 @@
 #include "moving/moving_contacts.hpp"
 
 #include <algorithm>
-#include <limits>
+#include <cmath>
+#include <utility>
 
 #include "moving/cone.hpp"
 
 namespace quoin::solver {
 namespace {
 
-// Chosen on single steps of piles and shaken walls.
+// Chosen on single steps of piles, shaken walls, towers, arches and slopes, and on runs of them.
 constexpr int kSweeps = 10;
-constexpr double kSoftness = 0.03;
+constexpr double kForces = 100.0;   // times the tolerance: gaps come out as much better than forces
+constexpr int kMostHard = 20;       // steps on hard contacts before they yield by
+constexpr double kSoftness = 0.03;  // and, where Newton's method does not end in
+constexpr int kMostSoft = 12;       // steps, by
+constexpr double kSofter = 4.0;     // times as much, up to
+constexpr double kSoftest = 2.0;
 constexpr int kMostUpdates = 3;   // of the forces about which contacts yield, while they yield by
-constexpr double kYield = 1e-6;   // more than this of the smallest block, and while each
-constexpr double kStalled = 0.5;  // leaves no more than this of it
-constexpr int kMostSteps = 50;    // of one iteration, a bound: the shipped problems stay well below
-constexpr double kInteriorResidual = 1e-3;  // from here Newton's method finds the rest
+constexpr double kYield = 1e-6;   // more than this of the smallest block; each time by
+constexpr double kStiffer = 0.3;  // times as much
 
 void add(const IterationCount& part, IterationCount& total) {
   total.converged = part.converged;
@@ -27,84 +31,79 @@ void add(const IterationCount& part, IterationCount& total) {
 
 }  // namespace
 
-/// `first`: the first linearisation of a step, which sweeps; the others yield about the same
-/// forces.
+/// `first`: the first linearisation of a step, which sweeps; the others are near their solution.
 void MovingContacts::start(std::span<const LinearContact> contacts, bool first) {
   x_.resize(contacts.size());
-  bar_.resize(contacts.size());
   motion_.resize(contacts.size());
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     x_[i] = project_on_cone(problem_.cone_force(i, contacts[i].multiplier));
   }
-  if (first || bar_force_.size() != contacts.size()) {
-    problem_.respond(x_, motion_);
-    for (int sweep = 0; sweep < kSweeps; ++sweep) problem_.sweep(x_);
-    bar_force_.resize(contacts.size());
-    for (std::size_t i = 0; i < contacts.size(); ++i) bar_force_[i] = problem_.force(i, x_[i]);
+  bar_ = x_;
+  if (!first) {
+    for (std::size_t i = 0; i < bar_.size(); ++i) bar_[i] = problem_.cone_force(i, bar_force_[i]);
+    return;
   }
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    bar_[i] = problem_.cone_force(i, bar_force_[i]);
-  }
-}
-
-IterationCount MovingContacts::solve_soft(double tolerance) {
-  const Softness softness{kSoftness, bar_};
-  IterationCount total;
-  respond_softly(problem_, softness, x_, motion_);
-  total.residual = relative_residual(x_, motion_);
-  total.converged = total.residual <= tolerance;
-  if (total.converged) return total;
-  const auto iterate_by = [&](auto& iteration, double residual) {
-    const int most = std::max(0, std::min(kMostSteps, iterations_left_));
-    const IterationCount count = iteration.solve(problem_, softness, {residual, most}, x_);
-    iterations_left_ -= count.iterations;
-    add(count, total);
-  };
-  if (total.residual > kInteriorResidual) iterate_by(interior_point_, kInteriorResidual);
-  iterate_by(smoothed_newton_, tolerance);
-  return total;
+  softness_ = 0.0;
+  problem_.respond(x_, motion_);
+  for (int sweep = 0; sweep < kSweeps; ++sweep) problem_.sweep(x_);
 }
 
 /// How far contacts yield, m.
 double MovingContacts::largest_yield() const {
   double most = 0.0;
   for (std::size_t i = 0; i < x_.size(); ++i) {
-    most = std::max(most, problem_.motion(i, kSoftness * (x_[i] - bar_[i])).norm());
+    most = std::max(most, problem_.motion(i, softness_ * (x_[i] - bar_[i])).norm());
   }
   return most;
 }
 
+IterationCount MovingContacts::solve_soft(double tolerance) {
+  IterationCount total;
+  while (iterations_left_ > 0) {
+    const IterationLimit limit{tolerance, std::min(kMostSoft, iterations_left_)};
+    const IterationCount count = newton_.solve_soft(problem_, softness_, bar_, limit, x_);
+    iterations_left_ -= count.iterations;
+    add(count, total);
+    if (count.converged || softness_ * kSofter > kSoftest) break;
+    softness_ *= kSofter;
+    x_ = bar_;
+  }
+  return total;
+}
+
 /// Contacts that yield too far do so about the forces that they have come to, and again.
 IterationCount MovingContacts::iterate(double tolerance, double allowed_yield) {
-  IterationCount total = solve_soft(tolerance);
-  double yield = largest_yield();
-  for (int update = 0; total.converged && yield > allowed_yield && update < kMostUpdates;
-       ++update) {
-    const double before = yield;
+  if (softness_ > 0.0) return solve_soft(tolerance);
+  IterationCount total =
+      newton_.solve_hard(problem_, {tolerance, std::min(kMostHard, iterations_left_)}, x_);
+  iterations_left_ -= total.iterations;
+  bar_ = x_;
+  if (total.converged) return total;
+  for (int update = 0; update <= kMostUpdates; ++update) {
     last_x_ = x_;
-    last_bar_ = bar_;
-    bar_ = x_;
-    const IterationCount count = solve_soft(tolerance);
-    yield = largest_yield();
-    const bool better = count.converged && yield < before;
-    add(count, total);
-    if (!better) {
+    last_bar_ = std::exchange(bar_, x_);
+    const bool solved = total.converged;
+    const double softness = std::exchange(softness_, kSoftness * std::pow(kStiffer, update));
+    add(solve_soft(tolerance), total);
+    if (solved && !total.converged) {  // what there was is a solution, too
       x_ = last_x_;
       bar_ = last_bar_;
+      softness_ = softness;
       total.converged = true;
+      break;
     }
-    if (!better || yield > kStalled * before) break;
+    if (!total.converged || largest_yield() <= allowed_yield) break;
   }
   return total;
 }
 
 /// Forces, motions and modes of the contacts.
 void MovingContacts::record(std::span<LinearContact> contacts) {
-  const Softness softness{kSoftness, bar_};
-  respond_softly(problem_, softness, x_, motion_);
+  problem_.respond(x_, motion_);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     LinearContact& c = contacts[i];
-    const Vector3 trial = x_[i] - corrected(motion_[i]);
+    const Vector3 yield = softness_ * (x_[i] - bar_[i]);
+    const Vector3 trial = x_[i] - corrected(motion_[i] + yield);
     const double tangential = trial.tail<2>().norm();
     c.mode = trial[0] <= -tangential                        ? ContactMode::Open
              : trial[0] < tangential || !(c.friction > 0.0) ? ContactMode::Slip
@@ -120,14 +119,13 @@ OpenCloseResult MovingContacts::solve(const BlockSystem& base, const BlockVector
                                       std::span<LinearContact> contacts,
                                       const OpenCloseOptions& options, BlockVector& increment) {
   problem_.set(base, force, contacts, increment);
-  start(contacts, options.predicted);
+  start(contacts, options.predicted || bar_force_.size() != contacts.size());
   iterations_left_ = options.max_iterations;
   const double length = *std::ranges::min_element(slots_->length);
-  const double allowed_yield =
-      options.predicted ? kYield * length : std::numeric_limits<double>::infinity();
-  const IterationCount count = iterate(options.force_tolerance, allowed_yield);
-  for (std::size_t i = 0; i < contacts.size(); ++i) bar_force_[i] = problem_.force(i, bar_[i]);
+  const IterationCount count = iterate(kForces * options.force_tolerance, kYield * length);
   record(contacts);
+  bar_force_.resize(contacts.size());
+  for (std::size_t i = 0; i < contacts.size(); ++i) bar_force_[i] = problem_.force(i, bar_[i]);
   OpenCloseResult result;
   result.converged = count.converged;
   result.iterations = count.iterations;

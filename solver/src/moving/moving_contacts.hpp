@@ -1,18 +1,16 @@
 #pragma once
 /// Contact forces of one linearised step in which much slides, rocks and opens at once.
 ///
-/// Gauss–Seidel sweeps from the last forces; contacts then yield by a share of their own Delassus
-/// block where forces leave those of the sweeps; an interior point brings these soft contacts near
-/// their solution, and a smoothed Newton method to the tolerance. See solver/README.md.
+/// Gauss–Seidel sweeps from the last forces, then the proximal Newton method on hard contacts;
+/// where that does not end, contacts yield by a share of their own Delassus block. See
+/// solver/README.md.
 
-#include "moving/interior_point.hpp"
-#include "moving/smoothed_newton.hpp"
 #include "iteration/open_close.hpp"
+#include "moving/proximal_newton.hpp"
 
 namespace quoin::solver {
 
-/// Keeps the memory between calls, and between linearisations of one step the forces about which
-/// contacts yield.
+/// Keeps the memory between calls, and between linearisations of one step whether contacts yield.
 class MovingContacts {
  public:
   explicit MovingContacts(const Slots& slots, StepWatch* watch = nullptr)
@@ -26,17 +24,17 @@ class MovingContacts {
 
  private:
   void start(std::span<const LinearContact> contacts, bool first);
+  IterationCount iterate(double tolerance, double allowed_yield);
   IterationCount solve_soft(double tolerance);
   double largest_yield() const;
-  IterationCount iterate(double tolerance, double allowed_yield);
   void record(std::span<LinearContact> contacts);
 
   const Slots* slots_;
   ConeProblem problem_;
-  InteriorPoint interior_point_;
-  SmoothedNewton smoothed_newton_;
+  ProximalNewton newton_;
   std::vector<Vector3> x_, bar_, motion_, last_x_, last_bar_;
   std::vector<Vector3> bar_force_;  ///< N, by contact
+  double softness_ = 0.0;           ///< 0: contacts of this step do not yield
   int iterations_left_ = 0;         ///< of this solve()
 };
 
