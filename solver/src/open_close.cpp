@@ -50,6 +50,14 @@ double violation(std::span<const LinearContact> contacts) {
   return worst;
 }
 
+/// Between blocks that stand gaps and slips within their rounding are zero: redundant contacts then
+/// agree. What they would bear for such gaps finds no end.
+void round_to_zero(Vector3& relative, double rounding) {
+  for (double& d : relative) {
+    if (std::abs(d) <= rounding) d = 0.0;
+  }
+}
+
 }  // namespace
 
 void set_pairs(std::span<LinearContact> contacts, BlockSystem& base) {
@@ -129,6 +137,7 @@ void OpenClose::shift_in(const BlockSystem& base, const BlockVector& force,
     };
     move(c.slot_a, c.jacobian_a);
     move(c.slot_b, c.jacobian_b);
+    if (size == 0.0) round_to_zero(c.guess, rounding_);
     const double noise = kRounding * std::max(c.normal_stiffness, c.shear_stiffness) * size;
     if (c.slot_a >= 0) floor_[index(c.slot_a)] += noise;
     if (c.slot_b >= 0) floor_[index(c.slot_b)] += noise;
@@ -455,6 +464,7 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   factorized_ = false;
   raises_ = updates_ = 0;
   most_ = options.max_iterations;
+  rounding_ = options.gap_rounding;
   softness_ = 1.0;
   if (options.predicted || !options.raise) last_gap_ = std::numeric_limits<double>::infinity();
   if (options.predicted) {

@@ -110,6 +110,7 @@ class OpenClose {
   int updates_ = 0;        ///< of the multipliers, since the start of solve()
   int raises_ = 0;         ///< of the augmentation, since the start of solve()
   double softness_ = 1.0;  ///< of all contacts: share of their stiffness
+  double rounding_ = 0.0;  ///< of gaps, m
 };
 
 }  // namespace quoin::solver

@@ -148,6 +148,8 @@ void set_linear_contacts(const CompiledScene& compiled, const StepOptions& optio
     linear.slot_a = slot_of[index(contact.a)];
     linear.slot_b = slot_of[index(contact.b)];
     set_law(options, work.spring, work.contacts[i], linear);
+    const bool touches = contact.state.point.gap <= options.tolerance * compiled.smallest_size;
+    if (contact.laid && touches) linear.assumed = ContactMode::Stick;  // most of a masonry does
     if (linear.compliant) continue;
     Vector3 t1, t2;
     tangent_frame(contact, contact.state.point.normal, t1, t2);

@@ -1,4 +1,4 @@
-#include "linear_solver.hpp"
+#include "linear/multifrontal.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -23,7 +23,7 @@ Strided transposed(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
 
 }  // namespace
 
-void LinearSolver::analyse(const BlockSystem& system) {
+void Multifrontal::analyse(const BlockSystem& system) {
   const int count = slots_->count();
   pairs_ = system.pairs;
   elimination_ = make_elimination(count, pairs_);
@@ -42,13 +42,14 @@ void LinearSolver::analyse(const BlockSystem& system) {
     const Supernode& node = supernodes[s];
     fronts_[s].own = start_[index(node.end)] - start_[index(node.first)];
     fronts_[s].first = start_[index(node.first)];
-    for (const int place : node.below) fronts_[s].below += slots_->size[index(node_at[index(place)])];
+    for (const int place : node.below)
+      fronts_[s].below += slots_->size[index(node_at[index(place)])];
   }
   analysed_ = true;
 }
 
 /// Where the factors of each front stand, and memory for the rests that wait at the same time.
-void LinearSolver::place_factors() {
+void Multifrontal::place_factors() {
   std::size_t factors = 0, waiting = 0, most = 0;
   std::vector<std::size_t> taken(fronts_.size(), 0);  // by the rests of a front's children
   for (std::size_t s = 0; s < fronts_.size(); ++s) {
@@ -70,14 +71,14 @@ void LinearSolver::place_factors() {
   vector_.resize(slots_->unknowns());
 }
 
-LinearSolver::Parts LinearSolver::parts(const Front& front, double* rest) {
+Multifrontal::Parts Multifrontal::parts(const Front& front, double* rest) {
   const int rows = symmetric_ ? 0 : front.own;
   return {Matrix(factor_.data() + front.columns, front.own + front.below, front.own),
           Matrix(factor_.data() + front.rows, rows, front.below),
           Matrix(rest, front.below, front.below)};
 }
 
-bool LinearSolver::factorize(const BlockSystem& system) {
+bool Multifrontal::factorize(const BlockSystem& system) {
   const bool same = analysed_ && pairs_ == system.pairs;
   if (!same) analyse(system);
   if (!same || symmetric_ != system.symmetric) {
@@ -109,7 +110,7 @@ bool LinearSolver::factorize(const BlockSystem& system) {
   return true;
 }
 
-void LinearSolver::add_own_blocks(const BlockSystem& system, std::size_t node, Parts& front) {
+void Multifrontal::add_own_blocks(const BlockSystem& system, std::size_t node, Parts& front) {
   const Supernode& supernode = elimination_.supernodes[node];
   const int own = fronts_[node].own;
   int at = 0;
@@ -149,8 +150,9 @@ void LinearSolver::add_own_blocks(const BlockSystem& system, std::size_t node, P
   }
 }
 
-/// What a child left, to where it belongs in the front of its parent; the lower triangle if symmetric.
-void LinearSolver::add_rest(std::size_t child, const Matrix& rest, std::size_t node, Parts& front) {
+/// What a child left, to where it belongs in the front of its parent; the lower triangle if
+/// symmetric.
+void Multifrontal::add_rest(std::size_t child, const Matrix& rest, std::size_t node, Parts& front) {
   const int own = fronts_[node].own;
   target_.clear();
   for (const int place : elimination_.supernodes[child].below) {
@@ -158,8 +160,8 @@ void LinearSolver::add_rest(std::size_t child, const Matrix& rest, std::size_t n
     for (int i = 0; i < size; ++i) target_.push_back(local_[index(place)] + i);
   }
   const int count = static_cast<int>(target_.size());
-  const int inside = static_cast<int>(
-      std::lower_bound(target_.begin(), target_.end(), own) - target_.begin());
+  const int inside =
+      static_cast<int>(std::lower_bound(target_.begin(), target_.end(), own) - target_.begin());
   for (int j = 0; j < count; ++j) {
     const double* from = rest.col(j).data();
     const int first = symmetric_ ? j : 0;
@@ -178,7 +180,7 @@ void LinearSolver::add_rest(std::size_t child, const Matrix& rest, std::size_t n
   }
 }
 
-bool LinearSolver::eliminate_symmetric(std::size_t node, Parts& parts) {
+bool Multifrontal::eliminate_symmetric(std::size_t node, Parts& parts) {
   const Front& front = fronts_[node];
   Eigen::Ref<Eigen::MatrixXd> pivot = parts.columns.topRows(front.own);
   const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> cholesky(pivot);  // in place
@@ -200,7 +202,7 @@ bool LinearSolver::eliminate_symmetric(std::size_t node, Parts& parts) {
   return true;
 }
 
-bool LinearSolver::eliminate_general(std::size_t node, Parts& parts) {
+bool Multifrontal::eliminate_general(std::size_t node, Parts& parts) {
   const Front& front = fronts_[node];
   Eigen::Ref<Eigen::MatrixXd> pivot = parts.columns.topRows(front.own);
   const Eigen::PartialPivLU<Eigen::Ref<Eigen::MatrixXd>> lu(pivot);  // in place
@@ -226,7 +228,7 @@ bool LinearSolver::eliminate_general(std::size_t node, Parts& parts) {
   return true;
 }
 
-void LinearSolver::solve(const BlockVector& right, BlockVector& solution) {
+void Multifrontal::solve(const BlockVector& right, BlockVector& solution) {
   for (std::size_t s = 0; s < right.size(); ++s) {
     unknowns_of(s) = right[s].head(slots_->size[s]);
   }
@@ -238,11 +240,11 @@ void LinearSolver::solve(const BlockVector& right, BlockVector& solution) {
   }
 }
 
-Eigen::VectorBlock<Eigen::VectorXd> LinearSolver::unknowns_of(std::size_t slot) {
+Eigen::VectorBlock<Eigen::VectorXd> Multifrontal::unknowns_of(std::size_t slot) {
   return vector_.segment(start_[index(elimination_.place_of[slot])], slots_->size[slot]);
 }
 
-void LinearSolver::forward(std::size_t node) {
+void Multifrontal::forward(std::size_t node) {
   const Front& front = fronts_[node];
   const Parts factors = parts(front, nullptr);
   const auto pivot = factors.columns.topRows(front.own);
@@ -263,7 +265,7 @@ void LinearSolver::forward(std::size_t node) {
   }
 }
 
-void LinearSolver::backward(std::size_t node) {
+void Multifrontal::backward(std::size_t node) {
   const Front& front = fronts_[node];
   const Parts factors = parts(front, nullptr);
   const auto pivot = factors.columns.topRows(front.own);
@@ -284,7 +286,7 @@ void LinearSolver::backward(std::size_t node) {
   }
 }
 
-double LinearSolver::condition_estimate() const {
+double Multifrontal::condition_estimate() const {
   return pivots_.size() == 0 ? 1.0 : pivots_.maxCoeff() / pivots_.minCoeff();
 }
 
