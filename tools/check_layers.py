@@ -36,7 +36,8 @@ CHAINS = {
                  ["contact_point"], ["contact_finder"]],
     "solver": [["scene", "state", "displacement"], ["block_terms", "linear_contact"],
                ["joint_law"], ["contact_history"], ["contact_jacobian", "joint_failure"],
-               ["block_system", "elimination", "subtract_product"], ["multifrontal"], ["linear_solver"], ["open_close", "cone"],
+               ["block_system", "elimination", "subtract_product"], ["block_rows", "multifrontal"], ["aggregation"], ["rigid_multigrid"], ["krylov"],
+               ["linear_solver"], ["open_close", "cone"],
                ["cone_problem"], ["soft_contacts"], ["interior_point", "smoothed_newton"], ["moving_contacts"],
                ["advance"], ["simulation"]],
 }

@@ -19,8 +19,8 @@ constexpr double kLargestHop = 0.1;   // of the smaller block of a pair
 constexpr double kMissed = 1e-9;      // of the same: an overlap that is none
 constexpr double kBesideFace = 1e-3;  // of the same: pairs farther apart at the end did not touch
 constexpr int kStaticCuts = 10;       // halvings of a pseudo-step: to a millionth of its motion
-constexpr double kFlat = 1e-9;         // of its volume: a block squeezed to less is turned inside out
-constexpr double kThrough = 0.5;      // of the same: what is so deep has not passed beside
+constexpr double kFlat = 1e-9;    // of its volume: a block squeezed to less is turned inside out
+constexpr double kThrough = 0.5;  // of the same: what is so deep has not passed beside
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
@@ -575,6 +575,7 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
   work.energy_growth = 0.0;
   note_before(options, work);
   const double end = counted_end(options, state, work);
+  work.open_close.linear_solver().choose(options.linear_solver);
   work.watch.begin(options, report);
   try {
     (options.analysis == Analysis::Dynamic ? take_sub_steps : take_static_step)(
@@ -587,6 +588,7 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
     report.status = StepStatus::Stopped;
   }
   work.watch.end();
+  report.linear = work.open_close.linear_solver().counts();
   report_end(state, work, report);
   report_flags(compiled, options, state, work, report);
   work.clock.charge(&PhaseSeconds::update);

@@ -1,8 +1,65 @@
 #pragma once
-/// Direct solution of K x = f for a sparse matrix of blocks.
+/// Solution of K x = f for a sparse matrix of blocks, by elimination or by iterations.
 
-#include "linear/multifrontal.hpp"
+#include <quoin/solver/simulation.hpp>
+
+#include "linear/krylov.hpp"
 
 namespace quoin::solver {
-using LinearSolver = Multifrontal;
-}
+
+/// Chooses between elimination and multigrid for each matrix; see solver/README.md, "Linear
+/// systems".
+class LinearSolver {
+ public:
+  /// Eliminates, until choose() says otherwise. `watch`, where there is one, is looked at during
+  /// factorize(), which then throws StepStopped.
+  explicit LinearSolver(const Slots& slots, StepWatch* watch = nullptr)
+      : slots_(&slots), watch_(watch), elimination_(slots, watch) {}
+
+  /// From the next matrix on; counts start at zero.
+  void choose(LinearSolverKind kind) {
+    kind_ = kind;
+    counts_ = {};
+  }
+
+  /// Nothing of earlier matrices is used from here on but what hangs on the pattern alone: what
+  /// follows is the same to the bit whatever was solved before.
+  void forget() { prepared_ = false; }
+
+  /// False when it is singular to working accuracy, or symmetric, eliminated and not positive
+  /// definite.
+  bool factorize(const BlockSystem& system);
+
+  /// Iterations end at a residual of 1e-8 of `right`; where they do not reach it the matrix is
+  /// eliminated. False where that fails, too: `solution` is then zero.
+  bool solve(const BlockVector& right, BlockVector& solution);
+
+  /// Ratio of the largest to the smallest pivot: a lower estimate of the condition number; 0 where
+  /// the matrix was not eliminated.
+  double condition_estimate() const;
+
+  const LinearSolverCounts& counts() const { return counts_; }  ///< since choose()
+
+ private:
+  template <int n>
+  bool prepare(RigidMultigrid<n>& multigrid);
+  template <int n>
+  bool iterate(RigidMultigrid<n>& multigrid, const BlockVector& right, BlockVector& solution);
+  bool wants_multigrid(const BlockSystem& system);
+  bool rigid() const;
+
+  const Slots* slots_;
+  StepWatch* watch_;
+  LinearSolverKind kind_ = LinearSolverKind::Elimination;
+  Multifrontal elimination_;
+  RigidMultigrid<6> rigid_;
+  RigidMultigrid<12> deformable_;
+  std::vector<Frame> frames_;  ///< of the present matrix
+  bool iterates_ = false;      ///< the present matrix is the multigrid's
+  bool prepared_ = false;      ///< the hierarchy is of this matrix or an earlier one
+  bool lagging_ = false;       ///< of an earlier one
+  int fresh_iterations_ = 0;   ///< of the first solution with a new hierarchy
+  LinearSolverCounts counts_;
+};
+
+}  // namespace quoin::solver

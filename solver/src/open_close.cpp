@@ -222,6 +222,7 @@ bool OpenClose::same_tangent(std::span<const LinearContact> contacts, Law law) {
 void OpenClose::assemble(const BlockSystem& base, std::span<const LinearContact> contacts) {
   system_.diagonal = base.diagonal;
   system_.pairs = base.pairs;
+  system_.frames = base.frames;
   system_.off_diagonal.assign(base.pairs.size(), Matrix12::Zero());
   const bool symmetric = system_.symmetric =
       std::all_of(tangent_.begin(), tangent_.end(), is_symmetric);
@@ -264,7 +265,7 @@ bool OpenClose::newton_step(const BlockSystem& base, std::span<LinearContact> co
     if (!factorized_) return false;
   }
   const BlockVector& right = residual_;
-  solver_.solve(right, step_);
+  if (!solver_.solve(right, step_)) return false;
   ++result.solves;
   if (law == Law::Assumed) {
     move(base, contacts, Law::True, 1.0);
@@ -462,6 +463,7 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   trial_.resize(n);
   scale_.resize(n);
   factorized_ = false;
+  solver_.forget();
   raises_ = updates_ = 0;
   most_ = options.max_iterations;
   rounding_ = options.gap_rounding;

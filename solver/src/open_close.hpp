@@ -45,6 +45,8 @@ class OpenClose {
         watch_(watch),
         solver_(slots, watch) {}
 
+  LinearSolver& linear_solver() { return solver_; }
+
   /// `base`: block terms (diagonal only) and the pairs that contacts couple. `increment`: in, the
   /// first guess; out, D. Contacts: multipliers in, forces and modes out.
   OpenCloseResult solve(const BlockSystem& base, const BlockVector& force,

@@ -72,6 +72,7 @@ void set_matrix(const CompiledScene& compiled, const StepOptions& options, doubl
                 std::size_t slot, Workspace& work) {
   const std::size_t b = index(compiled.slots.block_of_slot[slot]);
   const bool deforms = work.poses.deforms[b] != 0;
+  work.base.frames[slot] = {work.poses.start[b].centroid, work.poses.start[b].rotation};
   Matrix12& matrix = work.base.diagonal[slot];
   Matrix12& inverse = work.compliance[slot];
   matrix = block_matrix(compiled.models[b], scheme_of(options, time_step, deforms));
@@ -87,6 +88,7 @@ void set_matrix(const CompiledScene& compiled, const StepOptions& options, doubl
 void set_matrices(const CompiledScene& compiled, const StepOptions& options, double time_step,
                   Workspace& work) {
   work.base.diagonal.resize(index(compiled.slots.count()));
+  work.base.frames.resize(work.base.diagonal.size());
   work.compliance.resize(index(compiled.slots.count()));
   for (std::size_t s = 0; s < work.base.diagonal.size(); ++s) {
     set_matrix(compiled, options, time_step, s, work);

@@ -576,6 +576,11 @@ class Reader {
          {solver::ContactIteration::InteriorPoint, solver::ContactIteration::Automatic}) {
       if (iteration == name(known)) options.contact_iteration = known;
     }
+    const std::string linear = document_.value("linear_solver", "automatic");
+    for (const auto known :
+         {solver::LinearSolverKind::Elimination, solver::LinearSolverKind::Multigrid}) {
+      if (linear == name(known)) options.linear_solver = known;
+    }
     options.scheme = document_.value("scheme", "") == "energy_momentum"
                          ? solver::TimeScheme::EnergyMomentum
                          : solver::TimeScheme::ConstantAcceleration;

@@ -48,6 +48,19 @@ void Multifrontal::analyse(const BlockSystem& system) {
   analysed_ = true;
 }
 
+double Multifrontal::work(const BlockSystem& system) {
+  if (!analysed_ || pairs_ != system.pairs) {
+    analyse(system);
+    placed_ = false;
+  }
+  double sum = 0.0;
+  for (const Front& front : fronts_) {
+    const double own = front.own, below = front.below;
+    sum += own * (own * own / 3.0 + own * below + below * below);
+  }
+  return system.symmetric ? 0.5 * sum : sum;
+}
+
 /// Where the factors of each front stand, and memory for the rests that wait at the same time.
 void Multifrontal::place_factors() {
   std::size_t factors = 0, waiting = 0, most = 0;
@@ -79,11 +92,14 @@ Multifrontal::Parts Multifrontal::parts(const Front& front, double* rest) {
 }
 
 bool Multifrontal::factorize(const BlockSystem& system) {
-  const bool same = analysed_ && pairs_ == system.pairs;
-  if (!same) analyse(system);
-  if (!same || symmetric_ != system.symmetric) {
+  if (!analysed_ || pairs_ != system.pairs) {
+    analyse(system);
+    placed_ = false;
+  }
+  if (!placed_ || symmetric_ != system.symmetric) {
     symmetric_ = system.symmetric;
     place_factors();
+    placed_ = true;
   }
   std::vector<std::size_t> waiting;  // supernodes whose rests stand on the stack
   std::size_t top = 0;

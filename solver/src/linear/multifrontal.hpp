@@ -24,6 +24,9 @@ class Multifrontal {
   bool factorize(const BlockSystem& system);
   void solve(const BlockVector& right, BlockVector& solution);
 
+  /// Multiplications that the factors of such a matrix take, about.
+  double work(const BlockSystem& system);
+
   /// Ratio of the largest to the smallest pivot: a lower estimate of the condition number.
   double condition_estimate() const;
 
@@ -66,7 +69,7 @@ class Multifrontal {
   const Slots* slots_;
   StepWatch* watch_;
   bool symmetric_ = true;  // what was factorized last
-  bool analysed_ = false;
+  bool analysed_ = false, placed_ = false;
   std::vector<std::pair<int, int>> pairs_;  // that the order was made for
   Elimination elimination_;
   std::vector<int> start_;                        // first unknown of each place, and the total

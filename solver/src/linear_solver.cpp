@@ -1,0 +1,92 @@
+#include "linear_solver.hpp"
+
+#include <algorithm>
+
+namespace quoin::solver {
+namespace {
+
+// Multiplications of the elimination for each block, above which multigrid is faster. Measured on
+// the walls of bench/large.md.
+constexpr double kWork = 1e5;
+
+// More iterations than with a new hierarchy cost as much as another set-up: it is made for the next
+// matrix.
+constexpr int kLag = 6;
+
+}  // namespace
+
+bool LinearSolver::rigid() const {
+  return std::ranges::all_of(slots_->size, [](int size) { return size == 6; });
+}
+
+bool LinearSolver::wants_multigrid(const BlockSystem& system) {
+  if (system.frames.empty()) return false;
+  if (kind_ != LinearSolverKind::Automatic) return kind_ == LinearSolverKind::Multigrid;
+  return elimination_.work(system) > kWork * slots_->count();
+}
+
+template <int n>
+bool LinearSolver::prepare(RigidMultigrid<n>& multigrid) {
+  lagging_ = false;
+  prepared_ = multigrid.set_up(frames_);
+  fresh_iterations_ = 0;
+  ++counts_.set_ups;
+  counts_.complexity = std::max(counts_.complexity, multigrid.complexity());
+  return prepared_;
+}
+
+bool LinearSolver::factorize(const BlockSystem& system) {
+  iterates_ = wants_multigrid(system);
+  if (!iterates_) {
+    ++counts_.eliminations;
+    return elimination_.factorize(system);
+  }
+  frames_ = system.frames;
+  const auto take = [&](auto& multigrid, auto rows) {
+    if (!multigrid.exchange(std::move(rows))) return false;
+    lagging_ = prepared_;
+    return prepared_ || prepare(multigrid);
+  };
+  return rigid() ? take(rigid_, block_rows<6>(system, *slots_))
+                 : take(deformable_, block_rows<12>(system, *slots_));
+}
+
+/// A hierarchy of an earlier matrix is tried first, then one of this matrix.
+template <int n>
+bool LinearSolver::iterate(RigidMultigrid<n>& multigrid, const BlockVector& right,
+                           BlockVector& solution) {
+  Blocks<n> from(right.size()), to(right.size());
+  for (std::size_t s = 0; s < right.size(); ++s) from[s] = right[s].template head<n>();
+  for (;;) {
+    const KrylovResult result = minimise_residual(multigrid, from, {.watch = watch_}, to);
+    counts_.iterations += result.iterations;
+    if (fresh_iterations_ == 0) fresh_iterations_ = result.iterations;
+    if (result.iterations > fresh_iterations_ + kLag) prepared_ = false;
+    if (result.converged) break;
+    if (!lagging_ || !prepare(multigrid)) {
+      ++counts_.fallbacks;
+      iterates_ = false;
+      return elimination_.factorize(block_system(multigrid.matrix())) && solve(right, solution);
+    }
+  }
+  for (std::size_t s = 0; s < right.size(); ++s) {
+    solution[s].setZero();
+    const int size = slots_->size[s];
+    solution[s].head(size) = to[s].head(size);
+  }
+  return true;
+}
+
+bool LinearSolver::solve(const BlockVector& right, BlockVector& solution) {
+  if (iterates_) {
+    return rigid() ? iterate(rigid_, right, solution) : iterate(deformable_, right, solution);
+  }
+  elimination_.solve(right, solution);
+  return true;
+}
+
+double LinearSolver::condition_estimate() const {
+  return iterates_ ? 0.0 : elimination_.condition_estimate();
+}
+
+}  // namespace quoin::solver
