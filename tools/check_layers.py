@@ -38,8 +38,9 @@ CHAINS = {
                  ["contact_point"], ["contact_finder"]],
     "solver": [["scene", "state", "displacement"], ["block_terms", "linear_contact"],
                ["joint_law"], ["contact_history"], ["contact_jacobian", "joint_failure"],
-               ["block_system", "elimination", "subtract_product"], ["linear_solver"], ["open_close", "cone"],
-               ["cone_problem"], ["proximal_newton"], ["moving_contacts"],
+               ["block_system", "elimination", "subtract_product"], ["block_rows", "multifrontal"],
+               ["aggregation"], ["rigid_multigrid"], ["krylov"], ["linear_solver"],
+               ["open_close", "cone"], ["cone_problem"], ["proximal_newton"], ["moving_contacts"],
                ["advance"], ["simulation"]],
 }
 SOURCES = (".hpp", ".cpp", ".h", ".c")

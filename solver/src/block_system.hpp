@@ -27,6 +27,12 @@ double force_size(const Vector12& force, double length);
 /// Of a block's points, m.
 double motion_of(const Vector12& increment, double length);
 
+/// Where a block stands and how its own axes do: what its rigid motions are taken from.
+struct Frame {
+  Vector3 place = Vector3::Zero();         ///< of the centroid, m
+  Matrix3 rotation = Matrix3::Identity();  ///< own axes to the world's
+};
+
 /// Diagonal blocks by slot, off-diagonal blocks (i < j) by pair. Only the leading size×size part
 /// counts.
 struct BlockSystem {
@@ -35,6 +41,7 @@ struct BlockSystem {
   std::vector<Matrix12> off_diagonal;      ///< rows of pair.first, columns of pair.second
   std::vector<Matrix12> mirrored;          ///< rows of pair.second; only where not symmetric
   bool symmetric = true;
+  std::vector<Frame> frames;  ///< by slot; empty: not known
 };
 
 using BlockVector = std::vector<Vector12>;  ///< by slot; unused tail entries are zero

@@ -1,84 +1,65 @@
 #pragma once
-/// Direct solution of K x = f for a sparse matrix of blocks.
+/// Solution of K x = f for a sparse matrix of blocks, by elimination or by iterations.
 
-#include <Eigen/Core>
+#include <quoin/solver/simulation.hpp>
 
-#include "block_system.hpp"
-#include "elimination.hpp"
-#include "step_watch.hpp"
-#include "subtract_product.hpp"
+#include "linear/krylov.hpp"
 
 namespace quoin::solver {
 
-/// Multifrontal elimination: each supernode is a dense matrix, the front, of which the columns of its own
-/// are eliminated and the rest is handed to its parent.   [Duff & Reid 1983; Liu 1992]
-/// Keeps its memory, and order and supernodes while the pattern stays.
+/// Chooses between elimination and multigrid for each matrix; see solver/README.md, "Linear
+/// systems".
 class LinearSolver {
  public:
-  /// `watch`, where there is one, is looked at during factorize(), which then throws StepStopped.
+  /// Eliminates, until choose() says otherwise. `watch`, where there is one, is looked at during
+  /// factorize(), which then throws StepStopped.
   explicit LinearSolver(const Slots& slots, StepWatch* watch = nullptr)
-      : slots_(&slots), watch_(watch) {}
+      : slots_(&slots), watch_(watch), elimination_(slots, watch) {}
 
-  /// L L^T for a symmetric matrix; for another L U with row exchanges inside a supernode. False when it is
-  /// singular to working accuracy, or symmetric and not positive definite.
+  /// From the next matrix on; counts start at zero.
+  void choose(LinearSolverKind kind) {
+    kind_ = kind;
+    counts_ = {};
+  }
+
+  /// Nothing of earlier matrices is used from here on but what hangs on the pattern alone: what
+  /// follows is the same to the bit whatever was solved before.
+  void forget() { prepared_ = false; }
+
+  /// False when it is singular to working accuracy, or symmetric, eliminated and not positive
+  /// definite.
   bool factorize(const BlockSystem& system);
-  void solve(const BlockVector& right, BlockVector& solution);
 
-  /// Ratio of the largest to the smallest pivot: a lower estimate of the condition number.
+  /// Iterations end at a residual of 1e-8 of `right`; where they do not reach it the matrix is
+  /// eliminated. False where that fails, too: `solution` is then zero.
+  bool solve(const BlockVector& right, BlockVector& solution);
+
+  /// Ratio of the largest to the smallest pivot: a lower estimate of the condition number; 0 where
+  /// the matrix was not eliminated.
   double condition_estimate() const;
 
+  const LinearSolverCounts& counts() const { return counts_; }  ///< since choose()
+
  private:
-  using Matrix = Eigen::Map<Eigen::MatrixXd>;
-
-  /// A pair of the system as the front of the earlier of its two slots sees it.
-  struct Coupling {
-    int pair = 0;
-    int other = 0;         ///< place of the later slot
-    bool forward = false;  ///< the later slot is pair.first
-  };
-
-  /// One supernode: sizes in unknowns, and where its numbers stand.
-  struct Front {
-    int first = 0, own = 0, below = 0;
-    std::size_t columns = 0;  ///< in factor_: (own + below) × own
-    std::size_t rows = 0;     ///< in factor_: own × below, where not symmetric
-  };
-
-  /// The numbers of a front while it is assembled and eliminated.
-  struct Parts {
-    Matrix columns, rows, rest;
-  };
-
-  void look() const {
-    if (watch_ != nullptr) watch_->look();
-  }
-  void analyse(const BlockSystem& system);
-  void place_factors();
-  Parts parts(const Front& front, double* rest);
-  void add_own_blocks(const BlockSystem& system, std::size_t node, Parts& front);
-  void add_rest(std::size_t child, const Matrix& rest, std::size_t node, Parts& front);
-  bool eliminate_symmetric(std::size_t node, Parts& parts);
-  bool eliminate_general(std::size_t node, Parts& parts);
-  void forward(std::size_t node);
-  void backward(std::size_t node);
-  Eigen::VectorBlock<Eigen::VectorXd> unknowns_of(std::size_t slot);
+  template <int n>
+  bool prepare(RigidMultigrid<n>& multigrid);
+  template <int n>
+  bool iterate(RigidMultigrid<n>& multigrid, const BlockVector& right, BlockVector& solution);
+  bool wants_multigrid(const BlockSystem& system);
+  bool rigid() const;
 
   const Slots* slots_;
   StepWatch* watch_;
-  bool symmetric_ = true;  // what was factorized last
-  bool analysed_ = false;
-  std::vector<std::pair<int, int>> pairs_;  // that the order was made for
-  Elimination elimination_;
-  std::vector<int> start_;                  // first unknown of each place, and the total
-  std::vector<std::vector<Coupling>> couplings_;  // by place
-  std::vector<Front> fronts_;               // by supernode
-  std::vector<int> local_;                  // of each place, its first unknown in the present front
-  std::vector<int> target_;                 // of each unknown of a child's rest, that of the front
-  std::vector<double> factor_, stack_;      // stack_: rests that wait for their parent
-  std::vector<Eigen::PermutationMatrix<Eigen::Dynamic>> exchanges_;  // of rows, by supernode
-  SubtractProduct subtract_;
-  Eigen::VectorXd pivots_;                  // by elimination
-  Eigen::VectorXd vector_, below_;
+  LinearSolverKind kind_ = LinearSolverKind::Elimination;
+  Multifrontal elimination_;
+  RigidMultigrid<6> rigid_;
+  RigidMultigrid<12> deformable_;
+  std::vector<Frame> frames_;  ///< of the present matrix
+  bool iterates_ = false;      ///< the present matrix is the multigrid's
+  bool prepared_ = false;      ///< the hierarchy is of this matrix or an earlier one
+  bool lagging_ = false;       ///< of an earlier one
+  int fresh_iterations_ = 0;   ///< of the first solution with a new hierarchy
+  LinearSolverCounts counts_;
 };
 
 }  // namespace quoin::solver

@@ -47,6 +47,18 @@ const char* name(ContactIteration iteration) {
   return "";
 }
 
+const char* name(LinearSolverKind kind) {
+  switch (kind) {
+    case LinearSolverKind::Automatic:
+      return "automatic";
+    case LinearSolverKind::Elimination:
+      return "elimination";
+    case LinearSolverKind::Multigrid:
+      return "multigrid";
+  }
+  return "";
+}
+
 const char* name(StaticVerdict verdict) {
   static constexpr const char* kNames[] = {"seeking", "rest", "mechanism"};
   return kNames[static_cast<std::size_t>(verdict)];

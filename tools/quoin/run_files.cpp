@@ -173,6 +173,14 @@ json stages_json(const SceneFile& file, const RunResult& result) {
   return list;
 }
 
+json linear_json(const solver::LinearSolverCounts& counts) {
+  return {{"eliminations", counts.eliminations},
+          {"multigrid_set_ups", counts.set_ups},
+          {"multigrid_iterations", counts.iterations},
+          {"fallbacks", counts.fallbacks},
+          {"complexity", counts.complexity}};
+}
+
 json system_json(const solver::StepReport& total) {
   const double digits =
       total.condition > 0 ? std::max(0.0, 15.95 - std::log10(total.condition)) : 15.95;
@@ -503,6 +511,7 @@ json summary(const SceneFile& file, const std::string& path, const RunResult& re
           {"linear_solves", total.linear_solves},
           {"linear_solves_per_step", static_cast<double>(total.linear_solves) / steps},
           {"factorizations", total.factorizations},
+          {"linear_solver", linear_json(total.linear)},
           {"interior_point_attempts", total.interior_point_attempts},
           {"largest_residual", total.residual},
           {"system", system_json(total)},

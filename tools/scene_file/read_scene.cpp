@@ -613,6 +613,11 @@ class Reader {
       if (method == name(known)) options.method = known;
     }
     options.contact_iteration = contact_iteration(document_, options.contact_iteration);
+    const std::string linear = document_.value("linear_solver", "automatic");
+    for (const auto known :
+         {solver::LinearSolverKind::Elimination, solver::LinearSolverKind::Multigrid}) {
+      if (linear == name(known)) options.linear_solver = known;
+    }
     options.scheme = document_.value("scheme", "") == "energy_momentum"
                          ? solver::TimeScheme::EnergyMomentum
                          : solver::TimeScheme::ConstantAcceleration;

@@ -157,6 +157,11 @@ void add(const StepReport& step, StepReport& total) {
   total.iterations += step.iterations;
   total.linear_solves += step.linear_solves;
   total.factorizations += step.factorizations;
+  total.linear.eliminations += step.linear.eliminations;
+  total.linear.set_ups += step.linear.set_ups;
+  total.linear.iterations += step.linear.iterations;
+  total.linear.fallbacks += step.linear.fallbacks;
+  total.linear.complexity = std::max(total.linear.complexity, step.linear.complexity);
   total.interior_point_attempts += step.interior_point_attempts;
   total.seconds.detect += step.seconds.detect;
   total.seconds.assemble += step.seconds.assemble;

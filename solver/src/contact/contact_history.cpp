@@ -156,6 +156,7 @@ void start_history(const CarryOptions& options, BodyContact& contact) {
                                options.models[static_cast<std::size_t>(contact.b)].size);
   lay(contact.joint, size, contact.state);
   contact.was_closed = contact.state.bonded;
+  contact.laid = true;
 }
 
 /// Where the area of a joint with stiffness stays with points that had it, others are no part of

@@ -27,6 +27,7 @@ struct BodyContact {
   double opening = 0.0;     ///< gap at which it was closed at the start of the step, m
   bool was_closed = false;  ///< at the end of the last step
   bool was_bonded = false;
+  bool laid = false;  ///< in this step
 };
 
 /// Reference arm of a place as seen from the centroid.

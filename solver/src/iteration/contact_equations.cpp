@@ -1,6 +1,7 @@
 #include "iteration/contact_equations.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "contact/joint_law.hpp"
@@ -13,20 +14,29 @@ constexpr double kNoForce = 1e-300;  // N: keeps a quotient finite where no forc
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
+/// Between blocks that stand gaps and slips within their rounding are zero: redundant contacts then
+/// agree. What they would bear for such gaps finds no end.
+void round_to_zero(Vector3& relative, double rounding) {
+  for (double& d : relative) {
+    if (std::abs(d) <= rounding) d = 0.0;
+  }
+}
+
 }  // namespace
 
 ContactEquations::ContactEquations(const Slots& slots)
     : slots_(&slots), rigid_(std::ranges::all_of(slots.size, [](int n) { return n == 6; })) {}
 
 void ContactEquations::shift(const BlockEquations& blocks, std::span<LinearContact> contacts,
-                             const BlockVector& guess) {
-  rigid_ ? shift_in<6>(blocks, contacts, guess) : shift_in<12>(blocks, contacts, guess);
+                             const BlockVector& guess, double gap_rounding) {
+  rigid_ ? shift_in<6>(blocks, contacts, guess, gap_rounding)
+         : shift_in<12>(blocks, contacts, guess, gap_rounding);
 }
 
 /// `n`: the unknowns of each block, at most.
 template <int n>
 void ContactEquations::shift_in(const BlockEquations& blocks, std::span<LinearContact> contacts,
-                                const BlockVector& guess) {
+                                const BlockVector& guess, double gap_rounding) {
   right_.resize(guess.size());
   floor_.resize(guess.size());
   for (std::size_t s = 0; s < guess.size(); ++s) {
@@ -48,6 +58,7 @@ void ContactEquations::shift_in(const BlockEquations& blocks, std::span<LinearCo
     };
     move(c.slot_a, c.jacobian_a);
     move(c.slot_b, c.jacobian_b);
+    if (size == 0.0) round_to_zero(c.guess, gap_rounding);
     const double noise = kRounding * std::max(c.normal_stiffness, c.shear_stiffness) * size;
     if (c.slot_a >= 0) floor_[index(c.slot_a)] += noise;
     if (c.slot_b >= 0) floor_[index(c.slot_b)] += noise;

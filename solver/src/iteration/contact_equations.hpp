@@ -26,9 +26,10 @@ class ContactEquations {
  public:
   explicit ContactEquations(const Slots& slots);
 
-  /// Takes `guess` as D0. Sets LinearContact::guess.
+  /// Takes `guess` as D0. Sets LinearContact::guess. `gap_rounding`, m: between blocks that stand a
+  /// smaller gap or slip is zero.
   void shift(const BlockEquations& blocks, std::span<LinearContact> contacts,
-             const BlockVector& guess);
+             const BlockVector& guess, double gap_rounding);
 
   /// The residual of the change D. Sets d, forces and modes of the contacts. `softness`: of all
   /// contacts, share of their stiffness.
@@ -50,7 +51,7 @@ class ContactEquations {
  private:
   template <int n>
   void shift_in(const BlockEquations& blocks, std::span<LinearContact> contacts,
-                const BlockVector& guess);
+                const BlockVector& guess, double gap_rounding);
   template <int n>
   void evaluate_blocks(const BlockSystem& base, const BlockVector& change);
   template <int n>

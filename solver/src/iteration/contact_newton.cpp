@@ -28,14 +28,15 @@ bool is_symmetric(const Matrix3& matrix) { return matrix(1, 0) == 0.0 && matrix(
 }  // namespace
 
 void ContactNewton::set(const BlockEquations& blocks, std::span<LinearContact> contacts,
-                        const BlockVector& guess) {
+                        const BlockVector& guess, double gap_rounding) {
   base_ = &blocks.base;
   contacts_ = contacts;
   factorized_ = false;
+  solver_.forget();
   change_.assign(guess.size(), Vector12::Zero());
   trial_.resize(guess.size());
   step_.resize(guess.size());
-  equations_.shift(blocks, contacts, guess);
+  equations_.shift(blocks, contacts, guess, gap_rounding);
 }
 
 void ContactNewton::evaluate(Law law, double softness) {
@@ -59,6 +60,7 @@ bool ContactNewton::same_tangent(Law law, double softness) {
 void ContactNewton::assemble() {
   system_.diagonal = base_->diagonal;
   system_.pairs = base_->pairs;
+  system_.frames = base_->frames;
   system_.off_diagonal.assign(base_->pairs.size(), Matrix12::Zero());
   const bool symmetric = system_.symmetric =
       std::all_of(tangent_.begin(), tangent_.end(), is_symmetric);
@@ -99,7 +101,7 @@ bool ContactNewton::step(Law law, double softness, NewtonCount& count) {
     ++count.factorizations;
     if (!factorized_) return false;
   }
-  solver_.solve(equations_.residual(), step_);
+  if (!solver_.solve(equations_.residual(), step_)) return false;
   ++count.solves;
   if (law == Law::Assumed) {
     move(Law::True, softness, 1.0);

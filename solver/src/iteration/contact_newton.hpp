@@ -21,17 +21,19 @@ class ContactNewton {
       : watch_(watch), equations_(slots), solver_(slots, watch) {}
 
   /// From now on these equations, no change yet. The arguments must outlive the use of this object.
+  /// `gap_rounding`: see ContactEquations::shift().
   void set(const BlockEquations& blocks, std::span<LinearContact> contacts,
-           const BlockVector& guess);
+           const BlockVector& guess, double gap_rounding);
   /// Residual, forces and modes at the present change; `softness`: of all contacts, share of their
   /// stiffness.
   void evaluate(Law law, double softness);
-  /// One step. False, and nothing moved, when the matrix is singular to working accuracy.
+  /// One step. False, and nothing moved, when the matrix can't be solved.
   bool step(Law law, double softness, NewtonCount& count);
   /// Steps until the residual is small. False when it does not fall any more, or after
   /// `most_iterations` in all.
   bool relax(double tolerance, double softness, int most_iterations, NewtonCount& count);
 
+  LinearSolver& linear_solver() { return solver_; }
   const ContactEquations& equations() const { return equations_; }
   const BlockVector& change() const { return change_; }
   void set_change(const BlockVector& change) { change_ = change; }

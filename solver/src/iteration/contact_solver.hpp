@@ -22,6 +22,9 @@ class ContactSolver {
                         std::span<LinearContact> contacts, OpenCloseOptions tuning,
                         BlockVector& increment);
 
+  /// Of the open–close iteration.
+  LinearSolver& linear_solver() { return open_close_.linear_solver(); }
+
   /// Contacts have yielded since start(), and go on so.
   bool yielding() const { return yielding_; }
 

@@ -106,14 +106,14 @@ void set_pairs(std::span<LinearContact> contacts, BlockSystem& base) {
 /// move to begin with: what they were guessed to do is rounding. Returns the largest motion taken
 /// back, m.
 double OpenClose::stand(const BlockEquations& blocks, std::span<LinearContact> contacts,
-                        double tolerance, BlockVector& guess) {
+                        const OpenCloseOptions& options, BlockVector& guess) {
   still_.assign(guess.size(), Vector12::Zero());
   if (guess == still_) return 0.0;
-  newton_.set(blocks, contacts, still_);
+  newton_.set(blocks, contacts, still_, options.gap_rounding);
   newton_.evaluate(Law::True, 1.0);
   stands_.resize(guess.size());
   for (std::size_t s = 0; s < guess.size(); ++s) {
-    stands_[s] = newton_.equations().balanced(s, tolerance);
+    stands_[s] = newton_.equations().balanced(s, kAtRest * options.force_tolerance);
   }
   spread(contacts, stands_);
   double taken_back = 0.0;
@@ -214,8 +214,8 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   const double tolerance = options.force_tolerance;
   OpenCloseResult result;
   if (options.predicted || !options.raise) last_gap_ = std::numeric_limits<double>::infinity();
-  if (options.predicted) result.change = stand(blocks, contacts, kAtRest * tolerance, increment);
-  newton_.set(blocks, contacts, increment);
+  if (options.predicted) result.change = stand(blocks, contacts, options, increment);
+  newton_.set(blocks, contacts, increment, options.gap_rounding);
   newton_.evaluate(Law::True, 1.0);
   result.residual = equations.relative_residual();
   if (result.residual <= kAtRest * tolerance && violation(contacts) <= options.gap_rounding) {

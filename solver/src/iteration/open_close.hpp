@@ -47,6 +47,8 @@ class OpenClose {
                         std::span<LinearContact> contacts, const OpenCloseOptions& options,
                         BlockVector& increment);
 
+  LinearSolver& linear_solver() { return newton_.linear_solver(); }
+
  private:
   /// How the iteration on the multipliers stands.
   struct Progress {
@@ -54,8 +56,8 @@ class OpenClose {
     int updates = 0;        ///< of the multipliers
     int raises = 0;         ///< of the augmentation
   };
-  double stand(const BlockEquations& blocks, std::span<LinearContact> contacts, double tolerance,
-               BlockVector& guess);
+  double stand(const BlockEquations& blocks, std::span<LinearContact> contacts,
+               const OpenCloseOptions& options, BlockVector& guess);
   double wanted_residual(std::span<const LinearContact> contacts, const OpenCloseOptions& options,
                          double softness) const;
   bool converge(std::span<LinearContact> contacts, const OpenCloseOptions& options,

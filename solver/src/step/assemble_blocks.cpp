@@ -19,10 +19,12 @@ Matrix12 rigid_inverse(const Matrix12& matrix) {
 void set_matrices(const SubStep& step, const StepPoses& poses, BlockTerms& terms) {
   const std::vector<int>& blocks = step.island.slots.block_of_slot;
   terms.base.diagonal.resize(blocks.size());
+  terms.base.frames.resize(blocks.size());
   terms.compliance.resize(blocks.size());
   for (std::size_t s = 0; s < blocks.size(); ++s) {
     const std::size_t b = index(blocks[s]);
     const bool deforms = poses.deforms[b] != 0;
+    terms.base.frames[s] = {poses.start[b].centroid, poses.start[b].rotation};
     Matrix12& matrix = terms.base.diagonal[s];
     matrix = block_matrix(step.compiled.models[b], step.scheme(deforms));
     if (deforms) {

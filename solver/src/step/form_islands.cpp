@@ -47,6 +47,7 @@ void start(const StepRun& run, Island& island) {
     work.last.velocity[slot] = run.before.last.velocity[slot];
     work.last.hit[b] = run.before.last.hit[b];
   }
+  island.memory.solver.linear_solver().choose(run.options.linear_solver);
   island.begun = true;
   island.time = run.state.time;
   island.done = 0.0;

@@ -202,6 +202,8 @@ void set_laws(const SubStep& step, std::span<BodyContact> contacts,
     c.slot_a = step.slot_of_block[index(contacts[i].a)];
     c.slot_b = step.slot_of_block[index(contacts[i].b)];
     set_law(step.options, spring, contacts[i], c);
+    const bool touches = contacts[i].state.point.gap <= step.gap_tolerance();
+    if (contacts[i].laid && touches) c.assumed = ContactMode::Stick;  // most of a masonry does
     if (c.compliant) continue;
     c.multiplier = last_force(contacts[i]);
     if (c.law == ContactLaw::Frictionless) c.multiplier.tail<2>().setZero();

@@ -42,6 +42,14 @@ void append_flags(const CompiledScene& compiled, const StepOptions& options, con
   append_flags(compiled, state, evidence, report);
 }
 
+void add(const LinearSolverCounts& island, LinearSolverCounts& total) {
+  total.eliminations += island.eliminations;
+  total.set_ups += island.set_ups;
+  total.iterations += island.iterations;
+  total.fallbacks += island.fallbacks;
+  total.complexity = std::max(total.complexity, island.complexity);
+}
+
 }  // namespace
 
 void count_attempt(Island& island) {
@@ -61,7 +69,7 @@ void count_attempt(Island& island) {
 
 void report_islands(std::span<Island* const> islands, StepReport& report) {
   report.sub_steps = islands.empty() ? 1 : 0;
-  for (const Island* island : islands) {
+  for (Island* const island : islands) {
     const IslandCount& count = island->count;
     report.block_solves += static_cast<long>(island->own().size()) * count.solves;
     report.sub_steps = std::max(report.sub_steps, count.sub_steps);
@@ -70,6 +78,7 @@ void report_islands(std::span<Island* const> islands, StepReport& report) {
     report.factorizations = std::max(report.factorizations, count.factorizations);
     report.interior_point_attempts =
         std::max(report.interior_point_attempts, count.interior_point_attempts);
+    add(island->memory.solver.linear_solver().counts(), report.linear);
     report.residual = std::max(report.residual, count.residual);
     report.condition = std::max(report.condition, count.condition);
     report.unbalance = std::max(report.unbalance, count.unbalance);

@@ -33,6 +33,27 @@ enum class ContactIteration : std::uint8_t {
 /// As in scene files: "open_close", "interior_point", "automatic".
 const char* name(ContactIteration iteration);
 
+/// How linear systems of the contact iteration are solved.
+enum class LinearSolverKind : std::uint8_t {
+  Automatic,    ///< Multigrid where the factors of Elimination would be large
+  Elimination,  ///< multifrontal, exact to rounding
+  Multigrid     ///< minimal residuals with rigid-body multigrid; Elimination where they do not
+                ///< converge
+};
+
+/// As in scene files: "automatic", "elimination", "multigrid".
+const char* name(LinearSolverKind kind);
+
+/// What linear systems took.
+struct LinearSolverCounts {
+  long eliminations = 0;  ///< matrices
+  long set_ups = 0;       ///< hierarchies of Multigrid
+  long iterations = 0;    ///< of Multigrid
+  long fallbacks = 0;     ///< matrices whose iterations did not converge: eliminated
+  double complexity =
+      0.0;  ///< largest: blocks of all levels by those of the matrix; 0: no Multigrid
+};
+
 enum class TimeScheme : std::uint8_t {
   ConstantAcceleration,  ///< Shi's: forces at the end of the step; damps springs
   EnergyMomentum         ///< forces at the middle of the step: no algorithmic damping
@@ -78,6 +99,8 @@ struct StepOptions {
   /// together; Paper, Penalty: linear solves. A step that can't be solved is tried eleven times,
   /// each half as long.
   int max_iterations = 1000;
+  /// Of the default's contact iteration. Interior point, Paper and Penalty eliminate.
+  LinearSolverKind linear_solver = LinearSolverKind::Automatic;
   double max_displacement_ratio = 0.0;  ///< largest displacement / block size; 0: no limit
   double smallest_time_step = 0.0;      ///< s; 0: time_step / 1024
   double rest_unbalance = 1e-6;         ///< static: StepReport::unbalance at rest
@@ -171,6 +194,7 @@ struct StepReport {
   int linear_solves = 0;
   long block_solves = 0;  ///< of all islands: linear solves times blocks
   int factorizations = 0;
+  LinearSolverCounts linear{};
   int interior_point_attempts = 0;  ///< at a sub-step, in which contacts yielded
   double residual = 0.0;            ///< relative force residual of the last iteration
   double largest_overlap = 0.0;     ///< m

@@ -1,0 +1,70 @@
+/// Running-bond walls under sudden gravity, by each linear solver: time, iterations, memory.
+///
+/// bench_large [COLUMNS ROWS [elimination|multigrid|automatic [STEPS]]]
+
+#include <sys/resource.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <quoin/geometry/build.hpp>
+#include <quoin/solver.hpp>
+#include <string>
+
+#include "rigid_scenes.hpp"
+
+namespace {
+
+namespace geometry = quoin::geometry;
+namespace solver = quoin::solver;
+
+double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+double peak_megabytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024.0;
+}
+
+solver::Scene scene_of(const quoin::bench::RigidScene& rigid) {
+  solver::Scene scene{.joint = {.friction_angle = std::atan(rigid.friction)}};
+  for (const quoin::bench::RigidBody& body : rigid.bodies) {
+    const auto shape = geometry::make_box(body.place - body.half_size, body.place + body.half_size);
+    if (body.density > 0.0) {
+      scene.add_rigid(shape, {.density = body.density});
+    } else {
+      scene.add_fixed(shape);
+    }
+  }
+  return scene;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int columns = argc > 2 ? std::atoi(argv[1]) : 40, rows = argc > 2 ? std::atoi(argv[2]) : 25;
+  const std::string wanted = argc > 3 ? argv[3] : "automatic";
+  const int steps = argc > 4 ? std::atoi(argv[4]) : 4;
+  solver::StepOptions options{.time_step = 0.01};
+  for (const auto kind :
+       {solver::LinearSolverKind::Elimination, solver::LinearSolverKind::Multigrid}) {
+    if (wanted == name(kind)) options.linear_solver = kind;
+  }
+  solver::Simulation simulation(scene_of(quoin::bench::wall(columns, rows)), options);
+  const std::size_t bricks = simulation.state().blocks.size() - 1;
+  std::printf("%zu bricks, %s\n", bricks, wanted.c_str());
+  const double start = cpu_seconds();
+  for (int step = 0; step < steps; ++step) {
+    const solver::StepReport report = simulation.advance();
+    std::printf(
+        "step %d: CPU %.2f s since the start; detect %.2f assemble %.2f solve %.2f update %.2f s; "
+        "%d solves, %ld eliminations, %ld set-ups, %ld iterations, %ld fallbacks, complexity %.2f, "
+        "peak %.0f MB, %s\n",
+        step + 1, cpu_seconds() - start, report.seconds.detect, report.seconds.assemble,
+        report.seconds.solve, report.seconds.update, report.linear_solves,
+        report.linear.eliminations, report.linear.set_ups, report.linear.iterations,
+        report.linear.fallbacks, report.linear.complexity, peak_megabytes(),
+        describe(report).c_str());
+    std::fflush(stdout);
+  }
+}

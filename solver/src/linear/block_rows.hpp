@@ -1,0 +1,86 @@
+#pragma once
+/// Sparse matrices of dense blocks, kept by rows, and their products.
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace quoin::solver {
+
+/// A vector of blocks of n unknowns.
+template <int n>
+using Blocks = std::vector<Eigen::Matrix<double, n, 1>>;
+
+template <int r, int c>
+struct BlockRows {
+  using Block = Eigen::Matrix<double, r, c>;
+
+  int columns = 0;
+  std::vector<int> start{0};  ///< first entry of each row, and the number of all
+  std::vector<int> column;    ///< by entry
+  std::vector<Block> value;   ///< by entry
+
+  int rows() const { return static_cast<int>(start.size()) - 1; }
+  void push_back(int at, const Block& block) {
+    column.push_back(at);
+    value.push_back(block);
+  }
+  void end_row() { start.push_back(static_cast<int>(column.size())); }
+
+  /// Row i times x.
+  Eigen::Matrix<double, r, 1> times(int i, const Blocks<c>& x) const {
+    Eigen::Matrix<double, r, 1> sum = Eigen::Matrix<double, r, 1>::Zero();
+    for (auto k = static_cast<std::size_t>(start[static_cast<std::size_t>(i)]);
+         k < static_cast<std::size_t>(start[static_cast<std::size_t>(i) + 1]); ++k) {
+      sum.noalias() += value[k] * x[static_cast<std::size_t>(column[k])];
+    }
+    return sum;
+  }
+};
+
+/// a b; entries of a row in the order in which they are met.
+template <int r, int m, int c>
+BlockRows<r, c> product(const BlockRows<r, m>& a, const BlockRows<m, c>& b) {
+  BlockRows<r, c> result;
+  result.columns = b.columns;
+  std::vector<int> entry(static_cast<std::size_t>(b.columns), -1);  // of each column, in this row
+  for (std::size_t i = 0; i + 1 < a.start.size(); ++i) {
+    for (int k = a.start[i]; k < a.start[i + 1]; ++k) {
+      const auto middle = static_cast<std::size_t>(a.column[static_cast<std::size_t>(k)]);
+      for (int l = b.start[middle]; l < b.start[middle + 1]; ++l) {
+        const int column = b.column[static_cast<std::size_t>(l)];
+        int& at = entry[static_cast<std::size_t>(column)];
+        if (at < result.start.back()) {
+          at = static_cast<int>(result.column.size());
+          result.push_back(column, BlockRows<r, c>::Block::Zero());
+        }
+        result.value[static_cast<std::size_t>(at)].noalias() +=
+            a.value[static_cast<std::size_t>(k)] * b.value[static_cast<std::size_t>(l)];
+      }
+    }
+    result.end_row();
+  }
+  return result;
+}
+
+template <int r, int c>
+BlockRows<c, r> transposed(const BlockRows<r, c>& a) {
+  BlockRows<c, r> result;
+  result.columns = a.rows();
+  result.start.assign(static_cast<std::size_t>(a.columns) + 1, 0);
+  for (const int column : a.column) ++result.start[static_cast<std::size_t>(column) + 1];
+  for (std::size_t i = 1; i < result.start.size(); ++i) result.start[i] += result.start[i - 1];
+  result.column.resize(a.column.size());
+  result.value.resize(a.value.size());
+  std::vector<int> next(result.start.begin(), result.start.end() - 1);
+  for (std::size_t i = 0; i + 1 < a.start.size(); ++i) {
+    for (auto k = static_cast<std::size_t>(a.start[i]);
+         k < static_cast<std::size_t>(a.start[i + 1]); ++k) {
+      const auto to = static_cast<std::size_t>(next[static_cast<std::size_t>(a.column[k])]++);
+      result.column[to] = static_cast<int>(i);
+      result.value[to] = a.value[k].transpose();
+    }
+  }
+  return result;
+}
+
+}  // namespace quoin::solver

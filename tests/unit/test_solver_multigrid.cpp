@@ -1,0 +1,157 @@
+/// Linear systems by rigid-body multigrid: what elimination finds.
+
+#include <quoin/geometry/build.hpp>
+#include <quoin/solver/simulation.hpp>
+
+#include "solver/src/linear_solver.hpp"
+#include "support/catch.hpp"
+#include "support/random.hpp"
+
+using namespace quoin::solver;
+using quoin::tests::Random;
+
+namespace {
+
+enum class Bricks { Rigid, Deformable };
+
+/// A running-bond wall with half bricks at its ends, leaning by `tilt` (rad, gravity turns).
+Scene wall(int columns, int rows, Bricks bricks, double tilt) {
+  Scene scene{.joint = {.friction_angle = 0.6}};
+  scene.gravity = VectorOfTime(Vector3(9.81 * Vector3(std::sin(tilt), 0, -std::cos(tilt))));
+  scene.add_fixed(quoin::geometry::make_box({-1, -1, -1}, {columns * 0.4 + 1.0, 1.2, 0}));
+  for (int row = 0; row < rows; ++row) {
+    const double shift = row % 2 == 0 ? 0.0 : 0.2;
+    for (double x = -shift; x < columns * 0.4 - 0.01; x += 0.4) {
+      const double left = std::max(x, 0.0), right = std::min(x + 0.4, columns * 0.4);
+      const auto shape =
+          quoin::geometry::make_box({left, 0, 0.2 * row}, {right, 0.2, 0.2 * (row + 1)});
+      if (bricks == Bricks::Rigid) {
+        scene.add_rigid(shape, {.density = 2600});
+      } else {
+        scene.add_block(shape, {.density = 2600, .young = 1e10});
+      }
+    }
+  }
+  return scene;
+}
+
+struct Run {
+  State state;
+  LinearSolverCounts counts;
+};
+
+Run run(const Scene& scene, LinearSolverKind kind, int steps) {
+  Simulation simulation(scene, {.time_step = 5e-3, .linear_solver = kind});
+  Run result;
+  for (int step = 0; step < steps; ++step) {
+    const StepReport report = simulation.advance();
+    REQUIRE(report.status == StepStatus::Converged);
+    result.counts.set_ups += report.linear.set_ups;
+    result.counts.eliminations += report.linear.eliminations;
+    result.counts.iterations += report.linear.iterations;
+  }
+  result.state = simulation.state();
+  return result;
+}
+
+double largest_difference(const State& a, const State& b) {
+  double worst = 0.0;
+  for (std::size_t i = 0; i < a.blocks.size(); ++i) {
+    worst = std::max(worst, (a.blocks[i].centroid - b.blocks[i].centroid).norm());
+  }
+  return worst;
+}
+
+/// Blocks 6 wide in a ring with random couplings, diagonally dominant or not.
+BlockSystem ring(Random& random, int count, double dominance) {
+  BlockSystem system;
+  system.symmetric = false;
+  const auto draw = [&] {
+    Matrix12 block = Matrix12::Zero();
+    for (int k = 0; k < 36; ++k) block(k % 6, k / 6) = random.uniform(-1, 1);
+    return block;
+  };
+  for (int i = 0; i < count; ++i) {
+    system.diagonal.push_back(draw() + dominance * Matrix12::Identity());
+    system.frames.push_back({Vector3(i, 0, 0), Matrix3::Identity()});
+    if (i + 1 < count) system.pairs.emplace_back(i, i + 1);
+  }
+  for (std::size_t p = 0; p < system.pairs.size(); ++p) {
+    system.off_diagonal.push_back(draw());
+    system.mirrored.push_back(draw());
+  }
+  return system;
+}
+
+}  // namespace
+
+TEST_CASE("A wall moves as with elimination: standing, and with joints that open and slide") {
+  for (const Bricks bricks : {Bricks::Rigid, Bricks::Deformable}) {
+    for (const double tilt : {0.0, 0.7}) {
+      CAPTURE(bricks == Bricks::Rigid, tilt);
+      if (bricks == Bricks::Deformable && tilt > 0.0) continue;  // it takes seconds
+      const Scene scene = wall(10, 12, bricks, tilt);
+      const int steps = bricks == Bricks::Rigid ? 2 : 1;
+      const Run exact = run(scene, LinearSolverKind::Elimination, steps);
+      const Run iterated = run(scene, LinearSolverKind::Multigrid, steps);
+      CHECK(exact.counts.set_ups == 0);
+      CHECK(iterated.counts.set_ups > 0);
+      CHECK(iterated.counts.iterations > 0);
+      CHECK(iterated.counts.eliminations == 0);
+      CHECK(largest_difference(exact.state, iterated.state) < 1e-10);
+    }
+  }
+}
+
+TEST_CASE("Small systems are eliminated unless multigrid is asked for") {
+  const Run chosen = run(wall(4, 3, Bricks::Rigid, 0.0), LinearSolverKind::Automatic, 1);
+  CHECK(chosen.counts.eliminations > 0);
+  CHECK(chosen.counts.set_ups == 0);
+}
+
+TEST_CASE("Where iterations do not converge the matrix is eliminated") {
+  Random random(1);
+  constexpr int count = 300;
+  const Slots slots = make_slots(std::vector<int>(count, 6), std::vector<double>(count, 1.0));
+  for (const double dominance : {20.0, 0.0}) {
+    const BlockSystem system = ring(random, count, dominance);
+    LinearSolver solver(slots);
+    solver.choose(LinearSolverKind::Multigrid);
+    REQUIRE(solver.factorize(system));
+    BlockVector right(count, Vector12::Zero()), solution = right;
+    for (Vector12& block : right) block.head<6>().setRandom();
+    REQUIRE(solver.solve(right, solution));
+    CHECK((solver.counts().fallbacks == 1) == (dominance == 0.0));
+    double worst = 0.0;
+    for (int i = 0; i < count; ++i) {
+      const auto s = static_cast<std::size_t>(i);
+      Vector12 left = system.diagonal[s] * solution[s];
+      if (i > 0) left += system.mirrored[s - 1] * solution[s - 1];
+      if (i + 1 < count) left += system.off_diagonal[s] * solution[s + 1];
+      worst = std::max(worst, (left - right[s]).norm());
+    }
+    CHECK(worst < 1e-6);
+  }
+}
+
+TEST_CASE("What was solved before changes no bit once it is forgotten") {
+  Random random(2);
+  constexpr int count = 300;
+  const Slots slots = make_slots(std::vector<int>(count, 6), std::vector<double>(count, 1.0));
+  const BlockSystem first = ring(random, count, 20.0), second = ring(random, count, 18.0);
+  const BlockVector right(count, Vector12::Ones());
+  const auto solved = [&](bool both) {
+    BlockVector solution(count, Vector12::Zero());
+    LinearSolver solver(slots);
+    solver.choose(LinearSolverKind::Multigrid);
+    if (both) {
+      REQUIRE(solver.factorize(first));
+      REQUIRE(solver.solve(right, solution));
+      solver.forget();
+    }
+    REQUIRE(solver.factorize(second));
+    REQUIRE(solver.solve(right, solution));
+    return solution;
+  };
+  CHECK(solved(true) == solved(false));
+}
