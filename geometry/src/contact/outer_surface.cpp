@@ -115,9 +115,29 @@ OuterSurface::Cover OuterSurface::cover(const Triangle& t, const Vector2& place)
     height += opposite * heights_[static_cast<std::size_t>(t[k])];
     covered += opposite * step[k];
   }
-  const double limit = kBesideBorder * rounding_ * sum;
-  if (!(sum > 0.0) || covered.squaredNorm() > limit * limit) return {};
-  return {true, height / sum};
+  const double beside = kBesideBorder * rounding_, limit = beside * sum;
+  if (sum > 0.0 && covered.squaredNorm() <= limit * limit) return {true, height / sum};
+  return cover_side(t, step, beside);
+}
+
+/// Of a needle rounding moves the place that shares stand for along it; on a side the height is
+/// that of its ends.
+OuterSurface::Cover OuterSurface::cover_side(const Triangle& t, const std::array<Vector2, 3>& step,
+                                             double beside) const {
+  Cover best;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t next = (k + 1) % 3;
+    const Vector2 side = step[next] - step[k];
+    const double squared = side.squaredNorm();
+    if (!(squared > 0.0)) continue;
+    const double share = std::clamp(-side.dot(step[k]) / squared, 0.0, 1.0);
+    if ((step[k] + share * side).squaredNorm() > beside * beside) continue;
+    const double from = heights_[static_cast<std::size_t>(t[k])];
+    const double to = heights_[static_cast<std::size_t>(t[next])];
+    const double height = from + share * (to - from);
+    if (!best.found || height > best.height) best = {true, height};
+  }
+  return best;
 }
 
 bool OuterSurface::raise(Triangle& triangle, const Vector2& place, double& height) const {

@@ -38,6 +38,8 @@ class OuterSurface {
   };
   bool faces(const Triangle& triangle) const;  // the other solid, and not too steeply
   Cover cover(const Triangle& triangle, const Vector2& place) const;
+  Cover cover_side(const Triangle& triangle, const std::array<Vector2, 3>& step,
+                   double beside) const;
   bool raise(Triangle& triangle, const Vector2& place, double& height) const;
   const Vector2& at(int i) const { return places_[static_cast<std::size_t>(i)]; }
 
