@@ -22,7 +22,9 @@ struct Step {
   std::vector<double> pushed{0.0, 0.0};
 
   Step(double work, const Vector3& by_positions, const Vector3& by_law)
-      : compiled(compile(scene())), island(whole_scene(compiled)), start(initial_state(compiled)) {
+      : compiled(compile(scene())),
+        island(island_blocks(compiled, std::vector<int>(2, 0)).front()),
+        start(initial_state(compiled)) {
     end = start;
     energy.work_on = {work, 0.0};
     positions[0].head<3>() = kTimeStep * by_positions;
@@ -39,7 +41,7 @@ struct Step {
     const SubStep step{.compiled = compiled,
                        .options = options,
                        .island = island,
-                       .slot_of_block = island.slots.slot_of_block,
+                       .slot_of_block = compiled.slots.slot_of_block,
                        .state = start.blocks,
                        .length = kTimeStep};
     bound_energy(step, {positions, groups, pushed}, end.blocks, energy);

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <quoin/geometry/build.hpp>
 
+#include "referee/pairs/exact_arbiter.hpp"
 #include "support/catch.hpp"
-#include "support/exact_arbiter.hpp"
 #include "support/random.hpp"
 
 using namespace quoin;
@@ -22,9 +22,9 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 double exact_gap(const Body& a, const Body& b) {
   const auto points = [](const Body& body) {
-    return tests::PlacedPoints{body.shape().vertices(), body.placement()};
+    return referee::PlacedPoints{body.shape().vertices(), body.placement()};
   };
-  return static_cast<double>(tests::ExactPair(points(a), points(b)).gap().gap);
+  return static_cast<double>(referee::ExactPair(points(a), points(b)).gap().gap);
 }
 
 }  // namespace

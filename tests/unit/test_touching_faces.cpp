@@ -6,8 +6,8 @@
 #include <cmath>
 #include <quoin/geometry/build.hpp>
 
+#include "referee/pairs/exact_arbiter.hpp"
 #include "support/catch.hpp"
-#include "support/exact_arbiter.hpp"
 #include "support/random.hpp"
 
 using namespace quoin;
@@ -36,9 +36,9 @@ Found touching(const Body& a, const Body& b, const Vector3& across) {
 
 double exact_gap(const Body& a, const Body& b) {
   const auto points = [](const Body& body) {
-    return tests::PlacedPoints{body.shape().vertices(), body.placement()};
+    return referee::PlacedPoints{body.shape().vertices(), body.placement()};
   };
-  return static_cast<double>(tests::ExactPair(points(a), points(b)).gap().gap);
+  return static_cast<double>(referee::ExactPair(points(a), points(b)).gap().gap);
 }
 
 }  // namespace
