@@ -179,6 +179,8 @@ const StepOptions& Simulation::options() const { return parts_->options; }
 
 int Simulation::threads() const { return parts_->work.threads.workers(); }
 
+bool Simulation::threads_refused() const { return threads() < parts_->work.threads_wanted; }
+
 void Simulation::set_options(const StepOptions& options) {
   check(options);
   parts_->options = options;

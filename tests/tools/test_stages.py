@@ -155,16 +155,22 @@ class Stages(unittest.TestCase):
     def test_fewer_threads_where_the_system_starts_no_more(self):
         """Room for few stacks: the run says so in one line and gives the same answer."""
         scene = sliding([{"analysis": "dynamic", "duration": 0.1}])
+        scene["blocks"] += [{"kind": "rigid", "material": "stone", "shape": box([20, 10 * k, 0], [21, 10 * k + 1, 1])}
+                            for k in range(1, 100)]
         whole = self.summary(scene)
         (self.folder / "scene.json").write_text(json.dumps(scene))
         done = subprocess.run(["bash", "-c", 'ulimit -s 65536; ulimit -v 2000000; exec "$@"', "-", QUOIN, "run",
-                               self.folder / "scene.json", "--json", "--threads", "1000"],
+                               self.folder / "scene.json", "--json", "--threads", "100"],
                               capture_output=True, text=True, timeout=60)
         self.assertEqual(done.returncode, 0, done.stderr)
         found = json.loads(done.stdout)
-        self.assertLess(found["options"]["threads"], 1000)
-        self.assertEqual(done.stderr, f"quoin: {found['options']['threads']} of 1000 threads: the system starts no more\n")
+        self.assertLess(found["options"]["threads"], 100)
+        self.assertEqual(done.stderr, f"quoin: {found['options']['threads']} of 100 threads: the system starts no more\n")
         self.assertEqual(found["monitors"], whole["monitors"])
+
+    def test_no_more_threads_than_blocks_that_move(self):
+        scene = sliding([{"analysis": "dynamic", "duration": 0.1}])
+        self.assertEqual(self.summary(scene, "--threads", 8)["options"]["threads"], 2)
 
 
 unittest.main(argv=[sys.argv[0]], verbosity=2)

@@ -1,6 +1,6 @@
 #include <quoin/geometry/contact_finder.hpp>
+#include <quoin/geometry/worker_pool.hpp>
 
-#include "finder/worker_pool.hpp"
 #include "support/catch.hpp"
 
 // Threads are refused by taking the place of pthread_create; sanitizers have put theirs there.

@@ -156,7 +156,7 @@ void add_files(const SceneFile& file, const RunArguments& arguments, Output& out
 /// Not a failure: the answer is the same to the bit.
 void complain_of_threads(const solver::Simulation& simulation) {
   const int asked = simulation.options().threads, given = simulation.threads();
-  if (given == asked) return;
+  if (!simulation.threads_refused()) return;
   std::fprintf(stderr, "quoin: %d of %d threads: the system starts no more\n", given, asked);
 }
 

@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <quoin/geometry/broad_phase.hpp>
 #include <quoin/geometry/contact_finder.hpp>
+#include <quoin/geometry/worker_pool.hpp>
 
 #include "finder/body_store.hpp"
 #include "finder/placed_box.hpp"
-#include "finder/worker_pool.hpp"
 
 namespace quoin::geometry {
 namespace {

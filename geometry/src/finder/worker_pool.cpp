@@ -1,4 +1,4 @@
-#include "finder/worker_pool.hpp"
+#include <quoin/geometry/worker_pool.hpp>
 
 #include <utility>
 

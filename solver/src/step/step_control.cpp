@@ -351,6 +351,7 @@ void take_step(const StepRun& run, State& state, State& best) {
   const double end = counted_end(run.options, state, work.counted);
   if (dynamic) work.search = {};
   if (!dynamic && work.search.start.empty()) begin_search(run.compiled, state, work.search);
+  work.energy_scale.note(state.energy);  // a first step may lose all of it
   work.now.blocks = work.end = state.blocks;
   work.now.held_forces = state.held_forces;
   const Island* failed = take_islands(run);

@@ -1,9 +1,21 @@
 #include "step/workspace.hpp"
 
+#include <algorithm>
+
 namespace quoin::solver {
 
-Workspace::Workspace(const CompiledScene& compiled, int worker_count)
-    : threads(worker_count),
+namespace {
+
+/// A scene has no work for more threads than blocks.
+int useful_threads(const CompiledScene& compiled, int given) {
+  return std::min(given, std::max(1, compiled.slots.count()));
+}
+
+}  // namespace
+
+Workspace::Workspace(const CompiledScene& compiled, int given_threads)
+    : threads_wanted(useful_threads(compiled, given_threads)),
+      threads(threads_wanted),
       finder({.executor = &threads, .frame = geometry::PointFrame::Bodies}),
       motion_end(compiled.prescribed.size()),
       paper(std::make_unique<PaperMemory>(compiled.slots, &watch)) {

@@ -2,12 +2,12 @@
 /// What is kept between steps.
 
 #include <quoin/geometry/contact_finder.hpp>
+#include <quoin/geometry/worker_pool.hpp>
 
 #include "equilibrium_search.hpp"
 #include "initial_depths.hpp"
 #include "paper_step.hpp"
 #include "step/island.hpp"
-#include "step/worker_threads.hpp"
 #include "step_flags.hpp"
 
 namespace quoin::solver {
@@ -35,9 +35,10 @@ struct StepMemory {
 
 /// StepMemory is in checkpoint.cpp; the rest changes the speed alone, or is made anew in each step.
 struct Workspace : StepMemory {
-  explicit Workspace(const CompiledScene& compiled, int worker_count);
+  explicit Workspace(const CompiledScene& compiled, int given_threads);
 
-  WorkerThreads threads;
+  int threads_wanted;  ///< no more than blocks that move
+  geometry::WorkerPool threads;
   geometry::ContactFinder finder;  ///< block b has handle b; absent ones collide with none
   InitialDepths initial_depths;    ///< taken off what is found
   /// At the present state, places in the frames of the reference shapes.

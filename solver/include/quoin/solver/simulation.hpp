@@ -247,7 +247,8 @@ class Simulation {
   const Scene& scene() const;
   const State& state() const;
   const StepOptions& options() const;
-  int threads() const;  ///< at work: fewer than options().threads where the system starts no more
+  int threads() const;  ///< at work: no more than blocks that move, or than the system starts
+  bool threads_refused() const;  ///< the system starts no more
   void set_options(const StepOptions& options);  ///< from the next step on
   /// From the next step on these blocks move so; a settled scene starts to move. The energy that
   /// this brings or takes counts as work. Throws InputError for a block without unknowns, and

@@ -1,5 +1,5 @@
 #pragma once
-/// Threads that wait for work: geometry's only user of threads.
+/// Threads that wait for work: those of a ContactFinder where the caller has none.
 
 #include <atomic>
 #include <exception>
