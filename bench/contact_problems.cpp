@@ -21,7 +21,7 @@ namespace solver = quoin::solver;
 using solver::ContactIteration;
 
 constexpr ContactIteration kIterations[] = {ContactIteration::OpenClose,
-                                            ContactIteration::InteriorPoint};
+                                            ContactIteration::ProximalNewton};
 constexpr double kTolerances[] = {1e-4, 1e-6, 1e-8, 1e-10};
 
 /// One problem by one iteration to one tolerance.

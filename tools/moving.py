@@ -17,7 +17,7 @@ import subprocess
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PROBLEMS = ROOT / "bench" / "problems"
 G = 9.81
-ITERATIONS = ("open_close", "interior_point", "automatic")
+ITERATIONS = ("open_close", "proximal_newton", "automatic")
 LIMIT = 60  # s on the clock of one run
 
 
@@ -135,12 +135,12 @@ def row(document, iteration, folder, seconds):
     steps, energy = summary["steps"], summary["energy"]
     ended = "yes" if summary["status"] == "completed" else f"{summary['status']} at {summary['time']:.3g} s"
     return (f"| {document['title']} | {iteration} | {ended} | {summary['factorizations'] / steps:.1f} | {max(solves)} "
-            f"| {summary['interior_point_attempts']} of {steps} | {summary['largest_overlap']:.1e} "
+            f"| {summary['proximal_newton_attempts']} of {steps} | {summary['largest_overlap']:.1e} "
             f"| {energy['growth'] / energy['scale']:.1e} | {1e3 * seconds / steps:.1f} |")
 
 
 def measure(quoin, problems, work):
-    print("| scene | iteration | ended | factorizations a step | most solves in a step | attempts by interior point "
+    print("| scene | iteration | ended | factorizations a step | most solves in a step | attempts by proximal Newton "
           "| largest overlap m | energy growth | CPU ms a step |\n|---|---|---|---|---|---|---|---|---|")
     for number, document in enumerate(MEASURED):
         for iteration in ITERATIONS:

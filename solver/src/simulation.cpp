@@ -39,8 +39,8 @@ const char* name(ContactIteration iteration) {
   switch (iteration) {
     case ContactIteration::OpenClose:
       return "open_close";
-    case ContactIteration::InteriorPoint:
-      return "interior_point";
+    case ContactIteration::ProximalNewton:
+      return "proximal_newton";
     case ContactIteration::Automatic:
       return "automatic";
   }

@@ -97,7 +97,7 @@ TEST_CASE("a box on a slope sticks below the angle of friction and slides above 
     ContactProblem problem = tower(1, {pull, 0.0, -normal}, friction);
     const double friction_force = std::min(pull, friction * normal);
     problem.blocks[0].force[4] = -0.5 * friction_force;  // what friction turns: nothing tips
-    const ContactSolution solution = solve(problem, ContactIteration::InteriorPoint, 1e-10);
+    const ContactSolution solution = solve(problem, ContactIteration::ProximalNewton, 1e-10);
     REQUIRE(solution.converged);
     const Vector3 sum = sum_of(solution, 0, 4);
     REQUIRE(std::abs(sum[0] - normal) <= 1e-6);
@@ -110,7 +110,7 @@ TEST_CASE("a box on a slope sticks below the angle of friction and slides above 
 TEST_CASE("a tower bears its weight, each joint what is above it") {
   constexpr int count = 5;
   ContactProblem problem = tower(count, {0, 0, -1}, 0.5);
-  const ContactSolution solution = solve(problem, ContactIteration::InteriorPoint, 1e-10);
+  const ContactSolution solution = solve(problem, ContactIteration::ProximalNewton, 1e-10);
   REQUIRE(solution.converged);
   REQUIRE(solution.factorizations <= 20);
   for (int i = 0; i < count; ++i) {
@@ -128,7 +128,7 @@ TEST_CASE("both iterations find the same forces where they are unique") {
     ContactProblem problem = tower(1, random_vector(random) - Vector3(0, 0, 1.1), 0.4);
     problem.contacts.resize(1);
     problem.contacts[0].rows_b = rows({0, 0, -0.5}, 1.0);
-    const ContactSolution soft = solve(problem, ContactIteration::InteriorPoint, 1e-12);
+    const ContactSolution soft = solve(problem, ContactIteration::ProximalNewton, 1e-12);
     const ContactSolution hard = solve(problem, ContactIteration::OpenClose, 1e-12);
     REQUIRE(soft.converged);
     REQUIRE(hard.converged);
@@ -149,7 +149,7 @@ TEST_CASE(
     scene.add_fixed(quoin::geometry::make_box({-5, -5, -1}, {50, 5, 0}));
     scene.add_rigid(quoin::geometry::make_box({0, 0, 0}, {1, 1, 1}), {.density = 2600});
     Simulation simulation(
-        scene, {.time_step = 5e-3, .contact_iteration = ContactIteration::InteriorPoint});
+        scene, {.time_step = 5e-3, .contact_iteration = ContactIteration::ProximalNewton});
     const auto place = [&] { return simulation.state().blocks[1].centroid.x(); };
     const double start = place();
     double settled = 0.0;  // where the first steps have found its forces
@@ -157,7 +157,7 @@ TEST_CASE(
       if (step == 20) settled = place();
       const StepReport report = simulation.advance();
       REQUIRE(report.status == StepStatus::Converged);
-      REQUIRE(report.interior_point_attempts == 1);
+      REQUIRE(report.proximal_newton_attempts == 1);
     }
     const double pull = g * (std::sin(slope) - std::cos(slope) * std::tan(friction_angle));
     if (sticks) {
@@ -177,12 +177,12 @@ TEST_CASE("an attempt that yields takes no more iterations than it may") {
                     {.density = 2600});
   }
   StepOptions options{.time_step = 1e-2,
-                      .contact_iteration = ContactIteration::InteriorPoint,
+                      .contact_iteration = ContactIteration::ProximalNewton,
                       .max_iterations = 2,
                       .smallest_time_step = 1e-2};
   const StepReport cut_short = Simulation(scene, options).advance();
   REQUIRE(cut_short.status == StepStatus::NotConverged);
-  REQUIRE(cut_short.interior_point_attempts == 1);
+  REQUIRE(cut_short.proximal_newton_attempts == 1);
   REQUIRE(cut_short.iterations == 2);
   options.max_iterations = 1000;
   const StepReport whole = Simulation(scene, options).advance();
@@ -195,7 +195,7 @@ TEST_CASE("two blocks in free fall feel nothing") {
   for (ContactProblem::Contact& contact : problem.contacts) {
     contact.offset[0] = contact.a < 0 ? 10.0 : 1e-3;
   }
-  const ContactSolution solution = solve(problem, ContactIteration::InteriorPoint, 1e-10);
+  const ContactSolution solution = solve(problem, ContactIteration::ProximalNewton, 1e-10);
   REQUIRE(solution.converged);
   REQUIRE(solution.factorizations == 0);
   for (const Vector3& force : solution.forces) REQUIRE(force.norm() == 0.0);

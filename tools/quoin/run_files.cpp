@@ -512,7 +512,7 @@ json summary(const SceneFile& file, const std::string& path, const RunResult& re
           {"linear_solves_per_step", static_cast<double>(total.linear_solves) / steps},
           {"factorizations", total.factorizations},
           {"linear_solver", linear_json(total.linear)},
-          {"interior_point_attempts", total.interior_point_attempts},
+          {"proximal_newton_attempts", total.proximal_newton_attempts},
           {"largest_residual", total.residual},
           {"system", system_json(total)},
           {"left_out", result.left_out}};

@@ -599,7 +599,7 @@ class Reader {
                                                     solver::ContactIteration otherwise) {
     using solver::ContactIteration;
     const std::string stated = value.value("contact_iteration", name(otherwise));
-    for (const auto known : {ContactIteration::InteriorPoint, ContactIteration::Automatic}) {
+    for (const auto known : {ContactIteration::ProximalNewton, ContactIteration::Automatic}) {
       if (stated == name(known)) return known;
     }
     return ContactIteration::OpenClose;

@@ -162,7 +162,7 @@ void add(const StepReport& step, StepReport& total) {
   total.linear.iterations += step.linear.iterations;
   total.linear.fallbacks += step.linear.fallbacks;
   total.linear.complexity = std::max(total.linear.complexity, step.linear.complexity);
-  total.interior_point_attempts += step.interior_point_attempts;
+  total.proximal_newton_attempts += step.proximal_newton_attempts;
   total.seconds.detect += step.seconds.detect;
   total.seconds.assemble += step.seconds.assemble;
   total.seconds.solve += step.seconds.solve;

@@ -5,7 +5,7 @@
 namespace quoin::solver {
 namespace {
 
-// Open-close iterations before the interior point takes over. On small scenes like those of
+// Open-close iterations before the proximal Newton method takes over. On small scenes like those of
 // bench/moving.md 15 took an arch and a tower eight times the factorizations, as it came in where
 // it was not needed; with 80 a rocking wall took 1.4 times as many.
 constexpr int kPatience = 40;

@@ -16,7 +16,7 @@ namespace quoin::solver {
 /// What an island's step took, and what its last attempt came to.
 struct IslandCount {
   int sub_steps = 0, iterations = 0, solves = 0, factorizations = 0;
-  int interior_point_attempts = 0;
+  int proximal_newton_attempts = 0;
   double residual = 0.0, condition = 0.0, unbalance = 0.0, stiffest_omega_dt = 0.0;
   double rounding = 0.0;       ///< of a gap, m
   double energy_growth = 0.0;  ///< largest of its sub-steps, J; may be negative

@@ -59,7 +59,7 @@ void count_attempt(Island& island) {
   total.iterations += solved.iterations;
   total.solves += solved.solves;
   total.factorizations += solved.factorizations;
-  total.interior_point_attempts += island.memory.solver.yielding() ? 1 : 0;
+  total.proximal_newton_attempts += island.memory.solver.yielding() ? 1 : 0;
   total.residual = solved.residual;
   if (solved.condition > 0.0) total.condition = solved.condition;
   total.unbalance = attempt.unbalance;
@@ -76,8 +76,8 @@ void report_islands(std::span<Island* const> islands, StepReport& report) {
     report.iterations = std::max(report.iterations, count.iterations);
     report.linear_solves = std::max(report.linear_solves, count.solves);
     report.factorizations = std::max(report.factorizations, count.factorizations);
-    report.interior_point_attempts =
-        std::max(report.interior_point_attempts, count.interior_point_attempts);
+    report.proximal_newton_attempts =
+        std::max(report.proximal_newton_attempts, count.proximal_newton_attempts);
     add(island->memory.solver.linear_solver().counts(), report.linear);
     report.residual = std::max(report.residual, count.residual);
     report.condition = std::max(report.condition, count.condition);

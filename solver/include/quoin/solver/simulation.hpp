@@ -26,11 +26,12 @@ const char* name(ContactMethod method);
 /// How the forces of exact contacts are found.
 enum class ContactIteration : std::uint8_t {
   OpenClose,  ///< Newton's method on the augmented Lagrangian: exact to rounding where blocks rest
-  InteriorPoint,  ///< on contacts that yield a little, for crowds that slide, rock and pile up
-  Automatic  ///< OpenClose, and InteriorPoint for the rest of a step that it does not solve soon
+  ProximalNewton,  ///< on friction cones, for crowds that slide, rock and pile up; where hard
+                   ///< contacts are not found they yield a little
+  Automatic  ///< OpenClose, and ProximalNewton for the rest of a step that it does not solve soon
 };
 
-/// As in scene files: "open_close", "interior_point", "automatic".
+/// As in scene files: "open_close", "proximal_newton", "automatic".
 const char* name(ContactIteration iteration);
 
 /// How linear systems of the contact iteration are solved.
@@ -95,11 +96,11 @@ struct StepOptions {
   /// Of AugmentedLagrangian. Steps with springs, cohesion, bonds or held points are always
   /// OpenClose's.
   ContactIteration contact_iteration = ContactIteration::OpenClose;
-  /// Iterations of one attempt at a sub-step, open–close or interior point, all its rounds
+  /// Iterations of one attempt at a sub-step, open–close or proximal Newton, all its rounds
   /// together; Paper, Penalty: linear solves. A step that can't be solved is tried eleven times,
   /// each half as long.
   int max_iterations = 1000;
-  /// Of the default's contact iteration. Interior point, Paper and Penalty eliminate.
+  /// Of the default's contact iteration. ProximalNewton, Paper and Penalty eliminate.
   LinearSolverKind linear_solver = LinearSolverKind::Automatic;
   double max_displacement_ratio = 0.0;  ///< largest displacement / block size; 0: no limit
   double smallest_time_step = 0.0;      ///< s; 0: time_step / 1024
@@ -195,9 +196,9 @@ struct StepReport {
   long block_solves = 0;  ///< of all islands: linear solves times blocks
   int factorizations = 0;
   LinearSolverCounts linear{};
-  int interior_point_attempts = 0;  ///< at a sub-step, in which contacts yielded
-  double residual = 0.0;            ///< relative force residual of the last iteration
-  double largest_overlap = 0.0;     ///< m
+  int proximal_newton_attempts = 0;  ///< at a sub-step: those that it solved
+  double residual = 0.0;             ///< relative force residual of the last iteration
+  double largest_overlap = 0.0;      ///< m
   double unbalance =
       0.0;  ///< static measure: largest unbalanced force / largest block weight or load
   StaticVerdict verdict = StaticVerdict::Seeking;
@@ -248,7 +249,7 @@ class Simulation {
   const State& state() const;
   const StepOptions& options() const;
   int threads() const;  ///< at work: no more than blocks that move, or than the system starts
-  bool threads_refused() const;  ///< the system starts no more
+  bool threads_refused() const;                  ///< the system starts no more
   void set_options(const StepOptions& options);  ///< from the next step on
   /// From the next step on these blocks move so; a settled scene starts to move. The energy that
   /// this brings or takes counts as work. Throws InputError for a block without unknowns, and
