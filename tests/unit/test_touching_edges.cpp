@@ -6,8 +6,8 @@
 #include <cmath>
 #include <quoin/geometry/build.hpp>
 
-#include "referee/pairs/exact_arbiter.hpp"
 #include "support/catch.hpp"
+#include "support/exact_gap.hpp"
 #include "support/random.hpp"
 
 using namespace quoin;
@@ -19,13 +19,6 @@ using geometry::Vector3;
 namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-
-double exact_gap(const Body& a, const Body& b) {
-  const auto points = [](const Body& body) {
-    return referee::PlacedPoints{body.shape().vertices(), body.placement()};
-  };
-  return static_cast<double>(referee::ExactPair(points(a), points(b)).gap().gap);
-}
 
 }  // namespace
 
@@ -42,7 +35,7 @@ TEST_CASE("edges beside each other within noise have the exact gap, whatever car
     };
     const Body a(brick, noisy(Vector3::Zero()));
     const Body b(brick, noisy({random.chance(0.5) ? 0.25 : 0.0, 0.25, 0.25}));
-    const double exact = exact_gap(a, b);
+    const double exact = tests::exact_gap(a, b);
     const double limit = 1e-12 * std::abs(exact) + allowed;
     const geometry::NearestFeatures whole = geometry::nearest_features(a, b);
     REQUIRE(std::abs(whole.gap - exact) <= limit);

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <quoin/geometry/build.hpp>
 
-#include "referee/pairs/exact_arbiter.hpp"
 #include "support/catch.hpp"
+#include "support/exact_gap.hpp"
 #include "support/random.hpp"
 
 using namespace quoin;
@@ -34,13 +34,6 @@ Found touching(const Body& a, const Body& b, const Vector3& across) {
   return {proved, optimum.plane.gap};
 }
 
-double exact_gap(const Body& a, const Body& b) {
-  const auto points = [](const Body& body) {
-    return referee::PlacedPoints{body.shape().vertices(), body.placement()};
-  };
-  return static_cast<double>(referee::ExactPair(points(a), points(b)).gap().gap);
-}
-
 }  // namespace
 
 TEST_CASE("faces that lie on each other within noise have the exact gap") {
@@ -60,7 +53,7 @@ TEST_CASE("faces that lie on each other within noise have the exact gap") {
     const Found found = touching(a, b, Vector3::UnitZ());
     if (!found.proved) continue;
     ++proved;
-    const double exact = exact_gap(a, b);
+    const double exact = tests::exact_gap(a, b);
     overlapping += exact < 0.0;
     REQUIRE(std::abs(found.gap - exact) <= 1e-12 * std::abs(exact) + allowed);
   }
@@ -78,6 +71,6 @@ TEST_CASE("faces that share but a strip are no proof of a deeper overlap") {
     const Body a(cube, {}), b(cube, aside);
     const Found found = touching(a, b, Vector3::UnitZ());
     if (found.proved)
-      CHECK(std::abs(found.gap - exact_gap(a, b)) <= 16 * kEpsilon * cube.diameter());
+      CHECK(std::abs(found.gap - tests::exact_gap(a, b)) <= 16 * kEpsilon * cube.diameter());
   }
 }
