@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <optional>
 
 #include "contact/joint_law.hpp"
 #include "step/energy_bound.hpp"
+#include "step/joined_groups.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -221,22 +221,13 @@ void add_blocks(const ImpactStep& at, std::span<const BodyContact> contacts, con
 
 /// By slot: the least slot of the group of blocks that closed contacts join.
 std::vector<int> joined_groups(std::size_t slots, std::span<const LinearContact> contacts) {
-  std::vector<int> groups(slots);
-  std::iota(groups.begin(), groups.end(), 0);
-  const auto root = [&](int slot) {
-    while (groups[index(slot)] != slot) {
-      groups[index(slot)] = groups[index(groups[index(slot)])];
-      slot = groups[index(slot)];
-    }
-    return slot;
-  };
+  JoinedGroups groups(slots);
   for (const LinearContact& c : contacts) {
-    if (c.slot_a < 0 || c.slot_b < 0) continue;
-    const auto [low, high] = std::minmax({root(c.slot_a), root(c.slot_b)});
-    groups[index(high)] = low;
+    if (c.slot_a >= 0 && c.slot_b >= 0) groups.join(c.slot_a, c.slot_b);
   }
-  for (int& group : groups) group = root(group);
-  return groups;
+  std::vector<int> least(slots);
+  for (std::size_t s = 0; s < slots; ++s) least[s] = groups.least(static_cast<int>(s));
+  return least;
 }
 
 /// Restitution of each group of blocks that closed contacts join.

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <limits>
-#include <numeric>
+
+#include "step/joined_groups.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -24,23 +25,15 @@ void append_block(const CompiledScene& compiled, int block, IslandBlocks& island
 
 std::vector<int> island_of_blocks(const CompiledScene& compiled,
                                   std::span<const geometry::ContactPoint> found) {
-  std::vector<int> least(compiled.models.size());  // a block of the same island
-  std::iota(least.begin(), least.end(), 0);
-  const auto root = [&](int block) {
-    while (least[index(block)] != block) {
-      block = least[index(block)] = least[index(least[index(block)])];
-    }
-    return block;
-  };
+  JoinedGroups groups(compiled.models.size());
   for (const geometry::ContactPoint& point : found) {
     if (compiled.idle[index(point.key.a)] || compiled.idle[index(point.key.b)]) continue;
-    const auto [low, high] = std::minmax({root(point.key.a), root(point.key.b)});
-    least[index(high)] = low;
+    groups.join(point.key.a, point.key.b);
   }
-  std::vector<int> islands(least.size(), -1);
+  std::vector<int> islands(compiled.models.size(), -1);
   int count = 0;
   for (const int block : compiled.slots.block_of_slot) {
-    const int first = root(block);
+    const int first = groups.least(block);
     islands[index(block)] = first == block ? count++ : islands[index(first)];
   }
   return islands;
