@@ -168,6 +168,7 @@ ContactProblem contact_problem(const Slots& slots, const BlockSystem& base,
                                const BlockVector& force, std::span<const LinearContact> contacts,
                                const BlockVector& guess) {
   ContactProblem problem;
+  problem.first_block = slots.block_of_slot.front();
   for (std::size_t s = 0; s < force.size(); ++s) {
     const int n = slots.size[s];
     problem.blocks.push_back({slots.length[s], base.diagonal[s].topLeftCorner(n, n),

@@ -205,10 +205,25 @@ class RunCommand(unittest.TestCase):
         done = run(INCLINE, "--out", out, "--set", "/end_time=0.5", "--dump-steps", "4")
         self.assertEqual(done.returncode, 0, done.stderr)
         dumped = sorted(file.name for file in out.glob("contact_problem_*.txt"))
-        self.assertEqual(dumped[0], "contact_problem_000000.txt")
+        self.assertEqual(dumped[0], "contact_problem_000000_000001.txt")
         self.assertTrue(all(int(name[16:22]) % 4 == 0 for name in dumped), dumped)
         self.assertTrue((out / dumped[0]).read_text().startswith("quoin contact problem 1\nblocks 1\n"))
         self.assertEqual(run(INCLINE, "--dump-steps", "4").returncode, 2)  # needs a folder
+
+    def test_dump_steps_of_several_islands(self):
+        boxes = [[0, 0, 1], [3, 0, 1], [3, 0, 2]]
+        scene = {"materials": {"stone": {"density": 2000}}, "joint": {"friction_angle_deg": 30},
+                 "time_step": 0.01, "end_time": 0.02,
+                 "blocks": [{"kind": "fixed", "material": "stone",
+                             "shape": {"type": "box", "min": [-9, -9, 0], "max": [9, 9, 1]}}] +
+                           [{"kind": "rigid", "material": "stone", "shape": {
+                               "type": "box", "min": low, "max": [c + 1 for c in low]}} for low in boxes]}
+        path, out = self.folder / "islands.json", self.folder / "islands"
+        path.write_text(json.dumps(scene))
+        self.assertEqual(run(path, "--out", out, "--dump-steps", "2").returncode, 0)
+        blocks = {file.name: file.read_text().split("\n")[1] for file in out.glob("contact_problem_*.txt")}
+        self.assertEqual(blocks, {"contact_problem_000000_000001.txt": "blocks 1",
+                                  "contact_problem_000000_000002.txt": "blocks 2"})
 
     def test_files_that_can_not_be_read_or_written(self):
         done = run(self.folder / "none.json")

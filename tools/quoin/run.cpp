@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <quoin/solver/contact_problem.hpp>
+#include <set>
 
 #include "checkpoint.hpp"
 #include "commands.hpp"
@@ -160,19 +161,18 @@ void complain_of_threads(const solver::Simulation& simulation) {
   std::fprintf(stderr, "quoin: %d of %d threads: the system starts no more\n", given, asked);
 }
 
-/// Writes the contact problem of every so many steps, as first tried.
+/// Writes the contact problems of every so many steps, each island's as first tried.
 class ProblemFiles {
  public:
   explicit ProblemFiles(long every) : every_(every) {}
   void end_step() {
     ++step_;
-    written_ = false;
+    written_.clear();
   }
   void write(const solver::ContactProblem& problem, OutputFolder& folder) {
-    if (written_ || step_ % every_ != 0) return;
-    written_ = true;
-    char name[40];
-    std::snprintf(name, sizeof name, "contact_problem_%06ld.txt", step_);
+    if (step_ % every_ != 0 || !written_.insert(problem.first_block).second) return;
+    char name[64];
+    std::snprintf(name, sizeof name, "contact_problem_%06ld_%06d.txt", step_, problem.first_block);
     std::ofstream file(folder.file(name));
     solver::write(file, problem);
   }
@@ -180,7 +180,7 @@ class ProblemFiles {
  private:
   long every_;
   long step_ = 0;
-  bool written_ = false;
+  std::set<int> written_;  ///< first blocks of the islands that this step has shown
 };
 
 RunResult run_with_files(const SceneFile& file, const RunArguments& arguments, Output& output) {

@@ -19,9 +19,7 @@ Slide scaled_slide(double size, double young) {
   return slide;
 }
 
-}  // namespace
-
-void append_geometry_cells(std::vector<Cell>& cells) {
+void append_aspect_cells(std::vector<Cell>& cells) {
   for (int exponent = -4; exponent <= 4; ++exponent) {
     const double aspect = decade(exponent);
     cells.push_back({"rigid slide", {{"height_to_width", aspect}}, 1e-8, [=] {
@@ -44,6 +42,9 @@ void append_geometry_cells(std::vector<Cell>& cells) {
                        return run_stack(stack);
                      }});
   }
+}
+
+void append_size_cells(std::vector<Cell>& cells) {
   for (int exponent = -6; exponent <= 4; ++exponent) {
     const double size = decade(exponent);
     cells.push_back({"rigid slide", {{"size", size}}, 1e-8, [=] {
@@ -60,6 +61,9 @@ void append_geometry_cells(std::vector<Cell>& cells) {
                        return run_stack(stack);
                      }});
   }
+}
+
+void append_place_cells(std::vector<Cell>& cells) {
   for (int exponent = -1; exponent <= 8; ++exponent) {
     const double far = exponent < 0 ? 0.0 : decade(exponent);
     const Vector3 origin(far, -far, 0.5 * far);
@@ -82,6 +86,14 @@ void append_geometry_cells(std::vector<Cell>& cells) {
                        return run_stack(stack);
                      }});
   }
+}
+
+}  // namespace
+
+void append_geometry_cells(std::vector<Cell>& cells) {
+  append_aspect_cells(cells);
+  append_size_cells(cells);
+  append_place_cells(cells);
 }
 
 }  // namespace quoin::stability

@@ -62,7 +62,9 @@ void append_penalty_cells(std::vector<Cell>& cells) {
   }
 }
 
-void append_material_cells(std::vector<Cell>& cells) {
+namespace {
+
+void append_stiffness_cells(std::vector<Cell>& cells) {
   for (int exponent = 5; exponent <= 13;
        ++exponent) {  // softer: shorter than nothing under its weight
     const double young = decade(exponent);
@@ -85,6 +87,9 @@ void append_material_cells(std::vector<Cell>& cells) {
                        return run_stack(stack);
                      }});
   }
+}
+
+void append_ratio_cells(std::vector<Cell>& cells) {
   for (int exponent = -6; exponent <= 6; ++exponent) {
     const double ratio = decade(exponent);
     cells.push_back({"rigid on rigid", {{"mass_ratio", ratio}}, 1e-8, [=] {
@@ -116,6 +121,9 @@ void append_material_cells(std::vector<Cell>& cells) {
            return run_stack(stack);
          }});
   }
+}
+
+void append_friction_cells(std::vector<Cell>& cells) {
   for (const double angle : {0.0, 1.0, 5.0, 10.0, 20.0, 30.0, 45.0, 60.0, 75.0, 85.0, 88.0, 89.0}) {
     const auto plate = [=](double slope) {
       Slide slide;
@@ -131,6 +139,14 @@ void append_material_cells(std::vector<Cell>& cells) {
     cells.push_back(
         {"sticks", {{"friction_deg", angle}}, 1e-9, [=] { return plate(angle - tight); }});
   }
+}
+
+}  // namespace
+
+void append_material_cells(std::vector<Cell>& cells) {
+  append_stiffness_cells(cells);
+  append_ratio_cells(cells);
+  append_friction_cells(cells);
 }
 
 }  // namespace quoin::stability

@@ -28,6 +28,7 @@ struct ContactProblem {
   };
   std::vector<Block> blocks{};
   std::vector<Contact> contacts{};
+  int first_block = -1;  ///< lowest of its blocks in the scene: names the island; -1: from a file
 };
 
 /// Text: see solver/README.md, "Contact problems". Numbers are read back to the bit.

@@ -109,8 +109,8 @@ struct StepOptions {
   /// Asked some twenty times a second in a step that lasts, with what it has come to so far, on the
   /// thread of advance(); false ends the step as Stopped. Must not throw.
   std::function<bool(const StepReport&)> watch{};
-  /// Given the contact problem of each step's first linearisation before it is solved, where
-  /// contacts have Coulomb's law alone. Must not throw.
+  /// Given the contact problem of the first linearisation of each attempt at a sub-step of each
+  /// island before it is solved, where contacts have Coulomb's law alone. Must not throw.
   std::function<void(const ContactProblem&)> contact_problem{};
 };
 
