@@ -5,8 +5,8 @@
 
 RUN is a folder that `quoin run --out` left. PICTURE ends in .png: one panel for each time (default four,
 from start to end); in .gif or .mp4: an animation of all times (.mp4 needs ffmpeg).
-Displacements are enlarged by S. --forces draws what bears on each joint, --contacts the closed points:
-blue those that stick, orange those that slip.
+Displacements are enlarged by S. --forces draws what bears on each joint, --contacts the contact points by
+state: open, stick, slip; ringed where the joint is at its residual strength (failed).
 """
 import argparse
 import pathlib
@@ -21,12 +21,20 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 from matplotlib.animation import FFMpegWriter, PillowWriter  # noqa: E402
 from matplotlib.collections import PolyCollection  # noqa: E402
+from matplotlib.lines import Line2D  # noqa: E402
 from run_output import Blocks, Contacts, series  # noqa: E402
 
 HELD = np.array([0.76, 0.75, 0.73])
 FREE = np.array([(0.80, 0.48, 0.33), (0.88, 0.70, 0.44), (0.44, 0.58, 0.68), (0.58, 0.66, 0.48),
                  (0.72, 0.45, 0.46), (0.54, 0.51, 0.66)])
-STICK, SLIP = "#0072B2", "#D55E00"
+# Name, which points, and how they are drawn: a ring about a failed one, below its state.
+STATES = (("open", lambda c: c.state == 0,
+           {"marker": "o", "color": "#777777", "markerfacecolor": "white", "ms": 3.4, "zorder": 3.1}),
+          ("stick", lambda c: c.state == 1, {"marker": "o", "color": "#0072B2", "ms": 3.4, "zorder": 3.1}),
+          ("slip", lambda c: c.state == 2, {"marker": "^", "color": "#D55E00", "ms": 3.8, "zorder": 3.1}),
+          ("failed", lambda c: c.failed,
+           {"marker": "o", "color": "#000000", "markerfacecolor": "none", "ms": 6, "zorder": 3.0}))
+LEGEND_HEIGHT = 0.28  # inches
 FRAMES_A_SECOND = 15
 
 
@@ -119,14 +127,23 @@ def visible_faces(blocks, view, scale):
 
 
 def draw_contacts(axis, contacts, view):
-    for state, colour in ((1, STICK), (2, SLIP)):
-        axis.plot(*view.flat(contacts.points[contacts.state == state]).T, "o", color=colour,
-                  markersize=2.6, zorder=3)
+    for _, chosen, style in STATES:
+        axis.plot(*view.flat(contacts.points[chosen(contacts)]).T, linestyle="", markeredgewidth=0.8, **style)
+
+
+def add_legend(figure, frames):
+    """Of the states that these frames show, over all panels."""
+    shown = [Line2D([], [], linestyle="", markeredgewidth=0.8, label=name, **style)
+             for name, chosen, style in STATES if any(chosen(frame.contacts).any() for frame in frames)]
+    top = 1.0 - LEGEND_HEIGHT / figure.get_figheight()
+    figure.set_layout_engine("constrained", rect=(0, 0, 1, top))
+    figure.legend(handles=shown, loc="upper center", ncol=len(STATES), fontsize=10, frameon=False,
+                  handletextpad=0.1, columnspacing=1.2)
 
 
 def draw_forces(axis, joints, view, size, largest):
     for joint in joints:
-        half = 0.08 * size * view.flat(joint["force"][None])[0] / largest
+        half = 0.04 * size * view.flat(joint["force"][None])[0] / largest
         centre = view.flat(joint["centre"][None])[0]
         for sign in (1, -1):  # action and reaction, each pointing at the joint
             axis.annotate("", xy=centre, xytext=centre - sign * 2 * half, zorder=4,
@@ -175,6 +192,7 @@ def draw(axis, frame, given, box, largest):
     axis.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
     axis.axis("off")
     words = f"t = {frame.time:.3g} s" + (f", displacements × {given.scale:g}" if given.scale != 1 else "")
+    words += f", arrows up to {largest / 1000:.3g} kN" if given.forces and largest > 0 else ""
     axis.set_title(words, fontsize=10, loc="left", color="#222222")
 
 
@@ -189,11 +207,14 @@ def sheet(frames, given):
     shape = (box[1] - box[0])[1] / (box[1] - box[0])[0]
     width = 7.2 / columns
     figure, axes = plt.subplots(rows, columns, squeeze=False, layout="constrained",
-                                figsize=(7.2, rows * (width * min(max(shape, 0.25), 1.6) + 0.3)))
+                                figsize=(7.2, rows * (width * min(max(shape, 0.25), 1.6) + 0.3) +
+                                         (LEGEND_HEIGHT if given.contacts else 0)))
     for axis in axes.flat:
         axis.axis("off")
     for axis, frame in zip(axes.flat, frames):
         draw(axis, frame, given, box, largest)
+    if given.contacts:
+        add_legend(figure, frames)
     figure.savefig(given.picture, dpi=120, pil_kwargs={"optimize": True})
     plt.close(figure)
 
@@ -210,6 +231,8 @@ def animation(frames, given):
             for frame in frames:
                 figure.clear()
                 draw(figure.add_subplot(), frame, given, box, largest)
+                if given.contacts:
+                    add_legend(figure, frames)
                 writer.grab_frame()
     except (OSError, subprocess.CalledProcessError) as error:
         sys.exit(f"quoin picture: {given.picture}: {error}")
@@ -222,7 +245,8 @@ def main():
     parser.add_argument("--times", type=float, nargs="+", help="s; default: four from start to end")
     parser.add_argument("--scale", type=float, default=1.0, help="of displacements (default 1)")
     parser.add_argument("--forces", action="store_true", help="arrows: what bears on each joint")
-    parser.add_argument("--contacts", action="store_true", help="closed points: blue stick, orange slip")
+    parser.add_argument("--contacts", action="store_true", 
+                        help="contact points by state: open, stick, slip, failed (residual strength)")
     parser.add_argument("--from", dest="direction", type=float, nargs=3, default=(-0.45, -1.0, 0.42),
                         metavar=("X", "Y", "Z"), help="direction towards the eye (default -0.45 -1 0.42)")
     given = parser.parse_args()

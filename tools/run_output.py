@@ -79,7 +79,8 @@ class Contacts:
     def __init__(self, path):
         found = arrays(path)
         self.points = found["Points"].reshape(-1, 3)
-        self.state = np.atleast_1d(found["state"])
+        self.state = np.atleast_1d(found["state"])  # 0: open, 1: stick, 2: slip
+        self.failed = np.atleast_1d(found["failed"]) > 0  # bears its residual strength
         self.normal_force = np.atleast_1d(found["normal_force"])
         self.force_on_b = found["force_on_b"].reshape(-1, 3)
         self.normal = found["normal"].reshape(-1, 3)

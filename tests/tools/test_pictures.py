@@ -17,6 +17,15 @@ from run_output import Blocks
 blocks = Blocks(sys.argv[2])
 print([bool(faces) for faces in blocks.faces])
 """
+LEGEND = """
+import sys
+sys.path.insert(0, sys.argv[1])
+import picture
+times = [time for time, _ in picture.series(sys.argv[2], "blocks")]
+figure = picture.plt.figure()
+picture.add_legend(figure, list(picture.frames_of(sys.argv[2], times)))
+print(*(entry.get_text() for entry in figure.legends[0].get_texts()))
+"""
 
 
 class Pictures(unittest.TestCase):
@@ -60,6 +69,14 @@ class Pictures(unittest.TestCase):
         self.assertIn("ffmpeg", done.stderr)
         self.assertFalse((self.folder / "q.mp4").exists())
         self.assertEqual(self.picture("q.gif", path=str(bare)).returncode, 0)
+
+    def test_legend_of_contact_states(self):
+        known = {"softening.json": {"open", "slip", "failed"}, "direct_shear.json": {"stick"}}
+        for scene, states in known.items():
+            self.run_scene(scene)
+            said = subprocess.run(["/usr/bin/python3", "-c", LEGEND, SOURCE / "tools", self.folder / "run"],
+                                  check=True, capture_output=True, text=True).stdout
+            self.assertEqual(set(said.split()), states)
 
     def test_absent_blocks_are_not_drawn(self):
         self.run_scene("stage_column.json")
