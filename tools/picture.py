@@ -22,7 +22,7 @@ import numpy as np  # noqa: E402
 from matplotlib.animation import FFMpegWriter, PillowWriter  # noqa: E402
 from matplotlib.collections import PolyCollection  # noqa: E402
 from matplotlib.lines import Line2D  # noqa: E402
-from run_output import Blocks, Contacts, series  # noqa: E402
+from run_output import Blocks, Contacts, run_program, series  # noqa: E402
 
 HELD = np.array([0.76, 0.75, 0.73])
 FREE = np.array([(0.80, 0.48, 0.33), (0.88, 0.70, 0.44), (0.44, 0.58, 0.68), (0.58, 0.66, 0.48),
@@ -36,6 +36,7 @@ STATES = (("open", lambda c: c.state == 0,
            {"marker": "o", "color": "#000000", "markerfacecolor": "none", "ms": 6, "zorder": 3.0}))
 LEGEND_HEIGHT = 0.28  # inches
 FRAMES_A_SECOND = 15
+LARGEST_SCALE = 1e9  # beyond, corners lose their digits
 
 
 class View:
@@ -234,8 +235,13 @@ def animation(frames, given):
                 if given.contacts:
                     add_legend(figure, frames)
                 writer.grab_frame()
-    except (OSError, subprocess.CalledProcessError) as error:
+    except subprocess.CalledProcessError as error:
         sys.exit(f"quoin picture: {given.picture}: {error}")
+
+
+def refuse(words):
+    print(f"quoin picture: {words}", file=sys.stderr)
+    sys.exit(2)
 
 
 def main():
@@ -250,13 +256,19 @@ def main():
     parser.add_argument("--from", dest="direction", type=float, nargs=3, default=(-0.45, -1.0, 0.42),
                         metavar=("X", "Y", "Z"), help="direction towards the eye (default -0.45 -1 0.42)")
     given = parser.parse_args()
-    if not np.linalg.norm(given.direction) > 0:
-        parser.error("--from must not be zero")
+    if not 0 < np.linalg.norm(given.direction) < np.inf:
+        refuse("--from: must be a direction that is not zero")
+    if not 0 <= given.scale <= LARGEST_SCALE:
+        refuse(f"--scale {given.scale:g}: must lie in 0 … {LARGEST_SCALE:g}")
     given.view = View(given.direction)
     ending = pathlib.Path(given.picture).suffix.lower()
     if ending not in (".png", ".gif", ".mp4"):
-        parser.error("the picture must end in .png, .gif or .mp4")
+        refuse(f"{given.picture}: the picture must end in .png, .gif or .mp4")
     all_times = [time for time, _ in series(given.run, "blocks")]
+    slack = 1e-6 * (all_times[-1] - all_times[0])
+    for time in given.times or []:
+        if not all_times[0] - slack <= time <= all_times[-1] + slack:
+            refuse(f"--times {time:g}: the run goes from {all_times[0]:g} to {all_times[-1]:g} s")
     if ending != ".png":
         animation(list(frames_of(given.run, given.times or all_times)), given)
         return
@@ -265,4 +277,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    run_program(main)

@@ -9,7 +9,6 @@ line joins them) and joints.png (normal and shear force, and pressures, along th
 """
 import argparse
 import pathlib
-import sys
 
 import matplotlib
 
@@ -18,7 +17,7 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 from matplotlib.collections import PolyCollection  # noqa: E402
 from matplotlib.ticker import MaxNLocator  # noqa: E402
-from run_output import Blocks, Contacts, history, series  # noqa: E402
+from run_output import Blocks, Contacts, history, run_program, series  # noqa: E402
 
 COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#999999", "#000000"]
 MOST_MONITORS = 8
@@ -52,8 +51,7 @@ def forces_of(table):
     return found
 
 
-def history_figure(folder, path):
-    table = history(folder)
+def history_figure(table, path):
     x, label = clock(table)
     points = [name[:-3] for name in table if name.endswith(".ux")][:MOST_MONITORS]
     forces = forces_of(table)
@@ -194,11 +192,10 @@ def main():
     parser.add_argument("--out", default=".", help="folder of the pictures (default: the current one)")
     parser.add_argument("--plane", choices=["xz", "yz"], default="xz", help="of thrust.png (default xz)")
     given = parser.parse_args()
-    if not (pathlib.Path(given.run) / "history.csv").exists():
-        sys.exit(f"{given.run}: holds no history.csv; quoin run --out leaves one")
+    table = history(given.run)
     out = pathlib.Path(given.out)
     out.mkdir(parents=True, exist_ok=True)
-    history_figure(given.run, out / "history.png")
+    history_figure(table, out / "history.png")
     blocks = Blocks(series(given.run, "blocks")[-1][1])
     joints = Contacts(series(given.run, "contacts")[-1][1]).joints()
     if not joints:
@@ -210,4 +207,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    run_program(main)

@@ -1,4 +1,5 @@
 """What `quoin run --out` left, read back: history.csv, blocks_*.vtu and contacts_*.vtp."""
+import contextlib
 import csv
 import pathlib
 import re
@@ -12,12 +13,32 @@ TYPES = {"Int8": "i1", "UInt8": "u1", "Int32": "<i4", "UInt32": "<u4", "Int64": 
 FIXED, ABSENT = 2, 4  # solver::BlockKind: fixed; prescribed and absent above it
 
 
+@contextlib.contextmanager
+def reading(path):
+    """What goes wrong in a file ends the program with a line that names it."""
+    try:
+        yield
+    except OSError as error:
+        sys.exit(f"{path}: {error.strerror}; quoin run --out leaves it")
+    except (ValueError, LookupError, AttributeError, TypeError, StopIteration, xml.ParseError):
+        sys.exit(f"{path}: is not as quoin run wrote it")
+
+
+def run_program(main):
+    """main(); what can't be written ends the program with a line that names it."""
+    try:
+        main()
+    except OSError as error:
+        sys.exit(f"{error.filename or 'the picture'}: can't be written: {error.strerror or error}")
+
+
 def history(folder):
     """{column: values} of history.csv."""
-    with open(pathlib.Path(folder) / "history.csv", encoding="utf-8", newline="") as file:
+    path = pathlib.Path(folder) / "history.csv"
+    with reading(path), open(path, encoding="utf-8", newline="") as file:
         rows = list(csv.reader(file))
-    table = np.array(rows[1:], dtype=float).reshape(-1, len(rows[0]))
-    return {name: table[:, i] for i, name in enumerate(rows[0])}
+        table = np.array(rows[1:], dtype=float).reshape(-1, len(rows[0]))
+        return {name: table[:, i] for i, name in enumerate(rows[0])}
 
 
 def arrays(path):
@@ -46,24 +67,27 @@ def arrays(path):
 def series(folder, name):
     """[(time, path)] of blocks.pvd or contacts.pvd."""
     path = pathlib.Path(folder) / f"{name}.pvd"
-    if not path.exists():
-        sys.exit(f"{path}: is not there; quoin run --out leaves it")
-    return [(float(d.get("timestep")), path.parent / d.get("file"))
-            for d in xml.parse(path).getroot().iter("DataSet")]
+    with reading(path):
+        found = [(float(d.get("timestep")), path.parent / d.get("file"))
+                 for d in xml.parse(path).getroot().iter("DataSet")]
+        if not found:
+            raise ValueError
+        return found
 
 
 class Blocks:
     """Corners now and at the start, faces by corner, and what is known of each block."""
 
     def __init__(self, path):
-        found = arrays(path)
-        self.points = found["Points"]
-        self.moved = found["displacement"]
-        self.kind = found["kind"]
-        stream = iter(found["faces"])
-        faces = [[[int(next(stream)) for _ in range(int(next(stream)))]
-                  for _ in range(int(next(stream)))] for _ in self.kind]
-        self.faces = [[] if kind == ABSENT else own for own, kind in zip(faces, self.kind)]
+        with reading(path):
+            found = arrays(path)
+            self.points = found["Points"]
+            self.moved = found["displacement"]
+            self.kind = found["kind"]
+            stream = iter(found["faces"])
+            faces = [[[int(next(stream)) for _ in range(int(next(stream)))]
+                      for _ in range(int(next(stream)))] for _ in self.kind]
+            self.faces = [[] if kind == ABSENT else own for own, kind in zip(faces, self.kind)]
 
     def held(self, block):
         return self.kind[block] >= FIXED
@@ -77,15 +101,16 @@ class Contacts:
     """Contact points, and by pair of blocks what they add up to."""
 
     def __init__(self, path):
-        found = arrays(path)
-        self.points = found["Points"].reshape(-1, 3)
-        self.state = np.atleast_1d(found["state"])  # 0: open, 1: stick, 2: slip
-        self.failed = np.atleast_1d(found["failed"]) > 0  # bears its residual strength
-        self.normal_force = np.atleast_1d(found["normal_force"])
-        self.force_on_b = found["force_on_b"].reshape(-1, 3)
-        self.normal = found["normal"].reshape(-1, 3)
-        self.area = np.atleast_1d(found["area"])
-        self.pair = np.column_stack([found["block_a"], found["block_b"]]).reshape(-1, 2)
+        with reading(path):
+            found = arrays(path)
+            self.points = found["Points"].reshape(-1, 3)
+            self.state = np.atleast_1d(found["state"])  # 0: open, 1: stick, 2: slip
+            self.failed = np.atleast_1d(found["failed"]) > 0  # bears its residual strength
+            self.normal_force = np.atleast_1d(found["normal_force"])
+            self.force_on_b = found["force_on_b"].reshape(-1, 3)
+            self.normal = found["normal"].reshape(-1, 3)
+            self.area = np.atleast_1d(found["area"])
+            self.pair = np.column_stack([found["block_a"], found["block_b"]]).reshape(-1, 2)
 
     def joints(self):
         """For each pair that bears a force: blocks, centre of pressure (m), force on b (N), its normal

@@ -78,6 +78,38 @@ class Pictures(unittest.TestCase):
                                   check=True, capture_output=True, text=True).stdout
             self.assertEqual(set(said.split()), states)
 
+    def refused(self, words, name, *arguments, code=2):
+        done = self.picture(name, *arguments)
+        self.assertEqual(done.returncode, code, done.stderr)
+        self.assertIn(words, done.stderr)
+        self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+
+    def test_what_can_not_be_drawn_is_told_in_a_line(self):
+        self.run_scene("softening.json", "--set", "/output_interval=0.01")
+        self.refused("--times 9: the run goes from 0 to 0.05 s", "p.png", "--times", "0", "9")
+        self.refused("--times nan: the run goes from 0", "p.png", "--times", "nan")
+        self.refused("--scale", "p.png", "--scale", "nan")
+        self.refused("--from", "p.png", "--from", "nan", "0", "1")
+        self.refused("must end in .png, .gif or .mp4", "p.jpg")
+        for name in ("none/p.png", "none/p.gif"):
+            self.refused("No such file or directory", name, code=1)
+        out = self.folder / "is_a_file"
+        out.touch()
+        done = subprocess.run([QUOIN, "plot", self.folder / "run", "--out", out], capture_output=True, text=True)
+        self.assertEqual((done.returncode, len(done.stderr.splitlines())), (1, 1), done.stderr)
+        run = self.folder / "run"
+        for name in ("blocks_000001.vtu", "contacts_000002.vtp", "blocks.pvd"):
+            os.truncate(run / name, 300)
+            self.refused(f"{run / name}: is not as quoin run wrote it", "p.png", "--times", "0.01", "0.02",
+                         code=1)
+            shutil.copy(run / "blocks_000000.vtu", run / "blocks_000001.vtu")
+        (run / "contacts_000002.vtp").unlink()
+        os.truncate(run / "history.csv", 0)
+        done = subprocess.run([QUOIN, "plot", run, "--out", self.folder], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn(f"{run / 'history.csv'}: is not as quoin run wrote it", done.stderr)
+        self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+
     def test_absent_blocks_are_not_drawn(self):
         self.run_scene("stage_column.json")
         frames = sorted((self.folder / "run").glob("blocks_*.vtu"))
