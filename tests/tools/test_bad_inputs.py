@@ -293,6 +293,7 @@ def command_line():
                         (["run", "good.json", "--max-seconds", "nan"], "--max-seconds"),
                         (["run", "good.json", "--checkpoint", "soon"], "--checkpoint"),
                         (["run", "good.json", "--checkpoint", "5"], "--out"),
+                        (["run", "good.json", "--checkpoint", "0", "--out", "x"], "greater than 0"),
                         (["run", "good.json", "--resume", "x"], "--resume"),
                         (["run", "good.json", "--on-failure", "pray"], "--on-failure"),
                         (["run", "good.json", "--set", "phi"], "NAME=VALUE"),
@@ -311,6 +312,11 @@ def command_line():
                         (["study", "good.json"], "--vary"),
                         (["study", "good.json", "--vary", "dt"], "KEY=VALUE"),
                         (["study", "good.json", "--vary", "dt=1", "--jobs", "0"], "--jobs"),
+                        (["study", "good.json", "--vary", "dt=1", "--max-seconds", "-1"], "--max-seconds"),
+                        (["study", "good.json", "--vary", "dt=1", "--max-seconds", "1e10"], "1e9 s"),
+                        (["study", "good.json", "--vary", "dt=1", "--vary", "/time_step=2"], "twice"),
+                        (["study", "good.json", "--vary", "dt=1,,2"], "empty"),
+                        (["stability", "--out", ""], "--out"),
                         (["validate", "V999"], "V999"), (["stability", "--filter", "("], "--filter"),
                         (["contact"], "--pairs"),
                         (["contact", "--pairs", "-", "--reach", "-1"], "--reach")):
@@ -325,6 +331,10 @@ def command_line():
         ["run", "good.json", "--out", "out"], 1)
     add("stability, cells of somebody", "good.json", good,
         ["stability", "--filter", "mass", "--out", "good.json"], (1, 2))
+    add("stability, a folder in the way", ".: can't be read", good,
+        ["stability", "--filter", "impact", "--out", "."], 1)
+    add("stability, no such folder", "none/cells.json.part: can't be written", good,
+        ["stability", "--quick", "--filter", "impact", "--out", "none/cells.json"], 1)
     add("study that can't be read", "none.json", good, ["study", "none.json", "--vary", "dt=1"], 1)
 
 

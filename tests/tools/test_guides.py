@@ -57,6 +57,7 @@ class Guides(unittest.TestCase):
     def test_shaking_wall(self):
         summary = self.summary(self.follow("shaking_wall"), "wall")
         self.assertEqual(summary["blocks"]["prescribed"], 1)
+        self.assertEqual(summary["flags"], [])
 
     def test_slope_wedge(self):
         summary = self.summary(self.follow("slope_wedge"), "slope")

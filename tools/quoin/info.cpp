@@ -33,9 +33,9 @@ struct InfoArguments {
 struct BlockInfo {
   const MeshBlock* mesh = nullptr;
   std::optional<geometry::Shape> shape{};  ///< none: not convex
-  std::string fault{};                          ///< why not
-  int support = -1;                             ///< the nearest; -1: there is none
-  double gap = 0.0;                             ///< to it, m; negative: overlap
+  std::string fault{};                     ///< why not
+  int support = -1;                        ///< the nearest; -1: there is none
+  double gap = 0.0;                        ///< to it, m; negative: overlap
 };
 
 double box_distance(const geometry::Box& a, const geometry::Box& b) {

@@ -18,6 +18,7 @@
 #include "run_files.hpp"
 #include "scene_file/run_scene.hpp"
 #include "stop.hpp"
+#include "wall_seconds.hpp"
 
 namespace quoin::commands {
 namespace {
@@ -26,8 +27,6 @@ using scene_file::RunResult;
 using scene_file::RunStatus;
 using scene_file::SceneFile;
 using scene_file::StepView;
-
-constexpr double kMostSeconds = 1e9;  // 30 years
 
 struct RunArguments {
   RunRequest request;
@@ -272,29 +271,17 @@ int run(RunArguments& arguments) {
   return failed.empty() ? kDone : kFailed;
 }
 
-/// Wall time in an option.
-CLI::Validator wall_seconds() {
-  return CLI::Validator(
-      [](const std::string& text) {
-        double value = 0.0;
-        const bool good =
-            CLI::detail::lexical_cast(text, value) && value >= 0.0 && value <= kMostSeconds;
-        return good ? std::string() : "must lie in 0 … 1e9 s, is " + text;
-      },
-      "SECONDS");
-}
-
 void add_clocks(CLI::App& command, RunArguments& arguments) {
   command
       .add_option("--max-seconds", arguments.max_seconds,
                   "end after this wall time, s, with all files of the state reached and a "
                   "checkpoint (default: no limit)")
-      ->check(wall_seconds());
+      ->check(wall_seconds(Zero::Allowed));
   command
       .add_option("--checkpoint", arguments.request.checkpoint_seconds,
                   "write a checkpoint in the folder every so many seconds of wall time (default: "
                   "only when the run is ended early)")
-      ->check(wall_seconds());
+      ->check(wall_seconds(Zero::Refused));
 }
 
 }  // namespace

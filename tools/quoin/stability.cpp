@@ -13,6 +13,8 @@
 #include <regex>
 
 #include "commands.hpp"
+#include "path_to_write.hpp"
+#include "scene_file/scene_error.hpp"
 #include "stability/cell.hpp"
 
 namespace quoin::commands {
@@ -112,8 +114,11 @@ std::string key(const std::string& cell, const nlohmann::ordered_json& parameter
 
 Rows read_rows(const std::string& path) {
   Rows rows;
+  if (!std::filesystem::exists(path)) return rows;
   std::ifstream in(path);
-  if (!in) return rows;
+  if (!in || std::filesystem::is_directory(path)) {
+    throw scene_file::FileError(path + ": can't be read");
+  }
   try {
     for (const auto& row : nlohmann::ordered_json::parse(in)) {
       rows[key(row.at("cell"), row.at("parameters"))] = row;
@@ -132,7 +137,7 @@ void write_rows(const std::string& path, nlohmann::ordered_json list, const Rows
   {
     std::ofstream out(part);
     out << list.dump(1) << "\n";
-    if (!out.flush()) throw std::runtime_error("can't write " + part);
+    if (!out.flush()) throw scene_file::FileError(part + ": can't be written");
   }
   std::filesystem::rename(part, path);
 }
@@ -208,9 +213,11 @@ void add_stability_command(CLI::App& app, int& exit_code) {
       "Extreme parameters against exact answers: right, flagged as expected, or a failure");
   command->add_flag("--json", arguments->json, "a list of objects on standard output");
   command->add_flag("--quick", arguments->quick, "long runs end after 1e4 steps instead of 1e6");
-  command->add_option("--out", arguments->out,
-                      "file of the same objects that grows with every cell; a run that was broken "
-                      "off goes on from it");
+  command
+      ->add_option("--out", arguments->out,
+                   "file of the same objects that grows with every cell; a run that was broken "
+                   "off goes on from it")
+      ->check(path_to_write());
   command->add_option("--filter", arguments->filter, "only cells that match this expression");
   command->callback([arguments, &exit_code] {
     exit_code = run_guarded([&] { return run(*arguments); }, "quoin stability");

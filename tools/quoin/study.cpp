@@ -19,6 +19,7 @@
 #include "scene_file/run_scene.hpp"
 #include "scene_file/study_grid.hpp"
 #include "stop.hpp"
+#include "wall_seconds.hpp"
 
 namespace quoin::commands {
 namespace {
@@ -83,7 +84,14 @@ void write_files(OutputFolder& folder, const StudyArguments& arguments,
 
 int run(const StudyArguments& arguments) {
   std::vector<StudyAxis> axes;
-  for (const std::string& text : arguments.vary) axes.push_back(scene_file::parse_axis(text));
+  for (const std::string& text : arguments.vary) {
+    StudyAxis axis = scene_file::parse_axis(text);
+    const auto same = [&](const StudyAxis& other) { return other.change == axis.change; };
+    if (std::any_of(axes.begin(), axes.end(), same)) {
+      throw std::invalid_argument("--vary " + axis.key + ": is varied twice");
+    }
+    axes.push_back(std::move(axis));
+  }
   std::vector<StudyPoint> points = grid(axes);
   scene_file::read_json(arguments.scene);  // what can't be read at all is no row of a table
   std::optional<OutputFolder> folder;      // before anything runs: a study may take long
@@ -135,7 +143,7 @@ void add_study_command(CLI::App& app, int& exit_code) {
       ->add_option(
           "--max-seconds", arguments->max_seconds,
           "end after this wall time, s, and keep the rows that were run (default: no limit)")
-      ->check(CLI::PositiveNumber);
+      ->check(wall_seconds(Zero::Allowed));
   command->add_option("--jobs", arguments->jobs, "runs at the same time (default: one a core)")
       ->check(CLI::Range(1, 1024));
   command->callback([arguments, &exit_code] {

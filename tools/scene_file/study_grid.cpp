@@ -42,6 +42,7 @@ StudyAxis parse_axis(const std::string& text) {
   axis.change = axis.key == "dt" ? "/time_step" : known ? "/" + axis.key : axis.key;
   for (std::size_t from = equals + 1; from <= text.size();) {
     const std::size_t comma = std::min(text.find(',', from), text.size());
+    if (comma == from) throw std::invalid_argument("--vary " + text + ": a value is empty");
     axis.values.push_back(text.substr(from, comma - from));
     from = comma + 1;
   }
