@@ -127,6 +127,17 @@ TEST_CASE("files of other programs: two boxes that share an edge and a part of a
   CHECK(files == 17);
 }
 
+TEST_CASE("a byte order mark belongs to no word") {
+  const std::string faces = "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+  const TemporaryFile obj("quoin_mark.obj",
+                          "\xEF\xBB\xBFo named\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n" + faces);
+  CHECK(read(obj.path())[0].id == "named");
+  const TemporaryFile off("quoin_mark.off",
+                          "\xEF\xBB\xBFOFF 4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
+                          "3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3\n");
+  CHECK(read(off.path()).size() == 1);
+}
+
 TEST_CASE("OBJ: long lines, objects that groups divide, groups of several solids") {
   const std::string tetrahedron = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
   const std::string faces = "f -4 -2 -3\nf -4 -3 -1\nf \\\n -3 -2 \\\n -1\nf -2 -4 -1\n";
@@ -192,6 +203,9 @@ TEST_CASE("COMPAS: lists of meshes, polyhedra, elements that are placed") {
   const TemporaryFile list("quoin_list.json", R"([{"dtype": "compas.geometry/Shape", "data": {)" +
                                                   mesh + R"(}}, {"data": {)" + mesh + "}}]");
   CHECK(read(list.path()).size() == 2);
+  const TemporaryFile one("quoin_one.json",
+                          R"({"dtype": "compas.datastructures/Mesh", "data": {)" + mesh + "}}");
+  CHECK(read(one.path()).size() == 1);
   const TemporaryFile model("quoin_model.json", R"({"data": {"elements": {"e-1": {"data": {
       "is_support": true, "geometry": {"data": {)" + mesh +
                                                     R"(}},

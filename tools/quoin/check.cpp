@@ -286,7 +286,9 @@ void print_pairs(const char* what, const json& pairs) {
 
 void print_start(const json& report) {
   const json& blocks = report["blocks"];
-  std::printf("%s\n", report["title"].get_ref<const std::string&>().c_str());
+  const std::string& title = report["title"].get_ref<const std::string&>();
+  std::printf("%s\n",
+              (title.empty() ? report["scene"].get_ref<const std::string&>() : title).c_str());
   std::printf("  blocks: %d deformable, %d rigid, %d fixed, %d prescribed; %.6g kg move\n",
               blocks["deformable"].get<int>(), blocks["rigid"].get<int>(),
               blocks["fixed"].get<int>(), blocks["prescribed"].get<int>(),

@@ -143,11 +143,28 @@ void print_all(const std::vector<BlockInfo>& blocks) {
               volume);
 }
 
+/// Of "mm" or "0.001", m; 0: neither.
+double length_of(const std::string& units) {
+  double length = scene_file::unit_length(units);
+  const bool known = length > 0.0 || CLI::detail::lexical_cast(units, length);
+  return known && length > 0.0 && std::isfinite(length) ? length : 0.0;
+}
+
+CLI::Validator units() {
+  return CLI::Validator(
+      [](const std::string& text) {
+        return length_of(text) > 0.0
+                   ? std::string()
+                   : "must be m, dm, cm, mm, in, ft or a length in m, is " + text.substr(0, 40);
+      },
+      "UNIT");
+}
+
 int info(const InfoArguments& arguments) {
   std::vector<MeshBlock> meshes = scene_file::read_mesh_file(
       arguments.file, scene_file::mesh_format(arguments.file, arguments.format));
   for (MeshBlock& mesh : meshes) {
-    mesh.vertices *= scene_file::unit_length(arguments.units);
+    mesh.vertices *= length_of(arguments.units);
   }
   if (arguments.supports == "lowest_course") {
     scene_file::mark_lowest_course(meshes);
@@ -179,7 +196,7 @@ void add_info_command(CLI::App& app, int& exit_code) {
   command->add_option("--format", arguments->format, "default: by the ending of the file")
       ->check(CLI::IsMember({"compas", "obj", "stl", "ply", "off"}));
   command->add_option("--units", arguments->units, "of the file")
-      ->check(CLI::IsMember({"m", "dm", "cm", "mm", "in", "ft"}))
+      ->check(units())
       ->capture_default_str();
   command->add_option("--supports", arguments->supports, "as the file says, or the lowest course")
       ->check(CLI::IsMember({"flagged", "lowest_course"}))

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "commands.hpp"
+#include "in_range.hpp"
 #include "made_scene.hpp"
 #include "moving_scenes.hpp"
 #include "path_to_write.hpp"
@@ -193,7 +194,7 @@ class ShapeOptions {
   }
   ShapeOptions& number(const char* name, double& value, const char* what, double least,
                        double most) {
-    command_->add_option(name, value, what)->check(CLI::Range(least, most))->capture_default_str();
+    command_->add_option(name, value, what)->check(in_range(least, most))->capture_default_str();
     return *this;
   }
 
@@ -204,16 +205,16 @@ class ShapeOptions {
   void end(const std::function<void(const Stone&)>& make) {
     number("--density", stone_->density, "kg/m3", 1e-6, 1e9);
     command_->add_option("--young", stone_->young, "Pa; 0: rigid blocks")
-        ->check(CLI::Range(0.0, 1e15))
+        ->check(in_range(0.0, 1e15))
         ->capture_default_str();
     command_->add_option("--friction-deg", stone_->friction_deg, "degrees")
-        ->check(CLI::Range(0.0, 89.0))
+        ->check(in_range(0.0, 89.0))
         ->capture_default_str();
     command_
         ->add_option("--end-time", stone_->end_time,
                      "s of motion (default: of wall, arch, dome, tower and stair none after rest; "
                      "shaken-wall, pile 2; bin 10, or until rest; else 1)")
-        ->check(CLI::Range(0.0, 1e9));
+        ->check(in_range(0.0, 1e9));
     command_->add_option("--out", stone_->out, "new file (default: standard output)")
         ->check(path_to_write());
     command_->callback([stone = stone_, make, &exit_code = exit_code_] {

@@ -12,6 +12,7 @@
 #include <regex>
 
 #include "commands.hpp"
+#include "in_range.hpp"
 #include "output_folder.hpp"
 #include "python_program.hpp"
 #include "referee/pair_set.hpp"
@@ -261,10 +262,10 @@ void add_referee_command(CLI::App& app, int& exit_code) {
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
   command->add_option("--seconds", words->seconds, "End after so much time, s")
-      ->check(CLI::PositiveNumber);
+      ->check(in_range(1e-3, kMostSeconds));
   command->add_option("--limit", words->limit, "Time for one answer, s")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->check(in_range(1e-6, kMostSeconds));
   command->add_option("--json", words->json, "Write the report to this file");
   command->add_option("--report", words->report,
                       "Write a folder with index.html, report.json and each failing pair, made "

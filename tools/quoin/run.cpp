@@ -13,12 +13,12 @@
 
 #include "checkpoint.hpp"
 #include "commands.hpp"
+#include "in_range.hpp"
 #include "output_folder.hpp"
 #include "path_to_write.hpp"
 #include "run_files.hpp"
 #include "scene_file/run_scene.hpp"
 #include "stop.hpp"
-#include "wall_seconds.hpp"
 
 namespace quoin::commands {
 namespace {
@@ -80,8 +80,9 @@ class ProgressLine {
   std::chrono::steady_clock::time_point step_began_ = std::chrono::steady_clock::now();
 };
 
-void print_result(const SceneFile& file, const RunResult& result) {
-  std::printf("%s: %ld steps, %.6g s in %.3g s\n", file.title.c_str(), result.steps, result.time,
+void print_result(const SceneFile& file, const std::string& path, const RunResult& result) {
+  std::printf("%s: %ld steps, %.6g s in %.3g s\n",
+              file.title.empty() ? path.c_str() : file.title.c_str(), result.steps, result.time,
               result.wall_seconds);
   for (std::size_t s = 0; s < result.stages.size(); ++s) {
     const scene_file::StageResult& stage = result.stages[s];
@@ -264,7 +265,7 @@ int run(RunArguments& arguments) {
   if (arguments.json) {
     std::printf("%s\n", text(report).c_str());
   } else {
-    print_result(file, result);
+    print_result(file, arguments.request.scene, result);
   }
   const std::vector<std::string> failed = failures(file, result);
   for (const std::string& line : failed) complain(line);
@@ -276,12 +277,12 @@ void add_clocks(CLI::App& command, RunArguments& arguments) {
       .add_option("--max-seconds", arguments.max_seconds,
                   "end after this wall time, s, with all files of the state reached and a "
                   "checkpoint (default: no limit)")
-      ->check(wall_seconds(Zero::Allowed));
+      ->check(in_range(0, kMostSeconds));
   command
       .add_option("--checkpoint", arguments.request.checkpoint_seconds,
                   "write a checkpoint in the folder every so many seconds of wall time (default: "
                   "only when the run is ended early)")
-      ->check(wall_seconds(Zero::Refused));
+      ->check(in_range(1e-3, kMostSeconds));
 }
 
 }  // namespace

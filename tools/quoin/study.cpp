@@ -13,13 +13,13 @@
 #include <thread>
 
 #include "commands.hpp"
+#include "in_range.hpp"
 #include "output_folder.hpp"
 #include "path_to_write.hpp"
 #include "scene_file/read_json.hpp"
 #include "scene_file/run_scene.hpp"
 #include "scene_file/study_grid.hpp"
 #include "stop.hpp"
-#include "wall_seconds.hpp"
 
 namespace quoin::commands {
 namespace {
@@ -143,7 +143,7 @@ void add_study_command(CLI::App& app, int& exit_code) {
       ->add_option(
           "--max-seconds", arguments->max_seconds,
           "end after this wall time, s, and keep the rows that were run (default: no limit)")
-      ->check(wall_seconds(Zero::Allowed));
+      ->check(in_range(0, kMostSeconds));
   command->add_option("--jobs", arguments->jobs, "runs at the same time (default: one a core)")
       ->check(CLI::Range(1, 1024));
   command->callback([arguments, &exit_code] {

@@ -9,7 +9,9 @@
 namespace quoin::scene_file {
 namespace {
 
-std::vector<MeshBlock> blocks_of_text(const std::string& text, MeshFormat format) {
+constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+
+std::vector<MeshBlock> blocks_of_text(std::string_view text, MeshFormat format) {
   if (format == MeshFormat::Compas) {
     return read_compas(text);
   }
@@ -47,7 +49,9 @@ MeshFormat mesh_format(const std::string& path, const std::string& name) {
 }
 
 std::vector<MeshBlock> read_mesh_file(const std::string& path, MeshFormat format) {
-  std::vector<MeshBlock> blocks = blocks_of_text(read_text(path), format);
+  const std::string text = read_text(path);
+  const std::size_t mark = text.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0;
+  std::vector<MeshBlock> blocks = blocks_of_text(std::string_view(text).substr(mark), format);
   for (const MeshBlock& block : blocks) {
     if (block.faces.empty()) {
       throw MeshError("block " + in_quotes(block.id) +

@@ -22,7 +22,7 @@ class MeshError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// compas: assemblies and models of COMPAS 1.x and 2.x, lists of meshes (JSON).
+/// compas: assemblies and models of COMPAS 1.x and 2.x, a mesh or a list of them (JSON).
 /// obj, stl (ASCII and binary), ply (ASCII and binary of either endianness), off: surfaces; each
 /// object of the file, or the whole of it, is divided into its closed surfaces, one block each.
 enum class MeshFormat : std::uint8_t { Compas, Obj, Stl, Ply, Off };

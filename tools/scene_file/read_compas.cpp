@@ -212,7 +212,10 @@ std::vector<MeshBlock> blocks_of_document(const json& whole) {
   if (has_items(meshes)) {
     return blocks_of_list(*meshes, nodes);
   }
-  return has_items(nodes) ? blocks_of_nodes(*nodes) : std::vector<MeshBlock>();
+  if (has_items(nodes)) return blocks_of_nodes(*nodes);
+  const json& mesh = unwrapped(document);
+  const bool is_mesh = has_items(find(mesh, {"vertex"})) || has_items(find(mesh, {"vertices"}));
+  return is_mesh ? std::vector{block_of("0", mesh, false)} : std::vector<MeshBlock>();
 }
 
 bool is_number(const std::string& id) {
