@@ -3,16 +3,28 @@
 
 test_referee.py QUOIN SOURCE_DIR PLUGIN_DIR NARROW_PHASE_LIBRARY CXX EIGEN_INCLUDE"""
 import json
+import os
 import pathlib
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 QUOIN, SOURCE, PLUGINS, LIBRARY, CXX, EIGEN = (pathlib.Path(word) for word in sys.argv[1:7])
 BOXES = {"id": "boxes", "a": [[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)],
          "b": {"points": [[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)],
                "placement": [0.25, 0.5, 2.5, 1, 0, 0, 0, 1, 0, 0, 0, 1]}}
+
+
+def alive(process):
+    """A zombie is not."""
+    status = pathlib.Path("/proc", process, "status")
+    try:
+        return "State:\tZ" not in status.read_text()
+    except OSError:
+        return False
 
 
 class Referee(unittest.TestCase):
@@ -48,12 +60,123 @@ class Referee(unittest.TestCase):
         self.assertEqual((tally["asked"], tally["kinds"]), (3, {"hang": 3}))
 
     def test_a_library_that_answers_nan(self):
-        tally, _ = self.kinds_of("nan", "--count", 5)
+        tally, _ = self.kinds_of("nan_gap", "--count", 5)
         self.assertEqual((tally["asked"], tally["kinds"]), (5, {"not finite": 5}))
 
     def test_a_library_that_refuses(self):
         tally, _ = self.kinds_of("refuses", "--count", 5)
         self.assertEqual((tally["answered"], tally["kinds"]), (0, {"refused": 5}))
+
+    def test_a_library_that_ends_the_process(self):
+        tally, _ = self.kinds_of("exits", "--count", 5)
+        self.assertEqual((tally["asked"], tally["kinds"]), (5, {"crash": 5}))
+
+    def test_a_library_that_aborts_when_it_is_unloaded_or_talks(self):
+        """Neither changes the verdict, and what a library prints is not seen."""
+        lies, _ = self.kinds_of("lies", "--count", 5)
+        for behaviour in ("aborts_unloading", "talks"):
+            tally, _ = self.kinds_of(behaviour, "--count", 5)
+            self.assertEqual((tally["asked"], tally["kinds"]), (5, lies["kinds"]))
+        said = subprocess.run([QUOIN, "referee", "--plugin", PLUGINS / "talks.so", "--count", "5"], capture_output=True,
+                              text=True, check=True)
+        self.assertNotIn("bla", said.stdout + said.stderr)
+
+    def test_a_library_that_takes_all_memory(self):
+        tally, _ = self.kinds_of("eats", "--count", 2)
+        self.assertEqual((tally["asked"], tally["kinds"]), (2, {"crash": 2}))
+
+    def test_a_library_with_more_points_than_room(self):
+        tally, _ = self.kinds_of("endless_points", "--count", 20)
+        self.assertGreater(tally["asked"], 0)
+        self.assertEqual(tally["kinds"], {"failed": tally["asked"]})
+
+    def test_a_library_of_points_alone(self):
+        flush = {"id": "flush", "a": BOXES["a"], "b": [[x, y, z + 1] for x, y, z in BOXES["a"]]}
+        pairs = self.path / "pairs.jsonl"
+        pairs.write_text(json.dumps(BOXES) + "\n" + json.dumps(flush) + "\n")
+        report = self.judge("--plugin", PLUGINS / "points_only.so", "--pairs", pairs)
+        (library,) = report["libraries"]
+        self.assertEqual(list(library["families"]), ["flush", "all"])
+        tally = library["families"]["all"]
+        self.assertEqual((tally["asked"], tally["gaps"], tally["kinds"], tally["timed"]), (1, 0, {"missing corner": 1}, 1))
+
+    def test_plugins_that_can_not_be_asked(self):
+        for behaviour, reason in (("old_interface", "interface 2, must be 1"), ("endless_libraries", "null")):
+            text = self.judge("--plugin", PLUGINS / f"{behaviour}.so", code=1)
+            self.assertEqual(len(text.strip().splitlines()), 1)
+            self.assertIn(reason, text)
+
+    def test_two_plugins_of_one_name(self):
+        lies = PLUGINS / "lies.so"
+        report = self.judge("--plugin", lies, "--plugin", lies, "--count", 3)
+        self.assertEqual([library["name"] for library in report["libraries"]], ["bad", "bad (2)"])
+        self.assertEqual([library["families"]["all"]["asked"] for library in report["libraries"]], [3, 3])
+
+    def test_ctrl_c(self):
+        """What was judged is written, and nothing goes on: also where the library hangs."""
+        report, out = self.path / "report.json", self.path / "out"
+        run = subprocess.Popen([QUOIN, "referee", "--plugin", PLUGINS / "lies.so", "--plugin", PLUGINS / "hangs.so", "--limit",
+                                "0.5", "--json", report, "--report", out], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                               text=True, start_new_session=True)
+        time.sleep(2)
+        children = subprocess.run(["pgrep", "-P", str(run.pid)], capture_output=True, text=True, check=True).stdout.split()
+        self.assertTrue(children)
+        os.killpg(run.pid, signal.SIGINT)
+        said = run.communicate(timeout=60)
+        self.assertEqual(run.returncode, 1, said)
+        self.assertIn("ended early", said[1])
+        tallies = [library["families"]["all"] for library in json.loads(report.read_text())["libraries"]]
+        self.assertGreater(tallies[0]["asked"], 0)
+        self.assertNotIn("crash", tallies[0]["kinds"])
+        self.assertIn("Referee of contact libraries", (out / "index.html").read_text())
+        self.assertFalse([child for child in children if pathlib.Path("/proc", child).exists()])
+
+    def test_killed(self):
+        """Its children end with it, also one that hangs."""
+        run = subprocess.Popen([QUOIN, "referee", "--plugin", PLUGINS / "hangs.so", "--limit", "3000"],
+                               stdout=subprocess.DEVNULL)
+        time.sleep(1)
+        children = subprocess.run(["pgrep", "-P", str(run.pid)], capture_output=True, text=True, check=True).stdout.split()
+        self.assertTrue(children)
+        run.kill()
+        run.wait()
+        for _ in range(100):
+            left = [child for child in children if alive(child)]
+            if not left:
+                break
+            time.sleep(0.1)
+        self.assertFalse(left)
+
+    def test_bad_words(self):
+        (self.path / "mine").mkdir()
+        (self.path / "mine/file").write_text("not ours")
+        huge = self.path / "huge.jsonl"
+        huge.write_text(json.dumps({"a": [[1.7e308, 0, 0], [-1.7e308, 0, 0], [0, 1.7e308, 0], [0, 0, 1.7e308]], "b": BOXES["a"]}))
+        empty = self.path / "empty.jsonl"
+        empty.write_text(json.dumps({"a": [], "b": BOXES["a"]}))
+        for words, reason in ((["--family", "zzz"], "no family"), (["--limit", "nan"], "--limit"), (["--limit", "0"], "--limit"),
+                              (["--json", "/nowhere/x"], "can't be written"), (["--json", ""], "must not be empty"),
+                              (["--report", self.path / "mine"], "did not write it"), (["--pairs", huge], "1e100"),
+                              (["--pairs", empty], "no points")):
+            done = subprocess.run([QUOIN, "referee", "--plugin", PLUGINS / "lies.so", "--count", "1000000", *words],
+                                  capture_output=True, text=True, timeout=60, check=False)
+            self.assertIn(done.returncode, (1, 2), words)
+            self.assertIn(reason, done.stderr)
+            self.assertEqual(done.stdout, "")
+
+    def test_names_are_escaped(self):
+        """Of pairs: in JSON, and in the comments of C++ and C."""
+        pairs, out = self.path / "pairs.jsonl", self.path / "out"
+        name = 'a "name" \\ */\n'
+        pairs.write_text(json.dumps(BOXES | {"id": name}) + "\n")
+        self.judge("--plugin", PLUGINS / "lies.so", "--pairs", pairs, "--report", out)
+        (failure,) = (out / "failures.jsonl").read_text().splitlines()
+        json.loads(failure)
+        for text in ((out / "failure_1.cpp").read_text(), (out / "failure_1.c").read_text()):
+            self.assertNotIn("*/\n\n", text.splitlines()[0])
+            self.assertTrue(text.splitlines()[1].startswith("#include"))
+        subprocess.run([QUOIN, "referee", "--pairs", pairs, "--write-pairs", self.path / "proved.jsonl"], check=True)
+        self.assertEqual(json.loads((self.path / "proved.jsonl").read_text())["id"], name)
 
     def test_a_library_that_tells_signs_alone(self):
         tally, _ = self.kinds_of("apart", "--count", 50)

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -14,18 +15,22 @@
 #include "commands.hpp"
 #include "in_range.hpp"
 #include "output_folder.hpp"
+#include "path_to_write.hpp"
 #include "python_program.hpp"
 #include "referee/pair_set.hpp"
 #include "referee/pairs/families.hpp"
 #include "scene_file/read_json.hpp"
 #include "scene_file/read_shape.hpp"
 #include "scene_file/scene_error.hpp"
+#include "stop.hpp"
 
 namespace quoin::commands {
 namespace {
 
 namespace fs = std::filesystem;
 using scene_file::FileError;
+
+constexpr double kLargestCoordinate = 1e100;  // m
 
 struct Words {
   std::vector<std::string> plugins;
@@ -81,6 +86,13 @@ referee::Solid read_solid(const nlohmann::json& line, const char* body) {
     throw geometry::InputError("\"" + std::string(body) + "\" is missing");
   }
   const scene_file::PlacedPoints placed = scene_file::read_placed_points(line[body], body);
+  if (placed.points.cols() == 0) {
+    throw geometry::InputError("\"" + std::string(body) + "\" has no points");
+  }
+  if (placed.points.cwiseAbs().maxCoeff() > kLargestCoordinate) {
+    throw geometry::InputError("\"" + std::string(body) +
+                               "\" has a coordinate above 1e100 m: volumes would overflow");
+  }
   return {placed.points, placed.placement};
 }
 
@@ -120,8 +132,32 @@ void write(const fs::path& path, const std::string& text) {
   }
 }
 
-void write_report(const referee::Report& report, const std::string& where) {
-  OutputFolder folder(where);
+/// Says what is wrong with a path before the run, not behind it.
+void check_writable(const std::string& path) {
+  const bool is_there = fs::exists(path);
+  if (!std::ofstream(path, std::ios::app)) {
+    throw FileError(path + ": can't be written");
+  }
+  if (!is_there) {
+    fs::remove(path);
+  }
+}
+
+/// What was judged is kept where there is no Python for the page; false then.
+bool write_page(OutputFolder& folder) {
+  const fs::path page = folder.file("index.html");
+  try {
+    run_python_program("referee_page.py",
+                       {(folder.path() / "report.json").string(), page.string()});
+  } catch (const FileError& error) {
+    complain(error.what() + std::string("; the report has no page"));
+    write(page, "<!doctype html><title>Referee</title>The page was not made: see report.json.\n");
+    return false;
+  }
+  return true;
+}
+
+bool write_report(const referee::Report& report, OutputFolder& folder) {
   write(folder.file("report.json"), text(to_json(report)));
   std::string lines;
   for (std::size_t i = 0; i < report.failures.size(); ++i) {
@@ -132,12 +168,20 @@ void write_report(const referee::Report& report, const std::string& where) {
     write(folder.file(name + ".c"), failure.c);
   }
   write(folder.file("failures.jsonl"), lines);
-  run_python_program("referee_page.py",
-                     {(folder.path() / "report.json").string(), folder.file("index.html")});
+  const bool has_page = write_page(folder);
   folder.commit(OutputFolder::Checkpoint::Drop);
+  return has_page;
+}
+
+/// NaN passes the checks of CLI11.
+void check_times(const Words& words) {
+  if (std::isnan(words.limit) || std::isnan(words.seconds.value_or(0.0))) {
+    throw CLI::ValidationError("--limit, --seconds", "must be numbers");
+  }
 }
 
 referee::Options read(const Words& words) {
+  check_times(words);
   referee::Options options;
   options.plugins = words.plugins.empty() ? shipped_plugins() : words.plugins;
   if (words.pairs.empty()) {
@@ -149,7 +193,6 @@ referee::Options read(const Words& words) {
     options.pairs = read_pairs(words.pairs);
   }
   options.count = words.count;
-  options.seconds = words.seconds;
   options.seed = words.seed;
   options.steps = words.steps;
   options.limit = std::chrono::milliseconds(static_cast<long>(1000 * words.limit));
@@ -170,37 +213,47 @@ std::optional<std::string> answered(const referee::SolidPair& pair, const std::s
   }
 }
 
-/// Draws from the families in turn; pairs that are long to write are passed over.
+/// Draws from the families in turn. Each may fill an equal share of the file, so that those of many
+/// vertices are there with few pairs.
 std::string drawn_lines(const Words& words) {
-  constexpr std::size_t kLongest = 1300;  // characters: 1800 pairs stay below 2 MB
+  constexpr std::size_t kMostText = 1'700'000;  // characters
   const std::vector<int> families = chosen_families(words.family);
+  std::vector<std::size_t> room(families.size(), kMostText / families.size());
   std::string lines;
   long written = 0;
   const std::uint64_t most = 20 * static_cast<std::uint64_t>(words.count);
   for (std::uint64_t number = 0; written < words.count && number < most; ++number) {
     referee::Random random(words.seed * 1000003 + number);
-    const referee::SolidPair pair = referee::make_pair(families[number % families.size()], random);
+    const std::size_t turn = number % families.size();
+    const referee::SolidPair pair = referee::make_pair(families[turn], random);
     const auto line = answered(
         pair, pair.family + "-" + std::to_string(words.seed) + "-" + std::to_string(number));
-    if (line && line->size() <= kLongest) {
+    if (line && line->size() < room[turn]) {
       lines += *line + "\n";
+      room[turn] -= line->size() + 1;
       ++written;
     }
   }
   return lines;
 }
 
-int write_pairs(const Words& words) {
+/// The pairs of --pairs; those that are left out are named.
+std::string read_lines(const Words& words) {
   std::string lines;
-  if (words.pairs.empty()) {
-    lines = drawn_lines(words);
-  } else {
-    for (const referee::SolidPair& pair : read_pairs(words.pairs)) {
-      const auto line = answered(pair, pair.family);
-      lines += line ? *line + "\n" : "";
+  for (const referee::SolidPair& pair : read_pairs(words.pairs)) {
+    const auto line = answered(pair, pair.family);
+    if (line) {
+      lines += *line + "\n";
+    } else {
+      complain(pair.family + ": left out: a solid lies in one plane, or is refused", words.pairs);
     }
   }
-  write(words.write_pairs, lines);
+  return lines;
+}
+
+int write_pairs(const Words& words) {
+  check_writable(words.write_pairs);
+  write(words.write_pairs, words.pairs.empty() ? drawn_lines(words) : read_lines(words));
   return kDone;
 }
 
@@ -219,21 +272,40 @@ long faults_of_quoin(const referee::Report& report) {
   return faults;
 }
 
+void print(const referee::Report& report) {
+  std::printf("%s\n%ld questions in %.0f s, seed %llu\n", to_text(report).c_str(), report.questions,
+              report.seconds, static_cast<unsigned long long>(report.seed));
+  if (report.left_out > 0) {
+    std::printf("%ld left out: a solid lies in one plane\n", report.left_out);
+  }
+}
+
 int judge(const Words& words) {
-  const referee::Options options = read(words);
+  referee::Options options = read(words);
+  std::optional<OutputFolder> folder;
+  if (!words.json.empty()) {
+    check_writable(words.json);
+  }
+  if (!words.report.empty()) {
+    folder.emplace(words.report);
+  }
+  catch_signals();
+  const StopRequest stop(words.seconds);
+  options.stop = [&stop] { return stop().has_value(); };
   const referee::Report report = referee::run(options);
   if (options.progress) {
     std::fprintf(stderr, "\n");
   }
-  std::printf("%s\n%ld questions in %.0f s, seed %llu\n", to_text(report).c_str(), report.questions,
-              report.seconds, static_cast<unsigned long long>(report.seed));
+  print(report);
   if (!words.json.empty()) {
     write(words.json, text(to_json(report)));
   }
-  if (!words.report.empty()) {
-    write_report(report, words.report);
+  const bool whole = !folder || write_report(report, *folder);
+  if (stop() == scene_file::RunStatus::Interrupted) {
+    complain("the run was ended early; what was judged is kept");
+    return kFailed;
   }
-  return faults_of_quoin(report) > 0 ? kFailed : kDone;
+  return faults_of_quoin(report) > 0 || !whole ? kFailed : kDone;
 }
 
 }  // namespace
@@ -265,14 +337,20 @@ void add_referee_command(CLI::App& app, int& exit_code) {
       ->check(in_range(1e-3, kMostSeconds));
   command->add_option("--limit", words->limit, "Time for one answer, s")
       ->capture_default_str()
-      ->check(in_range(1e-6, kMostSeconds));
-  command->add_option("--json", words->json, "Write the report to this file");
-  command->add_option("--report", words->report,
-                      "Write a folder with index.html, report.json and each failing pair, made "
-                      "smaller, in failures.jsonl and as C++ and C");
-  command->add_option("--write-pairs", words->write_pairs,
-                      "Judge nothing: write --count pairs of --family, or those of --pairs, with "
-                      "their exact answers to this file, as in tests/pairs");
+      ->check(in_range(1e-3, 3600.0));
+  command->add_option("--json", words->json, "Write the report to this file")
+      ->check(path_to_write());
+  command
+      ->add_option("--report", words->report,
+                   "Write a folder with index.html, report.json and each failing pair, made "
+                   "smaller, in failures.jsonl and as C++ and C")
+      ->check(path_to_write());
+  command
+      ->add_option("--write-pairs", words->write_pairs,
+                   "Judge nothing: write --count pairs of --family, or those of --pairs, with "
+                   "their exact answers to this file, as in tests/pairs; of large sets, the most "
+                   "that 1.7 MB hold, each family with the same share")
+      ->check(path_to_write());
   command->callback([words, &exit_code] {
     exit_code = run_guarded(
         [&] { return words->write_pairs.empty() ? judge(*words) : write_pairs(*words); },

@@ -1,7 +1,9 @@
 #include "child_process.hpp"
 
+#include <dlfcn.h>
 #include <fcntl.h>
 #include <signal.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -42,10 +44,35 @@ struct Pipe {
   }
 };
 
+/// A library may take half of the machine's memory. Not under AddressSanitizer, which maps far more
+/// than it uses.
+void limit_memory() {
+  if (::dlsym(RTLD_DEFAULT, "__asan_init") == nullptr) {
+    const auto half = static_cast<rlim_t>(::sysconf(_SC_PHYS_PAGES)) / 2 *
+                      static_cast<rlim_t>(::sysconf(_SC_PAGESIZE));
+    const rlimit limit{half, half};
+    ::setrlimit(RLIMIT_AS, &limit);
+  }
+}
+
+/// The child ends with its parent `parent`, even in the middle of a hang, and leaves it to it what
+/// Ctrl-C means.
+void depend_on(pid_t parent) {
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (::getppid() != parent) {
+    ::_exit(1);
+  }
+  for (const int number : {SIGINT, SIGHUP}) {
+    ::signal(number, SIG_IGN);
+  }
+  for (const int number : {SIGTERM, SIGPIPE}) {
+    ::signal(number, SIG_DFL);
+  }
+}
+
 void be_quiet() {
   const rlimit no_core{0, 0};
   ::setrlimit(RLIMIT_CORE, &no_core);
-  ::signal(SIGPIPE, SIG_DFL);
   const int nowhere = ::open("/dev/null", O_WRONLY);
   ::dup2(nowhere, STDOUT_FILENO);  // libraries talk
   ::dup2(nowhere, STDERR_FILENO);
@@ -76,12 +103,15 @@ ChildProcess::~ChildProcess() { stop(); }
 
 void ChildProcess::fork_child() {
   Pipe there, back;
+  const pid_t parent = ::getpid();
   process_ = ::fork();
   if (process_ < 0) {
     throw std::runtime_error("no process for a plug-in can be started");
   }
   ::signal(SIGPIPE, SIG_IGN);  // a child that has ended is told by send()
   if (process_ == 0) {
+    depend_on(parent);
+    limit_memory();
     there.close_write_end();
     back.close_read_end();
     serve(start_, there.read_end, back.write_end);

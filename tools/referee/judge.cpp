@@ -44,15 +44,27 @@ Judge::Judge(const Question& question)
                  is_rotation(question.pair.b.placed.placement.linear)) {}
 
 bool Judge::offered(const LibraryInfo& library) const {
+  return gap_offered(library) || points_offered(library);
+}
+
+bool Judge::gap_offered(const LibraryInfo& library) const {
   const double allowed = allowed_gap(library);
   const bool apart = gap_.gap > allowed, overlapping = gap_.gap < -allowed;
-  const bool gap_offered =
-      (library.has(QUOIN_REFEREE_SIGN) && (apart || overlapping)) ||
-      (library.has(QUOIN_REFEREE_DISTANCE) && !overlapping) ||
-      (library.has(QUOIN_REFEREE_DEPTH) && !apart) ||
-      (library.has(QUOIN_REFEREE_POINTS) && (!apart || library.has(QUOIN_REFEREE_APART)));
-  return gap_offered && (rotations_ || library.has(QUOIN_REFEREE_DEFORMED)) &&
+  const bool of_this_sign = (library.has(QUOIN_REFEREE_SIGN) && (apart || overlapping)) ||
+                            (library.has(QUOIN_REFEREE_DISTANCE) && !overlapping) ||
+                            (library.has(QUOIN_REFEREE_DEPTH) && !apart);
+  return of_this_sign && solids_offered(library);
+}
+
+bool Judge::solids_offered(const LibraryInfo& library) const {
+  return (rotations_ || library.has(QUOIN_REFEREE_DEFORMED)) &&
          (boxes_ || !library.has(QUOIN_REFEREE_BOXES_ONLY));
+}
+
+bool Judge::points_offered(const LibraryInfo& library) const {
+  const bool apart = gap_.gap > allowed_gap(library);
+  return library.has(QUOIN_REFEREE_POINTS) && (!apart || library.has(QUOIN_REFEREE_APART)) &&
+         solids_offered(library);
 }
 
 const Solid& Judge::refused(const Answer& answer) const {
@@ -75,18 +87,24 @@ Judgement Judge::judge(const LibraryInfo& library, const Answer& answer) const {
                            "a solid within the promised range");
       return result;
     case Outcome::Failed:
-      result.faults.expect(!result.asked, "failed", "the library says so");
+      result.faults.expect(!gap_offered(library), "failed", "the library says so");
       break;
     case Outcome::Answered:
-      result.answered = true;
-      check_gap(library, answer, result);
+      if (gap_offered(library)) {
+        result.answered = true;
+        check_gap(library, answer, result);
+      }
       break;
     case Outcome::NoAnswer:
       break;
   }
-  if (result.asked && answer.points_outcome == Outcome::Answered) {
-    result.answered = true;
-    check_points(library, answer, result);
+  if (points_offered(library)) {
+    result.faults.expect(answer.points_outcome != Outcome::Failed, "failed",
+                         "the library says so of the contact points");
+    if (answer.points_outcome == Outcome::Answered) {
+      result.answered = true;
+      check_points(library, answer, result);
+    }
   }
   return result;
 }

@@ -27,6 +27,9 @@ class Judge {
   const ExactGap& exact() const { return gap_; }
 
  private:
+  bool solids_offered(const LibraryInfo& library) const;
+  bool gap_offered(const LibraryInfo& library) const;
+  bool points_offered(const LibraryInfo& library) const;
   void check_gap(const LibraryInfo& library, const Answer& answer, Judgement& result) const;
   void check_normal(const LibraryInfo& library, const Answer& answer, Judgement& result) const;
   void check_witnesses(const LibraryInfo& library, const Answer& answer, Judgement& result) const;

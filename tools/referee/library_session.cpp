@@ -22,7 +22,7 @@ void add_list(const std::vector<Integer>& list, Message& message) {
 }
 
 std::vector<int> take_list(Message& message) {
-  std::vector<int> list(static_cast<std::size_t>(message.take_integer()));
+  std::vector<int> list(message.take_count());
   std::generate(list.begin(), list.end(), [&] { return message.take_integer(); });
   return list;
 }
@@ -38,13 +38,40 @@ void add(const DescribedSolid& solid, Message& message) {
 
 DescribedSolid take_solid(Message& message) {
   DescribedSolid solid;
-  solid.points.resize(3, message.take_integer());
+  solid.points.resize(3, static_cast<Eigen::Index>(message.take_count(3)));
   message.take_all(solid.points);
   solid.face_sizes = take_list(message);
   solid.face_vertices = take_list(message);
   message.take_all(solid.box_centre);
   message.take_all(solid.box_half);
   return solid;
+}
+
+/// Throws std::runtime_error where a question could not be put.
+void check(const quoin_referee_library& library, const std::string& which) {
+  const auto require = [&](bool holds, const std::string& what) {
+    if (!holds) {
+      throw std::runtime_error(which + " " + what);
+    }
+  };
+  require(library.interface == QUOIN_REFEREE_INTERFACE,
+          "has interface " + std::to_string(library.interface) + ", must be " +
+              std::to_string(QUOIN_REFEREE_INTERFACE));
+  require(library.name != nullptr && library.version != nullptr, "has no name or no version");
+  require(library.promised_error >= 0 && library.promised_error < 1,
+          "has a promised_error of " + std::to_string(library.promised_error) +
+              ", must be a share of the diameter from 0 to below 1");
+  require(library.make_solid != nullptr && library.free_solid != nullptr &&
+              library.set_placement != nullptr,
+          "lacks make_solid, free_solid or set_placement");
+  require((library.make_memory == nullptr) == (library.free_memory == nullptr),
+          "has one of make_memory and free_memory alone");
+  const bool gaps =
+      (library.offers & (QUOIN_REFEREE_DISTANCE | QUOIN_REFEREE_DEPTH | QUOIN_REFEREE_SIGN)) != 0;
+  const bool points = (library.offers & QUOIN_REFEREE_POINTS) != 0;
+  require(gaps || points, "offers neither gaps nor points");
+  require(!gaps || library.ask != nullptr, "offers gaps without ask");
+  require(!points || library.list_points != nullptr, "offers points without list_points");
 }
 
 }  // namespace
@@ -59,9 +86,8 @@ const quoin_referee_library* load_library(const std::string& file, int index) {
     throw std::runtime_error(file + ": no function quoin_referee_plugin");
   }
   const quoin_referee_library* library = entry(index);
-  if (library != nullptr && library->interface != QUOIN_REFEREE_INTERFACE) {
-    throw std::runtime_error(file + ": interface " + std::to_string(library->interface) +
-                             ", must be " + std::to_string(QUOIN_REFEREE_INTERFACE));
+  if (library != nullptr) {
+    check(*library, file + ": library " + std::to_string(index));
   }
   return library;
 }
@@ -125,30 +151,45 @@ void LibrarySession::forget() {
   memory_ = nullptr;
 }
 
-quoin_referee_status LibrarySession::ask(Memory memory, quoin_referee_answer& answer) {
+void LibrarySession::move() {
   library_.set_placement(made_[0], &placements_[0]);
   library_.set_placement(made_[1], &placements_[1]);
+}
+
+quoin_referee_status LibrarySession::ask(Memory memory, quoin_referee_answer& answer) {
+  if (library_.ask == nullptr) {
+    return QUOIN_REFEREE_NO_ANSWER;
+  }
   return library_.ask(made_[0], made_[1], memory == Memory::Kept ? memory_ : nullptr, &answer);
 }
 
 double LibrarySession::seconds_of(Memory memory) {
   quoin_referee_answer answer{};
   const auto start = std::chrono::steady_clock::now();
-  ask(memory, answer);
+  move();
+  if (library_.ask != nullptr) {
+    ask(memory, answer);
+  } else {
+    list_points(memory);
+  }
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-quoin_referee_status LibrarySession::list_points(std::vector<quoin_referee_point>& points) {
-  points.clear();
+ListedPoints LibrarySession::list_points(Memory memory) {
   if (library_.list_points == nullptr) {
-    return QUOIN_REFEREE_NO_ANSWER;
+    return {};
   }
-  points.resize(kMostPoints);
+  room_.resize(kMostPoints);
   int count = kMostPoints;
-  const quoin_referee_status status =
-      library_.list_points(made_[0], made_[1], memory_, points.data(), &count);
-  points.resize(static_cast<std::size_t>(std::clamp(count, 0, kMostPoints)));
-  return status;
+  const quoin_referee_status status = library_.list_points(
+      made_[0], made_[1], memory == Memory::Kept ? memory_ : nullptr, room_.data(), &count);
+  if (status != QUOIN_REFEREE_ANSWERED) {
+    return {status, {}};
+  }
+  if (count < 0 || count > kMostPoints) {
+    return {QUOIN_REFEREE_FAILED, {}};
+  }
+  return {status, {room_.data(), static_cast<std::size_t>(count)}};
 }
 
 }  // namespace quoin::referee

@@ -3,6 +3,7 @@
 
 #include <quoin/referee.h>
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,12 @@ struct PosedQuestion {
   void read(Message& message);
 };
 
+/// Points that a library listed; they last until it is asked again.
+struct ListedPoints {
+  quoin_referee_status status = QUOIN_REFEREE_NO_ANSWER;
+  std::span<const quoin_referee_point> points;
+};
+
 class LibrarySession {
  public:
   explicit LibrarySession(const quoin_referee_library& library) : library_(library) {}
@@ -34,12 +41,13 @@ class LibrarySession {
   /// Makes the solids, or keeps them where the question goes on; Outcome::Answered, or who is
   /// refused. `forget` drops them.
   Outcome take(const PosedQuestion& question);
-  /// The moves and the question. `memory`: with what was learned of the solids before.
+  void move();
+  /// `memory`: with what was learned of the solids before.
   enum class Memory { None, Kept };
   quoin_referee_status ask(Memory memory, quoin_referee_answer& answer);
-  /// The same timed, s.
+  ListedPoints list_points(Memory memory);
+  /// The moves and the question (of a library without gaps: its points), s.
   double seconds_of(Memory memory);
-  quoin_referee_status list_points(std::vector<quoin_referee_point>& points);
 
   void forget();
 
@@ -47,6 +55,7 @@ class LibrarySession {
   const quoin_referee_library& library_;
   void* made_[2] = {};
   void* memory_ = nullptr;
+  std::vector<quoin_referee_point> room_;
   quoin_referee_placement placements_[2]{};
 };
 

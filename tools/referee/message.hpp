@@ -1,7 +1,10 @@
 #pragma once
 /// Numbers through a pipe, with a time limit on reading.
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace quoin::referee {
@@ -16,7 +19,16 @@ class Message {
   }
   /// 0 behind the end.
   double take() { return next_ < numbers_.size() ? numbers_[next_++] : 0.0; }
-  int take_integer() { return static_cast<int>(take()); }
+  /// 0 for what is no integer: the other end may be a process whose memory a library has spoilt.
+  int take_integer() {
+    const double number = take();
+    return std::abs(number) <= std::numeric_limits<int>::max() ? static_cast<int>(number) : 0;
+  }
+  /// How many entries of so many numbers follow, at most those that there are.
+  std::size_t take_count(std::size_t numbers_each = 1) {
+    const auto most = static_cast<int>((numbers_.size() - next_) / numbers_each);
+    return static_cast<std::size_t>(std::clamp(take_integer(), 0, most));
+  }
   template <class Numbers>
   void take_all(Numbers& numbers) {
     for (auto i = 0; i < static_cast<int>(numbers.size()); ++i) {

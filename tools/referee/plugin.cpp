@@ -10,6 +10,7 @@ namespace quoin::referee {
 namespace {
 
 constexpr std::chrono::milliseconds kLoadLimit{10000};  // for a plug-in to be loaded
+constexpr std::size_t kMostLibraries = 1000;            // of one plug-in
 
 void add_text(const std::string& text, Message& message) {
   message.add(static_cast<double>(text.size()));
@@ -19,9 +20,10 @@ void add_text(const std::string& text, Message& message) {
 }
 
 std::string take_text(Message& message) {
-  std::string text(static_cast<std::size_t>(message.take_integer()), ' ');
+  std::string text(message.take_count(), ' ');
   for (char& c : text) {
-    c = static_cast<char>(message.take_integer());
+    const int code = message.take_integer();
+    c = code >= ' ' && code <= '~' ? static_cast<char>(code) : '?';
   }
   return text;
 }
@@ -33,6 +35,10 @@ Message description_of(const std::string& file) {
     std::vector<const quoin_referee_library*> libraries;
     while (const auto* library = load_library(file, static_cast<int>(libraries.size()))) {
       libraries.push_back(library);
+      if (libraries.size() > kMostLibraries) {
+        throw std::runtime_error(file +
+                                 ": quoin_referee_plugin returns no null behind its last library");
+      }
     }
     if (libraries.empty()) {
       throw std::runtime_error(file + ": it has no library");
@@ -93,15 +99,18 @@ class Server {
       reply.add(static_cast<int>(taken));
       return;
     }
+    constexpr auto kMemory = LibrarySession::Memory::Kept;
     quoin_referee_answer answer{};
-    reply.add(static_cast<int>(outcome_of(session_.ask(LibrarySession::Memory::Kept, answer))));
+    session_.move();
+    reply.add(static_cast<int>(outcome_of(session_.ask(kMemory, answer))));
     reply.add(answer.gap);
     add_three(answer.normal, reply);
     add_three(answer.point_a, reply);
     add_three(answer.point_b, reply);
-    reply.add(static_cast<int>(outcome_of(session_.list_points(points_))));
-    reply.add(static_cast<double>(points_.size()));
-    for (const quoin_referee_point& point : points_) {
+    const ListedPoints listed = session_.list_points(kMemory);
+    reply.add(static_cast<int>(outcome_of(listed.status)));
+    reply.add(static_cast<double>(listed.points.size()));
+    for (const quoin_referee_point& point : listed.points) {
       add_three(point.point_a, reply);
       add_three(point.point_b, reply);
       reply.add(point.gap);
@@ -111,7 +120,6 @@ class Server {
 
   LibrarySession session_;
   PosedQuestion posed_;
-  std::vector<quoin_referee_point> points_;
 };
 
 Answer read_answer(Message& reply) {
@@ -122,7 +130,7 @@ Answer read_answer(Message& reply) {
   reply.take_all(answer.point_a);
   reply.take_all(answer.point_b);
   answer.points_outcome = static_cast<Outcome>(reply.take_integer());
-  answer.points.resize(static_cast<std::size_t>(reply.take_integer()));
+  answer.points.resize(reply.take_count(8));
   for (ListedPoint& point : answer.points) {
     reply.take_all(point.point_a);
     reply.take_all(point.point_b);

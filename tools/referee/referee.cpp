@@ -40,7 +40,8 @@ class Run {
  public:
   explicit Run(const Options& options) : options_(options) {
     for (const std::string& file : options.plugins) {
-      for (const LibraryInfo& library : libraries_of(file)) {
+      for (LibraryInfo& library : libraries_of(file)) {
+        library.name = unused_name(library.name);
         report_.libraries.push_back(library);
         plugins_.push_back(std::make_unique<Plugin>(library, options.limit));
       }
@@ -51,25 +52,32 @@ class Run {
 
   Report run() {
     const Clock::time_point start = Clock::now();
-    const auto elapsed = [&] {
-      return std::chrono::duration<double>(Clock::now() - start).count();
-    };
     const long count =
         options_.pairs.empty() ? options_.count : static_cast<long>(options_.pairs.size());
-    for (long number = 0; number < count; ++number) {
-      if (options_.seconds && elapsed() > *options_.seconds) {
-        break;
-      }
+    for (long number = 0; number < count && !over(); ++number) {
       ask_sequence(number);
       if (options_.progress && number % 100 == 99) {
         options_.progress(report_.questions);
       }
     }
-    report_.seconds = elapsed();
+    report_.seconds = std::chrono::duration<double>(Clock::now() - start).count();
     return std::move(report_);
   }
 
  private:
+  /// Two builds of one library may stand beside each other.
+  std::string unused_name(const std::string& name) const {
+    std::string candidate = name;
+    for (int number = 2; std::any_of(report_.libraries.begin(), report_.libraries.end(),
+                                     [&](const LibraryInfo& l) { return l.name == candidate; });
+         ++number) {
+      candidate = name + " (" + std::to_string(number) + ")";
+    }
+    return candidate;
+  }
+
+  bool over() const { return options_.stop && options_.stop(); }
+
   SolidPair draw(long number, Random& random) const {
     if (!options_.pairs.empty()) {
       return options_.pairs[static_cast<std::size_t>(number)];
@@ -81,7 +89,7 @@ class Run {
     Random random(options_.seed * 1000003 + static_cast<std::uint64_t>(number));
     Question question(draw(number, random));
     const SteadyMotion motion(question.pair.b, kStepAmount, random);
-    for (int step = 0; step < options_.steps; ++step) {
+    for (int step = 0; step < options_.steps && !over(); ++step) {
       if (step > 0) {
         question.pair.b.placed.placement = motion.at(step);
       }
@@ -92,7 +100,8 @@ class Run {
   void ask_all(const Question& question) {
     const std::optional<Judge> judge = judge_of(question);
     if (!judge) {
-      return;  // a flat solid has no depth
+      ++report_.left_out;
+      return;
     }
     ++report_.questions;
     std::vector<bool> timed;
@@ -131,11 +140,14 @@ class Run {
         keep(plugin, question.pair, fault);
       }
     }
-    return answer.outcome == Outcome::Answered;
+    return judgement.answered;
   }
 
   void keep(Plugin& plugin, const SolidPair& pair, const Fault& fault) {
     const auto fails = [&](const SolidPair& changed) {
+      if (over()) {
+        return false;
+      }
       const Question question(changed);
       const std::optional<Judge> judge = judge_of(question);
       return judge && judge->offered(plugin.info()) &&

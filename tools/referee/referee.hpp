@@ -3,7 +3,6 @@
 
 #include <chrono>
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,7 +15,7 @@ struct Options {
   std::vector<bool> families;        ///< those drawn from, by number, with their weights
   std::vector<SolidPair> pairs;      ///< instead of families, if there are any
   long count = 10000;                ///< sequences
-  std::optional<double> seconds;     ///< ends earlier
+  std::function<bool()> stop;        ///< asked before each question: true ends the run
   std::uint64_t seed = 1;
   int steps = 1;                                 ///< questions of a sequence
   std::chrono::milliseconds limit{2000};         ///< for one answer

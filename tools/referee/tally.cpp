@@ -87,7 +87,10 @@ double median(std::vector<double> numbers) {
 }
 
 Json to_json(const Report& report) {
-  Json json{{"seed", report.seed}, {"questions", report.questions}, {"seconds", report.seconds}};
+  Json json{{"seed", report.seed},
+            {"questions", report.questions},
+            {"left_out", report.left_out},
+            {"seconds", report.seconds}};
   for (const LibraryInfo& library : report.libraries) {
     Json families = Json::object();
     const auto found = report.tallies.find(library.name);

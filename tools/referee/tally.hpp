@@ -27,6 +27,7 @@ struct Failure {
 struct Report {
   std::uint64_t seed = 0;
   long questions = 0;
+  long left_out = 0;  ///< questions not judged: a flat solid has no depth
   double seconds = 0.0;
   std::vector<LibraryInfo> libraries;
   std::map<std::string, std::map<std::string, Tally>> tallies;  ///< by library and family

@@ -1,5 +1,6 @@
 #include "referee/pairs/pair_text.hpp"
 
+#include <algorithm>
 #include <charconv>
 
 namespace quoin::referee {
@@ -17,6 +18,30 @@ std::string listed(const Matrix& values, const char* open, const char* close) {
     text += (i == 0 ? "" : ", ") + number(values.data()[i]);
   }
   return text + close;
+}
+
+/// As it may stand between the quotes of a JSON string.
+std::string escaped(const std::string& text) {
+  constexpr const char* kDigits = "0123456789abcdef";
+  std::string safe;
+  for (const char c : text) {
+    if (c == '"' || c == '\\') {
+      safe += {'\\', c};
+    } else if (c >= 0 && c < ' ') {
+      safe += {'\\', 'u', '0', '0', kDigits[c / 16], kDigits[c % 16]};
+    } else {
+      safe += c;
+    }
+  }
+  return safe;
+}
+
+/// What ends no comment and no line.
+std::string in_comment(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c == '*' || c == '\\' || (c >= 0 && c < ' '); },
+      '_');
+  return text;
 }
 
 geometry::Matrix3 by_rows(const Solid& solid) { return solid.placed.placement.linear.transpose(); }
@@ -58,11 +83,11 @@ std::string c(const Solid& solid, const std::string& name) {
 }  // namespace
 
 std::string pair_as_json(const SolidPair& pair, const std::string& id) {
-  return "{\"id\":\"" + id + "\",\"a\":" + json(pair.a) + ",\"b\":" + json(pair.b) + "}";
+  return "{\"id\":\"" + escaped(id) + "\",\"a\":" + json(pair.a) + ",\"b\":" + json(pair.b) + "}";
 }
 
 std::string pair_as_cpp(const SolidPair& pair) {
-  return "// family " + pair.family +
+  return "// family " + in_comment(pair.family) +
          "\n#include <cstdio>\n#include <quoin/geometry/build.hpp>\n#include "
          "<quoin/geometry/nearest_features.hpp>\n\nusing namespace quoin::geometry;\n\n"
          "int main() {\n" +
@@ -72,7 +97,7 @@ std::string pair_as_cpp(const SolidPair& pair) {
 }
 
 std::string pair_as_c(const SolidPair& pair) {
-  return "/* family " + pair.family +
+  return "/* family " + in_comment(pair.family) +
          " */\n#include <quoin/geometry_c.h>\n#include <stdio.h>\n\nint main(void) {\n"
          "  char message[400];\n" +
          c(pair.a, "a") + c(pair.b, "b") +
