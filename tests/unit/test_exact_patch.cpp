@@ -99,6 +99,36 @@ TEST_CASE("exact patch: a height or an angle near tol is not clear") {
   }
 }
 
+TEST_CASE("exact patch: a point between vertices is none") {
+  const double fall = 3e-9;  // three times tol; a quarter of it is exact
+  Points tilted(3, 9);
+  tilted << 0, 0, 1, 1, 0, 0, 1, 1, 0.25, 0, 1, 0, 1, 0, 1, 0, 1, 0, 0, 0, -fall, -fall, -1, -1, -1,
+      -1, -fall / 4;
+  CHECK_FALSE(ExactPair({tilted, {}}, {tilted, {}}).is_vertex(0, 8));
+  CHECK(ExactPair({tilted, {}}, {tilted, {}}).is_vertex(1, 3));
+  const ExactPatch edge = patch_of(tilted, box({-1, -1, 0}, {2, 2, 1}));
+  CHECK(edge.type == ContactType::EdgeFace);
+  CHECK(edge.support_vertices == 6);
+  tilted(2, 8) += 1e-12;  // now it stands out
+  CHECK(patch_of(tilted, box({-1, -1, 0}, {2, 2, 1})).type == ContactType::FaceFace);
+}
+
+TEST_CASE("exact patch: parallel edges beside each other share a place while their roofs do") {
+  const double tolerance = 1e-9;
+  const auto reach = [&](double slope, double beside) {
+    Points below(3, 4), above(3, 4);
+    below << 0, 1, 0, 0, 0, 0, 1, -1, 0, 0, -slope, -slope;
+    above << 0, 1, 1, 1, beside, beside, 1, -1, 0, 0, slope, slope;
+    const ExactPair pair({below, {}}, {above, {}});
+    return both_reach(pair, kUp, {.place = quoin::tests::PlaneFrame(kUp).place(pair.places(0)[0])},
+                      tolerance, 1e-15);
+  };
+  CHECK(reach(1.0, 0.0));
+  CHECK(reach(1.0, 0.8e-9));  // half-way, over no vertex
+  CHECK_FALSE(reach(1.5, 0.8e-9));
+  CHECK_FALSE(reach(1e3, 0.8e-9));
+}
+
 TEST_CASE("judge of contact points: a right answer passes, a spoilt one does not") {
   CHECK(kinds_after([](PairContact&) {}).empty());
   CHECK(finds("corner", [](PairContact& c) { c.points.pop_back(); }));

@@ -443,6 +443,16 @@ TEST_CASE("make shape: hosts answer for their vertices") {
   CHECK(topology.host(other) == Feature{FeatureKind::Vertex, corner});
   CHECK(topology.find_edge(other, 3) == topology.find_edge(corner, 3));
   CHECK(topology.face_set(topology.host(9).index).size() == 6);
+  const std::vector<HostedVertex> hosted = topology.hosted_vertices();
+  REQUIRE(hosted.size() == 3);
+  CHECK((hosted[0].vertex == other || hosted[2].vertex == other));
+  const HostedVertex& on_edge = hosted[other == 7 ? 1 : 0];
+  CHECK(on_edge.vertex == 8);
+  CHECK(on_edge.corners == std::array{0, 1});
+  const HostedVertex& in_face = hosted[other == 7 ? 2 : 1];
+  CHECK(in_face.vertex == 9);
+  CHECK(in_face.corners == std::array{-1, -1});
+  CHECK(in_face.face == topology.host(9).index);
   CHECK_FALSE(topology.three_faces_at_vertices());
 }
 

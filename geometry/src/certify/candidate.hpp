@@ -53,6 +53,7 @@ struct Optimum {
   bool several = false, middle = false;
   bool converged = false;
   bool straight = false;  // just the sets lie near the plane: `near_p`, `near_q` are not filled
+  bool loose = false;     // the plane alone is proved: its sets need not lie over each other
   int iterations = 0;
   LateInit<ContactPolygon>& faces;  // where both features of a straight answer are whole faces
   explicit Optimum(LateInit<ContactPolygon>& shared) : faces(shared) {}

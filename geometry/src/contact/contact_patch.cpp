@@ -2,18 +2,22 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "polygon/cross2.hpp"
 
 namespace quoin::geometry {
 namespace {
 
-double cross2(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
-
-double distance_to_side(const Vector2& from, const Vector2& to, const Vector2& place) {
+/// The place on a side that is nearest to a place.
+Vector2 foot_on_side(const Vector2& from, const Vector2& to, const Vector2& place) {
   const Vector2 side = to - from;
   const double squared = side.squaredNorm();
   const double share = squared > 0.0 ? std::clamp(side.dot(place - from) / squared, 0.0, 1.0) : 0.0;
-  return (place - from - share * side).norm();
+  return from + share * side;
+}
+
+double distance_to_side(const Vector2& from, const Vector2& to, const Vector2& place) {
+  return (place - foot_on_side(from, to, place)).norm();
 }
 
 std::size_t nearest_corner(const ProjectedFeature& patch, const Vector2& place) {
@@ -41,23 +45,29 @@ void find_names(const Solid& solid, const ProjectedFeature& patch, const Feature
   add(topology.face_edges(patch.face));
 }
 
-/// Where a ray from `start` along `way` leaves the convex hull of the points: in units of `way`,
-/// and between which points.
+/// Where a ray from a place along `way` leaves the convex hull of the points: on the side between
+/// two of them, by a share of the way from the one to the other, and how far away, in units of
+/// `way`.
 struct Exit {
-  double distance = 0.0;
-  int from = 0, to = 0;
+  int from = -1, to = -1;
+  double share = 0.0, distance = kInfinity;
 };
 
+/// The side whose ends lie on either side of the ray, the end on its left. Told by the ends and not
+/// by the lines through the sides: those of sides that are collinear but for rounding are left at
+/// the same distance.
 Exit exit_of(const Vector2& start, const Vector2& way, const SharedCorners& points,
              const SmallVector<int, 32>& order) {
-  Exit exit{std::numeric_limits<double>::infinity(), order[0], order[0]};
+  Exit exit;
   for (std::size_t k = 0; k < order.size(); ++k) {
     const int from = order[k], to = order[k + 1 < order.size() ? k + 1 : 0];
-    const Vector2& base = points[static_cast<std::size_t>(from)].place;
-    const Vector2 side = points[static_cast<std::size_t>(to)].place - base;
-    const double leaving = -cross2(side, way), inside = cross2(side, start - base);
-    if (!(leaving > 0.0) || inside >= exit.distance * leaving) continue;
-    exit = {std::max(0.0, inside) / leaving, from, to};
+    const Vector2& first = points[static_cast<std::size_t>(from)].place;
+    const Vector2& last = points[static_cast<std::size_t>(to)].place;
+    const double right = -cross2(way, first - start), left = cross2(way, last - start);
+    if (!(right >= 0.0 && left > 0.0)) continue;
+    const double share = right / (right + left);
+    const Vector2 step = first + share * (last - first) - start;
+    exit = {from, to, share, way.dot(step) / way.squaredNorm()};
   }
   return exit;
 }
@@ -135,6 +145,26 @@ bool near_hull(const SharedCorners& points, const Vector2& place, double toleran
   return inside;
 }
 
+SharedCorner nearest_in_hull(const SharedCorners& corners, const Vector2& place) {
+  const auto nearer = [&](const SharedCorner& c, const SharedCorner& d) {
+    return (c.place - place).squaredNorm() < (d.place - place).squaredNorm();
+  };
+  constexpr Feature kNone{FeatureKind::Edge, -1};
+  SharedCorner best = *std::min_element(corners.begin(), corners.end(), nearer);
+  SmallVector<int, 32> order;
+  find_order(corners, order);
+  bool inside = order.size() > 2;
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const int after = order[k + 1 < order.size() ? k + 1 : 0];
+    const Vector2& from = corners[static_cast<std::size_t>(order[k])].place;
+    const Vector2& to = corners[static_cast<std::size_t>(after)].place;
+    const SharedCorner foot{foot_on_side(from, to, place), 0.0, 0.0, kNone, kNone};
+    if (nearer(foot, best)) best = foot;
+    inside = inside && cross2(to - from, place - from) > 0.0;
+  }
+  return inside ? SharedCorner{place, 0.0, 0.0, kNone, kNone} : best;
+}
+
 void balance_shares(const SharedPolygon& polygon, SharedCorners& points) {
   if (points.size() < 2 || !(polygon.area > 0.0)) return;
   Vector2 moment = Vector2::Zero();
@@ -146,15 +176,11 @@ void balance_shares(const SharedPolygon& polygon, SharedCorners& points) {
   find_order(points, order);
   if (order.size() < 3) return;
   const Exit exit = exit_of(centroid, way, points, order);
+  if (exit.from < 0) return;
   const double moved = exit.distance > 1.0 ? 1.0 / exit.distance : 1.0;
-  SharedCorner& from = points[static_cast<std::size_t>(exit.from)];
-  SharedCorner& to = points[static_cast<std::size_t>(exit.to)];
-  const Vector2 side = to.place - from.place;
-  const Vector2 place = centroid + exit.distance * way;
-  const double share = std::clamp(side.dot(place - from.place) / side.squaredNorm(), 0.0, 1.0);
   for (SharedCorner& c : points) c.share *= 1.0 - moved;
-  from.share += moved * (1.0 - share) * polygon.area;
-  to.share += moved * share * polygon.area;
+  points[static_cast<std::size_t>(exit.from)].share += moved * (1.0 - exit.share) * polygon.area;
+  points[static_cast<std::size_t>(exit.to)].share += moved * exit.share * polygon.area;
 }
 
 }  // namespace quoin::geometry

@@ -44,6 +44,10 @@ bool name_cut(const Solid& p, const Solid& q, const ProjectedFeature& patch_p,
 /// Is a place within `tolerance` (m) of the convex hull of the points?
 bool near_hull(const SharedCorners& points, const Vector2& place, double tolerance);
 
+/// The place in the convex hull of corners that is nearest to a place: a corner, with its names, or
+/// nameless.
+SharedCorner nearest_in_hull(const SharedCorners& corners, const Vector2& place);
+
 /// Moves shares among points so that they have the polygon's first moment, if its centroid lies in
 /// the points' hull. All shares are lessened alike; the two points between which the ray from the
 /// shares' centroid through the polygon's leaves the hull take what that sets free.

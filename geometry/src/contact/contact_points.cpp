@@ -290,54 +290,6 @@ void append_stretch(const ProjectedFeature& patch_p, const ProjectedFeature& pat
   }
 }
 
-/// Does a solid reach as far along an edge as its end k? Else nothing of it lies over that end.
-bool reaches_end(const Solid& solid, const ProjectedFeature& edge, std::size_t k,
-                 const ContactPlane& plane, double rounding) {
-  const Vector2 way = edge.corners[k].place - edge.corners[1 - k].place;
-  const Vector3 line = plane.axis_u * way.x() + plane.axis_v * way.y();
-  const Vector3 farthest = solid.vertex(support(solid, line).vertex);
-  return line.dot(farthest - plane.point(edge.corners[k].place, 0.0)) >=
-         -2.0 * rounding * way.norm();
-}
-
-/// Ends of parallel edges that lie beside each other by less than tol, each over the face that
-/// slopes away from the other edge.
-void add_stretch_points(const ProjectedFeature& patch_p, const ProjectedFeature& patch_q,
-                        const Working& work, PairPoints& pair) {
-  LateInit<Surfaces> surfaces;
-  const auto needs_point = [&](const Solid& other, const ProjectedFeature& edge, std::size_t k) {
-    if (has_near(pair.merged, edge.corners[k].place, pair.tolerance)) return false;
-    if (!reaches_end(other, edge, k, pair.plane, work.rounding)) return false;
-    if (!surfaces) {
-      surfaces.emplace(work.p, work.q, pair.plane, work.band + work.rounding, work.rounding);
-    }
-    return true;
-  };
-  const auto add = [&](const SharedCorner& corner) {
-    if (!(gap_of(corner) <= pair.gap + work.band)) return;
-    if (is_free(corner.feature_p, corner.feature_q, pair.merged)) pair.merged.push_back(corner);
-  };
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  for (std::size_t k = 0; k < 2; ++k) {
-    if (!needs_point(work.q, patch_p, k)) continue;
-    const ProjectedCorner& c = patch_p.corners[k];
-    add({c.place,
-         c.height,
-         surfaces->q.height(c.place, kNone),
-         {FeatureKind::Vertex, c.vertex},
-         {FeatureKind::Face, patch_q.face}});
-  }
-  for (std::size_t k = 0; k < 2; ++k) {
-    if (!needs_point(work.p, patch_q, k)) continue;
-    const ProjectedCorner& c = patch_q.corners[k];
-    add({c.place,
-         surfaces->p.height(c.place, kNone),
-         c.height,
-         {FeatureKind::Face, patch_p.face},
-         {FeatureKind::Vertex, c.vertex}});
-  }
-}
-
 /// Adds a corner of the shared part as a point, unless the points show it: one of its own kind when
 /// one lies within tol, a place on a side that tol cuts through a face when it lies in their hull.
 void add_patch_point(const Working& work, const ProjectedFeature& patch_p,
@@ -349,6 +301,32 @@ void add_patch_point(const Working& work, const ProjectedFeature& patch_p,
   const bool keeps_name = named(corner) && is_free(corner.feature_p, corner.feature_q, pair.merged);
   if (!keeps_name && !name_cut(work.p, work.q, patch_p, patch_q, pair.merged, corner)) return;
   pair.merged.push_back(corner);
+}
+
+/// The ends of parallel edges that lie beside each other by less than tol, where the solids, within
+/// half of tol of their support planes, lie over each other next to an end.
+void add_stretch_points(const ProjectedFeature& patch_p, const ProjectedFeature& patch_q,
+                        const Working& work, const SharedCorners& ends, PairPoints& pair) {
+  const auto shown = [&](const SharedCorner& end) {
+    return has_near(pair.merged, end.place, pair.tolerance);
+  };
+  if (std::all_of(ends.begin(), ends.end(), shown)) return;
+  ProjectedFeature top_p, top_q;
+  lay_top(work.p, patch_p.face, pair.plane, 1.0, 0.5 * pair.tolerance, top_p);
+  lay_top(work.q, patch_q.face, pair.plane, -1.0, 0.5 * pair.tolerance, top_q);
+  SharedCorners shared;
+  append_shared_corners(top_p, top_q, work.rounding, shared);
+  if (shared.empty()) return;
+  const Surfaces surfaces(work.p, work.q, pair.plane, work.band + work.rounding, work.rounding);
+  for (const SharedCorner& end : ends) {
+    if (shown(end)) continue;
+    SharedCorner corner = nearest_in_hull(shared, end.place);
+    if ((corner.place - end.place).norm() > pair.tolerance || !surfaces.lift(corner)) continue;
+    if (!(gap_of(corner) <= pair.gap + work.band)) continue;
+    const bool keeps = named(corner) && is_free(corner.feature_p, corner.feature_q, pair.merged);
+    if (!keeps && !name_cut(work.p, work.q, patch_p, patch_q, pair.merged, corner)) continue;
+    pair.merged.push_back(corner);
+  }
 }
 
 /// Where tol above the least gap is reached on the border of the shared part, which goes on to
@@ -392,7 +370,7 @@ void find_shared_part(const Working& work, const LateInit<Surfaces>& surfaces, P
   lay_contact_feature(work.q, pair.support_q, pair.kind_q, pair.plane, -1.0, patch_q);
   if (pair.type == ContactType::EdgeEdgeParallel) {
     append_stretch(patch_p, patch_q, work, part.corners);
-    add_stretch_points(patch_p, patch_q, work, pair);
+    add_stretch_points(patch_p, patch_q, work, part.corners, pair);
   } else {
     append_shared_corners(patch_p, patch_q, work.rounding, part.corners);
     if (surfaces) surfaces->lift(part.corners);
@@ -412,12 +390,32 @@ void find_shared_part(const Working& work, const LateInit<Surfaces>& surfaces, P
   }
 }
 
-/// Its area goes to the nearest points.
-void share_area(const ContactPolygon& part, PairPoints& pair) {
+/// What lies between other points, within tol of the least gap as they are, says nothing more: of
+/// labels that rounding has split there would be a point at each crossing of their sides. Corners
+/// of the points' hull, those that stand for a corner of the polygon, and the lowest stay.
+void drop_inner_points(PairPoints& pair) {
+  SmallVector<int, 32> order;
+  find_order(pair.merged, order);
+  const auto lower = [](const SharedCorner& c, const SharedCorner& d) {
+    return gap_of(c) < gap_of(d);
+  };
+  order.push_back(static_cast<int>(std::min_element(pair.merged.begin(), pair.merged.end(), lower) -
+                                   pair.merged.begin()));
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < pair.merged.size(); ++k) {
+    const bool stays = pair.merged[k].share > 0.0 || order.contains(static_cast<int>(k));
+    if (stays) pair.merged[kept++] = pair.merged[k];
+  }
+  pair.merged.resize(kept);
+}
+
+/// The area of the polygon goes to the nearest points.
+void share_area(const ContactPolygon& part, double band, PairPoints& pair) {
   for (SharedCorner& point : pair.merged) point.share = 0.0;
   for (std::size_t i = 0; i < part.corners.size(); ++i) {
     nearest_point(part.corners[i].place, i, pair.merged).share += part.corners[i].share;
   }
+  if (band <= pair.tolerance) drop_inner_points(pair);
   balance_shares(part.polygon, pair.merged);
 }
 
@@ -579,7 +577,7 @@ void find_pair_points(const OrderedPair& ordered, const NearestFeatures& nearest
   }
   if (pair.points != &pair.merged) return;
   ensure_least_gap(ordered, rounding, pair);
-  if (pair.type == ContactType::FaceFace) share_area(*part, pair);
+  if (pair.type == ContactType::FaceFace) share_area(*part, band, pair);
 }
 
 /// Polygon or segment as points half-way between the solids, counter-clockwise against A's normal.

@@ -5,6 +5,7 @@
 
 #include "numeric/floating_point.hpp"
 #include "polygon/contact_polygon.hpp"
+#include "polygon/cross2.hpp"
 
 namespace quoin::geometry {
 namespace {
@@ -13,8 +14,6 @@ namespace {
 /// (1e-15 D) aside lies farther below than tol (1e-9 D). Heights are means of those of vertices, so
 /// what is not known of a steep one's is along it, and never above it.
 constexpr double kSteep = 1e6;
-
-double cross2(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 /// How far a point lies beyond the sides of a face, as seen along its normal.
 double beyond_sides(const Shape& shape, int face, const Vector3& point) {

@@ -6,11 +6,10 @@
 #include <limits>
 
 #include "polygon/clip.hpp"
+#include "polygon/cross2.hpp"
 
 namespace quoin::geometry {
 namespace {
-
-double cross2(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 /// Height of a polygon over a place that it covers: a mean of its corners' heights, hence between
 /// them, however badly the slope of a sliver is known.

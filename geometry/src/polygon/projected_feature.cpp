@@ -3,12 +3,11 @@
 #include <cmath>
 #include <limits>
 
+#include "polygon/cross2.hpp"
 #include "polygon/line_normal.hpp"
 
 namespace quoin::geometry {
 namespace {
-
-double cross2(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 /// The face around a vertex or an edge that faces most along `outward`.
 int most_facing(const Solid& polyhedron, std::span<const int> faces, const Vector3& outward) {
@@ -374,6 +373,41 @@ void lay_support_set(const Solid& polyhedron, const VertexSet& vertices, Feature
   const LocalPlane local(polyhedron, plane);
   for (const int v : ends) add_corner(polyhedron, v, edge, local, patch);
   set_slope(polyhedron, plane, patch);
+}
+
+void lay_top(const Solid& polyhedron, int face, const ContactPlane& plane, double outward,
+             double depth, ProjectedFeature& patch) {
+  const LocalPlane local(polyhedron, plane);
+  SmallVector<ProjectedCorner, 32> vertices, tops;
+  double top = -std::numeric_limits<double>::infinity();
+  for (int v = 0; v < polyhedron.vertex_count(); ++v) {
+    const Vec3 x = polyhedron.shape().vertex(v);
+    vertices.push_back({v, -1, local.place(x), local.height(x)});
+    top = std::max(top, outward * vertices[static_cast<std::size_t>(v)].height);
+  }
+  const auto below = [&](const ProjectedCorner& c) { return top - outward * c.height - depth; };
+  for (const ProjectedCorner& c : vertices) {
+    if (below(c) <= 0.0) tops.push_back(c);
+  }
+  for (const std::array<int, 3>& t : polyhedron.topology().triangles()) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const ProjectedCorner& c = vertices[static_cast<std::size_t>(t[k])];
+      const ProjectedCorner& d = vertices[static_cast<std::size_t>(t[(k + 1) % 3])];
+      const double here = below(c), there = below(d);
+      if (!(here <= 0.0 && there > 0.0)) continue;
+      const double share = here / (here - there);
+      tops.push_back({-1, -1, c.place + share * (d.place - c.place),
+                      c.height + share * (d.height - c.height)});
+    }
+  }
+  SmallVector<Vector2, 32> places;
+  for (const ProjectedCorner& c : tops) places.push_back(c.place);
+  SmallVector<int, 32> order;
+  hull_order(places, order);
+  patch = {};
+  patch.label = {FeatureKind::Face, face};
+  patch.face = face;
+  for (const int k : order) patch.corners.push_back(tops[static_cast<std::size_t>(k)]);
 }
 
 std::array<int, 2> segment_ends(const Solid& polyhedron, const VertexSet& vertices) {

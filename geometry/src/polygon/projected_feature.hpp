@@ -12,7 +12,7 @@
 namespace quoin::geometry {
 
 struct ProjectedCorner {
-  int vertex = 0;
+  int vertex = 0;       ///< -1: none
   int edge = -1;        ///< from this corner to the next; -1: none of the topology
   Vector2 place;        ///< in the contact plane, m
   double height = 0.0;  ///< along the normal, m
@@ -42,6 +42,11 @@ void lay_support_polygon(const Solid& polyhedron, const VertexSet& vertices,
 /// Lays a support set into the plane; just the vertices of a face as its label has them.
 void lay_support_set(const Solid& polyhedron, const VertexSet& vertices, FeatureKind kind,
                      const ContactPlane& plane, double outward, ProjectedFeature& patch);
+
+/// Lays what of a solid lies within `depth` (m) of its support plane: vertices, and where sides of
+/// its surface go deeper (`vertex` -1). `face` names what is found on it.
+void lay_top(const Solid& polyhedron, int face, const ContactPlane& plane, double outward,
+             double depth, ProjectedFeature& patch);
 
 /// Adds the corners of the shared part; `rounding` (m) is how far outside still counts as on the
 /// border.

@@ -50,6 +50,28 @@ void set_witnesses(const Solid& p, const Solid& q, const Candidate& contact, con
   answer.point_b = answer.point_a + across;
 }
 
+/// Witnesses of a plane whose sets need not lie over each other: normals that are as good within
+/// rounding tilt what carries them by more than rounding, as of slivers and of edges that are
+/// parallel but for noise. The solids meet, then, a little below their support planes.
+void set_loose_witnesses(const Solid& p, const Solid& q, const Candidate& contact,
+                         const VertexSet& set_p, const VertexSet& set_q, double length,
+                         NearestFeatures& answer) {
+  const ProjectedPair patches(p, q, contact, set_p, set_q, length);
+  if (overlap_margin(patches.p, patches.q) >= -length) {
+    return set_witnesses(p, q, contact, set_p, set_q, length, answer);
+  }
+  ProjectedFeature top_p, top_q;
+  lay_top(p, patches.p.face, patches.plane, 1.0, 2 * length, top_p);
+  lay_top(q, patches.q.face, patches.plane, -1.0, 2 * length, top_q);
+  SharedCorners corners;
+  append_shared_corners(top_p, top_q, length, corners);
+  if (corners.empty()) return set_witnesses(p, q, contact, set_p, set_q, length, answer);
+  SharedPolygon polygon;
+  find_polygon(corners, polygon);
+  answer.point_a = patches.plane.point(polygon.centroid, 0.0);
+  answer.point_b = answer.point_a + answer.gap * answer.normal;
+}
+
 Feature feature_of(const Solid& polyhedron, const VertexSet& set, FeatureKind kind, int face,
                    const Vector3& outward) {
   if (kind == FeatureKind::Vertex) return {kind, set[0]};
@@ -138,7 +160,8 @@ void describe_features(const Solid& p, const Solid& q, Optimum& optimum, const L
   VertexSet set_p, set_q;
   plane.near_p->select(length.place, set_p);
   plane.near_q->select(length.place, set_q);
-  set_witnesses(p, q, plane, set_p, set_q, length.place, answer);
+  (optimum.loose ? set_loose_witnesses : set_witnesses)(p, q, plane, set_p, set_q, length.place,
+                                                        answer);
   plane.near_p->select(length.contact, set_p);
   plane.near_q->select(length.contact, set_q);
   set_features(p, q, plane, set_p, set_q, length.contact, answer);

@@ -31,6 +31,7 @@ void exact_answer(const CanonicalPair& pair, int max_iterations, const SearchRes
   find_sets(p, q, length, plane);
   plane.form = {};
   plane.gap = found.gap;
+  optimum.loose = true;
 }
 
 }  // namespace quoin::geometry

@@ -18,6 +18,16 @@ struct Question {
   LateInit<ContactPolygon>* faces;  // null: nobody asks for what they share
 };
 
+/// Two whole faces that clearly carry their plane come first, wherever rounding has led to: of
+/// bumpy faces their corners alone carry another plane that is as good.
+void describe_best(const CanonicalPair& pair, Optimum& optimum, NearestFeatures& answer) {
+  Optimum whole(optimum.faces);
+  const bool doubtful = optimum.converged && !optimum.straight && !pair.length.uneven;
+  const bool flush = doubtful && whole_faces(pair.p, pair.q, pair.length, optimum.plane, whole);
+  optimum.iterations += whole.iterations;
+  describe(pair.p, pair.q, flush ? whole : optimum, pair.length, answer);
+}
+
 /// The general way; true: an ordinary answer after all, in the names of the caller.
 bool general_answer(const CanonicalPair& pair, const Question& question, Quick& quick,
                     Optimum& optimum, NearestFeatures& answer) {
@@ -38,7 +48,7 @@ bool general_answer(const CanonicalPair& pair, const Question& question, Quick& 
       exact_answer(pair, question.options.max_iterations, quick.found, optimum);
     }
   }
-  describe(p, q, optimum, length, answer);
+  describe_best(pair, optimum, answer);
   return false;
 }
 

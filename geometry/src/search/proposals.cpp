@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "numeric/error_bounds.hpp"
+#include "search/touching_faces.hpp"
 
 namespace quoin::geometry {
 namespace {
@@ -121,6 +122,18 @@ bool settle_corners(const Solid& p, const Solid& q, const SearchResult& found,
   take_corners(p, q, found, sets);
   return settle(p, q, length, sets, found.normal, plane) ||
          settle_normal(p, q, length, found.normal, plane);
+}
+
+bool whole_faces(const Solid& p, const Solid& q, const Lengths& length, const Candidate& near,
+                 Optimum& optimum) {
+  const int face_p = facing_face(p, near.support_p.vertex, near.normal);
+  const int face_q = facing_face(q, near.support_q.vertex, -near.normal);
+  if (face_p < 0 || face_q < 0) return false;
+  if (!(p.face_normal(face_p).dot(q.face_normal(face_q)) <= kTouchingOpposite)) return false;
+  ContactSets& sets = optimum.plane.sets;
+  take_feature(p, {FeatureKind::Face, face_p}, sets.p, sets.face_p);
+  take_feature(q, {FeatureKind::Face, face_q}, sets.q, sets.face_q);
+  return straight_answer(p, q, length, near.normal, optimum);
 }
 
 double least_gap(const SearchResult& found, double rounding) {

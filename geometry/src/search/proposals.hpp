@@ -32,6 +32,11 @@ void take_corners(const Solid& p, const Solid& q, const SearchResult& found, Con
 bool settle_corners(const Solid& p, const Solid& q, const SearchResult& found,
                     const Lengths& length, CandidatePlane& plane);
 
+/// The plane of two whole faces around the vertices that carry a plane, if it is theirs and proved
+/// to be the answer.
+bool whole_faces(const Solid& p, const Solid& q, const Lengths& length, const Candidate& near,
+                 Optimum& optimum);
+
 /// The least gap that the search allows a plane to have, m.
 double least_gap(const SearchResult& found, double rounding);
 

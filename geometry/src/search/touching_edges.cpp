@@ -4,12 +4,11 @@
 #include <cmath>
 
 #include "numeric/error_bounds.hpp"
+#include "polygon/cross2.hpp"
 #include "search/touching_faces.hpp"
 
 namespace quoin::geometry {
 namespace {
-
-double cross2(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 /// Of the faces around `face` the one that parts P most from Q, and by how much, m; -1: none looks
 /// that way.

@@ -4,11 +4,10 @@
 #include <cmath>
 
 #include "numeric/error_bounds.hpp"
+#include "polygon/cross2.hpp"
 
 namespace quoin::geometry {
 namespace {
-
-double cross2(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 /// Do all corners of a laid face lie in its plane within `rounding`? Then a place on it is one of
 /// the solid.

@@ -345,6 +345,20 @@ int Topology::search_edge(int v, int w) const {
   return -1;
 }
 
+std::vector<HostedVertex> Topology::hosted_vertices() const {
+  std::vector<HostedVertex> list;
+  for (int v = 0; v < vertex_count_; ++v) {
+    if (is_corner(v)) continue;
+    const auto [kind, place] = host(v);
+    HostedVertex hosted{.vertex = v};
+    if (kind == FeatureKind::Vertex) hosted.corners = {place, -1};
+    if (kind == FeatureKind::Edge) hosted.corners = edge(place);
+    if (kind == FeatureKind::Face) hosted.face = place;
+    list.push_back(hosted);
+  }
+  return list;
+}
+
 namespace {
 
 /// Does a polygon turn left at each of its corners, within rounding of a place?

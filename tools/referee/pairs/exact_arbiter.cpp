@@ -662,6 +662,13 @@ Foot<Whole> proved_nearest_point(const Pair& pair, int& turns) {
   return nearest_point<Whole>(pair, guess.corners, 100000, turns);
 }
 
+/// Do two hulls share a point?
+bool meet(const Pair& pair) {
+  int turns = 0;
+  const Foot<Whole> foot = proved_nearest_point(pair, turns);
+  return foot.corners.size() == 4 || dot(foot.numerator, foot.numerator) == 0;
+}
+
 double exact_distance(const Pair& pair) {
   int turns = 0;
   const Foot<Whole> foot = proved_nearest_point(pair, turns);
@@ -737,6 +744,22 @@ std::string ExactPair::squared_gap() const {
 
 const std::vector<RealPoint>& ExactPair::places(int side) const {
   return numbers_->pair.real[side];
+}
+
+bool ExactPair::is_vertex(int side, std::size_t point) const {
+  const Pair& all = numbers_->pair;
+  Pair apart;
+  apart.exponent = all.exponent;
+  apart.size = all.size;
+  apart.whole[0] = {all.whole[side][point]};
+  apart.real[0] = {all.real[side][point]};
+  for (std::size_t i = 0; i < all.whole[side].size(); ++i) {
+    if (all.whole[side][i] != all.whole[side][point]) {
+      apart.whole[1].push_back(all.whole[side][i]);
+      apart.real[1].push_back(all.real[side][i]);
+    }
+  }
+  return !meet(apart);
 }
 
 RealPoint ExactPair::place(const Vector3& point) const {

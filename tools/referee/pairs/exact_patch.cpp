@@ -32,6 +32,7 @@ struct Carrier {
   Place place;
   Real depth = 0;  // below the support plane, m
   RealPoint point;
+  std::size_t index = 0;  // of the point
 };
 
 /// The vertices of one solid within tol of its support plane, and what they span.
@@ -80,7 +81,7 @@ std::vector<Carrier> hull_of(std::vector<Carrier> list) {
 std::vector<Place> hull_of(std::vector<Place> places) {
   std::vector<Carrier> carriers;
   for (const Place& place : places) {
-    carriers.push_back({.place = place, .depth = 0, .point = {}});
+    carriers.push_back({.place = place, .depth = 0, .point = {}, .index = 0});
   }
   places.clear();
   for (const Carrier& c : hull_of(std::move(carriers))) {
@@ -170,6 +171,24 @@ void classify(const PatchBands& bands, SupportPolygon& polygon) {
   polygon.clear = polygon.clear && is_clear(longest, bands) && !between && !deep;
 }
 
+/// The border of the carriers, without points that are no vertices of the solid. Such a point lies
+/// between vertices, and where one of these is deeper than tol it alone would carry; between
+/// carriers it changes nothing but their number.
+void keep_vertices(const ExactPair& pair, int side, SupportPolygon& polygon) {
+  const auto inner = [&](const Carrier& c) { return !pair.is_vertex(side, c.index); };
+  polygon.border = hull_of(polygon.carriers);
+  for (auto at = polygon.border.begin(); at != polygon.border.end();) {
+    if (!inner(*at)) {
+      ++at;
+      continue;
+    }
+    const std::size_t index = at->index;
+    std::erase_if(polygon.carriers, [&](const Carrier& c) { return c.index == index; });
+    polygon.border = hull_of(polygon.carriers);
+    at = polygon.border.begin();
+  }
+}
+
 SupportPolygon support_polygon(const ExactPair& pair, int side, const PlaneFrame& frame,
                                const PatchBands& bands) {
   const Real sign = side == 0 ? 1 : -1;
@@ -179,14 +198,15 @@ SupportPolygon support_polygon(const ExactPair& pair, int side, const PlaneFrame
     top = std::max(top, sign * frame.height(x));
   }
   SupportPolygon polygon;
-  for (const RealPoint& x : points) {
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const RealPoint& x = points[i];
     const Real depth = top - sign * frame.height(x);
     polygon.clear = polygon.clear && is_clear(depth, bands);
     if (depth <= Real(bands.tolerance)) {
-      polygon.carriers.push_back({frame.place(x), depth, x});
+      polygon.carriers.push_back({frame.place(x), depth, x, i});
     }
   }
-  polygon.border = hull_of(polygon.carriers);
+  keep_vertices(pair, side, polygon);
   for (const Carrier& c : polygon.border) {
     polygon.hull.push_back(c.place);
   }
@@ -318,6 +338,34 @@ std::vector<PatchCorner> clipped_by(const std::vector<Carrier>& subject, std::si
     corners.push_back(c.corner);
   }
   return corners;
+}
+
+/// What of a solid lies within `depth` of its support plane, as seen along the normal: the part
+/// below that is cut off goes through every line between a point above the cut and one below.
+std::vector<Carrier> top_of(const ExactPair& pair, int side, const PlaneFrame& frame, Real depth) {
+  const Real sign = side == 0 ? 1 : -1;
+  std::vector<Carrier> all, top;
+  Real highest = -std::numeric_limits<Real>::infinity();
+  for (const RealPoint& x : pair.places(side)) {
+    highest = std::max(highest, sign * frame.height(x));
+  }
+  for (const RealPoint& x : pair.places(side)) {
+    all.push_back({frame.place(x), highest - sign * frame.height(x), x, all.size()});
+  }
+  for (const Carrier& c : all) {
+    if (c.depth > depth) {
+      continue;
+    }
+    top.push_back(c);
+    for (const Carrier& d : all) {
+      if (d.depth > depth) {
+        const Real share = (depth - c.depth) / (d.depth - c.depth);
+        const Place step = d.place - c.place;
+        top.push_back({{c.place[0] + share * step[0], c.place[1] + share * step[1]}, depth, {}, 0});
+      }
+    }
+  }
+  return hull_of(std::move(top));
 }
 
 std::vector<PatchCorner> corners_of(const std::vector<Carrier>& carriers) {
@@ -455,9 +503,11 @@ bool ends_at(const ExactPair& pair, const Vector3& normal, const PatchCorner& co
       top = std::max(top, sign * frame.height(x));
     }
     const Place beyond{corner.place[0] + step * out[0], corner.place[1] + step * out[1]};
-    const RealPoint below = frame.point(beyond, sign * (top - 2 * Real(tolerance)));
-    if (pair.distance_in_long_double(side, below) <= 0.1L * Real(tolerance)) {
-      return false;
+    for (int quarter = 0; quarter <= 8; ++quarter) {
+      const RealPoint below = frame.point(beyond, sign * (top - quarter * Real(tolerance) / 4));
+      if (pair.distance_in_long_double(side, below) <= 0.1L * Real(tolerance)) {
+        return false;
+      }
     }
   }
   return true;
@@ -466,26 +516,16 @@ bool ends_at(const ExactPair& pair, const Vector3& normal, const PatchCorner& co
 bool both_reach(const ExactPair& pair, const Vector3& normal, const PatchCorner& corner,
                 double tolerance, double slack) {
   const PlaneFrame frame(normal);
-  std::vector<Place> candidates{corner.place};
-  std::array<Real, 2> level{};
-  for (const int side : {0, 1}) {
-    const Real sign = side == 0 ? 1 : -1;
-    Real top = -std::numeric_limits<Real>::infinity();
-    for (const RealPoint& x : pair.places(side)) {
-      top = std::max(top, sign * frame.height(x));
-      const Place place = frame.place(x);
-      if (length(place - corner.place) <= Real(tolerance)) {
-        candidates.push_back(place);
-      }
-    }
-    level[static_cast<std::size_t>(side)] = sign * (top - Real(tolerance) / 2);
+  const Real depth = Real(tolerance) / 2;
+  const std::vector<Carrier> top_a = top_of(pair, 0, frame, depth),
+                             top_b = top_of(pair, 1, frame, depth);
+  std::vector<Place> shared;
+  for (const PatchCorner& c : top_a.size() > 2   ? clipped_by(top_b, 0, top_a, -Real(slack))
+                              : top_b.size() > 2 ? clipped_by(top_a, 1, top_b, -Real(slack))
+                                                 : std::vector<PatchCorner>{}) {
+    shared.push_back(c.place);
   }
-  const auto reaches = [&](int side, const Place& place) {
-    const RealPoint below = frame.point(place, level[static_cast<std::size_t>(side)]);
-    return pair.distance_in_long_double(side, below) <= Real(slack);
-  };
-  return std::any_of(candidates.begin(), candidates.end(),
-                     [&](const Place& place) { return reaches(0, place) && reaches(1, place); });
+  return distance_to_places(shared, corner.place) <= Real(tolerance);
 }
 
 long double gap_along(const ExactPair& pair, const Vector3& normal) {

@@ -70,16 +70,19 @@ ExactPatch exact_patch(const ExactPair& pair, const geometry::Vector3& normal,
 
 /// Do both solids end at a corner where sides of their support polygons cross? Where tol cuts a
 /// face, a side of the polygon runs through the face, nothing of the solid ends there, and no edge
-/// could name the corner. The solid goes on when a place 1e-6 of `extent` (m) further out lies no
-/// more than 2 tol below the support plane, that is, for tol = 1e-9 of the extent, when it falls by
-/// less than 0.002.
+/// could name the corner. The solid goes on when on the line along the normal through a place 1e-6
+/// of `extent` (m) further out it has a point no more than 2 tol below the support plane, that is,
+/// for tol = 1e-9 of the extent, when it falls by less than 0.002. (A quarter of tol is tried after
+/// the other, as a solid may be no thicker than tol.)
 bool ends_at(const ExactPair& pair, const geometry::Vector3& normal, const PatchCorner& corner,
              double tolerance, double extent);
 
-/// Do both solids reach to within half of `tolerance` (m) of their support planes on one line along
-/// the normal, within `slack` (m), at a corner or at a vertex within `tolerance` of it? Of parallel
-/// edges beside each other by less than that, the solids may end or fall off before they come to
-/// lie over each other: then there is no place for a contact point.
+/// Is there a place within `tolerance` (m) of a corner where both solids reach to within half of it
+/// of their support planes, by more than `slack` (m) inside either? Parallel edges count as one
+/// line when they lie beside each other by less than tol. The solids may end, or fall off steeply,
+/// before they come to lie over each other: there is no line along the normal, then, that meets
+/// both within tol of the least gap, and a contact point would lie off one of them. Where there is
+/// one, a point is asked for: a gap is at most tol above the least, half of it from either solid.
 bool both_reach(const ExactPair& pair, const geometry::Vector3& normal, const PatchCorner& corner,
                 double tolerance, double slack);
 

@@ -42,27 +42,15 @@ Points reordered(const Points& points, const std::vector<int>& order) {
   return result;
 }
 
-std::vector<int> as_named(const geometry::Topology& topology) {
-  std::vector<int> order(static_cast<std::size_t>(topology.vertex_count()));
-  std::iota(order.begin(), order.end(), 0);
-  return order;
-}
-
 /// The vertices that are no corners, renamed by `order`.
 std::vector<geometry::HostedVertex> hosted(const geometry::Topology& topology,
                                            const std::vector<int>& order) {
-  std::vector<geometry::HostedVertex> list;
-  const auto name = [&](int v) { return order[static_cast<std::size_t>(v)]; };
-  for (int v = 0; v < topology.vertex_count(); ++v) {
-    if (topology.is_corner(v)) continue;
-    const auto [kind, index] = topology.host(v);
-    geometry::HostedVertex at{name(v)};
-    if (kind == geometry::FeatureKind::Vertex) at.corners = {name(index), -1};
-    if (kind == geometry::FeatureKind::Edge) {
-      at.corners = {name(topology.edge(index)[0]), name(topology.edge(index)[1])};
-    }
-    if (kind == geometry::FeatureKind::Face) at.face = index;
-    list.push_back(at);
+  std::vector<geometry::HostedVertex> list = topology.hosted_vertices();
+  const auto rename = [&](int& v) { v = v >= 0 ? order[static_cast<std::size_t>(v)] : v; };
+  for (geometry::HostedVertex& at : list) {
+    rename(at.vertex);
+    rename(at.corners[0]);
+    rename(at.corners[1]);
   }
   return list;
 }
@@ -106,7 +94,7 @@ std::string code_of(const Solid& solid, const std::string& name) {
       out << "}";
     }
     out << "}, std::vector<HostedVertex>{";
-    for (const geometry::HostedVertex& at : hosted(*solid.topology, as_named(*solid.topology))) {
+    for (const geometry::HostedVertex& at : solid.topology->hosted_vertices()) {
       out << "{" << at.vertex << ", {" << at.corners[0] << ", " << at.corners[1] << "}, " << at.face
           << "}, ";
     }
@@ -138,8 +126,7 @@ void write_solid(std::ostream& out, const Solid& solid) {
     out << '\n';
   }
   const std::vector<geometry::HostedVertex> no_corners =
-      solid.topology ? hosted(*solid.topology, as_named(*solid.topology))
-                     : std::vector<geometry::HostedVertex>{};
+      solid.topology ? solid.topology->hosted_vertices() : std::vector<geometry::HostedVertex>{};
   if (!no_corners.empty()) out << "hosted " << no_corners.size() << '\n';
   for (const geometry::HostedVertex& at : no_corners) {
     out << at.vertex << ' ' << at.corners[0] << ' ' << at.corners[1] << ' ' << at.face << '\n';
@@ -280,8 +267,8 @@ Solid mirrored(const Solid& solid, int axis) {
     for (int f = 0; f < solid.topology->face_count(); ++f) {
       faces.emplace_back(solid.topology->face(f).rbegin(), solid.topology->face(f).rend());
     }
-    result.topology = std::make_shared<geometry::Topology>(
-        solid.topology->vertex_count(), faces, hosted(*solid.topology, as_named(*solid.topology)));
+    result.topology = std::make_shared<geometry::Topology>(solid.topology->vertex_count(), faces,
+                                                           solid.topology->hosted_vertices());
   }
   return result;
 }

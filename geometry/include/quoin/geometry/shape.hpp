@@ -83,6 +83,8 @@ class Topology {
   }
   bool all_are_corners() const { return hosts_.empty(); }
   bool is_corner(int v) const { return host(v) == Feature{FeatureKind::Vertex, v}; }
+  /// All vertices that are no corners, ascending, in the form in which the constructor takes them.
+  std::vector<HostedVertex> hosted_vertices() const;
   /// Corners joined to v by an edge, ascending; the edge to each; the faces around v, ascending, at
   /// least one. A vertex at a corner has that corner's; one on an edge has the ends of the edge,
   /// each by that edge; one in a face has the corners of the face and no edges.
