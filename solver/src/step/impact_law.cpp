@@ -26,8 +26,8 @@ struct ImpactStep {
   const BlockTerms& terms;
   const StepPoses& poses;
   std::span<const BlockState> end;  ///< as the positions have it
-  BlockVector free_gain;            ///< by slot: of velocity over the step if no contact acted
-  double slowest = 0.0;             ///< m/s: no slower impact bounces
+  BlockVector free_gain;  ///< by slot: of velocity over the step by what acts but new contacts
+  double slowest = 0.0;   ///< m/s: no slower impact bounces
 };
 
 /// A contact of velocities: d is the relative velocity times dt, the force 2/dt of the impulse.
@@ -56,7 +56,7 @@ Vector3 relative_velocity(const BodyContact& contact, const LinearContact& c,
          c.jacobian_b * velocity_vector(blocks[index(contact.b)]);
 }
 
-/// Gain of relative normal velocity over the step if no contact acted, m/s.
+/// Gain of relative normal velocity over the step by what acts but new contacts, m/s.
 double relative_free_gain(const LinearContact& c, const BlockVector& free_gain) {
   double gain = 0.0;
   if (c.slot_a >= 0) gain += c.jacobian_a.row(0).dot(free_gain[index(c.slot_a)]);
@@ -70,8 +70,7 @@ BlockVector free_velocity_gain(const SubStep& step, const BlockTerms& terms,
   BlockVector gain(terms.force.size());
   for (std::size_t s = 0; s < gain.size(); ++s) {
     const std::size_t b = index(step.island.slots.block_of_slot[s]);
-    gain[s] = 2.0 * ((terms.compliance[s] * terms.force[s]) / step.length -
-                     velocity_vector(step.state[b]));
+    gain[s] = 2.0 * (terms.free_increment[s] / step.length - velocity_vector(step.state[b]));
     if (!poses.deforms[b]) gain[s].tail<6>().setZero();
   }
   return gain;
