@@ -123,7 +123,7 @@ std::optional<VelocityContact> velocity_contact(const ImpactStep& at, const Body
   c.start = c.offset;
   result.bounce = full_bounce(at, contact, position, c);
   c.multiplier = 2.0 * force_in_frame(contact.state, contact, contact.state.point.normal);
-  const bool resting = contact.was_closed || !contact.state.impact;
+  const bool resting = !contact.state.impact;
   if (c.law == ContactLaw::Coulomb && position.mode == ContactMode::Slip && resting) {
     if (slides_on(at, contact, c)) c.law = ContactLaw::Frictionless;
   }
@@ -151,23 +151,11 @@ LinearContact velocity_held_point(const ImpactStep& at, const HeldPoint& held,
   return c;
 }
 
-/// Share of the step until the first new contact closed; 0: none did.
-double share_before_impact(std::span<const LinearContact> positions) {
-  double share = 1.0;
-  bool impact = false;
-  for (const LinearContact& c : positions) {
-    if (c.mode == ContactMode::Open || !(c.closing_share > 0.0)) continue;
-    impact = true;
-    share = std::min(share, c.closing_share);
-  }
-  return impact ? share : 0.0;
-}
-
-/// Until the first new contact closed, contacts that were closed before pushed as in the last step,
+/// Until the first impact contacts that were closed before pushed as in the last step,
 /// unless that was an impulse.
 void add_earlier_impulses(std::span<const BodyContact> contacts, const Attempt& attempt,
                           BlockVector& force) {
-  const double share = share_before_impact(attempt.linear);
+  const double share = attempt.first_impact;
   if (!(share > 0.0)) return;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const Contact& before = contacts[i].state;
