@@ -93,7 +93,7 @@ void transfer(Archive& archive, AnyState& state, AnyWorkspace& work) {
   record(archive, work.search.longest);
   record(archive, work.search.unbalance);
   list(archive, work.search.start);
-  record(archive, work.energy_scale);
+  list(archive, work.energy_scale);
   list(archive, work.last.length);
   list(archive, work.laid);
   list(archive, work.at_rest);

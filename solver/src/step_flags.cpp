@@ -72,12 +72,11 @@ std::string_view name(FlagKind kind) {
   return kNames[static_cast<std::size_t>(kind)];
 }
 
-void EnergyScale::note(const EnergyLedger& energy) {
-  const double rest = energy.mechanical() - energy.kinetic;
-  lowest_ = noted_ ? std::min(lowest_, rest) : rest;
-  highest_ = noted_ ? std::max(highest_, rest) : rest;
-  kinetic_ = std::max(kinetic_, energy.kinetic);
-  noted_ = true;
+void EnergyScale::note(double kinetic, double gain) {
+  rest_ += gain;
+  lowest_ = std::min(lowest_, rest_);
+  highest_ = std::max(highest_, rest_);
+  kinetic_ = std::max(kinetic_, kinetic);
 }
 
 void append_flags(const CompiledScene& compiled, const State& state, const StepEvidence& evidence,
@@ -96,7 +95,8 @@ void append_flags(const CompiledScene& compiled, const State& state, const StepE
   if (evidence.energy_growth > evidence.energy_noise) {
     append({.kind = FlagKind::EnergyGrowth,
             .value = evidence.energy_growth / evidence.energy_scale,
-            .limit = kEnergyGrowth});
+            .limit = kEnergyGrowth,
+            .block = evidence.energy_block});
   }
   if (evidence.missing != nullptr) append(missing_contact(compiled, *evidence.missing));
 }

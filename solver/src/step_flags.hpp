@@ -8,24 +8,26 @@
 
 namespace quoin::solver {
 
-/// What a change of energy is measured against, J.
+/// What a change of a block's energy is measured against, J.
 class EnergyScale {
  public:
-  void note(const EnergyLedger& energy);
+  /// `gain`: of potential, strain and spring energy since the last call.
+  void note(double kinetic, double gain);
   /// Largest kinetic energy so far and the swing of the rest.
   double value() const { return kinetic_ + highest_ - lowest_; }
 
  private:
-  double kinetic_ = 0.0, highest_ = 0.0, lowest_ = 0.0;
-  bool noted_ = false;
+  double kinetic_ = 0.0, rest_ = 0.0, highest_ = 0.0, lowest_ = 0.0;
 };
 
 struct StepEvidence {
-  double energy_growth = 0.0;  ///< of a sub-step, J: mechanical energy less the work of loads
-  double energy_scale = 0.0;   ///< J
-  double energy_noise = 0.0;   ///< what the tolerance of gaps leaves of it, J
-  double rounding = 0.0;       ///< of a gap, m
-  double gap_tolerance = 0.0;  ///< m
+  /// Of a sub-step of the island where it is worst, J: mechanical energy less the work of loads.
+  double energy_growth = 0.0;
+  double energy_scale = 1.0;                      ///< of that island, J
+  double energy_noise = 0.0;                      ///< what the tolerance of gaps leaves of it, J
+  int energy_block = -1;                          ///< its first block
+  double rounding = 0.0;                          ///< of a gap, m
+  double gap_tolerance = 0.0;                     ///< m
   std::span<const geometry::ContactPoint> found;  ///< at the end of the step
   const geometry::ContactPoint* missing =
       nullptr;  ///< an overlap that no contact held, or vanished()

@@ -98,3 +98,22 @@ TEST_CASE("Springs that let a block sink right through another one are flagged")
   REQUIRE(find(report, FlagKind::Overlap) != nullptr);
   CHECK(find(report, FlagKind::Overlap)->value > 0.1);
 }
+
+TEST_CASE("Energy that grows in one island is flagged there, whatever another one loses") {
+  Scene scene = cube_on_ground(1e5);
+  scene.blocks[1].angular_velocity = Vector3(3, 5, 7);
+  scene.joint.friction_angle = 0.5;
+  // Slides on another ground and loses more in every step than the cube could gain.
+  scene.add_fixed(geometry::make_box({-90, -3, -1}, {-10, 3, 0}));
+  const int heavy =
+      scene.add_rigid(geometry::make_box({-20, -1, 0}, {-18, 1, 0.2}), {.density = 1e7});
+  scene.blocks[static_cast<std::size_t>(heavy)].velocity = Vector3(-20, 0, 0);
+  Simulation simulation(scene, {.time_step = 0.01});
+  const StepFlag* flag = nullptr;
+  for (int i = 0; i < 200 && flag == nullptr; ++i) {
+    const StepReport report = simulation.advance();
+    flag = find(report, FlagKind::EnergyGrowth);
+    if (flag != nullptr) CHECK(flag->block == 1);
+  }
+  CHECK(flag != nullptr);
+}

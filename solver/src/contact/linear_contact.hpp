@@ -38,6 +38,7 @@ struct LinearContact {
   double rounding = 0.0;  ///< m: a gap or slip this small is zero for all that doubles can tell
   double turn_correction = 0.0;  ///< m: the turn of crossed edges' normal beyond second order
   double closing_share = 0.0;  ///< of the step that had passed when it closed; 0: closed all along
+  double closing_speed = 0.0;  ///< mean until then, m in a step
   Vector3 multiplier = Vector3::Zero();  ///< N, what the last iteration took as known
 
   ContactMode assumed = ContactMode::Open;  ///< what the first linear solve takes for granted

@@ -59,11 +59,4 @@ void set_force(const SubStep& step, const StepPoses& poses, BlockTerms& terms) {
   }
 }
 
-void set_free_increment(BlockTerms& terms) {
-  terms.free_increment.resize(terms.force.size());
-  for (std::size_t s = 0; s < terms.force.size(); ++s) {
-    terms.free_increment[s] = terms.compliance[s] * terms.force[s];
-  }
-}
-
 }  // namespace quoin::solver

@@ -11,7 +11,7 @@ struct BlockTerms {
   BlockSystem base;                  ///< K, and the pairs that contacts couple
   std::vector<Matrix12> compliance;  ///< inverse of each diagonal block
   BlockVector force;                 ///< F
-  BlockVector free_increment;        ///< K^-1 F of the first linearisation
+  BlockVector free_increment;        ///< of the first linearisation: set_free_increment
 };
 
 /// K and its inverse; blocks whose poses.deforms is 0 move rigidly.
@@ -20,7 +20,5 @@ void set_matrices(const SubStep& step, const StepPoses& poses, BlockTerms& terms
 /// F of inertia, stress, gravity and loads.
 void set_force(const SubStep& step, const StepPoses& poses, BlockTerms& terms);
 
-/// Of the force that it has.
-void set_free_increment(BlockTerms& terms);
 
 }  // namespace quoin::solver

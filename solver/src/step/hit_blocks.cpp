@@ -9,7 +9,7 @@ std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 /// A contact that closes faster than what the step does not resolve.
 bool is_impact(const LinearContact& c, double slowest, Impacts impacts) {
-  if (!(c.closing_share > 0.0) || !(c.start[0] > slowest * c.closing_share)) return false;
+  if (!(c.closing_share > 0.0) || !(c.closing_speed > slowest)) return false;
   return impacts == Impacts::Expected || c.mode != ContactMode::Open;
 }
 

@@ -26,8 +26,8 @@ struct ImpactStep {
   const BlockTerms& terms;
   const StepPoses& poses;
   std::span<const BlockState> end;  ///< as the positions have it
-  BlockVector free_gain;            ///< by slot: of velocity over the step if no contact acted
-  double slowest = 0.0;             ///< m/s: no slower impact bounces
+  BlockVector free_gain;  ///< by slot: of velocity over the step by what acts but new contacts
+  double slowest = 0.0;   ///< m/s: no slower impact bounces
 };
 
 /// A contact of velocities: d is the relative velocity times dt, the force 2/dt of the impulse.
@@ -56,7 +56,7 @@ Vector3 relative_velocity(const BodyContact& contact, const LinearContact& c,
          c.jacobian_b * velocity_vector(blocks[index(contact.b)]);
 }
 
-/// Gain of relative normal velocity over the step if no contact acted, m/s.
+/// Gain of relative normal velocity over the step by what acts but new contacts, m/s.
 double relative_free_gain(const LinearContact& c, const BlockVector& free_gain) {
   double gain = 0.0;
   if (c.slot_a >= 0) gain += c.jacobian_a.row(0).dot(free_gain[index(c.slot_a)]);
@@ -70,8 +70,7 @@ BlockVector free_velocity_gain(const SubStep& step, const BlockTerms& terms,
   BlockVector gain(terms.force.size());
   for (std::size_t s = 0; s < gain.size(); ++s) {
     const std::size_t b = index(step.island.slots.block_of_slot[s]);
-    gain[s] = 2.0 * ((terms.compliance[s] * terms.force[s]) / step.length -
-                     velocity_vector(step.state[b]));
+    gain[s] = 2.0 * (terms.free_increment[s] / step.length - velocity_vector(step.state[b]));
     if (!poses.deforms[b]) gain[s].tail<6>().setZero();
   }
   return gain;
@@ -124,7 +123,7 @@ std::optional<VelocityContact> velocity_contact(const ImpactStep& at, const Body
   c.start = c.offset;
   result.bounce = full_bounce(at, contact, position, c);
   c.multiplier = 2.0 * force_in_frame(contact.state, contact, contact.state.point.normal);
-  const bool resting = contact.was_closed || !contact.state.impact;
+  const bool resting = !contact.state.impact;
   if (c.law == ContactLaw::Coulomb && position.mode == ContactMode::Slip && resting) {
     if (slides_on(at, contact, c)) c.law = ContactLaw::Frictionless;
   }
@@ -152,23 +151,11 @@ LinearContact velocity_held_point(const ImpactStep& at, const HeldPoint& held,
   return c;
 }
 
-/// Share of the step until the first new contact closed; 0: none did.
-double share_before_impact(std::span<const LinearContact> positions) {
-  double share = 1.0;
-  bool impact = false;
-  for (const LinearContact& c : positions) {
-    if (c.mode == ContactMode::Open || !(c.closing_share > 0.0)) continue;
-    impact = true;
-    share = std::min(share, c.closing_share);
-  }
-  return impact ? share : 0.0;
-}
-
-/// Until the first new contact closed, contacts that were closed before pushed as in the last step,
+/// Until the first impact contacts that were closed before pushed as in the last step,
 /// unless that was an impulse.
 void add_earlier_impulses(std::span<const BodyContact> contacts, const Attempt& attempt,
                           BlockVector& force) {
-  const double share = share_before_impact(attempt.linear);
+  const double share = attempt.first_impact;
   if (!(share > 0.0)) return;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const Contact& before = contacts[i].state;

@@ -15,7 +15,8 @@ namespace {
 constexpr double kSpringOfBlock = 50.0;  // E L
 constexpr double kSpringOfWeight = 1e6;  // weight / block size
 constexpr double kLeastGravity = 1.0;    // m/s2: what a scene without gravity is taken to bear
-constexpr int kCorners = 4;              // of a joint that `penalty` is meant for, a contact point
+constexpr double kAtOnce = std::numeric_limits<double>::epsilon();  // share of the step: none
+constexpr int kCorners = 4;  // of a joint that `penalty` is meant for, a contact point
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
@@ -120,6 +121,23 @@ void linearise_held(const SubStep& step, const StepPoses& poses, const HeldPoint
   c.rounding = 4.0 * std::numeric_limits<double>::epsilon() * held.arm.norm();
 }
 
+/// What a contact that was closed bore, on its blocks. The impulse of an impact says nothing of
+/// that.
+void add_last_force(const SubStep& step, const StepPoses& poses, const BodyContact& contact,
+                    BlockVector& force) {
+  const Contact& last = contact.state;
+  if (!contact.was_closed || last.impact) return;
+  const Vector3 on_b = last.normal_force * last.point.normal - last.shear_force;
+  const auto add = [&](int block, const Vector3& arm, const Vector3& on_block) {
+    const int slot = step.slot_of_block[index(block)];
+    if (slot < 0) return;
+    const Matrix3x12 moving = motion(poses.start[index(block)], arm, poses.deforms[index(block)]);
+    force[index(slot)] += moving.transpose() * on_block;
+  };
+  add(contact.a, contact.arm_a, -on_b);
+  add(contact.b, contact.arm_b, on_b);
+}
+
 /// How a contact would move in the step if it did nothing.
 struct FreeFlight {
   Vector3 end = Vector3::Zero();  ///< d at the end of the step, m
@@ -142,17 +160,21 @@ FreeFlight free_flight(const SubStep& step, const BlockVector& free_increment,
 /// A contact that closes in this step: sliding starts when it has closed, and it may bounce if it
 /// closes by more than `slowest` (m in a step). In free flight the gap is a parabola in time; it
 /// closes at its root (of a gap within `gap_tolerance`, m, that would be the root of noise), and
-/// flies on after the impact for the rest of the step.
+/// flies on after the impact for the rest of the step. Blocks that touch and come on are hit at
+/// once.
 void set_closing(const FreeFlight& flight, double gap_tolerance, double slowest, const Joint& joint,
                  LinearContact& c) {
   const double gap = c.offset[0];
-  if (!(gap > 0.0) || !(flight.end[0] < 0.0)) return;
+  const bool at_once =
+      std::abs(gap) <= gap_tolerance && flight.approach < -std::max(slowest, gap_tolerance);
+  if (!(gap > 0.0 || at_once) || !(flight.end[0] < 0.0)) return;
   const double fall = gap - flight.end[0];
   const double bend = -2.0 * (fall + flight.approach);
   const double root =
       std::sqrt(std::max(0.0, flight.approach * flight.approach - 2.0 * bend * gap));
   const double share = gap <= gap_tolerance ? gap / fall : 2.0 * gap / (root - flight.approach);
-  c.closing_share = share;
+  c.closing_share = at_once ? kAtOnce : share;
+  c.closing_speed = at_once ? -flight.approach : gap / share;
   c.offset.tail<2>() -= share * (flight.end.tail<2>() - c.offset.tail<2>());
   if (fall > slowest) {
     const double left = 1.0 - share;
@@ -213,6 +235,17 @@ void set_laws(const SubStep& step, std::span<BodyContact> contacts,
     const HeldPoint& held = step.compiled.held[index(step.island.held[h])];
     c.slot_b = step.slot_of_block[index(held.block)];
     c.law = ContactLaw::Bilateral;
+  }
+}
+
+void set_free_increment(const SubStep& step, const StepPoses& poses,
+                        std::span<const BodyContact> contacts, BlockTerms& terms) {
+  terms.free_increment = terms.force;
+  for (const BodyContact& contact : contacts) {
+    add_last_force(step, poses, contact, terms.free_increment);
+  }
+  for (std::size_t s = 0; s < terms.force.size(); ++s) {
+    terms.free_increment[s] = (terms.compliance[s] * terms.free_increment[s]).eval();
   }
 }
 

@@ -14,6 +14,11 @@ double contact_spring(const CompiledScene& compiled, const StepOptions& options)
 void set_laws(const SubStep& step, std::span<BodyContact> contacts,
               std::vector<LinearContact>& linear);
 
+/// How blocks would move in the step if contacts that were closed went on bearing what they bore,
+/// and no other contact did anything: what a contact that closes in the step closes by.
+void set_free_increment(const SubStep& step, const StepPoses& poses,
+                        std::span<const BodyContact> contacts, BlockTerms& terms);
+
 /// Jacobians and offsets between the start and the present end; `linear` as from set_laws().
 void linearise(const SubStep& step, const BlockTerms& terms, const StepPoses& poses,
                std::span<const BodyContact> contacts, std::span<LinearContact> linear);

@@ -36,11 +36,12 @@ void linearise_first(const SubStep& step, std::span<const BodyContact> contacts,
                      StepPoses& poses, std::span<LinearContact> linear) {
   set_end(step, poses);
   set_force(step, poses, terms);
-  set_free_increment(terms);
+  set_free_increment(step, poses, contacts, terms);
   linearise(step, terms, poses, contacts, linear);
   if (!hold_strain(step, hit_blocks(step, contacts, linear, Impacts::Expected), poses)) return;
   set_matrices(step, poses, terms);
   set_force(step, poses, terms);
+  set_free_increment(step, poses, contacts, terms);
   linearise(step, terms, poses, contacts, linear);
 }
 

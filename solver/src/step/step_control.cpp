@@ -116,6 +116,22 @@ void set_held_forces(const Island& island, State& state) {
   }
 }
 
+/// What the blocks of the island gain in its next sub-step, where they stand before it.
+void note_energy(const StepRun& run, const SubStep& step, const Island& island) {
+  const Vector3 gravity = run.compiled.scene.gravity.at(step.load_time());
+  for (std::size_t s = 0; s < island.own().size(); ++s) {
+    const std::size_t b = index(island.own()[s]);
+    const BlockModel& model = run.compiled.models[b];
+    const BlockState &now = run.work.now.blocks[b], &end = run.work.end[b];
+    const double spring = island.attempt.energy.stored[s] -
+                          run.work.stored[index(run.compiled.slots.slot_of_block[b])];
+    const double fall = model.mass * gravity.dot(run.work.poses.increment[b].head<3>());
+    const double strain = strain_energy(model, end) - strain_energy(model, now);
+    const double kinetic = std::max(kinetic_energy(model, now), kinetic_energy(model, end));
+    run.work.energy_scale[b].note(kinetic, strain + spring - fall);
+  }
+}
+
 /// The attempt is the island's next sub-step.
 void accept(const StepRun& run, Island& island) {
   Workspace& work = run.work;
@@ -126,6 +142,7 @@ void accept(const StepRun& run, Island& island) {
   const double growth = book(step, energy, work.end, before, island.energy);
   const bool first = island.count.sub_steps == 0;
   island.count.energy_growth = first ? growth : std::max(island.count.energy_growth, growth);
+  note_energy(run, step, island);
   for (std::size_t s = 0; s < energy.stored.size(); ++s) {
     const int block = island.own()[s];
     const std::size_t slot = index(run.compiled.slots.slot_of_block[index(block)]);
@@ -297,7 +314,6 @@ void commit(const StepRun& run, double reached, std::span<Island* const> islands
   state.energy.kinetic = kinetic_energy(run.compiled, state);
   state.energy.strain = strain_energy(run.compiled, state);
   state.energy.contact = std::accumulate(work.stored.begin(), work.stored.end(), 0.0);
-  work.energy_scale.note(state.energy);
   state.time = reached;
   take_contacts(run, state.contacts);
 }
@@ -351,7 +367,6 @@ void take_step(const StepRun& run, State& state, State& best) {
   const double end = counted_end(run.options, state, work.counted);
   if (dynamic) work.search = {};
   if (!dynamic && work.search.start.empty()) begin_search(run.compiled, state, work.search);
-  work.energy_scale.note(state.energy);  // a first step may lose all of it
   work.now.blocks = work.end = state.blocks;
   work.now.held_forces = state.held_forces;
   const Island* failed = take_islands(run);

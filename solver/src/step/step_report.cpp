@@ -12,22 +12,29 @@ namespace {
 // Damping ratio of the constant acceleration scheme by omega dt.   [Doolin & Sitar 2004]
 constexpr double kDampingOfScheme = 0.25;
 
-/// Of all blocks that move, N.
-double weight(const CompiledScene& compiled, double time) {
-  double mass = 0.0;
-  for (const int block : compiled.slots.block_of_slot) {
+/// The growth of energy that is most of its island's scale. `noise_by_mass`: what the tolerance of
+/// gaps leaves of it, J/kg.
+void note_growth(const CompiledScene& compiled, const Workspace& work, const Island& island,
+                 double noise_by_mass, StepEvidence& evidence) {
+  double scale = 0.0, mass = 0.0;
+  for (const int block : island.own()) {
+    scale += work.energy_scale[static_cast<std::size_t>(block)].value();
     mass += compiled.models[static_cast<std::size_t>(block)].mass;
   }
-  return mass * compiled.scene.gravity.at(time).norm();
+  const double growth = island.count.energy_growth, noise = noise_by_mass * mass;
+  if (!(growth > noise && growth * evidence.energy_scale > evidence.energy_growth * scale)) return;
+  evidence.energy_growth = growth;
+  evidence.energy_scale = scale;
+  evidence.energy_noise = noise;
+  evidence.energy_block = island.own().front();
 }
 
 void append_flags(const CompiledScene& compiled, const StepOptions& options, const State& state,
                   const Workspace& work, StepReport& report) {
-  StepEvidence evidence{.energy_scale = work.energy_scale.value(),
-                        .gap_tolerance = options.tolerance * compiled.smallest_size,
+  StepEvidence evidence{.gap_tolerance = options.tolerance * compiled.smallest_size,
                         .found = work.found,
                         .missing = vanished(state.contacts, work.found)};
-  evidence.energy_noise = evidence.gap_tolerance * weight(compiled, state.time);
+  const double gravity = compiled.scene.gravity.at(state.time).norm();
   for (const auto& island : work.islands) {
     const double tolerance = options.tolerance * island->blocks.smallest_size;
     const double rounding = island->count.rounding;
@@ -37,7 +44,7 @@ void append_flags(const CompiledScene& compiled, const StepOptions& options, con
     }
     if (island->missing) evidence.missing = &*island->missing;
     if (options.analysis != Analysis::Dynamic) continue;
-    evidence.energy_growth += island->count.energy_growth;  // of the scene, as its scale is
+    note_growth(compiled, work, *island, tolerance * gravity, evidence);
   }
   append_flags(compiled, state, evidence, report);
 }

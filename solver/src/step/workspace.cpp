@@ -23,6 +23,7 @@ Workspace::Workspace(const CompiledScene& compiled, int given_threads)
   last = {std::vector<double>(slots, 0.0), BlockVector(slots, Vector12::Zero()),
           std::vector<char>(compiled.models.size(), 0)};
   stored.assign(slots, 0.0);
+  energy_scale.resize(compiled.models.size());
   at_rest.assign(compiled.models.size(), 0);
   slot_of_block.assign(compiled.models.size(), -1);
   island_of_block.assign(compiled.models.size(), -1);

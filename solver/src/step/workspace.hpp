@@ -24,7 +24,7 @@ struct StepMemory {
   StepReport report;   ///< of that step
   Counted counted;
   EquilibriumSearch search;  ///< of the static analysis that goes on
-  EnergyScale energy_scale;
+  std::vector<EnergyScale> energy_scale;  ///< by block
   LastSubStep last;
   std::vector<double> stored;  ///< by slot: StepEnergy::stored, J
   std::vector<char> at_rest;   ///< by block: its island stood still in the last step
