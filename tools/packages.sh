@@ -36,10 +36,10 @@ warnings_as_errors() {
   [ "$(${CXX:-g++} -dumpversion 2>/dev/null | cut -d. -f1)" = 12 ] && echo ON || echo OFF
 }
 
-# Options of every configuration: a compiler cache where there is one.
+# Options of every configuration: a compiler cache where there is one. It does not know precompiled headers.
 compiler_cache() {
   if command -v ccache >/dev/null; then
-    echo -DCMAKE_CXX_COMPILER_LAUNCHER=ccache
+    echo -DCMAKE_CXX_COMPILER_LAUNCHER=ccache -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON
   fi
 }
 
