@@ -141,6 +141,7 @@ class SceneCommands(unittest.TestCase):
         self.assertEqual(quoin("make", "wall", "--out", kept).returncode, 1)
         self.assertIn("changed", kept.read_text())
         self.assertEqual(quoin("make", "slope", "--face-dip-deg", "30").returncode, 2)
+        self.assertEqual(quoin("make", "arch", "--angle-deg", "270", "--blocks", "2").returncode, 2)
         done = quoin("make", "wall", "--out", self.folder / "none" / "wall.json")
         self.assertEqual(done.returncode, 1)
         self.assertIn("can't be written", done.stderr)

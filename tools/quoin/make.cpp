@@ -28,6 +28,10 @@ struct Arch {
 
 /// Voussoirs of equal angle; one more at either end is the abutment.
 void make_arch(const Stone& stone, const Arch& arch) {
+  if (arch.angle_deg * (arch.blocks + 2) > 360.0 * arch.blocks) {
+    throw CLI::ValidationError("--angle-deg",
+                               "must leave room for two abutments, each as wide as a block");
+  }
   Made made(stone, "Circular arch");
   const double step = arch.angle_deg * kDegree / arch.blocks;
   const auto at = [&](double radius, int joint) {
