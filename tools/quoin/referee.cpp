@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <regex>
 
@@ -34,8 +35,10 @@ constexpr double kLargestCoordinate = 1e100;  // m
 struct Words {
   std::vector<std::string> plugins;
   std::string family, pairs, json, report, write_pairs;
-  long count = 10000;
+  std::optional<long> count;
   std::optional<double> seconds;
+  /// Without either.
+  static constexpr long kUsualCount = 10000;
   std::uint64_t seed = 1;
   int steps = 1;
   double limit = 2.0;  ///< s
@@ -191,7 +194,8 @@ referee::Options read(const Words& words) {
   } else {
     options.pairs = read_pairs(words.pairs);
   }
-  options.count = words.count;
+  const long unlimited = std::numeric_limits<long>::max();
+  options.count = words.count.value_or(words.seconds ? unlimited : Words::kUsualCount);
   options.seed = words.seed;
   options.steps = words.steps;
   options.limit = std::chrono::milliseconds(static_cast<long>(1000 * words.limit));
@@ -252,7 +256,7 @@ class PairSet {
 /// Draws from the families in turn.
 std::string drawn_lines(const Words& words) {
   const std::vector<int> families = chosen_families(words.family);
-  const auto count = static_cast<std::size_t>(words.count);
+  const auto count = static_cast<std::size_t>(words.count.value_or(Words::kUsualCount));
   PairSet set(families.size(), count);
   for (std::uint64_t number = 0; set.count() < count && number < 20 * count; ++number) {
     referee::Random random(words.seed * 1000003 + number);
@@ -353,8 +357,9 @@ void add_referee_command(CLI::App& app, int& exit_code) {
                       "Regular expression: families of pairs to draw from (default: all)");
   command->add_option("--pairs", words->pairs,
                       "Pairs as in quoin contact --pairs instead of families");
-  command->add_option("--count", words->count, "Pairs to draw")
-      ->capture_default_str()
+  command
+      ->add_option("--count", words->count,
+                   "Pairs to draw (default: 10000; with --seconds as many as there is time for)")
       ->check(CLI::PositiveNumber);
   command->add_option("--seed", words->seed, "Seed of what is drawn")->capture_default_str();
   command
