@@ -106,11 +106,21 @@ class Referee(unittest.TestCase):
             self.assertEqual(len(text.strip().splitlines()), 1)
             self.assertIn(reason, text)
 
+    def test_a_plugin_in_the_folder_at_hand(self):
+        done = subprocess.run([QUOIN.resolve(), "referee", "--plugin", "lies.so", "--count", "1"], cwd=PLUGINS,
+                              capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+
     def test_two_plugins_of_one_name(self):
         lies = PLUGINS / "lies.so"
         report = self.judge("--plugin", lies, "--plugin", lies, "--count", 3)
         self.assertEqual([library["name"] for library in report["libraries"]], ["bad", "bad (2)"])
         self.assertEqual([library["families"]["all"]["asked"] for library in report["libraries"]], [3, 3])
+
+    def test_seconds_are_filled(self):
+        report = self.judge("--plugin", PLUGINS / "overlaps_only.so", "--family", "^tetrahedra$", "--seconds", 3)
+        self.assertGreater(report["seconds"], 2.9)
+        self.assertLess(report["seconds"], 10)
 
     def test_ctrl_c(self):
         """What was judged is written, and nothing goes on: also where the library hangs."""

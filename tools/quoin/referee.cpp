@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <regex>
 
@@ -35,8 +36,10 @@ constexpr double kLargestCoordinate = 1e100;  // m
 struct Words {
   std::vector<std::string> plugins;
   std::string family, pairs, json, report, write_pairs;
-  long count = 10000;
+  std::optional<long> count;
   std::optional<double> seconds;
+  /// Without either.
+  static constexpr long kUsualCount = 10000;
   std::uint64_t seed = 1;
   int steps = 1;
   double limit = 2.0;  ///< s
@@ -192,7 +195,8 @@ referee::Options read(const Words& words) {
   } else {
     options.pairs = read_pairs(words.pairs);
   }
-  options.count = words.count;
+  const long unlimited = std::numeric_limits<long>::max();
+  options.count = words.count.value_or(words.seconds ? unlimited : Words::kUsualCount);
   options.seed = words.seed;
   options.steps = words.steps;
   options.limit = std::chrono::milliseconds(static_cast<long>(1000 * words.limit));
@@ -213,28 +217,59 @@ std::optional<std::string> answered(const referee::SolidPair& pair, const std::s
   }
 }
 
-/// Draws from the families in turn. Each may fill an equal share of the file, so that those of many
-/// vertices are there with few pairs.
+/// Lines of a set of pairs that others are to carry home: all families in a file of so many
+/// characters.
+class PairSet {
+ public:
+  PairSet(std::size_t families, std::size_t count)
+      : families_(families), most_(5 * count / (4 * families) + 1) {}
+
+  std::size_t count() const { return count_; }
+  const std::string& text() const { return text_; }
+  void add(std::size_t family, const std::string& line) {
+    Family& of = families_[family];
+    if (of.count < most_ && text_.size() + line.size() < kMostText && has_room(of, line)) {
+      text_ += line + "\n";
+      of.long_lines += line.size() > kShort ? line.size() : 0;
+      ++of.count;
+      ++count_;
+    }
+  }
+
+ private:
+  static constexpr std::size_t kMostText = 1'760'000,
+                               kShort = 1250;      // half of what is drawn is shorter
+  static constexpr std::size_t kLongLines = 9000;  // of a family, but for the first
+
+  struct Family {
+    std::size_t count = 0, long_lines = 0;
+  };
+
+  static bool has_room(const Family& of, const std::string& line) {
+    return line.size() <= kShort || of.long_lines == 0 || of.long_lines + line.size() <= kLongLines;
+  }
+
+  std::vector<Family> families_;
+  std::size_t most_, count_ = 0;
+  std::string text_;
+};
+
+/// Draws from the families in turn.
 std::string drawn_lines(const Words& words) {
-  constexpr std::size_t kMostText = 1'700'000;  // characters
   const std::vector<int> families = chosen_families(words.family);
-  std::vector<std::size_t> room(families.size(), kMostText / families.size());
-  std::string lines;
-  long written = 0;
-  const std::uint64_t most = 20 * static_cast<std::uint64_t>(words.count);
-  for (std::uint64_t number = 0; written < words.count && number < most; ++number) {
+  const auto count = static_cast<std::size_t>(words.count.value_or(Words::kUsualCount));
+  PairSet set(families.size(), count);
+  for (std::uint64_t number = 0; set.count() < count && number < 20 * count; ++number) {
     referee::Random random(words.seed * 1000003 + number);
     const std::size_t turn = number % families.size();
     const referee::SolidPair pair = referee::make_pair(families[turn], random);
     const auto line = answered(
         pair, pair.family + "-" + std::to_string(words.seed) + "-" + std::to_string(number));
-    if (line && line->size() < room[turn]) {
-      lines += *line + "\n";
-      room[turn] -= line->size() + 1;
-      ++written;
+    if (line) {
+      set.add(turn, *line);
     }
   }
-  return lines;
+  return set.text();
 }
 
 /// The pairs of --pairs; those that are left out are named.
@@ -323,8 +358,9 @@ void add_referee_command(CLI::App& app, int& exit_code) {
                       "Regular expression: families of pairs to draw from (default: all)");
   command->add_option("--pairs", words->pairs,
                       "Pairs as in quoin contact --pairs instead of families");
-  command->add_option("--count", words->count, "Pairs to draw")
-      ->capture_default_str()
+  command
+      ->add_option("--count", words->count,
+                   "Pairs to draw (default: 10000; with --seconds as many as there is time for)")
       ->check(CLI::PositiveNumber);
   command->add_option("--seed", words->seed, "Seed of what is drawn")->capture_default_str();
   command
@@ -348,8 +384,8 @@ void add_referee_command(CLI::App& app, int& exit_code) {
   command
       ->add_option("--write-pairs", words->write_pairs,
                    "Judge nothing: write --count pairs of --family, or those of --pairs, with "
-                   "their exact answers to this file, as in tests/pairs; of large sets, the most "
-                   "that 1.7 MB hold, each family with the same share")
+                   "their exact answers to this file, as in tests/pairs: at most 1.76 MB, few of "
+                   "those that are long to write")
       ->check(path_to_write());
   command->callback([words, &exit_code] {
     exit_code = run_guarded(

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <stdexcept>
 
 namespace quoin::referee {
@@ -77,7 +78,9 @@ void check(const quoin_referee_library& library, const std::string& which) {
 }  // namespace
 
 const quoin_referee_library* load_library(const std::string& file, int index) {
-  void* handle = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+  // a bare name would be looked for among the system's libraries
+  const std::string path = std::filesystem::absolute(file).string();
+  void* handle = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (handle == nullptr) {
     throw std::runtime_error(::dlerror());
   }

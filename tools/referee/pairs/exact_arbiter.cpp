@@ -188,20 +188,36 @@ Triple<T> place(const Pair& pair, const Corner& corner) {
          points_of<T>(pair, 0)[static_cast<std::size_t>(corner.a)];
 }
 
+/// At most four.
+template <class T>
+class Few {
+ public:
+  Few() = default;
+  explicit Few(const T& first) { push_back(first); }
+  void push_back(const T& item) { items_[size_++] = item; }
+  std::size_t size() const { return size_; }
+  const T& operator[](std::size_t i) const { return items_[i]; }
+  const T* begin() const { return items_.data(); }
+  const T* end() const { return items_.data() + size_; }
+
+ private:
+  std::array<T, 4> items_{};
+  std::size_t size_ = 0;
+};
+
 /// A point x = numerator / denominator of the hull of some corners.
 template <class T>
 struct Foot {
   Triple<T> numerator{};
   T denominator{1};
-  std::vector<Corner> corners;
+  Few<Corner> corners;
   bool valid = false;
 };
 
 /// Weights of the point of the affine hull nearest to the origin (Cramer's rule, no division).
 /// False when the points are affinely dependent.
 template <class T>
-bool affine_weights(const std::vector<Triple<T>>& p, std::vector<T>& weights, T& sum) {
-  weights.assign(p.size(), T(0));
+bool affine_weights(const Few<Triple<T>>& p, std::array<T, 4>& weights, T& sum) {
   if (p.size() == 1) {
     weights[0] = 1;
     sum = 1;
@@ -242,14 +258,14 @@ bool affine_weights(const std::vector<Triple<T>>& p, std::vector<T>& weights, T&
 }
 
 template <class T>
-Foot<T> foot_of(const Pair& pair, const std::vector<Corner>& corners) {
+Foot<T> foot_of(const Pair& pair, const Few<Corner>& corners) {
   Foot<T> foot;
   foot.corners = corners;
-  std::vector<Triple<T>> p;
+  Few<Triple<T>> p;
   for (const Corner& corner : corners) {
     p.push_back(place<T>(pair, corner));
   }
-  std::vector<T> weights;
+  std::array<T, 4> weights{};
   if (!affine_weights(p, weights, foot.denominator)) {
     return foot;
   }
@@ -277,10 +293,10 @@ bool nearer(const Foot<T>& u, const Foot<T>& v) {
 /// The point of the hull of at most four corners that is nearest to the origin: the nearest of the
 /// feet of all subsets that lie inside their subset.
 template <class T>
-Foot<T> nearest_of(const Pair& pair, const std::vector<Corner>& corners) {
+Foot<T> nearest_of(const Pair& pair, const Few<Corner>& corners) {
   Foot<T> best;
   for (unsigned subset = 1; subset < (1u << corners.size()); ++subset) {
-    std::vector<Corner> chosen;
+    Few<Corner> chosen;
     for (std::size_t i = 0; i < corners.size(); ++i) {
       if ((subset >> i & 1u) != 0) {
         chosen.push_back(corners[i]);
@@ -335,7 +351,7 @@ int farthest(const Pair& pair, int side, const Triple<T>& direction, int sign) {
 /// The nearest point of B - A to the origin, from a start. In whole numbers each turn comes
 /// strictly nearer and the feet are finitely many, so it ends, at the exact answer.
 template <class T>
-Foot<T> nearest_point(const Pair& pair, const std::vector<Corner>& start, int limit, int& turns) {
+Foot<T> nearest_point(const Pair& pair, const Few<Corner>& start, int limit, int& turns) {
   Foot<T> foot = nearest_of<T>(pair, start);
   for (turns = 0; turns < limit; ++turns) {
     if (foot.corners.size() == 4 || dot(foot.numerator, foot.numerator) == 0) {
@@ -348,7 +364,7 @@ Foot<T> nearest_point(const Pair& pair, const std::vector<Corner>& start, int li
         std::find(foot.corners.begin(), foot.corners.end(), corner) != foot.corners.end()) {
       return foot;
     }
-    std::vector<Corner> corners = foot.corners;
+    Few<Corner> corners = foot.corners;
     corners.push_back(corner);
     Foot<T> next = nearest_of<T>(pair, corners);
     if (!next.valid || !nearer(next, foot)) {
@@ -588,29 +604,58 @@ bool may_support(const std::vector<Triple<Real>>& r, const Edge& e, const Triple
   return below(e.left) && below(e.right);
 }
 
-void add_edge_exits(const Pair& pair, const std::vector<Edge>& edges_a,
-                    const std::vector<Edge>& edges_b, std::vector<Exit>& exits) {
-  for (const Edge& e : edges_a) {
-    for (const Edge& f : edges_b) {
-      Exit exit{.body1 = 0, .p1 = e.p, .q1 = e.q, .body2 = 1, .p2 = f.p, .q2 = f.q};
-      for (const int sign : {1, -1}) {
-        exit.sign = sign;
-        const Triple<Real> n = real_normal(pair, exit);
-        const Triple<Real> back{-n[0], -n[1], -n[2]};
-        const auto& a = pair.real[0];
-        const auto& b = pair.real[1];
-        const Real product =
-            length(a[static_cast<std::size_t>(e.q)] - a[static_cast<std::size_t>(e.p)]) *
-            length(b[static_cast<std::size_t>(f.q)] - b[static_cast<std::size_t>(f.p)]);
-        const Real slack = 0x1p-54L * pair.size * (product + pair.size * std::sqrt(product));
-        if (may_support(a, e, n, slack) && may_support(b, f, back, slack)) {
-          measure(pair, exit);
-          exits.push_back(exit);
-        }
-      }
+/// The exits along one normal of two edges, either way.
+void add_edge_exits(const Pair& pair, const Edge& e, const Edge& f, std::vector<Exit>& exits) {
+  Exit exit{.body1 = 0, .p1 = e.p, .q1 = e.q, .body2 = 1, .p2 = f.p, .q2 = f.q};
+  const auto& a = pair.real[0];
+  const auto& b = pair.real[1];
+  const Triple<Real> n = real_normal(pair, exit);
+  const Triple<Real> back{-n[0], -n[1], -n[2]};
+  const Real product = length(a[static_cast<std::size_t>(e.q)] - a[static_cast<std::size_t>(e.p)]) *
+                       length(b[static_cast<std::size_t>(f.q)] - b[static_cast<std::size_t>(f.p)]);
+  const Real slack = 0x1p-54L * pair.size * (product + pair.size * std::sqrt(product));
+  for (const int sign : {1, -1}) {
+    if (may_support(a, e, sign > 0 ? n : back, slack) &&
+        may_support(b, f, sign > 0 ? back : n, slack)) {
+      exit.sign = sign;
+      measure(pair, exit);
+      exits.push_back(exit);
     }
   }
 }
+
+/// Directions along which the depth is known.
+class KnownDirections {
+ public:
+  /// Whether n is one of them, exactly; else it becomes one. `rounded`: the same in long double, to
+  /// set aside those that can not be equal.
+  bool has_or_add(const Triple<Whole>& n, const Triple<Real>& rounded) {
+    for (const Direction& known : list_) {
+      if (nearly_parallel(known.rounded, rounded) && same(known.n, n)) {
+        return true;
+      }
+    }
+    list_.push_back({n, rounded});
+    return false;
+  }
+
+ private:
+  struct Direction {
+    Triple<Whole> n;
+    Triple<Real> rounded;
+  };
+
+  static bool nearly_parallel(const Triple<Real>& u, const Triple<Real>& v) {
+    const Triple<Real> n = cross(u, v);
+    return dot(n, n) <= 0x1p-112L * dot(u, u) * dot(v, v);
+  }
+  static bool same(const Triple<Whole>& u, const Triple<Whole>& v) {
+    const Triple<Whole> n = cross(u, v);
+    return n[0] == 0 && n[1] == 0 && n[2] == 0 && dot(u, v) > 0;
+  }
+
+  std::vector<Direction> list_;
+};
 
 /// A gap as it is proved: sign · sqrt(numerator) / denominator units.
 struct ProvedGap {
@@ -624,7 +669,12 @@ ProvedGap proved_depth(const Pair& pair) {
   std::vector<Exit> exits = face_exits(pair, 0, hull_a);
   const std::vector<Exit> more = face_exits(pair, 1, hull_b);
   exits.insert(exits.end(), more.begin(), more.end());
-  add_edge_exits(pair, edges_of(pair, 0, hull_a), edges_of(pair, 1, hull_b), exits);
+  const std::vector<Edge> edges_a = edges_of(pair, 0, hull_a), edges_b = edges_of(pair, 1, hull_b);
+  for (const Edge& e : edges_a) {
+    for (const Edge& f : edges_b) {
+      add_edge_exits(pair, e, f, exits);
+    }
+  }
   Real limit = INFINITY;
   for (const Exit& exit : exits) {
     limit = std::min(limit, exit.depth + exit.error);
@@ -632,11 +682,15 @@ ProvedGap proved_depth(const Pair& pair) {
   ProvedGap answer;
   answer.sign = -1;
   Whole best_depth = -1, best_square = 1;  // depth = best_depth / sqrt(best_square)
+  KnownDirections known;
   for (const Exit& exit : exits) {
     if (exit.depth - exit.error > limit) {
       continue;
     }
     const Triple<Whole> n = whole_normal(pair, exit);
+    if (known.has_or_add(n, real_normal(pair, exit))) {
+      continue;
+    }
     const Whole square = dot(n, n);
     if (square == 0) {
       continue;
@@ -658,7 +712,7 @@ ProvedGap proved_depth(const Pair& pair) {
 
 /// Nearest point of B - A to the origin: guessed in long double, proved or mended in whole numbers.
 Foot<Whole> proved_nearest_point(const Pair& pair, int& turns) {
-  const Foot<Real> guess = nearest_point<Real>(pair, {Corner{}}, 200, turns);
+  const Foot<Real> guess = nearest_point<Real>(pair, Few(Corner{}), 200, turns);
   return nearest_point<Whole>(pair, guess.corners, 100000, turns);
 }
 
@@ -789,7 +843,7 @@ long double ExactPair::distance_in_long_double(int side, const RealPoint& place)
   guess.real[1] = {place};
   guess.size = numbers_->pair.size;
   int turns = 0;
-  const Foot<Real> foot = nearest_point<Real>(guess, {Corner{}}, 200, turns);
+  const Foot<Real> foot = nearest_point<Real>(guess, Few(Corner{}), 200, turns);
   return foot.corners.size() == 4 ? 0 : length(foot.numerator) / foot.denominator;
 }
 

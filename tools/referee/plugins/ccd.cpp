@@ -18,7 +18,8 @@ struct PlacedPoints {
 };
 
 void* make_solid(const quoin_referee_solid* solid) {
-  auto* made = new PlacedPoints{quoin::referee::points_of(*solid), {}, {}};
+  auto* made = new PlacedPoints;
+  made->points = quoin::referee::points_of(*solid);
   for (const Vector3& point : made->points) {
     made->middle += point / static_cast<double>(made->points.size());
   }

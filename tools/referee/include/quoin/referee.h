@@ -2,7 +2,7 @@
 #define QUOIN_REFEREE_H
 /* A contact library as a plug-in of `quoin referee`: a shared library that exports
  * quoin_referee_plugin(). SI units (m). The referee loads it in a process of its own, so it may
- * crash, hang or throw without harm; it is asked by one thread.
+ * crash, hang, throw, print or take too much memory without harm; it is asked by one thread.
  *
  * What a library does not offer it leaves out of `offers`, and is not judged by it. */
 
@@ -73,7 +73,7 @@ typedef struct quoin_referee_library {
    * diameter; 0: rounding alone. */
   double promised_error;
 
-  /* Null: the library refuses the solid. */
+  /* Null: the library refuses the solid. What `solid` points to lasts for the call alone. */
   void* (*make_solid)(const quoin_referee_solid* solid);
   void (*free_solid)(void* solid);
   /* What the library keeps of a pair from one question to the next; both null: nothing. */
@@ -81,9 +81,10 @@ typedef struct quoin_referee_library {
   void (*free_memory)(void* memory);
   /* Placements first: set_placement moves a solid, and is timed with the question. */
   void (*set_placement)(void* solid, const quoin_referee_placement* placement);
-  /* memory: null, or of this pair. */
+  /* memory: null, or of this pair. Null: no gaps are offered. */
   quoin_referee_status (*ask)(void* a, void* b, void* memory, quoin_referee_answer* answer);
-  /* Contact points; *count in: room, out: number of them. Null: none are offered. */
+  /* Contact points; *count in: room (4096), out: number of them, at most that. Null: none are
+   * offered. */
   quoin_referee_status (*list_points)(void* a, void* b, void* memory, quoin_referee_point* points,
                                       int* count);
 } quoin_referee_library;
