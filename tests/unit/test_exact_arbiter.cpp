@@ -147,6 +147,12 @@ TEST_CASE("arbiter: distance of a point, and width") {
   CHECK(std::isnan(pair.distance(1, {std::nan(""), 0, 0}, 1.0)));
   CHECK(quoin::tests::exact_width({box({1, 0.5, 0.25}), {}}) == 0.5L);
   CHECK_THROWS(quoin::tests::exact_width({box({1, 0.5, 0}), {}}));
+  Points bent = cube;
+  bent.row(2) *= std::numeric_limits<double>::denorm_min();  // its last bit is far from a metre's
+  bent(2, 0) = -1;
+  const ExactPair far({bent, {}}, {cube, {}});
+  CHECK(far.place({0.5, 0, 0})[0] == 1);
+  CHECK(far.distance(0, {-0.5, -0.5, -1.5}, 0.0) == 0.5);
 }
 
 TEST_CASE("arbiter: agrees with a blind search over directions") {

@@ -145,6 +145,18 @@ bool near_hull(const SharedCorners& points, const Vector2& place, double toleran
   return inside;
 }
 
+bool well_inside(const SharedCorners& points, const SmallVector<int, 32>& order,
+                 const Vector2& place, double tolerance) {
+  bool inside = order.size() > 2;
+  for (std::size_t k = 0; k < order.size() && inside; ++k) {
+    const int after = order[k + 1 < order.size() ? k + 1 : 0];
+    const Vector2& from = points[static_cast<std::size_t>(order[k])].place;
+    const Vector2 side = points[static_cast<std::size_t>(after)].place - from;
+    inside = cross2(side, place - from) > tolerance * side.norm();
+  }
+  return inside;
+}
+
 SharedCorner nearest_in_hull(const SharedCorners& corners, const Vector2& place) {
   const auto nearer = [&](const SharedCorner& c, const SharedCorner& d) {
     return (c.place - place).squaredNorm() < (d.place - place).squaredNorm();

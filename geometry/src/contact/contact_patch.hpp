@@ -44,6 +44,11 @@ bool name_cut(const Solid& p, const Solid& q, const ProjectedFeature& patch_p,
 /// Is a place within `tolerance` (m) of the convex hull of the points?
 bool near_hull(const SharedCorners& points, const Vector2& place, double tolerance);
 
+/// Does a place lie inside the convex hull of the points, whose corners `order` names, by more than
+/// `tolerance` (m)?
+bool well_inside(const SharedCorners& points, const SmallVector<int, 32>& order,
+                 const Vector2& place, double tolerance);
+
 /// The place in the convex hull of corners that is nearest to a place: a corner, with its names, or
 /// nameless.
 SharedCorner nearest_in_hull(const SharedCorners& corners, const Vector2& place);

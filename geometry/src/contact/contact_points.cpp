@@ -315,7 +315,7 @@ void add_stretch_points(const ProjectedFeature& patch_p, const ProjectedFeature&
   lay_top(work.p, patch_p.face, pair.plane, 1.0, 0.5 * pair.tolerance, top_p);
   lay_top(work.q, patch_q.face, pair.plane, -1.0, 0.5 * pair.tolerance, top_q);
   SharedCorners shared;
-  append_shared_corners(top_p, top_q, work.rounding, shared);
+  append_shared_corners(top_p, top_q, 0.0, shared);  // on both: both have width
   if (shared.empty()) return;
   const Surfaces surfaces(work.p, work.q, pair.plane, work.band + work.rounding, work.rounding);
   for (const SharedCorner& end : ends) {
@@ -329,6 +329,56 @@ void add_stretch_points(const ProjectedFeature& patch_p, const ProjectedFeature&
   }
 }
 
+/// Where the way from a corner of the shared part to the next comes to a gap that lies between
+/// theirs (m). The gap of two solids is convex along it: the chord comes to that gap no later, and
+/// so does each further one from there to the corner beyond.
+SharedCorner place_of_gap(const SharedCorner& inner, const SharedCorner& outer, double gap,
+                          const LateInit<Surfaces>& surfaces, double rounding) {
+  constexpr int kChords = 16;  // most often the second is the last: gaps are linear but for kinks
+  SharedCorner place = inner;
+  for (int chord = 0; chord < kChords; ++chord) {
+    const double share = (gap - gap_of(place)) / (gap_of(outer) - gap_of(place));
+    place = {place.place + share * (outer.place - place.place),
+             place.height_p + share * (outer.height_p - place.height_p),
+             place.height_q + share * (outer.height_q - place.height_q),
+             {FeatureKind::Edge, -1},
+             {FeatureKind::Edge, -1}};
+    SharedCorner lifted = place;
+    if (!surfaces || !surfaces->lift(lifted)) return place;
+    place = lifted;
+    if (!(gap_of(place) < gap - rounding)) return place;
+  }
+  return place;
+}
+
+/// A place between two corners whose gaps are larger than `gap` (m) where the solids come that
+/// near, or as near as they do: the gap is convex on the way, and the golden section finds its
+/// least.
+SharedCorner near_place(const SharedCorner& from, const SharedCorner& to, double gap,
+                        const Surfaces& surfaces) {
+  constexpr double kGolden = 0.6180339887498949;
+  constexpr int kSections = 48;  // 1e-10 of the way
+  const auto at = [&](double share) {
+    SharedCorner place = from;
+    place.place += share * (to.place - from.place);
+    return surfaces.lift(place) ? place : from;
+  };
+  double low = 0.0, high = 1.0;
+  SharedCorner left = at(1.0 - kGolden), right = at(kGolden);
+  for (int k = 0; k < kSections && std::min(gap_of(left), gap_of(right)) > gap; ++k) {
+    if (gap_of(left) < gap_of(right)) {
+      high = low + kGolden * (high - low);
+      right = left;
+      left = at(high - kGolden * (high - low));
+    } else {
+      low = high - kGolden * (high - low);
+      left = right;
+      right = at(low + kGolden * (high - low));
+    }
+  }
+  return gap_of(left) < gap_of(right) ? left : right;
+}
+
 /// Where tol above the least gap is reached on the border of the shared part, which goes on to
 /// twice that: either solid may lie tol below its support plane.
 void add_tolerance_line(const Working& work, const ProjectedFeature& patch_p,
@@ -336,22 +386,24 @@ void add_tolerance_line(const Working& work, const ProjectedFeature& patch_p,
                         const LateInit<Surfaces>& surfaces, PairPoints& pair) {
   SmallVector<int, 32> order;
   find_order(part.corners, order);
+  const double limit = pair.gap + work.band;
+  const auto add = [&](const SharedCorner& inner, const SharedCorner& outer) {
+    const SharedCorner place = place_of_gap(inner, outer, limit, surfaces, work.rounding);
+    add_patch_point(work, patch_p, patch_q, place, pair);
+  };
   for (std::size_t k = 0; k < order.size(); ++k) {
     const SharedCorner& from = part.corners[static_cast<std::size_t>(order[k])];
     const SharedCorner& to =
         part.corners[static_cast<std::size_t>(order[k + 1 < order.size() ? k + 1 : 0])];
-    const double limit = pair.gap + work.band, here = gap_of(from) - limit,
-                 there = gap_of(to) - limit;
-    if ((here > 0.0) == (there > 0.0)) continue;
-    const double share = here / (here - there);
-    SharedCorners place;
-    place.push_back({from.place + share * (to.place - from.place),
-                     from.height_p + share * (to.height_p - from.height_p),
-                     from.height_q + share * (to.height_q - from.height_q),
-                     {FeatureKind::Edge, -1},
-                     {FeatureKind::Edge, -1}});
-    if (surfaces) surfaces->lift(place);
-    add_patch_point(work, patch_p, patch_q, place[0], pair);
+    const bool leaves = gap_of(to) > limit, enters = gap_of(from) > limit;
+    if (leaves != enters) {
+      add(leaves ? from : to, leaves ? to : from);
+    } else if (leaves && surfaces) {
+      const SharedCorner near = near_place(from, to, limit, *surfaces);
+      if (gap_of(near) > limit) continue;
+      add(near, from);
+      add(near, to);
+    }
   }
 }
 
@@ -390,23 +442,26 @@ void find_shared_part(const Working& work, const LateInit<Surfaces>& surfaces, P
   }
 }
 
-/// What lies between other points, within tol of the least gap as they are, says nothing more: of
-/// labels that rounding has split there would be a point at each crossing of their sides. Corners
-/// of the points' hull, those that stand for a corner of the polygon, and the lowest stay.
+/// Within tol of the least gap, as they all are, what lies inside the hull of the points says
+/// nothing more: of labels that rounding has split there would be a point at each crossing of their
+/// sides. Corners of the hull, what stands for a corner of the polygon, the lowest, and vertices on
+/// the border stay.
 void drop_inner_points(PairPoints& pair) {
   SmallVector<int, 32> order;
   find_order(pair.merged, order);
   const auto lower = [](const SharedCorner& c, const SharedCorner& d) {
     return gap_of(c) < gap_of(d);
   };
-  order.push_back(static_cast<int>(std::min_element(pair.merged.begin(), pair.merged.end(), lower) -
-                                   pair.merged.begin()));
-  std::size_t kept = 0;
+  const auto lowest = std::min_element(pair.merged.begin(), pair.merged.end(), lower);
+  SharedCorners kept;
   for (std::size_t k = 0; k < pair.merged.size(); ++k) {
-    const bool stays = pair.merged[k].share > 0.0 || order.contains(static_cast<int>(k));
-    if (stays) pair.merged[kept++] = pair.merged[k];
+    const SharedCorner& point = pair.merged[k];
+    const bool crossing = point.feature_p.kind == FeatureKind::Edge;
+    const bool inner = crossing ? !order.contains(static_cast<int>(k))
+                                : well_inside(pair.merged, order, point.place, pair.tolerance);
+    if (!inner || point.share > 0.0 || &point == lowest) kept.push_back(point);
   }
-  pair.merged.resize(kept);
+  pair.merged = kept;
 }
 
 /// The area of the polygon goes to the nearest points.

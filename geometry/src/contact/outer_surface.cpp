@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "numeric/floating_point.hpp"
-#include "polygon/contact_polygon.hpp"
 #include "polygon/cross2.hpp"
 
 namespace quoin::geometry {
@@ -14,6 +13,10 @@ namespace {
 /// (1e-15 D) aside lies farther below than tol (1e-9 D). Heights are means of those of vertices, so
 /// what is not known of a steep one's is along it, and never above it.
 constexpr double kSteep = 1e6;
+/// Of the rounding of a place: so far beside the surface it counts as on it. As for the vertices of
+/// a label (kFlat): what is promised of points is little more than that rounding, and they have
+/// their own.
+constexpr double kBeside = 0.5;
 
 /// How far a point lies beyond the sides of a face, as seen along its normal.
 double beyond_sides(const Shape& shape, int face, const Vector3& point) {
@@ -103,24 +106,44 @@ bool OuterSurface::faces(const Triangle& t) const {
 
 /// The areas opposite to the corners are the shares of their heights, as seen from the place: those
 /// of a needle would drown in the rounding of its length otherwise. Shares are kept between 0 and
-/// 1, and the place that they then stand for must be this one within rounding.
+/// 1, and the place that they then stand for must be this one within rounding. In a needle rounding
+/// moves that place along it, and what the needle rises on the way is taken back.
 OuterSurface::Cover OuterSurface::cover(const Triangle& t, const Vector2& place) const {
   const std::array<Vector2, 3> step{at(t[0]) - place, at(t[1]) - place, at(t[2]) - place};
   double sum = 0.0, height = 0.0;
   Vector2 covered = Vector2::Zero();
+  bool inside = true;
   for (std::size_t k = 0; k < 3; ++k) {
-    const double opposite = std::max(0.0, cross2(step[(k + 1) % 3], step[(k + 2) % 3]));
+    const double area = cross2(step[(k + 1) % 3], step[(k + 2) % 3]);
+    const double opposite = std::max(0.0, area);
+    inside = inside && area > 0.0;
     sum += opposite;
     height += opposite * heights_[static_cast<std::size_t>(t[k])];
     covered += opposite * step[k];
   }
-  const double beside = kBesideBorder * rounding_, limit = beside * sum;
+  const double beside = kBeside * rounding_, limit = beside * sum;
   if (sum > 0.0 && covered.squaredNorm() <= limit * limit) return {true, height / sum};
+  if (inside) return {true, height / sum - rise_along(t, step, covered / sum)};
   return cover_side(t, step, beside);
 }
 
-/// Of a needle rounding moves the place that shares stand for along it; on a side the height is
-/// that of its ends.
+/// How much a needle rises along its longest side while a place moves by `way`.
+double OuterSurface::rise_along(const Triangle& t, const std::array<Vector2, 3>& step,
+                                const Vector2& way) const {
+  double longest = 0.0, rise = 0.0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t next = (k + 1) % 3;
+    const Vector2 side = step[next] - step[k];
+    if (side.squaredNorm() <= longest) continue;
+    longest = side.squaredNorm();
+    const double from = heights_[static_cast<std::size_t>(t[k])];
+    const double to = heights_[static_cast<std::size_t>(t[next])];
+    rise = (to - from) * side.dot(way) / longest;
+  }
+  return rise;
+}
+
+/// On a side the height is that of its ends.
 OuterSurface::Cover OuterSurface::cover_side(const Triangle& t, const std::array<Vector2, 3>& step,
                                              double beside) const {
   Cover best;

@@ -19,7 +19,8 @@ Bumps bumps(const Solid& solid, int face);
 class OuterSurface {
  public:
   /// `outward` is +1 for P, -1 for Q. Of use over places where the solid reaches to within `depth`
-  /// (m) of its support plane; a place up to `rounding` (m) beside the solid counts as on it.
+  /// (m) of its support plane; a place up to half of `rounding` (m) beside the solid counts as on
+  /// it.
   OuterSurface(const Solid& solid, const ContactPlane& plane, double outward, double depth,
                double rounding);
   /// Height over a place along the normal of the plane; `otherwise` where it is not known. m
@@ -40,6 +41,8 @@ class OuterSurface {
   Cover cover(const Triangle& triangle, const Vector2& place) const;
   Cover cover_side(const Triangle& triangle, const std::array<Vector2, 3>& step,
                    double beside) const;
+  double rise_along(const Triangle& triangle, const std::array<Vector2, 3>& step,
+                    const Vector2& way) const;
   bool raise(Triangle& triangle, const Vector2& place, double& height) const;
   const Vector2& at(int i) const { return places_[static_cast<std::size_t>(i)]; }
 
