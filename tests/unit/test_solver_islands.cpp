@@ -73,6 +73,27 @@ void add_bullet(Scene& scene, const Vector3& at) {
   scene.blocks[static_cast<std::size_t>(b)].velocity = Vector3(0, 40, 0);
 }
 
+/// A grain of a millimetre that slides on its own ground, in metres.
+void add_grain(Scene& scene, const Vector3& at) {
+  add_ground(scene, at);
+  const int b = scene.add_rigid(box(at, {1e-3, 1e-3, 1e-3}), kRigid);
+  scene.blocks[static_cast<std::size_t>(b)].velocity = Vector3(0.05, 0, 0);
+}
+
+/// A cube so fast that the search reaches far beyond every other block.
+void add_shot(Scene& scene, const Vector3& at) {
+  const int b = scene.add_rigid(box(at + Vector3(0, 0, 3), Vector3::Ones()), kRigid);
+  scene.blocks[static_cast<std::size_t>(b)].velocity = Vector3(-900, 0, 0);
+}
+
+/// A cube that is put down on an edge and rocks: its face is tilted by less than a reach.
+void add_rocker(Scene& scene, const Vector3& at) {
+  add_ground(scene, at);
+  const int b = scene.add_block(box(at + Vector3(-0.3, -0.3, 0), {0.6, 0.6, 1.2}), kRock);
+  scene.blocks[static_cast<std::size_t>(b)].angular_velocity = Vector3(0.1, 0.4, 0);
+  scene.blocks[static_cast<std::size_t>(b)].velocity = Vector3(0.2, 0, 0.05);
+}
+
 /// A heap of small blocks, dropped: hard to solve.
 void add_heap(Scene& scene, const Vector3& at) {
   add_ground(scene, at);
@@ -140,6 +161,12 @@ TEST_CASE("islands: a part moves to the bit as if the other one were not there")
   CHECK(steps_alike(add_slider, add_impact, options, 60) == 60);
   CHECK(steps_alike(add_impact, add_slider, options, 60) == 60);
   CHECK(steps_alike(add_slider, add_heap, options, 40) == 40);
+  CHECK(steps_alike(add_tower, add_grain, options, 30) == 30);
+  CHECK(steps_alike(add_rocker, add_grain, options, 200) == 200);
+  CHECK(steps_alike(add_tower, add_shot, options, 30) == 30);
+  CHECK(steps_alike(add_rocker, add_shot, options, 200) == 200);
+  CHECK(steps_alike(add_heap, add_grain, options, 120) == 120);
+  CHECK(steps_alike(add_heap, add_shot, options, 120) == 120);
 }
 
 TEST_CASE("islands: cuts of one are not those of another") {
