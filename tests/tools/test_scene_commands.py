@@ -89,6 +89,13 @@ class SceneCommands(unittest.TestCase):
         self.assertIn("without support: b1", done.stdout)
         self.assertEqual(quoin("check", self.folder / "none.json").returncode, 1)
 
+    def test_check_ends_a_step_that_lasts(self):
+        path = self.folder / "dust.json"
+        quoin("make", "bin", "--size", "1e-5", "--out", path)
+        done = quoin("check", path, "--max-seconds", "0.3")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("was stopped", done.stdout)
+
     def test_overlap_taken_as_touching_stays_where_it_is(self):
         scene = self.boxes(-0.01)
         scene |= {"initial_overlap": "zero", "monitors": [{"name": "m", "block": "b0"}]}

@@ -1,8 +1,10 @@
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <quoin/geometry/mass_properties.hpp>
 
 #include "scene_file/mesh_file.hpp"
+#include "scene_file/moved_hulls.hpp"
 #include "scene_file/scene_error.hpp"
 #include "scene_file/scene_file.hpp"
 #include "support/catch.hpp"
@@ -125,6 +127,33 @@ TEST_CASE("files of other programs: two boxes that share an edge and a part of a
     }
   }
   CHECK(files == 17);
+}
+
+TEST_CASE("a mesh that is an earlier one moved, exactly, takes over its topology") {
+  scene_file::MovedHulls hulls;
+  int made = 0;
+  const auto made_for = [&](const geometry::Vector3& shift) {
+    MeshBlock mesh = cube_mesh({{0, 0, 1}, {1, 0, 1}, {1, 1, 1.5}, {0, 1, 1.5}});
+    mesh.vertices.colwise() += shift;
+    const int before = made;
+    const auto make = [&] {
+      ++made;
+      return convex_block(mesh, -1);
+    };
+    const geometry::Shape shape = hulls.shape_of(mesh, make), whole = convex_block(mesh, -1);
+    CHECK(shape.vertices() == whole.vertices());
+    CHECK(std::ranges::equal(shape.topology().triangles(), whole.topology().triangles()));
+    REQUIRE(shape.topology().face_count() == whole.topology().face_count());
+    for (int f = 0; f < whole.topology().face_count(); ++f) {
+      CHECK(std::ranges::equal(shape.topology().face(f), whole.topology().face(f)));
+    }
+    return made - before;
+  };
+  CHECK(made_for({0, 0, 0}) == 1);
+  CHECK(made_for({3, -2, 0.25}) == 0);
+  CHECK(made_for({0.1, 0, 0}) == 1);  // 1.1 - 0.1 rounds
+  CHECK(made_for({1e9, 0, 0}) == 1);  // exact, but its labels are coarser
+  CHECK(made_for({1e9, 8, 0}) == 0);
 }
 
 TEST_CASE("a byte order mark belongs to no word") {

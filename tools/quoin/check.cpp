@@ -13,7 +13,9 @@
 #include <quoin/geometry/mass_properties.hpp>
 
 #include "commands.hpp"
+#include "in_range.hpp"
 #include "scene_file/scene_file.hpp"
+#include "stop.hpp"
 
 namespace quoin::commands {
 namespace {
@@ -27,6 +29,7 @@ using solver::BlockKind;
 struct CheckArguments {
   std::string scene;
   std::vector<std::string> changes;
+  double max_seconds = 60.0;  // for the step that is tried, wall time
   bool json = false;
 };
 
@@ -245,7 +248,7 @@ bool is_refused(const SceneFile& file, const std::vector<PairStart>& pairs) {
                      [](const PairStart& pair) { return -pair.gap > kRefused * pair.size; });
 }
 
-json report_of(const SceneFile& file, const std::string& path) {
+json report_of(const SceneFile& file, const std::string& path, double max_seconds) {
   const std::vector<PairStart> pairs = pairs_at_start(file.scene);
   json loose = json::array();
   for (const int block : without_support(file.scene, pairs)) {
@@ -263,6 +266,7 @@ json report_of(const SceneFile& file, const std::string& path) {
   solver::StepOptions options = file.options;
   options.analysis = file.stages.at(0).analysis;
   options.time_step = file.stages.at(0).time_step;
+  options.watch = [stop = StopRequest(max_seconds)](const solver::StepReport&) { return !stop(); };
   solver::Simulation simulation(file.scene, options);
   const solver::StepReport trial = simulation.advance();
   report["time_step"] = time_step_json(file, trial);
@@ -331,7 +335,7 @@ void print_run(const json& report) {
 
 int check(const CheckArguments& arguments) {
   const SceneFile file = scene_file::read_scene(arguments.scene, arguments.changes);
-  const json report = report_of(file, arguments.scene);
+  const json report = report_of(file, arguments.scene, arguments.max_seconds);
   const bool refused = report["refused"].get<bool>();
   if (arguments.json) {
     std::printf("%s\n", report.dump(2, ' ', false, json::error_handler_t::replace).c_str());
@@ -363,6 +367,11 @@ void add_check_command(CLI::App& app, int& exit_code) {
   command->add_option("scene", arguments->scene, "scene file, JSON")->required();
   command->add_option("--set", arguments->changes, "change the scene before it is read, as in run")
       ->type_name("NAME=VALUE");
+  command
+      ->add_option("--max-seconds", arguments->max_seconds,
+                   "end the step that is tried after this wall time, s")
+      ->check(in_range(0, kMostSeconds))
+      ->capture_default_str();
   command->add_flag("--json", arguments->json, "the same as JSON, with all pairs");
   command->callback([arguments, &exit_code] {
     try {

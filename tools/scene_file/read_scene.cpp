@@ -9,6 +9,7 @@
 #include <set>
 
 #include "scene_file/mesh_file.hpp"
+#include "scene_file/moved_hulls.hpp"
 #include "scene_file/overrides.hpp"
 #include "scene_file/read_json.hpp"
 #include "scene_file/read_shape.hpp"
@@ -426,10 +427,12 @@ class Reader {
       file_.scene.blocks.reserve(meshes.size());
       entries_.reserve(meshes.size());
     }
+    const double tolerance = value.value("convexity_tolerance", -1.0);
+    MovedHulls hulls;
     for (const MeshBlock& mesh : meshes) {
       try {
-        const geometry::Shape shape = convex_block(mesh, value.value("convexity_tolerance", -1.0));
-        auto shared = std::make_shared<const geometry::Shape>(topologies_.share(shape));
+        auto shared = std::make_shared<const geometry::Shape>(
+            hulls.shape_of(mesh, [&] { return topologies_.share(convex_block(mesh, tolerance)); }));
         add({std::move(shared), pose_of(value, pointer)}, mesh.id,
             {.value = &value,
              .index = index,
