@@ -629,39 +629,6 @@ void add_edge_exits(const Pair& pair, const Edge& e, const Edge& f, std::vector<
   }
 }
 
-/// Directions along which the depth is known.
-class KnownDirections {
- public:
-  /// Whether n is one of them, exactly; else it becomes one. `rounded`: the same in long double, to
-  /// set aside those that can not be equal.
-  bool has_or_add(const Triple<Whole>& n, const Triple<Real>& rounded) {
-    for (const Direction& known : list_) {
-      if (nearly_parallel(known.rounded, rounded) && same(known.n, n)) {
-        return true;
-      }
-    }
-    list_.push_back({n, rounded});
-    return false;
-  }
-
- private:
-  struct Direction {
-    Triple<Whole> n;
-    Triple<Real> rounded;
-  };
-
-  static bool nearly_parallel(const Triple<Real>& u, const Triple<Real>& v) {
-    const Triple<Real> n = cross(u, v);
-    return dot(n, n) <= 0x1p-112L * dot(u, u) * dot(v, v);
-  }
-  static bool same(const Triple<Whole>& u, const Triple<Whole>& v) {
-    const Triple<Whole> n = cross(u, v);
-    return n[0] == 0 && n[1] == 0 && n[2] == 0 && dot(u, v) > 0;
-  }
-
-  std::vector<Direction> list_;
-};
-
 /// A gap as it is proved: sign · sqrt(numerator) / denominator units.
 struct ProvedGap {
   Whole numerator, denominator = 1;
@@ -687,15 +654,11 @@ ProvedGap proved_depth(const Pair& pair) {
   ProvedGap answer;
   answer.sign = -1;
   Whole best_depth = -1, best_square = 1;  // depth = best_depth / sqrt(best_square)
-  KnownDirections known;
   for (const Exit& exit : exits) {
     if (exit.depth - exit.error > limit) {
       continue;
     }
     const Triple<Whole> n = whole_normal(pair, exit);
-    if (known.has_or_add(n, real_normal(pair, exit))) {
-      continue;
-    }
     const Whole square = dot(n, n);
     if (square == 0) {
       continue;
