@@ -106,8 +106,7 @@ bool OuterSurface::faces(const Triangle& t) const {
 
 /// The areas opposite to the corners are the shares of their heights, as seen from the place: those
 /// of a needle would drown in the rounding of its length otherwise. Shares are kept between 0 and
-/// 1, and the place that they then stand for must be this one within rounding. In a needle rounding
-/// moves that place along it, and what the needle rises on the way is taken back.
+/// 1, and the place that they then stand for must be this one within rounding.
 OuterSurface::Cover OuterSurface::cover(const Triangle& t, const Vector2& place) const {
   const std::array<Vector2, 3> step{at(t[0]) - place, at(t[1]) - place, at(t[2]) - place};
   double sum = 0.0, height = 0.0;
@@ -123,24 +122,27 @@ OuterSurface::Cover OuterSurface::cover(const Triangle& t, const Vector2& place)
   }
   const double beside = kBeside * rounding_, limit = beside * sum;
   if (sum > 0.0 && covered.squaredNorm() <= limit * limit) return {true, height / sum};
-  if (inside) return {true, height / sum - rise_along(t, step, covered / sum)};
+  if (inside) return {true, needle_height(t, step)};
   return cover_side(t, step, beside);
 }
 
-/// How much a needle rises along its longest side while a place moves by `way`.
-double OuterSurface::rise_along(const Triangle& t, const std::array<Vector2, 3>& step,
-                                const Vector2& way) const {
-  double longest = 0.0, rise = 0.0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::size_t next = (k + 1) % 3;
-    const Vector2 side = step[next] - step[k];
-    if (side.squaredNorm() <= longest) continue;
-    longest = side.squaredNorm();
-    const double from = heights_[static_cast<std::size_t>(t[k])];
-    const double to = heights_[static_cast<std::size_t>(t[next])];
-    rise = (to - from) * side.dot(way) / longest;
+/// Over a place inside a needle, where rounding moves along it what shares by areas stand for: the
+/// share of the corner beyond the longest side by distances from that side, and along the side by
+/// lengths. Between the heights of the corners however little the first is known.
+double OuterSurface::needle_height(const Triangle& t, const std::array<Vector2, 3>& step) const {
+  std::size_t from = 0;
+  const auto side_at = [&](std::size_t k) -> Vector2 { return step[(k + 1) % 3] - step[k]; };
+  for (std::size_t k = 1; k < 3; ++k) {
+    if (side_at(k).squaredNorm() > side_at(from).squaredNorm()) from = k;
   }
-  return rise;
+  const std::size_t to = (from + 1) % 3, beyond = (from + 2) % 3;
+  const auto height = [&](std::size_t k) { return heights_[static_cast<std::size_t>(t[k])]; };
+  const Vector2 side = side_at(from), corner = step[beyond] - step[from];
+  const double whole = cross2(side, corner), squared = side.squaredNorm();
+  const double share = std::clamp(cross2(step[from], step[to]) / whole, 0.0, 1.0);
+  const double past = (-side.dot(step[from]) - share * side.dot(corner)) / squared;
+  const double rest = 1.0 - share, along = std::clamp(past, 0.0, rest);
+  return share * height(beyond) + (rest - along) * height(from) + along * height(to);
 }
 
 /// On a side the height is that of its ends.

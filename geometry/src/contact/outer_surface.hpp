@@ -41,8 +41,7 @@ class OuterSurface {
   Cover cover(const Triangle& triangle, const Vector2& place) const;
   Cover cover_side(const Triangle& triangle, const std::array<Vector2, 3>& step,
                    double beside) const;
-  double rise_along(const Triangle& triangle, const std::array<Vector2, 3>& step,
-                    const Vector2& way) const;
+  double needle_height(const Triangle& triangle, const std::array<Vector2, 3>& step) const;
   bool raise(Triangle& triangle, const Vector2& place, double& height) const;
   const Vector2& at(int i) const { return places_[static_cast<std::size_t>(i)]; }
 

@@ -22,7 +22,8 @@ struct Question {
 /// bumpy faces their corners alone carry another plane that is as good.
 void describe_best(const CanonicalPair& pair, Optimum& optimum, NearestFeatures& answer) {
   Optimum whole(optimum.faces);
-  const bool doubtful = optimum.converged && !optimum.straight && !pair.length.uneven;
+  const bool doubtful =
+      optimum.converged && !optimum.straight && !optimum.several && !pair.length.uneven;
   const bool flush = doubtful && whole_faces(pair.p, pair.q, pair.length, optimum.plane, whole);
   optimum.iterations += whole.iterations;
   describe(pair.p, pair.q, flush ? whole : optimum, pair.length, answer);

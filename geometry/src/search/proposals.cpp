@@ -133,7 +133,12 @@ bool whole_faces(const Solid& p, const Solid& q, const Lengths& length, const Ca
   ContactSets& sets = optimum.plane.sets;
   take_feature(p, {FeatureKind::Face, face_p}, sets.p, sets.face_p);
   take_feature(q, {FeatureKind::Face, face_q}, sets.q, sets.face_q);
-  return straight_answer(p, q, length, near.normal, optimum);
+  if (!straight_answer(p, q, length, near.normal, optimum) || !optimum.faces) return false;
+  ContactPolygon& part = *optimum.faces;
+  find_polygon(part);
+  if (!part.corners.empty() && surely_wide(p, q, part, length.contact)) return true;
+  optimum.faces.reset();
+  return false;
 }
 
 double least_gap(const SearchResult& found, double rounding) {

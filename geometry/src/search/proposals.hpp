@@ -32,8 +32,8 @@ void take_corners(const Solid& p, const Solid& q, const SearchResult& found, Con
 bool settle_corners(const Solid& p, const Solid& q, const SearchResult& found,
                     const Lengths& length, CandidatePlane& plane);
 
-/// The plane of two whole faces around the vertices that carry a plane, if it is theirs and proved
-/// to be the answer.
+/// The plane of two whole faces around the vertices that carry a plane, if it is theirs, proved to
+/// be the answer, and they share a polygon surely wider than tol.
 bool whole_faces(const Solid& p, const Solid& q, const Lengths& length, const Candidate& near,
                  Optimum& optimum);
 
