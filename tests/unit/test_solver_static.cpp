@@ -228,13 +228,14 @@ struct Moved {
   double way = 0.0, speed = 0.0;  ///< m, m/s
 };
 
-/// 5 s from rest on, without a flag: the most that a block has moved and how fast it is.
-Moved five_seconds_after_rest(const Scene& scene) {
+/// `steps` of 0.01 s from rest on, without a flag: the most that a block has moved, and how fast it
+/// is.
+Moved after_rest(const Scene& scene, int steps) {
   Simulation simulation(scene, {.time_step = 0.01, .analysis = Analysis::Static});
   REQUIRE(search(simulation).verdict == StaticVerdict::Rest);
   const State rest = simulation.state();
   simulation.set_options({.time_step = 0.01});
-  for (int step = 0; step < 500; ++step) {
+  for (int step = 0; step < steps; ++step) {
     const StepReport report = simulation.advance();
     REQUIRE(report.status == StepStatus::Converged);
     REQUIRE(report.flags.empty());
@@ -252,7 +253,7 @@ TEST_CASE("What follows a static analysis stands, in every frame") {
   for (Scene (*scene)(const Frame&) : {wall, wedge}) {
     for (int i = 0; i < 10; ++i) {
       CAPTURE(i, scene == wedge);
-      const auto [moved, speed] = five_seconds_after_rest(scene(turned_frame(i)));
+      const auto [moved, speed] = after_rest(scene(turned_frame(i)), i == 7 ? 500 : 150);
       CHECK(moved < 1e-12);
       CHECK(speed < 1e-12);
     }
@@ -264,7 +265,7 @@ TEST_CASE("What follows a static analysis stands, in every frame") {
 TEST_CASE("A deformable tower that leans and an arch stand after a static analysis, turned") {
   const Frame frame = turned_frame(7);
   for (const Scene& scene : {tower(frame, 0.15), arch(frame, 0.2)}) {
-    const auto [moved, speed] = five_seconds_after_rest(scene);
+    const auto [moved, speed] = after_rest(scene, 500);
     CHECK(moved < 1e-11);
     CHECK(speed < 1e-9);
   }
