@@ -8,6 +8,8 @@ import sys
 import tempfile
 
 quoin, root = sys.argv[1], pathlib.Path(sys.argv[2])
+LOSSES = ["friction_loss", "impact_loss", "algorithmic_loss"]
+PARTS = ["kinetic", "potential", "strain", "contact", "work", *LOSSES]
 AXIS, ANGLE, FAR = [1, 2, -0.5], 47.0, [1e6, -2e6, 5e5]
 
 
@@ -68,10 +70,11 @@ def failures_of(name, path):
     found += [f"{name}: {r['name']}: error {r['error']:.3g}, allowed {r['allowed']}"
               for r in summary["references"] if not (r["ok"] and r["steps_compared"] > 0)]
     energy = summary["energy"]
-    if not abs(energy["closure"]) <= 1e-5 * energy["scale"]:
-        found.append(f"{name}: the ledger is off by {energy['closure']:.3g} J of {energy['scale']:.3g} J")
-    for loss in ("friction_loss", "impact_loss", "algorithmic_loss"):
-        if not energy[loss] >= -1e-9 * max(1.0, energy["scale"]):
+    turned_over = sum(abs(energy[part]) for part in PARTS)
+    if not abs(energy["closure"]) <= 1e-5 * turned_over:
+        found.append(f"{name}: the ledger is off by {energy['closure']:.3g} J of {turned_over:.3g} J")
+    for loss in LOSSES:
+        if not energy[loss] >= -1e-7 * turned_over:
             found.append(f"{name}: {loss} {energy[loss]:.3g} J")
     return found
 

@@ -19,6 +19,15 @@ double vibration_energy(const BlockModel& model, const BlockState& state) {
   return kinetic_energy(model, state) - kinetic_energy(model, stiff);
 }
 
+/// What the inertia of a static step takes on its way, J: D (2 M/tau^2) D, lost when it is at rest.
+double held_back(const BlockModel& model, const Vector12& increment, double tau) {
+  BlockState moving;
+  moving.velocity = increment.head<3>() / tau;
+  moving.angular_velocity = increment.segment<3>(3) / tau;
+  moving.strain_rate = increment.tail<6>() / tau;
+  return 4.0 * kinetic_energy(model, moving);
+}
+
 void account_blocks(const SubStep& step, const StepPoses& poses, StepEnergy& energy) {
   const Vector3 gravity = step.compiled.scene.gravity.at(step.load_time());
   const double lag = step.scheme().end_share - 0.5;
@@ -30,6 +39,7 @@ void account_blocks(const SubStep& step, const StepPoses& poses, StepEnergy& ene
     const Vector12& d = poses.increment[index(blocks[s])];
     energy.work_on[s] = model.mass * gravity.dot(d.head<3>());
     energy.gravity_work += energy.work_on[s];
+    if (!step.dynamic()) energy.scheme_loss += held_back(model, d, step.length);
     if (model.unknowns != 12) continue;
     if (step.dynamic() && !poses.deforms[index(blocks[s])]) {
       energy.impact_loss += vibration_energy(model, step.state[index(blocks[s])]);
