@@ -101,6 +101,7 @@ void transfer(Archive& archive, AnyState& state, AnyWorkspace& work) {
   list(archive, work.motion);
   list(archive, work.last.velocity);
   list(archive, work.last.hit);
+  list(archive, work.last.crowded);
   list(archive, work.stored);
 }
 

@@ -75,6 +75,13 @@ TEST_CASE("Where the positions have all the energy that there is, they have the 
   CHECK_THAT(step.kinetic(), WithinRel(500.0, 1e-6));
 }
 
+TEST_CASE("Where the positions have more energy than there is, the least on the line is left") {
+  Step step(300.0, {1, 0, 0}, {0, 2, 0});  // 500 J, 2000 J, and 400 J a fifth of the way
+  step.bound({0, 1});
+  CHECK_THAT(step.kinetic(), WithinRel(400.0, 1e-12));
+  CHECK_THAT(step.end.blocks[0].velocity.y(), WithinRel(0.4, 1e-12));
+}
+
 TEST_CASE("An island is judged by its own energy") {
   const auto kinetic = [](std::vector<int> islands) {
     Step step(500.0, {1, 0, 0}, {0, 0, 0});

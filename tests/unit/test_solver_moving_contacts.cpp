@@ -1,8 +1,10 @@
 /// The projection on the cone, and the proximal Newton method on problems with known answers.
 
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <numbers>
 #include <quoin/geometry/build.hpp>
 #include <quoin/solver/contact_problem.hpp>
 #include <sstream>
@@ -69,6 +71,14 @@ Vector3 sum_of(const ContactSolution& solution, std::size_t first, std::size_t c
   Vector3 sum = Vector3::Zero();
   for (std::size_t i = first; i < first + count; ++i) sum += solution.forces[i];
   return sum;
+}
+
+/// At 2 Hz from now on; amplitude by gravity.
+void shake(const Vector3& amplitude, Block& block) {
+  block.kind = BlockKind::Prescribed;
+  block.motion = {MotionKind::Acceleration, VectorOfTime([=](double time) -> Vector3 {
+                    return 9.81 * std::cos(4.0 * std::numbers::pi * time) * amplitude;
+                  })};
 }
 
 }  // namespace
@@ -167,6 +177,58 @@ TEST_CASE(
       REQUIRE(std::abs(place() - start - 0.5 * pull) <= 1e-3 * 0.5 * pull);
     }
   }
+}
+
+TEST_CASE("what sticks does not creep on a base that is shaken below the limit") {
+  Scene scene{.joint = {.friction_angle = std::atan(0.5)}};
+  scene.add_fixed(quoin::geometry::make_box({-5, -5, -1}, {5, 5, 0}));
+  shake({0.2, 0, 0}, scene.blocks[0]);
+  constexpr int count = 3;
+  for (int i = 0; i < count; ++i) {
+    scene.add_rigid(quoin::geometry::make_box({0, 0, 0.5 * i}, {1, 1, 0.5 * (i + 1)}),
+                    {.density = 2600});
+  }
+  for (const auto iteration : {ContactIteration::ProximalNewton, ContactIteration::Automatic}) {
+    Simulation simulation(scene, {.time_step = 5e-3, .contact_iteration = iteration});
+    const auto stretch = [&](int block) -> Vector3 {
+      const auto& blocks = simulation.state().blocks;
+      const auto at = static_cast<std::size_t>(block);
+      return blocks[at].centroid - blocks[at - 1].centroid;
+    };
+    std::array<Vector3, count> start;
+    for (int i = 0; i < count; ++i) start[static_cast<std::size_t>(i)] = stretch(i + 1);
+    for (int step = 0; step < 1000; ++step) {
+      REQUIRE(simulation.advance().status == StepStatus::Converged);
+    }
+    for (int i = 0; i < count; ++i) {
+      CAPTURE(name(iteration), i);
+      CHECK((stretch(i + 1) - start[static_cast<std::size_t>(i)]).norm() <= 1e-6 * 0.5);
+    }
+  }
+}
+
+TEST_CASE("a wall shaken across by half of gravity rocks and comes down, and no step is lost") {
+  Scene scene{.joint = {.friction_angle = std::atan(0.7)}};
+  scene.add_fixed(quoin::geometry::make_box({-2, -2, -1}, {4, 2, 0}));
+  shake({0, 0.5, 0}, scene.blocks[0]);
+  for (int row = 0; row < 6; ++row) {
+    const double shift = row % 2 == 0 ? 0.0 : 0.2;
+    for (int i = 0; i < 3 + row % 2; ++i) {
+      const double low = std::max(0.0, 0.4 * i - shift),
+                   high = std::min(1.2, 0.4 * (i + 1) - shift);
+      scene.add_rigid(quoin::geometry::make_box({low, 0, 0.2 * row}, {high, 0.2, 0.2 * (row + 1)}),
+                      {.density = 2000});
+    }
+  }
+  Simulation simulation(scene, {.time_step = 5e-3});
+  int crowded = 0;
+  for (int step = 0; step < 100; ++step) {
+    const StepReport report = simulation.advance();
+    REQUIRE(report.status == StepStatus::Converged);
+    crowded += report.proximal_newton_attempts > 0 ? 1 : 0;
+    CHECK(report.largest_overlap <= 1e-3 * 0.2);
+  }
+  CHECK(crowded > 0);
 }
 
 TEST_CASE("an attempt that yields takes no more iterations than it may") {

@@ -100,9 +100,7 @@ void Made::save_moving(double time_step, double otherwise) const {
 }
 
 void Made::save_changing(double time_step, double otherwise, const json& change) const {
-  json moving = {{"analysis", "dynamic"},
-                 {"duration", end_time(otherwise)},
-                 {"contact_iteration", "automatic"}};
+  json moving = {{"analysis", "dynamic"}, {"duration", end_time(otherwise)}};
   moving.update(change);
   save(time_step, json::array({json{{"analysis", "static"}}, moving}));
 }

@@ -96,7 +96,6 @@ void make_bin(const Stone& stone, const Bin& bin) {
   made.watch(numbered("rock", bin.blocks - 1));
   made.save(kMovingStep, json::array({json{{"analysis", "dynamic"},
                                            {"duration", made.end_time(10.0)},
-                                           {"contact_iteration", "automatic"},
                                            {"until", "rest"},
                                            {"unbalance", 1e-3}}}));
 }

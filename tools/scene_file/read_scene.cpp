@@ -602,10 +602,10 @@ class Reader {
                                                     solver::ContactIteration otherwise) {
     using solver::ContactIteration;
     const std::string stated = value.value("contact_iteration", name(otherwise));
-    for (const auto known : {ContactIteration::ProximalNewton, ContactIteration::Automatic}) {
+    for (const auto known : {ContactIteration::OpenClose, ContactIteration::ProximalNewton}) {
       if (stated == name(known)) return known;
     }
-    return ContactIteration::OpenClose;
+    return ContactIteration::Automatic;
   }
 
   void read_options() {

@@ -34,7 +34,7 @@ struct Stage {
   long max_steps = 1000;        ///< static, settle until rest: at rest by then
   double unbalance = 1e-6;      ///< limit of StepReport::unbalance at rest
   double time_step = 0.0;       ///< s
-  solver::ContactIteration contact_iteration = solver::ContactIteration::OpenClose;
+  solver::ContactIteration contact_iteration = solver::ContactIteration::Automatic;
   bool reset_displacements = false;              ///< they count from the start of this stage
   std::shared_ptr<const solver::Scene> scene{};  ///< from this stage on; null: as before
   std::vector<StageVelocity> velocities{};       ///< dynamic: when the stage begins

@@ -14,8 +14,9 @@ class ContactSolver {
 
   /// Iterations of all solve() until the next call.
   void allow(int iterations) { iterations_left_ = iterations; }
-  /// Contacts are exact, until an iteration gives that up.
-  void start() { yielding_ = false; }
+  /// Of ContactIteration::Automatic: the proximal Newton method from the start, or from the problem
+  /// on that the open–close iteration does not solve soon.
+  void start(ContactIteration first) { yielding_ = first == ContactIteration::ProximalNewton; }
 
   /// Of positions or velocities, as OpenClose::solve(); tuning.max_iterations is set here.
   OpenCloseResult solve(const StepOptions& options, const BlockEquations& blocks,
@@ -25,7 +26,7 @@ class ContactSolver {
   /// Of the open–close iteration.
   LinearSolver& linear_solver() { return open_close_.linear_solver(); }
 
-  /// Contacts have yielded since start(), and go on so.
+  /// The proximal Newton method is at work.
   bool yielding() const { return yielding_; }
 
  private:

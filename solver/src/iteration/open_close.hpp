@@ -13,6 +13,7 @@ struct OpenCloseOptions {
   double force_tolerance = 1e-10;  ///< relative to the forces at a block
   double gap_tolerance = 1e-12;    ///< m
   double gap_rounding = 0.0;  ///< m: a smaller gap or slip is zero for all that doubles can tell
+  Mending mending{};          ///< of contacts of the proximal Newton method
   int max_iterations = 200;
   bool raise = false;      ///< augmentation where the gap falls slowly
   bool predicted = false;  ///< the first guess is no solution yet: blocks may stand instead

@@ -26,7 +26,8 @@ class ConeProblem {
   /// The unknown is the change against `guess`, so that forces and motions are rounded like it.
   /// All arguments must outlive the use of this object.
   void set(const BlockSystem& base, const BlockVector& force,
-           std::span<const LinearContact> contacts, const BlockVector& guess);
+           std::span<const LinearContact> contacts, const BlockVector& guess,
+           const Mending& mending = {});
 
   std::size_t count() const { return cones_.size(); }
   Vector3 cone_force(std::size_t contact, const Vector3& force) const;  ///< x of f

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "moving/cone.hpp"
@@ -11,15 +12,17 @@ namespace {
 
 // Chosen on single steps of piles, shaken walls, towers, arches and slopes, and on runs of them.
 constexpr int kSweeps = 10;
-constexpr double kForces = 100.0;   // times the tolerance: gaps come out as much better than forces
+constexpr double kForces = 1e4;     // times the tolerance: gaps come out as much better than forces
 constexpr int kMostHard = 20;       // steps on hard contacts before they yield by
 constexpr double kSoftness = 0.03;  // and, where Newton's method does not end in
 constexpr int kMostSoft = 12;       // steps, by
 constexpr double kSofter = 4.0;     // times as much, up to
 constexpr double kSoftest = 2.0;
-constexpr int kMostUpdates = 3;   // of the forces about which contacts yield, while they yield by
-constexpr double kYield = 1e-6;   // more than this of the smallest block; each time by
-constexpr double kStiffer = 0.3;  // times as much
+constexpr double kNear = 1e-3;    // the residual from which hard contacts are what they yield about
+constexpr int kMostUpdates = 3;   // of the forces about which they yield, while they do so by
+constexpr double kYield = 1e-6;   // more than this of the smallest block,
+constexpr double kLess = 0.7;     // by less than this of the time before,
+constexpr int kMostInUpdate = 8;  // and in so many steps
 
 void add(const IterationCount& part, IterationCount& total) {
   total.converged = part.converged;
@@ -46,6 +49,7 @@ void MovingContacts::start(std::span<const LinearContact> contacts, bool first) 
   softness_ = 0.0;
   problem_.respond(x_, motion_);
   for (int sweep = 0; sweep < kSweeps; ++sweep) problem_.sweep(x_);
+  bar_ = x_;
 }
 
 /// How far contacts yield, m.
@@ -71,28 +75,41 @@ IterationCount MovingContacts::solve_soft(double tolerance) {
   return total;
 }
 
-/// Contacts that yield too far do so about the forces that they have come to, and again.
+/// Hard contacts; where these are not found contacts yield, about forces that push no block out:
+/// those of the sweeps while hard ones are far from a solution.
 IterationCount MovingContacts::iterate(double tolerance, double allowed_yield) {
   if (softness_ > 0.0) return solve_soft(tolerance);
   IterationCount total =
       newton_.solve_hard(problem_, {tolerance, std::min(kMostHard, iterations_left_)}, x_);
   iterations_left_ -= total.iterations;
-  bar_ = x_;
+  if (total.residual <= kNear) bar_ = x_;
   if (total.converged) return total;
-  for (int update = 0; update <= kMostUpdates; ++update) {
+  softness_ = kSoftness;
+  add(solve_soft(tolerance), total);
+  if (total.converged) add(yield_less(tolerance, allowed_yield), total);
+  return total;
+}
+
+/// Contacts that yield too far do so about the forces that they have come to, and again: the
+/// proximal point method. What there was is a solution, too, where that does not end.
+IterationCount MovingContacts::yield_less(double tolerance, double allowed_yield) {
+  IterationCount total{.converged = true};
+  double yield = largest_yield(), before = std::numeric_limits<double>::infinity();
+  for (int update = 0; update < kMostUpdates; ++update) {
+    if (yield <= allowed_yield || yield > kLess * before) break;
     last_x_ = x_;
     last_bar_ = std::exchange(bar_, x_);
-    const bool solved = total.converged;
-    const double softness = std::exchange(softness_, kSoftness * std::pow(kStiffer, update));
-    add(solve_soft(tolerance), total);
-    if (solved && !total.converged) {  // what there was is a solution, too
+    const IterationLimit limit{tolerance, std::min(kMostInUpdate, iterations_left_)};
+    const IterationCount count = newton_.solve_soft(problem_, softness_, bar_, limit, x_);
+    iterations_left_ -= count.iterations;
+    add(count, total);
+    if (!count.converged) {
       x_ = last_x_;
       bar_ = last_bar_;
-      softness_ = softness;
       total.converged = true;
       break;
     }
-    if (!total.converged || largest_yield() <= allowed_yield) break;
+    before = std::exchange(yield, largest_yield());
   }
   return total;
 }
@@ -118,7 +135,7 @@ void MovingContacts::record(std::span<LinearContact> contacts) {
 OpenCloseResult MovingContacts::solve(const BlockSystem& base, const BlockVector& force,
                                       std::span<LinearContact> contacts,
                                       const OpenCloseOptions& options, BlockVector& increment) {
-  problem_.set(base, force, contacts, increment);
+  problem_.set(base, force, contacts, increment, options.mending);
   start(contacts, options.predicted || bar_force_.size() != contacts.size());
   iterations_left_ = options.max_iterations;
   const double length = *std::ranges::min_element(slots_->length);

@@ -26,6 +26,7 @@ class MovingContacts {
   void start(std::span<const LinearContact> contacts, bool first);
   IterationCount iterate(double tolerance, double allowed_yield);
   IterationCount solve_soft(double tolerance);
+  IterationCount yield_less(double tolerance, double allowed_yield);
   double largest_yield() const;
   void record(std::span<LinearContact> contacts);
 

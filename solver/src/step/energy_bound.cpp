@@ -31,14 +31,16 @@ struct GroupEnergy {
   double positions = 0.0, middle = 0.0, law = 0.0;  ///< kinetic
 };
 
-/// Share of the way from the positions' velocities at which kinetic energy, a square of it, comes
-/// to what is available; 1: all the way.
+/// Share of the way from the positions' velocities, along which kinetic energy is a square: as far
+/// as there is energy for, and where that is not even so for these, where it is least.
 double allowed_share(const GroupEnergy& e) {
   const double available = e.available + kAllowed * e.magnitude;
-  if (!(e.law - e.pushed > std::max(available, e.positions))) return 1.0;
-  if (!(e.positions < available)) return 0.0;
+  if (!(e.law - e.pushed > available)) return 1.0;
   const double bend = 2.0 * (e.positions + e.law - 2.0 * e.middle);
   const double slope = e.law - e.pushed - e.positions - bend;
+  if (!(e.positions < available)) {
+    return bend > 0.0 ? std::clamp(-0.5 * slope / bend, 0.0, 1.0) : 0.0;
+  }
   const double left = available - e.positions;  // bend s2 + slope s = left
   const double root = std::sqrt(std::max(0.0, slope * slope + 4.0 * bend * left));
   return std::min(1.0, 2.0 * left / (slope + root));

@@ -46,6 +46,7 @@ void start(const StepRun& run, Island& island) {
     work.last.length[slot] = run.before.last.length[slot];
     work.last.velocity[slot] = run.before.last.velocity[slot];
     work.last.hit[b] = run.before.last.hit[b];
+    work.last.crowded[b] = run.before.last.crowded[b];
   }
   island.memory.solver.linear_solver().choose(run.options.linear_solver);
   island.begun = true;

@@ -11,6 +11,8 @@ struct LastSubStep {
   std::vector<double> length;  ///< by slot of CompiledScene::slots, s; 0: none
   BlockVector velocity;        ///< at its start, likewise
   std::vector<char> hit;  ///< by block: an impact passed through it, or through the last attempt
+  /// By block: its island needed the proximal Newton method, and had not come to rest.
+  std::vector<char> crowded;
 };
 
 /// All vectors of `poses` for so many blocks.

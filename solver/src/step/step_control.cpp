@@ -100,6 +100,13 @@ bool stood_still(const StepRun& run, const Island& island) {
          std::ranges::all_of(island.own(), at_rest);
 }
 
+/// No contact slid, opened or closed in the attempt: the island moves as one body, if at all.
+bool keeps_modes(const Island& island) {
+  return std::ranges::all_of(island.attempt.linear, [](const LinearContact& c) {
+    return c.mode == (c.was_closed ? ContactMode::Stick : ContactMode::Open);
+  });
+}
+
 /// Energy in the springs that the island has from the last sub-step, J; `stored`: by slot.
 double stored_energy(const CompiledScene& compiled, const Island& island,
                      std::span<const double> stored) {
@@ -138,6 +145,7 @@ void accept(const StepRun& run, Island& island) {
   const SubStep step = sub_step(run, island);
   const StepEnergy& energy = island.attempt.energy;
   island.still = stood_still(run, island);
+  const bool crowded = island.memory.solver.yielding() && !keeps_modes(island);
   const double before = stored_energy(run.compiled, island, work.stored);
   const double growth = book(step, energy, work.end, before, island.energy);
   const bool first = island.count.sub_steps == 0;
@@ -150,6 +158,7 @@ void accept(const StepRun& run, Island& island) {
     work.stored[slot] = energy.stored[s];
     work.last.length[slot] = step.dynamic() ? island.length : 0.0;
     work.last.velocity[slot] = velocity_vector(now);
+    work.last.crowded[index(block)] = crowded;
     now = work.end[index(block)];
   }
   set_held_forces(island, work.now);
@@ -171,8 +180,10 @@ void reject(const StepRun& run, Island& island, double length) {
 }
 
 /// A step with an impact is parted shortly before its first one, once: until then contacts push, in
-/// what is left the impact is all. Length of that part, s; 0: the attempt stands.
+/// what is left the impact is all. In a crowd there are impacts in all of it. Length of that part,
+/// s; 0: the attempt stands.
 double part_before_impact(const Island& island, double smallest) {
+  if (island.memory.solver.yielding()) return 0.0;
   const double part = island.length * (island.attempt.first_impact - kBeforeImpact);
   const bool worth = part >= std::max(kBeforeImpact * island.length, smallest);
   return island.solved && !island.parted && worth ? part : 0.0;

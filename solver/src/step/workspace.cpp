@@ -21,6 +21,7 @@ Workspace::Workspace(const CompiledScene& compiled, int given_threads)
       paper(std::make_unique<PaperMemory>(compiled.slots, &watch)) {
   const std::size_t slots = compiled.slots.size.size();
   last = {std::vector<double>(slots, 0.0), BlockVector(slots, Vector12::Zero()),
+          std::vector<char>(compiled.models.size(), 0),
           std::vector<char>(compiled.models.size(), 0)};
   stored.assign(slots, 0.0);
   energy_scale.resize(compiled.models.size());

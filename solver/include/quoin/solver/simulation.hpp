@@ -28,7 +28,8 @@ enum class ContactIteration : std::uint8_t {
   OpenClose,  ///< Newton's method on the augmented Lagrangian: exact to rounding where blocks rest
   ProximalNewton,  ///< on friction cones, for crowds that slide, rock and pile up; where hard
                    ///< contacts are not found they yield a little
-  Automatic  ///< OpenClose, and ProximalNewton for the rest of a step that it does not solve soon
+  Automatic  ///< OpenClose; ProximalNewton for islands that it does not solve soon, until they come
+             ///< to rest
 };
 
 /// As in scene files: "open_close", "proximal_newton", "automatic".
@@ -95,7 +96,7 @@ struct StepOptions {
   double tolerance = 1e-10;  ///< relative, of forces and of gaps to block size
   /// Of AugmentedLagrangian. Steps with springs, cohesion, bonds or held points are always
   /// OpenClose's.
-  ContactIteration contact_iteration = ContactIteration::OpenClose;
+  ContactIteration contact_iteration = ContactIteration::Automatic;
   /// Iterations of one attempt at a sub-step, open–close or proximal Newton, all its rounds
   /// together; Paper, Penalty: linear solves. A step that can't be solved is tried eleven times,
   /// each half as long.
