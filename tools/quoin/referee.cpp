@@ -361,14 +361,14 @@ void add_referee_command(CLI::App& app, int& exit_code) {
   command
       ->add_option("--count", words->count,
                    "Pairs to draw (default: 10000; with --seconds as many as there is time for)")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(1L, 1000000000L));
   command->add_option("--seed", words->seed, "Seed of what is drawn")->capture_default_str();
   command
       ->add_option("--steps", words->steps,
                    "Questions for each pair, which moves on by up to 1e-3 of its size and as "
                    "many radians; libraries may remember")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(1L, 1000000000L));
   command->add_option("--seconds", words->seconds, "End after so much time, s")
       ->check(in_range(1e-3, kMostSeconds));
   command->add_option("--limit", words->limit, "Time for one answer, s")
