@@ -40,22 +40,23 @@ Triple<T> cross(const Triple<T>& u, const Triple<T>& v) {
 
 Real length(const Triple<Real>& u) { return std::sqrt(dot(u, u)); }
 
-Real rounded(const Whole& number, long exponent) {
+/// Takes the leading 53 bits off `number` and returns them times 2^exponent.
+Real take_leading(Whole& number, long exponent) {
   long e = 0;
-  const double high = mpz_get_d_2exp(&e, number.get_mpz_t());
-  const Whole rest = number - [&] {
-    Whole whole(std::ldexp(high, 53));
-    if (e >= 53) {
-      whole <<= static_cast<mp_bitcnt_t>(e - 53);
-    } else {
-      whole >>= static_cast<mp_bitcnt_t>(53 - e);
-    }
-    return whole;
-  }();
-  long rest_e = 0;
-  const double low = mpz_get_d_2exp(&rest_e, rest.get_mpz_t());
-  return std::ldexp(Real(high), static_cast<int>(e + exponent)) +
-         std::ldexp(Real(low), static_cast<int>(rest_e + exponent));
+  const double leading = mpz_get_d_2exp(&e, number.get_mpz_t());
+  Whole taken(std::ldexp(leading, 53));
+  if (e >= 53) {
+    taken <<= static_cast<mp_bitcnt_t>(e - 53);
+  } else {
+    taken >>= static_cast<mp_bitcnt_t>(53 - e);
+  }
+  number -= taken;
+  return std::ldexp(Real(leading), static_cast<int>(e + exponent));
+}
+
+Real rounded(Whole number, long exponent) {
+  const Real high = take_leading(number, exponent);
+  return high + take_leading(number, exponent);
 }
 
 /// Both point sets twice: as whole multiples of 2^exponent and rounded to long double, both
@@ -707,9 +708,8 @@ ExactPair::ExactPair(const PlacedPoints& a, const PlacedPoints& b)
   n.pair.whole[1] = whole_points(b, n.pair.exponent);
   const Triple<Whole> origin = n.pair.whole[0].front();
   for (std::size_t k = 0; k < 3; ++k) {
-    n.origin_high[k] = Real(mpz_get_d(origin[k].get_mpz_t()));
-    const Whole rest = origin[k] - Whole(static_cast<double>(n.origin_high[k]));
-    n.origin_high[k] = std::ldexp(n.origin_high[k], static_cast<int>(n.pair.exponent));
+    Whole rest = origin[k];
+    n.origin_high[k] = take_leading(rest, n.pair.exponent);
     n.origin_low[k] = rounded(rest, n.pair.exponent);
   }
   add_real(n.pair, origin);
