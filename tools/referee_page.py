@@ -20,7 +20,7 @@ STYLE = """body{font:16px/1.45 sans-serif;margin:2em auto;max-width:88em;padding
 td,th{padding:.2em .6em;border-bottom:1px solid #ddd;white-space:nowrap}th{vertical-align:bottom}
 td,th{text-align:right}td:first-child,th:first-child{text-align:left}.bad{color:#a00;font-weight:bold}
 .none{color:#999}pre{background:#f5f5f5;padding:.6em;overflow-x:auto;font-size:13px}img{max-width:100%}
-.narrow{font-size:13px}.narrow td,.narrow th{padding:.2em .4em}.narrow th{white-space:normal;max-width:5em}"""
+.narrow{font-size:12px}.narrow td,.narrow th{padding:.2em .3em}.narrow th{white-space:normal;max-width:5em}"""
 HEAD = ["asked", "answered", "faulty", "gap error, median", "largest", "time, median"]
 FLOOR = 1e-18  # an error of 0 is drawn here
 NOTHING = '<span class="none">–</span>'

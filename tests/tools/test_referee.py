@@ -118,17 +118,17 @@ class Referee(unittest.TestCase):
         self.assertEqual([library["families"]["all"]["asked"] for library in report["libraries"]], [3, 3])
 
     def test_seconds_are_filled(self):
-        report = self.judge("--plugin", PLUGINS / "overlaps_only.so", "--family", "^tetrahedra$", "--seconds", 3)
-        self.assertGreater(report["seconds"], 2.9)
+        report = self.judge("--plugin", PLUGINS / "overlaps_only.so", "--family", "^tetrahedra$", "--seconds", 1)
+        self.assertGreater(report["seconds"], 0.9)
         self.assertLess(report["seconds"], 10)
 
     def test_ctrl_c(self):
         """What was judged is written, and nothing goes on: also where the library hangs."""
-        report, out = self.path / "report.json", self.path / "out"
+        report = self.path / "report.json"
         run = subprocess.Popen([QUOIN, "referee", "--plugin", PLUGINS / "lies.so", "--plugin", PLUGINS / "hangs.so", "--limit",
-                                "0.5", "--json", report, "--report", out], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                "0.3", "--json", report], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                text=True, start_new_session=True)
-        time.sleep(2)
+        time.sleep(1)
         children = subprocess.run(["pgrep", "-P", str(run.pid)], capture_output=True, text=True, check=True).stdout.split()
         self.assertTrue(children)
         os.killpg(run.pid, signal.SIGINT)
@@ -138,7 +138,6 @@ class Referee(unittest.TestCase):
         tallies = [library["families"]["all"] for library in json.loads(report.read_text())["libraries"]]
         self.assertGreater(tallies[0]["asked"], 0)
         self.assertNotIn("crash", tallies[0]["kinds"])
-        self.assertIn("Referee of contact libraries", (out / "index.html").read_text())
         self.assertFalse([child for child in children if pathlib.Path("/proc", child).exists()])
 
     def test_killed(self):

@@ -2,8 +2,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "support/catch.hpp"
 #include "referee/pairs/exact_arbiter.hpp"
+#include "support/catch.hpp"
 #include "support/random.hpp"
 
 namespace {
@@ -90,6 +90,14 @@ TEST_CASE("arbiter: closed forms") {
   CHECK(exact_gap(cube, moved(cube, one, {1 + 0x1p-52, 0, 0})).gap == 0x1p-52L);
   CHECK(exact_gap(cube, moved(cube, one, {1.25, 0, 0})).normal == Vector3(1, 0, 0));
   CHECK(exact_gap(cube, moved(cube, one, {0, -0.75, 0})).normal == Vector3(0, -1, 0));
+}
+
+TEST_CASE("arbiter: coordinates farther apart than the range of a double") {
+  const Points cube = moved(box(Vector3::Constant(0.5)), Matrix3::Identity(), {0x1p20, 0, 0});
+  Points other(3, 9);
+  other << moved(cube, Matrix3::Identity(), {1.25, 0, 0}), Vector3(0x1p20 + 1.25, 0x1p-1074, 0);
+  CHECK(exact_gap(cube, other).gap == 0.25L);
+  CHECK(exact_gap(other, cube).gap == 0.25L);
 }
 
 TEST_CASE("arbiter: cases G01, G02, G07, G08") {

@@ -237,9 +237,9 @@ class PairSet {
   }
 
  private:
-  static constexpr std::size_t kMostText = 1'760'000,
-                               kShort = 1250;      // half of what is drawn is shorter
-  static constexpr std::size_t kLongLines = 9000;  // of a family, but for the first
+  // Characters. 240 000 are left for the pairs of tests/pairs that were found; two boxes turned by
+  // rounded rotations take some 1200; of longer lines a family has so many, or one.
+  static constexpr std::size_t kMostText = 1'760'000, kShort = 1250, kLongLines = 9000;
 
   struct Family {
     std::size_t count = 0, long_lines = 0;
@@ -250,7 +250,8 @@ class PairSet {
   }
 
   std::vector<Family> families_;
-  std::size_t most_, count_ = 0;
+  std::size_t most_;  ///< of a family: a quarter more than its share
+  std::size_t count_ = 0;
   std::string text_;
 };
 
