@@ -2,8 +2,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "support/catch.hpp"
 #include "referee/pairs/exact_arbiter.hpp"
+#include "support/catch.hpp"
 #include "support/random.hpp"
 
 namespace {
