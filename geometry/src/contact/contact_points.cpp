@@ -446,7 +446,7 @@ void find_shared_part(const Working& work, const LateInit<Surfaces>& surfaces, P
 /// nothing more: of labels that rounding has split there would be a point at each crossing of their
 /// sides. Corners of the hull, what stands for a corner of the polygon, the lowest, and vertices on
 /// the border stay.
-void drop_inner_points(PairPoints& pair) {
+void drop_inner_points(const ContactPolygon& part, PairPoints& pair) {
   SmallVector<int, 32> order;
   find_order(pair.merged, order);
   const auto lower = [](const SharedCorner& c, const SharedCorner& d) {
@@ -459,7 +459,9 @@ void drop_inner_points(PairPoints& pair) {
     const bool crossing = point.feature_p.kind == FeatureKind::Edge;
     const bool inner = crossing ? !order.contains(static_cast<int>(k))
                                 : well_inside(pair.merged, order, point.place, pair.tolerance);
-    if (!inner || point.share > 0.0 || &point == lowest) kept.push_back(point);
+    const bool stays = !inner || point.share > 0.0 || &point == lowest ||
+                       has_near(part.corners, point.place, pair.tolerance);
+    if (stays) kept.push_back(point);
   }
   pair.merged = kept;
 }
@@ -470,7 +472,7 @@ void share_area(const ContactPolygon& part, double band, PairPoints& pair) {
   for (std::size_t i = 0; i < part.corners.size(); ++i) {
     nearest_point(part.corners[i].place, i, pair.merged).share += part.corners[i].share;
   }
-  if (band <= pair.tolerance) drop_inner_points(pair);
+  if (band <= pair.tolerance) drop_inner_points(part, pair);
   balance_shares(part.polygon, pair.merged);
 }
 

@@ -13,10 +13,6 @@ namespace {
 /// (1e-15 D) aside lies farther below than tol (1e-9 D). Heights are means of those of vertices, so
 /// what is not known of a steep one's is along it, and never above it.
 constexpr double kSteep = 1e6;
-/// Of the rounding of a place: so far beside the surface it counts as on it. As for the vertices of
-/// a label (kFlat): what is promised of points is little more than that rounding, and they have
-/// their own.
-constexpr double kBeside = 0.5;
 
 /// How far a point lies beyond the sides of a face, as seen along its normal.
 double beyond_sides(const Shape& shape, int face, const Vector3& point) {
@@ -120,10 +116,10 @@ OuterSurface::Cover OuterSurface::cover(const Triangle& t, const Vector2& place)
     height += opposite * heights_[static_cast<std::size_t>(t[k])];
     covered += opposite * step[k];
   }
-  const double beside = kBeside * rounding_, limit = beside * sum;
+  const double limit = rounding_ * sum;
   if (sum > 0.0 && covered.squaredNorm() <= limit * limit) return {true, height / sum};
   if (inside) return {true, needle_height(t, step)};
-  return cover_side(t, step, beside);
+  return cover_side(t, step);
 }
 
 /// Over a place inside a needle, where rounding moves along it what shares by areas stand for: the
@@ -146,8 +142,8 @@ double OuterSurface::needle_height(const Triangle& t, const std::array<Vector2, 
 }
 
 /// On a side the height is that of its ends.
-OuterSurface::Cover OuterSurface::cover_side(const Triangle& t, const std::array<Vector2, 3>& step,
-                                             double beside) const {
+OuterSurface::Cover OuterSurface::cover_side(const Triangle& t,
+                                             const std::array<Vector2, 3>& step) const {
   Cover best;
   for (std::size_t k = 0; k < 3; ++k) {
     const std::size_t next = (k + 1) % 3;
@@ -155,7 +151,7 @@ OuterSurface::Cover OuterSurface::cover_side(const Triangle& t, const std::array
     const double squared = side.squaredNorm();
     if (!(squared > 0.0)) continue;
     const double share = std::clamp(-side.dot(step[k]) / squared, 0.0, 1.0);
-    if ((step[k] + share * side).squaredNorm() > beside * beside) continue;
+    if ((step[k] + share * side).squaredNorm() > rounding_ * rounding_) continue;
     const double from = heights_[static_cast<std::size_t>(t[k])];
     const double to = heights_[static_cast<std::size_t>(t[next])];
     const double height = from + share * (to - from);

@@ -19,8 +19,8 @@ Bumps bumps(const Solid& solid, int face);
 class OuterSurface {
  public:
   /// `outward` is +1 for P, -1 for Q. Of use over places where the solid reaches to within `depth`
-  /// (m) of its support plane; a place up to half of `rounding` (m) beside the solid counts as on
-  /// it.
+  /// (m) of its support plane; a place up to `rounding` (m) beside the solid counts as on it.
+  /// No farther: that, and the rounding of the points themselves, is what is promised of them.
   OuterSurface(const Solid& solid, const ContactPlane& plane, double outward, double depth,
                double rounding);
   /// Height over a place along the normal of the plane; `otherwise` where it is not known. m
@@ -39,8 +39,7 @@ class OuterSurface {
   };
   bool faces(const Triangle& triangle) const;  // the other solid, and not too steeply
   Cover cover(const Triangle& triangle, const Vector2& place) const;
-  Cover cover_side(const Triangle& triangle, const std::array<Vector2, 3>& step,
-                   double beside) const;
+  Cover cover_side(const Triangle& triangle, const std::array<Vector2, 3>& step) const;
   double needle_height(const Triangle& triangle, const std::array<Vector2, 3>& step) const;
   bool raise(Triangle& triangle, const Vector2& place, double& height) const;
   const Vector2& at(int i) const { return places_[static_cast<std::size_t>(i)]; }

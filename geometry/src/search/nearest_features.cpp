@@ -1,7 +1,6 @@
 #include "search/nearest_features.hpp"
 
 #include "certify/canonical_order.hpp"
-#include "search/describe.hpp"
 #include "search/exact_answer.hpp"
 #include "search/prefetch.hpp"
 #include "search/proposals.hpp"
@@ -17,17 +16,6 @@ struct Question {
   Lengths length;
   LateInit<ContactPolygon>* faces;  // null: nobody asks for what they share
 };
-
-/// Two whole faces that clearly carry their plane come first, wherever rounding has led to: of
-/// bumpy faces their corners alone carry another plane that is as good.
-void describe_best(const CanonicalPair& pair, Optimum& optimum, NearestFeatures& answer) {
-  Optimum whole(optimum.faces);
-  const bool doubtful =
-      optimum.converged && !optimum.straight && !optimum.several && !pair.length.uneven;
-  const bool flush = doubtful && whole_faces(pair.p, pair.q, pair.length, optimum.plane, whole);
-  optimum.iterations += whole.iterations;
-  describe(pair.p, pair.q, flush ? whole : optimum, pair.length, answer);
-}
 
 /// The general way; true: an ordinary answer after all, in the names of the caller.
 bool general_answer(const CanonicalPair& pair, const Question& question, Quick& quick,

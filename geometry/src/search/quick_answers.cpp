@@ -105,13 +105,22 @@ bool middle_plane(const CanonicalPair& pair, const Vector3& middle, Optimum& opt
            touching_faces(pair.p, pair.q, pair.length, across, optimum);
   };
   if (!found()) return false;
+  describe_best(pair, optimum, answer);
   quick.iterations += optimum.iterations;
-  describe(pair.p, pair.q, optimum, pair.length, answer);
   if (pair.reversed) swap_names(answer);
   return true;
 }
 
 }  // namespace
+
+void describe_best(const CanonicalPair& pair, Optimum& optimum, NearestFeatures& answer) {
+  Optimum whole(optimum.faces);
+  const bool doubtful =
+      optimum.converged && !optimum.straight && !optimum.several && !pair.length.uneven;
+  const bool flush = doubtful && whole_faces(pair.p, pair.q, pair.length, optimum.plane, whole);
+  optimum.iterations += whole.iterations;
+  describe(pair.p, pair.q, flush ? whole : optimum, pair.length, answer);
+}
 
 bool searched_answer(const Solid& a, const Solid& b, const Lengths& length, Quick& quick,
                      NearestFeatures& answer) {
