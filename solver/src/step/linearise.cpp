@@ -241,10 +241,8 @@ void set_laws(const SubStep& step, std::span<BodyContact> contacts,
 void set_free_increment(const SubStep& step, const StepPoses& poses,
                         std::span<const BodyContact> contacts, BlockTerms& terms) {
   terms.free_increment = terms.force;
-  const auto may_hit = [](const BodyContact& contact) {
-    return !contact.was_closed || contact.joint.restitution > 0.0;
-  };
-  if (std::ranges::any_of(contacts, may_hit)) {
+  const auto may_close = [](const BodyContact& contact) { return !contact.was_closed; };
+  if (std::ranges::any_of(contacts, may_close)) {
     for (const BodyContact& contact : contacts) {
       add_last_force(step, poses, contact, terms.free_increment);
     }
