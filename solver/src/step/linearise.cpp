@@ -241,8 +241,11 @@ void set_laws(const SubStep& step, std::span<BodyContact> contacts,
 void set_free_increment(const SubStep& step, const StepPoses& poses,
                         std::span<const BodyContact> contacts, BlockTerms& terms) {
   terms.free_increment = terms.force;
-  for (const BodyContact& contact : contacts) {
-    add_last_force(step, poses, contact, terms.free_increment);
+  const auto may_close = [](const BodyContact& contact) { return !contact.was_closed; };
+  if (std::ranges::any_of(contacts, may_close)) {
+    for (const BodyContact& contact : contacts) {
+      add_last_force(step, poses, contact, terms.free_increment);
+    }
   }
   for (std::size_t s = 0; s < terms.force.size(); ++s) {
     terms.free_increment[s] = (terms.compliance[s] * terms.free_increment[s]).eval();
