@@ -10,11 +10,13 @@ namespace quoin::solver {
 struct BlockTerms {
   BlockSystem base;                  ///< K, and the pairs that contacts couple
   std::vector<Matrix12> compliance;  ///< inverse of each diagonal block
+  std::vector<StepScheme> scheme;    ///< of each diagonal block: what it was made with
   BlockVector force;                 ///< F
-  BlockVector free_increment;        ///< K^-1 F of the first linearisation
+  BlockVector free_increment;  ///< K^-1 F of the first linearisation, where a contact may close
 };
 
-/// K and its inverse; blocks whose poses.deforms is 0 move rigidly.
+/// K and its inverse; blocks whose poses.deforms is 0 move rigidly. `terms`: of these blocks, made
+/// anew where the scheme is another one.
 void set_matrices(const SubStep& step, const StepPoses& poses, BlockTerms& terms);
 
 /// F of inertia, stress, gravity and loads.

@@ -6,6 +6,7 @@
 
 #include "contact/joint_failure.hpp"
 #include "contact/joint_law.hpp"
+#include "index.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -16,8 +17,6 @@ constexpr double kSpringOfBlock = 50.0;  // E L
 constexpr double kSpringOfWeight = 1e6;  // weight / block size
 constexpr double kLeastGravity = 1.0;    // m/s2: what a scene without gravity is taken to bear
 constexpr int kCorners = 4;              // of a joint that `penalty` is meant for, a contact point
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 ContactLaw law_of(const JointStrength& strength, const StepOptions& options) {
   if (options.analysis == Analysis::Settle) return ContactLaw::Stuck;
@@ -173,12 +172,12 @@ void follow_slip(const BodyContact& contact, LinearContact& c) {
   c.cohesion = mean.cohesion * contact.state.point.area;
 }
 
-}  // namespace
-
-Vector3 moved(const BodyContact& contact, const StepPoses& poses, const LinearContact& c) {
+Vector3 moved_by(const StepPoses& poses, const BodyContact& contact, const LinearContact& c) {
   return c.jacobian_a * poses.increment[index(contact.a)] +
          c.jacobian_b * poses.increment[index(contact.b)];
 }
+
+}  // namespace
 
 double contact_spring(const CompiledScene& compiled, const StepOptions& options) {
   if (options.method == ContactMethod::AugmentedLagrangian) return 0.0;
@@ -248,7 +247,15 @@ void measure_slips(const StepPoses& poses, std::span<const BodyContact> contacts
     if (contact.joint.dilation_angle == 0.0 && !can_fail(contact.joint)) continue;
     const bool opened = c.mode == ContactMode::Open && (contact.was_closed || c.start[0] <= 0.0);
     c.slip = opened ? (c.relative.tail<2>() - c.start.tail<2>()).norm()
-                    : slip_in_step(c, moved(contact, poses, c));
+                    : slip_in_step(c, moved_by(poses, contact, c));
+  }
+}
+
+void set_moved(const StepPoses& poses, std::span<const BodyContact> contacts,
+               std::span<const LinearContact> linear, std::vector<Vector3>& moved) {
+  moved.resize(contacts.size());
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    moved[i] = moved_by(poses, contacts[i], linear[i]);
   }
 }
 

@@ -23,8 +23,9 @@ void linearise(const SubStep& step, const BlockTerms& terms, const StepPoses& po
 void measure_slips(const StepPoses& poses, std::span<const BodyContact> contacts,
                    std::span<LinearContact> linear);
 
-/// J D of a contact's two blocks, wherever they have unknowns or not.
-Vector3 moved(const BodyContact& contact, const StepPoses& poses, const LinearContact& linear);
+/// J D of each contact's two blocks, wherever they have unknowns or not.
+void set_moved(const StepPoses& poses, std::span<const BodyContact> contacts,
+               std::span<const LinearContact> linear, std::vector<Vector3>& moved);
 
 /// The largest LinearContact::rounding, m.
 double gap_rounding(std::span<const LinearContact> contacts);
