@@ -109,7 +109,6 @@ void set_aside_passing(const SubStep& step, double limit, std::vector<BodyContac
                        std::vector<PassingPair>& aside) {
   std::size_t kept = 0;
   std::vector<FacePlane> planes;  // one list for all pairs: most of them are not set aside
-  planes.reserve(kPlanes);
   for (std::size_t from = 0, to = 0; from < contacts.size(); from = to) {
     const auto same = [&](std::size_t i) {
       return contacts[i].a == contacts[from].a && contacts[i].b == contacts[from].b;
@@ -121,6 +120,7 @@ void set_aside_passing(const SubStep& step, double limit, std::vector<BodyContac
     if (std::ranges::none_of(pair, &BodyContact::was_closed)) {
       const Posed posed_a = posed(step.compiled, step.state, a);
       const Posed posed_b = posed(step.compiled, step.state, b);
+      planes.reserve(kPlanes);
       append_planes(posed_a, posed_b, {a, b}, limit, planes);
       append_planes(posed_b, posed_a, {b, a}, limit, planes);
     }
