@@ -5,6 +5,7 @@
 #include <istream>
 #include <ostream>
 
+#include "index.hpp"
 #include "moving/cone.hpp"
 #include "moving/moving_contacts.hpp"
 
@@ -12,8 +13,6 @@ namespace quoin::solver {
 namespace {
 
 constexpr const char* kTitle = "quoin contact problem 1";
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 /// The shortest text that is read back to the same bits.
 void put(std::ostream& out, double value) {

@@ -70,13 +70,15 @@ Eigen::Matrix<double, 3, 6> strain_motion(const Vector3& arm) {
 Matrix3x12 mean_motion(const Pose& start, const Pose& end, const Vector3& theta,
                        const Vector3& reference_arm, bool deformable) {
   const Vector3 mean_arm = 0.5 * (start.shape * reference_arm + end.shape * reference_arm);
-  Matrix3x12 matrix = Matrix3x12::Zero();
+  Matrix3x12 matrix;
   matrix.leftCols<3>().setIdentity();
-  matrix.middleCols<3>(3) = -cross_matrix(mean_arm) * start.rotation;
+  for (int i = 0; i < 3; ++i) matrix.col(3 + i) = start.rotation.col(i).cross(mean_arm);
   if (deformable) {
     const Matrix3 turned =
         start.rotation + 0.5 * cross_matrix(start.rotation * theta) * start.rotation;
     matrix.rightCols<6>() = turned * strain_motion(reference_arm);
+  } else {
+    matrix.rightCols<6>().setZero();
   }
   return matrix;
 }

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "index.hpp"
+
 namespace quoin::solver {
 namespace {
 
@@ -12,8 +14,6 @@ using Lists = std::vector<std::vector<int>>;
 
 constexpr double kZeros = 0.05;  // share of a supernode that may be zeros; 0.1 and 0.25 were slower
 constexpr int kWidest = 24;      // nodes in one: the most of the work is then in products of fronts
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 /// Node at each place.
 std::vector<int> minimum_degree(int count, std::span<const std::pair<int, int>> pairs) {
@@ -67,7 +67,8 @@ std::vector<int> postorder(const std::vector<int>& parent) {
   const std::size_t n = parent.size();
   std::vector<int> weight(n, 1);
   for (std::size_t i = 0; i < n; ++i) {
-    if (parent[i] >= 0) weight[index(parent[i])] = std::max(weight[index(parent[i])], weight[i] + 1);
+    if (parent[i] >= 0)
+      weight[index(parent[i])] = std::max(weight[index(parent[i])], weight[i] + 1);
   }
   Lists children(n);
   std::vector<int> open, order;
@@ -120,9 +121,9 @@ std::vector<Supernode> join(const Lists& below, const std::vector<int>& parent) 
       const double width = child.end - child.first;
       const double columns = next.end - child.first;
       const double below_rows = static_cast<double>(next.below.size());
-      const double added = zeros.back() + next_zeros +
-                           width * (columns - width + below_rows -
-                                    static_cast<double>(child.below.size()));
+      const double added =
+          zeros.back() + next_zeros +
+          width * (columns - width + below_rows - static_cast<double>(child.below.size()));
       if (columns > kWidest || added > kZeros * columns * (0.5 * columns + below_rows)) break;
       next.first = child.first;
       next_zeros = added;

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <limits>
 
+#include "index.hpp"
+
 namespace quoin::solver {
 namespace {
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 /// A block and where it stands.
 struct Posed {
@@ -97,32 +97,35 @@ bool passes(const SubStep& step, double limit, std::span<const BodyContact> cont
   return largest_separation(others, end) >= std::min(closes_by + limit, -limit);
 }
 
+constexpr std::size_t kPlanes = 32;  // more than two bricks have
+
 bool of_pair(const BodyContact& contact, const PassingPair& pair) {
   return contact.a == pair.a && contact.b == pair.b;
 }
 
 }  // namespace
 
-std::vector<PassingPair> set_aside_passing(const SubStep& step, double limit,
-                                           std::vector<BodyContact>& contacts) {
-  std::vector<PassingPair> aside;
+void set_aside_passing(const SubStep& step, double limit, std::vector<BodyContact>& contacts,
+                       std::vector<PassingPair>& aside) {
   std::size_t kept = 0;
+  std::vector<FacePlane> planes;  // one list for all pairs: most of them are not set aside
   for (std::size_t from = 0, to = 0; from < contacts.size(); from = to) {
     const auto same = [&](std::size_t i) {
       return contacts[i].a == contacts[from].a && contacts[i].b == contacts[from].b;
     };
     while (to < contacts.size() && same(to)) ++to;
     const std::span<const BodyContact> pair(&contacts[from], to - from);
-    PassingPair passing{contacts[from].a, contacts[from].b, {}, {}};
+    const int a = contacts[from].a, b = contacts[from].b;
+    planes.clear();
     if (std::ranges::none_of(pair, &BodyContact::was_closed)) {
-      const Posed a = posed(step.compiled, step.state, passing.a);
-      const Posed b = posed(step.compiled, step.state, passing.b);
-      append_planes(a, b, {passing.a, passing.b}, limit, passing.planes);
-      append_planes(b, a, {passing.b, passing.a}, limit, passing.planes);
+      const Posed posed_a = posed(step.compiled, step.state, a);
+      const Posed posed_b = posed(step.compiled, step.state, b);
+      planes.reserve(kPlanes);
+      append_planes(posed_a, posed_b, {a, b}, limit, planes);
+      append_planes(posed_b, posed_a, {b, a}, limit, planes);
     }
-    if (passing.planes.size() > 1 && passes(step, limit, pair, passing.planes)) {
-      passing.contacts.assign(pair.begin(), pair.end());
-      aside.push_back(std::move(passing));
+    if (planes.size() > 1 && passes(step, limit, pair, planes)) {
+      aside.push_back({a, b, planes, {pair.begin(), pair.end()}});
       continue;
     }
     for (std::size_t i = from; i < to; ++i, ++kept) {
@@ -130,7 +133,6 @@ std::vector<PassingPair> set_aside_passing(const SubStep& step, double limit,
     }
   }
   contacts.resize(kept);
-  return aside;
 }
 
 bool put_back_blocked(const CompiledScene& compiled, std::span<const BlockState> end,

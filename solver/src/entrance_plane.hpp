@@ -25,9 +25,10 @@ struct PassingPair {
 
 /// Takes the contacts of those pairs out of `contacts` (sorted by pair) that touched nowhere in the
 /// last step, would close in this one by the motion they have, and are then kept farther apart by a
-/// face's plane other than that of their contacts. `limit`: m, an overlap that is none.
-std::vector<PassingPair> set_aside_passing(const SubStep& step, double limit,
-                                           std::vector<BodyContact>& contacts);
+/// face's plane other than that of their contacts, and adds them to `aside`. `limit`: m, an overlap
+/// that is none.
+void set_aside_passing(const SubStep& step, double limit, std::vector<BodyContact>& contacts,
+                       std::vector<PassingPair>& aside);
 
 /// After the step was tried without them: pairs that overlap at its end although no plane of theirs
 /// is least violated there (they passed none) have their contacts back, in place of those found at

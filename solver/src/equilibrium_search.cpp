@@ -4,6 +4,8 @@
 #include <cmath>
 #include <span>
 
+#include "index.hpp"
+
 namespace quoin::solver {
 namespace {
 
@@ -11,8 +13,6 @@ constexpr double kStride = 0.0025;  // of a block, in one step: forty steps tell
 constexpr double kMechanism = 0.1;  // of a block: no longer the structure that was asked about
 constexpr double kLongest = 1e3;    // first pseudo-steps: an unbalance of 1e-6 moves a full stride
 constexpr double kStillFalling = 0.5;  // of the last unbalance
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 /// Edge of the cube with the block's mean second moment, m: the same in every frame.
 double extent(const BlockModel& model) {

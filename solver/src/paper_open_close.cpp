@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "index.hpp"
+
 namespace quoin::solver {
 namespace {
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 Vector12 increment_of(int slot, const BlockVector& increment) {
   return slot < 0 ? Vector12(Vector12::Zero()) : increment[index(slot)];

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "index.hpp"
+
 namespace quoin::solver {
 namespace {
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 /// What stays as it is through the step.
 struct StepSetting {
@@ -84,8 +84,7 @@ PointToFace point_to_face(const StepSetting& step, int i, int j, const Vector3& 
 PaperContact paper_contact(const StepSetting& step, const BodyContact& from) {
   const bool face_on_a = from.normal_on_a;
   const int i = face_on_a ? from.b : from.a, j = face_on_a ? from.a : from.b;
-  const Vector3 a_to_b =
-      contact_geometry(from, step.start[index(from.a)], step.start[index(from.b)]).normal;
+  const Vector3 a_to_b = contact_normal(from, step.start[index(from.a)], step.start[index(from.b)]);
   const Vector3 normal = face_on_a ? a_to_b : Vector3(-a_to_b);
   const Contact& state = from.state;
   PaperContact c;
@@ -134,7 +133,7 @@ PaperOptions paper_options(const StepSetting& step, double penalty,
   result.tolerance = step.options.tolerance;
   for (const BodyContact& c : contacts) {
     const ContactGeometry now = contact_geometry(c, step.start[index(c.a)], step.start[index(c.b)]);
-    result.rounding = std::max(result.rounding, now.rounding);
+    result.rounding = std::max(result.rounding, now.rounding());
   }
   result.max_solves = step.options.max_iterations;
   return result;

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
+#include "index.hpp"
+
 namespace quoin::solver {
 namespace {
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 /// Moved by a motion: its place in CompiledScene::prescribed; -1: it is not.
 std::ptrdiff_t prescribed_index(const CompiledScene& compiled, int block) {

@@ -6,9 +6,22 @@
 namespace quoin::solver {
 namespace {
 
-constexpr int kDepth = 256;  // columns of a at a time: what a tile reads then stays in the nearest caches
+constexpr int kDepth =
+    256;  // columns of a at a time: what a tile reads then stays in the nearest caches
 
-/// One product with tiles of c of kVectors × kLanes rows and kColumns columns, which fill the registers.
+/// Memory of both factors, packed.
+struct Packed {
+  double *a = nullptr, *b = nullptr;
+};
+
+/// A tile at the edge of c, by columns `stride` apart.
+struct CutTile {
+  double* c = nullptr;
+  long stride = 0, rows = 0, columns = 0;
+};
+
+/// One product with tiles of c of kVectors × kLanes rows and kColumns columns, which fill the
+/// registers.
 template <int kLanes, int kVectors, int kColumns>
 struct Tiles {
   typedef double Lanes __attribute__((vector_size(kLanes * sizeof(double)), aligned(8)));
@@ -50,49 +63,52 @@ struct Tiles {
   }
 
   /// A tile that the edge of c cuts goes through memory of a whole one.
-  [[gnu::always_inline]] static inline void subtract_cut(const double* a, const double* b, int depth,
-                                                         long rows, long columns, double* c,
-                                                         long stride) {
+  [[gnu::always_inline]] static inline void subtract_cut(const double* a, const double* b,
+                                                         int depth, const CutTile& cut) {
     double whole[kRows * kColumns] = {};
-    for (long j = 0; j < columns; ++j) std::copy_n(c + j * stride, rows, whole + j * kRows);
+    for (long j = 0; j < cut.columns; ++j) {
+      std::copy_n(cut.c + j * cut.stride, cut.rows, whole + j * kRows);
+    }
     subtract(a, b, depth, whole, kRows);
-    for (long j = 0; j < columns; ++j) std::copy_n(whole + j * kRows, rows, c + j * stride);
+    for (long j = 0; j < cut.columns; ++j) {
+      std::copy_n(whole + j * kRows, cut.rows, cut.c + j * cut.stride);
+    }
   }
 
-  [[gnu::always_inline]] static inline void product(Strided a, Strided b, int depth, Triangle triangle,
-                                                    double* packed_a, double* packed_b,
+  [[gnu::always_inline]] static inline void product(Strided a, Strided b, int depth,
+                                                    Triangle triangle, const Packed& packed,
                                                     Eigen::Ref<Eigen::MatrixXd>& c) {
-    pack<kRows>(a, c.rows(), depth, packed_a);
-    pack<kColumns>({b.data, b.across, b.down}, c.cols(), depth, packed_b);
+    pack<kRows>(a, c.rows(), depth, packed.a);
+    pack<kColumns>({b.data, b.across, b.down}, c.cols(), depth, packed.b);
     for (long j = 0; j < c.cols(); j += kColumns) {
       const long columns = std::min<long>(kColumns, c.cols() - j);
       const long top = triangle == Triangle::Lower ? j / kRows * kRows : 0;
       for (long i = top; i < c.rows(); i += kRows) {
         const long rows = std::min<long>(kRows, c.rows() - i);
         double* tile = c.data() + i + j * c.outerStride();
+        const double *left = packed.a + i * depth, *right = packed.b + j * depth;
         if (rows == kRows && columns == kColumns) {
-          subtract(packed_a + i * depth, packed_b + j * depth, depth, tile, c.outerStride());
+          subtract(left, right, depth, tile, c.outerStride());
         } else {
-          subtract_cut(packed_a + i * depth, packed_b + j * depth, depth, rows, columns, tile,
-                       c.outerStride());
+          subtract_cut(left, right, depth, {tile, c.outerStride(), rows, columns});
         }
       }
     }
   }
 };
 
-using Product = void (*)(Strided, Strided, int, Triangle, double*, double*, Eigen::Ref<Eigen::MatrixXd>&);
+using Product = void (*)(Strided, Strided, int, Triangle, const Packed&,
+                         Eigen::Ref<Eigen::MatrixXd>&);
 
-void narrow(Strided a, Strided b, int depth, Triangle triangle, double* packed_a, double* packed_b,
+void narrow(Strided a, Strided b, int depth, Triangle triangle, const Packed& packed,
             Eigen::Ref<Eigen::MatrixXd>& c) {
-  Tiles<2, 2, 4>::product(a, b, depth, triangle, packed_a, packed_b, c);
+  Tiles<2, 2, 4>::product(a, b, depth, triangle, packed, c);
 }
 
 #if defined(__x86_64__)
 [[gnu::target("avx512f")]] void wide(Strided a, Strided b, int depth, Triangle triangle,
-                                     double* packed_a, double* packed_b,
-                                     Eigen::Ref<Eigen::MatrixXd>& c) {
-  Tiles<8, 2, 8>::product(a, b, depth, triangle, packed_a, packed_b, c);
+                                     const Packed& packed, Eigen::Ref<Eigen::MatrixXd>& c) {
+  Tiles<8, 2, 8>::product(a, b, depth, triangle, packed, c);
 }
 
 bool has_wide() { return __builtin_cpu_supports("avx512f"); }
@@ -101,8 +117,8 @@ constexpr Product wide = narrow;
 bool has_wide() { return false; }
 #endif
 
-constexpr long kFewRows = 24;     // narrow tiles waste less of them
-constexpr long kMostPadding = 16; // rows of the tallest tile
+constexpr long kFewRows = 24;      // narrow tiles waste less of them
+constexpr long kMostPadding = 16;  // rows of the tallest tile
 
 }  // namespace
 
@@ -110,14 +126,16 @@ void SubtractProduct::operator()(Strided a, Strided b, int depth, Triangle trian
                                  Eigen::Ref<Eigen::MatrixXd> c) {
   const Product product = c.rows() >= kFewRows && has_wide() ? wide : narrow;
   const auto grow = [](std::vector<double>& memory, long width) {
-    memory.resize(std::max(memory.size(), static_cast<std::size_t>((width + kMostPadding) * kDepth)));
+    memory.resize(
+        std::max(memory.size(), static_cast<std::size_t>((width + kMostPadding) * kDepth)));
   };
   grow(packed_a_, c.rows());
   grow(packed_b_, c.cols());
   for (int done = 0; done < depth; done += kDepth) {
     const Strided left{a.data + done * a.across, a.down, a.across};
     const Strided right{b.data + done * b.down, b.down, b.across};
-    product(left, right, std::min(kDepth, depth - done), triangle, packed_a_.data(), packed_b_.data(), c);
+    product(left, right, std::min(kDepth, depth - done), triangle,
+            {packed_a_.data(), packed_b_.data()}, c);
   }
 }
 

@@ -1,50 +1,13 @@
-#include <malloc.h>
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 #include <map>
-#include <new>
 #include <numeric>
 #include <quoin/geometry.hpp>
 
 #include "support/catch.hpp"
+#include "support/counted_allocations.hpp"
 #include "support/random.hpp"
-
-namespace {
-
-std::atomic<long> allocations{0};
-std::atomic<long> bytes_in_use{0};
-
-void* counted(void* memory) {
-  if (memory == nullptr) throw std::bad_alloc();
-  ++allocations;
-  bytes_in_use += static_cast<long>(malloc_usable_size(memory));
-  return memory;
-}
-
-void give_back(void* memory) {
-  if (memory != nullptr) bytes_in_use -= static_cast<long>(malloc_usable_size(memory));
-  std::free(memory);
-}
-
-}  // namespace
-
-// Counts what this program allocates, in all threads.
-void* operator new(std::size_t size) { return counted(std::malloc(size)); }
-void* operator new(std::size_t size, std::align_val_t alignment) {
-  const std::size_t border = static_cast<std::size_t>(alignment);
-  return counted(std::aligned_alloc(border, (size + border - 1) / border * border));
-}
-void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
-  return counted(std::malloc(size));
-}
-void operator delete(void* memory) noexcept { give_back(memory); }
-void operator delete(void* memory, const std::nothrow_t&) noexcept { give_back(memory); }
-void operator delete(void* memory, std::size_t) noexcept { give_back(memory); }
-void operator delete(void* memory, std::align_val_t) noexcept { give_back(memory); }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { give_back(memory); }
 
 namespace {
 
@@ -63,6 +26,8 @@ using quoin::geometry::Placement;
 using quoin::geometry::Points;
 using quoin::geometry::Shape;
 using quoin::geometry::Vector3;
+using quoin::tests::allocations;
+using quoin::tests::bytes_in_use;
 using quoin::tests::Random;
 using quoin::tests::WithinRel;
 

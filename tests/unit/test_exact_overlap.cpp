@@ -3,14 +3,13 @@
 #include "geometry/src/search/exact_overlap.hpp"
 
 #include <cmath>
-#include <cstdlib>
-#include <new>
 #include <numbers>
 #include <quoin/geometry/build.hpp>
 #include <quoin/geometry/nearest_features.hpp>
 
 #include "support/catch.hpp"
 #include "support/check_pair.hpp"
+#include "support/counted_allocations.hpp"
 #include "referee/pairs/exact_arbiter.hpp"
 #include "referee/pairs/families.hpp"
 
@@ -22,35 +21,9 @@ using geometry::Matrix3;
 using geometry::Points;
 using geometry::Shape;
 using geometry::Vector3;
+using tests::allocations;
 using tests::Random;
 using tests::WithinAbs;
-
-namespace {
-
-long allocations = 0;  // of this program, which has one thread
-
-void* counted(std::size_t size, std::size_t alignment) {
-  ++allocations;
-  void* const place = std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
-  if (place == nullptr) throw std::bad_alloc();
-  return place;
-}
-
-}  // namespace
-
-void* operator new(std::size_t size) { return counted(size, alignof(std::max_align_t)); }
-void* operator new(std::size_t size, std::align_val_t alignment) {
-  return counted(size, static_cast<std::size_t>(alignment));
-}
-void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
-  ++allocations;
-  return std::malloc(size);
-}
-void operator delete(void* place) noexcept { std::free(place); }
-void operator delete(void* place, const std::nothrow_t&) noexcept { std::free(place); }
-void operator delete(void* place, std::size_t) noexcept { std::free(place); }
-void operator delete(void* place, std::align_val_t) noexcept { std::free(place); }
-void operator delete(void* place, std::size_t, std::align_val_t) noexcept { std::free(place); }
 
 namespace {
 

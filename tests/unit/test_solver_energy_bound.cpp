@@ -44,7 +44,8 @@ struct Step {
                        .slot_of_block = compiled.slots.slot_of_block,
                        .state = start.blocks,
                        .length = kTimeStep};
-    bound_energy(step, {positions, groups, pushed}, end.blocks, energy);
+    std::vector<GroupEnergy> of_group;
+    bound_energy(step, {positions, groups, pushed}, end.blocks, energy, of_group);
   }
   double kinetic() const {
     return kinetic_energy(compiled.models[0], end.blocks[0]) +

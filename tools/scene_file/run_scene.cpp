@@ -157,16 +157,9 @@ void add(const StepReport& step, StepReport& total) {
   total.iterations += step.iterations;
   total.linear_solves += step.linear_solves;
   total.factorizations += step.factorizations;
-  total.linear.eliminations += step.linear.eliminations;
-  total.linear.set_ups += step.linear.set_ups;
-  total.linear.iterations += step.linear.iterations;
-  total.linear.fallbacks += step.linear.fallbacks;
-  total.linear.complexity = std::max(total.linear.complexity, step.linear.complexity);
+  total.linear.add(step.linear);
   total.proximal_newton_attempts += step.proximal_newton_attempts;
-  total.seconds.detect += step.seconds.detect;
-  total.seconds.assemble += step.seconds.assemble;
-  total.seconds.solve += step.seconds.solve;
-  total.seconds.update += step.seconds.update;
+  total.seconds.add(step.seconds);
   total.residual = std::max(total.residual, step.residual);
   total.largest_overlap = std::max(total.largest_overlap, step.largest_overlap);
   total.largest_speed = std::max(total.largest_speed, step.largest_speed);

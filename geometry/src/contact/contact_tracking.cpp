@@ -32,6 +32,20 @@ void track(const ContactPointList& points, std::size_t first, std::size_t last,
   }
 }
 
+/// Places of a run in its list.
+struct Run {
+  std::size_t first = 0, end = 0;
+};
+
+bool same_keys(const ContactPointList& now, const Run& new_run, const ContactPointList& before,
+               const Run& old_run) {
+  if (new_run.end - new_run.first != old_run.end - old_run.first) return false;
+  for (std::size_t i = new_run.first, j = old_run.first; i < new_run.end; ++i, ++j) {
+    if (key(now, i) != key(before, j)) return false;
+  }
+  return true;
+}
+
 ContactPointList in_a_row(const std::vector<ContactPoint>& points) {
   return {&points, points.size(), [](const void* owner, std::size_t i) -> const ContactPoint& {
             return (*static_cast<const std::vector<ContactPoint>*>(owner))[i];
@@ -92,12 +106,14 @@ void PairTracking::match(const TrackedPair& now, const TrackedPair& before, doub
 
 std::vector<int> match_previous(const std::vector<ContactPoint>& now,
                                 const std::vector<ContactPoint>& before, double reach) {
-  return match_previous(in_a_row(now), in_a_row(before), reach);
+  std::vector<int> match;
+  match_previous(in_a_row(now), in_a_row(before), reach, match);
+  return match;
 }
 
-std::vector<int> match_previous(const ContactPointList& now, const ContactPointList& before,
-                                double reach) {
-  std::vector<int> match(now.size, -1);
+void match_previous(const ContactPointList& now, const ContactPointList& before, double reach,
+                    std::vector<int>& match) {
+  match.assign(now.size, -1);
   std::vector<TrackedPoint> tracked_now, tracked_before;
   PairTracking tracking;
   const Placement world;
@@ -111,6 +127,8 @@ std::vector<int> match_previous(const ContactPointList& now, const ContactPointL
       i = end_now;
     } else if (blocks_less(key(before, j), key(now, i))) {
       j = end_before;
+    } else if (same_keys(now, {i, end_now}, before, {j, end_before})) {
+      for (; i < end_now; ++i, ++j) match[i] = static_cast<int>(j);
     } else {
       track(now, i, end_now, tracked_now);
       track(before, j, end_before, tracked_before);
@@ -121,7 +139,6 @@ std::vector<int> match_previous(const ContactPointList& now, const ContactPointL
       j = end_before;
     }
   }
-  return match;
 }
 
 }  // namespace quoin::geometry

@@ -45,9 +45,10 @@ void refuse_placement(const Placement& placement, int body) {
                    text(determinant) + ", must be positive");
 }
 
-void require_length(double value, const std::string& what) {
+void require_length(double value, const char* what) {
   if (!(value >= 0.0) || !std::isfinite(value)) {
-    throw InputError(what + " is " + text(value) + " m, must be finite and not negative");
+    throw InputError(std::string(what) + " is " + text(value) +
+                     " m, must be finite and not negative");
   }
 }
 

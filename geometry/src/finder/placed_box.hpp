@@ -21,7 +21,7 @@ inline void require_placement(const Placement& placement, int body) {
 }
 
 /// Throws InputError unless a length (m) is finite and not negative.
-void require_length(double value, const std::string& what);
+void require_length(double value, const char* what);
 
 /// To the bit.
 inline bool same_placement(const Placement& x, const Placement& y) {

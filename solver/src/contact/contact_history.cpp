@@ -57,15 +57,28 @@ Vector3 face_normal(const Posed& block, int face) {
   return sum.normalized();
 }
 
+/// The last face that was asked for: contact points of a pair share it.
+struct LastFace {
+  int block = -1, face = -1;
+  Vector3 normal = Vector3::Zero();
+
+  const Vector3& of(const Posed& posed, int posed_block, int posed_face) {
+    if (block != posed_block || face != posed_face) normal = face_normal(posed, posed_face);
+    block = posed_block;
+    face = posed_face;
+    return normal;
+  }
+};
+
 /// A vertex slides along its face, not along the pair's plane: the two differ where faces are
 /// tilted.
-Vector3 carried_normal(const Posed& a, const Posed& b, const BodyContact& contact) {
+Vector3 carried_normal(const Posed& a, const Posed& b, const BodyContact& contact, LastFace& last) {
   const ContactPoint& point = contact.state.point;
   Vector3 normal = point.normal;
   if (point.key.feature_a.kind == FeatureKind::Face) {
-    normal = face_normal(a, point.key.feature_a.index);
+    normal = last.of(a, contact.a, point.key.feature_a.index);
   } else if (point.key.feature_b.kind == FeatureKind::Face) {
-    normal = -face_normal(b, point.key.feature_b.index);
+    normal = -last.of(b, contact.b, point.key.feature_b.index);
   }
   return normal.dot(point.normal) > kLikeNormals ? normal : point.normal;
 }
@@ -87,9 +100,7 @@ void set_crossed_edges(const Posed& a, const Posed& b, BodyContact& contact) {
   contact.edge_b = b.pose.rotation.transpose() * edge_b;
 }
 
-}  // namespace
-
-BodyContact make_body_contact(const PosedBlocks& blocks, const ContactPoint& found) {
+BodyContact make_contact(const PosedBlocks& blocks, const ContactPoint& found, LastFace& last) {
   BodyContact contact;
   ContactPoint& point = contact.state.point;
   point = found;
@@ -110,14 +121,12 @@ BodyContact make_body_contact(const PosedBlocks& blocks, const ContactPoint& fou
       point.key.feature_a.kind == FeatureKind::Face ||
       (point.key.feature_b.kind != FeatureKind::Face && a.model.kind >= BlockKind::Fixed);
   const Pose& owner = contact.normal_on_a ? a.pose : b.pose;
-  contact.normal_local = owner.rotation.transpose() * carried_normal(a, b, contact);
+  contact.normal_local = owner.rotation.transpose() * carried_normal(a, b, contact, last);
   set_crossed_edges(a, b, contact);
   contact.axis = std::abs(point.normal.x()) < 0.75 ? Vector3::UnitX() : Vector3::UnitY();
   contact.joint = joint_between(blocks.scene, contact.a, contact.b);
   return contact;
 }
-
-namespace {
 
 /// Hands the history on. The stretch of a stuck contact (place of anchor b minus that of anchor a)
 /// goes over to the new contact point, so that neither a new key nor a moved projection loses it.
@@ -165,7 +174,9 @@ void start_history(const CarryOptions& options, BodyContact& contact) {
 void drop_points_beside_springs(std::vector<BodyContact>& contacts) {
   std::vector<std::pair<int, int>> sprung;  // ascending, as the contacts are
   for (const BodyContact& contact : contacts) {
-    if (contact.state.spring_area > 0.0) sprung.emplace_back(contact.a, contact.b);
+    if (contact.joint.normal_stiffness > 0.0 && contact.state.spring_area > 0.0) {
+      sprung.emplace_back(contact.a, contact.b);
+    }
   }
   std::erase_if(contacts, [&](const BodyContact& contact) {
     return contact.joint.normal_stiffness > 0.0 && !(contact.state.spring_area > 0.0) &&
@@ -205,14 +216,19 @@ geometry::ContactPointList points_of(std::span<const Contact> contacts) {
 
 }  // namespace
 
+BodyContact make_body_contact(const PosedBlocks& blocks, const ContactPoint& found) {
+  LastFace last;
+  return make_contact(blocks, found, last);
+}
+
 void carry_over(const CarryOptions& options, const std::vector<ContactPoint>& found,
-                std::span<const Contact> before, std::vector<BodyContact>& contacts) {
+                std::span<const Contact> before, std::vector<int>& previous,
+                std::vector<BodyContact>& contacts) {
+  const PosedBlocks blocks{options.scene, options.models, options.poses};
+  LastFace last;
   contacts.clear();
-  for (const ContactPoint& point : found) {
-    contacts.push_back(make_body_contact({options.scene, options.models, options.poses}, point));
-  }
-  const std::vector<int> previous =
-      geometry::match_previous(points_of(contacts), points_of(before), options.reach);
+  for (const ContactPoint& point : found) contacts.push_back(make_contact(blocks, point, last));
+  geometry::match_previous(points_of(contacts), points_of(before), options.reach, previous);
   for (std::size_t i = 0; i < found.size(); ++i) {
     BodyContact& contact = contacts[i];
     if (previous[i] >= 0) {
@@ -239,12 +255,21 @@ ContactGeometry contact_geometry(const BodyContact& contact, const Pose& a, cons
   }
   result.between = between(a, b);
   result.place_a = a.shape * contact.arm_a;
-  const Vector3 arm_b = b.shape * contact.arm_b;
-  result.place_b = result.between + arm_b;
+  result.lever_b = b.shape * contact.arm_b;
+  result.place_b = result.between + result.lever_b;
   result.gap = (result.place_b - result.place_a).dot(result.normal);
-  constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-  result.rounding = 4.0 * kEpsilon * (result.between.norm() + result.place_a.norm() + arm_b.norm());
   return result;
+}
+
+Vector3 contact_normal(const BodyContact& contact, const Pose& a, const Pose& b) {
+  if (!contact.crossed) return (contact.normal_on_a ? a : b).rotation * contact.normal_local;
+  const Vector3 edge_a = a.rotation * contact.edge_a, edge_b = b.rotation * contact.edge_b;
+  return edge_a.cross(edge_b).normalized();
+}
+
+double ContactGeometry::rounding() const {
+  constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+  return 4.0 * kEpsilon * (between.norm() + place_a.norm() + lever_b.norm());
 }
 
 }  // namespace quoin::solver

@@ -48,9 +48,11 @@ struct CarryOptions {
 
 /// New list from what geometry found now, with the history of `before` handed on
 /// (geometry::match_previous). Places in `found` are in the frames of the reference shapes
-/// (PointFrame::Bodies): arms, gaps and levers are as good wherever the blocks stand.
+/// (PointFrame::Bodies): arms, gaps and levers are as good wherever the blocks stand. `previous`:
+/// memory.
 void carry_over(const CarryOptions& options, const std::vector<geometry::ContactPoint>& found,
-                std::span<const Contact> before, std::vector<BodyContact>& contacts);
+                std::span<const Contact> before, std::vector<int>& previous,
+                std::vector<BodyContact>& contacts);
 
 /// What contacts of these blocks are made from.
 struct PosedBlocks {
@@ -68,9 +70,14 @@ struct ContactGeometry {
   Vector3 edge_a = Vector3::Zero(), edge_b = Vector3::Zero();    ///< of crossed edges
   Vector3 place_a = Vector3::Zero(), place_b = Vector3::Zero();  ///< from A's centroid, m
   Vector3 between = Vector3::Zero();                             ///< from A's centroid to B's, m
+  Vector3 lever_b = Vector3::Zero();                             ///< from B's centroid, m
   double gap = 0.0;
-  double rounding = 0.0;  ///< what double arithmetic makes of the gap: 4 eps of what goes in, m
+
+  /// What double arithmetic makes of the gap: 4 eps of what goes in, m.
+  double rounding() const;
 };
 ContactGeometry contact_geometry(const BodyContact& contact, const Pose& a, const Pose& b);
+/// Its normal alone.
+Vector3 contact_normal(const BodyContact& contact, const Pose& a, const Pose& b);
 
 }  // namespace quoin::solver

@@ -82,11 +82,12 @@ void linearise(const BodyContact& contact, const StepPoses& poses,
   const Matrix3x12 point_b = mean(b, start_b, end_b, contact.arm_b);
   const bool moved_a = contact.state.anchor_a != contact.arm_a;
   const bool moved_b = contact.state.anchor_b != contact.arm_b;
-  fill(rows, -1.0, point_a, moved_a ? mean(a, start_a, end_a, contact.state.anchor_a) : point_a,
-       poses.deforms[a] != 0, linear.jacobian_a);
-  fill(rows, 1.0, point_b, moved_b ? mean(b, start_b, end_b, contact.state.anchor_b) : point_b,
-       poses.deforms[b] != 0, linear.jacobian_b);
-  linear.rounding = before.rounding;
+  Matrix3x12 anchor_a, anchor_b;
+  if (moved_a) anchor_a = mean(a, start_a, end_a, contact.state.anchor_a);
+  if (moved_b) anchor_b = mean(b, start_b, end_b, contact.state.anchor_b);
+  fill(rows, -1.0, point_a, moved_a ? anchor_a : point_a, poses.deforms[a] != 0, linear.jacobian_a);
+  fill(rows, 1.0, point_b, moved_b ? anchor_b : point_b, poses.deforms[b] != 0, linear.jacobian_b);
+  linear.rounding = before.rounding();
   const Vector3 lever = 0.5 * (before.place_b - before.place_a + after.place_b - after.place_a);
   ContactGeometry middle;
   middle.normal = rows.normal;

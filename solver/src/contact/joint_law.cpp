@@ -67,11 +67,12 @@ bool can_fail(const Joint& joint) {
 
 JointStrength strength(const Joint& joint, const Contact& contact, double further_slip) {
   const double share = mean_damage(joint, contact, further_slip);
+  const double friction = std::tan(joint.friction_angle);
   const double residual =
-      joint.residual_friction_angle >= 0.0 ? joint.residual_friction_angle : joint.friction_angle;
+      loses_friction(joint) ? std::tan(joint.residual_friction_angle) : friction;
   const auto mix = [share](double peak, double low) { return peak + share * (low - peak); };
-  return {mix(std::tan(joint.friction_angle), std::tan(residual)),
-          mix(joint.cohesion, joint.residual_cohesion), mix(joint.tension, joint.residual_tension)};
+  return {mix(friction, residual), mix(joint.cohesion, joint.residual_cohesion),
+          mix(joint.tension, joint.residual_tension)};
 }
 
 double opening(const Joint& joint, const Contact& contact, double further_slip) {
@@ -84,7 +85,7 @@ double opening(const Joint& joint, const Contact& contact, double further_slip) 
 
 double dilation_slope(const Joint& joint, const Contact& contact) {
   const bool done = joint.dilation_slip > 0.0 && contact.slip >= joint.dilation_slip;
-  return done ? 0.0 : std::tan(joint.dilation_angle);
+  return done || joint.dilation_angle == 0.0 ? 0.0 : std::tan(joint.dilation_angle);
 }
 
 void lay(const Joint& joint, double size, Contact& contact) {

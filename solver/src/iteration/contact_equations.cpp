@@ -5,14 +5,13 @@
 #include <limits>
 
 #include "contact/joint_law.hpp"
+#include "index.hpp"
 
 namespace quoin::solver {
 namespace {
 
 constexpr double kRounding = 16.0 * std::numeric_limits<double>::epsilon();  // a sum of 12 products
 constexpr double kNoForce = 1e-300;  // N: keeps a quotient finite where no force acts
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 /// Between blocks that stand gaps and slips within their rounding are zero: redundant contacts then
 /// agree. What they would bear for such gaps finds no end.

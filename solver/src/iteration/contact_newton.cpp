@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "contact/joint_law.hpp"
+#include "index.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -20,8 +21,6 @@ constexpr int kMostBisections = 30;
 constexpr int kMostHalvings = 8;
 constexpr double kFlatSlope = 0.1;   // of that at the start of the step: the Newton step is as good
 constexpr double kEnoughFall = 0.5;  // of what the tangent promises the squared residual to fall by
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 bool is_symmetric(const Matrix3& matrix) { return matrix(1, 0) == 0.0 && matrix(2, 0) == 0.0; }
 

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "contact/joint_law.hpp"
+#include "index.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -29,8 +30,6 @@ constexpr double kStiffer = 5.0;  // after it was solved in
 constexpr int kQuickSteps = 4;
 constexpr double kLooseResidual = 1e-4;  // while gaps are above the tolerance, at most, and
 constexpr double kLooseShare = 1e-2;     // of the residual that the last update left
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 /// Largest violation of the contact conditions that multipliers should remove, m.
 double violation(std::span<const LinearContact> contacts) {

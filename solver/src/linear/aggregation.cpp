@@ -4,6 +4,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 
+#include "index.hpp"
+
 namespace quoin::solver {
 namespace {
 
@@ -11,8 +13,6 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 // Share of the stiffest coupling of a row. Chosen on the tangents of bench/large.md.
 constexpr double kStiff = 0.1;
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 /// Of a row, its entries' numbers.
 struct Entries {

@@ -4,10 +4,10 @@
 #include <Eigen/LU>
 #include <algorithm>
 
+#include "index.hpp"
+
 namespace quoin::solver {
 namespace {
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 std::size_t area(int rows, int columns) { return index(rows) * index(columns); }
 
@@ -64,7 +64,8 @@ double Multifrontal::work(const BlockSystem& system) {
 /// Where the factors of each front stand, and memory for the rests that wait at the same time.
 void Multifrontal::place_factors() {
   std::size_t factors = 0, waiting = 0, most = 0;
-  std::vector<std::size_t> taken(fronts_.size(), 0);  // by the rests of a front's children
+  std::vector<std::size_t>& taken = waiting_;  // by the rests of a front's children
+  taken.assign(fronts_.size(), 0);
   for (std::size_t s = 0; s < fronts_.size(); ++s) {
     Front& front = fronts_[s];
     front.columns = factors;
@@ -101,7 +102,8 @@ bool Multifrontal::factorize(const BlockSystem& system) {
     place_factors();
     placed_ = true;
   }
-  std::vector<std::size_t> waiting;  // supernodes whose rests stand on the stack
+  std::vector<std::size_t>& waiting = waiting_;  // supernodes whose rests stand on the stack
+  waiting.clear();
   std::size_t top = 0;
   for (std::size_t s = 0; s < fronts_.size(); ++s) {
     look();

@@ -77,6 +77,7 @@ class Multifrontal {
   std::vector<Front> fronts_;                     // by supernode
   std::vector<int> local_;              // of each place, its first unknown in the present front
   std::vector<int> target_;             // of each unknown of a child's rest, that of the front
+  std::vector<std::size_t> waiting_;    // memory of factorize(), place_factors()
   std::vector<double> factor_, stack_;  // stack_: rests that wait for their parent
   std::vector<Eigen::PermutationMatrix<Eigen::Dynamic>> exchanges_;  // of rows, by supernode
   SubtractProduct subtract_;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "index.hpp"
+
 namespace quoin::solver {
 namespace {
 
@@ -15,8 +17,6 @@ constexpr int kCoarsest = 100;       // rows: elimination is then cheaper than a
 constexpr double kStalled = 0.7;     // of the rows are left: another level would not pay
 constexpr int kPowerSteps = 8;       // of the estimate of a largest eigenvalue,
 constexpr double kPowerShare = 0.9;  // which they reach to that share
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 /// False where one is singular to rounding.
 template <int n>

@@ -5,14 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "index.hpp"
 #include "moving/cone.hpp"
 
 namespace quoin::solver {
 namespace {
 
 constexpr int kLocalSteps = 3;  // projections a contact in each pass
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 /// diag(1, mu, mu)
 Vector3 shares(double friction) { return {1.0, friction, friction}; }

@@ -2,16 +2,20 @@
 
 #include <Eigen/LU>
 
+#include "index.hpp"
+
 namespace quoin::solver {
 namespace {
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 Matrix12 rigid_inverse(const Matrix12& matrix) {
   Matrix12 inverse = Matrix12::Zero();
   inverse.diagonal().head<3>() = matrix.diagonal().head<3>().cwiseInverse();
   inverse.block<3, 3>(3, 3) = matrix.block<3, 3>(3, 3).inverse();
   return inverse;
+}
+
+bool same(const StepScheme& x, const StepScheme& y) {
+  return x.time_step == y.time_step && x.end_share == y.end_share && x.deforms == y.deforms;
 }
 
 }  // namespace
@@ -21,12 +25,16 @@ void set_matrices(const SubStep& step, const StepPoses& poses, BlockTerms& terms
   terms.base.diagonal.resize(blocks.size());
   terms.base.frames.resize(blocks.size());
   terms.compliance.resize(blocks.size());
+  terms.scheme.resize(blocks.size());
   for (std::size_t s = 0; s < blocks.size(); ++s) {
     const std::size_t b = index(blocks[s]);
     const bool deforms = poses.deforms[b] != 0;
     terms.base.frames[s] = {poses.start[b].centroid, poses.start[b].rotation};
+    const StepScheme scheme = step.scheme(deforms);
+    if (same(scheme, terms.scheme[s])) continue;
+    terms.scheme[s] = scheme;
     Matrix12& matrix = terms.base.diagonal[s];
-    matrix = block_matrix(step.compiled.models[b], step.scheme(deforms));
+    matrix = block_matrix(step.compiled.models[b], scheme);
     if (deforms) {
       terms.compliance[s] = matrix.ldlt().solve(Matrix12::Identity());
     } else {

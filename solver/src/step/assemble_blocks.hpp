@@ -10,15 +10,16 @@ namespace quoin::solver {
 struct BlockTerms {
   BlockSystem base;                  ///< K, and the pairs that contacts couple
   std::vector<Matrix12> compliance;  ///< inverse of each diagonal block
+  std::vector<StepScheme> scheme;    ///< of each diagonal block: what it was made with
   BlockVector force;                 ///< F
-  BlockVector free_increment;        ///< of the first linearisation: set_free_increment
+  BlockVector free_increment;        ///< of the first linearisation, where a contact may close
 };
 
-/// K and its inverse; blocks whose poses.deforms is 0 move rigidly.
+/// K and its inverse; blocks whose poses.deforms is 0 move rigidly. `terms`: of these blocks, made
+/// anew where the scheme is another one.
 void set_matrices(const SubStep& step, const StepPoses& poses, BlockTerms& terms);
 
 /// F of inertia, stress, gravity and loads.
 void set_force(const SubStep& step, const StepPoses& poses, BlockTerms& terms);
-
 
 }  // namespace quoin::solver

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "entrance_plane.hpp"
+#include "index.hpp"
 #include "step/contact_search.hpp"
 #include "step/impact_law.hpp"
 #include "step/missed_contacts.hpp"
@@ -16,8 +16,6 @@ constexpr int kRounds = 4;
 // Of |I + strain|^3. A determinant is six products of three factors, a placement's are products of
 // three matrices: each is known to some twenty eps, and the sign of a sum below that says nothing.
 constexpr double kFlat = 128.0 * std::numeric_limits<double>::epsilon();
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 /// By its volume; the sign of a smaller determinant says nothing.
 bool is_flat(const Matrix3& stretch) {
@@ -90,14 +88,15 @@ double largest_opening(const StepRun& run) {
 /// The contacts at the ends of these islands' attempts: one search for all.
 void find_at_end(const StepRun& run, std::span<Island* const> islands) {
   Workspace& work = run.work;
-  std::vector<int> moved = run.compiled.prescribed;
+  std::vector<int>& moved = work.moved;
+  moved = run.compiled.prescribed;
   for (const Island* island : islands) {
     if (island->sound) moved.insert(moved.end(), island->own().begin(), island->own().end());
   }
   if (moved.size() == run.compiled.prescribed.size()) return;  // none is sound
   const SearchedState searched{work.end, largest_opening(run),
                                sub_step(run, *islands.front()).end_time()};
-  const Reach reach(run.compiled, run.options, searched);
+  const Reach reach(run.compiled, run.options, searched, work.reach_of_block);
   const geometry::FindCounts counts =
       find(run.compiled, searched, reach, moved, work, work.found_end);
   run.report.candidate_pairs += counts.candidates;
@@ -116,13 +115,13 @@ void find_at_end(const StepRun& run, std::span<Island* const> islands) {
 }
 
 /// Of the last round: contacts to be held, or not, in another one. True when there are any.
-bool change_contacts(const StepRun& run, std::vector<PassingPair>& passing, Island& island) {
+bool change_contacts(const StepRun& run, Island& island) {
   const Workspace& work = run.work;
   const double limit = overlap_limit(island.blocks.smallest_size);
   const bool missed = add_missed(run.compiled, work.poses.end, island);
   const bool dropped = drop_ghosts(run.compiled, island);
-  const bool blocked =
-      put_back_blocked(run.compiled, work.end, island.found_end, limit, passing, island.contacts);
+  const bool blocked = put_back_blocked(run.compiled, work.end, island.found_end, limit,
+                                        island.passing, island.contacts);
   return missed || dropped || blocked;
 }
 
@@ -132,30 +131,29 @@ void begin(const StepRun& run, Island& island) {
   Workspace& work = run.work;
   set_start(sub_step(run, island), work.poses);
   carry_over({run.compiled.scene, work.poses.start, run.compiled.models, island.reach, work.laid},
-             island.found, island.history, island.contacts);
+             island.found, island.history, island.previous, island.contacts);
   island.memory.clock.charge(&PhaseSeconds::assemble);
 }
 
 void attempt(const StepRun& run, std::span<Island* const> islands) {
   Workspace& work = run.work;
   const bool paper = is_paper_method(run.options.method);
-  std::vector<Island*> open(islands.begin(), islands.end());
-  std::vector<std::vector<PassingPair>> passing(islands.size());
-  for (std::size_t i = 0; i < islands.size(); ++i) {
-    Island& island = *islands[i];
-    island.solved = false;
-    island.memory.solver.allow(run.options.max_iterations);
+  Islands& open = work.open;
+  open.assign(islands.begin(), islands.end());
+  for (Island* island : islands) {
+    island->solved = false;
+    island->memory.solver.allow(run.options.max_iterations);
+    island->passing.clear();
     if (paper) continue;  // as the source: contacts are found once, before the step
-    const double limit = overlap_limit(island.blocks.smallest_size);
-    passing[i] = set_aside_passing(sub_step(run, island), limit, island.contacts);
+    const double limit = overlap_limit(island->blocks.smallest_size);
+    set_aside_passing(sub_step(run, *island), limit, island->contacts, island->passing);
   }
   for (int round = 0; round < kRounds && !open.empty(); ++round) {
     side_by_side(run, open, [&](Island& island) { attempt_once(run, island); });
     find_at_end(run, open);
     std::erase_if(open, [&](Island* island) {
       if (!island->sound || !island->attempt.solved.converged) return true;
-      const auto i = static_cast<std::size_t>(std::ranges::find(islands, island) - islands.begin());
-      island->solved = paper || !change_contacts(run, passing[i], *island);
+      island->solved = paper || !change_contacts(run, *island);
       return island->solved;
     });
     work.clock.charge(&PhaseSeconds::detect);

@@ -1,12 +1,11 @@
 #include "step/contact_record.hpp"
 
 #include "contact/joint_law.hpp"
+#include "index.hpp"
 #include "step/linearise.hpp"
 
 namespace quoin::solver {
 namespace {
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 /// Both anchors to where the contact is now, `stretch` (place of b minus place of a) apart. The
 /// anchor of a vertex stays on it.
@@ -28,14 +27,15 @@ Vector3 stretch_left(const Vector3& shear_force, const LinearContact& c) {
   return shear_force / c.shear_spring;
 }
 
-void record(const LinearContact& c, const StepPoses& poses, BodyContact& contact) {
+void record_contact(const LinearContact& c, const Vector3& moved, const StepPoses& poses,
+                    BodyContact& contact) {
   Contact& state = contact.state;
   const Pose &a = poses.end[index(contact.a)], &b = poses.end[index(contact.b)];
   const ContactGeometry now = contact_geometry(contact, a, b);
-  const ContactGeometry before =
-      contact_geometry(contact, poses.start[index(contact.a)], poses.start[index(contact.b)]);
+  const Vector3 before =
+      contact_normal(contact, poses.start[index(contact.a)], poses.start[index(contact.b)]);
   Vector3 t1, t2;
-  tangent_frame(contact, 0.5 * (before.normal + now.normal), t1, t2);
+  tangent_frame(contact, 0.5 * (before + now.normal), t1, t2);
   state.mode = c.mode;
   state.normal_force = c.force[0];
   state.shear_force = -(c.force[1] * t1 + c.force[2] * t2);
@@ -43,7 +43,7 @@ void record(const LinearContact& c, const StepPoses& poses, BodyContact& contact
   state.point.point_b = a.centroid + now.place_b;
   state.point.normal = now.normal;
   state.point.gap = now.gap;
-  state.slip += slip_in_step(c, moved(contact, poses, c));
+  state.slip += slip_in_step(c, moved);
   if (contact.joint.softening_slip > 0.0 && state.slip >= contact.joint.softening_slip) {
     weaken(contact.joint, state);
   }
@@ -55,16 +55,13 @@ void record(const LinearContact& c, const StepPoses& poses, BodyContact& contact
 
 }  // namespace
 
-std::vector<BodyContact> contacts_at_end(std::span<const BodyContact> contacts,
-                                         std::span<const LinearContact> linear,
-                                         std::span<const char> hit, const StepPoses& poses) {
-  std::vector<BodyContact> result(contacts.begin(), contacts.end());
+void record(std::span<const LinearContact> linear, std::span<const Vector3> moved,
+            std::span<const char> hit, const StepPoses& poses, std::span<BodyContact> contacts) {
   const auto is_hit = [&](int slot) { return slot >= 0 && hit[index(slot)]; };
-  for (std::size_t i = 0; i < result.size(); ++i) {
-    result[i].state.impact = is_hit(linear[i].slot_a) || is_hit(linear[i].slot_b);
-    record(linear[i], poses, result[i]);
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    contacts[i].state.impact = is_hit(linear[i].slot_a) || is_hit(linear[i].slot_b);
+    record_contact(linear[i], moved[i], poses, contacts[i]);
   }
-  return result;
 }
 
 }  // namespace quoin::solver

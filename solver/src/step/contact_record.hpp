@@ -5,9 +5,9 @@
 
 namespace quoin::solver {
 
-/// `hit`: by slot. `linear`: the contacts as solved, in their order.
-std::vector<BodyContact> contacts_at_end(std::span<const BodyContact> contacts,
-                                         std::span<const LinearContact> linear,
-                                         std::span<const char> hit, const StepPoses& poses);
+/// `linear`: the contacts as solved, in their order; held points after them. `moved`: see
+/// set_moved(). `hit`: by slot. `contacts`: as they were at the start, and as they end.
+void record(std::span<const LinearContact> linear, std::span<const Vector3> moved,
+            std::span<const char> hit, const StepPoses& poses, std::span<BodyContact> contacts);
 
 }  // namespace quoin::solver

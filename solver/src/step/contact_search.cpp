@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "contact/joint_law.hpp"
+#include "index.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -13,8 +14,6 @@ constexpr double kLeastReach = 1e-4;  // of the smaller block
 constexpr double kReachOfMotion =
     2.0;                              // of what a vertex can move in a step   [Beyabanaki 2009], 3
 constexpr double kReachGrain = 16.0;  // parts of a power of two
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 /// By at most an eighth: a speed that changes by a hair changes no reach, and what was found for
 /// pairs that stand still stays good.
@@ -46,8 +45,10 @@ double largest_opening(const CompiledScene& compiled, std::span<const Contact> c
   return rounded_up(largest);
 }
 
-Reach::Reach(const CompiledScene& compiled, const StepOptions& options, const SearchedState& state)
-    : compiled_(compiled), of_block_(state.blocks.size(), 0.0), opening_(state.opening) {
+Reach::Reach(const CompiledScene& compiled, const StepOptions& options, const SearchedState& state,
+             std::vector<double>& of_block)
+    : compiled_(compiled), of_block_(of_block), opening_(state.opening) {
+  of_block_.assign(state.blocks.size(), 0.0);
   const double dt = options.time_step;
   const double fall = compiled.scene.gravity.at(state.time + dt).norm() * dt * dt;
   for (std::size_t b = 0; b < of_block_.size(); ++b) {
@@ -110,8 +111,8 @@ void detect(const CompiledScene& compiled, const StepOptions& options, const Sta
   work.still = false;
   std::ranges::fill(work.at_rest, 0);
   const SearchedState searched{state.blocks, largest_opening(compiled, state.contacts), state.time};
-  find(compiled, searched, Reach(compiled, options, searched), blocks_that_can_move(compiled), work,
-       work.found);
+  find(compiled, searched, Reach(compiled, options, searched, work.reach_of_block),
+       blocks_that_can_move(compiled), work, work.found);
 }
 
 }  // namespace quoin::solver

@@ -26,14 +26,16 @@ struct SearchedState {
 /// step (paper, section 3), and never less than a hair of the smaller block.
 class Reach {
  public:
-  Reach(const CompiledScene& compiled, const StepOptions& options, const SearchedState& state);
+  /// `of_block`: memory, which must outlive this object.
+  Reach(const CompiledScene& compiled, const StepOptions& options, const SearchedState& state,
+        std::vector<double>& of_block);
   double of_pair(int a, int b) const;  ///< m
   double largest() const;              ///< of all pairs, m
 
  private:
   const CompiledScene& compiled_;
-  std::vector<double> of_block_;  ///< m
-  double opening_ = 0.0;          ///< m
+  std::vector<double>& of_block_;  ///< m
+  double opening_ = 0.0;           ///< m
 };
 
 /// By themselves or by a motion.

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
+
+#include "index.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -12,8 +13,6 @@ namespace {
 // solves.
 constexpr double kAllowed = 5e-7;
 
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
-
 BlockState with_velocity(const BlockState& block, const Vector12& v) {
   BlockState moving = block;
   moving.velocity = v.head<3>();
@@ -21,15 +20,6 @@ BlockState with_velocity(const BlockState& block, const Vector12& v) {
   moving.strain_rate = v.tail<6>();
   return moving;
 }
-
-/// Of a group of blocks, J. `law`: of the velocities given; `middle`: halfway to them.
-struct GroupEnergy {
-  double available = 0.0;  ///< at the start and by work, less strain energy at the end
-  double magnitude = 0.0;  ///< of what `available` sums: its rounding goes with it
-  double pushed =
-      0.0;  ///< work of what moves supports, by the impulses beyond the positions' forces
-  double positions = 0.0, middle = 0.0, law = 0.0;  ///< kinetic
-};
 
 /// Share of the way from the positions' velocities, along which kinetic energy is a square: as far
 /// as there is energy for, and where that is not even so for these, where it is least.
@@ -53,10 +43,10 @@ bool has_more(const GroupEnergy& e) {
 }  // namespace
 
 void bound_energy(const SubStep& step, const VelocityBalance& balance, std::span<BlockState> end,
-                  StepEnergy& energy) {
+                  StepEnergy& energy, std::vector<GroupEnergy>& of_group) {
   const auto& [positions, groups, pushed] = balance;
   const std::vector<int>& blocks = step.island.slots.block_of_slot;
-  std::vector<GroupEnergy> of_group(groups.size());
+  of_group.assign(groups.size(), {});
   for (std::size_t s = 0; s < groups.size(); ++s) {
     const std::size_t b = index(blocks[s]);
     const BlockModel& model = step.compiled.models[b];

@@ -15,11 +15,21 @@ struct VelocityBalance {
                                    ///< beyond the positions' forces, J
 };
 
+/// Of a group of blocks, J. `law`: of the velocities given; `middle`: halfway to them.
+struct GroupEnergy {
+  double available = 0.0;  ///< at the start and by work, less strain energy at the end
+  double magnitude = 0.0;  ///< of what `available` sums: its rounding goes with it
+  double pushed =
+      0.0;  ///< work of what moves supports, by the impulses beyond the positions' forces
+  double positions = 0.0, middle = 0.0, law = 0.0;  ///< kinetic
+};
+
 /// Coulomb's law has several solutions where friction jams, and impulses found beside the
 /// positions' forces can give a group of blocks more energy than it had and was given
 /// (energy.work_on). The positions' velocities keep the balance exactly: from there those of `end`
-/// (by block) go only so far as energy allows. What moving supports do is booked.
+/// (by block) go only so far as energy allows. What moving supports do is booked. `of_group`:
+/// memory.
 void bound_energy(const SubStep& step, const VelocityBalance& balance, std::span<BlockState> end,
-                  StepEnergy& energy);
+                  StepEnergy& energy, std::vector<GroupEnergy>& of_group);
 
 }  // namespace quoin::solver

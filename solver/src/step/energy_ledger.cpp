@@ -5,12 +5,11 @@
 #include <numeric>
 
 #include "contact/joint_law.hpp"
+#include "index.hpp"
 #include "step/linearise.hpp"
 
 namespace quoin::solver {
 namespace {
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 /// Of strain rates, J: what vibrated has no place in an impact.
 double vibration_energy(const BlockModel& model, const BlockState& state) {
@@ -32,8 +31,6 @@ void account_blocks(const SubStep& step, const StepPoses& poses, StepEnergy& ene
   const Vector3 gravity = step.compiled.scene.gravity.at(step.load_time());
   const double lag = step.scheme().end_share - 0.5;
   const std::vector<int>& blocks = step.island.slots.block_of_slot;
-  energy.work_on.resize(blocks.size());
-  energy.stored.assign(blocks.size(), 0.0);
   for (std::size_t s = 0; s < blocks.size(); ++s) {
     const BlockModel& model = step.compiled.models[index(blocks[s])];
     const Vector12& d = poses.increment[index(blocks[s])];
@@ -61,12 +58,13 @@ void account_loads(const SubStep& step, const StepPoses& poses, StepEnergy& ener
   }
 }
 
+/// `moved`: J D.
 void account_contact(const BodyContact& contact, const LinearContact& c, const StepPoses& poses,
-                     StepEnergy& energy) {
+                     const Vector3& moved, StepEnergy& energy) {
   const Vector12 &move_a = poses.increment[index(contact.a)],
                  &move_b = poses.increment[index(contact.b)];
   const auto push = [&](int idle, int other, const Matrix3x12& jacobian, const Vector12& motion) {
-    if (idle >= 0) return;
+    if (idle >= 0 || motion.isZero(0.0)) return;
     const double done = c.force.dot(jacobian * motion);
     energy.load_work -= done;
     if (other >= 0 && !c.compliant) energy.work_on[index(other)] -= done;
@@ -77,7 +75,7 @@ void account_contact(const BodyContact& contact, const LinearContact& c, const S
     if (c.slot_a >= 0) energy.work_on[index(c.slot_a)] += c.force.dot(c.jacobian_a * move_a);
     if (c.slot_b >= 0) energy.work_on[index(c.slot_b)] += c.force.dot(c.jacobian_b * move_b);
   }
-  const ContactWork done = contact_work(c, moved(contact, poses, c));
+  const ContactWork done = contact_work(c, moved);
   energy.stored[index(c.slot_a >= 0 ? c.slot_a : c.slot_b)] += done.stored;
   energy.friction_work += done.heat;
   energy.contact_work += done.impulse;
@@ -105,19 +103,19 @@ Vector12 inertia_force(const BlockModel& model, const Vector12& increment, doubl
 
 }  // namespace
 
-StepEnergy account(const SubStep& step, const StepPoses& poses,
-                   std::span<const BodyContact> contacts, std::span<const LinearContact> linear) {
-  StepEnergy energy;
+void account(const SubStep& step, const StepPoses& poses, std::span<const BodyContact> contacts,
+             std::span<const LinearContact> linear, std::span<const Vector3> moved,
+             StepEnergy& energy) {
+  energy.clear(step.island.slots.size.size());
   account_blocks(step, poses, energy);
   account_loads(step, poses, energy);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    account_contact(contacts[i], linear[i], poses, energy);
+    account_contact(contacts[i], linear[i], poses, moved[i], energy);
   }
   for (std::size_t h = 0; h < step.island.held.size(); ++h) {
     account_held(step.compiled.held[index(step.island.held[h])], linear[contacts.size() + h], poses,
                  energy);
   }
-  return energy;
 }
 
 double unbalance(const SubStep& step, const StepPoses& poses,

@@ -17,11 +17,20 @@ struct StepEnergy {
                                ///< the first block of each contact that has one
   double impact_loss = 0.0;
   std::vector<double> work_on;  ///< by slot: of gravity, loads and prescribed neighbours
+
+  /// All zero, for so many slots.
+  void clear(std::size_t slots) {
+    friction_work = contact_work = load_work = gravity_work = scheme_loss = impact_loss = 0.0;
+    stored.assign(slots, 0.0);
+    work_on.assign(slots, 0.0);
+  }
 };
 
-/// Work and losses of the solved positions. `linear`: contacts, then held points.
-StepEnergy account(const SubStep& step, const StepPoses& poses,
-                   std::span<const BodyContact> contacts, std::span<const LinearContact> linear);
+/// Work and losses of the solved positions. `linear`: contacts, then held points. `moved`: see
+/// set_moved(). `energy`: its memory is reused.
+void account(const SubStep& step, const StepPoses& poses, std::span<const BodyContact> contacts,
+             std::span<const LinearContact> linear, std::span<const Vector3> moved,
+             StepEnergy& energy);
 
 /// Static measure: the largest inertia force by the largest weight, load or contact force.
 double unbalance(const SubStep& step, const StepPoses& poses,

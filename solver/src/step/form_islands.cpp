@@ -2,18 +2,20 @@
 
 #include <algorithm>
 
+#include "index.hpp"
 #include "step/contact_search.hpp"
 #include "step/missed_contacts.hpp"
 
 namespace quoin::solver {
 namespace {
 
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
-
-void form(const StepRun& run, std::vector<int> island_of_block) {
+/// Islands of the blocks that work.joined has together.
+void form(const StepRun& run) {
   Workspace& work = run.work;
+  number_islands(run.compiled, work.joined, work.next_island_of_block);
+  if (work.next_island_of_block == work.island_of_block) return;
   std::vector<std::unique_ptr<Island>> islands;
-  for (IslandBlocks& blocks : island_blocks(run.compiled, island_of_block)) {
+  for (IslandBlocks& blocks : island_blocks(run.compiled, work.next_island_of_block)) {
     const std::vector<int>& own = blocks.slots.block_of_slot;
     const int before = work.island_of_block[index(own.front())];
     std::unique_ptr<Island>* same = before < 0 ? nullptr : &work.islands[index(before)];
@@ -28,13 +30,7 @@ void form(const StepRun& run, std::vector<int> island_of_block) {
     }
   }
   work.islands = std::move(islands);
-  work.island_of_block = std::move(island_of_block);
-}
-
-Islands all_islands(const Workspace& work) {
-  Islands all;
-  for (const auto& island : work.islands) all.push_back(island.get());
-  return all;
+  std::swap(work.island_of_block, work.next_island_of_block);
 }
 
 void start(const StepRun& run, Island& island) {
@@ -67,19 +63,33 @@ void start(const StepRun& run, Island& island) {
 
 }  // namespace
 
-void form_islands(const StepRun& run, std::span<const geometry::ContactPoint> found) {
-  if (is_paper_method(run.options.method)) {
-    whole_scene(run);
-  } else {
-    form(run, island_of_blocks(run.compiled, found));
-  }
+void form_islands(const StepRun& run) {
+  if (is_paper_method(run.options.method)) return form_whole_scene(run);
+  run.work.joined.part(run.compiled.models.size());
+  join_blocks(run.compiled, run.work.found, run.work.joined);
+  form(run);
 }
 
-Islands whole_scene(const StepRun& run) {
-  std::vector<int> island_of_block(run.compiled.models.size(), -1);
-  for (const int block : run.compiled.slots.block_of_slot) island_of_block[index(block)] = 0;
-  form(run, std::move(island_of_block));
-  return all_islands(run.work);
+void form_whole_scene(const StepRun& run) {
+  const std::vector<int>& blocks = run.compiled.slots.block_of_slot;
+  run.work.joined.part(run.compiled.models.size());
+  for (const int block : blocks) run.work.joined.join(blocks.front(), block);
+  form(run);
+}
+
+bool join_islands_that_met(const StepRun& run) {
+  Workspace& work = run.work;
+  bool met = false;
+  for (const geometry::ContactPoint& point : work.found_end) {
+    const int a = work.island_of_block[index(point.key.a)];
+    const int b = work.island_of_block[index(point.key.b)];
+    if (a < 0 || b < 0 || a == b) continue;
+    if (!(point.gap < -overlap_limit(pair_size(run.compiled, point.key.a, point.key.b)))) continue;
+    work.joined.join(point.key.a, point.key.b);
+    met = true;
+  }
+  if (met) form(run);
+  return met;
 }
 
 bool constant_loads(const CompiledScene& compiled, const IslandBlocks& island) {
@@ -89,7 +99,7 @@ bool constant_loads(const CompiledScene& compiled, const IslandBlocks& island) {
          std::ranges::all_of(island.loads, constant) && std::ranges::all_of(island.held, at_rest);
 }
 
-Islands awake(const StepRun& run) {
+void wake_islands(const StepRun& run) {
   for (const auto& island : run.work.islands) {
     const auto rests = [&](int block) { return run.before.at_rest[index(block)] != 0; };
     island->at_rest =
@@ -97,28 +107,29 @@ Islands awake(const StepRun& run) {
     island->begun = true;
     island->count = {.rounding = island->count.rounding};
   }
-  return awake_islands(run.work);
 }
 
-Islands awake_islands(const Workspace& work) {
-  Islands islands = all_islands(work);
-  std::erase_if(islands, [](const Island* island) { return island->at_rest; });
-  return islands;
+void list_awake(const Workspace& work, Islands& islands) {
+  islands.clear();
+  for (const auto& island : work.islands) {
+    if (!island->at_rest) islands.push_back(island.get());
+  }
 }
 
 void start_islands(const StepRun& run, std::span<Island* const> islands) {
   Workspace& work = run.work;
   for (Island* island : islands) start(run, *island);
-  std::vector<Island*> owners(work.islands.size(), nullptr);
+  work.owners.assign(work.islands.size(), nullptr);
   for (Island* island : islands) {
-    owners[index(work.island_of_block[index(island->own().front())])] = island;
+    work.owners[index(work.island_of_block[index(island->own().front())])] = island;
   }
   const auto owner = [&](const geometry::ContactPoint& point) {
     const int i = island_of(point, work.island_of_block);
-    return i >= 0 ? owners[index(i)] : nullptr;
+    return i >= 0 ? work.owners[index(i)] : nullptr;
   };
   const double opening = largest_opening(run.compiled, run.state.contacts);
-  const Reach reach(run.compiled, run.options, {run.state.blocks, opening, run.state.time});
+  const Reach reach(run.compiled, run.options, {run.state.blocks, opening, run.state.time},
+                    work.reach_of_block);
   for (const geometry::ContactPoint& point : work.found) {
     Island* island = owner(point);
     if (island == nullptr) continue;
@@ -128,22 +139,6 @@ void start_islands(const StepRun& run, std::span<Island* const> islands) {
   for (const Contact& contact : run.state.contacts) {
     if (Island* island = owner(contact.point)) island->history.push_back(contact);
   }
-}
-
-Islands join_islands_that_met(const StepRun& run, std::vector<geometry::ContactPoint>& joins) {
-  Workspace& work = run.work;
-  const std::size_t before = joins.size();
-  for (const geometry::ContactPoint& point : work.found_end) {
-    const int a = work.island_of_block[index(point.key.a)];
-    const int b = work.island_of_block[index(point.key.b)];
-    const double limit = overlap_limit(pair_size(run.compiled, point.key.a, point.key.b));
-    if (a >= 0 && b >= 0 && a != b && point.gap < -limit) joins.push_back(point);
-  }
-  if (joins.size() == before) return {};
-  form(run, island_of_blocks(run.compiled, joins));
-  Islands islands = all_islands(work);
-  std::erase_if(islands, [](const Island* island) { return island->begun; });
-  return islands;
 }
 
 void take_contacts(const StepRun& run, std::vector<Contact>& contacts) {

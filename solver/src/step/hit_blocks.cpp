@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
+#include "index.hpp"
+
 namespace quoin::solver {
 namespace {
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 /// A contact that closes faster than what the step does not resolve.
 bool is_impact(const LinearContact& c, double slowest, Impacts impacts) {
@@ -15,10 +15,11 @@ bool is_impact(const LinearContact& c, double slowest, Impacts impacts) {
 
 }  // namespace
 
-std::vector<char> hit_blocks(const SubStep& step, std::span<const BodyContact> contacts,
-                             std::span<const LinearContact> linear, Impacts impacts) {
-  std::vector<char> hit(step.island.slots.size.size(), 0);
-  if (step.options.method == ContactMethod::Springs || !step.dynamic()) return hit;
+void find_hit_blocks(const SubStep& step, std::span<const BodyContact> contacts,
+                     std::span<const LinearContact> linear, Impacts impacts,
+                     std::vector<char>& hit) {
+  hit.assign(step.island.slots.size.size(), 0);
+  if (step.options.method == ContactMethod::Springs || !step.dynamic()) return;
   const double slowest = step.bounce_speed() * step.length;
   bool grows = false;
   const auto add = [&](int slot) {
@@ -40,7 +41,6 @@ std::vector<char> hit_blocks(const SubStep& step, std::span<const BodyContact> c
       if (is_hit(linear[i].slot_b)) add(linear[i].slot_a);
     }
   }
-  return hit;
 }
 
 double first_impact(const SubStep& step, std::span<const LinearContact> linear) {

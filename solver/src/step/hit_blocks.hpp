@@ -14,8 +14,9 @@ enum class Impacts { Expected, Solved };
 
 /// By slot: blocks that an impact hits, and those that lean on them: expected from how they move
 /// before the step is solved, or as it was solved.
-std::vector<char> hit_blocks(const SubStep& step, std::span<const BodyContact> contacts,
-                             std::span<const LinearContact> linear, Impacts impacts);
+void find_hit_blocks(const SubStep& step, std::span<const BodyContact> contacts,
+                     std::span<const LinearContact> linear, Impacts impacts,
+                     std::vector<char>& hit);
 
 /// Share of the step that had passed at the first impact that was solved; 0: there is none.
 double first_impact(const SubStep& step, std::span<const LinearContact> linear);

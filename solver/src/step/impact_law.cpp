@@ -2,23 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "contact/joint_law.hpp"
-#include "step/energy_bound.hpp"
-#include "step/joined_groups.hpp"
+#include "index.hpp"
 
 namespace quoin::solver {
 namespace {
 
-constexpr double kEnergyRounding = 1e-9;  // of the energy before an impact
-constexpr double kLessBounce = 0.5;       // of the restitution, where that has made energy, and
-constexpr double kLeastBounce = 0.25;     // none after this share of it: two tries
 // Of what friction can stop within a step. Measured: from 1e-4 to 1e-2 walls at 0.98 of their limit
 // load keep still and no row of validate changes; from 0 they gain energy.
 constexpr double kCreep = 1e-3;
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 /// What the velocity problem is made from.
 struct ImpactStep {
@@ -26,21 +19,8 @@ struct ImpactStep {
   const BlockTerms& terms;
   const StepPoses& poses;
   std::span<const BlockState> end;  ///< as the positions have it
-  BlockVector free_gain;  ///< by slot: of velocity over the step by what acts but new contacts
-  double slowest = 0.0;   ///< m/s: no slower impact bounces
-};
-
-/// A contact of velocities: d is the relative velocity times dt, the force 2/dt of the impulse.
-struct VelocityContact {
-  LinearContact contact;
-  double bounce = 0.0;  ///< of d, with full restitution, m
-};
-
-/// All of them, and the blocks' equations.
-struct VelocityProblem {
-  std::vector<LinearContact> contacts;
-  std::vector<double> bounces;  ///< by contact
-  BlockVector velocity, force;  ///< by slot: velocity times dt as the positions have it, F
+  const BlockVector& free_gain;     ///< by slot: of velocity by what acts but new contacts
+  double slowest = 0.0;             ///< m/s: no slower impact bounces
 };
 
 void set_velocity(const Vector12& v, BlockState& block) {
@@ -64,16 +44,15 @@ double relative_free_gain(const LinearContact& c, const BlockVector& free_gain) 
   return gain;
 }
 
-/// 2 (D_free/dt - v) of each block.
-BlockVector free_velocity_gain(const SubStep& step, const BlockTerms& terms,
-                               const StepPoses& poses) {
-  BlockVector gain(terms.force.size());
+/// 2 (D_free/dt - v) of each block: what a rebound is found with.
+void set_free_velocity_gain(const SubStep& step, const BlockTerms& terms, const StepPoses& poses,
+                            BlockVector& gain) {
+  gain.resize(terms.force.size());
   for (std::size_t s = 0; s < gain.size(); ++s) {
     const std::size_t b = index(step.island.slots.block_of_slot[s]);
     gain[s] = 2.0 * (terms.free_increment[s] / step.length - velocity_vector(step.state[b]));
     if (!poses.deforms[b]) gain[s].tail<6>().setZero();
   }
-  return gain;
 }
 
 /// Sliding that is more than creep against what friction can stop within a step: it goes on with
@@ -92,11 +71,13 @@ bool slides_on(const ImpactStep& at, const BodyContact& contact, const LinearCon
 /// Between the impact and the end of the step the rebound goes on like free flight.
 double full_bounce(const ImpactStep& at, const BodyContact& contact, const LinearContact& position,
                    const LinearContact& c) {
+  if (!(contact.joint.restitution > 0.0)) return 0.0;
   const double approach = relative_velocity(contact, c, at.step.state)[0];
-  const double gain = relative_free_gain(c, at.free_gain);
+  const bool closed = position.closing_share > 0.0;
+  const double gain = closed ? relative_free_gain(c, at.free_gain) : 0.0;
   const double impact = approach + position.closing_share * gain;
-  if (!(impact < -at.slowest) || !(contact.joint.restitution > 0.0)) return 0.0;
-  const double flight = position.closing_share > 0.0 ? (1.0 - position.closing_share) * gain : 0.0;
+  if (!(impact < -at.slowest)) return 0.0;
+  const double flight = (1.0 - position.closing_share) * gain;
   return at.step.length * (contact.joint.restitution * impact - flight);
 }
 
@@ -108,20 +89,23 @@ Vector3 force_in_frame(const Contact& force, const BodyContact& contact, const V
   return Vector3(force.normal_force, -t1.dot(shear), -t2.dot(shear));
 }
 
-/// `contact`: as it ended, `position`: as it was solved. None where nothing is to be set.
-std::optional<VelocityContact> velocity_contact(const ImpactStep& at, const BodyContact& contact,
-                                                const LinearContact& position) {
-  if (position.mode == ContactMode::Open || position.compliant) return {};
-  VelocityContact result{.contact = position};
-  LinearContact& c = result.contact;
+/// `contact`: as it ended, `position`: as it was solved. Nothing where nothing is to be set.
+void add_contact(const ImpactStep& at, const BodyContact& contact, const LinearContact& position,
+                 VelocityProblem& problem) {
+  if (position.mode == ContactMode::Open || position.compliant) return;
+  LinearContact& c = problem.contacts.emplace_back(position);
   const double dt = at.step.length;
   c.normal_spring = c.shear_spring = 0.0;
   c.cohesion = 2.0 * position.cohesion;
   linearise_velocity(contact, at.poses, c);
-  if (c.slot_a < 0) c.offset += dt * (c.jacobian_a * velocity_vector(at.end[index(contact.a)]));
-  if (c.slot_b < 0) c.offset += dt * (c.jacobian_b * velocity_vector(at.end[index(contact.b)]));
+  const auto carry = [&](int slot, int block, const Matrix3x12& jacobian) {  // by a moving support
+    const Vector12 velocity = velocity_vector(at.end[index(block)]);
+    if (slot < 0 && !velocity.isZero(0.0)) c.offset += dt * (jacobian * velocity);
+  };
+  carry(c.slot_a, contact.a, c.jacobian_a);
+  carry(c.slot_b, contact.b, c.jacobian_b);
   c.start = c.offset;
-  result.bounce = full_bounce(at, contact, position, c);
+  problem.bounces.push_back(full_bounce(at, contact, position, c));
   c.multiplier = 2.0 * force_in_frame(contact.state, contact, contact.state.point.normal);
   const bool resting = !contact.state.impact;
   if (c.law == ContactLaw::Coulomb && position.mode == ContactMode::Slip && resting) {
@@ -129,17 +113,18 @@ std::optional<VelocityContact> velocity_contact(const ImpactStep& at, const Body
   }
   if (c.law == ContactLaw::Frictionless) c.multiplier.tail<2>().setZero();
   c.assumed = position.mode;
-  if (position.mode == ContactMode::Slip) {  // a joint that dilates opens
-    const double sliding = relative_velocity(contact, c, at.end).tail<2>().norm();
-    c.offset[0] -= dt * dilation_slope(contact.joint, contact.state) * sliding;
+  const double slope = dilation_slope(contact.joint, contact.state);
+  if (position.mode == ContactMode::Slip && slope != 0.0) {  // a joint that dilates opens
+    c.offset[0] -= dt * slope * relative_velocity(contact, c, at.end).tail<2>().norm();
   }
-  return result;
+  set_augmentation(at.terms.compliance, c);
 }
 
-LinearContact velocity_held_point(const ImpactStep& at, const HeldPoint& held,
-                                  const LinearContact& position) {
+void add_held_point(const ImpactStep& at, const HeldPoint& held, const LinearContact& position,
+                    VelocityProblem& problem) {
   const std::size_t b = index(held.block);
-  LinearContact c = position;
+  LinearContact& c = problem.contacts.emplace_back(position);
+  problem.bounces.push_back(0.0);
   c.jacobian_b = motion(at.poses.end[b], held.arm, at.poses.deforms[b] != 0);
   const double time = at.step.end_time(), eps = 0.5 * at.step.length;
   c.offset.setZero();
@@ -148,7 +133,7 @@ LinearContact velocity_held_point(const ImpactStep& at, const HeldPoint& held,
   }
   c.start = c.offset;
   c.multiplier = 2.0 * position.force;
-  return c;
+  set_augmentation(at.terms.compliance, c);
 }
 
 /// Until the first impact contacts that were closed before pushed as in the last step,
@@ -168,23 +153,19 @@ void add_earlier_impulses(std::span<const BodyContact> contacts, const Attempt& 
   }
 }
 
-void add_contacts(const ImpactStep& at, const Attempt& attempt, VelocityProblem& problem) {
-  const auto add = [&](const VelocityContact& made) {
-    problem.contacts.push_back(made.contact);
-    set_augmentation(at.terms.compliance, problem.contacts.back());
-    problem.bounces.push_back(made.bounce);
-  };
+void set_contacts(const ImpactStep& at, const Attempt& attempt, VelocityProblem& problem) {
+  problem.contacts.clear();
+  problem.bounces.clear();
   for (std::size_t i = 0; i < attempt.contacts.size(); ++i) {
-    const auto made = velocity_contact(at, attempt.contacts[i], attempt.linear[i]);
-    if (made) add(*made);
+    add_contact(at, attempt.contacts[i], attempt.linear[i], problem);
   }
   for (std::size_t h = 0; h < at.step.island.held.size(); ++h) {
     const HeldPoint& held = at.step.compiled.held[index(at.step.island.held[h])];
-    add({velocity_held_point(at, held, attempt.linear[attempt.contacts.size() + h])});
+    add_held_point(at, held, attempt.linear[attempt.contacts.size() + h], problem);
   }
 }
 
-void add_blocks(const ImpactStep& at, std::span<const BodyContact> contacts, const Attempt& attempt,
+void set_blocks(const ImpactStep& at, std::span<const BodyContact> contacts, const Attempt& attempt,
                 VelocityProblem& problem) {
   const std::vector<int>& blocks = at.step.island.slots.block_of_slot;
   problem.velocity.resize(blocks.size());
@@ -206,84 +187,15 @@ void add_blocks(const ImpactStep& at, std::span<const BodyContact> contacts, con
   }
 }
 
-/// By slot: the least slot of the group of blocks that closed contacts join.
-std::vector<int> joined_groups(std::size_t slots, std::span<const LinearContact> contacts) {
-  JoinedGroups groups(slots);
-  for (const LinearContact& c : contacts) {
-    if (c.slot_a >= 0 && c.slot_b >= 0) groups.join(c.slot_a, c.slot_b);
-  }
-  std::vector<int> least(slots);
-  for (std::size_t s = 0; s < slots; ++s) least[s] = groups.least(static_cast<int>(s));
-  return least;
-}
-
-/// Restitution of each group of blocks that closed contacts join.
-class Restitution {
- public:
-  Restitution(std::size_t slots, const VelocityProblem& problem)
-      : groups_(joined_groups(slots, problem.contacts)), shares_(slots, 0.0) {
-    for (std::size_t i = 0; i < problem.bounces.size(); ++i) {
-      if (problem.bounces[i] != 0.0) shares_[group_of(problem.contacts[i])] = 1.0;
-    }
-  }
-
-  /// The contacts with their bounce, or what is left of it.
-  std::vector<LinearContact> apply(const VelocityProblem& problem) const {
-    std::vector<LinearContact> contacts = problem.contacts;
-    for (std::size_t i = 0; i < contacts.size(); ++i) {
-      contacts[i].offset[0] += shares_[group_of(contacts[i])] * problem.bounces[i];
-    }
-    return contacts;
-  }
-
-  /// Less of it for groups that have more energy than they had, with the work done on them; true
-  /// when there are any.
-  bool lessen(const SubStep& step, std::span<const double> work_on,
-              std::span<const BlockState> end) {
-    if (std::ranges::none_of(shares_, [](double share) { return share > 0.0; })) return false;
-    std::vector<double> available(shares_.size(), 0.0), now(shares_.size(), 0.0);
-    for (std::size_t s = 0; s < groups_.size(); ++s) {
-      const std::size_t b = index(step.island.slots.block_of_slot[s]), group = index(groups_[s]);
-      available[group] += mechanical_energy(step, b, step.state) + work_on[s];
-      now[group] += mechanical_energy(step, b, end);
-    }
-    bool any = false;
-    for (std::size_t group = 0; group < shares_.size(); ++group) {
-      const double rounding = kEnergyRounding * std::abs(available[group]);
-      if (now[group] <= available[group] + rounding || !(shares_[group] > 0.0)) continue;
-      shares_[group] = shares_[group] > kLeastBounce ? kLessBounce * shares_[group] : 0.0;
-      any = true;
-    }
-    return any;
-  }
-
-  /// By slot: the least slot of its group.
-  std::span<const int> groups() const { return groups_; }
-
- private:
-  static double mechanical_energy(const SubStep& step, std::size_t block,
-                                  std::span<const BlockState> state) {
-    return kinetic_energy(step.compiled.models[block], state[block]) +
-           strain_energy(step.compiled.models[block], state[block]);
-  }
-  std::size_t group_of(const LinearContact& c) const {
-    return index(groups_[index(c.slot_a >= 0 ? c.slot_a : c.slot_b)]);
-  }
-
-  std::vector<int> groups_;
-  std::vector<double> shares_;  ///< by group; 0 where nothing bounces
-};
-
 /// Work of moving supports by the impulses beyond the positions' forces, by slot, J.
-std::vector<double> pushed_work(std::size_t slots, const VelocityProblem& problem,
-                                std::span<const LinearContact> solved) {
-  std::vector<double> pushed(slots, 0.0);
+void set_pushed_work(std::size_t slots, const VelocityProblem& problem,
+                     std::span<const LinearContact> solved, std::vector<double>& pushed) {
+  pushed.assign(slots, 0.0);
   for (std::size_t i = 0; i < solved.size(); ++i) {
     const LinearContact& c = solved[i];
     pushed[index(c.slot_a >= 0 ? c.slot_a : c.slot_b)] -=
         0.5 * (c.force - problem.contacts[i].multiplier).dot(c.start);
   }
-  return pushed;
 }
 
 }  // namespace
@@ -292,45 +204,45 @@ void attempt_velocities(const SubStep& step, std::span<const BodyContact> contac
                         AttemptMemory& memory, BlocksAtEnd& blocks, Attempt& attempt) {
   const std::vector<int>& own = step.island.slots.block_of_slot;
   if (own.empty()) return;
-  const ImpactStep at{step,
-                      memory.terms,
-                      blocks.poses,
-                      blocks.end,
-                      free_velocity_gain(step, memory.terms, blocks.poses),
-                      step.bounce_speed()};
-  VelocityProblem problem;
-  add_contacts(at, attempt, problem);
+  ImpactMemory& impact = memory.impact;
+  VelocityProblem& problem = impact.problem;
+  const auto closed = [](const LinearContact& c) { return c.closing_share > 0.0; };
+  if (std::ranges::any_of(attempt.linear, closed)) {
+    set_free_velocity_gain(step, memory.terms, blocks.poses, impact.free_gain);
+  }
+  const ImpactStep at{step,       memory.terms,     blocks.poses,
+                      blocks.end, impact.free_gain, step.bounce_speed()};
+  set_contacts(at, attempt, problem);
   if (problem.contacts.empty()) return;
-  add_blocks(at, contacts, attempt, problem);
+  set_blocks(at, contacts, attempt, problem);
   OpenCloseOptions tuning{.force_tolerance = step.options.tolerance,
                           .gap_tolerance = step.gap_tolerance()};
   tuning.gap_rounding = gap_rounding(attempt.linear);
   tuning.raise = tuning.predicted = true;
   const double before = kinetic_energy(step, blocks.end);
-  Restitution restitution(own.size(), problem);
+  impact.restitution.begin(own.size(), problem);
   OpenCloseResult total = attempt.solved;
   // With friction and several contacts Newton's restitution can create energy: less of it then.
-  std::vector<LinearContact> tried;
   for (bool again = true; again;) {
-    tried = restitution.apply(problem);
-    BlockVector solution = problem.velocity;
+    impact.restitution.apply(problem, impact.tried);
+    impact.solution = problem.velocity;
     memory.clock.charge(&PhaseSeconds::assemble);
     const OpenCloseResult solved = memory.solver.solve(
-        step.options, {memory.terms.base, problem.force}, tried, tuning, solution);
+        step.options, {memory.terms.base, problem.force}, impact.tried, tuning, impact.solution);
     memory.clock.charge(&PhaseSeconds::solve);
     for (std::size_t s = 0; s < own.size(); ++s) {
-      set_velocity(solution[s] / step.length, blocks.end[index(own[s])]);
+      set_velocity(impact.solution[s] / step.length, blocks.end[index(own[s])]);
     }
     add(solved, total);
-    again = restitution.lessen(step, attempt.energy.work_on, blocks.end);
+    again = impact.restitution.lessen(step, attempt.energy.work_on, blocks.end);
   }
   total.converged = total.converged && attempt.solved.converged;
   total.residual = std::max(total.residual, attempt.solved.residual);
   total.condition = attempt.solved.condition;
   attempt.solved = total;
-  bound_energy(step,
-               {problem.velocity, restitution.groups(), pushed_work(own.size(), problem, tried)},
-               blocks.end, attempt.energy);
+  set_pushed_work(own.size(), problem, impact.tried, impact.pushed);
+  bound_energy(step, {problem.velocity, impact.restitution.groups(), impact.pushed}, blocks.end,
+               attempt.energy, impact.of_group);
   attempt.energy.impact_loss += before - kinetic_energy(step, blocks.end);
 }
 

@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <limits>
 
-#include "step/joined_groups.hpp"
+#include "index.hpp"
 
 namespace quoin::solver {
 namespace {
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 void append_block(const CompiledScene& compiled, int block, IslandBlocks& island) {
   const BlockModel& model = compiled.models[index(block)];
@@ -23,20 +21,22 @@ void append_block(const CompiledScene& compiled, int block, IslandBlocks& island
 
 }  // namespace
 
-std::vector<int> island_of_blocks(const CompiledScene& compiled,
-                                  std::span<const geometry::ContactPoint> found) {
-  JoinedGroups groups(compiled.models.size());
+void join_blocks(const CompiledScene& compiled, std::span<const geometry::ContactPoint> found,
+                 JoinedGroups& blocks) {
   for (const geometry::ContactPoint& point : found) {
     if (compiled.idle[index(point.key.a)] || compiled.idle[index(point.key.b)]) continue;
-    groups.join(point.key.a, point.key.b);
+    blocks.join(point.key.a, point.key.b);
   }
-  std::vector<int> islands(compiled.models.size(), -1);
+}
+
+void number_islands(const CompiledScene& compiled, JoinedGroups& blocks,
+                    std::vector<int>& island_of_block) {
+  island_of_block.assign(compiled.models.size(), -1);
   int count = 0;
   for (const int block : compiled.slots.block_of_slot) {
-    const int first = groups.least(block);
-    islands[index(block)] = first == block ? count++ : islands[index(first)];
+    const int first = blocks.least(block);
+    island_of_block[index(block)] = first == block ? count++ : island_of_block[index(first)];
   }
-  return islands;
 }
 
 std::vector<IslandBlocks> island_blocks(const CompiledScene& compiled,

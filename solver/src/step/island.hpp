@@ -9,6 +9,8 @@
 #include <memory>
 #include <optional>
 
+#include "entrance_plane.hpp"
+#include "step/joined_groups.hpp"
 #include "step/step_attempt.hpp"
 
 namespace quoin::solver {
@@ -42,6 +44,8 @@ struct Island {
   double reach = 0.0;                         ///< the largest reach of a pair there, m
   std::vector<Contact> history;               ///< as the last accepted sub-step left them
   std::vector<BodyContact> contacts;          ///< that the attempt holds
+  std::vector<int> previous;                  ///< memory of carry_over()
+  std::vector<PassingPair> passing;           ///< pairs that the attempt leaves out
 
   std::vector<geometry::ContactPoint> found_end;  ///< at the end of the attempt
   double reach_end = 0.0;                         ///< likewise
@@ -57,9 +61,15 @@ struct Island {
   Attempt attempt;
 };
 
+using Islands = std::vector<Island*>;
+
+/// Joins the blocks with unknowns that these contacts lie between.
+void join_blocks(const CompiledScene& compiled, std::span<const geometry::ContactPoint> found,
+                 JoinedGroups& blocks);
+
 /// By block: which island; -1: no unknowns. Islands are numbered by their least block.
-std::vector<int> island_of_blocks(const CompiledScene& compiled,
-                                  std::span<const geometry::ContactPoint> found);
+void number_islands(const CompiledScene& compiled, JoinedGroups& blocks,
+                    std::vector<int>& island_of_block);
 
 /// The blocks of each, and what acts on them.
 std::vector<IslandBlocks> island_blocks(const CompiledScene& compiled,

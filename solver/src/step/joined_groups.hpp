@@ -8,10 +8,12 @@
 
 namespace quoin::solver {
 
-/// Union–find: a group is named by its least member.
+/// Union–find: a group is named by its least member. Keeps the memory between calls of part().
 class JoinedGroups {
  public:
-  explicit JoinedGroups(std::size_t count) : toward_(count) {
+  /// So many members, each a group of its own.
+  void part(std::size_t count) {
+    toward_.resize(count);
     std::iota(toward_.begin(), toward_.end(), 0);
   }
 

@@ -6,6 +6,7 @@
 
 #include "contact/joint_failure.hpp"
 #include "contact/joint_law.hpp"
+#include "index.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -17,8 +18,6 @@ constexpr double kSpringOfWeight = 1e6;  // weight / block size
 constexpr double kLeastGravity = 1.0;    // m/s2: what a scene without gravity is taken to bear
 constexpr double kAtOnce = std::numeric_limits<double>::epsilon();  // share of the step: none
 constexpr int kCorners = 4;  // of a joint that `penalty` is meant for, a contact point
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 ContactLaw law_of(const JointStrength& strength, const StepOptions& options) {
   if (options.analysis == Analysis::Settle) return ContactLaw::Stuck;
@@ -195,12 +194,12 @@ void follow_slip(const BodyContact& contact, LinearContact& c) {
   c.cohesion = mean.cohesion * contact.state.point.area;
 }
 
-}  // namespace
-
-Vector3 moved(const BodyContact& contact, const StepPoses& poses, const LinearContact& c) {
+Vector3 moved_by(const StepPoses& poses, const BodyContact& contact, const LinearContact& c) {
   return c.jacobian_a * poses.increment[index(contact.a)] +
          c.jacobian_b * poses.increment[index(contact.b)];
 }
+
+}  // namespace
 
 double contact_spring(const CompiledScene& compiled, const StepOptions& options) {
   if (options.method == ContactMethod::AugmentedLagrangian) return 0.0;
@@ -240,12 +239,11 @@ void set_laws(const SubStep& step, std::span<BodyContact> contacts,
 
 void set_free_increment(const SubStep& step, const StepPoses& poses,
                         std::span<const BodyContact> contacts, BlockTerms& terms) {
-  terms.free_increment = terms.force;
   const auto may_close = [](const BodyContact& contact) { return !contact.was_closed; };
-  if (std::ranges::any_of(contacts, may_close)) {
-    for (const BodyContact& contact : contacts) {
-      add_last_force(step, poses, contact, terms.free_increment);
-    }
+  if (std::ranges::none_of(contacts, may_close)) return;  // nobody asks
+  terms.free_increment = terms.force;
+  for (const BodyContact& contact : contacts) {
+    add_last_force(step, poses, contact, terms.free_increment);
   }
   for (std::size_t s = 0; s < terms.force.size(); ++s) {
     terms.free_increment[s] = (terms.compliance[s] * terms.free_increment[s]).eval();
@@ -284,7 +282,15 @@ void measure_slips(const StepPoses& poses, std::span<const BodyContact> contacts
     if (contact.joint.dilation_angle == 0.0 && !can_fail(contact.joint)) continue;
     const bool opened = c.mode == ContactMode::Open && (contact.was_closed || c.start[0] <= 0.0);
     c.slip = opened ? (c.relative.tail<2>() - c.start.tail<2>()).norm()
-                    : slip_in_step(c, moved(contact, poses, c));
+                    : slip_in_step(c, moved_by(poses, contact, c));
+  }
+}
+
+void set_moved(const StepPoses& poses, std::span<const BodyContact> contacts,
+               std::span<const LinearContact> linear, std::vector<Vector3>& moved) {
+  moved.resize(contacts.size());
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    moved[i] = moved_by(poses, contacts[i], linear[i]);
   }
 }
 

@@ -15,7 +15,8 @@ void set_laws(const SubStep& step, std::span<BodyContact> contacts,
               std::vector<LinearContact>& linear);
 
 /// How blocks would move in the step if contacts that were closed went on bearing what they bore,
-/// and no other contact did anything: what a contact that closes in the step closes by.
+/// and no other contact did anything: what a contact that closes in the step closes by. Left as it
+/// is where no contact may close.
 void set_free_increment(const SubStep& step, const StepPoses& poses,
                         std::span<const BodyContact> contacts, BlockTerms& terms);
 
@@ -28,8 +29,9 @@ void linearise(const SubStep& step, const BlockTerms& terms, const StepPoses& po
 void measure_slips(const StepPoses& poses, std::span<const BodyContact> contacts,
                    std::span<LinearContact> linear);
 
-/// J D of a contact's two blocks, wherever they have unknowns or not.
-Vector3 moved(const BodyContact& contact, const StepPoses& poses, const LinearContact& linear);
+/// J D of each contact's two blocks, wherever they have unknowns or not.
+void set_moved(const StepPoses& poses, std::span<const BodyContact> contacts,
+               std::span<const LinearContact> linear, std::vector<Vector3>& moved);
 
 /// The largest LinearContact::rounding, m.
 double gap_rounding(std::span<const LinearContact> contacts);

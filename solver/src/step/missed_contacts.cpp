@@ -67,13 +67,15 @@ double least_gap(std::span<const geometry::ContactPoint> points, double reach) {
 double overlap_limit(double size) { return kMissed * size; }
 
 bool add_missed(const CompiledScene& compiled, std::span<const Pose> end, Island& island) {
+  const auto overlaps = [&](const geometry::ContactPoint& point) {
+    return point.gap < -overlap_limit(pair_size(compiled, point.key.a, point.key.b));
+  };
+  if (std::ranges::none_of(island.found_end, overlaps)) return false;
   const Known known = known_contacts(island);
   const std::size_t before = island.contacts.size();
   for (const geometry::ContactPoint& point : island.found_end) {
-    const int a = point.key.a, b = point.key.b;
-    if (!(point.gap < -overlap_limit(pair_size(compiled, a, b))) ||
-        std::ranges::binary_search(known.keys, point.key) ||
-        std::ranges::binary_search(known.soft, Pair(a, b))) {
+    if (!overlaps(point) || std::ranges::binary_search(known.keys, point.key) ||
+        std::ranges::binary_search(known.soft, Pair(point.key.a, point.key.b))) {
       continue;
     }
     island.missing = point;

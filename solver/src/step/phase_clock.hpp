@@ -20,10 +20,7 @@ class PhaseClock {
   }
   /// The time since the last call was another clock's.
   void add(const PhaseSeconds& other) {
-    seconds.detect += other.detect;
-    seconds.assemble += other.assemble;
-    seconds.solve += other.solve;
-    seconds.update += other.update;
+    seconds.add(other);
     last_ = Clock::now();
   }
   PhaseSeconds seconds;

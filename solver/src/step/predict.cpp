@@ -2,12 +2,12 @@
 
 #include <cmath>
 
+#include "index.hpp"
+
 namespace quoin::solver {
 namespace {
 
 constexpr double kSameLength = 1e-9;  // of the sub-step: what halving and adding up rounds
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 

@@ -4,6 +4,7 @@
 
 #include "contact/joint_failure.hpp"
 #include "contact_problem.hpp"
+#include "index.hpp"
 #include "step/contact_record.hpp"
 #include "step/hit_blocks.hpp"
 
@@ -17,8 +18,6 @@ constexpr double kAgreement = 1e-6;      // of the smallest block, where contact
 constexpr int kQuickLinearisations = 4;  // after so many: contacts that go to and fro are left
 constexpr double kLooseAgreement = 1e-4;
 constexpr double kOpened = 10.0;  // of the gap tolerance: closed contacts are good to one
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 void by_slot(const Slots& slots, const BlockVector& blocks, BlockVector& by_slot) {
   by_slot.resize(slots.block_of_slot.size());
@@ -34,13 +33,15 @@ void by_block(const Slots& slots, const BlockVector& by_slot, BlockVector& block
 }
 
 /// The first linearisation of an attempt: hit blocks move rigidly from here on.
-void linearise_first(const SubStep& step, std::span<const BodyContact> contacts, BlockTerms& terms,
-                     StepPoses& poses, std::span<LinearContact> linear) {
+void linearise_first(const SubStep& step, std::span<const BodyContact> contacts,
+                     AttemptMemory& memory, StepPoses& poses, std::span<LinearContact> linear) {
+  BlockTerms& terms = memory.terms;
   set_end(step, poses);
   set_force(step, poses, terms);
   set_free_increment(step, poses, contacts, terms);
   linearise(step, terms, poses, contacts, linear);
-  if (!hold_strain(step, hit_blocks(step, contacts, linear, Impacts::Expected), poses)) return;
+  find_hit_blocks(step, contacts, linear, Impacts::Expected, memory.expected_hit);
+  if (!hold_strain(step, memory.expected_hit, poses)) return;
   set_matrices(step, poses, terms);
   set_force(step, poses, terms);
   set_free_increment(step, poses, contacts, terms);
@@ -84,7 +85,7 @@ OpenCloseResult solve_positions(const SubStep& step, std::span<const BodyContact
   for (int pass = 0; pass < kLinearisations; ++pass) {
     tuning.predicted = pass == 0;
     if (tuning.predicted) {
-      linearise_first(step, contacts, terms, poses, linear);
+      linearise_first(step, contacts, memory, poses, linear);
     } else {
       set_end(step, poses);
       set_force(step, poses, terms);
@@ -141,7 +142,8 @@ double largest_displacement(const SubStep& step, const StepPoses& poses) {
 void list_contacts(std::span<const BodyContact> bodies, std::vector<Contact>& contacts) {
   contacts.clear();
   for (const BodyContact& contact : bodies) contacts.push_back(contact.state);
-  std::ranges::sort(contacts, {}, [](const Contact& contact) { return contact.point.key; });
+  const auto key = [](const Contact& contact) { return contact.point.key; };
+  if (!std::ranges::is_sorted(contacts, {}, key)) std::ranges::sort(contacts, {}, key);
 }
 
 void attempt_positions(const SubStep& step, const LastSubStep& last,
@@ -163,7 +165,8 @@ void attempt_positions(const SubStep& step, const LastSubStep& last,
                            kOpened * step.gap_tolerance()));
   memory.clock.charge(&PhaseSeconds::assemble);
   attempt.solved = total;
-  attempt.energy = account(step, poses, contacts, attempt.linear);
+  set_moved(poses, contacts, attempt.linear, memory.moved);
+  account(step, poses, contacts, attempt.linear, memory.moved, attempt.energy);
   attempt.unbalance = unbalance(step, poses, attempt.linear);
   attempt.stiffest_omega_dt = stiffest_omega_dt(attempt.linear, memory.terms.compliance);
   attempt.displacement = largest_displacement(step, poses);
@@ -175,8 +178,9 @@ void attempt_positions(const SubStep& step, const LastSubStep& last,
     attempt.held_forces.push_back(held.force);
   }
   attempt.first_impact = first_impact(step, std::span(attempt.linear).first(contacts.size()));
-  attempt.hit = hit_blocks(step, contacts, attempt.linear, Impacts::Solved);
-  attempt.contacts = contacts_at_end(contacts, attempt.linear, attempt.hit, poses);
+  find_hit_blocks(step, contacts, attempt.linear, Impacts::Solved, attempt.hit);
+  attempt.contacts = contacts;
+  record(attempt.linear, memory.moved, attempt.hit, poses, attempt.contacts);
 }
 
 }  // namespace quoin::solver

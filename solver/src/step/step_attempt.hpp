@@ -2,10 +2,11 @@
 /// One attempt at one sub-step of one island: equilibrium of positions, then the velocity law.
 
 #include "iteration/contact_solver.hpp"
-#include "step/energy_ledger.hpp"
+#include "step/energy_bound.hpp"
 #include "step/linearise.hpp"
 #include "step/phase_clock.hpp"
 #include "step/predict.hpp"
+#include "step/restitution.hpp"
 
 namespace quoin::solver {
 
@@ -23,11 +24,25 @@ struct Attempt {
   std::vector<BodyContact> contacts;  ///< with forces and modes at the end
 };
 
+/// Memory of the velocity law.
+struct ImpactMemory {
+  VelocityProblem problem;
+  Restitution restitution;
+  std::vector<LinearContact> tried;  ///< of `problem`, with what is left of their bounce
+  BlockVector solution;              ///< by slot
+  BlockVector free_gain;             ///< by slot, where a contact closes
+  std::vector<double> pushed;        ///< by slot
+  std::vector<GroupEnergy> of_group;
+};
+
 /// Memory of an island's attempts, and the numbers that its stages hand on.
 struct AttemptMemory {
   AttemptMemory(const Slots& slots, StepWatch* watch) : solver(slots, watch) {}
   BlockTerms terms;
-  BlockVector increment;  ///< by slot
+  BlockVector increment;           ///< by slot
+  std::vector<Vector3> moved;      ///< by contact
+  std::vector<char> expected_hit;  ///< by slot
+  ImpactMemory impact;
   ContactSolver solver;
   PhaseClock clock;
 };

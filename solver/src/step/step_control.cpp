@@ -6,6 +6,7 @@
 #include <numeric>
 #include <utility>
 
+#include "index.hpp"
 #include "step/attempt_rounds.hpp"
 #include "step/contact_search.hpp"
 #include "step/form_islands.hpp"
@@ -23,10 +24,6 @@ constexpr double kEnd = 1e-12;          // of the step: what sub-steps may leave
 // peak.
 constexpr double kBeforeImpact = 0.01;
 constexpr double kFarthest = 0.5;  // of the smaller block: what moves farther jumps over it
-
-using Islands = std::vector<Island*>;
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 /// Time is counted in steps, not added up: a million steps of dt end at a million dt.
 double counted_end(const StepOptions& options, const State& state, Counted& clock) {
@@ -63,16 +60,16 @@ BlockState prescribed_at(const StepRun& run, std::size_t p, const PrescribedMoti
 /// Blocks without unknowns where they are at `from`, and where they will be at `to`.
 void place_idle(const StepRun& run, double from, double to) {
   Workspace& work = run.work;
-  std::vector<Vector3> increments;
+  work.increments.clear();
   for (std::size_t p = 0; p < run.compiled.prescribed.size(); ++p) {
     const std::size_t b = index(run.compiled.prescribed[p]);
     const PrescribedMotion now = motion_at(run, p, from);
     work.motion_end[p] = motion_at(run, p, to);
-    increments.push_back(work.motion_end[p].displacement - now.displacement);
+    work.increments.push_back(work.motion_end[p].displacement - now.displacement);
     if (from != run.state.time) work.now.blocks[b] = prescribed_at(run, p, now);
     work.end[b] = prescribed_at(run, p, work.motion_end[p]);
   }
-  place_idle(run.compiled, work.now.blocks, increments, work.poses);
+  place_idle(run.compiled, work.now.blocks, work.increments, work.poses);
 }
 
 /// A step in which two blocks near each other move by more than half the smaller one can jump over
@@ -190,8 +187,8 @@ double part_before_impact(const Island& island, double smallest) {
 }
 
 /// Islands that stand at the earliest time, and of these those with the longest next sub-step.
-Islands next_group(std::span<Island* const> islands, double time_step) {
-  Islands group;
+void next_group(std::span<Island* const> islands, double time_step, Islands& group) {
+  group.clear();
   const auto key = [&](const Island& island) { return std::pair(island.done, -island.length); };
   for (Island* island : islands) {
     if (!(island->done < time_step * (1.0 - kEnd))) continue;
@@ -199,7 +196,6 @@ Islands next_group(std::span<Island* const> islands, double time_step) {
     if (!group.empty() && key(*island) < key(*group.front())) group.clear();
     if (group.empty() || key(*island) == key(*group.front())) group.push_back(island);
   }
-  return group;
 }
 
 /// Tries the next sub-step of islands that stand at one time and try one length.
@@ -227,7 +223,10 @@ Island* take_sub_steps(const StepRun& run, std::span<Island* const> islands) {
   StepReport& report = run.report;
   const double smallest = options.smallest_time_step > 0.0 ? options.smallest_time_step
                                                            : options.time_step / kSmallestStep;
-  for (Islands group; !(group = next_group(islands, options.time_step)).empty();) {
+  Islands& group = run.work.group;
+  for (;;) {
+    next_group(islands, options.time_step, group);
+    if (group.empty()) return nullptr;
     begin_group(run, group);
     const bool can_cut = 0.5 * group.front()->length >= smallest;
     if (can_cut) {
@@ -257,7 +256,6 @@ Island* take_sub_steps(const StepRun& run, std::span<Island* const> islands) {
       reject(run, *island, 0.5 * island->length);
     }
   }
-  return nullptr;
 }
 
 /// One step towards equilibrium, of each island by itself. The island that has none, or null.
@@ -360,14 +358,22 @@ void give_up(const StepRun& run, const Island& failed, State& best) {
 Island* take_islands(const StepRun& run) {
   const bool dynamic = run.options.analysis == Analysis::Dynamic;
   const auto take = dynamic ? take_sub_steps : take_static_step;
-  std::vector<geometry::ContactPoint> joins = run.work.found;
-  form_islands(run, joins);
-  Islands islands = awake(run);
+  Islands& islands = run.work.awake;
+  form_islands(run);
+  wake_islands(run);
+  list_awake(run.work, islands);
   while (!islands.empty()) {
     start_islands(run, islands);
     Island* failed = take(run, islands);
-    if (failed != nullptr && awake_islands(run.work).size() == 1) return failed;
-    islands = failed != nullptr ? whole_scene(run) : join_islands_that_met(run, joins);
+    list_awake(run.work, islands);
+    if (failed != nullptr && islands.size() == 1) return failed;
+    if (failed != nullptr) {
+      form_whole_scene(run);
+    } else if (!join_islands_that_met(run)) {
+      return nullptr;
+    }
+    list_awake(run.work, islands);
+    std::erase_if(islands, [](const Island* island) { return island->begun; });
   }
   return nullptr;
 }
@@ -381,7 +387,8 @@ void take_step(const StepRun& run, State& state, State& best) {
   work.now.blocks = work.end = state.blocks;
   work.now.held_forces = state.held_forces;
   const Island* failed = take_islands(run);
-  const Islands islands = awake_islands(work);
+  Islands& islands = work.awake;
+  list_awake(work, islands);
   report_islands(islands, run.report);
   if (failed != nullptr) give_up(run, *failed, best);
   commit(run,
@@ -417,12 +424,12 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
   if (work.still) return stand(options, state, work);
   StepReport report;
   work.clock.start();
-  StepMemory before = work;
+  work.before = work;
   work.watch.begin(options, report);
   try {
-    take_step({compiled, options, state, before, work, report}, state, best);
+    take_step({compiled, options, state, work.before, work, report}, state, best);
   } catch (const StepStopped&) {
-    static_cast<StepMemory&>(work) = std::move(before);
+    static_cast<StepMemory&>(work) = work.before;
     report.status = StepStatus::Stopped;
   }
   work.watch.end();
@@ -445,9 +452,10 @@ double initial_spring_energy(const CompiledScene& compiled, const StepOptions& o
   for (const BlockState& block : state.blocks) poses.push_back(pose(block));
   std::vector<BodyContact> contacts;
   const SearchedState searched{state.blocks, largest_opening(compiled, state.contacts), state.time};
-  const double reach = Reach(compiled, options, searched).largest();
+  const double reach = Reach(compiled, options, searched, work.reach_of_block).largest();
+  std::vector<int> previous;
   carry_over({compiled.scene, poses, compiled.models, reach, work.laid}, work.found, state.contacts,
-             contacts);
+             previous, contacts);
   store_at_rest(compiled, options, contacts, work.stored);
   return std::accumulate(work.stored.begin(), work.stored.end(), 0.0);
 }

@@ -49,14 +49,6 @@ void append_flags(const CompiledScene& compiled, const StepOptions& options, con
   append_flags(compiled, state, evidence, report);
 }
 
-void add(const LinearSolverCounts& island, LinearSolverCounts& total) {
-  total.eliminations += island.eliminations;
-  total.set_ups += island.set_ups;
-  total.iterations += island.iterations;
-  total.fallbacks += island.fallbacks;
-  total.complexity = std::max(total.complexity, island.complexity);
-}
-
 }  // namespace
 
 void count_attempt(Island& island) {
@@ -85,7 +77,7 @@ void report_islands(std::span<Island* const> islands, StepReport& report) {
     report.factorizations = std::max(report.factorizations, count.factorizations);
     report.proximal_newton_attempts =
         std::max(report.proximal_newton_attempts, count.proximal_newton_attempts);
-    add(island->memory.solver.linear_solver().counts(), report.linear);
+    report.linear.add(island->memory.solver.linear_solver().counts());
     report.residual = std::max(report.residual, count.residual);
     report.condition = std::max(report.condition, count.condition);
     report.unbalance = std::max(report.unbalance, count.unbalance);

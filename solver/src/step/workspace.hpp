@@ -23,7 +23,7 @@ struct StepMemory {
   bool still = false;  ///< nothing moved in the last step and no load changes: the next is the same
   StepReport report;   ///< of that step
   Counted counted;
-  EquilibriumSearch search;  ///< of the static analysis that goes on
+  EquilibriumSearch search;               ///< of the static analysis that goes on
   std::vector<EnergyScale> energy_scale;  ///< by block
   LastSubStep last;
   std::vector<double> stored;  ///< by slot: StepEnergy::stored, J
@@ -45,11 +45,21 @@ struct Workspace : StepMemory {
   std::vector<geometry::ContactPoint> found;
   std::vector<geometry::ContactPoint> found_end;  ///< at the end of the attempts
 
+  StepMemory before;                          ///< as the step began
   std::vector<PrescribedMotion> best_motion;  ///< of the best attempt
 
   std::vector<int> slot_of_block;    ///< in its island; -1: no unknowns
   std::vector<int> island_of_block;  ///< -1: no unknowns
   std::vector<std::unique_ptr<Island>> islands;
+  JoinedGroups joined;                       ///< blocks, by contacts of this step
+  std::vector<int> next_island_of_block;     ///< memory of form_islands()
+  std::vector<Island*> owners;               ///< memory of start_islands(), by island
+  Islands awake;                             ///< those that take the step
+  Islands group;                             ///< of these: that try one sub-step side by side
+  Islands open;                              ///< of these: that try another round
+  std::vector<int> moved;                    ///< memory of a search: blocks that do not stand
+  std::vector<double> reach_of_block;        ///< memory of Reach
+  std::vector<Vector3> increments;           ///< memory of place_idle(), of compiled.prescribed
   State now;                                 ///< while a step is taken: its accepted sub-steps
   StepPoses poses;                           ///< of the sub-step that is tried, by block
   std::vector<BlockState> end;               ///< likewise: at its end

@@ -48,9 +48,9 @@ struct ContactOptions {
 /// `nearest` is the answer of nearest_features for the same pair. Coincident points are merged. The
 /// areas are the contact polygon's area shared out so that equal pressure on the points has the
 /// same resultant, in size and place, as on the polygon. No allocation once `contacts` has room.
-void append_contact_points(const std::array<int, 2>& blocks, const Shape& a,
-                           const Shape& b, const NearestFeatures& nearest,
-                           const ContactOptions& options, std::vector<ContactPoint>& contacts);
+void append_contact_points(const std::array<int, 2>& blocks, const Shape& a, const Shape& b,
+                           const NearestFeatures& nearest, const ContactOptions& options,
+                           std::vector<ContactPoint>& contacts);
 void append_contact_points(const std::array<int, 2>& blocks, const Body& a, const Body& b,
                            const NearestFeatures& nearest, const ContactOptions& options,
                            std::vector<ContactPoint>& contacts);
@@ -97,7 +97,8 @@ struct ContactPointList {
   std::size_t size = 0;
   const ContactPoint& (*at)(const void* owner, std::size_t i) = nullptr;
 };
-std::vector<int> match_previous(const ContactPointList& now, const ContactPointList& before,
-                                double reach = 0.0);
+/// `match`: its memory is reused.
+void match_previous(const ContactPointList& now, const ContactPointList& before, double reach,
+                    std::vector<int>& match);
 
 }  // namespace quoin::geometry

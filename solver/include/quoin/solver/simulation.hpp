@@ -1,6 +1,7 @@
 #pragma once
 /// Runs a scene: options, advance(), what a step reports.
 
+#include <algorithm>
 #include <array>
 #include <functional>
 #include <iosfwd>
@@ -54,6 +55,14 @@ struct LinearSolverCounts {
   long fallbacks = 0;     ///< matrices whose iterations did not converge: eliminated
   double complexity =
       0.0;  ///< largest: blocks of all levels by those of the matrix; 0: no Multigrid
+
+  void add(const LinearSolverCounts& more) {
+    eliminations += more.eliminations;
+    set_ups += more.set_ups;
+    iterations += more.iterations;
+    fallbacks += more.fallbacks;
+    complexity = std::max(complexity, more.complexity);
+  }
 };
 
 enum class TimeScheme : std::uint8_t {
@@ -128,6 +137,13 @@ struct PhaseSeconds {
   double assemble = 0.0;  ///< history handed on, terms of blocks, contacts linearised
   double solve = 0.0;     ///< open–close iteration: contact forces, matrices, linear systems
   double update = 0.0;    ///< the new state, energy
+
+  void add(const PhaseSeconds& more) {
+    detect += more.detect;
+    assemble += more.assemble;
+    solve += more.solve;
+    update += more.update;
+  }
 };
 
 /// What a result should not be trusted for without a look. Limits: README, "Flags".

@@ -1,0 +1,68 @@
+#include "step/restitution.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "index.hpp"
+
+namespace quoin::solver {
+namespace {
+
+constexpr double kEnergyRounding = 1e-9;  // of the energy before an impact
+constexpr double kLessBounce = 0.5;       // of the restitution, where that has made energy, and
+constexpr double kLeastBounce = 0.25;     // none after this share of it: two tries
+
+double mechanical_energy(const SubStep& step, std::size_t block,
+                         std::span<const BlockState> state) {
+  return kinetic_energy(step.compiled.models[block], state[block]) +
+         strain_energy(step.compiled.models[block], state[block]);
+}
+
+}  // namespace
+
+void Restitution::begin(std::size_t slots, const VelocityProblem& problem) {
+  joined_.part(slots);
+  for (const LinearContact& c : problem.contacts) {
+    if (c.slot_a >= 0 && c.slot_b >= 0) joined_.join(c.slot_a, c.slot_b);
+  }
+  groups_.resize(slots);
+  for (std::size_t s = 0; s < slots; ++s) groups_[s] = joined_.least(static_cast<int>(s));
+  shares_.assign(slots, 0.0);
+  for (std::size_t i = 0; i < problem.bounces.size(); ++i) {
+    if (problem.bounces[i] != 0.0) shares_[group_of(problem.contacts[i])] = 1.0;
+  }
+}
+
+void Restitution::apply(const VelocityProblem& problem,
+                        std::vector<LinearContact>& contacts) const {
+  contacts = problem.contacts;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    contacts[i].offset[0] += shares_[group_of(contacts[i])] * problem.bounces[i];
+  }
+}
+
+bool Restitution::lessen(const SubStep& step, std::span<const double> work_on,
+                         std::span<const BlockState> end) {
+  if (std::ranges::none_of(shares_, [](double share) { return share > 0.0; })) return false;
+  available_.assign(shares_.size(), 0.0);
+  now_.assign(shares_.size(), 0.0);
+  for (std::size_t s = 0; s < groups_.size(); ++s) {
+    const std::size_t b = index(step.island.slots.block_of_slot[s]), group = index(groups_[s]);
+    available_[group] += mechanical_energy(step, b, step.state) + work_on[s];
+    now_[group] += mechanical_energy(step, b, end);
+  }
+  bool any = false;
+  for (std::size_t group = 0; group < shares_.size(); ++group) {
+    const double rounding = kEnergyRounding * std::abs(available_[group]);
+    if (now_[group] <= available_[group] + rounding || !(shares_[group] > 0.0)) continue;
+    shares_[group] = shares_[group] > kLeastBounce ? kLessBounce * shares_[group] : 0.0;
+    any = true;
+  }
+  return any;
+}
+
+std::size_t Restitution::group_of(const LinearContact& c) const {
+  return index(groups_[index(c.slot_a >= 0 ? c.slot_a : c.slot_b)]);
+}
+
+}  // namespace quoin::solver

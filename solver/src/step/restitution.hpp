@@ -1,0 +1,44 @@
+#pragma once
+/// The velocity problem of a sub-step, and how much of its restitution it bears.
+
+#include "contact/linear_contact.hpp"
+#include "step/joined_groups.hpp"
+#include "step/sub_step.hpp"
+
+namespace quoin::solver {
+
+/// Contacts of velocities, and the blocks' equations: d is a relative velocity times dt, a force
+/// 2/dt of an impulse.
+struct VelocityProblem {
+  std::vector<LinearContact> contacts;
+  std::vector<double> bounces;  ///< by contact: of d, with full restitution, m
+  BlockVector velocity, force;  ///< by slot: velocity times dt as the positions have it, F
+};
+
+/// Restitution of each group of blocks that closed contacts join. Keeps the memory between steps.
+class Restitution {
+ public:
+  /// All of it.
+  void begin(std::size_t slots, const VelocityProblem& problem);
+
+  /// The contacts with their bounce, or what is left of it.
+  void apply(const VelocityProblem& problem, std::vector<LinearContact>& contacts) const;
+
+  /// Less of it for groups that have more energy than they had, with the work done on them (by
+  /// slot, J); true when there are any. `end`: by block.
+  bool lessen(const SubStep& step, std::span<const double> work_on,
+              std::span<const BlockState> end);
+
+  /// By slot: the least slot of its group.
+  std::span<const int> groups() const { return groups_; }
+
+ private:
+  std::size_t group_of(const LinearContact& contact) const;
+
+  JoinedGroups joined_;
+  std::vector<int> groups_;
+  std::vector<double> shares_;           ///< by group; 0 where nothing bounces
+  std::vector<double> available_, now_;  ///< memory of lessen(): energy by group, J
+};
+
+}  // namespace quoin::solver
