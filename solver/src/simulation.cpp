@@ -11,6 +11,11 @@
 #include "step/step_control.hpp"
 
 namespace quoin::solver {
+namespace {
+
+constexpr double kVelocityRounding = 1e-12;  // of the speeds, some thousand roundings
+
+}  // namespace
 
 Vector3 local_point(const State& state, int block, const Vector3& reference_arm) {
   const Pose now = pose(state.blocks[static_cast<std::size_t>(block)]);
@@ -188,6 +193,26 @@ void Simulation::set_options(const StepOptions& options) {
   detect(parts_->compiled, options, parts_->state, parts_->work);
 }
 
+namespace {
+
+Vector3 velocity_at(const BlockState& block, const Vector3& place) {
+  return block.velocity + (block.rotation * block.angular_velocity).cross(place - block.centroid);
+}
+
+/// Blocks that were set on towards what they touched hit it: what they bore there is over.
+void part_hit_contacts(State& state) {
+  for (Contact& contact : state.contacts) {
+    const BlockState& a = state.blocks[static_cast<std::size_t>(contact.point.key.a)];
+    const BlockState& b = state.blocks[static_cast<std::size_t>(contact.point.key.b)];
+    const Vector3 place = contact.point.point(), normal = contact.point.normal;
+    const Vector3 of_a = velocity_at(a, place), of_b = velocity_at(b, place);
+    const double rounding = kVelocityRounding * (of_a.norm() + of_b.norm());
+    if (!contact.bonded && normal.dot(of_b - of_a) < -rounding) contact.mode = ContactMode::Open;
+  }
+}
+
+}  // namespace
+
 void Simulation::set_velocities(std::span<const BlockVelocity> velocities) {
   const std::vector<BlockModel>& models = parts_->compiled.models;
   for (const BlockVelocity& given : velocities) {
@@ -208,6 +233,7 @@ void Simulation::set_velocities(std::span<const BlockVelocity> velocities) {
     energy.kinetic += kinetic_energy(models[b], now);
   }
   energy.work += energy.kinetic - before;
+  part_hit_contacts(parts_->state);
   detect(parts_->compiled, parts_->options, parts_->state, parts_->work);
 }
 

@@ -255,6 +255,18 @@ TEST_CASE("set_velocities sets a settled block in motion, in world axes") {
   CHECK_THAT(energy.work, WithinRel(0.5 * 2500 * (1.0 + 3.0 / 6.0), 1e-12));  // what it had is less
 }
 
+TEST_CASE("A block that rests and is set on towards its support bounces") {
+  Scene scene;
+  scene.joint.restitution = 0.5;
+  scene.add_fixed(unit_cube({0, 0, -1}));
+  scene.add_rigid(unit_cube({0, 0, 0}), kRock);
+  Simulation simulation(scene, {.time_step = 0.01});
+  for (int i = 0; i < 3; ++i) REQUIRE(simulation.advance().status == StepStatus::Converged);
+  simulation.set_velocities(std::array{BlockVelocity{.block = 1, .velocity = {0, 0, -2}}});
+  REQUIRE(simulation.advance().status == StepStatus::Converged);
+  CHECK_THAT(simulation.state().blocks[1].velocity.z(), WithinAbs(1.0 - 9.81 * 0.01, 1e-9));
+}
+
 TEST_CASE("Prescribed motion by displacement, velocity and acceleration gives the same place") {
   const auto run = [](MotionKind kind, std::function<Vector3(double)> value) {
     Scene scene;

@@ -35,14 +35,14 @@ OpenCloseResult ContactSolver::iterate(const StepOptions& options, const BlockEq
   }
   OpenCloseResult total;
   if (options.contact_iteration == ContactIteration::Automatic && !yielding_) {
-    const std::vector<LinearContact> start(contacts.begin(), contacts.end());
-    const BlockVector guess = increment;
+    start_.assign(contacts.begin(), contacts.end());
+    guess_ = increment;
     OpenCloseOptions first = tuning;
     first.max_iterations = std::min(kPatience, tuning.max_iterations);
     total = open_close_.solve(base, force, contacts, first, increment);
     if (total.converged || total.iterations >= tuning.max_iterations) return total;
-    std::ranges::copy(start, contacts.begin());
-    increment = guess;
+    std::ranges::copy(start_, contacts.begin());
+    increment = guess_;
   }
   yielding_ = true;
   OpenCloseOptions rest = tuning;

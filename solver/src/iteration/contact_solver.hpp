@@ -36,6 +36,8 @@ class ContactSolver {
 
   OpenClose open_close_;
   MovingContacts moving_contacts_;
+  std::vector<LinearContact> start_;  ///< what the second iteration begins from: memory
+  BlockVector guess_;                 ///< likewise
   bool yielding_ = false;
   int iterations_left_ = 0;
 };

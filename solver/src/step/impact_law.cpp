@@ -36,6 +36,18 @@ Vector3 relative_velocity(const BodyContact& contact, const LinearContact& c,
          c.jacobian_b * velocity_vector(blocks[index(contact.b)]);
 }
 
+/// Of it, along the normal.
+double normal_velocity(const BodyContact& contact, const LinearContact& c,
+                       std::span<const BlockState> blocks) {
+  const auto along = [&](const Matrix3x12& jacobian, int block) {
+    const BlockState& state = blocks[index(block)];
+    const auto row = jacobian.row(0);
+    return row.head<3>().dot(state.velocity) + row.segment<3>(3).dot(state.angular_velocity) +
+           row.tail<6>().dot(state.strain_rate);
+  };
+  return along(c.jacobian_a, contact.a) + along(c.jacobian_b, contact.b);
+}
+
 /// Gain of relative normal velocity over the step by what acts but new contacts, m/s.
 double relative_free_gain(const LinearContact& c, const BlockVector& free_gain) {
   double gain = 0.0;
@@ -68,11 +80,12 @@ bool slides_on(const ImpactStep& at, const BodyContact& contact, const LinearCon
          now.tail<2>().norm() * at.step.length > (contact.was_closed ? kCreep : 1.0) * stopped;
 }
 
-/// Between the impact and the end of the step the rebound goes on like free flight.
+/// Between the impact and the end of the step the rebound goes on like free flight. What was closed
+/// at the start does not come on: the last velocities saw to that.
 double full_bounce(const ImpactStep& at, const BodyContact& contact, const LinearContact& position,
                    const LinearContact& c) {
-  if (!(contact.joint.restitution > 0.0)) return 0.0;
-  const double approach = relative_velocity(contact, c, at.step.state)[0];
+  if (!(contact.joint.restitution > 0.0) || contact.was_closed) return 0.0;
+  const double approach = normal_velocity(contact, c, at.step.state);
   const bool closed = position.closing_share > 0.0;
   const double gain = closed ? relative_free_gain(c, at.free_gain) : 0.0;
   const double impact = approach + position.closing_share * gain;
