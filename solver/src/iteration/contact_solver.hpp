@@ -14,9 +14,11 @@ class ContactSolver {
 
   /// Iterations of all solve() until the next call.
   void allow(int iterations) { iterations_left_ = iterations; }
-  /// Of ContactIteration::Automatic: the proximal Newton method from the start, or from the problem
-  /// on that the open–close iteration does not solve soon.
-  void start(ContactIteration first) { yielding_ = first == ContactIteration::ProximalNewton; }
+  /// Of ContactIteration::Automatic: what a crowd does is left to the proximal Newton method, and
+  /// so is what attempts in a row have not solved.
+  void start(bool crowd);
+  /// An attempt at a sub-step has ended. True where the next ones are left to that method.
+  bool note(bool solved);
 
   /// Of positions or velocities, as OpenClose::solve(); tuning.max_iterations is set here.
   OpenCloseResult solve(const StepOptions& options, const BlockEquations& blocks,
@@ -31,14 +33,14 @@ class ContactSolver {
 
  private:
   OpenCloseResult iterate(const StepOptions& options, const BlockEquations& blocks,
-                          std::span<LinearContact> contacts, const OpenCloseOptions& tuning,
+                          std::span<LinearContact> contacts, OpenCloseOptions tuning,
                           BlockVector& increment);
 
   OpenClose open_close_;
   MovingContacts moving_contacts_;
-  std::vector<LinearContact> start_;  ///< what the second iteration begins from: memory
-  BlockVector guess_;                 ///< likewise
+  bool crowd_ = false;
   bool yielding_ = false;
+  int failures_ = 0;  ///< attempts in a row that were not solved
   int iterations_left_ = 0;
 };
 

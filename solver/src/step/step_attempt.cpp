@@ -150,9 +150,9 @@ void attempt_positions(const SubStep& step, const LastSubStep& last,
                        std::vector<BodyContact>& contacts, AttemptMemory& memory,
                        BlocksAtEnd& blocks, Attempt& attempt) {
   StepPoses& poses = blocks.poses;
-  const bool crowded = std::ranges::any_of(
+  const bool crowd = std::ranges::any_of(
       step.island.slots.block_of_slot, [&](int block) { return last.crowded[index(block)] != 0; });
-  memory.solver.start(crowded ? ContactIteration::ProximalNewton : ContactIteration::OpenClose);
+  memory.solver.start(crowd);
   predict(step, last, poses);
   set_matrices(step, poses, memory.terms);
   OpenCloseResult total;
