@@ -386,7 +386,10 @@ TEST_CASE("A step that can't be solved ends within its iterations and says which
   Scene scene = cube_on_ground();
   scene.add_block(unit_cube({0, 0, 1}), kRock);
   for (const Analysis analysis : {Analysis::Dynamic, Analysis::Static}) {
-    const StepOptions hopeless{.time_step = 1e-3, .analysis = analysis, .max_iterations = 2};
+    const StepOptions hopeless{.time_step = 1e-3,
+                               .analysis = analysis,
+                               .contact_iteration = ContactIteration::OpenClose,
+                               .max_iterations = 2};
     Simulation simulation(scene, hopeless);
     const StepReport report = simulation.advance();
     REQUIRE(report.status == StepStatus::NotConverged);
@@ -398,6 +401,17 @@ TEST_CASE("A step that can't be solved ends within its iterations and says which
     CHECK(worst.other == worst.block + 1);
     CHECK_THAT(worst.place.z(), WithinAbs(worst.block, 1e-3));  // of the joint below the upper one
   }
+}
+
+TEST_CASE("A step that no iteration solves ends after the attempts of both") {
+  Scene scene = cube_on_ground();
+  scene.add_block(unit_cube({0, 0, 1}), kRock);
+  Simulation simulation(scene, {.time_step = 1e-3, .max_iterations = 2});
+  const StepReport report = simulation.advance();
+  REQUIRE(report.status == StepStatus::NotConverged);
+  CHECK(report.cuts_by_convergence == 2 + 11);  // open-close whole and halved, then the other
+  CHECK(report.proximal_newton_attempts >= 11);
+  CHECK(report.iterations < 100);  // 75; where one was not bounded, 221 and more
 }
 
 TEST_CASE("A closed contact whose blocks are no longer found is told") {

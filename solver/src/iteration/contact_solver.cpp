@@ -42,11 +42,12 @@ OpenCloseResult ContactSolver::iterate(const StepOptions& options, const BlockEq
   return open_close_.solve(blocks.base, blocks.force, contacts, tuning, increment);
 }
 
-void ContactSolver::start(bool crowd) { crowd_ = crowd || failures_ >= kFailures; }
+void ContactSolver::start(bool crowd) { crowd_ = crowd || failures_ == kFailures; }
 
 bool ContactSolver::note(bool solved) {
+  if (failures_ == kFailures) return false;  // for what is left of the step
   failures_ = solved ? 0 : failures_ + 1;
-  return failures_ == kFailures;
+  return failures_ == kFailures && !yielding_;
 }
 
 }  // namespace quoin::solver

@@ -12,12 +12,15 @@ class ContactSolver {
   ContactSolver(const Slots& slots, StepWatch* watch)
       : open_close_(slots, watch), moving_contacts_(slots, watch) {}
 
+  /// A step begins: nothing of it has failed yet.
+  void begin() { failures_ = 0; }
   /// Iterations of all solve() until the next call.
   void allow(int iterations) { iterations_left_ = iterations; }
   /// Of ContactIteration::Automatic: what a crowd does is left to the proximal Newton method, and
-  /// so is what attempts in a row have not solved.
+  /// so is what is left of a step of which attempts in a row were not solved.
   void start(bool crowd);
-  /// An attempt at a sub-step has ended. True where the next ones are left to that method.
+  /// An attempt at a sub-step has ended. True where the next ones are left to that method, and
+  /// this one was not.
   bool note(bool solved);
 
   /// Of positions or velocities, as OpenClose::solve(); tuning.max_iterations is set here.

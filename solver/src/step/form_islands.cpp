@@ -45,6 +45,7 @@ void start(const StepRun& run, Island& island) {
     work.last.crowded[b] = run.before.last.crowded[b];
   }
   island.memory.solver.linear_solver().choose(run.options.linear_solver);
+  island.memory.solver.begin();
   island.begun = true;
   island.time = run.state.time;
   island.done = 0.0;

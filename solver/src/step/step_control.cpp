@@ -216,10 +216,11 @@ void begin_group(const StepRun& run, const Islands& group) {
   side_by_side(run, group, [&](Island& island) { begin(run, island); });
 }
 
-/// True where the island's attempts are left to another method from now on.
+/// True where the island's attempts are left to another iteration from now on.
 bool note_attempt(const StepOptions& options, Island& island) {
-  const bool handed_over = island.memory.solver.note(island.solved);
-  return handed_over && options.contact_iteration == ContactIteration::Automatic;
+  return island.memory.solver.note(island.solved) &&
+         options.method == ContactMethod::AugmentedLagrangian &&
+         options.contact_iteration == ContactIteration::Automatic;
 }
 
 /// All sub-steps of a dynamic step, of each island by itself. The island whose sub-step can't be
@@ -253,14 +254,14 @@ Island* take_sub_steps(const StepRun& run, std::span<Island* const> islands) {
       }
       const bool too_far = options.max_displacement_ratio > 0.0 &&
                            island->attempt.displacement > options.max_displacement_ratio;
-      const bool other_method = note_attempt(options, *island);
+      const bool other_iteration = note_attempt(options, *island);
       if (island->solved && !(too_far && can_cut)) {
         accept(run, *island);
         continue;
       }
       (island->solved ? report.cuts_by_displacement : report.cuts_by_convergence)++;
-      if (!other_method && 0.5 * island->length < smallest) return island;
-      reject(run, *island, (other_method ? 2.0 : 0.5) * island->length);  // from the whole step
+      if (!other_iteration && 0.5 * island->length < smallest) return island;
+      reject(run, *island, (other_iteration ? 2.0 : 0.5) * island->length);  // from the whole step
     }
   }
 }
