@@ -7,11 +7,11 @@
 #include <quoin/geometry/build.hpp>
 #include <quoin/geometry/nearest_features.hpp>
 
+#include "referee/pairs/exact_arbiter.hpp"
+#include "referee/pairs/families.hpp"
 #include "support/catch.hpp"
 #include "support/check_pair.hpp"
 #include "support/counted_allocations.hpp"
-#include "referee/pairs/exact_arbiter.hpp"
-#include "referee/pairs/families.hpp"
 
 using namespace quoin;
 using geometry::LeastOverlap;
@@ -29,9 +29,7 @@ namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
-double larger(const Shape& p, const Shape& q) {
-  return std::max(p.diameter(), q.diameter());
-}
+double larger(const Shape& p, const Shape& q) { return std::max(p.diameter(), q.diameter()); }
 
 /// The search as it is reached, of solids that touch or overlap within rounding.
 LeastOverlap overlap_of(const Shape& p, const Shape& q) {
@@ -44,9 +42,7 @@ Shape moved(const Shape& solid, const Vector3& shift) {
 Shape turned(const Shape& solid, const Matrix3& turn) {
   return tests::transformed(solid, 1.0, turn, Vector3::Zero());
 }
-Shape cube(const Vector3& low, double size) {
-  return make_box(low, low + Vector3::Constant(size));
-}
+Shape cube(const Vector3& low, double size) { return make_box(low, low + Vector3::Constant(size)); }
 
 /// On multiples of 2^-20, so that shifts by its coordinates round nothing.
 Shape round_hull(Random& random, int count) {
@@ -155,8 +151,7 @@ TEST_CASE("exact overlap: cubes that touch in a vertex, along an edge, in a face
 TEST_CASE(
     "exact overlap: all directions of equal overlap are counted, the first in their order is "
     "taken") {
-  const Shape outer = cube(Vector3::Constant(-1), 2),
-                   inner = cube(Vector3::Constant(-0.25), 0.5);
+  const Shape outer = cube(Vector3::Constant(-1), 2), inner = cube(Vector3::Constant(-0.25), 0.5);
   for (const auto& [p, q] : {std::pair{outer, inner}, {inner, outer}}) {
     const LeastOverlap found = overlap_of(p, q);
     CHECK(found.converged);
