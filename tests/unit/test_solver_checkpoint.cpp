@@ -53,9 +53,9 @@ void require_same(const State& a, const State& b) {
 
 TEST_CASE("a simulation that is read goes on as the one that was saved, to the bit") {
   for (const ContactMethod method : {ContactMethod::AugmentedLagrangian, ContactMethod::Penalty}) {
-    const StepOptions options{.time_step = 2e-3, .method = method, .max_displacement_ratio = 0.002};
+    const StepOptions options{.time_step = 2e-3, .method = method, .max_displacement_ratio = 0.005};
     Simulation simulation(heap(4), options);
-    for (int step = 0; step < 150; ++step) {
+    for (int step = 0; step < 75; ++step) {
       Simulation other(heap(4), options);
       std::istringstream in(saved(simulation));
       other.load(in);
@@ -79,9 +79,9 @@ TEST_CASE("a step that is stopped has not begun") {
   int allowed = 0;
   StepOptions options{
       .time_step = 5e-3, .max_displacement_ratio = 1e-5, .smallest_time_step = 1e-9};
-  Simulation undisturbed(heap(30), options);
+  Simulation undisturbed(heap(12), options);
   options.watch = [&](const StepReport&) { return ++asked <= allowed; };
-  Simulation simulation(heap(30), options);
+  Simulation simulation(heap(12), options);
   for (allowed = 0; allowed < 3; ++allowed) {
     asked = 0;
     REQUIRE(simulation.advance().status == StepStatus::Stopped);
