@@ -118,6 +118,7 @@ Real distance_to_nearest(const std::vector<Place>& places, const Place& place) {
 void check_corners(const Trial& trial, const NearestFeatures& n, const ExactPatch& patch,
                    const std::vector<Place>& places, Faults& faults) {
   const Real tolerance = trial.tolerance, slack = trial.allowed_place(n.gap);
+  const CornerLengths lengths{trial.tolerance, trial.smaller, trial.allowed_gap(0)};
   for (std::size_t i = 0; i < patch.corners.size(); ++i) {
     const PatchCorner& corner = patch.corners[i];
     if (corner.excess > tolerance - slack) {
@@ -129,13 +130,9 @@ void check_corners(const Trial& trial, const NearestFeatures& n, const ExactPatc
     const bool stands_out = standing_out(patch, i) > 4 * tolerance + 4 * blur;
     const bool covered =
         beyond <= 2 * tolerance + blur && (!stands_out || nearest <= tolerance + blur);
-    const auto has_place = [&] {
-      return patch.type == ContactType::EdgeEdgeParallel
-                 ? both_reach(trial.exact, n.normal, corner, trial.tolerance, trial.allowed_gap(0))
-                 : ends_at(trial.exact, n.normal, corner, trial.tolerance, trial.smaller);
-    };
-    faults.expect(covered || !has_place(), "corner", "a corner of the exact patch is ", nearest,
-                  " from the nearest point, ", beyond, " outside all");
+    faults.expect(covered || !asks_for_point(trial.exact, n.normal, patch, corner, lengths),
+                  "corner", "a corner of the exact patch is ", nearest, " from the nearest point, ",
+                  beyond, " outside all");
   }
 }
 

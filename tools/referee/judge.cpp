@@ -206,13 +206,14 @@ void Judge::check_points(const LibraryInfo& library, const Answer& answer,
   if (!patch.clear) {
     return;  // what belongs to the patch hangs on its tolerance
   }
+  const CornerLengths lengths{tolerance, sizes_.smaller, sizes_.allowed_gap(0)};
   for (const PatchCorner& corner : patch.corners) {
     const Real blur = 2 * slack / std::max(corner.sine, Real(kEps));
     const Real beyond = distance_to_places(places, corner.place);
-    const bool judged = corner.excess <= tolerance - slack &&
-                        ends_at(numbers_, normal, corner, tolerance, sizes_.smaller);
-    result.faults.expect(!judged || beyond <= 2 * tolerance + blur, "missing corner",
-                         "a corner of the patch is ", beyond, " outside the points");
+    const bool covered = corner.excess > tolerance - slack || beyond <= 2 * tolerance + blur;
+    result.faults.expect(covered || !asks_for_point(numbers_, normal, patch, corner, lengths),
+                         "missing corner", "a corner of the patch is ", beyond,
+                         " outside the points");
   }
   if (library.has(QUOIN_REFEREE_AREAS)) {
     const Real allowed = patch.perimeter * 2 * slack + slack * slack;

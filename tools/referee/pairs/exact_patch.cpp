@@ -528,6 +528,13 @@ bool both_reach(const ExactPair& pair, const Vector3& normal, const PatchCorner&
   return distance_to_places(shared, corner.place) <= Real(tolerance);
 }
 
+bool asks_for_point(const ExactPair& pair, const Vector3& normal, const ExactPatch& patch,
+                    const PatchCorner& corner, const CornerLengths& lengths) {
+  return patch.type == ContactType::EdgeEdgeParallel
+             ? both_reach(pair, normal, corner, lengths.tolerance, lengths.slack)
+             : ends_at(pair, normal, corner, lengths.tolerance, lengths.extent);
+}
+
 long double gap_along(const ExactPair& pair, const Vector3& normal) {
   const PlaneFrame frame(normal);
   Real top = -std::numeric_limits<Real>::infinity(), bottom = -top;

@@ -86,6 +86,18 @@ bool ends_at(const ExactPair& pair, const geometry::Vector3& normal, const Patch
 bool both_reach(const ExactPair& pair, const geometry::Vector3& normal, const PatchCorner& corner,
                 double tolerance, double slack);
 
+/// Lengths that a point at a corner is asked for by, m.
+struct CornerLengths {
+  double tolerance = 0.0;  ///< tol
+  double extent = 0.0;     ///< of the smaller solid
+  double slack = 0.0;      ///< allowed error of a gap of 0
+};
+
+/// Must there be a contact point at a corner of the patch? ends_at(), and of parallel edges
+/// both_reach().
+bool asks_for_point(const ExactPair& pair, const geometry::Vector3& normal, const ExactPatch& patch,
+                    const PatchCorner& corner, const CornerLengths& lengths);
+
 /// Lowest point of B less highest of A along a unit normal, m: the gap if the normal is right.
 long double gap_along(const ExactPair& pair, const geometry::Vector3& normal);
 
