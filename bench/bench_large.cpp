@@ -1,6 +1,6 @@
 /// Running-bond walls under sudden gravity, by each linear solver: time, iterations, memory.
 ///
-/// bench_large [COLUMNS ROWS [elimination|multigrid|automatic [STEPS]]]
+/// bench_large [COLUMNS ROWS [elimination|multigrid|automatic [STEPS [THREADS]]]]
 
 #include <sys/resource.h>
 
@@ -46,6 +46,7 @@ int main(int argc, char** argv) {
   const std::string wanted = argc > 3 ? argv[3] : "automatic";
   const int steps = argc > 4 ? std::atoi(argv[4]) : 4;
   solver::StepOptions options{.time_step = 0.01};
+  options.threads = argc > 5 ? std::atoi(argv[5]) : 1;
   for (const auto kind :
        {solver::LinearSolverKind::Elimination, solver::LinearSolverKind::Multigrid}) {
     if (wanted == name(kind)) options.linear_solver = kind;

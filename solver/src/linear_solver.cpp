@@ -43,23 +43,27 @@ bool LinearSolver::factorize(const BlockSystem& system) {
     return elimination_.factorize(system);
   }
   frames_ = system.frames;
-  const auto take = [&](auto& multigrid, auto rows) {
+  const auto take = [&](auto& iterations, auto rows) {
+    auto& multigrid = iterations.multigrid;
+    multigrid.use(threads_);
     if (!multigrid.exchange(std::move(rows))) return false;
     lagging_ = prepared_;
     return prepared_ || prepare(multigrid);
   };
-  return rigid() ? take(rigid_, block_rows<6>(system, *slots_))
-                 : take(deformable_, block_rows<12>(system, *slots_));
+  return rigid() ? take(rigid_, block_rows<6>(threads_, system, *slots_))
+                 : take(deformable_, block_rows<12>(threads_, system, *slots_));
 }
 
 /// A hierarchy of an earlier matrix is tried first, then one of this matrix.
 template <int n>
-bool LinearSolver::iterate(RigidMultigrid<n>& multigrid, const BlockVector& right,
-                           BlockVector& solution) {
-  Blocks<n> from(right.size()), to(right.size());
+bool LinearSolver::iterate(Iterations<n>& with, const BlockVector& right, BlockVector& solution) {
+  RigidMultigrid<n>& multigrid = with.multigrid;
+  Blocks<n>&from = with.right, &to = with.solution;
+  from.resize(right.size());
+  to.resize(right.size());
   for (std::size_t s = 0; s < right.size(); ++s) from[s] = right[s].template head<n>();
   for (;;) {
-    const KrylovResult result = minimise_residual(multigrid, from, {.watch = watch_}, to);
+    const KrylovResult result = with.krylov.solve(multigrid, from, {.watch = watch_}, to);
     counts_.iterations += result.iterations;
     if (fresh_iterations_ == 0) fresh_iterations_ = result.iterations;
     if (result.iterations > fresh_iterations_ + kLag) prepared_ = false;

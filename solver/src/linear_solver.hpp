@@ -26,6 +26,9 @@ class LinearSolver {
   /// follows is the same to the bit whatever was solved before.
   void forget() { prepared_ = false; }
 
+  /// From the next matrix on.
+  void use(const Threads& threads) { threads_ = threads; }
+
   /// False when it is singular to working accuracy, or symmetric, eliminated and not positive
   /// definite.
   bool factorize(const BlockSystem& system);
@@ -44,7 +47,13 @@ class LinearSolver {
   template <int n>
   bool prepare(RigidMultigrid<n>& multigrid);
   template <int n>
-  bool iterate(RigidMultigrid<n>& multigrid, const BlockVector& right, BlockVector& solution);
+  struct Iterations {
+    RigidMultigrid<n> multigrid;
+    MinimalResidual<n> krylov;
+    Blocks<n> right, solution;
+  };
+  template <int n>
+  bool iterate(Iterations<n>& with, const BlockVector& right, BlockVector& solution);
   bool wants_multigrid(const BlockSystem& system);
   bool rigid() const;
 
@@ -52,8 +61,9 @@ class LinearSolver {
   StepWatch* watch_;
   LinearSolverKind kind_ = LinearSolverKind::Elimination;
   Multifrontal elimination_;
-  RigidMultigrid<6> rigid_;
-  RigidMultigrid<12> deformable_;
+  Threads threads_;
+  Iterations<6> rigid_;
+  Iterations<12> deformable_;
   std::vector<Frame> frames_;  ///< of the present matrix
   bool iterates_ = false;      ///< the present matrix is the multigrid's
   bool prepared_ = false;      ///< the hierarchy is of this matrix or an earlier one

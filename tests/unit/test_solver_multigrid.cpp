@@ -40,8 +40,10 @@ struct Run {
   LinearSolverCounts counts;
 };
 
-Run run(const Scene& scene, LinearSolverKind kind, int steps) {
-  Simulation simulation(scene, {.time_step = 5e-3, .linear_solver = kind});
+Run run(const Scene& scene, LinearSolverKind kind, int steps, int threads = 1) {
+  StepOptions options{.time_step = 5e-3, .linear_solver = kind};
+  options.threads = threads;
+  Simulation simulation(scene, options);
   Run result;
   for (int step = 0; step < steps; ++step) {
     const StepReport report = simulation.advance();
@@ -100,6 +102,21 @@ TEST_CASE("A wall moves as with elimination: standing, and with joints that open
       CHECK(iterated.counts.eliminations == 0);
       CHECK(largest_difference(exact.state, iterated.state) < 1e-10);
     }
+  }
+}
+
+TEST_CASE("One large island takes all threads, which change no bit") {
+  const Scene scene = wall(24, 32, Bricks::Rigid, 0.0);
+  const Run one = run(scene, LinearSolverKind::Multigrid, 1);
+  for (const int threads : {2, 3}) {
+    const Run more = run(scene, LinearSolverKind::Multigrid, 1, threads);
+    CHECK(more.counts.iterations == one.counts.iterations);
+    bool same = true;
+    for (std::size_t i = 0; i < one.state.blocks.size(); ++i) {
+      same = same && more.state.blocks[i].centroid == one.state.blocks[i].centroid &&
+             more.state.blocks[i].rotation.coeffs() == one.state.blocks[i].rotation.coeffs();
+    }
+    CHECK(same);
   }
 }
 

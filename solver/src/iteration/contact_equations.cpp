@@ -66,21 +66,41 @@ void ContactEquations::shift_in(const BlockEquations& blocks, std::span<LinearCo
 
 void ContactEquations::evaluate(const BlockSystem& base, std::span<LinearContact> contacts,
                                 const BlockVector& change, Law law, double softness) {
-  residual_.resize(change.size());
-  scale_.resize(change.size());
-  if (rigid_) {
-    evaluate_blocks<6>(base, change);
-    evaluate_contacts<6>(contacts, change, law, softness);
-  } else {
-    evaluate_blocks<12>(base, change);
-    evaluate_contacts<12>(contacts, change, law, softness);
-  }
+  rigid_ ? evaluate_in<6>(base, contacts, change, law, softness)
+         : evaluate_in<12>(base, contacts, change, law, softness);
 }
 
 /// `n`: the unknowns of each block, at most.
 template <int n>
-void ContactEquations::evaluate_blocks(const BlockSystem& base, const BlockVector& change) {
-  for (std::size_t s = 0; s < change.size(); ++s) {
+void ContactEquations::evaluate_in(const BlockSystem& base, std::span<LinearContact> contacts,
+                                   const BlockVector& change, Law law, double softness) {
+  residual_.resize(change.size());
+  scale_.resize(change.size());
+  threads_.each(contacts.size(),
+                [&](std::size_t i) { evaluate_contact<n>(change, law, softness, contacts[i]); });
+  threads_.ranges(change.size(), [&](std::size_t first, std::size_t end) {
+    evaluate_blocks<n>(base, change, first, end);
+    push_blocks<n>(contacts, first, end);
+  });
+}
+
+template <int n>
+void ContactEquations::evaluate_contact(const BlockVector& change, Law law, double softness,
+                                        LinearContact& c) const {
+  c.relative = c.guess;
+  const auto move = [&](int slot, const Matrix3x12& jacobian) {
+    if (slot >= 0) c.relative.noalias() += jacobian.leftCols<n>() * change[index(slot)].head<n>();
+  };
+  move(c.slot_a, c.jacobian_a);
+  move(c.slot_b, c.jacobian_b);
+  law == Law::Assumed ? apply_assumed(softness, c) : apply_law(softness, c);
+}
+
+/// Of slots from `first` on, up to `end`.
+template <int n>
+void ContactEquations::evaluate_blocks(const BlockSystem& base, const BlockVector& change,
+                                       std::size_t first, std::size_t end) {
+  for (std::size_t s = first; s < end; ++s) {
     Vector12 inner = Vector12::Zero();
     inner.head<n>() = base.diagonal[s].topLeftCorner<n, n>() * change[s].head<n>();
     residual_[s] = right_[s] - inner;
@@ -89,28 +109,17 @@ void ContactEquations::evaluate_blocks(const BlockSystem& base, const BlockVecto
   }
 }
 
-/// `n`: the unknowns of each block, at most.
+/// What the contacts push those slots with. Every range goes through all contacts, so that a slot
+/// sums them in their order.
 template <int n>
-void ContactEquations::evaluate_contacts(std::span<LinearContact> contacts,
-                                         const BlockVector& change, Law law, double softness) {
-  for (LinearContact& c : contacts) {
-    c.relative = c.guess;
-    const auto move = [&](int slot, const Matrix3x12& jacobian) {
-      if (slot >= 0) c.relative.noalias() += jacobian.leftCols<n>() * change[index(slot)].head<n>();
-    };
-    move(c.slot_a, c.jacobian_a);
-    move(c.slot_b, c.jacobian_b);
-    if (law == Law::Assumed) {
-      apply_assumed(softness, c);
-    } else {
-      apply_law(softness, c);
-    }
+void ContactEquations::push_blocks(std::span<const LinearContact> contacts, std::size_t first,
+                                   std::size_t end) {
+  for (const LinearContact& c : contacts) {
     if (c.mode == ContactMode::Open) continue;
-    const double size = c.force.norm();
     const auto push = [&](int slot, const Matrix3x12& jacobian) {
-      if (slot < 0) return;
+      if (slot < static_cast<int>(first) || slot >= static_cast<int>(end)) return;
       residual_[index(slot)].head<n>().noalias() += jacobian.leftCols<n>().transpose() * c.force;
-      scale_[index(slot)] += size;
+      scale_[index(slot)] += c.force.norm();
     };
     push(c.slot_a, c.jacobian_a);
     push(c.slot_b, c.jacobian_b);

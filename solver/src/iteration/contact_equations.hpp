@@ -26,6 +26,9 @@ class ContactEquations {
  public:
   explicit ContactEquations(const Slots& slots);
 
+  /// From here on.
+  void use(const Threads& threads) { threads_ = threads; }
+
   /// Takes `guess` as D0. Sets LinearContact::guess. `gap_rounding`, m: between blocks that stand a
   /// smaller gap or slip is zero.
   void shift(const BlockEquations& blocks, std::span<LinearContact> contacts,
@@ -53,11 +56,18 @@ class ContactEquations {
   void shift_in(const BlockEquations& blocks, std::span<LinearContact> contacts,
                 const BlockVector& guess, double gap_rounding);
   template <int n>
-  void evaluate_blocks(const BlockSystem& base, const BlockVector& change);
+  void evaluate_in(const BlockSystem& base, std::span<LinearContact> contacts,
+                   const BlockVector& change, Law law, double softness);
   template <int n>
-  void evaluate_contacts(std::span<LinearContact> contacts, const BlockVector& change, Law law,
-                         double softness);
+  void evaluate_contact(const BlockVector& change, Law law, double softness,
+                        LinearContact& c) const;
+  template <int n>
+  void evaluate_blocks(const BlockSystem& base, const BlockVector& change, std::size_t first,
+                       std::size_t end);
+  template <int n>
+  void push_blocks(std::span<const LinearContact> contacts, std::size_t first, std::size_t end);
 
+  Threads threads_;
   const Slots* slots_;
   bool rigid_;
   BlockVector right_;  ///< F - K D0

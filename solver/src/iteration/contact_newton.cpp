@@ -48,42 +48,59 @@ bool ContactNewton::same_tangent(Law law, double softness) {
   for (const LinearContact& c : contacts_) {
     options.negligible = std::max(options.negligible, kNegligible * c.force.norm());
   }
-  for (std::size_t c = 0; c < contacts_.size(); ++c) {
-    next_tangent_[c] = tangent(contacts_[c], options);
-  }
+  threads_.each(contacts_.size(),
+                [&](std::size_t c) { next_tangent_[c] = tangent(contacts_[c], options); });
   const bool same = factorized_ && next_tangent_ == tangent_;
   std::swap(tangent_, next_tangent_);
   return same;
 }
 
 void ContactNewton::assemble() {
-  system_.diagonal = base_->diagonal;
   system_.pairs = base_->pairs;
   system_.frames = base_->frames;
-  system_.off_diagonal.assign(base_->pairs.size(), Matrix12::Zero());
+  const std::size_t pairs = system_.pairs.size();
   const bool symmetric = system_.symmetric =
       std::all_of(tangent_.begin(), tangent_.end(), is_symmetric);
-  system_.mirrored.clear();
-  if (!symmetric) system_.mirrored.assign(base_->pairs.size(), Matrix12::Zero());
+  system_.diagonal.resize(base_->diagonal.size());
+  system_.off_diagonal.resize(pairs);
+  system_.mirrored.resize(symmetric ? 0 : pairs);
+  threads_.each(pairs, [&](std::size_t p) {
+    system_.off_diagonal[p].setZero();
+    if (!symmetric) system_.mirrored[p].setZero();
+  });
+  threads_.ranges(system_.diagonal.size(), [&](std::size_t first, std::size_t end) {
+    for (std::size_t s = first; s < end; ++s) system_.diagonal[s] = base_->diagonal[s];
+    equations_.rigid() ? add_contacts<6>(first, end) : add_contacts<12>(first, end);
+  });
+}
+
+/// To the diagonal blocks of slots from `first` on, up to `end`, and to the pairs of which they are
+/// the first. Every range goes through all contacts, so that a block sums them in their order.
+/// `n`: the unknowns of each block, at most.
+template <int n>
+void ContactNewton::add_contacts(std::size_t first, std::size_t end) {
+  const auto owns = [&](int slot) {
+    return slot >= static_cast<int>(first) && slot < static_cast<int>(end);
+  };
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    if (contacts_[i].mode == ContactMode::Open) continue;
-    equations_.rigid() ? add_contact<6>(contacts_[i], tangent_[i])
-                       : add_contact<12>(contacts_[i], tangent_[i]);
+    const LinearContact& c = contacts_[i];
+    if (c.mode == ContactMode::Open || !(owns(c.slot_a) || owns(c.slot_b))) continue;
+    const bool pair = c.pair >= 0 && owns(std::min(c.slot_a, c.slot_b));
+    add_contact<n>(c, tangent_[i], {owns(c.slot_a), owns(c.slot_b), pair});
   }
 }
 
-/// `n`: the unknowns of each of its blocks, at most.
 template <int n>
-void ContactNewton::add_contact(const LinearContact& c, const Matrix3& tangent) {
+void ContactNewton::add_contact(const LinearContact& c, const Matrix3& tangent, Share share) {
   using Jacobian = Eigen::Matrix<double, 3, n>;
   const Jacobian a = c.jacobian_a.leftCols<n>(), b = c.jacobian_b.leftCols<n>();
   const Jacobian stiff_a = tangent * a, stiff_b = tangent * b;
   const auto add = [](const Jacobian& left, const Jacobian& right, Matrix12& block) {
     block.topLeftCorner<n, n>().noalias() += left.transpose() * right;
   };
-  if (c.slot_a >= 0) add(a, stiff_a, system_.diagonal[index(c.slot_a)]);
-  if (c.slot_b >= 0) add(b, stiff_b, system_.diagonal[index(c.slot_b)]);
-  if (c.pair < 0) return;
+  if (share.a) add(a, stiff_a, system_.diagonal[index(c.slot_a)]);
+  if (share.b) add(b, stiff_b, system_.diagonal[index(c.slot_b)]);
+  if (!share.pair) return;
   Matrix12& upper = system_.off_diagonal[index(c.pair)];
   const bool ascending = c.slot_a < c.slot_b;
   ascending ? add(a, stiff_b, upper) : add(b, stiff_a, upper);

@@ -33,6 +33,13 @@ class ContactNewton {
   /// `most_iterations` in all.
   bool relax(double tolerance, double softness, int most_iterations, NewtonCount& count);
 
+  /// From the next set() on.
+  void use(const Threads& threads) {
+    threads_ = threads;
+    equations_.use(threads);
+    solver_.use(threads);
+  }
+
   LinearSolver& linear_solver() { return solver_; }
   const ContactEquations& equations() const { return equations_; }
   const BlockVector& change() const { return change_; }
@@ -43,13 +50,20 @@ class ContactNewton {
  private:
   bool same_tangent(Law law, double softness);
   void assemble();
+  /// Which blocks of the matrix a contact is added to.
+  struct Share {
+    bool a, b, pair;
+  };
   template <int n>
-  void add_contact(const LinearContact& contact, const Matrix3& tangent);
+  void add_contacts(std::size_t first, std::size_t end);
+  template <int n>
+  void add_contact(const LinearContact& contact, const Matrix3& tangent, Share share);
   void move(Law law, double softness, double share);
   void search_slope(Law law, double softness);
   void search_residual(Law law, double softness);
 
   StepWatch* watch_;
+  Threads threads_;
   ContactEquations equations_;
   LinearSolver solver_;
   const BlockSystem* base_ = nullptr;

@@ -48,6 +48,9 @@ class OpenClose {
                         std::span<LinearContact> contacts, const OpenCloseOptions& options,
                         BlockVector& increment);
 
+  /// From the next solve() on.
+  void use(const Threads& threads) { newton_.use(threads); }
+
   LinearSolver& linear_solver() { return newton_.linear_solver(); }
 
  private:

@@ -2,7 +2,10 @@
 /// Sparse matrices of dense blocks, kept by rows, and their products.
 
 #include <Eigen/Core>
+#include <utility>
 #include <vector>
+
+#include "linear/threads.hpp"
 
 namespace quoin::solver {
 
@@ -25,6 +28,10 @@ struct BlockRows {
     value.push_back(block);
   }
   void end_row() { start.push_back(static_cast<int>(column.size())); }
+  void swap_entries(int k, int l) {
+    std::swap(column[static_cast<std::size_t>(k)], column[static_cast<std::size_t>(l)]);
+    std::swap(value[static_cast<std::size_t>(k)], value[static_cast<std::size_t>(l)]);
+  }
 
   /// Row i times x.
   Eigen::Matrix<double, r, 1> times(int i, const Blocks<c>& x) const {
@@ -37,9 +44,9 @@ struct BlockRows {
   }
 };
 
-/// a b; entries of a row in the order in which they are met.
+/// Where a b has entries, of a row in the order in which they are met; their values are not set.
 template <int r, int m, int c>
-BlockRows<r, c> product(const BlockRows<r, m>& a, const BlockRows<m, c>& b) {
+BlockRows<r, c> product_pattern(const BlockRows<r, m>& a, const BlockRows<m, c>& b) {
   BlockRows<r, c> result;
   result.columns = b.columns;
   std::vector<int> entry(static_cast<std::size_t>(b.columns), -1);  // of each column, in this row
@@ -49,16 +56,37 @@ BlockRows<r, c> product(const BlockRows<r, m>& a, const BlockRows<m, c>& b) {
       for (int l = b.start[middle]; l < b.start[middle + 1]; ++l) {
         const int column = b.column[static_cast<std::size_t>(l)];
         int& at = entry[static_cast<std::size_t>(column)];
-        if (at < result.start.back()) {
-          at = static_cast<int>(result.column.size());
-          result.push_back(column, BlockRows<r, c>::Block::Zero());
-        }
-        result.value[static_cast<std::size_t>(at)].noalias() +=
-            a.value[static_cast<std::size_t>(k)] * b.value[static_cast<std::size_t>(l)];
+        if (at >= result.start.back()) continue;
+        at = static_cast<int>(result.column.size());
+        result.column.push_back(column);
       }
     }
     result.end_row();
   }
+  result.value.resize(result.column.size());
+  return result;
+}
+
+/// a b.
+template <int r, int m, int c>
+BlockRows<r, c> product(const Threads& threads, const BlockRows<r, m>& a,
+                        const BlockRows<m, c>& b) {
+  BlockRows<r, c> result = product_pattern(a, b);
+  threads.each(static_cast<std::size_t>(result.rows()), [&](std::size_t i) {
+    const auto first = static_cast<std::size_t>(result.start[i]);
+    const auto end = static_cast<std::size_t>(result.start[i + 1]);
+    for (std::size_t k = first; k < end; ++k) result.value[k].setZero();
+    for (auto k = static_cast<std::size_t>(a.start[i]);
+         k < static_cast<std::size_t>(a.start[i + 1]); ++k) {
+      const auto middle = static_cast<std::size_t>(a.column[k]);
+      for (auto l = static_cast<std::size_t>(b.start[middle]);
+           l < static_cast<std::size_t>(b.start[middle + 1]); ++l) {
+        std::size_t at = first;  // a row has few entries
+        while (result.column[at] != b.column[l]) ++at;
+        result.value[at].noalias() += a.value[k] * b.value[l];
+      }
+    }
+  });
   return result;
 }
 

@@ -5,23 +5,6 @@
 namespace quoin::solver {
 namespace {
 
-template <int n>
-double dot(const Blocks<n>& a, const Blocks<n>& b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i].dot(b[i]);
-  return sum;
-}
-
-template <int n>
-void add(double factor, const Blocks<n>& from, Blocks<n>& to) {
-  for (std::size_t i = 0; i < to.size(); ++i) to[i] += factor * from[i];
-}
-
-template <int n>
-void scale(double factor, Blocks<n>& vector) {
-  for (auto& block : vector) block *= factor;
-}
-
 /// Upper triangle of the least-squares problem, made column by column with plane rotations.
 class LeastSquares {
  public:
@@ -62,52 +45,73 @@ class LeastSquares {
 
 }  // namespace
 
+/// Takes from the vector after the first `count` what it has along them; returns how much, and its
+/// length at last.
 template <int n>
-KrylovResult minimise_residual(RigidMultigrid<n>& multigrid, const Blocks<n>& right,
-                               const KrylovOptions& options, Blocks<n>& solution) {
+std::vector<double> MinimalResidual<n>::orthogonalise(const Threads& threads, std::size_t count) {
+  Blocks<n>& next = basis_[count];
+  const std::size_t rows = next.size();
+  std::vector<double> column(count + 1);
+  column[0] = threads.sum(rows, pieces_, [&](std::size_t i) { return next[i].dot(basis_[0][i]); });
+  for (std::size_t k = 0; k < count; ++k) {
+    const double along = column[k];
+    const Blocks<n>&taken = basis_[k], &then = basis_[k + 1];
+    column[k + 1] = threads.sum(rows, pieces_, [&](std::size_t i) {
+      next[i] -= along * taken[i];
+      return next[i].dot(then[i]);
+    });
+  }
+  column[count] = std::sqrt(column[count]);  // with itself
+  return column;
+}
+
+template <int n>
+KrylovResult MinimalResidual<n>::solve(RigidMultigrid<n>& multigrid, const Blocks<n>& right,
+                                       const KrylovOptions& options, Blocks<n>& solution) {
+  const Threads& threads = multigrid.threads();
+  const std::size_t rows = right.size();
+  const auto make_vector = [&](std::size_t k) -> Blocks<n>& {
+    if (basis_.size() == k) basis_.emplace_back();
+    basis_[k].resize(rows);
+    return basis_[k];
+  };
   KrylovResult result;
   for (auto& block : solution) block.setZero();
-  const double size = std::sqrt(dot(right, right));
+  const double size =
+      std::sqrt(threads.sum(rows, pieces_, [&](std::size_t i) { return right[i].squaredNorm(); }));
   if (!(size > 0.0)) {
     result.converged = size == 0.0;
     return result;
   }
-  std::vector<Blocks<n>> basis{right};
-  scale(1.0 / size, basis[0]);
+  Blocks<n>& first = make_vector(0);
+  threads.each(rows, [&](std::size_t i) { first[i] = right[i] / size; });
+  preconditioned_.resize(rows);
   LeastSquares problem(size);
-  Blocks<n> preconditioned(right.size());
   while (result.iterations < options.most && !result.converged) {
     if (options.watch != nullptr) options.watch->look();
-    multigrid.apply(basis.back(), preconditioned);
-    Blocks<n> next(right.size());
-    for (std::size_t i = 0; i < next.size(); ++i) {
-      next[i] = multigrid.matrix().times(static_cast<int>(i), preconditioned);
-    }
-    std::vector<double> column;
-    for (const Blocks<n>& vector : basis) {
-      column.push_back(dot(next, vector));
-      add(-column.back(), vector, next);
-    }
-    column.push_back(std::sqrt(dot(next, next)));
-    if (!std::isfinite(column.back())) return result;
+    const auto at = static_cast<std::size_t>(result.iterations);
+    Blocks<n>& next = make_vector(at + 1);
+    multigrid.apply(basis_[at], preconditioned_);
+    multigrid.multiply(preconditioned_, next);
+    std::vector<double> column = orthogonalise(threads, at + 1);
     const double length = column.back();
+    if (!std::isfinite(length)) return result;
     ++result.iterations;
     result.residual = problem.add_column(std::move(column)) / size;
     result.converged = result.residual <= options.tolerance;
     if (length == 0.0) break;
-    scale(1.0 / length, next);
-    basis.push_back(std::move(next));
+    threads.each(rows, [&](std::size_t i) { next[i] /= length; });
   }
   const std::vector<double> shares = problem.solve();
-  Blocks<n> sum(right.size(), Eigen::Matrix<double, n, 1>::Zero());
-  for (std::size_t k = 0; k < shares.size(); ++k) add(shares[k], basis[k], sum);
-  multigrid.apply(sum, solution);
+  threads.each(rows, [&](std::size_t i) {
+    preconditioned_[i].setZero();
+    for (std::size_t k = 0; k < shares.size(); ++k) preconditioned_[i] += shares[k] * basis_[k][i];
+  });
+  multigrid.apply(preconditioned_, solution);
   return result;
 }
 
-template KrylovResult minimise_residual(RigidMultigrid<6>&, const Blocks<6>&, const KrylovOptions&,
-                                        Blocks<6>&);
-template KrylovResult minimise_residual(RigidMultigrid<12>&, const Blocks<12>&,
-                                        const KrylovOptions&, Blocks<12>&);
+template class MinimalResidual<6>;
+template class MinimalResidual<12>;
 
 }  // namespace quoin::solver

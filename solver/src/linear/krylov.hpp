@@ -17,10 +17,21 @@ struct KrylovResult {
   double residual = 1.0;  ///< by that of zero
 };
 
-/// GMRES, preconditioned from the right by a cycle of `multigrid`, from zero, without restart.
-/// [Saad & Schultz 1986]
+/// GMRES, preconditioned from the right by a cycle of a multigrid, without restart. Keeps its
+/// memory.   [Saad & Schultz 1986]
 template <int n>
-KrylovResult minimise_residual(RigidMultigrid<n>& multigrid, const Blocks<n>& right,
-                               const KrylovOptions& options, Blocks<n>& solution);
+class MinimalResidual {
+ public:
+  /// From zero.
+  KrylovResult solve(RigidMultigrid<n>& multigrid, const Blocks<n>& right,
+                     const KrylovOptions& options, Blocks<n>& solution);
+
+ private:
+  std::vector<double> orthogonalise(const Threads& threads, std::size_t count);
+
+  std::vector<Blocks<n>> basis_;
+  Blocks<n> preconditioned_;
+  std::vector<double> pieces_;
+};
 
 }  // namespace quoin::solver

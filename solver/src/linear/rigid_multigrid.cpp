@@ -18,48 +18,6 @@ constexpr double kStalled = 0.7;     // of the rows are left: another level woul
 constexpr int kPowerSteps = 8;       // of the estimate of a largest eigenvalue,
 constexpr double kPowerShare = 0.9;  // which they reach to that share
 
-/// False where one is singular to rounding.
-template <int n>
-bool invert_diagonal(MultigridLevel<n>& level) {
-  const BlockRows<n, n>& matrix = level.matrix;
-  level.inverse.resize(index(matrix.rows()));
-  for (std::size_t i = 0; i < level.inverse.size(); ++i) {
-    for (std::size_t k = index(matrix.start[i]); k < index(matrix.start[i + 1]); ++k) {
-      if (matrix.column[k] == static_cast<int>(i)) level.inverse[i] = matrix.value[k].inverse();
-    }
-    if (!level.inverse[i].allFinite()) return false;
-  }
-  return true;
-}
-
-/// Rows by colour, each row of the first colour that no neighbour before it has.
-template <int n>
-void set_order(MultigridLevel<n>& level) {
-  const BlockRows<n, n>& matrix = level.matrix;
-  const std::size_t rows = index(matrix.rows());
-  std::vector<int> colour(rows, -1),
-      taken(rows + 1, -1);  // taken: by colour, the last row that saw it
-  for (std::size_t i = 0; i < rows; ++i) {
-    for (std::size_t k = index(matrix.start[i]); k < index(matrix.start[i + 1]); ++k) {
-      const int other = colour[index(matrix.column[k])];
-      if (other >= 0) taken[index(other)] = static_cast<int>(i);
-    }
-    int free = 0;
-    while (taken[index(free)] == static_cast<int>(i)) ++free;
-    colour[i] = free;
-  }
-  level.order.resize(rows);
-  std::iota(level.order.begin(), level.order.end(), 0);
-  std::ranges::stable_sort(level.order, {}, [&](int i) { return colour[index(i)]; });
-}
-
-template <int n>
-void set_vectors(MultigridLevel<n>& level) {
-  for (Blocks<n>* vector : {&level.solution, &level.right, &level.residual}) {
-    vector->resize(index(level.matrix.rows()));
-  }
-}
-
 BlockRows<6, 6> rigid_part(const BlockRows<6, 6>& matrix) { return matrix; }
 
 BlockRows<6, 6> rigid_part(const BlockRows<12, 12>& matrix) {
@@ -94,7 +52,8 @@ std::vector<Frame> group_frames(const Aggregates& groups, std::span<const Frame>
 
 /// Largest eigenvalue of D^-1 A, about.
 template <int n>
-double largest_eigenvalue(MultigridLevel<n>& level) {
+double largest_eigenvalue(const Threads& threads, MultigridLevel<n>& level) {
+  const GaussSeidel<n>& smoother = level.smoother;
   double estimate = 1.0;
   for (std::size_t i = 0; i < level.solution.size(); ++i) {
     for (int k = 0; k < n; ++k) {  // no direction of the matrix is special to this one
@@ -102,10 +61,12 @@ double largest_eigenvalue(MultigridLevel<n>& level) {
     }
   }
   for (int step = 0; step < kPowerSteps; ++step) {
+    threads.each(smoother.rows(), [&](std::size_t i) {
+      level.residual[i] =
+          smoother.inverse()[i] * smoother.matrix().times(static_cast<int>(i), level.solution);
+    });
     double before = 0.0, after = 0.0;
     for (std::size_t i = 0; i < level.residual.size(); ++i) {
-      level.residual[i] =
-          level.inverse[i] * level.matrix.times(static_cast<int>(i), level.solution);
       before += level.solution[i].squaredNorm();
       after += level.residual[i].squaredNorm();
     }
@@ -119,7 +80,7 @@ double largest_eigenvalue(MultigridLevel<n>& level) {
 
 /// (I - 4/3 D^-1 A / largest eigenvalue) T, T the rigid motions of the groups.
 template <int n>
-void set_transfer(const Aggregates& groups, std::span<const Frame> frames,
+void set_transfer(const Threads& threads, const Aggregates& groups, std::span<const Frame> frames,
                   std::span<const Frame> coarse, MultigridLevel<n>& level) {
   BlockRows<n, 6> rigid;
   rigid.columns = groups.count;
@@ -131,110 +92,121 @@ void set_transfer(const Aggregates& groups, std::span<const Frame> frames,
     }
     rigid.end_row();
   }
-  const double share = 4.0 / 3.0 / largest_eigenvalue(level);
-  level.prolongation = product(level.matrix, rigid);
+  const double share = 4.0 / 3.0 / largest_eigenvalue(threads, level);
+  level.prolongation = product(threads, level.smoother.matrix(), rigid);
   BlockRows<n, 6>& smooth = level.prolongation;
-  for (std::size_t i = 0; i < frames.size(); ++i) {
+  threads.each(frames.size(), [&](std::size_t i) {
     for (std::size_t k = index(smooth.start[i]); k < index(smooth.start[i + 1]); ++k) {
-      smooth.value[k] = (-share * level.inverse[i] * smooth.value[k]).eval();
+      smooth.value[k] = (-share * level.smoother.inverse()[i] * smooth.value[k]).eval();
       if (smooth.column[k] == groups.of[i]) smooth.value[k] += rigid.value[index(rigid.start[i])];
     }
-  }
+  });
   level.restriction = transposed(smooth);
 }
 
-/// Gauss–Seidel over all rows, there or back.
-template <int n>
-void relax(MultigridLevel<n>& level, int i) {
-  const std::size_t row = index(i);
-  level.solution[row] +=
-      level.inverse[row] * (level.right[row] - level.matrix.times(i, level.solution));
+template <int r, int c>
+void multiply(const Threads& threads, const BlockRows<r, c>& matrix, const Blocks<c>& x,
+              Blocks<r>& result) {
+  threads.each(result.size(),
+               [&](std::size_t i) { result[i] = matrix.times(static_cast<int>(i), x); });
 }
 
 template <int n>
-void relax_there(MultigridLevel<n>& level) {
-  for (const int i : level.order) relax(level, i);
-}
-
-template <int n>
-void relax_back(MultigridLevel<n>& level) {
-  for (std::size_t k = level.order.size(); k-- > 0;) relax(level, level.order[k]);
-}
-
-template <int n>
-void restrict_residual(MultigridLevel<n>& level, Blocks<6>& coarse) {
-  for (std::size_t i = 0; i < level.residual.size(); ++i) {
-    level.residual[i] = level.right[i] - level.matrix.times(static_cast<int>(i), level.solution);
-  }
-  for (std::size_t i = 0; i < coarse.size(); ++i) {
-    coarse[i] = level.restriction.times(static_cast<int>(i), level.residual);
-  }
-}
-
-template <int n>
-void add_correction(const Blocks<6>& coarse, MultigridLevel<n>& level) {
-  for (std::size_t i = 0; i < level.solution.size(); ++i) {
-    level.solution[i] += level.prolongation.times(static_cast<int>(i), coarse);
-  }
+void add_correction(const Threads& threads, const BlockRows<n, 6>& prolongation,
+                    const Blocks<6>& coarse, Blocks<n>& solution) {
+  threads.each(solution.size(), [&](std::size_t i) {
+    solution[i] += prolongation.times(static_cast<int>(i), coarse);
+  });
 }
 
 /// The next coarser level, where there is one that pays; frames become its own.
 template <int n>
-bool coarsen(MultigridLevel<n>& level, std::vector<Frame>& frames, MultigridLevel<6>& coarse) {
-  const int rows = level.matrix.rows();
-  if (rows <= kCoarsest) return false;
-  const Aggregates groups = aggregate(rigid_part(level.matrix));
-  if (groups.count == 0 || groups.count > kStalled * rows) return false;
+bool coarsen(const Threads& threads, MultigridLevel<n>& level, std::vector<Frame>& frames,
+             BlockRows<6, 6>& coarse) {
+  const BlockRows<n, n>& matrix = level.smoother.matrix();
+  if (matrix.rows() <= kCoarsest) return false;
+  const Aggregates groups = aggregate(rigid_part(matrix));
+  if (groups.count == 0 || groups.count > kStalled * matrix.rows()) return false;
   std::vector<Frame> coarse_frames = group_frames(groups, frames);
-  set_transfer(groups, frames, coarse_frames, level);
-  coarse.matrix = product(level.restriction, product(level.matrix, level.prolongation));
+  set_transfer(threads, groups, frames, coarse_frames, level);
+  coarse = product(threads, level.restriction, product(threads, matrix, level.prolongation));
   frames = std::move(coarse_frames);
   return true;
 }
 
 }  // namespace
 
+namespace {
+
+/// An entry of a row: which block of the system, and whether its transpose.
+struct Source {
+  const Matrix12* block;
+  bool transposed;
+};
+
+/// Where the system has entries: of each row its own first, then in the order of the pairs.
 template <int n>
-BlockRows<n, n> block_rows(const BlockSystem& system, const Slots& slots) {
-  struct Entry {
-    int column;
-    const Matrix12* block;
-    bool mirrored;
-  };
+BlockRows<n, n> pattern(const BlockSystem& system, const std::vector<char>& coupled,
+                        std::vector<Source>& sources) {
+  BlockRows<n, n> rows;
   const std::size_t count = system.diagonal.size();
-  std::vector<std::vector<Entry>> rows(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    rows[i].push_back({static_cast<int>(i), &system.diagonal[i], false});
+  rows.columns = static_cast<int>(count);
+  rows.start.assign(count + 1, 0);
+  for (std::size_t i = 0; i < count; ++i) ++rows.start[i + 1];
+  for (std::size_t p = 0; p < coupled.size(); ++p) {
+    rows.start[index(system.pairs[p].first) + 1] += coupled[p];
+    rows.start[index(system.pairs[p].second) + 1] += coupled[p];
   }
-  for (std::size_t p = 0; p < system.pairs.size(); ++p) {
+  std::partial_sum(rows.start.begin(), rows.start.end(), rows.start.begin());
+  rows.column.resize(index(rows.start.back()));
+  rows.value.resize(rows.column.size());
+  sources.resize(rows.column.size());
+  std::vector<int> next(rows.start.begin(), rows.start.end() - 1);
+  const auto put = [&](int row, int column, Source source) {
+    const std::size_t at = index(next[index(row)]++);
+    rows.column[at] = column;
+    sources[at] = source;
+  };
+  for (int i = 0; i < rows.columns; ++i) put(i, i, {&system.diagonal[index(i)], false});
+  for (std::size_t p = 0; p < coupled.size(); ++p) {
+    if (!coupled[p]) continue;
     const auto [i, j] = system.pairs[p];
-    const Matrix12& upper = system.off_diagonal[p];
-    const Matrix12& lower = system.symmetric ? upper : system.mirrored[p];
-    if (upper.isZero(0.0) && lower.isZero(0.0)) continue;
-    rows[index(i)].push_back({j, &upper, false});
-    rows[index(j)].push_back({i, &lower, system.symmetric});
+    const Matrix12* lower = system.symmetric ? &system.off_diagonal[p] : &system.mirrored[p];
+    put(i, j, {&system.off_diagonal[p], false});
+    put(j, i, {lower, system.symmetric});
   }
-  BlockRows<n, n> result;
-  result.columns = static_cast<int>(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    for (const Entry& entry : rows[i]) {
-      Square<n> block = entry.block->template topLeftCorner<n, n>();
-      if (entry.mirrored) block.transposeInPlace();
-      const int size = slots.size[i], width = slots.size[index(entry.column)];
-      if (size < n) block.bottomRows(n - size).setZero();
-      if (width < n) block.rightCols(n - width).setZero();
-      if (entry.column == static_cast<int>(i)) {
-        for (int k = size; k < n; ++k) block(k, k) = 1.0;
-      }
-      result.push_back(entry.column, block);
-    }
-    result.end_row();
-  }
-  return result;
+  return rows;
 }
 
-template BlockRows<6, 6> block_rows<6>(const BlockSystem&, const Slots&);
-template BlockRows<12, 12> block_rows<12>(const BlockSystem&, const Slots&);
+}  // namespace
+
+template <int n>
+BlockRows<n, n> block_rows(const Threads& threads, const BlockSystem& system, const Slots& slots) {
+  std::vector<char> coupled(system.pairs.size());
+  threads.each(coupled.size(), [&](std::size_t p) {
+    const bool none =
+        system.off_diagonal[p].isZero(0.0) && (system.symmetric || system.mirrored[p].isZero(0.0));
+    coupled[p] = none ? 0 : 1;
+  });
+  std::vector<Source> sources;
+  BlockRows<n, n> rows = pattern<n>(system, coupled, sources);
+  threads.each(index(rows.columns), [&](std::size_t i) {
+    for (std::size_t k = index(rows.start[i]); k < index(rows.start[i + 1]); ++k) {
+      Square<n>& block = rows.value[k];
+      block = sources[k].block->template topLeftCorner<n, n>();
+      if (sources[k].transposed) block.transposeInPlace();
+      const int size = slots.size[i], width = slots.size[index(rows.column[k])];
+      if (size < n) block.bottomRows(n - size).setZero();
+      if (width < n) block.rightCols(n - width).setZero();
+      if (rows.column[k] != static_cast<int>(i)) continue;
+      for (int d = size; d < n; ++d) block(d, d) = 1.0;
+    }
+  });
+  return rows;
+}
+
+template BlockRows<6, 6> block_rows<6>(const Threads&, const BlockSystem&, const Slots&);
+template BlockRows<12, 12> block_rows<12>(const Threads&, const BlockSystem&, const Slots&);
 
 template <int n>
 BlockSystem block_system(const BlockRows<n, n>& matrix) {
@@ -270,26 +242,23 @@ template BlockSystem block_system(const BlockRows<12, 12>&);
 
 template <int n>
 bool RigidMultigrid<n>::exchange(BlockRows<n, n> matrix) {
-  fine_.matrix = std::move(matrix);
-  set_vectors(fine_);
-  set_order(fine_);
-  return invert_diagonal(fine_);
+  const bool regular = fine_.smoother.set(std::move(matrix), threads_);
+  fine_.make_room();
+  return regular;
 }
 
 template <int n>
 bool RigidMultigrid<n>::set_up(std::span<const Frame> frames) {
   std::vector<Frame> level_frames(frames.begin(), frames.end());
   coarse_.clear();
-  MultigridLevel<6> next;
-  bool more = coarsen(fine_, level_frames, next);
+  BlockRows<6, 6> next;
+  bool more = coarsen(threads_, fine_, level_frames, next);
   while (more) {
-    coarse_.push_back(std::move(next));
-    MultigridLevel<6>& level = coarse_.back();
-    set_vectors(level);
-    set_order(level);
-    if (!invert_diagonal(level)) return false;
+    MultigridLevel<6>& level = coarse_.emplace_back();
+    if (!level.smoother.set(std::move(next), threads_)) return false;
+    level.make_room();
     next = {};
-    more = coarsen(level, level_frames, next);
+    more = coarsen(threads_, level, level_frames, next);
   }
   return set_up_coarsest();
 }
@@ -306,13 +275,14 @@ Slots slots_of(int count, int size) {
 template <int n>
 bool RigidMultigrid<n>::set_up_coarsest() {
   const int size = coarse_.empty() ? n : 6;
-  const int rows = coarse_.empty() ? fine_.matrix.rows() : coarse_.back().matrix.rows();
+  const auto rows =
+      static_cast<int>(coarse_.empty() ? fine_.smoother.rows() : coarse_.back().smoother.rows());
   slots_ = slots_of(rows, size);
   direct_ = std::make_unique<Multifrontal>(slots_);
   direct_right_.assign(index(rows), Vector12::Zero());
   direct_solution_ = direct_right_;
-  return direct_->factorize(coarse_.empty() ? block_system(fine_.matrix)
-                                            : block_system(coarse_.back().matrix));
+  return direct_->factorize(coarse_.empty() ? block_system(fine_.smoother.matrix())
+                                            : block_system(coarse_.back().smoother.matrix()));
 }
 
 template <int n>
@@ -325,30 +295,34 @@ void RigidMultigrid<n>::apply(const Blocks<n>& right, Blocks<n>& solution) {
     }
     return;
   }
-  fine_.right = right;
-  for (auto& block : fine_.solution) block.setZero();
-  relax_there(fine_);
-  restrict_residual(fine_, coarse_.front().right);
+  fine_.smoother.there(threads_, right, solution, fine_.residual);
+  solver::multiply(threads_, fine_.restriction, fine_.residual, coarse_.front().right);
   cycle(0);
-  add_correction(coarse_.front().solution, fine_);
-  relax_back(fine_);
-  solution = fine_.solution;
+  add_correction(threads_, fine_.prolongation, coarse_.front().solution, solution);
+  fine_.smoother.back(threads_, right, solution);
+}
+
+template <int n>
+void RigidMultigrid<n>::multiply(const Blocks<n>& solution, Blocks<n>& product) const {
+  if (coarse_.empty()) {
+    solver::multiply(threads_, matrix(), solution, product);
+  } else {
+    fine_.smoother.multiply(threads_, solution, product);
+  }
 }
 
 template <int n>
 void RigidMultigrid<n>::cycle(std::size_t at) {
-  MultigridLevel<6>& level = coarse_[at];
   if (at + 1 == coarse_.size()) {
     solve_coarsest();
     return;
   }
-  MultigridLevel<6>& next = coarse_[at + 1];
-  for (auto& block : level.solution) block.setZero();
-  relax_there(level);
-  restrict_residual(level, next.right);
+  MultigridLevel<6>&level = coarse_[at], &next = coarse_[at + 1];
+  level.smoother.there(threads_, level.right, level.solution, level.residual);
+  solver::multiply(threads_, level.restriction, level.residual, next.right);
   cycle(at + 1);
-  add_correction(next.solution, level);
-  relax_back(level);
+  add_correction(threads_, level.prolongation, next.solution, level.solution);
+  level.smoother.back(threads_, level.right, level.solution);
 }
 
 template <int n>
@@ -364,10 +338,10 @@ void RigidMultigrid<n>::solve_coarsest() {
 template <int n>
 double RigidMultigrid<n>::complexity() const {
   constexpr int share = n * n / 36;
-  double sum = static_cast<double>(share * fine_.matrix.value.size());
+  double sum = static_cast<double>(share * matrix().value.size());
   const double finest = sum;
   for (const MultigridLevel<6>& level : coarse_)
-    sum += static_cast<double>(level.matrix.value.size());
+    sum += static_cast<double>(level.smoother.matrix().value.size());
   return sum / finest;
 }
 

@@ -7,25 +7,28 @@
 #include <span>
 
 #include "linear/aggregation.hpp"
+#include "linear/gauss_seidel.hpp"
 #include "linear/multifrontal.hpp"
 
 namespace quoin::solver {
 
-/// One level: the matrix, its smoother and the way to the next.
+/// One level: its smoother, which holds the matrix, and the way to the next.
 template <int n>
 struct MultigridLevel {
-  BlockRows<n, n> matrix;
-  std::vector<Eigen::Matrix<double, n, n>> inverse;  ///< of the diagonal blocks
-  std::vector<int> order;  ///< rows by colour: of one colour none are coupled
+  GaussSeidel<n> smoother;
   BlockRows<n, 6> prolongation;
   BlockRows<6, n> restriction;  ///< its transpose
   Blocks<n> solution, right, residual;
+
+  void make_room() {
+    for (Blocks<n>* vector : {&solution, &right, &residual}) vector->resize(smoother.rows());
+  }
 };
 
 /// The rows of a system; couplings that are zero are left out. Of rigid blocks among n = 12 the
 /// strains are unknowns of their own.
 template <int n>
-BlockRows<n, n> block_rows(const BlockSystem& system, const Slots& slots);
+BlockRows<n, n> block_rows(const Threads& threads, const BlockSystem& system, const Slots& slots);
 
 /// The same as a system, not symmetric.
 template <int n>
@@ -35,6 +38,9 @@ BlockSystem block_system(const BlockRows<n, n>& matrix);
 template <int n>
 class RigidMultigrid {
  public:
+  /// From here on.
+  void use(const Threads& threads) { threads_ = threads; }
+
   /// The matrix that is smoothed from here on; coarse ones are kept. False where a diagonal block
   /// is singular.
   bool exchange(BlockRows<n, n> matrix);
@@ -45,9 +51,11 @@ class RigidMultigrid {
 
   /// One V-cycle from zero; linear in `right`.
   void apply(const Blocks<n>& right, Blocks<n>& solution);
+  /// The matrix times what apply() gave last.
+  void multiply(const Blocks<n>& solution, Blocks<n>& product) const;
 
-  bool empty() const { return fine_.matrix.rows() == 0; }
-  const BlockRows<n, n>& matrix() const { return fine_.matrix; }
+  const BlockRows<n, n>& matrix() const { return fine_.smoother.matrix(); }
+  const Threads& threads() const { return threads_; }
   int levels() const { return static_cast<int>(coarse_.size()) + 1; }
   /// Blocks of all levels by those of the finest.
   double complexity() const;
@@ -57,6 +65,7 @@ class RigidMultigrid {
   void solve_coarsest();
   void cycle(std::size_t coarse);
 
+  Threads threads_;
   MultigridLevel<n> fine_;
   std::vector<MultigridLevel<6>> coarse_;
   Slots slots_;  ///< of the coarsest level

@@ -64,7 +64,11 @@ void side_by_side(const StepRun& run, std::span<Island* const> islands,
   if (islands.size() > 1 && work >= kWorthThreads && can_share(run)) {
     share_out(run, by_size(islands), task);
   } else {
-    for (Island* island : islands) task(*island);
+    for (Island* island : islands) {  // one has all threads
+      island->memory.solver.use(Threads(&run.work.threads));
+      task(*island);
+      island->memory.solver.use(Threads());
+    }
   }
   for (Island* island : islands) run.work.clock.add(island->memory.clock.seconds);
 }

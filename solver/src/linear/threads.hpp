@@ -1,0 +1,78 @@
+#pragma once
+/// Rows of a large system side by side on the caller's threads.
+
+#include <algorithm>
+#include <cstddef>
+#include <quoin/geometry/executor.hpp>
+#include <vector>
+
+namespace quoin::solver {
+
+class Threads {
+ public:
+  Threads() = default;
+  /// `executor`: null for one thread; nobody else may run it meanwhile.
+  explicit Threads(geometry::Executor* executor) : executor_(executor) {}
+
+  /// Calls work(first, end) for ranges that make up 0 … count: each writes what no other reads.
+  template <class Work>
+  void ranges(std::size_t count, const Work& work) const {
+    const std::size_t workers = workers_for(count);
+    if (workers == 1) return work(std::size_t{0}, count);
+    auto share = [&](int worker) {
+      const auto w = static_cast<std::size_t>(worker);
+      if (w < workers) work(count * w / workers, count * (w + 1) / workers);
+    };
+    executor_->run_each(share);
+  }
+
+  /// Calls work(i) for each i below `count`.
+  template <class Work>
+  void each(std::size_t count, const Work& work) const {
+    ranges(count, [&](std::size_t first, std::size_t end) {
+      for (std::size_t i = first; i < end; ++i) work(i);
+    });
+  }
+
+  /// Sum of term(i) over each i below `count`, added up in pieces of one length: the same bits for
+  /// any number of threads. `pieces`: memory.
+  template <class Term>
+  double sum(std::size_t count, std::vector<double>& pieces, const Term& term) const {
+    pieces.resize((count + kPiece - 1) / kPiece);
+    const auto add_piece = [&](std::size_t p) {
+      double piece = 0.0;
+      for (std::size_t i = p * kPiece; i < std::min(count, (p + 1) * kPiece); ++i) piece += term(i);
+      pieces[p] = piece;
+    };
+    const std::size_t workers = workers_for(count);
+    if (workers == 1) {
+      for (std::size_t p = 0; p < pieces.size(); ++p) add_piece(p);
+    } else {
+      auto share = [&](int worker) {
+        const auto w = static_cast<std::size_t>(worker);
+        if (w >= workers) return;
+        const std::size_t end = pieces.size() * (w + 1) / workers;
+        for (std::size_t p = pieces.size() * w / workers; p < end; ++p) add_piece(p);
+      };
+      executor_->run_each(share);
+    }
+    double sum = 0.0;
+    for (const double piece : pieces) sum += piece;
+    return sum;
+  }
+
+ private:
+  // Rows of six unknowns that take some 30 us, a few times what it takes to wake a thread.
+  static constexpr std::size_t kRowsPerWorker = 256;
+  static constexpr std::size_t kPiece = 256;
+
+  std::size_t workers_for(std::size_t count) const {
+    if (executor_ == nullptr) return 1;
+    const std::size_t most = static_cast<std::size_t>(executor_->workers());
+    return std::clamp<std::size_t>(count / kRowsPerWorker, 1, most);
+  }
+
+  geometry::Executor* executor_ = nullptr;
+};
+
+}  // namespace quoin::solver
