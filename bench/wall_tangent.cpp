@@ -1,0 +1,152 @@
+#include "wall_tangent.hpp"
+
+#include <Eigen/LU>
+#include <cmath>
+#include <ctime>
+#include <quoin/geometry/build.hpp>
+#include <quoin/solver/contact_problem.hpp>
+#include <random>
+
+#include "contact/contact_jacobian.hpp"
+#include "iteration/open_close.hpp"
+#include "rigid_scenes.hpp"
+
+namespace quoin::bench {
+namespace {
+
+using namespace quoin::solver;
+
+Scene scene_of(const RigidScene& rigid) {
+  Scene scene{.joint = {.friction_angle = std::atan(rigid.friction)}};
+  for (const RigidBody& body : rigid.bodies) {
+    const auto shape = geometry::make_box(body.place - body.half_size, body.place + body.half_size);
+    if (body.density > 0.0) {
+      scene.add_rigid(shape, {.density = body.density});
+    } else {
+      scene.add_fixed(shape);
+    }
+  }
+  return scene;
+}
+
+/// Thrown when the problem is there: the step need not be solved.
+struct Caught {};
+
+/// The first problem of the wall's first step, and where its blocks stand.
+ContactProblem first_problem(const Scene& scene, std::vector<Frame>& frames) {
+  ContactProblem problem;
+  StepOptions options{.time_step = 0.01};
+  options.contact_problem = [&](const ContactProblem& first) {
+    problem = first;
+    throw Caught{};
+  };
+  Simulation simulation(scene, options);
+  for (const BlockState& block : simulation.state().blocks) {
+    frames.push_back({block.centroid, block.rotation.toRotationMatrix()});
+  }
+  try {
+    static_cast<void>(simulation.advance());
+  } catch (const Caught&) {
+  }
+  return problem;
+}
+
+enum class JointKind { Closed, Open, Hinge, Frictionless };
+
+std::vector<JointKind> draw_joints(std::size_t count, double weak) {
+  std::mt19937_64 random(1);
+  std::vector<JointKind> kinds(count, JointKind::Closed);
+  for (JointKind& kind : kinds) {
+    const double drawn = static_cast<double>(random() >> 11) * 0x1p-53;
+    if (drawn < weak) kind = static_cast<JointKind>(1 + static_cast<int>(3.0 * drawn / weak));
+  }
+  return kinds;
+}
+
+void add(const LinearContact& c, const Vector3& stiffness, BlockSystem& system) {
+  const auto add_block = [&](const Matrix3x12& left, const Matrix3x12& right, Matrix12& block) {
+    block += left.transpose() * stiffness.asDiagonal() * right;
+  };
+  const auto at = [](int i) { return static_cast<std::size_t>(i); };
+  if (c.slot_a >= 0) add_block(c.jacobian_a, c.jacobian_a, system.diagonal[at(c.slot_a)]);
+  if (c.slot_b >= 0) add_block(c.jacobian_b, c.jacobian_b, system.diagonal[at(c.slot_b)]);
+  if (c.pair < 0) return;
+  Matrix12& upper = system.off_diagonal[at(c.pair)];
+  const bool ascending = c.slot_a < c.slot_b;
+  ascending ? add_block(c.jacobian_a, c.jacobian_b, upper)
+            : add_block(c.jacobian_b, c.jacobian_a, upper);
+}
+
+/// Blocks alone, and the inverses of their matrices.
+std::vector<Matrix12> set_blocks(const ContactProblem& problem, WallTangent& wall) {
+  std::vector<Matrix12> compliance;
+  std::vector<double> lengths;
+  for (const ContactProblem::Block& block : problem.blocks) {
+    lengths.push_back(block.length);
+    wall.system.diagonal.emplace_back(Matrix12::Zero()).topLeftCorner<6, 6>() = block.matrix;
+    compliance.emplace_back(Matrix12::Zero()).topLeftCorner<6, 6>() = block.matrix.inverse();
+    wall.right.emplace_back(Vector12::Zero()).head<6>() = block.force;
+  }
+  wall.slots = make_slots(std::vector<int>(lengths.size(), 6), lengths);
+  return compliance;
+}
+
+std::vector<LinearContact> contacts_of(const ContactProblem& problem,
+                                       const std::vector<Matrix12>& compliance) {
+  std::vector<LinearContact> contacts;
+  for (const ContactProblem::Contact& given : problem.contacts) {
+    LinearContact& c = contacts.emplace_back();
+    c.slot_a = given.a;
+    c.slot_b = given.b;
+    if (given.a >= 0) c.jacobian_a.leftCols<6>() = given.rows_a;
+    if (given.b >= 0) c.jacobian_b.leftCols<6>() = given.rows_b;
+    set_augmentation(compliance, c);
+  }
+  return contacts;
+}
+
+}  // namespace
+
+WallTangent wall_tangent(int columns, int rows, double weak) {
+  std::vector<Frame> frames;
+  const ContactProblem problem = first_problem(scene_of(wall(columns, rows)), frames);
+  WallTangent wall;
+  std::vector<LinearContact> contacts = contacts_of(problem, set_blocks(problem, wall));
+  set_pairs(contacts, wall.system);
+  wall.system.frames.assign(frames.begin() + problem.first_block, frames.end());
+  wall.system.off_diagonal.assign(wall.system.pairs.size(), Matrix12::Zero());
+  const std::vector<JointKind> kinds = draw_joints(wall.system.pairs.size(), weak);
+  std::vector<int> met(kinds.size(), 0);  // contacts of the joint so far
+  for (const LinearContact& c : contacts) {
+    Vector3 stiffness(c.normal_stiffness, c.shear_stiffness, c.shear_stiffness);
+    if (c.pair >= 0) {
+      const JointKind kind = kinds[static_cast<std::size_t>(c.pair)];
+      const int before = met[static_cast<std::size_t>(c.pair)]++;
+      if (kind == JointKind::Open || (kind == JointKind::Hinge && before >= 2)) continue;
+      if (kind == JointKind::Frictionless) stiffness.tail<2>().setZero();
+    }
+    add(c, stiffness, wall.system);
+  }
+  return wall;
+}
+
+double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+double relative_residual(const WallTangent& wall, const BlockVector& solution) {
+  BlockVector rest = wall.right;
+  for (std::size_t s = 0; s < rest.size(); ++s) rest[s] -= wall.system.diagonal[s] * solution[s];
+  for (std::size_t p = 0; p < wall.system.pairs.size(); ++p) {
+    const auto i = static_cast<std::size_t>(wall.system.pairs[p].first);
+    const auto j = static_cast<std::size_t>(wall.system.pairs[p].second);
+    rest[i] -= wall.system.off_diagonal[p] * solution[j];
+    rest[j] -= wall.system.off_diagonal[p].transpose() * solution[i];
+  }
+  double left = 0.0, all = 0.0;
+  for (std::size_t s = 0; s < rest.size(); ++s) {
+    left += rest[s].squaredNorm();
+    all += wall.right[s].squaredNorm();
+  }
+  return std::sqrt(left / all);
+}
+
+}  // namespace quoin::bench
