@@ -142,19 +142,40 @@ void start_islands(const StepRun& run, std::span<Island* const> islands) {
   }
 }
 
+namespace {
+
+/// Puts `added` into `contacts`; both are sorted. From the end on: what stands before the first of
+/// them is not touched.
+void merge(std::span<const Contact> added, std::vector<Contact>& contacts) {
+  std::size_t left = contacts.size(), end = left + added.size();
+  contacts.resize(end);
+  while (!added.empty()) {
+    if (left > 0 && added.back().point.key < contacts[left - 1].point.key) {
+      contacts[--end] = contacts[--left];
+    } else {
+      contacts[--end] = added.back();
+      added = added.first(added.size() - 1);
+    }
+  }
+}
+
+}  // namespace
+
 void take_contacts(const StepRun& run, std::vector<Contact>& contacts) {
-  const Workspace& work = run.work;
+  Workspace& work = run.work;
   std::erase_if(contacts, [&](const Contact& contact) {
     const int i = island_of(contact.point, work.island_of_block);
     return i < 0 || !work.islands[index(i)]->at_rest;
   });
-  const bool some_rest = !contacts.empty();
+  std::vector<Contact>& taken = work.taken;
+  taken.clear();
   for (const auto& island : work.islands) {
     if (island->at_rest) continue;
-    contacts.insert(contacts.end(), island->history.begin(), island->history.end());
+    taken.insert(taken.end(), island->history.begin(), island->history.end());
   }
-  if (!some_rest && work.islands.size() == 1) return;
-  std::ranges::sort(contacts, {}, [](const Contact& contact) { return contact.point.key; });
+  const auto key = [](const Contact& contact) { return contact.point.key; };
+  if (!std::ranges::is_sorted(taken, {}, key)) std::ranges::sort(taken, {}, key);
+  merge(taken, contacts);
 }
 
 }  // namespace quoin::solver

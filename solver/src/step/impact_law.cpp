@@ -152,7 +152,8 @@ void add_held_point(const ImpactStep& at, const HeldPoint& held, const LinearCon
 /// Until the first impact contacts that were closed before pushed as in the last step,
 /// unless that was an impulse.
 void add_earlier_impulses(std::span<const BodyContact> contacts, const Attempt& attempt,
-                          BlockVector& force) {
+                          VelocityProblem& problem) {
+  problem.pushed_before.clear();
   const double share = attempt.first_impact;
   if (!(share > 0.0)) return;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
@@ -161,8 +162,9 @@ void add_earlier_impulses(std::span<const BodyContact> contacts, const Attempt& 
     if (!contacts[i].was_closed || before.impact || c.compliant) continue;
     const Vector3 push =
         2.0 * share * force_in_frame(before, contacts[i], attempt.contacts[i].state.point.normal);
-    if (c.slot_a >= 0) force[index(c.slot_a)] += c.jacobian_a.transpose() * push;
-    if (c.slot_b >= 0) force[index(c.slot_b)] += c.jacobian_b.transpose() * push;
+    if (c.slot_a >= 0) problem.force[index(c.slot_a)] += c.jacobian_a.transpose() * push;
+    if (c.slot_b >= 0) problem.force[index(c.slot_b)] += c.jacobian_b.transpose() * push;
+    if (c.slot_a >= 0 && c.slot_b >= 0) problem.pushed_before.emplace_back(c.slot_a, c.slot_b);
   }
 }
 
@@ -189,7 +191,7 @@ void set_blocks(const ImpactStep& at, std::span<const BodyContact> contacts, con
     if (!at.poses.deforms[index(blocks[s])]) velocity.tail<6>().setZero();
     problem.force[s] = at.terms.base.diagonal[s] * velocity;
   }
-  add_earlier_impulses(contacts, attempt, problem.force);
+  add_earlier_impulses(contacts, attempt, problem);
   for (const LinearContact& c : problem.contacts) {
     if (c.slot_a >= 0) {
       problem.force[index(c.slot_a)] -= c.jacobian_a.transpose() * c.multiplier;

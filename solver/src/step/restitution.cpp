@@ -25,6 +25,7 @@ void Restitution::begin(std::size_t slots, const VelocityProblem& problem) {
   for (const LinearContact& c : problem.contacts) {
     if (c.slot_a >= 0 && c.slot_b >= 0) joined_.join(c.slot_a, c.slot_b);
   }
+  for (const auto& [a, b] : problem.pushed_before) joined_.join(a, b);
   groups_.resize(slots);
   for (std::size_t s = 0; s < slots; ++s) groups_[s] = joined_.least(static_cast<int>(s));
   shares_.assign(slots, 0.0);

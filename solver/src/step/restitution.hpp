@@ -13,9 +13,11 @@ struct VelocityProblem {
   std::vector<LinearContact> contacts;
   std::vector<double> bounces;  ///< by contact: of d, with full restitution, m
   BlockVector velocity, force;  ///< by slot: velocity times dt as the positions have it, F
+  std::vector<std::pair<int, int>> pushed_before;  ///< slots joined by what pushed until the impact
 };
 
-/// Restitution of each group of blocks that closed contacts join. Keeps the memory between steps.
+/// Restitution of each group of blocks that closed contacts join, or joined until the first impact:
+/// what is taken from a group's velocities leaves its momentum. Keeps the memory between steps.
 class Restitution {
  public:
   /// All of it.

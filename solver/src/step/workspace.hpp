@@ -54,6 +54,7 @@ struct Workspace : StepMemory {
   JoinedGroups joined;                       ///< blocks, by contacts of this step
   std::vector<int> next_island_of_block;     ///< memory of form_islands()
   std::vector<Island*> owners;               ///< memory of start_islands(), by island
+  std::vector<Contact> taken;                ///< memory of take_contacts()
   Islands awake;                             ///< those that take the step
   Islands group;                             ///< of these: that try one sub-step side by side
   Islands open;                              ///< of these: that try another round
