@@ -29,6 +29,10 @@ solver::Scene scene_of(const RigidScene& rigid) {
   for (const RigidBody& body : rigid.bodies) {
     if (body.density == 0.0) {
       scene.add_fixed(shape_of(body));
+      if (body.acceleration) {
+        scene.blocks.back().kind = solver::BlockKind::Prescribed;
+        scene.blocks.back().motion = {solver::MotionKind::Acceleration, body.acceleration};
+      }
       continue;
     }
     const int block = scene.add_rigid(shape_of(body), {.density = body.density});
@@ -51,6 +55,7 @@ class QuoinWorld final : public World {
     factorizations_ += report.factorizations;
     return report.status == solver::StepStatus::Converged;
   }
+  double work() const override { return simulation_.state().energy.work; }
   long solves() const override { return solves_; }
   long factorizations() const override { return factorizations_; }
   BodyMotion motion(int body) const override {

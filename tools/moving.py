@@ -7,106 +7,17 @@
 import argparse
 import csv
 import json
-import math
 import pathlib
-import random
 import resource
 import shutil
 import subprocess
 
+from moving_scenes import deformable, dominoes, falling_arch, pile, pulled_base, shaken_wall, slope
+
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PROBLEMS = ROOT / "bench" / "problems"
-G = 9.81
 ITERATIONS = ("open_close", "proximal_newton", "automatic")
 LIMIT = 60  # s on the clock of one run
-
-
-def box(name, low, high, kind="rigid", **more):
-    material = {"material": "stone"} if kind == "rigid" else {}
-    return {"name": name, "kind": kind, **material, "shape": {"type": "box", "min": low, "max": high}, **more}
-
-
-def scene(title, blocks, friction, end_time):
-    return {"title": title, "materials": {"stone": {"density": 2000}},
-            "joint": {"friction_angle_deg": friction}, "time_step": 5e-3, "end_time": end_time, "blocks": blocks}
-
-
-def pile(across, layers, end_time):
-    """Boxes of 0.4 to 0.7 m with random spin that fall into a bin of fixed sides."""
-    numbers, half = random.Random(1), across / 2
-    far = half + 1
-    blocks = [box("floor", [-far, -far, -0.5], [far, far, 0], "fixed"),
-              box("west", [-far, -far, 0], [-half, far, 4], "fixed"),
-              box("east", [half, -far, 0], [far, far, 4], "fixed"),
-              box("south", [-half, -far, 0], [half, -half, 4], "fixed"),
-              box("north", [-half, half, 0], [half, far, 4], "fixed")]
-    for i in range(layers * across * across):
-        layer, row, column = i // across ** 2, i // across % across, i % across
-        middle = [column - half + 0.5, row - half + 0.5, 0.7 + layer]
-        sides = [numbers.uniform(0.2, 0.35) for _ in range(3)]
-        blocks.append(box(f"box{i}", [m - s for m, s in zip(middle, sides)], [m + s for m, s in zip(middle, sides)],
-                          angular_velocity=[numbers.uniform(-3, 3) for _ in range(3)]))
-    return scene(f"Pile of {layers * across ** 2} boxes in a bin", blocks, 30, end_time)
-
-
-def shaken_wall(columns, rows, direction, end_time):
-    """A wall in running bond; its base is shaken by 0.5 g at 2 Hz along x (in its plane) or y (across)."""
-    shaking = f"{0.5 * G:.6g}*cos(4*pi*t)"
-    formula = [shaking if direction == axis else "0" for axis in "xyz"]
-    blocks = [box("base", [-2, -2, -1], [0.4 * columns + 2, 2, 0], "prescribed",
-                  motion={"acceleration": {"formula": formula}})]
-    for row in range(rows):
-        shift = 0.2 * (row % 2)
-        for i in range(columns + row % 2):
-            low, high = max(0, 0.4 * i - shift), min(0.4 * columns, 0.4 * (i + 1) - shift)
-            blocks.append(box(f"brick{row}_{i}", [round(low, 9), 0, round(0.2 * row, 9)],
-                              [round(high, 9), 0.2, round(0.2 * (row + 1), 9)]))
-    return scene(f"Wall of {len(blocks) - 1} bricks, shaken along {direction}", blocks, 35, end_time)
-
-
-def dominoes(count, end_time):
-    blocks = [box("ground", [-5, -5, -1], [count, 5, 0], "fixed")]
-    for i in range(count):
-        blocks.append(box(f"domino{i}", [round(0.6 * i, 9), 0, 0], [round(0.6 * i + 0.3, 9), 1, 1.5]))
-    blocks[1]["pose"] = {"rotation": {"axis": [0, 1, 0], "angle_deg": 11.4}, "about": [0.3, 0, 0]}
-    return scene(f"{count} dominoes", blocks, 10, end_time)
-
-
-def pulled_base(count, end_time):
-    blocks = [box("ground", [-5, -5, -1], [9, 5, 0], "fixed"),
-              box("base", [0, 0, 0], [1, 1, 0.5], "prescribed", motion={"acceleration": {"formula": ["8", "0", "0"]}})]
-    blocks += [box(f"drum{i}", [0, 0, 0.5 * (i + 1)], [1, 1, 0.5 * (i + 2)]) for i in range(count)]
-    return scene(f"Tower of {count} whose base is pulled away", blocks, 30, end_time)
-
-
-def falling_arch(count, end_time):
-    """A round arch; its right support moves out and down."""
-    blocks = []
-    for i in range(-1, count + 1):
-        corner = [[r * math.cos(j * math.pi / count), 0, r * math.sin(j * math.pi / count)]
-                  for r, j in ((5, i), (5, i + 1), (5.8, i + 1), (5.8, i))]
-        shape = {"type": "prism", "polygon": corner, "sweep": [0, 1, 0]}
-        blocks.append({"name": f"voussoir{i}", "kind": "rigid", "material": "stone", "shape": shape})
-    blocks[0] = {"name": "left", "kind": "fixed", "shape": blocks[0]["shape"]}
-    blocks[-1] = {"name": "right", "kind": "prescribed", "shape": blocks[-1]["shape"],
-                  "motion": {"acceleration": {"formula": ["-6", "0", "-2"]}}}
-    return scene(f"Arch of {count} that loses a support", blocks, 35, end_time)
-
-
-def slope(across, end_time):
-    """Two layers of blocks in bond on a plane of 35 degrees, friction 25 degrees."""
-    c, s = math.cos(math.radians(35)), math.sin(math.radians(35))
-
-    def hull(x, y, z):
-        return {"type": "hull", "points": [[c * a + s * k, b, -s * a + c * k] for a in x for b in y for k in z]}
-
-    blocks = [{"name": "bed", "kind": "fixed", "shape": hull((-5, 30), (-5, across + 5), (-1, 0))}]
-    for i in range(2 * across ** 2):
-        layer, row, column = i // across ** 2, i // across % across, i % across
-        x, z = column + 0.5 * layer, 0.6 * layer
-        blocks.append({"name": f"block{i}", "kind": "rigid", "material": "stone",
-                       "shape": hull((x, x + 1), (row, row + 1), (z, z + 0.6))})
-    return scene(f"Slope of {2 * across ** 2} blocks that slides", blocks, 25, end_time)
 
 
 MEASURED = [pile(4, 4, 1.5), shaken_wall(10, 10, "y", 0.5), shaken_wall(10, 10, "x", 0.5), dominoes(10, 1.5),
@@ -116,6 +27,14 @@ DUMPED = {"pile": (pile(3, 2, 1.2), 20), "wall_across": (shaken_wall(2, 6, "y", 
           "wall_in_plane": (shaken_wall(2, 4, "x", 0.6), 24), "dominoes": (dominoes(10, 1.5), 20),
           "pulled_base": (pulled_base(6, 0.8), 16), "arch": (falling_arch(9, 0.8), 20),
           "slope": (slope(2, 0.6), 30)}
+
+
+# Small ones, each for LONG s by all of STEPS and kinds of blocks.
+ENDURED = [pile(2, 2, 0), shaken_wall(2, 4, "y", 0), shaken_wall(2, 4, "x", 0), dominoes(5, 0), pulled_base(4, 0),
+           falling_arch(7, 0), slope(2, 0)]
+LONG = 5  # s
+STEPS = (0.01, 0.005, 0.001)  # s
+YOUNGS = (None, 1e8, 1e10, 1e12)  # Pa; None: rigid
 
 
 def run(quoin, document, folder, *words):
@@ -152,6 +71,30 @@ def measure(quoin, problems, work):
         subprocess.run([problems, PROBLEMS], check=True)
 
 
+def endured(quoin, document, step, young, folder):
+    """One run of LONG s in a cell: steps it lost, solves a step, most energy growth; what ended it before its time."""
+    document = {**(deformable(document, young) if young else document), "time_step": step, "end_time": LONG}
+    seconds = run(quoin, document, folder, "--on-failure", "accept")
+    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    energy = summary["energy"]
+    lost = summary["unconverged_steps"]
+    words = f"{lost}; {summary['linear_solves'] / summary['steps']:.1f}; {energy['growth'] / energy['scale']:.0e}"
+    if summary["status"] != "completed":
+        words += f" ({summary['status']} at {summary['time']:.2g} s)"
+    shutil.rmtree(folder)
+    return words, seconds
+
+
+def endure(quoin, work):
+    print("| scene | dt ms | " + " | ".join(f"E {young:.0e} Pa" if young else "rigid" for young in YOUNGS)
+          + " | CPU s |\n|---|---|" + "---|" * (len(YOUNGS) + 1), flush=True)
+    for step in STEPS:
+        for number, document in enumerate(ENDURED):
+            cells = [endured(quoin, document, step, young, work / f"long_{number}") for young in YOUNGS]
+            print(f"| {document['title']} | {1e3 * step:g} | " + " | ".join(words for words, _ in cells)
+                  + f" | {sum(seconds for _, seconds in cells):.0f} |", flush=True)
+
+
 def dump(quoin, work):
     for name, (document, every) in DUMPED.items():
         run(quoin, document, work / name, "--dump-steps", str(every))
@@ -162,13 +105,15 @@ def dump(quoin, work):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("what", choices=("measure", "dump"))
+    parser.add_argument("what", choices=("measure", "dump", "endure"))
     parser.add_argument("--quoin", required=True)
     parser.add_argument("--problems", help="the program contact_problems")
     parser.add_argument("--work", type=pathlib.Path, default=pathlib.Path("moving"))
     given = parser.parse_args()
     if given.what == "measure":
         measure(given.quoin, given.problems, given.work)
+    elif given.what == "endure":
+        endure(given.quoin, given.work)
     else:
         dump(given.quoin, given.work)
 
