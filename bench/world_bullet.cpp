@@ -56,8 +56,10 @@ class BulletWorld final : public World {
   BodyMotion motion(int index) const override {
     const btRigidBody& body = *bodies_[static_cast<std::size_t>(index)];
     const btQuaternion q = body.getWorldTransform().getRotation();
-    return {from_bullet(body.getWorldTransform().getOrigin()), from_bullet(body.getLinearVelocity()),
-            from_bullet(body.getAngularVelocity()), {q.w(), q.x(), q.y(), q.z()}};
+    return {from_bullet(body.getWorldTransform().getOrigin()),
+            from_bullet(body.getLinearVelocity()),
+            from_bullet(body.getAngularVelocity()),
+            {q.w(), q.x(), q.y(), q.z()}};
   }
   std::vector<PairForce> forces() const override {
     std::vector<PairForce> result;
@@ -91,9 +93,8 @@ class BulletWorld final : public World {
       if (!first && manifold.getBody1()->getUserIndex() != body) continue;
       for (int p = 0; p < manifold.getNumContacts(); ++p) {
         const btManifoldPoint& point = manifold.getContactPoint(p);
-        const btVector3 on_first =
-            point.getAppliedImpulse() * point.m_normalWorldOnB +
-            point.m_appliedImpulseLateral1 * point.m_lateralFrictionDir1;
+        const btVector3 on_first = point.getAppliedImpulse() * point.m_normalWorldOnB +
+                                   point.m_appliedImpulseLateral1 * point.m_lateralFrictionDir1;
         impulse += (first ? 1.0 : -1.0) * from_bullet(on_first);
       }
     }
@@ -143,8 +144,7 @@ std::unique_ptr<World> make_bullet(const RigidScene& scene, double time_step, in
                                        std::make_unique<btSequentialImpulseConstraintSolver>());
 }
 
-std::unique_ptr<World> make_bullet_nncg(const RigidScene& scene, double time_step,
-                                        int iterations) {
+std::unique_ptr<World> make_bullet_nncg(const RigidScene& scene, double time_step, int iterations) {
   return std::make_unique<BulletWorld>(scene, time_step, iterations,
                                        std::make_unique<btNNCGConstraintSolver>());
 }

@@ -1,4 +1,5 @@
-/// ODE's rigid boxes: dWorldQuickStep with so many iterations, dWorldStep (its direct solver) with 0.
+/// ODE's rigid boxes: dWorldQuickStep with so many iterations, dWorldStep (its direct solver) with
+/// 0.
 
 #include <ode/ode.h>
 
@@ -25,8 +26,12 @@ struct Library {
 class OdeWorld final : public World {
  public:
   OdeWorld(const RigidScene& scene, int iterations)
-      : scene_(scene), moved_(moved_bodies(scene)), iterations_(iterations), world_(dWorldCreate()),
-        space_(dHashSpaceCreate(nullptr)), contacts_(dJointGroupCreate(0)) {
+      : scene_(scene),
+        moved_(moved_bodies(scene)),
+        iterations_(iterations),
+        world_(dWorldCreate()),
+        space_(dSweepAndPruneSpaceCreate(nullptr, dSAP_AXES_XYZ)),
+        contacts_(dJointGroupCreate(0)) {
     dWorldSetGravity(world_, scene.gravity.x(), scene.gravity.y(), scene.gravity.z());
     if (iterations > 0) dWorldSetQuickStepNumIterations(world_, iterations);
     for (const RigidBody& body : scene.bodies) add(body);
@@ -52,8 +57,7 @@ class OdeWorld final : public World {
     }
     time_ += dt;
     trouble = false;
-    const bool done =
-        (iterations_ > 0 ? dWorldQuickStep(world_, dt) : dWorldStep(world_, dt)) != 0;
+    const bool done = (iterations_ > 0 ? dWorldQuickStep(world_, dt) : dWorldStep(world_, dt)) != 0;
     for (const MovedBody& moved : moved_) {
       work_ += dt * force_by(moved.body).dot(moved.mean_velocity);
     }
@@ -67,8 +71,10 @@ class OdeWorld final : public World {
       return {fixed.place, Vector3d::Zero(), Vector3d::Zero(), fixed.turn};
     }
     const dReal* q = dBodyGetQuaternion(body);
-    return {Vector3d(dBodyGetPosition(body)), Vector3d(dBodyGetLinearVel(body)),
-            Vector3d(dBodyGetAngularVel(body)), {q[0], q[1], q[2], q[3]}};
+    return {Vector3d(dBodyGetPosition(body)),
+            Vector3d(dBodyGetLinearVel(body)),
+            Vector3d(dBodyGetAngularVel(body)),
+            {q[0], q[1], q[2], q[3]}};
   }
   std::vector<PairForce> forces() const override {
     std::vector<PairForce> result;
@@ -100,8 +106,8 @@ class OdeWorld final : public World {
   }
 
   void add(const RigidBody& body) {
-    const dGeomID geom = dCreateBox(space_, 2 * body.half_size.x(), 2 * body.half_size.y(),
-                                    2 * body.half_size.z());
+    const dGeomID geom =
+        dCreateBox(space_, 2 * body.half_size.x(), 2 * body.half_size.y(), 2 * body.half_size.z());
     dGeomSetData(geom, reinterpret_cast<void*>(bodies_.size()));
     const dQuaternion q = {body.turn.w(), body.turn.x(), body.turn.y(), body.turn.z()};
     if (body.acceleration) {
@@ -145,7 +151,8 @@ class OdeWorld final : public World {
       dJointAttach(joint, dGeomGetBody(a), dGeomGetBody(b));
       Feedback f{static_cast<int>(reinterpret_cast<std::size_t>(dGeomGetData(a))),
                  static_cast<int>(reinterpret_cast<std::size_t>(dGeomGetData(b))),
-                 Vector3d(found[i].normal), {}};
+                 Vector3d(found[i].normal),
+                 {}};
       feedback_.push_back(f);
       dJointSetFeedback(joint, &feedback_.back().joint);
     }

@@ -10,7 +10,8 @@ namespace {
 
 geometry::Shape shape_of(const RigidBody& body) {
   if (body.half_size.x() <= 0.0) {
-    const Eigen::Matrix3Xd world = (body.turn.toRotationMatrix() * body.vertices).colwise() + body.place;
+    const Eigen::Matrix3Xd world =
+        (body.turn.toRotationMatrix() * body.vertices).colwise() + body.place;
     return geometry::make_hull(world).polyhedron;
   }
   geometry::Shape shape = geometry::make_box(-body.half_size, body.half_size);
