@@ -1,8 +1,14 @@
 #!/usr/bin/env python3
-"""Scenes in which many blocks move at once: runs them by each contact iteration, or dumps their problems.
+"""Runs the scenes of moving_scenes.py, in which many blocks move at once: bench/moving.md.
 
-    tools/moving.py measure --quoin QUOIN [--problems CONTACT_PROBLEMS] [--work FOLDER]   tables on standard output
-    tools/moving.py dump --quoin QUOIN [--work FOLDER]          bench/problems/, from the small scenes
+    tools/moving.py iterations --quoin QUOIN            each contact iteration: a table
+    tools/moving.py peers --bench BENCH --out FILE      quoin, Bullet and ODE, and series of them: JSON
+    tools/moving.py problems --bench BENCH --out FILE   the problems of bench/problems.tar.xz: CSV
+    tools/moving.py endure --quoin QUOIN                small scenes for 5 s by all steps and stiffnesses: a table
+    tools/moving.py dump --quoin QUOIN                  makes bench/problems.tar.xz
+
+QUOIN is the command, BENCH the folder of bench_moving and contact_problems. --work FOLDER: for what is made on
+the way (default: moving).
 """
 import argparse
 import csv
@@ -11,23 +17,39 @@ import pathlib
 import resource
 import shutil
 import subprocess
+import sys
+import tarfile
 
-from moving_scenes import deformable, dominoes, falling_arch, pile, pulled_base, shaken_wall, slope
+from moving_scenes import (deformable, dominoes, falling_arch, pile, pulled_base, shaken_wall, slope,
+                           swarms)
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-PROBLEMS = ROOT / "bench" / "problems"
+PROBLEMS = ROOT / "bench" / "problems.tar.xz"
 ITERATIONS = ("open_close", "proximal_newton", "automatic")
-LIMIT = 60  # s on the clock of one run
-
+LIMIT = 60  # s on the clock of one run of the command, and CPU s of the steps of bench_moving
 
 MEASURED = [pile(4, 4, 1.5), shaken_wall(10, 10, "y", 0.5), shaken_wall(10, 10, "x", 0.5), dominoes(10, 1.5),
             pulled_base(6, 0.8), falling_arch(9, 0.8), slope(3, 0.6)]
-# And every how many steps one problem is written.
-DUMPED = {"pile": (pile(3, 2, 1.2), 20), "wall_across": (shaken_wall(2, 6, "y", 0.6), 24),
-          "wall_in_plane": (shaken_wall(2, 4, "x", 0.6), 24), "dominoes": (dominoes(10, 1.5), 20),
-          "pulled_base": (pulled_base(6, 0.8), 16), "arch": (falling_arch(9, 0.8), 20),
-          "slope": (slope(2, 0.6), 30)}
 
+COMPARED = [pile(4, 4, 1.5), pile(8, 8, 0.6), shaken_wall(10, 10, "y", 0.5), shaken_wall(10, 10, "x", 0.5),
+            shaken_wall(40, 25, "y", 0.05), dominoes(100, 4, thickness=0.15, friction=30), pulled_base(30, 2),
+            slope(16, 0.3), swarms(3, 1.5)]
+CODES = ("quoin", "bullet:50", "ode:50", "ode:0")
+# Of the picture: codes over time steps (s).
+SERIES_SCENES = [pile(4, 4, 1.5), shaken_wall(10, 10, "y", 0.5)]
+SERIES = {"quoin": (5e-3, 2.5e-3, 1e-3), "bullet:10": (5e-3, 1e-3, 5e-4, 2e-4, 1e-4),
+          "bullet:50": (5e-3, 1e-3, 5e-4, 2e-4, 1e-4), "bullet:250": (5e-3, 1e-3, 5e-4, 2e-4, 1e-4),
+          "ode:50": (5e-3, 1e-3, 5e-4, 2e-4, 1e-4)}
+
+# And every how many steps the problem of the largest island is written.
+DUMPED = {"pile": (pile(3, 2, 1.2), 5), "pile_large": (pile(4, 4, 1.5), 70),
+          "pile_deformable": (deformable(pile(2, 2, 1.2), 1e9), 10),
+          "wall_across": (shaken_wall(2, 6, "y", 0.6), 8), "wall_across_large": (shaken_wall(5, 5, "y", 0.6), 40),
+          "wall_in_plane": (shaken_wall(2, 4, "x", 0.6), 7),
+          "wall_deformable": (deformable(shaken_wall(2, 4, "y", 0.6), 1e10), 11),
+          "dominoes": (dominoes(10, 2, thickness=0.15, friction=30), 3), "pulled_base": (pulled_base(6, 0.8), 6),
+          "arch": (falling_arch(9, 0.8), 7), "slope": (slope(2, 0.6), 6), "swarms": (swarms(2, 1.5), 5)}
+FEWEST_CONTACTS = 4  # of a problem that is kept
 
 # Small ones, each for LONG s by all of STEPS and kinds of blocks.
 ENDURED = [pile(2, 2, 0), shaken_wall(2, 4, "y", 0), shaken_wall(2, 4, "x", 0), dominoes(5, 0), pulled_base(4, 0),
@@ -37,18 +59,30 @@ STEPS = (0.01, 0.005, 0.001)  # s
 YOUNGS = (None, 1e8, 1e10, 1e12)  # Pa; None: rigid
 
 
-def run(quoin, document, folder, *words):
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    file = folder.with_suffix(".json")
+def written(document, file):
+    file.parent.mkdir(parents=True, exist_ok=True)
     file.write_text(json.dumps(document), encoding="utf-8")
+    return file
+
+
+def run(quoin, document, folder, *words):
+    """Runs it into the folder; user CPU time, s."""
+    file = written(document, folder.with_suffix(".json"))
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
     subprocess.run([quoin, "run", file, "--out", folder, "--max-seconds", str(LIMIT), *words], check=False,
                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
 
 
-def row(document, iteration, folder, seconds):
-    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+def summary_of(folder):
+    return json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+
+
+# --- each contact iteration
+
+
+def iteration_row(document, iteration, folder, seconds):
+    summary = summary_of(folder)
     with open(folder / "history.csv", encoding="utf-8") as history:
         solves = [int(line["linear_solves"]) for line in csv.DictReader(history)]
     steps, energy = summary["steps"], summary["energy"]
@@ -58,64 +92,121 @@ def row(document, iteration, folder, seconds):
             f"| {energy['growth'] / energy['scale']:.1e} | {1e3 * seconds / steps:.1f} |")
 
 
-def measure(quoin, problems, work):
+def iterations(given):
     print("| scene | iteration | ended | factorizations a step | most solves in a step | attempts by proximal Newton "
           "| largest overlap m | energy growth | CPU ms a step |\n|---|---|---|---|---|---|---|---|---|")
     for number, document in enumerate(MEASURED):
         for iteration in ITERATIONS:
-            folder = work / f"{number}_{iteration}"
-            seconds = run(quoin, document, folder, "--set", f"/contact_iteration={iteration}")
-            print(row(document, iteration, folder, seconds), flush=True)
-    if problems:
-        print("\nThe problems of `bench/problems`:\n", flush=True)
-        subprocess.run([problems, PROBLEMS], check=True)
+            folder = given.work / f"{number}_{iteration}"
+            seconds = run(given.quoin, document, folder, "--set", f"/contact_iteration={iteration}")
+            print(iteration_row(document, iteration, folder, seconds), flush=True)
 
 
-def endured(quoin, document, step, young, folder):
-    """One run of LONG s in a cell: steps it lost, solves a step, most energy growth; what ended it before its time."""
+# --- Bullet and ODE beside it
+
+
+def judged(given, document, code, step):
+    """What bench_moving says of one run; a code that broke down says nothing."""
+    file = written(document, given.work / "scene.json")
+    done = subprocess.run([given.bench / "bench_moving", file, code, "--dt", str(step), "--limit", str(LIMIT)],
+                          check=False, stdout=subprocess.PIPE, text=True)
+    row = json.loads(done.stdout) if done.returncode == 0 else None
+    print(f"{document['title']}, {code}, {step} s: {row}", file=sys.stderr, flush=True)
+    return row
+
+
+def peers(given):
+    rows = [judged(given, document, code, document["time_step"]) for document in COMPARED for code in CODES]
+    series = [judged(given, document, code, step)
+              for document in SERIES_SCENES for code, steps in SERIES.items() for step in steps]
+    result = {"compared": [row for row in rows if row], "series": [row for row in series if row]}
+    given.out.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+
+
+# --- single contact problems
+
+
+def problems(given):
+    folder = given.work / "problems"
+    shutil.rmtree(folder, ignore_errors=True)
+    with tarfile.open(PROBLEMS) as archive:
+        archive.extractall(folder)
+    with open(given.out, "w", encoding="utf-8") as out:
+        subprocess.run([given.bench / "contact_problems", folder], check=True, stdout=out)
+
+
+def largest_islands(folder):
+    """Of each step's problems, one an island, the one of most contacts."""
+    best = {}
+    for file in sorted(folder.glob("contact_problem_*.txt")):
+        step = file.stem.split("_")[2]
+        contacts = next(int(line.split()[1]) for line in file.open(encoding="utf-8") if line.startswith("contacts "))
+        if contacts >= FEWEST_CONTACTS and contacts > best.get(step, (0, None))[0]:
+            best[step] = contacts, file
+    return [file for _, file in best.values()]
+
+
+def dump(given):
+    folder = given.work / "dumped"
+    shutil.rmtree(folder, ignore_errors=True)
+    for name, (document, every) in DUMPED.items():
+        run(given.quoin, document, given.work / name, "--dump-steps", str(every))
+        (folder / name).mkdir(parents=True)
+        for file in largest_islands(given.work / name):
+            shutil.copy(file, folder / name)
+
+    def plain(entry):  # the same bytes for the same problems, whoever made them when
+        entry.mtime = entry.uid = entry.gid = 0
+        entry.uname = entry.gname = ""
+        return entry
+
+    with tarfile.open(PROBLEMS, "w:xz", preset=9) as archive:
+        for file in sorted(folder.glob("*/*.txt")):
+            archive.add(file, file.relative_to(folder), filter=plain)
+
+
+# --- long runs
+
+
+def endured(given, document, step, young, folder):
+    """One run of LONG s in a cell: steps lost; solves a step; energy growth; what ended it before its time."""
     document = {**(deformable(document, young) if young else document), "time_step": step, "end_time": LONG}
-    seconds = run(quoin, document, folder, "--on-failure", "accept")
-    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    seconds = run(given.quoin, document, folder, "--on-failure", "accept")
+    summary = summary_of(folder)
     energy = summary["energy"]
-    lost = summary["unconverged_steps"]
-    words = f"{lost}; {summary['linear_solves'] / summary['steps']:.1f}; {energy['growth'] / energy['scale']:.0e}"
+    words = (f"{summary['unconverged_steps']}; {summary['linear_solves'] / summary['steps']:.1f}; "
+             f"{energy['growth'] / energy['scale']:.0e}")
     if summary["status"] != "completed":
         words += f" ({summary['status']} at {summary['time']:.2g} s)"
     shutil.rmtree(folder)
     return words, seconds
 
 
-def endure(quoin, work):
+def endure(given):
     print("| scene | dt ms | " + " | ".join(f"E {young:.0e} Pa" if young else "rigid" for young in YOUNGS)
           + " | CPU s |\n|---|---|" + "---|" * (len(YOUNGS) + 1), flush=True)
     for step in STEPS:
-        for number, document in enumerate(ENDURED):
-            cells = [endured(quoin, document, step, young, work / f"long_{number}") for young in YOUNGS]
+        for document in ENDURED:
+            cells = [endured(given, document, step, young, given.work / "long") for young in YOUNGS]
             print(f"| {document['title']} | {1e3 * step:g} | " + " | ".join(words for words, _ in cells)
                   + f" | {sum(seconds for _, seconds in cells):.0f} |", flush=True)
 
 
-def dump(quoin, work):
-    for name, (document, every) in DUMPED.items():
-        run(quoin, document, work / name, "--dump-steps", str(every))
-        (PROBLEMS / name).mkdir(parents=True, exist_ok=True)
-        for file in sorted((work / name).glob("contact_problem_*.txt")):
-            shutil.copy(file, PROBLEMS / name)
-
-
 def main():
+    parts = {"iterations": iterations, "peers": peers, "problems": problems, "endure": endure, "dump": dump}
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("what", choices=("measure", "dump", "endure"))
-    parser.add_argument("--quoin", required=True)
-    parser.add_argument("--problems", help="the program contact_problems")
+    parser.add_argument("what", choices=parts)
+    parser.add_argument("--quoin", help="the command")
+    parser.add_argument("--bench", type=pathlib.Path, help="folder of bench_moving and contact_problems")
+    parser.add_argument("--out", type=pathlib.Path)
     parser.add_argument("--work", type=pathlib.Path, default=pathlib.Path("moving"))
     given = parser.parse_args()
-    if given.what == "measure":
-        measure(given.quoin, given.problems, given.work)
-    elif given.what == "endure":
-        endure(given.quoin, given.work)
-    else:
-        dump(given.quoin, given.work)
+    needed = {"iterations": ["quoin"], "peers": ["bench", "out"], "problems": ["bench", "out"], "endure": ["quoin"],
+              "dump": ["quoin"]}[given.what]
+    for name in needed:
+        if getattr(given, name) is None:
+            parser.error(f"{given.what} needs --{name}")
+    parts[given.what](given)
 
 
 if __name__ == "__main__":

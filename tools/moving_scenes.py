@@ -48,12 +48,14 @@ def shaken_wall(columns, rows, direction, end_time):
     return scene(f"Wall of {len(blocks) - 1} bricks, shaken along {direction}", blocks, 35, end_time)
 
 
-def dominoes(count, end_time):
+def dominoes(count, end_time, thickness=0.3, friction=10):
+    """The first one leans by a little more than it can; thick ones come to rest against each other."""
     blocks = [box("ground", [-5, -5, -1], [count, 5, 0], "fixed")]
     for i in range(count):
-        blocks.append(box(f"domino{i}", [round(0.6 * i, 9), 0, 0], [round(0.6 * i + 0.3, 9), 1, 1.5]))
-    blocks[1]["pose"] = {"rotation": {"axis": [0, 1, 0], "angle_deg": 11.4}, "about": [0.3, 0, 0]}
-    return scene(f"{count} dominoes", blocks, 10, end_time)
+        blocks.append(box(f"domino{i}", [round(0.6 * i, 9), 0, 0], [round(0.6 * i + thickness, 9), 1, 1.5]))
+    lean = round(math.degrees(math.atan(thickness / 1.5)) + 0.1, 1)
+    blocks[1]["pose"] = {"rotation": {"axis": [0, 1, 0], "angle_deg": lean}, "about": [thickness, 0, 0]}
+    return scene(f"{count} dominoes", blocks, friction, end_time)
 
 
 def pulled_base(count, end_time):
