@@ -5,6 +5,7 @@
     tools/moving.py peers --bench BENCH --out FILE      quoin, Bullet and ODE, and series of them: JSON
     tools/moving.py problems --bench BENCH --out FILE   the problems of bench/problems.tar.xz: CSV
     tools/moving.py endure --quoin QUOIN                small scenes for 5 s by all steps and stiffnesses: a table
+    tools/moving.py pictures --quoin QUOIN              bench/moving_pile.png, bench/moving_wall.png (needs POV-Ray)
     tools/moving.py dump --quoin QUOIN                  makes bench/problems.tar.xz
 
 QUOIN is the command, BENCH the folder of bench_moving and contact_problems. --work FOLDER: for what is made on
@@ -40,6 +41,10 @@ SERIES_SCENES = [pile(4, 4, 1.5), shaken_wall(10, 10, "y", 0.5)]
 SERIES = {"quoin": (5e-3, 2.5e-3, 1e-3), "bullet:10": (5e-3, 1e-3, 5e-4, 2e-4, 1e-4),
           "bullet:50": (5e-3, 1e-3, 5e-4, 2e-4, 1e-4), "bullet:250": (5e-3, 1e-3, 5e-4, 2e-4, 1e-4),
           "ode:50": (5e-3, 1e-3, 5e-4, 2e-4, 1e-4)}
+
+# Output interval (s), times shown, direction of the eye, box shown (m), blocks left out (two sides of the bin).
+PICTURES = {"pile": (pile(4, 4, 2), 0.1, (0, 0.5, 1, 2), (-0.6, -1, 0.55), (-3, -3, -1.2, 2.6, 2.6, 4.2), (1, 3)),
+            "wall": (shaken_wall(10, 10, "y", 4), 0.05, (0, 1, 2, 4), (-1, -0.8, 0.35), None, ())}
 
 # And every how many steps the problem of the largest island is written.
 DUMPED = {"pile": (pile(3, 2, 1.2), 5), "pile_large": (pile(4, 4, 1.5), 70),
@@ -192,8 +197,24 @@ def endure(given):
                   + f" | {sum(seconds for _, seconds in cells):.0f} |", flush=True)
 
 
+# --- pictures
+
+
+def pictures(given):
+    from PIL import Image  # with matplotlib
+
+    import render
+
+    for name, (document, interval, times, direction, fit, hidden) in PICTURES.items():
+        run(given.quoin, {**document, "output_interval": interval}, given.work / name)
+        path = ROOT / "bench" / f"moving_{name}.png"
+        render.render(given.work / name, path, times, direction, fit, hidden)
+        Image.open(path).convert("RGB").quantize(128).save(path, optimize=True)
+
+
 def main():
-    parts = {"iterations": iterations, "peers": peers, "problems": problems, "endure": endure, "dump": dump}
+    parts = {"iterations": iterations, "peers": peers, "problems": problems, "endure": endure, "pictures": pictures,
+             "dump": dump}
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("what", choices=parts)
     parser.add_argument("--quoin", help="the command")
@@ -202,7 +223,7 @@ def main():
     parser.add_argument("--work", type=pathlib.Path, default=pathlib.Path("moving"))
     given = parser.parse_args()
     needed = {"iterations": ["quoin"], "peers": ["bench", "out"], "problems": ["bench", "out"], "endure": ["quoin"],
-              "dump": ["quoin"]}[given.what]
+              "pictures": ["quoin"], "dump": ["quoin"]}[given.what]
     for name in needed:
         if getattr(given, name) is None:
             parser.error(f"{given.what} needs --{name}")

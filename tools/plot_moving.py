@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Pictures and table of tools/moving.py: CPU time to a given error, performance profile.
+"""Picture and tables of tools/moving.py: CPU time to a given error, performance profiles.
 
-    tools/plot_moving.py PEERS.json PROBLEMS.csv MOVING.png TABLE.md
+    tools/plot_moving.py PEERS.json PROBLEMS.csv MOVING.png FOLDER      FOLDER: peers.md, problems.md
 """
 import csv
 import json
@@ -14,7 +14,8 @@ import numpy as np
 
 LEAST = {"overlap": 1e-15, "energy_growth": 1e-15}  # less is drawn here
 NAMES = {"overlap": "largest overlap (m)", "energy_growth": "energy growth, by its scale"}
-TOLERANCE = 1e-8  # of the performance profile
+RESIDUALS = (1e-3, 1e-6)  # that the performance profiles ask for
+FACTORS = (1, 2, 4, 16)
 QUOIN, PEER_COLOURS = "#0072B2", ("#E69F00", "#D55E00", "#8C2D04", "#999999", "#555555")
 
 
@@ -35,25 +36,35 @@ def panel(axis, rows, quantity):
     axis.set_ylabel(NAMES[quantity])
 
 
-def profile(axis, rows):
-    """Share of the problems that an iteration solves within a factor of the fewest factorizations, and of CPU time."""
-    chosen = [row for row in rows if float(row["tolerance"]) == TOLERANCE]
-    iterations = list(dict.fromkeys(row["iteration"] for row in chosen))
+def costs(rows, key, residual):
+    """{iteration: cost of each problem}: of the cheapest tolerance whose forces are as good; inf where none is."""
+    table = {}
+    for row in rows:
+        of = table.setdefault(row["iteration"], {})
+        problem = row["scene"], row["problem"]
+        good = float(row["force_error"]) <= residual
+        # No factorization at all counts as one: a factor of nothing says nothing.
+        cost = max(float(row[key]), 1.0 if key == "factorizations" else 1e-6) if good else np.inf
+        of[problem] = min(of.get(problem, np.inf), cost)
+    return {iteration: np.array([of[problem] for problem in sorted(of)]) for iteration, of in table.items()}
+
+
+def shares(cost, factor):
+    """Share of the problems that each iteration solves within a factor of the best."""
+    best = np.min(list(cost.values()), axis=0)
+    return {iteration: np.mean(np.isfinite(of) & (of <= factor * best)) for iteration, of in cost.items()}
+
+
+def profile(axis, rows, residual):
     factors = np.geomspace(1, 256, 200)
-    for key, style in (("cpu_ms", "-"), ("factorizations", "--")):
-        cost = {}
-        for row in chosen:
-            solved = int(row["converged"]) == 1
-            cost.setdefault((row["scene"], row["problem"]), {})[row["iteration"]] = (
-                max(float(row[key]), 1e-3) if solved else np.inf)
-        best = np.array([min(of.values()) for of in cost.values()])
-        for number, iteration in enumerate(iterations):
-            ratio = np.array([of[iteration] for of in cost.values()])
-            shares = [np.mean(np.isfinite(ratio) & (ratio <= factor * best)) for factor in factors]
-            axis.semilogx(factors, shares, style, base=2, color=plot.COLOURS[(3, 0, 4)[number]], linewidth=1.4,
-                          label=f"{iteration.replace('_', ' ')}, {'CPU time' if key == 'cpu_ms' else key}")
+    for key, style, words in (("cpu_ms", "-", "CPU time"), ("factorizations", "--", "factorizations")):
+        cost = costs(rows, key, residual)
+        curves = [shares(cost, factor) for factor in factors]
+        for number, iteration in enumerate(cost):
+            axis.semilogx(factors, [curve[iteration] for curve in curves], style, base=2, linewidth=1.4,
+                          color=plot.COLOURS[(3, 0, 4)[number]], label=f"{iteration.replace('_', ' ')}, {words}")
     axis.set(xlabel="factor of the best", ylabel="share solved", ylim=(0, 1.02),
-             title=f"{len(cost)} contact problems to {TOLERANCE:g}")
+             title=f"{len(next(iter(cost.values())))} contact problems, residual {residual:g}")
     axis.legend(fontsize=7, loc="lower right")
 
 
@@ -70,7 +81,8 @@ def picture(result, problems, path):
                 axis.set_title(scene)
             axis.set_xlabel("CPU s a simulated second")
     axis.legend(fontsize=7)
-    profile(figure.add_subplot(grid[2, :]), problems)
+    for column, residual in enumerate(RESIDUALS):
+        profile(figure.add_subplot(grid[2, column]), problems, residual)
     plot.save(figure, path)
 
 
@@ -83,7 +95,7 @@ def cell(row):
     return words + ("" if row["whole"] else f" (stopped at {row['time']:.2g} s)")
 
 
-def table(rows):
+def peers_table(rows):
     lines = ["| scene | CPU ms a step; largest overlap m; energy growth; momentum error in 5 ms | CPU by Bullet's |",
              "|---|---|---|"]
     for scene in dict.fromkeys(row["scene"] for row in rows):
@@ -94,12 +106,40 @@ def table(rows):
     return "\n".join(lines) + "\n"
 
 
+def problems_table(rows):
+    """To the tightest tolerance; then the profiles."""
+    tightest = min({row["tolerance"] for row in rows}, key=float)
+    lines = [f"| scene | problems | iteration, tolerance {float(tightest):g} | factorizations: median, largest "
+             "| not ended | CPU ms, median | residual: median, largest | largest gap error m |",
+             "|---|---|---|---|---|---|---|---|"]
+    chosen = [row for row in rows if row["tolerance"] == tightest]
+    for scene, iteration in dict.fromkeys((row["scene"], row["iteration"]) for row in chosen):
+        of = [row for row in chosen if (row["scene"], row["iteration"]) == (scene, iteration)]
+        column = {key: np.array([float(row[key]) for row in of])
+                  for key in ("factorizations", "converged", "cpu_ms", "force_error", "gap_error_m")}
+        lines.append(f"| {scene} | {len(of)} | {iteration} | {np.median(column['factorizations']):.0f}, "
+                     f"{column['factorizations'].max():.0f} | {len(of) - column['converged'].sum():.0f} "
+                     f"| {np.median(column['cpu_ms']):.2g} | {np.median(column['force_error']):.0e}, "
+                     f"{column['force_error'].max():.0e} | {column['gap_error_m'].max():.0e} |")
+    lines += ["", "| residual | share solved, by CPU time within | " + " | ".join(f"{f:g} x" for f in FACTORS)
+              + " | at all |", "|---|---|" + "---|" * (len(FACTORS) + 1)]
+    for residual in RESIDUALS:
+        cost = costs(rows, "cpu_ms", residual)
+        columns = [shares(cost, factor) for factor in (*FACTORS, np.inf)]
+        for iteration in cost:
+            lines.append(f"| {residual:g} | {iteration} | "
+                         + " | ".join(f"{column[iteration]:.2f}" for column in columns) + " |")
+    return "\n".join(lines) + "\n"
+
+
 def main():
     result = json.loads(pathlib.Path(sys.argv[1]).read_text(encoding="utf-8"))
     with open(sys.argv[2], encoding="utf-8") as file:
         problems = list(csv.DictReader(file))
     picture(result, problems, sys.argv[3])
-    pathlib.Path(sys.argv[4]).write_text(table(result["compared"]), encoding="utf-8")
+    folder = pathlib.Path(sys.argv[4])
+    (folder / "peers.md").write_text(peers_table(result["compared"]), encoding="utf-8")
+    (folder / "problems.md").write_text(problems_table(problems), encoding="utf-8")
 
 
 if __name__ == "__main__":
