@@ -188,7 +188,8 @@ def arch():
 def watched(document, description):
     """One of moving_scenes.py; no exact answer: displacements of all blocks at the end against the finest run."""
     names = [block["name"] for block in document["blocks"] if block["kind"] == "rigid"]
-    return {**document, "time_step": 0.0025, "description": description, "monitors": [{"name": name, "block": name} for name in names]}
+    return {**document, "time_step": 0.0025, "description": description,
+            "monitors": [{"name": name, "block": name} for name in names]}
 
 
 def main():
