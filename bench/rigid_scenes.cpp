@@ -85,8 +85,8 @@ RigidScene dominoes() {
   for (int i = 0; i < 4; ++i) {
     scene.bodies.push_back(box({0.6 * i, 0, 0}, {0.6 * i + 0.3, 1, 1.5}, 2700));
   }
-  // The first one about its lower edge at x = 0.3, past its balance at atan(0.3 / 1.5) = 11.31 degrees;
-  // at 11.54 degrees it would touch the second.
+  // The first one about its lower edge at x = 0.3, past its balance at atan(0.3 / 1.5) = 11.31
+  // degrees; at 11.54 degrees it would touch the second.
   RigidBody& first = scene.bodies[1];
   const Eigen::Quaterniond tilt = about(Vector3d::UnitY(), 11.4);
   const Vector3d edge(0.3, 0, 0);
@@ -143,6 +143,23 @@ RigidScene arch(int count, double thickness_ratio) {
   scene.bodies.push_back(box({-12, -2, -1}, {-8, 2, 0}, 0.0));
   scene.bodies.push_back(box({8, -2, -1}, {12, 2, 0}, 0.0));
   return scene;
+}
+
+void MovedBody::advance(const RigidScene& scene, double time, double time_step) {
+  const auto& acceleration = scene.bodies[static_cast<std::size_t>(body)].acceleration;
+  const Vector3d before = velocity;
+  velocity += time_step * acceleration(time + 0.5 * time_step);
+  mean_velocity = 0.5 * (before + velocity);
+  place += time_step * mean_velocity;
+}
+
+std::vector<MovedBody> moved_bodies(const RigidScene& scene) {
+  std::vector<MovedBody> moved;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    if (!scene.bodies[i].acceleration) continue;
+    moved.push_back({.body = static_cast<int>(i), .place = scene.bodies[i].place});
+  }
+  return moved;
 }
 
 std::vector<Contestant> peers() {

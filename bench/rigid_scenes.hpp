@@ -1,7 +1,9 @@
 #pragma once
-/// The solver scenes S1–S8 as plain data that every code can read: rigid convex bodies on a fixed one.
+/// The solver scenes S1–S8 as plain data that every code can read: rigid convex bodies on a fixed
+/// one.
 
 #include <Eigen/Geometry>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -18,9 +20,11 @@ struct RigidBody {
   Eigen::Matrix3Xd vertices{};  ///< relative to the centroid, before `turn`
   double density = 0.0;         ///< 0: fixed
   double mass = 0.0;
-  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< body axes
-  Vector3d force = Vector3d::Zero();                  ///< through the centroid, N
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();              ///< body axes
+  Vector3d force = Vector3d::Zero();                              ///< through the centroid, N
   Vector3d velocity = Vector3d::Zero(), spin = Vector3d::Zero();  ///< at the start, m/s, rad/s
+  /// Of a body of density 0 that is moved, from rest, at a time in s; m/s2. Empty: it is fixed.
+  std::function<Vector3d(double)> acceleration{};
 };
 
 struct RigidScene {
@@ -52,10 +56,20 @@ struct BodyMotion {
 
 /// What a step left between two bodies (several entries may name the same two).
 struct PairForce {
-  int a = 0, b = 0;                    ///< a < b
-  double normal = 0.0;                 ///< N, sum
-  Vector3d on_b = Vector3d::Zero();    ///< the same as a vector, friction left out, N
+  int a = 0, b = 0;                  ///< a < b
+  double normal = 0.0;               ///< N, sum
+  Vector3d on_b = Vector3d::Zero();  ///< the same as a vector, friction left out, N
 };
+
+/// A moved body's way, each step with the acceleration of its middle.
+struct MovedBody {
+  int body = 0;
+  Vector3d place = Vector3d::Zero(), velocity = Vector3d::Zero();  ///< at the end of the step
+  Vector3d mean_velocity = Vector3d::Zero();                       ///< of the step, m/s
+
+  void advance(const RigidScene& scene, double time, double time_step);
+};
+std::vector<MovedBody> moved_bodies(const RigidScene& scene);
 
 /// A code that steps a scene.
 class World {
@@ -64,6 +78,7 @@ class World {
   virtual bool step(double time_step) = 0;  ///< false: it gave up
   virtual BodyMotion motion(int body) const = 0;
   virtual std::vector<PairForce> forces() const = 0;
+  virtual double work() const = 0;                   ///< of moved bodies on the others so far, J
   virtual long solves() const { return 0; }          ///< linear solves so far, where it counts them
   virtual long factorizations() const { return 0; }  ///< so far
 };

@@ -28,6 +28,8 @@ class BulletWorld final : public World {
       : solver_(std::move(solver)),
         dispatcher_(&configuration_),
         world_(&dispatcher_, &broad_phase_, solver_.get(), &configuration_),
+        moved_(moved_bodies(scene)),
+        scene_(scene),
         time_step_(time_step) {
     world_.setGravity(to_bullet(scene.gravity));
     world_.getSolverInfo().m_numIterations = iterations;
@@ -38,14 +40,26 @@ class BulletWorld final : public World {
   }
   bool step(double dt) override {
     for (std::size_t i = 0; i < bodies_.size(); ++i) bodies_[i]->applyCentralForce(forces_[i]);
+    for (MovedBody& moved : moved_) {
+      moved.advance(scene_, time_, dt);
+      btTransform& transform = bodies_[static_cast<std::size_t>(moved.body)]->getWorldTransform();
+      transform.setOrigin(to_bullet(moved.place));
+    }
     world_.stepSimulation(dt, 0);
+    time_ += dt;
+    for (const MovedBody& moved : moved_) {
+      work_ -= dt * force_on(moved.body).dot(moved.mean_velocity);
+    }
     return true;
   }
+  double work() const override { return work_; }
   BodyMotion motion(int index) const override {
     const btRigidBody& body = *bodies_[static_cast<std::size_t>(index)];
     const btQuaternion q = body.getWorldTransform().getRotation();
-    return {from_bullet(body.getWorldTransform().getOrigin()), from_bullet(body.getLinearVelocity()),
-            from_bullet(body.getAngularVelocity()), {q.w(), q.x(), q.y(), q.z()}};
+    return {from_bullet(body.getWorldTransform().getOrigin()),
+            from_bullet(body.getLinearVelocity()),
+            from_bullet(body.getAngularVelocity()),
+            {q.w(), q.x(), q.y(), q.z()}};
   }
   std::vector<PairForce> forces() const override {
     std::vector<PairForce> result;
@@ -69,6 +83,24 @@ class BulletWorld final : public World {
   }
 
  private:
+  /// With friction, N.
+  Vector3d force_on(int body) const {
+    Vector3d impulse = Vector3d::Zero();
+    for (int m = 0; m < dispatcher_.getNumManifolds(); ++m) {
+      const btPersistentManifold& manifold =
+          *const_cast<btCollisionDispatcher&>(dispatcher_).getManifoldByIndexInternal(m);
+      const bool first = manifold.getBody0()->getUserIndex() == body;
+      if (!first && manifold.getBody1()->getUserIndex() != body) continue;
+      for (int p = 0; p < manifold.getNumContacts(); ++p) {
+        const btManifoldPoint& point = manifold.getContactPoint(p);
+        const btVector3 on_first = point.getAppliedImpulse() * point.m_normalWorldOnB +
+                                   point.m_appliedImpulseLateral1 * point.m_lateralFrictionDir1;
+        impulse += (first ? 1.0 : -1.0) * from_bullet(on_first);
+      }
+    }
+    return impulse / time_step_;
+  }
+
   void add(const RigidBody& body, double friction) {
     shapes_.push_back(shape_of(body));
     btRigidBody::btRigidBodyConstructionInfo info(body.mass, nullptr, shapes_.back().get(),
@@ -79,6 +111,10 @@ class BulletWorld final : public World {
     info.m_friction = std::sqrt(friction);  // Bullet multiplies those of the two bodies
     bodies_.push_back(std::make_unique<btRigidBody>(info));
     bodies_.back()->setActivationState(DISABLE_DEACTIVATION);
+    if (body.acceleration) {
+      bodies_.back()->setCollisionFlags(bodies_.back()->getCollisionFlags() |
+                                        btCollisionObject::CF_KINEMATIC_OBJECT);
+    }
     if (body.density > 0.0) {
       bodies_.back()->setLinearVelocity(to_bullet(body.velocity));
       bodies_.back()->setAngularVelocity(to_bullet(body.spin));
@@ -96,7 +132,9 @@ class BulletWorld final : public World {
   std::vector<std::unique_ptr<btCollisionShape>> shapes_;
   std::vector<std::unique_ptr<btRigidBody>> bodies_;
   std::vector<btVector3> forces_;
-  double time_step_;
+  std::vector<MovedBody> moved_;
+  RigidScene scene_;
+  double time_step_, time_ = 0.0, work_ = 0.0;
 };
 
 }  // namespace
@@ -106,8 +144,7 @@ std::unique_ptr<World> make_bullet(const RigidScene& scene, double time_step, in
                                        std::make_unique<btSequentialImpulseConstraintSolver>());
 }
 
-std::unique_ptr<World> make_bullet_nncg(const RigidScene& scene, double time_step,
-                                        int iterations) {
+std::unique_ptr<World> make_bullet_nncg(const RigidScene& scene, double time_step, int iterations) {
   return std::make_unique<BulletWorld>(scene, time_step, iterations,
                                        std::make_unique<btNNCGConstraintSolver>());
 }

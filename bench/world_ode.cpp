@@ -1,4 +1,5 @@
-/// ODE's rigid boxes: dWorldQuickStep with so many iterations, dWorldStep (its direct solver) with 0.
+/// ODE's rigid boxes: dWorldQuickStep with so many iterations, dWorldStep (its direct solver) with
+/// 0.
 
 #include <ode/ode.h>
 
@@ -25,8 +26,12 @@ struct Library {
 class OdeWorld final : public World {
  public:
   OdeWorld(const RigidScene& scene, int iterations)
-      : scene_(scene), iterations_(iterations), world_(dWorldCreate()),
-        space_(dHashSpaceCreate(nullptr)), contacts_(dJointGroupCreate(0)) {
+      : scene_(scene),
+        moved_(moved_bodies(scene)),
+        iterations_(iterations),
+        world_(dWorldCreate()),
+        space_(dSweepAndPruneSpaceCreate(nullptr, dSAP_AXES_XYZ)),
+        contacts_(dJointGroupCreate(0)) {
     dWorldSetGravity(world_, scene.gravity.x(), scene.gravity.y(), scene.gravity.z());
     if (iterations > 0) dWorldSetQuickStepNumIterations(world_, iterations);
     for (const RigidBody& body : scene.bodies) add(body);
@@ -45,11 +50,20 @@ class OdeWorld final : public World {
       const Vector3d& f = scene_.bodies[i].force;
       dBodyAddForce(bodies_[i], f.x(), f.y(), f.z());
     }
+    for (MovedBody& moved : moved_) {
+      moved.advance(scene_, time_, dt);
+      const Vector3d& v = moved.mean_velocity;
+      dBodySetLinearVel(bodies_[static_cast<std::size_t>(moved.body)], v.x(), v.y(), v.z());
+    }
+    time_ += dt;
     trouble = false;
-    const bool done =
-        (iterations_ > 0 ? dWorldQuickStep(world_, dt) : dWorldStep(world_, dt)) != 0;
+    const bool done = (iterations_ > 0 ? dWorldQuickStep(world_, dt) : dWorldStep(world_, dt)) != 0;
+    for (const MovedBody& moved : moved_) {
+      work_ += dt * force_by(moved.body).dot(moved.mean_velocity);
+    }
     return done && !trouble;
   }
+  double work() const override { return work_; }
   BodyMotion motion(int index) const override {
     const dBodyID body = bodies_[static_cast<std::size_t>(index)];
     if (body == nullptr) {
@@ -57,8 +71,10 @@ class OdeWorld final : public World {
       return {fixed.place, Vector3d::Zero(), Vector3d::Zero(), fixed.turn};
     }
     const dReal* q = dBodyGetQuaternion(body);
-    return {Vector3d(dBodyGetPosition(body)), Vector3d(dBodyGetLinearVel(body)),
-            Vector3d(dBodyGetAngularVel(body)), {q[0], q[1], q[2], q[3]}};
+    return {Vector3d(dBodyGetPosition(body)),
+            Vector3d(dBodyGetLinearVel(body)),
+            Vector3d(dBodyGetAngularVel(body)),
+            {q[0], q[1], q[2], q[3]}};
   }
   std::vector<PairForce> forces() const override {
     std::vector<PairForce> result;
@@ -79,12 +95,26 @@ class OdeWorld final : public World {
     dJointFeedback joint{};
   };
 
+  /// Of a moved body on the others, with friction, N.
+  Vector3d force_by(int body) const {
+    Vector3d sum = Vector3d::Zero();
+    for (const Feedback& f : feedback_) {
+      if (f.first == body) sum += Vector3d(f.joint.f2);
+      if (f.second == body) sum += Vector3d(f.joint.f1);
+    }
+    return sum;
+  }
+
   void add(const RigidBody& body) {
-    const dGeomID geom = dCreateBox(space_, 2 * body.half_size.x(), 2 * body.half_size.y(),
-                                    2 * body.half_size.z());
+    const dGeomID geom =
+        dCreateBox(space_, 2 * body.half_size.x(), 2 * body.half_size.y(), 2 * body.half_size.z());
     dGeomSetData(geom, reinterpret_cast<void*>(bodies_.size()));
     const dQuaternion q = {body.turn.w(), body.turn.x(), body.turn.y(), body.turn.z()};
-    if (body.density == 0.0) {
+    if (body.acceleration) {
+      bodies_.push_back(dBodyCreate(world_));
+      dBodySetKinematic(bodies_.back());
+      dGeomSetBody(geom, bodies_.back());
+    } else if (body.density == 0.0) {
       bodies_.push_back(nullptr);
     } else {
       const dBodyID id = dBodyCreate(world_);
@@ -103,8 +133,13 @@ class OdeWorld final : public World {
 
   static void near(void* self, dGeomID a, dGeomID b) { static_cast<OdeWorld*>(self)->touch(a, b); }
 
+  static bool moves_freely(dGeomID geom) {
+    const dBodyID body = dGeomGetBody(geom);
+    return body != nullptr && dBodyIsKinematic(body) == 0;
+  }
+
   void touch(dGeomID a, dGeomID b) {
-    if (dGeomGetBody(a) == nullptr && dGeomGetBody(b) == nullptr) return;
+    if (!moves_freely(a) && !moves_freely(b)) return;
     dContactGeom found[8];
     const int count = dCollide(a, b, 8, found, sizeof(dContactGeom));
     for (int i = 0; i < count; ++i) {
@@ -116,13 +151,16 @@ class OdeWorld final : public World {
       dJointAttach(joint, dGeomGetBody(a), dGeomGetBody(b));
       Feedback f{static_cast<int>(reinterpret_cast<std::size_t>(dGeomGetData(a))),
                  static_cast<int>(reinterpret_cast<std::size_t>(dGeomGetData(b))),
-                 Vector3d(found[i].normal), {}};
+                 Vector3d(found[i].normal),
+                 {}};
       feedback_.push_back(f);
       dJointSetFeedback(joint, &feedback_.back().joint);
     }
   }
 
   RigidScene scene_;
+  std::vector<MovedBody> moved_;
+  double time_ = 0.0, work_ = 0.0;
   int iterations_;
   dWorldID world_;
   dSpaceID space_;

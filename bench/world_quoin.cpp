@@ -10,7 +10,8 @@ namespace {
 
 geometry::Shape shape_of(const RigidBody& body) {
   if (body.half_size.x() <= 0.0) {
-    const Eigen::Matrix3Xd world = (body.turn.toRotationMatrix() * body.vertices).colwise() + body.place;
+    const Eigen::Matrix3Xd world =
+        (body.turn.toRotationMatrix() * body.vertices).colwise() + body.place;
     return geometry::make_hull(world).polyhedron;
   }
   geometry::Shape shape = geometry::make_box(-body.half_size, body.half_size);
@@ -29,6 +30,10 @@ solver::Scene scene_of(const RigidScene& rigid) {
   for (const RigidBody& body : rigid.bodies) {
     if (body.density == 0.0) {
       scene.add_fixed(shape_of(body));
+      if (body.acceleration) {
+        scene.blocks.back().kind = solver::BlockKind::Prescribed;
+        scene.blocks.back().motion = {solver::MotionKind::Acceleration, body.acceleration};
+      }
       continue;
     }
     const int block = scene.add_rigid(shape_of(body), {.density = body.density});
@@ -51,6 +56,7 @@ class QuoinWorld final : public World {
     factorizations_ += report.factorizations;
     return report.status == solver::StepStatus::Converged;
   }
+  double work() const override { return simulation_.state().energy.work; }
   long solves() const override { return solves_; }
   long factorizations() const override { return factorizations_; }
   BodyMotion motion(int body) const override {

@@ -1,135 +1,93 @@
 #!/usr/bin/env python3
-"""Scenes in which many blocks move at once: runs them by each contact iteration, or dumps their problems.
+"""Runs the scenes of moving_scenes.py, in which many blocks move at once: bench/moving.md.
 
-    tools/moving.py measure --quoin QUOIN [--problems CONTACT_PROBLEMS] [--work FOLDER]   tables on standard output
-    tools/moving.py dump --quoin QUOIN [--work FOLDER]          bench/problems/, from the small scenes
+    tools/moving.py iterations --quoin QUOIN            each contact iteration: a table
+    tools/moving.py peers --bench BENCH --out FILE      quoin, Bullet and ODE, and series of them: JSON
+    tools/moving.py problems --bench BENCH --out FILE   the problems of bench/problems.tar.xz: CSV
+    tools/moving.py endure --quoin QUOIN                scenes for 5 s by all steps and stiffnesses: a table
+    tools/moving.py pictures --quoin QUOIN              bench/moving_pile.png, bench/moving_wall.png (needs POV-Ray)
+    tools/moving.py dump --quoin QUOIN                  makes bench/problems.tar.xz
+
+QUOIN is the command, BENCH the folder of bench_moving and contact_problems. --work FOLDER: for what is made on
+the way (default: moving).
 """
 import argparse
 import csv
 import json
-import math
 import pathlib
-import random
 import resource
 import shutil
 import subprocess
+import sys
+import tarfile
+
+from moving_scenes import (deformable, dominoes, falling_arch, pile, pulled_base, shaken_wall, slope,
+                           swarms)
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-PROBLEMS = ROOT / "bench" / "problems"
-G = 9.81
+PROBLEMS = ROOT / "bench" / "problems.tar.xz"
 ITERATIONS = ("open_close", "proximal_newton", "automatic")
-LIMIT = 60  # s on the clock of one run
-
-
-def box(name, low, high, kind="rigid", **more):
-    material = {"material": "stone"} if kind == "rigid" else {}
-    return {"name": name, "kind": kind, **material, "shape": {"type": "box", "min": low, "max": high}, **more}
-
-
-def scene(title, blocks, friction, end_time):
-    return {"title": title, "materials": {"stone": {"density": 2000}},
-            "joint": {"friction_angle_deg": friction}, "time_step": 5e-3, "end_time": end_time, "blocks": blocks}
-
-
-def pile(across, layers, end_time):
-    """Boxes of 0.4 to 0.7 m with random spin that fall into a bin of fixed sides."""
-    numbers, half = random.Random(1), across / 2
-    far = half + 1
-    blocks = [box("floor", [-far, -far, -0.5], [far, far, 0], "fixed"),
-              box("west", [-far, -far, 0], [-half, far, 4], "fixed"),
-              box("east", [half, -far, 0], [far, far, 4], "fixed"),
-              box("south", [-half, -far, 0], [half, -half, 4], "fixed"),
-              box("north", [-half, half, 0], [half, far, 4], "fixed")]
-    for i in range(layers * across * across):
-        layer, row, column = i // across ** 2, i // across % across, i % across
-        middle = [column - half + 0.5, row - half + 0.5, 0.7 + layer]
-        sides = [numbers.uniform(0.2, 0.35) for _ in range(3)]
-        blocks.append(box(f"box{i}", [m - s for m, s in zip(middle, sides)], [m + s for m, s in zip(middle, sides)],
-                          angular_velocity=[numbers.uniform(-3, 3) for _ in range(3)]))
-    return scene(f"Pile of {layers * across ** 2} boxes in a bin", blocks, 30, end_time)
-
-
-def shaken_wall(columns, rows, direction, end_time):
-    """A wall in running bond; its base is shaken by 0.5 g at 2 Hz along x (in its plane) or y (across)."""
-    shaking = f"{0.5 * G:.6g}*cos(4*pi*t)"
-    formula = [shaking if direction == axis else "0" for axis in "xyz"]
-    blocks = [box("base", [-2, -2, -1], [0.4 * columns + 2, 2, 0], "prescribed",
-                  motion={"acceleration": {"formula": formula}})]
-    for row in range(rows):
-        shift = 0.2 * (row % 2)
-        for i in range(columns + row % 2):
-            low, high = max(0, 0.4 * i - shift), min(0.4 * columns, 0.4 * (i + 1) - shift)
-            blocks.append(box(f"brick{row}_{i}", [round(low, 9), 0, round(0.2 * row, 9)],
-                              [round(high, 9), 0.2, round(0.2 * (row + 1), 9)]))
-    return scene(f"Wall of {len(blocks) - 1} bricks, shaken along {direction}", blocks, 35, end_time)
-
-
-def dominoes(count, end_time):
-    blocks = [box("ground", [-5, -5, -1], [count, 5, 0], "fixed")]
-    for i in range(count):
-        blocks.append(box(f"domino{i}", [round(0.6 * i, 9), 0, 0], [round(0.6 * i + 0.3, 9), 1, 1.5]))
-    blocks[1]["pose"] = {"rotation": {"axis": [0, 1, 0], "angle_deg": 11.4}, "about": [0.3, 0, 0]}
-    return scene(f"{count} dominoes", blocks, 10, end_time)
-
-
-def pulled_base(count, end_time):
-    blocks = [box("ground", [-5, -5, -1], [9, 5, 0], "fixed"),
-              box("base", [0, 0, 0], [1, 1, 0.5], "prescribed", motion={"acceleration": {"formula": ["8", "0", "0"]}})]
-    blocks += [box(f"drum{i}", [0, 0, 0.5 * (i + 1)], [1, 1, 0.5 * (i + 2)]) for i in range(count)]
-    return scene(f"Tower of {count} whose base is pulled away", blocks, 30, end_time)
-
-
-def falling_arch(count, end_time):
-    """A round arch; its right support moves out and down."""
-    blocks = []
-    for i in range(-1, count + 1):
-        corner = [[r * math.cos(j * math.pi / count), 0, r * math.sin(j * math.pi / count)]
-                  for r, j in ((5, i), (5, i + 1), (5.8, i + 1), (5.8, i))]
-        shape = {"type": "prism", "polygon": corner, "sweep": [0, 1, 0]}
-        blocks.append({"name": f"voussoir{i}", "kind": "rigid", "material": "stone", "shape": shape})
-    blocks[0] = {"name": "left", "kind": "fixed", "shape": blocks[0]["shape"]}
-    blocks[-1] = {"name": "right", "kind": "prescribed", "shape": blocks[-1]["shape"],
-                  "motion": {"acceleration": {"formula": ["-6", "0", "-2"]}}}
-    return scene(f"Arch of {count} that loses a support", blocks, 35, end_time)
-
-
-def slope(across, end_time):
-    """Two layers of blocks in bond on a plane of 35 degrees, friction 25 degrees."""
-    c, s = math.cos(math.radians(35)), math.sin(math.radians(35))
-
-    def hull(x, y, z):
-        return {"type": "hull", "points": [[c * a + s * k, b, -s * a + c * k] for a in x for b in y for k in z]}
-
-    blocks = [{"name": "bed", "kind": "fixed", "shape": hull((-5, 30), (-5, across + 5), (-1, 0))}]
-    for i in range(2 * across ** 2):
-        layer, row, column = i // across ** 2, i // across % across, i % across
-        x, z = column + 0.5 * layer, 0.6 * layer
-        blocks.append({"name": f"block{i}", "kind": "rigid", "material": "stone",
-                       "shape": hull((x, x + 1), (row, row + 1), (z, z + 0.6))})
-    return scene(f"Slope of {2 * across ** 2} blocks that slides", blocks, 25, end_time)
-
+LIMIT = 60  # s on the clock of one run of the command, and CPU s of the steps of bench_moving
 
 MEASURED = [pile(4, 4, 1.5), shaken_wall(10, 10, "y", 0.5), shaken_wall(10, 10, "x", 0.5), dominoes(10, 1.5),
             pulled_base(6, 0.8), falling_arch(9, 0.8), slope(3, 0.6)]
-# And every how many steps one problem is written.
-DUMPED = {"pile": (pile(3, 2, 1.2), 20), "wall_across": (shaken_wall(2, 6, "y", 0.6), 24),
-          "wall_in_plane": (shaken_wall(2, 4, "x", 0.6), 24), "dominoes": (dominoes(10, 1.5), 20),
-          "pulled_base": (pulled_base(6, 0.8), 16), "arch": (falling_arch(9, 0.8), 20),
-          "slope": (slope(2, 0.6), 30)}
+
+COMPARED = [pile(4, 4, 1.5), pile(8, 8, 0.6), shaken_wall(10, 10, "y", 0.5), shaken_wall(10, 10, "x", 0.5),
+            shaken_wall(40, 25, "y", 0.05), dominoes(100, 4, thickness=0.15, friction=30), pulled_base(30, 2),
+            slope(16, 0.3), swarms(3, 1.5)]
+CODES = ("quoin", "bullet:50", "ode:50", "ode:0")
+# Of the picture: codes over time steps (s).
+SERIES_SCENES = [pile(4, 4, 1.5), shaken_wall(10, 10, "y", 0.5)]
+SERIES = {"quoin": (5e-3, 2.5e-3, 1e-3), "bullet:10": (5e-3, 1e-3, 5e-4, 2e-4, 1e-4),
+          "bullet:50": (5e-3, 1e-3, 5e-4, 2e-4, 1e-4), "bullet:250": (5e-3, 1e-3, 5e-4, 2e-4, 1e-4),
+          "ode:50": (5e-3, 1e-3, 5e-4, 2e-4, 1e-4)}
+
+# Output interval (s), times shown, direction of the eye, box shown (m), blocks left out (two sides of the bin).
+PICTURES = {"pile": (pile(4, 4, 2), 0.1, (0, 0.5, 1, 2), (-0.6, -1, 0.55), (-3, -3, -1.2, 2.6, 2.6, 4.2), (1, 3)),
+            "wall": (shaken_wall(10, 10, "y", 4), 0.05, (0, 1, 2, 4), (-1, -0.8, 0.35), None, ())}
+
+# And every how many steps the problem of the largest island is written.
+DUMPED = {"pile": (pile(3, 2, 1.2), 5), "pile_large": (pile(4, 4, 1.5), 70),
+          "pile_deformable": (deformable(pile(2, 2, 1.2), 1e9), 10),
+          "wall_across": (shaken_wall(2, 6, "y", 0.6), 8), "wall_across_large": (shaken_wall(5, 5, "y", 0.6), 40),
+          "wall_in_plane": (shaken_wall(2, 4, "x", 0.6), 7),
+          "wall_deformable": (deformable(shaken_wall(2, 4, "y", 0.6), 1e10), 11),
+          "dominoes": (dominoes(10, 2, thickness=0.15, friction=30), 3), "pulled_base": (pulled_base(6, 0.8), 6),
+          "arch": (falling_arch(9, 0.8), 7), "slope": (slope(2, 0.6), 6), "swarms": (swarms(2, 1.5), 5)}
+FEWEST_CONTACTS = 4  # of a problem that is kept
+
+# Each for LONG s by all of STEPS and kinds of blocks: some 15 minutes of CPU time.
+ENDURED = [dominoes(10, 0), pulled_base(6, 0), falling_arch(9, 0), pile(3, 2, 0), shaken_wall(5, 5, "x", 0),
+           shaken_wall(5, 5, "y", 0), slope(3, 0)]
+LONG = 5  # s
+STEPS = (0.01, 0.005, 0.001)  # s
+YOUNGS = (None, 1e8, 1e10, 1e12)  # Pa; None: rigid
 
 
-def run(quoin, document, folder, *words):
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    file = folder.with_suffix(".json")
+def written(document, file):
+    file.parent.mkdir(parents=True, exist_ok=True)
     file.write_text(json.dumps(document), encoding="utf-8")
+    return file
+
+
+def run(quoin, document, folder, *words, limit=LIMIT):
+    """Runs it into the folder; user CPU time, s."""
+    file = written(document, folder.with_suffix(".json"))
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-    subprocess.run([quoin, "run", file, "--out", folder, "--max-seconds", str(LIMIT), *words], check=False,
+    subprocess.run([quoin, "run", file, "--out", folder, "--max-seconds", str(limit), *words], check=False,
                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
 
 
-def row(document, iteration, folder, seconds):
-    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+def summary_of(folder):
+    return json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+
+
+# --- each contact iteration
+
+
+def iteration_row(document, iteration, folder, seconds):
+    summary = summary_of(folder)
     with open(folder / "history.csv", encoding="utf-8") as history:
         solves = [int(line["linear_solves"]) for line in csv.DictReader(history)]
     steps, energy = summary["steps"], summary["energy"]
@@ -139,38 +97,137 @@ def row(document, iteration, folder, seconds):
             f"| {energy['growth'] / energy['scale']:.1e} | {1e3 * seconds / steps:.1f} |")
 
 
-def measure(quoin, problems, work):
+def iterations(given):
     print("| scene | iteration | ended | factorizations a step | most solves in a step | attempts by proximal Newton "
           "| largest overlap m | energy growth | CPU ms a step |\n|---|---|---|---|---|---|---|---|---|")
     for number, document in enumerate(MEASURED):
         for iteration in ITERATIONS:
-            folder = work / f"{number}_{iteration}"
-            seconds = run(quoin, document, folder, "--set", f"/contact_iteration={iteration}")
-            print(row(document, iteration, folder, seconds), flush=True)
-    if problems:
-        print("\nThe problems of `bench/problems`:\n", flush=True)
-        subprocess.run([problems, PROBLEMS], check=True)
+            folder = given.work / f"{number}_{iteration}"
+            seconds = run(given.quoin, document, folder, "--set", f"/contact_iteration={iteration}")
+            print(iteration_row(document, iteration, folder, seconds), flush=True)
 
 
-def dump(quoin, work):
+# --- Bullet and ODE beside it
+
+
+def judged(given, document, code, step):
+    """What bench_moving says of one run; a code that broke down says nothing."""
+    file = written(document, given.work / "scene.json")
+    done = subprocess.run([given.bench / "bench_moving", file, code, "--dt", str(step), "--limit", str(LIMIT)],
+                          check=False, stdout=subprocess.PIPE, text=True)
+    row = json.loads(done.stdout) if done.returncode == 0 else None
+    print(f"{document['title']}, {code}, {step} s: {row}", file=sys.stderr, flush=True)
+    return row
+
+
+def peers(given):
+    rows = [judged(given, document, code, document["time_step"]) for document in COMPARED for code in CODES]
+    series = [judged(given, document, code, step)
+              for document in SERIES_SCENES for code, steps in SERIES.items() for step in steps]
+    result = {"compared": [row for row in rows if row], "series": [row for row in series if row]}
+    given.out.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+
+
+# --- single contact problems
+
+
+def problems(given):
+    folder = given.work / "problems"
+    shutil.rmtree(folder, ignore_errors=True)
+    with tarfile.open(PROBLEMS) as archive:
+        archive.extractall(folder)
+    with open(given.out, "w", encoding="utf-8") as out:
+        subprocess.run([given.bench / "contact_problems", folder], check=True, stdout=out)
+
+
+def largest_islands(folder):
+    """Of each step's problems, one an island, the one of most contacts."""
+    best = {}
+    for file in sorted(folder.glob("contact_problem_*.txt")):
+        step = file.stem.split("_")[2]
+        contacts = next(int(line.split()[1]) for line in file.open(encoding="utf-8") if line.startswith("contacts "))
+        if contacts >= FEWEST_CONTACTS and contacts > best.get(step, (0, None))[0]:
+            best[step] = contacts, file
+    return [file for _, file in best.values()]
+
+
+def dump(given):
+    folder = given.work / "dumped"
+    shutil.rmtree(folder, ignore_errors=True)
     for name, (document, every) in DUMPED.items():
-        run(quoin, document, work / name, "--dump-steps", str(every))
-        (PROBLEMS / name).mkdir(parents=True, exist_ok=True)
-        for file in sorted((work / name).glob("contact_problem_*.txt")):
-            shutil.copy(file, PROBLEMS / name)
+        run(given.quoin, document, given.work / name, "--dump-steps", str(every))
+        (folder / name).mkdir(parents=True)
+        for file in largest_islands(given.work / name):
+            shutil.copy(file, folder / name)
+
+    def plain(entry):  # the same bytes for the same problems, whoever made them when
+        entry.mtime = entry.uid = entry.gid = 0
+        entry.uname = entry.gname = ""
+        return entry
+
+    with tarfile.open(PROBLEMS, "w:xz", preset=9) as archive:
+        for file in sorted(folder.glob("*/*.txt")):
+            archive.add(file, file.relative_to(folder), filter=plain)
+
+
+# --- long runs
+
+
+def endured(given, document, step, young, folder):
+    """One run of LONG s in a cell: steps lost; solves a step; energy growth; what ended it before its time."""
+    document = {**(deformable(document, young) if young else document), "time_step": step, "end_time": LONG}
+    seconds = run(given.quoin, document, folder, "--on-failure", "accept", limit=10 * LIMIT)
+    summary = summary_of(folder)
+    energy = summary["energy"]
+    words = (f"{summary['unconverged_steps']}; {summary['linear_solves'] / summary['steps']:.1f}; "
+             f"{energy['growth'] / energy['scale']:.0e}")
+    if summary["status"] != "completed":
+        words += f" ({summary['status']} at {summary['time']:.2g} s)"
+    shutil.rmtree(folder)
+    return words, seconds
+
+
+def endure(given):
+    print("| scene | dt ms | " + " | ".join(f"E {young:.0e} Pa" if young else "rigid" for young in YOUNGS)
+          + " | CPU s |\n|---|---|" + "---|" * (len(YOUNGS) + 1), flush=True)
+    for step in STEPS:
+        for document in ENDURED:
+            cells = [endured(given, document, step, young, given.work / "long") for young in YOUNGS]
+            print(f"| {document['title']} | {1e3 * step:g} | " + " | ".join(words for words, _ in cells)
+                  + f" | {sum(seconds for _, seconds in cells):.0f} |", flush=True)
+
+
+# --- pictures
+
+
+def pictures(given):
+    from PIL import Image  # with matplotlib
+
+    import render
+
+    for name, (document, interval, times, direction, fit, hidden) in PICTURES.items():
+        run(given.quoin, {**document, "output_interval": interval}, given.work / name, limit=10 * LIMIT)
+        path = ROOT / "bench" / f"moving_{name}.png"
+        render.render(given.work / name, path, times, direction, fit, hidden)
+        Image.open(path).convert("RGB").quantize(256, kmeans=2).save(path, optimize=True)
 
 
 def main():
+    parts = {"iterations": iterations, "peers": peers, "problems": problems, "endure": endure, "pictures": pictures,
+             "dump": dump}
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("what", choices=("measure", "dump"))
-    parser.add_argument("--quoin", required=True)
-    parser.add_argument("--problems", help="the program contact_problems")
+    parser.add_argument("what", choices=parts)
+    parser.add_argument("--quoin", help="the command")
+    parser.add_argument("--bench", type=pathlib.Path, help="folder of bench_moving and contact_problems")
+    parser.add_argument("--out", type=pathlib.Path)
     parser.add_argument("--work", type=pathlib.Path, default=pathlib.Path("moving"))
     given = parser.parse_args()
-    if given.what == "measure":
-        measure(given.quoin, given.problems, given.work)
-    else:
-        dump(given.quoin, given.work)
+    needed = {"iterations": ["quoin"], "peers": ["bench", "out"], "problems": ["bench", "out"], "endure": ["quoin"],
+              "pictures": ["quoin"], "dump": ["quoin"]}[given.what]
+    for name in needed:
+        if getattr(given, name) is None:
+            parser.error(f"{given.what} needs --{name}")
+    parts[given.what](given)
 
 
 if __name__ == "__main__":

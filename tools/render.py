@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Pictures of the blocks of a run at given times, ray-traced by POV-Ray (no display needed).
 
-    tools/render.py RUN_FOLDER OUT.png --times 0 1 2 3 [--from X Y Z] [--fit X0 Y0 Z0 X1 Y1 Z1]
+    tools/render.py RUN_FOLDER OUT.png --times 0 1 2 3 [--from X Y Z] [--fit X0 Y0 Z0 X1 Y1 Z1] [--hide BLOCK …]
 
 RUN_FOLDER is what `quoin run --out` left. The picture has one panel for each time.
 """
@@ -108,11 +108,11 @@ def trace(text):
         return plt.imread(pathlib.Path(folder) / "scene.png")
 
 
-def frames(folder, times):
+def frames(folder, times, hidden):
     listed = series(folder)
     for wanted in times:
         time, path = min(listed, key=lambda entry: abs(entry[0] - wanted))
-        yield time, read_blocks(path)
+        yield time, [block for number, block in enumerate(read_blocks(path)) if number not in hidden]
 
 
 def span(shots):
@@ -138,8 +138,8 @@ def sheet(images, times, path):
     plt.close(figure)
 
 
-def render(folder, path, times, direction=(-0.45, -1.0, 0.42), fit=None):
-    shots = list(frames(pathlib.Path(folder), times))
+def render(folder, path, times, direction=(-0.45, -1.0, 0.42), fit=None, hidden=()):
+    shots = list(frames(pathlib.Path(folder), times, hidden))
     low, high = (np.array(fit[:3]), np.array(fit[3:])) if fit else span(shots)
     images = [trace(pov_scene(blocks, low, high, direction)) for _, blocks in shots]
     sheet(images, [time for time, _ in shots], path)
@@ -153,8 +153,9 @@ def main():
     parser.add_argument("--from", dest="direction", type=float, nargs=3, default=(-0.45, -1.0, 0.42),
                         help="direction towards the eye")
     parser.add_argument("--fit", type=float, nargs=6, help="box to show, m; default: all that moves")
+    parser.add_argument("--hide", type=int, nargs="+", default=(), help="numbers of blocks that are not drawn")
     given = parser.parse_args()
-    render(given.folder, given.picture, given.times, given.direction, given.fit)
+    render(given.folder, given.picture, given.times, given.direction, given.fit, given.hide)
 
 
 if __name__ == "__main__":

@@ -173,6 +173,7 @@ std::vector<Cell> all_cells(Extent extent, const std::string& scenes) {
   append_material_cells(cells);
   append_geometry_cells(cells);
   append_collapse_cells(scenes, cells);
+  append_moving_cells(cells);
   append_time_cells(extent, cells);
   return cells;
 }

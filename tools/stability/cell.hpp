@@ -69,6 +69,7 @@ void append_penalty_cells(std::vector<Cell>& cells);
 void append_material_cells(std::vector<Cell>& cells);
 void append_geometry_cells(std::vector<Cell>& cells);
 void append_collapse_cells(const std::string& scenes, std::vector<Cell>& cells);
+void append_moving_cells(std::vector<Cell>& cells);
 void append_time_cells(Extent extent, std::vector<Cell>& cells);
 
 /// A simulation with its evidence.

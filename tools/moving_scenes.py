@@ -1,0 +1,116 @@
+"""Scenes in which many blocks move at once, as scene files: what tools/moving.py runs."""
+import math
+import random
+
+G = 9.81
+
+
+def box(name, low, high, kind="rigid", **more):
+    material = {"material": "stone"} if kind == "rigid" else {}
+    return {"name": name, "kind": kind, **material, "shape": {"type": "box", "min": low, "max": high}, **more}
+
+
+def scene(title, blocks, friction, end_time):
+    return {"title": title, "materials": {"stone": {"density": 2000}},
+            "joint": {"friction_angle_deg": friction}, "time_step": 5e-3, "end_time": end_time, "blocks": blocks}
+
+
+def pile(across, layers, end_time):
+    """Boxes of 0.4 to 0.7 m with random spin that fall into a bin of fixed sides."""
+    numbers, half = random.Random(1), across / 2
+    far, top = half + 1, max(4, layers)
+    blocks = [box("floor", [-far, -far, -0.5], [far, far, 0], "fixed"),
+              box("west", [-far, -far, 0], [-half, far, top], "fixed"),
+              box("east", [half, -far, 0], [far, far, top], "fixed"),
+              box("south", [-half, -far, 0], [half, -half, top], "fixed"),
+              box("north", [-half, half, 0], [half, far, top], "fixed")]
+    for i in range(layers * across * across):
+        layer, row, column = i // across ** 2, i // across % across, i % across
+        middle = [column - half + 0.5, row - half + 0.5, 0.7 + layer]
+        sides = [numbers.uniform(0.2, 0.35) for _ in range(3)]
+        blocks.append(box(f"box{i}", [m - s for m, s in zip(middle, sides)], [m + s for m, s in zip(middle, sides)],
+                          angular_velocity=[numbers.uniform(-3, 3) for _ in range(3)]))
+    return scene(f"Pile of {layers * across ** 2} boxes in a bin", blocks, 30, end_time)
+
+
+def shaken_wall(columns, rows, direction, end_time):
+    """A wall in running bond; its base is shaken by 0.5 g at 2 Hz along x (in its plane) or y (across)."""
+    shaking = f"{0.5 * G:.6g}*cos(4*pi*t)"
+    formula = [shaking if direction == axis else "0" for axis in "xyz"]
+    blocks = [box("base", [-2, -2, -1], [0.4 * columns + 2, 2, 0], "prescribed",
+                  motion={"acceleration": {"formula": formula}})]
+    for row in range(rows):
+        shift = 0.2 * (row % 2)
+        for i in range(columns + row % 2):
+            low, high = max(0, 0.4 * i - shift), min(0.4 * columns, 0.4 * (i + 1) - shift)
+            blocks.append(box(f"brick{row}_{i}", [round(low, 9), 0, round(0.2 * row, 9)],
+                              [round(high, 9), 0.2, round(0.2 * (row + 1), 9)]))
+    return scene(f"Wall of {len(blocks) - 1} bricks, shaken along {direction}", blocks, 35, end_time)
+
+
+def dominoes(count, end_time, thickness=0.3, friction=10):
+    """The first one leans by a little more than it can; thick ones come to rest against each other."""
+    blocks = [box("ground", [-5, -5, -1], [count, 5, 0], "fixed")]
+    for i in range(count):
+        blocks.append(box(f"domino{i}", [round(0.6 * i, 9), 0, 0], [round(0.6 * i + thickness, 9), 1, 1.5]))
+    lean = round(math.degrees(math.atan(thickness / 1.5)) + 0.1, 1)
+    blocks[1]["pose"] = {"rotation": {"axis": [0, 1, 0], "angle_deg": lean}, "about": [thickness, 0, 0]}
+    return scene(f"{count} dominoes", blocks, friction, end_time)
+
+
+def pulled_base(count, end_time):
+    blocks = [box("ground", [-5, -5, -1], [9, 5, 0], "fixed"),
+              box("base", [0, 0, 0], [1, 1, 0.5], "prescribed", motion={"acceleration": {"formula": ["8", "0", "0"]}})]
+    blocks += [box(f"drum{i}", [0, 0, 0.5 * (i + 1)], [1, 1, 0.5 * (i + 2)]) for i in range(count)]
+    return scene(f"Tower of {count} whose base is pulled away", blocks, 30, end_time)
+
+
+def falling_arch(count, end_time):
+    """A round arch; its right support moves out and down."""
+    blocks = []
+    for i in range(-1, count + 1):
+        corner = [[r * math.cos(j * math.pi / count), 0, r * math.sin(j * math.pi / count)]
+                  for r, j in ((5, i), (5, i + 1), (5.8, i + 1), (5.8, i))]
+        shape = {"type": "prism", "polygon": corner, "sweep": [0, 1, 0]}
+        blocks.append({"name": f"voussoir{i}", "kind": "rigid", "material": "stone", "shape": shape})
+    blocks[0] = {"name": "left", "kind": "fixed", "shape": blocks[0]["shape"]}
+    blocks[-1] = {"name": "right", "kind": "prescribed", "shape": blocks[-1]["shape"],
+                  "motion": {"acceleration": {"formula": ["-6", "0", "-2"]}}}
+    return scene(f"Arch of {count} that loses a support", blocks, 35, end_time)
+
+
+def slope(across, end_time):
+    """Two layers of blocks in bond on a plane of 35 degrees, friction 25 degrees."""
+    c, s = math.cos(math.radians(35)), math.sin(math.radians(35))
+
+    def hull(x, y, z):
+        return {"type": "hull", "points": [[c * a + s * k, b, -s * a + c * k] for a in x for b in y for k in z]}
+
+    blocks = [{"name": "bed", "kind": "fixed", "shape": hull((-5, 30), (-5, across + 5), (-1, 0))}]
+    for i in range(2 * across ** 2):
+        layer, row, column = i // across ** 2, i // across % across, i % across
+        x, z = column + 0.5 * layer, 0.6 * layer
+        blocks.append({"name": f"block{i}", "kind": "rigid", "material": "stone",
+                       "shape": hull((x, x + 1), (row, row + 1), (z, z + 0.6))})
+    return scene(f"Slope of {2 * across ** 2} blocks that slides", blocks, 25, end_time)
+
+
+def swarms(across, end_time):
+    """Two cubes of boxes with random spin that fly at each other; no weight, no support: momentum stays."""
+    numbers, count = random.Random(2), across ** 3
+    blocks = []
+    for i in range(2 * count):
+        side, layer, row, column = i // count, i // across ** 2 % across, i // across % across, i % across
+        middle = [column + side * (across + 1), row + 0.2 * side, layer + 0.3 * side]
+        sides = [numbers.uniform(0.2, 0.35) for _ in range(3)]
+        blocks.append(box(f"box{i}", [m - s for m, s in zip(middle, sides)], [m + s for m, s in zip(middle, sides)],
+                          velocity=[2 - 4 * side, 0, 0],
+                          angular_velocity=[numbers.uniform(-1, 1) for _ in range(3)]))
+    return {**scene(f"Two swarms of {count} boxes that meet", blocks, 30, end_time), "gravity": [0, 0, 0]}
+
+
+def deformable(document, young):
+    """The same of deformable blocks; `young`: Pa."""
+    stone = {**document["materials"]["stone"], "young": young, "poisson": 0.2}
+    blocks = [{**block, "kind": "deformable"} if block["kind"] == "rigid" else block for block in document["blocks"]]
+    return {**document, "materials": {"stone": stone}, "blocks": blocks}
