@@ -354,6 +354,11 @@ void lay_support_polygon(const Solid& polyhedron, const VertexSet& vertices,
 
 void lay_support_set(const Solid& polyhedron, const VertexSet& vertices, FeatureKind kind,
                      const ContactPlane& plane, double outward, ProjectedFeature& patch) {
+  if (kind == FeatureKind::Edge && vertices.size() == 2) {
+    const int edge = polyhedron.topology().find_edge(vertices[0], vertices[1]);
+    const bool whole = edge >= 0 && has_just(polyhedron.topology(), {kind, edge}, vertices);
+    if (whole) return lay_feature(polyhedron, {kind, edge}, plane, outward, patch);
+  }
   const Feature name = name_support_set(polyhedron, vertices, kind, outward * plane.normal);
   if (name.kind == kind && has_just(polyhedron.topology(), name, vertices)) {
     return lay_feature(polyhedron, name, plane, outward, patch);
@@ -412,6 +417,7 @@ void lay_top(const Solid& polyhedron, int face, const ContactPlane& plane, doubl
 
 std::array<int, 2> segment_ends(const Solid& polyhedron, const VertexSet& vertices) {
   std::array<int, 2> ends{vertices[0], vertices[vertices.size() - 1]};
+  if (vertices.size() <= 2) return ends;
   double longest = -1.0;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     for (std::size_t j = i + 1; j < vertices.size(); ++j) {
