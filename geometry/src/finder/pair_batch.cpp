@@ -39,7 +39,7 @@ void start_list(std::vector<T>& list, std::size_t expected) {
   list.clear();
   if (list.capacity() <= expected + expected / 4 + kFew) return;
   std::vector<T>().swap(list);
-  list.reserve(expected + expected / 8);
+  list.reserve(expected + expected / 32);
 }
 
 /// Bodies lately asked for, so that one in many pairs is made once.
