@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <bit>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <quoin/geometry/pair_batch.hpp>
@@ -149,7 +150,8 @@ struct PairBatch::Memory {
   BodySource bodies;                           // of the call at hand
   std::vector<BlockPair> sorted;               // the caller's pairs, where they are in no order
   std::span<const BlockPair> pairs;            // of the call at hand, by index
-  std::vector<BlockPair> named, renamed;       // of the last call, by name
+  std::vector<BlockPair> renamed;              // the same by name, where names are not the indices
+  std::vector<BlockPair> named;                // of the last call, by name
   std::vector<PairState> states, next_states;  // one a pair
   std::vector<PairMemory> known, next_known;   // one a pair
   std::vector<PairResult> listed, before;      // in contact, or no longer
@@ -212,6 +214,7 @@ struct PairBatch::Memory {
 /// Pairs ascending, each once, a < b, as indices and by name.
 void PairBatch::Memory::take_pairs(std::span<const BlockPair> given) {
   bool ordered = true;
+  std::uint64_t last = 0;  // less than any pair
   for (std::size_t i = 0; i < given.size(); ++i) {
     const auto [a, b] = given[i];
     if (a < 0 || b < 0 || a >= bodies.count || b >= bodies.count || a == b) {
@@ -219,7 +222,9 @@ void PairBatch::Memory::take_pairs(std::span<const BlockPair> given) {
                        std::to_string(b) + "), must name two of " + std::to_string(bodies.count) +
                        " bodies");
     }
-    ordered = ordered && a < b && (i == 0 || given[i - 1] < given[i]);
+    const std::uint64_t place = static_cast<std::uint64_t>(a) << 32 | static_cast<unsigned>(b);
+    ordered = ordered & (a < b) & (last < place);
+    last = place;
   }
   pairs = given;
   if (!ordered) {
@@ -229,31 +234,31 @@ void PairBatch::Memory::take_pairs(std::span<const BlockPair> given) {
     sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
     pairs = sorted;
   }
-  renamed.resize(pairs.size());
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    renamed[i] = {name(pairs[i].a), name(pairs[i].b)};
-  }
+  renamed.clear();
+  if (bodies.names.empty()) return;
+  for (const BlockPair& pair : pairs) renamed.push_back({name(pair.a), name(pair.b)});
 }
 
 /// Each pair of the last call keeps what it knows; a new one starts cold.
 void PairBatch::Memory::carry() {
-  if (renamed == named) {
+  const std::span<const BlockPair> now = bodies.names.empty() ? pairs : renamed;
+  if (std::ranges::equal(now, named)) {
     return;
   }
-  next_states.resize(renamed.size());
-  next_known.resize(renamed.size());
+  next_states.resize(now.size());
+  next_known.resize(now.size());
   std::size_t old = 0;
-  for (std::size_t i = 0; i < renamed.size(); ++i) {
-    while (old < named.size() && named[old] < renamed[i]) {
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    while (old < named.size() && named[old] < now[i]) {
       ++old;
     }
-    const bool is_known = old < named.size() && named[old] == renamed[i];
+    const bool is_known = old < named.size() && named[old] == now[i];
     next_states[i] = is_known ? states[old] : PairState{};
     next_known[i] = is_known ? known[old] : PairMemory{};
   }
   std::swap(states, next_states);
   std::swap(known, next_known);
-  std::swap(named, renamed);
+  named.assign(now.begin(), now.end());
 }
 
 /// Forgets what was found for pairs that have changed since, or with another reach.
