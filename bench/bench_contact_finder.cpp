@@ -1,6 +1,7 @@
 /// B: the whole ContactFinder::find() of walls of bricks, warm, a small motion each step: against
 /// its parts, on one thread and two, with the allocations after the first steps. Bricks with joints
-/// that shift, or turn as well; and a wall of three leaves whose bricks touch exactly.
+/// that shift, or turn as well; and a wall of three leaves whose bricks touch exactly. And the
+/// bytes that the finder holds.
 
 #include <chrono>
 #include <cstdio>
@@ -194,6 +195,29 @@ WallOptions touching(double noise) {
           .carry = 0x1p-12};
 }
 
+/// The bytes that a finder alone holds of a moving wall, its list of contacts left out.
+std::vector<Entry> memory_of(const WallOptions& options, const std::string& name) {
+  const Wall wall(options);
+  const auto brick = shape_of(wall);
+  std::vector<geometry::ContactPoint> contacts;
+  const long before = bytes_in_use();
+  geometry::ContactFinder finder({.reach = kReach});
+  for (std::size_t i = 0; i < wall.size(); ++i) finder.add(brick, wall.placement(i, 0));
+  Entry entry{.workload = name, .peer = "find"};
+  for (int step = 0; step < kSettle; ++step) {
+    for (std::size_t i = 0; i < wall.size(); ++i) {
+      finder.move(static_cast<int>(i), wall.placement(i, step));
+    }
+    const double start = thread_seconds();
+    entry.pairs = finder.find(contacts).candidates;
+    entry.nanoseconds.push_back(1e9 * (thread_seconds() - start) / entry.pairs);
+  }
+  const auto list = static_cast<long>(contacts.capacity() * sizeof(geometry::ContactPoint));
+  const long bytes = (bytes_in_use() - before - list) / static_cast<long>(wall.size());
+  entry.note = "ns a pair, " + std::to_string(bytes) + " bytes a brick";
+  return {entry};
+}
+
 std::string short_name(double value) {
   std::ostringstream text;
   text << value;
@@ -217,6 +241,11 @@ int main(int argc, char** argv) {
     add("B/turning-" + std::to_string(count), jointed(count, kTurn));
   }
   for (const int count : {1000, 100000}) add("B/apart-" + std::to_string(count), apart(count));
+  for (const int count : {100000, 1000000}) {
+    const std::string name = "B/memory-" + std::to_string(count);
+    const auto run = [=](const Arguments&) { return memory_of(jointed(count, 0.0), name); };
+    contests.push_back({name, "find", run, true});
+  }
   for (const double noise : {0.0, 1e-16, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-9}) {
     add("B/touching-" + short_name(noise), touching(noise));
   }

@@ -49,7 +49,7 @@ geometry::Placement Wall::placement(std::size_t i, int step) const {
     placement.linear = referee::rotation_about(axis, options_.turn * way);
   }
   if (options_.heading != 0.0) {
-    const Matrix3 heading = tests::rotation_about(Vector3::UnitZ(), options_.heading);
+    const Matrix3 heading = referee::rotation_about(Vector3::UnitZ(), options_.heading);
     placement.translation = heading * placement.translation;
     placement.linear = heading * placement.linear;
   }

@@ -78,6 +78,10 @@ void find_carriers(const Solid& polyhedron, const Vector3& outward, const Vertex
     for (const int f : topology.vertex_faces(v)) covered |= looks(f);
     if (covered) continue;
     for (const int e : topology.vertex_edges(v)) {
+      if (carriers.contains({FeatureKind::Edge, e})) {  // by its other end
+        covered = true;
+        continue;
+      }
       const auto [from, to] = topology.edge(e);
       const Vector3 line = polyhedron.vertex(to) - polyhedron.vertex(from);
       if (std::abs(line.dot(outward)) > kSteepSine * line.norm()) continue;

@@ -6,7 +6,7 @@
 namespace quoin::geometry {
 namespace {
 
-std::pair<const Feature&, const Feature&> features(const TrackedPoint& point) {
+std::pair<PackedFeature, PackedFeature> features(const TrackedPoint& point) {
   return {point.feature_a, point.feature_b};
 }
 
@@ -24,11 +24,12 @@ std::size_t end_of_pair(const ContactPointList& points, std::size_t first) {
 }
 
 void track(const ContactPointList& points, std::size_t first, std::size_t last,
-           std::vector<TrackedPoint>& tracked) {
-  tracked.clear();
+           std::vector<TrackedPoint>& run) {
+  const Placement world;
+  run.clear();
   for (std::size_t i = first; i < last; ++i) {
     const ContactPoint& point = points.at(points.owner, i);
-    tracked.push_back({point.key.feature_a, point.key.feature_b, point.point()});
+    run.push_back(tracked(point.key, point.point(), world));
   }
 }
 
@@ -81,21 +82,21 @@ void PairTracking::hand_over(double reach, std::span<int> previous) {
   }
 }
 
-void PairTracking::match(const TrackedPair& now, const TrackedPair& before, double reach,
-                         std::span<int> previous) {
+void PairTracking::match(std::span<const TrackedPoint> now, std::span<const TrackedPoint> before,
+                         double reach, std::span<int> previous) {
   young_.clear();
   old_.clear();
-  const auto add = [](std::vector<Single>& singles, const TrackedPair& pair, std::size_t i) {
-    const Vector3 arm = pair.points[i].place - pair.frame.translation;
-    singles.push_back({static_cast<int>(i), pair.frame.linear.transpose() * arm});
+  const auto add = [](std::vector<Single>& singles, std::span<const TrackedPoint> points,
+                      std::size_t i) {
+    singles.push_back({static_cast<int>(i), points[i].place});
   };
-  const std::size_t end_now = now.points.size(), end_before = before.points.size();
+  const std::size_t end_now = now.size(), end_before = before.size();
   std::size_t i = 0, j = 0;
   while (i < end_now || j < end_before) {
-    if (j == end_before || (i < end_now && features(now.points[i]) < features(before.points[j]))) {
+    if (j == end_before || (i < end_now && features(now[i]) < features(before[j]))) {
       previous[i] = -1;
       add(young_, now, i++);
-    } else if (i == end_now || features(before.points[j]) < features(now.points[i])) {
+    } else if (i == end_now || features(before[j]) < features(now[i])) {
       add(old_, before, j++);
     } else {
       previous[i++] = static_cast<int>(j++);
@@ -116,7 +117,6 @@ void match_previous(const ContactPointList& now, const ContactPointList& before,
   match.assign(now.size, -1);
   std::vector<TrackedPoint> tracked_now, tracked_before;
   PairTracking tracking;
-  const Placement world;
   const auto blocks_less = [](const ContactKey& k, const ContactKey& l) {
     return std::pair(k.a, k.b) < std::pair(l.a, l.b);
   };
@@ -133,7 +133,7 @@ void match_previous(const ContactPointList& now, const ContactPointList& before,
       track(now, i, end_now, tracked_now);
       track(before, j, end_before, tracked_before);
       const std::span<int> previous = std::span(match).subspan(i, end_now - i);
-      tracking.match({tracked_now, world}, {tracked_before, world}, reach, previous);
+      tracking.match(tracked_now, tracked_before, reach, previous);
       for (int& p : previous) p += p < 0 ? 0 : static_cast<int>(j);
       i = end_now;
       j = end_before;

@@ -6,31 +6,44 @@
 
 namespace quoin::geometry {
 
-/// A contact point as it is remembered: its features and its place in the world, m.
+/// A feature in 32 bits, in the same order; feature indices have at most 30.
+struct PackedFeature {
+  PackedFeature() = default;
+  explicit PackedFeature(const Feature& feature)
+      : bits(static_cast<std::uint32_t>(feature.kind) << 30 |
+             static_cast<std::uint32_t>(feature.index)) {}
+  auto operator<=>(const PackedFeature&) const = default;
+
+  std::uint32_t bits = 0;
+};
+
+/// A contact point as it is remembered: its features and its place as seen from body a, m. Lengths
+/// in a deformed frame are off by its strain.
 struct TrackedPoint {
-  Feature feature_a, feature_b;
+  PackedFeature feature_a, feature_b;
   Vector3 place = Vector3::Zero();
 };
 
-/// The points of one pair at one time, sorted by features, and the placement of body a.
-struct TrackedPair {
-  std::span<const TrackedPoint> points;
-  const Placement& frame;
-};
+/// `frame`: of body a; `place`: in the world.
+inline TrackedPoint tracked(const ContactKey& key, const Vector3& place, const Placement& frame) {
+  return {PackedFeature(key.feature_a), PackedFeature(key.feature_b),
+          frame.linear.transpose() * (place - frame.translation)};
+}
 
 /// Tells for each point of a pair which one it was before. Keeps its memory.
 class PairTracking {
  public:
-  /// Fills `previous`, one a point of `now`, with the index of the same features in `before` or, as
-  /// seen from body a, of the nearest point within `reach` (m) that no features claim, or -1.
-  void match(const TrackedPair& now, const TrackedPair& before, double reach,
+  /// Fills `previous`, one a point of `now`, with the index of the same features in `before` or of
+  /// the nearest point within `reach` (m) that no features claim, or -1. Both lists are of one pair
+  /// and sorted by features.
+  void match(std::span<const TrackedPoint> now, std::span<const TrackedPoint> before, double reach,
              std::span<int> previous);
 
  private:
   /// A point without a namesake.
   struct Single {
     int index;
-    Vector3 place;  // as seen from body a; lengths in a deformed frame are off by its strain
+    Vector3 place;
   };
   struct Offer {
     double squared_distance;  // m2

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
 
+#include "finder/largest_move.hpp"
 #include "finder/placed_box.hpp"
 
 namespace quoin::geometry {
@@ -25,19 +27,22 @@ void require_shape(const std::shared_ptr<const Shape>& shape, int handle) {
 
 int BodyStore::slot(int handle) const {
   if (!contains(handle)) {
-    const bool was_given = handle >= 0 && at(handle) < slot_of_.size();
+    const bool was_given = handle >= 0 && handle < given();
     throw InputError("body " + std::to_string(handle) +
                      (was_given ? " has been removed" : " does not exist"));
   }
-  return slot_of_[at(handle)];
+  return find(handle);
 }
 
 void BodyStore::make_room() {
-  make_room_in(slot_of_);
+  if (was_packed()) {
+    make_room_in(slot_of_);
+    make_room_in(handles_);
+  }
   make_room_in(placements_);
-  make_room_in(handles_);
   make_room_in(kind_of_);
   make_room_in(changes_);
+  make_room_in(ways_);
 }
 
 /// One more user of a kind, which is made if there is none like it.
@@ -75,19 +80,22 @@ void BodyStore::leave_kind(int kind) {
 
 int BodyStore::add(std::shared_ptr<const Shape> shape, const Placement& placement,
                    const BodyOptions& options) {
-  if (slot_of_.size() == at(std::numeric_limits<int>::max())) {
+  const int handle = given();
+  if (handle == std::numeric_limits<int>::max()) {
     throw InputError("finder: no handle is left after 2147483647 bodies");
   }
-  const int handle = static_cast<int>(slot_of_.size());
   require_shape(shape, handle);
   require_placement(placement, handle);
   make_room();
   const int kind = join_kind(std::move(shape), options);
-  slot_of_.push_back(slots());
+  if (was_packed()) {
+    slot_of_.push_back(slots());
+    handles_.push_back(handle);
+  }
   placements_.push_back(placement);
-  handles_.push_back(handle);
   kind_of_.push_back(kind);
   changes_.push_back(BodyChange::Moved);
+  ways_.push_back(0.0);
   ++present_;
   return handle;
 }
@@ -95,7 +103,8 @@ int BodyStore::add(std::shared_ptr<const Shape> shape, const Placement& placemen
 void BodyStore::remove(int handle) {
   const int place = slot(handle);
   leave_kind(kind_of_[at(place)]);
-  kind_of_[at(place)] = slot_of_[at(handle)] = -1;
+  kind_of_[at(place)] = -1;
+  if (was_packed()) slot_of_[at(handle)] = -1;
   changes_[at(place)] = BodyChange::Moved;
   --present_;
 }
@@ -104,6 +113,8 @@ void BodyStore::move(int handle, const Placement& placement) {
   const int place = slot(handle);
   require_placement(placement, handle);
   if (same_placement(placements_[at(place)], placement)) return;
+  ways_[at(place)] =
+      longer_way(ways_[at(place)], largest_move(shape(place), placements_[at(place)], placement));
   placements_[at(place)] = placement;
   if (changes_[at(place)] == BodyChange::None) changes_[at(place)] = BodyChange::Moved;
 }
@@ -116,6 +127,10 @@ void BodyStore::replace_shape(int handle, std::shared_ptr<const Shape> shape) {
   // Features keep their names: it has moved, freely.
   const bool moved = changes_[at(place)] != BodyChange::Shape &&
                      old.shape->shared_topology() == shape->shared_topology();
+  if (moved) {
+    ways_[at(place)] =
+        longer_way(ways_[at(place)], largest_move(*old.shape, *shape, placement(place)));
+  }
   const int next = join_kind(std::move(shape), options);
   leave_kind(kind_of_[at(place)]);
   kind_of_[at(place)] = next;
@@ -130,6 +145,16 @@ void BodyStore::set_options(int handle, const BodyOptions& options) {
   if (changes_[at(place)] == BodyChange::None) changes_[at(place)] = BodyChange::Moved;
 }
 
+bool BodyStore::all_may_touch() const {
+  std::uint32_t category = ~0u, collides_with = ~0u;
+  for (const Kind& kind : kinds_) {
+    if (kind.users == 0) continue;
+    category &= kind.category;
+    collides_with &= kind.collides_with;
+  }
+  return (category & collides_with) != 0;
+}
+
 double BodyStore::largest_tolerance() const {
   double largest = 0.0;
   for (const Kind& kind : kinds_) {
@@ -140,6 +165,11 @@ double BodyStore::largest_tolerance() const {
 
 bool BodyStore::pack() {
   if (slots() - present_ <= present_ + kFewHoles) return false;
+  if (!was_packed()) {
+    handles_.resize(at(slots()));
+    std::iota(handles_.begin(), handles_.end(), 0);
+    slot_of_.assign(at(slots()), -1);
+  }
   int next = 0;
   for (int from = 0; from < slots(); ++from) {
     if (is_hole(from)) continue;
@@ -147,6 +177,7 @@ bool BodyStore::pack() {
     handles_[at(next)] = handles_[at(from)];
     kind_of_[at(next)] = kind_of_[at(from)];
     changes_[at(next)] = changes_[at(from)];
+    ways_[at(next)] = ways_[at(from)];
     slot_of_[at(handles_[at(next)])] = next;
     ++next;
   }
@@ -154,6 +185,7 @@ bool BodyStore::pack() {
   handles_.resize(at(next));
   kind_of_.resize(at(next));
   changes_.resize(at(next));
+  ways_.resize(at(next));
   return true;
 }
 

@@ -18,9 +18,7 @@ class BodyStore {
   void replace_shape(int handle, std::shared_ptr<const Shape> shape);
   void set_options(int handle, const BodyOptions& options);
 
-  bool contains(int handle) const {
-    return handle >= 0 && at(handle) < slot_of_.size() && slot_of_[at(handle)] >= 0;
-  }
+  bool contains(int handle) const { return handle >= 0 && handle < given() && find(handle) >= 0; }
   int slot(int handle) const;
   int size() const { return present_; }
   int slots() const { return static_cast<int>(placements_.size()); }
@@ -33,9 +31,14 @@ class BodyStore {
     const Kind &a = kind(slot_a), &b = kind(slot_b);
     return (a.category & b.collides_with) != 0 && (b.category & a.collides_with) != 0;
   }
-  std::span<const int> handles() const { return handles_; }  ///< one a slot, ascending
+  int handle(int slot) const { return was_packed() ? handles_[at(slot)] : slot; }
+  std::span<const int> handles() const { return handles_; }  ///< ascending; empty: those of slots
   /// One a slot, since the last settle(). New, removed and otherwise used bodies have moved.
   std::span<const BodyChange> changes() const { return changes_; }
+  /// One a slot: the sum of the farthest that a point of the body has come in each move, m.
+  std::span<const double> ways() const { return ways_; }
+  /// Whether the masks of no two bodies can keep them apart.
+  bool all_may_touch() const;
   double largest_tolerance() const;  ///< default_tolerance of any two bodies is no larger, m
 
   bool pack();    ///< true: bodies stand in other slots
@@ -52,6 +55,12 @@ class BodyStore {
   using KindKey = std::tuple<const Shape*, std::uint32_t, std::uint32_t, BodyMotion>;
 
   static std::size_t at(int i) { return static_cast<std::size_t>(i); }
+  bool was_packed() const { return !slot_of_.empty(); }
+  int given() const { return was_packed() ? static_cast<int>(slot_of_.size()) : slots(); }
+  int find(int handle) const {  // -1: removed
+    if (was_packed()) return slot_of_[at(handle)];
+    return is_hole(handle) ? -1 : handle;
+  }
   static KindKey key_of(const Kind& kind) {
     return {kind.shape.get(), kind.category, kind.collides_with, kind.motion};
   }
@@ -63,12 +72,14 @@ class BodyStore {
   std::vector<Kind> kinds_;
   std::vector<int> free_kinds_;
   std::map<KindKey, int> kind_by_key_;
-  std::vector<int> slot_of_;  // of each handle ever given, -1: removed
+  std::vector<int>
+      slot_of_;  // of each handle ever given, -1: removed; empty until slots are packed
+  std::vector<int> handles_;  // one a slot, empty until then
   // One a slot:
   std::vector<Placement> placements_;
-  std::vector<int> handles_;
   std::vector<int> kind_of_;  // -1: a hole
   std::vector<BodyChange> changes_;
+  std::vector<double> ways_;
   int present_ = 0;
 };
 

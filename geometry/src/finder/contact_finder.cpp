@@ -46,6 +46,7 @@ struct ContactFinder::Memory {
   void update_boxes();
   void update_box(int slot);
   bool is_tested(const BlockPair& pair) const;
+  void choose_tested(const std::vector<BlockPair>& near);
   FindCounts find(std::vector<ContactPoint>& contacts);
 };
 
@@ -92,24 +93,29 @@ void ContactFinder::Memory::update_boxes() {
 
 bool ContactFinder::Memory::is_tested(const BlockPair& pair) const {
   if (!store.may_touch(pair.a, pair.b)) return false;
-  const std::span<const int> handles = store.handles();
-  return !filter || filter(handles[static_cast<std::size_t>(pair.a)],
-                           handles[static_cast<std::size_t>(pair.b)]);
+  return !filter || filter(store.handle(pair.a), store.handle(pair.b));
+}
+
+void ContactFinder::Memory::choose_tested(const std::vector<BlockPair>& near) {
+  pairs.clear();
+  for (const BlockPair& pair : near) {
+    if (is_tested(pair)) pairs.push_back(pair);
+  }
 }
 
 FindCounts ContactFinder::Memory::find(std::vector<ContactPoint>& contacts) {
   update_boxes();
-  pairs.clear();
-  for (const BlockPair& pair : broad_phase.find_candidates(box_reach())) {
-    if (is_tested(pair)) pairs.push_back(pair);
-  }
+  const std::vector<BlockPair>& near = broad_phase.find_candidates(box_reach());
+  const bool all = !filter && store.all_may_touch();
+  if (!all) choose_tested(near);
   BodySource source;
   source.owner = &store;
   source.body = body_in_store;
   source.count = store.slots();
   source.names = store.handles();
   source.changes = store.changes();
-  const FindCounts counts = batch.find(source, pairs, contacts, &executor());
+  source.ways = store.ways();
+  const FindCounts counts = batch.find(source, all ? near : pairs, contacts, &executor());
   store.settle();
   return counts;
 }

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <bit>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <quoin/geometry/pair_batch.hpp>
@@ -17,26 +18,30 @@ constexpr std::size_t kPairsInCache = 128;   // whose contact points are copied 
 /// so many are kept made, 240 bytes each. A power of two.
 constexpr std::size_t kBodiesKept = 512;
 
-/// What a pair keeps from call to call.
+/// What is read of every pair in every call.
+struct PairState {
+  double apart_until =
+      0.0;          // of the bodies' ways summed: the pair is out of reach so long; 0: not known
+  int listed = -1;  // among the results of the last call, -1: not in contact
+  int kept = -1;    // where its contact points begin in `remembered`, -1: not remembered
+};
+
+/// What else a pair keeps from call to call.
 struct PairMemory {
   FeatureHint hint{};
-  int listed = -1;  // among the results of the last call, -1: not in contact
-  int worker = 0;   // of the last call, and where in its history the pair stands
-  int frame = 0, track = 0;
-  std::ptrdiff_t first = 0;   // of its contact points in `remembered`
-  std::ptrdiff_t count = -1;  // -1: not remembered
+  int worker = 0, track = 0;  // of the last call in which it had points; where these begin
 };
 
-/// Contact points of a call as they stood, and for each pair the placement from body a's frame.
-struct History {
-  std::vector<Placement> frames{};
-  std::vector<TrackedPoint> points{};
-
-  void clear() {
-    frames.clear();
-    points.clear();
-  }
-};
+/// Empties a list that will be as long as before or nearly: what it holds far beyond that is given
+/// back.
+template <class T>
+void start_list(std::vector<T>& list, std::size_t expected) {
+  constexpr std::size_t kFew = 64;
+  list.clear();
+  if (list.capacity() <= expected + expected / 4 + kFew) return;
+  std::vector<T>().swap(list);
+  list.reserve(expected + expected / 32);
+}
 
 /// Bodies lately asked for, so that one in many pairs is made once.
 class RecentBodies {
@@ -44,12 +49,21 @@ class RecentBodies {
   void start(const BodySource& source) {
     source_ = &source;
     const std::size_t size = std::min(kBodiesKept, std::bit_ceil(at(std::max(source.count, 1))));
-    indices_.assign(size, -1);
-    bodies_.resize(size);
+    indices_.assign(size + 1, -1);
+    bodies_.resize(size + 1);
   }
-  /// Until the next call.
-  const Body& operator[](int index) {
-    const std::size_t place = at(index) & (bodies_.size() - 1);
+  /// Until the next call of first().
+  const Body& first(int index) { return in_place(home(index), index); }
+  /// Until the next call of either; leaves the first one, `other`, as it is.
+  const Body& second(int index, int other) {
+    const std::size_t place = home(index);
+    return in_place(place == home(other) ? bodies_.size() - 1 : place, index);
+  }
+
+ private:
+  static std::size_t at(int i) { return static_cast<std::size_t>(i); }
+  std::size_t home(int index) const { return at(index) & (bodies_.size() - 2); }
+  const Body& in_place(std::size_t place, int index) {
     if (indices_[place] != index) {
       bodies_[place].emplace(source_->body(source_->owner, index));
       indices_[place] = index;
@@ -57,11 +71,9 @@ class RecentBodies {
     return *bodies_[place];
   }
 
- private:
-  static std::size_t at(int i) { return static_cast<std::size_t>(i); }
   const BodySource* source_ = nullptr;
-  std::vector<int> indices_{};  // -1: none
-  std::vector<std::optional<Body>> bodies_{};
+  std::vector<int> indices_{};                 // -1: none
+  std::vector<std::optional<Body>> bodies_{};  // the last one: for a home that is taken
 };
 
 /// What one worker finds: points in the list at `start`, as many as it found there in the call
@@ -69,12 +81,20 @@ class RecentBodies {
 struct WorkerPart {
   std::size_t start = 0, room = 0, count = 0;
   std::vector<ContactPoint> fresh{}, beyond{};
-  History now{}, before{};
+  std::vector<PairResult> results{};          // of pairs in contact
+  std::vector<std::size_t> answered{};        // which pairs these are
+  std::vector<TrackedPoint> now{}, before{};  // contact points of this call and of the last one
   PairTracking tracking{};
   std::vector<int> previous{};
   RecentBodies bodies{};
 
   std::size_t total() const { return count + beyond.size(); }
+  void begin(const BodySource& source) {
+    start_list(now, before.size());
+    start_list(results, results.size());
+    start_list(answered, answered.size());
+    bodies.start(source);
+  }
   /// Puts what was found last into its place.
   void put(std::vector<ContactPoint>& contacts) {
     const std::size_t fits = beyond.empty() ? std::min(fresh.size(), room - count) : 0;
@@ -88,11 +108,8 @@ struct WorkerPart {
 
 Body body_in_row(const void* owner, int index) { return static_cast<const Body*>(owner)[index]; }
 
-PairResult describe(const BlockPair& names, const NearestFeatures& nearest,
-                    std::span<const ContactPoint> points) {
-  PairResult result;
-  result.a = names.a;
-  result.b = names.b;
+void describe(const NearestFeatures& nearest, std::span<const ContactPoint> points,
+              PairResult& result) {
   result.status = nearest.status;
   result.indeterminate = nearest.indeterminate;
   result.gap = nearest.gap;
@@ -100,7 +117,6 @@ PairResult describe(const BlockPair& names, const NearestFeatures& nearest,
   result.count = static_cast<int>(points.size());
   if (!points.empty()) result.type = points.front().type;
   for (const ContactPoint& point : points) result.area += point.area;
-  return result;
 }
 
 BlockPair names_of(const PairResult& result) { return {result.a, result.b}; }
@@ -114,6 +130,7 @@ void check(const BodySource& bodies) {
   };
   fits(bodies.names.size(), "names");
   fits(bodies.changes.size(), "changes");
+  fits(bodies.ways.size(), "ways");
   for (std::size_t i = 1; i < bodies.names.size(); ++i) {
     if (bodies.names[i] <= bodies.names[i - 1]) {
       throw InputError("pair batch: body " + std::to_string(i) + " is named " +
@@ -130,14 +147,15 @@ BodySource::BodySource(std::span<const Body> bodies)
 
 struct PairBatch::Memory {
   ContactOptions options;
-  BodySource bodies;                       // of the call at hand
-  std::vector<BlockPair> sorted;           // the caller's pairs, where they are in no order
-  std::span<const BlockPair> pairs;        // of the call at hand, by index
-  std::vector<BlockPair> named, renamed;   // of the last call, by name
-  std::vector<PairMemory> known, carried;  // one a pair
-  std::vector<PairResult> answers;         // one a pair
-  std::vector<PairResult> listed, before;  // in contact, or no longer
-  std::vector<WorkerPart> parts{1};        // one a worker
+  BodySource bodies;                           // of the call at hand
+  std::vector<BlockPair> sorted;               // the caller's pairs, where they are in no order
+  std::span<const BlockPair> pairs;            // of the call at hand, by index
+  std::vector<BlockPair> renamed;              // the same by name, where names are not the indices
+  std::vector<BlockPair> named;                // of the last call, by name
+  std::vector<PairState> states, next_states;  // one a pair
+  std::vector<PairMemory> known, next_known;   // one a pair
+  std::vector<PairResult> listed, before;      // in contact, or no longer
+  std::vector<WorkerPart> parts{1};            // one a worker
 
   // Contact points of the pairs of which neither body moved, and the reach they were found with.
   std::vector<ContactPoint> remembered, next_remembered;
@@ -151,16 +169,19 @@ struct PairBatch::Memory {
   void start_history(std::size_t workers);
   void search(std::size_t first, std::size_t last, std::size_t worker,
               std::vector<ContactPoint>& contacts);
-  bool stay_apart(const PairMemory& pair, const Body& a, const Body& b) const;
+  bool stay_apart(std::size_t i, const Body& a, const Body& b);
   void search_pair(std::size_t i, WorkerPart& part, const Body& a,
-                   std::vector<ContactPoint>& contacts);
+                   std::vector<ContactPoint>& contacts, PairResult& result);
+  void repeat(std::size_t i, std::vector<ContactPoint>& contacts, PairResult& result) const;
+  void list(std::size_t i, WorkerPart& part, const PairResult& result);
   void follow(std::size_t i, WorkerPart& part, const Body& a, std::span<ContactPoint> points);
   void match(std::size_t i, WorkerPart& part, std::span<const TrackedPoint> now,
              std::span<ContactPoint> points);
   void search_in_parallel(Executor& executor, std::size_t workers,
                           std::vector<ContactPoint>& contacts);
   void join_parts(std::size_t workers, std::vector<ContactPoint>& contacts);
-  void list_results();
+  void list_results(std::size_t workers);
+  void merge_results(std::size_t workers);
   void find(std::vector<ContactPoint>& contacts, Executor* executor);
   void forget();
 
@@ -172,6 +193,16 @@ struct PairBatch::Memory {
                                   : bodies.changes[static_cast<std::size_t>(body)];
   }
   Body body(int index) const { return bodies.body(bodies.owner, index); }
+  /// Of a pair's points in the last call, `list` being the results that it had.
+  static int count_in(const std::vector<PairResult>& list, const PairState& pair) {
+    return pair.listed < 0 ? 0 : list[static_cast<std::size_t>(pair.listed)].count;
+  }
+  /// How far the two have come. Where nobody tells, nothing is known to last.
+  double ways_of(const BlockPair& pair) const {
+    if (bodies.ways.empty()) return std::numeric_limits<double>::infinity();
+    return bodies.ways[static_cast<std::size_t>(pair.a)] +
+           bodies.ways[static_cast<std::size_t>(pair.b)];
+  }
   bool both_stand(const BlockPair& pair) const {
     return change(pair.a) == BodyChange::None && change(pair.b) == BodyChange::None;
   }
@@ -183,6 +214,7 @@ struct PairBatch::Memory {
 /// Pairs ascending, each once, a < b, as indices and by name.
 void PairBatch::Memory::take_pairs(std::span<const BlockPair> given) {
   bool ordered = true;
+  std::uint64_t last = 0;  // less than any pair
   for (std::size_t i = 0; i < given.size(); ++i) {
     const auto [a, b] = given[i];
     if (a < 0 || b < 0 || a >= bodies.count || b >= bodies.count || a == b) {
@@ -190,7 +222,9 @@ void PairBatch::Memory::take_pairs(std::span<const BlockPair> given) {
                        std::to_string(b) + "), must name two of " + std::to_string(bodies.count) +
                        " bodies");
     }
-    ordered = ordered && a < b && (i == 0 || given[i - 1] < given[i]);
+    const std::uint64_t place = static_cast<std::uint64_t>(a) << 32 | static_cast<unsigned>(b);
+    ordered = ordered & (a < b) & (last < place);
+    last = place;
   }
   pairs = given;
   if (!ordered) {
@@ -200,28 +234,31 @@ void PairBatch::Memory::take_pairs(std::span<const BlockPair> given) {
     sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
     pairs = sorted;
   }
-  renamed.resize(pairs.size());
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    renamed[i] = {name(pairs[i].a), name(pairs[i].b)};
-  }
+  renamed.clear();
+  if (bodies.names.empty()) return;
+  for (const BlockPair& pair : pairs) renamed.push_back({name(pair.a), name(pair.b)});
 }
 
 /// Each pair of the last call keeps what it knows; a new one starts cold.
 void PairBatch::Memory::carry() {
-  if (renamed == named) {
+  const std::span<const BlockPair> now = bodies.names.empty() ? pairs : renamed;
+  if (std::ranges::equal(now, named)) {
     return;
   }
-  carried.resize(renamed.size());
+  next_states.resize(now.size());
+  next_known.resize(now.size());
   std::size_t old = 0;
-  for (std::size_t i = 0; i < renamed.size(); ++i) {
-    while (old < named.size() && named[old] < renamed[i]) {
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    while (old < named.size() && named[old] < now[i]) {
       ++old;
     }
-    const bool is_known = old < named.size() && named[old] == renamed[i];
-    carried[i] = is_known ? known[old] : PairMemory{};
+    const bool is_known = old < named.size() && named[old] == now[i];
+    next_states[i] = is_known ? states[old] : PairState{};
+    next_known[i] = is_known ? known[old] : PairMemory{};
   }
-  std::swap(known, carried);
-  std::swap(named, renamed);
+  std::swap(states, next_states);
+  std::swap(known, next_known);
+  named.assign(now.begin(), now.end());
 }
 
 /// Forgets what was found for pairs that have changed since, or with another reach.
@@ -236,13 +273,14 @@ void PairBatch::Memory::forget_changed() {
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const bool stand = both_stand(pairs[i]);
     if (!stand || !same_reach) {
-      known[i].count = -1;
+      states[i].kept = -1;
     }
     if (reshaped(pairs[i])) {
       known[i].hint = {};
+      states[i].apart_until = 0.0;
     }
     standing_pairs += stand;
-    kept_pairs += known[i].count >= 0;
+    kept_pairs += states[i].kept >= 0;
   }
 }
 
@@ -251,16 +289,20 @@ void PairBatch::Memory::remember(const std::vector<ContactPoint>& contacts) {
   if (standing_pairs == kept_pairs && kept_pairs == remembered_pairs) {
     return;  // all of them are there already
   }
+  std::size_t total = 0;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (both_stand(pairs[i])) total += static_cast<std::size_t>(count_in(listed, states[i]));
+  }
   next_remembered.clear();
+  next_remembered.reserve(total);
   auto contact = contacts.begin();
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const auto first = contact;
-    contact += answers[i].count;
+    contact += count_in(listed, states[i]);
     if (!both_stand(pairs[i])) {
       continue;
     }
-    known[i].first = std::ssize(next_remembered);
-    known[i].count = contact - first;
+    states[i].kept = static_cast<int>(next_remembered.size());
     next_remembered.insert(next_remembered.end(), first, contact);
   }
   std::swap(remembered, next_remembered);
@@ -272,9 +314,9 @@ void PairBatch::Memory::start_history(std::size_t workers) {
   if (parts.size() < workers) parts.resize(workers);
   for (WorkerPart& part : parts) {
     std::swap(part.now, part.before);
-    part.now.clear();
   }
-  for (std::size_t w = 0; w < workers; ++w) parts[w].bodies.start(bodies);
+  for (std::size_t w = 0; w < workers; ++w) parts[w].begin(bodies);
+  for (std::size_t w = workers; w < parts.size(); ++w) parts[w].now.clear();
 }
 
 /// The points of one pair in the list of the call before: by their features, and where these have
@@ -282,14 +324,13 @@ void PairBatch::Memory::start_history(std::size_t workers) {
 void PairBatch::Memory::match(std::size_t i, WorkerPart& part, std::span<const TrackedPoint> now,
                               std::span<ContactPoint> points) {
   const PairMemory& pair = known[i];
-  if (pair.listed < 0 || reshaped(pairs[i])) {
+  if (states[i].listed < 0 || reshaped(pairs[i])) {
     for (ContactPoint& point : points) point.previous = -1;
     return;
   }
-  const PairResult& old = before[static_cast<std::size_t>(pair.listed)];
-  const History& history = parts[static_cast<std::size_t>(pair.worker)].before;
+  const PairResult& old = before[static_cast<std::size_t>(states[i].listed)];
   const auto was =
-      std::span(history.points)
+      std::span(parts[static_cast<std::size_t>(pair.worker)].before)
           .subspan(static_cast<std::size_t>(pair.track), static_cast<std::size_t>(old.count));
   const auto same_features = [](const TrackedPoint& x, const TrackedPoint& y) {
     return x.feature_a == y.feature_a && x.feature_b == y.feature_b;
@@ -301,9 +342,7 @@ void PairBatch::Memory::match(std::size_t i, WorkerPart& part, std::span<const T
     return;
   }
   part.previous.resize(points.size());
-  part.tracking.match({now, part.now.frames.back()},
-                      {was, history.frames[static_cast<std::size_t>(pair.frame)]}, options.reach,
-                      part.previous);
+  part.tracking.match(now, was, options.reach, part.previous);
   for (std::size_t k = 0; k < points.size(); ++k) {
     points[k].previous = part.previous[k] < 0 ? -1 : old.first + part.previous[k];
   }
@@ -312,59 +351,82 @@ void PairBatch::Memory::match(std::size_t i, WorkerPart& part, std::span<const T
 /// Finds the points' predecessors, and keeps the points for the next call.
 void PairBatch::Memory::follow(std::size_t i, WorkerPart& part, const Body& a,
                                std::span<ContactPoint> points) {
-  if (points.empty()) return;
-  const std::size_t first = part.now.points.size();
+  const std::size_t first = part.now.size();
   const bool in_world = options.frame == PointFrame::World;
-  part.now.frames.push_back(in_world ? a.placement() : Placement{});
+  const Placement own;
+  const Placement& frame = in_world ? a.placement() : own;
   for (const ContactPoint& point : points) {
-    part.now.points.push_back(
-        {point.key.feature_a, point.key.feature_b, in_world ? point.point() : point.point_a});
+    part.now.push_back(tracked(point.key, in_world ? point.point() : point.point_a, frame));
   }
-  match(i, part, std::span(part.now.points).subspan(first), points);
+  match(i, part, std::span(part.now).subspan(first), points);
   known[i].worker = static_cast<int>(&part - parts.data());
-  known[i].frame = static_cast<int>(part.now.frames.size()) - 1;
   known[i].track = static_cast<int>(first);
 }
 
-/// Does last step's plane still part two bodies that were not in contact? They have no points then.
-bool PairBatch::Memory::stay_apart(const PairMemory& pair, const Body& a, const Body& b) const {
-  if (pair.listed >= 0 || pair.hint.vertices_a[0] < 0) return false;
+/// Does last step's plane still part two bodies that were not in contact? They have no points then,
+/// nor will they before their ways have used up what they are apart beyond the reach.
+bool PairBatch::Memory::stay_apart(std::size_t i, const Body& a, const Body& b) {
+  if (states[i].listed >= 0 || known[i].hint.vertices_a[0] < 0) return false;
   const double tolerance = options.tolerance > 0.0 ? options.tolerance : default_tolerance(a, b);
-  return still_apart(a, b, pair.hint.normal, std::max(options.reach, tolerance));
+  const double beyond =
+      apart_beyond(a, b, known[i].hint.normal, std::max(options.reach, tolerance));
+  if (!(beyond > 0.0)) return false;
+  if (!bodies.ways.empty()) {
+    states[i].apart_until = (ways_of(pairs[i]) + beyond) * (1.0 - 4 * kEpsilon);
+  }
+  return true;
 }
 
 void PairBatch::Memory::search_pair(std::size_t i, WorkerPart& part, const Body& a,
-                                    std::vector<ContactPoint>& contacts) {
+                                    std::vector<ContactPoint>& contacts, PairResult& result) {
+  const Body& b = part.bodies.second(pairs[i].b, pairs[i].a);
+  if (stay_apart(i, a, b)) return;
   const std::size_t first = contacts.size();
-  if (known[i].count >= 0) {
-    const auto point = remembered.begin() + known[i].first;
-    contacts.insert(contacts.end(), point, point + known[i].count);
-    if (known[i].listed >= 0) answers[i] = before[static_cast<std::size_t>(known[i].listed)];
-    answers[i].count = static_cast<int>(known[i].count);
-    return;
-  }
-  const Body& b = part.bodies[pairs[i].b];
-  if (stay_apart(known[i], a, b)) {
-    answers[i].count = 0;
-    return;
-  }
   const NearestFeatures nearest = append_contacts_within_reach({named[i].a, named[i].b}, a, b,
                                                                options, known[i].hint, contacts);
   known[i].hint = nearest.hint;
-  answers[i] = describe(named[i], nearest, std::span(contacts).subspan(first));
+  describe(nearest, std::span(contacts).subspan(first), result);
+}
+
+/// The answer of a pair of which neither body has moved.
+void PairBatch::Memory::repeat(std::size_t i, std::vector<ContactPoint>& contacts,
+                               PairResult& result) const {
+  if (states[i].listed < 0) return;
+  result = before[static_cast<std::size_t>(states[i].listed)];
+  const auto point = remembered.begin() + states[i].kept;
+  contacts.insert(contacts.end(), point, point + result.count);
+}
+
+/// A pair in contact; its place is among the worker's own results as yet.
+void PairBatch::Memory::list(std::size_t i, WorkerPart& part, const PairResult& result) {
+  PairResult& entry = part.results.emplace_back(result);
+  entry.a = named[i].a;
+  entry.b = named[i].b;
+  entry.event = states[i].listed >= 0 ? PairEvent::Persist : PairEvent::Begin;
+  states[i].listed = static_cast<int>(part.answered.size());
+  part.answered.push_back(i);
 }
 
 /// Appends the contact points of pairs first … last - 1, sorted by key.
 void PairBatch::Memory::search(std::size_t first, std::size_t last, std::size_t worker,
                                std::vector<ContactPoint>& contacts) {
-  if (first == last) return;
   WorkerPart& part = parts[worker];
-  Body a = part.bodies[pairs[first].a];
   for (std::size_t i = first; i < last; ++i) {
-    if (i > first && pairs[i].a != pairs[i - 1].a) a = part.bodies[pairs[i].a];
+    if (states[i].apart_until > ways_of(pairs[i])) continue;
     const std::size_t start = contacts.size();
-    search_pair(i, part, a, contacts);
-    follow(i, part, a, std::span(contacts).subspan(start));
+    const Body& a = part.bodies.first(pairs[i].a);
+    PairResult result;
+    if (states[i].kept >= 0) {
+      repeat(i, contacts, result);
+    } else {
+      search_pair(i, part, a, contacts, result);
+    }
+    if (contacts.size() > start) {
+      follow(i, part, a, std::span(contacts).subspan(start));
+      list(i, part, result);
+    } else {
+      states[i].listed = -1;
+    }
   }
 }
 
@@ -383,7 +445,7 @@ void PairBatch::Memory::search_in_parallel(Executor& executor, std::size_t worke
     const auto w = static_cast<std::size_t>(worker);
     WorkerPart& part = parts[w];
     part.count = 0;
-    part.beyond.clear();
+    start_list(part.beyond, part.room / 8);
     part.fresh.clear();
     const std::size_t last = pairs.size() * (w + 1) / workers;
     for (std::size_t first = pairs.size() * w / workers; first < last; first += kPairsInCache) {
@@ -423,8 +485,26 @@ void PairBatch::Memory::join_parts(std::size_t workers, std::vector<ContactPoint
   contacts.resize(total);
 }
 
-/// Those with points, and those of the last call that have none any more.
-void PairBatch::Memory::list_results() {
+/// Those with points, and those of the last call that have none any more. As a rule one worker has
+/// listed them all and none has ended: its list is taken as it is.
+void PairBatch::Memory::list_results(std::size_t workers) {
+  const auto live = [](const PairResult& result) { return result.event != PairEvent::End; };
+  const auto lasts = [](const PairResult& result) { return result.event == PairEvent::Persist; };
+  std::vector<PairResult>& first = parts[0].results;
+  if (workers > 1 || std::ranges::count_if(before, live) != std::ranges::count_if(first, lasts)) {
+    merge_results(workers);
+  } else {
+    std::swap(listed, first);
+    std::swap(first, before);  // two lists take turns
+  }
+  int point = 0;
+  for (PairResult& result : listed) {
+    result.first = result.event == PairEvent::End ? 0 : point;
+    point += result.count;
+  }
+}
+
+void PairBatch::Memory::merge_results(std::size_t workers) {
   listed.clear();
   auto old = before.begin();
   const auto end_those_before = [&](const BlockPair& names) {
@@ -432,21 +512,18 @@ void PairBatch::Memory::list_results() {
       if (old->event == PairEvent::End) continue;
       PairResult& ended = listed.emplace_back(*old);
       ended.event = PairEvent::End;
-      ended.first = ended.count = 0;
+      ended.count = 0;
     }
   };
-  int first = 0;
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const bool was_in_contact = known[i].listed >= 0;
-    known[i].listed = -1;
-    if (answers[i].count == 0) continue;
-    end_those_before(named[i]);
-    if (old != before.end() && names_of(*old) == named[i]) ++old;
-    known[i].listed = static_cast<int>(listed.size());
-    PairResult& result = listed.emplace_back(answers[i]);
-    result.event = was_in_contact ? PairEvent::Persist : PairEvent::Begin;
-    result.first = first;
-    first += result.count;
+  for (std::size_t w = 0; w < workers; ++w) {
+    const WorkerPart& part = parts[w];
+    for (std::size_t k = 0; k < part.results.size(); ++k) {
+      const PairResult& result = part.results[k];
+      end_those_before(names_of(result));
+      if (old != before.end() && names_of(*old) == names_of(result)) ++old;
+      states[part.answered[k]].listed = static_cast<int>(listed.size());
+      listed.push_back(result);
+    }
   }
   end_those_before({std::numeric_limits<int>::max(), std::numeric_limits<int>::max()});
 }
@@ -470,33 +547,36 @@ std::span<const PairResult> PairBatch::pairs() const { return memory().listed; }
 
 void PairBatch::set_reach(double reach) {
   require_length(reach, "pair batch: reach");
-  memory().options.reach = reach;
+  Memory& m = memory();
+  m.options.reach = reach;
+  for (PairState& pair : m.states) pair.apart_until = 0.0;
 }
 
 void PairBatch::Memory::find(std::vector<ContactPoint>& contacts, Executor* executor) {
   carry();
   forget_changed();
   std::swap(listed, before);
-  answers.resize(pairs.size());
   const auto workers =
       static_cast<std::size_t>(executor == nullptr ? 1 : std::max(1, executor->workers()));
   const bool parallel = workers > 1 && pairs.size() >= workers * kPairsPerWorker;
-  start_history(parallel ? workers : 1);
+  const std::size_t used = parallel ? workers : 1;
+  start_history(used);
   if (parallel) {
     search_in_parallel(*executor, workers, contacts);
   } else {
     contacts.clear();
     search(0, pairs.size(), 0, contacts);
   }
-  list_results();
+  list_results(used);
   remember(contacts);
 }
 
 /// After a call that could not be finished.
 void PairBatch::Memory::forget() {
   for (std::vector<BlockPair>* list : {&named, &renamed}) list->clear();
-  for (std::vector<PairMemory>* list : {&known, &carried}) list->clear();
-  for (std::vector<PairResult>* list : {&answers, &listed, &before}) list->clear();
+  for (std::vector<PairState>* list : {&states, &next_states}) list->clear();
+  for (std::vector<PairMemory>* list : {&known, &next_known}) list->clear();
+  for (std::vector<PairResult>* list : {&listed, &before}) list->clear();
   for (std::vector<ContactPoint>* list : {&remembered, &next_remembered}) list->clear();
   for (WorkerPart& part : parts) part = {};
   remembered_pairs = 0;

@@ -81,10 +81,19 @@ struct Build {
       NearestFeatures& answer) {
     return try_hinted<Scan>(a, b, hint, length, answer);
   }
+  /// Of two solids that are not turned: built without the turns.
+  [[gnu::flatten, gnu::noinline]] QUOIN_UNPACKED static Trial certify_straight_hint(
+      const Solid& a, const Solid& b, const FeatureHint& hint, const Lengths& length,
+      NearestFeatures& answer) {
+    if (a.turned() != nullptr || b.turned() != nullptr) __builtin_unreachable();
+    return try_hinted<FewScan>(a, b, hint, length, answer);
+  }
   static Trial certify_hint(const Solid& a, const Solid& b, const FeatureHint& hint,
                             const Lengths& length, NearestFeatures& answer) {
-    return few_vertices(a, b) ? certify_hint_by<FewScan>(a, b, hint, length, answer)
-                              : certify_hint_by<ManyScan>(a, b, hint, length, answer);
+    if (!few_vertices(a, b)) return certify_hint_by<ManyScan>(a, b, hint, length, answer);
+    const bool turned = a.turned() != nullptr || b.turned() != nullptr;
+    return turned ? certify_hint_by<FewScan>(a, b, hint, length, answer)
+                  : certify_straight_hint(a, b, hint, length, answer);
   }
 
   [[gnu::flatten]] static CornerFeatures corner_features(const Solid& p, const Solid& q,

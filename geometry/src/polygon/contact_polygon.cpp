@@ -45,19 +45,18 @@ double crossing_share(const PolygonRows& p, int i, const PolygonRows& q, int j) 
 /// of a short side is not known far away from it. So distances are those from the sides themselves,
 /// and inside is where a ray along x meets an odd number of sides.
 bool is_beside(const PolygonRows& polygon, const Vector2& place, double rounding) {
-  double nearest = kInfinity;
+  const double limit = kBesideBorder * rounding;
   bool inside = false;
   for (int j = 0; j < polygon.count; ++j) {
     const Vector2 side(polygon.side_x[j], polygon.side_y[j]);
     const Vector2 step(place.x() - polygon.x[j], place.y() - polygon.y[j]);
     const double squared = side.squaredNorm();
     const double along = squared > 0.0 ? std::clamp(side.dot(step) / squared, 0.0, 1.0) : 0.0;
-    nearest = std::min(nearest, (step - along * side).squaredNorm());
+    if ((step - along * side).squaredNorm() <= limit * limit) return true;
     const bool rises = polygon.y[polygon.next(j)] > place.y();
     if (rises != (polygon.y[j] > place.y())) inside ^= (cross2(side, step) > 0.0) == rises;
   }
-  const double limit = kBesideBorder * rounding;
-  return inside || nearest <= limit * limit;
+  return inside;
 }
 
 /// Does a place lie beyond the line of one of these sides by more than the line may be off there?
@@ -224,7 +223,11 @@ void hull_order(std::span<const Vector2> places, SmallVector<int, 32>& order) {
     return a.x() != b.x() ? a.x() < b.x() : (a.y() != b.y() ? a.y() < b.y() : i < j);
   };
   order.clear();
-  if (places.empty()) return;
+  if (places.size() <= 2) {
+    for (std::size_t i = 0; i < places.size(); ++i) order.push_back(static_cast<int>(i));
+    if (places.size() == 2 && before(1, 0)) std::swap(order[0], order[1]);
+    return;
+  }
   SmallVector<int, 32> sorted;
   sorted.resize(places.size());
   for (std::size_t i = 0; i < places.size(); ++i) sorted[i] = static_cast<int>(i);

@@ -354,6 +354,11 @@ void lay_support_polygon(const Solid& polyhedron, const VertexSet& vertices,
 
 void lay_support_set(const Solid& polyhedron, const VertexSet& vertices, FeatureKind kind,
                      const ContactPlane& plane, double outward, ProjectedFeature& patch) {
+  if (kind == FeatureKind::Edge && vertices.size() == 2) {
+    const int edge = polyhedron.topology().find_edge(vertices[0], vertices[1]);
+    const bool whole = edge >= 0 && has_just(polyhedron.topology(), {kind, edge}, vertices);
+    if (whole) return lay_feature(polyhedron, {kind, edge}, plane, outward, patch);
+  }
   const Feature name = name_support_set(polyhedron, vertices, kind, outward * plane.normal);
   if (name.kind == kind && has_just(polyhedron.topology(), name, vertices)) {
     return lay_feature(polyhedron, name, plane, outward, patch);
@@ -412,6 +417,7 @@ void lay_top(const Solid& polyhedron, int face, const ContactPlane& plane, doubl
 
 std::array<int, 2> segment_ends(const Solid& polyhedron, const VertexSet& vertices) {
   std::array<int, 2> ends{vertices[0], vertices[vertices.size() - 1]};
+  if (vertices.size() <= 2) return ends;
   double longest = -1.0;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     for (std::size_t j = i + 1; j < vertices.size(); ++j) {
@@ -428,25 +434,25 @@ std::array<int, 2> segment_ends(const Solid& polyhedron, const VertexSet& vertic
 
 namespace {
 
-int farthest_from(const Solid& polyhedron, const VertexSet& vertices, int from) {
-  const Vector3 base = polyhedron.vertex(from);
-  int far = from;
+/// The place farthest from the first one.
+const Vector3& farthest(std::span<const Vector3> places) {
+  const Vector3* far = &places[0];
   double longest = 0.0;
-  for (const int v : vertices) {
-    const double length = (polyhedron.vertex(v) - base).squaredNorm();
+  for (const Vector3& place : places) {
+    const double length = (place - places[0]).squaredNorm();
     if (length <= longest) continue;
     longest = length;
-    far = v;
+    far = &place;
   }
-  return far;
+  return *far;
 }
 
-/// How far the set reaches to the side of the line through two of its vertices.
-double reach_aside(const Solid& polyhedron, const VertexSet& vertices, int from, int to) {
-  const Vector3 base = polyhedron.vertex(from), line = polyhedron.vertex(to) - base;
+/// How far places reach to the side of the line through two of them.
+double reach_aside(std::span<const Vector3> places, const Vector3& from, const Vector3& to) {
+  const Vector3 line = to - from;
   double most = 0.0;
-  for (const int v : vertices) {
-    most = std::max(most, line.cross(polyhedron.vertex(v) - base).squaredNorm());
+  for (const Vector3& place : places) {
+    most = std::max(most, line.cross(place - from).squaredNorm());
   }
   return std::sqrt(most / line.squaredNorm());
 }
@@ -461,14 +467,16 @@ FeatureKind span_kind(const Solid& polyhedron, const VertexSet& vertices, double
   }
   // A set reaches at most twice its width to the side of its longest line, and of a line of at
   // least half that length, as this one is, four times.
-  const int far = farthest_from(polyhedron, vertices, vertices[0]);
-  if (far != vertices[0] && reach_aside(polyhedron, vertices, vertices[0], far) > 4.0 * tolerance) {
+  SmallVector<Vector3, 32> places;
+  for (const int v : vertices) places.push_back(polyhedron.vertex(v));
+  const Vector3& far = farthest(places);
+  if (&far != &places[0] && reach_aside(places, places[0], far) > 4.0 * tolerance) {
     return FeatureKind::Face;
   }
   const std::array<int, 2> ends = segment_ends(polyhedron, vertices);
-  const double longest = (polyhedron.vertex(ends[1]) - polyhedron.vertex(ends[0])).norm();
-  if (longest <= tolerance) return FeatureKind::Vertex;
-  const bool wide = reach_aside(polyhedron, vertices, ends[0], ends[1]) > tolerance;
+  const Vector3 from = polyhedron.vertex(ends[0]), to = polyhedron.vertex(ends[1]);
+  if ((to - from).norm() <= tolerance) return FeatureKind::Vertex;
+  const bool wide = reach_aside(places, from, to) > tolerance;
   return wide ? FeatureKind::Face : FeatureKind::Edge;
 }
 

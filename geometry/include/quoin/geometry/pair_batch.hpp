@@ -32,6 +32,11 @@ struct BodySource {
   int count = 0;
   std::span<const int> names{};           ///< in keys and results, ascending; empty: the index
   std::span<const BodyChange> changes{};  ///< one a body; empty: all have moved
+  /// One a body: no point of it has come farther in all its moves so far, m, each of them counted
+  /// to its full length. A body keeps its way wherever it stands in the row; it never falls. Pairs
+  /// that were far enough apart are not looked at until the ways have used that up. Empty: not
+  /// known.
+  std::span<const double> ways{};
 };
 
 enum class PairEvent : std::uint8_t { Begin, Persist, End };
@@ -70,10 +75,11 @@ class PairBatch {
   /// Writes the contact points of all pairs to `contacts`, sorted by key, each with the index of
   /// the same contact in the list of the last call: the one with the same key or, where a contact
   /// slid over an edge, the nearest of the same two bodies that no key claims, within the reach as
-  /// seen from body a (with PointFrame::Bodies: the nearest places on a). Pairs may stand in any order; a pair given twice is answered once. The list
-  /// is the same for any number of workers; without an executor the calling thread does it all. No
-  /// allocation when warm. Throws InputError for an index out of range, a body paired with itself,
-  /// names that do not ascend, spans of the wrong size or a placement that is none.
+  /// seen from body a (with PointFrame::Bodies: the nearest places on a). Pairs may stand in any
+  /// order; a pair given twice is answered once. The list is the same for any number of workers;
+  /// without an executor the calling thread does it all. No allocation when warm. Throws InputError
+  /// for an index out of range, a body paired with itself, names that do not ascend, spans of the
+  /// wrong size or a placement that is none.
   FindCounts find(const BodySource& bodies, std::span<const BlockPair> pairs,
                   std::vector<ContactPoint>& contacts, Executor* executor = nullptr);
 
