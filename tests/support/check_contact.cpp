@@ -127,9 +127,10 @@ void check_corners(const Trial& trial, const NearestFeatures& n, const ExactPatc
     const Real blur = 2 * slack / std::max(corner.sine, Real(kEps));
     const Real beyond = distance_to_places(places, corner.place);
     const Real nearest = distance_to_nearest(places, corner.place);
-    const bool stands_out = standing_out(patch, i) > 4 * tolerance + 4 * blur;
-    const bool covered =
-        beyond <= 2 * tolerance + blur && (!stands_out || nearest <= tolerance + blur);
+    const bool shown =
+        nearest <= tolerance + blur || standing_out(patch, i) <= 4 * tolerance + 4 * blur ||
+        lies_on_cut(trial.exact, n.normal, corner, lengths.tolerance, lengths.extent);
+    const bool covered = beyond <= 2 * tolerance + blur && shown;
     faults.expect(covered || !asks_for_point(trial.exact, n.normal, patch, corner, lengths),
                   "corner", "a corner of the exact patch is ", nearest, " from the nearest point, ",
                   beyond, " outside all");

@@ -194,7 +194,7 @@ void measure(const SmallVector<int, 32>& order, SharedCorners& corners, SharedPo
   Vector2 moment = Vector2::Zero();
   for (std::size_t k = 2; k < n; ++k) {
     const Vector2 a = place(k - 1) - base, b = place(k) - base;
-    const double twice = cross2(a, b);
+    const double twice = std::max(0.0, cross2(a, b));  // negative by rounding alone
     polygon.area += 0.5 * twice;
     moment += twice / 6.0 * (a + b);
   }
@@ -289,7 +289,8 @@ bool lay_faces(const Solid& p, const Solid& q, double gap, ContactPolygon& part)
 double border_rounding(const Solid& p, const Solid& q, double gap) {
   const double size = p.diameter() + q.diameter() + std::abs(gap);
   const double coordinate = std::max(p.largest_coordinate(), q.largest_coordinate());
-  return std::numeric_limits<double>::epsilon() * std::max(8 * size, 4 * coordinate);
+  return std::numeric_limits<double>::epsilon() *
+         std::max(kBorderSize * size, kBorderCoordinate * coordinate);
 }
 
 }  // namespace quoin::geometry
