@@ -318,7 +318,9 @@ void add_stretch_points(const ProjectedFeature& patch_p, const ProjectedFeature&
     if (shown(end)) continue;
     SharedCorner corner = nearest_in_hull(shared, end.place);
     if ((corner.place - end.place).norm() > pair.tolerance || !surfaces.lift(corner)) continue;
-    if (!(gap_of(corner) <= pair.gap + work.band)) continue;
+    // Either solid has a point there no deeper than that, however little is known on steep sides.
+    corner.height_p = std::max(corner.height_p, -0.5 * pair.tolerance);
+    corner.height_q = std::min(corner.height_q, pair.gap + 0.5 * pair.tolerance);
     const bool keeps = named(corner) && is_free(corner.feature_p, corner.feature_q, pair.merged);
     if (!keeps && !name_cut(work.p, work.q, patch_p, patch_q, pair.merged, corner)) continue;
     pair.merged.push_back(corner);
