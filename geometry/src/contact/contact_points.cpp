@@ -476,6 +476,23 @@ void drop_inner_points(const ContactPolygon& part, PairPoints& pair) {
   pair.merged = kept;
 }
 
+/// Merging may have handed one name to two places of a needle: the lower one keeps it.
+void merge_twins(SharedCorners& points) {
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const SharedCorner point = points[k];
+    const auto twin = std::find_if(points.begin(), points.begin() + count, [&](const auto& c) {
+      return c.feature_p == point.feature_p && c.feature_q == point.feature_q;
+    });
+    if (twin == points.begin() + count) {
+      points[count++] = point;
+    } else if (gap_of(point) < gap_of(*twin)) {
+      *twin = point;
+    }
+  }
+  points.resize(count);
+}
+
 /// The area of the polygon goes to the nearest points.
 void share_area(const ContactPolygon& part, double band, PairPoints& pair) {
   for (SharedCorner& point : pair.merged) point.share = 0.0;
@@ -644,6 +661,7 @@ void find_pair_points(const OrderedPair& ordered, const NearestFeatures& nearest
   }
   if (pair.points != &pair.merged) return;
   ensure_least_gap(ordered, rounding, pair);
+  merge_twins(pair.merged);
   if (pair.type == ContactType::FaceFace) share_area(*part, band, pair);
 }
 

@@ -123,6 +123,12 @@ inline constexpr double kStalled = 64;
 /// and the exact search may end where it makes no more of it; chosen.
 inline constexpr double kIdleGain = 1.0 / 256;
 
+// ---- polygons ----
+
+/// Of eps times the sums of coordinates of two ways: four relative errors of half an eps in either
+/// product of their differences.
+inline constexpr double kTurnRounding = 2;
+
 // ---- queries ----
 
 /// Of eps times the lengths summed: a vertex of an image, differences of two, a product.
