@@ -56,11 +56,11 @@ inline constexpr double kGapRounding = 8;
 /// a plane is still that of the best: relative, by tilt^2 / 2 = 1.3e-13. geometry/README.md,
 /// "Touching faces".
 inline constexpr double kTouchingTilt = 5e-7;
-/// Of the rounding: what two ways may measure a plane differently that several faces of touching
-/// solids share but for rounding: scan and difference of either, 3 eps D together, less than one
-/// rounding. Whether several planes are as good (kBothPart) is decided by double-double where a
-/// quick way comes nearer to that limit than this.
-inline constexpr double kTieBand = 0.6;
+/// Of the rounding: what box SAT may measure a plane of true parallelepipeds differently from a
+/// scan of them, one eps D: half of either for the corners. Whether several planes are as good
+/// (kBothPart) is decided by double-double where it comes nearer to that limit than this, and what
+/// the bricks are off theirs.
+inline constexpr double kTieBand = 0.2;
 /// Of the rounding: how much worse than touching all other directions across two edges that touch
 /// are: more than kBothPart by a whole one, for the planes of noise that lie beside a direction.
 inline constexpr double kTouchingAlone = 3;
