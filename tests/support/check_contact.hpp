@@ -11,8 +11,9 @@ namespace quoin::tests {
 ///   - *type*, where it is clear;
 ///   - *corner*: none of the exact patch is missing. One whose gap is surely within tol, and at
 ///     which the solids end (asks_for_point), is within 2 tol of the points' hull, and one that
-///     stands out by more than 4 tol within tol of a point (both plus what is allowed for a place,
-///     over the sine of the lines that cross there);
+///     stands out by more than 4 tol within tol of a point, but for those on a side where tol cuts
+///     a face (lies_on_cut) (all plus what is allowed for a place, over the sine of the lines that
+///     cross there);
 ///   - *area*: of the patch within its perimeter times what is allowed for a place, and the sum of
 ///     the shares is the area;
 ///   - *moment*: the shares' first moment is that of the polygon: off by no more than the area is,

@@ -11,7 +11,7 @@
 
 namespace quoin::tests {
 
-inline constexpr const char* kOpenFamilies[] = {"nearly_collinear_arcs", "voronoi"};
+inline constexpr const char* kOpenFamilies[] = {"voronoi"};
 
 /// For make_pair: all families but the open ones.
 inline std::vector<bool> settled_families() {

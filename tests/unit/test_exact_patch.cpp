@@ -129,6 +129,26 @@ TEST_CASE("exact patch: parallel edges beside each other share a place while the
   CHECK_FALSE(reach(1e3, 0.8e-9));
 }
 
+TEST_CASE("exact patch: a corner beside the end of a side that tol cuts through a face") {
+  const double tolerance = 1e-9, fall = 4 * tolerance;
+  // The top falls towards one corner of the square: tol leaves the triangle of the other three.
+  Points falling = box({0, 0, -1}, {1, 1, 0});
+  for (int v = 0; v < 8; ++v) {
+    if (falling(0, v) == 1 && falling(1, v) == 1) falling(2, v) -= fall;
+  }
+  const Points above = box({-1, 3e-9, 0}, {2, 2, 1});
+  const auto cut_corners = [&](const Points& below) {
+    const ExactPair pair({below, {}}, {above, {}});
+    const ExactPatch patch = exact_patch(pair, kUp, {tolerance, 1e-15, 1e-16});
+    return std::count_if(patch.corners.begin(), patch.corners.end(), [&](const auto& corner) {
+      return ends_at(pair, kUp, corner, tolerance, 1.0) &&
+             lies_on_cut(pair, kUp, corner, tolerance, 1.0);
+    });
+  };
+  CHECK(cut_corners(falling) == 1);  // where the diagonal enters the other solid
+  CHECK(cut_corners(box({0, 0, -1}, {1, 1, 0})) == 0);
+}
+
 TEST_CASE("judge of contact points: a right answer passes, a spoilt one does not") {
   CHECK(kinds_after([](PairContact&) {}).empty());
   CHECK(finds("corner", [](PairContact& c) { c.points.pop_back(); }));

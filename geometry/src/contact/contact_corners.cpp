@@ -14,20 +14,18 @@ std::int64_t key_number(const SharedCorner& corner, bool reversed) {
   return reversed ? q << 32 | p : p << 32 | q;
 }
 
-/// Where each point goes, and whether there are equal keys.
+/// Where each point goes.
 struct Places {
   SmallVector<std::int64_t, 64> keys;
   SmallVector<unsigned, 64> places;
-  bool twins = false;
 
-  /// Behind those with smaller keys, and of equal ones behind those before it. Counted, as sorting
-  /// would branch on the keys.
+  /// Behind those with smaller keys. Counted, as sorting would branch on the keys.
   Places(const SharedCorners& corners, bool reversed) {
     const std::size_t count = corners.size();
     keys.resize(count);
     places.resize(count);
     std::int64_t* const key = keys.begin();
-    unsigned *const place = places.begin(), equal = 0;
+    unsigned* const place = places.begin();
     for (std::size_t i = 0; i < count; ++i) {
       key[i] = key_number(corners[i], reversed);
       unsigned before = 0;
@@ -35,11 +33,9 @@ struct Places {
         const unsigned smaller = key[j] <= key[i];
         before += smaller;
         place[j] += 1 - smaller;
-        equal |= key[j] == key[i];
       }
       place[i] = before;
     }
-    twins = equal != 0;
   }
 };
 
@@ -60,21 +56,6 @@ void take_point(const SharedCorner& corner, bool reversed, const ContactPlane& p
   contact.area = corner.share;
 }
 
-/// Merging may have handed one name to two places of a needle: the lower one keeps it.
-void merge_named(std::size_t first, std::vector<ContactPoint>& contacts) {
-  std::size_t last = first;
-  for (std::size_t k = first + 1; k < contacts.size(); ++k) {
-    if (contacts[k].key != contacts[last].key) {
-      contacts[++last] = contacts[k];
-      continue;
-    }
-    const double area = contacts[last].area + contacts[k].area;
-    if (contacts[k].gap < contacts[last].gap) contacts[last] = contacts[k];
-    contacts[last].area = area;
-  }
-  contacts.resize(last + 1);
-}
-
 }  // namespace
 
 void append_corners(const std::array<int, 2>& blocks, bool reversed, const NearestFeatures& nearest,
@@ -92,7 +73,6 @@ void append_corners(const std::array<int, 2>& blocks, bool reversed, const Neare
   for (std::size_t i = 0; i < count; ++i) {
     take_point(corners[i], reversed, plane, contacts[first + order.places[i]]);
   }
-  if (order.twins) merge_named(first, contacts);
 }
 
 }  // namespace quoin::geometry

@@ -72,6 +72,36 @@ Exit exit_of(const Vector2& start, const Vector2& way, const SharedCorners& poin
   return exit;
 }
 
+/// Where the polygon's centroid lies outside the hull of the points, as of slivers: all of the area
+/// goes to the ends of the side next to it. False: it lies inside.
+bool share_by_side(const SharedPolygon& polygon, const SmallVector<int, 32>& order,
+                   SharedCorners& points) {
+  const Vector2& place = polygon.centroid;
+  bool inside = order.size() > 2;
+  double nearest = kInfinity;
+  std::size_t first = 0, last = 0;
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const auto from = static_cast<std::size_t>(order[k]);
+    const auto to = static_cast<std::size_t>(order[k + 1 < order.size() ? k + 1 : 0]);
+    const double distance = distance_to_side(points[from].place, points[to].place, place);
+    inside =
+        inside && cross2(points[to].place - points[from].place, place - points[from].place) > 0.0;
+    if (!(distance < nearest)) continue;
+    nearest = distance;
+    first = from;
+    last = to;
+  }
+  if (inside) return false;
+  if (first == last) return true;
+  const Vector2 side = points[last].place - points[first].place;
+  const double share =
+      std::clamp(side.dot(place - points[first].place) / side.squaredNorm(), 0.0, 1.0);
+  for (SharedCorner& c : points) c.share = 0.0;
+  points[first].share = (1.0 - share) * polygon.area;
+  points[last].share = share * polygon.area;
+  return true;
+}
+
 }  // namespace
 
 bool is_free(const Feature& feature_p, const Feature& feature_q, const SharedCorners& points) {
@@ -186,7 +216,7 @@ void balance_shares(const SharedPolygon& polygon, SharedCorners& points) {
   if (way == Vector2::Zero()) return;
   SmallVector<int, 32> order;
   find_order(points, order);
-  if (order.size() < 3) return;
+  if (share_by_side(polygon, order, points)) return;
   const Exit exit = exit_of(centroid, way, points, order);
   if (exit.from < 0) return;
   const double moved = exit.distance > 1.0 ? 1.0 / exit.distance : 1.0;

@@ -55,7 +55,8 @@ SharedCorner nearest_in_hull(const SharedCorners& corners, const Vector2& place)
 
 /// Moves shares among points so that they have the polygon's first moment, if its centroid lies in
 /// the points' hull. All shares are lessened alike; the two points between which the ray from the
-/// shares' centroid through the polygon's leaves the hull take what that sets free.
+/// shares' centroid through the polygon's leaves the hull take what that sets free. Where it lies
+/// outside, their moment is that of the nearest place in the hull.
 void balance_shares(const SharedPolygon& polygon, SharedCorners& points);
 
 }  // namespace quoin::geometry

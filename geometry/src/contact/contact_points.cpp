@@ -20,10 +20,6 @@ namespace {
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 /// As facing faces: a steeper edge belongs to another contact.
 constexpr double kSteepSine = 0.5;
-/// Of the rounding of a place: what the vertices of a label may be off it and count as on it. A
-/// turned label is off by as much; with the rounding of the points themselves this stays within
-/// what is promised of them.
-constexpr double kFlat = 0.5;
 
 /// Everything about one pair, in the order in which it is worked (P before Q).
 struct PairPoints {
@@ -195,7 +191,7 @@ struct Working {
 bool planar(const Solid& solid, const SmallVector<Feature, 32>& carriers, double rounding) {
   return std::all_of(carriers.begin(), carriers.end(), [&](const Feature& feature) {
     if (feature.kind != FeatureKind::Face) return solid.topology().all_are_corners();
-    return bumps(solid, feature.index).off_plane <= kFlat * rounding;
+    return bumps(solid, feature.index).off_plane <= kFlatLabel * rounding;
   });
 }
 
@@ -326,7 +322,9 @@ void add_stretch_points(const ProjectedFeature& patch_p, const ProjectedFeature&
     if (shown(end)) continue;
     SharedCorner corner = nearest_in_hull(shared, end.place);
     if ((corner.place - end.place).norm() > pair.tolerance || !surfaces.lift(corner)) continue;
-    if (!(gap_of(corner) <= pair.gap + work.band)) continue;
+    // Either solid has a point there no deeper than that, however little is known on steep sides.
+    corner.height_p = std::max(corner.height_p, -0.5 * pair.tolerance);
+    corner.height_q = std::min(corner.height_q, pair.gap + 0.5 * pair.tolerance);
     const bool keeps = named(corner) && is_free(corner.feature_p, corner.feature_q, pair.merged);
     if (!keeps && !name_cut(work.p, work.q, patch_p, patch_q, pair.merged, corner)) continue;
     pair.merged.push_back(corner);
@@ -417,9 +415,18 @@ void lay_contact_feature(const Solid& solid, const VertexSet& set, FeatureKind k
   lay_support_set(solid, set, kind, plane, outward, patch);
 }
 
+/// Do the corners of a patch lie on its surface, as far as rounding can tell? Vertices within tol
+/// of the support plane need not belong to one label.
+bool is_flat(const ProjectedFeature& patch, double rounding) {
+  return patch.corners.size() < 3 ||
+         std::all_of(patch.corners.begin(), patch.corners.end(), [&](const ProjectedCorner& c) {
+           return std::abs(c.height - patch.surface_height(c.place)) <= kFlatLabel * rounding;
+         });
+}
+
 /// The part that the two contact features share. Its corners are points, too, where the labels do
 /// not reach as far: where tol cuts a face, or vertices that are no corners of labels stand out.
-void find_shared_part(const Working& work, const LateInit<Surfaces>& surfaces, PairPoints& pair,
+void find_shared_part(const Working& work, LateInit<Surfaces>& surfaces, PairPoints& pair,
                       ContactPolygon& part) {
   ProjectedFeature patch_p, patch_q;
   lay_contact_feature(work.p, pair.support_p, pair.kind_p, pair.plane, 1.0, patch_p);
@@ -428,6 +435,9 @@ void find_shared_part(const Working& work, const LateInit<Surfaces>& surfaces, P
     append_stretch(patch_p, patch_q, work, part.corners);
     add_stretch_points(patch_p, patch_q, work, part.corners, pair);
   } else {
+    if (!surfaces && !(is_flat(patch_p, work.rounding) && is_flat(patch_q, work.rounding))) {
+      surfaces.emplace(work.p, work.q, pair.plane, work.band + work.rounding, work.rounding);
+    }
     append_shared_corners(patch_p, patch_q, work.rounding, part.corners);
     if (surfaces) surfaces->lift(part.corners);
     for (const SharedCorner& corner : part.corners) {
@@ -468,6 +478,23 @@ void drop_inner_points(const ContactPolygon& part, PairPoints& pair) {
     if (stays) kept.push_back(point);
   }
   pair.merged = kept;
+}
+
+/// Merging may have handed one name to two places of a needle: the lower one keeps it.
+void merge_twins(SharedCorners& points) {
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const SharedCorner point = points[k];
+    const auto twin = std::find_if(points.begin(), points.begin() + count, [&](const auto& c) {
+      return c.feature_p == point.feature_p && c.feature_q == point.feature_q;
+    });
+    if (twin == points.begin() + count) {
+      points[count++] = point;
+    } else if (gap_of(point) < gap_of(*twin)) {
+      *twin = point;
+    }
+  }
+  points.resize(count);
 }
 
 /// The area of the polygon goes to the nearest points.
@@ -581,8 +608,8 @@ bool find_face_points(const OrderedPair& ordered, const NearestFeatures& nearest
   if (!part) find_faces(ordered, nearest, pair.tolerance, part);
   if (!part || !faces_alone(ordered.p, ordered.q, *part, band)) return false;
   const Bumps of_p = bumps(ordered.p, part->face_p), of_q = bumps(ordered.q, part->face_q);
-  if (std::max(of_p.outside, of_q.outside) > kFlat * rounding) return false;
-  const bool flat = std::max(of_p.off_plane, of_q.off_plane) <= kFlat * rounding;
+  if (std::max(of_p.outside, of_q.outside) > kFlatLabel * rounding) return false;
+  const bool flat = std::max(of_p.off_plane, of_q.off_plane) <= kFlatLabel * rounding;
   if (!flat) {
     Surfaces(ordered.p, ordered.q, part->plane, band + rounding, rounding).lift(part->corners);
   }
@@ -638,6 +665,7 @@ void find_pair_points(const OrderedPair& ordered, const NearestFeatures& nearest
   }
   if (pair.points != &pair.merged) return;
   ensure_least_gap(ordered, rounding, pair);
+  merge_twins(pair.merged);
   if (pair.type == ContactType::FaceFace) share_area(*part, band, pair);
 }
 

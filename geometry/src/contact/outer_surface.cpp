@@ -123,8 +123,9 @@ OuterSurface::Cover OuterSurface::cover(const Triangle& t, const Vector2& place)
 }
 
 /// Over a place inside a needle, where rounding moves along it what shares by areas stand for: the
-/// share of the corner beyond the longest side by distances from that side, and along the side by
-/// lengths. Between the heights of the corners however little the first is known.
+/// share of the corner beyond the longest side by distances from that side, but no more than leaves
+/// the place between the ends; and along the side by lengths. Between the heights of the corners
+/// however little the first is known.
 double OuterSurface::needle_height(const Triangle& t, const std::array<Vector2, 3>& step) const {
   std::size_t from = 0;
   const auto side_at = [&](std::size_t k) -> Vector2 { return step[(k + 1) % 3] - step[k]; };
@@ -135,9 +136,14 @@ double OuterSurface::needle_height(const Triangle& t, const std::array<Vector2, 
   const auto height = [&](std::size_t k) { return heights_[static_cast<std::size_t>(t[k])]; };
   const Vector2 side = side_at(from), corner = step[beyond] - step[from];
   const double whole = cross2(side, corner), squared = side.squaredNorm();
-  const double share = std::clamp(cross2(step[from], step[to]) / whole, 0.0, 1.0);
-  const double past = (-side.dot(step[from]) - share * side.dot(corner)) / squared;
-  const double rest = 1.0 - share, along = std::clamp(past, 0.0, rest);
+  const double here = std::clamp(-side.dot(step[from]) / squared, 0.0, 1.0);
+  const double there = side.dot(corner) / squared;  // between the ends: the side is the longest
+  double most = 1.0;
+  if (here < there) most = here / there;
+  if (here > there) most = (1.0 - here) / (1.0 - there);
+  const double share =
+      whole > 0.0 ? std::clamp(cross2(step[from], step[to]) / whole, 0.0, most) : 0.0;
+  const double rest = 1.0 - share, along = std::clamp(here - share * there, 0.0, rest);
   return share * height(beyond) + (rest - along) * height(from) + along * height(to);
 }
 

@@ -56,9 +56,14 @@ inline constexpr double kGapRounding = 8;
 /// a plane is still that of the best: relative, by tilt^2 / 2 = 1.3e-13. geometry/README.md,
 /// "Touching faces".
 inline constexpr double kTouchingTilt = 5e-7;
-/// Of the rounding: how much better than other directions the one across two edges that touch is,
-/// where the solids overlap. Either gap is off by two differences and a product, 2 eps D at most.
-inline constexpr double kTouchingAlone = 2;
+/// Of the rounding: what box SAT may measure a plane of true parallelepipeds differently from a
+/// scan of them, one eps D: half of either for the corners. Whether several planes are as good
+/// (kBothPart) is decided by double-double where it comes nearer to that limit than this, and what
+/// the bricks are off theirs.
+inline constexpr double kTieBand = 0.2;
+/// Of the rounding: how much worse than touching all other directions across two edges that touch
+/// are: more than kBothPart by a whole one, for the planes of noise that lie beside a direction.
+inline constexpr double kTouchingAlone = 3;
 /// Cosine of the angle between two faces that may touch; only speed hangs on it.
 inline constexpr double kTouchingOpposite = -1.0 + 1e-6;
 
@@ -73,9 +78,9 @@ inline constexpr double kGainRounding = 4;
 /// A facet's distance is off by its corners (0.5), a product (1.5) and the length of its normal
 /// (0.5), and by the normal's cancellation: a quarter of `cancelled`.
 inline constexpr double kFacetRounding = 2.5, kFacetCancelled = 0.25;
-/// Of the polytope's rounding, a quarter of the pair's: facets within two roundings of the pair are
-/// as near.
-inline constexpr double kAsNear = 2 / kSearchShare;
+/// Of the polytope's rounding, a quarter of the pair's: facets within three roundings of the pair
+/// are as near: two by which planes tie (kBothPart), one for the planes of noise beside them.
+inline constexpr double kAsNear = 3 / kSearchShare;
 /// Cosine: directions within 4.5e-5 rad count as one.
 inline constexpr double kSameDirection = 1.0 - 1e-9;
 
@@ -117,6 +122,12 @@ inline constexpr double kStalled = 64;
 /// Of eps times the smaller diameter and the distance: a gain so small is of no matter to the gap,
 /// and the exact search may end where it makes no more of it; chosen.
 inline constexpr double kIdleGain = 1.0 / 256;
+
+// ---- polygons ----
+
+/// Of eps times the sums of coordinates of two ways: four relative errors of half an eps in either
+/// product of their differences.
+inline constexpr double kTurnRounding = 2;
 
 // ---- finder ----
 

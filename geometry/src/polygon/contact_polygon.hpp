@@ -38,8 +38,8 @@ void find_polygon(SharedCorners& corners, SharedPolygon& polygon);
 void hull_order(std::span<const Vector2> places, SmallVector<int, 32>& order);
 
 /// Of the rounding: a place so near to a polygon counts as on its border. What rounding moves the
-/// sides by reaches twice as far at a corner of 60 degrees; sharper ones get no more.
-inline constexpr double kBesideBorder = 2;
+/// sides by reaches as far at a corner of 84 degrees; sharper ones get no more.
+inline constexpr double kBesideBorder = 1.5;
 
 /// Lays a face into the contact plane; `outward` is +1 for P, -1 for Q. False: it has too many
 /// corners.
@@ -78,6 +78,16 @@ inline bool surely_wide(const Solid& p, const Solid& q, const ContactPolygon& pa
 
 /// As above, of the corners of two faces.
 void find_polygon(ContactPolygon& part);
+
+/// Of eps times the sizes of a pair, and of eps times the largest coordinate: how far outside a
+/// patch still counts as on its border. Two places are known to sqrt(3) eps of the coordinate. A
+/// point may then lie kBesideBorder times that beside its solid and kFlatLabel times that off it:
+/// 1.75 times 9 eps of the diameter or 1.75 eps of the coordinate, and its own rounding, sqrt(3) /
+/// 2 eps of the coordinate. That is less than the 16 eps and 4 eps that are promised.
+inline constexpr double kBorderSize = 4.5, kBorderCoordinate = 1.75;
+/// Of that rounding: what the vertices of a label may be off it and count as on it. A turned label
+/// is off by as much.
+inline constexpr double kFlatLabel = 0.9;
 
 /// How far outside a patch still counts as on its border, m: what rounding leaves of a place.
 double border_rounding(const Solid& p, const Solid& q, double gap);

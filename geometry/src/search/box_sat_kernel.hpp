@@ -19,7 +19,7 @@ struct Brick {
   std::span<const int> vertices;
   std::array<Vector3, 3> half;
   Vector3 middle;
-  double error = 0.0;
+  double uneven = 0.0, error = 0.0;  // as measured; with the rounding of the corners
 
   explicit Brick(const Solid& solid) : vertices(solid.topology().brick()) {
     const auto at = [&](std::size_t place) {
@@ -35,7 +35,8 @@ struct Brick {
     for (const unsigned place : {3u, 5u, 6u, 7u}) {
       squared = std::max(squared, (at(place) - corner(place)).squaredNorm());
     }
-    error = std::sqrt(squared) + kBrickRounding * kEpsilon * solid.diameter();
+    uneven = std::sqrt(squared);
+    error = uneven + kBrickRounding * kEpsilon * solid.diameter();
   }
   Vector3 corner(std::size_t place) const {
     Vector3 x = middle;
@@ -171,6 +172,13 @@ SearchResult least_overlap(const Solid& solid_p, const Solid& solid_q, double ro
     const unsigned open =
         ~beyond(overlaps.sure, kBothPart * rounding) & ~parallel & Directions::kAll;
     if ((open & overlaps.close) != 0) return result;
+    // Several planes, and so on any other way, which may measure them otherwise.
+    const double unsure = kTieBand * rounding + p.uneven + q.uneven;
+    const unsigned sure = ~beyond(overlaps.value, kBothPart * rounding - unsure) & Directions::kAll;
+    if (std::abs(least) > rounding - unsure ||
+        mean_of_planes(edges, sure, across, result).outcome != SearchOutcome::Touching) {
+      return result;
+    }
     return mean_of_planes(edges, ~beyond(overlaps.value, kBothPart * rounding) & Directions::kAll,
                           across, result);
   }

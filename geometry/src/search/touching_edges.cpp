@@ -142,10 +142,11 @@ class Directions {
     return *std::max_element(list_.begin(), list_.begin() + count_,
                              [](const Direction& x, const Direction& y) { return x.gap < y.gap; });
   }
-  /// Does the best one beat all others by more than `clear`? m
+  /// Does the best one beat all others, and they touching solids, by more than `clear`? m
   bool is_alone(const Direction& best, double clear) const {
+    const double most = std::min(best.gap, 0.0) - clear;
     return std::all_of(list_.begin(), list_.begin() + count_, [&](const Direction& other) {
-      return &other == &best || other.gap <= best.gap - clear;
+      return &other == &best || other.gap <= most;
     });
   }
 

@@ -247,10 +247,12 @@ Real sine_between(const Place& u, const Place& v) {
   return product > 0 ? std::abs(cross(u, v)) / product : 1;
 }
 
-/// A side of a polygon that is being clipped: whose it is, and which way is out.
+/// A side of a polygon that is being clipped: whose it is, which way is out, and its middle before
+/// it was clipped.
 struct Side {
   std::size_t solid = 0;
   Place outward{};
+  Place middle{};
 };
 
 /// A corner and the side that follows it.
@@ -267,6 +269,8 @@ ClipCorner crossing_of(const Place& place, const Side& side, const Side& line) {
   if (side.solid != line.solid) {
     crossing.corner.outward[side.solid] = side.outward;
     crossing.corner.outward[line.solid] = line.outward;
+    crossing.corner.middle[side.solid] = side.middle;
+    crossing.corner.middle[line.solid] = line.middle;
   }
   return crossing;
 }
@@ -308,6 +312,10 @@ Place out_of(const Carrier& from, const Carrier& to) {
   return norm > 0 ? Place{line[1] / norm, -line[0] / norm} : Place{};
 }
 
+Place middle_of(const Carrier& from, const Carrier& to) {
+  return {(from.place[0] + to.place[0]) / 2, (from.place[1] + to.place[1]) / 2};
+}
+
 /// Out of a corner sharper than 60 degrees, along its middle; 0 for others. What is within the
 /// border of the lines of both its sides may lie far beyond it.
 Place out_of_tip(const Place& before, const Place& after) {
@@ -322,15 +330,17 @@ std::vector<PatchCorner> clipped_by(const std::vector<Carrier>& subject, std::si
   std::vector<ClipCorner> part;
   for (std::size_t i = 0; i < subject.size(); ++i) {
     const Carrier& next = subject[i + 1 < subject.size() ? i + 1 : 0];
-    part.push_back({{.place = subject[i].place}, {1 - solid, out_of(subject[i], next)}});
+    part.push_back({{.place = subject[i].place},
+                    {1 - solid, out_of(subject[i], next), middle_of(subject[i], next)}});
   }
   const std::size_t count = region.size();
   for (std::size_t i = 0; i < count; ++i) {
+    const Carrier& next = region[(i + 1) % count];
     const Place before = out_of(region[(i + count - 1) % count], region[i]);
-    const Place after = out_of(region[i], region[(i + 1) % count]);
-    part = clipped(part, {solid, after}, region[i].place, border);
+    const Place after = out_of(region[i], next);
+    part = clipped(part, {solid, after, middle_of(region[i], next)}, region[i].place, border);
     if (const Place tip = out_of_tip(before, after); tip != Place{}) {
-      part = clipped(part, {solid, tip}, region[i].place, border);
+      part = clipped(part, {solid, tip, region[i].place}, region[i].place, border);
     }
   }
   std::vector<PatchCorner> corners;
@@ -435,6 +445,32 @@ std::vector<PatchCorner> shared_part(const SupportPolygon& a, const SupportPolyg
   }
 }
 
+/// Whether a solid goes on beyond a place on its support polygon: see ends_at().
+struct Beyond {
+  const ExactPair& pair;
+  PlaneFrame frame;
+  double tolerance, extent;  // m
+
+  bool goes_on(int side, const Place& from, const Place& out) const {
+    if (out == Place{}) {
+      return false;
+    }
+    const Real sign = side == 0 ? 1 : -1, step = 1e-6L * Real(extent);
+    Real top = -std::numeric_limits<Real>::infinity();
+    for (const RealPoint& x : pair.places(side)) {
+      top = std::max(top, sign * frame.height(x));
+    }
+    const Place beyond{from[0] + step * out[0], from[1] + step * out[1]};
+    for (int quarter = 0; quarter <= 8; ++quarter) {
+      const RealPoint below = frame.point(beyond, sign * (top - quarter * Real(tolerance) / 4));
+      if (pair.distance_in_long_double(side, below) <= 0.1L * Real(tolerance)) {
+        return true;
+      }
+    }
+    return false;
+  }
+};
+
 }  // namespace
 
 PlaneFrame::PlaneFrame(const Vector3& normal) {
@@ -491,26 +527,16 @@ ExactPatch exact_patch(const ExactPair& pair, const Vector3& normal, const Patch
 
 bool ends_at(const ExactPair& pair, const Vector3& normal, const PatchCorner& corner,
              double tolerance, double extent) {
-  const PlaneFrame frame(normal);
-  for (const int side : {0, 1}) {
-    const Place& out = corner.outward[static_cast<std::size_t>(side)];
-    if (out == Place{}) {
-      continue;
-    }
-    const Real sign = side == 0 ? 1 : -1, step = 1e-6L * Real(extent);
-    Real top = -std::numeric_limits<Real>::infinity();
-    for (const RealPoint& x : pair.places(side)) {
-      top = std::max(top, sign * frame.height(x));
-    }
-    const Place beyond{corner.place[0] + step * out[0], corner.place[1] + step * out[1]};
-    for (int quarter = 0; quarter <= 8; ++quarter) {
-      const RealPoint below = frame.point(beyond, sign * (top - quarter * Real(tolerance) / 4));
-      if (pair.distance_in_long_double(side, below) <= 0.1L * Real(tolerance)) {
-        return false;
-      }
-    }
-  }
-  return true;
+  const Beyond beyond{pair, PlaneFrame(normal), tolerance, extent};
+  return !beyond.goes_on(0, corner.place, corner.outward[0]) &&
+         !beyond.goes_on(1, corner.place, corner.outward[1]);
+}
+
+bool lies_on_cut(const ExactPair& pair, const Vector3& normal, const PatchCorner& corner,
+                 double tolerance, double extent) {
+  const Beyond beyond{pair, PlaneFrame(normal), tolerance, extent};
+  return beyond.goes_on(0, corner.middle[0], corner.outward[0]) ||
+         beyond.goes_on(1, corner.middle[1], corner.outward[1]);
 }
 
 bool both_reach(const ExactPair& pair, const Vector3& normal, const PatchCorner& corner,

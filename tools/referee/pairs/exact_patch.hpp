@@ -29,7 +29,8 @@ struct PatchCorner {
   /// Where two sides cross: unit, out of the support polygons of A and B across them; 0 where the
   /// corner lies on no side of that polygon.
   std::array<Place, 2> outward{};
-  long double excess = 0;  ///< its gap is at most so much above the least one, m
+  std::array<Place, 2> middle{};  ///< of those sides of the support polygons
+  long double excess = 0;         ///< its gap is at most so much above the least one, m
 };
 
 struct ExactPatch {
@@ -76,6 +77,12 @@ ExactPatch exact_patch(const ExactPair& pair, const geometry::Vector3& normal,
 /// the other, as a solid may be no thicker than tol.)
 bool ends_at(const ExactPair& pair, const geometry::Vector3& normal, const PatchCorner& corner,
              double tolerance, double extent);
+
+/// Does the corner lie on a side that runs through a face? So it does when the solid goes on, as
+/// above, out of the middle of the side. Near the ends of such a side the solid itself ends: what
+/// can be named there are its own edges, beside which the corner lies, and not the corner.
+bool lies_on_cut(const ExactPair& pair, const geometry::Vector3& normal, const PatchCorner& corner,
+                 double tolerance, double extent);
 
 /// Is there a place within `tolerance` (m) of a corner where both solids reach to within half of it
 /// of their support planes, by more than `slack` (m) inside either? Parallel edges count as one
