@@ -64,13 +64,6 @@ double allowed_change(const SubStep& step, int pass, const OpenCloseOptions& tun
   return pass < kStrictLinearisations ? tuning.gap_rounding : tuning.gap_tolerance;
 }
 
-/// Contacts that yield leave gaps that disagree with each other. As far as linearisations need not
-/// agree they stay; in a sub-step as much is mended as gives blocks the speed it would in a step.
-Mending mending(const SubStep& step) {
-  const double share = step.dynamic() ? step.length / step.options.time_step : 1.0;
-  return {kAgreement * step.island.smallest_size, std::min(1.0, share * share)};
-}
-
 /// Linearise, solve, and again from where it ended, until the solution satisfies its own
 /// linearisation.
 OpenCloseResult solve_positions(const SubStep& step, std::span<const BodyContact> contacts,
@@ -80,7 +73,7 @@ OpenCloseResult solve_positions(const SubStep& step, std::span<const BodyContact
   OpenCloseOptions tuning{.force_tolerance = step.options.tolerance,
                           .gap_tolerance = step.gap_tolerance()};
   tuning.raise = step.options.method == ContactMethod::AugmentedLagrangian;
-  tuning.mending = mending(step);
+  tuning.mended_apart = kAgreement * step.island.smallest_size;
   OpenCloseResult total;
   for (int pass = 0; pass < kLinearisations; ++pass) {
     tuning.predicted = pass == 0;
