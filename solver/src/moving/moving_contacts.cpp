@@ -18,7 +18,7 @@ constexpr double kSofter = 4.0;     // times as much, up to
 constexpr double kSoftest = 2.0;
 constexpr double kNear = 1e-3;   // the residual from which hard contacts are what they yield about
 constexpr int kMostMending = 8;  // steps of the projection, to
-constexpr double kGap = 5e-7;    // of the smallest block
+constexpr double kGap = 5e3;     // times the tolerance, of the smallest block
 
 void add(const IterationCount& part, IterationCount& total) {
   total.converged = part.converged;
@@ -96,10 +96,10 @@ void MovingContacts::record(std::span<LinearContact> contacts) {
 
 /// Closes the gaps that the forces have left. The forces of that are added to those of the
 /// contacts, so that velocities get none of it; the iteration goes on from its own.
-IterationCount MovingContacts::mend(std::span<LinearContact> contacts) {
+IterationCount MovingContacts::mend(std::span<LinearContact> contacts, double share) {
   modes_.clear();
   for (const LinearContact& c : contacts) modes_.push_back(c.mode);
-  const double gap = kGap * *std::ranges::min_element(slots_->length);
+  const double gap = share * *std::ranges::min_element(slots_->length);
   const IterationCount count = projection_.solve(problem_, x_, modes_, motion_,
                                                  {gap, std::min(kMostMending, iterations_left_)});
   iterations_left_ -= count.iterations;
@@ -125,7 +125,7 @@ OpenCloseResult MovingContacts::solve(const BlockSystem& base, const BlockVector
   IterationCount count = iterate(kForces * options.force_tolerance);
   record(contacts);
   if (count.converged && options.mended_apart > 0.0) {
-    IterationCount mended = mend(contacts);
+    IterationCount mended = mend(contacts, kGap * options.force_tolerance);
     mended.converged = true;  // what is left of the gaps is the next step's
     mended.residual = count.residual;
     add(mended, count);

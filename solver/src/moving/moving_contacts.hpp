@@ -27,7 +27,7 @@ class MovingContacts {
   IterationCount iterate(double tolerance);
   IterationCount solve_soft(double tolerance);
   void record(std::span<LinearContact> contacts);
-  IterationCount mend(std::span<LinearContact> contacts);
+  IterationCount mend(std::span<LinearContact> contacts, double share);
 
   const Slots* slots_;
   ConeProblem problem_;

@@ -11,7 +11,7 @@ namespace {
 // Chosen on single steps of piles, shaken walls, towers, arches and slopes, and on runs of them.
 constexpr double kLeast = 1e-3, kMost = 0.1;  // of eps for hard contacts, and
 constexpr double kOfResidual = 0.1;           // what it is of the relative residual between them
-constexpr int kPatience = 6;                  // steps that do not halve the residual, and
+constexpr int kPatience = 12;                 // steps that do not halve the residual, and
 constexpr int kPatienceNear = 3;              // once it is below
 constexpr double kNear = 1e-4;
 constexpr double kStart = 3e-4;   // e for contacts that yield, of the largest force, and at most

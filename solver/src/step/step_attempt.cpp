@@ -18,6 +18,7 @@ constexpr double kAgreement = 1e-6;      // of the smallest block, where contact
 constexpr int kQuickLinearisations = 4;  // after so many: contacts that go to and fro are left
 constexpr double kLooseAgreement = 1e-4;
 constexpr double kOpened = 10.0;  // of the gap tolerance: closed contacts are good to one
+constexpr double kClosed = 1e4;   // likewise: where contacts yield they are good to so much
 
 void by_slot(const Slots& slots, const BlockVector& blocks, BlockVector& by_slot) {
   by_slot.resize(slots.block_of_slot.size());
@@ -73,7 +74,7 @@ OpenCloseResult solve_positions(const SubStep& step, std::span<const BodyContact
   OpenCloseOptions tuning{.force_tolerance = step.options.tolerance,
                           .gap_tolerance = step.gap_tolerance()};
   tuning.raise = step.options.method == ContactMethod::AugmentedLagrangian;
-  tuning.mended_apart = kAgreement * step.island.smallest_size;
+  tuning.mended_apart = kClosed * step.gap_tolerance();
   OpenCloseResult total;
   for (int pass = 0; pass < kLinearisations; ++pass) {
     tuning.predicted = pass == 0;
