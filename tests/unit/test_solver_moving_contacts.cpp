@@ -226,7 +226,7 @@ TEST_CASE("a wall shaken across by half of gravity rocks and comes down, and no 
     const StepReport report = simulation.advance();
     REQUIRE(report.status == StepStatus::Converged);
     crowded += report.proximal_newton_attempts > 0 ? 1 : 0;
-    CHECK(report.largest_overlap <= 1e-3 * 0.2);
+    CHECK(report.largest_overlap <= 5e-5 * 0.2);  // without the projection: 4e-4 of a block
   }
   CHECK(crowded > 0);
 }

@@ -50,11 +50,4 @@ struct LinearContact {
   ContactMode mode = ContactMode::Open;  ///< result
 };
 
-/// What a step mends of the gaps and stretches that it starts with. All of it takes a force of
-/// 2 m d/dt2, which is energy that nothing gave.
-struct Mending {
-  double from = 0.0;   ///< m: smaller ones stay as they are
-  double share = 1.0;  ///< of what an overlap or a stretch is larger than that; gaps close
-};
-
 }  // namespace quoin::solver

@@ -13,7 +13,10 @@ struct OpenCloseOptions {
   double force_tolerance = 1e-10;  ///< relative to the forces at a block
   double gap_tolerance = 1e-12;    ///< m
   double gap_rounding = 0.0;  ///< m: a smaller gap or slip is zero for all that doubles can tell
-  Mending mending{};          ///< of contacts of the proximal Newton method
+  /// Of the proximal Newton method, m: gaps of the start up to this count as closed, and overlaps
+  /// and stretches are mended apart from the forces. 0: forces mend them, as those of velocities
+  /// do.
+  double mended_apart = 0.0;
   int max_iterations = 200;
   bool raise = false;      ///< augmentation where the gap falls slowly
   bool predicted = false;  ///< the first guess is no solution yet: blocks may stand instead

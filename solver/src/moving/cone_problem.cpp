@@ -16,21 +16,6 @@ constexpr int kLocalSteps = 3;  // projections a contact in each pass
 /// diag(1, mu, mu)
 Vector3 shares(double friction) { return {1.0, friction, friction}; }
 
-/// What stays of a gap and of a stretch.
-Vector3 left_as_is(const Vector3& start, const Mending& mending) {
-  const double rest = 1.0 - mending.share;
-  Vector3 left = Vector3::Zero();
-  left[0] = std::clamp(start[0], -mending.from, mending.from) +
-            rest * std::min(0.0, start[0] + mending.from);
-  const double stretch = start.tail<2>().norm();
-  if (stretch > 0.0) {
-    const double stays =
-        std::min(stretch, mending.from) + rest * std::max(0.0, stretch - mending.from);
-    left.tail<2>() = stays / stretch * start.tail<2>();
-  }
-  return left;
-}
-
 }  // namespace
 
 bool ConeProblem::suits(std::span<const LinearContact> contacts) {
@@ -42,7 +27,7 @@ bool ConeProblem::suits(std::span<const LinearContact> contacts) {
 
 void ConeProblem::set(const BlockSystem& base, const BlockVector& force,
                       std::span<const LinearContact> contacts, const BlockVector& guess,
-                      const Mending& mending) {
+                      double mended_apart) {
   base_ = &base;
   contacts_ = contacts;
   const std::size_t blocks = force.size();
@@ -63,7 +48,9 @@ void ConeProblem::set(const BlockSystem& base, const BlockVector& force,
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const LinearContact& c = contacts[i];
     cones_[i].friction = c.law == ContactLaw::Frictionless ? 0.0 : c.friction;
-    cones_[i].offset = c.offset - left_as_is(c.start, mending);
+    if (mended_apart > 0.0) cones_[i].unmended = c.start;
+    cones_[i].unmended[0] = std::min(cones_[i].unmended[0], mended_apart);
+    cones_[i].offset = c.offset - cones_[i].unmended;
     if (c.slot_a >= 0) cones_[i].offset += c.jacobian_a * guess[index(c.slot_a)];
     if (c.slot_b >= 0) cones_[i].offset += c.jacobian_b * guess[index(c.slot_b)];
   }
@@ -95,6 +82,7 @@ void ConeProblem::set_in() {
     }
     cone.delassus *= cone.scale * cone.scale;
     cone.offset.array() *= cone.scale * share.array();
+    cone.unmended.array() *= cone.scale * share.array();
     const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(cone.delassus, Eigen::EigenvaluesOnly);
     cone.relaxation = 1.0 / eigen.eigenvalues()[2];
   }

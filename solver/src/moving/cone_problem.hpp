@@ -24,15 +24,18 @@ class ConeProblem {
   static bool suits(std::span<const LinearContact> contacts);
 
   /// The unknown is the change against `guess`, so that forces and motions are rounded like it.
+  /// `mended_apart`: see OpenCloseOptions.
   /// All arguments must outlive the use of this object.
   void set(const BlockSystem& base, const BlockVector& force,
            std::span<const LinearContact> contacts, const BlockVector& guess,
-           const Mending& mending = {});
+           double mended_apart = 0.0);
 
   std::size_t count() const { return cones_.size(); }
   Vector3 cone_force(std::size_t contact, const Vector3& force) const;  ///< x of f
   Vector3 force(std::size_t contact, const Vector3& x) const;           ///< f of x
   Vector3 motion(std::size_t contact, const Vector3& y) const;          ///< d of A D + c
+  /// What c leaves out of the gap and the stretch that the step starts with.
+  const Vector3& unmended(std::size_t contact) const { return cones_[contact].unmended; }
 
   /// A D + c with D the answer to the forces x.
   void respond(std::span<const Vector3> x, std::span<Vector3> motion);
@@ -50,7 +53,8 @@ class ConeProblem {
  private:
   struct Cone {
     double scale = 1.0, friction = 0.0;
-    Vector3 offset = Vector3::Zero();    ///< c
+    Vector3 offset = Vector3::Zero();  ///< c
+    Vector3 unmended = Vector3::Zero();
     Matrix3 delassus = Matrix3::Zero();  ///< of the contact alone
     double relaxation = 1.0;             ///< 1 / its largest eigenvalue
   };

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <utility>
 
 #include "moving/cone.hpp"
 
@@ -18,11 +16,9 @@ constexpr double kSoftness = 0.03;  // and, where Newton's method does not end i
 constexpr int kMostSoft = 12;       // steps, by
 constexpr double kSofter = 4.0;     // times as much, up to
 constexpr double kSoftest = 2.0;
-constexpr double kNear = 1e-3;    // the residual from which hard contacts are what they yield about
-constexpr int kMostUpdates = 3;   // of the forces about which they yield, while they do so by
-constexpr double kYield = 1e-6;   // more than this of the smallest block,
-constexpr double kLess = 0.7;     // by less than this of the time before,
-constexpr int kMostInUpdate = 8;  // and in so many steps
+constexpr double kNear = 1e-3;   // the residual from which hard contacts are what they yield about
+constexpr int kMostMending = 8;  // steps of the projection, to
+constexpr double kGap = 5e3;     // times the tolerance, of the smallest block
 
 void add(const IterationCount& part, IterationCount& total) {
   total.converged = part.converged;
@@ -52,15 +48,6 @@ void MovingContacts::start(std::span<const LinearContact> contacts, bool first) 
   bar_ = x_;
 }
 
-/// How far contacts yield, m.
-double MovingContacts::largest_yield() const {
-  double most = 0.0;
-  for (std::size_t i = 0; i < x_.size(); ++i) {
-    most = std::max(most, problem_.motion(i, softness_ * (x_[i] - bar_[i])).norm());
-  }
-  return most;
-}
-
 IterationCount MovingContacts::solve_soft(double tolerance) {
   IterationCount total;
   while (iterations_left_ > 0) {
@@ -77,7 +64,7 @@ IterationCount MovingContacts::solve_soft(double tolerance) {
 
 /// Hard contacts; where these are not found contacts yield, about forces that push no block out:
 /// those of the sweeps while hard ones are far from a solution.
-IterationCount MovingContacts::iterate(double tolerance, double allowed_yield) {
+IterationCount MovingContacts::iterate(double tolerance) {
   if (softness_ > 0.0) return solve_soft(tolerance);
   IterationCount total =
       newton_.solve_hard(problem_, {tolerance, std::min(kMostHard, iterations_left_)}, x_);
@@ -86,31 +73,6 @@ IterationCount MovingContacts::iterate(double tolerance, double allowed_yield) {
   if (total.converged) return total;
   softness_ = kSoftness;
   add(solve_soft(tolerance), total);
-  if (total.converged) add(yield_less(tolerance, allowed_yield), total);
-  return total;
-}
-
-/// Contacts that yield too far do so about the forces that they have come to, and again: the
-/// proximal point method. What there was is a solution, too, where that does not end.
-IterationCount MovingContacts::yield_less(double tolerance, double allowed_yield) {
-  IterationCount total{.converged = true};
-  double yield = largest_yield(), before = std::numeric_limits<double>::infinity();
-  for (int update = 0; update < kMostUpdates; ++update) {
-    if (yield <= allowed_yield || yield > kLess * before) break;
-    last_x_ = x_;
-    last_bar_ = std::exchange(bar_, x_);
-    const IterationLimit limit{tolerance, std::min(kMostInUpdate, iterations_left_)};
-    const IterationCount count = newton_.solve_soft(problem_, softness_, bar_, limit, x_);
-    iterations_left_ -= count.iterations;
-    add(count, total);
-    if (!count.converged) {
-      x_ = last_x_;
-      bar_ = last_bar_;
-      total.converged = true;
-      break;
-    }
-    before = std::exchange(yield, largest_yield());
-  }
   return total;
 }
 
@@ -132,15 +94,42 @@ void MovingContacts::record(std::span<LinearContact> contacts) {
   }
 }
 
+/// Closes the gaps that the forces have left. The forces of that are added to those of the
+/// contacts, so that velocities get none of it; the iteration goes on from its own.
+IterationCount MovingContacts::mend(std::span<LinearContact> contacts, double share) {
+  modes_.clear();
+  for (const LinearContact& c : contacts) modes_.push_back(c.mode);
+  const double gap = share * *std::ranges::min_element(slots_->length);
+  const IterationCount count = projection_.solve(problem_, x_, modes_, motion_,
+                                                 {gap, std::min(kMostMending, iterations_left_)});
+  iterations_left_ -= count.iterations;
+  if (count.iterations == 0) return count;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const Vector3& change = projection_.forces()[i];
+    if (change.isZero(0.0)) continue;
+    LinearContact& c = contacts[i];
+    x_[i] += change;
+    c.force = problem_.force(i, x_[i]);
+    if (c.mode == ContactMode::Open) c.mode = ContactMode::Slip;
+  }
+  problem_.respond(x_, motion_);
+  return count;
+}
+
 OpenCloseResult MovingContacts::solve(const BlockSystem& base, const BlockVector& force,
                                       std::span<LinearContact> contacts,
                                       const OpenCloseOptions& options, BlockVector& increment) {
-  problem_.set(base, force, contacts, increment, options.mending);
+  problem_.set(base, force, contacts, increment, options.mended_apart);
   start(contacts, options.predicted || bar_force_.size() != contacts.size());
   iterations_left_ = options.max_iterations;
-  const double length = *std::ranges::min_element(slots_->length);
-  const IterationCount count = iterate(kForces * options.force_tolerance, kYield * length);
+  IterationCount count = iterate(kForces * options.force_tolerance);
   record(contacts);
+  if (count.converged && options.mended_apart > 0.0) {
+    IterationCount mended = mend(contacts, kGap * options.force_tolerance);
+    mended.converged = true;  // what is left of the gaps is the next step's
+    mended.residual = count.residual;
+    add(mended, count);
+  }
   bar_force_.resize(contacts.size());
   for (std::size_t i = 0; i < contacts.size(); ++i) bar_force_[i] = problem_.force(i, bar_[i]);
   OpenCloseResult result;

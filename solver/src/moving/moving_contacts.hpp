@@ -2,11 +2,11 @@
 /// Contact forces of one linearised step in which much slides, rocks and opens at once.
 ///
 /// Gauss–Seidel sweeps from the last forces, then the proximal Newton method on hard contacts;
-/// where that does not end, contacts yield by a share of their own Delassus block. See
-/// solver/README.md.
+/// where that does not end, contacts yield by a share of their own Delassus block, and a projection
+/// closes the gaps that are left. See solver/README.md.
 
 #include "iteration/open_close.hpp"
-#include "moving/proximal_newton.hpp"
+#include "moving/gap_projection.hpp"
 
 namespace quoin::solver {
 
@@ -24,16 +24,17 @@ class MovingContacts {
 
  private:
   void start(std::span<const LinearContact> contacts, bool first);
-  IterationCount iterate(double tolerance, double allowed_yield);
+  IterationCount iterate(double tolerance);
   IterationCount solve_soft(double tolerance);
-  IterationCount yield_less(double tolerance, double allowed_yield);
-  double largest_yield() const;
   void record(std::span<LinearContact> contacts);
+  IterationCount mend(std::span<LinearContact> contacts, double share);
 
   const Slots* slots_;
   ConeProblem problem_;
   ProximalNewton newton_;
-  std::vector<Vector3> x_, bar_, motion_, last_x_, last_bar_;
+  GapProjection projection_;
+  std::vector<ContactMode> modes_;
+  std::vector<Vector3> x_, bar_, motion_;
   std::vector<Vector3> bar_force_;  ///< N, by contact
   double softness_ = 0.0;           ///< 0: contacts of this step do not yield
   int iterations_left_ = 0;         ///< of this solve()

@@ -18,6 +18,7 @@ constexpr double kAgreement = 1e-6;      // of the smallest block, where contact
 constexpr int kQuickLinearisations = 4;  // after so many: contacts that go to and fro are left
 constexpr double kLooseAgreement = 1e-4;
 constexpr double kOpened = 10.0;  // of the gap tolerance: closed contacts are good to one
+constexpr double kClosed = 1e4;   // likewise: where contacts yield they are good to so much
 
 void by_slot(const Slots& slots, const BlockVector& blocks, BlockVector& by_slot) {
   by_slot.resize(slots.block_of_slot.size());
@@ -64,13 +65,6 @@ double allowed_change(const SubStep& step, int pass, const OpenCloseOptions& tun
   return pass < kStrictLinearisations ? tuning.gap_rounding : tuning.gap_tolerance;
 }
 
-/// Contacts that yield leave gaps that disagree with each other. As far as linearisations need not
-/// agree they stay; in a sub-step as much is mended as gives blocks the speed it would in a step.
-Mending mending(const SubStep& step) {
-  const double share = step.dynamic() ? step.length / step.options.time_step : 1.0;
-  return {kAgreement * step.island.smallest_size, std::min(1.0, share * share)};
-}
-
 /// Linearise, solve, and again from where it ended, until the solution satisfies its own
 /// linearisation.
 OpenCloseResult solve_positions(const SubStep& step, std::span<const BodyContact> contacts,
@@ -80,7 +74,7 @@ OpenCloseResult solve_positions(const SubStep& step, std::span<const BodyContact
   OpenCloseOptions tuning{.force_tolerance = step.options.tolerance,
                           .gap_tolerance = step.gap_tolerance()};
   tuning.raise = step.options.method == ContactMethod::AugmentedLagrangian;
-  tuning.mending = mending(step);
+  tuning.mended_apart = kClosed * step.gap_tolerance();
   OpenCloseResult total;
   for (int pass = 0; pass < kLinearisations; ++pass) {
     tuning.predicted = pass == 0;
