@@ -9,7 +9,6 @@ namespace {
 
 constexpr double kLargestStrain = 0.05;   // small-strain theory
 constexpr double kLargestOverlap = 1e-3;  // of the smaller block: as at the start of a scene
-constexpr double kEnergyGrowth = 1e-6;    // of its scale: what conservation is tested to
 
 double size(const CompiledScene& compiled, int block) {
   return compiled.models[static_cast<std::size_t>(block)].size;

@@ -8,6 +8,10 @@
 
 namespace quoin::solver {
 
+/// Growth of mechanical energy in a step, of its scale, that is flagged: what conservation is
+/// tested to.
+inline constexpr double kEnergyGrowth = 1e-6;
+
 /// What a change of a block's energy is measured against, J.
 class EnergyScale {
  public:

@@ -231,6 +231,25 @@ TEST_CASE("a wall shaken across by half of gravity rocks and comes down, and no 
   CHECK(crowded > 0);
 }
 
+TEST_CASE("a corner that comes down beside one that rests is held in the same step") {
+  Scene scene{.joint = {.friction_angle = std::numbers::pi / 6.0}};
+  scene.add_fixed(quoin::geometry::make_box({-3, -3, -0.5}, {3, 3, 0}));
+  const auto toss = [&](const Vector3& low, const Vector3& high, double fall, const Vector3& spin) {
+    scene.add_rigid(quoin::geometry::make_box(low, high), {.density = 2000});
+    scene.blocks.back().velocity = {0, 0, -fall};
+    scene.blocks.back().angular_velocity = spin;
+  };
+  toss({-0.236, -0.164, 0.191}, {0.329, 0.346, 0.809}, 1.82, {2.422, -4.01, 1.986});
+  toss({-0.206, -0.203, 0.966}, {0.23, 0.313, 1.534}, 0.947, {-2.71, -0.246, 2.21});
+  Simulation simulation(scene,
+                        {.time_step = 5e-3, .contact_iteration = ContactIteration::ProximalNewton});
+  for (int step = 0; step < 160; ++step) {
+    const StepReport report = simulation.advance();
+    REQUIRE(report.status == StepStatus::Converged);
+    CHECK(report.largest_overlap <= 1e-6);  // else 1.6e-3 in one step
+  }
+}
+
 TEST_CASE("an attempt that yields takes no more iterations than it may") {
   Scene scene{.joint = {.friction_angle = 0.5}};
   scene.add_fixed(quoin::geometry::make_box({-5, -5, -1}, {5, 5, 0}));

@@ -166,22 +166,24 @@ double strain_energy(const SubStep& step, std::span<const BlockState> state) {
   return sum;
 }
 
-double book(const SubStep& step, const StepEnergy& done, std::span<const BlockState> end,
-            double stored_before, EnergyLedger& energy) {
+double energy_growth(const SubStep& step, const StepEnergy& done, std::span<const BlockState> end,
+                     double stored_before) {
+  const double stored = std::accumulate(done.stored.begin(), done.stored.end(), 0.0);
+  const double before =
+      kinetic_energy(step, step.state) + strain_energy(step, step.state) + stored_before;
+  const double after =
+      kinetic_energy(step, end) + strain_energy(step, end) + stored - done.gravity_work;
+  return after - before - done.load_work;
+}
+
+void book(const StepEnergy& done, double growth, EnergyLedger& energy) {
   const double impact_loss = done.impact_loss - done.contact_work;
   energy.potential -= done.gravity_work;
   energy.work += done.load_work;
   energy.friction_loss += done.friction_work;
   energy.impact_loss += impact_loss;
   energy.algorithmic_loss += done.scheme_loss;
-  const double stored = std::accumulate(done.stored.begin(), done.stored.end(), 0.0);
-  const double before =
-      kinetic_energy(step, step.state) + strain_energy(step, step.state) + stored_before;
-  const double after =
-      kinetic_energy(step, end) + strain_energy(step, end) + stored - done.gravity_work;
-  const double growth = after - before - done.load_work;
   energy.closure -= growth + done.friction_work + impact_loss + done.scheme_loss;
-  return growth;
 }
 
 }  // namespace quoin::solver

@@ -44,10 +44,13 @@ double stiffest_omega_dt(std::span<const LinearContact> linear,
 double kinetic_energy(const SubStep& step, std::span<const BlockState> state);
 double strain_energy(const SubStep& step, std::span<const BlockState> state);
 
+/// By how much the mechanical energy of the island grows in an attempt, beyond the work of loads,
+/// J. `end`: by block; `stored_before`: in the island's springs at the start, J.
+double energy_growth(const SubStep& step, const StepEnergy& done, std::span<const BlockState> end,
+                     double stored_before);
+
 /// Books an accepted sub-step but for the energies that the step ends with, which are those of its
-/// last sub-step. `end`: by block; `stored_before`: in the island's springs at the start, J.
-/// Returns by how much its mechanical energy grew beyond the work of loads, J.
-double book(const SubStep& step, const StepEnergy& done, std::span<const BlockState> end,
-            double stored_before, EnergyLedger& energy);
+/// last sub-step. `growth`: energy_growth().
+void book(const StepEnergy& done, double growth, EnergyLedger& energy);
 
 }  // namespace quoin::solver

@@ -9,6 +9,7 @@ namespace {
 
 // Of the smaller block of a pair.
 constexpr double kMissed = 1e-9;      // an overlap that is none
+constexpr double kYielded = 1e-5;     // one that a contact which yields may leave
 constexpr double kBesideFace = 1e-3;  // pairs farther apart at the end did not touch
 constexpr double kThrough = 0.5;      // what is so deep has not passed beside
 
@@ -37,7 +38,8 @@ BodyContact missed_contact(const CompiledScene& compiled, std::span<const Pose> 
 /// What the attempt knew, sorted.
 struct Known {
   std::vector<geometry::ContactKey> keys;
-  std::vector<Pair> soft;  ///< pairs that a closed contact holds, but not exactly
+  std::vector<Pair> soft;      ///< pairs that a closed spring holds, but not exactly
+  std::vector<Pair> yielding;  ///< pairs that a closed contact holds, nearly
 };
 
 Known known_contacts(const Island& island) {
@@ -47,13 +49,21 @@ Known known_contacts(const Island& island) {
     const LinearContact& c = island.attempt.linear[i];
     known.keys.push_back(contact.state.point.key);
     if (c.mode == ContactMode::Open) continue;
-    if (c.compliant || island.memory.solver.yielding()) {
-      known.soft.emplace_back(contact.a, contact.b);
-    }
+    if (c.compliant) known.soft.emplace_back(contact.a, contact.b);
+    if (island.memory.solver.yielding()) known.yielding.emplace_back(contact.a, contact.b);
   }
   std::ranges::sort(known.keys);
   std::ranges::sort(known.soft);
+  std::ranges::sort(known.yielding);
   return known;
+}
+
+/// Does the attempt hold the point, or what is there as well as it holds anything?
+bool holds(const Known& known, const geometry::ContactPoint& point, double size) {
+  const Pair pair(point.key.a, point.key.b);
+  return std::ranges::binary_search(known.keys, point.key) ||
+         std::ranges::binary_search(known.soft, pair) ||
+         (point.gap > -kYielded * size && std::ranges::binary_search(known.yielding, pair));
 }
 
 double least_gap(std::span<const geometry::ContactPoint> points, double reach) {
@@ -74,10 +84,8 @@ bool add_missed(const CompiledScene& compiled, std::span<const Pose> end, Island
   const Known known = known_contacts(island);
   const std::size_t before = island.contacts.size();
   for (const geometry::ContactPoint& point : island.found_end) {
-    if (!overlaps(point) || std::ranges::binary_search(known.keys, point.key) ||
-        std::ranges::binary_search(known.soft, Pair(point.key.a, point.key.b))) {
-      continue;
-    }
+    const double size = pair_size(compiled, point.key.a, point.key.b);
+    if (!overlaps(point) || holds(known, point, size)) continue;
     island.missing = point;
     island.contacts.push_back(missed_contact(compiled, end, island.found_end, point));
   }

@@ -11,7 +11,7 @@ struct LastSubStep {
   std::vector<double> length;  ///< by slot of CompiledScene::slots, s; 0: none
   BlockVector velocity;        ///< at its start, likewise
   std::vector<char> hit;  ///< by block: an impact passed through it, or through the last attempt
-  /// By block: its island needed the proximal Newton method, and had not come to rest.
+  /// By block: ContactSolver::crowd() of its island; 0 where that kept its modes.
   std::vector<char> crowded;
 };
 

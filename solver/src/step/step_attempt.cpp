@@ -144,8 +144,10 @@ void attempt_positions(const SubStep& step, const LastSubStep& last,
                        std::vector<BodyContact>& contacts, AttemptMemory& memory,
                        BlocksAtEnd& blocks, Attempt& attempt) {
   StepPoses& poses = blocks.poses;
-  const bool crowd = std::ranges::any_of(
-      step.island.slots.block_of_slot, [&](int block) { return last.crowded[index(block)] != 0; });
+  int crowd = 0;
+  for (const int block : step.island.slots.block_of_slot) {
+    crowd = std::max(crowd, static_cast<int>(last.crowded[index(block)]));
+  }
   memory.solver.start(crowd);
   predict(step, last, poses);
   set_matrices(step, poses, memory.terms);

@@ -136,15 +136,28 @@ void note_energy(const StepRun& run, const SubStep& step, const Island& island) 
   }
 }
 
+/// Of the attempt, J.
+double energy_growth(const StepRun& run, const SubStep& step, const Island& island) {
+  return energy_growth(step, island.attempt.energy, run.work.end,
+                       stored_energy(run.compiled, island, run.work.stored));
+}
+
+/// More than a run may without a flag.
+bool gains_energy(const StepRun& run, const Island& island) {
+  double scale = 0.0;
+  for (const int block : island.own()) scale += run.work.energy_scale[index(block)].value();
+  return energy_growth(run, sub_step(run, island), island) > kEnergyGrowth * scale;
+}
+
 /// The attempt is the island's next sub-step.
 void accept(const StepRun& run, Island& island) {
   Workspace& work = run.work;
   const SubStep step = sub_step(run, island);
   const StepEnergy& energy = island.attempt.energy;
   island.still = stood_still(run, island);
-  const bool crowded = island.memory.solver.yielding() && !keeps_modes(island);
-  const double before = stored_energy(run.compiled, island, work.stored);
-  const double growth = book(step, energy, work.end, before, island.energy);
+  const int crowd = keeps_modes(island) ? 0 : island.memory.solver.crowd();
+  const double growth = energy_growth(run, step, island);
+  book(energy, growth, island.energy);
   const bool first = island.count.sub_steps == 0;
   island.count.energy_growth = first ? growth : std::max(island.count.energy_growth, growth);
   note_energy(run, step, island);
@@ -155,13 +168,14 @@ void accept(const StepRun& run, Island& island) {
     work.stored[slot] = energy.stored[s];
     work.last.length[slot] = step.dynamic() ? island.length : 0.0;
     work.last.velocity[slot] = velocity_vector(now);
-    work.last.crowded[index(block)] = crowded;
+    work.last.crowded[index(block)] = static_cast<char>(crowd);
     now = work.end[index(block)];
   }
   set_held_forces(island, work.now);
   island.time = step.end_time();
   island.done += island.length;
   if (island.length_after > 0.0) island.length = std::exchange(island.length_after, 0.0);
+  island.memory.solver.move_on();
   ++island.count.sub_steps;
   std::swap(island.history, island.history_end);
   std::swap(island.found, island.found_end);
@@ -254,6 +268,12 @@ Island* take_sub_steps(const StepRun& run, std::span<Island* const> islands) {
       }
       const bool too_far = options.max_displacement_ratio > 0.0 &&
                            island->attempt.displacement > options.max_displacement_ratio;
+      ContactSolver& solver = island->memory.solver;
+      if (island->solved ? solver.yielding() && gains_energy(run, *island) && solver.try_hard()
+                         : solver.leave_hard()) {
+        reject(run, *island, island->length);
+        continue;
+      }
       const bool other_iteration = note_attempt(options, *island);
       if (island->solved && !(too_far && can_cut)) {
         accept(run, *island);
