@@ -1,6 +1,7 @@
 /// Linear systems by rigid-body multigrid: what elimination finds.
 
 #include <quoin/geometry/build.hpp>
+#include <quoin/geometry/worker_pool.hpp>
 #include <quoin/solver/simulation.hpp>
 
 #include "solver/src/linear_solver.hpp"
@@ -106,18 +107,37 @@ TEST_CASE("A wall moves as with elimination: standing, and with joints that open
 }
 
 TEST_CASE("One large island takes all threads, which change no bit") {
-  const Scene scene = wall(24, 32, Bricks::Rigid, 0.0);
-  const Run one = run(scene, LinearSolverKind::Multigrid, 1);
-  for (const int threads : {2, 3}) {
-    const Run more = run(scene, LinearSolverKind::Multigrid, 1, threads);
-    CHECK(more.counts.iterations == one.counts.iterations);
-    bool same = true;
-    for (std::size_t i = 0; i < one.state.blocks.size(); ++i) {
-      same = same && more.state.blocks[i].centroid == one.state.blocks[i].centroid &&
-             more.state.blocks[i].rotation.coeffs() == one.state.blocks[i].rotation.coeffs();
-    }
-    CHECK(same);
+  const Scene scene = wall(16, 33, Bricks::Rigid, 0.0);  // more than 512 blocks: two have a share
+  const Run one = run(scene, LinearSolverKind::Elimination, 1);
+  const Run two = run(scene, LinearSolverKind::Elimination, 1, 2);
+  CHECK(two.counts.eliminations == one.counts.eliminations);
+  bool same = true;
+  for (std::size_t i = 0; i < one.state.blocks.size(); ++i) {
+    same = same && two.state.blocks[i].centroid == one.state.blocks[i].centroid &&
+           two.state.blocks[i].rotation.coeffs() == one.state.blocks[i].rotation.coeffs();
   }
+  CHECK(same);
+}
+
+TEST_CASE("Any number of threads iterates to the same bits") {
+  Random random(3);
+  constexpr int count = 900;
+  const Slots slots = make_slots(std::vector<int>(count, 6), std::vector<double>(count, 1.0));
+  const BlockSystem system = ring(random, count, 15.0);
+  const auto solved = [&](int threads) {
+    quoin::geometry::WorkerPool pool(threads);
+    LinearSolver solver(slots);
+    solver.choose(LinearSolverKind::Multigrid);
+    solver.use(Threads(&pool));
+    REQUIRE(solver.factorize(system));
+    BlockVector solution(count, Vector12::Zero());
+    REQUIRE(solver.solve(BlockVector(count, Vector12::Ones()), solution));
+    CHECK(solver.counts().fallbacks == 0);
+    return solution;
+  };
+  const BlockVector one = solved(1);
+  CHECK(solved(2) == one);
+  CHECK(solved(3) == one);
 }
 
 TEST_CASE("Small systems are eliminated unless multigrid is asked for") {
