@@ -58,9 +58,11 @@ StepFlag missing_contact(const CompiledScene& compiled, const geometry::ContactP
 const geometry::ContactPoint* vanished(std::span<const Contact> contacts,
                                        std::span<const geometry::ContactPoint> found) {
   const auto pair = [](const geometry::ContactPoint& p) { return std::pair(p.key.a, p.key.b); };
+  auto at = found.begin();
   for (const Contact& contact : contacts) {
     if (contact.mode == ContactMode::Open) continue;
-    if (!std::ranges::binary_search(found, pair(contact.point), {}, pair)) return &contact.point;
+    while (at != found.end() && pair(*at) < pair(contact.point)) ++at;
+    if (at == found.end() || pair(*at) != pair(contact.point)) return &contact.point;
   }
   return nullptr;
 }
