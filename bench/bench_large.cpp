@@ -7,15 +7,12 @@
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
-#include <quoin/geometry/build.hpp>
-#include <quoin/solver.hpp>
 #include <string>
 
-#include "rigid_scenes.hpp"
+#include "wall_scene.hpp"
 
 namespace {
 
-namespace geometry = quoin::geometry;
 namespace solver = quoin::solver;
 
 double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
@@ -24,19 +21,6 @@ double peak_megabytes() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return static_cast<double>(usage.ru_maxrss) / 1024.0;
-}
-
-solver::Scene scene_of(const quoin::bench::RigidScene& rigid) {
-  solver::Scene scene{.joint = {.friction_angle = std::atan(rigid.friction)}};
-  for (const quoin::bench::RigidBody& body : rigid.bodies) {
-    const auto shape = geometry::make_box(body.place - body.half_size, body.place + body.half_size);
-    if (body.density > 0.0) {
-      scene.add_rigid(shape, {.density = body.density});
-    } else {
-      scene.add_fixed(shape);
-    }
-  }
-  return scene;
 }
 
 }  // namespace
@@ -51,7 +35,7 @@ int main(int argc, char** argv) {
        {solver::LinearSolverKind::Elimination, solver::LinearSolverKind::Multigrid}) {
     if (wanted == name(kind)) options.linear_solver = kind;
   }
-  solver::Simulation simulation(scene_of(quoin::bench::wall(columns, rows)), options);
+  solver::Simulation simulation(quoin::bench::wall_scene(columns, rows), options);
   const std::size_t bricks = simulation.state().blocks.size() - 1;
   std::printf("%zu bricks, %s\n", bricks, wanted.c_str());
   const double start = cpu_seconds();

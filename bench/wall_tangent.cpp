@@ -3,31 +3,17 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <ctime>
-#include <quoin/geometry/build.hpp>
 #include <quoin/solver/contact_problem.hpp>
 #include <random>
 
 #include "contact/contact_jacobian.hpp"
 #include "iteration/open_close.hpp"
-#include "rigid_scenes.hpp"
+#include "wall_scene.hpp"
 
 namespace quoin::bench {
 namespace {
 
 using namespace quoin::solver;
-
-Scene scene_of(const RigidScene& rigid) {
-  Scene scene{.joint = {.friction_angle = std::atan(rigid.friction)}};
-  for (const RigidBody& body : rigid.bodies) {
-    const auto shape = geometry::make_box(body.place - body.half_size, body.place + body.half_size);
-    if (body.density > 0.0) {
-      scene.add_rigid(shape, {.density = body.density});
-    } else {
-      scene.add_fixed(shape);
-    }
-  }
-  return scene;
-}
 
 /// Thrown when the problem is there: the step need not be solved.
 struct Caught {};
@@ -109,7 +95,7 @@ std::vector<LinearContact> contacts_of(const ContactProblem& problem,
 
 WallTangent wall_tangent(int columns, int rows, double weak) {
   std::vector<Frame> frames;
-  const ContactProblem problem = first_problem(scene_of(wall(columns, rows)), frames);
+  const ContactProblem problem = first_problem(wall_scene(columns, rows), frames);
   WallTangent wall;
   std::vector<LinearContact> contacts = contacts_of(problem, set_blocks(problem, wall));
   set_pairs(contacts, wall.system);
