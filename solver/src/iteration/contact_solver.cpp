@@ -15,7 +15,7 @@ constexpr int kPatience = 400;
 // contacts yield, are solved in half steps.
 constexpr int kFailures = 2;
 // Sub-steps without another try of the open-close iteration after one that failed. A wall of 105 in
-// steps of 5 ms, most of which it does not solve, takes a third more solves with it, and twice as
+// steps of 5 ms, most of which it does not solve, takes a quarter more solves with it, and twice as
 // many without; where the tries succeed, in steps of 2 ms and less, energy grows 4 to 50 times
 // less.
 constexpr int kNoTries = 20;
