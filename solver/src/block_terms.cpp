@@ -1,6 +1,7 @@
 #include "block_terms.hpp"
 
 #include <cmath>
+#include <limits>
 #include <string>
 
 namespace quoin::solver {
@@ -130,6 +131,8 @@ BlockModel make_block_model(const Block& block, const ReferenceShape& reference,
   const double stretch = model.turn.determinant();
   model.volume = stretch * reference.volume;
   model.size = body.stretch() * model.shape->diameter();
+  model.coordinate_rounding = std::numeric_limits<double>::epsilon() *
+                              (body.turned_origin().norm() + block.placement.translation.norm());
   model.strain_inertia.setZero();
   model.inertia_coupling.setZero();
   if (block.kind >= BlockKind::Fixed) return model;

@@ -39,8 +39,10 @@ struct BlockModel {
   BlockState start;                              ///< at rest in its place, without velocities
   double volume = 0.0;                           ///< m3
   double mass = 0.0;                             ///< kg
-  double size = 0.0;                  ///< diameter (Shape::diameter), the same in any frame, m
-  Matrix3 inertia = Matrix3::Zero();  ///< kg m2
+  double size = 0.0;  ///< diameter (Shape::diameter), the same in any frame, m
+  double coordinate_rounding =
+      0.0;  ///< m: a vertex is known no better, for the rounding of its coordinates
+  Matrix3 inertia = Matrix3::Zero();             ///< kg m2
   Eigen::Matrix<double, 3, 6> inertia_coupling;  ///< rotation with strain, kg m2
   Vector6 initial_stress = Vector6::Zero();      ///< Pa, turning frame
   Eigen::Matrix<double, 6, 6> strain_inertia;    ///< kg m2

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <sstream>
 
 #include "contact/contact_history.hpp"
 
@@ -157,6 +158,15 @@ void check_shape(const Scene& scene, int block) {
   }
 }
 
+void check_coordinate_rounding(const Scene& scene, double smallest_size) {
+  const double limit = 1e-3 * smallest_size;
+  if (scene.coordinate_rounding >= 0.0 && scene.coordinate_rounding <= limit) return;
+  std::ostringstream message;
+  message << "coordinate rounding " << scene.coordinate_rounding << " m must be between 0 and "
+          << limit << " m, 1e-3 of the smallest block";
+  throw InputError(message.str());
+}
+
 /// One reference shape for all blocks that share a shape.
 class ReferenceShapes {
  public:
@@ -205,6 +215,7 @@ CompiledScene compile(Scene scene) {
   }
   compiled.slots = make_slots(unknowns, sizes);
   compiled.smallest_size = *std::min_element(sizes.begin(), sizes.end());
+  check_coordinate_rounding(compiled.scene, compiled.smallest_size);
   if (compiled.slots.count() > 0) {
     compiled.smallest_size =
         *std::min_element(compiled.slots.length.begin(), compiled.slots.length.end());

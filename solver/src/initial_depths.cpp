@@ -12,22 +12,40 @@ namespace {
 
 std::pair<int, int> pair_of(const geometry::ContactKey& key) { return {key.a, key.b}; }
 
+/// Of the pair's gaps, for the rounding of the coordinates, m. 0 where that is less than what every
+/// step takes for zero (ContactGeometry::rounding()).
+double gap_rounding(const CompiledScene& compiled, const geometry::ContactKey& key) {
+  const BlockModel& a = compiled.models[static_cast<std::size_t>(key.a)];
+  const BlockModel& b = compiled.models[static_cast<std::size_t>(key.b)];
+  const double rounding =
+      std::max(a.coordinate_rounding + b.coordinate_rounding, compiled.scene.coordinate_rounding);
+  const double of_steps = 4.0 * std::numeric_limits<double>::epsilon() * (a.size + b.size);
+  return rounding > of_steps ? rounding : 0.0;
+}
+
 }  // namespace
 
-void InitialDepths::remember(std::span<const ContactPoint> found, std::span<const char> laid) {
+void InitialDepths::remember(const CompiledScene& compiled, std::span<const ContactPoint> found,
+                             std::span<const char> laid) {
   const auto is_laid = [&](const geometry::ContactKey& key) {
     return laid[static_cast<std::size_t>(key.a)] || laid[static_cast<std::size_t>(key.b)];
   };
   std::erase_if(entries, [&](const Entry& entry) { return is_laid(entry.key); });
+  const bool all = compiled.scene.initial_overlap == InitialOverlap::Zero;
   for (auto from = found.begin(); from != found.end();) {
     const auto until = std::find_if(from, found.end(), [&](const ContactPoint& point) {
       return pair_of(point.key) != pair_of(from->key);
     });
-    if (is_laid(from->key) &&
-        std::any_of(from, until, [](const ContactPoint& point) { return point.gap < 0.0; })) {
+    const double rounding = gap_rounding(compiled, from->key);
+    const auto depth = [&](double gap) {
+      return gap < 0.0 && (all || -gap <= rounding) ? -gap : 0.0;
+    };
+    const auto counts = [&](const ContactPoint& point) {
+      return depth(point.gap) > 0.0 || (point.gap > 0.0 && point.gap <= rounding);
+    };
+    if (is_laid(from->key) && std::any_of(from, until, counts)) {
       for (auto point = from; point != until; ++point) {
-        entries.push_back(
-            {.key = point->key, .place = point->point_a, .depth = std::max(0.0, -point->gap)});
+        entries.push_back({.key = point->key, .place = point->point_a, .depth = depth(point->gap)});
       }
     }
     from = until;
@@ -35,7 +53,7 @@ void InitialDepths::remember(std::span<const ContactPoint> found, std::span<cons
   std::ranges::sort(entries, {}, &Entry::key);
 }
 
-void InitialDepths::take_off(std::span<const BlockModel> models, std::span<const BlockState> blocks,
+void InitialDepths::take_off(const CompiledScene& compiled, std::span<const BlockState> blocks,
                              std::vector<ContactPoint>& found) const {
   for (ContactPoint& point : found) {
     const auto [from, until] = std::ranges::equal_range(
@@ -47,9 +65,11 @@ void InitialDepths::take_off(std::span<const BlockModel> models, std::span<const
     const auto nearest = std::min_element(
         from, until, [&](const Entry& a, const Entry& b) { return distance(a) < distance(b); });
     const auto a = static_cast<std::size_t>(point.key.a);
-    const Matrix3 linear = placement(models[a], pose(blocks[a])).linear;
-    point.point_a -= linear.inverse() * (nearest->depth * point.normal);
-    point.gap += nearest->depth;
+    const Matrix3 linear = placement(compiled.models[a], pose(blocks[a])).linear;
+    const bool rounded = std::abs(point.gap + nearest->depth) <= gap_rounding(compiled, point.key);
+    const double depth = rounded ? -point.gap : nearest->depth;
+    point.point_a -= linear.inverse() * (depth * point.normal);
+    point.gap += depth;
   }
 }
 

@@ -1,8 +1,10 @@
 #pragma once
-/// Overlap of blocks as they are laid that counts as touching (InitialOverlap::Zero).
+/// Gaps of blocks as they are laid that count as none: overlap that is to count as touching
+/// (InitialOverlap::Zero), and what the rounding of the coordinates leaves between joined faces.
 
 #include <span>
 
+#include "compiled_scene.hpp"
 #include "contact/contact_history.hpp"
 
 namespace quoin::solver {
@@ -12,6 +14,11 @@ namespace quoin::solver {
 /// gap, force and lever all belong to the surface as it stood then. A point of a pair that
 /// overlapped has the depth of that pair's remembered point with the same key, else of the nearest
 /// one on A. Places are in the frames of the reference shapes.
+///
+/// Stones that fill a vault 1e6 m from the origin are rounded to 1e-10 m, and no placement of
+/// rigid ones would be free of overlap: forces would grow without limit. So where a pair is laid
+/// with gaps of either sign within BlockModel::coordinate_rounding of its blocks or
+/// Scene::coordinate_rounding, gaps that small are zero from then on, in every scene.
 struct InitialDepths {
   struct Entry {
     geometry::ContactKey key;
@@ -22,10 +29,11 @@ struct InitialDepths {
 
   bool empty() const { return entries.empty(); }
   /// Of the pairs with a block that is `laid` (by block): what was remembered of them is forgotten.
-  /// `found`: sorted by key. Pairs without overlap are not remembered.
-  void remember(std::span<const geometry::ContactPoint> found, std::span<const char> laid);
+  /// `found`: sorted by key. Pairs with nothing to take off are not remembered.
+  void remember(const CompiledScene& compiled, std::span<const geometry::ContactPoint> found,
+                std::span<const char> laid);
   /// `found`: as a search found them where `blocks` stand, sorted by key.
-  void take_off(std::span<const BlockModel> models, std::span<const BlockState> blocks,
+  void take_off(const CompiledScene& compiled, std::span<const BlockState> blocks,
                 std::vector<geometry::ContactPoint>& found) const;
 };
 

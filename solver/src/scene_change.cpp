@@ -101,7 +101,7 @@ void take_over(const CompiledScene& before, const State& state_before, const Wor
   work.counted = work_before.counted;
   work.energy_scale = work_before.energy_scale;
   work.initial_depths = work_before.initial_depths;
-  work.initial_depths.remember({}, work.laid);
+  work.initial_depths.remember(now, {}, work.laid);
   place_bodies(now, state, work);
 }
 

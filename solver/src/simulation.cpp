@@ -152,11 +152,9 @@ Simulation::Simulation(Scene scene, const StepOptions& options) {
   parts_ = std::make_unique<Parts>(std::move(scene), options);
   detect(parts_->compiled, options, parts_->state, parts_->work);
   check_overlap(parts_->compiled, parts_->work);
-  if (parts_->compiled.scene.initial_overlap == InitialOverlap::Zero) {
-    parts_->work.initial_depths.remember(parts_->work.found, parts_->work.laid);
-    parts_->work.initial_depths.take_off(parts_->compiled.models, parts_->state.blocks,
-                                         parts_->work.found);
-  }
+  InitialDepths& depths = parts_->work.initial_depths;
+  depths.remember(parts_->compiled, parts_->work.found, parts_->work.laid);
+  depths.take_off(parts_->compiled, parts_->state.blocks, parts_->work.found);
   EnergyLedger& energy = parts_->state.energy;
   energy.kinetic = kinetic_energy(parts_->compiled, parts_->state);
   energy.strain = strain_energy(parts_->compiled, parts_->state);
@@ -246,10 +244,8 @@ void Simulation::change(Scene scene) {
   take_over(parts_->compiled, parts_->state, parts_->work, compiled, state, work);
   detect(compiled, next->options, state, work);
   check_overlap(compiled, work);
-  if (compiled.scene.initial_overlap == InitialOverlap::Zero) {
-    work.initial_depths.remember(work.found, work.laid);
-    detect(compiled, next->options, state, work);
-  }
+  work.initial_depths.remember(compiled, work.found, work.laid);
+  if (!work.initial_depths.empty()) detect(compiled, next->options, state, work);
   EnergyLedger& energy = state.energy;
   const double before = energy.mechanical();
   energy.kinetic = kinetic_energy(compiled, state);

@@ -174,6 +174,32 @@ Scene jittered(Scene scene, std::uint64_t seed) {
   return scene;
 }
 
+/// Eight cubes that fill a box, each given by its corners where they stand: coordinates round.
+/// `grain`, m: to multiples of which they are rounded, 0: as doubles are.
+Scene filled_box(const Frame& frame, double grain = 0.0) {
+  Builder built{frame, BlockKind::Rigid};
+  const auto add = [&](const Vector3& low, const Vector3& high, bool fixed) {
+    const Points corners = make_box(low, high).vertices();
+    Points there = (frame.turn * corners).colwise() + frame.translation;
+    if (grain > 0.0) there = grain * (there / grain).array().round().matrix();
+    built.scene.blocks.push_back(
+        {.shape = std::make_shared<const Shape>(make_hull(there).polyhedron),
+         .material = kStone,
+         .kind = fixed ? BlockKind::Fixed : BlockKind::Rigid});
+  };
+  add({-1, -1, -1}, {3, 3, 0}, true);
+  for (const double side : {-1.0, 2.0}) {
+    add({side, -1, 0}, {side + 1, 3, 2}, true);
+    add({0, side, 0}, {2, side + 1, 2}, true);
+  }
+  for (int i = 0; i < 8; ++i) {
+    const Vector3 low(i & 1, (i >> 1) & 1, i >> 2);
+    add(low, low + Vector3::Ones(), false);
+  }
+  built.scene.joint = {.friction_angle = 0.5};
+  return std::move(built).with_gravity();
+}
+
 }  // namespace
 
 TEST_CASE("A scene moves and presses the same wherever it stands") {
@@ -223,6 +249,35 @@ TEST_CASE("Redundant joints, turned and far: no worse than rounded places at hom
   const Outcome there = run(wall(frame, BlockKind::Deformable), frame, kSteps);
   CHECK(largest_difference(here, there) <= 2.0 * largest_difference(here, off));
   CHECK((here.force - there.force).norm() <= 2.0 * (here.force - off.force).norm());
+}
+
+// No placement of rounded cubes in a rounded box is free of overlap: contacts that took such gaps
+// for what they say would squeeze without limit, and their iteration would not end.
+TEST_CASE("Rounded coordinates press on nothing") {
+  Scene six_digits = filled_box({kTurn, Vector3::Zero()}, 1e-6);
+  six_digits.coordinate_rounding = 5e-6;
+  Simulation exact(filled_box({}), {.time_step = 5e-3});
+  Simulation far(filled_box({kTurn, Vector3(1e6, -2e6, 5e5)}), {.time_step = 5e-3});
+  Simulation coarse(six_digits, {.time_step = 5e-3});
+  int solves = 0;
+  for (int i = 0; i < 20; ++i) solves += exact.advance().linear_solves;
+  for (Simulation* simulation : {&far, &coarse}) {
+    int rounded_solves = 0;
+    for (int i = 0; i < 20; ++i) {
+      const StepReport report = simulation->advance();
+      REQUIRE(report.status == StepStatus::Converged);
+      CHECK(report.flags.empty());
+      rounded_solves += report.linear_solves;
+    }
+    CHECK(rounded_solves <= 2 * solves);
+    double squeeze = 0.0;
+    for (const Contact& contact : simulation->state().contacts) {
+      squeeze = std::max(squeeze, contact.normal_force);
+    }
+    CHECK(squeeze <= 2.0 * 2500 * 9.81);  // the weight of two cubes
+  }
+  six_digits.coordinate_rounding = 0.1;
+  CHECK_THROWS_AS(Simulation(six_digits, {}), InputError);
 }
 
 TEST_CASE("Two parts of one scene a million metres apart know nothing of each other") {

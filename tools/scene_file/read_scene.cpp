@@ -67,6 +67,7 @@ class Reader {
     file_.scene.initial_overlap = overlap == "keep"   ? solver::InitialOverlap::Keep
                                   : overlap == "zero" ? solver::InitialOverlap::Zero
                                                       : solver::InitialOverlap::Refuse;
+    file_.scene.coordinate_rounding = document_.value("coordinate_rounding", 0.0);
     read_materials();
     read_blocks();
     set_properties();

@@ -99,7 +99,7 @@ geometry::FindCounts find(const CompiledScene& compiled, const SearchedState& st
     const BlockState &a = state.blocks[index(point.key.a)], &b = state.blocks[index(point.key.b)];
     point.gap += point.normal.dot(b.centroid_rest - a.centroid_rest);
   }
-  if (!work.initial_depths.empty()) work.initial_depths.take_off(models, state.blocks, found);
+  if (!work.initial_depths.empty()) work.initial_depths.take_off(compiled, state.blocks, found);
   std::erase_if(found, [&](const geometry::ContactPoint& point) {
     return point.gap > reach.of_pair(point.key.a, point.key.b);
   });

@@ -138,6 +138,10 @@ struct Scene {
   std::vector<BodyLoad> body_loads{};
   std::vector<FixedPoint> fixed_points{};
   InitialOverlap initial_overlap = InitialOverlap::Refuse;
+  /// m: shapes and placements are given no better, as from a file with six digits. Where two blocks
+  /// are laid with gaps of either sign within it, and not exactly, gaps that small are zero from
+  /// then on. 0: eps of the coordinates. At most 1e-3 of the smallest block.
+  double coordinate_rounding = 0.0;
 
   /// A shape that stands in the world; a deformable block; its index.
   int add_block(geometry::Shape shape, const Material& material);
