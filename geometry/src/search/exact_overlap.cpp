@@ -97,10 +97,7 @@ class Polytope {
     }
     conclude(result);
     if (!full_ && is_doubtful()) {
-      closer_ = true;
-      planes_.clear();
-      broad_.clear();
-      expand(start);
+      look_closer();
       if (!full_) conclude(result);
     }
     result.iterations = steps_;
@@ -187,6 +184,19 @@ class Polytope {
       left_ = -kInfinity;
       return;
     }
+    while (step()) {
+    }
+  }
+
+  /// All facets once more, now until no corner lies beyond those that are looked at.
+  void look_closer() {
+    closer_ = true;
+    planes_.clear();
+    broad_.clear();
+    for (Index f = 0; f < facet_count_; ++f) {
+      if (!(key_[f] < kInfinity)) lay_exactly(f);
+    }
+    for (Index k = 0; k < free_count_; ++k) set_key(free_[k], kInfinity);
     while (step()) {
     }
   }
