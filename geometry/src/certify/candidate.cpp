@@ -27,6 +27,17 @@ bool is_whole(const Solid& solid, int face, const VertexSet& set) {
   return face >= 0 && solid.topology().face_set(face).size() == set.size();
 }
 
+/// Of a line between vertices and edges: whatever rounding may turn it, no end of an edge and no
+/// other vertex comes into question.
+bool joined_within(const Solid& p, const Solid& q, const Candidate& plane, double margin) {
+  const auto count_p = static_cast<int>(plane.sets.p.size());
+  const auto count_q = static_cast<int>(plane.sets.q.size());
+  if (!(plane.form.from_ends > margin * margin)) return false;
+  const double turning = margin * std::max(p.diameter(), q.diameter());
+  return count_p + count_q > 3 ||
+         carry_turned(p, q, {count_p, count_q}, plane.normal, turning / plane.gap);
+}
+
 }  // namespace
 
 ProjectedPair::ProjectedPair(const Solid& solid_p, const Solid& solid_q, const Candidate& contact,
@@ -94,16 +105,16 @@ bool lay_whole_faces(const Solid& p, const Solid& q, const Candidate& plane, con
 }
 
 bool lies_over(const Solid& p, const Solid& q, const Candidate& plane, const ContactPolygon* faces,
-               double rounding) {
+               double margin) {
   const ContactSets& sets = plane.sets;
-  if (plane.form.joined) return true;
+  if (plane.form.joined) return margin < 0.0 || joined_within(p, q, plane, margin);
   if (sets.p.size() == 1 && sets.face_q >= 0) {
-    return over_face(q, sets.face_q, -Vec3(plane.normal), place(p, sets.p[0]), rounding);
+    return over_face(q, sets.face_q, -Vec3(plane.normal), place(p, sets.p[0]), margin);
   }
   if (sets.q.size() == 1 && sets.face_p >= 0) {
-    return over_face(p, sets.face_p, plane.normal, place(q, sets.q[0]), rounding);
+    return over_face(p, sets.face_p, plane.normal, place(q, sets.q[0]), margin);
   }
-  return margin_of(p, q, plane, faces, rounding) >= -rounding;
+  return margin_of(p, q, plane, faces, std::abs(margin)) >= margin;
 }
 
 bool proves_optimum(const Solid& p, const Solid& q, const Candidate& plane,

@@ -90,9 +90,9 @@ bool lay_whole_faces(const Solid& p, const Solid& q, const Candidate& plane, con
 
 /// Do the features that carry the plane lie over each other? Then the plane is a facet of the
 /// Minkowski difference into which the origin projects (or the line between the features is
-/// shortest).
+/// shortest). By more than `margin`, or off by less than -margin, m.
 bool lies_over(const Solid& p, const Solid& q, const Candidate& plane, const ContactPolygon* faces,
-               double rounding);
+               double margin);
 
 /// Proves that no other plane is better: always so when the solids are apart and the features lie
 /// over each other, and for a shallow overlap.

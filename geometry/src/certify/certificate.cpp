@@ -26,11 +26,19 @@ Lengths lengths(const Solid& p, const Solid& q, double tolerance) {
   length.contact = tolerance > 0.0 ? tolerance : default_tolerance(p, q);
   const double larger = std::max(p.diameter(), q.diameter());
   length.rounding = kRounding * kEpsilon * larger;
+  length.turning = length.rounding * larger;
   length.uneven = larger > kUneven * std::min(p.diameter(), q.diameter());
   const double coordinate = std::max(p.largest_coordinate(), q.largest_coordinate());
   length.place = std::max(length.rounding, kPlaceRounding * kEpsilon * coordinate);
   length.widest = std::max({length.contact, length.place, kClearAbove * length.rounding});
   return length;
+}
+
+bool carry_turned(const Solid& a, const Solid& b, const std::array<int, 2>& counts,
+                  const Vector3& normal, double depth) {
+  const PairSupport both = support_pair(a, b, normal);
+  return count_beyond(a, normal, both.p.value - depth) == counts[0] &&
+         count_beyond(b, -normal, both.q.value - depth) == counts[1];
 }
 
 bool corner_carrier(const Solid& polyhedron, std::span<const int> corners, Carrier& carrier) {

@@ -141,10 +141,18 @@ Trial attempt(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier
   const double gap = dot(normal, low - high);
   if (!(gap > (overlap != nullptr ? overlap->least : kApart * length.rounding)))
     return Trial::Undecided;
+  const double inside = overlap != nullptr ? -length.rounding : length.rounding;
   if constexpr (kA == kFace) {
-    if (!over_face(a, by_a.face, normal, low, length.rounding)) return Trial::Refuted;
+    if (!over_face(a, by_a.face, normal, low, inside)) return Trial::Refuted;
   } else if constexpr (kB == kFace) {
-    if (!over_face(b, by_b.face, -normal, high, length.rounding)) return Trial::Refuted;
+    if (!over_face(b, by_b.face, -normal, high, inside)) return Trial::Refuted;
+  } else if (overlap == nullptr) {
+    if (!(form.from_ends > inside * inside)) return Trial::Refuted;
+    if (!kEdges && !(gap * length.widest > length.turning) &&
+        !carry_turned(a, b, {kA == kVertex ? 1 : 2, kB == kVertex ? 1 : 2}, normal,
+                      length.turning / gap)) {
+      return Trial::Refuted;
+    }
   }
   if (!name_carrier<kA>(a, by_a, length.contact, answer.feature_a) ||
       !name_carrier<kB>(b, by_b, length.contact, answer.feature_b)) {

@@ -16,7 +16,7 @@ Vector3 triangle_normal(const Solid& owner, const VertexSet& set) {
 }
 
 FeatureNormal closed(const LineNormal& form) {
-  return {form.found, form.normal, form.joined, form.crossed, form.share_p};
+  return {form.found, form.normal, form.joined, form.crossed, form.share_p, form.from_ends};
 }
 
 }  // namespace

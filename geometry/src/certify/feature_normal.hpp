@@ -36,6 +36,7 @@ struct FeatureNormal {
   bool joined = false;   ///< the shortest line between the two features lies within both
   bool crossed = false;  ///< two crossed edges that are joined, at `share` of the way along P's
   double share = 0.0;
+  double from_ends = kInfinity;  ///< squared distance of the feet on edges from the ends, m2
 };
 
 /// Vertices and edges: across the shortest line; a face, two crossed edges: their own plane.

@@ -81,6 +81,9 @@ inline constexpr double kFacetRounding = 2.5, kFacetCancelled = 0.25;
 /// Of the polytope's rounding, a quarter of the pair's: facets within three roundings of the pair
 /// are as near: two by which planes tie (kBothPart), one for the planes of noise beside them.
 inline constexpr double kAsNear = 3 / kSearchShare;
+/// Of eps D: a triangle higher than that has a normal that its corners' rounding, eps D, turns by
+/// less than 1e-6 rad. A slimmer one's direction is not known.
+inline constexpr double kSlimHeight = 1e6;
 /// Cosine: directions within 4.5e-5 rad count as one.
 inline constexpr double kSameDirection = 1.0 - 1e-9;
 

@@ -23,6 +23,7 @@ struct LineNormal {
   bool joined = false;                  // the shortest line between the two lies within both
   bool crossed = false;                 // two edges that are joined and not parallel
   double share_p = 0.0, share_q = 0.0;  // of the way along either, where they cross
+  double from_ends = kInfinity;         // square of how far the feet on edges are from ends, m2
   double skew = 0.0, longer = 0.0;      // of two edges: squares of their product, of the longer one
 };
 
@@ -99,17 +100,29 @@ inline LineNormal line_normal(const Vec3& line, bool joined) {
   return form;
 }
 
+/// How far `share` of a way of this squared length is from its ends, squared; nothing beyond them.
+inline double squared_from_ends(double share, double squared_length) {
+  const double least = greater(0.0, lesser(share, 1.0 - share));
+  return least * least * squared_length;
+}
+
 /// Vertex against edge, from the one to the other.
 template <bool kFused>
 LineNormal vertex_edge(const Vec3& vertex, const Side& edge) {
   const Vec3 w = edge.from - vertex, line = edge.line;
-  const double share = -dot(w, line) / square(line);
+  const double squared = square(line), share = -dot(w, line) / squared;
+  LineNormal form;
   if (!(share >= 0.0 && share <= 1.0)) {
-    return line_normal((share > 1.0 ? edge.to : edge.from) - vertex, true);
+    form = line_normal((share > 1.0 ? edge.to : edge.from) - vertex, true);
+  } else if (const Vec3 direct = w + share * line;
+             square(direct) > kCancelled * kCancelled * square(w)) {
+    form = line_normal(direct, true);
+  } else {
+    form =
+        line_normal(across<kFused>(wide_difference(edge.from, vertex), edge.wide(), -share), true);
   }
-  const Vec3 direct = w + share * line;
-  if (square(direct) > kCancelled * kCancelled * square(w)) return line_normal(direct, true);
-  return line_normal(across<kFused>(wide_difference(edge.from, vertex), edge.wide(), -share), true);
+  form.from_ends = squared_from_ends(share, squared);
+  return form;
 }
 
 /// Is `share` of a way of this squared length between its ends, within `rounding`? It is then moved
@@ -137,6 +150,8 @@ LineNormal edge_edge(const Side& e, const Side& f, double rounding) {
     form.joined = between_ends(form.share_p, squared_a, rounding) &&
                   between_ends(form.share_q, squared_b, rounding);
     form.crossed = form.joined;
+    form.from_ends = lesser(squared_from_ends(form.share_p, squared_a),
+                            squared_from_ends(form.share_q, squared_b));
     form.skew = square(cross(a, b));
     form.longer = longer;
     return form;
@@ -154,16 +169,21 @@ LineNormal edge_edge(const Side& e, const Side& f, double rounding) {
       joined);
 }
 
-/// Does the place of a point, seen along the outward normal of a face, lie within the face?
+/// Does the place of a point, seen along the outward normal of a face, lie inside its border by
+/// more than `margin`, or outside by less than -margin? m
 inline bool over_face(const Solid& polyhedron, int face, const Vec3& outward, const Vec3& point,
-                      double rounding) {
+                      double margin) {
+  const double clear =
+      greater(0.0, margin * polyhedron.diameter());  // of no side less than `margin`
   const std::span<const int> cycle = polyhedron.topology().face(face);
   Vec3 from = place(polyhedron, cycle.back());
   for (const int v : cycle) {
     const Vec3 to = place(polyhedron, v), side = to - from;
     const double inside = dot(outward, cross(side, point - from));
-    if (inside < 0.0 && inside * inside > rounding * rounding * square(side)) return false;
     from = to;
+    if (inside > clear) continue;
+    const double least = margin * std::abs(margin) * square(side);
+    if (!(inside * std::abs(inside) > least)) return false;
   }
   return true;
 }

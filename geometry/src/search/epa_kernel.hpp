@@ -406,7 +406,7 @@ class Polytope {
       near += std::popcount(Lanes::of(planes(f).key).below(Lanes::all(limit)).bits());
     }
     double sure = planes(nearest).sure[nearest % 4];
-    if (near > 1 && !only_direction(nearest, sure)) return;
+    if (near > 1 && (!direction_is_known(nearest) || !only_direction(nearest, sure))) return;
     result.outcome = SearchOutcome::Overlapping;
     result.normal = -normal(nearest);
     result.bound = -sure;
@@ -416,6 +416,14 @@ class Polytope {
       result.p[k] = vertex_p_[c];
       result.q[k] = vertex_q_[c];
     }
+  }
+
+  /// Not that of a triangle so slim that rounding turns it.
+  bool direction_is_known(Index f) const {
+    const Vector3 apex = place(apex_[f]), u = place(from_[f]) - apex, v = place(to_[f]) - apex;
+    const double longest = std::max(u.squaredNorm(), v.squaredNorm());
+    const double least = kSlimHeight / (kRounding * kSearchShare) * rounding_;
+    return u.cross(v).squaredNorm() > least * least * longest;
   }
 
   /// Does no other direction come as near? `sure`: the least of all facets.

@@ -25,7 +25,7 @@ void exact_answer(const CanonicalPair& pair, int max_iterations, const SearchRes
   const bool same = !length.uneven && !found.middle &&
                     settle_normal(p, q, length, found.normal, plane) &&
                     plane.gap >= found.gap - slack(length.rounding, found.gap) &&
-                    lies_over(p, q, plane, nullptr, length.rounding);
+                    lies_over(p, q, plane, nullptr, -length.rounding);
   if (same) return;
   scan(p, q, found.normal, plane);
   find_sets(p, q, length, plane);

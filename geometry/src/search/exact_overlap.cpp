@@ -25,11 +25,38 @@ struct SupportPlane {
       : normal(normal_in), value(value_in), slim(slim_in) {}
 };
 
+/// The vertices of which one may make the farthest corner along a direction: rounding shifts two
+/// corners by eps D each, and two values of the scan by half of that.
+class Candidates {
+ public:
+  const int* begin() const { return list_.data(); }
+  const int* end() const { return list_.data() + count_; }
+
+  /// False: there are too many.
+  bool find(const Solid& solid, const Vector3& direction, double rounding) {
+    const Support top = support(solid, direction);
+    const double limit = top.value - kNear * rounding;
+    const Vec3 local = solid.turned_back(direction);
+    for (int v = 0; v < solid.vertex_count(); ++v) {
+      if (v != top.vertex && dot(row_offset(solid, v), local) < limit) continue;
+      if (count_ == list_.size()) return false;
+      list_[count_++] = v;
+    }
+    return true;
+  }
+
+ private:
+  static constexpr double kNear = 4.0;  // of eps D; with room
+  std::array<int, 32> list_;
+  std::size_t count_ = 0;
+};
+
 /// Planes of different directions, of each direction the best.
 class SupportPlanes {
  public:
   const SupportPlane* begin() const { return planes_.data(); }
   const SupportPlane* end() const { return planes_.data() + count_; }
+  void clear() { count_ = 0; }
 
   /// That of a direction within 1e-6 rad, or the end.
   const SupportPlane* find(const Vec3& normal) const {
@@ -68,8 +95,12 @@ class Polytope {
       left_ = kInfinity;
       for (octant_ = 0; octant_ < kWhole; ++octant_) expand(start);
     }
-    result.iterations = steps_;
     conclude(result);
+    if (!full_ && is_doubtful()) {
+      look_closer();
+      if (!full_) conclude(result);
+    }
+    result.iterations = steps_;
     return result;
   }
 
@@ -82,6 +113,7 @@ class Polytope {
   static constexpr Index kBlock = 32;    // facets whose least key is known
   // In units of the rounding, eps of the larger diameter:
   static constexpr double kFlush = 1.25;       // so far the set may reach beyond a facet of its own
+  static constexpr double kShort = 1.75;       // the same, and what doubles may be off
   static constexpr double kClear = 64.0;       // beyond a facet that is laid in doubles
   static constexpr double kSpan = 64.0;        // a corner of the start from the others
   static constexpr double kTie = 2.0;          // planes as good
@@ -90,7 +122,6 @@ class Polytope {
   static constexpr double kBothTouch =
       kBothPart * kRounding;                           // of planes that part the solids, too
   static constexpr double kLook = kBothTouch + kSure;  // facets that may carry such planes
-  static constexpr double kSlim = 1e6;  // height of a triangle whose normal is known to 1e-6 rad
 
   struct Corner {
     Vec3 w;
@@ -117,6 +148,35 @@ class Polytope {
     return corner_of(support(p_, -direction).vertex, support(q_, direction).vertex);
   }
 
+  /// The same exactly, among all that may be it; a corner of the facet where those are too many.
+  Corner farthest_corner(const Facet& facet) const {
+    const Vec3 a = place(facet, 0);
+    const WideVector normal = cross(difference(place(facet, 1), a), difference(place(facet, 2), a));
+    Candidates near_p, near_q;
+    if (!near_p.find(p_, -facet.normal, rounding_) || !near_q.find(q_, facet.normal, rounding_)) {
+      return corners_[facet.corners[0]];
+    }
+    Corner best = corners_[facet.corners[0]];
+    DoubleDouble most = 0.0;
+    for (const int i : near_p) {
+      for (const int j : near_q) {
+        const Corner corner = corner_of(i, j);
+        const DoubleDouble height = dot(normal, difference(corner.w, a));
+        if (!(most < height)) continue;
+        most = height;
+        best = corner;
+      }
+    }
+    return best;
+  }
+  /// Of a facet beyond which the set reaches by less than doubles tell. False: it does not.
+  bool add_farthest(Index f) {
+    const Facet& facet = facets_[f];
+    const Corner corner = farthest_corner(facet);
+    return orientation(place(facet, 0), place(facet, 1), place(facet, 2), corner.w) > 0 &&
+           add(f, corner) == Growth::Grown;
+  }
+
   /// Until each facet that may carry the answer has been looked at.
   void expand(const ActiveFeatures& start) {
     corner_count_ = facet_count_ = free_count_ = 0;
@@ -124,6 +184,19 @@ class Polytope {
       left_ = -kInfinity;
       return;
     }
+    while (step()) {
+    }
+  }
+
+  /// All facets once more, now until no corner lies beyond those that are looked at.
+  void look_closer() {
+    closer_ = true;
+    planes_.clear();
+    broad_.clear();
+    for (Index f = 0; f < facet_count_; ++f) {
+      if (!(key_[f] < kInfinity)) lay_exactly(f);
+    }
+    for (Index k = 0; k < free_count_; ++k) set_key(free_[k], kInfinity);
     while (step()) {
     }
   }
@@ -326,6 +399,7 @@ class Polytope {
         return false;
       }
     }
+    if (closer_ && add_farthest(f)) return true;
     const SupportPlane plane = exact_plane(facet);
     planes_.add(plane);
     if (!plane.slim) broad_.add(plane);
@@ -346,7 +420,7 @@ class Polytope {
     const DoubleDouble length = square_root(dot(normal, normal));
     const double longest = std::sqrt(std::max(square(b - a), square(c - a)));
     return {facet.normal, dot(normal, wide(a)) / length,
-            !(length.high > kSlim * rounding_ * longest)};
+            !(length.high > kSlimHeight * rounding_ * longest)};
   }
 
   /// Takes away the facets that a new corner sees; a cone over the border closes the hole.
@@ -439,23 +513,67 @@ class Polytope {
                   square_root(dot(direction, direction)));
   }
 
-  void conclude(LeastOverlap& result) const {
+  /// The least overlap, and up to where planes are as good. m
+  struct Limits {
+    const SupportPlane* best;  // null: none is known to be
+    double least, tie;
+    bool touching;
+  };
+  Limits limits() const {
     const SupportPlane* best = planes_.begin();
     for (const SupportPlane& plane : planes_) best = is_better(plane, *best) ? &plane : best;
     const bool known = best != planes_.end() && !(best_ < best->value.high - kSure * rounding_);
     const double least = known ? best->value.high : best_;
-    result.normal = one_zero(-(known ? best->normal : best_normal_));
-    result.gap = wide_gap(result.normal);
-    result.converged = least <= left_ + kSure * rounding_;
-    Vec3 sum(0.0, 0.0, 0.0);
     const bool touching = std::abs(least) <= kTouch * rounding_;
-    const double tie = touching ? kBothTouch * rounding_ : least + kTie * rounding_;
+    return {known ? best : nullptr, least,
+            touching ? kBothTouch * rounding_ : least + kTie * rounding_, touching};
+  }
+
+  /// May a limit lie between a plane and where it would be if no corner lay beyond its facet? Of
+  /// planes that are no ties a slim one may hide the best.
+  bool is_doubtful() const {
+    const auto near = [&](double value, double limit) {
+      return std::abs(value - limit) <= kShort * rounding_;
+    };
+    const Limits is = limits();
+    if (near(std::abs(is.least), kTouch * rounding_)) return true;
+    int directions = 0;
     for (const SupportPlane& plane : broad_) {
-      if (!(plane.value.high <= tie)) continue;
+      if (near(plane.value.high, is.tie)) return true;
+      directions += plane.value.high <= is.tie ? 1 : 0;
+    }
+    return directions < 2 && std::any_of(planes_.begin(), planes_.end(), [&](const auto& plane) {
+             return plane.slim && near(plane.value.high, is.least);
+           });
+  }
+
+  void conclude(LeastOverlap& result) const {
+    const Limits is = limits();
+    result.normal = one_zero(-(is.best ? whose_direction_is_known(*is.best).normal : best_normal_));
+    result.gap = wide_gap(result.normal);
+    result.converged = is.least <= left_ + kSure * rounding_;
+    result.directions = 0;
+    result.middle = false;
+    Vec3 sum(0.0, 0.0, 0.0);
+    for (const SupportPlane& plane : broad_) {
+      if (!(plane.value.high <= is.tie)) continue;
       ++result.directions;
       sum = sum + plane.normal;
     }
-    if (result.directions > 1 && touching) take_middle(-sum, result);
+    if (result.directions > 1 && is.touching) take_middle(-sum, result);
+  }
+
+  /// A slim plane's direction is not known: one beside it that is as good stands for it, if that is
+  /// broad.
+  const SupportPlane& whose_direction_is_known(const SupportPlane& plane) const {
+    if (!plane.slim) return plane;
+    const SupportPlane* best = &plane;
+    for (const SupportPlane& other : broad_) {
+      const bool as_good = other.value.high <= plane.value.high + kTie * rounding_ &&
+                           dot(other.normal, plane.normal) >= kSameDirection;
+      if (as_good && (best->slim || is_better(other, *best))) best = &other;
+    }
+    return *best;
   }
 
   /// Nearer to the origin: the facet nearest of all has the foot of the origin within it. Of equal
@@ -493,6 +611,7 @@ class Polytope {
   double best_ = kInfinity;  // an overlap that is enough, m
   Vec3 best_normal_{1.0, 0.0, 0.0};
   double left_ = kInfinity;   // of planes beyond which the set reaches, but which could not grow, m
+  bool closer_ = false;       // no corner is left beyond a facet
   bool full_ = false;         // there was no room for another corner
   unsigned octant_ = kWhole;  // only directions of this one are looked at; bits: x, y, z upwards
   int steps_ = 0;

@@ -20,6 +20,8 @@ void insert_sorted(int v, VertexSet& set) {
 }
 
 /// The vertices of a hint and those of the face that it names: in order when the hint is our own.
+/// False: no vertex, or more than two that are not just those of the face. Another face may then
+/// name the same vertices, or none, and its normal has other last bits.
 bool add_hinted(const std::array<int, 4>& vertices, int face, const Solid& polyhedron,
                 VertexSet& set, int& known_face) {
   const int count = polyhedron.vertex_count();
@@ -30,7 +32,9 @@ bool add_hinted(const std::array<int, 4>& vertices, int face, const Solid& polyh
     const bool known = k < set.size() && set[k] == v;
     if (!known && v >= 0 && v < count) insert_sorted(v, set);
   }
-  return vertices[0] >= 0 && vertices[0] < count;
+  const bool whole =
+      known_face >= 0 && set.size() == polyhedron.topology().face_set(known_face).size();
+  return vertices[0] >= 0 && vertices[0] < count && (whole || set.size() <= 2);
 }
 
 /// The face of `solid` above whose plane `point` lies highest (or least deep), and by how much.

@@ -88,7 +88,7 @@ bool middle_plane(const CanonicalPair& pair, const Vector3& middle, Optimum& opt
   scan(p, q, middle, plane);
   if (!(std::abs(plane.gap) <= length.rounding)) return false;
   find_sets(p, q, length, plane);
-  if (!lies_over(p, q, plane, nullptr, length.rounding)) return false;
+  if (!lies_over(p, q, plane, nullptr, -length.rounding)) return false;
   return optimum.converged = optimum.several = optimum.middle = true;
 }
 
@@ -157,7 +157,7 @@ bool fast_answer(const CanonicalPair& pair, Quick& quick, Optimum& optimum) {
   const auto best = [&] {
     const CandidatePlane& plane = optimum.plane;
     if (!(plane.gap >= least)) return false;
-    return overlapping ? lies_over(p, q, plane, optimum.laid(), rounding)
+    return overlapping ? lies_over(p, q, plane, optimum.laid(), -rounding)
                        : proves_optimum(p, q, plane, optimum.laid(), rounding);
   };
   take_corners(p, q, found, optimum.plane.sets);

@@ -207,7 +207,7 @@ bool touching_edges(const Solid& p, const Solid& q, const Lengths& length, const
   const Vector3 normal = best.unit.x() * stretch.axis_u + best.unit.y() * stretch.axis_v;
   return settle(p, q, length, carriers_of(p, q, rims, best), normal, optimum.plane) &&
          optimum.plane.gap >= best.gap - length.rounding &&
-         lies_over(p, q, optimum.plane, nullptr, length.rounding) &&
+         lies_over(p, q, optimum.plane, nullptr, -length.rounding) &&
          take_settled(p, q, length, optimum);
 }
 

@@ -1,0 +1,126 @@
+/// A vertex over an end of an edge, an edge or the border of a face, off by rounding alone: several
+/// sets of features carry planes that are as good. Whatever features around the place a hint names,
+/// the answer is that of a cold start, to the bit. QUOIN_SEED and QUOIN_CASES widen the search.
+
+#include <algorithm>
+#include <cstdio>
+
+#include "support/catch.hpp"
+#include "support/trial.hpp"
+
+namespace {
+
+using quoin::geometry::Body;
+using quoin::geometry::FeatureHint;
+using quoin::geometry::Matrix3;
+using quoin::geometry::NearestFeatures;
+using quoin::geometry::Placement;
+using quoin::geometry::Points;
+using quoin::geometry::Shape;
+using quoin::geometry::Topology;
+using quoin::geometry::Vector3;
+using quoin::tests::environment_number;
+using quoin::tests::Query;
+using quoin::tests::Random;
+using quoin::tests::Solid;
+using quoin::tests::SolidPair;
+
+constexpr std::uint64_t kCases = 1000;
+
+Solid round_hull(Random& random) {
+  Points points(3, random.integer(4, 12));
+  for (int i = 0; i < points.cols(); ++i) {
+    points.col(i) = (0.7 + 0.3 * random.uniform()) * random.direction();  // m
+  }
+  return {points, Placement{}};
+}
+
+/// A normal that a vertex can carry: of a face, between two at an edge, or between all.
+Vector3 carried_normal(const Shape& shape, int vertex, Random& random) {
+  const auto faces = shape.topology().vertex_faces(vertex);
+  const int count = random.integer(1, static_cast<int>(faces.size()));
+  Vector3 sum = Vector3::Zero();
+  for (int k = 0; k < count; ++k) {
+    sum += random.uniform() * shape.face_normal(faces[static_cast<std::size_t>(k)]);
+  }
+  return sum.normalized();
+}
+
+/// Vertex `w` of B over a place on the edge from vertex `v` of A, or over v, by 1e-14 to 1 m.
+SolidPair over_edge(int v, int w, Random& random) {
+  SolidPair pair{"feet", round_hull(random), round_hull(random)};
+  const Shape a = shape_of(pair.a), b = shape_of(pair.b);
+  const int end = a.topology().neighbours(v)[0];
+  const Vector3 place = a.vertex(v) + (random.integer(0, 2) == 0 ? 0.0 : random.uniform()) *
+                                          (a.vertex(end) - a.vertex(v));
+  Vector3 normal = Vector3::Zero();
+  for (const int f : a.topology().vertex_faces(v)) {
+    const auto cycle = a.topology().face(f);
+    const bool beside = std::find(cycle.begin(), cycle.end(), end) != cycle.end();
+    if (beside && (normal.isZero() || random.integer(0, 1) == 0)) {
+      normal += random.uniform() * a.face_normal(f);
+    }
+  }
+  normal.normalize();
+  const Matrix3 turn =
+      quoin::tests::rotation_about(normal, 6.0 * random.uniform()) *
+      Eigen::Quaterniond::FromTwoVectors(carried_normal(b, w, random), -normal).toRotationMatrix();
+  const Vector3 shift = place + random.log_uniform(1e-14, 1.0) * normal - turn * b.vertex(w);
+  pair.b = transformed(pair.b, turn, shift);
+  return pair;
+}
+
+struct Named {
+  std::array<int, 4> vertices{-1, -1, -1, -1};
+  int face = -1;
+};
+
+/// A vertex, its edges and its faces.
+std::vector<Named> named_around(const Topology& topology, int vertex) {
+  std::vector<Named> all{{{vertex, -1, -1, -1}, -1}};
+  for (const int end : topology.neighbours(vertex)) {
+    all.push_back({{std::min(vertex, end), std::max(vertex, end), -1, -1}, -1});
+  }
+  for (const int f : topology.vertex_faces(vertex)) {
+    Named named{.face = f};
+    const auto set = topology.face_set(f);
+    std::copy_n(set.begin(), std::min<std::size_t>(set.size(), 4), named.vertices.begin());
+    all.push_back(named);
+  }
+  return all;
+}
+
+bool same(const NearestFeatures& n, const NearestFeatures& m) {
+  return n.gap == m.gap && n.status == m.status && n.indeterminate == m.indeterminate &&
+         (n.indeterminate || (n.normal == m.normal && n.point_a == m.point_a));
+}
+
+}  // namespace
+
+TEST_CASE("feet near ends: any hint leads to the answer of a cold start") {
+  const std::uint64_t seed = environment_number("QUOIN_SEED", 1);
+  const std::uint64_t cases = environment_number("QUOIN_CASES", kCases);
+  long differing = 0;
+  for (std::uint64_t i = 0; i < cases; ++i) {
+    Random random(seed * 5000011 + i);
+    const int v = random.integer(0, 3), w = random.integer(0, 3);
+    const SolidPair pair = over_edge(v, w, random);
+    const Query query(pair);
+    const NearestFeatures cold = query.nearest();
+    bool differs = false;
+    for (const Named& by_a : named_around(query.a().shape().topology(), v)) {
+      for (const Named& by_b : named_around(query.b().shape().topology(), w)) {
+        FeatureHint hint{.vertices_a = by_a.vertices, .vertices_b = by_b.vertices};
+        hint.face_a = by_a.face;
+        hint.face_b = by_b.face;
+        hint.normal = cold.normal;
+        differs = differs || !same(cold, query.nearest(hint));
+      }
+    }
+    if (differs && differing++ == 0) {
+      std::printf("---- pair %llu\n%s----\n", static_cast<unsigned long long>(i),
+                  to_text(pair).c_str());
+    }
+  }
+  CHECK(differing == 0);
+}
