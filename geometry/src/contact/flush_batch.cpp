@@ -59,17 +59,60 @@ Vector3 at(const FlushRow (&rows)[3], std::size_t lane) {
   return {rows[0].of[lane], rows[1].of[lane], rows[2].of[lane]};
 }
 
-/// Are any two corners within `tolerance` of each other? m
-bool crowded(const SharedCorners& corners, double tolerance) {
-  double nearest = kInfinity;
-  for (const SharedCorner* c = corners.begin(); c != corners.end(); ++c) {
-    for (const SharedCorner* other = corners.begin(); other != c; ++other) {
-      const double x = c->place.x() - other->place.x(), y = c->place.y() - other->place.y();
-      nearest = lesser(nearest, x * x + y * y);
+/// The corners that one pair has, with their names and their places in the order of keys.
+struct LaneCorners {
+  static constexpr std::size_t kMost = 2 * kCorners;
+  std::size_t count = 0;
+  std::array<const FlushCorner*, kMost> corner;
+  std::array<Feature, kMost> feature_p, feature_q;
+  std::array<std::int64_t, kMost> key;
+  std::array<std::size_t, kMost> place;
+  double nearest_squared = kInfinity;  // of two corners, m2
+
+  LaneCorners(const FlushAnswer& found, std::size_t lane, const FlushPair& pair) {
+    const Names names_p(pair.reversed ? *pair.b : *pair.a, pair.face_p);
+    const Names names_q(pair.reversed ? *pair.a : *pair.b, pair.face_q);
+    for (int k = 0; k < found.corner_count; ++k) {
+      const FlushCorner& c = found.corners[static_cast<std::size_t>(k)];
+      if ((c.pairs >> lane & 1) == 0) continue;
+      corner[count] = &c;
+      feature_p[count] = names_p.of(c.side_p, c.corner_p);
+      feature_q[count] = names_q.of(c.side_q, c.corner_q);
+      key[count] = key_number(feature_p[count], feature_q[count], pair.reversed);
+      compare(lane);
+      ++count;
     }
   }
-  return !(nearest > tolerance * tolerance);
-}
+  bool crowded(double tolerance) const { return !(nearest_squared > tolerance * tolerance); }
+
+ private:
+  /// The feature of one face: a side, a corner, or itself.
+  struct Names {
+    int face;
+    std::span<const int> corners, edges;
+    Names(const Body& body, int of_face)
+        : face(of_face),
+          corners(body.shape().topology().face(of_face)),
+          edges(body.shape().topology().face_edges(of_face)) {}
+    Feature of(int side, int at_corner) const {
+      if (side >= 0) return {FeatureKind::Edge, edges[static_cast<std::size_t>(side)]};
+      if (at_corner < 0) return {FeatureKind::Face, face};
+      return {FeatureKind::Vertex, corners[static_cast<std::size_t>(at_corner)]};
+    }
+  };
+  /// The newest with those before it: how near, and behind how many.
+  void compare(std::size_t lane) {
+    const double x = corner[count]->x.of[lane], y = corner[count]->y.of[lane];
+    place[count] = 0;
+    for (std::size_t k = 0; k < count; ++k) {
+      const double dx = x - corner[k]->x.of[lane], dy = y - corner[k]->y.of[lane];
+      nearest_squared = lesser(nearest_squared, dx * dx + dy * dy);
+      const std::size_t smaller = key[k] <= key[count];
+      place[count] += smaller;
+      place[k] += 1 - smaller;
+    }
+  }
+};
 
 }  // namespace
 
@@ -104,7 +147,7 @@ void FlushBatch::start(const ContactOptions& options) {
   question_.reach = options.reach;
   waiting_ = 0;
   answers_.clear();
-  points_.clear();
+  used_ = 0;
 }
 
 void FlushBatch::take(std::size_t pair, const std::array<int, 2>& blocks, const Body& a,
@@ -143,58 +186,48 @@ void FlushBatch::add_answer(std::size_t lane) {
                                                     : PairStatus::Overlapping;
   const Vector3 normal = at(found_.normal, lane);
   answer.normal = pair.reversed ? Vector3(-normal) : normal;
-  answer.first = points_.size();
+  answer.first = used_;
   if ((found_.listed >> lane & 1) != 0 && !add_points(lane, answer.normal)) return;
-  answer.count = points_.size() - answer.first;
+  answer.count = used_ - answer.first;
   answers_.push_back(answer);
 }
 
-/// False: two of them are within the tolerance of each other.
+/// Sorted by key, as append_corners does. False: two of them are within the tolerance of each
+/// other.
 bool FlushBatch::add_points(std::size_t lane, const Vector3& normal) {
   const FlushPair& pair = pairs_[lane];
-  const Body &a = *pair.a, &b = *pair.b;
-  const Topology& topology_p = (pair.reversed ? b : a).shape().topology();
-  const Topology& topology_q = (pair.reversed ? a : b).shape().topology();
-  const auto vertex = [](const Topology& topology, int face, int k) {
-    return Feature{FeatureKind::Vertex, topology.face(face)[static_cast<std::size_t>(k)]};
-  };
-  const auto edge = [](const Topology& topology, int face, int k) {
-    return Feature{FeatureKind::Edge, topology.face_edges(face)[static_cast<std::size_t>(k)]};
-  };
-  const Feature face_p{FeatureKind::Face, pair.face_p}, face_q{FeatureKind::Face, pair.face_q};
-  SharedCorners corners;
-  for (int k = 0; k < found_.corner_count; ++k) {
-    const FlushCorner& found = found_.corners[static_cast<std::size_t>(k)];
-    if ((found.pairs >> lane & 1) == 0) continue;
-    SharedCorner& corner = corners.add();
-    corner.place = {found.x.of[lane], found.y.of[lane]};
-    corner.height_p = found.height_p.of[lane];
-    corner.height_q = found.height_q.of[lane];
-    corner.share = found.share.of[lane];
-    if (found.side_p >= 0) {
-      corner.feature_p = edge(topology_p, pair.face_p, found.side_p);
-      corner.feature_q = edge(topology_q, pair.face_q, found.side_q);
-    } else {
-      corner.feature_p =
-          found.corner_p >= 0 ? vertex(topology_p, pair.face_p, found.corner_p) : face_p;
-      corner.feature_q =
-          found.corner_q >= 0 ? vertex(topology_q, pair.face_q, found.corner_q) : face_q;
+  const LaneCorners corners(found_, lane, pair);
+  if (corners.crowded(found_.tolerance.of[lane])) return false;
+  const Vector3 origin = at(found_.origin, lane), up = at(found_.normal, lane);
+  const Vector3 u = at(found_.axis_u, lane), v = at(found_.axis_v, lane);
+  const bool in_world = options_.frame == PointFrame::World;
+  const Vector3 middle = 0.5 * pair.a->centre() + 0.5 * pair.b->centre();
+  if (points_.size() < used_ + corners.count) points_.resize(2 * (used_ + corners.count));
+  for (std::size_t k = 0; k < corners.count; ++k) {
+    const FlushCorner& corner = *corners.corner[k];
+    const Vector3 foot = origin + u * corner.x.of[lane] + v * corner.y.of[lane];
+    const double height_p = corner.height_p.of[lane], height_q = corner.height_q.of[lane];
+    ContactPoint& point = points_[used_ + corners.place[k]];
+    point.key = {pair.blocks[0], pair.blocks[1],
+                 pair.reversed ? corners.feature_q[k] : corners.feature_p[k],
+                 pair.reversed ? corners.feature_p[k] : corners.feature_q[k]};
+    point.type = ContactType::FaceFace;
+    point.point_a = foot + (pair.reversed ? height_q : height_p) * up;
+    point.point_b = foot + (pair.reversed ? height_p : height_q) * up;
+    if (in_world) {
+      point.point_a += middle;
+      point.point_b += middle;
     }
+    point.normal = normal;
+    point.gap = height_q - height_p;
+    point.area = corner.share.of[lane];
   }
-  if (crowded(corners, found_.tolerance.of[lane])) return false;
-  ContactPlane plane;
-  plane.origin = at(found_.origin, lane);
-  plane.normal = at(found_.normal, lane);
-  plane.axis_u = at(found_.axis_u, lane);
-  plane.axis_v = at(found_.axis_v, lane);
-  NearestFeatures nearest;
-  nearest.normal = normal;
-  const std::size_t first = points_.size();
-  append_corners(pair.blocks, pair.reversed, nearest, ContactType::FaceFace, plane, corners,
-                 points_);
+  const std::span<ContactPoint> points = std::span(points_).subspan(used_, corners.count);
+  used_ += corners.count;
+  if (in_world) return true;
   const Vector3 between = at(found_.between, lane);
-  move(Solid(a, -0.5 * between), Solid(b, 0.5 * between), 0.5 * a.centre() + 0.5 * b.centre(),
-       options_.frame, std::span(points_).subspan(first));
+  move(Solid(*pair.a, -0.5 * between), Solid(*pair.b, 0.5 * between), middle, options_.frame,
+       points);
   return true;
 }
 

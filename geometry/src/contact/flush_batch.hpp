@@ -61,7 +61,8 @@ class FlushBatch {
   std::array<FlushPair, FlushRow::kPairs> pairs_;
   std::size_t waiting_ = 0;
   std::vector<FlushPairAnswer> answers_;
-  std::vector<ContactPoint> points_;
+  std::vector<ContactPoint> points_;  // room for those of all answers
+  std::size_t used_ = 0;              // of it
 };
 
 }  // namespace quoin::geometry
