@@ -80,7 +80,8 @@ struct Stack {
                        Vector3(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), 0.0) +
                        Vector3::UnitZ() * (p.box().max.z() - p.origin().z() - q.box().min.z() +
                                            q.origin().z() + rise);
-    if (random.chance(0.3)) at_q.translation.head<2>() = at_p.translation.head<2>();
+    if (random.chance(0.3)) at_q.translation.head<2>() = (p.origin() - q.origin()).head<2>();
+    if (random.chance(0.3)) poke(random);
     if (lean > 0.0) turn(rotation_about(random.direction(), lean), at_q);
     if (random.chance(0.6)) {
       const Matrix3 all = random.rotation();
@@ -91,6 +92,13 @@ struct Stack {
     at_p.translation += far;
     at_q.translation += far;
     if (random.chance(0.1)) at_p = {};
+  }
+  /// A corner of the one face beyond a side of the other by so little that two crossings are as
+  /// near as the tolerance.
+  void poke(Random& random) {
+    turn(rotation_about(Vector3::UnitZ(), random.uniform(0.3, 1.2)), at_q);
+    const double beyond = random.log_uniform(1e-11, 1e-4);
+    at_q.translation.x() += p.box().max.x() + beyond - Body(q, at_q).vertices().row(0).maxCoeff();
   }
   static void turn(const Matrix3& by, Placement& at) {
     at.linear = by * at.linear;
