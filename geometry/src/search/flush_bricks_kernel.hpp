@@ -306,18 +306,25 @@ class FlushPairs {
     Flags starts, ends;
   };
 
+  /// A whole side. Written number by number, as it is read: copies in wide registers would wait.
+  static void lay_piece(const LaneFace<Lanes>& face, int k, const Flags (&covered)[4],
+                        Piece& piece) {
+    const int tail = face.tail(k), head = face.head(k);
+    piece.start_x = face.x[tail];
+    piece.start_y = face.y[tail];
+    piece.end_x = face.x[head];
+    piece.end_y = face.y[head];
+    piece.starts = covered[tail];
+    piece.ends = covered[head];
+  }
+
   /// As FaceOverlay::lay_sides and cross_sides.
   void cross_sides() {
     p_.lay_over(q_);
     q_.lay_over(p_);
-    const auto piece = [](const LaneFace<Lanes>& face, int k, const Flags(&covered)[4]) {
-      const int tail = face.tail(k), head = face.head(k);
-      return Piece{face.x[tail], face.y[tail],  face.x[head],
-                   face.y[head], covered[tail], covered[head]};
-    };
     for (int k = 0; k < 4; ++k) {
-      pieces_[k] = piece(p_, k, covered_p_);
-      pieces_[4 + k] = piece(q_, k, covered_q_);
+      lay_piece(p_, k, covered_p_, pieces_[k]);
+      lay_piece(q_, k, covered_q_, pieces_[4 + k]);
     }
     for (int i = 0; i < 4; ++i) {
       for (int j = 0; j < 4; ++j) {
