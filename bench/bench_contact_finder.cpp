@@ -240,6 +240,9 @@ int main(int argc, char** argv) {
     add("B/find-" + std::to_string(count), jointed(count, 0.0));
     add("B/turning-" + std::to_string(count), jointed(count, kTurn));
   }
+  for (const double tilt : {1e-9, 1e-6, 1e-3, 1e-2}) {
+    add("B/tilted-" + short_name(tilt), jointed(1000, tilt));
+  }
   for (const int count : {1000, 100000}) add("B/apart-" + std::to_string(count), apart(count));
   for (const int count : {100000, 1000000}) {
     const std::string name = "B/memory-" + std::to_string(count);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "harness.hpp"
@@ -63,8 +64,8 @@ struct Verdict {
   std::vector<double> errors;  ///< of the area spanned by the points, as a share of the true one
 };
 
-/// Wrong: no point at all, an area off by more than 1 %, or a gap off by more than the allowance of
-/// Workload.
+/// Wrong: no point at all, an area off by more than 1 %, or the least gap, or one of the others
+/// beyond what the faces lean, off by more than the allowance of Workload.
 Verdict judge(ManifoldPeer& peer, const Workload& workload) {
   constexpr double kAreaShare = 0.01;
   Verdict verdict;
@@ -77,10 +78,12 @@ Verdict judge(ManifoldPeer& peer, const Workload& workload) {
     } catch (const std::exception&) {
       // gave up: no points
     }
-    double gap_error = 0.0;
+    double gap_error = 0.0, least = std::numeric_limits<double>::infinity();
     for (const ManifoldPoint& p : points) {
-      gap_error = std::max(gap_error, std::abs(p.gap - pair.gap[0]));
+      gap_error = std::max(gap_error, p.gap - pair.gap[0] - pair.rise);
+      least = std::min(least, p.gap);
     }
+    gap_error = std::max(gap_error, std::abs(least - pair.gap[0]));
     const double spanned = hull_area(points, pair.poses_a[0].rotation.col(2));
     const double area_error = std::abs(spanned - pair.area) / pair.area;
     verdict.errors.push_back(points.empty() ? 1.0 : area_error);

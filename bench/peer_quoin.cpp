@@ -1,5 +1,6 @@
 #include <quoin/geometry/contact_point.hpp>
 #include <quoin/geometry/nearest_features.hpp>
+#include <quoin/geometry/pair_batch.hpp>
 #include <quoin/geometry/published_search.hpp>
 
 #include "peer.hpp"
@@ -99,6 +100,7 @@ class Bodies {
       bodies_[k].move(placements_[k]);
     }
   }
+  std::span<const geometry::Body> all() const { return bodies_; }
   const geometry::Body& a(int pair) const { return bodies_[2 * static_cast<std::size_t>(pair)]; }
   const geometry::Body& b(int pair) const {
     return bodies_[2 * static_cast<std::size_t>(pair) + 1];
@@ -147,6 +149,8 @@ class Published final : public PeerOf<Published> {
   Solids solids_;
 };
 
+constexpr double kReach = 2e-3;  // beyond the largest gap of W4, m
+
 class QuoinManifold final : public ManifoldPeer {
  public:
   QuoinManifold(std::string name, bool warm) : ManifoldPeer(std::move(name)), warm_(warm) {}
@@ -181,10 +185,39 @@ class QuoinManifold final : public ManifoldPeer {
         append_contacts_within_reach({0, 1}, a, b, {.reach = kReach}, hint, contacts_);
     if (warm_) hint = nearest.hint;
   }
-  static constexpr double kReach = 2e-3;  // beyond the largest gap of W4, m
   bool warm_;
   Solids solids_;
   std::vector<FeatureHint> hints_;
+  std::vector<geometry::ContactPoint> contacts_;
+};
+
+/// All pairs in one call of PairBatch, warm, as shapes and placements.
+class QuoinBatch final : public ManifoldPeer {
+ public:
+  QuoinBatch() : ManifoldPeer("quoin batch") {}
+  bool answers(const Workload&) const override { return true; }
+  void load(const Workload& workload) override {
+    bodies_.load(workload);
+    for (int k = 0; k < std::ssize(workload.pairs); ++k) bodies_.move(k);
+  }
+  void ask(int pair, std::vector<ManifoldPoint>& points) override {
+    ask_all({&pair, 1});
+    points.clear();
+    for (const geometry::ContactPoint& c : contacts_) points.push_back({c.point(), c.gap});
+  }
+  double ask_all(std::span<const int> pairs) override {
+    pairs_.clear();
+    for (const int pair : pairs) pairs_.push_back({2 * pair, 2 * pair + 1});
+    batch_.find(geometry::BodySource(bodies_.all()), pairs_, contacts_);
+    double sum = 0.0;
+    for (const geometry::PairResult& result : batch_.pairs()) sum += result.gap;
+    return sum;
+  }
+
+ private:
+  Bodies bodies_;
+  geometry::PairBatch batch_{{.reach = kReach}};
+  std::vector<geometry::BlockPair> pairs_;
   std::vector<geometry::ContactPoint> contacts_;
 };
 
@@ -206,6 +239,7 @@ void append_quoin(Peers& peers, bool settings) {
 void append_quoin(ManifoldPeers& peers) {
   peers.push_back(std::make_unique<QuoinManifold>("quoin", false));
   peers.push_back(std::make_unique<QuoinManifold>("quoin warm", true));
+  peers.push_back(std::make_unique<QuoinBatch>());
 }
 
 }  // namespace quoin::bench

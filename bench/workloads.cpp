@@ -310,11 +310,19 @@ BenchShape prism_shape(const std::vector<Eigen::Vector2d>& polygon, double half_
   return shape_of(geometry::make_shape(vertices, triangles));
 }
 
-/// One block on another as in running bond, gap or overlap 1e-6 … 1e-3 of the size.
+/// The family "box-tilt-1e-6": by how much one box leans against the other, rad; 0 for others.
+double tilt_of(const std::string& family) {
+  constexpr std::string_view kTilt = "box-tilt-";
+  return family.starts_with(kTilt) ? std::stod(family.substr(kTilt.size())) : 0.0;
+}
+
+/// One block on another as in running bond, gap or overlap 1e-6 … 1e-3 of the size; where it leans,
+/// an overlap deeper by so much that all of what both faces share overlaps.
 Workload stacked_workload(const std::string& family, const WorkloadScale& scale) {
   Workload workload{.name = "W4", .family = family};
   const bool box = family.starts_with("box");
-  workload.overlap = family.ends_with("overlap");
+  const double tilt = tilt_of(family);
+  workload.overlap = family.ends_with("overlap") || tilt > 0.0;
   Random random(4000 + (box ? 1 : 2) + (workload.overlap ? 10 : 20));
   const Vector3 half(0.5, 0.25, 0.2);
   std::vector<std::vector<Eigen::Vector2d>> footprints;
@@ -332,14 +340,21 @@ Workload stacked_workload(const std::string& family, const WorkloadScale& scale)
     set_size(workload, pair);
     const double length = pair.size * random.log_uniform(1e-6, 1e-3);
     const Eigen::Vector2d shift(random.uniform(-0.5, 0.5), random.uniform(-0.05, 0.05));
-    const double gap = workload.overlap ? -length : length;
+    const double gap = (workload.overlap ? -length : length) - tilt * pair.size;
+    Matrix3 lean = Matrix3::Identity();  // about the middle of the upper one's lower face
+    if (tilt > 0.0) {
+      const double heading = random.uniform(0, 2 * kPi);
+      lean = referee::rotation_about({std::cos(heading), std::sin(heading), 0.0}, tilt);
+    }
     std::vector<Eigen::Vector2d> shifted = upper;
-    for (Eigen::Vector2d& p : shifted) p += shift;
+    for (Eigen::Vector2d& p : shifted) p = lean.topLeftCorner<2, 2>() * p + shift;
     pair.area = shared_area(lower, shifted);
+    pair.rise = tilt * pair.size;
     const Pose turn{random.rotation(), random.point(-2, 2)};
-    const Vector3 above(shift.x(), shift.y(), 2 * half.z() + gap);
+    const Vector3 face(shift.x(), shift.y(), half.z() + gap);
+    const Vector3 above = face + half.z() * lean.col(2);
     pair.poses_a = {turn};
-    pair.poses_b = {{turn.rotation, turn.place + turn.rotation * above}};
+    pair.poses_b = {{turn.rotation * lean, turn.place + turn.rotation * above}};
     pair.gap = {static_cast<double>(exact(workload, pair, 0).gap)};
     workload.pairs.push_back(std::move(pair));
   }
@@ -349,7 +364,8 @@ Workload stacked_workload(const std::string& family, const WorkloadScale& scale)
 }  // namespace
 
 bool Workload::boxes_only() const {
-  return std::all_of(shapes.begin(), shapes.end(), [](const BenchShape& shape) { return shape.is_box; });
+  return std::all_of(shapes.begin(), shapes.end(),
+                     [](const BenchShape& shape) { return shape.is_box; });
 }
 
 double Workload::allowed_error(const Pair& pair, int step) const {
@@ -377,7 +393,8 @@ std::vector<std::string> distance_workload_names() {
 }
 
 std::vector<std::string> manifold_workload_names() {
-  return {"W4/box-overlap", "W4/box-gap", "W4/prism-overlap", "W4/prism-gap"};
+  return {"W4/box-overlap",   "W4/box-gap",       "W4/prism-overlap", "W4/prism-gap",
+          "W4/box-tilt-1e-9", "W4/box-tilt-1e-6", "W4/box-tilt-1e-3", "W4/box-tilt-1e-2"};
 }
 
 Workload make_workload(const std::string& name, const WorkloadScale& scale) {

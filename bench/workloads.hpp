@@ -34,6 +34,7 @@ struct Pair {
   std::vector<Pose> poses_a{}, poses_b{};
   std::vector<double> gap{};  ///< exact, rounded to double, m
   double area = 0.0;          ///< of the shared face, m2 (W4 only)
+  double rise = 0.0;          ///< of the gap over the shared face, at most, m (W4 only)
 };
 
 struct Workload {

@@ -21,7 +21,9 @@ GOALS = {"W1/box": ("quoin", 0.12), "W2/8": ("quoin", 0.17), "W2/16": ("quoin", 
          "W2/256": ("quoin", 0.25), "W3/box": ("quoin warm", 0.04), "W3/32": ("quoin warm", 0.045),
          "W3/128": ("quoin warm", 0.045), "W4/box-overlap": ("quoin", 0.5),
          "W4/box-gap": ("quoin", 0.5), "W4/prism-overlap": ("quoin", 1.9),
-         "W4/prism-gap": ("quoin", 1.9), "W5/box": ("quoin", 0.2), "W5/16": ("quoin", 0.2),
+         "W4/prism-gap": ("quoin", 1.9),
+         **{f"W4/box-tilt-{tilt}": ("quoin batch", 0.5) for tilt in ("1e-9", "1e-6", "1e-3", "1e-2")},
+         "W5/box": ("quoin", 0.2), "W5/16": ("quoin", 0.2),
          "W5/64": ("quoin", 0.2), "B/broad-jitter-100000": ("quoin", 0.5),
          "B/broad-drift-100000": ("quoin", 0.5), "B/find-100000": ("find 2 threads", 1 / 1.8)}
 

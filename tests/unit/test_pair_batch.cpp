@@ -1,7 +1,9 @@
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <quoin/geometry/build.hpp>
 #include <quoin/geometry/pair_batch.hpp>
+#include <quoin/geometry/worker_pool.hpp>
 
 #include "support/catch.hpp"
 #include "support/random.hpp"
@@ -184,4 +186,70 @@ TEST_CASE("pair batch: bodies known as apart come into reach as in a batch that 
   }
   CHECK(in_reach > 50);
   CHECK(changes > 50);
+}
+
+namespace {
+
+/// A wall of bricks, turned as a whole; each brick is shaken by so much, m and rad.
+std::vector<Body> shaken_wall(const Shape& brick, quoin::tests::Random& random, double shake,
+                              double lean) {
+  const quoin::geometry::Matrix3 heading =
+      quoin::tests::rotation_about(Vector3(0.6, 0.0, 0.8), 0.4);
+  std::vector<Body> bodies;
+  for (int row = 0; row < 6; ++row) {
+    for (int k = 0; k < 8; ++k) {
+      const Vector3 at(0.501 * (k + 0.5 * (row % 2)), 0.0, 0.201 * row);
+      const auto turn = quoin::tests::rotation_about(random.direction(), lean);
+      bodies.emplace_back(brick, Placement{lean > 0.0 ? heading * turn : heading,
+                                           heading * (at + shake * random.direction())});
+    }
+  }
+  return bodies;
+}
+
+void check_same(const std::vector<ContactPoint>& found, const std::vector<ContactPoint>& expected) {
+  REQUIRE(found.size() == expected.size());
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    REQUIRE(found[k].key == expected[k].key);
+    REQUIRE(found[k].type == expected[k].type);
+    REQUIRE(found[k].point_a == expected[k].point_a);
+    REQUIRE(found[k].point_b == expected[k].point_b);
+    REQUIRE(found[k].normal == expected[k].normal);
+    REQUIRE(found[k].gap == expected[k].gap);
+    REQUIRE(found[k].area == expected[k].area);
+  }
+}
+
+}  // namespace
+
+TEST_CASE(
+    "pair batch: a shaken wall is answered as its pairs are alone, on any number of threads") {
+  quoin::tests::Random random(41);
+  const Shape brick = quoin::geometry::make_box({0.1, 0, 0}, {0.6, 0.3, 0.2});
+  const quoin::geometry::ContactOptions options{.reach = 4e-3};
+  std::vector<BlockPair> pairs;
+  for (int i = 0; i < 48; ++i) {
+    for (int k = i + 1; k < 48; ++k) pairs.push_back({i, k});
+  }
+  quoin::geometry::WorkerPool one(1), two(2), three(3);
+  const std::array<quoin::geometry::WorkerPool*, 3> pools{&one, &two, &three};
+  for (const double lean : {0.0, 1e-12, 1e-4}) {
+    std::vector<PairBatch> batches;
+    for (int k = 0; k < 3; ++k) batches.emplace_back(options);
+    for (int step = 0; step < 12; ++step) {
+      const std::vector<Body> bodies = shaken_wall(brick, random, 3e-4, lean);
+      std::vector<ContactPoint> expected, found;
+      for (const BlockPair& pair : pairs) {
+        append_contacts_within_reach({pair.a, pair.b}, bodies[static_cast<std::size_t>(pair.a)],
+                                     bodies[static_cast<std::size_t>(pair.b)], options, {},
+                                     expected);
+      }
+      REQUIRE(expected.size() > 300);
+      for (std::size_t k = 0; k < 3; ++k) {
+        CAPTURE(lean, step, k);
+        batches[k].find(BodySource(bodies), pairs, found, pools[k]);
+        check_same(found, expected);
+      }
+    }
+  }
 }

@@ -5,15 +5,6 @@
 namespace quoin::geometry {
 namespace {
 
-/// Both features in one number, in the order of ContactKey.
-std::int64_t key_number(const SharedCorner& corner, bool reversed) {
-  const auto number = [](const Feature& feature) {
-    return static_cast<std::int64_t>(feature.kind) << 29 | feature.index;
-  };
-  const std::int64_t p = number(corner.feature_p), q = number(corner.feature_q);
-  return reversed ? q << 32 | p : p << 32 | q;
-}
-
 /// Where each point goes.
 struct Places {
   SmallVector<std::int64_t, 64> keys;
@@ -27,7 +18,7 @@ struct Places {
     std::int64_t* const key = keys.begin();
     unsigned* const place = places.begin();
     for (std::size_t i = 0; i < count; ++i) {
-      key[i] = key_number(corners[i], reversed);
+      key[i] = key_number(corners[i].feature_p, corners[i].feature_q, reversed);
       unsigned before = 0;
       for (std::size_t j = 0; j < i; ++j) {
         const unsigned smaller = key[j] <= key[i];

@@ -10,6 +10,7 @@
 #include "certify/feature_normal.hpp"
 #include "contact/contact_corners.hpp"
 #include "contact/contact_patch.hpp"
+#include "contact/point_frame.hpp"
 #include "polygon/projected_feature.hpp"
 #include "search/face_face.hpp"
 #include "search/nearest_features.hpp"
@@ -681,41 +682,8 @@ void copy_polygon(const ContactPolygon& part, const ContactPlane& plane, bool re
   if (reversed) std::reverse(polygon.begin(), polygon.end());
 }
 
-/// From a place as seen from the middle of the pair into the frame of the shape.
-class IntoFrame {
- public:
-  explicit IntoFrame(const Solid& solid) : solid_(solid) {
-    if (solid.turned() == nullptr) return;
-    const Matrix3& cofactors = solid.turned()->cofactors();
-    const double determinant = solid.turned()->placement().linear.col(0).dot(cofactors.col(0));
-    inverse_ = cofactors.transpose() / determinant;
-  }
-  Vector3 operator()(const Vector3& place) const {
-    const Vector3 offset = place - solid_.origin();
-    return solid_.shape().origin() + (solid_.turned() == nullptr ? offset : inverse_ * offset);
-  }
-
- private:
-  const Solid& solid_;
-  Matrix3 inverse_ = Matrix3::Identity();
-};
-
-/// Contact points from `first` on, from the middle of the pair into the frame that is asked for.
-void move(const PlacedPair& pair, PointFrame frame, std::size_t first,
-          std::vector<ContactPoint>& contacts) {
-  if (first == contacts.size()) return;
-  if (frame == PointFrame::World) {
-    for (std::size_t k = first; k < contacts.size(); ++k) {
-      contacts[k].point_a += pair.middle;
-      contacts[k].point_b += pair.middle;
-    }
-    return;
-  }
-  const IntoFrame into_a(pair.a), into_b(pair.b);
-  for (std::size_t k = first; k < contacts.size(); ++k) {
-    contacts[k].point_a = into_a(contacts[k].point_a);
-    contacts[k].point_b = into_b(contacts[k].point_b);
-  }
+void move(const PlacedPair& pair, PointFrame frame, std::span<ContactPoint> points) {
+  move(pair.a, pair.b, pair.middle, frame, points);
 }
 
 void append_points(const std::array<int, 2>& blocks, const Solid& a, const Solid& b,
@@ -795,7 +763,7 @@ void append_contact_points(const std::array<int, 2>& blocks, const Body& a, cons
   NearestFeatures here = nearest;
   move(here, -pair.middle);
   append_points(blocks, pair.a, pair.b, here, options, contacts);
-  move(pair, options.frame, first, contacts);
+  move(pair, options.frame, std::span(contacts).subspan(first));
 }
 
 NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, const Shape& a,
@@ -818,7 +786,7 @@ NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, c
   const std::size_t first = contacts.size();
   NearestFeatures nearest;
   append_within_reach(blocks, {pair.a, pair.b}, options, hint, nearest, contacts);
-  move(pair, options.frame, first, contacts);
+  move(pair, options.frame, std::span(contacts).subspan(first));
   move(nearest, pair.middle);
   return nearest;
 }
@@ -836,7 +804,7 @@ void update_pair_contact(const Body& a, const Body& b, const ContactOptions& opt
   const PlacedPair pair(a, b);
   update(pair.a, pair.b, options, contact);
   move(contact.nearest, pair.middle);
-  move(pair, options.frame, 0, contact.points);
+  move(pair, options.frame, contact.points);
   for (Vector3& corner : contact.polygon) corner += pair.middle;
 }
 

@@ -6,6 +6,7 @@
 #include <quoin/geometry/pair_batch.hpp>
 
 #include "contact/contact_tracking.hpp"
+#include "contact/flush_batch.hpp"
 #include "finder/placed_box.hpp"
 #include "search/still_apart.hpp"
 
@@ -13,7 +14,8 @@ namespace quoin::geometry {
 namespace {
 
 constexpr std::size_t kPairsPerWorker = 64;  // fewer are not worth waking a thread for
-constexpr std::size_t kPairsInCache = 128;   // whose contact points are copied while still in cache
+constexpr std::size_t kPairsInCache =
+    128;  // answered together; their points are copied while still in cache
 /// Pairs come in the order of a, and bodies near each other have numbers not far apart as a rule:
 /// so many are kept made, 240 bytes each. A power of two.
 constexpr std::size_t kBodiesKept = 512;
@@ -87,6 +89,7 @@ struct WorkerPart {
   PairTracking tracking{};
   std::vector<int> previous{};
   RecentBodies bodies{};
+  FlushBatch flush{};
 
   std::size_t total() const { return count + beyond.size(); }
   void begin(const BodySource& source) {
@@ -108,12 +111,11 @@ struct WorkerPart {
 
 Body body_in_row(const void* owner, int index) { return static_cast<const Body*>(owner)[index]; }
 
-void describe(const NearestFeatures& nearest, std::span<const ContactPoint> points,
-              PairResult& result) {
-  result.status = nearest.status;
-  result.indeterminate = nearest.indeterminate;
-  result.gap = nearest.gap;
-  result.normal = nearest.normal;
+/// `answer`: NearestFeatures or FlushPairAnswer.
+void describe(const auto& answer, std::span<const ContactPoint> points, PairResult& result) {
+  result.status = answer.status;
+  result.gap = answer.gap;
+  result.normal = answer.normal;
   result.count = static_cast<int>(points.size());
   if (!points.empty()) result.type = points.front().type;
   for (const ContactPoint& point : points) result.area += point.area;
@@ -170,6 +172,9 @@ struct PairBatch::Memory {
   void search(std::size_t first, std::size_t last, std::size_t worker,
               std::vector<ContactPoint>& contacts);
   bool stay_apart(std::size_t i, const Body& a, const Body& b);
+  void search_flush(std::size_t first, std::size_t last, WorkerPart& part);
+  void take_flush(const FlushPairAnswer& answer, WorkerPart& part,
+                  std::vector<ContactPoint>& contacts, PairResult& result);
   void search_pair(std::size_t i, WorkerPart& part, const Body& a,
                    std::vector<ContactPoint>& contacts, PairResult& result);
   void repeat(std::size_t i, std::vector<ContactPoint>& contacts, PairResult& result) const;
@@ -385,7 +390,30 @@ void PairBatch::Memory::search_pair(std::size_t i, WorkerPart& part, const Body&
   const NearestFeatures nearest = append_contacts_within_reach({named[i].a, named[i].b}, a, b,
                                                                options, known[i].hint, contacts);
   known[i].hint = nearest.hint;
+  result.indeterminate = nearest.indeterminate;
   describe(nearest, std::span(contacts).subspan(first), result);
+}
+
+/// Answers side by side what it can of the pairs that were in contact and are to be searched.
+void PairBatch::Memory::search_flush(std::size_t first, std::size_t last, WorkerPart& part) {
+  part.flush.start(options);
+  for (std::size_t i = first; i < last; ++i) {
+    const bool in_contact = states[i].listed >= 0 && states[i].kept < 0;
+    if (!in_contact || known[i].hint.face_a < 0 || known[i].hint.face_b < 0) continue;
+    const Body& a = part.bodies.first(pairs[i].a);
+    const Body& b = part.bodies.second(pairs[i].b, pairs[i].a);
+    part.flush.take(i, {named[i].a, named[i].b}, a, b, known[i].hint);
+  }
+  part.flush.finish();
+}
+
+/// Takes over an answer of search_flush.
+void PairBatch::Memory::take_flush(const FlushPairAnswer& answer, WorkerPart& part,
+                                   std::vector<ContactPoint>& contacts, PairResult& result) {
+  const std::span<const ContactPoint> points = part.flush.points(answer);
+  contacts.insert(contacts.end(), points.begin(), points.end());
+  known[answer.pair].hint.normal = answer.normal;
+  describe(answer, points, result);
 }
 
 /// The answer of a pair of which neither body has moved.
@@ -411,6 +439,9 @@ void PairBatch::Memory::list(std::size_t i, WorkerPart& part, const PairResult& 
 void PairBatch::Memory::search(std::size_t first, std::size_t last, std::size_t worker,
                                std::vector<ContactPoint>& contacts) {
   WorkerPart& part = parts[worker];
+  search_flush(first, last, part);
+  auto flush = part.flush.answers().begin();
+  const auto flush_end = part.flush.answers().end();
   for (std::size_t i = first; i < last; ++i) {
     if (states[i].apart_until > ways_of(pairs[i])) continue;
     const std::size_t start = contacts.size();
@@ -418,6 +449,8 @@ void PairBatch::Memory::search(std::size_t first, std::size_t last, std::size_t 
     PairResult result;
     if (states[i].kept >= 0) {
       repeat(i, contacts, result);
+    } else if (flush != flush_end && flush->pair == i) {
+      take_flush(*flush++, part, contacts, result);
     } else {
       search_pair(i, part, a, contacts, result);
     }
@@ -565,7 +598,9 @@ void PairBatch::Memory::find(std::vector<ContactPoint>& contacts, Executor* exec
     search_in_parallel(*executor, workers, contacts);
   } else {
     contacts.clear();
-    search(0, pairs.size(), 0, contacts);
+    for (std::size_t first = 0; first < pairs.size(); first += kPairsInCache) {
+      search(first, std::min(first + kPairsInCache, pairs.size()), 0, contacts);
+    }
   }
   list_results(used);
   remember(contacts);

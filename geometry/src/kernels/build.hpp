@@ -8,6 +8,7 @@
 #include "search/box_sat_kernel.hpp"
 #include "search/corner_features_kernel.hpp"
 #include "search/epa_kernel.hpp"
+#include "search/flush_bricks_kernel.hpp"
 #include "search/nearest_feature_search_kernel.hpp"
 #include "shape/scan.hpp"
 
@@ -136,6 +137,10 @@ struct Build {
                               : expand_by<ManyScan>(p, q, start, rounding);
   }
 
+  [[gnu::flatten]] static void flush_bricks(const FlushQuestion& question, FlushAnswer& answer) {
+    FlushPairs<Lanes>(question, answer).solve();
+  }
+
   static constexpr Kernels kernels(const char* name) {
     return {.name = name,
             .support = support,
@@ -150,7 +155,8 @@ struct Build {
             .corner_features = corner_features,
             .nearest_feature_search = nearest_feature_search,
             .box_sat = box_sat,
-            .expand_polytope = expand_polytope};
+            .expand_polytope = expand_polytope,
+            .flush_bricks = flush_bricks};
   }
 };
 

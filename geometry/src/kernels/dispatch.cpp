@@ -96,4 +96,8 @@ SearchResult expand_polytope(const Solid& p, const Solid& q, const SearchResult&
   return widest->expand_polytope(p, q, start, rounding);
 }
 
+void flush_bricks(const FlushQuestion& question, FlushAnswer& answer) {
+  widest->flush_bricks(question, answer);
+}
+
 }  // namespace quoin::geometry

@@ -15,13 +15,14 @@
 #include "polygon/contact_polygon.hpp"
 #include "polygon/polygon_rows.hpp"
 #include "search/corner_features.hpp"
+#include "search/flush_bricks.hpp"
 #include "search/nearest_feature_search.hpp"
 #include "shape/support.hpp"
 
 namespace quoin::geometry {
 
 /// The functions of the same names in support.hpp, polygon_rows.hpp, clip.hpp, certificate.hpp,
-/// corner_features.hpp, nearest_feature_search.hpp, box_sat.hpp and epa.hpp.
+/// corner_features.hpp, nearest_feature_search.hpp, box_sat.hpp, epa.hpp and flush_bricks.hpp.
 struct Kernels {
   const char* name;  ///< of the instruction set
   Support (*support)(const Solid&, const Vector3&);
@@ -39,6 +40,7 @@ struct Kernels {
   SearchResult (*nearest_feature_search)(const Solid&, const Solid&, const Vector3&, double);
   SearchResult (*box_sat)(const Solid&, const Solid&, double);
   SearchResult (*expand_polytope)(const Solid&, const Solid&, const SearchResult&, double);
+  void (*flush_bricks)(const FlushQuestion&, FlushAnswer&);
 };
 
 extern const Kernels kPlainKernels, kAvx2Kernels, kAvx512Kernels;

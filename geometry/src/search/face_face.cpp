@@ -35,7 +35,6 @@ FacePair hinted_faces(const Solid& a, const Solid& b, const FeatureHint& hint) {
 }
 
 bool look_at_each_other(const Solid& a, const Solid& b, const FacePair& faces) {
-  constexpr double kOpposite = -1.0 + 1e-6;  // cosine; only speed hangs on it
   return faces.a >= 0 && faces.b >= 0 &&
          along(a.face_normal(faces.a), b.face_normal(faces.b)) <= kOpposite;
 }

@@ -15,6 +15,10 @@ struct PlainLanes {
   struct Flags {
     unsigned all;
     unsigned bits() const { return all; }
+    Flags operator&(const Flags& b) const { return {all & b.all}; }
+    Flags operator|(const Flags& b) const { return {all | b.all}; }
+    Flags operator^(const Flags& b) const { return {all ^ b.all}; }
+    Flags without(const Flags& b) const { return {all & ~b.all}; }
   };
   static Flags only(std::size_t lane) { return {1u << lane}; }
   static Flags flags(unsigned bits) { return {bits}; }  ///< the lowest four

@@ -16,6 +16,10 @@ struct Lanes256 {
   struct Flags {
     __m256d all;
     unsigned bits() const { return static_cast<unsigned>(_mm256_movemask_pd(all)); }
+    Flags operator&(const Flags& b) const { return {_mm256_and_pd(all, b.all)}; }
+    Flags operator|(const Flags& b) const { return {_mm256_or_pd(all, b.all)}; }
+    Flags operator^(const Flags& b) const { return {_mm256_xor_pd(all, b.all)}; }
+    Flags without(const Flags& b) const { return {_mm256_andnot_pd(b.all, all)}; }
   };
   static Flags flags(unsigned bits) {
     const __m256i each = _mm256_set_epi64x(8, 4, 2, 1);

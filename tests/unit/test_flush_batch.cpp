@@ -1,0 +1,234 @@
+/// Bricks that lie flush, four pairs side by side: the bits of each pair asked alone.
+
+#include "geometry/src/contact/flush_batch.hpp"
+
+#include <bit>
+#include <cstdint>
+#include <quoin/geometry/build.hpp>
+
+#include "geometry/src/kernels/kernels.hpp"
+#include "support/catch.hpp"
+#include "support/random.hpp"
+
+namespace {
+
+using namespace quoin::geometry;
+using quoin::tests::Random;
+using quoin::tests::rotation_about;
+
+/// What an answer is made of, bit by bit.
+struct Bits {
+  std::vector<std::uint64_t> all;
+  void add(double value) { all.push_back(std::bit_cast<std::uint64_t>(value)); }
+  void add(int value) { all.push_back(static_cast<std::uint64_t>(value)); }
+  void add(const Vector3& v) {
+    for (const double x : {v.x(), v.y(), v.z()}) add(x);
+  }
+  void add(const Feature& feature) {
+    add(static_cast<int>(feature.kind));
+    add(feature.index);
+  }
+  void add(const ContactPoint& point) {
+    for (const int value : {point.key.a, point.key.b, static_cast<int>(point.type),
+                            static_cast<int>(point.indeterminate), point.previous}) {
+      add(value);
+    }
+    add(point.key.feature_a);
+    add(point.key.feature_b);
+    add(point.point_a);
+    add(point.point_b);
+    add(point.normal);
+    add(point.gap);
+    add(point.area);
+  }
+  void add(const FlushRow& row, unsigned lanes) {
+    for (std::size_t k = 0; k < FlushRow::kPairs; ++k) {
+      if ((lanes >> k & 1) != 0) add(row.of[k]);
+    }
+  }
+};
+
+Shape brick(Random& random) {
+  const Vector3 half(random.uniform(0.2, 0.9), random.uniform(0.2, 0.9), random.uniform(0.2, 0.9));
+  const Vector3 at = random.chance(0.5) ? Vector3(0, 0, 0) : random.point(-3, 3);
+  return make_box(at - half, at + half);
+}
+
+/// Six faces of four corners, none of them a rectangle.
+Shape block(Random& random) {
+  const Vector3 half(random.uniform(0.3, 0.9), random.uniform(0.3, 0.9), random.uniform(0.3, 0.9));
+  Points polygon(3, 4);
+  polygon.col(0) = Vector3(-half.x(), -half.y(), -half.z());
+  polygon.col(1) = Vector3(half.x(), -1.2 * half.y(), -half.z());
+  polygon.col(2) = Vector3(0.7 * half.x(), half.y(), -half.z());
+  polygon.col(3) = Vector3(-half.x(), 0.9 * half.y(), -half.z());
+  return make_prism(polygon, {0.1, 0.05, 2 * half.z()});
+}
+
+/// The second body's top or bottom on the first one's, moved aside and leaned by a little.
+struct Stack {
+  Shape p, q;
+  Placement at_p, at_q;
+  explicit Stack(Random& random)
+      : p(random.chance(0.7) ? brick(random) : block(random)),
+        q(random.chance(0.3) ? p : brick(random)) {
+    const double heights[] = {0.0, 1e-16, 1e-13, 1e-9, 1e-6, 1e-4, -1e-13, -1e-6, -1e-3};
+    const double leans[] = {0.0, 0.0, 0.0, 1e-16, 1e-14, 1e-12, 1e-9, 1e-6};
+    const double rise = heights[random.integer(0, std::ssize(heights) - 1)];
+    const double lean = leans[random.integer(0, std::ssize(leans) - 1)];
+    at_q.translation = p.origin() - q.origin() +
+                       Vector3(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), 0.0) +
+                       Vector3::UnitZ() * (p.box().max.z() - p.origin().z() - q.box().min.z() +
+                                           q.origin().z() + rise);
+    if (random.chance(0.3)) at_q.translation.head<2>() = (p.origin() - q.origin()).head<2>();
+    if (random.chance(0.3)) poke(random);
+    if (lean > 0.0) turn(rotation_about(random.direction(), lean), at_q);
+    if (random.chance(0.6)) {
+      const Matrix3 all = random.rotation();
+      turn(all, at_p);
+      turn(all, at_q);
+    }
+    const Vector3 far = random.chance(0.5) ? random.point(-1, 1) : random.point(-1e6, 1e6);
+    at_p.translation += far;
+    at_q.translation += far;
+    if (random.chance(0.1)) at_p = {};
+  }
+  /// A corner of the one face beyond a side of the other by so little that two crossings are as
+  /// near as the tolerance.
+  void poke(Random& random) {
+    turn(rotation_about(Vector3::UnitZ(), random.uniform(0.3, 1.2)), at_q);
+    const double beyond = random.log_uniform(1e-11, 1e-4);
+    at_q.translation.x() += p.box().max.x() + beyond - Body(q, at_q).vertices().row(0).maxCoeff();
+  }
+  static void turn(const Matrix3& by, Placement& at) {
+    at.linear = by * at.linear;
+    at.translation = by * at.translation;
+  }
+};
+
+/// A question and what the general way answers.
+struct Question {
+  Stack stack;
+  Body a, b;
+  ContactOptions options;
+  std::vector<ContactPoint> points;
+  NearestFeatures cold;
+  Question(Random& random, const ContactOptions& asked)
+      : stack(random),
+        a(random.chance(0.5) ? Body(stack.p, stack.at_p) : Body(stack.q, stack.at_q)),
+        b(&a.shape() == &stack.p ? Body(stack.q, stack.at_q) : Body(stack.p, stack.at_p)),
+        options(asked),
+        cold(append_contacts_within_reach({3, 8}, a, b, options, {}, points)) {}
+  Question(const Question&) = delete;
+};
+
+/// As the pair is answered alone, with last step's hint.
+Bits expected(const Question& question) {
+  std::vector<ContactPoint> points;
+  const NearestFeatures warm = append_contacts_within_reach(
+      {3, 8}, question.a, question.b, question.options, question.cold.hint, points);
+  Bits bits;
+  bits.add(static_cast<int>(warm.status));
+  bits.add(warm.gap);
+  bits.add(warm.normal);
+  for (const ContactPoint& point : points) bits.add(point);
+  return bits;
+}
+
+Bits found(const FlushBatch& batch, const FlushPairAnswer& answer) {
+  Bits bits;
+  bits.add(static_cast<int>(answer.status));
+  bits.add(answer.gap);
+  bits.add(answer.normal);
+  for (const ContactPoint& point : batch.points(answer)) bits.add(point);
+  return bits;
+}
+
+ContactOptions options_of(Random& random) {
+  return {.tolerance = random.chance(0.2) ? 1e-5 : 0.0,
+          .reach = random.chance(0.8) ? 1e-3 : 1e-8,
+          .frame = random.chance(0.5) ? PointFrame::World : PointFrame::Bodies};
+}
+
+}  // namespace
+
+TEST_CASE("flush batch: the bits of each pair asked alone") {
+  Random random(quoin::tests::environment_number("QUOIN_SEED", 5));
+  const auto rounds = static_cast<int>(quoin::tests::environment_number("QUOIN_CASES", 4000) / 4);
+  int solved = 0, flush = 0;
+  for (int round = 0; round < rounds; ++round) {
+    const ContactOptions options = options_of(random);
+    std::vector<std::unique_ptr<Question>> questions;
+    FlushBatch batch;
+    batch.start(options);
+    const int count = random.integer(1, 9);
+    for (int k = 0; k < count; ++k) {
+      questions.push_back(std::make_unique<Question>(random, options));
+      const Question& question = *questions.back();
+      batch.take(questions.size() - 1, {3, 8}, question.a, question.b, question.cold.hint);
+      const FeatureHint& hint = question.cold.hint;
+      flush += hint.face_a >= 0 && hint.face_b >= 0;
+    }
+    batch.finish();
+    for (const FlushPairAnswer& answer : batch.answers()) {
+      CAPTURE(round, answer.pair);
+      REQUIRE(found(batch, answer).all == expected(*questions[answer.pair]).all);
+      ++solved;
+    }
+  }
+  CAPTURE(solved, flush);
+  CHECK(solved > flush / 2);
+  CHECK(flush > rounds);
+}
+
+TEST_CASE("flush batch: every instruction set gives the bits of the plain one") {
+  Random random(6);
+  int solved = 0;
+  for (int round = 0; round < 300; ++round) {
+    FlushQuestion question;
+    const ContactOptions options = options_of(random);
+    question.tolerance = options.tolerance;
+    question.reach = options.reach;
+    std::vector<std::unique_ptr<Question>> questions;
+    std::array<FlushPair, FlushRow::kPairs> pairs;
+    for (std::size_t lane = 0; lane < pairs.size(); ++lane) {
+      do {
+        questions.push_back(std::make_unique<Question>(random, options));
+      } while (
+          !pairs[lane].take(questions.back()->a, questions.back()->b, questions.back()->cold.hint));
+      pairs[lane].pack(lane, question);
+    }
+    std::vector<std::uint64_t> first;
+    for (const Kernels* kernels : runnable_kernels()) {
+      INFO(kernels->name);
+      FlushAnswer answer;
+      kernels->flush_bricks(question, answer);
+      Bits bits;
+      bits.add(static_cast<int>(answer.solved));
+      if (answer.solved != 0) {
+        for (const FlushRow& row : {answer.gap, answer.tolerance}) bits.add(row, answer.solved);
+        for (const auto& rows : {answer.between, answer.origin, answer.normal, answer.axis_u}) {
+          for (int k = 0; k < 3; ++k) bits.add(rows[k], answer.solved);
+        }
+      }
+      for (int k = 0; answer.solved != 0 && k < answer.corner_count; ++k) {
+        const FlushCorner& corner = answer.corners[static_cast<std::size_t>(k)];
+        const unsigned here = corner.pairs & answer.solved;
+        if (here == 0) continue;
+        for (const int value : {corner.side_p, corner.side_q, corner.corner_p, corner.corner_q}) {
+          bits.add(value);
+        }
+        for (const FlushRow& row :
+             {corner.x, corner.y, corner.height_p, corner.height_q, corner.share}) {
+          bits.add(row, here);
+        }
+      }
+      if (kernels == runnable_kernels().front()) {
+        first = bits.all;
+        solved += std::popcount(answer.solved);
+      }
+      REQUIRE(bits.all == first);
+    }
+  }
+  CHECK(solved > 300);
+}
