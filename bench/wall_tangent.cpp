@@ -50,27 +50,31 @@ std::vector<JointKind> draw_joints(std::size_t count, double weak) {
 }
 
 void add(const LinearContact& c, const Vector3& stiffness, BlockSystem& system) {
-  const auto add_block = [&](const Matrix3x12& left, const Matrix3x12& right, Matrix12& block) {
-    block += left.transpose() * stiffness.asDiagonal() * right;
+  const auto add_block = [&](const ContactJacobian& left, const ContactJacobian& right,
+                             Part<6> block) {
+    block += left.rigid.transpose() * stiffness.asDiagonal() * right.rigid;
   };
   const auto at = [](int i) { return static_cast<std::size_t>(i); };
-  if (c.slot_a >= 0) add_block(c.jacobian_a, c.jacobian_a, system.diagonal[at(c.slot_a)]);
-  if (c.slot_b >= 0) add_block(c.jacobian_b, c.jacobian_b, system.diagonal[at(c.slot_b)]);
+  if (c.slot_a >= 0) add_block(c.jacobian_a, c.jacobian_a, system.diagonal.part<6>(at(c.slot_a)));
+  if (c.slot_b >= 0) add_block(c.jacobian_b, c.jacobian_b, system.diagonal.part<6>(at(c.slot_b)));
   if (c.pair < 0) return;
-  Matrix12& upper = system.off_diagonal[at(c.pair)];
+  const Part<6> upper = system.off_diagonal.part<6>(at(c.pair));
   const bool ascending = c.slot_a < c.slot_b;
   ascending ? add_block(c.jacobian_a, c.jacobian_b, upper)
             : add_block(c.jacobian_b, c.jacobian_a, upper);
 }
 
 /// Blocks alone, and the inverses of their matrices.
-std::vector<Matrix12> set_blocks(const ContactProblem& problem, WallTangent& wall) {
-  std::vector<Matrix12> compliance;
+SquareBlocks set_blocks(const ContactProblem& problem, WallTangent& wall) {
+  SquareBlocks compliance;
   std::vector<double> lengths;
+  compliance.resize(problem.blocks.size(), 6);
+  wall.system.diagonal.resize(problem.blocks.size(), 6);
   for (const ContactProblem::Block& block : problem.blocks) {
+    const std::size_t s = lengths.size();
     lengths.push_back(block.length);
-    wall.system.diagonal.emplace_back(Matrix12::Zero()).topLeftCorner<6, 6>() = block.matrix;
-    compliance.emplace_back(Matrix12::Zero()).topLeftCorner<6, 6>() = block.matrix.inverse();
+    wall.system.diagonal[s] = block.matrix;
+    compliance[s] = block.matrix.inverse();
     wall.right.emplace_back(Vector12::Zero()).head<6>() = block.force;
   }
   wall.slots = make_slots(std::vector<int>(lengths.size(), 6), lengths);
@@ -78,14 +82,14 @@ std::vector<Matrix12> set_blocks(const ContactProblem& problem, WallTangent& wal
 }
 
 std::vector<LinearContact> contacts_of(const ContactProblem& problem,
-                                       const std::vector<Matrix12>& compliance) {
+                                       const SquareBlocks& compliance) {
   std::vector<LinearContact> contacts;
   for (const ContactProblem::Contact& given : problem.contacts) {
     LinearContact& c = contacts.emplace_back();
     c.slot_a = given.a;
     c.slot_b = given.b;
-    if (given.a >= 0) c.jacobian_a.leftCols<6>() = given.rows_a;
-    if (given.b >= 0) c.jacobian_b.leftCols<6>() = given.rows_b;
+    if (given.a >= 0) c.jacobian_a.rigid = given.rows_a;
+    if (given.b >= 0) c.jacobian_b.rigid = given.rows_b;
     set_augmentation(compliance, c);
   }
   return contacts;
@@ -100,7 +104,7 @@ WallTangent wall_tangent(int columns, int rows, double weak) {
   std::vector<LinearContact> contacts = contacts_of(problem, set_blocks(problem, wall));
   set_pairs(contacts, wall.system);
   wall.system.frames.assign(frames.begin() + problem.first_block, frames.end());
-  wall.system.off_diagonal.assign(wall.system.pairs.size(), Matrix12::Zero());
+  wall.system.off_diagonal.resize(wall.system.pairs.size(), 6);
   const std::vector<JointKind> kinds = draw_joints(wall.system.pairs.size(), weak);
   std::vector<int> met(kinds.size(), 0);  // contacts of the joint so far
   for (const LinearContact& c : contacts) {
@@ -120,12 +124,14 @@ double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC
 
 double relative_residual(const WallTangent& wall, const BlockVector& solution) {
   BlockVector rest = wall.right;
-  for (std::size_t s = 0; s < rest.size(); ++s) rest[s] -= wall.system.diagonal[s] * solution[s];
+  for (std::size_t s = 0; s < rest.size(); ++s) {
+    rest[s].head<6>() -= wall.system.diagonal[s] * solution[s].head<6>();
+  }
   for (std::size_t p = 0; p < wall.system.pairs.size(); ++p) {
     const auto i = static_cast<std::size_t>(wall.system.pairs[p].first);
     const auto j = static_cast<std::size_t>(wall.system.pairs[p].second);
-    rest[i] -= wall.system.off_diagonal[p] * solution[j];
-    rest[j] -= wall.system.off_diagonal[p].transpose() * solution[i];
+    rest[i].head<6>() -= wall.system.off_diagonal[p] * solution[j].head<6>();
+    rest[j].head<6>() -= wall.system.off_diagonal[p].transpose() * solution[i].head<6>();
   }
   double left = 0.0, all = 0.0;
   for (std::size_t s = 0; s < rest.size(); ++s) {

@@ -1,6 +1,7 @@
 #pragma once
 /// Sparse matrix of 6×6 and 12×12 blocks, and the vectors that go with it.
 
+#include <algorithm>
 #include <utility>
 
 #include "displacement.hpp"
@@ -15,6 +16,7 @@ struct Slots {
   std::vector<int> start;      ///< per slot, and the total at the end
   std::vector<double> length;  ///< block size, per slot, m: turns moments into forces
   int count() const { return static_cast<int>(size.size()); }
+  int width() const;  ///< 6 where no block deforms, else 12
   int unknowns() const { return start.empty() ? 0 : start.back(); }
 };
 
@@ -33,13 +35,60 @@ struct Frame {
   Matrix3 rotation = Matrix3::Identity();  ///< own axes to the world's
 };
 
-/// Diagonal blocks by slot, off-diagonal blocks (i < j) by pair. Only the leading size×size part
-/// counts.
+/// A square part of a block.
+template <int n>
+using Part = Eigen::Map<Eigen::Matrix<double, n, n>, Eigen::Unaligned, Eigen::OuterStride<>>;
+template <int n>
+using ConstPart =
+    Eigen::Map<const Eigen::Matrix<double, n, n>, Eigen::Unaligned, Eigen::OuterStride<>>;
+
+/// Square matrices of one width, one after the other.
+class SquareBlocks {
+ public:
+  using Block = Eigen::Map<Eigen::MatrixXd>;
+  using ConstBlock = Eigen::Map<const Eigen::MatrixXd>;
+
+  /// Values are kept while the width stays, those of new blocks are zero.
+  void resize(std::size_t count, int width) {
+    if (width != width_) values_.clear();
+    width_ = width;
+    count_ = count;
+    values_.resize(count * area());
+  }
+  void set_zero() { std::ranges::fill(values_, 0.0); }
+
+  std::size_t size() const { return count_; }
+  int width() const { return width_; }
+  Block operator[](std::size_t i) { return {values_.data() + i * area(), width_, width_}; }
+  ConstBlock operator[](std::size_t i) const {
+    return {values_.data() + i * area(), width_, width_};
+  }
+  /// Of block i, n×n from row and column `first` on.
+  template <int n>
+  Part<n> part(std::size_t i, int first = 0) {
+    return Part<n>(values_.data() + i * area() + corner(first), Eigen::OuterStride<>(width_));
+  }
+  template <int n>
+  ConstPart<n> part(std::size_t i, int first = 0) const {
+    return ConstPart<n>(values_.data() + i * area() + corner(first), Eigen::OuterStride<>(width_));
+  }
+
+ private:
+  std::size_t area() const { return static_cast<std::size_t>(width_ * width_); }
+  std::size_t corner(int first) const { return static_cast<std::size_t>(first * (width_ + 1)); }
+
+  int width_ = 6;
+  std::size_t count_ = 0;
+  std::vector<double> values_;
+};
+
+/// Diagonal blocks by slot, off-diagonal blocks (i < j) by pair, all of Slots::width(). Only the
+/// leading size×size part counts.
 struct BlockSystem {
-  std::vector<Matrix12> diagonal;
+  SquareBlocks diagonal;
   std::vector<std::pair<int, int>> pairs;  ///< ascending
-  std::vector<Matrix12> off_diagonal;      ///< rows of pair.first, columns of pair.second
-  std::vector<Matrix12> mirrored;          ///< rows of pair.second; only where not symmetric
+  SquareBlocks off_diagonal;               ///< rows of pair.first, columns of pair.second
+  SquareBlocks mirrored;                   ///< rows of pair.second; only where not symmetric
   bool symmetric = true;
   std::vector<Frame> frames;  ///< by slot; empty: not known
 };

@@ -115,14 +115,14 @@ struct Compiled {
   std::vector<LinearContact> contacts;
 };
 
-Matrix3x12 widened(const Eigen::MatrixXd& rows) {
-  Matrix3x12 result = Matrix3x12::Zero();
-  result.leftCols(rows.cols()) = rows;
-  return result;
+void set_jacobian(const Eigen::MatrixXd& rows, ContactJacobian& jacobian) {
+  Matrix3x12 all = Matrix3x12::Zero();
+  all.leftCols(rows.cols()) = rows;
+  jacobian.set(all, rows.cols() == 12);
 }
 
 LinearContact compiled_contact(const ContactProblem::Contact& contact,
-                               const std::vector<Matrix12>& compliance) {
+                               const SquareBlocks& compliance) {
   LinearContact c;
   c.slot_a = contact.a;
   c.slot_b = contact.b;
@@ -131,8 +131,8 @@ LinearContact compiled_contact(const ContactProblem::Contact& contact,
   c.offset = contact.offset;
   c.multiplier = contact.force;
   c.assumed = contact.force[0] > 0.0 ? ContactMode::Stick : ContactMode::Open;
-  if (contact.a >= 0) c.jacobian_a = widened(contact.rows_a);
-  if (contact.b >= 0) c.jacobian_b = widened(contact.rows_b);
+  if (contact.a >= 0) set_jacobian(contact.rows_a, c.jacobian_a);
+  if (contact.b >= 0) set_jacobian(contact.rows_b, c.jacobian_b);
   set_augmentation(compliance, c);
   return c;
 }
@@ -141,19 +141,24 @@ Compiled compile(const ContactProblem& problem) {
   Compiled result;
   std::vector<int> unknowns;
   std::vector<double> lengths;
-  std::vector<Matrix12> compliance;
   for (const ContactProblem::Block& block : problem.blocks) {
     const Eigen::Index n = block.force.size();
     unknowns.push_back(static_cast<int>(n));
     lengths.push_back(block.length);
-    Matrix12& matrix = result.base.diagonal.emplace_back(Matrix12::Zero());
-    matrix.topLeftCorner(n, n) = block.matrix;
-    Matrix12& inverse = compliance.emplace_back(Matrix12::Zero());
-    inverse.topLeftCorner(n, n) = block.matrix.inverse();
     result.force.emplace_back(Vector12::Zero()).head(n) = block.force;
     result.increment.emplace_back(Vector12::Zero()).head(n) = block.guess;
   }
   result.slots = make_slots(unknowns, lengths);
+  SquareBlocks compliance;
+  const int width = result.slots.width();
+  result.base.diagonal.resize(problem.blocks.size(), width);
+  compliance.resize(problem.blocks.size(), width);
+  for (std::size_t s = 0; s < problem.blocks.size(); ++s) {
+    const Eigen::MatrixXd& matrix = problem.blocks[s].matrix;
+    const Eigen::Index n = matrix.rows();
+    result.base.diagonal[s].topLeftCorner(n, n) = matrix;
+    compliance[s].topLeftCorner(n, n) = matrix.inverse();
+  }
   for (const ContactProblem::Contact& contact : problem.contacts) {
     result.contacts.push_back(compiled_contact(contact, compliance));
   }
@@ -180,8 +185,10 @@ ContactProblem contact_problem(const Slots& slots, const BlockSystem& base,
     contact.friction = c.law == ContactLaw::Frictionless ? 0.0 : c.friction;
     contact.offset = c.offset;
     contact.force = c.multiplier;
-    if (c.slot_a >= 0) contact.rows_a = c.jacobian_a.leftCols(slots.size[index(c.slot_a)]);
-    if (c.slot_b >= 0) contact.rows_b = c.jacobian_b.leftCols(slots.size[index(c.slot_b)]);
+    if (c.slot_a >= 0)
+      contact.rows_a = c.jacobian_a.columns<12>().leftCols(slots.size[index(c.slot_a)]);
+    if (c.slot_b >= 0)
+      contact.rows_b = c.jacobian_b.columns<12>().leftCols(slots.size[index(c.slot_b)]);
   }
   return problem;
 }

@@ -58,8 +58,8 @@ BlockState displaced(const BlockState& block, const Vector12& increment) {
   return result;
 }
 
-Eigen::Matrix<double, 3, 6> strain_motion(const Vector3& arm) {
-  Eigen::Matrix<double, 3, 6> matrix;
+Matrix3x6 strain_motion(const Vector3& arm) {
+  Matrix3x6 matrix;
   const double x = arm.x(), y = arm.y(), z = arm.z();
   matrix << x, 0, 0, 0.5 * y, 0, 0.5 * z,  //
       0, y, 0, 0.5 * x, 0.5 * z, 0,        //

@@ -16,6 +16,7 @@ namespace quoin::solver {
 
 using Vector12 = Eigen::Matrix<double, 12, 1>;
 using Matrix12 = Eigen::Matrix<double, 12, 12>;
+using Matrix3x6 = Eigen::Matrix<double, 3, 6>;
 using Matrix3x12 = Eigen::Matrix<double, 3, 12>;
 
 /// Symmetric 3×3 matrix of a strain vector.
@@ -56,6 +57,6 @@ Matrix3x12 mean_motion(const Pose& start, const Pose& end, const Vector3& theta,
 Matrix3x12 motion(const Pose& pose, const Vector3& reference_arm, bool deformable);
 
 /// 3×6: E(e) X as a matrix on e.
-Eigen::Matrix<double, 3, 6> strain_motion(const Vector3& arm);
+Matrix3x6 strain_motion(const Vector3& arm);
 
 }  // namespace quoin::solver

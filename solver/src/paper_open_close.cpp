@@ -100,11 +100,13 @@ bool switch_modes(std::span<PaperContact> contacts, const PaperOptions& options)
 
 void PaperOpenClose::add(const PaperContact& c, const ContactBlocks& blocks) {
   push(c, blocks.force, constant_);
-  if (c.slot_i >= 0) system_.diagonal[index(c.slot_i)] += blocks.ii;
-  if (c.slot_j >= 0) system_.diagonal[index(c.slot_j)] += blocks.jj;
+  const int n = system_.diagonal.width();
+  if (c.slot_i >= 0) system_.diagonal[index(c.slot_i)] += blocks.ii.topLeftCorner(n, n);
+  if (c.slot_j >= 0) system_.diagonal[index(c.slot_j)] += blocks.jj.topLeftCorner(n, n);
   if (c.pair < 0) return;
-  Matrix12& upper = system_.off_diagonal[index(c.pair)];
-  c.slot_i < c.slot_j ? upper += blocks.ij : upper += blocks.ij.transpose();
+  const auto ij = blocks.ij.topLeftCorner(n, n);
+  auto upper = system_.off_diagonal[index(c.pair)];
+  c.slot_i < c.slot_j ? upper += ij : upper += ij.transpose();
 }
 
 /// K and the part of F that stays while no contact changes its mode.
@@ -112,7 +114,8 @@ void PaperOpenClose::assemble(const BlockSystem& base, const BlockVector& force,
                               std::span<const PaperContact> contacts, const PaperOptions& options) {
   system_.diagonal = base.diagonal;
   system_.pairs = base.pairs;
-  system_.off_diagonal.assign(base.pairs.size(), Matrix12::Zero());
+  system_.off_diagonal.resize(base.pairs.size(), base.diagonal.width());
+  system_.off_diagonal.set_zero();
   constant_ = force;
   for (const PaperContact& c : contacts) {
     if (c.mode == ContactMode::Open) continue;

@@ -40,12 +40,13 @@ void assemble_blocks(const StepSetting& step, double penalty, BlockSystem& base,
   const CompiledScene& compiled = step.compiled;
   const StepScheme scheme{step.time_step()};
   const double time = step.load_time();
-  base.diagonal.clear();
+  const int n = compiled.slots.width();
+  base.diagonal.resize(compiled.slots.size.size(), n);
   force.clear();
   for (const int b : compiled.slots.block_of_slot) {
     const BlockModel& model = compiled.models[index(b)];
     const BlockState& now = step.state(b);
-    base.diagonal.push_back(block_matrix(model, scheme));
+    base.diagonal[force.size()] = block_matrix(model, scheme).topLeftCorner(n, n);
     force.push_back(step.dynamic() ? block_force(model, now, scheme, Vector12::Zero())
                                    : static_block_force(model, now));
     force.back().head<3>() += model.mass * compiled.scene.gravity.at(time);
@@ -58,7 +59,7 @@ void assemble_blocks(const StepSetting& step, double penalty, BlockSystem& base,
   for (const HeldPoint& held : compiled.held) {
     const Matrix3x12 t = step.point_motion(held.block, held.arm);
     const Vector3 off = step.moved(held) - held.displacement.at(step.end_time());
-    base.diagonal[slot(held.block)] += penalty * t.transpose() * t;
+    base.diagonal[slot(held.block)] += (penalty * t.transpose() * t).topLeftCorner(n, n);
     force[slot(held.block)] -= penalty * t.transpose() * off;
   }
 }
@@ -238,12 +239,11 @@ BlockState end_state(const StepSetting& step, int block) {
 /// Forces, modes and anchors at the end of the step. A contact that slid has its anchors where it
 /// is.
 void record_contact(const PaperContact& c, double shear_stiffness, std::span<const BlockState> end,
-                    BodyContact& contact) {
+                    const BodyContact& contact, Contact& state) {
   const Pose a = pose(end[index(contact.a)]), b = pose(end[index(contact.b)]);
   const ContactGeometry now = contact_geometry(contact, a, b);
   const Vector3 force = force_on_i(c, shear_stiffness);
   const Vector3 shear = force - force.dot(c.normal.normal) * c.normal.normal;
-  Contact& state = contact.state;
   const bool broke =
       c.mode == ContactMode::Slip || (c.mode == ContactMode::Open && contact.was_closed);
   state.failed = state.failed || (broke && (c.cohesion > 0.0 || c.tension > 0.0));
@@ -277,7 +277,8 @@ double stiffest_omega_dt(const BlockSystem& base, std::span<const PaperContact> 
     for (const auto& [slot, motion] :
          {std::pair{c.slot_i, &c.normal.motion_i}, std::pair{c.slot_j, &c.normal.motion_j}}) {
       if (slot < 0) continue;
-      const Vector12 row = motion->transpose() * c.normal.normal;
+      const Eigen::VectorXd row =
+          (motion->transpose() * c.normal.normal).head(base.diagonal.width());
       compliance += row.dot(base.diagonal[index(slot)].ldlt().solve(row));
     }
     largest = std::max(largest, std::sqrt(2.0 * stiffness * compliance));
@@ -311,12 +312,12 @@ void attempt_paper_step(const SubStep& at, std::span<const BodyContact> contacts
   }
   account_blocks(step, attempt);
   account_held(step, penalty, attempt);
-  attempt.contacts.assign(contacts.begin(), contacts.end());
   for (std::size_t i = 0; i < solved.size(); ++i) {
     const BodyContact& before = contacts[i];
     account_contact(solved[i], tuning, before.was_closed && before.state.mode == ContactMode::Stick,
                     attempt);
-    record_contact(solved[i], tuning.shear_stiffness, blocks.end, attempt.contacts[i]);
+    record_contact(solved[i], tuning.shear_stiffness, blocks.end, before,
+                   attempt.contacts.emplace_back(before.state));
   }
   if (at.options.method == ContactMethod::Penalty) {
     attempt.stiffest_omega_dt = stiffest_omega_dt(memory.base, solved, penalty);

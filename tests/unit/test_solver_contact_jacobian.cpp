@@ -107,7 +107,7 @@ TEST_CASE(
     const Vector3 moved = s.anchor_b(s.poses.end) - s.anchor_a(s.poses.end);
     // Rows of J on the translation of B are the tangents at the middle of the step.
     for (int row = 1; row < 3; ++row) {
-      const Vector3 middle = linear.jacobian_b.block<1, 3>(row, 0).transpose();
+      const Vector3 middle = linear.jacobian_b.rigid.block<1, 3>(row, 0).transpose();
       const Vector3 end = middle + 0.5 * turn.cross(middle);
       CHECK_THAT(s.relative(linear)[row], WithinAbs(end.dot(moved), 1e-13));
     }
@@ -131,7 +131,7 @@ TEST_CASE("For small steps J is the gradient of gap and slip by finite differenc
           gaps[sign] = contact_geometry(s.contact, s.poses.end[0], s.poses.end[1]).gap;
         }
         const double numeric = (gaps[1] - gaps[0]) / (2 * h);
-        CHECK_THAT((b == 0 ? linear.jacobian_a : linear.jacobian_b)(0, k),
+        CHECK_THAT((b == 0 ? linear.jacobian_a : linear.jacobian_b).columns<12>()(0, k),
                    WithinAbs(numeric, 1e-8));
       }
     }
@@ -150,7 +150,7 @@ TEST_CASE("Action equals reaction: forces and moments of a contact on both block
     for (int row = 0; row < 3; ++row) {
       Vector3 force = Vector3::Zero(), moment = Vector3::Zero();
       for (std::size_t b = 0; b < 2; ++b) {
-        const Matrix3x12& j = b == 0 ? linear.jacobian_a : linear.jacobian_b;
+        const Matrix3x6& j = (b == 0 ? linear.jacobian_a : linear.jacobian_b).rigid;
         const Vector3 f = j.block<1, 3>(row, 0).transpose();
         const Vector3 middle = 0.5 * (s.poses.start[b].centroid + s.poses.end[b].centroid);
         force += f;

@@ -37,15 +37,20 @@ struct Problem {
       for (double& x : block.reshaped()) x = random.uniform(-1, 1);
       return block;
     };
-    for (int b = 0; b < count; ++b) {
+    const int n = slots.width();
+    system.diagonal.resize(slots.size.size(), n);
+    system.off_diagonal.resize(pairs.size(), n);
+    system.mirrored.resize(system.symmetric ? 0 : pairs.size(), n);
+    for (std::size_t b = 0; b < slots.size.size(); ++b) {
       const Matrix12 block = draw();
       const Matrix12 symmetric = 0.5 * (block + block.transpose());
-      system.diagonal.push_back((system.symmetric ? symmetric : block) +
-                                (12.0 * (couplings + 1)) * Matrix12::Identity());
+      const Matrix12 whole =
+          (system.symmetric ? symmetric : block) + (12.0 * (couplings + 1)) * Matrix12::Identity();
+      system.diagonal[b] = whole.topLeftCorner(n, n);
     }
     for (std::size_t p = 0; p < pairs.size(); ++p) {
-      system.off_diagonal.push_back(draw());
-      if (!system.symmetric) system.mirrored.push_back(draw());
+      system.off_diagonal[p] = draw().topLeftCorner(n, n);
+      if (!system.symmetric) system.mirrored[p] = draw().topLeftCorner(n, n);
     }
   }
 
@@ -101,7 +106,8 @@ TEST_CASE("Factors of random block matrices solve them") {
 
 TEST_CASE("One solver takes matrices of another pattern and another kind") {
   Random random(2);
-  Problem first(random, 20, 30, MatrixShape::Symmetric), second(random, 20, 30, MatrixShape::General);
+  Problem first(random, 20, 30, MatrixShape::Symmetric),
+      second(random, 20, 30, MatrixShape::General);
   second.slots = first.slots;  // the same blocks, coupled otherwise
   LinearSolver solver(first.slots);
   for (const Problem* problem : {&first, &second, &first}) {

@@ -20,16 +20,17 @@ struct Problem {
   std::vector<LinearContact> contacts;
 
   Problem(Random& random, int count, ContactLaw law, bool compliant) {
-    for (int b = 0; b < 2; ++b) {
+    base.diagonal.resize(2, 12);
+    for (std::size_t b = 0; b < 2; ++b) {
       Matrix12 root;
       for (double& x : root.reshaped()) x = random.uniform(-1, 1);
-      base.diagonal.push_back(1e4 * (root * root.transpose() + Matrix12::Identity()));
+      base.diagonal[b] = 1e4 * (root * root.transpose() + Matrix12::Identity());
       Vector12 f;
       for (double& x : f) x = random.uniform(-100, 100);
       force.push_back(f);
     }
     base.pairs = {{0, 1}};
-    base.off_diagonal.assign(1, Matrix12::Zero());
+    base.off_diagonal.resize(1, 12);
     increment.assign(2, Vector12::Zero());
     for (int i = 0; i < count; ++i) {
       LinearContact c;
@@ -41,10 +42,13 @@ struct Problem {
       }
       c.law = law;
       c.compliant = compliant;
-      if (c.slot_a >= 0) {
-        for (double& x : c.jacobian_a.reshaped()) x = random.uniform(-1, 1);
-      }
-      for (double& x : c.jacobian_b.reshaped()) x = random.uniform(-1, 1);
+      const auto draw = [&](ContactJacobian& jacobian) {
+        Matrix3x12 all;
+        for (double& x : all.reshaped()) x = random.uniform(-1, 1);
+        jacobian.set(all, true);
+      };
+      if (c.slot_a >= 0) draw(c.jacobian_a);
+      draw(c.jacobian_b);
       c.offset = Vector3(random.uniform(-1e-3, 1e-3), 0, 0);
       c.friction = law == ContactLaw::Coulomb ? 0.5 : 0.0;
       c.normal_stiffness = compliant ? 1e5 : 1e9;
@@ -169,8 +173,8 @@ TEST_CASE("Forces on both blocks of the solution balance: K D = F + J^T f") {
   for (std::size_t s = 0; s < 2; ++s) {
     Vector12 left = p.force[s] - p.base.diagonal[s] * p.increment[s];
     for (const LinearContact& c : p.contacts) {
-      if (c.slot_a == static_cast<int>(s)) left += c.jacobian_a.transpose() * c.force;
-      if (c.slot_b == static_cast<int>(s)) left += c.jacobian_b.transpose() * c.force;
+      if (c.slot_a == static_cast<int>(s)) left += c.jacobian_a.push(c.force);
+      if (c.slot_b == static_cast<int>(s)) left += c.jacobian_b.push(c.force);
     }
     CHECK(left.norm() < 1e-7);
   }

@@ -227,6 +227,7 @@ void carry_over(const CarryOptions& options, const std::vector<ContactPoint>& fo
   const PosedBlocks blocks{options.scene, options.models, options.poses};
   LastFace last;
   contacts.clear();
+  contacts.reserve(found.size());
   for (const ContactPoint& point : found) contacts.push_back(make_contact(blocks, point, last));
   geometry::match_previous(points_of(contacts), points_of(before), options.reach, previous);
   for (std::size_t i = 0; i < found.size(); ++i) {

@@ -19,19 +19,20 @@ struct Rows {
 /// `at_point`, `at_anchor`: mean_motion of the two; the strain's columns are zero unless it
 /// deforms.
 void fill(const Rows& rows, double sign, const Matrix3x12& at_point, const Matrix3x12& at_anchor,
-          bool deforms, Matrix3x12& jacobian) {
+          bool deforms, ContactJacobian& jacobian) {
   Matrix3 frame;
   frame << rows.normal.transpose(), rows.t1.transpose(), rows.t2.transpose();
   frame *= sign;
-  jacobian.leftCols<3>() = frame;
-  jacobian.block<1, 3>(0, 3) = frame.topRows<1>() * at_point.middleCols<3>(3);
-  jacobian.block<2, 3>(1, 3) = frame.bottomRows<2>() * at_anchor.middleCols<3>(3);
+  jacobian.rigid.leftCols<3>() = frame;
+  jacobian.rigid.block<1, 3>(0, 3) = frame.topRows<1>() * at_point.middleCols<3>(3);
+  jacobian.rigid.block<2, 3>(1, 3) = frame.bottomRows<2>() * at_anchor.middleCols<3>(3);
   if (!deforms) {
-    jacobian.rightCols<6>().setZero();
+    if (jacobian.strain) jacobian.strain.make().setZero();
     return;
   }
-  jacobian.topRightCorner<1, 6>() = frame.topRows<1>() * at_point.rightCols<6>();
-  jacobian.bottomRightCorner<2, 6>() = frame.bottomRows<2>() * at_anchor.rightCols<6>();
+  Matrix3x6& strain = jacobian.strain.make();
+  strain.topRows<1>() = frame.topRows<1>() * at_point.rightCols<6>();
+  strain.bottomRows<2>() = frame.bottomRows<2>() * at_anchor.rightCols<6>();
 }
 
 /// The normal turns with its face, (r × n)·m = (n × m)·r, or with both crossed edges:
@@ -39,7 +40,8 @@ void fill(const Rows& rows, double sign, const Matrix3x12& at_point, const Matri
 void add_turn(const BodyContact& contact, const ContactGeometry& mean, const Vector3& lever,
               const Matrix3& rotation_a, const Matrix3& rotation_b, LinearContact& linear) {
   const Vector3& n = mean.normal;
-  auto on_a = linear.jacobian_a.block<1, 3>(0, 3), on_b = linear.jacobian_b.block<1, 3>(0, 3);
+  auto on_a = linear.jacobian_a.rigid.block<1, 3>(0, 3);
+  auto on_b = linear.jacobian_b.rigid.block<1, 3>(0, 3);
   if (!contact.crossed) {
     if (contact.normal_on_a) {
       on_a += n.cross(lever).transpose() * rotation_a;
@@ -57,7 +59,7 @@ void add_turn(const BodyContact& contact, const ContactGeometry& mean, const Vec
 /// points that stand apart by m (a gap, an overlap, a stretched spring) keep angular momentum.
 void add_tangent_turn(const BodyContact& contact, const Rows& rows, const Vector3& lever,
                       const Matrix3& rotation, LinearContact& linear) {
-  Matrix3x12& jacobian = contact.normal_on_a ? linear.jacobian_a : linear.jacobian_b;
+  Matrix3x6& jacobian = (contact.normal_on_a ? linear.jacobian_a : linear.jacobian_b).rigid;
   jacobian.block<1, 3>(1, 3) += rows.t1.cross(lever).transpose() * rotation;
   jacobian.block<1, 3>(2, 3) += rows.t2.cross(lever).transpose() * rotation;
 }
@@ -111,8 +113,8 @@ void linearise(const BodyContact& contact, const StepPoses& poses,
   }
   linear.start = linear.offset;
   if (contact.crossed) {
-    const double predicted = before.gap + linear.jacobian_a.row(0).dot(poses.increment[a]) +
-                             linear.jacobian_b.row(0).dot(poses.increment[b]);
+    const double predicted = before.gap + linear.jacobian_a.normal(poses.increment[a]) +
+                             linear.jacobian_b.normal(poses.increment[b]);
     const double correction = after.gap - predicted;
     if (std::abs(correction - linear.turn_correction) > 4.0 * linear.rounding) {
       linear.turn_correction = correction;
@@ -132,18 +134,19 @@ namespace {
 constexpr double kAugmentation = 1e5;
 constexpr double kStrainAugmentation = 1e2;
 
-/// J M J^T of the two tangential rows, `n` unknowns from `first` on.
-template <int first, int n>
-Eigen::Matrix2d tangential(const Matrix12& matrix, const Matrix3x12& jacobian) {
-  const Eigen::Matrix<double, 2, n> rows = jacobian.bottomRows<2>().middleCols<n>(first);
-  return rows * matrix.block<n, n>(first, first) * rows.transpose();
+/// J M J^T of the two tangential rows.
+template <int n>
+Eigen::Matrix2d tangential(const ConstPart<n>& matrix,
+                           const Eigen::Matrix<double, 3, n>& jacobian) {
+  const Eigen::Matrix<double, 2, n> rows = jacobian.template bottomRows<2>();
+  return rows * matrix * rows.transpose();
 }
 
-/// v^T M v of `n` unknowns from `first` on.
-template <int first, int n>
-double square(const Matrix12& matrix, const Vector12& v) {
-  const Eigen::Vector<double, n> part = v.segment<n>(first);
-  return part.dot(matrix.block<n, n>(first, first).lazyProduct(part));
+/// J M J^T of the normal row.
+template <int n>
+double square(const ConstPart<n>& matrix, const Eigen::Matrix<double, 3, n>& jacobian) {
+  const Eigen::Vector<double, n> row = jacobian.row(0);
+  return row.dot(matrix.lazyProduct(row));
 }
 
 /// Of a symmetric matrix.
@@ -156,49 +159,41 @@ double augmentation(double compliance, double strain_compliance) {
          (strain_compliance > 0.0 ? kStrainAugmentation / strain_compliance : 0.0);
 }
 
-/// Calls `add` with the compliance and the Jacobian of each of the contact's blocks that has
-/// unknowns, and whether it deforms.
+/// Calls `add` with the slot and the Jacobian of each of the contact's blocks that has unknowns.
 template <class Add>
-void for_each_side(const LinearContact& c, const std::vector<Matrix12>& compliance,
-                   const Add& add) {
-  for (const auto& [slot, jacobian] :
-       {std::pair{c.slot_a, &c.jacobian_a}, std::pair{c.slot_b, &c.jacobian_b}}) {
-    if (slot < 0) continue;
-    const bool deforms = (jacobian->template rightCols<6>().array() != 0.0).any();
-    add(compliance[static_cast<std::size_t>(slot)], *jacobian, deforms);
-  }
+void for_each_side(const LinearContact& c, const Add& add) {
+  if (c.slot_a >= 0) add(static_cast<std::size_t>(c.slot_a), c.jacobian_a);
+  if (c.slot_b >= 0) add(static_cast<std::size_t>(c.slot_b), c.jacobian_b);
 }
 
 }  // namespace
 
-double normal_compliance(const LinearContact& c, const std::vector<Matrix12>& compliance) {
+double normal_compliance(const LinearContact& c, const SquareBlocks& compliance) {
   double sum = 0.0;
-  for_each_side(c, compliance,
-                [&](const Matrix12& matrix, const Matrix3x12& jacobian, bool deforms) {
-                  const Vector12 row = jacobian.row(0);
-                  sum += deforms ? square<0, 12>(matrix, row) : square<0, 6>(matrix, row);
-                });
+  for_each_side(c, [&](std::size_t slot, const ContactJacobian& jacobian) {
+    sum += jacobian.deforms() ? square<12>(compliance.part<12>(slot), jacobian.columns<12>())
+                              : square<6>(compliance.part<6>(slot), jacobian.rigid);
+  });
   return sum;
 }
 
-double shear_compliance(const LinearContact& c, const std::vector<Matrix12>& compliance) {
+double shear_compliance(const LinearContact& c, const SquareBlocks& compliance) {
   Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
-  for_each_side(
-      c, compliance, [&](const Matrix12& matrix, const Matrix3x12& jacobian, bool deforms) {
-        sum += deforms ? tangential<0, 12>(matrix, jacobian) : tangential<0, 6>(matrix, jacobian);
-      });
+  for_each_side(c, [&](std::size_t slot, const ContactJacobian& jacobian) {
+    sum += jacobian.deforms() ? tangential<12>(compliance.part<12>(slot), jacobian.columns<12>())
+                              : tangential<6>(compliance.part<6>(slot), jacobian.rigid);
+  });
   return largest_eigenvalue(sum);
 }
 
-void set_augmentation(const std::vector<Matrix12>& compliance, LinearContact& linear) {
+void set_augmentation(const SquareBlocks& compliance, LinearContact& linear) {
   double strain = 0.0;
   Eigen::Matrix2d strain_shear = Eigen::Matrix2d::Zero();
-  for_each_side(linear, compliance,
-                [&](const Matrix12& matrix, const Matrix3x12& jacobian, bool deforms) {
-                  if (!deforms) return;
-                  strain += square<6, 6>(matrix, jacobian.row(0));
-                  strain_shear += tangential<6, 6>(matrix, jacobian);
-                });
+  for_each_side(linear, [&](std::size_t slot, const ContactJacobian& jacobian) {
+    if (!jacobian.deforms()) return;
+    strain += square<6>(compliance.part<6>(slot, 6), *jacobian.strain);
+    strain_shear += tangential<6>(compliance.part<6>(slot, 6), *jacobian.strain);
+  });
   linear.normal_stiffness = augmentation(normal_compliance(linear, compliance), strain);
   linear.shear_stiffness = 0.0;
   if (linear.law == ContactLaw::Frictionless) return;

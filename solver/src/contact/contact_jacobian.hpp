@@ -1,6 +1,7 @@
 #pragma once
 /// Gap and slip of a contact as linear functions of the increments of its two blocks.
 
+#include "block_system.hpp"
 #include "contact/contact_history.hpp"
 #include "contact/linear_contact.hpp"
 
@@ -29,12 +30,12 @@ void linearise_velocity(const BodyContact& contact, const StepPoses& poses, Line
 
 /// Augmentation of normal and shear from what the two blocks alone oppose to the contact;
 /// compliance: inverse of each block's K, by slot.
-void set_augmentation(const std::vector<Matrix12>& compliance, LinearContact& linear);
+void set_augmentation(const SquareBlocks& compliance, LinearContact& linear);
 
 /// Displacement of the contact per unit force on it, blocks alone, m/N: along the normal, and along
 /// the softest tangent, so that nothing hangs on how t1 and t2 lie.
-double normal_compliance(const LinearContact& linear, const std::vector<Matrix12>& compliance);
-double shear_compliance(const LinearContact& linear, const std::vector<Matrix12>& compliance);
+double normal_compliance(const LinearContact& linear, const SquareBlocks& compliance);
+double shear_compliance(const LinearContact& linear, const SquareBlocks& compliance);
 
 /// Unit vectors t1, t2 that complete n to a right-handed frame, t1 normal to the contact's axis:
 /// they turn smoothly with n through a step.

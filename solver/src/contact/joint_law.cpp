@@ -29,14 +29,14 @@ double mean_damage(const Joint& joint, const Contact& contact, double further) {
   return (0.5 * (now + end) * rising + (further - rising)) / further;
 }
 
-Vector3 trial_force(const LinearContact& c, double softness) {
+Vector3 trial_force(const LinearContact& c, const Vector3& multiplier, double softness) {
   const double normal = softness * c.normal_stiffness, shear = softness * c.shear_stiffness;
-  return {c.multiplier[0] - normal * c.relative[0], c.multiplier[1] - shear * c.relative[1],
-          c.multiplier[2] - shear * c.relative[2]};
+  return {multiplier[0] - normal * c.relative[0], multiplier[1] - shear * c.relative[1],
+          multiplier[2] - shear * c.relative[2]};
 }
 
-double friction_limit(const LinearContact& c) {
-  return c.friction * std::max(c.force[0], 0.0) + c.cohesion;
+double friction_limit(const LinearContact& c, double normal_force) {
+  return c.friction * std::max(normal_force, 0.0) + c.cohesion;
 }
 
 /// Direction of the friction that a sliding contact had, or zero.
@@ -107,45 +107,53 @@ void apply_assumed(double softness, LinearContact& c) {
     c.force.setZero();
     return;
   }
-  c.force = trial_force(c, softness);
+  c.force = trial_force(c, c.multiplier, softness);
   if (c.mode == ContactMode::Stick && c.law != ContactLaw::Frictionless) return;
   c.mode = ContactMode::Slip;
   if (c.law == ContactLaw::Frictionless) {
     c.force.tail<2>().setZero();
   } else {
-    c.bound = friction_limit(c);
+    c.bound = friction_limit(c, c.force[0]);
     c.force.tail<2>() = c.bound * known_direction(c);
   }
 }
 
-void apply_law(double softness, LinearContact& c) {
-  const Vector3 trial = trial_force(c, softness);
-  c.force = trial;
-  c.mode = ContactMode::Stick;
-  if (c.law == ContactLaw::Bilateral) return;
-  if (!c.bonded && !(trial[0] > 0.0)) {
-    c.force.setZero();
-    c.mode = ContactMode::Open;
-    return;
+namespace {
+
+/// `force`: in, the trial; out, what is borne. `bound` is set where it is asked for.
+ContactMode project(const LinearContact& c, Vector3& force, double& bound) {
+  if (c.law == ContactLaw::Bilateral) return ContactMode::Stick;
+  if (!c.bonded && !(force[0] > 0.0)) {
+    force.setZero();
+    return ContactMode::Open;
   }
-  if (c.law == ContactLaw::Stuck) return;
+  if (c.law == ContactLaw::Stuck) return ContactMode::Stick;
   if (c.law == ContactLaw::Frictionless) {
-    c.force.tail<2>().setZero();
-    c.mode = ContactMode::Slip;
-    return;
+    force.tail<2>().setZero();
+    return ContactMode::Slip;
   }
-  c.bound = friction_limit(c);
-  const double size = trial.tail<2>().norm();
-  if (size <= c.bound) return;
-  c.force.tail<2>() *= c.bound / size;
-  c.mode = ContactMode::Slip;
+  bound = friction_limit(c, force[0]);
+  const double size = force.tail<2>().norm();
+  if (size <= bound) return ContactMode::Stick;
+  force.tail<2>() *= bound / size;
+  return ContactMode::Slip;
 }
 
-Vector3 force_after_update(LinearContact c) {
-  c.multiplier = c.force;
-  apply_law(1.0, c);
-  return c.force;
+}  // namespace
+
+void apply_law(double softness, LinearContact& c) {
+  c.force = trial_force(c, c.multiplier, softness);
+  c.mode = project(c, c.force, c.bound);
 }
+
+Vector3 force_after_update(const LinearContact& c) {
+  Vector3 force = trial_force(c, c.force, 1.0);
+  double bound = 0.0;
+  project(c, force, bound);
+  return force;
+}
+
+double change_of_update(const LinearContact& c) { return (force_after_update(c) - c.force).norm(); }
 
 Matrix3 tangent(const LinearContact& c, const TangentOptions& options) {
   Matrix3 result = Matrix3::Zero();
@@ -163,7 +171,7 @@ Matrix3 tangent(const LinearContact& c, const TangentOptions& options) {
     if (follows) result.bottomLeftCorner<2, 1>() = c.friction * normal * known_direction(c);
     return result;
   }
-  const Eigen::Vector2d trial = trial_force(c, options.softness).tail<2>();
+  const Eigen::Vector2d trial = trial_force(c, c.multiplier, options.softness).tail<2>();
   const double size = trial.norm();
   if (!(size > 0.0)) return result;
   const Eigen::Vector2d along = trial / size;

@@ -55,7 +55,8 @@ void apply_law(double softness, LinearContact& contact);
 void apply_assumed(double softness, LinearContact& contact);
 
 /// The force if the one it has now became its multiplier.
-Vector3 force_after_update(LinearContact contact);
+Vector3 force_after_update(const LinearContact& contact);
+double change_of_update(const LinearContact& contact);  ///< how far that is from it, N
 
 /// How the tangent of a contact is taken.
 struct TangentOptions {

@@ -1,6 +1,7 @@
 #pragma once
 /// One contact of a linearised step: what contact_jacobian makes and open_close works on.
 
+#include <memory>
 #include <quoin/solver/state.hpp>
 
 #include "displacement.hpp"
@@ -14,6 +15,70 @@ enum class ContactLaw : std::uint8_t {
   Bilateral  ///< a held point: all three components vanish
 };
 
+/// 3×6, or nothing where no block deforms; copied with what it holds.
+class StrainColumns {
+ public:
+  StrainColumns() = default;
+  StrainColumns(const StrainColumns& other)
+      : matrix_(other ? std::make_unique<Matrix3x6>(*other) : nullptr) {}
+  StrainColumns(StrainColumns&& other) noexcept = default;
+  StrainColumns& operator=(StrainColumns other) noexcept {
+    matrix_.swap(other.matrix_);
+    return *this;
+  }
+  explicit operator bool() const { return matrix_ != nullptr; }
+  const Matrix3x6& operator*() const { return *matrix_; }
+  const Matrix3x6* operator->() const { return matrix_.get(); }
+  Matrix3x6& make() {
+    if (matrix_ == nullptr) matrix_ = std::make_unique<Matrix3x6>(Matrix3x6::Zero());
+    return *matrix_;
+  }
+
+ private:
+  std::unique_ptr<Matrix3x6> matrix_;
+};
+
+/// Rows of d by the increment of one block.
+struct ContactJacobian {
+  Matrix3x6 rigid = Matrix3x6::Zero();  ///< by (u | theta)
+  StrainColumns strain;                 ///< by e
+
+  Vector3 operator*(const Vector12& increment) const {
+    Vector3 d = rigid * increment.head<6>();
+    if (strain) d += *strain * increment.tail<6>();
+    return d;
+  }
+  /// What a contact force pushes the block with.
+  Vector12 push(const Vector3& force) const {
+    Vector12 result = Vector12::Zero();
+    result.head<6>() = rigid.transpose() * force;
+    if (strain) result.tail<6>() = strain->transpose() * force;
+    return result;
+  }
+  /// The first row times an increment.
+  double normal(const Vector12& increment) const {
+    const double d = rigid.row(0).dot(increment.head<6>());
+    return strain ? d + strain->row(0).dot(increment.tail<6>()) : d;
+  }
+  bool deforms() const { return strain && (strain->array() != 0.0).any(); }
+  /// All columns; `n`: 6 or 12.
+  template <int n>
+  Eigen::Matrix<double, 3, n> columns() const {
+    if constexpr (n == 6) {
+      return rigid;
+    } else {
+      Eigen::Matrix<double, 3, n> all = Eigen::Matrix<double, 3, n>::Zero();
+      all.template leftCols<6>() = rigid;
+      if (strain) all.template rightCols<6>() = *strain;
+      return all;
+    }
+  }
+  void set(const Matrix3x12& all, bool deforms) {
+    rigid = all.leftCols<6>();
+    if (deforms || strain) strain.make() = all.rightCols<6>();
+  }
+};
+
 /// One contact after linearisation. Rows of d: gap beyond the joint's opening, two slips.
 struct LinearContact {
   int slot_a = -1, slot_b = -1;  ///< -1: that side has no unknowns
@@ -23,7 +88,7 @@ struct LinearContact {
   bool bonded = false;      ///< bears tension without limit: judged when the step is solved
   bool was_bonded = false;  ///< at the start of the step
   bool was_closed = false;  ///< likewise
-  Matrix3x12 jacobian_a = Matrix3x12::Zero(), jacobian_b = Matrix3x12::Zero();
+  ContactJacobian jacobian_a, jacobian_b;
   Vector3 offset = Vector3::Zero();
   double friction = 0.0;          ///< tan of the friction angle
   double cohesion = 0.0;          ///< N

@@ -40,7 +40,7 @@ void ContactEquations::shift_in(const BlockEquations& blocks, std::span<LinearCo
   floor_.resize(guess.size());
   for (std::size_t s = 0; s < guess.size(); ++s) {
     Vector12 inner = Vector12::Zero();
-    inner.head<n>() = blocks.base.diagonal[s].topLeftCorner<n, n>() * guess[s].head<n>();
+    inner.head<n>() = blocks.base.diagonal.part<n>(s) * guess[s].head<n>();
     right_[s] = blocks.force[s] - inner;
     const double length = slots_->length[s];
     floor_[s] = kRounding * (force_size(blocks.force[s], length) + force_size(inner, length));
@@ -48,9 +48,9 @@ void ContactEquations::shift_in(const BlockEquations& blocks, std::span<LinearCo
   for (LinearContact& c : contacts) {
     c.guess = c.offset;
     double size = 0.0;  // sum of magnitudes in J D: what its rounding is measured against, m
-    const auto move = [&](int slot, const Matrix3x12& jacobian) {
+    const auto move = [&](int slot, const ContactJacobian& jacobian) {
       if (slot < 0) return;
-      const auto part = jacobian.leftCols<n>();
+      const Eigen::Matrix<double, 3, n> part = jacobian.columns<n>();
       const auto motion = guess[index(slot)].head<n>();
       c.guess.noalias() += part * motion;
       size += (part.cwiseAbs() * motion.cwiseAbs()).maxCoeff();
@@ -88,8 +88,12 @@ template <int n>
 void ContactEquations::evaluate_contact(const BlockVector& change, Law law, double softness,
                                         LinearContact& c) const {
   c.relative = c.guess;
-  const auto move = [&](int slot, const Matrix3x12& jacobian) {
-    if (slot >= 0) c.relative.noalias() += jacobian.leftCols<n>() * change[index(slot)].head<n>();
+  const auto move = [&](int slot, const ContactJacobian& jacobian) {
+    if (slot < 0) return;
+    c.relative.noalias() += jacobian.rigid * change[index(slot)].head<6>();
+    if (n == 12 && jacobian.strain) {
+      c.relative.noalias() += *jacobian.strain * change[index(slot)].tail<6>();
+    }
   };
   move(c.slot_a, c.jacobian_a);
   move(c.slot_b, c.jacobian_b);
@@ -102,7 +106,7 @@ void ContactEquations::evaluate_blocks(const BlockSystem& base, const BlockVecto
                                        std::size_t first, std::size_t end) {
   for (std::size_t s = first; s < end; ++s) {
     Vector12 inner = Vector12::Zero();
-    inner.head<n>() = base.diagonal[s].topLeftCorner<n, n>() * change[s].head<n>();
+    inner.head<n>() = base.diagonal.part<n>(s) * change[s].head<n>();
     residual_[s] = right_[s] - inner;
     const double length = slots_->length[s];
     scale_[s] = force_size(right_[s], length) + force_size(inner, length);
@@ -116,9 +120,13 @@ void ContactEquations::push_blocks(std::span<const LinearContact> contacts, std:
                                    std::size_t end) {
   for (const LinearContact& c : contacts) {
     if (c.mode == ContactMode::Open) continue;
-    const auto push = [&](int slot, const Matrix3x12& jacobian) {
+    const auto push = [&](int slot, const ContactJacobian& jacobian) {
       if (slot < static_cast<int>(first) || slot >= static_cast<int>(end)) return;
-      residual_[index(slot)].head<n>().noalias() += jacobian.leftCols<n>().transpose() * c.force;
+      Vector12& residual = residual_[index(slot)];
+      residual.head<6>().noalias() += jacobian.rigid.transpose() * c.force;
+      if (n == 12 && jacobian.strain) {
+        residual.tail<6>().noalias() += jacobian.strain->transpose() * c.force;
+      }
       scale_[index(slot)] += c.force.norm();
     };
     push(c.slot_a, c.jacobian_a);

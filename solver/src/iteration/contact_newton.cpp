@@ -1,6 +1,7 @@
 #include "iteration/contact_newton.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 
@@ -43,15 +44,18 @@ void ContactNewton::evaluate(Law law, double softness) {
 }
 
 bool ContactNewton::same_tangent(Law law, double softness) {
-  next_tangent_.resize(contacts_.size());
   TangentOptions options{law == Law::Assumed, softness, 0.0};
   for (const LinearContact& c : contacts_) {
     options.negligible = std::max(options.negligible, kNegligible * c.force.norm());
   }
-  threads_.each(contacts_.size(),
-                [&](std::size_t c) { next_tangent_[c] = tangent(contacts_[c], options); });
-  const bool same = factorized_ && next_tangent_ == tangent_;
-  std::swap(tangent_, next_tangent_);
+  std::atomic<bool> same = factorized_ && tangent_.size() == contacts_.size();
+  tangent_.resize(contacts_.size());
+  threads_.each(contacts_.size(), [&](std::size_t c) {
+    const Matrix3 next = tangent(contacts_[c], options);
+    if (next == tangent_[c]) return;
+    tangent_[c] = next;
+    same.store(false, std::memory_order_relaxed);
+  });
   return same;
 }
 
@@ -61,9 +65,10 @@ void ContactNewton::assemble() {
   const std::size_t pairs = system_.pairs.size();
   const bool symmetric = system_.symmetric =
       std::all_of(tangent_.begin(), tangent_.end(), is_symmetric);
-  system_.diagonal.resize(base_->diagonal.size());
-  system_.off_diagonal.resize(pairs);
-  system_.mirrored.resize(symmetric ? 0 : pairs);
+  const int width = base_->diagonal.width();
+  system_.diagonal.resize(base_->diagonal.size(), width);
+  system_.off_diagonal.resize(pairs, width);
+  system_.mirrored.resize(symmetric ? 0 : pairs, width);
   threads_.each(pairs, [&](std::size_t p) {
     system_.off_diagonal[p].setZero();
     if (!symmetric) system_.mirrored[p].setZero();
@@ -93,19 +98,19 @@ void ContactNewton::add_contacts(std::size_t first, std::size_t end) {
 template <int n>
 void ContactNewton::add_contact(const LinearContact& c, const Matrix3& tangent, Share share) {
   using Jacobian = Eigen::Matrix<double, 3, n>;
-  const Jacobian a = c.jacobian_a.leftCols<n>(), b = c.jacobian_b.leftCols<n>();
+  const Jacobian a = c.jacobian_a.columns<n>(), b = c.jacobian_b.columns<n>();
   const Jacobian stiff_a = tangent * a, stiff_b = tangent * b;
-  const auto add = [](const Jacobian& left, const Jacobian& right, Matrix12& block) {
-    block.topLeftCorner<n, n>().noalias() += left.transpose() * right;
+  const auto add = [](const Jacobian& left, const Jacobian& right, Part<n> block) {
+    block.noalias() += left.transpose() * right;
   };
-  if (share.a) add(a, stiff_a, system_.diagonal[index(c.slot_a)]);
-  if (share.b) add(b, stiff_b, system_.diagonal[index(c.slot_b)]);
+  if (share.a) add(a, stiff_a, system_.diagonal.part<n>(index(c.slot_a)));
+  if (share.b) add(b, stiff_b, system_.diagonal.part<n>(index(c.slot_b)));
   if (!share.pair) return;
-  Matrix12& upper = system_.off_diagonal[index(c.pair)];
+  const Part<n> upper = system_.off_diagonal.part<n>(index(c.pair));
   const bool ascending = c.slot_a < c.slot_b;
   ascending ? add(a, stiff_b, upper) : add(b, stiff_a, upper);
   if (system_.symmetric) return;
-  Matrix12& lower = system_.mirrored[index(c.pair)];
+  const Part<n> lower = system_.mirrored.part<n>(index(c.pair));
   ascending ? add(b, stiff_a, lower) : add(a, stiff_b, lower);
 }
 

@@ -70,7 +70,7 @@ class ContactNewton {
   std::span<LinearContact> contacts_;
   BlockSystem system_;
   BlockVector change_, trial_, step_;
-  std::vector<Matrix3> tangent_, next_tangent_;  ///< of each contact, of the last factorization
+  std::vector<Matrix3> tangent_;  ///< of each contact, of the last factorization
   bool factorized_ = false;
 };
 

@@ -174,8 +174,8 @@ double OpenClose::push_of_update(std::span<const LinearContact> contacts) {
   for (const LinearContact& c : contacts) {
     if (c.compliant) continue;
     const Vector3 push = force_after_update(c) - c.force;
-    if (c.slot_a >= 0) push_[index(c.slot_a)].noalias() += c.jacobian_a.transpose() * push;
-    if (c.slot_b >= 0) push_[index(c.slot_b)].noalias() += c.jacobian_b.transpose() * push;
+    if (c.slot_a >= 0) push_[index(c.slot_a)] += c.jacobian_a.push(push);
+    if (c.slot_b >= 0) push_[index(c.slot_b)] += c.jacobian_b.push(push);
   }
   return newton_.equations().relative_push(push_);
 }

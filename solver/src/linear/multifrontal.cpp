@@ -145,7 +145,7 @@ void Multifrontal::add_own_blocks(const BlockSystem& system, std::size_t node, P
     for (const Coupling& coupling : couplings_[index(place)]) {
       const int rows = slots_->size[index(elimination_.node_at[index(coupling.other)])];
       const int to = local_[index(coupling.other)];
-      const Matrix12& upper = system.off_diagonal[index(coupling.pair)];
+      const SquareBlocks::ConstBlock upper = system.off_diagonal[index(coupling.pair)];
       auto lower_part = front.columns.block(to, from, rows, size);
       if (symmetric_) {
         if (coupling.forward) {
@@ -155,9 +155,9 @@ void Multifrontal::add_own_blocks(const BlockSystem& system, std::size_t node, P
         }
         continue;
       }
-      const Matrix12& mirrored = system.mirrored[index(coupling.pair)];
-      const Matrix12 &lower = coupling.forward ? upper : mirrored,
-                     &other = coupling.forward ? mirrored : upper;
+      const SquareBlocks::ConstBlock mirrored = system.mirrored[index(coupling.pair)];
+      const SquareBlocks::ConstBlock &lower = coupling.forward ? upper : mirrored,
+                                     &other = coupling.forward ? mirrored : upper;
       lower_part = lower.topLeftCorner(rows, size);
       if (to < own) {
         front.columns.block(from, to, size, rows) = other.topLeftCorner(size, rows);

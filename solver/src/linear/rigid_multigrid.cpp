@@ -140,7 +140,8 @@ namespace {
 
 /// An entry of a row: which block of the system, and whether its transpose.
 struct Source {
-  const Matrix12* block;
+  const SquareBlocks* blocks;
+  std::size_t block;
   bool transposed;
 };
 
@@ -167,13 +168,12 @@ BlockRows<n, n> pattern(const BlockSystem& system, const std::vector<char>& coup
     rows.column[at] = column;
     sources[at] = source;
   };
-  for (int i = 0; i < rows.columns; ++i) put(i, i, {&system.diagonal[index(i)], false});
+  for (int i = 0; i < rows.columns; ++i) put(i, i, {&system.diagonal, index(i), false});
   for (std::size_t p = 0; p < coupled.size(); ++p) {
     if (!coupled[p]) continue;
     const auto [i, j] = system.pairs[p];
-    const Matrix12* lower = system.symmetric ? &system.off_diagonal[p] : &system.mirrored[p];
-    put(i, j, {&system.off_diagonal[p], false});
-    put(j, i, {lower, system.symmetric});
+    put(i, j, {&system.off_diagonal, p, false});
+    put(j, i, {system.symmetric ? &system.off_diagonal : &system.mirrored, p, system.symmetric});
   }
   return rows;
 }
@@ -193,7 +193,7 @@ BlockRows<n, n> block_rows(const Threads& threads, const BlockSystem& system, co
   threads.each(index(rows.columns), [&](std::size_t i) {
     for (std::size_t k = index(rows.start[i]); k < index(rows.start[i + 1]); ++k) {
       Square<n>& block = rows.value[k];
-      block = sources[k].block->template topLeftCorner<n, n>();
+      block = sources[k].blocks->template part<n>(sources[k].block);
       if (sources[k].transposed) block.transposeInPlace();
       const int size = slots.size[i], width = slots.size[index(rows.column[k])];
       if (size < n) block.bottomRows(n - size).setZero();
@@ -213,16 +213,16 @@ BlockSystem block_system(const BlockRows<n, n>& matrix) {
   BlockSystem system;
   system.symmetric = false;
   const std::size_t rows = index(matrix.rows());
-  system.diagonal.assign(rows, Matrix12::Zero());
+  system.diagonal.resize(rows, n);
   for (std::size_t i = 0; i < rows; ++i) {
     for (std::size_t k = index(matrix.start[i]); k < index(matrix.start[i + 1]); ++k) {
       const int j = matrix.column[k];
-      if (j == static_cast<int>(i)) system.diagonal[i].topLeftCorner<n, n>() = matrix.value[k];
+      if (j == static_cast<int>(i)) system.diagonal[i] = matrix.value[k];
       if (j > static_cast<int>(i)) system.pairs.emplace_back(static_cast<int>(i), j);
     }
   }
   std::ranges::sort(system.pairs);
-  system.off_diagonal.assign(system.pairs.size(), Matrix12::Zero());
+  system.off_diagonal.resize(system.pairs.size(), n);
   system.mirrored = system.off_diagonal;
   for (std::size_t i = 0; i < rows; ++i) {
     for (std::size_t k = index(matrix.start[i]); k < index(matrix.start[i + 1]); ++k) {
@@ -230,8 +230,8 @@ BlockSystem block_system(const BlockRows<n, n>& matrix) {
       if (j == row) continue;
       const std::pair<int, int> pair = std::minmax(row, j);
       const auto at = std::ranges::lower_bound(system.pairs, pair) - system.pairs.begin();
-      std::vector<Matrix12>& side = row < j ? system.off_diagonal : system.mirrored;
-      side[static_cast<std::size_t>(at)].topLeftCorner<n, n>() = matrix.value[k];
+      SquareBlocks& side = row < j ? system.off_diagonal : system.mirrored;
+      side[static_cast<std::size_t>(at)] = matrix.value[k];
     }
   }
   return system;

@@ -66,10 +66,10 @@ void ConeProblem::set_in() {
     for (const int side : {0, 1}) {
       const int slot = side == 0 ? c.slot_a : c.slot_b;
       if (slot < 0) continue;
-      const Matrix3x12& jacobian = side == 0 ? c.jacobian_a : c.jacobian_b;
+      const ContactJacobian& jacobian = side == 0 ? c.jacobian_a : c.jacobian_b;
       auto rows = rows_[2 * i + index(side)].leftCols<n>();
       auto mobility = mobility_[2 * i + index(side)].leftCols<n>();
-      rows = share.asDiagonal() * jacobian.leftCols<n>();
+      rows = share.asDiagonal() * jacobian.columns<n>();
       mobility.noalias() = rows * compliance_[index(slot)].topLeftCorner<n, n>();
       cone.delassus.noalias() += mobility * rows.transpose();
     }
@@ -169,8 +169,10 @@ bool ConeProblem::factorize(std::span<const Matrix3> tangents) {
   system_.diagonal = base_->diagonal;
   system_.pairs = base_->pairs;
   system_.symmetric = false;
-  system_.off_diagonal.assign(base_->pairs.size(), Matrix12::Zero());
-  system_.mirrored.assign(base_->pairs.size(), Matrix12::Zero());
+  for (SquareBlocks* blocks : {&system_.off_diagonal, &system_.mirrored}) {
+    blocks->resize(base_->pairs.size(), base_->diagonal.width());
+    blocks->set_zero();
+  }
   rigid_ ? assemble_in<6>(tangents) : assemble_in<12>(tangents);
   return solver_.factorize(system_);
 }
@@ -178,17 +180,18 @@ bool ConeProblem::factorize(std::span<const Matrix3> tangents) {
 template <int n>
 void ConeProblem::assemble_in(std::span<const Matrix3> tangents) {
   using Rows = Eigen::Matrix<double, 3, n>;
-  const auto add = [](const Rows& left, const Rows& right, Matrix12& block) {
-    block.topLeftCorner<n, n>().noalias() += left.transpose() * right;
+  const auto add = [](const Rows& left, const Rows& right, Part<n> block) {
+    block.noalias() += left.transpose() * right;
   };
   for (std::size_t i = 0; i < tangents.size(); ++i) {
     const LinearContact& c = contacts_[i];
     const Rows a = rows_[2 * i].leftCols<n>(), b = rows_[2 * i + 1].leftCols<n>();
     const Rows stiff_a = tangents[i] * a, stiff_b = tangents[i] * b;
-    if (c.slot_a >= 0) add(a, stiff_a, system_.diagonal[index(c.slot_a)]);
-    if (c.slot_b >= 0) add(b, stiff_b, system_.diagonal[index(c.slot_b)]);
+    if (c.slot_a >= 0) add(a, stiff_a, system_.diagonal.part<n>(index(c.slot_a)));
+    if (c.slot_b >= 0) add(b, stiff_b, system_.diagonal.part<n>(index(c.slot_b)));
     if (c.pair < 0) continue;
-    Matrix12 &upper = system_.off_diagonal[index(c.pair)], &lower = system_.mirrored[index(c.pair)];
+    const Part<n> upper = system_.off_diagonal.part<n>(index(c.pair));
+    const Part<n> lower = system_.mirrored.part<n>(index(c.pair));
     const bool ascending = c.slot_a < c.slot_b;
     add(a, stiff_b, ascending ? upper : lower);
     add(b, stiff_a, ascending ? lower : upper);

@@ -22,9 +22,10 @@ bool same(const StepScheme& x, const StepScheme& y) {
 
 void set_matrices(const SubStep& step, const StepPoses& poses, BlockTerms& terms) {
   const std::vector<int>& blocks = step.island.slots.block_of_slot;
-  terms.base.diagonal.resize(blocks.size());
+  const int width = step.island.slots.width();
+  terms.base.diagonal.resize(blocks.size(), width);
   terms.base.frames.resize(blocks.size());
-  terms.compliance.resize(blocks.size());
+  terms.compliance.resize(blocks.size(), width);
   terms.scheme.resize(blocks.size());
   for (std::size_t s = 0; s < blocks.size(); ++s) {
     const std::size_t b = index(blocks[s]);
@@ -33,13 +34,11 @@ void set_matrices(const SubStep& step, const StepPoses& poses, BlockTerms& terms
     const StepScheme scheme = step.scheme(deforms);
     if (same(scheme, terms.scheme[s])) continue;
     terms.scheme[s] = scheme;
-    Matrix12& matrix = terms.base.diagonal[s];
-    matrix = block_matrix(step.compiled.models[b], scheme);
-    if (deforms) {
-      terms.compliance[s] = matrix.ldlt().solve(Matrix12::Identity());
-    } else {
-      terms.compliance[s] = rigid_inverse(matrix);
-    }
+    const Matrix12 matrix = block_matrix(step.compiled.models[b], scheme);
+    const Matrix12 inverse =
+        deforms ? matrix.ldlt().solve(Matrix12::Identity()).eval() : rigid_inverse(matrix);
+    terms.base.diagonal[s] = matrix.topLeftCorner(width, width);
+    terms.compliance[s] = inverse.topLeftCorner(width, width);
   }
 }
 

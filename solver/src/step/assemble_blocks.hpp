@@ -8,11 +8,11 @@ namespace quoin::solver {
 
 /// Where it changes from one linearisation to the next, that is F alone.
 struct BlockTerms {
-  BlockSystem base;                  ///< K, and the pairs that contacts couple
-  std::vector<Matrix12> compliance;  ///< inverse of each diagonal block
-  std::vector<StepScheme> scheme;    ///< of each diagonal block: what it was made with
-  BlockVector force;                 ///< F
-  BlockVector free_increment;        ///< of the first linearisation, where a contact may close
+  BlockSystem base;                ///< K, and the pairs that contacts couple
+  SquareBlocks compliance;         ///< inverse of each diagonal block
+  std::vector<StepScheme> scheme;  ///< of each diagonal block: what it was made with
+  BlockVector force;               ///< F
+  BlockVector free_increment;      ///< of the first linearisation, where a contact may close
 };
 
 /// K and its inverse; blocks whose poses.deforms is 0 move rigidly. `terms`: of these blocks, made

@@ -65,7 +65,9 @@ void attempt_default(const StepRun& run, Island& island) {
 void attempt_once(const StepRun& run, Island& island) {
   run.work.watch.look();
   (is_paper_method(run.options.method) ? attempt_paper : attempt_default)(run, island);
-  list_contacts(island.attempt.contacts, island.history_end);
+  const auto key = [](const Contact& contact) { return contact.point.key; };
+  std::vector<Contact>& ended = island.attempt.contacts;
+  if (!std::ranges::is_sorted(ended, {}, key)) std::ranges::sort(ended, {}, key);
   island.missing.reset();
   island.sound = is_sound(run, island);
   for (const int block : island.own()) {
@@ -80,7 +82,7 @@ double largest_opening(const StepRun& run) {
   for (const auto& island : run.work.islands) {
     if (island->at_rest) continue;
     largest = std::max({largest, largest_opening(run.compiled, island->history),
-                        largest_opening(run.compiled, island->history_end)});
+                        largest_opening(run.compiled, island->attempt.contacts)});
   }
   return largest;
 }

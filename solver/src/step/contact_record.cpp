@@ -10,14 +10,14 @@ namespace {
 /// Both anchors to where the contact is now, `stretch` (place of b minus place of a) apart. The
 /// anchor of a vertex stays on it.
 void move_anchor(const Pose& a, const Pose& b, const ContactGeometry& now, const Vector3& stretch,
-                 BodyContact& contact) {
+                 const BodyContact& contact, Contact& ended) {
   const Vector3 normal_part = now.gap * now.normal;
   if (contact.normal_on_a) {
-    contact.state.anchor_b = contact.arm_b;
-    contact.state.anchor_a = reference_arm(a, now.place_b - normal_part - stretch);
+    ended.anchor_b = contact.arm_b;
+    ended.anchor_a = reference_arm(a, now.place_b - normal_part - stretch);
   } else {
-    contact.state.anchor_a = contact.arm_a;
-    contact.state.anchor_b = reference_arm(b, now.place_a + normal_part + stretch - now.between);
+    ended.anchor_a = contact.arm_a;
+    ended.anchor_b = reference_arm(b, now.place_a + normal_part + stretch - now.between);
   }
 }
 
@@ -28,8 +28,7 @@ Vector3 stretch_left(const Vector3& shear_force, const LinearContact& c) {
 }
 
 void record_contact(const LinearContact& c, const Vector3& moved, const StepPoses& poses,
-                    BodyContact& contact) {
-  Contact& state = contact.state;
+                    const BodyContact& contact, Contact& state) {
   const Pose &a = poses.end[index(contact.a)], &b = poses.end[index(contact.b)];
   const ContactGeometry now = contact_geometry(contact, a, b);
   const Vector3 before =
@@ -49,18 +48,21 @@ void record_contact(const LinearContact& c, const Vector3& moved, const StepPose
   }
   if (c.mode == ContactMode::Open) return;
   if (c.mode == ContactMode::Slip || (!contact.was_closed && !c.compliant)) {
-    move_anchor(a, b, now, stretch_left(state.shear_force, c), contact);
+    move_anchor(a, b, now, stretch_left(state.shear_force, c), contact, state);
   }
 }
 
 }  // namespace
 
-void record(std::span<const LinearContact> linear, std::span<const Vector3> moved,
-            std::span<const char> hit, const StepPoses& poses, std::span<BodyContact> contacts) {
-  const auto is_hit = [&](int slot) { return slot >= 0 && hit[index(slot)]; };
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    contacts[i].state.impact = is_hit(linear[i].slot_a) || is_hit(linear[i].slot_b);
-    record_contact(linear[i], moved[i], poses, contacts[i]);
+void record(const SolvedStep& solved, const StepPoses& poses, std::vector<Contact>& ended) {
+  const auto is_hit = [&](int slot) { return slot >= 0 && solved.hit[index(slot)]; };
+  ended.clear();
+  ended.reserve(solved.contacts.size());
+  for (std::size_t i = 0; i < solved.contacts.size(); ++i) {
+    const LinearContact& c = solved.linear[i];
+    Contact& state = ended.emplace_back(solved.contacts[i].state);
+    state.impact = is_hit(c.slot_a) || is_hit(c.slot_b);
+    record_contact(c, solved.moved[i], poses, solved.contacts[i], state);
   }
 }
 

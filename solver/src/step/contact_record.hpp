@@ -5,9 +5,14 @@
 
 namespace quoin::solver {
 
-/// `linear`: the contacts as solved, in their order; held points after them. `moved`: see
-/// set_moved(). `hit`: by slot. `contacts`: as they were at the start, and as they end.
-void record(std::span<const LinearContact> linear, std::span<const Vector3> moved,
-            std::span<const char> hit, const StepPoses& poses, std::span<BodyContact> contacts);
+struct SolvedStep {
+  std::span<const BodyContact> contacts;  ///< as they were at the start
+  std::span<const LinearContact> linear;  ///< as solved, in their order; held points after them
+  std::span<const Vector3> moved;         ///< see set_moved()
+  std::span<const char> hit;              ///< by slot
+};
+
+/// `ended`: the contacts as they end, in their order.
+void record(const SolvedStep& solved, const StepPoses& poses, std::vector<Contact>& ended);
 
 }  // namespace quoin::solver

@@ -63,7 +63,8 @@ void account_contact(const BodyContact& contact, const LinearContact& c, const S
                      const Vector3& moved, StepEnergy& energy) {
   const Vector12 &move_a = poses.increment[index(contact.a)],
                  &move_b = poses.increment[index(contact.b)];
-  const auto push = [&](int idle, int other, const Matrix3x12& jacobian, const Vector12& motion) {
+  const auto push = [&](int idle, int other, const ContactJacobian& jacobian,
+                        const Vector12& motion) {
     if (idle >= 0 || motion.isZero(0.0)) return;
     const double done = c.force.dot(jacobian * motion);
     energy.load_work -= done;
@@ -139,8 +140,7 @@ double unbalance(const SubStep& step, const StepPoses& poses,
 }
 
 /// Compliance of its blocks = (dt^2/2) / effective mass.
-double stiffest_omega_dt(std::span<const LinearContact> linear,
-                         const std::vector<Matrix12>& compliance) {
+double stiffest_omega_dt(std::span<const LinearContact> linear, const SquareBlocks& compliance) {
   double largest = 0.0;
   for (const LinearContact& c : linear) {
     if (!c.compliant || c.mode == ContactMode::Open) continue;

@@ -37,8 +37,7 @@ double unbalance(const SubStep& step, const StepPoses& poses,
                  std::span<const LinearContact> linear);
 
 /// omega dt of the stiffest closed spring; `compliance`: inverse of each block's K, by slot.
-double stiffest_omega_dt(std::span<const LinearContact> linear,
-                         const std::vector<Matrix12>& compliance);
+double stiffest_omega_dt(std::span<const LinearContact> linear, const SquareBlocks& compliance);
 
 /// Of the island's blocks, J. `state`: by block.
 double kinetic_energy(const SubStep& step, std::span<const BlockState> state);

@@ -54,7 +54,7 @@ void start(const StepRun& run, Island& island) {
   island.length_after = 0.0;
   island.found.clear();
   island.history.clear();
-  island.history_end.clear();
+  island.attempt.contacts.clear();
   island.reach = 0.0;
   island.missing.reset();
   island.still = false;
@@ -167,10 +167,10 @@ void take_contacts(const StepRun& run, std::vector<Contact>& contacts) {
     const int i = island_of(contact.point, work.island_of_block);
     return i < 0 || !work.islands[index(i)]->at_rest;
   });
+  if (work.awake.size() == 1) return merge(work.awake.front()->history, contacts);
   std::vector<Contact>& taken = work.taken;
   taken.clear();
-  for (const auto& island : work.islands) {
-    if (island->at_rest) continue;
+  for (const Island* island : work.awake) {
     taken.insert(taken.end(), island->history.begin(), island->history.end());
   }
   const auto key = [](const Contact& contact) { return contact.point.key; };

@@ -39,11 +39,12 @@ Vector3 relative_velocity(const BodyContact& contact, const LinearContact& c,
 /// Of it, along the normal.
 double normal_velocity(const BodyContact& contact, const LinearContact& c,
                        std::span<const BlockState> blocks) {
-  const auto along = [&](const Matrix3x12& jacobian, int block) {
+  const auto along = [&](const ContactJacobian& jacobian, int block) {
     const BlockState& state = blocks[index(block)];
-    const auto row = jacobian.row(0);
-    return row.head<3>().dot(state.velocity) + row.segment<3>(3).dot(state.angular_velocity) +
-           row.tail<6>().dot(state.strain_rate);
+    const auto row = jacobian.rigid.row(0);
+    const double rigid =
+        row.head<3>().dot(state.velocity) + row.tail<3>().dot(state.angular_velocity);
+    return jacobian.strain ? rigid + jacobian.strain->row(0).dot(state.strain_rate) : rigid;
   };
   return along(c.jacobian_a, contact.a) + along(c.jacobian_b, contact.b);
 }
@@ -51,8 +52,8 @@ double normal_velocity(const BodyContact& contact, const LinearContact& c,
 /// Gain of relative normal velocity over the step by what acts but new contacts, m/s.
 double relative_free_gain(const LinearContact& c, const BlockVector& free_gain) {
   double gain = 0.0;
-  if (c.slot_a >= 0) gain += c.jacobian_a.row(0).dot(free_gain[index(c.slot_a)]);
-  if (c.slot_b >= 0) gain += c.jacobian_b.row(0).dot(free_gain[index(c.slot_b)]);
+  if (c.slot_a >= 0) gain += c.jacobian_a.normal(free_gain[index(c.slot_a)]);
+  if (c.slot_b >= 0) gain += c.jacobian_b.normal(free_gain[index(c.slot_b)]);
   return gain;
 }
 
@@ -74,7 +75,7 @@ void set_free_velocity_gain(const SubStep& step, const BlockTerms& terms, const 
 bool slides_on(const ImpactStep& at, const BodyContact& contact, const LinearContact& c) {
   const Vector3 now = relative_velocity(contact, c, at.end);
   const double friction = c.multiplier.tail<2>().norm();
-  const std::vector<Matrix12>& compliance = at.terms.compliance;
+  const SquareBlocks& compliance = at.terms.compliance;
   const double stopped = friction * shear_compliance(c, compliance);
   return now.tail<2>().dot(c.multiplier.tail<2>()) <= 0.0 &&
          now.tail<2>().norm() * at.step.length > (contact.was_closed ? kCreep : 1.0) * stopped;
@@ -82,15 +83,14 @@ bool slides_on(const ImpactStep& at, const BodyContact& contact, const LinearCon
 
 /// Between the impact and the end of the step the rebound goes on like free flight. What was closed
 /// at the start does not come on: the last velocities saw to that.
-double full_bounce(const ImpactStep& at, const BodyContact& contact, const LinearContact& position,
-                   const LinearContact& c) {
+double full_bounce(const ImpactStep& at, const BodyContact& contact, const LinearContact& c) {
   if (!(contact.joint.restitution > 0.0) || contact.was_closed) return 0.0;
   const double approach = normal_velocity(contact, c, at.step.state);
-  const bool closed = position.closing_share > 0.0;
+  const bool closed = c.closing_share > 0.0;
   const double gain = closed ? relative_free_gain(c, at.free_gain) : 0.0;
-  const double impact = approach + position.closing_share * gain;
+  const double impact = approach + c.closing_share * gain;
   if (!(impact < -at.slowest)) return 0.0;
-  const double flight = (1.0 - position.closing_share) * gain;
+  const double flight = (1.0 - c.closing_share) * gain;
   return at.step.length * (contact.joint.restitution * impact - flight);
 }
 
@@ -102,51 +102,55 @@ Vector3 force_in_frame(const Contact& force, const BodyContact& contact, const V
   return Vector3(force.normal_force, -t1.dot(shear), -t2.dot(shear));
 }
 
-/// `contact`: as it ended, `position`: as it was solved. Nothing where nothing is to be set.
-void add_contact(const ImpactStep& at, const BodyContact& contact, const LinearContact& position,
-                 VelocityProblem& problem) {
-  if (position.mode == ContactMode::Open || position.compliant) return;
-  LinearContact& c = problem.contacts.emplace_back(position);
+VelocityProblem::Start start_of(const LinearContact& c, double bounce) {
+  return {c.multiplier, c.offset[0], c.normal_stiffness, c.shear_stiffness, bounce, c.assumed};
+}
+
+/// `ended`: as the positions leave it. `c`: as these solved it; it becomes that of the velocities.
+void set_contact(const ImpactStep& at, const BodyContact& contact, const Contact& ended,
+                 LinearContact& c, VelocityProblem& problem) {
   const double dt = at.step.length;
   c.normal_spring = c.shear_spring = 0.0;
-  c.cohesion = 2.0 * position.cohesion;
+  c.cohesion *= 2.0;
   linearise_velocity(contact, at.poses, c);
-  const auto carry = [&](int slot, int block, const Matrix3x12& jacobian) {  // by a moving support
+  const auto carry = [&](int slot, int block,
+                         const ContactJacobian& jacobian) {  // by a moving support
     const Vector12 velocity = velocity_vector(at.end[index(block)]);
     if (slot < 0 && !velocity.isZero(0.0)) c.offset += dt * (jacobian * velocity);
   };
   carry(c.slot_a, contact.a, c.jacobian_a);
   carry(c.slot_b, contact.b, c.jacobian_b);
   c.start = c.offset;
-  problem.bounces.push_back(full_bounce(at, contact, position, c));
-  c.multiplier = 2.0 * force_in_frame(contact.state, contact, contact.state.point.normal);
-  const bool resting = !contact.state.impact;
-  if (c.law == ContactLaw::Coulomb && position.mode == ContactMode::Slip && resting) {
+  const double bounce = full_bounce(at, contact, c);
+  c.multiplier = 2.0 * force_in_frame(ended, contact, ended.point.normal);
+  const bool resting = !ended.impact;
+  if (c.law == ContactLaw::Coulomb && c.mode == ContactMode::Slip && resting) {
     if (slides_on(at, contact, c)) c.law = ContactLaw::Frictionless;
   }
   if (c.law == ContactLaw::Frictionless) c.multiplier.tail<2>().setZero();
-  c.assumed = position.mode;
-  const double slope = dilation_slope(contact.joint, contact.state);
-  if (position.mode == ContactMode::Slip && slope != 0.0) {  // a joint that dilates opens
+  c.assumed = c.mode;
+  const double slope = dilation_slope(contact.joint, ended);
+  if (c.mode == ContactMode::Slip && slope != 0.0) {  // a joint that dilates opens
     c.offset[0] -= dt * slope * relative_velocity(contact, c, at.end).tail<2>().norm();
   }
   set_augmentation(at.terms.compliance, c);
+  problem.starts.push_back(start_of(c, bounce));
 }
 
-void add_held_point(const ImpactStep& at, const HeldPoint& held, const LinearContact& position,
+void set_held_point(const ImpactStep& at, const HeldPoint& held, LinearContact& c,
                     VelocityProblem& problem) {
   const std::size_t b = index(held.block);
-  LinearContact& c = problem.contacts.emplace_back(position);
-  problem.bounces.push_back(0.0);
-  c.jacobian_b = motion(at.poses.end[b], held.arm, at.poses.deforms[b] != 0);
+  const bool deforms = at.poses.deforms[b] != 0;
+  c.jacobian_b.set(motion(at.poses.end[b], held.arm, deforms), deforms);
   const double time = at.step.end_time(), eps = 0.5 * at.step.length;
   c.offset.setZero();
   if (!held.displacement.is_constant()) {
     c.offset = -(held.displacement.at(time + eps) - held.displacement.at(time - eps));
   }
   c.start = c.offset;
-  c.multiplier = 2.0 * position.force;
+  c.multiplier = 2.0 * c.force;
   set_augmentation(at.terms.compliance, c);
+  problem.starts.push_back(start_of(c, 0.0));
 }
 
 /// Until the first impact contacts that were closed before pushed as in the last step,
@@ -161,22 +165,45 @@ void add_earlier_impulses(std::span<const BodyContact> contacts, const Attempt& 
     const LinearContact& c = attempt.linear[i];
     if (!contacts[i].was_closed || before.impact || c.compliant) continue;
     const Vector3 push =
-        2.0 * share * force_in_frame(before, contacts[i], attempt.contacts[i].state.point.normal);
-    if (c.slot_a >= 0) problem.force[index(c.slot_a)] += c.jacobian_a.transpose() * push;
-    if (c.slot_b >= 0) problem.force[index(c.slot_b)] += c.jacobian_b.transpose() * push;
+        2.0 * share * force_in_frame(before, contacts[i], attempt.contacts[i].point.normal);
+    if (c.slot_a >= 0) problem.force[index(c.slot_a)] += c.jacobian_a.push(push);
+    if (c.slot_b >= 0) problem.force[index(c.slot_b)] += c.jacobian_b.push(push);
     if (c.slot_a >= 0 && c.slot_b >= 0) problem.pushed_before.emplace_back(c.slot_a, c.slot_b);
   }
 }
 
-void set_contacts(const ImpactStep& at, const Attempt& attempt, VelocityProblem& problem) {
-  problem.contacts.clear();
-  problem.bounces.clear();
-  for (std::size_t i = 0; i < attempt.contacts.size(); ++i) {
-    add_contact(at, attempt.contacts[i], attempt.linear[i], problem);
+/// Closed ones have a velocity to be set; springs do what they do.
+bool takes_part(const SolvedContact& contact) {
+  return contact.mode != ContactMode::Open && !contact.compliant;
+}
+
+/// The contacts of the positions become those of the velocities, where they are kept.
+void set_contacts(const ImpactStep& at, std::span<const BodyContact> contacts, Attempt& attempt,
+                  VelocityProblem& problem) {
+  std::vector<LinearContact>& linear = attempt.linear;
+  std::size_t count = 0;
+  problem.starts.clear();
+  const auto take = [&](std::size_t i) -> LinearContact& {
+    if (i != count) std::swap(linear[count], linear[i]);
+    return linear[count++];
+  };
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    if (!takes_part(attempt.positions[i])) continue;
+    set_contact(at, contacts[i], attempt.contacts[i], take(i), problem);
   }
   for (std::size_t h = 0; h < at.step.island.held.size(); ++h) {
     const HeldPoint& held = at.step.compiled.held[index(at.step.island.held[h])];
-    add_held_point(at, held, attempt.linear[attempt.contacts.size() + h], problem);
+    set_held_point(at, held, take(contacts.size() + h), problem);
+  }
+  problem.contacts = std::span(linear).first(count);
+}
+
+/// Which contacts the velocities fight for.
+void note_changes(std::span<const LinearContact> solved, Attempt& attempt) {
+  std::size_t at = 0;
+  for (std::size_t i = 0; i < attempt.contacts.size(); ++i) {
+    SolvedContact& contact = attempt.positions[i];
+    if (takes_part(contact)) contact.change = change_of_update(solved[at++]);
   }
 }
 
@@ -189,27 +216,33 @@ void set_blocks(const ImpactStep& at, std::span<const BodyContact> contacts, con
     Vector12& velocity = problem.velocity[s];
     velocity = at.step.length * velocity_vector(at.end[index(blocks[s])]);
     if (!at.poses.deforms[index(blocks[s])]) velocity.tail<6>().setZero();
-    problem.force[s] = at.terms.base.diagonal[s] * velocity;
+    const SquareBlocks& inertia = at.terms.base.diagonal;
+    problem.force[s].setZero();
+    problem.force[s].head(inertia.width()) = inertia[s] * velocity.head(inertia.width());
   }
   add_earlier_impulses(contacts, attempt, problem);
+}
+
+/// What the positions' forces have done is part of the velocities.
+void take_off_forces(VelocityProblem& problem) {
   for (const LinearContact& c : problem.contacts) {
     if (c.slot_a >= 0) {
-      problem.force[index(c.slot_a)] -= c.jacobian_a.transpose() * c.multiplier;
+      problem.force[index(c.slot_a)] -= c.jacobian_a.push(c.multiplier);
     }
     if (c.slot_b >= 0) {
-      problem.force[index(c.slot_b)] -= c.jacobian_b.transpose() * c.multiplier;
+      problem.force[index(c.slot_b)] -= c.jacobian_b.push(c.multiplier);
     }
   }
 }
 
 /// Work of moving supports by the impulses beyond the positions' forces, by slot, J.
 void set_pushed_work(std::size_t slots, const VelocityProblem& problem,
-                     std::span<const LinearContact> solved, std::vector<double>& pushed) {
+                     std::vector<double>& pushed) {
   pushed.assign(slots, 0.0);
-  for (std::size_t i = 0; i < solved.size(); ++i) {
-    const LinearContact& c = solved[i];
+  for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
+    const LinearContact& c = problem.contacts[i];
     pushed[index(c.slot_a >= 0 ? c.slot_a : c.slot_b)] -=
-        0.5 * (c.force - problem.contacts[i].multiplier).dot(c.start);
+        0.5 * (c.force - problem.starts[i].multiplier).dot(c.start);
   }
 }
 
@@ -218,7 +251,8 @@ void set_pushed_work(std::size_t slots, const VelocityProblem& problem,
 void attempt_velocities(const SubStep& step, std::span<const BodyContact> contacts,
                         AttemptMemory& memory, BlocksAtEnd& blocks, Attempt& attempt) {
   const std::vector<int>& own = step.island.slots.block_of_slot;
-  if (own.empty()) return;
+  const bool none = std::ranges::none_of(attempt.positions, takes_part);
+  if (own.empty() || (none && step.island.held.empty())) return;
   ImpactMemory& impact = memory.impact;
   VelocityProblem& problem = impact.problem;
   const auto closed = [](const LinearContact& c) { return c.closing_share > 0.0; };
@@ -227,35 +261,37 @@ void attempt_velocities(const SubStep& step, std::span<const BodyContact> contac
   }
   const ImpactStep at{step,       memory.terms,     blocks.poses,
                       blocks.end, impact.free_gain, step.bounce_speed()};
-  set_contacts(at, attempt, problem);
-  if (problem.contacts.empty()) return;
   set_blocks(at, contacts, attempt, problem);
+  set_contacts(at, contacts, attempt, problem);
+  take_off_forces(problem);
   OpenCloseOptions tuning{.force_tolerance = step.options.tolerance,
                           .gap_tolerance = step.gap_tolerance()};
-  tuning.gap_rounding = gap_rounding(attempt.linear);
+  tuning.gap_rounding = attempt.rounding;
   tuning.raise = tuning.predicted = true;
   const double before = kinetic_energy(step, blocks.end);
   impact.restitution.begin(own.size(), problem);
   OpenCloseResult total = attempt.solved;
   // With friction and several contacts Newton's restitution can create energy: less of it then.
   for (bool again = true; again;) {
-    impact.restitution.apply(problem, impact.tried);
+    impact.restitution.apply(problem);
     impact.solution = problem.velocity;
     memory.clock.charge(&PhaseSeconds::assemble);
-    const OpenCloseResult solved = memory.solver.solve(
-        step.options, {memory.terms.base, problem.force}, impact.tried, tuning, impact.solution);
+    const OpenCloseResult solved =
+        memory.solver.solve(step.options, {memory.terms.base, problem.force}, problem.contacts,
+                            tuning, impact.solution);
     memory.clock.charge(&PhaseSeconds::solve);
     for (std::size_t s = 0; s < own.size(); ++s) {
       set_velocity(impact.solution[s] / step.length, blocks.end[index(own[s])]);
     }
     add(solved, total);
+    if (!solved.converged) note_changes(problem.contacts, attempt);
     again = impact.restitution.lessen(step, attempt.energy.work_on, blocks.end);
   }
   total.converged = total.converged && attempt.solved.converged;
   total.residual = std::max(total.residual, attempt.solved.residual);
   total.condition = attempt.solved.condition;
   attempt.solved = total;
-  set_pushed_work(own.size(), problem, impact.tried, impact.pushed);
+  set_pushed_work(own.size(), problem, impact.pushed);
   bound_energy(step, {problem.velocity, impact.restitution.groups(), impact.pushed}, blocks.end,
                attempt.energy, impact.of_group);
   attempt.energy.impact_loss += before - kinetic_energy(step, blocks.end);

@@ -49,7 +49,6 @@ struct Island {
 
   std::vector<geometry::ContactPoint> found_end;  ///< at the end of the attempt
   double reach_end = 0.0;                         ///< likewise
-  std::vector<Contact> history_end;               ///< likewise
   std::optional<geometry::ContactPoint> missing;  ///< one of found_end that no attempt held
   bool solved = false;                            ///< the attempt, with all contacts
   bool sound = true;    ///< its end can be gone on with: finite, and no block squeezed flat

@@ -63,6 +63,14 @@ void set_law(const StepOptions& options, double penalty, BodyContact& contact, L
   set_springs(options, penalty, contact, c);
 }
 
+/// As new, with the memory that it has.
+void reset(LinearContact& c) {
+  LinearContact fresh;
+  fresh.jacobian_a.strain = std::move(c.jacobian_a.strain);
+  fresh.jacobian_b.strain = std::move(c.jacobian_b.strain);
+  c = std::move(fresh);
+}
+
 /// The forces of the last step in the frame that the contact has at the start of this one.
 Vector3 last_force(const BodyContact& contact) {
   Vector3 t1, t2;
@@ -113,8 +121,10 @@ double end_gap(const BodyContact& contact, const StepPoses& poses, const LinearC
 void linearise_held(const SubStep& step, const StepPoses& poses, const HeldPoint& held,
                     LinearContact& c) {
   const std::size_t b = index(held.block);
-  c.jacobian_b = mean_motion(poses.start[b], poses.end[b], poses.increment[b].segment<3>(3),
-                             held.arm, poses.deforms[b] != 0);
+  const bool deforms = poses.deforms[b] != 0;
+  c.jacobian_b.set(mean_motion(poses.start[b], poses.end[b], poses.increment[b].segment<3>(3),
+                               held.arm, deforms),
+                   deforms);
   c.offset =
       displacement(step.compiled, held, poses.start[b]) - held.displacement.at(step.end_time());
   c.rounding = 4.0 * std::numeric_limits<double>::epsilon() * held.arm.norm();
@@ -146,10 +156,10 @@ struct FreeFlight {
 FreeFlight free_flight(const SubStep& step, const BlockVector& free_increment,
                        const BodyContact& contact, const LinearContact& c) {
   FreeFlight flight{.end = c.offset};
-  const auto add = [&](int slot, int block, const Matrix3x12& jacobian) {
+  const auto add = [&](int slot, int block, const ContactJacobian& jacobian) {
     if (slot < 0) return;
     flight.end += jacobian * free_increment[index(slot)];
-    flight.approach += step.length * jacobian.row(0).dot(velocity_vector(step.state[index(block)]));
+    flight.approach += step.length * jacobian.normal(velocity_vector(step.state[index(block)]));
   };
   add(c.slot_a, contact.a, c.jacobian_a);
   add(c.slot_b, contact.b, c.jacobian_b);
@@ -217,7 +227,8 @@ double contact_spring(const CompiledScene& compiled, const StepOptions& options)
 void set_laws(const SubStep& step, std::span<BodyContact> contacts,
               std::vector<LinearContact>& linear) {
   const double spring = contact_spring(step.compiled, step.options);
-  linear.assign(contacts.size() + step.island.held.size(), LinearContact{});
+  linear.resize(contacts.size() + step.island.held.size());
+  for (LinearContact& c : linear) reset(c);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     LinearContact& c = linear[i];
     c.slot_a = step.slot_of_block[index(contacts[i].a)];
@@ -246,7 +257,9 @@ void set_free_increment(const SubStep& step, const StepPoses& poses,
     add_last_force(step, poses, contact, terms.free_increment);
   }
   for (std::size_t s = 0; s < terms.force.size(); ++s) {
-    terms.free_increment[s] = (terms.compliance[s] * terms.free_increment[s]).eval();
+    Vector12& increment = terms.free_increment[s];
+    const int n = terms.compliance.width();
+    increment.head(n) = (terms.compliance[s] * increment.head(n)).eval();
   }
 }
 

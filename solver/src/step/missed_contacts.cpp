@@ -46,7 +46,7 @@ Known known_contacts(const Island& island) {
   Known known;
   for (std::size_t i = 0; i < island.contacts.size(); ++i) {
     const BodyContact& contact = island.contacts[i];
-    const LinearContact& c = island.attempt.linear[i];
+    const SolvedContact& c = island.attempt.positions[i];
     known.keys.push_back(contact.state.point.key);
     if (c.mode == ContactMode::Open) continue;
     if (c.compliant) known.soft.emplace_back(contact.a, contact.b);
@@ -94,19 +94,19 @@ bool add_missed(const CompiledScene& compiled, std::span<const Pose> end, Island
 
 bool drop_ghosts(const CompiledScene& compiled, Island& island) {
   const double reach = island.reach_end;
-  const auto is_ghost = [&](const BodyContact& contact, const LinearContact& solved) {
+  const auto is_ghost = [&](const BodyContact& contact, const SolvedContact& solved) {
     if (contact.was_closed || solved.mode == ContactMode::Open) return false;
     const double smaller = pair_size(compiled, contact.a, contact.b);
-    if (solved.relative[0] < -kThrough * smaller) return false;  // a spring so soft: flagged
+    if (solved.gap < -kThrough * smaller) return false;  // a spring so soft: flagged
     const auto points = points_of_pair(island.found_end, contact.a, contact.b);
     const double rebound = contact.joint.restitution > 0.0 ? reach : 0.0;
     return least_gap(points, reach) > contact.opening + kBesideFace * smaller + rebound;
   };
-  const std::size_t solved = island.attempt.linear.size() - island.blocks.held.size();
+  const std::size_t solved = island.attempt.positions.size() - island.blocks.held.size();
   std::vector<BodyContact>& contacts = island.contacts;
   std::size_t kept = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    if (i < solved && is_ghost(contacts[i], island.attempt.linear[i])) continue;
+    if (i < solved && is_ghost(contacts[i], island.attempt.positions[i])) continue;
     if (kept != i) contacts[kept] = contacts[i];
     ++kept;
   }

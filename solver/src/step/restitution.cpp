@@ -29,16 +29,20 @@ void Restitution::begin(std::size_t slots, const VelocityProblem& problem) {
   groups_.resize(slots);
   for (std::size_t s = 0; s < slots; ++s) groups_[s] = joined_.least(static_cast<int>(s));
   shares_.assign(slots, 0.0);
-  for (std::size_t i = 0; i < problem.bounces.size(); ++i) {
-    if (problem.bounces[i] != 0.0) shares_[group_of(problem.contacts[i])] = 1.0;
+  for (std::size_t i = 0; i < problem.starts.size(); ++i) {
+    if (problem.starts[i].bounce != 0.0) shares_[group_of(problem.contacts[i])] = 1.0;
   }
 }
 
-void Restitution::apply(const VelocityProblem& problem,
-                        std::vector<LinearContact>& contacts) const {
-  contacts = problem.contacts;
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    contacts[i].offset[0] += shares_[group_of(contacts[i])] * problem.bounces[i];
+void Restitution::apply(const VelocityProblem& problem) const {
+  for (std::size_t i = 0; i < problem.starts.size(); ++i) {
+    const VelocityProblem::Start& start = problem.starts[i];
+    LinearContact& c = problem.contacts[i];
+    c.multiplier = start.multiplier;
+    c.normal_stiffness = start.normal_stiffness;
+    c.shear_stiffness = start.shear_stiffness;
+    c.assumed = start.assumed;
+    c.offset[0] = start.gap + shares_[group_of(c)] * start.bounce;
   }
 }
 

@@ -10,8 +10,15 @@ namespace quoin::solver {
 /// Contacts of velocities, and the blocks' equations: d is a relative velocity times dt, a force
 /// 2/dt of an impulse.
 struct VelocityProblem {
-  std::vector<LinearContact> contacts;
-  std::vector<double> bounces;  ///< by contact: of d, with full restitution, m
+  /// What a solution changes of a contact, as it is before.
+  struct Start {
+    Vector3 multiplier = Vector3::Zero();
+    double gap = 0.0, normal_stiffness = 0.0, shear_stiffness = 0.0;
+    double bounce = 0.0;  ///< of d, with full restitution, m
+    ContactMode assumed = ContactMode::Open;
+  };
+  std::span<LinearContact> contacts;
+  std::vector<Start> starts;    ///< by contact
   BlockVector velocity, force;  ///< by slot: velocity times dt as the positions have it, F
   std::vector<std::pair<int, int>> pushed_before;  ///< slots joined by what pushed until the impact
 };
@@ -23,8 +30,8 @@ class Restitution {
   /// All of it.
   void begin(std::size_t slots, const VelocityProblem& problem);
 
-  /// The contacts with their bounce, or what is left of it.
-  void apply(const VelocityProblem& problem, std::vector<LinearContact>& contacts) const;
+  /// The contacts as they are before a solution, with their bounce, or what is left of it.
+  void apply(const VelocityProblem& problem) const;
 
   /// Less of it for groups that have more energy than they had, with the work done on them (by
   /// slot, J); true when there are any. `end`: by block.

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "contact/joint_failure.hpp"
+#include "contact/joint_law.hpp"
 #include "contact_problem.hpp"
 #include "index.hpp"
 #include "step/contact_record.hpp"
@@ -119,6 +120,16 @@ BlockState end_state(const SubStep& step, const StepPoses& poses, std::size_t bl
   return end;
 }
 
+/// What is asked of the positions' contacts later.
+void note_positions(Attempt& attempt) {
+  attempt.positions.clear();
+  attempt.positions.reserve(attempt.linear.size());
+  for (const LinearContact& c : attempt.linear) {
+    const double change = attempt.solved.converged ? 0.0 : change_of_update(c);
+    attempt.positions.push_back({c.relative[0], change, c.mode, c.compliant, c.was_closed});
+  }
+}
+
 /// Largest of a vertex, relative to its block's size.
 double largest_displacement(const SubStep& step, const StepPoses& poses) {
   double largest = 0.0;
@@ -132,13 +143,6 @@ double largest_displacement(const SubStep& step, const StepPoses& poses) {
 }
 
 }  // namespace
-
-void list_contacts(std::span<const BodyContact> bodies, std::vector<Contact>& contacts) {
-  contacts.clear();
-  for (const BodyContact& contact : bodies) contacts.push_back(contact.state);
-  const auto key = [](const Contact& contact) { return contact.point.key; };
-  if (!std::ranges::is_sorted(contacts, {}, key)) std::ranges::sort(contacts, {}, key);
-}
 
 void attempt_positions(const SubStep& step, const LastSubStep& last,
                        std::vector<BodyContact>& contacts, AttemptMemory& memory,
@@ -175,8 +179,9 @@ void attempt_positions(const SubStep& step, const LastSubStep& last,
   }
   attempt.first_impact = first_impact(step, std::span(attempt.linear).first(contacts.size()));
   find_hit_blocks(step, contacts, attempt.linear, Impacts::Solved, attempt.hit);
-  attempt.contacts = contacts;
-  record(attempt.linear, memory.moved, attempt.hit, poses, attempt.contacts);
+  attempt.rounding = gap_rounding(attempt.linear);
+  note_positions(attempt);
+  record({contacts, attempt.linear, memory.moved, attempt.hit}, poses, attempt.contacts);
 }
 
 }  // namespace quoin::solver

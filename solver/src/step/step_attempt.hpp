@@ -10,28 +10,39 @@
 
 namespace quoin::solver {
 
+/// What the positions made of a contact.
+struct SolvedContact {
+  double gap = 0.0;     ///< m, beyond the joint's opening
+  double change = 0.0;  ///< N: what the next iteration would change its force by, where not solved
+  ContactMode mode = ContactMode::Open;
+  bool compliant = false;
+  bool was_closed = false;
+};
+
 /// What an attempt came to.
 struct Attempt {
   OpenCloseResult solved;
   StepEnergy energy;
   double displacement = 0.0;  ///< largest of a vertex, relative to its block's size
   double unbalance = 0.0;
-  double stiffest_omega_dt = 0.0;     ///< of the springs
-  double first_impact = 0.0;          ///< share of the sub-step before it; 0: none
-  std::vector<char> hit;              ///< by slot: an impact passes through it
-  std::vector<LinearContact> linear;  ///< as solved: contacts, then held points
-  std::vector<Vector3> held_forces;   ///< on the blocks, of IslandBlocks::held, N
-  std::vector<BodyContact> contacts;  ///< with forces and modes at the end
+  double stiffest_omega_dt = 0.0;  ///< of the springs
+  double first_impact = 0.0;       ///< share of the sub-step before it; 0: none
+  std::vector<char> hit;           ///< by slot: an impact passes through it
+  double rounding = 0.0;           ///< of a gap, m
+  /// Contacts, then held points; the velocity law takes it for its own contacts.
+  std::vector<LinearContact> linear;
+  std::vector<SolvedContact> positions;  ///< of all of them, as solved
+  std::vector<Vector3> held_forces;      ///< on the blocks, of IslandBlocks::held, N
+  std::vector<Contact> contacts;         ///< as they end; sorted by key when the attempt is done
 };
 
 /// Memory of the velocity law.
 struct ImpactMemory {
   VelocityProblem problem;
   Restitution restitution;
-  std::vector<LinearContact> tried;  ///< of `problem`, with what is left of their bounce
-  BlockVector solution;              ///< by slot
-  BlockVector free_gain;             ///< by slot, where a contact closes
-  std::vector<double> pushed;        ///< by slot
+  BlockVector solution;        ///< by slot
+  BlockVector free_gain;       ///< by slot, where a contact closes
+  std::vector<double> pushed;  ///< by slot
   std::vector<GroupEnergy> of_group;
 };
 
@@ -57,8 +68,5 @@ struct BlocksAtEnd {
 void attempt_positions(const SubStep& step, const LastSubStep& last,
                        std::vector<BodyContact>& contacts, AttemptMemory& memory,
                        BlocksAtEnd& blocks, Attempt& attempt);
-
-/// The contacts of all bodies, sorted by key.
-void list_contacts(std::span<const BodyContact> bodies, std::vector<Contact>& contacts);
 
 }  // namespace quoin::solver

@@ -99,7 +99,7 @@ bool stood_still(const StepRun& run, const Island& island) {
 
 /// No contact slid, opened or closed in the attempt: the island moves as one body, if at all.
 bool keeps_modes(const Island& island) {
-  return std::ranges::all_of(island.attempt.linear, [](const LinearContact& c) {
+  return std::ranges::all_of(island.attempt.positions, [](const SolvedContact& c) {
     return c.mode == (c.was_closed ? ContactMode::Stick : ContactMode::Open);
   });
 }
@@ -177,7 +177,7 @@ void accept(const StepRun& run, Island& island) {
   if (island.length_after > 0.0) island.length = std::exchange(island.length_after, 0.0);
   island.memory.solver.move_on();
   ++island.count.sub_steps;
-  std::swap(island.history, island.history_end);
+  std::swap(island.history, island.attempt.contacts);
   std::swap(island.found, island.found_end);
   island.reach = island.reach_end;
 }
@@ -366,7 +366,7 @@ State attempted(const StepRun& run, const Island& island) {
   best.blocks = run.work.end;
   best.held_forces = run.work.now.held_forces;
   set_held_forces(island, best);
-  best.contacts = island.history_end;
+  best.contacts = island.attempt.contacts;
   return best;
 }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <functional>
 
-#include "contact/joint_law.hpp"
 #include "step/contact_search.hpp"
 
 namespace quoin::solver {
@@ -62,7 +61,7 @@ void count_attempt(Island& island) {
   total.residual = solved.residual;
   if (solved.condition > 0.0) total.condition = solved.condition;
   total.unbalance = attempt.unbalance;
-  total.rounding = gap_rounding(attempt.linear);
+  total.rounding = attempt.rounding;
   total.stiffest_omega_dt = std::max(total.stiffest_omega_dt, attempt.stiffest_omega_dt);
 }
 
@@ -87,10 +86,10 @@ void report_islands(std::span<Island* const> islands, StepReport& report) {
 
 FightingContacts fighting(const Island& island, const Vector3& origin) {
   std::vector<FightingContact> all;  // the worst of each pair
-  for (std::size_t i = 0; i < island.contacts.size() && i < island.attempt.linear.size(); ++i) {
+  const std::vector<SolvedContact>& positions = island.attempt.positions;
+  for (std::size_t i = 0; i < island.contacts.size() && i < positions.size(); ++i) {
     const BodyContact& contact = island.contacts[i];
-    const LinearContact& c = island.attempt.linear[i];
-    const double change = (force_after_update(c) - c.force).norm();
+    const double change = positions[i].change;
     if (!(change > 0.0)) continue;
     const FightingContact now{contact.a, contact.b, origin + contact.state.point.point(), change};
     if (all.empty() || all.back().block != now.block || all.back().other != now.other) {
