@@ -33,6 +33,20 @@ print(json.dumps({"points": grid.GetNumberOfPoints(),
 """
 
 
+READ_BY_PICTURE = """
+import sys
+sys.path.insert(0, sys.argv[1])
+import numpy, run_output
+one = run_output.Blocks(sys.argv[2] + "/blocks_000001.vtu")
+parts = run_output.Blocks(sys.argv[3] + "/blocks_000001.pvtu")
+corners = lambda blocks: [[blocks.points[f].tolist() for f in faces] for faces in blocks.faces]
+assert corners(one) == corners(parts) and list(one.kind) == list(parts.kind)
+pairs = [sorted(run_output.Contacts(p).pair.tolist()) for p in (sys.argv[2] + "/contacts_000001.vtp",
+                                                                sys.argv[3] + "/contacts_000001.pvtp")]
+assert pairs[0] == pairs[1]
+"""
+
+
 def run(ranks, *arguments, wrapper=()):
     """`wrapper`: what stands before the command of the last rank."""
     command = [QUOIN, "run", "--mpi", *map(str, arguments)]
@@ -130,6 +144,9 @@ class MpiRun(unittest.TestCase):
                 if kind == "blocks":
                     self.assertLessEqual(max(map(len, parts)), 2 + min(map(len, parts)))
         self.check_by_vtk(one, out)
+        done = subprocess.run(["/usr/bin/python3", "-c", READ_BY_PICTURE, SOURCE / "tools", one, out],
+                              capture_output=True, text=True)
+        self.assertTrue(done.returncode == 0 or "No module named 'numpy'" in done.stderr, done.stderr)
 
     def ending(self, kind):
         return "vtu" if kind == "blocks" else "vtp"
@@ -191,7 +208,8 @@ class MpiRun(unittest.TestCase):
                 self.assertEqual(done.stdout, "")
 
     def test_options_that_know_one_process(self):
-        for options in (("--resume", "x"), (INCLINE, "--checkpoint", "1"), (INCLINE, "--dump-steps", "1", "--out", self.folder)):
+        for options in (("--resume", "x"), (INCLINE, "--checkpoint", "1"),
+                        (INCLINE, "--dump-steps", "1", "--out", self.folder)):
             done = subprocess.run([QUOIN, "run", "--mpi", *map(str, options)], capture_output=True, text=True)
             self.assertEqual(done.returncode, 2)
             self.assertRegex(done.stderr, r"^--(resume|checkpoint|dump-steps) excludes --mpi\n")
