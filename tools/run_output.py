@@ -75,19 +75,33 @@ def series(folder, name):
         return found
 
 
+def pieces(path):
+    """The arrays of a file, or of each that a .pvtu or .pvtp file names."""
+    path = pathlib.Path(path)
+    if not path.suffix.startswith(".p"):
+        return [arrays(path)]
+    return [arrays(path.parent / piece.get("Source")) for piece in xml.parse(path).getroot().iter("Piece")]
+
+
 class Blocks:
     """Corners now and at the start, faces by corner, and what is known of each block."""
 
     def __init__(self, path):
         with reading(path):
-            found = arrays(path)
-            self.points = found["Points"]
-            self.moved = found["displacement"]
-            self.kind = found["kind"]
-            stream = iter(found["faces"])
-            faces = [[[int(next(stream)) for _ in range(int(next(stream)))]
-                      for _ in range(int(next(stream)))] for _ in self.kind]
-            self.faces = [[] if kind == ABSENT else own for own, kind in zip(faces, self.kind)]
+            found = pieces(path)
+            self.points = np.concatenate([piece["Points"] for piece in found])
+            self.moved = np.concatenate([piece["displacement"] for piece in found])
+            first, shown = 0, []
+            for piece in found:
+                stream = iter(piece["faces"])
+                for block, kind in zip(piece["block"], piece["kind"]):
+                    own = [[first + int(next(stream)) for _ in range(int(next(stream)))]
+                           for _ in range(int(next(stream)))]
+                    shown.append((int(block), int(kind), [] if kind == ABSENT else own))
+                first += len(piece["Points"])
+            shown.sort(key=lambda block: block[0])
+            self.kind = np.array([kind for _, kind, _ in shown])
+            self.faces = [own for _, _, own in shown]
 
     def held(self, block):
         return self.kind[block] >= FIXED
@@ -102,7 +116,8 @@ class Contacts:
 
     def __init__(self, path):
         with reading(path):
-            found = arrays(path)
+            parts = pieces(path)
+            found = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
             self.points = found["Points"].reshape(-1, 3)
             self.state = np.atleast_1d(found["state"])  # 0: open, 1: stick, 2: slip
             self.failed = np.atleast_1d(found["failed"]) > 0  # bears its residual strength

@@ -26,6 +26,18 @@ bool LinearSolver::wants_multigrid(const BlockSystem& system) {
   return elimination_.work(system) > kWork * slots_->count();
 }
 
+bool LinearSolver::distributes(const BlockSystem& system) {
+  if (distributed_ == nullptr) return false;
+  return kind_ == LinearSolverKind::Elimination || wants_multigrid(system);
+}
+
+std::span<const char> LinearSolver::rows_read(const BlockSystem& pattern) {
+  rows_read_.clear();
+  if (!distributes(pattern)) return {};
+  for (const int block : slots_->block_of_slot) rows_read_.push_back(distributed_->owns(block));
+  return rows_read_;
+}
+
 template <int n>
 bool LinearSolver::prepare(RigidMultigrid<n>& multigrid) {
   lagging_ = false;
@@ -38,6 +50,13 @@ bool LinearSolver::prepare(RigidMultigrid<n>& multigrid) {
 
 bool LinearSolver::factorize(const BlockSystem& system) {
   iterates_ = wants_multigrid(system);
+  shared_ = distributes(system);
+  if (shared_) {
+    ++counts_.distributed;
+    ++(iterates_ ? counts_.set_ups : counts_.eliminations);
+    using enum LinearSolverKind;
+    return distributed_->factorize(system, *slots_, iterates_ ? Multigrid : Elimination);
+  }
   if (!iterates_) {
     ++counts_.eliminations;
     return elimination_.factorize(system);
@@ -83,6 +102,7 @@ bool LinearSolver::iterate(Iterations<n>& with, const BlockVector& right, BlockV
 }
 
 bool LinearSolver::solve(const BlockVector& right, BlockVector& solution) {
+  if (shared_) return distributed_->solve(right, solution, counts_);
   if (iterates_) {
     return rigid() ? iterate(rigid_, right, solution) : iterate(deformable_, right, solution);
   }
@@ -91,7 +111,7 @@ bool LinearSolver::solve(const BlockVector& right, BlockVector& solution) {
 }
 
 double LinearSolver::condition_estimate() const {
-  return iterates_ ? 0.0 : elimination_.condition_estimate();
+  return iterates_ || shared_ ? 0.0 : elimination_.condition_estimate();
 }
 
 }  // namespace quoin::solver

@@ -3,6 +3,7 @@
 
 #include <quoin/solver/simulation.hpp>
 
+#include "linear/distributed_solver.hpp"
 #include "linear/krylov.hpp"
 
 namespace quoin::solver {
@@ -16,11 +17,16 @@ class LinearSolver {
   explicit LinearSolver(const Slots& slots, StepWatch* watch = nullptr)
       : slots_(&slots), watch_(watch), elimination_(slots, watch) {}
 
-  /// From the next matrix on; counts start at zero.
-  void choose(LinearSolverKind kind) {
+  /// From the next matrix on; counts start at zero. `distributed`, where there is one, solves what
+  /// Automatic does not eliminate; it must outlive the use of this object.
+  void choose(LinearSolverKind kind, DistributedSolver* distributed = nullptr) {
     kind_ = kind;
+    distributed_ = distributed;
     counts_ = {};
   }
+
+  /// By slot: whether factorize() reads the row of it in a matrix of this pattern; empty: all rows.
+  std::span<const char> rows_read(const BlockSystem& pattern);
 
   /// Nothing of earlier matrices is used from here on but what hangs on the pattern alone: what
   /// follows is the same to the bit whatever was solved before.
@@ -55,12 +61,16 @@ class LinearSolver {
   template <int n>
   bool iterate(Iterations<n>& with, const BlockVector& right, BlockVector& solution);
   bool wants_multigrid(const BlockSystem& system);
+  bool distributes(const BlockSystem& system);
   bool rigid() const;
 
   const Slots* slots_;
   StepWatch* watch_;
   LinearSolverKind kind_ = LinearSolverKind::Elimination;
   Multifrontal elimination_;
+  DistributedSolver* distributed_ = nullptr;
+  bool shared_ = false;          ///< the present matrix is distributed_'s
+  std::vector<char> rows_read_;  ///< memory of rows_read()
   Threads threads_;
   Iterations<6> rigid_;
   Iterations<12> deformable_;

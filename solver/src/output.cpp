@@ -5,10 +5,12 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <quoin/solver/output.hpp>
 #include <stdexcept>
 
 #include "displacement.hpp"
+#include "index.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -115,9 +117,30 @@ void each_vector(Appended& file, std::string_view name, int components, std::siz
   });
 }
 
-std::size_t vertex_count(const std::vector<Block>& blocks) {
+/// The blocks of a file, ascending.
+struct Shown {
+  const Simulation& simulation;
+  std::vector<std::size_t> blocks;
+
+  Shown(const Simulation& all, const Piece& piece) : simulation(all) {
+    for (std::size_t b = 0; b < all.scene().blocks.size(); ++b) {
+      if (has(piece, static_cast<int>(b))) blocks.push_back(b);
+    }
+  }
+  static bool has(const Piece& piece, int block) {
+    return piece.part_of_block.empty() || piece.part_of_block[index(block)] == piece.part;
+  }
+  std::size_t count() const { return blocks.size(); }
+  const Block& block(std::size_t i) const { return simulation.scene().blocks[blocks[i]]; }
+  const BlockState& state(std::size_t i) const { return simulation.state().blocks[blocks[i]]; }
+  int number(std::size_t i) const { return static_cast<int>(blocks[i]); }
+};
+
+std::size_t vertex_count(const Shown& shown) {
   std::size_t count = 0;
-  for (const Block& block : blocks) count += static_cast<std::size_t>(block.shape->vertex_count());
+  for (std::size_t i = 0; i < shown.count(); ++i) {
+    count += static_cast<std::size_t>(shown.block(i).shape->vertex_count());
+  }
   return count;
 }
 
@@ -129,12 +152,11 @@ Vector3 velocity_at(const BlockState& block, const Vector3& arm) {
   return block.velocity + block.rotation * local;
 }
 
-void write_points(Appended& file, const Simulation& simulation) {
-  const std::vector<Block>& blocks = simulation.scene().blocks;
+void write_points(Appended& file, const Shown& shown) {
   file.raw("<Points>\n");
-  file.array<double>("Points", 3, vertex_count(blocks), [&](std::vector<double>& values) {
-    for (std::size_t b = 0; b < blocks.size(); ++b) {
-      const geometry::Points vertices = simulation.vertices(static_cast<int>(b));
+  file.array<double>("Points", 3, vertex_count(shown), [&](std::vector<double>& values) {
+    for (std::size_t i = 0; i < shown.count(); ++i) {
+      const geometry::Points vertices = shown.simulation.vertices(shown.number(i));
       for (Eigen::Index v = 0; v < vertices.cols(); ++v) push<3>(values, vertices.col(v));
     }
   });
@@ -146,11 +168,11 @@ struct FaceStreams {
   std::vector<std::int64_t> values{}, ends{};
 };
 
-FaceStreams face_streams(const std::vector<Block>& blocks) {
+FaceStreams face_streams(const Shown& shown) {
   FaceStreams streams;
   std::int64_t first = 0;
-  for (const Block& block : blocks) {
-    const geometry::Topology& topology = block.shape->topology();
+  for (std::size_t i = 0; i < shown.count(); ++i) {
+    const geometry::Topology& topology = shown.block(i).shape->topology();
     streams.values.push_back(topology.face_count());
     for (int f = 0; f < topology.face_count(); ++f) {
       streams.values.push_back(std::ssize(topology.face(f)));
@@ -162,29 +184,29 @@ FaceStreams face_streams(const std::vector<Block>& blocks) {
   return streams;
 }
 
-void write_cells(Appended& file, const std::vector<Block>& blocks) {
-  const std::size_t count = blocks.size(), points = vertex_count(blocks);
-  FaceStreams streams = face_streams(blocks);
+void write_cells(Appended& file, const Shown& shown) {
+  const std::size_t count = shown.count(), points = vertex_count(shown);
+  FaceStreams streams = face_streams(shown);
   std::int64_t end = 0;
   file.raw("<Cells>\n");
   each<std::int64_t>(file, "connectivity", points, [](std::size_t i) { return i; });
   each<std::int64_t>(file, "offsets", count,
-                     [&](std::size_t b) { return end += blocks[b].shape->vertex_count(); });
+                     [&](std::size_t i) { return end += shown.block(i).shape->vertex_count(); });
   each<std::uint8_t>(file, "types", count, [](std::size_t) { return 42; });  // VTK_POLYHEDRON
   file.array<std::int64_t>("faces", 1, 0, [&](std::vector<std::int64_t>& values) {
     values = std::move(streams.values);
   });
-  each<std::int64_t>(file, "faceoffsets", count, [&](std::size_t b) { return streams.ends[b]; });
+  each<std::int64_t>(file, "faceoffsets", count, [&](std::size_t i) { return streams.ends[i]; });
   file.raw("</Cells>\n");
 }
 
-void write_point_data(Appended& file, const Simulation& simulation,
-                      std::span<const BlockState> from) {
+void write_point_data(Appended& file, const Shown& shown, std::span<const BlockState> from) {
+  const Simulation& simulation = shown.simulation;
   const State& state = simulation.state();
-  const std::size_t count = vertex_count(simulation.scene().blocks);
+  const std::size_t count = vertex_count(shown);
   const auto each_vertex = [&](const char* name, const auto& value) {
     file.array<double>(name, 3, count, [&](std::vector<double>& values) {
-      for (std::size_t b = 0; b < state.blocks.size(); ++b) {
+      for (const std::size_t b : shown.blocks) {
         const geometry::Points arms = simulation.reference_arms(static_cast<int>(b));
         for (Eigen::Index v = 0; v < arms.cols(); ++v) push<3>(values, value(b, arms.col(v)));
       }
@@ -214,31 +236,29 @@ constexpr int kHiddenCell = 32;  // vtkDataSetAttributes::HIDDENCELL
 
 bool is_absent(const Block& block) { return block.kind == BlockKind::Absent; }
 
-void write_cell_data(Appended& file, const Simulation& simulation) {
-  const State& state = simulation.state();
-  const std::vector<Block>& blocks = simulation.scene().blocks;
-  const std::size_t count = blocks.size();
-  const auto stress = [&](std::size_t b) { return simulation.stress(static_cast<int>(b)); };
+void write_cell_data(Appended& file, const Shown& shown) {
+  const std::size_t count = shown.count();
+  const auto stress = [&](std::size_t i) { return shown.simulation.stress(shown.number(i)); };
   file.raw("<CellData Scalars=\"block\">\n");
-  each<std::int32_t>(file, "block", count, [](std::size_t b) { return b; });
+  each<std::int32_t>(file, "block", count, [&](std::size_t i) { return shown.number(i); });
   each<std::int32_t>(file, "kind", count,
-                     [&](std::size_t b) { return static_cast<int>(blocks[b].kind); });
+                     [&](std::size_t i) { return static_cast<int>(shown.block(i).kind); });
   each<std::int32_t>(file, "material", count,
-                     [&](std::size_t b) { return blocks[b].material.joint_group; });
-  if (std::ranges::any_of(blocks, is_absent)) {
+                     [&](std::size_t i) { return shown.block(i).material.joint_group; });
+  if (std::ranges::any_of(shown.simulation.scene().blocks, is_absent)) {
     each<std::uint8_t>(file, "vtkGhostType", count,
-                       [&](std::size_t b) { return is_absent(blocks[b]) ? kHiddenCell : 0; });
+                       [&](std::size_t i) { return is_absent(shown.block(i)) ? kHiddenCell : 0; });
   }
-  each<double>(file, "speed", count,
-               [&](std::size_t b) { return state.blocks[b].velocity.norm(); });
+  each<double>(file, "speed", count, [&](std::size_t i) { return shown.state(i).velocity.norm(); });
   // xx yy zz xy yz xz, as VTK orders them
   each_vector(file, "stress", 6, count, stress);
   each_vector(file, "principal_stress", 3, count,
-              [&](std::size_t b) { return principal(stress(b)); });
+              [&](std::size_t i) { return principal(stress(i)); });
   const auto write_texts = [&](const char* name, const auto& text) {
     file.strings(name, count, [&](std::vector<char>& values) {
-      for (const Block& block : blocks) {
-        values.insert(values.end(), text(block).begin(), text(block).end());
+      for (std::size_t i = 0; i < count; ++i) {
+        const std::string& shown_text = text(shown.block(i));
+        values.insert(values.end(), shown_text.begin(), shown_text.end());
         values.push_back(0);
       }
     });
@@ -249,7 +269,7 @@ void write_cell_data(Appended& file, const Simulation& simulation) {
   file.raw("</CellData>\n");
 }
 
-void write_contact_data(Appended& file, const std::vector<Contact>& all) {
+void write_contact_data(Appended& file, std::span<const Contact> all) {
   const std::size_t count = all.size();
   const auto integers = [&](const char* name, const auto& value) {
     each<std::int32_t>(file, name, count,
@@ -277,7 +297,7 @@ void write_contact_data(Appended& file, const std::vector<Contact>& all) {
   file.raw("</PointData>\n");
 }
 
-std::string piece(std::string_view attribute, std::size_t points, std::size_t cells) {
+std::string piece_tag(std::string_view attribute, std::size_t points, std::size_t cells) {
   return "<Piece NumberOfPoints=\"" + std::to_string(points) + "\" " + std::string(attribute) +
          "=\"" + std::to_string(cells) + "\">\n";
 }
@@ -290,34 +310,93 @@ std::string xml_head(const std::string& type) {
 }  // namespace
 
 void write_blocks(const std::string& path, const Simulation& simulation,
-                  std::span<const BlockState> from) {
-  const std::vector<Block>& blocks = simulation.scene().blocks;
+                  std::span<const BlockState> from, const Piece& piece) {
+  const Shown shown(simulation, piece);
   Appended file(path);
   file.raw(xml_head("UnstructuredGrid"));
-  file.raw(piece("NumberOfCells", vertex_count(blocks), blocks.size()));
-  write_points(file, simulation);
-  write_cells(file, blocks);
-  write_point_data(file, simulation, from);
-  write_cell_data(file, simulation);
+  file.raw(piece_tag("NumberOfCells", vertex_count(shown), shown.count()));
+  write_points(file, shown);
+  write_cells(file, shown);
+  write_point_data(file, shown, from);
+  write_cell_data(file, shown);
   file.raw("</Piece>\n</UnstructuredGrid>\n");
   file.save("</VTKFile>\n");
 }
 
-void write_contacts(const std::string& path, const Simulation& simulation) {
+void write_contacts(const std::string& path, const Simulation& simulation, const Piece& piece) {
   const State& state = simulation.state();
-  const std::size_t count = state.contacts.size();
+  std::span<const Contact> shown = state.contacts;
+  std::vector<Contact> own;
+  if (!piece.part_of_block.empty()) {
+    std::ranges::copy_if(shown, std::back_inserter(own), [&](const Contact& contact) {
+      return Shown::has(piece, contact.point.key.b);
+    });
+    shown = own;
+  }
+  const std::size_t count = shown.size();
   Appended file(path);
-  file.raw(xml_head("PolyData")).raw(piece("NumberOfVerts", count, count)).raw("<Points>\n");
-  each_vector(file, "Points", 3, count, [&](std::size_t i) -> Vector3 {
-    return state.origin + state.contacts[i].point.point();
-  });
+  file.raw(xml_head("PolyData")).raw(piece_tag("NumberOfVerts", count, count)).raw("<Points>\n");
+  each_vector(file, "Points", 3, count,
+              [&](std::size_t i) -> Vector3 { return state.origin + shown[i].point.point(); });
   file.raw("</Points>\n<Verts>\n");
   each<std::int64_t>(file, "connectivity", count, [](std::size_t i) { return i; });
   each<std::int64_t>(file, "offsets", count, [](std::size_t i) { return i + 1; });
   file.raw("</Verts>\n");
-  write_contact_data(file, state.contacts);
+  write_contact_data(file, shown);
   file.raw("</Piece>\n</PolyData>\n");
   file.save("</VTKFile>\n");
+}
+
+namespace {
+
+/// Throws std::runtime_error when it can't be written.
+void write_whole(const std::string& path, const std::string& text) {
+  const std::string part = path + ".part";
+  std::ofstream file(part, std::ios::binary);
+  file << text;
+  file.close();
+  if (!file) {
+    throw std::runtime_error(part + ": can't be written");
+  }
+  std::filesystem::rename(part, path);
+}
+
+/// What an index says of the arrays: those of a piece's points, point data and cell data, without
+/// their numbers. `text`: of the piece.
+std::string declared_arrays(std::istream& text) {
+  static constexpr std::string_view kSections[] = {"Points", "PointData", "CellData"};
+  std::string result, line;
+  bool inside = false;
+  while (std::getline(text, line) && line.find("<AppendedData") == line.npos) {
+    const std::string_view rest =
+        std::string_view(line).substr(std::min<std::size_t>(1, line.size()));
+    const bool ends = rest.starts_with('/');
+    const bool is_section = std::ranges::any_of(kSections, [&](std::string_view section) {
+      return rest.substr(ends ? 1 : 0).starts_with(section);
+    });
+    if (is_section) {
+      inside = !ends;
+      result += (ends ? "</P" : "<P") + std::string(rest.substr(ends ? 1 : 0)) + "\n";
+    } else if (inside) {
+      const std::size_t end = std::min(rest.find(" NumberOfTuples"), rest.find(" format"));
+      result += "<P" + std::string(rest.substr(0, end)) + "/>\n";
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+void write_index(const std::string& path, const std::vector<std::string>& pieces) {
+  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+  const std::string first = (folder / pieces.front()).string();
+  std::ifstream like(first, std::ios::binary);
+  const std::string arrays = declared_arrays(like);
+  if (!like) throw std::runtime_error(first + ": can't be read");
+  const std::string type = path.ends_with(".pvtp") ? "PPolyData" : "PUnstructuredGrid";
+  std::string text = xml_head(type) + arrays;
+  for (const std::string& piece : pieces) text += "<Piece Source=\"" + piece + "\"/>\n";
+  write_whole(path, text + "</" + type + ">\n</VTKFile>\n");
 }
 
 void write_series(const std::string& path, const std::vector<double>& times,
@@ -329,14 +408,7 @@ void write_series(const std::string& path, const std::vector<double>& times,
     text += "<DataSet file=\"" + files[i] + "\" timestep=\"" + std::string(time, end) + "\"/>\n";
   }
   text += "</Collection>\n</VTKFile>\n";
-  const std::string part = path + ".part";
-  std::ofstream file(part, std::ios::binary);
-  file << text;
-  file.close();
-  if (!file) {
-    throw std::runtime_error(part + ": can't be written");
-  }
-  std::filesystem::rename(part, path);
+  write_whole(path, text);
 }
 
 }  // namespace quoin::solver

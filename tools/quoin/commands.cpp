@@ -33,24 +33,26 @@ std::string shared_file(const std::string& name) {
   throw scene_file::FileError(name + ": is not installed beside the command");
 }
 
-int run_guarded(const std::function<int()>& command, const std::string& scene) {
+Ending ending_of(const std::function<int()>& command, const std::string& scene) {
   try {
-    return command();
+    return {command()};
   } catch (const scene_file::SceneError& error) {
-    complain(error.what(), scene);
-    return kBadInput;
+    return {kBadInput, error.what(), scene};
   } catch (const geometry::InputError& error) {
-    complain(std::string("/blocks: ") + error.what(), scene);
-    return kBadInput;
+    return {kBadInput, std::string("/blocks: ") + error.what(), scene};
   } catch (const std::invalid_argument& error) {
-    complain(error.what());
-    return kBadInput;
+    return {kBadInput, error.what()};
   } catch (const std::bad_alloc&) {
-    complain("out of memory");
+    return {kFailed, "out of memory"};
   } catch (const std::exception& error) {
-    complain(error.what());
+    return {kFailed, error.what()};
   }
-  return kFailed;
+}
+
+int run_guarded(const std::function<int()>& command, const std::string& scene) {
+  const Ending ending = ending_of(command, scene);
+  if (!ending.message.empty()) complain(ending.message, ending.subject);
+  return ending.exit_code;
 }
 
 }  // namespace quoin::commands

@@ -27,8 +27,17 @@ std::string text(const nlohmann::ordered_json& document);
 /// built from. Throws FileError.
 std::string shared_file(const std::string& name);
 
-/// What `command` returns; an exception becomes a line and an exit code. `scene`: the file it
+/// How a command ended: by an exception where there is a message, for complain().
+struct Ending {
+  int exit_code = kDone;
+  std::string message{}, subject = "quoin";
+};
+
+/// What `command` returns; an exception becomes a message and an exit code. `scene`: the file it
 /// reads.
+Ending ending_of(const std::function<int()>& command, const std::string& scene);
+
+/// The same; the message is said.
 int run_guarded(const std::function<int()>& command, const std::string& scene);
 
 /// Each adds its subcommand to `app`; the subcommand leaves its exit code in `exit_code`.

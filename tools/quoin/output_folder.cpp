@@ -322,7 +322,14 @@ OutputFolder OutputFolder::reopen(const fs::path& folder) {
   return result;
 }
 
+OutputFolder OutputFolder::of_another(const fs::path& part) {
+  OutputFolder result;
+  result.part_ = part;
+  return result;
+}
+
 fs::path OutputFolder::file(const std::string& name) {
+  if (journal_ < 0) return part_ / name;
   copied_ = false;
   if (std::find(names_.begin(), names_.end(), name) == names_.end()) {
     const std::string line = name + "\n";

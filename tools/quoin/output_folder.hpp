@@ -23,6 +23,9 @@ class OutputFolder {
   /// --out was, or a `.part-` folder. Throws FileError when there is none, or it is still running.
   static OutputFolder reopen(const std::filesystem::path& folder);
 
+  /// One that another process fills and puts in place, by its path(): files go there.
+  static OutputFolder of_another(const std::filesystem::path& part);
+
   ~OutputFolder();
   OutputFolder(OutputFolder&&) noexcept;
   OutputFolder(const OutputFolder&) = delete;
@@ -46,7 +49,7 @@ class OutputFolder {
   std::filesystem::path folder_, part_;
   std::vector<std::string> names_;
   bool copied_ = false;  ///< from results that are still there, and nothing was written since
-  int journal_ = -1;     ///< file descriptor; its lock ends with the process
+  int journal_ = -1;     ///< file descriptor, its lock ends with the process; -1: another's folder
 };
 
 }  // namespace quoin::commands

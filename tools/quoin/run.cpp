@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <quoin/solver/contact_problem.hpp>
+#include <quoin/solver/parts.hpp>
 #include <set>
 
 #include "checkpoint.hpp"
@@ -16,8 +17,10 @@
 #include "in_range.hpp"
 #include "output_folder.hpp"
 #include "path_to_write.hpp"
+#include "processes.hpp"
 #include "run_files.hpp"
 #include "scene_file/run_scene.hpp"
+#include "scene_file/scene_error.hpp"
 #include "stop.hpp"
 
 namespace quoin::commands {
@@ -36,12 +39,15 @@ struct RunArguments {
   int threads = 1;
   long dump_steps = 0;  // 0: none
   bool json = false;
+  bool mpi = false;
 };
 
-/// One line on a terminal, rewritten a few times a second; nothing when piped.
+/// One line on a terminal, rewritten a few times a second; nothing when piped, nothing of a process
+/// that is not the first.
 class ProgressLine {
  public:
-  explicit ProgressLine(std::size_t stages) : on_(isatty(STDERR_FILENO) != 0), stages_(stages) {}
+  ProgressLine(std::size_t stages, const Processes& processes)
+      : on_(processes.is_first() && isatty(STDERR_FILENO) != 0), stages_(stages) {}
   ~ProgressLine() {
     if (on_) {
       std::fputs("\r\033[K", stderr);
@@ -121,6 +127,7 @@ void save_summary(OutputFolder& folder, const nlohmann::ordered_json& summary) {
 struct Output {
   std::optional<OutputFolder> folder{};
   std::optional<RunFiles> files{};
+  std::vector<int> rank_of_block{};  ///< which process writes a block's files
   std::ifstream checkpoint{};
   std::chrono::steady_clock::time_point saved = std::chrono::steady_clock::now();
 };
@@ -134,20 +141,35 @@ void save_if_due(const RunRequest& request, Output& output, const scene_file::Sa
   output.saved = std::chrono::steady_clock::now();
 }
 
+/// The first process makes the folder, the others write to it as well.
+OutputFolder open_folder(const std::string& out, const Processes& processes) {
+  std::optional<OutputFolder> folder;
+  std::string failure;
+  try {
+    if (processes.is_first()) folder.emplace(out);
+  } catch (const scene_file::FileError& error) {
+    failure = error.what();
+  }
+  const std::string part = processes.of_first(folder ? folder->path().string() : "");
+  if (part.empty()) throw scene_file::FileError(failure);
+  return folder ? std::move(*folder) : OutputFolder::of_another(part);
+}
+
 bool ended_early(RunStatus status) {
   return status == RunStatus::Interrupted || status == RunStatus::TimeLimit;
 }
 
 /// What is written while the run goes on.
-void add_files(const SceneFile& file, const RunArguments& arguments, Output& output,
-               scene_file::RunOptions& options) {
+void add_files(const SceneFile& file, const RunArguments& arguments, const Processes& processes,
+               Output& output, scene_file::RunOptions& options) {
   options.before_first = [&](const StepView& view) {
-    output.folder.emplace(arguments.out);
-    output.files.emplace(*output.folder, file);
+    output.folder.emplace(open_folder(arguments.out, processes));
+    output.files.emplace(*output.folder, file,
+                         FileShare{output.rank_of_block, processes.rank(), processes.count()});
     output.files->start(view);
   };
   options.after_stage = [&](const StepView& view, const scene_file::SaveRun& save) {
-    if (ended_early(view.status)) {
+    if (ended_early(view.status) && !processes.of_mpi()) {
       write_checkpoint(*output.folder, arguments.request, *output.files, save);
     }
     output.files->end_stage(view);
@@ -183,20 +205,46 @@ class ProblemFiles {
   std::set<int> written_;  ///< first blocks of the islands that this step has shown
 };
 
-RunResult run_with_files(const SceneFile& file, const RunArguments& arguments, Output& output) {
-  ProgressLine progress(file.stages.size());
+/// StopRequest of all processes. They ask each other when a step has ended; within one they give
+/// the last answer, since their clocks differ and all take the same steps.
+class StopTogether {
+ public:
+  StopTogether(std::optional<double> max_seconds, const Processes& processes)
+      : mine_(max_seconds), processes_(processes) {}
+  void end_step() {
+    if (!processes_.of_mpi()) return;
+    const std::optional<RunStatus> mine = mine_();
+    const int all = processes_.largest(mine ? static_cast<int>(*mine) : kNone);
+    if (all != kNone) agreed_ = static_cast<RunStatus>(all);
+  }
+  std::optional<RunStatus> operator()() const { return processes_.of_mpi() ? agreed_ : mine_(); }
+
+ private:
+  static constexpr int kNone = -1;
+  StopRequest mine_;
+  const Processes& processes_;
+  std::optional<RunStatus> agreed_{};
+};
+
+RunResult run_with_files(const SceneFile& file, const RunArguments& arguments, Processes& processes,
+                         Output& output) {
+  ProgressLine progress(file.stages.size(), processes);
+  StopTogether stop(arguments.max_seconds, processes);
   scene_file::RunOptions options;
   options.threads = arguments.threads;
   options.on_failure = arguments.request.on_failure == "accept"
                            ? scene_file::RunOptions::OnFailure::Accept
                            : scene_file::RunOptions::OnFailure::Stop;
+  options.distributed_solver = processes.solver(output.rank_of_block);
   if (output.files) options.resume = &output.checkpoint;
-  if (!arguments.out.empty() || output.files) add_files(file, arguments, output, options);
+  if (!arguments.out.empty() || output.files) {
+    add_files(file, arguments, processes, output, options);
+  }
   options.before_first = [&, then = options.before_first](const StepView& view) {
-    complain_of_threads(view.simulation);
+    if (processes.is_first()) complain_of_threads(view.simulation);
     if (then) then(view);
   };
-  options.stop = StopRequest(arguments.max_seconds);
+  options.stop = [&] { return stop(); };
   options.in_step = [&](const StepView& view) { progress.show_in_step(view); };
   std::optional<ProblemFiles> problems;
   if (arguments.dump_steps > 0) {
@@ -209,6 +257,7 @@ RunResult run_with_files(const SceneFile& file, const RunArguments& arguments, O
     progress.end_step();
     if (problems) problems->end_step();
     progress.show(view);
+    stop.end_step();
     if (!output.files) return;
     output.files->step(view);
     save_if_due(arguments.request, output, save);
@@ -246,30 +295,81 @@ SceneFile opened(RunArguments& arguments, Output& output) {
   return file;
 }
 
-int run(RunArguments& arguments) {
+/// What several processes do not share out is refused: each would do all of it.
+void check_distributed(const SceneFile& file) {
+  using solver::ContactMethod, solver::ContactIteration;
+  const ContactMethod method = file.options.method;
+  if (method == ContactMethod::Paper || method == ContactMethod::Penalty) {
+    throw scene_file::SceneError(
+        "/method", std::string("\"") + name(method) + "\" knows one process alone, --mpi does not");
+  }
+  for (const scene_file::Stage& stage : file.stages) {
+    if (stage.contact_iteration != ContactIteration::ProximalNewton) continue;
+    throw scene_file::SceneError("/contact_iteration",
+                                 "\"proximal_newton\" knows one process alone, --mpi does not");
+  }
+}
+
+void end_files(const nlohmann::ordered_json& report, RunStatus status, const Processes& processes,
+               Output& output) {
+  output.files->finish();
+  processes.largest(0);  // all pieces are there
+  if (!processes.is_first()) return;
+  save_summary(*output.folder, report);
+  const bool goes_on = ended_early(status) && !processes.of_mpi();
+  output.folder->commit(goes_on ? OutputFolder::Checkpoint::Keep : OutputFolder::Checkpoint::Drop);
+}
+
+int run(RunArguments& arguments, Processes& processes) {
   catch_signals();
   Output output;
   const SceneFile file = opened(arguments, output);
+  if (processes.of_mpi()) {
+    check_distributed(file);
+    output.rank_of_block = solver::parts_of_blocks(file.scene, processes.count());
+  }
   if (output.folder) output.files.emplace(*output.folder, file, output.checkpoint);
-  RunResult result = run_with_files(file, arguments, output);
+  RunResult result = run_with_files(file, arguments, processes, output);
   if (!output.folder) {
     result.left_out.emplace_back("history and ParaView files: no folder is asked for");
   }
   const nlohmann::ordered_json report = summary(file, arguments.request.scene, result);
-  if (output.folder) {
-    output.files->finish();
-    save_summary(*output.folder, report);
-    output.folder->commit(ended_early(result.status) ? OutputFolder::Checkpoint::Keep
-                                                     : OutputFolder::Checkpoint::Drop);
-  }
+  if (output.folder) end_files(report, result.status, processes, output);
+  const std::vector<std::string> failed = failures(file, result);
+  const int exit_code = failed.empty() ? kDone : kFailed;
+  if (!processes.is_first()) return exit_code;
   if (arguments.json) {
     std::printf("%s\n", text(report).c_str());
   } else {
     print_result(file, arguments.request.scene, result);
   }
-  const std::vector<std::string> failed = failures(file, result);
   for (const std::string& line : failed) complain(line);
-  return failed.empty() ? kDone : kFailed;
+  return exit_code;
+}
+
+int run_on_ranks(RunArguments& arguments) {
+  return run_guarded(
+      [&] {
+        Processes processes = Processes::of_mpirun();
+        return processes.end_together(
+            ending_of([&] { return run(arguments, processes); }, arguments.request.scene));
+      },
+      arguments.request.scene);
+}
+
+int run_alone(RunArguments& arguments) {
+  Processes processes;
+  return run_guarded([&] { return run(arguments, processes); }, arguments.request.scene);
+}
+
+/// A process of several writes no checkpoint and reads none.
+void add_mpi(CLI::App& command, RunArguments& arguments) {
+  CLI::Option* mpi = command.add_flag(
+      "--mpi", arguments.mpi,
+      "share out large linear systems and the ParaView files over the processes of mpirun");
+  for (const char* option : {"--resume", "--checkpoint", "--dump-steps"}) {
+    mpi->excludes(command.get_option(option));
+  }
 }
 
 void add_clocks(CLI::App& command, RunArguments& arguments) {
@@ -329,6 +429,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
   command->add_option("--threads", arguments->threads, "any number gives the same bits")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
+  add_mpi(*command, *arguments);
   command->callback([arguments, &exit_code] {
     if (arguments->request.scene.empty() && arguments->resume.empty()) {
       throw CLI::RequiredError("scene");
@@ -337,7 +438,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
         arguments->resume.empty()) {
       throw CLI::ValidationError("--checkpoint", "needs a folder: --out");
     }
-    exit_code = run_guarded([&] { return run(*arguments); }, arguments->request.scene);
+    exit_code = arguments->mpi ? run_on_ranks(*arguments) : run_alone(*arguments);
   });
 }
 

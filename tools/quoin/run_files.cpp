@@ -174,11 +174,9 @@ json stages_json(const SceneFile& file, const RunResult& result) {
 }
 
 json linear_json(const solver::LinearSolverCounts& counts) {
-  return {{"eliminations", counts.eliminations},
-          {"multigrid_set_ups", counts.set_ups},
-          {"multigrid_iterations", counts.iterations},
-          {"fallbacks", counts.fallbacks},
-          {"complexity", counts.complexity}};
+  return {{"eliminations", counts.eliminations}, {"distributed", counts.distributed},
+          {"multigrid_set_ups", counts.set_ups}, {"multigrid_iterations", counts.iterations},
+          {"fallbacks", counts.fallbacks},       {"complexity", counts.complexity}};
 }
 
 json system_json(const solver::StepReport& total) {
@@ -288,7 +286,9 @@ Vector3 rotation_vector(const Eigen::Quaterniond& rotation) {
 
 }  // namespace
 
-RunFiles::RunFiles(OutputFolder& folder, const SceneFile& file) : folder_(folder), file_(file) {
+RunFiles::RunFiles(OutputFolder& folder, const SceneFile& file, FileShare share)
+    : folder_(folder), file_(file), share_(std::move(share)) {
+  if (share_.rank > 0) return;
   history_.emplace(folder_.file(kHistory), history_head(file_));
   blocks_.emplace(folder_.file(kBlocks), kBlocksHead);
   contacts_.emplace(folder_.file(kContacts), kContactsHead);
@@ -323,6 +323,7 @@ void RunFiles::save(std::ostream& out) {
 }
 
 void RunFiles::write_history_line(const StepView& view) {
+  if (!history_) return;
   history_->number(steps_).number(static_cast<long>(view.stage)).number(view.dynamic_time);
   for (std::size_t m = 0; m < view.monitors.size(); ++m) {
     const MonitorValue& value = view.monitors[m];
@@ -401,6 +402,7 @@ Vector3 between(const solver::BlockState& from, const solver::BlockState& to) {
 }  // namespace
 
 void RunFiles::write_blocks(const StepView& view) {
+  if (!blocks_) return;
   const solver::State& state = view.simulation.state();
   const std::vector<solver::Block>& blocks = view.simulation.scene().blocks;
   for (std::size_t b = 0; b < blocks.size(); ++b) {
@@ -426,6 +428,7 @@ void RunFiles::write_blocks(const StepView& view) {
 }
 
 void RunFiles::write_contacts(const StepView& view) {
+  if (!contacts_) return;
   const solver::State& state = view.simulation.state();
   const std::vector<solver::Block>& blocks = view.simulation.scene().blocks;
   for (const solver::Contact& contact : state.contacts) {
@@ -455,22 +458,66 @@ double RunFiles::frame_time(double time) const {
   return times_.back() + (file_.output_interval > 0 ? 1e-3 * file_.output_interval : 1.0);
 }
 
+namespace {
+
+/// "blocks_000012.vtu" -> "blocks_000012_3.vtu".
+std::string piece_name(const std::string& file, int rank) {
+  const std::size_t dot = file.rfind('.');
+  return file.substr(0, dot) + "_" + std::to_string(rank) + file.substr(dot);
+}
+
+}  // namespace
+
 void RunFiles::write_vtk(const StepView& view) {
   frame_step_ = steps_;
   times_.push_back(frame_time(view.simulation.state().time));
+  share_.count > 1 ? write_pieces(view) : write_frame(view);
+  if (share_.rank > 0) return;
+  const bool pieces = share_.count > 1;
   std::vector<std::string> blocks, contacts;
   for (std::size_t number = 0; number < times_.size(); ++number) {
-    blocks.push_back(numbered("blocks_", number, ".vtu"));
-    contacts.push_back(numbered("contacts_", number, ".vtp"));
+    blocks.push_back(numbered("blocks_", number, pieces ? ".pvtu" : ".vtu"));
+    contacts.push_back(numbered("contacts_", number, pieces ? ".pvtp" : ".vtp"));
   }
-  solver::write_blocks(folder_.file(blocks.back()).string(), view.simulation, view.counted_from);
-  solver::write_contacts(folder_.file(contacts.back()).string(), view.simulation);
   solver::write_series(folder_.file("blocks.pvd").string(), times_, blocks);
   solver::write_series(folder_.file("contacts.pvd").string(), times_, contacts);
 }
 
+void RunFiles::write_frame(const StepView& view) {
+  const std::size_t number = times_.size() - 1;
+  solver::write_blocks(folder_.file(numbered("blocks_", number, ".vtu")).string(), view.simulation,
+                       view.counted_from);
+  solver::write_contacts(folder_.file(numbered("contacts_", number, ".vtp")).string(),
+                         view.simulation);
+}
+
+void RunFiles::write_pieces(const StepView& view) {
+  const std::size_t number = times_.size() - 1;
+  const solver::Piece piece{share_.rank_of_block, share_.rank};
+  const auto name = [&](const char* stem, const char* extension) {
+    return piece_name(numbered(stem, number, extension), share_.rank);
+  };
+  solver::write_blocks(folder_.file(name("blocks_", ".vtu")).string(), view.simulation,
+                       view.counted_from, piece);
+  solver::write_contacts(folder_.file(name("contacts_", ".vtp")).string(), view.simulation, piece);
+  if (share_.rank > 0) return;
+  const auto index = [&](const char* stem, const char* extension) {
+    std::vector<std::string> names;
+    for (int rank = 0; rank < share_.count; ++rank) {
+      names.push_back(piece_name(numbered(stem, number, extension), rank));
+      folder_.file(names.back());  // ours, also where another process writes it
+    }
+    const std::string parallel = std::string(".p") + (extension + 1);
+    solver::write_index(folder_.file(numbered(stem, number, parallel.c_str())).string(), names);
+  };
+  index("blocks_", ".vtu");
+  index("contacts_", ".vtp");
+}
+
 void RunFiles::finish() {
-  for (std::optional<CsvFile>* file : {&history_, &blocks_, &contacts_}) (*file)->flush();
+  for (std::optional<CsvFile>* file : {&history_, &blocks_, &contacts_}) {
+    if (*file) (*file)->flush();
+  }
 }
 
 json summary(const SceneFile& file, const std::string& path, const RunResult& result) {

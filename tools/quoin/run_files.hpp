@@ -12,11 +12,18 @@
 
 namespace quoin::commands {
 
+/// Which share of the ParaView files this process writes: of several each writes the pieces of its
+/// blocks, the first also the index over them and all other files.
+struct FileShare {
+  std::vector<int> rank_of_block{};
+  int rank = 0, count = 1;
+};
+
 /// history.csv; blocks_*.vtu + blocks.pvd, contacts_*.vtp + contacts.pvd; blocks.csv and
 /// contacts.csv with the end of every stage. Throws FileError when something can't be written.
 class RunFiles {
  public:
-  RunFiles(OutputFolder& folder, const scene_file::SceneFile& file);
+  RunFiles(OutputFolder& folder, const scene_file::SceneFile& file, FileShare share = {});
   /// To go on where `save` was called.
   RunFiles(OutputFolder& folder, const scene_file::SceneFile& file, std::istream& resume);
 
@@ -33,15 +40,18 @@ class RunFiles {
   void write_blocks(const scene_file::StepView& view);
   void write_contacts(const scene_file::StepView& view);
   void write_vtk(const scene_file::StepView& view);
+  void write_frame(const scene_file::StepView& view);
+  void write_pieces(const scene_file::StepView& view);
   double frame_time(double time) const;
   bool is_due(const scene_file::StepView& view) const;
 
   OutputFolder& folder_;
   const scene_file::SceneFile& file_;
+  const FileShare share_{};
   long steps_ = 0;
-  long frame_step_ = 0;        ///< steps when the last frame was written
-  std::vector<double> times_;  ///< of the ParaView files, s
-  std::optional<CsvFile> history_, blocks_, contacts_;
+  long frame_step_ = 0;                                 ///< steps when the last frame was written
+  std::vector<double> times_;                           ///< of the ParaView files, s
+  std::optional<CsvFile> history_, blocks_, contacts_;  ///< of the first process
 };
 
 /// The keys of summary.json, as tools/README.md documents them.

@@ -211,6 +211,7 @@ class Runner {
     options.contact_iteration = stage.contact_iteration;
     options.rest_unbalance = stage.unbalance;
     options.threads = options_.threads;
+    options.distributed_solver = options_.distributed_solver;
     options.contact_problem = options_.contact_problem;
     options.watch = [this](const StepReport& so_far) {
       if (options_.in_step) {

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <iosfwd>
+#include <memory>
 
 #include "scene_file/comparison.hpp"
 
@@ -78,6 +79,7 @@ using SaveRun = std::function<void(std::ostream&)>;
 
 struct RunOptions {
   int threads = 1;
+  std::shared_ptr<solver::DistributedSolver> distributed_solver{};  ///< as in StepOptions
   enum class OnFailure : std::uint8_t { Stop, Accept } on_failure = OnFailure::Stop;
   std::istream* resume = nullptr;  ///< what SaveRun wrote in an earlier run of the same file
   std::function<void(const StepView&)> before_first{};  ///< the start, before any step

@@ -69,6 +69,7 @@ void ContactNewton::assemble() {
   system_.diagonal.resize(base_->diagonal.size(), width);
   system_.off_diagonal.resize(pairs, width);
   system_.mirrored.resize(symmetric ? 0 : pairs, width);
+  rows_read_ = solver_.rows_read(system_);
   threads_.each(pairs, [&](std::size_t p) {
     system_.off_diagonal[p].setZero();
     if (!symmetric) system_.mirrored[p].setZero();
@@ -87,9 +88,11 @@ void ContactNewton::add_contacts(std::size_t first, std::size_t end) {
   const auto owns = [&](int slot) {
     return slot >= static_cast<int>(first) && slot < static_cast<int>(end);
   };
+  const auto is_read = [&](int slot) { return slot >= 0 && rows_read_[index(slot)] != 0; };
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     const LinearContact& c = contacts_[i];
     if (c.mode == ContactMode::Open || !(owns(c.slot_a) || owns(c.slot_b))) continue;
+    if (!rows_read_.empty() && !is_read(c.slot_a) && !is_read(c.slot_b)) continue;
     const bool pair = c.pair >= 0 && owns(std::min(c.slot_a, c.slot_b));
     add_contact<n>(c, tangent_[i], {owns(c.slot_a), owns(c.slot_b), pair});
   }

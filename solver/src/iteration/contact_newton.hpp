@@ -69,6 +69,7 @@ class ContactNewton {
   const BlockSystem* base_ = nullptr;
   std::span<LinearContact> contacts_;
   BlockSystem system_;
+  std::span<const char> rows_read_;  ///< of system_: LinearSolver::rows_read()
   BlockVector change_, trial_, step_;
   std::vector<Matrix3> tangent_;  ///< of each contact, of the last factorization
   bool factorized_ = false;

@@ -44,7 +44,8 @@ void start(const StepRun& run, Island& island) {
     work.last.hit[b] = run.before.last.hit[b];
     work.last.crowded[b] = run.before.last.crowded[b];
   }
-  island.memory.solver.linear_solver().choose(run.options.linear_solver);
+  island.memory.solver.linear_solver().choose(run.options.linear_solver,
+                                              run.options.distributed_solver.get());
   island.memory.solver.begin();
   island.begun = true;
   island.time = run.state.time;

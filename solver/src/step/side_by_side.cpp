@@ -11,13 +11,14 @@ namespace {
 constexpr std::size_t kWorthThreads = 32;
 constexpr std::chrono::microseconds kBetweenLooks{500};
 
-/// Formulas of loads are the user's functions: they are asked on one thread.
+/// Formulas of loads are the user's functions: they are asked on one thread. Processes that solve
+/// together do so in one order.
 bool can_share(const StepRun& run) {
   const CompiledScene& compiled = run.compiled;
   const auto constant_load = [](const PointForce& load) { return load.force.is_constant(); };
   const auto constant_held = [](const HeldPoint& held) { return held.displacement.is_constant(); };
   return run.work.threads.workers() > 1 && !run.options.contact_problem &&
-         compiled.scene.gravity.is_constant() &&
+         !run.options.distributed_solver && compiled.scene.gravity.is_constant() &&
          std::ranges::all_of(compiled.loads, constant_load) &&
          std::ranges::all_of(compiled.held, constant_held);
 }

@@ -8,15 +8,26 @@
 
 namespace quoin::solver {
 
+/// What one of several processes writes of a state: the blocks of one part, and the contacts whose
+/// block B is one of them.
+struct Piece {
+  std::span<const int> part_of_block{};  ///< by block; empty: all of them are written
+  int part = 0;
+};
+
 /// Blocks as an unstructured grid of polyhedra (.vtu): id, name, kind, material, displacement,
 /// velocity, stress (xx yy zz xy yz xz) and principal stresses, Pa. Absent blocks are hidden cells
 /// (vtkGhostType). Displacements count from the places `from`, by block; none: from the start of
 /// the run. Throws std::runtime_error naming the file when it can't be written.
 void write_blocks(const std::string& path, const Simulation& simulation,
-                  std::span<const BlockState> from = {});
+                  std::span<const BlockState> from = {}, const Piece& piece = {});
 
 /// Contact points (.vtp): blocks, type, gap, normal, forces, state, slip, area.
-void write_contacts(const std::string& path, const Simulation& simulation);
+void write_contacts(const std::string& path, const Simulation& simulation, const Piece& piece = {});
+
+/// Index (.pvtu of blocks, .pvtp of contacts) over pieces in the same folder, at least one. The
+/// first is read for the names of its arrays; the others may come later.
+void write_index(const std::string& path, const std::vector<std::string>& pieces);
 
 /// Time series index (.pvd) over files written at the given times (s).
 void write_series(const std::string& path, const std::vector<double>& times,

@@ -50,6 +50,7 @@ const char* name(LinearSolverKind kind);
 /// What linear systems took.
 struct LinearSolverCounts {
   long eliminations = 0;  ///< matrices
+  long distributed = 0;   ///< matrices of StepOptions::distributed_solver, of all kinds
   long set_ups = 0;       ///< hierarchies of Multigrid
   long iterations = 0;    ///< of Multigrid
   long fallbacks = 0;     ///< matrices whose iterations did not converge: eliminated
@@ -58,6 +59,7 @@ struct LinearSolverCounts {
 
   void add(const LinearSolverCounts& more) {
     eliminations += more.eliminations;
+    distributed += more.distributed;
     set_ups += more.set_ups;
     iterations += more.iterations;
     fallbacks += more.fallbacks;
@@ -89,6 +91,7 @@ enum class StaticVerdict : std::uint8_t {
 const char* name(StaticVerdict verdict);
 
 struct ContactProblem;
+class DistributedSolver;
 struct StepReport;
 
 struct StepOptions {
@@ -112,6 +115,10 @@ struct StepOptions {
   int max_iterations = 1000;
   /// Of the default's contact iteration. ProximalNewton, Paper and Penalty eliminate.
   LinearSolverKind linear_solver = LinearSolverKind::Automatic;
+  /// Of several processes that take the same steps (quoin/solver/ranks.hpp): solves what
+  /// `linear_solver` names; Automatic: what would be Multigrid's, by multigrid. None: this process
+  /// solves alone.
+  std::shared_ptr<DistributedSolver> distributed_solver{};
   double max_displacement_ratio = 0.0;  ///< largest displacement / block size; 0: no limit
   double smallest_time_step = 0.0;      ///< s; 0: time_step / 1024
   double rest_unbalance = 1e-6;         ///< static: StepReport::unbalance at rest

@@ -1,0 +1,30 @@
+#pragma once
+/// Linear systems that several processes solve together.
+
+#include <quoin/solver/simulation.hpp>
+
+#include "block_system.hpp"
+
+namespace quoin::solver {
+
+/// Holds one matrix at a time. All processes take the same steps: they call the same functions in
+/// the same order, each with the rows of its own blocks, and get the same bits back.
+class DistributedSolver {
+ public:
+  virtual ~DistributedSolver() = default;
+
+  /// Whether this process gives the row of the scene's block.
+  virtual bool owns(int block) const = 0;
+
+  /// Of the matrix, only rows of own blocks are read. `kind`: Elimination or Multigrid. False where
+  /// it is singular to working accuracy, or symmetric, eliminated and not positive definite.
+  virtual bool factorize(const BlockSystem& system, const Slots& slots, LinearSolverKind kind) = 0;
+
+  /// Of `right`, only own blocks are read. Iterations end at a residual of 1e-8 of `right`; where
+  /// they do not reach it the matrix is eliminated. False where that fails, too. `counts`: what it
+  /// took is added.
+  virtual bool solve(const BlockVector& right, BlockVector& solution,
+                     LinearSolverCounts& counts) = 0;
+};
+
+}  // namespace quoin::solver
