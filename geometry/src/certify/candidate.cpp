@@ -33,9 +33,8 @@ bool joined_within(const Solid& p, const Solid& q, const Candidate& plane, doubl
   const auto count_p = static_cast<int>(plane.sets.p.size());
   const auto count_q = static_cast<int>(plane.sets.q.size());
   if (!(plane.form.from_ends > margin * margin)) return false;
-  const double turning = margin * std::max(p.diameter(), q.diameter());
   return count_p + count_q > 3 ||
-         carry_turned(p, q, {count_p, count_q}, plane.normal, turning / plane.gap);
+         carry_turned(p, q, {count_p, count_q}, plane.normal, turning(margin) / plane.gap);
 }
 
 }  // namespace

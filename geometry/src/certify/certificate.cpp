@@ -26,7 +26,6 @@ Lengths lengths(const Solid& p, const Solid& q, double tolerance) {
   length.contact = tolerance > 0.0 ? tolerance : default_tolerance(p, q);
   const double larger = std::max(p.diameter(), q.diameter());
   length.rounding = kRounding * kEpsilon * larger;
-  length.turning = length.rounding * larger;
   length.uneven = larger > kUneven * std::min(p.diameter(), q.diameter());
   const double coordinate = std::max(p.largest_coordinate(), q.largest_coordinate());
   length.place = std::max(length.rounding, kPlaceRounding * kEpsilon * coordinate);

@@ -19,8 +19,6 @@ struct Lengths {
   double rounding = 0.0;  // what the support functions and normals of doubles may be off
   double place = 0.0;     // what the rounding of coordinates leaves of a place in the world
   double widest = 0.0;    // vertices deeper than this below the support plane are of no interest
-  double turning = 0.0;   // rounding times the larger diameter, m2: a line turned by the one lifts
-                          // what lies the other away by this over its own length
   bool uneven = false;    // the rounding of the larger solid would show on the smaller one
 };
 
@@ -52,6 +50,10 @@ inline PairStatus status_of(double gap, const Lengths& length) {
 
 /// Nearer than that several planes may be as good.
 inline bool clearly_apart(double gap, double rounding) { return gap > kApart * rounding; }
+
+/// Rounding times the larger diameter, m2: a line turned by the one lifts what lies the other away
+/// by this over its own length.
+inline double turning(double rounding) { return rounding * (rounding / (kRounding * kEpsilon)); }
 
 /// Do no more vertices than these lie within `depth` of the support planes? Otherwise another one
 /// may carry a plane as good, but for rounding.

@@ -148,9 +148,9 @@ Trial attempt(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier
     if (!over_face(b, by_b.face, -normal, high, inside)) return Trial::Refuted;
   } else if (overlap == nullptr) {
     if (!(form.from_ends > inside * inside)) return Trial::Refuted;
-    if (!kEdges && !(gap * length.widest > length.turning) &&
+    if (!kEdges && !(gap * length.widest > turning(length.rounding)) &&
         !carry_turned(a, b, {kA == kVertex ? 1 : 2, kB == kVertex ? 1 : 2}, normal,
-                      length.turning / gap)) {
+                      turning(length.rounding) / gap)) {
       return Trial::Refuted;
     }
   }

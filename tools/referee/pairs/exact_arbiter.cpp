@@ -707,6 +707,8 @@ struct ExactPair::Numbers {
   PlacedPoints solids[2];
   Pair pair;
   Triple<Real> origin_high{}, origin_low{};  // the first point of A; their sum has 128 bits
+  enum class Known : char { No, Inner, Vertex };
+  std::vector<Known> vertices[2];  // what has been asked of each point
 };
 
 ExactPair::ExactPair(const PlacedPoints& a, const PlacedPoints& b)
@@ -769,6 +771,11 @@ const std::vector<RealPoint>& ExactPair::places(int side) const {
 
 bool ExactPair::is_vertex(int side, std::size_t point) const {
   const Pair& all = numbers_->pair;
+  std::vector<Numbers::Known>& known = numbers_->vertices[side];
+  known.resize(all.whole[side].size(), Numbers::Known::No);
+  if (known[point] != Numbers::Known::No) {
+    return known[point] == Numbers::Known::Vertex;
+  }
   Pair apart;
   apart.exponent = all.exponent;
   apart.size = all.size;
@@ -780,7 +787,9 @@ bool ExactPair::is_vertex(int side, std::size_t point) const {
       apart.real[1].push_back(all.real[side][i]);
     }
   }
-  return !meet(apart);
+  const bool outside = !meet(apart);
+  known[point] = outside ? Numbers::Known::Vertex : Numbers::Known::Inner;
+  return outside;
 }
 
 RealPoint ExactPair::place(const Vector3& point) const {

@@ -44,6 +44,7 @@ class ExactPair {
   /// The points of A (side 0) or B (side 1), relative to the first point of A, m.
   const std::vector<RealPoint>& places(int side) const;
   /// Is a point a vertex of its solid? Exactly: it lies outside the hull of all points elsewhere.
+  /// Remembered of each point: one pair is not for several threads.
   bool is_vertex(int side, std::size_t point) const;
   /// A point of the world likewise.
   RealPoint place(const geometry::Vector3& point) const;
