@@ -35,8 +35,7 @@ struct Lanes256 {
   static Lanes256 picked(const double* row, const std::uint16_t* place) {
     return {_mm256_set_pd(row[place[3]], row[place[2]], row[place[1]], row[place[0]])};
   }
-  static void turn(const double (*rows)[4], const std::uint16_t* row,
-                              Lanes256 (&turned)[4]) {
+  static void turn(const double (*rows)[4], const std::uint16_t* row, Lanes256 (&turned)[4]) {
     const double *const a = rows[row[0]], *const b = rows[row[1]];
     const double *const c = rows[row[2]], *const d = rows[row[3]];
     for (int k = 0; k < 4; k += 2) {
@@ -45,13 +44,10 @@ struct Lanes256 {
       turned[k + 1] = {_mm256_unpackhi_pd(ac, bd)};
     }
   }
-  static Lanes256 of(double a, double b, double c, double d) {
-    return {_mm256_set_pd(d, c, b, a)};
-  }
+  static Lanes256 of(double a, double b, double c, double d) { return {_mm256_set_pd(d, c, b, a)}; }
   static Lanes256 of(const double* row) { return {_mm256_load_pd(row)}; }
   static Lanes256 all(double x) { return {_mm256_set1_pd(x)}; }
-  static void turned(const double* const (&place)[4], Lanes256& x, Lanes256& y,
-                                Lanes256& z) {
+  static void turned(const double* const (&place)[4], Lanes256& x, Lanes256& y, Lanes256& z) {
     const __m256i three = _mm256_set_epi64x(0, -1, -1, -1);
     const __m256d a = _mm256_maskload_pd(place[0], three), b = _mm256_maskload_pd(place[1], three);
     const __m256d c = _mm256_maskload_pd(place[2], three), d = _mm256_maskload_pd(place[3], three);
