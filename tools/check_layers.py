@@ -36,9 +36,9 @@ FOLDERS = ["simd", "numeric", "shape", "polygon", "certify", "search", "kernels"
 CHAINS = {
     "geometry": [["types"], ["shape"], ["body"], ["nearest_features"], ["contact_type"],
                  ["contact_point"], ["contact_finder"]],
-    "solver": [["scene", "state", "displacement"], ["block_terms", "linear_contact"],
+    "solver": [["scene", "state", "displacement"], ["block_system", "block_terms", "linear_contact"],
                ["joint_law"], ["contact_history"], ["contact_jacobian", "joint_failure"],
-               ["block_system", "elimination", "subtract_product"], ["block_rows", "multifrontal"],
+               ["elimination", "subtract_product"], ["block_rows", "multifrontal"],
                ["aggregation"], ["rigid_multigrid"], ["krylov"], ["linear_solver"],
                ["open_close", "cone"], ["cone_problem"], ["proximal_newton"], ["moving_contacts"],
                ["advance"], ["simulation"]],

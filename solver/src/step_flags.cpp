@@ -14,34 +14,39 @@ double size(const CompiledScene& compiled, int block) {
   return compiled.models[static_cast<std::size_t>(block)].size;
 }
 
-StepFlag worst_strain(const State& state) {
-  StepFlag flag{.kind = FlagKind::Strain, .limit = kLargestStrain};
-  for (std::size_t b = 0; b < state.blocks.size(); ++b) {
-    const double strain = state.blocks[b].strain.cwiseAbs().maxCoeff();
-    if (!(strain > flag.value)) continue;
-    flag.value = strain;
-    flag.block = static_cast<int>(b);
-  }
-  return flag;
+/// Of the smaller block.
+double overlap_share(const CompiledScene& compiled, const geometry::ContactPoint& point) {
+  return -point.gap / std::min(size(compiled, point.key.a), size(compiled, point.key.b));
 }
 
-/// Of what is found, and of what the step's own springs let through: a block that has sunk right
-/// through another one is not found any more.
-StepFlag worst_overlap(const CompiledScene& compiled, const State& state,
-                       std::span<const geometry::ContactPoint> found) {
+void note_overlap(const CompiledScene& compiled, const geometry::ContactPoint& point, double& share,
+                  const geometry::ContactPoint*& worst) {
+  const double now = overlap_share(compiled, point);
+  if (!(now > share)) return;
+  share = now;
+  worst = &point;
+}
+
+bool is_before(const geometry::ContactPoint* x, const geometry::ContactPoint* y) {
+  return x != nullptr && (y == nullptr || x->key < y->key);
+}
+
+/// The larger share, of equal ones that of the first point.
+void add(double share, const geometry::ContactPoint* point, double& total_share,
+         const geometry::ContactPoint*& total) {
+  if (share < total_share || (share == total_share && !is_before(point, total))) return;
+  total_share = share;
+  total = point;
+}
+
+StepFlag worst_overlap(const Extremes& extremes) {
+  const bool held = extremes.held_share > extremes.found_share;
+  const geometry::ContactPoint* point = held ? extremes.held_point : extremes.found_point;
   StepFlag flag{.kind = FlagKind::Overlap, .limit = kLargestOverlap};
-  const auto note = [&](const geometry::ContactPoint& point) {
-    const int a = point.key.a, b = point.key.b;
-    const double share = -point.gap / std::min(size(compiled, a), size(compiled, b));
-    if (!(share > flag.value)) return;
-    flag.value = share;
-    flag.block = a;
-    flag.other = b;
-  };
-  for (const geometry::ContactPoint& point : found) note(point);
-  for (const Contact& contact : state.contacts) {
-    if (contact.mode != ContactMode::Open) note(contact.point);
-  }
+  if (point == nullptr) return flag;
+  flag.value = held ? extremes.held_share : extremes.found_share;
+  flag.block = point->key.a;
+  flag.other = point->key.b;
   return flag;
 }
 
@@ -80,16 +85,55 @@ void EnergyScale::note(double kinetic, double gain) {
   kinetic_ = std::max(kinetic_, kinetic);
 }
 
-void append_flags(const CompiledScene& compiled, const State& state, const StepEvidence& evidence,
-                  StepReport& report) {
+void note_block(const BlockState& state, int block, double speed, Extremes& extremes) {
+  extremes.speed = std::max(extremes.speed, speed);
+  const double strain = state.strain.cwiseAbs().maxCoeff();
+  if (!(strain > extremes.strain)) return;
+  extremes.strain = strain;
+  extremes.strained = block;
+}
+
+void note_contacts(const CompiledScene& compiled, std::span<const Contact> contacts,
+                   std::span<const geometry::ContactPoint> found, Extremes& extremes) {
+  for (const geometry::ContactPoint& point : found) {
+    extremes.overlap = std::max(extremes.overlap, -point.gap);
+    note_overlap(compiled, point, extremes.found_share, extremes.found_point);
+  }
+  for (const Contact& contact : contacts) {
+    if (contact.mode == ContactMode::Open) continue;
+    ++extremes.closed;
+    note_overlap(compiled, contact.point, extremes.held_share, extremes.held_point);
+  }
+  extremes.vanished = vanished(contacts, found);
+}
+
+void add(const Extremes& part, Extremes& total) {
+  total.closed += part.closed;
+  total.overlap = std::max(total.overlap, part.overlap);
+  total.speed = std::max(total.speed, part.speed);
+  const bool sooner = part.strain == total.strain && part.strained < total.strained;
+  if (part.strain > total.strain || sooner) {
+    total.strain = part.strain;
+    total.strained = part.strained;
+  }
+  add(part.found_share, part.found_point, total.found_share, total.found_point);
+  add(part.held_share, part.held_point, total.held_share, total.held_point);
+  if (is_before(part.vanished, total.vanished)) total.vanished = part.vanished;
+}
+
+void append_flags(const CompiledScene& compiled, const Extremes& extremes,
+                  const StepEvidence& evidence, StepReport& report) {
   const auto append = [&](const StepFlag& flag) {
     if (flag.value > flag.limit) report.flags.push_back(flag);
   };
   if (report.status != StepStatus::Converged) {
     report.flags.push_back({.kind = FlagKind::Unconverged, .value = report.residual});
   }
-  append(worst_strain(state));
-  append(worst_overlap(compiled, state, evidence.found));
+  append({.kind = FlagKind::Strain,
+          .value = extremes.strain,
+          .limit = kLargestStrain,
+          .block = extremes.strained});
+  append(worst_overlap(extremes));
   append({.kind = FlagKind::Rounding,
           .value = evidence.rounding / evidence.gap_tolerance,
           .limit = 1.0});
@@ -99,7 +143,9 @@ void append_flags(const CompiledScene& compiled, const State& state, const StepE
             .limit = kEnergyGrowth,
             .block = evidence.energy_block});
   }
-  if (evidence.missing != nullptr) append(missing_contact(compiled, *evidence.missing));
+  const geometry::ContactPoint* missing =
+      evidence.missing != nullptr ? evidence.missing : extremes.vanished;
+  if (missing != nullptr) append(missing_contact(compiled, *missing));
 }
 
 }  // namespace quoin::solver

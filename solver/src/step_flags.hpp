@@ -27,15 +27,35 @@ class EnergyScale {
 struct StepEvidence {
   /// Of a sub-step of the island where it is worst, J: mechanical energy less the work of loads.
   double energy_growth = 0.0;
-  double energy_scale = 1.0;                      ///< of that island, J
-  double energy_noise = 0.0;                      ///< what the tolerance of gaps leaves of it, J
-  int energy_block = -1;                          ///< its first block
-  double rounding = 0.0;                          ///< of a gap, m
-  double gap_tolerance = 0.0;                     ///< m
-  std::span<const geometry::ContactPoint> found;  ///< at the end of the step
-  const geometry::ContactPoint* missing =
-      nullptr;  ///< an overlap that no contact held, or vanished()
+  double energy_scale = 1.0;                        ///< of that island, J
+  double energy_noise = 0.0;                        ///< what the tolerance of gaps leaves of it, J
+  int energy_block = -1;                            ///< its first block
+  double rounding = 0.0;                            ///< of a gap, m
+  double gap_tolerance = 0.0;                       ///< m
+  const geometry::ContactPoint* missing = nullptr;  ///< an overlap that no contact held
 };
+
+/// What blocks and contacts show where they stand.
+struct Extremes {
+  int closed = 0;        ///< contacts
+  double overlap = 0.0;  ///< of points found, m
+  double strain = 0.0;   ///< component
+  double speed = 0.0;    ///< of a vertex, m/s
+  int strained = -1;     ///< the first block with `strain`
+  /// Share of the smaller block of a pair that overlaps, and the first point with it: of points
+  /// found, and of what the step's own springs let through: a block that has sunk right through
+  /// another one is not found any more.
+  double found_share = 0.0, held_share = 0.0;
+  const geometry::ContactPoint *found_point = nullptr, *held_point = nullptr;
+  const geometry::ContactPoint* vanished = nullptr;  ///< see vanished()
+};
+
+void note_block(const BlockState& state, int block, double speed, Extremes& extremes);
+/// Once; both are sorted by key.
+void note_contacts(const CompiledScene& compiled, std::span<const Contact> contacts,
+                   std::span<const geometry::ContactPoint> found, Extremes& extremes);
+/// Of other blocks and contacts.
+void add(const Extremes& part, Extremes& total);
 
 /// The first closed contact whose blocks `found` does not know near each other; null: none. Both
 /// are sorted by key.
@@ -43,7 +63,7 @@ const geometry::ContactPoint* vanished(std::span<const Contact> contacts,
                                        std::span<const geometry::ContactPoint> found);
 
 /// Appends to report.flags.
-void append_flags(const CompiledScene& compiled, const State& state, const StepEvidence& evidence,
-                  StepReport& report);
+void append_flags(const CompiledScene& compiled, const Extremes& extremes,
+                  const StepEvidence& evidence, StepReport& report);
 
 }  // namespace quoin::solver

@@ -106,9 +106,12 @@ void find_at_end(const StepRun& run, std::span<Island* const> islands) {
   for (Island* island : islands) {
     island->found_end.clear();
     island->reach_end = 0.0;
+    island->searched = work.search_epoch;
   }
+  work.islands_met = false;
   for (const geometry::ContactPoint& point : work.found_end) {
     const int i = island_of(point, work.island_of_block);
+    work.islands_met = work.islands_met || i < 0;
     if (i < 0 || work.islands[index(i)]->at_rest) continue;
     Island& island = *work.islands[index(i)];
     island.found_end.push_back(point);

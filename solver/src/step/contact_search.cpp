@@ -23,6 +23,12 @@ double rounded_up(double reach) {
   return std::ldexp(std::ceil(kReachGrain * mantissa) / kReachGrain, exponent);
 }
 
+/// Not below it: where blocks are at rest it seldom changes, for then all pairs are searched again.
+double power_of_two(double reach) {
+  int exponent = 0;
+  return std::frexp(reach, &exponent) == 0.5 ? reach : std::ldexp(1.0, exponent);
+}
+
 }  // namespace
 
 double vertex_speed(const BlockModel& model, const BlockState& block) {
@@ -89,7 +95,11 @@ geometry::FindCounts find(const CompiledScene& compiled, const SearchedState& st
                           const Reach& reach, std::span<const int> moved, Workspace& work,
                           std::vector<geometry::ContactPoint>& found) {
   const std::vector<BlockModel>& models = compiled.models;
-  work.finder.set_reach(reach.largest());
+  const bool rests = std::ranges::find(work.at_rest, 1) != work.at_rest.end();
+  const double searched = rests ? power_of_two(reach.largest()) : reach.largest();
+  if (searched != work.searched_reach) ++work.search_epoch;
+  work.searched_reach = searched;
+  work.finder.set_reach(searched);
   for (const int block : moved) {
     work.finder.move(block, placement(models[index(block)], pose(state.blocks[index(block)])));
   }
@@ -109,6 +119,7 @@ geometry::FindCounts find(const CompiledScene& compiled, const SearchedState& st
 void detect(const CompiledScene& compiled, const StepOptions& options, const State& state,
             Workspace& work) {
   work.still = false;
+  ++work.search_epoch;
   std::ranges::fill(work.at_rest, 0);
   const SearchedState searched{state.blocks, largest_opening(compiled, state.contacts), state.time};
   find(compiled, searched, Reach(compiled, options, searched, work.reach_of_block),

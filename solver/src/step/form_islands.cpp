@@ -4,6 +4,7 @@
 
 #include "index.hpp"
 #include "step/contact_search.hpp"
+#include "step/island_extremes.hpp"
 #include "step/missed_contacts.hpp"
 
 namespace quoin::solver {
@@ -53,11 +54,9 @@ void start(const StepRun& run, Island& island) {
   island.length = run.options.time_step;
   island.parted = false;
   island.length_after = 0.0;
-  island.found.clear();
-  island.history.clear();
   island.attempt.contacts.clear();
-  island.reach = 0.0;
   island.missing.reset();
+  island.known = -1;
   island.still = false;
   island.count = {};
   island.energy = {};
@@ -65,8 +64,34 @@ void start(const StepRun& run, Island& island) {
 
 }  // namespace
 
+namespace {
+
+/// One group, by the contacts found for it.
+bool is_joined(const StepRun& run, const Island& island) {
+  JoinedGroups& slots = run.work.joined_slots;
+  const std::span<const int> slot_of_block = run.work.slot_of_block;
+  slots.part(island.own().size());
+  for (const geometry::ContactPoint& point : island.found) {
+    const int a = slot_of_block[index(point.key.a)], b = slot_of_block[index(point.key.b)];
+    if (a >= 0 && b >= 0) slots.join(a, b);
+  }
+  for (std::size_t s = 0; s < island.own().size(); ++s) {
+    if (slots.least(static_cast<int>(s)) != 0) return false;
+  }
+  return true;
+}
+
+/// Nothing was found between islands, and those that were awake hold together.
+bool islands_stay(const StepRun& run) {
+  const auto stays = [&](const auto& island) { return island->at_rest || is_joined(run, *island); };
+  return all_known(run.work) && std::ranges::all_of(run.work.islands, stays);
+}
+
+}  // namespace
+
 void form_islands(const StepRun& run) {
   if (is_paper_method(run.options.method)) return form_whole_scene(run);
+  if (!run.work.islands.empty() && islands_stay(run)) return;
   run.work.joined.part(run.compiled.models.size());
   join_blocks(run.compiled, run.work.found, run.work.joined);
   form(run);
@@ -81,6 +106,7 @@ void form_whole_scene(const StepRun& run) {
 
 bool join_islands_that_met(const StepRun& run) {
   Workspace& work = run.work;
+  if (!work.islands_met) return false;
   bool met = false;
   for (const geometry::ContactPoint& point : work.found_end) {
     const int a = work.island_of_block[index(point.key.a)];
@@ -118,9 +144,32 @@ void list_awake(const Workspace& work, Islands& islands) {
   }
 }
 
+namespace {
+
+/// What the island's last step left is what it starts with. Where a joint dilates or gravity is a
+/// function of time, reaches may be others.
+bool goes_on(const StepRun& run, const Island& island) {
+  return island.known == run.work.search_epoch &&
+         !run.before.at_rest[index(island.own().front())] && !run.compiled.dilates &&
+         run.compiled.scene.gravity.is_constant();
+}
+
+}  // namespace
+
 void start_islands(const StepRun& run, std::span<Island* const> islands) {
   Workspace& work = run.work;
-  for (Island* island : islands) start(run, *island);
+  const bool all_go_on =
+      std::ranges::all_of(islands, [&](const Island* island) { return goes_on(run, *island); });
+  for (Island* island : islands) {
+    start(run, *island);
+    island->contacts_before = island->history.size();
+  }
+  if (all_go_on) return;
+  for (Island* island : islands) {
+    island->found.clear();
+    island->history.clear();
+    island->reach = 0.0;
+  }
   work.owners.assign(work.islands.size(), nullptr);
   for (Island* island : islands) {
     work.owners[index(work.island_of_block[index(island->own().front())])] = island;
@@ -141,9 +190,28 @@ void start_islands(const StepRun& run, std::span<Island* const> islands) {
   for (const Contact& contact : run.state.contacts) {
     if (Island* island = owner(contact.point)) island->history.push_back(contact);
   }
+  for (Island* island : islands) island->contacts_before = island->history.size();
 }
 
 namespace {
+
+constexpr std::size_t kFewContacts = 16;  // as many comparisons as it takes to find one
+
+/// Where the island has the contacts that it had, and few: each in its place. False where it has
+/// not.
+bool renew(const Island& island, std::vector<Contact>& contacts) {
+  const std::vector<Contact>& now = island.history;
+  if (now.size() != island.contacts_before || now.size() * kFewContacts > contacts.size()) {
+    return false;
+  }
+  const auto key = [](const Contact& contact) { return contact.point.key; };
+  for (const Contact& contact : now) {
+    const auto at = std::ranges::lower_bound(contacts, contact.point.key, {}, key);
+    if (at == contacts.end() || at->point.key != contact.point.key) return false;
+    *at = contact;
+  }
+  return true;
+}
 
 /// Puts `added` into `contacts`; both are sorted. From the end on: what stands before the first of
 /// them is not touched.
@@ -164,6 +232,7 @@ void merge(std::span<const Contact> added, std::vector<Contact>& contacts) {
 
 void take_contacts(const StepRun& run, std::vector<Contact>& contacts) {
   Workspace& work = run.work;
+  if (std::ranges::all_of(work.awake, [&](const Island* i) { return renew(*i, contacts); })) return;
   std::erase_if(contacts, [&](const Contact& contact) {
     const int i = island_of(contact.point, work.island_of_block);
     return i < 0 || !work.islands[index(i)]->at_rest;

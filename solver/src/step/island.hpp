@@ -12,6 +12,7 @@
 #include "entrance_plane.hpp"
 #include "step/joined_groups.hpp"
 #include "step/step_attempt.hpp"
+#include "step_flags.hpp"
 
 namespace quoin::solver {
 
@@ -43,6 +44,7 @@ struct Island {
   std::vector<geometry::ContactPoint> found;  ///< where it stands
   double reach = 0.0;                         ///< the largest reach of a pair there, m
   std::vector<Contact> history;               ///< as the last accepted sub-step left them
+  std::size_t contacts_before = 0;            ///< of the state, when the step began
   std::vector<BodyContact> contacts;          ///< that the attempt holds
   std::vector<int> previous;                  ///< memory of carry_over()
   std::vector<PassingPair> passing;           ///< pairs that the attempt leaves out
@@ -54,6 +56,9 @@ struct Island {
   bool sound = true;    ///< its end can be gone on with: finite, and no block squeezed flat
   bool still = false;   ///< nothing moved in the sub-step, and no load on it changes
   IslandCount count;    ///< of this step
+  long searched = -1;   ///< Workspace::search_epoch of the last search for it
+  long known = -1;      ///< likewise: `found`, `history` and `extremes` are those of the state
+  Extremes extremes;    ///< where it stands
   double stride = 0.0;  ///< static: of the step, by block size
   EnergyLedger energy;  ///< work and losses of this step
   AttemptMemory memory;

@@ -331,6 +331,16 @@ void add(const EnergyLedger& done, EnergyLedger& energy) {
   energy.closure += done.closure;
 }
 
+/// Of all blocks with unknowns, J; what is at rest has none.
+double kinetic_energy(const StepRun& run, const State& state) {
+  double sum = 0.0;
+  for (const int block : run.compiled.slots.block_of_slot) {
+    if (run.work.at_rest[index(block)]) continue;
+    sum += kinetic_energy(run.compiled.models[index(block)], state.blocks[index(block)]);
+  }
+  return sum;
+}
+
 /// The sub-steps that were accepted become the state. `reached`: their time, s.
 void commit(const StepRun& run, double reached, std::span<Island* const> islands, State& state) {
   Workspace& work = run.work;
@@ -348,7 +358,7 @@ void commit(const StepRun& run, double reached, std::span<Island* const> islands
     for (const int block : island->own()) work.at_rest[index(block)] = still;
     add(island->energy, state.energy);
   }
-  state.energy.kinetic = kinetic_energy(run.compiled, state);
+  state.energy.kinetic = kinetic_energy(run, state);
   state.energy.strain = strain_energy(run.compiled, state);
   state.energy.contact = std::accumulate(work.stored.begin(), work.stored.end(), 0.0);
   state.time = reached;
@@ -458,6 +468,7 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
     take_step({compiled, options, state, work.before, work, report}, state, best);
   } catch (const StepStopped&) {
     static_cast<StepMemory&>(work) = work.before;
+    ++work.search_epoch;
     report.status = StepStatus::Stopped;
   }
   work.watch.end();

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <functional>
 
-#include "step/contact_search.hpp"
+#include "step/island_extremes.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -28,12 +28,12 @@ void note_growth(const CompiledScene& compiled, const Workspace& work, const Isl
   evidence.energy_block = island.own().front();
 }
 
-void append_flags(const CompiledScene& compiled, const StepOptions& options, const State& state,
-                  const Workspace& work, StepReport& report) {
-  StepEvidence evidence{.gap_tolerance = options.tolerance * compiled.smallest_size,
-                        .found = work.found,
-                        .missing = vanished(state.contacts, work.found)};
-  const double gravity = compiled.scene.gravity.at(state.time).norm();
+void append_flags(const CompiledScene& compiled, const StepOptions& options, double time,
+                  const Workspace& work, const Extremes& extremes, StepReport& report) {
+  StepEvidence evidence{
+      .gap_tolerance = options.tolerance * compiled.smallest_size,
+  };
+  const double gravity = compiled.scene.gravity.at(time).norm();
   for (const auto& island : work.islands) {
     const double tolerance = options.tolerance * island->blocks.smallest_size;
     const double rounding = island->count.rounding;
@@ -45,7 +45,7 @@ void append_flags(const CompiledScene& compiled, const StepOptions& options, con
     if (options.analysis != Analysis::Dynamic) continue;
     note_growth(compiled, work, *island, tolerance * gravity, evidence);
   }
-  append_flags(compiled, state, evidence, report);
+  append_flags(compiled, extremes, evidence, report);
 }
 
 }  // namespace
@@ -106,27 +106,22 @@ FightingContacts fighting(const Island& island, const Vector3& origin) {
 }
 
 void report_end(const CompiledScene& compiled, const StepOptions& options, const State& state,
-                const Workspace& work, StepReport& report) {
+                Workspace& work, StepReport& report) {
   report.time = state.time;
   report.islands = static_cast<int>(work.islands.size());
   report.islands_at_rest = static_cast<int>(
       std::ranges::count_if(work.islands, [](const auto& island) { return island->at_rest; }));
   report.contact_count = static_cast<int>(state.contacts.size());
-  for (const Contact& contact : state.contacts) {
-    report.closed_count += contact.mode != ContactMode::Open;
-  }
-  for (const geometry::ContactPoint& point : work.found) {
-    report.largest_overlap = std::max(report.largest_overlap, -point.gap);
-  }
-  for (std::size_t b = 0; b < state.blocks.size(); ++b) {
-    const BlockState& block = state.blocks[b];
-    report.largest_strain = std::max(report.largest_strain, block.strain.cwiseAbs().maxCoeff());
-    report.largest_speed = std::max(report.largest_speed, vertex_speed(compiled.models[b], block));
-  }
+  if (report.status == StepStatus::Converged) note_islands(compiled, state, work);
+  const Extremes all = extremes(compiled, state, work);
+  report.closed_count = all.closed;
+  report.largest_overlap = std::max(report.largest_overlap, all.overlap);
+  report.largest_strain = std::max(report.largest_strain, all.strain);
+  report.largest_speed = std::max(report.largest_speed, all.speed);
   if (options.scheme == TimeScheme::ConstantAcceleration) {
     report.numerical_damping = kDampingOfScheme * report.stiffest_omega_dt;
   }
-  append_flags(compiled, options, state, work, report);
+  append_flags(compiled, options, state.time, work, all, report);
 }
 
 }  // namespace quoin::solver

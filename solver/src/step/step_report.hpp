@@ -17,6 +17,6 @@ FightingContacts fighting(const Island& island, const Vector3& origin);
 
 /// After the step: contacts, strains, speeds of the state, and flags.
 void report_end(const CompiledScene& compiled, const StepOptions& options, const State& state,
-                const Workspace& work, StepReport& report);
+                Workspace& work, StepReport& report);
 
 }  // namespace quoin::solver

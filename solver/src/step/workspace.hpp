@@ -45,6 +45,12 @@ struct Workspace : StepMemory {
   std::vector<geometry::ContactPoint> found;
   std::vector<geometry::ContactPoint> found_end;  ///< at the end of the attempts
 
+  /// Contact points of blocks that stand are the same while it is: searches have one reach, and
+  /// nobody changes the state from outside.
+  long search_epoch = 0;
+  double searched_reach = -1.0;  ///< m
+  bool islands_met = false;      ///< the last search found contacts between two islands
+
   StepMemory before;                          ///< as the step began
   std::vector<PrescribedMotion> best_motion;  ///< of the best attempt
 
@@ -52,6 +58,7 @@ struct Workspace : StepMemory {
   std::vector<int> island_of_block;  ///< -1: no unknowns
   std::vector<std::unique_ptr<Island>> islands;
   JoinedGroups joined;                       ///< blocks, by contacts of this step
+  JoinedGroups joined_slots;                 ///< memory of form_islands()
   std::vector<int> next_island_of_block;     ///< memory of form_islands()
   std::vector<Island*> owners;               ///< memory of start_islands(), by island
   std::vector<Contact> taken;                ///< memory of take_contacts()

@@ -1,0 +1,94 @@
+/// A block that falls beside a wall at rest: the wall is not looked at, and the report is that of
+/// the whole scene.
+
+#include <algorithm>
+#include <cmath>
+#include <quoin/geometry/build.hpp>
+#include <quoin/solver.hpp>
+
+#include "support/catch.hpp"
+
+using namespace quoin::solver;
+namespace geometry = quoin::geometry;
+
+namespace {
+
+constexpr Material kRigid{.density = 2000};
+
+/// Ten courses of ten bricks, and a block high up beside them.
+Scene wall_and_block(double height) {
+  Scene scene{.joint = {.friction_angle = 0.6}};
+  scene.add_fixed(geometry::make_box({-5, -5, -1}, {10, 5, 0}));
+  for (int row = 0; row < 10; ++row) {
+    for (int i = 0; i < 10; ++i) {
+      const Vector3 low(0.4 * i + 0.2 * (row % 2), 0, 0.2 * row);
+      scene.add_rigid(geometry::make_box(low, low + Vector3(0.4, 0.2, 0.2)), kRigid);
+    }
+  }
+  scene.add_rigid(geometry::make_box({-2, 0, height}, {-1.6, 0.2, height + 0.2}), kRigid);
+  return scene;
+}
+
+int closed_contacts(const State& state) {
+  return static_cast<int>(std::ranges::count_if(
+      state.contacts, [](const Contact& c) { return c.mode != ContactMode::Open; }));
+}
+
+}  // namespace
+
+TEST_CASE("A wall at rest is not searched while a block falls beside it") {
+  Simulation simulation(wall_and_block(50.0), {.time_step = 5e-3});
+  for (int i = 0; i < 40; ++i) REQUIRE(simulation.advance().status == StepStatus::Converged);
+  long searched = 0;
+  int steps_with_search = 0;
+  for (int i = 0; i < 100; ++i) {
+    const StepReport report = simulation.advance();
+    REQUIRE(report.status == StepStatus::Converged);
+    CHECK(report.islands == 2);
+    CHECK(report.islands_at_rest == 1);
+    steps_with_search += report.searched_pairs > 2;
+    searched += report.searched_pairs;
+  }
+  CAPTURE(searched);
+  CHECK(steps_with_search <= 2);  // from 2 to 7 m/s its reach passes two powers of two
+}
+
+TEST_CASE("The report of a step beside a wall at rest is that of all blocks and contacts") {
+  // The block falls for 0.4 s, lands and comes to rest.
+  Simulation simulation(wall_and_block(0.8), {.time_step = 5e-3});
+  std::vector<Contact> last;
+  bool rested = false;
+  for (int i = 0; i < 160; ++i) {
+    const StepReport report = simulation.advance();
+    REQUIRE(report.status == StepStatus::Converged);
+    rested = rested || report.islands_at_rest == 1;
+    const State& state = simulation.state();
+    CHECK(report.closed_count == closed_contacts(state));
+    CHECK(report.contact_count == static_cast<int>(state.contacts.size()));
+    CHECK(std::ranges::is_sorted(state.contacts, {}, [](const Contact& c) { return c.point.key; }));
+    const Vector3& velocity = state.blocks.back().velocity;
+    CHECK(report.largest_speed >= velocity.norm());
+    CHECK(report.flags.empty());
+    double kinetic = 0.0;
+    const double mass = 2000 * 0.4 * 0.2 * 0.2;
+    for (const BlockState& block : state.blocks)
+      kinetic += 0.5 * mass * block.velocity.squaredNorm();
+    if (report.islands_at_rest == 1) CHECK(state.energy.kinetic >= kinetic * (1.0 - 1e-12));
+  }
+  CHECK(rested);
+  CHECK(closed_contacts(simulation.state()) >= 4);
+  CHECK(simulation.state().blocks.back().centroid.z() + simulation.state().origin.z() < 0.11);
+}
+
+TEST_CASE("A block falls beside a wall at rest as it does alone") {
+  Scene alone = wall_and_block(3.0);
+  for (std::size_t b = 1; b + 1 < alone.blocks.size(); ++b)
+    alone.blocks[b].kind = BlockKind::Absent;
+  Simulation with(wall_and_block(3.0), {.time_step = 5e-3}), without(alone, {.time_step = 5e-3});
+  for (int i = 0; i < 60; ++i) {
+    REQUIRE(with.advance().status == StepStatus::Converged);
+    REQUIRE(without.advance().status == StepStatus::Converged);
+  }
+  CHECK(with.state().blocks.back().centroid == without.state().blocks.back().centroid);
+  CHECK(with.state().blocks.back().velocity == without.state().blocks.back().velocity);
+}
