@@ -43,6 +43,13 @@ compiler_cache() {
   fi
 }
 
+# The part on several processes, where PETSc and MPI are installed.
+petsc() {
+  if pkg-config --exists PETSc 2>/dev/null && command -v mpirun >/dev/null; then
+    echo -DQUOIN_BUILD_PETSC=ON
+  fi
+}
+
 # The first Python that has what the pictures need; it may not be the first in PATH.
 python_with_matplotlib() {
   local python
