@@ -10,27 +10,26 @@ namespace quoin::solver {
 class ContactSolver {
  public:
   ContactSolver(const Slots& slots, StepWatch* watch)
-      : open_close_(slots, watch), moving_contacts_(slots, watch) {}
+      : slots_(&slots), open_close_(slots, watch), moving_contacts_(slots, watch) {}
 
   /// A step begins: nothing of it has failed yet.
-  void begin() { failures_ = 0; }
+  void begin();
   /// Iterations of all solve() until the next call.
   void allow(int iterations) { iterations_left_ = iterations; }
-  /// Of ContactIteration::Automatic: what a crowd does is left to the proximal Newton method, and
-  /// so is what is left of a step of which attempts in a row were not solved. `crowd`: of the last
-  /// sub-step.
+  /// An attempt at a sub-step begins. Of ContactIteration::Automatic: which iteration has it.
+  /// `crowd`: of the last sub-step, 0: none.
   void start(int crowd);
-  /// An attempt at a sub-step has ended. True where the next ones are left to that method, and
-  /// this one was not.
+  /// An attempt at a sub-step has ended. True where the next ones are left to contacts that yield,
+  /// and this one was not.
   bool note(bool solved);
 
-  /// The attempt at a sub-step gained energy where contacts yield: true where the open-close
-  /// iteration is to try it next.
-  bool try_hard();
-  /// The attempt was not solved: true where it was such a try, and the other method is next.
-  bool leave_hard();
+  /// The attempt was solved: true where another iteration is to try it as it is, since contacts
+  /// that yield left gaps, or gained energy. `gains`, and what a run may gain without a flag: J.
+  bool try_another(const OpenCloseResult& solved, double gains, double allowed);
+  /// The attempt was not solved: likewise.
+  bool try_another();
   /// Another sub-step is next.
-  void move_on() { hard_ = Hard::Untried; }
+  void move_on();
 
   /// Of positions or velocities, as OpenClose::solve(); tuning.max_iterations is set here.
   OpenCloseResult solve(const StepOptions& options, const BlockEquations& blocks,
@@ -43,8 +42,8 @@ class ContactSolver {
   /// Of the open–close iteration.
   LinearSolver& linear_solver() { return open_close_.linear_solver(); }
 
-  /// 0: the open-close iteration solved the attempt; else one more than the sub-steps in which it
-  /// is not to try it for the sake of energy.
+  /// For start() of the next sub-step, now that this one is solved; where islands meet the largest
+  /// counts. 0: solved by the open-close iteration.
   int crowd() const;
 
   /// The proximal Newton method is at work.
@@ -55,14 +54,24 @@ class ContactSolver {
                           std::span<LinearContact> contacts, OpenCloseOptions tuning,
                           BlockVector& increment);
 
+  /// Of Automatic: who has the attempt.
+  enum class Stage {
+    OpenClose,
+    Loose,  ///< the proximal Newton method, as long as no gaps are left and no energy is gained
+    Crowd   ///< the same, whatever is left
+  };
+  /// Of a stage that is not the first to have the sub-step.
+  enum class Try { None, Now, Failed };
+  bool is_loose(std::span<const LinearContact> contacts) const;
+
+  const Slots* slots_;
   OpenClose open_close_;
   MovingContacts moving_contacts_;
-  /// Whether the open-close iteration tries a crowd's sub-step.
-  enum class Hard { Untried, Now, Failed };
-
-  Hard hard_ = Hard::Untried;
-  int sub_steps_left_ = 0;  ///< without a try
-  bool crowd_ = false;
+  Stage stage_ = Stage::OpenClose;
+  Try loose_ = Try::None;   ///< the loose stage, where it is not the first
+  Try hard_ = Try::None;    ///< the open-close iteration, of a crowd that gained energy
+  int sub_steps_left_ = 0;  ///< without a hard try
+  bool quick_ = false;      ///< the open-close iteration gives a problem of this attempt up soon
   bool automatic_ = false;
   bool yielding_ = false;
   int failures_ = 0;  ///< attempts in a row that were not solved

@@ -82,6 +82,7 @@ void add(const OpenCloseResult& later, OpenCloseResult& total) {
   total.solves += later.solves;
   total.factorizations += later.factorizations;
   total.residual = later.residual;
+  total.closed = total.closed && later.closed;
   total.change = later.change;
   if (later.factorizations > 0) total.condition = later.condition;
 }

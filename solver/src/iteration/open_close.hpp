@@ -29,6 +29,7 @@ struct OpenCloseResult {
   int factorizations = 0;
   double residual = 0.0;  ///< relative force residual
   double condition = 0.0;
+  bool closed = true;   ///< all gaps that should be, as well as the tolerance asks
   double change = 0.0;  ///< largest motion of a block against the first guess, m
 };
 

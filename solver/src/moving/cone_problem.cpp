@@ -150,6 +150,7 @@ void ConeProblem::sweep_in(std::size_t contact, std::span<Vector3> x) {
   if (c.slot_b >= 0)
     motion.noalias() += rows_b.leftCols<n>() * increment_[index(c.slot_b)].head<n>();
   const Vector3 before = x[contact];
+  if (before.isZero(0.0) && motion[0] >= 0.0) return;  // stays open
   for (int step = 0; step < kLocalSteps; ++step) {
     Vector3 corrected = motion + cone.delassus * (x[contact] - before);
     corrected[0] += corrected.tail<2>().norm();
@@ -184,6 +185,7 @@ void ConeProblem::assemble_in(std::span<const Matrix3> tangents) {
     block.noalias() += left.transpose() * right;
   };
   for (std::size_t i = 0; i < tangents.size(); ++i) {
+    if (tangents[i].isZero(0.0)) continue;  // open
     const LinearContact& c = contacts_[i];
     const Rows a = rows_[2 * i].leftCols<n>(), b = rows_[2 * i + 1].leftCols<n>();
     const Rows stiff_a = tangents[i] * a, stiff_b = tangents[i] * b;

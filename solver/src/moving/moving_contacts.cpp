@@ -124,15 +124,16 @@ OpenCloseResult MovingContacts::solve(const BlockSystem& base, const BlockVector
   iterations_left_ = options.max_iterations;
   IterationCount count = iterate(kForces * options.force_tolerance);
   record(contacts);
+  OpenCloseResult result;
   if (count.converged && options.mended_apart > 0.0) {
     IterationCount mended = mend(contacts, kGap * options.force_tolerance);
+    result.closed = mended.converged;
     mended.converged = true;  // what is left of the gaps is the next step's
     mended.residual = count.residual;
     add(mended, count);
   }
   bar_force_.resize(contacts.size());
   for (std::size_t i = 0; i < contacts.size(); ++i) bar_force_[i] = problem_.force(i, bar_[i]);
-  OpenCloseResult result;
   result.converged = count.converged;
   result.iterations = count.iterations;
   result.solves = count.solves;

@@ -142,11 +142,13 @@ double energy_growth(const StepRun& run, const SubStep& step, const Island& isla
                        stored_energy(run.compiled, island, run.work.stored));
 }
 
-/// More than a run may without a flag.
-bool gains_energy(const StepRun& run, const Island& island) {
+/// The attempt was solved, but another iteration is to try it.
+bool try_another(const StepRun& run, Island& island) {
   double scale = 0.0;
   for (const int block : island.own()) scale += run.work.energy_scale[index(block)].value();
-  return energy_growth(run, sub_step(run, island), island) > kEnergyGrowth * scale;
+  return island.memory.solver.try_another(island.attempt.solved,
+                                          energy_growth(run, sub_step(run, island), island),
+                                          kEnergyGrowth * scale);
 }
 
 /// The attempt is the island's next sub-step.
@@ -269,8 +271,7 @@ Island* take_sub_steps(const StepRun& run, std::span<Island* const> islands) {
       const bool too_far = options.max_displacement_ratio > 0.0 &&
                            island->attempt.displacement > options.max_displacement_ratio;
       ContactSolver& solver = island->memory.solver;
-      if (island->solved ? solver.yielding() && gains_energy(run, *island) && solver.try_hard()
-                         : solver.leave_hard()) {
+      if (island->solved ? solver.yielding() && try_another(run, *island) : solver.try_another()) {
         reject(run, *island, island->length);
         continue;
       }

@@ -30,7 +30,7 @@ enum class ContactIteration : std::uint8_t {
   ProximalNewton,  ///< on friction cones, for crowds that slide, rock and pile up; where hard
                    ///< contacts are not found they yield a little
   Automatic  ///< OpenClose; ProximalNewton for islands that it does not solve soon, until they come
-             ///< to rest
+             ///< to rest: sooner where few joints hold many blocks
 };
 
 /// As in scene files: "open_close", "proximal_newton", "automatic".
