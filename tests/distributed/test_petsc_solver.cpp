@@ -50,9 +50,12 @@ Problem sheet(int width, int height, const std::vector<int>& sizes, MatrixShape 
     for (double& x : block.reshaped()) x = random.uniform(-1, 1);
     return block;
   };
+  const int n = problem.slots.width();
+  system.diagonal.resize(static_cast<std::size_t>(count), n);
   for (int b = 0; b < count; ++b) {
     const Matrix12 block = draw();
-    system.diagonal.push_back(Matrix12(block + block.transpose()) + 60.0 * Matrix12::Identity());
+    const Matrix12 diagonal = Matrix12(block + block.transpose()) + 60.0 * Matrix12::Identity();
+    system.diagonal[static_cast<std::size_t>(b)] = diagonal.topLeftCorner(n, n);
     system.frames.push_back({Vector3(b % width, 0, b / width), Matrix3::Identity()});
     if (b % width + 1 < width) system.pairs.emplace_back(b, b + 1);
     if (b + width < count) system.pairs.emplace_back(b, b + width);
@@ -61,9 +64,11 @@ Problem sheet(int width, int height, const std::vector<int>& sizes, MatrixShape 
       force[i] = random.uniform(-1, 1);
     problem.right.push_back(force);
   }
+  system.off_diagonal.resize(system.pairs.size(), n);
+  system.mirrored.resize(system.symmetric ? 0 : system.pairs.size(), n);
   for (std::size_t p = 0; p < system.pairs.size(); ++p) {
-    system.off_diagonal.push_back(draw());
-    if (!system.symmetric) system.mirrored.push_back(draw());
+    system.off_diagonal[p] = draw().topLeftCorner(n, n);
+    if (!system.symmetric) system.mirrored[p] = draw().topLeftCorner(n, n);
   }
   return problem;
 }
@@ -146,15 +151,17 @@ TEST_CASE("What cannot be factorized is said on all ranks") {
   const auto solver = solver_of(problem.system);
   CHECK_FALSE(solver->factorize(problem.system, problem.slots, LinearSolverKind::Elimination));
   Problem singular = sheet(5, 4, {6}, MatrixShape::General);
-  for (Matrix12& block : singular.system.diagonal) block.setZero();
-  for (Matrix12& block : singular.system.off_diagonal) block.setZero();
-  for (Matrix12& block : singular.system.mirrored) block.setZero();
+  singular.system.diagonal.set_zero();
+  singular.system.off_diagonal.set_zero();
+  singular.system.mirrored.set_zero();
   CHECK_FALSE(solver->factorize(singular.system, singular.slots, LinearSolverKind::Elimination));
 }
 
 TEST_CASE("Where iterations do not converge the matrix is eliminated") {
   Problem problem = sheet(40, 20, {6}, MatrixShape::General);
-  for (Matrix12& block : problem.system.diagonal) block -= 60.0 * Matrix12::Identity();
+  for (std::size_t b = 0; b < problem.right.size(); ++b) {
+    problem.system.diagonal[b] -= 60.0 * Eigen::MatrixXd::Identity(6, 6);
+  }
   const auto solver = solver_of(problem.system);
   LinearSolverCounts counts;
   BlockVector solution;
