@@ -256,20 +256,17 @@ TEST_CASE("Redundant joints, turned and far: no worse than rounded places at hom
 TEST_CASE("Rounded coordinates press on nothing") {
   Scene six_digits = filled_box({kTurn, Vector3::Zero()}, 1e-6);
   six_digits.coordinate_rounding = 5e-6;
-  Simulation exact(filled_box({}), {.time_step = 5e-3});
   Simulation far(filled_box({kTurn, Vector3(1e6, -2e6, 5e5)}), {.time_step = 5e-3});
   Simulation coarse(six_digits, {.time_step = 5e-3});
-  int solves = 0;
-  for (int i = 0; i < 20; ++i) solves += exact.advance().linear_solves;
   for (Simulation* simulation : {&far, &coarse}) {
-    int rounded_solves = 0;
+    int solves = 0;
     for (int i = 0; i < 20; ++i) {
       const StepReport report = simulation->advance();
       REQUIRE(report.status == StepStatus::Converged);
       CHECK(report.flags.empty());
-      rounded_solves += report.linear_solves;
+      solves += report.linear_solves;
     }
-    CHECK(rounded_solves <= 2 * solves);
+    CHECK(solves <= 100);  // 265 and more where such gaps are taken for what they say
     double squeeze = 0.0;
     for (const Contact& contact : simulation->state().contacts) {
       squeeze = std::max(squeeze, contact.normal_force);
