@@ -413,6 +413,25 @@ class Runner {
     return line.str();
   }
 
+  /// Of a scene whose first step fails: whether its blocks are laid as rounded coordinates leave
+  /// them, which rigid ones that fill a space cannot stand.
+  std::string rounded(const StepReport& report) const {
+    constexpr double kNone = 1e-10;  // of the smallest block: what steps call zero, and more
+    double smallest = std::numeric_limits<double>::infinity();
+    for (const solver::Block& block : file_.scene.blocks) {
+      smallest = std::min(smallest, block.body().stretch() * block.shape->diameter());
+    }
+    const double overlap = report.largest_overlap;
+    if (result_.steps > 1 ||
+        overlap <= std::max(kNone * smallest, file_.scene.coordinate_rounding)) {
+      return "";
+    }
+    std::ostringstream line;
+    line << "; blocks overlap by up to " << overlap
+         << " m: where the digits of a file leave that, \"coordinate_rounding\" takes it for none";
+    return line.str();
+  }
+
   std::string mechanism(const StageResult& stage) const {
     std::ostringstream line;
     line << stage_name() << ": mechanism: block " << block_name(stage.travel_block)
@@ -520,7 +539,7 @@ class Runner {
 
   void not_converged(const StepReport& report) {
     ++result_.unconverged_steps;
-    fail(RunStatus::NotConverged, describe(report) + fighting(report));
+    fail(RunStatus::NotConverged, describe(report) + fighting(report) + rounded(report));
     going_ = going_ && report.status != solver::StepStatus::Diverged;  // no try to go on from
     if (going_) {
       simulation_.take_best_try();
