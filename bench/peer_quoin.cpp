@@ -201,7 +201,7 @@ class QuoinBatch final : public ManifoldPeer {
     for (int k = 0; k < std::ssize(workload.pairs); ++k) bodies_.move(k);
   }
   void ask(int pair, std::vector<ManifoldPoint>& points) override {
-    ask_all({&pair, 1});
+    for (int cold_then_warm = 0; cold_then_warm < 2; ++cold_then_warm) ask_all({&pair, 1});
     points.clear();
     for (const geometry::ContactPoint& c : contacts_) points.push_back({c.point(), c.gap});
   }

@@ -4,7 +4,10 @@
 
 #include <bit>
 #include <cstdint>
+#include <memory>
 #include <quoin/geometry/build.hpp>
+#include <quoin/geometry/pair_batch.hpp>
+#include <vector>
 
 #include "geometry/src/kernels/kernels.hpp"
 #include "support/catch.hpp"
@@ -205,9 +208,11 @@ TEST_CASE("flush batch: every instruction set gives the bits of the plain one") 
       kernels->flush_bricks(question, answer);
       Bits bits;
       bits.add(static_cast<int>(answer.solved));
+      bits.add(static_cast<int>(answer.listed & answer.solved));
       if (answer.solved != 0) {
         for (const FlushRow& row : {answer.gap, answer.tolerance}) bits.add(row, answer.solved);
-        for (const auto& rows : {answer.between, answer.origin, answer.normal, answer.axis_u}) {
+        for (const auto& rows :
+             {answer.between, answer.origin, answer.normal, answer.axis_u, answer.axis_v}) {
           for (int k = 0; k < 3; ++k) bits.add(rows[k], answer.solved);
         }
       }
@@ -231,4 +236,42 @@ TEST_CASE("flush batch: every instruction set gives the bits of the plain one") 
     }
   }
   CHECK(solved > 300);
+}
+
+// Along axes of the world normals have zeros, and the way back along a normal turns their signs.
+TEST_CASE("However it is asked, a stack has the same bits, signs of zeros too") {
+  const Body low(make_box({-1, -1, -1}, {1, 1, 0})), large(make_box({-2, -2, 0}, {2, 2, 1}));
+  const Body small(make_box({-0.5, -0.5, 0}, {0.5, 0.5, 1}));
+  for (const Body* high : {&large, &small}) {
+    for (const bool swapped : {false, true}) {
+      const std::vector<Body> bodies{swapped ? *high : low, swapped ? low : *high};
+      const NearestFeatures alone = nearest_features(bodies[0], bodies[1]);
+      FeatureHint of_vertices = alone.hint;
+      of_vertices.face_a = of_vertices.face_b = -1;
+      std::vector<std::vector<std::uint64_t>> asked;
+      for (const FeatureHint& hint : {FeatureHint{}, alone.hint, of_vertices}) {
+        std::vector<ContactPoint> points;
+        const NearestFeatures answer = append_contacts_within_reach({0, 1}, bodies[0], bodies[1],
+                                                                    {.reach = 0.1}, hint, points);
+        Bits bits;
+        bits.add(answer.gap);
+        bits.add(answer.normal);
+        for (const ContactPoint& point : points) bits.add(point);
+        asked.push_back(bits.all);
+      }
+      PairBatch batch({.reach = 0.1});
+      const std::vector<BlockPair> pairs{{0, 1}};
+      for (int step = 0; step < 2; ++step) {
+        std::vector<ContactPoint> points;
+        batch.find(BodySource(bodies), pairs, points);
+        for (ContactPoint& point : points) point.previous = -1;
+        Bits bits;
+        bits.add(batch.pairs()[0].gap);
+        bits.add(batch.pairs()[0].normal);
+        for (const ContactPoint& point : points) bits.add(point);
+        asked.push_back(bits.all);
+      }
+      for (const std::vector<std::uint64_t>& bits : asked) CHECK(bits == asked.front());
+    }
+  }
 }

@@ -179,13 +179,13 @@ void FlushBatch::add_answer(std::size_t lane) {
   const FlushPair& pair = pairs_[lane];
   FlushPairAnswer answer;
   answer.pair = pair.number;
-  answer.gap = found_.gap.of[lane];
+  answer.gap = found_.gap.of[lane] + 0.0;  // one zero, as of the normal
   const double tolerance = found_.tolerance.of[lane];
   answer.status = std::abs(answer.gap) <= tolerance ? PairStatus::Touching
                   : answer.gap > 0.0                ? PairStatus::Separated
                                                     : PairStatus::Overlapping;
   const Vector3 normal = at(found_.normal, lane);
-  answer.normal = pair.reversed ? Vector3(-normal) : normal;
+  answer.normal = one_zero(pair.reversed ? -Vec3(normal) : Vec3(normal));
   answer.first = used_;
   if ((found_.listed >> lane & 1) != 0 && !add_points(lane, answer.normal)) return;
   answer.count = used_ - answer.first;

@@ -443,6 +443,7 @@ void PairBatch::Memory::search(std::size_t first, std::size_t last, std::size_t 
   auto flush = part.flush.answers().begin();
   const auto flush_end = part.flush.answers().end();
   for (std::size_t i = first; i < last; ++i) {
+    while (flush != flush_end && flush->pair < i) ++flush;
     if (states[i].apart_until > ways_of(pairs[i])) continue;
     const std::size_t start = contacts.size();
     const Body& a = part.bodies.first(pairs[i].a);

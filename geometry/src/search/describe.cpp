@@ -175,7 +175,7 @@ void describe_features(const Solid& p, const Solid& q, Optimum& optimum, const L
 void describe(const Solid& p, const Solid& q, Optimum& optimum, const Lengths& length,
               NearestFeatures& answer) {
   answer.normal = one_zero(optimum.plane.normal);
-  answer.gap = optimum.plane.gap;
+  answer.gap = optimum.plane.gap + 0.0;  // one zero
   describe_features(p, q, optimum, length, answer);
   set_hint(optimum.plane, answer);
   if (optimum.converged) answer.status = status_of(answer.gap, length);

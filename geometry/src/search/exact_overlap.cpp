@@ -173,8 +173,11 @@ class Polytope {
   bool add_farthest(Index f) {
     const Facet& facet = facets_[f];
     const Corner corner = farthest_corner(facet);
-    return orientation(place(facet, 0), place(facet, 1), place(facet, 2), corner.w) > 0 &&
-           add(f, corner) == Growth::Grown;
+    if (!(orientation(place(facet, 0), place(facet, 1), place(facet, 2), corner.w) > 0))
+      return false;
+    const Growth growth = add(f, corner);
+    full_ = full_ || growth == Growth::Full;
+    return growth == Growth::Grown;
   }
 
   /// Until each facet that may carry the answer has been looked at.
@@ -400,6 +403,7 @@ class Polytope {
       }
     }
     if (closer_ && add_farthest(f)) return true;
+    if (full_) return false;
     const SupportPlane plane = exact_plane(facet);
     planes_.add(plane);
     if (!plane.slim) broad_.add(plane);

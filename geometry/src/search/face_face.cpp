@@ -101,14 +101,14 @@ class FlushPair {
   }
 
   void describe(NearestFeatures& answer) const {
-    const Vector3& normal = part_.plane.normal;
+    const Vector3 normal = one_zero(part_.plane.normal);
     const Vector3 point_p = part_.plane.point(part_.polygon.centroid, 0.0);
     const Vector3 point_q = point_p + gap_ * normal;
     const double beyond_p = std::max(0.0, normal.dot(high_ - point_p));
     const double beyond_q = std::max(0.0, normal.dot(point_q - low_));
     answer.status = status_of(gap_, length_);
-    answer.gap = gap_;
-    answer.normal = reversed_ ? Vector3(-normal) : normal;
+    answer.gap = gap_ + 0.0;  // one zero, as of the normal
+    answer.normal = reversed_ ? Vector3(one_zero(-Vec3(normal))) : normal;
     answer.point_a = reversed_ ? point_q : point_p;
     answer.point_b = reversed_ ? point_p : point_q;
     answer.residual_a = reversed_ ? beyond_q : beyond_p;
@@ -128,7 +128,7 @@ class FlushPair {
            carried_alone(q_, -normal, {set(q_, part_.face_q), flat, clear}, part_.top_q);
   }
   bool is_best() const {
-    if (clearly_apart(gap_, length_.rounding)) return part_.margin >= -length_.rounding;
+    if (clearly_apart(gap_, length_.rounding)) return part_.margin >= length_.rounding;
     return proves_shallow(p_, q_, part_.plane.normal, gap_, length_.rounding,
                           [this] { return part_.margin; });
   }

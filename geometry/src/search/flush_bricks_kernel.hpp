@@ -452,7 +452,7 @@ class FlushPairs {
   void prove() {
     need((all(8.0) * contact_ * larger_).below(area_));
     const Flags apart = (all(kApart) * rounding_).below(gap_);
-    const Flags over = apart.without(margin_.below(negated(rounding_)));
+    const Flags over = apart & reaches(margin_, rounding_);
     need(good_.without(apart).bits() == 0 ? over : over | shallow().without(apart));
   }
   /// As proves_shallow.

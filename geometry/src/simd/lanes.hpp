@@ -21,7 +21,7 @@ struct PlainLanes {
     Flags without(const Flags& b) const { return {all & ~b.all}; }
   };
   static Flags only(std::size_t lane) { return {1u << lane}; }
-  static Flags flags(unsigned bits) { return {bits}; }  ///< the lowest four
+  static Flags flags(unsigned bits) { return {bits & 15u}; }  ///< the lowest four
 
   /// Numbers of a row, by their places in it.
   static PlainLanes picked(const double* row, const std::uint16_t* place) {
