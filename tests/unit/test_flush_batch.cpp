@@ -240,8 +240,9 @@ TEST_CASE("flush batch: every instruction set gives the bits of the plain one") 
 
 // Along axes of the world normals have zeros, and the way back along a normal turns their signs.
 TEST_CASE("However it is asked, a stack has the same bits, signs of zeros too") {
-  const Body low(make_box({-1, -1, -1}, {1, 1, 0})), large(make_box({-2, -2, 0}, {2, 2, 1}));
-  const Body small(make_box({-0.5, -0.5, 0}, {0.5, 0.5, 1}));
+  const Shape shapes[] = {make_box({-1, -1, -1}, {1, 1, 0}), make_box({-2, -2, 0}, {2, 2, 1}),
+                          make_box({-0.5, -0.5, 0}, {0.5, 0.5, 1})};
+  const Body low(shapes[0]), large(shapes[1]), small(shapes[2]);
   for (const Body* high : {&large, &small}) {
     for (const bool swapped : {false, true}) {
       const std::vector<Body> bodies{swapped ? *high : low, swapped ? low : *high};
@@ -271,7 +272,10 @@ TEST_CASE("However it is asked, a stack has the same bits, signs of zeros too") 
         for (const ContactPoint& point : points) bits.add(point);
         asked.push_back(bits.all);
       }
-      for (const std::vector<std::uint64_t>& bits : asked) CHECK(bits == asked.front());
+      for (std::size_t way = 1; way < asked.size(); ++way) {
+        INFO("way " << way);
+        CHECK(asked[way] == asked.front());
+      }
     }
   }
 }

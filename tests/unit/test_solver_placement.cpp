@@ -273,6 +273,15 @@ TEST_CASE("Rounded coordinates press on nothing") {
     }
     CHECK(squeeze <= 2.0 * 2500 * 9.81);  // the weight of two cubes
   }
+  six_digits.coordinate_rounding = 1e-3;  // wider than any reach: a gap of half of it is none
+  six_digits.blocks.resize(2);
+  six_digits.blocks[1] = {.shape = std::make_shared<const Shape>(make_box({0, 0, 0}, {1, 1, 1})),
+                          .placement = {kTurn, kTurn * Vector3(0, 0, 5e-4)},
+                          .material = kStone,
+                          .kind = BlockKind::Rigid};
+  Simulation lone(six_digits, {.time_step = 5e-4});
+  for (int i = 0; i < 5; ++i) REQUIRE(lone.advance().status == StepStatus::Converged);
+  CHECK(lone.displacement(1, Vector3::Zero()).norm() < 1e-12);
   six_digits.coordinate_rounding = 0.1;
   CHECK_THROWS_AS(Simulation(six_digits, {}), InputError);
 }

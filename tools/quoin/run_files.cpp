@@ -497,6 +497,12 @@ void RunFiles::write_pieces(const StepView& view) {
   const auto name = [&](const char* stem, const char* extension) {
     return piece_name(numbered(stem, number, extension), share_.rank);
   };
+  if (share_.rank == 0) {  // ours, also where another process writes them
+    for (int rank = 1; rank < share_.count; ++rank) {
+      folder_.file(piece_name(numbered("blocks_", number, ".vtu"), rank));
+      folder_.file(piece_name(numbered("contacts_", number, ".vtp"), rank));
+    }
+  }
   solver::write_blocks(folder_.file(name("blocks_", ".vtu")).string(), view.simulation,
                        view.counted_from, piece);
   solver::write_contacts(folder_.file(name("contacts_", ".vtp")).string(), view.simulation, piece);
@@ -505,7 +511,6 @@ void RunFiles::write_pieces(const StepView& view) {
     std::vector<std::string> names;
     for (int rank = 0; rank < share_.count; ++rank) {
       names.push_back(piece_name(numbered(stem, number, extension), rank));
-      folder_.file(names.back());  // ours, also where another process writes it
     }
     const std::string parallel = std::string(".p") + (extension + 1);
     solver::write_index(folder_.file(numbered(stem, number, parallel.c_str())).string(), names);

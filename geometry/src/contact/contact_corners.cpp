@@ -43,7 +43,7 @@ void take_point(const SharedCorner& corner, bool reversed, const ContactPlane& p
     contact.point_a[i] = foot + height_a * plane.normal[i];
     contact.point_b[i] = foot + height_b * plane.normal[i];
   }
-  contact.gap = gap_of(corner);
+  contact.gap = gap_of(corner) + 0.0;  // one zero
   contact.area = corner.share;
 }
 

@@ -219,7 +219,7 @@ bool FlushBatch::add_points(std::size_t lane, const Vector3& normal) {
       point.point_b += middle;
     }
     point.normal = normal;
-    point.gap = height_q - height_p;
+    point.gap = height_q - height_p + 0.0;  // one zero
     point.area = corner.share.of[lane];
   }
   const std::span<ContactPoint> points = std::span(points_).subspan(used_, corners.count);

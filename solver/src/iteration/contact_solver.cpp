@@ -75,14 +75,14 @@ OpenCloseResult ContactSolver::iterate(const StepOptions& options, const BlockEq
     return moving_contacts_.solve(blocks.base, blocks.force, contacts, tuning, increment);
   }
   if (automatic_) {
-    const bool quick = loose_ == Try::None && hard_ == Try::None && is_loose(contacts);
-    const int patience = quick ? kQuick : loose_ == Try::Failed ? kLastTry : kPatience;
+    const bool first = loose_ == Try::None && hard_ == Try::None;
+    const bool quick = first && ConeProblem::suits(contacts) && is_loose(contacts);
+    const bool last = loose_ == Try::Failed && hard_ == Try::None;
+    const int patience = quick ? kQuick : last ? kLastTry : kPatience;
     tuning.max_iterations = std::min(patience, tuning.max_iterations);
     quick_ = quick_ || quick;
   }
-  const OpenCloseResult solved =
-      open_close_.solve(blocks.base, blocks.force, contacts, tuning, increment);
-  return solved;
+  return open_close_.solve(blocks.base, blocks.force, contacts, tuning, increment);
 }
 
 void ContactSolver::begin() {
@@ -115,6 +115,7 @@ bool ContactSolver::try_another(const OpenCloseResult& solved, double gains, dou
 }
 
 bool ContactSolver::try_another() {
+  if (!automatic_) return false;
   if (hard_ == Try::Now) {
     hard_ = Try::Failed;
     return true;

@@ -103,19 +103,21 @@ void find_at_end(const StepRun& run, std::span<Island* const> islands) {
       find(run.compiled, searched, reach, moved, work, work.found_end);
   run.report.candidate_pairs += counts.candidates;
   run.report.searched_pairs += counts.searched;
+  work.owners.assign(work.islands.size(), nullptr);
   for (Island* island : islands) {
     island->found_end.clear();
     island->reach_end = 0.0;
     island->searched = work.search_epoch;
+    work.owners[index(work.island_of_block[index(island->own().front())])] = island;
   }
   work.islands_met = false;
   for (const geometry::ContactPoint& point : work.found_end) {
     const int i = island_of(point, work.island_of_block);
     work.islands_met = work.islands_met || i < 0;
-    if (i < 0 || work.islands[index(i)]->at_rest) continue;
-    Island& island = *work.islands[index(i)];
-    island.found_end.push_back(point);
-    island.reach_end = std::max(island.reach_end, reach.of_pair(point.key.a, point.key.b));
+    Island* island = i < 0 ? nullptr : work.owners[index(i)];
+    if (island == nullptr) continue;
+    island->found_end.push_back(point);
+    island->reach_end = std::max(island->reach_end, reach.of_pair(point.key.a, point.key.b));
   }
 }
 

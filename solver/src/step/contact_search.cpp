@@ -72,7 +72,8 @@ Reach::Reach(const CompiledScene& compiled, const StepOptions& options, const Se
 }
 
 double Reach::of_pair(int a, int b) const {
-  const double least = kLeastReach * pair_size(compiled_, a, b);
+  const double least =
+      std::max(kLeastReach * pair_size(compiled_, a, b), compiled_.scene.coordinate_rounding);
   return std::max({of_block_[index(a)], of_block_[index(b)], least}) + opening_;
 }
 
@@ -82,7 +83,7 @@ double Reach::largest() const {
     const double least = compiled_.idle[b] ? 0.0 : kLeastReach * compiled_.models[b].size;
     largest = std::max({largest, of_block_[b], least});
   }
-  return largest + opening_;
+  return std::max(largest, compiled_.scene.coordinate_rounding) + opening_;
 }
 
 std::vector<int> blocks_that_can_move(const CompiledScene& compiled) {

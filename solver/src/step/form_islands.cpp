@@ -1,6 +1,7 @@
 #include "step/form_islands.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "index.hpp"
 #include "step/contact_search.hpp"
@@ -61,10 +62,6 @@ void start(const StepRun& run, Island& island) {
   island.count = {};
   island.energy = {};
 }
-
-}  // namespace
-
-namespace {
 
 /// One group, by the contacts found for it.
 bool is_joined(const StepRun& run, const Island& island) {
@@ -154,6 +151,8 @@ bool goes_on(const StepRun& run, const Island& island) {
          run.compiled.scene.gravity.is_constant();
 }
 
+constexpr std::size_t kNotKnown = std::numeric_limits<std::size_t>::max();
+
 }  // namespace
 
 void start_islands(const StepRun& run, std::span<Island* const> islands) {
@@ -187,10 +186,15 @@ void start_islands(const StepRun& run, std::span<Island* const> islands) {
     island->found.push_back(point);
     island->reach = std::max(island->reach, reach.of_pair(point.key.a, point.key.b));
   }
+  bool parted = false;  // a contact of two islands now
   for (const Contact& contact : run.state.contacts) {
-    if (Island* island = owner(contact.point)) island->history.push_back(contact);
+    Island* island = owner(contact.point);
+    if (island != nullptr) island->history.push_back(contact);
+    parted = parted || island_of(contact.point, work.island_of_block) < 0;
   }
-  for (Island* island : islands) island->contacts_before = island->history.size();
+  for (Island* island : islands) {
+    island->contacts_before = parted ? kNotKnown : island->history.size();
+  }
 }
 
 namespace {
@@ -230,14 +234,20 @@ void merge(std::span<const Contact> added, std::vector<Contact>& contacts) {
 
 }  // namespace
 
-void take_contacts(const StepRun& run, std::vector<Contact>& contacts) {
-  Workspace& work = run.work;
-  if (std::ranges::all_of(work.awake, [&](const Island* i) { return renew(*i, contacts); })) return;
+void replace_awake(const StepRun& run, std::span<const Contact> added,
+                   std::vector<Contact>& contacts) {
+  const Workspace& work = run.work;
   std::erase_if(contacts, [&](const Contact& contact) {
     const int i = island_of(contact.point, work.island_of_block);
     return i < 0 || !work.islands[index(i)]->at_rest;
   });
-  if (work.awake.size() == 1) return merge(work.awake.front()->history, contacts);
+  merge(added, contacts);
+}
+
+void take_contacts(const StepRun& run, std::vector<Contact>& contacts) {
+  Workspace& work = run.work;
+  if (std::ranges::all_of(work.awake, [&](const Island* i) { return renew(*i, contacts); })) return;
+  if (work.awake.size() == 1) return replace_awake(run, work.awake.front()->history, contacts);
   std::vector<Contact>& taken = work.taken;
   taken.clear();
   for (const Island* island : work.awake) {
@@ -245,7 +255,7 @@ void take_contacts(const StepRun& run, std::vector<Contact>& contacts) {
   }
   const auto key = [](const Contact& contact) { return contact.point.key; };
   if (!std::ranges::is_sorted(taken, {}, key)) std::ranges::sort(taken, {}, key);
-  merge(taken, contacts);
+  replace_awake(run, taken, contacts);
 }
 
 }  // namespace quoin::solver

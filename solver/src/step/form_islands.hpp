@@ -26,6 +26,10 @@ void list_awake(const Workspace& work, Islands& islands);
 /// These islands where the step begins; what a first try at it has left is taken back.
 void start_islands(const StepRun& run, std::span<Island* const> islands);
 
+/// Contacts of islands at rest stay, `added` come in for those of all others; both sorted by key.
+void replace_awake(const StepRun& run, std::span<const Contact> added,
+                   std::vector<Contact>& contacts);
+
 /// The contacts of islands that are awake take the place of those that they had; sorted by key.
 void take_contacts(const StepRun& run, std::vector<Contact>& contacts);
 

@@ -96,6 +96,7 @@ OpenCloseResult solve_positions(const SubStep& step, std::span<const BodyContact
     by_block(step.island.slots, memory.increment, poses.increment);
     measure_slips(poses, contacts, linear);
     add(solved, total);
+    total.closed = solved.closed;  // of the last linearisation
     if (!solved.converged) break;
     if (solved.change <= allowed_change(step, pass, tuning, memory.solver)) break;
     total.converged = false;  // until the next linearisation agrees

@@ -377,7 +377,8 @@ State attempted(const StepRun& run, const Island& island) {
   best.blocks = run.work.end;
   best.held_forces = run.work.now.held_forces;
   set_held_forces(island, best);
-  best.contacts = island.attempt.contacts;
+  best.contacts = run.state.contacts;
+  replace_awake(run, island.attempt.contacts, best.contacts);
   return best;
 }
 
@@ -469,7 +470,7 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
     take_step({compiled, options, state, work.before, work, report}, state, best);
   } catch (const StepStopped&) {
     static_cast<StepMemory&>(work) = work.before;
-    ++work.search_epoch;
+    place_bodies(compiled, state, work);
     report.status = StepStatus::Stopped;
   }
   work.watch.end();
