@@ -182,6 +182,7 @@ class MpiRun(unittest.TestCase):
                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         ranks = []
         while len(ranks) < 4:
+            self.assertIsNone(mpirun.poll())
             time.sleep(0.05)
             children = pathlib.Path(f"/proc/{mpirun.pid}/task/{mpirun.pid}/children").read_text().split()
             ranks = [int(c) for c in children if pathlib.Path(f"/proc/{c}/comm").read_text().strip() == "quoin"]
@@ -191,6 +192,9 @@ class MpiRun(unittest.TestCase):
         self.assertNotEqual(mpirun.returncode, 0)
         self.assertEqual(said.count("noticed that process rank 2"), 1, said)
         self.assertIn("signal 9", said)
+        latest = time.monotonic() + 10  # mpirun does not wait for those that it has killed
+        while any(map(runs, ranks)) and time.monotonic() < latest:
+            time.sleep(0.05)
         self.assertFalse(any(map(runs, ranks)))
 
     def test_rank_that_cannot_write_ends_all(self):
