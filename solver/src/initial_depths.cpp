@@ -23,6 +23,16 @@ double gap_rounding(const CompiledScene& compiled, const geometry::ContactKey& k
   return rounding > of_steps ? rounding : 0.0;
 }
 
+/// By the entries of the point's pair, m.
+double nearest_depth(std::span<const InitialDepths::Entry> of_pair, const ContactPoint& point,
+                     double rounding) {
+  const auto distance = [&](const InitialDepths::Entry& entry) {
+    return entry.key == point.key ? -1.0 : (entry.place - point.point_a).squaredNorm();
+  };
+  const double depth = std::ranges::min_element(of_pair, {}, distance)->depth;
+  return std::abs(point.gap + depth) <= rounding ? -point.gap : depth;
+}
+
 }  // namespace
 
 void InitialDepths::remember(const CompiledScene& compiled, std::span<const ContactPoint> found,
@@ -55,20 +65,26 @@ void InitialDepths::remember(const CompiledScene& compiled, std::span<const Cont
 
 void InitialDepths::take_off(const CompiledScene& compiled, std::span<const BlockState> blocks,
                              std::vector<ContactPoint>& found) const {
+  auto from = entries.begin();
+  int inverted = -1;  // the block A that `inverse` is of
+  Matrix3 inverse = Matrix3::Identity();
   for (ContactPoint& point : found) {
-    const auto [from, until] = std::ranges::equal_range(
-        entries, pair_of(point.key), {}, [](const Entry& entry) { return pair_of(entry.key); });
-    if (from == until) continue;
-    const auto distance = [&](const Entry& entry) {
-      return entry.key == point.key ? -1.0 : (entry.place - point.point_a).squaredNorm();
-    };
-    const auto nearest = std::min_element(
-        from, until, [&](const Entry& a, const Entry& b) { return distance(a) < distance(b); });
-    const auto a = static_cast<std::size_t>(point.key.a);
-    const Matrix3 linear = placement(compiled.models[a], pose(blocks[a])).linear;
-    const bool rounded = std::abs(point.gap + nearest->depth) <= gap_rounding(compiled, point.key);
-    const double depth = rounded ? -point.gap : nearest->depth;
-    point.point_a -= linear.inverse() * (depth * point.normal);
+    const auto pair = pair_of(point.key);
+    while (from != entries.end() && pair_of(from->key) < pair) ++from;
+    if (from == entries.end()) return;
+    if (pair_of(from->key) != pair) continue;
+    const double rounding = gap_rounding(compiled, point.key);
+    const auto until = std::find_if(from, entries.end(),
+                                    [&](const Entry& entry) { return pair_of(entry.key) != pair; });
+    const double depth = std::abs(point.gap) <= rounding
+                             ? -point.gap
+                             : nearest_depth({from, until}, point, rounding);
+    if (depth == 0.0) continue;
+    if (point.key.a != inverted) {
+      const auto a = static_cast<std::size_t>(inverted = point.key.a);
+      inverse = placement(compiled.models[a], pose(blocks[a])).linear.inverse();
+    }
+    point.point_a -= inverse * (depth * point.normal);
     point.gap += depth;
   }
 }
