@@ -23,24 +23,28 @@ double gap_rounding(const CompiledScene& compiled, const geometry::ContactKey& k
   return rounding > of_steps ? rounding : 0.0;
 }
 
-/// By the entries of the point's pair, m.
-double nearest_depth(std::span<const InitialDepths::Entry> of_pair, const ContactPoint& point,
+/// By the entries of the point's pair, with which `entries` begins, m.
+double nearest_depth(std::span<const InitialDepths::Entry> entries, const ContactPoint& point,
                      double rounding) {
+  const auto end = std::ranges::find_if(entries, [&](const InitialDepths::Entry& entry) {
+    return pair_of(entry.key) != pair_of(point.key);
+  });
   const auto distance = [&](const InitialDepths::Entry& entry) {
     return entry.key == point.key ? -1.0 : (entry.place - point.point_a).squaredNorm();
   };
-  const double depth = std::ranges::min_element(of_pair, {}, distance)->depth;
+  const double depth = std::ranges::min_element(entries.begin(), end, {}, distance)->depth;
   return std::abs(point.gap + depth) <= rounding ? -point.gap : depth;
 }
 
 }  // namespace
 
-void InitialDepths::remember(const CompiledScene& compiled, std::span<const ContactPoint> found,
+bool InitialDepths::remember(const CompiledScene& compiled, std::span<const ContactPoint> found,
                              std::span<const char> laid) {
   const auto is_laid = [&](const geometry::ContactKey& key) {
     return laid[static_cast<std::size_t>(key.a)] || laid[static_cast<std::size_t>(key.b)];
   };
   std::erase_if(entries, [&](const Entry& entry) { return is_laid(entry.key); });
+  const std::size_t kept = entries.size();
   const bool all = compiled.scene.initial_overlap == InitialOverlap::Zero;
   for (auto from = found.begin(); from != found.end();) {
     const auto until = std::find_if(from, found.end(), [&](const ContactPoint& point) {
@@ -60,7 +64,9 @@ void InitialDepths::remember(const CompiledScene& compiled, std::span<const Cont
     }
     from = until;
   }
+  if (entries.size() == kept) return false;
   std::ranges::sort(entries, {}, &Entry::key);
+  return true;
 }
 
 void InitialDepths::take_off(const CompiledScene& compiled, std::span<const BlockState> blocks,
@@ -74,11 +80,9 @@ void InitialDepths::take_off(const CompiledScene& compiled, std::span<const Bloc
     if (from == entries.end()) return;
     if (pair_of(from->key) != pair) continue;
     const double rounding = gap_rounding(compiled, point.key);
-    const auto until = std::find_if(from, entries.end(),
-                                    [&](const Entry& entry) { return pair_of(entry.key) != pair; });
     const double depth = std::abs(point.gap) <= rounding
                              ? -point.gap
-                             : nearest_depth({from, until}, point, rounding);
+                             : nearest_depth({from, entries.end()}, point, rounding);
     if (depth == 0.0) continue;
     if (point.key.a != inverted) {
       const auto a = static_cast<std::size_t>(inverted = point.key.a);

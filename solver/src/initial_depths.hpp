@@ -30,7 +30,8 @@ struct InitialDepths {
   bool empty() const { return entries.empty(); }
   /// Of the pairs with a block that is `laid` (by block): what was remembered of them is forgotten.
   /// `found`: sorted by key. Pairs with nothing to take off are not remembered.
-  void remember(const CompiledScene& compiled, std::span<const geometry::ContactPoint> found,
+  /// True where any were.
+  bool remember(const CompiledScene& compiled, std::span<const geometry::ContactPoint> found,
                 std::span<const char> laid);
   /// `found`: as a search found them where `blocks` stand, sorted by key.
   void take_off(const CompiledScene& compiled, std::span<const BlockState> blocks,

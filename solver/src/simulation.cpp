@@ -244,8 +244,9 @@ void Simulation::change(Scene scene) {
   take_over(parts_->compiled, parts_->state, parts_->work, compiled, state, work);
   detect(compiled, next->options, state, work);
   check_overlap(compiled, work);
-  work.initial_depths.remember(compiled, work.found, work.laid);
-  if (!work.initial_depths.empty()) detect(compiled, next->options, state, work);
+  if (work.initial_depths.remember(compiled, work.found, work.laid)) {
+    detect(compiled, next->options, state, work);
+  }
   EnergyLedger& energy = state.energy;
   const double before = energy.mechanical();
   energy.kinetic = kinetic_energy(compiled, state);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "geometry/src/kernels/kernels.hpp"
+#include "support/bits.hpp"
 #include "support/catch.hpp"
 #include "support/random.hpp"
 
@@ -20,17 +21,8 @@ using quoin::tests::Random;
 using quoin::tests::rotation_about;
 
 /// What an answer is made of, bit by bit.
-struct Bits {
-  std::vector<std::uint64_t> all;
-  void add(double value) { all.push_back(std::bit_cast<std::uint64_t>(value)); }
-  void add(int value) { all.push_back(static_cast<std::uint64_t>(value)); }
-  void add(const Vector3& v) {
-    for (const double x : {v.x(), v.y(), v.z()}) add(x);
-  }
-  void add(const Feature& feature) {
-    add(static_cast<int>(feature.kind));
-    add(feature.index);
-  }
+struct Bits : quoin::tests::Bits {
+  using quoin::tests::Bits::add;
   void add(const ContactPoint& point) {
     for (const int value : {point.key.a, point.key.b, static_cast<int>(point.type),
                             static_cast<int>(point.indeterminate), point.previous}) {

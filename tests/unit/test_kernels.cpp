@@ -9,6 +9,7 @@
 #include <quoin/geometry/build.hpp>
 #include <vector>
 
+#include "support/bits.hpp"
 #include "support/catch.hpp"
 #include "support/random.hpp"
 
@@ -21,20 +22,11 @@ using geometry::Vector3;
 namespace {
 
 /// What a kernel has answered.
-struct Bits {
-  std::vector<std::uint64_t> all;
-  void add(double value) { all.push_back(std::bit_cast<std::uint64_t>(value)); }
-  void add(int value) { all.push_back(static_cast<std::uint64_t>(value)); }
-  void add(const Vector3& v) {
-    for (const double x : {v.x(), v.y(), v.z()}) add(x);
-  }
+struct Bits : quoin::tests::Bits {
+  using quoin::tests::Bits::add;
   void add(const geometry::Support& top) {
     add(top.vertex);
     add(top.value);
-  }
-  void add(const geometry::Feature& feature) {
-    add(static_cast<int>(feature.kind));
-    add(feature.index);
   }
   template <class T, std::size_t kCount>
   void add(const std::array<T, kCount>& values) {
@@ -105,8 +97,8 @@ int check_all(const std::function<int(const Kernels&, Bits&)>& ask) {
     Bits found;
     CHECK(ask(*kernels, found) == count);
     CHECK(found.all.size() == expected.all.size());
-    const auto [here, there] = std::mismatch(found.all.begin(), found.all.end(),
-                                             expected.all.begin(), expected.all.end());
+    const auto [here, there] =
+        std::mismatch(found.all.begin(), found.all.end(), expected.all.begin(), expected.all.end());
     INFO("the first difference is number " << here - found.all.begin());
     CHECK(here == found.all.end());
   }
