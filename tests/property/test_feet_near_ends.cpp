@@ -95,6 +95,31 @@ bool same(const NearestFeatures& n, const NearestFeatures& m) {
          (n.indeterminate || (n.normal == m.normal && n.point_a == m.point_a));
 }
 
+/// Number `number` of a seed; the vertices of A and B that look at each other.
+SolidPair draw(std::uint64_t seed, std::uint64_t number, int& v, int& w) {
+  Random random(seed * 5000011 + number);
+  v = random.integer(0, 3);
+  w = random.integer(0, 3);
+  return over_edge(v, w, random);
+}
+
+bool differs_by_hint(const SolidPair& pair, int v, int w) {
+  const Query query(pair);
+  const NearestFeatures cold = query.nearest();
+  for (const Named& by_a : named_around(query.a().shape().topology(), v)) {
+    for (const Named& by_b : named_around(query.b().shape().topology(), w)) {
+      FeatureHint hint{.vertices_a = by_a.vertices, .vertices_b = by_b.vertices};
+      hint.face_a = by_a.face;
+      hint.face_b = by_b.face;
+      hint.normal = cold.normal;
+      if (!same(cold, query.nearest(hint))) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
 }  // namespace
 
 TEST_CASE("feet near ends: any hint leads to the answer of a cold start") {
@@ -102,25 +127,22 @@ TEST_CASE("feet near ends: any hint leads to the answer of a cold start") {
   const std::uint64_t cases = environment_number("QUOIN_CASES", kCases);
   long differing = 0;
   for (std::uint64_t i = 0; i < cases; ++i) {
-    Random random(seed * 5000011 + i);
-    const int v = random.integer(0, 3), w = random.integer(0, 3);
-    const SolidPair pair = over_edge(v, w, random);
-    const Query query(pair);
-    const NearestFeatures cold = query.nearest();
-    bool differs = false;
-    for (const Named& by_a : named_around(query.a().shape().topology(), v)) {
-      for (const Named& by_b : named_around(query.b().shape().topology(), w)) {
-        FeatureHint hint{.vertices_a = by_a.vertices, .vertices_b = by_b.vertices};
-        hint.face_a = by_a.face;
-        hint.face_b = by_b.face;
-        hint.normal = cold.normal;
-        differs = differs || !same(cold, query.nearest(hint));
-      }
-    }
-    if (differs && differing++ == 0) {
+    int v = 0, w = 0;
+    const SolidPair pair = draw(seed, i, v, w);
+    if (differs_by_hint(pair, v, w) && differing++ == 0) {
       std::printf("---- pair %llu\n%s----\n", static_cast<unsigned long long>(i),
                   to_text(pair).c_str());
     }
   }
   CHECK(differing == 0);
+}
+
+TEST_CASE("feet near ends: pairs that failed") {
+  // An edge along a face, leaning by a rounding: the face and its edge are as good. Edges that
+  // cross at 0.014 rad: rounding moves the crossing past the end.
+  for (const std::uint64_t number : {8830u, 9372u}) {
+    int v = 0, w = 0;
+    const SolidPair pair = draw(1, number, v, w);
+    CHECK_FALSE(differs_by_hint(pair, v, w));
+  }
 }

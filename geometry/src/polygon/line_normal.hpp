@@ -150,8 +150,9 @@ LineNormal edge_edge(const Side& e, const Side& f, double rounding) {
     form.joined = between_ends(form.share_p, squared_a, rounding) &&
                   between_ends(form.share_q, squared_b, rounding);
     form.crossed = form.joined;
-    form.from_ends = lesser(squared_from_ends(form.share_p, squared_a),
-                            squared_from_ends(form.share_q, squared_b));
+    // Of an end from the other edge: at a small angle rounding moves the crossing by more.
+    form.from_ends = lesser(squared_from_ends(form.share_p, squared / squared_b),
+                            squared_from_ends(form.share_q, squared / squared_a));
     form.skew = square(cross(a, b));
     form.longer = longer;
     return form;
