@@ -23,13 +23,13 @@ double margin_of(const Solid& p, const Solid& q, const Candidate& plane,
   return overlap_margin(patches.p, patches.q);
 }
 
-/// Of a line between vertices and edges: whatever rounding may turn it, no end of an edge and no
-/// other vertex comes into question.
+/// Of a line between vertices, edges and parallel edges: whatever rounding may turn it, no end of
+/// an edge and no other vertex comes into question.
 bool joined_within(const Solid& p, const Solid& q, const Candidate& plane, double margin) {
   const auto count_p = static_cast<int>(plane.sets.p.size());
   const auto count_q = static_cast<int>(plane.sets.q.size());
   if (!(plane.form.from_ends > margin * margin)) return false;
-  return count_p + count_q > 3 ||
+  return plane.form.crossed ||
          carry_turned(p, q, {count_p, count_q}, plane.normal, turning(margin) / plane.gap);
 }
 

@@ -22,8 +22,12 @@ void exact_answer(const CanonicalPair& pair, int max_iterations, const SearchRes
   optimum.several = found.directions > 1;
   optimum.middle = found.middle;
   CandidatePlane& plane = optimum.plane;
+  // A line between solids that touch is rounding alone: it has no direction.
+  const auto has_direction = [&] {
+    return nearest.converged || !plane.form.joined || plane.form.crossed;
+  };
   const bool same = !length.uneven && !found.middle &&
-                    settle_normal(p, q, length, found.normal, plane) &&
+                    settle_normal(p, q, length, found.normal, plane) && has_direction() &&
                     plane.gap >= found.gap - slack(length.rounding, found.gap) &&
                     lies_over(p, q, plane, nullptr, -length.rounding);
   if (same) return;
