@@ -86,8 +86,10 @@ inline constexpr double kAsNear = 3 / kSearchShare;
 inline constexpr double kSlimHeight = 1e6;
 /// Cosine: a broad plane within 4.5e-5 rad of a slim one may stand for it; chosen.
 inline constexpr double kSameDirection = 1.0 - 1e-9;
-/// Cosine: EPA takes directions within 4.5e-7 rad for one, half of what the exact overlap does
-/// (1e-6 rad): it leaves those between the two to that.
+/// Squared: directions within 1e-6 rad count as one.
+inline constexpr double kOneDirection = 1e-12;
+/// Cosine: EPA takes directions within 4.5e-7 rad for one, half of that: it leaves those between
+/// the two to the exact overlap.
 inline constexpr double kSurelyOneDirection = 1.0 - 1e-13;
 
 // ---- bricks (SAT) ----

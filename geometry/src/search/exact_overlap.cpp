@@ -60,8 +60,9 @@ class SupportPlanes {
 
   /// That of a direction within 1e-6 rad, or the end.
   const SupportPlane* find(const Vec3& normal) const {
-    return std::find_if(begin(), end(),
-                        [&](const SupportPlane& m) { return square(m.normal - normal) < 1e-12; });
+    return std::find_if(begin(), end(), [&](const SupportPlane& m) {
+      return square(m.normal - normal) < kOneDirection;
+    });
   }
   /// Those that find no room are as good as the others.
   void add(const SupportPlane& plane) {

@@ -39,8 +39,8 @@ bool whole_faces(const Solid& p, const Solid& q, const Lengths& length, const Ca
 
 /// The plane of all vertices that come near another one, if it is theirs alone and proved to be the
 /// answer.
-bool near_features(const Solid& p, const Solid& q, const Lengths& length,
-                   const CandidatePlane& near, Optimum& optimum);
+bool near_features(const Solid& p, const Solid& q, const Lengths& length, const Optimum& found,
+                   Optimum& optimum);
 
 /// The least gap that the search allows a plane to have, m.
 double least_gap(const SearchResult& found, double rounding);

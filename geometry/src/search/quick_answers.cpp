@@ -120,7 +120,7 @@ void describe_best(const CanonicalPair& pair, Optimum& optimum, NearestFeatures&
   const bool doubtful =
       optimum.converged && !optimum.straight && !optimum.several && !length.uneven;
   const bool straight = doubtful && (whole_faces(p, q, length, optimum.plane, clear) ||
-                                     near_features(p, q, length, optimum.plane, clear));
+                                     near_features(p, q, length, optimum, clear));
   optimum.iterations += clear.iterations;
   describe(p, q, straight ? clear : optimum, length, answer);
 }
