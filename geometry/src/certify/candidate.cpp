@@ -8,7 +8,7 @@ namespace {
 /// Lays the hull of a set into the plane; straight by its face label where that is known.
 void lay_set(const Solid& solid, const VertexSet& set, int face, const ContactPlane& plane,
              double outward, double length, ProjectedFeature& patch) {
-  if (face >= 0 && solid.topology().face_set(face).size() == set.size()) {
+  if (is_whole(solid, face, set)) {
     lay_feature(solid, {FeatureKind::Face, face}, plane, outward, patch);
   } else {
     lay_support_set(solid, set, span_kind(solid, set, length), plane, outward, patch);
@@ -23,21 +23,21 @@ double margin_of(const Solid& p, const Solid& q, const Candidate& plane,
   return overlap_margin(patches.p, patches.q);
 }
 
-bool is_whole(const Solid& solid, int face, const VertexSet& set) {
-  return face >= 0 && solid.topology().face_set(face).size() == set.size();
-}
-
-/// Of a line between vertices and edges: whatever rounding may turn it, no end of an edge and no
-/// other vertex comes into question.
+/// Of a line between vertices, edges and parallel edges: whatever rounding may turn it, no end of
+/// an edge and no other vertex comes into question.
 bool joined_within(const Solid& p, const Solid& q, const Candidate& plane, double margin) {
   const auto count_p = static_cast<int>(plane.sets.p.size());
   const auto count_q = static_cast<int>(plane.sets.q.size());
   if (!(plane.form.from_ends > margin * margin)) return false;
-  return count_p + count_q > 3 ||
+  return plane.form.crossed ||
          carry_turned(p, q, {count_p, count_q}, plane.normal, turning(margin) / plane.gap);
 }
 
 }  // namespace
+
+bool is_whole(const Solid& solid, int face, const VertexSet& set) {
+  return face >= 0 && solid.topology().face_set(face).size() == set.size();
+}
 
 ProjectedPair::ProjectedPair(const Solid& solid_p, const Solid& solid_q, const Candidate& contact,
                              const VertexSet& set_p, const VertexSet& set_q, double length)

@@ -60,6 +60,9 @@ struct Optimum {
   const ContactPolygon* laid() const { return faces.get(); }
 };
 
+/// Is a set just the vertices of a face?
+bool is_whole(const Solid& solid, int face, const VertexSet& set);
+
 /// The two contact features laid into the contact plane.
 struct ProjectedPair {
   ContactPlane plane;

@@ -150,8 +150,9 @@ LineNormal edge_edge(const Side& e, const Side& f, double rounding) {
     form.joined = between_ends(form.share_p, squared_a, rounding) &&
                   between_ends(form.share_q, squared_b, rounding);
     form.crossed = form.joined;
-    form.from_ends = lesser(squared_from_ends(form.share_p, squared_a),
-                            squared_from_ends(form.share_q, squared_b));
+    // Of an end from the other edge: at a small angle rounding moves the crossing by more.
+    form.from_ends = lesser(squared_from_ends(form.share_p, squared / squared_b),
+                            squared_from_ends(form.share_q, squared / squared_a));
     form.skew = square(cross(a, b));
     form.longer = longer;
     return form;
@@ -162,11 +163,14 @@ LineNormal edge_edge(const Side& e, const Side& f, double rounding) {
   const double share = dot(w, line) / longer;
   const double first = along_p ? share : -share;  // of the shorter edge's ends, along the longer
   const double second = first + dot(along_p ? b : a, line) / longer;
-  const double slack = rounding / std::sqrt(longer);
-  const bool joined = std::max(first, second) >= -slack && std::min(first, second) <= 1.0 + slack;
-  return line_normal(
+  const double low = greater(0.0, lesser(first, second)),
+               high = lesser(1.0, greater(first, second));
+  LineNormal form = line_normal(
       across<kFused>(wide_difference(f.from, e.from), along_p ? e.wide() : f.wide(), share),
-      joined);
+      (low - high) * std::sqrt(longer) <= rounding);
+  // Of spans that meet end against end within rounding the vertices may be nearest as well.
+  form.from_ends = greater(0.0, high - low) * greater(0.0, high - low) * longer;
+  return form;
 }
 
 /// Does the place of a point, seen along the outward normal of a face, lie inside its border by

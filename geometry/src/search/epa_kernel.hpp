@@ -435,7 +435,7 @@ class Polytope {
     for (Index f = 0; f < facet_count_; f += 4) {
       const Planes& four = planes(f);
       const auto there = Lanes::of(four.key).below(Lanes::all(kNone));
-      const auto aside = along(four, n).below(Lanes::all(kSameDirection));
+      const auto aside = along(four, n).below(Lanes::all(kSurelyOneDirection));
       least = Lanes::of(four.sure).where(there, least).smaller(least);
       others |= ~Lanes::all(limit).below(Lanes::of(four.distance)).bits() & aside.bits();
     }

@@ -1,5 +1,6 @@
 #include "search/exact_answer.hpp"
 
+#include "numeric/error_bounds.hpp"
 #include "search/exact_overlap.hpp"
 #include "search/proposals.hpp"
 
@@ -22,8 +23,16 @@ void exact_answer(const CanonicalPair& pair, int max_iterations, const SearchRes
   optimum.several = found.directions > 1;
   optimum.middle = found.middle;
   CandidatePlane& plane = optimum.plane;
+  // Of solids that share a point the normal is that of the polytope: a line between them, or edges
+  // that cross at a small angle, are rounding alone and have no direction. Of parallel edges it is
+  // that of the search: from other vertices the line across them would be another.
+  const auto has_direction = [&] {
+    const FeatureNormal& form = plane.form;
+    if (!nearest.converged) return (plane.normal - found.normal).squaredNorm() < kOneDirection;
+    return !form.joined || form.crossed || plane.sets.p.size() + plane.sets.q.size() < 4;
+  };
   const bool same = !length.uneven && !found.middle &&
-                    settle_normal(p, q, length, found.normal, plane) &&
+                    settle_normal(p, q, length, found.normal, plane) && has_direction() &&
                     plane.gap >= found.gap - slack(length.rounding, found.gap) &&
                     lies_over(p, q, plane, nullptr, -length.rounding);
   if (same) return;

@@ -60,8 +60,9 @@ class SupportPlanes {
 
   /// That of a direction within 1e-6 rad, or the end.
   const SupportPlane* find(const Vec3& normal) const {
-    return std::find_if(begin(), end(),
-                        [&](const SupportPlane& m) { return square(m.normal - normal) < 1e-12; });
+    return std::find_if(begin(), end(), [&](const SupportPlane& m) {
+      return square(m.normal - normal) < kOneDirection;
+    });
   }
   /// Those that find no room are as good as the others.
   void add(const SupportPlane& plane) {
@@ -317,7 +318,7 @@ class Polytope {
     const Vec3 normal = cross(u, v);
     const double squared = square(normal), whole = square(u) * square(v);
     constexpr double kSlimSine = 1.0 / 16;
-    if (!(squared > kSlimSine * kSlimSine * whole)) return lay_exactly(f);
+    if (closer_ || !(squared > kSlimSine * kSlimSine * whole)) return lay_exactly(f);
     facet.normal = normal / std::sqrt(squared);
     facet.distance = dot(facet.normal, a);
     facet.error = kNormalRounding * kEpsilon * std::sqrt(whole / squared);
@@ -385,13 +386,13 @@ class Polytope {
       set_key(f, kInfinity);
       return true;
     }
-    ++steps_;
     const Corner corner = find_corner(facet.normal);
     const double gain = dot(facet.normal, corner.w - place(facet, 0));
     if (!facet.exact && !(gain > kClear * rounding_)) {
       lay_exactly(f);
       return true;
     }
+    ++steps_;
     offer(facet.normal, facet.distance + std::max(gain, 0.0));
     if (gain > kFlush * rounding_ && sees(corner.w, facet)) {
       const Growth growth = add(f, corner);
@@ -618,7 +619,7 @@ class Polytope {
   bool closer_ = false;       // no corner is left beyond a facet
   bool full_ = false;         // there was no room for another corner
   unsigned octant_ = kWhole;  // only directions of this one are looked at; bits: x, y, z upwards
-  int steps_ = 0;
+  int steps_ = 0;             // corners added and facets done with
   std::uint32_t stamp_ = 0;
   Index corner_count_ = 0, facet_count_ = 0, free_count_ = 0, seen_count_ = 0, border_count_ = 0;
   SupportPlanes planes_, broad_;  // all; those whose direction is known

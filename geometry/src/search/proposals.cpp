@@ -145,6 +145,22 @@ bool whole_faces(const Solid& p, const Solid& q, const Lengths& length, const Ca
   return false;
 }
 
+bool near_features(const Solid& p, const Solid& q, const Lengths& length, const Optimum& found,
+                   Optimum& optimum) {
+  const CandidatePlane& near = found.plane;
+  ContactSets& sets = optimum.plane.sets;
+  const auto take = [&](const Solid& solid, const NearVertices& all, const Vector3& outward,
+                        VertexSet& set, int& face) {
+    all.select(0.5 * length.widest, set);
+    face = covered_face(solid, set, outward);
+    return set.size() <= 2 || is_whole(solid, face, set);
+  };
+  return take(p, *near.near_p, near.normal, sets.p, sets.face_p) &&
+         take(q, *near.near_q, -near.normal, sets.q, sets.face_q) &&
+         (found.loose || !(sets == near.sets)) &&
+         straight_answer(p, q, length, near.normal, optimum);
+}
+
 double least_gap(const SearchResult& found, double rounding) {
   const bool overlapping = found.outcome == SearchOutcome::Overlapping;
   return found.bound - slack(overlapping ? kOverlapRounding * rounding : rounding, found.bound);

@@ -37,6 +37,11 @@ bool settle_corners(const Solid& p, const Solid& q, const SearchResult& found,
 bool whole_faces(const Solid& p, const Solid& q, const Lengths& length, const Candidate& near,
                  Optimum& optimum);
 
+/// The plane of all vertices that come near another one, if it is theirs alone and proved to be the
+/// answer.
+bool near_features(const Solid& p, const Solid& q, const Lengths& length, const Optimum& found,
+                   Optimum& optimum);
+
 /// The least gap that the search allows a plane to have, m.
 double least_gap(const SearchResult& found, double rounding);
 

@@ -114,12 +114,15 @@ bool middle_plane(const CanonicalPair& pair, const Vector3& middle, Optimum& opt
 }  // namespace
 
 void describe_best(const CanonicalPair& pair, Optimum& optimum, NearestFeatures& answer) {
-  Optimum whole(optimum.faces);
+  const Solid &p = pair.p, &q = pair.q;
+  const Lengths& length = pair.length;
+  Optimum clear(optimum.faces);
   const bool doubtful =
-      optimum.converged && !optimum.straight && !optimum.several && !pair.length.uneven;
-  const bool flush = doubtful && whole_faces(pair.p, pair.q, pair.length, optimum.plane, whole);
-  optimum.iterations += whole.iterations;
-  describe(pair.p, pair.q, flush ? whole : optimum, pair.length, answer);
+      optimum.converged && !optimum.straight && !optimum.several && !length.uneven;
+  const bool straight = doubtful && (whole_faces(p, q, length, optimum.plane, clear) ||
+                                     near_features(p, q, length, optimum, clear));
+  optimum.iterations += clear.iterations;
+  describe(p, q, straight ? clear : optimum, length, answer);
 }
 
 bool searched_answer(const Solid& a, const Solid& b, const Lengths& length, Quick& quick,

@@ -38,8 +38,9 @@ bool searched_answer(const Solid& a, const Solid& b, const Lengths& length, Quic
 /// The plane that carries the answer, from where the searches have come to.
 bool fast_answer(const CanonicalPair& pair, Quick& quick, Optimum& optimum);
 
-/// The answer in full. Two whole faces that clearly carry their plane come first, wherever rounding
-/// has led to: of bumpy faces their corners alone carry another plane that is as good.
+/// The answer in full. Where rounding has led to a plane that is not straight, two whole faces that
+/// clearly carry theirs come first, then all vertices near it: of a bumpy face, or a face along
+/// which an edge lies, some corners alone carry another plane that is as good.
 void describe_best(const CanonicalPair& pair, Optimum& optimum, NearestFeatures& answer);
 
 }  // namespace quoin::geometry

@@ -123,7 +123,9 @@ bool touching_faces(const Solid& p, const Solid& q, const Lengths& length, const
   take_feature(q, corner.feature_q, sets.q, sets.face_q);
   CandidatePlane& plane = optimum.plane;
   if (!settle(p, q, length, sets, normal, plane)) return false;
-  return plane.gap >= places.gap - length.rounding && take_settled(p, q, length, optimum);
+  const double aside = std::abs(plane.gap) * (plane.normal - normal).norm();
+  const bool over = aside <= length.rounding || lies_over(p, q, plane, nullptr, -length.rounding);
+  return over && plane.gap >= places.gap - length.rounding && take_settled(p, q, length, optimum);
 }
 
 }  // namespace quoin::geometry

@@ -399,14 +399,23 @@ std::vector<PatchCorner> shared_stretch(const SupportPolygon& a, const SupportPo
   return low <= high ? std::vector<PatchCorner>{at(low), at(high)} : std::vector<PatchCorner>{};
 }
 
-std::vector<PatchCorner> line_crossing(const SupportPolygon& a, const SupportPolygon& b) {
+/// Where two segments cross. Nothing where their lines do so beyond an end of either by more than
+/// the border allows: heights may tilt edges against each other that are parallel in the plane.
+std::vector<PatchCorner> line_crossing(const SupportPolygon& a, const SupportPolygon& b,
+                                       Real border) {
   const Place d = a.border[1].place - a.border[0].place;
   const Place e = b.border[1].place - b.border[0].place;
-  const Real t = cross(b.border[0].place - a.border[0].place, e) / cross(d, e);
+  const Place apart = b.border[0].place - a.border[0].place;
+  const Real s = cross(apart, e) / cross(d, e), t = cross(apart, d) / cross(d, e);
   PatchCorner corner;
-  corner.place = {a.border[0].place[0] + t * d[0], a.border[0].place[1] + t * d[1]};
+  corner.place = {a.border[0].place[0] + s * d[0], a.border[0].place[1] + s * d[1]};
   corner.sine = sine_between(d, e);
-  return {corner};
+  const auto reaches = [&](Real share, const Place& segment) {
+    const Real beyond = std::max(-share, share - 1) * length(segment);
+    return beyond * corner.sine <= border;
+  };
+  return reaches(s, d) && reaches(t, e) ? std::vector<PatchCorner>{corner}
+                                        : std::vector<PatchCorner>{};
 }
 
 ContactType type_of(const SupportPolygon& a, const SupportPolygon& b, const PatchBands& bands,
@@ -439,7 +448,7 @@ std::vector<PatchCorner> shared_part(const SupportPolygon& a, const SupportPolyg
     case ContactType::EdgeEdgeParallel:
       return shared_stretch(a, b);
     case ContactType::EdgeEdgeCrossing:
-      return line_crossing(a, b);
+      return line_crossing(a, b, border);
     default:
       return corners_of(a.kind == FeatureKind::Vertex ? a.border : b.border);
   }
