@@ -163,7 +163,7 @@ Trial attempt(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier
       kEdges ? crossing(at_a, at_b, form, across, in_reverse_order(a, b))
              : Witnesses{kA == kVertex ? high : low - across, kB == kVertex ? low : high + across};
   const bool open = kEdges ? parallel(form.skew, form.longer, length.contact) : !kByFace;
-  answer.status = status_of(gap, length);
+  answer.status = status_of(gap, length.contact);
   answer.gap = gap;
   answer.normal = normal;
   answer.point_a = on.a;

@@ -417,13 +417,17 @@ void add_tolerance_line(const Working& work, const ProjectedFeature& patch_p,
   }
 }
 
+/// Is a patch the edge between just these vertices?
+bool is_edge_of(const Solid& solid, const ProjectedFeature& patch, const VertexSet& set) {
+  if (patch.label.kind != FeatureKind::Edge || set.size() != 2) return false;
+  const auto [v, w] = solid.topology().edge(patch.label.index);
+  return std::min(v, w) == set[0] && std::max(v, w) == set[1];
+}
+
 /// Unless it is an edge that is laid already.
 void lay_contact_feature(const Solid& solid, const VertexSet& set, FeatureKind kind,
                          const ContactPlane& plane, double outward, ProjectedFeature& patch) {
-  if (kind == FeatureKind::Edge && set.size() == 2 && patch.label.kind == FeatureKind::Edge &&
-      patch.label.index == solid.topology().find_edge(set[0], set[1])) {
-    return;
-  }
+  if (kind == FeatureKind::Edge && is_edge_of(solid, patch, set)) return;
   if (kind == FeatureKind::Face) return lay_support_polygon(solid, set, plane, outward, patch);
   lay_support_set(solid, set, kind, plane, outward, patch);
 }

@@ -356,7 +356,8 @@ void lay_support_set(const Solid& polyhedron, const VertexSet& vertices, Feature
                      const ContactPlane& plane, double outward, ProjectedFeature& patch) {
   if (kind == FeatureKind::Edge && vertices.size() == 2) {
     const int edge = polyhedron.topology().find_edge(vertices[0], vertices[1]);
-    if (edge >= 0) return lay_feature(polyhedron, {kind, edge}, plane, outward, patch);
+    const bool whole = edge >= 0 && has_just(polyhedron.topology(), {kind, edge}, vertices);
+    if (whole) return lay_feature(polyhedron, {kind, edge}, plane, outward, patch);
   }
   const Feature name = name_support_set(polyhedron, vertices, kind, outward * plane.normal);
   if (name.kind == kind && has_just(polyhedron.topology(), name, vertices)) {

@@ -195,7 +195,7 @@ void describe(const Solid& p, const Solid& q, Optimum& optimum, const Lengths& l
   answer.gap = optimum.plane.gap + 0.0;  // one zero
   describe_features(p, q, optimum, length, answer);
   set_hint(optimum.plane, answer);
-  if (optimum.converged) answer.status = status_of(answer.gap, length);
+  if (optimum.converged) answer.status = status_of(answer.gap, length.contact);
 }
 
 }  // namespace quoin::geometry
