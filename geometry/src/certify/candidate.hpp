@@ -42,9 +42,18 @@ struct Candidate {
   FeatureNormal form;  // of these sets
 };
 
+/// The two contact features laid into the contact plane.
+struct ProjectedPair {
+  ContactPlane plane;
+  ProjectedFeature p, q;
+  ProjectedPair(const Solid& solid_p, const Solid& solid_q, const Candidate& contact,
+                const VertexSet& set_p, const VertexSet& set_q, double length);
+};
+
 /// The same with all vertices that come near it, where they were looked for.
 struct CandidatePlane : Candidate {
   LateInit<NearVertices> near_p, near_q;
+  LateInit<ProjectedPair> edges;  // its sets, where they are an edge each and were laid
 };
 
 /// What is known in the end.
@@ -62,14 +71,6 @@ struct Optimum {
 
 /// Is a set just the vertices of a face?
 bool is_whole(const Solid& solid, int face, const VertexSet& set);
-
-/// The two contact features laid into the contact plane.
-struct ProjectedPair {
-  ContactPlane plane;
-  ProjectedFeature p, q;
-  ProjectedPair(const Solid& solid_p, const Solid& solid_q, const Candidate& contact,
-                const VertexSet& set_p, const VertexSet& set_q, double length);
-};
 
 /// The candidate along a normal: how far both solids reach, and the gap.
 void scan(const Solid& p, const Solid& q, const Vector3& normal, CandidatePlane& plane);
@@ -96,6 +97,10 @@ bool lay_whole_faces(const Solid& p, const Solid& q, const Candidate& plane, con
 /// shortest). By more than `margin`, or off by less than -margin, m.
 bool lies_over(const Solid& p, const Solid& q, const Candidate& plane, const ContactPolygon* faces,
                double margin);
+
+/// Do the sets of a plane that is found, and not to be changed, lie over each other within
+/// rounding? Edges are laid for the description as well.
+bool lies_over_within(const Solid& p, const Solid& q, double rounding, CandidatePlane& plane);
 
 /// Proves that no other plane is better: always so when the solids are apart and the features lie
 /// over each other, and for a shallow overlap.

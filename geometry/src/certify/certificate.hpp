@@ -43,8 +43,8 @@ struct Overlap {
 };
 
 /// Touching: within the tolerance of contact.
-inline PairStatus status_of(double gap, const Lengths& length) {
-  if (std::abs(gap) <= length.contact) return PairStatus::Touching;
+inline PairStatus status_of(double gap, double tolerance) {
+  if (std::abs(gap) <= tolerance) return PairStatus::Touching;
   return gap > 0.0 ? PairStatus::Separated : PairStatus::Overlapping;
 }
 

@@ -124,7 +124,7 @@ Trial attempt(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier
   constexpr bool kEdges = kA == kEdge && kB == kEdge, kByFace = kA == kFace || kB == kFace;
   const Side at_a = side_of<kA>(a, by_a), at_b = side_of<kB>(b, by_b);
   LineNormal form = form_of<Scan::kFused, kA, kB>(a, b, by_a, by_b, at_a, at_b, length.rounding);
-  if (!form.found) return Trial::Undecided;
+  if (!form.found) return Trial::Refuted;
   if (!kByFace && !form.joined) return Trial::Refuted;
   if (kEdges) {
     if (!form.crossed) return Trial::Undecided;
@@ -163,7 +163,7 @@ Trial attempt(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier
       kEdges ? crossing(at_a, at_b, form, across, in_reverse_order(a, b))
              : Witnesses{kA == kVertex ? high : low - across, kB == kVertex ? low : high + across};
   const bool open = kEdges ? parallel(form.skew, form.longer, length.contact) : !kByFace;
-  answer.status = status_of(gap, length);
+  answer.status = status_of(gap, length.contact);
   answer.gap = gap;
   answer.normal = normal;
   answer.point_a = on.a;

@@ -80,7 +80,7 @@ void find_carriers(const Solid& polyhedron, const Vector3& outward, const Vertex
         continue;
       }
       const auto [from, to] = topology.edge(e);
-      const Vector3 line = polyhedron.vertex(to) - polyhedron.vertex(from);
+      const Vector3 line = polyhedron.line(from, to);
       if (std::abs(line.dot(outward)) > kSteepSine * line.norm()) continue;
       const bool needed = nearest.contains(from) && nearest.contains(to);
       if (!needed && climbs_from_edge(polyhedron, e, line, outward)) continue;
@@ -224,8 +224,15 @@ bool share_two_faces(const Working& work, const Carriers& carriers,
   return true;
 }
 
-/// All places where facing features lie over each other within the band.
-void find_points(const Working& work, LateInit<Surfaces>& surfaces, PairPoints& pair) {
+/// A feature of either solid in the contact plane.
+struct Patches {
+  ProjectedFeature p, q;
+};
+
+/// All places where facing features lie over each other within the band. `patches`: those that were
+/// laid last.
+void find_points(const Working& work, LateInit<Surfaces>& surfaces, PairPoints& pair,
+                 Patches& patches) {
   const auto& [p, q, reversed, band, rounding] = work;
   Carriers carriers;
   find_all_carriers(p, q, band, pair, carriers);
@@ -233,7 +240,7 @@ void find_points(const Working& work, LateInit<Surfaces>& surfaces, PairPoints& 
     surfaces.emplace(p, q, pair.plane, band + rounding, rounding);
   }
   if (share_two_faces(work, carriers, surfaces, pair)) return;
-  ProjectedFeature patch_p, patch_q;
+  auto& [patch_p, patch_q] = patches;
   // Points lie near the tops of both solids: where there are many pairs of features, most of them
   // have no such places over each other, and need no closer look.
   const double wider = 2 * band + 64 * rounding;
@@ -410,8 +417,17 @@ void add_tolerance_line(const Working& work, const ProjectedFeature& patch_p,
   }
 }
 
+/// Is a patch the edge between just these vertices?
+bool is_edge_of(const Solid& solid, const ProjectedFeature& patch, const VertexSet& set) {
+  if (patch.label.kind != FeatureKind::Edge || set.size() != 2) return false;
+  const auto [v, w] = solid.topology().edge(patch.label.index);
+  return std::min(v, w) == set[0] && std::max(v, w) == set[1];
+}
+
+/// Unless it is an edge that is laid already.
 void lay_contact_feature(const Solid& solid, const VertexSet& set, FeatureKind kind,
                          const ContactPlane& plane, double outward, ProjectedFeature& patch) {
+  if (kind == FeatureKind::Edge && is_edge_of(solid, patch, set)) return;
   if (kind == FeatureKind::Face) return lay_support_polygon(solid, set, plane, outward, patch);
   lay_support_set(solid, set, kind, plane, outward, patch);
 }
@@ -428,8 +444,8 @@ bool is_flat(const ProjectedFeature& patch, double rounding) {
 /// The part that the two contact features share. Its corners are points, too, where the labels do
 /// not reach as far: where tol cuts a face, or vertices that are no corners of labels stand out.
 void find_shared_part(const Working& work, LateInit<Surfaces>& surfaces, PairPoints& pair,
-                      ContactPolygon& part) {
-  ProjectedFeature patch_p, patch_q;
+                      Patches& patches, ContactPolygon& part) {
+  auto& [patch_p, patch_q] = patches;
   lay_contact_feature(work.p, pair.support_p, pair.kind_p, pair.plane, 1.0, patch_p);
   lay_contact_feature(work.q, pair.support_q, pair.kind_q, pair.plane, -1.0, patch_q);
   if (pair.type == ContactType::EdgeEdgeParallel) {
@@ -646,10 +662,11 @@ void find_all_points(const OrderedPair& ordered, double band, double rounding,
       type_of(p, q, pair.support_p, pair.support_q, pair.kind_p, pair.kind_q, pair.tolerance);
   const Working work{p, q, ordered.reversed, band, rounding};
   LateInit<Surfaces> surfaces;
-  find_points(work, surfaces, pair);
+  Patches patches;
+  find_points(work, surfaces, pair, patches);
   part.reset();
   if (pair.kind_p != FeatureKind::Vertex && pair.kind_q != FeatureKind::Vertex) {
-    find_shared_part(work, surfaces, pair, part.emplace());
+    find_shared_part(work, surfaces, pair, patches, part.emplace());
   }
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "certify/canonical_order.hpp"
+#include "certify/certificate.hpp"
 #include "contact/contact_corners.hpp"
 #include "contact/point_frame.hpp"
 
@@ -180,10 +181,7 @@ void FlushBatch::add_answer(std::size_t lane) {
   FlushPairAnswer answer;
   answer.pair = pair.number;
   answer.gap = found_.gap.of[lane] + 0.0;  // one zero, as of the normal
-  const double tolerance = found_.tolerance.of[lane];
-  answer.status = std::abs(answer.gap) <= tolerance ? PairStatus::Touching
-                  : answer.gap > 0.0                ? PairStatus::Separated
-                                                    : PairStatus::Overlapping;
+  answer.status = status_of(answer.gap, found_.tolerance.of[lane]);
   const Vector3 normal = at(found_.normal, lane);
   answer.normal = one_zero(pair.reversed ? -Vec3(normal) : Vec3(normal));
   answer.first = used_;

@@ -138,7 +138,7 @@ struct Build {
   }
 
   [[gnu::flatten]] static void flush_bricks(const FlushQuestion& question, FlushAnswer& answer) {
-    FlushPairs<Lanes>(question, answer).solve();
+    FlushLanes<Lanes>(question, answer).solve();
   }
 
   static constexpr Kernels kernels(const char* name) {

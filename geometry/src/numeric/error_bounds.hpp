@@ -56,6 +56,9 @@ inline constexpr double kGapRounding = 8;
 /// a plane is still that of the best: relative, by tilt^2 / 2 = 1.3e-13. geometry/README.md,
 /// "Touching faces".
 inline constexpr double kTouchingTilt = 5e-7;
+/// Of that tilt and the smaller diameter: a shared part wider than this leaves no two edges beside
+/// each other within the tilt. Twice: one for either solid.
+inline constexpr double kWideTouch = 2;
 /// Of the rounding: what box SAT may measure a plane of true parallelepipeds differently from a
 /// scan of them, one eps D: half of either for the corners. Whether several planes are as good
 /// (kBothPart) is decided by double-double where it comes nearer to that limit than this, and what

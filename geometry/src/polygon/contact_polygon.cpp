@@ -221,7 +221,8 @@ void measure(const SmallVector<int, 32>& order, SharedCorners& corners, SharedPo
 /// chain of turns that rounding has told wrongly goes to and fro.
 bool is_left(const Vector2& a, const Vector2& b, const Vector2& place) {
   const Vector2 u = b - a, v = place - a;
-  const double rough = cross2(u, v);
+  const double first = u.x() * v.y(), second = u.y() * v.x(), rough = first - second;
+  if (place == b || (first == 0.0 && second == 0.0)) return false;  // no turn at all
   const double size = (std::abs(u.x()) + std::abs(u.y())) * (std::abs(v.x()) + std::abs(v.y()));
   if (std::abs(rough) > kTurnRounding * kEpsilon * size) return rough > 0.0;
   const DoubleDouble product = two_difference(b.x(), a.x()) * two_difference(place.y(), a.y());

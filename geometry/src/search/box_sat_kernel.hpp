@@ -174,13 +174,13 @@ SearchResult least_overlap(const Solid& solid_p, const Solid& solid_q, double ro
     if ((open & overlaps.close) != 0) return result;
     // Several planes, and so on any other way, which may measure them otherwise.
     const double unsure = kTieBand * rounding + p.uneven + q.uneven;
+    if (std::abs(least) > rounding - unsure) return result;
     const unsigned sure = ~beyond(overlaps.value, kBothPart * rounding - unsure) & Directions::kAll;
-    if (std::abs(least) > rounding - unsure ||
-        mean_of_planes(edges, sure, across, result).outcome != SearchOutcome::Touching) {
-      return result;
-    }
-    return mean_of_planes(edges, ~beyond(overlaps.value, kBothPart * rounding) & Directions::kAll,
-                          across, result);
+    const unsigned tied = ~beyond(overlaps.value, kBothPart * rounding) & Directions::kAll;
+    const SearchResult mean = mean_of_planes(edges, tied, across, result);
+    const bool certain = sure == tied || mean_of_planes(edges, sure, across, result).outcome ==
+                                             SearchOutcome::Touching;
+    return certain ? mean : result;
   }
   const unsigned best = ~beyond(overlaps.value, least) & Directions::kAll;
   const double error = kBrickErrors * (p.error + q.error), clear = kBrickClear * rounding + error;

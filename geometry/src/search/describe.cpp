@@ -7,9 +7,23 @@
 namespace quoin::geometry {
 namespace {
 
+/// The plane's sets as they are laid already, if these sets are just them and edges for this length
+/// as well.
+const ProjectedPair* laid_edges(const Solid& p, const Solid& q, const CandidatePlane& contact,
+                                const VertexSet& set_p, const VertexSet& set_q, double length) {
+  const auto is_edge = [length](const Solid& solid, const VertexSet& set, const VertexSet& laid) {
+    return set.size() == 2 && set[0] == laid[0] && set[1] == laid[1] &&
+           span_kind(solid, set, length) == FeatureKind::Edge;
+  };
+  const bool same =
+      contact.edges && is_edge(p, set_p, contact.sets.p) && is_edge(q, set_q, contact.sets.q);
+  return same ? contact.edges.get() : nullptr;
+}
+
 /// Witness points: of the shared part of the two features that rounding cannot tell from parallel.
-void set_witnesses(const Solid& p, const Solid& q, const Candidate& contact, const VertexSet& set_p,
-                   const VertexSet& set_q, double length, NearestFeatures& answer) {
+void set_witnesses(const Solid& p, const Solid& q, const CandidatePlane& contact,
+                   const VertexSet& set_p, const VertexSet& set_q, double length,
+                   NearestFeatures& answer) {
   const Vector3 across = answer.gap * answer.normal;
   if (set_p.size() == 1) {
     answer.point_a = p.vertex(set_p[0]);
@@ -34,7 +48,10 @@ void set_witnesses(const Solid& p, const Solid& q, const Candidate& contact, con
     answer.point_b = answer.point_a + across;
     return;
   }
-  const ProjectedPair patches(p, q, contact, set_p, set_q, length);
+  LateInit<ProjectedPair> own;
+  const ProjectedPair* laid = laid_edges(p, q, contact, set_p, set_q, length);
+  const ProjectedPair& patches =
+      laid != nullptr ? *laid : own.emplace(p, q, contact, set_p, set_q, length);
   SharedCorners corners;
   append_shared_corners(patches.p, patches.q, 2 * length + kEpsilon * std::abs(answer.gap),
                         corners);
@@ -53,7 +70,7 @@ void set_witnesses(const Solid& p, const Solid& q, const Candidate& contact, con
 /// Witnesses of a plane whose sets need not lie over each other: normals that are as good within
 /// rounding tilt what carries them by more than rounding, as of slivers and of edges that are
 /// parallel but for noise. The solids meet, then, a little below their support planes.
-void set_loose_witnesses(const Solid& p, const Solid& q, const Candidate& contact,
+void set_loose_witnesses(const Solid& p, const Solid& q, const CandidatePlane& contact,
                          const VertexSet& set_p, const VertexSet& set_q, double length,
                          NearestFeatures& answer) {
   const ProjectedPair patches(p, q, contact, set_p, set_q, length);
@@ -178,7 +195,7 @@ void describe(const Solid& p, const Solid& q, Optimum& optimum, const Lengths& l
   answer.gap = optimum.plane.gap + 0.0;  // one zero
   describe_features(p, q, optimum, length, answer);
   set_hint(optimum.plane, answer);
-  if (optimum.converged) answer.status = status_of(answer.gap, length);
+  if (optimum.converged) answer.status = status_of(answer.gap, length.contact);
 }
 
 }  // namespace quoin::geometry

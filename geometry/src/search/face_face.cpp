@@ -36,7 +36,7 @@ FacePair hinted_faces(const Solid& a, const Solid& b, const FeatureHint& hint) {
 
 bool look_at_each_other(const Solid& a, const Solid& b, const FacePair& faces) {
   return faces.a >= 0 && faces.b >= 0 &&
-         along(a.face_normal(faces.a), b.face_normal(faces.b)) <= kOpposite;
+         along(a.face_normal(faces.a), b.face_normal(faces.b)) <= kTouchingOpposite;
 }
 
 /// Does a face around `face` look at the other solid, too?
@@ -68,10 +68,10 @@ void name_face(const Solid& solid, int face, std::array<int, 4>& vertices, int& 
 }
 
 /// Two whole faces, in the order in which the pair is worked.
-class FlushPair {
+class FlushFaces {
  public:
-  FlushPair(const Solid& a, const Solid& b, const FacePair& faces, const Lengths& length,
-            ContactPolygon& part)
+  FlushFaces(const Solid& a, const Solid& b, const FacePair& faces, const Lengths& length,
+             ContactPolygon& part)
       : reversed_(in_reverse_order(a, b)),
         p_(reversed_ ? b : a),
         q_(reversed_ ? a : b),
@@ -106,7 +106,7 @@ class FlushPair {
     const Vector3 point_q = point_p + gap_ * normal;
     const double beyond_p = std::max(0.0, normal.dot(high_ - point_p));
     const double beyond_q = std::max(0.0, normal.dot(point_q - low_));
-    answer.status = status_of(gap_, length_);
+    answer.status = status_of(gap_, length_.contact);
     answer.gap = gap_ + 0.0;  // one zero, as of the normal
     answer.normal = reversed_ ? Vector3(one_zero(-Vec3(normal))) : normal;
     answer.point_a = reversed_ ? point_q : point_p;
@@ -177,7 +177,7 @@ bool flush_answer(const Solid& a, const Solid& b, double tolerance, const Featur
   if (!look_at_each_other(a, b, faces)) return false;
   const Lengths length = lengths(a, b, tolerance);
   if (length.uneven) return false;
-  FlushPair pair(a, b, faces, length, part.emplace());
+  FlushFaces pair(a, b, faces, length, part.emplace());
   if (!pair.carries_answer()) {
     part.reset();
     return false;

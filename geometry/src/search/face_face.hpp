@@ -10,9 +10,6 @@
 
 namespace quoin::geometry {
 
-/// Cosine of two faces that look at each other; only speed hangs on it.
-inline constexpr double kOpposite = -1.0 + 1e-6;
-
 /// Does a face look at the other solid? One steeper than 30 degrees does not.
 bool looks_along(const Solid& solid, int face, const Vector3& outward);
 

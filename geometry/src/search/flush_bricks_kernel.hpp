@@ -79,12 +79,9 @@ struct LaneFace {
     }
   }
   void find_slope(const Vector& own, const Vector& normal, const Vector& u, const Vector& v) {
-    constexpr double kUpright = 1e-3;
     const Lanes across = own.dot(normal);
-    const auto upright = across.size().below(Lanes::all(kUpright));
-    const Lanes none = Lanes::all(0.0);
-    slope_x = none.where(upright, negated(own.dot(u)) / across);
-    slope_y = none.where(upright, negated(own.dot(v)) / across);
+    slope_x = negated(own.dot(u)) / across;
+    slope_y = negated(own.dot(v)) / across;
   }
   void lay_over(const LaneFace& other) {
     const int base = other.forth == 0 ? 0 : 3;
@@ -97,14 +94,14 @@ struct LaneFace {
 };
 
 template <class Lanes>
-class FlushPairs {
+class FlushLanes {
  public:
-  FlushPairs(const FlushQuestion& question, FlushAnswer& answer)
+  FlushLanes(const FlushQuestion& question, FlushAnswer& answer)
       : in_(question), out_(answer), frame_p_(question.p), frame_q_(question.q) {
     unsigned bits = 0;
     for (unsigned k = 0; k < 4; ++k) bits |= static_cast<unsigned>(question.reversed[k]) << k;
     reversed_ = Lanes::flags(bits);
-    good_ = Lanes::flags(15);
+    good_ = every();
   }
 
   void solve() {
@@ -130,8 +127,10 @@ class FlushPairs {
   using Sum = LaneSum<Lanes>;
 
   static Lanes all(double x) { return Lanes::all(x); }
+  static Flags every() { return Lanes::flags(15); }
+  static Flags unless(const Flags& flags) { return every().without(flags); }
   static Flags reaches(const Lanes& x, const Lanes& least) {  // x >= least, false for NaN
-    return Lanes::flags(15).without(x.below(least)) & ordered(x) & ordered(least);
+    return unless(x.below(least)) & ordered(x) & ordered(least);
   }
   static Flags ordered(const Lanes& x) { return (x - x).below(all(1.0)); }
   void need(const Flags& flags) { good_ = good_ & flags; }
@@ -151,7 +150,7 @@ class FlushPairs {
     const Lanes widest = contact_.larger(place).larger(all(kClearAbove) * rounding_);
     clear_ = all(kFarBelow) * smaller_;
     need(widest.below(clear_));
-    need(Lanes::flags(15).without((all(kUneven) * smaller_).below(larger_)));
+    need(unless((all(kUneven) * smaller_).below(larger_)));
   }
 
   /// As PlacedPair.
@@ -182,14 +181,14 @@ class FlushPairs {
     for (std::size_t k = 0; k < 4; ++k) {
       const Vector offset = Vector::of(side.set[k]) - base;
       value[k] = offset.dot(local);
-      const Flags more = k == 0 ? Lanes::flags(15) : most.below(value[k]);
+      const Flags more = k == 0 ? every() : most.below(value[k]);
       top = k == 0 ? offset : offset.where(more, top);
       most = k == 0 ? value[0] : value[k].where(more, most);
     }
     const Lanes flat = most - all(kClearBelow) * rounding_, clear = most - clear_;
     for (std::size_t k = 0; k < 4; ++k) {
       const Vector offset = Vector::of(side.others[k]) - base;
-      need(Lanes::flags(15).without(value[k].below(flat)));
+      need(unless(value[k].below(flat)));
       need(offset.dot(local).below(clear));
     }
   }
@@ -199,7 +198,7 @@ class FlushPairs {
     const Vector own_p = Vector::of(in_.p.normal[0]), own_q = Vector::of(in_.q.normal[0]);
     normal_p_ = frame_p_.normal(own_p);
     normal_q_ = frame_q_.normal(own_q);
-    need(Lanes::flags(15).without(all(kOpposite).below(normal_p_.dot(normal_q_))));
+    need(unless(all(kTouchingOpposite).below(normal_p_.dot(normal_q_))));
     const Flags by_q = diameter_p_.below(diameter_q_);
     normal_ = (-normal_q_).where(by_q, normal_p_);
     base_p_ = Vector::of(in_.p.origin[0]);
@@ -248,7 +247,7 @@ class FlushPairs {
       off_plane = off_plane.larger(own.dot(corner - first).size());
       offsets[k] = corner - base;
     }
-    need(Lanes::flags(15).without((all(kFlatLabel) * border_).below(off_plane)));
+    need(unless((all(kFlatLabel) * border_).below(off_plane)));
     const Vector from = origin - high_;
     const Vector axes[3] = {frame.turned_back(axis_u_), frame.turned_back(axis_v_),
                             frame.turned_back(normal_)};
@@ -336,7 +335,7 @@ class FlushPairs {
     }
     Lanes count = all(0.0);
     for (const Piece& side : pieces_) {
-      need(Lanes::flags(15).without(side.starts ^ side.ends));
+      need(unless(side.starts ^ side.ends));
       count = count + all(1.0).where(side.starts, all(0.0));
     }
     need(all(2.5).below(count));
@@ -348,7 +347,7 @@ class FlushPairs {
     const Flags ends = inside_p_[i][j], leaves = crosses & ends, enters = crosses.without(ends);
     const Flags twice = (leaves & (of_p.ends | of_q.starts)) | (enters & (of_p.starts | of_q.ends));
     const Flags contradicted = crosses.without(inside_q_[i][after_j] ^ ends);
-    need(Lanes::flags(15).without(twice | contradicted));
+    need(unless(twice | contradicted));
     const Lanes share = deep_[i][j] / (deep_[i][j] - deep_[after_i][j]);
     const Lanes x = p_.x[i] + share * p_.side_x[i], y = p_.y[i] + share * p_.side_y[i];
     const int tail = q_.tail(j);
@@ -414,7 +413,7 @@ class FlushPairs {
       const Piece& piece = pieces_[k];
       const Lanes triangle = (piece.start_x - centroid_x_) * (piece.end_y - centroid_y_) -
                              (piece.start_y - centroid_y_) * (piece.end_x - centroid_x_);
-      need(Lanes::flags(15).without(piece.starts.without(all(0.0).below(triangle))));
+      need(unless(piece.starts.without(all(0.0).below(triangle))));
       half[k] = all(0.25) * triangle;
     }
     const auto corners = out_.corners.begin();
@@ -448,7 +447,7 @@ class FlushPairs {
     return &corner;
   }
 
-  /// Wide, and the best plane of all: as FlushPair.
+  /// Wide, and the best plane of all: as FlushFaces.
   void prove() {
     need((all(8.0) * contact_ * larger_).below(area_));
     const Flags apart = (all(kApart) * rounding_).below(gap_);
@@ -473,8 +472,8 @@ class FlushPairs {
   /// Are the corners the contact points as they are: of pairs within reach.
   void take_points() {
     const Lanes none = all(0.0), reach = all(in_.reach);
-    const Flags touching = Lanes::flags(15).without(contact_.below(gap_.size()));
-    const Flags listed = Lanes::flags(15).without(reach.below(gap_).without(touching));
+    const Flags touching = unless(contact_.below(gap_.size()));
+    const Flags listed = unless(reach.below(gap_).without(touching));
     const Lanes above = (reach - gap_).larger(none);
     const Lanes band = contact_.larger(above);
     Lanes lowest = all(kInfinity), highest = all(-kInfinity);
@@ -485,11 +484,10 @@ class FlushPairs {
       lowest = lowest.smaller(gap).where(here, lowest);
       highest = highest.larger(gap).where(here, highest);
     }
-    const Flags settled = Lanes::flags(15)
-                              .without(clear_.below(band))
+    const Flags settled = unless(clear_.below(band))
                               .without((gap_ + band).below(highest))
                               .without((gap_ + border_).below(lowest));
-    need(settled | Lanes::flags(15).without(listed));
+    need(settled | unless(listed));
     out_.listed = listed.bits();
     gap_.store(out_.gap.of);
     contact_.store(out_.tolerance.of);

@@ -29,7 +29,7 @@ bool general_answer(const CanonicalPair& pair, const Question& question, Quick& 
   };
   if (length.uneven || !warm()) {
     if (!length.uneven && !quick.searched &&
-        searched_answer(pair.a(), pair.b(), length, quick, answer)) {
+        searched_answer(pair.a(), pair.b(), length, question.hint, quick, answer)) {
       return true;
     }
     if (length.uneven || !fast_answer(pair, quick, optimum)) {
@@ -59,7 +59,7 @@ bool general_answer(const CanonicalPair& pair, const Question& question, Quick& 
   const auto& [a, b, options, hint, length, faces] = question;
   Quick quick{.hint = trial, .iterations = answer.iterations};
   const bool hint_left = trial == Trial::Undecided && hint.vertices_a[0] >= 0;
-  if (!length.uneven && !hint_left && searched_answer(a, b, length, quick, answer)) {
+  if (!length.uneven && !hint_left && searched_answer(a, b, length, hint, quick, answer)) {
     answer.iterations = quick.iterations;
     return;
   }

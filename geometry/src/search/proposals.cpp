@@ -3,6 +3,7 @@
 #include <limits>
 #include <utility>
 
+#include "numeric/branchless.hpp"
 #include "numeric/error_bounds.hpp"
 #include "search/touching_faces.hpp"
 
@@ -128,12 +129,34 @@ bool settle_corners(const Solid& p, const Solid& q, const SearchResult& found,
          settle_normal(p, q, length, found.normal, plane);
 }
 
+namespace {
+
+/// Could a face carry a support plane along a direction alone? Its own vertices are then level.
+bool is_level(const Solid& solid, int face, const Vector3& outward, double flat) {
+  const Vec3 local = solid.turned_back(outward);
+  double low = kInfinity, high = -kInfinity;
+  for (const int v : solid.topology().face_set(face)) {
+    const double value = dot(row_offset(solid, v), local);
+    low = lesser(low, value);
+    high = greater(high, value);
+  }
+  return low >= high - flat;
+}
+
+}  // namespace
+
 bool whole_faces(const Solid& p, const Solid& q, const Lengths& length, const Candidate& near,
                  Optimum& optimum) {
   const int face_p = facing_face(p, near.support_p.vertex, near.normal);
   const int face_q = facing_face(q, near.support_q.vertex, -near.normal);
   if (face_p < 0 || face_q < 0) return false;
-  if (!(p.face_normal(face_p).dot(q.face_normal(face_q)) <= kTouchingOpposite)) return false;
+  const Vector3 normal_p = p.face_normal(face_p), normal_q = q.face_normal(face_q);
+  if (!(normal_p.dot(normal_q) <= kTouchingOpposite)) return false;
+  const double flat = kClearBelow * length.rounding;
+  const bool by_p = p.diameter() >= q.diameter();
+  if (!(by_p ? is_level(q, face_q, -normal_p, flat) : is_level(p, face_p, -normal_q, flat))) {
+    return false;
+  }
   ContactSets& sets = optimum.plane.sets;
   take_feature(p, {FeatureKind::Face, face_p}, sets.p, sets.face_p);
   take_feature(q, {FeatureKind::Face, face_q}, sets.q, sets.face_q);

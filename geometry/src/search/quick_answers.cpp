@@ -88,27 +88,62 @@ bool middle_plane(const CanonicalPair& pair, const Vector3& middle, Optimum& opt
   scan(p, q, middle, plane);
   if (!(std::abs(plane.gap) <= length.rounding)) return false;
   find_sets(p, q, length, plane);
-  if (!lies_over(p, q, plane, nullptr, -length.rounding)) return false;
+  if (!lies_over_within(p, q, length.rounding, plane)) return false;
   return optimum.converged = optimum.several = optimum.middle = true;
+}
+
+/// Describes what `find` proves.
+template <class Find>
+bool proved_answer(const CanonicalPair& pair, Quick& quick, NearestFeatures& answer,
+                   const Find& find) {
+  LateInit<ContactPolygon> faces;
+  Optimum optimum(faces);
+  if (!find(optimum)) return false;
+  describe_best(pair, optimum, answer);
+  quick.iterations += optimum.iterations;
+  if (pair.reversed) swap_names(answer);
+  return true;
+}
+
+/// The gap along a direction of any length, times that.
+double gap_along(const Solid& a, const Solid& b, const Vector3& direction) {
+  const PairSupport both = support_pair(a, b, direction);
+  return direction.dot(b.vertex(both.q.vertex) - a.vertex(both.p.vertex));
 }
 
 /// Bricks that touch, from what the directions of their faces and edges have shown.
 [[gnu::noinline]] bool touching_answer(const CanonicalPair& pair, Quick& quick,
                                        NearestFeatures& answer) {
-  LateInit<ContactPolygon> faces;
-  Optimum optimum(faces);
-  const auto found = [&] {
+  return proved_answer(pair, quick, answer, [&](Optimum& optimum) {
     if (quick.middle) return middle_plane(pair, *quick.middle, optimum);
     if (!quick.facing) return false;
     const Vector3& across = *quick.facing;
     return touching_edges(pair.p, pair.q, pair.length, across, optimum) ||
-           touching_faces(pair.p, pair.q, pair.length, across, optimum);
+           touching_faces(pair.p, pair.q, pair.length, across, SharedWidth::Any, optimum);
+  });
+}
+
+/// Two bricks, by box SAT; `quick.searched` where it has found the least overlap.
+bool brick_answer(const CanonicalPair& pair, Quick& quick, NearestFeatures& answer) {
+  quick.parted = true;
+  if (part_bricks(pair, quick)) return overlapping_answer(pair, quick, answer);
+  return touching_answer(pair, quick, answer);
+}
+
+/// Bricks that touch, within noise, along last step's normal: what they touch with changes with the
+/// noise, but not the faces or edges that it belongs to.
+bool touched_answer(const Solid& a, const Solid& b, const Lengths& length, const FeatureHint& hint,
+                    Quick& quick, NearestFeatures& answer) {
+  if (!(std::abs(gap_along(a, b, hint.normal)) <=
+        kTouchingTilt * std::min(a.diameter(), b.diameter()))) {
+    return false;
+  }
+  const CanonicalPair pair = ordered(a, b, length);
+  const Vector3 across = pair.reversed ? Vector3(-hint.normal) : hint.normal;
+  const auto wide_faces = [&](Optimum& optimum) {
+    return touching_faces(pair.p, pair.q, length, across, SharedWidth::Wide, optimum);
   };
-  if (!found()) return false;
-  describe_best(pair, optimum, answer);
-  quick.iterations += optimum.iterations;
-  if (pair.reversed) swap_names(answer);
-  return true;
+  return proved_answer(pair, quick, answer, wide_faces) || brick_answer(pair, quick, answer);
 }
 
 }  // namespace
@@ -125,14 +160,14 @@ void describe_best(const CanonicalPair& pair, Optimum& optimum, NearestFeatures&
   describe(p, q, straight ? clear : optimum, length, answer);
 }
 
-bool searched_answer(const Solid& a, const Solid& b, const Lengths& length, Quick& quick,
-                     NearestFeatures& answer) {
+bool searched_answer(const Solid& a, const Solid& b, const Lengths& length, const FeatureHint& hint,
+                     Quick& quick, NearestFeatures& answer) {
+  const bool bricks = are_bricks(a, b), hinted = hint.vertices_a[0] >= 0;
+  if (bricks && hinted && touched_answer(a, b, length, hint, quick, answer)) return true;
+  if (quick.searched) return false;
   if (has_plain_corners(a, b) && corner_answer(a, b, length, quick, answer)) return true;
-  if (are_bricks(a, b)) {
-    const CanonicalPair pair = ordered(a, b, length);
-    if (part_bricks(pair, quick)) return overlapping_answer(pair, quick, answer);
-    if (touching_answer(pair, quick, answer)) return true;
-  }
+  if (bricks && !quick.parted && brick_answer(ordered(a, b, length), quick, answer)) return true;
+  if (quick.searched) return false;
   const SearchResult found = nearest_feature_search(a, b, b.vertex_mean() - a.vertex_mean(),
                                                     kSearchShare * length.rounding);
   quick.iterations += found.iterations;

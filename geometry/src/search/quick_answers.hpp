@@ -13,6 +13,7 @@ namespace quoin::geometry {
 /// work in the order of the caller: turned round, each of their steps is the same but for signs.
 struct Quick {
   Trial hint = Trial::Undecided;  // what became of last step's features
+  bool parted = false;            // box SAT was asked
   bool searched = false;
   SearchResult found = {};             // if `searched`: in the order in which the pair is worked
   std::optional<Vector3> flat = {};    // across which solids that overlap lie flat on each other
@@ -31,9 +32,9 @@ inline bool hinted_answer(const Solid& a, const Solid& b, const Lengths& length,
   return trial == Trial::Proved;
 }
 
-/// The answer of a cold search.
-bool searched_answer(const Solid& a, const Solid& b, const Lengths& length, Quick& quick,
-                     NearestFeatures& answer);
+/// The answer of a search that starts cold, but for where bricks touched last step.
+bool searched_answer(const Solid& a, const Solid& b, const Lengths& length, const FeatureHint& hint,
+                     Quick& quick, NearestFeatures& answer);
 
 /// The plane that carries the answer, from where the searches have come to.
 bool fast_answer(const CanonicalPair& pair, Quick& quick, Optimum& optimum);

@@ -29,12 +29,24 @@ Neighbour nearest_neighbour(const Solid& p, const Solid& q, int face) {
   return best;
 }
 
-/// The edge between two faces, and how far these reach away from it, m; -1: they have none.
+/// The edge between two faces; -1: they have none.
 struct Rim {
   int edge = -1;
   std::array<int, 2> ends{};
   Vector3 from, line;  // m
-  double depth = kInfinity;
+
+  /// How far the faces reach away from it, m.
+  double depth(const Solid& solid) const {
+    const auto [v, w] = ends;
+    double least = kInfinity;
+    for (const int end : {v, w}) {
+      for (const int other : solid.topology().neighbours(end)) {
+        if (other == v || other == w) continue;
+        least = std::min(least, line.cross(solid.line(end, other)).squaredNorm());
+      }
+    }
+    return std::sqrt(least / line.squaredNorm());
+  }
 };
 Rim rim_between(const Solid& solid, int f, int g) {
   const Topology& topology = solid.topology();
@@ -48,13 +60,6 @@ Rim rim_between(const Solid& solid, int f, int g) {
   const auto [v, w] = rim.ends;
   rim.from = solid.vertex(v);
   rim.line = solid.line(v, w);
-  const double length = rim.line.norm();
-  for (const int end : {v, w}) {
-    for (const int other : topology.neighbours(end)) {
-      if (other == v || other == w) continue;
-      rim.depth = std::min(rim.depth, rim.line.cross(solid.line(end, other)).norm() / length);
-    }
-  }
   return rim;
 }
 
@@ -196,7 +201,7 @@ bool touching_edges(const Solid& p, const Solid& q, const Lengths& length, const
   if (!find_rims(p, q, across, rims)) return false;
   const Stretch stretch(rims);
   const double farthest = std::max(stretch.first.between.norm(), stretch.last.between.norm());
-  if (!(farthest <= kTouchingTilt * std::min(stretch.length, rims.p.depth))) return false;
+  if (!(farthest <= kTouchingTilt * std::min(stretch.length, rims.p.depth(p)))) return false;
   ++optimum.iterations;
   const Directions directions(stretch, stretch.seen_along(rims.second));
   const Direction& best = directions.best();

@@ -53,6 +53,13 @@ struct SharedPlaces {
   }
 };
 
+/// Is what the faces share so wide that they alone come so near each other, and not their edges?
+bool is_wide(const Solid& p, const Solid& q, const SharedPlaces& places, double rounding) {
+  const double size = std::min(p.diameter(), q.diameter()), width = places.span / size;
+  const double reach = places.high - places.gap + 2.0 * rounding;
+  return reach <= kTouchingTilt * width && width > kWideTouch * kTouchingTilt * size;
+}
+
 /// Is no plane better than the lowest gap, but by rounding, and none of another direction as good?
 bool is_least(const Solid& p, const Solid& q, const Vector3& normal, const SharedPlaces& places,
               double rounding) {
@@ -65,18 +72,29 @@ bool is_least(const Solid& p, const Solid& q, const Vector3& normal, const Share
   return down > 2.0 * std::abs(places.gap) + 4.0 * kTouchingTilt * aside;
 }
 
-/// The faces that look along a direction and against it, and what they share; the normal is P's.
-bool share_faces(const Solid& p, const Solid& q, const Vector3& across, double rounding,
-                 Vector3& normal, SharedPlaces& places) {
-  const PairSupport near = support_pair(p, q, across);
-  const int face_p = facing_face(p, near.p.vertex, across);
-  const int face_q = facing_face(q, near.q.vertex, -across);
-  if (face_p < 0 || face_q < 0) return false;
-  normal = p.face_normal(face_p);
-  if (!(normal.dot(q.face_normal(face_q)) <= kTouchingOpposite)) return false;
-  const ContactPlane plane(p.vertex(near.p.vertex), normal);
+/// The faces that look along a direction and against it; the normal is P's.
+struct FacingFaces {
+  int p = -1, q = -1;
+  Vector3 normal;
+
+  /// False: they do not look at each other.
+  bool find(const Solid& solid_p, const Solid& solid_q, const Vector3& across) {
+    const PairSupport near = support_pair(solid_p, solid_q, across);
+    p = facing_face(solid_p, near.p.vertex, across);
+    q = facing_face(solid_q, near.q.vertex, -across);
+    if (p < 0 || q < 0) return false;
+    normal = solid_p.face_normal(p);
+    return normal.dot(solid_q.face_normal(q)) <= kTouchingOpposite;
+  }
+};
+
+/// What two faces share; false: nothing, or they are not flat.
+bool share_faces(const Solid& p, const Solid& q, const FacingFaces& faces, double rounding,
+                 SharedPlaces& places) {
+  // From a place that hangs on the face alone: which corner is lowest hangs on it within rounding.
+  const ContactPlane plane(p.vertex(p.topology().face(faces.p)[0]), faces.normal);
   PolygonRows rows_p, rows_q;
-  if (!lay_face(p, face_p, plane, 1.0, rows_p) || !lay_face(q, face_q, plane, -1.0, rows_q)) {
+  if (!lay_face(p, faces.p, plane, 1.0, rows_p) || !lay_face(q, faces.q, plane, -1.0, rows_q)) {
     return false;
   }
   append_shared_of_polygons(rows_p, rows_q, rounding, places.corners);
@@ -109,12 +127,16 @@ bool take_settled(const Solid& p, const Solid& q, const Lengths& length, Optimum
 }
 
 bool touching_faces(const Solid& p, const Solid& q, const Lengths& length, const Vector3& across,
-                    Optimum& optimum) {
+                    SharedWidth least, Optimum& optimum) {
   ++optimum.iterations;
-  Vector3 normal;
+  const bool wide = least == SharedWidth::Wide;
+  FacingFaces faces;
+  if (!faces.find(p, q, across)) return false;
+  if (wide && !(faces.normal.dot(across) >= -kTouchingOpposite)) return false;
   SharedPlaces places;
-  if (!share_faces(p, q, across, length.rounding, normal, places) ||
-      !is_least(p, q, normal, places, length.rounding)) {
+  if (!share_faces(p, q, faces, length.rounding, places) ||
+      (wide && !is_wide(p, q, places, length.rounding)) ||
+      !is_least(p, q, faces.normal, places, length.rounding)) {
     return false;
   }
   const SharedCorner& corner = places.corners[places.lowest];
@@ -122,8 +144,8 @@ bool touching_faces(const Solid& p, const Solid& q, const Lengths& length, const
   take_feature(p, corner.feature_p, sets.p, sets.face_p);
   take_feature(q, corner.feature_q, sets.q, sets.face_q);
   CandidatePlane& plane = optimum.plane;
-  if (!settle(p, q, length, sets, normal, plane)) return false;
-  const double aside = std::abs(plane.gap) * (plane.normal - normal).norm();
+  if (!settle(p, q, length, sets, faces.normal, plane)) return false;
+  const double aside = std::abs(plane.gap) * (plane.normal - faces.normal).norm();
   const bool over = aside <= length.rounding || lies_over(p, q, plane, nullptr, -length.rounding);
   return over && plane.gap >= places.gap - length.rounding && take_settled(p, q, length, optimum);
 }
