@@ -51,8 +51,13 @@ void add_turn(const BodyContact& contact, const ContactGeometry& mean, const Vec
     return;
   }
   const Vector3 across_a = mean.edge_a.cross(n), across_b = mean.edge_b.cross(n);
-  on_a -= (across_b.dot(lever) / across_b.dot(mean.edge_a)) * across_a.transpose() * rotation_a;
-  on_b -= (across_a.dot(lever) / across_a.dot(mean.edge_b)) * across_b.transpose() * rotation_b;
+  const Vector3 turn_a = -across_b.dot(lever) / across_b.dot(mean.edge_a) * across_a;
+  const Vector3 turn_b = -across_a.dot(lever) / across_a.dot(mean.edge_b) * across_b;
+  // Mean edges are normal to the mean normal to second order of the turn only. What the moments of
+  // both miss then is theirs by halves: angular momentum is kept.
+  const Vector3 missing = 0.5 * (n.cross(lever) - turn_a - turn_b);
+  on_a += (turn_a + missing).transpose() * rotation_a;
+  on_b += (turn_b + missing).transpose() * rotation_b;
 }
 
 /// The tangents turn with the owner of the normal: (r × t)·m as above, so that shear forces on

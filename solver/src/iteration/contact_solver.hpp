@@ -36,8 +36,11 @@ class ContactSolver {
                         std::span<LinearContact> contacts, OpenCloseOptions tuning,
                         BlockVector& increment);
 
-  /// Of the open–close iteration, from the next solve() on.
-  void use(const Threads& threads) { open_close_.use(threads); }
+  /// From the next solve() on.
+  void use(const Threads& threads) {
+    open_close_.use(threads);
+    moving_contacts_.use(threads);
+  }
 
   /// Of the open–close iteration.
   LinearSolver& linear_solver() { return open_close_.linear_solver(); }

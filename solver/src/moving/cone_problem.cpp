@@ -34,18 +34,18 @@ void ConeProblem::set(const BlockSystem& base, const BlockVector& force,
   rigid_ = std::ranges::all_of(slots_->size, [](int n) { return n == 6; });
   compliance_.assign(blocks, Matrix12::Zero());
   free_.resize(blocks);
-  for (std::size_t s = 0; s < blocks; ++s) {
+  threads_.each(blocks, [&](std::size_t s) {
     const int n = slots_->size[s];
     const auto block = base.diagonal[s].topLeftCorner(n, n);
     compliance_[s].topLeftCorner(n, n) = block.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
     Vector12 left = force[s];
     left.head(n) -= block * guess[s].head(n);
     free_[s] = compliance_[s] * left;
-  }
+  });
   cones_.assign(contacts.size(), {});
   rows_.assign(2 * contacts.size(), Matrix3x12::Zero());
   mobility_.assign(2 * contacts.size(), Matrix3x12::Zero());
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
+  threads_.each(contacts.size(), [&](std::size_t i) {
     const LinearContact& c = contacts[i];
     cones_[i].friction = c.law == ContactLaw::Frictionless ? 0.0 : c.friction;
     if (mended_apart > 0.0) cones_[i].unmended = c.start;
@@ -53,39 +53,37 @@ void ConeProblem::set(const BlockSystem& base, const BlockVector& force,
     cones_[i].offset = c.offset - cones_[i].unmended;
     if (c.slot_a >= 0) cones_[i].offset += c.jacobian_a * guess[index(c.slot_a)];
     if (c.slot_b >= 0) cones_[i].offset += c.jacobian_b * guess[index(c.slot_b)];
-  }
-  rigid_ ? set_in<6>() : set_in<12>();
+    rigid_ ? set_contact<6>(i) : set_contact<12>(i);
+  });
 }
 
 template <int n>
-void ConeProblem::set_in() {
-  for (std::size_t i = 0; i < cones_.size(); ++i) {
-    Cone& cone = cones_[i];
-    const LinearContact& c = contacts_[i];
-    const Vector3 share = shares(cone.friction);
-    for (const int side : {0, 1}) {
-      const int slot = side == 0 ? c.slot_a : c.slot_b;
-      if (slot < 0) continue;
-      const ContactJacobian& jacobian = side == 0 ? c.jacobian_a : c.jacobian_b;
-      auto rows = rows_[2 * i + index(side)].leftCols<n>();
-      auto mobility = mobility_[2 * i + index(side)].leftCols<n>();
-      rows = share.asDiagonal() * jacobian.columns<n>();
-      mobility.noalias() = rows * compliance_[index(slot)].topLeftCorner<n, n>();
-      cone.delassus.noalias() += mobility * rows.transpose();
-    }
-    const double directions = cone.friction > 0.0 ? 3.0 : 1.0;
-    if (!(cone.delassus.trace() > 0.0)) continue;  // neither side can move
-    cone.scale = std::sqrt(directions / cone.delassus.trace());
-    for (const std::size_t side : {2 * i, 2 * i + 1}) {
-      rows_[side] *= cone.scale;
-      mobility_[side] *= cone.scale;
-    }
-    cone.delassus *= cone.scale * cone.scale;
-    cone.offset.array() *= cone.scale * share.array();
-    cone.unmended.array() *= cone.scale * share.array();
-    const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(cone.delassus, Eigen::EigenvaluesOnly);
-    cone.relaxation = 1.0 / eigen.eigenvalues()[2];
+void ConeProblem::set_contact(std::size_t i) {
+  Cone& cone = cones_[i];
+  const LinearContact& c = contacts_[i];
+  const Vector3 share = shares(cone.friction);
+  for (const int side : {0, 1}) {
+    const int slot = side == 0 ? c.slot_a : c.slot_b;
+    if (slot < 0) continue;
+    const ContactJacobian& jacobian = side == 0 ? c.jacobian_a : c.jacobian_b;
+    auto rows = rows_[2 * i + index(side)].leftCols<n>();
+    auto mobility = mobility_[2 * i + index(side)].leftCols<n>();
+    rows = share.asDiagonal() * jacobian.columns<n>();
+    mobility.noalias() = rows * compliance_[index(slot)].topLeftCorner<n, n>();
+    cone.delassus.noalias() += mobility * rows.transpose();
   }
+  const double directions = cone.friction > 0.0 ? 3.0 : 1.0;
+  if (!(cone.delassus.trace() > 0.0)) return;  // neither side can move
+  cone.scale = std::sqrt(directions / cone.delassus.trace());
+  for (const std::size_t side : {2 * i, 2 * i + 1}) {
+    rows_[side] *= cone.scale;
+    mobility_[side] *= cone.scale;
+  }
+  cone.delassus *= cone.scale * cone.scale;
+  cone.offset.array() *= cone.scale * share.array();
+  cone.unmended.array() *= cone.scale * share.array();
+  const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(cone.delassus, Eigen::EigenvaluesOnly);
+  cone.relaxation = 1.0 / eigen.eigenvalues()[2];
 }
 
 Vector3 ConeProblem::cone_force(std::size_t contact, const Vector3& force) const {
@@ -112,24 +110,38 @@ void ConeProblem::respond(std::span<const Vector3> x, std::span<Vector3> motion)
 template <int n>
 void ConeProblem::respond_in(std::span<const Vector3> x, std::span<Vector3> motion) {
   increment_ = free_;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    const LinearContact& c = contacts_[i];
-    const auto push = [&](int slot, const Matrix3x12& mobility) {
-      if (slot < 0) return;
-      increment_[index(slot)].head<n>().noalias() += mobility.leftCols<n>().transpose() * x[i];
-    };
-    push(c.slot_a, mobility_[2 * i]);
-    push(c.slot_b, mobility_[2 * i + 1]);
-  }
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    const LinearContact& c = contacts_[i];
+  push_in<n>(mobility_, x, increment_);
+  threads_.each(x.size(), [&](std::size_t i) {
     motion[i] = cones_[i].offset;
-    const auto add = [&](int slot, const Matrix3x12& rows) {
-      if (slot >= 0) motion[i].noalias() += rows.leftCols<n>() * increment_[index(slot)].head<n>();
-    };
-    add(c.slot_a, rows_[2 * i]);
-    add(c.slot_b, rows_[2 * i + 1]);
-  }
+    add_motion<n>(i, motion[i]);
+  });
+}
+
+/// Adds what the contacts push each slot with. Every range of slots goes through all contacts, so
+/// that a slot sums them in their order.
+template <int n>
+void ConeProblem::push_in(std::span<const Matrix3x12> rows, std::span<const Vector3> x,
+                          BlockVector& sum) const {
+  threads_.ranges(sum.size(), [&](std::size_t first, std::size_t end) {
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      const auto push = [&](int slot, const Matrix3x12& row) {
+        if (slot < static_cast<int>(first) || slot >= static_cast<int>(end)) return;
+        sum[index(slot)].head<n>().noalias() += row.leftCols<n>().transpose() * x[i];
+      };
+      push(contacts_[i].slot_a, rows[2 * i]);
+      push(contacts_[i].slot_b, rows[2 * i + 1]);
+    }
+  });
+}
+
+/// A D of `increment_`.
+template <int n>
+void ConeProblem::add_motion(std::size_t contact, Vector3& motion) const {
+  const auto add = [&](int slot, const Matrix3x12& row) {
+    if (slot >= 0) motion.noalias() += row.leftCols<n>() * increment_[index(slot)].head<n>();
+  };
+  add(contacts_[contact].slot_a, rows_[2 * contact]);
+  add(contacts_[contact].slot_b, rows_[2 * contact + 1]);
 }
 
 void ConeProblem::sweep(std::span<Vector3> x) {
@@ -178,26 +190,34 @@ bool ConeProblem::factorize(std::span<const Matrix3> tangents) {
   return solver_.factorize(system_);
 }
 
+/// Every range of slots goes through all contacts; a pair is the range's of its earlier slot.
 template <int n>
 void ConeProblem::assemble_in(std::span<const Matrix3> tangents) {
   using Rows = Eigen::Matrix<double, 3, n>;
   const auto add = [](const Rows& left, const Rows& right, Part<n> block) {
     block.noalias() += left.transpose() * right;
   };
-  for (std::size_t i = 0; i < tangents.size(); ++i) {
-    if (tangents[i].isZero(0.0)) continue;  // open
-    const LinearContact& c = contacts_[i];
-    const Rows a = rows_[2 * i].leftCols<n>(), b = rows_[2 * i + 1].leftCols<n>();
-    const Rows stiff_a = tangents[i] * a, stiff_b = tangents[i] * b;
-    if (c.slot_a >= 0) add(a, stiff_a, system_.diagonal.part<n>(index(c.slot_a)));
-    if (c.slot_b >= 0) add(b, stiff_b, system_.diagonal.part<n>(index(c.slot_b)));
-    if (c.pair < 0) continue;
-    const Part<n> upper = system_.off_diagonal.part<n>(index(c.pair));
-    const Part<n> lower = system_.mirrored.part<n>(index(c.pair));
-    const bool ascending = c.slot_a < c.slot_b;
-    add(a, stiff_b, ascending ? upper : lower);
-    add(b, stiff_a, ascending ? lower : upper);
-  }
+  threads_.ranges(free_.size(), [&](std::size_t first, std::size_t end) {
+    const auto owns = [&](int slot) {
+      return slot >= static_cast<int>(first) && slot < static_cast<int>(end);
+    };
+    for (std::size_t i = 0; i < tangents.size(); ++i) {
+      const LinearContact& c = contacts_[i];
+      const bool owns_a = owns(c.slot_a), owns_b = owns(c.slot_b);
+      if (!(owns_a || owns_b) || tangents[i].isZero(0.0)) continue;  // another range's, or open
+      const Rows a = rows_[2 * i].leftCols<n>(), b = rows_[2 * i + 1].leftCols<n>();
+      const Rows stiff_a = tangents[i] * a, stiff_b = tangents[i] * b;
+      if (owns_a) add(a, stiff_a, system_.diagonal.part<n>(index(c.slot_a)));
+      if (owns_b) add(b, stiff_b, system_.diagonal.part<n>(index(c.slot_b)));
+      if (c.pair < 0) continue;
+      const bool ascending = c.slot_a < c.slot_b;
+      if (!(ascending ? owns_a : owns_b)) continue;
+      const Part<n> upper = system_.off_diagonal.part<n>(index(c.pair));
+      const Part<n> lower = system_.mirrored.part<n>(index(c.pair));
+      add(a, stiff_b, ascending ? upper : lower);
+      add(b, stiff_a, ascending ? lower : upper);
+    }
+  });
 }
 
 void ConeProblem::solve(std::span<const Vector3> right, std::span<Vector3> motion) {
@@ -207,27 +227,13 @@ void ConeProblem::solve(std::span<const Vector3> right, std::span<Vector3> motio
 template <int n>
 void ConeProblem::solve_in(std::span<const Vector3> right, std::span<Vector3> motion) {
   right_.assign(free_.size(), Vector12::Zero());
-  for (std::size_t i = 0; i < right.size(); ++i) {
-    const LinearContact& c = contacts_[i];
-    const auto push = [&](int slot, const Matrix3x12& rows) {
-      if (slot < 0) return;
-      right_[index(slot)].head<n>().noalias() += rows.leftCols<n>().transpose() * right[i];
-    };
-    push(c.slot_a, rows_[2 * i]);
-    push(c.slot_b, rows_[2 * i + 1]);
-  }
-  BlockVector& answer = increment_;
-  answer.resize(right_.size());
-  solver_.solve(right_, answer);
-  for (std::size_t i = 0; i < motion.size(); ++i) {
-    const LinearContact& c = contacts_[i];
+  push_in<n>(rows_, right, right_);
+  increment_.resize(right_.size());
+  solver_.solve(right_, increment_);
+  threads_.each(motion.size(), [&](std::size_t i) {
     motion[i].setZero();
-    const auto add = [&](int slot, const Matrix3x12& rows) {
-      if (slot >= 0) motion[i].noalias() += rows.leftCols<n>() * answer[index(slot)].head<n>();
-    };
-    add(c.slot_a, rows_[2 * i]);
-    add(c.slot_b, rows_[2 * i + 1]);
-  }
+    add_motion<n>(i, motion[i]);
+  });
 }
 
 }  // namespace quoin::solver

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "contact/linear_contact.hpp"
+#include "linear/threads.hpp"
 #include "linear_solver.hpp"
 
 namespace quoin::solver {
@@ -19,6 +20,13 @@ class ConeProblem {
  public:
   explicit ConeProblem(const Slots& slots, StepWatch* watch)
       : slots_(&slots), solver_(slots, watch) {}
+
+  /// From here on; passes of Gauss–Seidel and eliminations take one.
+  void use(const Threads& threads) {
+    threads_ = threads;
+    solver_.use(threads);
+  }
+  const Threads& threads() const { return threads_; }
 
   /// Whether all contacts follow Coulomb's law alone: no springs, bonds, cohesion, held points.
   static bool suits(std::span<const LinearContact> contacts);
@@ -59,9 +67,14 @@ class ConeProblem {
     double relaxation = 1.0;             ///< 1 / its largest eigenvalue
   };
   template <int n>
-  void set_in();
+  void set_contact(std::size_t i);
   template <int n>
   void respond_in(std::span<const Vector3> x, std::span<Vector3> motion);
+  template <int n>
+  void push_in(std::span<const Matrix3x12> rows, std::span<const Vector3> x,
+               BlockVector& sum) const;
+  template <int n>
+  void add_motion(std::size_t contact, Vector3& motion) const;
   template <int n>
   void sweep_in(std::size_t contact, std::span<Vector3> x);
   template <int n>
@@ -70,6 +83,7 @@ class ConeProblem {
   void solve_in(std::span<const Vector3> right, std::span<Vector3> motion);
 
   const Slots* slots_;
+  Threads threads_;
   LinearSolver solver_;
   bool rigid_ = false;
   const BlockSystem* base_ = nullptr;

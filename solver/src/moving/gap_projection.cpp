@@ -21,15 +21,17 @@ void GapProjection::start(const ConeProblem& problem, std::span<const Vector3> x
   tangents_.assign(x.size(), Matrix3::Zero());
   borne_.resize(x.size());
   sticks_.resize(x.size());
+  closed_.assign(x.size(), 0);
   for (std::size_t i = 0; i < x.size(); ++i) {
     gap_[i] = motion[i] + problem.unmended(i);
     borne_[i] = modes[i] == ContactMode::Open ? 0.0 : x[i][0];
     sticks_[i] = modes[i] == ContactMode::Stick;
   }
+  multiplier_ = borne_;
 }
 
 bool GapProjection::pressed(std::size_t contact) const {
-  return kStiff * (gap_[contact][0] + moved_[contact][0]) < borne_[contact];
+  return kStiff * (gap_[contact][0] + moved_[contact][0]) < multiplier_[contact];
 }
 
 /// m
@@ -55,12 +57,15 @@ double GapProjection::largest_gap(const ConeProblem& problem) const {
 bool GapProjection::find_step(ConeProblem& problem) {
   const bool first = next_forces_.empty();
   next_forces_.resize(gap_.size());
+  changed_ = first;
   for (std::size_t i = 0; i < gap_.size(); ++i) {
     const double stick = sticks_[i] ? kStick : 0.0;
     const bool closed = pressed(i) || (first && borne_[i] > 0.0);
+    changed_ = changed_ || closed != (closed_[i] != 0);
+    closed_[i] = closed;
     tangents_[i].diagonal() << (closed ? kStiff : 0.0), stick, stick;
     next_forces_[i] = -tangents_[i] * gap_[i];
-    if (!closed) next_forces_[i][0] = -borne_[i];
+    next_forces_[i][0] += (closed ? multiplier_[i] : 0.0) - borne_[i];
   }
   if (!problem.factorize(tangents_)) return false;
   problem.solve(next_forces_, next_moved_);
@@ -75,10 +80,17 @@ double GapProjection::slope(double share) const {
     const Vector3 step = next_moved_[i] - moved_[i];
     const Vector3 left = gap_[i] + moved_[i] + share * step;
     sum += (forces_[i] + share * (next_forces_[i] - forces_[i])).dot(step);
-    sum += std::min(borne_[i], kStiff * left[0]) * step[0];
+    sum += (borne_[i] - std::max(0.0, multiplier_[i] - kStiff * left[0])) * step[0];
     if (sticks_[i]) sum += kStick * left.tail<2>().dot(step.tail<2>());
   }
   return sum;
+}
+
+/// Where the function has its minimum: its forces are the next multipliers.
+void GapProjection::update_multipliers() {
+  for (std::size_t i = 0; i < gap_.size(); ++i) {
+    multiplier_[i] = std::max(0.0, borne_[i] + forces_[i][0]);
+  }
 }
 
 void GapProjection::take_step() {
@@ -108,6 +120,7 @@ IterationCount GapProjection::solve(ConeProblem& problem, std::span<const Vector
     ++count.solves;
     take_step();
     apart = largest_gap(problem) > limit.residual;
+    if (!changed_) update_multipliers();
   }
   count.converged = !apart;
   return count;

@@ -31,12 +31,15 @@ class GapProjection {
   bool find_step(ConeProblem& problem);
   double slope(double share) const;
   void take_step();
+  void update_multipliers();
 
   std::vector<Vector3> gap_, moved_, forces_;  ///< g and t, A D, and the forces that give D
   std::vector<Vector3> next_moved_, next_forces_;
   std::vector<Matrix3> tangents_;
-  std::vector<double> borne_;  ///< x_n
-  std::vector<char> sticks_;
+  std::vector<double> borne_;       ///< x_n
+  std::vector<double> multiplier_;  ///< of the normal forces
+  std::vector<char> sticks_, closed_;
+  bool changed_ = false;  ///< what is closed, in the last step
 };
 
 }  // namespace quoin::solver

@@ -16,9 +16,9 @@ constexpr double kSoftness = 0.03;  // and, where Newton's method does not end i
 constexpr int kMostSoft = 12;       // steps, by
 constexpr double kSofter = 4.0;     // times as much, up to
 constexpr double kSoftest = 2.0;
-constexpr double kNear = 1e-3;   // the residual from which hard contacts are what they yield about
-constexpr int kMostMending = 8;  // steps of the projection, to
-constexpr double kGap = 5e3;     // times the tolerance, of the smallest block
+constexpr double kNear = 1e-3;    // the residual from which hard contacts are what they yield about
+constexpr int kMostMending = 20;  // steps of the projection, to
+constexpr double kGap = 5e3;      // times the tolerance, of the smallest block
 
 void add(const IterationCount& part, IterationCount& total) {
   total.converged = part.converged;

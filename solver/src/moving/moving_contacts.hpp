@@ -16,6 +16,9 @@ class MovingContacts {
   explicit MovingContacts(const Slots& slots, StepWatch* watch = nullptr)
       : slots_(&slots), problem_(slots, watch) {}
 
+  /// From the next solve() on.
+  void use(const Threads& threads) { problem_.use(threads); }
+
   /// As OpenClose::solve, for contacts that ConeProblem::suits. `options.force_tolerance`: of the
   /// natural map, by the largest force.
   OpenCloseResult solve(const BlockSystem& base, const BlockVector& force,

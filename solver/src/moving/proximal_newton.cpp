@@ -56,7 +56,7 @@ bool ProximalNewton::find_step(ConeProblem& problem, double share, double smooth
   tangents_.resize(x.size());
   right_.resize(x.size());
   motion_.resize(x.size());
-  for (std::size_t i = 0; i < x.size(); ++i) {
+  problem.threads().each(x.size(), [&](std::size_t i) {
     const Vector3 trial = x[i] - corrected(u_[i]);
     const auto [value, derivative] = project_smoothly(trial, smoothing);
     const Matrix3 slope = derivative * correction_slope(u_[i]);
@@ -65,7 +65,7 @@ bool ProximalNewton::find_step(ConeProblem& problem, double share, double smooth
     const Matrix3 inverse = matrix.inverse();
     tangents_[i] = inverse * slope;
     right_[i] = inverse * (value - x[i]);
-  }
+  });
   if (!problem.factorize(tangents_)) return false;
   problem.solve(right_, motion_);
   return true;

@@ -155,19 +155,21 @@ void set_held_point(const ImpactStep& at, const HeldPoint& held, LinearContact& 
 
 /// Until the first impact contacts that were closed before pushed as in the last step,
 /// unless that was an impulse.
-void add_earlier_impulses(std::span<const BodyContact> contacts, const Attempt& attempt,
-                          VelocityProblem& problem) {
+void add_earlier_impulses(const ImpactStep& at, std::span<const BodyContact> contacts,
+                          const Attempt& attempt, VelocityProblem& problem) {
   problem.pushed_before.clear();
   const double share = attempt.first_impact;
   if (!(share > 0.0)) return;
+  LinearContact end;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const Contact& before = contacts[i].state;
     const LinearContact& c = attempt.linear[i];
     if (!contacts[i].was_closed || before.impact || c.compliant) continue;
     const Vector3 push =
         2.0 * share * force_in_frame(before, contacts[i], attempt.contacts[i].point.normal);
-    if (c.slot_a >= 0) problem.force[index(c.slot_a)] += c.jacobian_a.push(push);
-    if (c.slot_b >= 0) problem.force[index(c.slot_b)] += c.jacobian_b.push(push);
+    linearise_velocity(contacts[i], at.poses, end);  // a mean arm would keep no angular momentum
+    if (c.slot_a >= 0) problem.force[index(c.slot_a)] += end.jacobian_a.push(push);
+    if (c.slot_b >= 0) problem.force[index(c.slot_b)] += end.jacobian_b.push(push);
     if (c.slot_a >= 0 && c.slot_b >= 0) problem.pushed_before.emplace_back(c.slot_a, c.slot_b);
   }
 }
@@ -220,7 +222,7 @@ void set_blocks(const ImpactStep& at, std::span<const BodyContact> contacts, con
     problem.force[s].setZero();
     problem.force[s].head(inertia.width()) = inertia[s] * velocity.head(inertia.width());
   }
-  add_earlier_impulses(contacts, attempt, problem);
+  add_earlier_impulses(at, contacts, attempt, problem);
 }
 
 /// What the positions' forces have done is part of the velocities.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "index.hpp"
 #include "step/contact_search.hpp"
 
 namespace quoin::solver {
@@ -9,7 +10,8 @@ namespace {
 
 // Of the smaller block of a pair.
 constexpr double kMissed = 1e-9;      // an overlap that is none
-constexpr double kYielded = 1e-5;     // one that a contact which yields may leave
+constexpr double kYielded = 1e-6;     // one that a contact which yields may leave
+constexpr double kTurned = 1e-6;      // by which a contact may overlap more than it says
 constexpr double kBesideFace = 1e-3;  // pairs farther apart at the end did not touch
 constexpr double kThrough = 0.5;      // what is so deep has not passed beside
 
@@ -37,7 +39,7 @@ BodyContact missed_contact(const CompiledScene& compiled, std::span<const Pose> 
 
 /// What the attempt knew, sorted.
 struct Known {
-  std::vector<geometry::ContactKey> keys;
+  std::vector<std::pair<geometry::ContactKey, std::size_t>> keys;  ///< and which contact
   std::vector<Pair> soft;      ///< pairs that a closed spring holds, but not exactly
   std::vector<Pair> yielding;  ///< pairs that a closed contact holds, nearly
 };
@@ -47,7 +49,7 @@ Known known_contacts(const Island& island) {
   for (std::size_t i = 0; i < island.contacts.size(); ++i) {
     const BodyContact& contact = island.contacts[i];
     const SolvedContact& c = island.attempt.positions[i];
-    known.keys.push_back(contact.state.point.key);
+    known.keys.emplace_back(contact.state.point.key, i);
     if (c.mode == ContactMode::Open) continue;
     if (c.compliant) known.soft.emplace_back(contact.a, contact.b);
     if (island.memory.solver.yielding()) known.yielding.emplace_back(contact.a, contact.b);
@@ -58,11 +60,38 @@ Known known_contacts(const Island& island) {
   return known;
 }
 
-/// Does the attempt hold the point, or what is there as well as it holds anything?
+/// The contact of the attempt with this key, or null.
+BodyContact* known_contact(const Known& known, const geometry::ContactKey& key, Island& island) {
+  const auto at =
+      std::ranges::lower_bound(known.keys, key, {}, [](const auto& k) { return k.first; });
+  const bool found = at != known.keys.end() && at->first == key;
+  return found ? &island.contacts[at->second] : nullptr;
+}
+
+/// Whether the features of a contact that was open overlap by more than its place and normal have
+/// it: of edges that were nearly parallel where it was found, and have turned.
+bool has_turned(const BodyContact& contact, std::span<const Pose> end,
+                const geometry::ContactPoint& point, double size) {
+  if (contact.was_closed) return false;
+  const double gap = contact_geometry(contact, end[index(contact.a)], end[index(contact.b)]).gap;
+  return point.gap < gap - kTurned * size;
+}
+
+/// The same contact, held where and as it stands at the end.
+BodyContact turned(const BodyContact& contact, const BodyContact& at_end) {
+  BodyContact result = at_end;
+  result.state = contact.state;
+  result.state.point = at_end.state.point;
+  result.state.anchor_a = at_end.state.anchor_a;
+  result.state.anchor_b = at_end.state.anchor_b;
+  result.laid = contact.laid;
+  return result;
+}
+
+/// Does the attempt hold what is there as well as it holds anything?
 bool holds(const Known& known, const geometry::ContactPoint& point, double size) {
   const Pair pair(point.key.a, point.key.b);
-  return std::ranges::binary_search(known.keys, point.key) ||
-         std::ranges::binary_search(known.soft, pair) ||
+  return std::ranges::binary_search(known.soft, pair) ||
          (point.gap > -kYielded * size && std::ranges::binary_search(known.yielding, pair));
 }
 
@@ -82,14 +111,24 @@ bool add_missed(const CompiledScene& compiled, std::span<const Pose> end, Island
   };
   if (std::ranges::none_of(island.found_end, overlaps)) return false;
   const Known known = known_contacts(island);
-  const std::size_t before = island.contacts.size();
+  bool any = false;
   for (const geometry::ContactPoint& point : island.found_end) {
     const double size = pair_size(compiled, point.key.a, point.key.b);
-    if (!overlaps(point) || holds(known, point, size)) continue;
+    if (!overlaps(point)) continue;
+    BodyContact* contact = known_contact(known, point.key, island);
+    if (contact != nullptr ? !has_turned(*contact, end, point, size) : holds(known, point, size)) {
+      continue;
+    }
     island.missing = point;
-    island.contacts.push_back(missed_contact(compiled, end, island.found_end, point));
+    any = true;
+    const BodyContact missed = missed_contact(compiled, end, island.found_end, point);
+    if (contact != nullptr) {
+      *contact = turned(*contact, missed);
+    } else {
+      island.contacts.push_back(missed);
+    }
   }
-  return island.contacts.size() > before;
+  return any;
 }
 
 bool drop_ghosts(const CompiledScene& compiled, Island& island) {
