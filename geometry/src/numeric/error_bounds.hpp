@@ -87,8 +87,6 @@ inline constexpr double kAsNear = 3 / kSearchShare;
 /// Of eps D: a triangle higher than that has a normal that its corners' rounding, eps D, turns by
 /// less than 1e-6 rad. A slimmer one's direction is not known.
 inline constexpr double kSlimHeight = 1e6;
-/// Cosine: a broad plane within 4.5e-5 rad of a slim one may stand for it; chosen.
-inline constexpr double kSameDirection = 1.0 - 1e-9;
 /// Squared: directions within 1e-6 rad count as one.
 inline constexpr double kOneDirection = 1e-12;
 /// Cosine: EPA takes directions within 4.5e-7 rad for one, half of that: it leaves those between

@@ -568,14 +568,12 @@ class Polytope {
     if (result.directions > 1 && is.touching) take_middle(-sum, result);
   }
 
-  /// A slim plane's direction is not known: one beside it that is as good stands for it, if that is
-  /// broad.
+  /// A slim plane's direction is not known: a broad one that is as good stands for it.
   const SupportPlane& whose_direction_is_known(const SupportPlane& plane) const {
     if (!plane.slim) return plane;
     const SupportPlane* best = &plane;
     for (const SupportPlane& other : broad_) {
-      const bool as_good = other.value.high <= plane.value.high + kTie * rounding_ &&
-                           dot(other.normal, plane.normal) >= kSameDirection;
+      const bool as_good = other.value.high <= plane.value.high + kTie * rounding_;
       if (as_good && (best->slim || is_better(other, *best))) best = &other;
     }
     return *best;
