@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "guarded_main.hpp"
 #include "motion_judge.hpp"
 #include "rigid_scene_of_file.hpp"
 #include "scene_file/run_scene.hpp"
@@ -94,13 +95,7 @@ int main_program(int argc, char** argv) {
   }
   arguments.scene = words[0];
   arguments.code = words[1];
-  try {
-    std::printf("%s\n", run(arguments).dump().c_str());
-    return 0;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "%s: %s\n", argv[0], error.what());
-    return 1;
-  }
+  return guarded(argv[0], [&] { std::printf("%s\n", run(arguments).dump().c_str()); });
 }
 
 }  // namespace

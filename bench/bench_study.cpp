@@ -10,6 +10,7 @@
 #include <regex>
 #include <stdexcept>
 
+#include "guarded_main.hpp"
 #include "rigid_scene_of_file.hpp"
 #include "scene_file/run_scene.hpp"
 #include "scene_file/study_grid.hpp"
@@ -130,7 +131,7 @@ std::vector<Vector3d> ends_of_study(const std::string& path) {
   return scene_file::finest_ends(points);
 }
 
-int run(Arguments& arguments) {
+void run(Arguments& arguments) {
   const std::vector<Contestant> all = peers();
   for (const Contestant& peer : all) {
     if (std::regex_search(peer.name, std::regex(arguments.who))) {
@@ -149,12 +150,11 @@ int run(Arguments& arguments) {
     compare_with(ends_of_study(arguments.against), points);
   mark_best(points);
   write_csv(arguments.axes, points, stdout);
-  if (arguments.out.empty()) return 0;
+  if (arguments.out.empty()) return;
   std::ofstream out(arguments.out);
   const std::string scene = std::filesystem::path(arguments.scene).filename().string();
   out << to_json(scene, arguments.axes, points).dump(1) << "\n";
   if (!out) throw std::runtime_error("can't write " + arguments.out);
-  return 0;
 }
 
 int main_program(int argc, char** argv) {
@@ -184,12 +184,7 @@ int main_program(int argc, char** argv) {
                  argv[0]);
     return 2;
   }
-  try {
-    return run(arguments);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "%s: %s\n", argv[0], error.what());
-    return 1;
-  }
+  return guarded(argv[0], [&] { run(arguments); });
 }
 
 }  // namespace

@@ -102,28 +102,29 @@ void ContactSolver::start(int crowd) {
   if (stage_ == Stage::Crowd && hard_ == Try::Now) stage_ = Stage::OpenClose;
 }
 
-bool ContactSolver::try_another(const OpenCloseResult& solved, double gains, double allowed) {
-  if (!automatic_ || !yielding_) return false;
-  if (stage_ == Stage::Loose) {
-    if (gains <= allowed && solved.closed) return false;
-    loose_ = Try::Failed;
-    return true;
-  }
-  if (gains <= allowed || hard_ != Try::None || sub_steps_left_ > 0) return false;
-  hard_ = Try::Now;
-  return true;
-}
-
-bool ContactSolver::try_another() {
+bool ContactSolver::try_another(const AttemptOutcome& outcome) {
   if (!automatic_) return false;
-  if (hard_ == Try::Now) {
-    hard_ = Try::Failed;
-    return true;
+  const bool gained = yielding_ && outcome.gains > outcome.allowed;
+  switch (stage_) {
+    case Stage::Loose:
+      if (outcome.solved && !gained && (outcome.closed || !yielding_)) return false;
+      loose_ = Try::Failed;
+      return true;
+    case Stage::Crowd:
+      if (!outcome.solved || !gained || hard_ != Try::None || sub_steps_left_ > 0) return false;
+      hard_ = Try::Now;
+      return true;
+    case Stage::OpenClose:
+      if (outcome.solved) return false;
+      if (hard_ == Try::Now) {
+        hard_ = Try::Failed;
+        return true;
+      }
+      if (loose_ == Try::Failed || !quick_) return false;
+      loose_ = Try::Now;
+      return true;
   }
-  if (stage_ == Stage::Crowd || loose_ == Try::Failed) return false;
-  if (stage_ == Stage::OpenClose && !quick_) return false;
-  loose_ = stage_ == Stage::Loose ? Try::Failed : Try::Now;
-  return true;
+  return false;
 }
 
 int ContactSolver::crowd() const {

@@ -6,6 +6,13 @@
 
 namespace quoin::solver {
 
+/// What an attempt at a sub-step came to.
+struct AttemptOutcome {
+  bool solved = false;
+  bool closed = true;                 ///< all gaps that should be
+  double gains = 0.0, allowed = 0.0;  ///< of energy, and what a run may gain without a flag, J
+};
+
 /// Keeps the memory of both iterations, and what an attempt at a sub-step has spent.
 class ContactSolver {
  public:
@@ -23,11 +30,9 @@ class ContactSolver {
   /// and this one was not.
   bool note(bool solved);
 
-  /// The attempt was solved: true where another iteration is to try it as it is, since contacts
-  /// that yield left gaps, or gained energy. `gains`, and what a run may gain without a flag: J.
-  bool try_another(const OpenCloseResult& solved, double gains, double allowed);
-  /// The attempt was not solved: likewise.
-  bool try_another();
+  /// True where another iteration is to try the attempt as it is: it was not solved, or contacts
+  /// that yield left gaps or gained energy.
+  bool try_another(const AttemptOutcome& outcome);
   /// Another sub-step is next.
   void move_on();
 

@@ -17,6 +17,9 @@ struct OpenCloseOptions {
   /// and stretches are mended apart from the forces. 0: forces mend them, as those of velocities
   /// do.
   double mended_apart = 0.0;
+  /// Of the proximal Newton method: another linearisation will follow. Forces to a thousandth do,
+  /// and gaps are left.
+  bool rough = false;
   int max_iterations = 200;
   bool raise = false;      ///< augmentation where the gap falls slowly
   bool predicted = false;  ///< the first guess is no solution yet: blocks may stand instead

@@ -1,6 +1,7 @@
 #include "step/step_attempt.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "contact/joint_failure.hpp"
 #include "contact/joint_law.hpp"
@@ -14,14 +15,16 @@ namespace {
 
 constexpr int kLinearisations = 30;
 constexpr int kStrictLinearisations = 10;  // to the last bit; then to the tolerance
-// Changes go down quadratically: what the next linearisation would still mend is the square of it.
-constexpr double kAgreement = 1e-9;      // of the smallest block, where contacts yield, and
-constexpr int kQuickLinearisations = 4;  // after so many: contacts that go to and fro are left
-constexpr double kLooseAgreement = 1e-4;
-constexpr int kMostLinearisations = 12;  // of them where gaps differ by more than this from what
-constexpr double kUnforeseen = 3e-7;     // the last one says: a bin of 200 rocks takes 12
-constexpr double kOpened = 10.0;         // of the gap tolerance: closed contacts are good to one
-constexpr double kClosed = 1e4;          // likewise: where contacts yield they are good to so much
+// Where contacts yield, of the smallest block. Changes go down quadratically: what the next
+// linearisation would still mend is the square of it.
+constexpr double kRough = 1e-3;      // one that changed blocks by more is followed by a rough one
+constexpr double kAgreement = 1e-9;  // of two linearisations, and, from the fifth on:
+constexpr int kQuickLinearisations = 4;
+constexpr double kLooseAgreement = 1e-4;  // contacts that go to and fro are left, but for
+constexpr int kMostLinearisations = 12;   // so many passes where the blocks end with overlaps
+constexpr double kUnforeseen = 3e-7;      // beyond what the last one says
+constexpr double kOpened = 10.0;          // of the gap tolerance: closed contacts are good to one
+constexpr double kClosed = 1e4;           // likewise: where contacts yield they are good to so much
 
 void by_slot(const Slots& slots, const BlockVector& blocks, BlockVector& by_slot) {
   by_slot.resize(slots.block_of_slot.size());
@@ -97,8 +100,10 @@ OpenCloseResult solve_positions(const SubStep& step, std::span<const BodyContact
   tuning.raise = step.options.method == ContactMethod::AugmentedLagrangian;
   tuning.mended_apart = kClosed * step.gap_tolerance();
   OpenCloseResult total;
+  double change = std::numeric_limits<double>::infinity();  // by the last linearisation, m
   for (int pass = 0; pass < kLinearisations; ++pass) {
     tuning.predicted = pass == 0;
+    tuning.rough = pass < kQuickLinearisations && !(change <= kRough * step.island.smallest_size);
     if (tuning.predicted) {
       linearise_first(step, contacts, memory, poses, linear);
     } else {
@@ -118,11 +123,12 @@ OpenCloseResult solve_positions(const SubStep& step, std::span<const BodyContact
     add(solved, total);
     total.closed = solved.closed;  // of the last linearisation
     if (!solved.converged) break;
+    change = solved.change;
     const auto overlap = [&] { return unforeseen_overlap(poses, contacts, linear); };
-    if (memory.solver.yielding() ? nearly_agrees(step, pass, solved.change, overlap)
-                                 : agrees(pass, tuning, solved.change)) {
-      break;
-    }
+    const bool agreed = memory.solver.yielding()
+                            ? !tuning.rough && nearly_agrees(step, pass, change, overlap)
+                            : agrees(pass, tuning, change);
+    if (agreed) break;
     total.converged = false;  // until the next linearisation agrees
   }
   return total;

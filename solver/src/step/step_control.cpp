@@ -137,28 +137,26 @@ void note_energy(const StepRun& run, const SubStep& step, const Island& island) 
 }
 
 /// Of the attempt, J.
-double energy_growth(const StepRun& run, const SubStep& step, const Island& island) {
-  return energy_growth(step, island.attempt.energy, run.work.end,
+double energy_growth(const StepRun& run, const Island& island) {
+  return energy_growth(sub_step(run, island), island.attempt.energy, run.work.end,
                        stored_energy(run.compiled, island, run.work.stored));
 }
 
-/// The attempt was solved, but another iteration is to try it.
-bool try_another(const StepRun& run, Island& island) {
+/// Another iteration is to try the attempt.
+bool try_another(const StepRun& run, Island& island, double growth) {
   double scale = 0.0;
   for (const int block : island.own()) scale += run.work.energy_scale[index(block)].value();
-  return island.memory.solver.try_another(island.attempt.solved,
-                                          energy_growth(run, sub_step(run, island), island),
-                                          kEnergyGrowth * scale);
+  return island.memory.solver.try_another(
+      {island.solved, island.attempt.solved.closed, growth, kEnergyGrowth * scale});
 }
 
-/// The attempt is the island's next sub-step.
-void accept(const StepRun& run, Island& island) {
+/// The attempt is the island's next sub-step. `growth`: energy_growth() of it.
+void accept(const StepRun& run, Island& island, double growth) {
   Workspace& work = run.work;
   const SubStep step = sub_step(run, island);
   const StepEnergy& energy = island.attempt.energy;
   island.still = stood_still(run, island);
   const int crowd = keeps_modes(island) ? 0 : island.memory.solver.crowd();
-  const double growth = energy_growth(run, step, island);
   book(energy, growth, island.energy);
   const bool first = island.count.sub_steps == 0;
   island.count.energy_growth = first ? growth : std::max(island.count.energy_growth, growth);
@@ -270,14 +268,14 @@ Island* take_sub_steps(const StepRun& run, std::span<Island* const> islands) {
       }
       const bool too_far = options.max_displacement_ratio > 0.0 &&
                            island->attempt.displacement > options.max_displacement_ratio;
-      ContactSolver& solver = island->memory.solver;
-      if (island->solved ? solver.yielding() && try_another(run, *island) : solver.try_another()) {
+      const double growth = island->solved ? energy_growth(run, *island) : 0.0;
+      if (try_another(run, *island, growth)) {
         reject(run, *island, island->length);
         continue;
       }
       const bool other_iteration = note_attempt(options, *island);
       if (island->solved && !(too_far && can_cut)) {
-        accept(run, *island);
+        accept(run, *island, growth);
         continue;
       }
       (island->solved ? report.cuts_by_displacement : report.cuts_by_convergence)++;
@@ -303,7 +301,7 @@ Island* take_static_step(const StepRun& run, std::span<Island* const> islands) {
                            : 0.0;
       const bool taken = island->solved && (!too_long(island->stride) || cut == kStaticCuts);
       if (taken) {
-        accept(run, *island);
+        accept(run, *island, energy_growth(run, *island));
         search.pseudo_step = std::min(search.pseudo_step, tau);
         return true;
       }
