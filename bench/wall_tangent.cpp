@@ -90,7 +90,7 @@ std::vector<LinearContact> contacts_of(const ContactProblem& problem,
     c.slot_b = given.b;
     if (given.a >= 0) c.jacobian_a.rigid = given.rows_a;
     if (given.b >= 0) c.jacobian_b.rigid = given.rows_b;
-    set_augmentation(compliance, kStrainAugmentation, c);
+    set_augmentation(compliance, c);
   }
   return contacts;
 }

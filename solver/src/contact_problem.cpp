@@ -133,7 +133,7 @@ LinearContact compiled_contact(const ContactProblem::Contact& contact,
   c.assumed = contact.force[0] > 0.0 ? ContactMode::Stick : ContactMode::Open;
   if (contact.a >= 0) set_jacobian(contact.rows_a, c.jacobian_a);
   if (contact.b >= 0) set_jacobian(contact.rows_b, c.jacobian_b);
-  set_augmentation(compliance, kStrainAugmentation, c);
+  set_augmentation(compliance, c);
   return c;
 }
 

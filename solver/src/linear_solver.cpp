@@ -23,9 +23,6 @@ bool LinearSolver::rigid() const {
 bool LinearSolver::wants_multigrid(const BlockSystem& system) {
   if (system.frames.empty()) return false;
   if (kind_ != LinearSolverKind::Automatic) return kind_ == LinearSolverKind::Multigrid;
-  // Coarse rigid bodies say nothing of how blocks deform together: no tangent of a deformable wall
-  // is solved in 60 iterations.
-  if (distributed_ == nullptr && !rigid()) return false;
   return elimination_.work(system) > kWork * slots_->count();
 }
 

@@ -127,10 +127,12 @@ void linearise(const BodyContact& contact, const StepPoses& poses,
 
 namespace {
 
-/// Augmentation over the stiffness that the two blocks oppose to the contact. Chosen: 1e4, 1e5 and
-/// 1e6 were tried on the inclines, towers and rocking blocks; higher needs fewer updates of the
-/// multipliers and leaves fewer digits to the forces.
+/// Augmentation over the stiffness that the two blocks oppose to the contact, and over that of
+/// their strain alone. Chosen: of the first, 1e4, 1e5 and 1e6 were tried on the inclines, towers
+/// and rocking blocks; higher needs fewer updates of the multipliers and leaves fewer digits to the
+/// forces. The second is what lets stiff blocks (E 1e12) settle in a few solves; it was not varied.
 constexpr double kAugmentation = 1e5;
+constexpr double kStrainAugmentation = 1e2;
 
 /// J M J^T of the two tangential rows.
 template <int n>
@@ -152,10 +154,9 @@ double largest_eigenvalue(const Eigen::Matrix2d& m) {
   return 0.5 * (m(0, 0) + m(1, 1)) + std::hypot(0.5 * (m(0, 0) - m(1, 1)), m(0, 1));
 }
 
-/// Lets stiff blocks (E 1e12) settle in a few solves by what it has over their strain.
-double augmentation(double compliance, double over_strain, double strain_compliance) {
+double augmentation(double compliance, double strain_compliance) {
   return kAugmentation / compliance +
-         (strain_compliance > 0.0 ? over_strain / strain_compliance : 0.0);
+         (strain_compliance > 0.0 ? kStrainAugmentation / strain_compliance : 0.0);
 }
 
 /// Calls `add` with the slot and the Jacobian of each of the contact's blocks that has unknowns.
@@ -185,7 +186,7 @@ double shear_compliance(const LinearContact& c, const SquareBlocks& compliance) 
   return largest_eigenvalue(sum);
 }
 
-void set_augmentation(const SquareBlocks& compliance, double over_strain, LinearContact& linear) {
+void set_augmentation(const SquareBlocks& compliance, LinearContact& linear) {
   double strain = 0.0;
   Eigen::Matrix2d strain_shear = Eigen::Matrix2d::Zero();
   for_each_side(linear, [&](std::size_t slot, const ContactJacobian& jacobian) {
@@ -193,12 +194,11 @@ void set_augmentation(const SquareBlocks& compliance, double over_strain, Linear
     strain += square<6>(compliance.part<6>(slot, 6), *jacobian.strain);
     strain_shear += tangential<6>(compliance.part<6>(slot, 6), *jacobian.strain);
   });
-  linear.normal_stiffness =
-      augmentation(normal_compliance(linear, compliance), over_strain, strain);
+  linear.normal_stiffness = augmentation(normal_compliance(linear, compliance), strain);
   linear.shear_stiffness = 0.0;
   if (linear.law == ContactLaw::Frictionless) return;
-  linear.shear_stiffness = augmentation(shear_compliance(linear, compliance), over_strain,
-                                        largest_eigenvalue(strain_shear));
+  linear.shear_stiffness =
+      augmentation(shear_compliance(linear, compliance), largest_eigenvalue(strain_shear));
 }
 
 void linearise_velocity(const BodyContact& contact, const StepPoses& poses, LinearContact& linear) {

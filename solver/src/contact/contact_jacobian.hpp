@@ -29,16 +29,8 @@ void linearise(const BodyContact& contact, const StepPoses& poses,
 void linearise_velocity(const BodyContact& contact, const StepPoses& poses, LinearContact& linear);
 
 /// Augmentation of normal and shear from what the two blocks alone oppose to the contact;
-/// compliance: inverse of each block's K, by slot. `over_strain`: over the stiffness of their
-/// strain alone.
-void set_augmentation(const SquareBlocks& compliance, double over_strain, LinearContact& linear);
-
-/// Over the stiffness of strain, in a dynamic and in a static step. Gaps of a standing wall of 371
-/// blocks (E 5e9) fall fourfold with each update of the multipliers with 1e2, and a hundredfold
-/// with 1e4. Where an arch of E 1e12 falls, 1e3 takes 0.8 of the solves of 1e2, and 1e4 four times
-/// as many: what rounding leaves of gaps is then 3e-2 of a block's weight.
-inline constexpr double kStrainAugmentation = 1e3;
-inline constexpr double kStaticStrainAugmentation = 1e4;
+/// compliance: inverse of each block's K, by slot.
+void set_augmentation(const SquareBlocks& compliance, LinearContact& linear);
 
 /// Displacement of the contact per unit force on it, blocks alone, m/N: along the normal, and along
 /// the softest tangent, so that nothing hangs on how t1 and t2 lie.

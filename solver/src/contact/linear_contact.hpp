@@ -1,7 +1,6 @@
 #pragma once
 /// One contact of a linearised step: what contact_jacobian makes and open_close works on.
 
-#include <cmath>
 #include <memory>
 #include <quoin/solver/state.hpp>
 
@@ -115,13 +114,5 @@ struct LinearContact {
   double bound = 0.0;                    ///< result: friction limit, N
   ContactMode mode = ContactMode::Open;  ///< result
 };
-
-/// Gaps and slips within `rounding` (m) are zero: redundant contacts then agree. What they would
-/// bear for such gaps finds no end.
-inline void round_to_zero(Vector3& relative, double rounding) {
-  for (double& d : relative) {
-    if (std::abs(d) <= rounding) d = 0.0;
-  }
-}
 
 }  // namespace quoin::solver

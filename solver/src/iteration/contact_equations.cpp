@@ -13,6 +13,14 @@ namespace {
 constexpr double kRounding = 16.0 * std::numeric_limits<double>::epsilon();  // a sum of 12 products
 constexpr double kNoForce = 1e-300;  // N: keeps a quotient finite where no force acts
 
+/// Between blocks that stand gaps and slips within their rounding are zero: redundant contacts then
+/// agree. What they would bear for such gaps finds no end.
+void round_to_zero(Vector3& relative, double rounding) {
+  for (double& d : relative) {
+    if (std::abs(d) <= rounding) d = 0.0;
+  }
+}
+
 }  // namespace
 
 ContactEquations::ContactEquations(const Slots& slots)
@@ -29,13 +37,13 @@ template <int n>
 void ContactEquations::shift_in(const BlockEquations& blocks, std::span<LinearContact> contacts,
                                 const BlockVector& guess, double gap_rounding) {
   right_.resize(guess.size());
-  guess_floor_.resize(guess.size());
+  floor_.resize(guess.size());
   for (std::size_t s = 0; s < guess.size(); ++s) {
     Vector12 inner = Vector12::Zero();
     inner.head<n>() = blocks.base.diagonal.part<n>(s) * guess[s].head<n>();
     right_[s] = blocks.force[s] - inner;
     const double length = slots_->length[s];
-    guess_floor_[s] = kRounding * (force_size(blocks.force[s], length) + force_size(inner, length));
+    floor_[s] = kRounding * (force_size(blocks.force[s], length) + force_size(inner, length));
   }
   for (LinearContact& c : contacts) {
     c.guess = c.offset;
@@ -51,8 +59,8 @@ void ContactEquations::shift_in(const BlockEquations& blocks, std::span<LinearCo
     move(c.slot_b, c.jacobian_b);
     if (size == 0.0) round_to_zero(c.guess, gap_rounding);
     const double noise = kRounding * std::max(c.normal_stiffness, c.shear_stiffness) * size;
-    if (c.slot_a >= 0) guess_floor_[index(c.slot_a)] += noise;
-    if (c.slot_b >= 0) guess_floor_[index(c.slot_b)] += noise;
+    if (c.slot_a >= 0) floor_[index(c.slot_a)] += noise;
+    if (c.slot_b >= 0) floor_[index(c.slot_b)] += noise;
   }
 }
 
@@ -68,15 +76,11 @@ void ContactEquations::evaluate_in(const BlockSystem& base, std::span<LinearCont
                                    const BlockVector& change, Law law, double softness) {
   residual_.resize(change.size());
   scale_.resize(change.size());
-  floor_.resize(change.size());
-  motion_.resize(change.size());
-  threads_.each(change.size(),
-                [&](std::size_t s) { motion_[s] = motion_of(change[s], slots_->length[s]); });
   threads_.each(contacts.size(),
                 [&](std::size_t i) { evaluate_contact<n>(change, law, softness, contacts[i]); });
   threads_.ranges(change.size(), [&](std::size_t first, std::size_t end) {
     evaluate_blocks<n>(base, change, first, end);
-    push_blocks<n>(contacts, softness, first, end);
+    push_blocks<n>(contacts, first, end);
   });
 }
 
@@ -105,23 +109,17 @@ void ContactEquations::evaluate_blocks(const BlockSystem& base, const BlockVecto
     inner.head<n>() = base.diagonal.part<n>(s) * change[s].head<n>();
     residual_[s] = right_[s] - inner;
     const double length = slots_->length[s];
-    const double size = force_size(inner, length);
-    scale_[s] = force_size(right_[s], length) + size;
-    floor_[s] = guess_floor_[s] + kRounding * size;
+    scale_[s] = force_size(right_[s], length) + force_size(inner, length);
   }
 }
 
 /// What the contacts push those slots with. Every range goes through all contacts, so that a slot
 /// sums them in their order.
 template <int n>
-void ContactEquations::push_blocks(std::span<const LinearContact> contacts, double softness,
-                                   std::size_t first, std::size_t end) {
+void ContactEquations::push_blocks(std::span<const LinearContact> contacts, std::size_t first,
+                                   std::size_t end) {
   for (const LinearContact& c : contacts) {
     if (c.mode == ContactMode::Open) continue;
-    const double motion = (c.slot_a < 0 ? 0.0 : motion_[index(c.slot_a)]) +
-                          (c.slot_b < 0 ? 0.0 : motion_[index(c.slot_b)]);
-    const double noise =
-        kRounding * softness * std::max(c.normal_stiffness, c.shear_stiffness) * motion;
     const auto push = [&](int slot, const ContactJacobian& jacobian) {
       if (slot < static_cast<int>(first) || slot >= static_cast<int>(end)) return;
       Vector12& residual = residual_[index(slot)];
@@ -130,7 +128,6 @@ void ContactEquations::push_blocks(std::span<const LinearContact> contacts, doub
         residual.tail<6>().noalias() += jacobian.strain->transpose() * c.force;
       }
       scale_[index(slot)] += c.force.norm();
-      floor_[index(slot)] += noise;
     };
     push(c.slot_a, c.jacobian_a);
     push(c.slot_b, c.jacobian_b);

@@ -65,17 +65,15 @@ class ContactEquations {
   void evaluate_blocks(const BlockSystem& base, const BlockVector& change, std::size_t first,
                        std::size_t end);
   template <int n>
-  void push_blocks(std::span<const LinearContact> contacts, double softness, std::size_t first,
-                   std::size_t end);
+  void push_blocks(std::span<const LinearContact> contacts, std::size_t first, std::size_t end);
 
   Threads threads_;
   const Slots* slots_;
   bool rigid_;
   BlockVector right_;  ///< F - K D0
   BlockVector residual_;
-  std::vector<double> scale_;                ///< force scale, per slot, N
-  std::vector<double> guess_floor_, floor_;  ///< what rounding makes of a residual, per slot, N
-  std::vector<double> motion_;
+  std::vector<double> scale_;  ///< force scale, per slot, N
+  std::vector<double> floor_;  ///< what rounding makes of a residual, per slot, N
 };
 
 }  // namespace quoin::solver

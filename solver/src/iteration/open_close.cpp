@@ -125,14 +125,6 @@ double OpenClose::stand(const BlockEquations& blocks, std::span<LinearContact> c
   return taken_back;
 }
 
-/// A step with the modes that contacts are taken to have. From nothing, a course of a wall would
-/// close in each of Newton's steps.
-void OpenClose::step_assumed(double softness, NewtonCount& count) {
-  newton_.evaluate(Law::Assumed, softness);
-  ++count.iterations;
-  if (!newton_.step(Law::Assumed, softness, count)) newton_.evaluate(Law::True, softness);
-}
-
 /// Soft contacts only hand their forces on as the next multipliers: good to a share is enough until
 /// the gaps are within the tolerance.
 double OpenClose::wanted_residual(std::span<const LinearContact> contacts,
@@ -149,8 +141,9 @@ double OpenClose::wanted_residual(std::span<const LinearContact> contacts,
 /// soft ones all at once. Where it fails it goes back to the last solution with softer contacts,
 /// and stiffer ones again as they are quickly solved.   [Rockafellar 1976]
 bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptions& options,
-                         Progress progress, NewtonCount& count) {
+                         NewtonCount& count) {
   const bool springs = std::ranges::any_of(contacts, &LinearContact::compliant);
+  Progress progress;
   double& softness = progress.softness;
   solved_.assign(newton_.change().size(), Vector12::Zero());
   while (count.iterations < options.max_iterations) {
@@ -158,7 +151,6 @@ bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptio
     const double wanted = wanted_residual(contacts, options, softness);
     if (newton_.relax(wanted, softness, options.max_iterations, count)) {
       solved_ = newton_.change();
-      progress.assumes = false;
       const bool exact = newton_.equations().relative_residual() <= options.force_tolerance;
       if (exact && (softness == 1.0 || !springs) && settled(contacts, options, progress)) {
         return true;
@@ -169,10 +161,6 @@ bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptio
     } else {
       newton_.set_change(solved_);
       softness = softness == 1.0 ? kSoft : std::max(kSoftest, kSofter * softness);
-      if (progress.assumes) {
-        step_assumed(softness, count);
-        continue;
-      }
     }
     newton_.evaluate(Law::True, softness);
   }
@@ -218,30 +206,6 @@ bool OpenClose::settled(std::span<LinearContact> contacts, const OpenCloseOption
   return false;
 }
 
-/// Whether the forces of the last solution solve these equations, too, where gaps and slips within
-/// their rounding are zero: what another linearisation has changed then is rounding, which stiff
-/// contacts would answer with forces.
-bool OpenClose::still_solved(std::span<LinearContact> contacts, const OpenCloseOptions& options) {
-  if (solved_forces_.size() != contacts.size()) return false;
-  before_.clear();
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    LinearContact& c = contacts[i];
-    before_.push_back({c.multiplier, c.guess});
-    if (c.compliant) continue;
-    c.multiplier = solved_forces_[i];
-    round_to_zero(c.guess, options.gap_rounding);
-  }
-  newton_.evaluate(Law::True, 1.0);
-  const double residual = newton_.equations().relative_residual();
-  if (residual <= kAtRest * options.force_tolerance && violation(contacts) == 0.0) return true;
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    contacts[i].multiplier = before_[i].multiplier;
-    contacts[i].guess = before_[i].guess;
-  }
-  newton_.evaluate(Law::True, 1.0);
-  return false;
-}
-
 OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& force,
                                  std::span<LinearContact> contacts, const OpenCloseOptions& options,
                                  BlockVector& increment) {
@@ -258,24 +222,18 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
     result.converged = true;  // nothing has happened since the last step
     return result;
   }
-  if (!options.predicted && still_solved(contacts, options)) {
-    result.residual = equations.relative_residual();
-    result.converged = true;
-    return result;
-  }
   NewtonCount count;
-  const Progress progress{.assumes = result.residual > kFarResidual};
-  if (progress.assumes) step_assumed(1.0, count);
-  result.converged = converge(contacts, options, progress, count);
+  if (result.residual > kFarResidual) {
+    newton_.evaluate(Law::Assumed, 1.0);
+    ++count.iterations;
+    if (!newton_.step(Law::Assumed, 1.0, count)) newton_.evaluate(Law::True, 1.0);
+  }
+  result.converged = converge(contacts, options, count);
   result.iterations = count.iterations;
   result.solves = count.solves;
   result.factorizations = count.factorizations;
   result.residual = equations.relative_residual();
-  solved_forces_.clear();
-  for (LinearContact& c : contacts) {
-    c.assumed = c.mode;
-    solved_forces_.push_back(c.force);
-  }
+  for (LinearContact& c : contacts) c.assumed = c.mode;
   for (std::size_t s = 0; s < increment.size(); ++s) {
     const Vector12& change = newton_.change()[s];
     increment[s] += change;

@@ -63,33 +63,24 @@ class OpenClose {
     double softness = 1.0;  ///< of all contacts: share of their stiffness
     int updates = 0;        ///< of the multipliers
     int raises = 0;         ///< of the augmentation
-    bool assumes = false;  ///< nothing is solved yet, and the first guess says nothing of the modes
-  };
-  /// Of a contact, to go back to.
-  struct Before {
-    Vector3 multiplier, guess;
   };
   double stand(const BlockEquations& blocks, std::span<LinearContact> contacts,
                const OpenCloseOptions& options, BlockVector& guess);
   double wanted_residual(std::span<const LinearContact> contacts, const OpenCloseOptions& options,
                          double softness) const;
-  void step_assumed(double softness, NewtonCount& count);
   bool converge(std::span<LinearContact> contacts, const OpenCloseOptions& options,
-                Progress progress, NewtonCount& count);
+                NewtonCount& count);
   bool settled(std::span<LinearContact> contacts, const OpenCloseOptions& options,
                Progress& progress);
-  bool still_solved(std::span<LinearContact> contacts, const OpenCloseOptions& options);
   double push_of_update(std::span<const LinearContact> contacts);
 
   const Slots* slots_;
   ContactNewton newton_;
-  BlockVector solved_;                  ///< the last change that solved for its multipliers
-  BlockVector still_;                   ///< zeros
-  BlockVector push_;                    ///< memory of push_of_update()
-  std::vector<char> stands_;            ///< by slot
-  std::vector<Vector3> solved_forces_;  ///< of each contact, N
-  std::vector<Before> before_;          ///< memory of still_solved()
-  double last_gap_ = 0.0;  ///< violation when last solved, also by the last linearisation, m
+  BlockVector solved_;        ///< the last change that solved for its multipliers
+  BlockVector still_;         ///< zeros
+  BlockVector push_;          ///< memory of push_of_update()
+  std::vector<char> stands_;  ///< by slot
+  double last_gap_ = 0.0;     ///< violation when last solved, also by the last linearisation, m
 };
 
 }  // namespace quoin::solver

@@ -133,7 +133,7 @@ void set_contact(const ImpactStep& at, const BodyContact& contact, const Contact
   if (c.mode == ContactMode::Slip && slope != 0.0) {  // a joint that dilates opens
     c.offset[0] -= dt * slope * relative_velocity(contact, c, at.end).tail<2>().norm();
   }
-  set_augmentation(at.terms.compliance, kStrainAugmentation, c);
+  set_augmentation(at.terms.compliance, c);
   problem.starts.push_back(start_of(c, bounce));
 }
 
@@ -149,7 +149,7 @@ void set_held_point(const ImpactStep& at, const HeldPoint& held, LinearContact& 
   }
   c.start = c.offset;
   c.multiplier = 2.0 * c.force;
-  set_augmentation(at.terms.compliance, kStrainAugmentation, c);
+  set_augmentation(at.terms.compliance, c);
   problem.starts.push_back(start_of(c, 0.0));
 }
 

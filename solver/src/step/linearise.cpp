@@ -79,13 +79,12 @@ Vector3 last_force(const BodyContact& contact) {
                  -t2.dot(contact.state.shear_force));
 }
 
-void set_stiffness(const SubStep& step, const BlockTerms& terms, LinearContact& c) {
+void set_stiffness(const BlockTerms& terms, LinearContact& c) {
   if (c.normal_spring > 0.0) {
     c.normal_stiffness = c.normal_spring;
     c.shear_stiffness = c.shear_spring;
   } else {
-    const double over_strain = step.dynamic() ? kStrainAugmentation : kStaticStrainAugmentation;
-    set_augmentation(terms.compliance, over_strain, c);
+    set_augmentation(terms.compliance, c);
   }
 }
 
@@ -273,7 +272,7 @@ void linearise(const SubStep& step, const BlockTerms& terms, const StepPoses& po
     const BodyContact& contact = contacts[i];
     LinearContact& c = linear[i];
     linearise(contact, poses, step.compiled.models, c);
-    set_stiffness(step, terms, c);
+    set_stiffness(terms, c);
     if (!contact.was_closed && impacts) {
       set_closing(free_flight(step, terms.free_increment, contact, c), step.gap_tolerance(),
                   slowest, contact.joint, c);
@@ -284,7 +283,7 @@ void linearise(const SubStep& step, const BlockTerms& terms, const StepPoses& po
   for (std::size_t h = 0; h < step.island.held.size(); ++h) {
     LinearContact& c = linear[contacts.size() + h];
     linearise_held(step, poses, step.compiled.held[index(step.island.held[h])], c);
-    set_stiffness(step, terms, c);
+    set_stiffness(terms, c);
   }
 }
 
