@@ -1,5 +1,6 @@
 #include "block_terms.hpp"
 
+#include <Eigen/LU>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -205,6 +206,13 @@ BlockState with_end_velocity(const BlockState& end, const BlockState& start,
   result.velocity = (2.0 / time_step) * increment.head<3>() - start.velocity;
   result.angular_velocity = (2.0 / time_step) * increment.segment<3>(3) - start.angular_velocity;
   result.strain_rate = (2.0 / time_step) * increment.tail<6>() - start.strain_rate;
+  return result;
+}
+
+BlockState with_held_strain(const BlockModel& model, const BlockState& state) {
+  BlockState result = state;
+  result.angular_velocity += model.inertia.inverse() * (model.inertia_coupling * state.strain_rate);
+  result.strain_rate.setZero();
   return result;
 }
 

@@ -85,6 +85,10 @@ Vector12 static_block_force(const BlockModel& model, const BlockState& state);
 BlockState with_end_velocity(const BlockState& end, const BlockState& start,
                              const Vector12& increment, double time_step);
 
+/// The same state with its strain held: the strain rates go, their angular momentum stays. Of all
+/// rigid motions the nearest by mass, so kinetic energy does not grow.
+BlockState with_held_strain(const BlockModel& model, const BlockState& state);
+
 /// (v | W | strain rate)
 Vector12 velocity_vector(const BlockState& state);
 

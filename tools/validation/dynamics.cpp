@@ -329,7 +329,7 @@ void free_impact(const StepOptions& options, Report& report) {
 
 void v22_converges(Convergence& convergence) {
   convergence.halve_time_step(
-      {"angular momentum in a free impact, change / size", 0.01, 6, 0.0, 1e-7}, [](double dt) {
+      {"angular momentum in a free impact, change / size", 0.01, 6, 0.0, 1e-12}, [](double dt) {
         Report report("V22");
         free_impact({.time_step = dt}, report);
         return report.rows()[1].error;

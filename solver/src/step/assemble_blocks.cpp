@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 
 #include "index.hpp"
+#include "step/predict.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -51,8 +52,9 @@ void set_force(const SubStep& step, const StepPoses& poses, BlockTerms& terms) {
     const std::size_t b = index(blocks[s]);
     const BlockModel& model = step.compiled.models[b];
     const StepScheme scheme = step.scheme(poses.deforms[b] != 0);
-    terms.force[s] = step.dynamic() ? block_force(model, step.state[b], scheme, poses.increment[b])
-                                    : static_block_force(model, step.state[b]);
+    terms.force[s] =
+        step.dynamic() ? block_force(model, start_state(step, poses, b), scheme, poses.increment[b])
+                       : static_block_force(model, step.state[b]);
     terms.force[s].head<3>() += model.mass * gravity;
   }
   for (const int l : step.island.loads) {

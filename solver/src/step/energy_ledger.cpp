@@ -13,9 +13,7 @@ namespace {
 
 /// Of strain rates, J: what vibrated has no place in an impact.
 double vibration_energy(const BlockModel& model, const BlockState& state) {
-  BlockState stiff = state;
-  stiff.strain_rate.setZero();
-  return kinetic_energy(model, state) - kinetic_energy(model, stiff);
+  return kinetic_energy(model, state) - kinetic_energy(model, with_held_strain(model, state));
 }
 
 /// What the inertia of a static step takes on its way, J: D (2 M/tau^2) D, lost when it is at rest.

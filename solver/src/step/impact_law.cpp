@@ -5,6 +5,7 @@
 
 #include "contact/joint_law.hpp"
 #include "index.hpp"
+#include "step/predict.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -63,7 +64,8 @@ void set_free_velocity_gain(const SubStep& step, const BlockTerms& terms, const 
   gain.resize(terms.force.size());
   for (std::size_t s = 0; s < gain.size(); ++s) {
     const std::size_t b = index(step.island.slots.block_of_slot[s]);
-    gain[s] = 2.0 * (terms.free_increment[s] / step.length - velocity_vector(step.state[b]));
+    gain[s] = 2.0 * (terms.free_increment[s] / step.length -
+                     velocity_vector(start_state(step, poses, b)));
     if (!poses.deforms[b]) gain[s].tail<6>().setZero();
   }
 }

@@ -41,6 +41,12 @@ void set_start(const SubStep& step, StepPoses& poses) {
   }
 }
 
+BlockState start_state(const SubStep& step, const StepPoses& poses, std::size_t block) {
+  const BlockModel& model = step.compiled.models[block];
+  const bool held = model.unknowns == 12 && !poses.deforms[block];
+  return held ? with_held_strain(model, step.state[block]) : step.state[block];
+}
+
 void predict(const SubStep& step, const LastSubStep& last, StepPoses& poses) {
   for (const int block : step.island.slots.block_of_slot) {
     const std::size_t b = index(block);

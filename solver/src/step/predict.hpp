@@ -22,6 +22,9 @@ void resize(std::size_t blocks, StepPoses& poses);
 void place_idle(const CompiledScene& compiled, std::span<const BlockState> state,
                 std::span<const Vector3> prescribed_increments, StepPoses& poses);
 
+/// What a block of a dynamic sub-step sets out with: without strain rate where its strain is held.
+BlockState start_state(const SubStep& step, const StepPoses& poses, std::size_t block);
+
 /// Of the island's blocks, at the start of the sub-step.
 void set_start(const SubStep& step, StepPoses& poses);
 

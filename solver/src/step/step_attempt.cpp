@@ -137,15 +137,14 @@ OpenCloseResult solve_positions(const SubStep& step, std::span<const BodyContact
 /// The state that the increments lead to.
 BlockState end_state(const SubStep& step, const StepPoses& poses, std::size_t block) {
   const Vector12& d = poses.increment[block];
-  const BlockState& start = step.state[block];
-  BlockState end = displaced(start, d);
+  BlockState end = displaced(step.state[block], d);
   if (!step.dynamic()) {
     end.velocity.setZero();
     end.angular_velocity.setZero();
     end.strain_rate.setZero();
     return end;
   }
-  end = with_end_velocity(end, start, d, step.length);
+  end = with_end_velocity(end, start_state(step, poses, block), d, step.length);
   if (!poses.deforms[block]) end.strain_rate.setZero();
   return end;
 }
