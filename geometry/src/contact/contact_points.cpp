@@ -282,7 +282,7 @@ bool has_near(const SharedCorners& points, const Vector2& place, double toleranc
   });
 }
 
-/// Ends of the stretch, on P's edge: which points show the least gap hangs on where they stand.
+/// Ends of the stretch.
 void append_stretch(const ProjectedFeature& patch_p, const ProjectedFeature& patch_q,
                     double rounding, SharedCorners& corners) {
   std::array<Vector2, 2> ends;
