@@ -133,7 +133,12 @@ bool find_shared_stretch(const ProjectedFeature& edge, const ProjectedFeature& o
   const auto [first, last] = std::minmax({share(other.corners[0]), share(other.corners[1])});
   const double low = std::clamp(first, 0.0, 1.0), high = std::clamp(last, 0.0, 1.0);
   const double beyond = std::max(first - 1.0, -last);
-  ends = {base + low * line, base + high * line};
+  const auto midway = [&](double at) {
+    const Vector2 place = base + at * line;
+    return Vector2(0.5 *
+                   (place + foot_on_side(other.corners[0].place, other.corners[1].place, place)));
+  };
+  ends = {midway(low), midway(high)};
   return !(beyond > 0.0) || beyond * beyond * squared <= rounding * rounding;
 }
 

@@ -23,9 +23,9 @@ struct Surfaces {
   bool lift(SharedCorner& corner) const;
 };
 
-/// The ends of the stretch in which two parallel edges, laid, lie over each other: of the first
-/// one, as the second may lie beside it by the contact length. False: there is none, by more than
-/// `rounding` (m).
+/// The ends of the stretch in which two parallel edges, laid, lie over each other: midway between
+/// them, as they may lie beside each other by the contact length. False: there is none, by more
+/// than `rounding` (m).
 bool find_shared_stretch(const ProjectedFeature& edge, const ProjectedFeature& other,
                          double rounding, std::array<Vector2, 2>& ends);
 

@@ -282,13 +282,11 @@ bool has_near(const SharedCorners& points, const Vector2& place, double toleranc
   });
 }
 
-/// Ends of the stretch, on A's edge.
+/// Ends of the stretch.
 void append_stretch(const ProjectedFeature& patch_p, const ProjectedFeature& patch_q,
-                    const Working& work, SharedCorners& corners) {
-  const ProjectedFeature &a = work.reversed ? patch_q : patch_p,
-                         &b = work.reversed ? patch_p : patch_q;
+                    double rounding, SharedCorners& corners) {
   std::array<Vector2, 2> ends;
-  if (!find_shared_stretch(a, b, work.rounding, ends)) return;
+  if (!find_shared_stretch(patch_p, patch_q, rounding, ends)) return;
   for (const Vector2& place : ends) {
     corners.push_back({place,
                        height_along(patch_p, place),
@@ -449,7 +447,7 @@ void find_shared_part(const Working& work, LateInit<Surfaces>& surfaces, PairPoi
   lay_contact_feature(work.p, pair.support_p, pair.kind_p, pair.plane, 1.0, patch_p);
   lay_contact_feature(work.q, pair.support_q, pair.kind_q, pair.plane, -1.0, patch_q);
   if (pair.type == ContactType::EdgeEdgeParallel) {
-    append_stretch(patch_p, patch_q, work, part.corners);
+    append_stretch(patch_p, patch_q, work.rounding, part.corners);
     add_stretch_points(patch_p, patch_q, work, part.corners, pair);
   } else {
     if (!surfaces && !(is_flat(patch_p, work.rounding) && is_flat(patch_q, work.rounding))) {

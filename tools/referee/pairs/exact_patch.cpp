@@ -386,15 +386,20 @@ std::vector<PatchCorner> corners_of(const std::vector<Carrier>& carriers) {
   return corners;
 }
 
-/// The stretch that two parallel segments share.
+/// The stretch that two parallel segments share, midway between them.
 std::vector<PatchCorner> shared_stretch(const SupportPolygon& a, const SupportPolygon& b) {
   const Place& start = a.border[0].place;
   const Place line = a.border[1].place - start;
   const auto along = [&](const Place& p) { return dot(p - start, line) / dot(line, line); };
   const Real b0 = along(b.border[0].place), b1 = along(b.border[1].place);
   const Real low = std::max(Real(0), std::min(b0, b1)), high = std::min(Real(1), std::max(b0, b1));
+  const Place& other = b.border[0].place;
+  const Place side = b.border[1].place - other;
   const auto at = [&](Real t) {
-    return PatchCorner{.place = {start[0] + t * line[0], start[1] + t * line[1]}};
+    const Place on_a{start[0] + t * line[0], start[1] + t * line[1]};
+    const Real s = std::clamp(dot(on_a - other, side) / dot(side, side), Real(0), Real(1));
+    const Place on_b{other[0] + s * side[0], other[1] + s * side[1]};
+    return PatchCorner{.place = {(on_a[0] + on_b[0]) / 2, (on_a[1] + on_b[1]) / 2}};
   };
   return low <= high ? std::vector<PatchCorner>{at(low), at(high)} : std::vector<PatchCorner>{};
 }
