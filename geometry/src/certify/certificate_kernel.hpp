@@ -118,6 +118,15 @@ Witnesses crossing(const Side& e, const Side& f, const LineNormal& form, const V
   return {either(by_b, on_b - across, on_a), either(by_b, on_b, on_a + across)};
 }
 
+/// Of features that span their normal by `lever`, m: carry no others the plane that rounding may
+/// turn it to?
+[[gnu::noinline]] inline bool keeps_carriers(const Solid& a, const Solid& b,
+                                             const std::array<int, 2>& counts, const Vec3& normal,
+                                             double lever, const Lengths& length) {
+  const double turned = turning(length.rounding);
+  return lever * length.widest > turned || carry_turned(a, b, counts, normal, turned / lever);
+}
+
 template <class Scan, FeatureKind kA, FeatureKind kB>
 Trial attempt(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier& by_b,
               const Lengths& length, const Overlap* overlap, NearestFeatures& answer) {
@@ -148,9 +157,9 @@ Trial attempt(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier
     if (!over_face(b, by_b.face, -normal, high, inside)) return Trial::Refuted;
   } else if (overlap == nullptr) {
     if (!(form.from_ends > inside * inside)) return Trial::Refuted;
-    if (!kEdges && !(gap * length.widest > turning(length.rounding)) &&
-        !carry_turned(a, b, {kA == kVertex ? 1 : 2, kB == kVertex ? 1 : 2}, normal,
-                      turning(length.rounding) / gap)) {
+    if (!(gap * length.widest > turning(length.rounding)) &&
+        !keeps_carriers(a, b, {kA == kVertex ? 1 : 2, kB == kVertex ? 1 : 2}, normal,
+                        kEdges ? greater(gap, form.reach_across()) : gap, length)) {
       return Trial::Refuted;
     }
   }
@@ -164,7 +173,7 @@ Trial attempt(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier
              : Witnesses{kA == kVertex ? high : low - across, kB == kVertex ? low : high + across};
   const bool open = kEdges ? parallel(form.skew, form.longer, length.contact) : !kByFace;
   answer.status = status_of(gap, length.contact);
-  answer.gap = gap;
+  answer.gap = gap + 0.0;  // one zero
   answer.normal = normal;
   answer.point_a = on.a;
   answer.point_b = on.b;

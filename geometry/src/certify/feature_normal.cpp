@@ -16,7 +16,8 @@ Vector3 triangle_normal(const Solid& owner, const VertexSet& set) {
 }
 
 FeatureNormal closed(const LineNormal& form) {
-  return {form.found, form.normal, form.joined, form.crossed, form.share_p, form.from_ends};
+  const double across = form.crossed ? form.reach_across() : 0.0;
+  return {form.found, form.normal, form.joined, form.crossed, form.share_p, form.from_ends, across};
 }
 
 }  // namespace

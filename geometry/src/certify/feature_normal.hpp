@@ -37,6 +37,7 @@ struct FeatureNormal {
   bool crossed = false;  ///< two crossed edges that are joined, at `share` of the way along P's
   double share = 0.0;
   double from_ends = kInfinity;  ///< squared distance of the feet on edges from the ends, m2
+  double across = 0.0;  ///< how far the shorter of two crossed edges reaches across the other, m
 };
 
 /// Vertices and edges: across the shortest line; a face, two crossed edges: their own plane.

@@ -25,6 +25,10 @@ struct LineNormal {
   double share_p = 0.0, share_q = 0.0;  // of the way along either, where they cross
   double from_ends = kInfinity;         // square of how far the feet on edges are from ends, m2
   double skew = 0.0, longer = 0.0;      // of two edges: squares of their product, of the longer one
+
+  /// How far the shorter of two crossed edges reaches across the other, m: rounding by it is what
+  /// may turn their normal.
+  double reach_across() const { return std::sqrt(skew / longer); }
 };
 
 inline WideVector wide_difference(const Vec3& p, const Vec3& q) {

@@ -11,7 +11,7 @@ namespace {
 // Chosen on single steps of piles, shaken walls, towers, arches and slopes, and on runs of them.
 constexpr int kSweeps = 10;
 constexpr double kForces = 1e4;     // times the tolerance: gaps come out as much better than forces
-constexpr double kRough = 1e3;      // times as much while linearisations are far from agreeing
+constexpr double kRough = 1e-3;     // of the forces, while linearisations are far from agreeing
 constexpr int kMostHard = 20;       // steps on hard contacts before they yield by
 constexpr double kSoftness = 0.03;  // and, where Newton's method does not end in
 constexpr int kMostSoft = 12;       // steps, by
@@ -124,7 +124,7 @@ OpenCloseResult MovingContacts::solve(const BlockSystem& base, const BlockVector
   start(contacts, options.predicted || bar_force_.size() != contacts.size());
   iterations_left_ = options.max_iterations;
   const double forces = kForces * options.force_tolerance;
-  IterationCount count = iterate(options.rough ? kRough * forces : forces);
+  IterationCount count = iterate(options.rough ? std::max(forces, kRough) : forces);
   record(contacts);
   OpenCloseResult result;
   if (count.converged && options.mended_apart > 0.0 && !options.rough) {

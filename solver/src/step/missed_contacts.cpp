@@ -1,6 +1,7 @@
 #include "step/missed_contacts.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "index.hpp"
 #include "step/contact_search.hpp"
@@ -60,19 +61,21 @@ Known known_contacts(const Island& island) {
   return known;
 }
 
-/// The contact of the attempt with this key, or null.
-BodyContact* known_contact(const Known& known, const geometry::ContactKey& key, Island& island) {
+constexpr std::size_t kUnknown = std::numeric_limits<std::size_t>::max();
+
+/// The contact of the attempt with this key.
+std::size_t known_contact(const Known& known, const geometry::ContactKey& key) {
   const auto at =
       std::ranges::lower_bound(known.keys, key, {}, [](const auto& k) { return k.first; });
-  const bool found = at != known.keys.end() && at->first == key;
-  return found ? &island.contacts[at->second] : nullptr;
+  return at != known.keys.end() && at->first == key ? at->second : kUnknown;
 }
 
 /// Whether the features of a contact that was open overlap by more than its place and normal have
-/// it: of edges that were nearly parallel where it was found, and have turned.
-bool has_turned(const BodyContact& contact, std::span<const Pose> end,
+/// it: of edges that were nearly parallel where it was found, and have turned, or a face that
+/// strain has tilted. A spring keeps its overlap, which is another along another normal.
+bool has_turned(const BodyContact& contact, bool compliant, std::span<const Pose> end,
                 const geometry::ContactPoint& point, double size) {
-  if (contact.was_closed) return false;
+  if (contact.was_closed || compliant) return false;
   const double gap = contact_geometry(contact, end[index(contact.a)], end[index(contact.b)]).gap;
   return point.gap < gap - kTurned * size;
 }
@@ -111,21 +114,23 @@ bool add_missed(const CompiledScene& compiled, std::span<const Pose> end, Island
   };
   if (std::ranges::none_of(island.found_end, overlaps)) return false;
   const Known known = known_contacts(island);
+  const std::vector<SolvedContact>& positions = island.attempt.positions;
   bool any = false;
   for (const geometry::ContactPoint& point : island.found_end) {
     const double size = pair_size(compiled, point.key.a, point.key.b);
     if (!overlaps(point)) continue;
-    BodyContact* contact = known_contact(known, point.key, island);
-    if (contact != nullptr ? !has_turned(*contact, end, point, size) : holds(known, point, size)) {
-      continue;
-    }
+    const std::size_t i = known_contact(known, point.key);
+    const bool held =
+        i == kUnknown ? holds(known, point, size)
+                      : !has_turned(island.contacts[i], positions[i].compliant, end, point, size);
+    if (held) continue;
     island.missing = point;
     any = true;
     const BodyContact missed = missed_contact(compiled, end, island.found_end, point);
-    if (contact != nullptr) {
-      *contact = turned(*contact, missed);
-    } else {
+    if (i == kUnknown) {
       island.contacts.push_back(missed);
+    } else {
+      island.contacts[i] = turned(island.contacts[i], missed);
     }
   }
   return any;
