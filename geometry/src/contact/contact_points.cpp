@@ -282,11 +282,18 @@ bool has_near(const SharedCorners& points, const Vector2& place, double toleranc
   });
 }
 
-/// Ends of the stretch.
+/// Ends of the stretch, as seen along the longer edge.
 void append_stretch(const ProjectedFeature& patch_p, const ProjectedFeature& patch_q,
                     double rounding, SharedCorners& corners) {
   std::array<Vector2, 2> ends;
-  if (!find_shared_stretch(patch_p, patch_q, rounding, ends)) return;
+  const auto squared = [](const ProjectedFeature& edge) {
+    return (edge.corners[1].place - edge.corners[0].place).squaredNorm();
+  };
+  const bool along_p = squared(patch_p) >= squared(patch_q);
+  if (!find_shared_stretch(along_p ? patch_p : patch_q, along_p ? patch_q : patch_p, rounding,
+                           ends)) {
+    return;
+  }
   for (const Vector2& place : ends) {
     corners.push_back({place,
                        height_along(patch_p, place),

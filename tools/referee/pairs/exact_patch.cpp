@@ -386,10 +386,11 @@ std::vector<PatchCorner> corners_of(const std::vector<Carrier>& carriers) {
   return corners;
 }
 
-/// The stretch that two parallel segments share, midway between them.
+/// The stretch that two parallel segments share as seen along the longer one, midway between them.
 std::vector<PatchCorner> shared_stretch(const SupportPolygon& a, const SupportPolygon& b) {
   const Place& start = a.border[0].place;
   const Place line = a.border[1].place - start;
+  if (length(line) < length(b.border[1].place - b.border[0].place)) return shared_stretch(b, a);
   const auto along = [&](const Place& p) { return dot(p - start, line) / dot(line, line); };
   const Real b0 = along(b.border[0].place), b1 = along(b.border[1].place);
   const Real low = std::max(Real(0), std::min(b0, b1)), high = std::min(Real(1), std::max(b0, b1));
