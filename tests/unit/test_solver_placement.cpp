@@ -237,18 +237,18 @@ TEST_CASE("A scene moves and presses the same however it is turned") {
 }
 
 // Whether a joint of the swinging wall slips in a step can hang on the last bit of a place: of 40
-// draws 24 differ by 5e-13 m and 5e-5 N at most, 16 by up to 1e-8 m and 47 N. Seeds 6 and 7 are of
-// either kind; the frame may cost no more than they do.
+// draws 29 differ by 2e-12 m and 1.3e-4 N at most, 11 by up to 1.2e-8 m and 54 N. Seeds 6 and 32
+// are of either kind; the frame may cost no more than they do.
 TEST_CASE("Redundant joints, turned and far: no worse than rounded places at home") {
   const Scene scene = wall({}, BlockKind::Deformable);
   const Outcome here = run(scene, {}, kSteps);
   const Outcome near = run(jittered(scene, 6), {}, kSteps);
   CHECK(largest_difference(here, near) <= 1e-11 * 0.25);
-  const Outcome off = run(jittered(scene, 7), {}, kSteps);
+  const Outcome off = run(jittered(scene, 32), {}, kSteps);
   const Frame frame{kTurn, kFar};
   const Outcome there = run(wall(frame, BlockKind::Deformable), frame, kSteps);
-  CHECK(largest_difference(here, there) <= 2.0 * largest_difference(here, off));
-  CHECK((here.force - there.force).norm() <= 2.0 * (here.force - off.force).norm());
+  CHECK(largest_difference(here, there) <= largest_difference(here, off));
+  CHECK((here.force - there.force).norm() <= (here.force - off.force).norm());
 }
 
 // No placement of rounded cubes in a rounded box is free of overlap: contacts that took such gaps

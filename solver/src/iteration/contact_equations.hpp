@@ -41,7 +41,10 @@ class ContactEquations {
 
   const BlockVector& residual() const { return residual_; }  ///< by slot
   /// The largest residual by the forces at its block, less what rounding makes of it.
-  double relative_residual() const;
+  double relative_residual() const { return worst_residual(floor_); }
+  /// The same, less what rounding of `change`, which was evaluated, makes of it, too.
+  double residual_beyond_rounding(const BlockSystem& base, std::span<const LinearContact> contacts,
+                                  const BlockVector& change, double softness) const;
   bool balanced(std::size_t slot, double tolerance) const;
   /// Moments and strain moments by block length, N2.
   double squared_residual() const;
@@ -66,6 +69,10 @@ class ContactEquations {
                        std::size_t end);
   template <int n>
   void push_blocks(std::span<const LinearContact> contacts, std::size_t first, std::size_t end);
+  template <int n>
+  void add_rounding(const BlockSystem& base, std::span<const LinearContact> contacts,
+                    const BlockVector& change, double softness, std::vector<double>& floor) const;
+  double worst_residual(std::span<const double> floor) const;
 
   Threads threads_;
   const Slots* slots_;
@@ -73,7 +80,7 @@ class ContactEquations {
   BlockVector right_;  ///< F - K D0
   BlockVector residual_;
   std::vector<double> scale_;  ///< force scale, per slot, N
-  std::vector<double> floor_;  ///< what rounding makes of a residual, per slot, N
+  std::vector<double> floor_;  ///< what rounding of the guess makes of a residual, per slot, N
 };
 
 }  // namespace quoin::solver

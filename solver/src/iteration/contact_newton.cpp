@@ -180,23 +180,25 @@ void ContactNewton::search_slope(Law law, double softness) {
   }
 }
 
-bool ContactNewton::relax(double tolerance, double softness, int most_iterations,
-                          NewtonCount& count) {
+Relaxed ContactNewton::relax(double tolerance, double softness, int most_iterations,
+                             NewtonCount& count) {
   double reached = std::numeric_limits<double>::infinity();
   int waited = 0;
   for (int i = 0; i < kMostSteps && count.iterations < most_iterations; ++i) {
     const double residual = equations_.relative_residual();
-    if (residual <= tolerance) return true;
+    if (residual <= tolerance) return Relaxed::ToTolerance;
     if (residual <= kProgress * reached) {
       reached = residual;
       waited = 0;
     } else if (++waited == kPatience) {
-      return false;
+      const double left = equations_.residual_beyond_rounding(*base_, contacts_, change_, softness);
+      return left <= tolerance ? Relaxed::ToRounding : Relaxed::No;
     }
     ++count.iterations;
-    if (!step(Law::True, softness, count)) return false;
+    if (!step(Law::True, softness, count)) return Relaxed::No;
   }
-  return equations_.relative_residual() <= tolerance;
+  const bool solved = equations_.relative_residual() <= tolerance;
+  return solved ? Relaxed::ToTolerance : Relaxed::No;
 }
 
 }  // namespace quoin::solver

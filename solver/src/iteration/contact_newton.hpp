@@ -13,6 +13,12 @@ struct NewtonCount {
   int factorizations = 0;
 };
 
+enum class Relaxed {
+  No,           ///< the residual does not fall any more, or the matrix can't be solved
+  ToTolerance,  ///< it is within the tolerance
+  ToRounding,   ///< it does not fall any more, and what exceeds the tolerance is rounding
+};
+
 /// Keeps the memory between calls. The unknown is the change of the increments against a guess.
 class ContactNewton {
  public:
@@ -29,9 +35,8 @@ class ContactNewton {
   void evaluate(Law law, double softness);
   /// One step. False, and nothing moved, when the matrix can't be solved.
   bool step(Law law, double softness, NewtonCount& count);
-  /// Steps until the residual is small. False when it does not fall any more, or after
-  /// `most_iterations` in all.
-  bool relax(double tolerance, double softness, int most_iterations, NewtonCount& count);
+  /// Steps until the residual is small, `most_iterations` in all.
+  Relaxed relax(double tolerance, double softness, int most_iterations, NewtonCount& count);
 
   /// From the next set() on.
   void use(const Threads& threads) {

@@ -149,9 +149,11 @@ bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptio
   while (count.iterations < options.max_iterations) {
     const int before = count.iterations;
     const double wanted = wanted_residual(contacts, options, softness);
-    if (newton_.relax(wanted, softness, options.max_iterations, count)) {
+    const Relaxed relaxed = newton_.relax(wanted, softness, options.max_iterations, count);
+    if (relaxed != Relaxed::No) {
       solved_ = newton_.change();
-      const bool exact = newton_.equations().relative_residual() <= options.force_tolerance;
+      const bool exact = relaxed == Relaxed::ToRounding ||
+                         newton_.equations().relative_residual() <= options.force_tolerance;
       if (exact && (softness == 1.0 || !springs) && settled(contacts, options, progress)) {
         return true;
       }
