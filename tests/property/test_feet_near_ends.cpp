@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <limits>
 
+#include "support/bits.hpp"
 #include "support/catch.hpp"
 #include "support/trial.hpp"
 
@@ -20,6 +21,7 @@ using quoin::geometry::Points;
 using quoin::geometry::Shape;
 using quoin::geometry::Topology;
 using quoin::geometry::Vector3;
+using quoin::tests::Bits;
 using quoin::tests::environment_number;
 using quoin::tests::Query;
 using quoin::tests::Random;
@@ -91,9 +93,19 @@ std::vector<Named> named_around(const Topology& topology, int vertex) {
   return all;
 }
 
+Bits bits_of(const NearestFeatures& n) {
+  Bits bits;
+  for (const double x : {n.gap, n.residual_a, n.residual_b}) bits.add(x);
+  for (const Vector3& v : {n.normal, n.point_a, n.point_b}) bits.add(v);
+  bits.add(n.feature_a);
+  bits.add(n.feature_b);
+  for (const int k : {static_cast<int>(n.status), static_cast<int>(n.rule)}) bits.add(k);
+  bits.add(n.indeterminate ? 1 : 0);
+  return bits;
+}
+
 bool same(const NearestFeatures& n, const NearestFeatures& m) {
-  return n.gap == m.gap && n.status == m.status && n.indeterminate == m.indeterminate &&
-         (n.indeterminate || (n.normal == m.normal && n.point_a == m.point_a));
+  return bits_of(n).all == bits_of(m).all;
 }
 
 /// Number `number` of a seed; the vertices of A and B that look at each other.

@@ -89,20 +89,21 @@ TEST_CASE("exact patch: types, corners, area") {
 }
 
 TEST_CASE("exact patch: edges whose lines cross beyond an end share nothing") {
-  const auto shared = [](double end) {
-    // Edges along x: B's rises by 0.8 tol and comes 0.7 tol nearer to A's until it crosses its line
-    // at `end`. In space that is an angle of more than tol, in the plane of less.
+  const auto shared = [](double end_a, double end_b) {
+    // Edges along x: on 1 m B's rises by 0.8 tol and comes 0.7 tol nearer to A's, whose line it
+    // crosses there. In space that is an angle of more than tol, in the plane of less.
     Points below(3, 4), above(3, 4);
-    below << 0, end, 0.2, 0.2, 0, 0, 1, -1, 0, 0, -1, -1;
-    above << 0, 1, 0.2, 0.2, 0.7e-9, 0, 1, -1, 0, 0.8e-9, 1, 1;
+    below << 0, end_a, 0.2, 0.2, 0, 0, 1, -1, 0, 0, -1, -1;
+    above << 0, end_b, 0.2, 0.2, 0.7e-9, 0.7e-9 * (1 - end_b), 1, -1, 0, 0.8e-9 * end_b, 1, 1;
     const ExactPatch patch = patch_of(below, above);
     CHECK(patch.clear);
     CHECK(patch.type == ContactType::EdgeEdgeCrossing);
     return patch.corners.size();
   };
-  CHECK(shared(1.0) == 1);
-  CHECK(shared(1.25) == 1);
-  CHECK(shared(0.99) == 0);
+  CHECK(shared(1.0, 1.0) == 1);
+  CHECK(shared(1.2, 1.2) == 1);
+  CHECK(shared(0.99, 1.2) == 0);
+  CHECK(shared(1.2, 0.99) == 0);
 }
 
 TEST_CASE("exact patch: a height or an angle near tol is not clear") {
