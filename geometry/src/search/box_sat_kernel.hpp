@@ -134,7 +134,7 @@ SearchResult mean_of_planes(const Directions& edges, unsigned lanes, const Vecto
     const Vector3 normal =
         plane_normal(edges, static_cast<std::size_t>(std::countr_zero(lanes)), across);
     const auto same = [&](const Vector3& n) {
-      return n.cross(normal).squaredNorm() < 1e-12 * n.squaredNorm() * normal.squaredNorm();
+      return n.cross(normal).squaredNorm() < kOneDirection * n.squaredNorm() * normal.squaredNorm();
     };
     if (std::none_of(normals.begin(), normals.begin() + count, same)) normals[count++] = normal;
   }
