@@ -4,8 +4,9 @@ import pathlib
 import shutil
 import subprocess
 import sys
-import tempfile
 import unittest
+
+from folder_test import FolderTest
 
 QUOIN, SOURCE = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2])
 CASES = SOURCE / "tools" / "scenes" / "cases"
@@ -28,12 +29,7 @@ print(*(entry.get_text() for entry in figure.legends[0].get_texts()))
 """
 
 
-class Pictures(unittest.TestCase):
-    def setUp(self):
-        holder = tempfile.TemporaryDirectory()
-        self.addCleanup(holder.cleanup)
-        self.folder = pathlib.Path(holder.name)
-
+class Pictures(FolderTest):
     def run_scene(self, name, *arguments):
         subprocess.run([QUOIN, "run", CASES / name, "--out", self.folder / "run", *arguments], check=True,
                        stdout=subprocess.DEVNULL)

@@ -8,9 +8,10 @@ import pathlib
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
+
+from folder_test import FolderTest
 
 QUOIN, SOURCE, PLUGINS, LIBRARY, CXX, EIGEN = (pathlib.Path(word) for word in sys.argv[1:7])
 BOXES = {"id": "boxes", "a": [[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)],
@@ -27,14 +28,9 @@ def alive(process):
         return False
 
 
-class Referee(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.path = pathlib.Path(self.folder.name)
-        self.addCleanup(self.folder.cleanup)
-
+class Referee(FolderTest):
     def judge(self, *words, code=0):
-        report = self.path / "report.json"
+        report = self.folder / "report.json"
         done = subprocess.run([QUOIN, "referee", "--json", report, *map(str, words)], capture_output=True, text=True,
                               timeout=120, check=False)
         self.assertEqual(done.returncode, code, done.stdout + done.stderr)
@@ -92,7 +88,7 @@ class Referee(unittest.TestCase):
 
     def test_a_library_of_points_alone(self):
         flush = {"id": "flush", "a": BOXES["a"], "b": [[x, y, z + 1] for x, y, z in BOXES["a"]]}
-        pairs = self.path / "pairs.jsonl"
+        pairs = self.folder / "pairs.jsonl"
         pairs.write_text(json.dumps(BOXES) + "\n" + json.dumps(flush) + "\n")
         report = self.judge("--plugin", PLUGINS / "points_only.so", "--pairs", pairs)
         (library,) = report["libraries"]
@@ -124,7 +120,7 @@ class Referee(unittest.TestCase):
 
     def test_ctrl_c(self):
         """What was judged is written, and nothing goes on: also where the library hangs."""
-        report = self.path / "report.json"
+        report = self.folder / "report.json"
         run = subprocess.Popen([QUOIN, "referee", "--plugin", PLUGINS / "lies.so", "--plugin", PLUGINS / "hangs.so", "--limit",
                                 "0.3", "--json", report], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                text=True, start_new_session=True)
@@ -157,15 +153,15 @@ class Referee(unittest.TestCase):
         self.assertFalse(left)
 
     def test_bad_words(self):
-        (self.path / "mine").mkdir()
-        (self.path / "mine/file").write_text("not ours")
-        huge = self.path / "huge.jsonl"
+        (self.folder / "mine").mkdir()
+        (self.folder / "mine/file").write_text("not ours")
+        huge = self.folder / "huge.jsonl"
         huge.write_text(json.dumps({"a": [[1.7e308, 0, 0], [-1.7e308, 0, 0], [0, 1.7e308, 0], [0, 0, 1.7e308]], "b": BOXES["a"]}))
-        empty = self.path / "empty.jsonl"
+        empty = self.folder / "empty.jsonl"
         empty.write_text(json.dumps({"a": [], "b": BOXES["a"]}))
         for words, reason in ((["--family", "zzz"], "no family"), (["--limit", "nan"], "--limit"), (["--limit", "0"], "--limit"),
                               (["--json", "/nowhere/x"], "can't be written"), (["--json", ""], "must not be empty"),
-                              (["--report", self.path / "mine"], "did not write it"), (["--pairs", huge], "1e100"),
+                              (["--report", self.folder / "mine"], "did not write it"), (["--pairs", huge], "1e100"),
                               (["--pairs", empty], "no points")):
             done = subprocess.run([QUOIN, "referee", "--plugin", PLUGINS / "lies.so", "--count", "1000000", *words],
                                   capture_output=True, text=True, timeout=60, check=False)
@@ -175,7 +171,7 @@ class Referee(unittest.TestCase):
 
     def test_names_are_escaped(self):
         """Of pairs: in JSON, and in the comments of C++ and C."""
-        pairs, out = self.path / "pairs.jsonl", self.path / "out"
+        pairs, out = self.folder / "pairs.jsonl", self.folder / "out"
         name = 'a "name" \\ */\n'
         pairs.write_text(json.dumps(BOXES | {"id": name}) + "\n")
         self.judge("--plugin", PLUGINS / "lies.so", "--pairs", pairs, "--report", out)
@@ -184,8 +180,8 @@ class Referee(unittest.TestCase):
         for text in ((out / "failure_1.cpp").read_text(), (out / "failure_1.c").read_text()):
             self.assertNotIn("*/\n\n", text.splitlines()[0])
             self.assertTrue(text.splitlines()[1].startswith("#include"))
-        subprocess.run([QUOIN, "referee", "--pairs", pairs, "--write-pairs", self.path / "proved.jsonl"], check=True)
-        self.assertEqual(json.loads((self.path / "proved.jsonl").read_text())["id"], name)
+        subprocess.run([QUOIN, "referee", "--pairs", pairs, "--write-pairs", self.folder / "proved.jsonl"], check=True)
+        self.assertEqual(json.loads((self.folder / "proved.jsonl").read_text())["id"], name)
 
     def test_a_library_that_tells_signs_alone(self):
         tally, _ = self.kinds_of("apart", "--count", 50)
@@ -197,13 +193,13 @@ class Referee(unittest.TestCase):
         self.assertLessEqual(tally["kinds"]["sign"], overlapping["asked"])
 
     def test_what_is_not_offered_is_not_asked(self):
-        pairs = self.path / "pairs.jsonl"
+        pairs = self.folder / "pairs.jsonl"
         pairs.write_text(json.dumps(BOXES) + "\n")
         report = self.judge("--plugin", PLUGINS / "overlaps_only.so", "--pairs", pairs)
         self.assertEqual(report["libraries"][0]["families"], {})
 
     def test_quoin_is_right_on_boxes(self):
-        pairs = self.path / "pairs.jsonl"
+        pairs = self.folder / "pairs.jsonl"
         pairs.write_text(json.dumps(BOXES) + "\n")
         report = self.judge("--plugin", PLUGINS.parent / "referee_quoin.so", "--pairs", pairs, "--steps", 20)
         tally = report["libraries"][0]["families"]["all"]
@@ -215,19 +211,19 @@ class Referee(unittest.TestCase):
         self.assertEqual(len(text.strip().splitlines()), 1)
 
     def test_a_failing_pair_is_small_and_can_be_rebuilt(self):
-        out = self.path / "out"
+        out = self.folder / "out"
         self.judge("--plugin", PLUGINS / "lies.so", "--family", "^slivers$|^on_the_grid$", "--count", 20, "--report", out)
         self.assertIn("Referee of contact libraries", (out / "index.html").read_text())
         failures = (out / "failures.jsonl").read_text().splitlines()
         failure = json.loads(failures[0])
-        (self.path / "failure.jsonl").write_text(failures[0])
+        (self.folder / "failure.jsonl").write_text(failures[0])
         self.assertEqual(len(failure["a"] if isinstance(failure["a"], list) else failure["a"]["points"]), 4)
-        answer = subprocess.run([QUOIN, "contact", "--pairs", self.path / "failure.jsonl"], capture_output=True, text=True,
+        answer = subprocess.run([QUOIN, "contact", "--pairs", self.folder / "failure.jsonl"], capture_output=True, text=True,
                                 check=True)
         gap = json.loads(answer.stdout)["gap"]
         include = ["-I", SOURCE / "geometry/include", "-isystem", EIGEN]
         for language in ("cpp", "c"):
-            program = self.path / f"pair_{language}"
+            program = self.folder / f"pair_{language}"
             standard = ["-std=c++20", "-x", "c++"] if language == "cpp" else ["-x", "c"]
             subprocess.run([CXX, *standard, out / f"failure_1.{language}", "-x", "none", LIBRARY, *include,
                             "-lm", "-lpthread", "-o", program], check=True)
@@ -237,7 +233,7 @@ class Referee(unittest.TestCase):
     def test_pairs_with_their_exact_answers(self):
         """Of pairs given, as tests/pairs is written; a gap that looks like rounding as a fraction."""
         near = {"id": "near", "a": BOXES["a"], "b": [[x + 1 + 2**-40, y, z] for x, y, z in BOXES["a"]]}
-        pairs, proved = self.path / "pairs.jsonl", self.path / "proved.jsonl"
+        pairs, proved = self.folder / "pairs.jsonl", self.folder / "proved.jsonl"
         pairs.write_text(json.dumps(BOXES) + "\n" + json.dumps(near) + "\n")
         subprocess.run([QUOIN, "referee", "--pairs", pairs, "--write-pairs", proved], check=True)
         first, second = map(json.loads, proved.read_text().splitlines())
@@ -258,15 +254,15 @@ class Referee(unittest.TestCase):
     def test_the_plain_judge(self):
         python = next(name for name in ("python3", "/usr/bin/python3")
                       if subprocess.run([name, "-c", "import numpy"], capture_output=True, check=False).returncode == 0)
-        pairs = self.path / "pairs.jsonl"
+        pairs = self.folder / "pairs.jsonl"
         lines = (SOURCE / "tests/pairs/families.jsonl").read_text().splitlines()
         pairs.write_text("\n".join([line for line in lines if '"what":"tetrahedra"' in line][:20]))
         done = subprocess.run([QUOIN, "contact", "--pairs", pairs], capture_output=True, text=True, check=True)
         answers = [json.loads(line) for line in done.stdout.splitlines()]
 
         def judged():
-            (self.path / "answers.jsonl").write_text("\n".join(map(json.dumps, answers)))
-            return subprocess.run([python, SOURCE / "tools/judge_pairs.py", pairs, self.path / "answers.jsonl"],
+            (self.folder / "answers.jsonl").write_text("\n".join(map(json.dumps, answers)))
+            return subprocess.run([python, SOURCE / "tools/judge_pairs.py", pairs, self.folder / "answers.jsonl"],
                                   capture_output=True, text=True, check=False)
         right = judged()
         self.assertEqual(right.returncode, 0, right.stdout + right.stderr)

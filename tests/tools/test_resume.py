@@ -11,9 +11,10 @@ import random
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
+
+from folder_test import FolderTest
 
 QUOIN, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
 KILLS = int(sys.argv[3]) if len(sys.argv) > 3 else 6
@@ -35,11 +36,9 @@ def digest(folder):
     return files
 
 
-class Resume(unittest.TestCase):
+class Resume(FolderTest):
     def setUp(self):
-        holder = tempfile.TemporaryDirectory()
-        self.addCleanup(holder.cleanup)
-        self.folder = pathlib.Path(holder.name)
+        super().setUp()
         self.out = self.folder / "out"
 
     def plain(self, scene):

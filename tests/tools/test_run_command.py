@@ -6,10 +6,11 @@ import pathlib
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 import xml.etree.ElementTree as xml
+
+from folder_test import FolderTest
 
 QUOIN, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
 INCLINE = SOURCE / "tools" / "scenes" / "paper" / "incline.json"
@@ -40,12 +41,7 @@ def run(*arguments, **keywords):
                           timeout=120, **keywords)
 
 
-class RunCommand(unittest.TestCase):
-    def setUp(self):
-        self.holder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.holder.cleanup)
-        self.folder = pathlib.Path(self.holder.name)
-
+class RunCommand(FolderTest):
     def test_writes_what_it_promises(self):
         out = self.folder / "deep" / "out"
         done = run(INCLINE, "--out", out, "--json", "--set", "/end_time=0.5")

@@ -3,8 +3,9 @@ import json
 import pathlib
 import subprocess
 import sys
-import tempfile
 import unittest
+
+from folder_test import FolderTest
 
 QUOIN, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
 MESHES = SOURCE / "tests" / "unit" / "meshes"
@@ -16,12 +17,7 @@ def quoin(*arguments):
     return subprocess.run([QUOIN, *map(str, arguments)], capture_output=True, text=True, timeout=120)
 
 
-class SceneCommands(unittest.TestCase):
-    def setUp(self):
-        holder = tempfile.TemporaryDirectory()
-        self.addCleanup(holder.cleanup)
-        self.folder = pathlib.Path(holder.name)
-
+class SceneCommands(FolderTest):
     def scene(self, text):
         path = self.folder / "scene.json"
         path.write_text(json.dumps(text))

@@ -5,12 +5,13 @@ import json
 import pathlib
 import subprocess
 import sys
-import tempfile
 import unittest
 
 QUOIN, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
 sys.path.insert(0, str(SOURCE / "tools"))
 import vtk_file  # noqa: E402
+
+from folder_test import FolderTest
 
 
 def box(low, high):
@@ -27,12 +28,7 @@ def sliding(stages, **more):
             "monitors": [{"name": "cube", "block": "cube"}], **more}
 
 
-class Stages(unittest.TestCase):
-    def setUp(self):
-        holder = tempfile.TemporaryDirectory()
-        self.addCleanup(holder.cleanup)
-        self.folder = pathlib.Path(holder.name)
-
+class Stages(FolderTest):
     def run_scene(self, scene, *arguments):
         (self.folder / "scene.json").write_text(json.dumps(scene))
         return subprocess.run([QUOIN, "run", self.folder / "scene.json", "--json", *map(str, arguments)],

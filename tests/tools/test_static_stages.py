@@ -2,12 +2,12 @@
 import csv
 import json
 import math
-import pathlib
 import re
 import subprocess
 import sys
-import tempfile
 import unittest
+
+from folder_test import FolderTest
 
 QUOIN = sys.argv[1]
 
@@ -24,12 +24,7 @@ def slope(friction, stages, **more):
                         "shape": {"type": "box", "min": [0, 0, 0], "max": [1, 1, 1]}}], **more}
 
 
-class StaticStages(unittest.TestCase):
-    def setUp(self):
-        holder = tempfile.TemporaryDirectory()
-        self.addCleanup(holder.cleanup)
-        self.folder = pathlib.Path(holder.name)
-
+class StaticStages(FolderTest):
     def run_scene(self, scene, *arguments):
         path = self.folder / "scene.json"
         path.write_text(json.dumps(scene))

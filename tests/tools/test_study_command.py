@@ -4,9 +4,10 @@ import json
 import pathlib
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
+
+from folder_test import FolderTest
 
 QUOIN, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
 SCENES = SOURCE / "tools" / "scenes"
@@ -17,11 +18,10 @@ def study(*arguments):
                           timeout=120)
 
 
-class StudyCommand(unittest.TestCase):
+class StudyCommand(FolderTest):
     def setUp(self):
-        self.holder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.holder.cleanup)
-        self.folder = pathlib.Path(self.holder.name) / "deep" / "out"
+        super().setUp()
+        self.folder = self.folder / "deep" / "out"
 
     def points(self):
         return json.loads((self.folder / "study.json").read_text())["points"]

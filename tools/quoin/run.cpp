@@ -375,8 +375,8 @@ void add_mpi(CLI::App& command, RunArguments& arguments) {
 void add_clocks(CLI::App& command, RunArguments& arguments) {
   command
       .add_option("--max-seconds", arguments.max_seconds,
-                  "end after this wall time, s, with all files of the state reached and a "
-                  "checkpoint (default: no limit)")
+                  "end after this wall time, s, with all files of the state reached and, but for "
+                  "--mpi, a checkpoint (default: no limit)")
       ->check(in_range(0, kMostSeconds));
   command
       .add_option("--checkpoint", arguments.request.checkpoint_seconds,

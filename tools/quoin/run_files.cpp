@@ -493,30 +493,25 @@ void RunFiles::write_frame(const StepView& view) {
 
 void RunFiles::write_pieces(const StepView& view) {
   const std::size_t number = times_.size() - 1;
-  const solver::Piece piece{share_.rank_of_block, share_.rank};
-  const auto name = [&](const char* stem, const char* extension) {
-    return piece_name(numbered(stem, number, extension), share_.rank);
-  };
-  if (share_.rank == 0) {  // ours, also where another process writes them
-    for (int rank = 1; rank < share_.count; ++rank) {
-      folder_.file(piece_name(numbered("blocks_", number, ".vtu"), rank));
-      folder_.file(piece_name(numbered("contacts_", number, ".vtp"), rank));
-    }
-  }
-  solver::write_blocks(folder_.file(name("blocks_", ".vtu")).string(), view.simulation,
-                       view.counted_from, piece);
-  solver::write_contacts(folder_.file(name("contacts_", ".vtp")).string(), view.simulation, piece);
-  if (share_.rank > 0) return;
-  const auto index = [&](const char* stem, const char* extension) {
+  const auto pieces_of = [&](const char* stem, const char* extension) {
     std::vector<std::string> names;
     for (int rank = 0; rank < share_.count; ++rank) {
       names.push_back(piece_name(numbered(stem, number, extension), rank));
+      // All are the folder's of the first rank, also those that other processes write.
+      if (share_.rank == 0) folder_.file(names.back());
     }
-    const std::string parallel = std::string(".p") + (extension + 1);
-    solver::write_index(folder_.file(numbered(stem, number, parallel.c_str())).string(), names);
+    return names;
   };
-  index("blocks_", ".vtu");
-  index("contacts_", ".vtp");
+  const std::vector<std::string> blocks = pieces_of("blocks_", ".vtu");
+  const std::vector<std::string> contacts = pieces_of("contacts_", ".vtp");
+  const auto mine = static_cast<std::size_t>(share_.rank);
+  const solver::Piece piece{share_.rank_of_block, share_.rank};
+  solver::write_blocks(folder_.file(blocks[mine]).string(), view.simulation, view.counted_from,
+                       piece);
+  solver::write_contacts(folder_.file(contacts[mine]).string(), view.simulation, piece);
+  if (share_.rank > 0) return;
+  solver::write_index(folder_.file(numbered("blocks_", number, ".pvtu")).string(), blocks);
+  solver::write_index(folder_.file(numbered("contacts_", number, ".pvtp")).string(), contacts);
 }
 
 void RunFiles::finish() {
