@@ -33,6 +33,23 @@ bool joined_within(const Solid& p, const Solid& q, const Candidate& plane, doubl
                       turning(margin) / std::max(plane.gap, plane.form.across));
 }
 
+struct Inside {
+  double rounding, margin;  // m
+};
+
+/// Of features that are not joined by a line: by more than the margin, or off by less than it.
+bool lies_inside(const Solid& p, const Solid& q, const Candidate& plane,
+                 const ContactPolygon* faces, const Inside& by) {
+  const ContactSets& sets = plane.sets;
+  if (sets.p.size() == 1 && sets.face_q >= 0) {
+    return over_face(q, sets.face_q, -Vec3(plane.normal), place(p, sets.p[0]), by.margin);
+  }
+  if (sets.q.size() == 1 && sets.face_p >= 0) {
+    return over_face(p, sets.face_p, plane.normal, place(q, sets.q[0]), by.margin);
+  }
+  return margin_of(p, q, plane, faces, by.rounding) >= by.margin;
+}
+
 }  // namespace
 
 bool is_whole(const Solid& solid, int face, const VertexSet& set) {
@@ -105,15 +122,14 @@ bool lay_whole_faces(const Solid& p, const Solid& q, const Candidate& plane, con
 
 bool lies_over(const Solid& p, const Solid& q, const Candidate& plane, const ContactPolygon* faces,
                double margin) {
-  const ContactSets& sets = plane.sets;
   if (plane.form.joined) return margin < 0.0 || joined_within(p, q, plane, margin);
-  if (sets.p.size() == 1 && sets.face_q >= 0) {
-    return over_face(q, sets.face_q, -Vec3(plane.normal), place(p, sets.p[0]), margin);
-  }
-  if (sets.q.size() == 1 && sets.face_p >= 0) {
-    return over_face(p, sets.face_p, plane.normal, place(q, sets.q[0]), margin);
-  }
-  return margin_of(p, q, plane, faces, std::abs(margin)) >= margin;
+  return lies_inside(p, q, plane, faces, {std::abs(margin), margin});
+}
+
+bool lies_firmly_over(const Solid& p, const Solid& q, const Candidate& plane,
+                      const ContactPolygon* faces, double rounding) {
+  if (plane.form.joined) return joined_within(p, q, plane, rounding);
+  return lies_inside(p, q, plane, faces, {rounding, kFirm * rounding});
 }
 
 bool lies_over_within(const Solid& p, const Solid& q, double rounding, CandidatePlane& plane) {
@@ -131,9 +147,13 @@ bool lies_over_within(const Solid& p, const Solid& q, double rounding, Candidate
 
 bool proves_optimum(const Solid& p, const Solid& q, const Candidate& plane,
                     const ContactPolygon* faces, double rounding) {
-  if (clearly_apart(plane.gap, rounding)) return lies_over(p, q, plane, faces, rounding);
-  const auto margin = [&] { return margin_of(p, q, plane, faces, rounding); };
-  return proves_shallow(p, q, plane.normal, plane.gap, rounding, margin);
+  if (clearly_apart(plane.gap, rounding)) {
+    return lies_firmly_over(p, q, plane, faces, rounding);
+  }
+  double margin = 0.0;
+  const auto measured = [&] { return margin = margin_of(p, q, plane, faces, rounding); };
+  return proves_shallow(p, q, plane.normal, plane.gap, rounding, measured) &&
+         margin >= kFirm * rounding;
 }
 
 bool straight_plane(const Solid& p, const Solid& q, const Lengths& length, const Vector3& guess,

@@ -98,6 +98,10 @@ bool lay_whole_faces(const Solid& p, const Solid& q, const Candidate& plane, con
 bool lies_over(const Solid& p, const Solid& q, const Candidate& plane, const ContactPolygon* faces,
                double margin);
 
+/// The same, so clearly that no other plane is as good but in the same direction.
+bool lies_firmly_over(const Solid& p, const Solid& q, const Candidate& plane,
+                      const ContactPolygon* faces, double rounding);
+
 /// Do the sets of a plane that is found, and not to be changed, lie over each other within
 /// rounding? Edges are laid for the description as well.
 bool lies_over_within(const Solid& p, const Solid& q, double rounding, CandidatePlane& plane);

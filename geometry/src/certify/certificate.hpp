@@ -79,6 +79,14 @@ bool proves_shallow(const Solid& p, const Solid& q, const Vector3& normal, doubl
   return (1.0 - ratio * ratio) * down - 2.0 * ratio * aside >= depth * (1.0 + ratio * ratio);
 }
 
+/// The same of two faces that share a polygon wider than the tolerance, or that they are apart.
+template <class Margin>
+bool proves_faces(const Solid& p, const Solid& q, const Vector3& normal, double gap,
+                  double rounding, const Margin& margin) {
+  if (clearly_apart(gap, rounding)) return margin() >= rounding;
+  return proves_shallow(p, q, normal, gap, rounding, margin);
+}
+
 enum class Trial {
   Proved,    ///< the answer is complete
   Refuted,   ///< the carriers do not carry the plane alone

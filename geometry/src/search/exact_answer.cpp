@@ -25,13 +25,19 @@ void exact_answer(const CanonicalPair& pair, int max_iterations, const SearchRes
   CandidatePlane& plane = optimum.plane;
   // Of solids that share a point the normal is that of the polytope: a line between them, or edges
   // that cross at a small angle, are rounding alone and have no direction. Of parallel edges it is
-  // that of the search: from other vertices the line across them would be another.
-  const auto has_direction = [&] {
-    const FeatureNormal& form = plane.form;
-    if (!nearest.converged) return (plane.normal - found.normal).squaredNorm() < kOneDirection;
-    return !form.joined || form.crossed || plane.sets.p.size() + plane.sets.q.size() < 4;
+  // that of the search: from other vertices the line across them would be another, and may have
+  // other features on it.
+  const auto parallel_edges = [&] {
+    if (plane.sets.p.size() != 2 || plane.sets.q.size() != 2) return false;
+    return !feature_normal(p, q, plane.sets, found.normal, length.rounding).crossed;
   };
-  const bool same = !length.uneven && !found.middle &&
+  const auto has_direction = [&] {
+    if (!nearest.converged) return (plane.normal - found.normal).squaredNorm() < kOneDirection;
+    return !parallel_edges();
+  };
+  scan(p, q, found.normal, plane);
+  find_sets(p, q, length, plane);
+  const bool same = !length.uneven && !found.middle && !(nearest.converged && parallel_edges()) &&
                     settle_normal(p, q, length, found.normal, plane) && has_direction() &&
                     plane.gap >= found.gap - slack(length.rounding, found.gap) &&
                     lies_over(p, q, plane, nullptr, -length.rounding);

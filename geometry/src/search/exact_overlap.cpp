@@ -136,6 +136,7 @@ class Polytope {
     Number across[3];    // the facet beyond the side from corner k to the next
     std::uint32_t seen;  // the last growth that took it away
     bool exact;          // the normal is right to the last places
+    bool found;  // one of the set that may carry the answer: what lies beside it is looked at
   };
   struct Side {
     Number from, to, outside;
@@ -197,8 +198,12 @@ class Polytope {
     closer_ = true;
     planes_.clear();
     broad_.clear();
+    for (Index f = 0; f < facet_count_; ++f) facets_[f].found = false;
     for (Index f = 0; f < facet_count_; ++f) {
-      if (!(key_[f] < kInfinity)) lay_exactly(f);
+      if (!(key_[f] < kInfinity))
+        lay_exactly(f);
+      else
+        set_key(f, least_distance(f));
     }
     for (Index k = 0; k < free_count_; ++k) set_key(free_[k], kInfinity);
     while (step()) {
@@ -226,9 +231,10 @@ class Polytope {
       std::copy_n(kSides[f], 3, facet.corners);
       std::copy_n(kAcross[f], 3, facet.across);
       facet.seen = 0;
+      facet.found = false;
       open_slot();
-      lay(f);
     }
+    for (Index f = 0; f < 4; ++f) lay(f);
     return true;
   }
 
@@ -323,7 +329,7 @@ class Polytope {
     facet.distance = dot(facet.normal, a);
     facet.error = kNormalRounding * kEpsilon * std::sqrt(whole / squared);
     facet.exact = false;
-    set_key(f, facet.distance - facet.error * std::sqrt(square(a)));
+    order(f);
   }
 
   /// From exact differences of the corners.
@@ -333,16 +339,69 @@ class Polytope {
     const WideVector normal = cross(difference(b, a), difference(c, a));
     const Vec3 rounded = normal.rounded();
     const double length = std::sqrt(square(rounded));
+    const double whole = std::sqrt(square(b - a) * square(c - a));
     facet.exact = true;
-    if (!(length > 1e-24 * std::sqrt(square(b - a) * square(c - a)))) {
+    if (!(length > 1e-24 * whole)) {
       facet.normal = Vec3(0.0, 0.0, 0.0);  // a line: it has no plane and no side
       facet.error = 1.0;
-      return set_key(f, kInfinity);
+      set_key(f, kInfinity);
+      facet.distance = found_beside(f);
+      if (facet.distance < kInfinity) spread(f);
+      return;
     }
     facet.normal = rounded / length;
     facet.distance = double(dot(normal, wide(a))) / length;
-    facet.error = kExactNormalRounding * kEpsilon;
-    set_key(f, facet.distance);
+    facet.error = kExactNormalRounding * kEpsilon + kWideVolumeRounding * whole / length;
+    order(f);
+  }
+
+  /// Of the plane of a facet, less its rounding.
+  double least_distance(Index f) const {
+    const Facet& facet = facets_[f];
+    return facet.exact ? facet.distance
+                       : facet.distance - facet.error * std::sqrt(square(place(facet, 0)));
+  }
+  void order(Index f) { set_key(f, std::min(least_distance(f), found_beside(f))); }
+
+  /// The least distance of the planes found beside a facet that make it worth a look; infinite:
+  /// there is none.
+  double found_beside(Index f) const {
+    const Facet& facet = facets_[f];
+    double least = kInfinity;
+    for (Index i = 0; i < 3; ++i) {
+      const Facet& beside = facets_[facet.across[i]];
+      if (!beside.found || !(beside.distance < least)) continue;
+      if (ends_near_foot(beside, place(facet, (i + 1) % 3), place(facet, i)))
+        least = beside.distance;
+    }
+    return least;
+  }
+
+  /// Does a side of a facet come near the foot of the origin, or has it the foot on its other side?
+  /// Planes that lean about any other side are worse, or lean by less than tells two directions.
+  bool ends_near_foot(const Facet& facet, const Vec3& from, const Vec3& to) const {
+    const Vec3 side = to - from;
+    const double inside = -dot(cross(facet.normal, side), from);
+    return !(inside > kFirm * kRounding * rounding_ * std::sqrt(square(side)));
+  }
+
+  /// Where a plane of the set is found, what lies beside it is looked at, too: what is laid there
+  /// so far may be far away, and another plane as good be hidden below.
+  void spread(Index f) {
+    facets_[f].found = true;
+    const Facet& facet = facets_[f];
+    const double distance = facet.distance;
+    for (Index i = 0; i < 3; ++i) {
+      const Number g = facet.across[i];
+      if (facets_[g].found) continue;
+      if (!ends_near_foot(facet, place(facet, i), place(facet, (i + 1) % 3))) continue;
+      if (square(facets_[g].normal) == 0.0) {  // a line
+        facets_[g].distance = distance;
+        spread(g);
+      } else if (key_[g] < kInfinity && distance < key_[g]) {
+        set_key(g, distance);
+      }
+    }
   }
 
   /// Does a point lie outside of a facet?
@@ -373,8 +432,9 @@ class Polytope {
       }
     }
     const SupportPlane* const known = broad_.find(facet.normal);
-    if (known == broad_.end() || key_[f] < best_ - kFlush * rounding_) return true;
-    return key_[f] <= known->value.high + kKeyRounding * kEpsilon * std::abs(known->value.high);
+    const double least = least_distance(f);
+    if (known == broad_.end() || least < best_ - kFlush * rounding_) return true;
+    return least <= known->value.high + kKeyRounding * kEpsilon * std::abs(known->value.high);
   }
 
   /// One facet: grown over, or found to be one of the set. False: nothing is left to look at.
@@ -384,6 +444,7 @@ class Polytope {
     const Facet& facet = facets_[f];
     if (!is_of_interest(f)) {
       set_key(f, kInfinity);
+      if (octant_ == kWhole && least_distance(f) <= best_ + kLook * rounding_) spread(f);
       return true;
     }
     const Corner corner = find_corner(facet.normal);
@@ -394,7 +455,8 @@ class Polytope {
     }
     ++steps_;
     offer(facet.normal, facet.distance + std::max(gain, 0.0));
-    if (gain > kFlush * rounding_ && sees(corner.w, facet)) {
+    const bool beyond = gain > kFlush * rounding_, outside = beyond && sees(corner.w, facet);
+    if (outside) {
       const Growth growth = add(f, corner);
       if (growth == Growth::Grown) return true;
       left_ = std::min(left_, key_[f]);
@@ -405,10 +467,13 @@ class Polytope {
     }
     if (closer_ && add_farthest(f)) return true;
     if (full_) return false;
+    set_key(f, kInfinity);
+    if (facet.distance > best_ + kLook * rounding_) return true;
+    spread(f);
+    if (beyond && !outside) return true;  // a line all but exactly: its normal is not known
     const SupportPlane plane = exact_plane(facet);
     planes_.add(plane);
     if (!plane.slim) broad_.add(plane);
-    set_key(f, kInfinity);
     return true;
   }
 
@@ -448,18 +513,19 @@ class Polytope {
       facet.corners[2] = apex;
       facet.across[0] = side.outside;
       facet.seen = 0;
+      facet.found = false;
       side_of_[side.from] = number(f);
       Facet& outside = facets_[side.outside];
       for (Index i = 0; i < 3; ++i) {
         if (outside.corners[i] == side.to) outside.across[i] = number(f);
       }
-      lay(f);
     }
     for (Index k = 0; k < border_count_; ++k) {
       const Number f = side_of_[border_[k].from], next = side_of_[border_[k].to];
       facets_[f].across[1] = next;
       facets_[next].across[2] = f;
     }
+    for (Index k = 0; k < border_count_; ++k) lay(side_of_[border_[k].from]);
     return Growth::Grown;
   }
 

@@ -128,9 +128,8 @@ class FlushFaces {
            carried_alone(q_, -normal, {set(q_, part_.face_q), flat, clear}, part_.top_q);
   }
   bool is_best() const {
-    if (clearly_apart(gap_, length_.rounding)) return part_.margin >= length_.rounding;
-    return proves_shallow(p_, q_, part_.plane.normal, gap_, length_.rounding,
-                          [this] { return part_.margin; });
+    return proves_faces(p_, q_, part_.plane.normal, gap_, length_.rounding,
+                        [this] { return part_.margin; });
   }
 
   bool reversed_;

@@ -160,12 +160,16 @@ bool whole_faces(const Solid& p, const Solid& q, const Lengths& length, const Ca
   ContactSets& sets = optimum.plane.sets;
   take_feature(p, {FeatureKind::Face, face_p}, sets.p, sets.face_p);
   take_feature(q, {FeatureKind::Face, face_q}, sets.q, sets.face_q);
-  if (!straight_answer(p, q, length, near.normal, optimum) || !optimum.faces) return false;
+  ++optimum.iterations;
+  if (!straight_plane(p, q, length, near.normal, optimum) || !optimum.faces) return false;
   ContactPolygon& part = *optimum.faces;
   find_polygon(part);
-  if (!part.corners.empty() && surely_wide(p, q, part, length.contact)) return true;
-  optimum.faces.reset();
-  return false;
+  const auto margin = [&] { return part.margin; };
+  const CandidatePlane& plane = optimum.plane;
+  optimum.straight = !part.corners.empty() && surely_wide(p, q, part, length.contact) &&
+                     proves_faces(p, q, plane.normal, plane.gap, length.rounding, margin);
+  if (!optimum.straight) optimum.faces.reset();
+  return optimum.converged = optimum.straight;
 }
 
 bool near_features(const Solid& p, const Solid& q, const Lengths& length, const Optimum& found,

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "numeric/double_double.hpp"
+#include "numeric/error_bounds.hpp"
 
 namespace quoin::geometry {
 namespace {
@@ -40,13 +41,15 @@ template <int kCapacity>
 void add_product(const DoubleDouble& a, const DoubleDouble& b, const DoubleDouble& c, double sign,
                  Expansion<kCapacity>& sum) {
   for (const double x : {a.high, a.low}) {
+    if (x == 0.0) continue;
     for (const double y : {b.high, b.low}) {
+      if (y == 0.0) continue;
       const DoubleDouble xy = two_product(x, y);
       for (const double z : {c.high, c.low}) {
         for (const double part : {xy.high, xy.low}) {
           if (part == 0.0 || z == 0.0) continue;
           const DoubleDouble xyz = two_product(part, sign * z);
-          sum.add(xyz.low);
+          if (xyz.low != 0.0) sum.add(xyz.low);
           sum.add(xyz.high);
         }
       }
@@ -58,6 +61,9 @@ int exact_orientation(const Vector3& p, const Vector3& q, const Vector3& r, cons
   const WideVector a = wide_difference(q, p);
   const WideVector b = wide_difference(r, p);
   const WideVector c = wide_difference(s, p);
+  const double fine = dot(a, cross(b, c)).high;
+  const double size = a.rounded().norm() * b.rounded().norm() * c.rounded().norm();
+  if (std::abs(fine) > kWideVolumeRounding * size) return fine > 0.0 ? 1 : -1;
   Expansion<200> sum;  // 6 products of at most 32 terms
   add_product(a.x, b.y, c.z, 1.0, sum);
   add_product(a.y, b.z, c.x, 1.0, sum);
