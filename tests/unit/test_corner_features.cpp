@@ -98,9 +98,8 @@ Counts compare(tests::Random& random, Shape (*make_a)(tests::Random&),
     const Vector3 across = b.vertex_mean() - a.vertex_mean();
     const geometry::SearchResult found =
         geometry::nearest_feature_search(a, b, across, 0.25 * lengths(a, b).rounding);
-    const geometry::CornerFeatures corners = geometry::corner_features(a, b, across);
     NearestFeatures by_search, by_corners;
-    const bool first = proved(a, b, corners.p, corners.q, by_corners);
+    const bool first = geometry::certify_corners(a, b, lengths(a, b), by_corners) == Trial::Proved;
     if (found.outcome != geometry::SearchOutcome::Separated) {
       REQUIRE_FALSE(first);
       continue;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <quoin/geometry/nearest_features.hpp>
 
+#include "certify/feature_normal.hpp"
 #include "numeric/error_bounds.hpp"
 #include "shape/solid.hpp"
 
@@ -26,8 +27,24 @@ struct Lengths {
 /// contact points will ask for. Only speed hangs on it.
 constexpr double kFarBelow = 1.0 / 16;
 
-double default_tolerance(const Solid& a, const Solid& b);
-Lengths lengths(const Solid& p, const Solid& q, double tolerance);
+inline double default_tolerance(const Solid& a, const Solid& b) {
+  return std::max(
+      kDefaultTolerance * std::min(a.diameter(), b.diameter()),
+      kLeastTolerance * kEpsilon * std::max(a.largest_coordinate(), b.largest_coordinate()));
+}
+
+/// Inline: of shapes in their own frames nothing is asked of bodies.
+inline Lengths lengths(const Solid& p, const Solid& q, double tolerance) {
+  Lengths length;
+  length.contact = tolerance > 0.0 ? tolerance : default_tolerance(p, q);
+  const double larger = std::max(p.diameter(), q.diameter());
+  length.rounding = kRounding * kEpsilon * larger;
+  length.uneven = larger > kUneven * std::min(p.diameter(), q.diameter());
+  const double coordinate = std::max(p.largest_coordinate(), q.largest_coordinate());
+  length.place = std::max(length.rounding, kPlaceRounding * kEpsilon * coordinate);
+  length.widest = std::max({length.contact, length.place, kClearAbove * length.rounding});
+  return length;
+}
 
 /// What may carry the plane on one side: a vertex, the two ends of an edge (ascending), or a face.
 struct Carrier {
@@ -103,6 +120,15 @@ Trial certify_hint(const Solid& a, const Solid& b, const FeatureHint& hint, cons
                    NearestFeatures& answer);
 
 /// The carrier of the first three corners where the search ended; false: none of the three kinds.
-bool corner_carrier(const Solid& polyhedron, std::span<const int> corners, Carrier& carrier);
+inline bool corner_carrier(const Solid& polyhedron, std::span<const int> corners,
+                           Carrier& carrier) {
+  const int u = corners[0], v = corners[1], w = corners[2];
+  const int low = std::min(std::min(u, v), w), high = std::max(std::max(u, v), w);
+  const int middle = u + v + w - low - high;
+  carrier = {low == high ? FeatureKind::Vertex : FeatureKind::Edge, {low, high}, -1};
+  if (low == middle || middle == high) return true;
+  carrier = {FeatureKind::Face, {}, common_face(polyhedron.topology(), corners.first(3))};
+  return carrier.face >= 0;
+}
 
 }  // namespace quoin::geometry

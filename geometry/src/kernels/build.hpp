@@ -22,6 +22,16 @@
 namespace quoin::geometry {
 namespace {
 
+/// Two shapes in their own frames: for them some kernels are built without placing anything.
+inline bool in_own_frames(const Solid& a, const Solid& b) {
+  return a.body() == nullptr && b.body() == nullptr;
+}
+[[gnu::always_inline]] inline void assume_own_frames(const Solid& a, const Solid& b) {
+  if (!in_own_frames(a, b) || a.turned() != nullptr || b.turned() != nullptr) {
+    __builtin_unreachable();
+  }
+}
+
 /// `Set`: FewScan for solids of few vertices, ManyScan for others; Lanes; and for polygons in rows
 /// `lay` and `find_masks`.
 template <class Set>
@@ -82,24 +92,32 @@ struct Build {
       NearestFeatures& answer) {
     return try_hinted<Scan>(a, b, hint, length, answer);
   }
-  /// Of two solids that are not turned: built without the turns.
-  [[gnu::flatten, gnu::noinline]] QUOIN_UNPACKED static Trial certify_straight_hint(
+  [[gnu::flatten, gnu::noinline]] QUOIN_UNPACKED static Trial certify_own_hint(
       const Solid& a, const Solid& b, const FeatureHint& hint, const Lengths& length,
       NearestFeatures& answer) {
-    if (a.turned() != nullptr || b.turned() != nullptr) __builtin_unreachable();
+    assume_own_frames(a, b);
     return try_hinted<FewScan>(a, b, hint, length, answer);
   }
   static Trial certify_hint(const Solid& a, const Solid& b, const FeatureHint& hint,
                             const Lengths& length, NearestFeatures& answer) {
     if (!few_vertices(a, b)) return certify_hint_by<ManyScan>(a, b, hint, length, answer);
-    const bool turned = a.turned() != nullptr || b.turned() != nullptr;
-    return turned ? certify_hint_by<FewScan>(a, b, hint, length, answer)
-                  : certify_straight_hint(a, b, hint, length, answer);
+    return in_own_frames(a, b) ? certify_own_hint(a, b, hint, length, answer)
+                               : certify_hint_by<FewScan>(a, b, hint, length, answer);
   }
 
-  [[gnu::flatten]] static CornerFeatures corner_features(const Solid& p, const Solid& q,
-                                                         const Vector3& direction) {
-    return around<FewScan>(p, q, direction);
+  [[gnu::flatten, gnu::noinline]] QUOIN_UNPACKED static Trial certify_placed_corners(
+      const Solid& a, const Solid& b, const Lengths& length, NearestFeatures& answer) {
+    return try_corners<FewScan>(a, b, length, answer);
+  }
+  [[gnu::flatten, gnu::noinline]] QUOIN_UNPACKED static Trial certify_own_corners(
+      const Solid& a, const Solid& b, const Lengths& length, NearestFeatures& answer) {
+    assume_own_frames(a, b);
+    return try_corners<FewScan>(a, b, length, answer);
+  }
+  static Trial certify_corners(const Solid& a, const Solid& b, const Lengths& length,
+                               NearestFeatures& answer) {
+    return in_own_frames(a, b) ? certify_own_corners(a, b, length, answer)
+                               : certify_placed_corners(a, b, length, answer);
   }
 
   template <class Scan, class AnyRows>
@@ -152,7 +170,7 @@ struct Build {
             .overlay_faces = overlay_faces,
             .certify = certify,
             .certify_hint = certify_hint,
-            .corner_features = corner_features,
+            .certify_corners = certify_corners,
             .nearest_feature_search = nearest_feature_search,
             .box_sat = box_sat,
             .expand_polytope = expand_polytope,

@@ -78,8 +78,9 @@ Trial certify_hint(const Solid& a, const Solid& b, const FeatureHint& hint, cons
   return widest->certify_hint(a, b, hint, length, answer);
 }
 
-CornerFeatures corner_features(const Solid& p, const Solid& q, const Vector3& direction) {
-  return widest->corner_features(p, q, direction);
+Trial certify_corners(const Solid& a, const Solid& b, const Lengths& length,
+                      NearestFeatures& answer) {
+  return widest->certify_corners(a, b, length, answer);
 }
 
 SearchResult nearest_feature_search(const Solid& p, const Solid& q, const Vector3& direction,

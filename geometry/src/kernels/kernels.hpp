@@ -36,7 +36,7 @@ struct Kernels {
                    const Overlap*, NearestFeatures&);
   Trial (*certify_hint)(const Solid&, const Solid&, const FeatureHint&, const Lengths&,
                         NearestFeatures&);
-  CornerFeatures (*corner_features)(const Solid&, const Solid&, const Vector3&);
+  Trial (*certify_corners)(const Solid&, const Solid&, const Lengths&, NearestFeatures&);
   SearchResult (*nearest_feature_search)(const Solid&, const Solid&, const Vector3&, double);
   SearchResult (*box_sat)(const Solid&, const Solid&, double);
   SearchResult (*expand_polytope)(const Solid&, const Solid&, const SearchResult&, double);

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "numeric/error_bounds.hpp"
+#include "shape/scan.hpp"
 
 namespace quoin::geometry {
 namespace {
@@ -22,9 +23,8 @@ struct Brick {
   double uneven = 0.0, error = 0.0;  // as measured; with the rounding of the corners
 
   explicit Brick(const Solid& solid) : vertices(solid.topology().brick()) {
-    const auto at = [&](std::size_t place) {
-      return Vector3(solid.turn(row_offset(solid, vertices[place])));
-    };
+    const Rows rows(solid);
+    const auto at = [&](std::size_t place) { return Vector3(rows.placed(vertices[place])); };
     const Vector3 base = at(0);
     middle = base;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -75,14 +75,14 @@ struct Directions {
 /// parallel span none: infinite, and at least nothing.
 struct Overlaps {
   alignas(64) double value[16], sure[16];
-  unsigned close = 0;  // bits of directions of edges that are parallel within 1/16
+  alignas(64) double skew[16];  // of the two edges: the inverse square of the sine between them
 };
 
 /// Four of them.
 template <class Lanes>
 void find_overlaps(const Directions& edges, std::size_t first, const Vector3& across, double reach,
                    Overlaps& overlaps) {
-  constexpr double kClose = 16.0, kParallel = 1e6;  // inverse sines
+  constexpr double kParallel = 1e6;  // inverse sine
   const auto all = [](double value) { return Lanes::all(value); };
   const auto size = [&](const Lanes& v) { return v.larger(all(0.0) - v); };
   const std::uint16_t *const u = &Directions::kFirst[first], *const v = &Directions::kSecond[first];
@@ -105,7 +105,7 @@ void find_overlaps(const Directions& edges, std::size_t first, const Vector3& ac
   (depth - all(kEpsilon * reach) * (all(kDirectionRounding) + cancelled))
       .where(there, all(-kInfinity))
       .store(overlaps.sure + first);
-  overlaps.close |= (~cancelled.below(all(kClose * kClose)).bits() & 15u) << first;
+  cancelled.store(overlaps.skew + first);
 }
 
 /// Across the two edges of a direction, towards Q; any length.
@@ -147,45 +147,59 @@ SearchResult mean_of_planes(const Directions& edges, unsigned lanes, const Vecto
   return result;
 }
 
+/// Two bricks and what is known of the 15 directions.
+struct BrickPair {
+  const Brick &p, &q;
+  const Directions& edges;
+  const Overlaps& overlaps;
+  Vector3 across;  // from one middle to the other, m
+  double rounding, least;
+};
+
+/// Directions of which a number is below a limit; beyond it.
 template <class Lanes>
-SearchResult least_overlap(const Solid& solid_p, const Solid& solid_q, double rounding) {
-  SearchResult result;
-  const Brick p(solid_p), q(solid_q);
-  const Vector3 across = (solid_q.origin() - solid_p.origin()) + (q.middle - p.middle);
-  const double reach = across.norm() + solid_p.diameter() + solid_q.diameter();
-  const Directions edges(p, q);
-  Overlaps overlaps;
-  Lanes least_four = Lanes::all(kInfinity);
-  for (std::size_t k = 0; k < 16; k += 4) {
-    find_overlaps<Lanes>(edges, k, across, reach, overlaps);
-    least_four = least_four.smaller(Lanes::of(overlaps.value + k));
-  }
-  const double least = least_four.least();
-  result.normal = facing_direction(edges, overlaps, across);
-  const auto beyond = [](const double* row, double limit) {
-    unsigned bits = 0;
-    for (int k = 0; k < 16; k += 4) bits |= Lanes::all(limit).below(Lanes::of(row + k)).bits() << k;
-    return bits & Directions::kAll;
-  };
-  if (std::abs(least) <= rounding) {
-    const unsigned parallel = beyond(overlaps.value, std::numeric_limits<double>::max());
-    const unsigned open =
-        ~beyond(overlaps.sure, kBothPart * rounding) & ~parallel & Directions::kAll;
-    if ((open & overlaps.close) != 0) return result;
-    // Several planes, and so on any other way, which may measure them otherwise.
-    const double unsure = kTieBand * rounding + p.uneven + q.uneven;
-    if (std::abs(least) > rounding - unsure) return result;
-    const unsigned sure = ~beyond(overlaps.value, kBothPart * rounding - unsure) & Directions::kAll;
-    const unsigned tied = ~beyond(overlaps.value, kBothPart * rounding) & Directions::kAll;
-    const SearchResult mean = mean_of_planes(edges, tied, across, result);
-    const bool certain = sure == tied || mean_of_planes(edges, sure, across, result).outcome ==
-                                             SearchOutcome::Touching;
-    return certain ? mean : result;
-  }
-  const unsigned best = ~beyond(overlaps.value, least) & Directions::kAll;
+unsigned below(const double* row, double limit) {
+  unsigned bits = 0;
+  for (int k = 0; k < 16; k += 4) bits |= Lanes::of(row + k).below(Lanes::all(limit)).bits() << k;
+  return bits & Directions::kAll;
+}
+template <class Lanes>
+unsigned beyond(const double* row, double limit) {
+  unsigned bits = 0;
+  for (int k = 0; k < 16; k += 4) bits |= Lanes::all(limit).below(Lanes::of(row + k)).bits() << k;
+  return bits & Directions::kAll;
+}
+
+/// Bricks that no direction parts by more than rounding, nor shows to overlap by more.
+template <class Lanes>
+SearchResult touching_planes(const BrickPair& pair, const SearchResult& unclear) {
+  constexpr double kClose = 16.0;  // inverse sine of edges that are all but parallel
+  const auto& [p, q, edges, overlaps, across, rounding, least] = pair;
+  const unsigned parallel = beyond<Lanes>(overlaps.value, std::numeric_limits<double>::max());
+  const unsigned open =
+      ~beyond<Lanes>(overlaps.sure, kBothPart * rounding) & ~parallel & Directions::kAll;
+  const unsigned close = ~below<Lanes>(overlaps.skew, kClose * kClose) & Directions::kAll;
+  if ((open & close) != 0) return unclear;
+  // Several planes, and so on any other way, which may measure them otherwise.
+  const double unsure = kTieBand * rounding + p.uneven + q.uneven;
+  if (std::abs(least) > rounding - unsure) return unclear;
+  const unsigned sure =
+      ~beyond<Lanes>(overlaps.value, kBothPart * rounding - unsure) & Directions::kAll;
+  const unsigned tied = ~beyond<Lanes>(overlaps.value, kBothPart * rounding) & Directions::kAll;
+  const SearchResult mean = mean_of_planes(edges, tied, across, unclear);
+  const bool certain = sure == tied || mean_of_planes(edges, sure, across, unclear).outcome ==
+                                           SearchOutcome::Touching;
+  return certain ? mean : unclear;
+}
+
+/// Bricks that overlap less in one direction than in all others, beyond doubt.
+template <class Lanes>
+SearchResult clear_overlap(const BrickPair& pair, SearchResult result) {
+  const auto& [p, q, edges, overlaps, across, rounding, least] = pair;
+  const unsigned best = ~beyond<Lanes>(overlaps.value, least) & Directions::kAll;
   const double error = kBrickErrors * (p.error + q.error), clear = kBrickClear * rounding + error;
   if (!(least > clear) || !std::has_single_bit(best) ||
-      (beyond(overlaps.sure, least + clear) | best) != Directions::kAll) {
+      (beyond<Lanes>(overlaps.sure, least + clear) | best) != Directions::kAll) {
     return result;
   }
   const auto lane = static_cast<std::size_t>(std::countr_zero(best));
@@ -204,6 +218,28 @@ SearchResult least_overlap(const Solid& solid_p, const Solid& solid_q, double ro
   result.normal = normal;
   result.bound = -(least + error);
   result.iterations = 1;
+  return result;
+}
+
+template <class Lanes>
+SearchResult least_overlap(const Solid& solid_p, const Solid& solid_q, double rounding) {
+  const Brick p(solid_p), q(solid_q);
+  const Vector3 across = (solid_q.origin() - solid_p.origin()) + (q.middle - p.middle);
+  const double reach = across.norm() + solid_p.diameter() + solid_q.diameter();
+  const Directions edges(p, q);
+  Overlaps overlaps;
+  Lanes least_four = Lanes::all(kInfinity);
+  for (std::size_t k = 0; k < 16; k += 4) {
+    find_overlaps<Lanes>(edges, k, across, reach, overlaps);
+    least_four = least_four.smaller(Lanes::of(overlaps.value + k));
+  }
+  const BrickPair pair{p, q, edges, overlaps, across, rounding, least_four.least()};
+  const bool touching = std::abs(pair.least) <= rounding;
+  SearchResult result =
+      touching ? touching_planes<Lanes>(pair, {}) : clear_overlap<Lanes>(pair, {});
+  if (result.outcome == SearchOutcome::Unclear) {
+    result.normal = facing_direction(edges, overlaps, across);
+  }
   return result;
 }
 

@@ -1,8 +1,8 @@
 #pragma once
-/// corner_features, as a kernel. See kernels/kernels.hpp. Internal.
+/// certify_corners, as a kernel. See kernels/kernels.hpp. Internal.
 
+#include "certify/certificate_kernel.hpp"
 #include "search/corner_features.hpp"
-
 #include "search/simplex_reduction.hpp"
 #include "shape/scan.hpp"
 
@@ -105,8 +105,13 @@ constexpr std::array<Spanned, 32> spanned() {
   return all;
 }
 
+/// Corners that span one feature of P and one of Q; those that are fewer than three stand twice.
+struct CornerFeatures {
+  std::array<int, 3> p, q;
+};
+
 template <class Scan>
-CornerFeatures around(const Solid& solid_p, const Solid& solid_q, const Vector3& direction) {
+CornerFeatures around(const Solid& solid_p, const Solid& solid_q, const Vec3& direction) {
   const Rows rows_p(solid_p), rows_q(solid_q);
   const PairSupport both = Scan::support_pair(rows_p, rows_q, direction);
   const int i = both.p.vertex, j = both.q.vertex;
@@ -134,6 +139,17 @@ CornerFeatures around(const Solid& solid_p, const Solid& solid_q, const Vector3&
       all_q{ends_q[0], ends_q[1], ends_q[2], j};
   return {{all_p[by.p[0]], all_p[by.p[1]], all_p[by.p[2]]},
           {all_q[by.q[0]], all_q[by.q[1]], all_q[by.q[2]]}};
+}
+
+template <class Scan>
+Trial try_corners(const Solid& a, const Solid& b, const Lengths& length, NearestFeatures& answer) {
+  const Vec3 between = Vec3(b.vertex_mean()) - Vec3(a.vertex_mean());
+  const CornerFeatures corners = around<Scan>(a, b, between);
+  Carrier by_a, by_b;
+  if (!corner_carrier(a, corners.p, by_a) || !corner_carrier(b, corners.q, by_b)) {
+    return Trial::Refuted;
+  }
+  return try_kinds<Scan>(a, b, by_a, by_b, length, nullptr, answer);
 }
 
 }  // namespace

@@ -4,7 +4,6 @@
 
 #include "numeric/error_bounds.hpp"
 #include "search/box_sat.hpp"
-#include "search/corner_features.hpp"
 #include "search/describe.hpp"
 #include "search/epa.hpp"
 #include "search/proposals.hpp"
@@ -68,14 +67,6 @@ bool overlapping_answer(const CanonicalPair& pair, Quick& quick, NearestFeatures
     return false;
   if (pair.reversed) swap_names(answer);
   return true;
-}
-
-/// The nearest features of the corners that look at each other.
-bool corner_answer(const Solid& a, const Solid& b, const Lengths& length, Quick& quick,
-                   NearestFeatures& answer) {
-  ++quick.iterations;
-  const CornerFeatures corners = corner_features(a, b, b.vertex_mean() - a.vertex_mean());
-  return found_answer(a, b, length, {corners.p, corners.q}, nullptr, answer);
 }
 
 /// Solids that touch at a vertex or along an edge: the middle of the planes between them. Its gap
@@ -165,7 +156,7 @@ bool searched_answer(const Solid& a, const Solid& b, const Lengths& length, cons
   const bool bricks = are_bricks(a, b), hinted = hint.vertices_a[0] >= 0;
   if (bricks && hinted && touched_answer(a, b, length, hint, quick, answer)) return true;
   if (quick.searched) return false;
-  if (has_plain_corners(a, b) && corner_answer(a, b, length, quick, answer)) return true;
+  if (hinted && corner_answer(a, b, length, quick.iterations, answer)) return true;
   if (bricks && !quick.parted && brick_answer(ordered(a, b, length), quick, answer)) return true;
   if (quick.searched) return false;
   const SearchResult found = nearest_feature_search(a, b, b.vertex_mean() - a.vertex_mean(),

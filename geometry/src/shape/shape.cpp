@@ -381,9 +381,9 @@ bool turns_left(const Points& vertices, std::span<const int> face, const Vector3
 Shape::Shape(std::shared_ptr<const Topology> topology, const Eigen::Ref<const Points>& vertices)
     : topology_(std::move(topology)),
       vertices_(3, vertices.cols()),
+      padded_count_(static_cast<int>((vertices.cols() + 7) / 8 * 8)),
       face_normals_(3, topology_->face_count()),
-      face_is_convex_(static_cast<std::size_t>(topology_->face_count()), 1),
-      padded_count_(static_cast<int>((vertices.cols() + 7) / 8 * 8)) {
+      face_is_convex_(static_cast<std::size_t>(topology_->face_count()), 1) {
   offsets_.resize(3 * static_cast<std::size_t>(padded_count_));
   check_rounding_mode();
   set_vertices(vertices);

@@ -149,7 +149,7 @@ struct AlignedAllocator {
 
 /// The exact convex hull of its vertices as given, in the world frame. The faces of the topology
 /// are labels on that solid: a rotated quadrilateral is never exactly planar.
-class Shape {
+class alignas(64) Shape {
  public:
   /// Whether the vertices make the faces convex is not checked: `build.hpp` does. vertices:
   /// 3 × vertex_count, m. Throws InputError as set_vertices does, and while the rounding mode of
@@ -190,17 +190,18 @@ class Shape {
  private:
   void update_faces();
 
+  // What every query reads fills two cache lines.
   std::shared_ptr<const Topology> topology_;
   Points vertices_;
-  Points face_normals_;
-  std::vector<char> face_is_convex_;
   std::vector<double, AlignedAllocator<double>> offsets_;
   int padded_count_ = 0;
   Vector3 origin_ = Vector3::Zero();
-  Vector3 vertex_mean_ = Vector3::Zero();
-  Box box_;
   double diameter_ = 0.0;
   double largest_coordinate_ = 0.0;
+  Vector3 vertex_mean_ = Vector3::Zero();
+  Points face_normals_;
+  std::vector<char> face_is_convex_;
+  Box box_;
 };
 
 }  // namespace quoin::geometry
