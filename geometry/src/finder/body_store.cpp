@@ -43,6 +43,7 @@ void BodyStore::make_room() {
   make_room_in(kind_of_);
   make_room_in(changes_);
   make_room_in(ways_);
+  if (!reaches_.empty()) make_room_in(reaches_);
 }
 
 /// One more user of a kind, which is made if there is none like it.
@@ -96,6 +97,7 @@ int BodyStore::add(std::shared_ptr<const Shape> shape, const Placement& placemen
   kind_of_.push_back(kind);
   changes_.push_back(BodyChange::Moved);
   ways_.push_back(0.0);
+  if (!reaches_.empty()) reaches_.push_back(0.0);
   ++present_;
   return handle;
 }
@@ -145,6 +147,18 @@ void BodyStore::set_options(int handle, const BodyOptions& options) {
   if (changes_[at(place)] == BodyChange::None) changes_[at(place)] = BodyChange::Moved;
 }
 
+/// A longer reach uses up what pairs were apart, as if the body had come nearer by as much: the
+/// reach of a pair, the larger of two, grows by no more than both together.
+void BodyStore::set_reach(int handle, double reach) {
+  const int place = slot(handle);
+  if (reaches_.empty()) reaches_.assign(at(slots()), 0.0);
+  double& now = reaches_[at(place)];
+  if (reach == now) return;
+  if (reach > now) ways_[at(place)] = longer_way(ways_[at(place)], reach - now);
+  now = reach;
+  if (changes_[at(place)] == BodyChange::None) changes_[at(place)] = BodyChange::Moved;
+}
+
 bool BodyStore::all_may_touch() const {
   std::uint32_t category = ~0u, collides_with = ~0u;
   for (const Kind& kind : kinds_) {
@@ -178,6 +192,7 @@ bool BodyStore::pack() {
     kind_of_[at(next)] = kind_of_[at(from)];
     changes_[at(next)] = changes_[at(from)];
     ways_[at(next)] = ways_[at(from)];
+    if (!reaches_.empty()) reaches_[at(next)] = reaches_[at(from)];
     slot_of_[at(handles_[at(next)])] = next;
     ++next;
   }
@@ -186,6 +201,7 @@ bool BodyStore::pack() {
   kind_of_.resize(at(next));
   changes_.resize(at(next));
   ways_.resize(at(next));
+  if (!reaches_.empty()) reaches_.resize(at(next));
   return true;
 }
 

@@ -17,6 +17,7 @@ class BodyStore {
   void move(int handle, const Placement& placement);
   void replace_shape(int handle, std::shared_ptr<const Shape> shape);
   void set_options(int handle, const BodyOptions& options);
+  void set_reach(int handle, double reach);
 
   bool contains(int handle) const { return handle >= 0 && handle < given() && find(handle) >= 0; }
   int slot(int handle) const;
@@ -33,10 +34,14 @@ class BodyStore {
   }
   int handle(int slot) const { return was_packed() ? handles_[at(slot)] : slot; }
   std::span<const int> handles() const { return handles_; }  ///< ascending; empty: those of slots
-  /// One a slot, since the last settle(). New, removed and otherwise used bodies have moved.
+  /// One a slot, since the last settle(). New, removed and otherwise used bodies have moved, and so
+  /// have those with another reach.
   std::span<const BodyChange> changes() const { return changes_; }
-  /// One a slot: the sum of the farthest that a point of the body has come in each move, m.
+  /// One a slot: the sum of the farthest that a point of the body has come in each move, and of all
+  /// that its reach has grown by, m.
   std::span<const double> ways() const { return ways_; }
+  std::span<const double> reaches() const { return reaches_; }  ///< one a slot, m; empty: all 0
+  double reach(int slot) const { return reaches_.empty() ? 0.0 : reaches_[at(slot)]; }
   /// Whether the masks of no two bodies can keep them apart.
   bool all_may_touch() const;
   double largest_tolerance() const;  ///< default_tolerance of any two bodies is no larger, m
@@ -80,6 +85,7 @@ class BodyStore {
   std::vector<int> kind_of_;  // -1: a hole
   std::vector<BodyChange> changes_;
   std::vector<double> ways_;
+  std::vector<double> reaches_;  // empty until one is set
   int present_ = 0;
 };
 

@@ -185,6 +185,7 @@ struct BroadPhase::Tree {
   std::vector<FloatBox> boxes;  // as seen from `origin`, m
   std::vector<Node*> leaves;    // null: not in the tree
   std::vector<std::uint8_t> state;
+  std::vector<float> own_reach;      // of each box, m; empty: all 0
   Vector3 origin = Vector3::Zero();  // m
   int present = 0, in_tree = 0;
   double built_reach = -1.0;  // m
@@ -203,7 +204,15 @@ struct BroadPhase::Tree {
   bool has(int i, BoxState bit) const { return (state[at(i)] & bit) != 0; }
   bool both_idle(int a, int b) const { return (state[at(a)] & state[at(b)] & kIdle) != 0; }
 
-  void set(int i, const Box& box, BoxUse use);
+  /// Up to where a box and any other are a pair, m, where `most` is so for all.
+  float reach_of(int i, float most) const {
+    return own_reach.empty() ? most : std::max(most, own_reach[at(i)]);
+  }
+  float reach_of(const BlockPair& pair, float most) const {
+    return own_reach.empty() ? most : reach_of(pair.a, reach_of(pair.b, most));
+  }
+
+  void set(int i, const Box& box, BoxUse use, double reach);
   void remove(int i);
   void clear();
   void find_kept(double reach);
@@ -216,8 +225,10 @@ struct BroadPhase::Tree {
   /// that will follow soon do not count as inside.
   bool has_room(int i) const {
     const float more = moved.size() * kMany > boxes.size() ? soon(i) : 0.0F;
-    return encloses(leaves[at(i)]->bv, boxes[at(i)], growth + more);
+    return encloses(leaves[at(i)]->bv, boxes[at(i)], grown_by(i) + more);
   }
+  /// Fat boxes of a pair overlap when the boxes are within any reach of it.
+  float grown_by(int i) const { return growth + reach_of(i, 0.0F); }
   float soon(int i) const { return kSoon * kSkin * diagonal(boxes[at(i)]); }
   FloatBox fat_box(int i, const FloatVector& ahead) const;
   void use_reach(double reach);
@@ -238,9 +249,9 @@ struct BroadPhase::Tree {
   void forget_moved();
 };
 
-/// The box grown by its skin, along the way it goes and by half the reach; never less than that in
-/// spite of rounding, but cut off at kFarthest. A box of NaN is within reach of nothing: it gets a
-/// place of no size, and is looked at again in each call.
+/// The box grown by its skin, along the way it goes, by half the reach of all and by its own; never
+/// less than that in spite of rounding, but cut off at kFarthest. A box of NaN is within reach of
+/// nothing: it gets a place of no size, and is looked at again in each call.
 FloatBox BroadPhase::Tree::fat_box(int i, const FloatVector& ahead) const {
   const FloatBox& box = boxes[at(i)];
   const float length = std::min(diagonal(box), kFarthest);
@@ -250,11 +261,11 @@ FloatBox BroadPhase::Tree::fat_box(int i, const FloatVector& ahead) const {
     fat.max_.setZero();
     return fat;
   }
-  const float cap = kLookAheadCap * length;
+  const float cap = kLookAheadCap * length, room = grown_by(i);
   for (Eigen::Index k = 0; k < 3; ++k) {
     const float way = std::clamp(kLookAhead * ahead[k], -cap, cap);
-    const float low = kSkin * length + growth + std::max(0.0F, -way);
-    const float high = kSkin * length + growth + std::max(0.0F, way);
+    const float low = kSkin * length + room + std::max(0.0F, -way);
+    const float high = kSkin * length + room + std::max(0.0F, way);
     const float min = box.min_[k] - low - 4 * rounding(std::abs(box.min_[k]) + low);
     const float max = box.max_[k] + high + 4 * rounding(std::abs(box.max_[k]) + high);
     fat.min_[k] = std::clamp(min, -kFarthest, kFarthest);
@@ -274,13 +285,17 @@ void BroadPhase::Tree::note_moved(int i) {
 }
 
 /// A new fat box waits in the leaf until follow() brings the tree up to date.
-void BroadPhase::Tree::set(int i, const Box& box, BoxUse use) {
+void BroadPhase::Tree::set(int i, const Box& box, BoxUse use, double reach) {
   if (boxes.empty() && box.min.allFinite()) origin = box.min;
   if (i == count()) {
     boxes.emplace_back();
     leaves.push_back(nullptr);
     state.push_back(kAbsent);
+    if (!own_reach.empty()) own_reach.push_back(0.0F);
   }
+  if (reach > 0.0 && own_reach.empty()) own_reach.assign(boxes.size(), 0.0F);
+  if (!own_reach.empty())
+    own_reach[at(i)] = reach > 0.0 ? rounded_up(std::min(reach, kMostReach)) : 0.0F;
   const FloatVector before = boxes[at(i)].min_;
   round_outward(box, origin, boxes[at(i)]);
   const std::uint8_t idle = use == BoxUse::Idle ? kIdle : 0;
@@ -312,6 +327,7 @@ void BroadPhase::Tree::clear() {
   boxes.clear();
   leaves.clear();
   state.clear();
+  own_reach.clear();
   moved.clear();
   kept.clear();
   present = 0;
@@ -350,7 +366,8 @@ void BroadPhase::Tree::try_all(double reach) {
   for (int a = 0; a < count(); ++a) {
     if (has(a, kAbsent)) continue;
     for (int b = a + 1; b < count(); ++b) {
-      if (!has(b, kAbsent) && !both_idle(a, b) && within_reach(boxes[at(a)], boxes[at(b)], most)) {
+      if (!has(b, kAbsent) && !both_idle(a, b) &&
+          within_reach(boxes[at(a)], boxes[at(b)], reach_of({a, b}, most))) {
         kept.push_back({a, b});
       }
     }
@@ -548,11 +565,11 @@ BroadPhase::~BroadPhase() = default;
 BroadPhase::BroadPhase(BroadPhase&&) noexcept = default;
 BroadPhase& BroadPhase::operator=(BroadPhase&&) noexcept = default;
 
-void BroadPhase::set(int i, const Box& box, BoxUse use) {
+void BroadPhase::set(int i, const Box& box, BoxUse use, double reach) {
   if (i < 0 || i > size()) {
     throw InputError("broad phase: box " + std::to_string(i) + " of " + std::to_string(size()));
   }
-  tree_->set(i, box, use);
+  tree_->set(i, box, use, reach);
 }
 
 void BroadPhase::remove(int i) {
@@ -567,7 +584,7 @@ bool BroadPhase::leaves_room(int i, const Box& box) const {
   if (leaf == nullptr) return true;
   FloatBox next;
   round_outward(box, tree_->origin, next);
-  return !encloses(leaf->bv, next, tree_->growth);
+  return !encloses(leaf->bv, next, tree_->growth + tree_->reach_of(i, 0.0F));
 }
 
 void BroadPhase::renew_all() { tree_->too_many_moved = true; }
@@ -580,7 +597,8 @@ const std::vector<BlockPair>& BroadPhase::find_candidates(double reach) {
   tree_->find_kept(reach);
   const float most = rounded_up(std::min(reach, kMostReach));
   tree_->filter([&](const BlockPair& pair) {
-    return within_reach(tree_->boxes[Tree::at(pair.a)], tree_->boxes[Tree::at(pair.b)], most);
+    return within_reach(tree_->boxes[Tree::at(pair.a)], tree_->boxes[Tree::at(pair.b)],
+                        tree_->reach_of(pair, most));
   });
   return tree_->result;
 }
@@ -598,7 +616,8 @@ const std::vector<BlockPair>& BroadPhase::find_candidates(std::span<const Box> b
   }
   if (leaving * kSample * kBulk > boxes.size()) renew_all();
   for (std::size_t i = 0; i < boxes.size(); ++i) {
-    tree_->set(static_cast<int>(i), boxes[i], is_idle(idle, i) ? BoxUse::Idle : BoxUse::Moving);
+    tree_->set(static_cast<int>(i), boxes[i], is_idle(idle, i) ? BoxUse::Idle : BoxUse::Moving,
+               0.0);
   }
   tree_->find_kept(reach);
   tree_->filter([&](const BlockPair& pair) {

@@ -65,7 +65,7 @@ void ContactFinder::Memory::update_box(int slot) {
   }
   const bool idle = store.motion(slot) == BodyMotion::Idle;
   broad_phase.set(slot, placed_box(store.shape(slot), store.placement(slot)),
-                  idle ? BoxUse::Idle : BoxUse::Moving);
+                  idle ? BoxUse::Idle : BoxUse::Moving, store.reach(slot));
 }
 
 /// Do so many bodies leave the room that their boxes have that all had better get new room?
@@ -115,6 +115,7 @@ FindCounts ContactFinder::Memory::find(std::vector<ContactPoint>& contacts) {
   source.names = store.handles();
   source.changes = store.changes();
   source.ways = store.ways();
+  source.reaches = store.reaches();
   const FindCounts counts = batch.find(source, all ? near : pairs, contacts, &executor());
   store.settle();
   return counts;
@@ -148,6 +149,12 @@ void ContactFinder::replace_shape(int handle, std::shared_ptr<const Shape> shape
 
 void ContactFinder::set_options(int handle, const BodyOptions& options) {
   memory().store.set_options(handle, options);
+}
+
+void ContactFinder::set_reach(int handle, double reach) {
+  Memory& m = memory();
+  require_length(reach, "finder: reach of a body");
+  m.store.set_reach(handle, reach);
 }
 
 bool ContactFinder::contains(int handle) const { return memory().store.contains(handle); }

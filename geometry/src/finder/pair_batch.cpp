@@ -133,6 +133,8 @@ void check(const BodySource& bodies) {
   fits(bodies.names.size(), "names");
   fits(bodies.changes.size(), "changes");
   fits(bodies.ways.size(), "ways");
+  fits(bodies.reaches.size(), "reaches");
+  for (const double reach : bodies.reaches) require_length(reach, "pair batch: reach of a body");
   for (std::size_t i = 1; i < bodies.names.size(); ++i) {
     if (bodies.names[i] <= bodies.names[i - 1]) {
       throw InputError("pair batch: body " + std::to_string(i) + " is named " +
@@ -207,6 +209,16 @@ struct PairBatch::Memory {
     if (bodies.ways.empty()) return std::numeric_limits<double>::infinity();
     return bodies.ways[static_cast<std::size_t>(pair.a)] +
            bodies.ways[static_cast<std::size_t>(pair.b)];
+  }
+  double reach_of(const BlockPair& pair) const {
+    if (bodies.reaches.empty()) return options.reach;
+    return std::max({options.reach, bodies.reaches[static_cast<std::size_t>(pair.a)],
+                     bodies.reaches[static_cast<std::size_t>(pair.b)]});
+  }
+  ContactOptions options_of(const BlockPair& pair) const {
+    ContactOptions own = options;
+    own.reach = reach_of(pair);
+    return own;
   }
   bool both_stand(const BlockPair& pair) const {
     return change(pair.a) == BodyChange::None && change(pair.b) == BodyChange::None;
@@ -347,7 +359,7 @@ void PairBatch::Memory::match(std::size_t i, WorkerPart& part, std::span<const T
     return;
   }
   part.previous.resize(points.size());
-  part.tracking.match(now, was, options.reach, part.previous);
+  part.tracking.match(now, was, reach_of(pairs[i]), part.previous);
   for (std::size_t k = 0; k < points.size(); ++k) {
     points[k].previous = part.previous[k] < 0 ? -1 : old.first + part.previous[k];
   }
@@ -374,7 +386,7 @@ bool PairBatch::Memory::stay_apart(std::size_t i, const Body& a, const Body& b) 
   if (states[i].listed >= 0 || known[i].hint.vertices_a[0] < 0) return false;
   const double tolerance = options.tolerance > 0.0 ? options.tolerance : default_tolerance(a, b);
   const double beyond =
-      apart_beyond(a, b, known[i].hint.normal, std::max(options.reach, tolerance));
+      apart_beyond(a, b, known[i].hint.normal, std::max(reach_of(pairs[i]), tolerance));
   if (!(beyond > 0.0)) return false;
   if (!bodies.ways.empty()) {
     states[i].apart_until = (ways_of(pairs[i]) + beyond) * (1.0 - 4 * kEpsilon);
@@ -387,8 +399,8 @@ void PairBatch::Memory::search_pair(std::size_t i, WorkerPart& part, const Body&
   const Body& b = part.bodies.second(pairs[i].b, pairs[i].a);
   if (stay_apart(i, a, b)) return;
   const std::size_t first = contacts.size();
-  const NearestFeatures nearest = append_contacts_within_reach({named[i].a, named[i].b}, a, b,
-                                                               options, known[i].hint, contacts);
+  const NearestFeatures nearest = append_contacts_within_reach(
+      {named[i].a, named[i].b}, a, b, options_of(pairs[i]), known[i].hint, contacts);
   known[i].hint = nearest.hint;
   result.indeterminate = nearest.indeterminate;
   describe(nearest, std::span(contacts).subspan(first), result);
@@ -402,7 +414,7 @@ void PairBatch::Memory::search_flush(std::size_t first, std::size_t last, Worker
     if (!in_contact || known[i].hint.face_a < 0 || known[i].hint.face_b < 0) continue;
     const Body& a = part.bodies.first(pairs[i].a);
     const Body& b = part.bodies.second(pairs[i].b, pairs[i].a);
-    part.flush.take(i, {named[i].a, named[i].b}, a, b, known[i].hint);
+    part.flush.take(i, {named[i].a, named[i].b}, a, b, known[i].hint, reach_of(pairs[i]));
   }
   part.flush.finish();
 }

@@ -22,8 +22,9 @@ class BroadPhase {
   BroadPhase(BroadPhase&&) noexcept;
   BroadPhase& operator=(BroadPhase&&) noexcept;
 
-  /// Box number `i` is new or has another place; i <= size(), the next one is appended.
-  void set(int i, const Box& box, BoxUse use = BoxUse::Moving);
+  /// Box number `i` is new or has another place; i <= size(), the next one is appended. `reach`: of
+  /// its own, m.
+  void set(int i, const Box& box, BoxUse use = BoxUse::Moving, double reach = 0.0);
   /// Box number `i` meets nothing until it is set again.
   void remove(int i);
   void clear();  ///< no boxes
@@ -37,8 +38,8 @@ class BroadPhase {
 
   int size() const;
 
-  /// All pairs with boxes at most `reach` (m) apart, and few others whose boxes are so but for the
-  /// rounding to single precision; ascending.
+  /// All pairs with boxes at most `reach` (m), or the reach of one of the two, apart, and few
+  /// others whose boxes are so but for the rounding to single precision; ascending.
   const std::vector<BlockPair>& find_candidates(double reach);
 
   /// The same for boxes that all may have moved: exactly the pairs with boxes at most `reach` (m)
