@@ -5,6 +5,7 @@
 #include <quoin/geometry.hpp>
 
 #include "support/catch.hpp"
+#include "support/counted_allocations.hpp"
 #include "support/random.hpp"
 
 namespace {
@@ -171,4 +172,98 @@ TEST_CASE("reach: a fast body makes nobody search pairs that it has no part in")
     CHECK(counts.searched == 0);
     CHECK(contacts.size() == count);
   }
+}
+
+TEST_CASE("contacts of some bodies: those that find() lists, whatever happened before") {
+  Random random(quoin::tests::environment_number("QUOIN_SEED", 21));
+  for (const auto& [rows, columns] : {std::pair(3, 4), std::pair(9, 9)}) {
+    Crowd bodies = crowd(rows, columns, random);
+    ContactFinder asked({}), two({.threads = 2}), silent({});
+    for (ContactFinder* finder : {&asked, &two, &silent}) bodies.put_into(*finder);
+    std::vector<ContactPoint> contacts, with_two, all, asked_before;
+    for (int step = 0; step < 80; ++step) {
+      CAPTURE(rows, step);
+      change(bodies, step % 5 == 0 ? 0.5 : step % 5 == 1 ? 0.02 : 0.0, random);
+      for (ContactFinder* finder : {&asked, &two, &silent}) bodies.tell(*finder);
+      std::vector<int> handles;
+      const double share = random.chance(0.2) ? 1.0 : 0.1;
+      for (int i = static_cast<int>(bodies.places.size()) - 1; i >= 0; --i) {
+        if (random.chance(share)) handles.push_back(i);
+      }
+      asked.contacts_of(handles, contacts);
+      two.contacts_of(handles, with_two);
+      std::vector<ContactPoint> expected = bodies.found_afresh();
+      std::erase_if(expected, [&](const ContactPoint& point) {
+        return std::ranges::find(handles, point.key.a) == handles.end() &&
+               std::ranges::find(handles, point.key.b) == handles.end();
+      });
+      REQUIRE(same(contacts, expected));
+      REQUIRE(same(with_two, expected));
+      CHECK(std::ranges::all_of(contacts, [](const ContactPoint& p) { return p.previous == -1; }));
+      if (step % 7 != 0) continue;
+      asked.find(asked_before);
+      silent.find(all);
+      REQUIRE(same(all, asked_before));
+      for (std::size_t i = 0; i < all.size(); ++i) {
+        REQUIRE(all[i].previous == asked_before[i].previous);
+      }
+    }
+  }
+}
+
+TEST_CASE("contacts of some bodies: bodies that come, go and change their shape in between") {
+  Random random(8);
+  const SharedShape block = brick(), tip = tetrahedron();
+  ContactFinder finder({.reach = 1e-3});
+  for (const Placement& place : wall(6, 6, 1e-4, random)) finder.add(block, place);
+  std::vector<ContactPoint> contacts, all;
+  finder.find(contacts);
+  std::vector<int> present;
+  for (int i = 0; i < 36; ++i) present.push_back(i);
+  for (int step = 0; step < 60; ++step) {
+    CAPTURE(step);
+    const auto some =
+        static_cast<std::size_t>(random.integer(0, static_cast<int>(present.size()) - 1));
+    const Placement place = finder.body(present[some]).placement();
+    if (step % 3 == 0) finder.replace_shape(present[some], random.chance(0.5) ? tip : block);
+    if (step % 3 == 1) present.push_back(finder.add(random.chance(0.5) ? tip : block, place));
+    if (step % 3 == 2) {
+      finder.remove(present[some]);
+      present.erase(present.begin() + static_cast<std::ptrdiff_t>(some));
+    }
+    finder.contacts_of(present, contacts);
+    ContactFinder fresh({.reach = 1e-3});
+    for (const int handle : present) {
+      fresh.add(SharedShape(SharedShape(), &finder.body(handle).shape()),
+                finder.body(handle).placement());
+    }
+    fresh.find(all);
+    for (ContactPoint& point : all) {
+      point.key.a = present[static_cast<std::size_t>(point.key.a)];
+      point.key.b = present[static_cast<std::size_t>(point.key.b)];
+    }
+    REQUIRE(same(contacts, all));
+  }
+  CHECK_THROWS_AS(finder.contacts_of(std::vector<int>{1000}, contacts), InputError);
+}
+
+TEST_CASE("contacts of some bodies: once warm nothing is allocated") {
+  Random random(4);
+  const SharedShape block = brick();
+  ContactFinder finder({.reach = 1e-3});
+  for (const Placement& place : wall(10, 10, 0.0, random)) finder.add(block, place);
+  const Vector3 start = finder.body(44).placement().translation;
+  const std::vector<int> handles{44};
+  std::vector<ContactPoint> contacts;
+  finder.find(contacts);
+  const auto move = [&](int step) {
+    finder.move(44, {Matrix3::Identity(), start + Vector3(0, 1e-5 * (step % 4), 0)});
+    const FindCounts counts = finder.contacts_of(handles, contacts);
+    CHECK(counts.candidates < 12);
+  };
+  for (int step = 0; step < 8; ++step) move(step);
+  const long before = quoin::tests::allocations;
+  for (int step = 0; step < 8; ++step) move(step);
+  CHECK(quoin::tests::allocations == before);
+  CHECK(contacts.size() > 10);
 }

@@ -173,7 +173,7 @@ int leaf_index(const Node& leaf) {
 void* leaf_data(int i) { return reinterpret_cast<void*>(static_cast<std::intptr_t>(i)); }
 
 /// What holds of a box, as bits.
-enum BoxState : std::uint8_t { kAbsent = 1, kIdle = 2, kMoved = 4 };
+enum BoxState : std::uint8_t { kAbsent = 1, kIdle = 2, kMoved = 4, kUnplaced = 8, kAsked = 16 };
 
 }  // namespace
 
@@ -192,8 +192,11 @@ struct BroadPhase::Tree {
   float growth = 0.0F;        // of a fat box beyond the box and its room, m
   std::size_t visits = 0, visits_when_new = 0;
 
-  std::vector<int> moved;  // out of their room, new or gone; not all of them when too_many_moved
+  // Boxes out of their room, new or gone: since `kept` was brought up to date, and since the tree
+  // was. Not all of them when too_many_moved.
+  std::vector<int> moved, unplaced;
   bool too_many_moved = false;  // the whole tree will be refitted: boxes that are set get new room
+  bool kept_is_old = true;      // not but for `moved`
   std::vector<BlockPair> kept, scratch, fresh, result;
   std::vector<const Node*> stack;
   std::vector<NodePair> pair_stack;
@@ -216,8 +219,10 @@ struct BroadPhase::Tree {
   void remove(int i);
   void clear();
   void find_kept(double reach);
+  void find_pairs_of(std::span<const int> asked, double reach);
+  void keep_near(const std::vector<BlockPair>& pairs, double reach);
   template <class WithinReach>
-  void filter(WithinReach&& within);
+  void filter(const std::vector<BlockPair>& pairs, WithinReach&& within);
 
  private:
   void note_moved(int i);
@@ -234,11 +239,12 @@ struct BroadPhase::Tree {
   void use_reach(double reach);
   void fell_tree();
   void try_all(double reach);
-  void build();
+  void update_tree(double reach);
+  void plant();
   void follow(double reach);
+  void update_kept();
   bool insert_new();
   void put_moved();
-  void refit();
   template <class Visit>
   void query(const FloatBox& box, Visit&& visit);
   void query_all();
@@ -246,7 +252,13 @@ struct BroadPhase::Tree {
   void split_larger(const Node& x, const Node& y);
   void sort_kept();
   void query_moved();
+  void ask_few(std::span<const int> asked, double reach);
+  void ask_tree(std::span<const int> asked);
   void forget_moved();
+  void forget_unplaced();
+  void clear_bit(int i, BoxState bit) {
+    state[at(i)] = static_cast<std::uint8_t>(state[at(i)] & ~bit);
+  }
 };
 
 /// The box grown by its skin, along the way it goes, by half the reach of all and by its own; never
@@ -275,13 +287,14 @@ FloatBox BroadPhase::Tree::fat_box(int i, const FloatVector& ahead) const {
 }
 
 void BroadPhase::Tree::note_moved(int i) {
-  if (has(i, kMoved) || too_many_moved) return;
+  if ((has(i, kMoved) && has(i, kUnplaced)) || too_many_moved) return;
   if (moved.size() * kBulk > boxes.size()) {
     too_many_moved = true;
     return;
   }
-  state[at(i)] |= kMoved;
-  moved.push_back(i);
+  if (!has(i, kMoved)) moved.push_back(i);
+  if (!has(i, kUnplaced)) unplaced.push_back(i);
+  state[at(i)] |= kMoved | kUnplaced;
 }
 
 /// A new fat box waits in the leaf until follow() brings the tree up to date.
@@ -301,7 +314,7 @@ void BroadPhase::Tree::set(int i, const Box& box, BoxUse use, double reach) {
   const std::uint8_t idle = use == BoxUse::Idle ? kIdle : 0;
   const bool idle_changed = (state[at(i)] & kIdle) != idle;
   present += has(i, kAbsent);
-  state[at(i)] = static_cast<std::uint8_t>((state[at(i)] & kMoved) | idle);
+  state[at(i)] = static_cast<std::uint8_t>((state[at(i)] & (kMoved | kUnplaced)) | idle);
   Node* leaf = leaves[at(i)];
   if (leaf != nullptr && (too_many_moved || !has_room(i))) {
     leaf->bv = fat_box(i, boxes[at(i)].min_ - before);
@@ -314,7 +327,7 @@ void BroadPhase::Tree::set(int i, const Box& box, BoxUse use, double reach) {
 void BroadPhase::Tree::remove(int i) {
   if (has(i, kAbsent)) return;
   --present;
-  state[at(i)] = static_cast<std::uint8_t>((state[at(i)] & kMoved) | kAbsent);
+  state[at(i)] = static_cast<std::uint8_t>((state[at(i)] & (kMoved | kUnplaced)) | kAbsent);
   note_moved(i);
   if (leaves[at(i)] == nullptr) return;
   tree.remove(leaves[at(i)]);
@@ -329,6 +342,7 @@ void BroadPhase::Tree::clear() {
   state.clear();
   own_reach.clear();
   moved.clear();
+  unplaced.clear();
   kept.clear();
   present = 0;
   too_many_moved = false;
@@ -338,6 +352,7 @@ void BroadPhase::Tree::fell_tree() {
   tree.clear();
   std::fill(leaves.begin(), leaves.end(), nullptr);
   in_tree = 0;
+  kept_is_old = true;
 }
 
 void BroadPhase::Tree::use_reach(double reach) {
@@ -351,13 +366,75 @@ void BroadPhase::Tree::find_kept(double reach) {
   if (present < kFewBoxes) {
     if (in_tree > 0) fell_tree();
     try_all(most);
-  } else if (in_tree == 0) {
-    use_reach(most);
-    build();
   } else {
-    follow(most);
+    update_tree(most);
+    update_kept();
   }
+  forget_unplaced();
   forget_moved();
+}
+
+void BroadPhase::Tree::update_tree(double reach) {
+  if (in_tree > 0) return follow(reach);
+  use_reach(reach);
+  plant();
+}
+
+/// The tree is up to date; afterwards `kept` is.
+void BroadPhase::Tree::update_kept() {
+  if (!kept_is_old) {
+    if (!moved.empty()) query_moved();
+    return;
+  }
+  query_all();
+  if (visits_when_new > 0 &&
+      static_cast<double>(visits) > kWornOut * static_cast<double>(visits_when_new)) {
+    tree.balanceTopdown();
+    query_all();
+    visits_when_new = 0;
+  }
+  if (visits_when_new == 0) visits_when_new = visits;
+  kept_is_old = false;
+}
+
+/// Into `fresh`, ascending: all pairs within reach that have one of the boxes asked for.
+void BroadPhase::Tree::find_pairs_of(std::span<const int> asked, double reach) {
+  const double most = std::min(reach, kMostReach);
+  for (const int i : asked) state[at(i)] |= kAsked;
+  fresh.clear();
+  if (present < kFewBoxes) {
+    ask_few(asked, most);
+  } else {
+    update_tree(most);
+    forget_unplaced();
+    if (kept_is_old) forget_moved();
+    ask_tree(asked);
+  }
+  for (const int i : asked) clear_bit(i, kAsked);
+  std::sort(fresh.begin(), fresh.end());
+  fresh.erase(std::unique(fresh.begin(), fresh.end()), fresh.end());
+}
+
+void BroadPhase::Tree::ask_few(std::span<const int> asked, double reach) {
+  const float most = rounded_up(reach);
+  for (const int i : asked) {
+    for (int j = 0; j < count() && !has(i, kAbsent); ++j) {
+      if (i == j || has(j, kAbsent) || (has(j, kAsked) && j < i) || both_idle(i, j)) continue;
+      const BlockPair pair{std::min(i, j), std::max(i, j)};
+      if (within_reach(boxes[at(i)], boxes[at(j)], reach_of(pair, most))) fresh.push_back(pair);
+    }
+  }
+}
+
+void BroadPhase::Tree::ask_tree(std::span<const int> asked) {
+  for (const int i : asked) {
+    if (has(i, kAbsent)) continue;
+    query(leaves[at(i)]->bv, [&](int j) {
+      if (i != j && (!has(j, kAsked) || i < j) && !both_idle(i, j)) {
+        fresh.push_back({std::min(i, j), std::max(i, j)});
+      }
+    });
+  }
 }
 
 void BroadPhase::Tree::try_all(double reach) {
@@ -374,7 +451,7 @@ void BroadPhase::Tree::try_all(double reach) {
   }
 }
 
-void BroadPhase::Tree::build() {
+void BroadPhase::Tree::plant() {
   fell_tree();
   std::vector<Node*> order;  // init sorts what it is given
   for (int i = 0; i < count(); ++i) {
@@ -389,8 +466,7 @@ void BroadPhase::Tree::build() {
   }
   in_tree = present;
   tree.init(order, 0);
-  query_all();
-  visits_when_new = visits;
+  visits_when_new = 0;
 }
 
 template <class Visit>
@@ -498,7 +574,7 @@ bool BroadPhase::Tree::insert_new() {
 
 /// FCL's tree does nothing when the box that a leaf holds contains the new one: it holds none.
 void BroadPhase::Tree::put_moved() {
-  for (const int i : moved) {
+  for (const int i : unplaced) {
     if (has(i, kAbsent)) continue;
     const FloatBox fat = leaves[at(i)]->bv;
     leaves[at(i)]->bv = FloatBox();
@@ -507,52 +583,44 @@ void BroadPhase::Tree::put_moved() {
 }
 
 /// Brings the tree up to date with boxes that left their room, came, went, or fell idle or are so
-/// no longer.
+/// no longer. `kept` may be old then.
 void BroadPhase::Tree::follow(double reach) {
   const bool other_reach = reach > built_reach || reach * kReachWaste * kReachSlack < built_reach;
   if (other_reach) use_reach(reach);
-  if (!insert_new()) return build();
-  if (!other_reach && !too_many_moved) {
-    if (moved.empty()) return;
-    put_moved();
-    return query_moved();
-  }
+  if (!insert_new()) return plant();
+  if (!other_reach && !too_many_moved) return put_moved();
   if (other_reach) {
     for (int i = 0; i < count(); ++i) {
       if (leaves[at(i)] != nullptr) leaves[at(i)]->bv = fat_box(i, FloatVector::Zero());
     }
   }
-  refit();
-}
-
-void BroadPhase::Tree::refit() {
   tree.refit();
-  query_all();
-  if (static_cast<double>(visits) > kWornOut * static_cast<double>(visits_when_new)) {
-    tree.balanceTopdown();
-    query_all();
-    visits_when_new = visits;
-  }
+  kept_is_old = true;
 }
 
 void BroadPhase::Tree::forget_moved() {
-  for (const int i : moved) state[at(i)] = static_cast<std::uint8_t>(state[at(i)] & ~kMoved);
+  for (const int i : moved) clear_bit(i, kMoved);
   moved.clear();
+}
+
+void BroadPhase::Tree::forget_unplaced() {
+  for (const int i : unplaced) clear_bit(i, kUnplaced);
+  unplaced.clear();
   too_many_moved = false;
 }
 
-/// Those of `kept` that are within reach, into `result`.
+/// Those that are within reach, into `result`.
 template <class WithinReach>
-void BroadPhase::Tree::filter(WithinReach&& within) {
+void BroadPhase::Tree::filter(const std::vector<BlockPair>& pairs, WithinReach&& within) {
   std::array<BlockPair, 256> few;  // still in the cache when they are copied
   result.clear();
-  result.reserve(kept.size());
-  for (std::size_t first = 0; first < kept.size(); first += few.size()) {
-    const std::size_t last = std::min(first + few.size(), kept.size());
+  result.reserve(pairs.size());
+  for (std::size_t first = 0; first < pairs.size(); first += few.size()) {
+    const std::size_t last = std::min(first + few.size(), pairs.size());
     std::size_t found = 0;
     for (std::size_t k = first; k < last; ++k) {
-      few[found] = kept[k];
-      found += within(kept[k]);
+      few[found] = pairs[k];
+      found += within(pairs[k]);
     }
     result.insert(result.end(), few.begin(), few.begin() + static_cast<std::ptrdiff_t>(found));
   }
@@ -593,13 +661,27 @@ void BroadPhase::clear() { tree_->clear(); }
 
 int BroadPhase::size() const { return tree_->count(); }
 
+void BroadPhase::Tree::keep_near(const std::vector<BlockPair>& pairs, double reach) {
+  const float most = rounded_up(std::min(reach, kMostReach));
+  filter(pairs, [&](const BlockPair& pair) {
+    return within_reach(boxes[at(pair.a)], boxes[at(pair.b)], reach_of(pair, most));
+  });
+}
+
 const std::vector<BlockPair>& BroadPhase::find_candidates(double reach) {
   tree_->find_kept(reach);
-  const float most = rounded_up(std::min(reach, kMostReach));
-  tree_->filter([&](const BlockPair& pair) {
-    return within_reach(tree_->boxes[Tree::at(pair.a)], tree_->boxes[Tree::at(pair.b)],
-                        tree_->reach_of(pair, most));
-  });
+  tree_->keep_near(tree_->kept, reach);
+  return tree_->result;
+}
+
+const std::vector<BlockPair>& BroadPhase::find_candidates_of(std::span<const int> boxes,
+                                                             double reach) {
+  for (const int i : boxes) {
+    if (i >= 0 && i < size()) continue;
+    throw InputError("broad phase: box " + std::to_string(i) + " of " + std::to_string(size()));
+  }
+  tree_->find_pairs_of(boxes, reach);
+  tree_->keep_near(tree_->fresh, reach);
   return tree_->result;
 }
 
@@ -620,7 +702,7 @@ const std::vector<BlockPair>& BroadPhase::find_candidates(std::span<const Box> b
                0.0);
   }
   tree_->find_kept(reach);
-  tree_->filter([&](const BlockPair& pair) {
+  tree_->filter(tree_->kept, [&](const BlockPair& pair) {
     return within_reach(boxes[Tree::at(pair.a)], boxes[Tree::at(pair.b)], reach);
   });
   return tree_->result;

@@ -42,8 +42,12 @@ class BroadPhase {
   /// others whose boxes are so but for the rounding to single precision; ascending.
   const std::vector<BlockPair>& find_candidates(double reach);
 
-  /// The same for boxes that all may have moved: exactly the pairs with boxes at most `reach` (m)
-  /// apart, pairs of two idle blocks left out. `idle` is empty or one flag a box.
+  /// Of these, the pairs with one of some boxes, in any order; costs what these boxes and those set
+  /// since the last call cost, not what all do.
+  const std::vector<BlockPair>& find_candidates_of(std::span<const int> boxes, double reach);
+
+  /// The same for all boxes, which all may have moved: exactly the pairs with boxes at most `reach`
+  /// (m) apart, pairs of two idle blocks left out. `idle` is empty or one flag a box.
   const std::vector<BlockPair>& find_candidates(std::span<const Box> boxes, double reach,
                                                 std::span<const char> idle = {});
 

@@ -75,6 +75,11 @@ class ContactFinder {
   /// Writes all contact points, sorted by key; key.a and key.b are handles. See PairBatch::find()
   /// for ContactPoint::previous. No allocation when warm.
   FindCounts find(std::vector<ContactPoint>& contacts);
+  /// A question by the way: what find() would list of those pairs alone that have a body of
+  /// `handles`, in any order, ContactPoint::previous being -1. Costs what these pairs
+  /// and the bodies moved since the last call cost, however many others there are. The next find()
+  /// lists, matches and counts as though nobody had asked. No allocation when warm.
+  FindCounts contacts_of(std::span<const int> handles, std::vector<ContactPoint>& contacts);
   /// The pairs in contact after the last find() and those that it ended, ascending by handles.
   std::span<const PairResult> pairs() const;
 

@@ -86,6 +86,13 @@ class PairBatch {
   FindCounts find(const BodySource& bodies, std::span<const BlockPair> pairs,
                   std::vector<ContactPoint>& contacts, Executor* executor = nullptr);
 
+  /// A question by the way: what find() would list of these pairs alone, ContactPoint::previous
+  /// being -1. Costs what these pairs cost, not what all do. The next find() lists, matches and
+  /// counts as though nobody had asked; bodies have changed since the last find(). Throws as find()
+  /// does, but trusts names and reaches. No allocation when warm.
+  FindCounts contacts_of(const BodySource& bodies, std::span<const BlockPair> pairs,
+                         std::vector<ContactPoint>& contacts, Executor* executor = nullptr);
+
   /// The pairs in contact after the last find() and those that it ended, ascending by (a, b).
   std::span<const PairResult> pairs() const;
 
