@@ -51,10 +51,12 @@ Reach::Reach(const CompiledScene& compiled, const StepOptions& options, const Se
   const double dt = options.time_step;
   const double fall = compiled.scene.gravity.at(state.time + dt).norm() * dt * dt;
   new_ = fall != known.fall || state.opening != known.opening;
-  if (new_) known = {std::vector<double>(state.blocks.size(), 0.0), fall, state.opening};
+  known.fall = fall;
+  known.opening = state.opening;
   if (!new_) {
     for (const int block : moved) look_at(options, state, block);
   } else {
+    known.of_block.assign(state.blocks.size(), 0.0);
     for (std::size_t b = 0; b < state.blocks.size(); ++b) {
       look_at(options, state, static_cast<int>(b));
     }

@@ -181,7 +181,8 @@ void start_islands(const StepRun& run, std::span<Island* const> islands) {
     return i >= 0 ? work.owners[index(i)] : nullptr;
   };
   const double opening = largest_opening(run.compiled, run.state.contacts);
-  KnownReaches reaches;
+  KnownReaches& reaches = work.start_reaches;
+  reaches.fall = -1.0;  // of all blocks, anew
   const Reach reach(run.compiled, run.options, {run.state.blocks, opening, run.state.time}, {},
                     reaches);
   bool between = false;  // a point of two islands

@@ -63,6 +63,7 @@ struct Workspace : StepMemory {
   /// changes the state from outside.
   long search_epoch = 0;
   KnownReaches known_reaches;  ///< of the last search
+  KnownReaches start_reaches;  ///< memory of start_islands()
   bool islands_met = false;    ///< the last search found contacts between two islands
 
   StepMemory before;                          ///< as the step began
