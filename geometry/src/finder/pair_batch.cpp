@@ -127,6 +127,17 @@ void describe(const auto& answer, std::span<const ContactPoint> points, PairResu
 
 BlockPair names_of(const PairResult& result) { return {result.a, result.b}; }
 
+/// Throws InputError for a pair that does not name two bodies.
+void check_pairs(std::span<const BlockPair> pairs, int count) {
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const auto [a, b] = pairs[i];
+    if (a >= 0 && b >= 0 && a < count && b < count && a != b) continue;
+    throw InputError("pair " + std::to_string(i) + " is (" + std::to_string(a) + ", " +
+                     std::to_string(b) + "), must name two of " + std::to_string(count) +
+                     " bodies");
+  }
+}
+
 void check_sizes(const BodySource& bodies) {
   const auto fits = [&](std::size_t size, const char* what) {
     if (size != 0 && size != static_cast<std::size_t>(bodies.count)) {
@@ -181,7 +192,7 @@ struct PairBatch::Memory {
   void take_pairs(std::span<const BlockPair> given);
   void carry();
   void find_places();
-  void admit(std::span<const BlockPair> asked);
+  void admit(std::span<const BlockPair> strangers);
   void forget_changed();
   void remember(const std::vector<ContactPoint>& contacts);
   void start_history(std::size_t workers);
@@ -253,19 +264,16 @@ struct PairBatch::Memory {
 
 /// Pairs ascending, each once, a < b, as indices and by name.
 void PairBatch::Memory::take_pairs(std::span<const BlockPair> given) {
+  const auto count = static_cast<unsigned>(bodies.count);
   bool ordered = true;
   std::uint64_t last = 0;  // less than any pair
-  for (std::size_t i = 0; i < given.size(); ++i) {
-    const auto [a, b] = given[i];
-    if (a < 0 || b < 0 || a >= bodies.count || b >= bodies.count || a == b) {
-      throw InputError("pair " + std::to_string(i) + " is (" + std::to_string(a) + ", " +
-                       std::to_string(b) + "), must name two of " + std::to_string(bodies.count) +
-                       " bodies");
-    }
-    const std::uint64_t place = static_cast<std::uint64_t>(a) << 32 | static_cast<unsigned>(b);
-    ordered = ordered & (a < b) & (last < place);
+  for (const BlockPair& pair : given) {
+    const auto a = static_cast<unsigned>(pair.a), b = static_cast<unsigned>(pair.b);
+    const std::uint64_t place = static_cast<std::uint64_t>(a) << 32 | b;
+    ordered = ordered & (a < b) & (b < count) & (last < place);
     last = place;
   }
+  if (!ordered) check_pairs(given, bodies.count);
   pairs = given;
   if (!ordered) {
     sorted.assign(given.begin(), given.end());
@@ -321,7 +329,7 @@ void PairBatch::Memory::find_places() {
 
 /// Pairs that find() was not asked for come in. Where they have become many, those go that neither
 /// have a history nor are asked for now.
-void PairBatch::Memory::admit(std::span<const BlockPair> asked) {
+void PairBatch::Memory::admit(std::span<const BlockPair> strangers) {
   const bool crowded = named.size() > 2 * listed_pairs + kFewStrangers;
   next_named.clear();
   next_states.clear();
@@ -331,15 +339,15 @@ void PairBatch::Memory::admit(std::span<const BlockPair> asked) {
     next_states.push_back(state);
     next_known.push_back(memory);
   };
-  auto next = asked.begin();
+  auto next = strangers.begin();
   for (std::size_t i = 0; i < named.size(); ++i) {
-    for (; next != asked.end() && *next < named[i]; ++next) add(*next, {}, {});
-    const bool is_asked = next != asked.end() && *next == named[i];
+    for (; next != strangers.end() && *next < named[i]; ++next) add(*next, {}, {});
+    const bool is_asked = next != strangers.end() && *next == named[i];
     next += is_asked;
     if (crowded && !is_asked && states[i].listed < 0 && states[i].kept < 0) continue;
     add(named[i], states[i], known[i]);
   }
-  for (; next != asked.end(); ++next) add(*next, {}, {});
+  for (; next != strangers.end(); ++next) add(*next, {}, {});
   std::swap(named, next_named);
   std::swap(states, next_states);
   std::swap(known, next_known);
