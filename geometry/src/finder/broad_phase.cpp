@@ -226,6 +226,7 @@ struct BroadPhase::Tree {
 
  private:
   void note_moved(int i);
+  void set_own_reach(int i, double reach);
   /// Is the box still inside its fat box less the growth? Once many have left their rooms, those
   /// that will follow soon do not count as inside.
   bool has_room(int i) const {
@@ -297,6 +298,11 @@ void BroadPhase::Tree::note_moved(int i) {
   state[at(i)] |= kMoved | kUnplaced;
 }
 
+void BroadPhase::Tree::set_own_reach(int i, double reach) {
+  if (own_reach.empty()) own_reach.assign(boxes.size(), 0.0F);
+  own_reach[at(i)] = reach > 0.0 ? rounded_up(std::min(reach, kMostReach)) : 0.0F;
+}
+
 /// A new fat box waits in the leaf until follow() brings the tree up to date.
 void BroadPhase::Tree::set(int i, const Box& box, BoxUse use, double reach) {
   if (boxes.empty() && box.min.allFinite()) origin = box.min;
@@ -306,9 +312,7 @@ void BroadPhase::Tree::set(int i, const Box& box, BoxUse use, double reach) {
     state.push_back(kAbsent);
     if (!own_reach.empty()) own_reach.push_back(0.0F);
   }
-  if (reach > 0.0 && own_reach.empty()) own_reach.assign(boxes.size(), 0.0F);
-  if (!own_reach.empty())
-    own_reach[at(i)] = reach > 0.0 ? rounded_up(std::min(reach, kMostReach)) : 0.0F;
+  if (reach > 0.0 || !own_reach.empty()) set_own_reach(i, reach);
   const FloatVector before = boxes[at(i)].min_;
   round_outward(box, origin, boxes[at(i)]);
   const std::uint8_t idle = use == BoxUse::Idle ? kIdle : 0;

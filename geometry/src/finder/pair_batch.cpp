@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <optional>
 #include <quoin/geometry/pair_batch.hpp>
@@ -126,6 +127,12 @@ void describe(const auto& answer, std::span<const ContactPoint> points, PairResu
 }
 
 BlockPair names_of(const PairResult& result) { return {result.a, result.b}; }
+
+bool same_pairs(std::span<const BlockPair> x, std::span<const BlockPair> y) {
+  static_assert(sizeof(BlockPair) == 2 * sizeof(int));
+  return x.size() == y.size() &&
+         (x.empty() || std::memcmp(x.data(), y.data(), x.size_bytes()) == 0);
+}
 
 /// Throws InputError for a pair that does not name two bodies.
 void check_pairs(std::span<const BlockPair> pairs, int count) {
@@ -290,9 +297,7 @@ void PairBatch::Memory::take_pairs(std::span<const BlockPair> given) {
 /// Each pair of the last call keeps what it knows; a new one starts cold.
 void PairBatch::Memory::carry() {
   const std::span<const BlockPair> now = bodies.names.empty() ? pairs : renamed;
-  if (std::ranges::equal(now, named)) {
-    return;
-  }
+  if (same_pairs(now, named)) return;
   next_states.resize(now.size());
   next_known.resize(now.size());
   std::size_t old = 0;
