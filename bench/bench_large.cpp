@@ -29,7 +29,7 @@ double peak_megabytes() {
 
 /// Microseconds a step; a block falls from 400 m. `columns` 0: alone.
 double falling_step(int columns, int rows, int steps) {
-  constexpr int kUntilRest = 4;
+  constexpr int kUntilRest = 6;
   solver::Scene scene = quoin::bench::wall_scene(columns, rows);
   scene.add_rigid(quoin::geometry::make_box({-1.5, 0, 400}, {-1.1, 0.2, 400.2}), {.density = 2000});
   solver::Simulation simulation(scene, {.time_step = 5e-3});

@@ -208,6 +208,8 @@ CompiledScene compile(Scene scene) {
         make_block_model(block, shapes.of(*block.shape), compiled.origin, static_cast<int>(b)));
     unknowns.push_back(compiled.models.back().unknowns);
     sizes.push_back(compiled.models.back().size);
+    if (unknowns.back() == 0)
+      compiled.idle_blocks.push_back(static_cast<int>(compiled.idle.size()));
     compiled.idle.push_back(unknowns.back() == 0);
     if (block.kind == BlockKind::Prescribed && !is_always_zero(block.motion.value)) {
       compiled.prescribed.push_back(static_cast<int>(b));

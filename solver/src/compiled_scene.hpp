@@ -27,6 +27,7 @@ struct CompiledScene {
   std::vector<BlockModel> models;
   Slots slots;
   std::vector<char> idle;         ///< per block: no unknowns
+  std::vector<int> idle_blocks;   ///< those, ascending
   std::vector<int> prescribed;    ///< blocks moved by a motion
   std::vector<PointForce> loads;  ///< point, face and body loads
   std::vector<HeldPoint> held;

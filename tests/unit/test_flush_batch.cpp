@@ -158,9 +158,12 @@ TEST_CASE("flush batch: the bits of each pair asked alone") {
     batch.start(options);
     const int count = random.integer(1, 9);
     for (int k = 0; k < count; ++k) {
-      questions.push_back(std::make_unique<Question>(random, options));
+      ContactOptions own = options;
+      if (random.chance(0.3)) own.reach = 1e-5;
+      questions.push_back(std::make_unique<Question>(random, own));
       const Question& question = *questions.back();
-      batch.take(questions.size() - 1, {3, 8}, question.a, question.b, question.cold.hint);
+      batch.take(questions.size() - 1, {3, 8}, question.a, question.b, question.cold.hint,
+                 own.reach);
       const FeatureHint& hint = question.cold.hint;
       flush += hint.face_a >= 0 && hint.face_b >= 0;
     }
@@ -183,7 +186,6 @@ TEST_CASE("flush batch: every instruction set gives the bits of the plain one") 
     FlushQuestion question;
     const ContactOptions options = options_of(random);
     question.tolerance = options.tolerance;
-    question.reach = options.reach;
     std::vector<std::unique_ptr<Question>> questions;
     std::array<FlushPair, FlushRow::kPairs> pairs;
     for (std::size_t lane = 0; lane < pairs.size(); ++lane) {
@@ -191,6 +193,7 @@ TEST_CASE("flush batch: every instruction set gives the bits of the plain one") 
         questions.push_back(std::make_unique<Question>(random, options));
       } while (
           !pairs[lane].take(questions.back()->a, questions.back()->b, questions.back()->cold.hint));
+      pairs[lane].reach = lane % 2 == 0 ? options.reach : 1e-4;
       pairs[lane].pack(lane, question);
     }
     std::vector<std::uint64_t> first;

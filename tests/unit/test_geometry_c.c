@@ -240,6 +240,8 @@ static void test_finder(void) {
   CHECK(quoin_finder_add(finder, NULL, NULL, &handle) == QUOIN_BAD_INPUT);
   CHECK(quoin_finder_replace_shape(finder, 3, NULL) == QUOIN_BAD_INPUT);
   CHECK(quoin_finder_set_reach(finder, -1) == QUOIN_BAD_INPUT);
+  CHECK(quoin_finder_set_body_reach(finder, 3, -1) == QUOIN_BAD_INPUT);
+  CHECK(quoin_finder_set_body_reach(finder, 3, 0.1) == QUOIN_OK);
   quoin_free_finder(finder);
   quoin_free_finder(NULL);
   CHECK(quoin_finder_find(NULL) == QUOIN_BAD_INPUT && quoin_finder_size(NULL) == 0);

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <quoin/geometry/build.hpp>
 #include <quoin/solver.hpp>
+#include <sstream>
 
 #include "support/catch.hpp"
 
@@ -39,18 +41,13 @@ int closed_contacts(const State& state) {
 TEST_CASE("A wall at rest is not searched while a block falls beside it") {
   Simulation simulation(wall_and_block(50.0), {.time_step = 5e-3});
   for (int i = 0; i < 40; ++i) REQUIRE(simulation.advance().status == StepStatus::Converged);
-  long searched = 0;
-  int steps_with_search = 0;
   for (int i = 0; i < 100; ++i) {
     const StepReport report = simulation.advance();
     REQUIRE(report.status == StepStatus::Converged);
     CHECK(report.islands == 2);
     CHECK(report.islands_at_rest == 1);
-    steps_with_search += report.searched_pairs > 2;
-    searched += report.searched_pairs;
+    CHECK(report.searched_pairs <= 2);  // whatever its speed
   }
-  CAPTURE(searched);
-  CHECK(steps_with_search <= 2);  // from 2 to 7 m/s its reach passes two powers of two
 }
 
 TEST_CASE("The report of a step beside a wall at rest is that of all blocks and contacts") {
@@ -91,4 +88,46 @@ TEST_CASE("A block falls beside a wall at rest as it does alone") {
   }
   CHECK(with.state().blocks.back().centroid == without.state().blocks.back().centroid);
   CHECK(with.state().blocks.back().velocity == without.state().blocks.back().velocity);
+}
+
+TEST_CASE("Blocks that fall beside and onto a wall at rest go on from a checkpoint to the bit") {
+  // What is known of a wall at rest is not saved: the run that goes on finds everything anew.
+  Scene scene = wall_and_block(0.5);
+  for (const double x : {0.3, 1.9, -3.1}) {
+    const Vector3 low(x, 0.05, x < 0.0 ? 0.3 : 2.0 + 0.2 * x);
+    scene.add_rigid(geometry::make_box(low, low + Vector3(0.4, 0.2, 0.2)), kRigid);
+  }
+  const StepOptions options{.time_step = 5e-3};
+  Simulation through(scene, options);
+  auto broken = std::make_unique<Simulation>(scene, options);
+  bool rested = false, woken = false;
+  for (int i = 0; i < 100; ++i) {
+    CAPTURE(i);
+    if (i % 9 == 4) {
+      std::stringstream saved;
+      broken->save(saved);
+      broken = std::make_unique<Simulation>(scene, options, saved);
+    }
+    const StepReport report = through.advance(), again = broken->advance();
+    REQUIRE(report.status == StepStatus::Converged);
+    rested = rested || report.islands_at_rest > 0;
+    woken = woken || (rested && report.islands_at_rest == 0);
+    const State &a = through.state(), &b = broken->state();
+    for (std::size_t k = 0; k < a.blocks.size(); ++k) {
+      REQUIRE(a.blocks[k].centroid == b.blocks[k].centroid);
+      REQUIRE(a.blocks[k].velocity == b.blocks[k].velocity);
+    }
+    REQUIRE(a.contacts.size() == b.contacts.size());
+    for (std::size_t c = 0; c < a.contacts.size(); ++c) {
+      REQUIRE(a.contacts[c].point.key == b.contacts[c].point.key);
+      REQUIRE(a.contacts[c].point.gap == b.contacts[c].point.gap);
+    }
+    CHECK(a.energy.kinetic == b.energy.kinetic);
+    CHECK(report.islands == again.islands);
+    CHECK(report.islands_at_rest == again.islands_at_rest);
+    CHECK(report.closed_count == again.closed_count);
+    CHECK(report.largest_overlap == again.largest_overlap);
+  }
+  CHECK(rested);
+  CHECK(woken);
 }

@@ -289,6 +289,9 @@ quoin_status quoin_finder_set_options(quoin_finder* finder, int handle,
 quoin_status quoin_finder_set_filter(quoin_finder* finder,
                                      int (*filter)(void* context, int a, int b), void* context);
 quoin_status quoin_finder_set_reach(quoin_finder* finder, double reach);
+/* Of one body, m, 0 when it is added: the reach of a pair is the largest of those of its two bodies
+ * and of the one for all. */
+quoin_status quoin_finder_set_body_reach(quoin_finder* finder, int handle, double reach);
 
 int quoin_finder_size(const quoin_finder* finder);    /* number of bodies; 0 for null */
 int quoin_finder_threads(const quoin_finder* finder); /* fewer than asked for where refused */

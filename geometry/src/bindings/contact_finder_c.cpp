@@ -109,6 +109,10 @@ quoin_status quoin_finder_set_reach(quoin_finder* finder, double reach) {
   return with(finder, [&](geometry::ContactFinder& f) { f.set_reach(reach); });
 }
 
+quoin_status quoin_finder_set_body_reach(quoin_finder* finder, int handle, double reach) {
+  return with(finder, [&](geometry::ContactFinder& f) { f.set_reach(handle, reach); });
+}
+
 int quoin_finder_size(const quoin_finder* finder) {
   return finder == nullptr ? 0 : finder->finder.size();
 }

@@ -132,6 +132,7 @@ bool FlushPair::take(const Body& body_a, const Body& body_b, const FeatureHint& 
 
 void FlushPair::pack(std::size_t lane, FlushQuestion& question) const {
   question.reversed[lane] = reversed;
+  question.reach.of[lane] = reach;
   question.translation_a[0][lane] = a->placement().translation.data();
   question.translation_b[0][lane] = b->placement().translation.data();
   question.turned_a[0][lane] = a->turned_origin().data();
@@ -145,18 +146,18 @@ void FlushPair::pack(std::size_t lane, FlushQuestion& question) const {
 void FlushBatch::start(const ContactOptions& options) {
   options_ = options;
   question_.tolerance = options.tolerance;
-  question_.reach = options.reach;
   waiting_ = 0;
   answers_.clear();
   used_ = 0;
 }
 
 void FlushBatch::take(std::size_t pair, const std::array<int, 2>& blocks, const Body& a,
-                      const Body& b, const FeatureHint& hint) {
+                      const Body& b, const FeatureHint& hint, double reach) {
   FlushPair& entry = pairs_[waiting_];
   if (!entry.take(a, b, hint)) return;
   entry.number = pair;
   entry.blocks = blocks;
+  entry.reach = reach;
   entry.pack(waiting_++, question_);
   if (waiting_ == FlushRow::kPairs) ask();
 }

@@ -15,6 +15,7 @@ struct FlushPair {
   std::size_t number = 0;  ///< the caller's
   std::array<int, 2> blocks{};
   std::optional<Body> a, b;
+  double reach = 0.0;            ///< ContactOptions, m
   bool reversed = false;         ///< P is the caller's B
   int face_p = -1, face_q = -1;  ///< to be proved
 
@@ -39,9 +40,9 @@ class FlushBatch {
   /// Forgets all pairs.
   void start(const ContactOptions& options);
   /// Takes a pair of which `hint` names two faces of bricks; others are left alone. The bodies are
-  /// copied, their shapes must stay until finish().
+  /// copied, their shapes must stay until finish(). `reach` stands for that of the options.
   void take(std::size_t pair, const std::array<int, 2>& blocks, const Body& a, const Body& b,
-            const FeatureHint& hint);
+            const FeatureHint& hint, double reach);
   /// Answers those that still wait.
   void finish();
   /// Of the pairs that were taken, in their order, those of which nothing was left to doubt.

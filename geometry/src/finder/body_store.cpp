@@ -43,6 +43,9 @@ void BodyStore::make_room() {
   make_room_in(kind_of_);
   make_room_in(changes_);
   make_room_in(ways_);
+  const std::size_t most = most_to_place();
+  if (to_place_.capacity() <= most) to_place_.reserve(most + most / 4);
+  if (!reaches_.empty()) make_room_in(reaches_);
 }
 
 /// One more user of a kind, which is made if there is none like it.
@@ -65,6 +68,7 @@ int BodyStore::join_kind(std::shared_ptr<const Shape> shape, const BodyOptions& 
     place->second = free_kinds_.back();
     free_kinds_.pop_back();
     kinds_[at(place->second)] = std::move(made);
+    survey_.reset();
   }
   ++kinds_[at(place->second)].users;
   return place->second;
@@ -75,6 +79,7 @@ void BodyStore::leave_kind(int kind) {
   if (--left.users > 0) return;
   kind_by_key_.erase(key_of(left));
   left.shape.reset();
+  survey_.reset();
   free_kinds_.push_back(kind);
 }
 
@@ -94,10 +99,30 @@ int BodyStore::add(std::shared_ptr<const Shape> shape, const Placement& placemen
   }
   placements_.push_back(placement);
   kind_of_.push_back(kind);
-  changes_.push_back(BodyChange::Moved);
+  changes_.push_back(BodyChange::None);
   ways_.push_back(0.0);
+  if (!reaches_.empty()) reaches_.push_back(0.0);
   ++present_;
+  note_change(slots() - 1, BodyChange::Moved);
   return handle;
+}
+
+void BodyStore::note_change(int slot, BodyChange change) {
+  BodyChange& now = changes_[at(slot)];
+  if (now == BodyChange::None || change == BodyChange::Shape) now = change;
+  const bool is_last = !to_place_.empty() && to_place_.back() == slot;
+  if (many_to_place_ || is_last) return;
+  if (to_place_.size() < most_to_place()) {
+    to_place_.push_back(slot);
+  } else {
+    boxes_are_placed();
+    many_to_place_ = true;
+  }
+}
+
+void BodyStore::boxes_are_placed() {
+  to_place_.clear();
+  many_to_place_ = false;
 }
 
 void BodyStore::remove(int handle) {
@@ -105,7 +130,8 @@ void BodyStore::remove(int handle) {
   leave_kind(kind_of_[at(place)]);
   kind_of_[at(place)] = -1;
   if (was_packed()) slot_of_[at(handle)] = -1;
-  changes_[at(place)] = BodyChange::Moved;
+  changes_[at(place)] = BodyChange::Moved;  // whatever its shape was
+  note_change(place, BodyChange::Moved);
   --present_;
 }
 
@@ -116,7 +142,7 @@ void BodyStore::move(int handle, const Placement& placement) {
   ways_[at(place)] =
       longer_way(ways_[at(place)], largest_move(shape(place), placements_[at(place)], placement));
   placements_[at(place)] = placement;
-  if (changes_[at(place)] == BodyChange::None) changes_[at(place)] = BodyChange::Moved;
+  note_change(place, BodyChange::Moved);
 }
 
 void BodyStore::replace_shape(int handle, std::shared_ptr<const Shape> shape) {
@@ -134,7 +160,7 @@ void BodyStore::replace_shape(int handle, std::shared_ptr<const Shape> shape) {
   const int next = join_kind(std::move(shape), options);
   leave_kind(kind_of_[at(place)]);
   kind_of_[at(place)] = next;
-  changes_[at(place)] = moved ? BodyChange::Moved : BodyChange::Shape;
+  note_change(place, moved ? BodyChange::Moved : BodyChange::Shape);
 }
 
 void BodyStore::set_options(int handle, const BodyOptions& options) {
@@ -142,29 +168,38 @@ void BodyStore::set_options(int handle, const BodyOptions& options) {
   const int next = join_kind(kind(place).shape, options);
   leave_kind(kind_of_[at(place)]);
   kind_of_[at(place)] = next;
-  if (changes_[at(place)] == BodyChange::None) changes_[at(place)] = BodyChange::Moved;
+  note_change(place, BodyChange::Moved);
 }
 
-bool BodyStore::all_may_touch() const {
+/// A longer reach uses up what pairs were apart, as if the body had come nearer by as much: the
+/// reach of a pair, the larger of two, grows by no more than both together.
+void BodyStore::set_reach(int handle, double reach) {
+  const int place = slot(handle);
+  if (reaches_.empty()) reaches_.assign(at(slots()), 0.0);
+  double& now = reaches_[at(place)];
+  if (reach == now) return;
+  if (reach > now) ways_[at(place)] = longer_way(ways_[at(place)], reach - now);
+  now = reach;
+  note_change(place, BodyChange::Moved);
+}
+
+const BodyStore::Survey& BodyStore::survey() const {
+  if (survey_) return *survey_;
   std::uint32_t category = ~0u, collides_with = ~0u;
+  double largest = 0.0;
   for (const Kind& kind : kinds_) {
     if (kind.users == 0) continue;
     category &= kind.category;
     collides_with &= kind.collides_with;
+    largest = std::max(largest, default_tolerance(*kind.shape, *kind.shape));
   }
-  return (category & collides_with) != 0;
-}
-
-double BodyStore::largest_tolerance() const {
-  double largest = 0.0;
-  for (const Kind& kind : kinds_) {
-    if (kind.users > 0) largest = std::max(largest, default_tolerance(*kind.shape, *kind.shape));
-  }
-  return largest;
+  return survey_.emplace(Survey{(category & collides_with) != 0, largest});
 }
 
 bool BodyStore::pack() {
   if (slots() - present_ <= present_ + kFewHoles) return false;
+  boxes_are_placed();
+  many_to_place_ = true;
   if (!was_packed()) {
     handles_.resize(at(slots()));
     std::iota(handles_.begin(), handles_.end(), 0);
@@ -178,6 +213,7 @@ bool BodyStore::pack() {
     kind_of_[at(next)] = kind_of_[at(from)];
     changes_[at(next)] = changes_[at(from)];
     ways_[at(next)] = ways_[at(from)];
+    if (!reaches_.empty()) reaches_[at(next)] = reaches_[at(from)];
     slot_of_[at(handles_[at(next)])] = next;
     ++next;
   }
@@ -186,6 +222,7 @@ bool BodyStore::pack() {
   kind_of_.resize(at(next));
   changes_.resize(at(next));
   ways_.resize(at(next));
+  if (!reaches_.empty()) reaches_.resize(at(next));
   return true;
 }
 

@@ -2,6 +2,7 @@
 /// The bodies of a finder: placements in a row, shapes and masks shared.
 
 #include <map>
+#include <optional>
 #include <quoin/geometry/contact_finder.hpp>
 #include <tuple>
 
@@ -17,6 +18,7 @@ class BodyStore {
   void move(int handle, const Placement& placement);
   void replace_shape(int handle, std::shared_ptr<const Shape> shape);
   void set_options(int handle, const BodyOptions& options);
+  void set_reach(int handle, double reach);
 
   bool contains(int handle) const { return handle >= 0 && handle < given() && find(handle) >= 0; }
   int slot(int handle) const;
@@ -33,15 +35,27 @@ class BodyStore {
   }
   int handle(int slot) const { return was_packed() ? handles_[at(slot)] : slot; }
   std::span<const int> handles() const { return handles_; }  ///< ascending; empty: those of slots
-  /// One a slot, since the last settle(). New, removed and otherwise used bodies have moved.
+  /// One a slot, since the last settle(). New, removed and otherwise used bodies have moved, and so
+  /// have those with another reach.
   std::span<const BodyChange> changes() const { return changes_; }
-  /// One a slot: the sum of the farthest that a point of the body has come in each move, m.
+  /// One a slot: the sum of the farthest that a point of the body has come in each move, and of all
+  /// that its reach has grown by, m.
   std::span<const double> ways() const { return ways_; }
+  std::span<const double> reaches() const { return reaches_; }  ///< one a slot, m; empty: all 0
+  double reach(int slot) const { return reaches_.empty() ? 0.0 : reaches_[at(slot)]; }
   /// Whether the masks of no two bodies can keep them apart.
-  bool all_may_touch() const;
-  double largest_tolerance() const;  ///< default_tolerance of any two bodies is no larger, m
+  bool all_may_touch() const { return survey().all_may_touch; }
+  double largest_tolerance() const {
+    return survey().largest_tolerance;
+  }  ///< default_tolerance of any two bodies is no larger, m
 
-  bool pack();    ///< true: bodies stand in other slots
+  /// Slots that have changed since boxes_are_placed(): in a list, or, where they are
+  /// many, among those that changes() names.
+  bool many_to_place() const { return many_to_place_; }
+  std::span<const int> to_place() const { return to_place_; }
+  void boxes_are_placed();
+
+  bool pack();    ///< true: bodies stand in other slots, and all boxes are to be placed
   void settle();  ///< changes are counted anew from here
 
  private:
@@ -51,6 +65,11 @@ class BodyStore {
     std::uint32_t category = 0, collides_with = 0;
     BodyMotion motion = BodyMotion::Moving;
     int users = 0;
+  };
+  /// What holds of all kinds.
+  struct Survey {
+    bool all_may_touch = true;
+    double largest_tolerance = 0.0;  // m
   };
   using KindKey = std::tuple<const Shape*, std::uint32_t, std::uint32_t, BodyMotion>;
 
@@ -68,8 +87,13 @@ class BodyStore {
   int join_kind(std::shared_ptr<const Shape> shape, const BodyOptions& options);
   void leave_kind(int kind);
   void make_room();
+  std::size_t most_to_place() const { return placements_.size() / 8 + 16; }
+  void note_change(int slot, BodyChange change);
+
+  const Survey& survey() const;
 
   std::vector<Kind> kinds_;
+  mutable std::optional<Survey> survey_;  // until there are other kinds
   std::vector<int> free_kinds_;
   std::map<KindKey, int> kind_by_key_;
   std::vector<int>
@@ -80,6 +104,9 @@ class BodyStore {
   std::vector<int> kind_of_;  // -1: a hole
   std::vector<BodyChange> changes_;
   std::vector<double> ways_;
+  std::vector<double> reaches_;  // empty until one is set
+  std::vector<int> to_place_;
+  bool many_to_place_ = false;
   int present_ = 0;
 };
 

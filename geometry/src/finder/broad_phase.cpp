@@ -173,7 +173,7 @@ int leaf_index(const Node& leaf) {
 void* leaf_data(int i) { return reinterpret_cast<void*>(static_cast<std::intptr_t>(i)); }
 
 /// What holds of a box, as bits.
-enum BoxState : std::uint8_t { kAbsent = 1, kIdle = 2, kMoved = 4 };
+enum BoxState : std::uint8_t { kAbsent = 1, kIdle = 2, kMoved = 4, kUnplaced = 8, kAsked = 16 };
 
 }  // namespace
 
@@ -185,14 +185,18 @@ struct BroadPhase::Tree {
   std::vector<FloatBox> boxes;  // as seen from `origin`, m
   std::vector<Node*> leaves;    // null: not in the tree
   std::vector<std::uint8_t> state;
+  std::vector<float> own_reach;      // of each box, m; empty: all 0
   Vector3 origin = Vector3::Zero();  // m
   int present = 0, in_tree = 0;
   double built_reach = -1.0;  // m
   float growth = 0.0F;        // of a fat box beyond the box and its room, m
   std::size_t visits = 0, visits_when_new = 0;
 
-  std::vector<int> moved;  // out of their room, new or gone; not all of them when too_many_moved
+  // Boxes out of their room, new or gone: since `kept` was brought up to date, and since the tree
+  // was. Not all of them when too_many_moved.
+  std::vector<int> moved, unplaced;
   bool too_many_moved = false;  // the whole tree will be refitted: boxes that are set get new room
+  bool kept_is_old = true;      // not but for `moved`
   std::vector<BlockPair> kept, scratch, fresh, result;
   std::vector<const Node*> stack;
   std::vector<NodePair> pair_stack;
@@ -203,31 +207,45 @@ struct BroadPhase::Tree {
   bool has(int i, BoxState bit) const { return (state[at(i)] & bit) != 0; }
   bool both_idle(int a, int b) const { return (state[at(a)] & state[at(b)] & kIdle) != 0; }
 
-  void set(int i, const Box& box, BoxUse use);
+  /// Up to where a box and any other are a pair, m, where `most` is so for all.
+  float reach_of(int i, float most) const {
+    return own_reach.empty() ? most : std::max(most, own_reach[at(i)]);
+  }
+  float reach_of(const BlockPair& pair, float most) const {
+    return own_reach.empty() ? most : reach_of(pair.a, reach_of(pair.b, most));
+  }
+
+  void set(int i, const Box& box, BoxUse use, double reach);
   void remove(int i);
   void clear();
   void find_kept(double reach);
+  void find_pairs_of(std::span<const int> asked, double reach);
+  void keep_near(const std::vector<BlockPair>& pairs, double reach);
   template <class WithinReach>
-  void filter(WithinReach&& within);
+  void filter(const std::vector<BlockPair>& pairs, WithinReach&& within);
 
  private:
   void note_moved(int i);
+  void set_own_reach(int i, double reach);
   /// Is the box still inside its fat box less the growth? Once many have left their rooms, those
   /// that will follow soon do not count as inside.
   bool has_room(int i) const {
     const float more = moved.size() * kMany > boxes.size() ? soon(i) : 0.0F;
-    return encloses(leaves[at(i)]->bv, boxes[at(i)], growth + more);
+    return encloses(leaves[at(i)]->bv, boxes[at(i)], grown_by(i) + more);
   }
+  /// Fat boxes of a pair overlap when the boxes are within any reach of it.
+  float grown_by(int i) const { return growth + reach_of(i, 0.0F); }
   float soon(int i) const { return kSoon * kSkin * diagonal(boxes[at(i)]); }
   FloatBox fat_box(int i, const FloatVector& ahead) const;
   void use_reach(double reach);
   void fell_tree();
   void try_all(double reach);
-  void build();
+  void update_tree(double reach);
+  void plant();
   void follow(double reach);
+  void update_kept();
   bool insert_new();
   void put_moved();
-  void refit();
   template <class Visit>
   void query(const FloatBox& box, Visit&& visit);
   void query_all();
@@ -235,12 +253,18 @@ struct BroadPhase::Tree {
   void split_larger(const Node& x, const Node& y);
   void sort_kept();
   void query_moved();
+  void ask_few(std::span<const int> asked, double reach);
+  void ask_tree(std::span<const int> asked);
   void forget_moved();
+  void forget_unplaced();
+  void clear_bit(int i, BoxState bit) {
+    state[at(i)] = static_cast<std::uint8_t>(state[at(i)] & ~bit);
+  }
 };
 
-/// The box grown by its skin, along the way it goes and by half the reach; never less than that in
-/// spite of rounding, but cut off at kFarthest. A box of NaN is within reach of nothing: it gets a
-/// place of no size, and is looked at again in each call.
+/// The box grown by its skin, along the way it goes, by half the reach of all and by its own; never
+/// less than that in spite of rounding, but cut off at kFarthest. A box of NaN is within reach of
+/// nothing: it gets a place of no size, and is looked at again in each call.
 FloatBox BroadPhase::Tree::fat_box(int i, const FloatVector& ahead) const {
   const FloatBox& box = boxes[at(i)];
   const float length = std::min(diagonal(box), kFarthest);
@@ -250,11 +274,11 @@ FloatBox BroadPhase::Tree::fat_box(int i, const FloatVector& ahead) const {
     fat.max_.setZero();
     return fat;
   }
-  const float cap = kLookAheadCap * length;
+  const float cap = kLookAheadCap * length, room = grown_by(i);
   for (Eigen::Index k = 0; k < 3; ++k) {
     const float way = std::clamp(kLookAhead * ahead[k], -cap, cap);
-    const float low = kSkin * length + growth + std::max(0.0F, -way);
-    const float high = kSkin * length + growth + std::max(0.0F, way);
+    const float low = kSkin * length + room + std::max(0.0F, -way);
+    const float high = kSkin * length + room + std::max(0.0F, way);
     const float min = box.min_[k] - low - 4 * rounding(std::abs(box.min_[k]) + low);
     const float max = box.max_[k] + high + 4 * rounding(std::abs(box.max_[k]) + high);
     fat.min_[k] = std::clamp(min, -kFarthest, kFarthest);
@@ -264,29 +288,37 @@ FloatBox BroadPhase::Tree::fat_box(int i, const FloatVector& ahead) const {
 }
 
 void BroadPhase::Tree::note_moved(int i) {
-  if (has(i, kMoved) || too_many_moved) return;
+  if ((has(i, kMoved) && has(i, kUnplaced)) || too_many_moved) return;
   if (moved.size() * kBulk > boxes.size()) {
     too_many_moved = true;
     return;
   }
-  state[at(i)] |= kMoved;
-  moved.push_back(i);
+  if (!has(i, kMoved)) moved.push_back(i);
+  if (!has(i, kUnplaced)) unplaced.push_back(i);
+  state[at(i)] |= kMoved | kUnplaced;
+}
+
+void BroadPhase::Tree::set_own_reach(int i, double reach) {
+  if (own_reach.empty()) own_reach.assign(boxes.size(), 0.0F);
+  own_reach[at(i)] = reach > 0.0 ? rounded_up(std::min(reach, kMostReach)) : 0.0F;
 }
 
 /// A new fat box waits in the leaf until follow() brings the tree up to date.
-void BroadPhase::Tree::set(int i, const Box& box, BoxUse use) {
+void BroadPhase::Tree::set(int i, const Box& box, BoxUse use, double reach) {
   if (boxes.empty() && box.min.allFinite()) origin = box.min;
   if (i == count()) {
     boxes.emplace_back();
     leaves.push_back(nullptr);
     state.push_back(kAbsent);
+    if (!own_reach.empty()) own_reach.push_back(0.0F);
   }
+  if (reach > 0.0 || !own_reach.empty()) set_own_reach(i, reach);
   const FloatVector before = boxes[at(i)].min_;
   round_outward(box, origin, boxes[at(i)]);
   const std::uint8_t idle = use == BoxUse::Idle ? kIdle : 0;
   const bool idle_changed = (state[at(i)] & kIdle) != idle;
   present += has(i, kAbsent);
-  state[at(i)] = static_cast<std::uint8_t>((state[at(i)] & kMoved) | idle);
+  state[at(i)] = static_cast<std::uint8_t>((state[at(i)] & (kMoved | kUnplaced)) | idle);
   Node* leaf = leaves[at(i)];
   if (leaf != nullptr && (too_many_moved || !has_room(i))) {
     leaf->bv = fat_box(i, boxes[at(i)].min_ - before);
@@ -299,7 +331,7 @@ void BroadPhase::Tree::set(int i, const Box& box, BoxUse use) {
 void BroadPhase::Tree::remove(int i) {
   if (has(i, kAbsent)) return;
   --present;
-  state[at(i)] = static_cast<std::uint8_t>((state[at(i)] & kMoved) | kAbsent);
+  state[at(i)] = static_cast<std::uint8_t>((state[at(i)] & (kMoved | kUnplaced)) | kAbsent);
   note_moved(i);
   if (leaves[at(i)] == nullptr) return;
   tree.remove(leaves[at(i)]);
@@ -312,7 +344,9 @@ void BroadPhase::Tree::clear() {
   boxes.clear();
   leaves.clear();
   state.clear();
+  own_reach.clear();
   moved.clear();
+  unplaced.clear();
   kept.clear();
   present = 0;
   too_many_moved = false;
@@ -322,6 +356,7 @@ void BroadPhase::Tree::fell_tree() {
   tree.clear();
   std::fill(leaves.begin(), leaves.end(), nullptr);
   in_tree = 0;
+  kept_is_old = true;
 }
 
 void BroadPhase::Tree::use_reach(double reach) {
@@ -335,13 +370,75 @@ void BroadPhase::Tree::find_kept(double reach) {
   if (present < kFewBoxes) {
     if (in_tree > 0) fell_tree();
     try_all(most);
-  } else if (in_tree == 0) {
-    use_reach(most);
-    build();
   } else {
-    follow(most);
+    update_tree(most);
+    update_kept();
   }
+  forget_unplaced();
   forget_moved();
+}
+
+void BroadPhase::Tree::update_tree(double reach) {
+  if (in_tree > 0) return follow(reach);
+  use_reach(reach);
+  plant();
+}
+
+/// The tree is up to date; afterwards `kept` is.
+void BroadPhase::Tree::update_kept() {
+  if (!kept_is_old) {
+    if (!moved.empty()) query_moved();
+    return;
+  }
+  query_all();
+  if (visits_when_new > 0 &&
+      static_cast<double>(visits) > kWornOut * static_cast<double>(visits_when_new)) {
+    tree.balanceTopdown();
+    query_all();
+    visits_when_new = 0;
+  }
+  if (visits_when_new == 0) visits_when_new = visits;
+  kept_is_old = false;
+}
+
+/// Into `fresh`, ascending: all pairs within reach that have one of the boxes asked for.
+void BroadPhase::Tree::find_pairs_of(std::span<const int> asked, double reach) {
+  const double most = std::min(reach, kMostReach);
+  for (const int i : asked) state[at(i)] |= kAsked;
+  fresh.clear();
+  if (present < kFewBoxes) {
+    ask_few(asked, most);
+  } else {
+    update_tree(most);
+    forget_unplaced();
+    if (kept_is_old) forget_moved();
+    ask_tree(asked);
+  }
+  for (const int i : asked) clear_bit(i, kAsked);
+  std::sort(fresh.begin(), fresh.end());
+  fresh.erase(std::unique(fresh.begin(), fresh.end()), fresh.end());
+}
+
+void BroadPhase::Tree::ask_few(std::span<const int> asked, double reach) {
+  const float most = rounded_up(reach);
+  for (const int i : asked) {
+    for (int j = 0; j < count() && !has(i, kAbsent); ++j) {
+      if (i == j || has(j, kAbsent) || (has(j, kAsked) && j < i) || both_idle(i, j)) continue;
+      const BlockPair pair{std::min(i, j), std::max(i, j)};
+      if (within_reach(boxes[at(i)], boxes[at(j)], reach_of(pair, most))) fresh.push_back(pair);
+    }
+  }
+}
+
+void BroadPhase::Tree::ask_tree(std::span<const int> asked) {
+  for (const int i : asked) {
+    if (has(i, kAbsent)) continue;
+    query(leaves[at(i)]->bv, [&](int j) {
+      if (i != j && (!has(j, kAsked) || i < j) && !both_idle(i, j)) {
+        fresh.push_back({std::min(i, j), std::max(i, j)});
+      }
+    });
+  }
 }
 
 void BroadPhase::Tree::try_all(double reach) {
@@ -350,14 +447,15 @@ void BroadPhase::Tree::try_all(double reach) {
   for (int a = 0; a < count(); ++a) {
     if (has(a, kAbsent)) continue;
     for (int b = a + 1; b < count(); ++b) {
-      if (!has(b, kAbsent) && !both_idle(a, b) && within_reach(boxes[at(a)], boxes[at(b)], most)) {
+      if (!has(b, kAbsent) && !both_idle(a, b) &&
+          within_reach(boxes[at(a)], boxes[at(b)], reach_of({a, b}, most))) {
         kept.push_back({a, b});
       }
     }
   }
 }
 
-void BroadPhase::Tree::build() {
+void BroadPhase::Tree::plant() {
   fell_tree();
   std::vector<Node*> order;  // init sorts what it is given
   for (int i = 0; i < count(); ++i) {
@@ -372,8 +470,7 @@ void BroadPhase::Tree::build() {
   }
   in_tree = present;
   tree.init(order, 0);
-  query_all();
-  visits_when_new = visits;
+  visits_when_new = 0;
 }
 
 template <class Visit>
@@ -481,7 +578,7 @@ bool BroadPhase::Tree::insert_new() {
 
 /// FCL's tree does nothing when the box that a leaf holds contains the new one: it holds none.
 void BroadPhase::Tree::put_moved() {
-  for (const int i : moved) {
+  for (const int i : unplaced) {
     if (has(i, kAbsent)) continue;
     const FloatBox fat = leaves[at(i)]->bv;
     leaves[at(i)]->bv = FloatBox();
@@ -490,52 +587,44 @@ void BroadPhase::Tree::put_moved() {
 }
 
 /// Brings the tree up to date with boxes that left their room, came, went, or fell idle or are so
-/// no longer.
+/// no longer. `kept` may be old then.
 void BroadPhase::Tree::follow(double reach) {
   const bool other_reach = reach > built_reach || reach * kReachWaste * kReachSlack < built_reach;
   if (other_reach) use_reach(reach);
-  if (!insert_new()) return build();
-  if (!other_reach && !too_many_moved) {
-    if (moved.empty()) return;
-    put_moved();
-    return query_moved();
-  }
+  if (!insert_new()) return plant();
+  if (!other_reach && !too_many_moved) return put_moved();
   if (other_reach) {
     for (int i = 0; i < count(); ++i) {
       if (leaves[at(i)] != nullptr) leaves[at(i)]->bv = fat_box(i, FloatVector::Zero());
     }
   }
-  refit();
-}
-
-void BroadPhase::Tree::refit() {
   tree.refit();
-  query_all();
-  if (static_cast<double>(visits) > kWornOut * static_cast<double>(visits_when_new)) {
-    tree.balanceTopdown();
-    query_all();
-    visits_when_new = visits;
-  }
+  kept_is_old = true;
 }
 
 void BroadPhase::Tree::forget_moved() {
-  for (const int i : moved) state[at(i)] = static_cast<std::uint8_t>(state[at(i)] & ~kMoved);
+  for (const int i : moved) clear_bit(i, kMoved);
   moved.clear();
+}
+
+void BroadPhase::Tree::forget_unplaced() {
+  for (const int i : unplaced) clear_bit(i, kUnplaced);
+  unplaced.clear();
   too_many_moved = false;
 }
 
-/// Those of `kept` that are within reach, into `result`.
+/// Those that are within reach, into `result`.
 template <class WithinReach>
-void BroadPhase::Tree::filter(WithinReach&& within) {
+void BroadPhase::Tree::filter(const std::vector<BlockPair>& pairs, WithinReach&& within) {
   std::array<BlockPair, 256> few;  // still in the cache when they are copied
   result.clear();
-  result.reserve(kept.size());
-  for (std::size_t first = 0; first < kept.size(); first += few.size()) {
-    const std::size_t last = std::min(first + few.size(), kept.size());
+  result.reserve(pairs.size());
+  for (std::size_t first = 0; first < pairs.size(); first += few.size()) {
+    const std::size_t last = std::min(first + few.size(), pairs.size());
     std::size_t found = 0;
     for (std::size_t k = first; k < last; ++k) {
-      few[found] = kept[k];
-      found += within(kept[k]);
+      few[found] = pairs[k];
+      found += within(pairs[k]);
     }
     result.insert(result.end(), few.begin(), few.begin() + static_cast<std::ptrdiff_t>(found));
   }
@@ -548,11 +637,11 @@ BroadPhase::~BroadPhase() = default;
 BroadPhase::BroadPhase(BroadPhase&&) noexcept = default;
 BroadPhase& BroadPhase::operator=(BroadPhase&&) noexcept = default;
 
-void BroadPhase::set(int i, const Box& box, BoxUse use) {
+void BroadPhase::set(int i, const Box& box, BoxUse use, double reach) {
   if (i < 0 || i > size()) {
     throw InputError("broad phase: box " + std::to_string(i) + " of " + std::to_string(size()));
   }
-  tree_->set(i, box, use);
+  tree_->set(i, box, use, reach);
 }
 
 void BroadPhase::remove(int i) {
@@ -567,7 +656,7 @@ bool BroadPhase::leaves_room(int i, const Box& box) const {
   if (leaf == nullptr) return true;
   FloatBox next;
   round_outward(box, tree_->origin, next);
-  return !encloses(leaf->bv, next, tree_->growth);
+  return !encloses(leaf->bv, next, tree_->growth + tree_->reach_of(i, 0.0F));
 }
 
 void BroadPhase::renew_all() { tree_->too_many_moved = true; }
@@ -576,12 +665,27 @@ void BroadPhase::clear() { tree_->clear(); }
 
 int BroadPhase::size() const { return tree_->count(); }
 
+void BroadPhase::Tree::keep_near(const std::vector<BlockPair>& pairs, double reach) {
+  const float most = rounded_up(std::min(reach, kMostReach));
+  filter(pairs, [&](const BlockPair& pair) {
+    return within_reach(boxes[at(pair.a)], boxes[at(pair.b)], reach_of(pair, most));
+  });
+}
+
 const std::vector<BlockPair>& BroadPhase::find_candidates(double reach) {
   tree_->find_kept(reach);
-  const float most = rounded_up(std::min(reach, kMostReach));
-  tree_->filter([&](const BlockPair& pair) {
-    return within_reach(tree_->boxes[Tree::at(pair.a)], tree_->boxes[Tree::at(pair.b)], most);
-  });
+  tree_->keep_near(tree_->kept, reach);
+  return tree_->result;
+}
+
+const std::vector<BlockPair>& BroadPhase::find_candidates_of(std::span<const int> boxes,
+                                                             double reach) {
+  for (const int i : boxes) {
+    if (i >= 0 && i < size()) continue;
+    throw InputError("broad phase: box " + std::to_string(i) + " of " + std::to_string(size()));
+  }
+  tree_->find_pairs_of(boxes, reach);
+  tree_->keep_near(tree_->fresh, reach);
   return tree_->result;
 }
 
@@ -598,10 +702,11 @@ const std::vector<BlockPair>& BroadPhase::find_candidates(std::span<const Box> b
   }
   if (leaving * kSample * kBulk > boxes.size()) renew_all();
   for (std::size_t i = 0; i < boxes.size(); ++i) {
-    tree_->set(static_cast<int>(i), boxes[i], is_idle(idle, i) ? BoxUse::Idle : BoxUse::Moving);
+    tree_->set(static_cast<int>(i), boxes[i], is_idle(idle, i) ? BoxUse::Idle : BoxUse::Moving,
+               0.0);
   }
   tree_->find_kept(reach);
-  tree_->filter([&](const BlockPair& pair) {
+  tree_->filter(tree_->kept, [&](const BlockPair& pair) {
     return within_reach(boxes[Tree::at(pair.a)], boxes[Tree::at(pair.b)], reach);
   });
   return tree_->result;

@@ -38,16 +38,20 @@ struct ContactFinder::Memory {
   BodyStore store;
   BroadPhase broad_phase;
   std::vector<BlockPair> pairs;  // slots of the call at hand, where not all near pairs are tested
+  std::vector<int> asked;        // slots of contacts_of()
   PairBatch batch;
 
   Executor& executor() { return options.executor == nullptr ? pool : *options.executor; }
   double box_reach() const;
   bool many_leave() const;
   void update_boxes();
+  void renew_boxes();
+  BodySource source() const;
+  std::span<const BlockPair> tested(const std::vector<BlockPair>& near);
   void update_box(int slot);
   bool is_tested(const BlockPair& pair) const;
-  void choose_tested(const std::vector<BlockPair>& near);
   FindCounts find(std::vector<ContactPoint>& contacts);
+  FindCounts contacts_of(std::span<const int> handles, std::vector<ContactPoint>& contacts);
 };
 
 /// Up to where boxes may be apart from each other when their bodies are in contact, m.
@@ -65,7 +69,7 @@ void ContactFinder::Memory::update_box(int slot) {
   }
   const bool idle = store.motion(slot) == BodyMotion::Idle;
   broad_phase.set(slot, placed_box(store.shape(slot), store.placement(slot)),
-                  idle ? BoxUse::Idle : BoxUse::Moving);
+                  idle ? BoxUse::Idle : BoxUse::Moving, store.reach(slot));
 }
 
 /// Do so many bodies leave the room that their boxes have that all had better get new room?
@@ -80,15 +84,24 @@ bool ContactFinder::Memory::many_leave() const {
   return leaving * BroadPhase::kSample * BroadPhase::kBulk > slots;
 }
 
+/// Of the bodies that have changed since this was done last.
 void ContactFinder::Memory::update_boxes() {
-  const bool all = store.pack();
-  if (all) broad_phase.clear();
-  if (many_leave()) broad_phase.renew_all();
-  for (int slot = 0; slot < store.slots(); ++slot) {
-    if (all || store.changes()[static_cast<std::size_t>(slot)] != BodyChange::None) {
-      update_box(slot);
+  if (store.many_to_place()) {
+    if (many_leave()) broad_phase.renew_all();
+    for (int slot = 0; slot < store.slots(); ++slot) {
+      if (store.changes()[static_cast<std::size_t>(slot)] != BodyChange::None) update_box(slot);
     }
+  } else {
+    for (const int slot : store.to_place()) update_box(slot);
   }
+  store.boxes_are_placed();
+}
+
+/// The row is packed: boxes have other numbers.
+void ContactFinder::Memory::renew_boxes() {
+  broad_phase.clear();
+  for (int slot = 0; slot < store.slots(); ++slot) update_box(slot);
+  store.boxes_are_placed();
 }
 
 bool ContactFinder::Memory::is_tested(const BlockPair& pair) const {
@@ -96,18 +109,16 @@ bool ContactFinder::Memory::is_tested(const BlockPair& pair) const {
   return !filter || filter(store.handle(pair.a), store.handle(pair.b));
 }
 
-void ContactFinder::Memory::choose_tested(const std::vector<BlockPair>& near) {
+std::span<const BlockPair> ContactFinder::Memory::tested(const std::vector<BlockPair>& near) {
+  if (!filter && store.all_may_touch()) return near;
   pairs.clear();
   for (const BlockPair& pair : near) {
     if (is_tested(pair)) pairs.push_back(pair);
   }
+  return pairs;
 }
 
-FindCounts ContactFinder::Memory::find(std::vector<ContactPoint>& contacts) {
-  update_boxes();
-  const std::vector<BlockPair>& near = broad_phase.find_candidates(box_reach());
-  const bool all = !filter && store.all_may_touch();
-  if (!all) choose_tested(near);
+BodySource ContactFinder::Memory::source() const {
   BodySource source;
   source.owner = &store;
   source.body = body_in_store;
@@ -115,9 +126,25 @@ FindCounts ContactFinder::Memory::find(std::vector<ContactPoint>& contacts) {
   source.names = store.handles();
   source.changes = store.changes();
   source.ways = store.ways();
-  const FindCounts counts = batch.find(source, all ? near : pairs, contacts, &executor());
+  source.reaches = store.reaches();
+  return source;
+}
+
+FindCounts ContactFinder::Memory::find(std::vector<ContactPoint>& contacts) {
+  store.pack() ? renew_boxes() : update_boxes();
+  const std::vector<BlockPair>& near = broad_phase.find_candidates(box_reach());
+  const FindCounts counts = batch.find(source(), tested(near), contacts, &executor());
   store.settle();
   return counts;
+}
+
+FindCounts ContactFinder::Memory::contacts_of(std::span<const int> handles,
+                                              std::vector<ContactPoint>& contacts) {
+  asked.clear();
+  for (const int handle : handles) asked.push_back(store.slot(handle));
+  update_boxes();
+  const std::vector<BlockPair>& near = broad_phase.find_candidates_of(asked, box_reach());
+  return batch.contacts_of(source(), tested(near), contacts, &executor());
 }
 
 ContactFinder::ContactFinder(const FinderOptions& options)
@@ -150,6 +177,12 @@ void ContactFinder::set_options(int handle, const BodyOptions& options) {
   memory().store.set_options(handle, options);
 }
 
+void ContactFinder::set_reach(int handle, double reach) {
+  Memory& m = memory();
+  require_length(reach, "finder: reach of a body");
+  m.store.set_reach(handle, reach);
+}
+
 bool ContactFinder::contains(int handle) const { return memory().store.contains(handle); }
 
 int ContactFinder::size() const { return memory().store.size(); }
@@ -174,6 +207,11 @@ int ContactFinder::threads() const { return memory().executor().workers(); }
 
 FindCounts ContactFinder::find(std::vector<ContactPoint>& contacts) {
   return memory().find(contacts);
+}
+
+FindCounts ContactFinder::contacts_of(std::span<const int> handles,
+                                      std::vector<ContactPoint>& contacts) {
+  return memory().contacts_of(handles, contacts);
 }
 
 std::span<const PairResult> ContactFinder::pairs() const { return memory().batch.pairs(); }

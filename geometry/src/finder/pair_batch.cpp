@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <optional>
 #include <quoin/geometry/pair_batch.hpp>
@@ -14,6 +15,7 @@ namespace quoin::geometry {
 namespace {
 
 constexpr std::size_t kPairsPerWorker = 64;  // fewer are not worth waking a thread for
+constexpr std::size_t kFewStrangers = 1024;  // pairs that only contacts_of() knows, at least kept
 constexpr std::size_t kPairsInCache =
     128;  // answered together; their points are copied while still in cache
 /// Pairs come in the order of a, and bodies near each other have numbers not far apart as a rule:
@@ -22,11 +24,14 @@ constexpr std::size_t kBodiesKept = 512;
 
 /// What is read of every pair in every call.
 struct PairState {
-  double apart_until =
-      0.0;          // of the bodies' ways summed: the pair is out of reach so long; 0: not known
+  // Of the bodies' ways summed: the pair is out of reach so long; 0: not known; negative: it had
+  // points when contacts_of() searched it.
+  double apart_until = 0.0;
   int listed = -1;  // among the results of the last call, -1: not in contact
   int kept = -1;    // where its contact points begin in `remembered`, -1: not remembered
 };
+
+constexpr double kInContact = -1.0;  // PairState::apart_until
 
 /// What else a pair keeps from call to call.
 struct PairMemory {
@@ -123,7 +128,24 @@ void describe(const auto& answer, std::span<const ContactPoint> points, PairResu
 
 BlockPair names_of(const PairResult& result) { return {result.a, result.b}; }
 
-void check(const BodySource& bodies) {
+bool same_pairs(std::span<const BlockPair> x, std::span<const BlockPair> y) {
+  static_assert(sizeof(BlockPair) == 2 * sizeof(int));
+  return x.size() == y.size() &&
+         (x.empty() || std::memcmp(x.data(), y.data(), x.size_bytes()) == 0);
+}
+
+/// Throws InputError for a pair that does not name two bodies.
+void check_pairs(std::span<const BlockPair> pairs, int count) {
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const auto [a, b] = pairs[i];
+    if (a >= 0 && b >= 0 && a < count && b < count && a != b) continue;
+    throw InputError("pair " + std::to_string(i) + " is (" + std::to_string(a) + ", " +
+                     std::to_string(b) + "), must name two of " + std::to_string(count) +
+                     " bodies");
+  }
+}
+
+void check_sizes(const BodySource& bodies) {
   const auto fits = [&](std::size_t size, const char* what) {
     if (size != 0 && size != static_cast<std::size_t>(bodies.count)) {
       throw InputError("pair batch: " + std::to_string(size) + " " + what + " for " +
@@ -133,6 +155,12 @@ void check(const BodySource& bodies) {
   fits(bodies.names.size(), "names");
   fits(bodies.changes.size(), "changes");
   fits(bodies.ways.size(), "ways");
+  fits(bodies.reaches.size(), "reaches");
+}
+
+void check(const BodySource& bodies) {
+  check_sizes(bodies);
+  for (const double reach : bodies.reaches) require_length(reach, "pair batch: reach of a body");
   for (std::size_t i = 1; i < bodies.names.size(); ++i) {
     if (bodies.names[i] <= bodies.names[i - 1]) {
       throw InputError("pair batch: body " + std::to_string(i) + " is named " +
@@ -149,11 +177,15 @@ BodySource::BodySource(std::span<const Body> bodies)
 
 struct PairBatch::Memory {
   ContactOptions options;
-  BodySource bodies;                           // of the call at hand
-  std::vector<BlockPair> sorted;               // the caller's pairs, where they are in no order
-  std::span<const BlockPair> pairs;            // of the call at hand, by index
-  std::vector<BlockPair> renamed;              // the same by name, where names are not the indices
-  std::vector<BlockPair> named;                // of the last call, by name
+  BodySource bodies;                 // of the call at hand
+  std::vector<BlockPair> sorted;     // the caller's pairs, where they are in no order
+  std::span<const BlockPair> pairs;  // of the call at hand, by index
+  std::vector<BlockPair> renamed;    // the same by name, where names are not the indices
+  std::vector<BlockPair> named;      // all known: of the last call, by name, and strangers
+  std::size_t listed_pairs = 0;      // how many of them find() was asked for
+  bool by_the_way = false;           // the call at hand is contacts_of()
+  std::vector<std::size_t> places;   // of its pairs in `named`
+  std::vector<BlockPair> next_named;
   std::vector<PairState> states, next_states;  // one a pair
   std::vector<PairMemory> known, next_known;   // one a pair
   std::vector<PairResult> listed, before;      // in contact, or no longer
@@ -166,6 +198,8 @@ struct PairBatch::Memory {
 
   void take_pairs(std::span<const BlockPair> given);
   void carry();
+  void find_places();
+  void admit(std::span<const BlockPair> strangers);
   void forget_changed();
   void remember(const std::vector<ContactPoint>& contacts);
   void start_history(std::size_t workers);
@@ -187,8 +221,17 @@ struct PairBatch::Memory {
   void join_parts(std::size_t workers, std::vector<ContactPoint>& contacts);
   void list_results(std::size_t workers);
   void merge_results(std::size_t workers);
+  std::size_t workers_for(const Executor* executor) const;
+  void search_all(std::vector<ContactPoint>& contacts, Executor* executor, std::size_t workers);
   void find(std::vector<ContactPoint>& contacts, Executor* executor);
+  void contacts_of(std::vector<ContactPoint>& contacts, Executor* executor);
   void forget();
+
+  /// Where a pair of the call at hand stands in `named`.
+  std::size_t place(std::size_t i) const { return by_the_way ? places[i] : i; }
+  bool in_contact(std::size_t place) const {
+    return states[place].listed >= 0 || states[place].apart_until < 0.0;
+  }
 
   int name(int body) const {
     return bodies.names.empty() ? body : bodies.names[static_cast<std::size_t>(body)];
@@ -208,6 +251,16 @@ struct PairBatch::Memory {
     return bodies.ways[static_cast<std::size_t>(pair.a)] +
            bodies.ways[static_cast<std::size_t>(pair.b)];
   }
+  double reach_of(const BlockPair& pair) const {
+    if (bodies.reaches.empty()) return options.reach;
+    return std::max({options.reach, bodies.reaches[static_cast<std::size_t>(pair.a)],
+                     bodies.reaches[static_cast<std::size_t>(pair.b)]});
+  }
+  ContactOptions options_of(const BlockPair& pair) const {
+    ContactOptions own = options;
+    own.reach = reach_of(pair);
+    return own;
+  }
   bool both_stand(const BlockPair& pair) const {
     return change(pair.a) == BodyChange::None && change(pair.b) == BodyChange::None;
   }
@@ -218,19 +271,16 @@ struct PairBatch::Memory {
 
 /// Pairs ascending, each once, a < b, as indices and by name.
 void PairBatch::Memory::take_pairs(std::span<const BlockPair> given) {
+  const auto count = static_cast<unsigned>(bodies.count);
   bool ordered = true;
   std::uint64_t last = 0;  // less than any pair
-  for (std::size_t i = 0; i < given.size(); ++i) {
-    const auto [a, b] = given[i];
-    if (a < 0 || b < 0 || a >= bodies.count || b >= bodies.count || a == b) {
-      throw InputError("pair " + std::to_string(i) + " is (" + std::to_string(a) + ", " +
-                       std::to_string(b) + "), must name two of " + std::to_string(bodies.count) +
-                       " bodies");
-    }
-    const std::uint64_t place = static_cast<std::uint64_t>(a) << 32 | static_cast<unsigned>(b);
-    ordered = ordered & (a < b) & (last < place);
+  for (const BlockPair& pair : given) {
+    const auto a = static_cast<unsigned>(pair.a), b = static_cast<unsigned>(pair.b);
+    const std::uint64_t place = static_cast<std::uint64_t>(a) << 32 | b;
+    ordered = ordered & (a < b) & (b < count) & (last < place);
     last = place;
   }
+  if (!ordered) check_pairs(given, bodies.count);
   pairs = given;
   if (!ordered) {
     sorted.assign(given.begin(), given.end());
@@ -247,9 +297,7 @@ void PairBatch::Memory::take_pairs(std::span<const BlockPair> given) {
 /// Each pair of the last call keeps what it knows; a new one starts cold.
 void PairBatch::Memory::carry() {
   const std::span<const BlockPair> now = bodies.names.empty() ? pairs : renamed;
-  if (std::ranges::equal(now, named)) {
-    return;
-  }
+  if (same_pairs(now, named)) return;
   next_states.resize(now.size());
   next_known.resize(now.size());
   std::size_t old = 0;
@@ -264,6 +312,50 @@ void PairBatch::Memory::carry() {
   std::swap(states, next_states);
   std::swap(known, next_known);
   named.assign(now.begin(), now.end());
+}
+
+/// Of the pairs of contacts_of(), all of which are known afterwards.
+void PairBatch::Memory::find_places() {
+  const std::span<const BlockPair> now = bodies.names.empty() ? pairs : renamed;
+  const auto look = [&] {
+    places.clear();
+    auto from = named.begin();
+    for (const BlockPair& pair : now) {
+      from = std::lower_bound(from, named.end(), pair);
+      if (from == named.end() || *from != pair) return false;
+      places.push_back(static_cast<std::size_t>(from - named.begin()));
+    }
+    return true;
+  };
+  if (look()) return;
+  admit(now);
+  look();
+}
+
+/// Pairs that find() was not asked for come in. Where they have become many, those go that neither
+/// have a history nor are asked for now.
+void PairBatch::Memory::admit(std::span<const BlockPair> strangers) {
+  const bool crowded = named.size() > 2 * listed_pairs + kFewStrangers;
+  next_named.clear();
+  next_states.clear();
+  next_known.clear();
+  const auto add = [&](const BlockPair& pair, const PairState& state, const PairMemory& memory) {
+    next_named.push_back(pair);
+    next_states.push_back(state);
+    next_known.push_back(memory);
+  };
+  auto next = strangers.begin();
+  for (std::size_t i = 0; i < named.size(); ++i) {
+    for (; next != strangers.end() && *next < named[i]; ++next) add(*next, {}, {});
+    const bool is_asked = next != strangers.end() && *next == named[i];
+    next += is_asked;
+    if (crowded && !is_asked && states[i].listed < 0 && states[i].kept < 0) continue;
+    add(named[i], states[i], known[i]);
+  }
+  for (; next != strangers.end(); ++next) add(*next, {}, {});
+  std::swap(named, next_named);
+  std::swap(states, next_states);
+  std::swap(known, next_known);
 }
 
 /// Forgets what was found for pairs that have changed since, or with another reach.
@@ -347,7 +439,7 @@ void PairBatch::Memory::match(std::size_t i, WorkerPart& part, std::span<const T
     return;
   }
   part.previous.resize(points.size());
-  part.tracking.match(now, was, options.reach, part.previous);
+  part.tracking.match(now, was, reach_of(pairs[i]), part.previous);
   for (std::size_t k = 0; k < points.size(); ++k) {
     points[k].previous = part.previous[k] < 0 ? -1 : old.first + part.previous[k];
   }
@@ -371,13 +463,14 @@ void PairBatch::Memory::follow(std::size_t i, WorkerPart& part, const Body& a,
 /// Does last step's plane still part two bodies that were not in contact? They have no points then,
 /// nor will they before their ways have used up what they are apart beyond the reach.
 bool PairBatch::Memory::stay_apart(std::size_t i, const Body& a, const Body& b) {
-  if (states[i].listed >= 0 || known[i].hint.vertices_a[0] < 0) return false;
+  const std::size_t n = place(i);
+  if (in_contact(n) || known[n].hint.vertices_a[0] < 0) return false;
   const double tolerance = options.tolerance > 0.0 ? options.tolerance : default_tolerance(a, b);
   const double beyond =
-      apart_beyond(a, b, known[i].hint.normal, std::max(options.reach, tolerance));
+      apart_beyond(a, b, known[n].hint.normal, std::max(reach_of(pairs[i]), tolerance));
   if (!(beyond > 0.0)) return false;
   if (!bodies.ways.empty()) {
-    states[i].apart_until = (ways_of(pairs[i]) + beyond) * (1.0 - 4 * kEpsilon);
+    states[n].apart_until = (ways_of(pairs[i]) + beyond) * (1.0 - 4 * kEpsilon);
   }
   return true;
 }
@@ -387,9 +480,10 @@ void PairBatch::Memory::search_pair(std::size_t i, WorkerPart& part, const Body&
   const Body& b = part.bodies.second(pairs[i].b, pairs[i].a);
   if (stay_apart(i, a, b)) return;
   const std::size_t first = contacts.size();
-  const NearestFeatures nearest = append_contacts_within_reach({named[i].a, named[i].b}, a, b,
-                                                               options, known[i].hint, contacts);
-  known[i].hint = nearest.hint;
+  const std::size_t n = place(i);
+  const NearestFeatures nearest = append_contacts_within_reach(
+      {named[n].a, named[n].b}, a, b, options_of(pairs[i]), known[n].hint, contacts);
+  known[n].hint = nearest.hint;
   result.indeterminate = nearest.indeterminate;
   describe(nearest, std::span(contacts).subspan(first), result);
 }
@@ -398,11 +492,13 @@ void PairBatch::Memory::search_pair(std::size_t i, WorkerPart& part, const Body&
 void PairBatch::Memory::search_flush(std::size_t first, std::size_t last, WorkerPart& part) {
   part.flush.start(options);
   for (std::size_t i = first; i < last; ++i) {
-    const bool in_contact = states[i].listed >= 0 && states[i].kept < 0;
-    if (!in_contact || known[i].hint.face_a < 0 || known[i].hint.face_b < 0) continue;
+    const std::size_t n = place(i);
+    const FeatureHint& hint = known[n].hint;
+    const bool is_kept = !by_the_way && states[n].kept >= 0;
+    if (is_kept || !in_contact(n) || hint.face_a < 0 || hint.face_b < 0) continue;
     const Body& a = part.bodies.first(pairs[i].a);
     const Body& b = part.bodies.second(pairs[i].b, pairs[i].a);
-    part.flush.take(i, {named[i].a, named[i].b}, a, b, known[i].hint);
+    part.flush.take(i, {named[n].a, named[n].b}, a, b, hint, reach_of(pairs[i]));
   }
   part.flush.finish();
 }
@@ -412,7 +508,7 @@ void PairBatch::Memory::take_flush(const FlushPairAnswer& answer, WorkerPart& pa
                                    std::vector<ContactPoint>& contacts, PairResult& result) {
   const std::span<const ContactPoint> points = part.flush.points(answer);
   contacts.insert(contacts.end(), points.begin(), points.end());
-  known[answer.pair].hint.normal = answer.normal;
+  known[place(answer.pair)].hint.normal = answer.normal;
   describe(answer, points, result);
 }
 
@@ -444,22 +540,27 @@ void PairBatch::Memory::search(std::size_t first, std::size_t last, std::size_t 
   const auto flush_end = part.flush.answers().end();
   for (std::size_t i = first; i < last; ++i) {
     while (flush != flush_end && flush->pair < i) ++flush;
-    if (states[i].apart_until > ways_of(pairs[i])) continue;
+    PairState& state = states[place(i)];
+    if (state.apart_until > ways_of(pairs[i])) continue;
     const std::size_t start = contacts.size();
     const Body& a = part.bodies.first(pairs[i].a);
     PairResult result;
-    if (states[i].kept >= 0) {
+    if (!by_the_way && state.kept >= 0) {
       repeat(i, contacts, result);
     } else if (flush != flush_end && flush->pair == i) {
       take_flush(*flush++, part, contacts, result);
     } else {
       search_pair(i, part, a, contacts, result);
     }
-    if (contacts.size() > start) {
+    const bool has_points = contacts.size() > start;
+    if (by_the_way) {
+      state.apart_until = has_points ? kInContact : std::max(state.apart_until, 0.0);
+    } else if (has_points) {
       follow(i, part, a, std::span(contacts).subspan(start));
       list(i, part, result);
     } else {
-      states[i].listed = -1;
+      state.listed = -1;
+      state.apart_until = std::max(state.apart_until, 0.0);
     }
   }
 }
@@ -582,40 +683,66 @@ std::span<const PairResult> PairBatch::pairs() const { return memory().listed; }
 void PairBatch::set_reach(double reach) {
   require_length(reach, "pair batch: reach");
   Memory& m = memory();
+  if (reach > m.options.reach) {
+    for (PairState& pair : m.states) pair.apart_until = std::min(pair.apart_until, 0.0);
+  }
   m.options.reach = reach;
-  for (PairState& pair : m.states) pair.apart_until = 0.0;
+}
+
+void PairBatch::Memory::search_all(std::vector<ContactPoint>& contacts, Executor* executor,
+                                   std::size_t workers) {
+  if (workers > 1) return search_in_parallel(*executor, workers, contacts);
+  contacts.clear();
+  for (std::size_t first = 0; first < pairs.size(); first += kPairsInCache) {
+    search(first, std::min(first + kPairsInCache, pairs.size()), 0, contacts);
+  }
+}
+
+/// That are worth it.
+std::size_t PairBatch::Memory::workers_for(const Executor* executor) const {
+  const auto workers =
+      static_cast<std::size_t>(executor == nullptr ? 1 : std::max(1, executor->workers()));
+  return pairs.size() >= workers * kPairsPerWorker ? workers : 1;
 }
 
 void PairBatch::Memory::find(std::vector<ContactPoint>& contacts, Executor* executor) {
+  by_the_way = false;
   carry();
+  listed_pairs = named.size();
   forget_changed();
   std::swap(listed, before);
-  const auto workers =
-      static_cast<std::size_t>(executor == nullptr ? 1 : std::max(1, executor->workers()));
-  const bool parallel = workers > 1 && pairs.size() >= workers * kPairsPerWorker;
-  const std::size_t used = parallel ? workers : 1;
-  start_history(used);
-  if (parallel) {
-    search_in_parallel(*executor, workers, contacts);
-  } else {
-    contacts.clear();
-    for (std::size_t first = 0; first < pairs.size(); first += kPairsInCache) {
-      search(first, std::min(first + kPairsInCache, pairs.size()), 0, contacts);
-    }
-  }
-  list_results(used);
+  const std::size_t workers = workers_for(executor);
+  start_history(workers);
+  search_all(contacts, executor, workers);
+  list_results(workers);
   remember(contacts);
+}
+
+/// A body of another shape has features of other names until find() has seen it.
+void PairBatch::Memory::contacts_of(std::vector<ContactPoint>& contacts, Executor* executor) {
+  by_the_way = true;
+  find_places();
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (!reshaped(pairs[i])) continue;
+    known[places[i]].hint = {};
+    states[places[i]].apart_until = 0.0;
+  }
+  const std::size_t workers = workers_for(executor);
+  if (parts.size() < workers) parts.resize(workers);
+  for (std::size_t w = 0; w < workers; ++w) parts[w].bodies.start(bodies);
+  search_all(contacts, executor, workers);
+  for (ContactPoint& point : contacts) point.previous = -1;
 }
 
 /// After a call that could not be finished.
 void PairBatch::Memory::forget() {
-  for (std::vector<BlockPair>* list : {&named, &renamed}) list->clear();
+  for (std::vector<BlockPair>* list : {&named, &renamed, &next_named}) list->clear();
   for (std::vector<PairState>* list : {&states, &next_states}) list->clear();
   for (std::vector<PairMemory>* list : {&known, &next_known}) list->clear();
   for (std::vector<PairResult>* list : {&listed, &before}) list->clear();
   for (std::vector<ContactPoint>* list : {&remembered, &next_remembered}) list->clear();
   for (WorkerPart& part : parts) part = {};
-  remembered_pairs = 0;
+  remembered_pairs = listed_pairs = 0;
 }
 
 FindCounts PairBatch::find(const BodySource& bodies, std::span<const BlockPair> pairs,
@@ -634,6 +761,26 @@ FindCounts PairBatch::find(const BodySource& bodies, std::span<const BlockPair> 
     throw;
   }
   return {static_cast<int>(m.pairs.size()), static_cast<int>(m.pairs.size() - m.kept_pairs)};
+}
+
+FindCounts PairBatch::contacts_of(const BodySource& bodies, std::span<const BlockPair> pairs,
+                                  std::vector<ContactPoint>& contacts, Executor* executor) {
+  Memory& m = memory();
+  check_sizes(bodies);
+  m.bodies = bodies;
+  m.take_pairs(pairs);
+  if (bodies.body == body_in_row) {
+    for (const BlockPair& pair : m.pairs) {
+      for (const int i : {pair.a, pair.b}) require_placement(m.body(i).placement(), m.name(i));
+    }
+  }
+  try {
+    m.contacts_of(contacts, executor);
+  } catch (...) {
+    m.forget();
+    throw;
+  }
+  return {static_cast<int>(m.pairs.size()), static_cast<int>(m.pairs.size())};
 }
 
 }  // namespace quoin::geometry

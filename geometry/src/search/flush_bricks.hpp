@@ -38,7 +38,8 @@ struct FlushQuestion {
   FlushSide::Places<1> translation_a, translation_b;        ///< of the placements
   FlushSide::Places<1> turned_a, turned_b, rest_a, rest_b;  ///< Body::turned_origin(), its rest
   std::array<bool, FlushRow::kPairs> reversed;              ///< P is the caller's B
-  double tolerance = 0.0, reach = 0.0;                      ///< ContactOptions
+  double tolerance = 0.0;                                   ///< ContactOptions
+  FlushRow reach{};                                         ///< likewise, of each pair
 };
 
 /// A corner of the shared part in those pairs that have it.

@@ -471,7 +471,7 @@ class FlushLanes {
 
   /// Are the corners the contact points as they are: of pairs within reach.
   void take_points() {
-    const Lanes none = all(0.0), reach = all(in_.reach);
+    const Lanes none = all(0.0), reach = Lanes::of(in_.reach.of);
     const Flags touching = unless(contact_.below(gap_.size()));
     const Flags listed = unless(reach.below(gap_).without(touching));
     const Lanes above = (reach - gap_).larger(none);

@@ -8,6 +8,7 @@
 #include "step/impact_law.hpp"
 #include "step/missed_contacts.hpp"
 #include "step/side_by_side.hpp"
+#include "step/sorted_by_key.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -87,6 +88,19 @@ double largest_opening(const StepRun& run) {
   return largest;
 }
 
+/// What the last search found of some islands, the owners, takes the place of what others had found
+/// of them in this step.
+void take_last(Workspace& work) {
+  const auto is_searched = [&](int block) {
+    const int i = work.island_of_block[index(block)];
+    return i >= 0 && work.owners[index(i)] != nullptr && work.owners[index(i)]->sound;
+  };
+  std::erase_if(work.found_end, [&](const geometry::ContactPoint& point) {
+    return is_searched(point.key.a) || is_searched(point.key.b);
+  });
+  merge(std::span<const geometry::ContactPoint>(work.found_last), work.found_end);
+}
+
 /// The contacts at the ends of these islands' attempts: one search for all.
 void find_at_end(const StepRun& run, std::span<Island* const> islands) {
   Workspace& work = run.work;
@@ -98,9 +112,11 @@ void find_at_end(const StepRun& run, std::span<Island* const> islands) {
   if (moved.size() == run.compiled.prescribed.size()) return;  // none is sound
   const SearchedState searched{work.end, largest_opening(run),
                                sub_step(run, *islands.front()).end_time()};
-  const Reach reach(run.compiled, run.options, searched, work.reach_of_block);
-  const geometry::FindCounts counts =
-      find(run.compiled, searched, reach, moved, work, work.found_end);
+  const Reach reach(run.compiled, run.options, searched, moved, work.known_reaches);
+  if (reach.is_new()) work.searched = Searched::AllBlocks;
+  const bool all = work.searched == Searched::AllBlocks;
+  const geometry::FindCounts counts = find(run.compiled, searched, reach, moved, work.searched,
+                                           work, all ? work.found_end : work.found_last);
   run.report.candidate_pairs += counts.candidates;
   run.report.searched_pairs += counts.searched;
   work.owners.assign(work.islands.size(), nullptr);
@@ -110,6 +126,7 @@ void find_at_end(const StepRun& run, std::span<Island* const> islands) {
     island->searched = work.search_epoch;
     work.owners[index(work.island_of_block[index(island->own().front())])] = island;
   }
+  if (!all) take_last(work);
   work.islands_met = false;
   for (const geometry::ContactPoint& point : work.found_end) {
     const int i = island_of(point, work.island_of_block);

@@ -23,12 +23,6 @@ double rounded_up(double reach) {
   return std::ldexp(std::ceil(kReachGrain * mantissa) / kReachGrain, exponent);
 }
 
-/// Not below it: where blocks are at rest it seldom changes, for then all pairs are searched again.
-double power_of_two(double reach) {
-  int exponent = 0;
-  return std::frexp(reach, &exponent) == 0.5 ? reach : std::ldexp(1.0, exponent);
-}
-
 }  // namespace
 
 double vertex_speed(const BlockModel& model, const BlockState& block) {
@@ -52,38 +46,58 @@ double largest_opening(const CompiledScene& compiled, std::span<const Contact> c
 }
 
 Reach::Reach(const CompiledScene& compiled, const StepOptions& options, const SearchedState& state,
-             std::vector<double>& of_block)
-    : compiled_(compiled), of_block_(of_block), opening_(state.opening) {
-  of_block_.assign(state.blocks.size(), 0.0);
+             std::span<const int> moved, KnownReaches& known)
+    : compiled_(compiled), known_(known) {
   const double dt = options.time_step;
   const double fall = compiled.scene.gravity.at(state.time + dt).norm() * dt * dt;
-  for (std::size_t b = 0; b < of_block_.size(); ++b) {
-    const BlockModel& model = compiled.models[b];
-    if (options.reach > 0.0) {
-      of_block_[b] = options.reach;
-    } else if (options.analysis != Analysis::Dynamic) {
-      of_block_[b] = compiled.idle[b] ? 0.0 : static_reach(model);
-    } else {
-      const double free_fall = compiled.idle[b] ? 0.0 : fall;
-      of_block_[b] = kReachOfMotion * (vertex_speed(model, state.blocks[b]) * dt + free_fall);
+  new_ = fall != known.fall || state.opening != known.opening;
+  known.fall = fall;
+  known.opening = state.opening;
+  if (!new_) {
+    for (const int block : moved) look_at(options, state, block);
+  } else {
+    known.of_block.assign(state.blocks.size(), 0.0);
+    for (std::size_t b = 0; b < state.blocks.size(); ++b) {
+      look_at(options, state, static_cast<int>(b));
     }
-    if (options.reach <= 0.0) of_block_[b] = rounded_up(of_block_[b]);
+  }
+}
+
+void Reach::look_at(const StepOptions& options, const SearchedState& state, int block) {
+  const std::size_t b = index(block);
+  const BlockModel& model = compiled_.models[b];
+  double& reach = known_.of_block[b];
+  if (options.reach > 0.0) {
+    reach = options.reach;
+  } else if (options.analysis != Analysis::Dynamic) {
+    reach = rounded_up(compiled_.idle[b] ? 0.0 : static_reach(model));
+  } else {
+    const double free_fall = compiled_.idle[b] ? 0.0 : known_.fall;
+    const double move = vertex_speed(model, state.blocks[b]) * options.time_step + free_fall;
+    reach = rounded_up(kReachOfMotion * move);
   }
 }
 
 double Reach::of_pair(int a, int b) const {
   const double least =
       std::max(kLeastReach * pair_size(compiled_, a, b), compiled_.scene.coordinate_rounding);
-  return std::max({of_block_[index(a)], of_block_[index(b)], least}) + opening_;
+  return std::max({known_.of_block[index(a)], known_.of_block[index(b)], least}) + known_.opening;
+}
+
+double Reach::of_all() const { return compiled_.scene.coordinate_rounding + known_.opening; }
+
+double Reach::of_block(int block) const {
+  const std::size_t b = index(block);
+  const double least = compiled_.idle[b] ? 0.0 : kLeastReach * compiled_.models[b].size;
+  return std::max(known_.of_block[b], least) + known_.opening;
 }
 
 double Reach::largest() const {
-  double largest = 0.0;
-  for (std::size_t b = 0; b < of_block_.size(); ++b) {
-    const double least = compiled_.idle[b] ? 0.0 : kLeastReach * compiled_.models[b].size;
-    largest = std::max({largest, of_block_[b], least});
+  double largest = of_all();
+  for (std::size_t b = 0; b < known_.of_block.size(); ++b) {
+    largest = std::max(largest, of_block(static_cast<int>(b)));
   }
-  return std::max(largest, compiled_.scene.coordinate_rounding) + opening_;
+  return largest;
 }
 
 std::vector<int> blocks_that_can_move(const CompiledScene& compiled) {
@@ -92,19 +106,31 @@ std::vector<int> blocks_that_can_move(const CompiledScene& compiled) {
   return blocks;
 }
 
+namespace {
+
+/// Of all blocks.
+void set_reaches(const CompiledScene& compiled, const Reach& reach, Workspace& work) {
+  ++work.search_epoch;
+  work.finder.set_reach(reach.of_all());
+  for (int b = 0; b < static_cast<int>(compiled.models.size()); ++b) {
+    work.finder.set_reach(b, reach.of_block(b));
+  }
+}
+
+}  // namespace
+
 geometry::FindCounts find(const CompiledScene& compiled, const SearchedState& state,
-                          const Reach& reach, std::span<const int> moved, Workspace& work,
-                          std::vector<geometry::ContactPoint>& found) {
+                          const Reach& reach, std::span<const int> moved, Searched searched,
+                          Workspace& work, std::vector<geometry::ContactPoint>& found) {
   const std::vector<BlockModel>& models = compiled.models;
-  const bool rests = std::ranges::find(work.at_rest, 1) != work.at_rest.end();
-  const double searched = rests ? power_of_two(reach.largest()) : reach.largest();
-  if (searched != work.searched_reach) ++work.search_epoch;
-  work.searched_reach = searched;
-  work.finder.set_reach(searched);
+  if (reach.is_new()) set_reaches(compiled, reach, work);
   for (const int block : moved) {
+    work.finder.set_reach(block, reach.of_block(block));
     work.finder.move(block, placement(models[index(block)], pose(state.blocks[index(block)])));
   }
-  const geometry::FindCounts counts = work.finder.find(found);
+  const geometry::FindCounts counts = searched == Searched::AllBlocks
+                                          ? work.finder.find(found)
+                                          : work.finder.contacts_of(moved, found);
   // A placement holds what the rest of a centroid is not.
   for (geometry::ContactPoint& point : found) {
     const BlockState &a = state.blocks[index(point.key.a)], &b = state.blocks[index(point.key.b)];
@@ -121,10 +147,13 @@ void detect(const CompiledScene& compiled, const StepOptions& options, const Sta
             Workspace& work) {
   work.still = false;
   ++work.search_epoch;
+  work.known_reaches = {};
+  work.all_changed = true;
   std::ranges::fill(work.at_rest, 0);
   const SearchedState searched{state.blocks, largest_opening(compiled, state.contacts), state.time};
-  find(compiled, searched, Reach(compiled, options, searched, work.reach_of_block),
-       blocks_that_can_move(compiled), work, work.found);
+  const std::vector<int> moved = blocks_that_can_move(compiled);
+  find(compiled, searched, Reach(compiled, options, searched, moved, work.known_reaches), moved,
+       Searched::AllBlocks, work, work.found);
 }
 
 }  // namespace quoin::solver

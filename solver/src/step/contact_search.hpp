@@ -26,26 +26,35 @@ struct SearchedState {
 /// step (paper, section 3), and never less than a hair of the smaller block.
 class Reach {
  public:
-  /// `of_block`: memory, which must outlive this object.
+  /// `known`: reaches of the last search, which are kept of all blocks but those that have `moved`,
+  /// unless a step of all blocks may be another. It must outlive this object.
   Reach(const CompiledScene& compiled, const StepOptions& options, const SearchedState& state,
-        std::vector<double>& of_block);
+        std::span<const int> moved, KnownReaches& known);
   double of_pair(int a, int b) const;  ///< m
-  double largest() const;              ///< of all pairs, m
+  /// Of the search, so that no pair has less than of_pair(), m: of all pairs, and of those of a
+  /// block.
+  double of_all() const;
+  double of_block(int block) const;
+  double largest() const;               ///< of all pairs, m
+  bool is_new() const { return new_; }  ///< of all blocks, not of those that moved alone
 
  private:
+  void look_at(const StepOptions& options, const SearchedState& state, int block);
+
   const CompiledScene& compiled_;
-  std::vector<double>& of_block_;  ///< m
-  double opening_ = 0.0;           ///< m
+  KnownReaches& known_;
+  bool new_ = false;
 };
 
 /// By themselves or by a motion.
 std::vector<int> blocks_that_can_move(const CompiledScene& compiled);
 
-/// Contacts within the reach of their pair. `moved`: blocks that do not stand where the last search
-/// had them. `found` is sorted by key, places in the frames of the reference shapes.
+/// Contacts within the reach of their pair, of all blocks or of those that moved alone. `moved`:
+/// blocks that do not stand where the last search had them. `found` is sorted by key, places in the
+/// frames of the reference shapes.
 geometry::FindCounts find(const CompiledScene& compiled, const SearchedState& state,
-                          const Reach& reach, std::span<const int> moved, Workspace& work,
-                          std::vector<geometry::ContactPoint>& found);
+                          const Reach& reach, std::span<const int> moved, Searched searched,
+                          Workspace& work, std::vector<geometry::ContactPoint>& found);
 
 /// Finds the contacts of the state at the start of a run, or after it was changed from outside: no
 /// block is then known to be at rest.

@@ -7,6 +7,7 @@
 #include "step/contact_search.hpp"
 #include "step/island_extremes.hpp"
 #include "step/missed_contacts.hpp"
+#include "step/sorted_by_key.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -127,8 +128,9 @@ bool constant_loads(const CompiledScene& compiled, const IslandBlocks& island) {
 void wake_islands(const StepRun& run) {
   for (const auto& island : run.work.islands) {
     const auto rests = [&](int block) { return run.before.at_rest[index(block)] != 0; };
-    island->at_rest =
-        std::ranges::all_of(island->own(), rests) && constant_loads(run.compiled, island->blocks);
+    const bool goes_on_resting = island->at_rest && island->known == run.work.search_epoch;
+    island->at_rest = goes_on_resting || (std::ranges::all_of(island->own(), rests) &&
+                                          constant_loads(run.compiled, island->blocks));
     island->begun = true;
     island->count = {.rounding = island->count.rounding};
   }
@@ -162,6 +164,7 @@ void start_islands(const StepRun& run, std::span<Island* const> islands) {
   for (Island* island : islands) {
     start(run, *island);
     island->contacts_before = island->history.size();
+    island->found_before = island->found.size();
   }
   if (all_go_on) return;
   for (Island* island : islands) {
@@ -178,10 +181,14 @@ void start_islands(const StepRun& run, std::span<Island* const> islands) {
     return i >= 0 ? work.owners[index(i)] : nullptr;
   };
   const double opening = largest_opening(run.compiled, run.state.contacts);
-  const Reach reach(run.compiled, run.options, {run.state.blocks, opening, run.state.time},
-                    work.reach_of_block);
+  KnownReaches& reaches = work.start_reaches;
+  reaches.fall = -1.0;  // of all blocks, anew
+  const Reach reach(run.compiled, run.options, {run.state.blocks, opening, run.state.time}, {},
+                    reaches);
+  bool between = false;  // a point of two islands
   for (const geometry::ContactPoint& point : work.found) {
     Island* island = owner(point);
+    between = between || island_of(point, work.island_of_block) < 0;
     if (island == nullptr) continue;
     island->found.push_back(point);
     island->reach = std::max(island->reach, reach.of_pair(point.key.a, point.key.b));
@@ -194,45 +201,9 @@ void start_islands(const StepRun& run, std::span<Island* const> islands) {
   }
   for (Island* island : islands) {
     island->contacts_before = parted ? kNotKnown : island->history.size();
+    island->found_before = between ? kNotKnown : island->found.size();
   }
 }
-
-namespace {
-
-constexpr std::size_t kFewContacts = 16;  // as many comparisons as it takes to find one
-
-/// Where the island has the contacts that it had, and few: each in its place. False where it has
-/// not.
-bool renew(const Island& island, std::vector<Contact>& contacts) {
-  const std::vector<Contact>& now = island.history;
-  if (now.size() != island.contacts_before || now.size() * kFewContacts > contacts.size()) {
-    return false;
-  }
-  const auto key = [](const Contact& contact) { return contact.point.key; };
-  for (const Contact& contact : now) {
-    const auto at = std::ranges::lower_bound(contacts, contact.point.key, {}, key);
-    if (at == contacts.end() || at->point.key != contact.point.key) return false;
-    *at = contact;
-  }
-  return true;
-}
-
-/// Puts `added` into `contacts`; both are sorted. From the end on: what stands before the first of
-/// them is not touched.
-void merge(std::span<const Contact> added, std::vector<Contact>& contacts) {
-  std::size_t left = contacts.size(), end = left + added.size();
-  contacts.resize(end);
-  while (!added.empty()) {
-    if (left > 0 && added.back().point.key < contacts[left - 1].point.key) {
-      contacts[--end] = contacts[--left];
-    } else {
-      contacts[--end] = added.back();
-      added = added.first(added.size() - 1);
-    }
-  }
-}
-
-}  // namespace
 
 void replace_awake(const StepRun& run, std::span<const Contact> added,
                    std::vector<Contact>& contacts) {
@@ -246,7 +217,11 @@ void replace_awake(const StepRun& run, std::span<const Contact> added,
 
 void take_contacts(const StepRun& run, std::vector<Contact>& contacts) {
   Workspace& work = run.work;
-  if (std::ranges::all_of(work.awake, [&](const Island* i) { return renew(*i, contacts); })) return;
+  const auto stay = [&](const Island* island) {
+    return island->history.size() == island->contacts_before &&
+           renew(std::span<const Contact>(island->history), contacts);
+  };
+  if (std::ranges::all_of(work.awake, stay)) return;
   if (work.awake.size() == 1) return replace_awake(run, work.awake.front()->history, contacts);
   std::vector<Contact>& taken = work.taken;
   taken.clear();
@@ -256,6 +231,24 @@ void take_contacts(const StepRun& run, std::vector<Contact>& contacts) {
   const auto key = [](const Contact& contact) { return contact.point.key; };
   if (!std::ranges::is_sorted(taken, {}, key)) std::ranges::sort(taken, {}, key);
   replace_awake(run, taken, contacts);
+}
+
+void take_found(const StepRun& run) {
+  Workspace& work = run.work;
+  const std::span<const geometry::ContactPoint> now = work.found_end;
+  if (work.searched == Searched::AllBlocks) return std::swap(work.found, work.found_end);
+  std::size_t before = 0;
+  bool known = true;
+  for (const Island* island : work.awake) {
+    known = known && island->found_before != kNotKnown;
+    before += island->found_before;
+  }
+  if (known && before == now.size() && renew(now, work.found)) return;
+  std::erase_if(work.found, [&](const geometry::ContactPoint& point) {
+    const int i = island_of(point, work.island_of_block);
+    return i < 0 || !work.islands[index(i)]->at_rest;
+  });
+  merge(now, work.found);
 }
 
 }  // namespace quoin::solver

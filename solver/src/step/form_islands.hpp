@@ -33,6 +33,9 @@ void replace_awake(const StepRun& run, std::span<const Contact> added,
 /// The contacts of islands that are awake take the place of those that they had; sorted by key.
 void take_contacts(const StepRun& run, std::vector<Contact>& contacts);
 
+/// The points found at the end of the attempts take the place of those that their blocks had.
+void take_found(const StepRun& run);
+
 /// Nothing that acts on the island changes.
 bool constant_loads(const CompiledScene& compiled, const IslandBlocks& island);
 

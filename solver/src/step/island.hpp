@@ -25,6 +25,11 @@ struct IslandCount {
   double energy_growth = 0.0;  ///< largest of its sub-steps, J; may be negative
 };
 
+/// Of an island's blocks where they stand, J.
+struct EnergySums {
+  double kinetic = 0.0, strain = 0.0, contact = 0.0;
+};
+
 struct Island {
   Island(IslandBlocks island_blocks, StepWatch* watch)
       : blocks(std::move(island_blocks)), memory(blocks.slots, watch) {}
@@ -45,6 +50,7 @@ struct Island {
   double reach = 0.0;                         ///< the largest reach of a pair there, m
   std::vector<Contact> history;               ///< as the last accepted sub-step left them
   std::size_t contacts_before = 0;            ///< of the state, when the step began
+  std::size_t found_before = 0;               ///< likewise: points found
   std::vector<BodyContact> contacts;          ///< that the attempt holds
   std::vector<int> previous;                  ///< memory of carry_over()
   std::vector<PassingPair> passing;           ///< pairs that the attempt leaves out
@@ -61,6 +67,8 @@ struct Island {
   Extremes extremes;    ///< where it stands
   double stride = 0.0;  ///< static: of the step, by block size
   EnergyLedger energy;  ///< work and losses of this step
+  long summed = -1;     ///< Workspace::search_epoch when `sums` were made; they hold while at rest
+  EnergySums sums;
   AttemptMemory memory;
   Attempt attempt;
 };

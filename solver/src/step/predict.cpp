@@ -20,8 +20,8 @@ void resize(std::size_t blocks, StepPoses& poses) {
 
 void place_idle(const CompiledScene& compiled, std::span<const BlockState> state,
                 std::span<const Vector3> prescribed_increments, StepPoses& poses) {
-  for (std::size_t b = 0; b < state.size(); ++b) {
-    if (!compiled.idle[b]) continue;
+  for (const int block : compiled.idle_blocks) {
+    const std::size_t b = index(block);
     poses.start[b] = poses.end[b] = pose(state[b]);
     poses.increment[b].setZero();
     poses.deforms[b] = 0;

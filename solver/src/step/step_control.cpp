@@ -317,8 +317,9 @@ Island* take_static_step(const StepRun& run, std::span<Island* const> islands) {
 bool stands(const StepRun& run) {
   const CompiledScene& compiled = run.compiled;
   return compiled.prescribed.empty() &&
-         std::ranges::all_of(compiled.slots.block_of_slot,
-                             [&](int block) { return run.work.at_rest[index(block)] != 0; });
+         std::ranges::all_of(run.work.islands, [&](const auto& island) {
+           return run.work.at_rest[index(island->own().front())] != 0;
+         });
 }
 
 void add(const EnergyLedger& done, EnergyLedger& energy) {
@@ -330,14 +331,36 @@ void add(const EnergyLedger& done, EnergyLedger& energy) {
   energy.closure += done.closure;
 }
 
-/// Of all blocks with unknowns, J; what is at rest has none.
-double kinetic_energy(const StepRun& run, const State& state) {
-  double sum = 0.0;
-  for (const int block : run.compiled.slots.block_of_slot) {
-    if (run.work.at_rest[index(block)]) continue;
-    sum += kinetic_energy(run.compiled.models[index(block)], state.blocks[index(block)]);
+/// Energies of the blocks of an island, at the end of the step.
+EnergySums energy_sums(const StepRun& run, const Island& island, const State& state) {
+  EnergySums sums;
+  for (const int block : island.own()) {
+    const std::size_t b = index(block);
+    const BlockModel& model = run.compiled.models[b];
+    // What is at rest has none.
+    if (!run.work.at_rest[b]) sums.kinetic += kinetic_energy(model, state.blocks[b]);
+    sums.strain += strain_energy(model, state.blocks[b]);
+    sums.contact += run.work.stored[index(run.compiled.slots.slot_of_block[b])];
   }
-  return sum;
+  return sums;
+}
+
+/// Islands at rest keep their sums.
+void sum_energies(const StepRun& run, State& state) {
+  Workspace& work = run.work;
+  EnergySums all;
+  for (const auto& island : work.islands) {
+    if (!island->at_rest || island->summed != work.search_epoch) {
+      island->sums = energy_sums(run, *island, state);
+      island->summed = work.search_epoch;
+    }
+    all.kinetic += island->sums.kinetic;
+    all.strain += island->sums.strain;
+    all.contact += island->sums.contact;
+  }
+  state.energy.kinetic = all.kinetic;
+  state.energy.strain = all.strain;
+  state.energy.contact = all.contact;
 }
 
 /// The sub-steps that were accepted become the state. `reached`: their time, s.
@@ -357,9 +380,7 @@ void commit(const StepRun& run, double reached, std::span<Island* const> islands
     for (const int block : island->own()) work.at_rest[index(block)] = still;
     add(island->energy, state.energy);
   }
-  state.energy.kinetic = kinetic_energy(run, state);
-  state.energy.strain = strain_energy(run.compiled, state);
-  state.energy.contact = std::accumulate(work.stored.begin(), work.stored.end(), 0.0);
+  sum_energies(run, state);
   state.time = reached;
   take_contacts(run, state.contacts);
 }
@@ -390,6 +411,16 @@ void give_up(const StepRun& run, const Island& failed, State& best) {
   run.report.fighting = fighting(failed, run.state.origin);
 }
 
+/// Where few blocks move, contact points of these alone are searched for and listed.
+void choose_search(const CompiledScene& compiled, Workspace& work) {
+  constexpr std::size_t kMany = 8;
+  std::size_t awake = 0;
+  for (const Island* island : work.awake) awake += island->own().size();
+  const bool few = awake * kMany < compiled.models.size();
+  work.searched = few ? Searched::MovedBlocks : Searched::AllBlocks;
+  if (few) work.found_end.clear();
+}
+
 /// Takes the step of all islands that are not at rest, and again of those that have met in it. The
 /// one that can't be solved, or null: where there are others it is tried with all of them, so that
 /// what is reached is reached by all.
@@ -400,6 +431,7 @@ Island* take_islands(const StepRun& run) {
   form_islands(run);
   wake_islands(run);
   list_awake(run.work, islands);
+  choose_search(run.compiled, run.work);
   while (!islands.empty()) {
     start_islands(run, islands);
     Island* failed = take(run, islands);
@@ -416,13 +448,52 @@ Island* take_islands(const StepRun& run) {
   return nullptr;
 }
 
+/// Which blocks the next step finds otherwise than this one did. Nothing is laid any more.
+void note_changed(const StepRun& run) {
+  Workspace& work = run.work;
+  work.changed = run.compiled.prescribed;
+  for (const Island* island : work.awake) {
+    work.changed.insert(work.changed.end(), island->own().begin(), island->own().end());
+  }
+  if (!work.all_changed) return;
+  std::ranges::fill(work.laid, 0);
+  work.all_changed = std::ranges::find(work.before.laid, 1) != work.before.laid.end();
+}
+
+/// A step begins: what it may change is kept, and blocks are where the state has them.
+void keep_memory(const CompiledScene& compiled, const State& state, Workspace& work) {
+  if (work.all_changed) {
+    work.before = work;
+    work.now.blocks = work.end = state.blocks;
+    return;
+  }
+  StepMemory& before = work.before;
+  before.still = work.still;
+  before.report = work.report;
+  before.counted = work.counted;
+  before.search = work.search;
+  before.motion = work.motion;
+  for (const int block : work.changed) {
+    const std::size_t b = index(block);
+    work.now.blocks[b] = work.end[b] = state.blocks[b];
+    before.energy_scale[b] = work.energy_scale[b];
+    before.at_rest[b] = work.at_rest[b];
+    before.last.hit[b] = work.last.hit[b];
+    before.last.crowded[b] = work.last.crowded[b];
+    const int slot = compiled.slots.slot_of_block[b];
+    if (slot < 0) continue;
+    before.last.length[index(slot)] = work.last.length[index(slot)];
+    before.last.velocity[index(slot)] = work.last.velocity[index(slot)];
+    before.stored[index(slot)] = work.stored[index(slot)];
+  }
+}
+
 void take_step(const StepRun& run, State& state, State& best) {
   Workspace& work = run.work;
   const bool dynamic = run.options.analysis == Analysis::Dynamic;
   const double end = counted_end(run.options, state, work.counted);
   if (dynamic) work.search = {};
   if (!dynamic && work.search.start.empty()) begin_search(run.compiled, state, work.search);
-  work.now.blocks = work.end = state.blocks;
   work.now.held_forces = state.held_forces;
   const Island* failed = take_islands(run);
   Islands& islands = work.awake;
@@ -434,9 +505,9 @@ void take_step(const StepRun& run, State& state, State& best) {
                            : run.state.time + duration(run.options, run.options.time_step),
          islands, state);
   ++state.step;
-  std::ranges::fill(work.laid, 0);
+  note_changed(run);
   if (failed != nullptr) return detect(run.compiled, run.options, state, work);
-  if (!islands.empty()) std::swap(work.found, work.found_end);
+  if (!islands.empty()) take_found(run);
   state.time = work.counted.now = end;
   work.still = stands(run);
   if (dynamic) return;
@@ -462,7 +533,7 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
   if (work.still) return stand(options, state, work);
   StepReport report;
   work.clock.start();
-  work.before = work;
+  keep_memory(compiled, state, work);
   work.watch.begin(options, report);
   try {
     take_step({compiled, options, state, work.before, work, report}, state, best);
@@ -491,7 +562,8 @@ double initial_spring_energy(const CompiledScene& compiled, const StepOptions& o
   for (const BlockState& block : state.blocks) poses.push_back(pose(block));
   std::vector<BodyContact> contacts;
   const SearchedState searched{state.blocks, largest_opening(compiled, state.contacts), state.time};
-  const double reach = Reach(compiled, options, searched, work.reach_of_block).largest();
+  KnownReaches reaches;
+  const double reach = Reach(compiled, options, searched, {}, reaches).largest();
   std::vector<int> previous;
   carry_over({compiled.scene, poses, compiled.models, reach, work.laid}, work.found, state.contacts,
              previous, contacts);

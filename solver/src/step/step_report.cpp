@@ -15,6 +15,7 @@ constexpr double kDampingOfScheme = 0.25;
 /// gaps leaves of it, J/kg.
 void note_growth(const CompiledScene& compiled, const Workspace& work, const Island& island,
                  double noise_by_mass, StepEvidence& evidence) {
+  if (!(island.count.energy_growth > 0.0)) return;
   double scale = 0.0, mass = 0.0;
   for (const int block : island.own()) {
     scale += work.energy_scale[static_cast<std::size_t>(block)].value();

@@ -43,6 +43,8 @@ Workspace::Workspace(const CompiledScene& compiled, int given_threads)
 
 void place_bodies(const CompiledScene& compiled, const State& state, Workspace& work) {
   ++work.search_epoch;
+  work.known_reaches = {};
+  work.all_changed = true;
   for (std::size_t b = 0; b < compiled.models.size(); ++b) {
     work.finder.move(static_cast<int>(b), placement(compiled.models[b], pose(state.blocks[b])));
   }

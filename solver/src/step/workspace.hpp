@@ -33,6 +33,16 @@ struct StepMemory {
   std::vector<PrescribedMotion> motion;  ///< of compiled.prescribed, at the present state
 };
 
+/// Whose contact points a search lists: where few blocks move, theirs alone.
+enum class Searched : char { AllBlocks, MovedBlocks };
+
+/// Reaches of a search (Reach), without what all blocks have beside their own.
+struct KnownReaches {
+  std::vector<double> of_block{};  ///< m
+  /// What they hang on, of all blocks alike, m: free fall in a step; openings of joints.
+  double fall = -1.0, opening = 0.0;
+};
+
 /// StepMemory is in checkpoint.cpp; the rest changes the speed alone, or is made anew in each step.
 struct Workspace : StepMemory {
   explicit Workspace(const CompiledScene& compiled, int given_threads);
@@ -43,13 +53,18 @@ struct Workspace : StepMemory {
   InitialDepths initial_depths;    ///< taken off what is found
   /// At the present state, places in the frames of the reference shapes.
   std::vector<geometry::ContactPoint> found;
-  std::vector<geometry::ContactPoint> found_end;  ///< at the end of the attempts
+  /// At the end of the attempts: those of all blocks, or of all that this step has moved.
+  std::vector<geometry::ContactPoint> found_end;
+  std::vector<geometry::ContactPoint>
+      found_last;                           ///< of the last search, where it is of few blocks
+  Searched searched = Searched::AllBlocks;  ///< in this step
 
-  /// Contact points of blocks that stand are the same while it is: searches have one reach, and
-  /// nobody changes the state from outside.
+  /// Contact points of blocks that stand are the same while it is: their reaches are, and nobody
+  /// changes the state from outside.
   long search_epoch = 0;
-  double searched_reach = -1.0;  ///< m
-  bool islands_met = false;      ///< the last search found contacts between two islands
+  KnownReaches known_reaches;  ///< of the last search
+  KnownReaches start_reaches;  ///< memory of start_islands()
+  bool islands_met = false;    ///< the last search found contacts between two islands
 
   StepMemory before;                          ///< as the step began
   std::vector<PrescribedMotion> best_motion;  ///< of the best attempt
@@ -61,12 +76,13 @@ struct Workspace : StepMemory {
   JoinedGroups joined_slots;                 ///< memory of form_islands()
   std::vector<int> next_island_of_block;     ///< memory of form_islands()
   std::vector<Island*> owners;               ///< memory of start_islands(), by island
+  std::vector<int> changed;                  ///< blocks that the last step has moved
+  bool all_changed = true;                   ///< or anything else has
   std::vector<Contact> taken;                ///< memory of take_contacts()
   Islands awake;                             ///< those that take the step
   Islands group;                             ///< of these: that try one sub-step side by side
   Islands open;                              ///< of these: that try another round
   std::vector<int> moved;                    ///< memory of a search: blocks that do not stand
-  std::vector<double> reach_of_block;        ///< memory of Reach
   std::vector<Vector3> increments;           ///< memory of place_idle(), of compiled.prescribed
   State now;                                 ///< while a step is taken: its accepted sub-steps
   StepPoses poses;                           ///< of the sub-step that is tried, by block

@@ -22,8 +22,9 @@ class BroadPhase {
   BroadPhase(BroadPhase&&) noexcept;
   BroadPhase& operator=(BroadPhase&&) noexcept;
 
-  /// Box number `i` is new or has another place; i <= size(), the next one is appended.
-  void set(int i, const Box& box, BoxUse use = BoxUse::Moving);
+  /// Box number `i` is new or has another place; i <= size(), the next one is appended. `reach`: of
+  /// its own, m.
+  void set(int i, const Box& box, BoxUse use = BoxUse::Moving, double reach = 0.0);
   /// Box number `i` meets nothing until it is set again.
   void remove(int i);
   void clear();  ///< no boxes
@@ -37,12 +38,16 @@ class BroadPhase {
 
   int size() const;
 
-  /// All pairs with boxes at most `reach` (m) apart, and few others whose boxes are so but for the
-  /// rounding to single precision; ascending.
+  /// All pairs with boxes at most `reach` (m), or the reach of one of the two, apart, and few
+  /// others whose boxes are so but for the rounding to single precision; ascending.
   const std::vector<BlockPair>& find_candidates(double reach);
 
-  /// The same for boxes that all may have moved: exactly the pairs with boxes at most `reach` (m)
-  /// apart, pairs of two idle blocks left out. `idle` is empty or one flag a box.
+  /// Of these, the pairs with one of some boxes, in any order; costs what these boxes and those set
+  /// since the last call cost, not what all do.
+  const std::vector<BlockPair>& find_candidates_of(std::span<const int> boxes, double reach);
+
+  /// The same for all boxes, which all may have moved: exactly the pairs with boxes at most `reach`
+  /// (m) apart, pairs of two idle blocks left out. `idle` is empty or one flag a box.
   const std::vector<BlockPair>& find_candidates(std::span<const Box> boxes, double reach,
                                                 std::span<const char> idle = {});
 

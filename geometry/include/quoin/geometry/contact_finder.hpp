@@ -9,10 +9,11 @@
 namespace quoin::geometry {
 
 struct FinderOptions {
-  double reach = 0.0;      ///< contact points are listed up to this gap, m; touching pairs always
+  double reach = 0.0;      ///< of all pairs: contact points are listed up to this gap, m; touching
+                           ///< pairs always
   double tolerance = 0.0;  ///< contact length tol, m; 0: default_tolerance of each pair
   int threads = 1;         ///< any number gives the same bits; not used with an executor
-  Executor* executor = nullptr;  ///< the caller's threads; must outlive the finder
+  Executor* executor = nullptr;          ///< the caller's threads; must outlive the finder
   PointFrame frame = PointFrame::World;  ///< of the places of contact points
 };
 
@@ -53,6 +54,12 @@ class ContactFinder {
   /// has moved freely: its contacts go on. Else they have no predecessors in the next list.
   void replace_shape(int handle, std::shared_ptr<const Shape> shape);
   void set_options(int handle, const BodyOptions& options);
+  /// Reach of a body, m, 0 when it is added; from the next find() on. The reach of a pair is the
+  /// largest of those of its two bodies and of the one for all. So "a pair is watched up to what
+  /// the faster of its two bodies can move" is said body by body, and a fast body makes nobody
+  /// search pairs that it has no part in: another reach of a body counts as a move of that body.
+  /// Throws InputError when it is negative or not finite.
+  void set_reach(int handle, double reach);
 
   bool contains(int handle) const;
   int size() const;  ///< number of bodies
@@ -61,13 +68,18 @@ class ContactFinder {
   /// Asked for each pair of near bodies that the masks let pass, a < b, in each find() by the
   /// calling thread: false leaves the pair out. An empty function: none is.
   void set_filter(std::function<bool(int a, int b)> filter);
-  void set_reach(double reach);  ///< m, from the next find() on
+  void set_reach(double reach);  ///< of all pairs, m, from the next find() on
   /// Threads that find() uses: fewer than asked for where the system refused to start them.
   int threads() const;
 
   /// Writes all contact points, sorted by key; key.a and key.b are handles. See PairBatch::find()
   /// for ContactPoint::previous. No allocation when warm.
   FindCounts find(std::vector<ContactPoint>& contacts);
+  /// A question by the way: what find() would list of those pairs alone that have a body of
+  /// `handles`, in any order, ContactPoint::previous being -1. Costs what these pairs
+  /// and the bodies moved since the last call cost, however many others there are. The next find()
+  /// lists, matches and counts as though nobody had asked. No allocation when warm.
+  FindCounts contacts_of(std::span<const int> handles, std::vector<ContactPoint>& contacts);
   /// The pairs in contact after the last find() and those that it ended, ascending by handles.
   std::span<const PairResult> pairs() const;
 
