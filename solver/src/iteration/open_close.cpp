@@ -125,6 +125,14 @@ double OpenClose::stand(const BlockEquations& blocks, std::span<LinearContact> c
   return taken_back;
 }
 
+/// A step with the modes that contacts are taken to have. From nothing, a course of a wall would
+/// close in each of Newton's steps.
+void OpenClose::step_assumed(double softness, NewtonCount& count) {
+  newton_.evaluate(Law::Assumed, softness);
+  ++count.iterations;
+  if (!newton_.step(Law::Assumed, softness, count)) newton_.evaluate(Law::True, softness);
+}
+
 /// Soft contacts only hand their forces on as the next multipliers: good to a share is enough until
 /// the gaps are within the tolerance.
 double OpenClose::wanted_residual(std::span<const LinearContact> contacts,
@@ -141,9 +149,8 @@ double OpenClose::wanted_residual(std::span<const LinearContact> contacts,
 /// soft ones all at once. Where it fails it goes back to the last solution with softer contacts,
 /// and stiffer ones again as they are quickly solved.   [Rockafellar 1976]
 bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptions& options,
-                         NewtonCount& count) {
+                         Progress progress, NewtonCount& count) {
   const bool springs = std::ranges::any_of(contacts, &LinearContact::compliant);
-  Progress progress;
   double& softness = progress.softness;
   solved_.assign(newton_.change().size(), Vector12::Zero());
   while (count.iterations < options.max_iterations) {
@@ -152,6 +159,7 @@ bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptio
     const Relaxed relaxed = newton_.relax(wanted, softness, options.max_iterations, count);
     if (relaxed != Relaxed::No) {
       solved_ = newton_.change();
+      progress.assumes = false;
       const bool exact = relaxed == Relaxed::ToRounding ||
                          newton_.equations().relative_residual() <= options.force_tolerance;
       if (exact && (softness == 1.0 || !springs) && settled(contacts, options, progress)) {
@@ -163,6 +171,10 @@ bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptio
     } else {
       newton_.set_change(solved_);
       softness = softness == 1.0 ? kSoft : std::max(kSoftest, kSofter * softness);
+      if (progress.assumes) {
+        step_assumed(softness, count);
+        continue;
+      }
     }
     newton_.evaluate(Law::True, softness);
   }
@@ -225,12 +237,9 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
     return result;
   }
   NewtonCount count;
-  if (result.residual > kFarResidual) {
-    newton_.evaluate(Law::Assumed, 1.0);
-    ++count.iterations;
-    if (!newton_.step(Law::Assumed, 1.0, count)) newton_.evaluate(Law::True, 1.0);
-  }
-  result.converged = converge(contacts, options, count);
+  const Progress progress{.assumes = result.residual > kFarResidual};
+  if (progress.assumes) step_assumed(1.0, count);
+  result.converged = converge(contacts, options, progress, count);
   result.iterations = count.iterations;
   result.solves = count.solves;
   result.factorizations = count.factorizations;

@@ -66,13 +66,15 @@ class OpenClose {
     double softness = 1.0;  ///< of all contacts: share of their stiffness
     int updates = 0;        ///< of the multipliers
     int raises = 0;         ///< of the augmentation
+    bool assumes = false;   ///< nothing is solved yet, and the first guess says nothing of modes
   };
   double stand(const BlockEquations& blocks, std::span<LinearContact> contacts,
                const OpenCloseOptions& options, BlockVector& guess);
   double wanted_residual(std::span<const LinearContact> contacts, const OpenCloseOptions& options,
                          double softness) const;
+  void step_assumed(double softness, NewtonCount& count);
   bool converge(std::span<LinearContact> contacts, const OpenCloseOptions& options,
-                NewtonCount& count);
+                Progress progress, NewtonCount& count);
   bool settled(std::span<LinearContact> contacts, const OpenCloseOptions& options,
                Progress& progress);
   double push_of_update(std::span<const LinearContact> contacts);
