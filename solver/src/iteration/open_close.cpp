@@ -21,8 +21,8 @@ constexpr double kRaise = 10.0;
 constexpr double kRaiseGap = 0.1;  // where more than this share of the largest gap is left,
 constexpr double kFixed = 0.999;   // but not for gaps that no force can close
 constexpr int kMostRaises = 6;     // mass ratios of 1e6, with what augmentation is already
-constexpr double kProgress = 0.5;  // of the smallest gap so far, within
-constexpr int kWait = 150;         // iterations; else contacts come and go, and nothing is gained
+constexpr double kProgress = 0.5;  // of the smallest gap so far, within this share
+constexpr double kWait = 0.375;    // of the iterations allowed; else contacts come and go for ever
 
 // The softness of contacts. Chosen with the numbers of contact_newton.cpp, on the same sample.
 constexpr double kSoft = 1e-4;   // after full stiffness failed
@@ -178,23 +178,26 @@ bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptio
         continue;
       }
     }
-    if (stagnates(contacts, relaxed, count, progress)) return false;
+    if (stagnates(contacts, relaxed, count, progress) &&
+        count.iterations - progress.since >= kWait * options.max_iterations) {
+      return false;
+    }
     newton_.evaluate(Law::True, softness);
   }
   return false;
 }
 
-/// Whether the gaps of what was solved have stopped falling. Coulomb's law has several solutions,
-/// and contacts of deformable blocks can change between these for ever, whatever their softness.
+/// Whether the gaps of what was solved have not halved since `progress.since`. Coulomb's law has
+/// several solutions, and contacts of deformable blocks can change between these for ever,
+/// whatever their softness.
 bool OpenClose::stagnates(std::span<const LinearContact> contacts, Relaxed relaxed,
                           const NewtonCount& count, Progress& progress) {
   const double gap = relaxed == Relaxed::No ? progress.gap : violation(contacts);
   const bool softening = std::isinf(progress.gap);  // on the way to a first solution
-  if (softening || gap <= kProgress * progress.gap) {
-    progress.gap = gap;
-    progress.since = count.iterations;
-  }
-  return count.iterations - progress.since >= kWait;
+  if (!softening && gap > kProgress * progress.gap) return true;
+  progress.gap = gap;
+  progress.since = count.iterations;
+  return false;
 }
 
 /// What the next multipliers would do to the blocks, relative to the forces there. Parts that
