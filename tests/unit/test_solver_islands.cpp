@@ -2,6 +2,7 @@
 /// others.
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <numbers>
@@ -256,9 +257,13 @@ TEST_CASE("islands: any number of threads gives the same bits") {
   options.threads = 5;
   Simulation five(scene, options);
   for (int step = 0; step < 2; ++step) {
+    const auto start = std::chrono::steady_clock::now();
     const StepReport report = one.advance();
+    const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
     REQUIRE(report.status == StepStatus::Converged);
     CHECK(report.islands == 100);
+    const PhaseSeconds& phases = report.seconds;
+    CHECK(phases.detect + phases.assemble + phases.solve + phases.update <= passed.count());
     REQUIRE(two.advance().block_solves == report.block_solves);
     REQUIRE(five.advance().block_solves == report.block_solves);
     bool same = true;

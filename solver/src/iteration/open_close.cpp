@@ -21,6 +21,8 @@ constexpr double kRaise = 10.0;
 constexpr double kRaiseGap = 0.1;  // where more than this share of the largest gap is left,
 constexpr double kFixed = 0.999;   // but not for gaps that no force can close
 constexpr int kMostRaises = 6;     // mass ratios of 1e6, with what augmentation is already
+constexpr double kProgress = 0.5;  // of the smallest gap so far, within this share
+constexpr double kWait = 0.375;    // of the iterations allowed; else contacts come and go for ever
 
 // The softness of contacts. Chosen with the numbers of contact_newton.cpp, on the same sample.
 constexpr double kSoft = 1e-4;   // after full stiffness failed
@@ -125,6 +127,14 @@ double OpenClose::stand(const BlockEquations& blocks, std::span<LinearContact> c
   return taken_back;
 }
 
+/// A step with the modes that contacts are taken to have. From nothing, a course of a wall would
+/// close in each of Newton's steps.
+void OpenClose::step_assumed(double softness, NewtonCount& count) {
+  newton_.evaluate(Law::Assumed, softness);
+  ++count.iterations;
+  if (!newton_.step(Law::Assumed, softness, count)) newton_.evaluate(Law::True, softness);
+}
+
 /// Soft contacts only hand their forces on as the next multipliers: good to a share is enough until
 /// the gaps are within the tolerance.
 double OpenClose::wanted_residual(std::span<const LinearContact> contacts,
@@ -141,9 +151,8 @@ double OpenClose::wanted_residual(std::span<const LinearContact> contacts,
 /// soft ones all at once. Where it fails it goes back to the last solution with softer contacts,
 /// and stiffer ones again as they are quickly solved.   [Rockafellar 1976]
 bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptions& options,
-                         NewtonCount& count) {
+                         Progress progress, NewtonCount& count) {
   const bool springs = std::ranges::any_of(contacts, &LinearContact::compliant);
-  Progress progress;
   double& softness = progress.softness;
   solved_.assign(newton_.change().size(), Vector12::Zero());
   while (count.iterations < options.max_iterations) {
@@ -152,6 +161,7 @@ bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptio
     const Relaxed relaxed = newton_.relax(wanted, softness, options.max_iterations, count);
     if (relaxed != Relaxed::No) {
       solved_ = newton_.change();
+      progress.assumes = false;
       const bool exact = relaxed == Relaxed::ToRounding ||
                          newton_.equations().relative_residual() <= options.force_tolerance;
       if (exact && (softness == 1.0 || !springs) && settled(contacts, options, progress)) {
@@ -163,9 +173,30 @@ bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptio
     } else {
       newton_.set_change(solved_);
       softness = softness == 1.0 ? kSoft : std::max(kSoftest, kSofter * softness);
+      if (progress.assumes) {
+        step_assumed(softness, count);
+        continue;
+      }
+    }
+    if (stagnates(contacts, relaxed, count, progress) &&
+        count.iterations - progress.since >= kWait * options.max_iterations) {
+      return false;
     }
     newton_.evaluate(Law::True, softness);
   }
+  return false;
+}
+
+/// Whether the gaps of what was solved have not halved since `progress.since`. Coulomb's law has
+/// several solutions, and contacts of deformable blocks can change between these for ever,
+/// whatever their softness.
+bool OpenClose::stagnates(std::span<const LinearContact> contacts, Relaxed relaxed,
+                          const NewtonCount& count, Progress& progress) {
+  const double gap = relaxed == Relaxed::No ? progress.gap : violation(contacts);
+  const bool softening = std::isinf(progress.gap);  // on the way to a first solution
+  if (!softening && gap > kProgress * progress.gap) return true;
+  progress.gap = gap;
+  progress.since = count.iterations;
   return false;
 }
 
@@ -225,12 +256,9 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
     return result;
   }
   NewtonCount count;
-  if (result.residual > kFarResidual) {
-    newton_.evaluate(Law::Assumed, 1.0);
-    ++count.iterations;
-    if (!newton_.step(Law::Assumed, 1.0, count)) newton_.evaluate(Law::True, 1.0);
-  }
-  result.converged = converge(contacts, options, count);
+  const Progress progress{.assumes = result.residual > kFarResidual};
+  if (progress.assumes) step_assumed(1.0, count);
+  result.converged = converge(contacts, options, progress, count);
   result.iterations = count.iterations;
   result.solves = count.solves;
   result.factorizations = count.factorizations;

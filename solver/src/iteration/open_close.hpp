@@ -5,6 +5,8 @@
 /// contact, the law of joint_law.hpp. Source: [Alart & Curnier 1991] for the projected augmented
 /// Lagrangian; see solver/README.md.
 
+#include <limits>
+
 #include "iteration/contact_newton.hpp"
 
 namespace quoin::solver {
@@ -66,15 +68,21 @@ class OpenClose {
     double softness = 1.0;  ///< of all contacts: share of their stiffness
     int updates = 0;        ///< of the multipliers
     int raises = 0;         ///< of the augmentation
+    double gap = std::numeric_limits<double>::infinity();  ///< smallest of a solution, m
+    int since = 0;                                         ///< iterations when that was found
+    bool assumes = false;  ///< nothing is solved yet, and the first guess says nothing of modes
   };
   double stand(const BlockEquations& blocks, std::span<LinearContact> contacts,
                const OpenCloseOptions& options, BlockVector& guess);
   double wanted_residual(std::span<const LinearContact> contacts, const OpenCloseOptions& options,
                          double softness) const;
+  void step_assumed(double softness, NewtonCount& count);
   bool converge(std::span<LinearContact> contacts, const OpenCloseOptions& options,
-                NewtonCount& count);
+                Progress progress, NewtonCount& count);
   bool settled(std::span<LinearContact> contacts, const OpenCloseOptions& options,
                Progress& progress);
+  bool stagnates(std::span<const LinearContact> contacts, Relaxed relaxed, const NewtonCount& count,
+                 Progress& progress);
   double push_of_update(std::span<const LinearContact> contacts);
 
   const Slots* slots_;

@@ -57,17 +57,18 @@ void share_out(const StepRun& run, const std::vector<Island*>& islands,
 
 void side_by_side(const StepRun& run, std::span<Island* const> islands,
                   const std::function<void(Island&)>& task) {
+  const auto timed = [&](Island& island) {
+    island.memory.clock.start();
+    task(island);
+  };
   std::size_t work = 0;
-  for (Island* island : islands) {
-    work += size(*island);
-    island->memory.clock.start();
-  }
+  for (const Island* island : islands) work += size(*island);
   if (islands.size() > 1 && work >= kWorthThreads && can_share(run)) {
-    share_out(run, by_size(islands), task);
+    share_out(run, by_size(islands), timed);
   } else {
     for (Island* island : islands) {  // one has all threads
       island->memory.solver.use(Threads(&run.work.threads));
-      task(*island);
+      timed(*island);
       island->memory.solver.use(Threads());
     }
   }
