@@ -52,8 +52,9 @@ double ConeProjection::slope(double share) const {
   return sum;
 }
 
-/// Where along the step the function has its minimum: false position, the end that stays halved.
-/// [Dahlquist & Björck 1974]
+/// Where along the step the function has its minimum: false position, the slope of
+/// the end that stays halved.
+/// [Dowell & Jarratt 1971]
 double ConeProjection::find_share() const {
   double low = 0.0, high = 1.0, low_slope = slope(0.0), high_slope = slope(1.0);
   if (!(high_slope > 0.0) || !(low_slope < 0.0)) return 1.0;
