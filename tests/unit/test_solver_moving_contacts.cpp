@@ -265,6 +265,20 @@ TEST_CASE("a wall shaken across by half of gravity rocks and comes down, and no 
   CHECK(crowded > 0);
 }
 
+TEST_CASE("a wall that falls back gains no energy") {
+  Scene scene = shaken_wall(3, 5);
+  scene.joint.friction_angle = 35.0 * std::numbers::pi / 180.0;
+  Simulation simulation(scene, {.time_step = 5e-3});
+  int crowded = 0;
+  for (int step = 0; step < 80; ++step) {
+    const StepReport report = simulation.advance();
+    REQUIRE(report.status == StepStatus::Converged);
+    crowded += report.proximal_newton_attempts > 0 ? 1 : 0;
+    for (const StepFlag& flag : report.flags) CHECK(flag.kind != FlagKind::EnergyGrowth);
+  }
+  CHECK(crowded > 0);
+}
+
 TEST_CASE("contacts that yield have the same bits on any number of threads") {
   const Scene scene = shaken_wall(22, 24);
   StepOptions options{.time_step = 5e-3, .contact_iteration = ContactIteration::ProximalNewton};

@@ -6,6 +6,7 @@
 /// closes the gaps that are left. See solver/README.md.
 
 #include "iteration/open_close.hpp"
+#include "moving/cone_projection.hpp"
 #include "moving/gap_projection.hpp"
 
 namespace quoin::solver {
@@ -30,11 +31,15 @@ class MovingContacts {
   IterationCount iterate(double tolerance);
   IterationCount solve_soft(double tolerance);
   void record(std::span<LinearContact> contacts);
+  bool apart(double gap) const;
+  IterationCount stiffen(std::span<LinearContact> contacts);
+  IterationCount close(std::span<LinearContact> contacts, double gap);
   IterationCount mend(std::span<LinearContact> contacts, double share);
 
   const Slots* slots_;
   ConeProblem problem_;
   ProximalNewton newton_;
+  ConeProjection cone_projection_;
   GapProjection projection_;
   std::vector<ContactMode> modes_;
   std::vector<Vector3> x_, bar_, motion_;
