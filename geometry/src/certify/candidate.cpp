@@ -147,16 +147,14 @@ bool lies_over_within(const Solid& p, const Solid& q, double rounding, Candidate
 }
 
 bool proves_optimum(const Solid& p, const Solid& q, const Candidate& plane,
-                    const ContactPolygon* faces, double rounding, Foot foot) {
-  const bool firmly = foot == Foot::Firm;
+                    const ContactPolygon* faces, double rounding) {
   if (clearly_apart(plane.gap, rounding)) {
-    return firmly ? lies_firmly_over(p, q, plane, faces, rounding)
-                  : lies_over(p, q, plane, faces, rounding);
+    return lies_firmly_over(p, q, plane, faces, rounding);
   }
   double margin = 0.0;
   const auto measured = [&] { return margin = margin_of(p, q, plane, faces, rounding); };
   return proves_shallow(p, q, plane.normal, plane.gap, rounding, measured) &&
-         margin >= (firmly ? kFirm * rounding : 0.0);
+         margin >= kFirm * rounding;
 }
 
 bool straight_plane(const Solid& p, const Solid& q, const Lengths& length, const Vector3& guess,
@@ -185,10 +183,10 @@ bool straight_plane(const Solid& p, const Solid& q, const Lengths& length, const
 }
 
 bool straight_answer(const Solid& p, const Solid& q, const Lengths& length, const Vector3& guess,
-                     Optimum& optimum, Foot foot) {
+                     Optimum& optimum) {
   ++optimum.iterations;
   optimum.straight = straight_plane(p, q, length, guess, optimum) &&
-                     proves_optimum(p, q, optimum.plane, optimum.laid(), length.rounding, foot);
+                     proves_optimum(p, q, optimum.plane, optimum.laid(), length.rounding);
   if (!optimum.straight) optimum.faces.reset();
   return optimum.converged = optimum.straight;
 }

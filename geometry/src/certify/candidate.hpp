@@ -106,14 +106,10 @@ bool lies_firmly_over(const Solid& p, const Solid& q, const Candidate& plane,
 /// rounding? Edges are laid for the description as well.
 bool lies_over_within(const Solid& p, const Solid& q, double rounding, CandidatePlane& plane);
 
-/// How far inside its features the foot has to lie: firmly, or, where it is known that no other
-/// plane is as good but in the same direction, by rounding.
-enum class Foot { Firm, Inside };
-
 /// Proves that no other plane is better: always so when the solids are apart and the features lie
 /// over each other, and for a shallow overlap.
 bool proves_optimum(const Solid& p, const Solid& q, const Candidate& plane,
-                    const ContactPolygon* faces, double rounding, Foot foot = Foot::Firm);
+                    const ContactPolygon* faces, double rounding);
 
 /// The plane of the proposed sets, when they carry it alone and no vertex lies between 0.5 and 64
 /// roundings below it: nothing is left to doubt but whether it is the best.
@@ -122,6 +118,6 @@ bool straight_plane(const Solid& p, const Solid& q, const Lengths& length, const
 
 /// The plane of the proposed sets, if it is clearly theirs and proved to be the answer.
 bool straight_answer(const Solid& p, const Solid& q, const Lengths& length, const Vector3& guess,
-                     Optimum& optimum, Foot foot = Foot::Firm);
+                     Optimum& optimum);
 
 }  // namespace quoin::geometry

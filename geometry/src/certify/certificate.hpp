@@ -40,7 +40,6 @@ struct Carrier {
 struct Overlap {
   Vector3 normal;      // of the plane that is to be the answer, within rounding
   double least = 0.0;  // a gap above this is proved to be the answer, m
-  double inside;       // so far the foot has to lie inside its features, m; negative: off by less
 };
 
 /// Touching: within the tolerance of contact.

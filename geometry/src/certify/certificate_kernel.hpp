@@ -150,14 +150,13 @@ Trial attempt(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier
   const double gap = dot(normal, low - high);
   if (!(gap > (overlap != nullptr ? overlap->least : kApart * length.rounding)))
     return Trial::Undecided;
-  const double inside =
-      overlap != nullptr ? overlap->inside : (kByFace ? kFirm : 1.0) * length.rounding;
+  const double inside = kByFace || overlap != nullptr ? kFirm * length.rounding : length.rounding;
   if constexpr (kA == kFace) {
     if (!over_face(a, by_a.face, normal, low, inside)) return Trial::Refuted;
   } else if constexpr (kB == kFace) {
     if (!over_face(b, by_b.face, -normal, high, inside)) return Trial::Refuted;
   } else {
-    if (inside > 0.0 && !(form.from_ends > inside * inside)) return Trial::Refuted;
+    if (!(form.from_ends > inside * inside)) return Trial::Refuted;
     if (overlap == nullptr && !(gap * length.widest > turning(length.rounding)) &&
         !keeps_carriers(a, b, {kA == kVertex ? 1 : 2, kB == kVertex ? 1 : 2}, normal,
                         kEdges ? greater(gap, form.reach_across()) : gap, length)) {

@@ -203,7 +203,6 @@ SearchResult least_overlap(const Solid& solid_p, const Solid& solid_q, double ro
   result.outcome = SearchOutcome::Overlapping;
   result.normal = normal;
   result.bound = -(least + error);
-  result.alone = true;
   result.iterations = 1;
   return result;
 }

@@ -20,7 +20,6 @@ struct SearchResult {
   std::array<int, 4> p{}, q{};  ///< corners of the last simplex
   int corners = 0;
   int iterations = 0;
-  bool alone = false;  ///< no other plane overlaps as little within rounding, however near it is
 };
 
 /// The same with P and Q exchanged.

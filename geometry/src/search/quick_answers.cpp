@@ -63,8 +63,7 @@ bool overlapping_answer(const CanonicalPair& pair, Quick& quick, NearestFeatures
     if (quick.found.outcome != SearchOutcome::Overlapping) return false;
   }
   const SearchResult& found = quick.found;
-  const Overlap overlap{found.normal, least_gap(found, rounding),
-                        found.alone ? -rounding : kFirm * rounding};
+  const Overlap overlap{found.normal, least_gap(found, rounding)};
   if (!found_answer(pair.p, pair.q, pair.length, {found.p, found.q}, &overlap, answer))
     return false;
   if (pair.reversed) swap_names(answer);
@@ -196,9 +195,8 @@ bool fast_answer(const CanonicalPair& pair, Quick& quick, Optimum& optimum) {
   const auto best = [&] {
     const CandidatePlane& plane = optimum.plane;
     if (!(plane.gap >= least)) return false;
-    if (!overlapping) return proves_optimum(p, q, plane, optimum.laid(), rounding);
-    return found.alone ? lies_over(p, q, plane, optimum.laid(), -rounding)
-                       : lies_firmly_over(p, q, plane, optimum.laid(), rounding);
+    return overlapping ? lies_firmly_over(p, q, plane, optimum.laid(), rounding)
+                       : proves_optimum(p, q, plane, optimum.laid(), rounding);
   };
   take_corners(p, q, found, optimum.plane.sets);
   optimum.straight = straight_plane(p, q, length, found.normal, optimum) && best();

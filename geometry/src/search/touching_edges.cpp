@@ -213,7 +213,7 @@ bool touching_edges(const Solid& p, const Solid& q, const Lengths& length, const
   return settle(p, q, length, carriers_of(p, q, rims, best), normal, optimum.plane) &&
          optimum.plane.gap >= best.gap - length.rounding &&
          lies_over(p, q, optimum.plane, nullptr, -length.rounding) &&
-         take_settled(p, q, length, Foot::Firm, optimum);
+         take_settled(p, q, length, optimum);
 }
 
 }  // namespace quoin::geometry

@@ -118,12 +118,11 @@ void take_feature(const Solid& solid, const Feature& feature, VertexSet& set, in
   }
 }
 
-bool take_settled(const Solid& p, const Solid& q, const Lengths& length, Foot foot,
-                  Optimum& optimum) {
+bool take_settled(const Solid& p, const Solid& q, const Lengths& length, Optimum& optimum) {
   const CandidatePlane& plane = optimum.plane;
   const bool alone = plane.near_p->vertices.size() == plane.sets.p.size() &&
                      plane.near_q->vertices.size() == plane.sets.q.size();
-  if (alone) return straight_answer(p, q, length, plane.normal, optimum, foot);
+  if (alone) return straight_answer(p, q, length, plane.normal, optimum);
   return optimum.converged = true;
 }
 
@@ -136,11 +135,10 @@ bool touching_faces(const Solid& p, const Solid& q, const Lengths& length, const
   if (wide && !(faces.normal.dot(across) >= -kTouchingOpposite)) return false;
   SharedPlaces places;
   if (!share_faces(p, q, faces, length.rounding, places) ||
+      (wide && !is_wide(p, q, places, length.rounding)) ||
       !is_least(p, q, faces.normal, places, length.rounding)) {
     return false;
   }
-  const bool alone = is_wide(p, q, places, length.rounding);
-  if (wide && !alone) return false;
   const SharedCorner& corner = places.corners[places.lowest];
   ContactSets sets;
   take_feature(p, corner.feature_p, sets.p, sets.face_p);
@@ -149,8 +147,7 @@ bool touching_faces(const Solid& p, const Solid& q, const Lengths& length, const
   if (!settle(p, q, length, sets, faces.normal, plane)) return false;
   const double aside = std::abs(plane.gap) * (plane.normal - faces.normal).norm();
   const bool over = aside <= length.rounding || lies_over(p, q, plane, nullptr, -length.rounding);
-  return over && plane.gap >= places.gap - length.rounding &&
-         take_settled(p, q, length, alone ? Foot::Inside : Foot::Firm, optimum);
+  return over && plane.gap >= places.gap - length.rounding && take_settled(p, q, length, optimum);
 }
 
 }  // namespace quoin::geometry

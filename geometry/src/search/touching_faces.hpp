@@ -20,7 +20,6 @@ void take_feature(const Solid& solid, const Feature& feature, VertexSet& set, in
 
 /// A settled plane that is known to be the best. Where no other vertex comes near it, last step's
 /// features lead to it without a search: it is then described as they do.
-bool take_settled(const Solid& p, const Solid& q, const Lengths& length, Foot foot,
-                  Optimum& optimum);
+bool take_settled(const Solid& p, const Solid& q, const Lengths& length, Optimum& optimum);
 
 }  // namespace quoin::geometry
