@@ -23,19 +23,19 @@ double margin_of(const Solid& p, const Solid& q, const Candidate& plane,
   return overlap_margin(patches.p, patches.q);
 }
 
-/// Of lines between vertices and edges: whatever rounding may turn their normal, no end of an edge
-/// and no other vertex comes into question.
-bool joined_within(const Solid& p, const Solid& q, const Candidate& plane, double margin) {
-  const auto count_p = static_cast<int>(plane.sets.p.size());
-  const auto count_q = static_cast<int>(plane.sets.q.size());
-  if (!(plane.form.from_ends > margin * margin)) return false;
-  return carry_turned(p, q, {count_p, count_q}, plane.normal,
-                      turning(margin) / std::max(plane.gap, plane.form.across));
-}
-
 struct Inside {
   double rounding, margin;  // m
 };
+
+/// Of lines between vertices and edges: whatever rounding may turn their normal, no other vertex
+/// comes into question, and no end of an edge within the margin.
+bool joined_within(const Solid& p, const Solid& q, const Candidate& plane, const Inside& by) {
+  const auto count_p = static_cast<int>(plane.sets.p.size());
+  const auto count_q = static_cast<int>(plane.sets.q.size());
+  if (!(plane.form.from_ends > by.margin * by.margin)) return false;
+  return carry_turned(p, q, {count_p, count_q}, plane.normal,
+                      turning(by.rounding) / std::max(plane.gap, plane.form.across));
+}
 
 /// Of features that are not joined by a line: by more than the margin, or off by less than it.
 bool lies_inside(const Solid& p, const Solid& q, const Candidate& plane,
@@ -122,14 +122,15 @@ bool lay_whole_faces(const Solid& p, const Solid& q, const Candidate& plane, con
 
 bool lies_over(const Solid& p, const Solid& q, const Candidate& plane, const ContactPolygon* faces,
                double margin) {
-  if (plane.form.joined) return margin < 0.0 || joined_within(p, q, plane, margin);
+  if (plane.form.joined) return margin < 0.0 || joined_within(p, q, plane, {margin, margin});
   return lies_inside(p, q, plane, faces, {std::abs(margin), margin});
 }
 
 bool lies_firmly_over(const Solid& p, const Solid& q, const Candidate& plane,
                       const ContactPolygon* faces, double rounding) {
-  if (plane.form.joined) return joined_within(p, q, plane, rounding);
-  return lies_inside(p, q, plane, faces, {rounding, kFirm * rounding});
+  const Inside firmly{rounding, kFirm * rounding};
+  if (!plane.form.joined) return lies_inside(p, q, plane, faces, firmly);
+  return joined_within(p, q, plane, plane.gap < 0.0 ? firmly : Inside{rounding, rounding});
 }
 
 bool lies_over_within(const Solid& p, const Solid& q, double rounding, CandidatePlane& plane) {

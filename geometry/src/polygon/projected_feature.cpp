@@ -418,15 +418,15 @@ void lay_top(const Solid& polyhedron, int face, const ContactPlane& plane, doubl
 std::array<int, 2> segment_ends(const Solid& polyhedron, const VertexSet& vertices) {
   std::array<int, 2> ends{vertices[0], vertices[vertices.size() - 1]};
   if (vertices.size() <= 2) return ends;
-  double longest = -1.0;
+  DoubleDouble longest = -1.0;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     for (std::size_t j = i + 1; j < vertices.size(); ++j) {
-      const double length =
-          (polyhedron.vertex(vertices[i]) - polyhedron.vertex(vertices[j])).squaredNorm();
-      if (length > longest) {
-        longest = length;
-        ends = {vertices[i], vertices[j]};
-      }
+      const WideVector line =
+          wide_difference(polyhedron.vertex(vertices[i]), polyhedron.vertex(vertices[j]));
+      const DoubleDouble length = dot(line, line);
+      if (!(longest < length)) continue;
+      longest = length;
+      ends = {vertices[i], vertices[j]};
     }
   }
   return ends;

@@ -56,13 +56,27 @@ class SupportPlanes {
  public:
   const SupportPlane* begin() const { return planes_.data(); }
   const SupportPlane* end() const { return planes_.data() + count_; }
-  void clear() { count_ = 0; }
+  /// `one`: the square of the angle, rad, up to which two directions count as one.
+  void clear(double one) {
+    count_ = 0;
+    one_ = one;
+  }
 
-  /// That of a direction within 1e-6 rad, or the end.
+  /// That of the same direction, or the end.
   const SupportPlane* find(const Vec3& normal) const {
-    return std::find_if(begin(), end(), [&](const SupportPlane& m) {
-      return square(m.normal - normal) < kOneDirection;
-    });
+    return std::find_if(begin(), end(),
+                        [&](const SupportPlane& m) { return square(m.normal - normal) < one_; });
+  }
+  /// Are two of those within a distance so close that corners left out may make them one, or not?
+  bool any_close(double limit) const {
+    for (const SupportPlane* m = begin(); m != end(); ++m) {
+      if (!(m->value.high <= limit)) continue;
+      const bool close = std::any_of(begin(), m, [&](const SupportPlane& n) {
+        return n.value.high <= limit && square(m->normal - n.normal) < 4.0 * kOneDirection;
+      });
+      if (close) return true;
+    }
+    return false;
   }
   /// Those that find no room are as good as the others.
   void add(const SupportPlane& plane) {
@@ -77,6 +91,7 @@ class SupportPlanes {
  private:
   std::array<SupportPlane, 512> planes_;
   std::size_t count_ = 0;
+  double one_ = 0.25 * kOneDirection;  // half of the angle: the rest is looked at once more
 };
 
 /// The hull of some corners of the set of differences Q - P, each rounded to doubles, convex by
@@ -196,8 +211,8 @@ class Polytope {
   /// All facets once more, now until no corner lies beyond those that are looked at.
   void look_closer() {
     closer_ = true;
-    planes_.clear();
-    broad_.clear();
+    planes_.clear(kOneDirection);
+    broad_.clear(kOneDirection);
     for (Index f = 0; f < facet_count_; ++f) facets_[f].found = false;
     for (Index f = 0; f < facet_count_; ++f) {
       if (!(key_[f] < kInfinity))
@@ -488,9 +503,19 @@ class Polytope {
     const Vec3 a = place(facet, 0), b = place(facet, 1), c = place(facet, 2);
     const WideVector normal = cross(difference(b, a), difference(c, a));
     const DoubleDouble length = square_root(dot(normal, normal));
-    const double longest = std::sqrt(std::max(square(b - a), square(c - a)));
     return {facet.normal, dot(normal, wide(a)) / length,
-            !(length.high > kSlimHeight * rounding_ * longest)};
+            !(length.high > kSlimHeight * rounding_ * longest_side(facet))};
+  }
+
+  /// Less those across a parallelogram: which of its two was drawn is of no account. m
+  double longest_side(const Facet& facet) const {
+    double longest = 0.0, across = 0.0;
+    for (Index i = 0; i < 3; ++i) {
+      const Corner &from = corners_[facet.corners[i]], &to = corners_[facet.corners[(i + 1) % 3]];
+      double& most = from.p == to.p || from.q == to.q ? longest : across;
+      most = std::max(most, square(to.w - from.w));
+    }
+    return std::sqrt(longest > 0.0 ? longest : across);
   }
 
   /// Takes away the facets that a new corner sees; a cone over the border closes the hole.
@@ -607,7 +632,7 @@ class Polytope {
       return std::abs(value - limit) <= kShort * rounding_;
     };
     const Limits is = limits();
-    if (near(std::abs(is.least), kTouch * rounding_)) return true;
+    if (near(std::abs(is.least), kTouch * rounding_) || broad_.any_close(is.tie)) return true;
     int directions = 0;
     for (const SupportPlane& plane : broad_) {
       if (near(plane.value.high, is.tie)) return true;
