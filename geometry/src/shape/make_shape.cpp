@@ -199,6 +199,11 @@ ExactHull exact_hull(const Eigen::Ref<const Points>& scaled) {
   return exact;
 }
 
+Shape assemble(const Eigen::Ref<const Points>& vertices, const Faces& faces) {
+  auto topology = std::make_shared<const Topology>(static_cast<int>(vertices.cols()), faces);
+  return Shape(std::move(topology), vertices);
+}
+
 /// `scaled`: the same vertices as the cells were judged by; `surface`: closed, through all of them.
 Shape labelled(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Points>& scaled,
                const Faces& surface) {
@@ -222,10 +227,9 @@ Shape make_box(const Vector3& min, const Vector3& max) {
     }
   }
   check_points(vertices, kMostVertices);
-  // One for all boxes: a query of any two finds it in the cache.
-  static const auto topology = std::make_shared<const Topology>(
-      8, Faces{{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}});
-  return Shape(topology, vertices);
+  return assemble(
+      vertices,
+      {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}});
 }
 
 Shape make_prism(const Eigen::Ref<const Points>& polygon, const Vector3& sweep) {
