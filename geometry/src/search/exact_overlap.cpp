@@ -485,7 +485,8 @@ class Polytope {
     set_key(f, kInfinity);
     if (facet.distance > best_ + kLook * rounding_) return true;
     spread(f);
-    if (beyond && !outside) return true;  // a line all but exactly: its normal is not known
+    // A line all but exactly: its normal is not known.
+    if (beyond && !outside && facet.error > 2.0 * kExactNormalRounding * kEpsilon) return true;
     const SupportPlane plane = exact_plane(facet);
     planes_.add(plane);
     if (!plane.slim) broad_.add(plane);
