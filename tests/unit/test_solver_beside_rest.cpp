@@ -77,6 +77,38 @@ TEST_CASE("The report of a step beside a wall at rest is that of all blocks and 
   CHECK(simulation.state().blocks.back().centroid.z() + simulation.state().origin.z() < 0.11);
 }
 
+TEST_CASE("Fixed blocks far away change nothing of blocks on a moved table") {
+  // One block rests on the table, another tumbles over it: each takes sub-steps of its own, and
+  // with many fixed blocks their points alone are searched for.
+  const auto table = [](int fixed) {
+    Scene scene{.joint = {.friction_angle = 0.5, .restitution = 0.3}};
+    scene.gravity = VectorOfTime([](double) { return Vector3(0, 0, -9.81); });
+    scene.add_fixed(geometry::make_box({-6, -2, -1}, {6, 2, 0}));
+    scene.blocks[0].kind = BlockKind::Prescribed;
+    scene.blocks[0].motion.value = VectorOfTime([](double t) { return Vector3(0.05 * t, 0, 0); });
+    scene.add_rigid(geometry::make_box({-3.5, -0.5, 0}, {-2.5, 0.5, 0.4}), kRigid);
+    scene.add_rigid(geometry::make_box({-3.4, -0.4, 0.4}, {-2.6, 0.4, 0.8}), kRigid);
+    scene.add_rigid(geometry::make_box({2.5, -0.5, 0.3}, {3.5, 0.5, 0.7}), kRigid);
+    scene.blocks[3].velocity = {0.7, 0, 0};
+    scene.blocks[3].angular_velocity = {1.0, 2.0, 0.5};
+    for (int i = 0; i < fixed; ++i) {
+      scene.add_fixed(geometry::make_box({100.0 + 2 * i, 0, 0}, {101.0 + 2 * i, 1, 1}));
+    }
+    return scene;
+  };
+  Simulation alone(table(0), {.time_step = 1e-2}), among(table(60), {.time_step = 1e-2});
+  for (int i = 0; i < 40; ++i) {
+    REQUIRE(alone.advance().status == StepStatus::Converged);
+    REQUIRE(among.advance().status == StepStatus::Converged);
+    CHECK(alone.state().contacts.size() == among.state().contacts.size());
+  }
+  for (std::size_t b = 1; b < 4; ++b) {
+    const Vector3 apart = alone.state().blocks[b].centroid + alone.state().origin -
+                          among.state().blocks[b].centroid - among.state().origin;
+    CHECK(apart.norm() < 1e-9);
+  }
+}
+
 TEST_CASE("A block falls beside a wall at rest as it does alone") {
   Scene alone = wall_and_block(3.0);
   for (std::size_t b = 1; b + 1 < alone.blocks.size(); ++b)

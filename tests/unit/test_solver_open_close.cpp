@@ -59,7 +59,9 @@ struct Problem {
 
   OpenCloseResult solve(double tolerance, int max_iterations = 200) {
     OpenClose solver(slots);
-    const OpenCloseOptions options{.force_tolerance = tolerance, .max_iterations = max_iterations};
+    const OpenCloseOptions options{.force_tolerance = tolerance,
+                                   .max_iterations = max_iterations,
+                                   .patience = std::max(200, 3 * max_iterations / 8)};
     return solver.solve(base, force, contacts, options, increment);
   }
 

@@ -235,6 +235,14 @@ struct BroadPhase::Tree {
   }
   /// Fat boxes of a pair overlap when the boxes are within any reach of it.
   float grown_by(int i) const { return growth + reach_of(i, 0.0F); }
+  /// Has the fat box room for much more reach than is asked?
+  bool is_too_fat(int i) const {
+    if (own_reach.empty()) return false;
+    const FloatBox& box = boxes[at(i)];
+    const float most =
+        extent(box) + 3 * kLookAheadCap * diagonal(box) + 6 * (kSkin * diagonal(box) + grown_by(i));
+    return extent(leaves[at(i)]->bv) > static_cast<float>(kReachWaste) * most;
+  }
   float soon(int i) const { return kSoon * kSkin * diagonal(boxes[at(i)]); }
   FloatBox fat_box(int i, const FloatVector& ahead) const;
   void use_reach(double reach);
@@ -320,7 +328,7 @@ void BroadPhase::Tree::set(int i, const Box& box, BoxUse use, double reach) {
   present += has(i, kAbsent);
   state[at(i)] = static_cast<std::uint8_t>((state[at(i)] & (kMoved | kUnplaced)) | idle);
   Node* leaf = leaves[at(i)];
-  if (leaf != nullptr && (too_many_moved || !has_room(i))) {
+  if (leaf != nullptr && (too_many_moved || !has_room(i) || is_too_fat(i))) {
     leaf->bv = fat_box(i, boxes[at(i)].min_ - before);
     note_moved(i);
   } else if (leaf == nullptr || idle_changed) {
@@ -401,7 +409,7 @@ void BroadPhase::Tree::update_kept() {
   kept_is_old = false;
 }
 
-/// Into `fresh`, ascending: all pairs within reach that have one of the boxes asked for.
+/// Into `fresh`, ascending: all pairs that may be within reach and have one of the boxes asked for.
 void BroadPhase::Tree::find_pairs_of(std::span<const int> asked, double reach) {
   const double most = std::min(reach, kMostReach);
   for (const int i : asked) state[at(i)] |= kAsked;

@@ -39,6 +39,13 @@ struct PairMemory {
   int worker = 0, track = 0;  // of the last call in which it had points; where these begin
 };
 
+/// A pair that contacts_of() alone has been asked for since the last find().
+struct Stranger {
+  BlockPair names;
+  PairState state{};
+  PairMemory memory{};
+};
+
 /// Empties a list that will be as long as before or nearly: what it holds far beyond that is given
 /// back.
 template <class T>
@@ -181,15 +188,14 @@ struct PairBatch::Memory {
   std::vector<BlockPair> sorted;     // the caller's pairs, where they are in no order
   std::span<const BlockPair> pairs;  // of the call at hand, by index
   std::vector<BlockPair> renamed;    // the same by name, where names are not the indices
-  std::vector<BlockPair> named;      // all known: of the last call, by name, and strangers
-  std::size_t listed_pairs = 0;      // how many of them find() was asked for
+  std::vector<BlockPair> named;      // of the last find(), by name
   bool by_the_way = false;           // the call at hand is contacts_of()
-  std::vector<std::size_t> places;   // of its pairs in `named`
-  std::vector<BlockPair> next_named;
-  std::vector<PairState> states, next_states;  // one a pair
-  std::vector<PairMemory> known, next_known;   // one a pair
-  std::vector<PairResult> listed, before;      // in contact, or no longer
-  std::vector<WorkerPart> parts{1};            // one a worker
+  std::vector<std::size_t> places;   // of its pairs in `named`; behind these, in `strangers`
+  std::vector<Stranger> strangers, next_strangers;  // ascending by names
+  std::vector<PairState> states, next_states;       // one a pair
+  std::vector<PairMemory> known, next_known;        // one a pair
+  std::vector<PairResult> listed, before;           // in contact, or no longer
+  std::vector<WorkerPart> parts{1};                 // one a worker
 
   // Contact points of the pairs of which neither body moved, and the reach they were found with.
   std::vector<ContactPoint> remembered, next_remembered;
@@ -199,7 +205,7 @@ struct PairBatch::Memory {
   void take_pairs(std::span<const BlockPair> given);
   void carry();
   void find_places();
-  void admit(std::span<const BlockPair> strangers);
+  void admit(std::span<const BlockPair> asked);
   void forget_changed();
   void remember(const std::vector<ContactPoint>& contacts);
   void start_history(std::size_t workers);
@@ -227,10 +233,20 @@ struct PairBatch::Memory {
   void contacts_of(std::vector<ContactPoint>& contacts, Executor* executor);
   void forget();
 
-  /// Where a pair of the call at hand stands in `named`.
+  /// Of a pair of the call at hand.
+  bool is_stranger(std::size_t i) const { return by_the_way && places[i] >= named.size(); }
   std::size_t place(std::size_t i) const { return by_the_way ? places[i] : i; }
-  bool in_contact(std::size_t place) const {
-    return states[place].listed >= 0 || states[place].apart_until < 0.0;
+  PairState& state_of(std::size_t i) {
+    return is_stranger(i) ? strangers[places[i] - named.size()].state : states[place(i)];
+  }
+  PairMemory& memory_of(std::size_t i) {
+    return is_stranger(i) ? strangers[places[i] - named.size()].memory : known[place(i)];
+  }
+  BlockPair names_of_pair(std::size_t i) const {
+    return is_stranger(i) ? strangers[places[i] - named.size()].names : named[place(i)];
+  }
+  static bool in_contact(const PairState& state) {
+    return state.listed >= 0 || state.apart_until < 0.0;
   }
 
   int name(int body) const {
@@ -297,10 +313,11 @@ void PairBatch::Memory::take_pairs(std::span<const BlockPair> given) {
 /// Each pair of the last call keeps what it knows; a new one starts cold.
 void PairBatch::Memory::carry() {
   const std::span<const BlockPair> now = bodies.names.empty() ? pairs : renamed;
-  if (same_pairs(now, named)) return;
+  if (same_pairs(now, named)) return strangers.clear();
   next_states.resize(now.size());
   next_known.resize(now.size());
   std::size_t old = 0;
+  auto stranger = strangers.begin();
   for (std::size_t i = 0; i < now.size(); ++i) {
     while (old < named.size() && named[old] < now[i]) {
       ++old;
@@ -308,7 +325,12 @@ void PairBatch::Memory::carry() {
     const bool is_known = old < named.size() && named[old] == now[i];
     next_states[i] = is_known ? states[old] : PairState{};
     next_known[i] = is_known ? known[old] : PairMemory{};
+    while (stranger != strangers.end() && stranger->names < now[i]) ++stranger;
+    if (is_known || stranger == strangers.end() || stranger->names != now[i]) continue;
+    next_states[i] = stranger->state;
+    next_known[i] = stranger->memory;
   }
+  strangers.clear();
   std::swap(states, next_states);
   std::swap(known, next_known);
   named.assign(now.begin(), now.end());
@@ -317,45 +339,41 @@ void PairBatch::Memory::carry() {
 /// Of the pairs of contacts_of(), all of which are known afterwards.
 void PairBatch::Memory::find_places() {
   const std::span<const BlockPair> now = bodies.names.empty() ? pairs : renamed;
-  const auto look = [&] {
-    places.clear();
-    auto from = named.begin();
-    for (const BlockPair& pair : now) {
-      from = std::lower_bound(from, named.end(), pair);
-      if (from == named.end() || *from != pair) return false;
-      places.push_back(static_cast<std::size_t>(from - named.begin()));
-    }
-    return true;
-  };
-  if (look()) return;
+  places.assign(now.size(), named.size());
+  auto from = named.begin();
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    from = std::lower_bound(from, named.end(), now[i]);
+    if (from != named.end() && *from == now[i])
+      places[i] = static_cast<std::size_t>(from - named.begin());
+  }
   admit(now);
-  look();
+  std::size_t stranger = 0;
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    if (places[i] < named.size()) continue;
+    while (strangers[stranger].names != now[i]) ++stranger;
+    places[i] = named.size() + stranger;
+  }
 }
 
-/// Pairs that find() was not asked for come in. Where they have become many, those go that neither
-/// have a history nor are asked for now.
-void PairBatch::Memory::admit(std::span<const BlockPair> strangers) {
-  const bool crowded = named.size() > 2 * listed_pairs + kFewStrangers;
-  next_named.clear();
-  next_states.clear();
-  next_known.clear();
-  const auto add = [&](const BlockPair& pair, const PairState& state, const PairMemory& memory) {
-    next_named.push_back(pair);
-    next_states.push_back(state);
-    next_known.push_back(memory);
+/// Pairs that find() was not asked for come in. Where they have become many, those go that are not
+/// asked for.
+void PairBatch::Memory::admit(std::span<const BlockPair> asked) {
+  const bool crowded = strangers.size() > kFewStrangers;
+  next_strangers.clear();
+  auto old = strangers.begin();
+  const auto keep_until = [&](const BlockPair& names) {
+    for (; old != strangers.end() && old->names < names; ++old) {
+      if (!crowded) next_strangers.push_back(*old);
+    }
   };
-  auto next = strangers.begin();
-  for (std::size_t i = 0; i < named.size(); ++i) {
-    for (; next != strangers.end() && *next < named[i]; ++next) add(*next, {}, {});
-    const bool is_asked = next != strangers.end() && *next == named[i];
-    next += is_asked;
-    if (crowded && !is_asked && states[i].listed < 0 && states[i].kept < 0) continue;
-    add(named[i], states[i], known[i]);
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    if (places[i] < named.size()) continue;
+    keep_until(asked[i]);
+    const bool is_known = old != strangers.end() && old->names == asked[i];
+    next_strangers.push_back(is_known ? *old++ : Stranger{.names = asked[i]});
   }
-  for (; next != strangers.end(); ++next) add(*next, {}, {});
-  std::swap(named, next_named);
-  std::swap(states, next_states);
-  std::swap(known, next_known);
+  keep_until({std::numeric_limits<int>::max(), std::numeric_limits<int>::max()});
+  std::swap(strangers, next_strangers);
 }
 
 /// Forgets what was found for pairs that have changed since, or with another reach.
@@ -463,14 +481,14 @@ void PairBatch::Memory::follow(std::size_t i, WorkerPart& part, const Body& a,
 /// Does last step's plane still part two bodies that were not in contact? They have no points then,
 /// nor will they before their ways have used up what they are apart beyond the reach.
 bool PairBatch::Memory::stay_apart(std::size_t i, const Body& a, const Body& b) {
-  const std::size_t n = place(i);
-  if (in_contact(n) || known[n].hint.vertices_a[0] < 0) return false;
+  PairState& state = state_of(i);
+  const FeatureHint& hint = memory_of(i).hint;
+  if (in_contact(state) || hint.vertices_a[0] < 0) return false;
   const double tolerance = options.tolerance > 0.0 ? options.tolerance : default_tolerance(a, b);
-  const double beyond =
-      apart_beyond(a, b, known[n].hint.normal, std::max(reach_of(pairs[i]), tolerance));
+  const double beyond = apart_beyond(a, b, hint.normal, std::max(reach_of(pairs[i]), tolerance));
   if (!(beyond > 0.0)) return false;
   if (!bodies.ways.empty()) {
-    states[n].apart_until = (ways_of(pairs[i]) + beyond) * (1.0 - 4 * kEpsilon);
+    state.apart_until = (ways_of(pairs[i]) + beyond) * (1.0 - 4 * kEpsilon);
   }
   return true;
 }
@@ -480,10 +498,11 @@ void PairBatch::Memory::search_pair(std::size_t i, WorkerPart& part, const Body&
   const Body& b = part.bodies.second(pairs[i].b, pairs[i].a);
   if (stay_apart(i, a, b)) return;
   const std::size_t first = contacts.size();
-  const std::size_t n = place(i);
-  const NearestFeatures nearest = append_contacts_within_reach(
-      {named[n].a, named[n].b}, a, b, options_of(pairs[i]), known[n].hint, contacts);
-  known[n].hint = nearest.hint;
+  FeatureHint& hint = memory_of(i).hint;
+  const BlockPair names = names_of_pair(i);
+  const NearestFeatures nearest =
+      append_contacts_within_reach({names.a, names.b}, a, b, options_of(pairs[i]), hint, contacts);
+  hint = nearest.hint;
   result.indeterminate = nearest.indeterminate;
   describe(nearest, std::span(contacts).subspan(first), result);
 }
@@ -492,13 +511,14 @@ void PairBatch::Memory::search_pair(std::size_t i, WorkerPart& part, const Body&
 void PairBatch::Memory::search_flush(std::size_t first, std::size_t last, WorkerPart& part) {
   part.flush.start(options);
   for (std::size_t i = first; i < last; ++i) {
-    const std::size_t n = place(i);
-    const FeatureHint& hint = known[n].hint;
-    const bool is_kept = !by_the_way && states[n].kept >= 0;
-    if (is_kept || !in_contact(n) || hint.face_a < 0 || hint.face_b < 0) continue;
+    const FeatureHint& hint = memory_of(i).hint;
+    const PairState& state = state_of(i);
+    const bool is_kept = !by_the_way && state.kept >= 0;
+    if (is_kept || !in_contact(state) || hint.face_a < 0 || hint.face_b < 0) continue;
     const Body& a = part.bodies.first(pairs[i].a);
     const Body& b = part.bodies.second(pairs[i].b, pairs[i].a);
-    part.flush.take(i, {named[n].a, named[n].b}, a, b, hint, reach_of(pairs[i]));
+    const BlockPair names = names_of_pair(i);
+    part.flush.take(i, {names.a, names.b}, a, b, hint, reach_of(pairs[i]));
   }
   part.flush.finish();
 }
@@ -508,7 +528,7 @@ void PairBatch::Memory::take_flush(const FlushPairAnswer& answer, WorkerPart& pa
                                    std::vector<ContactPoint>& contacts, PairResult& result) {
   const std::span<const ContactPoint> points = part.flush.points(answer);
   contacts.insert(contacts.end(), points.begin(), points.end());
-  known[place(answer.pair)].hint.normal = answer.normal;
+  memory_of(answer.pair).hint.normal = answer.normal;
   describe(answer, points, result);
 }
 
@@ -540,7 +560,7 @@ void PairBatch::Memory::search(std::size_t first, std::size_t last, std::size_t 
   const auto flush_end = part.flush.answers().end();
   for (std::size_t i = first; i < last; ++i) {
     while (flush != flush_end && flush->pair < i) ++flush;
-    PairState& state = states[place(i)];
+    PairState& state = state_of(i);
     if (state.apart_until > ways_of(pairs[i])) continue;
     const std::size_t start = contacts.size();
     const Body& a = part.bodies.first(pairs[i].a);
@@ -685,6 +705,9 @@ void PairBatch::set_reach(double reach) {
   Memory& m = memory();
   if (reach > m.options.reach) {
     for (PairState& pair : m.states) pair.apart_until = std::min(pair.apart_until, 0.0);
+    for (Stranger& pair : m.strangers) {
+      pair.state.apart_until = std::min(pair.state.apart_until, 0.0);
+    }
   }
   m.options.reach = reach;
 }
@@ -708,7 +731,6 @@ std::size_t PairBatch::Memory::workers_for(const Executor* executor) const {
 void PairBatch::Memory::find(std::vector<ContactPoint>& contacts, Executor* executor) {
   by_the_way = false;
   carry();
-  listed_pairs = named.size();
   forget_changed();
   std::swap(listed, before);
   const std::size_t workers = workers_for(executor);
@@ -724,8 +746,8 @@ void PairBatch::Memory::contacts_of(std::vector<ContactPoint>& contacts, Executo
   find_places();
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     if (!reshaped(pairs[i])) continue;
-    known[places[i]].hint = {};
-    states[places[i]].apart_until = 0.0;
+    memory_of(i).hint = {};
+    state_of(i).apart_until = 0.0;
   }
   const std::size_t workers = workers_for(executor);
   if (parts.size() < workers) parts.resize(workers);
@@ -736,13 +758,14 @@ void PairBatch::Memory::contacts_of(std::vector<ContactPoint>& contacts, Executo
 
 /// After a call that could not be finished.
 void PairBatch::Memory::forget() {
-  for (std::vector<BlockPair>* list : {&named, &renamed, &next_named}) list->clear();
+  for (std::vector<BlockPair>* list : {&named, &renamed}) list->clear();
   for (std::vector<PairState>* list : {&states, &next_states}) list->clear();
   for (std::vector<PairMemory>* list : {&known, &next_known}) list->clear();
+  strangers.clear();
   for (std::vector<PairResult>* list : {&listed, &before}) list->clear();
   for (std::vector<ContactPoint>* list : {&remembered, &next_remembered}) list->clear();
   for (WorkerPart& part : parts) part = {};
-  remembered_pairs = listed_pairs = 0;
+  remembered_pairs = 0;
 }
 
 FindCounts PairBatch::find(const BodySource& bodies, std::span<const BlockPair> pairs,

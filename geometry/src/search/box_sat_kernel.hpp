@@ -172,7 +172,8 @@ unsigned beyond(const double* row, double limit) {
 
 /// Bricks that no direction parts by more than rounding, nor shows to overlap by more.
 template <class Lanes>
-SearchResult touching_planes(const BrickPair& pair, const SearchResult& unclear) {
+SearchResult touching_planes(const BrickPair& pair) {
+  const SearchResult unclear;
   constexpr double kClose = 16.0;  // inverse sine of edges that are all but parallel
   const auto& [p, q, edges, overlaps, across, rounding, least] = pair;
   const unsigned parallel = beyond<Lanes>(overlaps.value, std::numeric_limits<double>::max());
@@ -194,7 +195,8 @@ SearchResult touching_planes(const BrickPair& pair, const SearchResult& unclear)
 
 /// Bricks that overlap less in one direction than in all others, beyond doubt.
 template <class Lanes>
-SearchResult clear_overlap(const BrickPair& pair, SearchResult result) {
+SearchResult clear_overlap(const BrickPair& pair) {
+  SearchResult result;
   const auto& [p, q, edges, overlaps, across, rounding, least] = pair;
   const unsigned best = ~beyond<Lanes>(overlaps.value, least) & Directions::kAll;
   const double error = kBrickErrors * (p.error + q.error), clear = kBrickClear * rounding + error;
@@ -235,8 +237,7 @@ SearchResult least_overlap(const Solid& solid_p, const Solid& solid_q, double ro
   }
   const BrickPair pair{p, q, edges, overlaps, across, rounding, least_four.least()};
   const bool touching = std::abs(pair.least) <= rounding;
-  SearchResult result =
-      touching ? touching_planes<Lanes>(pair, {}) : clear_overlap<Lanes>(pair, {});
+  SearchResult result = touching ? touching_planes<Lanes>(pair) : clear_overlap<Lanes>(pair);
   if (result.outcome == SearchOutcome::Unclear) {
     result.normal = facing_direction(edges, overlaps, across);
   }

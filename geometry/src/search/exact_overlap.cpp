@@ -540,6 +540,7 @@ class Polytope {
       facet.across[0] = side.outside;
       facet.seen = 0;
       facet.found = false;
+      facet.normal = Vec3(1.0, 0.0, 0.0);  // no line, until it is laid
       side_of_[side.from] = number(f);
       Facet& outside = facets_[side.outside];
       for (Index i = 0; i < 3; ++i) {

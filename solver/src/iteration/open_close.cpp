@@ -21,8 +21,7 @@ constexpr double kRaise = 10.0;
 constexpr double kRaiseGap = 0.1;  // where more than this share of the largest gap is left,
 constexpr double kFixed = 0.999;   // but not for gaps that no force can close
 constexpr int kMostRaises = 6;     // mass ratios of 1e6, with what augmentation is already
-constexpr double kProgress = 0.5;  // of the smallest gap so far, within this share
-constexpr double kWait = 0.375;    // of the iterations allowed; else contacts come and go for ever
+constexpr double kProgress = 0.5;  // of the smallest gap so far, is progress
 
 // The softness of contacts. Chosen with the numbers of contact_newton.cpp, on the same sample.
 constexpr double kSoft = 1e-4;   // after full stiffness failed
@@ -178,26 +177,23 @@ bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptio
         continue;
       }
     }
-    if (stagnates(contacts, relaxed, count, progress) &&
-        count.iterations - progress.since >= kWait * options.max_iterations) {
-      return false;
-    }
+    const double gap = relaxed == Relaxed::No ? progress.gap : violation(contacts);
+    note_progress(gap, options, count, progress);
+    if (count.iterations - progress.since >= options.patience) return false;
     newton_.evaluate(Law::True, softness);
   }
   return false;
 }
 
-/// Whether the gaps of what was solved have not halved since `progress.since`. Coulomb's law has
-/// several solutions, and contacts of deformable blocks can change between these for ever,
-/// whatever their softness.
-bool OpenClose::stagnates(std::span<const LinearContact> contacts, Relaxed relaxed,
-                          const NewtonCount& count, Progress& progress) {
-  const double gap = relaxed == Relaxed::No ? progress.gap : violation(contacts);
-  const bool softening = std::isinf(progress.gap);  // on the way to a first solution
-  if (!softening && gap > kProgress * progress.gap) return true;
+/// When the gaps of what was solved have last halved. Coulomb's law has several solutions, and
+/// contacts of deformable blocks can change between these for ever, whatever their softness. On the
+/// way to a first solution, and within the tolerance, nobody waits for gaps.
+void OpenClose::note_progress(double gap, const OpenCloseOptions& options, const NewtonCount& count,
+                              Progress& progress) {
+  const bool waits = std::isfinite(progress.gap) && gap > options.gap_tolerance;
+  if (waits && gap > kProgress * progress.gap) return;
   progress.gap = gap;
   progress.since = count.iterations;
-  return false;
 }
 
 /// What the next multipliers would do to the blocks, relative to the forces there. Parts that
@@ -256,9 +252,10 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
     return result;
   }
   NewtonCount count;
-  const Progress progress{.assumes = result.residual > kFarResidual};
-  if (progress.assumes) step_assumed(1.0, count);
-  result.converged = converge(contacts, options, progress, count);
+  const bool rigid = slots_->unknowns() == 6 * slots_->count();
+  const bool far = result.residual > kFarResidual;
+  if (far) step_assumed(1.0, count);
+  result.converged = converge(contacts, options, {.assumes = far && rigid}, count);
   result.iterations = count.iterations;
   result.solves = count.solves;
   result.factorizations = count.factorizations;

@@ -23,6 +23,8 @@ struct OpenCloseOptions {
   /// and gaps are left.
   bool rough = false;
   int max_iterations = 200;
+  /// Iterations in which gaps above the tolerance must halve: else contacts come and go for ever.
+  int patience = std::numeric_limits<int>::max();
   bool raise = false;      ///< augmentation where the gap falls slowly
   bool predicted = false;  ///< the first guess is no solution yet: blocks may stand instead
 };
@@ -70,7 +72,9 @@ class OpenClose {
     int raises = 0;         ///< of the augmentation
     double gap = std::numeric_limits<double>::infinity();  ///< smallest of a solution, m
     int since = 0;                                         ///< iterations when that was found
-    bool assumes = false;  ///< nothing is solved yet, and the first guess says nothing of modes
+    /// Nothing is solved yet, the first guess says nothing of modes, and blocks are rigid: where
+    /// they deform the assumed modes cost as often as they gain.
+    bool assumes = false;
   };
   double stand(const BlockEquations& blocks, std::span<LinearContact> contacts,
                const OpenCloseOptions& options, BlockVector& guess);
@@ -81,8 +85,8 @@ class OpenClose {
                 Progress progress, NewtonCount& count);
   bool settled(std::span<LinearContact> contacts, const OpenCloseOptions& options,
                Progress& progress);
-  bool stagnates(std::span<const LinearContact> contacts, Relaxed relaxed, const NewtonCount& count,
-                 Progress& progress);
+  static void note_progress(double gap, const OpenCloseOptions& options, const NewtonCount& count,
+                            Progress& progress);
   double push_of_update(std::span<const LinearContact> contacts);
 
   const Slots* slots_;

@@ -1,6 +1,7 @@
 #include "step/attempt_rounds.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 
 #include "index.hpp"
@@ -89,15 +90,20 @@ double largest_opening(const StepRun& run) {
 }
 
 /// What the last search found of some islands, the owners, takes the place of what others had found
-/// of them in this step.
+/// of them in this step. A block moved by a motion has been searched with other islands, too: those
+/// points are theirs.
 void take_last(Workspace& work) {
   const auto is_searched = [&](int block) {
     const int i = work.island_of_block[index(block)];
     return i >= 0 && work.owners[index(i)] != nullptr && work.owners[index(i)]->sound;
   };
-  std::erase_if(work.found_end, [&](const geometry::ContactPoint& point) {
-    return is_searched(point.key.a) || is_searched(point.key.b);
-  });
+  const auto is_owned = [&](const geometry::ContactPoint& point) {
+    const bool of_none = work.island_of_block[index(point.key.a)] < 0 &&
+                         work.island_of_block[index(point.key.b)] < 0;
+    return of_none || is_searched(point.key.a) || is_searched(point.key.b);
+  };
+  std::erase_if(work.found_end, is_owned);
+  std::erase_if(work.found_last, std::not_fn(is_owned));
   merge(std::span<const geometry::ContactPoint>(work.found_last), work.found_end);
 }
 

@@ -58,15 +58,16 @@ class ContactFinder {
   /// largest of those of its two bodies and of the one for all. So "a pair is watched up to what
   /// the faster of its two bodies can move" is said body by body, and a fast body makes nobody
   /// search pairs that it has no part in: another reach of a body counts as a move of that body.
-  /// Throws InputError when it is negative or not finite.
+  /// What it grows by is not forgotten: after one of 1e15 times the gaps all its pairs are searched
+  /// in each find(). Throws InputError when it is negative or not finite.
   void set_reach(int handle, double reach);
 
   bool contains(int handle) const;
   int size() const;  ///< number of bodies
   Body body(int handle) const;
 
-  /// Asked for each pair of near bodies that the masks let pass, a < b, in each find() by the
-  /// calling thread: false leaves the pair out. An empty function: none is.
+  /// Asked for each pair of near bodies that the masks let pass, a < b, in each find() and
+  /// contacts_of() by the calling thread: false leaves the pair out. An empty function: none is.
   void set_filter(std::function<bool(int a, int b)> filter);
   void set_reach(double reach);  ///< of all pairs, m, from the next find() on
   /// Threads that find() uses: fewer than asked for where the system refused to start them.

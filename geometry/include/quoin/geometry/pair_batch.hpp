@@ -88,7 +88,7 @@ class PairBatch {
 
   /// A question by the way: what find() would list of these pairs alone, ContactPoint::previous
   /// being -1. Costs what these pairs cost, not what all do. The next find() lists, matches and
-  /// counts as though nobody had asked; bodies have changed since the last find(). Throws as find()
+  /// counts as though nobody had asked; `changes` are those since the last find(). Throws as find()
   /// does, but trusts names and reaches. No allocation when warm.
   FindCounts contacts_of(const BodySource& bodies, std::span<const BlockPair> pairs,
                          std::vector<ContactPoint>& contacts, Executor* executor = nullptr);
