@@ -57,12 +57,9 @@ struct Problem {
     }
   }
 
-  OpenCloseResult solve(double tolerance, int max_iterations = 200) {
+  OpenCloseResult solve(double tolerance) {
     OpenClose solver(slots);
-    const OpenCloseOptions options{.force_tolerance = tolerance,
-                                   .max_iterations = max_iterations,
-                                   .patience = std::max(200, 3 * max_iterations / 8)};
-    return solver.solve(base, force, contacts, options, increment);
+    return solver.solve(base, force, contacts, {.force_tolerance = tolerance}, increment);
   }
 
   Vector3 relative(const LinearContact& c, const BlockVector& d) const {
@@ -167,21 +164,6 @@ TEST_CASE("Coulomb's law holds at every contact of the converged step") {
   }
   CHECK(slipping > 10);
   CHECK(sticking > 3);
-}
-
-TEST_CASE("Contacts that find no solution are given up") {
-  Random random(24);
-  int unsolved = 0;
-  for (int i = 0; i < 200; ++i) {
-    Problem p(random, 12, ContactLaw::Coulomb, false);
-    for (LinearContact& c : p.contacts) c.friction = 5.0;  // some draws then have no solution
-    constexpr int kMost = 2000;
-    const OpenCloseResult result = p.solve(1e-11, kMost);
-    if (result.converged) continue;
-    ++unsolved;
-    CHECK(result.iterations < 3 * kMost / 4);
-  }
-  CHECK(unsolved > 0);
 }
 
 TEST_CASE("Forces on both blocks of the solution balance: K D = F + J^T f") {

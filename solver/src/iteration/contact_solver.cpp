@@ -20,13 +20,6 @@ constexpr int kQuick = 30;
 // and where that method has left gaps or gained energy: a pile of 64 takes 50 factorizations a step
 // with these, 79 with kPatience for this one, 146 without a loose stage.
 constexpr int kLastTry = 100;
-// Share of the iterations allowed in which gaps must halve. Of dynamic steps of 549 deformable
-// bricks 584 solves, with no such limit 836; nothing was lost in 27 scenes of `quoin make`.
-constexpr double kShareOfPatience = 0.375;
-
-int patience_of(int iterations) {
-  return std::max(1, static_cast<int>(kShareOfPatience * iterations));
-}
 // Resultants of the joints by the six balances of each block, up to which an island is loose. A
 // tower has 1 while all of it sticks, walls 1.6, the piles of bench/problems 0.7 in the mean. With
 // 1 a tower of 30 gained 3e-6 of its energy.
@@ -65,7 +58,6 @@ OpenCloseResult ContactSolver::solve(const StepOptions& options, const BlockEqua
                                      std::span<LinearContact> contacts, OpenCloseOptions tuning,
                                      BlockVector& increment) {
   tuning.max_iterations = iterations_left_;
-  tuning.patience = patience_of(options.max_iterations);
   const OpenCloseResult solved = iterate(options, blocks, contacts, tuning, increment);
   iterations_left_ -= solved.iterations;
   return solved;
@@ -88,7 +80,6 @@ OpenCloseResult ContactSolver::iterate(const StepOptions& options, const BlockEq
     const bool last = loose_ == Try::Failed && hard_ == Try::None;
     const int patience = quick ? kQuick : last ? kLastTry : kPatience;
     tuning.max_iterations = std::min(patience, tuning.max_iterations);
-    tuning.patience = patience_of(patience);
     quick_ = quick_ || quick;
   }
   return open_close_.solve(blocks.base, blocks.force, contacts, tuning, increment);

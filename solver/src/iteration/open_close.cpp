@@ -21,7 +21,6 @@ constexpr double kRaise = 10.0;
 constexpr double kRaiseGap = 0.1;  // where more than this share of the largest gap is left,
 constexpr double kFixed = 0.999;   // but not for gaps that no force can close
 constexpr int kMostRaises = 6;     // mass ratios of 1e6, with what augmentation is already
-constexpr double kProgress = 0.5;  // of the smallest gap so far, is progress
 
 // The softness of contacts. Chosen with the numbers of contact_newton.cpp, on the same sample.
 constexpr double kSoft = 1e-4;   // after full stiffness failed
@@ -177,23 +176,9 @@ bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptio
         continue;
       }
     }
-    const double gap = relaxed == Relaxed::No ? progress.gap : violation(contacts);
-    note_progress(gap, options, count, progress);
-    if (count.iterations - progress.since >= options.patience) return false;
     newton_.evaluate(Law::True, softness);
   }
   return false;
-}
-
-/// When the gaps of what was solved have last halved. Coulomb's law has several solutions, and
-/// contacts of deformable blocks can change between these for ever, whatever their softness. On the
-/// way to a first solution, and within the tolerance, nobody waits for gaps.
-void OpenClose::note_progress(double gap, const OpenCloseOptions& options, const NewtonCount& count,
-                              Progress& progress) {
-  const bool waits = std::isfinite(progress.gap) && gap > options.gap_tolerance;
-  if (waits && gap > kProgress * progress.gap) return;
-  progress.gap = gap;
-  progress.since = count.iterations;
 }
 
 /// What the next multipliers would do to the blocks, relative to the forces there. Parts that

@@ -5,8 +5,6 @@
 /// contact, the law of joint_law.hpp. Source: [Alart & Curnier 1991] for the projected augmented
 /// Lagrangian; see solver/README.md.
 
-#include <limits>
-
 #include "iteration/contact_newton.hpp"
 
 namespace quoin::solver {
@@ -23,8 +21,6 @@ struct OpenCloseOptions {
   /// and gaps are left.
   bool rough = false;
   int max_iterations = 200;
-  /// Iterations in which gaps above the tolerance must halve: else contacts come and go for ever.
-  int patience = std::numeric_limits<int>::max();
   bool raise = false;      ///< augmentation where the gap falls slowly
   bool predicted = false;  ///< the first guess is no solution yet: blocks may stand instead
 };
@@ -70,8 +66,6 @@ class OpenClose {
     double softness = 1.0;  ///< of all contacts: share of their stiffness
     int updates = 0;        ///< of the multipliers
     int raises = 0;         ///< of the augmentation
-    double gap = std::numeric_limits<double>::infinity();  ///< smallest of a solution, m
-    int since = 0;                                         ///< iterations when that was found
     /// Nothing is solved yet, the first guess says nothing of modes, and blocks are rigid: where
     /// they deform the assumed modes cost as often as they gain.
     bool assumes = false;
@@ -85,8 +79,6 @@ class OpenClose {
                 Progress progress, NewtonCount& count);
   bool settled(std::span<LinearContact> contacts, const OpenCloseOptions& options,
                Progress& progress);
-  static void note_progress(double gap, const OpenCloseOptions& options, const NewtonCount& count,
-                            Progress& progress);
   double push_of_update(std::span<const LinearContact> contacts);
 
   const Slots* slots_;
