@@ -8,6 +8,7 @@
 #include "support/catch.hpp"
 #include "support/counted_allocations.hpp"
 #include "support/random.hpp"
+#include "support/same_contacts.hpp"
 
 namespace {
 
@@ -29,6 +30,7 @@ using quoin::geometry::Vector3;
 using quoin::tests::allocations;
 using quoin::tests::bytes_in_use;
 using quoin::tests::Random;
+using quoin::tests::same_but_previous;
 using quoin::tests::WithinRel;
 
 const Vector3 kBrick(0.4, 0.2, 0.2);  // m
@@ -52,17 +54,6 @@ void shake(std::vector<Shape>& blocks, double jitter, Random& random) {
     const Vector3 shift = jitter * random.point(-1, 1);
     block.set_vertices(block.vertices().colwise() + shift);
   }
-}
-
-bool same(const ContactPoint& c, const ContactPoint& d) {
-  return c.key == d.key && c.type == d.type && c.indeterminate == d.indeterminate &&
-         c.point_a == d.point_a && c.point_b == d.point_b && c.normal == d.normal &&
-         c.gap == d.gap && c.area == d.area;
-}
-
-bool same(const std::vector<ContactPoint>& c, const std::vector<ContactPoint>& d) {
-  return std::equal(c.begin(), c.end(), d.begin(), d.end(),
-                    [](const ContactPoint& p, const ContactPoint& q) { return same(p, q); });
 }
 
 bool sorted(const std::vector<ContactPoint>& contacts) {
@@ -157,9 +148,9 @@ TEST_CASE("finder: the same list for any number of threads and any history") {
     five.find(blocks, with_five);
     REQUIRE(contacts.size() > 1000);
     REQUIRE(sorted(contacts));
-    REQUIRE(same(contacts, with_two));
-    REQUIRE(same(contacts, with_five));
-    REQUIRE(same(contacts, found(blocks, 1e-3)));  // no history at all
+    REQUIRE(same_but_previous(contacts, with_two));
+    REQUIRE(same_but_previous(contacts, with_five));
+    REQUIRE(same_but_previous(contacts, found(blocks, 1e-3)));  // no history at all
     shake(blocks, step % 3 == 2 ? 0.02 : 1e-4, random);
   }
 }
@@ -176,8 +167,8 @@ TEST_CASE("finder: pairs of blocks that stand still are not searched again, and 
     two.set_reach(reach);
     const FindCounts counts = one.find(blocks, contacts);
     REQUIRE(two.find(blocks, with_two).searched == counts.searched);
-    REQUIRE(same(contacts, found(blocks, reach)));
-    REQUIRE(same(contacts, with_two));
+    REQUIRE(same_but_previous(contacts, found(blocks, reach)));
+    REQUIRE(same_but_previous(contacts, with_two));
     least = std::min(least, counts.searched);
     const double share = step % 7 == 0 ? 0.3 : step % 7 == 1 ? 0.01 : 0.0;
     for (Shape& block : blocks) {
@@ -221,7 +212,7 @@ TEST_CASE("finder: the same contacts for any order of the blocks, but for their 
   const std::vector<ContactPoint> contacts = found(blocks, 1e-3);
   REQUIRE(renamed.size() == contacts.size());
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    REQUIRE(same(contacts[i], renamed[i]));
+    REQUIRE(same_but_previous(contacts[i], renamed[i]));
   }
 }
 
@@ -306,7 +297,7 @@ TEST_CASE("finder: blocks come, go and change their shape between calls") {
       blocks[7] = make_box(blocks[8].box().min, blocks[8].box().max);
     }
     finder.find(blocks, contacts);
-    REQUIRE(same(contacts, found(blocks, 1e-3)));
+    REQUIRE(same_but_previous(contacts, found(blocks, 1e-3)));
   }
   finder.find({}, contacts);
   CHECK(contacts.empty());

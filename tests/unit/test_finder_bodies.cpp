@@ -6,6 +6,7 @@
 
 #include "support/catch.hpp"
 #include "support/random.hpp"
+#include "support/same_contacts.hpp"
 
 namespace {
 
@@ -27,6 +28,7 @@ using quoin::geometry::Points;
 using quoin::geometry::Shape;
 using quoin::geometry::Vector3;
 using quoin::tests::Random;
+using quoin::tests::same_but_previous;
 using quoin::tests::WithinAbs;
 using quoin::tests::WithinRel;
 
@@ -65,17 +67,6 @@ std::vector<Placement> wall(int rows, int columns, double jitter, Random& random
     }
   }
   return placements;
-}
-
-bool same_but_previous(const ContactPoint& c, const ContactPoint& d) {
-  return c.key == d.key && c.type == d.type && c.indeterminate == d.indeterminate &&
-         c.point_a == d.point_a && c.point_b == d.point_b && c.normal == d.normal &&
-         c.gap == d.gap && c.area == d.area;
-}
-
-bool same_but_previous(const std::vector<ContactPoint>& c, const std::vector<ContactPoint>& d) {
-  return std::equal(c.begin(), c.end(), d.begin(), d.end(),
-                    [](const auto& x, const auto& y) { return same_but_previous(x, y); });
 }
 
 bool sorted(const std::vector<ContactPoint>& contacts) {

@@ -7,6 +7,7 @@
 #include "support/catch.hpp"
 #include "support/counted_allocations.hpp"
 #include "support/random.hpp"
+#include "support/same_contacts.hpp"
 
 namespace {
 
@@ -21,6 +22,7 @@ using quoin::geometry::Points;
 using quoin::geometry::Shape;
 using quoin::geometry::Vector3;
 using quoin::tests::Random;
+using quoin::tests::same_but_previous;
 
 using SharedShape = std::shared_ptr<const Shape>;
 
@@ -44,17 +46,6 @@ std::vector<Placement> wall(int rows, int columns, double jitter, Random& random
     }
   }
   return placements;
-}
-
-bool same(const ContactPoint& c, const ContactPoint& d) {
-  return c.key == d.key && c.type == d.type && c.indeterminate == d.indeterminate &&
-         c.point_a == d.point_a && c.point_b == d.point_b && c.normal == d.normal &&
-         c.gap == d.gap && c.area == d.area;
-}
-
-bool same(const std::vector<ContactPoint>& c, const std::vector<ContactPoint>& d) {
-  return std::equal(c.begin(), c.end(), d.begin(), d.end(),
-                    [](const ContactPoint& x, const ContactPoint& y) { return same(x, y); });
 }
 
 /// Bodies as their owner knows them.
@@ -150,8 +141,8 @@ TEST_CASE("reach: whatever happened before, the list is that of a new finder") {
       bodies.tell(two);
       finder.find(contacts);
       two.find(with_two);
-      REQUIRE(same(contacts, with_two));
-      REQUIRE(same(contacts, bodies.found_afresh()));
+      REQUIRE(same_but_previous(contacts, with_two));
+      REQUIRE(same_but_previous(contacts, bodies.found_afresh()));
     }
   }
 }
@@ -197,13 +188,13 @@ TEST_CASE("contacts of some bodies: those that find() lists, whatever happened b
         return std::ranges::find(handles, point.key.a) == handles.end() &&
                std::ranges::find(handles, point.key.b) == handles.end();
       });
-      REQUIRE(same(contacts, expected));
-      REQUIRE(same(with_two, expected));
+      REQUIRE(same_but_previous(contacts, expected));
+      REQUIRE(same_but_previous(with_two, expected));
       CHECK(std::ranges::all_of(contacts, [](const ContactPoint& p) { return p.previous == -1; }));
       if (step % 7 != 0) continue;
       asked.find(asked_before);
       silent.find(all);
-      REQUIRE(same(all, asked_before));
+      REQUIRE(same_but_previous(all, asked_before));
       for (std::size_t i = 0; i < all.size(); ++i) {
         REQUIRE(all[i].previous == asked_before[i].previous);
       }
@@ -242,7 +233,7 @@ TEST_CASE("contacts of some bodies: bodies that come, go and change their shape 
       point.key.a = present[static_cast<std::size_t>(point.key.a)];
       point.key.b = present[static_cast<std::size_t>(point.key.b)];
     }
-    REQUIRE(same(contacts, all));
+    REQUIRE(same_but_previous(contacts, all));
   }
   CHECK_THROWS_AS(finder.contacts_of(std::vector<int>{1000}, contacts), InputError);
 }

@@ -448,7 +448,8 @@ Island* take_islands(const StepRun& run) {
   return nullptr;
 }
 
-/// Which blocks the next step finds otherwise than this one did. Nothing is laid any more.
+/// Which blocks the next step finds otherwise than this one did; blocks that were laid are so no
+/// more, which changes them all.
 void note_changed(const StepRun& run) {
   Workspace& work = run.work;
   work.changed = run.compiled.prescribed;

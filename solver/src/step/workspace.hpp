@@ -77,7 +77,7 @@ struct Workspace : StepMemory {
   std::vector<int> next_island_of_block;     ///< memory of form_islands()
   std::vector<Island*> owners;               ///< memory of start_islands(), by island
   std::vector<int> changed;                  ///< blocks that the last step has moved
-  bool all_changed = true;                   ///< or anything else has
+  bool all_changed = true;                   ///< or all, where the state was set from outside
   std::vector<Contact> taken;                ///< memory of take_contacts()
   Islands awake;                             ///< those that take the step
   Islands group;                             ///< of these: that try one sub-step side by side
