@@ -102,19 +102,27 @@ double gap_along(const Solid& a, const Solid& b, const Vector3& direction) {
   return direction.dot(b.vertex(both.q.vertex) - a.vertex(both.p.vertex));
 }
 
+/// The corner where two faces of bricks come nearest, of which `faces` is what they share.
+bool faces_answer(const CanonicalPair& pair, const FacingFaces& faces, SharedWidth least,
+                  Quick& quick, NearestFeatures& answer) {
+  return lowest_corner(pair, faces, answer) ||
+         proved_answer(pair, quick, answer, [&](Optimum& optimum) {
+           return touching_faces(pair.p, pair.q, pair.length, faces, least, optimum);
+         });
+}
+
 /// Bricks that touch, from what the directions of their faces and edges have shown.
 [[gnu::noinline]] bool touching_answer(const CanonicalPair& pair, Quick& quick, FacingFaces& faces,
                                        NearestFeatures& answer) {
+  if (!quick.middle && !quick.facing) return false;
+  const auto by_edges = [&](Optimum& optimum) {
+    return quick.middle ? middle_plane(pair, *quick.middle, optimum)
+                        : touching_edges(pair.p, pair.q, pair.length, *quick.facing, optimum);
+  };
+  if (proved_answer(pair, quick, answer, by_edges)) return true;
   const auto& [p, q, reversed, length] = pair;
-  const bool face_to_face =
-      !quick.middle && quick.facing && faces.find(p, q, *quick.facing, length.rounding);
-  if (face_to_face && lowest_corner(pair, faces, answer)) return true;
-  return proved_answer(pair, quick, answer, [&](Optimum& optimum) {
-    if (quick.middle) return middle_plane(pair, *quick.middle, optimum);
-    if (!quick.facing) return false;
-    return touching_edges(p, q, length, *quick.facing, optimum) ||
-           (face_to_face && touching_faces(p, q, length, faces, SharedWidth::Any, optimum));
-  });
+  return !quick.middle && faces.find(p, q, *quick.facing, kTouchingOpposite, length.rounding) &&
+         faces_answer(pair, faces, SharedWidth::Any, quick, answer);
 }
 
 /// Two bricks, by box SAT; `quick.searched` where it has found the least overlap.
@@ -133,16 +141,10 @@ bool touched_answer(const Solid& a, const Solid& b, const Lengths& length, const
     return false;
   }
   const CanonicalPair pair = ordered(a, b, length);
-  const auto& [p, q, reversed, same_length] = pair;
-  const Vector3 across = reversed ? Vector3(-hint.normal) : hint.normal;
+  const Vector3 across = pair.reversed ? Vector3(-hint.normal) : hint.normal;
   FacingFaces faces;
-  const auto wide_faces = [&](Optimum& optimum) {
-    return touching_faces(p, q, length, faces, SharedWidth::Wide, optimum);
-  };
-  const bool face_to_face =
-      faces.find(p, q, across, length.rounding) && faces.normal.dot(across) >= -kTouchingOpposite;
-  return (face_to_face &&
-          (lowest_corner(pair, faces, answer) || proved_answer(pair, quick, answer, wide_faces))) ||
+  return (faces.find(pair.p, pair.q, across, kParallelOpposite, length.rounding) &&
+          faces_answer(pair, faces, SharedWidth::Wide, quick, answer)) ||
          brick_answer(pair, quick, faces, answer);
 }
 

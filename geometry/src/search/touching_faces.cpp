@@ -26,7 +26,7 @@ void measure(FacingFaces& faces) {
   double least_p = kInfinity, most_p = -kInfinity, least_q = kInfinity, most_q = -kInfinity;
   const SharedCorners& corners = faces.corners;
   const Vector2& base = corners[0].place;
-  faces.gap = kInfinity;
+  faces.gap = faces.next = kInfinity;
   faces.span = 0.0;
   for (std::size_t k = 0; k < corners.size(); ++k) {
     const SharedCorner& c = corners[k];
@@ -34,8 +34,10 @@ void measure(FacingFaces& faces) {
     most_p = std::max(most_p, c.height_p);
     least_q = std::min(least_q, c.height_q);
     most_q = std::max(most_q, c.height_q);
-    if (c.height_q - c.height_p < faces.gap) {
-      faces.gap = c.height_q - c.height_p;
+    const double gap = c.height_q - c.height_p;
+    faces.next = std::min(faces.next, std::max(gap, faces.gap));
+    if (gap < faces.gap) {
+      faces.gap = gap;
       faces.lowest = k;
     }
     for (std::size_t i = 1; i < k; ++i) {
@@ -79,9 +81,11 @@ bool lie_near(const Solid& p, const Solid& q, const FacingFaces& faces, SharedWi
          is_least(p, q, faces, rounding);
 }
 
-/// Is the overlap no deeper than the shared part is wide? Only speed hangs on it.
-bool may_be_shallow(const Solid& p, const Solid& q, const FacingFaces& faces) {
-  return faces.gap < 0.0 && -faces.gap * std::min(p.diameter(), q.diameter()) < faces.span;
+/// May a corner of the shared part prove itself: is that wide enough for a firm foot, and for the
+/// overlap? Only speed hangs on it.
+bool may_stand_alone(const Solid& p, const Solid& q, const FacingFaces& faces, double rounding) {
+  const double size = std::min(p.diameter(), q.diameter());
+  return faces.span > size * std::max(kFirm * rounding, -faces.gap);
 }
 
 /// Does no vertex lie so near the plane, beside those of its sets, that rounding might sort it to
@@ -121,17 +125,20 @@ bool take_settled(const Solid& p, const Solid& q, const Lengths& length, Optimum
 }
 
 bool FacingFaces::find(const Solid& solid_p, const Solid& solid_q, const Vector3& across,
-                       double rounding) {
+                       double opposite, double rounding) {
   const PairSupport near = support_pair(solid_p, solid_q, across);
   const int face_p = facing_face(solid_p, near.p.vertex, across);
   const int face_q = facing_face(solid_q, near.q.vertex, -across);
-  if (face_p == p && face_q == q) return flat;
+  if (flat && face_p == p && face_q == q) return true;
   flat = false;
   p = face_p;
   q = face_q;
   if (p < 0 || q < 0) return false;
   normal = solid_p.face_normal(p);
-  if (!(normal.dot(solid_q.face_normal(q)) <= kTouchingOpposite)) return false;
+  if (!(normal.dot(solid_q.face_normal(q)) <= opposite) ||
+      !(normal.dot(across) >= -kTouchingOpposite)) {
+    return false;
+  }
   // From a place that hangs on the face alone: which corner is lowest hangs on it within rounding.
   const ContactPlane plane(solid_p.vertex(solid_p.topology().face(p)[0]), normal);
   PolygonRows rows_p, rows_q;
@@ -146,6 +153,8 @@ bool FacingFaces::find(const Solid& solid_p, const Solid& solid_q, const Vector3
 }
 
 bool lowest_corner(const CanonicalPair& pair, const FacingFaces& faces, NearestFeatures& answer) {
+  const bool alone = faces.next > faces.gap + pair.length.widest;
+  if (!alone || !may_stand_alone(pair.p, pair.q, faces, pair.length.rounding)) return false;
   const SharedCorner& corner = faces.corners[faces.lowest];
   const Carrier by_p = carrier_of(pair.p, corner.feature_p);
   const Carrier by_q = carrier_of(pair.q, corner.feature_q);
@@ -160,7 +169,7 @@ bool touching_faces(const Solid& p, const Solid& q, const Lengths& length, const
                     SharedWidth least, Optimum& optimum) {
   ++optimum.iterations;
   const bool near = lie_near(p, q, faces, least, length.rounding);
-  if (!near && !may_be_shallow(p, q, faces)) return false;
+  if (!near && !may_stand_alone(p, q, faces, length.rounding)) return false;
   const SharedCorner& corner = faces.corners[faces.lowest];
   ContactSets sets;
   take_feature(p, corner.feature_p, sets.p, sets.face_p);
@@ -172,8 +181,8 @@ bool touching_faces(const Solid& p, const Solid& q, const Lengths& length, const
     const double aside = std::abs(plane.gap) * (plane.normal - faces.normal).norm();
     return aside <= length.rounding || lies_over(p, q, plane, nullptr, -length.rounding);
   };
-  return (nearest() ||
-          (is_clear(plane, length) && proves_optimum(p, q, plane, nullptr, length.rounding))) &&
+  return (nearest() || (faces.gap < 0.0 && is_clear(plane, length) &&
+                        proves_optimum(p, q, plane, nullptr, length.rounding))) &&
          take_settled(p, q, length, optimum);
 }
 

@@ -14,14 +14,17 @@ struct FacingFaces {
   Vector3 normal = Vector3::UnitX();  // of P's face
   bool flat = false;  // all corners of the faces lie in their planes: there is something shared
   SharedCorners corners;
-  std::size_t lowest = 0;  // where the faces come nearest
-  double gap = kInfinity;  // there, m
-  double high = 0.0;       // greatest difference of heights of the two faces, m
-  double span = 0.0;       // twice the area of a triangle of corners, m2
+  std::size_t lowest = 0;   // where the faces come nearest
+  double gap = kInfinity;   // there, m
+  double next = kInfinity;  // at the next lowest corner, m
+  double high = 0.0;        // greatest difference of heights of the two faces, m
+  double span = 0.0;        // twice the area of a triangle of corners, m2
 
-  /// Those that look along `across`. False: they do not look at each other, share nothing, or are
-  /// not flat. The same ones are not laid again.
-  bool find(const Solid& solid_p, const Solid& solid_q, const Vector3& across, double rounding);
+  /// Those that look along `across`. False: they do not look at each other (the cosine between
+  /// their normals is above `opposite`), share nothing, or are not flat. The same ones are not laid
+  /// again.
+  bool find(const Solid& solid_p, const Solid& solid_q, const Vector3& across, double opposite,
+            double rounding);
 };
 
 /// What two faces have to share. Where it is narrow their edges may come as near within rounding,
