@@ -15,10 +15,11 @@ constexpr int kPatience = 400;
 // method takes over from the whole one, whatever it leaves: walls near their limit load are solved
 // in half steps.
 constexpr int kFailures = 2;
-// in a loose island,
+// Like kPatience in a loose island, whose next attempt is the proximal Newton method's,
 constexpr int kQuick = 30;
-// and where that method has left gaps of such an island, or gained energy: a pile of 64 takes 50
-// factorizations a step with these, 79 with kPatience for this one, 146 without a loose stage.
+// and where something else has failed before: of an attempt by that method that left gaps or gained
+// energy. A pile of 64 takes 50 factorizations a step with these, 79 with kPatience for this one,
+// 146 without a loose stage.
 constexpr int kLastTry = 100;
 // Resultants of the joints by the six balances of each block, up to which an island is loose. A
 // tower has 1 while all of it sticks, walls 1.6, the piles of bench/problems 0.7 in the mean. With
