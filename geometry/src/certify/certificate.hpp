@@ -110,12 +110,12 @@ bool proves_faces(const Solid& p, const Solid& q, const Vector3& normal, double 
 
 enum class Trial {
   Proved,    ///< the answer is complete
-  Refuted,   ///< the carriers do not carry the plane alone
+  Refuted,   ///< the carriers do not carry the plane alone, or do not show that it is the best
   Undecided  ///< not ordinary, or too close to call
 };
 
-/// Tries two carriers; fills all of the answer but `iterations`. `overlap`: null for solids apart.
-/// Swapping A and B changes no bit.
+/// Tries two carriers; fills all of the answer but `iterations`. `overlap`: what a search has
+/// shown of it; null for solids apart and shallow overlaps. Swapping A and B changes no bit.
 Trial certify(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier& by_b,
               const Lengths& length, const Overlap* overlap, NearestFeatures& answer);
 

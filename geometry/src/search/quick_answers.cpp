@@ -144,6 +144,7 @@ bool touched_answer(const Solid& a, const Solid& b, const Lengths& length, const
   const Vector3 across = pair.reversed ? Vector3(-hint.normal) : hint.normal;
   FacingFaces faces;
   return (faces.find(pair.p, pair.q, across, kParallelOpposite, length.rounding) &&
+          faces.normal.dot(across) >= -kTouchingOpposite &&
           faces_answer(pair, faces, SharedWidth::Wide, quick, answer)) ||
          brick_answer(pair, quick, faces, answer);
 }

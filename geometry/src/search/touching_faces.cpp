@@ -135,10 +135,7 @@ bool FacingFaces::find(const Solid& solid_p, const Solid& solid_q, const Vector3
   q = face_q;
   if (p < 0 || q < 0) return false;
   normal = solid_p.face_normal(p);
-  if (!(normal.dot(solid_q.face_normal(q)) <= opposite) ||
-      !(normal.dot(across) >= -kTouchingOpposite)) {
-    return false;
-  }
+  if (!(normal.dot(solid_q.face_normal(q)) <= opposite)) return false;
   // From a place that hangs on the face alone: which corner is lowest hangs on it within rounding.
   const ContactPlane plane(solid_p.vertex(solid_p.topology().face(p)[0]), normal);
   PolygonRows rows_p, rows_q;
