@@ -11,6 +11,8 @@ namespace {
 // these not at all. With 150 seven deformable walls there go over to yielding contacts, and gain
 // energy, that the open-close iteration solves, and so does a rigid one shaken in its plane.
 constexpr int kPatience = 400;
+// Likewise of rigid blocks: what ends there, in `quoin stability --quick` and in walls, takes 200.
+constexpr int kRigidPatience = 250;
 // Attempts in a row that were not solved, a whole and a half step, before the proximal Newton
 // method takes over from the whole one, whatever it leaves: walls near their limit load are solved
 // in half steps.
@@ -37,7 +39,7 @@ constexpr int kStages = 32;  // from one stage to the next in crowd(): more than
 /// with energy. A joint has up to three normal resultants, and where it sticks as many of shear.
 /// Rigid blocks alone: a deformable arch that falls gained energy.
 bool ContactSolver::is_loose(std::span<const LinearContact> contacts) const {
-  if (slots_->unknowns() > 6 * slots_->count()) return false;
+  if (!is_rigid()) return false;
   constexpr std::array<int, 4> kSlides{0, 1, 2, 3}, kSticks{0, 3, 5, 6};  // by points
   int resultants = 0;
   for (std::size_t i = 0, end = 0; i < contacts.size(); i = end) {
@@ -83,10 +85,12 @@ OpenCloseResult ContactSolver::iterate(const StepOptions& options, const BlockEq
 int ContactSolver::patience(std::span<const LinearContact> contacts) {
   const bool again = checked_ == Try::Failed && failures_ == 0;  // what did not end in kPatience
   if (hard_ != Try::None || again || (loose_ && checked_ == Try::Failed)) return kLastTry;
-  if (checked_ != Try::None || !ConeProblem::suits(contacts)) return kPatience;
+  if (!ConeProblem::suits(contacts)) return kPatience;  // no other iteration has it
+  const int most = is_rigid() ? kRigidPatience : kPatience;
+  if (checked_ != Try::None) return most;
   can_check_ = true;
   loose_ = is_loose(contacts);
-  return loose_ ? kQuick : kPatience;
+  return loose_ ? kQuick : most;
 }
 
 void ContactSolver::begin() {
@@ -96,10 +100,11 @@ void ContactSolver::begin() {
 
 void ContactSolver::move_on() {
   checked_ = hard_ = Try::None;
-  loose_ = false;
+  loose_ = cannot_yield_ = false;
 }
 
 void ContactSolver::start(int crowd) {
+  moving_contacts_.begin();
   can_check_ = false;
   sub_steps_left_ = crowd % kStages;
   stage_ = static_cast<Stage>(crowd / kStages);
@@ -117,6 +122,7 @@ bool ContactSolver::try_another(const AttemptOutcome& outcome) {
     case Stage::Checked:
       if (outcome.solved && !gained && (outcome.closed || !yielding_)) return false;
       checked_ = Try::Failed;
+      cannot_yield_ = !outcome.solved;
       return true;
     case Stage::Crowd:
       if (!outcome.solved || !gained || hard_ != Try::None || sub_steps_left_ > 0) return false;
@@ -146,10 +152,11 @@ int ContactSolver::crowd() const {
   return loose_ && checked_ == Try::Failed ? code(Stage::Checked) : 0;
 }
 
-bool ContactSolver::note(bool solved) {
-  if (failures_ == kFailures) return false;  // for what is left of the step
+double ContactSolver::note(bool solved) {
+  if (failures_ == kFailures) return 0.5;  // for what is left of the step
   failures_ = solved ? 0 : failures_ + 1;
-  return failures_ == kFailures && !yielding_;
+  if (failures_ < kFailures || yielding_) return 0.5;
+  return cannot_yield_ ? 1.0 : 2.0;
 }
 
 }  // namespace quoin::solver

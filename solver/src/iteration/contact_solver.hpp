@@ -26,9 +26,9 @@ class ContactSolver {
   /// An attempt at a sub-step begins. Of ContactIteration::Automatic: which iteration has it.
   /// `crowd`: of the last sub-step, 0: none.
   void start(int crowd);
-  /// An attempt at a sub-step has ended. True where the next ones are left to contacts that yield,
-  /// and this one was not.
-  bool note(bool solved);
+  /// An attempt at a sub-step has ended. How long the next one is by this one, if it is not taken:
+  /// a half; or the whole one again, with contacts that yield, but where these have not solved it.
+  double note(bool solved);
 
   /// True where another iteration is to try the attempt as it is: it was not solved, or contacts
   /// that yield left gaps or gained energy.
@@ -70,6 +70,7 @@ class ContactSolver {
   };
   /// Of a stage that is not the first to have the sub-step.
   enum class Try { None, Now, Failed };
+  bool is_rigid() const { return slots_->unknowns() == 6 * slots_->count(); }
   bool is_loose(std::span<const LinearContact> contacts) const;
   int patience(std::span<const LinearContact> contacts);
 
@@ -77,11 +78,12 @@ class ContactSolver {
   OpenClose open_close_;
   MovingContacts moving_contacts_;
   Stage stage_ = Stage::OpenClose;
-  Try checked_ = Try::None;  ///< the checked stage, where it is not the first
-  Try hard_ = Try::None;     ///< the open-close iteration, of a crowd that gained energy
-  int sub_steps_left_ = 0;   ///< without a hard try
-  bool loose_ = false;       ///< the island of this sub-step
-  bool can_check_ = false;   ///< the checked stage may have this attempt
+  Try checked_ = Try::None;    ///< the checked stage, where it is not the first
+  Try hard_ = Try::None;       ///< the open-close iteration, of a crowd that gained energy
+  int sub_steps_left_ = 0;     ///< without a hard try
+  bool loose_ = false;         ///< the island of this sub-step
+  bool can_check_ = false;     ///< the checked stage may have this attempt
+  bool cannot_yield_ = false;  ///< the checked stage has not solved it
   bool automatic_ = false;
   bool yielding_ = false;
   int failures_ = 0;  ///< attempts in a row that were not solved

@@ -195,14 +195,14 @@ OpenCloseResult MovingContacts::solve(const BlockSystem& base, const BlockVector
                                       const OpenCloseOptions& options, BlockVector& increment) {
   const bool positions = options.mended_apart > 0.0;
   const bool first = options.predicted || bar_force_.size() != contacts.size();
-  if (positions && first) yielded_ = false;
+  if (positions && first) begin();
   problem_.set(base, force, contacts, increment, options.mended_apart);
   start(contacts, first);
   iterations_left_ = options.max_iterations;
   const double forces = kForces * options.force_tolerance;
   IterationCount count = iterate(options.rough ? std::max(forces, kRough) : forces);
   record(contacts);
-  yielded_ = positions && softness_ > 0.0;
+  if (positions) yielded_ = softness_ > 0.0;
   OpenCloseResult result;
   if (count.converged && positions && !options.rough) {
     IterationCount mended = mend(contacts, kGap * options.force_tolerance);

@@ -20,6 +20,9 @@ class MovingContacts {
   /// From the next solve() on.
   void use(const Threads& threads) { problem_.use(threads); }
 
+  /// Other positions are next: none of theirs have yielded yet.
+  void begin() { yielded_ = false; }
+
   /// As OpenClose::solve, for contacts that ConeProblem::suits. `options.force_tolerance`: of the
   /// natural map, by the largest force.
   OpenCloseResult solve(const BlockSystem& base, const BlockVector& force,

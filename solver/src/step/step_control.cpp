@@ -230,11 +230,12 @@ void begin_group(const StepRun& run, const Islands& group) {
   side_by_side(run, group, [&](Island& island) { begin(run, island); });
 }
 
-/// True where the island's attempts are left to another iteration from now on.
-bool note_attempt(const StepOptions& options, Island& island) {
-  return island.memory.solver.note(island.solved) &&
-         options.method == ContactMethod::AugmentedLagrangian &&
-         options.contact_iteration == ContactIteration::Automatic;
+/// How long the island's next attempt is by this one, if it is not taken.
+double note_attempt(const StepOptions& options, Island& island) {
+  const double share = island.memory.solver.note(island.solved);
+  const bool automatic = options.method == ContactMethod::AugmentedLagrangian &&
+                         options.contact_iteration == ContactIteration::Automatic;
+  return automatic ? share : 0.5;
 }
 
 /// All sub-steps of a dynamic step, of each island by itself. The island whose sub-step can't be
@@ -273,14 +274,14 @@ Island* take_sub_steps(const StepRun& run, std::span<Island* const> islands) {
         reject(run, *island, island->length);
         continue;
       }
-      const bool other_iteration = note_attempt(options, *island);
+      const double share = note_attempt(options, *island);
       if (island->solved && !(too_far && can_cut)) {
         accept(run, *island, growth);
         continue;
       }
       (island->solved ? report.cuts_by_displacement : report.cuts_by_convergence)++;
-      if (!other_iteration && 0.5 * island->length < smallest) return island;
-      reject(run, *island, (other_iteration ? 2.0 : 0.5) * island->length);  // from the whole step
+      if (share < 1.0 && 0.5 * island->length < smallest) return island;
+      reject(run, *island, share * island->length);
     }
   }
 }
