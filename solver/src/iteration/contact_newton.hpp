@@ -53,6 +53,9 @@ class ContactNewton {
   double condition_estimate() const { return solver_.condition_estimate(); }
 
  private:
+  double damping(const LinearContact& contact) const;
+  bool step_back(double softness);
+  void adapt_damping();
   bool same_tangent(Law law, double softness);
   void assemble();
   /// Which blocks of the matrix a contact is added to.
@@ -78,6 +81,9 @@ class ContactNewton {
   BlockVector change_, trial_, step_;
   std::vector<Matrix3> tangent_;  ///< of each contact, of the last factorization
   bool factorized_ = false;
+  bool found_ = true;     ///< the last search: the residual fell as it should
+  double share_ = 1.0;    ///< of the last step, that was taken
+  double damping_ = 0.0;  ///< of sliding contacts, by the relative residual of their blocks
 };
 
 }  // namespace quoin::solver
