@@ -12,6 +12,7 @@
 #include "geometry/src/certify/certificate.hpp"
 #include "geometry/src/search/nearest_feature_search.hpp"
 #include "support/catch.hpp"
+#include "support/exact_gap.hpp"
 #include "support/random.hpp"
 
 using namespace quoin;
@@ -101,7 +102,10 @@ Counts compare(tests::Random& random, Shape (*make_a)(tests::Random&),
     NearestFeatures by_search, by_corners;
     const bool first = geometry::certify_corners(a, b, lengths(a, b), by_corners) == Trial::Proved;
     if (found.outcome != geometry::SearchOutcome::Separated) {
-      REQUIRE_FALSE(first);
+      if (first) {  // a shallow overlap proves itself
+        const double exact = tests::exact_gap(geometry::Body(a), geometry::Body(b));
+        REQUIRE(std::abs(by_corners.gap - exact) <= 16 * kEpsilon * (a.diameter() + b.diameter()));
+      }
       continue;
     }
     if (!proved(a, b, found.p, found.q, by_search)) continue;

@@ -32,8 +32,10 @@ Found touching(const Body& a, const Body& b, const Vector3& across) {
   geometry::LateInit<geometry::ContactPolygon> faces;
   geometry::Optimum optimum(faces);
   const geometry::Lengths length = geometry::lengths(pair.a, pair.b, 0.0);
+  geometry::FacingFaces facing;
   const bool proved =
-      geometry::touching_faces(pair.a, pair.b, length, across, geometry::SharedWidth::Any, optimum);
+      facing.find(pair.a, pair.b, across, -1.0 + 1e-6, length.rounding) &&
+      geometry::touching_faces(pair.a, pair.b, length, facing, geometry::SharedWidth::Any, optimum);
   return {proved, optimum.plane.gap};
 }
 
@@ -211,4 +213,29 @@ TEST_CASE("faces that share but a strip are no proof of a deeper overlap") {
     if (found.proved)
       CHECK(std::abs(found.gap - tests::exact_gap(a, b)) <= 16 * kEpsilon * cube.diameter());
   }
+}
+
+TEST_CASE("bricks that lean on each other are proved from last step's features at once") {
+  tests::Random random(17);
+  const Shape brick = geometry::make_box({-0.5, -0.25, -0.2}, {0.5, 0.25, 0.2});
+  int at_once = 0, overlapping = 0;
+  for (int k = 0; k < 400; ++k) {
+    const double lean = random.log_uniform(1e-7, 1e-3);
+    const geometry::Matrix3 turn = random.rotation();
+    const Vector3 axis(random.uniform(-1, 1), random.uniform(-1, 1), 0.0);
+    const Vector3 step(random.uniform(-0.4, 0.4), random.uniform(-0.2, 0.2), 0.4 - 2 * lean);
+    const Body a(brick, {turn, random.point(-2, 2)});
+    const Body b(brick, {turn * tests::rotation_about(axis.normalized(), lean),
+                         a.placement().translation + turn * step});
+    geometry::FeatureHint hint;
+    const Answer cold(a, b, hint), warm(a, b, hint);
+    REQUIRE(warm.bits() == cold.bits());
+    REQUIRE(warm.bits_of_points() == cold.bits_of_points());
+    const double exact = tests::exact_gap(a, b);
+    REQUIRE(std::abs(warm.nearest.gap - exact) <= 16 * kEpsilon * brick.diameter());
+    overlapping += exact < 0.0;
+    at_once += warm.nearest.iterations == 1;
+  }
+  CHECK(overlapping > 350);
+  CHECK(at_once > 350);
 }

@@ -21,6 +21,15 @@ function(quoin_library component)
     DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/quoin)
 endfunction()
 
+# quoin_precompile(<target> <header>…): what most sources of a large target include is compiled once. Not
+# where a compiler cache is, which does not know precompiled headers; nor where warnings are errors: gcc 12
+# has false ones within std::string that come and go with what it inlines (its bug 105651).
+function(quoin_precompile target)
+  if(NOT CMAKE_CXX_COMPILER_LAUNCHER AND NOT QUOIN_WARNINGS_AS_ERRORS)
+    target_precompile_headers(${target} PRIVATE ${ARGN})
+  endif()
+endfunction()
+
 # The CMake package: find_package(quoin COMPONENTS narrow_phase geometry gjk_oracle solver).
 function(quoin_install_package)
   include(CMakePackageConfigHelpers)

@@ -56,6 +56,7 @@ double weight_above(const Stack& stack, std::size_t from) {
 }  // namespace
 
 double radians(double degrees) { return degrees * std::numbers::pi / 180.0; }
+double decade(int exponent) { return std::pow(10.0, exponent); }
 
 std::vector<std::string> flag_names(const Evidence& evidence) {
   std::vector<std::string> names;

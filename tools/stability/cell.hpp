@@ -14,6 +14,7 @@ using solver::Vector3;
 
 inline constexpr double kGravity = 9.81;  ///< m/s2
 double radians(double degrees);
+double decade(int exponent);  ///< that power of ten
 
 /// What the run itself tells, gathered before any reference is looked at.
 struct Evidence {

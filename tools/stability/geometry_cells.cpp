@@ -7,8 +7,6 @@
 namespace quoin::stability {
 namespace {
 
-double decade(int exponent) { return std::pow(10.0, exponent); }
-
 /// A slide over about ten block sizes in 200 steps.
 Slide scaled_slide(double size, double young) {
   Slide slide;

@@ -11,8 +11,6 @@ namespace {
 
 using solver::ContactMethod;
 
-double decade(int exponent) { return std::pow(10.0, exponent); }
-
 /// Two cubes meet, no gravity, restitution 0: both go on with the speed of their common momentum.
 Result run_impact(double mass_ratio, double speed, double time_step, long steps) {
   solver::Scene scene;

@@ -11,8 +11,6 @@
 namespace quoin::stability {
 namespace {
 
-double decade(int exponent) { return std::pow(10.0, exponent); }
-
 /// A cube flies at a fixed wall, restitution 0, no gravity: it ends in touch with it. Error
 /// relative to the way gone (to the block where that is shorter).
 Result run_at_wall(double speed, double thickness, double aside) {

@@ -151,10 +151,10 @@ bool proves_optimum(const Solid& p, const Solid& q, const Candidate& plane,
   if (clearly_apart(plane.gap, rounding)) {
     return lies_firmly_over(p, q, plane, faces, rounding);
   }
-  double margin = 0.0;
-  const auto measured = [&] { return margin = margin_of(p, q, plane, faces, rounding); };
-  return proves_shallow(p, q, plane.normal, plane.gap, rounding, measured) &&
-         margin >= kFirm * rounding;
+  const Vec3 inner = Vec3(q.vertex_mean()) - Vec3(p.vertex_mean());
+  const double needed = shallow_margin(inner, plane.normal, plane.gap, rounding);
+  return needed < kInfinity &&
+         lies_inside(p, q, plane, faces, {rounding, std::max(needed, kFirm * rounding)});
 }
 
 bool straight_plane(const Solid& p, const Solid& q, const Lengths& length, const Vector3& guess,

@@ -77,23 +77,27 @@ inline double turning(double rounding) { return rounding * (rounding / (kRoundin
 bool carry_turned(const Solid& a, const Solid& b, const std::array<int, 2>& counts,
                   const Vector3& normal, double depth);
 
-/// Proves for an overlap d that no other plane is better: the origin projects at least d inside the
-/// border of the facet (r = d / margin <= 1) and a known inner point (the difference of the vertex
-/// means) lies deep enough. See geometry/README.md, "Shallow overlap". `margin()`: how far inside,
-/// m.
+/// How far inside the border of a facet the foot of the origin must lie (m), so that no other plane
+/// is better than an overlap of -gap along its normal: the known inner point (the difference of the
+/// vertex means) must lie deep enough. Infinite: no way is enough. See geometry/README.md, "Shallow
+/// overlap".
+inline double shallow_margin(const Vec3& inner, const Vec3& normal, double gap, double rounding) {
+  const double depth =
+      -gap * (1.0 + kAloneShare) + kAlone * rounding;  // by so much the only one, too
+  const double down = dot(inner, normal), below = down - depth;
+  if (!(below > 0.0)) return kInfinity;
+  const Vec3 beside = inner - down * normal;
+  const double aside = square(beside);
+  return depth * (std::sqrt(aside) + std::sqrt(aside + below * (down + depth))) / below;
+}
+
+/// Proves for an overlap that no other plane is better. `margin()`: how far inside, m.
 template <class Margin>
 bool proves_shallow(const Solid& p, const Solid& q, const Vector3& normal, double gap,
                     double rounding, const Margin& margin) {
-  const double depth =
-      -gap * (1.0 + kAloneShare) + kAlone * rounding;  // by so much the only one, too
-  const Vector3 inner = q.vertex_mean() - p.vertex_mean();
-  const double down = inner.dot(normal);
-  if (depth > down) return false;
-  const double inside = margin();
-  if (depth > inside) return false;
-  const double ratio = depth / inside;
-  const double aside = (inner - down * normal).norm();
-  return (1.0 - ratio * ratio) * down - 2.0 * ratio * aside >= depth * (1.0 + ratio * ratio);
+  const Vec3 inner = Vec3(q.vertex_mean()) - Vec3(p.vertex_mean());
+  const double needed = shallow_margin(inner, normal, gap, rounding);
+  return needed < kInfinity && margin() >= needed;
 }
 
 /// The same of two faces that share a polygon wider than the tolerance, or that they are apart.

@@ -127,6 +127,11 @@ Witnesses crossing(const Side& e, const Side& f, const LineNormal& form, const V
   return lever * length.widest > turned || carry_turned(a, b, counts, normal, turned / lever);
 }
 
+/// From a point inside A to one inside B.
+inline Vec3 between(const Solid& a, const Solid& b) {
+  return Vec3(b.vertex_mean()) - Vec3(a.vertex_mean());
+}
+
 template <class Scan, FeatureKind kA, FeatureKind kB>
 Trial attempt(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier& by_b,
               const Lengths& length, const Overlap* overlap, NearestFeatures& answer) {
@@ -137,7 +142,7 @@ Trial attempt(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier
   if (!kByFace && !form.joined) return Trial::Refuted;
   if (kEdges) {
     if (!form.crossed) return Trial::Undecided;
-    const Vec3 toward = overlap != nullptr ? Vec3(overlap->normal) : at_b.from - at_a.from;
+    const Vec3 toward = overlap != nullptr ? Vec3(overlap->normal) : between(a, b);
     form.normal = std::copysign(1.0, dot(form.normal, toward)) * form.normal;
   }
   const Vec3 normal = one_zero(form.normal);
@@ -148,16 +153,20 @@ Trial attempt(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier
   }
   const Vec3 high = highest<kA>(a, by_a, at_a, top_a), low = highest<kB>(b, by_b, at_b, top_b);
   const double gap = dot(normal, low - high);
-  if (!(gap > (overlap != nullptr ? overlap->least : kApart * length.rounding)))
-    return Trial::Undecided;
-  const double inside = kByFace || overlap != nullptr ? kFirm * length.rounding : length.rounding;
+  double inside = kByFace || overlap != nullptr ? kFirm * length.rounding : length.rounding;
+  const bool apart = gap > kApart * length.rounding;
+  if (overlap != nullptr ? !(gap > overlap->least) : !apart) {
+    if (overlap != nullptr || !(kByFace || kEdges)) return Trial::Undecided;
+    inside = greater(kFirm * length.rounding,
+                     shallow_margin(between(a, b), normal, gap, length.rounding));
+  }
   if constexpr (kA == kFace) {
     if (!over_face(a, by_a.face, normal, low, inside)) return Trial::Refuted;
   } else if constexpr (kB == kFace) {
     if (!over_face(b, by_b.face, -normal, high, inside)) return Trial::Refuted;
   } else {
     if (!(form.from_ends > inside * inside)) return Trial::Refuted;
-    if (overlap == nullptr && !(gap * length.widest > turning(length.rounding)) &&
+    if (overlap == nullptr && apart && !(gap * length.widest > turning(length.rounding)) &&
         !keeps_carriers(a, b, {kA == kVertex ? 1 : 2, kB == kVertex ? 1 : 2}, normal,
                         kEdges ? greater(gap, form.reach_across()) : gap, length)) {
       return Trial::Refuted;

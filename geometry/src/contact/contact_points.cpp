@@ -24,9 +24,10 @@ constexpr double kSteepSine = 0.5;
 
 /// Everything about one pair, in the order in which it is worked (P before Q).
 struct PairPoints {
+  bool outlined = false;  // what two edges share is asked for as well
   double tolerance = 0.0, gap = 0.0;
   ContactType type = ContactType::VertexVertex;
-  double reach_p = 0.0, reach_q = 0.0;  // support values along the normal, m
+  VertexSet band_p, band_q;  // vertices that may carry points
   VertexSet support_p, support_q;
   FeatureKind kind_p = FeatureKind::Vertex, kind_q = FeatureKind::Vertex;
   ContactPlane plane;
@@ -60,11 +61,12 @@ void find_carriers(const Solid& polyhedron, const Vector3& outward, const Vertex
   const auto add = [&](const Feature& feature) {
     if (!carriers.contains(feature)) carriers.push_back(feature);
   };
+  const LooksAlong looks_along(polyhedron, outward);
   std::uint64_t asked = 0, looking = 0;  // of the first 64 faces
   const auto looks = [&](int face) {
     const std::uint64_t bit = face < 64 ? std::uint64_t{1} << face : 0;
     if ((asked & bit) != 0) return (looking & bit) != 0;
-    const bool along = looks_along(polyhedron, face, outward);
+    const bool along = looks_along(face);
     if (along) add({FeatureKind::Face, face});
     asked |= bit;
     looking |= along ? bit : 0;
@@ -158,19 +160,10 @@ struct Carriers {
   bool many() const { return p.size() * q.size() > 1; }
 };
 
-void find_all_carriers(const Solid& p, const Solid& q, double band, const PairPoints& pair,
-                       Carriers& carriers) {
+void find_all_carriers(const Solid& p, const Solid& q, const PairPoints& pair, Carriers& carriers) {
   const Vector3 &outward_p = pair.plane.normal, outward_q = -outward_p;
-  if (band > pair.tolerance) {
-    VertexSet band_p, band_q;
-    find_vertices_beyond(p, outward_p, pair.reach_p - band, band_p);
-    find_vertices_beyond(q, outward_q, pair.reach_q - band, band_q);
-    find_carriers(p, outward_p, band_p, pair.support_p, carriers.p);
-    find_carriers(q, outward_q, band_q, pair.support_q, carriers.q);
-  } else {
-    find_carriers(p, outward_p, pair.support_p, pair.support_p, carriers.p);
-    find_carriers(q, outward_q, pair.support_q, pair.support_q, carriers.q);
-  }
+  find_carriers(p, outward_p, pair.band_p, pair.support_p, carriers.p);
+  find_carriers(q, outward_q, pair.band_q, pair.support_q, carriers.q);
 }
 
 void add_points(const SharedCorners& corners, double band, bool reversed, PairPoints& pair) {
@@ -235,7 +228,7 @@ void find_points(const Working& work, LateInit<Surfaces>& surfaces, PairPoints& 
                  Patches& patches) {
   const auto& [p, q, reversed, band, rounding] = work;
   Carriers carriers;
-  find_all_carriers(p, q, band, pair, carriers);
+  find_all_carriers(p, q, pair, carriers);
   if (!planar(p, carriers.p, rounding) || !planar(q, carriers.q, rounding)) {
     surfaces.emplace(p, q, pair.plane, band + rounding, rounding);
   }
@@ -651,16 +644,46 @@ bool find_face_points(const OrderedPair& ordered, const NearestFeatures& nearest
   return true;
 }
 
+/// Depths below a support plane, m.
+struct TopDepths {
+  double band, tolerance;  // the band is no narrower
+};
+
+/// The vertices within either depth of the support plane, which lies at `top`.
+void find_top(const Solid& solid, const Vector3& outward, double top, const TopDepths& depths,
+              VertexSet& band, VertexSet& support) {
+  find_vertices_beyond(solid, outward, top - depths.band, band);
+  const Vec3 local = solid.turned_back(outward);
+  for (const int v : band) {
+    if (dot(row_offset(solid, v), local) >= top - depths.tolerance) support.push_back(v);
+  }
+}
+
+/// Do the points show all that two edges share, where these cross at more than 30 degrees?
+bool show_crossing(const Working& work, const PairPoints& pair) {
+  constexpr double kClearSine = 0.5, kClearPlace = 64.0;
+  const VertexSet &set_p = pair.support_p, &set_q = pair.support_q;
+  if (pair.type != ContactType::EdgeEdgeCrossing || set_p.size() != 2 || set_q.size() != 2 ||
+      !(pair.tolerance > kClearPlace * work.rounding)) {
+    return false;
+  }
+  const Vec3 e = work.p.line(set_p[0], set_p[1]), f = work.q.line(set_q[0], set_q[1]);
+  if (!(square(cross(e, f)) > kClearSine * kClearSine * square(e) * square(f))) return false;
+  const Feature of_p{FeatureKind::Edge, work.p.topology().find_edge(set_p[0], set_p[1])};
+  const Feature of_q{FeatureKind::Edge, work.q.topology().find_edge(set_q[0], set_q[1])};
+  return std::any_of(pair.merged.begin(), pair.merged.end(), [&](const SharedCorner& point) {
+    return named(point) && point.feature_p == of_p && point.feature_q == of_q;
+  });
+}
+
 /// The points of any pair.
 void find_all_points(const OrderedPair& ordered, double band, double rounding,
                      LateInit<ContactPolygon>& part, PairPoints& pair) {
   const Solid &p = ordered.p, &q = ordered.q;
   const PairSupport reach = support_pair(p, q, ordered.normal);
   pair.plane = ContactPlane(p.vertex(reach.p.vertex), ordered.normal);
-  pair.reach_p = reach.p.value;
-  pair.reach_q = reach.q.value;
-  find_vertices_beyond(p, ordered.normal, pair.reach_p - pair.tolerance, pair.support_p);
-  find_vertices_beyond(q, -ordered.normal, pair.reach_q - pair.tolerance, pair.support_q);
+  find_top(p, ordered.normal, reach.p.value, {band, pair.tolerance}, pair.band_p, pair.support_p);
+  find_top(q, -ordered.normal, reach.q.value, {band, pair.tolerance}, pair.band_q, pair.support_q);
   pair.kind_p = span_kind(p, pair.support_p, pair.tolerance);
   pair.kind_q = span_kind(q, pair.support_q, pair.tolerance);
   pair.type =
@@ -670,7 +693,9 @@ void find_all_points(const OrderedPair& ordered, double band, double rounding,
   Patches patches;
   find_points(work, surfaces, pair, patches);
   part.reset();
-  if (pair.kind_p != FeatureKind::Vertex && pair.kind_q != FeatureKind::Vertex) {
+  const bool of_vertex = pair.kind_p == FeatureKind::Vertex || pair.kind_q == FeatureKind::Vertex;
+  const bool shown = !pair.outlined && !surfaces && show_crossing(work, pair);
+  if (!of_vertex && !shown) {
     find_shared_part(work, surfaces, pair, patches, part.emplace());
   }
 }
@@ -749,6 +774,7 @@ void update(const Solid& a, const Solid& b, const ContactOptions& options, PairC
   find_nearest_features(a, b, {.tolerance = options.tolerance}, hint, &part, contact.nearest);
   const OrderedPair ordered(a, b, in_reverse_order(a, b), contact.nearest);
   PairPoints pair;
+  pair.outlined = true;
   find_pair_points(ordered, contact.nearest, options, part, pair);
   if (pair.points != &pair.merged) take_sets(ordered, *part, pair);
   contact.points.clear();

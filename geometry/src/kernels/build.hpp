@@ -19,6 +19,14 @@
 #define QUOIN_UNPACKED
 #endif
 
+// All that a kernel calls is built into it, unless calls stay within the file
+// (geometry/CMakeLists.txt).
+#if defined(QUOIN_KERNELS_IN_PIECES)
+#define QUOIN_WHOLE
+#else
+#define QUOIN_WHOLE [[gnu::flatten]]
+#endif
+
 namespace quoin::geometry {
 namespace {
 
@@ -40,43 +48,42 @@ struct Build {
   using ManyScan = typename Set::ManyScan;
   using Lanes = typename Set::Lanes;
 
-  [[gnu::flatten]] static Support support(const Solid& solid, const Vector3& direction) {
+  QUOIN_WHOLE static Support support(const Solid& solid, const Vector3& direction) {
     const Rows rows(solid);
     return ManyScan::support(rows, rows.local(direction));
   }
-  [[gnu::flatten]] static void find_vertices_beyond(const Solid& solid, const Vector3& direction,
-                                                    double value, VertexSet& vertices) {
+  QUOIN_WHOLE static void find_vertices_beyond(const Solid& solid, const Vector3& direction,
+                                               double value, VertexSet& vertices) {
     vertices.clear();
     const Rows rows(solid);
     ManyScan::beyond(rows, rows.local(direction), value, vertices);
   }
-  [[gnu::flatten]] static int count_beyond(const Solid& solid, const Vector3& direction,
-                                           double value) {
+  QUOIN_WHOLE static int count_beyond(const Solid& solid, const Vector3& direction, double value) {
     const Rows rows(solid);
     return ManyScan::count_beyond(rows, rows.local(direction), value);
   }
-  [[gnu::flatten]] static bool carried_alone(const Solid& solid, const Vector3& direction,
-                                             const Carriers& carriers, Support& top) {
+  QUOIN_WHOLE static bool carried_alone(const Solid& solid, const Vector3& direction,
+                                        const Carriers& carriers, Support& top) {
     const Rows rows(solid);
     return FewScan::carried_alone(rows, rows.local(direction), carriers, top);
   }
 
-  [[gnu::flatten]] static void lay_corners(const Solid& solid, const ContactPlane& plane,
-                                           PolygonRows& rows) {
+  QUOIN_WHOLE static void lay_corners(const Solid& solid, const ContactPlane& plane,
+                                      PolygonRows& rows) {
     Set::lay(solid.shape().vertices().data(), LocalPlane(solid, plane), rows);
   }
-  [[gnu::flatten]] static void find_side_masks(const PolygonRows& p, const PolygonRows& q,
-                                               double rounding, SideMasks& of_p, SideMasks& of_q) {
+  QUOIN_WHOLE static void find_side_masks(const PolygonRows& p, const PolygonRows& q,
+                                          double rounding, SideMasks& of_p, SideMasks& of_q) {
     Set::find_masks(p, q, rounding, of_p);
     Set::find_masks(q, p, rounding, of_q);
   }
-  [[gnu::flatten]] static bool overlay_faces(const Solid& p, const Solid& q, double rounding,
-                                             ContactPolygon& part) {
+  QUOIN_WHOLE static bool overlay_faces(const Solid& p, const Solid& q, double rounding,
+                                        ContactPolygon& part) {
     return overlay_of_few<Lanes>(p, q, rounding, part);
   }
 
   template <class Scan>
-  [[gnu::flatten, gnu::noinline]] QUOIN_UNPACKED static Trial certify_by(
+  [[gnu::noinline]] QUOIN_WHOLE QUOIN_UNPACKED static Trial certify_by(
       const Solid& a, const Solid& b, const Carrier& by_a, const Carrier& by_b,
       const Lengths& length, const Overlap* overlap, NearestFeatures& answer) {
     return try_kinds<Scan>(a, b, by_a, by_b, length, overlap, answer);
@@ -87,12 +94,12 @@ struct Build {
                               : certify_by<ManyScan>(a, b, by_a, by_b, length, overlap, answer);
   }
   template <class Scan>
-  [[gnu::flatten, gnu::noinline]] QUOIN_UNPACKED static Trial certify_hint_by(
+  [[gnu::noinline]] QUOIN_WHOLE QUOIN_UNPACKED static Trial certify_hint_by(
       const Solid& a, const Solid& b, const FeatureHint& hint, const Lengths& length,
       NearestFeatures& answer) {
     return try_hinted<Scan>(a, b, hint, length, answer);
   }
-  [[gnu::flatten, gnu::noinline]] QUOIN_UNPACKED static Trial certify_own_hint(
+  [[gnu::noinline]] QUOIN_WHOLE QUOIN_UNPACKED static Trial certify_own_hint(
       const Solid& a, const Solid& b, const FeatureHint& hint, const Lengths& length,
       NearestFeatures& answer) {
     assume_own_frames(a, b);
@@ -105,11 +112,11 @@ struct Build {
                                : certify_hint_by<FewScan>(a, b, hint, length, answer);
   }
 
-  [[gnu::flatten, gnu::noinline]] QUOIN_UNPACKED static Trial certify_placed_corners(
+  [[gnu::noinline]] QUOIN_WHOLE QUOIN_UNPACKED static Trial certify_placed_corners(
       const Solid& a, const Solid& b, const Lengths& length, NearestFeatures& answer) {
     return try_corners<FewScan>(a, b, length, answer);
   }
-  [[gnu::flatten, gnu::noinline]] QUOIN_UNPACKED static Trial certify_own_corners(
+  [[gnu::noinline]] QUOIN_WHOLE QUOIN_UNPACKED static Trial certify_own_corners(
       const Solid& a, const Solid& b, const Lengths& length, NearestFeatures& answer) {
     assume_own_frames(a, b);
     return try_corners<FewScan>(a, b, length, answer);
@@ -121,9 +128,9 @@ struct Build {
   }
 
   template <class Scan, class AnyRows>
-  [[gnu::flatten, gnu::noinline]] static SearchResult search_by(const Solid& p, const Solid& q,
-                                                                const Vector3& direction,
-                                                                double rounding) {
+  [[gnu::noinline]] QUOIN_WHOLE static SearchResult search_by(const Solid& p, const Solid& q,
+                                                              const Vector3& direction,
+                                                              double rounding) {
     return search_rows<Scan, AnyRows>(p, q, direction, rounding);
   }
   template <class AnyRows>
@@ -139,14 +146,14 @@ struct Build {
                   : search<StraightRows>(p, q, direction, rounding);
   }
 
-  [[gnu::flatten]] static SearchResult box_sat(const Solid& p, const Solid& q, double rounding) {
+  QUOIN_WHOLE static SearchResult box_sat(const Solid& p, const Solid& q, double rounding) {
     return least_overlap<Lanes>(p, q, rounding);
   }
 
   template <class Scan>
-  [[gnu::flatten, gnu::noinline]] static SearchResult expand_by(const Solid& p, const Solid& q,
-                                                                const SearchResult& start,
-                                                                double rounding) {
+  [[gnu::noinline]] QUOIN_WHOLE static SearchResult expand_by(const Solid& p, const Solid& q,
+                                                              const SearchResult& start,
+                                                              double rounding) {
     return Polytope<Scan, Lanes>(p, q, rounding).grow(start);
   }
   static SearchResult expand_polytope(const Solid& p, const Solid& q, const SearchResult& start,
@@ -155,7 +162,7 @@ struct Build {
                               : expand_by<ManyScan>(p, q, start, rounding);
   }
 
-  [[gnu::flatten]] static void flush_bricks(const FlushQuestion& question, FlushAnswer& answer) {
+  QUOIN_WHOLE static void flush_bricks(const FlushQuestion& question, FlushAnswer& answer) {
     FlushLanes<Lanes>(question, answer).solve();
   }
 

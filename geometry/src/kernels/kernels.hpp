@@ -6,8 +6,9 @@
 /// put all they define into unnamed namespaces. So no function of one file can stand for that of
 /// another. What the kernels share with the rest of the library – members of Solid, Eigen,
 /// the standard library – must be built into them as a whole, or the linker might keep the copy
-/// that was compiled for wide instructions: the entries are `flatten`, and
-/// tests/consumer/check_kernels.cmake looks into the object files. Internal.
+/// that was compiled for wide instructions: the entries are `flatten`, or each
+/// file has copies of its own (geometry/CMakeLists.txt); tests/consumer/check_kernels.cmake looks
+/// into the object files. Internal.
 
 #include <span>
 

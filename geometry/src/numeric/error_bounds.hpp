@@ -74,6 +74,10 @@ inline constexpr double kTouchingAlone = 3;
 /// Cosine of the angle between two faces that may touch; only speed hangs on it.
 inline constexpr double kTouchingOpposite = -1.0 + 1e-6;
 
+/// The same where box SAT leaves open what is better, because edges of both bricks are parallel for
+/// it (kParallelSine): leans of up to 1.4e-6 rad, since cos t = 1 - t^2 / 2.
+inline constexpr double kParallelOpposite = -1.0 + 1e-12;
+
 // ---- search (GJK) ----
 
 /// Of eps and the newest corner along the direction: two products of three terms, 1.5 eps each, and
@@ -105,6 +109,8 @@ inline constexpr double kBrickRounding = 8;
 /// Of eps times the reach: the sum of seven products of three terms, with room; and the
 /// cancellation of the cross product once.
 inline constexpr double kDirectionRounding = 8;
+/// Sine of the angle between two edges that span no direction: chosen; other ways decide then.
+inline constexpr double kParallelSine = 1e-6;
 /// Of the bricks' errors, and of the rounding: how much worse all other directions have to be. See
 /// geometry/README.md, "Least overlap".
 inline constexpr double kBrickErrors = 4, kBrickClear = 16;

@@ -82,7 +82,7 @@ struct Overlaps {
 template <class Lanes>
 void find_overlaps(const Directions& edges, std::size_t first, const Vector3& across, double reach,
                    Overlaps& overlaps) {
-  constexpr double kParallel = 1e6;  // inverse sine
+  constexpr double kParallel = 1.0 / kParallelSine;
   const auto all = [](double value) { return Lanes::all(value); };
   const auto size = [&](const Lanes& v) { return v.larger(all(0.0) - v); };
   const std::uint16_t *const u = &Directions::kFirst[first], *const v = &Directions::kSecond[first];

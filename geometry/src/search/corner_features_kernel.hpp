@@ -143,8 +143,7 @@ CornerFeatures around(const Solid& solid_p, const Solid& solid_q, const Vec3& di
 
 template <class Scan>
 Trial try_corners(const Solid& a, const Solid& b, const Lengths& length, NearestFeatures& answer) {
-  const Vec3 between = Vec3(b.vertex_mean()) - Vec3(a.vertex_mean());
-  const CornerFeatures corners = around<Scan>(a, b, between);
+  const CornerFeatures corners = around<Scan>(a, b, between(a, b));
   Carrier by_a, by_b;
   if (!corner_carrier(a, corners.p, by_a) || !corner_carrier(b, corners.q, by_b)) {
     return Trial::Refuted;

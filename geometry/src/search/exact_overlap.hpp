@@ -15,7 +15,7 @@ struct LeastOverlap {
   int iterations = 0;
 };
 
-/// `start`: where the search found that the solids share a point. Allocates nothing; about 415 kB
+/// `start`: where the search found that the solids share a point. Allocates nothing; about 447 kB
 /// of stack. Method: geometry/README.md, "Least overlap, exactly".
 LeastOverlap exact_overlap(const Solid& p, const Solid& q, const ActiveFeatures& start);
 

@@ -1,6 +1,7 @@
 #include "search/face_face.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "certify/canonical_order.hpp"
 #include "certify/feature_normal.hpp"
@@ -40,24 +41,21 @@ bool look_at_each_other(const Solid& a, const Solid& b, const FacePair& faces) {
 }
 
 /// Does a face around `face` look at the other solid, too?
-bool others_look(const Solid& solid, int face, const Vector3& outward) {
-  const Topology& topology = solid.topology();
-  double most = -1.0;
-  for (const int f : topology.face_neighbours(face)) {
-    most = greater(most, along(solid.face_normal(f), outward));
-  }
-  if (!topology.three_faces_at_vertices()) {
-    for (const int v : topology.face(face)) {
-      for (const int f : topology.vertex_faces(v)) {
-        if (f != face) most = greater(most, along(solid.face_normal(f), outward));
-      }
+bool others_look(const Topology& topology, int face, const LooksAlong& looks) {
+  const std::span<const int> beside = topology.face_neighbours(face);
+  if (std::any_of(beside.begin(), beside.end(), looks)) return true;
+  if (topology.three_faces_at_vertices()) return false;
+  for (const int v : topology.face(face)) {
+    for (const int f : topology.vertex_faces(v)) {
+      if (f != face && looks(f)) return true;
     }
   }
-  return most >= kFacingCosine;
+  return false;
 }
 
 bool stands_alone(const Solid& solid, int face, const Vector3& outward) {
-  return looks_along(solid, face, outward) && !others_look(solid, face, outward);
+  const LooksAlong looks(solid, outward);
+  return looks(face) && !others_look(solid.topology(), face, looks);
 }
 
 /// A face as a hint names it: with its first vertices, ascending.
@@ -142,8 +140,13 @@ class FlushFaces {
 
 }  // namespace
 
-bool looks_along(const Solid& solid, int face, const Vector3& outward) {
-  return along(solid.face_normal(face), outward) >= kFacingCosine;
+bool LooksAlong::operator()(int face) const {
+  constexpr double kNear = 1e-9;  // a rotation and its products are right to a few eps
+  if (solid_.turned() != nullptr && solid_.turned()->is_rigid()) {
+    const double beyond = dot(Vec3(solid_.shape().face_normal(face)), local_) - kFacingCosine;
+    if (std::abs(beyond) > kNear) return beyond > 0.0;
+  }
+  return along(solid_.face_normal(face), outward_) >= kFacingCosine;
 }
 
 bool faces_alone(const Solid& p, const Solid& q, const ContactPolygon& part, double band) {

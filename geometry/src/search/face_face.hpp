@@ -10,8 +10,20 @@
 
 namespace quoin::geometry {
 
-/// Does a face look at the other solid? One steeper than 30 degrees does not.
-bool looks_along(const Solid& solid, int face, const Vector3& outward);
+/// Which faces of a solid look at the other one: none that is steeper than 30 degrees. The
+/// direction is turned into the shape's frame once; only what lies near the limit there is asked as
+/// placed.
+class LooksAlong {
+ public:
+  LooksAlong(const Solid& solid, const Vector3& outward)
+      : solid_(solid), outward_(outward), local_(solid.turned_back(outward)) {}
+  bool operator()(int face) const;
+
+ private:
+  const Solid& solid_;
+  const Vector3& outward_;
+  Vec3 local_;
+};
 
 /// Are two whole faces all there is within the band?
 bool faces_alone(const Solid& p, const Solid& q, const ContactPolygon& part, double band);

@@ -456,17 +456,15 @@ class FlushLanes {
   }
   /// As proves_shallow.
   Flags shallow() const {
-    const Lanes one = all(1.0);
     const Lanes depth = negated(gap_) * all(1.0 + kAloneShare) + all(kAlone) * rounding_;
     const Vector mean_p = frame_p_.turn(Vector::of(in_.p.mean[0]) - base_p_) + origin_p_;
     const Vector mean_q = frame_q_.turn(Vector::of(in_.q.mean[0]) - base_q_) + origin_q_;
     const Vector inner = mean_q - mean_p;
-    const Lanes down = inner.dot(normal_), ratio = depth / margin_;
+    const Lanes down = inner.dot(normal_), below = down - depth;
     const Vector beside = inner - normal_ * down;
-    const Lanes aside = beside.dot(beside).root(), squared = ratio * ratio;
-    const Lanes left = (one - squared) * down - all(2.0) * ratio * aside;
-    const Lanes right = depth * (one + squared);
-    return reaches(down, depth) & reaches(margin_, depth) & reaches(left, right);
+    const Lanes aside = beside.dot(beside);
+    const Lanes needed = depth * (aside.root() + (aside + below * (down + depth)).root()) / below;
+    return all(0.0).below(below) & reaches(margin_, needed);
   }
 
   /// Are the corners the contact points as they are: of pairs within reach.

@@ -102,39 +102,50 @@ double gap_along(const Solid& a, const Solid& b, const Vector3& direction) {
   return direction.dot(b.vertex(both.q.vertex) - a.vertex(both.p.vertex));
 }
 
+/// The corner where two faces of bricks come nearest, of which `faces` is what they share.
+bool faces_answer(const CanonicalPair& pair, const FacingFaces& faces, SharedWidth least,
+                  Quick& quick, NearestFeatures& answer) {
+  return lowest_corner(pair, faces, answer) ||
+         proved_answer(pair, quick, answer, [&](Optimum& optimum) {
+           return touching_faces(pair.p, pair.q, pair.length, faces, least, optimum);
+         });
+}
+
 /// Bricks that touch, from what the directions of their faces and edges have shown.
-[[gnu::noinline]] bool touching_answer(const CanonicalPair& pair, Quick& quick,
+[[gnu::noinline]] bool touching_answer(const CanonicalPair& pair, Quick& quick, FacingFaces& faces,
                                        NearestFeatures& answer) {
-  return proved_answer(pair, quick, answer, [&](Optimum& optimum) {
-    if (quick.middle) return middle_plane(pair, *quick.middle, optimum);
-    if (!quick.facing) return false;
-    const Vector3& across = *quick.facing;
-    return touching_edges(pair.p, pair.q, pair.length, across, optimum) ||
-           touching_faces(pair.p, pair.q, pair.length, across, SharedWidth::Any, optimum);
-  });
+  if (!quick.middle && !quick.facing) return false;
+  const auto by_edges = [&](Optimum& optimum) {
+    return quick.middle ? middle_plane(pair, *quick.middle, optimum)
+                        : touching_edges(pair.p, pair.q, pair.length, *quick.facing, optimum);
+  };
+  if (proved_answer(pair, quick, answer, by_edges)) return true;
+  const auto& [p, q, reversed, length] = pair;
+  return !quick.middle && faces.find(p, q, *quick.facing, kTouchingOpposite, length.rounding) &&
+         faces_answer(pair, faces, SharedWidth::Any, quick, answer);
 }
 
 /// Two bricks, by box SAT; `quick.searched` where it has found the least overlap.
-bool brick_answer(const CanonicalPair& pair, Quick& quick, NearestFeatures& answer) {
+bool brick_answer(const CanonicalPair& pair, Quick& quick, FacingFaces& faces,
+                  NearestFeatures& answer) {
   quick.parted = true;
   if (part_bricks(pair, quick)) return overlapping_answer(pair, quick, answer);
-  return touching_answer(pair, quick, answer);
+  return touching_answer(pair, quick, faces, answer);
 }
 
-/// Bricks that touch, within noise, along last step's normal: what they touch with changes with the
-/// noise, but not the faces or edges that it belongs to.
+/// Bricks that touch, within noise, or overlap along last step's normal: what they touch with
+/// changes with the noise, but not the faces or edges that it belongs to.
 bool touched_answer(const Solid& a, const Solid& b, const Lengths& length, const FeatureHint& hint,
                     Quick& quick, NearestFeatures& answer) {
-  if (!(std::abs(gap_along(a, b, hint.normal)) <=
-        kTouchingTilt * std::min(a.diameter(), b.diameter()))) {
+  if (!(gap_along(a, b, hint.normal) <= kTouchingTilt * std::min(a.diameter(), b.diameter()))) {
     return false;
   }
   const CanonicalPair pair = ordered(a, b, length);
   const Vector3 across = pair.reversed ? Vector3(-hint.normal) : hint.normal;
-  const auto wide_faces = [&](Optimum& optimum) {
-    return touching_faces(pair.p, pair.q, length, across, SharedWidth::Wide, optimum);
-  };
-  return proved_answer(pair, quick, answer, wide_faces) || brick_answer(pair, quick, answer);
+  FacingFaces faces;
+  return (faces.find(pair.p, pair.q, across, kParallelOpposite, length.rounding) &&
+          faces_answer(pair, faces, SharedWidth::Wide, quick, answer)) ||
+         brick_answer(pair, quick, faces, answer);
 }
 
 }  // namespace
@@ -157,7 +168,10 @@ bool searched_answer(const Solid& a, const Solid& b, const Lengths& length, cons
   if (bricks && hinted && touched_answer(a, b, length, hint, quick, answer)) return true;
   if (quick.searched) return false;
   if (hinted && corner_answer(a, b, length, quick.iterations, answer)) return true;
-  if (bricks && !quick.parted && brick_answer(ordered(a, b, length), quick, answer)) return true;
+  if (bricks && !quick.parted) {
+    FacingFaces faces;
+    if (brick_answer(ordered(a, b, length), quick, faces, answer)) return true;
+  }
   if (quick.searched) return false;
   const SearchResult found = nearest_feature_search(a, b, b.vertex_mean() - a.vertex_mean(),
                                                     kSearchShare * length.rounding);

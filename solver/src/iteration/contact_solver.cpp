@@ -8,17 +8,18 @@ namespace {
 
 // Open-close iterations on one problem before it counts as unsolved. All rows of validate are
 // solved in 80, all but 6 of the 176 000 problems of `quoin stability --quick` in 400, and five of
-// these not at all. With 100 a wall shaken in its plane went over to yielding contacts, and gained
-// 2e-3 of its energy, where the open-close iteration solves all.
+// these not at all. With 150 seven deformable walls there go over to yielding contacts, and gain
+// energy, that the open-close iteration solves, and so does a rigid one shaken in its plane.
 constexpr int kPatience = 400;
 // Attempts in a row that were not solved, a whole and a half step, before the proximal Newton
-// method takes over from the whole one: walls near their limit load, which gain energy where
-// contacts yield, are solved in half steps.
+// method takes over from the whole one, whatever it leaves: walls near their limit load are solved
+// in half steps.
 constexpr int kFailures = 2;
-// Likewise in a loose island, whose next attempt is the proximal Newton method's,
+// Like kPatience in a loose island, whose next attempt is the proximal Newton method's,
 constexpr int kQuick = 30;
-// and where that method has left gaps or gained energy: a pile of 64 takes 50 factorizations a step
-// with these, 79 with kPatience for this one, 146 without a loose stage.
+// and where something else has failed before: of an attempt by that method that left gaps or gained
+// energy. A pile of 64 takes 50 factorizations a step with these, 79 with kPatience for this one,
+// 146 without a loose stage.
 constexpr int kLastTry = 100;
 // Resultants of the joints by the six balances of each block, up to which an island is loose. A
 // tower has 1 while all of it sticks, walls 1.6, the piles of bench/problems 0.7 in the mean. With
@@ -74,15 +75,18 @@ OpenCloseResult ContactSolver::iterate(const StepOptions& options, const BlockEq
   if (yielding_) {
     return moving_contacts_.solve(blocks.base, blocks.force, contacts, tuning, increment);
   }
-  if (automatic_) {
-    const bool first = loose_ == Try::None && hard_ == Try::None;
-    const bool quick = first && ConeProblem::suits(contacts) && is_loose(contacts);
-    const bool last = loose_ == Try::Failed && hard_ == Try::None;
-    const int patience = quick ? kQuick : last ? kLastTry : kPatience;
-    tuning.max_iterations = std::min(patience, tuning.max_iterations);
-    quick_ = quick_ || quick;
-  }
+  if (automatic_) tuning.max_iterations = std::min(patience(contacts), tuning.max_iterations);
   return open_close_.solve(blocks.base, blocks.force, contacts, tuning, increment);
+}
+
+/// Iterations of the open-close iteration on this problem, at most.
+int ContactSolver::patience(std::span<const LinearContact> contacts) {
+  const bool again = checked_ == Try::Failed && failures_ == 0;  // what did not end in kPatience
+  if (hard_ != Try::None || again || (loose_ && checked_ == Try::Failed)) return kLastTry;
+  if (checked_ != Try::None || !ConeProblem::suits(contacts)) return kPatience;
+  can_check_ = true;
+  loose_ = is_loose(contacts);
+  return loose_ ? kQuick : kPatience;
 }
 
 void ContactSolver::begin() {
@@ -90,15 +94,19 @@ void ContactSolver::begin() {
   move_on();
 }
 
-void ContactSolver::move_on() { loose_ = hard_ = Try::None; }
+void ContactSolver::move_on() {
+  checked_ = hard_ = Try::None;
+  loose_ = false;
+}
 
 void ContactSolver::start(int crowd) {
-  quick_ = false;
+  can_check_ = false;
   sub_steps_left_ = crowd % kStages;
   stage_ = static_cast<Stage>(crowd / kStages);
+  loose_ = loose_ || stage_ == Stage::Checked;
   if (failures_ == kFailures) stage_ = Stage::Crowd;
-  if (stage_ == Stage::OpenClose && loose_ == Try::Now) stage_ = Stage::Loose;
-  if (stage_ == Stage::Loose && loose_ == Try::Failed) stage_ = Stage::OpenClose;
+  if (stage_ == Stage::OpenClose && checked_ == Try::Now) stage_ = Stage::Checked;
+  if (stage_ == Stage::Checked && checked_ == Try::Failed) stage_ = Stage::OpenClose;
   if (stage_ == Stage::Crowd && hard_ == Try::Now) stage_ = Stage::OpenClose;
 }
 
@@ -106,9 +114,9 @@ bool ContactSolver::try_another(const AttemptOutcome& outcome) {
   if (!automatic_) return false;
   const bool gained = yielding_ && outcome.gains > outcome.allowed;
   switch (stage_) {
-    case Stage::Loose:
+    case Stage::Checked:
       if (outcome.solved && !gained && (outcome.closed || !yielding_)) return false;
-      loose_ = Try::Failed;
+      checked_ = Try::Failed;
       return true;
     case Stage::Crowd:
       if (!outcome.solved || !gained || hard_ != Try::None || sub_steps_left_ > 0) return false;
@@ -120,8 +128,8 @@ bool ContactSolver::try_another(const AttemptOutcome& outcome) {
         hard_ = Try::Failed;
         return true;
       }
-      if (loose_ == Try::Failed || !quick_) return false;
-      loose_ = Try::Now;
+      if (checked_ == Try::Failed || !can_check_) return false;
+      checked_ = Try::Now;
       return true;
   }
   return false;
@@ -134,7 +142,8 @@ int ContactSolver::crowd() const {
   if (stage_ == Stage::Crowd || hard_ == Try::Now) {
     return code(Stage::Crowd) + std::max(0, sub_steps_left_ - 1);
   }
-  return stage_ == Stage::Loose || loose_ == Try::Failed ? code(Stage::Loose) : 0;
+  if (stage_ == Stage::Checked) return code(loose_ ? Stage::Checked : Stage::Crowd);
+  return loose_ && checked_ == Try::Failed ? code(Stage::Checked) : 0;
 }
 
 bool ContactSolver::note(bool solved) {

@@ -65,21 +65,23 @@ class ContactSolver {
   /// Of Automatic: who has the attempt.
   enum class Stage {
     OpenClose,
-    Loose,  ///< the proximal Newton method, as long as no gaps are left and no energy is gained
-    Crowd   ///< the same, whatever is left
+    Checked,  ///< the proximal Newton method, as long as no gaps are left and no energy is gained
+    Crowd     ///< the same, whatever is left
   };
   /// Of a stage that is not the first to have the sub-step.
   enum class Try { None, Now, Failed };
   bool is_loose(std::span<const LinearContact> contacts) const;
+  int patience(std::span<const LinearContact> contacts);
 
   const Slots* slots_;
   OpenClose open_close_;
   MovingContacts moving_contacts_;
   Stage stage_ = Stage::OpenClose;
-  Try loose_ = Try::None;   ///< the loose stage, where it is not the first
-  Try hard_ = Try::None;    ///< the open-close iteration, of a crowd that gained energy
-  int sub_steps_left_ = 0;  ///< without a hard try
-  bool quick_ = false;      ///< the open-close iteration gives a problem of this attempt up soon
+  Try checked_ = Try::None;  ///< the checked stage, where it is not the first
+  Try hard_ = Try::None;     ///< the open-close iteration, of a crowd that gained energy
+  int sub_steps_left_ = 0;   ///< without a hard try
+  bool loose_ = false;       ///< the island of this sub-step
+  bool can_check_ = false;   ///< the checked stage may have this attempt
   bool automatic_ = false;
   bool yielding_ = false;
   int failures_ = 0;  ///< attempts in a row that were not solved

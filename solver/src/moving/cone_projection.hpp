@@ -14,10 +14,10 @@ namespace quoin::solver {
 /// Newton's method with an exact search along each step.
 class ConeProjection {
  public:
-  /// `apart`: u as the blocks are with x, all that they start with counted. `stiffness`: r, of each
-  /// contact's own Delassus block. `limit.residual`: of the forces, by the largest.
+  /// `apart`: u as the blocks are with x, all that they start with counted. `guess`: where
+  /// to start. `limit.residual`: of the forces, by the largest.
   IterationCount solve(ConeProblem& problem, std::span<const Vector3> x,
-                       std::span<const Vector3> apart, double stiffness,
+                       std::span<const Vector3> apart, const AddedForces& guess,
                        const IterationLimit& limit);
   /// x - r y by contact, of which the forces are the projection.
   std::span<const Vector3> trials() const { return trial_; }
@@ -30,7 +30,6 @@ class ConeProjection {
   double find_share() const;
 
   std::span<const Vector3> x_;
-  double stiffness_ = 0.0;
   std::vector<Vector3> start_, moved_, change_;  ///< y of x, A D since, and the forces of that
   std::vector<Vector3> next_moved_, next_change_;
   std::vector<Vector3> trial_;

@@ -30,6 +30,14 @@ void GapProjection::start(const ConeProblem& problem, std::span<const Vector3> x
   multiplier_ = borne_;
 }
 
+void GapProjection::start_from(const AddedForces& guess) {
+  if (guess.x.empty()) return;
+  forces_.assign(guess.x.begin(), guess.x.end());
+  moved_.assign(guess.motion.begin(), guess.motion.end());
+  update_multipliers();
+  next_forces_ = forces_;
+}
+
 bool GapProjection::pressed(std::size_t contact) const {
   return kStiff * (gap_[contact][0] + moved_[contact][0]) < multiplier_[contact];
 }
@@ -38,7 +46,8 @@ bool GapProjection::pressed(std::size_t contact) const {
 double GapProjection::largest_stretch(const ConeProblem& problem) const {
   double most = 0.0;
   for (std::size_t i = 0; i < gap_.size(); ++i) {
-    if (sticks_[i]) most = std::max(most, problem.motion(i, gap_[i]).tail<2>().norm());
+    if (!sticks_[i]) continue;
+    most = std::max(most, problem.motion(i, gap_[i] + moved_[i]).tail<2>().norm());
   }
   return most;
 }
@@ -109,9 +118,11 @@ void GapProjection::take_step() {
 
 IterationCount GapProjection::solve(ConeProblem& problem, std::span<const Vector3> x,
                                     std::span<const ContactMode> modes,
-                                    std::span<const Vector3> motion, const IterationLimit& limit) {
+                                    std::span<const Vector3> motion, const AddedForces& guess,
+                                    const IterationLimit& limit) {
   IterationCount count;
   start(problem, x, modes, motion);
+  start_from(guess);
   bool apart = std::max(largest_gap(problem), largest_stretch(problem)) > limit.residual;
   while (apart && count.iterations < limit.iterations) {
     ++count.iterations;

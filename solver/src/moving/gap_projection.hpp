@@ -14,17 +14,18 @@ namespace quoin::solver {
 /// convex: Newton's method with an exact search along each step.
 class GapProjection {
  public:
-  /// `motion`: A D + c of `x`, whose `modes` they are. Ends where gaps are within `limit.residual`,
-  /// m.
+  /// `motion`: A D + c of `x`, whose `modes` they are. `guess`: where to start. Ends where gaps are
+  /// within `limit.residual`, m.
   IterationCount solve(ConeProblem& problem, std::span<const Vector3> x,
                        std::span<const ContactMode> modes, std::span<const Vector3> motion,
-                       const IterationLimit& limit);
+                       const AddedForces& guess, const IterationLimit& limit);
   /// By contact, to be added to x.
   std::span<const Vector3> forces() const { return forces_; }
 
  private:
   void start(const ConeProblem& problem, std::span<const Vector3> x,
              std::span<const ContactMode> modes, std::span<const Vector3> motion);
+  void start_from(const AddedForces& guess);
   bool pressed(std::size_t contact) const;
   double largest_stretch(const ConeProblem& problem) const;
   double largest_gap(const ConeProblem& problem) const;

@@ -42,10 +42,15 @@ class MovingContacts {
   ConeProjection cone_projection_;
   GapProjection projection_;
   std::vector<ContactMode> modes_;
+  AddedForces guess(std::span<const Vector3> added);
+
   std::vector<Vector3> x_, bar_, motion_;
-  std::vector<Vector3> bar_force_;  ///< N, by contact
-  double softness_ = 0.0;           ///< 0: contacts of this step do not yield
-  int iterations_left_ = 0;         ///< of this solve()
+  std::vector<Vector3> added_, moved_;  ///< memory of guess()
+  // By contact, N, of the last linearisation; empty: it had none.
+  std::vector<Vector3> bar_force_, stiffened_, closed_;
+  double softness_ = 0.0;    ///< 0: contacts of this step do not yield
+  bool yielded_ = false;     ///< contacts of the last positions did
+  int iterations_left_ = 0;  ///< of this solve()
 };
 
 }  // namespace quoin::solver

@@ -14,6 +14,11 @@ struct IterationCount {
   double residual = 0.0;
 };
 
+/// Forces that are added to those of the contacts, and A D of them; empty: none.
+struct AddedForces {
+  std::span<const Vector3> x, motion;
+};
+
 struct IterationLimit {
   double residual = 1e-8;
   int iterations = 50;

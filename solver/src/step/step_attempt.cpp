@@ -23,8 +23,13 @@ constexpr int kQuickLinearisations = 4;
 constexpr double kLooseAgreement = 1e-4;  // contacts that go to and fro are left, but for
 constexpr int kMostLinearisations = 12;   // so many passes where the blocks end with overlaps
 constexpr double kUnforeseen = 3e-7;      // beyond what the last one says
-constexpr double kOpened = 10.0;          // of the gap tolerance: closed contacts are good to one
-constexpr double kClosed = 1e4;           // likewise: where contacts yield they are good to so much
+// Gaps that are mended apart keep linearisations from agreeing. Where one changes blocks by less
+// than
+constexpr double kMended = 1e-5;    // of the smallest, forces are held, and the blocks follow them
+constexpr int kMostFollowing = 4;   // times, at most, as long as gaps change by no more than
+constexpr double kFollowed = 1e-7;  // a fifth of what they may be.
+constexpr double kOpened = 10.0;    // of the gap tolerance: closed contacts are good to one
+constexpr double kClosed = 1e4;     // likewise: where contacts yield they are good to so much
 
 void by_slot(const Slots& slots, const BlockVector& blocks, BlockVector& by_slot) {
   by_slot.resize(slots.block_of_slot.size());
@@ -75,18 +80,74 @@ double unforeseen_overlap(const StepPoses& poses, std::span<const BodyContact> c
   return largest;
 }
 
+/// The blocks follow the contacts' forces as they are: nothing is solved. Largest motion that
+/// changes, m.
+double follow_forces(const SubStep& step, std::span<LinearContact> contacts,
+                     AttemptMemory& memory) {
+  const SquareBlocks& compliance = memory.terms.compliance;
+  BlockVector &pushed = memory.pushed, &increment = memory.followed;
+  pushed = memory.terms.force;
+  for (const LinearContact& c : contacts) {
+    if (c.slot_a >= 0) pushed[index(c.slot_a)] += c.jacobian_a.push(c.force);
+    if (c.slot_b >= 0) pushed[index(c.slot_b)] += c.jacobian_b.push(c.force);
+  }
+  double change = 0.0;
+  for (std::size_t s = 0; s < increment.size(); ++s) {
+    Vector12 next = Vector12::Zero();
+    next.head(compliance.width()) = compliance[s] * pushed[s].head(compliance.width());
+    change = std::max(change, motion_of(next - increment[s], step.island.slots.length[s]));
+    increment[s] = next;
+  }
+  for (LinearContact& c : contacts) {
+    c.relative = c.offset;
+    if (c.slot_a >= 0) c.relative += c.jacobian_a * increment[index(c.slot_a)];
+    if (c.slot_b >= 0) c.relative += c.jacobian_b * increment[index(c.slot_b)];
+  }
+  return change;
+}
+
+/// Contact forces are held, and linearisations repeated until these agree: so momentum is kept.
+/// False, and the blocks where they were, where that changes gaps.
+bool settle(const SubStep& step, std::span<const BodyContact> contacts, AttemptMemory& memory,
+            StepPoses& poses, std::span<LinearContact> linear) {
+  const double size = step.island.smallest_size;
+  memory.followed = memory.increment;
+  for (int pass = 0; pass < kMostFollowing; ++pass) {
+    set_force(step, poses, memory.terms);
+    linearise(step, memory.terms, poses, contacts, linear);
+    const double change = follow_forces(step, linear, memory);
+    by_block(step.island.slots, memory.followed, poses.increment);
+    set_end(step, poses);
+    measure_slips(poses, contacts, linear);
+    if (!(change <= kFollowed * size)) break;
+    if (change <= kAgreement * size) return true;
+  }
+  by_block(step.island.slots, memory.increment, poses.increment);
+  set_end(step, poses);
+  return false;
+}
+
 /// Whether what the last linearisation came to is as good for the next one.
 bool agrees(int pass, const OpenCloseOptions& tuning, double change) {
   return change <= (pass < kStrictLinearisations ? tuning.gap_rounding : tuning.gap_tolerance);
 }
 
-/// Likewise where contacts yield; `overlap`: unforeseen_overlap().
-template <class Overlap>
-bool nearly_agrees(const SubStep& step, int pass, double change, const Overlap& overlap) {
-  const double size = step.island.smallest_size;
+/// A linearisation of an attempt, and what it came to.
+struct Pass {
+  int number = 0;
+  const OpenCloseResult& solved;
+};
+
+/// Likewise where contacts yield.
+bool nearly_agrees(const SubStep& step, const Pass& pass, std::span<const BodyContact> contacts,
+                   AttemptMemory& memory, StepPoses& poses, std::span<LinearContact> linear) {
+  const double size = step.island.smallest_size, change = pass.solved.change;
   if (change <= kAgreement * size) return true;
-  if (pass < kQuickLinearisations || change > kLooseAgreement * size) return false;
-  return pass >= kMostLinearisations || overlap() <= kUnforeseen * size;
+  if (change > kLooseAgreement * size) return false;
+  const bool foreseen = unforeseen_overlap(poses, contacts, linear) <= kUnforeseen * size;
+  const bool mended = pass.solved.closed && foreseen && change <= kMended * size;
+  if (mended && settle(step, contacts, memory, poses, linear)) return true;
+  return pass.number >= (foreseen ? kQuickLinearisations : kMostLinearisations);
 }
 
 /// Linearise, solve, and again from where it ended, until the solution satisfies its own
@@ -124,10 +185,10 @@ OpenCloseResult solve_positions(const SubStep& step, std::span<const BodyContact
     total.closed = solved.closed;  // of the last linearisation
     if (!solved.converged) break;
     change = solved.change;
-    const auto overlap = [&] { return unforeseen_overlap(poses, contacts, linear); };
-    const bool agreed = memory.solver.yielding()
-                            ? !tuning.rough && nearly_agrees(step, pass, change, overlap)
-                            : agrees(pass, tuning, change);
+    const bool agreed =
+        memory.solver.yielding()
+            ? !tuning.rough && nearly_agrees(step, {pass, solved}, contacts, memory, poses, linear)
+            : agrees(pass, tuning, change);
     if (agreed) break;
     total.converged = false;  // until the next linearisation agrees
   }

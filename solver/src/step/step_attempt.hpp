@@ -51,6 +51,7 @@ struct AttemptMemory {
   AttemptMemory(const Slots& slots, StepWatch* watch) : solver(slots, watch) {}
   BlockTerms terms;
   BlockVector increment;           ///< by slot
+  BlockVector followed, pushed;    ///< likewise, where blocks follow forces that are held
   std::vector<Vector3> moved;      ///< by contact
   std::vector<char> expected_hit;  ///< by slot
   ImpactMemory impact;
