@@ -24,7 +24,7 @@ constexpr double kFlatSlope = 0.1;   // of that at the start of the step: the Ne
 constexpr double kEnoughFall = 0.5;  // of what the tangent promises the squared residual to fall by
 // Damping of sliding contacts, once a search has failed. With 1 a block that all its contacts let
 // slide moves by the sum of their forces over that of their stiffness: about the way from one end
-// of their cones to the other.
+// of their cones to the other. Chosen on the static walls of bench/large.md.
 constexpr double kDamping = 1.0;
 constexpr double kDamper = 4.0;         // after a step of which little was taken; all of it: less
 constexpr double kMostDamping = 10.0;   // no step is tried again
@@ -53,8 +53,9 @@ void ContactNewton::evaluate(Law law, double softness) {
 
 /// A block that slides on all its contacts, some this way and some that, has forces that do not
 /// hang on where it is: Newton's step takes it past where any of them sticks again. Further
-/// stiffness of its sliding contacts shortens the step of that block; it goes with the residual, so
-/// that convergence stays quadratic. [Yamashita & Fukushima 2001]
+/// stiffness of its sliding contacts shortens the step of that block. It goes with the residual, so
+/// that none is left at the solution; [Yamashita & Fukushima 2001] let the parameter of the
+/// Levenberg-Marquardt method go with its square.
 double ContactNewton::damping(const LinearContact& c) const {
   if (damping_ == 0.0) return 0.0;
   const double residual =
@@ -62,10 +63,9 @@ double ContactNewton::damping(const LinearContact& c) const {
   return std::min(1.0, damping_ * residual);
 }
 
-/// Where the last search has failed: back to where it began, for a step that is damped more. Rigid
-/// blocks alone: a deformable arch that falls took 128 solves a step with it, 40 without.
+/// Where the last search has failed: back to where it began, for a step that is damped more.
 bool ContactNewton::step_back(double softness) {
-  if (found_ || !equations_.rigid() || damping_ >= kMostDamping) return false;
+  if (found_ || damping_ >= kMostDamping) return false;
   damping_ = std::max(kDamping, kDamper * damping_);
   std::swap(change_, trial_);
   evaluate(Law::True, softness);
@@ -220,12 +220,12 @@ void ContactNewton::search_slope(Law law, double softness) {
   }
 }
 
-Relaxed ContactNewton::relax(double tolerance, double softness, int most_iterations,
-                             NewtonCount& count) {
+Relaxed ContactNewton::relax(const RelaxOptions& options, NewtonCount& count) {
+  const double tolerance = options.tolerance, softness = options.softness;
   double reached = std::numeric_limits<double>::infinity();
   int waited = 0;
   damping_ = 0.0;
-  for (int i = 0; i < kMostSteps && count.iterations < most_iterations; ++i) {
+  for (int i = 0; i < kMostSteps && count.iterations < options.most_iterations; ++i) {
     const double residual = equations_.relative_residual();
     if (residual <= tolerance) return Relaxed::ToTolerance;
     if (residual <= kProgress * reached) {
@@ -238,7 +238,7 @@ Relaxed ContactNewton::relax(double tolerance, double softness, int most_iterati
     do {
       ++count.iterations;
       if (!step(Law::True, softness, count)) return Relaxed::No;
-    } while (count.iterations < most_iterations && step_back(softness));
+    } while (options.damped && count.iterations < options.most_iterations && step_back(softness));
     adapt_damping();
   }
   const bool solved = equations_.relative_residual() <= tolerance;
