@@ -273,9 +273,9 @@ TEST_CASE("A deformable tower that leans and an arch stand after a static analys
 
 namespace {
 
-/// Bricks of 0.8 x 0.3 x 0.25 m in running bond, half bricks at the ends of every other course.
-Scene soft_wall(double length, int courses, double poisson) {
-  const Material soft{.density = 2400, .young = 1e9, .poisson = poisson};
+/// Bricks of 0.8 x 0.3 x 0.25 m in running bond, half bricks at the ends of every other course;
+/// rigid where `brick` has no modulus.
+Scene wall(double length, int courses, const Material& brick) {
   Scene scene;
   scene.joint.friction_angle = 35.0 * kDegree;
   scene.add_fixed(geometry::make_box({-0.5, -1, -0.3}, {length + 0.5, 1.3, 0}));
@@ -284,7 +284,8 @@ Scene soft_wall(double length, int courses, double poisson) {
     double left = 0.0;
     for (double right = course % 2 == 0 ? 0.8 : 0.4; left < length - 1e-9; right += 0.8) {
       right = std::min(right, length);
-      scene.add_block(geometry::make_box({left, 0, low}, {right, 0.3, low + 0.25}), soft);
+      const auto shape = geometry::make_box({left, 0, low}, {right, 0.3, low + 0.25});
+      brick.young > 0.0 ? scene.add_block(shape, brick) : scene.add_rigid(shape, brick);
       left = right;
     }
   }
@@ -296,9 +297,21 @@ Scene soft_wall(double length, int courses, double poisson) {
 // At this tolerance Newton's residual ends above it, in the rounding of stiffness times change: 230
 // solves, 3156 where that counts as a failure.
 TEST_CASE("A deformable wall whose residual is rounding comes to rest without detours") {
-  Simulation simulation(soft_wall(4.0, 6, 0.25),
+  const Material soft{.density = 2400, .young = 1e9, .poisson = 0.25};
+  Simulation simulation(wall(4.0, 6, soft),
                         {.time_step = 1e-3, .analysis = Analysis::Static, .tolerance = 1e-12});
   const Found found = search(simulation);
   CHECK(found.verdict == StaticVerdict::Rest);
   CHECK(found.solves <= 500);
+}
+
+// Bricks of the top course slide on the two below, that part under them, in opposite directions:
+// nothing but the ends of these slides holds them. 23 solves, 73 where Newton's step is not damped
+// there.
+TEST_CASE("A wall whose top bricks slide both ways comes to rest without softer contacts") {
+  Simulation simulation(wall(20.0, 40, {.density = 2400}),
+                        {.time_step = 1e-3, .analysis = Analysis::Static});
+  const Found found = search(simulation);
+  CHECK(found.verdict == StaticVerdict::Rest);
+  CHECK(found.solves <= 40);
 }

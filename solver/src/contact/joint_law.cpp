@@ -176,7 +176,8 @@ Matrix3 tangent(const LinearContact& c, const TangentOptions& options) {
   if (!(size > 0.0)) return result;
   const Eigen::Vector2d along = trial / size;
   result.bottomRightCorner<2, 2>() =
-      (shear * c.bound / size) * (Eigen::Matrix2d::Identity() - along * along.transpose());
+      (shear * c.bound / size) * (Eigen::Matrix2d::Identity() - along * along.transpose()) +
+      (shear * options.damping) * Eigen::Matrix2d::Identity();
   if (follows) result.bottomLeftCorner<2, 1>() = c.friction * normal * along;
   return result;
 }

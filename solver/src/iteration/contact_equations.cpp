@@ -186,6 +186,13 @@ double ContactEquations::worst_residual(std::span<const double> floor) const {
   return worst;
 }
 
+double ContactEquations::relative_residual(int slot) const {
+  if (slot < 0) return 0.0;
+  const std::size_t s = index(slot);
+  const double size = force_size(residual_[s], slots_->length[s]) - floor_[s];
+  return std::max(0.0, size) / std::max(scale_[s], kNoForce);
+}
+
 bool ContactEquations::balanced(std::size_t slot, double tolerance) const {
   return force_size(residual_[slot], slots_->length[slot]) - floor_[slot] <=
          tolerance * scale_[slot];

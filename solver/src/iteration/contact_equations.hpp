@@ -42,6 +42,8 @@ class ContactEquations {
   const BlockVector& residual() const { return residual_; }  ///< by slot
   /// The largest residual by the forces at its block, less what rounding makes of it.
   double relative_residual() const { return worst_residual(floor_); }
+  /// Of one block; of a side without unknowns (slot -1) 0.
+  double relative_residual(int slot) const;
   /// The same, less what rounding of `change`, which was evaluated, makes of it, too.
   double residual_beyond_rounding(const BlockSystem& base, std::span<const LinearContact> contacts,
                                   const BlockVector& change, double softness) const;

@@ -22,6 +22,14 @@ constexpr int kMostBisections = 30;
 constexpr int kMostHalvings = 8;
 constexpr double kFlatSlope = 0.1;   // of that at the start of the step: the Newton step is as good
 constexpr double kEnoughFall = 0.5;  // of what the tangent promises the squared residual to fall by
+// Damping of sliding contacts, once a search has failed. With 1 a block that all its contacts let
+// slide moves by the sum of their forces over that of their stiffness: about the way from one end
+// of their cones to the other. Chosen on the static walls of bench/large.md.
+constexpr double kDamping = 1.0;
+constexpr double kDamper = 4.0;         // after a step of which little was taken; all of it: less
+constexpr double kMostDamping = 10.0;   // no step is tried again
+constexpr double kLeastDamping = 1e-3;  // less is none
+constexpr double kLittle = 0.25;        // of a step
 
 bool is_symmetric(const Matrix3& matrix) { return matrix(1, 0) == 0.0 && matrix(2, 0) == 0.0; }
 
@@ -43,15 +51,44 @@ void ContactNewton::evaluate(Law law, double softness) {
   equations_.evaluate(*base_, contacts_, change_, law, softness);
 }
 
+/// A block that slides on all its contacts, some this way and some that, has forces that do not
+/// hang on where it is: Newton's step takes it past where any of them sticks again. Further
+/// stiffness of its sliding contacts shortens the step of that block. It goes with the residual, so
+/// that none is left at the solution; [Yamashita & Fukushima 2001] let the parameter of the
+/// Levenberg-Marquardt method go with its square.
+double ContactNewton::damping(const LinearContact& c) const {
+  if (damping_ == 0.0) return 0.0;
+  const double residual =
+      std::max(equations_.relative_residual(c.slot_a), equations_.relative_residual(c.slot_b));
+  return std::min(1.0, damping_ * residual);
+}
+
+/// Where the last search has failed: back to where it began, for a step that is damped more.
+bool ContactNewton::step_back(double softness) {
+  if (found_ || damping_ >= kMostDamping) return false;
+  damping_ = std::max(kDamping, kDamper * damping_);
+  std::swap(change_, trial_);
+  evaluate(Law::True, softness);
+  return true;
+}
+
+void ContactNewton::adapt_damping() {
+  if (share_ < kLittle && damping_ < kMostDamping) damping_ *= kDamper;
+  if (share_ == 1.0) damping_ /= kDamper;
+  if (damping_ < kLeastDamping) damping_ = 0.0;
+}
+
 bool ContactNewton::same_tangent(Law law, double softness) {
-  TangentOptions options{law == Law::Assumed, softness, 0.0};
+  TangentOptions options{.assumed = law == Law::Assumed, .softness = softness};
   for (const LinearContact& c : contacts_) {
     options.negligible = std::max(options.negligible, kNegligible * c.force.norm());
   }
   std::atomic<bool> same = factorized_ && tangent_.size() == contacts_.size();
   tangent_.resize(contacts_.size());
   threads_.each(contacts_.size(), [&](std::size_t c) {
-    const Matrix3 next = tangent(contacts_[c], options);
+    TangentOptions own = options;
+    if (!own.assumed) own.damping = damping(contacts_[c]);
+    const Matrix3 next = tangent(contacts_[c], own);
     if (next == tangent_[c]) return;
     tangent_[c] = next;
     same.store(false, std::memory_order_relaxed);
@@ -127,6 +164,7 @@ bool ContactNewton::step(Law law, double softness, NewtonCount& count) {
   }
   if (!solver_.solve(equations_.residual(), step_)) return false;
   ++count.solves;
+  found_ = true;
   if (law == Law::Assumed) {
     move(Law::True, softness, 1.0);
   } else if (system_.symmetric) {
@@ -139,6 +177,7 @@ bool ContactNewton::step(Law law, double softness, NewtonCount& count) {
 }
 
 void ContactNewton::move(Law law, double softness, double share) {
+  share_ = share;
   for (std::size_t s = 0; s < step_.size(); ++s) trial_[s] = change_[s] + share * step_[s];
   equations_.evaluate(*base_, contacts_, trial_, law, softness);
 }
@@ -158,6 +197,7 @@ void ContactNewton::search_residual(Law law, double softness) {
     if (now <= (1.0 - kEnoughFall * share) * before) return;
   }
   move(law, softness, best_share);
+  found_ = false;
 }
 
 /// The residual is minus the gradient of a convex function: its slope along the step falls and
@@ -180,11 +220,12 @@ void ContactNewton::search_slope(Law law, double softness) {
   }
 }
 
-Relaxed ContactNewton::relax(double tolerance, double softness, int most_iterations,
-                             NewtonCount& count) {
+Relaxed ContactNewton::relax(const RelaxOptions& options, NewtonCount& count) {
+  const double tolerance = options.tolerance, softness = options.softness;
   double reached = std::numeric_limits<double>::infinity();
   int waited = 0;
-  for (int i = 0; i < kMostSteps && count.iterations < most_iterations; ++i) {
+  damping_ = 0.0;
+  for (int i = 0; i < kMostSteps && count.iterations < options.most_iterations; ++i) {
     const double residual = equations_.relative_residual();
     if (residual <= tolerance) return Relaxed::ToTolerance;
     if (residual <= kProgress * reached) {
@@ -194,8 +235,11 @@ Relaxed ContactNewton::relax(double tolerance, double softness, int most_iterati
       const double left = equations_.residual_beyond_rounding(*base_, contacts_, change_, softness);
       return left <= tolerance ? Relaxed::ToRounding : Relaxed::No;
     }
-    ++count.iterations;
-    if (!step(Law::True, softness, count)) return Relaxed::No;
+    do {
+      ++count.iterations;
+      if (!step(Law::True, softness, count)) return Relaxed::No;
+    } while (options.damped && count.iterations < options.most_iterations && step_back(softness));
+    adapt_damping();
   }
   const bool solved = equations_.relative_residual() <= tolerance;
   return solved ? Relaxed::ToTolerance : Relaxed::No;

@@ -13,6 +13,15 @@ struct NewtonCount {
   int factorizations = 0;
 };
 
+/// How far, with what and how long to relax.
+struct RelaxOptions {
+  double tolerance = 1e-10;  ///< relative residual
+  double softness = 1.0;     ///< of all contacts, share of their stiffness
+  int most_iterations = 0;   ///< in all
+  /// Sliding contacts, where a search finds no fall; for equilibria of rigid blocks.
+  bool damped = false;
+};
+
 enum class Relaxed {
   No,           ///< the residual does not fall any more, or the matrix can't be solved
   ToTolerance,  ///< it is within the tolerance
@@ -35,8 +44,8 @@ class ContactNewton {
   void evaluate(Law law, double softness);
   /// One step. False, and nothing moved, when the matrix can't be solved.
   bool step(Law law, double softness, NewtonCount& count);
-  /// Steps until the residual is small, `most_iterations` in all.
-  Relaxed relax(double tolerance, double softness, int most_iterations, NewtonCount& count);
+  /// Steps until the residual is small.
+  Relaxed relax(const RelaxOptions& options, NewtonCount& count);
 
   /// From the next set() on.
   void use(const Threads& threads) {
@@ -53,6 +62,9 @@ class ContactNewton {
   double condition_estimate() const { return solver_.condition_estimate(); }
 
  private:
+  double damping(const LinearContact& contact) const;
+  bool step_back(double softness);
+  void adapt_damping();
   bool same_tangent(Law law, double softness);
   void assemble();
   /// Which blocks of the matrix a contact is added to.
@@ -78,6 +90,9 @@ class ContactNewton {
   BlockVector change_, trial_, step_;
   std::vector<Matrix3> tangent_;  ///< of each contact, of the last factorization
   bool factorized_ = false;
+  bool found_ = true;     ///< the last search: the residual fell as it should
+  double share_ = 1.0;    ///< of the last step, that was taken
+  double damping_ = 0.0;  ///< of sliding contacts, by the relative residual of their blocks
 };
 
 }  // namespace quoin::solver

@@ -156,7 +156,9 @@ bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptio
   while (count.iterations < options.max_iterations) {
     const int before = count.iterations;
     const double wanted = wanted_residual(contacts, options, softness);
-    const Relaxed relaxed = newton_.relax(wanted, softness, options.max_iterations, count);
+    const bool damped = options.damped && newton_.equations().rigid();
+    const Relaxed relaxed =
+        newton_.relax({wanted, softness, options.max_iterations, damped}, count);
     if (relaxed != Relaxed::No) {
       solved_ = newton_.change();
       progress.assumes = false;
@@ -237,10 +239,9 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
     return result;
   }
   NewtonCount count;
-  const bool rigid = slots_->unknowns() == 6 * slots_->count();
   const bool far = result.residual > kFarResidual;
   if (far) step_assumed(1.0, count);
-  result.converged = converge(contacts, options, {.assumes = far && rigid}, count);
+  result.converged = converge(contacts, options, {.assumes = far && equations.rigid()}, count);
   result.iterations = count.iterations;
   result.solves = count.solves;
   result.factorizations = count.factorizations;

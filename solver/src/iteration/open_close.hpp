@@ -23,6 +23,7 @@ struct OpenCloseOptions {
   int max_iterations = 200;
   bool raise = false;      ///< augmentation where the gap falls slowly
   bool predicted = false;  ///< the first guess is no solution yet: blocks may stand instead
+  bool damped = false;     ///< of rigid blocks: sliding contacts, where Newton's search fails
 };
 
 struct OpenCloseResult {
