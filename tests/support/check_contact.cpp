@@ -115,6 +115,14 @@ Real distance_to_nearest(const std::vector<Place>& places, const Place& place) {
   return nearest;
 }
 
+/// How far the point at a corner may lie from the place given, m. Each of the lines that cross
+/// there is known to `slack`; that of an edge may as well run between other ends as far apart,
+/// which lie up to open_ends beside those taken. (An end itself, of sine 1, has tol for that.)
+Real blur_of(const ExactPatch& patch, const PatchCorner& corner, Real slack) {
+  const int edges = patch.type == ContactType::EdgeEdgeCrossing ? 2 : corner.sine < 1 ? 1 : 0;
+  return (2 * slack + edges * patch.open_ends) / std::max(corner.sine, Real(kEps));
+}
+
 void check_corners(const Trial& trial, const NearestFeatures& n, const ExactPatch& patch,
                    const std::vector<Place>& places, Faults& faults) {
   const Real tolerance = trial.tolerance, slack = trial.allowed_place(n.gap);
@@ -124,7 +132,7 @@ void check_corners(const Trial& trial, const NearestFeatures& n, const ExactPatc
     if (corner.excess > tolerance - slack) {
       continue;  // its gap may be out of reach
     }
-    const Real blur = 2 * slack / std::max(corner.sine, Real(kEps));
+    const Real blur = blur_of(patch, corner, slack);
     const Real beyond = distance_to_places(places, corner.place);
     const Real nearest = distance_to_nearest(places, corner.place);
     const bool shown =
