@@ -245,7 +245,7 @@ void check_faces(const Shape& solid, double length) {
   for (int f = 0; f < topology.face_count(); ++f) {
     const Vector3 normal = solid.face_normal(f);
     REQUIRE_THAT(normal.norm(), WithinAbs(1.0, 1e-14));
-    CHECK(polygon_width(solid.vertices(), topology.face(f)) > 0.99 * length);
+    CHECK(is_wider(solid.vertices(), topology.face(f), 0.99 * length));
     double low = INFINITY, high = -INFINITY;
     for (const int v : topology.face_set(f)) {
       const double height = normal.dot(solid.vertex(v) - solid.vertex(topology.face(f)[0]));

@@ -74,6 +74,13 @@ int exact_orientation(const Vector3& p, const Vector3& q, const Vector3& r, cons
   return sum.sign();
 }
 
+/// Does a product of two surely differ from another, given differences rounded once?
+bool surely_differ(double ax, double by, double ay, double bx) {
+  constexpr double kBound = 4.0 * std::numeric_limits<double>::epsilon();  // [Shewchuk 1997]: 1.5
+  const double first = ax * by, second = ay * bx;
+  return std::abs(first - second) > kBound * (std::abs(first) + std::abs(second));
+}
+
 bool flat_corner(const DoubleDouble& ax, const DoubleDouble& ay, const DoubleDouble& bx,
                  const DoubleDouble& by) {
   Expansion<40> sum;
@@ -86,8 +93,9 @@ struct Facet {
   std::array<int, 3> vertices;
   std::array<int, 3> neighbours{-1, -1,
                                 -1};  // [k] lies across the edge from vertices[k] to the next
-  std::vector<int> above;             // points strictly above it, each kept by one facet
-  int visited = -1;                   // last point it was tested for
+  // Points strictly above it, each kept by one facet: a list, in the order in which they came.
+  int first_above = -1, last_above = -1;
+  int visited = -1;  // last point it was tested for
   bool visible = false;
   bool alive = true;
 };
@@ -99,7 +107,10 @@ struct HorizonEdge {
 
 class Quickhull {
  public:
-  explicit Quickhull(Points points) : points_(std::move(points)) {}
+  explicit Quickhull(Points points)
+      : points_(std::move(points)), next_above_(static_cast<std::size_t>(points_.cols()), -1) {
+    facets_.reserve(4 * next_above_.size());
+  }
 
   HullTriangles run() {
     HullTriangles result;
@@ -108,8 +119,9 @@ class Quickhull {
     if (result.dimension < 3) return result;
     start(corners);
     for (std::size_t f = 0; f < facets_.size(); ++f) {
-      while (facets_[f].alive && !facets_[f].above.empty()) add_point(static_cast<int>(f));
+      while (facets_[f].alive && facets_[f].first_above >= 0) add_point(static_cast<int>(f));
     }
+    result.triangles.reserve(facets_.size());
     for (const Facet& facet : facets_) {
       if (facet.alive) result.triangles.push_back(facet.vertices);
     }
@@ -124,11 +136,6 @@ class Quickhull {
   bool sees(int i, const Facet& f) const {
     return orientation(point(f.vertices[0]), point(f.vertices[1]), point(f.vertices[2]), point(i)) >
            0;
-  }
-  double height(int i, const Facet& f) const {
-    const Vector3 p = point(f.vertices[0]);
-    const Vector3 normal = (point(f.vertices[1]) - p).cross(point(f.vertices[2]) - p);
-    return normal.dot(point(i) - p);
   }
 
   /// Four corners not in one plane, far apart where the data allows; returns the dimension found.
@@ -175,23 +182,41 @@ class Quickhull {
     facets_[1].neighbours = {0, 3, 2};
     facets_[2].neighbours = {0, 1, 3};
     facets_[3].neighbours = {0, 2, 1};
-    for (int i = 0; i < count(); ++i) hand_out(i, 0);
-  }
-
-  void hand_out(int i, std::size_t first_facet) {
-    for (std::size_t f = first_facet; f < facets_.size(); ++f) {
-      if (facets_[f].alive && sees(i, facets_[f])) {
-        facets_[f].above.push_back(i);
-        return;
-      }
+    for (int i = 0; i < count(); ++i) {
+      if (std::ranges::find(c, i) == c.end()) hand_out(i, 0);
     }
   }
 
+  int& next_above(int i) { return next_above_[static_cast<std::size_t>(i)]; }
+
+  void hand_out(int i, std::size_t first_facet) {
+    for (std::size_t f = first_facet; f < facets_.size(); ++f) {
+      Facet& candidate = facets_[f];
+      if (!candidate.alive || !sees(i, candidate)) continue;
+      (candidate.first_above < 0 ? candidate.first_above : next_above(candidate.last_above)) = i;
+      candidate.last_above = i;
+      next_above(i) = -1;
+      return;
+    }
+  }
+
+  /// The point farthest above a facet.
+  int highest_above(const Facet& f) {
+    const Vector3 p = point(f.vertices[0]);
+    const Vector3 normal = (point(f.vertices[1]) - p).cross(point(f.vertices[2]) - p);
+    int highest = -1;
+    double most = -std::numeric_limits<double>::infinity();
+    for (int i = f.first_above; i >= 0; i = next_above(i)) {
+      const double height = normal.dot(point(i) - p);
+      if (height <= most) continue;
+      highest = i;
+      most = height;
+    }
+    return highest;
+  }
+
   void add_point(int start_facet) {
-    const int apex = *std::max_element(
-        facet(start_facet).above.begin(), facet(start_facet).above.end(), [&](int i, int j) {
-          return height(i, facet(start_facet)) < height(j, facet(start_facet));
-        });
+    const int apex = highest_above(facet(start_facet));
     find_horizon(start_facet, apex);
     const std::size_t first_new = facets_.size();
     for (std::size_t k = 0; k < horizon_.size(); ++k) {
@@ -203,12 +228,12 @@ class Quickhull {
       fresh.neighbours = {edge.outer, self == last ? static_cast<int>(first_new) : self + 1,
                           k == 0 ? last : self - 1};
       join(edge, self);
-      facets_.push_back(std::move(fresh));
+      facets_.push_back(fresh);
     }
     for (const int f : visible_) {
       facet(f).alive = false;
-      const std::vector<int> orphans = std::move(facet(f).above);
-      for (const int i : orphans) {
+      for (int i = facet(f).first_above, next = -1; i >= 0; i = next) {
+        next = next_above(i);
         if (i != apex) hand_out(i, first_new);
       }
     }
@@ -259,6 +284,7 @@ class Quickhull {
   }
 
   Points points_;
+  std::vector<int> next_above_;  // by point: the next one above the same facet, -1: none
   std::vector<Facet> facets_;
   std::vector<HorizonEdge> horizon_;
   std::vector<int> visible_;
@@ -284,6 +310,11 @@ int orientation(const Vector3& p, const Vector3& q, const Vector3& r, const Vect
 }
 
 bool collinear(const Vector3& p, const Vector3& q, const Vector3& r) {
+  const Vector3 u = q - p, v = r - p;
+  if (surely_differ(u.x(), v.y(), u.y(), v.x()) || surely_differ(u.y(), v.z(), u.z(), v.y()) ||
+      surely_differ(u.z(), v.x(), u.x(), v.z())) {
+    return false;
+  }
   const WideVector a = wide_difference(q, p), b = wide_difference(r, p);
   return flat_corner(a.x, a.y, b.x, b.y) && flat_corner(a.y, a.z, b.y, b.z) &&
          flat_corner(a.z, a.x, b.z, b.x);
@@ -291,16 +322,16 @@ bool collinear(const Vector3& p, const Vector3& q, const Vector3& r) {
 
 Points scaled_points(const Eigen::Ref<const Points>& points, int& exponent) {
   const double largest = points.size() > 0 ? points.cwiseAbs().maxCoeff() : 0.0;
-  exponent = largest > 0.0 ? -std::ilogb(largest) : 0;
+  exponent = largest > 0.0 ? std::min(-std::ilogb(largest), 1000) : 0;
+  const double factor = std::ldexp(1.0, exponent);
   return points.unaryExpr([&](double x) {
-    const double scaled = std::ldexp(x, exponent);
+    const double scaled = x * factor;
     return std::abs(scaled) < 0x1p-200 ? 0.0 : scaled;
   });
 }
 
 HullTriangles hull_triangles(const Eigen::Ref<const Points>& points) {
-  int exponent = 0;
-  return Quickhull(scaled_points(points, exponent)).run();
+  return Quickhull(points).run();
 }
 
 }  // namespace quoin::geometry

@@ -26,11 +26,10 @@ struct HullTriangles {
 /// The points by the power of two that brings their largest coordinate between 1 and 2, coordinates
 /// below 2^-200 of that as zeros: nothing is rounded otherwise, and no product of three differences
 /// under- or overflows (each part of a difference is a multiple of 2^-252, of a product of 2^-756).
-/// `exponent`: the power.
+/// `exponent`: the power, at most 1000.
 Points scaled_points(const Eigen::Ref<const Points>& points, int& exponent);
 
-/// Source: [Barber, Dobkin, Huhdanpaa 1996] with exact predicates on the scaled points.
-/// points: 3 × n, finite, m.
+/// Source: [Barber, Dobkin, Huhdanpaa 1996] with exact predicates. points: 3 × n, scaled as above.
 HullTriangles hull_triangles(const Eigen::Ref<const Points>& points);
 
 }  // namespace quoin::geometry

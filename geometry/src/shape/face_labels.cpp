@@ -4,8 +4,10 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 
 #include "numeric/double_double.hpp"
+#include "shape/cell_groups.hpp"
 #include "shape/convex_hull.hpp"
 
 namespace quoin::geometry {
@@ -25,10 +27,13 @@ WideVector wide_area(const Eigen::Ref<const Points>& vertices, std::span<const i
   return area;
 }
 
-Vector3 unit_normal(const Eigen::Ref<const Points>& vertices, std::span<const int> polygon) {
-  const Vector3 normal = polygon_normal(vertices, polygon);
+Vector3 unit_or_zero(const Vector3& normal) {
   const double length = normal.norm();
   return length > 0.0 ? Vector3(normal / length) : Vector3::Zero();
+}
+
+Vector3 unit_normal(const Eigen::Ref<const Points>& vertices, std::span<const int> polygon) {
+  return unit_or_zero(polygon_normal(vertices, polygon));
 }
 
 double distance_to_segment(const Vector3& a, const Vector3& b, const Vector3& x) {
@@ -66,6 +71,7 @@ std::vector<Vector2> planar_hull(std::vector<Vector2> places) {
     return p.x() != q.x() ? p.x() < q.x() : p.y() < q.y();
   });
   std::vector<Vector2> hull;
+  hull.reserve(2 * places.size());
   for (int pass = 0; pass < 2; ++pass) {
     const std::size_t start = hull.size();
     for (const Vector2& place : places) {
@@ -98,6 +104,7 @@ std::vector<Vector2> laid_flat(const Eigen::Ref<const Points>& vertices, std::sp
   normal.cwiseAbs().minCoeff(&k);
   const Vector3 u = normal.cross(Vector3::Unit(k)).normalized(), v = normal.cross(u);
   std::vector<Vector2> places;
+  places.reserve(loop.size());
   for (const int i : loop) {
     const Vector3 x = vertices.col(i) - vertices.col(loop[0]);
     places.emplace_back(u.dot(x), v.dot(x));
@@ -113,146 +120,105 @@ struct AreaKey {
   auto operator<=>(const AreaKey&) const = default;
 };
 
-AreaKey area_key(const Eigen::Ref<const Points>& vertices, const std::vector<int>& cell) {
-  const WideVector area = wide_area(vertices, cell);
+AreaKey area_key(const WideVector& area) {
   const DoubleDouble squared = dot(area, area);
   if (!(squared.high > 0.0)) return {};
   const double step = std::ldexp(1.0, std::ilogb(squared.high) - 80);
   return {squared.high, std::nearbyint(squared.low / step) * step};
 }
 
-/// The cells, largest first; of equal ones (mirror images) the one whose vertices come first by
-/// their coordinates.
-std::vector<int> by_area(const Eigen::Ref<const Points>& vertices, const Faces& cells) {
-  std::vector<int> places(at(static_cast<int>(vertices.cols()))), rank(places.size());
-  std::iota(places.begin(), places.end(), 0);
-  std::sort(places.begin(), places.end(), [&](int i, int j) {
-    return std::lexicographical_compare(vertices.col(i).begin(), vertices.col(i).end(),
-                                        vertices.col(j).begin(), vertices.col(j).end());
-  });
-  for (std::size_t k = 0; k < places.size(); ++k) rank[at(places[k])] = static_cast<int>(k);
-  std::vector<std::pair<AreaKey, std::vector<int>>> keys;
-  for (const std::vector<int>& cell : cells) {
-    std::vector<int> ranks;
-    for (const int v : cell) ranks.push_back(rank[at(v)]);
-    std::sort(ranks.begin(), ranks.end());
-    keys.emplace_back(area_key(vertices, cell), std::move(ranks));
+/// Twice the vector areas of the cells: rough ones, and to double-double where they are asked for.
+class CellAreas {
+ public:
+  CellAreas(const Eigen::Ref<const Points>& vertices, const CellSurface& surface)
+      : vertices_(vertices), surface_(surface), wide_(at(surface.cell_count())) {
+    rough_.reserve(wide_.size());
+    for (int c = 0; c < surface.cell_count(); ++c) {
+      rough_.push_back(rough_area(vertices, surface.cell(c)));
+    }
   }
-  std::vector<int> order(cells.size());
+
+  const RoughArea& rough(int cell) const { return rough_[at(cell)]; }
+  const WideVector& wide(int cell) {
+    std::optional<WideVector>& area = wide_[at(cell)];
+    if (!area) area = wide_area(vertices_, surface_.cell(cell));
+    return *area;
+  }
+  /// Is a cell larger than another one, beyond what plain doubles leave open?
+  bool surely_larger(int cell, int other) const {
+    return rough(cell).norm - rough(cell).error > rough(other).norm + rough(other).error;
+  }
+
+ private:
+  Eigen::Ref<const Points> vertices_;
+  const CellSurface& surface_;
+  std::vector<RoughArea> rough_;
+  std::vector<std::optional<WideVector>> wide_;
+};
+
+/// The vertices' places in the order of their coordinates.
+std::vector<int> coordinate_ranks(const Eigen::Ref<const Points>& vertices) {
+  std::vector<int> order(at(static_cast<int>(vertices.cols()))), rank(order.size());
   std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(), [&](int i, int j) {
-    const auto &p = keys[at(i)], &q = keys[at(j)];
-    return p.first != q.first ? p.first > q.first : p.second < q.second;
+    const Vector3 p = vertices.col(i), q = vertices.col(j);
+    return std::lexicographical_compare(p.begin(), p.end(), q.begin(), q.end());
+  });
+  for (std::size_t k = 0; k < order.size(); ++k) rank[at(order[k])] = static_cast<int>(k);
+  return rank;
+}
+
+/// The cells, largest first; of equal ones (mirror images) the one whose vertices come first by
+/// their coordinates.
+std::vector<int> by_area(const Eigen::Ref<const Points>& vertices, const CellSurface& surface,
+                         CellAreas& areas) {
+  const std::vector<int> rank = coordinate_ranks(vertices);
+  IndexRows ranks = surface.cells();
+  for (int& v : ranks.values) v = rank[at(v)];
+  for (int c = 0; c < ranks.size(); ++c) std::ranges::sort(ranks[c]);
+  std::vector<int> order(at(surface.cell_count()));
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), [&](int i, int j) {
+    if (areas.surely_larger(i, j)) return true;
+    if (areas.surely_larger(j, i)) return false;
+    const AreaKey p = area_key(areas.wide(i)), q = area_key(areas.wide(j));
+    return p != q ? p > q : std::ranges::lexicographical_compare(ranks[i], ranks[j]);
   });
   return order;
 }
 
-// ---- groups of cells ----
-
-/// Border of a group: its vertices in order, and the group beyond the side from each to the next.
-struct Loop {
-  std::vector<int> vertices, beyond;
-};
-
-struct BorderSide {
-  int from, to, beyond;
-};
-
-/// One closed loop through all sides; empty where there is none.
-Loop joined(std::vector<BorderSide>& sides) {
-  Loop loop;
-  std::sort(sides.begin(), sides.end(),
-            [](const BorderSide& s, const BorderSide& t) { return s.from < t.from; });
-  if (sides.size() < 2) return loop;
-  loop.vertices.reserve(sides.size());
-  loop.beyond.reserve(sides.size());
-  int v = sides[0].from;
-  do {
-    const auto side = std::lower_bound(sides.begin(), sides.end(), v,
-                                       [](const BorderSide& s, int w) { return s.from < w; });
-    if (side == sides.end() || side->from != v) return {};
-    loop.vertices.push_back(v);
-    loop.beyond.push_back(side->beyond);
-    v = side->to;
-  } while (v != sides[0].from && loop.vertices.size() <= sides.size());
-  if (loop.vertices.size() != sides.size()) return {};  // holes, or a border that touches itself
-  return loop;
-}
-
-/// Cells of a closed surface gathered into groups.
-class CellGroups {
- public:
-  CellGroups(int vertex_count, const Faces& cells)
-      : cells_(cells), surface_(vertex_count, cells), group_(cells.size(), -1) {}
-
-  const Topology& surface() const { return surface_; }
-  int group(int cell) const { return group_[at(cell)]; }
-  void put(int cell, int group) { group_[at(cell)] = group; }
-  void rename(int from, int to) { std::replace(group_.begin(), group_.end(), from, to); }
-  const Loop& loop(int group) const { return loops_[at(group)]; }
-  int size() const { return static_cast<int>(cells_.size()); }
-
-  /// The border of every group; false where one is no single simple loop.
-  bool find_loops() {
-    std::vector<std::vector<BorderSide>> sides(cells_.size());
-    std::vector<char> used(cells_.size(), 0);
-    for (int cell = 0; cell < size(); ++cell) {
-      used[at(group(cell))] = 1;
-      const std::vector<int>& cycle = cells_[at(cell)];
-      for (std::size_t k = 0; k < cycle.size(); ++k) {
-        const int beyond = group(surface_.face_neighbours(cell)[k]);
-        if (beyond == group(cell)) continue;
-        sides[at(group(cell))].push_back({cycle[k], cycle[(k + 1) % cycle.size()], beyond});
-      }
-    }
-    loops_.assign(cells_.size(), {});
-    for (std::size_t g = 0; g < sides.size(); ++g) {
-      if (!used[g]) continue;
-      loops_[g] = joined(sides[g]);
-      if (loops_[g].vertices.empty()) return false;
-    }
-    return true;
-  }
-
-  /// How many loops pass through each vertex.
-  std::vector<int> visits() const {
-    std::vector<int> count(at(surface_.vertex_count()), 0);
-    for (const Loop& loop : loops_) {
-      for (const int v : loop.vertices) ++count[at(v)];
-    }
-    return count;
-  }
-
- private:
-  const Faces& cells_;
-  Topology surface_;
-  std::vector<int> group_;
-  std::vector<Loop> loops_;  // by group
-};
+// ---- faces of groups of cells ----
 
 /// The corners on a loop.
-std::vector<int> polygon_of(const Loop& loop, const std::vector<char>& corner) {
-  std::vector<int> polygon;
-  polygon.reserve(loop.vertices.size());
-  for (const int v : loop.vertices) {
-    if (corner[at(v)]) polygon.push_back(v);
+void find_polygon(Loop loop, const std::vector<char>& corner, std::vector<int>& polygon) {
+  polygon.clear();
+  polygon.reserve(loop.size());
+  for (const BorderSide& side : loop) {
+    if (corner[at(side.from)]) polygon.push_back(side.from);
   }
-  return polygon;
 }
 
 /// Is every side of a face a side of just one other, run through the other way?
-bool is_closed(const Faces& faces) {
-  std::vector<std::array<int, 2>> sides;
-  for (const std::vector<int>& face : faces) {
-    for (std::size_t k = 0; k < face.size(); ++k) {
-      sides.push_back({face[k], face[(k + 1) % face.size()]});
+bool is_closed(int vertex_count, const Faces& faces) {
+  // By its smaller end: twice the other, and one more where it runs from that.
+  IndexRows sides = rows_by(vertex_count, [&](const auto& put) {
+    for (const std::vector<int>& face : faces) {
+      int v = face.back();
+      for (const int w : face) {
+        put(std::min(v, w), 2 * std::max(v, w) + (v < w ? 0 : 1));
+        v = w;
+      }
+    }
+  });
+  for (int v = 0; v < vertex_count; ++v) {
+    const std::span<int> row = sides[v];
+    std::ranges::sort(row);
+    if (row.size() % 2 != 0 || std::ranges::adjacent_find(row) != row.end()) return false;
+    for (std::size_t k = 0; k < row.size(); k += 2) {
+      if (row[k] / 2 != row[k + 1] / 2) return false;
     }
   }
-  std::sort(sides.begin(), sides.end());
-  return std::adjacent_find(sides.begin(), sides.end()) == sides.end() &&
-         std::all_of(sides.begin(), sides.end(), [&](const std::array<int, 2>& side) {
-           return std::binary_search(sides.begin(), sides.end(), std::array{side[1], side[0]});
-         });
+  return true;
 }
 
 /// The mean of the vertices: the same bits in any order.
@@ -275,11 +241,11 @@ class Labelling {
  public:
   Labelling(const Eigen::Ref<const Points>& vertices, const Faces& cells, double stated)
       : vertices_(vertices),
-        cells_(cells),
         stated_(stated),
-        order_(by_area(vertices, cells)),
+        groups_(static_cast<int>(vertices.cols()), rows_of(cells)),
+        areas_(vertices, groups_.surface()),
+        order_(by_area(vertices, groups_.surface(), areas_)),
         rank_(cells.size()),
-        groups_(static_cast<int>(vertices.cols()), cells),
         member_(cells.size(), -1) {
     for (std::size_t k = 0; k < order_.size(); ++k) rank_[at(order_[k])] = static_cast<int>(k);
   }
@@ -304,74 +270,94 @@ class Labelling {
     std::fill(member_.begin(), member_.end(), -1);
     for (const int seed : order_) {
       if (groups_.group(seed) >= 0) continue;
-      std::vector<int> members{seed};
-      if (length_ > 0.0 && polygon_width(vertices_, cells_[at(seed)]) > length_) {
-        members = grown(seed);
+      if (length_ == 0.0 || !is_wider(vertices_, cell(seed), length_) || !grow(seed)) {
+        members_.assign(1, seed);
       }
-      for (const int cell : members) groups_.put(cell, rank_[at(seed)]);
+      for (const int cell : members_) groups_.put(cell, rank_[at(seed)]);
     }
   }
 
-  /// The largest convex union of cells around a seed that the length allows.
-  std::vector<int> grown(int seed) {
+  std::span<const int> cell(int c) const { return groups_.surface().cell(c); }
+
+  /// The largest convex union of cells around a seed that the length allows: the members; false:
+  /// there is none but the seed.
+  bool grow(int seed) {
     constexpr int kTrials = 13;  // from 1e-9 of the diameter down to its rounding
+    if (!may_grow(seed)) return false;
+    const Vector3 normal = unit_or_zero(areas_.wide(seed).rounded());
     double reach = length_;
     for (int trial = 0; trial < kTrials; ++trial, reach /= 4) {
-      std::vector<int> members =
-          cap(seed, unit_normal(vertices_, cells_[at(seed)]), cells_[at(seed)], reach);
-      if (members.size() == 1) break;
-      Loop loop = border(members);
-      for (int fit = 0; fit < 3 && !loop.vertices.empty(); ++fit) {  // the seed may be slim
-        std::vector<int> more =
-            cap(seed, unit_normal(vertices_, loop.vertices), loop.vertices, reach);
-        if (more.size() <= members.size()) break;
-        members = std::move(more);
-        loop = border(members);
+      find_cap(seed, normal, cell(seed), reach);
+      if (members_.size() == 1) return false;
+      std::vector<int> loop = border();
+      for (int fit = 0; fit < 3 && !loop.empty(); ++fit) {  // the seed may be slim
+        const std::vector<int> fewer = members_;
+        find_cap(seed, unit_normal(vertices_, loop), loop, reach);
+        if (members_.size() <= fewer.size()) {
+          members_ = fewer;
+          break;
+        }
+        loop = border();
       }
-      if (is_polygon(members, loop.vertices)) return members;
+      if (is_polygon(members_, loop)) return true;
     }
-    return {seed};
+    return false;
+  }
+
+  /// May a free neighbour of a seed lie within the length below its plane?
+  bool may_grow(int seed) const {
+    const Vector3 base = vertices_.col(cell(seed)[0]);
+    return std::ranges::any_of(groups_.surface().neighbours(seed), [&](int next) {
+      return groups_.group(next) < 0 && std::ranges::none_of(cell(next), [&](int v) {
+               return areas_.rough(seed).surely_exceeds(base - vertices_.col(v), length_);
+             });
+    });
   }
 
   /// The cells around a seed all of whose vertices lie within `reach` below the plane that touches
-  /// `rim`. The part of a convex surface that a plane cuts off is a disk.
-  std::vector<int> cap(int seed, const Vector3& normal, std::span<const int> rim, double reach) {
-    const Vector3 base = vertices_.col(cells_[at(seed)][0]);
+  /// `rim`: the members. The part of a convex surface that a plane cuts off is a disk.
+  void find_cap(int seed, const Vector3& normal, std::span<const int> rim, double reach) {
+    const Vector3 base = vertices_.col(cell(seed)[0]);
     double level = -std::numeric_limits<double>::infinity();
     for (const int v : rim) level = std::max(level, normal.dot(vertices_.col(v) - base));
-    const auto flat = [&](int cell) {
-      return std::all_of(cells_[at(cell)].begin(), cells_[at(cell)].end(), [&](int v) {
+    const auto flat = [&](int c) {
+      return std::ranges::all_of(cell(c), [&](int v) {
         const double height = normal.dot(vertices_.col(v) - base) - level;
         return height >= -reach && height <= reach;
       });
     };
-    std::vector<int> members{seed};
+    members_.assign(1, seed);
     const int mark = ++marks_;
     member_[at(seed)] = mark;
-    for (std::size_t k = 0; k < members.size(); ++k) {
-      for (const int next : groups_.surface().face_neighbours(members[k])) {
+    for (std::size_t k = 0; k < members_.size(); ++k) {
+      for (const int next : groups_.surface().neighbours(members_[k])) {
         if (member_[at(next)] == mark || groups_.group(next) >= 0 || !flat(next)) continue;
         member_[at(next)] = mark;
-        members.push_back(next);
+        members_.push_back(next);
       }
     }
-    return members;
   }
 
-  /// Of the cells found last.
-  Loop border(const std::vector<int>& members) const {
-    std::vector<BorderSide> sides;
-    for (const int cell : members) {
-      const std::vector<int>& cycle = cells_[at(cell)];
+  /// Of the cap found last: its vertices in order; empty where it is no single simple loop.
+  std::vector<int> border() {
+    std::vector<BorderSide> sides, loop;
+    sides.reserve(3 * members_.size());
+    for (const int c : members_) {
+      const std::span<const int> cycle = cell(c), across = groups_.surface().neighbours(c);
       for (std::size_t k = 0; k < cycle.size(); ++k) {
-        if (member_[at(groups_.surface().face_neighbours(cell)[k])] == marks_) continue;
+        if (member_[at(across[k])] == marks_) continue;
         sides.push_back({cycle[k], cycle[(k + 1) % cycle.size()], 0});
       }
     }
-    return joined(sides);
+    std::vector<int> vertices;
+    loop.reserve(sides.size());
+    if (!groups_.joiner().append(sides, loop)) return vertices;
+    vertices.reserve(loop.size());
+    for (const BorderSide& side : loop) vertices.push_back(side.from);
+    return vertices;
   }
 
-  bool is_polygon(const std::vector<int>& members, const std::vector<int>& loop) const {
+  bool is_polygon(std::span<const int> members, std::span<const int> loop) const {
     if (loop.size() < 3) return false;
     const Vector3 normal = unit_normal(vertices_, loop);
     return spread(members, normal) <= length_ &&
@@ -379,11 +365,11 @@ class Labelling {
   }
 
   /// Between the lowest and the highest vertex along a normal.
-  double spread(const std::vector<int>& members, const Vector3& normal) const {
-    const Vector3 base = vertices_.col(cells_[at(members[0])][0]);
+  double spread(std::span<const int> members, const Vector3& normal) const {
+    const Vector3 base = vertices_.col(cell(members[0])[0]);
     double low = 0.0, high = 0.0;
-    for (const int cell : members) {
-      for (const int v : cells_[at(cell)]) {
+    for (const int c : members) {
+      for (const int v : cell(c)) {
         const double height = normal.dot(vertices_.col(v) - base);
         low = std::min(low, height);
         high = std::max(high, height);
@@ -396,14 +382,15 @@ class Labelling {
     const std::vector<int> visits = groups_.visits();
     corner_.assign(visits.size(), 0);
     for (std::size_t v = 0; v < visits.size(); ++v) corner_[v] = visits[v] >= 3;
+    if (std::ranges::all_of(visits, [](int loops) { return loops >= 3 || loops == 0; })) return;
     const std::vector<char> met = corner_;
     for (int g = 0; g < groups_.size(); ++g) {
-      const std::vector<int>& cycle = groups_.loop(g).vertices;
-      const auto first =
-          std::find_if(cycle.begin(), cycle.end(), [&](int v) { return met[at(v)]; });
-      if (first == cycle.end()) continue;
-      std::vector<int> round(first, cycle.end());
-      round.insert(round.end(), cycle.begin(), first + 1);
+      std::vector<int> round;
+      for (const BorderSide& side : groups_.loop(g)) round.push_back(side.from);
+      const auto first = std::ranges::find_if(round, [&](int v) { return met[at(v)]; });
+      if (first == round.end()) continue;
+      std::rotate(round.begin(), first, round.end());
+      round.push_back(round[0]);
       std::size_t from = 0;
       for (std::size_t k = 1; k < round.size(); ++k) {
         if (!met[at(round[k])]) continue;
@@ -434,12 +421,13 @@ class Labelling {
   /// there are none.
   bool join_slivers() {
     bool any = false;
-    std::vector<char> touched(cells_.size(), 0);
+    std::vector<char> touched(rank_.size(), 0);
+    std::vector<int> polygon;
     for (int g = groups_.size() - 1; g >= 0; --g) {
-      const Loop& loop = groups_.loop(g);
-      if (loop.vertices.empty() || touched[at(g)]) continue;
-      const std::vector<int> polygon = polygon_of(loop, corner_);
-      if (polygon.size() >= 3 && polygon_width(vertices_, polygon) > length_) continue;
+      const Loop loop = groups_.loop(g);
+      if (loop.empty() || touched[at(g)]) continue;
+      find_polygon(loop, corner_, polygon);
+      if (polygon.size() >= 3 && is_wider(vertices_, polygon, length_)) continue;
       if (polygon.size() >= 3 && length_ == 0.0) continue;
       const int into = main_neighbour(loop);
       if (touched[at(into)]) continue;
@@ -451,12 +439,10 @@ class Labelling {
   }
 
   /// The group beyond most of a border.
-  int main_neighbour(const Loop& loop) const {
+  int main_neighbour(Loop loop) const {
     std::vector<std::pair<int, double>> shared;
-    for (std::size_t k = 0; k < loop.vertices.size(); ++k) {
-      const int next = loop.vertices[(k + 1) % loop.vertices.size()];
-      shared.emplace_back(loop.beyond[k],
-                          (vertices_.col(next) - vertices_.col(loop.vertices[k])).norm());
+    for (const BorderSide& side : loop) {
+      shared.emplace_back(side.beyond, (vertices_.col(side.to) - vertices_.col(side.from)).norm());
     }
     std::sort(shared.begin(), shared.end());
     int best = shared[0].first;
@@ -474,25 +460,30 @@ class Labelling {
   /// In the order of their first cells; false: they make no closed surface, or are not flat.
   bool name_faces(Faces& faces) {
     faces.clear();
-    face_of_.assign(cells_.size(), -1);
-    std::vector<std::vector<int>> members(cells_.size());
-    for (int cell = 0; cell < groups_.size(); ++cell) {
-      members[at(groups_.group(cell))].push_back(cell);
-    }
-    for (int cell = 0; cell < groups_.size(); ++cell) {
-      const int g = groups_.group(cell);
+    faces.reserve(rank_.size());
+    face_of_.assign(rank_.size(), -1);
+    const IndexRows members = rows_by(groups_.size(), [&](const auto& put) {
+      for (int c = 0; c < groups_.size(); ++c) put(groups_.group(c), c);
+    });
+    for (int c = 0; c < groups_.size(); ++c) {
+      const int g = groups_.group(c);
       if (face_of_[at(g)] >= 0) continue;
       face_of_[at(g)] = static_cast<int>(faces.size());
-      faces.push_back(polygon_of(groups_.loop(g), corner_));
-      const std::vector<int>& polygon = faces.back();
-      if (polygon.size() < 3) return false;
-      const Vector3 normal = unit_normal(vertices_, polygon);
-      if (length_ > 0.0 && !(normal.norm() > 0.5)) return false;
-      const bool flat = members[at(g)].size() == 1 || length_ == 0.0 ||
-                        spread(members[at(g)], normal) <= 2 * stated_;
-      if (!flat) return false;
+      std::vector<int>& polygon = faces.emplace_back();
+      find_polygon(groups_.loop(g), corner_, polygon);
+      if (polygon.size() < 3 || (length_ > 0.0 && !is_flat(members[g], polygon))) return false;
     }
-    return faces.size() >= 4 && is_closed(faces);
+    return faces.size() >= 4 && is_closed(groups_.surface().vertex_count(), faces);
+  }
+
+  /// Has a face a normal, along which its cells lie within the stated length of a middle plane?
+  bool is_flat(std::span<const int> members, std::span<const int> polygon) const {
+    if (members.size() == 1) {
+      const RoughArea rough = rough_area(vertices_, polygon);
+      if (rough.norm > 2.0 * rough.error) return true;
+    }
+    const Vector3 normal = unit_normal(vertices_, polygon);
+    return normal.norm() > 0.5 && (members.size() == 1 || spread(members, normal) <= 2 * stated_);
   }
 
   /// Corners joined by an edge no longer than the length become one, and of all vertices beside a
@@ -518,23 +509,32 @@ class Labelling {
       if (best < 0 || farther(vertices_.col(v), vertices_.col(best), middle)) best = v;
     }
     std::fill(corner_.begin(), corner_.end(), 0);
+    bool moved = false;
     for (std::vector<int>& face : faces) {
-      for (int& v : face) v = out[at(name[at(v)])];
+      for (int& v : face) {
+        const int corner = out[at(name[at(v)])];
+        moved = moved || corner != v;
+        v = corner;
+      }
       face.erase(std::unique(face.begin(), face.end()), face.end());
       if (face.front() == face.back()) face.pop_back();
       if (face.size() < 3) return false;
       std::rotate(face.begin(), std::min_element(face.begin(), face.end()), face.end());
       for (const int v : face) corner_[at(v)] = 1;
     }
-    return is_closed(faces);
+    return !moved || is_closed(groups_.surface().vertex_count(), faces);
+  }
+
+  int face_beside(int side) const {
+    return face_of_[at(groups_.group(groups_.surface().cell_of(side)))];
   }
 
   /// Of the faces around a vertex, within the stated length; -1: none.
   int nearest_corner(int v, const Faces& faces) const {
     int best = -1;
     double nearest = stated_;
-    for (const int cell : groups_.surface().vertex_faces(v)) {
-      for (const int c : faces[at(face_of_[at(groups_.group(cell))])]) {
+    for (const int side : groups_.surface().sides_from(v)) {
+      for (const int c : faces[at(face_beside(side))]) {
         const double distance = (vertices_.col(c) - vertices_.col(v)).norm();
         if (distance > nearest) continue;
         nearest = distance;
@@ -557,8 +557,8 @@ class Labelling {
     if (const int corner = nearest_corner(v, faces); corner >= 0) return {v, {corner, -1}};
     HostedVertex by_edge{v}, by_face{v};
     double nearest = stated_, most = -std::numeric_limits<double>::infinity();
-    for (const int cell : groups_.surface().vertex_faces(v)) {
-      const int f = face_of_[at(groups_.group(cell))];
+    for (const int side : groups_.surface().sides_from(v)) {
+      const int f = face_beside(side);
       const std::vector<int>& face = faces[at(f)];
       for (std::size_t k = 0; k < face.size(); ++k) {
         const int a = face[k], b = face[(k + 1) % face.size()];
@@ -575,15 +575,49 @@ class Labelling {
   }
 
   Eigen::Ref<const Points> vertices_;
-  const Faces& cells_;
   double stated_, length_ = 0.0;
-  std::vector<int> order_, rank_;
   CellGroups groups_;
-  std::vector<int> member_;  // the mark of the search that found a cell last
+  CellAreas areas_;
+  std::vector<int> order_, rank_;
+  std::vector<int> members_;  // of the cap found last
+  std::vector<int> member_;   // the mark of the search that found a cell last
   int marks_ = 0;
   std::vector<char> corner_;
   std::vector<int> face_of_;  // by group
 };
+
+/// The vertex of a triangle that another one does not share with it.
+int vertex_beside(std::span<const int> triangle, std::span<const int> other) {
+  return *std::ranges::find_if(triangle,
+                               [&](int v) { return std::ranges::find(other, v) == other.end(); });
+}
+
+/// Groups of exactly coplanar triangles, each named by the first of them.
+void join_coplanar(const Eigen::Ref<const Points>& vertices, CellGroups& groups) {
+  std::vector<int> stack;
+  for (int seed = 0; seed < groups.size(); ++seed) {
+    if (groups.group(seed) >= 0) continue;
+    groups.put(seed, seed);
+    const std::span<const int> plane = groups.surface().cell(seed);
+    const auto in_plane = [&](int v) {
+      return orientation(vertices.col(plane[0]), vertices.col(plane[1]), vertices.col(plane[2]),
+                         vertices.col(v)) == 0;
+    };
+    stack.assign(1, seed);
+    while (!stack.empty()) {
+      const int cell = stack.back();
+      stack.pop_back();
+      for (const int next : groups.surface().neighbours(cell)) {
+        if (groups.group(next) >= 0 ||
+            !in_plane(vertex_beside(groups.surface().cell(next), groups.surface().cell(cell)))) {
+          continue;
+        }
+        groups.put(next, seed);
+        stack.push_back(next);
+      }
+    }
+  }
+}
 
 }  // namespace
 
@@ -591,53 +625,56 @@ Vector3 polygon_normal(const Eigen::Ref<const Points>& vertices, std::span<const
   return wide_area(vertices, polygon).rounded();
 }
 
-double polygon_width(const Eigen::Ref<const Points>& vertices, std::span<const int> polygon) {
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t k = 0; k < polygon.size(); ++k) {
-    const Vector3 a = vertices.col(polygon[k]);
-    const Vector3 side = vertices.col(polygon[(k + 1) % polygon.size()]) - a;
-    const double length = side.norm();
-    double width = 0.0;
-    for (const int v : polygon) {
-      const Vector3 x = vertices.col(v) - a;
-      width = std::max(width, length > 0.0 ? side.cross(x).norm() / length : x.norm());
-    }
-    least = std::min(least, width);
+RoughArea rough_area(const Eigen::Ref<const Points>& vertices, std::span<const int> polygon) {
+  const Vector3 first = vertices.col(polygon[0]);
+  RoughArea rough;
+  double lengths = 0.0;
+  Vector3 side = vertices.col(polygon[1]) - first;
+  for (std::size_t k = 2; k < polygon.size(); ++k) {
+    const Vector3 next = vertices.col(polygon[k]) - first;
+    rough.area += side.cross(next);
+    lengths += side.norm() * next.norm();
+    side = next;
   }
-  return least;
+  // Of a product 4 eps: its differences, products and their difference; of a sum an eps a term.
+  const double roundings = 4.0 + static_cast<double>(polygon.size());
+  rough.norm = rough.area.norm();
+  rough.error = 4.0 * roundings * std::numeric_limits<double>::epsilon() * lengths;
+  return rough;
 }
 
-Faces exact_facets(const Eigen::Ref<const Points>& vertices, const Faces& cells) {
-  CellGroups groups(static_cast<int>(vertices.cols()), cells);
-  const auto coplanar = [&](int f, int g) {
-    const std::vector<int>& plane = cells[at(f)];
-    return std::all_of(cells[at(g)].begin(), cells[at(g)].end(), [&](int v) {
-      return orientation(vertices.col(plane[0]), vertices.col(plane[1]), vertices.col(plane[2]),
-                         vertices.col(v)) == 0;
-    });
-  };
-  std::vector<int> stack;
-  for (int seed = 0; seed < groups.size(); ++seed) {
-    if (groups.group(seed) >= 0) continue;
-    groups.put(seed, seed);
-    stack.assign(1, seed);
-    while (!stack.empty()) {
-      const int cell = stack.back();
-      stack.pop_back();
-      for (const int next : groups.surface().face_neighbours(cell)) {
-        if (groups.group(next) >= 0 || !coplanar(seed, next)) continue;
-        groups.put(next, seed);
-        stack.push_back(next);
-      }
+bool is_wider(const Eigen::Ref<const Points>& vertices, std::span<const int> polygon,
+              double width) {
+  const std::size_t count = polygon.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    const Vector3 a = vertices.col(polygon[k]);
+    const Vector3 side = vertices.col(polygon[(k + 1) % count]) - a;
+    const double length = side.norm();
+    bool wide = false;
+    for (std::size_t m = 0; m < count && !wide; ++m) {  // first the vertices across
+      const Vector3 x = vertices.col(polygon[(k + 2 + m) % count]) - a;
+      wide = (length > 0.0 ? side.cross(x).norm() / length : x.norm()) > width;
     }
+    if (!wide) return false;
   }
-  if (!groups.find_loops()) return cells;  // cannot be: an exact facet is a convex polygon
+  return true;
+}
+
+Faces exact_facets(const Eigen::Ref<const Points>& vertices,
+                   std::span<const std::array<int, 3>> triangles) {
+  CellGroups groups(static_cast<int>(vertices.cols()), rows_of(triangles));
+  join_coplanar(vertices, groups);
+  Faces facets;
+  if (!groups.find_loops()) {  // cannot be: an exact facet is a convex polygon
+    for (const std::array<int, 3>& t : triangles) facets.push_back({t[0], t[1], t[2]});
+    return facets;
+  }
   const std::vector<int> visits = groups.visits();
   std::vector<char> corner(visits.size());
   for (std::size_t v = 0; v < visits.size(); ++v) corner[v] = visits[v] >= 3;
-  Faces facets;
+  facets.reserve(triangles.size());
   for (int g = 0; g < groups.size(); ++g) {
-    if (!groups.loop(g).vertices.empty()) facets.push_back(polygon_of(groups.loop(g), corner));
+    if (!groups.loop(g).empty()) find_polygon(groups.loop(g), corner, facets.emplace_back());
   }
   std::sort(facets.begin(), facets.end());
   return facets;

@@ -12,8 +12,9 @@ using Faces = std::vector<std::vector<int>>;
 
 /// The facets of an exact hull: triangles that are exactly coplanar joined to one polygon, vertices
 /// that are exactly no corner named by none. They hang on the set of points alone, not on how its
-/// hull was cut into triangles (the cells, which name every vertex).
-Faces exact_facets(const Eigen::Ref<const Points>& vertices, const Faces& cells);
+/// hull was cut into triangles (which name every vertex).
+Faces exact_facets(const Eigen::Ref<const Points>& vertices,
+                   std::span<const std::array<int, 3>> triangles);
 
 struct FaceLabels {
   Faces faces;                       ///< corners, counter-clockwise from outside
@@ -34,7 +35,20 @@ FaceLabels label_faces(const Eigen::Ref<const Points>& vertices, const Faces& ce
 /// Twice the vector area of a polygon, summed in double-double: right also for slivers.
 Vector3 polygon_normal(const Eigen::Ref<const Points>& vertices, std::span<const int> polygon);
 
-/// Least distance between two parallel lines that hold a polygon, one of them along a side.
-double polygon_width(const Eigen::Ref<const Points>& vertices, std::span<const int> polygon);
+/// The same in plain doubles, and how far it may be off at most.
+struct RoughArea {
+  Vector3 area = Vector3::Zero();
+  double norm = 0.0, error = 0.0;
+
+  /// Does x reach farther than `length` along the exact vector, beyond doubt?
+  bool surely_exceeds(const Vector3& x, double length) const {
+    return area.dot(x) > 2.0 * length * norm + 4.0 * error * x.norm();
+  }
+};
+RoughArea rough_area(const Eigen::Ref<const Points>& vertices, std::span<const int> polygon);
+
+/// Is the least distance between two parallel lines that hold a polygon, one of them along a side,
+/// more than `width`?
+bool is_wider(const Eigen::Ref<const Points>& vertices, std::span<const int> polygon, double width);
 
 }  // namespace quoin::geometry

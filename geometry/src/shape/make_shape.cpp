@@ -85,16 +85,20 @@ void check_points(const Eigen::Ref<const Points>& points, int limit) {
   }
 }
 
-/// Renumbers the vertices that the faces use, ascending; returns their old numbers.
-std::vector<int> compress(Faces& faces) {
-  std::vector<int> used;
-  for (const std::vector<int>& face : faces) used.insert(used.end(), face.begin(), face.end());
-  std::sort(used.begin(), used.end());
-  used.erase(std::unique(used.begin(), used.end()), used.end());
-  for (std::vector<int>& face : faces) {
-    for (int& v : face) {
-      v = static_cast<int>(std::lower_bound(used.begin(), used.end(), v) - used.begin());
-    }
+/// Renumbers the vertices that the polygons use, of `count`, ascending; returns their old numbers.
+template <typename Polygons>
+std::vector<int> compress(int count, Polygons& polygons) {
+  std::vector<int> name(at(count), -1), used;
+  for (const auto& polygon : polygons) {
+    for (const int v : polygon) name[at(v)] = 0;
+  }
+  for (int v = 0; v < count; ++v) {
+    if (name[at(v)] < 0) continue;
+    name[at(v)] = static_cast<int>(used.size());
+    used.push_back(v);
+  }
+  for (auto& polygon : polygons) {
+    for (int& v : polygon) v = name[at(v)];
   }
   return used;
 }
@@ -106,6 +110,17 @@ double volume(const Eigen::Ref<const Points>& vertices, const Faces& faces) {
     six_volumes += polygon_normal(vertices, face).dot(vertices.col(face[0]) - origin);
   }
   return six_volumes / 6.0;
+}
+
+/// Does a vertex lie deeper below the plane of a facet, beyond what plain doubles leave open?
+bool surely_deeper(const Eigen::Ref<const Points>& vertices, const std::vector<int>& facet,
+                   double depth) {
+  const RoughArea area = rough_area(vertices, facet);
+  const Vector3 base = vertices.col(facet[0]);
+  for (int v = 0; v < vertices.cols(); ++v) {
+    if (area.surely_exceeds(base - vertices.col(v), depth)) return true;
+  }
+  return false;
 }
 
 /// How far the vertices lie below the plane of a facet, at most; no farther is looked than
@@ -141,6 +156,7 @@ void check_thickness(const Eigen::Ref<const Points>& vertices, const Faces& face
   int deep = 0;
   for (const std::vector<int>& facet : facets) {
     const double enough = std::min(least, std::nextafter(limit, 2 * limit));
+    if (surely_deeper(vertices, facet, enough)) continue;
     least = std::min(least, depth_below(vertices, facet, enough, deep));
   }
   if (least > limit) return;
@@ -152,7 +168,7 @@ void check_thickness(const Eigen::Ref<const Points>& vertices, const Faces& face
 /// narrower than that say nothing: all their vertices lie on wider ones.
 void check_convex(const Eigen::Ref<const Points>& vertices, const Faces& faces, double limit) {
   for (std::size_t f = 0; f < faces.size(); ++f) {
-    if (!(polygon_width(vertices, faces[f]) > limit)) continue;
+    if (!is_wider(vertices, faces[f], limit)) continue;
     const Vector3 unit = polygon_normal(vertices, faces[f]).normalized();
     const std::string name = "face " + std::to_string(f);
     double level = 0.0;
@@ -183,17 +199,15 @@ struct ExactHull {
 };
 
 ExactHull exact_hull(const Eigen::Ref<const Points>& scaled) {
-  const HullTriangles hull = hull_triangles(scaled);
+  HullTriangles hull = hull_triangles(scaled);
   if (hull.dimension < 3) {
     throw InputError(std::string("the points lie in one ") +
                      (hull.dimension < 2 ? "line" : "plane") + ": no solid");
   }
-  Faces triangles;
-  for (const std::array<int, 3>& t : hull.triangles) triangles.push_back({t[0], t[1], t[2]});
-  ExactHull exact{{}, compress(triangles)};
+  ExactHull exact{{}, compress(static_cast<int>(scaled.cols()), hull.triangles)};
   const Points met = scaled(Eigen::all, exact.corners);
-  exact.facets = exact_facets(met, triangles);
-  std::vector<int> kept = compress(exact.facets);
+  exact.facets = exact_facets(met, hull.triangles);
+  std::vector<int> kept = compress(static_cast<int>(met.cols()), exact.facets);
   for (int& v : kept) v = exact.corners[at(v)];
   exact.corners = std::move(kept);
   return exact;

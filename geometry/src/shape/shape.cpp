@@ -9,31 +9,56 @@
 #include "numeric/double_double.hpp"
 #include "numeric/error_bounds.hpp"
 #include "shape/rounding_mode.hpp"
+#include "shape/rows.hpp"
 
 namespace quoin::geometry {
 namespace {
 
 struct HalfEdge {
-  std::array<int, 2> ends;  // first < second
-  int face;
-  int slot;      // where its edge number belongs in face_edges
-  bool forward;  // the face runs from ends[0] to ends[1]
+  std::array<int, 2> ends{};  // first < second
+  int face = 0;
+  int slot = 0;          // where its edge number belongs in face_edges
+  bool forward = false;  // the face runs from ends[0] to ends[1]
 };
 
+/// By their ends; of the same two the forward ones first.
+std::vector<HalfEdge> sorted_halves(const Topology& topology, const std::vector<int>& face_start) {
+  std::vector<int> start;
+  std::vector<HalfEdge> halves;
+  const auto visit = [&](const auto& put) {
+    for (int f = 0; f < topology.face_count(); ++f) {
+      const std::span<const int> cycle = topology.face(f);
+      int slot = face_start[static_cast<std::size_t>(f)];
+      for (std::size_t k = 0; k < cycle.size(); ++k, ++slot) {
+        const int v = cycle[k], w = cycle[k + 1 < cycle.size() ? k + 1 : 0];
+        put(std::min(v, w), HalfEdge{{std::min(v, w), std::max(v, w)}, f, slot, v < w});
+      }
+    }
+  };
+  fill_rows(topology.vertex_count(), visit, start, halves);
+  for (std::size_t v = 0; v + 1 < start.size(); ++v) {
+    std::sort(halves.begin() + start[v], halves.begin() + start[v + 1],
+              [](const HalfEdge& p, const HalfEdge& q) {
+                return std::pair(p.ends[1], !p.forward) < std::pair(q.ends[1], !q.forward);
+              });
+  }
+  return halves;
+}
+
 void check_faces(int vertex_count, const std::vector<std::vector<int>>& faces) {
+  const auto name = [](std::size_t f) { return "face " + std::to_string(f); };
   for (std::size_t f = 0; f < faces.size(); ++f) {
-    const std::string name = "face " + std::to_string(f);
     if (faces[f].size() < 3) {
-      throw InputError(name + " has " + std::to_string(faces[f].size()) +
+      throw InputError(name(f) + " has " + std::to_string(faces[f].size()) +
                        " vertices, at least 3 needed");
     }
     for (const int v : faces[f]) {
       if (v < 0 || v >= vertex_count) {
-        throw InputError(name + " names vertex " + std::to_string(v) + ", but there are " +
+        throw InputError(name(f) + " names vertex " + std::to_string(v) + ", but there are " +
                          std::to_string(vertex_count) + " vertices");
       }
       if (std::count(faces[f].begin(), faces[f].end(), v) > 1) {
-        throw InputError(name + " names vertex " + std::to_string(v) + " twice");
+        throw InputError(name(f) + " names vertex " + std::to_string(v) + " twice");
       }
     }
   }
@@ -59,26 +84,40 @@ void check_twins(const HalfEdge* begin, const HalfEdge* end) {
   }
 }
 
+/// What is around the vertices that are no corners, vertex by vertex and then ascending.
+struct AroundHosted {
+  using Pairs = std::vector<std::array<int, 2>>;  // of the vertex and what is around it
+  Pairs neighbours, edges, faces;
+};
+
 /// What surrounds the host of a vertex surrounds the vertex, too.
-void add_host_neighbours(const Topology& topology, int v, std::vector<std::array<int, 3>>& around,
-                         std::vector<std::array<int, 2>>& faces) {
+void add_host_neighbours(const Topology& topology, int v, AroundHosted& hosted) {
+  std::vector<std::array<int, 2>> around;  // neighbour, edge to it (-1: none)
+  std::vector<int> faces;
   const auto [kind, i] = topology.host(v);
   if (kind == FeatureKind::Vertex) {
     for (int e = 0; e < topology.edge_count(); ++e) {
       const auto [from, to] = topology.edge(e);
-      if (from == i || to == i) around.push_back({v, from == i ? to : from, e});
+      if (from == i || to == i) around.push_back({from == i ? to : from, e});
     }
     for (int f = 0; f < topology.face_count(); ++f) {
       const std::span<const int> cycle = topology.face(f);
-      if (std::ranges::find(cycle, i) != cycle.end()) faces.push_back({v, f});
+      if (std::ranges::find(cycle, i) != cycle.end()) faces.push_back(f);
     }
   } else if (kind == FeatureKind::Edge) {
-    for (const int end : topology.edge(i)) around.push_back({v, end, i});
-    for (const int f : topology.edge_faces(i)) faces.push_back({v, f});
+    for (const int end : topology.edge(i)) around.push_back({end, i});
+    faces.assign(topology.edge_faces(i).begin(), topology.edge_faces(i).end());
   } else {
-    for (const int corner : topology.face(i)) around.push_back({v, corner, -1});
-    faces.push_back({v, i});
+    for (const int corner : topology.face(i)) around.push_back({corner, -1});
+    faces.push_back(i);
   }
+  std::sort(around.begin(), around.end());
+  std::sort(faces.begin(), faces.end());
+  for (const auto& [neighbour, e] : around) {
+    hosted.neighbours.push_back({v, neighbour});
+    if (e >= 0) hosted.edges.push_back({v, e});
+  }
+  for (const int f : faces) hosted.faces.push_back({v, f});
 }
 
 std::string text(double value) {
@@ -161,6 +200,12 @@ Topology::Topology(int vertex_count, const std::vector<std::vector<int>>& faces,
                    const std::vector<std::vector<int>>& surface)
     : vertex_count_(vertex_count) {
   check_faces(vertex_count, faces);
+  std::size_t corners = 0;
+  for (const std::vector<int>& face : faces) corners += face.size();
+  face_vertices_.reserve(corners);
+  face_fours_.reserve(4 * faces.size());
+  face_start_.reserve(faces.size() + 1);
+  face_four_start_.reserve(faces.size());
   face_start_.push_back(0);
   for (const std::vector<int>& face : faces) {
     face_vertices_.insert(face_vertices_.end(), face.begin(), face.end());
@@ -169,6 +214,7 @@ Topology::Topology(int vertex_count, const std::vector<std::vector<int>>& faces,
     face_fours_.insert(face_fours_.end(), face.begin(), face.end());
     while (face_fours_.size() % 4 != 0) face_fours_.push_back(face[0]);
   }
+  triangles_.reserve(2 * index(vertex_count));
   for (const std::vector<int>& cell : surface.empty() ? faces : surface) {
     for (std::size_t k = 2; k < cell.size(); ++k) {
       triangles_.push_back({cell[0], cell[k - 1], cell[k]});
@@ -183,19 +229,7 @@ Topology::Topology(int vertex_count, const std::vector<std::vector<int>>& faces,
 }
 
 void Topology::add_edges() {
-  std::vector<HalfEdge> halves;
-  halves.reserve(face_vertices_.size());
-  for (int f = 0; f < face_count(); ++f) {
-    const std::span<const int> cycle = face(f);
-    for (std::size_t k = 0; k < cycle.size(); ++k) {
-      const int v = cycle[k], w = cycle[(k + 1) % cycle.size()];
-      const int slot = face_start_[index(f)] + static_cast<int>(k);
-      halves.push_back({{std::min(v, w), std::max(v, w)}, f, slot, v < w});
-    }
-  }
-  std::sort(halves.begin(), halves.end(), [](const HalfEdge& p, const HalfEdge& q) {
-    return std::pair(p.ends, !p.forward) < std::pair(q.ends, !q.forward);
-  });
+  const std::vector<HalfEdge> halves = sorted_halves(*this, face_start_);
   face_edges_.assign(face_vertices_.size(), -1);
   face_neighbours_.assign(face_vertices_.size(), -1);
   edges_.reserve(halves.size() / 2);
@@ -244,37 +278,32 @@ void Topology::add_hosts(const std::vector<HostedVertex>& hosted) {
 }
 
 void Topology::add_neighbours() {
-  std::vector<std::array<int, 3>> around;  // vertex, neighbour, edge between them (-1: none)
-  std::vector<std::array<int, 2>> faces;   // vertex, face
-  around.reserve(2 * index(edge_count()));
-  faces.reserve(face_vertices_.size());
-  for (int e = 0; e < edge_count(); ++e) {
-    around.push_back({edge(e)[0], edge(e)[1], e});
-    around.push_back({edge(e)[1], edge(e)[0], e});
-  }
-  for (int f = 0; f < face_count(); ++f) {
-    for (const int v : face(f)) faces.push_back({v, f});
-  }
+  AroundHosted hosted;
   for (int v = 0; v < vertex_count_ && !hosts_.empty(); ++v) {
-    if (!is_corner(v)) add_host_neighbours(*this, v, around, faces);
+    if (!is_corner(v)) add_host_neighbours(*this, v, hosted);
   }
-  std::sort(around.begin(), around.end());
-  std::sort(faces.begin(), faces.end());
-  neighbours_.reserve(around.size());
-  neighbour_edges_.reserve(around.size());
-  vertex_faces_.reserve(faces.size());
-  neighbour_start_.assign(index(vertex_count_) + 1, 0);
-  neighbour_edge_start_ = vertex_face_start_ = neighbour_start_;
-  for (const auto& [v, neighbour, e] : around) {
-    neighbours_.push_back(neighbour);
-    if (e >= 0) neighbour_edges_.push_back(e);
-    neighbour_start_[index(v) + 1] = static_cast<int>(neighbours_.size());
-    neighbour_edge_start_[index(v) + 1] = static_cast<int>(neighbour_edges_.size());
-  }
-  for (const auto& [v, f] : faces) {
-    vertex_faces_.push_back(f);
-    vertex_face_start_[index(v) + 1] = static_cast<int>(vertex_faces_.size());
-  }
+  const auto visit_edges = [&](const auto& put) {  // vertex, edge, and which of its ends it is
+    for (const std::size_t end : {1u, 0u}) {       // first all smaller neighbours come
+      for (int e = 0; e < edge_count(); ++e) put(edge(e)[end], e, end);
+    }
+  };
+  const auto visit_neighbours = [&](const auto& put) {
+    visit_edges([&](int v, int e, std::size_t end) { put(v, edge(e)[1 - end]); });
+    for (const auto& [v, neighbour] : hosted.neighbours) put(v, neighbour);
+  };
+  const auto visit_vertex_edges = [&](const auto& put) {
+    visit_edges([&](int v, int e, std::size_t) { put(v, e); });
+    for (const auto& [v, e] : hosted.edges) put(v, e);
+  };
+  const auto visit_faces = [&](const auto& put) {
+    for (int f = 0; f < face_count(); ++f) {
+      for (const int v : face(f)) put(v, f);
+    }
+    for (const auto& [v, f] : hosted.faces) put(v, f);
+  };
+  fill_rows(vertex_count_, visit_neighbours, neighbour_start_, neighbours_);
+  fill_rows(vertex_count_, visit_vertex_edges, neighbour_edge_start_, neighbour_edges_);
+  fill_rows(vertex_count_, visit_faces, vertex_face_start_, vertex_faces_);
   three_faces_at_vertices_ = hosts_.empty();
   for (int v = 0; v < vertex_count_; ++v) {
     three_faces_at_vertices_ = three_faces_at_vertices_ && vertex_faces(v).size() == 3;
@@ -282,27 +311,28 @@ void Topology::add_neighbours() {
 }
 
 void Topology::add_face_sets() {
-  std::vector<std::array<int, 2>> sets;  // face, vertex
-  sets.reserve(vertex_faces_.size());
-  for (int v = 0; v < vertex_count_; ++v) {
-    for (const int f : vertex_faces(v)) sets.push_back({f, v});
-  }
-  std::sort(sets.begin(), sets.end());
-  face_set_start_.assign(index(face_count()) + 1, 0);
-  face_sets_.reserve(sets.size());
-  for (const auto& [f, v] : sets) {
-    face_sets_.push_back(v);
-    face_set_start_[index(f) + 1] = static_cast<int>(face_sets_.size());
-  }
+  const auto visit = [&](const auto& put) {
+    for (int v = 0; v < vertex_count_; ++v) {
+      for (const int f : vertex_faces(v)) put(f, v);
+    }
+  };
+  fill_rows(face_count(), visit, face_set_start_, face_sets_);
 }
 
 void Topology::add_edge_table() {
   if (vertex_count_ > kFewVertices) return;
-  std::vector<std::int16_t> table;
-  table.reserve(index(vertex_count_) * index(vertex_count_));
-  for (int v = 0; v < vertex_count_; ++v) {
+  std::vector<std::int16_t> table(index(vertex_count_) * index(vertex_count_), -1);
+  const auto between = [&](int v, int w) -> std::int16_t& {
+    return table[index(v * vertex_count_ + w)];
+  };
+  for (int e = 0; e < edge_count(); ++e) {
+    const auto [v, w] = edge(e);
+    between(v, w) = between(w, v) = static_cast<std::int16_t>(e);
+  }
+  for (int v = 0; v < vertex_count_ && !hosts_.empty(); ++v) {
     for (int w = 0; w < vertex_count_; ++w) {
-      table.push_back(static_cast<std::int16_t>(search_edge(v, w)));
+      if (is_corner(v) && is_corner(w)) continue;
+      between(v, w) = static_cast<std::int16_t>(search_edge(v, w));
     }
   }
   edge_between_ = std::move(table);
