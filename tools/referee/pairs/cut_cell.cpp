@@ -68,18 +68,24 @@ class Cutter {
 };
 
 /// The vertices on the plane in the order of their angle about n.
-std::vector<int> cap_of(const Cell& part, std::vector<int> loop, const Vector3& n) {
+std::vector<int> cap_of(const Cell& part, const std::vector<int>& loop, const Vector3& n) {
   Vector3 middle = Vector3::Zero();
   for (int v : loop) {
     middle += part.vertices[at(v)] / static_cast<double>(loop.size());
   }
   const Vector3 u = n.unitOrthogonal(), w = n.cross(u);
-  const auto angle = [&](int v) {
+  std::vector<std::pair<double, int>> angles;
+  for (const int v : loop) {
     const Vector3 step = part.vertices[at(v)] - middle;
-    return std::atan2(w.dot(step), u.dot(step));
-  };
-  std::sort(loop.begin(), loop.end(), [&](int v, int m) { return angle(v) < angle(m); });
-  return loop;
+    angles.emplace_back(std::atan2(w.dot(step), u.dot(step)), v);
+  }
+  std::sort(angles.begin(), angles.end(),
+            [](const auto& p, const auto& q) { return p.first < q.first; });
+  std::vector<int> sorted;
+  for (const auto& [angle, v] : angles) {
+    sorted.push_back(v);
+  }
+  return sorted;
 }
 
 Cell voronoi_cell(const std::vector<Vector3>& seeds, int seed, const Cell& around, double snap) {
@@ -88,7 +94,7 @@ Cell voronoi_cell(const std::vector<Vector3>& seeds, int seed, const Cell& aroun
   for (const Vector3& other : seeds) {
     if (other != s) {
       const Vector3 n = (other - s).normalized();
-      cell = cut(cell, n, n.dot(0.5 * (other + s)), snap);
+      cell = cut(std::move(cell), n, n.dot(0.5 * (other + s)), snap);
     }
   }
   return cell;
@@ -114,7 +120,7 @@ Cell box_cell(const Vector3& min, const Vector3& max) {
   return cell;
 }
 
-Cell cut(const Cell& cell, const Vector3& n, double d, double snap) {
+Cell cut(Cell cell, const Vector3& n, double d, double snap) {
   Cutter cutter(cell, n, d, snap);
   if (cutter.keeps_all()) {
     return cell;

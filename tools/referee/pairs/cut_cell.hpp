@@ -20,7 +20,7 @@ Cell box_cell(const geometry::Vector3& min, const geometry::Vector3& max);
 
 /// The part where n·x <= d; a vertex within `snap` (m) of the plane is on it. Empty when nothing or
 /// nothing of any thickness is left. The other part (-n, -d) gets the same doubles on the cut.
-Cell cut(const Cell& cell, const geometry::Vector3& n, double d, double snap);
+Cell cut(Cell cell, const geometry::Vector3& n, double d, double snap);
 
 /// A cell of a cubic lattice of seeds, each moved by up to `jitter` along each axis (lattice length
 /// 1 m), and the cell of one of its neighbours: across a face, an edge or a corner.

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <stdexcept>
 #include <tuple>
@@ -38,6 +40,27 @@ Triple<T> cross(const Triple<T>& u, const Triple<T>& v) {
   return {T(u[1] * v[2] - u[2] * v[1]), T(u[2] * v[0] - u[0] * v[2]), T(u[0] * v[1] - u[1] * v[0])};
 }
 
+// The same in whole numbers, without temporary ones.
+
+template <>
+Whole dot(const Triple<Whole>& u, const Triple<Whole>& v) {
+  Whole sum(u[0] * v[0]);
+  mpz_addmul(sum.get_mpz_t(), u[1].get_mpz_t(), v[1].get_mpz_t());
+  mpz_addmul(sum.get_mpz_t(), u[2].get_mpz_t(), v[2].get_mpz_t());
+  return sum;
+}
+
+template <>
+Triple<Whole> cross(const Triple<Whole>& u, const Triple<Whole>& v) {
+  Triple<Whole> product;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
+    mpz_mul(product[k].get_mpz_t(), u[i].get_mpz_t(), v[j].get_mpz_t());
+    mpz_submul(product[k].get_mpz_t(), u[j].get_mpz_t(), v[i].get_mpz_t());
+  }
+  return product;
+}
+
 Real length(const Triple<Real>& u) { return std::sqrt(dot(u, u)); }
 
 /// The leading 53 bits of a number times 2^exponent, and what they leave of it.
@@ -58,9 +81,24 @@ Leading leading(const Whole& number, long exponent) {
   return {std::ldexp(Real(high), static_cast<int>(e + exponent)), number - whole};
 }
 
+/// The leading 128 bits of a number times 2^exponent, rounded.
 Real rounded(const Whole& number, long exponent) {
-  const Leading first = leading(number, exponent);
-  return first.value + leading(first.rest, exponent).value;
+  static_assert(GMP_NUMB_BITS == 64);
+  const std::size_t size = mpz_size(number.get_mpz_t());
+  if (size == 0) {
+    return 0;
+  }
+  const auto limb = [&](std::size_t below) -> std::uint64_t {
+    return below < size ? mpz_getlimbn(number.get_mpz_t(), static_cast<mp_size_t>(size - 1 - below))
+                        : 0;
+  };
+  const int shift = std::countl_zero(limb(0));
+  const auto bits = [&](std::size_t k) {
+    return shift == 0 ? limb(k) : limb(k) << shift | limb(k + 1) >> (64 - shift);
+  };
+  const Real leading = Real(bits(0)) * 0x1p64L + Real(bits(1));
+  const long last = 64 * (static_cast<long>(size) - 2) - shift + exponent;
+  return std::ldexp(Real(sgn(number)) * leading, static_cast<int>(last));
 }
 
 /// Both point sets twice: as whole multiples of 2^exponent and rounded to long double, both
@@ -492,10 +530,31 @@ std::vector<Triangle> hull(const Pair& pair, int body) {
   return triangles;
 }
 
-/// An edge of a hull with the third vertices of its two triangles.
+/// From one point of a solid to another: their exact difference, rounded, so that short ones keep
+/// their digits.
+Triple<Real> line_between(const Pair& pair, int body, int p, int q) {
+  const std::vector<Triple<Whole>>& w = pair.whole[body];
+  const Triple<Whole> line = w[static_cast<std::size_t>(q)] - w[static_cast<std::size_t>(p)];
+  return {rounded(line[0], pair.exponent), rounded(line[1], pair.exponent),
+          rounded(line[2], pair.exponent)};
+}
+
+/// An edge of a hull.
 struct Edge {
-  int p, q, left, right;
+  int p = 0, q = 0;
+  Triple<Real> line{};  // from p to q, m
+  Real length = 0;
+  std::array<Triple<Real>, 2> wings{};  // (third vertex of either triangle - p) × line, m2
 };
+
+Edge make_edge(const Pair& pair, int body, int p, int q, std::array<int, 2> thirds) {
+  Edge edge{.p = p, .q = q, .line = line_between(pair, body, p, q)};
+  edge.length = length(edge.line);
+  for (const std::size_t k : {0u, 1u}) {
+    edge.wings[k] = cross(line_between(pair, body, p, thirds[k]), edge.line);
+  }
+  return edge;
+}
 
 std::vector<Edge> edges_of(const Pair& pair, int body, const std::vector<Triangle>& triangles) {
   struct Half {
@@ -516,32 +575,22 @@ std::vector<Edge> edges_of(const Pair& pair, int body, const std::vector<Triangl
     const Half& h = halves[i];
     const int other = halves[i + 1].third;
     if (side_of(pair, body, {h.low, h.high, h.third}, other) != 0) {  // not inside a flat face
-      edges.push_back({h.low, h.high, h.third, other});
+      edges.push_back(make_edge(pair, body, h.low, h.high, {h.third, other}));
     }
   }
   return edges;
 }
 
-/// A direction that may be the way out: the cross product of two edge vectors.
+/// A direction that may be the way out: the cross product of two lines between points.
 struct Exit {
-  Real depth = 0;  // along it, m
-  Real error = 0;  // of `depth`, m
+  Triple<Real> normal{};
+  Real product = 0;  // of the lengths of the lines, m2
+  Real depth = 0;    // along it, m
+  Real error = 0;    // of `depth`, m
   int body1 = 0, p1 = 0, q1 = 0;
   int body2 = 0, p2 = 0, q2 = 0;
   int sign = 1;
 };
-
-Triple<Real> real_normal(const Pair& pair, const Exit& exit) {
-  const auto edge = [&](int body, int p, int q) {
-    const auto& r = pair.real[body];
-    return r[static_cast<std::size_t>(q)] - r[static_cast<std::size_t>(p)];
-  };
-  Triple<Real> n = cross(edge(exit.body1, exit.p1, exit.q1), edge(exit.body2, exit.p2, exit.q2));
-  for (Real& c : n) {
-    c *= Real(exit.sign);
-  }
-  return n;
-}
 
 Triple<Whole> whole_normal(const Pair& pair, const Exit& exit) {
   const auto edge = [&](int body, int p, int q) {
@@ -555,37 +604,46 @@ Triple<Whole> whole_normal(const Pair& pair, const Exit& exit) {
   return n;
 }
 
+/// Is a cross product of two rounded lines no more than their rounding?
+bool is_lost(const Exit& exit) { return length(exit.normal) <= 0x1p-58L * exit.product; }
+
+/// How far heights along a normal, as parts of its length, may be off, m.
+Real depth_error(const Pair& pair, const Exit& exit) {
+  return 16 * pair.size * 0x1p-60L * (exit.product / length(exit.normal) + 1);
+}
+
 /// How far B must go along n to be clear of A, with a bound of its rounding error.
 void measure(const Pair& pair, Exit& exit) {
-  const Triple<Real> n = real_normal(pair, exit);
-  const Real norm = length(n);
-  const auto edge_length = [&](int body, int p, int q) {
-    const auto& r = pair.real[body];
-    return length(r[static_cast<std::size_t>(q)] - r[static_cast<std::size_t>(p)]);
-  };
-  const Real product =
-      edge_length(exit.body1, exit.p1, exit.q1) * edge_length(exit.body2, exit.p2, exit.q2);
-  const Real sum =
-      edge_length(exit.body1, exit.p1, exit.q1) + edge_length(exit.body2, exit.p2, exit.q2);
-  const Real normal_error = 0x1p-60L * (product + pair.size * sum);
-  if (norm <= 4 * normal_error) {
+  if (is_lost(exit)) {
     exit.depth = 0;
     exit.error = 8 * pair.size;
     return;
   }
   Real top = -INFINITY, bottom = INFINITY;
   for (const Triple<Real>& p : pair.real[0]) {
-    top = std::max(top, dot(n, p));
+    top = std::max(top, dot(exit.normal, p));
   }
   for (const Triple<Real>& p : pair.real[1]) {
-    bottom = std::min(bottom, dot(n, p));
+    bottom = std::min(bottom, dot(exit.normal, p));
   }
-  exit.depth = (top - bottom) / norm;
-  exit.error = 16 * pair.size * (normal_error / norm + 0x1p-60L);
+  exit.depth = (top - bottom) / length(exit.normal);
+  exit.error = depth_error(pair, exit);
 }
 
-std::vector<Exit> face_exits(const Pair& pair, int body, const std::vector<Triangle>& triangles) {
-  std::vector<Exit> exits;
+/// The ways out that may be the shortest.
+struct Exits {
+  std::vector<Exit> list;
+  Real limit = INFINITY;  // at most so long is the shortest, m
+
+  void add(const Pair& pair, Exit& exit) {
+    measure(pair, exit);
+    limit = std::min(limit, exit.depth + exit.error);
+    list.push_back(exit);
+  }
+};
+
+void add_face_exits(const Pair& pair, int body, const std::vector<Triangle>& triangles,
+                    Exits& exits) {
   for (const Triangle& t : triangles) {
     Exit exit{.body1 = body,
               .p1 = t.vertices[0],
@@ -594,37 +652,44 @@ std::vector<Exit> face_exits(const Pair& pair, int body, const std::vector<Trian
               .p2 = t.vertices[0],
               .q2 = t.vertices[2],
               .sign = body == 0 ? 1 : -1};
-    measure(pair, exit);
-    exits.push_back(exit);
+    const Triple<Real> u = line_between(pair, body, exit.p1, exit.q1);
+    const Triple<Real> v = line_between(pair, body, exit.p2, exit.q2);
+    exit.normal = exit.sign > 0 ? cross(u, v) : cross(v, u);
+    exit.product = length(u) * length(v);
+    exits.add(pair, exit);
   }
-  return exits;
 }
 
-/// Whether n may belong to the normals of the edge: both neighbours lie below it, but for rounding.
-bool may_support(const std::vector<Triple<Real>>& r, const Edge& e, const Triple<Real>& n,
-                 Real slack) {
-  const auto below = [&](int third) {
-    return dot(n, r[static_cast<std::size_t>(third)] - r[static_cast<std::size_t>(e.p)]) <= slack;
+/// Whether the normal of two edges, one way, may belong to the normals of both: on either solid
+/// both neighbours lie below it, but for rounding (`slack`). With n = e × f, n·x = f·(x × e).
+bool may_support(const Edge& e, const Edge& f, Real sign, Real slack) {
+  const auto below = [&](const Triple<Real>& line, const Triple<Real>& wing) {
+    return sign * dot(line, wing) <= slack;
   };
-  return below(e.left) && below(e.right);
+  return below(f.line, e.wings[0]) && below(f.line, e.wings[1]) && below(e.line, f.wings[0]) &&
+         below(e.line, f.wings[1]);
+}
+
+/// No way out is shorter than what parts two points of the solids along it.
+bool is_too_long(const Pair& pair, const Exit& exit, Real limit) {
+  const Triple<Real> across = pair.real[0][static_cast<std::size_t>(exit.p1)] -
+                              pair.real[1][static_cast<std::size_t>(exit.p2)];
+  return dot(exit.normal, across) / length(exit.normal) - depth_error(pair, exit) > limit;
 }
 
 /// The exits along one normal of two edges, either way.
-void add_edge_exits(const Pair& pair, const Edge& e, const Edge& f, std::vector<Exit>& exits) {
+void add_edge_exits(const Pair& pair, const Edge& e, const Edge& f, Exits& exits) {
   Exit exit{.body1 = 0, .p1 = e.p, .q1 = e.q, .body2 = 1, .p2 = f.p, .q2 = f.q};
-  const auto& a = pair.real[0];
-  const auto& b = pair.real[1];
-  const Triple<Real> n = real_normal(pair, exit);
-  const Triple<Real> back{-n[0], -n[1], -n[2]};
-  const Real product = length(a[static_cast<std::size_t>(e.q)] - a[static_cast<std::size_t>(e.p)]) *
-                       length(b[static_cast<std::size_t>(f.q)] - b[static_cast<std::size_t>(f.p)]);
-  const Real slack = 0x1p-54L * pair.size * (product + pair.size * std::sqrt(product));
+  exit.product = e.length * f.length;
+  const Real slack = 0x1p-54L * pair.size * exit.product;
   for (const int sign : {1, -1}) {
-    if (may_support(a, e, sign > 0 ? n : back, slack) &&
-        may_support(b, f, sign > 0 ? back : n, slack)) {
-      exit.sign = sign;
-      measure(pair, exit);
-      exits.push_back(exit);
+    if (!may_support(e, f, Real(sign), slack)) {
+      continue;
+    }
+    exit.sign = sign;
+    exit.normal = sign > 0 ? cross(e.line, f.line) : cross(f.line, e.line);
+    if (is_lost(exit) || !is_too_long(pair, exit, exits.limit)) {
+      exits.add(pair, exit);
     }
   }
 }
@@ -638,24 +703,20 @@ struct ProvedGap {
 
 ProvedGap proved_depth(const Pair& pair) {
   const std::vector<Triangle> hull_a = hull(pair, 0), hull_b = hull(pair, 1);
-  std::vector<Exit> exits = face_exits(pair, 0, hull_a);
-  const std::vector<Exit> more = face_exits(pair, 1, hull_b);
-  exits.insert(exits.end(), more.begin(), more.end());
+  Exits exits;
+  add_face_exits(pair, 0, hull_a, exits);
+  add_face_exits(pair, 1, hull_b, exits);
   const std::vector<Edge> edges_a = edges_of(pair, 0, hull_a), edges_b = edges_of(pair, 1, hull_b);
   for (const Edge& e : edges_a) {
     for (const Edge& f : edges_b) {
       add_edge_exits(pair, e, f, exits);
     }
   }
-  Real limit = INFINITY;
-  for (const Exit& exit : exits) {
-    limit = std::min(limit, exit.depth + exit.error);
-  }
   ProvedGap answer;
   answer.sign = -1;
   Whole best_depth = -1, best_square = 1;  // depth = best_depth / sqrt(best_square)
-  for (const Exit& exit : exits) {
-    if (exit.depth - exit.error > limit) {
+  for (const Exit& exit : exits.list) {
+    if (exit.depth - exit.error > exits.limit) {
       continue;
     }
     const Triple<Whole> n = whole_normal(pair, exit);
@@ -684,11 +745,61 @@ Foot<Whole> proved_nearest_point(const Pair& pair, int& turns) {
   return nearest_point<Whole>(pair, guess.corners, 100000, turns);
 }
 
+/// More than the heights of two points along a direction of length 1 may be off, m: each is known
+/// within the rounding of its place and of three products.
+Real height_error(const Pair& pair) { return 0x1p-57L * pair.size; }
+
+/// Is a point farther than all others (but its equals) along the line from their mean, beyond
+/// doubt?
+bool stands_out(const Pair& pair, int side, std::size_t point) {
+  const std::vector<Triple<Real>>& real = pair.real[side];
+  Triple<Real> mean{};
+  for (const Triple<Real>& x : real) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      mean[k] += x[k] / Real(real.size());
+    }
+  }
+  const Triple<Real> line = real[point] - mean;
+  const Real limit = dot(line, real[point]) - height_error(pair) * length(line);
+  for (std::size_t i = 0; i < real.size(); ++i) {
+    if (!(dot(line, real[i]) < limit) && pair.whole[side][i] != pair.whole[side][point]) {
+      return false;
+    }
+  }
+  return true;
+}
+
+/// Do two hulls lie on different sides along a direction, beyond doubt?
+bool surely_apart(const Pair& pair, const Triple<Real>& direction) {
+  const Corner corner{farthest(pair, 0, direction, 1), farthest(pair, 1, direction, -1)};
+  return dot(direction, place<Real>(pair, corner)) > height_error(pair) * length(direction);
+}
+
 /// Do two hulls share a point?
 bool meet(const Pair& pair) {
   int turns = 0;
-  const Foot<Whole> foot = proved_nearest_point(pair, turns);
+  const Foot<Real> guess = nearest_point<Real>(pair, Few(Corner{}), 200, turns);
+  if (surely_apart(pair, guess.numerator)) {
+    return false;
+  }
+  const Foot<Whole> foot = nearest_point<Whole>(pair, guess.corners, 100000, turns);
   return foot.corners.size() == 4 || dot(foot.numerator, foot.numerator) == 0;
+}
+
+/// A point against the others (but its equals) of a solid.
+Pair set_apart(const Pair& pair, int side, std::size_t point) {
+  Pair apart;
+  apart.exponent = pair.exponent;
+  apart.size = pair.size;
+  apart.whole[0] = {pair.whole[side][point]};
+  apart.real[0] = {pair.real[side][point]};
+  for (std::size_t i = 0; i < pair.whole[side].size(); ++i) {
+    if (pair.whole[side][i] != pair.whole[side][point]) {
+      apart.whole[1].push_back(pair.whole[side][i]);
+      apart.real[1].push_back(pair.real[side][i]);
+    }
+  }
+  return apart;
 }
 
 double exact_distance(const Pair& pair) {
@@ -776,18 +887,7 @@ bool ExactPair::is_vertex(int side, std::size_t point) const {
   if (known[point] != Numbers::Known::No) {
     return known[point] == Numbers::Known::Vertex;
   }
-  Pair apart;
-  apart.exponent = all.exponent;
-  apart.size = all.size;
-  apart.whole[0] = {all.whole[side][point]};
-  apart.real[0] = {all.real[side][point]};
-  for (std::size_t i = 0; i < all.whole[side].size(); ++i) {
-    if (all.whole[side][i] != all.whole[side][point]) {
-      apart.whole[1].push_back(all.whole[side][i]);
-      apart.real[1].push_back(all.real[side][i]);
-    }
-  }
-  const bool outside = !meet(apart);
+  const bool outside = stands_out(all, side, point) || !meet(set_apart(all, side, point));
   known[point] = outside ? Numbers::Known::Vertex : Numbers::Known::Inner;
   return outside;
 }
