@@ -1,8 +1,9 @@
 /// Seeded random pairs of all families against the exact arbiter and against themselves.
 ///
-/// QUOIN_SEED and QUOIN_CASES widen the search; QUOIN_FAMILY names one family ("every": each in
-/// turn, open or not). A failing pair is printed as C++ that rebuilds it, and as text for
-/// tests/regressions; QUOIN_SHOW says how many of each kind of fault.
+/// QUOIN_SEED and QUOIN_CASES widen the search, QUOIN_FIRST is the number of the first pair asked;
+/// QUOIN_FAMILY names one family ("every": each in turn, open or not). A failing pair is printed as
+/// C++ that rebuilds it, and as text for tests/regressions; QUOIN_SHOW says how many of each kind
+/// of fault.
 
 #include <chrono>
 #include <cstdio>
@@ -104,13 +105,14 @@ void print(const std::map<std::string, Tally>& tallies) {
 TEST_CASE("pairs: exact gap, proof, exact patch, and the same answer however it is asked") {
   const std::uint64_t seed = environment_number("QUOIN_SEED", 1);
   const std::uint64_t cases = environment_number("QUOIN_CASES", kCases);
+  const std::uint64_t first = environment_number("QUOIN_FIRST", 0);
   const std::uint64_t shown = environment_number("QUOIN_SHOW", 1);
   const Source source;
   std::map<std::string, Tally> tallies;
   std::map<std::string, std::uint64_t> examples;
   long failed = 0;
   const auto start = std::chrono::steady_clock::now();
-  for (std::uint64_t i = 0; i < cases; ++i) {
+  for (std::uint64_t i = first; i < cases; ++i) {
     Random random(seed * 1000003 + i);
     const SolidPair pair = source.draw(i, random);
     const PairVerdict verdict = quoin::tests::check_pair(pair, random);

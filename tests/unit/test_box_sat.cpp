@@ -10,9 +10,9 @@
 #include "support/random.hpp"
 
 using namespace quoin;
-using geometry::Shape;
 using geometry::SearchOutcome;
 using geometry::SearchResult;
+using geometry::Shape;
 using geometry::Vector3;
 
 namespace {
@@ -64,7 +64,7 @@ TEST_CASE("bricks that overlap part by the same facet as by the polytope") {
   for (int k = 0; k < 20000; ++k) {
     const Shape p = brick(random, random.rotation(), random.point(-1, 1));
     const Shape q = brick(random, random.rotation(),
-                               p.origin() + random.uniform(0.1, 0.9) * random.direction());
+                          p.origin() + random.uniform(0.1, 0.9) * random.direction());
     const SearchResult expected = by_polytope(p, q);
     if (expected.outcome != SearchOutcome::Overlapping) continue;
     ++overlapping;
@@ -100,5 +100,9 @@ TEST_CASE("bricks with several directions of least overlap, and others, are left
   tests::Random random(6);
   const Shape tapered(box.shared_topology(), frustum);
   REQUIRE_FALSE(tapered.topology().brick().empty());
-  CHECK(unclear(tapered, brick(random, random.rotation(), {0.4, 0.4, 1.1})));
+  const Shape other = brick(random, random.rotation(), {0.4, 0.4, 1.1});
+  CHECK(unclear(tapered, other));
+  // What parts it from another solid most is told by its faces: its edges span no normals.
+  CHECK(geometry::box_sat(tapered, other, rounding_of(tapered, other)).normal == Vector3::Zero());
+  CHECK(geometry::box_sat(box, box, rounding_of(box, box)).normal != Vector3::Zero());
 }

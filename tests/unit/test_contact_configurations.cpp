@@ -5,8 +5,8 @@
 #include <quoin/geometry/build.hpp>
 #include <quoin/geometry/contact_point.hpp>
 
-#include "support/catch.hpp"
 #include "referee/pairs/families.hpp"
+#include "support/catch.hpp"
 
 namespace {
 
@@ -116,7 +116,7 @@ TEST_CASE("configurations: vertex-vertex, plane open") {
 TEST_CASE("configurations: vertex-edge, plane open") {
   // the tip turned to point at the middle of a cube's edge, along the bisector of its faces
   const Shape b = transformed(tip(), 1, rotation_about(Vector3::UnitY(), kPi / 4),
-                                   Vector3(0.5, 0, 0.5) + 0.01 * Vector3(1, 0, 1).normalized());
+                              Vector3(0.5, 0, 0.5) + 0.01 * Vector3(1, 0, 1).normalized());
   in_every_pose(cube(), b, [](const Shape& p, const Shape& q, double) {
     const PairContact contact = contact_of(p, q);
     CHECK(contact.type == ContactType::VertexEdge);
@@ -257,22 +257,20 @@ TEST_CASE("configurations: a wedge in a groove touches both its flanks with whol
   Points mirrored = left;
   mirrored.row(0) *= -1;
   for (const Shape& side : {flank, make_hull(mirrored).polyhedron}) {
-    in_every_pose(side, make_hull(wedge).polyhedron,
-                  [](const Shape& a, const Shape& b, double) {
-                    const PairContact contact = contact_of(a, b);
-                    CHECK(contact.type == ContactType::FaceFace);
-                    CHECK(contact.nearest.status == PairStatus::Touching);
-                    CHECK(contact.points.size() == 4);
-                    CHECK_THAT(contact.area, WithinRel(2 * std::sqrt(2.0), 1e-12));
-                  });
+    in_every_pose(side, make_hull(wedge).polyhedron, [](const Shape& a, const Shape& b, double) {
+      const PairContact contact = contact_of(a, b);
+      CHECK(contact.type == ContactType::FaceFace);
+      CHECK(contact.nearest.status == PairStatus::Touching);
+      CHECK(contact.points.size() == 4);
+      CHECK_THAT(contact.area, WithinRel(2 * std::sqrt(2.0), 1e-12));
+    });
   }
 }
 
 TEST_CASE("configurations: thin plates (G06)") {
   const Shape large = make_box({-50, -50, -0.001}, {50, 50, 0});
-  const Shape small =
-      transformed(make_box({-0.5, -0.5, 0}, {0.5, 0.5, 0.001}), 1,
-                  rotation_about(Vector3::UnitZ(), 17 * kPi / 180), {30, 20, 1e-7});
+  const Shape small = transformed(make_box({-0.5, -0.5, 0}, {0.5, 0.5, 0.001}), 1,
+                                  rotation_about(Vector3::UnitZ(), 17 * kPi / 180), {30, 20, 1e-7});
   const PairContact contact = contact_of(large, small, {});
   CHECK(contact.type == ContactType::FaceFace);
   CHECK_THAT(contact.nearest.gap, WithinAbs(1e-7, 1e-13));
@@ -331,8 +329,7 @@ TEST_CASE("configurations: crossing ridges become parallel when their ends are w
       if (std::abs(2 * angle / tolerance - 1) < 0.5) {
         continue;
       }
-      const Shape upper =
-          shifted(turned(ridge_down(1.0), Vector3::UnitZ(), angle), {0, 0, 0.01});
+      const Shape upper = shifted(turned(ridge_down(1.0), Vector3::UnitZ(), angle), {0, 0, 0.01});
       const PairContact contact = contact_of(ridge(1.0), upper, {.tolerance = tolerance});
       CAPTURE(angle, tolerance);
       CHECK(contact.type == (2 * std::sin(angle) <= tolerance ? ContactType::EdgeEdgeParallel
@@ -402,6 +399,38 @@ TEST_CASE("configurations: of merged points the nearer one stays") {
     CHECK_THAT(contact.nearest.gap, WithinAbs(1e-3, 1e-12));
     REQUIRE(contact.points.size() == 2);
     for (const ContactPoint& point : contact.points) CHECK_THAT(point.gap, WithinAbs(1e-3, 1e-12));
+  }
+}
+
+TEST_CASE("configurations: merged points lie where they lie, whichever solid is A") {
+  constexpr double kSize = 2e-10;  // of the solids, m
+  Random random(1);
+  const auto prism = [&] {
+    const int corners = random.integer(3, 8);
+    Points points(3, 2 * corners);
+    for (int i = 0; i < corners; ++i) {
+      const double angle = 2 * kPi * (i + random.uniform(0.1, 0.9)) / corners;
+      points.col(i) = kSize * Vector3(0.5 * std::cos(angle), 0.5 * std::sin(angle), -0.3);
+      points.col(corners + i) = points.col(i) + Vector3(0, 0, 0.6 * kSize);
+    }
+    return make_hull(points).polyhedron;
+  };
+  const auto listed = [](const std::vector<ContactPoint>& points, const ContactPoint& swapped) {
+    return std::any_of(points.begin(), points.end(), [&](const ContactPoint& point) {
+      return point.point_a == swapped.point_b && point.point_b == swapped.point_a &&
+             point.gap == swapped.gap && point.area == swapped.area;
+    });
+  };
+  for (int i = 0; i < 2000; ++i) {
+    const Shape a = prism();
+    const Matrix3 lean = rotation_about(random.direction(), random.log_uniform(1e-9, 1e-2));
+    const Vector3 shift(random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3), 0.6);
+    const Shape b = transformed(prism(), 1.0, lean, kSize * shift);
+    const ContactOptions wide{.tolerance = random.uniform(0.3, 1) * kSize};
+    const PairContact contact = contact_of(a, b, wide), swapped = contact_of(b, a, wide);
+    CAPTURE(i);
+    REQUIRE(contact.points.size() == swapped.points.size());
+    for (const ContactPoint& point : swapped.points) REQUIRE(listed(contact.points, point));
   }
 }
 

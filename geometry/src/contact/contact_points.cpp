@@ -105,6 +105,10 @@ bool better_name(const SharedCorner& x, const SharedCorner& y, bool reversed) {
   return key(x) < key(y);
 }
 
+bool same_name(const SharedCorner& x, const SharedCorner& y) {
+  return x.feature_p == y.feature_p && x.feature_q == y.feature_q;
+}
+
 /// Adds a point, or merges it with the one that is there already: the nearer place, the better
 /// name.
 void add_merged(const SharedCorner& corner, double tolerance, bool reversed,
@@ -120,6 +124,29 @@ void add_merged(const SharedCorner& corner, double tolerance, bool reversed,
     return;
   }
   points.push_back(corner);
+}
+
+bool crowded(const SharedCorners& points, double tolerance) {
+  for (std::size_t k = 1; k < points.size(); ++k) {
+    for (std::size_t i = 0; i < k; ++i) {
+      if ((points[i].place - points[k].place).squaredNorm() <= tolerance * tolerance) return true;
+    }
+  }
+  return false;
+}
+
+/// Points within `tolerance` of each other become one. From the lowest on, so that no place moves
+/// away from what has been merged with it: which names they have then changes no place.
+void merge_near(double tolerance, bool reversed, SharedCorners& points) {
+  if (!crowded(points, tolerance)) return;
+  SmallVector<std::size_t, 32> order;
+  for (std::size_t k = 0; k < points.size(); ++k) order.push_back(k);
+  std::sort(order.begin(), order.end(), [&](std::size_t i, std::size_t k) {
+    return std::pair(gap_of(points[i]), i) < std::pair(gap_of(points[k]), k);
+  });
+  SharedCorners merged;
+  for (const std::size_t k : order) add_merged(points[k], tolerance, reversed, merged);
+  points = merged;
 }
 
 bool named(const SharedCorner& corner) {
@@ -166,10 +193,18 @@ void find_all_carriers(const Solid& p, const Solid& q, const PairPoints& pair, C
   find_carriers(q, outward_q, pair.band_q, pair.support_q, carriers.q);
 }
 
-void add_points(const SharedCorners& corners, double band, bool reversed, PairPoints& pair) {
+/// Adds the corners within the band, each name once: of needles one may come at two places, the
+/// lower one keeps it.
+void add_points(const SharedCorners& corners, double band, PairPoints& pair) {
   for (const SharedCorner& c : corners) {
     if (gap_of(c) > pair.gap + band || !named(c)) continue;
-    add_merged(c, pair.tolerance, reversed, pair.merged);
+    const auto known = std::find_if(pair.merged.begin(), pair.merged.end(),
+                                    [&](const SharedCorner& point) { return same_name(point, c); });
+    if (known == pair.merged.end()) {
+      pair.merged.push_back(c);
+    } else if (gap_of(c) < gap_of(*known)) {
+      *known = c;
+    }
   }
 }
 
@@ -213,7 +248,7 @@ bool share_two_faces(const Working& work, const Carriers& carriers,
   SharedCorners corners;
   append_shared_of_polygons(rows_p, rows_q, work.rounding, corners);
   if (surfaces) drop_beyond(*surfaces, corners);
-  add_points(corners, work.band, work.reversed, pair);
+  add_points(corners, work.band, pair);
   return true;
 }
 
@@ -226,7 +261,8 @@ struct Patches {
 /// laid last.
 void find_points(const Working& work, LateInit<Surfaces>& surfaces, PairPoints& pair,
                  Patches& patches) {
-  const auto& [p, q, reversed, band, rounding] = work;
+  const Solid &p = work.p, &q = work.q;
+  const double band = work.band, rounding = work.rounding;
   Carriers carriers;
   find_all_carriers(p, q, pair, carriers);
   if (!planar(p, carriers.p, rounding) || !planar(q, carriers.q, rounding)) {
@@ -254,7 +290,7 @@ void find_points(const Working& work, LateInit<Surfaces>& surfaces, PairPoints& 
       corners.clear();
       append_shared_corners(patch_p, patch_q, rounding, corners);
       if (surfaces) drop_beyond(*surfaces, corners);
-      add_points(corners, band, reversed, pair);
+      add_points(corners, band, pair);
     }
   }
 }
@@ -495,14 +531,13 @@ void drop_inner_points(const ContactPolygon& part, PairPoints& pair) {
   pair.merged = kept;
 }
 
-/// Merging may have handed one name to two places of a needle: the lower one keeps it.
+/// Of two points of one name the lower one keeps it.
 void merge_twins(SharedCorners& points) {
   std::size_t count = 0;
   for (std::size_t k = 0; k < points.size(); ++k) {
     const SharedCorner point = points[k];
-    const auto twin = std::find_if(points.begin(), points.begin() + count, [&](const auto& c) {
-      return c.feature_p == point.feature_p && c.feature_q == point.feature_q;
-    });
+    const auto twin = std::find_if(points.begin(), points.begin() + count,
+                                   [&](const auto& c) { return same_name(c, point); });
     if (twin == points.begin() + count) {
       points[count++] = point;
     } else if (gap_of(point) < gap_of(*twin)) {
@@ -581,6 +616,7 @@ void ensure_least_gap(const OrderedPair& ordered, double rounding, PairPoints& p
   nearest.height_q = pair.plane.height(ordered.point_q);
   name_nearest(ordered.p, ordered.q, pair, nearest);
   add_merged(nearest, pair.tolerance, ordered.reversed, pair.merged);
+  merge_twins(pair.merged);
 }
 
 /// Are just the vertices of a face within tol of the support plane?
@@ -639,7 +675,8 @@ bool find_face_points(const OrderedPair& ordered, const NearestFeatures& nearest
     pair.points = &part->corners;
   } else {
     take_sets(ordered, *part, pair);
-    add_points(part->corners, band, ordered.reversed, pair);
+    add_points(part->corners, band, pair);
+    merge_near(pair.tolerance, ordered.reversed, pair.merged);
   }
   return true;
 }
@@ -692,6 +729,7 @@ void find_all_points(const OrderedPair& ordered, double band, double rounding,
   LateInit<Surfaces> surfaces;
   Patches patches;
   find_points(work, surfaces, pair, patches);
+  merge_near(pair.tolerance, work.reversed, pair.merged);
   part.reset();
   const bool of_vertex = pair.kind_p == FeatureKind::Vertex || pair.kind_q == FeatureKind::Vertex;
   const bool shown = !pair.outlined && !surfaces && show_crossing(work, pair);
@@ -713,7 +751,6 @@ void find_pair_points(const OrderedPair& ordered, const NearestFeatures& nearest
   }
   if (pair.points != &pair.merged) return;
   ensure_least_gap(ordered, rounding, pair);
-  merge_twins(pair.merged);
   if (pair.type == ContactType::FaceFace) share_area(*part, band, pair);
 }
 

@@ -104,7 +104,8 @@ inline constexpr double kSurelyOneDirection = 1.0 - 1e-13;
 // ---- bricks (SAT) ----
 
 /// Of eps D: a corner is the sum of a middle and three halves, 4 sqrt(3) u; with the middle's own
-/// less than 8.
+/// less than 8. Of eps times the largest coordinate: from six rounded corners to a seventh, 6
+/// sqrt(3) u, less than 8, too.
 inline constexpr double kBrickRounding = 8;
 /// Of eps times the reach: the sum of seven products of three terms, with room; and the
 /// cancellation of the cross product once.

@@ -21,6 +21,7 @@ struct Brick {
   std::array<Vector3, 3> half;
   Vector3 middle;
   double uneven = 0.0, error = 0.0;  // as measured; with the rounding of the corners
+  bool even = false;                 // opposite faces are parallel, as far as coordinates can tell
 
   explicit Brick(const Solid& solid) : vertices(solid.topology().brick()) {
     const Rows rows(solid);
@@ -37,6 +38,8 @@ struct Brick {
     }
     uneven = std::sqrt(squared);
     error = uneven + kBrickRounding * kEpsilon * solid.diameter();
+    const double coordinate = std::max(solid.diameter(), solid.largest_coordinate());
+    even = uneven <= kBrickRounding * kEpsilon * coordinate;
   }
   Vector3 corner(std::size_t place) const {
     Vector3 x = middle;
@@ -239,7 +242,8 @@ SearchResult least_overlap(const Solid& solid_p, const Solid& solid_q, double ro
   const bool touching = std::abs(pair.least) <= rounding;
   SearchResult result = touching ? touching_planes<Lanes>(pair) : clear_overlap<Lanes>(pair);
   if (result.outcome == SearchOutcome::Unclear) {
-    result.normal = facing_direction(edges, overlaps, across);
+    const bool even = p.even && q.even;
+    result.normal = even ? facing_direction(edges, overlaps, across) : Vector3(Vector3::Zero());
   }
   return result;
 }

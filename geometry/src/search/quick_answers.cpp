@@ -1,5 +1,7 @@
 #include "search/quick_answers.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "numeric/error_bounds.hpp"
@@ -41,11 +43,22 @@ bool are_bricks(const Solid& a, const Solid& b) {
   return !a.topology().brick().empty() && !b.topology().brick().empty();
 }
 
+/// The normal of the face that parts two solids with the faces of a brick most, from P to Q.
+Vector3 parting_normal(const Solid& p, const Solid& q) {
+  constexpr std::array<int, 6> kFaces{0, 1, 2, 3, 4, 5};
+  const PartingFace by_p = parting_face(p, q, kFaces), by_q = parting_face(q, p, kFaces);
+  if (by_q.gap > by_p.gap) return -q.face_normal(by_q.face);
+  return p.face_normal(std::max(by_p.face, 0));
+}
+
 /// The least overlap of two bricks, where it is clear.
 bool part_bricks(const CanonicalPair& pair, Quick& quick) {
   const SearchResult found = box_sat(pair.p, pair.q, pair.length.rounding);
   if (found.outcome == SearchOutcome::Touching) quick.middle = found.normal;
-  if (found.outcome == SearchOutcome::Unclear) quick.facing = found.normal;
+  if (found.outcome == SearchOutcome::Unclear) {
+    const bool even = found.normal != Vector3::Zero();
+    quick.facing = even ? found.normal : parting_normal(pair.p, pair.q);
+  }
   if (found.outcome != SearchOutcome::Overlapping) return false;
   quick.searched = true;
   quick.found = found;

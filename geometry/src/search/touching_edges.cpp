@@ -10,25 +10,6 @@
 namespace quoin::geometry {
 namespace {
 
-/// Of the faces around `face` the one that parts P most from Q, and by how much, m; -1: none looks
-/// that way.
-struct Neighbour {
-  int face = -1;
-  double gap = -kInfinity;
-};
-Neighbour nearest_neighbour(const Solid& p, const Solid& q, int face) {
-  const Vector3 between = q.vertex_mean() - p.vertex_mean();
-  Neighbour best;
-  for (const int f : p.topology().face_neighbours(face)) {
-    const Vector3 normal = p.face_normal(f);
-    if (!(normal.dot(between) > 0.0)) continue;
-    const Vector3 lowest = q.vertex(support(q, -normal).vertex);
-    const double gap = normal.dot(lowest - p.vertex(p.topology().face(f)[0]));
-    if (gap > best.gap) best = {f, gap};
-  }
-  return best;
-}
-
 /// The edge between two faces; -1: they have none.
 struct Rim {
   int edge = -1;
@@ -76,11 +57,11 @@ bool find_rims(const Solid& p, const Solid& q, const Vector3& across, Rims& rims
   rims.face_p = facing_face(p, near.p.vertex, across);
   rims.face_q = facing_face(q, near.q.vertex, -across);
   if (rims.face_p < 0 || rims.face_q < 0) return false;
-  const Neighbour beside = nearest_neighbour(p, q, rims.face_p);
+  const PartingFace beside = parting_face(p, q, p.topology().face_neighbours(rims.face_p));
   const double size = std::min(p.diameter(), q.diameter());
   if (beside.face < 0 || !(std::abs(beside.gap) <= kTouchingTilt * size)) return false;
   rims.side_p = beside.face;
-  rims.side_q = nearest_neighbour(q, p, rims.face_q).face;
+  rims.side_q = parting_face(q, p, q.topology().face_neighbours(rims.face_q)).face;
   if (rims.side_q < 0) return false;
   rims.p = rim_between(p, rims.face_p, rims.side_p);
   rims.q = rim_between(q, rims.face_q, rims.side_q);

@@ -124,6 +124,19 @@ bool take_settled(const Solid& p, const Solid& q, const Lengths& length, Optimum
   return optimum.converged = true;
 }
 
+PartingFace parting_face(const Solid& p, const Solid& q, std::span<const int> faces) {
+  const Vector3 between = q.vertex_mean() - p.vertex_mean();
+  PartingFace best;
+  for (const int f : faces) {
+    const Vector3 normal = p.face_normal(f);
+    if (!(normal.dot(between) > 0.0)) continue;
+    const Vector3 lowest = q.vertex(support(q, -normal).vertex);
+    const double gap = normal.dot(lowest - p.vertex(p.topology().face(f)[0]));
+    if (gap > best.gap) best = {f, gap};
+  }
+  return best;
+}
+
 bool FacingFaces::find(const Solid& solid_p, const Solid& solid_q, const Vector3& across,
                        double opposite, double rounding) {
   const PairSupport near = support_pair(solid_p, solid_q, across);

@@ -2,6 +2,8 @@
 /// Solids that touch with two faces which lie on each other only within some noise: less than the
 /// size of the faces by far, more than rounding. Internal.
 
+#include <span>
+
 #include "certify/candidate.hpp"
 #include "certify/canonical_order.hpp"
 
@@ -26,6 +28,13 @@ struct FacingFaces {
   bool find(const Solid& solid_p, const Solid& solid_q, const Vector3& across, double opposite,
             double rounding);
 };
+
+/// Of some faces of P the one that parts it most from Q, and by how much, m; -1: none looks at Q.
+struct PartingFace {
+  int face = -1;
+  double gap = -kInfinity;
+};
+PartingFace parting_face(const Solid& p, const Solid& q, std::span<const int> faces);
 
 /// What two faces have to share. Where it is narrow their edges may come as near within rounding,
 /// and touching_edges has to be asked first.

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <quoin/geometry/build.hpp>
 
 #include "referee/pairs/cut_cell.hpp"
 #include "referee/pairs/families.hpp"
@@ -380,6 +381,58 @@ SolidPair on_huge_ground(Random& r) {
   return {"", ground, Solid(solid, place)};
 }
 
+// ---- bricks' faces on solids that are no bricks -------------------------------------------------
+
+/// A hexahedron with the faces of a brick, of which two are parallel: a stone of an arch. All six
+/// are plane, exactly.
+Points frustum(Random& r) {
+  const auto share = [&] {
+    return r.chance(0.3) ? 0 : r.chance(0.5) ? r.uniform(0, 0.6) : r.log_uniform(1e-16, 1e-2);
+  };
+  const auto aside = [&] { return r.chance(0.5) ? 0 : r.uniform(-0.3, 0.3); };
+  Points points = centred_box(random_sides(r));
+  const double taper_x = share(), taper_y = share(), aside_x = aside(), aside_y = aside();
+  for (Eigen::Index v = 4; v < 8; ++v) {
+    points.col(v) += Vector3(aside_x - taper_x * points(0, v), aside_y - taper_y * points(1, v), 0);
+  }
+  return points;
+}
+
+/// A frustum with one face on top: of the two that are parallel, exactly, or one that leans.
+Points face_up(const Points& frustum, Random& r) {
+  const Matrix3 over = Vector3(-1, 1, -1).asDiagonal();
+  if (r.chance(0.6)) return r.chance(0.5) ? frustum : Points(over * frustum);
+  const int axis = r.integer(0, 1), first = axis == 0 ? 1 : 2;  // the face across it, ahead
+  const Vector3 along = frustum.col(3) - frustum.col(first), up = frustum.col(7) - frustum.col(3);
+  const Vector3 normal = along.cross(up).normalized() * (axis == 0 ? 1 : -1);
+  const Vector3 across = normal.cross(Vector3::UnitZ());
+  const double sine = across.norm();
+  return moved(frustum, rotation_about(across / sine, std::atan2(sine, normal.z())),
+               Vector3::Zero());
+}
+
+/// Two of them face to face, leaning on each other by nothing or little, by their points or by
+/// their faces.
+SolidPair frusta(Random& r) {
+  const Matrix3 over = Vector3(-1, 1, -1).asDiagonal();
+  const Points a = face_up(r.chance(0.8) ? frustum(r) : centred_box(random_sides(r)), r);
+  const double heading = r.chance(0.5) ? 0 : r.uniform(0, 2 * kPi);
+  const double lean = r.chance(0.5) ? 0 : r.log_uniform(1e-16, 1e-2);
+  const Matrix3 turn =
+      rotation_about(r.direction(), lean) * rotation_about(Vector3::UnitZ(), heading);
+  const Points b = moved(face_up(frustum(r), r), turn * over, Vector3::Zero());
+  const double gap = r.chance(0.2) ? -r.log_uniform(1e-3, 0.2) : small_gap(r);
+  const double lift = a.row(2).maxCoeff() - b.row(2).minCoeff() + gap;
+  const auto aside = [&] { return r.chance(0.3) ? 0 : r.uniform(-0.3, 0.3); };
+  const Vector3 shift(aside(), aside(), lift);
+  SolidPair pair = as_laid_or_turned(a, moved(b, shift), r);
+  const auto faces = geometry::make_box(-Vector3::Ones(), Vector3::Ones()).shared_topology();
+  for (Solid* solid : {&pair.a, &pair.b}) {
+    if (r.chance(0.5)) solid->topology = faces;
+  }
+  return pair;
+}
+
 // ---- exact touch and parallels ----------------------------------------------------------------
 
 /// A quarter turn as CAD and planners write it: entries that should be 0 are not quite.
@@ -542,7 +595,8 @@ const Family kHardFamilies[] = {{"t_junctions", t_junctions, 60},
                                 {"within_slab", within_slab, 40},
                                 {"shared_simplices", shared_simplices, 40},
                                 {"exact_touch", exact_touch, 40},
-                                {"placements", placements, 60}};
+                                {"placements", placements, 60},
+                                {"frusta", frusta, 60}};
 
 }  // namespace
 
