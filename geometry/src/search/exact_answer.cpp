@@ -35,12 +35,17 @@ void exact_answer(const CanonicalPair& pair, int max_iterations, const SearchRes
     if (!nearest.converged) return (plane.normal - found.normal).squaredNorm() < kOneDirection;
     return !parallel_edges();
   };
+  // A line between features, formed in doubles, is turned by rounding over the gap: where that may
+  // change what lies near the plane, or where the line ends, the search's own normal stands.
+  const auto keeps_features = [&] {
+    const bool line = nearest.converged && plane.form.joined;
+    return lies_over(p, q, plane, nullptr, line ? length.rounding : -length.rounding);
+  };
   scan(p, q, found.normal, plane);
   find_sets(p, q, length, plane);
   const bool same = !length.uneven && !found.middle && !(nearest.converged && parallel_edges()) &&
                     settle_normal(p, q, length, found.normal, plane) && has_direction() &&
-                    plane.gap >= found.gap - slack(length.rounding, found.gap) &&
-                    lies_over(p, q, plane, nullptr, -length.rounding);
+                    plane.gap >= found.gap - slack(length.rounding, found.gap) && keeps_features();
   if (same) return;
   scan(p, q, found.normal, plane);
   find_sets(p, q, length, plane);
