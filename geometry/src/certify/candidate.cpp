@@ -29,12 +29,13 @@ struct Inside {
 
 /// Of lines between vertices and edges: whatever rounding may turn their normal, no other vertex
 /// comes into question, and no end of an edge within the margin.
-bool joined_within(const Solid& p, const Solid& q, const Candidate& plane, const Inside& by) {
+bool joined_within(const Solid& p, const Solid& q, const Candidate& plane, const Lengths& length,
+                   double margin) {
   const auto count_p = static_cast<int>(plane.sets.p.size());
   const auto count_q = static_cast<int>(plane.sets.q.size());
-  if (!(plane.form.from_ends > by.margin * by.margin)) return false;
-  return carry_turned(p, q, {count_p, count_q}, plane.normal,
-                      turning(by.rounding) / std::max(plane.gap, plane.form.across));
+  if (!(plane.form.from_ends > margin * margin)) return false;
+  const double lift = turning(length.rounding) / std::max(plane.gap, plane.form.across);
+  return carry_turned(p, q, {count_p, count_q}, plane.normal, {lift, length.contact});
 }
 
 /// Of features that are not joined by a line: by more than the margin, or off by less than it.
@@ -122,15 +123,18 @@ bool lay_whole_faces(const Solid& p, const Solid& q, const Candidate& plane, con
 
 bool lies_over(const Solid& p, const Solid& q, const Candidate& plane, const ContactPolygon* faces,
                double margin) {
-  if (plane.form.joined) return margin < 0.0 || joined_within(p, q, plane, {margin, margin});
-  return lies_inside(p, q, plane, faces, {std::abs(margin), margin});
+  return plane.form.joined || lies_inside(p, q, plane, faces, {std::abs(margin), margin});
 }
 
 bool lies_firmly_over(const Solid& p, const Solid& q, const Candidate& plane,
-                      const ContactPolygon* faces, double rounding) {
-  const Inside firmly{rounding, kFirm * rounding};
-  if (!plane.form.joined) return lies_inside(p, q, plane, faces, firmly);
-  return joined_within(p, q, plane, plane.gap < 0.0 ? firmly : Inside{rounding, rounding});
+                      const ContactPolygon* faces, const Lengths& length) {
+  const double firm = kFirm * length.rounding;
+  if (!plane.form.joined) return lies_inside(p, q, plane, faces, {length.rounding, firm});
+  return joined_within(p, q, plane, length, plane.gap < 0.0 ? firm : length.rounding);
+}
+
+bool keeps_line(const Solid& p, const Solid& q, const Candidate& plane, const Lengths& length) {
+  return !plane.form.joined || joined_within(p, q, plane, length, length.rounding);
 }
 
 bool lies_over_within(const Solid& p, const Solid& q, double rounding, CandidatePlane& plane) {
@@ -147,9 +151,10 @@ bool lies_over_within(const Solid& p, const Solid& q, double rounding, Candidate
 }
 
 bool proves_optimum(const Solid& p, const Solid& q, const Candidate& plane,
-                    const ContactPolygon* faces, double rounding) {
+                    const ContactPolygon* faces, const Lengths& length) {
+  const double rounding = length.rounding;
   if (clearly_apart(plane.gap, rounding)) {
-    return lies_firmly_over(p, q, plane, faces, rounding);
+    return lies_firmly_over(p, q, plane, faces, length);
   }
   const Vec3 inner = Vec3(q.vertex_mean()) - Vec3(p.vertex_mean());
   const double needed = shallow_margin(inner, plane.normal, plane.gap, rounding);
@@ -186,7 +191,7 @@ bool straight_answer(const Solid& p, const Solid& q, const Lengths& length, cons
                      Optimum& optimum) {
   ++optimum.iterations;
   optimum.straight = straight_plane(p, q, length, guess, optimum) &&
-                     proves_optimum(p, q, optimum.plane, optimum.laid(), length.rounding);
+                     proves_optimum(p, q, optimum.plane, optimum.laid(), length);
   if (!optimum.straight) optimum.faces.reset();
   return optimum.converged = optimum.straight;
 }

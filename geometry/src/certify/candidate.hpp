@@ -100,7 +100,11 @@ bool lies_over(const Solid& p, const Solid& q, const Candidate& plane, const Con
 
 /// The same, so clearly that no other plane is as good but in the same direction.
 bool lies_firmly_over(const Solid& p, const Solid& q, const Candidate& plane,
-                      const ContactPolygon* faces, double rounding);
+                      const ContactPolygon* faces, const Lengths& length);
+
+/// Is the plane not across a line between its features, or are its features the same however
+/// rounding turns that line?
+bool keeps_line(const Solid& p, const Solid& q, const Candidate& plane, const Lengths& length);
 
 /// Do the sets of a plane that is found, and not to be changed, lie over each other within
 /// rounding? Edges are laid for the description as well.
@@ -109,7 +113,7 @@ bool lies_over_within(const Solid& p, const Solid& q, double rounding, Candidate
 /// Proves that no other plane is better: always so when the solids are apart and the features lie
 /// over each other, and for a shallow overlap.
 bool proves_optimum(const Solid& p, const Solid& q, const Candidate& plane,
-                    const ContactPolygon* faces, double rounding);
+                    const ContactPolygon* faces, const Lengths& length);
 
 /// The plane of the proposed sets, when they carry it alone and no vertex lies between 0.5 and 64
 /// roundings below it: nothing is left to doubt but whether it is the best.

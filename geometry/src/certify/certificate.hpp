@@ -72,10 +72,16 @@ inline bool clearly_apart(double gap, double rounding) { return gap > kApart * r
 /// by this over its own length.
 inline double turning(double rounding) { return rounding * (rounding / (kRounding * kEpsilon)); }
 
-/// Do no more vertices than these lie within `depth` of the support planes? Otherwise another one
-/// may carry a plane as good, but for rounding.
+/// A plane that rounding may turn: by how much it lifts a vertex, and the tolerance of features, m.
+struct Turned {
+  double lift, contact;
+};
+
+/// Do no more vertices than these lie within what a turn lifts of the support planes, and none so
+/// near to the tolerance below them? Otherwise another one may carry a plane as good, or count as
+/// near or not, but for rounding.
 bool carry_turned(const Solid& a, const Solid& b, const std::array<int, 2>& counts,
-                  const Vector3& normal, double depth);
+                  const Vector3& normal, const Turned& turned);
 
 /// How far inside the border of a facet the foot of the origin must lie (m), so that no other plane
 /// is better than an overlap of -gap along its normal: the known inner point (the difference of the

@@ -40,10 +40,11 @@ LineNormal form_of(const Solid& a, const Solid& b, const Carrier& by_a, const Ca
   return edge_edge<kFused>(at_a, at_b, rounding);
 }
 
-/// Do just these vertices carry the support plane, clearly? Then any way to the plane finds them.
+/// Do just these vertices carry the support plane, clearly: all others lie deeper than `clear`, m?
+/// Then any way to the plane finds them.
 template <class Scan>
 bool carry_alone(const Solid& solid, std::span<const int> vertices, const Vec3& outward,
-                 const Lengths& length, int& top) {
+                 double rounding, double clear, int& top) {
   const Rows rows(solid);
   const Vec3 local = rows.local(outward);
   top = vertices[0];
@@ -54,8 +55,8 @@ bool carry_alone(const Solid& solid, std::span<const int> vertices, const Vec3& 
     most = greater(value, most);
     least = -greater(-least, -value);
   }
-  return most - least <= kClearBelow * length.rounding &&
-         Scan::count_beyond(rows, local, most - length.widest) == static_cast<int>(vertices.size());
+  return most - least <= kClearBelow * rounding &&
+         Scan::count_beyond(rows, local, most - clear) == static_cast<int>(vertices.size());
 }
 
 /// Has a face label an area that no tolerance takes for a line? Three of its corners within
@@ -124,7 +125,8 @@ Witnesses crossing(const Side& e, const Side& f, const LineNormal& form, const V
                                              const std::array<int, 2>& counts, const Vec3& normal,
                                              double lever, const Lengths& length) {
   const double turned = turning(length.rounding);
-  return lever * length.widest > turned || carry_turned(a, b, counts, normal, turned / lever);
+  return lever * (kTurnedShare * length.widest) > turned ||
+         carry_turned(a, b, counts, normal, {turned / lever, length.contact});
 }
 
 /// From a point inside A to one inside B.
@@ -147,8 +149,9 @@ Trial attempt(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier
   }
   const Vec3 normal = one_zero(form.normal);
   int top_a, top_b;
-  if (!carry_alone<Scan>(a, vertices_of<kA>(a, by_a), normal, length, top_a) ||
-      !carry_alone<Scan>(b, vertices_of<kB>(b, by_b), -normal, length, top_b)) {
+  const double clear = kByFace ? length.widest : (1.0 + kTurnedShare) * length.widest;
+  if (!carry_alone<Scan>(a, vertices_of<kA>(a, by_a), normal, length.rounding, clear, top_a) ||
+      !carry_alone<Scan>(b, vertices_of<kB>(b, by_b), -normal, length.rounding, clear, top_b)) {
     return Trial::Refuted;
   }
   const Vec3 high = highest<kA>(a, by_a, at_a, top_a), low = highest<kB>(b, by_b, at_b, top_b);
@@ -166,7 +169,8 @@ Trial attempt(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier
     if (!over_face(b, by_b.face, -normal, high, inside)) return Trial::Refuted;
   } else {
     if (!(form.from_ends > inside * inside)) return Trial::Refuted;
-    if (overlap == nullptr && apart && !(gap * length.widest > turning(length.rounding)) &&
+    const double turned = turning(length.rounding);
+    if (overlap == nullptr && apart && !(gap * (kTurnedShare * length.widest) > turned) &&
         !keeps_carriers(a, b, {kA == kVertex ? 1 : 2, kB == kVertex ? 1 : 2}, normal,
                         kEdges ? greater(gap, form.reach_across()) : gap, length)) {
       return Trial::Refuted;

@@ -40,6 +40,9 @@ inline constexpr double kUneven = 1e4;
 /// A vertex between these multiples below a support plane might be sorted otherwise on another way.
 /// Half a rounding and the two scans' 2 eps D stay within one rounding; 64: chosen.
 inline constexpr double kClearBelow = 0.5, kClearAbove = 64;
+/// Of the widest of the lengths: a line that rounding turns by no more than what lifts a vertex by
+/// this brings none within that length that lies as much below; chosen.
+inline constexpr double kTurnedShare = 1.0 / 16;
 /// A foot is *firm* in a face where it lies so far inside the border, 3e7 eps D. A plane that meets
 /// the border there and leans by t is worse by at least half of t times this: of those as good
 /// within three roundings (kTouchingAlone) none leans by more than 1e-6 rad (kOneDirection).

@@ -539,15 +539,18 @@ class Polytope {
             !(length.high > kSlimHeight * rounding_ * longest_side(facet))};
   }
 
-  /// Less those across a parallelogram: which of its two was drawn is of no account. m
+  /// Less the diagonal of a parallelogram: which of its two was drawn is of no account. m
   double longest_side(const Facet& facet) const {
-    double longest = 0.0, across = 0.0;
+    double along = 0.0, across = 0.0;
+    int edges = 0;
     for (Index i = 0; i < 3; ++i) {
       const Corner &from = corners_[facet.corners[i]], &to = corners_[facet.corners[(i + 1) % 3]];
-      double& most = from.p == to.p || from.q == to.q ? longest : across;
+      const bool edge = from.p == to.p || from.q == to.q;
+      edges += edge ? 1 : 0;
+      double& most = edge ? along : across;
       most = std::max(most, square(to.w - from.w));
     }
-    return std::sqrt(longest > 0.0 ? longest : across);
+    return std::sqrt(edges == 2 ? along : std::max(along, across));
   }
 
   /// Takes away the facets that a new corner sees; a cone over the border closes the hole.

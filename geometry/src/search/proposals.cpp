@@ -89,7 +89,7 @@ bool flat_answer(const Solid& p, const Solid& q, const Lengths& length, const Ve
   find_sets(p, q, length, optimum.plane);
   if (straight_answer(p, q, length, normal, optimum)) return true;
   optimum.converged = settle_normal(p, q, length, normal, optimum.plane) &&
-                      proves_optimum(p, q, optimum.plane, nullptr, length.rounding);
+                      proves_optimum(p, q, optimum.plane, nullptr, length);
   return optimum.converged;
 }
 

@@ -214,8 +214,8 @@ bool fast_answer(const CanonicalPair& pair, Quick& quick, Optimum& optimum) {
   const auto best = [&] {
     const CandidatePlane& plane = optimum.plane;
     if (!(plane.gap >= least)) return false;
-    return overlapping ? lies_firmly_over(p, q, plane, optimum.laid(), rounding)
-                       : proves_optimum(p, q, plane, optimum.laid(), rounding);
+    return overlapping ? lies_firmly_over(p, q, plane, optimum.laid(), length)
+                       : proves_optimum(p, q, plane, optimum.laid(), length);
   };
   take_corners(p, q, found, optimum.plane.sets);
   optimum.straight = straight_plane(p, q, length, found.normal, optimum) && best();

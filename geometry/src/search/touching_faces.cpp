@@ -192,7 +192,7 @@ bool touching_faces(const Solid& p, const Solid& q, const Lengths& length, const
     return aside <= length.rounding || lies_over(p, q, plane, nullptr, -length.rounding);
   };
   return (nearest() || (faces.gap < 0.0 && is_clear(plane, length) &&
-                        proves_optimum(p, q, plane, nullptr, length.rounding))) &&
+                        proves_optimum(p, q, plane, nullptr, length))) &&
          take_settled(p, q, length, optimum);
 }
 
