@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "numeric/floating_point.hpp"
+#include "polygon/contact_polygon.hpp"
 #include "polygon/cross2.hpp"
 
 namespace quoin::geometry {
@@ -50,7 +51,7 @@ Bumps bumps(const Solid& solid, int face) {
 
 OuterSurface::OuterSurface(const Solid& solid, const ContactPlane& plane, double outward,
                            double depth, double rounding)
-    : outward_(outward), rounding_(rounding) {
+    : outward_(outward), rounding_(kBesideBorder * rounding) {
   const LocalPlane local(solid, plane);
   const std::size_t count = static_cast<std::size_t>(solid.vertex_count());
   places_.resize(count);

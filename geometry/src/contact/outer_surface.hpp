@@ -19,8 +19,9 @@ Bumps bumps(const Solid& solid, int face);
 class OuterSurface {
  public:
   /// `outward` is +1 for P, -1 for Q. Of use over places where the solid reaches to within `depth`
-  /// (m) of its support plane; a place up to `rounding` (m) beside the solid counts as on it.
-  /// No farther: that, and the rounding of the points themselves, is what is promised of them.
+  /// (m) of its support plane; a place up to kBesideBorder times `rounding` (m) beside the
+  /// solid counts as on it, as it does on the border of a polygon. No farther: that, and the
+  /// rounding of the points themselves, is what is promised of them.
   OuterSurface(const Solid& solid, const ContactPlane& plane, double outward, double depth,
                double rounding);
   /// Height over a place along the normal of the plane; `otherwise` where it is not known. m
