@@ -3,12 +3,15 @@
 /// that shift, or turn as well; and a wall of three leaves whose bricks touch exactly. And the
 /// bytes that the finder holds.
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <quoin/geometry/broad_phase.hpp>
 #include <quoin/geometry/contact_finder.hpp>
 #include <sstream>
+#include <utility>
 
 #include "allocations.hpp"
 #include "harness.hpp"
@@ -63,13 +66,34 @@ double placement_pass(const std::vector<geometry::Placement>& placements) {
   return sum;
 }
 
+/// Two workers one after the other on the caller's thread: what the two would take on cores of
+/// their own is shown by the clock of that thread, whatever else the machine does.
+class InTurns final : public geometry::Executor {
+ public:
+  int workers() const override { return 2; }
+  void run(Task task, void* context) override {
+    std::array<double, 2> seconds{};
+    for (int worker = 0; worker < 2; ++worker) {
+      const double start = thread_seconds();
+      task(context, worker);
+      seconds[static_cast<std::size_t>(worker)] = thread_seconds() - start;
+    }
+    hidden_ += std::min(seconds[0], seconds[1]);
+  }
+  /// Of the shorter parts since the last call, s.
+  double take_hidden() { return std::exchange(hidden_, 0.0); }
+
+ private:
+  double hidden_ = 0.0;
+};
+
 /// Each way of working takes its turn at every step of the same moving wall.
 class WallRun {
  public:
   WallRun(const WallOptions& options, const std::string& name)
       : wall_(options), brick_(shape_of(wall_)), placements_(wall_.size()) {
     for (const char* peer : {"find", "find 2 threads", "pairs alone", "candidates alone",
-                             "placements once", "moving the bricks"}) {
+                             "placements once", "moving the bricks", "2 workers in turns"}) {
       entries_.push_back({.workload = name, .peer = peer});
     }
     boxes_.resize(wall_.size());
@@ -77,6 +101,7 @@ class WallRun {
     for (std::size_t i = 0; i < wall_.size(); ++i) {
       finder_.add(brick_, wall_.placement(i, 0));
       finder_2_.add(brick_, wall_.placement(i, 0));
+      finder_in_turns_.add(brick_, wall_.placement(i, 0));
     }
   }
 
@@ -94,6 +119,7 @@ class WallRun {
     }
     entries_[0].note += ", " + std::to_string(one_.size()) + " contacts, " +
                         std::to_string(allocations_) + " allocations after the first steps";
+    entries_[6].note += ", the longer of two parts and what is in series";
     entries_[1].note += different_ ? ", other bits than one thread" : ", same bits";
     return entries_;
   }
@@ -118,6 +144,7 @@ class WallRun {
   void advance(int step) {
     for (std::size_t i = 0; i < wall_.size(); ++i) placements_[i] = wall_.placement(i, step);
     move(finder_2_);
+    move(finder_in_turns_);
     time(5, [&] { move(finder_); });
     time(0, [&] {
       const long before = allocation_count();
@@ -125,6 +152,8 @@ class WallRun {
       allocations_ += allocation_count() - before;
     });
     time(1, [&] { finder_2_.find(two_); });
+    time(6, [&] { finder_in_turns_.find(two_in_turns_); });
+    entries_[6].nanoseconds.back() -= 1e9 * in_turns_.take_hidden();
     different_ = different_ || !same_bits(one_, two_);
     for (std::size_t i = 0; i < boxes_.size(); ++i) {
       bodies_[i].move(placements_[i]);
@@ -159,10 +188,12 @@ class WallRun {
   std::vector<geometry::Body> bodies_;
   geometry::ContactFinder finder_{{.reach = kReach}};
   geometry::ContactFinder finder_2_{{.reach = kReach, .threads = 2}};
+  InTurns in_turns_;
+  geometry::ContactFinder finder_in_turns_{{.reach = kReach, .executor = &in_turns_}};
   geometry::BroadPhase broad_phase_;
   std::vector<geometry::Box> boxes_;
   std::vector<geometry::FeatureHint> hints_;
-  std::vector<geometry::ContactPoint> one_, two_, points_;
+  std::vector<geometry::ContactPoint> one_, two_, two_in_turns_, points_;
   std::vector<Entry> entries_;
   std::size_t pair_count_ = 0;
   long allocations_ = 0;

@@ -3,6 +3,7 @@
 #include <limits>
 #include <map>
 #include <quoin/geometry.hpp>
+#include <tuple>
 
 #include "support/catch.hpp"
 #include "support/random.hpp"
@@ -529,6 +530,43 @@ TEST_CASE("bodies: the caller's threads, in whatever order they run") {
     }
   }
   CHECK(five.calls == 6);
+}
+
+TEST_CASE("bodies: the results of many pairs, put in their place by two workers") {
+  Random random(32);
+  const SharedShape brick = box(kBrick);
+  Backwards two(2);
+  ContactFinder one({.reach = 1e-3}), other({.reach = 1e-3, .executor = &two});
+  std::vector<Placement> places = wall(60, 60, 1e-5, random);
+  for (const Placement& place : places) {
+    one.add(brick, place);
+    other.add(brick, place);
+  }
+  std::vector<ContactPoint> contacts, theirs;
+  for (int step = 0; step < 4; ++step) {
+    if (step == 3) {
+      one.remove(1700);
+      other.remove(1700);
+    }
+    one.find(contacts);
+    other.find(theirs);
+    REQUIRE(one.pairs().size() > 2 * 4096);
+    REQUIRE(one.pairs().size() == other.pairs().size());
+    for (std::size_t i = 0; i < one.pairs().size(); ++i) {
+      const PairResult &x = one.pairs()[i], &y = other.pairs()[i];
+      REQUIRE(std::tie(x.a, x.b, x.event, x.first, x.count, x.gap) ==
+              std::tie(y.a, y.b, y.event, y.first, y.count, y.gap));
+    }
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+      REQUIRE(contacts[i].previous == theirs[i].previous);
+    }
+    for (int i = 0; step < 2 && i < one.size(); ++i) {
+      places[static_cast<std::size_t>(i)].translation += 1e-6 * random.direction();
+      one.move(i, places[static_cast<std::size_t>(i)]);
+      other.move(i, places[static_cast<std::size_t>(i)]);
+    }
+  }
+  CHECK(two.calls > 4);
 }
 
 TEST_CASE("bodies: placements that are none are refused, and change nothing") {

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 #include <quoin/geometry/broad_phase.hpp>
+#include <utility>
 
 #include "simd/sse2.hpp"
 
@@ -26,13 +27,12 @@ constexpr double kReachSlack = 1.5;  // reach built into the tree, as a multiple
 constexpr double kReachWaste = 4;    // rebuilt when the reach asked shrinks below 1/4 of it
 constexpr double kMostReach = 1e37;  // m; all boxes are within it, and floats can hold it
 constexpr std::size_t kBulk = BroadPhase::kBulk;  // more moved out: the whole tree is refitted
-constexpr std::size_t kMany = 64;  // more than 1/64: those that will follow soon are renewed too
+constexpr std::size_t kMany = 64;  // more than 1/64 are about to: as many follow as will soon
 constexpr float kSoon = 0.5F;      // whose room has shrunk below half a skin
 constexpr double kWornOut = 2;     // rebuilt when its queries visit twice as many nodes as when new
 constexpr float kFloatEpsilon = std::numeric_limits<float>::epsilon();
 constexpr float kSmallestFloat = std::numeric_limits<float>::min();
 constexpr float kFarthest = 1e18F;  // m; fat boxes end here: FCL squares their sides
-constexpr int kBucket = 4;          // boxes whose pairs are sorted together
 
 // Two boxes are compared on all sides: which one parts them cannot be foreseen.
 
@@ -130,8 +130,9 @@ bool encloses(const FloatBox& outer, const FloatBox& inner, float room) {
   const __m128 first = _mm_xor_ps(
       _mm_sub_ps(_mm_loadu_ps(outer.min_.data()), _mm_loadu_ps(inner.min_.data())), first_signs());
   const __m128 last = _mm_sub_ps(last_two(outer), last_two(inner));
-  const int far_enough = _mm_movemask_ps(_mm_cmpge_ps(first, least));
-  return far_enough == 15 && (_mm_movemask_ps(_mm_cmpge_ps(last, least)) & 3) == 3;
+  const __m128 far_enough =
+      _mm_and_ps(_mm_cmpge_ps(first, least), _mm_cmpge_ps(_mm_movelh_ps(last, last), least));
+  return _mm_movemask_ps(far_enough) == 15;
 }
 
 #else
@@ -172,6 +173,28 @@ int leaf_index(const Node& leaf) {
 
 void* leaf_data(int i) { return reinterpret_cast<void*>(static_cast<std::intptr_t>(i)); }
 
+/// Of a fat box, less than `growth` on all sides in spite of rounding; for other boxes to stay in.
+FloatBox shrunk(FloatBox box, float growth) {
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const float min = box.min_[k] + growth, max = box.max_[k] - growth;
+    box.min_[k] = min + rounding(min);
+    box.max_[k] = max - rounding(max);
+  }
+  return box;
+}
+
+/// In which no box stays.
+FloatBox no_room() {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  FloatBox none;
+  none.min_.setConstant(kInfinity);
+  none.max_.setConstant(-kInfinity);
+  return none;
+}
+
+/// Which boxes that are set get new room.
+enum class Renewal : char { Left, Soon, All };  // that left theirs; and those that will soon; all
+
 /// What holds of a box, as bits.
 enum BoxState : std::uint8_t { kAbsent = 1, kIdle = 2, kMoved = 4, kUnplaced = 8, kAsked = 16 };
 
@@ -184,6 +207,7 @@ struct BroadPhase::Tree {
   FclTree tree{2, 0};
   std::vector<FloatBox> boxes;  // as seen from `origin`, m
   std::vector<Node*> leaves;    // null: not in the tree
+  std::vector<FloatBox> rooms;  // of all boxes, where these are given together; or empty
   std::vector<std::uint8_t> state;
   std::vector<float> own_reach;      // of each box, m; empty: all 0
   Vector3 origin = Vector3::Zero();  // m
@@ -195,12 +219,12 @@ struct BroadPhase::Tree {
   // Boxes out of their room, new or gone: since `kept` was brought up to date, and since the tree
   // was. Not all of them when too_many_moved.
   std::vector<int> moved, unplaced;
-  bool too_many_moved = false;  // the whole tree will be refitted: boxes that are set get new room
-  bool kept_is_old = true;      // not but for `moved`
+  bool too_many_moved = false;  // the whole tree will be refitted
+  Renewal renewal = Renewal::Left;
+  bool kept_is_old = true;  // not but for `moved`
   std::vector<BlockPair> kept, scratch, fresh, result;
   std::vector<const Node*> stack;
   std::vector<NodePair> pair_stack;
-  std::vector<int> bucket_end;
 
   static std::size_t at(int i) { return static_cast<std::size_t>(i); }
   int count() const { return static_cast<int>(boxes.size()); }
@@ -215,7 +239,10 @@ struct BroadPhase::Tree {
     return own_reach.empty() ? most : reach_of(pair.a, reach_of(pair.b, most));
   }
 
+  std::size_t set_while_they_stay(std::size_t first, std::span<const Box> all,
+                                  std::span<const char> idle);
   void set(int i, const Box& box, BoxUse use, double reach);
+  void look(int i, const Box& box, Leaving& leaving) const;
   void remove(int i);
   void clear();
   void find_kept(double reach);
@@ -227,10 +254,15 @@ struct BroadPhase::Tree {
  private:
   void note_moved(int i);
   void set_own_reach(int i, double reach);
-  /// Is the box still inside its fat box less the growth? Once many have left their rooms, those
-  /// that will follow soon do not count as inside.
+  void make_rooms();
+  void set_room(int i) {
+    if (rooms.empty()) return;
+    rooms[at(i)] = leaves[at(i)] == nullptr ? no_room() : shrunk(leaves[at(i)]->bv, growth);
+  }
+  /// Is the box still inside its fat box less the growth, and need not be renewed?
   bool has_room(int i) const {
-    const float more = moved.size() * kMany > boxes.size() ? soon(i) : 0.0F;
+    if (renewal == Renewal::All) return false;
+    const float more = renewal == Renewal::Soon ? soon(i) : 0.0F;
     return encloses(leaves[at(i)]->bv, boxes[at(i)], grown_by(i) + more);
   }
   /// Fat boxes of a pair overlap when the boxes are within any reach of it.
@@ -257,8 +289,6 @@ struct BroadPhase::Tree {
   template <class Visit>
   void query(const FloatBox& box, Visit&& visit);
   void query_all();
-  void split_self(const Node& x);
-  void split_larger(const Node& x, const Node& y);
   void sort_kept();
   void query_moved();
   void ask_few(std::span<const int> asked, double reach);
@@ -299,6 +329,7 @@ void BroadPhase::Tree::note_moved(int i) {
   if ((has(i, kMoved) && has(i, kUnplaced)) || too_many_moved) return;
   if (moved.size() * kBulk > boxes.size()) {
     too_many_moved = true;
+    renewal = Renewal::All;
     return;
   }
   if (!has(i, kMoved)) moved.push_back(i);
@@ -309,6 +340,41 @@ void BroadPhase::Tree::note_moved(int i) {
 void BroadPhase::Tree::set_own_reach(int i, double reach) {
   if (own_reach.empty()) own_reach.assign(boxes.size(), 0.0F);
   own_reach[at(i)] = reach > 0.0 ? rounded_up(std::min(reach, kMostReach)) : 0.0F;
+}
+
+/// Of boxes without a reach of their own.
+void BroadPhase::Tree::make_rooms() {
+  rooms.resize(boxes.size());
+  for (int i = 0; i < count(); ++i) set_room(i);
+}
+
+/// From the first on, the boxes that stay in their room and are used as before: of most no more is
+/// asked. Returns the number of the first that is not set.
+std::size_t BroadPhase::Tree::set_while_they_stay(std::size_t first, std::span<const Box> all,
+                                                  std::span<const char> idle) {
+  if (renewal != Renewal::Left || !own_reach.empty()) return first;
+  if (rooms.size() != boxes.size()) make_rooms();
+  const std::size_t last = std::min(all.size(), boxes.size());
+  const Vector3 from = origin;
+  FloatBox* const set = boxes.data();
+  const FloatBox* const room = rooms.data();
+  const std::uint8_t* const states = state.data();
+  for (std::size_t i = first; i < last; ++i) {
+    FloatBox next;
+    round_outward(all[i], from, next);
+    const int use = is_idle(idle, i) ? kIdle : 0;
+    if (!encloses(room[i], next, 0.0F) || (states[i] & (kAbsent | kIdle)) != use) return i;
+    set[i] = next;
+  }
+  return last;
+}
+
+void BroadPhase::Tree::look(int i, const Box& box, Leaving& leaving) const {
+  const Node* leaf = i < count() ? leaves[at(i)] : nullptr;
+  FloatBox next;
+  round_outward(box, origin, next);
+  leaving.now += leaf == nullptr || !encloses(leaf->bv, next, grown_by(i));
+  leaving.soon += leaf == nullptr || !encloses(leaf->bv, next, grown_by(i) + soon(i));
 }
 
 /// A new fat box waits in the leaf until follow() brings the tree up to date.
@@ -328,8 +394,9 @@ void BroadPhase::Tree::set(int i, const Box& box, BoxUse use, double reach) {
   present += has(i, kAbsent);
   state[at(i)] = static_cast<std::uint8_t>((state[at(i)] & (kMoved | kUnplaced)) | idle);
   Node* leaf = leaves[at(i)];
-  if (leaf != nullptr && (too_many_moved || !has_room(i) || is_too_fat(i))) {
+  if (leaf != nullptr && (!has_room(i) || is_too_fat(i))) {
     leaf->bv = fat_box(i, boxes[at(i)].min_ - before);
+    set_room(i);
     note_moved(i);
   } else if (leaf == nullptr || idle_changed) {
     note_moved(i);
@@ -344,6 +411,7 @@ void BroadPhase::Tree::remove(int i) {
   if (leaves[at(i)] == nullptr) return;
   tree.remove(leaves[at(i)]);
   leaves[at(i)] = nullptr;
+  set_room(i);
   --in_tree;
 }
 
@@ -358,11 +426,13 @@ void BroadPhase::Tree::clear() {
   kept.clear();
   present = 0;
   too_many_moved = false;
+  renewal = Renewal::Left;
 }
 
 void BroadPhase::Tree::fell_tree() {
   tree.clear();
   std::fill(leaves.begin(), leaves.end(), nullptr);
+  rooms.clear();
   in_tree = 0;
   kept_is_old = true;
 }
@@ -370,6 +440,7 @@ void BroadPhase::Tree::fell_tree() {
 void BroadPhase::Tree::use_reach(double reach) {
   built_reach = std::min(reach * kReachSlack, kMostReach);
   growth = rounded_up(0.5 * built_reach);
+  rooms.clear();
 }
 
 /// Afterwards `kept` holds all pairs within reach, ascending.
@@ -501,53 +572,58 @@ void BroadPhase::Tree::query(const FloatBox& box, Visit&& visit) {
   }
 }
 
-/// The tree against itself: each pair of subtrees that overlap is entered once.
+/// The tree against itself: each pair of subtrees that overlap is entered once. Whether two do
+/// cannot be foreseen: both lists are written to in any case, and grow where it is so.
 void BroadPhase::Tree::query_all() {
-  kept.clear();
+  constexpr std::size_t kMostMet = 4;  // at once
+  kept.resize(kMostMet);
+  pair_stack.resize(2 * kMostMet);
   visits = 0;
-  pair_stack.clear();
-  pair_stack.push_back({tree.getRoot(), tree.getRoot()});
-  while (!pair_stack.empty()) {
-    const auto [x, y] = pair_stack.back();
-    pair_stack.pop_back();
+  std::size_t found = 0, waiting = 0;
+  const auto meet = [&](const Node* x, const Node* y) {
+    const bool met = overlap(x->bv, y->bv), ends = x->isLeaf() & y->isLeaf();
+    const int a = leaf_index(*x), b = leaf_index(*y);
+    kept[found] = {std::min(a, b), std::max(a, b)};
+    found += met & ends;
+    pair_stack[waiting] = {x, y};
+    waiting += met & !ends;
     ++visits;
+  };
+  pair_stack[waiting++] = {tree.getRoot(), tree.getRoot()};
+  while (waiting > 0) {
+    const auto [x, y] = pair_stack[--waiting];
+    if (kept.size() < found + kMostMet) kept.resize(2 * kept.size());
+    if (pair_stack.size() < waiting + kMostMet) pair_stack.resize(2 * pair_stack.size());
+    const Node* const* in_x = x->children;
+    const Node* const* in_y = y->children;
     if (x == y) {
-      if (!x->isLeaf()) split_self(*x);
-    } else if (overlap(x->bv, y->bv)) {
-      if (x->isLeaf() && y->isLeaf()) {
-        const auto [a, b] = std::minmax({leaf_index(*x), leaf_index(*y)});
-        if (!both_idle(a, b)) kept.push_back({a, b});
-      } else {
-        split_larger(*x, *y);
+      for (int k = 0; k < 2; ++k) {
+        pair_stack[waiting] = {in_x[k], in_x[k]};
+        waiting += !in_x[k]->isLeaf();
       }
+      meet(in_x[0], in_x[1]);
+    } else if (x->isLeaf()) {
+      for (int k = 0; k < 2; ++k) meet(x, in_y[k]);
+    } else if (y->isLeaf()) {
+      for (int k = 0; k < 2; ++k) meet(in_x[k], y);
+    } else {
+      for (int k = 0; k < 4; ++k) meet(in_x[k / 2], in_y[k % 2]);
     }
   }
+  kept.resize(found);
+  std::erase_if(kept, [&](const BlockPair& pair) { return both_idle(pair.a, pair.b); });
   sort_kept();
 }
 
-void BroadPhase::Tree::split_self(const Node& x) {
-  pair_stack.push_back({x.children[0], x.children[1]});
-  pair_stack.push_back({x.children[0], x.children[0]});
-  pair_stack.push_back({x.children[1], x.children[1]});
-}
-
-void BroadPhase::Tree::split_larger(const Node& x, const Node& y) {
-  const bool split_x = y.isLeaf() || (!x.isLeaf() && extent(x.bv) > extent(y.bv));
-  const Node &split = split_x ? x : y, &whole = split_x ? y : x;
-  pair_stack.push_back({split.children[0], &whole});
-  pair_stack.push_back({split.children[1], &whole});
-}
-
-/// Into one bucket for some first blocks, whose few pairs are then sorted.
+/// By their first blocks, then the few pairs of each by the second.
 void BroadPhase::Tree::sort_kept() {
-  const auto bucket = [](const BlockPair& pair) { return at(pair.a / kBucket); };
-  bucket_end.assign(boxes.size() / kBucket + 2, 0);
-  for (const BlockPair& pair : kept) ++bucket_end[bucket(pair) + 1];
-  for (std::size_t i = 1; i < bucket_end.size(); ++i) bucket_end[i] += bucket_end[i - 1];
+  std::vector<int> row_end(boxes.size() + 1, 0);
+  for (const BlockPair& pair : kept) ++row_end[at(pair.a) + 1];
+  for (std::size_t i = 1; i < row_end.size(); ++i) row_end[i] += row_end[i - 1];
   scratch.resize(kept.size());
-  for (const BlockPair& pair : kept) scratch[at(bucket_end[bucket(pair)]++)] = pair;
+  for (const BlockPair& pair : kept) scratch[at(row_end[at(pair.a)]++)] = pair;
   int first = 0;
-  for (const int last : bucket_end) {  // each end has moved on by its bucket's size
+  for (const int last : row_end) {  // each end has moved on by its row's size
     if (last - first > 1) std::sort(scratch.begin() + first, scratch.begin() + last);
     first = last;
   }
@@ -576,6 +652,7 @@ void BroadPhase::Tree::query_moved() {
 bool BroadPhase::Tree::insert_new() {
   if ((present - in_tree) * static_cast<int>(kBulk) > present) return false;
   if (present == in_tree) return true;
+  rooms.clear();
   for (int i = 0; i < count(); ++i) {
     if (has(i, kAbsent) || leaves[at(i)] != nullptr) continue;
     leaves[at(i)] = tree.insert(fat_box(i, FloatVector::Zero()), leaf_data(i));
@@ -619,6 +696,7 @@ void BroadPhase::Tree::forget_unplaced() {
   for (const int i : unplaced) clear_bit(i, kUnplaced);
   unplaced.clear();
   too_many_moved = false;
+  renewal = Renewal::Left;
 }
 
 /// Those that are within reach, into `result`.
@@ -659,15 +737,16 @@ void BroadPhase::remove(int i) {
   tree_->remove(i);
 }
 
-bool BroadPhase::leaves_room(int i, const Box& box) const {
-  const Node* leaf = i < size() ? tree_->leaves[Tree::at(i)] : nullptr;
-  if (leaf == nullptr) return true;
-  FloatBox next;
-  round_outward(box, tree_->origin, next);
-  return !encloses(leaf->bv, next, tree_->growth + tree_->reach_of(i, 0.0F));
+void BroadPhase::look(int i, const Box& box, Leaving& leaving) const {
+  tree_->look(i, box, leaving);
 }
 
-void BroadPhase::renew_all() { tree_->too_many_moved = true; }
+void BroadPhase::renew(const Leaving& leaving, std::size_t all) {
+  if (leaving.now * kSample * kMany <= all) return;
+  const bool most = leaving.soon * kSample * kBulk > all;
+  tree_->renewal = most ? Renewal::All : Renewal::Soon;
+  tree_->too_many_moved = tree_->too_many_moved || most;
+}
 
 void BroadPhase::clear() { tree_->clear(); }
 
@@ -704,12 +783,18 @@ const std::vector<BlockPair>& BroadPhase::find_candidates(std::span<const Box> b
                      std::to_string(boxes.size()) + " boxes");
   }
   if (boxes.size() != tree_->boxes.size()) tree_->clear();
-  std::size_t leaving = 0;
-  for (std::size_t i = 0; i < boxes.size(); i += kSample) {
-    leaving += leaves_room(static_cast<int>(i), boxes[i]);
-  }
-  if (leaving * kSample * kBulk > boxes.size()) renew_all();
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
+  const auto look_at_all = [&] {
+    Leaving leaving;
+    for (std::size_t i = 0; i < boxes.size(); i += kSample) {
+      look(static_cast<int>(i), boxes[i], leaving);
+    }
+    renew(leaving, boxes.size());
+  };
+  bool looked = false;  // when the first one leaves: where many do, it is soon found
+  for (std::size_t i = 0;; ++i) {
+    i = tree_->set_while_they_stay(i, boxes, idle);
+    if (i == boxes.size()) break;
+    if (!std::exchange(looked, true)) look_at_all();
     tree_->set(static_cast<int>(i), boxes[i], is_idle(idle, i) ? BoxUse::Idle : BoxUse::Moving,
                0.0);
   }

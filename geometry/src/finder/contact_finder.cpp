@@ -43,7 +43,7 @@ struct ContactFinder::Memory {
 
   Executor& executor() { return options.executor == nullptr ? pool : *options.executor; }
   double box_reach() const;
-  bool many_leave() const;
+  void look_ahead();
   void update_boxes();
   void renew_boxes();
   BodySource source() const;
@@ -72,22 +72,21 @@ void ContactFinder::Memory::update_box(int slot) {
                   idle ? BoxUse::Idle : BoxUse::Moving, store.reach(slot));
 }
 
-/// Do so many bodies leave the room that their boxes have that all had better get new room?
-bool ContactFinder::Memory::many_leave() const {
-  std::size_t leaving = 0;
+/// Where many bodies leave the room that their boxes have, more boxes had better get new room.
+void ContactFinder::Memory::look_ahead() {
+  BroadPhase::Leaving leaving;
   for (int slot = 0; slot < store.slots(); slot += BroadPhase::kSample) {
     if (store.changes()[static_cast<std::size_t>(slot)] == BodyChange::None) continue;
-    leaving += !store.is_hole(slot) &&
-               broad_phase.leaves_room(slot, placed_box(store.shape(slot), store.placement(slot)));
+    if (store.is_hole(slot)) continue;
+    broad_phase.look(slot, placed_box(store.shape(slot), store.placement(slot)), leaving);
   }
-  const auto slots = static_cast<std::size_t>(store.slots());
-  return leaving * BroadPhase::kSample * BroadPhase::kBulk > slots;
+  broad_phase.renew(leaving, static_cast<std::size_t>(store.slots()));
 }
 
 /// Of the bodies that have changed since this was done last.
 void ContactFinder::Memory::update_boxes() {
   if (store.many_to_place()) {
-    if (many_leave()) broad_phase.renew_all();
+    look_ahead();
     for (int slot = 0; slot < store.slots(); ++slot) {
       if (store.changes()[static_cast<std::size_t>(slot)] != BodyChange::None) update_box(slot);
     }

@@ -14,7 +14,8 @@
 namespace quoin::geometry {
 namespace {
 
-constexpr std::size_t kPairsPerWorker = 64;  // fewer are not worth waking a thread for
+constexpr std::size_t kPairsPerWorker = 64;      // fewer are not worth waking a thread for
+constexpr std::size_t kResultsPerWorker = 4096;  // the same, where they are only copied
 constexpr std::size_t kFewStrangers = 1024;  // pairs that only contacts_of() knows, at least kept
 constexpr std::size_t kPairsInCache =
     128;  // answered together; their points are copied while still in cache
@@ -95,9 +96,11 @@ class RecentBodies {
 struct WorkerPart {
   std::size_t start = 0, room = 0, count = 0;
   std::vector<ContactPoint> fresh{}, beyond{};
-  std::vector<PairResult> results{};          // of pairs in contact
-  std::vector<std::size_t> answered{};        // which pairs these are
-  std::vector<TrackedPoint> now{}, before{};  // contact points of this call and of the last one
+  std::vector<PairResult> results{};              // of pairs in contact
+  std::vector<std::size_t> answered{};            // which pairs these are
+  std::size_t lasting = 0;                        // of them, in contact in the last call, too
+  std::size_t first_result = 0, first_point = 0;  // in the lists of all
+  std::vector<TrackedPoint> now{}, before{};      // contact points of this call and of the last one
   PairTracking tracking{};
   std::vector<int> previous{};
   RecentBodies bodies{};
@@ -108,6 +111,7 @@ struct WorkerPart {
     start_list(now, before.size());
     start_list(results, results.size());
     start_list(answered, answered.size());
+    lasting = 0;
     bodies.start(source);
   }
   /// Puts what was found last into its place.
@@ -195,6 +199,7 @@ struct PairBatch::Memory {
   std::vector<PairState> states, next_states;       // one a pair
   std::vector<PairMemory> known, next_known;        // one a pair
   std::vector<PairResult> listed, before;           // in contact, or no longer
+  std::size_t live = 0;                             // in contact, of `listed`
   std::vector<WorkerPart> parts{1};                 // one a worker
 
   // Contact points of the pairs of which neither body moved, and the reach they were found with.
@@ -225,7 +230,9 @@ struct PairBatch::Memory {
   void search_in_parallel(Executor& executor, std::size_t workers,
                           std::vector<ContactPoint>& contacts);
   void join_parts(std::size_t workers, std::vector<ContactPoint>& contacts);
-  void list_results(std::size_t workers);
+  void list_results(Executor* executor, std::size_t workers);
+  void join_results(Executor& executor, std::size_t workers);
+  void put_results(const WorkerPart& part);
   void merge_results(std::size_t workers);
   std::size_t workers_for(const Executor* executor) const;
   void search_all(std::vector<ContactPoint>& contacts, Executor* executor, std::size_t workers);
@@ -547,6 +554,7 @@ void PairBatch::Memory::list(std::size_t i, WorkerPart& part, const PairResult& 
   entry.a = named[i].a;
   entry.b = named[i].b;
   entry.event = states[i].listed >= 0 ? PairEvent::Persist : PairEvent::Begin;
+  part.lasting += entry.event == PairEvent::Persist;
   states[i].listed = static_cast<int>(part.answered.size());
   part.answered.push_back(i);
 }
@@ -640,22 +648,60 @@ void PairBatch::Memory::join_parts(std::size_t workers, std::vector<ContactPoint
   contacts.resize(total);
 }
 
-/// Those with points, and those of the last call that have none any more. As a rule one worker has
-/// listed them all and none has ended: its list is taken as it is.
-void PairBatch::Memory::list_results(std::size_t workers) {
-  const auto live = [](const PairResult& result) { return result.event != PairEvent::End; };
-  const auto lasts = [](const PairResult& result) { return result.event == PairEvent::Persist; };
+/// Those with points, and those of the last call that have none any more. As a rule none has ended:
+/// the list of a single worker is taken as it is, those of several stand one behind the other.
+void PairBatch::Memory::list_results(Executor* executor, std::size_t workers) {
+  std::size_t lasting = 0, count = 0;
+  for (std::size_t w = 0; w < workers; ++w) {
+    lasting += parts[w].lasting;
+    count += parts[w].results.size();
+  }
+  const bool none_ended = lasting == live;
+  live = count;
+  if (none_ended && workers > 1) return join_results(*executor, workers);
   std::vector<PairResult>& first = parts[0].results;
-  if (workers > 1 || std::ranges::count_if(before, live) != std::ranges::count_if(first, lasts)) {
-    merge_results(workers);
-  } else {
+  if (none_ended) {
     std::swap(listed, first);
     std::swap(first, before);  // two lists take turns
+  } else {
+    merge_results(workers);
   }
   int point = 0;
   for (PairResult& result : listed) {
     result.first = result.event == PairEvent::End ? 0 : point;
     point += result.count;
+  }
+}
+
+/// The results of all workers, one behind the other. There may be another number of workers now.
+void PairBatch::Memory::join_results(Executor& executor, std::size_t workers) {
+  listed.resize(live);
+  std::size_t place = 0, point = 0;
+  for (std::size_t w = 0; w < workers; ++w) {
+    parts[w].first_result = place;
+    parts[w].first_point = point;
+    place += parts[w].results.size();
+    point += parts[w].total();
+  }
+  if (live < workers * kResultsPerWorker) {
+    for (std::size_t w = 0; w < workers; ++w) put_results(parts[w]);
+    return;
+  }
+  const auto now = static_cast<std::size_t>(std::max(1, executor.workers()));
+  auto put_parts = [&](int worker) {
+    for (auto w = static_cast<std::size_t>(worker); w < workers; w += now) put_results(parts[w]);
+  };
+  executor.run_each(put_parts);
+}
+
+void PairBatch::Memory::put_results(const WorkerPart& part) {
+  std::size_t place = part.first_result;
+  auto point = static_cast<int>(part.first_point);
+  for (std::size_t k = 0; k < part.results.size(); ++k, ++place) {
+    states[part.answered[k]].listed = static_cast<int>(place);
+    listed[place] = part.results[k];
+    listed[place].first = point;
+    point += part.results[k].count;
   }
 }
 
@@ -736,7 +782,7 @@ void PairBatch::Memory::find(std::vector<ContactPoint>& contacts, Executor* exec
   const std::size_t workers = workers_for(executor);
   start_history(workers);
   search_all(contacts, executor, workers);
-  list_results(workers);
+  list_results(executor, workers);
   remember(contacts);
 }
 
@@ -765,6 +811,7 @@ void PairBatch::Memory::forget() {
   for (std::vector<PairResult>* list : {&listed, &before}) list->clear();
   for (std::vector<ContactPoint>* list : {&remembered, &next_remembered}) list->clear();
   for (WorkerPart& part : parts) part = {};
+  live = 0;
   remembered_pairs = 0;
 }
 

@@ -29,12 +29,17 @@ class BroadPhase {
   void remove(int i);
   void clear();  ///< no boxes
 
-  /// Where a sample of kSample shows that more than one box in kBulk leaves the room that it has in
-  /// the tree, all boxes that are set from here to find_candidates() had better get new room: the
-  /// whole tree is refitted.
+  /// Of a sample, one box in kSample of those about to be set: how many leave the room that they
+  /// have in the tree, and how many do or will soon.
+  struct Leaving {
+    std::size_t now = 0, soon = 0;
+  };
   static constexpr std::size_t kSample = 16, kBulk = 8;
-  bool leaves_room(int i, const Box& box) const;
-  void renew_all();
+  void look(int i, const Box& box, Leaving& leaving) const;
+  /// Where more than a few of `all` boxes leave, those that will soon get new room with them, from
+  /// here to find_candidates(); where these are more than one in kBulk, all that are set do, and
+  /// the whole tree is refitted.
+  void renew(const Leaving& leaving, std::size_t all);
 
   int size() const;
 
