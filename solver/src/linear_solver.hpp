@@ -9,7 +9,7 @@
 namespace quoin::solver {
 
 /// Chooses between elimination and multigrid for each matrix; see solver/README.md, "Linear
-/// systems".
+/// systems". Keeps the memory of the one that solved the last matrix.
 class LinearSolver {
  public:
   /// Eliminates, until choose() says otherwise. `watch`, where there is one, is looked at during
@@ -30,7 +30,10 @@ class LinearSolver {
 
   /// Nothing of earlier matrices is used from here on but what hangs on the pattern alone: what
   /// follows is the same to the bit whatever was solved before.
-  void forget() { prepared_ = false; }
+  void forget() {
+    prepared_ = false;
+    eliminated_ = 0;
+  }
 
   /// From the next matrix on.
   void use(const Threads& threads) { threads_ = threads; }
@@ -61,6 +64,8 @@ class LinearSolver {
   template <int n>
   bool iterate(Iterations<n>& with, const BlockVector& right, BlockVector& solution);
   bool wants_multigrid(const BlockSystem& system);
+  bool iterates(const BlockSystem& system);
+  void release_multigrid();
   bool distributes(const BlockSystem& system);
   bool rigid() const;
 
@@ -74,11 +79,14 @@ class LinearSolver {
   Threads threads_;
   Iterations<6> rigid_;
   Iterations<12> deformable_;
-  std::vector<Frame> frames_;  ///< of the present matrix
-  bool iterates_ = false;      ///< the present matrix is the multigrid's
-  bool prepared_ = false;      ///< the hierarchy is of this matrix or an earlier one
-  bool lagging_ = false;       ///< of an earlier one
-  int fresh_iterations_ = 0;   ///< of the first solution with a new hierarchy
+  std::vector<Frame> frames_;   ///< of the present matrix
+  bool iterates_ = false;       ///< the present matrix is the multigrid's
+  bool has_multigrid_ = false;  ///< there is memory of it
+  bool prepared_ = false;       ///< the hierarchy is of this matrix or an earlier one
+  bool lagging_ = false;        ///< of an earlier one
+  int fresh_iterations_ = 0;    ///< of the first solution with a new hierarchy
+  double work_ = 0.0;           ///< of an elimination, multiplications a block
+  int eliminated_ = 0;          ///< so many of the next matrices are
   LinearSolverCounts counts_;
 };
 

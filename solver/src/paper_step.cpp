@@ -96,9 +96,9 @@ PaperContact paper_contact(const StepSetting& step, const BodyContact& from) {
   c.shear = point_to_face(step, i, j, face_on_a ? state.anchor_b : state.anchor_a,
                           face_on_a ? state.anchor_a : state.anchor_b, normal);
   c.driven = driven(step, i, j);
-  c.friction = std::tan(from.joint.friction_angle);
-  c.cohesion = from.joint.cohesion * state.point.area;
-  c.tension = from.joint.tension * state.point.area;
+  c.friction = std::tan(from.joint->friction_angle);
+  c.cohesion = from.joint->cohesion * state.point.area;
+  c.tension = from.joint->tension * state.point.area;
   const bool frictionless = c.friction == 0.0 && c.cohesion == 0.0;
   const bool settles = step.options.analysis == Analysis::Settle;
   if (from.was_closed) {

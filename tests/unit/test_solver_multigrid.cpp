@@ -92,6 +92,27 @@ BlockSystem ring(Random& random, int count, double dominance) {
   return system;
 }
 
+/// The same matrix, with couplings that are zero to so many neighbours: elimination is then dear.
+BlockSystem widened(const BlockSystem& narrow, int neighbours) {
+  BlockSystem wide = narrow;
+  wide.pairs.clear();
+  const int count = static_cast<int>(narrow.diagonal.size());
+  for (int i = 0; i < count; ++i) {
+    for (int j = i + 1; j <= std::min(i + neighbours, count - 1); ++j)
+      wide.pairs.emplace_back(i, j);
+  }
+  wide.off_diagonal = wide.mirrored = SquareBlocks();
+  wide.off_diagonal.resize(wide.pairs.size(), 6);
+  wide.mirrored.resize(wide.pairs.size(), 6);
+  for (std::size_t p = 0; p < wide.pairs.size(); ++p) {
+    const auto [i, j] = wide.pairs[p];
+    if (j != i + 1) continue;
+    wide.off_diagonal[p] = narrow.off_diagonal[static_cast<std::size_t>(i)];
+    wide.mirrored[p] = narrow.mirrored[static_cast<std::size_t>(i)];
+  }
+  return wide;
+}
+
 }  // namespace
 
 TEST_CASE("A wall moves as with elimination: standing, and with joints that open and slide") {
@@ -175,6 +196,38 @@ TEST_CASE("Where iterations do not converge the matrix is eliminated") {
     }
     CHECK(worst < 1e-6);
   }
+}
+
+TEST_CASE("Matrices after one that iterations do not solve are eliminated, for a while") {
+  Random random(1);
+  constexpr int count = 300;
+  const Slots slots = make_slots(std::vector<int>(count, 6), std::vector<double>(count, 1.0));
+  const BlockSystem hard = widened(ring(random, count, 0.0), 40);
+  LinearSolver solver(slots);
+  solver.choose(LinearSolverKind::Automatic);
+  BlockVector solution(count, Vector12::Zero());
+  const auto take = [&](int matrices) {
+    for (int k = 0; k < matrices; ++k) {
+      REQUIRE(solver.factorize(hard));
+      REQUIRE(solver.solve(BlockVector(count, Vector12::Ones()), solution));
+    }
+  };
+  take(1);
+  const BlockVector first = solution;
+  CHECK(solver.counts().fallbacks == 1);
+  take(8);
+  CHECK(solver.counts().fallbacks == 1);
+  CHECK(solver.counts().eliminations == 8);
+  double difference = 0.0;
+  for (std::size_t s = 0; s < first.size(); ++s) {
+    difference = std::max(difference, (solution[s] - first[s]).norm() / first[s].norm());
+  }
+  CHECK(difference < 1e-8);
+  take(1);
+  CHECK(solver.counts().fallbacks == 2);
+  solver.forget();
+  take(1);
+  CHECK(solver.counts().fallbacks == 3);
 }
 
 TEST_CASE("What was solved before changes no bit once it is forgotten") {

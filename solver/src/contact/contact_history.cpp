@@ -123,8 +123,8 @@ BodyContact make_contact(const PosedBlocks& blocks, const ContactPoint& found, L
   const Pose& owner = contact.normal_on_a ? a.pose : b.pose;
   contact.normal_local = owner.rotation.transpose() * carried_normal(a, b, contact, last);
   set_crossed_edges(a, b, contact);
-  contact.axis = std::abs(point.normal.x()) < 0.75 ? Vector3::UnitX() : Vector3::UnitY();
-  contact.joint = joint_between(blocks.scene, contact.a, contact.b);
+  contact.axis_is_y = !(std::abs(point.normal.x()) < 0.75);
+  contact.joint = &joint_between(blocks.scene, contact.a, contact.b);
   return contact;
 }
 
@@ -163,7 +163,7 @@ void start_history(const CarryOptions& options, BodyContact& contact) {
   }
   const double size = std::min(options.models[static_cast<std::size_t>(contact.a)].size,
                                options.models[static_cast<std::size_t>(contact.b)].size);
-  lay(contact.joint, size, contact.state);
+  lay(*contact.joint, size, contact.state);
   contact.was_closed = contact.state.bonded;
   contact.laid = true;
 }
@@ -174,12 +174,12 @@ void start_history(const CarryOptions& options, BodyContact& contact) {
 void drop_points_beside_springs(std::vector<BodyContact>& contacts) {
   std::vector<std::pair<int, int>> sprung;  // ascending, as the contacts are
   for (const BodyContact& contact : contacts) {
-    if (contact.joint.normal_stiffness > 0.0 && contact.state.spring_area > 0.0) {
+    if (contact.joint->normal_stiffness > 0.0 && contact.state.spring_area > 0.0) {
       sprung.emplace_back(contact.a, contact.b);
     }
   }
   std::erase_if(contacts, [&](const BodyContact& contact) {
-    return contact.joint.normal_stiffness > 0.0 && !(contact.state.spring_area > 0.0) &&
+    return contact.joint->normal_stiffness > 0.0 && !(contact.state.spring_area > 0.0) &&
            std::ranges::binary_search(sprung, std::pair(contact.a, contact.b));
   });
 }
@@ -239,7 +239,7 @@ void carry_over(const CarryOptions& options, const std::vector<ContactPoint>& fo
     }
     if (contact.state.point.area > 0.0) contact.state.spring_area = contact.state.point.area;
     contact.was_bonded = contact.state.bonded;
-    contact.opening = opening(contact.joint, contact.state);
+    contact.opening = opening(*contact.joint, contact.state);
   }
   drop_points_beside_springs(contacts);
   measure_joints(contacts);

@@ -20,14 +20,17 @@ struct BodyContact {
   bool crossed = false;              ///< two edges: the normal is that of both, edge_a × edge_b
   Vector3 edge_a = Vector3::Zero();  ///< in A's turning frame; signed so that the normal is A to B
   Vector3 edge_b = Vector3::Zero();  ///< in B's turning frame
-  Vector3 axis = Vector3::UnitX();   ///< not along the normal: fixes the tangents of the step
-  Joint joint{};
-  int joint_points = 1;     ///< contacts of the pair
-  double joint_area = 0.0;  ///< of all contacts of the pair, m2
-  double opening = 0.0;     ///< gap at which it was closed at the start of the step, m
-  bool was_closed = false;  ///< at the end of the last step
+  const Joint* joint = nullptr;      ///< of the scene
+  bool axis_is_y = false;            ///< axis()
+  int joint_points = 1;              ///< contacts of the pair
+  double joint_area = 0.0;           ///< of all contacts of the pair, m2
+  double opening = 0.0;              ///< gap at which it was closed at the start of the step, m
+  bool was_closed = false;           ///< at the end of the last step
   bool was_bonded = false;
   bool laid = false;  ///< in this step
+
+  /// Not along the normal: fixes the tangents of the step.
+  Vector3 axis() const { return axis_is_y ? Vector3::UnitY() : Vector3::UnitX(); }
 };
 
 /// Reference arm of a place as seen from the centroid.

@@ -6,7 +6,7 @@
 namespace quoin::solver {
 
 void tangent_frame(const BodyContact& contact, const Vector3& normal, Vector3& t1, Vector3& t2) {
-  t1 = normal.cross(contact.axis).normalized();
+  t1 = normal.cross(contact.axis()).normalized();
   t2 = normal.cross(t1);
 }
 

@@ -46,9 +46,9 @@ bool part_where_overloaded(const SolvedJoint& joint) {
   bool any = false;
   for (std::size_t k = 0; k < bonded.size(); ++k) {
     BodyContact& contact = joint.contacts[bonded[k]];
-    const double tension = strength(contact.joint, contact.state).tension;
+    const double tension = strength(*contact.joint, contact.state).tension;
     if (section && !(stress[k] > (1.0 + kStressRounding) * tension)) continue;
-    weaken(contact.joint, contact.state);
+    weaken(*contact.joint, contact.state);
     any = true;
   }
   return any;
@@ -61,7 +61,7 @@ bool fail_where_opened(const SolvedJoint& joint, double limit) {
     const LinearContact& c = joint.linear[i];
     const bool opened = c.mode == ContactMode::Open && c.relative[0] > limit;
     if (!opened || contact.state.failed || contact.state.bonded) continue;
-    weaken(contact.joint, contact.state);
+    weaken(*contact.joint, contact.state);
     any = true;
   }
   return any;
@@ -77,7 +77,7 @@ struct ShearState {
 };
 
 double shear_strength(const BodyContact& contact, const LinearContact& c) {
-  const JointStrength now = strength(contact.joint, contact.state);
+  const JointStrength now = strength(*contact.joint, contact.state);
   return now.friction * std::max(c.force[0], 0.0) + now.cohesion * contact.state.point.area;
 }
 
@@ -87,7 +87,7 @@ ShearState shear_state(const SolvedJoint& joint) {
   const auto each = [&](const auto& visit) {
     for (std::size_t i = 0; i < joint.contacts.size(); ++i) {
       const BodyContact& contact = joint.contacts[i];
-      if (!bonded_in_shear(contact.joint, contact.state)) continue;
+      if (!bonded_in_shear(*contact.joint, contact.state)) continue;
       visit(in_plane(contact, normal), Vector2d(joint.linear[i].force.tail<2>()),
             shear_strength(contact, joint.linear[i]));
     }
@@ -117,8 +117,8 @@ bool fail_where_sliding(const SolvedJoint& joint) {
   if (holds) return false;
   bool any = false;
   for (BodyContact& contact : joint.contacts) {
-    if (!bonded_in_shear(contact.joint, contact.state)) continue;
-    weaken(contact.joint, contact.state);
+    if (!bonded_in_shear(*contact.joint, contact.state)) continue;
+    weaken(*contact.joint, contact.state);
     any = true;
   }
   return any;
@@ -134,7 +134,7 @@ bool fail_overloaded(std::span<BodyContact> contacts, std::span<const LinearCont
       return contact.a == contacts[first].a && contact.b == contacts[first].b;
     };
     while (last < contacts.size() && same_pair(contacts[last])) ++last;
-    if (!can_fail(contacts[first].joint)) continue;
+    if (!can_fail(*contacts[first].joint)) continue;
     const SolvedJoint joint{contacts.subspan(first, last - first),
                             linear.subspan(first, last - first)};
     any = part_where_overloaded(joint) || any;

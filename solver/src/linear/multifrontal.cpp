@@ -11,6 +11,18 @@ namespace {
 
 std::size_t area(int rows, int columns) { return index(rows) * index(columns); }
 
+/// Gives its memory back, which `= {}` does not.
+template <class Item>
+void release(std::vector<Item>& list) {
+  std::vector<Item>().swap(list);
+}
+
+/// What stands in the list is not kept: it need not be there twice.
+void make_room(std::size_t size, std::vector<double>& list) {
+  if (list.capacity() < size) release(list);
+  list.resize(size);
+}
+
 constexpr int kPanel = 32;  // unknowns of a triangular solve at a time; what is left are products
 
 Strided view(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
@@ -78,11 +90,18 @@ void Multifrontal::place_factors() {
     const int parent = elimination_.supernodes[s].parent;
     if (parent >= 0) taken[index(parent)] += rest;
   }
-  factor_.resize(factors);
-  stack_.resize(most);
+  make_room(factors, factor_);
+  make_room(most, stack_);
   pivots_.resize(slots_->unknowns());
   exchanges_.resize(fronts_.size());
   vector_.resize(slots_->unknowns());
+}
+
+void Multifrontal::release() {
+  solver::release(factor_);
+  solver::release(stack_);
+  solver::release(exchanges_);
+  placed_ = false;
 }
 
 Multifrontal::Parts Multifrontal::parts(const Front& front, double* rest) {

@@ -24,6 +24,9 @@ class Multifrontal {
   bool factorize(const BlockSystem& system);
   void solve(const BlockVector& right, BlockVector& solution);
 
+  /// Gives the memory of the factors back; no more solve() until the next factorize().
+  void release();
+
   /// Multiplications that the factors of such a matrix take, about.
   double work(const BlockSystem& system);
 

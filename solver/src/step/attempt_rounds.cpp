@@ -133,6 +133,7 @@ void find_at_end(const StepRun& run, std::span<Island* const> islands) {
     work.owners[index(work.island_of_block[index(island->own().front())])] = island;
   }
   if (!all) take_last(work);
+  if (work.islands.size() == 1) islands.front()->found_end.reserve(work.found_end.size());
   work.islands_met = false;
   for (const geometry::ContactPoint& point : work.found_end) {
     const int i = island_of(point, work.island_of_block);

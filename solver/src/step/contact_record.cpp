@@ -43,8 +43,8 @@ void record_contact(const LinearContact& c, const Vector3& moved, const StepPose
   state.point.normal = now.normal;
   state.point.gap = now.gap;
   state.slip += slip_in_step(c, moved);
-  if (contact.joint.softening_slip > 0.0 && state.slip >= contact.joint.softening_slip) {
-    weaken(contact.joint, state);
+  if (contact.joint->softening_slip > 0.0 && state.slip >= contact.joint->softening_slip) {
+    weaken(*contact.joint, state);
   }
   if (c.mode == ContactMode::Open) return;
   if (c.mode == ContactMode::Slip || (!contact.was_closed && !c.compliant)) {

@@ -185,6 +185,10 @@ void start_islands(const StepRun& run, std::span<Island* const> islands) {
   reaches.fall = -1.0;  // of all blocks, anew
   const Reach reach(run.compiled, run.options, {run.state.blocks, opening, run.state.time}, {},
                     reaches);
+  if (work.islands.size() == 1) {
+    islands.front()->found.reserve(work.found.size());
+    islands.front()->history.reserve(run.state.contacts.size());
+  }
   bool between = false;  // a point of two islands
   for (const geometry::ContactPoint& point : work.found) {
     Island* island = owner(point);

@@ -86,14 +86,14 @@ bool slides_on(const ImpactStep& at, const BodyContact& contact, const LinearCon
 /// Between the impact and the end of the step the rebound goes on like free flight. What was closed
 /// at the start does not come on: the last velocities saw to that.
 double full_bounce(const ImpactStep& at, const BodyContact& contact, const LinearContact& c) {
-  if (!(contact.joint.restitution > 0.0) || contact.was_closed) return 0.0;
+  if (!(contact.joint->restitution > 0.0) || contact.was_closed) return 0.0;
   const double approach = normal_velocity(contact, c, at.step.state);
   const bool closed = c.closing_share > 0.0;
   const double gain = closed ? relative_free_gain(c, at.free_gain) : 0.0;
   const double impact = approach + c.closing_share * gain;
   if (!(impact < -at.slowest)) return 0.0;
   const double flight = (1.0 - c.closing_share) * gain;
-  return at.step.length * (contact.joint.restitution * impact - flight);
+  return at.step.length * (contact.joint->restitution * impact - flight);
 }
 
 /// What a contact bore, in its frame with this normal, N.
@@ -131,7 +131,7 @@ void set_contact(const ImpactStep& at, const BodyContact& contact, const Contact
   }
   if (c.law == ContactLaw::Frictionless) c.multiplier.tail<2>().setZero();
   c.assumed = c.mode;
-  const double slope = dilation_slope(contact.joint, ended);
+  const double slope = dilation_slope(*contact.joint, ended);
   if (c.mode == ContactMode::Slip && slope != 0.0) {  // a joint that dilates opens
     c.offset[0] -= dt * slope * relative_velocity(contact, c, at.end).tail<2>().norm();
   }

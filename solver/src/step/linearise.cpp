@@ -36,7 +36,7 @@ double penalty_of(double penalty, const BodyContact& contact) {
 /// The joint's stiffness on the contact's share of the area, or that of the method.
 void set_springs(const StepOptions& options, double penalty, const BodyContact& contact,
                  LinearContact& c) {
-  const Joint& joint = contact.joint;
+  const Joint& joint = *contact.joint;
   if (joint.normal_stiffness > 0.0 && contact.state.spring_area > 0.0) {
     c.normal_spring = joint.normal_stiffness * contact.state.spring_area;
     c.shear_spring = joint.shear_stiffness * contact.state.spring_area;
@@ -51,15 +51,15 @@ void set_springs(const StepOptions& options, double penalty, const BodyContact& 
 
 /// As the contact stands at the start of the step.
 void set_law(const StepOptions& options, double penalty, BodyContact& contact, LinearContact& c) {
-  const JointStrength now = strength(contact.joint, contact.state);
-  c.law = bonded_in_shear(contact.joint, contact.state) ? ContactLaw::Stuck : law_of(now, options);
+  const JointStrength now = strength(*contact.joint, contact.state);
+  c.law = bonded_in_shear(*contact.joint, contact.state) ? ContactLaw::Stuck : law_of(now, options);
   c.friction = now.friction;
   c.cohesion = now.cohesion * contact.state.point.area;
   c.bonded = contact.state.bonded;
   c.was_bonded = contact.was_bonded;
   c.was_closed = contact.was_closed;
   c.assumed = contact.state.mode;
-  contact.opening = opening(contact.joint, contact.state);
+  contact.opening = opening(*contact.joint, contact.state);
   set_springs(options, penalty, contact, c);
 }
 
@@ -195,7 +195,7 @@ void set_closing(const FreeFlight& flight, double gap_tolerance, double slowest,
 /// Strength and opening go with the slip of the step, as the last solution had it: where
 /// linearisations agree nothing lags, and the work of softening and dilation is exact.
 void follow_slip(const BodyContact& contact, LinearContact& c) {
-  const Joint& joint = contact.joint;
+  const Joint& joint = *contact.joint;
   c.dilation = opening(joint, contact.state, c.slip) - contact.opening;
   c.offset[0] -= c.dilation;
   if (!(joint.softening_slip > 0.0)) return;
@@ -275,7 +275,7 @@ void linearise(const SubStep& step, const BlockTerms& terms, const StepPoses& po
     set_stiffness(terms, c);
     if (!contact.was_closed && impacts) {
       set_closing(free_flight(step, terms.free_increment, contact, c), step.gap_tolerance(),
-                  slowest, contact.joint, c);
+                  slowest, *contact.joint, c);
     }
     follow_slip(contact, c);
     if (c.compliant && midpoint) apply_discrete_gradient(end_gap(contact, poses, c), c);
@@ -292,7 +292,7 @@ void measure_slips(const StepPoses& poses, std::span<const BodyContact> contacts
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const BodyContact& contact = contacts[i];
     LinearContact& c = linear[i];
-    if (contact.joint.dilation_angle == 0.0 && !can_fail(contact.joint)) continue;
+    if (contact.joint->dilation_angle == 0.0 && !can_fail(*contact.joint)) continue;
     const bool opened = c.mode == ContactMode::Open && (contact.was_closed || c.start[0] <= 0.0);
     c.slip = opened ? (c.relative.tail<2>() - c.start.tail<2>()).norm()
                     : slip_in_step(c, moved_by(poses, contact, c));

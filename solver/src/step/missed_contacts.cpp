@@ -143,7 +143,7 @@ bool drop_ghosts(const CompiledScene& compiled, Island& island) {
     const double smaller = pair_size(compiled, contact.a, contact.b);
     if (solved.gap < -kThrough * smaller) return false;  // a spring so soft: flagged
     const auto points = points_of_pair(island.found_end, contact.a, contact.b);
-    const double rebound = contact.joint.restitution > 0.0 ? reach : 0.0;
+    const double rebound = contact.joint->restitution > 0.0 ? reach : 0.0;
     return least_gap(points, reach) > contact.opening + kBesideFace * smaller + rebound;
   };
   const std::size_t solved = island.attempt.positions.size() - island.blocks.held.size();
