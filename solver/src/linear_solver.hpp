@@ -62,7 +62,6 @@ class LinearSolver {
   bool iterate(Iterations<n>& with, const BlockVector& right, BlockVector& solution);
   bool wants_multigrid(const BlockSystem& system);
   bool distributes(const BlockSystem& system);
-  bool rigid() const;
 
   const Slots* slots_;
   StepWatch* watch_;

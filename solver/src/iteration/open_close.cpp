@@ -156,7 +156,7 @@ bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptio
   while (count.iterations < options.max_iterations) {
     const int before = count.iterations;
     const double wanted = wanted_residual(contacts, options, softness);
-    const bool damped = options.damped && newton_.equations().rigid();
+    const bool damped = options.damped && slots_->rigid();
     const Relaxed relaxed =
         newton_.relax({wanted, softness, options.max_iterations, damped}, count);
     if (relaxed != Relaxed::No) {
@@ -241,7 +241,7 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   NewtonCount count;
   const bool far = result.residual > kFarResidual;
   if (far) step_assumed(1.0, count);
-  result.converged = converge(contacts, options, {.assumes = far && equations.rigid()}, count);
+  result.converged = converge(contacts, options, {.assumes = far && slots_->rigid()}, count);
   result.iterations = count.iterations;
   result.solves = count.solves;
   result.factorizations = count.factorizations;
