@@ -20,8 +20,6 @@ Slots make_slots(const std::vector<int>& unknowns_of_block,
   return slots;
 }
 
-int Slots::width() const { return std::ranges::find(size, 12) == size.end() ? 6 : 12; }
-
 double force_size(const Vector12& force, double length) {
   return std::max({force.head<3>().norm(), force.segment<3>(3).norm() / length,
                    force.tail<6>().norm() / length});

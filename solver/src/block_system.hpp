@@ -16,8 +16,9 @@ struct Slots {
   std::vector<int> start;      ///< per slot, and the total at the end
   std::vector<double> length;  ///< block size, per slot, m: turns moments into forces
   int count() const { return static_cast<int>(size.size()); }
-  int width() const;  ///< 6 where no block deforms, else 12
   int unknowns() const { return start.empty() ? 0 : start.back(); }
+  bool rigid() const { return unknowns() == 6 * count(); }  ///< no block deforms
+  int width() const { return rigid() ? 6 : 12; }
 };
 
 Slots make_slots(const std::vector<int>& unknowns_of_block,

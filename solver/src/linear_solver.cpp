@@ -24,10 +24,6 @@ constexpr int kEliminated = 8;
 
 }  // namespace
 
-bool LinearSolver::rigid() const {
-  return std::ranges::all_of(slots_->size, [](int size) { return size == 6; });
-}
-
 bool LinearSolver::wants_multigrid(const BlockSystem& system) {
   if (system.frames.empty()) return false;
   if (kind_ != LinearSolverKind::Automatic) return kind_ == LinearSolverKind::Multigrid;
@@ -89,8 +85,8 @@ bool LinearSolver::factorize(const BlockSystem& system) {
     lagging_ = prepared_;
     return prepared_ || prepare(multigrid);
   };
-  return rigid() ? take(rigid_, block_rows<6>(threads_, system, *slots_))
-                 : take(deformable_, block_rows<12>(threads_, system, *slots_));
+  return slots_->rigid() ? take(rigid_, block_rows<6>(threads_, system, *slots_))
+                         : take(deformable_, block_rows<12>(threads_, system, *slots_));
 }
 
 void LinearSolver::release_multigrid() {
@@ -136,7 +132,8 @@ bool LinearSolver::iterate(Iterations<n>& with, const BlockVector& right, BlockV
 bool LinearSolver::solve(const BlockVector& right, BlockVector& solution) {
   if (shared_) return distributed_->solve(right, solution, counts_);
   if (iterates_) {
-    return rigid() ? iterate(rigid_, right, solution) : iterate(deformable_, right, solution);
+    return slots_->rigid() ? iterate(rigid_, right, solution)
+                           : iterate(deformable_, right, solution);
   }
   elimination_.solve(right, solution);
   return true;

@@ -67,7 +67,6 @@ class LinearSolver {
   bool iterates(const BlockSystem& system);
   void release_multigrid();
   bool distributes(const BlockSystem& system);
-  bool rigid() const;
 
   const Slots* slots_;
   StepWatch* watch_;

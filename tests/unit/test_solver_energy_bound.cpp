@@ -45,7 +45,7 @@ struct Step {
                        .state = start.blocks,
                        .length = kTimeStep};
     std::vector<GroupEnergy> of_group;
-    bound_energy(step, {positions, groups, pushed}, end.blocks, energy, of_group);
+    bound_energy(step, {positions, groups, pushed, 5e-7}, end.blocks, energy, of_group);
   }
   double kinetic() const {
     return kinetic_energy(compiled.models[0], end.blocks[0]) +

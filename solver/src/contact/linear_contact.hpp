@@ -88,6 +88,8 @@ struct LinearContact {
   bool bonded = false;      ///< bears tension without limit: judged when the step is solved
   bool was_bonded = false;  ///< at the start of the step
   bool was_closed = false;  ///< likewise
+  ContactMode assumed = ContactMode::Open;  ///< what the first linear solve takes for granted
+  ContactMode mode = ContactMode::Open;     ///< result
   ContactJacobian jacobian_a, jacobian_b;
   Vector3 offset = Vector3::Zero();
   double friction = 0.0;          ///< tan of the friction angle
@@ -101,18 +103,16 @@ struct LinearContact {
   Vector3 start =
       Vector3::Zero();    ///< d at the start of the step: gap and stretch of the anchors, m
   double rounding = 0.0;  ///< m: a gap or slip this small is zero for all that doubles can tell
-  double turn_correction = 0.0;  ///< m: the turn of crossed edges' normal beyond second order
+  Vector3 left_out = Vector3::Zero();  ///< m: what d has beside the motion of the step and `start`
+  double turn_correction = 0.0;        ///< m: the turn of crossed edges' normal beyond second order
   double closing_share = 0.0;  ///< of the step that had passed when it closed; 0: closed all along
   double closing_speed = 0.0;  ///< mean until then, m in a step
   Vector3 multiplier = Vector3::Zero();  ///< N, what the last iteration took as known
 
-  ContactMode assumed = ContactMode::Open;  ///< what the first linear solve takes for granted
-
-  Vector3 guess = Vector3::Zero();       ///< d of the first guess, m
-  Vector3 relative = Vector3::Zero();    ///< result: d, m
-  Vector3 force = Vector3::Zero();       ///< result: f, N
-  double bound = 0.0;                    ///< result: friction limit, N
-  ContactMode mode = ContactMode::Open;  ///< result
+  Vector3 guess = Vector3::Zero();     ///< d of the first guess, m
+  Vector3 relative = Vector3::Zero();  ///< result: d, m
+  Vector3 force = Vector3::Zero();     ///< result: f, N
+  double bound = 0.0;                  ///< result: friction limit, N
 };
 
 }  // namespace quoin::solver

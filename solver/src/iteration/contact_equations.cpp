@@ -33,13 +33,12 @@ double size_of_motion(int slot, const ContactJacobian& jacobian, const BlockVect
 
 }  // namespace
 
-ContactEquations::ContactEquations(const Slots& slots)
-    : slots_(&slots), rigid_(std::ranges::all_of(slots.size, [](int n) { return n == 6; })) {}
+ContactEquations::ContactEquations(const Slots& slots) : slots_(&slots) {}
 
 void ContactEquations::shift(const BlockEquations& blocks, std::span<LinearContact> contacts,
                              const BlockVector& guess, double gap_rounding) {
-  rigid_ ? shift_in<6>(blocks, contacts, guess, gap_rounding)
-         : shift_in<12>(blocks, contacts, guess, gap_rounding);
+  slots_->rigid() ? shift_in<6>(blocks, contacts, guess, gap_rounding)
+                  : shift_in<12>(blocks, contacts, guess, gap_rounding);
 }
 
 /// `n`: the unknowns of each block, at most.
@@ -76,8 +75,8 @@ void ContactEquations::shift_in(const BlockEquations& blocks, std::span<LinearCo
 
 void ContactEquations::evaluate(const BlockSystem& base, std::span<LinearContact> contacts,
                                 const BlockVector& change, Law law, double softness) {
-  rigid_ ? evaluate_in<6>(base, contacts, change, law, softness)
-         : evaluate_in<12>(base, contacts, change, law, softness);
+  slots_->rigid() ? evaluate_in<6>(base, contacts, change, law, softness)
+                  : evaluate_in<12>(base, contacts, change, law, softness);
 }
 
 /// `n`: the unknowns of each block, at most.
@@ -149,8 +148,8 @@ double ContactEquations::residual_beyond_rounding(const BlockSystem& base,
                                                   const BlockVector& change,
                                                   double softness) const {
   std::vector<double> floor = floor_;
-  rigid_ ? add_rounding<6>(base, contacts, change, softness, floor)
-         : add_rounding<12>(base, contacts, change, softness, floor);
+  slots_->rigid() ? add_rounding<6>(base, contacts, change, softness, floor)
+                  : add_rounding<12>(base, contacts, change, softness, floor);
   return worst_residual(floor);
 }
 
@@ -186,9 +185,7 @@ double ContactEquations::worst_residual(std::span<const double> floor) const {
   return worst;
 }
 
-double ContactEquations::relative_residual(int slot) const {
-  if (slot < 0) return 0.0;
-  const std::size_t s = index(slot);
+double ContactEquations::relative_residual(std::size_t s) const {
   const double size = force_size(residual_[s], slots_->length[s]) - floor_[s];
   return std::max(0.0, size) / std::max(scale_[s], kNoForce);
 }

@@ -42,8 +42,7 @@ class ContactEquations {
   const BlockVector& residual() const { return residual_; }  ///< by slot
   /// The largest residual by the forces at its block, less what rounding makes of it.
   double relative_residual() const { return worst_residual(floor_); }
-  /// Of one block; of a side without unknowns (slot -1) 0.
-  double relative_residual(int slot) const;
+  double relative_residual(std::size_t slot) const;  ///< of one block
   /// The same, less what rounding of `change`, which was evaluated, makes of it, too.
   double residual_beyond_rounding(const BlockSystem& base, std::span<const LinearContact> contacts,
                                   const BlockVector& change, double softness) const;
@@ -54,7 +53,6 @@ class ContactEquations {
   double slope(const BlockVector& direction) const;
   /// The largest of forces on blocks, by the forces at them.
   double relative_push(const BlockVector& push) const;
-  bool rigid() const { return rigid_; }  ///< all blocks: 6 unknowns each
 
  private:
   template <int n>
@@ -78,7 +76,6 @@ class ContactEquations {
 
   Threads threads_;
   const Slots* slots_;
-  bool rigid_;
   BlockVector right_;  ///< F - K D0
   BlockVector residual_;
   std::vector<double> scale_;  ///< force scale, per slot, N

@@ -56,11 +56,18 @@ void ContactNewton::evaluate(Law law, double softness) {
 /// stiffness of its sliding contacts shortens the step of that block. It goes with the residual, so
 /// that none is left at the solution; [Yamashita & Fukushima 2001] let the parameter of the
 /// Levenberg-Marquardt method go with its square.
+void ContactNewton::set_damping() {
+  damping_of_block_.assign(damping_ > 0.0 ? change_.size() : 0, 0.0);
+  for (std::size_t s = 0; s < damping_of_block_.size(); ++s) {
+    damping_of_block_[s] = std::min(1.0, damping_ * equations_.relative_residual(s));
+  }
+}
+
+/// The larger of its blocks'.
 double ContactNewton::damping(const LinearContact& c) const {
-  if (damping_ == 0.0) return 0.0;
-  const double residual =
-      std::max(equations_.relative_residual(c.slot_a), equations_.relative_residual(c.slot_b));
-  return std::min(1.0, damping_ * residual);
+  if (damping_of_block_.empty()) return 0.0;
+  const auto of = [&](int slot) { return slot < 0 ? 0.0 : damping_of_block_[index(slot)]; };
+  return std::max(of(c.slot_a), of(c.slot_b));
 }
 
 /// Where the last search has failed: back to where it began, for a step that is damped more.
@@ -85,6 +92,7 @@ bool ContactNewton::same_tangent(Law law, double softness) {
   }
   std::atomic<bool> same = factorized_ && tangent_.size() == contacts_.size();
   tangent_.resize(contacts_.size());
+  set_damping();
   threads_.each(contacts_.size(), [&](std::size_t c) {
     TangentOptions own = options;
     if (!own.assumed) own.damping = damping(contacts_[c]);
@@ -113,7 +121,7 @@ void ContactNewton::assemble() {
   });
   threads_.ranges(system_.diagonal.size(), [&](std::size_t first, std::size_t end) {
     for (std::size_t s = first; s < end; ++s) system_.diagonal[s] = base_->diagonal[s];
-    equations_.rigid() ? add_contacts<6>(first, end) : add_contacts<12>(first, end);
+    slots_->rigid() ? add_contacts<6>(first, end) : add_contacts<12>(first, end);
   });
 }
 

@@ -33,7 +33,7 @@ class ContactNewton {
  public:
   /// `watch`: looked at in each step, which then throws StepStopped.
   ContactNewton(const Slots& slots, StepWatch* watch)
-      : watch_(watch), equations_(slots), solver_(slots, watch) {}
+      : slots_(&slots), watch_(watch), equations_(slots), solver_(slots, watch) {}
 
   /// From now on these equations, no change yet. The arguments must outlive the use of this object.
   /// `gap_rounding`: see ContactEquations::shift().
@@ -62,6 +62,7 @@ class ContactNewton {
   double condition_estimate() const { return solver_.condition_estimate(); }
 
  private:
+  void set_damping();
   double damping(const LinearContact& contact) const;
   bool step_back(double softness);
   void adapt_damping();
@@ -79,6 +80,7 @@ class ContactNewton {
   void search_slope(Law law, double softness);
   void search_residual(Law law, double softness);
 
+  const Slots* slots_;
   StepWatch* watch_;
   Threads threads_;
   ContactEquations equations_;
@@ -93,6 +95,7 @@ class ContactNewton {
   bool found_ = true;     ///< the last search: the residual fell as it should
   double share_ = 1.0;    ///< of the last step, that was taken
   double damping_ = 0.0;  ///< of sliding contacts, by the relative residual of their blocks
+  std::vector<double> damping_of_block_;  ///< what that is, by slot; empty: none
 };
 
 }  // namespace quoin::solver

@@ -39,7 +39,7 @@ constexpr int kStages = 32;  // from one stage to the next in crowd(): more than
 /// with energy. A joint has up to three normal resultants, and where it sticks as many of shear.
 /// Rigid blocks alone: a deformable arch that falls gained energy.
 bool ContactSolver::is_loose(std::span<const LinearContact> contacts) const {
-  if (!is_rigid()) return false;
+  if (!slots_->rigid()) return false;
   constexpr std::array<int, 4> kSlides{0, 1, 2, 3}, kSticks{0, 3, 5, 6};  // by points
   int resultants = 0;
   for (std::size_t i = 0, end = 0; i < contacts.size(); i = end) {
@@ -86,7 +86,7 @@ int ContactSolver::patience(std::span<const LinearContact> contacts) {
   const bool again = checked_ == Try::Failed && failures_ == 0;  // what did not end in kPatience
   if (hard_ != Try::None || again || (loose_ && checked_ == Try::Failed)) return kLastTry;
   if (!ConeProblem::suits(contacts)) return kPatience;  // no other iteration has it
-  const int most = is_rigid() ? kRigidPatience : kPatience;
+  const int most = slots_->rigid() ? kRigidPatience : kPatience;
   if (checked_ != Try::None) return most;
   can_check_ = true;
   loose_ = is_loose(contacts);

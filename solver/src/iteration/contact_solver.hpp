@@ -70,7 +70,6 @@ class ContactSolver {
   };
   /// Of a stage that is not the first to have the sub-step.
   enum class Try { None, Now, Failed };
-  bool is_rigid() const { return slots_->unknowns() == 6 * slots_->count(); }
   bool is_loose(std::span<const LinearContact> contacts) const;
   int patience(std::span<const LinearContact> contacts);
 

@@ -142,7 +142,7 @@ void OpenClose::step_assumed(double softness, NewtonCount& count) {
 /// within the tolerance.
 double OpenClose::wanted_residual(std::span<const LinearContact> contacts,
                                   const OpenCloseOptions& options, double softness) const {
-  const bool rigid = newton_.equations().rigid();
+  const bool rigid = slots_->rigid();
   if ((softness == 1.0 && !rigid) || violation(contacts) <= options.gap_tolerance) {
     return options.force_tolerance;
   }
@@ -166,7 +166,7 @@ bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptio
     const bool exactly = softness == 1.0 && !slow;
     const double wanted =
         exactly ? options.force_tolerance : wanted_residual(contacts, options, softness);
-    const bool damped = options.damped && newton_.equations().rigid();
+    const bool damped = options.damped && slots_->rigid();
     const Relaxed relaxed =
         newton_.relax({wanted, softness, options.max_iterations, damped}, count);
     slow = slow || relaxed == Relaxed::No || count.iterations - before > kQuickSteps;
@@ -252,7 +252,7 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   NewtonCount count;
   const bool far = result.residual > kFarResidual;
   if (far) step_assumed(1.0, count);
-  result.converged = converge(contacts, options, {.assumes = far && equations.rigid()}, count);
+  result.converged = converge(contacts, options, {.assumes = far && slots_->rigid()}, count);
   result.iterations = count.iterations;
   result.solves = count.solves;
   result.factorizations = count.factorizations;

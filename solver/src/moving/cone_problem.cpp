@@ -31,7 +31,6 @@ void ConeProblem::set(const BlockSystem& base, const BlockVector& force,
   base_ = &base;
   contacts_ = contacts;
   const std::size_t blocks = force.size();
-  rigid_ = std::ranges::all_of(slots_->size, [](int n) { return n == 6; });
   compliance_.assign(blocks, Matrix12::Zero());
   free_.resize(blocks);
   threads_.each(blocks, [&](std::size_t s) {
@@ -51,9 +50,10 @@ void ConeProblem::set(const BlockSystem& base, const BlockVector& force,
     if (mended_apart > 0.0) cones_[i].unmended = c.start;
     cones_[i].unmended[0] = std::min(cones_[i].unmended[0], mended_apart);
     cones_[i].offset = c.offset - cones_[i].unmended;
+    cones_[i].unmoved = c.start + c.left_out - cones_[i].unmended;
     if (c.slot_a >= 0) cones_[i].offset += c.jacobian_a * guess[index(c.slot_a)];
     if (c.slot_b >= 0) cones_[i].offset += c.jacobian_b * guess[index(c.slot_b)];
-    rigid_ ? set_contact<6>(i) : set_contact<12>(i);
+    slots_->rigid() ? set_contact<6>(i) : set_contact<12>(i);
   });
 }
 
@@ -82,6 +82,7 @@ void ConeProblem::set_contact(std::size_t i) {
   cone.delassus *= cone.scale * cone.scale;
   cone.offset.array() *= cone.scale * share.array();
   cone.unmended.array() *= cone.scale * share.array();
+  cone.unmoved.array() *= cone.scale * share.array();
   const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(cone.delassus, Eigen::EigenvaluesOnly);
   cone.relaxation = 1.0 / eigen.eigenvalues()[2];
 }
@@ -104,7 +105,7 @@ Vector3 ConeProblem::motion(std::size_t contact, const Vector3& y) const {
 }
 
 void ConeProblem::respond(std::span<const Vector3> x, std::span<Vector3> motion) {
-  rigid_ ? respond_in<6>(x, motion) : respond_in<12>(x, motion);
+  slots_->rigid() ? respond_in<6>(x, motion) : respond_in<12>(x, motion);
 }
 
 template <int n>
@@ -145,7 +146,9 @@ void ConeProblem::add_motion(std::size_t contact, Vector3& motion) const {
 }
 
 void ConeProblem::sweep(std::span<Vector3> x) {
-  const auto visit = [&](std::size_t i) { rigid_ ? sweep_in<6>(i, x) : sweep_in<12>(i, x); };
+  const auto visit = [&](std::size_t i) {
+    slots_->rigid() ? sweep_in<6>(i, x) : sweep_in<12>(i, x);
+  };
   for (std::size_t i = 0; i < x.size(); ++i) visit(i);
   for (std::size_t i = x.size(); i-- > 0;) visit(i);
 }
@@ -186,7 +189,7 @@ bool ConeProblem::factorize(std::span<const Matrix3> tangents) {
     blocks->resize(base_->pairs.size(), base_->diagonal.width());
     blocks->set_zero();
   }
-  rigid_ ? assemble_in<6>(tangents) : assemble_in<12>(tangents);
+  slots_->rigid() ? assemble_in<6>(tangents) : assemble_in<12>(tangents);
   return solver_.factorize(system_);
 }
 
@@ -221,7 +224,7 @@ void ConeProblem::assemble_in(std::span<const Matrix3> tangents) {
 }
 
 void ConeProblem::solve(std::span<const Vector3> right, std::span<Vector3> motion) {
-  rigid_ ? solve_in<6>(right, motion) : solve_in<12>(right, motion);
+  slots_->rigid() ? solve_in<6>(right, motion) : solve_in<12>(right, motion);
 }
 
 template <int n>

@@ -45,6 +45,9 @@ class ConeProblem {
   /// What c leaves out of the gap and the stretch that the step starts with.
   const Vector3& unmended(std::size_t contact) const { return cones_[contact].unmended; }
 
+  /// What A D + c has beside the motion of the step.
+  const Vector3& unmoved(std::size_t contact) const { return cones_[contact].unmoved; }
+
   /// A D + c with D the answer to the forces x.
   void respond(std::span<const Vector3> x, std::span<Vector3> motion);
   const BlockVector& increment() const { return increment_; }  ///< D of the last respond()
@@ -62,7 +65,7 @@ class ConeProblem {
   struct Cone {
     double scale = 1.0, friction = 0.0;
     Vector3 offset = Vector3::Zero();  ///< c
-    Vector3 unmended = Vector3::Zero();
+    Vector3 unmended = Vector3::Zero(), unmoved = Vector3::Zero();
     Matrix3 delassus = Matrix3::Zero();  ///< of the contact alone
     double relaxation = 1.0;             ///< 1 / its largest eigenvalue
   };
@@ -85,7 +88,6 @@ class ConeProblem {
   const Slots* slots_;
   Threads threads_;
   LinearSolver solver_;
-  bool rigid_ = false;
   const BlockSystem* base_ = nullptr;
   std::span<const LinearContact> contacts_;
   BlockVector free_;                  ///< the answer to no contact forces, by slot

@@ -13,8 +13,8 @@ constexpr int kHalvings = 20;  // of a step, in the search along it
 
 }  // namespace
 
-void GapProjection::start(const ConeProblem& problem, std::span<const Vector3> x,
-                          std::span<const ContactMode> modes, std::span<const Vector3> motion) {
+void GapProjection::start(std::span<const Vector3> x, std::span<const ContactMode> modes,
+                          std::span<const Vector3> motion) {
   forces_.assign(x.size(), Vector3::Zero());
   moved_ = next_moved_ = gap_ = forces_;
   next_forces_.clear();
@@ -23,7 +23,7 @@ void GapProjection::start(const ConeProblem& problem, std::span<const Vector3> x
   sticks_.resize(x.size());
   closed_.assign(x.size(), 0);
   for (std::size_t i = 0; i < x.size(); ++i) {
-    gap_[i] = motion[i] + problem.unmended(i);
+    gap_[i] = motion[i];
     borne_[i] = modes[i] == ContactMode::Open ? 0.0 : x[i][0];
     sticks_[i] = modes[i] == ContactMode::Stick;
   }
@@ -121,7 +121,7 @@ IterationCount GapProjection::solve(ConeProblem& problem, std::span<const Vector
                                     std::span<const Vector3> motion, const AddedForces& guess,
                                     const IterationLimit& limit) {
   IterationCount count;
-  start(problem, x, modes, motion);
+  start(x, modes, motion);
   start_from(guess);
   bool apart = std::max(largest_gap(problem), largest_stretch(problem)) > limit.residual;
   while (apart && count.iterations < limit.iterations) {

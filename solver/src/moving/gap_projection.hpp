@@ -14,7 +14,8 @@ namespace quoin::solver {
 /// convex: Newton's method with an exact search along each step.
 class GapProjection {
  public:
-  /// `motion`: A D + c of `x`, whose `modes` they are. `guess`: where to start. Ends where gaps are
+  /// `motion`: A D + c of `x`, whose `modes` they are, and what is mended of the gaps and stretches
+  /// that c leaves out. `guess`: where to start. Ends where gaps are
   /// within `limit.residual`, m.
   IterationCount solve(ConeProblem& problem, std::span<const Vector3> x,
                        std::span<const ContactMode> modes, std::span<const Vector3> motion,
@@ -23,8 +24,8 @@ class GapProjection {
   std::span<const Vector3> forces() const { return forces_; }
 
  private:
-  void start(const ConeProblem& problem, std::span<const Vector3> x,
-             std::span<const ContactMode> modes, std::span<const Vector3> motion);
+  void start(std::span<const Vector3> x, std::span<const ContactMode> modes,
+             std::span<const Vector3> motion);
   void start_from(const AddedForces& guess);
   bool pressed(std::size_t contact) const;
   double largest_stretch(const ConeProblem& problem) const;

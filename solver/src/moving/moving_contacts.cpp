@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "moving/cone.hpp"
 
@@ -20,6 +21,7 @@ constexpr double kSoftest = 2.0;
 constexpr double kNear = 1e-3;  // the residual from which hard contacts are what they yield about
 constexpr double kConeForces = 1e-3;  // of the largest: where contacts in cones end, or after
 constexpr int kMostConeSteps = 25;
+constexpr int kMostUpdates = 2;   // of multipliers there, where their forces make energy
 constexpr int kMostMending = 20;  // steps of the projection of gaps, to
 constexpr double kGap = 5e3;      // times the tolerance, of the smallest block
 
@@ -105,14 +107,32 @@ void MovingContacts::record(std::span<LinearContact> contacts) {
   }
 }
 
-/// Whether contacts overlap, or bear forces and are apart, by more than `gap`, m.
-bool MovingContacts::apart(double gap) const {
+/// Whether contacts overlap, or bear forces and are apart, by more than gap_.
+bool MovingContacts::apart() const {
   for (std::size_t i = 0; i < x_.size(); ++i) {
-    Vector3 u = motion_[i] + problem_.unmended(i);
+    Vector3 u = motion_[i] + to_mend(i);
     u[0] = std::min(u[0], x_[i][0]);
-    if (std::abs(problem_.motion(i, u)[0]) > gap) return true;
+    if (std::abs(problem_.motion(i, u)[0]) > gap_) return true;
   }
   return false;
+}
+
+/// Of the gap and the stretch that the step began with; of overlaps that are kept what is beyond
+/// gap_.
+Vector3 MovingContacts::to_mend(std::size_t contact) const {
+  const Vector3& unmended = problem_.unmended(contact);
+  if (!keeps_overlaps_) return unmended;
+  const double kept = gap_ / problem_.motion(contact, Vector3::UnitX())[0];
+  return {unmended[0] - std::clamp(unmended[0], -kept, 0.0), 0.0, 0.0};
+}
+
+/// Of the contacts' forces in the step, J: what it gains.
+double MovingContacts::work() const {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < x_.size(); ++i) {
+    sum += x_[i].dot(motion_[i] - problem_.unmoved(i));
+  }
+  return sum;
 }
 
 /// What the last linearisation has added to the forces x_, which leave contacts at motion_.
@@ -134,9 +154,10 @@ AddedForces MovingContacts::guess(std::span<const Vector3> added) {
 /// Stiffer contacts, whose forces stay in their cones, about those that yield.
 IterationCount MovingContacts::stiffen(std::span<LinearContact> contacts) {
   const AddedForces start = guess(stiffened_);
-  for (std::size_t i = 0; i < x_.size(); ++i) motion_[i] += problem_.unmended(i);
+  apart_.resize(x_.size());
+  for (std::size_t i = 0; i < x_.size(); ++i) apart_[i] = motion_[i] + to_mend(i);
   const IterationLimit limit{kConeForces, std::min(kMostConeSteps, iterations_left_)};
-  const IterationCount count = cone_projection_.solve(problem_, x_, motion_, start, limit);
+  const IterationCount count = cone_projection_.solve(problem_, x_, apart_, start, limit);
   iterations_left_ -= count.iterations;
   stiffened_.assign(count.converged ? x_.size() : 0, Vector3::Zero());
   for (std::size_t i = 0; i < stiffened_.size(); ++i) {
@@ -153,21 +174,54 @@ IterationCount MovingContacts::stiffen(std::span<LinearContact> contacts) {
   return count;
 }
 
+/// The largest share of the forces that close gaps with which the work of all is not positive, but
+/// what it takes to leave no overlap beyond twice gap_. moved_: A D of these forces.
+double MovingContacts::closed_share() const {
+  const std::span<const Vector3> change = projection_.forces();
+  double work = 0.0, slope = 0.0, bend = 0.0;  // work + slope s + bend s2
+  for (std::size_t i = 0; i < x_.size(); ++i) {
+    const Vector3 motion = motion_[i] - problem_.unmoved(i);
+    work += x_[i].dot(motion);
+    slope += x_[i].dot(moved_[i]) + change[i].dot(motion);
+    bend += change[i].dot(moved_[i]);
+  }
+  if (work + slope + bend <= 0.0) return 1.0;
+  const double root = std::sqrt(std::max(0.0, slope * slope - 4.0 * bend * work));
+  double share = slope > 0.0 ? -2.0 * std::min(work, 0.0) / (slope + root)
+                             : std::min(1.0, (root - slope) / (2.0 * bend));
+  const double limit = 2.0 * gap_;
+  for (std::size_t i = 0; i < x_.size(); ++i) {
+    const double gap = problem_.motion(i, motion_[i] + problem_.unmended(i))[0];
+    const double rise = problem_.motion(i, moved_[i])[0];
+    if (gap + share * rise < -limit && rise > 0.0) share = std::min(1.0, (-limit - gap) / rise);
+  }
+  return share;
+}
+
 /// Moves the blocks least so that gaps are closed; forces may leave their cones a little.
-IterationCount MovingContacts::close(std::span<LinearContact> contacts, double gap) {
+IterationCount MovingContacts::close(std::span<LinearContact> contacts) {
   modes_.clear();
   for (const LinearContact& c : contacts) modes_.push_back(c.mode);
-  const IterationLimit limit{gap, std::min(kMostMending, iterations_left_)};
-  const IterationCount count =
-      projection_.solve(problem_, x_, modes_, motion_, guess(closed_), limit);
+  const AddedForces start = guess(closed_);
+  apart_.resize(x_.size());
+  for (std::size_t i = 0; i < x_.size(); ++i) apart_[i] = motion_[i] + to_mend(i);
+  const IterationLimit limit{gap_, std::min(kMostMending, iterations_left_)};
+  const IterationCount count = projection_.solve(problem_, x_, modes_, apart_, start, limit);
   iterations_left_ -= count.iterations;
+  const std::span<const Vector3> change = projection_.forces();
+  added_.resize(x_.size());
+  moved_.resize(x_.size());
+  for (std::size_t i = 0; i < x_.size(); ++i) added_[i] = x_[i] + change[i];
+  problem_.respond(added_, moved_);
+  for (std::size_t i = 0; i < x_.size(); ++i) moved_[i] -= motion_[i];
+  const bool whole = softness_ > 0.0 && !keeps_overlaps_;
+  const double share = whole ? 1.0 : closed_share();
   closed_.resize(x_.size());
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const Vector3& change = projection_.forces()[i];
-    closed_[i] = problem_.force(i, change);
-    if (change.isZero(0.0)) continue;
+    closed_[i] = problem_.force(i, change[i]);
+    if (share == 0.0 || change[i].isZero(0.0)) continue;
     LinearContact& c = contacts[i];
-    x_[i] += change;
+    x_[i] += share * change[i];
     c.force = problem_.force(i, x_[i]);
     if (c.mode == ContactMode::Open) c.mode = ContactMode::Slip;
   }
@@ -175,18 +229,41 @@ IterationCount MovingContacts::close(std::span<LinearContact> contacts, double g
   return count;
 }
 
-/// Closes the gaps that the forces have left. The forces of that are added to those of the
-/// contacts, so that velocities get none of it; the iteration goes on from its own.
-IterationCount MovingContacts::mend(std::span<LinearContact> contacts, double share) {
-  const double gap = share * *std::ranges::min_element(slots_->length);
-  IterationCount total;
-  total.converged = !apart(gap);
-  if (total.converged) return total;
-  if (softness_ > 0.0) {
+/// Of contacts that yield. Where these forces make energy the multipliers are updated, or, while
+/// overlaps are mended, it is left to another try.
+IterationCount MovingContacts::mend_yielded(std::span<LinearContact> contacts) {
+  IterationCount total = stiffen(contacts);
+  const auto updates = [&] { return keeps_overlaps_ && !stiffened_.empty() && work() > 0.0; };
+  for (int k = 0; k < kMostUpdates && updates(); ++k) {
+    const std::vector<Vector3> before = std::exchange(stiffened_, {});
     add(stiffen(contacts), total);
-    total.converged = !apart(gap);
+    for (std::size_t i = 0; i < std::min(before.size(), stiffened_.size()); ++i) {
+      stiffened_[i] += before[i];
+    }
   }
-  if (!total.converged) add(close(contacts, gap), total);
+  total.converged = !apart();
+  const bool again = !keeps_overlaps_ && work() > 0.0;
+  if (!total.converged && !again) add(close(contacts), total);
+  return total;
+}
+
+/// Closes the gaps that the forces have left. The forces of that are added to those of the
+/// contacts, so that velocities get none of it; the iteration goes on from its own. Where all these
+/// forces would make energy, overlaps that the step began with are kept.
+IterationCount MovingContacts::mend(std::span<LinearContact> contacts) {
+  IterationCount total;
+  total.converged = !apart() && !(softness_ > 0.0 && work() > 0.0);
+  if (total.converged) return total;
+  if (softness_ == 0.0) return close(contacts);
+  if (!keeps_overlaps_) {
+    yielded_forces_ = x_;
+    total = mend_yielded(contacts);
+    if (!(work() > 0.0)) return total;
+    keeps_overlaps_ = true;
+    x_ = yielded_forces_;
+    record(contacts);
+  }
+  add(mend_yielded(contacts), total);
   return total;
 }
 
@@ -205,7 +282,8 @@ OpenCloseResult MovingContacts::solve(const BlockSystem& base, const BlockVector
   if (positions) yielded_ = softness_ > 0.0;
   OpenCloseResult result;
   if (count.converged && positions && !options.rough) {
-    IterationCount mended = mend(contacts, kGap * options.force_tolerance);
+    gap_ = kGap * options.force_tolerance * *std::ranges::min_element(slots_->length);
+    IterationCount mended = mend(contacts);
     result.closed = mended.converged;
     mended.converged = true;  // what is left of the gaps is the next step's
     mended.residual = count.residual;

@@ -21,7 +21,7 @@ class MovingContacts {
   void use(const Threads& threads) { problem_.use(threads); }
 
   /// Other positions are next: none of theirs have yielded yet.
-  void begin() { yielded_ = false; }
+  void begin() { yielded_ = keeps_overlaps_ = false; }
 
   /// As OpenClose::solve, for contacts that ConeProblem::suits. `options.force_tolerance`: of the
   /// natural map, by the largest force.
@@ -34,10 +34,15 @@ class MovingContacts {
   IterationCount iterate(double tolerance);
   IterationCount solve_soft(double tolerance);
   void record(std::span<LinearContact> contacts);
-  bool apart(double gap) const;
+  bool apart() const;
+  Vector3 to_mend(std::size_t contact) const;
+  double work() const;
+  AddedForces guess(std::span<const Vector3> added);
   IterationCount stiffen(std::span<LinearContact> contacts);
-  IterationCount close(std::span<LinearContact> contacts, double gap);
-  IterationCount mend(std::span<LinearContact> contacts, double share);
+  double closed_share() const;
+  IterationCount close(std::span<LinearContact> contacts);
+  IterationCount mend_yielded(std::span<LinearContact> contacts);
+  IterationCount mend(std::span<LinearContact> contacts);
 
   const Slots* slots_;
   ConeProblem problem_;
@@ -45,15 +50,17 @@ class MovingContacts {
   ConeProjection cone_projection_;
   GapProjection projection_;
   std::vector<ContactMode> modes_;
-  AddedForces guess(std::span<const Vector3> added);
-
   std::vector<Vector3> x_, bar_, motion_;
-  std::vector<Vector3> added_, moved_;  ///< memory of guess()
+  std::vector<Vector3> added_, moved_;   ///< memory of guess(), close()
+  std::vector<Vector3> apart_;           ///< of contacts, as they are to be mended
+  std::vector<Vector3> yielded_forces_;  ///< x_ before it is mended
   // By contact, N, of the last linearisation; empty: it had none.
   std::vector<Vector3> bar_force_, stiffened_, closed_;
-  double softness_ = 0.0;    ///< 0: contacts of this step do not yield
-  bool yielded_ = false;     ///< contacts of the last positions did
-  int iterations_left_ = 0;  ///< of this solve()
+  double softness_ = 0.0;        ///< 0: contacts of this step do not yield
+  bool yielded_ = false;         ///< contacts of the last positions did
+  bool keeps_overlaps_ = false;  ///< those that this step began with
+  double gap_ = 0.0;             ///< m: what of gaps need not be mended
+  int iterations_left_ = 0;      ///< of this solve()
 };
 
 }  // namespace quoin::solver

@@ -8,11 +8,6 @@
 namespace quoin::solver {
 namespace {
 
-// Of the energy that goes in: half of what a run flags as growth. Less is left as it is: a velocity
-// that is held back no longer rests on its contacts, and at 1e-7 a falling arch took four times the
-// solves.
-constexpr double kAllowed = 5e-7;
-
 BlockState with_velocity(const BlockState& block, const Vector12& v) {
   BlockState moving = block;
   moving.velocity = v.head<3>();
@@ -23,8 +18,8 @@ BlockState with_velocity(const BlockState& block, const Vector12& v) {
 
 /// Share of the way from the positions' velocities, along which kinetic energy is a square: as far
 /// as there is energy for, and where that is not even so for these, where it is least.
-double allowed_share(const GroupEnergy& e) {
-  const double available = e.available + kAllowed * e.magnitude;
+double allowed_share(const GroupEnergy& e, double allowed) {
+  const double available = e.available + allowed * e.magnitude;
   if (!(e.law - e.pushed > available)) return 1.0;
   const double bend = 2.0 * (e.positions + e.law - 2.0 * e.middle);
   const double slope = e.law - e.pushed - e.positions - bend;
@@ -36,15 +31,15 @@ double allowed_share(const GroupEnergy& e) {
   return std::min(1.0, 2.0 * left / (slope + root));
 }
 
-bool has_more(const GroupEnergy& e) {
-  return e.law - e.pushed > e.available + kAllowed * e.magnitude;
+bool has_more(const GroupEnergy& e, double allowed) {
+  return e.law - e.pushed > e.available + allowed * e.magnitude;
 }
 
 }  // namespace
 
 void bound_energy(const SubStep& step, const VelocityBalance& balance, std::span<BlockState> end,
                   StepEnergy& energy, std::vector<GroupEnergy>& of_group) {
-  const auto& [positions, groups, pushed] = balance;
+  const auto& [positions, groups, pushed, allowed] = balance;
   const std::vector<int>& blocks = step.island.slots.block_of_slot;
   of_group.assign(groups.size(), {});
   for (std::size_t s = 0; s < groups.size(); ++s) {
@@ -61,7 +56,7 @@ void bound_energy(const SubStep& step, const VelocityBalance& balance, std::span
   }
   for (std::size_t s = 0; s < groups.size(); ++s) {
     GroupEnergy& e = of_group[index(groups[s])];
-    if (!has_more(e)) continue;
+    if (!has_more(e, allowed)) continue;
     const BlockModel& model = step.compiled.models[index(blocks[s])];
     const BlockState& last = end[index(blocks[s])];
     const Vector12 held = positions[s] / step.length, free = velocity_vector(last);
@@ -69,7 +64,7 @@ void bound_energy(const SubStep& step, const VelocityBalance& balance, std::span
     e.middle += kinetic_energy(model, with_velocity(last, 0.5 * (held + free)));
   }
   for (std::size_t s = 0; s < groups.size(); ++s) {
-    const double share = allowed_share(of_group[index(groups[s])]);
+    const double share = allowed_share(of_group[index(groups[s])], allowed);
     energy.load_work += share * pushed[s];
     energy.impact_loss += share * pushed[s];
     if (share == 1.0) continue;

@@ -13,6 +13,7 @@ struct VelocityBalance {
   std::span<const int> groups;     ///< blocks joined by closed contacts: the least slot of each
   std::span<const double> pushed;  ///< work of moving supports by the impulses that `end` has
                                    ///< beyond the positions' forces, J
+  double allowed = 0.0;            ///< growth, of the energy that goes in
 };
 
 /// Of a group of blocks, J. `law`: of the velocities given; `middle`: halfway to them.

@@ -14,6 +14,11 @@ namespace {
 // load keep still and no row of validate changes; from 0 they gain energy.
 constexpr double kCreep = 1e-3;
 
+// Growth that velocities may make, of the energy that goes in: half of what a run flags. Less is
+// left as it is: a velocity that is held back no longer rests on its contacts, and at 1e-7 a
+// falling arch took four times the solves. Where contacts yield velocities rest on them no better.
+constexpr double kAllowed = 5e-7, kAllowedYielding = 1e-8;
+
 /// What the velocity problem is made from.
 struct ImpactStep {
   const SubStep& step;
@@ -296,8 +301,9 @@ void attempt_velocities(const SubStep& step, std::span<const BodyContact> contac
   total.condition = attempt.solved.condition;
   attempt.solved = total;
   set_pushed_work(own.size(), problem, impact.pushed);
-  bound_energy(step, {problem.velocity, impact.restitution.groups(), impact.pushed}, blocks.end,
-               attempt.energy, impact.of_group);
+  const double allowed = memory.solver.yielding() ? kAllowedYielding : kAllowed;
+  bound_energy(step, {problem.velocity, impact.restitution.groups(), impact.pushed, allowed},
+               blocks.end, attempt.energy, impact.of_group);
   attempt.energy.impact_loss += before - kinetic_energy(step, blocks.end);
 }
 

@@ -273,11 +273,13 @@ void linearise(const SubStep& step, const BlockTerms& terms, const StepPoses& po
     LinearContact& c = linear[i];
     linearise(contact, poses, step.compiled.models, c);
     set_stiffness(terms, c);
+    const Vector3 motion = c.offset;
     if (!contact.was_closed && impacts) {
       set_closing(free_flight(step, terms.free_increment, contact, c), step.gap_tolerance(),
                   slowest, *contact.joint, c);
     }
     follow_slip(contact, c);
+    c.left_out = c.offset - motion;
     if (c.compliant && midpoint) apply_discrete_gradient(end_gap(contact, poses, c), c);
   }
   for (std::size_t h = 0; h < step.island.held.size(); ++h) {

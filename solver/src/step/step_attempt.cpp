@@ -167,7 +167,7 @@ bool nearly_agrees(const SubStep& step, const Pass& pass, std::span<const BodyCo
   if (change <= kAgreement * size) return true;
   if (change > kLooseAgreement * size) return false;
   const bool foreseen = unforeseen_overlap(poses, contacts, linear) <= kUnforeseen * size;
-  const bool rigid = step.island.slots.width() == 6;  // strain would take up what gaps change
+  const bool rigid = step.island.slots.rigid();  // strain would take up what gaps change
   const bool mended = rigid && pass.solved.closed && foreseen && change <= kMended * size;
   if (mended && settle(step, contacts, memory, poses, linear)) return true;
   return pass.number >= (foreseen ? kQuickLinearisations : kMostLinearisations);
