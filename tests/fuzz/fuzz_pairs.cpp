@@ -7,8 +7,8 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "referee/pairs/families.hpp"
 #include "support/check_pair.hpp"
-#include "support/open_families.hpp"
 
 namespace {
 
@@ -86,11 +86,10 @@ Placement placement_from(Bytes& bytes, int control) {
   return place;
 }
 
-/// Of a family that is not open, B shifted and perhaps turned.
+/// Of any family, B shifted and perhaps turned.
 SolidPair family_pair_from(Bytes& bytes) {
-  static const std::vector<bool> settled = quoin::tests::settled_families();
   quoin::tests::Random random(bytes.take<std::uint32_t>());
-  SolidPair pair = quoin::tests::make_pair(random, settled);
+  SolidPair pair = quoin::tests::make_pair(random);
   const Placement place = placement_from(bytes, bytes.take<std::uint8_t>());
   pair.b = transformed(pair.b, place.linear, place.translation);
   return pair;

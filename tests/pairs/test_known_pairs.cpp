@@ -12,9 +12,9 @@
 
 #include "referee/pairs/exact_patch.hpp"
 #include "scene_file/read_shape.hpp"
+#include "referee/pairs/families.hpp"
 #include "support/catch.hpp"
 #include "support/check_pair.hpp"
-#include "support/open_families.hpp"
 
 namespace {
 
@@ -57,19 +57,6 @@ std::vector<KnownPair> known_pairs() {
   for (KnownPair& pair : read_pairs("found.jsonl")) {
     pairs.push_back(std::move(pair));
   }
-  return pairs;
-}
-
-/// Of families that the library answers rightly.
-std::vector<KnownPair> settled_pairs() {
-  std::vector<KnownPair> pairs = read_pairs("families.jsonl");
-  const std::vector<bool> settled = quoin::tests::settled_families();
-  const std::vector<std::string>& names = quoin::tests::family_names();
-  std::erase_if(pairs, [&](const KnownPair& known) {
-    const auto family = std::find(names.begin(), names.end(), known.pair.family);
-    REQUIRE(family != names.end());
-    return !settled[static_cast<std::size_t>(family - names.begin())];
-  });
   return pairs;
 }
 
@@ -158,10 +145,8 @@ TEST_CASE("known pairs: a set of all families is proved, and answered rightly") 
   for (const KnownPair& known : pairs) {
     CAPTURE(known.id);
     prove(known);
-  }
-  for (const KnownPair& known : settled_pairs()) {
     const std::vector<Fault> faults = quoin::tests::check_against_exact(known.pair).faults;
-    CAPTURE(known.id, summary(faults));
+    CAPTURE(summary(faults));
     CHECK(faults.empty());
   }
 }

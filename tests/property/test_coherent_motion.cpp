@@ -4,8 +4,9 @@
 #include <cstdio>
 #include <quoin/geometry/nearest_features.hpp>
 
+#include "referee/pairs/families.hpp"
 #include "support/catch.hpp"
-#include "support/open_families.hpp"
+#include "support/random.hpp"
 
 namespace {
 
@@ -36,11 +37,10 @@ bool same(const NearestFeatures& n, const NearestFeatures& m) {
 TEST_CASE("coherent motion: warm and cold agree to the bit") {
   const std::uint64_t seed = environment_number("QUOIN_SEED", 1);
   const std::uint64_t runs = environment_number("QUOIN_CASES", kRuns);
-  const std::vector<bool> settled = quoin::tests::settled_families();
   long differing = 0, steps = 0, cold_iterations = 0, warm_iterations = 0;
   for (std::uint64_t run = 0; run < runs; ++run) {
     Random random(seed * 3000017 + run);
-    SolidPair pair = quoin::tests::make_pair(random, settled);
+    SolidPair pair = quoin::tests::make_pair(random);
     pair = {pair.family, polyhedron_of(pair.a), polyhedron_of(pair.b)};
     const double amount = random.log_uniform(1e-5, 1e-2);
     FeatureHint hint;

@@ -6,9 +6,10 @@
 #include <map>
 #include <quoin/geometry/gjk_oracle.hpp>
 
+#include "referee/pairs/families.hpp"
 #include "support/catch.hpp"
 #include "support/check_pair.hpp"
-#include "support/open_families.hpp"
+#include "support/random.hpp"
 
 namespace {
 
@@ -64,10 +65,9 @@ TEST_CASE("oracle: where libccd or FCL disagree with quoin the arbiter finds the
   const std::uint64_t cases = environment_number("QUOIN_CASES", kCases);
   std::map<std::string, Score> scores;
   Score overlap_test;
-  const std::vector<bool> settled = quoin::tests::settled_families();
   for (std::uint64_t i = 0; i < cases; ++i) {
     Random random(seed * 7000003 + i);
-    const SolidPair pair = quoin::tests::make_pair(random, settled);
+    const SolidPair pair = quoin::tests::make_pair(random);
     const quoin::tests::PairVerdict verdict = quoin::tests::check_against_exact(pair);
     const Shape a = polyhedron_of(pair.a), b = polyhedron_of(pair.b);
     const Question question{verdict.contact.nearest.gap, verdict.exact.gap, verdict.allowed_error,

@@ -5,14 +5,16 @@
 /// C++ that rebuilds it, and as text for tests/regressions; QUOIN_SHOW says how many of each kind
 /// of fault.
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <map>
 #include <set>
 
+#include "referee/pairs/families.hpp"
 #include "support/catch.hpp"
 #include "support/check_pair.hpp"
-#include "support/open_families.hpp"
+#include "support/random.hpp"
 
 namespace {
 
@@ -34,7 +36,7 @@ struct Tally {
   std::map<std::string, long> kinds;
 };
 
-/// Which pairs are drawn: one family, each in turn, or all settled ones.
+/// Which pairs are drawn: one family, each in turn, or all as often as they weigh.
 class Source {
  public:
   Source() {
@@ -51,13 +53,12 @@ class Source {
     }
   }
   SolidPair draw(std::uint64_t number, Random& random) const {
-    return chosen_.empty() ? quoin::tests::make_pair(random, settled_)
+    return chosen_.empty() ? quoin::tests::make_pair(random)
                            : quoin::tests::make_pair(chosen_[number % chosen_.size()], random);
   }
 
  private:
   std::vector<int> chosen_;
-  std::vector<bool> settled_ = quoin::tests::settled_families();
 };
 
 void show(const SolidPair& pair, std::uint64_t number, const std::vector<Fault>& faults) {
