@@ -205,10 +205,13 @@ Polygon reported_polygon(const Trial& trial, const PlaneFrame& frame, const Pair
 
 /// Sine between the sides at a place, within `allowed` of it, at which two polygons reach past each
 /// other from opposite sides: what they share there is a sliver, and ends elsewhere by the allowed
-/// over this as soon as either moves by what is allowed. 1: there are no such sides. Polygons
-/// counter-clockwise.
+/// over this as soon as either moves by what is allowed. 1: there are no such sides, as of edges,
+/// which have no inside. Polygons counter-clockwise.
 Real sliver_sine(const std::array<std::vector<Place>, 2>& polygons, const Place& place,
                  Real allowed) {
+  if (polygons[0].size() < 3 || polygons[1].size() < 3) {
+    return 1;
+  }
   std::array<std::vector<Place>, 2> ways;  // unit, along the sides there
   for (const std::size_t side : {0u, 1u}) {
     const std::vector<Place>& corners = polygons[side];
@@ -260,18 +263,25 @@ void check_polygon(const Trial& trial, const Polygon& reported, const ExactPatch
   }
 }
 
-/// Edges of a solid at the vertices that carry the contact, but for those that lean by more than 30
-/// degrees: these belong to another contact.
-std::size_t level_edges(const geometry::Body& body, const std::vector<int>& carriers,
-                        const geometry::Vector3& normal) {
+/// Edges of a solid at the vertices within `band` (m) of its support plane, but for those that lean
+/// by more than 30 degrees: these belong to another contact.
+std::size_t level_edges(const geometry::Body& body, const geometry::Vector3& outward, double band) {
   const geometry::Topology& topology = body.shape().topology();
+  const geometry::Vector3 local = body.placement().linear.transpose() * outward;
+  const Eigen::VectorXd heights = body.shape().vertices().transpose() * local;
+  const double top = heights.maxCoeff();
   std::set<int> edges;
-  for (const int v : carriers) {
+  for (int v = 0; v < topology.vertex_count(); ++v) {
+    if (heights[v] < top - band) {
+      continue;
+    }
     for (const int e : topology.vertex_edges(v)) {
       const auto [from, to] = topology.edge(e);
       const geometry::Vector3 line =
           body.placement().linear * (body.shape().vertex(to) - body.shape().vertex(from));
-      if (std::abs(line.dot(normal)) <= 0.5 * line.norm()) edges.insert(e);
+      if (std::abs(line.dot(outward)) <= 0.5 * line.norm()) {
+        edges.insert(e);
+      }
     }
   }
   return edges.size();
@@ -282,13 +292,11 @@ std::size_t level_edges(const geometry::Body& body, const std::vector<int>& carr
 /// inside the hull of the others, and no line has more than two corners of that: so there are at
 /// most two on each level edge of either solid, beside the vertices. Where there are fewer such
 /// edges than vertices, tol cuts faces: as many edges as vertices are granted.
-std::size_t most_points(const Trial& trial, const PairContact& contact, const ExactPatch& patch) {
-  const auto edges = [&](const geometry::Body& body, const geometry::SupportSet& set) {
-    return level_edges(body, set.vertices, contact.nearest.normal);
-  };
+std::size_t most_points(const Trial& trial, const NearestFeatures& n, const ExactPatch& patch) {
+  const double band = trial.tolerance + trial.allowed_place(n.gap);
   const auto vertices = static_cast<std::size_t>(patch.support_vertices);
-  const std::size_t crossed = std::min(edges(trial.query.a(), contact.support_a),
-                                       edges(trial.query.b(), contact.support_b));
+  const std::size_t crossed = std::min(level_edges(trial.query.a(), n.normal, band),
+                                       level_edges(trial.query.b(), -n.normal, band));
   return vertices + std::max(vertices, 2 * crossed);
 }
 
@@ -348,7 +356,7 @@ void check_contact(const Trial& trial, const PairContact& contact, Faults& fault
                 contact.area, " exact ", area, ", allowed ", allowed_area);
   const double merged = crowded(polygon.corners, trial.tolerance) ? trial.tolerance : 0.0;
   check_shares(contact.points, places, polygon, 2 * slack + merged, allowed_area, faults);
-  const std::size_t most = most_points(trial, contact, patch);
+  const std::size_t most = most_points(trial, n, patch);
   faults.expect(contact.points.size() <= most, "many points", contact.points.size(), " where ",
                 most, " may be, of ", patch.support_vertices, " vertices that carry the contact");
 }

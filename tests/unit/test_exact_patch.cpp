@@ -12,6 +12,7 @@ namespace {
 using quoin::geometry::ContactPoint;
 using quoin::geometry::ContactType;
 using quoin::geometry::make_box;
+using quoin::geometry::make_hull;
 using quoin::geometry::Matrix3;
 using quoin::geometry::PairContact;
 using quoin::geometry::Points;
@@ -39,9 +40,8 @@ ExactPatch patch_of(const Points& a, const Points& b) {
 }
 
 /// What is said of a right answer after `spoil`.
-std::vector<std::string> kinds_after(const std::function<void(PairContact&)>& spoil) {
-  const quoin::tests::SolidPair pair{"", make_box({0, 0, 0}, {1, 1, 1}),
-                                     make_box({0.5, 0.25, 1}, {1.5, 1.25, 2})};
+std::vector<std::string> kinds_after(const quoin::tests::SolidPair& pair,
+                                     const std::function<void(PairContact&)>& spoil) {
   const Trial trial(pair);
   PairContact contact = trial.query.contact();
   spoil(contact);
@@ -52,6 +52,11 @@ std::vector<std::string> kinds_after(const std::function<void(PairContact&)>& sp
     kinds.push_back(fault.kind);
   }
   return kinds;
+}
+
+std::vector<std::string> kinds_after(const std::function<void(PairContact&)>& spoil) {
+  return kinds_after({"", make_box({0, 0, 0}, {1, 1, 1}), make_box({0.5, 0.25, 1}, {1.5, 1.25, 2})},
+                     spoil);
 }
 
 bool finds(const char* kind, const std::function<void(PairContact&)>& spoil) {
@@ -203,4 +208,25 @@ TEST_CASE("judge of contact points: a right answer passes, a spoilt one does not
   CHECK(finds("point not finite", [nan](PairContact& c) { c.points[0].gap = nan; }));
   CHECK(finds("area", [nan](PairContact& c) { c.area = nan; }));
   CHECK(finds("polygon", [nan](PairContact& c) { c.polygon[0].x() = nan; }));
+}
+
+TEST_CASE("judge of contact points: half a segment is none") {
+  const auto halve = [](PairContact& c) {
+    REQUIRE(c.polygon.size() == 2);
+    const Vector3 middle = 0.5 * (c.polygon[0] + c.polygon[1]);
+    for (Vector3& end : c.polygon) {
+      end = 0.5 * (end + middle);
+    }
+  };
+  // A ridge of 1 m below one of 2 m, and below a plate.
+  Points ridge(3, 6), hung(3, 6);
+  ridge << 0, 0, 0, 1, 1, 1, 0, -1, 1, 0, -1, 1, 0, -1, -1, 0, -1, -1;
+  hung << -0.5, -0.5, -0.5, 1.5, 1.5, 1.5, 0, -1, 1, 0, -1, 1, 0, 1, 1, 0, 1, 1;
+  for (const Points& above : {hung, box({-1, -1, 0}, {2, 1, 1})}) {
+    const quoin::tests::SolidPair pair{"", make_hull(ridge).polyhedron,
+                                       make_hull(above).polyhedron};
+    CHECK(kinds_after(pair, [](PairContact&) {}).empty());
+    const std::vector<std::string> kinds = kinds_after(pair, halve);
+    CHECK(std::find(kinds.begin(), kinds.end(), "polygon") != kinds.end());
+  }
 }

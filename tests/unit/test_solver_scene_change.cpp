@@ -160,6 +160,19 @@ TEST_CASE("what is laid is bonded, and goes on from a checkpoint to the bit") {
   REQUIRE(simulation.state().energy.work == other.state().energy.work);
 }
 
+TEST_CASE("a block that hangs by its joint falls once the joint has no strength any more") {
+  Scene scene{.joint = {.friction_angle = 0.6, .cohesion = 1e5, .tension = 3e4}};
+  scene.add_fixed(geometry::make_box({-5, -5, 1}, {5, 5, 2}));
+  scene.add_rigid(cube_at(0, 0), kStone);
+  Simulation simulation(scene, {.time_step = 5e-3});
+  run(simulation, 20);
+  REQUIRE(std::abs(simulation.state().blocks[1].centroid.z() - 0.5) < 1e-9);
+  scene.joint = {.friction_angle = 0.6};
+  simulation.change(scene);
+  run(simulation, 20);
+  REQUIRE(std::abs(simulation.state().blocks[1].centroid.z() - 0.5 + 0.5 * kG * 0.01) < 1e-9);
+}
+
 TEST_CASE("a change that can't be is refused and changes nothing") {
   Scene without = stack();
   without.blocks[2].kind = BlockKind::Absent;

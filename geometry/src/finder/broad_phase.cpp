@@ -223,6 +223,7 @@ struct BroadPhase::Tree {
   Renewal renewal = Renewal::Left;
   bool kept_is_old = true;  // not but for `moved`
   std::vector<BlockPair> kept, scratch, fresh, result;
+  std::vector<int> row_end;  // of kept
   std::vector<const Node*> stack;
   std::vector<NodePair> pair_stack;
 
@@ -615,13 +616,15 @@ void BroadPhase::Tree::query_all() {
   sort_kept();
 }
 
-/// By their first blocks, then the few pairs of each by the second.
+/// By their first blocks, a row for each few of these; then the few pairs of each row.
 void BroadPhase::Tree::sort_kept() {
-  std::vector<int> row_end(boxes.size() + 1, 0);
-  for (const BlockPair& pair : kept) ++row_end[at(pair.a) + 1];
+  constexpr int kBlocksOfRow = 4;  // a byte a block, which is kept: nothing is allocated when warm
+  const auto row = [](const BlockPair& pair) { return at(pair.a / kBlocksOfRow); };
+  row_end.assign(boxes.size() / kBlocksOfRow + 2, 0);
+  for (const BlockPair& pair : kept) ++row_end[row(pair) + 1];
   for (std::size_t i = 1; i < row_end.size(); ++i) row_end[i] += row_end[i - 1];
   scratch.resize(kept.size());
-  for (const BlockPair& pair : kept) scratch[at(row_end[at(pair.a)]++)] = pair;
+  for (const BlockPair& pair : kept) scratch[at(row_end[row(pair)]++)] = pair;
   int first = 0;
   for (const int last : row_end) {  // each end has moved on by its row's size
     if (last - first > 1) std::sort(scratch.begin() + first, scratch.begin() + last);

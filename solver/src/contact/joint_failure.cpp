@@ -134,9 +134,12 @@ bool fail_overloaded(std::span<BodyContact> contacts, std::span<const LinearCont
       return contact.a == contacts[first].a && contact.b == contacts[first].b;
     };
     while (last < contacts.size() && same_pair(contacts[last])) ++last;
-    if (!can_fail(*contacts[first].joint)) continue;
     const SolvedJoint joint{contacts.subspan(first, last - first),
                             linear.subspan(first, last - first)};
+    // A stage may take the strength of joints that are bonded.
+    const bool bonded =
+        std::ranges::any_of(joint.contacts, [](const BodyContact& c) { return c.state.bonded; });
+    if (!bonded && !can_fail(*contacts[first].joint)) continue;
     any = part_where_overloaded(joint) || any;
     any = fail_where_opened(joint, opened) || any;
     any = fail_where_sliding(joint) || any;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "contact/joint_law.hpp"
 #include "index.hpp"
@@ -173,10 +174,13 @@ bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptio
     if (relaxed != Relaxed::No) {
       solved_ = newton_.change();
       progress.assumes = false;
-      const bool exact = relaxed == Relaxed::ToRounding ||
+      const bool exact = (relaxed == Relaxed::ToRounding && wanted == options.force_tolerance) ||
                          newton_.equations().relative_residual() <= options.force_tolerance;
-      if (exact && (softness == 1.0 || !springs) && settled(contacts, options, progress)) {
-        return true;
+      if (exact && (softness == 1.0 || !springs)) {
+        if (settled(contacts, options, progress)) return true;
+      } else if (!exact && softness == 1.0) {
+        const double gap = violation(contacts);
+        follow_gap(contacts, options, {gap, gap / std::exchange(last_gap_, gap)}, progress);
       }
       update_multipliers(contacts);
       if (count.iterations - before <= kQuickSteps) softness = std::min(1.0, kStiffer * softness);
@@ -216,21 +220,26 @@ bool OpenClose::settled(std::span<LinearContact> contacts, const OpenCloseOption
                         Progress& progress) {
   const double gap = violation(contacts);
   if (gap <= options.gap_rounding) return true;
-  const double left = gap / last_gap_;
-  last_gap_ = gap;
-  const bool stiff = progress.softness == 1.0;
-  const bool stalled = stiff && left > kStalled;
+  const double left = gap / std::exchange(last_gap_, gap);
+  const bool stalled = progress.softness == 1.0 && left > kStalled;
   if (gap <= (stalled ? kStalledGap : 1.0) * options.gap_tolerance) {
     const double allowed = stalled ? kStalledPush : kLastPush;
     if (push_of_update(contacts) <= allowed * options.force_tolerance) return true;
   }
-  const bool slow = left > kSlow && left < kFixed && progress.updates > 0 && stiff;
+  follow_gap(contacts, options, {gap, left}, progress);
+  return false;
+}
+
+/// Gaps that shrink slowly from update to update ask for a stiffer augmentation.
+void OpenClose::follow_gap(std::span<LinearContact> contacts, const OpenCloseOptions& options,
+                           const GapLeft& gap, Progress& progress) {
+  const bool slow =
+      gap.share > kSlow && gap.share < kFixed && progress.updates > 0 && progress.softness == 1.0;
   if (options.raise && slow && progress.raises < kMostRaises) {
     ++progress.raises;
-    raise_augmentation(contacts, kRaiseGap * gap);
+    raise_augmentation(contacts, kRaiseGap * gap.most);
   }
   ++progress.updates;
-  return false;
 }
 
 OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& force,

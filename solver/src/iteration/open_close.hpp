@@ -33,7 +33,8 @@ struct OpenCloseResult {
   int factorizations = 0;
   double residual = 0.0;  ///< relative force residual
   double condition = 0.0;
-  bool closed = true;   ///< all gaps that should be, as well as the tolerance asks
+  bool closed = true;   ///< all gaps that should be, as well as the tolerance asks; of the proximal
+                        ///< Newton method as far as contacts do no work by it
   double change = 0.0;  ///< largest motion of a block against the first guess, m
 };
 
@@ -80,6 +81,12 @@ class OpenClose {
                 Progress progress, NewtonCount& count);
   bool settled(std::span<LinearContact> contacts, const OpenCloseOptions& options,
                Progress& progress);
+  struct GapLeft {
+    double most;   // m
+    double share;  // of the last update's
+  };
+  void follow_gap(std::span<LinearContact> contacts, const OpenCloseOptions& options,
+                  const GapLeft& gap, Progress& progress);
   double push_of_update(std::span<const LinearContact> contacts);
 
   const Slots* slots_;
