@@ -5,9 +5,9 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include "index.hpp"
+#include "step/sorted_by_key.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -140,14 +140,9 @@ bool put_back_blocked(const CompiledScene& compiled, std::span<const BlockState>
                       const std::vector<geometry::ContactPoint>& found_end, double limit,
                       std::vector<PassingPair>& pairs, std::vector<BodyContact>& contacts) {
   const auto at_end = [&](int block) { return posed(compiled, end, block); };
-  const auto blocks = [](const auto& of) { return std::pair(of.a, of.b); };
-  const auto blocks_of_point = [&](const geometry::ContactPoint& point) {
-    return blocks(point.key);
-  };
   const auto blocked = [&](const PassingPair& pair) {
     double gap = 0.0;
-    for (const geometry::ContactPoint& point :
-         std::ranges::equal_range(found_end, blocks(pair), {}, blocks_of_point)) {
+    for (const geometry::ContactPoint& point : points_of_pair(found_end, pair.a, pair.b)) {
       gap = std::min(gap, point.gap);
     }
     return gap < -limit && largest_separation(pair.planes, at_end) < gap - limit;

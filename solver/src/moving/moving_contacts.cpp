@@ -151,13 +151,18 @@ AddedForces MovingContacts::guess(std::span<const Vector3> added) {
   return {added_, moved_};
 }
 
+/// How contacts lie apart once what there is to mend is added to their motion.
+std::span<const Vector3> MovingContacts::all_to_mend() {
+  apart_.resize(x_.size());
+  for (std::size_t i = 0; i < x_.size(); ++i) apart_[i] = motion_[i] + to_mend(i);
+  return apart_;
+}
+
 /// Stiffer contacts, whose forces stay in their cones, about those that yield.
 IterationCount MovingContacts::stiffen(std::span<LinearContact> contacts) {
   const AddedForces start = guess(stiffened_);
-  apart_.resize(x_.size());
-  for (std::size_t i = 0; i < x_.size(); ++i) apart_[i] = motion_[i] + to_mend(i);
   const IterationLimit limit{kConeForces, std::min(kMostConeSteps, iterations_left_)};
-  const IterationCount count = cone_projection_.solve(problem_, x_, apart_, start, limit);
+  const IterationCount count = cone_projection_.solve(problem_, x_, all_to_mend(), start, limit);
   iterations_left_ -= count.iterations;
   stiffened_.assign(count.converged ? x_.size() : 0, Vector3::Zero());
   for (std::size_t i = 0; i < stiffened_.size(); ++i) {
@@ -203,10 +208,8 @@ IterationCount MovingContacts::close(std::span<LinearContact> contacts) {
   modes_.clear();
   for (const LinearContact& c : contacts) modes_.push_back(c.mode);
   const AddedForces start = guess(closed_);
-  apart_.resize(x_.size());
-  for (std::size_t i = 0; i < x_.size(); ++i) apart_[i] = motion_[i] + to_mend(i);
   const IterationLimit limit{gap_, std::min(kMostMending, iterations_left_)};
-  const IterationCount count = projection_.solve(problem_, x_, modes_, apart_, start, limit);
+  const IterationCount count = projection_.solve(problem_, x_, modes_, all_to_mend(), start, limit);
   iterations_left_ -= count.iterations;
   const std::span<const Vector3> change = projection_.forces();
   added_.resize(x_.size());

@@ -36,6 +36,7 @@ class MovingContacts {
   void record(std::span<LinearContact> contacts);
   bool apart() const;
   Vector3 to_mend(std::size_t contact) const;
+  std::span<const Vector3> all_to_mend();
   double work() const;
   AddedForces guess(std::span<const Vector3> added);
   IterationCount stiffen(std::span<LinearContact> contacts);

@@ -5,6 +5,7 @@
 
 #include "index.hpp"
 #include "step/contact_search.hpp"
+#include "step/sorted_by_key.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -17,14 +18,6 @@ constexpr double kBesideFace = 1e-3;  // pairs farther apart at the end did not 
 constexpr double kThrough = 0.5;      // what is so deep has not passed beside
 
 using Pair = std::pair<int, int>;
-
-/// `points` are sorted by key.
-std::span<const geometry::ContactPoint> points_of_pair(
-    const std::vector<geometry::ContactPoint>& points, int a, int b) {
-  const auto pair = [](const geometry::ContactPoint& p) { return Pair(p.key.a, p.key.b); };
-  const auto range = std::ranges::equal_range(points, Pair(a, b), {}, pair);
-  return {range.begin(), range.end()};
-}
 
 /// As a body holds it at the end, where blocks have met that were not laid.
 BodyContact missed_contact(const CompiledScene& compiled, std::span<const Pose> end,

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "contact/contact_history.hpp"
@@ -11,6 +12,13 @@ namespace quoin::solver {
 
 inline const geometry::ContactKey& key_of(const Contact& contact) { return contact.point.key; }
 inline const geometry::ContactKey& key_of(const geometry::ContactPoint& point) { return point.key; }
+
+inline std::span<const geometry::ContactPoint> points_of_pair(
+    const std::vector<geometry::ContactPoint>& points, int a, int b) {
+  const auto pair = [](const geometry::ContactPoint& p) { return std::pair(p.key.a, p.key.b); };
+  const auto range = std::ranges::equal_range(points, std::pair(a, b), {}, pair);
+  return {range.begin(), range.end()};
+}
 
 /// Puts `added` into `list`. From the end on: what stands before the first of them is not touched.
 template <class Item>
