@@ -2,7 +2,7 @@
 """Tables and pictures from the result files of the geometry benchmarks.
 
   bench_report.py --merge OUT.json PART.json …
-  bench_report.py RESULT.json --tables OUT.md --pictures DIRECTORY
+  bench_report.py RESULT.json --tables OUT.md --readme README.md --pictures DIRECTORY
 """
 import argparse
 import collections
@@ -38,10 +38,12 @@ def load(path):
 
 
 def groups(result):
-    """Workload -> entries, in the order of the file."""
+    """Workload -> entries, in the order of the file; a peer's time on another workload only where it has none here."""
+    own = {(e["workload"], e["peer"]) for e in result["results"] if not e["note"].startswith("on ")}
     found = collections.OrderedDict()
     for entry in result["results"]:
-        found.setdefault(entry["workload"], []).append(entry)
+        if not entry["note"].startswith("on ") or (entry["workload"], entry["peer"]) not in own:
+            found.setdefault(entry["workload"], []).append(entry)
     return found
 
 
@@ -141,15 +143,149 @@ def tables(result):
     return "\n".join(lines) + "\n"
 
 
-def put_tables(path, lines):
-    """Replaces what stands between the marks in a Markdown file."""
-    begin, end = "<!-- goals: written by tools/bench_report.py -->", "<!-- end of goals -->"
+def times_of(result):
+    """(workload, peer) -> ns, without settings and without rows of another workload."""
+    return {(e["workload"], e["peer"]): e["nanoseconds"] for e in result["results"]
+            if not e["setting"] and not e["note"].startswith("on ")}
+
+
+def row(*cells):
+    return "| " + " | ".join(cells) + " |"
+
+
+def head(*names):
+    return [row(*names), "|" + "---|" * len(names)]
+
+
+def ratio_text(time, base):
+    return f"{time / base:.2f}" if time and base else "–"
+
+
+# Walls of bricks in which all candidates touch: workload -> what is done to them.
+WALLS = {"B/find-1000": "1000, joints of 1e-5 m, shifted by up to 2e-6 m", "B/find-10000": "1e4, the same",
+         "B/find-100000": "1e5, the same",
+         "B/tilted-1e-09": "1000, turned by up to 1e-9 rad as well (within `tol` on some bricks, beyond on others)",
+         "B/tilted-1e-06": "by up to 1e-6 rad", "B/turning-1000": "by up to 2e-6 rad",
+         "B/turning-100000": "1e5, the same", "B/tilted-0.001": "1000, by up to 1e-3 rad",
+         "B/tilted-0.01": "by up to 1e-2 rad (bricks overlap)"}
+
+
+def wall_table(result):
+    times = times_of(result)
+    lines = head("wall of bricks, each moved in each step", "find", "pairs alone", "ratio", "2 threads", "times as fast",
+                 "2 workers in turns, times as fast")
+    for workload, text in WALLS.items():
+        find, alone, two, turns = (times.get((workload, peer)) for peer in
+                                   ("find", "pairs alone", "find 2 threads", "2 workers in turns"))
+        if find:
+            lines.append(row(text, time_text(find), time_text(alone), ratio_text(find, alone), time_text(two),
+                             ratio_text(find, two), ratio_text(find, turns)))
+    return lines
+
+
+def touching_table(result):
+    times = times_of(result)
+    lines = head("wall", "find", "pairs alone")
+    texts = {"B/apart-1000": "three leaves askew, joints of 20 times the reach: boxes meet, bricks do not",
+             "B/apart-100000": "the same, 1e5 bricks",
+             "B/touching-0": "three leaves, 1000 bricks, touching exactly at faces and edges (7147 pairs)"}
+    for workload in [w for w in groups(result) if w.startswith(("B/apart", "B/touching"))]:
+        text = texts.get(workload, f"the same with noise of {workload.split('-', 1)[1]} m and rad")
+        lines.append(row(text, time_text(times[workload, "find"]), time_text(times[workload, "pairs alone"])))
+    return lines
+
+
+# Manifolds: workload -> (what, goal of the batch by ODE's time).
+MANIFOLDS = {"box-overlap": ("boxes, overlap", 0.5), "box-gap": ("boxes, gap", 0.5),
+             "box-tilt-1e-9": ("boxes leaning by 1e-9", 0.5), "box-tilt-1e-6": ("1e-6", 0.5),
+             "box-tilt-1e-3": ("1e-3", 0.5), "box-tilt-1e-2": ("1e-2", 0.5),
+             "prism-overlap": ("prisms of 5–10 sides, overlap", 1.9), "prism-gap": ("prisms, gap", 1.9)}
+
+
+def manifold_table(result):
+    times = times_of(result)
+    lines = head("", "alone", "batch", "ODE dBoxBox", "batch / ODE", "goal")
+    for name, (text, goal) in MANIFOLDS.items():
+        workload = "W4/" + name
+        base = times.get((workload, "ODE dBoxBox")) or times.get(("W4/box-overlap", "ODE dBoxBox"))
+        batch = times.get((workload, "quoin batch"))
+        if batch:
+            lines.append(row(text, time_text(times[workload, "quoin warm"]), time_text(batch), time_text(base),
+                             ratio_text(batch, base), str(goal)))
+    return lines
+
+
+def batch_goal_table(result):
+    times = times_of(result)
+
+    def text(workload, peer):
+        return time_text(times.get((workload, peer)))
+
+    def faster(workload):
+        return ratio_text(times.get((workload, "find")), times.get((workload, "find 2 threads")))
+
+    return head("", "goal, ns", "reached") + [
+        row("apart by more than the reach", "15", f"{text('B/apart-1000', 'find')} in `find`, of which the search for "
+            f"candidates {text('B/apart-1000', 'candidates alone')}"),
+        row("W3, boxes and 32 vertices", "40, 70",
+            f"{text('W3/box', 'quoin warm')} and {text('W3/32', 'quoin warm')}, not batched"),
+        row("flush bricks, whole manifold", "120", f"{text('W4/box-overlap', 'quoin batch')} with history"),
+        row("flush prisms of 5–10 sides", "300", f"{text('W4/prism-overlap', 'quoin batch')} with history"),
+        row("`find` of 1e5 bricks, a touching pair", "250", text("B/find-100000", "find")),
+        row("two threads of `find`", "1.8 times", f"{faster('B/find-1000')}, {faster('B/find-10000')} and "
+            f"{faster('B/find-100000')} at 1e3, 1e4 and 1e5 flush bricks, {faster('B/turning-100000')} at 1e5 that turn")]
+
+
+def moved_table(result):
+    times = times_of(result)
+    lines = head("", "quoin, both moved", "FCL libccd Convex", "ratio", "Bullet GjkPair", "ratio")
+    for workload in [w for w in groups(result) if w.startswith(("W1/", "W2/"))]:
+        moved, fcl, bullet = (times[workload, peer] for peer in
+                              ("quoin, both moved", "FCL libccd Convex", "Bullet GjkPair"))
+        lines.append(row(workload.split("/")[1] + ("" if "box" in workload else " vertices"), time_text(moved),
+                         time_text(fcl), ratio_text(moved, fcl), time_text(bullet), ratio_text(moved, bullet)))
+    return lines
+
+
+def published_table(result):
+    by_peer = {(e["workload"], e["peer"]): e for e in result["results"]}
+    lines = head("", "published search, us", "wrong by over 0.1 %", "nearest_features, ns", "ratio")
+    for workload in groups(result):
+        published, ours = by_peer.get((workload, "published search")), by_peer.get((workload, "quoin"))
+        if published:
+            time = published["nanoseconds"]
+            lines.append(row(workload, f"{time / 1e3:.0f}" if time else "–",
+                             f"{published['wrong']} of {published['pairs']}",
+                             time_text(ours["nanoseconds"]), f"{time / ours['nanoseconds']:.0f}" if time else "–"))
+    return lines
+
+
+def size_table(result):
+    times = times_of(result)
+    notes = {e["workload"]: e["note"] for e in result["results"]}
+    lines = head("bricks", "find alone, ns a pair", "by that of 10000", "bytes a brick")
+    for workload in [w for w in groups(result) if w.startswith("B/memory-")]:
+        time, first = times[workload, "find"], times.get(("B/memory-10000", "find"))
+        lines.append(row(workload.split("-")[1], time_text(time), ratio_text(time, first),
+                         notes[workload].split(", ")[1].split()[0]))
+    return lines
+
+
+# The tables of bench/README.md, by the name in their marks.
+README_TABLES = {"goals": goal_table, "walls": wall_table, "manifolds": manifold_table, "pairs": batch_goal_table,
+                 "touching": touching_table, "sizes": size_table, "moved": moved_table, "published": published_table}
+
+
+def put_tables(path, result):
+    """Replaces what stands between each pair of marks in a Markdown file."""
     with open(path, encoding="utf-8") as file:
         text = file.read()
-    before, rest = text.split(begin, 1)
-    after = rest.split(end, 1)[1]
+    for name, table in README_TABLES.items():
+        begin, end = f"<!-- table {name}: written by tools/bench_report.py -->", "<!-- end of table -->"
+        before, rest = text.split(begin, 1)
+        text = before + begin + "\n" + "\n".join(table(result)) + "\n" + end + rest.split(end, 1)[1]
     with open(path, "w", encoding="utf-8") as file:
-        file.write(before + begin + "\n" + "\n".join(lines) + "\n" + end + after)
+        file.write(text)
 
 
 COLOURS = {"quoin": "#c1272d", "FCL libccd": "#1f77b4", "FCL indep": "#7fb2dd", "FCL Box": "#08519c",
@@ -168,7 +304,7 @@ def plot_times(result, path):
     chosen = [(w, [e for e in entries if not e["setting"] and e["nanoseconds"]
                    and "wrong answers" not in e["note"]])
               for w, entries in groups(result).items() if w[0] == "W" and w[1] != "6"]
-    figure, axes = plt.subplots(math.ceil(len(chosen) / 4), 4, figsize=(15, 2.3 * math.ceil(len(chosen) / 4)))
+    figure, axes = plt.subplots(math.ceil(len(chosen) / 4), 4, figsize=(17, 2.3 * math.ceil(len(chosen) / 4)))
     for axis in axes.flat[len(chosen):]:
         axis.set_visible(False)
     for axis, (workload, entries) in zip(axes.flat, chosen):
@@ -181,7 +317,7 @@ def plot_times(result, path):
         axis.set_yticks(range(len(entries)), [e["peer"] for e in entries], fontsize=7)
         axis.set_xscale("log")
         times = [e["nanoseconds"] for e in entries]
-        axis.set_xlim(min(times) / 3, max(times) * 9)
+        axis.set_xlim(min(times) / 3, max(times) * 60)
         axis.set_title(f"{workload}, ns a query", fontsize=9)
         axis.tick_params(axis="x", labelsize=7)
         for side in ("top", "right"):
@@ -191,40 +327,45 @@ def plot_times(result, path):
     plt.close(figure)
 
 
+# One panel for each kind of query.
+PANELS = {"W1/box": "distance, boxes", "W2/64": "distance, 64 vertices", "W3/32": "distance in motion, 32 vertices",
+          "W5/16": "depth, 16 vertices", "W4/box-overlap": "contact patch, boxes (area)",
+          "W4/box-tilt-1e-3": "contact patch, boxes leaning by 1e-3 (area)",
+          "W4/prism-overlap": "contact patch, prisms (area)", "W6/parallel": "distance, faces parallel within 1e-9"}
+
+
 def plot_errors(result, path):
     import matplotlib
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
     floor = 1e-20
-    chosen = [(w, [e for e in entries if e["nanoseconds"] and not e["peer"].startswith("floor")
-                   and not e["note"].startswith("on ")])
-              for w, entries in groups(result).items() if w[0] == "W"]
-    figure, axes = plt.subplots(math.ceil(len(chosen) / 5), 5, figsize=(17, 3.0 * math.ceil(len(chosen) / 5)),
-                                sharey=True)
+    by_workload = groups(result)
+    chosen = [(title, [e for e in by_workload[workload] if e["nanoseconds"] and not e["note"].startswith("on ")
+                       and not e["peer"].startswith(("floor", "published"))])
+              for workload, title in PANELS.items() if workload in by_workload]
+    figure, axes = plt.subplots(2, 4, figsize=(15, 7.4), sharey=True, squeeze=False)
     for axis in axes.flat[len(chosen):]:
         axis.set_visible(False)
-    for axis, (workload, entries) in zip(axes.flat, chosen):
+    for axis, (title, entries) in zip(axes.flat, chosen):
         for e in entries:
             low, high = max(e["error_median"], floor), max(e["error_max"], floor)
             shade = colour(e["peer"])
             axis.plot([e["nanoseconds"]] * 2, [low, high], color=shade, linewidth=1, alpha=0.6)
-            axis.plot(e["nanoseconds"], high, marker="o" if not e["setting"] else ".", color=shade,
-                      markersize=7 if not e["setting"] else 5)
-            axis.plot(e["nanoseconds"], low, marker="_", color=shade, markersize=7)
+            axis.plot(e["nanoseconds"], high, marker="o", color=shade, markersize=4 if e["setting"] else 9)
+            axis.plot(e["nanoseconds"], low, marker="_", color=shade, markersize=9)
         axis.set_xscale("log")
         axis.set_yscale("log")
-        axis.set_ylim(floor / 3, 10)
+        axis.set_xlim(20, 3e4)
+        axis.set_ylim(floor / 10, 30)
         axis.grid(alpha=0.25)
-        axis.set_title(workload, fontsize=9)
-        axis.tick_params(labelsize=7)
-        axis.tick_params(axis="x", which="minor", labelsize=5)
+        axis.set_title(title, fontsize=11)
+        axis.set_xlabel("ns a query", fontsize=10)
     for axis in axes[:, 0]:
-        axis.set_ylabel("error / size: median to max", fontsize=8)
+        axis.set_ylabel("error / size: median (bar) to largest (dot)", fontsize=10)
     shown = [name for name in COLOURS if any(e["peer"].startswith(name) for _, g in chosen for e in g)]
     handles = [plt.Line2D([], [], marker="o", linestyle="", color=COLOURS[n], label=n) for n in shown]
-    figure.legend(handles=handles, loc="lower right", ncol=len(handles), fontsize=9)
-    figure.supxlabel("ns a query", fontsize=9)
-    figure.tight_layout(rect=(0, 0.03, 1, 1))
+    figure.legend(handles=handles, loc="lower center", ncol=len(handles), fontsize=11)
+    figure.tight_layout(rect=(0, 0.05, 1, 1))
     figure.savefig(path, dpi=80)
     plt.close(figure)
 
@@ -233,7 +374,7 @@ def plot_broad(result, path):
     import matplotlib
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
-    figure, axes = plt.subplots(1, 3, figsize=(13, 3.6))
+    figure, axes = plt.subplots(1, 3, figsize=(15, 4.2))
     for axis, start in zip(axes, ("B/broad-jitter-", "B/broad-drift-", "B/find-")):
         lines = collections.defaultdict(list)
         for workload, entries in groups(result).items():
@@ -251,7 +392,8 @@ def plot_broad(result, path):
         axis.set_title(f"{start[:-1]}: ns a {unit} and step", fontsize=9)
         axis.set_xlabel("bricks", fontsize=8)
         if lines:
-            axis.legend(fontsize=7)
+            axis.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.18), ncol=4 if len(lines) > 3 else 3,
+                        frameon=False)
     figure.tight_layout()
     figure.savefig(path, dpi=80)
     plt.close(figure)
@@ -262,7 +404,7 @@ def main():
     parser.add_argument("result", nargs="*")
     parser.add_argument("--merge", metavar="OUT")
     parser.add_argument("--tables", metavar="FILE")
-    parser.add_argument("--readme", metavar="FILE", help="put the table of goals between its two marks")
+    parser.add_argument("--readme", metavar="FILE", help="put each table between its two marks")
     parser.add_argument("--pictures", metavar="DIRECTORY")
     arguments = parser.parse_args()
     if arguments.merge:
@@ -273,7 +415,7 @@ def main():
         with open(arguments.tables, "w", encoding="utf-8") as file:
             file.write(tables(result))
     if arguments.readme:
-        put_tables(arguments.readme, goal_table(result))
+        put_tables(arguments.readme, result)
     if arguments.pictures:
         plot_times(result, os.path.join(arguments.pictures, "times.png"))
         plot_errors(result, os.path.join(arguments.pictures, "error_against_time.png"))
