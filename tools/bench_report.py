@@ -240,7 +240,7 @@ def moved_table(result):
     times = times_of(result)
     lines = head("", "quoin, both moved", "FCL libccd Convex", "ratio", "Bullet GjkPair", "ratio")
     for workload in [w for w in groups(result) if w.startswith(("W1/", "W2/"))]:
-        moved, fcl, bullet = (times[workload, peer] for peer in
+        moved, fcl, bullet = (times.get((workload, peer)) for peer in
                               ("quoin, both moved", "FCL libccd Convex", "Bullet GjkPair"))
         lines.append(row(workload.split("/")[1] + ("" if "box" in workload else " vertices"), time_text(moved),
                          time_text(fcl), ratio_text(moved, fcl), time_text(bullet), ratio_text(moved, bullet)))
@@ -304,7 +304,8 @@ def plot_times(result, path):
     chosen = [(w, [e for e in entries if not e["setting"] and e["nanoseconds"]
                    and "wrong answers" not in e["note"]])
               for w, entries in groups(result).items() if w[0] == "W" and w[1] != "6"]
-    figure, axes = plt.subplots(math.ceil(len(chosen) / 4), 4, figsize=(17, 2.3 * math.ceil(len(chosen) / 4)))
+    rows = max(1, math.ceil(len(chosen) / 4))
+    figure, axes = plt.subplots(rows, 4, figsize=(17, 2.3 * rows))
     for axis in axes.flat[len(chosen):]:
         axis.set_visible(False)
     for axis, (workload, entries) in zip(axes.flat, chosen):
