@@ -365,7 +365,7 @@ def plot_errors(result, path):
         axis.set_ylabel("error / size: median (bar) to largest (dot)", fontsize=10)
     shown = [name for name in COLOURS if any(e["peer"].startswith(name) for _, g in chosen for e in g)]
     handles = [plt.Line2D([], [], marker="o", linestyle="", color=COLOURS[n], label=n) for n in shown]
-    figure.legend(handles=handles, loc="lower center", ncol=len(handles), fontsize=11)
+    figure.legend(handles=handles, loc="lower center", ncol=max(1, len(handles)), fontsize=11)
     figure.tight_layout(rect=(0, 0.05, 1, 1))
     figure.savefig(path, dpi=80)
     plt.close(figure)
