@@ -1,4 +1,5 @@
-/// Bricks that lie flush, four pairs side by side: the bits of each pair asked alone.
+/// Bricks and other solids that lie flush, four pairs side by side: the bits of each pair asked
+/// alone.
 
 #include "geometry/src/contact/flush_batch.hpp"
 
@@ -10,8 +11,10 @@
 #include <vector>
 
 #include "geometry/src/kernels/kernels.hpp"
+#include "referee/pairs/families.hpp"
 #include "support/bits.hpp"
 #include "support/catch.hpp"
+#include "support/counted_allocations.hpp"
 #include "support/random.hpp"
 
 namespace {
@@ -60,13 +63,42 @@ Shape block(Random& random) {
   return make_prism(polygon, {0.1, 0.05, 2 * half.z()});
 }
 
+/// Top and bottom of 3 to 14 corners, the sides upright or leaning outward.
+Shape prism(Random& random) {
+  const int count = random.integer(3, random.chance(0.9) ? 10 : 14);
+  const double radius = random.uniform(0.3, 0.9), start = random.uniform(0.0, 6.0);
+  Points polygon(3, count);
+  for (int k = 0; k < count; ++k) {
+    const double angle = start + (k + random.uniform(-0.3, 0.3)) * 2.0 * 3.14159265358979 / count;
+    polygon.col(k) = Vector3(1.3 * radius * std::cos(angle), radius * std::sin(angle), 0.0);
+  }
+  const double lean = random.chance(0.5) ? 0.0 : 0.2;
+  return make_prism(polygon, {lean, -0.5 * lean, random.uniform(0.2, 1.2)});
+}
+
+/// A voussoir: six faces of four corners, of which four lean against each other.
+Shape wedge(Random& random) {
+  const double depth = random.uniform(0.2, 0.6), height = random.uniform(0.2, 0.6);
+  Points polygon(3, 4);
+  polygon.col(0) = Vector3(-0.6, -depth, 0.0);
+  polygon.col(1) = Vector3(0.6, -depth, 0.0);
+  polygon.col(2) = Vector3(0.5, depth, 0.0);
+  polygon.col(3) = Vector3(-0.5, depth, 0.0);
+  return make_prism(polygon, {0.0, 0.0, height});
+}
+
+Shape solid(Random& random, bool polygons) {
+  if (polygons) return random.chance(0.8) ? prism(random) : brick(random);
+  if (random.chance(0.2)) return wedge(random);
+  return random.chance(0.7) ? brick(random) : block(random);
+}
+
 /// The second body's top or bottom on the first one's, moved aside and leaned by a little.
 struct Stack {
   Shape p, q;
   Placement at_p, at_q;
-  explicit Stack(Random& random)
-      : p(random.chance(0.7) ? brick(random) : block(random)),
-        q(random.chance(0.3) ? p : brick(random)) {
+  Stack(Random& random, bool polygons)
+      : p(solid(random, polygons)), q(random.chance(0.3) ? p : solid(random, polygons)) {
     const double heights[] = {0.0, 1e-16, 1e-13, 1e-9, 1e-6, 1e-4, -1e-13, -1e-6, -1e-3};
     const double leans[] = {0.0, 0.0, 0.0, 1e-16, 1e-14, 1e-12, 1e-9, 1e-6};
     const double rise = heights[random.integer(0, std::ssize(heights) - 1)];
@@ -108,8 +140,8 @@ struct Question {
   ContactOptions options;
   std::vector<ContactPoint> points;
   NearestFeatures cold;
-  Question(Random& random, const ContactOptions& asked)
-      : stack(random),
+  Question(Random& random, const ContactOptions& asked, bool polygons)
+      : stack(random, polygons),
         a(random.chance(0.5) ? Body(stack.p, stack.at_p) : Body(stack.q, stack.at_q)),
         b(&a.shape() == &stack.p ? Body(stack.q, stack.at_q) : Body(stack.p, stack.at_p)),
         options(asked),
@@ -148,6 +180,7 @@ ContactOptions options_of(Random& random) {
 }  // namespace
 
 TEST_CASE("flush batch: the bits of each pair asked alone") {
+  const bool polygons = GENERATE(false, true);
   Random random(quoin::tests::environment_number("QUOIN_SEED", 5));
   const auto rounds = static_cast<int>(quoin::tests::environment_number("QUOIN_CASES", 4000) / 4);
   int solved = 0, flush = 0;
@@ -160,7 +193,7 @@ TEST_CASE("flush batch: the bits of each pair asked alone") {
     for (int k = 0; k < count; ++k) {
       ContactOptions own = options;
       if (random.chance(0.3)) own.reach = 1e-5;
-      questions.push_back(std::make_unique<Question>(random, own));
+      questions.push_back(std::make_unique<Question>(random, own, polygons));
       const Question& question = *questions.back();
       batch.take(questions.size() - 1, {3, 8}, question.a, question.b, question.cold.hint,
                  own.reach);
@@ -169,12 +202,12 @@ TEST_CASE("flush batch: the bits of each pair asked alone") {
     }
     batch.finish();
     for (const FlushPairAnswer& answer : batch.answers()) {
-      CAPTURE(round, answer.pair);
+      CAPTURE(polygons, round, answer.pair);
       REQUIRE(found(batch, answer).all == expected(*questions[answer.pair]).all);
       ++solved;
     }
   }
-  CAPTURE(solved, flush);
+  CAPTURE(polygons, solved, flush);
   CHECK(solved > flush / 2);
   CHECK(flush > rounds);
 }
@@ -190,7 +223,7 @@ TEST_CASE("flush batch: every instruction set gives the bits of the plain one") 
     std::array<FlushPair, FlushRow::kPairs> pairs;
     for (std::size_t lane = 0; lane < pairs.size(); ++lane) {
       do {
-        questions.push_back(std::make_unique<Question>(random, options));
+        questions.push_back(std::make_unique<Question>(random, options, false));
       } while (
           !pairs[lane].take(questions.back()->a, questions.back()->b, questions.back()->cold.hint));
       pairs[lane].reach = lane % 2 == 0 ? options.reach : 1e-4;
@@ -215,9 +248,8 @@ TEST_CASE("flush batch: every instruction set gives the bits of the plain one") 
         const FlushCorner& corner = answer.corners[static_cast<std::size_t>(k)];
         const unsigned here = corner.pairs & answer.solved;
         if (here == 0) continue;
-        for (const int value : {corner.side_p, corner.side_q, corner.corner_p, corner.corner_q}) {
-          bits.add(value);
-        }
+        bits.add(corner.feature_p);
+        bits.add(corner.feature_q);
         for (const FlushRow& row :
              {corner.x, corner.y, corner.height_p, corner.height_q, corner.share}) {
           bits.add(row, here);
@@ -231,6 +263,143 @@ TEST_CASE("flush batch: every instruction set gives the bits of the plain one") 
     }
   }
   CHECK(solved > 300);
+}
+
+TEST_CASE("flush polygons: every instruction set gives the bits of the plain one") {
+  Random random(7);
+  int solved = 0;
+  for (int round = 0; round < 300; ++round) {
+    const ContactOptions options = options_of(random);
+    std::vector<std::unique_ptr<Question>> questions;
+    PolygonQuestion question;
+    PolygonPair pair;
+    for (std::size_t lane = 0; lane < FlushRow::kPairs; ++lane) {
+      do {
+        questions.push_back(std::make_unique<Question>(random, options, true));
+      } while (!pair.take(questions.back()->a, questions.back()->b, questions.back()->cold.hint,
+                          options.tolerance, lane, question));
+    }
+    std::vector<std::uint64_t> first;
+    for (const Kernels* kernels : runnable_kernels()) {
+      INFO(kernels->name);
+      PolygonAnswer answer;
+      kernels->flush_polygons(question, answer);
+      Bits bits;
+      bits.add(static_cast<int>(answer.solved));
+      bits.add(answer.area, answer.solved);
+      bits.add(answer.margin, answer.solved);
+      for (std::size_t lane = 0; lane < FlushRow::kPairs; ++lane) {
+        if ((answer.solved >> lane & 1) == 0) continue;
+        const auto count = static_cast<std::size_t>(answer.count[lane]);
+        for (const PolygonCorner& c : std::span(answer.corners[lane]).first(count)) {
+          bits.add(c.feature_p);
+          bits.add(c.feature_q);
+          for (const double value : {c.x, c.y, c.height_p, c.height_q, c.share}) bits.add(value);
+        }
+      }
+      if (kernels == runnable_kernels().front()) {
+        first = bits.all;
+        solved += std::popcount(answer.solved);
+      }
+      REQUIRE(bits.all == first);
+    }
+  }
+  CHECK(solved > 600);
+}
+
+namespace {
+
+/// Pairs of every family, each turned as a whole, as bodies in a row.
+struct FamilyPairs {
+  std::vector<std::unique_ptr<Shape>> shapes;
+  std::vector<Body> bodies;
+  std::vector<BlockPair> pairs;
+  FamilyPairs(int count, Random& random) {
+    while (std::ssize(pairs) < count) {
+      const quoin::tests::SolidPair pair = quoin::tests::make_pair(random);
+      const Matrix3 all = random.chance(0.7) ? random.rotation() : Matrix3::Identity();
+      try {
+        auto a = std::make_unique<Shape>(shape_of(pair.a));
+        auto b = std::make_unique<Shape>(shape_of(pair.b));
+        add(std::move(a), pair.a.placed.placement, all);
+        add(std::move(b), pair.b.placed.placement, all);
+      } catch (const InputError&) {
+        continue;  // flat, or too large
+      }
+      pairs.push_back({static_cast<int>(bodies.size()) - 2, static_cast<int>(bodies.size()) - 1});
+    }
+  }
+  void add(std::unique_ptr<Shape> shape, Placement at, const Matrix3& all) {
+    Stack::turn(all, at);
+    bodies.emplace_back(*shape, at);
+    shapes.push_back(std::move(shape));
+  }
+};
+
+/// Is a pair taken by the lanes, with faces that are not both of four corners?
+bool is_side_by_side(const Body& a, const Body& b, const FeatureHint& hint) {
+  if (hint.face_a < 0 || hint.face_b < 0) return false;
+  FlushBatch batch;
+  batch.start({.reach = 1e-3});
+  batch.take(0, {0, 1}, a, b, hint, 1e-3);
+  batch.finish();
+  return !batch.answers().empty() && a.shape().topology().face(hint.face_a).size() +
+                                             b.shape().topology().face(hint.face_b).size() !=
+                                         8;
+}
+
+}  // namespace
+
+TEST_CASE("pair batch: pairs of every family, cold and warm, as they are alone") {
+  Random random(quoin::tests::environment_number("QUOIN_SEED", 8));
+  const auto count = static_cast<int>(quoin::tests::environment_number("QUOIN_CASES", 1500));
+  const ContactOptions options{.reach = 1e-3};
+  const FamilyPairs drawn(count, random);
+  std::vector<FeatureHint> hints(drawn.pairs.size());
+  PairBatch batch(options);
+  int beside = 0;
+  for (int step = 0; step < 3; ++step) {
+    std::vector<ContactPoint> alone, found;
+    for (std::size_t k = 0; k < drawn.pairs.size(); ++k) {
+      const auto [i, j] = drawn.pairs[k];
+      const Body &a = drawn.bodies[static_cast<std::size_t>(i)],
+                 &b = drawn.bodies[static_cast<std::size_t>(j)];
+      beside += step == 2 && is_side_by_side(a, b, hints[k]);
+      hints[k] = append_contacts_within_reach({i, j}, a, b, options, hints[k], alone).hint;
+    }
+    batch.find(BodySource(drawn.bodies), drawn.pairs, found);
+    for (ContactPoint& point : found) point.previous = -1;
+    REQUIRE(found.size() == alone.size());
+    for (std::size_t k = 0; k < found.size(); ++k) {
+      Bits of_batch, by_itself;
+      of_batch.add(found[k]);
+      by_itself.add(alone[k]);
+      CAPTURE(step, k, found[k].key.a);
+      REQUIRE(of_batch.all == by_itself.all);
+    }
+  }
+  CAPTURE(beside);
+  CHECK(beside > count / 100);
+}
+
+TEST_CASE("flush batch: once warm nothing is allocated") {
+  Random random(9);
+  std::vector<std::unique_ptr<Stack>> stacks;
+  std::vector<Body> bodies;
+  std::vector<BlockPair> pairs;
+  for (int k = 0; k < 100; ++k) {
+    stacks.push_back(std::make_unique<Stack>(random, true));
+    bodies.emplace_back(stacks.back()->p, stacks.back()->at_p);
+    bodies.emplace_back(stacks.back()->q, stacks.back()->at_q);
+    pairs.push_back({2 * k, 2 * k + 1});
+  }
+  PairBatch batch({.reach = 1e-3});
+  std::vector<ContactPoint> contacts;
+  for (int step = 0; step < 4; ++step) batch.find(BodySource(bodies), pairs, contacts);
+  const long before = quoin::tests::allocations;
+  for (int step = 0; step < 4; ++step) batch.find(BodySource(bodies), pairs, contacts);
+  CHECK(quoin::tests::allocations == before);
+  CHECK(contacts.size() > 200);
 }
 
 // Along axes of the world normals have zeros, and the way back along a normal turns their signs.

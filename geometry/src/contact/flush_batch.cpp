@@ -1,11 +1,11 @@
 #include "contact/flush_batch.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 
 #include "certify/canonical_order.hpp"
 #include "certify/certificate.hpp"
-#include "contact/contact_corners.hpp"
 #include "contact/point_frame.hpp"
 
 namespace quoin::geometry {
@@ -60,60 +60,18 @@ Vector3 at(const FlushRow (&rows)[3], std::size_t lane) {
   return {rows[0].of[lane], rows[1].of[lane], rows[2].of[lane]};
 }
 
-/// The corners that one pair has, with their names and their places in the order of keys.
-struct LaneCorners {
-  static constexpr std::size_t kMost = 2 * kCorners;
+/// The corners that one pair has.
+std::span<const PolygonCorner> corners_of(const FlushAnswer& found, std::size_t lane,
+                                          std::array<PolygonCorner, 2 * kCorners>& corners) {
   std::size_t count = 0;
-  std::array<const FlushCorner*, kMost> corner;
-  std::array<Feature, kMost> feature_p, feature_q;
-  std::array<std::int64_t, kMost> key;
-  std::array<std::size_t, kMost> place;
-  double nearest_squared = kInfinity;  // of two corners, m2
-
-  LaneCorners(const FlushAnswer& found, std::size_t lane, const FlushPair& pair) {
-    const Names names_p(pair.reversed ? *pair.b : *pair.a, pair.face_p);
-    const Names names_q(pair.reversed ? *pair.a : *pair.b, pair.face_q);
-    for (int k = 0; k < found.corner_count; ++k) {
-      const FlushCorner& c = found.corners[static_cast<std::size_t>(k)];
-      if ((c.pairs >> lane & 1) == 0) continue;
-      corner[count] = &c;
-      feature_p[count] = names_p.of(c.side_p, c.corner_p);
-      feature_q[count] = names_q.of(c.side_q, c.corner_q);
-      key[count] = key_number(feature_p[count], feature_q[count], pair.reversed);
-      compare(lane);
-      ++count;
-    }
+  for (int k = 0; k < found.corner_count; ++k) {
+    const FlushCorner& c = found.corners[static_cast<std::size_t>(k)];
+    if ((c.pairs >> lane & 1) == 0) continue;
+    corners[count++] = {c.x.of[lane],     c.y.of[lane], c.height_p.of[lane], c.height_q.of[lane],
+                        c.share.of[lane], c.feature_p,  c.feature_q};
   }
-  bool crowded(double tolerance) const { return !(nearest_squared > tolerance * tolerance); }
-
- private:
-  /// The feature of one face: a side, a corner, or itself.
-  struct Names {
-    int face;
-    std::span<const int> corners, edges;
-    Names(const Body& body, int of_face)
-        : face(of_face),
-          corners(body.shape().topology().face(of_face)),
-          edges(body.shape().topology().face_edges(of_face)) {}
-    Feature of(int side, int at_corner) const {
-      if (side >= 0) return {FeatureKind::Edge, edges[static_cast<std::size_t>(side)]};
-      if (at_corner < 0) return {FeatureKind::Face, face};
-      return {FeatureKind::Vertex, corners[static_cast<std::size_t>(at_corner)]};
-    }
-  };
-  /// The newest with those before it: how near, and behind how many.
-  void compare(std::size_t lane) {
-    const double x = corner[count]->x.of[lane], y = corner[count]->y.of[lane];
-    place[count] = 0;
-    for (std::size_t k = 0; k < count; ++k) {
-      const double dx = x - corner[k]->x.of[lane], dy = y - corner[k]->y.of[lane];
-      nearest_squared = lesser(nearest_squared, dx * dx + dy * dy);
-      const std::size_t smaller = key[k] <= key[count];
-      place[count] += smaller;
-      place[k] += 1 - smaller;
-    }
-  }
-};
+  return std::span(corners).first(count);
+}
 
 }  // namespace
 
@@ -124,14 +82,17 @@ bool FlushPair::take(const Body& body_a, const Body& body_b, const FeatureHint& 
   }
   a.emplace(body_a);
   b.emplace(body_b);
-  reversed = in_reverse_order(Solid(*a, a->centre()), Solid(*b, b->centre()));
-  face_p = reversed ? hint.face_b : hint.face_a;
-  face_q = reversed ? hint.face_a : hint.face_b;
+  const bool reversed = in_reverse_order(Solid(*a, a->centre()), Solid(*b, b->centre()));
+  faces.reversed = reversed;
+  faces.p = reversed ? &b->shape() : &a->shape();
+  faces.q = reversed ? &a->shape() : &b->shape();
+  faces.face_p = reversed ? hint.face_b : hint.face_a;
+  faces.face_q = reversed ? hint.face_a : hint.face_b;
   return true;
 }
 
 void FlushPair::pack(std::size_t lane, FlushQuestion& question) const {
-  question.reversed[lane] = reversed;
+  question.reversed[lane] = faces.reversed;
   question.reach.of[lane] = reach;
   question.translation_a[0][lane] = a->placement().translation.data();
   question.translation_b[0][lane] = b->placement().translation.data();
@@ -139,95 +100,143 @@ void FlushPair::pack(std::size_t lane, FlushQuestion& question) const {
   question.turned_b[0][lane] = b->turned_origin().data();
   question.rest_a[0][lane] = a->turned_origin_rest().data();
   question.rest_b[0][lane] = b->turned_origin_rest().data();
-  pack_side(reversed ? *b : *a, face_p, lane, question.p);
-  pack_side(reversed ? *a : *b, face_q, lane, question.q);
+  pack_side(faces.reversed ? *b : *a, faces.face_p, lane, question.p);
+  pack_side(faces.reversed ? *a : *b, faces.face_q, lane, question.q);
 }
 
 void FlushBatch::start(const ContactOptions& options) {
   options_ = options;
-  question_.tolerance = options.tolerance;
-  waiting_ = 0;
+  bricks_.tolerance = options.tolerance;
+  bricks_waiting_ = polygons_waiting_ = 0;
   answers_.clear();
   used_ = 0;
 }
 
 void FlushBatch::take(std::size_t pair, const std::array<int, 2>& blocks, const Body& a,
                       const Body& b, const FeatureHint& hint, double reach) {
-  FlushPair& entry = pairs_[waiting_];
-  if (!entry.take(a, b, hint)) return;
-  entry.number = pair;
-  entry.blocks = blocks;
-  entry.reach = reach;
-  entry.pack(waiting_++, question_);
-  if (waiting_ == FlushRow::kPairs) ask();
+  FlushPair& bricks = brick_pairs_[bricks_waiting_];
+  if (bricks.take(a, b, hint)) {
+    bricks.number = pair;
+    bricks.faces.blocks = blocks;
+    bricks.reach = reach;
+    bricks.pack(bricks_waiting_++, bricks_);
+    if (bricks_waiting_ == FlushRow::kPairs) ask_bricks();
+    return;
+  }
+  PolygonPair& polygons = polygon_pairs_[polygons_waiting_];
+  if (!polygons.take(a, b, hint, options_.tolerance, polygons_waiting_, polygons_)) return;
+  polygons.number = pair;
+  polygons.faces.blocks = blocks;
+  polygons.reach = reach;
+  if (options_.frame != PointFrame::World) {
+    polygons.a.emplace(a);
+    polygons.b.emplace(b);
+  }
+  if (++polygons_waiting_ == FlushRow::kPairs) ask_polygons();
 }
 
 void FlushBatch::finish() {
-  if (waiting_ > 0) ask();
+  if (bricks_waiting_ > 0) ask_bricks();
+  if (polygons_waiting_ > 0) ask_polygons();
 }
 
 /// Lanes that are left over repeat the first pair.
-void FlushBatch::ask() {
-  const std::size_t count = waiting_;
-  waiting_ = 0;
-  for (std::size_t lane = count; lane < FlushRow::kPairs; ++lane) pairs_[0].pack(lane, question_);
-  flush_bricks(question_, found_);
+void FlushBatch::ask_bricks() {
+  const std::size_t count = bricks_waiting_;
+  bricks_waiting_ = 0;
+  for (std::size_t lane = count; lane < FlushRow::kPairs; ++lane) {
+    brick_pairs_[0].pack(lane, bricks_);
+  }
+  flush_bricks(bricks_, of_bricks_);
   for (std::size_t lane = 0; lane < count; ++lane) {
-    if ((found_.solved >> lane & 1) != 0) add_answer(lane);
+    if ((of_bricks_.solved >> lane & 1) != 0) add_brick(lane);
   }
 }
 
-void FlushBatch::add_answer(std::size_t lane) {
-  const FlushPair& pair = pairs_[lane];
+void FlushBatch::ask_polygons() {
+  const std::size_t count = polygons_waiting_;
+  polygons_waiting_ = 0;
+  for (std::size_t lane = count; lane < FlushRow::kPairs; ++lane) polygons_.repeat_first(lane);
+  flush_polygons(polygons_, of_polygons_);
+  for (std::size_t lane = 0; lane < count; ++lane) {
+    if ((of_polygons_.solved >> lane & 1) != 0) add_polygon(lane);
+  }
+}
+
+/// Behind the points that are used; from the middle of the pair unless they are told in the world.
+void FlushBatch::write(const FlushPoints& points, const ContactPlane& plane, const Vector3& middle,
+                       FlushPairAnswer& answer) {
+  answer.count = points.count();
+  if (points_.size() < used_ + answer.count) points_.resize(2 * (used_ + answer.count));
+  points.write(plane, answer.normal, options_.frame == PointFrame::World ? &middle : nullptr,
+               std::span(points_).subspan(used_, answer.count));
+}
+
+void FlushBatch::into_bodies(const Body& a, const Body& b, const Vector3& between,
+                             const FlushPairAnswer& answer) {
+  move(Solid(a, -0.5 * between), Solid(b, 0.5 * between), Vector3::Zero(), options_.frame,
+       std::span(points_).subspan(used_, answer.count));
+}
+
+/// With the newest points. Two kinds of pairs take turns: one may overtake a few of the other.
+void FlushBatch::add(const FlushPairAnswer& answer) {
+  answers_.push_back(answer);
+  for (std::size_t k = answers_.size() - 1; k > 0 && answers_[k].pair < answers_[k - 1].pair; --k) {
+    std::swap(answers_[k], answers_[k - 1]);
+  }
+  used_ += answer.count;
+}
+
+void FlushBatch::add_brick(std::size_t lane) {
+  const FlushPair& pair = brick_pairs_[lane];
+  const double tolerance = of_bricks_.tolerance.of[lane];
   FlushPairAnswer answer;
   answer.pair = pair.number;
-  answer.gap = found_.gap.of[lane] + 0.0;  // one zero, as of the normal
-  answer.status = status_of(answer.gap, found_.tolerance.of[lane]);
-  const Vector3 normal = at(found_.normal, lane);
-  answer.normal = one_zero(pair.reversed ? -Vec3(normal) : Vec3(normal));
+  answer.gap = of_bricks_.gap.of[lane] + 0.0;  // one zero, as of the normal
+  answer.status = status_of(answer.gap, tolerance);
   answer.first = used_;
-  if ((found_.listed >> lane & 1) != 0 && !add_points(lane, answer.normal)) return;
-  answer.count = used_ - answer.first;
-  answers_.push_back(answer);
+  ContactPlane plane;
+  plane.origin = at(of_bricks_.origin, lane);
+  plane.normal = at(of_bricks_.normal, lane);
+  plane.axis_u = at(of_bricks_.axis_u, lane);
+  plane.axis_v = at(of_bricks_.axis_v, lane);
+  answer.normal = one_zero(pair.faces.reversed ? -Vec3(plane.normal) : Vec3(plane.normal));
+  if ((of_bricks_.listed >> lane & 1) != 0) {
+    std::array<PolygonCorner, 2 * kCorners> corners;
+    const FlushPoints points(pair.faces, corners_of(of_bricks_, lane, corners));
+    if (points.crowded(tolerance)) return;
+    const Vector3 middle = 0.5 * pair.a->centre() + 0.5 * pair.b->centre();
+    write(points, plane, middle, answer);
+    if (options_.frame != PointFrame::World) {
+      into_bodies(*pair.a, *pair.b, at(of_bricks_.between, lane), answer);
+    }
+  }
+  add(answer);
 }
 
-/// Sorted by key, as append_corners does. False: two of them are within the tolerance of each
-/// other.
-bool FlushBatch::add_points(std::size_t lane, const Vector3& normal) {
-  const FlushPair& pair = pairs_[lane];
-  const LaneCorners corners(found_, lane, pair);
-  if (corners.crowded(found_.tolerance.of[lane])) return false;
-  const Vector3 origin = at(found_.origin, lane), up = at(found_.normal, lane);
-  const Vector3 u = at(found_.axis_u, lane), v = at(found_.axis_v, lane);
-  const bool in_world = options_.frame == PointFrame::World;
-  const Vector3 middle = 0.5 * pair.a->centre() + 0.5 * pair.b->centre();
-  if (points_.size() < used_ + corners.count) points_.resize(2 * (used_ + corners.count));
-  for (std::size_t k = 0; k < corners.count; ++k) {
-    const FlushCorner& corner = *corners.corner[k];
-    const Vector3 foot = origin + u * corner.x.of[lane] + v * corner.y.of[lane];
-    const double height_p = corner.height_p.of[lane], height_q = corner.height_q.of[lane];
-    ContactPoint& point = points_[used_ + corners.place[k]];
-    point.key = {pair.blocks[0], pair.blocks[1],
-                 pair.reversed ? corners.feature_q[k] : corners.feature_p[k],
-                 pair.reversed ? corners.feature_p[k] : corners.feature_q[k]};
-    point.type = ContactType::FaceFace;
-    point.point_a = foot + (pair.reversed ? height_q : height_p) * up;
-    point.point_b = foot + (pair.reversed ? height_p : height_q) * up;
-    if (in_world) {
-      point.point_a += middle;
-      point.point_b += middle;
+/// As find_face_points and append_within_reach.
+void FlushBatch::add_polygon(std::size_t lane) {
+  const PolygonPair& pair = polygon_pairs_[lane];
+  if (!pair.proved(of_polygons_.area.of[lane], of_polygons_.margin.of[lane])) return;
+  FlushPairAnswer answer;
+  answer.pair = pair.number;
+  answer.gap = pair.gap + 0.0;
+  answer.status = status_of(answer.gap, pair.contact);
+  answer.first = used_;
+  const Vec3 normal = one_zero(pair.plane.normal);
+  answer.normal = pair.faces.reversed ? one_zero(-normal) : normal;
+  if (!(answer.gap > pair.reach && answer.status != PairStatus::Touching)) {
+    const double band = std::max(pair.contact, pair.reach - answer.gap);
+    const auto count = static_cast<std::size_t>(of_polygons_.count[lane]);
+    const FlushPoints points(pair.faces, std::span(of_polygons_.corners[lane]).first(count));
+    if (band > pair.clear || points.crowded(pair.contact) ||
+        !points.lie_between(answer.gap + pair.border, answer.gap + band)) {
+      return;
     }
-    point.normal = normal;
-    point.gap = height_q - height_p + 0.0;  // one zero
-    point.area = corner.share.of[lane];
+    write(points, pair.plane, pair.middle, answer);
+    if (options_.frame != PointFrame::World) into_bodies(*pair.a, *pair.b, pair.between, answer);
   }
-  const std::span<ContactPoint> points = std::span(points_).subspan(used_, corners.count);
-  used_ += corners.count;
-  if (in_world) return true;
-  const Vector3 between = at(found_.between, lane);
-  move(Solid(*pair.a, -0.5 * between), Solid(*pair.b, 0.5 * between), middle, options_.frame,
-       points);
-  return true;
+  add(answer);
 }
 
 }  // namespace quoin::geometry

@@ -58,19 +58,26 @@ void start_list(std::vector<T>& list, std::size_t expected) {
   list.reserve(expected + expected / 32);
 }
 
+Body body_in_row(const void* owner, int index) { return static_cast<const Body*>(owner)[index]; }
+
 /// Bodies lately asked for, so that one in many pairs is made once.
 class RecentBodies {
  public:
   void start(const BodySource& source) {
     source_ = &source;
+    row_ = source.body == body_in_row ? static_cast<const Body*>(source.owner) : nullptr;
+    if (row_ != nullptr) return;
     const std::size_t size = std::min(kBodiesKept, std::bit_ceil(at(std::max(source.count, 1))));
     indices_.assign(size + 1, -1);
     bodies_.resize(size + 1);
   }
   /// Until the next call of first().
-  const Body& first(int index) { return in_place(home(index), index); }
+  const Body& first(int index) {
+    return row_ != nullptr ? row_[index] : in_place(home(index), index);
+  }
   /// Until the next call of either; leaves the first one, `other`, as it is.
   const Body& second(int index, int other) {
+    if (row_ != nullptr) return row_[index];
     const std::size_t place = home(index);
     return in_place(place == home(other) ? bodies_.size() - 1 : place, index);
   }
@@ -87,6 +94,7 @@ class RecentBodies {
   }
 
   const BodySource* source_ = nullptr;
+  const Body* row_ = nullptr;                  // null: they are made
   std::vector<int> indices_{};                 // -1: none
   std::vector<std::optional<Body>> bodies_{};  // the last one: for a home that is taken
 };
@@ -124,8 +132,6 @@ struct WorkerPart {
     fresh.clear();
   }
 };
-
-Body body_in_row(const void* owner, int index) { return static_cast<const Body*>(owner)[index]; }
 
 /// `answer`: NearestFeatures or FlushPairAnswer.
 void describe(const auto& answer, std::span<const ContactPoint> points, PairResult& result) {
@@ -821,7 +827,8 @@ FindCounts PairBatch::find(const BodySource& bodies, std::span<const BlockPair> 
   check(bodies);
   m.bodies = bodies;
   if (bodies.body == body_in_row) {
-    for (int i = 0; i < bodies.count; ++i) require_placement(m.body(i).placement(), m.name(i));
+    const auto* const row = static_cast<const Body*>(bodies.owner);
+    for (int i = 0; i < bodies.count; ++i) require_placement(row[i].placement(), m.name(i));
   }
   m.take_pairs(pairs);
   try {

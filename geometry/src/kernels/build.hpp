@@ -9,6 +9,7 @@
 #include "search/corner_features_kernel.hpp"
 #include "search/epa_kernel.hpp"
 #include "search/flush_bricks_kernel.hpp"
+#include "search/flush_polygons_kernel.hpp"
 #include "search/nearest_feature_search_kernel.hpp"
 #include "shape/scan.hpp"
 
@@ -165,6 +166,9 @@ struct Build {
   QUOIN_WHOLE static void flush_bricks(const FlushQuestion& question, FlushAnswer& answer) {
     FlushLanes<Lanes>(question, answer).solve();
   }
+  QUOIN_WHOLE static void flush_polygons(const PolygonQuestion& question, PolygonAnswer& answer) {
+    PolygonLanes<Lanes>(question, answer).solve();
+  }
 
   static constexpr Kernels kernels(const char* name) {
     return {.name = name,
@@ -181,7 +185,8 @@ struct Build {
             .nearest_feature_search = nearest_feature_search,
             .box_sat = box_sat,
             .expand_polytope = expand_polytope,
-            .flush_bricks = flush_bricks};
+            .flush_bricks = flush_bricks,
+            .flush_polygons = flush_polygons};
   }
 };
 

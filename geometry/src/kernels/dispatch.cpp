@@ -101,4 +101,8 @@ void flush_bricks(const FlushQuestion& question, FlushAnswer& answer) {
   widest->flush_bricks(question, answer);
 }
 
+void flush_polygons(const PolygonQuestion& question, PolygonAnswer& answer) {
+  widest->flush_polygons(question, answer);
+}
+
 }  // namespace quoin::geometry

@@ -17,13 +17,15 @@
 #include "polygon/polygon_rows.hpp"
 #include "search/corner_features.hpp"
 #include "search/flush_bricks.hpp"
+#include "search/flush_polygons.hpp"
 #include "search/nearest_feature_search.hpp"
 #include "shape/support.hpp"
 
 namespace quoin::geometry {
 
 /// The functions of the same names in support.hpp, polygon_rows.hpp, clip.hpp, certificate.hpp,
-/// corner_features.hpp, nearest_feature_search.hpp, box_sat.hpp, epa.hpp and flush_bricks.hpp.
+/// corner_features.hpp, nearest_feature_search.hpp, box_sat.hpp, epa.hpp, flush_bricks.hpp and
+/// flush_polygons.hpp.
 struct Kernels {
   const char* name;  ///< of the instruction set
   Support (*support)(const Solid&, const Vector3&);
@@ -42,6 +44,7 @@ struct Kernels {
   SearchResult (*box_sat)(const Solid&, const Solid&, double);
   SearchResult (*expand_polytope)(const Solid&, const Solid&, const SearchResult&, double);
   void (*flush_bricks)(const FlushQuestion&, FlushAnswer&);
+  void (*flush_polygons)(const PolygonQuestion&, PolygonAnswer&);
 };
 
 extern const Kernels kPlainKernels, kAvx2Kernels, kAvx512Kernels;

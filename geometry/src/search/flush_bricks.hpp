@@ -42,12 +42,13 @@ struct FlushQuestion {
   FlushRow reach{};                                         ///< likewise, of each pair
 };
 
-/// A corner of the shared part in those pairs that have it.
+/// A corner of the shared part in those pairs that have it: two sides that cross, or the corner of
+/// one face in the other. Sides and corners are counted around their face, which is itself number
+/// 0. m, m2
 struct FlushCorner {
   FlushRow x, y, height_p, height_q, share;
-  unsigned pairs = 0;                ///< one bit each
-  int side_p = -1, side_q = -1;      ///< the sides that cross; or
-  int corner_p = -1, corner_q = -1;  ///< the corner of one face in the other
+  unsigned pairs = 0;  ///< one bit each
+  Feature feature_p, feature_q;
 };
 
 /// What is found of those pairs of which nothing is left to doubt.

@@ -355,8 +355,8 @@ class FlushLanes {
     const Lanes squared = q_.side_x[j] * q_.side_x[j] + q_.side_y[j] * q_.side_y[j];
     const Lanes share_q = negated(negated((along / squared).larger(all(0.0))).larger(all(-1.0)));
     FlushCorner& corner = out_.corners[static_cast<std::size_t>(out_.corner_count++)];
-    corner.side_p = i;
-    corner.side_q = j;
+    corner.feature_p = {FeatureKind::Edge, i};
+    corner.feature_q = {FeatureKind::Edge, j};
     corner.pairs = crosses.bits();
     x.store(corner.x.of);
     y.store(corner.y.of);
@@ -418,18 +418,20 @@ class FlushLanes {
     }
     const auto corners = out_.corners.begin();
     for (auto corner = corners; corner != corners + out_.corner_count; ++corner) {
-      (half[corner->side_p] + half[4 + corner->side_q]).store(corner->share.of);
+      (half[corner->feature_p.index] + half[4 + corner->feature_q.index]).store(corner->share.of);
     }
     for (int k = 0; k < 4; ++k) {
       const int before = (k + 3) & 3;
       if (FlushCorner* corner = add_corner(covered_p_[k], p_, k)) {
-        corner->corner_p = k;
+        corner->feature_p = {FeatureKind::Vertex, k};
+        corner->feature_q = {FeatureKind::Face, 0};
         p_.height[k].store(corner->height_p.of);
         p_.over[k].store(corner->height_q.of);
         (half[k] + half[before]).store(corner->share.of);
       }
       if (FlushCorner* corner = add_corner(covered_q_[k], q_, k)) {
-        corner->corner_q = k;
+        corner->feature_p = {FeatureKind::Face, 0};
+        corner->feature_q = {FeatureKind::Vertex, k};
         q_.over[k].store(corner->height_p.of);
         q_.height[k].store(corner->height_q.of);
         (half[4 + k] + half[4 + before]).store(corner->share.of);
@@ -440,7 +442,6 @@ class FlushLanes {
     const unsigned pairs = (covered & good_).bits();
     if (pairs == 0) return nullptr;
     FlushCorner& corner = out_.corners[static_cast<std::size_t>(out_.corner_count++)];
-    corner.side_p = corner.side_q = corner.corner_p = corner.corner_q = -1;
     corner.pairs = pairs;
     face.x[k].store(corner.x.of);
     face.y[k].store(corner.y.of);
