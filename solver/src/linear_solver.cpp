@@ -61,7 +61,12 @@ bool LinearSolver::prepare(RigidMultigrid<n>& multigrid) {
   return prepared_;
 }
 
-bool LinearSolver::factorize(const BlockSystem& system) {
+bool LinearSolver::eliminate(const BlockSystem& system, const BlockVector* only) {
+  return only != nullptr ? elimination_.factorize(system, *only) : elimination_.factorize(system);
+}
+
+bool LinearSolver::factorize(const BlockSystem& system, const BlockVector* only) {
+  once_ = only != nullptr;
   shared_ = distributes(system);
   iterates_ = shared_ ? wants_multigrid(system) : iterates(system);
   if (shared_) {
@@ -73,7 +78,7 @@ bool LinearSolver::factorize(const BlockSystem& system) {
   if (!iterates_) {
     ++counts_.eliminations;
     release_multigrid();
-    return elimination_.factorize(system);
+    return eliminate(system, only);
   }
   elimination_.release();
   has_multigrid_ = true;
@@ -118,7 +123,7 @@ bool LinearSolver::iterate(Iterations<n>& with, const BlockVector& right, BlockV
       iterates_ = false;
       const BlockSystem system = block_system(multigrid.matrix());
       release_multigrid();
-      return elimination_.factorize(system) && solve(right, solution);
+      return eliminate(system, once_ ? &right : nullptr) && solve(right, solution);
     }
   }
   for (std::size_t s = 0; s < right.size(); ++s) {

@@ -40,7 +40,12 @@ class LinearSolver {
 
   /// False when it is singular to working accuracy, or symmetric, eliminated and not positive
   /// definite.
-  bool factorize(const BlockSystem& system);
+  bool factorize(const BlockSystem& system) { return factorize(system, nullptr); }
+  /// The same of a matrix that, where it is not symmetric, is solved once, for `only`: that takes
+  /// half the memory.
+  bool factorize(const BlockSystem& system, const BlockVector& only) {
+    return factorize(system, &only);
+  }
 
   /// Iterations end at a residual of 1e-8 of `right`; where they do not reach it the matrix is
   /// eliminated. False where that fails, too: `solution` is then zero.
@@ -53,6 +58,8 @@ class LinearSolver {
   const LinearSolverCounts& counts() const { return counts_; }  ///< since choose()
 
  private:
+  bool factorize(const BlockSystem& system, const BlockVector* only);
+  bool eliminate(const BlockSystem& system, const BlockVector* only);
   template <int n>
   bool prepare(RigidMultigrid<n>& multigrid);
   template <int n>
@@ -79,7 +86,8 @@ class LinearSolver {
   Iterations<6> rigid_;
   Iterations<12> deformable_;
   std::vector<Frame> frames_;   ///< of the present matrix
-  bool iterates_ = false;       ///< the present matrix is the multigrid's
+  bool once_ = false;           ///< the present matrix is solved once
+  bool iterates_ = false;       ///< it is the multigrid's
   bool has_multigrid_ = false;  ///< there is memory of it
   bool prepared_ = false;       ///< the hierarchy is of this matrix or an earlier one
   bool lagging_ = false;        ///< of an earlier one

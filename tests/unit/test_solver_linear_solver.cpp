@@ -116,6 +116,30 @@ TEST_CASE("One solver takes matrices of another pattern and another kind") {
   }
 }
 
+TEST_CASE("A matrix that is solved once gives the bits of one whose factors are kept") {
+  Random random(5);
+  for (const MatrixShape shape : {MatrixShape::Symmetric, MatrixShape::General}) {
+    const Problem problem(random, 60, 150, shape);
+    BlockVector right(problem.slots.size.size(), Vector12::Zero());
+    for (std::size_t s = 0; s < right.size(); ++s) {
+      for (int i = 0; i < problem.slots.size[s]; ++i) right[s][i] = random.uniform(-1, 1);
+    }
+    BlockVector kept = right, once = right;
+    LinearSolver keeps(problem.slots), solves_once(problem.slots);
+    REQUIRE(keeps.factorize(problem.system));
+    REQUIRE(keeps.solve(right, kept));
+    for (int i = 0; i < 2; ++i) {
+      REQUIRE(solves_once.factorize(problem.system, right));
+      REQUIRE(solves_once.solve(right, once));
+      CHECK(once == kept);
+    }
+    CHECK(solves_once.condition_estimate() == keeps.condition_estimate());
+    REQUIRE(solves_once.factorize(problem.system));  // goes back to keeping them
+    CHECK(problem.error(random, solves_once) < 1e-13);
+    CHECK(problem.error(random, solves_once) < 1e-13);
+  }
+}
+
 TEST_CASE("What cannot be factorized is said") {
   Random random(3);
   Problem problem(random, 10, 12, MatrixShape::Symmetric);

@@ -85,12 +85,15 @@ void ContactNewton::adapt_damping() {
   if (damping_ < kLeastDamping) damping_ = 0.0;
 }
 
+/// A tangent that is not symmetric is taken for another one each time: what slides has turned since
+/// the last one, and the matrix is solved once.
 bool ContactNewton::same_tangent(Law law, double softness) {
   TangentOptions options{.assumed = law == Law::Assumed, .softness = softness};
   for (const LinearContact& c : contacts_) {
     options.negligible = std::max(options.negligible, kNegligible * c.force.norm());
   }
-  std::atomic<bool> same = factorized_ && tangent_.size() == contacts_.size();
+  std::atomic<bool> same =
+      factorized_ && system_.symmetric && tangent_.size() == contacts_.size();
   tangent_.resize(contacts_.size());
   set_damping();
   threads_.each(contacts_.size(), [&](std::size_t c) {
@@ -166,7 +169,7 @@ bool ContactNewton::step(Law law, double softness, NewtonCount& count) {
   if (watch_ != nullptr) watch_->look();
   if (!same_tangent(law, softness)) {
     assemble();
-    factorized_ = solver_.factorize(system_);
+    factorized_ = solver_.factorize(system_, equations_.residual());
     ++count.factorizations;
     if (!factorized_) return false;
   }

@@ -180,7 +180,8 @@ bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptio
         if (settled(contacts, options, progress)) return true;
       } else if (!exact && softness == 1.0) {
         const double gap = violation(contacts);
-        follow_gap(contacts, options, {gap, gap / std::exchange(last_gap_, gap)}, progress);
+        const double left = gap / std::exchange(last_loose_gap_, gap);
+        follow_gap(contacts, options, {gap, left}, progress);
       }
       update_multipliers(contacts);
       if (count.iterations - before <= kQuickSteps) softness = std::min(1.0, kStiffer * softness);
@@ -249,7 +250,9 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   const ContactEquations& equations = newton_.equations();
   const double tolerance = options.force_tolerance;
   OpenCloseResult result;
-  if (options.predicted || !options.raise) last_gap_ = std::numeric_limits<double>::infinity();
+  if (options.predicted || !options.raise) {
+    last_gap_ = last_loose_gap_ = std::numeric_limits<double>::infinity();
+  }
   if (options.predicted) result.change = stand(blocks, contacts, options, increment);
   newton_.set(blocks, contacts, increment, options.gap_rounding);
   newton_.evaluate(Law::True, 1.0);

@@ -95,7 +95,9 @@ class OpenClose {
   BlockVector still_;         ///< zeros
   BlockVector push_;          ///< memory of push_of_update()
   std::vector<char> stands_;  ///< by slot
-  double last_gap_ = 0.0;     ///< violation when last solved, also by the last linearisation, m
+  /// Violations when last solved, also by the last linearisation, m: to the tolerance, loosely.
+  /// What a loose solution leaves is no measure of how gaps fall from it to an exact one.
+  double last_gap_ = 0.0, last_loose_gap_ = 0.0;
 };
 
 }  // namespace quoin::solver

@@ -75,13 +75,14 @@ double Multifrontal::work(const BlockSystem& system) {
 
 /// Where the factors of each front stand, and memory for the rests that wait at the same time.
 void Multifrontal::place_factors() {
-  std::size_t factors = 0, waiting = 0, most = 0;
+  std::size_t factors = 0, columns = 0, waiting = 0, most = 0;
   std::vector<std::size_t>& taken = waiting_;  // by the rests of a front's children
   taken.assign(fronts_.size(), 0);
   for (std::size_t s = 0; s < fronts_.size(); ++s) {
     Front& front = fronts_[s];
     front.columns = factors;
-    factors += area(front.own + front.below, front.own);
+    factors += area(keeps_lower_ ? front.own + front.below : front.own, front.own);
+    if (!keeps_lower_) columns = std::max(columns, area(front.own + front.below, front.own));
     front.rows = factors;
     if (!symmetric_) factors += area(front.own, front.below);
     const std::size_t rest = area(front.below, front.below);
@@ -91,6 +92,7 @@ void Multifrontal::place_factors() {
     if (parent >= 0) taken[index(parent)] += rest;
   }
   make_room(factors, factor_);
+  make_room(columns, columns_);
   make_room(most, stack_);
   pivots_.resize(slots_->unknowns());
   exchanges_.resize(fronts_.size());
@@ -99,6 +101,7 @@ void Multifrontal::place_factors() {
 
 void Multifrontal::release() {
   solver::release(factor_);
+  solver::release(columns_);
   solver::release(stack_);
   solver::release(exchanges_);
   placed_ = false;
@@ -106,21 +109,31 @@ void Multifrontal::release() {
 
 Multifrontal::Parts Multifrontal::parts(const Front& front, double* rest) {
   const int rows = symmetric_ ? 0 : front.own;
-  return {Matrix(factor_.data() + front.columns, front.own + front.below, front.own),
+  double* columns = keeps_lower_ ? factor_.data() + front.columns : columns_.data();
+  return {Matrix(columns, front.own + front.below, front.own),
           Matrix(factor_.data() + front.rows, rows, front.below),
           Matrix(rest, front.below, front.below)};
 }
 
-bool Multifrontal::factorize(const BlockSystem& system) {
+bool Multifrontal::factorize(const BlockSystem& system) { return factorize(system, nullptr); }
+
+bool Multifrontal::factorize(const BlockSystem& system, const BlockVector& only) {
+  return factorize(system, &only);
+}
+
+bool Multifrontal::factorize(const BlockSystem& system, const BlockVector* only) {
   if (!analysed_ || pairs_ != system.pairs) {
     analyse(system);
     placed_ = false;
   }
-  if (!placed_ || symmetric_ != system.symmetric) {
+  const bool keeps_lower = system.symmetric || only == nullptr;
+  if (!placed_ || symmetric_ != system.symmetric || keeps_lower_ != keeps_lower) {
     symmetric_ = system.symmetric;
+    keeps_lower_ = keeps_lower;
     place_factors();
     placed_ = true;
   }
+  if (!keeps_lower_) take(*only);
   std::vector<std::size_t>& waiting = waiting_;  // supernodes whose rests stand on the stack
   waiting.clear();
   std::size_t top = 0;
@@ -140,6 +153,11 @@ bool Multifrontal::factorize(const BlockSystem& system) {
       waiting.pop_back();
     }
     if (!(symmetric_ ? eliminate_symmetric(s, now) : eliminate_general(s, now))) return false;
+    if (!keeps_lower_) {
+      forward(s);
+      Matrix(factor_.data() + front.columns, front.own, front.own) =
+          now.columns.topRows(front.own);
+    }
     std::copy(now.rest.data(), now.rest.data() + now.rest.size(), stack_.data() + top);
     top += area(front.below, front.below);
     waiting.push_back(s);
@@ -266,14 +284,20 @@ bool Multifrontal::eliminate_general(std::size_t node, Parts& parts) {
 }
 
 void Multifrontal::solve(const BlockVector& right, BlockVector& solution) {
-  for (std::size_t s = 0; s < right.size(); ++s) {
-    unknowns_of(s) = right[s].head(slots_->size[s]);
+  if (keeps_lower_) {
+    take(right);
+    for (std::size_t s = 0; s < fronts_.size(); ++s) forward(s);
   }
-  for (std::size_t s = 0; s < fronts_.size(); ++s) forward(s);
   for (std::size_t s = fronts_.size(); s-- > 0;) backward(s);
   for (std::size_t s = 0; s < solution.size(); ++s) {
     solution[s].setZero();
     solution[s].head(slots_->size[s]) = unknowns_of(s);
+  }
+}
+
+void Multifrontal::take(const BlockVector& right) {
+  for (std::size_t s = 0; s < right.size(); ++s) {
+    unknowns_of(s) = right[s].head(slots_->size[s]);
   }
 }
 
@@ -305,7 +329,9 @@ void Multifrontal::forward(std::size_t node) {
 void Multifrontal::backward(std::size_t node) {
   const Front& front = fronts_[node];
   const Parts factors = parts(front, nullptr);
-  const auto pivot = factors.columns.topRows(front.own);
+  const Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>> pivot(
+      factor_.data() + front.columns, front.own, front.own,
+      Eigen::OuterStride<>(keeps_lower_ ? front.own + front.below : front.own));
   auto own = vector_.segment(front.first, front.own);
   below_.resize(front.below);
   int at = 0;

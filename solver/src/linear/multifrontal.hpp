@@ -22,6 +22,10 @@ class Multifrontal {
   /// L L^T for a symmetric matrix; for another L U with row exchanges inside a supernode. False
   /// when it is singular to working accuracy, or symmetric and not positive definite.
   bool factorize(const BlockSystem& system);
+  /// The same of a matrix that is solved once, for `only`: of one that is not symmetric L is used as
+  /// it comes, and half of the factors are not kept.
+  bool factorize(const BlockSystem& system, const BlockVector& only);
+  /// `right`: after factorize() with it, `only`.
   void solve(const BlockVector& right, BlockVector& solution);
 
   /// Gives the memory of the factors back; no more solve() until the next factorize().
@@ -46,7 +50,8 @@ class Multifrontal {
   /// One supernode: sizes in unknowns, and where its numbers stand.
   struct Front {
     int first = 0, own = 0, below = 0;
-    std::size_t columns = 0;  ///< in factor_: (own + below) × own
+    std::size_t columns = 0;  ///< in factor_: (own + below) × own; the upper own × own, where L
+                              ///< is not kept
     std::size_t rows = 0;     ///< in factor_: own × below, where not symmetric
   };
 
@@ -58,6 +63,7 @@ class Multifrontal {
   void look() const {
     if (watch_ != nullptr) watch_->look();
   }
+  bool factorize(const BlockSystem& system, const BlockVector* only);
   void analyse(const BlockSystem& system);
   void place_factors();
   Parts parts(const Front& front, double* rest);
@@ -65,13 +71,15 @@ class Multifrontal {
   void add_rest(std::size_t child, const Matrix& rest, std::size_t node, Parts& front);
   bool eliminate_symmetric(std::size_t node, Parts& parts);
   bool eliminate_general(std::size_t node, Parts& parts);
+  void take(const BlockVector& right);
   void forward(std::size_t node);
   void backward(std::size_t node);
   Eigen::VectorBlock<Eigen::VectorXd> unknowns_of(std::size_t slot);
 
   const Slots* slots_;
   StepWatch* watch_;
-  bool symmetric_ = true;  // what was factorized last
+  bool symmetric_ = true;   // what was factorized last
+  bool keeps_lower_ = true;  // of it
   bool analysed_ = false, placed_ = false;
   std::vector<std::pair<int, int>> pairs_;  // that the order was made for
   Elimination elimination_;
@@ -82,6 +90,7 @@ class Multifrontal {
   std::vector<int> target_;             // of each unknown of a child's rest, that of the front
   std::vector<std::size_t> waiting_;    // memory of factorize(), place_factors()
   std::vector<double> factor_, stack_;  // stack_: rests that wait for their parent
+  std::vector<double> columns_;         // of the present front, where L is not kept
   std::vector<Eigen::PermutationMatrix<Eigen::Dynamic>> exchanges_;  // of rows, by supernode
   SubtractProduct subtract_;
   Eigen::VectorXd pivots_;  // by elimination
