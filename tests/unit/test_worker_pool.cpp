@@ -1,3 +1,5 @@
+#include <array>
+#include <atomic>
 #include <quoin/geometry/contact_finder.hpp>
 #include <quoin/geometry/worker_pool.hpp>
 
@@ -44,6 +46,25 @@ TEST_CASE("worker pool: where threads are refused fewer do the work, and it says
   CHECK(finder.threads() == 2);
 }
 #endif
+
+TEST_CASE("worker pool: each share is done once in each round, whoever does it") {
+  constexpr int kRounds = 20000, kWorkers = 4;
+  quoin::geometry::WorkerPool pool(kWorkers);
+  std::array<std::atomic<int>, kWorkers> done{};
+  std::array<int, kWorkers> alone{};  // written by nobody else meanwhile
+  int round = 0;
+  std::atomic<int> wrong{0};
+  auto work = [&](int worker) {
+    const auto w = static_cast<std::size_t>(worker);
+    wrong += alone[w]++ != round;
+    ++done[w];
+  };
+  for (; round < kRounds; ++round) {
+    pool.run_each(work);
+    for (const std::atomic<int>& count : done) wrong += count != round + 1;
+  }
+  CHECK(wrong == 0);
+}
 
 TEST_CASE("worker pool: what the lowest worker throws comes out") {
   quoin::geometry::WorkerPool pool(3);

@@ -171,6 +171,11 @@ int leaf_index(const Node& leaf) {
   return static_cast<int>(reinterpret_cast<std::intptr_t>(leaf.data));
 }
 
+/// Of a box of its own, as it is kept.
+float kept_reach(double reach) {
+  return reach > 0.0 ? rounded_up(std::min(reach, kMostReach)) : 0.0F;
+}
+
 void* leaf_data(int i) { return reinterpret_cast<void*>(static_cast<std::intptr_t>(i)); }
 
 /// Of a fat box, less than `growth` on all sides in spite of rounding; for other boxes to stay in.
@@ -242,6 +247,7 @@ struct BroadPhase::Tree {
 
   std::size_t set_while_they_stay(std::size_t first, std::span<const Box> all,
                                   std::span<const char> idle);
+  bool set_if_it_stays(int i, const Box& box, BoxUse use, double reach);
   void set(int i, const Box& box, BoxUse use, double reach);
   void look(int i, const Box& box, Leaving& leaving) const;
   void remove(int i);
@@ -260,23 +266,22 @@ struct BroadPhase::Tree {
     if (rooms.empty()) return;
     rooms[at(i)] = leaves[at(i)] == nullptr ? no_room() : shrunk(leaves[at(i)]->bv, growth);
   }
-  /// Is the box still inside its fat box less the growth, and need not be renewed?
-  bool has_room(int i) const {
+  /// Is a box still inside its fat box less the growth, and need not be renewed?
+  bool has_room(int i, const FloatBox& box) const {
     if (renewal == Renewal::All) return false;
-    const float more = renewal == Renewal::Soon ? soon(i) : 0.0F;
-    return encloses(leaves[at(i)]->bv, boxes[at(i)], grown_by(i) + more);
+    const float more = renewal == Renewal::Soon ? soon(box) : 0.0F;
+    return encloses(leaves[at(i)]->bv, box, grown_by(i) + more);
   }
   /// Fat boxes of a pair overlap when the boxes are within any reach of it.
   float grown_by(int i) const { return growth + reach_of(i, 0.0F); }
   /// Has the fat box room for much more reach than is asked?
-  bool is_too_fat(int i) const {
+  bool is_too_fat(int i, const FloatBox& box) const {
     if (own_reach.empty()) return false;
-    const FloatBox& box = boxes[at(i)];
     const float most =
         extent(box) + 3 * kLookAheadCap * diagonal(box) + 6 * (kSkin * diagonal(box) + grown_by(i));
     return extent(leaves[at(i)]->bv) > static_cast<float>(kReachWaste) * most;
   }
-  float soon(int i) const { return kSoon * kSkin * diagonal(boxes[at(i)]); }
+  static float soon(const FloatBox& box) { return kSoon * kSkin * diagonal(box); }
   FloatBox fat_box(int i, const FloatVector& ahead) const;
   void use_reach(double reach);
   void fell_tree();
@@ -340,7 +345,7 @@ void BroadPhase::Tree::note_moved(int i) {
 
 void BroadPhase::Tree::set_own_reach(int i, double reach) {
   if (own_reach.empty()) own_reach.assign(boxes.size(), 0.0F);
-  own_reach[at(i)] = reach > 0.0 ? rounded_up(std::min(reach, kMostReach)) : 0.0F;
+  own_reach[at(i)] = kept_reach(reach);
 }
 
 /// Of boxes without a reach of their own.
@@ -375,11 +380,24 @@ void BroadPhase::Tree::look(int i, const Box& box, Leaving& leaving) const {
   FloatBox next;
   round_outward(box, origin, next);
   leaving.now += leaf == nullptr || !encloses(leaf->bv, next, grown_by(i));
-  leaving.soon += leaf == nullptr || !encloses(leaf->bv, next, grown_by(i) + soon(i));
+  leaving.soon += leaf == nullptr || !encloses(leaf->bv, next, grown_by(i) + soon(boxes[at(i)]));
+}
+
+bool BroadPhase::Tree::set_if_it_stays(int i, const Box& box, BoxUse use, double reach) {
+  if (i >= count() || leaves[at(i)] == nullptr) return false;
+  const std::uint8_t idle = use == BoxUse::Idle ? kIdle : 0;
+  const float own = own_reach.empty() ? 0.0F : own_reach[at(i)];
+  if ((state[at(i)] & (kAbsent | kIdle)) != idle || kept_reach(reach) != own) return false;
+  FloatBox next;
+  round_outward(box, origin, next);
+  if (!has_room(i, next) || is_too_fat(i, next)) return false;
+  boxes[at(i)] = next;
+  return true;
 }
 
 /// A new fat box waits in the leaf until follow() brings the tree up to date.
 void BroadPhase::Tree::set(int i, const Box& box, BoxUse use, double reach) {
+  if (set_if_it_stays(i, box, use, reach)) return;
   if (boxes.empty() && box.min.allFinite()) origin = box.min;
   if (i == count()) {
     boxes.emplace_back();
@@ -395,7 +413,7 @@ void BroadPhase::Tree::set(int i, const Box& box, BoxUse use, double reach) {
   present += has(i, kAbsent);
   state[at(i)] = static_cast<std::uint8_t>((state[at(i)] & (kMoved | kUnplaced)) | idle);
   Node* leaf = leaves[at(i)];
-  if (leaf != nullptr && (!has_room(i) || is_too_fat(i))) {
+  if (leaf != nullptr && (!has_room(i, boxes[at(i)]) || is_too_fat(i, boxes[at(i)]))) {
     leaf->bv = fat_box(i, boxes[at(i)].min_ - before);
     set_room(i);
     note_moved(i);
@@ -731,6 +749,10 @@ void BroadPhase::set(int i, const Box& box, BoxUse use, double reach) {
     throw InputError("broad phase: box " + std::to_string(i) + " of " + std::to_string(size()));
   }
   tree_->set(i, box, use, reach);
+}
+
+bool BroadPhase::set_if_it_stays(int i, const Box& box, BoxUse use, double reach) {
+  return i >= 0 && tree_->set_if_it_stays(i, box, use, reach);
 }
 
 void BroadPhase::remove(int i) {

@@ -6,16 +6,15 @@
 #include <optional>
 #include <quoin/geometry/pair_batch.hpp>
 
-#include "contact/contact_tracking.hpp"
 #include "contact/flush_batch.hpp"
 #include "finder/placed_box.hpp"
+#include "finder/point_history.hpp"
 #include "search/still_apart.hpp"
 
 namespace quoin::geometry {
 namespace {
 
-constexpr std::size_t kPairsPerWorker = 64;      // fewer are not worth waking a thread for
-constexpr std::size_t kResultsPerWorker = 4096;  // the same, where they are only copied
+constexpr std::size_t kPairsPerWorker = 64;  // fewer are not worth waking a thread for
 constexpr std::size_t kFewStrangers = 1024;  // pairs that only contacts_of() knows, at least kept
 constexpr std::size_t kPairsInCache =
     128;  // answered together; their points are copied while still in cache
@@ -32,12 +31,15 @@ struct PairState {
   int kept = -1;    // where its contact points begin in `remembered`, -1: not remembered
 };
 
+/// Behind those of all pairs.
+constexpr BlockPair kLastNames{std::numeric_limits<int>::max(), std::numeric_limits<int>::max()};
+
 constexpr double kInContact = -1.0;  // PairState::apart_until
 
 /// What else a pair keeps from call to call.
 struct PairMemory {
   FeatureHint hint{};
-  int worker = 0, track = 0;  // of the last call in which it had points; where these begin
+  HistorySlot slot{};  // its contact points of the last call, if it had any
 };
 
 /// A pair that contacts_of() alone has been asked for since the last find().
@@ -59,6 +61,22 @@ void start_list(std::vector<T>& list, std::size_t expected) {
 }
 
 Body body_in_row(const void* owner, int index) { return static_cast<const Body*>(owner)[index]; }
+
+/// As many items as said, and not much more room.
+template <class T>
+void resize_list(std::vector<T>& list, std::size_t size) {
+  constexpr std::size_t kFew = 64;
+  if (size > list.capacity()) list.reserve(size + list.size() / 32);
+  list.resize(size);
+  if (list.capacity() > size + size / 4 + kFew) list.shrink_to_fit();
+}
+
+/// Empties a list that is short as a rule.
+template <class T>
+void start_short_list(std::vector<T>& list, std::size_t most) {
+  list.clear();
+  if (list.capacity() > most) std::vector<T>().swap(list);
+}
 
 /// Bodies lately asked for, so that one in many pairs is made once.
 class RecentBodies {
@@ -99,27 +117,42 @@ class RecentBodies {
   std::vector<std::optional<Body>> bodies_{};  // the last one: for a home that is taken
 };
 
+/// A pair in contact that was not so in the last call.
+struct BegunPair {
+  std::size_t pair = 0;
+  PairResult result{};
+};
+
+/// A pair whose points need another slot.
+struct OutgrownPair {
+  std::size_t pair = 0, count = 0;
+};
+
 /// What one worker finds: points in the list at `start`, as many as it found there in the call
 /// before (`room`), and those beyond; and what it keeps for the next call.
 struct WorkerPart {
   std::size_t start = 0, room = 0, count = 0;
   std::vector<ContactPoint> fresh{}, beyond{};
-  std::vector<PairResult> results{};              // of pairs in contact
-  std::vector<std::size_t> answered{};            // which pairs these are
-  std::size_t lasting = 0;                        // of them, in contact in the last call, too
-  std::size_t first_result = 0, first_point = 0;  // in the lists of all
-  std::vector<TrackedPoint> now{}, before{};      // contact points of this call and of the last one
+  std::size_t first_point = 0;           // place in the list of all of what is found next
+  std::ptrdiff_t shift = 0;              // by how much the part has been moved in the end
+  std::size_t lasting = 0;               // pairs in contact that were so in the last call, too
+  std::vector<BegunPair> begun{};        // pairs that were not
+  std::vector<TrackedPoint> now{};       // contact points of the pair at hand
+  std::vector<OutgrownPair> outgrown{};  // pairs with more points than their slot has room for
+  std::vector<TrackedPoint> overflow{};  // the points of these
   PairTracking tracking{};
   std::vector<int> previous{};
   RecentBodies bodies{};
   FlushBatch flush{};
 
   std::size_t total() const { return count + beyond.size(); }
-  void begin(const BodySource& source) {
-    start_list(now, before.size());
-    start_list(results, results.size());
-    start_list(answered, answered.size());
-    lasting = 0;
+  /// `few`: as many pairs as may begin in each call.
+  void begin(const BodySource& source, std::size_t few) {
+    start_short_list(begun, few);
+    start_short_list(outgrown, few);
+    start_short_list(overflow, 4 * few);
+    lasting = first_point = 0;
+    shift = 0;
     bodies.start(source);
   }
   /// Puts what was found last into its place.
@@ -204,8 +237,9 @@ struct PairBatch::Memory {
   std::vector<Stranger> strangers, next_strangers;  // ascending by names
   std::vector<PairState> states, next_states;       // one a pair
   std::vector<PairMemory> known, next_known;        // one a pair
-  std::vector<PairResult> listed, before;           // in contact, or no longer
+  std::vector<PairResult> listed;                   // in contact, or no longer
   std::size_t live = 0;                             // in contact, of `listed`
+  PointHistory history;                             // points of the last call
   std::vector<WorkerPart> parts{1};                 // one a worker
 
   // Contact points of the pairs of which neither body moved, and the reach they were found with.
@@ -219,7 +253,9 @@ struct PairBatch::Memory {
   void admit(std::span<const BlockPair> asked);
   void forget_changed();
   void remember(const std::vector<ContactPoint>& contacts);
-  void start_history(std::size_t workers);
+  void drop_ended();
+  void pack_history();
+  void start_parts(std::size_t workers);
   void search(std::size_t first, std::size_t last, std::size_t worker,
               std::vector<ContactPoint>& contacts);
   bool stay_apart(std::size_t i, const Body& a, const Body& b);
@@ -228,18 +264,22 @@ struct PairBatch::Memory {
                   std::vector<ContactPoint>& contacts, PairResult& result);
   void search_pair(std::size_t i, WorkerPart& part, const Body& a,
                    std::vector<ContactPoint>& contacts, PairResult& result);
-  void repeat(std::size_t i, std::vector<ContactPoint>& contacts, PairResult& result) const;
-  void list(std::size_t i, WorkerPart& part, const PairResult& result);
+  void repeat(std::size_t i, std::vector<ContactPoint>& contacts, PairResult& result);
+  void list(std::size_t i, WorkerPart& part, PairResult& result);
   void follow(std::size_t i, WorkerPart& part, const Body& a, std::span<ContactPoint> points);
-  void match(std::size_t i, WorkerPart& part, std::span<const TrackedPoint> now,
+  void match(std::size_t i, WorkerPart& part, std::span<const TrackedPoint> was,
              std::span<ContactPoint> points);
+  void keep_points(std::size_t i, WorkerPart& part);
+  void settle_history(std::size_t workers);
   void search_in_parallel(Executor& executor, std::size_t workers,
                           std::vector<ContactPoint>& contacts);
   void join_parts(std::size_t workers, std::vector<ContactPoint>& contacts);
-  void list_results(Executor* executor, std::size_t workers);
-  void join_results(Executor& executor, std::size_t workers);
-  void put_results(const WorkerPart& part);
-  void merge_results(std::size_t workers);
+  std::size_t first_pair(std::size_t worker, std::size_t workers) const {
+    return pairs.size() * worker / workers;
+  }
+  void list_results(std::size_t workers);
+  void shift_results(std::size_t worker, std::size_t workers);
+  void merge_results(std::size_t workers, std::size_t begun);
   std::size_t workers_for(const Executor* executor) const;
   void search_all(std::vector<ContactPoint>& contacts, Executor* executor, std::size_t workers);
   void find(std::vector<ContactPoint>& contacts, Executor* executor);
@@ -270,10 +310,11 @@ struct PairBatch::Memory {
                                   : bodies.changes[static_cast<std::size_t>(body)];
   }
   Body body(int index) const { return bodies.body(bodies.owner, index); }
-  /// Of a pair's points in the last call, `list` being the results that it had.
-  static int count_in(const std::vector<PairResult>& list, const PairState& pair) {
-    return pair.listed < 0 ? 0 : list[static_cast<std::size_t>(pair.listed)].count;
+  PairResult& listed_of(const PairState& pair) {
+    return listed[static_cast<std::size_t>(pair.listed)];
   }
+  /// Of a pair's points.
+  int count_of(const PairState& pair) { return pair.listed < 0 ? 0 : listed_of(pair).count; }
   /// How far the two have come. Where nobody tells, nothing is known to last.
   double ways_of(const BlockPair& pair) const {
     if (bodies.ways.empty()) return std::numeric_limits<double>::infinity();
@@ -331,18 +372,21 @@ void PairBatch::Memory::carry() {
   next_known.resize(now.size());
   std::size_t old = 0;
   auto stranger = strangers.begin();
+  const auto leave_until = [&](const BlockPair& names) {
+    for (; old < named.size() && named[old] < names; ++old) history.give_back(known[old].slot);
+  };
   for (std::size_t i = 0; i < now.size(); ++i) {
-    while (old < named.size() && named[old] < now[i]) {
-      ++old;
-    }
+    leave_until(now[i]);
     const bool is_known = old < named.size() && named[old] == now[i];
     next_states[i] = is_known ? states[old] : PairState{};
     next_known[i] = is_known ? known[old] : PairMemory{};
+    old += is_known;
     while (stranger != strangers.end() && stranger->names < now[i]) ++stranger;
     if (is_known || stranger == strangers.end() || stranger->names != now[i]) continue;
     next_states[i] = stranger->state;
     next_known[i] = stranger->memory;
   }
+  leave_until(kLastNames);
   strangers.clear();
   std::swap(states, next_states);
   std::swap(known, next_known);
@@ -385,7 +429,7 @@ void PairBatch::Memory::admit(std::span<const BlockPair> asked) {
     const bool is_known = old != strangers.end() && old->names == asked[i];
     next_strangers.push_back(is_known ? *old++ : Stranger{.names = asked[i]});
   }
-  keep_until({std::numeric_limits<int>::max(), std::numeric_limits<int>::max()});
+  keep_until(kLastNames);
   std::swap(strangers, next_strangers);
 }
 
@@ -419,14 +463,14 @@ void PairBatch::Memory::remember(const std::vector<ContactPoint>& contacts) {
   }
   std::size_t total = 0;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    if (both_stand(pairs[i])) total += static_cast<std::size_t>(count_in(listed, states[i]));
+    if (both_stand(pairs[i])) total += static_cast<std::size_t>(count_of(states[i]));
   }
   next_remembered.clear();
   next_remembered.reserve(total);
   auto contact = contacts.begin();
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const auto first = contact;
-    contact += count_in(listed, states[i]);
+    contact += count_of(states[i]);
     if (!both_stand(pairs[i])) {
       continue;
     }
@@ -438,57 +482,112 @@ void PairBatch::Memory::remember(const std::vector<ContactPoint>& contacts) {
   remembered_reach = options.reach;
 }
 
-void PairBatch::Memory::start_history(std::size_t workers) {
+void PairBatch::Memory::start_parts(std::size_t workers) {
   if (parts.size() < workers) parts.resize(workers);
-  for (WorkerPart& part : parts) {
-    std::swap(part.now, part.before);
-  }
-  for (std::size_t w = 0; w < workers; ++w) parts[w].begin(bodies);
-  for (std::size_t w = workers; w < parts.size(); ++w) parts[w].now.clear();
+  const std::size_t few = pairs.size() / 8 + kPairsInCache;
+  for (WorkerPart& part : parts) part.begin(bodies, few);
 }
 
-/// The points of one pair in the list of the call before: by their features, and where these have
-/// changed by their places as seen from body a.
-void PairBatch::Memory::match(std::size_t i, WorkerPart& part, std::span<const TrackedPoint> now,
+/// Those that the last call listed for the last time.
+void PairBatch::Memory::drop_ended() {
+  if (listed.size() == live) return;
+  int next = 0;
+  for (PairState& pair : states) {
+    if (pair.listed < 0) continue;
+    listed[static_cast<std::size_t>(next)] = listed_of(pair);
+    pair.listed = next++;
+  }
+  resize_list(listed, live);
+}
+
+/// Once pairs have come and gone, and left too much behind.
+void PairBatch::Memory::pack_history() {
+  if (!history.is_wasteful()) return;
+  PointHistory packed;
+  packed.make_room(history.used());
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const auto count = static_cast<std::size_t>(count_of(states[i]));
+    const auto points = history.points(known[i].slot, count);
+    known[i].slot = count == 0 ? HistorySlot{} : packed.take(count);
+    std::ranges::copy(points, packed.points(known[i].slot, count).begin());
+  }
+  std::swap(history, packed);
+}
+
+/// The points of one pair among those that it had: by their features, and where these have changed
+/// by their places as seen from body a.
+void PairBatch::Memory::match(std::size_t i, WorkerPart& part, std::span<const TrackedPoint> was,
                               std::span<ContactPoint> points) {
-  const PairMemory& pair = known[i];
-  if (states[i].listed < 0 || reshaped(pairs[i])) {
-    for (ContactPoint& point : points) point.previous = -1;
-    return;
-  }
-  const PairResult& old = before[static_cast<std::size_t>(states[i].listed)];
-  const auto was =
-      std::span(parts[static_cast<std::size_t>(pair.worker)].before)
-          .subspan(static_cast<std::size_t>(pair.track), static_cast<std::size_t>(old.count));
-  const auto same_features = [](const TrackedPoint& x, const TrackedPoint& y) {
-    return x.feature_a == y.feature_a && x.feature_b == y.feature_b;
-  };
-  if (std::equal(now.begin(), now.end(), was.begin(), was.end(), same_features)) {
-    for (std::size_t k = 0; k < points.size(); ++k) {
-      points[k].previous = old.first + static_cast<int>(k);
-    }
-    return;
-  }
   part.previous.resize(points.size());
-  part.tracking.match(now, was, reach_of(pairs[i]), part.previous);
+  part.tracking.match(part.now, was, reach_of(pairs[i]), part.previous);
+  const int first = listed_of(states[i]).first;
   for (std::size_t k = 0; k < points.size(); ++k) {
-    points[k].previous = part.previous[k] < 0 ? -1 : old.first + part.previous[k];
+    points[k].previous = part.previous[k] < 0 ? -1 : first + part.previous[k];
   }
 }
 
 /// Finds the points' predecessors, and keeps the points for the next call.
 void PairBatch::Memory::follow(std::size_t i, WorkerPart& part, const Body& a,
                                std::span<ContactPoint> points) {
-  const std::size_t first = part.now.size();
   const bool in_world = options.frame == PointFrame::World;
   const Placement own;
   const Placement& frame = in_world ? a.placement() : own;
-  for (const ContactPoint& point : points) {
-    part.now.push_back(tracked(point.key, in_world ? point.point() : point.point_a, frame));
+  const auto seen = [&](const ContactPoint& point) {
+    return tracked(point.key, in_world ? point.point() : point.point_a, frame);
+  };
+  const bool has_history = states[i].listed >= 0 && !reshaped(pairs[i]);
+  const auto was = history.points(known[i].slot,
+                                  has_history ? static_cast<std::size_t>(count_of(states[i])) : 0);
+  const auto same_features = [](const ContactPoint& x, const TrackedPoint& y) {
+    return PackedFeature(x.key.feature_a) == y.feature_a &&
+           PackedFeature(x.key.feature_b) == y.feature_b;
+  };
+  if (std::equal(points.begin(), points.end(), was.begin(), was.end(), same_features)) {
+    int previous = listed_of(states[i]).first;
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      points[k].previous = previous++;
+      was[k] = seen(points[k]);
+    }
+    return;
   }
-  match(i, part, std::span(part.now).subspan(first), points);
-  known[i].worker = static_cast<int>(&part - parts.data());
-  known[i].track = static_cast<int>(first);
+  part.now.clear();
+  for (ContactPoint& point : points) {
+    point.previous = -1;
+    part.now.push_back(seen(point));
+  }
+  if (has_history) match(i, part, was, points);
+  keep_points(i, part);
+}
+
+/// In the pair's own slot, or aside until it gets another one.
+void PairBatch::Memory::keep_points(std::size_t i, WorkerPart& part) {
+  const HistorySlot& slot = known[i].slot;
+  const std::size_t count = part.now.size();
+  if (count <= static_cast<std::size_t>(slot.room)) {
+    std::ranges::copy(part.now, history.points(slot, count).begin());
+  } else {
+    part.outgrown.push_back({i, count});
+    part.overflow.insert(part.overflow.end(), part.now.begin(), part.now.end());
+  }
+}
+
+/// Other slots for those pairs that need them.
+void PairBatch::Memory::settle_history(std::size_t workers) {
+  std::size_t more = 0;
+  for (std::size_t w = 0; w < workers; ++w) {
+    for (const OutgrownPair& pair : parts[w].outgrown) more += pair.count + pair.count % 2;
+  }
+  if (more > 0) history.make_room(more);
+  for (std::size_t w = 0; w < workers; ++w) {
+    auto point = parts[w].overflow.begin();
+    for (const auto& [pair, count] : parts[w].outgrown) {
+      HistorySlot& slot = known[pair].slot;
+      history.give_back(slot);
+      slot = history.take(count);
+      std::copy_n(point, count, history.points(slot, count).begin());
+      point += static_cast<std::ptrdiff_t>(count);
+    }
+  }
 }
 
 /// Does last step's plane still part two bodies that were not in contact? They have no points then,
@@ -547,22 +646,25 @@ void PairBatch::Memory::take_flush(const FlushPairAnswer& answer, WorkerPart& pa
 
 /// The answer of a pair of which neither body has moved.
 void PairBatch::Memory::repeat(std::size_t i, std::vector<ContactPoint>& contacts,
-                               PairResult& result) const {
+                               PairResult& result) {
   if (states[i].listed < 0) return;
-  result = before[static_cast<std::size_t>(states[i].listed)];
+  result = listed_of(states[i]);
   const auto point = remembered.begin() + states[i].kept;
   contacts.insert(contacts.end(), point, point + result.count);
 }
 
-/// A pair in contact; its place is among the worker's own results as yet.
-void PairBatch::Memory::list(std::size_t i, WorkerPart& part, const PairResult& result) {
-  PairResult& entry = part.results.emplace_back(result);
-  entry.a = named[i].a;
-  entry.b = named[i].b;
-  entry.event = states[i].listed >= 0 ? PairEvent::Persist : PairEvent::Begin;
-  part.lasting += entry.event == PairEvent::Persist;
-  states[i].listed = static_cast<int>(part.answered.size());
-  part.answered.push_back(i);
+/// A pair in contact: in its place among the results, if it has one.
+void PairBatch::Memory::list(std::size_t i, WorkerPart& part, PairResult& result) {
+  result.a = named[i].a;
+  result.b = named[i].b;
+  if (states[i].listed >= 0) {
+    result.event = PairEvent::Persist;
+    listed_of(states[i]) = result;
+    ++part.lasting;
+  } else {
+    result.event = PairEvent::Begin;
+    part.begun.push_back({i, result});
+  }
 }
 
 /// Appends the contact points of pairs first … last - 1, sorted by key.
@@ -591,6 +693,7 @@ void PairBatch::Memory::search(std::size_t first, std::size_t last, std::size_t 
       state.apart_until = has_points ? kInContact : std::max(state.apart_until, 0.0);
     } else if (has_points) {
       follow(i, part, a, std::span(contacts).subspan(start));
+      result.first = static_cast<int>(part.first_point + start);
       list(i, part, result);
     } else {
       state.listed = -1;
@@ -616,8 +719,9 @@ void PairBatch::Memory::search_in_parallel(Executor& executor, std::size_t worke
     part.count = 0;
     start_list(part.beyond, part.room / 8);
     part.fresh.clear();
-    const std::size_t last = pairs.size() * (w + 1) / workers;
-    for (std::size_t first = pairs.size() * w / workers; first < last; first += kPairsInCache) {
+    const std::size_t last = first_pair(w + 1, workers);
+    for (std::size_t first = first_pair(w, workers); first < last; first += kPairsInCache) {
+      part.first_point = part.start + part.total();
       search(first, std::min(first + kPairsInCache, last), w, part.fresh);
       part.put(contacts);
     }
@@ -639,11 +743,15 @@ void PairBatch::Memory::join_parts(std::size_t workers, std::vector<ContactPoint
     place -= part.total();
     if (place <= part.start) continue;
     std::move_backward(at(part.start), at(part.start + part.count), at(place + part.count));
+    part.shift = static_cast<std::ptrdiff_t>(place - part.start);
     part.start = place;
   }
   for (std::size_t w = 0; w < workers; ++w) {
     WorkerPart& part = parts[w];
-    if (place < part.start) std::move(at(part.start), at(part.start + part.count), at(place));
+    if (place < part.start) {
+      std::move(at(part.start), at(part.start + part.count), at(place));
+      part.shift = -static_cast<std::ptrdiff_t>(part.start - place);
+    }
     part.start = place;
     place += part.total();
   }
@@ -654,85 +762,57 @@ void PairBatch::Memory::join_parts(std::size_t workers, std::vector<ContactPoint
   contacts.resize(total);
 }
 
-/// Those with points, and those of the last call that have none any more. As a rule none has ended:
-/// the list of a single worker is taken as it is, those of several stand one behind the other.
-void PairBatch::Memory::list_results(Executor* executor, std::size_t workers) {
-  std::size_t lasting = 0, count = 0;
+/// Those with points, and those of the last call that have none any more. As a rule none has begun
+/// or ended, and each stands in its place already.
+void PairBatch::Memory::list_results(std::size_t workers) {
+  std::size_t lasting = 0, begun = 0;
   for (std::size_t w = 0; w < workers; ++w) {
     lasting += parts[w].lasting;
-    count += parts[w].results.size();
+    begun += parts[w].begun.size();
+    if (parts[w].shift != 0) shift_results(w, workers);
   }
-  const bool none_ended = lasting == live;
-  live = count;
-  if (none_ended && workers > 1) return join_results(*executor, workers);
-  std::vector<PairResult>& first = parts[0].results;
-  if (none_ended) {
-    std::swap(listed, first);
-    std::swap(first, before);  // two lists take turns
-  } else {
-    merge_results(workers);
-  }
-  int point = 0;
-  for (PairResult& result : listed) {
-    result.first = result.event == PairEvent::End ? 0 : point;
-    point += result.count;
-  }
+  const std::size_t ended = live - lasting;
+  live = lasting + begun;
+  if (begun + ended > 0) merge_results(workers, begun);
 }
 
-/// The results of all workers, one behind the other. There may be another number of workers now.
-void PairBatch::Memory::join_results(Executor& executor, std::size_t workers) {
-  listed.resize(live);
-  std::size_t place = 0, point = 0;
-  for (std::size_t w = 0; w < workers; ++w) {
-    parts[w].first_result = place;
-    parts[w].first_point = point;
-    place += parts[w].results.size();
-    point += parts[w].total();
+/// The points of a part stand elsewhere than they were thought to.
+void PairBatch::Memory::shift_results(std::size_t worker, std::size_t workers) {
+  WorkerPart& part = parts[worker];
+  const auto shift = static_cast<int>(part.shift);
+  for (std::size_t i = first_pair(worker, workers); i < first_pair(worker + 1, workers); ++i) {
+    if (states[i].listed >= 0) listed_of(states[i]).first += shift;
   }
-  if (live < workers * kResultsPerWorker) {
-    for (std::size_t w = 0; w < workers; ++w) put_results(parts[w]);
-    return;
-  }
-  const auto now = static_cast<std::size_t>(std::max(1, executor.workers()));
-  auto put_parts = [&](int worker) {
-    for (auto w = static_cast<std::size_t>(worker); w < workers; w += now) put_results(parts[w]);
-  };
-  executor.run_each(put_parts);
+  for (BegunPair& pair : part.begun) pair.result.first += shift;
 }
 
-void PairBatch::Memory::put_results(const WorkerPart& part) {
-  std::size_t place = part.first_result;
-  auto point = static_cast<int>(part.first_point);
-  for (std::size_t k = 0; k < part.results.size(); ++k, ++place) {
-    states[part.answered[k]].listed = static_cast<int>(place);
-    listed[place] = part.results[k];
-    listed[place].first = point;
-    point += part.results[k].count;
-  }
-}
-
-void PairBatch::Memory::merge_results(std::size_t workers) {
-  listed.clear();
-  auto old = before.begin();
-  const auto end_those_before = [&](const BlockPair& names) {
-    for (; old != before.end() && names_of(*old) < names; ++old) {
-      if (old->event == PairEvent::End) continue;
-      PairResult& ended = listed.emplace_back(*old);
-      ended.event = PairEvent::End;
-      ended.count = 0;
+/// Pairs that begin get a place among the others, which make room from the last to the first. Those
+/// of them that no pair of this call calls its own have ended.
+void PairBatch::Memory::merge_results(std::size_t workers, std::size_t begun) {
+  std::size_t old = listed.size(), place = old + begun, pair = named.size();
+  resize_list(listed, place);
+  const auto move_those_behind = [&](const BlockPair& names) {
+    for (; old > 0 && names < names_of(listed[old - 1]); --old) {
+      PairResult& result = listed[--place];
+      if (place != old - 1) result = listed[old - 1];
+      while (pair > 0 && names_of(result) < named[pair - 1]) --pair;
+      if (pair > 0 && named[pair - 1] == names_of(result) && states[pair - 1].listed >= 0) {
+        states[pair - 1].listed = static_cast<int>(place);
+      } else {
+        result.event = PairEvent::End;
+        result.first = result.count = 0;
+      }
     }
   };
-  for (std::size_t w = 0; w < workers; ++w) {
-    const WorkerPart& part = parts[w];
-    for (std::size_t k = 0; k < part.results.size(); ++k) {
-      const PairResult& result = part.results[k];
-      end_those_before(names_of(result));
-      if (old != before.end() && names_of(*old) == names_of(result)) ++old;
-      states[part.answered[k]].listed = static_cast<int>(listed.size());
-      listed.push_back(result);
+  for (std::size_t w = workers; w-- > 0;) {
+    for (std::size_t k = parts[w].begun.size(); k-- > 0;) {
+      const BegunPair& next = parts[w].begun[k];
+      move_those_behind(names_of(next.result));
+      listed[--place] = next.result;
+      states[next.pair].listed = static_cast<int>(place);
     }
   }
-  end_those_before({std::numeric_limits<int>::max(), std::numeric_limits<int>::max()});
+  move_those_behind({-1, -1});
 }
 
 PairBatch::PairBatch(const ContactOptions& options) {
@@ -782,13 +862,15 @@ std::size_t PairBatch::Memory::workers_for(const Executor* executor) const {
 
 void PairBatch::Memory::find(std::vector<ContactPoint>& contacts, Executor* executor) {
   by_the_way = false;
+  drop_ended();
   carry();
+  pack_history();
   forget_changed();
-  std::swap(listed, before);
   const std::size_t workers = workers_for(executor);
-  start_history(workers);
+  start_parts(workers);
   search_all(contacts, executor, workers);
-  list_results(executor, workers);
+  settle_history(workers);
+  list_results(workers);
   remember(contacts);
 }
 
@@ -814,7 +896,8 @@ void PairBatch::Memory::forget() {
   for (std::vector<PairState>* list : {&states, &next_states}) list->clear();
   for (std::vector<PairMemory>* list : {&known, &next_known}) list->clear();
   strangers.clear();
-  for (std::vector<PairResult>* list : {&listed, &before}) list->clear();
+  listed.clear();
+  history.clear();
   for (std::vector<ContactPoint>* list : {&remembered, &next_remembered}) list->clear();
   for (WorkerPart& part : parts) part = {};
   live = 0;

@@ -25,6 +25,9 @@ class BroadPhase {
   /// Box number `i` is new or has another place; i <= size(), the next one is appended. `reach`: of
   /// its own, m.
   void set(int i, const Box& box, BoxUse use = BoxUse::Moving, double reach = 0.0);
+  /// The same where that box is used as before and does not leave the room that it has in the tree;
+  /// else false, and nothing is done. Threads may set different boxes at the same time.
+  bool set_if_it_stays(int i, const Box& box, BoxUse use = BoxUse::Moving, double reach = 0.0);
   /// Box number `i` meets nothing until it is set again.
   void remove(int i);
   void clear();  ///< no boxes
