@@ -265,8 +265,8 @@ def pictures(given):
 
 
 def main():
-    parts = {"iterations": iterations, "peers": peers, "problems": problems, "endure": endure, "creep": creep, "uneven": uneven,
-             "pictures": pictures, "dump": dump}
+    parts = {"iterations": iterations, "peers": peers, "problems": problems, "endure": endure, "creep": creep,
+             "uneven": uneven, "pictures": pictures, "dump": dump}
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("what", choices=parts)
     parser.add_argument("--quoin", help="the command")
