@@ -5,6 +5,9 @@
     tools/moving.py peers --bench BENCH --out FILE      quoin, Bullet and ODE, and series of them: JSON
     tools/moving.py problems --bench BENCH --out FILE   the problems of bench/problems.tar.xz: CSV
     tools/moving.py endure --quoin QUOIN                scenes for 5 s by all steps and stiffnesses: a table
+    tools/moving.py endure --large --quoin QUOIN        the large ones, rigid, in steps of 10 and 5 ms
+    tools/moving.py creep --quoin QUOIN                 a minute of shaking that all sticks through: a table
+    tools/moving.py uneven --quoin QUOIN                a boulder that slides on pebbles, by mass ratio: a table
     tools/moving.py pictures --quoin QUOIN              bench/moving_pile.png, bench/moving_wall.png (needs POV-Ray)
     tools/moving.py dump --quoin QUOIN                  makes bench/problems.tar.xz
 
@@ -14,6 +17,7 @@ the way (default: moving).
 import argparse
 import csv
 import json
+import math
 import pathlib
 import resource
 import shutil
@@ -21,7 +25,7 @@ import subprocess
 import sys
 import tarfile
 
-from moving_scenes import (deformable, dominoes, falling_arch, pile, pulled_base, shaken_wall, slope,
+from moving_scenes import (boulder, deformable, dominoes, falling_arch, pile, pulled_base, shaken_wall, slope,
                            swarms)
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
@@ -59,7 +63,14 @@ FEWEST_CONTACTS = 4  # of a problem that is kept
 # Each for LONG s by all of STEPS and kinds of blocks: some 15 minutes of CPU time.
 ENDURED = [dominoes(10, 0), pulled_base(6, 0), falling_arch(9, 0), pile(3, 2, 0), shaken_wall(5, 5, "x", 0),
            shaken_wall(5, 5, "y", 0), slope(3, 0)]
+ENDURED_LARGE = [dominoes(100, 0, thickness=0.15, friction=30), pulled_base(30, 0), pile(4, 4, 0),
+                 shaken_wall(10, 10, "x", 0), shaken_wall(10, 10, "y", 0)]
 LONG = 5  # s
+MINUTE = 60  # s
+
+# A boulder on pebbles of 0.1 m: mass ratios, seeds.
+RATIOS = (1e2, 3e2, 1e3, 1e4, 1e5)
+DRAWS = (1, 2, 3)
 STEPS = (0.01, 0.005, 0.001)  # s
 YOUNGS = (None, 1e8, 1e10, 1e12)  # Pa; None: rigid
 
@@ -188,13 +199,54 @@ def endured(given, document, step, young, folder):
 
 
 def endure(given):
-    print("| scene | dt ms | " + " | ".join(f"E {young:.0e} Pa" if young else "rigid" for young in YOUNGS)
-          + " | CPU s |\n|---|---|" + "---|" * (len(YOUNGS) + 1), flush=True)
-    for step in STEPS:
-        for document in ENDURED:
-            cells = [endured(given, document, step, young, given.work / "long") for young in YOUNGS]
+    scenes, steps, youngs = (ENDURED_LARGE, STEPS[:2], YOUNGS[:1]) if given.large else (ENDURED, STEPS, YOUNGS)
+    print("| scene | dt ms | " + " | ".join(f"E {young:.0e} Pa" if young else "rigid" for young in youngs)
+          + " | CPU s |\n|---|---|" + "---|" * (len(youngs) + 1), flush=True)
+    for step in steps:
+        for document in scenes:
+            cells = [endured(given, document, step, young, given.work / "long") for young in youngs]
             print(f"| {document['title']} | {1e3 * step:g} | " + " | ".join(words for words, _ in cells)
                   + f" | {sum(seconds for _, seconds in cells):.0f} |", flush=True)
+
+
+def creep(given):
+    """Largest displacement of a brick against the base, m."""
+    print("| direction | iteration | displacement m | solves a step | CPU s |\n|---|---|---|---|---|", flush=True)
+    for direction in "xy":
+        document = shaken_wall(3, 4, direction, MINUTE, amplitude=0.2)
+        for iteration in ("automatic", "proximal_newton"):
+            folder = given.work / f"creep_{direction}_{iteration}"
+            seconds = run(given.quoin, {**document, "output_interval": MINUTE}, folder, "--set",
+                          f"/contact_iteration={iteration}", limit=10 * LIMIT)
+            with open(folder / "blocks.csv", encoding="utf-8") as blocks:
+                base, *bricks = [[float(line[name]) for name in ("ux", "uy", "uz")] for line in csv.DictReader(blocks)]
+            summary = summary_of(folder)
+            moved = max(math.dist(base, brick) for brick in bricks)
+            print(f"| {direction} | {iteration} | {moved:.1e} | {summary['linear_solves'] / summary['steps']:.1f} "
+                  f"| {seconds:.0f} |", flush=True)
+
+
+# --- light blocks under heavy ones
+
+
+def uneven(given):
+    """At worst of DRAWS: growth in a run or flagged in a sub-step, overlap, m; solves a step, their mean."""
+    print("| mass ratio | " + " | ".join(ITERATIONS) + " |\n|---|" + "---|" * len(ITERATIONS), flush=True)
+    for ratio in RATIOS:
+        cells = []
+        for iteration in ITERATIONS:
+            rows = []
+            for seed in DRAWS:
+                run(given.quoin, boulder(seed, 0.1, ratio), given.work / "boulder", "--set",
+                    f"/contact_iteration={iteration}")
+                rows.append(summary_of(given.work / "boulder"))
+            growth = [flag["value"] for row in rows for flag in row["flags"] if flag["flag"] == "energy_growth"]
+            growth += [row["energy"]["growth"] / row["energy"]["scale"] for row in rows]
+            lost = sum(row["status"] != "completed" for row in rows)
+            cells.append(f"{max(growth):.0e}; {max(row['largest_overlap'] for row in rows):.0e}; "
+                         f"{sum(row['linear_solves'] / row['steps'] for row in rows) / len(rows):.0f}"
+                         + (f" ({lost} lost)" if lost else ""))
+        print(f"| {ratio:.0e} | " + " | ".join(cells) + " |", flush=True)
 
 
 # --- pictures
@@ -213,17 +265,18 @@ def pictures(given):
 
 
 def main():
-    parts = {"iterations": iterations, "peers": peers, "problems": problems, "endure": endure, "pictures": pictures,
-             "dump": dump}
+    parts = {"iterations": iterations, "peers": peers, "problems": problems, "endure": endure, "creep": creep,
+             "uneven": uneven, "pictures": pictures, "dump": dump}
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("what", choices=parts)
     parser.add_argument("--quoin", help="the command")
     parser.add_argument("--bench", type=pathlib.Path, help="folder of bench_moving and contact_problems")
     parser.add_argument("--out", type=pathlib.Path)
+    parser.add_argument("--large", action="store_true", help="endure: the large scenes")
     parser.add_argument("--work", type=pathlib.Path, default=pathlib.Path("moving"))
     given = parser.parse_args()
     needed = {"iterations": ["quoin"], "peers": ["bench", "out"], "problems": ["bench", "out"], "endure": ["quoin"],
-              "pictures": ["quoin"], "dump": ["quoin"]}[given.what]
+              "creep": ["quoin"], "uneven": ["quoin"], "pictures": ["quoin"], "dump": ["quoin"]}[given.what]
     for name in needed:
         if getattr(given, name) is None:
             parser.error(f"{given.what} needs --{name}")

@@ -33,9 +33,9 @@ def pile(across, layers, end_time):
     return scene(f"Pile of {layers * across ** 2} boxes in a bin", blocks, 30, end_time)
 
 
-def shaken_wall(columns, rows, direction, end_time):
-    """A wall in running bond; its base is shaken by 0.5 g at 2 Hz along x (in its plane) or y (across)."""
-    shaking = f"{0.5 * G:.6g}*cos(4*pi*t)"
+def shaken_wall(columns, rows, direction, end_time, amplitude=0.5):
+    """A wall in running bond; its base is shaken at 2 Hz along x (in its plane) or y (across). `amplitude`: g."""
+    shaking = f"{amplitude * G:.6g}*cos(4*pi*t)"
     formula = [shaking if direction == axis else "0" for axis in "xyz"]
     blocks = [box("base", [-2, -2, -1], [0.4 * columns + 2, 2, 0], "prescribed",
                   motion={"acceleration": {"formula": formula}})]
@@ -107,6 +107,22 @@ def swarms(across, end_time):
                           velocity=[2 - 4 * side, 0, 0],
                           angular_velocity=[numbers.uniform(-1, 1) for _ in range(3)]))
     return {**scene(f"Two swarms of {count} boxes that meet", blocks, 30, end_time), "gravity": [0, 0, 0]}
+
+
+def boulder(seed, size, ratio, count=5):
+    """A cube of 2 m slides on small cubes; `size`: of these, m; `ratio`: of the mass to theirs."""
+    numbers = random.Random(seed)
+    blocks = [box("ground", [-50, -50, -1], [50, 50, 0], "fixed")]
+    for i in range(count):
+        angle, far = 2 * math.pi * i / count + numbers.uniform(-0.2, 0.2), numbers.uniform(0.5, 0.8)
+        x, y = far * math.cos(angle), far * math.sin(angle)
+        blocks.append(box(f"pebble{i}", [x, y, 0], [x + size, y + size, size],
+                          velocity=[numbers.uniform(-0.8, 0.8), numbers.uniform(-0.5, 0.5), 0]))
+    blocks.append(box("boulder", [-1, -1, size], [1, 1, 2 + size], velocity=[1, 0, 0], angular_velocity=[0, 0, 0.13]))
+    blocks[-1]["material"] = "dense"
+    document = scene(f"Boulder on {count} pebbles, mass ratio {ratio:.0e}", blocks, 30, 0.3)
+    document["materials"]["dense"] = {"density": 2000 * ratio * size ** 3 / 8}
+    return document
 
 
 def deformable(document, young):

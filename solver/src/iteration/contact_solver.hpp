@@ -28,7 +28,8 @@ class ContactSolver {
   void start(int crowd);
   /// An attempt at a sub-step has ended. How long the next one is by this one, if it is not taken:
   /// a half; or the whole one again, with contacts that yield, but where these have not solved it.
-  double note(bool solved);
+  /// Infinity: all that is left of the step. `can_cut`: a half is not too short.
+  double note(bool solved, bool can_cut);
 
   /// True where another iteration is to try the attempt as it is: it was not solved, or contacts
   /// that yield left gaps or gained energy.
@@ -61,6 +62,8 @@ class ContactSolver {
   OpenCloseResult iterate(const StepOptions& options, const BlockEquations& blocks,
                           std::span<LinearContact> contacts, OpenCloseOptions tuning,
                           BlockVector& increment);
+  bool asks_to_yield(const StepOptions& options, const BlockSystem& base,
+                     std::span<const LinearContact> contacts);
 
   /// Of Automatic: who has the attempt.
   enum class Stage {
@@ -71,6 +74,7 @@ class ContactSolver {
   /// Of a stage that is not the first to have the sub-step.
   enum class Try { None, Now, Failed };
   bool is_loose(std::span<const LinearContact> contacts) const;
+  bool is_uneven(const BlockSystem& base, std::span<const LinearContact> contacts);
   int patience(std::span<const LinearContact> contacts);
 
   const Slots* slots_;
@@ -81,6 +85,8 @@ class ContactSolver {
   Try hard_ = Try::None;       ///< the open-close iteration, of a crowd that gained energy
   int sub_steps_left_ = 0;     ///< without a hard try
   bool loose_ = false;         ///< the island of this sub-step
+  bool uneven_ = false;        ///< light blocks bear much heavier ones there
+  std::vector<int> borne_;     ///< by slot: the heavy block on it
   bool can_check_ = false;     ///< the checked stage may have this attempt
   bool cannot_yield_ = false;  ///< the checked stage has not solved it
   bool automatic_ = false;

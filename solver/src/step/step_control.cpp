@@ -231,8 +231,8 @@ void begin_group(const StepRun& run, const Islands& group) {
 }
 
 /// How long the island's next attempt is by this one, if it is not taken.
-double note_attempt(const StepOptions& options, Island& island) {
-  const double share = island.memory.solver.note(island.solved);
+double note_attempt(const StepOptions& options, bool can_cut, Island& island) {
+  const double share = island.memory.solver.note(island.solved, can_cut);
   const bool automatic = options.method == ContactMethod::AugmentedLagrangian &&
                          options.contact_iteration == ContactIteration::Automatic;
   return automatic ? share : 0.5;
@@ -274,7 +274,7 @@ Island* take_sub_steps(const StepRun& run, std::span<Island* const> islands) {
         reject(run, *island, island->length);
         continue;
       }
-      const double share = note_attempt(options, *island);
+      const double share = note_attempt(options, can_cut, *island);
       if (island->solved && !(too_far && can_cut)) {
         accept(run, *island, growth);
         continue;
