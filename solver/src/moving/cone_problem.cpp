@@ -181,14 +181,15 @@ void ConeProblem::sweep_in(std::size_t contact, std::span<Vector3> x) {
   push(c.slot_b, mobility_[2 * contact + 1]);
 }
 
-bool ConeProblem::factorize(std::span<const Matrix3> tangents) {
+bool ConeProblem::factorize(std::span<const Matrix3> tangents, Tangents kind) {
   system_.diagonal = base_->diagonal;
   system_.pairs = base_->pairs;
-  system_.symmetric = false;
-  for (SquareBlocks* blocks : {&system_.off_diagonal, &system_.mirrored}) {
-    blocks->resize(base_->pairs.size(), base_->diagonal.width());
-    blocks->set_zero();
-  }
+  system_.symmetric = kind == Tangents::Symmetric;
+  const std::size_t pairs = base_->pairs.size();
+  system_.off_diagonal.resize(pairs, base_->diagonal.width());
+  system_.mirrored.resize(system_.symmetric ? 0 : pairs, base_->diagonal.width());
+  system_.off_diagonal.set_zero();
+  system_.mirrored.set_zero();
   slots_->rigid() ? assemble_in<6>(tangents) : assemble_in<12>(tangents);
   return solver_.factorize(system_);
 }
@@ -216,9 +217,10 @@ void ConeProblem::assemble_in(std::span<const Matrix3> tangents) {
       const bool ascending = c.slot_a < c.slot_b;
       if (!(ascending ? owns_a : owns_b)) continue;
       const Part<n> upper = system_.off_diagonal.part<n>(index(c.pair));
+      ascending ? add(a, stiff_b, upper) : add(b, stiff_a, upper);
+      if (system_.symmetric) continue;
       const Part<n> lower = system_.mirrored.part<n>(index(c.pair));
-      add(a, stiff_b, ascending ? upper : lower);
-      add(b, stiff_a, ascending ? lower : upper);
+      ascending ? add(b, stiff_a, lower) : add(a, stiff_b, lower);
     }
   });
 }

@@ -16,6 +16,10 @@
 
 namespace quoin::solver {
 
+/// Of the contacts, in the matrix of a step of Newton's method; symmetric ones are positive
+/// semidefinite.
+enum class Tangents { Symmetric, General };
+
 class ConeProblem {
  public:
   explicit ConeProblem(const Slots& slots, StepWatch* watch)
@@ -55,8 +59,9 @@ class ConeProblem {
   /// One pass of Gauss–Seidel over the hard contacts, there and back.   [Jean 1999]
   void sweep(std::span<Vector3> x);
 
-  /// K + sum Aᵀ T A, to be solved with. False when it is singular to working accuracy.
-  bool factorize(std::span<const Matrix3> tangents);
+  /// K + sum Aᵀ T A, to be solved with. False when it is singular to working accuracy, or symmetric
+  /// and not positive definite.
+  bool factorize(std::span<const Matrix3> tangents, Tangents kind);
   /// A D of (K + sum Aᵀ T A) D = sum Aᵀ right. `motion` may be `right`.
   void solve(std::span<const Vector3> right, std::span<Vector3> motion);
   double condition_estimate() const { return solver_.condition_estimate(); }

@@ -38,7 +38,7 @@ bool ConeProjection::find_step(ConeProblem& problem) {
     tangents_[i] = kStiffness * derivative;
     next_change_[i] = pushed - x_[i] + tangents_[i] * moved_[i];
   }
-  if (!problem.factorize(tangents_)) return false;
+  if (!problem.factorize(tangents_, Tangents::Symmetric)) return false;
   problem.solve(next_change_, next_moved_);
   for (std::size_t i = 0; i < x_.size(); ++i) next_change_[i] -= tangents_[i] * next_moved_[i];
   return true;

@@ -76,7 +76,7 @@ bool GapProjection::find_step(ConeProblem& problem) {
     next_forces_[i] = -tangents_[i] * gap_[i];
     next_forces_[i][0] += (closed ? multiplier_[i] : 0.0) - borne_[i];
   }
-  if (!problem.factorize(tangents_)) return false;
+  if (!problem.factorize(tangents_, Tangents::Symmetric)) return false;
   problem.solve(next_forces_, next_moved_);
   for (std::size_t i = 0; i < gap_.size(); ++i) next_forces_[i] -= tangents_[i] * next_moved_[i];
   return true;

@@ -66,7 +66,7 @@ bool ProximalNewton::find_step(ConeProblem& problem, double share, double smooth
     tangents_[i] = inverse * slope;
     right_[i] = inverse * (value - x[i]);
   });
-  if (!problem.factorize(tangents_)) return false;
+  if (!problem.factorize(tangents_, Tangents::General)) return false;
   problem.solve(right_, motion_);
   return true;
 }
