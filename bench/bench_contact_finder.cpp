@@ -226,7 +226,8 @@ WallOptions touching(double noise) {
           .carry = 0x1p-12};
 }
 
-/// The time of a finder that works alone on a moving wall, and the bytes that it holds, its list of contacts left out.
+/// The time of a finder that works alone on a moving wall, and the bytes that it holds, its list of
+/// contacts left out.
 std::vector<Entry> memory_of(const WallOptions& options, const std::string& name, int steps) {
   const Wall wall(options);
   const auto brick = shape_of(wall);

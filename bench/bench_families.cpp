@@ -63,6 +63,7 @@ void ask_family(int family, int pairs, std::uint64_t seed) {
       ++refused;
     }
   }
+  if (times.empty()) return;
   std::sort(times.begin(), times.end());
   const auto at = [&](double share) {
     return times[static_cast<std::size_t>(share * static_cast<double>(times.size() - 1))];

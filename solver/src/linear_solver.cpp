@@ -66,7 +66,7 @@ bool LinearSolver::eliminate(const BlockSystem& system, const BlockVector* only)
 }
 
 bool LinearSolver::factorize(const BlockSystem& system, const BlockVector* only) {
-  once_ = only != nullptr;
+  once_ = only != nullptr && !system.symmetric;
   shared_ = distributes(system);
   iterates_ = shared_ ? wants_multigrid(system) : iterates(system);
   if (shared_) {

@@ -71,9 +71,10 @@ void resize_list(std::vector<T>& list, std::size_t size) {
   if (list.capacity() > size + size / 4 + kFew) list.shrink_to_fit();
 }
 
-/// Empties a list that is short as a rule.
+/// Empties a list that is short as a rule; room for what the last call needed is kept.
 template <class T>
 void start_short_list(std::vector<T>& list, std::size_t most) {
+  most = std::max(most, 4 * list.size());
   list.clear();
   if (list.capacity() > most) std::vector<T>().swap(list);
 }
@@ -497,7 +498,7 @@ void PairBatch::Memory::drop_ended() {
     listed[static_cast<std::size_t>(next)] = listed_of(pair);
     pair.listed = next++;
   }
-  resize_list(listed, live);
+  listed.resize(live);
 }
 
 /// Once pairs have come and gone, and left too much behind.

@@ -92,8 +92,7 @@ bool ContactNewton::same_tangent(Law law, double softness) {
   for (const LinearContact& c : contacts_) {
     options.negligible = std::max(options.negligible, kNegligible * c.force.norm());
   }
-  std::atomic<bool> same =
-      factorized_ && system_.symmetric && tangent_.size() == contacts_.size();
+  std::atomic<bool> same = factorized_ && system_.symmetric && tangent_.size() == contacts_.size();
   tangent_.resize(contacts_.size());
   set_damping();
   threads_.each(contacts_.size(), [&](std::size_t c) {
@@ -173,7 +172,8 @@ bool ContactNewton::step(Law law, double softness, NewtonCount& count) {
     ++count.factorizations;
     if (!factorized_) return false;
   }
-  if (!solver_.solve(equations_.residual(), step_)) return false;
+  factorized_ = solver_.solve(equations_.residual(), step_);
+  if (!factorized_) return false;
   ++count.solves;
   found_ = true;
   if (law == Law::Assumed) {

@@ -62,7 +62,7 @@ class ContactSolver {
   OpenCloseResult iterate(const StepOptions& options, const BlockEquations& blocks,
                           std::span<LinearContact> contacts, OpenCloseOptions tuning,
                           BlockVector& increment);
-  bool asks_to_yield(const StepOptions& options, const BlockSystem& base,
+  bool asks_to_yield(const StepOptions& options, const BlockEquations& blocks,
                      std::span<const LinearContact> contacts);
 
   /// Of Automatic: who has the attempt.
@@ -74,7 +74,13 @@ class ContactSolver {
   /// Of a stage that is not the first to have the sub-step.
   enum class Try { None, Now, Failed };
   bool is_loose(std::span<const LinearContact> contacts) const;
-  bool is_uneven(const BlockSystem& base, std::span<const LinearContact> contacts);
+  /// What a block bears: a much heavier one, and the way in which that pushes it.
+  struct Load {
+    int heavy = kNone;
+    Vector3 push = Vector3::Zero();
+    static constexpr int kNone = -2;  // -1 is a block that has no unknowns
+  };
+  bool is_uneven(const BlockEquations& blocks, std::span<const LinearContact> contacts);
   int patience(std::span<const LinearContact> contacts);
 
   const Slots* slots_;
@@ -85,8 +91,9 @@ class ContactSolver {
   Try hard_ = Try::None;       ///< the open-close iteration, of a crowd that gained energy
   int sub_steps_left_ = 0;     ///< without a hard try
   bool loose_ = false;         ///< the island of this sub-step
-  bool uneven_ = false;        ///< light blocks bear much heavier ones there
-  std::vector<int> borne_;     ///< by slot: the heavy block on it
+  bool uneven_ = false;        ///< light blocks bear much heavier ones in this attempt
+  bool suits_ = true;          ///< the proximal Newton method could have the problem
+  std::vector<Load> loads_;    ///< memory of is_uneven(), by slot
   bool can_check_ = false;     ///< the checked stage may have this attempt
   bool cannot_yield_ = false;  ///< the checked stage has not solved it
   bool automatic_ = false;

@@ -155,8 +155,7 @@ bool Multifrontal::factorize(const BlockSystem& system, const BlockVector* only)
     if (!(symmetric_ ? eliminate_symmetric(s, now) : eliminate_general(s, now))) return false;
     if (!keeps_lower_) {
       forward(s);
-      Matrix(factor_.data() + front.columns, front.own, front.own) =
-          now.columns.topRows(front.own);
+      Matrix(factor_.data() + front.columns, front.own, front.own) = now.columns.topRows(front.own);
     }
     std::copy(now.rest.data(), now.rest.data() + now.rest.size(), stack_.data() + top);
     top += area(front.below, front.below);
@@ -239,7 +238,8 @@ bool Multifrontal::eliminate_symmetric(std::size_t node, Parts& parts) {
   const Front& front = fronts_[node];
   Eigen::Ref<Eigen::MatrixXd> pivot = parts.columns.topRows(front.own);
   const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> cholesky(pivot);  // in place
-  if (cholesky.info() != Eigen::Success) return false;
+  const bool positive = (pivot.diagonal().array() > 0.0).all();   // false of NaN
+  if (cholesky.info() != Eigen::Success || !positive) return false;
   pivots_.segment(front.first, front.own) = pivot.diagonal().array().square();
   if (front.below == 0) return true;
   Eigen::Ref<Eigen::MatrixXd> below = parts.columns.bottomRows(front.below);

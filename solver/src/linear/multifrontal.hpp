@@ -22,8 +22,8 @@ class Multifrontal {
   /// L L^T for a symmetric matrix; for another L U with row exchanges inside a supernode. False
   /// when it is singular to working accuracy, or symmetric and not positive definite.
   bool factorize(const BlockSystem& system);
-  /// The same of a matrix that is solved once, for `only`: of one that is not symmetric L is used as
-  /// it comes, and half of the factors are not kept.
+  /// The same of a matrix that is solved once, for `only`: of one that is not symmetric L is used
+  /// as it comes, and half of the factors are not kept.
   bool factorize(const BlockSystem& system, const BlockVector& only);
   /// `right`: after factorize() with it, `only`.
   void solve(const BlockVector& right, BlockVector& solution);
@@ -78,7 +78,7 @@ class Multifrontal {
 
   const Slots* slots_;
   StepWatch* watch_;
-  bool symmetric_ = true;   // what was factorized last
+  bool symmetric_ = true;    // what was factorized last
   bool keeps_lower_ = true;  // of it
   bool analysed_ = false, placed_ = false;
   std::vector<std::pair<int, int>> pairs_;  // that the order was made for
