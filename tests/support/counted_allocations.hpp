@@ -13,11 +13,14 @@ namespace quoin::tests {
 
 inline std::atomic<long> allocations{0};
 inline std::atomic<long> bytes_in_use{0};
+inline std::atomic<long> until_failure{-1};  ///< allocations before one throws; negative: none does
 
 namespace detail {
 
 inline void* counted(void* memory) {
-  if (memory == nullptr) throw std::bad_alloc();
+  const bool fails = until_failure >= 0 && until_failure-- == 0;
+  if (fails) std::free(memory);
+  if (fails || memory == nullptr) throw std::bad_alloc();
   ++allocations;
   bytes_in_use += static_cast<long>(malloc_usable_size(memory));
   return memory;

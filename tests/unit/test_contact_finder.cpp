@@ -31,6 +31,7 @@ using quoin::tests::allocations;
 using quoin::tests::bytes_in_use;
 using quoin::tests::Random;
 using quoin::tests::same_but_previous;
+using quoin::tests::until_failure;
 using quoin::tests::WithinRel;
 
 const Vector3 kBrick(0.4, 0.2, 0.2);  // m
@@ -395,6 +396,36 @@ TEST_CASE("bodies: once warm the finder itself allocates nothing") {
     }
     CHECK(contacts.size() > 1000);
   }
+}
+
+TEST_CASE("finder: a call that runs out of memory leaves nothing behind that is wrong") {
+  const auto brick = std::make_shared<const Shape>(make_box(Vector3::Zero(), kBrick));
+  const auto make_finder = [&] {
+    ContactFinder finder({.reach = 1e-3});
+    for (int i = 0; i < 36; ++i) {
+      finder.add(brick, {.translation = Vector3(0.4 * (i % 6), 0.0, 0.2 * (i / 6))});
+    }
+    return finder;
+  };
+  std::vector<ContactPoint> expected, contacts;
+  make_finder().find(expected);
+  REQUIRE(expected.size() > 200);
+  int failed = 0;
+  for (bool fails = true; fails; ++failed) {
+    ContactFinder finder = make_finder();
+    contacts.reserve(expected.size());
+    until_failure = failed;
+    try {
+      finder.find(contacts);
+      fails = false;
+    } catch (const std::bad_alloc&) {
+    }
+    until_failure = -1;
+    finder.find(contacts);
+    CAPTURE(failed);
+    REQUIRE(same_but_previous(contacts, expected));
+  }
+  CHECK(failed > 100);
 }
 
 // Lists of the last call that were given back because they were longer than expected: some 35

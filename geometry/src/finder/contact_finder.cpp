@@ -2,6 +2,7 @@
 #include <quoin/geometry/broad_phase.hpp>
 #include <quoin/geometry/contact_finder.hpp>
 #include <quoin/geometry/worker_pool.hpp>
+#include <utility>
 
 #include "finder/body_store.hpp"
 #include "finder/placed_box.hpp"
@@ -46,6 +47,7 @@ struct ContactFinder::Memory {
   std::function<bool(int, int)> filter;
   BodyStore store;
   BroadPhase broad_phase;
+  bool boxes_are_whole = true;     // false: a call was stopped in the midst of setting them
   std::vector<BlockPair> pairs;    // slots of the call at hand, where not all near pairs are tested
   std::vector<int> asked;          // slots of contacts_of()
   std::vector<BoxPart> box_parts;  // one a worker
@@ -58,6 +60,8 @@ struct ContactFinder::Memory {
   void update_staying_boxes(BoxPart& part);
   void update_many_boxes();
   void renew_boxes();
+  template <class Search>
+  const std::vector<BlockPair>& near_pairs(bool packed, const Search& search);
   BodySource source() const;
   std::span<const BlockPair> tested(const std::vector<BlockPair>& near);
   BoxUse use(int slot) const;
@@ -161,6 +165,18 @@ void ContactFinder::Memory::renew_boxes() {
   store.boxes_are_placed();
 }
 
+/// What `search` finds once the boxes stand where the bodies do. What is thrown meanwhile, for want
+/// of memory, may leave boxes and tree half made: the next call begins with new ones.
+template <class Search>
+const std::vector<BlockPair>& ContactFinder::Memory::near_pairs(bool packed, const Search& search) {
+  const bool whole = std::exchange(boxes_are_whole, false);
+  if (!whole) broad_phase = BroadPhase();
+  whole && !packed ? update_boxes() : renew_boxes();
+  const std::vector<BlockPair>& near = search();
+  boxes_are_whole = true;
+  return near;
+}
+
 bool ContactFinder::Memory::is_tested(const BlockPair& pair) const {
   if (!store.may_touch(pair.a, pair.b)) return false;
   return !filter || filter(store.handle(pair.a), store.handle(pair.b));
@@ -188,8 +204,8 @@ BodySource ContactFinder::Memory::source() const {
 }
 
 FindCounts ContactFinder::Memory::find(std::vector<ContactPoint>& contacts) {
-  store.pack() ? renew_boxes() : update_boxes();
-  const std::vector<BlockPair>& near = broad_phase.find_candidates(box_reach());
+  const std::vector<BlockPair>& near = near_pairs(
+      store.pack(), [&]() -> auto& { return broad_phase.find_candidates(box_reach()); });
   const FindCounts counts = batch.find(source(), tested(near), contacts, &executor());
   store.settle();
   return counts;
@@ -199,8 +215,8 @@ FindCounts ContactFinder::Memory::contacts_of(std::span<const int> handles,
                                               std::vector<ContactPoint>& contacts) {
   asked.clear();
   for (const int handle : handles) asked.push_back(store.slot(handle));
-  update_boxes();
-  const std::vector<BlockPair>& near = broad_phase.find_candidates_of(asked, box_reach());
+  const std::vector<BlockPair>& near = near_pairs(
+      false, [&]() -> auto& { return broad_phase.find_candidates_of(asked, box_reach()); });
   return batch.contacts_of(source(), tested(near), contacts, &executor());
 }
 
