@@ -11,8 +11,8 @@
 #include <set>
 
 #include "referee/pairs/exact_patch.hpp"
-#include "scene_file/read_shape.hpp"
 #include "referee/pairs/families.hpp"
+#include "scene_file/read_shape.hpp"
 #include "support/catch.hpp"
 #include "support/check_pair.hpp"
 

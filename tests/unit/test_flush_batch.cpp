@@ -87,8 +87,10 @@ Shape wedge(Random& random) {
   return make_prism(polygon, {0.0, 0.0, height});
 }
 
-Shape solid(Random& random, bool polygons) {
-  if (polygons) return random.chance(0.8) ? prism(random) : brick(random);
+enum class Solids { Bricks, Polygons };
+
+Shape solid(Random& random, Solids kind) {
+  if (kind == Solids::Polygons) return random.chance(0.8) ? prism(random) : brick(random);
   if (random.chance(0.2)) return wedge(random);
   return random.chance(0.7) ? brick(random) : block(random);
 }
@@ -97,8 +99,8 @@ Shape solid(Random& random, bool polygons) {
 struct Stack {
   Shape p, q;
   Placement at_p, at_q;
-  Stack(Random& random, bool polygons)
-      : p(solid(random, polygons)), q(random.chance(0.3) ? p : solid(random, polygons)) {
+  Stack(Random& random, Solids kind)
+      : p(solid(random, kind)), q(random.chance(0.3) ? p : solid(random, kind)) {
     const double heights[] = {0.0, 1e-16, 1e-13, 1e-9, 1e-6, 1e-4, -1e-13, -1e-6, -1e-3};
     const double leans[] = {0.0, 0.0, 0.0, 1e-16, 1e-14, 1e-12, 1e-9, 1e-6};
     const double rise = heights[random.integer(0, std::ssize(heights) - 1)];
@@ -140,8 +142,8 @@ struct Question {
   ContactOptions options;
   std::vector<ContactPoint> points;
   NearestFeatures cold;
-  Question(Random& random, const ContactOptions& asked, bool polygons)
-      : stack(random, polygons),
+  Question(Random& random, const ContactOptions& asked, Solids kind)
+      : stack(random, kind),
         a(random.chance(0.5) ? Body(stack.p, stack.at_p) : Body(stack.q, stack.at_q)),
         b(&a.shape() == &stack.p ? Body(stack.q, stack.at_q) : Body(stack.p, stack.at_p)),
         options(asked),
@@ -180,7 +182,7 @@ ContactOptions options_of(Random& random) {
 }  // namespace
 
 TEST_CASE("flush batch: the bits of each pair asked alone") {
-  const bool polygons = GENERATE(false, true);
+  const Solids kind = GENERATE(Solids::Bricks, Solids::Polygons);
   Random random(quoin::tests::environment_number("QUOIN_SEED", 5));
   const auto rounds = static_cast<int>(quoin::tests::environment_number("QUOIN_CASES", 4000) / 4);
   int solved = 0, flush = 0;
@@ -193,7 +195,7 @@ TEST_CASE("flush batch: the bits of each pair asked alone") {
     for (int k = 0; k < count; ++k) {
       ContactOptions own = options;
       if (random.chance(0.3)) own.reach = 1e-5;
-      questions.push_back(std::make_unique<Question>(random, own, polygons));
+      questions.push_back(std::make_unique<Question>(random, own, kind));
       const Question& question = *questions.back();
       batch.take(questions.size() - 1, {3, 8}, question.a, question.b, question.cold.hint,
                  own.reach);
@@ -202,12 +204,12 @@ TEST_CASE("flush batch: the bits of each pair asked alone") {
     }
     batch.finish();
     for (const FlushPairAnswer& answer : batch.answers()) {
-      CAPTURE(polygons, round, answer.pair);
+      CAPTURE(static_cast<int>(kind), round, answer.pair);
       REQUIRE(found(batch, answer).all == expected(*questions[answer.pair]).all);
       ++solved;
     }
   }
-  CAPTURE(polygons, solved, flush);
+  CAPTURE(static_cast<int>(kind), solved, flush);
   CHECK(solved > flush / 2);
   CHECK(flush > rounds);
 }
@@ -223,7 +225,7 @@ TEST_CASE("flush batch: every instruction set gives the bits of the plain one") 
     std::array<FlushPair, FlushRow::kPairs> pairs;
     for (std::size_t lane = 0; lane < pairs.size(); ++lane) {
       do {
-        questions.push_back(std::make_unique<Question>(random, options, false));
+        questions.push_back(std::make_unique<Question>(random, options, Solids::Bricks));
       } while (
           !pairs[lane].take(questions.back()->a, questions.back()->b, questions.back()->cold.hint));
       pairs[lane].reach = lane % 2 == 0 ? options.reach : 1e-4;
@@ -275,7 +277,7 @@ TEST_CASE("flush polygons: every instruction set gives the bits of the plain one
     PolygonPair pair;
     for (std::size_t lane = 0; lane < FlushRow::kPairs; ++lane) {
       do {
-        questions.push_back(std::make_unique<Question>(random, options, true));
+        questions.push_back(std::make_unique<Question>(random, options, Solids::Polygons));
       } while (!pair.take(questions.back()->a, questions.back()->b, questions.back()->cold.hint,
                           options.tolerance, lane, question));
     }
@@ -388,7 +390,7 @@ TEST_CASE("flush batch: once warm nothing is allocated") {
   std::vector<Body> bodies;
   std::vector<BlockPair> pairs;
   for (int k = 0; k < 100; ++k) {
-    stacks.push_back(std::make_unique<Stack>(random, true));
+    stacks.push_back(std::make_unique<Stack>(random, Solids::Polygons));
     bodies.emplace_back(stacks.back()->p, stacks.back()->at_p);
     bodies.emplace_back(stacks.back()->q, stacks.back()->at_q);
     pairs.push_back({2 * k, 2 * k + 1});

@@ -75,8 +75,8 @@ bool ContactSolver::is_uneven(const BlockEquations& blocks,
                               std::span<const LinearContact> contacts) {
   loads_.assign(blocks.force.size(), {});
   const auto inertia = [&](int slot) { return blocks.base.diagonal.part<1>(index(slot))(0, 0); };
-  const auto push = [](const ContactJacobian& jacobian) -> Vector3 {
-    return jacobian.push(Vector3::UnitX()).head<3>();
+  const auto push = [](const ContactJacobian& jacobian) -> Vector3 {  // of a unit normal force
+    return jacobian.rigid.row(0).head<3>();
   };
   const auto load = [&](int light, const ContactJacobian& on_light, int heavy,
                         const ContactJacobian& on_heavy) {
