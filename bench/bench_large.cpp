@@ -1,23 +1,36 @@
-/// Running-bond walls under sudden gravity, by each linear solver: time, iterations, memory.
+/// Running-bond walls under sudden gravity: time by phase, memory, and how far the answer is off.
 ///
-/// bench_large [COLUMNS ROWS [elimination|multigrid|automatic [STEPS [THREADS [YOUNG]]]]]
+/// bench_large rest COLUMNS ROWS [elimination|multigrid|automatic [STEPS [THREADS [YOUNG]]]]
+/// bench_large peer COLUMNS ROWS CODE STEPS LIMIT
+/// bench_large machine
 /// bench_large beside COLUMNS ROWS STEPS
 ///
-/// YOUNG: of bricks that deform, Pa; 0: rigid. `beside`: CPU time of a step in which one block
-/// falls beside the wall at rest, and of the block alone.
+/// `rest` and `peer` print one JSON object a step. `rest`: quoin with default options but for the
+/// linear solver; YOUNG: of bricks that deform, Pa; 0: rigid. `peer`: CODE as in bench_moving;
+/// LIMIT: CPU time of the steps, s. `machine`: what limits products of a matrix with a vector.
+/// `beside`: CPU time of a step in which one block falls beside the wall at rest, and of the block
+/// alone.
 
 #include <sys/resource.h>
 
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+#include <set>
+#include <stdexcept>
 #include <string>
+#include <thread>
 
+#include "guarded_main.hpp"
 #include "wall_scene.hpp"
 
+namespace quoin::bench {
 namespace {
 
-namespace solver = quoin::solver;
+constexpr double kTimeStep = 0.01;  // s
 
 double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
@@ -27,11 +40,169 @@ double peak_megabytes() {
   return static_cast<double>(usage.ru_maxrss) / 1024.0;
 }
 
+/// Of a wall that has stood from the start: both are 0 of the exact answer.
+struct Errors {
+  double drift = 0.0;      ///< farthest way of a centroid, m
+  double unbalance = 0.0;  ///< force on the base less the weight, by the weight
+};
+
+double weight_of(const RigidScene& scene) {
+  double weight = 0.0;
+  for (const RigidBody& body : scene.bodies) weight -= body.mass * scene.gravity.z();
+  return weight;
+}
+
+Errors errors(const RigidScene& scene, const World& world) {
+  Errors result;
+  double reaction = 0.0;
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    const Vector3d way = world.motion(static_cast<int>(b)).place - scene.bodies[b].place;
+    result.drift = std::max(result.drift, way.norm());
+  }
+  for (const PairForce& pair : world.forces()) {
+    if (pair.a == 0) reaction += pair.normal;
+  }
+  result.unbalance = std::abs(reaction / weight_of(scene) - 1.0);
+  return result;
+}
+
+Errors errors(const RigidScene& scene, const solver::State& state) {
+  Errors result;
+  double reaction = 0.0;
+  for (std::size_t b = 1; b < scene.bodies.size(); ++b) {
+    const Vector3d way = state.origin + state.blocks[b].centroid - scene.bodies[b].place;
+    result.drift = std::max(result.drift, way.norm());
+  }
+  for (const solver::Contact& contact : state.contacts) {
+    if (contact.point.key.a == 0) reaction += contact.normal_force;
+  }
+  result.unbalance = std::abs(reaction / weight_of(scene) - 1.0);
+  return result;
+}
+
+/// Pairs of bricks that push each other.
+std::size_t joints(const solver::State& state) {
+  std::set<std::pair<int, int>> pairs;
+  for (const solver::Contact& contact : state.contacts) {
+    const auto& key = contact.point.key;
+    if (key.a > 0 && contact.normal_force > 0.0) pairs.insert({key.a, key.b});
+  }
+  return pairs.size();
+}
+
+void print_start(const std::string& code, std::size_t bricks, int step, double cpu) {
+  std::printf("{\"code\": \"%s\", \"bricks\": %zu, \"step\": %d, \"time\": %g, \"cpu_s\": %.4g, ",
+              code.c_str(), bricks, step, step * kTimeStep, cpu);
+}
+
+void print_end(const Errors& errors, bool ended) {
+  std::printf("\"drift\": %.4g, \"unbalance\": %.4g, \"ended\": %s}\n", errors.drift,
+              errors.unbalance, ended ? "true" : "false");
+  std::fflush(stdout);
+}
+
+void print_step(const solver::StepReport& report, const solver::State& state, int threads) {
+  const solver::PhaseSeconds& s = report.seconds;
+  std::printf(
+      "\"threads\": %d, \"detect_s\": %.4g, \"assemble_s\": %.4g, \"solve_s\": %.4g, "
+      "\"update_s\": %.4g, \"solves\": %d, \"eliminations\": %ld, \"set_ups\": %ld, "
+      "\"iterations\": %ld, \"fallbacks\": %ld, \"complexity\": %.3g, \"joints\": %zu, "
+      "\"peak_mb\": %.0f, ",
+      threads, s.detect, s.assemble, s.solve, s.update, report.linear_solves,
+      report.linear.eliminations, report.linear.set_ups, report.linear.iterations,
+      report.linear.fallbacks, report.linear.complexity, joints(state), peak_megabytes());
+}
+
+struct Rest {
+  int columns = 0, rows = 0;
+  std::string linear_solver = "automatic";
+  int steps = 1, threads = 1;
+  double young = 0.0;  // Pa
+};
+
+void rest(const Rest& wanted) {
+  solver::StepOptions options{.time_step = kTimeStep};
+  options.threads = wanted.threads;
+  for (const auto kind :
+       {solver::LinearSolverKind::Elimination, solver::LinearSolverKind::Multigrid}) {
+    if (wanted.linear_solver == name(kind)) options.linear_solver = kind;
+  }
+  const RigidScene scene = wall(wanted.columns, wanted.rows);
+  solver::Simulation simulation(wall_scene(wanted.columns, wanted.rows, wanted.young), options);
+  double cpu = 0.0;
+  for (int step = 1; step <= wanted.steps; ++step) {
+    const double start = cpu_seconds();
+    const solver::StepReport report = simulation.advance();
+    cpu += cpu_seconds() - start;
+    print_start("quoin", scene.bodies.size() - 1, step, cpu);
+    print_step(report, simulation.state(), wanted.threads);
+    print_end(errors(scene, simulation.state()), report.status == solver::StepStatus::Converged);
+  }
+}
+
+void peer(int columns, int rows, const std::string& code, int steps, double limit) {
+  const RigidScene scene = wall(columns, rows);
+  const Contestant who = contestant(code);
+  const std::unique_ptr<World> world = who.make(scene, kTimeStep, who.iterations);
+  double cpu = 0.0;
+  bool ended = true;
+  for (int step = 1; step <= steps && ended && cpu < limit; ++step) {
+    const double start = cpu_seconds();
+    ended = world->step(kTimeStep);
+    cpu += cpu_seconds() - start;
+    print_start(who.name, scene.bodies.size() - 1, step, cpu);
+    print_end(errors(scene, *world), ended);
+  }
+}
+
+/// Bytes a second that so many threads read together, by their CPU time, from arrays that no cache
+/// holds.
+double reading_rate(int threads) {
+  constexpr std::size_t kNumbers = 1 << 25;  // 256 MB a thread
+  std::vector<Eigen::VectorXd> arrays(static_cast<std::size_t>(threads));
+  std::vector<double> sums(arrays.size());
+  for (auto& array : arrays) array = Eigen::VectorXd::Ones(kNumbers);
+  double best = 0.0;
+  for (int turn = 0; turn < 3; ++turn) {
+    const double start = cpu_seconds();
+    std::vector<std::jthread> workers;
+    for (std::size_t t = 0; t < arrays.size(); ++t) {
+      workers.emplace_back([&, t] { sums[t] = arrays[t].sum(); });
+    }
+    workers.clear();
+    const double seconds = (cpu_seconds() - start) / threads;
+    if (sums[0] > 0.0) best = std::max(best, 8.0 * kNumbers * threads / seconds);
+  }
+  return best;
+}
+
+/// Multiplications and additions a second of 6x6 blocks with vectors, from the nearest cache.
+double block_rate() {
+  constexpr int kBlocks = 64, kTurns = 20000;
+  std::vector<Eigen::Matrix<double, 6, 6>> blocks(kBlocks, Eigen::Matrix<double, 6, 6>::Identity());
+  Eigen::Matrix<double, 6, 1> x = Eigen::Matrix<double, 6, 1>::Ones(), sum = x;
+  double best = 0.0;
+  for (int repeat = 0; repeat < 5; ++repeat) {
+    const double start = cpu_seconds();
+    for (int turn = 0; turn < kTurns; ++turn) {
+      for (const auto& block : blocks) sum.noalias() += block * x;
+      x[turn % 6] = sum.sum() > 0.0 ? 1.0 : 2.0;
+    }
+    best = std::max(best, 72.0 * kBlocks * kTurns / (cpu_seconds() - start));
+  }
+  return best;
+}
+
+void machine() {
+  std::printf("{\"read_1\": %.4g, \"read_2\": %.4g, \"block_flops\": %.4g}\n", reading_rate(1),
+              reading_rate(2), block_rate());
+}
+
 /// Microseconds a step; a block falls from 400 m. `columns` 0: alone.
 double falling_step(int columns, int rows, int steps) {
   constexpr int kUntilRest = 6;
-  solver::Scene scene = quoin::bench::wall_scene(columns, rows);
-  scene.add_rigid(quoin::geometry::make_box({-1.5, 0, 400}, {-1.1, 0.2, 400.2}), {.density = 2000});
+  solver::Scene scene = wall_scene(columns, rows);
+  scene.add_rigid(geometry::make_box({-1.5, 0, 400}, {-1.1, 0.2, 400.2}), {.density = 2000});
   solver::Simulation simulation(scene, {.time_step = 5e-3});
   for (int step = 0; step < kUntilRest; ++step) static_cast<void>(simulation.advance());
   const double start = cpu_seconds();
@@ -39,40 +210,29 @@ double falling_step(int columns, int rows, int steps) {
   return 1e6 * (cpu_seconds() - start) / steps;
 }
 
+void run(const std::vector<std::string>& words) {
+  const auto count = [&](std::size_t i) { return std::stoi(words.at(i)); };
+  const std::string& what = words.at(0);
+  if (what == "machine") return machine();
+  if (what == "peer")
+    return peer(count(1), count(2), words.at(3), count(4), std::stod(words.at(5)));
+  if (what == "beside") {
+    std::printf("alone %.1f us a step, beside the wall %.1f us\n", falling_step(0, 0, count(3)),
+                falling_step(count(1), count(2), count(3)));
+    return;
+  }
+  if (what != "rest") throw std::invalid_argument("no part " + what);
+  Rest wanted{.columns = count(1), .rows = count(2)};
+  if (words.size() > 3) wanted.linear_solver = words[3];
+  if (words.size() > 4) wanted.steps = count(4);
+  if (words.size() > 5) wanted.threads = count(5);
+  if (words.size() > 6) wanted.young = std::stod(words[6]);
+  rest(wanted);
+}
+
 }  // namespace
+}  // namespace quoin::bench
 
 int main(int argc, char** argv) {
-  if (argc == 5 && std::string(argv[1]) == "beside") {
-    const int steps = std::atoi(argv[4]);
-    std::printf("alone %.1f us a step, beside the wall %.1f us\n", falling_step(0, 0, steps),
-                falling_step(std::atoi(argv[2]), std::atoi(argv[3]), steps));
-    return 0;
-  }
-  const int columns = argc > 2 ? std::atoi(argv[1]) : 40, rows = argc > 2 ? std::atoi(argv[2]) : 25;
-  const std::string wanted = argc > 3 ? argv[3] : "automatic";
-  const int steps = argc > 4 ? std::atoi(argv[4]) : 4;
-  solver::StepOptions options{.time_step = 0.01};
-  options.threads = argc > 5 ? std::atoi(argv[5]) : 1;
-  const double young = argc > 6 ? std::atof(argv[6]) : 0.0;
-  for (const auto kind :
-       {solver::LinearSolverKind::Elimination, solver::LinearSolverKind::Multigrid}) {
-    if (wanted == name(kind)) options.linear_solver = kind;
-  }
-  solver::Simulation simulation(quoin::bench::wall_scene(columns, rows, young), options);
-  const std::size_t bricks = simulation.state().blocks.size() - 1;
-  std::printf("%zu bricks, %s\n", bricks, wanted.c_str());
-  const double start = cpu_seconds();
-  for (int step = 0; step < steps; ++step) {
-    const solver::StepReport report = simulation.advance();
-    std::printf(
-        "step %d: CPU %.2f s since the start; detect %.2f assemble %.2f solve %.2f update %.2f s; "
-        "%d solves, %ld eliminations, %ld set-ups, %ld iterations, %ld fallbacks, complexity %.2f, "
-        "peak %.0f MB, %s\n",
-        step + 1, cpu_seconds() - start, report.seconds.detect, report.seconds.assemble,
-        report.seconds.solve, report.seconds.update, report.linear_solves,
-        report.linear.eliminations, report.linear.set_ups, report.linear.iterations,
-        report.linear.fallbacks, report.linear.complexity, peak_megabytes(),
-        describe(report).c_str());
-    std::fflush(stdout);
-  }
+  return quoin::bench::guarded(argv[0], [&] { quoin::bench::run({argv + 1, argv + argc}); });
 }

@@ -9,7 +9,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 
 #include "guarded_main.hpp"
 #include "motion_judge.hpp"
@@ -26,21 +25,6 @@ struct Arguments {
   std::string scene, code = "quoin";
   double time_step = 0.0, limit = 60.0;  // s; time_step 0: that of the scene
 };
-
-Contestant contestant(const std::string& code) {
-  const auto colon = code.find(':');
-  const std::string name = code.substr(0, colon);
-  const int sweeps = colon == std::string::npos ? 0 : std::atoi(code.c_str() + colon + 1);
-  const std::string count = std::to_string(sweeps);
-  if (name == "quoin") return {"quoin", make_quoin};
-#ifdef QUOIN_BENCH_BULLET
-  if (name == "bullet") return {"Bullet SI " + count, make_bullet, sweeps};
-#endif
-#ifdef QUOIN_BENCH_ODE
-  if (name == "ode") return {sweeps > 0 ? "ODE quick " + count : "ODE step", make_ode, sweeps};
-#endif
-  throw std::invalid_argument("no code " + code);
-}
 
 nlohmann::ordered_json run(const Arguments& arguments) {
   const scene_file::SceneFile file = scene_file::read_scene(arguments.scene, {});

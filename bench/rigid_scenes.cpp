@@ -1,9 +1,11 @@
 #include "rigid_scenes.hpp"
 
 #include <cmath>
+#include <cstdlib>
 #include <numbers>
 #include <quoin/geometry/build.hpp>
 #include <quoin/geometry/mass_properties.hpp>
+#include <stdexcept>
 
 namespace quoin::bench {
 namespace {
@@ -160,6 +162,21 @@ std::vector<MovedBody> moved_bodies(const RigidScene& scene) {
     moved.push_back({.body = static_cast<int>(i), .place = scene.bodies[i].place});
   }
   return moved;
+}
+
+Contestant contestant(const std::string& code) {
+  const auto colon = code.find(':');
+  const std::string name = code.substr(0, colon);
+  const int sweeps = colon == std::string::npos ? 0 : std::atoi(code.c_str() + colon + 1);
+  const std::string count = std::to_string(sweeps);
+  if (name == "quoin") return {"quoin", make_quoin};
+#ifdef QUOIN_BENCH_BULLET
+  if (name == "bullet") return {"Bullet SI " + count, make_bullet, sweeps};
+#endif
+#ifdef QUOIN_BENCH_ODE
+  if (name == "ode") return {sweeps > 0 ? "ODE quick " + count : "ODE step", make_ode, sweeps};
+#endif
+  throw std::invalid_argument("no code " + code);
 }
 
 std::vector<Contestant> peers() {

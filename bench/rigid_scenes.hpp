@@ -93,6 +93,10 @@ struct Contestant {
 /// The peers that were there at configure time.
 std::vector<Contestant> peers();
 
+/// By its word: quoin, bullet:SWEEPS, ode:SWEEPS, ode:0 (its direct solver). Throws
+/// std::invalid_argument where there is none.
+Contestant contestant(const std::string& code);
+
 std::unique_ptr<World> make_quoin(const RigidScene& scene, double time_step, int iterations);
 #ifdef QUOIN_BENCH_BULLET
 std::unique_ptr<World> make_bullet(const RigidScene& scene, double time_step, int iterations);

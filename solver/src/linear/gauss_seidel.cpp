@@ -7,6 +7,22 @@
 #include "index.hpp"
 
 namespace quoin::solver {
+namespace {
+
+// Rows of one colour stand apart in memory, where no hardware foresees the next one: they are asked
+// for so many rows ahead. Takes 9 to 27 % off a solution (bench/trials_large.md).
+constexpr std::size_t kAhead = 2;
+constexpr std::size_t kCacheLine = 64;  // bytes
+
+/// Asks for the values of the entries from `first` to before `end`.
+template <class Block>
+void prefetch(const std::vector<Block>& values, int first, int end) {
+  const char* from = reinterpret_cast<const char*>(values.data() + first);
+  const std::size_t bytes = sizeof(Block) * index(end - first);
+  for (std::size_t at = 0; at < bytes; at += kCacheLine) __builtin_prefetch(from + at);
+}
+
+}  // namespace
 
 template <int n>
 bool GaussSeidel<n>::set(BlockRows<n, n> matrix, const Threads& threads) {
@@ -81,7 +97,9 @@ void GaussSeidel<n>::there(const Threads& threads, const Blocks<n>& right, Block
                            Blocks<n>& residual) const {
   for (std::size_t c = 0; c + 1 < colour_start_.size(); ++c) {
     threads.each(colour_start_[c + 1] - colour_start_[c], [&](std::size_t k) {
-      const std::size_t i = index(order_[colour_start_[c] + k]);
+      const std::size_t at = colour_start_[c] + k, i = index(order_[at]);
+      const std::size_t next = index(order_[std::min(at + kAhead, order_.size() - 1)]);
+      prefetch(matrix_.value, matrix_.start[next], own_[next]);
       solution[i].noalias() = inverse_[i] * (right[i] - earlier(i, solution));
     });
   }
@@ -92,7 +110,9 @@ template <int n>
 void GaussSeidel<n>::back(const Threads& threads, const Blocks<n>& right, Blocks<n>& solution) {
   for (std::size_t c = colour_start_.size() - 1; c-- > 0;) {
     threads.each(colour_start_[c + 1] - colour_start_[c], [&](std::size_t k) {
-      const std::size_t i = index(order_[colour_start_[c] + k]);
+      const std::size_t at = colour_start_[c] + k, i = index(order_[at]);
+      const std::size_t next = index(order_[std::min(at + kAhead, order_.size() - 1)]);
+      prefetch(matrix_.value, matrix_.start[next], matrix_.start[next + 1]);
       later_[i] = later(i, solution);
       solution[i].noalias() = inverse_[i] * (right[i] - earlier(i, solution) - later_[i]);
     });
