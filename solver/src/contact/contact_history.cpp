@@ -221,7 +221,7 @@ BodyContact make_body_contact(const PosedBlocks& blocks, const ContactPoint& fou
   return make_contact(blocks, found, last);
 }
 
-void carry_over(const CarryOptions& options, const std::vector<ContactPoint>& found,
+void carry_over(const CarryOptions& options, std::span<const ContactPoint> found,
                 std::span<const Contact> before, std::vector<int>& previous,
                 std::vector<BodyContact>& contacts) {
   const PosedBlocks blocks{options.scene, options.models, options.poses};

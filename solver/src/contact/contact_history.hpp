@@ -53,7 +53,7 @@ struct CarryOptions {
 /// (geometry::match_previous). Places in `found` are in the frames of the reference shapes
 /// (PointFrame::Bodies): arms, gaps and levers are as good wherever the blocks stand. `previous`:
 /// memory.
-void carry_over(const CarryOptions& options, const std::vector<geometry::ContactPoint>& found,
+void carry_over(const CarryOptions& options, std::span<const geometry::ContactPoint> found,
                 std::span<const Contact> before, std::vector<int>& previous,
                 std::vector<BodyContact>& contacts);
 

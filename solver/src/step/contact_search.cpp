@@ -100,6 +100,14 @@ double Reach::largest() const {
   return largest;
 }
 
+double largest_reach(const Reach& reach, std::span<const geometry::ContactPoint> points) {
+  double largest = 0.0;
+  for (const geometry::ContactPoint& point : points) {
+    largest = std::max(largest, reach.of_pair(point.key.a, point.key.b));
+  }
+  return largest;
+}
+
 std::vector<int> blocks_that_can_move(const CompiledScene& compiled) {
   std::vector<int> blocks = compiled.slots.block_of_slot;
   blocks.insert(blocks.end(), compiled.prescribed.begin(), compiled.prescribed.end());
