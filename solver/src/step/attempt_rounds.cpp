@@ -125,6 +125,7 @@ void find_at_end(const StepRun& run, std::span<Island* const> islands) {
   for (Island* island : islands) {
     if (island->found.refers_to(work.found_end)) island->found.exchange(work.found_end);
   }
+  if (all) work.found_end.reserve(work.found.size() + work.found.size() / 16);
   const geometry::FindCounts counts = find(run.compiled, searched, reach, moved, work.searched,
                                            work, all ? work.found_end : work.found_last);
   run.report.candidate_pairs += counts.candidates;

@@ -162,6 +162,7 @@ void detect(const CompiledScene& compiled, const StepOptions& options, const Sta
   const std::vector<int> moved = blocks_that_can_move(compiled);
   find(compiled, searched, Reach(compiled, options, searched, moved, work.known_reaches), moved,
        Searched::AllBlocks, work, work.found);
+  work.found.shrink_to_fit();
 }
 
 }  // namespace quoin::solver
