@@ -137,7 +137,7 @@ void set_aside_passing(const SubStep& step, double limit, std::vector<BodyContac
 }
 
 bool put_back_blocked(const CompiledScene& compiled, std::span<const BlockState> end,
-                      const std::vector<geometry::ContactPoint>& found_end, double limit,
+                      std::span<const geometry::ContactPoint> found_end, double limit,
                       std::vector<PassingPair>& pairs, std::vector<BodyContact>& contacts) {
   const auto at_end = [&](int block) { return posed(compiled, end, block); };
   const auto blocked = [&](const PassingPair& pair) {

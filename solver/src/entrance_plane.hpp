@@ -35,7 +35,7 @@ void set_aside_passing(const SubStep& step, double limit, std::vector<BodyContac
 /// the end. `found_end`: contact points at the end, sorted. True when there were any; they are
 /// taken out of `pairs`.
 bool put_back_blocked(const CompiledScene& compiled, std::span<const BlockState> end,
-                      const std::vector<geometry::ContactPoint>& found_end, double limit,
+                      std::span<const geometry::ContactPoint> found_end, double limit,
                       std::vector<PassingPair>& pairs, std::vector<BodyContact>& contacts);
 
 }  // namespace quoin::solver

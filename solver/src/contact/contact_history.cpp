@@ -96,8 +96,8 @@ void set_crossed_edges(const Posed& a, const Posed& b, BodyContact& contact) {
   if (normal.norm() < kLeastCrossing || std::abs(along) < kLikeNormals * normal.norm()) return;
   if (along < 0.0) edge_a = -edge_a;
   contact.crossed = true;
-  contact.edge_a = a.pose.rotation.transpose() * edge_a;
-  contact.edge_b = b.pose.rotation.transpose() * edge_b;
+  contact.along_a = a.pose.rotation.transpose() * edge_a;
+  contact.along_b = b.pose.rotation.transpose() * edge_b;
 }
 
 BodyContact make_contact(const PosedBlocks& blocks, const ContactPoint& found, LastFace& last) {
@@ -121,7 +121,8 @@ BodyContact make_contact(const PosedBlocks& blocks, const ContactPoint& found, L
       point.key.feature_a.kind == FeatureKind::Face ||
       (point.key.feature_b.kind != FeatureKind::Face && a.model.kind >= BlockKind::Fixed);
   const Pose& owner = contact.normal_on_a ? a.pose : b.pose;
-  contact.normal_local = owner.rotation.transpose() * carried_normal(a, b, contact, last);
+  (contact.normal_on_a ? contact.along_a : contact.along_b) =
+      owner.rotation.transpose() * carried_normal(a, b, contact, last);
   set_crossed_edges(a, b, contact);
   contact.axis_is_y = !(std::abs(point.normal.x()) < 0.75);
   contact.joint = &joint_between(blocks.scene, contact.a, contact.b);
@@ -214,6 +215,11 @@ geometry::ContactPointList points_of(std::span<const Contact> contacts) {
           }};
 }
 
+/// By one of the blocks, at these poses.
+Vector3 turned_normal(const BodyContact& contact, const Pose& a, const Pose& b) {
+  return contact.normal_on_a ? a.rotation * contact.along_a : b.rotation * contact.along_b;
+}
+
 }  // namespace
 
 BodyContact make_body_contact(const PosedBlocks& blocks, const ContactPoint& found) {
@@ -221,7 +227,7 @@ BodyContact make_body_contact(const PosedBlocks& blocks, const ContactPoint& fou
   return make_contact(blocks, found, last);
 }
 
-void carry_over(const CarryOptions& options, const std::vector<ContactPoint>& found,
+void carry_over(const CarryOptions& options, std::span<const ContactPoint> found,
                 std::span<const Contact> before, std::vector<int>& previous,
                 std::vector<BodyContact>& contacts) {
   const PosedBlocks blocks{options.scene, options.models, options.poses};
@@ -248,11 +254,11 @@ void carry_over(const CarryOptions& options, const std::vector<ContactPoint>& fo
 ContactGeometry contact_geometry(const BodyContact& contact, const Pose& a, const Pose& b) {
   ContactGeometry result;
   if (contact.crossed) {
-    result.edge_a = a.rotation * contact.edge_a;
-    result.edge_b = b.rotation * contact.edge_b;
+    result.edge_a = a.rotation * contact.along_a;
+    result.edge_b = b.rotation * contact.along_b;
     result.normal = result.edge_a.cross(result.edge_b).normalized();
   } else {
-    result.normal = (contact.normal_on_a ? a : b).rotation * contact.normal_local;
+    result.normal = turned_normal(contact, a, b);
   }
   result.between = between(a, b);
   result.place_a = a.shape * contact.arm_a;
@@ -263,8 +269,8 @@ ContactGeometry contact_geometry(const BodyContact& contact, const Pose& a, cons
 }
 
 Vector3 contact_normal(const BodyContact& contact, const Pose& a, const Pose& b) {
-  if (!contact.crossed) return (contact.normal_on_a ? a : b).rotation * contact.normal_local;
-  const Vector3 edge_a = a.rotation * contact.edge_a, edge_b = b.rotation * contact.edge_b;
+  if (!contact.crossed) return turned_normal(contact, a, b);
+  const Vector3 edge_a = a.rotation * contact.along_a, edge_b = b.rotation * contact.along_b;
   return edge_a.cross(edge_b).normalized();
 }
 

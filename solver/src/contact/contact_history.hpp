@@ -11,23 +11,24 @@ namespace quoin::solver {
 /// A contact held by the bodies: material points and a normal that turns with one of them, so that
 /// gap and slip can be followed exactly through a step.
 struct BodyContact {
-  Contact state;                    ///< forces, mode, anchors; `point` as detected
-  int a = 0, b = 0;                 ///< blocks
+  Contact state;             ///< forces, mode, anchors; `point` as detected
+  int a = 0, b = 0;          ///< blocks
+  int joint_points = 1;      ///< contacts of the pair
+  bool normal_on_a = false;  ///< whose rotation carries the normal: the face's block
+  bool crossed = false;      ///< two edges: the normal is that of both
+  bool axis_is_y = false;    ///< axis()
+  bool was_closed = false;   ///< at the end of the last step
+  bool was_bonded = false;
+  bool laid = false;                ///< in this step
   Vector3 arm_a = Vector3::Zero();  ///< reference arms of the contact point, m
   Vector3 arm_b = Vector3::Zero();
-  bool normal_on_a = false;                 ///< whose rotation carries the normal: the face's block
-  Vector3 normal_local = Vector3::UnitX();  ///< in that block's turning frame
-  bool crossed = false;              ///< two edges: the normal is that of both, edge_a × edge_b
-  Vector3 edge_a = Vector3::Zero();  ///< in A's turning frame; signed so that the normal is A to B
-  Vector3 edge_b = Vector3::Zero();  ///< in B's turning frame
-  const Joint* joint = nullptr;      ///< of the scene
-  bool axis_is_y = false;            ///< axis()
-  int joint_points = 1;              ///< contacts of the pair
-  double joint_area = 0.0;           ///< of all contacts of the pair, m2
-  double opening = 0.0;              ///< gap at which it was closed at the start of the step, m
-  bool was_closed = false;           ///< at the end of the last step
-  bool was_bonded = false;
-  bool laid = false;  ///< in this step
+  /// What the normal is made from, in the turning frames of A and of B: where edges are crossed one
+  /// of each, signed so that along_a × along_b is from A to B; else the normal itself, in the frame
+  /// of the block that carries it.
+  Vector3 along_a = Vector3::Zero(), along_b = Vector3::Zero();
+  const Joint* joint = nullptr;  ///< of the scene
+  double joint_area = 0.0;       ///< of all contacts of the pair, m2
+  double opening = 0.0;          ///< gap at which it was closed at the start of the step, m
 
   /// Not along the normal: fixes the tangents of the step.
   Vector3 axis() const { return axis_is_y ? Vector3::UnitY() : Vector3::UnitX(); }
@@ -53,7 +54,7 @@ struct CarryOptions {
 /// (geometry::match_previous). Places in `found` are in the frames of the reference shapes
 /// (PointFrame::Bodies): arms, gaps and levers are as good wherever the blocks stand. `previous`:
 /// memory.
-void carry_over(const CarryOptions& options, const std::vector<geometry::ContactPoint>& found,
+void carry_over(const CarryOptions& options, std::span<const geometry::ContactPoint> found,
                 std::span<const Contact> before, std::vector<int>& previous,
                 std::vector<BodyContact>& contacts);
 

@@ -8,6 +8,7 @@
 #include "step/contact_search.hpp"
 #include "step/impact_law.hpp"
 #include "step/missed_contacts.hpp"
+#include "step/share_out.hpp"
 #include "step/side_by_side.hpp"
 #include "step/sorted_by_key.hpp"
 
@@ -121,28 +122,20 @@ void find_at_end(const StepRun& run, std::span<Island* const> islands) {
   const Reach reach(run.compiled, run.options, searched, moved, work.known_reaches);
   if (reach.is_new()) work.searched = Searched::AllBlocks;
   const bool all = work.searched == Searched::AllBlocks;
+  for (Island* island : islands) {
+    if (island->found.refers_to(work.found_end)) island->found.exchange(work.found_end);
+  }
+  if (all) work.found_end.reserve(work.found.size() + work.found.size() / 16);
   const geometry::FindCounts counts = find(run.compiled, searched, reach, moved, work.searched,
                                            work, all ? work.found_end : work.found_last);
   run.report.candidate_pairs += counts.candidates;
   run.report.searched_pairs += counts.searched;
-  work.owners.assign(work.islands.size(), nullptr);
-  for (Island* island : islands) {
-    island->found_end.clear();
-    island->reach_end = 0.0;
-    island->searched = work.search_epoch;
-    work.owners[index(work.island_of_block[index(island->own().front())])] = island;
-  }
+  list_owners(islands, work);
+  for (Island* island : islands) island->searched = work.search_epoch;
   if (!all) take_last(work);
-  if (work.islands.size() == 1) islands.front()->found_end.reserve(work.found_end.size());
-  work.islands_met = false;
-  for (const geometry::ContactPoint& point : work.found_end) {
-    const int i = island_of(point, work.island_of_block);
-    work.islands_met = work.islands_met || i < 0;
-    Island* island = i < 0 ? nullptr : work.owners[index(i)];
-    if (island == nullptr) continue;
-    island->found_end.push_back(point);
-    island->reach_end = std::max(island->reach_end, reach.of_pair(point.key.a, point.key.b));
-  }
+  work.islands_met = share_out(work, work.found_end, all ? Sharing::Referred : Sharing::Copied,
+                               &Island::found_end);
+  for (Island* island : islands) island->reach_end = largest_reach(reach, island->found_end);
 }
 
 /// Of the last round: contacts to be held, or not, in another one. True when there are any.

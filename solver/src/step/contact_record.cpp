@@ -27,8 +27,8 @@ Vector3 stretch_left(const Vector3& shear_force, const LinearContact& c) {
   return shear_force / c.shear_spring;
 }
 
-void record_contact(const LinearContact& c, const Vector3& moved, const StepPoses& poses,
-                    const BodyContact& contact, Contact& state) {
+void record_contact(const LinearContact& c, const StepPoses& poses, const BodyContact& contact,
+                    Contact& state) {
   const Pose &a = poses.end[index(contact.a)], &b = poses.end[index(contact.b)];
   const ContactGeometry now = contact_geometry(contact, a, b);
   const Vector3 before =
@@ -42,7 +42,7 @@ void record_contact(const LinearContact& c, const Vector3& moved, const StepPose
   state.point.point_b = a.centroid + now.place_b;
   state.point.normal = now.normal;
   state.point.gap = now.gap;
-  state.slip += slip_in_step(c, moved);
+  state.slip += slip_in_step(c, moved_by(poses, contact, c));
   if (contact.joint->softening_slip > 0.0 && state.slip >= contact.joint->softening_slip) {
     weaken(*contact.joint, state);
   }
@@ -62,7 +62,7 @@ void record(const SolvedStep& solved, const StepPoses& poses, std::vector<Contac
     const LinearContact& c = solved.linear[i];
     Contact& state = ended.emplace_back(solved.contacts[i].state);
     state.impact = is_hit(c.slot_a) || is_hit(c.slot_b);
-    record_contact(c, solved.moved[i], poses, solved.contacts[i], state);
+    record_contact(c, poses, solved.contacts[i], state);
   }
 }
 

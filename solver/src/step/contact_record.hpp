@@ -8,7 +8,6 @@ namespace quoin::solver {
 struct SolvedStep {
   std::span<const BodyContact> contacts;  ///< as they were at the start
   std::span<const LinearContact> linear;  ///< as solved, in their order; held points after them
-  std::span<const Vector3> moved;         ///< see set_moved()
   std::span<const char> hit;              ///< by slot
 };
 

@@ -100,6 +100,14 @@ double Reach::largest() const {
   return largest;
 }
 
+double largest_reach(const Reach& reach, std::span<const geometry::ContactPoint> points) {
+  double largest = 0.0;
+  for (const geometry::ContactPoint& point : points) {
+    largest = std::max(largest, reach.of_pair(point.key.a, point.key.b));
+  }
+  return largest;
+}
+
 std::vector<int> blocks_that_can_move(const CompiledScene& compiled) {
   std::vector<int> blocks = compiled.slots.block_of_slot;
   blocks.insert(blocks.end(), compiled.prescribed.begin(), compiled.prescribed.end());
@@ -154,6 +162,7 @@ void detect(const CompiledScene& compiled, const StepOptions& options, const Sta
   const std::vector<int> moved = blocks_that_can_move(compiled);
   find(compiled, searched, Reach(compiled, options, searched, moved, work.known_reaches), moved,
        Searched::AllBlocks, work, work.found);
+  work.found.shrink_to_fit();
 }
 
 }  // namespace quoin::solver

@@ -46,6 +46,9 @@ class Reach {
   bool new_ = false;
 };
 
+/// Of the pairs of these points, m; 0: there are none.
+double largest_reach(const Reach& reach, std::span<const geometry::ContactPoint> points);
+
 /// By themselves or by a motion.
 std::vector<int> blocks_that_can_move(const CompiledScene& compiled);
 

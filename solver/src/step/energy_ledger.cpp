@@ -56,9 +56,8 @@ void account_loads(const SubStep& step, const StepPoses& poses, StepEnergy& ener
   }
 }
 
-/// `moved`: J D.
 void account_contact(const BodyContact& contact, const LinearContact& c, const StepPoses& poses,
-                     const Vector3& moved, StepEnergy& energy) {
+                     StepEnergy& energy) {
   const Vector12 &move_a = poses.increment[index(contact.a)],
                  &move_b = poses.increment[index(contact.b)];
   const auto push = [&](int idle, int other, const ContactJacobian& jacobian,
@@ -74,7 +73,7 @@ void account_contact(const BodyContact& contact, const LinearContact& c, const S
     if (c.slot_a >= 0) energy.work_on[index(c.slot_a)] += c.force.dot(c.jacobian_a * move_a);
     if (c.slot_b >= 0) energy.work_on[index(c.slot_b)] += c.force.dot(c.jacobian_b * move_b);
   }
-  const ContactWork done = contact_work(c, moved);
+  const ContactWork done = contact_work(c, moved_by(poses, contact, c));
   energy.stored[index(c.slot_a >= 0 ? c.slot_a : c.slot_b)] += done.stored;
   energy.friction_work += done.heat;
   energy.contact_work += done.impulse;
@@ -103,13 +102,12 @@ Vector12 inertia_force(const BlockModel& model, const Vector12& increment, doubl
 }  // namespace
 
 void account(const SubStep& step, const StepPoses& poses, std::span<const BodyContact> contacts,
-             std::span<const LinearContact> linear, std::span<const Vector3> moved,
-             StepEnergy& energy) {
+             std::span<const LinearContact> linear, StepEnergy& energy) {
   energy.clear(step.island.slots.size.size());
   account_blocks(step, poses, energy);
   account_loads(step, poses, energy);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    account_contact(contacts[i], linear[i], poses, moved[i], energy);
+    account_contact(contacts[i], linear[i], poses, energy);
   }
   for (std::size_t h = 0; h < step.island.held.size(); ++h) {
     account_held(step.compiled.held[index(step.island.held[h])], linear[contacts.size() + h], poses,

@@ -26,11 +26,10 @@ struct StepEnergy {
   }
 };
 
-/// Work and losses of the solved positions. `linear`: contacts, then held points. `moved`: see
-/// set_moved(). `energy`: its memory is reused.
+/// Work and losses of the solved positions. `linear`: contacts, then held points. `energy`: its
+/// memory is reused.
 void account(const SubStep& step, const StepPoses& poses, std::span<const BodyContact> contacts,
-             std::span<const LinearContact> linear, std::span<const Vector3> moved,
-             StepEnergy& energy);
+             std::span<const LinearContact> linear, StepEnergy& energy);
 
 /// Static measure: the largest inertia force by the largest weight, load or contact force.
 double unbalance(const SubStep& step, const StepPoses& poses,

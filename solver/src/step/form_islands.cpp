@@ -7,6 +7,7 @@
 #include "step/contact_search.hpp"
 #include "step/island_extremes.hpp"
 #include "step/missed_contacts.hpp"
+#include "step/share_out.hpp"
 #include "step/sorted_by_key.hpp"
 
 namespace quoin::solver {
@@ -167,43 +168,17 @@ void start_islands(const StepRun& run, std::span<Island* const> islands) {
     island->found_before = island->found.size();
   }
   if (all_go_on) return;
-  for (Island* island : islands) {
-    island->found.clear();
-    island->history.clear();
-    island->reach = 0.0;
-  }
-  work.owners.assign(work.islands.size(), nullptr);
-  for (Island* island : islands) {
-    work.owners[index(work.island_of_block[index(island->own().front())])] = island;
-  }
-  const auto owner = [&](const geometry::ContactPoint& point) {
-    const int i = island_of(point, work.island_of_block);
-    return i >= 0 ? work.owners[index(i)] : nullptr;
-  };
   const double opening = largest_opening(run.compiled, run.state.contacts);
   KnownReaches& reaches = work.start_reaches;
   reaches.fall = -1.0;  // of all blocks, anew
   const Reach reach(run.compiled, run.options, {run.state.blocks, opening, run.state.time}, {},
                     reaches);
-  if (work.islands.size() == 1) {
-    islands.front()->found.reserve(work.found.size());
-    islands.front()->history.reserve(run.state.contacts.size());
-  }
-  bool between = false;  // a point of two islands
-  for (const geometry::ContactPoint& point : work.found) {
-    Island* island = owner(point);
-    between = between || island_of(point, work.island_of_block) < 0;
-    if (island == nullptr) continue;
-    island->found.push_back(point);
-    island->reach = std::max(island->reach, reach.of_pair(point.key.a, point.key.b));
-  }
-  bool parted = false;  // a contact of two islands now
-  for (const Contact& contact : run.state.contacts) {
-    Island* island = owner(contact.point);
-    if (island != nullptr) island->history.push_back(contact);
-    parted = parted || island_of(contact.point, work.island_of_block) < 0;
-  }
+  list_owners(islands, work);
+  const bool between = share_out(work, work.found, Sharing::Referred, &Island::found);
+  // Contacts of two islands now.
+  const bool parted = share_out(work, run.state.contacts, Sharing::Referred, &Island::history);
   for (Island* island : islands) {
+    island->reach = largest_reach(reach, island->found);
     island->contacts_before = parted ? kNotKnown : island->history.size();
     island->found_before = between ? kNotKnown : island->found.size();
   }
@@ -219,12 +194,29 @@ void replace_awake(const StepRun& run, std::span<const Contact> added,
   merge(added, contacts);
 }
 
+namespace {
+
+/// What the scene's only island has become is the scene's: nothing is copied, and the memory of
+/// what was is the next attempt's.
+void exchange_contacts(Island& island, std::vector<Contact>& contacts) {
+  if (island.history.refers_to(contacts)) return;  // no sub-step was taken
+  island.history.exchange(contacts);
+  island.history.exchange(island.attempt.contacts);
+  island.attempt.contacts.clear();
+  island.history.refer_to(contacts);
+}
+
+}  // namespace
+
 void take_contacts(const StepRun& run, std::vector<Contact>& contacts) {
   Workspace& work = run.work;
   const auto stay = [&](const Island* island) {
     return island->history.size() == island->contacts_before &&
            renew(std::span<const Contact>(island->history), contacts);
   };
+  if (work.islands.size() == 1 && work.awake.size() == 1) {
+    return exchange_contacts(*work.awake.front(), contacts);
+  }
   if (std::ranges::all_of(work.awake, stay)) return;
   if (work.awake.size() == 1) return replace_awake(run, work.awake.front()->history, contacts);
   std::vector<Contact>& taken = work.taken;

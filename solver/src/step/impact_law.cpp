@@ -192,6 +192,7 @@ void set_contacts(const ImpactStep& at, std::span<const BodyContact> contacts, A
   std::vector<LinearContact>& linear = attempt.linear;
   std::size_t count = 0;
   problem.starts.clear();
+  problem.starts.reserve(linear.size());
   const auto take = [&](std::size_t i) -> LinearContact& {
     if (i != count) std::swap(linear[count], linear[i]);
     return linear[count++];

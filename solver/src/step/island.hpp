@@ -30,6 +30,39 @@ struct EnergySums {
   double kinetic = 0.0, strain = 0.0, contact = 0.0;
 };
 
+/// Contacts or contact points of an island: a list of its own, or the scene's where all of that is
+/// the island's.
+template <class Item>
+class IslandList {
+ public:
+  void clear() {
+    own_.clear();
+    items_ = own_;
+  }
+  void push_back(const Item& item) {
+    own_.push_back(item);
+    items_ = own_;
+  }
+  /// Reads `scene`, which must stay as it is meanwhile.
+  void refer_to(std::span<const Item> scene) { items_ = scene; }
+  bool refers_to(std::span<const Item> scene) const {
+    return !scene.empty() && items_.data() == scene.data();
+  }
+  /// `list` is its own from here on; the memory of the one that it had is handed back.
+  void exchange(std::vector<Item>& list) {
+    own_.swap(list);
+    items_ = own_;
+  }
+
+  std::size_t size() const { return items_.size(); }
+  auto begin() const { return items_.begin(); }
+  auto end() const { return items_.end(); }
+
+ private:
+  std::vector<Item> own_;
+  std::span<const Item> items_;
+};
+
 struct Island {
   Island(IslandBlocks island_blocks, StepWatch* watch)
       : blocks(std::move(island_blocks)), memory(blocks.slots, watch) {}
@@ -41,21 +74,21 @@ struct Island {
   bool begun = false;    ///< its step, or it has none to take
   bool at_rest = false;  ///< nothing moved in the last step and no load changes: no need to try
 
-  double time = 0.0;                          ///< where it stands, s
-  double done = 0.0;                          ///< of the step, s
-  double length = 0.0;                        ///< of the next attempt, s
-  bool parted = false;                        ///< this step, before an impact
-  double length_after = 0.0;                  ///< of the attempt after that part, s; 0: no part
-  std::vector<geometry::ContactPoint> found;  ///< where it stands
-  double reach = 0.0;                         ///< the largest reach of a pair there, m
-  std::vector<Contact> history;               ///< as the last accepted sub-step left them
-  std::size_t contacts_before = 0;            ///< of the state, when the step began
-  std::size_t found_before = 0;               ///< likewise: points found
-  std::vector<BodyContact> contacts;          ///< that the attempt holds
-  std::vector<int> previous;                  ///< memory of carry_over()
-  std::vector<PassingPair> passing;           ///< pairs that the attempt leaves out
+  double time = 0.0;                         ///< where it stands, s
+  double done = 0.0;                         ///< of the step, s
+  double length = 0.0;                       ///< of the next attempt, s
+  bool parted = false;                       ///< this step, before an impact
+  double length_after = 0.0;                 ///< of the attempt after that part, s; 0: no part
+  IslandList<geometry::ContactPoint> found;  ///< where it stands
+  double reach = 0.0;                        ///< the largest reach of a pair there, m
+  IslandList<Contact> history;               ///< as the last accepted sub-step left them
+  std::size_t contacts_before = 0;           ///< of the state, when the step began
+  std::size_t found_before = 0;              ///< likewise: points found
+  std::vector<BodyContact> contacts;         ///< that the attempt holds
+  std::vector<int> previous;                 ///< memory of carry_over()
+  std::vector<PassingPair> passing;          ///< pairs that the attempt leaves out
 
-  std::vector<geometry::ContactPoint> found_end;  ///< at the end of the attempt
+  IslandList<geometry::ContactPoint> found_end;   ///< at the end of the attempt
   double reach_end = 0.0;                         ///< likewise
   std::optional<geometry::ContactPoint> missing;  ///< one of found_end that no attempt held
   bool solved = false;                            ///< the attempt, with all contacts

@@ -4,6 +4,7 @@
 
 #include "index.hpp"
 #include "step/contact_search.hpp"
+#include "step/share_out.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -22,22 +23,13 @@ void note_blocks(const CompiledScene& compiled, const State& state, std::span<co
 
 /// The points and contacts of islands that are at rest and not known, from those of the scene.
 void share_out(const State& state, Workspace& work) {
-  const auto owner = [&](const geometry::ContactPoint& point) {
-    const int i = island_of(point, work.island_of_block);
-    Island* island = i < 0 ? nullptr : work.islands[index(i)].get();
-    return island != nullptr && island->at_rest && !is_known(work, *island) ? island : nullptr;
-  };
-  for (const auto& island : work.islands) {
-    if (!island->at_rest || is_known(work, *island)) continue;
-    island->found.clear();
-    island->history.clear();
+  work.owners.assign(work.islands.size(), nullptr);
+  for (std::size_t i = 0; i < work.islands.size(); ++i) {
+    Island& island = *work.islands[i];
+    if (island.at_rest && !is_known(work, island)) work.owners[i] = &island;
   }
-  for (const geometry::ContactPoint& point : work.found) {
-    if (Island* island = owner(point)) island->found.push_back(point);
-  }
-  for (const Contact& contact : state.contacts) {
-    if (Island* island = owner(contact.point)) island->history.push_back(contact);
-  }
+  solver::share_out(work, work.found, Sharing::Referred, &Island::found);
+  solver::share_out(work, state.contacts, Sharing::Referred, &Island::history);
 }
 
 }  // namespace

@@ -204,12 +204,12 @@ void follow_slip(const BodyContact& contact, LinearContact& c) {
   c.cohesion = mean.cohesion * contact.state.point.area;
 }
 
+}  // namespace
+
 Vector3 moved_by(const StepPoses& poses, const BodyContact& contact, const LinearContact& c) {
   return c.jacobian_a * poses.increment[index(contact.a)] +
          c.jacobian_b * poses.increment[index(contact.b)];
 }
-
-}  // namespace
 
 double contact_spring(const CompiledScene& compiled, const StepOptions& options) {
   if (options.method == ContactMethod::AugmentedLagrangian) return 0.0;
@@ -298,14 +298,6 @@ void measure_slips(const StepPoses& poses, std::span<const BodyContact> contacts
     const bool opened = c.mode == ContactMode::Open && (contact.was_closed || c.start[0] <= 0.0);
     c.slip = opened ? (c.relative.tail<2>() - c.start.tail<2>()).norm()
                     : slip_in_step(c, moved_by(poses, contact, c));
-  }
-}
-
-void set_moved(const StepPoses& poses, std::span<const BodyContact> contacts,
-               std::span<const LinearContact> linear, std::vector<Vector3>& moved) {
-  moved.resize(contacts.size());
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    moved[i] = moved_by(poses, contacts[i], linear[i]);
   }
 }
 

@@ -29,9 +29,8 @@ void linearise(const SubStep& step, const BlockTerms& terms, const StepPoses& po
 void measure_slips(const StepPoses& poses, std::span<const BodyContact> contacts,
                    std::span<LinearContact> linear);
 
-/// J D of each contact's two blocks, wherever they have unknowns or not.
-void set_moved(const StepPoses& poses, std::span<const BodyContact> contacts,
-               std::span<const LinearContact> linear, std::vector<Vector3>& moved);
+/// J D of the contact's two blocks, wherever they have unknowns or not.
+Vector3 moved_by(const StepPoses& poses, const BodyContact& contact, const LinearContact& c);
 
 /// The largest LinearContact::rounding, m.
 double gap_rounding(std::span<const LinearContact> contacts);

@@ -21,7 +21,7 @@ using Pair = std::pair<int, int>;
 
 /// As a body holds it at the end, where blocks have met that were not laid.
 BodyContact missed_contact(const CompiledScene& compiled, std::span<const Pose> end,
-                           const std::vector<geometry::ContactPoint>& found,
+                           std::span<const geometry::ContactPoint> found,
                            const geometry::ContactPoint& point) {
   BodyContact added = make_body_contact({compiled.scene, compiled.models, end}, point);
   added.state.failed = true;

@@ -10,11 +10,15 @@
 
 namespace quoin::solver {
 
-inline const geometry::ContactKey& key_of(const Contact& contact) { return contact.point.key; }
-inline const geometry::ContactKey& key_of(const geometry::ContactPoint& point) { return point.key; }
+inline const geometry::ContactPoint& point_of(const Contact& contact) { return contact.point; }
+inline const geometry::ContactPoint& point_of(const geometry::ContactPoint& point) { return point; }
+template <class Item>
+const geometry::ContactKey& key_of(const Item& item) {
+  return point_of(item).key;
+}
 
 inline std::span<const geometry::ContactPoint> points_of_pair(
-    const std::vector<geometry::ContactPoint>& points, int a, int b) {
+    std::span<const geometry::ContactPoint> points, int a, int b) {
   const auto pair = [](const geometry::ContactPoint& p) { return std::pair(p.key.a, p.key.b); };
   const auto range = std::ranges::equal_range(points, std::pair(a, b), {}, pair);
   return {range.begin(), range.end()};

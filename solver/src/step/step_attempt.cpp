@@ -281,8 +281,7 @@ void attempt_positions(const SubStep& step, const LastSubStep& last,
                            kOpened * step.gap_tolerance()));
   memory.clock.charge(&PhaseSeconds::assemble);
   attempt.solved = total;
-  set_moved(poses, contacts, attempt.linear, memory.moved);
-  account(step, poses, contacts, attempt.linear, memory.moved, attempt.energy);
+  account(step, poses, contacts, attempt.linear, attempt.energy);
   attempt.unbalance = unbalance(step, poses, attempt.linear);
   attempt.stiffest_omega_dt = stiffest_omega_dt(attempt.linear, memory.terms.compliance);
   attempt.displacement = largest_displacement(step, poses);
@@ -297,7 +296,7 @@ void attempt_positions(const SubStep& step, const LastSubStep& last,
   find_hit_blocks(step, contacts, attempt.linear, Impacts::Solved, attempt.hit);
   attempt.rounding = gap_rounding(attempt.linear);
   note_positions(attempt);
-  record({contacts, attempt.linear, memory.moved, attempt.hit}, poses, attempt.contacts);
+  record({contacts, attempt.linear, attempt.hit}, poses, attempt.contacts);
 }
 
 }  // namespace quoin::solver

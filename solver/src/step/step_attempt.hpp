@@ -53,7 +53,6 @@ struct AttemptMemory {
   BlockVector increment;                 ///< by slot
   BlockVector followed, pushed;          ///< likewise, where blocks follow forces that are held
   std::vector<LinearContact> following;  ///< of these blocks
-  std::vector<Vector3> moved;            ///< by contact
   std::vector<char> expected_hit;        ///< by slot
   ImpactMemory impact;
   ContactSolver solver;

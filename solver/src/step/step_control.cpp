@@ -177,7 +177,7 @@ void accept(const StepRun& run, Island& island, double growth) {
   if (island.length_after > 0.0) island.length = std::exchange(island.length_after, 0.0);
   island.memory.solver.move_on();
   ++island.count.sub_steps;
-  std::swap(island.history, island.attempt.contacts);
+  island.history.exchange(island.attempt.contacts);
   std::swap(island.found, island.found_end);
   island.reach = island.reach_end;
 }

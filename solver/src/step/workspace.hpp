@@ -75,7 +75,7 @@ struct Workspace : StepMemory {
   JoinedGroups joined;                       ///< blocks, by contacts of this step
   JoinedGroups joined_slots;                 ///< memory of form_islands()
   std::vector<int> next_island_of_block;     ///< memory of form_islands()
-  std::vector<Island*> owners;               ///< memory of start_islands(), by island
+  std::vector<Island*> owners;               ///< memory of share_out(), by island
   std::vector<int> changed;                  ///< blocks that the last step has moved
   bool all_changed = true;                   ///< or all, where the state was set from outside
   std::vector<Contact> taken;                ///< memory of take_contacts()

@@ -26,12 +26,12 @@ enum class ContactMode : std::uint8_t { Open, Stick, Slip };
 struct Contact {
   geometry::ContactPoint point;  ///< relative to State::origin, at the end of the step
   ContactMode mode = ContactMode::Open;
-  double normal_force = 0.0;              ///< N, compression positive
-  Vector3 shear_force = Vector3::Zero();  ///< on A, N, in the contact plane
   bool impact = false;                    ///< its force stands for the impulse of an impact
-  double slip = 0.0;                      ///< accumulated sliding length, m
   bool failed = false;                    ///< the joint's strength is at its residual values here
   bool bonded = false;                    ///< bears tension: as laid, and not parted
+  double normal_force = 0.0;              ///< N, compression positive
+  Vector3 shear_force = Vector3::Zero();  ///< on A, N, in the contact plane
+  double slip = 0.0;                      ///< accumulated sliding length, m
   double laid_gap = 0.0;                  ///< gap that the bond was laid with, m
   double spring_area = 0.0;               ///< that the joint's stiffness acts on, m2
   Vector3 anchor_a = Vector3::Zero();     ///< reference arms of the stuck point on A and on B, m:
