@@ -24,14 +24,18 @@ class PairStiffness {
   PairStiffness(BlockSystem& system, std::size_t first, std::size_t end)
       : system_(&system), first_(static_cast<int>(first)), end_(static_cast<int>(end)) {}
 
-  bool owns(int slot) const { return slot >= first_ && slot < end_; }
-
-  /// Of a contact of which it owns a slot. `tangent`: T.
-  template <class Rows>
-  void add(const LinearContact& c, const Rows& rows, const Matrix3& tangent) {
-    const bool same = count_ > 0 && c.slot_a == of_.a && c.slot_b == of_.b;
-    if (!same || count_ == kMost) flush();
+  /// To be asked of each contact that adds anything, in their order, whatever the range: so that
+  /// the same ones are added together. False: none of its slots is owned.
+  bool next(const LinearContact& c) {
+    if (c.slot_a != of_.a || c.slot_b != of_.b) flush();
     of_ = {c.slot_a, c.slot_b, c.pair};
+    return owns(of_.a) || owns(of_.b);
+  }
+
+  /// The contact that next() was asked of. `tangent`: T.
+  template <class Rows>
+  void add(const Rows& rows, const Matrix3& tangent) {
+    if (count_ == kMost) flush();
     Eigen::Map<ContactRows<n>> own(rows_.data() + count_ * kNumbers),
         pushed(pushed_.data() + count_ * kNumbers);
     own = rows;
@@ -62,6 +66,8 @@ class PairStiffness {
  private:
   static constexpr int kMost = 8;  // contacts of a product: those of two faces with eight corners
   static constexpr int kNumbers = 6 * n;
+
+  bool owns(int slot) const { return slot >= first_ && slot < end_; }
 
   ConstPart<n> part(int row, int column) const {
     return ConstPart<n>(sum_.data() + n * (row + column * 2 * n), Eigen::OuterStride<>(2 * n));

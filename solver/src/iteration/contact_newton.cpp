@@ -136,12 +136,11 @@ void ContactNewton::add_contacts(std::size_t first, std::size_t end) {
   const auto is_read = [&](int slot) { return slot >= 0 && rows_read_[index(slot)] != 0; };
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     const LinearContact& c = contacts_[i];
-    const bool owned = stiffness.owns(c.slot_a) || stiffness.owns(c.slot_b);
-    if (c.mode == ContactMode::Open || !owned) continue;
+    if (c.mode == ContactMode::Open || !stiffness.next(c)) continue;
     if (!rows_read_.empty() && !is_read(c.slot_a) && !is_read(c.slot_b)) continue;
     ContactRows<n> rows;
     rows << c.jacobian_a.columns<n>(), c.jacobian_b.columns<n>();
-    stiffness.add(c, rows, tangent_[i]);
+    stiffness.add(rows, tangent_[i]);
   }
   stiffness.flush();
 }

@@ -329,7 +329,7 @@ bool Multifrontal::eliminate_symmetric(std::size_t node, const Parts& parts) {
   const Front& front = fronts_[node];
   const Columns& columns = parts.columns;
   for (int at = 0; at < front.own; at += kPanel) {
-    look();
+    if (at > 0) look();
     double reciprocals[kPanel];
     const Columns corner = columns.block(at, at, kPanel, kPanel);
     if (!factor_symmetric(corner, reciprocals)) return false;
@@ -354,7 +354,7 @@ bool Multifrontal::eliminate_general(std::size_t node, const Parts& parts) {
   const Columns square = columns.block(0, 0, front.own, front.own);
   int* exchanges = exchanges_.data() + front.first;
   for (int at = 0; at < front.own; at += kPanel) {
-    look();
+    if (at > 0) look();
     double reciprocals[kPanel];
     if (!factor_general(square, at, reciprocals, exchanges)) return false;
     const Columns corner = square.block(at, at, kPanel, kPanel);
@@ -374,7 +374,7 @@ bool Multifrontal::eliminate_general(std::size_t node, const Parts& parts) {
     std::swap_ranges(one, one + rows.rows, other);
   }
   for (int at = 0; at < front.own; at += kPanel) {
-    look();
+    if (at > 0) look();
     const Columns panel = rows.block(0, at, front.below, kPanel);
     subtract_product(rows.block(0, 0, front.below, at), transposed(square.block(at, 0, kPanel, at)),
                      Triangle::Both, panel);

@@ -48,14 +48,9 @@ void ConeProblem::set(const BlockSystem& base, const BlockVector& force,
   contacts_ = contacts;
   const std::size_t blocks = force.size();
   compliance_.assign(blocks, Matrix12::Zero());
-  free_.resize(blocks);
+  free_ = force;
   threads_.each(blocks, [&](std::size_t s) {
-    const int n = slots_->size[s];
-    const auto block = base.diagonal[s].topLeftCorner(n, n);
-    compliance_[s].topLeftCorner(n, n) = block.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
-    Vector12 left = force[s];
-    left.head(n) -= block * guess[s].head(n);
-    free_[s] = compliance_[s] * left;
+    slots_->size[s] == 6 ? set_block<6>(s, guess[s]) : set_block<12>(s, guess[s]);
   });
   cones_.assign(contacts.size(), {});
   rows_.assign(6 * index(slots_->width()) * contacts.size(), 0.0);
@@ -71,6 +66,16 @@ void ConeProblem::set(const BlockSystem& base, const BlockVector& force,
     if (c.slot_b >= 0) cones_[i].offset += c.jacobian_b * guess[index(c.slot_b)];
     slots_->rigid() ? set_contact<6>(i) : set_contact<12>(i);
   });
+}
+
+/// `n`: the unknowns of the block.
+template <int n>
+void ConeProblem::set_block(std::size_t s, const Vector12& guess) {
+  using Square = Eigen::Matrix<double, n, n>;
+  const Square block = base_->diagonal.part<n>(s);
+  compliance_[s].topLeftCorner<n, n>() = block.ldlt().solve(Square::Identity());
+  free_[s].head<n>() -= block * guess.head<n>();
+  free_[s] = compliance_[s] * free_[s];
 }
 
 template <int n>
@@ -213,9 +218,8 @@ void ConeProblem::assemble_in(std::span<const Matrix3> tangents) {
   threads_.ranges(free_.size(), [&](std::size_t first, std::size_t end) {
     PairStiffness<n> stiffness(system_, first, end);
     for (std::size_t i = 0; i < tangents.size(); ++i) {
-      const LinearContact& c = contacts_[i];
-      if (!stiffness.owns(c.slot_a) && !stiffness.owns(c.slot_b)) continue;
-      if (!tangents[i].isZero(0.0)) stiffness.add(c, rows_of<n>(rows_, i), tangents[i]);
+      if (tangents[i].isZero(0.0) || !stiffness.next(contacts_[i])) continue;
+      stiffness.add(rows_of<n>(rows_, i), tangents[i]);
     }
     stiffness.flush();
   });

@@ -75,6 +75,8 @@ class ConeProblem {
     double relaxation = 1.0;             ///< 1 / its largest eigenvalue
   };
   template <int n>
+  void set_block(std::size_t s, const Vector12& guess);
+  template <int n>
   void set_contact(std::size_t i);
   template <int n>
   void respond_in(std::span<const Vector3> x, std::span<Vector3> motion);
