@@ -1,12 +1,13 @@
 #include "front_kernels.hpp"
 
+#include <algorithm>
 #include <cstring>
 
 namespace quoin::solver {
 namespace {
 
-/// The kernels with vectors of kLanes, rows of the tallest tile: kLanes × kVectors. What is left of
-/// the rows goes through lower tiles, down to vectors of one.
+/// The kernels with vectors of kLanes; a tile has kLanes × kVectors rows. What is left of the rows
+/// goes through lower tiles, down to vectors of one.
 template <int kLanes, int kVectors>
 struct Tiles {
   typedef double Lanes __attribute__((vector_size(kLanes * sizeof(double)), aligned(8)));
@@ -47,12 +48,12 @@ struct Tiles {
                                                     Triangle triangle, const Columns& c) {
     int i = first;
     for (; i + kRows <= c.rows; i += kRows) {
-      const int end =
-          triangle == Triangle::Lower && i + kRows < c.columns ? i + kRows : c.columns;
+      const int whole = (i + kRows + kPanel - 1) / kPanel * kPanel;  // panels down to the diagonal
+      const int end = triangle == Triangle::Lower ? std::min(c.columns, whole) : c.columns;
       int j = 0;
       for (; j + kPanel <= end; j += kPanel) {
-        subtract<kPanel>(a.data + i, a.stride, {b.data + j * b.across, b.down, b.across},
-                         a.columns, c.data + i + j * c.stride, c.stride);
+        subtract<kPanel>(a.data + i, a.stride, {b.data + j * b.across, b.down, b.across}, a.columns,
+                         c.data + i + j * c.stride, c.stride);
       }
       for (; j < end; ++j) {
         subtract<1>(a.data + i, a.stride, {b.data + j * b.across, b.down, b.across}, a.columns,

@@ -1,6 +1,6 @@
 #pragma once
-/// The dense arithmetic of an elimination. Every entry takes its products one after the other, so that vectors of
-/// any width give the same bits. All matrices are stored by columns.
+/// The dense arithmetic of an elimination. Every entry takes its products one after the other, so
+/// that vectors of any width give the same bits. All matrices are stored by columns.
 
 namespace quoin::solver {
 

@@ -40,8 +40,8 @@ class PairStiffness {
         pushed(pushed_.data() + count_ * kNumbers);
     own = rows;
     for (int k = 0; k < 3; ++k) {
-      pushed.row(k) = -(tangent(k, 0) * own.row(0) + tangent(k, 1) * own.row(1) +
-                        tangent(k, 2) * own.row(2));
+      pushed.row(k) =
+          -(tangent(k, 0) * own.row(0) + tangent(k, 1) * own.row(1) + tangent(k, 2) * own.row(2));
     }
     ++count_;
   }

@@ -96,7 +96,7 @@ class Multifrontal {
   std::vector<double> factor_, stack_;  // stack_: rests that wait for their parent
   std::vector<double> columns_;         // of the present front, where L is not kept
   std::vector<int> exchanges_;          // of each place in the elimination, the row it changed with
-  Eigen::VectorXd pivots_;  // by elimination
+  Eigen::VectorXd pivots_;              // by elimination
   Eigen::VectorXd vector_, below_;
 };
 
