@@ -103,8 +103,8 @@ void ConeProblem::set_contact(std::size_t i) {
   cone.offset.array() *= cone.scale * share.array();
   cone.unmended.array() *= cone.scale * share.array();
   cone.unmoved.array() *= cone.scale * share.array();
-  Eigen::SelfAdjointEigenSolver<Matrix3> eigen;
-  eigen.computeDirect(cone.delassus, Eigen::EigenvaluesOnly);
+  // Not computeDirect(): atan2 and cos of libm have other bits on other processors.
+  const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(cone.delassus, Eigen::EigenvaluesOnly);
   cone.relaxation = 1.0 / eigen.eigenvalues()[2];
 }
 
