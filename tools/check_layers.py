@@ -38,7 +38,7 @@ CHAINS = {
                  ["contact_point"], ["contact_finder"]],
     "solver": [["scene", "state", "displacement"], ["block_system", "block_terms", "linear_contact"],
                ["joint_law"], ["contact_history"], ["contact_jacobian", "joint_failure"],
-               ["elimination", "subtract_product"], ["block_rows", "multifrontal"],
+               ["elimination", "front_kernels"], ["block_rows", "multifrontal", "pair_stiffness"],
                ["aggregation"], ["rigid_multigrid"], ["krylov"], ["linear_solver"],
                ["open_close", "cone"], ["cone_problem"], ["proximal_newton"], ["moving_contacts"],
                ["advance"], ["simulation"]],

@@ -7,6 +7,7 @@
 
 #include "contact/joint_law.hpp"
 #include "index.hpp"
+#include "pair_stiffness.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -127,41 +128,21 @@ void ContactNewton::assemble() {
   });
 }
 
-/// To the diagonal blocks of slots from `first` on, up to `end`, and to the pairs of which they are
-/// the first. Every range goes through all contacts, so that a block sums them in their order.
+/// Every range of slots goes through all contacts, so that a block sums them in their order.
 /// `n`: the unknowns of each block, at most.
 template <int n>
 void ContactNewton::add_contacts(std::size_t first, std::size_t end) {
-  const auto owns = [&](int slot) {
-    return slot >= static_cast<int>(first) && slot < static_cast<int>(end);
-  };
+  PairStiffness<n> stiffness(system_, first, end);
   const auto is_read = [&](int slot) { return slot >= 0 && rows_read_[index(slot)] != 0; };
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     const LinearContact& c = contacts_[i];
-    if (c.mode == ContactMode::Open || !(owns(c.slot_a) || owns(c.slot_b))) continue;
+    if (c.mode == ContactMode::Open || !stiffness.next(c)) continue;
     if (!rows_read_.empty() && !is_read(c.slot_a) && !is_read(c.slot_b)) continue;
-    const bool pair = c.pair >= 0 && owns(std::min(c.slot_a, c.slot_b));
-    add_contact<n>(c, tangent_[i], {owns(c.slot_a), owns(c.slot_b), pair});
+    ContactRows<n> rows;
+    rows << c.jacobian_a.columns<n>(), c.jacobian_b.columns<n>();
+    stiffness.add(rows, tangent_[i]);
   }
-}
-
-template <int n>
-void ContactNewton::add_contact(const LinearContact& c, const Matrix3& tangent, Share share) {
-  using Jacobian = Eigen::Matrix<double, 3, n>;
-  const Jacobian a = c.jacobian_a.columns<n>(), b = c.jacobian_b.columns<n>();
-  const Jacobian stiff_a = tangent * a, stiff_b = tangent * b;
-  const auto add = [](const Jacobian& left, const Jacobian& right, Part<n> block) {
-    block.noalias() += left.transpose() * right;
-  };
-  if (share.a) add(a, stiff_a, system_.diagonal.part<n>(index(c.slot_a)));
-  if (share.b) add(b, stiff_b, system_.diagonal.part<n>(index(c.slot_b)));
-  if (!share.pair) return;
-  const Part<n> upper = system_.off_diagonal.part<n>(index(c.pair));
-  const bool ascending = c.slot_a < c.slot_b;
-  ascending ? add(a, stiff_b, upper) : add(b, stiff_a, upper);
-  if (system_.symmetric) return;
-  const Part<n> lower = system_.mirrored.part<n>(index(c.pair));
-  ascending ? add(b, stiff_a, lower) : add(a, stiff_b, lower);
+  stiffness.flush();
 }
 
 bool ContactNewton::step(Law law, double softness, NewtonCount& count) {

@@ -68,14 +68,8 @@ class ContactNewton {
   void adapt_damping();
   bool same_tangent(Law law, double softness);
   void assemble();
-  /// Which blocks of the matrix a contact is added to.
-  struct Share {
-    bool a, b, pair;
-  };
   template <int n>
   void add_contacts(std::size_t first, std::size_t end);
-  template <int n>
-  void add_contact(const LinearContact& contact, const Matrix3& tangent, Share share);
   void move(Law law, double softness, double share);
   void search_slope(Law law, double softness);
   void search_residual(Law law, double softness);

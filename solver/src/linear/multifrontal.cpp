@@ -1,8 +1,7 @@
 #include "linear/multifrontal.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
 
 #include "index.hpp"
 
@@ -23,14 +22,95 @@ void make_room(std::size_t size, std::vector<double>& list) {
   list.resize(size);
 }
 
-constexpr int kPanel = 32;  // unknowns of a triangular solve at a time; what is left are products
+/// Sizes are multiples of this: a block has 6 or 12 unknowns.
+constexpr int kNode = 6;
+static_assert(kNode == kPanel);
 
-Strided view(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
-  return {matrix.data(), 1, matrix.outerStride()};
+using Factor = Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
+
+/// Whose columns stand one after the other.
+void set_zero(const Columns& matrix) {
+  std::fill_n(matrix.data, matrix.stride * matrix.columns, 0.0);
 }
 
-Strided transposed(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
-  return {matrix.data(), matrix.outerStride(), 1};
+/// The leading part of a block of the system.
+void copy(const SquareBlocks::ConstBlock& block, const Columns& to) {
+  for (int j = 0; j < to.columns; ++j) {
+    const double* from = block.data() + j * block.outerStride();
+    std::copy_n(from, to.rows, to.data + j * to.stride);
+  }
+}
+
+void copy_transposed(const SquareBlocks::ConstBlock& block, const Columns& to) {
+  for (int j = 0; j < to.columns; ++j) {
+    for (int i = 0; i < to.rows; ++i) to.data[i + j * to.stride] = block(j, i);
+  }
+}
+
+void add(const double* from, long stride, const Columns& to) {
+  for (int j = 0; j < to.columns; ++j) {
+    const double* source = from + j * stride;
+    double* sum = to.data + j * to.stride;
+    for (int i = 0; i < to.rows; i += kNode) {
+      for (int k = i; k < i + kNode; ++k) sum[k] += source[k];
+    }
+  }
+}
+
+void add_transposed(const double* from, long stride, const Columns& to) {
+  for (int j = 0; j < to.columns; ++j) {
+    for (int i = 0; i < to.rows; ++i) to.data[i + j * to.stride] += from[j + i * stride];
+  }
+}
+
+/// L U of columns of a square matrix from `at` on, with exchanges of its rows. False: singular.
+bool factor_general(const Columns& square, int at, double* reciprocals, int* exchanges) {
+  for (int k = at; k < at + kPanel; ++k) {
+    double* column = square.data + k * square.stride;
+    int best = k;
+    for (int i = k + 1; i < square.rows; ++i) {
+      if (std::abs(column[i]) > std::abs(column[best])) best = i;
+    }
+    if (!(std::abs(column[best]) > 0.0)) return false;
+    exchanges[k] = best;
+    for (int j = 0; best != k && j < square.columns; ++j) {
+      std::swap(square.data[k + j * square.stride], square.data[best + j * square.stride]);
+    }
+    const double reciprocal = reciprocals[k - at] = 1.0 / column[k];
+    for (int i = k + 1; i < square.rows; ++i) column[i] *= reciprocal;
+    for (int j = k + 1; j < at + kPanel; ++j) {
+      double* next = square.data + j * square.stride;
+      for (int i = k + 1; i < square.rows; ++i) next[i] -= column[i] * next[k];
+    }
+  }
+  return true;
+}
+
+/// L L^T of kPanel columns. False: not positive definite.
+bool factor_symmetric(const Columns& square, double* reciprocals) {
+  for (int k = 0; k < kPanel; ++k) {
+    double* column = square.data + k * square.stride;
+    if (!(column[k] > 0.0)) return false;
+    column[k] = std::sqrt(column[k]);
+    reciprocals[k] = 1.0 / column[k];
+    for (int i = k + 1; i < kPanel; ++i) column[i] *= reciprocals[k];
+    for (int j = k + 1; j < kPanel; ++j) {
+      double* next = square.data + j * square.stride;
+      for (int i = j; i < kPanel; ++i) next[i] -= column[i] * column[j];
+    }
+  }
+  return true;
+}
+
+/// L x = x with L unit lower triangular.
+void solve_unit_lower(const Columns& lower, const Columns& x) {
+  for (int j = 0; j < x.columns; ++j) {
+    double* column = x.data + j * x.stride;
+    for (int k = 0; k < lower.columns; ++k) {
+      const double* factor = lower.data + k * lower.stride;
+      for (int i = k + 1; i < lower.rows; ++i) column[i] -= factor[i] * column[k];
+    }
+  }
 }
 
 }  // namespace
@@ -95,7 +175,7 @@ void Multifrontal::place_factors() {
   make_room(columns, columns_);
   make_room(most, stack_);
   pivots_.resize(slots_->unknowns());
-  exchanges_.resize(fronts_.size());
+  exchanges_.resize(index(slots_->unknowns()));
   vector_.resize(slots_->unknowns());
 }
 
@@ -108,11 +188,11 @@ void Multifrontal::release() {
 }
 
 Multifrontal::Parts Multifrontal::parts(const Front& front, double* rest) {
-  const int rows = symmetric_ ? 0 : front.own;
+  const int own = front.own, below = front.below;
   double* columns = keeps_lower_ ? factor_.data() + front.columns : columns_.data();
-  return {Matrix(columns, front.own + front.below, front.own),
-          Matrix(factor_.data() + front.rows, rows, front.below),
-          Matrix(rest, front.below, front.below)};
+  return {{columns, own + below, own + below, own},
+          {factor_.data() + front.rows, below, below, symmetric_ ? 0 : own},
+          {rest, below, below, below}};
 }
 
 bool Multifrontal::factorize(const BlockSystem& system) { return factorize(system, nullptr); }
@@ -140,31 +220,35 @@ bool Multifrontal::factorize(const BlockSystem& system, const BlockVector* only)
   for (std::size_t s = 0; s < fronts_.size(); ++s) {
     look();
     const Front& front = fronts_[s];
-    Parts now = parts(front, stack_.data() + top);
-    now.columns.setZero();
-    now.rows.setZero();
-    now.rest.setZero();
+    const Parts now = parts(front, stack_.data() + top);
+    set_zero(now.columns);
+    set_zero(now.rows);
+    set_zero(now.rest);
     add_own_blocks(system, s, now);
     while (!waiting.empty() &&
            elimination_.supernodes[waiting.back()].parent == static_cast<int>(s)) {
       const int below = fronts_[waiting.back()].below;
       top -= area(below, below);
-      add_rest(waiting.back(), Matrix(stack_.data() + top, below, below), s, now);
+      add_rest(waiting.back(), stack_.data() + top, s, now);
       waiting.pop_back();
     }
     if (!(symmetric_ ? eliminate_symmetric(s, now) : eliminate_general(s, now))) return false;
     if (!keeps_lower_) {
       forward(s);
-      Matrix(factor_.data() + front.columns, front.own, front.own) = now.columns.topRows(front.own);
+      double* kept = factor_.data() + front.columns;
+      for (int j = 0; j < front.own; ++j, kept += front.own) {
+        std::copy_n(now.columns.data + j * now.columns.stride, front.own, kept);
+      }
     }
-    std::copy(now.rest.data(), now.rest.data() + now.rest.size(), stack_.data() + top);
-    top += area(front.below, front.below);
+    const std::size_t rest = area(front.below, front.below);
+    std::copy_n(now.rest.data, rest, stack_.data() + top);
+    top += rest;
     waiting.push_back(s);
   }
   return true;
 }
 
-void Multifrontal::add_own_blocks(const BlockSystem& system, std::size_t node, Parts& front) {
+void Multifrontal::add_own_blocks(const BlockSystem& system, std::size_t node, const Parts& front) {
   const Supernode& supernode = elimination_.supernodes[node];
   const int own = fronts_[node].own;
   int at = 0;
@@ -177,109 +261,127 @@ void Multifrontal::add_own_blocks(const BlockSystem& system, std::size_t node, P
   for (int place = supernode.first; place < supernode.end; ++place) {
     const std::size_t slot = index(elimination_.node_at[index(place)]);
     const int size = slots_->size[slot], from = local_[index(place)];
-    front.columns.block(from, from, size, size) = system.diagonal[slot].topLeftCorner(size, size);
+    copy(std::as_const(system.diagonal)[slot], front.columns.block(from, from, size, size));
     for (const Coupling& coupling : couplings_[index(place)]) {
       const int rows = slots_->size[index(elimination_.node_at[index(coupling.other)])];
       const int to = local_[index(coupling.other)];
+      const Columns lower_part = front.columns.block(to, from, rows, size);
       const SquareBlocks::ConstBlock upper = system.off_diagonal[index(coupling.pair)];
-      auto lower_part = front.columns.block(to, from, rows, size);
       if (symmetric_) {
-        if (coupling.forward) {
-          lower_part = upper.topLeftCorner(rows, size);
-        } else {
-          lower_part = upper.topLeftCorner(size, rows).transpose();
-        }
+        coupling.forward ? copy(upper, lower_part) : copy_transposed(upper, lower_part);
         continue;
       }
       const SquareBlocks::ConstBlock mirrored = system.mirrored[index(coupling.pair)];
       const SquareBlocks::ConstBlock &lower = coupling.forward ? upper : mirrored,
                                      &other = coupling.forward ? mirrored : upper;
-      lower_part = lower.topLeftCorner(rows, size);
+      copy(lower, lower_part);
       if (to < own) {
-        front.columns.block(from, to, size, rows) = other.topLeftCorner(size, rows);
+        copy(other, front.columns.block(from, to, size, rows));
       } else {
-        front.rows.block(from, to - own, size, rows) = other.topLeftCorner(size, rows);
+        copy_transposed(other, front.rows.block(to - own, from, rows, size));
       }
     }
   }
 }
 
-/// What a child left, to where it belongs in the front of its parent; the lower triangle if
-/// symmetric.
-void Multifrontal::add_rest(std::size_t child, const Matrix& rest, std::size_t node, Parts& front) {
-  const int own = fronts_[node].own;
-  target_.clear();
+/// Of a child in the front of its parent, which eliminates `own` unknowns: a run is of these or of
+/// the others.
+void Multifrontal::find_runs(std::size_t child, int own) {
+  runs_.clear();
+  int from = 0;
   for (const int place : elimination_.supernodes[child].below) {
     const int size = slots_->size[index(elimination_.node_at[index(place)])];
-    for (int i = 0; i < size; ++i) target_.push_back(local_[index(place)] + i);
-  }
-  const int count = static_cast<int>(target_.size());
-  const int inside =
-      static_cast<int>(std::lower_bound(target_.begin(), target_.end(), own) - target_.begin());
-  for (int j = 0; j < count; ++j) {
-    const double* from = rest.col(j).data();
-    const int first = symmetric_ ? j : 0;
-    const int column = target_[index(j)];
-    if (j < inside) {
-      double* to = front.columns.col(column).data();
-      for (int i = first; i < count; ++i) to[target_[index(i)]] += from[i];
-      continue;
-    }
-    if (!symmetric_) {
-      double* to = front.rows.col(column - own).data();
-      for (int i = 0; i < inside; ++i) to[target_[index(i)]] += from[i];
-    }
-    double* to = front.rest.col(column - own).data() - own;
-    for (int i = std::max(first, inside); i < count; ++i) to[target_[index(i)]] += from[i];
+    const int to = local_[index(place)];
+    const bool continues =
+        !runs_.empty() && to != own && runs_.back().to + runs_.back().count == to;
+    if (!continues) runs_.push_back({from, to, 0});
+    runs_.back().count += size;
+    from += size;
   }
 }
 
-bool Multifrontal::eliminate_symmetric(std::size_t node, Parts& parts) {
-  const Front& front = fronts_[node];
-  Eigen::Ref<Eigen::MatrixXd> pivot = parts.columns.topRows(front.own);
-  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> cholesky(pivot);  // in place
-  const bool positive = (pivot.diagonal().array() > 0.0).all();   // false of NaN
-  if (cholesky.info() != Eigen::Success || !positive) return false;
-  pivots_.segment(front.first, front.own) = pivot.diagonal().array().square();
-  if (front.below == 0) return true;
-  Eigen::Ref<Eigen::MatrixXd> below = parts.columns.bottomRows(front.below);
-  for (int at = 0; at < front.own; at += kPanel) {
-    look();
-    const int width = std::min(kPanel, front.own - at);
-    auto panel = below.middleCols(at, width);
-    subtract_(view(below), transposed(pivot.middleRows(at, width)), at, Triangle::Both, panel);
-    pivot.block(at, at, width, width)
-        .triangularView<Eigen::Lower>()
-        .transpose()
-        .solveInPlace<Eigen::OnTheRight>(panel);
+/// What a child left, to where it belongs in the front of its parent; the lower triangle if
+/// symmetric.
+void Multifrontal::add_rest(std::size_t child, const double* rest, std::size_t node,
+                            const Parts& front) {
+  const int own = fronts_[node].own;
+  const long stride = fronts_[child].below;
+  find_runs(child, own);
+  for (std::size_t j = 0; j < runs_.size(); ++j) {
+    const Run& right = runs_[j];
+    for (std::size_t i = symmetric_ ? j : 0; i < runs_.size(); ++i) {
+      const Run& down = runs_[i];
+      const double* from = rest + down.from + right.from * stride;
+      if (right.to < own) {
+        add(from, stride, front.columns.block(down.to, right.to, down.count, right.count));
+      } else if (down.to < own) {
+        const int to = right.to - own;
+        add_transposed(from, stride, front.rows.block(to, down.to, right.count, down.count));
+      } else {
+        const int to = right.to - own;
+        add(from, stride, front.rest.block(down.to - own, to, down.count, right.count));
+      }
+    }
   }
-  subtract_(view(below), transposed(below), front.own, Triangle::Lower, parts.rest);
+}
+
+bool Multifrontal::eliminate_symmetric(std::size_t node, const Parts& parts) {
+  const Front& front = fronts_[node];
+  const Columns& columns = parts.columns;
+  for (int at = 0; at < front.own; at += kPanel) {
+    if (at > 0) look();
+    double reciprocals[kPanel];
+    const Columns corner = columns.block(at, at, kPanel, kPanel);
+    if (!factor_symmetric(corner, reciprocals)) return false;
+    for (int k = 0; k < kPanel; ++k) {
+      const double root = corner.data[k + k * corner.stride];
+      pivots_[front.first + at + k] = root * root;
+    }
+    const int next = at + kPanel, left = front.own - next, rows = columns.rows - next;
+    const Columns panel = columns.block(next, at, rows, kPanel);
+    solve_panel(transposed(corner), reciprocals, panel);
+    subtract_product(panel, transposed(panel), Triangle::Lower,
+                     columns.block(next, next, rows, left));
+  }
+  const Columns below = columns.block(front.own, 0, front.below, front.own);
+  subtract_product(below, transposed(below), Triangle::Lower, parts.rest);
   return true;
 }
 
-bool Multifrontal::eliminate_general(std::size_t node, Parts& parts) {
+bool Multifrontal::eliminate_general(std::size_t node, const Parts& parts) {
   const Front& front = fronts_[node];
-  Eigen::Ref<Eigen::MatrixXd> pivot = parts.columns.topRows(front.own);
-  const Eigen::PartialPivLU<Eigen::Ref<Eigen::MatrixXd>> lu(pivot);  // in place
-  pivots_.segment(front.first, front.own) = pivot.diagonal().cwiseAbs();
-  exchanges_[node] = lu.permutationP();
-  if (!(pivots_.segment(front.first, front.own).minCoeff() > 0.0)) return false;
-  if (front.below == 0) return true;
-  Eigen::Ref<Eigen::MatrixXd> below = parts.columns.bottomRows(front.below);
-  Matrix& rows = parts.rows;
-  rows = exchanges_[node] * rows;
+  const auto& [columns, rows, rest] = parts;
+  const Columns square = columns.block(0, 0, front.own, front.own);
+  int* exchanges = exchanges_.data() + front.first;
   for (int at = 0; at < front.own; at += kPanel) {
-    look();
-    const int width = std::min(kPanel, front.own - at);
-    const auto corner = pivot.block(at, at, width, width);
-    auto right = below.middleCols(at, width);
-    subtract_(view(below), view(pivot.middleCols(at, width)), at, Triangle::Both, right);
-    corner.triangularView<Eigen::Upper>().solveInPlace<Eigen::OnTheRight>(right);
-    auto down = rows.middleRows(at, width);
-    subtract_(view(pivot.middleRows(at, width)), view(rows), at, Triangle::Both, down);
-    corner.triangularView<Eigen::UnitLower>().solveInPlace(down);
+    if (at > 0) look();
+    double reciprocals[kPanel];
+    if (!factor_general(square, at, reciprocals, exchanges)) return false;
+    const Columns corner = square.block(at, at, kPanel, kPanel);
+    for (int k = 0; k < kPanel; ++k) {
+      pivots_[front.first + at + k] = std::abs(corner.data[k + k * corner.stride]);
+    }
+    const int next = at + kPanel, left = front.own - next, height = columns.rows - next;
+    const Columns right = columns.block(at, next, kPanel, left);
+    solve_unit_lower(corner, right);
+    solve_panel(as_is(corner), reciprocals, columns.block(front.own, at, front.below, kPanel));
+    subtract_product(columns.block(next, at, height, kPanel), as_is(right), Triangle::Both,
+                     columns.block(next, next, height, left));
   }
-  subtract_(view(below), view(rows), front.own, Triangle::Both, parts.rest);
+  for (int k = 0; k < front.own; ++k) {
+    if (exchanges[k] == k) continue;
+    double *one = rows.data + k * rows.stride, *other = rows.data + exchanges[k] * rows.stride;
+    std::swap_ranges(one, one + rows.rows, other);
+  }
+  for (int at = 0; at < front.own; at += kPanel) {
+    if (at > 0) look();
+    const Columns panel = rows.block(0, at, front.below, kPanel);
+    subtract_product(rows.block(0, 0, front.below, at), transposed(square.block(at, 0, kPanel, at)),
+                     Triangle::Both, panel);
+    solve_panel(transposed(square.block(at, at, kPanel, kPanel)), nullptr, panel);
+  }
+  subtract_product(columns.block(front.own, 0, front.below, front.own), transposed(rows),
+                   Triangle::Both, rest);
   return true;
 }
 
@@ -307,17 +409,19 @@ Eigen::VectorBlock<Eigen::VectorXd> Multifrontal::unknowns_of(std::size_t slot) 
 
 void Multifrontal::forward(std::size_t node) {
   const Front& front = fronts_[node];
-  const Parts factors = parts(front, nullptr);
-  const auto pivot = factors.columns.topRows(front.own);
+  const Columns& columns = parts(front, nullptr).columns;
+  const Factor pivot(columns.data, front.own, front.own, Eigen::OuterStride<>(columns.stride));
   auto own = vector_.segment(front.first, front.own);
   if (symmetric_) {
     pivot.triangularView<Eigen::Lower>().solveInPlace(own);
   } else {
-    own = exchanges_[node] * own;
+    for (int k = 0; k < front.own; ++k) std::swap(own[k], own[exchanges_[index(front.first + k)]]);
     pivot.triangularView<Eigen::UnitLower>().solveInPlace(own);
   }
   if (front.below == 0) return;
-  below_.noalias() = factors.columns.bottomRows(front.below) * own;
+  below_.noalias() = Factor(columns.data + front.own, front.below, front.own,
+                            Eigen::OuterStride<>(columns.stride)) *
+                     own;
   int at = 0;
   for (const int place : elimination_.supernodes[node].below) {
     const int size = start_[index(place) + 1] - start_[index(place)];
@@ -328,10 +432,9 @@ void Multifrontal::forward(std::size_t node) {
 
 void Multifrontal::backward(std::size_t node) {
   const Front& front = fronts_[node];
-  const Parts factors = parts(front, nullptr);
-  const Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>> pivot(
-      factor_.data() + front.columns, front.own, front.own,
-      Eigen::OuterStride<>(keeps_lower_ ? front.own + front.below : front.own));
+  const int height = keeps_lower_ ? front.own + front.below : front.own;
+  const Factor pivot(factor_.data() + front.columns, front.own, front.own,
+                     Eigen::OuterStride<>(height));
   auto own = vector_.segment(front.first, front.own);
   below_.resize(front.below);
   int at = 0;
@@ -340,11 +443,13 @@ void Multifrontal::backward(std::size_t node) {
     below_.segment(at, size) = vector_.segment(start_[index(place)], size);
     at += size;
   }
+  const double* beside = symmetric_ ? pivot.data() + front.own : factor_.data() + front.rows;
+  const Factor rows(beside, front.below, front.own,
+                    Eigen::OuterStride<>(symmetric_ ? height : front.below));
+  own.noalias() -= rows.transpose() * below_;
   if (symmetric_) {
-    own.noalias() -= factors.columns.bottomRows(front.below).transpose() * below_;
     pivot.triangularView<Eigen::Lower>().transpose().solveInPlace(own);
   } else {
-    own.noalias() -= factors.rows * below_;
     pivot.triangularView<Eigen::Upper>().solveInPlace(own);
   }
 }

@@ -5,8 +5,8 @@
 
 #include "block_system.hpp"
 #include "elimination.hpp"
+#include "front_kernels.hpp"
 #include "step_watch.hpp"
-#include "subtract_product.hpp"
 
 namespace quoin::solver {
 
@@ -38,8 +38,6 @@ class Multifrontal {
   double condition_estimate() const;
 
  private:
-  using Matrix = Eigen::Map<Eigen::MatrixXd>;
-
   /// A pair of the system as the front of the earlier of its two slots sees it.
   struct Coupling {
     int pair = 0;
@@ -52,12 +50,17 @@ class Multifrontal {
     int first = 0, own = 0, below = 0;
     std::size_t columns = 0;  ///< in factor_: (own + below) × own; the upper own × own, where L
                               ///< is not kept
-    std::size_t rows = 0;     ///< in factor_: own × below, where not symmetric
+    std::size_t rows = 0;     ///< in factor_: below × own, transposed; where not symmetric
   };
 
   /// The numbers of a front while it is assembled and eliminated.
   struct Parts {
-    Matrix columns, rows, rest;
+    Columns columns, rows, rest;  ///< rows: transposed
+  };
+
+  /// Neighbouring unknowns of a child's rest that stand side by side in the front of its parent.
+  struct Run {
+    int from = 0, to = 0, count = 0;
   };
 
   void look() const {
@@ -67,10 +70,11 @@ class Multifrontal {
   void analyse(const BlockSystem& system);
   void place_factors();
   Parts parts(const Front& front, double* rest);
-  void add_own_blocks(const BlockSystem& system, std::size_t node, Parts& front);
-  void add_rest(std::size_t child, const Matrix& rest, std::size_t node, Parts& front);
-  bool eliminate_symmetric(std::size_t node, Parts& parts);
-  bool eliminate_general(std::size_t node, Parts& parts);
+  void add_own_blocks(const BlockSystem& system, std::size_t node, const Parts& front);
+  void find_runs(std::size_t child, int own);
+  void add_rest(std::size_t child, const double* rest, std::size_t node, const Parts& front);
+  bool eliminate_symmetric(std::size_t node, const Parts& parts);
+  bool eliminate_general(std::size_t node, const Parts& parts);
   void take(const BlockVector& right);
   void forward(std::size_t node);
   void backward(std::size_t node);
@@ -87,13 +91,12 @@ class Multifrontal {
   std::vector<std::vector<Coupling>> couplings_;  // by place
   std::vector<Front> fronts_;                     // by supernode
   std::vector<int> local_;              // of each place, its first unknown in the present front
-  std::vector<int> target_;             // of each unknown of a child's rest, that of the front
+  std::vector<Run> runs_;               // of the child that is being added
   std::vector<std::size_t> waiting_;    // memory of factorize(), place_factors()
   std::vector<double> factor_, stack_;  // stack_: rests that wait for their parent
   std::vector<double> columns_;         // of the present front, where L is not kept
-  std::vector<Eigen::PermutationMatrix<Eigen::Dynamic>> exchanges_;  // of rows, by supernode
-  SubtractProduct subtract_;
-  Eigen::VectorXd pivots_;  // by elimination
+  std::vector<int> exchanges_;          // of each place in the elimination, the row it changed with
+  Eigen::VectorXd pivots_;              // by elimination
   Eigen::VectorXd vector_, below_;
 };
 

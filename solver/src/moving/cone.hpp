@@ -7,7 +7,13 @@
 
 namespace quoin::solver {
 
-Vector3 project_on_cone(const Vector3& z);
+inline Vector3 project_on_cone(const Vector3& z) {
+  const double tangential = z.tail<2>().norm();
+  if (z[0] >= tangential) return z;
+  if (z[0] <= -tangential) return Vector3::Zero();
+  const double size = 0.5 * (z[0] + tangential), along = size / tangential;
+  return {size, along * z[1], along * z[2]};
+}
 
 /// The projection with max(l, 0) of eigenvalues replaced by (l + sqrt(l² + 4 e²))/2, and its
 /// derivative; e may be zero.

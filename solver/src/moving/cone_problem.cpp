@@ -7,6 +7,7 @@
 
 #include "index.hpp"
 #include "moving/cone.hpp"
+#include "pair_stiffness.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -15,6 +16,21 @@ constexpr int kLocalSteps = 3;  // projections a contact in each pass
 
 /// diag(1, mu, mu)
 Vector3 shares(double friction) { return {1.0, friction, friction}; }
+
+template <int n>
+Eigen::Map<const ContactRows<n>> rows_of(const std::vector<double>& rows, std::size_t contact) {
+  return Eigen::Map<const ContactRows<n>>(rows.data() + contact * 6 * n);
+}
+
+/// `rows` from column `first` on.
+template <int n>
+void push(const Eigen::Map<const ContactRows<n>>& rows, int first, const Vector3& x,
+          Vector12& sum) {
+  sum.head<n>() += (x[0] * rows.row(0).template segment<n>(first) +
+                    x[1] * rows.row(1).template segment<n>(first) +
+                    x[2] * rows.row(2).template segment<n>(first))
+                       .transpose();
+}
 
 }  // namespace
 
@@ -32,18 +48,13 @@ void ConeProblem::set(const BlockSystem& base, const BlockVector& force,
   contacts_ = contacts;
   const std::size_t blocks = force.size();
   compliance_.assign(blocks, Matrix12::Zero());
-  free_.resize(blocks);
+  free_ = force;
   threads_.each(blocks, [&](std::size_t s) {
-    const int n = slots_->size[s];
-    const auto block = base.diagonal[s].topLeftCorner(n, n);
-    compliance_[s].topLeftCorner(n, n) = block.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
-    Vector12 left = force[s];
-    left.head(n) -= block * guess[s].head(n);
-    free_[s] = compliance_[s] * left;
+    slots_->size[s] == 6 ? set_block<6>(s, guess[s]) : set_block<12>(s, guess[s]);
   });
   cones_.assign(contacts.size(), {});
-  rows_.assign(2 * contacts.size(), Matrix3x12::Zero());
-  mobility_.assign(2 * contacts.size(), Matrix3x12::Zero());
+  rows_.assign(6 * index(slots_->width()) * contacts.size(), 0.0);
+  mobility_.assign(rows_.size(), 0.0);
   threads_.each(contacts.size(), [&](std::size_t i) {
     const LinearContact& c = contacts[i];
     cones_[i].friction = c.law == ContactLaw::Frictionless ? 0.0 : c.friction;
@@ -57,32 +68,42 @@ void ConeProblem::set(const BlockSystem& base, const BlockVector& force,
   });
 }
 
+/// `n`: the unknowns of the block.
+template <int n>
+void ConeProblem::set_block(std::size_t s, const Vector12& guess) {
+  using Square = Eigen::Matrix<double, n, n>;
+  const Square block = base_->diagonal.part<n>(s);
+  compliance_[s].topLeftCorner<n, n>() = block.ldlt().solve(Square::Identity());
+  free_[s].head<n>() -= block * guess.head<n>();
+  free_[s] = compliance_[s] * free_[s];
+}
+
 template <int n>
 void ConeProblem::set_contact(std::size_t i) {
   Cone& cone = cones_[i];
   const LinearContact& c = contacts_[i];
   const Vector3 share = shares(cone.friction);
+  Eigen::Map<ContactRows<n>> rows(rows_.data() + i * 6 * n), mobility(mobility_.data() + i * 6 * n);
   for (const int side : {0, 1}) {
     const int slot = side == 0 ? c.slot_a : c.slot_b;
     if (slot < 0) continue;
     const ContactJacobian& jacobian = side == 0 ? c.jacobian_a : c.jacobian_b;
-    auto rows = rows_[2 * i + index(side)].leftCols<n>();
-    auto mobility = mobility_[2 * i + index(side)].leftCols<n>();
-    rows = share.asDiagonal() * jacobian.columns<n>();
-    mobility.noalias() = rows * compliance_[index(slot)].topLeftCorner<n, n>();
-    cone.delassus.noalias() += mobility * rows.transpose();
+    auto own = rows.template middleCols<n>(side * n);
+    auto moved = mobility.template middleCols<n>(side * n);
+    own = share.asDiagonal() * jacobian.columns<n>();
+    moved.noalias() = own * compliance_[index(slot)].topLeftCorner<n, n>();
+    cone.delassus.noalias() += moved * own.transpose();
   }
   const double directions = cone.friction > 0.0 ? 3.0 : 1.0;
   if (!(cone.delassus.trace() > 0.0)) return;  // neither side can move
   cone.scale = std::sqrt(directions / cone.delassus.trace());
-  for (const std::size_t side : {2 * i, 2 * i + 1}) {
-    rows_[side] *= cone.scale;
-    mobility_[side] *= cone.scale;
-  }
+  rows *= cone.scale;
+  mobility *= cone.scale;
   cone.delassus *= cone.scale * cone.scale;
   cone.offset.array() *= cone.scale * share.array();
   cone.unmended.array() *= cone.scale * share.array();
   cone.unmoved.array() *= cone.scale * share.array();
+  // Not computeDirect(): atan2 and cos of libm have other bits on other processors.
   const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(cone.delassus, Eigen::EigenvaluesOnly);
   cone.relaxation = 1.0 / eigen.eigenvalues()[2];
 }
@@ -121,16 +142,16 @@ void ConeProblem::respond_in(std::span<const Vector3> x, std::span<Vector3> moti
 /// Adds what the contacts push each slot with. Every range of slots goes through all contacts, so
 /// that a slot sums them in their order.
 template <int n>
-void ConeProblem::push_in(std::span<const Matrix3x12> rows, std::span<const Vector3> x,
+void ConeProblem::push_in(const std::vector<double>& rows, std::span<const Vector3> x,
                           BlockVector& sum) const {
   threads_.ranges(sum.size(), [&](std::size_t first, std::size_t end) {
     for (std::size_t i = 0; i < x.size(); ++i) {
-      const auto push = [&](int slot, const Matrix3x12& row) {
-        if (slot < static_cast<int>(first) || slot >= static_cast<int>(end)) return;
-        sum[index(slot)].head<n>().noalias() += row.leftCols<n>().transpose() * x[i];
+      const auto owns = [&](int slot) {
+        return slot >= static_cast<int>(first) && slot < static_cast<int>(end);
       };
-      push(contacts_[i].slot_a, rows[2 * i]);
-      push(contacts_[i].slot_b, rows[2 * i + 1]);
+      const int a = contacts_[i].slot_a, b = contacts_[i].slot_b;
+      if (owns(a)) push<n>(rows_of<n>(rows, i), 0, x[i], sum[index(a)]);
+      if (owns(b)) push<n>(rows_of<n>(rows, i), n, x[i], sum[index(b)]);
     }
   });
 }
@@ -138,11 +159,15 @@ void ConeProblem::push_in(std::span<const Matrix3x12> rows, std::span<const Vect
 /// A D of `increment_`.
 template <int n>
 void ConeProblem::add_motion(std::size_t contact, Vector3& motion) const {
-  const auto add = [&](int slot, const Matrix3x12& row) {
-    if (slot >= 0) motion.noalias() += row.leftCols<n>() * increment_[index(slot)].head<n>();
+  const Eigen::Map<const ContactRows<n>> rows = rows_of<n>(rows_, contact);
+  const auto add = [&](int slot, int first) {
+    if (slot < 0) return;
+    for (int k = 0; k < 3; ++k) {
+      motion[k] += rows.row(k).template segment<n>(first).dot(increment_[index(slot)].head<n>());
+    }
   };
-  add(contacts_[contact].slot_a, rows_[2 * contact]);
-  add(contacts_[contact].slot_b, rows_[2 * contact + 1]);
+  add(contacts_[contact].slot_a, 0);
+  add(contacts_[contact].slot_b, n);
 }
 
 void ConeProblem::sweep(std::span<Vector3> x) {
@@ -158,12 +183,8 @@ template <int n>
 void ConeProblem::sweep_in(std::size_t contact, std::span<Vector3> x) {
   const LinearContact& c = contacts_[contact];
   const Cone& cone = cones_[contact];
-  const Matrix3x12 &rows_a = rows_[2 * contact], &rows_b = rows_[2 * contact + 1];
   Vector3 motion = cone.offset;
-  if (c.slot_a >= 0)
-    motion.noalias() += rows_a.leftCols<n>() * increment_[index(c.slot_a)].head<n>();
-  if (c.slot_b >= 0)
-    motion.noalias() += rows_b.leftCols<n>() * increment_[index(c.slot_b)].head<n>();
+  add_motion<n>(contact, motion);
   const Vector3 before = x[contact];
   if (before.isZero(0.0) && motion[0] >= 0.0) return;  // stays open
   for (int step = 0; step < kLocalSteps; ++step) {
@@ -173,12 +194,9 @@ void ConeProblem::sweep_in(std::size_t contact, std::span<Vector3> x) {
   }
   const Vector3 change = x[contact] - before;
   if (change.isZero(0.0)) return;
-  const auto push = [&](int slot, const Matrix3x12& mobility) {
-    if (slot < 0) return;
-    increment_[index(slot)].head<n>().noalias() += mobility.leftCols<n>().transpose() * change;
-  };
-  push(c.slot_a, mobility_[2 * contact]);
-  push(c.slot_b, mobility_[2 * contact + 1]);
+  const Eigen::Map<const ContactRows<n>> mobility = rows_of<n>(mobility_, contact);
+  if (c.slot_a >= 0) push<n>(mobility, 0, change, increment_[index(c.slot_a)]);
+  if (c.slot_b >= 0) push<n>(mobility, n, change, increment_[index(c.slot_b)]);
 }
 
 bool ConeProblem::factorize(std::span<const Matrix3> tangents, Tangents kind) {
@@ -194,34 +212,16 @@ bool ConeProblem::factorize(std::span<const Matrix3> tangents, Tangents kind) {
   return solver_.factorize(system_);
 }
 
-/// Every range of slots goes through all contacts; a pair is the range's of its earlier slot.
+/// Every range of slots goes through all contacts, so that a block sums them in their order.
 template <int n>
 void ConeProblem::assemble_in(std::span<const Matrix3> tangents) {
-  using Rows = Eigen::Matrix<double, 3, n>;
-  const auto add = [](const Rows& left, const Rows& right, Part<n> block) {
-    block.noalias() += left.transpose() * right;
-  };
   threads_.ranges(free_.size(), [&](std::size_t first, std::size_t end) {
-    const auto owns = [&](int slot) {
-      return slot >= static_cast<int>(first) && slot < static_cast<int>(end);
-    };
+    PairStiffness<n> stiffness(system_, first, end);
     for (std::size_t i = 0; i < tangents.size(); ++i) {
-      const LinearContact& c = contacts_[i];
-      const bool owns_a = owns(c.slot_a), owns_b = owns(c.slot_b);
-      if (!(owns_a || owns_b) || tangents[i].isZero(0.0)) continue;  // another range's, or open
-      const Rows a = rows_[2 * i].leftCols<n>(), b = rows_[2 * i + 1].leftCols<n>();
-      const Rows stiff_a = tangents[i] * a, stiff_b = tangents[i] * b;
-      if (owns_a) add(a, stiff_a, system_.diagonal.part<n>(index(c.slot_a)));
-      if (owns_b) add(b, stiff_b, system_.diagonal.part<n>(index(c.slot_b)));
-      if (c.pair < 0) continue;
-      const bool ascending = c.slot_a < c.slot_b;
-      if (!(ascending ? owns_a : owns_b)) continue;
-      const Part<n> upper = system_.off_diagonal.part<n>(index(c.pair));
-      ascending ? add(a, stiff_b, upper) : add(b, stiff_a, upper);
-      if (system_.symmetric) continue;
-      const Part<n> lower = system_.mirrored.part<n>(index(c.pair));
-      ascending ? add(b, stiff_a, lower) : add(a, stiff_b, lower);
+      if (tangents[i].isZero(0.0) || !stiffness.next(contacts_[i])) continue;
+      stiffness.add(rows_of<n>(rows_, i), tangents[i]);
     }
+    stiffness.flush();
   });
 }
 

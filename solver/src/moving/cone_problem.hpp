@@ -75,12 +75,13 @@ class ConeProblem {
     double relaxation = 1.0;             ///< 1 / its largest eigenvalue
   };
   template <int n>
+  void set_block(std::size_t s, const Vector12& guess);
+  template <int n>
   void set_contact(std::size_t i);
   template <int n>
   void respond_in(std::span<const Vector3> x, std::span<Vector3> motion);
   template <int n>
-  void push_in(std::span<const Matrix3x12> rows, std::span<const Vector3> x,
-               BlockVector& sum) const;
+  void push_in(const std::vector<double>& rows, std::span<const Vector3> x, BlockVector& sum) const;
   template <int n>
   void add_motion(std::size_t contact, Vector3& motion) const;
   template <int n>
@@ -97,8 +98,8 @@ class ConeProblem {
   std::span<const LinearContact> contacts_;
   BlockVector free_;                  ///< the answer to no contact forces, by slot
   std::vector<Matrix12> compliance_;  ///< K⁻¹, by slot
-  std::vector<Matrix3x12> rows_;      ///< A, side a and side b of each contact
-  std::vector<Matrix3x12> mobility_;  ///< A K⁻¹, likewise
+  std::vector<double> rows_;          ///< A, by contact, both sides: 3×2n by rows
+  std::vector<double> mobility_;      ///< A K⁻¹, likewise
   std::vector<Cone> cones_;
   BlockVector increment_, right_;
   BlockSystem system_;

@@ -29,8 +29,8 @@ Matrix3 correction_slope(const Vector3& u) {
 /// Largest |x|.
 double largest(std::span<const Vector3> x) {
   double most = 0.0;
-  for (const Vector3& force : x) most = std::max(most, force.norm());
-  return most;
+  for (const Vector3& force : x) most = std::max(most, force.squaredNorm());
+  return std::sqrt(most);
 }
 
 }  // namespace
@@ -44,10 +44,10 @@ Vector3 corrected(const Vector3& u) {
 double relative_residual(std::span<const Vector3> x, std::span<const Vector3> u) {
   double worst = 0.0;
   for (std::size_t i = 0; i < x.size(); ++i) {
-    const double left = (x[i] - project_on_cone(x[i] - corrected(u[i]))).norm();
+    const double left = (x[i] - project_on_cone(x[i] - corrected(u[i]))).squaredNorm();
     if (!(left <= worst)) worst = left;  // NaN stays
   }
-  return worst == 0.0 ? 0.0 : worst / std::max(largest(x), 1e-300);
+  return worst == 0.0 ? 0.0 : std::sqrt(worst) / std::max(largest(x), 1e-300);
 }
 
 /// One whole step of x by the motions u_.
