@@ -21,10 +21,10 @@ constexpr double kSoftest = 2.0;
 constexpr double kNear = 1e-3;  // the residual from which hard contacts are what they yield about
 constexpr int kMostConeSteps = 25;    // of contacts in cones, or where these have come to
 constexpr double kConeForces = 1e-3;  // of the largest: what is worse is left out
-constexpr int kMostUpdates = 2;   // of multipliers there, where their forces make energy
-constexpr int kMostMending = 20;  // steps of the projection of gaps, to
-constexpr double kGap = 5e3;      // times the tolerance, of the smallest block
-constexpr double kLimit = 2.0;    // times that: the most that is left or kept
+constexpr int kMostUpdates = 2;       // of multipliers there, where their forces make energy
+constexpr int kMostMending = 20;      // steps of the projection of gaps, to
+constexpr double kGap = 5e3;          // times the tolerance, of the smallest block
+constexpr double kLimit = 2.0;        // times that: the most that is left or kept
 
 /// Of what a force is the projection of.
 ContactMode mode_of(const Vector3& trial, double friction) {
@@ -161,7 +161,8 @@ std::span<const Vector3> MovingContacts::all_to_mend() {
 }
 
 /// Stiffer contacts, whose forces stay in their cones, about those that yield. They are as good as
-/// these: to 1e-3 of the largest they left gaps of a tenfold, and work, where there were hardly any.
+/// these: to 1e-3 of the largest they left gaps of a tenfold, and work, where there were hardly
+/// any.
 IterationCount MovingContacts::stiffen(std::span<LinearContact> contacts) {
   const AddedForces start = guess(stiffened_);
   const IterationLimit limit{forces_, std::min(kMostConeSteps, iterations_left_)};

@@ -57,12 +57,12 @@ class MovingContacts {
   std::vector<Vector3> yielded_forces_;  ///< x_ before it is mended
   // By contact, N, of the last linearisation; empty: it had none.
   std::vector<Vector3> bar_force_, stiffened_, closed_;
-  double softness_ = 0.0;        ///< 0: contacts of this step do not yield
-  bool yielded_ = false;         ///< contacts of the last positions did
+  double softness_ = 0.0;    ///< 0: contacts of this step do not yield
+  bool yielded_ = false;     ///< contacts of the last positions did
   bool keeps_gaps_ = false;  ///< those that this step began with
-  double gap_ = 0.0;             ///< m: what of gaps need not be mended
-  double forces_ = 0.0;          ///< how good they are, of the largest
-  int iterations_left_ = 0;      ///< of this solve()
+  double gap_ = 0.0;         ///< m: what of gaps need not be mended
+  double forces_ = 0.0;      ///< how good they are, of the largest
+  int iterations_left_ = 0;  ///< of this solve()
 };
 
 }  // namespace quoin::solver
