@@ -19,11 +19,12 @@ constexpr int kMostSoft = 12;       // steps, by
 constexpr double kSofter = 4.0;     // times as much, up to
 constexpr double kSoftest = 2.0;
 constexpr double kNear = 1e-3;  // the residual from which hard contacts are what they yield about
-constexpr double kConeForces = 1e-3;  // of the largest: where contacts in cones end, or after
-constexpr int kMostConeSteps = 25;
-constexpr int kMostUpdates = 2;   // of multipliers there, where their forces make energy
-constexpr int kMostMending = 20;  // steps of the projection of gaps, to
-constexpr double kGap = 5e3;      // times the tolerance, of the smallest block
+constexpr int kMostConeSteps = 25;    // of contacts in cones, or where these have come to
+constexpr double kConeForces = 1e-3;  // of the largest: what is worse is left out
+constexpr int kMostUpdates = 2;       // of multipliers there, where their forces make energy
+constexpr int kMostMending = 20;      // steps of the projection of gaps, to
+constexpr double kGap = 5e3;          // times the tolerance, of the smallest block
+constexpr double kLimit = 2.0;        // times that: the most that is left or kept
 
 /// Of what a force is the projection of.
 ContactMode mode_of(const Vector3& trial, double friction) {
@@ -117,13 +118,14 @@ bool MovingContacts::apart() const {
   return false;
 }
 
-/// Of the gap and the stretch that the step began with; of overlaps that are kept what is beyond
-/// gap_.
+/// Of the gap and the stretch that the step began with; of gaps that are kept what is beyond the
+/// limit. Were overlaps alone kept, blocks would sink by the gaps of other contacts that bear them,
+/// until all are at the limit and are lifted again.
 Vector3 MovingContacts::to_mend(std::size_t contact) const {
   const Vector3& unmended = problem_.unmended(contact);
-  if (!keeps_overlaps_) return unmended;
-  const double kept = gap_ / problem_.motion(contact, Vector3::UnitX())[0];
-  return {unmended[0] - std::clamp(unmended[0], -kept, 0.0), 0.0, 0.0};
+  if (!keeps_gaps_) return unmended;
+  const double kept = kLimit * gap_ / problem_.motion(contact, Vector3::UnitX())[0];
+  return {unmended[0] - std::clamp(unmended[0], -kept, kept), 0.0, 0.0};
 }
 
 /// Of the contacts' forces in the step, J: what it gains.
@@ -158,12 +160,15 @@ std::span<const Vector3> MovingContacts::all_to_mend() {
   return apart_;
 }
 
-/// Stiffer contacts, whose forces stay in their cones, about those that yield.
+/// Stiffer contacts, whose forces stay in their cones, about those that yield. They are as good as
+/// these: to 1e-3 of the largest they left gaps of a tenfold, and work, where there were hardly
+/// any.
 IterationCount MovingContacts::stiffen(std::span<LinearContact> contacts) {
   const AddedForces start = guess(stiffened_);
-  const IterationLimit limit{kConeForces, std::min(kMostConeSteps, iterations_left_)};
-  const IterationCount count = cone_projection_.solve(problem_, x_, all_to_mend(), start, limit);
+  const IterationLimit limit{forces_, std::min(kMostConeSteps, iterations_left_)};
+  IterationCount count = cone_projection_.solve(problem_, x_, all_to_mend(), start, limit);
   iterations_left_ -= count.iterations;
+  count.converged = count.residual <= kConeForces;
   stiffened_.assign(count.converged ? x_.size() : 0, Vector3::Zero());
   for (std::size_t i = 0; i < stiffened_.size(); ++i) {
     const Vector3& trial = cone_projection_.trials()[i];
@@ -180,7 +185,7 @@ IterationCount MovingContacts::stiffen(std::span<LinearContact> contacts) {
 }
 
 /// The largest share of the forces that close gaps with which the work of all is not positive, but
-/// what it takes to leave no overlap beyond twice gap_. moved_: A D of these forces.
+/// what it takes to leave no overlap beyond the limit. moved_: A D of these forces.
 double MovingContacts::closed_share() const {
   const std::span<const Vector3> change = projection_.forces();
   double work = 0.0, slope = 0.0, bend = 0.0;  // work + slope s + bend s2
@@ -194,7 +199,7 @@ double MovingContacts::closed_share() const {
   const double root = std::sqrt(std::max(0.0, slope * slope - 4.0 * bend * work));
   double share = slope > 0.0 ? -2.0 * std::min(work, 0.0) / (slope + root)
                              : std::min(1.0, (root - slope) / (2.0 * bend));
-  const double limit = 2.0 * gap_;
+  const double limit = kLimit * gap_;
   for (std::size_t i = 0; i < x_.size(); ++i) {
     const double gap = problem_.motion(i, motion_[i] + problem_.unmended(i))[0];
     const double rise = problem_.motion(i, moved_[i])[0];
@@ -217,7 +222,7 @@ IterationCount MovingContacts::close(std::span<LinearContact> contacts) {
   for (std::size_t i = 0; i < x_.size(); ++i) added_[i] = x_[i] + change[i];
   problem_.respond(added_, moved_);
   for (std::size_t i = 0; i < x_.size(); ++i) moved_[i] -= motion_[i];
-  const bool whole = softness_ > 0.0 && !keeps_overlaps_;
+  const bool whole = softness_ > 0.0 && !keeps_gaps_;
   const double share = whole ? 1.0 : closed_share();
   closed_.resize(x_.size());
   for (std::size_t i = 0; i < contacts.size(); ++i) {
@@ -233,10 +238,10 @@ IterationCount MovingContacts::close(std::span<LinearContact> contacts) {
 }
 
 /// Of contacts that yield. Where these forces make energy the multipliers are updated, or, while
-/// overlaps are mended, it is left to another try.
+/// gaps are mended, it is left to another try.
 IterationCount MovingContacts::mend_yielded(std::span<LinearContact> contacts) {
   IterationCount total = stiffen(contacts);
-  const auto updates = [&] { return keeps_overlaps_ && !stiffened_.empty() && work() > 0.0; };
+  const auto updates = [&] { return keeps_gaps_ && !stiffened_.empty() && work() > 0.0; };
   for (int k = 0; k < kMostUpdates && updates(); ++k) {
     const std::vector<Vector3> before = std::exchange(stiffened_, {});
     add(stiffen(contacts), total);
@@ -245,7 +250,7 @@ IterationCount MovingContacts::mend_yielded(std::span<LinearContact> contacts) {
     }
   }
   total.converged = !apart();
-  const bool again = !keeps_overlaps_ && work() > 0.0;
+  const bool again = !keeps_gaps_ && work() > 0.0;
   if (!total.converged && !again) add(close(contacts), total);
   return total;
 }
@@ -258,11 +263,11 @@ IterationCount MovingContacts::mend(std::span<LinearContact> contacts) {
   total.converged = !apart() && !(softness_ > 0.0 && work() > 0.0);
   if (total.converged) return total;
   if (softness_ == 0.0) return close(contacts);
-  if (!keeps_overlaps_) {
+  if (!keeps_gaps_) {
     yielded_forces_ = x_;
     total = mend_yielded(contacts);
     if (!(work() > 0.0)) return total;
-    keeps_overlaps_ = true;
+    keeps_gaps_ = true;
     x_ = yielded_forces_;
     record(contacts);
   }
@@ -279,8 +284,8 @@ OpenCloseResult MovingContacts::solve(const BlockSystem& base, const BlockVector
   problem_.set(base, force, contacts, increment, options.mended_apart);
   start(contacts, first);
   iterations_left_ = options.max_iterations;
-  const double forces = kForces * options.force_tolerance;
-  IterationCount count = iterate(options.rough ? std::max(forces, kRough) : forces);
+  forces_ = kForces * options.force_tolerance;
+  IterationCount count = iterate(options.rough ? std::max(forces_, kRough) : forces_);
   record(contacts);
   if (positions) yielded_ = softness_ > 0.0;
   OpenCloseResult result;

@@ -21,7 +21,7 @@ class MovingContacts {
   void use(const Threads& threads) { problem_.use(threads); }
 
   /// Other positions are next: none of theirs have yielded yet.
-  void begin() { yielded_ = keeps_overlaps_ = false; }
+  void begin() { yielded_ = keeps_gaps_ = false; }
 
   /// As OpenClose::solve, for contacts that ConeProblem::suits. `options.force_tolerance`: of the
   /// natural map, by the largest force.
@@ -57,11 +57,12 @@ class MovingContacts {
   std::vector<Vector3> yielded_forces_;  ///< x_ before it is mended
   // By contact, N, of the last linearisation; empty: it had none.
   std::vector<Vector3> bar_force_, stiffened_, closed_;
-  double softness_ = 0.0;        ///< 0: contacts of this step do not yield
-  bool yielded_ = false;         ///< contacts of the last positions did
-  bool keeps_overlaps_ = false;  ///< those that this step began with
-  double gap_ = 0.0;             ///< m: what of gaps need not be mended
-  int iterations_left_ = 0;      ///< of this solve()
+  double softness_ = 0.0;    ///< 0: contacts of this step do not yield
+  bool yielded_ = false;     ///< contacts of the last positions did
+  bool keeps_gaps_ = false;  ///< those that this step began with
+  double gap_ = 0.0;         ///< m: what of gaps need not be mended
+  double forces_ = 0.0;      ///< how good they are, of the largest
+  int iterations_left_ = 0;  ///< of this solve()
 };
 
 }  // namespace quoin::solver
