@@ -141,4 +141,21 @@ inline bool corner_carrier(const Solid& polyhedron, std::span<const int> corners
   return carrier.face >= 0;
 }
 
+/// The carrier that a hint names for one solid; false: none of the three kinds. Without branches on
+/// what differs from pair to pair.
+inline bool hinted_carrier(const Shape& shape, const std::array<int, 4>& vertices, int face,
+                           Carrier& carrier) {
+  const auto below = [](int k, int count) {
+    return static_cast<int>(static_cast<unsigned>(k) < static_cast<unsigned>(count));
+  };
+  const int count = shape.vertex_count(), v = vertices[0], w = vertices[1];
+  const int has_face = below(face, shape.topology().face_count());
+  const int more = static_cast<int>(w > v);
+  carrier.kind = static_cast<FeatureKind>(2 * has_face | (more & ~has_face));
+  carrier.vertices = {v, w};
+  carrier.face = face;
+  const int few = static_cast<int>(vertices[2] < 0) & static_cast<int>(w < count);
+  return (below(v, count) & (has_face | few)) != 0;
+}
+
 }  // namespace quoin::geometry

@@ -221,29 +221,12 @@ Trial try_kinds(const Solid& a, const Solid& b, const Carrier& by_a, const Carri
   }
 }
 
-/// The carrier that a hint names for one solid; false: none of the three kinds. Without branches on
-/// what differs from pair to pair.
-bool hinted_carrier(const Solid& polyhedron, const std::array<int, 4>& vertices, int face,
-                    Carrier& carrier) {
-  const auto below = [](int k, int count) {
-    return static_cast<int>(static_cast<unsigned>(k) < static_cast<unsigned>(count));
-  };
-  const int count = polyhedron.vertex_count(), v = vertices[0], w = vertices[1];
-  const int has_face = below(face, polyhedron.topology().face_count());
-  const int more = static_cast<int>(w > v);
-  carrier.kind = static_cast<FeatureKind>(2 * has_face | (more & ~has_face));
-  carrier.vertices = {v, w};
-  carrier.face = face;
-  const int few = static_cast<int>(vertices[2] < 0) & static_cast<int>(w < count);
-  return (below(v, count) & (has_face | few)) != 0;
-}
-
 template <class Scan>
 Trial try_hinted(const Solid& a, const Solid& b, const FeatureHint& hint, const Lengths& length,
                  NearestFeatures& answer) {
   Carrier by_a, by_b;
-  if (!hinted_carrier(a, hint.vertices_a, hint.face_a, by_a) ||
-      !hinted_carrier(b, hint.vertices_b, hint.face_b, by_b)) {
+  if (!hinted_carrier(a.shape(), hint.vertices_a, hint.face_a, by_a) ||
+      !hinted_carrier(b.shape(), hint.vertices_b, hint.face_b, by_b)) {
     return Trial::Undecided;
   }
   return try_kinds<Scan>(a, b, by_a, by_b, length, nullptr, answer);

@@ -56,6 +56,12 @@ void pack_side(const Body& body, int face, std::size_t lane, FlushSide& side) {
   pack_face(shape, face, lane, side);
 }
 
+void pack_centre(const Body& body, std::size_t lane, LaneCentres& centres) {
+  centres.translation[lane] = body.placement().translation.data();
+  centres.turned[lane] = body.turned_origin().data();
+  centres.rest[lane] = body.turned_origin_rest().data();
+}
+
 Vector3 at(const FlushRow (&rows)[3], std::size_t lane) {
   return {rows[0].of[lane], rows[1].of[lane], rows[2].of[lane]};
 }
@@ -94,12 +100,8 @@ bool FlushPair::take(const Body& body_a, const Body& body_b, const FeatureHint& 
 void FlushPair::pack(std::size_t lane, FlushQuestion& question) const {
   question.reversed[lane] = faces.reversed;
   question.reach.of[lane] = reach;
-  question.translation_a[0][lane] = a->placement().translation.data();
-  question.translation_b[0][lane] = b->placement().translation.data();
-  question.turned_a[0][lane] = a->turned_origin().data();
-  question.turned_b[0][lane] = b->turned_origin().data();
-  question.rest_a[0][lane] = a->turned_origin_rest().data();
-  question.rest_b[0][lane] = b->turned_origin_rest().data();
+  pack_centre(*a, lane, question.centres_a);
+  pack_centre(*b, lane, question.centres_b);
   pack_side(faces.reversed ? *b : *a, faces.face_p, lane, question.p);
   pack_side(faces.reversed ? *a : *b, faces.face_q, lane, question.q);
 }

@@ -7,6 +7,7 @@
 #include <quoin/geometry/pair_batch.hpp>
 
 #include "contact/flush_batch.hpp"
+#include "finder/pair_checks.hpp"
 #include "finder/placed_box.hpp"
 #include "finder/point_history.hpp"
 #include "search/still_apart.hpp"
@@ -185,17 +186,6 @@ bool same_pairs(std::span<const BlockPair> x, std::span<const BlockPair> y) {
          (x.empty() || std::memcmp(x.data(), y.data(), x.size_bytes()) == 0);
 }
 
-/// Throws InputError for a pair that does not name two bodies.
-void check_pairs(std::span<const BlockPair> pairs, int count) {
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const auto [a, b] = pairs[i];
-    if (a >= 0 && b >= 0 && a < count && b < count && a != b) continue;
-    throw InputError("pair " + std::to_string(i) + " is (" + std::to_string(a) + ", " +
-                     std::to_string(b) + "), must name two of " + std::to_string(count) +
-                     " bodies");
-  }
-}
-
 void check_sizes(const BodySource& bodies) {
   const auto fits = [&](std::size_t size, const char* what) {
     if (size != 0 && size != static_cast<std::size_t>(bodies.count)) {
@@ -222,6 +212,16 @@ void check(const BodySource& bodies) {
 }
 
 }  // namespace
+
+void check_pairs(std::span<const BlockPair> pairs, int count) {
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const auto [a, b] = pairs[i];
+    if (a >= 0 && b >= 0 && a < count && b < count && a != b) continue;
+    throw InputError("pair " + std::to_string(i) + " is (" + std::to_string(a) + ", " +
+                     std::to_string(b) + "), must name two of " + std::to_string(count) +
+                     " bodies");
+  }
+}
 
 BodySource::BodySource(std::span<const Body> bodies)
     : owner(bodies.data()), body(body_in_row), count(static_cast<int>(bodies.size())) {}

@@ -3,6 +3,7 @@
 /// Internal.
 
 #include "certify/certificate_kernel.hpp"
+#include "certify/certificate_lanes_kernel.hpp"
 #include "kernels/kernels.hpp"
 #include "polygon/clip_kernel.hpp"
 #include "search/box_sat_kernel.hpp"
@@ -113,6 +114,10 @@ struct Build {
                                : certify_hint_by<FewScan>(a, b, hint, length, answer);
   }
 
+  QUOIN_WHOLE static unsigned certify_hints(const HintedPairs& pairs, double tolerance) {
+    return try_hints<Set>(pairs, tolerance);
+  }
+
   [[gnu::noinline]] QUOIN_WHOLE QUOIN_UNPACKED static Trial certify_placed_corners(
       const Solid& a, const Solid& b, const Lengths& length, NearestFeatures& answer) {
     return try_corners<FewScan>(a, b, length, answer);
@@ -181,6 +186,7 @@ struct Build {
             .overlay_faces = overlay_faces,
             .certify = certify,
             .certify_hint = certify_hint,
+            .certify_hints = certify_hints,
             .certify_corners = certify_corners,
             .nearest_feature_search = nearest_feature_search,
             .box_sat = box_sat,

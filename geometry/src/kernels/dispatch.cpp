@@ -78,6 +78,10 @@ Trial certify_hint(const Solid& a, const Solid& b, const FeatureHint& hint, cons
   return widest->certify_hint(a, b, hint, length, answer);
 }
 
+unsigned certify_hints(const HintedPairs& pairs, double tolerance) {
+  return widest->certify_hints(pairs, tolerance);
+}
+
 Trial certify_corners(const Solid& a, const Solid& b, const Lengths& length,
                       NearestFeatures& answer) {
   return widest->certify_corners(a, b, length, answer);

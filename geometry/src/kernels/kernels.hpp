@@ -13,6 +13,7 @@
 #include <span>
 
 #include "certify/certificate.hpp"
+#include "certify/certificate_lanes.hpp"
 #include "polygon/contact_polygon.hpp"
 #include "polygon/polygon_rows.hpp"
 #include "search/corner_features.hpp"
@@ -24,8 +25,8 @@
 namespace quoin::geometry {
 
 /// The functions of the same names in support.hpp, polygon_rows.hpp, clip.hpp, certificate.hpp,
-/// corner_features.hpp, nearest_feature_search.hpp, box_sat.hpp, epa.hpp, flush_bricks.hpp and
-/// flush_polygons.hpp.
+/// certificate_lanes.hpp, corner_features.hpp, nearest_feature_search.hpp, box_sat.hpp, epa.hpp,
+/// flush_bricks.hpp and flush_polygons.hpp.
 struct Kernels {
   const char* name;  ///< of the instruction set
   Support (*support)(const Solid&, const Vector3&);
@@ -39,6 +40,7 @@ struct Kernels {
                    const Overlap*, NearestFeatures&);
   Trial (*certify_hint)(const Solid&, const Solid&, const FeatureHint&, const Lengths&,
                         NearestFeatures&);
+  unsigned (*certify_hints)(const HintedPairs&, double);
   Trial (*certify_corners)(const Solid&, const Solid&, const Lengths&, NearestFeatures&);
   SearchResult (*nearest_feature_search)(const Solid&, const Solid&, const Vector3&, double);
   SearchResult (*box_sat)(const Solid&, const Solid&, double);

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "polygon/contact_polygon.hpp"
+#include "shape/lane_frame.hpp"
 
 namespace quoin::geometry {
 
@@ -19,7 +20,7 @@ struct alignas(32) FlushRow {
 /// four corners. Pointers are to three doubles each.
 struct FlushSide {
   template <std::size_t kCount>
-  using Places = std::array<std::array<const double*, FlushRow::kPairs>, kCount>;
+  using Places = std::array<LanePlace, kCount>;
   Places<3> linear, cofactors;    ///< columns of the placement
   Places<1> origin;               ///< Shape::origin()
   Places<1> mean;                 ///< Shape::vertex_mean()
@@ -35,11 +36,10 @@ struct FlushSide {
 /// Four pairs in the order in which they are worked, and as the caller has them.
 struct FlushQuestion {
   FlushSide p, q;
-  FlushSide::Places<1> translation_a, translation_b;        ///< of the placements
-  FlushSide::Places<1> turned_a, turned_b, rest_a, rest_b;  ///< Body::turned_origin(), its rest
-  std::array<bool, FlushRow::kPairs> reversed;              ///< P is the caller's B
-  double tolerance = 0.0;                                   ///< ContactOptions
-  FlushRow reach{};                                         ///< likewise, of each pair
+  LaneCentres centres_a, centres_b;
+  std::array<bool, FlushRow::kPairs> reversed;  ///< P is the caller's B
+  double tolerance = 0.0;                       ///< ContactOptions
+  FlushRow reach{};                             ///< likewise, of each pair
 };
 
 /// A corner of the shared part in those pairs that have it: two sides that cross, or the corner of

@@ -6,50 +6,10 @@
 #include "certify/certificate.hpp"
 #include "search/face_face.hpp"
 #include "search/flush_bricks.hpp"
-#include "simd/lane_vector.hpp"
+#include "shape/lane_frame.hpp"
 
 namespace quoin::geometry {
 namespace {
-
-/// A placement: directions and offsets of the shape's frame in the world, and back.
-template <class Lanes>
-struct LaneFrame {
-  using Vector = LaneVector<Lanes>;
-  using Flags = typename Lanes::Flags;
-  Vector columns[3], cofactors[3];
-  Flags turned;
-  bool any_turned;
-
-  explicit LaneFrame(const FlushSide& side) {
-    unsigned bits = 0;
-    for (unsigned k = 0; k < 4; ++k) bits |= static_cast<unsigned>(side.turned[k]) << k;
-    any_turned = bits != 0;
-    turned = Lanes::flags(bits);
-    if (!any_turned) return;
-    for (std::size_t k = 0; k < 3; ++k) {
-      columns[k] = Vector::of(side.linear[k]);
-      cofactors[k] = Vector::of(side.cofactors[k]);
-    }
-  }
-  static Vector product(const Vector (&c)[3], const Vector& v) {
-    return {c[0].x * v.x + c[1].x * v.y + c[2].x * v.z, c[0].y * v.x + c[1].y * v.y + c[2].y * v.z,
-            c[0].z * v.x + c[1].z * v.y + c[2].z * v.z};
-  }
-  Vector turn(const Vector& offset) const {
-    return any_turned ? product(columns, offset).where(turned, offset) : offset;
-  }
-  Vector turned_back(const Vector& d) const {
-    if (!any_turned) return d;
-    return Vector{columns[0].dot(d), columns[1].dot(d), columns[2].dot(d)}.where(turned, d);
-  }
-  /// Of a rotation, as Solid::face_normal.
-  Vector normal(const Vector& own) const {
-    if (!any_turned) return own;
-    const Vector normal = product(cofactors, own);
-    const Lanes scale = Lanes::all(1.5) - Lanes::all(0.5) * normal.dot(normal);
-    return (normal * scale).where(turned, own);
-  }
-};
 
 /// A face of four corners in the contact plane, as LaidFace of clip_kernel.hpp: side k runs from
 /// `tail(k)` to `head(k)`.
@@ -97,10 +57,8 @@ template <class Lanes>
 class FlushLanes {
  public:
   FlushLanes(const FlushQuestion& question, FlushAnswer& answer)
-      : in_(question), out_(answer), frame_p_(question.p), frame_q_(question.q) {
-    unsigned bits = 0;
-    for (unsigned k = 0; k < 4; ++k) bits |= static_cast<unsigned>(question.reversed[k]) << k;
-    reversed_ = Lanes::flags(bits);
+      : in_(question), out_(answer), frame_p_(frame(question.p)), frame_q_(frame(question.q)) {
+    reversed_ = Lanes::flags(bits(question.reversed));
     good_ = every();
   }
 
@@ -124,8 +82,15 @@ class FlushLanes {
  private:
   using Vector = LaneVector<Lanes>;
   using Flags = typename Lanes::Flags;
-  using Sum = LaneSum<Lanes>;
 
+  static unsigned bits(const std::array<bool, FlushRow::kPairs>& set) {
+    unsigned bits = 0;
+    for (unsigned k = 0; k < 4; ++k) bits |= static_cast<unsigned>(set[k]) << k;
+    return bits;
+  }
+  static LaneFrame<Lanes> frame(const FlushSide& side) {
+    return {bits(side.turned), side.linear, side.cofactors};
+  }
   static Lanes all(double x) { return Lanes::all(x); }
   static Flags every() { return Lanes::flags(15); }
   static Flags unless(const Flags& flags) { return every().without(flags); }
@@ -155,20 +120,7 @@ class FlushLanes {
 
   /// As PlacedPair.
   void place_solids() {
-    const auto apart = [](const FlushSide::Places<1>& from, const FlushSide::Places<1>& to,
-                          Sum(&sum)[3]) {
-      const Vector a = Vector::of(from[0]), b = Vector::of(to[0]);
-      sum[0] = Sum::difference(b.x, a.x);
-      sum[1] = Sum::difference(b.y, a.y);
-      sum[2] = Sum::difference(b.z, a.z);
-    };
-    Sum way[3], origins[3], rests[3];
-    apart(in_.translation_a, in_.translation_b, way);
-    apart(in_.turned_a, in_.turned_b, origins);
-    apart(in_.rest_a, in_.rest_b, rests);
-    Lanes between[3];
-    for (int k = 0; k < 3; ++k) between[k] = (way[k] + (origins[k] + rests[k])).rounded();
-    const Vector b{between[0], between[1], between[2]};
+    const Vector b = lanes_apart<Lanes>(in_.centres_a, in_.centres_b);
     b.store(out_.between);
     const Vector low = b * all(-0.5), high = b * all(0.5);
     origin_p_ = high.where(reversed_, low);

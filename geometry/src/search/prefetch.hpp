@@ -19,13 +19,20 @@ namespace quoin::geometry {
   fetch(polyhedron.shape().offsets(), 3 * polyhedron.padded_count());
 }
 
+/// What a proof asks for besides.
+[[gnu::always_inline]] inline void fetch_vertices(const Solid& polyhedron) {
+  fetch(polyhedron.shape().vertices().data(), 3 * polyhedron.vertex_count());
+}
+
 /// What laying faces asks for besides.
 [[gnu::always_inline]] inline void fetch_faces(const Solid& polyhedron) {
-  fetch(polyhedron.shape().vertices().data(), 3 * polyhedron.vertex_count());
+  fetch_vertices(polyhedron);
   fetch(polyhedron.shape().face_normals().data(), 3 * polyhedron.topology().face_count());
 }
 #else
+inline void fetch(const double*, int) {}
 inline void fetch(const Solid&) {}
+inline void fetch_vertices(const Solid&) {}
 inline void fetch_faces(const Solid&) {}
 #endif
 
