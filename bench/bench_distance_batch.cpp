@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <quoin/geometry/distance_batch.hpp>
 
+#include "guarded_main.hpp"
 #include "harness.hpp"
 #include "workloads.hpp"
 
@@ -129,6 +130,9 @@ void run(const std::string& family, int count, const std::string& wanted) {
 }  // namespace quoin::bench
 
 int main(int argc, char** argv) {
-  quoin::bench::run(argc > 1 ? argv[1] : "box", argc > 2 ? std::atoi(argv[2]) : 200,
-                    argc > 3 ? argv[3] : "");
+  return quoin::bench::guarded(argv[0], [&] {
+    const int count = argc > 2 ? std::stoi(argv[2]) : 200;
+    if (count < 1) throw std::invalid_argument("pairs: " + std::to_string(count) + ", at least 1");
+    quoin::bench::run(argc > 1 ? argv[1] : "box", count, argc > 3 ? argv[3] : "");
+  });
 }

@@ -19,6 +19,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+#include <limits>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -57,7 +58,7 @@ Errors errors(const RigidScene& scene, const World& world) {
   double reaction = 0.0;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     const Vector3d way = world.motion(static_cast<int>(b)).place - scene.bodies[b].place;
-    result.drift = std::max(result.drift, way.norm());
+    if (!(way.norm() <= result.drift)) result.drift = way.norm();  // of NaN, too
   }
   for (const PairForce& pair : world.forces()) {
     if (pair.a == 0) reaction += pair.normal;
@@ -71,7 +72,7 @@ Errors errors(const RigidScene& scene, const solver::State& state) {
   double reaction = 0.0;
   for (std::size_t b = 1; b < scene.bodies.size(); ++b) {
     const Vector3d way = state.origin + state.blocks[b].centroid - scene.bodies[b].place;
-    result.drift = std::max(result.drift, way.norm());
+    if (!(way.norm() <= result.drift)) result.drift = way.norm();  // of NaN, too
   }
   for (const solver::Contact& contact : state.contacts) {
     if (contact.point.key.a == 0) reaction += contact.normal_force;
@@ -95,9 +96,14 @@ void print_start(const std::string& code, std::size_t bricks, int step, double c
               code.c_str(), bricks, step, step * kTimeStep, cpu);
 }
 
+/// JSON has no NaN and no infinity.
+double finite(double error) {
+  return std::isfinite(error) ? error : std::numeric_limits<double>::max();
+}
+
 void print_end(const Errors& errors, bool ended) {
-  std::printf("\"drift\": %.4g, \"unbalance\": %.4g, \"ended\": %s}\n", errors.drift,
-              errors.unbalance, ended ? "true" : "false");
+  std::printf("\"drift\": %.4g, \"unbalance\": %.4g, \"ended\": %s}\n", finite(errors.drift),
+              finite(errors.unbalance), ended ? "true" : "false");
   std::fflush(stdout);
 }
 
@@ -123,10 +129,14 @@ struct Rest {
 void rest(const Rest& wanted) {
   solver::StepOptions options{.time_step = kTimeStep};
   options.threads = wanted.threads;
-  for (const auto kind :
-       {solver::LinearSolverKind::Elimination, solver::LinearSolverKind::Multigrid}) {
-    if (wanted.linear_solver == name(kind)) options.linear_solver = kind;
+  using enum solver::LinearSolverKind;
+  bool known = false;
+  for (const auto kind : {Automatic, Elimination, Multigrid}) {
+    if (wanted.linear_solver != name(kind)) continue;
+    options.linear_solver = kind;
+    known = true;
   }
+  if (!known) throw std::invalid_argument("no linear solver " + wanted.linear_solver);
   const RigidScene scene = wall(wanted.columns, wanted.rows);
   solver::Simulation simulation(wall_scene(wanted.columns, wanted.rows, wanted.young), options);
   double cpu = 0.0;
@@ -212,7 +222,8 @@ double falling_step(int columns, int rows, int steps) {
 
 void run(const std::vector<std::string>& words) {
   const auto count = [&](std::size_t i) { return std::stoi(words.at(i)); };
-  const std::string& what = words.at(0);
+  if (words.empty()) throw std::invalid_argument("which part: rest, peer, machine or beside");
+  const std::string& what = words[0];
   if (what == "machine") return machine();
   if (what == "peer")
     return peer(count(1), count(2), words.at(3), count(4), std::stod(words.at(5)));

@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <quoin/geometry/build.hpp>
 #include <quoin/geometry/distance_batch.hpp>
@@ -279,8 +280,17 @@ TEST_CASE("distance batch: refused before any answer is touched") {
   CHECK_THROWS_AS(update_nearest_features(bodies, std::span(good).first(1), answers), InputError);
   CHECK(answers[0].status == PairStatus::NotConverged);
   update_nearest_features(bodies, good, answers);
-  CHECK(answers[0].gap == 1.0);
-  CHECK(answers[1].normal == Vector3(-1, 0, 0));
+  const auto check_answers = [&] {
+    CHECK(answers[0].gap == 1.0);
+    CHECK(answers[1].normal == Vector3(-1, 0, 0));
+  };
+  check_answers();
+  for (const double stretch : {std::nan(""), std::numeric_limits<double>::infinity(), -1.0}) {
+    std::vector<Body> moved = bodies;
+    moved[1].move({.linear = stretch * Matrix3::Identity(), .translation = {2, 0, 0}});
+    CHECK_THROWS_AS(update_nearest_features(moved, good, answers), InputError);
+    check_answers();
+  }
   update_nearest_features(bodies, {}, {});
 }
 

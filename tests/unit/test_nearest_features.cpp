@@ -94,6 +94,29 @@ TEST_CASE("nearest features: a wrong hint, of vertices that are not there, chang
   CHECK(nearest_features(a, b, {}, cold.hint).iterations == 1);
 }
 
+TEST_CASE("nearest features: a placement that is none is a status, cold and warm") {
+  const double infinity = std::numeric_limits<double>::infinity();
+  const Shape box = cube({0, 0, 0});
+  const Body a(box);
+  for (const Vector3& way : {Vector3(2, 0.1, 0.3), Vector3(2, 2, 0), Vector3(2, 0, 0)}) {
+    const Placement placement{.translation = way};
+    const FeatureHint warm = nearest_features(a, Body(box, placement)).hint;
+    for (const double bad : {std::nan(""), infinity}) {
+      for (int number = 0; number < 13; ++number) {
+        Placement none = placement;
+        if (number < 9) none.linear(number / 3, number % 3) = bad;
+        if (number >= 9 && number < 12) none.translation[number - 9] = bad;
+        if (number == 12) none.linear *= bad;
+        for (const FeatureHint& hint : {FeatureHint{}, warm}) {
+          const NearestFeatures answer = nearest_features(a, Body(box, none), {}, hint);
+          CHECK(answer.status == PairStatus::NotConverged);
+          CHECK(std::isnan(answer.gap));
+        }
+      }
+    }
+  }
+}
+
 TEST_CASE("nearest features: the certificate can be checked with two loops") {
   const Shape a = cube({0, 0, 0});
   const Shape b = transformed(

@@ -225,6 +225,38 @@ Scene falling_arch(double young) {
   return scene;
 }
 
+TEST_CASE("A failed step in the air leaves no contact of an earlier impact") {
+  StepOptions options;
+  options.time_step = 2e-2;
+  options.reach = 0.02;
+  StepOptions hasty = options;
+  hasty.max_iterations = 3;
+  hasty.smallest_time_step = hasty.time_step;
+  constexpr int kBounced = 6;  // steps until then
+  int failed = 0;
+  for (int draw = 0; draw < 8; ++draw) {
+    Scene scene;
+    scene.joint.friction_angle = 0.6;
+    scene.joint.restitution = 0.8;
+    scene.add_fixed(geometry::make_box({-20, -20, -1}, {20, 20, 0}));
+    const double low = 0.05 + 0.01 * draw;
+    Block& slab = scene.blocks[static_cast<std::size_t>(
+        scene.add_rigid(geometry::make_box({-0.8, -0.6, low}, {0.8, 0.6, low + 0.2}), kRock))];
+    slab.velocity = {0.3, 0, -1};
+    slab.angular_velocity = {1.3 + 0.05 * draw, 0.9 - 0.03 * draw, 0.2};
+    Simulation simulation(scene, options);
+    for (int step = 0; step < 120; ++step) {
+      const bool in_the_air = step > kBounced && simulation.state().contacts.empty();
+      simulation.set_options(in_the_air ? hasty : options);
+      if (simulation.advance().status == StepStatus::Converged || !in_the_air) continue;
+      ++failed;
+      CHECK(simulation.state().contacts.empty());
+      break;
+    }
+  }
+  CHECK(failed > 0);
+}
+
 TEST_CASE("A stiff arch that comes down: every step ends, in some 40 solves each") {
   for (const double young : {1e9, 1e10, 1e11, 1e12}) {
     CAPTURE(young);

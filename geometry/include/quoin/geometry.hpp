@@ -7,6 +7,7 @@
 #include <quoin/geometry/contact_finder.hpp>
 #include <quoin/geometry/contact_point.hpp>
 #include <quoin/geometry/contact_type.hpp>
+#include <quoin/geometry/distance_batch.hpp>
 #include <quoin/geometry/executor.hpp>
 #include <quoin/geometry/mass_properties.hpp>
 #include <quoin/geometry/nearest_features.hpp>
@@ -15,3 +16,4 @@
 #include <quoin/geometry/shape.hpp>
 #include <quoin/geometry/queries.hpp>
 #include <quoin/geometry/types.hpp>
+#include <quoin/geometry/worker_pool.hpp>

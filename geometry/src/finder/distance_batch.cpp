@@ -3,6 +3,7 @@
 
 #include "certify/certificate_lanes.hpp"
 #include "finder/pair_checks.hpp"
+#include "finder/placed_box.hpp"
 #include "search/prefetch.hpp"
 
 namespace quoin::geometry {
@@ -119,6 +120,8 @@ void update_nearest_features(std::span<const Body> bodies, std::span<const Block
     throw InputError("distance batch: " + std::to_string(answers.size()) + " answers for " +
                      std::to_string(pairs.size()) + " pairs");
   }
+  int name = 0;
+  for (const Body& body : bodies) require_placement(body.placement(), name++);
   const auto most =
       static_cast<std::size_t>(executor == nullptr ? 1 : std::max(1, executor->workers()));
   const std::size_t workers = pairs.size() >= most * kPairsPerWorker ? most : 1;

@@ -462,12 +462,6 @@ void PairBatch::Memory::remember(const std::vector<ContactPoint>& contacts) {
   if (standing_pairs == kept_pairs && kept_pairs == remembered_pairs) {
     return;  // all of them are there already
   }
-  remembered_pairs = standing_pairs;
-  remembered_reach = options.reach;
-  if (standing_pairs == 0) {
-    for (auto* list : {&remembered, &next_remembered}) std::vector<ContactPoint>().swap(*list);
-    return;
-  }
   std::size_t total = 0;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     if (both_stand(pairs[i])) total += static_cast<std::size_t>(count_of(states[i]));
@@ -485,6 +479,8 @@ void PairBatch::Memory::remember(const std::vector<ContactPoint>& contacts) {
     next_remembered.insert(next_remembered.end(), first, contact);
   }
   std::swap(remembered, next_remembered);
+  remembered_pairs = standing_pairs;
+  remembered_reach = options.reach;
 }
 
 void PairBatch::Memory::start_parts(std::size_t workers) {

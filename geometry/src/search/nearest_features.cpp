@@ -1,5 +1,7 @@
 #include "search/nearest_features.hpp"
 
+#include <limits>
+
 #include "certify/canonical_order.hpp"
 #include "search/exact_answer.hpp"
 #include "search/prefetch.hpp"
@@ -57,6 +59,11 @@ bool general_answer(const CanonicalPair& pair, const Question& question, Quick& 
 [[gnu::noinline]] void find_by_search(const Question& question, Trial trial,
                                       NearestFeatures& answer) {
   const auto& [a, b, options, hint, length, faces] = question;
+  if (!(b.vertex_mean() - a.vertex_mean()).allFinite()) {  // a placement that is none
+    answer.status = PairStatus::NotConverged;
+    answer.gap = std::numeric_limits<double>::quiet_NaN();
+    return;
+  }
   Quick quick{.hint = trial, .iterations = answer.iterations};
   const bool hint_left = trial == Trial::Undecided && hint.vertices_a[0] >= 0;
   if (!length.uneven && !hint_left && searched_answer(a, b, length, hint, quick, answer)) {

@@ -14,7 +14,7 @@ struct Positive {
 
 Positive smoothly_positive(double l, double e) {
   const double root = e == 0.0 ? std::abs(l) : std::sqrt(l * l + 4.0 * e * e);
-  if (!(root > 0.0)) return {0.0, 0.5};
+  if (root == 0.0) return {0.0, 0.5};
   // For l < 0 the sum cancels: its conjugate does not.
   const double value = l >= 0.0 ? 0.5 * (l + root) : 2.0 * e * e / (root - l);
   return {value, 0.5 * (1.0 + l / root)};

@@ -165,7 +165,8 @@ std::span<const Vector3> MovingContacts::all_to_mend() {
 /// any.
 IterationCount MovingContacts::stiffen(std::span<LinearContact> contacts) {
   const AddedForces start = guess(stiffened_);
-  const IterationLimit limit{forces_, std::min(kMostConeSteps, iterations_left_)};
+  const IterationLimit limit{std::min(forces_, kConeForces),
+                             std::min(kMostConeSteps, iterations_left_)};
   IterationCount count = cone_projection_.solve(problem_, x_, all_to_mend(), start, limit);
   iterations_left_ -= count.iterations;
   count.converged = count.residual <= kConeForces;

@@ -35,6 +35,10 @@ struct EnergySums {
 template <class Item>
 class IslandList {
  public:
+  IslandList() = default;
+  IslandList(IslandList&&) = default;  // no copies: they would read the list of the other
+  IslandList& operator=(IslandList&&) = default;
+
   void clear() {
     own_.clear();
     items_ = own_;
@@ -44,7 +48,10 @@ class IslandList {
     items_ = own_;
   }
   /// Reads `scene`, which must stay as it is meanwhile.
-  void refer_to(std::span<const Item> scene) { items_ = scene; }
+  void refer_to(std::span<const Item> scene) {
+    own_.clear();
+    items_ = scene;
+  }
   bool refers_to(std::span<const Item> scene) const {
     return !scene.empty() && items_.data() == scene.data();
   }

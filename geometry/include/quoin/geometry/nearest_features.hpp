@@ -66,7 +66,8 @@ double default_tolerance(const Body& a, const Body& b);
 NearestFeatures nearest_features(const Shape& a, const Shape& b,
                                  const SearchOptions& options = {}, const FeatureHint& hint = {});
 
-/// The same of two bodies; their places are in the world.
+/// The same of two bodies; their places are in the world. A placement that is not finite:
+/// NotConverged, the gap is NaN.
 NearestFeatures nearest_features(const Body& a, const Body& b, const SearchOptions& options = {},
                                  const FeatureHint& hint = {});
 
