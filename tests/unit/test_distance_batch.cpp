@@ -122,6 +122,20 @@ class Crowd {
   Random& random_;
 };
 
+/// What each pair gives alone with the hint of its last answer.
+std::vector<NearestFeatures> asked_alone(const std::vector<Body>& bodies,
+                                         const std::vector<BlockPair>& pairs,
+                                         const std::vector<NearestFeatures>& last,
+                                         const SearchOptions& options) {
+  std::vector<NearestFeatures> answers;
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    answers.push_back(nearest_features(bodies[static_cast<std::size_t>(pairs[k].a)],
+                                       bodies[static_cast<std::size_t>(pairs[k].b)], options,
+                                       last[k].hint));
+  }
+  return answers;
+}
+
 /// Workers one after the other, the last one first.
 struct Turns : Executor {
   int count = 1;
@@ -143,11 +157,8 @@ TEST_CASE("distance batch: the bits of each pair asked alone, cold and warm") {
     std::vector<NearestFeatures> answers(crowd.pairs.size());
     for (const double amount : {0.0, 0.0, 1e-14, 1e-9, 1e-4, 5e-3}) {
       crowd.move(amount);
-      std::vector<NearestFeatures> alone;
-      for (std::size_t k = 0; k < answers.size(); ++k) {
-        alone.push_back(nearest_features(crowd.bodies[2 * k], crowd.bodies[2 * k + 1], options,
-                                         answers[k].hint));
-      }
+      const std::vector<NearestFeatures> alone =
+          asked_alone(crowd.bodies, crowd.pairs, answers, options);
       update_nearest_features(crowd.bodies, crowd.pairs, answers, options);
       for (std::size_t k = 0; k < answers.size(); ++k) {
         CAPTURE(round, amount, k);
@@ -183,12 +194,7 @@ TEST_CASE("distance batch: pairs of every family, turned as a whole") {
   }
   std::vector<NearestFeatures> answers(pairs.size());
   for (int step = 0; step < 3; ++step) {
-    std::vector<NearestFeatures> alone;
-    for (std::size_t k = 0; k < pairs.size(); ++k) {
-      alone.push_back(nearest_features(bodies[static_cast<std::size_t>(pairs[k].a)],
-                                       bodies[static_cast<std::size_t>(pairs[k].b)], {},
-                                       answers[k].hint));
-    }
+    const std::vector<NearestFeatures> alone = asked_alone(bodies, pairs, answers, {});
     update_nearest_features(bodies, pairs, answers);
     for (std::size_t k = 0; k < pairs.size(); ++k) {
       CAPTURE(step, k);
@@ -307,11 +313,7 @@ TEST_CASE("distance batch: hints of anything") {
     answer.hint.face_b = random.chance(0.7) ? -1 : 3;
     answer.hint.normal = random.chance(0.1) ? Vector3(NAN, 0, 0) : random.direction();
   }
-  std::vector<NearestFeatures> alone;
-  for (std::size_t k = 0; k < answers.size(); ++k) {
-    alone.push_back(
-        nearest_features(crowd.bodies[2 * k], crowd.bodies[2 * k + 1], {}, answers[k].hint));
-  }
+  const std::vector<NearestFeatures> alone = asked_alone(crowd.bodies, crowd.pairs, answers, {});
   update_nearest_features(crowd.bodies, crowd.pairs, answers);
   for (std::size_t k = 0; k < answers.size(); ++k) {
     CAPTURE(k);
