@@ -5,7 +5,7 @@
 
 RUN is a folder that `quoin run --out` left. Writes history.png (monitors, energy, contacts),
 thrust.png (joints with their centres of pressure; where blocks form a chain, as in an arch, the thrust
-line joins them) and joints.png (normal and shear force, and pressures, along the chain).
+line joins them; of more than 500 joints the blocks by their largest compression) and joints.png (normal and shear force, and pressures, along the chain).
 """
 import argparse
 import pathlib
@@ -21,6 +21,7 @@ from run_output import Blocks, Contacts, history, run_program, series  # noqa: E
 
 COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#999999", "#000000"]
 MOST_MONITORS = 8
+MOST_LINES = 500  # joints whose forces are drawn one by one: more run into each other
 plt.rcParams.update({
     "font.size": 10, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True,
     "grid.color": "#e4e4e4", "grid.linewidth": 0.7, "axes.axisbelow": True, "legend.frameon": False,
@@ -129,32 +130,74 @@ def hull(points):
     return halves
 
 
-def thrust_figure(blocks, joints, chain, plane, path):
+def volume_and_centroid(points, faces):
+    """Of a closed polyhedron, m3 and m, by the tetrahedra from one of its corners to its faces."""
+    origin = points[faces[0][0]]
+    corners = np.array([[points[face[0]], points[face[i]], points[face[i + 1]]]
+                        for face in faces for i in range(1, len(face) - 1)]) - origin
+    volumes = np.linalg.det(corners) / 6
+    return volumes.sum(), origin + volumes @ corners.sum(axis=1) / 4 / volumes.sum()
+
+
+def largest_compression(blocks, contacts):
+    """Of each block, Pa: of its mean stress, the sum over its contact points of arm from the centroid times
+    force, over the volume (Love, Weber)."""
+    shapes = [volume_and_centroid(blocks.points, faces) if faces else (np.inf, np.zeros(3)) for faces in blocks.faces]
+    volumes, centroids = np.array([v for v, _ in shapes]), np.array([c for _, c in shapes])
+    stresses = np.zeros((len(shapes), 3, 3))
+    for side, sign in ((0, -1.0), (1, 1.0)):
+        of = contacts.pair[:, side]
+        np.add.at(stresses, of, sign * (contacts.points - centroids[of])[:, :, None] * contacts.force_on_b[:, None, :])
+    stresses /= volumes[:, None, None]
+    return -np.linalg.eigvalsh(0.5 * (stresses + stresses.transpose(0, 2, 1)))[:, 0]
+
+
+def draw_compression(figure, axis, outlines, held, compression):
+    shown = PolyCollection([o for o, h in zip(outlines, held) if not h], array=compression[~held] / 1000,
+                           cmap="cividis_r", edgecolors="face", linewidths=0.1)
+    axis.add_collection(shown)
+    figure.colorbar(shown, ax=axis, orientation="horizontal", shrink=0.7, aspect=40, label="kPa")
+    return "largest compression of each block, mean over the block"
+
+
+def draw_forces(axis, centres, forces, longest):
+    largest = np.linalg.norm(forces, axis=1).max()
+    for centre, force in zip(centres, forces):
+        half = 0.5 * longest * force / largest
+        axis.plot(*np.column_stack([centre - half, centre + half]), color=COLOURS[1], linewidth=1.2)
+    axis.plot(*centres.T, "o", color=COLOURS[0], markersize=2.5)
+    return f"centres of pressure and forces; the longest line is {largest / 1000:.3g} kN"
+
+
+def draw_thrust_line(axis, centres, forces):
+    axis.plot(*centres.T, color=COLOURS[1], linewidth=2.0, label="thrust line")
+    axis.plot(*centres.T, "o", color=COLOURS[1], markersize=3.5)
+    return f"thrust line; the largest force is {np.linalg.norm(forces, axis=1).max() / 1000:.3g} kN"
+
+
+def thrust_figure(blocks, contacts, joints, chain, plane, path):
     axes_of = [0, 2] if plane == "xz" else [1, 2]
     figure, axis = plt.subplots(figsize=(7.2, 4.8), layout="constrained")
     outlines = [hull(blocks.points[sorted({v for f in faces for v in f})][:, axes_of])
                 for faces in blocks.faces]
-    colours = ["#cfcdc8" if blocks.held(b) else "#f2e3cf" for b in range(len(outlines))]
+    held = np.array([blocks.held(b) for b in range(len(outlines))])
+    many = chain is None and len(joints) > MOST_LINES
+    colours = ["#cfcdc8" if h else "#f2e3cf" for h in held]
     axis.add_collection(PolyCollection(outlines, facecolors=colours, edgecolors="#8a8378",
-                                       linewidths=0.7))
-    free = np.vstack([o for b, o in enumerate(outlines) if not blocks.held(b)])
+                                       linewidths=0.0 if many else 0.7))
+    free = np.vstack([o for b, o in enumerate(outlines) if not held[b]])
     low, high = free.min(axis=0), free.max(axis=0)
     margin = 0.08 * np.max(high - low)
     axis.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin),
              aspect="equal", xlabel=f"{plane[0]} (m)", ylabel="z (m)")
     centres = np.array([joint["centre"][axes_of] for joint in joints])
     forces = np.array([joint["force"][axes_of] for joint in joints])
-    largest = np.linalg.norm(forces, axis=1).max()
-    if chain is None:
-        for centre, force in zip(centres, forces):
-            half = 0.5 * 0.12 * np.max(high - low) * force / largest
-            axis.plot(*np.column_stack([centre - half, centre + half]), color=COLOURS[1], linewidth=1.2)
-        axis.plot(*centres.T, "o", color=COLOURS[0], markersize=2.5)
-        title = f"centres of pressure and forces; the longest line is {largest / 1000:.3g} kN"
+    if many:
+        title = draw_compression(figure, axis, outlines, held, largest_compression(blocks, contacts))
+    elif chain is None:
+        title = draw_forces(axis, centres, forces, 0.12 * np.max(high - low))
     else:
-        axis.plot(*centres[chain].T, color=COLOURS[1], linewidth=2.0, label="thrust line")
-        axis.plot(*centres[chain].T, "o", color=COLOURS[1], markersize=3.5)
-        title = f"thrust line; the largest force is {largest / 1000:.3g} kN"
+        title = draw_thrust_line(axis, centres[chain], forces[chain])
     figure.suptitle(title, x=0.02, ha="left", fontsize=11)  # of the figure: an axis may be narrow
     save(figure, path)
 
@@ -197,12 +240,13 @@ def main():
     out.mkdir(parents=True, exist_ok=True)
     history_figure(table, out / "history.png")
     blocks = Blocks(series(given.run, "blocks")[-1][1])
-    joints = Contacts(series(given.run, "contacts")[-1][1]).joints()
+    contacts = Contacts(series(given.run, "contacts")[-1][1])
+    joints = contacts.joints()
     if not joints:
         print("no joint bears a force at the end: thrust.png and joints.png are left out")
         return
     chain = chain_of(joints, blocks)
-    thrust_figure(blocks, joints, chain, given.plane, out / "thrust.png")
+    thrust_figure(blocks, contacts, joints, chain, given.plane, out / "thrust.png")
     joints_figure(joints, chain, out / "joints.png")
 
 

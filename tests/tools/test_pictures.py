@@ -27,6 +27,22 @@ figure = picture.plt.figure()
 picture.add_legend(figure, list(picture.frames_of(sys.argv[2], times)))
 print(*(entry.get_text() for entry in figure.legends[0].get_texts()))
 """
+COMPRESSION = """
+import sys
+sys.path.insert(0, sys.argv[1])
+import plot_run
+blocks = plot_run.Blocks(plot_run.series(sys.argv[2], "blocks")[-1][1])
+contacts = plot_run.Contacts(plot_run.series(sys.argv[2], "contacts")[-1][1])
+print(*plot_run.largest_compression(blocks, contacts))
+"""
+DENSE = """
+import sys
+sys.path.insert(0, sys.argv[1])
+import plot_run
+plot_run.MOST_LINES = 5
+sys.argv[1:] = sys.argv[2:]
+plot_run.main()
+"""
 
 
 class Pictures(FolderTest):
@@ -120,6 +136,24 @@ class Pictures(FolderTest):
         done = subprocess.run([QUOIN, "plot", self.folder / "run", "--out", self.folder / "plots"],
                               capture_output=True, text=True)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
+
+    def test_compression_of_a_tower(self):
+        scene = self.folder / "tower.json"
+        subprocess.run([QUOIN, "make", "tower", "--blocks", "4", "--out", scene], check=True)
+        self.run_scene(scene)
+        said = subprocess.run(["/usr/bin/python3", "-c", COMPRESSION, SOURCE / "tools", self.folder / "run"],
+                              check=True, capture_output=True, text=True).stdout.split()
+        for above, found in zip((3, 2, 1, 0), said[1:], strict=True):  # the ground is first
+            self.assertAlmostEqual(float(found), 2400 * 9.81 * 0.5 * (above + 0.5), places=3)
+
+    def test_plot_of_many_joints(self):
+        scene = self.folder / "wall.json"
+        subprocess.run([QUOIN, "make", "wall", "--length", "2", "--height", "1", "--out", scene], check=True)
+        self.run_scene(scene)
+        done = subprocess.run(["/usr/bin/python3", "-c", DENSE, SOURCE / "tools", self.folder / "run",
+                               "--out", self.folder / "plots"], capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertTrue((self.folder / "plots" / "thrust.png").exists())
 
 
 if subprocess.run(["/usr/bin/python3", "-c", "import matplotlib, PIL"], capture_output=True).returncode:

@@ -29,7 +29,7 @@ def digest(folder):
     files = {p.name: hashlib.sha256(p.read_bytes()).hexdigest() for p in folder.iterdir()}
     files.pop("manifest.json")
     summary = json.loads((folder / "summary.json").read_text())
-    for key in ("wall_seconds", "seconds"):
+    for key in ("wall_seconds", "seconds", "peak_memory_mb"):
         summary.pop(key)
     summary["pairs"].pop("searched")
     files["summary.json"] = json.dumps(summary)

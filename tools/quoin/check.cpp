@@ -1,7 +1,5 @@
 /// quoin check SCENE.json
 
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -14,6 +12,7 @@
 
 #include "commands.hpp"
 #include "in_range.hpp"
+#include "peak_memory.hpp"
 #include "scene_file/scene_file.hpp"
 #include "stop.hpp"
 
@@ -230,15 +229,13 @@ long most_steps(const SceneFile& file) {
 json trial_json(const SceneFile& file, const solver::StepReport& trial) {
   const solver::PhaseSeconds& seconds = trial.seconds;
   const double step = seconds.detect + seconds.assemble + seconds.solve + seconds.update;
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
   const long steps = most_steps(file);
   return {{"converged", trial.status == solver::StepStatus::Converged},
           {"message", describe(trial)},
           {"step_seconds", step},
           {"most_steps", steps},
           {"most_seconds", step * static_cast<double>(steps)},
-          {"memory_mb", static_cast<double>(usage.ru_maxrss) / 1024}};
+          {"memory_mb", peak_memory_mb()}};
 }
 
 /// Overlap that the solver refuses, all of it.

@@ -7,6 +7,7 @@
 #include <quoin/geometry/mass_properties.hpp>
 #include <quoin/solver/output.hpp>
 
+#include "peak_memory.hpp"
 #include "scene_file/archive.hpp"
 #include "scene_file/shown.hpp"
 
@@ -546,6 +547,7 @@ json summary(const SceneFile& file, const std::string& path, const RunResult& re
           {"dynamic_time", result.dynamic_time},
           {"wall_seconds", result.wall_seconds},
           {"seconds", phases_json(result)},
+          {"peak_memory_mb", peak_memory_mb()},
           {"references", references_json(file, result)},
           {"monitors", monitors_json(file, result)},
           {"largest_overlap", total.largest_overlap},
