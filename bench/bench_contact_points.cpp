@@ -128,14 +128,28 @@ Entry make_entry(ManifoldPeer& peer, const std::string& name, const Workload& wo
   return entry;
 }
 
+/// After a pass that is not counted.
+void count_queries(ManifoldPeer& peer, const std::string& name, const Workload& workload) {
+  peer.load(workload);
+  std::vector<int> pairs(workload.pairs.size());
+  std::iota(pairs.begin(), pairs.end(), 0);
+  start_callgrind();
+  benchmark::DoNotOptimize(peer.ask_all(pairs));
+  counted([&] { benchmark::DoNotOptimize(peer.ask_all(pairs)); });
+  print_counted(name, peer.name(), pairs.size());
+}
+
 std::vector<Entry> run_workload(const std::string& name, const Arguments& arguments) {
   const Workload workload = make_workload(name, {arguments.quick ? 0.125 : 1.0, 1});
   ManifoldPeers peers = make_peers();
   std::vector<Entry> entries;
   for (const auto& peer : peers) {
     if (!peer->answers(workload)) continue;
+    if (peer->name() == arguments.count) count_queries(*peer, name, workload);
+    if (!arguments.count.empty()) continue;
     entries.push_back(make_entry(*peer, name, workload));
   }
+  if (entries.empty()) return entries;
 #ifdef QUOIN_BENCH_ODE
   // The yardstick of all of W4: ODE on the overlapping boxes, timed in the same group.
   const Workload boxes = make_workload("W4/box-overlap", {arguments.quick ? 0.125 : 1.0, 1});

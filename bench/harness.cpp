@@ -10,6 +10,12 @@
 #include <stdexcept>
 #include <thread>
 
+#if __has_include(<valgrind/callgrind.h>)
+#include <valgrind/callgrind.h>
+#else
+#define CALLGRIND_START_INSTRUMENTATION
+#endif
+
 namespace quoin::bench {
 namespace {
 
@@ -99,6 +105,14 @@ double quantile(std::vector<double> values, double share) {
 
 double median(std::vector<double> values) { return quantile(std::move(values), 0.5); }
 
+void start_callgrind() { CALLGRIND_START_INSTRUMENTATION; }
+
+[[gnu::noinline]] void counted(const std::function<void()>& pass) { pass(); }
+
+void print_counted(const std::string& workload, const std::string& peer, std::size_t queries) {
+  std::printf("counted %zu queries of %s by %s\n", queries, workload.c_str(), peer.c_str());
+}
+
 void run_group(std::vector<Entry>& entries, const HarnessOptions& options) {
   benchmark::ClearRegisteredBenchmarks();
   for (std::size_t k = 0; k < entries.size(); ++k) {
@@ -176,6 +190,8 @@ Arguments parse(int argc, char** argv) {
       arguments.out = value(k);
     } else if (name == "--filter") {
       arguments.filter = value(k);
+    } else if (name == "--count") {
+      arguments.count = value(k);
     } else if (name == "--repetitions") {
       arguments.harness.repetitions = std::atoi(value(k).c_str());
     } else if (name == "--quick") {
@@ -186,7 +202,7 @@ Arguments parse(int argc, char** argv) {
     } else {
       std::fprintf(stderr,
                    "usage: %s [--out FILE] [--filter REGEX] [--quick] [--settings] "
-                   "[--repetitions N]\n",
+                   "[--repetitions N] [--count PEER]\n",
                    argv[0]);
       std::exit(name == "--help" ? 0 : 2);
     }
@@ -207,7 +223,7 @@ int run_contests(int argc, char** argv, const std::vector<Contest>& contests) {
   for (const Contest& contest : contests) {
     if (!std::regex_search(contest.name, wanted) || (arguments.quick && contest.large)) continue;
     const std::vector<Entry> entries = contest.run(arguments);
-    print_group(entries, contest.reference);
+    if (!entries.empty()) print_group(entries, contest.reference);
     results.insert(results.end(), entries.begin(), entries.end());
   }
   if (!arguments.out.empty()) write(arguments.out, results);

@@ -41,13 +41,22 @@ double thread_seconds();
 double median(std::vector<double> values);
 double quantile(std::vector<double> values, double share);
 
+/// For `valgrind --tool=callgrind --instr-atstart=no`: from here on caches and branches are
+/// followed. Nothing where the program was built without valgrind's header.
+void start_callgrind();
+/// Runs `pass` once. What callgrind collects: --toggle-collect='quoin::bench::counted*'.
+void counted(const std::function<void()>& pass);
+/// Says how many queries were counted, for tools/count_bench.py.
+void print_counted(const std::string& workload, const std::string& peer, std::size_t queries);
+
 /// Times the entries of one group against each other.
 void run_group(std::vector<Entry>& entries, const HarnessOptions& options);
 
 /// Command line shared by the programs: --out FILE, --filter REGEX, --quick, --settings,
-/// --repetitions N.
+/// --repetitions N, --count PEER.
 struct Arguments {
   std::string out, filter;
+  std::string count;  ///< a peer whose queries are counted by callgrind instead of being timed
   bool quick = false, settings = false;
   HarnessOptions harness;
 };

@@ -3,6 +3,7 @@
 
   bench_report.py --merge OUT.json PART.json …
   bench_report.py RESULT.json --tables OUT.md --readme README.md --pictures DIRECTORY
+  bench_report.py COUNTS.json --counts README.md
 """
 import argparse
 import collections
@@ -271,19 +272,32 @@ def size_table(result):
     return lines
 
 
+def count_table(counts):
+    """Of tools/count_bench.py: two rows a workload, quoin's entry and its peer."""
+    lines = head("workload", "entry", "instructions", "by the peer's", "branches missed", "the peer's",
+                 "cache lines missed, 48 KB", "the peer's", "1 MB", "the peer's")
+    for ours, peer in zip(counts[::2], counts[1::2]):
+        cells = [ours["workload"], ours["peer"], f"{ours['instructions']:.0f}",
+                 ratio_text(ours["instructions"], peer["instructions"])]
+        for what in ("branches_missed", "first_cache_missed", "second_cache_missed"):
+            cells += [f"{entry[what]:.{0 if entry[what] >= 20 else 1}f}" for entry in (ours, peer)]
+        lines.append(row(*cells))
+    return lines
+
+
 # The tables of bench/README.md, by the name in their marks.
 README_TABLES = {"goals": goal_table, "walls": wall_table, "manifolds": manifold_table, "pairs": batch_goal_table,
                  "touching": touching_table, "sizes": size_table, "moved": moved_table, "published": published_table}
 
 
-def put_tables(path, result):
+def put_tables(path, tables_by_name):
     """Replaces what stands between each pair of marks in a Markdown file."""
     with open(path, encoding="utf-8") as file:
         text = file.read()
-    for name, table in README_TABLES.items():
+    for name, lines in tables_by_name.items():
         begin, end = f"<!-- table {name}: written by tools/bench_report.py -->", "<!-- end of table -->"
         before, rest = text.split(begin, 1)
-        text = before + begin + "\n" + "\n".join(table(result)) + "\n" + end + rest.split(end, 1)[1]
+        text = before + begin + "\n" + "\n".join(lines) + "\n" + end + rest.split(end, 1)[1]
     with open(path, "w", encoding="utf-8") as file:
         file.write(text)
 
@@ -318,7 +332,8 @@ def plot_times(result, path):
         axis.set_yticks(range(len(entries)), [e["peer"] for e in entries], fontsize=7)
         axis.set_xscale("log")
         times = [e["nanoseconds"] for e in entries]
-        axis.set_xlim(min(times) / 3, max(times) * 60)
+        least, most = min(times) / 3, max(times)
+        axis.set_xlim(least, most * (most / least) ** 0.8)  # room for the numbers, the same share everywhere
         axis.set_title(f"{workload}, ns a query", fontsize=9)
         axis.tick_params(axis="x", labelsize=7)
         for side in ("top", "right"):
@@ -357,7 +372,7 @@ def plot_errors(result, path):
         axis.set_xscale("log")
         axis.set_yscale("log")
         axis.set_xlim(20, 3e4)
-        axis.set_ylim(floor / 10, 30)
+        axis.set_ylim(floor / 10, 1e3)
         axis.grid(alpha=0.25)
         axis.set_title(title, fontsize=11)
         axis.set_xlabel("ns a query", fontsize=10)
@@ -388,6 +403,9 @@ def plot_broad(result, path):
                       color=colour(peer) if start != "B/find-" else f"C{index}")
         axis.set_xscale("log")
         axis.set_yscale("log")
+        shown = [time for points in lines.values() for _, time in points]
+        if shown:  # whole decades: each has its label
+            axis.set_ylim(10 ** math.floor(math.log10(min(shown))), 10 ** math.ceil(math.log10(max(shown))))
         axis.grid(alpha=0.25)
         unit = "pair" if start == "B/find-" else "brick"
         axis.set_title(f"{start[:-1]}: ns a {unit} and step", fontsize=9)
@@ -406,6 +424,7 @@ def main():
     parser.add_argument("--merge", metavar="OUT")
     parser.add_argument("--tables", metavar="FILE")
     parser.add_argument("--readme", metavar="FILE", help="put each table between its two marks")
+    parser.add_argument("--counts", metavar="README", help="the result is of count_bench.py: put its table there")
     parser.add_argument("--pictures", metavar="DIRECTORY")
     arguments = parser.parse_args()
     if arguments.merge:
@@ -416,7 +435,9 @@ def main():
         with open(arguments.tables, "w", encoding="utf-8") as file:
             file.write(tables(result))
     if arguments.readme:
-        put_tables(arguments.readme, result)
+        put_tables(arguments.readme, {name: table(result) for name, table in README_TABLES.items()})
+    if arguments.counts:
+        put_tables(arguments.counts, {"counts": count_table(result)})
     if arguments.pictures:
         plot_times(result, os.path.join(arguments.pictures, "times.png"))
         plot_errors(result, os.path.join(arguments.pictures, "error_against_time.png"))

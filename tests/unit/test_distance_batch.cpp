@@ -296,6 +296,10 @@ TEST_CASE("distance batch: refused before any answer is touched") {
     moved[1].move({.linear = stretch * Matrix3::Identity(), .translation = {2, 0, 0}});
     CHECK_THROWS_AS(update_nearest_features(moved, good, answers), InputError);
     check_answers();
+    moved.push_back(moved[1]);
+    moved[1] = bodies[1];
+    update_nearest_features(moved, good, answers);  // nobody asks for it
+    check_answers();
   }
   update_nearest_features(bodies, {}, {});
 }

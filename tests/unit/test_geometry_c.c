@@ -214,6 +214,17 @@ static void test_finder(void) {
   const quoin_pair* pairs = quoin_finder_pairs(finder, &count);
   CHECK(count == 3 && pairs[1].event == QUOIN_BEGIN && pairs[1].type == QUOIN_FACE_FACE);
   CHECK(pairs[1].first == 4 && pairs[1].count == 4 && pairs[1].area == 1.0);
+  quoin_contact_point some[8];
+  const int handles[2] = {3, 0}, gone = 9;
+  count = 8;
+  CHECK(quoin_finder_contacts_of(finder, handles, 2, some, &count) == QUOIN_OK && count == 8);
+  CHECK(some[0].a == 0 && some[7].b == 3 && some[7].previous == -1);
+  count = 0;
+  CHECK(quoin_finder_contacts_of(finder, handles, 1, NULL, &count) == QUOIN_TOO_MANY && count == 4);
+  CHECK(quoin_finder_contacts_of(finder, handles, 0, NULL, &count) == QUOIN_BAD_INPUT);
+  CHECK(quoin_finder_contacts_of(finder, &gone, 1, some, &count) == QUOIN_BAD_INPUT);
+  CHECK(quoin_finder_contacts_of(NULL, handles, 1, some, &count) == QUOIN_BAD_INPUT);
+  CHECK(quoin_finder_points(finder, &count) == points && count == 12 && points[4].b == 2);
   CHECK(quoin_finder_remove(finder, 1) == QUOIN_OK && quoin_finder_size(finder) == 3);
   CHECK(quoin_finder_find(finder) == QUOIN_OK);
   points = quoin_finder_points(finder, &count);
@@ -275,6 +286,18 @@ static void test_batch(void) {
   CHECK(count == 4 && points[3].previous == 3);
   found = quoin_batch_pairs(batch, &count);
   CHECK(count == 2 && found[0].event == QUOIN_PERSIST && found[1].event == QUOIN_END);
+  quoin_contact_point asked[8];
+  candidates.pair_count = 2; /* (2, 1) has ended */
+  count = 3;
+  CHECK(quoin_batch_contacts_of(batch, &candidates, asked, &count) == QUOIN_TOO_MANY && count == 4);
+  count = 8;
+  CHECK(quoin_batch_contacts_of(batch, &candidates, asked, &count) == QUOIN_OK && count == 4);
+  CHECK(asked[3].a == 7 && asked[3].b == 9 && asked[3].previous == -1);
+  CHECK(quoin_batch_contacts_of(batch, &candidates, NULL, &count) == QUOIN_BAD_INPUT);
+  CHECK(quoin_batch_contacts_of(batch, NULL, asked, &count) == QUOIN_BAD_INPUT);
+  CHECK(quoin_batch_contacts_of(NULL, &candidates, asked, &count) == QUOIN_BAD_INPUT);
+  candidates.pair_count = 4;
+  CHECK(quoin_batch_points(batch, &count) == points && count == 4 && points[3].previous == 3);
   CHECK(quoin_batch_set_reach(batch, 1.5) == QUOIN_OK);
   CHECK(quoin_batch_find(batch, &candidates) == QUOIN_OK);
   quoin_batch_points(batch, &count);
@@ -305,6 +328,53 @@ static void test_batch(void) {
   CHECK(quoin_batch_pairs(NULL, &count) == NULL && count == 0);
   quoin_free_batch(batch);
   quoin_free_batch(NULL);
+  quoin_free(shape);
+}
+
+/* The answers of each pair alone, from wherever the hints start. */
+static void test_distances(void) {
+  quoin_shape* shape = cube(0, 0, 0);
+  quoin_body bodies[6];
+  int pairs[30], count = 0;
+  const int same[2] = {3, 3};
+  quoin_hint hints[15], hint;
+  quoin_nearest nearest[15], alone;
+  quoin_candidates candidates = {bodies, 6, NULL, NULL, pairs, 15};
+  char message[200] = "";
+  for (int i = 0; i < 6; ++i) bodies[i].shape = shape;
+  for (int a = 0; a < 6; ++a) {
+    for (int b = 0; b < a; ++b) {
+      hints[count] = quoin_no_hint();
+      pairs[2 * count] = a;
+      pairs[2 * count++ + 1] = b;
+    }
+  }
+  for (int step = 0; step < 3; ++step) {
+    for (int i = 0; i < 6; ++i) bodies[i].placement = at(1.25 * i, 0.1 * step, 0.75 * (i % 3));
+    if (step == 2) hints[4].face_a = 99; /* a hint of some other pair */
+    CHECK(quoin_update_nearest_features(&candidates, 0.0, hints, nearest, message,
+                                        sizeof message) == QUOIN_OK);
+    for (int k = 0; k < count; ++k) {
+      hint = quoin_no_hint();
+      CHECK(quoin_nearest_features(bodies + pairs[2 * k], bodies + pairs[2 * k + 1], 0.0, &hint,
+                                   &alone) == QUOIN_OK);
+      CHECK(nearest[k].gap == alone.gap && nearest[k].status == alone.status);
+      CHECK(memcmp(nearest[k].normal, alone.normal, sizeof alone.normal) == 0);
+      CHECK(memcmp(nearest[k].point_a, alone.point_a, sizeof alone.point_a) == 0);
+      CHECK(memcmp(&hints[k], &hint, sizeof hint) == 0);
+    }
+  }
+  candidates.pairs = same;
+  candidates.pair_count = 1;
+  CHECK(quoin_update_nearest_features(&candidates, 0.0, hints, nearest, message, sizeof message) ==
+        QUOIN_BAD_INPUT);
+  CHECK(strcmp(message, "pair 0 is (3, 3), must name two of 6 bodies") == 0);
+  CHECK(quoin_update_nearest_features(&candidates, -1.0, hints, nearest, NULL, 0) ==
+        QUOIN_BAD_INPUT);
+  CHECK(quoin_update_nearest_features(&candidates, 0.0, NULL, nearest, NULL, 0) == QUOIN_BAD_INPUT);
+  CHECK(quoin_update_nearest_features(NULL, 0.0, hints, nearest, NULL, 0) == QUOIN_BAD_INPUT);
+  candidates.pair_count = 0;
+  CHECK(quoin_update_nearest_features(&candidates, 0.0, NULL, NULL, NULL, 0) == QUOIN_OK);
   quoin_free(shape);
 }
 
@@ -350,6 +420,7 @@ int main(void) {
   test_queries();
   test_finder();
   test_batch();
+  test_distances();
   test_free_vertices();
   CHECK(strchr(quoin_version(), '.') != NULL);
   if (failures == 0) {

@@ -516,6 +516,17 @@ TEST_CASE("make shape: thickness is the solid's, and flat sets are refused") {
   }
 }
 
+TEST_CASE("make shape: what is as flat as can be is 0 m thick") {
+  Points points(3, 4);
+  points << Vector3(0, 0, 0), Vector3(1, 0, 0.3), Vector3(0, 1, 0.1), Vector3(1, 1, 0.4);
+  try {
+    make_hull(points);
+    FAIL("a flat set was taken");
+  } catch (const InputError& error) {
+    CHECK(std::string(error.what()).find("thickness 0 m,") != std::string::npos);
+  }
+}
+
 TEST_CASE("make shape: mass properties are those of the exact hull") {
   Points points(3, 9);  // a slab as thick as two label lengths, with a vertex on its top
   points << columns(box_corners({1, 1, 4e-9})), Vector3(0.5, 0.5, 5e-9);

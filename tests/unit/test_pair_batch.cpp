@@ -138,6 +138,9 @@ TEST_CASE("pair batch: input that makes no sense is refused") {
   stack.bodies[1] = Body(stack.cube, at(nan));
   CHECK(find({{0, 1}}) ==
         "body 1: translation[2] of its placement is nan, must be finite and at most 1e+30");
+  CHECK(find({{0, 2}}).empty());  // nobody asks for it
+  CHECK(find({{2, 1}}) ==
+        "body 1: translation[2] of its placement is nan, must be finite and at most 1e+30");
   stack.bodies[1] = Body(stack.cube, at(1));
   CHECK(find({{0, 1}}).empty());
   CHECK(contacts.size() == 4);

@@ -241,9 +241,24 @@ quoin_status quoin_batch_set_reach(quoin_batch* batch, double reach);
  * until the next call. */
 quoin_status quoin_batch_find(quoin_batch* batch, const quoin_candidates* candidates);
 
+/* A question by the way: what quoin_batch_find would list of these pairs alone, `previous` being
+ * -1. *count in: room in `points`, out: number of contact points there are. The lists of the last
+ * find stay as they are, and the next one goes on as though nobody had asked; `changes` are those
+ * since the last find. */
+quoin_status quoin_batch_contacts_of(quoin_batch* batch, const quoin_candidates* candidates,
+                                     quoin_contact_point* points, int* count);
+
 /* The contact points, sorted by key, and the pairs in contact or no longer so, by names. */
 const quoin_contact_point* quoin_batch_points(const quoin_batch* batch, int* count);
 const quoin_pair* quoin_batch_pairs(const quoin_batch* batch, int* count);
+
+/* quoin_nearest_features of each pair, to the bit, in one call: for a code that asks for the same
+ * pairs step after step. `hints` (quoin_no_hint() at first) and `nearest`: one a pair, in the order
+ * of the pairs, one given twice has two. Names stand in messages, changes are not read. On
+ * QUOIN_BAD_INPUT nothing has been written. */
+quoin_status quoin_update_nearest_features(const quoin_candidates* candidates, double tolerance,
+                                           quoin_hint* hints, quoin_nearest* nearest, char* message,
+                                           size_t message_size);
 
 /* ---- The finder: all contacts of a crowd of bodies ---- */
 
@@ -298,6 +313,13 @@ int quoin_finder_threads(const quoin_finder* finder); /* fewer than asked for wh
 
 /* Finds all contacts. The lists stay as they are until the next call. */
 quoin_status quoin_finder_find(quoin_finder* finder);
+
+/* A question by the way: what quoin_finder_find would list of those pairs alone that have a body of
+ * `handles`, in any order, `previous` being -1. *count in: room in `points`, out: number of contact
+ * points there are. The lists of the last find stay as they are, and the next one goes on as though
+ * nobody had asked. */
+quoin_status quoin_finder_contacts_of(quoin_finder* finder, const int* handles, int handle_count,
+                                      quoin_contact_point* points, int* count);
 
 /* The contact points, sorted by key, and the pairs in contact or no longer so, by handles. */
 const quoin_contact_point* quoin_finder_points(const quoin_finder* finder, int* count);

@@ -60,6 +60,15 @@ quoin_pair to_c(const PairResult& pair);
 /// Checked; `name` is for the message.
 Body body_of(const quoin_body* body, int name);
 
+/// None where it is null, or speaks of features that the shapes do not have.
+FeatureHint from_c(const quoin_hint* hint, const Body& a, const Body& b);
+
+/// The answer into the caller's memory, the hint (may be null) brought up to date.
+quoin_status give(const NearestFeatures& found, quoin_hint* hint, quoin_nearest* nearest);
+
+/// As many points as there is room for in the caller's memory. `count` in: room, out: how many.
+quoin_status give(std::span<const ContactPoint> found, quoin_contact_point* points, int& count);
+
 template <class From, class To>
 void copy(const From& from, std::vector<To>& to) {
   to.resize(from.size());

@@ -8,7 +8,7 @@ struct quoin_finder {
   explicit quoin_finder(const geometry::FinderOptions& options) : finder(options) {}
 
   geometry::ContactFinder finder;
-  std::vector<geometry::ContactPoint> contacts;
+  std::vector<geometry::ContactPoint> contacts, asked;
   std::vector<quoin_contact_point> points;
   std::vector<quoin_pair> pairs;
   char message[256] = "";
@@ -127,6 +127,19 @@ quoin_status quoin_finder_find(quoin_finder* finder) {
     copy(finder->contacts, finder->points);
     copy(f.pairs(), finder->pairs);
   });
+}
+
+quoin_status quoin_finder_contacts_of(quoin_finder* finder, const int* handles, int handle_count,
+                                      quoin_contact_point* points, int* count) {
+  quoin_status status = QUOIN_OK;
+  const quoin_status asked = with(finder, [&](geometry::ContactFinder& f) {
+    require(handle_count >= 0 && (handles != nullptr || handle_count == 0),
+            "handles is null, or their number is negative");
+    require(count != nullptr && (points != nullptr || *count <= 0), "points or count is null");
+    f.contacts_of({handles, static_cast<std::size_t>(handle_count)}, finder->asked);
+    status = give(finder->asked, points, *count);
+  });
+  return asked == QUOIN_OK ? status : asked;
 }
 
 const quoin_contact_point* quoin_finder_points(const quoin_finder* finder, int* count) {

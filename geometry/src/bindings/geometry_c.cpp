@@ -106,24 +106,6 @@ bool fits(const FeatureHint& hint, const Shape& a, const Shape& b) {
          within(hint.face_b, b.topology().face_count()) && hint.normal.allFinite();
 }
 
-FeatureHint from_c(const quoin_hint* hint, const Body& a, const Body& b) {
-  FeatureHint made;
-  if (hint == nullptr) return made;
-  std::copy_n(hint->vertices_a, 4, made.vertices_a.begin());
-  std::copy_n(hint->vertices_b, 4, made.vertices_b.begin());
-  made.face_a = hint->face_a;
-  made.face_b = hint->face_b;
-  made.normal = vector_of(hint->normal);
-  return fits(made, a.shape(), b.shape()) ? made : FeatureHint{};
-}
-
-/// The answer into the caller's memory, the hint brought up to date.
-quoin_status give(const NearestFeatures& found, quoin_hint* hint, quoin_nearest* nearest) {
-  *nearest = to_c(found);
-  if (hint != nullptr) *hint = to_c(found.hint);
-  return found.status == PairStatus::NotConverged ? QUOIN_NOT_CONVERGED : QUOIN_OK;
-}
-
 quoin_shape* new_shape(Shape&& solid, std::vector<int>&& input_index) {
   return new quoin_shape{std::make_shared<Shape>(std::move(solid)), std::move(input_index)};
 }
@@ -151,6 +133,33 @@ std::span<const int> vertices_of(const Topology& topology, const quoin_feature& 
 }
 
 }  // namespace
+
+FeatureHint from_c(const quoin_hint* hint, const Body& a, const Body& b) {
+  FeatureHint made;
+  if (hint == nullptr) return made;
+  std::copy_n(hint->vertices_a, 4, made.vertices_a.begin());
+  std::copy_n(hint->vertices_b, 4, made.vertices_b.begin());
+  made.face_a = hint->face_a;
+  made.face_b = hint->face_b;
+  made.normal = vector_of(hint->normal);
+  return fits(made, a.shape(), b.shape()) ? made : FeatureHint{};
+}
+
+quoin_status give(const NearestFeatures& found, quoin_hint* hint, quoin_nearest* nearest) {
+  *nearest = to_c(found);
+  if (hint != nullptr) *hint = to_c(found.hint);
+  return found.status == PairStatus::NotConverged ? QUOIN_NOT_CONVERGED : QUOIN_OK;
+}
+
+quoin_status give(std::span<const ContactPoint> found, quoin_contact_point* points, int& count) {
+  const auto room = static_cast<std::size_t>(std::max(count, 0));
+  count = static_cast<int>(found.size());
+  const std::span<const ContactPoint> written = found.first(std::min(room, found.size()));
+  std::transform(written.begin(), written.end(), points,
+                 [](const ContactPoint& point) { return to_c(point); });
+  return found.size() > room ? QUOIN_TOO_MANY : QUOIN_OK;
+}
+
 }  // namespace quoin::geometry::bindings
 
 using namespace quoin::geometry;            // NOLINT: nothing but the functions of C follows
@@ -258,12 +267,8 @@ quoin_status quoin_contact_points(const quoin_body* a, const quoin_body* b, doub
     contact.nearest.hint = from_c(hint, body_a, body_b);
     update_pair_contact(body_a, body_b, {.tolerance = tolerance, .reach = reach}, contact);
     const quoin_status status = give(contact.nearest, hint, nearest);
-    const int room = std::max(*count, 0);
-    *count = static_cast<int>(contact.points.size());
-    for (int i = 0; i < std::min(room, *count); ++i) {
-      points[i] = to_c(contact.points[static_cast<std::size_t>(i)]);
-    }
-    return *count > room ? QUOIN_TOO_MANY : status;
+    const quoin_status listed = give(contact.points, points, *count);
+    return listed == QUOIN_OK ? status : listed;
   });
 }
 

@@ -1,6 +1,8 @@
+#include <quoin/geometry/distance_batch.hpp>
 #include <quoin/geometry/pair_batch.hpp>
 
 #include "bindings/c_values.hpp"
+#include "finder/pair_checks.hpp"
 
 namespace geometry = quoin::geometry;
 
@@ -10,7 +12,7 @@ struct quoin_batch {
   geometry::PairBatch batch;
   std::vector<geometry::BlockPair> candidates;
   std::vector<geometry::BodyChange> changes;
-  std::vector<geometry::ContactPoint> contacts;
+  std::vector<geometry::ContactPoint> contacts, asked;
   std::vector<quoin_contact_point> points;
   std::vector<quoin_pair> pairs;
   char message[256] = "";
@@ -34,14 +36,20 @@ std::span<const T> row(const T* values, int count) {
   return {values, static_cast<std::size_t>(count)};
 }
 
-void check(const quoin_candidates* given) {
+void check_lists(const quoin_candidates* given) {
   require(given != nullptr && given->body_count >= 0 && given->pair_count >= 0,
           "candidates is null, or a count is negative");
   require(given->bodies != nullptr || given->body_count == 0, "bodies is null");
   require(given->pairs != nullptr || given->pair_count == 0, "pairs is null");
-  for (int i = 0; i < given->body_count; ++i) {
-    body_of(given->bodies + i, given->names == nullptr ? i : given->names[i]);
-  }
+}
+
+geometry::Body checked_body(const quoin_candidates& given, int i) {
+  return body_of(given.bodies + i, given.names == nullptr ? i : given.names[i]);
+}
+
+void check(const quoin_candidates* given) {
+  check_lists(given);
+  for (int i = 0; i < given->body_count; ++i) checked_body(*given, i);
 }
 
 geometry::BodyChange change_of(int change) {
@@ -49,24 +57,54 @@ geometry::BodyChange change_of(int change) {
   return static_cast<geometry::BodyChange>(change);
 }
 
-void find(quoin_batch& batch, const quoin_candidates& given) {
+void read_pairs(const quoin_candidates& given, std::vector<geometry::BlockPair>& pairs) {
+  pairs.clear();
+  for (int k = 0; k < given.pair_count; ++k) {
+    pairs.push_back({given.pairs[2 * k], given.pairs[2 * k + 1]});
+  }
+}
+
+/// Into the batch: changes and pairs, too.
+geometry::BodySource read(const quoin_candidates& given, quoin_batch& batch) {
   batch.changes.clear();
   for (const int change : row(given.changes, given.body_count)) {
     batch.changes.push_back(change_of(change));
   }
-  batch.candidates.clear();
-  for (int k = 0; k < given.pair_count; ++k) {
-    batch.candidates.push_back({given.pairs[2 * k], given.pairs[2 * k + 1]});
-  }
+  read_pairs(given, batch.candidates);
   geometry::BodySource source;
   source.owner = given.bodies;
   source.body = body_in_row;
   source.count = given.body_count;
   source.names = row(given.names, given.body_count);
   source.changes = batch.changes;
-  batch.batch.find(source, batch.candidates, batch.contacts);
+  return source;
+}
+
+void find(quoin_batch& batch, const quoin_candidates& given) {
+  const geometry::BodySource bodies = read(given, batch);
+  batch.batch.find(bodies, batch.candidates, batch.contacts);
   copy(batch.contacts, batch.points);
   copy(batch.batch.pairs(), batch.pairs);
+}
+
+quoin_status update_all(const quoin_candidates& given, double tolerance, quoin_hint* hints,
+                        quoin_nearest* nearest) {
+  std::vector<geometry::Body> bodies;
+  for (int i = 0; i < given.body_count; ++i) bodies.push_back(checked_body(given, i));
+  std::vector<geometry::BlockPair> pairs;
+  read_pairs(given, pairs);
+  geometry::check_pairs(pairs, given.body_count);
+  const auto body = [&](int i) -> auto& { return bodies[static_cast<std::size_t>(i)]; };
+  std::vector<geometry::NearestFeatures> answers(pairs.size());
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    answers[k].hint = from_c(hints + k, body(pairs[k].a), body(pairs[k].b));
+  }
+  update_nearest_features(bodies, pairs, answers, {.tolerance = tolerance});
+  quoin_status status = QUOIN_OK;
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    if (give(answers[k], hints + k, nearest + k) != QUOIN_OK) status = QUOIN_NOT_CONVERGED;
+  }
+  return status;
 }
 
 }  // namespace
@@ -107,6 +145,33 @@ quoin_status quoin_batch_find(quoin_batch* batch, const quoin_candidates* candid
     return QUOIN_OK;
   };
   return guarded(run, batch->message, sizeof batch->message);
+}
+
+quoin_status quoin_batch_contacts_of(quoin_batch* batch, const quoin_candidates* candidates,
+                                     quoin_contact_point* points, int* count) {
+  if (batch == nullptr) return QUOIN_BAD_INPUT;
+  const auto run = [&] {
+    check(candidates);
+    require(count != nullptr && (points != nullptr || *count <= 0), "points or count is null");
+    const geometry::BodySource bodies = read(*candidates, *batch);
+    batch->batch.contacts_of(bodies, batch->candidates, batch->asked);
+    return give(batch->asked, points, *count);
+  };
+  return guarded(run, batch->message, sizeof batch->message);
+}
+
+quoin_status quoin_update_nearest_features(const quoin_candidates* candidates, double tolerance,
+                                           quoin_hint* hints, quoin_nearest* nearest, char* message,
+                                           size_t message_size) {
+  say("", message, message_size);
+  const auto run = [&] {
+    check_lists(candidates);
+    require((hints != nullptr && nearest != nullptr) || candidates->pair_count == 0,
+            "hints or nearest is null");
+    geometry::require_length(tolerance, "tolerance");
+    return update_all(*candidates, tolerance, hints, nearest);
+  };
+  return guarded(run, message, message_size);
 }
 
 const quoin_contact_point* quoin_batch_points(const quoin_batch* batch, int* count) {

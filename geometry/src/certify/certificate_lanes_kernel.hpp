@@ -502,24 +502,20 @@ class HintLanes {
   std::array<int, 4> edges_a_, edges_b_;
 };
 
+template <class Set, FeatureKind kA, FeatureKind kB>
+unsigned try_kinds(const HintedPairs& pairs, double tolerance) {
+  return HintLanes<Set, kA, kB>(pairs, tolerance).solve();
+}
+
 template <class Set>
 unsigned try_hints(const HintedPairs& pairs, double tolerance) {
-  switch (3 * static_cast<int>(pairs.kind_a) + static_cast<int>(pairs.kind_b)) {
-    case 0:
-      return HintLanes<Set, kVertex, kVertex>(pairs, tolerance).solve();
-    case 1:
-      return HintLanes<Set, kVertex, kEdge>(pairs, tolerance).solve();
-    case 2:
-      return HintLanes<Set, kVertex, kFace>(pairs, tolerance).solve();
-    case 3:
-      return HintLanes<Set, kEdge, kVertex>(pairs, tolerance).solve();
-    case 4:
-      return HintLanes<Set, kEdge, kEdge>(pairs, tolerance).solve();
-    case 6:
-      return HintLanes<Set, kFace, kVertex>(pairs, tolerance).solve();
-    default:
-      return 0;
-  }
+  constexpr unsigned (*kTry[3][3])(const HintedPairs&, double) = {
+      {try_kinds<Set, kVertex, kVertex>, try_kinds<Set, kVertex, kEdge>,
+       try_kinds<Set, kVertex, kFace>},
+      {try_kinds<Set, kEdge, kVertex>, try_kinds<Set, kEdge, kEdge>, nullptr},
+      {try_kinds<Set, kFace, kVertex>, nullptr, nullptr}};
+  const auto by = kTry[static_cast<int>(pairs.kind_a)][static_cast<int>(pairs.kind_b)];
+  return by == nullptr ? 0 : by(pairs, tolerance);
 }
 
 }  // namespace

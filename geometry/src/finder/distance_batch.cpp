@@ -3,7 +3,6 @@
 
 #include "certify/certificate_lanes.hpp"
 #include "finder/pair_checks.hpp"
-#include "finder/placed_box.hpp"
 #include "search/prefetch.hpp"
 
 namespace quoin::geometry {
@@ -120,8 +119,7 @@ void update_nearest_features(std::span<const Body> bodies, std::span<const Block
     throw InputError("distance batch: " + std::to_string(answers.size()) + " answers for " +
                      std::to_string(pairs.size()) + " pairs");
   }
-  int name = 0;
-  for (const Body& body : bodies) require_placement(body.placement(), name++);
+  check_placements(pairs, bodies.data(), [](int body) { return body; });
   const auto most =
       static_cast<std::size_t>(executor == nullptr ? 1 : std::max(1, executor->workers()));
   const std::size_t workers = pairs.size() >= most * kPairsPerWorker ? most : 1;

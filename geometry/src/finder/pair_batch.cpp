@@ -249,6 +249,7 @@ struct PairBatch::Memory {
   double remembered_reach = -1.0;
 
   void take_pairs(std::span<const BlockPair> given);
+  void check_row() const;
   void carry();
   void find_places();
   void admit(std::span<const BlockPair> asked);
@@ -363,6 +364,12 @@ void PairBatch::Memory::take_pairs(std::span<const BlockPair> given) {
   renamed.clear();
   if (bodies.names.empty()) return;
   for (const BlockPair& pair : pairs) renamed.push_back({name(pair.a), name(pair.b)});
+}
+
+/// Whoever makes bodies of his own has checked them.
+void PairBatch::Memory::check_row() const {
+  if (bodies.body != body_in_row) return;
+  check_placements(pairs, static_cast<const Body*>(bodies.owner), [&](int i) { return name(i); });
 }
 
 /// Each pair of the last call keeps what it knows; a new one starts cold.
@@ -910,11 +917,8 @@ FindCounts PairBatch::find(const BodySource& bodies, std::span<const BlockPair> 
   Memory& m = memory();
   check(bodies);
   m.bodies = bodies;
-  if (bodies.body == body_in_row) {
-    const auto* const row = static_cast<const Body*>(bodies.owner);
-    for (int i = 0; i < bodies.count; ++i) require_placement(row[i].placement(), m.name(i));
-  }
   m.take_pairs(pairs);
+  m.check_row();
   try {
     m.find(contacts, executor);
   } catch (...) {
@@ -930,11 +934,7 @@ FindCounts PairBatch::contacts_of(const BodySource& bodies, std::span<const Bloc
   check_sizes(bodies);
   m.bodies = bodies;
   m.take_pairs(pairs);
-  if (bodies.body == body_in_row) {
-    for (const BlockPair& pair : m.pairs) {
-      for (const int i : {pair.a, pair.b}) require_placement(m.body(i).placement(), m.name(i));
-    }
-  }
+  m.check_row();
   try {
     m.contacts_of(contacts, executor);
   } catch (...) {

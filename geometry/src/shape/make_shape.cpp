@@ -134,7 +134,7 @@ double depth_below(const Eigen::Ref<const Points>& vertices, const std::vector<i
   constexpr double kNoNormal = 0x1p-80;  // nothing is left of it in double-double
   if (!(normal.norm() > kNoNormal * longest)) return enough;
   const Vector3 unit = normal.normalized();
-  double depth = -unit.dot(vertices.col(deep) - base);
+  double depth = std::max(0.0, -unit.dot(vertices.col(deep) - base));
   for (int v = 0; v < vertices.cols() && depth < enough; ++v) {
     const double below = -unit.dot(vertices.col(v) - base);
     if (below <= depth) continue;

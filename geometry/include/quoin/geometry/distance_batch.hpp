@@ -15,8 +15,8 @@ namespace quoin::geometry {
 /// again for four pairs side by side; what they refute goes one by one. `executor`: null: the
 /// caller's thread alone; the answers hang neither on the number of workers nor on the other pairs.
 /// Throws InputError, before any answer is touched, for a pair that does not name two bodies, for
-/// another number of answers and for a body whose placement is none. What an executor throws leaves
-/// each answer the old one or the new one.
+/// another number of answers and for a body named whose placement is none. What an executor throws
+/// leaves each answer the old one or the new one.
 void update_nearest_features(std::span<const Body> bodies, std::span<const BlockPair> pairs,
                              std::span<NearestFeatures> answers, const SearchOptions& options = {},
                              Executor* executor = nullptr);

@@ -82,7 +82,7 @@ class PairBatch {
   /// order; a pair given twice is answered once. The list is the same for any number of workers;
   /// without an executor the calling thread does it all. No allocation when warm. Throws InputError
   /// for an index out of range, a body paired with itself, names that do not ascend, spans of the
-  /// wrong size or a placement that is none.
+  /// wrong size or, of bodies in a row that a pair names, a placement that is none.
   FindCounts find(const BodySource& bodies, std::span<const BlockPair> pairs,
                   std::vector<ContactPoint>& contacts, Executor* executor = nullptr);
 
