@@ -202,6 +202,7 @@ void account_blocks(const StepSetting& step, Attempt& attempt) {
         force.dot(step.point_motion(load.block, load.arm) * step.increment[index(load.block)]);
     largest = std::max(largest, force.norm());
   }
+  if (!(largest > 0.0)) largest = unbalanced;  // nothing holds it or drives it on
   attempt.unbalance = largest > 0.0 ? unbalanced / largest : 0.0;
 }
 

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <sstream>
 
 #include "checkpoint.hpp"
 #include "left_out.hpp"
@@ -102,7 +103,9 @@ namespace {
 void check(const StepOptions& options) {
   const auto require = [](bool good, const char* what, double value) {
     if (good) return;
-    throw InputError(std::string(what) + " (is " + std::to_string(value) + ")");
+    std::ostringstream line;
+    line << what << " (is " << value << ")";
+    throw InputError(line.str());
   };
   require(options.time_step > 0.0 && std::isfinite(options.time_step),
           "time step must be greater than 0 s", options.time_step);
@@ -125,6 +128,11 @@ void check(const StepOptions& options) {
   require(options.threads >= 1, "threads must be at least 1", options.threads);
 }
 
+std::string numbered(const Scene& scene, int block) {
+  const std::string& name = scene.blocks[static_cast<std::size_t>(block)].name;
+  return std::to_string(block) + (name.empty() ? "" : " (" + name + ")");
+}
+
 /// Overlap of what is being laid above 1e-3 of the smaller block is refused unless the scene keeps
 /// it.
 void check_overlap(const CompiledScene& compiled, const Workspace& work) {
@@ -137,11 +145,12 @@ void check_overlap(const CompiledScene& compiled, const Workspace& work) {
     const double size = std::min(compiled.models[static_cast<std::size_t>(point.key.a)].size,
                                  compiled.models[static_cast<std::size_t>(point.key.b)].size);
     if (-point.gap <= 1e-3 * size) continue;
-    throw InputError("blocks " + std::to_string(point.key.a) + " and " +
-                     std::to_string(point.key.b) + " overlap by " + std::to_string(-point.gap) +
-                     " m where they are laid; the limit is 1e-3 of the smaller block, " +
-                     std::to_string(1e-3 * size) +
-                     " m (initial overlap can be kept, or taken as touching)");
+    std::ostringstream line;
+    line << "blocks " << numbered(compiled.scene, point.key.a) << " and "
+         << numbered(compiled.scene, point.key.b) << " overlap by " << -point.gap
+         << " m where they are laid; the limit is 1e-3 of the smaller block, " << 1e-3 * size
+         << " m (initial overlap can be kept, or taken as touching)";
+    throw InputError(line.str());
   }
 }
 

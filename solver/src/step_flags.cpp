@@ -9,6 +9,7 @@ namespace {
 
 constexpr double kLargestStrain = 0.05;   // small-strain theory
 constexpr double kLargestOverlap = 1e-3;  // of the smaller block: as at the start of a scene
+constexpr double kThrownApart = 1e-4;     // likewise: up to there all are found (Reach)
 
 double size(const CompiledScene& compiled, int block) {
   return compiled.models[static_cast<std::size_t>(block)].size;
@@ -60,12 +61,14 @@ StepFlag missing_contact(const CompiledScene& compiled, const geometry::ContactP
 
 }  // namespace
 
-const geometry::ContactPoint* vanished(std::span<const Contact> contacts,
+const geometry::ContactPoint* vanished(const CompiledScene& compiled,
+                                       std::span<const Contact> contacts,
                                        std::span<const geometry::ContactPoint> found) {
   const auto pair = [](const geometry::ContactPoint& p) { return std::pair(p.key.a, p.key.b); };
   auto at = found.begin();
   for (const Contact& contact : contacts) {
     if (contact.mode == ContactMode::Open) continue;
+    if (contact.impact && -overlap_share(compiled, contact.point) > kThrownApart) continue;
     while (at != found.end() && pair(*at) < pair(contact.point)) ++at;
     if (at == found.end() || pair(*at) != pair(contact.point)) return &contact.point;
   }
@@ -104,7 +107,7 @@ void note_contacts(const CompiledScene& compiled, std::span<const Contact> conta
     ++extremes.closed;
     note_overlap(compiled, contact.point, extremes.held_share, extremes.held_point);
   }
-  extremes.vanished = vanished(contacts, found);
+  extremes.vanished = vanished(compiled, contacts, found);
 }
 
 void add(const Extremes& part, Extremes& total) {

@@ -57,9 +57,10 @@ void note_contacts(const CompiledScene& compiled, std::span<const Contact> conta
 /// Of other blocks and contacts.
 void add(const Extremes& part, Extremes& total);
 
-/// The first closed contact whose blocks `found` does not know near each other; null: none. Both
-/// are sorted by key.
-const geometry::ContactPoint* vanished(std::span<const Contact> contacts,
+/// The first closed contact whose blocks `found` does not know near each other, but for those that
+/// an impact has thrown apart; null: none. Both are sorted by key.
+const geometry::ContactPoint* vanished(const CompiledScene& compiled,
+                                       std::span<const Contact> contacts,
                                        std::span<const geometry::ContactPoint> found);
 
 /// Appends to report.flags.

@@ -237,6 +237,9 @@ class RunCommand(FolderTest):
                               ("/parameters=3", "/parameters: must be an object"),
                               ("/blocks/7/name=x", "/blocks/7: there is no such place"),
                               ("/penalty=-1", "/penalty: must be greater than 0"),
+                              ("/penalty=1e400", "/penalty: number overflow"),
+                              ("/tolerance=1", "/tolerance: must be less than 0.01, is 1"),
+                              ("/smallest_time_step=1", "/smallest_time_step: "),
                               ("/blocks/0/kind=soft", "/blocks/0/kind: must be")):
             done = run(INCLINE, "--set", change)
             self.assertEqual(done.returncode, 2)
@@ -255,6 +258,29 @@ class RunCommand(FolderTest):
             summary = json.loads((out / "summary.json").read_text())
             self.assertEqual(summary["verdict"], "failed")
             self.assertTrue(any(words in line for line in summary["failures"]), summary["failures"])
+
+    def test_a_function_of_time_that_leaves_the_numbers(self):
+        """Said by name, and what was reached is kept."""
+        gone = ["sqrt(0.025-t)", "0", "0"]
+        box = {"type": "box", "min": [0, 0, 0], "max": [1, 1, 1]}
+        scene = {"joint": {"friction_angle_deg": 30}, "materials": {"m": {"density": 1}}, "time_step": 0.01,
+                 "end_time": 0.1, "blocks": [{"name": "top", "kind": "rigid", "material": "m", "shape": box}]}
+        table = {"name": "table", "kind": "prescribed", "motion": {"displacement": {"formula": gone}},
+                 "shape": box, "pose": {"translation": [0, 0, -1]}}
+        for change, words in (
+                ({"gravity": {"formula": gone}}, "gravity at 0.03 s"),
+                ({"loads": [{"type": "body", "block": "top", "force": {"formula": gone}}]},
+                 'a body load on "top" at 0.0'),
+                ({"blocks": scene["blocks"] + [table]}, 'motion of "table" at 0.02')):
+            file, out = self.folder / "scene.json", self.folder / "out"
+            file.write_text(json.dumps({**scene, **change}))
+            done = run(file, "--out", out)
+            self.assertEqual(done.returncode, 1, done.stderr)
+            self.assertIn(words, done.stderr)
+            self.assertIn("is not finite", done.stderr)
+            summary = json.loads((out / "summary.json").read_text())
+            self.assertEqual(summary["status"], "not_converged")
+            self.assertGreaterEqual(summary["steps"], 3)
 
     def test_output_that_nobody_can_read(self):
         for words in (["run", INCLINE], ["run", INCLINE, "--json"], ["--help"], ["validate", "--list"],

@@ -83,7 +83,7 @@ class Stages(FolderTest):
         out = self.folder / "out"
         found = self.summary(scene, "--out", out, code=1)
         self.assertEqual(found["status"], "stage_refused")
-        self.assertIn("stage 1 (too full) can't begin: blocks 1 and 2 overlap", found["message"])
+        self.assertIn("stage 1 (too full) can't begin: blocks 1 (cube) and 2 (other) overlap", found["message"])
         self.assertTrue((out / "blocks.csv").exists())
 
     def test_what_can_not_be(self):

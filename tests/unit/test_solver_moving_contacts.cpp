@@ -368,7 +368,9 @@ TEST_CASE("a corner that comes down beside one that rests is held in the same st
   }
 }
 
-TEST_CASE("rocks that fall into a bin overlap by no more than a millionth of themselves") {
+TEST_CASE("rocks that fall into a bin overlap by no more than a millionth, or what is asked for") {
+  const double tolerance = GENERATE(1e-10, 1e-8, 1e-6, 1e-4);
+  CAPTURE(tolerance);
   Random random(environment_number("QUOIN_SEED", 3));
   Scene scene{.joint = {.friction_angle = 35.0 * std::numbers::pi / 180.0}};
   scene.add_fixed(quoin::geometry::make_box({-2, -2, -1}, {2, 2, 0}));
@@ -385,14 +387,16 @@ TEST_CASE("rocks that fall into a bin overlap by no more than a millionth of the
     }
     scene.add_rigid(quoin::geometry::make_hull(corners).polyhedron, {.density = 2400});
   }
-  Simulation simulation(scene, {.time_step = 5e-3});
+  Simulation simulation(scene, {.time_step = 5e-3, .tolerance = tolerance});
   double largest = 0.0;
   for (int step = 0; step < 120; ++step) {
     const StepReport report = simulation.advance();
     REQUIRE(report.status == StepStatus::Converged);
     largest = std::max(largest, report.largest_overlap);
   }
-  CHECK(largest <= 1e-6 * size);  // with crossed edges as they were found: 1e-4 m
+  // With crossed edges as they were found: 1e-4 m; at 1e4 times any tolerance: 2 mm at 1e-4, and a
+  // step lost at 1e-6.
+  CHECK(largest <= std::max(1e-6, tolerance) * size);
 }
 
 TEST_CASE("two swarms that meet keep momentum and angular momentum") {

@@ -560,16 +560,34 @@ TEST_CASE("A step that no iteration solves ends after the attempts of both") {
   CHECK(report.iterations < 100);  // 75; where one was not bounded, 221 and more
 }
 
-TEST_CASE("A closed contact whose blocks are no longer found is told") {
+TEST_CASE("What drifts where no force acts is not in balance, what stands is") {
+  Scene scene{.gravity = Vector3(0, 0, 0)};
+  scene.add_rigid(unit_cube({0, 0, 0}), kRock);
+  Simulation standing(scene, {});
+  CHECK(standing.advance().unbalance == 0.0);
+  scene.blocks[0].velocity = Vector3(1, 0, 0);
+  Simulation drifting(scene, {});
+  CHECK(drifting.advance().unbalance == 1.0);
+}
+
+TEST_CASE("A closed contact whose blocks are no longer found is told, unless they rebounded") {
+  Scene scene = cube_on_ground();
+  scene.add_block(unit_cube({0, 0, 1}), kRock);
+  const CompiledScene compiled = compile(std::move(scene));
   std::vector<Contact> contacts(2);
   contacts[0].point.key = {0, 1, {}, {}};
   contacts[1].point.key = {1, 2, {}, {}};
   std::vector<geometry::ContactPoint> found{contacts[0].point};
-  CHECK(vanished(contacts, found) == nullptr);
+  CHECK(vanished(compiled, contacts, found) == nullptr);
   contacts[1].mode = ContactMode::Stick;
-  CHECK(vanished(contacts, found) == &contacts[1].point);
+  CHECK(vanished(compiled, contacts, found) == &contacts[1].point);
+  contacts[1].impact = true;
+  CHECK(vanished(compiled, contacts, found) == &contacts[1].point);
+  contacts[1].point.gap = 1e-3;
+  CHECK(vanished(compiled, contacts, found) == nullptr);
+  contacts[1].impact = false;
   found.push_back(contacts[1].point);
-  CHECK(vanished(contacts, found) == nullptr);
+  CHECK(vanished(compiled, contacts, found) == nullptr);
 }
 
 TEST_CASE("A run flags its own results: strain, overlap, rounding, a step that fails") {

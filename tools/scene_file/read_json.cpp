@@ -106,6 +106,8 @@ json parsed_value(const std::string& value, const std::string& pointer) {
       throw SceneError(pointer, "the new value holds control characters or is no UTF-8");
     }
     return value;
+  } catch (const json::exception& error) {  // a number that no double holds
+    throw SceneError(pointer, plain_message(error));
   }
 }
 

@@ -635,6 +635,15 @@ class Reader {
     take("max_iterations", options.max_iterations);
     take("max_displacement_ratio", options.max_displacement_ratio);
     file_.history_every = document_.value("history_every", 1);
+    require_time_step(options.time_step, "/smallest_time_step");
+  }
+
+  /// No step is shorter than the smallest.
+  void require_time_step(double time_step, const std::string& pointer) const {
+    const double smallest = file_.options.smallest_time_step;
+    if (smallest <= time_step) return;
+    throw SceneError(pointer, "smallest time step must be at most the time step, " +
+                                  shown(time_step) + " s, is " + shown(smallest) + " s");
   }
 
   void read_stages() {
@@ -676,6 +685,7 @@ class Reader {
     stage.reset_displacements = value.value("reset_displacements", false);
     if (value.contains("steps")) stage.steps = value["steps"].get<long>();
     if (stage.analysis == solver::Analysis::Dynamic) {
+      require_time_step(stage.time_step, pointer + "/time_step");
       read_end(value, pointer, stage, reached);
       return stage;
     }

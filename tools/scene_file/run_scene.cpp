@@ -8,6 +8,7 @@
 
 #include "scene_file/archive.hpp"
 #include "scene_file/group_value.hpp"
+#include "scene_file/not_finite.hpp"
 
 namespace quoin::scene_file {
 namespace {
@@ -539,7 +540,9 @@ class Runner {
 
   void not_converged(const StepReport& report) {
     ++result_.unconverged_steps;
-    fail(RunStatus::NotConverged, describe(report) + fighting(report) + rounded(report));
+    fail(RunStatus::NotConverged,
+         describe(report) + not_finite(simulation_.scene(), report.time, simulation_.options()) +
+             fighting(report) + rounded(report));
     going_ = going_ && report.status != solver::StepStatus::Diverged;  // no try to go on from
     if (going_) {
       simulation_.take_best_try();

@@ -11,7 +11,8 @@ namespace {
 
 // Chosen on single steps of piles, shaken walls, towers, arches and slopes, and on runs of them.
 constexpr int kSweeps = 10;
-constexpr double kForces = 1e4;     // times the tolerance: gaps come out as much better than forces
+constexpr double kCrowd = 1e4;      // times the tolerance: gaps come out as much better than forces
+constexpr double kCoarsest = 1e-6;  // of that; from there on what is asked for is enough
 constexpr double kRough = 1e-3;     // of the forces, while linearisations are far from agreeing
 constexpr int kMostHard = 20;       // steps on hard contacts before they yield by
 constexpr double kSoftness = 0.03;  // and, where Newton's method does not end in
@@ -23,7 +24,7 @@ constexpr int kMostConeSteps = 25;    // of contacts in cones, or where these ha
 constexpr double kConeForces = 1e-3;  // of the largest: what is worse is left out
 constexpr int kMostUpdates = 2;       // of multipliers there, where their forces make energy
 constexpr int kMostMending = 20;      // steps of the projection of gaps, to
-constexpr double kGap = 5e3;          // times the tolerance, of the smallest block
+constexpr double kGap = 0.5;          // of the tolerance of gaps
 constexpr double kLimit = 2.0;        // times that: the most that is left or kept
 
 /// Of what a force is the projection of.
@@ -42,6 +43,10 @@ void add(const IterationCount& part, IterationCount& total) {
 }
 
 }  // namespace
+
+double crowd_tolerance(double tolerance) {
+  return std::max(tolerance, std::min(kCrowd * tolerance, kCoarsest));
+}
 
 /// `first`: the first linearisation of a step, which sweeps; the others are near their solution.
 /// Velocities yield at once where the positions have: of 57 that tried hard contacts in a wall of
@@ -285,13 +290,13 @@ OpenCloseResult MovingContacts::solve(const BlockSystem& base, const BlockVector
   problem_.set(base, force, contacts, increment, options.mended_apart);
   start(contacts, first);
   iterations_left_ = options.max_iterations;
-  forces_ = kForces * options.force_tolerance;
+  forces_ = crowd_tolerance(options.force_tolerance);
   IterationCount count = iterate(options.rough ? std::max(forces_, kRough) : forces_);
   record(contacts);
   if (positions) yielded_ = softness_ > 0.0;
   OpenCloseResult result;
   if (count.converged && positions && !options.rough) {
-    gap_ = kGap * options.force_tolerance * *std::ranges::min_element(slots_->length);
+    gap_ = kGap * forces_ * *std::ranges::min_element(slots_->length);
     IterationCount mended = mend(contacts);
     result.closed = mended.converged;
     mended.converged = true;  // what is left of the gaps is the next step's

@@ -49,7 +49,8 @@ Reach::Reach(const CompiledScene& compiled, const StepOptions& options, const Se
              std::span<const int> moved, KnownReaches& known)
     : compiled_(compiled), known_(known) {
   const double dt = options.time_step;
-  const double fall = compiled.scene.gravity.at(state.time + dt).norm() * dt * dt;
+  double fall = compiled.scene.gravity.at(state.time + dt).norm() * dt * dt;
+  if (!std::isfinite(fall)) fall = 0.0;  // the step will diverge
   new_ = fall != known.fall || state.opening != known.opening;
   known.fall = fall;
   known.opening = state.opening;

@@ -132,6 +132,7 @@ double unbalance(const SubStep& step, const StepPoses& poses,
     largest = std::max(largest, Vector3(load.factor * load.force.at(step.load_time())).norm());
   }
   for (const LinearContact& c : linear) largest = std::max(largest, c.force.norm());
+  if (!(largest > 0.0)) largest = unbalanced;  // nothing holds it or drives it on
   return largest > 0.0 ? unbalanced / largest : 0.0;
 }
 

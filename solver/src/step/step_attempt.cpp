@@ -32,7 +32,6 @@ constexpr double kMended = 1e-5;    // of the smallest, forces are held, and the
 constexpr int kMostFollowing = 4;   // times, at most, as long as gaps change by no more than
 constexpr double kFollowed = 1e-7;  // a fifth of what they may be.
 constexpr double kOpened = 10.0;    // of the gap tolerance: closed contacts are good to one
-constexpr double kClosed = 1e4;     // likewise: where contacts yield they are good to so much
 
 void by_slot(const Slots& slots, const BlockVector& blocks, BlockVector& by_slot) {
   by_slot.resize(slots.block_of_slot.size());
@@ -183,7 +182,7 @@ OpenCloseResult solve_positions(const SubStep& step, std::span<const BodyContact
                           .gap_tolerance = step.gap_tolerance()};
   tuning.raise = step.options.method == ContactMethod::AugmentedLagrangian;
   tuning.damped = !step.dynamic();  // in motion dominoes took twice the solves with it
-  tuning.mended_apart = kClosed * step.gap_tolerance();
+  tuning.mended_apart = crowd_tolerance(step.options.tolerance) * step.island.smallest_size;
   OpenCloseResult total;
   Circle circle;
   double change = std::numeric_limits<double>::infinity();  // by the last linearisation, m
