@@ -185,9 +185,10 @@ bool ContactSolver::try_another(const AttemptOutcome& outcome) {
     case Stage::Crowd:
       if (!outcome.solved || !gained || hard_ != Try::None || sub_steps_left_ > 0) return false;
       hard_ = Try::Now;
+      crowd_gains_ = outcome.gains;
       return true;
     case Stage::OpenClose:
-      if (outcome.solved) return false;
+      if (outcome.solved && !(hard_ == Try::Now && outcome.gains > crowd_gains_)) return false;
       if (hard_ == Try::Now) {
         hard_ = Try::Failed;
         return true;

@@ -89,6 +89,7 @@ class ContactSolver {
   Stage stage_ = Stage::OpenClose;
   Try checked_ = Try::None;    ///< the checked stage, where it is not the first
   Try hard_ = Try::None;       ///< the open-close iteration, of a crowd that gained energy
+  double crowd_gains_ = 0.0;   ///< before a hard try, J: its answer is to gain no more
   int sub_steps_left_ = 0;     ///< without a hard try
   bool loose_ = false;         ///< the island of this sub-step
   bool uneven_ = false;        ///< light blocks bear much heavier ones in this attempt

@@ -63,12 +63,12 @@ std::size_t known_contact(const Known& known, const geometry::ContactKey& key) {
   return at != known.keys.end() && at->first == key ? at->second : kUnknown;
 }
 
-/// Whether the features of a contact that was open overlap by more than its place and normal have
-/// it: of edges that were nearly parallel where it was found, and have turned, or a face that
-/// strain has tilted. A spring keeps its overlap, which is another along another normal.
-bool has_turned(const BodyContact& contact, bool compliant, std::span<const Pose> end,
+/// Whether the features of a contact that was open, or slides, overlap by more than its place and
+/// normal have it: of edges that were nearly parallel where it was found, and have turned, or a face
+/// that strain has tilted. A spring keeps its overlap, which is another along another normal.
+bool has_turned(const BodyContact& contact, const SolvedContact& solved, std::span<const Pose> end,
                 const geometry::ContactPoint& point, double size) {
-  if (contact.was_closed || compliant) return false;
+  if ((contact.was_closed && solved.mode != ContactMode::Slip) || solved.compliant) return false;
   const double gap = contact_geometry(contact, end[index(contact.a)], end[index(contact.b)]).gap;
   return point.gap < gap - kTurned * size;
 }
@@ -81,6 +81,7 @@ BodyContact turned(const BodyContact& contact, const BodyContact& at_end) {
   result.state.anchor_a = at_end.state.anchor_a;
   result.state.anchor_b = at_end.state.anchor_b;
   result.laid = contact.laid;
+  result.was_closed = contact.was_closed;
   return result;
 }
 
@@ -115,7 +116,7 @@ bool add_missed(const CompiledScene& compiled, std::span<const Pose> end, Island
     const std::size_t i = known_contact(known, point.key);
     const bool held =
         i == kUnknown ? holds(known, point, size)
-                      : !has_turned(island.contacts[i], positions[i].compliant, end, point, size);
+                      : !has_turned(island.contacts[i], positions[i], end, point, size);
     if (held) continue;
     island.missing = point;
     any = true;
