@@ -121,25 +121,25 @@ void solve_unit_lower(const Columns& lower, const Columns& x) {
 }
 
 /// Which pairs of a system are not zero.
-std::vector<int> coupled_pairs(const BlockSystem& system) {
-  std::vector<int> coupled;
+void find_coupled(const BlockSystem& system, std::vector<int>& coupled) {
+  coupled.clear();
   for (std::size_t p = 0; p < system.pairs.size(); ++p) {
     const bool zero =
         system.off_diagonal[p].isZero(0.0) && (system.symmetric || system.mirrored[p].isZero(0.0));
     if (!zero) coupled.push_back(static_cast<int>(p));
   }
-  return coupled;
 }
 
 }  // namespace
 
 /// `coupled`: of the pairs, in their order.
-void Multifrontal::analyse(const BlockSystem& system, std::vector<int> coupled, Analysis& result) {
+void Multifrontal::analyse(const BlockSystem& system, const std::vector<int>& coupled,
+                           Analysis& result) {
   const int count = slots_->count();
   std::vector<std::pair<int, int>> pairs;
   for (const int p : coupled) pairs.push_back(system.pairs[index(p)]);
   result.elimination = make_elimination(count, pairs);
-  result.coupled = std::move(coupled);
+  result.coupled = coupled;
   result.made = true;
   const auto& [node_at, place_of, supernodes] = result.elimination;
   result.start.assign(1, 0);
@@ -150,7 +150,7 @@ void Multifrontal::analyse(const BlockSystem& system, std::vector<int> coupled, 
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     const int first = place_of[index(pairs[p].first)], second = place_of[index(pairs[p].second)];
     result.couplings[index(std::min(first, second))].push_back(
-        {result.coupled[p], std::max(first, second), first > second});
+        {coupled[p], std::max(first, second), first > second});
   }
   local_.assign(index(count), 0);
   result.work = 0.0;
@@ -170,9 +170,9 @@ void Multifrontal::analyse(const BlockSystem& system, std::vector<int> coupled, 
 void Multifrontal::analyse_pattern(const BlockSystem& system) {
   if (whole_.made && pairs_ == system.pairs) return;
   pairs_ = system.pairs;
-  std::vector<int> all(pairs_.size());
-  std::iota(all.begin(), all.end(), 0);
-  analyse(system, std::move(all), whole_);
+  coupled_.resize(pairs_.size());
+  std::iota(coupled_.begin(), coupled_.end(), 0);
+  analyse(system, coupled_, whole_);
   part_.made = false;
 }
 
@@ -181,13 +181,11 @@ void Multifrontal::analyse_pattern(const BlockSystem& system) {
 void Multifrontal::choose_analysis(const BlockSystem& system) {
   analyse_pattern(system);
   const std::size_t count = system.pairs.size();
-  std::vector<int> coupled = coupled_pairs(system);
-  const double zeros = static_cast<double>(count - coupled.size());
+  find_coupled(system, coupled_);
+  const double zeros = static_cast<double>(count - coupled_.size());
   const double size = static_cast<double>(slots_->count()) + static_cast<double>(count);
   const bool pays = kSaved * zeros * whole_.work > kAnalysis * size * static_cast<double>(count);
-  if (pays && !(part_.made && part_.coupled == coupled)) {
-    analyse(system, std::move(coupled), part_);
-  }
+  if (pays && !(part_.made && part_.coupled == coupled_)) analyse(system, coupled_, part_);
   if (pays != in_part_) placed_ = false;
   in_part_ = pays;
 }

@@ -81,7 +81,7 @@ class Multifrontal {
     if (watch_ != nullptr) watch_->look();
   }
   bool factorize(const BlockSystem& system, const BlockVector* only);
-  void analyse(const BlockSystem& system, std::vector<int> coupled, Analysis& result);
+  void analyse(const BlockSystem& system, const std::vector<int>& coupled, Analysis& result);
   void analyse_pattern(const BlockSystem& system);
   void choose_analysis(const BlockSystem& system);
   Analysis& analysis() { return in_part_ ? part_ : whole_; }
@@ -105,6 +105,7 @@ class Multifrontal {
   std::vector<std::pair<int, int>> pairs_;  // that whole_ is made for
   Analysis whole_, part_;                   // of all pairs, and of those that are not zero
   bool in_part_ = false;                    // what is factorized
+  std::vector<int> coupled_;                // memory of choose_analysis()
   std::vector<int> local_;                  // of each place, its first unknown in the present front
   std::vector<Run> runs_;                   // of the child that is being added
   std::vector<std::size_t> waiting_;        // memory of factorize(), place_factors()
