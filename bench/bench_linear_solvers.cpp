@@ -27,6 +27,7 @@ LinearRun run(const WallTangent& wall, LinearSolverKind kind) {
   solver.solve(wall.right, solution);
   result.solve = quoin::bench::cpu_seconds() - start - result.set_up;
   result.iterations = static_cast<int>(solver.counts().iterations);
+  result.complexity = solver.counts().complexity;
   result.residual = quoin::bench::relative_residual(wall, solution);
   if (solver.counts().fallbacks > 0) std::printf("(not solved by iterations: eliminated)\n");
   return result;
@@ -35,6 +36,7 @@ LinearRun run(const WallTangent& wall, LinearSolverKind kind) {
 void print(const char* name, const LinearRun& run) {
   std::printf("%-28s set-up %7.3f s, solution %7.3f s, %4d iterations, residual %.1e\n", name,
               run.set_up, run.solve, run.iterations, run.residual);
+  if (run.complexity > 0.0) std::printf("%-28s complexity %.2f\n", "", run.complexity);
   std::fflush(stdout);
 }
 
@@ -45,8 +47,11 @@ int main(int argc, char** argv) {
             rows = argc > 2 ? std::atoi(argv[2]) : 100;
   const double weak = argc > 3 ? std::atof(argv[3]) : 0.0;
   const WallTangent wall = quoin::bench::wall_tangent(columns, rows, weak);
-  std::printf("%d bricks, %.0f %% of %zu joints weak; CPU time\n", wall.slots.count(), 100.0 * weak,
-              wall.system.pairs.size());
+  const double work = quoin::solver::Multifrontal(wall.slots).work(wall.system);
+  std::printf("%d bricks, %.0f %% of %zu joints weak, elimination: %.2g multiplications a brick\n",
+              wall.slots.count(), 100.0 * weak, wall.system.pairs.size(),
+              work / wall.slots.count());
+  std::puts("CPU time");
   print("elimination", run(wall, LinearSolverKind::Elimination));
   print("multigrid, GMRES", run(wall, LinearSolverKind::Multigrid));
 #ifdef QUOIN_BENCH_PETSC

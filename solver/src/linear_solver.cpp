@@ -5,18 +5,18 @@
 namespace quoin::solver {
 namespace {
 
-// Multiplications of the elimination for each block, above which multigrid is taken. Between the
-// walls of bench/large.md: of 1012 bricks, which is eliminated, and of 10 050, where multigrid is
-// 2.4 times as fast.
-constexpr double kWork = 1e5;
+// Multiplications of the elimination for each block, above which multigrid is taken. On the
+// matrices of bench/large.md it takes, with its set-up shared by five, as long as 2.2e5 of them
+// where all joints are closed, 3.8e5 where 30 % are weak.
+constexpr double kWork = 4e5;
 
 // More iterations than with a new hierarchy cost as much as another set-up: it is made for the next
 // matrix.
 constexpr int kLag = 6;
 
-// Multiplications of an elimination, for each block, that take as long as one iteration: of a wall
-// of 9664 bricks an elimination takes 1.8e5, as long as 24 iterations on one thread.
-constexpr double kIteration = 7e3;
+// Multiplications of an elimination, for each block, that take as long as one iteration, for each
+// unit of complexity: 8.5e3 to 1.1e4 on the walls of 10 083 bricks of bench/large.md.
+constexpr double kIteration = 9e3;
 
 // Matrices that are eliminated where iterations of a new hierarchy took longer, or did not
 // converge, before they are tried again. The hard ones of a wall come in rows of 4 to 12.
@@ -101,7 +101,15 @@ void LinearSolver::release_multigrid() {
   has_multigrid_ = prepared_ = false;
 }
 
-/// A hierarchy of an earlier matrix is tried first, then one of this matrix.
+/// As many as take the time of an elimination.
+int LinearSolver::most_iterations(double complexity) const {
+  constexpr int most = KrylovOptions{}.most;
+  if (kind_ != LinearSolverKind::Automatic) return most;
+  return std::clamp(static_cast<int>(work_ / (kIteration * complexity)), 1, most);
+}
+
+/// A hierarchy of an earlier matrix is tried first, then, where elimination takes longer than all
+/// iterations, one of this matrix.
 template <int n>
 bool LinearSolver::iterate(Iterations<n>& with, const BlockVector& right, BlockVector& solution) {
   RigidMultigrid<n>& multigrid = with.multigrid;
@@ -110,15 +118,16 @@ bool LinearSolver::iterate(Iterations<n>& with, const BlockVector& right, BlockV
   to.resize(right.size());
   for (std::size_t s = 0; s < right.size(); ++s) from[s] = right[s].template head<n>();
   for (;;) {
-    const KrylovResult result = with.krylov.solve(multigrid, from, {.watch = watch_}, to);
+    const int most = most_iterations(multigrid.complexity());
+    const KrylovOptions options{.most = most, .watch = watch_};
+    const KrylovResult result = with.krylov.solve(multigrid, from, options, to);
     counts_.iterations += result.iterations;
     if (fresh_iterations_ == 0) fresh_iterations_ = result.iterations;
     if (result.iterations > fresh_iterations_ + kLag) prepared_ = false;
-    const bool slow = !result.converged || result.iterations * kIteration > work_;
-    const bool chooses = kind_ == LinearSolverKind::Automatic;
-    if (chooses && slow && !lagging_) eliminated_ = kEliminated;
     if (result.converged) break;
-    if (!lagging_ || !prepare(multigrid)) {
+    const bool chooses = kind_ == LinearSolverKind::Automatic;
+    if (chooses && !lagging_) eliminated_ = kEliminated;
+    if (!lagging_ || most < KrylovOptions{}.most || !prepare(multigrid)) {
       ++counts_.fallbacks;
       iterates_ = false;
       const BlockSystem system = block_system(multigrid.matrix());

@@ -70,6 +70,7 @@ class LinearSolver {
   };
   template <int n>
   bool iterate(Iterations<n>& with, const BlockVector& right, BlockVector& solution);
+  int most_iterations(double complexity) const;
   bool wants_multigrid(const BlockSystem& system);
   bool iterates(const BlockSystem& system);
   void release_multigrid();

@@ -116,6 +116,43 @@ TEST_CASE("One solver takes matrices of another pattern and another kind") {
   }
 }
 
+TEST_CASE("Pairs that are zero take no part in an elimination") {
+  Random random(6);
+  for (const MatrixShape shape : {MatrixShape::Symmetric, MatrixShape::General}) {
+    const Problem full(random, 60, 600, shape);
+    Problem zeros = full, bare = full;
+    bare.system.pairs.clear();
+    std::size_t kept = 0;
+    for (std::size_t p = 0; p < full.system.pairs.size(); ++p) {
+      if (p % 3 != 0) {
+        zeros.system.off_diagonal[p].setZero();
+        if (!full.system.symmetric) zeros.system.mirrored[p].setZero();
+        continue;
+      }
+      bare.system.pairs.push_back(full.system.pairs[p]);
+      bare.system.off_diagonal[kept] = full.system.off_diagonal[p];
+      if (!full.system.symmetric) bare.system.mirrored[kept] = full.system.mirrored[p];
+      ++kept;
+    }
+    BlockVector right(full.slots.size.size(), Vector12::Zero());
+    for (std::size_t s = 0; s < right.size(); ++s) {
+      for (int i = 0; i < full.slots.size[s]; ++i) right[s][i] = random.uniform(-1, 1);
+    }
+    BlockVector alone = right, beside = right;
+    LinearSolver solver(full.slots);
+    REQUIRE(solver.factorize(bare.system));
+    REQUIRE(solver.solve(right, alone));
+    for (const Problem* before : std::initializer_list<const Problem*>{&full, &bare, &zeros}) {
+      LinearSolver again(full.slots);
+      REQUIRE(again.factorize(before->system));
+      CHECK(before->error(random, again) < 1e-13);
+      REQUIRE(again.factorize(zeros.system));
+      REQUIRE(again.solve(right, beside));
+      CHECK(beside == alone);
+    }
+  }
+}
+
 TEST_CASE("A matrix that is solved once gives the bits of one whose factors are kept") {
   Random random(5);
   for (const MatrixShape shape : {MatrixShape::Symmetric, MatrixShape::General}) {

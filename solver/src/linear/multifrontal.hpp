@@ -12,7 +12,9 @@ namespace quoin::solver {
 
 /// Multifrontal elimination: each supernode is a dense matrix, the front, of which the columns of
 /// its own are eliminated and the rest is handed to its parent.   [Duff & Reid 1983; Liu 1992]
-/// Keeps its memory, and order and supernodes while the pattern stays.
+/// Keeps its memory, and order and supernodes while the pattern stays. Where many pairs are zero,
+/// order and supernodes are of the others alone; the same matrix is always eliminated in the same
+/// order.
 class Multifrontal {
  public:
   /// `watch`, where there is one, is looked at during factorize(), which then throws StepStopped.
@@ -31,7 +33,8 @@ class Multifrontal {
   /// Gives the memory of the factors back; no more solve() until the next factorize().
   void release();
 
-  /// Multiplications that the factors of such a matrix take, about.
+  /// Multiplications that the factors of such a matrix take, about, where no pair is zero: reads
+  /// the pattern alone.
   double work(const BlockSystem& system);
 
   /// Ratio of the largest to the smallest pivot: a lower estimate of the condition number.
@@ -53,6 +56,17 @@ class Multifrontal {
     std::size_t rows = 0;     ///< in factor_: below × own, transposed; where not symmetric
   };
 
+  /// What hangs on which blocks are coupled.
+  struct Analysis {
+    bool made = false;
+    std::vector<int> coupled;  ///< pairs of the system that it is made for
+    Elimination elimination;
+    std::vector<int> start;                        ///< first unknown of each place, and the total
+    std::vector<std::vector<Coupling>> couplings;  ///< by place
+    std::vector<Front> fronts;                     ///< by supernode
+    double work = 0.0;  ///< multiplications, about, of a matrix that is not symmetric
+  };
+
   /// The numbers of a front while it is assembled and eliminated.
   struct Parts {
     Columns columns, rows, rest;  ///< rows: transposed
@@ -67,7 +81,10 @@ class Multifrontal {
     if (watch_ != nullptr) watch_->look();
   }
   bool factorize(const BlockSystem& system, const BlockVector* only);
-  void analyse(const BlockSystem& system);
+  void analyse(const BlockSystem& system, const std::vector<int>& coupled, Analysis& result);
+  void analyse_pattern(const BlockSystem& system);
+  void choose_analysis(const BlockSystem& system);
+  Analysis& analysis() { return in_part_ ? part_ : whole_; }
   void place_factors();
   Parts parts(const Front& front, double* rest);
   void add_own_blocks(const BlockSystem& system, std::size_t node, const Parts& front);
@@ -84,19 +101,18 @@ class Multifrontal {
   StepWatch* watch_;
   bool symmetric_ = true;    // what was factorized last
   bool keeps_lower_ = true;  // of it
-  bool analysed_ = false, placed_ = false;
-  std::vector<std::pair<int, int>> pairs_;  // that the order was made for
-  Elimination elimination_;
-  std::vector<int> start_;                        // first unknown of each place, and the total
-  std::vector<std::vector<Coupling>> couplings_;  // by place
-  std::vector<Front> fronts_;                     // by supernode
-  std::vector<int> local_;              // of each place, its first unknown in the present front
-  std::vector<Run> runs_;               // of the child that is being added
-  std::vector<std::size_t> waiting_;    // memory of factorize(), place_factors()
-  std::vector<double> factor_, stack_;  // stack_: rests that wait for their parent
-  std::vector<double> columns_;         // of the present front, where L is not kept
-  std::vector<int> exchanges_;          // of each place in the elimination, the row it changed with
-  Eigen::VectorXd pivots_;              // by elimination
+  bool placed_ = false;
+  std::vector<std::pair<int, int>> pairs_;  // that whole_ is made for
+  Analysis whole_, part_;                   // of all pairs, and of those that are not zero
+  bool in_part_ = false;                    // what is factorized
+  std::vector<int> coupled_;                // memory of choose_analysis()
+  std::vector<int> local_;                  // of each place, its first unknown in the present front
+  std::vector<Run> runs_;                   // of the child that is being added
+  std::vector<std::size_t> waiting_;        // memory of factorize(), place_factors()
+  std::vector<double> factor_, stack_;      // stack_: rests that wait for their parent
+  std::vector<double> columns_;             // of the present front, where L is not kept
+  std::vector<int> exchanges_;  // of each place in the elimination, the row it changed with
+  Eigen::VectorXd pivots_;      // by elimination
   Eigen::VectorXd vector_, below_;
 };
 
