@@ -8,7 +8,7 @@ namespace {
 // Multiplications of the elimination for each block, above which multigrid is taken. On the
 // matrices of bench/large.md it takes, with its set-up shared by five, as long as 2.2e5 of them
 // where all joints are closed, 3.8e5 where 30 % are weak.
-constexpr double kWork = 4e5;
+constexpr double kWork = 2.2e5;
 
 // More iterations than with a new hierarchy cost as much as another set-up: it is made for the next
 // matrix.
