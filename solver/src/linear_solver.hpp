@@ -84,8 +84,8 @@ class LinearSolver {
   Multifrontal elimination_;
   DistributedSolver* distributed_ = nullptr;
   Agreement agreement_;
-  BlockSystem whole_;            ///< of several processes: gathered
-  bool shared_ = false;          ///< the present matrix is distributed_'s
+  BlockSystem whole_;    ///< of several processes: gathered
+  bool shared_ = false;  ///< the present matrix is distributed_'s
   Threads threads_;
   Iterations<6> rigid_;
   Iterations<12> deformable_;

@@ -149,8 +149,8 @@ void check_overlap(const CompiledScene& compiled, const Workspace& work) {
   if (of_all.empty()) return;
   const geometry::ContactPoint& point =
       *std::ranges::min_element(of_all, {}, &geometry::ContactPoint::key);
-  throw InputError("blocks " + std::to_string(point.key.a) + " and " +
-                   std::to_string(point.key.b) + " overlap by " + std::to_string(-point.gap) +
+  throw InputError("blocks " + std::to_string(point.key.a) + " and " + std::to_string(point.key.b) +
+                   " overlap by " + std::to_string(-point.gap) +
                    " m where they are laid; the limit is 1e-3 of the smaller block, " +
                    std::to_string(1e-3 * size(point)) +
                    " m (initial overlap can be kept, or taken as touching)");

@@ -135,8 +135,7 @@ OpenCloseResult ContactSolver::yield(const BlockEquations& blocks,
   std::vector<LinearContact> all = gather(agreement_, *slots_, contacts);
   BlockSystem base = blocks.base;
   set_pairs(all, base);
-  const OpenCloseResult solved =
-      moving_contacts_.solve(base, blocks.force, all, tuning, increment);
+  const OpenCloseResult solved = moving_contacts_.solve(base, blocks.force, all, tuning, increment);
   take_back(all, contacts);
   return solved;
 }

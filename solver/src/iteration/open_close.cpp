@@ -161,8 +161,7 @@ double OpenClose::wanted_residual(std::span<const LinearContact> contacts,
 /// and stiffer ones again as they are quickly solved.   [Rockafellar 1976]
 bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptions& options,
                          Progress progress, NewtonCount& count) {
-  const bool springs =
-      agreement_.any(std::ranges::any_of(contacts, &LinearContact::compliant));
+  const bool springs = agreement_.any(std::ranges::any_of(contacts, &LinearContact::compliant));
   double& softness = progress.softness;
   bool slow = false;  // Newton's method has been
   solved_.assign(newton_.change().size(), Vector12::Zero());

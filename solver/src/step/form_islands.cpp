@@ -171,8 +171,7 @@ void start_islands(const StepRun& run, std::span<Island* const> islands) {
     island->found_before = island->found.size();
   }
   if (all_go_on) return;
-  const double opening =
-      work.agreement.largest(largest_opening(run.compiled, run.state.contacts));
+  const double opening = work.agreement.largest(largest_opening(run.compiled, run.state.contacts));
   KnownReaches& reaches = work.start_reaches;
   reaches.fall = -1.0;  // of all blocks, anew
   const Reach reach(run.compiled, run.options, {run.state.blocks, opening, run.state.time}, {},

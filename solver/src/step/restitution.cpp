@@ -32,10 +32,12 @@ void Restitution::begin(const SubStep& step, const VelocityProblem& problem) {
   joined_.join(all);
   groups_.resize(slots);
   for (std::size_t s = 0; s < slots; ++s) groups_[s] = joined_.least(static_cast<int>(s));
-  std::vector<char> bounces(slots, 0);
+  shares_.assign(slots, 0.0);
   for (std::size_t i = 0; i < problem.starts.size(); ++i) {
-    if (problem.starts[i].bounce != 0.0) bounces[group_of(problem.contacts[i])] = 1;
+    if (problem.starts[i].bounce != 0.0) shares_[group_of(problem.contacts[i])] = 1.0;
   }
+  if (!all.shares()) return;
+  std::vector<char> bounces(shares_.begin(), shares_.end());
   all.any(bounces);
   shares_.assign(bounces.begin(), bounces.end());
 }
