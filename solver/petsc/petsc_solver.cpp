@@ -54,7 +54,12 @@ class PetscSolver : public DistributedSolver {
     petsc(PetscOptionsSetValue(nullptr, "-quoin_mg_levels_pc_type", "pbjacobi"));
   }
 
-  bool owns(int block) const override { return rank_of_block_[index(block)] == ranks_.rank(); }
+  int rank() const override { return ranks_.rank(); }
+  int count() const override { return ranks_.count(); }
+  int rank_of(int block) const override { return rank_of_block_[index(block)]; }
+  std::vector<char> of_all(std::span<const char> mine) const override {
+    return ranks_.of_all(mine);
+  }
   bool factorize(const BlockSystem& system, const Slots& slots, LinearSolverKind kind) override;
   bool solve(const BlockVector& right, BlockVector& solution, LinearSolverCounts& counts) override;
 
@@ -63,6 +68,7 @@ class PetscSolver : public DistributedSolver {
   void set_matrix(const BlockSystem& system, const Slots& slots);
   template <int n>
   void set_values(const BlockRows<n, n>& rows);
+  bool owns(int block) const { return rank_of(block) == rank(); }
   RowPlaces places(const Slots& slots, int width) const;
   void make_matrix();
   void set_rigid_motions(std::span<const Frame> frames);

@@ -2,6 +2,7 @@
 /// Sparse matrix of 6×6 and 12×12 blocks, and the vectors that go with it.
 
 #include <algorithm>
+#include <span>
 #include <utility>
 
 #include "displacement.hpp"
@@ -60,6 +61,8 @@ class SquareBlocks {
 
   std::size_t size() const { return count_; }
   int width() const { return width_; }
+  std::size_t area() const { return static_cast<std::size_t>(width_ * width_); }  ///< of a matrix
+  std::span<double> values() { return values_; }  ///< of all, one matrix after the other
   Block operator[](std::size_t i) { return {values_.data() + i * area(), width_, width_}; }
   ConstBlock operator[](std::size_t i) const {
     return {values_.data() + i * area(), width_, width_};
@@ -75,7 +78,6 @@ class SquareBlocks {
   }
 
  private:
-  std::size_t area() const { return static_cast<std::size_t>(width_ * width_); }
   std::size_t corner(int first) const { return static_cast<std::size_t>(first * (width_ + 1)); }
 
   int width_ = 6;

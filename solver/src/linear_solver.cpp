@@ -1,6 +1,9 @@
 #include "linear_solver.hpp"
 
 #include <algorithm>
+#include <numeric>
+
+#include "index.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -44,11 +47,41 @@ bool LinearSolver::distributes(const BlockSystem& system) {
   return kind_ == LinearSolverKind::Elimination || wants_multigrid(system);
 }
 
-std::span<const char> LinearSolver::rows_read(const BlockSystem& pattern) {
-  rows_read_.clear();
-  if (!distributes(pattern)) return {};
-  for (const int block : slots_->block_of_slot) rows_read_.push_back(distributed_->owns(block));
-  return rows_read_;
+/// The pattern of the matrix of all processes, and what they have alike.
+void LinearSolver::gather_pairs(const BlockSystem& own) {
+  whole_.symmetric = own.symmetric;
+  whole_.frames = own.frames;
+  whole_.pairs.clear();
+  for (const auto& [a, b] : own.pairs) {
+    if (agreement_.counts(*slots_, a, b)) whole_.pairs.emplace_back(a, b);
+  }
+  whole_.pairs = agreement_.of_all(whole_.pairs);
+  std::ranges::sort(whole_.pairs);
+}
+
+/// And its values.
+void LinearSolver::gather_blocks(const BlockSystem& own) {
+  whole_.diagonal = own.diagonal;
+  agreement_.complete(*slots_, whole_.diagonal.area(), whole_.diagonal.values());
+  const auto gather = [&](const SquareBlocks& from, SquareBlocks& to) {
+    std::vector<double> mine;
+    std::vector<std::pair<int, int>> pairs;
+    for (std::size_t p = 0; p < from.size(); ++p) {
+      const auto& [a, b] = own.pairs[p];
+      if (!agreement_.counts(*slots_, a, b)) continue;
+      pairs.push_back(own.pairs[p]);
+      mine.insert(mine.end(), from[p].data(), from[p].data() + from.area());
+    }
+    pairs = agreement_.of_all(pairs);
+    mine = agreement_.of_all(mine);
+    to.resize(pairs.size(), whole_.diagonal.width());
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      const auto at = std::ranges::lower_bound(whole_.pairs, pairs[i]) - whole_.pairs.begin();
+      std::copy_n(mine.data() + i * to.area(), to.area(), to[static_cast<std::size_t>(at)].data());
+    }
+  };
+  gather(own.off_diagonal, whole_.off_diagonal);
+  gather(own.mirrored, whole_.mirrored);
 }
 
 template <int n>
@@ -66,15 +99,25 @@ bool LinearSolver::eliminate(const BlockSystem& system, const BlockVector* only)
 }
 
 bool LinearSolver::factorize(const BlockSystem& system, const BlockVector* only) {
-  once_ = only != nullptr && !system.symmetric;
-  shared_ = distributes(system);
-  iterates_ = shared_ ? wants_multigrid(system) : iterates(system);
+  const bool gathers = agreement_.shares() && kind_ != LinearSolverKind::Elimination;
+  if (gathers) gather_pairs(system);
+  const BlockSystem& pattern = gathers ? whole_ : system;
+  shared_ = distributes(pattern);
   if (shared_) {
+    iterates_ = wants_multigrid(pattern);
     ++counts_.distributed;
     ++(iterates_ ? counts_.set_ups : counts_.eliminations);
     using enum LinearSolverKind;
     return distributed_->factorize(system, *slots_, iterates_ ? Multigrid : Elimination);
   }
+  if (gathers) gather_blocks(system);
+  return factorize_here(pattern, only);
+}
+
+/// By this process alone.
+bool LinearSolver::factorize_here(const BlockSystem& system, const BlockVector* only) {
+  once_ = only != nullptr && !system.symmetric;
+  iterates_ = iterates(system);
   if (!iterates_) {
     ++counts_.eliminations;
     release_multigrid();

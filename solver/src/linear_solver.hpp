@@ -18,15 +18,15 @@ class LinearSolver {
       : slots_(&slots), watch_(watch), elimination_(slots, watch) {}
 
   /// From the next matrix on; counts start at zero. `distributed`, where there is one, solves what
-  /// Automatic does not eliminate; it must outlive the use of this object.
+  /// Automatic does not eliminate; it must outlive the use of this object. Where it is of several
+  /// processes each gives the rows of its own blocks alone, and what is not distributed is gathered
+  /// on all of them.
   void choose(LinearSolverKind kind, DistributedSolver* distributed = nullptr) {
     kind_ = kind;
     distributed_ = distributed;
+    agreement_ = Agreement(distributed);
     counts_ = {};
   }
-
-  /// By slot: whether factorize() reads the row of it in a matrix of this pattern; empty: all rows.
-  std::span<const char> rows_read(const BlockSystem& pattern);
 
   /// Nothing of earlier matrices is used from here on but what hangs on the pattern alone: what
   /// follows is the same to the bit whatever was solved before.
@@ -59,6 +59,9 @@ class LinearSolver {
 
  private:
   bool factorize(const BlockSystem& system, const BlockVector* only);
+  bool factorize_here(const BlockSystem& system, const BlockVector* only);
+  void gather_pairs(const BlockSystem& own);
+  void gather_blocks(const BlockSystem& own);
   bool eliminate(const BlockSystem& system, const BlockVector* only);
   template <int n>
   bool prepare(RigidMultigrid<n>& multigrid);
@@ -81,8 +84,9 @@ class LinearSolver {
   LinearSolverKind kind_ = LinearSolverKind::Elimination;
   Multifrontal elimination_;
   DistributedSolver* distributed_ = nullptr;
-  bool shared_ = false;          ///< the present matrix is distributed_'s
-  std::vector<char> rows_read_;  ///< memory of rows_read()
+  Agreement agreement_;
+  BlockSystem whole_;    ///< of several processes: gathered
+  bool shared_ = false;  ///< the present matrix is distributed_'s
   Threads threads_;
   Iterations<6> rigid_;
   Iterations<12> deformable_;

@@ -328,8 +328,13 @@ void write_contacts(const std::string& path, const Simulation& simulation, const
   std::span<const Contact> shown = state.contacts;
   std::vector<Contact> own;
   if (!piece.part_of_block.empty()) {
+    const auto can_move = [&](int block) {
+      const BlockKind kind = simulation.scene().blocks[index(block)].kind;
+      return kind == BlockKind::Rigid || kind == BlockKind::Deformable;
+    };
     std::ranges::copy_if(shown, std::back_inserter(own), [&](const Contact& contact) {
-      return Shown::has(piece, contact.point.key.b);
+      const geometry::ContactKey& key = contact.point.key;
+      return Shown::has(piece, can_move(key.a) ? key.a : key.b);
     });
     shown = own;
   }

@@ -1,5 +1,6 @@
 #include <quoin/solver/simulation.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <sstream>
@@ -89,7 +90,7 @@ struct Simulation::Parts {
       : compiled(compile(std::move(scene))),
         options(step_options),
         state(initial_state(compiled)),
-        work(compiled, step_options.threads) {}
+        work(compiled, step_options) {}
 
   CompiledScene compiled;
   StepOptions options;
@@ -123,6 +124,9 @@ void check(const StepOptions& options) {
   require(!is_paper_method(options.method) || options.scheme == TimeScheme::ConstantAcceleration,
           "the methods paper and penalty know the constant acceleration scheme alone; scheme",
           static_cast<double>(options.scheme));
+  require(!is_paper_method(options.method) || !agreement(options).shares(),
+          "the methods paper and penalty know one process alone; method",
+          static_cast<double>(options.method));
   require(options.rest_unbalance > 0.0, "unbalance at rest must be greater than 0",
           options.rest_unbalance);
   require(options.threads >= 1, "threads must be at least 1", options.threads);
@@ -137,21 +141,28 @@ std::string numbered(const Scene& scene, int block) {
 /// it.
 void check_overlap(const CompiledScene& compiled, const Workspace& work) {
   if (compiled.scene.initial_overlap != InitialOverlap::Refuse) return;
-  for (const geometry::ContactPoint& point : work.found) {
-    if (!work.laid[static_cast<std::size_t>(point.key.a)] &&
-        !work.laid[static_cast<std::size_t>(point.key.b)]) {
-      continue;
-    }
-    const double size = std::min(compiled.models[static_cast<std::size_t>(point.key.a)].size,
-                                 compiled.models[static_cast<std::size_t>(point.key.b)].size);
-    if (-point.gap <= 1e-3 * size) continue;
-    std::ostringstream line;
-    line << "blocks " << numbered(compiled.scene, point.key.a) << " and "
-         << numbered(compiled.scene, point.key.b) << " overlap by " << -point.gap
-         << " m where they are laid; the limit is 1e-3 of the smaller block, " << 1e-3 * size
-         << " m (initial overlap can be kept, or taken as touching)";
-    throw InputError(line.str());
-  }
+  const auto size = [&](const geometry::ContactPoint& point) {
+    return std::min(compiled.models[static_cast<std::size_t>(point.key.a)].size,
+                    compiled.models[static_cast<std::size_t>(point.key.b)].size);
+  };
+  const auto overlaps = [&](const geometry::ContactPoint& point) {
+    const bool laid = work.laid[static_cast<std::size_t>(point.key.a)] ||
+                      work.laid[static_cast<std::size_t>(point.key.b)];
+    return laid && !(-point.gap <= 1e-3 * size(point));
+  };
+  const auto first = std::ranges::find_if(work.found, overlaps);
+  std::vector<geometry::ContactPoint> of_all;
+  if (first != work.found.end()) of_all.push_back(*first);
+  of_all = work.agreement.of_all(of_all);
+  if (of_all.empty()) return;
+  const geometry::ContactPoint& point =
+      *std::ranges::min_element(of_all, {}, &geometry::ContactPoint::key);
+  std::ostringstream line;
+  line << "blocks " << numbered(compiled.scene, point.key.a) << " and "
+       << numbered(compiled.scene, point.key.b) << " overlap by " << -point.gap
+       << " m where they are laid; the limit is 1e-3 of the smaller block, " << 1e-3 * size(point)
+       << " m (initial overlap can be kept, or taken as touching)";
+  throw InputError(line.str());
 }
 
 }  // namespace
@@ -193,8 +204,25 @@ int Simulation::threads() const { return parts_->work.threads.workers(); }
 
 bool Simulation::threads_refused() const { return threads() < parts_->work.threads_wanted; }
 
+std::vector<Contact> Simulation::all_contacts(
+    const std::function<bool(const Contact&)>& wanted) const {
+  const Agreement& agreement = parts_->work.agreement;
+  std::vector<Contact> all;
+  for (const Contact& contact : parts_->state.contacts) {
+    const int block = first_with_unknowns(parts_->compiled, contact.point.key);
+    if (agreement.owns(block) && wanted(contact)) all.push_back(contact);
+  }
+  if (!agreement.shares()) return all;
+  all = agreement.of_all(all);
+  std::ranges::sort(all, {}, [](const Contact& contact) { return contact.point.key; });
+  return all;
+}
+
 void Simulation::set_options(const StepOptions& options) {
   check(options);
+  if (options.distributed_solver != parts_->options.distributed_solver) {
+    throw InputError("the processes of a simulation can't change");
+  }
   parts_->options = options;
   parts_->work.search = {};
   detect(parts_->compiled, options, parts_->state, parts_->work);
@@ -253,7 +281,7 @@ void Simulation::change(Scene scene) {
   take_over(parts_->compiled, parts_->state, parts_->work, compiled, state, work);
   detect(compiled, next->options, state, work);
   check_overlap(compiled, work);
-  if (work.initial_depths.remember(compiled, work.found, work.laid)) {
+  if (work.agreement.any(work.initial_depths.remember(compiled, work.found, work.laid))) {
     detect(compiled, next->options, state, work);
   }
   EnergyLedger& energy = state.energy;

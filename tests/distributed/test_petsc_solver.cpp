@@ -95,7 +95,7 @@ BlockSystem own_rows(const BlockSystem& system, const Slots& slots,
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   BlockSystem own = system;
   const auto is_own = [&](int slot) {
-    return solver.owns(slots.block_of_slot[static_cast<std::size_t>(slot)]);
+    return solver.rank_of(slots.block_of_slot[static_cast<std::size_t>(slot)]) == solver.rank();
   };
   for (std::size_t s = 0; s < own.diagonal.size(); ++s) {
     if (!is_own(static_cast<int>(s))) own.diagonal[s].setConstant(kNone);

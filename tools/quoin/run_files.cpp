@@ -429,10 +429,16 @@ void RunFiles::write_blocks(const StepView& view) {
 }
 
 void RunFiles::write_contacts(const StepView& view) {
-  if (!contacts_) return;
   const solver::State& state = view.simulation.state();
+  std::span<const solver::Contact> all = state.contacts;
+  std::vector<solver::Contact> gathered;
+  if (share_.count > 1) {
+    gathered = view.simulation.all_contacts([](const solver::Contact&) { return true; });
+    all = gathered;
+  }
+  if (!contacts_) return;
   const std::vector<solver::Block>& blocks = view.simulation.scene().blocks;
-  for (const solver::Contact& contact : state.contacts) {
+  for (const solver::Contact& contact : all) {
     const geometry::ContactPoint& point = contact.point;
     const double shear = contact.shear_force.norm();
     contacts_->number(static_cast<long>(view.stage)).number(view.dynamic_time);

@@ -76,7 +76,7 @@ class Watch {
       const Monitor& monitor = file_.monitors[m];
       switch (monitor.kind) {
         case Monitor::Kind::Contact:
-          result.push_back(contact_value(simulation.state(), sides_[m]));
+          result.push_back(contact_value(simulation, sides_[m]));
           break;
         case Monitor::Kind::Group:
           result.push_back(group_value(simulation, monitor.blocks));
@@ -120,15 +120,19 @@ class Watch {
   }
 
   /// Of all pairs of one that pushes and one that is pushed: inner forces of what is both cancel.
-  static MonitorValue contact_value(const State& state, const std::vector<Side>& sides) {
+  static MonitorValue contact_value(const Simulation& simulation, const std::vector<Side>& sides) {
     MonitorValue value;
-    for (const Contact& contact : state.contacts) {
-      const Side a = sides[static_cast<std::size_t>(contact.point.key.a)];
-      const Side b = sides[static_cast<std::size_t>(contact.point.key.b)];
-      const bool on_b = a.pushes && b.is_pushed, on_a = b.pushes && a.is_pushed;
-      if (on_b) value.force += force_on_b(contact);
-      if (on_a) value.force -= force_on_b(contact);
-      if (on_a || on_b) value.normal_force += contact.normal_force;
+    const auto pushes = [&](int from, int to) {
+      return sides[static_cast<std::size_t>(from)].pushes &&
+             sides[static_cast<std::size_t>(to)].is_pushed;
+    };
+    const auto on_b = [&](const Contact& c) { return pushes(c.point.key.a, c.point.key.b); };
+    const auto on_a = [&](const Contact& c) { return pushes(c.point.key.b, c.point.key.a); };
+    const auto counts = [&](const Contact& c) { return on_a(c) || on_b(c); };
+    for (const Contact& contact : simulation.all_contacts(counts)) {
+      if (on_b(contact)) value.force += force_on_b(contact);
+      if (on_a(contact)) value.force -= force_on_b(contact);
+      value.normal_force += contact.normal_force;
     }
     return value;
   }
@@ -593,12 +597,12 @@ class Runner {
     result_.time = state.time;
     result_.dynamic_time = dynamic_time();
     result_.wall_seconds += seconds_since(started_);
-    for (const Contact& contact : state.contacts) {
-      const bool a = is_held(contact.point.key.a);
+    const auto is_of_base = [&](const Contact& contact) {
+      return is_held(contact.point.key.a) != is_held(contact.point.key.b);
+    };
+    for (const Contact& contact : simulation_.all_contacts(is_of_base)) {
       const bool b = is_held(contact.point.key.b);
-      if (a != b) {
-        result_.base_reaction += b ? force_on_b(contact) : Vector3(-force_on_b(contact));
-      }
+      result_.base_reaction += b ? force_on_b(contact) : Vector3(-force_on_b(contact));
     }
   }
 

@@ -79,10 +79,12 @@ struct ContactJacobian {
   }
 };
 
-/// One contact after linearisation. Rows of d: gap beyond the joint's opening, two slips.
-struct LinearContact {
+/// What a contact after linearisation holds, but for its Jacobians. Rows of d: gap beyond the
+/// joint's opening, two slips.
+struct ContactTerms {
   int slot_a = -1, slot_b = -1;  ///< -1: that side has no unknowns
   int pair = -1;                 ///< off-diagonal block of (slot_a, slot_b), -1: none
+  int number = 0;                ///< of several processes: place in the list of all
   ContactLaw law = ContactLaw::Coulomb;
   bool compliant = false;   ///< a spring: its multiplier stays zero
   bool bonded = false;      ///< bears tension without limit: judged when the step is solved
@@ -90,7 +92,6 @@ struct LinearContact {
   bool was_closed = false;  ///< likewise
   ContactMode assumed = ContactMode::Open;  ///< what the first linear solve takes for granted
   ContactMode mode = ContactMode::Open;     ///< result
-  ContactJacobian jacobian_a, jacobian_b;
   Vector3 offset = Vector3::Zero();
   double friction = 0.0;          ///< tan of the friction angle
   double cohesion = 0.0;          ///< N
@@ -113,6 +114,11 @@ struct LinearContact {
   Vector3 relative = Vector3::Zero();  ///< result: d, m
   Vector3 force = Vector3::Zero();     ///< result: f, N
   double bound = 0.0;                  ///< result: friction limit, N
+};
+
+/// One contact after linearisation.
+struct LinearContact : ContactTerms {
+  ContactJacobian jacobian_a, jacobian_b;
 };
 
 }  // namespace quoin::solver

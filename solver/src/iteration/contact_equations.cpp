@@ -71,6 +71,7 @@ void ContactEquations::shift_in(const BlockEquations& blocks, std::span<LinearCo
     if (c.slot_a >= 0) floor_[index(c.slot_a)] += noise;
     if (c.slot_b >= 0) floor_[index(c.slot_b)] += noise;
   }
+  agreement_.complete(*slots_, floor_);
 }
 
 void ContactEquations::evaluate(const BlockSystem& base, std::span<LinearContact> contacts,
@@ -91,6 +92,8 @@ void ContactEquations::evaluate_in(const BlockSystem& base, std::span<LinearCont
     evaluate_blocks<n>(base, change, first, end);
     push_blocks<n>(contacts, first, end);
   });
+  agreement_.complete(*slots_, residual_);
+  agreement_.complete(*slots_, scale_);
 }
 
 template <int n>
@@ -174,6 +177,7 @@ void ContactEquations::add_rounding(const BlockSystem& base,
     if (c.slot_a >= 0) floor[index(c.slot_a)] += noise;
     if (c.slot_b >= 0) floor[index(c.slot_b)] += noise;
   }
+  agreement_.complete(*slots_, floor);
 }
 
 double ContactEquations::worst_residual(std::span<const double> floor) const {

@@ -93,6 +93,7 @@ bool ContactNewton::same_tangent(Law law, double softness) {
   for (const LinearContact& c : contacts_) {
     options.negligible = std::max(options.negligible, kNegligible * c.force.norm());
   }
+  options.negligible = agreement_.largest(options.negligible);
   std::atomic<bool> same = factorized_ && system_.symmetric && tangent_.size() == contacts_.size();
   tangent_.resize(contacts_.size());
   set_damping();
@@ -104,7 +105,7 @@ bool ContactNewton::same_tangent(Law law, double softness) {
     tangent_[c] = next;
     same.store(false, std::memory_order_relaxed);
   });
-  return same;
+  return agreement_.all(same);
 }
 
 void ContactNewton::assemble() {
@@ -112,12 +113,11 @@ void ContactNewton::assemble() {
   system_.frames = base_->frames;
   const std::size_t pairs = system_.pairs.size();
   const bool symmetric = system_.symmetric =
-      std::all_of(tangent_.begin(), tangent_.end(), is_symmetric);
+      agreement_.all(std::all_of(tangent_.begin(), tangent_.end(), is_symmetric));
   const int width = base_->diagonal.width();
   system_.diagonal.resize(base_->diagonal.size(), width);
   system_.off_diagonal.resize(pairs, width);
   system_.mirrored.resize(symmetric ? 0 : pairs, width);
-  rows_read_ = solver_.rows_read(system_);
   threads_.each(pairs, [&](std::size_t p) {
     system_.off_diagonal[p].setZero();
     if (!symmetric) system_.mirrored[p].setZero();
@@ -133,11 +133,9 @@ void ContactNewton::assemble() {
 template <int n>
 void ContactNewton::add_contacts(std::size_t first, std::size_t end) {
   PairStiffness<n> stiffness(system_, first, end);
-  const auto is_read = [&](int slot) { return slot >= 0 && rows_read_[index(slot)] != 0; };
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     const LinearContact& c = contacts_[i];
     if (c.mode == ContactMode::Open || !stiffness.next(c)) continue;
-    if (!rows_read_.empty() && !is_read(c.slot_a) && !is_read(c.slot_b)) continue;
     ContactRows<n> rows;
     rows << c.jacobian_a.columns<n>(), c.jacobian_b.columns<n>();
     stiffness.add(rows, tangent_[i]);

@@ -53,6 +53,10 @@ class ContactNewton {
     equations_.use(threads);
     solver_.use(threads);
   }
+  void use(const Agreement& agreement) {
+    agreement_ = agreement;
+    equations_.use(agreement);
+  }
 
   LinearSolver& linear_solver() { return solver_; }
   const ContactEquations& equations() const { return equations_; }
@@ -77,12 +81,12 @@ class ContactNewton {
   const Slots* slots_;
   StepWatch* watch_;
   Threads threads_;
+  Agreement agreement_;
   ContactEquations equations_;
   LinearSolver solver_;
   const BlockSystem* base_ = nullptr;
   std::span<LinearContact> contacts_;
   BlockSystem system_;
-  std::span<const char> rows_read_;  ///< of system_: LinearSolver::rows_read()
   BlockVector change_, trial_, step_;
   std::vector<Matrix3> tangent_;  ///< of each contact, of the last factorization
   bool factorized_ = false;

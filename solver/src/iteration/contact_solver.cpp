@@ -4,6 +4,7 @@
 #include <array>
 #include <limits>
 
+#include "distributed/gathered_contacts.hpp"
 #include "index.hpp"
 
 namespace quoin::solver {
@@ -53,7 +54,7 @@ constexpr int kStages = 32;  // from one stage to the next in crowd(): more than
 bool ContactSolver::is_loose(std::span<const LinearContact> contacts) const {
   if (!slots_->rigid()) return false;
   constexpr std::array<int, 4> kSlides{0, 1, 2, 3}, kSticks{0, 3, 5, 6};  // by points
-  int resultants = 0;
+  double resultants = 0.0;
   for (std::size_t i = 0, end = 0; i < contacts.size(); i = end) {
     std::size_t points = 0;
     bool sticks = false;
@@ -64,9 +65,10 @@ bool ContactSolver::is_loose(std::span<const LinearContact> contacts) const {
       ++points;
       sticks = sticks || contacts[end].assumed == ContactMode::Stick;
     }
+    if (!agreement_.counts(*slots_, contacts[i].slot_a, contacts[i].slot_b)) continue;
     resultants += (sticks ? kSticks : kSlides)[std::min<std::size_t>(points, 3)];
   }
-  return resultants <= kLoose * slots_->unknowns();
+  return agreement_.sum(resultants) <= kLoose * slots_->unknowns();
 }
 
 /// Whether a light block bears a much heavier one: the heavy one is held by it against the forces
@@ -87,7 +89,7 @@ bool ContactSolver::is_uneven(const BlockEquations& blocks,
     }
   };
   const auto is_pinched = [&](int light, const ContactJacobian& on_light, int other) {
-    if (light < 0) return false;
+    if (light < 0 || !agreement_.owns(slots_->block_of_slot[index(light)])) return false;
     const Load& borne = loads_[index(light)];
     return borne.heavy != Load::kNone && borne.heavy != other &&
            push(on_light).dot(borne.push) < -kPinches;
@@ -96,10 +98,10 @@ bool ContactSolver::is_uneven(const BlockEquations& blocks,
     load(c.slot_a, c.jacobian_a, c.slot_b, c.jacobian_b);
     load(c.slot_b, c.jacobian_b, c.slot_a, c.jacobian_a);
   }
-  return std::ranges::any_of(contacts, [&](const LinearContact& c) {
+  return agreement_.any(std::ranges::any_of(contacts, [&](const LinearContact& c) {
     return is_pinched(c.slot_a, c.jacobian_a, c.slot_b) ||
            is_pinched(c.slot_b, c.jacobian_b, c.slot_a);
-  });
+  }));
 }
 
 OpenCloseResult ContactSolver::solve(const StepOptions& options, const BlockEquations& blocks,
@@ -116,13 +118,26 @@ OpenCloseResult ContactSolver::iterate(const StepOptions& options, const BlockEq
                                        BlockVector& increment) {
   automatic_ = options.contact_iteration == ContactIteration::Automatic &&
                options.analysis == Analysis::Dynamic;
-  suits_ = ConeProblem::suits(contacts);
+  suits_ = agreement_.all(ConeProblem::suits(contacts));
   yielding_ = asks_to_yield(options, blocks, contacts) && suits_;
-  if (yielding_) {
-    return moving_contacts_.solve(blocks.base, blocks.force, contacts, tuning, increment);
-  }
+  if (yielding_) return yield(blocks, contacts, tuning, increment);
   if (automatic_) tuning.max_iterations = std::min(patience(contacts), tuning.max_iterations);
   return open_close_.solve(blocks.base, blocks.force, contacts, tuning, increment);
+}
+
+/// By the proximal Newton method. Several processes each solve it whole.
+OpenCloseResult ContactSolver::yield(const BlockEquations& blocks,
+                                     std::span<LinearContact> contacts,
+                                     const OpenCloseOptions& tuning, BlockVector& increment) {
+  if (!agreement_.shares()) {
+    return moving_contacts_.solve(blocks.base, blocks.force, contacts, tuning, increment);
+  }
+  std::vector<LinearContact> all = gather(agreement_, *slots_, contacts);
+  BlockSystem base = blocks.base;
+  set_pairs(all, base);
+  const OpenCloseResult solved = moving_contacts_.solve(base, blocks.force, all, tuning, increment);
+  take_back(all, contacts);
+  return solved;
 }
 
 /// Whether the proximal Newton method is to have this problem.
@@ -148,6 +163,12 @@ int ContactSolver::patience(std::span<const LinearContact> contacts) {
   can_check_ = true;
   loose_ = is_loose(contacts);
   return loose_ ? kQuick : most;
+}
+
+void ContactSolver::choose(const StepOptions& options) {
+  agreement_ = agreement(options);
+  open_close_.use(agreement_);
+  linear_solver().choose(options.linear_solver, options.distributed_solver.get());
 }
 
 void ContactSolver::begin() {

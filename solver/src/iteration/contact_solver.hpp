@@ -48,6 +48,10 @@ class ContactSolver {
     moving_contacts_.use(threads);
   }
 
+  /// From the next step on: linear systems as these options have them, and what several processes
+  /// agree on.
+  void choose(const StepOptions& options);
+
   /// Of the open–close iteration.
   LinearSolver& linear_solver() { return open_close_.linear_solver(); }
 
@@ -62,6 +66,8 @@ class ContactSolver {
   OpenCloseResult iterate(const StepOptions& options, const BlockEquations& blocks,
                           std::span<LinearContact> contacts, OpenCloseOptions tuning,
                           BlockVector& increment);
+  OpenCloseResult yield(const BlockEquations& blocks, std::span<LinearContact> contacts,
+                        const OpenCloseOptions& tuning, BlockVector& increment);
   bool asks_to_yield(const StepOptions& options, const BlockEquations& blocks,
                      std::span<const LinearContact> contacts);
 
@@ -84,6 +90,7 @@ class ContactSolver {
   int patience(std::span<const LinearContact> contacts);
 
   const Slots* slots_;
+  Agreement agreement_;
   OpenClose open_close_;
   MovingContacts moving_contacts_;
   Stage stage_ = Stage::OpenClose;

@@ -36,17 +36,6 @@ struct Loose {
 };
 constexpr Loose kLoose{1e-4, 1e-2}, kLooseRigid{1e-2, 0.1};
 
-/// Largest violation of the contact conditions that multipliers should remove, m.
-double violation(std::span<const LinearContact> contacts) {
-  double worst = 0.0;
-  for (const LinearContact& c : contacts) {
-    if (c.compliant || c.mode == ContactMode::Open) continue;
-    worst = std::max(worst, std::abs(c.relative[0]));
-    if (c.mode == ContactMode::Stick) worst = std::max(worst, c.relative.tail<2>().norm());
-  }
-  return worst;
-}
-
 /// Takes the forces as the new multipliers.
 void update_multipliers(std::span<LinearContact> contacts) {
   for (LinearContact& c : contacts) {
@@ -67,7 +56,8 @@ void raise_augmentation(std::span<LinearContact> contacts, double gap) {
 }
 
 /// `stands`, by slot: what touches a block that does not stand does not, either.
-void spread(std::span<const LinearContact> contacts, std::vector<char>& stands) {
+void spread(std::span<const LinearContact> contacts, const Agreement& agreement,
+            std::vector<char>& stands) {
   for (bool spreads = true; spreads;) {
     spreads = false;
     for (const LinearContact& c : contacts) {
@@ -76,6 +66,8 @@ void spread(std::span<const LinearContact> contacts, std::vector<char>& stands) 
       spreads = spreads || a != b;
       a = b = a && b;
     }
+    agreement.all(stands);
+    spreads = agreement.any(spreads);
   }
 }
 
@@ -107,6 +99,17 @@ void set_pairs(std::span<LinearContact> contacts, BlockSystem& base) {
   }
 }
 
+/// Largest violation of the contact conditions that multipliers should remove, m.
+double OpenClose::violation(std::span<const LinearContact> contacts) const {
+  double worst = 0.0;
+  for (const LinearContact& c : contacts) {
+    if (c.compliant || c.mode == ContactMode::Open) continue;
+    worst = std::max(worst, std::abs(c.relative[0]));
+    if (c.mode == ContactMode::Stick) worst = std::max(worst, c.relative.tail<2>().norm());
+  }
+  return agreement_.largest(worst);
+}
+
 /// Blocks that the forces known so far hold where they stand, and so all that they touch, do not
 /// move to begin with: what they were guessed to do is rounding. Returns the largest motion taken
 /// back, m.
@@ -120,7 +123,7 @@ double OpenClose::stand(const BlockEquations& blocks, std::span<LinearContact> c
   for (std::size_t s = 0; s < guess.size(); ++s) {
     stands_[s] = newton_.equations().balanced(s, kAtRest * options.force_tolerance);
   }
-  spread(contacts, stands_);
+  spread(contacts, agreement_, stands_);
   double taken_back = 0.0;
   for (std::size_t s = 0; s < guess.size(); ++s) {
     if (!stands_[s]) continue;
@@ -158,7 +161,7 @@ double OpenClose::wanted_residual(std::span<const LinearContact> contacts,
 /// and stiffer ones again as they are quickly solved.   [Rockafellar 1976]
 bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptions& options,
                          Progress progress, NewtonCount& count) {
-  const bool springs = std::ranges::any_of(contacts, &LinearContact::compliant);
+  const bool springs = agreement_.any(std::ranges::any_of(contacts, &LinearContact::compliant));
   double& softness = progress.softness;
   bool slow = false;  // Newton's method has been
   solved_.assign(newton_.change().size(), Vector12::Zero());
@@ -210,6 +213,7 @@ double OpenClose::push_of_update(std::span<const LinearContact> contacts) {
     if (c.slot_a >= 0) push_[index(c.slot_a)] += c.jacobian_a.push(push);
     if (c.slot_b >= 0) push_[index(c.slot_b)] += c.jacobian_b.push(push);
   }
+  agreement_.complete(*slots_, push_);
   return newton_.equations().relative_push(push_);
 }
 

@@ -59,6 +59,10 @@ class OpenClose {
 
   /// From the next solve() on.
   void use(const Threads& threads) { newton_.use(threads); }
+  void use(const Agreement& agreement) {
+    agreement_ = agreement;
+    newton_.use(agreement);
+  }
 
   LinearSolver& linear_solver() { return newton_.linear_solver(); }
 
@@ -72,6 +76,7 @@ class OpenClose {
     /// they deform the assumed modes cost as often as they gain.
     bool assumes = false;
   };
+  double violation(std::span<const LinearContact> contacts) const;
   double stand(const BlockEquations& blocks, std::span<LinearContact> contacts,
                const OpenCloseOptions& options, BlockVector& guess);
   double wanted_residual(std::span<const LinearContact> contacts, const OpenCloseOptions& options,
@@ -90,6 +95,7 @@ class OpenClose {
   double push_of_update(std::span<const LinearContact> contacts);
 
   const Slots* slots_;
+  Agreement agreement_;
   ContactNewton newton_;
   BlockVector solved_;        ///< the last change that solved for its multipliers
   BlockVector still_;         ///< zeros

@@ -3,19 +3,14 @@
 
 #include <quoin/solver/simulation.hpp>
 
-#include "block_system.hpp"
+#include "distributed/agreement.hpp"
 
 namespace quoin::solver {
 
 /// Holds one matrix at a time. All processes take the same steps: they call the same functions in
 /// the same order, each with the rows of its own blocks, and get the same bits back.
-class DistributedSolver {
+class DistributedSolver : public Communicator {
  public:
-  virtual ~DistributedSolver() = default;
-
-  /// Whether this process gives the row of the scene's block.
-  virtual bool owns(int block) const = 0;
-
   /// Of the matrix, only rows of own blocks are read. `kind`: Elimination or Multigrid. False where
   /// it is singular to working accuracy, or symmetric, eliminated and not positive definite.
   virtual bool factorize(const BlockSystem& system, const Slots& slots, LinearSolverKind kind) = 0;

@@ -87,7 +87,7 @@ double largest_opening(const StepRun& run) {
     largest = std::max({largest, largest_opening(run.compiled, island->history),
                         largest_opening(run.compiled, island->attempt.contacts)});
   }
-  return largest;
+  return run.work.agreement.largest(largest);
 }
 
 /// What the last search found of some islands, the owners, takes the place of what others had found
@@ -133,9 +133,12 @@ void find_at_end(const StepRun& run, std::span<Island* const> islands) {
   list_owners(islands, work);
   for (Island* island : islands) island->searched = work.search_epoch;
   if (!all) take_last(work);
-  work.islands_met = share_out(work, work.found_end, all ? Sharing::Referred : Sharing::Copied,
-                               &Island::found_end);
-  for (Island* island : islands) island->reach_end = largest_reach(reach, island->found_end);
+  const bool met = share_out(work, work.found_end, all ? Sharing::Referred : Sharing::Copied,
+                             &Island::found_end);
+  work.islands_met = work.agreement.any(met);
+  for (Island* island : islands) {
+    island->reach_end = work.agreement.largest(largest_reach(reach, island->found_end));
+  }
 }
 
 /// Of the last round: contacts to be held, or not, in another one. True when there are any.
@@ -146,7 +149,7 @@ bool change_contacts(const StepRun& run, Island& island) {
   const bool dropped = drop_ghosts(run.compiled, island);
   const bool blocked = put_back_blocked(run.compiled, work.end, island.found_end, limit,
                                         island.passing, island.contacts);
-  return missed || dropped || blocked;
+  return work.agreement.any(missed || dropped || blocked);
 }
 
 }  // namespace

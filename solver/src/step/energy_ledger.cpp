@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "contact/joint_law.hpp"
+#include "distributed/agreement.hpp"
 #include "index.hpp"
 #include "step/linearise.hpp"
 
@@ -56,15 +57,32 @@ void account_loads(const SubStep& step, const StepPoses& poses, StepEnergy& ener
   }
 }
 
-void account_contact(const BodyContact& contact, const LinearContact& c, const StepPoses& poses,
-                     StepEnergy& energy) {
+/// Of a contact, J.
+struct ContactShare {
+  int number = 0;  ///< LinearContact::number
+  double load_work = 0.0;
+  ContactWork work;
+};
+
+void add(const ContactShare& share, StepEnergy& energy) {
+  energy.load_work += share.load_work;
+  energy.friction_work += share.work.heat;
+  energy.contact_work += share.work.impulse;
+  energy.scheme_loss += share.work.scheme;
+}
+
+/// What slots have of it is added to `energy`.
+ContactShare account_contact(const BodyContact& contact, const LinearContact& c,
+                             const StepPoses& poses, StepEnergy& energy) {
+  ContactShare share;
+  share.number = c.number;
   const Vector12 &move_a = poses.increment[index(contact.a)],
                  &move_b = poses.increment[index(contact.b)];
   const auto push = [&](int idle, int other, const ContactJacobian& jacobian,
                         const Vector12& motion) {
     if (idle >= 0 || motion.isZero(0.0)) return;
     const double done = c.force.dot(jacobian * motion);
-    energy.load_work -= done;
+    share.load_work -= done;
     if (other >= 0 && !c.compliant) energy.work_on[index(other)] -= done;
   };
   push(c.slot_a, c.slot_b, c.jacobian_a, move_a);
@@ -73,11 +91,31 @@ void account_contact(const BodyContact& contact, const LinearContact& c, const S
     if (c.slot_a >= 0) energy.work_on[index(c.slot_a)] += c.force.dot(c.jacobian_a * move_a);
     if (c.slot_b >= 0) energy.work_on[index(c.slot_b)] += c.force.dot(c.jacobian_b * move_b);
   }
-  const ContactWork done = contact_work(c, moved_by(poses, contact, c));
-  energy.stored[index(c.slot_a >= 0 ? c.slot_a : c.slot_b)] += done.stored;
-  energy.friction_work += done.heat;
-  energy.contact_work += done.impulse;
-  energy.scheme_loss += done.scheme;
+  share.work = contact_work(c, moved_by(poses, contact, c));
+  energy.stored[index(c.slot_a >= 0 ? c.slot_a : c.slot_b)] += share.work.stored;
+  return share;
+}
+
+/// In the order of the list of all processes: sums are then those of one.
+void account_contacts(const SubStep& step, const StepPoses& poses,
+                      std::span<const BodyContact> contacts, std::span<const LinearContact> linear,
+                      StepEnergy& energy) {
+  const Agreement all = agreement(step.options);
+  const Slots& slots = step.island.slots;
+  std::vector<ContactShare> shares;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const ContactShare share = account_contact(contacts[i], linear[i], poses, energy);
+    if (!all.shares()) {
+      add(share, energy);
+    } else if (all.counts(slots, linear[i].slot_a, linear[i].slot_b)) {
+      shares.push_back(share);
+    }
+  }
+  shares = all.of_all(shares);
+  std::ranges::sort(shares, {}, &ContactShare::number);
+  for (const ContactShare& share : shares) add(share, energy);
+  all.complete(slots, energy.stored);
+  all.complete(slots, energy.work_on);
 }
 
 /// What moves a held point does work.
@@ -106,9 +144,7 @@ void account(const SubStep& step, const StepPoses& poses, std::span<const BodyCo
   energy.clear(step.island.slots.size.size());
   account_blocks(step, poses, energy);
   account_loads(step, poses, energy);
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    account_contact(contacts[i], linear[i], poses, energy);
-  }
+  account_contacts(step, poses, contacts, linear, energy);
   for (std::size_t h = 0; h < step.island.held.size(); ++h) {
     account_held(step.compiled.held[index(step.island.held[h])], linear[contacts.size() + h], poses,
                  energy);
@@ -132,6 +168,7 @@ double unbalance(const SubStep& step, const StepPoses& poses,
     largest = std::max(largest, Vector3(load.factor * load.force.at(step.load_time())).norm());
   }
   for (const LinearContact& c : linear) largest = std::max(largest, c.force.norm());
+  largest = agreement(step.options).largest(largest);
   if (!(largest > 0.0)) largest = unbalanced;  // nothing holds it or drives it on
   return largest > 0.0 ? unbalanced / largest : 0.0;
 }

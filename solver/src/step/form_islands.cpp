@@ -48,8 +48,7 @@ void start(const StepRun& run, Island& island) {
     work.last.hit[b] = run.before.last.hit[b];
     work.last.crowded[b] = run.before.last.crowded[b];
   }
-  island.memory.solver.linear_solver().choose(run.options.linear_solver,
-                                              run.options.distributed_solver.get());
+  island.memory.solver.choose(run.options);
   island.memory.solver.begin();
   island.begun = true;
   island.time = run.state.time;
@@ -90,9 +89,11 @@ bool islands_stay(const StepRun& run) {
 
 void form_islands(const StepRun& run) {
   if (is_paper_method(run.options.method)) return form_whole_scene(run);
-  if (!run.work.islands.empty() && islands_stay(run)) return;
+  const bool alone = !run.work.agreement.shares();
+  if (alone && !run.work.islands.empty() && islands_stay(run)) return;
   run.work.joined.part(run.compiled.models.size());
   join_blocks(run.compiled, run.work.found, run.work.joined);
+  run.work.joined.join(run.work.agreement);
   form(run);
 }
 
@@ -115,6 +116,8 @@ bool join_islands_that_met(const StepRun& run) {
     work.joined.join(point.key.a, point.key.b);
     met = true;
   }
+  met = work.agreement.any(met);
+  work.joined.join(work.agreement);
   if (met) form(run);
   return met;
 }
@@ -168,7 +171,7 @@ void start_islands(const StepRun& run, std::span<Island* const> islands) {
     island->found_before = island->found.size();
   }
   if (all_go_on) return;
-  const double opening = largest_opening(run.compiled, run.state.contacts);
+  const double opening = work.agreement.largest(largest_opening(run.compiled, run.state.contacts));
   KnownReaches& reaches = work.start_reaches;
   reaches.fall = -1.0;  // of all blocks, anew
   const Reach reach(run.compiled, run.options, {run.state.blocks, opening, run.state.time}, {},
@@ -178,7 +181,7 @@ void start_islands(const StepRun& run, std::span<Island* const> islands) {
   // Contacts of two islands now.
   const bool parted = share_out(work, run.state.contacts, Sharing::Referred, &Island::history);
   for (Island* island : islands) {
-    island->reach = largest_reach(reach, island->found);
+    island->reach = work.agreement.largest(largest_reach(reach, island->found));
     island->contacts_before = parted ? kNotKnown : island->history.size();
     island->found_before = between ? kNotKnown : island->found.size();
   }

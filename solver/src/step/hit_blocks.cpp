@@ -1,7 +1,9 @@
 #include "step/hit_blocks.hpp"
 
 #include <algorithm>
+#include <limits>
 
+#include "distributed/agreement.hpp"
 #include "index.hpp"
 
 namespace quoin::solver {
@@ -32,6 +34,9 @@ void find_hit_blocks(const SubStep& step, std::span<const BodyContact> contacts,
     add(linear[i].slot_a);
     add(linear[i].slot_b);
   }
+  const Agreement all = agreement(step.options);
+  grows = all.any(grows);
+  if (grows) all.any(hit);
   const auto is_hit = [&](int slot) { return slot >= 0 && hit[index(slot)]; };
   while (grows) {
     grows = false;
@@ -40,6 +45,8 @@ void find_hit_blocks(const SubStep& step, std::span<const BodyContact> contacts,
       if (is_hit(linear[i].slot_a)) add(linear[i].slot_b);
       if (is_hit(linear[i].slot_b)) add(linear[i].slot_a);
     }
+    grows = all.any(grows);
+    if (grows) all.any(hit);
   }
 }
 
@@ -51,7 +58,11 @@ double first_impact(const SubStep& step, std::span<const LinearContact> linear) 
     if (!is_impact(c, slowest, Impacts::Solved)) continue;
     first = first > 0.0 ? std::min(first, c.closing_share) : c.closing_share;
   }
-  return first;
+  const Agreement all = agreement(step.options);
+  if (!all.shares()) return first;
+  const double none = std::numeric_limits<double>::infinity();
+  const double least = -all.largest(first > 0.0 ? -first : -none);
+  return least < none ? least : 0.0;
 }
 
 bool hold_strain(const SubStep& step, std::span<const char> hit, StepPoses& poses) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "contact/joint_law.hpp"
+#include "distributed/agreement.hpp"
 #include "index.hpp"
 #include "step/predict.hpp"
 
@@ -234,7 +235,7 @@ void set_blocks(const ImpactStep& at, std::span<const BodyContact> contacts, con
 }
 
 /// What the positions' forces have done is part of the velocities.
-void take_off_forces(VelocityProblem& problem) {
+void take_off_forces(const SubStep& step, VelocityProblem& problem) {
   for (const LinearContact& c : problem.contacts) {
     if (c.slot_a >= 0) {
       problem.force[index(c.slot_a)] -= c.jacobian_a.push(c.multiplier);
@@ -243,17 +244,19 @@ void take_off_forces(VelocityProblem& problem) {
       problem.force[index(c.slot_b)] -= c.jacobian_b.push(c.multiplier);
     }
   }
+  agreement(step.options).complete(step.island.slots, problem.force);
 }
 
 /// Work of moving supports by the impulses beyond the positions' forces, by slot, J.
-void set_pushed_work(std::size_t slots, const VelocityProblem& problem,
+void set_pushed_work(const SubStep& step, const VelocityProblem& problem,
                      std::vector<double>& pushed) {
-  pushed.assign(slots, 0.0);
+  pushed.assign(step.island.slots.block_of_slot.size(), 0.0);
   for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
     const LinearContact& c = problem.contacts[i];
     pushed[index(c.slot_a >= 0 ? c.slot_a : c.slot_b)] -=
         0.5 * (c.force - problem.starts[i].multiplier).dot(c.start);
   }
+  agreement(step.options).complete(step.island.slots, pushed);
 }
 
 }  // namespace
@@ -261,25 +264,26 @@ void set_pushed_work(std::size_t slots, const VelocityProblem& problem,
 void attempt_velocities(const SubStep& step, std::span<const BodyContact> contacts,
                         AttemptMemory& memory, BlocksAtEnd& blocks, Attempt& attempt) {
   const std::vector<int>& own = step.island.slots.block_of_slot;
-  const bool none = std::ranges::none_of(attempt.positions, takes_part);
+  const Agreement all = agreement(step.options);
+  const bool none = all.all(std::ranges::none_of(attempt.positions, takes_part));
   if (own.empty() || (none && step.island.held.empty())) return;
   ImpactMemory& impact = memory.impact;
   VelocityProblem& problem = impact.problem;
   const auto closed = [](const LinearContact& c) { return c.closing_share > 0.0; };
-  if (std::ranges::any_of(attempt.linear, closed)) {
+  if (all.any(std::ranges::any_of(attempt.linear, closed))) {
     set_free_velocity_gain(step, memory.terms, blocks.poses, impact.free_gain);
   }
   const ImpactStep at{step,       memory.terms,     blocks.poses,
                       blocks.end, impact.free_gain, step.bounce_speed()};
   set_blocks(at, contacts, attempt, problem);
   set_contacts(at, contacts, attempt, problem);
-  take_off_forces(problem);
+  take_off_forces(step, problem);
   OpenCloseOptions tuning{.force_tolerance = step.options.tolerance,
                           .gap_tolerance = step.gap_tolerance()};
   tuning.gap_rounding = attempt.rounding;
   tuning.raise = tuning.predicted = true;
   const double before = kinetic_energy(step, blocks.end);
-  impact.restitution.begin(own.size(), problem);
+  impact.restitution.begin(step, problem);
   OpenCloseResult total = attempt.solved;
   // With friction and several contacts Newton's restitution can create energy: less of it then.
   for (bool again = true; again;) {
@@ -301,7 +305,7 @@ void attempt_velocities(const SubStep& step, std::span<const BodyContact> contac
   total.residual = std::max(total.residual, attempt.solved.residual);
   total.condition = attempt.solved.condition;
   attempt.solved = total;
-  set_pushed_work(own.size(), problem, impact.pushed);
+  set_pushed_work(step, problem, impact.pushed);
   const double allowed = memory.solver.yielding() ? kAllowedYielding : kAllowed;
   bound_energy(step, {problem.velocity, impact.restitution.groups(), impact.pushed, allowed},
                blocks.end, attempt.energy, impact.of_group);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "distributed/agreement.hpp"
 #include "index.hpp"
 
 namespace quoin::solver {
@@ -20,18 +21,25 @@ double mechanical_energy(const SubStep& step, std::size_t block,
 
 }  // namespace
 
-void Restitution::begin(std::size_t slots, const VelocityProblem& problem) {
+void Restitution::begin(const SubStep& step, const VelocityProblem& problem) {
+  const Agreement all = agreement(step.options);
+  const std::size_t slots = step.island.slots.block_of_slot.size();
   joined_.part(slots);
   for (const LinearContact& c : problem.contacts) {
     if (c.slot_a >= 0 && c.slot_b >= 0) joined_.join(c.slot_a, c.slot_b);
   }
   for (const auto& [a, b] : problem.pushed_before) joined_.join(a, b);
+  joined_.join(all);
   groups_.resize(slots);
   for (std::size_t s = 0; s < slots; ++s) groups_[s] = joined_.least(static_cast<int>(s));
   shares_.assign(slots, 0.0);
   for (std::size_t i = 0; i < problem.starts.size(); ++i) {
     if (problem.starts[i].bounce != 0.0) shares_[group_of(problem.contacts[i])] = 1.0;
   }
+  if (!all.shares()) return;
+  std::vector<char> bounces(shares_.begin(), shares_.end());
+  all.any(bounces);
+  shares_.assign(bounces.begin(), bounces.end());
 }
 
 void Restitution::apply(const VelocityProblem& problem) const {

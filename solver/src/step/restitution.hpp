@@ -28,7 +28,7 @@ struct VelocityProblem {
 class Restitution {
  public:
   /// All of it.
-  void begin(std::size_t slots, const VelocityProblem& problem);
+  void begin(const SubStep& step, const VelocityProblem& problem);
 
   /// The contacts as they are before a solution, with their bounce, or what is left of it.
   void apply(const VelocityProblem& problem) const;

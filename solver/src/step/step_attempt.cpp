@@ -6,6 +6,7 @@
 #include "contact/joint_failure.hpp"
 #include "contact/joint_law.hpp"
 #include "contact_problem.hpp"
+#include "distributed/agreement.hpp"
 #include "index.hpp"
 #include "step/contact_record.hpp"
 #include "step/hit_blocks.hpp"
@@ -70,7 +71,8 @@ void show_contact_problem(const SubStep& step, const BlockTerms& terms,
 }
 
 /// Largest overlap where the blocks end beyond what the linearisations say, m.
-double unforeseen_overlap(const StepPoses& poses, std::span<const BodyContact> contacts,
+double unforeseen_overlap(const SubStep& step, const StepPoses& poses,
+                          std::span<const BodyContact> contacts,
                           std::span<const LinearContact> linear) {
   double largest = 0.0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
@@ -79,7 +81,7 @@ double unforeseen_overlap(const StepPoses& poses, std::span<const BodyContact> c
     const double gap = contact_geometry(contact, a, b).gap - contact.opening;
     largest = std::max(largest, std::min(linear[i].relative[0], 0.0) - gap);
   }
-  return largest;
+  return agreement(step.options).largest(largest);
 }
 
 /// The blocks follow the contacts' forces as they are: nothing is solved. Largest motion that
@@ -93,6 +95,7 @@ double follow_forces(const SubStep& step, std::span<LinearContact> contacts,
     if (c.slot_a >= 0) pushed[index(c.slot_a)] += c.jacobian_a.push(c.force);
     if (c.slot_b >= 0) pushed[index(c.slot_b)] += c.jacobian_b.push(c.force);
   }
+  agreement(step.options).complete(step.island.slots, pushed);
   double change = 0.0;
   for (std::size_t s = 0; s < increment.size(); ++s) {
     Vector12 next = Vector12::Zero();
@@ -165,7 +168,7 @@ bool nearly_agrees(const SubStep& step, const Pass& pass, std::span<const BodyCo
   const double size = step.island.smallest_size, change = pass.solved.change;
   if (change <= kAgreement * size) return true;
   if (change > kLooseAgreement * size) return false;
-  const bool foreseen = unforeseen_overlap(poses, contacts, linear) <= kUnforeseen * size;
+  const bool foreseen = unforeseen_overlap(step, poses, contacts, linear) <= kUnforeseen * size;
   const bool rigid = step.island.slots.rigid();  // strain would take up what gaps change
   const bool mended = rigid && pass.solved.closed && foreseen && change <= kMended * size;
   if (mended && settle(step, contacts, memory, poses, linear)) return true;
@@ -195,7 +198,7 @@ OpenCloseResult solve_positions(const SubStep& step, std::span<const BodyContact
       set_force(step, poses, terms);
       linearise(step, terms, poses, contacts, linear);
     }
-    tuning.gap_rounding = gap_rounding(linear);
+    tuning.gap_rounding = agreement(step.options).largest(gap_rounding(linear));
     by_slot(step.island.slots, poses.increment, memory.increment);
     memory.clock.charge(&PhaseSeconds::assemble);
     if (tuning.predicted) show_contact_problem(step, terms, linear, memory.increment);
@@ -270,19 +273,21 @@ void attempt_positions(const SubStep& step, const LastSubStep& last,
   memory.solver.start(crowd);
   predict(step, last, poses);
   set_matrices(step, poses, memory.terms);
+  const Agreement all = agreement(step.options);
   OpenCloseResult total;
   do {
     set_laws(step, contacts, attempt.linear);
     set_pairs(attempt.linear, memory.terms.base);
     add(solve_positions(step, contacts, memory, poses, attempt.linear), total);
   } while (total.converged &&
-           fail_overloaded(contacts, std::span(attempt.linear).first(contacts.size()),
-                           kOpened * step.gap_tolerance()));
+           all.any(fail_overloaded(contacts, std::span(attempt.linear).first(contacts.size()),
+                                   kOpened * step.gap_tolerance())));
   memory.clock.charge(&PhaseSeconds::assemble);
   attempt.solved = total;
   account(step, poses, contacts, attempt.linear, attempt.energy);
   attempt.unbalance = unbalance(step, poses, attempt.linear);
-  attempt.stiffest_omega_dt = stiffest_omega_dt(attempt.linear, memory.terms.compliance);
+  attempt.stiffest_omega_dt =
+      all.largest(stiffest_omega_dt(attempt.linear, memory.terms.compliance));
   attempt.displacement = largest_displacement(step, poses);
   for (const int block : step.island.slots.block_of_slot) {
     blocks.end[index(block)] = end_state(step, poses, index(block));
@@ -293,7 +298,7 @@ void attempt_positions(const SubStep& step, const LastSubStep& last,
   }
   attempt.first_impact = first_impact(step, std::span(attempt.linear).first(contacts.size()));
   find_hit_blocks(step, contacts, attempt.linear, Impacts::Solved, attempt.hit);
-  attempt.rounding = gap_rounding(attempt.linear);
+  attempt.rounding = all.largest(gap_rounding(attempt.linear));
   note_positions(attempt);
   record({contacts, attempt.linear, attempt.hit}, poses, attempt.contacts);
 }

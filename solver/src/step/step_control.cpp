@@ -78,11 +78,12 @@ bool too_fast(const StepRun& run, const Island& island) {
   const auto speed = [&](int block) {
     return vertex_speed(run.compiled.models[index(block)], run.work.now.blocks[index(block)]);
   };
-  return std::ranges::any_of(island.contacts, [&](const BodyContact& contact) {
+  const bool any = std::ranges::any_of(island.contacts, [&](const BodyContact& contact) {
     const double way = (speed(contact.a) + speed(contact.b)) * island.length;
     const double size = pair_size(run.compiled, contact.a, contact.b);
     return way > kFarthest * size && contact.state.point.gap < way;
   });
+  return run.work.agreement.any(any);
 }
 
 /// The attempt took all forces as they were, and nothing moved, to the last bit.
@@ -98,10 +99,11 @@ bool stood_still(const StepRun& run, const Island& island) {
 }
 
 /// No contact slid, opened or closed in the attempt: the island moves as one body, if at all.
-bool keeps_modes(const Island& island) {
-  return std::ranges::all_of(island.attempt.positions, [](const SolvedContact& c) {
+bool keeps_modes(const StepRun& run, const Island& island) {
+  const auto keeps = [](const SolvedContact& c) {
     return c.mode == (c.was_closed ? ContactMode::Stick : ContactMode::Open);
-  });
+  };
+  return run.work.agreement.all(std::ranges::all_of(island.attempt.positions, keeps));
 }
 
 /// Energy in the springs that the island has from the last sub-step, J; `stored`: by slot.
@@ -156,7 +158,7 @@ void accept(const StepRun& run, Island& island, double growth) {
   const SubStep step = sub_step(run, island);
   const StepEnergy& energy = island.attempt.energy;
   island.still = stood_still(run, island);
-  const int crowd = keeps_modes(island) ? 0 : island.memory.solver.crowd();
+  const int crowd = keeps_modes(run, island) ? 0 : island.memory.solver.crowd();
   book(energy, growth, island.energy);
   const bool first = island.count.sub_steps == 0;
   island.count.energy_growth = first ? growth : std::max(island.count.energy_growth, growth);
@@ -409,7 +411,7 @@ void give_up(const StepRun& run, const Island& failed, State& best) {
   best = attempted(run, failed);
   run.work.best_motion = run.work.motion_end;
   if (is_paper_method(run.options.method)) return;
-  run.report.fighting = fighting(failed, run.state.origin);
+  run.report.fighting = fighting(run, failed);
 }
 
 /// Where few blocks move, contact points of these alone are searched for and listed.
@@ -563,13 +565,15 @@ double initial_spring_energy(const CompiledScene& compiled, const StepOptions& o
   std::vector<Pose> poses;
   for (const BlockState& block : state.blocks) poses.push_back(pose(block));
   std::vector<BodyContact> contacts;
-  const SearchedState searched{state.blocks, largest_opening(compiled, state.contacts), state.time};
+  const double opening = work.agreement.largest(largest_opening(compiled, state.contacts));
+  const SearchedState searched{state.blocks, opening, state.time};
   KnownReaches reaches;
   const double reach = Reach(compiled, options, searched, {}, reaches).largest();
   std::vector<int> previous;
   carry_over({compiled.scene, poses, compiled.models, reach, work.laid}, work.found, state.contacts,
              previous, contacts);
   store_at_rest(compiled, options, contacts, work.stored);
+  work.agreement.complete(compiled.slots, work.stored);
   return std::accumulate(work.stored.begin(), work.stored.end(), 0.0);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <functional>
 
+#include "index.hpp"
 #include "step/island_extremes.hpp"
 
 namespace quoin::solver {
@@ -29,6 +30,24 @@ void note_growth(const CompiledScene& compiled, const Workspace& work, const Isl
   evidence.energy_block = island.own().front();
 }
 
+/// An overlap that no contact held.
+struct MissingPoint {
+  int island = 0;
+  geometry::ContactPoint point;
+};
+
+/// Of the last island that has one; none: no such island. Of several processes, the last one.
+std::vector<MissingPoint> last_missing(const Workspace& work) {
+  std::vector<MissingPoint> missing;
+  for (std::size_t i = 0; i < work.islands.size(); ++i) {
+    if (work.islands[i]->missing) missing = {{static_cast<int>(i), *work.islands[i]->missing}};
+  }
+  missing = work.agreement.of_all(missing);
+  std::ranges::sort(missing, std::greater{},
+                    [](const MissingPoint& m) { return std::pair(m.island, m.point.key); });
+  return missing;
+}
+
 void append_flags(const CompiledScene& compiled, const StepOptions& options, double time,
                   const Workspace& work, const Extremes& extremes, StepReport& report) {
   StepEvidence evidence{
@@ -42,11 +61,25 @@ void append_flags(const CompiledScene& compiled, const StepOptions& options, dou
       evidence.rounding = rounding;
       evidence.gap_tolerance = tolerance;
     }
-    if (island->missing) evidence.missing = &*island->missing;
     if (options.analysis != Analysis::Dynamic) continue;
     note_growth(compiled, work, *island, tolerance * gravity, evidence);
   }
+  const std::vector<MissingPoint> missing = last_missing(work);
+  if (!missing.empty()) evidence.missing = &missing.front().point;
   append_flags(compiled, extremes, evidence, report);
+}
+
+/// What each of several processes has counted.
+void sum_counts(const CompiledScene& compiled, const State& state, const Workspace& work,
+                StepReport& report) {
+  const auto sum = [&](auto mine) {
+    return static_cast<int>(work.agreement.sum(static_cast<double>(mine)));
+  };
+  report.contact_count = sum(std::ranges::count_if(state.contacts, [&](const Contact& contact) {
+    return work.agreement.owns(first_with_unknowns(compiled, contact.point.key));
+  }));
+  report.candidate_pairs = sum(report.candidate_pairs);
+  report.searched_pairs = sum(report.searched_pairs);
 }
 
 }  // namespace
@@ -85,20 +118,23 @@ void report_islands(std::span<Island* const> islands, StepReport& report) {
   }
 }
 
-FightingContacts fighting(const Island& island, const Vector3& origin) {
+FightingContacts fighting(const StepRun& run, const Island& island) {
   std::vector<FightingContact> all;  // the worst of each pair
   const std::vector<SolvedContact>& positions = island.attempt.positions;
   for (std::size_t i = 0; i < island.contacts.size() && i < positions.size(); ++i) {
     const BodyContact& contact = island.contacts[i];
     const double change = positions[i].change;
-    if (!(change > 0.0)) continue;
-    const FightingContact now{contact.a, contact.b, origin + contact.state.point.point(), change};
+    const int block = first_with_unknowns(run.compiled, contact.state.point.key);
+    if (!(change > 0.0) || !run.work.agreement.owns(block)) continue;
+    const Vector3 place = run.state.origin + contact.state.point.point();
+    const FightingContact now{contact.a, contact.b, place, change};
     if (all.empty() || all.back().block != now.block || all.back().other != now.other) {
       all.push_back(now);
     } else if (now.change > all.back().change) {
       all.back() = now;
     }
   }
+  all = run.work.agreement.of_all(all);
   std::ranges::stable_sort(all, std::greater{}, &FightingContact::change);
   FightingContacts worst;
   worst.count = std::min(all.size(), worst.contacts.size());
@@ -112,9 +148,10 @@ void report_end(const CompiledScene& compiled, const StepOptions& options, const
   report.islands = static_cast<int>(work.islands.size());
   report.islands_at_rest = static_cast<int>(
       std::ranges::count_if(work.islands, [](const auto& island) { return island->at_rest; }));
-  report.contact_count = static_cast<int>(state.contacts.size());
+  sum_counts(compiled, state, work, report);
   if (report.status == StepStatus::Converged) note_islands(compiled, state, work);
-  const Extremes all = extremes(compiled, state, work);
+  std::vector<ToldExtremes> told;
+  const Extremes all = extremes(compiled, state, work, told);
   report.closed_count = all.closed;
   report.largest_overlap = std::max(report.largest_overlap, all.overlap);
   report.largest_strain = std::max(report.largest_strain, all.strain);

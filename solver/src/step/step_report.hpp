@@ -13,7 +13,7 @@ void count_attempt(Island& island);
 void report_islands(std::span<Island* const> islands, StepReport& report);
 
 /// Contacts of the last attempt whose force the next iteration would change most.
-FightingContacts fighting(const Island& island, const Vector3& origin);
+FightingContacts fighting(const StepRun& run, const Island& island);
 
 /// After the step: contacts, strains, speeds of the state, and flags.
 void report_end(const CompiledScene& compiled, const StepOptions& options, const State& state,

@@ -11,10 +11,25 @@ int useful_threads(const CompiledScene& compiled, int given) {
   return std::min(given, std::max(1, compiled.slots.count()));
 }
 
+/// Pairs of two blocks without unknowns are never tested, nor are those of two blocks of other
+/// processes.
+geometry::BodyOptions body_options(const CompiledScene& compiled, const Agreement& agreement,
+                                   int block) {
+  constexpr std::uint32_t kOwn = 1, kOther = 2;
+  const bool idle = compiled.idle[static_cast<std::size_t>(block)] != 0;
+  geometry::BodyOptions options;
+  options.motion = idle ? geometry::BodyMotion::Idle : geometry::BodyMotion::Moving;
+  const bool other = agreement.shares() && (idle || !agreement.owns(block));
+  options.category = is_absent(compiled, block) ? 0u : other ? kOther : kOwn;
+  options.collides_with = other ? kOwn : kOwn | kOther;
+  return options;
+}
+
 }  // namespace
 
-Workspace::Workspace(const CompiledScene& compiled, int given_threads)
-    : threads_wanted(useful_threads(compiled, given_threads)),
+Workspace::Workspace(const CompiledScene& compiled, const StepOptions& options)
+    : agreement(solver::agreement(options)),
+      threads_wanted(useful_threads(compiled, options.threads)),
       threads(threads_wanted),
       finder({.executor = &threads, .frame = geometry::PointFrame::Bodies}),
       motion_end(compiled.prescribed.size()),
@@ -33,11 +48,8 @@ Workspace::Workspace(const CompiledScene& compiled, int given_threads)
   resize(compiled.models.size(), poses);
   for (std::size_t b = 0; b < compiled.models.size(); ++b) {
     const BlockModel& model = compiled.models[b];
-    const bool absent = model.kind == BlockKind::Absent;
-    finder.add(
-        model.shape, placement(model, pose(model.start)),
-        {.category = absent ? 0u : 1u,
-         .motion = compiled.idle[b] ? geometry::BodyMotion::Idle : geometry::BodyMotion::Moving});
+    finder.add(model.shape, placement(model, pose(model.start)),
+               body_options(compiled, agreement, static_cast<int>(b)));
   }
 }
 

@@ -45,8 +45,10 @@ struct KnownReaches {
 
 /// StepMemory is in checkpoint.cpp; the rest changes the speed alone, or is made anew in each step.
 struct Workspace : StepMemory {
-  explicit Workspace(const CompiledScene& compiled, int given_threads);
+  explicit Workspace(const CompiledScene& compiled, const StepOptions& options);
 
+  /// Of the processes that solve together: the finder knows pairs with a block of this one alone.
+  const Agreement agreement;
   int threads_wanted;  ///< no more than blocks that move
   geometry::WorkerPool threads;
   geometry::ContactFinder finder;  ///< block b has handle b; absent ones collide with none

@@ -9,7 +9,7 @@
 namespace quoin::solver {
 
 /// What one of several processes writes of a state: the blocks of one part, and the contacts whose
-/// block B is one of them.
+/// first block that can move is one of them.
 struct Piece {
   std::span<const int> part_of_block{};  ///< by block; empty: all of them are written
   int part = 0;

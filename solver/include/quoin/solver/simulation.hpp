@@ -115,9 +115,9 @@ struct StepOptions {
   int max_iterations = 1000;
   /// Of the default's contact iteration. ProximalNewton, Paper and Penalty eliminate.
   LinearSolverKind linear_solver = LinearSolverKind::Automatic;
-  /// Of several processes that take the same steps (quoin/solver/ranks.hpp): solves what
-  /// `linear_solver` names; Automatic: what would be Multigrid's, by multigrid. None: this process
-  /// solves alone.
+  /// Of several processes that take the same steps (quoin/solver/ranks.hpp), each with the contacts
+  /// of its own blocks: solves what `linear_solver` names; Automatic: what would be Multigrid's, by
+  /// multigrid. None: this process is alone. The same for all steps of a simulation.
   std::shared_ptr<DistributedSolver> distributed_solver{};
   double max_displacement_ratio = 0.0;  ///< largest displacement / block size; 0: no limit
   double smallest_time_step = 0.0;      ///< s; 0: time_step / 1024
@@ -272,6 +272,9 @@ class Simulation {
   const Scene& scene() const;
   const State& state() const;
   const StepOptions& options() const;
+  /// Of several processes that solve together, what they hold of State::contacts, each once, sorted
+  /// by key; all of them ask for the same ones.
+  std::vector<Contact> all_contacts(const std::function<bool(const Contact&)>& wanted) const;
   int threads() const;  ///< at work: no more than blocks that move, or than the system starts
   bool threads_refused() const;                  ///< the system starts no more
   void set_options(const StepOptions& options);  ///< from the next step on

@@ -58,7 +58,9 @@ struct State {
   long step = 0;
   Vector3 origin = Vector3::Zero();  ///< world = origin + what the state holds, m
   std::vector<BlockState> blocks;
-  std::vector<Contact> contacts;     ///< sorted by key
+  /// Sorted by key. Of several processes (StepOptions::distributed_solver): those that touch own
+  /// blocks.
+  std::vector<Contact> contacts;
   std::vector<Vector3> held_forces;  ///< of Scene::fixed_points: on the block, in the last step, N
   EnergyLedger energy;
 };
