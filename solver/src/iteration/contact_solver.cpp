@@ -155,8 +155,10 @@ int ContactSolver::patience(std::span<const LinearContact> contacts) {
     can_check_ = loose_ = false;
     return kPatience;
   }
-  const bool again = checked_ == Try::Failed && failures_ == 0;  // what did not end in kPatience
-  if (hard_ != Try::None || again || (loose_ && checked_ == Try::Failed)) return kLastTry;
+  // What did not end in kPatience. What it solved, and the other try has not bettered, it gets
+  // whole.
+  const bool again = checked_ == Try::Failed && !(other_gains_ > 0.0);
+  if (hard_ != Try::None || (again && (loose_ || failures_ == 0))) return kLastTry;
   if (!suits_) return kPatience;  // no other iteration has it
   const int most = slots_->rigid() ? kRigidPatience : kPatience;
   if (checked_ != Try::None) return most;
@@ -179,6 +181,7 @@ void ContactSolver::begin() {
 void ContactSolver::move_on() {
   checked_ = hard_ = Try::None;
   loose_ = cannot_yield_ = false;
+  other_gains_ = 0.0;
 }
 
 void ContactSolver::start(int crowd) {
@@ -198,24 +201,28 @@ bool ContactSolver::try_another(const AttemptOutcome& outcome) {
   if (!automatic_) return false;
   const bool gained = yielding_ && outcome.gains > outcome.allowed;
   switch (stage_) {
-    case Stage::Checked:
-      if (outcome.solved && !gained && (outcome.closed || !yielding_)) return false;
+    case Stage::Checked: {
+      const bool worse = outcome.gains > std::max(outcome.allowed, other_gains_);
+      if (outcome.solved && (!yielding_ || (outcome.closed && !worse))) return false;
       checked_ = Try::Failed;
       cannot_yield_ = !outcome.solved;
       return true;
+    }
     case Stage::Crowd:
       if (!outcome.solved || !gained || hard_ != Try::None || sub_steps_left_ > 0) return false;
       hard_ = Try::Now;
-      crowd_gains_ = outcome.gains;
+      other_gains_ = outcome.gains;
       return true;
     case Stage::OpenClose:
-      if (outcome.solved && !(hard_ == Try::Now && outcome.gains > crowd_gains_)) return false;
       if (hard_ == Try::Now) {
+        if (outcome.solved && outcome.gains <= other_gains_) return false;
         hard_ = Try::Failed;
         return true;
       }
-      if (checked_ == Try::Failed || !can_check_) return false;
+      const bool pushed = std::min(outcome.gains, outcome.contact_work) > outcome.allowed;
+      if ((outcome.solved && !pushed) || checked_ == Try::Failed || !can_check_) return false;
       checked_ = Try::Now;
+      other_gains_ = outcome.solved ? outcome.gains : 0.0;
       return true;
   }
   return false;

@@ -11,6 +11,7 @@ struct AttemptOutcome {
   bool solved = false;
   bool closed = true;                 ///< all gaps that should be
   double gains = 0.0, allowed = 0.0;  ///< of energy, and what a run may gain without a flag, J
+  double contact_work = 0.0;          ///< of contact forces, less what sliding loses, J
 };
 
 /// Keeps the memory of both iterations, and what an attempt at a sub-step has spent.
@@ -96,7 +97,7 @@ class ContactSolver {
   Stage stage_ = Stage::OpenClose;
   Try checked_ = Try::None;    ///< the checked stage, where it is not the first
   Try hard_ = Try::None;       ///< the open-close iteration, of a crowd that gained energy
-  double crowd_gains_ = 0.0;   ///< before a hard try, J: its answer is to gain no more
+  double other_gains_ = 0.0;   ///< of the answer that is tried again: another is to gain no more, J
   int sub_steps_left_ = 0;     ///< without a hard try
   bool loose_ = false;         ///< the island of this sub-step
   bool uneven_ = false;        ///< light blocks bear much heavier ones in this attempt

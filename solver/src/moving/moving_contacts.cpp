@@ -26,6 +26,7 @@ constexpr int kMostUpdates = 2;       // of multipliers there, where their force
 constexpr int kMostMending = 20;      // steps of the projection of gaps, to
 constexpr double kGap = 0.5;          // of the tolerance of gaps
 constexpr double kLimit = 2.0;        // times that: the most that is left or kept
+constexpr double kFine = 0.1;         // likewise: what is beyond the limit is mended to
 
 /// Of what a force is the projection of.
 ContactMode mode_of(const Vector3& trial, double friction) {
@@ -129,7 +130,8 @@ bool MovingContacts::apart() const {
 Vector3 MovingContacts::to_mend(std::size_t contact) const {
   const Vector3& unmended = problem_.unmended(contact);
   if (!keeps_gaps_) return unmended;
-  const double kept = kLimit * gap_ / problem_.motion(contact, Vector3::UnitX())[0];
+  const double most = softness_ > 0.0 ? kLimit : kLimit - kFine;
+  const double kept = most * gap_ / problem_.motion(contact, Vector3::UnitX())[0];
   return {unmended[0] - std::clamp(unmended[0], -kept, kept), 0.0, 0.0};
 }
 
@@ -190,8 +192,8 @@ IterationCount MovingContacts::stiffen(std::span<LinearContact> contacts) {
   return count;
 }
 
-/// The largest share of the forces that close gaps with which the work of all is not positive, but
-/// what it takes to leave no overlap beyond the limit. moved_: A D of these forces.
+/// The largest share of the forces that close gaps with which the work of all is not positive.
+/// moved_: A D of these forces.
 double MovingContacts::closed_share() const {
   const std::span<const Vector3> change = projection_.forces();
   double work = 0.0, slope = 0.0, bend = 0.0;  // work + slope s + bend s2
@@ -203,8 +205,12 @@ double MovingContacts::closed_share() const {
   }
   if (work + slope + bend <= 0.0) return 1.0;
   const double root = std::sqrt(std::max(0.0, slope * slope - 4.0 * bend * work));
-  double share = slope > 0.0 ? -2.0 * std::min(work, 0.0) / (slope + root)
-                             : std::min(1.0, (root - slope) / (2.0 * bend));
+  return slope > 0.0 ? -2.0 * std::min(work, 0.0) / (slope + root)
+                     : std::min(1.0, (root - slope) / (2.0 * bend));
+}
+
+/// `share`, or as much more as leaves no overlap beyond the limit.
+double MovingContacts::within_limit(double share) const {
   const double limit = kLimit * gap_;
   for (std::size_t i = 0; i < x_.size(); ++i) {
     const double gap = problem_.motion(i, motion_[i] + problem_.unmended(i))[0];
@@ -214,12 +220,9 @@ double MovingContacts::closed_share() const {
   return share;
 }
 
-/// Moves the blocks least so that gaps are closed; forces may leave their cones a little.
-IterationCount MovingContacts::close(std::span<LinearContact> contacts) {
-  modes_.clear();
-  for (const LinearContact& c : contacts) modes_.push_back(c.mode);
-  const AddedForces start = guess(closed_);
-  const IterationLimit limit{gap_, std::min(kMostMending, iterations_left_)};
+/// Forces that move the blocks least so that gaps are closed to within `gap`, m.
+IterationCount MovingContacts::project(const AddedForces& start, double gap) {
+  const IterationLimit limit{gap, std::min(kMostMending, iterations_left_)};
   const IterationCount count = projection_.solve(problem_, x_, modes_, all_to_mend(), start, limit);
   iterations_left_ -= count.iterations;
   const std::span<const Vector3> change = projection_.forces();
@@ -228,8 +231,26 @@ IterationCount MovingContacts::close(std::span<LinearContact> contacts) {
   for (std::size_t i = 0; i < x_.size(); ++i) added_[i] = x_[i] + change[i];
   problem_.respond(added_, moved_);
   for (std::size_t i = 0; i < x_.size(); ++i) moved_[i] -= motion_[i];
+  return count;
+}
+
+/// Moves the blocks least so that gaps are closed; forces may leave their cones a little. Where
+/// hard contacts' overlaps are beyond the limit, and to mend all would make energy, they alone are
+/// mended: a share of all gaps would lift all blocks.
+IterationCount MovingContacts::close(std::span<LinearContact> contacts) {
+  modes_.clear();
+  for (const LinearContact& c : contacts) modes_.push_back(c.mode);
+  IterationCount count = project(guess(closed_), gap_);
   const bool whole = softness_ > 0.0 && !keeps_gaps_;
-  const double share = whole ? 1.0 : closed_share();
+  const double paid = whole ? 1.0 : closed_share();
+  double share = within_limit(paid);
+  if (share > paid && softness_ == 0.0) {
+    keeps_gaps_ = true;
+    add(project({}, kFine * gap_), count);
+    share = within_limit(closed_share());
+    keeps_gaps_ = false;
+  }
+  const std::span<const Vector3> change = projection_.forces();
   closed_.resize(x_.size());
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     closed_[i] = problem_.force(i, change[i]);

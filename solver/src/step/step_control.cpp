@@ -146,10 +146,18 @@ double energy_growth(const StepRun& run, const Island& island) {
 
 /// Another iteration is to try the attempt.
 bool try_another(const StepRun& run, Island& island, double growth) {
-  double scale = 0.0;
-  for (const int block : island.own()) scale += run.work.energy_scale[index(block)].value();
-  return island.memory.solver.try_another(
-      {island.solved, island.attempt.solved.closed, growth, kEnergyGrowth * scale});
+  double scale = 0.0, mass = 0.0;
+  for (const int block : island.own()) {
+    scale += run.work.energy_scale[index(block)].value();
+    mass += run.compiled.models[index(block)].mass;
+  }
+  const double gravity = run.compiled.scene.gravity.at(run.state.time).norm();
+  const double noise =  // what the tolerance of gaps leaves
+      gravity * mass * run.options.tolerance * island.blocks.smallest_size;
+  const StepEnergy& energy = island.attempt.energy;
+  return island.memory.solver.try_another({island.solved, island.attempt.solved.closed, growth,
+                                           std::max(kEnergyGrowth * scale, noise),
+                                           energy.contact_work - energy.friction_work});
 }
 
 /// The attempt is the island's next sub-step. `growth`: energy_growth() of it.

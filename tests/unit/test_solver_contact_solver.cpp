@@ -1,0 +1,81 @@
+/// Which iteration has an attempt, and what the proximal Newton method mends of gaps.
+
+#include "solver/src/iteration/contact_solver.hpp"
+#include "support/catch.hpp"
+
+using namespace quoin::solver;
+
+namespace {
+
+/// Unit masses that weigh 1 N, each on a point of the ground below its centre.
+struct Resting {
+  Slots slots;
+  BlockSystem base;
+  BlockVector force, increment;
+  std::vector<LinearContact> contacts;
+
+  /// `gaps`: of each at the start, m.
+  explicit Resting(const std::vector<double>& gaps)
+      : slots(make_slots(std::vector<int>(gaps.size(), 6), std::vector<double>(gaps.size(), 1.0))) {
+    base.diagonal.resize(gaps.size(), 6);
+    for (std::size_t i = 0; i < gaps.size(); ++i) {
+      base.diagonal[i] = Eigen::MatrixXd::Identity(6, 6);
+      force.push_back(-Vector12::Unit(2));
+      increment.push_back(Vector12::Zero());
+      LinearContact& c = contacts.emplace_back();
+      c.slot_b = static_cast<int>(i);
+      c.jacobian_b.rigid.leftCols<3>() << 0, 0, 1, 1, 0, 0, 0, 1, 0;
+      c.friction = 0.5;
+      c.start = c.offset = {gaps[i], 0, 0};
+      c.multiplier = {1, 0, 0};
+      c.assumed = ContactMode::Stick;
+      c.normal_stiffness = c.shear_stiffness = 1.0;
+    }
+    set_pairs(contacts, base);
+  }
+
+  OpenCloseResult solve(ContactIteration iteration, ContactSolver& solver) {
+    StepOptions options;
+    options.contact_iteration = iteration;
+    OpenCloseOptions tuning;
+    tuning.mended_apart = 1e-6;
+    tuning.predicted = true;
+    solver.allow(1000);
+    return solver.solve(options, {base, force}, contacts, tuning, increment);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("an overlap beyond the limit is mended alone, not by a share of all") {
+  Resting blocks({-3e-6, -0.9e-6});  // the limit: a millionth of a block
+  ContactSolver solver(blocks.slots, nullptr);
+  REQUIRE(blocks.solve(ContactIteration::ProximalNewton, solver).converged);
+  CHECK(std::abs(blocks.increment[0][2] - 2e-6) <= 1e-7);
+  CHECK(std::abs(blocks.increment[1][2]) <= 1e-9);  // by a share of all gaps 6e-7
+}
+
+TEST_CASE("of what contacts push the better of two iterations' answers is taken") {
+  Resting blocks({0.0});
+  ContactSolver solver(blocks.slots, nullptr);
+  const auto attempt = [&](AttemptOutcome outcome) {
+    solver.start(0);
+    outcome.solved = blocks.solve(ContactIteration::Automatic, solver).converged;
+    return solver.try_another(outcome);
+  };
+  const auto gains = [](double gained, double contact_work) {
+    return AttemptOutcome{.gains = gained, .allowed = 1.0, .contact_work = contact_work};
+  };
+  solver.begin();
+  REQUIRE_FALSE(attempt(gains(2.0, 0.0)));  // of a block that spins free
+  REQUIRE_FALSE(solver.yielding());
+  solver.move_on();
+  REQUIRE(attempt(gains(3.0, 3.0)));
+  REQUIRE_FALSE(attempt(gains(2.0, 2.0)));
+  REQUIRE(solver.yielding());
+  solver.move_on();
+  REQUIRE(attempt(gains(3.0, 3.0)));
+  REQUIRE(attempt(gains(4.0, 4.0)));
+  REQUIRE_FALSE(attempt(gains(3.0, 3.0)));
+  REQUIRE_FALSE(solver.yielding());
+}
