@@ -140,8 +140,9 @@ def volume_and_centroid(points, faces):
 
 
 def largest_compression(blocks, contacts):
-    """Of each block, Pa: of its mean stress, the sum over its contact points of arm from the centroid times
-    force, over the volume (Love, Weber)."""
+    """Of each block, Pa: of the mean stress of its contact forces and its weight, the sum over its contact
+    points of arm from the centroid times force, over the volume (Love, Weber). Loads and forces of fixed
+    points have no part in it: the files do not say where they act."""
     shapes = [volume_and_centroid(blocks.points, faces) if faces else (np.inf, np.zeros(3)) for faces in blocks.faces]
     volumes, centroids = np.array([v for v, _ in shapes]), np.array([c for _, c in shapes])
     stresses = np.zeros((len(shapes), 3, 3))
@@ -157,7 +158,7 @@ def draw_compression(figure, axis, outlines, held, compression):
                            cmap="cividis_r", edgecolors="face", linewidths=0.1)
     axis.add_collection(shown)
     figure.colorbar(shown, ax=axis, orientation="horizontal", shrink=0.7, aspect=40, label="kPa")
-    return "largest compression of each block, mean over the block"
+    return "largest compression of each block, mean over the block, of contact forces"
 
 
 def draw_forces(axis, centres, forces, longest):
@@ -178,14 +179,14 @@ def draw_thrust_line(axis, centres, forces):
 def thrust_figure(blocks, contacts, joints, chain, plane, path):
     axes_of = [0, 2] if plane == "xz" else [1, 2]
     figure, axis = plt.subplots(figsize=(7.2, 4.8), layout="constrained")
-    outlines = [hull(blocks.points[sorted({v for f in faces for v in f})][:, axes_of])
-                for faces in blocks.faces]
-    held = np.array([blocks.held(b) for b in range(len(outlines))])
+    there = [b for b, faces in enumerate(blocks.faces) if faces]
+    outlines = [hull(blocks.points[sorted({v for f in blocks.faces[b] for v in f})][:, axes_of]) for b in there]
+    held = np.array([blocks.held(b) for b in there])
     many = chain is None and len(joints) > MOST_LINES
     colours = ["#cfcdc8" if h else "#f2e3cf" for h in held]
     axis.add_collection(PolyCollection(outlines, facecolors=colours, edgecolors="#8a8378",
                                        linewidths=0.0 if many else 0.7))
-    free = np.vstack([o for b, o in enumerate(outlines) if not held[b]])
+    free = np.vstack([outline for outline, fixed in zip(outlines, held) if not fixed])
     low, high = free.min(axis=0), free.max(axis=0)
     margin = 0.08 * np.max(high - low)
     axis.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin),
@@ -193,7 +194,7 @@ def thrust_figure(blocks, contacts, joints, chain, plane, path):
     centres = np.array([joint["centre"][axes_of] for joint in joints])
     forces = np.array([joint["force"][axes_of] for joint in joints])
     if many:
-        title = draw_compression(figure, axis, outlines, held, largest_compression(blocks, contacts))
+        title = draw_compression(figure, axis, outlines, held, largest_compression(blocks, contacts)[there])
     elif chain is None:
         title = draw_forces(axis, centres, forces, 0.12 * np.max(high - low))
     else:

@@ -282,6 +282,36 @@ class RunCommand(FolderTest):
             self.assertEqual(summary["status"], "not_converged")
             self.assertGreaterEqual(summary["steps"], 3)
 
+    def test_forces_beyond_doubles(self):
+        """Their balance overflows, which is no balance."""
+        scene = {"joint": {"friction_angle_deg": 30}, "materials": {"m": {"density": 1}}, "time_step": 0.01,
+                 "end_time": 0.1, "blocks": [{"name": "b", "material": "m", "kind": "rigid",
+                                              "shape": {"type": "box", "min": [0, 0, 0], "max": [1, 1, 1]}}]}
+        load = {"type": "body", "block": "b", "force": {"formula": ["1e200", "0", "0"]}}
+        for change in ({"gravity": {"formula": ["0", "0", "-1e200"]}}, {"gravity": {"formula": ["exp(1e6*t)", "0", "0"]}},
+                       {"loads": [load]}):
+            file = self.folder / "scene.json"
+            file.write_text(json.dumps({**scene, **change}))
+            done = run(file)
+            self.assertEqual(done.returncode, 1, (change, done.stdout, done.stderr))
+
+    def test_time_steps_that_stages_use_are_held_to_the_smallest(self):
+        box = {"type": "box", "min": [0, 0, 0], "max": [1, 1, 1]}
+        scene = {"joint": {"friction_angle_deg": 30}, "materials": {"m": {"density": 1}}, "smallest_time_step": 2e-3,
+                 "blocks": [{"material": "m", "shape": box, "kind": "rigid"}]}
+        for step, code in (({"time_step": 1e-2}, 0), ({}, 2), ({"time_step": 1e-3}, 2)):
+            file = self.folder / "scene.json"
+            file.write_text(json.dumps({**scene, "stages": [{"analysis": "dynamic", "duration": 0.02, **step}]}))
+            done = run(file)
+            self.assertEqual(done.returncode, code, done.stderr)
+            self.assertIn("smallest time step" if code else "", done.stderr)
+
+    def test_peak_memory_is_its_own(self):
+        """Not that of the process which started it."""
+        held = bytearray(200 * 2**20)
+        self.assertLess(json.loads(run(INCLINE, "--json").stdout)["peak_memory_mb"], 100)
+        del held
+
     def test_output_that_nobody_can_read(self):
         for words in (["run", INCLINE], ["run", INCLINE, "--json"], ["--help"], ["validate", "--list"],
                       ["contact", "--pairs", "-"]):

@@ -399,8 +399,8 @@ TEST_CASE("rocks that fall into a bin overlap by no more than a millionth, or wh
   CHECK(largest <= std::max(1e-6, tolerance) * size);
 }
 
-TEST_CASE("an edge that slides and turns on one that it was nearly along is held as it ends") {
-  // A beam lies on a ridge by its lower edge, a little askew, and spins.
+/// A beam that lies on a ridge by its lower edge, a little askew, and spins, rad/s.
+Scene beam_on_ridge(double friction_angle, double spin) {
   const auto prism = [](double half_length, double yaw, double pitch) {
     const Matrix3 turn =
         (Eigen::AngleAxisd(yaw, Vector3::UnitZ()) * Eigen::AngleAxisd(-pitch, Vector3::UnitY()) *
@@ -409,15 +409,20 @@ TEST_CASE("an edge that slides and turns on one that it was nearly along is held
     const Vector3 half(half_length, 0.2, 0.2);
     return quoin::geometry::Points(turn * quoin::geometry::make_box(-half, half).vertices());
   };
-  Scene scene{.joint = {.friction_angle = 0.09}};
   const auto hull = [](const quoin::geometry::Points& corners) {
     return quoin::geometry::make_hull(corners).polyhedron;
   };
+  Scene scene{.joint = {.friction_angle = friction_angle}};
   scene.add_fixed(hull(prism(2.0, 0.0, 0.0)));
   const double height = 0.4 * std::numbers::sqrt2;
   scene.add_rigid(hull(prism(1.0, 0.015, 0.003).colwise() + Vector3(0, 0, height)),
                   {.density = 2000});
-  scene.blocks[1].angular_velocity = {0, 0, -2};
+  scene.blocks[1].angular_velocity = {0, 0, spin};
+  return scene;
+}
+
+TEST_CASE("an edge that slides and turns on one that it was nearly along is held as it ends") {
+  const Scene scene = beam_on_ridge(0.09, -2);
   for (const ContactIteration iteration :
        {ContactIteration::ProximalNewton, ContactIteration::OpenClose}) {
     Simulation simulation(scene, {.time_step = 0.01, .contact_iteration = iteration});
@@ -426,6 +431,26 @@ TEST_CASE("an edge that slides and turns on one that it was nearly along is held
       REQUIRE(report.status == StepStatus::Converged);
       CHECK(report.largest_overlap <= 2e-6);  // a millionth of the beam; else 2e-4
     }
+  }
+}
+
+TEST_CASE("an edge that is held as it ends slips by what it slides") {
+  Scene scene = beam_on_ridge(0.3, -2);
+  scene.blocks[1].velocity = {1, 0, 0};
+  Simulation simulation(scene,
+                        {.time_step = 0.01, .contact_iteration = ContactIteration::OpenClose});
+  for (int step = 0; step < 2; ++step) {
+    REQUIRE(simulation.advance().status == StepStatus::Converged);
+    double slip = 0.0;
+    for (const Contact& contact : simulation.state().contacts) {
+      if (contact.mode == ContactMode::Open) continue;
+      slip = std::max(slip, contact.slip);
+      CHECK(contact.mode == ContactMode::Slip);
+      const double limit =
+          std::tan(0.3) * contact.normal_force;  // normal force of the turned normal
+      CHECK(contact.shear_force.norm() == Approx(limit).epsilon(0.03));
+    }
+    CHECK(slip == Approx(0.01 * (step + 1)).epsilon(0.05));
   }
 }
 

@@ -635,7 +635,9 @@ class Reader {
     take("max_iterations", options.max_iterations);
     take("max_displacement_ratio", options.max_displacement_ratio);
     file_.history_every = document_.value("history_every", 1);
-    require_time_step(options.time_step, "/smallest_time_step");
+    if (document_.contains("end_time")) {
+      require_time_step(options.time_step, "/smallest_time_step");
+    }
   }
 
   /// No step is shorter than the smallest.
@@ -684,8 +686,9 @@ class Reader {
     stage.until_moved = value.value("until_moved", 0.0);
     stage.reset_displacements = value.value("reset_displacements", false);
     if (value.contains("steps")) stage.steps = value["steps"].get<long>();
+    require_time_step(stage.time_step,
+                      value.contains("time_step") ? pointer + "/time_step" : "/smallest_time_step");
     if (stage.analysis == solver::Analysis::Dynamic) {
-      require_time_step(stage.time_step, pointer + "/time_step");
       read_end(value, pointer, stage, reached);
       return stage;
     }

@@ -180,23 +180,33 @@ void ContactEquations::add_rounding(const BlockSystem& base,
   agreement_.complete(*slots_, floor);
 }
 
+/// Infinite where forces overflow, which balance nothing.
+double ContactEquations::unbalanced(std::size_t s, double floor) const {
+  const double size = force_size(residual_[s], slots_->length[s]);
+  if (!std::isfinite(size) || !std::isfinite(scale_[s])) {
+    return std::numeric_limits<double>::infinity();
+  }
+  return std::max(0.0, size - floor);
+}
+
 double ContactEquations::worst_residual(std::span<const double> floor) const {
   double worst = 0.0;
   for (std::size_t s = 0; s < residual_.size(); ++s) {
-    const double size = std::max(0.0, force_size(residual_[s], slots_->length[s]) - floor[s]);
+    const double size = unbalanced(s, floor[s]);
+    if (!std::isfinite(size)) return size;
     if (!(size <= worst * scale_[s])) worst = size / std::max(scale_[s], kNoForce);
   }
   return worst;
 }
 
 double ContactEquations::relative_residual(std::size_t s) const {
-  const double size = force_size(residual_[s], slots_->length[s]) - floor_[s];
-  return std::max(0.0, size) / std::max(scale_[s], kNoForce);
+  const double size = unbalanced(s, floor_[s]);
+  return std::isfinite(size) ? size / std::max(scale_[s], kNoForce) : size;
 }
 
 bool ContactEquations::balanced(std::size_t slot, double tolerance) const {
-  return force_size(residual_[slot], slots_->length[slot]) - floor_[slot] <=
-         tolerance * scale_[slot];
+  const double size = unbalanced(slot, floor_[slot]);
+  return std::isfinite(size) && size <= tolerance * scale_[slot];
 }
 
 double ContactEquations::squared_residual() const {

@@ -57,6 +57,8 @@ class ContactEquations {
   double relative_push(const BlockVector& push) const;
 
  private:
+  /// Of a block's residual what is above `floor`, N.
+  double unbalanced(std::size_t slot, double floor) const;
   template <int n>
   void shift_in(const BlockEquations& blocks, std::span<LinearContact> contacts,
                 const BlockVector& guess, double gap_rounding);

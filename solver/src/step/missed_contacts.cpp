@@ -64,8 +64,8 @@ std::size_t known_contact(const Known& known, const geometry::ContactKey& key) {
 }
 
 /// Whether the features of a contact that was open, or slides, overlap by more than its place and
-/// normal have it: of edges that were nearly parallel where it was found, and have turned, or a face
-/// that strain has tilted. A spring keeps its overlap, which is another along another normal.
+/// normal have it: of edges that were nearly parallel where it was found, and have turned, or a
+/// face that strain has tilted. A spring keeps its overlap, which is another along another normal.
 bool has_turned(const BodyContact& contact, const SolvedContact& solved, std::span<const Pose> end,
                 const geometry::ContactPoint& point, double size) {
   if ((contact.was_closed && solved.mode != ContactMode::Slip) || solved.compliant) return false;
@@ -73,13 +73,16 @@ bool has_turned(const BodyContact& contact, const SolvedContact& solved, std::sp
   return point.gap < gap - kTurned * size;
 }
 
-/// The same contact, held where and as it stands at the end.
+/// The same contact, held where and as it stands at the end. A closed one keeps its anchors: its
+/// slip is that of the whole step.
 BodyContact turned(const BodyContact& contact, const BodyContact& at_end) {
   BodyContact result = at_end;
   result.state = contact.state;
   result.state.point = at_end.state.point;
-  result.state.anchor_a = at_end.state.anchor_a;
-  result.state.anchor_b = at_end.state.anchor_b;
+  if (!contact.was_closed) {
+    result.state.anchor_a = at_end.state.anchor_a;
+    result.state.anchor_b = at_end.state.anchor_b;
+  }
   result.laid = contact.laid;
   result.was_closed = contact.was_closed;
   return result;
@@ -114,9 +117,9 @@ bool add_missed(const CompiledScene& compiled, std::span<const Pose> end, Island
     const double size = pair_size(compiled, point.key.a, point.key.b);
     if (!overlaps(point)) continue;
     const std::size_t i = known_contact(known, point.key);
-    const bool held =
-        i == kUnknown ? holds(known, point, size)
-                      : !has_turned(island.contacts[i], positions[i], end, point, size);
+    const bool held = i == kUnknown
+                          ? holds(known, point, size)
+                          : !has_turned(island.contacts[i], positions[i], end, point, size);
     if (held) continue;
     island.missing = point;
     any = true;
