@@ -222,6 +222,14 @@ Vector12 velocity_vector(const BlockState& state) {
   return v;
 }
 
+BlockState with_velocity(const BlockState& state, const Vector12& velocity) {
+  BlockState moving = state;
+  moving.velocity = velocity.head<3>();
+  moving.angular_velocity = velocity.segment<3>(3);
+  moving.strain_rate = velocity.tail<6>();
+  return moving;
+}
+
 Vector6 stress(const BlockModel& model, const Vector6& strain) {
   return model.elasticity * strain + model.initial_stress;
 }

@@ -91,6 +91,7 @@ BlockState with_held_strain(const BlockModel& model, const BlockState& state);
 
 /// (v | W | strain rate)
 Vector12 velocity_vector(const BlockState& state);
+BlockState with_velocity(const BlockState& state, const Vector12& velocity);
 
 Vector6 stress(const BlockModel& model, const Vector6& strain);           ///< Pa, turning frame
 double kinetic_energy(const BlockModel& model, const BlockState& state);  ///< J

@@ -3,6 +3,7 @@ import csv
 import json
 import os
 import pathlib
+import resource
 import signal
 import subprocess
 import sys
@@ -320,6 +321,14 @@ class RunCommand(FolderTest):
                                       input='{"a": [], "b": []}\n', timeout=60)
             self.assertEqual(done.returncode, 1, words)
             self.assertIn("can't", done.stderr)
+
+    def test_limit_of_file_size(self):
+        out = self.folder / "out"
+        limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+        done = subprocess.run([QUOIN, "run", INCLINE, "--out", out], preexec_fn=limit, capture_output=True,
+                              text=True, timeout=60)
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("can't be written", done.stderr)
 
     def test_usage(self):
         self.assertEqual(run("--help").returncode, 0)

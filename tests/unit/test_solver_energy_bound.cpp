@@ -20,6 +20,7 @@ struct Step {
   StepEnergy energy;
   BlockVector positions{2, Vector12::Zero()};
   std::vector<double> pushed{0.0, 0.0};
+  std::vector<char> bouncing{0, 0}, grounded{0, 0};
 
   Step(double work, const Vector3& by_positions, const Vector3& by_law)
       : compiled(compile(scene())),
@@ -45,11 +46,23 @@ struct Step {
                        .state = start.blocks,
                        .length = kTimeStep};
     std::vector<GroupEnergy> of_group;
-    bound_energy(step, {positions, groups, pushed, 5e-7}, end.blocks, energy, of_group);
+    bound_energy(step, {positions, groups, pushed, 5e-7, bouncing, grounded}, end.blocks, energy,
+                 of_group);
   }
   double kinetic() const {
     return kinetic_energy(compiled.models[0], end.blocks[0]) +
            kinetic_energy(compiled.models[1], end.blocks[1]);
+  }
+  Vector3 linear_momentum() const {
+    return compiled.models[0].mass * (end.blocks[0].velocity + end.blocks[1].velocity);
+  }
+  Vector3 angular_momentum() const {
+    Vector3 sum = Vector3::Zero();
+    for (std::size_t b = 0; b < 2; ++b) {
+      sum += compiled.models[b].mass * end.blocks[b].centroid.cross(end.blocks[b].velocity) +
+             compiled.models[b].inertia * end.blocks[b].angular_velocity;
+    }
+    return sum;
   }
   static constexpr double kTimeStep = 0.01;
 };
@@ -81,6 +94,27 @@ TEST_CASE("Where the positions have more energy than there is, the least on the 
   step.bound({0, 1});
   CHECK_THAT(step.kinetic(), WithinRel(400.0, 1e-12));
   CHECK_THAT(step.end.blocks[0].velocity.y(), WithinRel(0.4, 1e-12));
+}
+
+TEST_CASE("A group that bounces keeps its momentum, and its relative motion has the energy left") {
+  Step step(900.0, {2, 0, 0}, {1, 1, 0});  // 2000 J by the positions, 1083 J by the law
+  step.bouncing = {1, 0};
+  step.grounded = {0, 0};
+  step.end.blocks[0].angular_velocity = Vector3(0, 0, 1);
+  const Vector3 linear = step.linear_momentum(), angular = step.angular_momentum();
+  step.bound({0, 0});
+  CHECK_THAT(step.kinetic(), WithinRel(900.0, 1e-12));
+  CHECK((step.linear_momentum() - linear).norm() < 1e-10 * linear.norm());
+  CHECK((step.angular_momentum() - angular).norm() < 1e-10 * angular.norm());
+}
+
+TEST_CASE("A group that bounces on a support keeps its mean translation") {
+  Step step(550.0, {2, 0, 0}, {0, 1, 0});
+  step.bouncing = step.grounded = {1, 0};
+  step.end.blocks[0].angular_velocity = Vector3(0, 0, 2);
+  step.bound({0, 1});
+  CHECK_THAT(step.kinetic(), WithinRel(550.0, 1e-12));
+  CHECK(step.end.blocks[0].velocity == Vector3(0, 1, 0));
 }
 
 TEST_CASE("An island is judged by its own energy") {

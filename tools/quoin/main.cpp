@@ -1,5 +1,7 @@
 /// The command `quoin`.
 
+#include <signal.h>
+
 #include <cstdio>
 #include <exception>
 #include <iostream>
@@ -41,6 +43,7 @@ int main(int argc, char** argv) {
 #ifdef QUOIN_REFEREE
   quoin::commands::add_referee_command(app, exit_code);
 #endif
+  ::signal(SIGXFSZ, SIG_IGN);  // a file that may grow no more is told like a full disk
   try {
     app.parse(argc, argv);
     if (app.get_subcommands().empty()) {

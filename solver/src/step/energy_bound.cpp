@@ -2,19 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ranges>
 
 #include "index.hpp"
+#include "step/common_motion.hpp"
 
 namespace quoin::solver {
 namespace {
 
-BlockState with_velocity(const BlockState& block, const Vector12& v) {
-  BlockState moving = block;
-  moving.velocity = v.head<3>();
-  moving.angular_velocity = v.segment<3>(3);
-  moving.strain_rate = v.tail<6>();
-  return moving;
-}
+constexpr double kBounceRounding = 1e-9;  // of the energy that goes in, as for Restitution
 
 /// Share of the way from the positions' velocities, along which kinetic energy is a square: as far
 /// as there is energy for, and where that is not even so for these, where it is least.
@@ -35,11 +31,42 @@ bool has_more(const GroupEnergy& e, double allowed) {
   return e.law - e.pushed > e.available + allowed * e.magnitude;
 }
 
+/// Of groups that bounce. The positions of an impact include its rebound's flight, so that their
+/// velocities keep no balance; and velocities are those of blocks that have turned since. What is
+/// too much is taken from the motion of the blocks against each other.
+void take_from_relative_motion(const SubStep& step, const VelocityBalance& balance,
+                               std::span<BlockState> end, std::span<GroupEnergy> of_group) {
+  const std::vector<int>& blocks = step.island.slots.block_of_slot;
+  const auto& groups = balance.groups;
+  const auto rebounds = [&](std::size_t group) {
+    return balance.bouncing[group] && has_more(of_group[group], kBounceRounding);
+  };
+  const auto all = std::views::iota(std::size_t{0}, balance.bouncing.size());
+  if (std::ranges::none_of(all, rebounds)) return;
+  BlockVector common;
+  set_common_motion(step, groups, balance.grounded, end, common);
+  std::vector<double> least;  // J
+  set_group_energy(step, groups, common, end, least);
+  for (std::size_t s = 0; s < groups.size(); ++s) {
+    const std::size_t group = index(groups[s]);
+    const GroupEnergy& e = of_group[group];
+    const double left = e.available + e.pushed - least[group];
+    if (!rebounds(group) || !(left >= 0.0)) continue;
+    BlockState& block = end[index(blocks[s])];
+    const double share = std::sqrt(left / (e.law - least[group]));
+    block = with_velocity(block, common[s] + share * (velocity_vector(block) - common[s]));
+  }
+  for (std::size_t group = 0; group < least.size(); ++group) {
+    GroupEnergy& e = of_group[group];
+    if (rebounds(group) && e.available + e.pushed >= least[group]) e.law = e.available + e.pushed;
+  }
+}
+
 }  // namespace
 
 void bound_energy(const SubStep& step, const VelocityBalance& balance, std::span<BlockState> end,
                   StepEnergy& energy, std::vector<GroupEnergy>& of_group) {
-  const auto& [positions, groups, pushed, allowed] = balance;
+  const auto& [positions, groups, pushed, allowed, bouncing, grounded] = balance;
   const std::vector<int>& blocks = step.island.slots.block_of_slot;
   of_group.assign(groups.size(), {});
   for (std::size_t s = 0; s < groups.size(); ++s) {
@@ -54,6 +81,7 @@ void bound_energy(const SubStep& step, const VelocityBalance& balance, std::span
     e.pushed += pushed[s];
     e.law += kinetic_energy(model, last);
   }
+  take_from_relative_motion(step, balance, end, of_group);
   for (std::size_t s = 0; s < groups.size(); ++s) {
     GroupEnergy& e = of_group[index(groups[s])];
     if (!has_more(e, allowed)) continue;

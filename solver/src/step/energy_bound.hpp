@@ -14,6 +14,8 @@ struct VelocityBalance {
   std::span<const double> pushed;  ///< work of moving supports by the impulses that `end` has
                                    ///< beyond the positions' forces, J
   double allowed = 0.0;            ///< growth, of the energy that goes in
+  /// By the slot of a group: its positions include a rebound; supports take up momentum of it.
+  std::span<const char> bouncing = {}, grounded = {};
 };
 
 /// Of a group of blocks, J. `law`: of the velocities given; `middle`: halfway to them.
@@ -28,8 +30,9 @@ struct GroupEnergy {
 /// Coulomb's law has several solutions where friction jams, and impulses found beside the
 /// positions' forces can give a group of blocks more energy than it had and was given
 /// (energy.work_on). The positions' velocities keep the balance exactly: from there those of `end`
-/// (by block) go only so far as energy allows. What moving supports do is booked. `of_group`:
-/// memory.
+/// (by block) go only so far as energy allows. Not so in groups that bounce: their blocks' motion
+/// against each other is scaled down as far as that takes, their momentum stays. What moving
+/// supports do is booked. `of_group`: memory.
 void bound_energy(const SubStep& step, const VelocityBalance& balance, std::span<BlockState> end,
                   StepEnergy& energy, std::vector<GroupEnergy>& of_group);
 

@@ -5,6 +5,7 @@
 
 #include "distributed/agreement.hpp"
 #include "index.hpp"
+#include "step/common_motion.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -21,9 +22,10 @@ double mechanical_energy(const SubStep& step, std::size_t block,
 
 }  // namespace
 
-void Restitution::begin(const SubStep& step, const VelocityProblem& problem) {
+void Restitution::begin(const SubStep& step, const VelocityProblem& problem,
+                        const BlockVector& free, std::span<const BlockState> end) {
   const Agreement all = agreement(step.options);
-  const std::size_t slots = step.island.slots.block_of_slot.size();
+  const std::size_t slots = free.size();
   joined_.part(slots);
   for (const LinearContact& c : problem.contacts) {
     if (c.slot_a >= 0 && c.slot_b >= 0) joined_.join(c.slot_a, c.slot_b);
@@ -32,14 +34,24 @@ void Restitution::begin(const SubStep& step, const VelocityProblem& problem) {
   joined_.join(all);
   groups_.resize(slots);
   for (std::size_t s = 0; s < slots; ++s) groups_[s] = joined_.least(static_cast<int>(s));
-  shares_.assign(slots, 0.0);
+  bouncing_.assign(slots, 0);
+  grounded_.assign(slots, 0);
   for (std::size_t i = 0; i < problem.starts.size(); ++i) {
-    if (problem.starts[i].bounce != 0.0) shares_[group_of(problem.contacts[i])] = 1.0;
+    const LinearContact& c = problem.contacts[i];
+    if (c.slot_a < 0 || c.slot_b < 0) grounded_[group_of(c)] = 1;
+    if (problem.starts[i].bounce != 0.0) bouncing_[group_of(c)] = 1;
   }
-  if (!all.shares()) return;
-  std::vector<char> bounces(shares_.begin(), shares_.end());
-  all.any(bounces);
-  shares_.assign(bounces.begin(), bounces.end());
+  all.any(bouncing_);
+  all.any(grounded_);
+  shares_.assign(bouncing_.begin(), bouncing_.end());
+  if (std::ranges::none_of(bouncing_, [](char bounces) { return bounces != 0; })) return;
+  free_.assign(slots, 0.0);
+  for (std::size_t s = 0; s < slots; ++s) {
+    const std::size_t b = index(step.island.slots.block_of_slot[s]);
+    const BlockModel& model = step.compiled.models[b];
+    const BlockState moving = with_velocity(end[b], free[s] / step.length);
+    free_[index(groups_[s])] += kinetic_energy(model, moving) + strain_energy(model, moving);
+  }
 }
 
 void Restitution::apply(const VelocityProblem& problem) const {
@@ -59,15 +71,23 @@ bool Restitution::lessen(const SubStep& step, std::span<const double> work_on,
   if (std::ranges::none_of(shares_, [](double share) { return share > 0.0; })) return false;
   available_.assign(shares_.size(), 0.0);
   now_.assign(shares_.size(), 0.0);
+  strained_.assign(shares_.size(), 0.0);
   for (std::size_t s = 0; s < groups_.size(); ++s) {
     const std::size_t b = index(step.island.slots.block_of_slot[s]), group = index(groups_[s]);
     available_[group] += mechanical_energy(step, b, step.state) + work_on[s];
     now_[group] += mechanical_energy(step, b, end);
+    strained_[group] += strain_energy(step.compiled.models[b], end[b]);
   }
+  BlockVector common;
+  set_common_motion(step, groups_, grounded_, end, common);
+  std::vector<double> least;  // J, left by bound_energy()
+  set_group_energy(step, groups_, common, end, least);
   bool any = false;
   for (std::size_t group = 0; group < shares_.size(); ++group) {
     const double rounding = kEnergyRounding * std::abs(available_[group]);
     if (now_[group] <= available_[group] + rounding || !(shares_[group] > 0.0)) continue;
+    const bool taken_off = least[group] + strained_[group] <= available_[group];
+    if (taken_off && now_[group] <= free_[group] + rounding) continue;
     shares_[group] = shares_[group] > kLeastBounce ? kLessBounce * shares_[group] : 0.0;
     any = true;
   }

@@ -27,27 +27,35 @@ struct VelocityProblem {
 /// what is taken from a group's velocities leaves its momentum. Keeps the memory between steps.
 class Restitution {
  public:
-  /// All of it.
-  void begin(const SubStep& step, const VelocityProblem& problem);
+  /// All of it. `free`: velocities without the impulses of contacts, by slot, times dt.
+  void begin(const SubStep& step, const VelocityProblem& problem, const BlockVector& free,
+             std::span<const BlockState> end);
 
   /// The contacts as they are before a solution, with their bounce, or what is left of it.
   void apply(const VelocityProblem& problem) const;
 
-  /// Less of it for groups that have more energy than they had, with the work done on them (by
-  /// slot, J); true when there are any. `end`: by block.
+  /// Less of it for groups that have more energy than they had with the work done on them (by
+  /// slot, J), where impulses gave it or bound_energy() could not take it off; true when there are
+  /// any. `end`: by block.
   bool lessen(const SubStep& step, std::span<const double> work_on,
               std::span<const BlockState> end);
 
   /// By slot: the least slot of its group.
   std::span<const int> groups() const { return groups_; }
+  /// By the slot of a group: contacts of it bounce, as the positions have it.
+  std::span<const char> bouncing() const { return bouncing_; }
+  /// Likewise: supports or held points take up momentum of it.
+  std::span<const char> grounded() const { return grounded_; }
 
  private:
   std::size_t group_of(const LinearContact& contact) const;
 
   JoinedGroups joined_;
   std::vector<int> groups_;
-  std::vector<double> shares_;           ///< by group; 0 where nothing bounces
-  std::vector<double> available_, now_;  ///< memory of lessen(): energy by group, J
+  std::vector<double> shares_;  ///< by group; 0 where nothing bounces
+  std::vector<char> bouncing_, grounded_;
+  std::vector<double> free_;                        ///< by group, J: of what no contact has pushed
+  std::vector<double> available_, now_, strained_;  ///< memory of lessen(): energy by group, J
 };
 
 }  // namespace quoin::solver
