@@ -62,6 +62,18 @@ bool are_same(const geometry::Placement& a, const geometry::Placement& b) {
   return a.linear == b.linear && a.translation == b.translation;
 }
 
+/// Of several processes: what any of them has, each once, sorted by key. A block that begins to
+/// move is its owner's from then on, with what the others know of it.
+template <class Record, class Key>
+std::vector<Record> of_all(const Agreement& agreement, const std::vector<Record>& mine, Key key) {
+  std::vector<Record> all = agreement.of_all(mine);
+  if (!agreement.shares()) return all;
+  std::ranges::stable_sort(all, {}, key);
+  const auto rest = std::ranges::unique(all, {}, key);
+  all.erase(rest.begin(), rest.end());
+  return all;
+}
+
 }  // namespace
 
 void check_same_blocks(const Scene& before, const Scene& now) {
@@ -92,15 +104,20 @@ void take_over(const CompiledScene& before, const State& state_before, const Wor
       take_over_block(now, state_before, b, state);
     }
   }
+  const auto is_own = [&](int b) { return !now.idle[index(b)] && work.agreement.owns(b); };
   std::ranges::copy_if(
-      state_before.contacts, std::back_inserter(state.contacts), [&](const Contact& contact) {
-        return !is_absent(now, contact.point.key.a) && !is_absent(now, contact.point.key.b);
+      of_all(work.agreement, state_before.contacts, [](const Contact& c) { return c.point.key; }),
+      std::back_inserter(state.contacts), [&](const Contact& contact) {
+        const auto& key = contact.point.key;
+        return !is_absent(now, key.a) && !is_absent(now, key.b) &&
+               (!work.agreement.shares() || is_own(key.a) || is_own(key.b));
       });
   take_over_motions(before, work_before, now, state, work);
   take_over_held(before, state_before, now, state);
   work.counted = work_before.counted;
   work.energy_scale = work_before.energy_scale;
-  work.initial_depths = work_before.initial_depths;
+  work.initial_depths.entries =
+      of_all(work.agreement, work_before.initial_depths.entries, &InitialDepths::Entry::key);
   work.initial_depths.remember(now, {}, work.laid);
   place_bodies(now, state, work);
 }

@@ -209,8 +209,10 @@ std::vector<Contact> Simulation::all_contacts(
   const Agreement& agreement = parts_->work.agreement;
   std::vector<Contact> all;
   for (const Contact& contact : parts_->state.contacts) {
-    const int block = first_with_unknowns(parts_->compiled, contact.point.key);
-    if (agreement.owns(block) && wanted(contact)) all.push_back(contact);
+    if (!wanted(contact)) continue;
+    if (agreement.owns(first_with_unknowns(parts_->compiled, contact.point.key))) {
+      all.push_back(contact);
+    }
   }
   if (!agreement.shares()) return all;
   all = agreement.of_all(all);

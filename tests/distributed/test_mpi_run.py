@@ -23,6 +23,22 @@ SLIDE = {"materials": {"stone": {"density": 2400}}, "joint": {"friction_angle_de
                      "shape": {"type": "box", "min": [-5, -5, -1], "max": [5, 5, 0]}},
                     {"name": "slider", "kind": "rigid", "material": "stone", "velocity": [1, 0.5, 0],
                      "shape": {"type": "box", "min": [0, 0, 0], "max": [1, 1, 1]}}]}
+# A fixed base that stages release, with what a block of another process bears on it.
+STONE = {"name": "stone", "kind": "rigid", "material": "rock",
+         "shape": {"type": "box", "min": [0, 0, 0], "max": [1, 1, 1]}}
+BASE = {"name": "base", "kind": "fixed", "material": "rock",
+        "shape": {"type": "box", "min": [-1, 0, -1], "max": [11, 1, 0]}}
+GROUND = {"name": "ground", "kind": "fixed", "material": "rock",
+          "shape": {"type": "box", "min": [-20, -10, -2], "max": [40, 10, -1]}}
+RELEASED = {"materials": {"rock": {"density": 2500}}, "joint": {"friction_angle_deg": 30}, "time_step": 0.01,
+            "blocks": [STONE, BASE, GROUND], "stages": [
+                {"name": "held", "analysis": "dynamic", "duration": 0.1},
+                {"name": "free", "analysis": "dynamic", "duration": 0.2,
+                 "overrides": [{"blocks": "base", "kind": "rigid"}]}]}
+PUSH = {"type": "body", "block": "stone"}
+SUNK = {**STONE, "shape": {"type": "box", "min": [0, 0, -0.002], "max": [1, 1, 1]}}
+GLUED = {"gravity": [0, 0, 0], "blocks": [STONE, BASE], "loads": [{**PUSH, "force": [0, 0, 2500]}],
+         "joint": {"friction_angle_deg": 30, "cohesion": 1e6, "tension": 1e6}}
 PLACES = ("x", "y", "z", "ux", "uy", "uz", "rx", "ry", "rz", "vx", "vy", "vz")
 READ_BY_VTK = """
 import json, sys
@@ -132,6 +148,19 @@ class MpiRun(unittest.TestCase):
         self.assertEqual(run(2, scene, "--out", out).returncode, 0)
         for name in ("blocks.csv", "contacts.csv", "history.csv"):
             self.assertEqual((one / name).read_bytes(), (out / name).read_bytes())
+
+    def test_blocks_that_are_released_keep_what_they_bore(self):
+        for name, change in (("dry", {"loads": [{**PUSH, "force": [5000, 0, 0]}]}), ("glued", GLUED),
+                             ("sunk", {"blocks": [SUNK, BASE, GROUND], "initial_overlap": "zero"})):
+            scene = self.folder / f"{name}.json"
+            scene.write_text(json.dumps({**RELEASED, **change}))
+            one = self.alone(scene)
+            for ranks in (2, 3):
+                with self.subTest(scene=name, ranks=ranks):
+                    out = self.folder / f"{name}_{ranks}"
+                    self.assertEqual(run(ranks, scene, "--out", out).returncode, 0)
+                    for file in ("blocks.csv", "contacts.csv", "history.csv"):
+                        self.assertEqual((one / file).read_bytes(), (out / file).read_bytes(), file)
 
     def test_pieces(self):
         scene = self.make("shaken-wall", "--length", "2", "--height", "1", "--end-time", "0.02")

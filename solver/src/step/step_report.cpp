@@ -72,6 +72,8 @@ void append_flags(const CompiledScene& compiled, const StepOptions& options, dou
 /// What each of several processes has counted.
 void sum_counts(const CompiledScene& compiled, const State& state, const Workspace& work,
                 StepReport& report) {
+  report.contact_count = static_cast<int>(state.contacts.size());
+  if (!work.agreement.shares()) return;
   const auto sum = [&](auto mine) {
     return static_cast<int>(work.agreement.sum(static_cast<double>(mine)));
   };
