@@ -202,16 +202,19 @@ void check_sizes(const BodySource& bodies) {
 void check(const BodySource& bodies) {
   check_sizes(bodies);
   for (const double reach : bodies.reaches) require_length(reach, "pair batch: reach of a body");
-  for (std::size_t i = 1; i < bodies.names.size(); ++i) {
-    if (bodies.names[i] <= bodies.names[i - 1]) {
-      throw InputError("pair batch: body " + std::to_string(i) + " is named " +
-                       std::to_string(bodies.names[i]) + ", must be more than " +
-                       std::to_string(bodies.names[i - 1]));
-    }
-  }
+  check_names(bodies.names);
 }
 
 }  // namespace
+
+void check_names(std::span<const int> names) {
+  for (std::size_t i = 1; i < names.size(); ++i) {
+    if (names[i] > names[i - 1]) continue;
+    throw InputError("pair batch: body " + std::to_string(i) + " is named " +
+                     std::to_string(names[i]) + ", must be more than " +
+                     std::to_string(names[i - 1]));
+  }
+}
 
 void check_pairs(std::span<const BlockPair> pairs, int count) {
   for (std::size_t i = 0; i < pairs.size(); ++i) {
