@@ -216,14 +216,14 @@ void check_names(std::span<const int> names) {
   }
 }
 
+void refuse_pair(std::size_t i, const BlockPair& pair, int count) {
+  throw InputError("pair " + std::to_string(i) + " is (" + std::to_string(pair.a) + ", " +
+                   std::to_string(pair.b) + "), must name two of " + std::to_string(count) +
+                   " bodies");
+}
+
 void check_pairs(std::span<const BlockPair> pairs, int count) {
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const auto [a, b] = pairs[i];
-    if (a >= 0 && b >= 0 && a < count && b < count && a != b) continue;
-    throw InputError("pair " + std::to_string(i) + " is (" + std::to_string(a) + ", " +
-                     std::to_string(b) + "), must name two of " + std::to_string(count) +
-                     " bodies");
-  }
+  for (std::size_t i = 0; i < pairs.size(); ++i) check_pair(i, pairs[i], count);
 }
 
 BodySource::BodySource(std::span<const Body> bodies)

@@ -10,7 +10,14 @@
 
 namespace quoin::geometry {
 
+/// Throws InputError for pair i of a list, saying that it does not name two of so many bodies.
+[[noreturn]] void refuse_pair(std::size_t i, const BlockPair& pair, int count);
+
 /// Throws InputError for a pair that does not name two of so many bodies.
+inline void check_pair(std::size_t i, const BlockPair& pair, int count) {
+  const auto [a, b] = pair;
+  if (!(a >= 0 && b >= 0 && a < count && b < count && a != b)) refuse_pair(i, pair, count);
+}
 void check_pairs(std::span<const BlockPair> pairs, int count);
 
 /// Throws InputError for names that do not ascend.
