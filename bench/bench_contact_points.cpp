@@ -145,11 +145,14 @@ std::vector<Entry> run_workload(const std::string& name, const Arguments& argume
   std::vector<Entry> entries;
   for (const auto& peer : peers) {
     if (!peer->answers(workload)) continue;
-    if (peer->name() == arguments.count) count_queries(*peer, name, workload);
+    if (peer->name() == arguments.count) {
+      count_queries(*peer, name, workload);
+      entries.push_back({.workload = name, .peer = peer->name()});
+    }
     if (!arguments.count.empty()) continue;
     entries.push_back(make_entry(*peer, name, workload));
   }
-  if (entries.empty()) return entries;
+  if (entries.empty() || !arguments.count.empty()) return entries;
 #ifdef QUOIN_BENCH_ODE
   // The yardstick of all of W4: ODE on the overlapping boxes, timed in the same group.
   const Workload boxes = make_workload("W4/box-overlap", {arguments.quick ? 0.125 : 1.0, 1});
@@ -171,9 +174,10 @@ int main(int argc, char** argv) {
   using namespace quoin::bench;
   std::vector<Contest> contests;
   for (const std::string& name : manifold_workload_names()) {
-    contests.push_back({name, "ODE dBoxBox", [name](const Arguments& arguments) {
-                          return run_workload(name, arguments);
-                        }});
+    contests.push_back(
+        {name, "ODE dBoxBox",
+         [name](const Arguments& arguments) { return run_workload(name, arguments); }, false,
+         true});
   }
   return run_contests(argc, argv, contests);
 }

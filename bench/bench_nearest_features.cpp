@@ -139,11 +139,14 @@ std::vector<Entry> run_workload(const std::string& name, const Arguments& argume
   std::vector<Entry> entries;
   for (const auto& peer : peers) {
     if (!peer->answers(workload)) continue;
-    if (peer->name() == arguments.count) count_queries(*peer, name, workload);
+    if (peer->name() == arguments.count) {
+      count_queries(*peer, name, workload);
+      entries.push_back({.workload = name, .peer = peer->name()});
+    }
     if (!arguments.count.empty()) continue;
     entries.push_back(make_entry(*peer, name, workload, !plain(usual, peer->name())));
   }
-  if (entries.empty()) return entries;
+  if (entries.empty() || !arguments.count.empty()) return entries;
   HarnessOptions options = arguments.harness;
   if (workload.steps > 1) options.repetitions = (options.repetitions + 2) / 3;  // medians already
   run_group(entries, options);
@@ -159,7 +162,8 @@ int main(int argc, char** argv) {
   for (const std::string& name : distance_workload_names()) {
     contests.push_back(
         {name, name.starts_with("W5") ? "libccd EPA 1e-12" : "FCL libccd Convex",
-         [name](const Arguments& arguments) { return run_workload(name, arguments); }});
+         [name](const Arguments& arguments) { return run_workload(name, arguments); }, false,
+         true});
   }
   return run_contests(argc, argv, contests);
 }

@@ -222,9 +222,16 @@ int run_contests(int argc, char** argv, const std::vector<Contest>& contests) {
   std::vector<Entry> results;
   for (const Contest& contest : contests) {
     if (!std::regex_search(contest.name, wanted) || (arguments.quick && contest.large)) continue;
+    if (!arguments.count.empty() && !contest.countable) continue;
     const std::vector<Entry> entries = contest.run(arguments);
-    if (!entries.empty()) print_group(entries, contest.reference);
+    if (!entries.empty() && arguments.count.empty()) print_group(entries, contest.reference);
     results.insert(results.end(), entries.begin(), entries.end());
+  }
+  if (!arguments.count.empty()) {
+    if (!results.empty()) return 0;
+    std::fprintf(stderr, "nothing to count: no workload that fits \"%s\" has a peer \"%s\"\n",
+                 arguments.filter.c_str(), arguments.count.c_str());
+    return 2;
   }
   if (!arguments.out.empty()) write(arguments.out, results);
   return 0;

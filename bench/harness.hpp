@@ -65,12 +65,14 @@ struct Arguments {
 struct Contest {
   std::string name{};
   std::string reference{};  ///< the peer whose time is 1 in what is printed
+  /// What was timed; with --count what was counted, not timed.
   std::function<std::vector<Entry>(const Arguments&)> run{};
-  bool large = false;  ///< left out by --quick
+  bool large = false;      ///< left out by --quick
+  bool countable = false;  ///< knows --count
 };
 
 /// The main of a program: runs the contests that the command line wants, prints them and writes the
-/// result file. Returns the exit code.
+/// result file. Returns the exit code: 2 where --count has nothing to count.
 int run_contests(int argc, char** argv, const std::vector<Contest>& contests);
 
 }  // namespace quoin::bench

@@ -12,6 +12,7 @@ import functools
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 
@@ -26,7 +27,10 @@ def count(program, workload, peer):
     command = ["valgrind", "--tool=callgrind", "--instr-atstart=no", "--toggle-collect=quoin::bench::counted*", "--cache-sim=yes",
                "--branch-sim=yes", "--callgrind-out-file=/dev/null", *CACHES,
                program, "--filter", f"^{re.escape(workload)}$", "--count", peer]
-    run = subprocess.run(command, capture_output=True, text=True, check=True)
+    run = subprocess.run(command, capture_output=True, text=True)
+    if run.returncode != 0:
+        lines = [line for line in run.stderr.splitlines() if line and not line.startswith("==")]
+        sys.exit(f"{program}: {lines[-1] if lines else f'exit {run.returncode}'}")
     queries = int(re.search(r"counted (\d+) queries", run.stdout).group(1))
     names = re.search(r"Events +: (.*)", run.stderr).group(1).split()
     events = dict(zip(names, map(int, re.search(r"Collected : (.*)", run.stderr).group(1).split())))
@@ -43,12 +47,22 @@ def main():
     parser.add_argument("--out", required=True, metavar="FILE")
     parser.add_argument("--filter", default="", help="of the workloads")
     arguments = parser.parse_args()
+    try:
+        chosen = re.compile(arguments.filter)
+    except re.error as error:
+        parser.error(f"--filter {arguments.filter}: {error}")
+    workloads = [workload for workload in GOALS if workload[0] == "W" and chosen.search(workload)]
+    if not workloads:
+        parser.error(f"no workload with a goal fits --filter {arguments.filter}")
+    if shutil.which("valgrind") is None:
+        sys.exit("valgrind is not installed")
     counts = []
-    for workload, (entry, _) in GOALS.items():
-        if workload[0] != "W" or not re.search(arguments.filter, workload):
-            continue
+    for workload in workloads:
+        entry, _ = GOALS[workload]
         stage = "contact_points" if workload.startswith("W4") else "nearest_features"
         program = os.path.join(arguments.programs, "bench_" + stage)
+        if not os.access(program, os.X_OK):
+            sys.exit(f"{program} has not been built")
         # ODE is the yardstick of all of W4, asked for overlapping boxes.
         asked = "W4/box-overlap" if workload.startswith("W4") else workload
         for peer, what in ((entry, workload), (reference_of(workload), asked)):

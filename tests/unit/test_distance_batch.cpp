@@ -77,9 +77,7 @@ class Crowd {
   }
 
  private:
-  const Shape& any_shape() {
-    return *shapes[static_cast<std::size_t>(random_.integer(0, 15))];
-  }
+  const Shape& any_shape() { return *shapes[static_cast<std::size_t>(random_.integer(0, 15))]; }
   Matrix3 any_linear() {
     if (random_.chance(0.1)) return Matrix3::Identity();
     const Matrix3 turned = random_.rotation();
@@ -302,6 +300,28 @@ TEST_CASE("distance batch: refused before any answer is touched") {
     check_answers();
   }
   update_nearest_features(bodies, {}, {});
+}
+
+// Bodies 2048 apart share a place among those that have been checked.
+TEST_CASE("distance batch: any body of a long row that is none is refused") {
+  constexpr int kBodies = 5000;
+  const Shape box = make_box({0, 0, 0}, {1, 1, 1});
+  std::vector<Body> bodies;
+  std::vector<BlockPair> pairs;
+  for (int i = 0; i < kBodies; ++i)
+    bodies.emplace_back(box, Placement{.translation = {2.0 * i, 0, 0}});
+  for (int i = 0; i + 2049 < kBodies; ++i) {
+    for (const int step : {1, 2048, 2049}) pairs.push_back({i, i + step});
+  }
+  std::vector<NearestFeatures> answers(pairs.size());
+  update_nearest_features(bodies, pairs, answers);
+  for (const std::size_t i : {0, 1, 2047, 2048, 2049, 4097, 4999}) {
+    CAPTURE(i);
+    const Body good = bodies[i];
+    bodies[i].move({.translation = {std::nan(""), 0, 0}});
+    CHECK_THROWS_AS(update_nearest_features(bodies, pairs, answers), InputError);
+    bodies[i] = good;
+  }
 }
 
 // What is left of a hint may be of another shape.

@@ -314,11 +314,25 @@ static void test_batch(void) {
   candidates.pair_count = 1;
   CHECK(quoin_batch_find(batch, &candidates) == QUOIN_BAD_INPUT);
   CHECK(strcmp(quoin_batch_message(batch), "pair 0 is (0, 3), must name two of 3 bodies") == 0);
+  candidates.pairs = pairs;
+  candidates.pair_count = 4;
   bodies[1].placement = at(0, NAN, 0);
   CHECK(quoin_batch_find(batch, &candidates) == QUOIN_BAD_INPUT);
   CHECK(strstr(quoin_batch_message(batch), "body 9: translation[1]") != NULL);
   bodies[1].shape = NULL;
+  count = 8;
   CHECK(quoin_batch_find(batch, &candidates) == QUOIN_BAD_INPUT);
+  CHECK(quoin_batch_contacts_of(batch, &candidates, asked, &count) == QUOIN_BAD_INPUT);
+  CHECK(strcmp(quoin_batch_message(batch), "body 9 or its shape is null") == 0);
+  candidates.pairs = pairs + 6; /* (0, 2): nobody asks for body 1 */
+  candidates.pair_count = 1;
+  CHECK(quoin_batch_find(batch, &candidates) == QUOIN_OK);
+  CHECK(quoin_batch_contacts_of(batch, &candidates, asked, &count) == QUOIN_OK);
+  candidates.names = backwards;
+  CHECK(quoin_batch_contacts_of(batch, &candidates, asked, &count) == QUOIN_BAD_INPUT);
+  CHECK(strcmp(quoin_batch_message(batch), "pair batch: body 1 is named 7, must be more than 9") ==
+        0);
+  candidates.names = names;
   candidates.body_count = candidates.pair_count = 0;
   CHECK(quoin_batch_find(batch, &candidates) == QUOIN_OK);
   CHECK(quoin_batch_find(batch, NULL) == QUOIN_BAD_INPUT);
@@ -361,6 +375,8 @@ static void test_distances(void) {
       CHECK(nearest[k].gap == alone.gap && nearest[k].status == alone.status);
       CHECK(memcmp(nearest[k].normal, alone.normal, sizeof alone.normal) == 0);
       CHECK(memcmp(nearest[k].point_a, alone.point_a, sizeof alone.point_a) == 0);
+      CHECK(memcmp(nearest[k].point_b, alone.point_b, sizeof alone.point_b) == 0);
+      CHECK(nearest[k].residual_a == alone.residual_a && nearest[k].residual_b == alone.residual_b);
       CHECK(memcmp(&hints[k], &hint, sizeof hint) == 0);
     }
   }
@@ -375,6 +391,49 @@ static void test_distances(void) {
   CHECK(quoin_update_nearest_features(NULL, 0.0, hints, nearest, NULL, 0) == QUOIN_BAD_INPUT);
   candidates.pair_count = 0;
   CHECK(quoin_update_nearest_features(&candidates, 0.0, NULL, NULL, NULL, 0) == QUOIN_OK);
+  quoin_free(shape);
+}
+
+/* More pairs than are answered together; then what is wrong with one: nothing has been written. */
+static void test_distances_refused(void) {
+  enum { kBodies = 600, kPairs = 2 * kBodies - 3 };
+  static quoin_body bodies[kBodies];
+  static quoin_hint hints[kPairs], old_hints[kPairs];
+  static quoin_nearest nearest[kPairs], old_nearest[kPairs];
+  static int pairs[2 * kPairs], names[kBodies];
+  quoin_shape* shape = cube(0, 0, 0);
+  quoin_candidates candidates = {bodies, kBodies, names, NULL, pairs, kPairs};
+  char message[200] = "";
+  for (int i = 0; i < kBodies; ++i) {
+    bodies[i].shape = shape;
+    bodies[i].placement = at(1.5 * i, 0, 0);
+    names[i] = 10 * (kBodies - i);
+  }
+  for (int k = 0; k < kPairs; ++k) { /* neighbours, then those that are one farther */
+    pairs[2 * k] = k % (kBodies - 1);
+    pairs[2 * k + 1] = pairs[2 * k] + 1 + k / (kBodies - 1);
+    hints[k] = quoin_no_hint();
+  }
+  CHECK(quoin_update_nearest_features(&candidates, 0.0, hints, nearest, message, sizeof message) ==
+        QUOIN_OK);
+  for (int k = 0; k < kPairs; ++k) CHECK(nearest[k].gap == (k < kBodies - 1 ? 0.5 : 2.0));
+  memcpy(old_hints, hints, sizeof hints);
+  memcpy(old_nearest, nearest, sizeof nearest);
+  for (int i = 0; i < kBodies; ++i) bodies[i].placement = at(2.0 * i, 0, 0);
+  bodies[599].placement.translation[0] = NAN;
+  CHECK(quoin_update_nearest_features(&candidates, 0.0, hints, nearest, message, sizeof message) ==
+        QUOIN_BAD_INPUT);
+  CHECK(strstr(message, "body 10: translation[0]") != NULL);
+  bodies[599].shape = NULL;
+  CHECK(quoin_update_nearest_features(&candidates, 0.0, hints, nearest, message, sizeof message) ==
+        QUOIN_BAD_INPUT);
+  CHECK(strcmp(message, "body 10 or its shape is null") == 0);
+  CHECK(memcmp(old_hints, hints, sizeof hints) == 0);
+  CHECK(memcmp(old_nearest, nearest, sizeof nearest) == 0);
+  candidates.pair_count = kBodies - 2; /* nobody asks for the last one */
+  CHECK(quoin_update_nearest_features(&candidates, 0.0, hints, nearest, message, sizeof message) ==
+        QUOIN_OK);
+  CHECK(nearest[0].gap == 1.0 && message[0] == '\0');
   quoin_free(shape);
 }
 
@@ -421,6 +480,7 @@ int main(void) {
   test_finder();
   test_batch();
   test_distances();
+  test_distances_refused();
   test_free_vertices();
   CHECK(strchr(quoin_version(), '.') != NULL);
   if (failures == 0) {

@@ -212,7 +212,8 @@ typedef enum quoin_body_change {
   QUOIN_RESHAPED = 2 /* another shape, or other vertices */
 } quoin_body_change;
 
-/* Bodies in a row, and the pairs of them that may be in contact. */
+/* Bodies in a row, and the pairs of them that may be in contact. Bodies that no pair names need
+ * have neither shape nor placement: they are not looked at. */
 typedef struct quoin_candidates {
   const quoin_body* bodies;
   int body_count;
@@ -254,8 +255,8 @@ const quoin_pair* quoin_batch_pairs(const quoin_batch* batch, int* count);
 
 /* quoin_nearest_features of each pair, to the bit, in one call: for a code that asks for the same
  * pairs step after step. `hints` (quoin_no_hint() at first) and `nearest`: one a pair, in the order
- * of the pairs, one given twice has two. Names stand in messages, changes are not read. On
- * QUOIN_BAD_INPUT nothing has been written. */
+ * of the pairs, one given twice has two. Names stand in messages and need not
+ * ascend, changes are not read. On QUOIN_BAD_INPUT nothing has been written. */
 quoin_status quoin_update_nearest_features(const quoin_candidates* candidates, double tolerance,
                                            quoin_hint* hints, quoin_nearest* nearest, char* message,
                                            size_t message_size);

@@ -57,7 +57,11 @@ quoin_nearest to_c(const NearestFeatures& nearest);
 quoin_contact_point to_c(const ContactPoint& point);
 quoin_pair to_c(const PairResult& pair);
 
-/// Checked; `name` is for the message.
+/// Throws InputError for a body that is none, or has no shape or no placement; `name` is for the
+/// message.
+void check(const quoin_body* body, int name);
+
+/// Checked.
 Body body_of(const quoin_body* body, int name);
 
 /// None where it is null, or speaks of features that the shapes do not have.

@@ -81,11 +81,16 @@ quoin_pair to_c(const PairResult& pair) {
   return made;
 }
 
+void check(const quoin_body* body, int name) {
+  if (body == nullptr || body->shape == nullptr) {
+    throw InputError("body " + std::to_string(name) + " or its shape is null");
+  }
+  require_placement(placement_of(body->placement), name);
+}
+
 Body body_of(const quoin_body* body, int name) {
-  require(body != nullptr && body->shape != nullptr, "a body or its shape is null");
-  const Placement placement = placement_of(body->placement);
-  require_placement(placement, name);
-  return {*body->shape->solid, placement};
+  check(body, name);
+  return {*body->shape->solid, placement_of(body->placement)};
 }
 
 namespace {

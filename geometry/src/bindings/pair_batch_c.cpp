@@ -1,8 +1,10 @@
-#include <quoin/geometry/distance_batch.hpp>
+#include <array>
 #include <quoin/geometry/pair_batch.hpp>
 
 #include "bindings/c_values.hpp"
+#include "finder/distance_batch.hpp"
 #include "finder/pair_checks.hpp"
+#include "numeric/small_vector.hpp"
 
 namespace geometry = quoin::geometry;
 
@@ -43,25 +45,31 @@ void check_lists(const quoin_candidates* given) {
   require(given->pairs != nullptr || given->pair_count == 0, "pairs is null");
 }
 
-geometry::Body checked_body(const quoin_candidates& given, int i) {
-  return body_of(given.bodies + i, given.names == nullptr ? i : given.names[i]);
+geometry::BlockPair pair_of(const quoin_candidates& given, std::size_t k) {
+  return {given.pairs[2 * k], given.pairs[2 * k + 1]};
 }
 
+/// The pairs, and of the bodies those that they name.
 void check(const quoin_candidates* given) {
   check_lists(given);
-  for (int i = 0; i < given->body_count; ++i) checked_body(*given, i);
+  const auto count = static_cast<std::size_t>(given->pair_count);
+  for (std::size_t k = 0; k < count; ++k) {
+    geometry::check_pair(k, pair_of(*given, k), given->body_count);
+  }
+  geometry::MetBodies met(count);
+  const auto check_body = [&](int i) {
+    if (!met.is_new(i)) return;
+    geometry::bindings::check(given->bodies + i, given->names == nullptr ? i : given->names[i]);
+  };
+  for (std::size_t k = 0; k < count; ++k) {
+    check_body(pair_of(*given, k).a);
+    check_body(pair_of(*given, k).b);
+  }
 }
 
 geometry::BodyChange change_of(int change) {
   require(change >= QUOIN_SAME && change <= QUOIN_RESHAPED, "a change is none of the three");
   return static_cast<geometry::BodyChange>(change);
-}
-
-void read_pairs(const quoin_candidates& given, std::vector<geometry::BlockPair>& pairs) {
-  pairs.clear();
-  for (int k = 0; k < given.pair_count; ++k) {
-    pairs.push_back({given.pairs[2 * k], given.pairs[2 * k + 1]});
-  }
 }
 
 /// Into the batch: changes and pairs, too.
@@ -70,7 +78,10 @@ geometry::BodySource read(const quoin_candidates& given, quoin_batch& batch) {
   for (const int change : row(given.changes, given.body_count)) {
     batch.changes.push_back(change_of(change));
   }
-  read_pairs(given, batch.candidates);
+  batch.candidates.clear();
+  for (std::size_t k = 0; k < static_cast<std::size_t>(given.pair_count); ++k) {
+    batch.candidates.push_back(pair_of(given, k));
+  }
   geometry::BodySource source;
   source.owner = given.bodies;
   source.body = body_in_row;
@@ -87,22 +98,63 @@ void find(quoin_batch& batch, const quoin_candidates& given) {
   copy(batch.batch.pairs(), batch.pairs);
 }
 
+/// So many pairs are answered together, on the stack: 50 KB.
+class DistanceBlock {
+ public:
+  static constexpr std::size_t kPairs = 128;
+
+  void add(const quoin_candidates& given, std::size_t pair, const quoin_hint* hint) {
+    const geometry::BlockPair names = pair_of(given, pair);
+    const geometry::BlockPair places{place_of(given, names.a), place_of(given, names.b)};
+    pairs_.push_back(places);
+    geometry::NearestFeatures& answer = answers_.add();
+    answer = {};
+    answer.hint = from_c(hint, body(places.a), body(places.b));
+  }
+  /// Answers the pairs added, and writes what they gave.
+  quoin_status answer(double tolerance, quoin_hint* hints, quoin_nearest* nearest) {
+    const std::span answers(answers_.begin(), answers_.size());
+    geometry::answer_pairs({bodies_.begin(), bodies_.size()}, {pairs_.begin(), pairs_.size()},
+                           answers, {.tolerance = tolerance});
+    quoin_status status = QUOIN_OK;
+    for (std::size_t k = 0; k < answers.size(); ++k) {
+      if (give(answers[k], hints + k, nearest + k) != QUOIN_OK) status = QUOIN_NOT_CONVERGED;
+    }
+    return status;
+  }
+
+ private:
+  const geometry::Body& body(int place) const { return bodies_[static_cast<std::size_t>(place)]; }
+  /// A body of several pairs is made once, unless another one took its home between.
+  int place_of(const quoin_candidates& given, int i) {
+    auto& [index, place] = homes_[static_cast<std::size_t>(i) % homes_.size()];
+    if (index != i) {
+      index = i;
+      place = bodies_.count();
+      bodies_.push_back(body_in_row(given.bodies, i));
+    }
+    return place;
+  }
+
+  struct Home {
+    int index = -1, place = -1;
+  };
+  std::array<Home, 256> homes_{};
+  geometry::SmallVector<geometry::Body, 2 * kPairs> bodies_;
+  geometry::SmallVector<geometry::BlockPair, kPairs> pairs_;
+  geometry::SmallVector<geometry::NearestFeatures, kPairs> answers_;
+};
+
 quoin_status update_all(const quoin_candidates& given, double tolerance, quoin_hint* hints,
                         quoin_nearest* nearest) {
-  std::vector<geometry::Body> bodies;
-  for (int i = 0; i < given.body_count; ++i) bodies.push_back(checked_body(given, i));
-  std::vector<geometry::BlockPair> pairs;
-  read_pairs(given, pairs);
-  geometry::check_pairs(pairs, given.body_count);
-  const auto body = [&](int i) -> auto& { return bodies[static_cast<std::size_t>(i)]; };
-  std::vector<geometry::NearestFeatures> answers(pairs.size());
-  for (std::size_t k = 0; k < pairs.size(); ++k) {
-    answers[k].hint = from_c(hints + k, body(pairs[k].a), body(pairs[k].b));
-  }
-  update_nearest_features(bodies, pairs, answers, {.tolerance = tolerance});
+  const auto count = static_cast<std::size_t>(given.pair_count);
   quoin_status status = QUOIN_OK;
-  for (std::size_t k = 0; k < pairs.size(); ++k) {
-    if (give(answers[k], hints + k, nearest + k) != QUOIN_OK) status = QUOIN_NOT_CONVERGED;
+  for (std::size_t first = 0; first < count; first += DistanceBlock::kPairs) {
+    DistanceBlock block;
+    const std::size_t last = std::min(first + DistanceBlock::kPairs, count);
+    for (std::size_t k = first; k < last; ++k) block.add(given, k, hints + k);
+    const quoin_status found = block.answer(tolerance, hints + first, nearest + first);
+    if (found != QUOIN_OK) status = found;
   }
   return status;
 }
@@ -154,6 +206,7 @@ quoin_status quoin_batch_contacts_of(quoin_batch* batch, const quoin_candidates*
     check(candidates);
     require(count != nullptr && (points != nullptr || *count <= 0), "points or count is null");
     const geometry::BodySource bodies = read(*candidates, *batch);
+    geometry::check_names(bodies.names);
     batch->batch.contacts_of(bodies, batch->candidates, batch->asked);
     return give(batch->asked, points, *count);
   };
@@ -165,7 +218,7 @@ quoin_status quoin_update_nearest_features(const quoin_candidates* candidates, d
                                            size_t message_size) {
   say("", message, message_size);
   const auto run = [&] {
-    check_lists(candidates);
+    check(candidates);
     require((hints != nullptr && nearest != nullptr) || candidates->pair_count == 0,
             "hints or nearest is null");
     geometry::require_length(tolerance, "tolerance");

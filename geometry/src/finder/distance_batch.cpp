@@ -1,4 +1,5 @@
-#include <quoin/geometry/distance_batch.hpp>
+#include "finder/distance_batch.hpp"
+
 #include <string>
 
 #include "certify/certificate_lanes.hpp"
@@ -111,6 +112,11 @@ class PairRun {
 
 }  // namespace
 
+void answer_pairs(std::span<const Body> bodies, std::span<const BlockPair> pairs,
+                  std::span<NearestFeatures> answers, const SearchOptions& options) {
+  PairRun(bodies, options).update(pairs, answers);
+}
+
 void update_nearest_features(std::span<const Body> bodies, std::span<const BlockPair> pairs,
                              std::span<NearestFeatures> answers, const SearchOptions& options,
                              Executor* executor) {
@@ -128,7 +134,7 @@ void update_nearest_features(std::span<const Body> bodies, std::span<const Block
     if (w >= workers) return;
     const std::size_t first = pairs.size() * w / workers;
     const std::size_t count = pairs.size() * (w + 1) / workers - first;
-    PairRun(bodies, options).update(pairs.subspan(first, count), answers.subspan(first, count));
+    answer_pairs(bodies, pairs.subspan(first, count), answers.subspan(first, count), options);
   };
   workers > 1 ? executor->run_each(update) : update(0);
 }

@@ -202,25 +202,28 @@ void check_sizes(const BodySource& bodies) {
 void check(const BodySource& bodies) {
   check_sizes(bodies);
   for (const double reach : bodies.reaches) require_length(reach, "pair batch: reach of a body");
-  for (std::size_t i = 1; i < bodies.names.size(); ++i) {
-    if (bodies.names[i] <= bodies.names[i - 1]) {
-      throw InputError("pair batch: body " + std::to_string(i) + " is named " +
-                       std::to_string(bodies.names[i]) + ", must be more than " +
-                       std::to_string(bodies.names[i - 1]));
-    }
-  }
+  check_names(bodies.names);
 }
 
 }  // namespace
 
-void check_pairs(std::span<const BlockPair> pairs, int count) {
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const auto [a, b] = pairs[i];
-    if (a >= 0 && b >= 0 && a < count && b < count && a != b) continue;
-    throw InputError("pair " + std::to_string(i) + " is (" + std::to_string(a) + ", " +
-                     std::to_string(b) + "), must name two of " + std::to_string(count) +
-                     " bodies");
+void check_names(std::span<const int> names) {
+  for (std::size_t i = 1; i < names.size(); ++i) {
+    if (names[i] > names[i - 1]) continue;
+    throw InputError("pair batch: body " + std::to_string(i) + " is named " +
+                     std::to_string(names[i]) + ", must be more than " +
+                     std::to_string(names[i - 1]));
   }
+}
+
+void refuse_pair(std::size_t i, const BlockPair& pair, int count) {
+  throw InputError("pair " + std::to_string(i) + " is (" + std::to_string(pair.a) + ", " +
+                   std::to_string(pair.b) + "), must name two of " + std::to_string(count) +
+                   " bodies");
+}
+
+void check_pairs(std::span<const BlockPair> pairs, int count) {
+  for (std::size_t i = 0; i < pairs.size(); ++i) check_pair(i, pairs[i], count);
 }
 
 BodySource::BodySource(std::span<const Body> bodies)
