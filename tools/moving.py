@@ -2,6 +2,7 @@
 """Runs the scenes of moving_scenes.py, in which many blocks move at once: bench/moving.md.
 
     tools/moving.py iterations --quoin QUOIN            each contact iteration: a table
+    tools/moving.py tolerances --quoin QUOIN            all kinds of scenes by tolerance: a table
     tools/moving.py peers --bench BENCH --out FILE      quoin, Bullet and ODE, and series of them: JSON
     tools/moving.py problems --bench BENCH --out FILE   the problems of bench/problems.tar.xz: CSV
     tools/moving.py endure --quoin QUOIN                scenes for 5 s by all steps and stiffnesses: a table
@@ -25,8 +26,8 @@ import subprocess
 import sys
 import tarfile
 
-from moving_scenes import (boulder, deformable, dominoes, falling_arch, pile, pulled_base, shaken_wall, slope,
-                           swarms)
+from moving_scenes import (boulder, deformable, dominoes, falling_arch, hull_pile, pile, pulled_base, shaken_wall,
+                           slope, swarms)
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PROBLEMS = ROOT / "bench" / "problems.tar.xz"
@@ -35,6 +36,11 @@ LIMIT = 60  # s on the clock of one run of the command, and CPU s of the steps o
 
 MEASURED = [pile(4, 4, 1.5), shaken_wall(10, 10, "y", 0.5), shaken_wall(10, 10, "x", 0.5), dominoes(10, 1.5),
             pulled_base(6, 0.8), falling_arch(9, 0.8), slope(3, 0.6)]
+
+HELD = [pile(4, 4, 1.5), pile(8, 8, 0.6), hull_pile(4, 4, 1.5), shaken_wall(10, 10, "y", 0.5),
+        shaken_wall(10, 10, "x", 0.5), shaken_wall(40, 25, "y", 0.05), shaken_wall(40, 25, "x", 0.05),
+        dominoes(100, 4, thickness=0.15, friction=30), pulled_base(30, 2), falling_arch(9, 0.8), slope(16, 0.1)]
+TOLERANCES = (1e-10, 1e-12, 1e-14)  # gaps by the smallest block; a crowd's: 1e4 times as much
 
 COMPARED = [pile(4, 4, 1.5), pile(8, 8, 0.6), shaken_wall(10, 10, "y", 0.5), shaken_wall(10, 10, "x", 0.5),
             shaken_wall(40, 25, "y", 0.05), dominoes(100, 4, thickness=0.15, friction=30), pulled_base(30, 2),
@@ -97,13 +103,20 @@ def summary_of(folder):
 # --- each contact iteration
 
 
+def most_solves(folder):
+    """In a step of the run."""
+    with open(folder / "history.csv", encoding="utf-8") as history:
+        return max(int(line["linear_solves"]) for line in csv.DictReader(history))
+
+
+def how_it_ended(summary):
+    return "yes" if summary["status"] == "completed" else f"{summary['status']} at {summary['time']:.3g} s"
+
+
 def iteration_row(document, iteration, folder, seconds):
     summary = summary_of(folder)
-    with open(folder / "history.csv", encoding="utf-8") as history:
-        solves = [int(line["linear_solves"]) for line in csv.DictReader(history)]
     steps, energy = summary["steps"], summary["energy"]
-    ended = "yes" if summary["status"] == "completed" else f"{summary['status']} at {summary['time']:.3g} s"
-    return (f"| {document['title']} | {iteration} | {ended} | {summary['factorizations'] / steps:.1f} | {max(solves)} "
+    return (f"| {document['title']} | {iteration} | {how_it_ended(summary)} | {summary['factorizations'] / steps:.1f} | {most_solves(folder)} "
             f"| {summary['proximal_newton_attempts']} of {steps} | {summary['largest_overlap']:.1e} "
             f"| {energy['growth'] / energy['scale']:.1e} | {1e3 * seconds / steps:.1f} |")
 
@@ -116,6 +129,25 @@ def iterations(given):
             folder = given.work / f"{number}_{iteration}"
             seconds = run(given.quoin, document, folder, "--set", f"/contact_iteration={iteration}")
             print(iteration_row(document, iteration, folder, seconds), flush=True)
+
+
+def tolerances(given):
+    """Solves a step and most in one, largest overlap by the smallest block's diagonal, energy growth, CPU ms a step."""
+    print("| scene | " + " | ".join(f"`tolerance` {tolerance:.0e}" for tolerance in TOLERANCES) + " |\n|---|"
+          + "---|" * len(TOLERANCES))
+    for document in HELD:
+        cells = []
+        for tolerance in TOLERANCES:
+            folder = given.work / "held"
+            seconds = run(given.quoin, document, folder, "--set", f"/tolerance={tolerance}")
+            summary = summary_of(folder)
+            steps, energy = summary["steps"], summary["energy"]
+            cells.append(f"{summary['linear_solves'] / steps:.1f}, {most_solves(folder)}; "
+                         f"{summary['largest_overlap']:.0e}; {energy['growth'] / energy['scale']:.0e}; "
+                         f"{1e3 * seconds / steps:.1f}"
+                         + ("" if summary["status"] == "completed" else f" ({how_it_ended(summary)})"))
+            shutil.rmtree(folder)
+        print(f"| {document['title']} | " + " | ".join(cells) + " |", flush=True)
 
 
 # --- Bullet and ODE beside it
@@ -265,7 +297,7 @@ def pictures(given):
 
 
 def main():
-    parts = {"iterations": iterations, "peers": peers, "problems": problems, "endure": endure, "creep": creep,
+    parts = {"iterations": iterations, "tolerances": tolerances, "peers": peers, "problems": problems, "endure": endure, "creep": creep,
              "uneven": uneven, "pictures": pictures, "dump": dump}
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("what", choices=parts)
@@ -275,7 +307,7 @@ def main():
     parser.add_argument("--large", action="store_true", help="endure: the large scenes")
     parser.add_argument("--work", type=pathlib.Path, default=pathlib.Path("moving"))
     given = parser.parse_args()
-    needed = {"iterations": ["quoin"], "peers": ["bench", "out"], "problems": ["bench", "out"], "endure": ["quoin"],
+    needed = {"iterations": ["quoin"], "tolerances": ["quoin"], "peers": ["bench", "out"], "problems": ["bench", "out"], "endure": ["quoin"],
               "creep": ["quoin"], "uneven": ["quoin"], "pictures": ["quoin"], "dump": ["quoin"]}[given.what]
     for name in needed:
         if getattr(given, name) is None:

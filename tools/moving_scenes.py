@@ -33,6 +33,20 @@ def pile(across, layers, end_time):
     return scene(f"Pile of {layers * across ** 2} boxes in a bin", blocks, 30, end_time)
 
 
+def hull_pile(across, layers, end_time):
+    """As `pile`, hulls of 12 random points on ellipsoids instead of boxes."""
+    numbers, document = random.Random(3), pile(across, layers, end_time)
+    for block in document["blocks"]:
+        if block["kind"] == "rigid":
+            low, high = block["shape"]["min"], block["shape"]["max"]
+            points = []
+            for _ in range(12):
+                way = [numbers.gauss(0, 1) for _ in range(3)]
+                points.append([(a + b) / 2 + (b - a) / 2 * w / math.hypot(*way) for a, b, w in zip(low, high, way)])
+            block["shape"] = {"type": "hull", "points": points}
+    return {**document, "title": f"Pile of {layers * across ** 2} random hulls in a bin"}
+
+
 def shaken_wall(columns, rows, direction, end_time, amplitude=0.5):
     """A wall in running bond; its base is shaken at 2 Hz along x (in its plane) or y (across). `amplitude`: g."""
     shaking = f"{amplitude * G:.6g}*cos(4*pi*t)"
