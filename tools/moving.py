@@ -132,7 +132,7 @@ def iterations(given):
 
 
 def tolerances(given):
-    """Solves a step and most in one, largest overlap by the smallest block's diagonal, energy growth, CPU ms a step."""
+    """Solves a step, most in one step; largest overlap, m; energy growth by its scale; CPU ms a step."""
     print("| scene | " + " | ".join(f"`tolerance` {tolerance:.0e}" for tolerance in TOLERANCES) + " |\n|---|"
           + "---|" * len(TOLERANCES))
     for document in HELD:
