@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "distributed/gathered_contacts.hpp"
 #include "index.hpp"
 
 namespace quoin::solver {
@@ -51,12 +52,7 @@ bool LinearSolver::distributes(const BlockSystem& system) {
 void LinearSolver::gather_pairs(const BlockSystem& own) {
   whole_.symmetric = own.symmetric;
   whole_.frames = own.frames;
-  whole_.pairs.clear();
-  for (const auto& [a, b] : own.pairs) {
-    if (agreement_.counts(*slots_, a, b)) whole_.pairs.emplace_back(a, b);
-  }
-  whole_.pairs = agreement_.of_all(whole_.pairs);
-  std::ranges::sort(whole_.pairs);
+  whole_.pairs = gather(agreement_, *slots_, own.pairs);
 }
 
 /// And its values.

@@ -43,6 +43,17 @@ std::vector<LinearContact> gather(const Agreement& agreement, const Slots& slots
   return all;
 }
 
+std::vector<std::pair<int, int>> gather(const Agreement& agreement, const Slots& slots,
+                                        std::span<const std::pair<int, int>> pairs) {
+  std::vector<std::pair<int, int>> all;
+  for (const auto& [a, b] : pairs) {
+    if (agreement.counts(slots, a, b)) all.emplace_back(a, b);
+  }
+  all = agreement.of_all(all);
+  std::ranges::sort(all);
+  return all;
+}
+
 void take_back(std::span<const LinearContact> all, std::span<LinearContact> contacts) {
   for (LinearContact& c : contacts) {
     const auto of_all = std::ranges::lower_bound(all, c.number, {}, &LinearContact::number);

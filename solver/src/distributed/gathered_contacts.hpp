@@ -10,6 +10,10 @@ namespace quoin::solver {
 std::vector<LinearContact> gather(const Agreement& agreement, const Slots& slots,
                                   std::span<const LinearContact> contacts);
 
+/// Pairs of slots, ascending.
+std::vector<std::pair<int, int>> gather(const Agreement& agreement, const Slots& slots,
+                                        std::span<const std::pair<int, int>> pairs);
+
 /// What was done to all of them goes back to those of this process.
 void take_back(std::span<const LinearContact> all, std::span<LinearContact> contacts);
 

@@ -134,7 +134,8 @@ OpenCloseResult ContactSolver::yield(const BlockEquations& blocks,
   }
   std::vector<LinearContact> all = gather(agreement_, *slots_, contacts);
   BlockSystem base = blocks.base;
-  set_pairs(all, base);
+  base.pairs = gather(agreement_, *slots_, blocks.base.pairs);
+  find_pairs(base.pairs, all);
   const OpenCloseResult solved = moving_contacts_.solve(base, blocks.force, all, tuning, increment);
   take_back(all, contacts);
   return solved;

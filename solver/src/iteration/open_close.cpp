@@ -92,6 +92,10 @@ void set_pairs(std::span<LinearContact> contacts, BlockSystem& base) {
   }
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  find_pairs(pairs, contacts);
+}
+
+void find_pairs(std::span<const std::pair<int, int>> pairs, std::span<LinearContact> contacts) {
   for (LinearContact& c : contacts) {
     if (c.slot_a < 0 || c.slot_b < 0) continue;
     const std::pair<int, int> pair = std::minmax(c.slot_a, c.slot_b);

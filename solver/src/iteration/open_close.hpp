@@ -44,6 +44,9 @@ void add(const OpenCloseResult& later, OpenCloseResult& total);
 /// Pairs of slots that contacts couple, and which pair each contact belongs to.
 void set_pairs(std::span<LinearContact> contacts, BlockSystem& base);
 
+/// The latter, of pairs that are known. `pairs`: ascending.
+void find_pairs(std::span<const std::pair<int, int>> pairs, std::span<LinearContact> contacts);
+
 /// Keeps the memory between calls.
 class OpenClose {
  public:

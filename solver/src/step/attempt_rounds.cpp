@@ -68,9 +68,6 @@ void attempt_default(const StepRun& run, Island& island) {
 void attempt_once(const StepRun& run, Island& island) {
   run.work.watch.look();
   (is_paper_method(run.options.method) ? attempt_paper : attempt_default)(run, island);
-  const auto key = [](const Contact& contact) { return contact.point.key; };
-  std::vector<Contact>& ended = island.attempt.contacts;
-  if (!std::ranges::is_sorted(ended, {}, key)) std::ranges::sort(ended, {}, key);
   island.missing.reset();
   island.sound = is_sound(run, island);
   for (const int block : island.own()) {
@@ -149,6 +146,9 @@ bool change_contacts(const StepRun& run, Island& island) {
   const bool dropped = drop_ghosts(run.compiled, island);
   const bool blocked = put_back_blocked(run.compiled, work.end, island.found_end, limit,
                                         island.passing, island.contacts);
+  // By key, whatever brought them in: sums go by their order, and it is one on any number of ranks.
+  const auto key = [](const BodyContact& contact) { return contact.state.point.key; };
+  if (missed || blocked) std::ranges::sort(island.contacts, {}, key);
   return work.agreement.any(missed || dropped || blocked);
 }
 
