@@ -181,3 +181,34 @@ TEST_CASE("Velocity rows are the rates of gap and slip") {
     CHECK_THAT(rate[0], WithinAbs((gaps[1] - gaps[0]) / (2 * h), 1e-8));
   }
 }
+
+TEST_CASE("Edges that turn past each other in a step are held along the pair's normal") {
+  // Two cubes on each other; the upper one turns from 0.03 rad to -0.03 rad about the vertical, and
+  // with it the normal of edges that were nearly parallel turns over.
+  Random random(15);
+  Setting s(random, 0.0, true, 0.0);
+  s.start = {BlockState{}, BlockState{}};
+  s.start[1].centroid = {0, 0, 2};
+  s.start[1].rotation = cayley({0, 0, 0.03});
+  s.poses.start = {pose(s.start[0]), pose(s.start[1])};
+  s.poses.increment[1][5] = -0.06;
+  s.move();
+  geometry::ContactPoint point;
+  point.normal = Vector3::UnitZ();
+  point.point_a = {0, 0.9, 1};
+  point.point_b = s.in_shape(1, point.point_a);
+  int turned_over = 0;
+  for (int edge = 0; edge < 144; ++edge) {
+    point.key = {
+        0, 1, {geometry::FeatureKind::Edge, edge / 12}, {geometry::FeatureKind::Edge, edge % 12}};
+    BodyContact contact = make_body_contact({s.scene, s.models, s.poses.start}, point);
+    if (!contact.crossed) continue;
+    uncross_turned_edges({s.poses.start[0], s.poses.start[1]}, {s.poses.end[0], s.poses.end[1]},
+                         contact);
+    if (!contact.crossed) ++turned_over;
+    LinearContact linear;
+    linearise(contact, s.poses, s.models, linear);
+    CHECK_THAT(linear.jacobian_b.rigid(0, 2), WithinAbs(1.0, 1e-12));
+  }
+  CHECK(turned_over == 32);  // of each cube four edges along x, four along y
+}

@@ -79,3 +79,20 @@ TEST_CASE("of what contacts push the better of two iterations' answers is taken"
   REQUIRE_FALSE(attempt(gains(3.0, 3.0)));
   REQUIRE_FALSE(solver.yielding());
 }
+
+TEST_CASE("an attempt of another length is not judged by what one before it gained") {
+  Resting blocks({0.0});
+  ContactSolver solver(blocks.slots, nullptr);
+  constexpr int crowd = 64;  // the sub-step before was the proximal Newton method's
+  const auto attempt = [&](double gained) {
+    solver.start(crowd);
+    const bool solved = blocks.solve(ContactIteration::Automatic, solver).converged;
+    return solver.try_another({.solved = solved, .gains = gained, .allowed = 1.0});
+  };
+  solver.begin();
+  REQUIRE(attempt(5.0));  // yielding; hard contacts are next
+  REQUIRE(solver.yielding());
+  solver.change_length();
+  REQUIRE_FALSE(attempt(0.5));  // gains nothing: yielding, not hard contacts
+  REQUIRE(solver.yielding());
+}

@@ -385,6 +385,20 @@ TEST_CASE("Dominoes fall on each other in a solve a step at most") {
   CHECK(solves <= 1500);
 }
 
+TEST_CASE("A light block that flies over a contact that is open falls") {
+  // Its weight is 1e-8 N; the rounding of its motion times the contact's stiffness would be 1e-7 N.
+  Scene scene;
+  scene.add_fixed(geometry::make_box({-5e-3, -5e-3, -1e-3}, {5e-3, 5e-3, 0}));
+  scene.add_block(geometry::make_box({-5e-4, -5e-4, 1e-5}, {5e-4, 5e-4, 1.01e-3}),
+                  {.density = 1, .young = 8e11, .poisson = 0.2});
+  scene.blocks[1].velocity = Vector3(0.1, 0, 0.03);
+  Simulation simulation(scene, {.time_step = 3e-4});
+  REQUIRE(simulation.advance().status == StepStatus::Converged);
+  const EnergyLedger& energy = simulation.state().energy;
+  CHECK_THAT(simulation.state().blocks[1].velocity.z(), WithinAbs(0.03 - 9.81 * 3e-4, 1e-12));
+  CHECK(std::abs(energy.closure) <= 1e-12 * energy.kinetic);
+}
+
 TEST_CASE("set_velocities sets a settled block in motion, in world axes") {
   Scene scene;
   scene.gravity = Vector3(0, 0, 0);

@@ -268,6 +268,18 @@ ContactGeometry contact_geometry(const BodyContact& contact, const Pose& a, cons
   return result;
 }
 
+void uncross_turned_edges(const PairPoses& start, const PairPoses& end, BodyContact& contact) {
+  if (!contact.crossed) return;
+  const Vector3 before = contact_normal(contact, start.a, start.b);
+  const Vector3 after = contact_normal(contact, end.a, end.b);
+  if (before.dot(after) > kLikeNormals) return;
+  const Vector3& found = contact.state.point.normal;
+  const PairPoses& at = found.dot(before) < found.dot(after) ? end : start;
+  contact.crossed = false;
+  Vector3& along = contact.normal_on_a ? contact.along_a : contact.along_b;
+  along = (contact.normal_on_a ? at.a : at.b).rotation.transpose() * found;
+}
+
 Vector3 contact_normal(const BodyContact& contact, const Pose& a, const Pose& b) {
   if (!contact.crossed) return turned_normal(contact, a, b);
   const Vector3 edge_a = a.rotation * contact.along_a, edge_b = b.rotation * contact.along_b;

@@ -81,6 +81,14 @@ struct ContactGeometry {
   double rounding() const;
 };
 ContactGeometry contact_geometry(const BodyContact& contact, const Pose& a, const Pose& b);
+/// Where the two blocks of a contact stand.
+struct PairPoses {
+  const Pose &a, &b;
+};
+/// Edges that turn past each other in a step have a normal that turns over, whose mean is none.
+/// They are crossed no more then: the normal is the pair's, as found, and turns with one block.
+void uncross_turned_edges(const PairPoses& start, const PairPoses& end, BodyContact& contact);
+
 /// Its normal alone.
 Vector3 contact_normal(const BodyContact& contact, const Pose& a, const Pose& b);
 

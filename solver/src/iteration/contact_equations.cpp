@@ -46,13 +46,14 @@ template <int n>
 void ContactEquations::shift_in(const BlockEquations& blocks, std::span<LinearContact> contacts,
                                 const BlockVector& guess, double gap_rounding) {
   right_.resize(guess.size());
-  floor_.resize(guess.size());
+  block_floor_.resize(guess.size());
+  noise_.clear();
   for (std::size_t s = 0; s < guess.size(); ++s) {
     Vector12 inner = Vector12::Zero();
     inner.head<n>() = blocks.base.diagonal.part<n>(s) * guess[s].head<n>();
     right_[s] = blocks.force[s] - inner;
     const double length = slots_->length[s];
-    floor_[s] = kRounding * (force_size(blocks.force[s], length) + force_size(inner, length));
+    block_floor_[s] = kRounding * (force_size(blocks.force[s], length) + force_size(inner, length));
   }
   for (LinearContact& c : contacts) {
     c.guess = c.offset;
@@ -67,11 +68,8 @@ void ContactEquations::shift_in(const BlockEquations& blocks, std::span<LinearCo
     move(c.slot_a, c.jacobian_a);
     move(c.slot_b, c.jacobian_b);
     if (size == 0.0) round_to_zero(c.guess, gap_rounding);
-    const double noise = kRounding * std::max(c.normal_stiffness, c.shear_stiffness) * size;
-    if (c.slot_a >= 0) floor_[index(c.slot_a)] += noise;
-    if (c.slot_b >= 0) floor_[index(c.slot_b)] += noise;
+    noise_.push_back(kRounding * std::max(c.normal_stiffness, c.shear_stiffness) * size);
   }
-  agreement_.complete(*slots_, floor_);
 }
 
 void ContactEquations::evaluate(const BlockSystem& base, std::span<LinearContact> contacts,
@@ -86,6 +84,7 @@ void ContactEquations::evaluate_in(const BlockSystem& base, std::span<LinearCont
                                    const BlockVector& change, Law law, double softness) {
   residual_.resize(change.size());
   scale_.resize(change.size());
+  floor_ = block_floor_;
   threads_.each(contacts.size(),
                 [&](std::size_t i) { evaluate_contact<n>(change, law, softness, contacts[i]); });
   threads_.ranges(change.size(), [&](std::size_t first, std::size_t end) {
@@ -94,6 +93,7 @@ void ContactEquations::evaluate_in(const BlockSystem& base, std::span<LinearCont
   });
   agreement_.complete(*slots_, residual_);
   agreement_.complete(*slots_, scale_);
+  agreement_.complete(*slots_, floor_);
 }
 
 template <int n>
@@ -130,7 +130,8 @@ void ContactEquations::evaluate_blocks(const BlockSystem& base, const BlockVecto
 template <int n>
 void ContactEquations::push_blocks(std::span<const LinearContact> contacts, std::size_t first,
                                    std::size_t end) {
-  for (const LinearContact& c : contacts) {
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const LinearContact& c = contacts[i];
     if (c.mode == ContactMode::Open) continue;
     const auto push = [&](int slot, const ContactJacobian& jacobian) {
       if (slot < static_cast<int>(first) || slot >= static_cast<int>(end)) return;
@@ -140,6 +141,7 @@ void ContactEquations::push_blocks(std::span<const LinearContact> contacts, std:
         residual.tail<6>().noalias() += jacobian.strain->transpose() * c.force;
       }
       scale_[index(slot)] += c.force.norm();
+      floor_[index(slot)] += noise_[i];
     };
     push(c.slot_a, c.jacobian_a);
     push(c.slot_b, c.jacobian_b);

@@ -185,6 +185,12 @@ void ContactSolver::move_on() {
   other_gains_ = 0.0;
 }
 
+void ContactSolver::change_length() {
+  if (hard_ == Try::None) return;
+  hard_ = Try::None;
+  other_gains_ = 0.0;
+}
+
 void ContactSolver::start(int crowd) {
   moving_contacts_.begin();
   can_check_ = false;

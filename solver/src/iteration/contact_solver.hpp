@@ -37,6 +37,9 @@ class ContactSolver {
   bool try_another(const AttemptOutcome& outcome);
   /// Another sub-step is next.
   void move_on();
+  /// The sub-step is tried with another length: what yielding contacts gained in the one before
+  /// says nothing of it.
+  void change_length();
 
   /// Of positions or velocities, as OpenClose::solve(); tuning.max_iterations is set here.
   OpenCloseResult solve(const StepOptions& options, const BlockEquations& blocks,

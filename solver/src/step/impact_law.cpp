@@ -247,14 +247,6 @@ void take_off_forces(const SubStep& step, VelocityProblem& problem) {
   agreement(step.options).complete(step.island.slots, problem.force);
 }
 
-/// Velocities times dt without the impulses of contacts, by slot.
-void set_free(const SquareBlocks& compliance, const VelocityProblem& problem, BlockVector& free) {
-  free.assign(problem.force.size(), Vector12::Zero());
-  for (std::size_t s = 0; s < free.size(); ++s) {
-    free[s].head(compliance.width()) = compliance[s] * problem.force[s].head(compliance.width());
-  }
-}
-
 /// Work of moving supports by the impulses beyond the positions' forces, by slot, J.
 void set_pushed_work(const SubStep& step, const VelocityProblem& problem,
                      std::vector<double>& pushed) {
@@ -291,8 +283,7 @@ void attempt_velocities(const SubStep& step, std::span<const BodyContact> contac
   tuning.gap_rounding = attempt.rounding;
   tuning.raise = tuning.predicted = true;
   const double before = kinetic_energy(step, blocks.end);
-  set_free(memory.terms.compliance, problem, impact.solution);
-  impact.restitution.begin(step, problem, impact.solution, blocks.end);
+  impact.restitution.begin(step, problem, memory.terms.compliance, blocks.end);
   OpenCloseResult total = attempt.solved;
   // With friction and several contacts Newton's restitution can create energy: less of it then.
   for (bool again = true; again;) {

@@ -289,13 +289,15 @@ void set_free_increment(const SubStep& step, const StepPoses& poses,
 }
 
 void linearise(const SubStep& step, const BlockTerms& terms, const StepPoses& poses,
-               std::span<const BodyContact> contacts, std::span<LinearContact> linear) {
+               std::span<BodyContact> contacts, std::span<LinearContact> linear) {
   const double slowest = step.bounce_speed() * step.length;
   const bool impacts = step.options.method == ContactMethod::AugmentedLagrangian && step.dynamic();
   const bool midpoint = step.scheme().end_share < 1.0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const BodyContact& contact = contacts[i];
+    BodyContact& contact = contacts[i];
     LinearContact& c = linear[i];
+    const std::size_t a = index(contact.a), b = index(contact.b);
+    uncross_turned_edges({poses.start[a], poses.start[b]}, {poses.end[a], poses.end[b]}, contact);
     linearise(contact, poses, step.compiled.models, c);
     set_stiffness(terms, c);
     const Vector3 motion = c.offset;

@@ -20,9 +20,10 @@ void set_laws(const SubStep& step, std::span<BodyContact> contacts,
 void set_free_increment(const SubStep& step, const StepPoses& poses,
                         std::span<const BodyContact> contacts, BlockTerms& terms);
 
-/// Jacobians and offsets between the start and the present end; `linear` as from set_laws().
+/// Jacobians and offsets between the start and the present end; `linear` as from set_laws(). Edges
+/// that turn past each other are crossed no more.
 void linearise(const SubStep& step, const BlockTerms& terms, const StepPoses& poses,
-               std::span<const BodyContact> contacts, std::span<LinearContact> linear);
+               std::span<BodyContact> contacts, std::span<LinearContact> linear);
 
 /// Slips in the step, of joints whose law goes with them. A contact that has just opened counts,
 /// too: were it closed it would have slid so far, and what it dilates by may be what closes it.

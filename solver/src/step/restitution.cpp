@@ -23,9 +23,9 @@ double mechanical_energy(const SubStep& step, std::size_t block,
 }  // namespace
 
 void Restitution::begin(const SubStep& step, const VelocityProblem& problem,
-                        const BlockVector& free, std::span<const BlockState> end) {
+                        const SquareBlocks& compliance, std::span<const BlockState> end) {
   const Agreement all = agreement(step.options);
-  const std::size_t slots = free.size();
+  const std::size_t slots = problem.force.size();
   joined_.part(slots);
   for (const LinearContact& c : problem.contacts) {
     if (c.slot_a >= 0 && c.slot_b >= 0) joined_.join(c.slot_a, c.slot_b);
@@ -49,7 +49,9 @@ void Restitution::begin(const SubStep& step, const VelocityProblem& problem,
   for (std::size_t s = 0; s < slots; ++s) {
     const std::size_t b = index(step.island.slots.block_of_slot[s]);
     const BlockModel& model = step.compiled.models[b];
-    const BlockState moving = with_velocity(end[b], free[s] / step.length);
+    Vector12 free = Vector12::Zero();  // velocity times dt, without impulses
+    free.head(compliance.width()) = compliance[s] * problem.force[s].head(compliance.width());
+    const BlockState moving = with_velocity(end[b], free / step.length);
     free_[index(groups_[s])] += kinetic_energy(model, moving) + strain_energy(model, moving);
   }
 }

@@ -27,8 +27,8 @@ struct VelocityProblem {
 /// what is taken from a group's velocities leaves its momentum. Keeps the memory between steps.
 class Restitution {
  public:
-  /// All of it. `free`: velocities without the impulses of contacts, by slot, times dt.
-  void begin(const SubStep& step, const VelocityProblem& problem, const BlockVector& free,
+  /// All of it. `compliance`: inverse of each block's K, by slot.
+  void begin(const SubStep& step, const VelocityProblem& problem, const SquareBlocks& compliance,
              std::span<const BlockState> end);
 
   /// The contacts as they are before a solution, with their bounce, or what is left of it.

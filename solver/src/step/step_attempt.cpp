@@ -48,8 +48,8 @@ void by_block(const Slots& slots, const BlockVector& by_slot, BlockVector& block
 }
 
 /// The first linearisation of an attempt: hit blocks move rigidly from here on.
-void linearise_first(const SubStep& step, std::span<const BodyContact> contacts,
-                     AttemptMemory& memory, StepPoses& poses, std::span<LinearContact> linear) {
+void linearise_first(const SubStep& step, std::span<BodyContact> contacts, AttemptMemory& memory,
+                     StepPoses& poses, std::span<LinearContact> linear) {
   BlockTerms& terms = memory.terms;
   set_end(step, poses);
   set_force(step, poses, terms);
@@ -113,7 +113,7 @@ double follow_forces(const SubStep& step, std::span<LinearContact> contacts,
 
 /// Contact forces are held, and linearisations repeated until these agree: so momentum is kept.
 /// False, and blocks and contacts as they were, where that changes gaps.
-bool settle(const SubStep& step, std::span<const BodyContact> contacts, AttemptMemory& memory,
+bool settle(const SubStep& step, std::span<BodyContact> contacts, AttemptMemory& memory,
             StepPoses& poses, std::span<LinearContact> linear) {
   const double size = step.island.smallest_size;
   std::vector<LinearContact>& following = memory.following;
@@ -163,7 +163,7 @@ struct Pass {
 };
 
 /// Likewise where contacts yield.
-bool nearly_agrees(const SubStep& step, const Pass& pass, std::span<const BodyContact> contacts,
+bool nearly_agrees(const SubStep& step, const Pass& pass, std::span<BodyContact> contacts,
                    AttemptMemory& memory, StepPoses& poses, std::span<LinearContact> linear) {
   const double size = step.island.smallest_size, change = pass.solved.change;
   if (change <= kAgreement * size) return true;
@@ -177,7 +177,7 @@ bool nearly_agrees(const SubStep& step, const Pass& pass, std::span<const BodyCo
 
 /// Linearise, solve, and again from where it ended, until the solution satisfies its own
 /// linearisation.
-OpenCloseResult solve_positions(const SubStep& step, std::span<const BodyContact> contacts,
+OpenCloseResult solve_positions(const SubStep& step, std::span<BodyContact> contacts,
                                 AttemptMemory& memory, StepPoses& poses,
                                 std::span<LinearContact> linear) {
   BlockTerms& terms = memory.terms;

@@ -197,6 +197,7 @@ void reject(const StepRun& run, Island& island, double length) {
   for (const int block : island.own()) {
     run.work.end[index(block)] = run.work.now.blocks[index(block)];
   }
+  if (length != island.length) island.memory.solver.change_length();
   island.length = length;
 }
 
