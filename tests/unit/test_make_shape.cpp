@@ -12,6 +12,7 @@
 
 #include "geometry/src/shape/convex_hull.hpp"
 #include "geometry/src/shape/face_labels.hpp"
+#include "geometry/src/shape/polygon_area.hpp"
 #include "support/catch.hpp"
 #include "support/random.hpp"
 

@@ -133,15 +133,4 @@ std::string to_text(const Report& report) {
   return text;
 }
 
-std::string details(const Report& report) {
-  std::string text;
-  for (const auto& [library, families] : report.tallies) {
-    text += "\n" + library + "\n" + kHead;
-    for (const auto& [family, tally] : families) {
-      text += row(family, tally);
-    }
-  }
-  return text;
-}
-
 }  // namespace quoin::referee

@@ -43,7 +43,5 @@ double median(std::vector<double> numbers);
 nlohmann::ordered_json to_json(const Report& report);
 /// Verdicts by library, for people.
 std::string to_text(const Report& report);
-/// Verdicts by library and family, and failures, for people.
-std::string details(const Report& report);
 
 }  // namespace quoin::referee

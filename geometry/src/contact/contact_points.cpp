@@ -18,7 +18,6 @@
 namespace quoin::geometry {
 namespace {
 
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 /// As facing faces: a steeper edge belongs to another contact.
 constexpr double kSteepSine = 0.5;
 

@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "numeric/floating_point.hpp"
 #include "shape/support.hpp"
 
 namespace quoin::geometry {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 std::array<int, 2> nearest_vertices(const Solid& a, const Solid& b) {
   std::array<int, 2> best{0, 0};

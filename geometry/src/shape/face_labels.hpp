@@ -32,23 +32,4 @@ struct FaceLabels {
 /// so on down to 0, which leaves the cells as they are.
 FaceLabels label_faces(const Eigen::Ref<const Points>& vertices, const Faces& cells, double length);
 
-/// Twice the vector area of a polygon, summed in double-double: right also for slivers.
-Vector3 polygon_normal(const Eigen::Ref<const Points>& vertices, std::span<const int> polygon);
-
-/// The same in plain doubles, and how far it may be off at most.
-struct RoughArea {
-  Vector3 area = Vector3::Zero();
-  double norm = 0.0, error = 0.0;
-
-  /// Does x reach farther than `length` along the exact vector, beyond doubt?
-  bool surely_exceeds(const Vector3& x, double length) const {
-    return area.dot(x) > 2.0 * length * norm + 4.0 * error * x.norm();
-  }
-};
-RoughArea rough_area(const Eigen::Ref<const Points>& vertices, std::span<const int> polygon);
-
-/// Is the least distance between two parallel lines that hold a polygon, one of them along a side,
-/// more than `width`?
-bool is_wider(const Eigen::Ref<const Points>& vertices, std::span<const int> polygon, double width);
-
 }  // namespace quoin::geometry

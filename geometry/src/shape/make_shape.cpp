@@ -8,6 +8,7 @@
 
 #include "shape/convex_hull.hpp"
 #include "shape/face_labels.hpp"
+#include "shape/polygon_area.hpp"
 #include "shape/rounding_mode.hpp"
 
 namespace quoin::geometry {

@@ -6,8 +6,8 @@
 #include <string>
 #include <utility>
 
-#include "numeric/double_double.hpp"
 #include "numeric/error_bounds.hpp"
+#include "shape/polygon_area.hpp"
 #include "shape/rounding_mode.hpp"
 #include "shape/rows.hpp"
 
@@ -171,24 +171,11 @@ Vector3 summed_normal(const Points& vertices, std::span<const int> face, double&
   return normal;
 }
 
-/// The same sum in double-double, for faces so slim that the products cancel.
-Vector3 wide_normal(const Points& vertices, std::span<const int> face) {
-  const Vector3 first = vertices.col(face[0]);
-  WideVector normal;
-  WideVector side = wide_difference(vertices.col(face[1]), first);
-  for (std::size_t k = 2; k < face.size(); ++k) {
-    const WideVector next = wide_difference(vertices.col(face[k]), first);
-    normal = normal + cross(side, next);
-    side = next;
-  }
-  return normal.rounded();
-}
-
 Vector3 unit_normal(const Points& vertices, std::span<const int> face) {
   constexpr double kSlim = 0.25;  // below it rounding costs more than two bits
   double size = 0.0;
   Vector3 normal = summed_normal(vertices, face, size);
-  if (!(normal.norm() > kSlim * size)) normal = wide_normal(vertices, face);
+  if (!(normal.norm() > kSlim * size)) normal = polygon_normal(vertices, face);
   const double length = normal.norm();
   return length > 0.0 ? Vector3(normal / length) : Vector3::Zero();
 }
