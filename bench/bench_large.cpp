@@ -11,8 +11,6 @@
 /// `beside`: CPU time of a step in which one block falls beside the wall at rest, and of the block
 /// alone.
 
-#include <sys/resource.h>
-
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
@@ -26,6 +24,7 @@
 #include <thread>
 
 #include "guarded_main.hpp"
+#include "scene_file/peak_memory.hpp"
 #include "wall_scene.hpp"
 
 namespace quoin::bench {
@@ -34,12 +33,6 @@ namespace {
 constexpr double kTimeStep = 0.01;  // s
 
 double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
-
-double peak_megabytes() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024.0;
-}
 
 /// Of a wall that has stood from the start: both are 0 of the exact answer.
 struct Errors {
@@ -116,7 +109,7 @@ void print_step(const solver::StepReport& report, const solver::State& state, in
       "\"peak_mb\": %.0f, ",
       threads, s.detect, s.assemble, s.solve, s.update, report.linear_solves,
       report.linear.eliminations, report.linear.set_ups, report.linear.iterations,
-      report.linear.fallbacks, report.linear.complexity, joints(state), peak_megabytes());
+      report.linear.fallbacks, report.linear.complexity, joints(state), scene_file::peak_memory_mb());
 }
 
 struct Rest {

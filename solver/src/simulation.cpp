@@ -345,12 +345,24 @@ Vector3 Simulation::displacement(int block, const Vector3& reference_arm) const 
                               reference_arm);
 }
 
+namespace {
+
+void check_alone(const Workspace& work, const std::string& what) {
+  if (!work.agreement.shares()) return;
+  throw InputError(what + ": of several processes that solve together each holds its own contacts, "
+                   "not the whole state");
+}
+
+}  // namespace
+
 void Simulation::save(std::ostream& out) const {
+  check_alone(parts_->work, "save");
   write_checkpoint(out, parts_->state, parts_->work);
   write_setting(out, parts_->compiled, parts_->work);
 }
 
 void Simulation::load(std::istream& in) {
+  check_alone(parts_->work, "load");
   read_checkpoint(in, parts_->state, parts_->work);
   read_setting(in, parts_->compiled, parts_->work);
   place_bodies(parts_->compiled, parts_->state, parts_->work);

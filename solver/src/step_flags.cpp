@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "contact/contact_history.hpp"
+
 namespace quoin::solver {
 namespace {
 
@@ -40,7 +42,15 @@ void add(double share, const geometry::ContactPoint* point, double& total_share,
   total = point;
 }
 
-StepFlag worst_overlap(const Extremes& extremes) {
+/// An overlap that the scene asks for: springs close by their law.
+bool is_of_spring(const CompiledScene& compiled, const StepEvidence& evidence,
+                  const geometry::ContactPoint& point) {
+  return evidence.springs ||
+         joint_between(compiled.scene, point.key.a, point.key.b).normal_stiffness > 0.0;
+}
+
+StepFlag worst_overlap(const CompiledScene& compiled, const StepEvidence& evidence,
+                       const Extremes& extremes) {
   const bool held = extremes.held_share > extremes.found_share;
   const geometry::ContactPoint* point = held ? extremes.held_point : extremes.found_point;
   StepFlag flag{.kind = FlagKind::Overlap, .limit = kLargestOverlap};
@@ -48,6 +58,7 @@ StepFlag worst_overlap(const Extremes& extremes) {
   flag.value = held ? extremes.held_share : extremes.found_share;
   flag.block = point->key.a;
   flag.other = point->key.b;
+  flag.fails = !is_of_spring(compiled, evidence, *point);
   return flag;
 }
 
@@ -56,7 +67,8 @@ StepFlag missing_contact(const CompiledScene& compiled, const geometry::ContactP
   return {.kind = FlagKind::LostContact,
           .value = std::abs(point.gap) / std::min(size(compiled, a), size(compiled, b)),
           .block = a,
-          .other = b};
+          .other = b,
+          .fails = true};
 }
 
 }  // namespace
@@ -130,13 +142,14 @@ void append_flags(const CompiledScene& compiled, const Extremes& extremes,
     if (flag.value > flag.limit) report.flags.push_back(flag);
   };
   if (report.status != StepStatus::Converged) {
-    report.flags.push_back({.kind = FlagKind::Unconverged, .value = report.residual});
+    report.flags.push_back({.kind = FlagKind::Unconverged, .value = report.residual, .fails = true});
   }
   append({.kind = FlagKind::Strain,
           .value = extremes.strain,
           .limit = kLargestStrain,
-          .block = extremes.strained});
-  append(worst_overlap(extremes));
+          .block = extremes.strained,
+          .fails = true});
+  append(worst_overlap(compiled, evidence, extremes));
   append({.kind = FlagKind::Rounding,
           .value = evidence.rounding / evidence.gap_tolerance,
           .limit = 1.0});

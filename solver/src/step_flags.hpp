@@ -33,6 +33,7 @@ struct StepEvidence {
   double rounding = 0.0;                            ///< of a gap, m
   double gap_tolerance = 0.0;                       ///< m
   const geometry::ContactPoint* missing = nullptr;  ///< an overlap that no contact held
+  bool springs = false;                             ///< contacts are springs by their method
 };
 
 /// What blocks and contacts show where they stand.

@@ -260,6 +260,54 @@ class RunCommand(FolderTest):
             self.assertEqual(summary["verdict"], "failed")
             self.assertTrue(any(words in line for line in summary["failures"]), summary["failures"])
 
+    def crushed(self, **change):
+        """A rigid cube under a plate that comes down by 0.075 m more than there is room."""
+        box = lambda low, high: {"type": "box", "min": low, "max": high}
+        return {"materials": {"m": {"density": 2000}}, "joint": {"friction_angle_deg": 30}, "time_step": 1e-3,
+                "end_time": 0.125, "blocks": [
+                    {"name": "ground", "kind": "fixed", "shape": box([-5, -5, -1], [5, 5, 0])},
+                    {"name": "plate", "kind": "prescribed", "shape": box([-5, -5, 1.05], [5, 5, 2]),
+                     "motion": {"velocity": [0, 0, -1]}},
+                    {"name": "cube", "material": "m", "kind": "rigid", "shape": box([0, 0, 0], [1, 1, 1])}], **change}
+
+    def test_a_crushed_block_is_no_result(self):
+        file, out = self.folder / "scene.json", self.folder / "out"
+        file.write_text(json.dumps(self.crushed()))
+        for words in ([], ["--on-failure", "accept"]):
+            done = run(file, "--out", out, "--json", *words)
+            self.assertEqual(done.returncode, 1, done.stdout)
+            summary = json.loads(done.stdout)
+            self.assertEqual(summary, json.loads((out / "summary.json").read_text()))
+            self.assertEqual((summary["status"], summary["verdict"]), ("not_trusted", "failed"))
+            self.assertEqual([(flag["flag"], flag["fails"]) for flag in summary["flags"]], [("overlap", True)])
+            self.assertEqual(summary["failures"], [summary["message"]])
+            self.assertIn("not to be trusted: overlap", done.stderr)
+            self.assertIn('and "cube"', done.stderr)
+
+    def test_springs_close_by_their_law(self):
+        """An overlap that the scene asks for is flagged, and no failure."""
+        file = self.folder / "scene.json"
+        joint = {"friction_angle_deg": 30, "normal_stiffness": 1e6, "shear_stiffness": 1e6}
+        blocks = [block for block in self.crushed()["blocks"] if block["name"] != "plate"]
+        for change in ({"joint": joint}, {"method": "springs", "penalty": 2.5e5}):
+            file.write_text(json.dumps(self.crushed(blocks=blocks, **change)))
+            done = run(file, "--json")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            summary = json.loads(done.stdout)
+            self.assertEqual(summary["status"], "completed")
+            self.assertIn(("overlap", False), [(flag["flag"], flag["fails"]) for flag in summary["flags"]])
+
+    def test_a_step_that_diverged_counts_its_attempts(self):
+        file = self.folder / "scene.json"
+        box = {"type": "box", "min": [0, 0, 0], "max": [1, 1, 1]}
+        file.write_text(json.dumps({
+            "joint": {"friction_angle_deg": 30}, "materials": {"m": {"density": 1}}, "time_step": 0.01, "end_time": 0.1,
+            "gravity": {"formula": ["0", "0", "-1e200"]},
+            "blocks": [{"name": "b", "material": "m", "kind": "rigid", "shape": box}]}))
+        done = run(file)
+        self.assertIn("diverged", done.stderr)
+        self.assertNotIn(" 0 open-close iterations, 0 solves", done.stderr)
+
     def test_a_function_of_time_that_leaves_the_numbers(self):
         """Said by name, and what was reached is kept."""
         gone = ["sqrt(0.025-t)", "0", "0"]

@@ -6,6 +6,7 @@
 #include <quoin/geometry/build.hpp>
 #include <quoin/solver.hpp>
 #include <quoin/solver/parts.hpp>
+#include <sstream>
 #include <thread>
 
 #include "solver/src/linear/distributed_solver.hpp"
@@ -260,5 +261,44 @@ TEST_CASE("what one process refuses all refuse alike") {
   for (const Outcome& outcome :
        run_shared(wall(kRigid), {.method = ContactMethod::Penalty}, 1, 2)) {
     CHECK(outcome.error.find("know one process alone") != std::string::npos);
+  }
+}
+
+TEST_CASE("A process of several neither saves its part of the state nor loads one") {
+  Scene scene;
+  scene.add_fixed(geometry::make_box({-3, -3, -1}, {3, 3, 0}));
+  scene.add_rigid(geometry::make_box({0, 0, 0}, {1, 1, 1}), {.density = 2600});
+  scene.add_rigid(geometry::make_box({-2, 0, 0}, {-1, 1, 1}), {.density = 2600});
+  std::stringstream whole;
+  Simulation(scene, {}).save(whole);
+  Table table(2);
+  std::vector<std::string> refused(4);
+  std::vector<std::thread> threads;
+  for (int rank = 0; rank < 2; ++rank) {
+    threads.emplace_back([&, rank] {
+      const auto told = [&](std::size_t slot, const auto& act) {
+        try {
+          act();
+        } catch (const geometry::InputError& error) {
+          refused[slot] = error.what();
+        }
+      };
+      StepOptions options;
+      options.distributed_solver =
+          std::make_shared<Process>(rank, 2, parts_of_blocks(scene, 2), table);
+      Simulation simulation(scene, options);
+      std::stringstream out, in(whole.str());
+      const auto first = static_cast<std::size_t>(2 * rank);
+      told(first, [&] { simulation.save(out); });
+      told(first + 1, [&] { simulation.load(in); });
+      if (!out.str().empty()) refused[first] += " after writing";
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (std::size_t i = 0; i < refused.size(); ++i) {
+    INFO(refused[i]);
+    CHECK(refused[i].starts_with(i % 2 == 0 ? "save: of several processes"
+                                            : "load: of several processes"));
+    CHECK(refused[i].find("after writing") == std::string::npos);
   }
 }

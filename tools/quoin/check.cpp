@@ -12,7 +12,7 @@
 
 #include "commands.hpp"
 #include "in_range.hpp"
-#include "peak_memory.hpp"
+#include "scene_file/peak_memory.hpp"
 #include "scene_file/scene_file.hpp"
 #include "stop.hpp"
 
@@ -235,7 +235,7 @@ json trial_json(const SceneFile& file, const solver::StepReport& trial) {
           {"step_seconds", step},
           {"most_steps", steps},
           {"most_seconds", step * static_cast<double>(steps)},
-          {"memory_mb", peak_memory_mb()}};
+          {"memory_mb", scene_file::peak_memory_mb()}};
 }
 
 /// Overlap that the solver refuses, all of it.

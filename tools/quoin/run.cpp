@@ -17,9 +17,9 @@
 #include "in_range.hpp"
 #include "output_folder.hpp"
 #include "path_to_write.hpp"
-#include "peak_memory.hpp"
 #include "processes.hpp"
 #include "run_files.hpp"
+#include "scene_file/peak_memory.hpp"
 #include "scene_file/run_scene.hpp"
 #include "scene_file/scene_error.hpp"
 #include "stop.hpp"
@@ -78,7 +78,7 @@ class ProgressLine {
   }
   void show_place(const StepView& view) const {
     std::fprintf(stderr, "\r\033[Kstage %zu of %zu  %3.0f %%  t = %.4g s  %.0f MB", view.stage + 1,
-                 stages_, 100 * view.progress, view.dynamic_time, peak_memory_mb());
+                 stages_, 100 * view.progress, view.dynamic_time, scene_file::peak_memory_mb());
   }
 
   bool on_;
@@ -90,7 +90,7 @@ class ProgressLine {
 void print_result(const SceneFile& file, const std::string& path, const RunResult& result) {
   std::printf("%s: %ld steps, %.6g s in %.3g s, %.0f MB of memory\n",
               file.title.empty() ? path.c_str() : file.title.c_str(), result.steps, result.time,
-              result.wall_seconds, peak_memory_mb());
+              result.wall_seconds, scene_file::peak_memory_mb());
   for (std::size_t s = 0; s < result.stages.size(); ++s) {
     const scene_file::StageResult& stage = result.stages[s];
     if (stage.analysis == solver::Analysis::Dynamic) continue;

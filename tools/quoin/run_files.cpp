@@ -7,8 +7,8 @@
 #include <quoin/geometry/mass_properties.hpp>
 #include <quoin/solver/output.hpp>
 
-#include "peak_memory.hpp"
 #include "scene_file/archive.hpp"
+#include "scene_file/peak_memory.hpp"
 #include "scene_file/shown.hpp"
 
 namespace quoin::commands {
@@ -48,6 +48,7 @@ const char* name(scene_file::RunStatus status) {
          : status == RunStatus::NotAtRest    ? "not_at_rest"
          : status == RunStatus::Mechanism    ? "mechanism"
          : status == RunStatus::StageRefused ? "stage_refused"
+         : status == RunStatus::NotTrusted   ? "not_trusted"
          : status == RunStatus::Interrupted  ? "interrupted"
                                              : "time_limit";
 }
@@ -204,7 +205,8 @@ json flags_json(const SceneFile& file, const RunResult& result) {
                     {"limit", flag.worst.limit},
                     {"blocks", blocks},
                     {"first_time", flag.first_time},
-                    {"steps", flag.steps}});
+                    {"steps", flag.steps},
+                    {"fails", flag.fails}});
   }
   return list;
 }
@@ -553,7 +555,7 @@ json summary(const SceneFile& file, const std::string& path, const RunResult& re
           {"dynamic_time", result.dynamic_time},
           {"wall_seconds", result.wall_seconds},
           {"seconds", phases_json(result)},
-          {"peak_memory_mb", peak_memory_mb()},
+          {"peak_memory_mb", scene_file::peak_memory_mb()},
           {"references", references_json(file, result)},
           {"monitors", monitors_json(file, result)},
           {"largest_overlap", total.largest_overlap},

@@ -20,6 +20,10 @@ using solver::Simulation;
 using solver::State;
 using solver::StepReport;
 
+// Of the scale of a run's energy, that it gained: its speeds are then off by half of that, as
+// lengths are by strains of the same size, where small-strain theory ends.
+constexpr double kMostGrowth = 0.05;
+
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
@@ -165,7 +169,7 @@ void add(const StepReport& step, StepReport& total) {
   total.linear.add(step.linear);
   total.proximal_newton_attempts += step.proximal_newton_attempts;
   total.seconds.add(step.seconds);
-  total.residual = std::max(total.residual, step.residual);
+  total.residual = solver::worse_residual(total.residual, step.residual);
   total.largest_overlap = std::max(total.largest_overlap, step.largest_overlap);
   total.largest_speed = std::max(total.largest_speed, step.largest_speed);
   total.largest_strain = std::max(total.largest_strain, step.largest_strain);
@@ -177,6 +181,30 @@ void add(const StepReport& step, StepReport& total) {
   total.contact_count = step.contact_count;
   total.closed_count = step.closed_count;
   total.unbalance = step.unbalance;
+}
+
+std::string block_name(const SceneFile& file, int block) {
+  const std::string& name = file.scene.blocks[static_cast<std::size_t>(block)].name;
+  return name.empty() ? std::to_string(block) : '"' + name + '"';
+}
+
+/// A line for each flag that fails the run, but for steps that did not converge.
+std::vector<std::string> failing_flags(const SceneFile& file, const RunResult& result) {
+  std::vector<std::string> lines;
+  for (const RunFlag& flag : result.flags) {
+    if (!flag.fails || flag.worst.kind == solver::FlagKind::Unconverged) continue;
+    const bool growth = flag.worst.kind == solver::FlagKind::EnergyGrowth;
+    std::ostringstream line;
+    line << "not to be trusted: " << name(flag.worst.kind) << ' '
+         << (growth ? result.energy_growth / result.energy_scale : flag.worst.value)
+         << (growth ? " in the run, limit " : ", limit ")
+         << (growth ? kMostGrowth : flag.worst.limit) << ", from " << flag.first_time << " s in "
+         << flag.steps << " of " << result.steps << " steps";
+    if (flag.worst.block >= 0) line << ", block " << block_name(file, flag.worst.block);
+    if (flag.worst.other >= 0) line << " and " << block_name(file, flag.worst.other);
+    lines.push_back(line.str());
+  }
+  return lines;
 }
 
 class Runner {
@@ -401,17 +429,12 @@ class Runner {
     fail(RunStatus::NotAtRest, line.str());
   }
 
-  std::string block_name(int block) const {
-    const std::string& name = file_.scene.blocks[static_cast<std::size_t>(block)].name;
-    return name.empty() ? std::to_string(block) : '"' + name + '"';
-  }
-
   /// "; contacts that fight: …", nothing where there are none.
   std::string fighting(const StepReport& report) const {
     std::ostringstream line;
     const char* before = "; contacts that fight: ";
     for (const solver::FightingContact& contact : report.fighting) {
-      line << before << block_name(contact.block) << " and " << block_name(contact.other) << " at ("
+      line << before << block_name(file_, contact.block) << " and " << block_name(file_, contact.other) << " at ("
            << contact.place.x() << ", " << contact.place.y() << ", " << contact.place.z() << ") m";
       before = ", ";
     }
@@ -439,7 +462,7 @@ class Runner {
 
   std::string mechanism(const StageResult& stage) const {
     std::ostringstream line;
-    line << stage_name() << ": mechanism: block " << block_name(stage.travel_block)
+    line << stage_name() << ": mechanism: block " << block_name(file_, stage.travel_block)
          << " has moved by " << stage.travel << " of its size and does not come to rest; unbalance "
          << stage.unbalance << " of the largest force";
     return line.str();
@@ -507,7 +530,9 @@ class Runner {
         known = result_.flags.insert(known, {.worst = flag, .first_time = report.time});
       }
       ++known->steps;
-      if (flag.value > known->worst.value) {
+      known->fails = known->fails || flag.fails;
+      // One that fails the run before any that does not.
+      if (std::pair(flag.fails, flag.value) > std::pair(known->worst.fails, known->worst.value)) {
         known->worst = flag;
       }
     }
@@ -562,6 +587,26 @@ class Runner {
     going_ = going_ && options_.on_failure == RunOptions::OnFailure::Accept;
   }
 
+  /// Growth is judged by the whole run: of a step's scale it says little while nothing has moved
+  /// yet. Overlaps that are kept give energy.
+  void judge_growth() {
+    if (file_.scene.initial_overlap == solver::InitialOverlap::Keep) return;
+    for (RunFlag& flag : result_.flags) {
+      if (flag.worst.kind != solver::FlagKind::EnergyGrowth) continue;
+      flag.fails = !(result_.energy_growth <= kMostGrowth * result_.energy_scale);
+    }
+  }
+
+  /// A run that came to its end, with flags that fail it, has not been completed well.
+  void judge_flags() {
+    judge_growth();
+    if (result_.status != RunStatus::Completed) return;
+    const std::vector<std::string> lines = failing_flags(file_, result_);
+    if (lines.empty()) return;
+    result_.status = RunStatus::NotTrusted;
+    result_.message = lines.front();
+  }
+
   void compare(double time) {
     for (std::size_t r = 0; r < comparisons_.size(); ++r) {
       comparisons_[r].compare(
@@ -588,6 +633,7 @@ class Runner {
       result_.message =
           *stopped_ == RunStatus::Interrupted ? "interrupted" : "the time limit is over";
     }
+    judge_flags();
     for (const Comparison& comparison : comparisons_) {
       result_.references.push_back(comparison.result());
     }
@@ -637,11 +683,13 @@ class Runner {
 
 std::vector<std::string> failures(const SceneFile& file, const RunResult& result) {
   std::vector<std::string> lines;
-  if (result.status != RunStatus::Completed) lines.push_back(result.message);
+  const bool ended = result.status == RunStatus::Completed || result.status == RunStatus::NotTrusted;
+  if (!ended) lines.push_back(result.message);
   if (result.unconverged_steps > 0) {
     lines.push_back(std::to_string(result.unconverged_steps) + " of " +
                     std::to_string(result.steps) + " steps did not converge");
   }
+  for (std::string& line : failing_flags(file, result)) lines.push_back(std::move(line));
   for (std::size_t r = 0; r < result.references.size(); ++r) {
     const ReferenceResult& compared = result.references[r];
     if (compared.ok) continue;

@@ -15,6 +15,7 @@ enum class RunStatus : std::uint8_t {
   NotAtRest,     ///< a stage did not come to rest
   Mechanism,     ///< of a static stage: there is no equilibrium near its start
   StageRefused,  ///< a stage can't begin: what it lays overlaps what stands there
+  NotTrusted,    ///< all stages were run, with a flag for which the result is not to be trusted
   Interrupted,
   TimeLimit  ///< the wall time that was given is over
 };
@@ -38,6 +39,7 @@ struct RunFlag {
   solver::StepFlag worst{};
   double first_time = 0.0;  ///< s
   long steps = 0;           ///< that raised it
+  bool fails = false;       ///< the run: its result is not to be trusted
 };
 
 /// Sums, extremes and last values over the steps of a run.
@@ -93,7 +95,7 @@ struct RunOptions {
 };
 
 /// Why a run counts as failed, a line each; empty when all is well: its status, steps that were
-/// accepted though they did not converge, references that were missed.
+/// accepted though they did not converge, flags that fail it, references that were missed.
 std::vector<std::string> failures(const SceneFile& file, const RunResult& result);
 
 /// Throws geometry::InputError when the solver refuses the scene, FileError when what is to be

@@ -227,9 +227,7 @@ void next_group(std::span<Island* const> islands, double time_step, Islands& gro
 void try_group(const StepRun& run, const Islands& group) {
   Workspace& work = run.work;
   attempt(run, group);
-  for (Island* island : group) {
-    if (island->sound) count_attempt(*island);
-  }
+  for (Island* island : group) count_attempt(*island);
   work.clock.charge(&PhaseSeconds::update);
 }
 

@@ -52,6 +52,7 @@ void append_flags(const CompiledScene& compiled, const StepOptions& options, dou
                   const Workspace& work, const Extremes& extremes, StepReport& report) {
   StepEvidence evidence{
       .gap_tolerance = options.tolerance * compiled.smallest_size,
+      .springs = options.method != ContactMethod::AugmentedLagrangian,
   };
   const double gravity = compiled.scene.gravity.at(time).norm();
   for (const auto& island : work.islands) {
@@ -93,8 +94,9 @@ void count_attempt(Island& island) {
   total.iterations += solved.iterations;
   total.solves += solved.solves;
   total.factorizations += solved.factorizations;
-  total.proximal_newton_attempts += island.memory.solver.yielding() ? 1 : 0;
   total.residual = solved.residual;
+  if (!island.sound) return;  // what its blocks came to says nothing
+  total.proximal_newton_attempts += island.memory.solver.yielding() ? 1 : 0;
   if (solved.condition > 0.0) total.condition = solved.condition;
   total.unbalance = attempt.unbalance;
   total.rounding = attempt.rounding;
@@ -113,7 +115,7 @@ void report_islands(std::span<Island* const> islands, StepReport& report) {
     report.proximal_newton_attempts =
         std::max(report.proximal_newton_attempts, count.proximal_newton_attempts);
     report.linear.add(island->memory.solver.linear_solver().counts());
-    report.residual = std::max(report.residual, count.residual);
+    report.residual = worse_residual(report.residual, count.residual);
     report.condition = std::max(report.condition, count.condition);
     report.unbalance = std::max(report.unbalance, count.unbalance);
     report.stiffest_omega_dt = std::max(report.stiffest_omega_dt, count.stiffest_omega_dt);

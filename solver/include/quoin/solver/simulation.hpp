@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <functional>
 #include <iosfwd>
 #include <memory>
@@ -170,6 +171,7 @@ struct StepFlag {
   FlagKind kind = FlagKind::Unconverged;
   double value = 0.0, limit = 0.0;  ///< relative
   int block = -1, other = -1;       ///< where it is worst; -1: no block, the whole scene
+  bool fails = false;  ///< the step's result is not to be trusted; else to within `value`
 };
 
 /// At most one of each kind.
@@ -221,7 +223,7 @@ struct StepReport {
   int factorizations = 0;
   LinearSolverCounts linear{};
   int proximal_newton_attempts = 0;  ///< at a sub-step: those that it solved
-  double residual = 0.0;             ///< relative force residual of the last iteration
+  double residual = 0.0;  ///< relative force residual of the last iteration; NaN, inf: no number
   double largest_overlap = 0.0;      ///< m
   double unbalance =
       0.0;  ///< static measure: largest unbalanced force / largest block weight or load
@@ -242,6 +244,9 @@ struct StepReport {
   FightingContacts fighting{};  ///< when not solved (methods of the default's iteration)
   PhaseSeconds seconds{};
 };
+
+/// The larger one; what is no number is worse than any.
+inline double worse_residual(double a, double b) { return b > a || std::isnan(b) ? b : a; }
 
 /// One line for a person: status, what was tried, residual.
 std::string describe(const StepReport& report);
@@ -302,8 +307,9 @@ class Simulation {
   Vector3 displacement(int block, const Vector3& reference_arm) const;
   /// Writes all that the steps to come depend on. A Simulation of the same scene, with the same
   /// options(), that reads it goes on to the bit as this one does. Only the same build reads it.
+  /// Both throw InputError where several processes solve together: each holds its own contacts.
   void save(std::ostream& out) const;
-  void load(std::istream& in);  ///< throws InputError when it is of another scene, or cut short
+  void load(std::istream& in);  ///< likewise when it is of another scene, or cut short
 
   /// What this scene does not need with these options and is not done, and why.
   std::vector<std::string> left_out() const;

@@ -1,12 +1,12 @@
 #pragma once
-/// What the command has taken of memory.
+/// What this process has taken of memory.
 
 #include <sys/resource.h>
 
 #include <fstream>
 #include <string>
 
-namespace quoin::commands {
+namespace quoin::scene_file {
 
 /// Most that this process has had in memory so far, MB of 2^20 bytes. Linux starts ru_maxrss at
 /// what the process had that started this one, so it is asked only where /proc is missing.
@@ -21,4 +21,4 @@ inline double peak_memory_mb() {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
-}  // namespace quoin::commands
+}  // namespace quoin::scene_file
