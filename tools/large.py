@@ -1,15 +1,19 @@
 #!/usr/bin/env python3
-"""Runs walls from sudden gravity by quoin, Bullet and ODE: the data of bench/large.md.
+"""Runs walls from sudden gravity by quoin, Bullet and ODE, and large scenes that move by quoin and Bullet: the
+data of bench/large.md.
 
-    tools/large.py --bench BENCH --out FILE.json [--quick]
+    tools/large.py --bench BENCH --out FILE.json [--quick] [--part rest|moving]
 
-BENCH: folder of bench_large. --quick: without the largest wall, peers for 3 s each instead of 20.
+BENCH: folder of bench_large and bench_moving. --quick: without the largest walls, peers for 3 s each instead of
+20. --part: the other part of FILE stays as it is.
 """
 import argparse
 import json
 import pathlib
 import subprocess
 import sys
+
+from moving_scenes import pile, shaken_wall, slope, struck_wall
 
 # Columns and rows, threads of quoin's runs, codes beside it. About 1e2 to 1e5 bricks.
 WALLS = [(10, 10, (1,), ("bullet:10", "bullet:50", "bullet:250", "ode:50")),
@@ -20,6 +24,13 @@ REST_STEPS = 3    # the first comes to rest or near it, the others show what is 
 PEER_STEPS = 50   # 0.5 s, as S7
 LIMIT, QUICK_LIMIT = 20, 3  # CPU s of a peer's steps
 
+# That move, in steps of 5 ms: walls shaken across by 0.5 g at 2 Hz, of 105, 1012, 3220 and 9632 bricks; others.
+SHAKEN = [(shaken_wall(10, 10, "y", 0.05), 60), (shaken_wall(40, 25, "y", 0.05), 60),
+          (shaken_wall(80, 40, "y", 0.05), 40), (shaken_wall(150, 64, "y", 0.01), 60)]  # with CPU s at most
+OTHERS = [(pile(10, 10, 0.5), 40), (slope(22, 0.1), 40), (struck_wall(40, 25, 0.05), 20)]
+MOVING_CODES = ("quoin", "bullet:50")
+QUICK_BLOCKS = 1100  # at most
+
 
 def rows_of(*words, may_break=False):
     """What a run prints; of a peer that breaks down what it printed before."""
@@ -28,7 +39,7 @@ def rows_of(*words, may_break=False):
     return [json.loads(line) for line in done.stdout.splitlines()]
 
 
-def measure(given):
+def rest(given):
     program = given.bench / "bench_large"
     result = {"machine": rows_of(program, "machine")[0], "rest": [], "peers": []}
     for columns, rows, threads, codes in WALLS[:-1] if given.quick else WALLS:
@@ -37,14 +48,40 @@ def measure(given):
         for code in codes:
             result["peers"].append(rows_of(program, "peer", columns, rows, code, PEER_STEPS,
                                            QUICK_LIMIT if given.quick else LIMIT, may_break=True))
+    return result
+
+
+def moving(given):
+    """Rows of bench_moving with the number of blocks that move."""
+    result = {"shaken": [], "moving": []}
+    scene = given.out.with_suffix(".scene.json")
+    for name, scenes in (("shaken", SHAKEN), ("moving", OTHERS)):
+        for document, limit in scenes:
+            blocks = sum(block["kind"] == "rigid" for block in document["blocks"])
+            if given.quick and blocks > QUICK_BLOCKS:
+                continue
+            scene.write_text(json.dumps(document), encoding="utf-8")
+            for code in MOVING_CODES:
+                rows = rows_of(given.bench / "bench_moving", scene, code, "--limit", limit)
+                result[name] += [{"blocks": blocks, **row} for row in rows]
+    scene.unlink()
+    return result
+
+
+def measure(given):
+    parts = {"rest": rest, "moving": moving}
+    result = json.loads(given.out.read_text(encoding="utf-8")) if given.part and given.out.exists() else {}
+    for name in (given.part,) if given.part else parts:
+        result.update(parts[name](given))
         given.out.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--bench", type=pathlib.Path, required=True, help="folder of bench_large")
+    parser.add_argument("--bench", type=pathlib.Path, required=True, help="folder of bench_large and bench_moving")
     parser.add_argument("--out", type=pathlib.Path, required=True)
     parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--part", choices=("rest", "moving"), help="this one alone")
     measure(parser.parse_args())
 
 

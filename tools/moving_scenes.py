@@ -62,6 +62,17 @@ def shaken_wall(columns, rows, direction, end_time, amplitude=0.5):
     return scene(f"Wall of {len(blocks) - 1} bricks, shaken along {direction}", blocks, 35, end_time)
 
 
+def struck_wall(columns, rows, end_time):
+    """The wall in running bond on a fixed base; a cube of 1 t, 1 cm off, flies into its middle with 3 m/s."""
+    document = shaken_wall(columns, rows, "y", end_time, amplitude=0)
+    base, *bricks = document["blocks"]
+    side, middle, low = 0.5 ** (1 / 3), 0.2 * columns, 0.1 * rows
+    cube = box("cube", [middle - side / 2, -0.01 - side, low], [middle + side / 2, -0.01, low + side],
+               velocity=[0, 3, 0])
+    base = {key: value for key, value in base.items() if key != "motion"} | {"kind": "fixed"}
+    return {**document, "title": f"Wall of {len(bricks)} bricks hit by 1 t", "blocks": [base, *bricks, cube]}
+
+
 def dominoes(count, end_time, thickness=0.3, friction=10):
     """The first one leans by a little more than it can; thick ones come to rest against each other."""
     blocks = [box("ground", [-5, -5, -1], [count, 5, 0], "fixed")]

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Pictures and tables of tools/large.py: error against CPU time; CPU time by phase against bricks.
 
-    tools/plot_large.py LARGE.json FOLDER      FOLDER: large_errors.png, large_phases.png, rest.md, peers.md
+    tools/plot_large.py LARGE.json FOLDER      FOLDER: large_errors.png, large_phases.png, rest.md, peers.md,
+                                               moving.md
 """
 import json
 import math
@@ -127,6 +128,32 @@ def peers_table(result):
     return "\n".join(head + rows) + "\n"
 
 
+def moving_table(result):
+    """quoin beside Bullet; then how CPU time grows with the shaken walls."""
+    lines = ["| scene | steps | code | CPU s a step | factorizations a step | largest overlap m | energy growth "
+             "| CPU by Bullet's |", "|---|" + "---|" * 7]
+    rows = result["shaken"] + result["moving"]
+    bullet = {row["scene"]: row["cpu_ms_per_step"] for row in rows if row["code"] != "quoin"}
+    for row in rows:
+        ours = row["code"] == "quoin"
+        ratio = f"{row['cpu_ms_per_step'] / bullet[row['scene']]:.2g}" if ours and row["scene"] in bullet else ""
+        steps = round(row["time"] / row["time_step"])
+        lines.append(f"| {row['scene'] if ours else ''} | {steps}{', gave up' if row['gave_up'] else ''} | {row['code']} "
+                     f"| {number(1e-3 * row['cpu_ms_per_step'])} "
+                     f"| {number(row['factorizations_per_step']) if ours else ''} | {row['overlap']:.1e} "
+                     f"| {row['energy_growth']:.0e} | {ratio} |")
+    walls = [row for row in result["shaken"] if row["code"] == "quoin"]
+    words = [f"{power(a, b):.2f} from {a['blocks']} to {b['blocks']}" for a, b in zip(walls, walls[1:])]
+    if len(walls) > 2:
+        words.append(f"{power(walls[1], walls[-1]):.2f} in all from {walls[1]['blocks']} on (goal 1.15)")
+    lines += ["", f"Shaken walls: quoin's CPU time a step grows with the power of the bricks: {', '.join(words)}."]
+    return "\n".join(lines) + "\n"
+
+
+def power(a, b):
+    return math.log(b["cpu_ms_per_step"] / a["cpu_ms_per_step"]) / math.log(b["blocks"] / a["blocks"])
+
+
 def main():
     result = json.loads(pathlib.Path(sys.argv[1]).read_text(encoding="utf-8"))
     folder = pathlib.Path(sys.argv[2])
@@ -134,6 +161,7 @@ def main():
     phases_picture(result, folder / "large_phases.png")
     (folder / "rest.md").write_text(rest_table(result), encoding="utf-8")
     (folder / "peers.md").write_text(peers_table(result), encoding="utf-8")
+    (folder / "moving.md").write_text(moving_table(result), encoding="utf-8")
 
 
 if __name__ == "__main__":
