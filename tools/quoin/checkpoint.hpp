@@ -17,6 +17,7 @@ struct RunRequest {
   std::vector<std::string> changes{};
   std::string on_failure = "stop";
   double checkpoint_seconds = 0.0;  ///< of wall time between checkpoints; 0: none while it runs
+  long dump_steps = 0;  ///< steps between those whose contact problems are written; 0: none
   std::string inputs{};             ///< hash of the scene and all files that it names
 };
 
