@@ -206,7 +206,7 @@ class ProblemFiles {
 
  private:
   long every_;
-  std::string failed_;  ///< a file that can't be written
+  std::string failed_;     ///< a file that can't be written
   std::set<int> written_;  ///< first blocks of the islands that this step has shown
 };
 
