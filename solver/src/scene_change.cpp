@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "contact/contact_history.hpp"
+#include "contact/joint_law.hpp"
 #include "index.hpp"
 
 namespace quoin::solver {
@@ -50,6 +52,15 @@ void take_over_held(const CompiledScene& before, const State& state_before, Comp
       state.held_forces[h] =
           state_before.held_forces[static_cast<std::size_t>(same - before.held.begin())];
     }
+  }
+}
+
+/// Bonds that bear no tension by the new law are gone, without harm to the joint's other strength.
+void take_over_bonds(const Scene& now, std::vector<Contact>& contacts) {
+  for (Contact& contact : contacts) {
+    if (!contact.bonded) continue;
+    const Joint& joint = joint_between(now, contact.point.key.a, contact.point.key.b);
+    contact.bonded = strength(joint, contact).tension > 0.0;
   }
 }
 
@@ -112,6 +123,7 @@ void take_over(const CompiledScene& before, const State& state_before, const Wor
         return !is_absent(now, key.a) && !is_absent(now, key.b) &&
                (!work.agreement.shares() || is_own(key.a) || is_own(key.b));
       });
+  take_over_bonds(now.scene, state.contacts);
   take_over_motions(before, work_before, now, state, work);
   take_over_held(before, state_before, now, state);
   work.counted = work_before.counted;

@@ -114,6 +114,13 @@ class Resume(FolderTest):
         self.assertEqual(json.loads((self.out / "summary.json").read_text())["status"], "time_limit")
         self.finish(wanted)
 
+    def test_contact_problems_are_written_on(self):
+        scene = [*SLOW, "--dump-steps", "20"]
+        wanted, _ = self.plain(scene)
+        self.start(*scene, "--out", self.out, "--max-seconds", "0").communicate(timeout=60)
+        self.assertFalse(list(self.out.glob("contact_problem_*")))
+        self.finish(wanted)
+
     def test_what_can_not_be_resumed(self):
         scene = self.folder / "scene.json"
         scene.write_text((SCENES / "paper" / "five_blocks.json").read_text())

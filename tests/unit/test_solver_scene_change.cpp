@@ -173,6 +173,26 @@ TEST_CASE("a block that hangs by its joint falls once the joint has no strength 
   REQUIRE(std::abs(simulation.state().blocks[1].centroid.z() - 0.5 + 0.5 * kG * 0.01) < 1e-9);
 }
 
+TEST_CASE("a joint without tension bears none of what it is given later, and keeps its cohesion") {
+  // Pulled up, or along the ground so hard that the corner behind is unloaded.
+  for (const bool up : {true, false}) {
+    Scene scene{.joint = {.friction_angle = 0.5, .cohesion = 1e5, .tension = 1e5}};
+    scene.add_fixed(geometry::make_box({-5, -5, -1}, {5, 5, 0}));
+    scene.add_rigid(geometry::make_box({0, 0, 0}, {1, 1, 0.2}), kStone);
+    Simulation simulation(scene, {.time_step = 5e-3});
+    run(simulation, 2);
+    scene.joint = {.friction_angle = 0.5, .cohesion = 1e6};
+    simulation.change(scene);
+    run(simulation, 2);
+    if (up) scene.joint.tension = 1e6;
+    scene.gravity = VectorOfTime(up ? Vector3(0, 0, kG) : Vector3(20, 0, -kG));
+    simulation.change(scene);
+    run(simulation, 20);
+    const Vector3 moved = simulation.state().blocks[1].centroid - Vector3(0.5, 0.5, 0.1);
+    REQUIRE((moved - Vector3(0, 0, up ? 0.5 * kG * 0.01 : 0.0)).norm() < 1e-9);
+  }
+}
+
 TEST_CASE("a change that can't be is refused and changes nothing") {
   Scene without = stack();
   without.blocks[2].kind = BlockKind::Absent;

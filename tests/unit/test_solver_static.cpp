@@ -173,6 +173,20 @@ TEST_CASE("A static analysis does not know the time step") {
   }
 }
 
+TEST_CASE("What moves when a static analysis begins loses its energy to the ledger") {
+  for (const bool rigid : {true, false}) {
+    Builder builder({.rigid = rigid}, 30);
+    builder.fix(geometry::make_box({-5, -5, -1}, {5, 5, 0}));
+    builder.add(geometry::make_box({0, 0, 0}, {1, 1, 0.2}));
+    builder.scene.blocks[1].velocity = {1, 0, 0};
+    Simulation simulation(builder.scene, {.analysis = Analysis::Static});
+    REQUIRE(simulation.advance().status == StepStatus::Converged);
+    const EnergyLedger& energy = simulation.state().energy;
+    CHECK(energy.kinetic == 0.0);
+    CHECK(std::abs(energy.closure) < 1e-6 * 0.5 * kRock.density * 0.2);
+  }
+}
+
 TEST_CASE("A settling block does not slide, but it tips") {
   CHECK(search(slope({}, 5.0), 1.0, Analysis::Settle).verdict == StaticVerdict::Rest);
   CHECK(search(tower({}, 0.25), 1.0, Analysis::Settle).verdict == StaticVerdict::Mechanism);

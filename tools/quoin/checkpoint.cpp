@@ -50,7 +50,7 @@ void write_checkpoint(OutputFolder& folder, const RunRequest& request, RunFiles&
   std::ofstream out(part, std::ios::binary);
   scene_file::ArchiveWriter archive(out);
   archive(kProgram, request.scene, request.path, request.changes, request.on_failure,
-          request.checkpoint_seconds, request.inputs);
+          request.checkpoint_seconds, request.dump_steps, request.inputs);
   files.save(out);
   save(out);
   out.close();
@@ -68,7 +68,7 @@ RunRequest read_request(std::istream& in) {
   archive(program);
   if (program != kProgram) throw FileError("the checkpoint is of another program");
   archive(request.scene, request.path, request.changes, request.on_failure,
-          request.checkpoint_seconds, request.inputs);
+          request.checkpoint_seconds, request.dump_steps, request.inputs);
   return request;
 }
 

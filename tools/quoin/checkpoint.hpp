@@ -17,7 +17,8 @@ struct RunRequest {
   std::vector<std::string> changes{};
   std::string on_failure = "stop";
   double checkpoint_seconds = 0.0;  ///< of wall time between checkpoints; 0: none while it runs
-  std::string inputs{};             ///< hash of the scene and all files that it names
+  long dump_steps = 0;   ///< steps between those whose contact problems are written; 0: none
+  std::string inputs{};  ///< hash of the scene and all files that it names
 };
 
 /// Hash of the files that a scene was read from. Throws FileError.

@@ -38,7 +38,6 @@ struct RunArguments {
   std::string resume;
   std::optional<double> max_seconds;
   int threads = 1;
-  long dump_steps = 0;  // 0: none
   bool json = false;
   bool mpi = false;
 };
@@ -188,21 +187,26 @@ void complain_of_threads(const solver::Simulation& simulation) {
 class ProblemFiles {
  public:
   explicit ProblemFiles(long every) : every_(every) {}
+  /// Throws FileError when one of the step could not be written.
   void end_step() {
-    ++step_;
     written_.clear();
+    if (!failed_.empty()) throw scene_file::FileError(failed_ + ": can't be written");
   }
-  void write(const solver::ContactProblem& problem, OutputFolder& folder) {
-    if (step_ % every_ != 0 || !written_.insert(problem.first_block).second) return;
+  /// `step`: how many have ended. Does not throw.
+  void write(const solver::ContactProblem& problem, long step, OutputFolder& folder) {
+    if (step % every_ != 0 || !written_.insert(problem.first_block).second) return;
     char name[64];
-    std::snprintf(name, sizeof name, "contact_problem_%06ld_%06d.txt", step_, problem.first_block);
-    std::ofstream file(folder.file(name));
+    std::snprintf(name, sizeof name, "contact_problem_%06ld_%06d.txt", step, problem.first_block);
+    const std::filesystem::path path = folder.file(name);
+    std::ofstream file(path);
     solver::write(file, problem);
+    file.close();
+    if (!file) failed_ = path.string();
   }
 
  private:
   long every_;
-  long step_ = 0;
+  std::string failed_;     ///< a file that can't be written
   std::set<int> written_;  ///< first blocks of the islands that this step has shown
 };
 
@@ -248,10 +252,10 @@ RunResult run_with_files(const SceneFile& file, const RunArguments& arguments, P
   options.stop = [&] { return stop(); };
   options.in_step = [&](const StepView& view) { progress.show_in_step(view); };
   std::optional<ProblemFiles> problems;
-  if (arguments.dump_steps > 0) {
-    problems.emplace(arguments.dump_steps);
+  if (arguments.request.dump_steps > 0) {
+    problems.emplace(arguments.request.dump_steps);
     options.contact_problem = [&](const solver::ContactProblem& problem) {
-      problems->write(problem, *output.folder);
+      problems->write(problem, output.files->steps(), *output.folder);
     };
   }
   options.after_step = [&](const StepView& view, const scene_file::SaveRun& save) {
@@ -421,7 +425,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
       ->excludes(set)
       ->excludes(on_failure);
   command
-      ->add_option("--dump-steps", arguments->dump_steps,
+      ->add_option("--dump-steps", arguments->request.dump_steps,
                    "write the linearised contact problem of every N-th step to the folder "
                    "(contact_problem_….txt; format: solver/README.md)")
       ->type_name("N")

@@ -31,6 +31,7 @@ class RunFiles {
   void step(const scene_file::StepView& view);
   void end_stage(const scene_file::StepView& view);
   void finish();
+  long steps() const { return steps_; }  ///< that have ended
   /// Brings everything so far to the files and writes what a run needs to go on with them.
   void save(std::ostream& out);
 

@@ -35,7 +35,10 @@ void account_blocks(const SubStep& step, const StepPoses& poses, StepEnergy& ene
     const Vector12& d = poses.increment[index(blocks[s])];
     energy.work_on[s] = model.mass * gravity.dot(d.head<3>());
     energy.gravity_work += energy.work_on[s];
-    if (!step.dynamic()) energy.scheme_loss += held_back(model, d, step.length);
+    if (!step.dynamic()) {  // begins at rest: what moved until then is held back, too
+      energy.scheme_loss +=
+          held_back(model, d, step.length) + kinetic_energy(model, step.state[index(blocks[s])]);
+    }
     if (model.unknowns != 12) continue;
     if (step.dynamic() && !poses.deforms[index(blocks[s])]) {
       energy.impact_loss += vibration_energy(model, step.state[index(blocks[s])]);
