@@ -369,7 +369,7 @@ TEST_CASE("a corner that comes down beside one that rests is held in the same st
 }
 
 TEST_CASE("rocks that fall into a bin overlap by no more than a millionth, or what is asked for") {
-  const double tolerance = GENERATE(1e-10, 1e-8, 1e-6, 1e-4);
+  const double tolerance = GENERATE(1e-12, 1e-10, 1e-8, 1e-6, 1e-4);
   CAPTURE(tolerance);
   Random random(environment_number("QUOIN_SEED", 3));
   Scene scene{.joint = {.friction_angle = 35.0 * std::numbers::pi / 180.0}};
@@ -396,7 +396,8 @@ TEST_CASE("rocks that fall into a bin overlap by no more than a millionth, or wh
   }
   // With crossed edges as they were found: 1e-4 m; at 1e4 times any tolerance: 2 mm at 1e-4, and a
   // step lost at 1e-6.
-  CHECK(largest <= std::max(1e-6, tolerance) * size);
+  // At 1e-12 4e-8 to 7e-8 m while turned contacts were held to 1e-6 of a block at any tolerance.
+  CHECK(largest <= (tolerance < 1e-11 ? 1e-7 : std::max(1e-6, tolerance)) * size);
 }
 
 /// A beam that lies on a ridge by its lower edge, a little askew, and spins, rad/s.

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "index.hpp"
+#include "moving/moving_contacts.hpp"
 #include "step/contact_search.hpp"
 #include "step/impact_law.hpp"
 #include "step/missed_contacts.hpp"
@@ -142,7 +143,8 @@ void find_at_end(const StepRun& run, std::span<Island* const> islands) {
 bool change_contacts(const StepRun& run, Island& island) {
   const Workspace& work = run.work;
   const double limit = overlap_limit(island.blocks.smallest_size);
-  const bool missed = add_missed(run.compiled, work.poses.end, island);
+  const double yielded = crowd_tolerance(run.options.tolerance);
+  const bool missed = add_missed(run.compiled, work.poses.end, yielded, island);
   const bool dropped = drop_ghosts(run.compiled, island);
   const bool blocked = put_back_blocked(run.compiled, work.end, island.found_end, limit,
                                         island.passing, island.contacts);

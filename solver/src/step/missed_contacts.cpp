@@ -12,8 +12,6 @@ namespace {
 
 // Of the smaller block of a pair.
 constexpr double kMissed = 1e-9;      // an overlap that is none
-constexpr double kYielded = 1e-6;     // one that a contact which yields may leave
-constexpr double kTurned = 1e-6;      // by which a contact may overlap more than it says
 constexpr double kBesideFace = 1e-3;  // pairs farther apart at the end did not touch
 constexpr double kThrough = 0.5;      // what is so deep has not passed beside
 
@@ -63,14 +61,15 @@ std::size_t known_contact(const Known& known, const geometry::ContactKey& key) {
   return at != known.keys.end() && at->first == key ? at->second : kUnknown;
 }
 
-/// Whether the features of a contact that was open, or slides, overlap by more than its place and
-/// normal have it: of edges that were nearly parallel where it was found, and have turned, or a
-/// face that strain has tilted. A spring keeps its overlap, which is another along another normal.
+/// Whether the features of a contact that was open, or slides, overlap by `most` (m) more than its
+/// place and normal have it: of edges that were nearly parallel where it was found, and have
+/// turned, or a face that strain has tilted. A spring keeps its overlap, which is another along
+/// another normal.
 bool has_turned(const BodyContact& contact, const SolvedContact& solved, std::span<const Pose> end,
-                const geometry::ContactPoint& point, double size) {
+                const geometry::ContactPoint& point, double most) {
   if ((contact.was_closed && solved.mode != ContactMode::Slip) || solved.compliant) return false;
   const double gap = contact_geometry(contact, end[index(contact.a)], end[index(contact.b)]).gap;
-  return point.gap < gap - kTurned * size;
+  return point.gap < gap - most;
 }
 
 /// The same contact, held where and as it stands at the end. A closed one keeps its anchors: its
@@ -89,10 +88,10 @@ BodyContact turned(const BodyContact& contact, const BodyContact& at_end) {
 }
 
 /// Does the attempt hold what is there as well as it holds anything?
-bool holds(const Known& known, const geometry::ContactPoint& point, double size) {
+bool holds(const Known& known, const geometry::ContactPoint& point, double most) {
   const Pair pair(point.key.a, point.key.b);
   return std::ranges::binary_search(known.soft, pair) ||
-         (point.gap > -kYielded * size && std::ranges::binary_search(known.yielding, pair));
+         (point.gap > -most && std::ranges::binary_search(known.yielding, pair));
 }
 
 double least_gap(std::span<const geometry::ContactPoint> points, double reach) {
@@ -105,7 +104,8 @@ double least_gap(std::span<const geometry::ContactPoint> points, double reach) {
 
 double overlap_limit(double size) { return kMissed * size; }
 
-bool add_missed(const CompiledScene& compiled, std::span<const Pose> end, Island& island) {
+bool add_missed(const CompiledScene& compiled, std::span<const Pose> end, double tolerance,
+                Island& island) {
   const auto overlaps = [&](const geometry::ContactPoint& point) {
     return point.gap < -overlap_limit(pair_size(compiled, point.key.a, point.key.b));
   };
@@ -114,12 +114,12 @@ bool add_missed(const CompiledScene& compiled, std::span<const Pose> end, Island
   const std::vector<SolvedContact>& positions = island.attempt.positions;
   bool any = false;
   for (const geometry::ContactPoint& point : island.found_end) {
-    const double size = pair_size(compiled, point.key.a, point.key.b);
     if (!overlaps(point)) continue;
+    const double most = tolerance * pair_size(compiled, point.key.a, point.key.b);
     const std::size_t i = known_contact(known, point.key);
     const bool held = i == kUnknown
-                          ? holds(known, point, size)
-                          : !has_turned(island.contacts[i], positions[i], end, point, size);
+                          ? holds(known, point, most)
+                          : !has_turned(island.contacts[i], positions[i], end, point, most);
     if (held) continue;
     island.missing = point;
     any = true;

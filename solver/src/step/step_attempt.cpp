@@ -26,7 +26,7 @@ constexpr double kAgreement = 1e-9;  // of two linearisations, and, from the fif
 constexpr int kQuickLinearisations = 4;
 constexpr double kLooseAgreement = 1e-4;  // contacts that go to and fro are left, but for
 constexpr int kMostLinearisations = 12;   // so many passes where the blocks end with overlaps
-constexpr double kUnforeseen = 3e-7;      // beyond what the last one says
+constexpr double kUnforeseen = 0.3;       // of the crowd's tolerance beyond what the last one says
 // Gaps that are mended apart keep linearisations from agreeing. Where one changes blocks by less
 // than
 constexpr double kMended = 1e-5;    // of the smallest, forces are held, and the blocks follow them
@@ -168,7 +168,8 @@ bool nearly_agrees(const SubStep& step, const Pass& pass, std::span<BodyContact>
   const double size = step.island.smallest_size, change = pass.solved.change;
   if (change <= kAgreement * size) return true;
   if (change > kLooseAgreement * size) return false;
-  const bool foreseen = unforeseen_overlap(step, poses, contacts, linear) <= kUnforeseen * size;
+  const double overlap = kUnforeseen * crowd_tolerance(step.options.tolerance) * size;
+  const bool foreseen = unforeseen_overlap(step, poses, contacts, linear) <= overlap;
   const bool rigid = step.island.slots.rigid();  // strain would take up what gaps change
   const bool mended = rigid && pass.solved.closed && foreseen && change <= kMended * size;
   if (mended && settle(step, contacts, memory, poses, linear)) return true;
