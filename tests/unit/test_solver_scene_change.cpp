@@ -193,6 +193,24 @@ TEST_CASE("a joint without tension bears none of what it is given later, and kee
   }
 }
 
+TEST_CASE("springs keep what shear has stored in them through a change of scene") {
+  Scene scene{.joint = {.friction_angle = 0.7, .normal_stiffness = 1e8, .shear_stiffness = 1e7}};
+  scene.add_fixed(geometry::make_box({-5, -5, -1}, {5, 5, 0}));
+  scene.add_rigid(geometry::make_box({0, 0, 0}, {1, 1, 0.5}), kStone);
+  for (const double along : {4.0, 9.0}) {  // it sticks; it slides
+    scene.gravity = VectorOfTime(Vector3(along, 0, -kG));
+    Simulation simulation(scene, {.time_step = 2e-3});
+    run(simulation, 20);
+    const EnergyLedger before = simulation.state().energy;
+    simulation.change(scene);
+    run(simulation, 20);
+    const EnergyLedger& energy = simulation.state().energy;
+    REQUIRE(energy.contact > 0.1);
+    REQUIRE(energy.work == before.work);
+    REQUIRE(std::abs(energy.closure) < 1e-6 * energy.contact);
+  }
+}
+
 TEST_CASE("a change that can't be is refused and changes nothing") {
   Scene without = stack();
   without.blocks[2].kind = BlockKind::Absent;

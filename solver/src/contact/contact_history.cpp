@@ -272,7 +272,7 @@ void uncross_turned_edges(const PairPoses& start, const PairPoses& end, BodyCont
   if (!contact.crossed) return;
   const Vector3 before = contact_normal(contact, start.a, start.b);
   const Vector3 after = contact_normal(contact, end.a, end.b);
-  if (before.dot(after) > kLikeNormals) return;
+  if (before.dot(after) > 0.0) return;
   const Vector3& found = contact.state.point.normal;
   const PairPoses& at = found.dot(before) < found.dot(after) ? end : start;
   contact.crossed = false;

@@ -80,6 +80,15 @@ Vector3 last_force(const BodyContact& contact) {
                  -t2.dot(contact.state.shear_force));
 }
 
+/// Of a spring as its contact lies: gap beyond the opening and two slips, m.
+Vector3 stretch(const BodyContact& contact, const Pose& a, const Pose& b) {
+  Vector3 t1, t2;
+  tangent_frame(contact, contact.state.point.normal, t1, t2);
+  const Vector3 apart =
+      between(a, b) + (b.shape * contact.state.anchor_b - a.shape * contact.state.anchor_a);
+  return {contact.state.point.gap - contact.opening, t1.dot(apart), t2.dot(apart)};
+}
+
 void set_stiffness(const BlockTerms& terms, LinearContact& c) {
   if (c.normal_spring > 0.0) {
     c.normal_stiffness = c.normal_spring;
@@ -335,14 +344,16 @@ double gap_rounding(std::span<const LinearContact> contacts) {
 }
 
 void store_at_rest(const CompiledScene& compiled, const StepOptions& options,
-                   std::span<BodyContact> contacts, std::vector<double>& stored) {
+                   std::span<const Pose> poses, std::span<BodyContact> contacts,
+                   std::vector<double>& stored) {
   const double spring = contact_spring(compiled, options);
   const std::vector<int>& slots = compiled.slots.slot_of_block;
   for (BodyContact& contact : contacts) {
     LinearContact c;
     set_law(options, spring, contact, c);
-    c.start[0] = contact.state.point.gap - contact.opening;
     if (!c.compliant) continue;
+    c.start = stretch(contact, poses[index(contact.a)], poses[index(contact.b)]);
+    c.mode = contact.was_closed ? ContactMode::Stick : ContactMode::Open;
     const int slot =
         slots[index(contact.a)] >= 0 ? slots[index(contact.a)] : slots[index(contact.b)];
     stored[index(slot)] += contact_work(c, Vector3::Zero()).stored;

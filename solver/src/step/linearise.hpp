@@ -39,6 +39,7 @@ double gap_rounding(std::span<const LinearContact> contacts);
 /// Adds the energy in the springs of contacts as they lie to `stored`, by slot of the first block
 /// of each contact that has one, J.
 void store_at_rest(const CompiledScene& compiled, const StepOptions& options,
-                   std::span<BodyContact> contacts, std::vector<double>& stored);
+                   std::span<const Pose> poses, std::span<BodyContact> contacts,
+                   std::vector<double>& stored);
 
 }  // namespace quoin::solver

@@ -112,7 +112,7 @@ double follow_forces(const SubStep& step, std::span<LinearContact> contacts,
 }
 
 /// Contact forces are held, and linearisations repeated until these agree: so momentum is kept.
-/// False, and blocks and contacts as they were, where that changes gaps.
+/// False, and blocks and linear contacts as they were, where that changes gaps.
 bool settle(const SubStep& step, std::span<BodyContact> contacts, AttemptMemory& memory,
             StepPoses& poses, std::span<LinearContact> linear) {
   const double size = step.island.smallest_size;

@@ -579,7 +579,7 @@ double initial_spring_energy(const CompiledScene& compiled, const StepOptions& o
   std::vector<int> previous;
   carry_over({compiled.scene, poses, compiled.models, reach, work.laid}, work.found, state.contacts,
              previous, contacts);
-  store_at_rest(compiled, options, contacts, work.stored);
+  store_at_rest(compiled, options, poses, contacts, work.stored);
   work.agreement.complete(compiled.slots, work.stored);
   return std::accumulate(work.stored.begin(), work.stored.end(), 0.0);
 }
