@@ -30,7 +30,8 @@ def panel(axis, rows, quantity):
                     color=QUOIN if ours else PEER_COLOURS[number - 1], linestyle="-" if ours else ":",
                     fillstyle="full" if ours else "none")
         for second, value, row in zip(seconds, values, points):
-            if ours or number == len(codes) - 1:
+            # On the floor all codes lie on one line, where labels would cover each other.
+            if value > LEAST[quantity] and (ours or number == len(codes) - 1):
                 axis.annotate(f"{1e3 * row['time_step']:g} ms", (second, value), fontsize=6.5, xytext=(3, 3),
                               textcoords="offset points", color="#555555")
     axis.set_ylabel(NAMES[quantity])

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "contact/contact_history.hpp"
 
@@ -22,10 +23,16 @@ double overlap_share(const CompiledScene& compiled, const geometry::ContactPoint
   return -point.gap / std::min(size(compiled, point.key.a), size(compiled, point.key.b));
 }
 
-void note_overlap(const CompiledScene& compiled, const geometry::ContactPoint& point, double& share,
-                  const geometry::ContactPoint*& worst) {
+bool has_stiffness(const CompiledScene& compiled, const geometry::ContactPoint& point) {
+  return joint_between(compiled.scene, point.key.a, point.key.b).normal_stiffness > 0.0;
+}
+
+void note_overlap(const CompiledScene& compiled, const geometry::ContactPoint& point, bool& hard,
+                  double& share, const geometry::ContactPoint*& worst) {
   const double now = overlap_share(compiled, point);
-  if (!(now > share)) return;
+  const bool now_hard = now > kLargestOverlap && !has_stiffness(compiled, point);
+  if (!(std::pair(now_hard, now) > std::pair(hard, share))) return;
+  hard = now_hard;
   share = now;
   worst = &point;
 }
@@ -34,10 +41,12 @@ bool is_before(const geometry::ContactPoint* x, const geometry::ContactPoint* y)
   return x != nullptr && (y == nullptr || x->key < y->key);
 }
 
-/// The larger share, of equal ones that of the first point.
-void add(double share, const geometry::ContactPoint* point, double& total_share,
-         const geometry::ContactPoint*& total) {
-  if (share < total_share || (share == total_share && !is_before(point, total))) return;
+/// Hard before others, then the larger share, of equal ones that of the first point.
+void add(bool hard, double share, const geometry::ContactPoint* point, bool& total_hard,
+         double& total_share, const geometry::ContactPoint*& total) {
+  const std::pair now(hard, share), most(total_hard, total_share);
+  if (now < most || (now == most && !is_before(point, total))) return;
+  total_hard = hard;
   total_share = share;
   total = point;
 }
@@ -45,13 +54,13 @@ void add(double share, const geometry::ContactPoint* point, double& total_share,
 /// An overlap that the scene asks for: springs close by their law.
 bool is_of_spring(const CompiledScene& compiled, const StepEvidence& evidence,
                   const geometry::ContactPoint& point) {
-  return evidence.springs ||
-         joint_between(compiled.scene, point.key.a, point.key.b).normal_stiffness > 0.0;
+  return evidence.springs || has_stiffness(compiled, point);
 }
 
 StepFlag worst_overlap(const CompiledScene& compiled, const StepEvidence& evidence,
                        const Extremes& extremes) {
-  const bool held = extremes.held_share > extremes.found_share;
+  const bool held = std::pair(extremes.held_hard, extremes.held_share) >
+                    std::pair(extremes.found_hard, extremes.found_share);
   const geometry::ContactPoint* point = held ? extremes.held_point : extremes.found_point;
   StepFlag flag{.kind = FlagKind::Overlap, .limit = kLargestOverlap};
   if (point == nullptr) return flag;
@@ -112,12 +121,13 @@ void note_contacts(const CompiledScene& compiled, std::span<const Contact> conta
                    std::span<const geometry::ContactPoint> found, Extremes& extremes) {
   for (const geometry::ContactPoint& point : found) {
     extremes.overlap = std::max(extremes.overlap, -point.gap);
-    note_overlap(compiled, point, extremes.found_share, extremes.found_point);
+    note_overlap(compiled, point, extremes.found_hard, extremes.found_share, extremes.found_point);
   }
   for (const Contact& contact : contacts) {
     if (contact.mode == ContactMode::Open) continue;
     ++extremes.closed;
-    note_overlap(compiled, contact.point, extremes.held_share, extremes.held_point);
+    note_overlap(compiled, contact.point, extremes.held_hard, extremes.held_share,
+                 extremes.held_point);
   }
   extremes.vanished = vanished(compiled, contacts, found);
 }
@@ -131,8 +141,10 @@ void add(const Extremes& part, Extremes& total) {
     total.strain = part.strain;
     total.strained = part.strained;
   }
-  add(part.found_share, part.found_point, total.found_share, total.found_point);
-  add(part.held_share, part.held_point, total.held_share, total.held_point);
+  add(part.found_hard, part.found_share, part.found_point, total.found_hard, total.found_share,
+      total.found_point);
+  add(part.held_hard, part.held_share, part.held_point, total.held_hard, total.held_share,
+      total.held_point);
   if (is_before(part.vanished, total.vanished)) total.vanished = part.vanished;
 }
 
@@ -142,7 +154,8 @@ void append_flags(const CompiledScene& compiled, const Extremes& extremes,
     if (flag.value > flag.limit) report.flags.push_back(flag);
   };
   if (report.status != StepStatus::Converged) {
-    report.flags.push_back({.kind = FlagKind::Unconverged, .value = report.residual, .fails = true});
+    report.flags.push_back(
+        {.kind = FlagKind::Unconverged, .value = report.residual, .fails = true});
   }
   append({.kind = FlagKind::Strain,
           .value = extremes.strain,

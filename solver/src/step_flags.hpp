@@ -43,9 +43,10 @@ struct Extremes {
   double strain = 0.0;   ///< component
   double speed = 0.0;    ///< of a vertex, m/s
   int strained = -1;     ///< the first block with `strain`
+  bool found_hard = false, held_hard = false;  ///< beyond the limit, in a joint without stiffness
   /// Share of the smaller block of a pair that overlaps, and the first point with it: of points
   /// found, and of what the step's own springs let through: a block that has sunk right through
-  /// another one is not found any more.
+  /// another one is not found any more. Hard ones come before any that joints close by their law.
   double found_share = 0.0, held_share = 0.0;
   const geometry::ContactPoint *found_point = nullptr, *held_point = nullptr;
   const geometry::ContactPoint* vanished = nullptr;  ///< see vanished()

@@ -297,6 +297,20 @@ class RunCommand(FolderTest):
             self.assertEqual(summary["status"], "completed")
             self.assertIn(("overlap", False), [(flag["flag"], flag["fails"]) for flag in summary["flags"]])
 
+    def test_a_spring_that_closes_farther_hides_no_crushed_block(self):
+        file = self.folder / "scene.json"
+        box = lambda low, high: {"type": "box", "min": low, "max": high}
+        blocks = self.crushed()["blocks"]
+        blocks[1]["shape"] = box([-5, -5, 1.05], [2, 5, 2])
+        soft = [{"name": "bed", "kind": "fixed", "joint_group": "soft", "shape": box([6, -5, -1], [9, 5, 0])},
+                {"name": "stone", "material": "m", "kind": "rigid", "joint_group": "soft",
+                 "shape": box([7, 0, 0], [8, 1, 1])}]
+        joint = {"between": ["soft", "soft"], "friction_angle_deg": 30, "normal_stiffness": 1e4, "shear_stiffness": 1e4}
+        file.write_text(json.dumps(self.crushed(blocks=blocks + soft, joints=[joint], end_time=0.105)))
+        done = run(file, "--json")
+        self.assertEqual(done.returncode, 1, done.stdout)
+        self.assertIn('and "cube"', done.stderr)
+
     def test_a_step_that_diverged_counts_its_attempts(self):
         file = self.folder / "scene.json"
         box = {"type": "box", "min": [0, 0, 0], "max": [1, 1, 1]}
@@ -307,6 +321,7 @@ class RunCommand(FolderTest):
         done = run(file)
         self.assertIn("diverged", done.stderr)
         self.assertNotIn(" 0 open-close iterations, 0 solves", done.stderr)
+        self.assertIn("residual inf", done.stderr)  # its equations balance, 1e30 m away
 
     def test_a_function_of_time_that_leaves_the_numbers(self):
         """Said by name, and what was reached is kept."""

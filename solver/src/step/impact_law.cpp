@@ -302,7 +302,7 @@ void attempt_velocities(const SubStep& step, std::span<const BodyContact> contac
     again = impact.restitution.lessen(step, attempt.energy.work_on, blocks.end);
   }
   total.converged = total.converged && attempt.solved.converged;
-  total.residual = std::max(total.residual, attempt.solved.residual);
+  total.residual = worse_residual(total.residual, attempt.solved.residual);
   total.condition = attempt.solved.condition;
   attempt.solved = total;
   set_pushed_work(step, problem, impact.pushed);

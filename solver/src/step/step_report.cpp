@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <limits>
 
 #include "index.hpp"
 #include "step/island_extremes.hpp"
@@ -95,7 +96,10 @@ void count_attempt(Island& island) {
   total.solves += solved.solves;
   total.factorizations += solved.factorizations;
   total.residual = solved.residual;
-  if (!island.sound) return;  // what its blocks came to says nothing
+  if (!island.sound) {  // what its blocks came to says nothing, though equations may balance
+    total.residual = std::numeric_limits<double>::infinity();
+    return;
+  }
   total.proximal_newton_attempts += island.memory.solver.yielding() ? 1 : 0;
   if (solved.condition > 0.0) total.condition = solved.condition;
   total.unbalance = attempt.unbalance;

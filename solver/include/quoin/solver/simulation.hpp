@@ -223,7 +223,7 @@ struct StepReport {
   int factorizations = 0;
   LinearSolverCounts linear{};
   int proximal_newton_attempts = 0;  ///< at a sub-step: those that it solved
-  double residual = 0.0;  ///< relative force residual of the last iteration; NaN, inf: no number
+  double residual = 0.0;  ///< relative force residual of the last iteration; inf: diverged
   double largest_overlap = 0.0;      ///< m
   double unbalance =
       0.0;  ///< static measure: largest unbalanced force / largest block weight or load
