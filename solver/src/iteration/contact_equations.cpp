@@ -14,6 +14,10 @@ namespace {
 // section 3.1]. The motion of a contact has 25 terms, 12 of each block and its guess; stiffness,
 // multiplier, push and the rounding of the increment itself make 29: 32 u.
 constexpr double kRounding = 16.0 * std::numeric_limits<double>::epsilon();
+// Contacts that open and close between two iterations are rounded by what they bear while closed.
+// So much of its own forces may be lost in that of a block's contacts while they are open: that of
+// stiff, light blocks near others is more than their weight.
+constexpr double kOpenRounding = 1e-8;
 constexpr double kNoForce = 1e-300;  // N: keeps a quotient finite where no force acts
 
 /// Between blocks that stand gaps and slips within their rounding are zero: redundant contacts then
@@ -47,6 +51,7 @@ void ContactEquations::shift_in(const BlockEquations& blocks, std::span<LinearCo
                                 const BlockVector& guess, double gap_rounding) {
   right_.resize(guess.size());
   block_floor_.resize(guess.size());
+  open_floor_.assign(guess.size(), 0.0);
   noise_.clear();
   for (std::size_t s = 0; s < guess.size(); ++s) {
     Vector12 inner = Vector12::Zero();
@@ -69,6 +74,12 @@ void ContactEquations::shift_in(const BlockEquations& blocks, std::span<LinearCo
     move(c.slot_b, c.jacobian_b);
     if (size == 0.0) round_to_zero(c.guess, gap_rounding);
     noise_.push_back(kRounding * std::max(c.normal_stiffness, c.shear_stiffness) * size);
+    if (c.slot_a >= 0) open_floor_[index(c.slot_a)] += noise_.back();
+    if (c.slot_b >= 0) open_floor_[index(c.slot_b)] += noise_.back();
+  }
+  constexpr double kMost = kOpenRounding / kRounding;
+  for (std::size_t s = 0; s < guess.size(); ++s) {
+    block_floor_[s] += std::min(open_floor_[s], kMost * block_floor_[s]);
   }
 }
 
