@@ -51,7 +51,7 @@ void ContactEquations::shift_in(const BlockEquations& blocks, std::span<LinearCo
                                 const BlockVector& guess, double gap_rounding) {
   right_.resize(guess.size());
   block_floor_.resize(guess.size());
-  open_floor_.assign(guess.size(), 0.0);
+  all_noise_.assign(guess.size(), 0.0);
   noise_.clear();
   for (std::size_t s = 0; s < guess.size(); ++s) {
     Vector12 inner = Vector12::Zero();
@@ -74,12 +74,8 @@ void ContactEquations::shift_in(const BlockEquations& blocks, std::span<LinearCo
     move(c.slot_b, c.jacobian_b);
     if (size == 0.0) round_to_zero(c.guess, gap_rounding);
     noise_.push_back(kRounding * std::max(c.normal_stiffness, c.shear_stiffness) * size);
-    if (c.slot_a >= 0) open_floor_[index(c.slot_a)] += noise_.back();
-    if (c.slot_b >= 0) open_floor_[index(c.slot_b)] += noise_.back();
-  }
-  constexpr double kMost = kOpenRounding / kRounding;
-  for (std::size_t s = 0; s < guess.size(); ++s) {
-    block_floor_[s] += std::min(open_floor_[s], kMost * block_floor_[s]);
+    if (c.slot_a >= 0) all_noise_[index(c.slot_a)] += noise_.back();
+    if (c.slot_b >= 0) all_noise_[index(c.slot_b)] += noise_.back();
   }
 }
 
@@ -95,16 +91,24 @@ void ContactEquations::evaluate_in(const BlockSystem& base, std::span<LinearCont
                                    const BlockVector& change, Law law, double softness) {
   residual_.resize(change.size());
   scale_.resize(change.size());
-  floor_ = block_floor_;
+  floor_.assign(change.size(), 0.0);
   threads_.each(contacts.size(),
                 [&](std::size_t i) { evaluate_contact<n>(change, law, softness, contacts[i]); });
   threads_.ranges(change.size(), [&](std::size_t first, std::size_t end) {
     evaluate_blocks<n>(base, change, first, end);
     push_blocks<n>(contacts, first, end);
+    for (std::size_t s = first; s < end; ++s) floor_[s] += floor_beside(s);
   });
   agreement_.complete(*slots_, residual_);
   agreement_.complete(*slots_, scale_);
   agreement_.complete(*slots_, floor_);
+}
+
+/// Of a slot what its closed contacts, in floor_, have not.
+double ContactEquations::floor_beside(std::size_t slot) const {
+  constexpr double kMost = kOpenRounding / kRounding;
+  const double open = std::max(0.0, all_noise_[slot] - floor_[slot]);
+  return block_floor_[slot] + std::min(open, kMost * block_floor_[slot]);
 }
 
 template <int n>

@@ -76,6 +76,7 @@ class ContactEquations {
   template <int n>
   void add_rounding(const BlockSystem& base, std::span<const LinearContact> contacts,
                     const BlockVector& change, double softness, std::vector<double>& floor) const;
+  double floor_beside(std::size_t slot) const;
   double worst_residual(std::span<const double> floor) const;
 
   Threads threads_;
@@ -86,7 +87,7 @@ class ContactEquations {
   std::vector<double> scale_;  ///< force scale, per slot, N
   /// What rounding of the guess makes of a residual, N: per slot; of it, of the blocks alone, of all
   /// contacts as if closed; and of each contact's force.
-  std::vector<double> floor_, block_floor_, open_floor_, noise_;
+  std::vector<double> floor_, block_floor_, all_noise_, noise_;
 };
 
 }  // namespace quoin::solver
