@@ -26,7 +26,7 @@ class MovingContacts {
   void use(const Threads& threads) { problem_.use(threads); }
 
   /// Other positions are next: none of theirs have yielded yet.
-  void begin() { yielded_ = keeps_gaps_ = false; }
+  void begin();
 
   /// As OpenClose::solve, for contacts that ConeProblem::suits. `options.force_tolerance`: of the
   /// natural map, by the largest force.
@@ -51,6 +51,8 @@ class MovingContacts {
   IterationCount close(std::span<LinearContact> contacts);
   IterationCount mend_yielded(std::span<LinearContact> contacts);
   IterationCount mend(std::span<LinearContact> contacts);
+  IterationCount renew(std::span<LinearContact> contacts);
+  IterationCount mend_renewed(std::span<LinearContact> contacts);
 
   const Slots* slots_;
   ConeProblem problem_;
@@ -62,6 +64,7 @@ class MovingContacts {
   std::vector<Vector3> added_, moved_;   ///< memory of guess(), close()
   std::vector<Vector3> apart_;           ///< of contacts, as they are to be mended
   std::vector<Vector3> yielded_forces_;  ///< x_ before it is mended
+  std::vector<Vector3> last_bar_;        ///< memory of renew()
   // By contact, N, of the last linearisation; empty: it had none.
   std::vector<Vector3> bar_force_, stiffened_, closed_;
   double softness_ = 0.0;    ///< 0: contacts of this step do not yield
@@ -70,6 +73,7 @@ class MovingContacts {
   double gap_ = 0.0;         ///< m: what of gaps need not be mended
   double forces_ = 0.0;      ///< how good they are, of the largest
   int iterations_left_ = 0;  ///< of this solve()
+  int renewals_left_ = 0;    ///< of these positions
 };
 
 }  // namespace quoin::solver
