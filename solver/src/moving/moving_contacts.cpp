@@ -23,10 +23,13 @@ constexpr double kNear = 1e-3;  // the residual from which hard contacts are wha
 constexpr int kMostConeSteps = 25;    // of contacts in cones, or where these have come to
 constexpr double kConeForces = 1e-3;  // of the largest: what is worse is left out
 constexpr int kMostUpdates = 2;       // of multipliers there, where their forces make energy
-// A wall of 105 shaken in its plane gains 6e-5 of its energy with three, as with none 4e-4; 1e-7
-// with six and nine.
-constexpr int kMostRenewals = 6;     // in an attempt, of the forces about which contacts yield, by
-constexpr double kRelaxation = 1.8;  // times their change: below 2 [Eckstein & Bertsekas 1992]
+// In an attempt, of the forces about which contacts yield: the wall of 105 shaken in its plane
+// gains 6e-5 of its energy with three, 4e-4 with none, 1e-7 with six and nine.
+constexpr int kMostRenewals = 6;
+// Times their change, the first time: below 2 [Eckstein & Bertsekas 1992]. The next ones by the
+// last two changes, and at most: 30 does the same.
+constexpr double kRelaxation = 1.8, kMostRelaxation = 5.0;
+constexpr double kRounding = 1e-12;  // of work, of its parts: some thousand of these are summed
 constexpr int kMostMending = 20;     // steps of the projection of gaps, to
 constexpr double kGap = 0.5;         // of the tolerance of gaps
 constexpr double kLimit = 2.0;       // times that: the most that is left or kept
@@ -56,6 +59,8 @@ double crowd_tolerance(double tolerance) {
 void MovingContacts::begin() {
   yielded_ = keeps_gaps_ = false;
   renewals_left_ = kMostRenewals;
+  relaxation_ = kRelaxation;
+  change_.clear();
 }
 
 /// `first`: the first linearisation of a step, which sweeps; the others are near their solution.
@@ -151,6 +156,17 @@ double MovingContacts::work() const {
     sum += x_[i].dot(motion_[i] - problem_.unmoved(i));
   }
   return sum;
+}
+
+/// Whether that is more than what rounding leaves of its parts.
+bool MovingContacts::makes_energy() const {
+  double sum = 0.0, parts = 0.0;
+  for (std::size_t i = 0; i < x_.size(); ++i) {
+    const double work = x_[i].dot(motion_[i] - problem_.unmoved(i));
+    sum += work;
+    parts += std::abs(work);
+  }
+  return sum > kRounding * parts;
 }
 
 /// What the last linearisation has added to the forces x_, which leave contacts at motion_.
@@ -311,12 +327,29 @@ IterationCount MovingContacts::mend(std::span<LinearContact> contacts) {
   return total;
 }
 
-/// A step of the over-relaxed proximal point method: contacts yield about other forces, towards
-/// those that they bear or beyond. Where that is not solved they keep those that they had.
+/// How far the next renewal goes along the change of the forces: by the last two changes [Irons &
+/// Tuck 1969], where there are two.
+void MovingContacts::set_relaxation() {
+  const bool first = change_.empty();
+  change_.resize(bar_.size(), Vector3::Zero());
+  double along = 0.0, square = 0.0;
+  for (std::size_t i = 0; i < bar_.size(); ++i) {
+    const Vector3 change = yielded_forces_[i] - bar_[i], turn = change - change_[i];
+    along += change_[i].dot(turn);
+    square += turn.squaredNorm();
+    change_[i] = change;
+  }
+  if (first || !(square > 0.0)) return;
+  relaxation_ = std::clamp(-relaxation_ * along / square, 1.0, kMostRelaxation);
+}
+
+/// A step of the relaxed proximal point method: contacts yield about other forces, towards those
+/// that they bear or beyond. Where that is not solved they keep those that they had.
 IterationCount MovingContacts::renew(std::span<LinearContact> contacts) {
   last_bar_ = bar_;
+  set_relaxation();
   for (std::size_t i = 0; i < bar_.size(); ++i) {
-    bar_[i] = project_on_cone(bar_[i] + kRelaxation * (yielded_forces_[i] - bar_[i]));
+    bar_[i] = project_on_cone(bar_[i] + relaxation_ * change_[i]);
   }
   x_ = yielded_forces_;
   const IterationLimit limit{forces_, std::min(kMostSoft, iterations_left_)};
@@ -335,7 +368,7 @@ IterationCount MovingContacts::renew(std::span<LinearContact> contacts) {
 /// their own, as where a wall that slid is caught: these are renewed.
 IterationCount MovingContacts::mend_renewed(std::span<LinearContact> contacts) {
   IterationCount total = mend(contacts);
-  while (softness_ > 0.0 && renewals_left_ > 0 && work() > 0.0) {
+  while (softness_ > 0.0 && renewals_left_ > 0 && makes_energy()) {
     --renewals_left_;
     add(renew(contacts), total);
     keeps_gaps_ = false;

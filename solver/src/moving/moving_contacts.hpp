@@ -43,6 +43,7 @@ class MovingContacts {
   Vector3 to_mend(std::size_t contact) const;
   std::span<const Vector3> all_to_mend();
   double work() const;
+  bool makes_energy() const;
   AddedForces guess(std::span<const Vector3> added);
   IterationCount stiffen(std::span<LinearContact> contacts);
   double closed_share() const;
@@ -51,6 +52,7 @@ class MovingContacts {
   IterationCount close(std::span<LinearContact> contacts);
   IterationCount mend_yielded(std::span<LinearContact> contacts);
   IterationCount mend(std::span<LinearContact> contacts);
+  void set_relaxation();
   IterationCount renew(std::span<LinearContact> contacts);
   IterationCount mend_renewed(std::span<LinearContact> contacts);
 
@@ -65,6 +67,7 @@ class MovingContacts {
   std::vector<Vector3> apart_;           ///< of contacts, as they are to be mended
   std::vector<Vector3> yielded_forces_;  ///< x_ before it is mended
   std::vector<Vector3> last_bar_;        ///< memory of renew()
+  std::vector<Vector3> change_;          ///< of x_ against bar_ at the last renewal
   // By contact, N, of the last linearisation; empty: it had none.
   std::vector<Vector3> bar_force_, stiffened_, closed_;
   double softness_ = 0.0;    ///< 0: contacts of this step do not yield
@@ -74,6 +77,7 @@ class MovingContacts {
   double forces_ = 0.0;      ///< how good they are, of the largest
   int iterations_left_ = 0;  ///< of this solve()
   int renewals_left_ = 0;    ///< of these positions
+  double relaxation_ = 1.0;  ///< of the last renewal
 };
 
 }  // namespace quoin::solver
