@@ -385,6 +385,15 @@ class RunCommand(FolderTest):
             self.assertEqual(done.returncode, 1, words)
             self.assertIn("can't", done.stderr)
 
+    def test_list_of_cases(self):
+        def listed(*words):
+            return subprocess.run([QUOIN, "validate", "--list", *words], capture_output=True, text=True, timeout=60)
+        cases = json.loads(listed("--json").stdout)
+        self.assertEqual([f"{case['case']:4} {case['title']}" for case in cases], listed().stdout.splitlines())
+        self.assertGreater(len(cases), 20)
+        self.assertEqual(json.loads(listed("V05", "--json").stdout), [case for case in cases if case["case"] == "V05"])
+        self.assertEqual(listed("V999").returncode, 2)
+
     def test_limit_of_file_size(self):
         out = self.folder / "out"
         limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))

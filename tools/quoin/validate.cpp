@@ -117,6 +117,18 @@ int show(const std::vector<const Case*>& chosen, bool json, Results results, Ok 
   return failed == 0 ? kDone : kFailed;
 }
 
+int list(const std::vector<std::string>& names, bool json) {
+  const std::vector<const Case*> chosen = choose(names);
+  if (chosen.empty()) return kBadInput;
+  nlohmann::ordered_json all = nlohmann::ordered_json::array();
+  for (const Case* which : chosen) {
+    if (!json) std::printf("%-4s %s\n", which->name.data(), which->title.data());
+    all.push_back({{"case", which->name}, {"title", which->title}});
+  }
+  if (json) std::printf("%s\n", all.dump(1).c_str());
+  return kDone;
+}
+
 int validate(const std::vector<std::string>& names, bool json) {
   const std::vector<const Case*> chosen = choose(names);
   if (chosen.empty()) return kBadInput;
@@ -153,16 +165,11 @@ void add_validate_command(CLI::App& app, int& exit_code) {
   command->add_flag("--convergence", options->convergence,
                     "Errors against time step and penalty instead, for the cases that have such "
                     "series (picture: plot_convergence.py)");
-  command->add_flag("--list", options->list, "Names and titles of the cases");
+  command->add_flag("--list", options->list, "Names and titles of the cases, which are not run");
   command->callback([options, &exit_code] {
-    if (!options->list) {
-      exit_code = options->convergence ? converge(options->names, options->json)
+    exit_code = options->list          ? list(options->names, options->json)
+                : options->convergence ? converge(options->names, options->json)
                                        : validate(options->names, options->json);
-      return;
-    }
-    for (const Case& which : validation::cases()) {
-      std::printf("%-4s %s\n", which.name.data(), which.title.data());
-    }
   });
 }
 
