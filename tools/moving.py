@@ -69,9 +69,9 @@ FEWEST_CONTACTS = 4  # of a problem that is kept
 # Each for LONG s by all of STEPS and kinds of blocks: some 15 minutes of CPU time.
 ENDURED = [dominoes(10, 0), pulled_base(6, 0), falling_arch(9, 0), pile(3, 2, 0), shaken_wall(5, 5, "x", 0),
            shaken_wall(5, 5, "y", 0), slope(3, 0)]
-# The last ones as rigid blocks alone.
 ENDURED_LARGE = [dominoes(100, 0, thickness=0.15, friction=30), pulled_base(30, 0), pile(4, 4, 0), hull_pile(4, 4, 0),
                  shaken_wall(10, 10, "x", 0), shaken_wall(10, 10, "y", 0)]
+# As rigid blocks alone.
 ENDURED_RIGID = [pile(8, 8, 0), slope(16, 0), shaken_wall(40, 25, "x", 0), shaken_wall(40, 25, "y", 0)]
 LONG = 5  # s
 MINUTE = 60  # s

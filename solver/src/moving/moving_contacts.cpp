@@ -29,11 +29,10 @@ constexpr int kMostRenewals = 6;
 // Times their change, the first time: below 2 [Eckstein & Bertsekas 1992]. The next ones by the
 // last two changes, and at most: 30 does the same.
 constexpr double kRelaxation = 1.8, kMostRelaxation = 5.0;
-constexpr double kRounding = 1e-12;  // of work, of its parts: some thousand of these are summed
-constexpr int kMostMending = 20;     // steps of the projection of gaps, to
-constexpr double kGap = 0.5;         // of the tolerance of gaps
-constexpr double kLimit = 2.0;       // times that: the most that is left or kept
-constexpr double kFine = 0.1;        // likewise: what is beyond the limit is mended to
+constexpr int kMostMending = 20;  // steps of the projection of gaps, to
+constexpr double kGap = 0.5;      // of the tolerance of gaps
+constexpr double kLimit = 2.0;    // times that: the most that is left or kept
+constexpr double kFine = 0.1;     // likewise: what is beyond the limit is mended to
 
 /// Of what a force is the projection of.
 ContactMode mode_of(const Vector3& trial, double friction) {
@@ -149,24 +148,15 @@ Vector3 MovingContacts::to_mend(std::size_t contact) const {
   return {unmended[0] - std::clamp(unmended[0], -kept, kept), 0.0, 0.0};
 }
 
-/// Of the contacts' forces in the step, J: what it gains.
-double MovingContacts::work() const {
-  double sum = 0.0;
+/// Of the contacts' forces in the step, J: what it gains, and the size of its parts.
+MovingContacts::Work MovingContacts::work() const {
+  Work work;
   for (std::size_t i = 0; i < x_.size(); ++i) {
-    sum += x_[i].dot(motion_[i] - problem_.unmoved(i));
+    const double part = x_[i].dot(motion_[i] - problem_.unmoved(i));
+    work.sum += part;
+    work.parts += std::abs(part);
   }
-  return sum;
-}
-
-/// Whether that is more than what rounding leaves of its parts.
-bool MovingContacts::makes_energy() const {
-  double sum = 0.0, parts = 0.0;
-  for (std::size_t i = 0; i < x_.size(); ++i) {
-    const double work = x_[i].dot(motion_[i] - problem_.unmoved(i));
-    sum += work;
-    parts += std::abs(work);
-  }
-  return sum > kRounding * parts;
+  return work;
 }
 
 /// What the last linearisation has added to the forces x_, which leave contacts at motion_.
@@ -293,7 +283,7 @@ IterationCount MovingContacts::close(std::span<LinearContact> contacts) {
 /// gaps are mended, it is left to another try.
 IterationCount MovingContacts::mend_yielded(std::span<LinearContact> contacts) {
   IterationCount total = stiffen(contacts);
-  const auto updates = [&] { return keeps_gaps_ && !stiffened_.empty() && work() > 0.0; };
+  const auto updates = [&] { return keeps_gaps_ && !stiffened_.empty() && work().sum > 0.0; };
   for (int k = 0; k < kMostUpdates && updates(); ++k) {
     const std::vector<Vector3> before = std::exchange(stiffened_, {});
     add(stiffen(contacts), total);
@@ -302,7 +292,7 @@ IterationCount MovingContacts::mend_yielded(std::span<LinearContact> contacts) {
     }
   }
   total.converged = !apart();
-  const bool again = !keeps_gaps_ && work() > 0.0;
+  const bool again = !keeps_gaps_ && work().sum > 0.0;
   if (!total.converged && !again) add(close(contacts), total);
   return total;
 }
@@ -312,13 +302,13 @@ IterationCount MovingContacts::mend_yielded(std::span<LinearContact> contacts) {
 /// forces would make energy, overlaps that the step began with are kept.
 IterationCount MovingContacts::mend(std::span<LinearContact> contacts) {
   IterationCount total;
-  total.converged = !apart() && !(softness_ > 0.0 && work() > 0.0);
+  total.converged = !apart() && !(softness_ > 0.0 && work().sum > 0.0);
   if (total.converged) return total;
   if (softness_ == 0.0) return close(contacts);
   yielded_forces_ = x_;
   if (!keeps_gaps_) {
     total = mend_yielded(contacts);
-    if (!(work() > 0.0)) return total;
+    if (!(work().sum > 0.0)) return total;
     keeps_gaps_ = true;
     x_ = yielded_forces_;
     record(contacts);
@@ -368,7 +358,7 @@ IterationCount MovingContacts::renew(std::span<LinearContact> contacts) {
 /// their own, as where a wall that slid is caught: these are renewed.
 IterationCount MovingContacts::mend_renewed(std::span<LinearContact> contacts) {
   IterationCount total = mend(contacts);
-  while (softness_ > 0.0 && renewals_left_ > 0 && makes_energy()) {
+  while (softness_ > 0.0 && renewals_left_ > 0 && work().beyond_rounding()) {
     --renewals_left_;
     add(renew(contacts), total);
     keeps_gaps_ = false;

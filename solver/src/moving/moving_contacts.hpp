@@ -42,8 +42,12 @@ class MovingContacts {
   bool apart() const;
   Vector3 to_mend(std::size_t contact) const;
   std::span<const Vector3> all_to_mend();
-  double work() const;
-  bool makes_energy() const;
+  struct Work {
+    double sum = 0.0, parts = 0.0;              ///< J
+    static constexpr double kRounding = 1e-12;  // of the parts: some thousand of these are summed
+    bool beyond_rounding() const { return sum > kRounding * parts; }
+  };
+  Work work() const;
   AddedForces guess(std::span<const Vector3> added);
   IterationCount stiffen(std::span<LinearContact> contacts);
   double closed_share() const;
