@@ -42,6 +42,11 @@ def moved(table, monitor, along=None):
     return vector @ (np.array(along) / np.linalg.norm(along))
 
 
+def ratio(value):
+    """Two significant digits, or all before the point."""
+    return f"{value:.2g}" if value < 99.5 else f"{value:.0f}"
+
+
 def save(figure, path):
     figure.savefig(path, pil_kwargs={"optimize": True})
     plt.close(figure)

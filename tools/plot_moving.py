@@ -102,7 +102,7 @@ def peers_table(rows):
     for scene in dict.fromkeys(row["scene"] for row in rows):
         of = [row for row in rows if row["scene"] == scene]
         cost = {row["code"]: row["cpu_ms_per_step"] for row in of}
-        ratio = f"{cost['quoin'] / cost['Bullet SI 50']:.2g}" if {"quoin", "Bullet SI 50"} <= cost.keys() else "-"
+        ratio = plot.ratio(cost["quoin"] / cost["Bullet SI 50"]) if {"quoin", "Bullet SI 50"} <= cost.keys() else "-"
         lines.append(f"| {scene} | {'<br>'.join(cell(row) for row in of)} | {ratio} |")
     return "\n".join(lines) + "\n"
 
