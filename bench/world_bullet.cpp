@@ -3,6 +3,8 @@
 #include <BulletDynamics/ConstraintSolver/btNNCGConstraintSolver.h>
 #include <btBulletDynamicsCommon.h>
 
+#include <Eigen/Eigenvalues>
+
 #include "rigid_scenes.hpp"
 
 namespace quoin::bench {
@@ -11,13 +13,22 @@ namespace {
 btVector3 to_bullet(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 Vector3d from_bullet(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
 
-std::unique_ptr<btCollisionShape> shape_of(const RigidBody& body) {
+/// Bullet's axes of a body in its own: those of inertia, of which it knows no others.
+Eigen::Quaterniond axes_of(const RigidBody& body) {
+  if (body.half_size.x() > 0.0) return Eigen::Quaterniond::Identity();
+  Eigen::Matrix3d axes =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(body.inertia).eigenvectors();
+  if (axes.determinant() < 0.0) axes.col(0) *= -1.0;
+  return Eigen::Quaterniond(axes);
+}
+
+std::unique_ptr<btCollisionShape> shape_of(const RigidBody& body, const Eigen::Quaterniond& axes) {
   if (body.half_size.x() > 0.0) return std::make_unique<btBoxShape>(to_bullet(body.half_size));
   auto shape = std::make_unique<btConvexHullShape>();
   for (Eigen::Index i = 0; i < body.vertices.cols(); ++i) {
-    shape->addPoint(to_bullet(body.vertices.col(i)));
+    shape->addPoint(to_bullet(axes.conjugate() * body.vertices.col(i)));
   }
-  shape->setMargin(1e-3);
+  shape->setMargin(1e-6);  // it lies around the hull: hulls laid without gaps overlap by two
   return shape;
 }
 
@@ -54,12 +65,13 @@ class BulletWorld final : public World {
   }
   double work() const override { return work_; }
   BodyMotion motion(int index) const override {
-    const btRigidBody& body = *bodies_[static_cast<std::size_t>(index)];
+    const auto i = static_cast<std::size_t>(index);
+    const btRigidBody& body = *bodies_[i];
     const btQuaternion q = body.getWorldTransform().getRotation();
+    const Eigen::Quaterniond turn(q.w(), q.x(), q.y(), q.z());
     return {from_bullet(body.getWorldTransform().getOrigin()),
-            from_bullet(body.getLinearVelocity()),
-            from_bullet(body.getAngularVelocity()),
-            {q.w(), q.x(), q.y(), q.z()}};
+            from_bullet(body.getLinearVelocity()), from_bullet(body.getAngularVelocity()),
+            turn * axes_[i].conjugate()};
   }
   std::vector<PairForce> forces() const override {
     std::vector<PairForce> result;
@@ -102,10 +114,13 @@ class BulletWorld final : public World {
   }
 
   void add(const RigidBody& body, double friction) {
-    shapes_.push_back(shape_of(body));
+    axes_.push_back(axes_of(body));
+    shapes_.push_back(shape_of(body, axes_.back()));
+    const Eigen::Matrix3d axes = axes_.back().toRotationMatrix();
+    const Vector3d inertia = (axes.transpose() * body.inertia * axes).diagonal();
     btRigidBody::btRigidBodyConstructionInfo info(body.mass, nullptr, shapes_.back().get(),
-                                                  to_bullet(body.inertia.diagonal()));
-    const Eigen::Quaterniond& q = body.turn;
+                                                  to_bullet(inertia));
+    const Eigen::Quaterniond q = body.turn * axes_.back();
     info.m_startWorldTransform =
         btTransform(btQuaternion(q.x(), q.y(), q.z(), q.w()), to_bullet(body.place));
     info.m_friction = std::sqrt(friction);  // Bullet multiplies those of the two bodies
@@ -132,6 +147,7 @@ class BulletWorld final : public World {
   std::vector<std::unique_ptr<btCollisionShape>> shapes_;
   std::vector<std::unique_ptr<btRigidBody>> bodies_;
   std::vector<btVector3> forces_;
+  std::vector<Eigen::Quaterniond> axes_;
   std::vector<MovedBody> moved_;
   RigidScene scene_;
   double time_step_, time_ = 0.0, work_ = 0.0;
