@@ -76,6 +76,8 @@ class World {
  public:
   virtual ~World() = default;
   virtual bool step(double time_step) = 0;  ///< false: it gave up
+  /// Asked within long steps by codes that can: false ends the step as if it had not begun.
+  virtual void watch(std::function<bool()> /*goes_on*/) {}
   virtual BodyMotion motion(int body) const = 0;
   virtual std::vector<PairForce> forces() const = 0;
   virtual double work() const = 0;                   ///< of moved bodies on the others so far, J

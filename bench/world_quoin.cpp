@@ -49,7 +49,12 @@ solver::Scene scene_of(const RigidScene& rigid) {
 class QuoinWorld final : public World {
  public:
   QuoinWorld(const RigidScene& scene, double time_step)
-      : scene_(scene), simulation_(scene_of(scene), {.time_step = time_step}) {}
+      : scene_(scene),
+        simulation_(scene_of(scene),
+                    {.time_step = time_step, .watch = [this](const solver::StepReport&) {
+                       return !goes_on_ || goes_on_();
+                     }}) {}
+  void watch(std::function<bool()> goes_on) override { goes_on_ = std::move(goes_on); }
   bool step(double) override {
     const solver::StepReport report = simulation_.advance();
     solves_ += report.linear_solves;
@@ -77,6 +82,7 @@ class QuoinWorld final : public World {
 
  private:
   RigidScene scene_;
+  std::function<bool()> goes_on_{};
   solver::Simulation simulation_;
   long solves_ = 0, factorizations_ = 0;
 };
