@@ -2,19 +2,21 @@
 """Runs walls from sudden gravity by quoin, Bullet and ODE, and large scenes that move by quoin and Bullet: the
 data of bench/large.md.
 
-    tools/large.py --bench BENCH --out FILE.json [--quick] [--part rest|moving]
+    tools/large.py --bench BENCH --out FILE.json [--quick] [--part rest|moving] [--scenes PATTERN]
 
-BENCH: folder of bench_large and bench_moving. --quick: without the largest walls, peers for 3 s each instead of
-20. --part: the other part of FILE stays as it is.
+BENCH: folder of bench_large and bench_moving. --quick: without the largest walls and scenes, peers for 3 s each
+instead of 20. --part: the other part of FILE stays as it is. --scenes: of moving those whose titles the pattern is
+found in; the rows of the others stay.
 """
 import argparse
 import json
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
 
-from moving_scenes import pile, shaken_wall, slope, struck_wall
+from moving_scenes import hull_pile, jointed_slope, pile, shaken_wall, slope, struck_wall, vault
 
 # Columns and rows, threads of quoin's runs, codes beside it. About 1e2 to 1e5 bricks.
 WALLS = [(10, 10, (1,), ("bullet:10", "bullet:50", "bullet:250", "ode:50")),
@@ -28,7 +30,9 @@ LIMIT, QUICK_LIMIT = 20, 3  # CPU s of a peer's steps
 # That move, in steps of 5 ms: walls shaken across by 0.5 g at 2 Hz, of 105, 1012, 3220 and 9632 bricks; others.
 SHAKEN = [(shaken_wall(10, 10, "y", 0.05), 60), (shaken_wall(40, 25, "y", 0.05), 60),
           (shaken_wall(80, 40, "y", 0.05), 40), (shaken_wall(150, 64, "y", 0.01), 60)]  # with CPU s at most
-OTHERS = [(pile(10, 10, 0.5), 40), (slope(22, 0.1), 40), (struck_wall(40, 25, 0.05), 20)]
+OTHERS = [(pile(10, 10, 0.5), 40), (hull_pile(10, 10, 1), 60), (hull_pile(22, 21, 1), 120), (slope(22, 0.1), 40),
+          (jointed_slope(20, 5, 5, 0.1), 60), (jointed_slope(40, 20, 5, 0.1), 60), (jointed_slope(50, 20, 10, 0.1), 60),
+          (vault(31, 20, 5, 0.3), 60), (struck_wall(40, 25, 0.05), 20), (struck_wall(150, 67, 0.05), 100)]
 MOVING_CODES = ("quoin", "bullet:50")
 QUICK_BLOCKS = 1100  # at most
 
@@ -52,29 +56,36 @@ def rest(given):
     return result
 
 
-def moving(given):
-    """Rows of bench_moving with the number of blocks that move."""
-    result = {"shaken": [], "moving": []}
+def beside(program, document, limit, blocks):
+    """Rows of bench_moving: quoin's, and the others' of as many steps where quoin has ended one."""
+    rows = []
     with tempfile.TemporaryDirectory() as folder:
         scene = pathlib.Path(folder) / "scene.json"
-        for name, scenes in (("shaken", SHAKEN), ("moving", OTHERS)):
-            for document, limit in scenes:
-                blocks = sum(block["kind"] == "rigid" for block in document["blocks"])
-                if given.quick and blocks > QUICK_BLOCKS:
-                    continue
-                scene.write_text(json.dumps(document), encoding="utf-8")
-                for code in MOVING_CODES:
-                    rows = rows_of(given.bench / "bench_moving", scene, code, "--limit", limit,
-                                   may_break=code != "quoin")
-                    result[name] += [{"blocks": blocks, **row} for row in rows]
+        for code in MOVING_CODES:
+            scene.write_text(json.dumps(document), encoding="utf-8")
+            rows += rows_of(program, scene, code, "--limit", limit, may_break=code != "quoin")
+            document = {**document, "end_time": rows[0]["time"] or document["end_time"]}
+    return [{"blocks": blocks, **row} for row in rows]
+
+
+def moving(given, before):
+    """Rows with the number of blocks that move; those of scenes that are not asked for as they were."""
+    result = {}
+    for name, scenes in (("shaken", SHAKEN), ("moving", OTHERS)):
+        result[name] = []
+        for document, limit in scenes:
+            blocks = sum(block["kind"] == "rigid" for block in document["blocks"])
+            if not re.search(given.scenes, document["title"]):
+                result[name] += [row for row in before.get(name, []) if row["scene"] == document["title"]]
+            elif not given.quick or blocks <= QUICK_BLOCKS:
+                result[name] += beside(given.bench / "bench_moving", document, limit, blocks)
     return result
 
 
 def measure(given):
-    parts = {"rest": rest, "moving": moving}
     result = json.loads(given.out.read_text(encoding="utf-8")) if given.part and given.out.exists() else {}
-    for name in (given.part,) if given.part else parts:
-        result.update(parts[name](given))
+    for name in (given.part,) if given.part else ("rest", "moving"):
+        result.update(rest(given) if name == "rest" else moving(given, result))
         given.out.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
 
 
@@ -84,6 +95,7 @@ def main():
     parser.add_argument("--out", type=pathlib.Path, required=True)
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--part", choices=("rest", "moving"), help="this one alone")
+    parser.add_argument("--scenes", default="", help="of moving: a pattern of their titles")
     measure(parser.parse_args())
 
 

@@ -104,20 +104,53 @@ def falling_arch(count, end_time):
     return scene(f"Arch of {count} that loses a support", blocks, 35, end_time)
 
 
+def vault(courses, length, piers, end_time):
+    """A dry barrel vault, `length` stones of 0.8 m in bond, on two rows of piers; the last one on the left is gone."""
+    inner, outer, bay, blocks = 2, 2.4, 0.8 * length / piers, []
+    for i in range(piers):
+        for side, x in (("left", -outer), ("right", inner)):
+            if (side, i) != ("left", piers - 1):
+                blocks.append(box(f"{side}{i}", [x, bay * i, -1.5], [x + outer - inner, bay * (i + 1), 0], "fixed"))
+    held = len(blocks)
+    for course in range(courses):
+        shift = 0.4 * (course % 2)
+        for i in range(length + course % 2):
+            low, high = max(0, 0.8 * i - shift), min(0.8 * length, 0.8 * (i + 1) - shift)
+            corner = [[-r * math.cos(j * math.pi / courses), low, r * math.sin(j * math.pi / courses)]
+                      for r, j in ((inner, course), (outer, course), (outer, course + 1), (inner, course + 1))]
+            blocks.append({"name": f"stone{course}_{i}", "kind": "rigid", "material": "stone",
+                           "shape": {"type": "prism", "polygon": corner, "sweep": [0, high - low, 0]}})
+    return scene(f"Vault of {len(blocks) - held} stones that loses a pier", blocks, 35, end_time)
+
+
+def on_plane(degrees, x, y, z):
+    """A box in axes down a plane that dips so, along its strike, and off it."""
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    return {"type": "hull", "points": [[c * a + s * k, b, -s * a + c * k] for a in x for b in y for k in z]}
+
+
 def slope(across, end_time):
     """Two layers of blocks in bond on a plane of 35 degrees, friction 25 degrees."""
-    c, s = math.cos(math.radians(35)), math.sin(math.radians(35))
-
-    def hull(x, y, z):
-        return {"type": "hull", "points": [[c * a + s * k, b, -s * a + c * k] for a in x for b in y for k in z]}
-
-    blocks = [{"name": "bed", "kind": "fixed", "shape": hull((-5, 30), (-5, across + 5), (-1, 0))}]
+    blocks = [{"name": "bed", "kind": "fixed", "shape": on_plane(35, (-5, 30), (-5, across + 5), (-1, 0))}]
     for i in range(2 * across ** 2):
         layer, row, column = i // across ** 2, i // across % across, i % across
         x, z = column + 0.5 * layer, 0.6 * layer
         blocks.append({"name": f"block{i}", "kind": "rigid", "material": "stone",
-                       "shape": hull((x, x + 1), (row, row + 1), (z, z + 0.6))})
+                       "shape": on_plane(35, (x, x + 1), (row, row + 1), (z, z + 0.6))})
     return scene(f"Slope of {2 * across ** 2} blocks that slides", blocks, 25, end_time)
+
+
+def jointed_slope(rows, columns, sheets, end_time):
+    """Sheets of blocks in bond on a plane of 45 degrees, friction 35 degrees, that no toe holds."""
+    blocks = [{"name": "bed", "kind": "fixed", "shape": on_plane(45, (-5, 2 * rows), (-5, columns + 5), (-1, 0))}]
+    for sheet in range(sheets):
+        shift = 0.5 * (sheet % 2)
+        for column in range(columns):
+            for row in range(rows + sheet % 2):
+                x = (max(0, row - shift), min(rows, row + 1 - shift))
+                blocks.append({"name": f"block{sheet}_{column}_{row}", "kind": "rigid", "material": "stone",
+                               "shape": on_plane(45, x, (column, column + 1), (0.5 * sheet, 0.5 * (sheet + 1)))})
+    return scene(f"Jointed slope of {len(blocks) - 1} blocks that slides", blocks, 35, end_time)
 
 
 def swarms(across, end_time):

@@ -135,13 +135,14 @@ def moving_table(result):
     rows = result["shaken"] + result["moving"]
     bullet = {row["scene"]: row["cpu_ms_per_step"] for row in rows if row["code"] != "quoin"}
     for row in rows:
-        ours = row["code"] == "quoin"
-        ratio = f"{row['cpu_ms_per_step'] / bullet[row['scene']]:.2g}" if ours and row["scene"] in bullet else ""
-        steps = round(row["time"] / row["time_step"])
-        lines.append(f"| {row['scene'] if ours else ''} | {steps}{', gave up' if row['gave_up'] else ''} | {row['code']} "
-                     f"| {number(1e-3 * row['cpu_ms_per_step'])} "
-                     f"| {number(row['factorizations_per_step']) if ours else ''} | {row['overlap']:.1e} "
-                     f"| {row['energy_growth']:.0e} | {ratio} |")
+        ours, steps = row["code"] == "quoin", round(row["time"] / row["time_step"])
+        cells = [number(1e-3 * row["cpu_ms_per_step"]), number(row["factorizations_per_step"]) if ours else "",
+                 f"{row['overlap']:.1e}", f"{row['energy_growth']:.0e}",
+                 plot.ratio(row["cpu_ms_per_step"] / bullet[row["scene"]]) if ours and row["scene"] in bullet else ""]
+        if steps == 0:  # its limit was over in the first one
+            cells = [f"> {cells[0]}", "", "", "", f"> {cells[4]}" if cells[4] else ""]
+        lines.append(f"| {row['scene'] if ours else ''} | {steps}{', gave up' if row['gave_up'] else ''} "
+                     f"| {row['code']} | {' | '.join(cells)} |")
     walls = [row for row in result["shaken"] if row["code"] == "quoin"]
     words = [f"{power(a, b):.2f} from {a['blocks']} to {b['blocks']}" for a, b in zip(walls, walls[1:])]
     if len(walls) > 2:

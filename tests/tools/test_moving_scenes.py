@@ -1,0 +1,62 @@
+"""Scenes of tools/moving_scenes.py that tools/large.py runs: blocks lie as they should, and move.
+
+usage: test_moving_scenes.py QUOIN SOURCE_DIR
+"""
+import csv
+import json
+import pathlib
+import subprocess
+import sys
+import unittest
+
+from folder_test import FolderTest
+
+QUOIN, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
+sys.path.insert(0, str(SOURCE / "tools"))
+from moving_scenes import hull_pile, jointed_slope, struck_wall, vault  # noqa: E402
+
+
+class MovingScenes(FolderTest):
+    def quoin(self, *words):
+        done = subprocess.run([QUOIN, *map(str, words), "--json"], capture_output=True, text=True, timeout=120)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return json.loads(done.stdout)
+
+    def moves(self, document, blocks, loose=()):
+        """`blocks`: that move; `loose`: that touch nothing that holds them. Displacements by name, m."""
+        scene, run = self.folder / "scene.json", self.folder / "run"
+        scene.write_text(json.dumps(document))
+        self.assertEqual(sum(block["kind"] == "rigid" for block in document["blocks"]), blocks)
+        report = self.quoin("check", scene)
+        self.assertEqual(report["contacts"]["overlaps"], [])
+        self.assertEqual(sorted(report["without_support"]), sorted(loose))
+        summary = self.quoin("run", scene, "--out", run)
+        self.assertEqual((summary["status"], summary["unconverged_steps"]), ("completed", 0))
+        self.assertLess(summary["largest_overlap"], 1e-6)
+        self.assertLess(summary["energy"]["growth"], 1e-9 * summary["energy"]["scale"])
+        with open(run / "blocks.csv", encoding="utf-8") as file:
+            return {row["name"]: [float(row[key]) for key in ("ux", "uy", "uz")] for row in csv.DictReader(file)}
+
+    def test_a_vault_falls_where_its_pier_is_gone(self):
+        moved = self.moves(vault(9, 6, 3, 0.05), 5 * 6 + 4 * 7)
+        self.assertLess(moved["stone0_5"][2], -1e-3)
+        self.assertGreater(moved["stone0_0"][2], -1e-6)  # on its pier
+
+    def test_a_jointed_slope_slides_as_one_block(self):
+        moved = self.moves(jointed_slope(4, 2, 3, 0.05), 2 * (4 + 5 + 4))
+        way = 0.5 * 9.81 * (1 - 0.7002075382097097) / 2 * 0.05 ** 2  # along x and down: sin and cos of 45 degrees
+        for name, (x, _, z) in moved.items():
+            if name != "bed":
+                self.assertAlmostEqual(x / way, 1, places=6)
+                self.assertAlmostEqual(z / way, -1, places=6)
+
+    def test_hulls_fall_apart_from_each_other(self):
+        document = hull_pile(2, 2, 0.05)
+        self.moves(document, 8, [f"box{i}" for i in range(8)])
+
+    def test_a_cube_hits_a_wall(self):
+        moved = self.moves(struck_wall(4, 5, 0.02), 23, ["cube"])
+        self.assertGreater(moved["brick2_2"][1], 1e-3)
+
+
+unittest.main(argv=[sys.argv[0]], verbosity=2)
