@@ -37,10 +37,12 @@ std::function<Vector3d(double)> acceleration_of(const solver::Block& block) {
   return [value = block.motion.value](double time) { return value.at(time); };
 }
 
+bool is_held(const solver::Block& block) {
+  return block.kind == solver::BlockKind::Fixed || block.kind == solver::BlockKind::Prescribed;
+}
+
 RigidBody body_of(const solver::Block& block) {
-  const bool held =
-      block.kind == solver::BlockKind::Fixed || block.kind == solver::BlockKind::Prescribed;
-  const double density = held ? 0.0 : block.material.density;
+  const double density = is_held(block) ? 0.0 : block.material.density;
   RigidBody body;
   const std::vector<Vector3d> edges = box_edges(block.body());
   if (edges.size() == 3) {
@@ -59,18 +61,35 @@ RigidBody body_of(const solver::Block& block) {
   return body;
 }
 
+/// That of the pairs of held blocks with others, where all have one of their own.
+std::optional<double> held_friction(const solver::Scene& scene) {
+  if (scene.pair_joints.empty()) return {};
+  const solver::PairJoint& pair = scene.pair_joints[0];
+  const auto first = std::find_if(scene.blocks.begin(), scene.blocks.end(), is_held);
+  if (scene.pair_joints.size() > 1 || first == scene.blocks.end() || pair.group_a == pair.group_b) {
+    throw std::invalid_argument("the peers know a joint with what is held alone");
+  }
+  const int held = first->material.joint_group;
+  const int others = pair.group_a == held ? pair.group_b : pair.group_a;
+  for (const solver::Block& block : scene.blocks) {
+    if (block.material.joint_group != (is_held(block) ? held : others)) {
+      throw std::invalid_argument("the peers know a joint of what is held with all others alone");
+    }
+  }
+  return std::tan(pair.joint.friction_angle);
+}
+
 }  // namespace
 
 RigidScene rigid_scene(const scene_file::SceneFile& file) {
   const solver::Scene& scene = file.scene;
-  const bool plain = scene.pair_joints.empty() && scene.face_loads.empty() &&
-                     scene.body_loads.empty() && scene.fixed_points.empty() &&
-                     scene.gravity.is_constant() && scene.joint.restitution == 0.0 &&
-                     file.stages.size() == 1;
-  if (!plain)
-    throw std::invalid_argument("the peers know gravity, one friction and central forces");
+  const bool plain = scene.face_loads.empty() && scene.body_loads.empty() &&
+                     scene.fixed_points.empty() && scene.gravity.is_constant() &&
+                     scene.joint.restitution == 0.0 && file.stages.size() == 1;
+  if (!plain) throw std::invalid_argument("the peers know gravity, friction and central forces");
   RigidScene rigid;
   rigid.friction = std::tan(scene.joint.friction_angle);
+  rigid.held_friction = held_friction(scene);
   rigid.gravity = scene.gravity.at(0.0);
   for (const solver::Block& block : scene.blocks) rigid.bodies.push_back(body_of(block));
   for (const solver::PointLoad& load : scene.point_loads) {

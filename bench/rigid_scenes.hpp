@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,7 +30,8 @@ struct RigidBody {
 
 struct RigidScene {
   std::vector<RigidBody> bodies{};
-  double friction = 0.0;  ///< coefficient
+  double friction = 0.0;                  ///< coefficient
+  std::optional<double> held_friction{};  ///< on bodies of density 0, where it is another one
   Vector3d gravity{0, 0, -9.81};
 };
 

@@ -44,7 +44,7 @@ class BulletWorld final : public World {
         time_step_(time_step) {
     world_.setGravity(to_bullet(scene.gravity));
     world_.getSolverInfo().m_numIterations = iterations;
-    for (const RigidBody& body : scene.bodies) add(body, scene.friction);
+    for (const RigidBody& body : scene.bodies) add(body);
   }
   ~BulletWorld() override {
     for (const auto& body : bodies_) world_.removeRigidBody(body.get());
@@ -113,7 +113,14 @@ class BulletWorld final : public World {
     return impulse / time_step_;
   }
 
-  void add(const RigidBody& body, double friction) {
+  /// Bullet multiplies those of two bodies.
+  double friction_of(const RigidBody& body) const {
+    const double own = std::sqrt(scene_.friction);
+    const bool as_others = body.density > 0.0 || !scene_.held_friction;
+    return as_others ? own : *scene_.held_friction / own;
+  }
+
+  void add(const RigidBody& body) {
     axes_.push_back(axes_of(body));
     shapes_.push_back(shape_of(body, axes_.back()));
     const Eigen::Matrix3d axes = axes_.back().toRotationMatrix();
@@ -123,7 +130,7 @@ class BulletWorld final : public World {
     const Eigen::Quaterniond q = body.turn * axes_.back();
     info.m_startWorldTransform =
         btTransform(btQuaternion(q.x(), q.y(), q.z(), q.w()), to_bullet(body.place));
-    info.m_friction = std::sqrt(friction);  // Bullet multiplies those of the two bodies
+    info.m_friction = friction_of(body);
     bodies_.push_back(std::make_unique<btRigidBody>(info));
     bodies_.back()->setActivationState(DISABLE_DEACTIVATION);
     if (body.acceleration) {

@@ -146,7 +146,8 @@ class OdeWorld final : public World {
       dContact contact{};
       contact.geom = found[i];
       contact.surface.mode = dContactApprox1;
-      contact.surface.mu = scene_.friction;
+      const bool free = moves_freely(a) && moves_freely(b);
+      contact.surface.mu = free ? scene_.friction : scene_.held_friction.value_or(scene_.friction);
       const dJointID joint = dJointCreateContact(world_, contacts_, &contact);
       dJointAttach(joint, dGeomGetBody(a), dGeomGetBody(b));
       Feedback f{static_cast<int>(reinterpret_cast<std::size_t>(dGeomGetData(a))),

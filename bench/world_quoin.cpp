@@ -27,9 +27,14 @@ solver::Scene scene_of(const RigidScene& rigid) {
   solver::Scene scene;
   scene.joint.friction_angle = std::atan(rigid.friction);
   scene.gravity = rigid.gravity;
+  const double held_friction = rigid.held_friction.value_or(rigid.friction);
+  constexpr int kHeld = 1;  // its joint group
+  if (held_friction != rigid.friction) {
+    scene.pair_joints.push_back({0, kHeld, {.friction_angle = std::atan(held_friction)}});
+  }
   for (const RigidBody& body : rigid.bodies) {
     if (body.density == 0.0) {
-      scene.add_fixed(shape_of(body));
+      scene.add_fixed(shape_of(body), {.joint_group = kHeld});
       if (body.acceleration) {
         scene.blocks.back().kind = solver::BlockKind::Prescribed;
         scene.blocks.back().motion = {solver::MotionKind::Acceleration, body.acceleration};

@@ -141,16 +141,20 @@ def slope(across, end_time):
 
 
 def jointed_slope(rows, columns, sheets, end_time):
-    """Sheets of blocks in bond on a plane of 45 degrees, friction 35 degrees, that no toe holds."""
-    blocks = [{"name": "bed", "kind": "fixed", "shape": on_plane(45, (-5, 2 * rows), (-5, columns + 5), (-1, 0))}]
+    """Sheets of blocks in bond, friction 35 degrees, on a plane of 45, friction 25 degrees, that no toe holds. Were
+    both the same, all joints would slide or not with equal right."""
+    blocks = [{"name": "bed", "kind": "fixed", "joint_group": "bed",
+               "shape": on_plane(45, (-5, 2 * rows), (-5, columns + 5), (-1, 0))}]
     for sheet in range(sheets):
         shift = 0.5 * (sheet % 2)
         for column in range(columns):
             for row in range(rows + sheet % 2):
                 x = (max(0, row - shift), min(rows, row + 1 - shift))
                 blocks.append({"name": f"block{sheet}_{column}_{row}", "kind": "rigid", "material": "stone",
+                               "joint_group": "rock",
                                "shape": on_plane(45, x, (column, column + 1), (0.5 * sheet, 0.5 * (sheet + 1)))})
-    return scene(f"Jointed slope of {len(blocks) - 1} blocks that slides", blocks, 35, end_time)
+    return {**scene(f"Jointed slope of {len(blocks) - 1} blocks that slides", blocks, 35, end_time),
+            "joints": [{"between": ["bed", "rock"], "friction_angle_deg": 25}]}
 
 
 def swarms(across, end_time):
