@@ -66,16 +66,14 @@ std::optional<double> held_friction(const solver::Scene& scene) {
   if (scene.pair_joints.empty()) return {};
   const solver::PairJoint& pair = scene.pair_joints[0];
   const auto first = std::find_if(scene.blocks.begin(), scene.blocks.end(), is_held);
-  if (scene.pair_joints.size() > 1 || first == scene.blocks.end() || pair.group_a == pair.group_b) {
-    throw std::invalid_argument("the peers know a joint with what is held alone");
-  }
-  const int held = first->material.joint_group;
+  const int held = first == scene.blocks.end() ? pair.group_a : first->material.joint_group;
   const int others = pair.group_a == held ? pair.group_b : pair.group_a;
+  bool known = scene.pair_joints.size() == 1 && pair.group_a != pair.group_b &&
+               (pair.group_a == held || pair.group_b == held) && pair.joint.restitution == 0.0;
   for (const solver::Block& block : scene.blocks) {
-    if (block.material.joint_group != (is_held(block) ? held : others)) {
-      throw std::invalid_argument("the peers know a joint of what is held with all others alone");
-    }
+    known = known && block.material.joint_group == (is_held(block) ? held : others);
   }
+  if (!known) throw std::invalid_argument("the peers know one other joint: of what is held");
   return std::tan(pair.joint.friction_angle);
 }
 
