@@ -103,6 +103,7 @@ bool LinearSolver::factorize(const BlockSystem& system, const BlockVector* only)
     iterates_ = wants_multigrid(pattern);
     ++counts_.distributed;
     ++(iterates_ ? counts_.set_ups : counts_.eliminations);
+    release_values();
     using enum LinearSolverKind;
     return distributed_->factorize(system, *slots_, iterates_ ? Multigrid : Elimination);
   }
@@ -131,6 +132,15 @@ bool LinearSolver::factorize_here(const BlockSystem& system, const BlockVector* 
   };
   return slots_->rigid() ? take(rigid_, block_rows<6>(threads_, system, *slots_))
                          : take(deformable_, block_rows<12>(threads_, system, *slots_));
+}
+
+/// What this process alone keeps of a matrix that all of them solve.
+void LinearSolver::release_values() {
+  elimination_.release();
+  release_multigrid();
+  whole_.diagonal = {};
+  whole_.off_diagonal = {};
+  whole_.mirrored = {};
 }
 
 void LinearSolver::release_multigrid() {

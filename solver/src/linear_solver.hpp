@@ -77,6 +77,7 @@ class LinearSolver {
   bool wants_multigrid(const BlockSystem& system);
   bool iterates(const BlockSystem& system);
   void release_multigrid();
+  void release_values();
   bool distributes(const BlockSystem& system);
 
   const Slots* slots_;
