@@ -36,7 +36,10 @@ class LinearSolver {
   }
 
   /// From the next matrix on.
-  void use(const Threads& threads) { threads_ = threads; }
+  void use(const Threads& threads) {
+    threads_ = threads;
+    elimination_.use(threads);
+  }
 
   /// False when it is singular to working accuracy, or symmetric, eliminated and not positive
   /// definite.

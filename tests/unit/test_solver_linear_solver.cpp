@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <quoin/geometry/worker_pool.hpp>
 #include <set>
 
 #include "solver/src/linear_solver.hpp"
@@ -15,21 +16,40 @@ namespace {
 
 enum class MatrixShape { Symmetric, General };
 
-/// Blocks of 6 and 12 unknowns, as many random couplings as wanted; diagonally dominant.
+using Pairs = std::set<std::pair<int, int>>;
+
+Pairs random_pairs(Random& random, int count, int couplings) {
+  Pairs pairs;
+  for (int c = 0; c < couplings; ++c) {
+    const int i = static_cast<int>(random.uniform(0, count)),
+              j = static_cast<int>(random.uniform(0, count));
+    if (i != j) pairs.insert(std::minmax(i, j));
+  }
+  return pairs;
+}
+
+/// Neighbours in a square of `side` × `side`.
+Pairs grid_pairs(int side) {
+  Pairs pairs;
+  for (int i = 0; i < side * side; ++i) {
+    if (i % side + 1 < side) pairs.emplace(i, i + 1);
+    if (i + side < side * side) pairs.emplace(i, i + side);
+  }
+  return pairs;
+}
+
+/// Blocks of 6 and 12 unknowns with random numbers; diagonally dominant.
 struct Problem {
   Slots slots;
   BlockSystem system;
 
-  Problem(Random& random, int count, int couplings, MatrixShape shape) {
+  Problem(Random& random, int count, int couplings, MatrixShape shape)
+      : Problem(random, count, random_pairs(random, count, couplings), shape) {}
+
+  Problem(Random& random, int count, const Pairs& pairs, MatrixShape shape) {
     std::vector<int> unknowns;
     for (int b = 0; b < count; ++b) unknowns.push_back(random.uniform(0, 1) < 0.5 ? 6 : 12);
     slots = make_slots(unknowns, std::vector<double>(unknowns.size(), 1.0));
-    std::set<std::pair<int, int>> pairs;
-    for (int c = 0; c < couplings; ++c) {
-      const int i = static_cast<int>(random.uniform(0, count)),
-                j = static_cast<int>(random.uniform(0, count));
-      if (i != j) pairs.insert(std::minmax(i, j));
-    }
     system.pairs.assign(pairs.begin(), pairs.end());
     system.symmetric = shape == MatrixShape::Symmetric;
     const auto draw = [&] {
@@ -45,7 +65,8 @@ struct Problem {
       const Matrix12 block = draw();
       const Matrix12 symmetric = 0.5 * (block + block.transpose());
       const Matrix12 whole =
-          (system.symmetric ? symmetric : block) + (12.0 * (couplings + 1)) * Matrix12::Identity();
+          (system.symmetric ? symmetric : block) +
+          (12.0 * (static_cast<double>(pairs.size()) + 1.0)) * Matrix12::Identity();
       system.diagonal[b] = whole.topLeftCorner(n, n);
     }
     for (std::size_t p = 0; p < pairs.size(); ++p) {
@@ -220,6 +241,59 @@ TEST_CASE("A symmetric matrix that multigrid leaves to elimination is solved mor
     }
     CHECK(off <= 1e-8);
   }
+}
+
+TEST_CASE("Any number of threads eliminates to the same bits") {
+  Random random(5);
+  constexpr int kSide = 34;  // subtrees for three threads, and fronts that these share
+  for (const MatrixShape shape : {MatrixShape::Symmetric, MatrixShape::General}) {
+    const Problem problem(random, kSide * kSide, grid_pairs(kSide), shape);
+    BlockVector right(problem.slots.size.size(), Vector12::Zero());
+    for (std::size_t s = 0; s < right.size(); ++s) {
+      for (int i = 0; i < problem.slots.size[s]; ++i) right[s][i] = random.uniform(-1, 1);
+    }
+    for (const bool once : {false, true}) {
+      const auto solved = [&](int threads) {
+        quoin::geometry::WorkerPool pool(threads);
+        LinearSolver solver(problem.slots);
+        solver.use(Threads(&pool));
+        BlockVector solution = right;
+        for (int again = 0; again < 2; ++again) {
+          REQUIRE(
+              (once ? solver.factorize(problem.system, right) : solver.factorize(problem.system)));
+          REQUIRE(solver.solve(right, solution));
+        }
+        CHECK(solver.condition_estimate() > 1.0);
+        return std::pair(solution, solver.condition_estimate());
+      };
+      const auto one = solved(1);
+      CHECK(solved(2) == one);
+      CHECK(solved(3) == one);
+    }
+  }
+}
+
+TEST_CASE("Threads say what cannot be factorized, and go on with what can") {
+  Random random(7);
+  constexpr int kSide = 34;
+  Problem problem(random, kSide * kSide, grid_pairs(kSide), MatrixShape::Symmetric);
+  quoin::geometry::WorkerPool pool(2);
+  LinearSolver solver(problem.slots);
+  solver.use(Threads(&pool));
+  const BlockSystem sound = problem.system;
+  for (const std::size_t block : {std::size_t{0}, std::size_t{kSide * kSide / 2 + kSide / 2}}) {
+    problem.system = sound;
+    problem.system.diagonal[block](2, 2) = -1.0;
+    CHECK_FALSE(solver.factorize(problem.system));
+  }
+  problem.system = sound;
+  REQUIRE(solver.factorize(problem.system));
+  BlockVector right(problem.slots.size.size(), Vector12::Ones()), solution = right, again = right;
+  REQUIRE(solver.solve(right, solution));
+  LinearSolver alone(problem.slots);
+  REQUIRE(alone.factorize(problem.system));
+  REQUIRE(alone.solve(right, again));
+  CHECK(solution == again);
 }
 
 TEST_CASE("What cannot be factorized is said") {

@@ -1,7 +1,7 @@
 #include "linear/multifrontal.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <atomic>
 #include <numeric>
 
 #include "index.hpp"
@@ -32,6 +32,11 @@ static_assert(kNode == kPanel);
 // and 1012 bricks and a sliding slope of 512 blocks (bench/trials_large.md).
 constexpr double kAnalysis = 4.6e3;
 constexpr double kSaved = 3.0;
+
+// Of a matrix that takes so many multiplications or more, some 2 ms, threads share the work; of
+// what is in no subtree they share fronts that take so many, some 0.1 ms.
+constexpr double kShared = 2e7, kSharedFront = 1e6;
+constexpr double kSubtrees = 4.0;  // for each worker and more: a subtree is at most that share
 
 using Factor = Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 
@@ -70,54 +75,9 @@ void add_transposed(const double* from, long stride, const Columns& to) {
   }
 }
 
-/// L U of columns of a square matrix from `at` on, with exchanges of its rows. False: singular.
-bool factor_general(const Columns& square, int at, double* reciprocals, int* exchanges) {
-  for (int k = at; k < at + kPanel; ++k) {
-    double* column = square.data + k * square.stride;
-    int best = k;
-    for (int i = k + 1; i < square.rows; ++i) {
-      if (std::abs(column[i]) > std::abs(column[best])) best = i;
-    }
-    if (!(std::abs(column[best]) > 0.0)) return false;
-    exchanges[k] = best;
-    for (int j = 0; best != k && j < square.columns; ++j) {
-      std::swap(square.data[k + j * square.stride], square.data[best + j * square.stride]);
-    }
-    const double reciprocal = reciprocals[k - at] = 1.0 / column[k];
-    for (int i = k + 1; i < square.rows; ++i) column[i] *= reciprocal;
-    for (int j = k + 1; j < at + kPanel; ++j) {
-      double* next = square.data + j * square.stride;
-      for (int i = k + 1; i < square.rows; ++i) next[i] -= column[i] * next[k];
-    }
-  }
-  return true;
-}
-
-/// L L^T of kPanel columns. False: not positive definite.
-bool factor_symmetric(const Columns& square, double* reciprocals) {
-  for (int k = 0; k < kPanel; ++k) {
-    double* column = square.data + k * square.stride;
-    if (!(column[k] > 0.0)) return false;
-    column[k] = std::sqrt(column[k]);
-    reciprocals[k] = 1.0 / column[k];
-    for (int i = k + 1; i < kPanel; ++i) column[i] *= reciprocals[k];
-    for (int j = k + 1; j < kPanel; ++j) {
-      double* next = square.data + j * square.stride;
-      for (int i = j; i < kPanel; ++i) next[i] -= column[i] * column[j];
-    }
-  }
-  return true;
-}
-
-/// L x = x with L unit lower triangular.
-void solve_unit_lower(const Columns& lower, const Columns& x) {
-  for (int j = 0; j < x.columns; ++j) {
-    double* column = x.data + j * x.stride;
-    for (int k = 0; k < lower.columns; ++k) {
-      const double* factor = lower.data + k * lower.stride;
-      for (int i = k + 1; i < lower.rows; ++i) column[i] -= factor[i] * column[k];
-    }
-  }
+/// Of a front that is not symmetric, about.
+double multiplications(double own, double below) {
+  return own * (own * own / 3.0 + own * below + below * below);
 }
 
 /// Which pairs of a system are not zero.
@@ -152,7 +112,6 @@ void Multifrontal::analyse(const BlockSystem& system, const std::vector<int>& co
     result.couplings[index(std::min(first, second))].push_back(
         {coupled[p], std::max(first, second), first > second});
   }
-  local_.assign(index(count), 0);
   result.work = 0.0;
   result.fronts.assign(supernodes.size(), {});
   for (std::size_t s = 0; s < supernodes.size(); ++s) {
@@ -161,8 +120,7 @@ void Multifrontal::analyse(const BlockSystem& system, const std::vector<int>& co
     front.own = result.start[index(node.end)] - result.start[index(node.first)];
     front.first = result.start[index(node.first)];
     for (const int place : node.below) front.below += slots_->size[index(node_at[index(place)])];
-    const double own = front.own, below = front.below;
-    result.work += own * (own * own / 3.0 + own * below + below * below);
+    result.work += multiplications(front.own, front.below);
   }
   placed_ = false;
 }
@@ -195,46 +153,110 @@ double Multifrontal::work(const BlockSystem& system) {
   return system.symmetric ? 0.5 * whole_.work : whole_.work;
 }
 
-/// Where the factors of each front stand, and memory for the rests that wait at the same time.
-void Multifrontal::place_factors() {
-  std::size_t factors = 0, columns = 0, waiting = 0, most = 0;
-  std::vector<std::size_t>& taken = waiting_;  // by the rests of a front's children
-  taken.assign(analysis().fronts.size(), 0);
-  for (std::size_t s = 0; s < analysis().fronts.size(); ++s) {
-    Front& front = analysis().fronts[s];
-    front.columns = factors;
-    factors += area(keeps_lower_ ? front.own + front.below : front.own, front.own);
+/// Subtrees that take at most a share of all the work each, for several threads.
+void Multifrontal::part_tree() {
+  const std::vector<Front>& fronts = analysis().fronts;
+  const std::vector<Supernode>& supernodes = analysis().elimination.supernodes;
+  subtrees_.clear();
+  if (workers_ == 1 || analysis().work < kShared) return;
+  taken_.assign(fronts.size(), 1);  // fronts of the subtree with that root
+  subtree_work_.assign(fronts.size(), 0.0);
+  for (std::size_t s = 0; s < fronts.size(); ++s) {
+    subtree_work_[s] += multiplications(fronts[s].own, fronts[s].below);
+    const int parent = supernodes[s].parent;
+    if (parent < 0) continue;
+    taken_[index(parent)] += taken_[s];
+    subtree_work_[index(parent)] += subtree_work_[s];
+  }
+  const double most = analysis().work / (kSubtrees * workers_);
+  for (std::size_t s = fronts.size(); s > 0;) {
+    const bool whole = subtree_work_[s - 1] <= most;
+    const std::size_t first = s - (whole ? taken_[s - 1] : 1);
+    if (whole) subtrees_.push_back({first, s});
+    s = first;
+  }
+  std::ranges::reverse(subtrees_);
+  std::size_t rests = 0, pushes = 0;
+  for (Subtree& subtree : subtrees_) {
+    const int below = fronts[subtree.end - 1].below;
+    subtree.rest = rests;
+    subtree.pushes = pushes;
+    subtree.beyond = analysis().start[index(supernodes[subtree.end - 1].end)];
+    rests += area(below, below);
+    for (std::size_t s = subtree.first; s < subtree.end; ++s) {
+      for (const int place : supernodes[s].below) {
+        const int at = analysis().start[index(place)];
+        if (at >= subtree.beyond) pushes += index(analysis().start[index(place) + 1] - at);
+      }
+    }
+  }
+  make_room(rests, rests_);
+  make_room(pushes, pushes_);
+}
+
+/// Memory of a thread that eliminates the fronts from `first` up to `end` but those of subtrees,
+/// `subtree` and the next ones, for the rests that wait at the same time.
+void Multifrontal::place_lane(std::size_t first, std::size_t end,
+                              std::vector<Subtree>::const_iterator subtree, Lane& lane) {
+  std::size_t columns = 0, waiting = 0, most = 0;
+  taken_.resize(analysis().fronts.size());  // by the rests of a front's children
+  std::fill(taken_.begin() + static_cast<long>(first), taken_.begin() + static_cast<long>(end), 0);
+  for (std::size_t s = first; s < end; ++s) {
+    if (subtree != subtrees_.end() && subtree->first == s) {
+      s = subtree++->end - 1;
+      continue;
+    }
+    const Front& front = analysis().fronts[s];
     if (!keeps_lower_) columns = std::max(columns, area(front.own + front.below, front.own));
-    front.rows = factors;
-    if (!symmetric_) factors += area(front.own, front.below);
     const std::size_t rest = area(front.below, front.below);
     most = std::max(most, waiting + rest);
-    waiting += rest - taken[s];
+    waiting += rest - taken_[s];
     const int parent = analysis().elimination.supernodes[s].parent;
-    if (parent >= 0) taken[index(parent)] += rest;
+    if (parent >= 0 && index(parent) < end) taken_[index(parent)] += rest;
+  }
+  lane.local.resize(index(slots_->count()));
+  if (lane.stack.size() < most) make_room(most, lane.stack);
+  if (lane.columns.size() < columns) make_room(columns, lane.columns);
+}
+
+/// Where the factors of each front stand, and the memory of the threads.
+void Multifrontal::place_factors() {
+  std::size_t factors = 0;
+  for (Front& front : analysis().fronts) {
+    front.columns = factors;
+    factors += area(keeps_lower_ ? front.own + front.below : front.own, front.own);
+    front.rows = factors;
+    if (!symmetric_) factors += area(front.own, front.below);
   }
   make_room(factors, factor_);
-  make_room(columns, columns_);
-  make_room(most, stack_);
   pivots_.resize(slots_->unknowns());
   exchanges_.resize(index(slots_->unknowns()));
   vector_.resize(slots_->unknowns());
+  part_tree();
+  lanes_.resize(subtrees_.empty() ? 1 : 1 + index(workers_));
+  place_lane(0, analysis().fronts.size(), subtrees_.begin(), lanes_[0]);
+  for (std::size_t w = 1; w < lanes_.size(); ++w) {
+    for (const Subtree& subtree : subtrees_) {
+      place_lane(subtree.first, subtree.end, subtrees_.end(), lanes_[w]);
+    }
+  }
 }
 
 void Multifrontal::release() {
   solver::release(factor_);
-  solver::release(columns_);
-  solver::release(stack_);
+  solver::release(lanes_);
+  solver::release(rests_);
+  solver::release(pushes_);
   solver::release(exchanges_);
   placed_ = false;
 }
 
-Multifrontal::Parts Multifrontal::parts(const Front& front, double* rest) {
+DenseFront Multifrontal::dense(const Front& front, Lane& lane) {
   const int own = front.own, below = front.below;
-  double* columns = keeps_lower_ ? factor_.data() + front.columns : columns_.data();
+  double* columns = keeps_lower_ ? factor_.data() + front.columns : lane.columns.data();
   return {{columns, own + below, own + below, own},
           {factor_.data() + front.rows, below, below, symmetric_ ? 0 : own},
-          {rest, below, below, below}};
+          {lane.stack.data() + lane.top, below, below, below}};
 }
 
 bool Multifrontal::factorize(const BlockSystem& system) { return factorize(system, nullptr); }
@@ -246,64 +268,125 @@ bool Multifrontal::factorize(const BlockSystem& system, const BlockVector& only)
 bool Multifrontal::factorize(const BlockSystem& system, const BlockVector* only) {
   choose_analysis(system);
   const bool keeps_lower = system.symmetric || only == nullptr;
-  if (!placed_ || symmetric_ != system.symmetric || keeps_lower_ != keeps_lower) {
+  const int workers = threads_.workers();
+  if (!placed_ || symmetric_ != system.symmetric || keeps_lower_ != keeps_lower ||
+      workers_ != workers) {
     symmetric_ = system.symmetric;
     keeps_lower_ = keeps_lower;
+    workers_ = workers;
     place_factors();
     placed_ = true;
   }
   if (!keeps_lower_) take(*only);
-  std::vector<std::size_t>& waiting = waiting_;  // supernodes whose rests stand on the stack
-  waiting.clear();
-  std::size_t top = 0;
-  for (std::size_t s = 0; s < analysis().fronts.size(); ++s) {
-    look();
-    const Front& front = analysis().fronts[s];
-    const Parts now = parts(front, stack_.data() + top);
-    set_zero(now.columns);
-    set_zero(now.rows);
-    set_zero(now.rest);
-    add_own_blocks(system, s, now);
-    while (!waiting.empty() &&
-           analysis().elimination.supernodes[waiting.back()].parent == static_cast<int>(s)) {
-      const int below = analysis().fronts[waiting.back()].below;
-      top -= area(below, below);
-      add_rest(waiting.back(), stack_.data() + top, s, now);
-      waiting.pop_back();
+  return eliminate_subtrees(system) && eliminate_rest(system);
+}
+
+/// A front, once its children are.
+bool Multifrontal::eliminate(const BlockSystem& system, std::size_t node, const Threads& threads,
+                             Lane& lane, Beyond& beyond) {
+  if (watch_ != nullptr) watch_->look();
+  const Front& front = analysis().fronts[node];
+  const DenseFront now = dense(front, lane);
+  set_zero(now.columns);
+  set_zero(now.rows);
+  set_zero(now.rest);
+  add_own_blocks(system, node, lane, now);
+  add_children(node, lane, now);
+  const FrontCrew crew{threads, watch_};
+  double* pivots = pivots_.data() + front.first;
+  const bool sound = symmetric_
+                         ? eliminate_symmetric(now, crew, pivots)
+                         : eliminate_general(now, crew, pivots, exchanges_.data() + front.first);
+  if (!sound) return false;
+  if (!keeps_lower_) {
+    forward(node, lane, beyond);
+    double* kept = factor_.data() + front.columns;
+    for (int j = 0; j < front.own; ++j, kept += front.own) {
+      std::copy_n(now.columns.data + j * now.columns.stride, front.own, kept);
     }
-    if (!(symmetric_ ? eliminate_symmetric(s, now) : eliminate_general(s, now))) return false;
-    if (!keeps_lower_) {
-      forward(s);
-      double* kept = factor_.data() + front.columns;
-      for (int j = 0; j < front.own; ++j, kept += front.own) {
-        std::copy_n(now.columns.data + j * now.columns.stride, front.own, kept);
-      }
-    }
-    const std::size_t rest = area(front.below, front.below);
-    std::copy_n(now.rest.data, rest, stack_.data() + top);
-    top += rest;
-    waiting.push_back(s);
   }
+  const std::size_t rest = area(front.below, front.below);
+  double* const top = lane.stack.data() + lane.top;
+  std::copy_n(now.rest.data, rest, top);
+  lane.top += rest;
+  lane.waiting.push_back({node, top, true});
   return true;
 }
 
-void Multifrontal::add_own_blocks(const BlockSystem& system, std::size_t node, const Parts& front) {
+bool Multifrontal::eliminate_subtree(const BlockSystem& system, const Subtree& subtree,
+                                     Lane& lane) {
+  Beyond beyond{subtree.beyond, pushes_.data() + subtree.pushes};
+  lane.waiting.clear();
+  lane.top = 0;
+  for (std::size_t s = subtree.first; s < subtree.end; ++s) {
+    if (!eliminate(system, s, Threads(), lane, beyond)) return false;
+  }
+  const int below = analysis().fronts[subtree.end - 1].below;
+  std::copy_n(lane.stack.data(), area(below, below), rests_.data() + subtree.rest);
+  return true;
+}
+
+bool Multifrontal::eliminate_subtrees(const BlockSystem& system) {
+  std::atomic<bool> sound{true};
+  threads_.take(subtrees_.size(), [&](int worker, std::size_t i) {
+    if (sound && !eliminate_subtree(system, subtrees_[i], lanes_[1 + index(worker)])) sound = false;
+  });
+  return sound;
+}
+
+/// Calls front(s) for each front that is in no subtree, and below(subtree) for each of these, in
+/// the order of the elimination.
+template <class OnFront, class OnSubtree>
+void Multifrontal::walk(const OnFront& front, const OnSubtree& below) const {
+  auto subtree = subtrees_.begin();
+  for (std::size_t s = 0; s < analysis().fronts.size(); ++s) {
+    if (subtree == subtrees_.end() || subtree->first != s) {
+      front(s);
+      continue;
+    }
+    below(*subtree);
+    s = subtree++->end - 1;
+  }
+}
+
+/// The fronts that are in no subtree.
+bool Multifrontal::eliminate_rest(const BlockSystem& system) {
+  Lane& lane = lanes_[0];
+  lane.waiting.clear();
+  lane.top = 0;
+  Beyond none;
+  bool sound = true;
+  const auto eliminate_one = [&](std::size_t s) {
+    const Front& front = analysis().fronts[s];
+    const bool shared = workers_ > 1 && multiplications(front.own, front.below) >= kSharedFront;
+    sound = sound && eliminate(system, s, shared ? threads_ : Threads(), lane, none);
+  };
+  const auto take_subtree = [&](const Subtree& subtree) {
+    lane.waiting.push_back({subtree.end - 1, rests_.data() + subtree.rest, false});
+    if (!keeps_lower_) take_off_beyond(subtree);
+  };
+  walk(eliminate_one, take_subtree);
+  return sound;
+}
+
+void Multifrontal::add_own_blocks(const BlockSystem& system, std::size_t node, Lane& lane,
+                                  const DenseFront& front) {
   const Supernode& supernode = analysis().elimination.supernodes[node];
   const int own = analysis().fronts[node].own;
   int at = 0;
   const auto place_next = [&](int place) {
-    local_[index(place)] = at;
+    lane.local[index(place)] = at;
     at += slots_->size[index(analysis().elimination.node_at[index(place)])];
   };
   for (int place = supernode.first; place < supernode.end; ++place) place_next(place);
   for (const int place : supernode.below) place_next(place);
   for (int place = supernode.first; place < supernode.end; ++place) {
     const std::size_t slot = index(analysis().elimination.node_at[index(place)]);
-    const int size = slots_->size[slot], from = local_[index(place)];
+    const int size = slots_->size[slot], from = lane.local[index(place)];
     copy(std::as_const(system.diagonal)[slot], front.columns.block(from, from, size, size));
     for (const Coupling& coupling : analysis().couplings[index(place)]) {
       const int rows = slots_->size[index(analysis().elimination.node_at[index(coupling.other)])];
-      const int to = local_[index(coupling.other)];
+      const int to = lane.local[index(coupling.other)];
       const Columns lower_part = front.columns.block(to, from, rows, size);
       const SquareBlocks::ConstBlock upper = system.off_diagonal[index(coupling.pair)];
       if (symmetric_) {
@@ -325,32 +408,33 @@ void Multifrontal::add_own_blocks(const BlockSystem& system, std::size_t node, c
 
 /// Of a child in the front of its parent, which eliminates `own` unknowns: a run is of these or of
 /// the others.
-void Multifrontal::find_runs(std::size_t child, int own) {
-  runs_.clear();
+void Multifrontal::find_runs(std::size_t child, int own, Lane& lane) {
+  std::vector<Run>& runs = lane.runs;
+  runs.clear();
   int from = 0;
   for (const int place : analysis().elimination.supernodes[child].below) {
     const int size = slots_->size[index(analysis().elimination.node_at[index(place)])];
-    const int to = local_[index(place)];
-    const bool continues =
-        !runs_.empty() && to != own && runs_.back().to + runs_.back().count == to;
-    if (!continues) runs_.push_back({from, to, 0});
-    runs_.back().count += size;
+    const int to = lane.local[index(place)];
+    const bool continues = !runs.empty() && to != own && runs.back().to + runs.back().count == to;
+    if (!continues) runs.push_back({from, to, 0});
+    runs.back().count += size;
     from += size;
   }
 }
 
 /// What a child left, to where it belongs in the front of its parent; the lower triangle if
 /// symmetric.
-void Multifrontal::add_rest(std::size_t child, const double* rest, std::size_t node,
-                            const Parts& front) {
+void Multifrontal::add_rest(const Waiting& child, std::size_t node, Lane& lane,
+                            const DenseFront& front) {
   const int own = analysis().fronts[node].own;
-  const long stride = analysis().fronts[child].below;
-  find_runs(child, own);
-  for (std::size_t j = 0; j < runs_.size(); ++j) {
-    const Run& right = runs_[j];
-    for (std::size_t i = symmetric_ ? j : 0; i < runs_.size(); ++i) {
-      const Run& down = runs_[i];
-      const double* from = rest + down.from + right.from * stride;
+  const long stride = analysis().fronts[child.front].below;
+  find_runs(child.front, own, lane);
+  const std::vector<Run>& runs = lane.runs;
+  for (std::size_t j = 0; j < runs.size(); ++j) {
+    const Run& right = runs[j];
+    for (std::size_t i = symmetric_ ? j : 0; i < runs.size(); ++i) {
+      const Run& down = runs[i];
+      const double* from = child.rest + down.from + right.from * stride;
       if (right.to < own) {
         add(from, stride, front.columns.block(down.to, right.to, down.count, right.count));
       } else if (down.to < own) {
@@ -364,72 +448,47 @@ void Multifrontal::add_rest(std::size_t child, const double* rest, std::size_t n
   }
 }
 
-bool Multifrontal::eliminate_symmetric(std::size_t node, const Parts& parts) {
-  const Front& front = analysis().fronts[node];
-  const Columns& columns = parts.columns;
-  for (int at = 0; at < front.own; at += kPanel) {
-    if (at > 0) look();
-    double reciprocals[kPanel];
-    const Columns corner = columns.block(at, at, kPanel, kPanel);
-    if (!factor_symmetric(corner, reciprocals)) return false;
-    for (int k = 0; k < kPanel; ++k) {
-      const double root = corner.data[k + k * corner.stride];
-      pivots_[front.first + at + k] = root * root;
-    }
-    const int next = at + kPanel, left = front.own - next, rows = columns.rows - next;
-    const Columns panel = columns.block(next, at, rows, kPanel);
-    solve_panel(transposed(corner), reciprocals, panel);
-    subtract_product(panel, transposed(panel), Triangle::Lower,
-                     columns.block(next, next, rows, left));
+void Multifrontal::add_children(std::size_t node, Lane& lane, const DenseFront& front) {
+  const auto is_child = [&](const Waiting& waiting) {
+    return analysis().elimination.supernodes[waiting.front].parent == static_cast<int>(node);
+  };
+  while (!lane.waiting.empty() && is_child(lane.waiting.back())) {
+    const Waiting& child = lane.waiting.back();
+    const int below = analysis().fronts[child.front].below;
+    if (child.on_stack) lane.top -= area(below, below);
+    add_rest(child, node, lane, front);
+    lane.waiting.pop_back();
   }
-  const Columns below = columns.block(front.own, 0, front.below, front.own);
-  subtract_product(below, transposed(below), Triangle::Lower, parts.rest);
-  return true;
-}
-
-bool Multifrontal::eliminate_general(std::size_t node, const Parts& parts) {
-  const Front& front = analysis().fronts[node];
-  const auto& [columns, rows, rest] = parts;
-  const Columns square = columns.block(0, 0, front.own, front.own);
-  int* exchanges = exchanges_.data() + front.first;
-  for (int at = 0; at < front.own; at += kPanel) {
-    if (at > 0) look();
-    double reciprocals[kPanel];
-    if (!factor_general(square, at, reciprocals, exchanges)) return false;
-    const Columns corner = square.block(at, at, kPanel, kPanel);
-    for (int k = 0; k < kPanel; ++k) {
-      pivots_[front.first + at + k] = std::abs(corner.data[k + k * corner.stride]);
-    }
-    const int next = at + kPanel, left = front.own - next, height = columns.rows - next;
-    const Columns right = columns.block(at, next, kPanel, left);
-    solve_unit_lower(corner, right);
-    solve_panel(as_is(corner), reciprocals, columns.block(front.own, at, front.below, kPanel));
-    subtract_product(columns.block(next, at, height, kPanel), as_is(right), Triangle::Both,
-                     columns.block(next, next, height, left));
-  }
-  for (int k = 0; k < front.own; ++k) {
-    if (exchanges[k] == k) continue;
-    double *one = rows.data + k * rows.stride, *other = rows.data + exchanges[k] * rows.stride;
-    std::swap_ranges(one, one + rows.rows, other);
-  }
-  for (int at = 0; at < front.own; at += kPanel) {
-    if (at > 0) look();
-    const Columns panel = rows.block(0, at, front.below, kPanel);
-    subtract_product(rows.block(0, 0, front.below, at), transposed(square.block(at, 0, kPanel, at)),
-                     Triangle::Both, panel);
-    solve_panel(transposed(square.block(at, at, kPanel, kPanel)), nullptr, panel);
-  }
-  subtract_product(columns.block(front.own, 0, front.below, front.own), transposed(rows),
-                   Triangle::Both, rest);
-  return true;
 }
 
 void Multifrontal::solve(const BlockVector& right, BlockVector& solution) {
+  Lane& lane = lanes_[0];
   if (keeps_lower_) {
     take(right);
-    for (std::size_t s = 0; s < analysis().fronts.size(); ++s) forward(s);
+    threads_.take(subtrees_.size(), [&](int worker, std::size_t i) {
+      const Subtree& subtree = subtrees_[i];
+      Beyond beyond{subtree.beyond, pushes_.data() + subtree.pushes};
+      for (std::size_t s = subtree.first; s < subtree.end; ++s) {
+        forward(s, lanes_[1 + index(worker)], beyond);
+      }
+    });
+    Beyond none;
+    walk([&](std::size_t s) { forward(s, lane, none); },
+         [&](const Subtree& subtree) { take_off_beyond(subtree); });
   }
-  for (std::size_t s = analysis().fronts.size(); s-- > 0;) backward(s);
+  auto subtree = subtrees_.rbegin();
+  for (std::size_t s = analysis().fronts.size(); s-- > 0;) {
+    if (subtree == subtrees_.rend() || subtree->end != s + 1) {
+      backward(s, lane);
+    } else {
+      s = subtree++->first;
+    }
+  }
+  threads_.take(subtrees_.size(), [&](int worker, std::size_t i) {
+    for (std::size_t s = subtrees_[i].end; s-- > subtrees_[i].first;) {
+      backward(s, lanes_[1 + index(worker)]);
+    }
+  });
   for (std::size_t s = 0; s < solution.size(); ++s) {
     solution[s].setZero();
     solution[s].head(slots_->size[s]) = unknowns_of(s);
@@ -447,9 +506,23 @@ Eigen::VectorBlock<Eigen::VectorXd> Multifrontal::unknowns_of(std::size_t slot) 
                          slots_->size[slot]);
 }
 
-void Multifrontal::forward(std::size_t node) {
+/// What the fronts of a subtree have taken off unknowns beyond it, in their order.
+void Multifrontal::take_off_beyond(const Subtree& subtree) {
+  const double* from = pushes_.data() + subtree.pushes;
+  for (std::size_t s = subtree.first; s < subtree.end; ++s) {
+    for (const int place : analysis().elimination.supernodes[s].below) {
+      const int at = analysis().start[index(place)];
+      if (at < subtree.beyond) continue;
+      const int size = analysis().start[index(place) + 1] - at;
+      vector_.segment(at, size) -= Eigen::Map<const Eigen::VectorXd>(from, size);
+      from += size;
+    }
+  }
+}
+
+void Multifrontal::forward(std::size_t node, Lane& lane, Beyond& beyond) {
   const Front& front = analysis().fronts[node];
-  const Columns& columns = parts(front, nullptr).columns;
+  const Columns columns = dense(front, lane).columns;
   const Factor pivot(columns.data, front.own, front.own, Eigen::OuterStride<>(columns.stride));
   auto own = vector_.segment(front.first, front.own);
   if (symmetric_) {
@@ -459,34 +532,39 @@ void Multifrontal::forward(std::size_t node) {
     pivot.triangularView<Eigen::UnitLower>().solveInPlace(own);
   }
   if (front.below == 0) return;
-  below_.noalias() = Factor(columns.data + front.own, front.below, front.own,
-                            Eigen::OuterStride<>(columns.stride)) *
-                     own;
-  int at = 0;
+  lane.below.noalias() = Factor(columns.data + front.own, front.below, front.own,
+                                Eigen::OuterStride<>(columns.stride)) *
+                         own;
+  int from = 0;
   for (const int place : analysis().elimination.supernodes[node].below) {
-    const int size = analysis().start[index(place) + 1] - analysis().start[index(place)];
-    vector_.segment(analysis().start[index(place)], size) -= below_.segment(at, size);
-    at += size;
+    const int at = analysis().start[index(place)];
+    const int size = analysis().start[index(place) + 1] - at;
+    if (at < beyond.first) {
+      vector_.segment(at, size) -= lane.below.segment(from, size);
+    } else {
+      beyond.to = std::copy_n(lane.below.data() + from, size, beyond.to);
+    }
+    from += size;
   }
 }
 
-void Multifrontal::backward(std::size_t node) {
+void Multifrontal::backward(std::size_t node, Lane& lane) {
   const Front& front = analysis().fronts[node];
   const int height = keeps_lower_ ? front.own + front.below : front.own;
   const Factor pivot(factor_.data() + front.columns, front.own, front.own,
                      Eigen::OuterStride<>(height));
   auto own = vector_.segment(front.first, front.own);
-  below_.resize(front.below);
+  lane.below.resize(front.below);
   int at = 0;
   for (const int place : analysis().elimination.supernodes[node].below) {
     const int size = analysis().start[index(place) + 1] - analysis().start[index(place)];
-    below_.segment(at, size) = vector_.segment(analysis().start[index(place)], size);
+    lane.below.segment(at, size) = vector_.segment(analysis().start[index(place)], size);
     at += size;
   }
   const double* beside = symmetric_ ? pivot.data() + front.own : factor_.data() + front.rows;
   const Factor rows(beside, front.below, front.own,
                     Eigen::OuterStride<>(symmetric_ ? height : front.below));
-  own.noalias() -= rows.transpose() * below_;
+  own.noalias() -= rows.transpose() * lane.below;
   if (symmetric_) {
     pivot.triangularView<Eigen::Lower>().transpose().solveInPlace(own);
   } else {

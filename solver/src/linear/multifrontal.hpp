@@ -2,16 +2,19 @@
 /// Direct solution of K x = f for a sparse matrix of blocks.
 
 #include <Eigen/Core>
+#include <limits>
+#include <vector>
 
 #include "block_system.hpp"
 #include "elimination.hpp"
-#include "front_kernels.hpp"
-#include "step_watch.hpp"
+#include "linear/dense_front.hpp"
 
 namespace quoin::solver {
 
 /// Multifrontal elimination: each supernode is a dense matrix, the front, of which the columns of
 /// its own are eliminated and the rest is handed to its parent.   [Duff & Reid 1983; Liu 1992]
+/// Of a large matrix threads eliminate parts of the tree side by side, then share the fronts above
+/// them; the same bits for any number.
 /// Keeps its memory, and order and supernodes while the pattern stays. Where many pairs are zero,
 /// order and supernodes are of the others alone; the same matrix is always eliminated in the same
 /// order.
@@ -20,6 +23,9 @@ class Multifrontal {
   /// `watch`, where there is one, is looked at during factorize(), which then throws StepStopped.
   explicit Multifrontal(const Slots& slots, StepWatch* watch = nullptr)
       : slots_(&slots), watch_(watch) {}
+
+  /// From the next factorize() on.
+  void use(const Threads& threads) { threads_ = threads; }
 
   /// L L^T for a symmetric matrix; for another L U with row exchanges inside a supernode. False
   /// when it is singular to working accuracy, or symmetric and not positive definite.
@@ -67,34 +73,69 @@ class Multifrontal {
     double work = 0.0;  ///< multiplications, about, of a matrix that is not symmetric
   };
 
-  /// The numbers of a front while it is assembled and eliminated.
-  struct Parts {
-    Columns columns, rows, rest;  ///< rows: transposed
-  };
-
   /// Neighbouring unknowns of a child's rest that stand side by side in the front of its parent.
   struct Run {
     int from = 0, to = 0, count = 0;
   };
 
-  void look() const {
-    if (watch_ != nullptr) watch_->look();
-  }
+  /// Fronts that one thread eliminates: from `first` up to `end`, the last of which is the root.
+  struct Subtree {
+    std::size_t first = 0, end = 0;
+    std::size_t rest = 0;    ///< in rests_: what its root leaves
+    std::size_t pushes = 0;  ///< in pushes_: what its fronts take off unknowns beyond it
+    int beyond = 0;          ///< the first of these
+  };
+
+  /// What a front has left for its parent.
+  struct Waiting {
+    std::size_t front = 0;
+    const double* rest = nullptr;
+    bool on_stack = false;  ///< of its lane
+  };
+
+  /// Memory of one thread.
+  struct Lane {
+    std::vector<int> local;        // of each place, its first unknown in the present front
+    std::vector<Run> runs;         // of the child that is being added
+    std::vector<Waiting> waiting;  // children of fronts to come
+    std::vector<double> stack;     // their rests, up to `top`
+    std::size_t top = 0;
+    std::vector<double> columns;  // of the present front, where L is not kept
+    Eigen::VectorXd below;
+  };
+
+  /// Where what is taken off unknowns from `first` on goes instead.
+  struct Beyond {
+    int first = std::numeric_limits<int>::max();
+    double* to = nullptr;
+  };
   bool factorize(const BlockSystem& system, const BlockVector* only);
   void analyse(const BlockSystem& system, const std::vector<int>& coupled, Analysis& result);
   void analyse_pattern(const BlockSystem& system);
   void choose_analysis(const BlockSystem& system);
   Analysis& analysis() { return in_part_ ? part_ : whole_; }
+  const Analysis& analysis() const { return in_part_ ? part_ : whole_; }
+  void part_tree();
   void place_factors();
-  Parts parts(const Front& front, double* rest);
-  void add_own_blocks(const BlockSystem& system, std::size_t node, const Parts& front);
-  void find_runs(std::size_t child, int own);
-  void add_rest(std::size_t child, const double* rest, std::size_t node, const Parts& front);
-  bool eliminate_symmetric(std::size_t node, const Parts& parts);
-  bool eliminate_general(std::size_t node, const Parts& parts);
+  void place_lane(std::size_t first, std::size_t end, std::vector<Subtree>::const_iterator subtree,
+                  Lane& lane);
+  DenseFront dense(const Front& front, Lane& lane);
+  void add_own_blocks(const BlockSystem& system, std::size_t node, Lane& lane,
+                      const DenseFront& front);
+  void find_runs(std::size_t child, int own, Lane& lane);
+  void add_rest(const Waiting& child, std::size_t node, Lane& lane, const DenseFront& front);
+  void add_children(std::size_t node, Lane& lane, const DenseFront& front);
+  bool eliminate(const BlockSystem& system, std::size_t node, const Threads& threads, Lane& lane,
+                 Beyond& beyond);
+  bool eliminate_subtree(const BlockSystem& system, const Subtree& subtree, Lane& lane);
+  bool eliminate_subtrees(const BlockSystem& system);
+  bool eliminate_rest(const BlockSystem& system);
+  template <class OnFront, class OnSubtree>
+  void walk(const OnFront& front, const OnSubtree& below) const;
   void take(const BlockVector& right);
-  void forward(std::size_t node);
-  void backward(std::size_t node);
+  void take_off_beyond(const Subtree& subtree);
+  void forward(std::size_t node, Lane& lane, Beyond& beyond);
+  void backward(std::size_t node, Lane& lane);
   Eigen::VectorBlock<Eigen::VectorXd> unknowns_of(std::size_t slot);
 
   const Slots* slots_;
@@ -106,14 +147,17 @@ class Multifrontal {
   Analysis whole_, part_;                   // of all pairs, and of those that are not zero
   bool in_part_ = false;                    // what is factorized
   std::vector<int> coupled_;                // memory of choose_analysis()
-  std::vector<int> local_;                  // of each place, its first unknown in the present front
-  std::vector<Run> runs_;                   // of the child that is being added
-  std::vector<std::size_t> waiting_;        // memory of factorize(), place_factors()
-  std::vector<double> factor_, stack_;      // stack_: rests that wait for their parent
-  std::vector<double> columns_;             // of the present front, where L is not kept
+  std::vector<double> factor_;
   std::vector<int> exchanges_;  // of each place in the elimination, the row it changed with
   Eigen::VectorXd pivots_;      // by elimination
-  Eigen::VectorXd vector_, below_;
+  Eigen::VectorXd vector_;
+  Threads threads_;
+  int workers_ = 0;                     // that subtrees_ are made for
+  std::vector<Subtree> subtrees_;       // in the order of their fronts
+  std::vector<Lane> lanes_;             // of the fronts that are in none, then of each worker
+  std::vector<double> rests_, pushes_;  // of subtrees_
+  std::vector<std::size_t> taken_;      // memory of place_lane(), part_tree()
+  std::vector<double> subtree_work_;    // likewise
 };
 
 }  // namespace quoin::solver

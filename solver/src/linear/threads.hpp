@@ -2,6 +2,7 @@
 /// Rows of a large system side by side on the caller's threads.
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <quoin/geometry/executor.hpp>
 #include <vector>
@@ -13,6 +14,19 @@ class Threads {
   Threads() = default;
   /// `executor`: null for one thread; nobody else may run it meanwhile.
   explicit Threads(geometry::Executor* executor) : executor_(executor) {}
+
+  int workers() const { return executor_ == nullptr ? 1 : executor_->workers(); }
+
+  /// Calls work(worker, i) for each i below `count`, the next one on whichever worker is free.
+  template <class Work>
+  void take(std::size_t count, const Work& work) const {
+    if (count == 0) return;
+    std::atomic<std::size_t> next{0};
+    auto share = [&](int worker) {
+      for (std::size_t i; (i = next++) < count;) work(worker, i);
+    };
+    executor_ == nullptr ? share(0) : executor_->run_each(share);
+  }
 
   /// Calls work(first, end) for ranges that make up 0 … count: each writes what no other reads.
   template <class Work>
