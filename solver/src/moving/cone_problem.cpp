@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "index.hpp"
 #include "moving/cone.hpp"
@@ -47,11 +48,14 @@ void ConeProblem::set(const BlockSystem& base, const BlockVector& force,
   base_ = &base;
   contacts_ = contacts;
   const std::size_t blocks = force.size();
-  compliance_.assign(blocks, Matrix12::Zero());
+  const bool known = inverted_.size() == blocks && inverted_.width() == base.diagonal.width();
+  if (!known) compliance_.assign(blocks, Matrix12::Zero());
   free_ = force;
   threads_.each(blocks, [&](std::size_t s) {
-    slots_->size[s] == 6 ? set_block<6>(s, guess[s]) : set_block<12>(s, guess[s]);
+    const bool same = known && std::as_const(inverted_)[s] == base.diagonal[s];
+    slots_->size[s] == 6 ? set_block<6>(s, same, guess[s]) : set_block<12>(s, same, guess[s]);
   });
+  inverted_ = base.diagonal;
   cones_.assign(contacts.size(), {});
   rows_.assign(6 * index(slots_->width()) * contacts.size(), 0.0);
   mobility_.assign(rows_.size(), 0.0);
@@ -68,12 +72,13 @@ void ConeProblem::set(const BlockSystem& base, const BlockVector& force,
   });
 }
 
-/// `n`: the unknowns of the block.
+/// `n`: the unknowns of the block. `same`: its K is that of the last problem, as in the next
+/// linearisation.
 template <int n>
-void ConeProblem::set_block(std::size_t s, const Vector12& guess) {
+void ConeProblem::set_block(std::size_t s, bool same, const Vector12& guess) {
   using Square = Eigen::Matrix<double, n, n>;
   const Square block = base_->diagonal.part<n>(s);
-  compliance_[s].topLeftCorner<n, n>() = block.ldlt().solve(Square::Identity());
+  if (!same) compliance_[s].topLeftCorner<n, n>() = block.ldlt().solve(Square::Identity());
   free_[s].head<n>() -= block * guess.head<n>();
   free_[s] = compliance_[s] * free_[s];
 }
@@ -103,9 +108,6 @@ void ConeProblem::set_contact(std::size_t i) {
   cone.offset.array() *= cone.scale * share.array();
   cone.unmended.array() *= cone.scale * share.array();
   cone.unmoved.array() *= cone.scale * share.array();
-  // Not computeDirect(): atan2 and cos of libm have other bits on other processors.
-  const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(cone.delassus, Eigen::EigenvaluesOnly);
-  cone.relaxation = 1.0 / eigen.eigenvalues()[2];
 }
 
 Vector3 ConeProblem::cone_force(std::size_t contact, const Vector3& force) const {
@@ -170,12 +172,21 @@ void ConeProblem::add_motion(std::size_t contact, Vector3& motion) const {
   add(contacts_[contact].slot_b, n);
 }
 
-void ConeProblem::sweep(std::span<Vector3> x) {
+void ConeProblem::sweep(int passes, std::span<Vector3> x) {
+  threads_.each(x.size(), [&](std::size_t i) {
+    Cone& cone = cones_[i];
+    if (!(cone.delassus.trace() > 0.0)) return;  // neither side can move
+    // Not computeDirect(): atan2 and cos of libm have other bits on other processors.
+    const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(cone.delassus, Eigen::EigenvaluesOnly);
+    cone.relaxation = 1.0 / eigen.eigenvalues()[2];
+  });
   const auto visit = [&](std::size_t i) {
     slots_->rigid() ? sweep_in<6>(i, x) : sweep_in<12>(i, x);
   };
-  for (std::size_t i = 0; i < x.size(); ++i) visit(i);
-  for (std::size_t i = x.size(); i-- > 0;) visit(i);
+  for (int pass = 0; pass < passes; ++pass) {
+    for (std::size_t i = 0; i < x.size(); ++i) visit(i);
+    for (std::size_t i = x.size(); i-- > 0;) visit(i);
+  }
 }
 
 /// `increment_` follows x.

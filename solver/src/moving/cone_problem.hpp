@@ -56,8 +56,8 @@ class ConeProblem {
   void respond(std::span<const Vector3> x, std::span<Vector3> motion);
   const BlockVector& increment() const { return increment_; }  ///< D of the last respond()
 
-  /// One pass of Gauss–Seidel over the hard contacts, there and back.   [Jean 1999]
-  void sweep(std::span<Vector3> x);
+  /// Passes of Gauss–Seidel over the hard contacts, there and back.   [Jean 1999]
+  void sweep(int passes, std::span<Vector3> x);
 
   /// K + sum Aᵀ T A, to be solved with. False when it is singular to working accuracy, or symmetric
   /// and not positive definite.
@@ -75,7 +75,7 @@ class ConeProblem {
     double relaxation = 1.0;             ///< 1 / its largest eigenvalue
   };
   template <int n>
-  void set_block(std::size_t s, const Vector12& guess);
+  void set_block(std::size_t s, bool same, const Vector12& guess);
   template <int n>
   void set_contact(std::size_t i);
   template <int n>
@@ -98,6 +98,7 @@ class ConeProblem {
   std::span<const LinearContact> contacts_;
   BlockVector free_;                  ///< the answer to no contact forces, by slot
   std::vector<Matrix12> compliance_;  ///< K⁻¹, by slot
+  SquareBlocks inverted_;             ///< the K that it is of
   std::vector<double> rows_;          ///< A, by contact, both sides: 3×2n by rows
   std::vector<double> mobility_;      ///< A K⁻¹, likewise
   std::vector<Cone> cones_;

@@ -80,7 +80,7 @@ void MovingContacts::start(std::span<const LinearContact> contacts, bool first) 
   stiffened_.clear();
   closed_.clear();
   problem_.respond(x_, motion_);
-  for (int sweep = 0; sweep < kSweeps; ++sweep) problem_.sweep(x_);
+  problem_.sweep(kSweeps, x_);
   bar_ = x_;
 }
 
