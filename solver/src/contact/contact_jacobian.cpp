@@ -132,13 +132,6 @@ void linearise(const BodyContact& contact, const StepPoses& poses,
 
 namespace {
 
-/// Augmentation over the stiffness that the two blocks oppose to the contact, and over that of
-/// their strain alone. Chosen: of the first, 1e4, 1e5 and 1e6 were tried on the inclines, towers
-/// and rocking blocks; higher needs fewer updates of the multipliers and leaves fewer digits to the
-/// forces. The second is what lets stiff blocks (E 1e12) settle in a few solves; it was not varied.
-constexpr double kAugmentation = 1e5;
-constexpr double kStrainAugmentation = 1e2;
-
 /// J M J^T of the two tangential rows.
 template <int n>
 Eigen::Matrix2d tangential(const ConstPart<n>& matrix,

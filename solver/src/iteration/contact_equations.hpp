@@ -85,8 +85,8 @@ class ContactEquations {
   BlockVector right_;  ///< F - K D0
   BlockVector residual_;
   std::vector<double> scale_;  ///< force scale, per slot, N
-  /// What rounding of the guess makes of a residual, N: per slot; of it, of the blocks alone, of all
-  /// contacts as if closed; and of each contact's force.
+  /// What rounding of the guess makes of a residual, N: per slot; of it, of the blocks alone, of
+  /// all contacts as if closed; and of each contact's force.
   std::vector<double> floor_, block_floor_, all_noise_, noise_;
 };
 

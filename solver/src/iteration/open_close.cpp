@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "contact/contact_jacobian.hpp"
 #include "contact/joint_law.hpp"
 #include "index.hpp"
 
@@ -35,6 +36,14 @@ struct Loose {
   double residual, share;
 };
 constexpr Loose kLoose{1e-4, 1e-2}, kLooseRigid{1e-2, 0.1};
+
+constexpr double kMotion = 1e-4;  // of a block, in a step: it moves. Chosen, between 1e-11 of what
+                                  // rests and 1e-2 of shaken walls
+constexpr int kMany = 16;         // blocks: fewer are solved exactly, which costs little
+constexpr double kForces = 1e4;   // of the force tolerance: contact forces of what moves
+constexpr double kStopped = 3.0;  // of the gap tolerance, where gaps fall no more: with 10 walls
+                                  // that rock gain up to 1e-8 of their energy
+constexpr double kSame = 1.5;     // of accepted gaps: the next linearisation's are as good
 
 /// Takes the forces as the new multipliers.
 void update_multipliers(std::span<LinearContact> contacts) {
@@ -73,6 +82,14 @@ void spread(std::span<const LinearContact> contacts, const Agreement& agreement,
 
 }  // namespace
 
+bool is_moving(const Slots& slots, const BlockVector& increment) {
+  if (slots.count() < kMany) return false;
+  for (std::size_t s = 0; s < increment.size(); ++s) {
+    if (motion_of(increment[s], slots.length[s]) > kMotion * slots.length[s]) return true;
+  }
+  return false;
+}
+
 void add(const OpenCloseResult& later, OpenCloseResult& total) {
   total.converged = later.converged;
   total.iterations += later.iterations;
@@ -81,6 +98,7 @@ void add(const OpenCloseResult& later, OpenCloseResult& total) {
   total.residual = later.residual;
   total.closed = total.closed && later.closed;
   total.change = later.change;
+  total.softness = later.softness;
   if (later.factorizations > 0) total.condition = later.condition;
 }
 
@@ -149,9 +167,10 @@ void OpenClose::step_assumed(double softness, NewtonCount& count) {
 /// only hand their forces on as the next multipliers: good to a share is enough until the gaps are
 /// within the tolerance.
 double OpenClose::wanted_residual(std::span<const LinearContact> contacts,
-                                  const OpenCloseOptions& options, double softness) const {
+                                  const OpenCloseOptions& options, const Progress& progress) const {
   const bool rigid = slots_->rigid();
-  if ((softness == 1.0 && !rigid) || violation(contacts) <= options.gap_tolerance) {
+  const bool opens = options.moves && progress.softened;  // gaps are those of stiffer contacts
+  if ((progress.softness == 1.0 && !rigid) || (!opens && violation(contacts) <= enough_gap_)) {
     return options.force_tolerance;
   }
   const Loose& loose = rigid ? kLooseRigid : kLoose;
@@ -164,37 +183,36 @@ double OpenClose::wanted_residual(std::span<const LinearContact> contacts,
 /// soft ones all at once. Where it fails it goes back to the last solution with softer contacts,
 /// and stiffer ones again as they are quickly solved.   [Rockafellar 1976]
 bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptions& options,
-                         Progress progress, NewtonCount& count) {
+                         Progress& progress, NewtonCount& count) {
   const bool springs = agreement_.any(std::ranges::any_of(contacts, &LinearContact::compliant));
   double& softness = progress.softness;
-  bool slow = false;  // Newton's method has been
+  bool slow = options.moves || softness < 1.0;  // Newton's method has been
   solved_.assign(newton_.change().size(), Vector12::Zero());
   while (count.iterations < options.max_iterations) {
     const int before = count.iterations;
     const bool exactly = softness == 1.0 && !slow;
     const double wanted =
-        exactly ? options.force_tolerance : wanted_residual(contacts, options, softness);
+        exactly ? options.force_tolerance : wanted_residual(contacts, options, progress);
     const bool damped = options.damped && slots_->rigid();
     const Relaxed relaxed =
         newton_.relax({wanted, softness, options.max_iterations, damped}, count);
     slow = slow || relaxed == Relaxed::No || count.iterations - before > kQuickSteps;
     if (relaxed != Relaxed::No) {
       solved_ = newton_.change();
-      progress.assumes = false;
+      progress.assumes = progress.softened = false;
       const bool exact = (relaxed == Relaxed::ToRounding && wanted == options.force_tolerance) ||
                          newton_.equations().relative_residual() <= options.force_tolerance;
       if (exact && (softness == 1.0 || !springs)) {
         if (settled(contacts, options, progress)) return true;
-      } else if (!exact && softness == 1.0) {
-        const double gap = violation(contacts);
-        const double left = gap / std::exchange(last_loose_gap_, gap);
-        follow_gap(contacts, options, {gap, left}, progress);
+      } else if (!exact && (softness == 1.0 || options.moves)) {
+        note_loose(contacts, options, progress);
       }
       update_multipliers(contacts);
       if (count.iterations - before <= kQuickSteps) softness = std::min(1.0, kStiffer * softness);
       count.iterations = std::max(count.iterations, before + 1);
     } else {
       newton_.set_change(solved_);
+      progress.softened = true;
       softness = softness == 1.0 ? kSoft : std::max(kSoftest, kSofter * softness);
       if (progress.assumes) {
         step_assumed(softness, count);
@@ -230,6 +248,7 @@ bool OpenClose::settled(std::span<LinearContact> contacts, const OpenCloseOption
   const double gap = violation(contacts);
   if (gap <= options.gap_rounding) return true;
   const double left = gap / std::exchange(last_gap_, gap);
+  if (options.moves && serves_motion(contacts, options, {gap, left}, progress)) return true;
   const bool stalled = progress.softness == 1.0 && left > kStalled;
   if (gap <= (stalled ? kStalledGap : 1.0) * options.gap_tolerance) {
     const double allowed = stalled ? kStalledPush : kLastPush;
@@ -237,6 +256,32 @@ bool OpenClose::settled(std::span<LinearContact> contacts, const OpenCloseOption
   }
   follow_gap(contacts, options, {gap, left}, progress);
   return false;
+}
+
+/// The same where blocks move. Gaps that redundant contacts cannot all close stop falling near
+/// the tolerance, while their multipliers go on by as much each time, until they leave
+/// their cones. What the next update would push the blocks by is the augmentation over what the
+/// blocks oppose times what their forces are wrong by.
+bool OpenClose::serves_motion(std::span<const LinearContact> contacts,
+                              const OpenCloseOptions& options, const GapLeft& gap,
+                              const Progress& progress) {
+  const bool stops = progress.updates > 0 && gap.share > kSlow;
+  const double enough = (stops ? kStopped : 1.0) * options.gap_tolerance;
+  if (gap.most > std::max(enough_gap_, enough)) return false;
+  const double over = slots_->rigid() ? kAugmentation : kStrainAugmentation;
+  if (push_of_update(contacts) > over * kForces * options.force_tolerance) return false;
+  enough_gap_ = std::max(enough_gap_, kSame * gap.most);
+  return true;
+}
+
+/// A loose solution only hands its forces on.
+void OpenClose::note_loose(std::span<LinearContact> contacts, const OpenCloseOptions& options,
+                           Progress& progress) {
+  const double gap = violation(contacts);
+  const double left = gap / std::exchange(last_loose_gap_, gap);
+  const double enough = kStopped * options.gap_tolerance;
+  if (options.moves && left > kSlow && gap <= enough) enough_gap_ = std::max(enough_gap_, enough);
+  if (progress.softness == 1.0) follow_gap(contacts, options, {gap, left}, progress);
 }
 
 /// Gaps that shrink slowly from update to update ask for a stiffer augmentation.
@@ -261,9 +306,10 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   if (options.predicted || !options.raise) {
     last_gap_ = last_loose_gap_ = std::numeric_limits<double>::infinity();
   }
+  if (options.predicted || !options.moves) enough_gap_ = options.gap_tolerance;
   if (options.predicted) result.change = stand(blocks, contacts, options, increment);
   newton_.set(blocks, contacts, increment, options.gap_rounding);
-  newton_.evaluate(Law::True, 1.0);
+  newton_.evaluate(Law::True, options.softness);
   result.residual = equations.relative_residual();
   if (result.residual <= kAtRest * tolerance && violation(contacts) <= options.gap_rounding) {
     result.converged = true;  // nothing has happened since the last step
@@ -271,8 +317,10 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   }
   NewtonCount count;
   const bool far = result.residual > kFarResidual;
-  if (far) step_assumed(1.0, count);
-  result.converged = converge(contacts, options, {.assumes = far && slots_->rigid()}, count);
+  if (far) step_assumed(options.softness, count);
+  Progress progress{.softness = options.softness, .assumes = far && slots_->rigid()};
+  result.converged = converge(contacts, options, progress, count);
+  result.softness = progress.softness;
   result.iterations = count.iterations;
   result.solves = count.solves;
   result.factorizations = count.factorizations;

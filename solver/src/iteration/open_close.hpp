@@ -24,6 +24,9 @@ struct OpenCloseOptions {
   bool raise = false;      ///< augmentation where the gap falls slowly
   bool predicted = false;  ///< the first guess is no solution yet: blocks may stand instead
   bool damped = false;     ///< of rigid blocks: sliding contacts, where Newton's search fails
+  /// Many blocks move: contact forces are wanted to 1e4 times the force tolerance alone.
+  bool moves = false;
+  double softness = 1.0;  ///< of all contacts, to begin with: that of an earlier result
 };
 
 struct OpenCloseResult {
@@ -36,7 +39,11 @@ struct OpenCloseResult {
   bool closed = true;   ///< all gaps that should be, as well as the tolerance asks; of the proximal
                         ///< Newton method as far as contacts do no work by it
   double change = 0.0;  ///< largest motion of a block against the first guess, m
+  double softness = 1.0;  ///< of all contacts, with which they were solved
 };
+
+/// Whether there are many blocks, 16 or more, of which one moves by more than 1e-4 of itself.
+bool is_moving(const Slots& slots, const BlockVector& increment);
 
 /// Counts of both; the rest is that of the later one, its condition where it factorized.
 void add(const OpenCloseResult& later, OpenCloseResult& total);
@@ -78,21 +85,26 @@ class OpenClose {
     /// Nothing is solved yet, the first guess says nothing of modes, and blocks are rigid: where
     /// they deform the assumed modes cost as often as they gain.
     bool assumes = false;
+    bool softened = false;  ///< since the last solution
+  };
+  struct GapLeft {
+    double most;   // m
+    double share;  // of the last update's
   };
   double violation(std::span<const LinearContact> contacts) const;
   double stand(const BlockEquations& blocks, std::span<LinearContact> contacts,
                const OpenCloseOptions& options, BlockVector& guess);
   double wanted_residual(std::span<const LinearContact> contacts, const OpenCloseOptions& options,
-                         double softness) const;
+                         const Progress& progress) const;
   void step_assumed(double softness, NewtonCount& count);
   bool converge(std::span<LinearContact> contacts, const OpenCloseOptions& options,
-                Progress progress, NewtonCount& count);
+                Progress& progress, NewtonCount& count);
   bool settled(std::span<LinearContact> contacts, const OpenCloseOptions& options,
                Progress& progress);
-  struct GapLeft {
-    double most;   // m
-    double share;  // of the last update's
-  };
+  bool serves_motion(std::span<const LinearContact> contacts, const OpenCloseOptions& options,
+                     const GapLeft& gap, const Progress& progress);
+  void note_loose(std::span<LinearContact> contacts, const OpenCloseOptions& options,
+                  Progress& progress);
   void follow_gap(std::span<LinearContact> contacts, const OpenCloseOptions& options,
                   const GapLeft& gap, Progress& progress);
   double push_of_update(std::span<const LinearContact> contacts);
@@ -107,6 +119,7 @@ class OpenClose {
   /// Violations when last solved, also by the last linearisation, m: to the tolerance, loosely.
   /// What a loose solution leaves is no measure of how gaps fall from it to an exact one.
   double last_gap_ = 0.0, last_loose_gap_ = 0.0;
+  double enough_gap_ = 0.0;  ///< m: above it solutions are loose
 };
 
 }  // namespace quoin::solver

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "contact/joint_failure.hpp"
 #include "contact/joint_law.hpp"
@@ -136,8 +137,12 @@ bool settle(const SubStep& step, std::span<BodyContact> contacts, AttemptMemory&
   return false;
 }
 
-/// Whether what the last linearisation came to is as good for the next one.
-bool agrees(int pass, const OpenCloseOptions& tuning, double change) {
+/// Whether what the last linearisation came to is as good for the next one. Changes go down
+/// at least as the last two have: where a crowd moves it is enough that the next one would change
+/// nothing. `before`: what the one before the last has changed, m.
+bool agrees(int pass, const OpenCloseOptions& tuning, double before, double change) {
+  const double next = pass > 0 ? change * (change / before) : change;
+  if (tuning.moves && next <= tuning.gap_rounding) return true;
   return change <= (pass < kStrictLinearisations ? tuning.gap_rounding : tuning.gap_tolerance);
 }
 
@@ -202,7 +207,10 @@ OpenCloseResult solve_positions(const SubStep& step, std::span<BodyContact> cont
     tuning.gap_rounding = agreement(step.options).largest(gap_rounding(linear));
     by_slot(step.island.slots, poses.increment, memory.increment);
     memory.clock.charge(&PhaseSeconds::assemble);
-    if (tuning.predicted) show_contact_problem(step, terms, linear, memory.increment);
+    if (tuning.predicted) {
+      tuning.moves = step.dynamic() && is_moving(step.island.slots, memory.increment);
+      show_contact_problem(step, terms, linear, memory.increment);
+    }
     const OpenCloseResult solved = memory.solver.solve(step.options, {terms.base, terms.force},
                                                        linear, tuning, memory.increment);
     memory.clock.charge(&PhaseSeconds::solve);
@@ -212,11 +220,12 @@ OpenCloseResult solve_positions(const SubStep& step, std::span<BodyContact> cont
     add(solved, total);
     total.closed = solved.closed;  // of the last linearisation
     if (!solved.converged) break;
-    change = solved.change;
+    if (tuning.moves) tuning.softness = solved.softness;
+    const double before = std::exchange(change, solved.change);
     const bool agreed =
         memory.solver.yielding()
             ? !tuning.rough && nearly_agrees(step, {pass, solved}, contacts, memory, poses, linear)
-            : agrees(pass, tuning, change);
+            : agrees(pass, tuning, before, change);
     if (agreed) break;
     total.converged = false;  // until the next linearisation agrees
     if (circle.closes(change) && change > tuning.mended_apart) break;
