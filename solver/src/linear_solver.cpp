@@ -83,7 +83,7 @@ void LinearSolver::gather_blocks(const BlockSystem& own) {
 template <int n>
 bool LinearSolver::prepare(RigidMultigrid<n>& multigrid) {
   lagging_ = false;
-  prepared_ = multigrid.set_up(frames_);
+  prepared_ = multigrid.set_up(frames_, watch_);
   fresh_iterations_ = 0;
   ++counts_.set_ups;
   counts_.complexity = std::max(counts_.complexity, multigrid.complexity());

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "linear/threads.hpp"
+#include "step_watch.hpp"
 
 namespace quoin::solver {
 
@@ -67,24 +68,36 @@ BlockRows<r, c> product_pattern(const BlockRows<r, m>& a, const BlockRows<m, c>&
   return result;
 }
 
-/// a b.
+/// Row i of a b, whose pattern is there. `places`, by column: memory.
 template <int r, int m, int c>
-BlockRows<r, c> product(const Threads& threads, const BlockRows<r, m>& a,
-                        const BlockRows<m, c>& b) {
+void set_product_row(std::size_t i, const BlockRows<r, m>& a, const BlockRows<m, c>& b,
+                     std::vector<std::size_t>& places, BlockRows<r, c>& result) {
+  for (auto k = static_cast<std::size_t>(result.start[i]);
+       k < static_cast<std::size_t>(result.start[i + 1]); ++k) {
+    result.value[k].setZero();
+    places[static_cast<std::size_t>(result.column[k])] = k;
+  }
+  for (auto k = static_cast<std::size_t>(a.start[i]); k < static_cast<std::size_t>(a.start[i + 1]);
+       ++k) {
+    const auto middle = static_cast<std::size_t>(a.column[k]);
+    for (auto l = static_cast<std::size_t>(b.start[middle]);
+         l < static_cast<std::size_t>(b.start[middle + 1]); ++l) {
+      const std::size_t at = places[static_cast<std::size_t>(b.column[l])];
+      result.value[at].noalias() += a.value[k] * b.value[l];
+    }
+  }
+}
+
+/// a b. `watch`, where there is one, is looked at in each row.
+template <int r, int m, int c>
+BlockRows<r, c> product(const Threads& threads, const BlockRows<r, m>& a, const BlockRows<m, c>& b,
+                        StepWatch* watch = nullptr) {
   BlockRows<r, c> result = product_pattern(a, b);
-  threads.each(static_cast<std::size_t>(result.rows()), [&](std::size_t i) {
-    const auto first = static_cast<std::size_t>(result.start[i]);
-    const auto end = static_cast<std::size_t>(result.start[i + 1]);
-    for (std::size_t k = first; k < end; ++k) result.value[k].setZero();
-    for (auto k = static_cast<std::size_t>(a.start[i]);
-         k < static_cast<std::size_t>(a.start[i + 1]); ++k) {
-      const auto middle = static_cast<std::size_t>(a.column[k]);
-      for (auto l = static_cast<std::size_t>(b.start[middle]);
-           l < static_cast<std::size_t>(b.start[middle + 1]); ++l) {
-        std::size_t at = first;  // a row has few entries
-        while (result.column[at] != b.column[l]) ++at;
-        result.value[at].noalias() += a.value[k] * b.value[l];
-      }
+  threads.ranges(static_cast<std::size_t>(result.rows()), [&](std::size_t first, std::size_t end) {
+    std::vector<std::size_t> places(static_cast<std::size_t>(result.columns));
+    for (std::size_t i = first; i < end; ++i) {
+      if (watch != nullptr) watch->look();
+      set_product_row(i, a, b, places, result);
     }
   });
   return result;

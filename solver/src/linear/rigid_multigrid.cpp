@@ -81,7 +81,7 @@ double largest_eigenvalue(const Threads& threads, MultigridLevel<n>& level) {
 /// (I - 4/3 D^-1 A / largest eigenvalue) T, T the rigid motions of the groups.
 template <int n>
 void set_transfer(const Threads& threads, const Aggregates& groups, std::span<const Frame> frames,
-                  std::span<const Frame> coarse, MultigridLevel<n>& level) {
+                  std::span<const Frame> coarse, StepWatch* watch, MultigridLevel<n>& level) {
   BlockRows<n, 6> rigid;
   rigid.columns = groups.count;
   for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -93,7 +93,7 @@ void set_transfer(const Threads& threads, const Aggregates& groups, std::span<co
     rigid.end_row();
   }
   const double share = 4.0 / 3.0 / largest_eigenvalue(threads, level);
-  level.prolongation = product(threads, level.smoother.matrix(), rigid);
+  level.prolongation = product(threads, level.smoother.matrix(), rigid, watch);
   BlockRows<n, 6>& smooth = level.prolongation;
   threads.each(frames.size(), [&](std::size_t i) {
     for (std::size_t k = index(smooth.start[i]); k < index(smooth.start[i + 1]); ++k) {
@@ -121,15 +121,16 @@ void add_correction(const Threads& threads, const BlockRows<n, 6>& prolongation,
 
 /// The next coarser level, where there is one that pays; frames become its own.
 template <int n>
-bool coarsen(const Threads& threads, MultigridLevel<n>& level, std::vector<Frame>& frames,
-             BlockRows<6, 6>& coarse) {
+bool coarsen(const Threads& threads, StepWatch* watch, MultigridLevel<n>& level,
+             std::vector<Frame>& frames, BlockRows<6, 6>& coarse) {
   const BlockRows<n, n>& matrix = level.smoother.matrix();
   if (matrix.rows() <= kCoarsest) return false;
   const Aggregates groups = aggregate(rigid_part(matrix));
   if (groups.count == 0 || groups.count > kStalled * matrix.rows()) return false;
   std::vector<Frame> coarse_frames = group_frames(groups, frames);
-  set_transfer(threads, groups, frames, coarse_frames, level);
-  coarse = product(threads, level.restriction, product(threads, matrix, level.prolongation));
+  set_transfer(threads, groups, frames, coarse_frames, watch, level);
+  const BlockRows<n, 6> moved = product(threads, matrix, level.prolongation, watch);
+  coarse = product(threads, level.restriction, moved, watch);
   frames = std::move(coarse_frames);
   return true;
 }
@@ -248,19 +249,19 @@ bool RigidMultigrid<n>::exchange(BlockRows<n, n> matrix) {
 }
 
 template <int n>
-bool RigidMultigrid<n>::set_up(std::span<const Frame> frames) {
+bool RigidMultigrid<n>::set_up(std::span<const Frame> frames, StepWatch* watch) {
   std::vector<Frame> level_frames(frames.begin(), frames.end());
   coarse_.clear();
   BlockRows<6, 6> next;
-  bool more = coarsen(threads_, fine_, level_frames, next);
+  bool more = coarsen(threads_, watch, fine_, level_frames, next);
   while (more) {
     MultigridLevel<6>& level = coarse_.emplace_back();
     if (!level.smoother.set(std::move(next), threads_)) return false;
     level.make_room();
     next = {};
-    more = coarsen(threads_, level, level_frames, next);
+    more = coarsen(threads_, watch, level, level_frames, next);
   }
-  return set_up_coarsest();
+  return set_up_coarsest(watch);
 }
 
 namespace {
@@ -273,12 +274,12 @@ Slots slots_of(int count, int size) {
 }  // namespace
 
 template <int n>
-bool RigidMultigrid<n>::set_up_coarsest() {
+bool RigidMultigrid<n>::set_up_coarsest(StepWatch* watch) {
   const int size = coarse_.empty() ? n : 6;
   const auto rows =
       static_cast<int>(coarse_.empty() ? fine_.smoother.rows() : coarse_.back().smoother.rows());
   slots_ = slots_of(rows, size);
-  direct_ = std::make_unique<Multifrontal>(slots_);
+  direct_ = std::make_unique<Multifrontal>(slots_, watch);
   direct_right_.assign(index(rows), Vector12::Zero());
   direct_solution_ = direct_right_;
   return direct_->factorize(coarse_.empty() ? block_system(fine_.smoother.matrix())

@@ -46,8 +46,9 @@ class RigidMultigrid {
   bool exchange(BlockRows<n, n> matrix);
 
   /// Coarse levels of this matrix. `frames`: by row, where the rigid motions are taken from. False
-  /// where the coarsest matrix is singular.
-  bool set_up(std::span<const Frame> frames);
+  /// where the coarsest matrix is singular. `watch`, where there is one, is looked at, which then
+  /// throws StepStopped.
+  bool set_up(std::span<const Frame> frames, StepWatch* watch = nullptr);
 
   /// One V-cycle from zero; linear in `right`.
   void apply(const Blocks<n>& right, Blocks<n>& solution);
@@ -61,7 +62,7 @@ class RigidMultigrid {
   double complexity() const;
 
  private:
-  bool set_up_coarsest();
+  bool set_up_coarsest(StepWatch* watch);
   void solve_coarsest();
   void cycle(std::size_t coarse);
 
