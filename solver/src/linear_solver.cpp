@@ -82,7 +82,7 @@ void LinearSolver::gather_blocks(const BlockSystem& own) {
 
 template <int n>
 bool LinearSolver::prepare(RigidMultigrid<n>& multigrid) {
-  lagging_ = false;
+  lagging_ = prepared_ = false;
   prepared_ = multigrid.set_up(frames_, watch_);
   fresh_iterations_ = 0;
   ++counts_.set_ups;

@@ -193,6 +193,7 @@ void ContactSolver::change_length() {
 
 void ContactSolver::start(int crowd) {
   moving_contacts_.begin();
+  open_close_.begin();
   can_check_ = false;
   uneven_ = false;
   sub_steps_left_ = crowd % kStages;

@@ -37,13 +37,17 @@ struct Loose {
 };
 constexpr Loose kLoose{1e-4, 1e-2}, kLooseRigid{1e-2, 0.1};
 
-constexpr double kMotion = 1e-4;  // of a block, in a step: it moves. Chosen, between 1e-11 of what
-                                  // rests and 1e-2 of shaken walls
-constexpr int kMany = 16;         // blocks: fewer are solved exactly, which costs little
-constexpr double kForces = 1e4;   // of the force tolerance: contact forces of what moves
-constexpr double kStopped = 3.0;  // of the gap tolerance, where gaps fall no more: with 10 walls
-                                  // that rock gain up to 1e-8 of their energy
-constexpr double kSame = 1.5;     // of accepted gaps: the next linearisation's are as good
+// Of many blocks that move.
+constexpr double kMotion = 1e-9;  // of a block, in a step: it moves. Between 1e-11 of what rests
+                                  // and 5e-5 where a shaken wall turns round
+constexpr int kMany = 16;           // blocks: fewer are solved exactly, which costs little
+constexpr double kCrowd = 1e4;      // times the tolerance: their forces, and gaps of what yields,
+constexpr double kCoarsest = 1e-6;  // up to this; from there on what is asked for is enough
+// Gaps, of their tolerance: with 1 a wall of 27 that sticks on a shaken base gains 8e-9 of its
+// energy in 5 s, with this nothing. Where they fall no more: with 10 walls that rock gain up to
+// 1e-8.
+constexpr double kFine = 0.1, kStopped = 3.0;
+constexpr double kSame = 1.5;  // of accepted gaps: the next linearisation's are as good
 
 /// Takes the forces as the new multipliers.
 void update_multipliers(std::span<LinearContact> contacts) {
@@ -81,6 +85,15 @@ void spread(std::span<const LinearContact> contacts, const Agreement& agreement,
 }
 
 }  // namespace
+
+double crowd_tolerance(double tolerance) {
+  return std::max(tolerance, std::min(kCrowd * tolerance, kCoarsest));
+}
+
+void OpenClose::begin() {
+  last_gap_ = last_loose_gap_ = std::numeric_limits<double>::infinity();
+  loose_gap_ = accepted_gap_ = 0.0;
+}
 
 bool is_moving(const Slots& slots, const BlockVector& increment) {
   if (slots.count() < kMany) return false;
@@ -163,14 +176,14 @@ void OpenClose::step_assumed(double softness, NewtonCount& count) {
   if (!newton_.step(Law::Assumed, softness, count)) newton_.evaluate(Law::True, softness);
 }
 
-/// Where Newton's method is not quick. Soft contacts, and those of rigid blocks at any stiffness,
-/// only hand their forces on as the next multipliers: good to a share is enough until the gaps are
-/// within the tolerance.
+/// Where Newton's method is not quick, or many blocks move. Soft contacts, and those of rigid
+/// blocks at any stiffness, only hand their forces on as the next multipliers: good to a share is
+/// enough until the gaps are within the tolerance.
 double OpenClose::wanted_residual(std::span<const LinearContact> contacts,
                                   const OpenCloseOptions& options, const Progress& progress) const {
   const bool rigid = slots_->rigid();
   const bool opens = options.moves && progress.softened;  // gaps are those of stiffer contacts
-  if ((progress.softness == 1.0 && !rigid) || (!opens && violation(contacts) <= enough_gap_)) {
+  if ((progress.softness == 1.0 && !rigid) || (!opens && violation(contacts) <= loose_gap_)) {
     return options.force_tolerance;
   }
   const Loose& loose = rigid ? kLooseRigid : kLoose;
@@ -186,7 +199,7 @@ bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptio
                          Progress& progress, NewtonCount& count) {
   const bool springs = agreement_.any(std::ranges::any_of(contacts, &LinearContact::compliant));
   double& softness = progress.softness;
-  bool slow = options.moves || softness < 1.0;  // Newton's method has been
+  bool slow = options.moves || softness < 1.0;  // as Newton's method has been
   solved_.assign(newton_.change().size(), Vector12::Zero());
   while (count.iterations < options.max_iterations) {
     const int before = count.iterations;
@@ -248,7 +261,8 @@ bool OpenClose::settled(std::span<LinearContact> contacts, const OpenCloseOption
   const double gap = violation(contacts);
   if (gap <= options.gap_rounding) return true;
   const double left = gap / std::exchange(last_gap_, gap);
-  if (options.moves && serves_motion(contacts, options, {gap, left}, progress)) return true;
+  const bool stops = std::exchange(progress.exact, true) && left > kSlow;
+  if (options.moves && serves_motion(contacts, options, {gap, left}, stops)) return true;
   const bool stalled = progress.softness == 1.0 && left > kStalled;
   if (gap <= (stalled ? kStalledGap : 1.0) * options.gap_tolerance) {
     const double allowed = stalled ? kStalledPush : kLastPush;
@@ -263,14 +277,12 @@ bool OpenClose::settled(std::span<LinearContact> contacts, const OpenCloseOption
 /// their cones. What the next update would push the blocks by is the augmentation over what the
 /// blocks oppose times what their forces are wrong by.
 bool OpenClose::serves_motion(std::span<const LinearContact> contacts,
-                              const OpenCloseOptions& options, const GapLeft& gap,
-                              const Progress& progress) {
-  const bool stops = progress.updates > 0 && gap.share > kSlow;
-  const double enough = (stops ? kStopped : 1.0) * options.gap_tolerance;
-  if (gap.most > std::max(enough_gap_, enough)) return false;
+                              const OpenCloseOptions& options, const GapLeft& gap, bool stops) {
+  const double enough = (stops ? kStopped : kFine) * options.gap_tolerance;
+  if (gap.most > std::max(accepted_gap_, enough)) return false;
   const double over = slots_->rigid() ? kAugmentation : kStrainAugmentation;
-  if (push_of_update(contacts) > over * kForces * options.force_tolerance) return false;
-  enough_gap_ = std::max(enough_gap_, kSame * gap.most);
+  if (push_of_update(contacts) > over * crowd_tolerance(options.force_tolerance)) return false;
+  accepted_gap_ = kSame * std::min(gap.most, kStopped * options.gap_tolerance);
   return true;
 }
 
@@ -280,7 +292,7 @@ void OpenClose::note_loose(std::span<LinearContact> contacts, const OpenCloseOpt
   const double gap = violation(contacts);
   const double left = gap / std::exchange(last_loose_gap_, gap);
   const double enough = kStopped * options.gap_tolerance;
-  if (options.moves && left > kSlow && gap <= enough) enough_gap_ = std::max(enough_gap_, enough);
+  if (options.moves && left > kSlow && gap <= enough) loose_gap_ = enough;
   if (progress.softness == 1.0) follow_gap(contacts, options, {gap, left}, progress);
 }
 
@@ -306,7 +318,12 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   if (options.predicted || !options.raise) {
     last_gap_ = last_loose_gap_ = std::numeric_limits<double>::infinity();
   }
-  if (options.predicted || !options.moves) enough_gap_ = options.gap_tolerance;
+  if (options.predicted || !options.moves) {
+    loose_gap_ = options.gap_tolerance;
+    accepted_gap_ = 0.0;
+  }
+  loose_gap_ = std::max(loose_gap_, options.gap_tolerance);
+  result.softness = options.softness;
   if (options.predicted) result.change = stand(blocks, contacts, options, increment);
   newton_.set(blocks, contacts, increment, options.gap_rounding);
   newton_.evaluate(Law::True, options.softness);

@@ -42,7 +42,11 @@ struct OpenCloseResult {
   double softness = 1.0;  ///< of all contacts, with which they were solved
 };
 
-/// Whether there are many blocks, 16 or more, of which one moves by more than 1e-4 of itself.
+/// Forces and gaps of many blocks that move, relative: 1e4 times the tolerance, 1e-6 at most, or
+/// the tolerance itself where that is coarser.
+double crowd_tolerance(double tolerance);
+
+/// Whether there are many blocks, 16 or more, of which one moves by more than 1e-9 of itself.
 bool is_moving(const Slots& slots, const BlockVector& increment);
 
 /// Counts of both; the rest is that of the later one, its condition where it factorized.
@@ -60,6 +64,9 @@ class OpenClose {
   /// `watch`: looked at in each iteration; solve() then throws StepStopped.
   explicit OpenClose(const Slots& slots, StepWatch* watch = nullptr)
       : slots_(&slots), newton_(slots, watch) {}
+
+  /// An attempt begins: nothing is known of gaps.
+  void begin();
 
   /// `base`: block terms (diagonal only) and the pairs that contacts couple. `increment`: in, the
   /// first guess; out, D. Contacts: multipliers in, forces and modes out.
@@ -86,6 +93,7 @@ class OpenClose {
     /// they deform the assumed modes cost as often as they gain.
     bool assumes = false;
     bool softened = false;  ///< since the last solution
+    bool exact = false;     ///< there has been a solution to the tolerance
   };
   struct GapLeft {
     double most;   // m
@@ -102,7 +110,7 @@ class OpenClose {
   bool settled(std::span<LinearContact> contacts, const OpenCloseOptions& options,
                Progress& progress);
   bool serves_motion(std::span<const LinearContact> contacts, const OpenCloseOptions& options,
-                     const GapLeft& gap, const Progress& progress);
+                     const GapLeft& gap, bool stops);
   void note_loose(std::span<LinearContact> contacts, const OpenCloseOptions& options,
                   Progress& progress);
   void follow_gap(std::span<LinearContact> contacts, const OpenCloseOptions& options,
@@ -119,7 +127,8 @@ class OpenClose {
   /// Violations when last solved, also by the last linearisation, m: to the tolerance, loosely.
   /// What a loose solution leaves is no measure of how gaps fall from it to an exact one.
   double last_gap_ = 0.0, last_loose_gap_ = 0.0;
-  double enough_gap_ = 0.0;  ///< m: above it solutions are loose
+  double loose_gap_ = 0.0;     ///< m: above it solutions are loose
+  double accepted_gap_ = 0.0;  ///< m: of what moves, by an earlier linearisation, and a little more
 };
 
 }  // namespace quoin::solver

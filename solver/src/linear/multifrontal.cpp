@@ -36,7 +36,7 @@ constexpr double kSaved = 3.0;
 // Of a matrix that takes so many multiplications or more, some 2 ms, threads share the work; of
 // what is in no subtree they share fronts that take so many, some 0.1 ms.
 constexpr double kShared = 2e7, kSharedFront = 1e6;
-constexpr double kSubtrees = 4.0;  // for each worker and more: a subtree is at most that share
+constexpr double kSubtrees = 4.0;  // by this and the number of threads: the most of a subtree
 
 using Factor = Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 
@@ -158,7 +158,10 @@ void Multifrontal::part_tree() {
   const std::vector<Front>& fronts = analysis().fronts;
   const std::vector<Supernode>& supernodes = analysis().elimination.supernodes;
   subtrees_.clear();
-  if (workers_ == 1 || analysis().work < kShared) return;
+  if (workers_ == 1 || analysis().work < kShared) {
+    solver::release(rests_);
+    return solver::release(pushes_);
+  }
   taken_.assign(fronts.size(), 1);  // fronts of the subtree with that root
   subtree_work_.assign(fronts.size(), 0.0);
   for (std::size_t s = 0; s < fronts.size(); ++s) {
@@ -274,6 +277,7 @@ bool Multifrontal::factorize(const BlockSystem& system, const BlockVector* only)
     symmetric_ = system.symmetric;
     keeps_lower_ = keeps_lower;
     workers_ = workers;
+    placed_ = false;
     place_factors();
     placed_ = true;
   }
@@ -334,17 +338,17 @@ bool Multifrontal::eliminate_subtrees(const BlockSystem& system) {
   return sound;
 }
 
-/// Calls front(s) for each front that is in no subtree, and below(subtree) for each of these, in
-/// the order of the elimination.
+/// Calls front(s) for each front that is in no subtree, and leave_out(subtree) for each of these,
+/// in the order of the elimination.
 template <class OnFront, class OnSubtree>
-void Multifrontal::walk(const OnFront& front, const OnSubtree& below) const {
+void Multifrontal::walk(const OnFront& front, const OnSubtree& leave_out) const {
   auto subtree = subtrees_.begin();
   for (std::size_t s = 0; s < analysis().fronts.size(); ++s) {
     if (subtree == subtrees_.end() || subtree->first != s) {
       front(s);
       continue;
     }
-    below(*subtree);
+    leave_out(*subtree);
     s = subtree++->end - 1;
   }
 }

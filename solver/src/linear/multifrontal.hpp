@@ -131,7 +131,7 @@ class Multifrontal {
   bool eliminate_subtrees(const BlockSystem& system);
   bool eliminate_rest(const BlockSystem& system);
   template <class OnFront, class OnSubtree>
-  void walk(const OnFront& front, const OnSubtree& below) const;
+  void walk(const OnFront& front, const OnSubtree& leave_out) const;
   void take(const BlockVector& right);
   void take_off_beyond(const Subtree& subtree);
   void forward(std::size_t node, Lane& lane, Beyond& beyond);

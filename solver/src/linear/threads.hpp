@@ -12,7 +12,8 @@ namespace quoin::solver {
 class Threads {
  public:
   Threads() = default;
-  /// `executor`: null for one thread; nobody else may run it meanwhile.
+  /// `executor`: null for one thread; nobody else may run it meanwhile, and its number of workers
+  /// stays.
   explicit Threads(geometry::Executor* executor) : executor_(executor) {}
 
   int workers() const { return executor_ == nullptr ? 1 : executor_->workers(); }

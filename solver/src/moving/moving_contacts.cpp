@@ -11,8 +11,6 @@ namespace {
 
 // Chosen on single steps of piles, shaken walls, towers, arches and slopes, and on runs of them.
 constexpr int kSweeps = 10;
-constexpr double kCrowd = 1e4;      // times the tolerance: gaps come out as much better than forces
-constexpr double kCoarsest = 1e-6;  // of that; from there on what is asked for is enough
 constexpr double kRough = 1e-3;     // of the forces, while linearisations are far from agreeing
 constexpr int kMostHard = 20;       // steps on hard contacts before they yield by
 constexpr double kSoftness = 0.03;  // and, where Newton's method does not end in
@@ -50,10 +48,6 @@ void add(const IterationCount& part, IterationCount& total) {
 }
 
 }  // namespace
-
-double crowd_tolerance(double tolerance) {
-  return std::max(tolerance, std::min(kCrowd * tolerance, kCoarsest));
-}
 
 void MovingContacts::begin() {
   yielded_ = keeps_gaps_ = false;

@@ -11,11 +11,6 @@
 
 namespace quoin::solver {
 
-/// To what the proximal Newton method solves: forces by the largest one, gaps by the smallest
-/// block. 1e4 times the tolerance of the open–close iteration, which it does not reach, and 1e-6 at
-/// most or what was asked for.
-double crowd_tolerance(double tolerance);
-
 /// Keeps the memory between calls, and between linearisations of one step whether contacts yield.
 class MovingContacts {
  public:

@@ -22,7 +22,7 @@ constexpr double kAllowed = 5e-7, kAllowedYielding = 1e-8;
 
 // Of the gap tolerance, of blocks that move: the next step closes what it leaves, and energy
 // changes by its square. Most steps of a shaken wall take a solution less, one in three.
-constexpr double kVelocityGap = 10.0;
+constexpr double kVelocityGap = 100.0;
 
 /// What the velocity problem is made from.
 struct ImpactStep {

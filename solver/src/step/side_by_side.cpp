@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t kWorthThreads = 32;
 constexpr std::chrono::microseconds kBetweenLooks{500};
 // An island of more than this share of the contacts and blocks, and of so many, has all threads to
-// itself, before the others: of two it takes 0.6 to 0.7 of the time of one.
+// itself, before the others: of two threads it takes 0.6 to 0.7 of the time of one.
 constexpr double kLargeShare = 0.6;
 constexpr std::size_t kLarge = 2048;
 
@@ -36,11 +36,23 @@ std::vector<Island*> by_size(std::span<Island* const> islands) {
   return sorted;
 }
 
-/// With all threads.
+/// An island has all threads; no more, whatever its task throws: the next one may be a worker's.
+class AllThreads {
+ public:
+  AllThreads(const StepRun& run, Island& island) : solver_(island.memory.solver) {
+    solver_.use(Threads(&run.work.threads));
+  }
+  ~AllThreads() { solver_.use(Threads()); }
+  AllThreads(const AllThreads&) = delete;
+  AllThreads& operator=(const AllThreads&) = delete;
+
+ private:
+  ContactSolver& solver_;
+};
+
 void take_alone(const StepRun& run, Island& island, const std::function<void(Island&)>& task) {
-  island.memory.solver.use(Threads(&run.work.threads));
+  const AllThreads has(run, island);
   task(island);
-  island.memory.solver.use(Threads());
 }
 
 /// The first worker looks at the watch while others work.
