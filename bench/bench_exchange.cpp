@@ -13,7 +13,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <map>
-#include <numeric>
 
 #include "exchange_model.hpp"
 
@@ -210,7 +209,8 @@ class Iteration {
   std::size_t used_ = 0;
 };
 
-/// Blocks that the part with most of them multiplies in an iteration.
+/// Blocks that are multiplied one after the other in an iteration: of each phase by the part that
+/// has most.
 long most_blocks(std::span<const LevelWork> work, int parts) {
   IterationCost one = simulate(work, parts, {.coupling = 1.0});
   return static_cast<long>(one.time);

@@ -97,8 +97,9 @@ void print(const std::vector<Part>& parts) {
 double slower(std::span<const quoin::bench::LevelWork> work, int parts,
               quoin::bench::Machine machine) {
   const double latency = machine.latency, message = machine.message;
+  constexpr int kBisections = 60;
   double least = 0.0, most = 1e6;
-  while (most - least > 1e-3 * most) {
+  for (int i = 0; i < kBisections && most - least > 1e-3 * most; ++i) {
     const double factor = 0.5 * (least + most);
     machine.latency = factor * latency;
     machine.message = factor * message;

@@ -69,7 +69,9 @@ std::optional<double> held_friction(const solver::Scene& scene) {
   const int held = first == scene.blocks.end() ? pair.group_a : first->material.joint_group;
   const int others = pair.group_a == held ? pair.group_b : pair.group_a;
   bool known = scene.pair_joints.size() == 1 && pair.group_a != pair.group_b &&
-               (pair.group_a == held || pair.group_b == held) && pair.joint.restitution == 0.0;
+               (pair.group_a == held || pair.group_b == held) && pair.joint.restitution == 0.0 &&
+               pair.joint.cohesion == 0.0 && pair.joint.tension == 0.0 &&
+               scene.joint.friction_angle > 0.0;
   for (const solver::Block& block : scene.blocks) {
     known = known && block.material.joint_group == (is_held(block) ? held : others);
   }

@@ -83,8 +83,9 @@ def moving(given, before):
 
 
 def measure(given):
-    result = json.loads(given.out.read_text(encoding="utf-8")) if given.part and given.out.exists() else {}
-    for name in (given.part,) if given.part else ("rest", "moving"):
+    part = given.part or ("moving" if given.scenes else None)
+    result = json.loads(given.out.read_text(encoding="utf-8")) if part and given.out.exists() else {}
+    for name in (part,) if part else ("rest", "moving"):
         result.update(rest(given) if name == "rest" else moving(given, result))
         given.out.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
 

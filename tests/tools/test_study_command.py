@@ -100,6 +100,7 @@ class StudyCommand(FolderTest):
         process.kill()
         process.wait()
         self.assertEqual({p.name: p.read_bytes() for p in self.folder.iterdir()}, before)
+        (self.folder.parent / "out.part-abcdef").mkdir()  # killed right after it was made
         self.assertEqual(study(*grid, "--set", "/end_time=0.05").returncode, 0)
         self.assertEqual([p.name for p in self.folder.parent.iterdir()], ["out"])  # swept
 

@@ -199,9 +199,36 @@ std::vector<fs::path> parts_of(const fs::path& folder) {
   return parts;
 }
 
+/// While it lives no other run makes a part folder in `folder`, or sweeps there.
+class FolderLock {
+ public:
+  explicit FolderLock(const fs::path& folder)
+      : file_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)),
+        holds_(file_ >= 0 && ::flock(file_, LOCK_EX) == 0) {}
+  ~FolderLock() {
+    if (file_ >= 0) ::close(file_);
+  }
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+  bool holds() const { return holds_; }
+
+ private:
+  int file_;
+  bool holds_;
+};
+
+/// A run that was killed right after it had made its part folder.
+bool is_left_empty(const fs::path& part) {
+  return !fs::is_symlink(part) && fs::is_directory(part) && fs::is_empty(part);
+}
+
 /// What killed runs left: removed, unless there is a checkpoint to go on from.
-void sweep(const fs::path& folder) {
+void sweep(const fs::path& folder, const FolderLock& lock) {
   for (const fs::path& part : parts_of(folder)) {
+    if (lock.holds() && is_left_empty(part)) {
+      fs::remove(part);
+      continue;
+    }
     const int journal = lock_of_dead_run(part);
     if (journal < 0) continue;
     if (fs::exists(part / OutputFolder::kCheckpoint)) {
@@ -255,10 +282,11 @@ OutputFolder::OutputFolder(const fs::path& folder) {
     folder_ = resolved(folder);
     check_replaceable(folder_);
     fs::create_directories(folder_.parent_path());
-    sweep(folder_);
+    const FolderLock lock(folder_.parent_path());
+    sweep(folder_, lock);
     part_ = new_part(folder_);
+    lock_journal(O_CREAT | O_EXCL);
   });
-  lock_journal(O_CREAT | O_EXCL);
 }
 
 OutputFolder::OutputFolder(OutputFolder&& other) noexcept
@@ -306,8 +334,11 @@ OutputFolder OutputFolder::reopen(const fs::path& folder) {
     if (!is_plain_file(named / kCheckpoint)) refuse(named, "there is no checkpoint to go on from");
     const std::map<std::string, Entry> ours = read_manifest(named);
     check_replaceable(named);
-    result.part_ = new_part(named);
-    result.lock_journal(O_CREAT | O_EXCL);
+    {
+      const FolderLock lock(named.parent_path());
+      result.part_ = new_part(named);
+      result.lock_journal(O_CREAT | O_EXCL);
+    }
     for (const auto& [file, entry] : ours) {
       if (file == kJournal || file == kCheckpoint || !fs::exists(named / file)) continue;
       fs::copy_file(named / file, result.file(file));
@@ -318,7 +349,7 @@ OutputFolder OutputFolder::reopen(const fs::path& folder) {
     fs::rename(checkpoint.string() + ".part", checkpoint);
     result.copied_ = true;
   });
-  sweep(result.folder_);
+  sweep(result.folder_, FolderLock(result.folder_.parent_path()));
   return result;
 }
 
