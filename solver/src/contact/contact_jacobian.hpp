@@ -28,12 +28,10 @@ void linearise(const BodyContact& contact, const StepPoses& poses,
 /// block.
 void linearise_velocity(const BodyContact& contact, const StepPoses& poses, LinearContact& linear);
 
-/// Augmentation over the stiffness that the two blocks oppose to the contact, and over that of
-/// their strain alone. Chosen: of the first, 1e4, 1e5 and 1e6 were tried on the inclines, towers
-/// and rocking blocks; higher needs fewer updates of the multipliers and leaves fewer digits to the
-/// forces. The second is what lets stiff blocks (E 1e12) settle in a few solves; it was not varied.
+/// Augmentation over the stiffness that the two blocks oppose to the contact. Chosen: 1e4, 1e5 and
+/// 1e6 were tried on the inclines, towers and rocking blocks; higher needs fewer updates of the
+/// multipliers and leaves fewer digits to the forces.
 constexpr double kAugmentation = 1e5;
-constexpr double kStrainAugmentation = 1e2;
 
 /// Augmentation of normal and shear from what the two blocks alone oppose to the contact;
 /// compliance: inverse of each block's K, by slot.

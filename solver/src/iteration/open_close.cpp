@@ -38,8 +38,8 @@ struct Loose {
 constexpr Loose kLoose{1e-4, 1e-2}, kLooseRigid{1e-2, 0.1};
 
 // Of many blocks that move.
-constexpr double kMotion = 1e-9;  // of a block, in a step: it moves. Between 1e-11 of what rests
-                                  // and 5e-5 where a shaken wall turns round
+constexpr double kMotion = 1e-9;    // of a block, in a step: it moves. Between 1e-11 of what rests
+                                    // and 5e-5 where a shaken wall turns round
 constexpr int kMany = 16;           // blocks: fewer are solved exactly, which costs little
 constexpr double kCrowd = 1e4;      // times the tolerance: their forces, and gaps of what yields,
 constexpr double kCoarsest = 1e-6;  // up to this; from there on what is asked for is enough
@@ -96,7 +96,7 @@ void OpenClose::begin() {
 }
 
 bool is_moving(const Slots& slots, const BlockVector& increment) {
-  if (slots.count() < kMany) return false;
+  if (!slots.rigid() || slots.count() < kMany) return false;
   for (std::size_t s = 0; s < increment.size(); ++s) {
     if (motion_of(increment[s], slots.length[s]) > kMotion * slots.length[s]) return true;
   }
@@ -280,8 +280,8 @@ bool OpenClose::serves_motion(std::span<const LinearContact> contacts,
                               const OpenCloseOptions& options, const GapLeft& gap, bool stops) {
   const double enough = (stops ? kStopped : kFine) * options.gap_tolerance;
   if (gap.most > std::max(accepted_gap_, enough)) return false;
-  const double over = slots_->rigid() ? kAugmentation : kStrainAugmentation;
-  if (push_of_update(contacts) > over * crowd_tolerance(options.force_tolerance)) return false;
+  const double allowed = kAugmentation * crowd_tolerance(options.force_tolerance);
+  if (push_of_update(contacts) > allowed) return false;
   accepted_gap_ = kSame * std::min(gap.most, kStopped * options.gap_tolerance);
   return true;
 }

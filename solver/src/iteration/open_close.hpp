@@ -24,7 +24,7 @@ struct OpenCloseOptions {
   bool raise = false;      ///< augmentation where the gap falls slowly
   bool predicted = false;  ///< the first guess is no solution yet: blocks may stand instead
   bool damped = false;     ///< of rigid blocks: sliding contacts, where Newton's search fails
-  /// Many blocks move: contact forces are wanted to 1e4 times the force tolerance alone.
+  /// Many rigid blocks move: contact forces are wanted to 1e4 times the force tolerance alone.
   bool moves = false;
   double softness = 1.0;  ///< of all contacts, to begin with: that of an earlier result
 };
@@ -42,11 +42,11 @@ struct OpenCloseResult {
   double softness = 1.0;  ///< of all contacts, with which they were solved
 };
 
-/// Forces and gaps of many blocks that move, relative: 1e4 times the tolerance, 1e-6 at most, or
+/// Forces and gaps of crowds, relative: 1e4 times the tolerance, 1e-6 at most, or
 /// the tolerance itself where that is coarser.
 double crowd_tolerance(double tolerance);
 
-/// Whether there are many blocks, 16 or more, of which one moves by more than 1e-9 of itself.
+/// Whether there are many rigid blocks, 16 or more, of which one moves by more than 1e-9 of itself.
 bool is_moving(const Slots& slots, const BlockVector& increment);
 
 /// Counts of both; the rest is that of the later one, its condition where it factorized.
