@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "distributed/gathered_contacts.hpp"
 #include "index.hpp"
@@ -22,11 +23,19 @@ constexpr int kLag = 6;
 // unit of complexity: 8.5e3 to 1.1e4 on the walls of 10 083 bricks of bench/large.md.
 constexpr double kIteration = 9e3;
 
-// Matrices that are eliminated where iterations of a new hierarchy took longer, or did not
-// converge, before they are tried again. The hard ones of a wall come in rows of 4 to 12.
-constexpr int kEliminated = 8;
+// A set-up takes as long as so many iterations, there and at any share of weak joints.
+constexpr int kSetUp = 13;
+
+// Eliminations that iterations may take longer in all than those that they save, at most, and what
+// a matrix that is eliminated adds to that: so they are tried again.
+constexpr double kCredit = 2.0, kRetry = 0.05;
 
 }  // namespace
+
+void LinearSolver::forget() {
+  prepared_ = false;
+  credit_ = kCredit;
+}
 
 bool LinearSolver::wants_multigrid(const BlockSystem& system) {
   if (system.frames.empty()) return false;
@@ -35,11 +44,11 @@ bool LinearSolver::wants_multigrid(const BlockSystem& system) {
   return work_ > kWork;
 }
 
-/// Where iterations have lately taken longer the matrix is eliminated.
+/// Where iterations have taken longer the matrix is eliminated.
 bool LinearSolver::iterates(const BlockSystem& system) {
   if (!wants_multigrid(system)) return false;
-  if (eliminated_ == 0) return true;
-  --eliminated_;
+  if (kind_ != LinearSolverKind::Automatic || credit_ >= 1.0) return true;
+  credit_ += kRetry;
   return false;
 }
 
@@ -86,6 +95,7 @@ bool LinearSolver::prepare(RigidMultigrid<n>& multigrid) {
   prepared_ = multigrid.set_up(frames_, watch_);
   fresh_iterations_ = 0;
   ++counts_.set_ups;
+  pay(kSetUp, multigrid.complexity());
   counts_.complexity = std::max(counts_.complexity, multigrid.complexity());
   return prepared_;
 }
@@ -121,7 +131,7 @@ bool LinearSolver::factorize_here(const BlockSystem& system, const BlockVector* 
     return eliminate(system, only);
   }
   elimination_.release();
-  has_multigrid_ = true;
+  has_multigrid_ = saves_ = true;
   frames_ = system.frames;
   const auto take = [&](auto& iterations, auto rows) {
     auto& multigrid = iterations.multigrid;
@@ -157,6 +167,11 @@ int LinearSolver::most_iterations(double complexity) const {
   return std::clamp(static_cast<int>(work_ / (kIteration * complexity)), 1, most);
 }
 
+/// For iterations, in eliminations.
+void LinearSolver::pay(int iterations, double complexity) {
+  if (kind_ == LinearSolverKind::Automatic) credit_ -= iterations * kIteration * complexity / work_;
+}
+
 /// A hierarchy of an earlier matrix is tried first, then, where elimination takes longer than all
 /// iterations, one of this matrix.
 template <int n>
@@ -173,9 +188,8 @@ bool LinearSolver::iterate(Iterations<n>& with, const BlockVector& right, BlockV
     counts_.iterations += result.iterations;
     if (fresh_iterations_ == 0) fresh_iterations_ = result.iterations;
     if (result.iterations > fresh_iterations_ + kLag) prepared_ = false;
+    pay(result.iterations, multigrid.complexity());
     if (result.converged) break;
-    const bool chooses = kind_ == LinearSolverKind::Automatic;
-    if (chooses && !lagging_) eliminated_ = kEliminated;
     if (!lagging_ || most < KrylovOptions{}.most || !prepare(multigrid)) {
       ++counts_.fallbacks;
       iterates_ = false;
@@ -184,6 +198,7 @@ bool LinearSolver::iterate(Iterations<n>& with, const BlockVector& right, BlockV
       return eliminate(system, once_ ? &right : nullptr) && solve(right, solution);
     }
   }
+  if (std::exchange(saves_, false)) credit_ = std::min(kCredit, credit_ + 1.0);
   for (std::size_t s = 0; s < right.size(); ++s) {
     solution[s].setZero();
     const int size = slots_->size[s];

@@ -15,7 +15,9 @@ class LinearSolver {
   /// Eliminates, until choose() says otherwise. `watch`, where there is one, is looked at during
   /// factorize(), which then throws StepStopped.
   explicit LinearSolver(const Slots& slots, StepWatch* watch = nullptr)
-      : slots_(&slots), watch_(watch), elimination_(slots, watch) {}
+      : slots_(&slots), watch_(watch), elimination_(slots, watch) {
+    forget();
+  }
 
   /// From the next matrix on; counts start at zero. `distributed`, where there is one, solves what
   /// Automatic does not eliminate; it must outlive the use of this object. Where it is of several
@@ -30,10 +32,7 @@ class LinearSolver {
 
   /// Nothing of earlier matrices is used from here on but what hangs on the pattern alone: what
   /// follows is the same to the bit whatever was solved before.
-  void forget() {
-    prepared_ = false;
-    eliminated_ = 0;
-  }
+  void forget();
 
   /// From the next matrix on.
   void use(const Threads& threads) {
@@ -51,7 +50,7 @@ class LinearSolver {
   }
 
   /// Iterations end at a residual of 1e-8 of `right`; where they do not reach it the matrix is
-  /// eliminated. False where that fails, too: `solution` is then zero.
+  /// eliminated. False where that fails, too: `solution` is then of no use.
   bool solve(const BlockVector& right, BlockVector& solution);
 
   /// Ratio of the largest to the smallest pivot: a lower estimate of the condition number; 0 where
@@ -77,6 +76,7 @@ class LinearSolver {
   template <int n>
   bool iterate(Iterations<n>& with, const BlockVector& right, BlockVector& solution);
   int most_iterations(double complexity) const;
+  void pay(int iterations, double complexity);
   bool wants_multigrid(const BlockSystem& system);
   bool iterates(const BlockSystem& system);
   void release_multigrid();
@@ -102,7 +102,8 @@ class LinearSolver {
   bool lagging_ = false;        ///< of an earlier one
   int fresh_iterations_ = 0;    ///< of the first solution with a new hierarchy
   double work_ = 0.0;           ///< of an elimination, multiplications a block
-  int eliminated_ = 0;          ///< so many of the next matrices are
+  double credit_ = 0.0;         ///< eliminations that iterations may take longer than they save
+  bool saves_ = false;          ///< the present matrix's elimination, where iterations converge
   LinearSolverCounts counts_;
 };
 

@@ -296,6 +296,21 @@ TEST_CASE("Threads say what cannot be factorized, and go on with what can") {
   CHECK(solution == again);
 }
 
+TEST_CASE("Threads that are given after a factorization solve nothing before the next one") {
+  Random random(8);
+  constexpr int kSide = 40;
+  const Problem problem(random, kSide * kSide, grid_pairs(kSide), MatrixShape::Symmetric);
+  quoin::geometry::WorkerPool two(2), eight(8);
+  LinearSolver solver(problem.slots);
+  solver.use(Threads(&two));
+  REQUIRE(solver.factorize(problem.system));
+  BlockVector right(problem.slots.size.size(), Vector12::Ones()), solution = right, again = right;
+  REQUIRE(solver.solve(right, solution));
+  solver.use(Threads(&eight));
+  REQUIRE(solver.solve(right, again));
+  CHECK(again == solution);
+}
+
 TEST_CASE("What cannot be factorized is said") {
   Random random(3);
   Problem problem(random, 10, 12, MatrixShape::Symmetric);

@@ -179,3 +179,45 @@ TEST_CASE("Forces on both blocks of the solution balance: K D = F + J^T f") {
     CHECK(left.norm() < 1e-7);
   }
 }
+
+namespace {
+
+/// Rigid blocks in a column on the ground, 1 kg each, pressed down by 1 N and pushed aside: what
+/// one step makes of them. The unknown is in m, K in N/m.
+OpenCloseResult push_column(int blocks, double aside) {
+  const auto count = static_cast<std::size_t>(blocks);
+  const Slots slots = make_slots(std::vector<int>(count, 6), std::vector<double>(count, 1.0));
+  BlockSystem base;
+  base.diagonal.resize(count, 6);
+  BlockVector force(count, Vector12::Zero()), increment = force;
+  std::vector<LinearContact> contacts(count);
+  for (std::size_t b = 0; b < count; ++b) {
+    base.diagonal[b] = 1e4 * Matrix12::Identity().topLeftCorner<6, 6>();
+    force[b].head<2>() = Eigen::Vector2d(-1.0, aside);
+    LinearContact& c = contacts[b];
+    c.slot_b = static_cast<int>(b);
+    c.slot_a = c.slot_b - 1;
+    c.friction = 0.5;
+    c.normal_stiffness = c.shear_stiffness = 1e9;
+    Matrix3x12 motion = Matrix3x12::Zero();
+    motion.leftCols<3>().setIdentity();
+    c.jacobian_b.set(motion, false);
+    c.jacobian_a.set(-motion, false);
+  }
+  set_pairs(contacts, base);
+  const OpenCloseOptions options{.gap_tolerance = 1e-10, .predicted = true, .may_move = true};
+  return OpenClose(slots).solve(base, force, contacts, options, increment);
+}
+
+}  // namespace
+
+TEST_CASE("Blocks from rest are seen to move where gaps are closed and they have moved") {
+  for (const int blocks : {15, 16, 60}) {
+    CAPTURE(blocks);
+    const OpenCloseResult stands = push_column(blocks, 0.4), slides = push_column(blocks, 0.6);
+    CHECK(stands.converged);
+    CHECK_FALSE(stands.moves);
+    CHECK(slides.converged);
+    CHECK(slides.moves == (blocks >= 16));
+  }
+}

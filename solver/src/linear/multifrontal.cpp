@@ -270,6 +270,7 @@ bool Multifrontal::factorize(const BlockSystem& system, const BlockVector& only)
 
 bool Multifrontal::factorize(const BlockSystem& system, const BlockVector* only) {
   choose_analysis(system);
+  threads_ = next_threads_;
   const bool keeps_lower = system.symmetric || only == nullptr;
   const int workers = threads_.workers();
   if (!placed_ || symmetric_ != system.symmetric || keeps_lower_ != keeps_lower ||

@@ -25,7 +25,7 @@ class Multifrontal {
       : slots_(&slots), watch_(watch) {}
 
   /// From the next factorize() on.
-  void use(const Threads& threads) { threads_ = threads; }
+  void use(const Threads& threads) { next_threads_ = threads; }
 
   /// L L^T for a symmetric matrix; for another L U with row exchanges inside a supernode. False
   /// when it is singular to working accuracy, or symmetric and not positive definite.
@@ -151,7 +151,7 @@ class Multifrontal {
   std::vector<int> exchanges_;  // of each place in the elimination, the row it changed with
   Eigen::VectorXd pivots_;      // by elimination
   Eigen::VectorXd vector_;
-  Threads threads_;
+  Threads threads_, next_threads_;      ///< of this factorize() and solve(), and of the next ones
   int workers_ = 0;                     // that subtrees_ are made for
   std::vector<Subtree> subtrees_;       // in the order of their fronts
   std::vector<Lane> lanes_;             // of the fronts that are in none, then of each worker

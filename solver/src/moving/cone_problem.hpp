@@ -25,7 +25,7 @@ class ConeProblem {
   explicit ConeProblem(const Slots& slots, StepWatch* watch)
       : slots_(&slots), solver_(slots, watch) {}
 
-  /// From here on; passes of Gauss–Seidel and eliminations take one.
+  /// From here on; passes of Gauss–Seidel take one.
   void use(const Threads& threads) {
     threads_ = threads;
     solver_.use(threads);

@@ -209,6 +209,7 @@ OpenCloseResult solve_positions(const SubStep& step, std::span<BodyContact> cont
     memory.clock.charge(&PhaseSeconds::assemble);
     if (tuning.predicted) {
       tuning.moves = step.dynamic() && is_moving(step.island.slots, memory.increment);
+      tuning.may_move = step.dynamic();
       show_contact_problem(step, terms, linear, memory.increment);
     }
     const OpenCloseResult solved = memory.solver.solve(step.options, {terms.base, terms.force},
@@ -220,6 +221,7 @@ OpenCloseResult solve_positions(const SubStep& step, std::span<BodyContact> cont
     add(solved, total);
     total.closed = solved.closed;  // of the last linearisation
     if (!solved.converged) break;
+    tuning.moves = tuning.moves || solved.moves;
     if (tuning.moves) tuning.softness = solved.softness;
     const double before = std::exchange(change, solved.change);
     const bool agreed =
