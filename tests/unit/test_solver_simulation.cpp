@@ -462,6 +462,41 @@ TEST_CASE("A block that rests and is set on towards its support bounces") {
   CHECK_THAT(simulation.state().blocks[1].velocity.z(), WithinAbs(1.0 - 9.81 * 0.01, 1e-9));
 }
 
+TEST_CASE("A block bounces off a support that comes on") {
+  for (const double restitution : {0.5, 0.9, 1.0}) {
+    Scene scene;
+    scene.gravity = Vector3(0, 0, 0);
+    scene.joint.restitution = restitution;
+    scene.add_fixed(unit_cube({-1.1037, 0, 0}));
+    scene.blocks[0].kind = BlockKind::Prescribed;
+    scene.blocks[0].motion = {MotionKind::Velocity, VectorOfTime(Vector3(1, 0, 0))};
+    scene.add_rigid(unit_cube({0, 0, 0}), kRock);
+    Simulation simulation(scene, {.time_step = 1e-3});
+    for (int i = 0; i < 200; ++i) REQUIRE(simulation.advance().status == StepStatus::Converged);
+    CHECK_THAT(simulation.state().blocks[1].velocity.x(), WithinAbs(1.0 + restitution, 1e-9));
+  }
+}
+
+TEST_CASE("A row that is hit with a restitution of one keeps its energy") {
+  constexpr int kBlocks = 20;
+  Scene scene;
+  scene.gravity = Vector3(0, 0, 0);
+  scene.joint = {.friction_angle = 0.0, .restitution = 1.0};
+  const auto add = [&](double x) {
+    scene.add_rigid(geometry::make_box({x, 0, 0}, {x + 1, 0.8, 0.6}), kRock);
+  };
+  add(-1.05);
+  scene.blocks[0].velocity = Vector3(2, 0, 0);
+  for (int i = 0; i < kBlocks - 1; ++i) add(1.0 * i);
+  Simulation simulation(scene, {.time_step = 2e-3});
+  for (int i = 0; i < 200; ++i) REQUIRE(simulation.advance().status == StepStatus::Converged);
+  const auto& blocks = simulation.state().blocks;
+  double squares = 0.0;
+  for (const BlockState& block : blocks) squares += block.velocity.squaredNorm();
+  CHECK_THAT(squares, WithinAbs(4.0, 4e-8));
+  CHECK_THAT(blocks[1].velocity.x() - blocks[0].velocity.x(), WithinAbs(2.0, 1e-3));
+}
+
 TEST_CASE("Prescribed motion by displacement, velocity and acceleration gives the same place") {
   const auto run = [](MotionKind kind, std::function<Vector3(double)> value) {
     Scene scene;

@@ -17,6 +17,10 @@ constexpr double kSoftness = 0.03;  // and, where Newton's method does not end i
 constexpr int kMostSoft = 12;       // steps, by
 constexpr double kSofter = 4.0;     // times as much, up to
 constexpr double kSoftest = 2.0;
+// Velocities: times their softness, the next one, while residuals are above what forces are wanted
+// to; where the last one took so few steps, while they are above this share of that.
+constexpr double kHarder = 0.01, kFineVelocity = 0.01;
+constexpr int kQuick = 6;
 constexpr double kNear = 1e-3;  // the residual from which hard contacts are what they yield about
 constexpr int kMostConeSteps = 25;    // of contacts in cones, or where these have come to
 constexpr double kConeForces = 1e-3;  // of the largest: what is worse is left out
@@ -103,6 +107,35 @@ IterationCount MovingContacts::iterate(double tolerance) {
   if (total.converged) return total;
   softness_ = kSoftness;
   add(solve_soft(tolerance), total);
+  return total;
+}
+
+/// Contacts of velocities yield about their last forces, less and less, while that is soon solved:
+/// what they yield adds up along a row of blocks, and no later step closes it.
+IterationCount MovingContacts::harden() {
+  IterationCount total;
+  total.converged = true;
+  bool quick = true;
+  while (softness_ > 0.0 && iterations_left_ > 0) {
+    problem_.respond(x_, motion_);
+    total.residual = relative_residual(x_, motion_);
+    if (total.residual <= (quick ? kFineVelocity : 1.0) * forces_) break;
+    last_bar_ = bar_;
+    bar_ = x_;
+    const IterationLimit limit{kFineVelocity * forces_, std::min(kMostSoft, iterations_left_)};
+    const IterationCount count = newton_.solve_soft(problem_, kHarder * softness_, bar_, limit, x_);
+    iterations_left_ -= count.iterations;
+    total.iterations += count.iterations;
+    total.solves += count.solves;
+    total.factorizations += count.factorizations;
+    if (!(count.residual <= forces_)) {
+      std::swap(x_, bar_);
+      std::swap(bar_, last_bar_);
+      break;
+    }
+    softness_ *= kHarder;
+    quick = count.iterations <= kQuick;
+  }
   return total;
 }
 
@@ -374,6 +407,7 @@ OpenCloseResult MovingContacts::solve(const BlockSystem& base, const BlockVector
   iterations_left_ = options.max_iterations;
   forces_ = crowd_tolerance(options.force_tolerance);
   IterationCount count = iterate(options.rough ? std::max(forces_, kRough) : forces_);
+  if (!positions && count.converged) add(harden(), count);
   record(contacts);
   if (positions) yielded_ = softness_ > 0.0;
   OpenCloseResult result;

@@ -32,6 +32,7 @@ class MovingContacts {
  private:
   void start(std::span<const LinearContact> contacts, bool first);
   IterationCount iterate(double tolerance);
+  IterationCount harden();
   IterationCount solve_soft(double tolerance);
   void record(std::span<LinearContact> contacts);
   bool apart() const;

@@ -308,13 +308,13 @@ void attempt_velocities(const SubStep& step, std::span<const BodyContact> contac
     }
     add(solved, total);
     if (!solved.converged) note_changes(problem.contacts, attempt);
-    again = impact.restitution.lessen(step, attempt.energy.work_on, blocks.end);
+    set_pushed_work(step, problem, impact.pushed);
+    again = impact.restitution.lessen(step, {attempt.energy.work_on, impact.pushed}, blocks.end);
   }
   total.converged = total.converged && attempt.solved.converged;
   total.residual = worse_residual(total.residual, attempt.solved.residual);
   total.condition = attempt.solved.condition;
   attempt.solved = total;
-  set_pushed_work(step, problem, impact.pushed);
   const double allowed = memory.solver.yielding() ? kAllowedYielding : kAllowed;
   bound_energy(step,
                {problem.velocity, impact.restitution.groups(), impact.pushed, allowed,

@@ -11,8 +11,13 @@ namespace quoin::solver {
 namespace {
 
 constexpr double kEnergyRounding = 1e-9;  // of the energy before an impact
-constexpr double kLessBounce = 0.5;       // of the restitution, where that has made energy, and
-constexpr double kLeastBounce = 0.25;     // none after this share of it: two tries
+// Of the restitution, where that has made energy, between these, by what energy goes with it; and
+// none after the last share: eight tries at most.
+constexpr double kLessBounce = 0.5, kMostBounce = 0.8, kLeastBounce = 0.25;
+// Of the energy of a group's motion against each other: so much is taken off that motion. Arms that
+// turn between impact and end of step, and velocities of crowds that are good to 1e-6 of forces,
+// make it, not the restitution.
+constexpr double kSlight = 0.1;
 
 double mechanical_energy(const SubStep& step, std::size_t block,
                          std::span<const BlockState> state) {
@@ -68,15 +73,17 @@ void Restitution::apply(const VelocityProblem& problem) const {
   }
 }
 
-bool Restitution::lessen(const SubStep& step, std::span<const double> work_on,
+bool Restitution::lessen(const SubStep& step, const WorkOnBlocks& work,
                          std::span<const BlockState> end) {
   if (std::ranges::none_of(shares_, [](double share) { return share > 0.0; })) return false;
+  pushed_.assign(shares_.size(), 0.0);
   available_.assign(shares_.size(), 0.0);
   now_.assign(shares_.size(), 0.0);
   strained_.assign(shares_.size(), 0.0);
   for (std::size_t s = 0; s < groups_.size(); ++s) {
     const std::size_t b = index(step.island.slots.block_of_slot[s]), group = index(groups_[s]);
-    available_[group] += mechanical_energy(step, b, step.state) + work_on[s];
+    available_[group] += mechanical_energy(step, b, step.state) + work.forces[s] + work.impulses[s];
+    pushed_[group] += work.impulses[s];
     now_[group] += mechanical_energy(step, b, end);
     strained_[group] += strain_energy(step.compiled.models[b], end[b]);
   }
@@ -88,9 +95,14 @@ bool Restitution::lessen(const SubStep& step, std::span<const double> work_on,
   for (std::size_t group = 0; group < shares_.size(); ++group) {
     const double rounding = kEnergyRounding * std::abs(available_[group]);
     if (now_[group] <= available_[group] + rounding || !(shares_[group] > 0.0)) continue;
-    const bool taken_off = least[group] + strained_[group] <= available_[group];
-    if (taken_off && now_[group] <= free_[group] + rounding) continue;
-    shares_[group] = shares_[group] > kLeastBounce ? kLessBounce * shares_[group] : 0.0;
+    const double relative = now_[group] - strained_[group] - least[group];
+    const double gained = now_[group] - free_[group] - pushed_[group];  // by impulses
+    const bool taken_off = now_[group] - relative <= available_[group];
+    if (taken_off && gained <= kSlight * relative + rounding) continue;
+    const double excess = std::max(gained, now_[group] - available_[group]);
+    const double kept = std::sqrt(std::max(0.0, 1.0 - 2.0 * excess / relative));
+    const double less = std::clamp(kept, kLessBounce, kMostBounce);
+    shares_[group] = shares_[group] > kLeastBounce ? less * shares_[group] : 0.0;
     any = true;
   }
   return any;

@@ -23,6 +23,12 @@ struct VelocityProblem {
   std::vector<std::pair<int, int>> pushed_before;  ///< slots joined by what pushed until the impact
 };
 
+/// Work on blocks in a sub-step, by slot, J.
+struct WorkOnBlocks {
+  std::span<const double> forces;    ///< of all that the positions know
+  std::span<const double> impulses;  ///< of moving supports, by the impulses beyond their forces
+};
+
 /// Restitution of each group of blocks that closed contacts join, or joined until the first impact:
 /// what is taken from a group's velocities leaves its momentum. Keeps the memory between steps.
 class Restitution {
@@ -34,11 +40,10 @@ class Restitution {
   /// The contacts as they are before a solution, with their bounce, or what is left of it.
   void apply(const VelocityProblem& problem) const;
 
-  /// Less of it for groups that have more energy than they had with the work done on them (by
-  /// slot, J), where impulses gave it or bound_energy() could not take it off; true when there are
-  /// any. `end`: by block.
-  bool lessen(const SubStep& step, std::span<const double> work_on,
-              std::span<const BlockState> end);
+  /// Less of it for groups that have more energy than they had with the work done on them, where
+  /// impulses gave it or bound_energy() could not take it off; true when there are any. `end`: by
+  /// block.
+  bool lessen(const SubStep& step, const WorkOnBlocks& work, std::span<const BlockState> end);
 
   /// By slot: the least slot of its group.
   std::span<const int> groups() const { return groups_; }
@@ -54,8 +59,8 @@ class Restitution {
   std::vector<int> groups_;
   std::vector<double> shares_;  ///< by group; 0 where nothing bounces
   std::vector<char> bouncing_, grounded_;
-  std::vector<double> free_;                        ///< by group, J: of what no contact has pushed
-  std::vector<double> available_, now_, strained_;  ///< memory of lessen(): energy by group, J
+  std::vector<double> free_;  ///< by group, J: of what no contact has pushed
+  std::vector<double> available_, now_, strained_, pushed_;  ///< memory of lessen(): by group, J
 };
 
 }  // namespace quoin::solver
