@@ -26,8 +26,9 @@ constexpr double kRough = 1e-3;      // one that changed blocks by more is follo
 constexpr double kAgreement = 1e-9;  // of two linearisations, and, from the fifth on:
 constexpr int kQuickLinearisations = 4;
 constexpr double kLooseAgreement = 1e-4;  // contacts that go to and fro are left, but for
-constexpr int kMostLinearisations = 12;   // so many passes where the blocks end with overlaps
-constexpr double kUnforeseen = 0.3;       // of the crowd's tolerance beyond what the last one says
+constexpr int kMostLinearisations = 12;   // so many passes where the blocks end with overlaps of
+constexpr double kUnforeseen = 0.3;  // times the crowd's tolerance beyond what the last one says,
+constexpr double kFalls = 0.8;       // and all where changes still fall to this share of the last
 // Gaps that are mended apart keep linearisations from agreeing. Where one changes blocks by less
 // than
 constexpr double kMended = 1e-5;    // of the smallest, forces are held, and the blocks follow them
@@ -164,6 +165,7 @@ class Circle {
 /// A linearisation of an attempt, and what it came to.
 struct Pass {
   int number = 0;
+  double before = 0.0;  ///< what the one before has changed, m
   const OpenCloseResult& solved;
 };
 
@@ -178,7 +180,9 @@ bool nearly_agrees(const SubStep& step, const Pass& pass, std::span<BodyContact>
   const bool rigid = step.island.slots.rigid();  // strain would take up what gaps change
   const bool mended = rigid && pass.solved.closed && foreseen && change <= kMended * size;
   if (mended && settle(step, contacts, memory, poses, linear)) return true;
-  return pass.number >= (foreseen ? kQuickLinearisations : kMostLinearisations);
+  if (foreseen) return pass.number >= kQuickLinearisations;
+  const bool falls = change <= kFalls * pass.before;
+  return pass.number >= (falls ? kLinearisations - 1 : kMostLinearisations);
 }
 
 /// Linearise, solve, and again from where it ended, until the solution satisfies its own
@@ -224,10 +228,10 @@ OpenCloseResult solve_positions(const SubStep& step, std::span<BodyContact> cont
     tuning.moves = tuning.moves || solved.moves;
     if (tuning.moves) tuning.softness = solved.softness;
     const double before = std::exchange(change, solved.change);
-    const bool agreed =
-        memory.solver.yielding()
-            ? !tuning.rough && nearly_agrees(step, {pass, solved}, contacts, memory, poses, linear)
-            : agrees(pass, tuning, before, change);
+    const bool agreed = memory.solver.yielding()
+                            ? !tuning.rough && nearly_agrees(step, {pass, before, solved}, contacts,
+                                                             memory, poses, linear)
+                            : agrees(pass, tuning, before, change);
     if (agreed) break;
     total.converged = false;  // until the next linearisation agrees
     if (circle.closes(change) && change > tuning.mended_apart) break;
