@@ -60,11 +60,22 @@ double normal_velocity(const BodyContact& contact, const LinearContact& c,
   return along(c.jacobian_a, contact.a) + along(c.jacobian_b, contact.b);
 }
 
-/// Gain of relative normal velocity over the step by what acts but new contacts, m/s.
-double relative_free_gain(const LinearContact& c, const BlockVector& free_gain) {
+/// Gain of relative normal velocity over the step by what acts but new contacts, m/s; of a moving
+/// support by its motion.
+double relative_free_gain(const ImpactStep& at, const BodyContact& contact,
+                          const LinearContact& c) {
   double gain = 0.0;
-  if (c.slot_a >= 0) gain += c.jacobian_a.normal(free_gain[index(c.slot_a)]);
-  if (c.slot_b >= 0) gain += c.jacobian_b.normal(free_gain[index(c.slot_b)]);
+  const auto add = [&](int slot, int block, const ContactJacobian& jacobian) {
+    if (slot >= 0) {
+      gain += jacobian.normal(at.free_gain[index(slot)]);
+      return;
+    }
+    const Vector12& moved = at.poses.increment[index(block)];
+    const Vector12 before = velocity_vector(at.step.state[index(block)]);
+    gain += jacobian.normal(2.0 * (moved / at.step.length - before));
+  };
+  add(c.slot_a, contact.a, c.jacobian_a);
+  add(c.slot_b, contact.b, c.jacobian_b);
   return gain;
 }
 
@@ -99,7 +110,7 @@ double full_bounce(const ImpactStep& at, const BodyContact& contact, const Linea
   if (!(contact.joint->restitution > 0.0) || contact.was_closed) return 0.0;
   const double approach = normal_velocity(contact, c, at.step.state);
   const bool closed = c.closing_share > 0.0;
-  const double gain = closed ? relative_free_gain(c, at.free_gain) : 0.0;
+  const double gain = closed ? relative_free_gain(at, contact, c) : 0.0;
   const double impact = approach + c.closing_share * gain;
   if (!(impact < -at.slowest)) return 0.0;
   const double flight = (1.0 - c.closing_share) * gain;

@@ -157,18 +157,23 @@ void add_last_force(const SubStep& step, const StepPoses& poses, const BodyConta
   add(contact.b, contact.arm_b, on_b);
 }
 
-/// How a contact would move in the step if it did nothing.
+/// How a contact would move in the step if it did nothing. Blocks without unknowns count like all
+/// others: what moves along with one of them closes as if both were at rest.
 struct FreeFlight {
-  Vector3 end = Vector3::Zero();  ///< d at the end of the step, m
-  double approach = 0.0;          ///< normal velocity at its start, m in a step
+  Vector3 start = Vector3::Zero();  ///< d as the blocks stand at the start of the step, m
+  Vector3 end = Vector3::Zero();    ///< d at its end, m
+  double approach = 0.0;            ///< normal velocity at its start, m in a step
 };
 
-FreeFlight free_flight(const SubStep& step, const BlockVector& free_increment,
+FreeFlight free_flight(const SubStep& step, const BlockTerms& terms, const StepPoses& poses,
                        const BodyContact& contact, const LinearContact& c) {
-  FreeFlight flight{.end = c.offset};
+  FreeFlight flight{.start = c.offset, .end = c.offset};
   const auto add = [&](int slot, int block, const ContactJacobian& jacobian) {
-    if (slot < 0) return;
-    flight.end += jacobian * free_increment[index(slot)];
+    if (slot >= 0) {
+      flight.end += jacobian * terms.free_increment[index(slot)];
+    } else {  // its motion is in the offset
+      flight.start -= jacobian * poses.increment[index(block)];
+    }
     flight.approach += step.length * jacobian.normal(velocity_vector(step.state[index(block)]));
   };
   add(c.slot_a, contact.a, c.jacobian_a);
@@ -183,7 +188,7 @@ FreeFlight free_flight(const SubStep& step, const BlockVector& free_increment,
 /// once.
 void set_closing(const FreeFlight& flight, double gap_tolerance, double slowest, const Joint& joint,
                  LinearContact& c) {
-  const double gap = c.offset[0];
+  const double gap = flight.start[0];
   const bool at_once =
       std::abs(gap) <= gap_tolerance && flight.approach < -std::max(slowest, gap_tolerance);
   if (!(gap > 0.0 || at_once) || !(flight.end[0] < 0.0)) return;
@@ -194,7 +199,7 @@ void set_closing(const FreeFlight& flight, double gap_tolerance, double slowest,
   const double share = gap <= gap_tolerance ? gap / fall : 2.0 * gap / (root - flight.approach);
   c.closing_share = at_once ? kAtOnce : share;
   c.closing_speed = at_once ? -flight.approach : gap / share;
-  c.offset.tail<2>() -= share * (flight.end.tail<2>() - c.offset.tail<2>());
+  c.offset.tail<2>() -= share * (flight.end.tail<2>() - flight.start.tail<2>());
   if (fall > slowest) {
     const double left = 1.0 - share;
     const double rebound = -joint.restitution * (flight.approach + share * bend) * left;
@@ -311,8 +316,8 @@ void linearise(const SubStep& step, const BlockTerms& terms, const StepPoses& po
     set_stiffness(terms, c);
     const Vector3 motion = c.offset;
     if (!contact.was_closed && impacts) {
-      set_closing(free_flight(step, terms.free_increment, contact, c), step.gap_tolerance(),
-                  slowest, *contact.joint, c);
+      set_closing(free_flight(step, terms, poses, contact, c), step.gap_tolerance(), slowest,
+                  *contact.joint, c);
     }
     follow_slip(contact, c);
     c.left_out = c.offset - motion;
