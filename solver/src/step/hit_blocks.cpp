@@ -10,19 +10,23 @@ namespace quoin::solver {
 namespace {
 
 /// A contact that closes faster than what the step does not resolve.
-bool is_impact(const LinearContact& c, double slowest, Impacts impacts) {
-  if (!(c.closing_share > 0.0) || !(c.closing_speed > slowest)) return false;
-  return impacts == Impacts::Expected || c.mode != ContactMode::Open;
+bool is_impact(const SubStep& step, const LinearContact& c, Impacts impacts) {
+  if (!(c.closing_share > 0.0)) return false;
+  if (!(c.closing_speed > step.bounce_speed() * step.length)) return false;
+  return impacts == Impacts::Expected || c.mode != ContactMode::Open || touches(step, c);
 }
 
 }  // namespace
+
+bool touches(const SubStep& step, const LinearContact& c) {
+  return !c.compliant && c.relative[0] <= step.gap_tolerance();
+}
 
 void find_hit_blocks(const SubStep& step, std::span<const BodyContact> contacts,
                      std::span<const LinearContact> linear, Impacts impacts,
                      std::vector<char>& hit) {
   hit.assign(step.island.slots.size.size(), 0);
   if (step.options.method == ContactMethod::Springs || !step.dynamic()) return;
-  const double slowest = step.bounce_speed() * step.length;
   bool grows = false;
   const auto add = [&](int slot) {
     if (slot < 0 || hit[index(slot)]) return;
@@ -30,7 +34,7 @@ void find_hit_blocks(const SubStep& step, std::span<const BodyContact> contacts,
     grows = true;
   };
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    if (!is_impact(linear[i], slowest, impacts)) continue;
+    if (!is_impact(step, linear[i], impacts)) continue;
     add(linear[i].slot_a);
     add(linear[i].slot_b);
   }
@@ -41,7 +45,7 @@ void find_hit_blocks(const SubStep& step, std::span<const BodyContact> contacts,
   while (grows) {
     grows = false;
     for (std::size_t i = 0; i < contacts.size(); ++i) {
-      if (!contacts[i].was_closed) continue;
+      if (!contacts[i].was_closed && linear[i].start[0] > step.gap_tolerance()) continue;
       if (is_hit(linear[i].slot_a)) add(linear[i].slot_b);
       if (is_hit(linear[i].slot_b)) add(linear[i].slot_a);
     }
@@ -52,10 +56,9 @@ void find_hit_blocks(const SubStep& step, std::span<const BodyContact> contacts,
 
 double first_impact(const SubStep& step, std::span<const LinearContact> linear) {
   if (step.options.method == ContactMethod::Springs || !step.dynamic()) return 0.0;
-  const double slowest = step.bounce_speed() * step.length;
   double first = 0.0;
   for (const LinearContact& c : linear) {
-    if (!is_impact(c, slowest, Impacts::Solved)) continue;
+    if (!is_impact(step, c, Impacts::Solved)) continue;
     first = first > 0.0 ? std::min(first, c.closing_share) : c.closing_share;
   }
   const Agreement all = agreement(step.options);

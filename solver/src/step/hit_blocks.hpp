@@ -12,8 +12,13 @@ namespace quoin::solver {
 
 enum class Impacts { Expected, Solved };
 
-/// By slot: blocks that an impact hits, and those that lean on them: expected from how they move
-/// before the step is solved, or as it was solved.
+/// Whether a contact ends closed to the gap tolerance, whatever its mode. Where blocks meet just as
+/// a step ends nothing is left for forces to do, and which corners of a face these close is a
+/// matter of rounding: an impulse at some of them alone would turn the blocks.
+bool touches(const SubStep& step, const LinearContact& contact);
+
+/// By slot: blocks that an impact hits, and those that lean on them or touch them: expected from
+/// how they move before the step is solved, or as it was solved.
 void find_hit_blocks(const SubStep& step, std::span<const BodyContact> contacts,
                      std::span<const LinearContact> linear, Impacts impacts,
                      std::vector<char>& hit);

@@ -197,9 +197,10 @@ void add_earlier_impulses(const ImpactStep& at, std::span<const BodyContact> con
   }
 }
 
-/// Closed ones have a velocity to be set; springs do what they do.
+/// Closed ones have a velocity to be set, and so have those that are struck; springs do what they
+/// do.
 bool takes_part(const SolvedContact& contact) {
-  return contact.mode != ContactMode::Open && !contact.compliant;
+  return !contact.compliant && (contact.mode != ContactMode::Open || contact.struck);
 }
 
 /// The contacts of the positions become those of the velocities, where they are kept.

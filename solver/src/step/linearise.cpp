@@ -185,18 +185,20 @@ FreeFlight free_flight(const SubStep& step, const BlockTerms& terms, const StepP
 /// closes by more than `slowest` (m in a step). In free flight the gap is a parabola in time; it
 /// closes at its root (of a gap within `gap_tolerance`, m, that would be the root of noise), and
 /// flies on after the impact for the rest of the step. Blocks that touch and come on are hit at
-/// once.
+/// once; those that come to touch, to the tolerance, as the step ends are hit in it.
 void set_closing(const FreeFlight& flight, double gap_tolerance, double slowest, const Joint& joint,
                  LinearContact& c) {
   const double gap = flight.start[0];
   const bool at_once =
       std::abs(gap) <= gap_tolerance && flight.approach < -std::max(slowest, gap_tolerance);
-  if (!(gap > 0.0 || at_once) || !(flight.end[0] < 0.0)) return;
+  const double last = gap > gap_tolerance ? gap_tolerance : 0.0;  // gap that counts as closed
+  if (!(gap > 0.0 || at_once) || !(flight.end[0] < last)) return;
   const double fall = gap - flight.end[0];
   const double bend = -2.0 * (fall + flight.approach);
   const double root =
       std::sqrt(std::max(0.0, flight.approach * flight.approach - 2.0 * bend * gap));
-  const double share = gap <= gap_tolerance ? gap / fall : 2.0 * gap / (root - flight.approach);
+  const double share =
+      gap <= gap_tolerance ? gap / fall : std::min(1.0, 2.0 * gap / (root - flight.approach));
   c.closing_share = at_once ? kAtOnce : share;
   c.closing_speed = at_once ? -flight.approach : gap / share;
   c.offset.tail<2>() -= share * (flight.end.tail<2>() - flight.start.tail<2>());

@@ -255,12 +255,14 @@ BlockState end_state(const SubStep& step, const StepPoses& poses, std::size_t bl
 }
 
 /// What is asked of the positions' contacts later.
-void note_positions(Attempt& attempt) {
+void note_positions(const SubStep& step, Attempt& attempt) {
+  const auto is_hit = [&](int slot) { return slot < 0 || attempt.hit[index(slot)]; };
   attempt.positions.clear();
   attempt.positions.reserve(attempt.linear.size());
   for (const LinearContact& c : attempt.linear) {
     const double change = attempt.solved.converged ? 0.0 : change_of_update(c);
-    attempt.positions.push_back({c.relative[0], change, c.mode, c.compliant, c.was_closed});
+    const bool struck = touches(step, c) && is_hit(c.slot_a) && is_hit(c.slot_b);
+    attempt.positions.push_back({c.relative[0], change, c.mode, c.compliant, c.was_closed, struck});
   }
 }
 
@@ -315,7 +317,7 @@ void attempt_positions(const SubStep& step, const LastSubStep& last,
   attempt.first_impact = first_impact(step, std::span(attempt.linear).first(contacts.size()));
   find_hit_blocks(step, contacts, attempt.linear, Impacts::Solved, attempt.hit);
   attempt.rounding = all.largest(gap_rounding(attempt.linear));
-  note_positions(attempt);
+  note_positions(step, attempt);
   record({contacts, attempt.linear, attempt.hit}, poses, attempt.contacts);
 }
 

@@ -17,6 +17,7 @@ struct SolvedContact {
   ContactMode mode = ContactMode::Open;
   bool compliant = false;
   bool was_closed = false;
+  bool struck = false;  ///< touches, both blocks hit: it may be open by rounding
 };
 
 /// What an attempt came to.
