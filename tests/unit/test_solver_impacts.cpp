@@ -172,7 +172,8 @@ TEST_CASE("What lands on a support in steady motion does so as on one at rest") 
     const Scene scene = falling(draw.height, draw.slides, draw.restitution);
     Simulation at_rest(scene, {.time_step = kTimeStep});
     run(at_rest, kSteps);
-    for (const Vector3& motion : {Vector3(5, 0, 0), Vector3(0, 0, 3), Vector3(2, -3, 1)}) {
+    for (const Vector3& motion :
+         {Vector3(5, 0, 0), Vector3(0, 0, 3), Vector3(0, 0, -3), Vector3(2, -3, 1)}) {
       CAPTURE(draw.height, draw.slides.transpose(), draw.restitution, motion.transpose());
       Simulation moving(moved_along(scene, motion), {.time_step = kTimeStep});
       run(moving, kSteps);
