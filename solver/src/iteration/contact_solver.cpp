@@ -129,6 +129,9 @@ OpenCloseResult ContactSolver::iterate(const StepOptions& options, const BlockEq
 OpenCloseResult ContactSolver::yield(const BlockEquations& blocks,
                                      std::span<LinearContact> contacts,
                                      const OpenCloseOptions& tuning, BlockVector& increment) {
+  if (const auto free = open_close_.fly(blocks, contacts, tuning, tuning.mended_apart, increment)) {
+    return *free;
+  }
   if (!agreement_.shares()) {
     return moving_contacts_.solve(blocks.base, blocks.force, contacts, tuning, increment);
   }

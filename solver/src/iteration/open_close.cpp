@@ -317,6 +317,26 @@ void OpenClose::follow_gap(std::span<LinearContact> contacts, const OpenCloseOpt
   ++progress.updates;
 }
 
+std::optional<OpenCloseResult> OpenClose::fly(const BlockEquations& blocks,
+                                              std::span<LinearContact> contacts,
+                                              const OpenCloseOptions& options, double overlap,
+                                              BlockVector& increment) {
+  if (options.free == nullptr) return {};
+  if (!agreement_.all(is_unforced(*options.free, blocks.force, contacts, overlap))) return {};
+  newton_.set(blocks, contacts, increment, options.gap_rounding);
+  newton_.evaluate(Law::True, options.softness);
+  const double residual = newton_.equations().relative_residual();
+  if (residual <= kAtRest * options.force_tolerance) return {};
+  OpenCloseResult result{.converged = true, .moves = options.moves, .softness = options.softness};
+  guess_ = increment;
+  move_freely(*options.free, blocks.force, contacts, increment);
+  for (std::size_t s = 0; s < increment.size(); ++s) {
+    const double change = motion_of(increment[s] - guess_[s], slots_->length[s]);
+    result.change = std::max(result.change, change);
+  }
+  return result;
+}
+
 OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& force,
                                  std::span<LinearContact> contacts, const OpenCloseOptions& options,
                                  BlockVector& increment) {
@@ -343,6 +363,8 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
     result.converged = true;  // nothing has happened since the last step
     return result;
   }
+  const double overlap = kStalledGap * options.gap_tolerance;
+  if (const auto free = fly(blocks, contacts, options, overlap, increment)) return *free;
   NewtonCount count;
   const bool far = result.residual > kFarResidual;
   if (far) step_assumed(options.softness, count);

@@ -5,7 +5,10 @@
 /// contact, the law of joint_law.hpp. Source: [Alart & Curnier 1991] for the projected augmented
 /// Lagrangian; see solver/README.md.
 
+#include <optional>
+
 #include "iteration/contact_newton.hpp"
+#include "iteration/free_motion.hpp"
 
 namespace quoin::solver {
 
@@ -26,8 +29,9 @@ struct OpenCloseOptions {
   bool damped = false;     ///< of rigid blocks: sliding contacts, where Newton's search fails
   /// Many rigid blocks move: contact forces are wanted to 1e4 times the force tolerance alone.
   bool moves = false;
-  bool may_move = false;  ///< or it is to be seen whether they do
-  double softness = 1.0;  ///< of all contacts, to begin with: that of an earlier result
+  bool may_move = false;             ///< or it is to be seen whether they do
+  double softness = 1.0;             ///< of all contacts, to begin with: that of an earlier result
+  const FreeMotion* free = nullptr;  ///< of a dynamic step: contacts may have nothing to do
 };
 
 struct OpenCloseResult {
@@ -81,6 +85,13 @@ class OpenClose {
                         std::span<LinearContact> contacts, const OpenCloseOptions& options,
                         BlockVector& increment);
 
+  /// Nothing is left to solve where no contact has to push and those that overlap do by no more
+  /// than `overlap`, m; unless what contacts bore holds the blocks where they are guessed.
+  std::optional<OpenCloseResult> fly(const BlockEquations& blocks,
+                                     std::span<LinearContact> contacts,
+                                     const OpenCloseOptions& options, double overlap,
+                                     BlockVector& increment);
+
   /// From the next solve() on.
   void use(const Threads& threads) { newton_.use(threads); }
   void use(const Agreement& agreement) {
@@ -130,6 +141,7 @@ class OpenClose {
   ContactNewton newton_;
   BlockVector solved_;        ///< the last change that solved for its multipliers
   BlockVector still_;         ///< zeros
+  BlockVector guess_;         ///< memory of fly()
   BlockVector push_;          ///< memory of push_of_update()
   std::vector<char> stands_;  ///< by slot
   bool moves_ = false;        ///< many rigid blocks do

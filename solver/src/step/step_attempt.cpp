@@ -185,6 +185,16 @@ bool nearly_agrees(const SubStep& step, const Pass& pass, std::span<BodyContact>
   return pass.number >= (falls ? kLinearisations - 1 : kMostLinearisations);
 }
 
+/// v dt by slot.
+void set_coasting(const SubStep& step, const StepPoses& poses, BlockVector& coasting) {
+  const std::vector<int>& blocks = step.island.slots.block_of_slot;
+  coasting.resize(blocks.size());
+  for (std::size_t s = 0; s < blocks.size(); ++s) {
+    coasting[s] = step.length * velocity_vector(start_state(step, poses, index(blocks[s])));
+    if (!poses.deforms[index(blocks[s])]) coasting[s].tail<6>().setZero();
+  }
+}
+
 /// Linearise, solve, and again from where it ended, until the solution satisfies its own
 /// linearisation.
 OpenCloseResult solve_positions(const SubStep& step, std::span<BodyContact> contacts,
@@ -196,6 +206,8 @@ OpenCloseResult solve_positions(const SubStep& step, std::span<BodyContact> cont
   tuning.raise = step.options.method == ContactMethod::AugmentedLagrangian;
   tuning.damped = !step.dynamic();  // in motion dominoes took twice the solves with it
   tuning.mended_apart = crowd_tolerance(step.options.tolerance) * step.island.smallest_size;
+  const FreeMotion free{terms.compliance, memory.coasting};
+  if (step.dynamic()) tuning.free = &free;
   OpenCloseResult total;
   Circle circle;
   double change = std::numeric_limits<double>::infinity();  // by the last linearisation, m
@@ -214,6 +226,7 @@ OpenCloseResult solve_positions(const SubStep& step, std::span<BodyContact> cont
     if (tuning.predicted) {
       tuning.moves = step.dynamic() && is_moving(step.island.slots, memory.increment);
       tuning.may_move = step.dynamic();
+      if (step.dynamic()) set_coasting(step, poses, memory.coasting);
       show_contact_problem(step, terms, linear, memory.increment);
     }
     const OpenCloseResult solved = memory.solver.solve(step.options, {terms.base, terms.force},

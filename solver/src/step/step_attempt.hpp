@@ -52,6 +52,7 @@ struct AttemptMemory {
   AttemptMemory(const Slots& slots, StepWatch* watch) : solver(slots, watch) {}
   BlockTerms terms;
   BlockVector increment;                 ///< by slot
+  BlockVector coasting;                  ///< likewise, v dt
   BlockVector followed, pushed;          ///< likewise, where blocks follow forces that are held
   std::vector<LinearContact> following;  ///< of these blocks
   std::vector<char> expected_hit;        ///< by slot

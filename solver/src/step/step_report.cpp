@@ -55,7 +55,9 @@ void append_flags(const CompiledScene& compiled, const StepOptions& options, dou
       .gap_tolerance = options.tolerance * compiled.smallest_size,
       .springs = options.method != ContactMethod::AugmentedLagrangian,
   };
-  const double gravity = compiled.scene.gravity.at(time).norm();
+  // Of a ramp down to nothing the weight under which gaps were left is that of the step's start.
+  const double gravity = std::max(compiled.scene.gravity.at(time - options.time_step).norm(),
+                                  compiled.scene.gravity.at(time).norm());
   for (const auto& island : work.islands) {
     const double tolerance = options.tolerance * island->blocks.smallest_size;
     const double rounding = island->count.rounding;
