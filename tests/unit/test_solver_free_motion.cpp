@@ -204,3 +204,27 @@ TEST_CASE("What contacts bore stays where it holds the blocks") {
   CHECK(one.contacts[0].force.isZero(0.0));
   CHECK(one.increment[0].isZero(0.0));
 }
+
+// A wall that had stopped took up to 250 solves a step, for ever.
+TEST_CASE("What the last forces hold stays, with the gaps that they left within the tolerance") {
+  constexpr double kTolerance = 1e-10;  // m
+  const auto iterations = [](double gap, double moved, double bore) {
+    OneContact one;
+    one.set(gap, 0.0, -5.0);
+    one.contacts[0].offset[0] += moved;
+    one.contacts[0].multiplier[0] = bore;
+    OpenClose iteration(one.slots);
+    const OpenCloseOptions options{
+        .gap_tolerance = kTolerance, .predicted = true, .free = &one.free};
+    const OpenCloseResult result =
+        iteration.solve(one.base, one.force, one.contacts, options, one.increment);
+    CHECK(result.converged);
+    CHECK(std::abs(one.contacts[0].force[0] - 5.0) < 1e-6);
+    return result.iterations;
+  };
+  CHECK(iterations(0.0, 0.0, 5.0) == 0);
+  CHECK(iterations(-5.0 * kTolerance, 0.0, 5.0) == 0);
+  CHECK(iterations(-20.0 * kTolerance, 0.0, 5.0) > 0);
+  CHECK(iterations(0.0, -kTolerance, 5.0) > 0);  // a support that moves
+  CHECK(iterations(0.0, 0.0, 4.0) > 0);          // loads have changed
+}

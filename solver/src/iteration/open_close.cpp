@@ -169,6 +169,32 @@ double OpenClose::stand(const BlockEquations& blocks, std::span<LinearContact> c
   return taken_back;
 }
 
+/// Where the last forces hold all blocks where they stand, with gaps that the last step has left
+/// within its tolerance, contacts bear what they bore: redundant ones cannot all close, and what
+/// they would bear for that would be shifted between them in every step. Where a support moves gaps
+/// are not those of the last step.
+std::optional<OpenCloseResult> OpenClose::rests(const BlockEquations& blocks,
+                                                std::span<LinearContact> contacts,
+                                                const OpenCloseOptions& options,
+                                                BlockVector& guess) {
+  const double left = kStalledGap * options.gap_tolerance;
+  OpenCloseResult result{.converged = true, .moves = moves_, .softness = options.softness};
+  for (std::size_t s = 0; s < guess.size(); ++s) {
+    result.change = std::max(result.change, motion_of(guess[s], slots_->length[s]));
+  }
+  const bool kept = std::ranges::all_of(contacts, [](const LinearContact& c) {
+    return !c.compliant && (c.offset - c.start).cwiseAbs().maxCoeff() <= c.rounding;
+  });
+  if (!(result.change <= left) || !agreement_.all(kept)) return {};
+  still_.assign(guess.size(), Vector12::Zero());
+  newton_.set(blocks, contacts, still_, left);
+  newton_.evaluate(Law::True, 1.0);
+  result.residual = newton_.equations().relative_residual();
+  if (result.residual > kAtRest * options.force_tolerance || violation(contacts) > 0.0) return {};
+  guess = still_;
+  return result;
+}
+
 /// A step with the modes that contacts are taken to have. From nothing, a course of a wall would
 /// close in each of Newton's steps.
 void OpenClose::step_assumed(double softness, NewtonCount& count) {
@@ -362,6 +388,11 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   if (result.residual <= kAtRest * tolerance && violation(contacts) <= options.gap_rounding) {
     result.converged = true;  // nothing has happened since the last step
     return result;
+  }
+  if (options.predicted && options.free != nullptr) {
+    if (const auto rest = rests(blocks, contacts, options, increment)) return *rest;
+    newton_.set(blocks, contacts, increment, options.gap_rounding);
+    newton_.evaluate(Law::True, options.softness);
   }
   const double overlap = kStalledGap * options.gap_tolerance;
   if (const auto free = fly(blocks, contacts, options, overlap, increment)) return *free;

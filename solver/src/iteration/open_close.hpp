@@ -120,6 +120,9 @@ class OpenClose {
   double violation(std::span<const LinearContact> contacts) const;
   double stand(const BlockEquations& blocks, std::span<LinearContact> contacts,
                const OpenCloseOptions& options, BlockVector& guess);
+  std::optional<OpenCloseResult> rests(const BlockEquations& blocks,
+                                       std::span<LinearContact> contacts,
+                                       const OpenCloseOptions& options, BlockVector& guess);
   double wanted_residual(std::span<const LinearContact> contacts, const OpenCloseOptions& options,
                          const Progress& progress) const;
   void step_assumed(double softness, NewtonCount& count);
