@@ -75,6 +75,7 @@ class ContactNewton {
   template <int n>
   void add_contacts(std::size_t first, std::size_t end);
   void move(Law law, double softness, double share);
+  bool reaches_on(double residual, double& least) const;
   void search_slope(Law law, double softness);
   void search_residual(Law law, double softness);
 
