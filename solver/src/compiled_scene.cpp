@@ -236,6 +236,19 @@ CompiledScene compile(Scene scene) {
   return compiled;
 }
 
+Vector3 velocity_from(const Motion& motion, const Vector3& reached, double time) {
+  constexpr double kAfter = 1e-6;  // s: a difference as fine as rounding allows
+  switch (motion.kind) {
+    case MotionKind::Displacement:
+      return (motion.value.at(time + kAfter) - motion.value.at(time)) / kAfter;
+    case MotionKind::Velocity:
+      return motion.value.at(time);
+    case MotionKind::Acceleration:
+      break;
+  }
+  return reached;
+}
+
 State initial_state(const CompiledScene& compiled) {
   State state;
   state.origin = compiled.origin;
@@ -249,6 +262,11 @@ State initial_state(const CompiledScene& compiled) {
       place.angular_velocity = block.angular_velocity;
     }
     state.blocks.push_back(place);
+  }
+  for (const int b : compiled.prescribed) {
+    const Motion& motion = compiled.scene.blocks[static_cast<std::size_t>(b)].motion;
+    Vector3& velocity = state.blocks[static_cast<std::size_t>(b)].velocity;
+    velocity = velocity_from(motion, velocity, 0.0);
   }
   return state;
 }

@@ -67,6 +67,9 @@ struct PrescribedMotion {
   Vector3 velocity = Vector3::Zero();      ///< m/s
 };
 
+/// Velocity from `time` on, m/s; of an acceleration the one that is `reached`.
+Vector3 velocity_from(const Motion& motion, const Vector3& reached, double time);
+
 /// The motion at time `to`, from that `known` at `from`: velocity and acceleration are integrated
 /// by a Gauss rule over the interval.
 PrescribedMotion advance_motion(const Motion& motion, const PrescribedMotion& known, double from,

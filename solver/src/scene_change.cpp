@@ -22,7 +22,12 @@ void take_over_block(const CompiledScene& now, const State& before, int block, S
   if (unknowns < 12) moved.strain_rate.setZero();
   if (unknowns > 0) return;
   moved.angular_velocity.setZero();
-  if (prescribed_index(now, block) < 0) moved.velocity.setZero();
+  if (prescribed_index(now, block) < 0) {
+    moved.velocity.setZero();
+  } else {
+    const Motion& motion = now.scene.blocks[index(block)].motion;
+    moved.velocity = velocity_from(motion, moved.velocity, before.time);
+  }
 }
 
 void take_over_motions(const CompiledScene& before, const Workspace& work_before,
