@@ -38,10 +38,10 @@ struct Loose {
 constexpr Loose kLoose{1e-4, 1e-2}, kLooseRigid{1e-2, 0.1};
 
 // Of many blocks that move.
-constexpr double kSeen = 1e-6;  // of a block: from rest it moves, and is not pressed so far by the
-                                // gaps that a wall of a thousand courses has left
-constexpr int kMany = 16;       // blocks: fewer are solved exactly, which costs little
-constexpr double kCrowd = 1e4;  // times the tolerance: their forces, and gaps of what yields,
+constexpr double kMotion = 1e-9;    // of a block, in a step: it moves. Between 1e-11 of what rests
+                                    // and 5e-5 where a shaken wall turns round
+constexpr int kMany = 16;           // blocks: fewer are solved exactly, which costs little
+constexpr double kCrowd = 1e4;      // times the tolerance: their forces, and gaps of what yields,
 constexpr double kCoarsest = 1e-6;  // up to this; from there on what is asked for is enough
 // Gaps, of their tolerance: with 1 a wall of 27 that sticks on a shaken base gains 8e-9 of its
 // energy in 5 s, with this nothing. Where they fall no more: with 10 walls that rock gain up to
@@ -95,10 +95,10 @@ void OpenClose::begin() {
   loose_gap_ = accepted_gap_ = 0.0;
 }
 
-bool is_moving(const Slots& slots, const BlockVector& increment, double share) {
+bool is_moving(const Slots& slots, const BlockVector& increment) {
   if (!slots.rigid() || slots.count() < kMany) return false;
   for (std::size_t s = 0; s < increment.size(); ++s) {
-    if (motion_of(increment[s], slots.length[s]) > share * slots.length[s]) return true;
+    if (motion_of(increment[s], slots.length[s]) > kMotion * slots.length[s]) return true;
   }
   return false;
 }
@@ -111,7 +111,6 @@ void add(const OpenCloseResult& later, OpenCloseResult& total) {
   total.residual = later.residual;
   total.closed = total.closed && later.closed;
   total.change = later.change;
-  total.moves = later.moves;
   total.softness = later.softness;
   if (later.factorizations > 0) total.condition = later.condition;
 }
@@ -178,21 +177,26 @@ std::optional<OpenCloseResult> OpenClose::rests(const BlockEquations& blocks,
                                                 const OpenCloseOptions& options,
                                                 BlockVector& guess) {
   const double left = kStalledGap * options.gap_tolerance;
-  OpenCloseResult result{.converged = true, .moves = moves_, .softness = options.softness};
+  OpenCloseResult result{.converged = true, .softness = options.softness};
   for (std::size_t s = 0; s < guess.size(); ++s) {
     result.change = std::max(result.change, motion_of(guess[s], slots_->length[s]));
   }
+  if (!(result.change <= left)) return {};
   const bool kept = std::ranges::all_of(contacts, [](const LinearContact& c) {
     return !c.compliant && (c.offset - c.start).cwiseAbs().maxCoeff() <= c.rounding;
   });
-  if (!(result.change <= left) || !agreement_.all(kept)) return {};
+  if (!agreement_.all(kept)) return {};
   still_.assign(guess.size(), Vector12::Zero());
   newton_.set(blocks, contacts, still_, left);
   newton_.evaluate(Law::True, 1.0);
   result.residual = newton_.equations().relative_residual();
-  if (result.residual > kAtRest * options.force_tolerance || violation(contacts) > 0.0) return {};
-  guess = still_;
-  return result;
+  if (result.residual <= kAtRest * options.force_tolerance && violation(contacts) == 0.0) {
+    guess = still_;
+    return result;
+  }
+  newton_.set(blocks, contacts, guess, options.gap_rounding);
+  newton_.evaluate(Law::True, options.softness);
+  return {};
 }
 
 /// A step with the modes that contacts are taken to have. From nothing, a course of a wall would
@@ -209,7 +213,7 @@ void OpenClose::step_assumed(double softness, NewtonCount& count) {
 double OpenClose::wanted_residual(std::span<const LinearContact> contacts,
                                   const OpenCloseOptions& options, const Progress& progress) const {
   const bool rigid = slots_->rigid();
-  const bool opens = moves_ && progress.softened;  // gaps are those of stiffer contacts
+  const bool opens = options.moves && progress.softened;  // gaps are those of stiffer contacts
   if ((progress.softness == 1.0 && !rigid) || (!opens && violation(contacts) <= loose_gap_)) {
     return options.force_tolerance;
   }
@@ -226,7 +230,7 @@ bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptio
                          Progress& progress, NewtonCount& count) {
   const bool springs = agreement_.any(std::ranges::any_of(contacts, &LinearContact::compliant));
   double& softness = progress.softness;
-  bool slow = moves_ || softness < 1.0;  // as Newton's method has been
+  bool slow = options.moves || softness < 1.0;  // as Newton's method has been
   solved_.assign(newton_.change().size(), Vector12::Zero());
   while (count.iterations < options.max_iterations) {
     const int before = count.iterations;
@@ -244,7 +248,7 @@ bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptio
                          newton_.equations().relative_residual() <= options.force_tolerance;
       if (exact && (softness == 1.0 || !springs)) {
         if (settled(contacts, options, progress)) return true;
-      } else if (!exact && (softness == 1.0 || moves_)) {
+      } else if (!exact && (softness == 1.0 || options.moves)) {
         note_loose(contacts, options, progress);
       }
       update_multipliers(contacts);
@@ -289,8 +293,7 @@ bool OpenClose::settled(std::span<LinearContact> contacts, const OpenCloseOption
   if (gap <= options.gap_rounding) return true;
   const double left = gap / std::exchange(last_gap_, gap);
   const bool stops = std::exchange(progress.exact, true) && left > kSlow;
-  look_for_motion(options, gap);
-  if (moves_ && serves_motion(contacts, options, {gap, left}, stops)) return true;
+  if (options.moves && serves_motion(contacts, options, {gap, left}, stops)) return true;
   const bool stalled = progress.softness == 1.0 && left > kStalled;
   if (gap <= (stalled ? kStalledGap : 1.0) * options.gap_tolerance) {
     const double allowed = stalled ? kStalledPush : kLastPush;
@@ -314,20 +317,13 @@ bool OpenClose::serves_motion(std::span<const LinearContact> contacts,
   return true;
 }
 
-/// Blocks that were not known to move: while gaps are left these move them, too. `gap`: the
-/// largest, m.
-void OpenClose::look_for_motion(const OpenCloseOptions& options, double gap) {
-  if (moves_ || !options.may_move || gap > kStopped * options.gap_tolerance) return;
-  moves_ = is_moving(*slots_, solved_, kSeen);
-}
-
 /// A loose solution only hands its forces on.
 void OpenClose::note_loose(std::span<LinearContact> contacts, const OpenCloseOptions& options,
                            Progress& progress) {
   const double gap = violation(contacts);
   const double left = gap / std::exchange(last_loose_gap_, gap);
   const double enough = kStopped * options.gap_tolerance;
-  if (moves_ && left > kSlow && gap <= enough) loose_gap_ = enough;
+  if (options.moves && left > kSlow && gap <= enough) loose_gap_ = enough;
   if (progress.softness == 1.0) follow_gap(contacts, options, {gap, left}, progress);
 }
 
@@ -353,7 +349,7 @@ std::optional<OpenCloseResult> OpenClose::fly(const BlockEquations& blocks,
   newton_.evaluate(Law::True, options.softness);
   const double residual = newton_.equations().relative_residual();
   if (residual <= kAtRest * options.force_tolerance) return {};
-  OpenCloseResult result{.converged = true, .moves = options.moves, .softness = options.softness};
+  OpenCloseResult result{.converged = true, .softness = options.softness};
   guess_ = increment;
   move_freely(*options.free, blocks.force, contacts, increment);
   for (std::size_t s = 0; s < increment.size(); ++s) {
@@ -370,7 +366,6 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   const ContactEquations& equations = newton_.equations();
   const double tolerance = options.force_tolerance;
   OpenCloseResult result;
-  moves_ = options.moves;
   if (options.predicted || !options.raise) {
     last_gap_ = last_loose_gap_ = std::numeric_limits<double>::infinity();
   }
@@ -380,7 +375,6 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   }
   loose_gap_ = std::max(loose_gap_, options.gap_tolerance);
   result.softness = options.softness;
-  result.moves = moves_;
   if (options.predicted) result.change = stand(blocks, contacts, options, increment);
   newton_.set(blocks, contacts, increment, options.gap_rounding);
   newton_.evaluate(Law::True, options.softness);
@@ -391,8 +385,6 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   }
   if (options.predicted && options.free != nullptr) {
     if (const auto rest = rests(blocks, contacts, options, increment)) return *rest;
-    newton_.set(blocks, contacts, increment, options.gap_rounding);
-    newton_.evaluate(Law::True, options.softness);
   }
   const double overlap = kStalledGap * options.gap_tolerance;
   if (const auto free = fly(blocks, contacts, options, overlap, increment)) return *free;
@@ -402,7 +394,6 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   Progress progress{.softness = options.softness, .assumes = far && slots_->rigid()};
   result.converged = converge(contacts, options, progress, count);
   result.softness = progress.softness;
-  result.moves = moves_;
   result.iterations = count.iterations;
   result.solves = count.solves;
   result.factorizations = count.factorizations;

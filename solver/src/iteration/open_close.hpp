@@ -29,7 +29,6 @@ struct OpenCloseOptions {
   bool damped = false;     ///< of rigid blocks: sliding contacts, where Newton's search fails
   /// Many rigid blocks move: contact forces are wanted to 1e4 times the force tolerance alone.
   bool moves = false;
-  bool may_move = false;             ///< or it is to be seen whether they do
   double softness = 1.0;             ///< of all contacts, to begin with: that of an earlier result
   const FreeMotion* free = nullptr;  ///< of a dynamic step: contacts may have nothing to do
 };
@@ -44,7 +43,6 @@ struct OpenCloseResult {
   bool closed = true;   ///< all gaps that should be, as well as the tolerance asks; of the proximal
                         ///< Newton method as far as contacts do no work by it
   double change = 0.0;  ///< largest motion of a block against the first guess, m
-  bool moves = false;   ///< many rigid blocks do
   double softness = 1.0;  ///< of all contacts, with which they were solved
 };
 
@@ -52,13 +50,8 @@ struct OpenCloseResult {
 /// the tolerance itself where that is coarser.
 double crowd_tolerance(double tolerance);
 
-/// Of a block, in a step: it moves. Between 1e-11 of what rests and 5e-5 where a shaken wall turns
-/// round.
-inline constexpr double kMotion = 1e-9;
-
-/// Whether there are many rigid blocks, 16 or more, of which one moves by more than this share of
-/// itself.
-bool is_moving(const Slots& slots, const BlockVector& increment, double share = kMotion);
+/// Whether there are many rigid blocks, 16 or more, of which one moves by more than 1e-9 of itself.
+bool is_moving(const Slots& slots, const BlockVector& increment);
 
 /// Counts of both; the rest is that of the later one, its condition where it factorized.
 void add(const OpenCloseResult& later, OpenCloseResult& total);
@@ -130,7 +123,6 @@ class OpenClose {
                 Progress& progress, NewtonCount& count);
   bool settled(std::span<LinearContact> contacts, const OpenCloseOptions& options,
                Progress& progress);
-  void look_for_motion(const OpenCloseOptions& options, double gap);
   bool serves_motion(std::span<const LinearContact> contacts, const OpenCloseOptions& options,
                      const GapLeft& gap, bool stops);
   void note_loose(std::span<LinearContact> contacts, const OpenCloseOptions& options,
@@ -147,7 +139,6 @@ class OpenClose {
   BlockVector guess_;         ///< memory of fly()
   BlockVector push_;          ///< memory of push_of_update()
   std::vector<char> stands_;  ///< by slot
-  bool moves_ = false;        ///< many rigid blocks do
   /// Violations when last solved, also by the last linearisation, m: to the tolerance, loosely.
   /// What a loose solution leaves is no measure of how gaps fall from it to an exact one.
   double last_gap_ = 0.0, last_loose_gap_ = 0.0;

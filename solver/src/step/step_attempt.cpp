@@ -225,7 +225,6 @@ OpenCloseResult solve_positions(const SubStep& step, std::span<BodyContact> cont
     memory.clock.charge(&PhaseSeconds::assemble);
     if (tuning.predicted) {
       tuning.moves = step.dynamic() && is_moving(step.island.slots, memory.increment);
-      tuning.may_move = step.dynamic();
       if (step.dynamic()) set_coasting(step, poses, memory.coasting);
       show_contact_problem(step, terms, linear, memory.increment);
     }
@@ -238,7 +237,6 @@ OpenCloseResult solve_positions(const SubStep& step, std::span<BodyContact> cont
     add(solved, total);
     total.closed = solved.closed;  // of the last linearisation
     if (!solved.converged) break;
-    tuning.moves = tuning.moves || solved.moves;
     if (tuning.moves) tuning.softness = solved.softness;
     const double before = std::exchange(change, solved.change);
     const bool agreed = memory.solver.yielding()
