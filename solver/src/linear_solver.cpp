@@ -28,7 +28,7 @@ constexpr int kSetUp = 13;
 
 // Eliminations that iterations may take longer in all than those that they save, at most, and what
 // a matrix that is eliminated adds to that: so they are tried again.
-constexpr double kCredit = 2.0, kRetry = 0.05;
+constexpr double kCredit = 1.0, kRetry = 0.05;
 
 }  // namespace
 

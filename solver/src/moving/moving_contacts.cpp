@@ -122,7 +122,8 @@ IterationCount MovingContacts::harden() {
     if (total.residual <= (quick ? kFineVelocity : 1.0) * forces_) break;
     last_bar_ = bar_;
     bar_ = x_;
-    const IterationLimit limit{kFineVelocity * forces_, std::min(kMostSoft, iterations_left_)};
+    const IterationLimit limit{kFineVelocity * forces_, std::min(kMostSoft, iterations_left_),
+                               true};
     const IterationCount count = newton_.solve_soft(problem_, kHarder * softness_, bar_, limit, x_);
     iterations_left_ -= count.iterations;
     total.iterations += count.iterations;

@@ -17,6 +17,10 @@ constexpr double kNear = 1e-4;
 constexpr double kStart = 3e-4;   // e for contacts that yield, of the largest force, and at most
 constexpr double kOfStart = 0.1;  // this of the residual; it falls with each step
 constexpr double kTangentSoftness = 1e-4;  // in the matrix alone
+// What is given up soon: residuals after a step, and after so many, that hardly any solution had of
+// the velocities of a vault, a wall and a pile.
+constexpr double kHopeless = 0.1, kHopelessLate = 3e-3;
+constexpr int kLate = 6;
 
 /// E
 Matrix3 correction_slope(const Vector3& u) {
@@ -31,6 +35,11 @@ double largest(std::span<const Vector3> x) {
   double most = 0.0;
   for (const Vector3& force : x) most = std::max(most, force.squaredNorm());
   return std::sqrt(most);
+}
+
+bool is_hopeless(const IterationCount& count) {
+  if (count.iterations == 0) return false;
+  return count.residual > (count.iterations < kLate ? kHopeless : kHopelessLate);
 }
 
 }  // namespace
@@ -124,6 +133,7 @@ IterationCount ProximalNewton::solve_soft(ConeProblem& problem, double softness,
     count.converged = count.residual <= limit.residual;
     if (count.iterations == 0) smoothing = std::min(kStart, kOfStart * count.residual);
     if (count.converged || count.iterations >= limit.iterations) return count;
+    if (limit.soon && is_hopeless(count)) return count;
     ++count.iterations;
     ++count.factorizations;
     if (!find_step(problem, softness, smoothing * size, x)) return count;

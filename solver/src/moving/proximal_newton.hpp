@@ -22,6 +22,7 @@ struct AddedForces {
 struct IterationLimit {
   double residual = 1e-8;
   int iterations = 50;
+  bool soon = false;  ///< of contacts that yield: what does not look like ending is given up
 };
 
 /// y of x and u.
