@@ -226,11 +226,11 @@ TEST_CASE("Matrices after one that iterations do not solve are eliminated, for a
     difference = std::max(difference, (solution[s] - first[s]).norm() / first[s].norm());
   }
   CHECK(difference < 1e-8);
-  const int before = solver.counts().fallbacks;
+  const long before = solver.counts().fallbacks;
   take(60);
   CHECK(solver.counts().fallbacks > before);
   CHECK(solver.counts().fallbacks <= before + 4);
-  const int tried = solver.counts().fallbacks;
+  const long tried = solver.counts().fallbacks;
   solver.forget();
   take(1);
   CHECK(solver.counts().fallbacks == tried + 1);
