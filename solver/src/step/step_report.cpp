@@ -56,8 +56,9 @@ void append_flags(const CompiledScene& compiled, const StepOptions& options, dou
       .springs = options.method != ContactMethod::AugmentedLagrangian,
   };
   // Of a ramp down to nothing the weight under which gaps were left is that of the step's start.
-  const double gravity = std::max(compiled.scene.gravity.at(time - options.time_step).norm(),
-                                  compiled.scene.gravity.at(time).norm());
+  const double start = std::max(0.0, time - options.time_step);
+  const double gravity =
+      std::max(compiled.scene.gravity.at(start).norm(), compiled.scene.gravity.at(time).norm());
   for (const auto& island : work.islands) {
     const double tolerance = options.tolerance * island->blocks.smallest_size;
     const double rounding = island->count.rounding;
