@@ -7,8 +7,8 @@
 
 #include <span>
 
+#include "block_system.hpp"
 #include "contact/linear_contact.hpp"
-#include "distributed/agreement.hpp"
 
 namespace quoin::solver {
 

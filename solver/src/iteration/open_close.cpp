@@ -84,6 +84,15 @@ void spread(std::span<const LinearContact> contacts, const Agreement& agreement,
   }
 }
 
+/// Of a block's points, m.
+double largest_motion(const Slots& slots, const BlockVector& increment) {
+  double largest = 0.0;
+  for (std::size_t s = 0; s < increment.size(); ++s) {
+    largest = std::max(largest, motion_of(increment[s], slots.length[s]));
+  }
+  return largest;
+}
+
 }  // namespace
 
 double crowd_tolerance(double tolerance) {
@@ -178,9 +187,7 @@ std::optional<OpenCloseResult> OpenClose::rests(const BlockEquations& blocks,
                                                 BlockVector& guess) {
   const double left = kStalledGap * options.gap_tolerance;
   OpenCloseResult result{.converged = true, .softness = options.softness};
-  for (std::size_t s = 0; s < guess.size(); ++s) {
-    result.change = std::max(result.change, motion_of(guess[s], slots_->length[s]));
-  }
+  result.change = largest_motion(*slots_, guess);
   if (!(result.change <= left)) return {};
   const bool kept = std::ranges::all_of(contacts, [](const LinearContact& c) {
     return !c.compliant && (c.offset - c.start).cwiseAbs().maxCoeff() <= c.rounding;
@@ -352,10 +359,8 @@ std::optional<OpenCloseResult> OpenClose::fly(const BlockEquations& blocks,
   OpenCloseResult result{.converged = true, .softness = options.softness};
   guess_ = increment;
   move_freely(*options.free, blocks.force, contacts, increment);
-  for (std::size_t s = 0; s < increment.size(); ++s) {
-    const double change = motion_of(increment[s] - guess_[s], slots_->length[s]);
-    result.change = std::max(result.change, change);
-  }
+  for (std::size_t s = 0; s < increment.size(); ++s) guess_[s] -= increment[s];
+  result.change = largest_motion(*slots_, guess_);
   return result;
 }
 
@@ -399,11 +404,8 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   result.factorizations = count.factorizations;
   result.residual = equations.relative_residual();
   for (LinearContact& c : contacts) c.assumed = c.mode;
-  for (std::size_t s = 0; s < increment.size(); ++s) {
-    const Vector12& change = newton_.change()[s];
-    increment[s] += change;
-    result.change = std::max(result.change, motion_of(change, slots_->length[s]));
-  }
+  for (std::size_t s = 0; s < increment.size(); ++s) increment[s] += newton_.change()[s];
+  result.change = std::max(result.change, largest_motion(*slots_, newton_.change()));
   if (newton_.factorized()) result.condition = newton_.condition_estimate();
   return result;
 }

@@ -191,7 +191,6 @@ void set_coasting(const SubStep& step, const StepPoses& poses, BlockVector& coas
   coasting.resize(blocks.size());
   for (std::size_t s = 0; s < blocks.size(); ++s) {
     coasting[s] = step.length * velocity_vector(start_state(step, poses, index(blocks[s])));
-    if (!poses.deforms[index(blocks[s])]) coasting[s].tail<6>().setZero();
   }
 }
 
