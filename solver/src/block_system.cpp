@@ -29,4 +29,12 @@ double motion_of(const Vector12& increment, double length) {
   return std::max(increment.head<3>().norm(), increment.tail<9>().norm() * length);
 }
 
+double largest_motion(const Slots& slots, const BlockVector& increment) {
+  double largest = 0.0;
+  for (std::size_t s = 0; s < increment.size(); ++s) {
+    largest = std::max(largest, motion_of(increment[s], slots.length[s]));
+  }
+  return largest;
+}
+
 }  // namespace quoin::solver

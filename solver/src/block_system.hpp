@@ -98,4 +98,7 @@ struct BlockSystem {
 
 using BlockVector = std::vector<Vector12>;  ///< by slot; unused tail entries are zero
 
+/// Of the blocks' points, m.
+double largest_motion(const Slots& slots, const BlockVector& increment);
+
 }  // namespace quoin::solver

@@ -84,15 +84,6 @@ void spread(std::span<const LinearContact> contacts, const Agreement& agreement,
   }
 }
 
-/// Of a block's points, m.
-double largest_motion(const Slots& slots, const BlockVector& increment) {
-  double largest = 0.0;
-  for (std::size_t s = 0; s < increment.size(); ++s) {
-    largest = std::max(largest, motion_of(increment[s], slots.length[s]));
-  }
-  return largest;
-}
-
 }  // namespace
 
 double crowd_tolerance(double tolerance) {

@@ -427,11 +427,8 @@ OpenCloseResult MovingContacts::solve(const BlockSystem& base, const BlockVector
   result.solves = count.solves;
   result.factorizations = count.factorizations;
   result.residual = count.residual;
-  for (std::size_t s = 0; s < increment.size(); ++s) {
-    const Vector12& change = problem_.increment()[s];
-    increment[s] += change;
-    result.change = std::max(result.change, motion_of(change, slots_->length[s]));
-  }
+  result.change = largest_motion(*slots_, problem_.increment());
+  for (std::size_t s = 0; s < increment.size(); ++s) increment[s] += problem_.increment()[s];
   for (LinearContact& c : contacts) {
     c.relative = c.offset;
     if (c.slot_a >= 0) c.relative += c.jacobian_a * increment[static_cast<std::size_t>(c.slot_a)];
