@@ -9,25 +9,38 @@
 namespace quoin::solver {
 namespace {
 
+constexpr double kVelocityRounding = 1e-12;  // of the speeds, some thousand roundings
+
 /// Moved by a motion: its place in CompiledScene::prescribed; -1: it is not.
 std::ptrdiff_t prescribed_index(const CompiledScene& compiled, int block) {
   const auto found = std::ranges::find(compiled.prescribed, block);
   return found == compiled.prescribed.end() ? -1 : found - compiled.prescribed.begin();
 }
 
-void take_over_block(const CompiledScene& now, const State& before, int block, State& state) {
+/// The velocity that a block without unknowns goes on with. A motion that both scenes have goes on
+/// as the last step left it.
+Vector3 velocity_without_unknowns(const CompiledScene& before, const CompiledScene& now, int block,
+                                  const Vector3& reached, double time) {
+  if (prescribed_index(now, block) < 0) return Vector3::Zero();
+  const Vector3 velocity = velocity_from(now.scene.blocks[index(block)].motion, reached, time);
+  if (prescribed_index(before, block) < 0) return velocity;
+  const Motion& last = before.scene.blocks[index(block)].motion;
+  return velocity == velocity_from(last, reached, time) ? reached : velocity;
+}
+
+void take_over_block(const CompiledScene& before, const State& state_before,
+                     const CompiledScene& now, int block, State& state) {
   BlockState& moved = state.blocks[index(block)];
-  moved = before.blocks[index(block)];
+  moved = state_before.blocks[index(block)];
   const int unknowns = now.models[index(block)].unknowns;
   if (unknowns < 12) moved.strain_rate.setZero();
   if (unknowns > 0) return;
   moved.angular_velocity.setZero();
-  if (prescribed_index(now, block) < 0) {
-    moved.velocity.setZero();
-  } else {
-    const Motion& motion = now.scene.blocks[index(block)].motion;
-    moved.velocity = velocity_from(motion, moved.velocity, before.time);
-  }
+  moved.velocity = velocity_without_unknowns(before, now, block, moved.velocity, state_before.time);
+}
+
+Vector3 velocity_at(const BlockState& block, const Vector3& place) {
+  return block.velocity + (block.rotation * block.angular_velocity).cross(place - block.centroid);
 }
 
 void take_over_motions(const CompiledScene& before, const Workspace& work_before,
@@ -78,6 +91,16 @@ bool are_same(const geometry::Placement& a, const geometry::Placement& b) {
   return a.linear == b.linear && a.translation == b.translation;
 }
 
+/// Blocks whose velocity the change sets.
+std::vector<char> set_on(const State& before, const State& now) {
+  std::vector<char> changed(now.blocks.size());
+  for (std::size_t b = 0; b < changed.size(); ++b) {
+    const BlockState &was = before.blocks[b], &is = now.blocks[b];
+    changed[b] = was.velocity != is.velocity || was.angular_velocity != is.angular_velocity;
+  }
+  return changed;
+}
+
 /// Of several processes: what any of them has, each once, sorted by key. A block that begins to
 /// move is its owner's from then on, with what the others know of it.
 template <class Record, class Key>
@@ -117,7 +140,7 @@ void take_over(const CompiledScene& before, const State& state_before, const Wor
     if (is_absent(before, b)) {
       work.laid[index(b)] = 1;
     } else {
-      take_over_block(now, state_before, b, state);
+      take_over_block(before, state_before, now, b, state);
     }
   }
   const auto is_own = [&](int b) { return !now.idle[index(b)] && work.agreement.owns(b); };
@@ -129,6 +152,7 @@ void take_over(const CompiledScene& before, const State& state_before, const Wor
                (!work.agreement.shares() || is_own(key.a) || is_own(key.b));
       });
   take_over_bonds(now.scene, state.contacts);
+  part_hit_contacts(set_on(state_before, state), state);
   take_over_motions(before, work_before, now, state, work);
   take_over_held(before, state_before, now, state);
   work.counted = work_before.counted;
@@ -137,6 +161,18 @@ void take_over(const CompiledScene& before, const State& state_before, const Wor
       of_all(work.agreement, work_before.initial_depths.entries, &InitialDepths::Entry::key);
   work.initial_depths.remember(now, {}, work.laid);
   place_bodies(now, state, work);
+}
+
+void part_hit_contacts(std::span<const char> set_on, State& state) {
+  for (Contact& contact : state.contacts) {
+    const std::size_t a = index(contact.point.key.a), b = index(contact.point.key.b);
+    if (contact.bonded || (!set_on[a] && !set_on[b])) continue;
+    const Vector3 place = contact.point.point();
+    const Vector3 of_a = velocity_at(state.blocks[a], place);
+    const Vector3 of_b = velocity_at(state.blocks[b], place);
+    const double rounding = kVelocityRounding * (of_a.norm() + of_b.norm());
+    if (contact.point.normal.dot(of_b - of_a) < -rounding) contact.mode = ContactMode::Open;
+  }
 }
 
 }  // namespace quoin::solver

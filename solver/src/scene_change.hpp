@@ -13,4 +13,8 @@ void check_same_blocks(const Scene& before, const Scene& now);
 void take_over(const CompiledScene& before, const State& state_before, const Workspace& work_before,
                CompiledScene& now, State& state, Workspace& work);
 
+/// Blocks that were set on towards what they touched hit it: what they bore there is over.
+/// `set_on`, by block: whose contacts are asked.
+void part_hit_contacts(std::span<const char> set_on, State& state);
+
 }  // namespace quoin::solver

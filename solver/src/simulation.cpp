@@ -13,11 +13,6 @@
 #include "step/step_control.hpp"
 
 namespace quoin::solver {
-namespace {
-
-constexpr double kVelocityRounding = 1e-12;  // of the speeds, some thousand roundings
-
-}  // namespace
 
 Vector3 local_point(const State& state, int block, const Vector3& reference_arm) {
   const Pose now = pose(state.blocks[static_cast<std::size_t>(block)]);
@@ -230,26 +225,6 @@ void Simulation::set_options(const StepOptions& options) {
   detect(parts_->compiled, options, parts_->state, parts_->work);
 }
 
-namespace {
-
-Vector3 velocity_at(const BlockState& block, const Vector3& place) {
-  return block.velocity + (block.rotation * block.angular_velocity).cross(place - block.centroid);
-}
-
-/// Blocks that were set on towards what they touched hit it: what they bore there is over.
-void part_hit_contacts(State& state) {
-  for (Contact& contact : state.contacts) {
-    const BlockState& a = state.blocks[static_cast<std::size_t>(contact.point.key.a)];
-    const BlockState& b = state.blocks[static_cast<std::size_t>(contact.point.key.b)];
-    const Vector3 place = contact.point.point(), normal = contact.point.normal;
-    const Vector3 of_a = velocity_at(a, place), of_b = velocity_at(b, place);
-    const double rounding = kVelocityRounding * (of_a.norm() + of_b.norm());
-    if (!contact.bonded && normal.dot(of_b - of_a) < -rounding) contact.mode = ContactMode::Open;
-  }
-}
-
-}  // namespace
-
 void Simulation::set_velocities(std::span<const BlockVelocity> velocities) {
   const std::vector<BlockModel>& models = parts_->compiled.models;
   for (const BlockVelocity& given : velocities) {
@@ -261,6 +236,7 @@ void Simulation::set_velocities(std::span<const BlockVelocity> velocities) {
   }
   EnergyLedger& energy = parts_->state.energy;
   const double before = energy.kinetic;
+  std::vector<char> set_on(models.size());
   for (const BlockVelocity& given : velocities) {
     const auto b = static_cast<std::size_t>(given.block);
     BlockState& now = parts_->state.blocks[b];
@@ -268,9 +244,10 @@ void Simulation::set_velocities(std::span<const BlockVelocity> velocities) {
     now.velocity = given.velocity;
     now.angular_velocity = now.rotation.conjugate() * given.angular_velocity;
     energy.kinetic += kinetic_energy(models[b], now);
+    set_on[b] = 1;
   }
   energy.work += energy.kinetic - before;
-  part_hit_contacts(parts_->state);
+  part_hit_contacts(set_on, parts_->state);
   detect(parts_->compiled, parts_->options, parts_->state, parts_->work);
 }
 
@@ -349,7 +326,8 @@ namespace {
 
 void check_alone(const Workspace& work, const std::string& what) {
   if (!work.agreement.shares()) return;
-  throw InputError(what + ": of several processes that solve together each holds its own contacts, "
+  throw InputError(what +
+                   ": of several processes that solve together each holds its own contacts, "
                    "not the whole state");
 }
 
