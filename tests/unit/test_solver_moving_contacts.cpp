@@ -140,6 +140,18 @@ Scene deformable_in_plane(int columns, int rows, double young) {
   return scene;
 }
 
+/// Contacts without cohesion push, and friction is within its limit: forces to 1e-6 of the largest.
+void check_law(const Simulation& simulation, double friction) {
+  double largest = 0.0, tension = 0.0, beyond = 0.0;
+  for (const Contact& contact : simulation.state().contacts) {
+    largest = std::max(largest, contact.normal_force);
+    tension = std::max(tension, -contact.normal_force);
+    beyond = std::max(beyond, contact.shear_force.norm() - friction * contact.normal_force);
+  }
+  CHECK(tension <= 1e-6 * largest);
+  CHECK(beyond <= 1e-6 * largest);
+}
+
 /// Of energy less the work of supports above its least so far, by the largest kinetic energy.
 double growth(
     Simulation& simulation, int steps,
@@ -352,6 +364,7 @@ TEST_CASE("a wall that falls back gains no energy, nor do gaps that are mended l
       const StepReport report = simulation.advance();
       REQUIRE(report.status == StepStatus::Converged);
       CHECK(report.largest_overlap <= 1e-6 * 0.35);  // a millionth of the smallest brick
+      check_law(simulation, std::tan(scene.joint.friction_angle));
       crowded += report.proximal_newton_attempts > 0 ? 1 : 0;
       for (const StepFlag& flag : report.flags) CHECK(flag.kind != FlagKind::EnergyGrowth);
     }

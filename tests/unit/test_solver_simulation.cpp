@@ -678,6 +678,17 @@ TEST_CASE("What drifts where no force acts is not in balance, what stands is") {
   CHECK(drifting.advance().unbalance == 1.0);
 }
 
+TEST_CASE("A block that is stopped in a step is in balance from the next one on") {
+  Scene scene;
+  scene.add_fixed(unit_cube({0, 0, -1}));
+  scene.add_rigid(unit_cube({0, 0, 0}), kRock);
+  scene.blocks[1].velocity = Vector3(0, 0, -1);
+  Simulation simulation(scene, {.time_step = 0.01});
+  CHECK(simulation.advance().unbalance > 0.1);
+  CHECK(simulation.state().blocks[1].velocity.norm() < 1e-12);
+  CHECK(simulation.advance().unbalance < 1e-9);
+}
+
 TEST_CASE("A closed contact whose blocks are no longer found is told, unless they rebounded") {
   Scene scene = cube_on_ground();
   scene.add_block(unit_cube({0, 0, 1}), kRock);

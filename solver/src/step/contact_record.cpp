@@ -38,6 +38,8 @@ void record_contact(const LinearContact& c, const StepPoses& poses, const BodyCo
   state.mode = c.mode;
   state.normal_force = c.force[0];
   state.shear_force = -(c.force[1] * t1 + c.force[2] * t2);
+  state.next_normal_force = state.normal_force;
+  state.next_shear_force = state.shear_force;
   state.point.point_a = a.centroid + now.place_a;
   state.point.point_b = a.centroid + now.place_b;
   state.point.normal = now.normal;

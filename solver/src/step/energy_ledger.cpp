@@ -8,6 +8,7 @@
 #include "distributed/agreement.hpp"
 #include "index.hpp"
 #include "step/linearise.hpp"
+#include "step/predict.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -162,6 +163,12 @@ double unbalance(const SubStep& step, const StepPoses& poses,
     const BlockModel& model = step.compiled.models[index(block)];
     const Vector12 inertial = inertia_force(model, poses.increment[index(block)], step.length);
     unbalanced = std::max(unbalanced, force_size(inertial, model.size));
+    if (step.dynamic()) {  // what the block comes with, and would be stopped by in this step
+      const Vector12 coasting =
+          step.length * velocity_vector(start_state(step, poses, index(block)));
+      const Vector12 stopping = 0.5 * inertia_force(model, coasting, step.length);
+      unbalanced = std::max(unbalanced, force_size(stopping, model.size));
+    }
     Vector12 prestress = Vector12::Zero();
     prestress.tail<6>() = model.volume * model.initial_stress;
     largest = std::max({largest, model.mass * gravity.norm(), force_size(prestress, model.size)});

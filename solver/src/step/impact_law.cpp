@@ -117,12 +117,12 @@ double full_bounce(const ImpactStep& at, const BodyContact& contact, const Linea
   return at.step.length * (contact.joint->restitution * impact - flight);
 }
 
-/// What a contact bore, in its frame with this normal, N.
+/// What a contact bore by the positions, in its frame with this normal, N.
 Vector3 force_in_frame(const Contact& force, const BodyContact& contact, const Vector3& normal) {
   Vector3 t1, t2;
   tangent_frame(contact, normal, t1, t2);
-  const Vector3& shear = force.shear_force;  // on A
-  return Vector3(force.normal_force, -t1.dot(shear), -t2.dot(shear));
+  const Vector3& shear = force.next_shear_force;  // on A
+  return Vector3(force.next_normal_force, -t1.dot(shear), -t2.dot(shear));
 }
 
 VelocityProblem::Start start_of(const LinearContact& c, double bounce) {
@@ -275,6 +275,42 @@ void set_pushed_work(const SubStep& step, const VelocityProblem& problem,
   agreement(step.options).complete(step.island.slots, pushed);
 }
 
+/// Within the law: what pushed before an impact may have mended gaps, and friction that velocities
+/// leave to the positions is of another normal force.
+void limit_force(const JointStrength& strength, bool bonded, Contact& contact) {
+  if (!bonded) contact.normal_force = std::max(0.0, contact.normal_force);
+  const double limit = strength.friction * std::max(0.0, contact.normal_force) +
+                       strength.cohesion * contact.point.area;
+  const double size = contact.shear_force.norm();
+  if (size > limit) contact.shear_force *= limit / size;
+}
+
+/// Forces by what the velocities have gained, where those of the positions also mend gaps or stand
+/// for an impact. Until the first impact contacts pushed as before.
+void record_impulses(std::span<const BodyContact> contacts, bool yields,
+                     std::span<const LinearContact> solved, Attempt& attempt) {
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const LinearContact* c = takes_part(attempt.positions[i]) ? &solved[next++] : nullptr;
+    Contact& ended = attempt.contacts[i];
+    if (attempt.positions[i].compliant || !(yields || ended.impact)) continue;
+    const Contact& before = contacts[i].state;
+    Vector3 force = Vector3::Zero();
+    if (c != nullptr) force = 0.5 * c->force;
+    if (contacts[i].was_closed && !before.impact) {
+      force += attempt.first_impact * force_in_frame(before, contacts[i], ended.point.normal);
+    }
+    Vector3 t1, t2;
+    tangent_frame(contacts[i], ended.point.normal, t1, t2);
+    ended.normal_force = force[0];
+    const bool left = c != nullptr && c->law == ContactLaw::Frictionless;
+    if (!left) ended.shear_force = -(force[1] * t1 + force[2] * t2);
+    limit_force(strength(*contacts[i].joint, before), contacts[i].was_bonded, ended);
+  }
+  if (!yields) return;
+  for (Vector3& force : attempt.held_forces) force = 0.5 * solved[next++].force;
+}
+
 }  // namespace
 
 void attempt_velocities(const SubStep& step, std::span<const BodyContact> contacts,
@@ -306,6 +342,7 @@ void attempt_velocities(const SubStep& step, std::span<const BodyContact> contac
   const double before = kinetic_energy(step, blocks.end);
   impact.restitution.begin(step, problem, memory.terms.compliance, blocks.end);
   OpenCloseResult total = attempt.solved;
+  const bool yields = memory.solver.yielding();  // the positions' contacts
   // With friction and several contacts Newton's restitution can create energy: less of it then.
   for (bool again = true; again;) {
     impact.restitution.apply(problem);
@@ -323,6 +360,7 @@ void attempt_velocities(const SubStep& step, std::span<const BodyContact> contac
     set_pushed_work(step, problem, impact.pushed);
     again = impact.restitution.lessen(step, {attempt.energy.work_on, impact.pushed}, blocks.end);
   }
+  record_impulses(contacts, yields, problem.contacts, attempt);
   total.converged = total.converged && attempt.solved.converged;
   total.residual = worse_residual(total.residual, attempt.solved.residual);
   total.condition = attempt.solved.condition;

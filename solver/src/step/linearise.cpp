@@ -76,8 +76,8 @@ void reset(LinearContact& c) {
 Vector3 last_force(const BodyContact& contact) {
   Vector3 t1, t2;
   tangent_frame(contact, contact.state.point.normal, t1, t2);
-  return Vector3(contact.state.normal_force, -t1.dot(contact.state.shear_force),
-                 -t2.dot(contact.state.shear_force));
+  return Vector3(contact.state.next_normal_force, -t1.dot(contact.state.next_shear_force),
+                 -t2.dot(contact.state.next_shear_force));
 }
 
 /// Of a spring as its contact lies: gap beyond the opening and two slips, m.
@@ -146,7 +146,7 @@ void add_last_force(const SubStep& step, const StepPoses& poses, const BodyConta
                     BlockVector& force) {
   const Contact& last = contact.state;
   if (!contact.was_closed || last.impact) return;
-  const Vector3 on_b = last.normal_force * last.point.normal - last.shear_force;
+  const Vector3 on_b = last.next_normal_force * last.point.normal - last.next_shear_force;
   const auto add = [&](int block, const Vector3& arm, const Vector3& on_block) {
     const int slot = step.slot_of_block[index(block)];
     if (slot < 0) return;
