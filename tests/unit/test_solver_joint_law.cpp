@@ -309,3 +309,28 @@ TEST_CASE("Softening: what a sliding block loses is the area under strength agai
     }
   }
 }
+
+TEST_CASE("A block that rocks on a joint with stiffness comes down on it") {
+  constexpr double kThick = 0.2, kWide = 0.6, kHigh = 1.2, kTurns = 0.3;  // m, rad/s
+  for (const Frame& frame : frames()) {
+    CAPTURE(frame.rigid, frame.origin.x());
+    Scene scene = frame.scene();
+    scene.joint = {.friction_angle = 30 * kDegree, .normal_stiffness = 1e8, .shear_stiffness = 5e7};
+    scene.add_fixed(frame.box({-5, -5, -1}, {5, 5, 0}));
+    frame.add(scene, {0, 0, 0}, {kThick, kWide, kHigh}, 1e11);
+    scene.blocks[1].angular_velocity = frame.rotation * Vector3(0, kTurns, 0);
+    Simulation simulation(scene, {.time_step = 1e-3});
+    const double start = simulation.state().energy.kinetic;
+    double turned = 0.0, sunk = 0.0;
+    for (int step = 0; step < 600; ++step) {
+      REQUIRE(simulation.advance().status == StepStatus::Converged);
+      sunk = std::max(sunk, -frame.moved(simulation, 1).z());
+      const BlockState& block = simulation.state().blocks[1];
+      turned = std::max(turned, Eigen::AngleAxisd(block.rotation).angle());
+      CHECK(simulation.state().energy.kinetic <= start * (1.0 + 1e-6));
+    }
+    CHECK(turned > 1e-3);  // rad: corners lift
+    CHECK(turned < 0.01);
+    CHECK(sunk < 1e-3);
+  }
+}

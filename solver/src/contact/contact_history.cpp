@@ -30,6 +30,8 @@ const Joint& joint_between(const Scene& scene, int a, int b) {
 
 namespace {
 
+constexpr double kLeft = 1e-3;  // of a point's area: less than that is rounding, and none
+
 /// Cosine above which a feature's own normal stands for the pair's (30 degrees).
 constexpr double kLikeNormals = 0.866;
 
@@ -138,12 +140,15 @@ void hand_on(const Contact& before, std::span<const Pose> poses, BodyContact& co
   state.mode = before.mode;
   state.normal_force = before.normal_force;
   state.shear_force = before.shear_force - before.shear_force.dot(normal) * normal;
+  state.next_normal_force = before.next_normal_force;
+  state.next_shear_force = before.next_shear_force - before.next_shear_force.dot(normal) * normal;
   state.impact = before.impact;
   state.slip = before.slip;
   state.failed = before.failed;
   state.bonded = before.bonded;
   state.laid_gap = before.laid_gap;
   state.spring_area = before.spring_area;
+  state.joint_area = before.joint_area;
   if (!contact.was_closed) return;
   if (before.point.key == state.point.key) {
     state.anchor_a = before.anchor_a;
@@ -169,35 +174,59 @@ void start_history(const CarryOptions& options, BodyContact& contact) {
   contact.laid = true;
 }
 
-/// Where the area of a joint with stiffness stays with points that had it, others are no part of
-/// it: a point that is found without an area would be rigid beside springs and take all their
-/// force.
-void drop_points_beside_springs(std::vector<BodyContact>& contacts) {
-  std::vector<std::pair<int, int>> sprung;  // ascending, as the contacts are
-  for (const BodyContact& contact : contacts) {
-    if (contact.joint->normal_stiffness > 0.0 && contact.state.spring_area > 0.0) {
-      sprung.emplace_back(contact.a, contact.b);
+/// Calls joint(contacts) for those of each pair: neighbours in the list.
+template <class OnJoint>
+void each_joint(std::vector<BodyContact>& contacts, const OnJoint& joint) {
+  for (std::size_t first = 0, last = 0; first < contacts.size(); first = last) {
+    while (last < contacts.size() && contacts[last].a == contacts[first].a &&
+           contacts[last].b == contacts[first].b) {
+      ++last;
     }
+    joint(std::span(contacts).subspan(first, last - first));
   }
-  std::erase_if(contacts, [&](const BodyContact& contact) {
-    return contact.joint->normal_stiffness > 0.0 && !(contact.state.spring_area > 0.0) &&
-           std::ranges::binary_search(sprung, std::pair(contact.a, contact.b));
-  });
 }
 
-/// Of each pair (neighbours in the list) number and area.
-void measure_joints(std::vector<BodyContact>& contacts) {
-  for (std::size_t first = 0, last = 0; first < contacts.size(); first = last) {
-    double area = 0.0;
-    for (; last < contacts.size() && contacts[last].a == contacts[first].a &&
-           contacts[last].b == contacts[first].b;
-         ++last) {
-      area += contacts[last].state.point.area;
-    }
-    for (std::size_t i = first; i < last; ++i) {
-      contacts[i].joint_area = area;
-      contacts[i].joint_points = static_cast<int>(last - first);
-    }
+double area_of(std::span<const BodyContact> joint) {
+  double area = 0.0;
+  for (const BodyContact& contact : joint) area += contact.state.point.area;
+  return area;
+}
+
+/// Of a joint with stiffness. A point that is found without an area would be rigid beside springs
+/// and take all their force. It gets what others have kept, in the mean, as long as all together
+/// have no more than the joint had: so the corners of a block that rocks, which had been lost, are
+/// as stiff again. Where nothing is left it is no part of the joint.
+void share_springs(std::span<BodyContact> joint) {
+  if (!(joint.front().joint->normal_stiffness > 0.0)) return;
+  const double area = area_of(joint);
+  double kept = 0.0, most = area;
+  int springs = 0;
+  for (BodyContact& contact : joint) {
+    Contact& state = contact.state;
+    if (state.point.area > 0.0) state.spring_area = state.point.area;
+    if (area > 0.0) state.joint_area = area;
+    most = std::max(most, state.joint_area);
+    kept += state.spring_area;
+    if (state.spring_area > 0.0) ++springs;
+  }
+  if (springs == 0) return;
+  const double share = kept / springs;
+  for (BodyContact& contact : joint) {
+    if (contact.state.spring_area > 0.0) continue;
+    contact.beside_springs = kept + kLeft * share > most;
+    if (contact.beside_springs) continue;
+    contact.state.spring_area = std::min(share, most - kept);
+    contact.state.joint_area = most;
+    kept += contact.state.spring_area;
+  }
+}
+
+/// Number of points and area.
+void measure(std::span<BodyContact> joint) {
+  const double area = area_of(joint);
+  for (BodyContact& contact : joint) {
+    contact.joint_area = area;
+    contact.joint_points = static_cast<int>(joint.size());
   }
 }
 
@@ -243,12 +272,12 @@ void carry_over(const CarryOptions& options, std::span<const ContactPoint> found
     } else {
       start_history(options, contact);
     }
-    if (contact.state.point.area > 0.0) contact.state.spring_area = contact.state.point.area;
     contact.was_bonded = contact.state.bonded;
     contact.opening = opening(*contact.joint, contact.state);
   }
-  drop_points_beside_springs(contacts);
-  measure_joints(contacts);
+  each_joint(contacts, share_springs);
+  std::erase_if(contacts, [](const BodyContact& contact) { return contact.beside_springs; });
+  each_joint(contacts, measure);
 }
 
 ContactGeometry contact_geometry(const BodyContact& contact, const Pose& a, const Pose& b) {
