@@ -182,6 +182,63 @@ TEST_CASE("A cohesive plane bears the limit of its whole area, thin blocks and t
   }
 }
 
+TEST_CASE("A block between two walls that do not press it hangs on cohesion alone") {
+  for (const Frame& frame : frames()) {
+    if (!frame.rigid) continue;  // strain would press some corners and open others
+    for (const double softening : {0.0, 1e-9}) {
+      for (const double share : {0.9, 1.1}) {
+        Scene scene = frame.scene();
+        scene.joint = {
+            .friction_angle = 0.5, .cohesion = 0.5 * kWeight / share, .softening_slip = softening};
+        scene.add_fixed(frame.box({-1, 0, 0}, {0, 1, 1}));
+        scene.add_fixed(frame.box({1, 0, 0}, {2, 1, 1}));
+        frame.add(scene, {0, 0, 0}, {1, 1, 1});
+        Simulation simulation(scene, {.time_step = 1e-3});
+        run(simulation, 200);
+        const double fall = share < 1.0 ? 0.0 : -0.5 * kGravity * 0.2 * 0.2;
+        CAPTURE(softening, share);
+        CHECK_THAT(frame.moved(simulation, 2).z(), WithinAbs(fall, 1e-5));
+      }
+    }
+  }
+}
+
+namespace {
+
+/// Six cuboids on each other whose ground is shaken along x.
+Scene shaken_tower(const Frame& frame, const Joint& joint) {
+  Scene scene = frame.scene();
+  scene.joint = joint;
+  scene.add_fixed(frame.box({-5, -5, -1}, {5, 5, 0}));
+  const Vector3 along = frame.rotation.col(0);
+  scene.blocks[0].kind = BlockKind::Prescribed;
+  scene.blocks[0].motion = {MotionKind::Acceleration, VectorOfTime([along](double time) -> Vector3 {
+                              return 6.0 * std::sin(20.0 * time) * along;
+                            })};
+  for (int i = 0; i < 6; ++i) {
+    frame.add(scene, {-0.5, -0.4, 0.5 * i}, {0.5, 0.4, 0.5 * i + 0.5}, 1e10);
+  }
+  return scene;
+}
+
+}  // namespace
+
+TEST_CASE("Corners of a cohesive tower lift and come down: each step has a solution") {
+  for (const double cohesion : {1.0, 1e3, 1e4}) {
+    for (const double residual : {0.0, 0.5 * cohesion}) {
+      CAPTURE(cohesion, residual);
+      const Joint joint{
+          .friction_angle = 30.0 * kDegree, .cohesion = cohesion, .residual_cohesion = residual};
+      Simulation simulation(shaken_tower({}, joint),
+                            {.time_step = 1e-3, .scheme = TimeScheme::ConstantAcceleration});
+      run(simulation, 500);
+      const EnergyLedger& energy = simulation.state().energy;
+      CHECK(energy.friction_loss >= -1e-6 * energy.kinetic);
+      CHECK(energy.impact_loss >= 0.0);
+    }
+  }
+}
+
 TEST_CASE("A beam of two blocks peels when its outermost stress reaches the tension") {
   for (const Frame& frame : frames()) {
     for (const double share : {0.99, 1.01}) {

@@ -21,6 +21,7 @@ struct BodyContact {
   bool was_bonded = false;
   bool laid = false;                ///< in this step
   bool beside_springs = false;      ///< no part of its joint
+  bool parted = false;              ///< in this attempt, so that it clings no more
   Vector3 arm_a = Vector3::Zero();  ///< reference arms of the contact point, m
   Vector3 arm_b = Vector3::Zero();
   /// What the normal is made from, in the turning frames of A and of B: where edges are crossed one

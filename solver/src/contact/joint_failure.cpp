@@ -59,10 +59,11 @@ bool fail_where_opened(const SolvedJoint& joint, double limit) {
   for (std::size_t i = 0; i < joint.contacts.size(); ++i) {
     BodyContact& contact = joint.contacts[i];
     const LinearContact& c = joint.linear[i];
-    const bool opened = c.mode == ContactMode::Open && c.relative[0] > limit;
-    if (!opened || contact.state.failed || contact.state.bonded) continue;
-    weaken(*contact.joint, contact.state);
-    any = true;
+    const bool opened = (c.mode == ContactMode::Open || unpressed(c)) && c.relative[0] > limit;
+    if (!opened || contact.state.bonded) continue;
+    any = any || c.clings || !contact.state.failed;
+    contact.parted = true;
+    if (!contact.state.failed) weaken(*contact.joint, contact.state);
   }
   return any;
 }

@@ -13,7 +13,8 @@ namespace quoin::solver {
 ///   tension   bonded contacts part where the stress on the area that is still bonded, linear over
 ///   it
 ///             (joint_section), exceeds the tension; all of them where they span no area
-///   opening   a contact without tension that has opened by more than `opened` (m)
+///   opening   a contact without tension that has opened by more than `opened` (m); one that clings
+///             with residual cohesion does so no more in this sub-step
 ///   sliding   the contacts that are bonded in shear fail together where their forces' resultant V
 ///   in the
 ///             plane and moment T about its normal reach (V / V0)^2 + (T / T0)^2 = 1, with

@@ -88,6 +88,14 @@ double dilation_slope(const Joint& joint, const Contact& contact) {
   return done || joint.dilation_angle == 0.0 ? 0.0 : std::tan(joint.dilation_angle);
 }
 
+bool clings(const Joint& joint, const Contact& contact) {
+  if (contact.bonded) return false;
+  return bonded_in_shear(joint, contact) ||
+         (strength(joint, contact).cohesion > 0.0 && contact.point.area > 0.0);
+}
+
+bool unpressed(const LinearContact& c) { return c.clings && !(c.force[0] > 0.0); }
+
 void lay(const Joint& joint, double size, Contact& contact) {
   contact.failed = !(std::abs(contact.point.gap) <= kLaidGap * size);
   contact.bonded = !contact.failed && joint.tension > 0.0 && contact.point.area > 0.0;
@@ -124,8 +132,11 @@ namespace {
 ContactMode project(const LinearContact& c, Vector3& force, double& bound) {
   if (c.law == ContactLaw::Bilateral) return ContactMode::Stick;
   if (!c.bonded && !(force[0] > 0.0)) {
-    force.setZero();
-    return ContactMode::Open;
+    if (!c.clings) {
+      force.setZero();
+      return ContactMode::Open;
+    }
+    force[0] = 0.0;
   }
   if (c.law == ContactLaw::Stuck) return ContactMode::Stick;
   if (c.law == ContactLaw::Frictionless) {
@@ -160,7 +171,7 @@ Matrix3 tangent(const LinearContact& c, const TangentOptions& options) {
   if (c.mode == ContactMode::Open) return result;
   const double normal = options.softness * c.normal_stiffness;
   const double shear = options.softness * c.shear_stiffness;
-  result(0, 0) = normal;
+  if (options.assumed || !unpressed(c)) result(0, 0) = normal;
   if (c.law == ContactLaw::Frictionless) return result;
   if (c.mode == ContactMode::Stick) {
     result(1, 1) = result(2, 2) = shear;

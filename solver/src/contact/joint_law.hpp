@@ -9,7 +9,8 @@
 /// and, f on the contact (compression positive), d its gap beyond the opening and its two slips,
 ///   f_n >= 0 (bonded: any),   f_n = -normal_spring d_n (rigid: d_n = 0) where f_n is not at that
 ///   limit, |f_t| <= friction max(f_n, 0) + cohesion,   f_t against d_t at the limit.
-/// Friction needs compression; in tension cohesion alone bears shear.
+/// Friction needs compression; in tension, and where blocks touch unpressed, cohesion alone bears
+/// shear.
 
 #include <utility>
 
@@ -41,6 +42,14 @@ double opening(const Joint& joint, const Contact& contact, double further_slip =
 /// Opening per slip as it stands.
 double dilation_slope(const Joint& joint, const Contact& contact);
 
+/// Whether it bears shear while it touches, pressed or not. Were its shear gone as its normal force
+/// gets to zero, the law would jump there, and a step in which a corner just lifts had no solution:
+/// what has opened is found when the step is solved (joint_failure.hpp).
+bool clings(const Joint& joint, const Contact& contact);
+
+/// Whether it clings, and nothing presses it: no force and no condition along its normal.
+bool unpressed(const LinearContact& contact);
+
 /// A contact of the first step: a bond where it touches. `size`: of the smaller block, m.
 void lay(const Joint& joint, double size, Contact& contact);
 
@@ -63,7 +72,7 @@ struct TangentOptions {
   bool assumed = false;
   double softness = 1.0;
   double negligible = 0.0;  ///< N: no friction below
-  double damping = 0.0;     ///< added to a sliding contact: share of the stiffness of a sticking one
+  double damping = 0.0;  ///< added to a sliding contact: share of the stiffness of a sticking one
 };
 
 /// -df/dd: what the contact adds to the stiffness. A sliding contact's friction follows its normal

@@ -88,6 +88,7 @@ struct ContactTerms {
   ContactLaw law = ContactLaw::Coulomb;
   bool compliant = false;   ///< a spring: its multiplier stays zero
   bool bonded = false;      ///< bears tension without limit: judged when the step is solved
+  bool clings = false;      ///< bears shear though nothing presses it: judged likewise
   bool was_bonded = false;  ///< at the start of the step
   bool was_closed = false;  ///< likewise
   ContactMode assumed = ContactMode::Open;  ///< what the first linear solve takes for granted

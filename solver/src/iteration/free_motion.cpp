@@ -55,6 +55,11 @@ bool is_left_alone(const LinearContact& c, const FreeContact& moved, double over
     return (moved.by_loads.cwiseAbs() - moved.rounding).maxCoeff() <= 0.0 &&
            change.maxCoeff() <= c.rounding && moved.end.cwiseAbs().maxCoeff() <= overlap;
   }
+  if (c.clings) {
+    const Vector3 pulled = moved.by_loads.cwiseAbs() - moved.rounding;
+    const Vector3 slid = (moved.end - c.start).cwiseAbs() - moved.rounding;
+    if (pulled.tail<2>().maxCoeff() > 0.0 || slid.tail<2>().maxCoeff() > c.rounding) return false;
+  }
   const double rounding = moved.rounding[0];
   return moved.end[0] >= 0.0 || (moved.by_loads[0] >= -rounding && moved.end[0] >= -overlap &&
                                  c.start[0] - moved.end[0] <= c.rounding + rounding);

@@ -61,7 +61,7 @@ void update_multipliers(std::span<LinearContact> contacts) {
 void raise_augmentation(std::span<LinearContact> contacts, double gap) {
   for (LinearContact& c : contacts) {
     if (c.compliant || c.mode == ContactMode::Open) continue;
-    if (std::abs(c.relative[0]) > gap) c.normal_stiffness *= kRaise;
+    if (!unpressed(c) && std::abs(c.relative[0]) > gap) c.normal_stiffness *= kRaise;
     if (c.mode == ContactMode::Stick && c.relative.tail<2>().norm() > gap) {
       c.shear_stiffness *= kRaise;
     }
@@ -139,7 +139,7 @@ double OpenClose::violation(std::span<const LinearContact> contacts) const {
   double worst = 0.0;
   for (const LinearContact& c : contacts) {
     if (c.compliant || c.mode == ContactMode::Open) continue;
-    worst = std::max(worst, std::abs(c.relative[0]));
+    if (!unpressed(c)) worst = std::max(worst, std::abs(c.relative[0]));
     if (c.mode == ContactMode::Stick) worst = std::max(worst, c.relative.tail<2>().norm());
   }
   return agreement_.largest(worst);

@@ -150,7 +150,10 @@ void set_contact(const ImpactStep& at, const BodyContact& contact, const Contact
   if (c.law == ContactLaw::Coulomb && c.mode == ContactMode::Slip && resting) {
     if (slides_on(at, contact, c)) c.law = ContactLaw::Frictionless;
   }
-  if (c.law == ContactLaw::Frictionless) c.multiplier.tail<2>().setZero();
+  if (c.law == ContactLaw::Frictionless) {
+    c.clings = false;
+    c.multiplier.tail<2>().setZero();
+  }
   c.assumed = c.mode;
   const double slope = dilation_slope(*contact.joint, ended);
   if (c.mode == ContactMode::Slip && slope != 0.0) {  // a joint that dilates opens

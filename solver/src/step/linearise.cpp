@@ -272,7 +272,10 @@ void set_laws(const SubStep& step, std::span<BodyContact> contacts,
     c.slot_a = step.slot_of_block[index(contacts[i].a)];
     c.slot_b = step.slot_of_block[index(contacts[i].b)];
     set_law(step.options, spring, contacts[i], c);
-    const bool touches = contacts[i].state.point.gap <= step.gap_tolerance();
+    const double gap = contacts[i].state.point.gap;
+    const bool touches = gap <= step.gap_tolerance();
+    c.clings = clings(*contacts[i].joint, contacts[i].state) && !contacts[i].parted &&
+               gap - contacts[i].opening <= step.parting_gap();
     if (contacts[i].laid && touches) c.assumed = ContactMode::Stick;  // most of a masonry does
     if (c.compliant) continue;
     c.multiplier = last_force(contacts[i]);

@@ -34,7 +34,6 @@ constexpr double kFalls = 0.8;       // and all where changes still fall to this
 constexpr double kMended = 1e-5;    // of the smallest, forces are held, and the blocks follow them
 constexpr int kMostFollowing = 4;   // times, at most, as long as gaps change by no more than
 constexpr double kFollowed = 1e-7;  // a fifth of what they may be.
-constexpr double kOpened = 10.0;    // of the gap tolerance: closed contacts are good to one
 
 void by_slot(const Slots& slots, const BlockVector& blocks, BlockVector& by_slot) {
   by_slot.resize(slots.block_of_slot.size());
@@ -309,7 +308,7 @@ void attempt_positions(const SubStep& step, const LastSubStep& last,
     add(solve_positions(step, contacts, memory, poses, attempt.linear), total);
   } while (total.converged &&
            all.any(fail_overloaded(contacts, std::span(attempt.linear).first(contacts.size()),
-                                   kOpened * step.gap_tolerance())));
+                                   step.parting_gap())));
   memory.clock.charge(&PhaseSeconds::assemble);
   attempt.solved = total;
   account(step, poses, contacts, attempt.linear, attempt.energy);

@@ -41,6 +41,8 @@ struct SubStep {
   /// Loads stand for the middle of a dynamic step; a static one takes no time.
   double load_time() const { return time + 0.5 * duration(options, length); }
   double gap_tolerance() const { return options.tolerance * island.smallest_size; }
+  /// A contact that cannot bear tension has parted where it opens by more, m.
+  double parting_gap() const { return kParted * gap_tolerance(); }
   /// Rebounds slower than gravity's own speed in two steps are not resolved by the step.
   double bounce_speed() const { return 2.0 * compiled.scene.gravity.at(time).norm() * length; }
   StepScheme scheme(bool deforms = true) const {
@@ -49,6 +51,7 @@ struct SubStep {
   }
 
  private:
+  static constexpr double kParted = 10.0;   // closed contacts are good to one tolerance
   static constexpr double kUndamped = 0.5;  // share of elastic forces taken at the end of the step
   static constexpr double kImplicit = 1.0;
 };
