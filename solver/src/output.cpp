@@ -1,8 +1,10 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <bit>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -14,6 +16,12 @@
 
 namespace quoin::solver {
 namespace {
+
+/// With the reason of the call that failed last.
+std::runtime_error unwritable(const std::string& path) {
+  return std::runtime_error(path + ": can't be written" +
+                            (errno != 0 ? std::string(": ") + std::strerror(errno) : ""));
+}
 
 /// A VTK XML file with its numbers appended behind the text as they stand in memory: each array is
 /// its size in bytes (UInt64), then its bytes. The arrays go to the file one by one; the text,
@@ -58,7 +66,7 @@ class Appended {
     file_ << text_;
     file_.close();
     if (!file_) {
-      throw std::runtime_error(path_ + ".part: can't be written");
+      throw unwritable(path_ + ".part");
     }
     std::filesystem::rename(path_ + ".part", path_);
   }
@@ -361,7 +369,7 @@ void write_whole(const std::string& path, const std::string& text) {
   file << text;
   file.close();
   if (!file) {
-    throw std::runtime_error(part + ": can't be written");
+    throw unwritable(part);
   }
   std::filesystem::rename(part, path);
 }

@@ -266,5 +266,12 @@ class MpiRun(unittest.TestCase):
             self.assertEqual(done.returncode, 2)
             self.assertRegex(done.stderr, r"^--(resume|checkpoint|dump-steps) excludes --mpi\n")
 
+    def test_a_command_line_that_says_nothing_is_told_once(self):
+        for options, line in (((INCLINE, "--pray"), "not expected: --pray"), ((INCLINE, "--threads", 0), "--threads: "),
+                              ((INCLINE, "--checkpoint", 1), "excludes --mpi"), ((), "scene is required")):
+            done = run(2, *options)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertEqual(done.stderr.count(line), 1, done.stderr)
+
 
 unittest.main(argv=[sys.argv[0]], verbosity=2)

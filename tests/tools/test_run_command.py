@@ -400,13 +400,14 @@ class RunCommand(FolderTest):
         done = subprocess.run([QUOIN, "run", INCLINE, "--out", out], preexec_fn=limit, capture_output=True,
                               text=True, timeout=60)
         self.assertEqual(done.returncode, 1, done.stderr)
-        self.assertIn("can't be written", done.stderr)
+        self.assertIn("can't be written: File too large", done.stderr)
 
     def test_usage(self):
         self.assertEqual(run("--help").returncode, 0)
         self.assertEqual(run().returncode, 2)
         self.assertEqual(run(INCLINE, "--on-failure", "pray").returncode, 2)
         for words, code, said in (([], 2, "a command"), (["pray"], 2, "not expected: pray"),
+                                  (["make", "pray"], 2, "not expected: pray"), (["make"], 2, "a shape"),
                                   (["contact", "--pairs", self.folder], 1, "can't read"),
                                   (["contact", "--pairs", "-", "--reach", "nan"], 2, "0 or more"),
                                   (["stability", "--filter", "("], 2, "--filter ("),

@@ -17,6 +17,11 @@ def quoin(*arguments):
     return subprocess.run([QUOIN, *map(str, arguments)], capture_output=True, text=True, timeout=120)
 
 
+def quoin_within(kilobytes, *arguments):
+    return subprocess.run(["bash", "-c", f'ulimit -v {kilobytes}; exec "$@"', "-", QUOIN, *arguments],
+                          capture_output=True, text=True, timeout=120)
+
+
 class SceneCommands(FolderTest):
     def scene(self, text):
         path = self.folder / "scene.json"
@@ -147,7 +152,29 @@ class SceneCommands(FolderTest):
         self.assertEqual(quoin("make", "arch", "--angle-deg", "270", "--blocks", "2").returncode, 2)
         done = quoin("make", "wall", "--out", self.folder / "none" / "wall.json")
         self.assertEqual(done.returncode, 1)
-        self.assertIn("can't be written", done.stderr)
+        self.assertIn("can't be written: No such file", done.stderr)
+        for shape in SHAPES:
+            done = quoin("make", shape, "--end-time", 0)
+            self.assertEqual(done.returncode, 2, shape)
+            self.assertIn("--end-time: must lie in", done.stderr)
+
+    def test_sizes_that_are_too_many_blocks_are_refused(self):
+        for words in ("wall --length 1e6 --height 1e6", "wall --length 3000 --height 1000",
+                      "struck-wall --length 1e6 --block-length 1e-6", "vault --length 1e6 --block-length 1e-3",
+                      "dome --rings 2000 --segments 501", "jointed-slope --rows 1000 --columns 1000 --sheets 2"):
+            done = quoin_within(230000, "make", *words.split())
+            self.assertEqual((done.returncode, done.stdout), (2, ""), words)
+            self.assertRegex(done.stderr, r"\Aquoin: would have \S+ blocks, at most 1000000 are made\n\Z")
+
+    def test_out_of_memory_is_told(self):
+        for words in ("wall --length 1000 --height 160", "pile --blocks 1000000"):
+            done = quoin_within(230000, "make", *words.split())
+            self.assertEqual((done.returncode, done.stderr), (1, "quoin: out of memory\n"), words)
+
+    def test_a_shaken_wall_has_steps_that_see_its_wave(self):
+        for hz, step in ((2, 5e-3), (10, 5e-3), (200, 2.5e-4)):
+            made = json.loads(quoin("make", "shaken-wall", "--hz", hz).stdout)
+            self.assertAlmostEqual(made["time_step"], step, places=12)
 
 
 unittest.main(argv=[sys.argv[0]], verbosity=2)

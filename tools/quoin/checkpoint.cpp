@@ -54,10 +54,10 @@ void write_checkpoint(OutputFolder& folder, const RunRequest& request, RunFiles&
   files.save(out);
   save(out);
   out.close();
-  if (!out) throw FileError(part.string() + ": can't be written");
+  if (!out) throw scene_file::unwritable(part.string());
   sync(part);
   if (std::rename(part.c_str(), path.c_str()) != 0) {
-    throw FileError(path.string() + ": can't be written");
+    throw scene_file::unwritable(path.string());
   }
 }
 

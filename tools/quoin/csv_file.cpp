@@ -57,7 +57,7 @@ void CsvFile::end_line() {
 }
 
 void CsvFile::flush() {
-  if (!out_.flush()) throw scene_file::FileError(path_.string() + ": can't be written");
+  if (!out_.flush()) throw scene_file::unwritable(path_.string());
 }
 
 std::uintmax_t CsvFile::length() {

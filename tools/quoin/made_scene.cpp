@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <stdexcept>
 
 #include "scene_file/scene_error.hpp"
 
@@ -17,6 +18,15 @@ using Vector3 = Eigen::Vector3d;
 double rounded(double x) {
   const double value = std::round(x * 1e12) / 1e12;
   return value == 0.0 ? 0.0 : value;
+}
+
+/// Lengths that are each allowed can ask for more than any memory holds.
+void check_count(double blocks) {
+  if (blocks <= kMostBlocks) return;
+  char line[80];
+  std::snprintf(line, sizeof line, "would have %.7g blocks, at most %d are made", blocks,
+                kMostBlocks);
+  throw std::invalid_argument(line);
 }
 
 json points(const std::vector<Vector3>& list) {
@@ -47,8 +57,10 @@ std::string numbered(const std::string& stem, int first, int second) {
   return stem + std::to_string(first) + "_" + std::to_string(second);
 }
 
-Made::Made(const Stone& stone, std::string title)
-    : stone_(stone), title_(std::move(title)), parameters_{{"phi", stone.friction_deg}} {}
+Made::Made(const Stone& stone, std::string title, double blocks)
+    : stone_(stone), title_(std::move(title)), parameters_{{"phi", stone.friction_deg}} {
+  check_count(blocks);
+}
 
 json& Made::add(const std::string& name, json shape) {
   blocks_.push_back({{"name", name},
@@ -140,7 +152,7 @@ void Made::write(const std::string& text) const {
   file << text;
   file.close();
   if (!file) {
-    throw scene_file::FileError(stone_.out + ": can't be written");
+    throw scene_file::unwritable(stone_.out);
   }
 }
 

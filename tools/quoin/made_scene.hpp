@@ -12,13 +12,14 @@
 namespace quoin::commands {
 
 inline constexpr double kDegree = std::numbers::pi / 180;  ///< rad
+inline constexpr int kMostBlocks = 1000000;                ///< of a made scene
 
 /// What every made scene has.
 struct Stone {
   double density = 2400;  ///< kg/m3
   double young = 0;       ///< Pa; 0: rigid
   double friction_deg = 35;
-  double end_time = 0;  ///< s; 0: the shape's own
+  double end_time = 0;  ///< s; 0, where it is not given: the shape's own
   std::string out;      ///< file; empty: standard output
 };
 
@@ -47,7 +48,8 @@ class Made {
  public:
   using json = nlohmann::ordered_json;
 
-  Made(const Stone& stone, std::string title);
+  /// Throws std::invalid_argument where `blocks`, supports left out, are more than kMostBlocks.
+  Made(const Stone& stone, std::string title, double blocks);
 
   json& add(const std::string& name, json shape);
   /// A box by its lowest corner: those of one size share their shape.

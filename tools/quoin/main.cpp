@@ -1,12 +1,18 @@
 /// The command `quoin`.
 
 #include <signal.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <iostream>
+#include <new>
+#include <string_view>
 
 #include "commands.hpp"
+#include "processes.hpp"
 
 namespace {
 
@@ -17,6 +23,31 @@ int all_is_told() {
   }
   quoin::commands::complain("standard output can't be written");
   return quoin::commands::kFailed;
+}
+
+/// All processes of an mpirun read the same command line: the first one tells what is wrong.
+int tell(const CLI::App& app, const CLI::ParseError& error, bool on_ranks) {
+  using quoin::commands::Processes;
+  const Processes processes =
+      on_ranks && Processes::are_known() ? Processes::of_mpirun() : Processes();
+  if (!processes.is_first()) return quoin::commands::kDone;
+  return app.exit(error) == 0 ? all_is_told() : quoin::commands::kBadInput;
+}
+
+std::terminate_handler usual_end = nullptr;
+
+/// Memory that a destructor asks for (a JSON tree takes a list of its own to be destroyed) can't be
+/// refused as an exception.
+[[noreturn]] void end_without_memory() {
+  try {
+    if (const std::exception_ptr error = std::current_exception()) std::rethrow_exception(error);
+  } catch (const std::bad_alloc&) {
+    constexpr std::string_view kLine = "quoin: out of memory\n";
+    if (::write(STDERR_FILENO, kLine.data(), kLine.size()) >= 0) ::_exit(quoin::commands::kFailed);
+  } catch (...) {
+  }
+  usual_end();
+  std::abort();
 }
 
 }  // namespace
@@ -44,16 +75,18 @@ int main(int argc, char** argv) {
   quoin::commands::add_referee_command(app, exit_code);
 #endif
   ::signal(SIGXFSZ, SIG_IGN);  // a file that may grow no more is told like a full disk
-  try {
-    app.parse(argc, argv);
-    if (app.get_subcommands().empty()) {
-      throw CLI::RequiredError("a command (quoin --help names them)");
+  usual_end = std::set_terminate(end_without_memory);
+  const auto command = [&]() -> int {
+    try {
+      app.parse(argc, argv);
+      if (app.get_subcommands().empty()) {
+        throw CLI::RequiredError("a command (quoin --help names them)");
+      }
+    } catch (const CLI::ParseError& error) {
+      return tell(app, error,
+                  std::find(argv, argv + argc, std::string_view("--mpi")) < argv + argc);
     }
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? all_is_told() : quoin::commands::kBadInput;
-  } catch (const std::exception& error) {
-    quoin::commands::complain(error.what());
-    return quoin::commands::kFailed;
-  }
-  return exit_code == quoin::commands::kDone ? all_is_told() : exit_code;
+    return exit_code == quoin::commands::kDone ? all_is_told() : exit_code;
+  };
+  return quoin::commands::run_guarded(command, "");
 }

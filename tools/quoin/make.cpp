@@ -16,7 +16,7 @@ using json = nlohmann::ordered_json;
 using Vector3 = Eigen::Vector3d;
 
 void make_wall(const Stone& stone, const Wall& wall) {
-  Made made(stone, "Wall in running bond");
+  Made made(stone, "Wall in running bond", bricks(wall));
   made.watch(lay_wall(wall, made));
   made.save_standing(1e-3);
 }
@@ -32,7 +32,7 @@ void make_arch(const Stone& stone, const Arch& arch) {
     throw CLI::ValidationError("--angle-deg",
                                "must leave room for two abutments, each as wide as a block");
   }
-  Made made(stone, "Circular arch");
+  Made made(stone, "Circular arch", arch.blocks);
   const double step = arch.angle_deg * kDegree / arch.blocks;
   const auto at = [&](double radius, int joint) {
     const double angle = -0.5 * arch.angle_deg * kDegree + joint * step;
@@ -60,7 +60,8 @@ struct Dome {
 
 /// Rings of equal angle over the horizon, all head joints in meridian planes.
 void make_dome(const Stone& stone, const Dome& dome) {
-  Made made(stone, "Hemispherical dome with an oculus");
+  Made made(stone, "Hemispherical dome with an oculus",
+            static_cast<double>(dome.rings) * dome.segments);
   const double outer = dome.radius + dome.thickness, reach = 1.2 * outer;
   made.add_fixed("ground", box({-reach, -reach, -0.3}, {reach, reach, 0}));
   const double rise = (90 - dome.oculus_deg) * kDegree / dome.rings;
@@ -88,7 +89,7 @@ struct Tower {
 };
 
 void make_tower(const Stone& stone, const Tower& tower) {
-  Made made(stone, "Tower of blocks");
+  Made made(stone, "Tower of blocks", tower.blocks);
   const double w = tower.width;
   made.add_fixed("ground", box({-w, -w, -0.3}, {2 * w, 2 * w, 0}));
   for (int i = 0; i < tower.blocks; ++i) {
@@ -106,7 +107,7 @@ struct Stair {
 
 /// Slabs on each other, each shorter by one run than the one below.
 void make_stair(const Stone& stone, const Stair& stair) {
-  Made made(stone, "Flight of stone slabs");
+  Made made(stone, "Flight of stone slabs", stair.steps);
   const double length = stair.steps * stair.run;
   made.add_fixed("ground", box({-0.5, -0.5, -0.3}, {length + 0.5, stair.width + 0.5, 0}));
   for (int i = 0; i < stair.steps; ++i) {
@@ -131,7 +132,7 @@ void make_slope(const Stone& stone, const Slope& slope) {
     throw CLI::ValidationError("--face-dip-deg",
                                "must be greater than --plunge-deg, or no wedge daylights");
   }
-  Made made(stone, "Rock slope with a wedge");
+  Made made(stone, "Rock slope with a wedge", 1);
   const Vector3 down(std::cos(plunge), 0, -std::sin(plunge));
   const Vector3 toe = Vector3::Zero(), back = -down * (slope.height / std::sin(plunge));
   const double crest_x = -slope.height / std::tan(slope.face_dip_deg * kDegree);
@@ -160,7 +161,7 @@ struct Pile {
 /// Boxes of sides 0.6 to 1 of the size, turned at random, over each other with room between: they
 /// fall.
 void make_pile(const Stone& stone, const Pile& pile) {
-  Made made(stone, "Blocks falling on a pile");
+  Made made(stone, "Blocks falling on a pile", pile.blocks);
   Uniform uniform(pile.seed);
   const int across = std::max(1, static_cast<int>(std::lround(std::cbrt(pile.blocks / 2.0))));
   const double pitch = std::sqrt(3.0) * pile.size, reach = (across + 4) * pitch;
@@ -203,7 +204,7 @@ class ShapeOptions {
   }
 
   ShapeOptions& count(const char* name, int& value, int least) {
-    command_->add_option(name, value)->check(CLI::Range(least, 1000000))->capture_default_str();
+    command_->add_option(name, value)->check(CLI::Range(least, kMostBlocks))->capture_default_str();
     return *this;
   }
   void end(const std::function<void(const Stone&)>& make) {
@@ -218,7 +219,7 @@ class ShapeOptions {
         ->add_option("--end-time", stone_->end_time,
                      "s of motion (default: of wall, arch, dome, tower and stair none after rest; "
                      "shaken-wall, pile 2; bin 10, or until rest; else 1)")
-        ->check(in_range(0.0, 1e9));
+        ->check(in_range(1e-6, 1e9));
     command_->add_option("--out", stone_->out, "new file (default: standard output)")
         ->check(path_to_write());
     command_->callback([stone = stone_, make, &exit_code = exit_code_] {
@@ -262,7 +263,8 @@ void add_walls(ShapeList& shapes) {
   const auto shaking = std::make_shared<Shaking>();
   shapes.add_wall("shaken-wall", "The wall at rest, then shaken by the ground", *wall)
       .number("--peak", shaking->peak, "g, of the ground's acceleration", 1e-6, 1e3)
-      .number("--hz", shaking->hz, "Hz", 1e-6, 1e6)
+      .number("--hz", shaking->hz, "Hz; the time step is a 20th of the period, at most 0.005 s",
+              1e-6, 1e6)
       .number("--direction-deg", shaking->direction_deg, "degrees; 0: along the wall", 0, 360)
       .end([wall, shaking](const Stone& s) { make_shaken_wall(s, *wall, *shaking); });
   const auto hammer = std::make_shared<Hammer>();
@@ -355,7 +357,12 @@ void add_slopes_and_piles(ShapeList& shapes) {
 void add_make_command(CLI::App& app, int& exit_code) {
   CLI::App* make = app.add_subcommand(
       "make", "Write a scene to read and change: structures that stand, and moving ones");
-  make->require_subcommand(1);
+  make->require_subcommand(0, 1);  // before it a name that is none would be told as a lack of one
+  make->callback([make] {
+    if (make->get_subcommands().empty()) {
+      throw CLI::RequiredError("a shape (quoin make --help names them)");
+    }
+  });
   ShapeList shapes(*make, exit_code);
   add_walls(shapes);
   add_curved(shapes);

@@ -10,6 +10,9 @@ using json = nlohmann::ordered_json;
 using Vector3 = Eigen::Vector3d;
 
 constexpr double kMovingStep = 5e-3;  // s
+// Of a shaken wall: the ground's displacement is then good to 1e-8 of its amplitude. A step of a
+// whole period sees one value of the wave.
+constexpr double kStepsOfPeriod = 20.0;
 
 /// Lengths of the blocks of a course in running bond.
 std::vector<double> bond(double length, double block_length, int course) {
@@ -22,11 +25,29 @@ std::vector<double> bond(double length, double block_length, int course) {
   return lengths;
 }
 
+/// Blocks of so many courses, without laying them where a course alone has too many.
+double blocks_in_bond(double length, double block_length, double courses) {
+  const double about = length / block_length;
+  if (about > kMostBlocks) return about * courses;
+  const auto blocks = [&](int course) {
+    return static_cast<double>(bond(length, block_length, course).size());
+  };
+  return std::ceil(0.5 * courses) * blocks(0) + std::floor(0.5 * courses) * blocks(1);
+}
+
+double courses_of(const Wall& wall) {
+  return std::max(1.0, std::round(wall.height / wall.block_height));
+}
+
 }  // namespace
+
+double bricks(const Wall& wall) {
+  return blocks_in_bond(wall.length, wall.block_length, courses_of(wall));
+}
 
 std::string lay_wall(const Wall& wall, Made& made) {
   made.add_fixed("ground", box({-0.5, -1, -0.3}, {wall.length + 0.5, wall.thickness + 1, 0}));
-  const int courses = std::max(1, static_cast<int>(std::lround(wall.height / wall.block_height)));
+  const int courses = static_cast<int>(courses_of(wall));
   std::string last;
   for (int course = 0; course < courses; ++course) {
     double from = 0.0;
@@ -42,7 +63,7 @@ std::string lay_wall(const Wall& wall, Made& made) {
 }
 
 void make_shaken_wall(const Stone& stone, const Wall& wall, const Shaking& shaking) {
-  Made made(stone, "Wall on a shaking table");
+  Made made(stone, "Wall on a shaking table", bricks(wall));
   made.watch(lay_wall(wall, made));
   made.set("peak", shaking.peak);
   made.set("hz", shaking.hz);
@@ -52,13 +73,13 @@ void make_shaken_wall(const Stone& stone, const Wall& wall, const Shaking& shaki
       {"acceleration",
        {{"formula", {wave + "cos(direction*deg)", wave + "sin(direction*deg)", "0"}}}}};
   made.save_changing(
-      kMovingStep, 2.0,
+      std::min(kMovingStep, 1.0 / (kStepsOfPeriod * shaking.hz)), 2.0,
       {{"overrides",
         json::array({json{{"blocks", "ground"}, {"kind", "prescribed"}, {"motion", motion}}})}});
 }
 
 void make_struck_wall(const Stone& stone, const Wall& wall, const Hammer& hammer) {
-  Made made(stone, "Wall that is hit by a block");
+  Made made(stone, "Wall that is hit by a block", bricks(wall) + 1);
   made.watch(lay_wall(wall, made));
   const double side = std::cbrt(hammer.mass / stone.density);
   constexpr double kApart = 0.01;  // m
@@ -70,7 +91,7 @@ void make_struck_wall(const Stone& stone, const Wall& wall, const Hammer& hammer
 }
 
 void make_bin(const Stone& stone, const Bin& bin) {
-  Made made(stone, "Bin filled by falling rocks");
+  Made made(stone, "Bin filled by falling rocks", bin.blocks);
   Uniform uniform(bin.seed);
   const int across = std::max(2, static_cast<int>(std::lround(std::cbrt(bin.blocks / 2.0))));
   const double pitch = 1.05 * bin.size, half = 0.5 * across * pitch, far = half + bin.size;
@@ -101,12 +122,13 @@ void make_bin(const Stone& stone, const Bin& bin) {
 }
 
 void make_jointed_slope(const Stone& stone, const JointedSlope& slope) {
-  Made made(stone, "Jointed slope that loses its toe");
   const double dip = slope.dip_deg * kDegree;
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(dip, Vector3::UnitY()).toRotationMatrix();
   const Vector3 size(slope.block_length, slope.block_width, slope.block_height);
   const double length = slope.rows * size.x(), width = slope.columns * size.y(),
                height = slope.sheets * size.z();
+  Made made(stone, "Jointed slope that loses its toe",
+            slope.columns * blocks_in_bond(length, size.x(), slope.sheets));
   // In axes along the dip, along the strike and upwards from the plane; the toe is at 0.
   const auto place = [&](const std::string& name, const Vector3& corner, const Vector3& sides) {
     json& block = made.add(name, box(Vector3::Zero(), sides));
@@ -133,7 +155,8 @@ void make_jointed_slope(const Stone& stone, const JointedSlope& slope) {
 }
 
 void make_vault(const Stone& stone, const Vault& vault) {
-  Made made(stone, "Dry-stone vault that loses a pier");
+  Made made(stone, "Dry-stone vault that loses a pier",
+            blocks_in_bond(vault.length, vault.block_length, vault.courses) + 2.0 * vault.piers);
   const double outer = vault.radius + vault.thickness, bay = vault.length / vault.piers;
   for (int pier = 0; pier < vault.piers; ++pier) {
     const double from = pier * bay, to = (pier + 1) * bay;

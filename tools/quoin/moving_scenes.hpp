@@ -10,6 +10,9 @@ struct Wall {
   double length = 4, height = 2, thickness = 0.3, block_length = 0.8, block_height = 0.25;  // m
 };
 
+/// How many bricks it has.
+double bricks(const Wall& wall);
+
 /// Running bond on the block "ground": every second course begins with half a block. Returns the
 /// name of the last brick.
 std::string lay_wall(const Wall& wall, Made& made);

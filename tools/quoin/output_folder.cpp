@@ -247,14 +247,14 @@ void mark_as_left(const fs::path& folder, const std::vector<std::string>& names)
   std::ofstream journal(folder / kJournal);
   for (const std::string& name : names) journal << name << '\n';
   journal.close();
-  if (!journal) refuse(folder / kJournal, "can't be written");
+  if (!journal) throw scene_file::unwritable((folder / kJournal).string());
   ::unlink((folder / OutputFolder::kCheckpoint).c_str());
 }
 
 fs::path new_part(const fs::path& folder) {
   std::string name = folder.string() + kPart + "XXXXXX";
   if (::mkdtemp(name.data()) == nullptr) {
-    refuse(folder, "can't be written: " + std::string(std::strerror(errno)));
+    throw scene_file::unwritable(folder.string());
   }
   const mode_t mask = ::umask(0);
   ::umask(mask);
@@ -272,7 +272,7 @@ void write_manifest(const fs::path& part, const std::vector<std::string>& names)
   std::ofstream out(part / kManifest);
   out << nlohmann::ordered_json{{"quoin", QUOIN_VERSION}, {"files", files}}.dump(1) << '\n';
   out.close();
-  if (!out) refuse(part / kManifest, "can't be written");
+  if (!out) throw scene_file::unwritable((part / kManifest).string());
 }
 
 }  // namespace
@@ -305,7 +305,7 @@ OutputFolder::~OutputFolder() {
 void OutputFolder::lock_journal(int flags) {
   const fs::path path = part_ / kJournal;
   journal_ = ::open(path.c_str(), O_RDWR | O_APPEND | O_CLOEXEC | flags, 0666);
-  if (journal_ < 0) refuse(path, "can't be written: " + std::string(std::strerror(errno)));
+  if (journal_ < 0) throw scene_file::unwritable(path.string());
   ::flock(journal_, LOCK_EX | LOCK_NB);
 }
 
@@ -365,7 +365,7 @@ fs::path OutputFolder::file(const std::string& name) {
   if (std::find(names_.begin(), names_.end(), name) == names_.end()) {
     const std::string line = name + "\n";
     if (::write(journal_, line.data(), line.size()) != std::ssize(line)) {
-      refuse(part_ / kJournal, "can't be written: " + std::string(std::strerror(errno)));
+      throw scene_file::unwritable((part_ / kJournal).string());
     }
     names_.push_back(name);
   }

@@ -18,6 +18,8 @@ constexpr double kPatience = 3.0;
 
 }  // namespace
 
+bool Processes::are_known() { return true; }
+
 Processes Processes::of_mpirun() {
   Processes all;
   all.ranks_ = std::make_shared<solver::Ranks>();
@@ -55,6 +57,8 @@ int Processes::end_together(const Ending& ending) const {
 }
 
 #else
+
+bool Processes::are_known() { return false; }
 
 Processes Processes::of_mpirun() {
   throw std::invalid_argument("--mpi: this quoin was built without PETSc (QUOIN_BUILD_PETSC)");

@@ -17,8 +17,9 @@ namespace quoin::commands {
 /// What is marked "all" waits until every process has called it.
 class Processes {
  public:
-  Processes() = default;  ///< this one alone
-  /// All. Throws std::invalid_argument when this program was built without PETSc.
+  Processes() = default;    ///< this one alone
+  static bool are_known();  ///< this program was built with PETSc
+  /// All. Throws std::invalid_argument where they are not known.
   static Processes of_mpirun();
 
   int rank() const;

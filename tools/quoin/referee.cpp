@@ -131,7 +131,7 @@ void write(const fs::path& path, const std::string& text) {
   std::ofstream out(path);
   out << text;
   if (!out.flush()) {
-    throw FileError(path.string() + ": can't be written");
+    throw scene_file::unwritable(path.string());
   }
 }
 
@@ -139,7 +139,7 @@ void write(const fs::path& path, const std::string& text) {
 void check_writable(const std::string& path) {
   const bool is_there = fs::exists(path);
   if (!std::ofstream(path, std::ios::app)) {
-    throw FileError(path + ": can't be written");
+    throw scene_file::unwritable(path);
   }
   if (!is_there) {
     fs::remove(path);

@@ -119,7 +119,7 @@ void save_summary(OutputFolder& folder, const nlohmann::ordered_json& summary) {
   stream << text(summary) << '\n';
   stream.close();
   if (!stream) {
-    throw scene_file::FileError(path.string() + ": can't be written");
+    throw scene_file::unwritable(path.string());
   }
 }
 
@@ -190,7 +190,7 @@ class ProblemFiles {
   /// Throws FileError when one of the step could not be written.
   void end_step() {
     written_.clear();
-    if (!failed_.empty()) throw scene_file::FileError(failed_ + ": can't be written");
+    if (!failed_.empty()) throw scene_file::FileError(failed_);
   }
   /// `step`: how many have ended. Does not throw.
   void write(const solver::ContactProblem& problem, long step, OutputFolder& folder) {
@@ -201,12 +201,12 @@ class ProblemFiles {
     std::ofstream file(path);
     solver::write(file, problem);
     file.close();
-    if (!file) failed_ = path.string();
+    if (!file) failed_ = scene_file::unwritable(path.string()).what();
   }
 
  private:
   long every_;
-  std::string failed_;     ///< a file that can't be written
+  std::string failed_;     ///< why a file can't be written
   std::set<int> written_;  ///< first blocks of the islands that this step has shown
 };
 

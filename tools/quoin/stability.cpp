@@ -137,7 +137,7 @@ void write_rows(const std::string& path, nlohmann::ordered_json list, const Rows
   {
     std::ofstream out(part);
     out << list.dump(1) << "\n";
-    if (!out.flush()) throw scene_file::FileError(part + ": can't be written");
+    if (!out.flush()) throw scene_file::unwritable(part);
   }
   std::filesystem::rename(part, path);
 }

@@ -72,13 +72,13 @@ void write_files(OutputFolder& folder, const StudyArguments& arguments,
                  const std::vector<StudyAxis>& axes, const std::vector<StudyPoint>& points) {
   const std::filesystem::path table = folder.file("study.csv"), tree = folder.file("study.json");
   std::FILE* csv = std::fopen(table.c_str(), "w");
-  if (csv == nullptr) throw std::runtime_error(table.string() + ": can't be written");
+  if (csv == nullptr) throw scene_file::unwritable(table.string());
   write_csv(axes, points, csv);
-  if (std::fclose(csv) != 0) throw std::runtime_error(table.string() + ": can't be written");
+  if (std::fclose(csv) != 0) throw scene_file::unwritable(table.string());
   std::ofstream json(tree);
   json << text(to_json(scene_name(arguments), axes, points)) << "\n";
   json.close();
-  if (!json) throw std::runtime_error(tree.string() + ": can't be written");
+  if (!json) throw scene_file::unwritable(tree.string());
   folder.commit(OutputFolder::Checkpoint::Drop);
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 /// What can be wrong with a scene: what it says, or the file itself.
 
+#include <cerrno>
+#include <cstring>
 #include <stdexcept>
 #include <string>
 
@@ -18,5 +20,11 @@ class FileError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
+
+/// With the reason of the call that failed last.
+inline FileError unwritable(const std::string& path) {
+  return FileError(path + ": can't be written" +
+                   (errno != 0 ? std::string(": ") + std::strerror(errno) : ""));
+}
 
 }  // namespace quoin::scene_file
