@@ -308,6 +308,82 @@ TEST_CASE("Dilation ends at its slip") {
   }
 }
 
+/// Joints on which a moving block comes onto the slope of dilation at once: a floor and a slab.
+struct Sliding {
+  double mu = std::tan(30.0 * kDegree), rise = std::tan(10.0 * kDegree);
+  Scene scene;
+
+  explicit Sliding(const Frame& frame, const Vector3& gravity = {0, 0, -kGravity})
+      : scene(frame.scene(gravity)) {
+    scene.joint = {.friction_angle = std::atan(mu), .dilation_angle = std::atan(rise)};
+    scene.add_fixed(frame.box({-5, -5, -1}, {20, 5, 0}));
+  }
+  void add_slab(const Frame& frame, double height, double speed) {
+    frame.add(scene, {0, 0, height}, {1, 1, height + 0.2});
+    scene.blocks.back().velocity = frame.rotation * Vector3(speed, 0, 0);
+  }
+  /// Of a slab on the slope, m/s2.
+  double deceleration() const { return mu * kGravity / (1.0 + mu * rise); }
+};
+
+Vector3 speed_of(const Frame& frame, const Simulation& simulation, std::size_t block) {
+  return frame.rotation.transpose() * simulation.state().blocks[block].velocity;
+}
+
+TEST_CASE("Dilation: a block that moves at the start has friction on the impulse that lifts it") {
+  for (const Frame& frame : frames()) {
+    for (const double dt : {1e-3, 1e-4}) {
+      if (!frame.rigid) continue;
+      CAPTURE(dt, frame.origin.x());
+      Sliding sliding(frame);
+      sliding.add_slab(frame, 0.0, 2.0);
+      Simulation simulation(sliding.scene, {.time_step = dt});
+      run(simulation, 1);
+      const double along = 2.0 / (1.0 + sliding.mu * sliding.rise) - sliding.deceleration() * dt;
+      const Vector3 speed = speed_of(frame, simulation, 1);
+      CHECK_THAT(speed.x(), WithinRel(along, 1e-6));
+      CHECK_THAT(speed.z(), WithinRel(along * sliding.rise, 1e-5));
+      CHECK_THAT(2.0 - speed.x(), WithinRel(sliding.mu * (speed.z() + kGravity * dt), 1e-5));
+    }
+  }
+}
+
+TEST_CASE("Dilation: a block that lands sliding leaves along the slope, at any time step") {
+  const Frame frame;
+  for (const double dt : {1e-3, 1e-4}) {
+    CAPTURE(dt);
+    Sliding sliding(frame);
+    const double height = 0.05, fallen = std::sqrt(2.0 * height / kGravity);
+    sliding.add_slab(frame, height, 2.0);
+    Simulation simulation(sliding.scene, {.time_step = dt});
+    run(simulation, static_cast<int>(std::lround(0.11 / dt)));
+    const double landed =
+        (2.0 - sliding.mu * kGravity * fallen) / (1.0 + sliding.mu * sliding.rise);
+    const double along = landed - sliding.deceleration() * (0.11 - fallen);
+    CHECK_THAT(speed_of(frame, simulation, 1).x(), WithinRel(along, 1e-5));
+    CHECK_THAT(speed_of(frame, simulation, 1).z(), WithinRel(along * sliding.rise, 1e-5));
+  }
+}
+
+TEST_CASE("Dilation: a block at rest that is hit leaves along the slope") {
+  const Frame frame;
+  for (const double dt : {1e-3, 2e-4}) {
+    CAPTURE(dt);
+    Sliding sliding(frame, Vector3::Zero());
+    sliding.add_slab(frame, 0.0, 0.0);
+    frame.add(sliding.scene, {-1.05, 0, 0.001}, {-0.05, 1, 0.201});  // hits it without friction
+    sliding.scene.blocks.back().velocity = Vector3(2.0, 0, 0);
+    sliding.scene.blocks.back().material.joint_group = 1;
+    sliding.scene.pair_joints.push_back({.group_a = 0, .group_b = 1, .joint = {}});
+    Simulation simulation(sliding.scene, {.time_step = dt});
+    run(simulation, static_cast<int>(std::lround(0.05 / dt)));
+    const double along = 2.0 / (2.0 + sliding.mu * sliding.rise);
+    CHECK_THAT(speed_of(frame, simulation, 1).x(), WithinRel(along, 1e-6));
+    CHECK_THAT(speed_of(frame, simulation, 1).z(), WithinRel(along * sliding.rise, 1e-6));
+    CHECK_THAT(speed_of(frame, simulation, 2).x(), WithinRel(along, 1e-6));
+  }
+}
+
 /// A block on a joint with stiffness, turned about the normal by `turn`.
 Simulation sheared(const Frame& frame, double turn, double shear, ContactMethod method) {
   Scene scene = frame.scene();

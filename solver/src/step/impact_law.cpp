@@ -24,6 +24,14 @@ constexpr double kAllowed = 5e-7, kAllowedYielding = 1e-8;
 // changes by its square. Most steps of a shaken wall take a solution less, one in three.
 constexpr double kVelocityGap = 100.0;
 
+// Of the normal impulse: where a joint that dilates starts to slide with more than that beyond what
+// its slope asks of the velocities, friction follows what is left of it.
+constexpr double kSurplus = 1e-3;
+
+// Solutions between which opening and slip of joints that dilate agree, to the gap tolerance. They
+// do by tan(friction angle) tan(dilation angle) each.
+constexpr int kOpenings = 30;
+
 /// What the velocity problem is made from.
 struct ImpactStep {
   const SubStep& step;
@@ -125,6 +133,15 @@ Vector3 force_in_frame(const Contact& force, const BodyContact& contact, const V
   return Vector3(force.next_normal_force, -t1.dot(shear), -t2.dot(shear));
 }
 
+/// The positions' forces hold over the whole step. A block whose velocity does not yet follow the
+/// slope comes onto it within the step, and leaves it with twice the impulse, normal and friction.
+bool has_surplus(const ImpactStep& at, const BodyContact& contact, const LinearContact& c,
+                 double slope) {
+  const Vector3 now = relative_velocity(contact, c, at.end);
+  const double surplus = at.step.length * (now[0] - slope * now.tail<2>().norm());
+  return surplus > kSurplus * c.multiplier[0] * normal_compliance(c, at.terms.compliance);
+}
+
 VelocityProblem::Start start_of(const LinearContact& c, double bounce) {
   return {c.multiplier, c.offset[0], c.normal_stiffness, c.shear_stiffness, bounce, c.assumed};
 }
@@ -147,7 +164,9 @@ void set_contact(const ImpactStep& at, const BodyContact& contact, const Contact
   const double bounce = full_bounce(at, contact, c);
   c.multiplier = 2.0 * force_in_frame(ended, contact, ended.point.normal);
   const bool resting = !ended.impact;
-  if (c.law == ContactLaw::Coulomb && c.mode == ContactMode::Slip && resting) {
+  const double slope = c.mode == ContactMode::Slip ? dilation_slope(*contact.joint, ended) : 0.0;
+  const bool sought = slope != 0.0 && (!resting || has_surplus(at, contact, c, slope));
+  if (c.law == ContactLaw::Coulomb && c.mode == ContactMode::Slip && resting && !sought) {
     if (slides_on(at, contact, c)) c.law = ContactLaw::Frictionless;
   }
   if (c.law == ContactLaw::Frictionless) {
@@ -155,9 +174,10 @@ void set_contact(const ImpactStep& at, const BodyContact& contact, const Contact
     c.multiplier.tail<2>().setZero();
   }
   c.assumed = c.mode;
-  const double slope = dilation_slope(*contact.joint, ended);
-  if (c.mode == ContactMode::Slip && slope != 0.0) {  // a joint that dilates opens
-    c.offset[0] -= dt * slope * relative_velocity(contact, c, at.end).tail<2>().norm();
+  if (slope != 0.0) {  // a joint that dilates opens
+    const double opened = dt * slope * relative_velocity(contact, c, at.end).tail<2>().norm();
+    c.offset[0] -= opened;
+    if (sought) problem.openings.push_back({problem.starts.size(), slope, opened});
   }
   set_augmentation(at.terms.compliance, c);
   problem.starts.push_back(start_of(c, bounce));
@@ -212,6 +232,7 @@ void set_contacts(const ImpactStep& at, std::span<const BodyContact> contacts, A
   std::vector<LinearContact>& linear = attempt.linear;
   std::size_t count = 0;
   problem.starts.clear();
+  problem.openings.clear();
   problem.starts.reserve(linear.size());
   const auto take = [&](std::size_t i) -> LinearContact& {
     if (i != count) std::swap(linear[count], linear[i]);
@@ -251,6 +272,19 @@ void set_blocks(const ImpactStep& at, std::span<const BodyContact> contacts, con
     problem.force[s].head(inertia.width()) = inertia[s] * velocity.head(inertia.width());
   }
   add_earlier_impulses(at, contacts, attempt, problem);
+}
+
+/// Contacts that open along their slope open by the slip of the last solution. Largest change, m.
+double follow_openings(VelocityProblem& problem) {
+  double change = 0.0;
+  for (VelocityProblem::Opening& opening : problem.openings) {
+    const Vector3& relative = problem.contacts[opening.contact].relative;
+    const double opened = opening.slope * relative.tail<2>().norm();
+    change = std::max(change, std::abs(opened - opening.opened));
+    problem.starts[opening.contact].gap -= opened - opening.opened;
+    opening.opened = opened;
+  }
+  return change;
 }
 
 /// What the positions' forces have done is part of the velocities.
@@ -347,6 +381,7 @@ void attempt_velocities(const SubStep& step, std::span<const BodyContact> contac
   OpenCloseResult total = attempt.solved;
   const bool yields = memory.solver.yielding();  // the positions' contacts
   // With friction and several contacts Newton's restitution can create energy: less of it then.
+  int left = kOpenings;
   for (bool again = true; again;) {
     impact.restitution.apply(problem);
     impact.solution = problem.velocity;
@@ -361,6 +396,8 @@ void attempt_velocities(const SubStep& step, std::span<const BodyContact> contac
     add(solved, total);
     if (!solved.converged) note_changes(problem.contacts, attempt);
     set_pushed_work(step, problem, impact.pushed);
+    again = all.largest(follow_openings(problem)) > tuning.gap_tolerance && left-- > 0;
+    if (again) continue;
     again = impact.restitution.lessen(step, {attempt.energy.work_on, impact.pushed}, blocks.end);
   }
   record_impulses(contacts, yields, problem.contacts, attempt);

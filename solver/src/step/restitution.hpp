@@ -17,9 +17,16 @@ struct VelocityProblem {
     double bounce = 0.0;  ///< of d, with full restitution, m
     ContactMode assumed = ContactMode::Open;
   };
+  /// A contact of a joint that dilates: how far it opens hangs on the velocities sought.
+  struct Opening {
+    std::size_t contact = 0;
+    double slope = 0.0;   ///< opening per slip
+    double opened = 0.0;  ///< of d, taken off its start, m
+  };
   std::span<LinearContact> contacts;
-  std::vector<Start> starts;    ///< by contact
-  BlockVector velocity, force;  ///< by slot: velocity times dt as the positions have it, F
+  std::vector<Start> starts;      ///< by contact
+  std::vector<Opening> openings;  ///< by the last solution
+  BlockVector velocity, force;    ///< by slot: velocity times dt as the positions have it, F
   std::vector<std::pair<int, int>> pushed_before;  ///< slots joined by what pushed until the impact
 };
 
