@@ -384,6 +384,62 @@ TEST_CASE("Dilation: a block at rest that is hit leaves along the slope") {
   }
 }
 
+/// A block on a joint with stiffness that is given its weight at once, by the scheme that damps
+/// nothing: its normal force swings between nothing and twice the weight.
+Simulation swinging(const Vector3& velocity, const Motion& base, double dt) {
+  const Frame frame;
+  Scene scene = frame.scene();
+  scene.joint = {
+      .friction_angle = 30.0 * kDegree, .normal_stiffness = 2.2e8, .shear_stiffness = 1e8};
+  scene.add_fixed(frame.box({-5, -5, -1}, {5, 5, 0}));
+  scene.blocks.back().kind = BlockKind::Prescribed;
+  scene.blocks.back().motion = base;
+  frame.add(scene, {-0.5, -0.4, 0}, {0.5, 0.4, 0.5});
+  scene.blocks.back().velocity = velocity;
+  return {scene, {.time_step = dt, .scheme = TimeScheme::EnergyMomentum}};
+}
+
+void run_without_growth(Simulation& simulation, double time) {
+  const double dt = simulation.options().time_step;
+  for (int i = 0; i < static_cast<int>(std::lround(time / dt)); ++i) {
+    const StepReport report = simulation.advance();
+    REQUIRE(report.status == StepStatus::Converged);
+    for (const StepFlag& flag : report.flags) REQUIRE(flag.kind != FlagKind::EnergyGrowth);
+  }
+}
+
+TEST_CASE("Stiffness: friction under a normal force that swings makes no energy") {
+  for (const double dt : {1e-3, 2.5e-4}) {
+    for (const Vector3& velocity : {Vector3(0.003, 0.01, 0), Vector3(0.2, 0.5, 0)}) {
+      CAPTURE(dt, velocity.x());
+      Simulation simulation = swinging(velocity, {}, dt);
+      run_without_growth(simulation, 0.3);
+      const EnergyLedger& energy = simulation.state().energy;
+      CHECK(energy.friction_loss > 0.0);
+      CHECK(energy.algorithmic_loss > 0.0);
+    }
+  }
+}
+
+TEST_CASE("Stiffness: a moving support gives a block on springs its work, and no more") {
+  const Motion shaken{MotionKind::Acceleration,
+                      VectorOfTime([](double t) { return Vector3(0, std::sin(5.0 * t), 0); })};
+  for (const double dt : {1e-3, 2.5e-4}) {
+    CAPTURE(dt);
+    Simulation simulation = swinging(Vector3::Zero(), shaken, dt);
+    run_without_growth(simulation, 0.6);
+    const double way = (0.6 - std::sin(3.0) / 5.0) / 5.0;  // of the base, which it hardly slips on
+    CHECK_THAT(Frame().moved(simulation, 1).y(), WithinRel(way, 0.01));
+    CHECK(Frame().moved(simulation, 1).z() < 1e-4);
+  }
+  // A support that is lifted loads and unloads the spring alone.
+  const Motion lifted{MotionKind::Velocity, VectorOfTime(Vector3(0, 0, 0.01))};
+  Simulation simulation = swinging(Vector3::Zero(), lifted, 1e-3);
+  run_without_growth(simulation, 0.3);
+  CHECK_THAT(simulation.state().energy.algorithmic_loss,
+             WithinAbs(0.0, 1e-9 * simulation.state().energy.work));
+}
+
 /// A block on a joint with stiffness, turned about the normal by `turn`.
 Simulation sheared(const Frame& frame, double turn, double shear, ContactMethod method) {
   Scene scene = frame.scene();

@@ -193,11 +193,18 @@ Matrix3 tangent(const LinearContact& c, const TangentOptions& options) {
   return result;
 }
 
+double stretch_kept(const LinearContact& c, const Vector3& moved) {
+  const bool of_middle = c.shear_stiffness < c.shear_spring;  // else it ends beyond what is held
+  const double held = c.force.tail<2>().norm() / c.shear_spring;
+  const double end = (c.start + moved).tail<2>().norm();
+  return of_middle && end < held ? end / held : 1.0;
+}
+
 double slip_in_step(const LinearContact& c, const Vector3& moved) {
   if (c.mode != ContactMode::Slip) return 0.0;
   if (!c.compliant) return (c.relative.tail<2>() - c.start.tail<2>()).norm();
   if (!(c.shear_spring > 0.0)) return moved.tail<2>().norm();
-  const double stretch = c.force.tail<2>().norm() / c.shear_spring;
+  const double stretch = stretch_kept(c, moved) * c.force.tail<2>().norm() / c.shear_spring;
   return std::max(0.0, (c.start + moved).tail<2>().norm() - stretch);
 }
 
@@ -215,7 +222,8 @@ ContactWork contact_work(const LinearContact& c, const Vector3& moved) {
   double end_stretch = 0.0;
   if (c.mode == ContactMode::Stick) end_stretch = end.tail<2>().squaredNorm();
   if (c.mode == ContactMode::Slip && c.shear_spring > 0.0) {
-    end_stretch = c.force.tail<2>().squaredNorm() / (c.shear_spring * c.shear_spring);
+    const double kept = stretch_kept(c, moved);
+    end_stretch = kept * kept * c.force.tail<2>().squaredNorm() / (c.shear_spring * c.shear_spring);
   }
   const double start_stretch = c.was_closed ? c.start.tail<2>().squaredNorm() : 0.0;
   const double normal_start = squared_normal_stretch(c.start[0], c.was_bonded);

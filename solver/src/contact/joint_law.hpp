@@ -79,6 +79,14 @@ struct TangentOptions {
 /// force: unsymmetric.
 Matrix3 tangent(const LinearContact& contact, const TangentOptions& options);
 
+/// Share of the stretch b/k that its force b holds which a sliding contact leaves its shear spring;
+/// `moved`: J D. All of it, but no more than there is: by a time scheme whose force is that of the
+/// middle of the step, a contact whose normal force falls slides on a stretch that ends, at s',
+/// below what that force holds. With less than either friction would make energy: from s on,
+///   work - change stored = k/2 [(b/T) |s'|^2 + (1 - b/T) |s|^2 - |left|^2],  T = k |s + s'|/2 > b,
+/// is not negative where |left| = min(b/k, |s'|).
+double stretch_kept(const LinearContact& contact, const Vector3& moved);
+
 /// Slip of a solved contact in the step, m; `moved`: J D.
 double slip_in_step(const LinearContact& contact, const Vector3& moved);
 

@@ -22,9 +22,9 @@ void move_anchor(const Pose& a, const Pose& b, const ContactGeometry& now, const
 }
 
 /// The anchor follows: what stretch is left is the spring's at its limit (none for a multiplier).
-Vector3 stretch_left(const Vector3& shear_force, const LinearContact& c) {
+Vector3 stretch_left(const Vector3& shear_force, const LinearContact& c, const Vector3& moved) {
   if (!c.compliant || !(c.shear_spring > 0.0)) return Vector3::Zero();
-  return shear_force / c.shear_spring;
+  return stretch_kept(c, moved) * shear_force / c.shear_spring;
 }
 
 void record_contact(const LinearContact& c, const StepPoses& poses, const BodyContact& contact,
@@ -44,13 +44,14 @@ void record_contact(const LinearContact& c, const StepPoses& poses, const BodyCo
   state.point.point_b = a.centroid + now.place_b;
   state.point.normal = now.normal;
   state.point.gap = now.gap;
-  state.slip += slip_in_step(c, moved_by(poses, contact, c));
+  const Vector3 moved = moved_by(poses, contact, c);
+  state.slip += slip_in_step(c, moved);
   if (contact.joint->softening_slip > 0.0 && state.slip >= contact.joint->softening_slip) {
     weaken(*contact.joint, state);
   }
   if (c.mode == ContactMode::Open) return;
   if (c.mode == ContactMode::Slip || (!contact.was_closed && !c.compliant)) {
-    move_anchor(a, b, now, stretch_left(state.shear_force, c), contact, state);
+    move_anchor(a, b, now, stretch_left(state.shear_force, c, moved), contact, state);
   }
 }
 

@@ -100,11 +100,11 @@ void set_stiffness(const BlockTerms& terms, LinearContact& c) {
 
 /// A spring at the middle of the step by its discrete gradient, -(U(g') - U(g))/(g' - g) with
 /// U = p min(g,0)^2/2: work and stored energy then agree exactly. [Simo & Tarnow 1992; Gonzalez
-/// 2000]
+/// 2000] The offset has more than the start, as what a support moves by: that is of the end alone.
 void apply_discrete_gradient(double gap_end, LinearContact& c) {
-  const double p = c.normal_stiffness, gap_start = c.offset[0];
+  const double p = c.normal_stiffness, gap_start = c.start[0];
   c.multiplier.setZero();
-  c.offset.tail<2>() *= 2.0;  // the mean of start and end: (s + s')/2 with stiffness p
+  c.offset.tail<2>() += c.start.tail<2>();  // the mean of both: (s + s')/2 with stiffness p
   c.shear_stiffness *= 0.5;
   const double g0 = std::min(gap_start, 0.0), g1 = std::min(gap_end, 0.0);
   if (c.bonded || (gap_start < 0.0 && gap_end < 0.0)) {
@@ -323,6 +323,8 @@ void linearise(const SubStep& step, const BlockTerms& terms, const StepPoses& po
     if (!contact.was_closed && impacts) {
       set_closing(free_flight(step, terms, poses, contact, c), step.gap_tolerance(), slowest,
                   *contact.joint, c);
+      // What a spring stores goes by its whole stretch, and so must its force.
+      if (c.compliant && midpoint) c.offset = motion;
     }
     follow_slip(contact, c);
     c.left_out = c.offset - motion;
