@@ -27,7 +27,7 @@ class PairStiffness {
   /// To be asked of each contact that adds anything, in their order, whatever the range: so that
   /// the same ones are added together. False: none of its slots is owned.
   bool next(const LinearContact& c) {
-    if (c.slot_a != of_.a || c.slot_b != of_.b) flush();
+    if (c.slot_a != of_.a || c.slot_b != of_.b || c.pair != of_.pair) flush();
     of_ = {c.slot_a, c.slot_b, c.pair};
     return owns(of_.a) || owns(of_.b);
   }

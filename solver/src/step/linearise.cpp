@@ -271,6 +271,7 @@ void set_laws(const SubStep& step, std::span<BodyContact> contacts,
     LinearContact& c = linear[i];
     c.slot_a = step.slot_of_block[index(contacts[i].a)];
     c.slot_b = step.slot_of_block[index(contacts[i].b)];
+    if (c.slot_a < 0 || c.slot_b < 0) c.pair = -2 - (c.slot_a < 0 ? contacts[i].a : contacts[i].b);
     set_law(step.options, spring, contacts[i], c);
     const double gap = contacts[i].state.point.gap;
     const bool touches = gap <= step.gap_tolerance();
