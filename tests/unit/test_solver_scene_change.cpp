@@ -1,4 +1,5 @@
 /// Simulation::change against closed forms.
+#include <array>
 #include <cmath>
 #include <quoin/geometry/build.hpp>
 #include <quoin/solver/simulation.hpp>
@@ -209,6 +210,30 @@ TEST_CASE("springs keep what shear has stored in them through a change of scene"
     REQUIRE(energy.work == before.work);
     REQUIRE(std::abs(energy.closure) < 1e-6 * energy.contact);
   }
+}
+
+TEST_CASE(
+    "an edge that a block stands on has the area that it had when a stiffness is given later") {
+  constexpr double kStiffness = 1e8;  // Pa/m
+  Scene scene;
+  scene.joint = {.friction_angle = 0.6};
+  scene.add_fixed(geometry::make_box({-5, -5, -1}, {5, 5, 0}));
+  scene.add_rigid(cube_at(0, 0), kStone);
+  Simulation simulation(scene, {.time_step = 1e-3});
+  run(simulation, 1);
+  simulation.set_velocities(std::array{
+      BlockVelocity{.block = 1, .velocity = {0.25, 0, 0.25}, .angular_velocity = {0, 0.5, 0}}});
+  run(simulation, 50);
+  scene.joint.normal_stiffness = scene.joint.shear_stiffness = kStiffness;
+  simulation.change(scene);
+  int closed = 0;
+  for (const Contact& contact : simulation.state().contacts) {
+    if (contact.mode == ContactMode::Open) continue;
+    ++closed;
+    CHECK(contact.point.area == 0.0);
+    CHECK(contact.spring_area == 0.25);
+  }
+  CHECK(closed == 2);
 }
 
 TEST_CASE("a change that can't be is refused and changes nothing") {

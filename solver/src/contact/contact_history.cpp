@@ -192,12 +192,12 @@ double area_of(std::span<const BodyContact> joint) {
   return area;
 }
 
-/// Of a joint with stiffness. A point that is found without an area would be rigid beside springs
-/// and take all their force. It gets what others have kept, in the mean, as long as all together
-/// have no more than the joint had: so the corners of a block that rocks, which had been lost, are
-/// as stiff again. Where nothing is left it is no part of the joint.
+/// Areas are noted of every joint: it may be given a stiffness later. Beside springs a point that
+/// is found without an area would be rigid and take all their force. It gets what others have kept,
+/// in the mean, as long as all together have no more than the joint had: so the corners of a block
+/// that rocks, which had been lost, are as stiff again. Where nothing is left it is no part of the
+/// joint.
 void share_springs(std::span<BodyContact> joint) {
-  if (!(joint.front().joint->normal_stiffness > 0.0)) return;
   const double area = area_of(joint);
   double kept = 0.0, most = area;
   int springs = 0;
@@ -209,7 +209,7 @@ void share_springs(std::span<BodyContact> joint) {
     kept += state.spring_area;
     if (state.spring_area > 0.0) ++springs;
   }
-  if (springs == 0) return;
+  if (springs == 0 || !(joint.front().joint->normal_stiffness > 0.0)) return;
   const double share = kept / springs;
   for (BodyContact& contact : joint) {
     if (contact.state.spring_area > 0.0) continue;

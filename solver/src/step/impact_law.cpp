@@ -6,6 +6,7 @@
 #include "contact/joint_law.hpp"
 #include "distributed/agreement.hpp"
 #include "index.hpp"
+#include "step/linearise.hpp"
 #include "step/predict.hpp"
 
 namespace quoin::solver {
@@ -123,14 +124,6 @@ double full_bounce(const ImpactStep& at, const BodyContact& contact, const Linea
   if (!(impact < -at.slowest)) return 0.0;
   const double flight = (1.0 - c.closing_share) * gain;
   return at.step.length * (contact.joint->restitution * impact - flight);
-}
-
-/// What a contact bore by the positions, in its frame with this normal, N.
-Vector3 force_in_frame(const Contact& force, const BodyContact& contact, const Vector3& normal) {
-  Vector3 t1, t2;
-  tangent_frame(contact, normal, t1, t2);
-  const Vector3& shear = force.next_shear_force;  // on A
-  return Vector3(force.next_normal_force, -t1.dot(shear), -t2.dot(shear));
 }
 
 /// The positions' forces hold over the whole step. A block whose velocity does not yet follow the
@@ -380,8 +373,8 @@ void attempt_velocities(const SubStep& step, std::span<const BodyContact> contac
   impact.restitution.begin(step, problem, memory.terms.compliance, blocks.end);
   OpenCloseResult total = attempt.solved;
   const bool yields = memory.solver.yielding();  // the positions' contacts
-  // With friction and several contacts Newton's restitution can create energy: less of it then.
   int left = kOpenings;
+  // With friction and several contacts Newton's restitution can create energy: less of it then.
   for (bool again = true; again;) {
     impact.restitution.apply(problem);
     impact.solution = problem.velocity;

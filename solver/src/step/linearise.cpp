@@ -72,14 +72,6 @@ void reset(LinearContact& c) {
   c = std::move(fresh);
 }
 
-/// The forces of the last step in the frame that the contact has at the start of this one.
-Vector3 last_force(const BodyContact& contact) {
-  Vector3 t1, t2;
-  tangent_frame(contact, contact.state.point.normal, t1, t2);
-  return Vector3(contact.state.next_normal_force, -t1.dot(contact.state.next_shear_force),
-                 -t2.dot(contact.state.next_shear_force));
-}
-
 /// Of a spring as its contact lies: gap beyond the opening and two slips, m.
 Vector3 stretch(const BodyContact& contact, const Pose& a, const Pose& b) {
   Vector3 t1, t2;
@@ -244,6 +236,13 @@ void set_numbers(const SubStep& step, std::span<const BodyContact> contacts,
 
 }  // namespace
 
+Vector3 force_in_frame(const Contact& force, const BodyContact& contact, const Vector3& normal) {
+  Vector3 t1, t2;
+  tangent_frame(contact, normal, t1, t2);
+  const Vector3& shear = force.next_shear_force;  // on A
+  return Vector3(force.next_normal_force, -t1.dot(shear), -t2.dot(shear));
+}
+
 Vector3 moved_by(const StepPoses& poses, const BodyContact& contact, const LinearContact& c) {
   return c.jacobian_a * poses.increment[index(contact.a)] +
          c.jacobian_b * poses.increment[index(contact.b)];
@@ -279,7 +278,7 @@ void set_laws(const SubStep& step, std::span<BodyContact> contacts,
                gap - contacts[i].opening <= step.parting_gap();
     if (contacts[i].laid && touches) c.assumed = ContactMode::Stick;  // most of a masonry does
     if (c.compliant) continue;
-    c.multiplier = last_force(contacts[i]);
+    c.multiplier = force_in_frame(contacts[i].state, contacts[i], contacts[i].state.point.normal);
     if (c.law == ContactLaw::Frictionless) c.multiplier.tail<2>().setZero();
   }
   for (std::size_t h = 0; h < step.island.held.size(); ++h) {

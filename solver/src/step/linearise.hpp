@@ -30,6 +30,9 @@ void linearise(const SubStep& step, const BlockTerms& terms, const StepPoses& po
 void measure_slips(const StepPoses& poses, std::span<const BodyContact> contacts,
                    std::span<LinearContact> linear);
 
+/// What a contact bore by the positions, in its frame with this normal, N.
+Vector3 force_in_frame(const Contact& force, const BodyContact& contact, const Vector3& normal);
+
 /// J D of the contact's two blocks, wherever they have unknowns or not.
 Vector3 moved_by(const StepPoses& poses, const BodyContact& contact, const LinearContact& c);
 
