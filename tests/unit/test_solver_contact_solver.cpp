@@ -61,38 +61,37 @@ TEST_CASE("of what contacts push the better of two iterations' answers is taken"
   const auto attempt = [&](AttemptOutcome outcome) {
     solver.start(0);
     outcome.solved = blocks.solve(ContactIteration::Automatic, solver).converged;
-    return solver.try_another(outcome);
+    return solver.judge(outcome);
   };
   const auto gains = [](double gained, double contact_work) {
     return AttemptOutcome{.gains = gained, .allowed = 1.0, .contact_work = contact_work};
   };
   solver.begin();
-  REQUIRE_FALSE(attempt(gains(2.0, 0.0)));  // of a block that spins free
+  REQUIRE(attempt(gains(2.0, 0.0)) == Fate::End);  // of a block that spins free
   REQUIRE_FALSE(solver.yielding());
   solver.move_on();
-  REQUIRE(attempt(gains(3.0, 3.0)));
-  REQUIRE_FALSE(attempt(gains(2.0, 2.0)));
+  REQUIRE(attempt(gains(3.0, 3.0)) == Fate::Again);
+  REQUIRE(attempt(gains(2.0, 2.0)) == Fate::End);
   REQUIRE(solver.yielding());
   solver.move_on();
-  REQUIRE(attempt(gains(3.0, 3.0)));
-  REQUIRE(attempt(gains(4.0, 4.0)));
-  REQUIRE_FALSE(attempt(gains(3.0, 3.0)));
+  REQUIRE(attempt(gains(3.0, 3.0)) == Fate::Again);
+  REQUIRE(attempt(gains(4.0, 4.0)) == Fate::Again);
+  REQUIRE(attempt(gains(3.0, 3.0)) == Fate::End);
   REQUIRE_FALSE(solver.yielding());
 }
 
-TEST_CASE("an attempt of another length is not judged by what one before it gained") {
+TEST_CASE("a crowd's sub-step that gains energy is halved, down to the shortest") {
   Resting blocks({0.0});
   ContactSolver solver(blocks.slots, nullptr);
-  constexpr int crowd = 64;  // the sub-step before was the proximal Newton method's
-  const auto attempt = [&](double gained) {
-    solver.start(crowd);
+  const auto attempt = [&](double gained, bool can_cut) {
+    solver.start(2);  // the sub-step before was the proximal Newton method's
     const bool solved = blocks.solve(ContactIteration::Automatic, solver).converged;
-    return solver.try_another({.solved = solved, .gains = gained, .allowed = 1.0});
+    REQUIRE(solver.yielding());
+    return solver.judge({.solved = solved, .can_cut = can_cut, .gains = gained, .allowed = 1.0});
   };
   solver.begin();
-  REQUIRE(attempt(5.0));  // yielding; hard contacts are next
-  REQUIRE(solver.yielding());
-  solver.change_length();
-  REQUIRE_FALSE(attempt(0.5));  // gains nothing: yielding, not hard contacts
-  REQUIRE(solver.yielding());
+  REQUIRE(attempt(5.0, true) == Fate::Halved);
+  REQUIRE(attempt(0.5, true) == Fate::End);
+  REQUIRE(attempt(5.0, false) == Fate::End);
+  REQUIRE(solver.crowd() == 2);
 }

@@ -31,10 +31,6 @@ constexpr int kLastTry = 100;
 // tower has 1 while all of it sticks, walls 1.6, the piles of bench/problems 0.7 in the mean. With
 // 1 a tower of 30 gained 3e-6 of its energy.
 constexpr double kLoose = 0.8;
-// Sub-steps without another try of what has failed. A wall of 105 in steps of 5 ms, most of which
-// the open-close iteration does not solve, takes a quarter more solves with it, and twice as many
-// without; where the tries succeed, in steps of 2 ms and less, energy grows 4 to 50 times less.
-constexpr int kNoTries = 20;
 // A light block that bears one so many times heavier: the proximal Newton method yields by 1e-3 and
 // more of what the light one opposes, and the heavy one opposes but the mass ratio's share of that.
 // A boulder that slides on pebbles gained 3e-8 of its energy with it at a ratio of 100, 2e-7 at 300
@@ -44,7 +40,6 @@ constexpr double kUneven = 300.0;
 // the heavy block; two normal forces on the light one. Grains on a slab take 20 times the solves
 // without the first, a wall with a pebble across a joint on top 25 times without the second.
 constexpr double kHolds = 1e-3, kPinches = 0.1;
-constexpr int kStages = 32;  // from one stage to the next in crowd(): more than 1 + kNoTries
 
 }  // namespace
 
@@ -162,7 +157,7 @@ int ContactSolver::patience(std::span<const LinearContact> contacts) {
   // What did not end in kPatience. What it solved, and the other try has not bettered, it gets
   // whole.
   const bool again = checked_ == Try::Failed && !(other_gains_ > 0.0);
-  if (hard_ != Try::None || (again && (loose_ || failures_ == 0))) return kLastTry;
+  if (again && (loose_ || failures_ == 0)) return kLastTry;
   if (!suits_) return kPatience;  // no other iteration has it
   const int most = slots_->rigid() ? kRigidPatience : kPatience;
   if (checked_ != Try::None) return most;
@@ -183,14 +178,8 @@ void ContactSolver::begin() {
 }
 
 void ContactSolver::move_on() {
-  checked_ = hard_ = Try::None;
+  checked_ = Try::None;
   loose_ = cannot_yield_ = false;
-  other_gains_ = 0.0;
-}
-
-void ContactSolver::change_length() {
-  if (hard_ == Try::None) return;
-  hard_ = Try::None;
   other_gains_ = 0.0;
 }
 
@@ -199,55 +188,42 @@ void ContactSolver::start(int crowd) {
   open_close_.begin();
   can_check_ = false;
   uneven_ = false;
-  sub_steps_left_ = crowd % kStages;
-  stage_ = static_cast<Stage>(crowd / kStages);
+  stage_ = static_cast<Stage>(crowd);
   loose_ = loose_ || stage_ == Stage::Checked;
   if (failures_ == kFailures) stage_ = Stage::Crowd;
   if (stage_ == Stage::OpenClose && checked_ == Try::Now) stage_ = Stage::Checked;
   if (stage_ == Stage::Checked && checked_ == Try::Failed) stage_ = Stage::OpenClose;
-  if (stage_ == Stage::Crowd && hard_ == Try::Now) stage_ = Stage::OpenClose;
 }
 
-bool ContactSolver::try_another(const AttemptOutcome& outcome) {
-  if (!automatic_) return false;
-  const bool gained = yielding_ && outcome.gains > outcome.allowed;
+Fate ContactSolver::judge(const AttemptOutcome& outcome) {
+  if (!automatic_) return Fate::End;
+  const bool gained = outcome.gains > outcome.allowed;
   switch (stage_) {
     case Stage::Checked: {
-      const bool worse = outcome.gains > std::max(outcome.allowed, other_gains_);
-      if (outcome.solved && (!yielding_ || (outcome.closed && !worse))) return false;
+      const bool worse = gained && outcome.gains > other_gains_;
+      if (outcome.solved && (!yielding_ || (outcome.closed && !worse))) return Fate::End;
       checked_ = Try::Failed;
       cannot_yield_ = !outcome.solved;
-      return true;
+      return Fate::Again;
     }
     case Stage::Crowd:
-      if (!outcome.solved || !gained || hard_ != Try::None || sub_steps_left_ > 0) return false;
-      hard_ = Try::Now;
-      other_gains_ = outcome.gains;
-      return true;
-    case Stage::OpenClose:
-      if (hard_ == Try::Now) {
-        if (outcome.solved && outcome.gains <= other_gains_) return false;
-        hard_ = Try::Failed;
-        return true;
-      }
-      const bool pushed = std::min(outcome.gains, outcome.contact_work) > outcome.allowed;
-      if ((outcome.solved && !pushed) || checked_ == Try::Failed || !can_check_) return false;
+      return outcome.solved && yielding_ && gained && outcome.can_cut ? Fate::Halved : Fate::End;
+    case Stage::OpenClose: {
+      const bool pushed = gained && outcome.contact_work > outcome.allowed;
+      if ((outcome.solved && !pushed) || checked_ == Try::Failed || !can_check_) return Fate::End;
       checked_ = Try::Now;
       other_gains_ = outcome.solved ? outcome.gains : 0.0;
-      return true;
+      return Fate::Again;
+    }
   }
-  return false;
+  return Fate::End;
 }
 
 int ContactSolver::crowd() const {
   if (!automatic_) return 0;
-  const auto code = [](Stage stage) { return kStages * static_cast<int>(stage); };
-  if (hard_ == Try::Failed) return code(Stage::Crowd) + kNoTries;
-  if (stage_ == Stage::Crowd || hard_ == Try::Now) {
-    return code(Stage::Crowd) + std::max(0, sub_steps_left_ - 1);
-  }
-  if (stage_ == Stage::Checked) return code(loose_ ? Stage::Checked : Stage::Crowd);
-  return loose_ && checked_ == Try::Failed ? code(Stage::Checked) : 0;
+  if (stage_ == Stage::Crowd) return static_cast<int>(Stage::Crowd);
+  if (stage_ == Stage::Checked) return static_cast<int>(loose_ ? Stage::Checked : Stage::Crowd);
+  return static_cast<int>(loose_ && checked_ == Try::Failed ? Stage::Checked : Stage::OpenClose);
 }
 
 double ContactSolver::note(bool solved, bool can_cut) {

@@ -10,8 +10,17 @@ namespace quoin::solver {
 struct AttemptOutcome {
   bool solved = false;
   bool closed = true;                 ///< all gaps that should be
-  double gains = 0.0, allowed = 0.0;  ///< of energy, and what a run may gain without a flag, J
+  bool can_cut = false;               ///< a half is not too short
+  double gains = 0.0, allowed = 0.0;  ///< of energy, and what a sub-step may gain, J
   double contact_work = 0.0;          ///< of contact forces, less what sliding loses, J
+};
+
+/// What becomes of an attempt at a sub-step.
+enum class Fate {
+  End,    ///< it is taken, or has failed
+  Again,  ///< another iteration is to try it as it is: it was not solved, or contacts that yield
+          ///< left gaps or gained energy
+  Halved  ///< as Again, but there is no other
 };
 
 /// Keeps the memory of both iterations, and what an attempt at a sub-step has spent.
@@ -32,14 +41,9 @@ class ContactSolver {
   /// Infinity: all that is left of the step. `can_cut`: a half is not too short.
   double note(bool solved, bool can_cut);
 
-  /// True where another iteration is to try the attempt as it is: it was not solved, or contacts
-  /// that yield left gaps or gained energy.
-  bool try_another(const AttemptOutcome& outcome);
+  Fate judge(const AttemptOutcome& outcome);
   /// Another sub-step is next.
   void move_on();
-  /// The sub-step is tried with another length: what yielding contacts gained in the one before
-  /// says nothing of it.
-  void change_length();
 
   /// Of positions or velocities, as OpenClose::solve(); tuning.max_iterations is set here.
   OpenCloseResult solve(const StepOptions& options, const BlockEquations& blocks,
@@ -79,9 +83,9 @@ class ContactSolver {
   enum class Stage {
     OpenClose,
     Checked,  ///< the proximal Newton method, as long as no gaps are left and no energy is gained
-    Crowd     ///< the same, whatever is left
+    Crowd     ///< the same, whatever gaps are left
   };
-  /// Of a stage that is not the first to have the sub-step.
+  /// The checked stage, where it is not the first to have the sub-step.
   enum class Try { None, Now, Failed };
   bool is_loose(std::span<const LinearContact> contacts) const;
   /// What a block bears: a much heavier one, and the way in which that pushes it.
@@ -98,10 +102,8 @@ class ContactSolver {
   OpenClose open_close_;
   MovingContacts moving_contacts_;
   Stage stage_ = Stage::OpenClose;
-  Try checked_ = Try::None;    ///< the checked stage, where it is not the first
-  Try hard_ = Try::None;       ///< the open-close iteration, of a crowd that gained energy
+  Try checked_ = Try::None;
   double other_gains_ = 0.0;   ///< of the answer that is tried again: another is to gain no more, J
-  int sub_steps_left_ = 0;     ///< without a hard try
   bool loose_ = false;         ///< the island of this sub-step
   bool uneven_ = false;        ///< light blocks bear much heavier ones in this attempt
   bool suits_ = true;          ///< the proximal Newton method could have the problem

@@ -23,6 +23,9 @@ constexpr double kEnd = 1e-12;          // of the step: what sub-steps may leave
 // impact's sub-step by a share (impact_law): that error goes with it, 1e-5 of a rocking block's
 // peak.
 constexpr double kBeforeImpact = 0.01;
+// Of energy, that a sub-step may gain where contacts yield, of its scale, and of the step, the
+// shortest such sub-step: walls and towers that gained 1e-3 to 1e-6 in a step gain 1e-9 in halves.
+constexpr double kGrowth = 1e-8, kShortestForEnergy = 0.125;
 constexpr double kFarthest = 0.5;  // of the smaller block: what moves farther jumps over it
 
 /// Time is counted in steps, not added up: a million steps of dt end at a million dt.
@@ -144,8 +147,8 @@ double energy_growth(const StepRun& run, const Island& island) {
                        stored_energy(run.compiled, island, run.work.stored));
 }
 
-/// Another iteration is to try the attempt.
-bool try_another(const StepRun& run, Island& island, double growth) {
+/// What becomes of an attempt. `growth`: energy_growth() of it; `can_cut`: see AttemptOutcome.
+Fate judge(const StepRun& run, Island& island, double growth, bool can_cut) {
   double scale = 0.0, mass = 0.0;
   for (const int block : island.own()) {
     scale += run.work.energy_scale[index(block)].value();
@@ -155,9 +158,9 @@ bool try_another(const StepRun& run, Island& island, double growth) {
   const double noise =  // what the tolerance of gaps leaves
       gravity * mass * run.options.tolerance * island.blocks.smallest_size;
   const StepEnergy& energy = island.attempt.energy;
-  return island.memory.solver.try_another({island.solved, island.attempt.solved.closed, growth,
-                                           std::max(kEnergyGrowth * scale, noise),
-                                           energy.contact_work - energy.friction_work});
+  return island.memory.solver.judge({island.solved, island.attempt.solved.closed, can_cut, growth,
+                                     std::max(kGrowth * scale, noise),
+                                     energy.contact_work - energy.friction_work});
 }
 
 /// The attempt is the island's next sub-step. `growth`: energy_growth() of it.
@@ -197,7 +200,6 @@ void reject(const StepRun& run, Island& island, double length) {
   for (const int block : island.own()) {
     run.work.end[index(block)] = run.work.now.blocks[index(block)];
   }
-  if (length != island.length) island.memory.solver.change_length();
   island.length = length;
 }
 
@@ -279,8 +281,9 @@ Island* take_sub_steps(const StepRun& run, std::span<Island* const> islands) {
       const bool too_far = options.max_displacement_ratio > 0.0 &&
                            island->attempt.displacement > options.max_displacement_ratio;
       const double growth = island->solved ? energy_growth(run, *island) : 0.0;
-      if (try_another(run, *island, growth)) {
-        reject(run, *island, island->length);
+      const bool can_halve = can_cut && island->length > kShortestForEnergy * options.time_step;
+      if (const Fate fate = judge(run, *island, growth, can_halve); fate != Fate::End) {
+        reject(run, *island, (fate == Fate::Halved ? 0.5 : 1.0) * island->length);
         continue;
       }
       const double share = note_attempt(options, can_cut, *island);
