@@ -226,3 +226,26 @@ TEST_CASE("A block is thrown up by a support that a change of scene sets in stea
     CHECK_THAT(simulation.state().blocks[1].centroid.z(), WithinAbs(0.125 + height, 1e-9));
   }
 }
+
+TEST_CASE("The forces of a fall add up to what the block weighs and has lost, however steps part") {
+  for (const double restitution : {0.0, 0.5}) {
+    CAPTURE(restitution);
+    const Scene scene = falling(0.3, {0.3, 0, 0}, restitution);
+    Simulation simulation(scene, {.time_step = 1e-2});
+    const double mass = 2000 * 0.8 * 0.8 * 0.25;
+    int parted = 0;
+    Vector3 impulse = Vector3::Zero();
+    for (int step = 0; step < 60; ++step) {
+      const StepReport report = simulation.advance();
+      REQUIRE(report.status == StepStatus::Converged);
+      parted += report.sub_steps > 1 ? 1 : 0;
+      for (const Contact& contact : simulation.state().contacts) {
+        impulse += 1e-2 * (contact.normal_force * contact.point.normal - contact.shear_force);
+      }
+    }
+    REQUIRE(parted > 0);
+    const Vector3 lost = mass * (simulation.state().blocks[1].velocity - Vector3(0.3, 0, 0));
+    const Vector3 weight(0, 0, mass * kGravity * 0.6);
+    CHECK((impulse - weight - lost).norm() <= 1e-6 * weight.norm());
+  }
+}

@@ -51,6 +51,19 @@ void attempt_paper(const StepRun& run, Island& island) {
   island.memory.clock.add(work.paper->clock.seconds);
 }
 
+/// What contacts report of a step in several parts is its mean; of springs what they bear in the
+/// last one.
+void take_means(Island& island) {
+  if (!(island.done > 0.0)) return;
+  for (std::size_t i = 0; i < island.attempt.contacts.size(); ++i) {
+    if (island.attempt.positions[i].compliant) continue;
+    const Contact& before = island.contacts[i].state;
+    Contact& now = island.attempt.contacts[i];
+    now.normal_force = island.mean(before.normal_force, now.normal_force);
+    now.shear_force = island.mean(before.shear_force, now.shear_force);
+  }
+}
+
 void attempt_default(const StepRun& run, Island& island) {
   Workspace& work = run.work;
   const SubStep step = sub_step(run, island);
@@ -60,6 +73,7 @@ void attempt_default(const StepRun& run, Island& island) {
       run.options.method != ContactMethod::Springs) {
     attempt_velocities(step, island.contacts, island.memory, blocks, island.attempt);
   }
+  take_means(island);
   for (std::size_t s = 0; s < island.attempt.hit.size(); ++s) {
     work.last.hit[index(island.own()[s])] = island.attempt.hit[s];
   }

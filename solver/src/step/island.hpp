@@ -77,6 +77,12 @@ struct Island {
   Island& operator=(const Island&) = delete;
   const std::vector<int>& own() const { return blocks.slots.block_of_slot; }  ///< ascending
 
+  /// Of the step up to the end of the attempt. `before`: mean until the attempt began.
+  template <typename Force>
+  Force mean(const Force& before, const Force& now) const {
+    return now + done / (done + length) * (before - now);
+  }
+
   const IslandBlocks blocks;
   bool begun = false;    ///< its step, or it has none to take
   bool at_rest = false;  ///< nothing moved in the last step and no load changes: no need to try

@@ -121,7 +121,8 @@ double stored_energy(const CompiledScene& compiled, const Island& island,
 
 void set_held_forces(const Island& island, State& state) {
   for (std::size_t h = 0; h < island.attempt.held_forces.size(); ++h) {
-    state.held_forces[index(island.blocks.held[h])] = island.attempt.held_forces[h];
+    Vector3& force = state.held_forces[index(island.blocks.held[h])];
+    force = island.mean(force, island.attempt.held_forces[h]);
   }
 }
 
