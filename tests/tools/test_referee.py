@@ -159,13 +159,15 @@ class Referee(FolderTest):
         huge.write_text(json.dumps({"a": [[1.7e308, 0, 0], [-1.7e308, 0, 0], [0, 1.7e308, 0], [0, 0, 1.7e308]], "b": BOXES["a"]}))
         empty = self.folder / "empty.jsonl"
         empty.write_text(json.dumps({"a": [], "b": BOXES["a"]}))
-        for words, reason in ((["--family", "zzz"], "no family"), (["--limit", "nan"], "--limit"), (["--limit", "0"], "--limit"),
-                              (["--json", "/nowhere/x"], "can't be written"), (["--json", ""], "must not be empty"),
-                              (["--report", self.folder / "mine"], "did not write it"), (["--pairs", huge], "1e100"),
-                              (["--pairs", empty], "no points")):
+        for words, reason, code in ((["--family", "zzz"], "no family", 2), (["--family", "(["], "regular", 2),
+                                    (["--limit", "nan"], "--limit", 2), (["--limit", "0"], "--limit", 2),
+                                    (["--json", "/nowhere/x"], "can't be written", 1), (["--json", ""], "must not be empty", 2),
+                                    (["--report", self.folder / "mine"], "did not write it", 1),
+                                    (["--pairs", "/nowhere/x"], "can't be read", 1),
+                                    (["--pairs", huge], "1e100", 2), (["--pairs", empty], "no points", 2)):
             done = subprocess.run([QUOIN, "referee", "--plugin", PLUGINS / "lies.so", "--count", "1000000", *words],
                                   capture_output=True, text=True, timeout=60, check=False)
-            self.assertIn(done.returncode, (1, 2), words)
+            self.assertEqual(done.returncode, code, words)
             self.assertIn(reason, done.stderr)
             self.assertEqual(done.stdout, "")
 

@@ -5,8 +5,8 @@
 #include <quoin/geometry/build.hpp>
 #include <quoin/geometry/contact_point.hpp>
 
-#include "support/catch.hpp"
 #include "referee/pairs/families.hpp"
+#include "support/catch.hpp"
 
 namespace {
 
@@ -116,7 +116,7 @@ TEST_CASE("configurations: vertex-vertex, plane open") {
 TEST_CASE("configurations: vertex-edge, plane open") {
   // the tip turned to point at the middle of a cube's edge, along the bisector of its faces
   const Shape b = transformed(tip(), 1, rotation_about(Vector3::UnitY(), kPi / 4),
-                                   Vector3(0.5, 0, 0.5) + 0.01 * Vector3(1, 0, 1).normalized());
+                              Vector3(0.5, 0, 0.5) + 0.01 * Vector3(1, 0, 1).normalized());
   in_every_pose(cube(), b, [](const Shape& p, const Shape& q, double) {
     const PairContact contact = contact_of(p, q);
     CHECK(contact.type == ContactType::VertexEdge);
@@ -249,6 +249,24 @@ TEST_CASE("configurations: bricks one on another, edges over edges and in runnin
   }
 }
 
+TEST_CASE("configurations: a face no wider than the tolerance is an edge") {
+  const Shape plate = make_box({-1, -1, -1}, {1, 1, 0});
+  for (const double width : {1e-2, 1e-4}) {
+    CAPTURE(width);
+    const Shape blade = make_box({0, 0, 0}, {1, width, 1});
+    for (const double lift : {0.0, 0.5}) {
+      const PairContact narrow =
+          contact_of(plate, shifted(blade, {0, 0, lift}), {.tolerance = 2 * width});
+      CHECK(narrow.type == ContactType::EdgeFace);
+      CHECK(narrow.area == 0.0);
+      const PairContact wide =
+          contact_of(plate, shifted(blade, {0, 0, lift}), {.tolerance = 0.5 * width});
+      CHECK(wide.type == ContactType::FaceFace);
+      CHECK_THAT(wide.area, WithinRel(width, 1e-12));
+    }
+  }
+}
+
 TEST_CASE("configurations: a wedge in a groove touches both its flanks with whole faces") {
   Points wedge(3, 6), left(3, 6);
   wedge << -1, -1, 1, 1, 0, 0, -1, 1, -1, 1, -1, 1, 1, 1, 1, 1, 0, 0;
@@ -257,22 +275,20 @@ TEST_CASE("configurations: a wedge in a groove touches both its flanks with whol
   Points mirrored = left;
   mirrored.row(0) *= -1;
   for (const Shape& side : {flank, make_hull(mirrored).polyhedron}) {
-    in_every_pose(side, make_hull(wedge).polyhedron,
-                  [](const Shape& a, const Shape& b, double) {
-                    const PairContact contact = contact_of(a, b);
-                    CHECK(contact.type == ContactType::FaceFace);
-                    CHECK(contact.nearest.status == PairStatus::Touching);
-                    CHECK(contact.points.size() == 4);
-                    CHECK_THAT(contact.area, WithinRel(2 * std::sqrt(2.0), 1e-12));
-                  });
+    in_every_pose(side, make_hull(wedge).polyhedron, [](const Shape& a, const Shape& b, double) {
+      const PairContact contact = contact_of(a, b);
+      CHECK(contact.type == ContactType::FaceFace);
+      CHECK(contact.nearest.status == PairStatus::Touching);
+      CHECK(contact.points.size() == 4);
+      CHECK_THAT(contact.area, WithinRel(2 * std::sqrt(2.0), 1e-12));
+    });
   }
 }
 
 TEST_CASE("configurations: thin plates (G06)") {
   const Shape large = make_box({-50, -50, -0.001}, {50, 50, 0});
-  const Shape small =
-      transformed(make_box({-0.5, -0.5, 0}, {0.5, 0.5, 0.001}), 1,
-                  rotation_about(Vector3::UnitZ(), 17 * kPi / 180), {30, 20, 1e-7});
+  const Shape small = transformed(make_box({-0.5, -0.5, 0}, {0.5, 0.5, 0.001}), 1,
+                                  rotation_about(Vector3::UnitZ(), 17 * kPi / 180), {30, 20, 1e-7});
   const PairContact contact = contact_of(large, small, {});
   CHECK(contact.type == ContactType::FaceFace);
   CHECK_THAT(contact.nearest.gap, WithinAbs(1e-7, 1e-13));
@@ -331,8 +347,7 @@ TEST_CASE("configurations: crossing ridges become parallel when their ends are w
       if (std::abs(2 * angle / tolerance - 1) < 0.5) {
         continue;
       }
-      const Shape upper =
-          shifted(turned(ridge_down(1.0), Vector3::UnitZ(), angle), {0, 0, 0.01});
+      const Shape upper = shifted(turned(ridge_down(1.0), Vector3::UnitZ(), angle), {0, 0, 0.01});
       const PairContact contact = contact_of(ridge(1.0), upper, {.tolerance = tolerance});
       CAPTURE(angle, tolerance);
       CHECK(contact.type == (2 * std::sin(angle) <= tolerance ? ContactType::EdgeEdgeParallel

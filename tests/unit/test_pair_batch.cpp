@@ -18,6 +18,7 @@ using quoin::geometry::ContactPoint;
 using quoin::geometry::InputError;
 using quoin::geometry::PairBatch;
 using quoin::geometry::PairEvent;
+using quoin::geometry::PairResult;
 using quoin::geometry::Placement;
 using quoin::geometry::Shape;
 using quoin::geometry::Vector3;
@@ -87,6 +88,25 @@ TEST_CASE("pair batch: history goes by names, whatever place a body has in the r
   CHECK(batch.pairs()[0].event == PairEvent::End);
   CHECK(batch.pairs()[1].a == 20);
   CHECK(batch.pairs()[1].event == PairEvent::Persist);
+}
+
+TEST_CASE("pair batch: pairs end whatever their names") {
+  for (const std::vector<int>& names :
+       {std::vector<int>{10, 20, 30}, {-5, 0, 7}, {std::numeric_limits<int>::min(), -7, -1}}) {
+    Stack stack(3);
+    PairBatch batch({.reach = 1e-3});
+    std::vector<ContactPoint> contacts;
+    BodySource source(stack.bodies);
+    source.names = names;
+    batch.find(source, std::vector<BlockPair>{{0, 1}, {1, 2}}, contacts);
+    REQUIRE(batch.pairs().size() == 2);
+    batch.find(source, {}, contacts);
+    REQUIRE(batch.pairs().size() == 2);
+    for (const PairResult& pair : batch.pairs()) {
+      CHECK(pair.event == PairEvent::End);
+      CHECK(pair.count == 0);
+    }
+  }
 }
 
 TEST_CASE("pair batch: bodies that are said to stand are not searched again") {

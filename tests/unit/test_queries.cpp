@@ -13,14 +13,16 @@ using quoin::geometry::contains;
 using quoin::geometry::first_hit;
 using quoin::geometry::InputError;
 using quoin::geometry::make_box;
+using quoin::geometry::make_hull;
 using quoin::geometry::Matrix3;
+using quoin::geometry::nearest_features;
 using quoin::geometry::nearest_features_within;
 using quoin::geometry::overlap;
 using quoin::geometry::Placement;
 using quoin::geometry::Points;
-using quoin::geometry::Shape;
 using quoin::geometry::Ray;
 using quoin::geometry::RayHit;
+using quoin::geometry::Shape;
 using quoin::geometry::Vector3;
 using quoin::tests::Random;
 using quoin::tests::WithinAbs;
@@ -137,6 +139,48 @@ TEST_CASE("point: in a cube or not, by a billionth of its size") {
     CHECK(!contains(body, placed(placement, {0.5, 1.0009, 0.5}), 1e-4));
     CHECK(!contains(body, {std::numeric_limits<double>::quiet_NaN(), 0, 0}));
     CHECK(!contains(body, {kInfinity, 0, 0}));
+  }
+}
+
+TEST_CASE(
+    "point and ray: a wedge whose tip is thinner than labels are known holds its own vertices") {
+  for (const double height : {1e-2, 1e-5, 1e-7}) {
+    CAPTURE(height);
+    constexpr double kTip = 5e-10;
+    Points corners(3, 8);
+    corners << 0, 0, 0, 0, 1, 1, 1, 1,  //
+        0, 1, 0, 1, 0, 1, 0, 1,         //
+        0, 0, height, height, 0, 0, kTip, kTip;
+    const Shape wedge = make_hull(corners).polyhedron;
+    for (int v = 0; v < wedge.vertex_count(); ++v) CHECK(contains(wedge, wedge.vertex(v)));
+    CHECK(contains(wedge, {0.999, 0.5, 0.5 * kTip}));
+    const auto hit =
+        first_hit(wedge, {.origin = {2, 0.5, 0.5 * kTip}, .direction = {-1, 0, 0}, .length = 3});
+    REQUIRE(hit.has_value());
+    CHECK(hit->s <= 1.0 + 1e-9);  // 1.0025 by planes through the corners of the faces alone
+  }
+}
+
+TEST_CASE("point, ray and overlap: a shape without thickness holds nothing") {
+  const Shape cube = make_box({0, 0, 0}, {1, 1, 1});
+  const Matrix3 plate = Vector3(1, 1, 0).asDiagonal(), segment = Vector3(1, 0, 0).asDiagonal();
+  Matrix3 oblique = segment;
+  oblique.col(0) = Vector3(1, 0.25, 0.5);
+  for (const Matrix3& flattened : {plate, segment, oblique}) {
+    Shape shape = cube;
+    shape.set_vertices(flattened * cube.vertices());
+    Random random(7);
+    int apart = 0;
+    for (int i = 0; i < 2000; ++i) {
+      const Vector3 place = random.point(-2, 2);
+      const Body other(cube, {.translation = place});
+      if (!(nearest_features(shape, other).gap > 1e-6)) continue;
+      ++apart;
+      CHECK_FALSE(overlap(shape, other));
+      CHECK_FALSE(contains(shape, place));
+      CHECK_FALSE(first_hit(shape, {.origin = place, .direction = {0, 0, 1}, .length = 1e-3}));
+    }
+    CHECK(apart > 500);
   }
 }
 

@@ -12,6 +12,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <regex>
+#include <stdexcept>
 
 #include "commands.hpp"
 #include "in_range.hpp"
@@ -76,10 +77,10 @@ std::vector<int> chosen_families(const std::string& pattern) {
       }
     }
   } catch (const std::regex_error&) {
-    throw CLI::ValidationError("--family", "is no regular expression");
+    throw std::invalid_argument("--family: is no regular expression");
   }
   if (chosen.empty()) {
-    throw CLI::ValidationError("--family", "no family's name matches");
+    throw std::invalid_argument("--family: no family's name matches");
   }
   return chosen;
 }
@@ -118,11 +119,11 @@ std::vector<referee::SolidPair> read_pairs(const std::string& path) {
                                  : "line " + std::to_string(number);
       pairs.push_back({id, read_solid(line, "a"), read_solid(line, "b")});
     } catch (const std::exception& error) {
-      throw FileError(path + ", line " + std::to_string(number) + ": " + error.what());
+      throw std::invalid_argument(path + ", line " + std::to_string(number) + ": " + error.what());
     }
   }
   if (pairs.empty()) {
-    throw FileError(path + ": it has no pair");
+    throw std::invalid_argument(path + ": it has no pair");
   }
   return pairs;
 }
@@ -179,7 +180,7 @@ bool write_report(const referee::Report& report, OutputFolder& folder) {
 /// NaN passes the checks of CLI11.
 void check_times(const Words& words) {
   if (std::isnan(words.limit) || std::isnan(words.seconds.value_or(0.0))) {
-    throw CLI::ValidationError("--limit, --seconds", "must be numbers");
+    throw std::invalid_argument("--limit, --seconds: must be numbers");
   }
 }
 

@@ -643,6 +643,17 @@ void find_faces(const OrderedPair& ordered, const NearestFeatures& nearest, doub
   find_polygon(faces);
 }
 
+/// Are both faces wider than the tolerance?
+bool are_wide(const OrderedPair& ordered, const ContactPolygon& part, double tolerance) {
+  if (surely_wide(ordered.p, ordered.q, part, tolerance)) return true;
+  const auto is_wide = [&](const Solid& solid, int face) {
+    VertexSet vertices;
+    vertices.assign(solid.topology().face_set(face));
+    return span_kind(solid, vertices, tolerance) == FeatureKind::Face;
+  };
+  return is_wide(ordered.p, part.face_p) && is_wide(ordered.q, part.face_q);
+}
+
 /// The contact features are two whole faces.
 void take_sets(const OrderedPair& ordered, const ContactPolygon& part, PairPoints& pair) {
   pair.support_p.assign(ordered.p.topology().face_set(part.face_p));
@@ -657,6 +668,7 @@ bool find_face_points(const OrderedPair& ordered, const NearestFeatures& nearest
   }
   if (!part) find_faces(ordered, nearest, pair.tolerance, part);
   if (!part || !faces_alone(ordered.p, ordered.q, *part, band)) return false;
+  if (!are_wide(ordered, *part, pair.tolerance)) return false;
   const Bumps of_p = bumps(ordered.p, part->face_p), of_q = bumps(ordered.q, part->face_q);
   if (std::max(of_p.outside, of_q.outside) > kFlatLabel * rounding) return false;
   const bool flat = std::max(of_p.off_plane, of_q.off_plane) <= kFlatLabel * rounding;

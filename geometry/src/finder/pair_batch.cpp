@@ -823,7 +823,8 @@ void PairBatch::Memory::merge_results(std::size_t workers, std::size_t begun) {
       states[next.pair].listed = static_cast<int>(place);
     }
   }
-  move_those_behind({-1, -1});
+  constexpr int kLeast = std::numeric_limits<int>::min();
+  move_those_behind({kLeast, kLeast});
 }
 
 PairBatch::PairBatch(const ContactOptions& options) {

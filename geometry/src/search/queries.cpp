@@ -78,16 +78,17 @@ class FacePlanes {
   }
 
   int count() const { return body_.shape().topology().face_count(); }
-  Vector3 normal(int f) const { return cofactors_ * body_.shape().face_normal(f); }
-  double offset(int f) const {
-    const Shape& shape = body_.shape();
-    const Vector3 own = shape.face_normal(f);
-    double most = -kInfinity;
-    for (const int v : shape.topology().face(f)) {
-      most = std::max(most, own.dot(shape.vertex(v) - shape.origin()));
-    }
-    return determinant_ * most;
+  /// Flat to rounding: then all faces that have a normal have the same one, but for its sign.
+  bool is_flat() const {
+    int f = 0;
+    while (f < count() && body_.shape().face_normal(f).isZero(0.0)) ++f;
+    if (f == count()) return true;
+    const Vector3 own = body_.shape().face_normal(f);
+    const double rounding = kPointRounding * kEpsilon * body_.shape().diameter();
+    return !(farthest(own) + farthest(-own) > rounding);
   }
+  Vector3 normal(int f) const { return cofactors_ * body_.shape().face_normal(f); }
+  double offset(int f) const { return determinant_ * farthest(body_.shape().face_normal(f)); }
   /// A point as seen from the place that offsets are counted from, m.
   Vector3 relative(const Vector3& point) const {
     const Placement& placement = body_.placement();
@@ -100,6 +101,16 @@ class FacePlanes {
   }
 
  private:
+  /// Of the vertices, from the shape's origin, along a direction in its frame, m.
+  double farthest(const Vector3& own) const {
+    const Shape& shape = body_.shape();
+    using Row = Eigen::Map<const Eigen::ArrayXd, Eigen::Aligned64>;
+    const Eigen::Index size = shape.padded_count();
+    const Row x(shape.offsets(), size), y(shape.offsets() + size, size),
+        z(shape.offsets() + 2 * size, size);
+    return (own.x() * x + own.y() * y + own.z() * z).maxCoeff();
+  }
+
   const Body& body_;
   Matrix3 cofactors_;
   double determinant_ = 0.0;
@@ -107,6 +118,7 @@ class FacePlanes {
 
 bool within_planes(const Body& body, const Vector3& point, double tolerance) {
   const FacePlanes planes(body);
+  if (planes.is_flat()) return false;
   const Vector3 place = planes.relative(point);
   const double limit = tolerance + planes.rounding();
   for (int f = 0; f < planes.count(); ++f) {
@@ -158,6 +170,7 @@ std::optional<NearestFeatures> nearest_features_within(const Body& a, const Body
 std::optional<RayHit> first_hit(const Body& body, const Ray& ray) {
   check(ray);
   const FacePlanes planes(body);
+  if (planes.is_flat()) return std::nullopt;
   const Vector3 place = planes.relative(ray.origin);
   RayHit hit;
   double leaves = ray.length;

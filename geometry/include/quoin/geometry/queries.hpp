@@ -2,8 +2,9 @@
 /// Lesser questions than contact: overlap yes or no, distance up to a limit, rays and points.
 ///
 /// Answers of two bodies are those of nearest_features(), found sooner where they are clear. Rays
-/// and points are held against the planes of the face labels, each laid through the outermost
-/// vertex of its face: these enclose the solid, by no more than its labels are off their planes.
+/// and points are held against the planes of the face labels, each laid through the vertex of the
+/// solid that is farthest out: these enclose the solid, by no more than its labels are off their
+/// planes. A shape that is flat to rounding contains no point, and no ray hits it.
 
 #include <optional>
 #include <quoin/geometry/nearest_features.hpp>
