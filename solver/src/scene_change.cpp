@@ -74,11 +74,13 @@ void take_over_held(const CompiledScene& before, const State& state_before, Comp
 }
 
 /// Bonds that bear no tension by the new law are gone, without harm to the joint's other strength.
-void take_over_bonds(const Scene& now, std::vector<Contact>& contacts) {
+/// What joints have opened by their slip stays, whatever opens them from now on.
+void take_over_joints(const Scene& before, const Scene& now, std::vector<Contact>& contacts) {
   for (Contact& contact : contacts) {
-    if (!contact.bonded) continue;
-    const Joint& joint = joint_between(now, contact.point.key.a, contact.point.key.b);
-    contact.bonded = strength(joint, contact).tension > 0.0;
+    const auto& key = contact.point.key;
+    const Joint &was = joint_between(before, key.a, key.b), &is = joint_between(now, key.a, key.b);
+    contact.closed_gap += opening(was, contact) - opening(is, contact);
+    if (!(strength(is, contact).tension > 0.0)) part(contact);
   }
 }
 
@@ -151,7 +153,7 @@ void take_over(const CompiledScene& before, const State& state_before, const Wor
         return !is_absent(now, key.a) && !is_absent(now, key.b) &&
                (!work.agreement.shares() || is_own(key.a) || is_own(key.b));
       });
-  take_over_bonds(now.scene, state.contacts);
+  take_over_joints(before.scene, now.scene, state.contacts);
   part_hit_contacts(set_on(state_before, state), state);
   take_over_motions(before, work_before, now, state, work);
   take_over_held(before, state_before, now, state);

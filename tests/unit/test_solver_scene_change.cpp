@@ -194,6 +194,36 @@ TEST_CASE("a joint without tension bears none of what it is given later, and kee
   }
 }
 
+TEST_CASE(
+    "a joint that begins to dilate lifts by the slip from then on, one that ends stays open") {
+  const double slope = std::tan(0.1), friction = std::tan(0.5);
+  for (const double dt : {2e-3, 5e-4}) {
+    CAPTURE(dt);
+    Scene scene = stack();
+    scene.blocks.pop_back();
+    scene.joint = {};
+    scene.blocks[1].velocity = {2, 0, 0};
+    Simulation simulation(scene, {.time_step = dt});
+    run(simulation, static_cast<int>(0.2 / dt + 0.5));  // it slips by 0.4 m
+    scene.joint = {.friction_angle = 0.5, .dilation_angle = 0.1};
+    simulation.change(scene);
+    const auto block = [&] { return simulation.state().blocks[1]; };
+    run(simulation, 1);
+    // One impulse onto the slope, with friction of tan(phi) times it.
+    const double speed = 2.0 / (1.0 + slope * friction);
+    CHECK_THAT(block().velocity.x(), WithinAbs(speed, 10 * dt));
+    CHECK_THAT(block().velocity.z(), WithinAbs(slope * speed, 10 * dt * slope));
+    run(simulation, static_cast<int>(0.5 / dt + 0.5));
+    const double rise = block().centroid.z() - 0.5;
+    CHECK_THAT(rise, WithinRel(slope * (block().centroid.x() - 0.9), 1e-2));
+    scene.joint.dilation_angle = 0.0;
+    simulation.change(scene);
+    run(simulation, static_cast<int>(0.5 / dt + 0.5));
+    CHECK(std::abs(block().velocity.norm()) < 1e-9);
+    CHECK_THAT(block().centroid.z() - 0.5, WithinAbs(rise, 1e-9));
+  }
+}
+
 TEST_CASE("springs keep what shear has stored in them through a change of scene") {
   Scene scene{.joint = {.friction_angle = 0.7, .normal_stiffness = 1e8, .shear_stiffness = 1e7}};
   scene.add_fixed(geometry::make_box({-5, -5, -1}, {5, 5, 0}));

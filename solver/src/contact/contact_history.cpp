@@ -146,7 +146,7 @@ void hand_on(const Contact& before, std::span<const Pose> poses, BodyContact& co
   state.slip = before.slip;
   state.failed = before.failed;
   state.bonded = before.bonded;
-  state.laid_gap = before.laid_gap;
+  state.closed_gap = before.closed_gap;
   state.spring_area = before.spring_area;
   state.joint_area = before.joint_area;
   if (!contact.was_closed) return;

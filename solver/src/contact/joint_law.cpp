@@ -76,11 +76,10 @@ JointStrength strength(const Joint& joint, const Contact& contact, double furthe
 }
 
 double opening(const Joint& joint, const Contact& contact, double further_slip) {
-  const double laid = contact.bonded ? contact.laid_gap : 0.0;
-  if (joint.dilation_angle == 0.0) return laid;
+  if (joint.dilation_angle == 0.0) return contact.closed_gap;
   double slip = contact.slip + further_slip;
   if (joint.dilation_slip > 0.0) slip = std::min(slip, joint.dilation_slip);
-  return laid + slip * std::tan(joint.dilation_angle);
+  return contact.closed_gap + slip * std::tan(joint.dilation_angle);
 }
 
 double dilation_slope(const Joint& joint, const Contact& contact) {
@@ -100,12 +99,17 @@ void lay(const Joint& joint, double size, Contact& contact) {
   contact.failed = !(std::abs(contact.point.gap) <= kLaidGap * size);
   contact.bonded = !contact.failed && joint.tension > 0.0 && contact.point.area > 0.0;
   if (!contact.bonded) return;
-  contact.laid_gap = contact.point.gap;
+  contact.closed_gap = contact.point.gap;
   contact.mode = ContactMode::Stick;
 }
 
+void part(Contact& contact) {
+  if (contact.bonded) contact.closed_gap = 0.0;
+  contact.bonded = false;
+}
+
 void weaken(const Joint& joint, Contact& contact) {
-  contact.bonded = contact.bonded && !contact.failed && joint.residual_tension > 0.0;
+  if (contact.failed || !(joint.residual_tension > 0.0)) part(contact);
   contact.failed = true;
 }
 

@@ -53,6 +53,9 @@ bool unpressed(const LinearContact& contact);
 /// A contact of the first step: a bond where it touches. `size`: of the smaller block, m.
 void lay(const Joint& joint, double size, Contact& contact);
 
+/// Its bond, if it has one, is gone.
+void part(Contact& contact);
+
 /// Residual strength from now on; one that had failed parts for good.
 void weaken(const Joint& joint, Contact& contact);
 

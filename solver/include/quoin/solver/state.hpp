@@ -29,13 +29,14 @@ struct Contact {
   bool impact = false;                    ///< its force stands for the impulse of an impact
   bool failed = false;                    ///< the joint's strength is at its residual values here
   bool bonded = false;                    ///< bears tension: as laid, and not parted
-  double normal_force = 0.0;              ///< N, compression positive
+  double normal_force = 0.0;              ///< mean of the step, N, compression positive
   Vector3 shear_force = Vector3::Zero();  ///< on A, N, in the contact plane
   /// What the next step begins with: differs where forces mend gaps, too, and after impacts.
   double next_normal_force = 0.0;
   Vector3 next_shear_force = Vector3::Zero();
   double slip = 0.0;                      ///< accumulated sliding length, m
-  double laid_gap = 0.0;                  ///< gap that the bond was laid with, m
+  double closed_gap = 0.0;                ///< gap at which it is closed, but for dilation: that a
+                                          ///< bond was laid with, or an earlier law has left, m
   double spring_area = 0.0;               ///< that the joint's stiffness acts on, m2
   double joint_area = 0.0;                ///< of all its points when it last had one, m2
   Vector3 anchor_a = Vector3::Zero();     ///< reference arms of the stuck point on A and on B, m:
