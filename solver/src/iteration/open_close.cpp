@@ -20,9 +20,10 @@ constexpr double kStalledPush = 1e6;   // of the force tolerance, and
 constexpr double kStalledGap = 10.0;   // of the gap tolerance is enough
 constexpr double kSlow = 0.5;          // of the last gap is left: augmentation is raised, by
 constexpr double kRaise = 10.0;
-constexpr double kRaiseGap = 0.1;  // where more than this share of the largest gap is left,
-constexpr double kFixed = 0.999;   // but not for gaps that no force can close
-constexpr int kMostRaises = 6;     // mass ratios of 1e6, with what augmentation is already
+constexpr double kRaiseGap = 0.1;       // where more than this share of the largest gap is left,
+constexpr double kFixed = 0.999;        // but not for gaps that no force can close
+constexpr double kConeRounding = 1e-6;  // of the largest change of a force
+constexpr int kMostRaises = 6;          // mass ratios of 1e6, with what augmentation is already
 
 // The softness of contacts. Chosen with the numbers of contact_newton.cpp, on the same sample.
 constexpr double kSoft = 1e-4;   // after full stiffness failed
@@ -66,6 +67,15 @@ void raise_augmentation(std::span<LinearContact> contacts, double gap) {
       c.shear_stiffness *= kRaise;
     }
   }
+}
+
+/// Whether the contact can bear what the next update adds as often as it comes. `noise`, N.
+bool grows_on(const LinearContact& c, double noise) {
+  const Vector3 growth = force_after_update(c) - c.force;
+  if (growth.norm() <= noise || c.compliant) return true;
+  if (!c.bonded && c.law != ContactLaw::Bilateral && growth[0] < -noise) return false;
+  const bool sticks = c.law == ContactLaw::Stuck || c.law == ContactLaw::Bilateral;
+  return sticks || growth.tail<2>().norm() <= c.friction * std::max(growth[0], 0.0) + noise;
 }
 
 /// `stands`, by slot: what touches a block that does not stand does not, either.
@@ -112,6 +122,7 @@ void add(const OpenCloseResult& later, OpenCloseResult& total) {
   total.closed = total.closed && later.closed;
   total.change = later.change;
   total.softness = later.softness;
+  total.infeasible = later.infeasible;
   if (later.factorizations > 0) total.condition = later.condition;
 }
 
@@ -249,6 +260,7 @@ bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptio
       } else if (!exact && (softness == 1.0 || options.moves)) {
         note_loose(contacts, options, progress);
       }
+      if (infeasible(contacts, options, progress)) return false;
       update_multipliers(contacts);
       if (count.iterations - before <= kQuickSteps) softness = std::min(1.0, kStiffer * softness);
       count.iterations = std::max(count.iterations, before + 1);
@@ -279,6 +291,26 @@ double OpenClose::push_of_update(std::span<const LinearContact> contacts) {
   }
   agreement_.complete(*slots_, push_);
   return newton_.equations().relative_push(push_);
+}
+
+/// Whether multipliers would grow for ever: an update leaves the gaps as they are, and what it adds
+/// is in the recession cone of the forces that contacts bear, so that the next ones add the same.
+/// Farkas' certificate that no motion meets the conditions.   [Rockafellar 1976]
+bool OpenClose::infeasible(std::span<const LinearContact> contacts, const OpenCloseOptions& options,
+                           Progress& progress) const {
+  if (!options.breaks || progress.softness < 1.0) return false;
+  const double gap = violation(contacts);
+  const double before = std::exchange(progress.gap, gap);
+  const bool fixed =
+      gap > kStalledGap * options.gap_tolerance && gap >= kFixed * before && gap <= before / kFixed;
+  progress.fixed = fixed ? progress.fixed + 1 : 0;
+  if (progress.fixed < kFixedUpdates) return false;
+  double largest = 0.0;
+  for (const LinearContact& c : contacts) largest = std::max(largest, change_of_update(c));
+  const double noise = kConeRounding * agreement_.largest(largest);
+  progress.infeasible = agreement_.all(
+      std::ranges::all_of(contacts, [&](const LinearContact& c) { return grows_on(c, noise); }));
+  return progress.infeasible;
 }
 
 /// Solved for its multipliers: are these good? They are when the next update no longer matters, or
@@ -390,6 +422,7 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   Progress progress{.softness = options.softness, .assumes = far && slots_->rigid()};
   result.converged = converge(contacts, options, progress, count);
   result.softness = progress.softness;
+  result.infeasible = progress.infeasible;
   result.iterations = count.iterations;
   result.solves = count.solves;
   result.factorizations = count.factorizations;

@@ -29,6 +29,8 @@ struct OpenCloseOptions {
   bool damped = false;     ///< of rigid blocks: sliding contacts, where Newton's search fails
   /// Many rigid blocks move: contact forces are wanted to 1e4 times the force tolerance alone.
   bool moves = false;
+  /// Joints hold without limit, and will be judged by the forces: whether these have one is asked.
+  bool breaks = false;
   double softness = 1.0;             ///< of all contacts, to begin with: that of an earlier result
   const FreeMotion* free = nullptr;  ///< of a dynamic step: contacts may have nothing to do
 };
@@ -44,7 +46,13 @@ struct OpenCloseResult {
                         ///< Newton method as far as contacts do no work by it
   double change = 0.0;  ///< largest motion of a block against the first guess, m
   double softness = 1.0;  ///< of all contacts, with which they were solved
+  /// No forces meet the contact conditions: what is held without limit forbids them, and forces
+  /// grow for ever, as long as they are let.
+  bool infeasible = false;
 };
+
+/// Updates that have left the gaps as they are when forces are found to grow for ever.
+inline constexpr int kFixedUpdates = 3;
 
 /// Forces and gaps of crowds, relative: 1e4 times the tolerance, 1e-6 at most, or
 /// the tolerance itself where that is coarser.
@@ -105,6 +113,9 @@ class OpenClose {
     bool assumes = false;
     bool softened = false;  ///< since the last solution
     bool exact = false;     ///< there has been a solution to the tolerance
+    double gap = 0.0;       ///< violation when last solved, m
+    int fixed = 0;          ///< updates in a row that have left it
+    bool infeasible = false;
   };
   struct GapLeft {
     double most;   // m
@@ -130,6 +141,8 @@ class OpenClose {
   void follow_gap(std::span<LinearContact> contacts, const OpenCloseOptions& options,
                   const GapLeft& gap, Progress& progress);
   double push_of_update(std::span<const LinearContact> contacts);
+  bool infeasible(std::span<const LinearContact> contacts, const OpenCloseOptions& options,
+                  Progress& progress) const;
 
   const Slots* slots_;
   Agreement agreement_;
