@@ -239,6 +239,95 @@ TEST_CASE("Corners of a cohesive tower lift and come down: each step has a solut
   }
 }
 
+namespace {
+
+/// Two bricks side by side and a third one laid on both, without weight: blocks 0, 1 and 2.
+Scene joined_bricks(const Frame& frame, const Joint& joint) {
+  Scene scene = frame.scene(Vector3::Zero());
+  scene.joint = joint;
+  frame.add(scene, {0, 0, 0}, {1, 0.6, 0.4});
+  frame.add(scene, {1, 0, 0}, {2, 0.6, 0.4});
+  frame.add(scene, {0.5, 0, 0.4}, {1.5, 0.6, 0.8});
+  return scene;
+}
+
+bool any_failed(const Simulation& simulation, int a, int b) {
+  return std::ranges::any_of(simulation.state().contacts, [&](const Contact& c) {
+    return c.point.key.a == a && c.point.key.b == b && c.failed;
+  });
+}
+
+Vector3 velocity(const Frame& frame, const Simulation& simulation, std::size_t block) {
+  return frame.rotation.transpose() * simulation.state().blocks[block].velocity;
+}
+
+/// Brittle, with restitution and without.
+std::vector<Joint> brittle(double restitution) {
+  const double peak = 20.0 * kDegree;
+  return {{.friction_angle = peak, .cohesion = 1e4, .restitution = restitution},
+          {.friction_angle = peak,
+           .restitution = restitution,
+           .residual_friction_angle = 12.0 * kDegree}};
+}
+
+}  // namespace
+
+TEST_CASE("Two bricks rebound though a third one joins them, at any restitution: it comes off") {
+  for (const Frame& frame : frames()) {
+    if (!frame.rigid) continue;  // strain would take up the blow
+    for (const double restitution : {0.01, 0.5, 0.9}) {
+      for (const Joint& joint : brittle(restitution)) {
+        CAPTURE(restitution, joint.cohesion);
+        Scene scene = joined_bricks(frame, joint);
+        scene.blocks[1].velocity = frame.rotation * Vector3(-1, 0, 0);
+        Simulation simulation(scene, {.time_step = 2e-3});
+        run(simulation, 10);
+        const Vector3 a = velocity(frame, simulation, 0), b = velocity(frame, simulation, 1);
+        CHECK_THAT(b.x() - a.x(), WithinAbs(restitution, 1e-9));
+        CHECK_THAT(a.x() + b.x(), WithinAbs(-1.0, 1e-9));
+        CHECK(velocity(frame, simulation, 2).norm() < 1e-9);
+        CHECK(any_failed(simulation, 0, 2));
+        CHECK(any_failed(simulation, 1, 2));
+      }
+    }
+  }
+}
+
+TEST_CASE("A rebound breaks the weaker one of two joints in its way, and spares the other") {
+  for (const Frame& frame : frames()) {
+    if (!frame.rigid) continue;
+    for (const int glued : {0, 1}) {
+      CAPTURE(glued);
+      Scene scene = joined_bricks(frame, brittle(0.5).front());
+      Joint glue = scene.joint;
+      glue.cohesion = glue.tension = 1e9;
+      scene.blocks[2].material.joint_group = 1;
+      scene.blocks[static_cast<std::size_t>(glued)].material.joint_group = 2;
+      scene.pair_joints = {{1, 2, glue}};
+      scene.blocks[1].velocity = frame.rotation * Vector3(-1, 0, 0);
+      Simulation simulation(scene, {.time_step = 2e-3});
+      run(simulation, 1);
+      CHECK_FALSE(any_failed(simulation, glued, 2));
+      CHECK(any_failed(simulation, 1 - glued, 2));
+    }
+  }
+}
+
+TEST_CASE("A brick slides out from under one that is joined to it, and what it leaves stays") {
+  for (const Frame& frame : frames()) {
+    if (!frame.rigid) continue;
+    for (const Joint& joint : brittle(0.0)) {
+      CAPTURE(joint.cohesion);
+      Scene scene = joined_bricks(frame, joint);
+      scene.blocks[1].velocity = frame.rotation * Vector3(0, 1, 0);
+      Simulation simulation(scene, {.time_step = 2e-3});
+      run(simulation, 10);
+      CHECK((velocity(frame, simulation, 1) - Vector3::UnitY()).norm() < 1e-9);
+      CHECK(velocity(frame, simulation, 0).norm() + velocity(frame, simulation, 2).norm() < 1e-9);
+    }
+  }
+}
+
 TEST_CASE("A beam of two blocks peels when its outermost stress reaches the tension") {
   for (const Frame& frame : frames()) {
     for (const double share : {0.99, 1.01}) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "contact/contact_jacobian.hpp"
 #include "contact/joint_law.hpp"
@@ -13,6 +14,7 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr double kStressRounding = 1e-9;  // of the strength: forces are as good as that
+constexpr double kUnborne = std::numeric_limits<double>::infinity();
 
 /// The contacts of one pair.
 struct SolvedJoint {
@@ -28,26 +30,37 @@ Vector2d in_plane(const BodyContact& contact, const Vector3& normal) {
   return {t1.dot(place), t2.dot(place)};
 }
 
-bool part_where_overloaded(const SolvedJoint& joint) {
+/// What is bonded of a joint, by contact.
+struct BondedCorners {
+  std::vector<std::size_t> index;
+  std::vector<double> pull;    ///< N, tension positive
+  std::vector<double> stress;  ///< Pa; empty: they span no area
+};
+
+BondedCorners bonded_corners(const SolvedJoint& joint) {
   const Vector3& normal = joint.contacts.front().state.point.normal;
-  std::vector<std::size_t> bonded;
+  BondedCorners bonded;
   std::vector<Vector2d> corners;
-  std::vector<double> pull;
   for (std::size_t i = 0; i < joint.contacts.size(); ++i) {
     if (!joint.contacts[i].state.bonded) continue;
-    bonded.push_back(i);
+    bonded.index.push_back(i);
     corners.push_back(in_plane(joint.contacts[i], normal));
-    pull.push_back(-joint.linear[i].force[0]);
+    bonded.pull.push_back(-joint.linear[i].force[0]);
   }
-  if (bonded.empty()) return false;
+  if (corners.empty()) return bonded;
   const std::optional<JointSection> section = joint_section(corners);
-  std::vector<double> stress;
-  if (section) stress = section_stress(*section, corners, pull);
+  if (section) bonded.stress = section_stress(*section, corners, bonded.pull);
+  return bonded;
+}
+
+bool part_where_overloaded(const SolvedJoint& joint) {
+  const BondedCorners bonded = bonded_corners(joint);
   bool any = false;
-  for (std::size_t k = 0; k < bonded.size(); ++k) {
-    BodyContact& contact = joint.contacts[bonded[k]];
+  for (std::size_t k = 0; k < bonded.index.size(); ++k) {
+    BodyContact& contact = joint.contacts[bonded.index[k]];
     const double tension = strength(*contact.joint, contact.state).tension;
-    if (section && !(stress[k] > (1.0 + kStressRounding) * tension)) continue;
+    const bool spans = !bonded.stress.empty();
+    if (spans && !(bonded.stress[k] > (1.0 + kStressRounding) * tension)) continue;
     weaken(*contact.joint, contact.state);
     any = true;
   }
@@ -107,6 +120,36 @@ ShearState shear_state(const SolvedJoint& joint) {
   return state;
 }
 
+double share(double load, double bears) { return load > 0.0 ? load / bears : 0.0; }
+
+/// Of the strength in tension that the worst corner bears; of `negligible` (N) nothing.
+double tension_load(const SolvedJoint& joint, double negligible) {
+  const BondedCorners bonded = bonded_corners(joint);
+  double largest = 0.0;
+  for (std::size_t k = 0; k < bonded.index.size(); ++k) {
+    if (!(bonded.pull[k] > negligible)) continue;
+    const BodyContact& contact = joint.contacts[bonded.index[k]];
+    const double tension = strength(*contact.joint, contact.state).tension;
+    const double load = bonded.stress.empty() ? kUnborne : share(bonded.stress[k], tension);
+    largest = std::max(largest, load);
+  }
+  return largest;
+}
+
+/// Likewise in shear: the radius of the ellipsoid that its forces are on.
+double shear_load(const SolvedJoint& joint, double negligible) {
+  const ShearState shear = shear_state(joint);
+  const double force = shear.force.norm(), moment = std::abs(shear.moment);
+  const double arm = share(shear.moment_limit, shear.limit);
+  if (!(force > negligible) && !(moment > negligible * arm)) return 0.0;
+  const bool point = shear.moment_limit == 0.0;
+  return std::hypot(share(force, shear.limit), point ? 0.0 : moment / shear.moment_limit);
+}
+
+double load_of(const SolvedJoint& joint, double negligible) {
+  return std::max(tension_load(joint, negligible), shear_load(joint, negligible));
+}
+
 bool fail_where_sliding(const SolvedJoint& joint) {
   const ShearState shear = shear_state(joint);
   const double beyond = shear.force.squaredNorm() * shear.moment_limit * shear.moment_limit +
@@ -125,11 +168,10 @@ bool fail_where_sliding(const SolvedJoint& joint) {
   return any;
 }
 
-}  // namespace
-
-bool fail_overloaded(std::span<BodyContact> contacts, std::span<const LinearContact> linear,
-                     double opened) {
-  bool any = false;
+/// Those that can fail: all contacts of one pair each.
+template <typename Visit>
+void each_joint(std::span<BodyContact> contacts, std::span<const LinearContact> linear,
+                const Visit& visit) {
   for (std::size_t first = 0, last = 0; first < contacts.size(); first = last) {
     const auto same_pair = [&](const BodyContact& contact) {
       return contact.a == contacts[first].a && contact.b == contacts[first].b;
@@ -140,11 +182,57 @@ bool fail_overloaded(std::span<BodyContact> contacts, std::span<const LinearCont
     // A stage may take the strength of joints that are bonded.
     const bool bonded =
         std::ranges::any_of(joint.contacts, [](const BodyContact& c) { return c.state.bonded; });
-    if (!bonded && !can_fail(*contacts[first].joint)) continue;
+    if (bonded || can_fail(*contacts[first].joint)) visit(joint);
+  }
+}
+
+}  // namespace
+
+bool fail_overloaded(std::span<BodyContact> contacts, std::span<const LinearContact> linear,
+                     double opened) {
+  bool any = false;
+  each_joint(contacts, linear, [&](const SolvedJoint& joint) {
     any = part_where_overloaded(joint) || any;
     any = fail_where_opened(joint, opened) || any;
     any = fail_where_sliding(joint) || any;
-  }
+  });
+  return any;
+}
+
+bool may_fail(std::span<const BodyContact> contacts) {
+  return std::ranges::any_of(contacts, [](const BodyContact& contact) {
+    if (contact.state.bonded) return true;
+    if (contact.parted || !can_fail(*contact.joint)) return false;
+    return clings(*contact.joint, contact.state);  // all that are bonded in shear do
+  });
+}
+
+std::vector<double> joint_loads(std::span<BodyContact> contacts,
+                                std::span<const LinearContact> linear, double largest_force) {
+  std::vector<double> loads(contacts.size(), 0.0);
+  each_joint(contacts, linear, [&](const SolvedJoint& joint) {
+    const auto first = loads.begin() + (joint.contacts.data() - contacts.data());
+    std::fill_n(first, joint.contacts.size(), load_of(joint, kStressRounding * largest_force));
+  });
+  return loads;
+}
+
+bool fail_chosen(std::span<BodyContact> contacts, std::span<const LinearContact> linear,
+                 std::span<const char> chosen) {
+  bool any = false;
+  each_joint(contacts, linear, [&](const SolvedJoint& joint) {
+    if (!chosen[static_cast<std::size_t>(joint.contacts.data() - contacts.data())]) return;
+    any = part_where_overloaded(joint) || any;
+    any = fail_where_sliding(joint) || any;
+  });
+  return any;
+}
+
+bool fail_opened(std::span<BodyContact> contacts, std::span<const LinearContact> linear,
+                 double opened) {
+  bool any = false;
+  each_joint(contacts, linear,
+             [&](const SolvedJoint& joint) { any = fail_where_opened(joint, opened) || any; });
   return any;
 }
 

@@ -2,6 +2,7 @@
 /// Which joints a solved step has taken beyond their strength.
 
 #include <span>
+#include <vector>
 
 #include "contact/contact_history.hpp"
 #include "contact/linear_contact.hpp"
@@ -24,5 +25,24 @@ namespace quoin::solver {
 /// Softening joints do not fail by sliding: their strength goes with the slip.
 bool fail_overloaded(std::span<BodyContact> contacts, std::span<const LinearContact> linear,
                      double opened);
+
+/// Whether any holds more than its strength while a step is solved.
+bool may_fail(std::span<const BodyContact> contacts);
+
+// Where a step has no solution as long as joints hold without limit what breaks first is asked for:
+// it may spare the others.
+
+/// By contact: of the strength of its joint, what that is loaded with. `largest_force`: of all
+/// contacts, N; what is rounding of it loads nothing.
+std::vector<double> joint_loads(std::span<BodyContact> contacts,
+                                std::span<const LinearContact> linear, double largest_force);
+
+/// As fail_overloaded(), of the joints alone whose contacts are `chosen`, and not what has opened.
+bool fail_chosen(std::span<BodyContact> contacts, std::span<const LinearContact> linear,
+                 std::span<const char> chosen);
+
+/// As fail_overloaded(), of what has opened alone.
+bool fail_opened(std::span<BodyContact> contacts, std::span<const LinearContact> linear,
+                 double opened);
 
 }  // namespace quoin::solver

@@ -11,6 +11,7 @@
 #include "index.hpp"
 #include "step/contact_record.hpp"
 #include "step/hit_blocks.hpp"
+#include "step/weakest_joint.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -193,45 +194,61 @@ void set_coasting(const SubStep& step, const StepPoses& poses, BlockVector& coas
   }
 }
 
-/// Linearise, solve, and again from where it ended, until the solution satisfies its own
-/// linearisation.
-OpenCloseResult solve_positions(const SubStep& step, std::span<BodyContact> contacts,
-                                AttemptMemory& memory, StepPoses& poses,
-                                std::span<LinearContact> linear) {
-  BlockTerms& terms = memory.terms;
+OpenCloseOptions tuning_of(const SubStep& step, std::span<const BodyContact> contacts) {
   OpenCloseOptions tuning{.force_tolerance = step.options.tolerance,
                           .gap_tolerance = step.gap_tolerance()};
   tuning.raise = step.options.method == ContactMethod::AugmentedLagrangian;
   tuning.damped = !step.dynamic();  // in motion dominoes took twice the solves with it
   tuning.mended_apart = crowd_tolerance(step.options.tolerance) * step.island.smallest_size;
+  tuning.breaks = agreement(step.options).any(may_fail(contacts));
+  return tuning;
+}
+
+/// Linearises where the blocks end, and solves. Of the first linearisation of an attempt or of a
+/// later one: tuning.predicted.
+OpenCloseResult solve_linearised(const SubStep& step, std::span<BodyContact> contacts,
+                                 OpenCloseOptions& tuning, AttemptMemory& memory, StepPoses& poses,
+                                 std::span<LinearContact> linear) {
+  BlockTerms& terms = memory.terms;
+  if (tuning.predicted) {
+    linearise_first(step, contacts, memory, poses, linear);
+  } else {
+    set_force(step, poses, terms);
+    linearise(step, terms, poses, contacts, linear);
+  }
+  tuning.gap_rounding = agreement(step.options).largest(gap_rounding(linear));
+  by_slot(step.island.slots, poses.increment, memory.increment);
+  memory.clock.charge(&PhaseSeconds::assemble);
+  if (tuning.predicted) {
+    tuning.moves = step.dynamic() && is_moving(step.island.slots, memory.increment);
+    if (step.dynamic()) set_coasting(step, poses, memory.coasting);
+    show_contact_problem(step, terms, linear, memory.increment);
+  }
   const FreeMotion free{terms.compliance, memory.coasting};
   if (step.dynamic()) tuning.free = &free;
+  const OpenCloseResult solved = memory.solver.solve(step.options, {terms.base, terms.force},
+                                                     linear, tuning, memory.increment);
+  tuning.free = nullptr;
+  memory.clock.charge(&PhaseSeconds::solve);
+  by_block(step.island.slots, memory.increment, poses.increment);
+  set_end(step, poses);
+  measure_slips(poses, contacts, linear);
+  return solved;
+}
+
+/// Linearise, solve, and again from where it ended, until the solution satisfies its own
+/// linearisation.
+OpenCloseResult solve_positions(const SubStep& step, std::span<BodyContact> contacts,
+                                AttemptMemory& memory, StepPoses& poses,
+                                std::span<LinearContact> linear) {
+  OpenCloseOptions tuning = tuning_of(step, contacts);
   OpenCloseResult total;
   Circle circle;
   double change = std::numeric_limits<double>::infinity();  // by the last linearisation, m
   for (int pass = 0; pass < kLinearisations; ++pass) {
     tuning.predicted = pass == 0;
     tuning.rough = pass < kQuickLinearisations && !(change <= kRough * step.island.smallest_size);
-    if (tuning.predicted) {
-      linearise_first(step, contacts, memory, poses, linear);
-    } else {
-      set_force(step, poses, terms);
-      linearise(step, terms, poses, contacts, linear);
-    }
-    tuning.gap_rounding = agreement(step.options).largest(gap_rounding(linear));
-    by_slot(step.island.slots, poses.increment, memory.increment);
-    memory.clock.charge(&PhaseSeconds::assemble);
-    if (tuning.predicted) {
-      tuning.moves = step.dynamic() && is_moving(step.island.slots, memory.increment);
-      if (step.dynamic()) set_coasting(step, poses, memory.coasting);
-      show_contact_problem(step, terms, linear, memory.increment);
-    }
-    const OpenCloseResult solved = memory.solver.solve(step.options, {terms.base, terms.force},
-                                                       linear, tuning, memory.increment);
-    memory.clock.charge(&PhaseSeconds::solve);
-    by_block(step.island.slots, memory.increment, poses.increment);
-    set_end(step, poses);
-    measure_slips(poses, contacts, linear);
+    const OpenCloseResult solved = solve_linearised(step, contacts, tuning, memory, poses, linear);
     add(solved, total);
     total.closed = solved.closed;  // of the last linearisation
     if (!solved.converged) break;
@@ -287,6 +304,49 @@ double largest_displacement(const SubStep& step, const StepPoses& poses) {
   return largest;
 }
 
+/// Until no joint fails by the solution. Each failure has all iterations: there are no more of them
+/// than contacts.
+OpenCloseResult solve_and_judge(const SubStep& step, std::vector<BodyContact>& contacts,
+                                AttemptMemory& memory, StepPoses& poses,
+                                std::vector<LinearContact>& linear) {
+  OpenCloseResult total;
+  for (bool again = true; again;) {
+    set_laws(step, contacts, linear);
+    set_pairs(linear, memory.terms.base);
+    add(solve_positions(step, contacts, memory, poses, linear), total);
+    again = total.converged &&
+            agreement(step.options)
+                .any(fail_overloaded(contacts, std::span(linear).first(contacts.size()),
+                                     step.parting_gap()));
+    if (again) memory.solver.allow(step.options.max_iterations);
+  }
+  return total;
+}
+
+/// As long as joints hold without limit the conditions of a step may contradict each other: a
+/// rebound parts two blocks that a third one joins; or corners that have opened, and still stick,
+/// let a block tilt by first order alone. The joints that the first linearisation loads most break,
+/// and then the next ones. What all that comes to; converged: the last one is solved.
+OpenCloseResult break_weakest(const SubStep& step, const LastSubStep& last,
+                              std::vector<BodyContact>& contacts, AttemptMemory& memory,
+                              StepPoses& poses, std::vector<LinearContact>& linear) {
+  OpenCloseResult total;
+  for (bool again = true; again;) {
+    memory.solver.allow(step.options.max_iterations);
+    predict(step, last, poses);
+    set_laws(step, contacts, linear);
+    set_pairs(linear, memory.terms.base);
+    OpenCloseOptions tuning = tuning_of(step, contacts);
+    tuning.predicted = true;
+    const OpenCloseResult solved = solve_linearised(step, contacts, tuning, memory, poses, linear);
+    add(solved, total);
+    again = (solved.converged || solved.infeasible) &&
+            fail_weakest(step, solved, contacts, std::span(linear).first(contacts.size()));
+  }
+  predict(step, last, poses);
+  return total;
+}
+
 }  // namespace
 
 void attempt_positions(const SubStep& step, const LastSubStep& last,
@@ -301,14 +361,13 @@ void attempt_positions(const SubStep& step, const LastSubStep& last,
   predict(step, last, poses);
   set_matrices(step, poses, memory.terms);
   const Agreement all = agreement(step.options);
-  OpenCloseResult total;
-  do {
-    set_laws(step, contacts, attempt.linear);
-    set_pairs(attempt.linear, memory.terms.base);
-    add(solve_positions(step, contacts, memory, poses, attempt.linear), total);
-  } while (total.converged &&
-           all.any(fail_overloaded(contacts, std::span(attempt.linear).first(contacts.size()),
-                                   step.parting_gap())));
+  OpenCloseResult total = solve_and_judge(step, contacts, memory, poses, attempt.linear);
+  if (!total.converged && all.any(may_fail(contacts))) {
+    add(break_weakest(step, last, contacts, memory, poses, attempt.linear), total);
+    if (std::exchange(total.converged, false)) {
+      add(solve_and_judge(step, contacts, memory, poses, attempt.linear), total);
+    }
+  }
   memory.clock.charge(&PhaseSeconds::assemble);
   attempt.solved = total;
   account(step, poses, contacts, attempt.linear, attempt.energy);

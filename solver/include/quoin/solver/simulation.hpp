@@ -111,8 +111,8 @@ struct StepOptions {
   /// OpenClose's.
   ContactIteration contact_iteration = ContactIteration::Automatic;
   /// Iterations of one attempt at a sub-step, open–close or proximal Newton, all its rounds
-  /// together; Paper, Penalty: linear solves. A step that can't be solved is tried eleven times,
-  /// each half as long.
+  /// together, and again with each joint that fails in it; Paper, Penalty: linear solves. A step
+  /// that can't be solved is tried eleven times, each half as long.
   int max_iterations = 1000;
   /// Of the default's contact iteration. ProximalNewton, Paper and Penalty eliminate.
   LinearSolverKind linear_solver = LinearSolverKind::Automatic;
