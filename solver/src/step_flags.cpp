@@ -10,7 +10,7 @@
 namespace quoin::solver {
 namespace {
 
-constexpr double kLargestStrain = 0.05;   // small-strain theory
+constexpr double kLargestStrain = 0.05;   // small-strain theory; of a block that closes a spring
 constexpr double kLargestOverlap = 1e-3;  // of the smaller block: as at the start of a scene
 constexpr double kThrownApart = 1e-4;     // likewise: up to there all are found (Reach)
 
@@ -23,14 +23,16 @@ double overlap_share(const CompiledScene& compiled, const geometry::ContactPoint
   return -point.gap / std::min(size(compiled, point.key.a), size(compiled, point.key.b));
 }
 
-bool has_stiffness(const CompiledScene& compiled, const geometry::ContactPoint& point) {
-  return joint_between(compiled.scene, point.key.a, point.key.b).normal_stiffness > 0.0;
+/// An overlap that no joint's stiffness accounts for. `share`: of the smaller block.
+bool is_hard(const CompiledScene& compiled, const geometry::ContactPoint& point, double share) {
+  const Joint& joint = joint_between(compiled.scene, point.key.a, point.key.b);
+  return share > (joint.normal_stiffness > 0.0 ? kLargestStrain : kLargestOverlap);
 }
 
 void note_overlap(const CompiledScene& compiled, const geometry::ContactPoint& point, bool& hard,
                   double& share, const geometry::ContactPoint*& worst) {
   const double now = overlap_share(compiled, point);
-  const bool now_hard = now > kLargestOverlap && !has_stiffness(compiled, point);
+  const bool now_hard = is_hard(compiled, point, now);
   if (!(std::pair(now_hard, now) > std::pair(hard, share))) return;
   hard = now_hard;
   share = now;
@@ -51,14 +53,8 @@ void add(bool hard, double share, const geometry::ContactPoint* point, bool& tot
   total = point;
 }
 
-/// An overlap that the scene asks for: springs close by their law.
-bool is_of_spring(const CompiledScene& compiled, const StepEvidence& evidence,
-                  const geometry::ContactPoint& point) {
-  return evidence.springs || has_stiffness(compiled, point);
-}
-
-StepFlag worst_overlap(const CompiledScene& compiled, const StepEvidence& evidence,
-                       const Extremes& extremes) {
+/// Overlaps of springs are by their law.
+StepFlag worst_overlap(const StepEvidence& evidence, const Extremes& extremes) {
   const bool held = std::pair(extremes.held_hard, extremes.held_share) >
                     std::pair(extremes.found_hard, extremes.found_share);
   const geometry::ContactPoint* point = held ? extremes.held_point : extremes.found_point;
@@ -67,7 +63,7 @@ StepFlag worst_overlap(const CompiledScene& compiled, const StepEvidence& eviden
   flag.value = held ? extremes.held_share : extremes.found_share;
   flag.block = point->key.a;
   flag.other = point->key.b;
-  flag.fails = !is_of_spring(compiled, evidence, *point);
+  flag.fails = !evidence.springs && (held ? extremes.held_hard : extremes.found_hard);
   return flag;
 }
 
@@ -162,7 +158,7 @@ void append_flags(const CompiledScene& compiled, const Extremes& extremes,
           .limit = kLargestStrain,
           .block = extremes.strained,
           .fails = true});
-  append(worst_overlap(compiled, evidence, extremes));
+  append(worst_overlap(evidence, extremes));
   append({.kind = FlagKind::Rounding,
           .value = evidence.rounding / evidence.gap_tolerance,
           .limit = 1.0});

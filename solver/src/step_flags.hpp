@@ -38,12 +38,12 @@ struct StepEvidence {
 
 /// What blocks and contacts show where they stand.
 struct Extremes {
-  int closed = 0;        ///< contacts
-  double overlap = 0.0;  ///< of points found, m
-  double strain = 0.0;   ///< component
-  double speed = 0.0;    ///< of a vertex, m/s
-  int strained = -1;     ///< the first block with `strain`
-  bool found_hard = false, held_hard = false;  ///< beyond the limit, in a joint without stiffness
+  int closed = 0;                              ///< contacts
+  double overlap = 0.0;                        ///< of points found, m
+  double strain = 0.0;                         ///< component
+  double speed = 0.0;                          ///< of a vertex, m/s
+  int strained = -1;                           ///< the first block with `strain`
+  bool found_hard = false, held_hard = false;  ///< beyond what the joint explains
   /// Share of the smaller block of a pair that overlaps, and the first point with it: of points
   /// found, and of what the step's own springs let through: a block that has sunk right through
   /// another one is not found any more. Hard ones come before any that joints close by their law.

@@ -243,7 +243,8 @@ TEST_CASE("springs keep what shear has stored in them through a change of scene"
 }
 
 TEST_CASE(
-    "an edge that a block stands on has the area that it had when a stiffness is given later") {
+    "an edge that a block stands on has its corners' share of the face when a stiffness is given "
+    "later") {
   constexpr double kStiffness = 1e8;  // Pa/m
   Scene scene;
   scene.joint = {.friction_angle = 0.6};
@@ -256,12 +257,13 @@ TEST_CASE(
   run(simulation, 50);
   scene.joint.normal_stiffness = scene.joint.shear_stiffness = kStiffness;
   simulation.change(scene);
+  run(simulation, 1);
   int closed = 0;
   for (const Contact& contact : simulation.state().contacts) {
     if (contact.mode == ContactMode::Open) continue;
     ++closed;
     CHECK(contact.point.area == 0.0);
-    CHECK(contact.spring_area == 0.25);
+    CHECK(std::abs(contact.spring_area - 0.25) < 1e-3);
   }
   CHECK(closed == 2);
 }

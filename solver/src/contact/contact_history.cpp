@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "contact/joint_law.hpp"
+#include "contact/joint_springs.hpp"
 
 namespace quoin::solver {
 
@@ -29,8 +30,6 @@ const Joint& joint_between(const Scene& scene, int a, int b) {
 }
 
 namespace {
-
-constexpr double kLeft = 1e-3;  // of a point's area: less than that is rounding, and none
 
 /// Cosine above which a feature's own normal stands for the pair's (30 degrees).
 constexpr double kLikeNormals = 0.866;
@@ -147,8 +146,6 @@ void hand_on(const Contact& before, std::span<const Pose> poses, BodyContact& co
   state.failed = before.failed;
   state.bonded = before.bonded;
   state.closed_gap = before.closed_gap;
-  state.spring_area = before.spring_area;
-  state.joint_area = before.joint_area;
   if (!contact.was_closed) return;
   if (before.point.key == state.point.key) {
     state.anchor_a = before.anchor_a;
@@ -192,41 +189,31 @@ double area_of(std::span<const BodyContact> joint) {
   return area;
 }
 
-/// Areas are noted of every joint: it may be given a stiffness later. Beside springs a point that
-/// is found without an area would be rigid and take all their force. It gets what others have kept,
-/// in the mean, as long as all together have no more than the joint had: so the corners of a block
-/// that rocks, which had been lost, are as stiff again. Where nothing is left it is no part of the
-/// joint.
-void share_springs(std::span<BodyContact> joint) {
-  const double area = area_of(joint);
-  double kept = 0.0, most = area;
-  int springs = 0;
-  for (BodyContact& contact : joint) {
-    Contact& state = contact.state;
-    if (state.point.area > 0.0) state.spring_area = state.point.area;
-    if (area > 0.0) state.joint_area = area;
-    most = std::max(most, state.joint_area);
-    kept += state.spring_area;
-    if (state.spring_area > 0.0) ++springs;
-  }
-  if (springs == 0 || !(joint.front().joint->normal_stiffness > 0.0)) return;
-  const double share = kept / springs;
-  for (BodyContact& contact : joint) {
-    if (contact.state.spring_area > 0.0) continue;
-    contact.beside_springs = kept + kLeft * share > most;
-    if (contact.beside_springs) continue;
-    contact.state.spring_area = std::min(share, most - kept);
-    contact.state.joint_area = most;
-    kept += contact.state.spring_area;
-  }
+/// Of the contacts of one pair among those of all, sorted by pair.
+std::span<const Contact> of_pair(std::span<const Contact> contacts, const BodyContact& contact) {
+  const auto pair = [](const Contact& c) { return std::pair(c.point.key.a, c.point.key.b); };
+  const auto [first, last] =
+      std::ranges::equal_range(contacts, std::pair(contact.a, contact.b), {}, pair);
+  return {first, last};
 }
 
-/// Number of points and area.
-void measure(std::span<BodyContact> joint) {
+/// Springs of the joint on their areas as the blocks stand.
+void set_springs(const CarryOptions& options, std::span<const Contact> before,
+                 std::span<BodyContact> joint) {
+  const BodyContact& first = joint.front();
+  if (!(first.joint->normal_stiffness > 0.0)) return;
+  const auto a = static_cast<std::size_t>(first.a), b = static_cast<std::size_t>(first.b);
+  const JointBlocks blocks{options.models[a], options.models[b], options.poses[a],
+                           options.poses[b]};
+  set_spring_areas(blocks, joint);
+  const bool laid = std::ranges::any_of(joint, &BodyContact::laid);
+  if (!laid) keep_stored_energy(blocks, of_pair(before, first), options.dynamic, joint);
+}
+
+void share_penalty(std::span<BodyContact> joint) {
   const double area = area_of(joint);
   for (BodyContact& contact : joint) {
-    contact.joint_area = area;
-    contact.joint_points = static_cast<int>(joint.size());
+    contact.penalty_share = shared_penalty(joint.size(), contact.state.point.area, area);
   }
 }
 
@@ -251,6 +238,12 @@ Vector3 turned_normal(const BodyContact& contact, const Pose& a, const Pose& b) 
 
 }  // namespace
 
+double shared_penalty(std::size_t points, double area, double joint_area) {
+  constexpr std::size_t kCorners = 4;
+  if (points <= kCorners) return 1.0;
+  return kCorners * (area > 0.0 ? area / joint_area : 1.0 / static_cast<double>(points));
+}
+
 BodyContact make_body_contact(const PosedBlocks& blocks, const ContactPoint& found) {
   LastFace last;
   return make_contact(blocks, found, last);
@@ -273,11 +266,11 @@ void carry_over(const CarryOptions& options, std::span<const ContactPoint> found
       start_history(options, contact);
     }
     contact.was_bonded = contact.state.bonded;
-    contact.opening = opening(*contact.joint, contact.state);
   }
-  each_joint(contacts, share_springs);
+  each_joint(contacts, [&](std::span<BodyContact> joint) { set_springs(options, before, joint); });
   std::erase_if(contacts, [](const BodyContact& contact) { return contact.beside_springs; });
-  each_joint(contacts, measure);
+  for (BodyContact& contact : contacts) contact.opening = opening(*contact.joint, contact.state);
+  each_joint(contacts, share_penalty);
 }
 
 ContactGeometry contact_geometry(const BodyContact& contact, const Pose& a, const Pose& b) {

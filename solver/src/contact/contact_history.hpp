@@ -13,7 +13,6 @@ namespace quoin::solver {
 struct BodyContact {
   Contact state;             ///< forces, mode, anchors; `point` as detected
   int a = 0, b = 0;          ///< blocks
-  int joint_points = 1;      ///< contacts of the pair
   bool normal_on_a = false;  ///< whose rotation carries the normal: the face's block
   bool crossed = false;      ///< two edges: the normal is that of both
   bool axis_is_y = false;    ///< axis()
@@ -29,8 +28,9 @@ struct BodyContact {
   /// of the block that carries it.
   Vector3 along_a = Vector3::Zero(), along_b = Vector3::Zero();
   const Joint* joint = nullptr;  ///< of the scene
-  double joint_area = 0.0;       ///< of all contacts of the pair, m2
+  double penalty_share = 1.0;    ///< of the method's spring: shared_penalty()
   double opening = 0.0;          ///< gap at which it was closed at the start of the step, m
+  double spring_loss = 0.0;      ///< of the joint's springs, as areas have changed since, J
 
   /// Not along the normal: fixes the tangents of the step.
   Vector3 axis() const { return axis_is_y ? Vector3::UnitY() : Vector3::UnitX(); }
@@ -50,6 +50,7 @@ struct CarryOptions {
   /// By block. A contact without history is a bond where one of its blocks is being laid; else the
   /// two have met, with residual strength.
   std::span<const char> laid;
+  bool dynamic = true;  ///< springs whose areas have changed make no energy
 };
 
 /// New list from what geometry found now, with the history of `before` handed on
@@ -59,6 +60,10 @@ struct CarryOptions {
 void carry_over(const CarryOptions& options, std::span<const geometry::ContactPoint> found,
                 std::span<const Contact> before, std::vector<int>& previous,
                 std::vector<BodyContact>& contacts);
+
+/// Share of the spring of a method that one contact of its joint has: one of more than four points
+/// has that of four, shared out by area. `joint_area`: of all its points, m2.
+double shared_penalty(std::size_t points, double area, double joint_area);
 
 /// What contacts of these blocks are made from.
 struct PosedBlocks {

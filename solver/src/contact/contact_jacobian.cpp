@@ -116,6 +116,11 @@ void linearise(const BodyContact& contact, const StepPoses& poses,
   for (double& value : linear.offset) {
     if (std::abs(value) <= linear.rounding) value = 0.0;
   }
+  if (contact.state.spring_area > 0.0) {  // tangents turned back are its tangents nearly
+    const Vector3 along = stretched - stretched.dot(before.normal) * before.normal;
+    const double size = linear.offset.tail<2>().norm();
+    if (size > 0.0) linear.offset.tail<2>() *= along.norm() / size;
+  }
   linear.start = linear.offset;
   if (contact.crossed) {
     const double predicted = before.gap + linear.jacobian_a.normal(poses.increment[a]) +

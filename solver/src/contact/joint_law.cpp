@@ -76,10 +76,12 @@ JointStrength strength(const Joint& joint, const Contact& contact, double furthe
 }
 
 double opening(const Joint& joint, const Contact& contact, double further_slip) {
-  if (joint.dilation_angle == 0.0) return contact.closed_gap;
+  const double offset = contact.spring_offset;
+  const double closed = contact.closed_gap + (contact.bonded ? offset : std::min(offset, 0.0));
+  if (joint.dilation_angle == 0.0) return closed;
   double slip = contact.slip + further_slip;
   if (joint.dilation_slip > 0.0) slip = std::min(slip, joint.dilation_slip);
-  return contact.closed_gap + slip * std::tan(joint.dilation_angle);
+  return closed + slip * std::tan(joint.dilation_angle);
 }
 
 double dilation_slope(const Joint& joint, const Contact& contact) {

@@ -4,8 +4,8 @@
 /// At one contact, with slip s so far and softening slip L,
 ///   damage     1 once it has failed, else s / L (0 where the joint is brittle: L = 0)
 ///   strength   peak + damage (residual - peak), for tan(friction angle), cohesion and tension
-///   opening    gap at which it is closed: the gap it was laid with while bonded, and
-///              tan(dilation angle) min(s, dilation slip)
+///   opening    gap at which it is closed: the gap it was laid with while bonded, the offset of its
+///              spring (joint_springs.hpp), and tan(dilation angle) min(s, dilation slip)
 /// and, f on the contact (compression positive), d its gap beyond the opening and its two slips,
 ///   f_n >= 0 (bonded: any),   f_n = -normal_spring d_n (rigid: d_n = 0) where f_n is not at that
 ///   limit, |f_t| <= friction max(f_n, 0) + cohesion,   f_t against d_t at the limit.

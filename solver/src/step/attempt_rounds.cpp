@@ -158,7 +158,7 @@ bool change_contacts(const StepRun& run, Island& island) {
   const Workspace& work = run.work;
   const double limit = overlap_limit(island.blocks.smallest_size);
   const double yielded = crowd_tolerance(run.options.tolerance);
-  const bool missed = add_missed(run.compiled, work.poses.end, yielded, island);
+  const bool missed = add_missed(run.compiled, work.poses, yielded, island);
   const bool dropped = drop_ghosts(run.compiled, island);
   const bool blocked = put_back_blocked(run.compiled, work.end, island.found_end, limit,
                                         island.passing, island.contacts);
@@ -173,7 +173,8 @@ bool change_contacts(const StepRun& run, Island& island) {
 void begin(const StepRun& run, Island& island) {
   Workspace& work = run.work;
   set_start(sub_step(run, island), work.poses);
-  carry_over({run.compiled.scene, work.poses.start, run.compiled.models, island.reach, work.laid},
+  carry_over({run.compiled.scene, work.poses.start, run.compiled.models, island.reach, work.laid,
+              run.options.analysis == Analysis::Dynamic},
              island.found, island.history, island.previous, island.contacts);
   island.memory.clock.charge(&PhaseSeconds::assemble);
 }

@@ -1,11 +1,14 @@
 #include "step/contact_record.hpp"
 
 #include "contact/joint_law.hpp"
+#include "contact/joint_springs.hpp"
 #include "index.hpp"
 #include "step/linearise.hpp"
 
 namespace quoin::solver {
 namespace {
+
+constexpr double kSameStretch = 1e-9;  // relative: what differs by less is rounding of places
 
 /// Both anchors to where the contact is now, `stretch` (place of b minus place of a) apart. The
 /// anchor of a vertex stays on it.
@@ -25,6 +28,17 @@ void move_anchor(const Pose& a, const Pose& b, const ContactGeometry& now, const
 Vector3 stretch_left(const Vector3& shear_force, const LinearContact& c, const Vector3& moved) {
   if (!c.compliant || !(c.shear_spring > 0.0)) return Vector3::Zero();
   return stretch_kept(c, moved) * shear_force / c.shear_spring;
+}
+
+/// What a spring of a joint with stiffness has stored goes by `stretch`; the anchors, held by
+/// blocks that turn, have it but for the second order of the turn, and less well on crossed edges.
+void keep_stretch(const Pose& a, const Pose& b, const ContactGeometry& now, const Vector3& stretch,
+                  const BodyContact& contact, Contact& state) {
+  const Vector3 along = stretch - stretch.dot(now.normal) * now.normal;
+  const double size = along.norm();
+  const Vector3 has = shear_stretch(a, b, now.normal, state);
+  if (!(size > 0.0) || (has - along).norm() <= kSameStretch * size) return;
+  move_anchor(a, b, now, stretch.norm() / size * along, contact, state);
 }
 
 void record_contact(const LinearContact& c, const StepPoses& poses, const BodyContact& contact,
@@ -52,6 +66,9 @@ void record_contact(const LinearContact& c, const StepPoses& poses, const BodyCo
   if (c.mode == ContactMode::Open) return;
   if (c.mode == ContactMode::Slip || (!contact.was_closed && !c.compliant)) {
     move_anchor(a, b, now, stretch_left(state.shear_force, c, moved), contact, state);
+  } else if (state.spring_area > 0.0) {
+    const Vector3 end = c.start + moved;
+    keep_stretch(a, b, now, end[1] * t1 + end[2] * t2, contact, state);
   }
 }
 

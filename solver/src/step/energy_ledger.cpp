@@ -96,6 +96,7 @@ ContactShare account_contact(const BodyContact& contact, const LinearContact& c,
     if (c.slot_b >= 0) energy.work_on[index(c.slot_b)] += c.force.dot(c.jacobian_b * move_b);
   }
   share.work = contact_work(c, moved_by(poses, contact, c));
+  share.work.scheme += contact.spring_loss;
   energy.stored[index(c.slot_a >= 0 ? c.slot_a : c.slot_b)] += share.work.stored;
   return share;
 }

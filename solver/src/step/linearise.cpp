@@ -18,20 +18,11 @@ constexpr double kSpringOfBlock = 50.0;  // E L
 constexpr double kSpringOfWeight = 1e6;  // weight / block size
 constexpr double kLeastGravity = 1.0;    // m/s2: what a scene without gravity is taken to bear
 constexpr double kAtOnce = std::numeric_limits<double>::epsilon();  // share of the step: none
-constexpr int kCorners = 4;  // of a joint that `penalty` is meant for, a contact point
 
 ContactLaw law_of(const JointStrength& strength, const StepOptions& options) {
   if (options.analysis == Analysis::Settle) return ContactLaw::Stuck;
   const bool rough = strength.friction > 0.0 || strength.cohesion > 0.0;
   return rough ? ContactLaw::Coulomb : ContactLaw::Frictionless;
-}
-
-/// Penalty of one contact: a joint of more than four corners has that of four, shared out by area.
-double penalty_of(double penalty, const BodyContact& contact) {
-  if (contact.joint_points <= kCorners) return penalty;
-  const bool has_area = contact.state.point.area > 0.0;
-  return kCorners * penalty *
-         (has_area ? contact.state.point.area / contact.joint_area : 1.0 / contact.joint_points);
 }
 
 /// The joint's stiffness on the contact's share of the area, or that of the method.
@@ -42,7 +33,7 @@ void set_springs(const StepOptions& options, double penalty, const BodyContact& 
     c.normal_spring = joint.normal_stiffness * contact.state.spring_area;
     c.shear_spring = joint.shear_stiffness * contact.state.spring_area;
   } else if (options.method != ContactMethod::AugmentedLagrangian) {
-    c.normal_spring = penalty_of(penalty, contact);
+    c.normal_spring = penalty * contact.penalty_share;
     c.shear_spring = options.shear_ratio * c.normal_spring;
   }
   if (c.law == ContactLaw::Frictionless) c.shear_spring = 0.0;
@@ -320,11 +311,10 @@ void linearise(const SubStep& step, const BlockTerms& terms, const StepPoses& po
     linearise(contact, poses, step.compiled.models, c);
     set_stiffness(terms, c);
     const Vector3 motion = c.offset;
-    if (!contact.was_closed && impacts) {
+    // What a spring stores goes by its whole stretch, and so does its force: it has no impact.
+    if (!contact.was_closed && impacts && !c.compliant) {
       set_closing(free_flight(step, terms, poses, contact, c), step.gap_tolerance(), slowest,
                   *contact.joint, c);
-      // What a spring stores goes by its whole stretch, and so must its force.
-      if (c.compliant && midpoint) c.offset = motion;
     }
     follow_slip(contact, c);
     c.left_out = c.offset - motion;

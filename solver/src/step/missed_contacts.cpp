@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "contact/joint_springs.hpp"
 #include "index.hpp"
 #include "step/contact_search.hpp"
 #include "step/sorted_by_key.hpp"
@@ -18,14 +19,21 @@ constexpr double kThrough = 0.5;      // what is so deep has not passed beside
 using Pair = std::pair<int, int>;
 
 /// As a body holds it at the end, where blocks have met that were not laid.
-BodyContact missed_contact(const CompiledScene& compiled, std::span<const Pose> end,
+BodyContact missed_contact(const CompiledScene& compiled, const StepPoses& poses,
                            std::span<const geometry::ContactPoint> found,
                            const geometry::ContactPoint& point) {
-  BodyContact added = make_body_contact({compiled.scene, compiled.models, end}, point);
+  BodyContact added = make_body_contact({compiled.scene, compiled.models, poses.end}, point);
   added.state.failed = true;
   const auto points = points_of_pair(found, added.a, added.b);
-  added.joint_points = static_cast<int>(points.size());
-  for (const geometry::ContactPoint& p : points) added.joint_area += p.area;
+  double area = 0.0;
+  for (const geometry::ContactPoint& p : points) area += p.area;
+  added.penalty_share = shared_penalty(points.size(), point.area, area);
+  if (added.joint->normal_stiffness > 0.0) {
+    const std::size_t a = index(added.a), b = index(added.b);
+    const BlockModel &model_a = compiled.models[a], &model_b = compiled.models[b];
+    set_spring_areas({model_a, model_b, poses.end[a], poses.end[b]}, std::span(&added, 1));
+    begin_spring({model_a, model_b, poses.start[a], poses.start[b]}, added);
+  }
   return added;
 }
 
@@ -104,8 +112,9 @@ double least_gap(std::span<const geometry::ContactPoint> points, double reach) {
 
 double overlap_limit(double size) { return kMissed * size; }
 
-bool add_missed(const CompiledScene& compiled, std::span<const Pose> end, double tolerance,
+bool add_missed(const CompiledScene& compiled, const StepPoses& poses, double tolerance,
                 Island& island) {
+  const std::vector<Pose>& end = poses.end;
   const auto overlaps = [&](const geometry::ContactPoint& point) {
     return point.gap < -overlap_limit(pair_size(compiled, point.key.a, point.key.b));
   };
@@ -123,7 +132,7 @@ bool add_missed(const CompiledScene& compiled, std::span<const Pose> end, double
     if (held) continue;
     island.missing = point;
     any = true;
-    const BodyContact missed = missed_contact(compiled, end, island.found_end, point);
+    const BodyContact missed = missed_contact(compiled, poses, island.found_end, point);
     if (i == kUnknown) {
       island.contacts.push_back(missed);
     } else {

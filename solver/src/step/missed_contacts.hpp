@@ -11,7 +11,7 @@ double overlap_limit(double size);
 /// Contacts that overlap at the end of an attempt though it did not hold them: added to the
 /// island's contacts as the bodies hold them at the end. True when there are any. `tolerance`: what
 /// contacts that yield or have turned may overlap by, of the smaller block.
-bool add_missed(const CompiledScene& compiled, std::span<const Pose> end, double tolerance,
+bool add_missed(const CompiledScene& compiled, const StepPoses& poses, double tolerance,
                 Island& island);
 
 /// Closed contacts of pairs that are apart at the end of the attempt: the plane of a face held a

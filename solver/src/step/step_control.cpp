@@ -581,8 +581,9 @@ double initial_spring_energy(const CompiledScene& compiled, const StepOptions& o
   KnownReaches reaches;
   const double reach = Reach(compiled, options, searched, {}, reaches).largest();
   std::vector<int> previous;
-  carry_over({compiled.scene, poses, compiled.models, reach, work.laid}, work.found, state.contacts,
-             previous, contacts);
+  carry_over({compiled.scene, poses, compiled.models, reach, work.laid,
+              options.analysis == Analysis::Dynamic},
+             work.found, state.contacts, previous, contacts);
   store_at_rest(compiled, options, poses, contacts, work.stored);
   work.agreement.complete(compiled.slots, work.stored);
   return std::accumulate(work.stored.begin(), work.stored.end(), 0.0);

@@ -38,7 +38,7 @@ struct Contact {
   double closed_gap = 0.0;                ///< gap at which it is closed, but for dilation: that a
                                           ///< bond was laid with, or an earlier law has left, m
   double spring_area = 0.0;               ///< that the joint's stiffness acts on, m2
-  double joint_area = 0.0;                ///< of all its points when it last had one, m2
+  double spring_offset = 0.0;             ///< of the gap at which its spring is unstressed, m
   Vector3 anchor_a = Vector3::Zero();     ///< reference arms of the stuck point on A and on B, m:
   Vector3 anchor_b = Vector3::Zero();     ///< while it sticks both stand at the same place
 };
