@@ -25,8 +25,8 @@ double overlap_share(const CompiledScene& compiled, const geometry::ContactPoint
 
 /// An overlap that no joint's stiffness accounts for. `share`: of the smaller block.
 bool is_hard(const CompiledScene& compiled, const geometry::ContactPoint& point, double share) {
-  const Joint& joint = joint_between(compiled.scene, point.key.a, point.key.b);
-  return share > (joint.normal_stiffness > 0.0 ? kLargestStrain : kLargestOverlap);
+  if (!(share > kLargestOverlap) || share > kLargestStrain) return share > kLargestOverlap;
+  return !(joint_between(compiled.scene, point.key.a, point.key.b).normal_stiffness > 0.0);
 }
 
 void note_overlap(const CompiledScene& compiled, const geometry::ContactPoint& point, bool& hard,
