@@ -1,12 +1,15 @@
 // A body – a shape and a placement – against the same solid with its vertices where they stand.
 #include <Eigen/SVD>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <quoin/geometry/build.hpp>
 #include <quoin/geometry/contact_point.hpp>
 
+#include "referee/pairs/cut_cell.hpp"
 #include "support/catch.hpp"
 #include "support/random.hpp"
+#include "support/same_contacts.hpp"
 
 namespace {
 
@@ -48,6 +51,21 @@ Shape copied(const Body& body) {
   for (int v = 0; v < copy.vertex_count(); ++v) vertices.col(v) = body.vertex(v);
   copy.set_vertices(vertices);
   return copy;
+}
+
+/// A cube with four corners off, some of them by two planes that are nearly one.
+Shape cut_cube(tests::Random& random) {
+  tests::Cell cell = tests::box_cell({-1, -1, -1}, {1, 1, 1});
+  Vector3 normal = Vector3::UnitX();
+  double level = 0.0;
+  for (int k = 0; k < 4; ++k) {
+    const double off = k > 0 && random.chance(0.6) ? random.log_uniform(1e-12, 1e-1) : 2.0;
+    normal = (off < 1.0 ? Vector3(normal + off * random.direction()) : random.direction());
+    normal.normalize();
+    level = off < 1.0 ? level * (1 + 0.1 * off) : random.uniform(0.5, 1.1);
+    cell = tests::cut(cell, normal, level, 0.0);
+  }
+  return geometry::make_hull(cell.points()).polyhedron;
 }
 
 /// How far a body reaches along a direction, m.
@@ -130,6 +148,48 @@ TEST_CASE("a turned brick on its twin has the same flush contact anywhere") {
       REQUIRE(std::abs(contact.nearest.gap - gap) <= 4 * kEpsilon * (1 + far));
       REQUIRE(std::abs(contact.area - 0.3 * 0.15) <= 4 * kEpsilon * (1 + far));
     }
+  }
+}
+
+TEST_CASE("nearest features and then contact points are those of one call, anywhere") {
+  tests::Random random(25);
+  const Shape cube = geometry::make_box({-1, -1, -1}, {1, 1, 1});
+  for (int k = 0; k < 2000; ++k) {
+    const Shape shape = cut_cube(random);
+    const double far = k % 2 == 0 ? 1e8 : 0.0, apart = random.uniform(-0.1, 0.5);
+    const Placement at_a{random.rotation(), far * Vector3(1, -0.3, 0.7)};
+    Placement at_b{random.rotation(), at_a.translation + 4 * random.direction()};
+    const NearestFeatures before = geometry::nearest_features({shape, at_a}, {cube, at_b});
+    at_b.translation += (apart - before.gap) * before.normal;
+    const Body a(shape, at_a), b(cube, at_b);
+    for (const geometry::PointFrame frame :
+         {geometry::PointFrame::World, geometry::PointFrame::Bodies}) {
+      const geometry::ContactOptions options{.reach = 1e-6, .frame = frame};
+      geometry::PairContact together;
+      geometry::update_pair_contact(a, b, options, together);
+      std::vector<geometry::ContactPoint> points;
+      const NearestFeatures nearest = geometry::nearest_features(a, b);
+      geometry::append_contact_points({0, 1}, a, b, nearest, options, points);
+      REQUIRE(tests::same_but_previous(points, together.points));
+    }
+  }
+}
+
+TEST_CASE("the least gap is among the points of another answer than ours, too, anywhere") {
+  tests::Random random(26);
+  const Shape cube = geometry::make_box({-1, -1, -1}, {1, 1, 1});
+  for (int k = 0; k < 2000; ++k) {
+    const Shape shape = cut_cube(random);
+    const Vector3 place = 1e8 * random.direction();
+    const Body a(shape, {random.rotation(), place});
+    const Body b(cube, {random.rotation(), place + 4 * random.direction()});
+    NearestFeatures nearest = geometry::nearest_features(a, b);
+    nearest.normal = (nearest.normal + 1e-9 * random.direction()).normalized();
+    std::vector<geometry::ContactPoint> points;
+    geometry::append_contact_points({0, 1}, a, b, nearest, {}, points);
+    double least = HUGE_VAL;
+    for (const geometry::ContactPoint& point : points) least = std::min(least, point.gap);
+    REQUIRE(least <= nearest.gap + 128 * kEpsilon);
   }
 }
 

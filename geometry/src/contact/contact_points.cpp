@@ -23,7 +23,8 @@ constexpr double kSteepSine = 0.5;
 
 /// Everything about one pair, in the order in which it is worked (P before Q).
 struct PairPoints {
-  bool outlined = false;  // what two edges share is asked for as well
+  bool outlined = false;    // what two edges share is asked for as well
+  bool from_world = false;  // the answer's witnesses have been rounded to places in the world
   double tolerance = 0.0, gap = 0.0;
   ContactType type = ContactType::VertexVertex;
   VertexSet band_p, band_q;  // vertices that may carry points
@@ -560,19 +561,17 @@ int most_facing_face(const Solid& polyhedron, const VertexSet& vertices, const V
   return std::max(0, facing_face(polyhedron, vertices[0], outward));
 }
 
-/// The pair as it is worked: P and Q, and the answer's normal and witnesses in that order.
+/// The pair as it is worked: P and Q, and the answer's normal in that order.
 struct OrderedPair {
   const Solid& p;
   const Solid& q;
   bool reversed;
-  Vector3 normal, point_p, point_q;
+  Vector3 normal;
   OrderedPair(const Solid& a, const Solid& b, bool reverse, const NearestFeatures& nearest)
       : p(reverse ? b : a),
         q(reverse ? a : b),
         reversed(reverse),
-        normal(reverse ? Vector3(-nearest.normal) : nearest.normal),
-        point_p(reverse ? nearest.point_b : nearest.point_a),
-        point_q(reverse ? nearest.point_a : nearest.point_b) {}
+        normal(reverse ? Vector3(-nearest.normal) : nearest.normal) {}
 };
 
 /// Names the nearest features, for the rare pair whose patches do not show them: two crossed edges,
@@ -603,18 +602,45 @@ void name_nearest(const Solid& p, const Solid& q, const PairPoints& pair, Shared
   take_vertex_of_q();
 }
 
+/// The witnesses, laid.
+SharedCorner laid_witnesses(const NearestFeatures& nearest, bool reversed,
+                            const ContactPlane& plane) {
+  const Vector3& point_p = reversed ? nearest.point_b : nearest.point_a;
+  const Vector3& point_q = reversed ? nearest.point_a : nearest.point_b;
+  SharedCorner corner;
+  corner.place = plane.place(point_p);
+  corner.height_p = plane.height(point_p);
+  corner.height_q = plane.height(point_q);
+  return corner;
+}
+
+/// Witnesses that have been rounded in the world are found again from the middle of the pair, by
+/// the answer's own hint, which leads to the same plane. Those of another answer stay where they
+/// are, as far apart and below the support planes as it says.
+SharedCorner corner_of_witnesses(const OrderedPair& ordered, const NearestFeatures& nearest,
+                                 const ContactOptions& options, const PairPoints& pair) {
+  const bool reversed = ordered.reversed;
+  if (!pair.from_world) return laid_witnesses(nearest, reversed, pair.plane);
+  const Solid &a = reversed ? ordered.q : ordered.p, &b = reversed ? ordered.p : ordered.q;
+  NearestFeatures again;
+  find_nearest_features(a, b, {.tolerance = options.tolerance}, nearest.hint, nullptr, again);
+  if (again.normal == nearest.normal) return laid_witnesses(again, reversed, pair.plane);
+  SharedCorner corner = laid_witnesses(nearest, reversed, pair.plane);
+  corner.height_p = -(reversed ? nearest.residual_b : nearest.residual_a);
+  corner.height_q = corner.height_p + nearest.gap;
+  return corner;
+}
+
 /// The least gap itself is always among the points: deep overlaps of needles, and rounding, may
 /// hide it from the faces.
-void ensure_least_gap(const OrderedPair& ordered, double rounding, PairPoints& pair) {
+void ensure_least_gap(const OrderedPair& ordered, const NearestFeatures& nearest,
+                      const ContactOptions& options, double rounding, PairPoints& pair) {
   for (const SharedCorner& point : pair.merged) {
     if (gap_of(point) <= pair.gap + rounding) return;
   }
-  SharedCorner nearest;
-  nearest.place = pair.plane.place(ordered.point_p);
-  nearest.height_p = pair.plane.height(ordered.point_p);
-  nearest.height_q = pair.plane.height(ordered.point_q);
-  name_nearest(ordered.p, ordered.q, pair, nearest);
-  add_merged(nearest, pair.tolerance, ordered.reversed, pair.merged);
+  SharedCorner corner = corner_of_witnesses(ordered, nearest, options, pair);
+  name_nearest(ordered.p, ordered.q, pair, corner);
+  add_merged(corner, pair.tolerance, ordered.reversed, pair.merged);
   merge_twins(pair.merged);
 }
 
@@ -761,7 +787,7 @@ void find_pair_points(const OrderedPair& ordered, const NearestFeatures& nearest
     find_all_points(ordered, band, rounding, part, pair);
   }
   if (pair.points != &pair.merged) return;
-  ensure_least_gap(ordered, rounding, pair);
+  ensure_least_gap(ordered, nearest, options, rounding, pair);
   if (pair.type == ContactType::FaceFace) share_area(*part, band, pair);
 }
 
@@ -781,19 +807,19 @@ void move(const PlacedPair& pair, PointFrame frame, std::span<ContactPoint> poin
   move(pair.a, pair.b, pair.middle, frame, points);
 }
 
-void append_points(const std::array<int, 2>& blocks, const Solid& a, const Solid& b,
-                   const NearestFeatures& nearest, const ContactOptions& options,
-                   std::vector<ContactPoint>& contacts) {
-  const OrderedPair ordered(a, b, in_reverse_order(a, b), nearest);
-  LateInit<ContactPolygon> part;
-  PairPoints pair;
-  find_pair_points(ordered, nearest, options, part, pair);
-  append_corners(blocks, ordered.reversed, nearest, pair.type, pair.plane, *pair.points, contacts);
-}
-
 struct Solids {
   const Solid &a, &b;
 };
+
+void append_points(const std::array<int, 2>& blocks, const Solids& solids,
+                   const NearestFeatures& nearest, const ContactOptions& options, PairPoints& pair,
+                   std::vector<ContactPoint>& contacts) {
+  const auto& [a, b] = solids;
+  const OrderedPair ordered(a, b, in_reverse_order(a, b), nearest);
+  LateInit<ContactPolygon> part;
+  find_pair_points(ordered, nearest, options, part, pair);
+  append_corners(blocks, ordered.reversed, nearest, pair.type, pair.plane, *pair.points, contacts);
+}
 
 void append_within_reach(const std::array<int, 2>& blocks, const Solids& solids,
                          const ContactOptions& options, const FeatureHint& hint,
@@ -845,7 +871,8 @@ void update(const Solid& a, const Solid& b, const ContactOptions& options, PairC
 void append_contact_points(const std::array<int, 2>& blocks, const Shape& a, const Shape& b,
                            const NearestFeatures& nearest, const ContactOptions& options,
                            std::vector<ContactPoint>& contacts) {
-  append_points(blocks, a, b, nearest, options, contacts);
+  PairPoints pair;
+  append_points(blocks, {a, b}, nearest, options, pair, contacts);
 }
 
 void append_contact_points(const std::array<int, 2>& blocks, const Body& a, const Body& b,
@@ -854,12 +881,14 @@ void append_contact_points(const std::array<int, 2>& blocks, const Body& a, cons
   if (a.stands_in_own_frame() && b.stands_in_own_frame()) {
     return append_contact_points(blocks, a.shape(), b.shape(), nearest, options, contacts);
   }
-  const PlacedPair pair(a, b);
+  const PlacedPair placed(a, b);
   const std::size_t first = contacts.size();
   NearestFeatures here = nearest;
-  move(here, -pair.middle);
-  append_points(blocks, pair.a, pair.b, here, options, contacts);
-  move(pair, options.frame, std::span(contacts).subspan(first));
+  move(here, -placed.middle);
+  PairPoints pair;
+  pair.from_world = true;
+  append_points(blocks, {placed.a, placed.b}, here, options, pair, contacts);
+  move(placed, options.frame, std::span(contacts).subspan(first));
 }
 
 NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, const Shape& a,

@@ -45,7 +45,8 @@ struct ContactOptions {
 };
 
 /// Adds the contact points of one pair, sorted by key. `blocks` are the names a and b in the keys;
-/// `nearest` is the answer of nearest_features for the same pair. Coincident points are merged. The
+/// `nearest` is the answer of nearest_features for the same pair: then the points are those of
+/// update_pair_contact, to the bit, wherever the pair stands. Coincident points are merged. The
 /// areas are the contact polygon's area shared out so that equal pressure on the points has the
 /// same resultant, in size and place, as on the polygon. No allocation once `contacts` has room.
 void append_contact_points(const std::array<int, 2>& blocks, const Shape& a, const Shape& b,
