@@ -189,6 +189,26 @@ TEST_CASE("configurations: edge-face, two points and the segment between them") 
   }
 }
 
+TEST_CASE("configurations: of an edge along the border of a face the segment has two ends") {
+  Random random(31);
+  int met = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const double beside = random.integer(-4, 4) * 0x1p-52, along = random.integer(-4, 4) * 0x1p-52;
+    const Shape edge = turned(cube(), Vector3::UnitX(), kPi / 4);  // along x, below the others
+    const Matrix3 turn = random.rotation();
+    const Shape a = transformed(make_box({-0.5, -2, -1}, {0.5, 0, 0}), 1.0, turn, Vector3::Zero());
+    const Shape b = transformed(shifted(edge, {along, beside, std::sqrt(0.5) + 0.01}), 1.0, turn,
+                                Vector3::Zero());
+    const PairContact contact = contact_of(a, b);
+    CAPTURE(i);
+    if (contact.type != ContactType::EdgeFace) continue;
+    ++met;
+    REQUIRE(contact.polygon.size() == 2);
+    CHECK_THAT((contact.polygon[1] - contact.polygon[0]).norm(), WithinAbs(1.0, 1e-12));
+  }
+  CHECK(met > 1000);
+}
+
 TEST_CASE("configurations: face-face turned by 45 degrees (G03), an octagon of eight points") {
   for (const double gap : {1e-4, 0.0, -1e-4}) {
     const Shape upper = shifted(turned(cube(), Vector3::UnitZ(), kPi / 4), {0, 0, 1.0 + gap});

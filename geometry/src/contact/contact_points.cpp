@@ -791,14 +791,33 @@ void find_pair_points(const OrderedPair& ordered, const NearestFeatures& nearest
   if (pair.type == ContactType::FaceFace) share_area(*part, band, pair);
 }
 
+/// Of places in order the two that are farthest from each other: where an edge lies along the
+/// border of a face rounding tells several at an end.
+void keep_ends(const SharedCorners& corners, SmallVector<int, 32>& order) {
+  const auto place = [&](int i) { return corners[static_cast<std::size_t>(i)].place; };
+  if (order.size() <= 2) return;
+  std::array<int, 2> ends{order[0], order[1]};
+  double farthest = 0.0;
+  for (std::size_t k = 1; k < order.size(); ++k) {
+    for (std::size_t i = 0; i < k; ++i) {
+      const double squared = (place(order[k]) - place(order[i])).squaredNorm();
+      if (squared <= farthest) continue;
+      farthest = squared;
+      ends = {order[i], order[k]};
+    }
+  }
+  order.assign(ends);
+}
+
 /// Polygon or segment as points half-way between the solids, counter-clockwise against A's normal.
-void copy_polygon(const ContactPolygon& part, const ContactPlane& plane, bool reversed,
+void copy_polygon(const ContactPolygon& part, const PairPoints& pair, bool reversed,
                   std::vector<Vector3>& polygon) {
   SmallVector<int, 32> order;
   find_order(part.corners, order);
+  if (pair.type != ContactType::FaceFace) keep_ends(part.corners, order);
   for (const int i : order) {
     const SharedCorner& c = part.corners[static_cast<std::size_t>(i)];
-    polygon.push_back(plane.point(c.place, 0.5 * (c.height_p + c.height_q)));
+    polygon.push_back(pair.plane.point(c.place, 0.5 * (c.height_p + c.height_q)));
   }
   if (reversed) std::reverse(polygon.begin(), polygon.end());
 }
@@ -857,7 +876,7 @@ void update(const Solid& a, const Solid& b, const ContactOptions& options, PairC
   contact.type = pair.type;
   contact.area = part ? part->polygon.area : 0.0;
   contact.polygon.clear();
-  if (part) copy_polygon(*part, pair.plane, ordered.reversed, contact.polygon);
+  if (part) copy_polygon(*part, pair, ordered.reversed, contact.polygon);
   const auto copy = [](const VertexSet& set, FeatureKind kind, SupportSet& to) {
     to.vertices.assign(set.begin(), set.end());
     to.kind = kind;
