@@ -1,4 +1,5 @@
 /* The C interface, used from C. */
+#include <limits.h>
 #include <math.h>
 #include <quoin/geometry_c.h>
 #include <stdio.h>
@@ -71,6 +72,8 @@ static void test_stacked_cubes(void) {
     area += points[i].area;
   }
   CHECK(fabs(area - 0.375) < 1e-15);
+  count = -1;
+  CHECK(quoin_contact_points(a, b, 0.0, 0.01, NULL, &nearest, points, &count) == QUOIN_BAD_INPUT);
   count = 2;
   CHECK(quoin_contact_points(a, b, 0.0, 0.01, NULL, &nearest, points, &count) == QUOIN_TOO_MANY);
   CHECK(count == 4);
@@ -105,6 +108,8 @@ static void test_hull_and_features(void) {
   CHECK(quoin_feature_vertices(hull, edge, vertices, &count) == QUOIN_OK && count == 2);
   const quoin_feature none = {QUOIN_EDGE, 6};
   CHECK(quoin_feature_vertices(hull, none, vertices, &count) == QUOIN_BAD_INPUT);
+  count = -1;
+  CHECK(quoin_feature_vertices(hull, edge, vertices, &count) == QUOIN_BAD_INPUT && count == -1);
   quoin_free(hull);
 }
 
@@ -121,6 +126,12 @@ static void test_bad_input(void) {
   CHECK(quoin_make_hull(points, 4, &made, tiny, sizeof tiny) == QUOIN_BAD_INPUT); /* flat */
   CHECK(strlen(tiny) == 4);
   CHECK(quoin_make_hull(points, -1, &made, NULL, 0) == QUOIN_BAD_INPUT);
+  CHECK(quoin_make_hull(points, INT_MAX, &made, message, sizeof message) == QUOIN_BAD_INPUT);
+  CHECK(strstr(message, "2147483647 points, at most") != NULL);
+  CHECK(quoin_make_shape(points, INT_MAX, kFaceSizes, 6, kFaces, &made, NULL, 0) ==
+        QUOIN_BAD_INPUT);
+  CHECK(quoin_make_shape(points, 8, kFaceSizes, INT_MAX, kFaces, &made, NULL, 0) ==
+        QUOIN_BAD_INPUT);
   CHECK(quoin_make_hull(NULL, 8, &made, NULL, 0) == QUOIN_BAD_INPUT);
   CHECK(quoin_make_hull(points, 8, NULL, NULL, 0) == QUOIN_BAD_INPUT);
   points[5] = INFINITY;
@@ -222,6 +233,8 @@ static void test_finder(void) {
   count = 0;
   CHECK(quoin_finder_contacts_of(finder, handles, 1, NULL, &count) == QUOIN_TOO_MANY && count == 4);
   CHECK(quoin_finder_contacts_of(finder, handles, 0, NULL, &count) == QUOIN_BAD_INPUT);
+  count = -1;
+  CHECK(quoin_finder_contacts_of(finder, handles, 1, some, &count) == QUOIN_BAD_INPUT);
   CHECK(quoin_finder_contacts_of(finder, &gone, 1, some, &count) == QUOIN_BAD_INPUT);
   CHECK(quoin_finder_contacts_of(NULL, handles, 1, some, &count) == QUOIN_BAD_INPUT);
   CHECK(quoin_finder_points(finder, &count) == points && count == 12 && points[4].b == 2);
@@ -239,7 +252,12 @@ static void test_finder(void) {
   CHECK(quoin_finder_find(finder) == QUOIN_OK);
   quoin_finder_points(finder, &count);
   CHECK(count == 0);
-  CHECK(quoin_finder_set_options(finder, 3, NULL) == QUOIN_OK);
+  CHECK(quoin_finder_set_options(finder, 3, NULL) == QUOIN_BAD_INPUT);
+  idle.idle = 7;
+  CHECK(quoin_finder_set_options(finder, 3, &idle) == QUOIN_BAD_INPUT);
+  CHECK(quoin_finder_add(finder, &body, &idle, &handle) == QUOIN_BAD_INPUT);
+  idle.idle = 0;
+  CHECK(quoin_finder_set_options(finder, 3, &idle) == QUOIN_OK);
   CHECK(quoin_finder_set_filter(finder, all_but_one_and_two, &asked) == QUOIN_OK);
   CHECK(quoin_finder_find(finder) == QUOIN_OK && asked == 1);
   quoin_finder_points(finder, &count);
@@ -294,6 +312,8 @@ static void test_batch(void) {
   CHECK(quoin_batch_contacts_of(batch, &candidates, asked, &count) == QUOIN_OK && count == 4);
   CHECK(asked[3].a == 7 && asked[3].b == 9 && asked[3].previous == -1);
   CHECK(quoin_batch_contacts_of(batch, &candidates, NULL, &count) == QUOIN_BAD_INPUT);
+  count = -1;
+  CHECK(quoin_batch_contacts_of(batch, &candidates, asked, &count) == QUOIN_BAD_INPUT);
   CHECK(quoin_batch_contacts_of(batch, NULL, asked, &count) == QUOIN_BAD_INPUT);
   CHECK(quoin_batch_contacts_of(NULL, &candidates, asked, &count) == QUOIN_BAD_INPUT);
   candidates.pair_count = 4;

@@ -126,6 +126,14 @@ TEST_CASE("ray: what is none is refused") {
   CHECK_THROWS_AS(first_hit(cube, Ray{{0, 0, 0}, {1, 0, 0}, nan}), InputError);
 }
 
+TEST_CASE("ray: hits are at finite places") {
+  const Shape cube = make_box({0, 0, 0}, {1, 1, 1});
+  CHECK_FALSE(first_hit(cube, Ray{{-1, 0.5, 0.5}, {1e-310, 0, 0}, kInfinity}));
+  const auto hit = first_hit(cube, Ray{{-1, 0.5, 0.5}, {1e-300, 0, 0}, kInfinity});
+  REQUIRE(hit);
+  CHECK_THAT(hit->point.x(), WithinAbs(0.0, 1e-15));
+}
+
 TEST_CASE("point: in a cube or not, by a billionth of its size") {
   const Shape cube = make_box({0, 0, 0}, {1, 1, 1});
   for (const Placement& placement : placements()) {

@@ -47,6 +47,12 @@ TEST_CASE("worker pool: where threads are refused fewer do the work, and it says
 }
 #endif
 
+TEST_CASE("worker pool: none at all is refused") {
+  for (const int count : {0, -1}) {
+    CHECK_THROWS_AS(quoin::geometry::WorkerPool(count), quoin::geometry::InputError);
+  }
+}
+
 TEST_CASE("worker pool: each share is done once in each round, whoever does it") {
   constexpr int kRounds = 20000, kWorkers = 4;
   quoin::geometry::WorkerPool pool(kWorkers);

@@ -46,6 +46,12 @@ inline void require(bool condition, const char* what) {
   if (!condition) throw InputError(what);
 }
 
+/// The caller's list and how many it has room for.
+inline void require_room(const void* list, const int* count) {
+  require(count != nullptr && *count >= 0 && (list != nullptr || *count == 0),
+          "count is null or negative, or the list is null");
+}
+
 inline void copy(const Vector3& from, double* to) { std::copy_n(from.data(), 3, to); }
 
 inline Vector3 vector_of(const double* values) { return Eigen::Map<const Vector3>(values); }

@@ -34,7 +34,8 @@ std::shared_ptr<const geometry::Shape> solid_of(const quoin_shape* shape) {
 }
 
 geometry::BodyOptions options_of(const quoin_body_options* options) {
-  if (options == nullptr) return {};
+  require(options != nullptr, "options is null");
+  require(options->idle == 0 || options->idle == 1, "idle is neither 0 nor 1");
   return {options->category, options->collides_with,
           options->idle != 0 ? geometry::BodyMotion::Idle : geometry::BodyMotion::Moving};
 }
@@ -70,7 +71,8 @@ quoin_status quoin_finder_add(quoin_finder* finder, const quoin_body* body,
                               const quoin_body_options* options, int* handle) {
   return with(finder, [&](geometry::ContactFinder& f) {
     require(body != nullptr && handle != nullptr, "body or handle is null");
-    *handle = f.add(solid_of(body->shape), placement_of(body->placement), options_of(options));
+    *handle = f.add(solid_of(body->shape), placement_of(body->placement),
+                    options != nullptr ? options_of(options) : geometry::BodyOptions{});
   });
 }
 
@@ -135,7 +137,7 @@ quoin_status quoin_finder_contacts_of(quoin_finder* finder, const int* handles, 
   const quoin_status asked = with(finder, [&](geometry::ContactFinder& f) {
     require(handle_count >= 0 && (handles != nullptr || handle_count == 0),
             "handles is null, or their number is negative");
-    require(count != nullptr && (points != nullptr || *count <= 0), "points or count is null");
+    require_room(points, count);
     f.contacts_of({handles, static_cast<std::size_t>(handle_count)}, finder->asked);
     status = give(finder->asked, points, *count);
   });

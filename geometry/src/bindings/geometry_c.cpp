@@ -95,9 +95,8 @@ Body body_of(const quoin_body* body, int name) {
 
 namespace {
 
-Points points_of(const double* points, int count) {
-  return Eigen::Map<const Points>(points, 3, count);
-}
+/// Not copied before the number has been checked.
+Eigen::Map<const Points> points_of(const double* points, int count) { return {points, 3, count}; }
 
 /// Does a hint speak of features that the shapes have?
 bool fits(const FeatureHint& hint, const Shape& a, const Shape& b) {
@@ -118,7 +117,10 @@ quoin_shape* new_shape(Shape&& solid, std::vector<int>&& input_index) {
 std::vector<std::vector<int>> faces_of(const int* sizes, int count, const int* vertices) {
   std::vector<std::vector<int>> faces;
   for (int f = 0; f < count; ++f) {
-    if (sizes[f] < 0) throw InputError("face " + std::to_string(f) + " has a negative size");
+    if (sizes[f] < 0 || sizes[f] > kMostVertices) {
+      throw InputError("face " + std::to_string(f) + " has " + std::to_string(sizes[f]) +
+                       " vertices, at most " + std::to_string(kMostVertices) + " allowed");
+    }
     faces.emplace_back(vertices, vertices + sizes[f]);
     vertices += sizes[f];
   }
@@ -157,7 +159,7 @@ quoin_status give(const NearestFeatures& found, quoin_hint* hint, quoin_nearest*
 }
 
 quoin_status give(std::span<const ContactPoint> found, quoin_contact_point* points, int& count) {
-  const auto room = static_cast<std::size_t>(std::max(count, 0));
+  const auto room = static_cast<std::size_t>(count);
   count = static_cast<int>(found.size());
   const std::span<const ContactPoint> written = found.first(std::min(room, found.size()));
   std::transform(written.begin(), written.end(), points,
@@ -199,11 +201,12 @@ quoin_status quoin_make_shape(const double* points, int count, const int* face_s
     require(points != nullptr && face_sizes != nullptr && face_vertices != nullptr &&
                 made != nullptr && count >= 0 && face_count >= 0,
             "an argument is null, or a count is negative");
+    require(face_count <= 2 * kMostVertices, "there are more faces than polyhedra have");
+    Shape solid =
+        make_shape(points_of(points, count), faces_of(face_sizes, face_count, face_vertices));
     std::vector<int> all(static_cast<std::size_t>(count));
     std::iota(all.begin(), all.end(), 0);
-    *made = new_shape(
-        make_shape(points_of(points, count), faces_of(face_sizes, face_count, face_vertices)),
-        std::move(all));
+    *made = new_shape(std::move(solid), std::move(all));
     return QUOIN_OK;
   };
   return guarded(make, message, message_size);
@@ -224,9 +227,10 @@ quoin_status quoin_input_indices(const quoin_shape* shape, int* indices) {
 quoin_status quoin_feature_vertices(const quoin_shape* shape, quoin_feature feature, int* vertices,
                                     int* count) {
   return guarded([&] {
-    require(shape != nullptr && vertices != nullptr && count != nullptr, "an argument is null");
+    require(shape != nullptr, "the shape is null");
+    require_room(vertices, count);
     const std::span<const int> found = vertices_of(shape->solid->topology(), feature);
-    const int room = std::max(*count, 0);
+    const int room = *count;
     *count = static_cast<int>(found.size());
     std::copy_n(found.begin(), std::min(room, *count), vertices);
     return *count > room ? QUOIN_TOO_MANY : QUOIN_OK;
@@ -263,8 +267,8 @@ quoin_status quoin_contact_points(const quoin_body* a, const quoin_body* b, doub
                                   double reach, quoin_hint* hint, quoin_nearest* nearest,
                                   quoin_contact_point* points, int* count) {
   return guarded([&] {
-    require(nearest != nullptr && count != nullptr && (points != nullptr || *count <= 0),
-            "an argument is null");
+    require(nearest != nullptr, "nearest is null");
+    require_room(points, count);
     require_length(tolerance, "tolerance");
     require_length(reach, "reach");
     const Body body_a = body_of(a, 0), body_b = body_of(b, 1);

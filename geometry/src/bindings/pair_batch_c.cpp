@@ -204,7 +204,7 @@ quoin_status quoin_batch_contacts_of(quoin_batch* batch, const quoin_candidates*
   if (batch == nullptr) return QUOIN_BAD_INPUT;
   const auto run = [&] {
     check(candidates);
-    require(count != nullptr && (points != nullptr || *count <= 0), "points or count is null");
+    require_room(points, count);
     const geometry::BodySource bodies = read(*candidates, *batch);
     geometry::check_names(bodies.names);
     batch->batch.contacts_of(bodies, batch->candidates, batch->asked);

@@ -1,6 +1,8 @@
 #include <quoin/geometry/worker_pool.hpp>
 
 #include <chrono>
+#include <quoin/geometry/types.hpp>
+#include <string>
 #include <utility>
 
 #include "simd/sse2.hpp"
@@ -30,10 +32,16 @@ void await_change(const std::atomic<unsigned>& value, unsigned old) {
   }
 }
 
+std::size_t checked(int count) {
+  if (count < 1) {
+    throw InputError("worker pool: " + std::to_string(count) + " workers, at least 1 needed");
+  }
+  return static_cast<std::size_t>(count);
+}
+
 }  // namespace
 
-WorkerPool::WorkerPool(int count)
-    : taken_(static_cast<std::size_t>(count)), failures_(static_cast<std::size_t>(count)) {
+WorkerPool::WorkerPool(int count) : taken_(checked(count)), failures_(taken_.size()) {
   threads_.reserve(static_cast<std::size_t>(count) - 1);  // so that only a thread can fail below
   try {
     for (int worker = 1; worker < count; ++worker) {

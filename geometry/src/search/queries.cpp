@@ -190,6 +190,7 @@ std::optional<RayHit> first_hit(const Body& body, const Ray& ray) {
     if (!(hit.s <= leaves)) return std::nullopt;
   }
   hit.point = ray.origin + hit.s * ray.direction;
+  if (!hit.point.allFinite()) return std::nullopt;  // of a direction that is hardly more than zero
   return hit;
 }
 

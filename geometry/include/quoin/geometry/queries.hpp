@@ -36,7 +36,8 @@ struct RayHit {
   int face = -1;                     ///< where it enters; -1: starts inside
 };
 
-/// Where a ray enters a solid. A ray that passes within rounding of an edge may hit or miss. Throws
+/// Where a ray enters a solid. A ray that passes within rounding of an edge may hit or miss; one
+/// with a direction so short that `s` or `point` is no finite number misses. Throws
 /// InputError for a ray that is not finite (but for its length), has no direction or a negative
 /// length.
 std::optional<RayHit> first_hit(const Body& body, const Ray& ray);

@@ -15,7 +15,7 @@ namespace quoin::geometry {
 /// a thread that wakes or has no core.
 class WorkerPool final : public Executor {
  public:
-  explicit WorkerPool(int count);
+  explicit WorkerPool(int count);  ///< InputError below 1
   ~WorkerPool() override;
   WorkerPool(const WorkerPool&) = delete;
   WorkerPool& operator=(const WorkerPool&) = delete;
