@@ -10,12 +10,15 @@
 
 namespace {
 
+using quoin::geometry::HostedVertex;
 using quoin::geometry::InputError;
 using quoin::geometry::make_box;
 using quoin::geometry::make_hull;
-using quoin::geometry::make_shape;
 using quoin::geometry::make_prism;
+using quoin::geometry::make_shape;
 using quoin::geometry::Points;
+using quoin::geometry::Shape;
+using quoin::geometry::Topology;
 using quoin::geometry::Vector3;
 using quoin::tests::ContainsSubstring;
 using Faces = std::vector<std::vector<int>>;
@@ -105,8 +108,7 @@ TEST_CASE("bad input: duplicate points and unused points of a polyhedron") {
   Points unused(3, 9);
   unused << cube(), Vector3(0.5, 0.5, 0.5);
   CHECK_THAT(shape_complaint(unused, kCubeFaces), ContainsSubstring("8"));
-  CHECK_THAT(shape_complaint(unused, kCubeFaces),
-             ContainsSubstring("vertex 8 belongs to no face"));
+  CHECK_THAT(shape_complaint(unused, kCubeFaces), ContainsSubstring("vertex 8 belongs to no face"));
   // a hull does with equal points and with those that do not span it
   CHECK(make_hull(twice).input_index == std::vector<int>{0, 1, 2, 3, 4, 5, 6, 7});
   CHECK(make_hull(unused).polyhedron.topology().vertex_count() == 8);
@@ -215,4 +217,38 @@ TEST_CASE("bad input: a million points end in a hull or in a message, soon") {
   } else {
     CHECK_THAT(text, ContainsSubstring("at most"));
   }
+}
+
+TEST_CASE("bad input: a box is refused where a hull of its corners is") {
+  for (const double thickness : {1e-40, 1e-12, 1e-9, 1.5e-9, 1e-6}) {
+    for (const double far : {0.0, 1e6}) {
+      const Vector3 min(far, 0, 0), max(far + 1, 1, thickness);
+      Points corners(3, 8);
+      for (int v = 0; v < 8; ++v) {
+        for (int k = 0; k < 3; ++k) corners(k, v) = (v >> k & 1 ? max : min)[k];
+      }
+      CHECK(complaint([&] { make_box(min, max); }) == hull_complaint(corners));
+    }
+  }
+}
+
+TEST_CASE("bad input: topologies that are none, and shapes without one") {
+  const auto topology_complaint = [](int count, const Faces& faces,
+                                     const std::vector<HostedVertex>& hosted = {},
+                                     const Faces& surface = {}) {
+    return complaint([&] { Topology(count, faces, hosted, surface); });
+  };
+  CHECK_THAT(topology_complaint(-1, {}), ContainsSubstring("-1 vertices"));
+  CHECK_THAT(topology_complaint(-1, kCubeFaces), ContainsSubstring("-1 vertices"));
+  CHECK_THAT(topology_complaint(9, kCubeFaces, {{8, {8, -1}}}), ContainsSubstring("vertex 8"));
+  CHECK_THAT(topology_complaint(10, kCubeFaces, {{8, {9, -1}}, {9, {0, -1}}}),
+             ContainsSubstring("vertex 8"));
+  CHECK_THAT(topology_complaint(8, kCubeFaces, {}, {{0, 1, 99}}),
+             ContainsSubstring("surface polygon 0 names vertex 99"));
+  CHECK_THAT(topology_complaint(8, kCubeFaces, {}, {{0, 1, 2}}), ContainsSubstring("open"));
+  Faces inside_out = kCubeFaces;
+  std::reverse(inside_out[2].begin(), inside_out[2].end());
+  CHECK_THAT(topology_complaint(8, kCubeFaces, {}, inside_out),
+             ContainsSubstring("surface polygons"));
+  CHECK(complaint([] { Shape(nullptr, cube()); }) == "shape: its topology is null");
 }

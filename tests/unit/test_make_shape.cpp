@@ -7,7 +7,9 @@
 #include <cmath>
 #include <numeric>
 #include <quoin/geometry/build.hpp>
+#include <quoin/geometry/contact_point.hpp>
 #include <quoin/geometry/mass_properties.hpp>
+#include <quoin/geometry/queries.hpp>
 #include <set>
 
 #include "geometry/src/shape/convex_hull.hpp"
@@ -533,4 +535,121 @@ TEST_CASE("make shape: mass properties are those of the exact hull") {
   points << columns(box_corners({1, 1, 4e-9})), Vector3(0.5, 0.5, 5e-9);
   const Hull hull = make_hull(points);
   CHECK_THAT(mass_properties(hull.polyhedron).volume, WithinRel(4e-9 + 1e-9 / 3, 1e-12));
+}
+
+/// A cube whose sides are nets of triangles, in single precision after a turn.
+struct Net {
+  Points points;
+  std::vector<std::vector<int>> faces;
+};
+
+Net single_precision_cube(Random& random, int cells) {
+  Net net;
+  std::vector<Vector3> places;
+  const auto vertex = [&](const Vector3& x) {
+    const auto known = std::find(places.begin(), places.end(), x);
+    if (known != places.end()) return static_cast<int>(known - places.begin());
+    places.push_back(x);
+    return static_cast<int>(places.size()) - 1;
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const int side : {0, cells}) {
+      const auto place = [&](int i, int j) {
+        Vector3 x;
+        x[axis] = side;
+        x[(axis + 1) % 3] = side > 0 ? i : j;
+        x[(axis + 2) % 3] = side > 0 ? j : i;
+        return vertex(x);
+      };
+      for (int i = 0; i < cells; ++i) {
+        for (int j = 0; j < cells; ++j) {
+          net.faces.push_back({place(i, j), place(i + 1, j), place(i + 1, j + 1)});
+          net.faces.push_back({place(i, j), place(i + 1, j + 1), place(i, j + 1)});
+        }
+      }
+    }
+  }
+  net.points = columns(places) / cells;
+  net.points = (random.rotation() * net.points).cast<float>().cast<double>().eval();
+  return net;
+}
+
+TEST_CASE("make shape: faces dented by single precision mean the hull of the vertices") {
+  Random random(12);
+  int alike = 0;  // contacts to which no vertex below the hull belongs, within tol
+  for (int round = 0; round < 60; ++round) {
+    const Net net = single_precision_cube(random, random.integer(1, 4));
+    const Shape solid = make_shape(net.points, net.faces);
+    const Hull hull = make_hull(net.points);
+    const MassProperties mass = mass_properties(solid), expected = mass_properties(hull.polyhedron);
+    CHECK_THAT(mass.volume, WithinRel(expected.volume, 1e-15));
+    CHECK_THAT((mass.centroid - expected.centroid).norm(), WithinAbs(0.0, 1e-15));
+    REQUIRE(solid.vertices() == net.points);
+    CHECK(solid.topology().face_count() == hull.polyhedron.topology().face_count());
+    for (int v = 0; v < solid.vertex_count(); ++v) {
+      CHECK(contains(solid, solid.vertex(v)));
+      CHECK(!solid.topology().vertex_faces(v).empty());
+    }
+    for (int k = 0; k < 50; ++k) {
+      const Vector3 place = 3 * random.direction(), way = random.point(-0.2, 0.8) - place;
+      const auto hit = first_hit(solid, {place, way, 2.0});
+      const auto of_hull = first_hit(hull.polyhedron, {place, way, 2.0});
+      REQUIRE(hit.has_value() == of_hull.has_value());
+      if (hit) CHECK_THAT(hit->s, WithinAbs(of_hull->s, 1e-14));
+    }
+    const Shape box = make_box({0.2, 0.2, 0.2}, {0.9, 0.7, 0.8});
+    for (int k = 0; k < 20; ++k) {
+      const Placement place{random.rotation(), random.uniform(0, 2) * random.direction()};
+      PairContact contact, of_hull;
+      update_pair_contact(solid, Body(box, place), {}, contact);
+      update_pair_contact(hull.polyhedron, Body(box, place), {}, of_hull);
+      CHECK_THAT(contact.nearest.gap, WithinAbs(of_hull.nearest.gap, 1e-14));
+      if (contact.support_a.vertices.size() != of_hull.support_a.vertices.size()) continue;
+      CHECK(contact.points.size() == of_hull.points.size());
+      CHECK(contact.type == of_hull.type);
+      ++alike;
+    }
+  }
+  CHECK(alike > 800);
+}
+
+TEST_CASE("make shape: where the hull takes the place of dented faces, these keep their names") {
+  Points points(3, 9);
+  points << columns(box_corners({1, 1, 1})), Vector3(0.5, 0.5, 1 - 8e-7);
+  const std::vector<std::vector<int>> faces{{0, 1, 5, 4}, {0, 2, 3, 1}, {2, 6, 7, 3},
+                                            {4, 5, 8},    {5, 7, 8},    {7, 6, 8},
+                                            {6, 4, 8},    {0, 4, 6, 2}, {1, 3, 7, 5}};
+  const Shape solid = make_shape(points, faces);
+  const Topology& topology = solid.topology();
+  REQUIRE(topology.face_count() == 6);
+  const std::vector<std::set<int>> expected{{0, 1, 4, 5}, {0, 1, 2, 3}, {2, 3, 6, 7},
+                                            {4, 5, 6, 7}, {0, 2, 4, 6}, {1, 3, 5, 7}};
+  for (int f = 0; f < 6; ++f) {
+    const std::set<int> corners(topology.face(f).begin(), topology.face(f).end());
+    CHECK(corners == expected[static_cast<std::size_t>(f)]);
+    CHECK(topology.face_set(f).size() == 4);
+  }
+  CHECK(topology.host(8) == Feature{FeatureKind::Face, 3});
+  CHECK_THAT(mass_properties(solid).volume, WithinRel(1.0, 1e-15));
+  // A box on it touches four corners and not the vertex below.
+  PairContact contact;
+  update_pair_contact(solid, make_box({-1, -1, 1}, {2, 2, 2}), {}, contact);
+  CHECK(contact.type == ContactType::FaceFace);
+  CHECK(contact.support_a.vertices == std::vector<int>{4, 5, 6, 7});
+  CHECK(contact.points.size() == 4);
+  CHECK(contact.area == 1.0);
+}
+
+TEST_CASE("make shape: a vertex below an edge or a corner is theirs") {
+  Points points(3, 10);
+  points << columns(box_corners({1, 1, 1})), Vector3(0.5, 5e-7, 1 - 5e-7),
+      Vector3(1e-7, 1e-7, 1e-7);
+  // the top's front edge is pushed in, and beside corner 0 there is another vertex, in the bottom
+  const std::vector<std::vector<int>> faces{{9, 2, 3, 1},    {0, 2, 9},       {0, 9, 1},
+                                            {0, 1, 5, 8, 4}, {4, 8, 5, 7, 6}, {2, 6, 7, 3},
+                                            {0, 4, 6, 2},    {1, 3, 7, 5}};
+  const Topology& topology = make_shape(points, faces).topology();
+  CHECK(topology.face_count() == 6);
+  CHECK(topology.host(8) == Feature{FeatureKind::Edge, topology.find_edge(4, 5)});
+  CHECK(topology.host(9) == Feature{FeatureKind::Vertex, 0});
 }

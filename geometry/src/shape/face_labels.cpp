@@ -535,9 +535,45 @@ class Labelling {
 
   void find_hosts(FaceLabels& labels) const {
     labels.hosted.clear();
+    std::vector<Vector3> normals;
     for (int v = 0; v < vertices_.cols(); ++v) {
-      if (!corner_[at(v)]) labels.hosted.push_back(host_of(v, labels.faces));
+      if (corner_[at(v)]) continue;
+      const bool below = groups_.surface().sides_from(v).empty();
+      if (below && normals.empty()) {
+        for (const auto& face : labels.faces) normals.push_back(unit_normal(vertices_, face));
+      }
+      labels.hosted.push_back(below ? host_above(v, labels.faces, normals)
+                                    : host_of(v, labels.faces));
     }
+  }
+
+  /// Of a vertex below the cells: in the face least high above it, or at its corner or edge no
+  /// farther than twice as high.
+  HostedVertex host_above(int v, const Faces& faces, const std::vector<Vector3>& normals) const {
+    const Vector3 x = vertices_.col(v);
+    double depth = std::numeric_limits<double>::infinity();
+    HostedVertex host{v};
+    for (std::size_t f = 0; f < faces.size(); ++f) {
+      const double below = normals[f].dot(vertices_.col(faces[f][0]) - x);
+      if (below >= depth) continue;
+      depth = below;
+      host.face = static_cast<int>(f);
+    }
+    const std::vector<int>& face = faces[at(host.face)];
+    const double reach = std::max(stated_, 2 * depth);
+    double to_corner = reach, to_edge = reach;
+    HostedVertex by_corner{v}, by_edge{v};
+    for (std::size_t k = 0; k < face.size(); ++k) {
+      const int a = face[k], b = face[(k + 1) % face.size()];
+      const double off_corner = (vertices_.col(a) - x).norm();
+      const double off_edge = distance_to_segment(vertices_.col(a), vertices_.col(b), x);
+      if (off_corner <= to_corner) by_corner.corners[0] = a;
+      if (off_edge <= to_edge) by_edge.corners = {a, b};
+      to_corner = std::min(to_corner, off_corner);
+      to_edge = std::min(to_edge, off_edge);
+    }
+    if (by_corner.corners[0] >= 0) return by_corner;
+    return by_edge.corners[0] >= 0 ? by_edge : host;
   }
 
   /// The nearest corner within the stated length, or else edge, or else the face around a vertex.

@@ -21,15 +21,16 @@ struct FaceLabels {
   std::vector<HostedVertex> hosted;  ///< all vertices that are no corners
 };
 
-/// Labels the cells (convex polygons that make a closed surface through all vertices) as faces.
+/// Labels the cells (convex polygons that make a closed surface) as faces. Vertices that no cell
+/// names lie below it.
 ///
 /// Cells are joined while all their vertices lie within `length` below a common plane and their
 /// union is convex within `length`; seeds are taken by area. A corner is a vertex where three faces
 /// meet, or two along a border that is off its chord by more than `length`. A face with fewer than
 /// three corners, or narrower than `length`, joins the neighbour with which it shares most of its
-/// border. Every vertex lies within `length` of the middle plane of its face. Where no closed
-/// surface comes out (solids hardly thicker than `length`), a sixteenth of `length` is tried, and
-/// so on down to 0, which leaves the cells as they are.
+/// border. Every vertex of the cells lies within `length` of the middle plane of its face. Where no
+/// closed surface comes out (solids hardly thicker than `length`), a sixteenth of `length` is
+/// tried, and so on down to 0, which leaves the cells as they are.
 FaceLabels label_faces(const Eigen::Ref<const Points>& vertices, const Faces& cells, double length);
 
 }  // namespace quoin::geometry

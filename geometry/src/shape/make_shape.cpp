@@ -5,11 +5,13 @@
 #include <cstdio>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "shape/convex_hull.hpp"
 #include "shape/face_labels.hpp"
 #include "shape/polygon_area.hpp"
 #include "shape/rounding_mode.hpp"
+#include "shape/rows.hpp"
 
 namespace quoin::geometry {
 namespace {
@@ -145,6 +147,12 @@ double depth_below(const Eigen::Ref<const Points>& vertices, const std::vector<i
   return depth;
 }
 
+void refuse_thin(double thickness, double limit) {
+  if (thickness > limit) return;
+  throw InputError("the points lie in one plane: thickness " + text(thickness) +
+                   " m, must exceed " + text(limit) + " m");
+}
+
 /// Refuses flat solids. `facets`: of the exact hull. A convex body is never thinner than a third of
 /// its least extent across a facet: lay the width upright, so that the body lies between two
 /// concave graphs at most W apart over its shadow, and map the shadow so that its greatest ellipse
@@ -160,37 +168,64 @@ void check_thickness(const Eigen::Ref<const Points>& vertices, const Faces& face
     if (surely_deeper(vertices, facet, enough)) continue;
     least = std::min(least, depth_below(vertices, facet, enough, deep));
   }
-  if (least > limit) return;
-  throw InputError("the points lie in one plane: thickness " + text(std::ldexp(least, -exponent)) +
-                   " m, must exceed " + text(std::ldexp(limit, -exponent)) + " m");
+  refuse_thin(std::ldexp(least, -exponent), std::ldexp(limit, -exponent));
 }
 
-/// Every face planar and every vertex on or below it, within kFlatness of the diameter. Faces
-/// narrower than that say nothing: all their vertices lie on wider ones.
-void check_convex(const Eigen::Ref<const Points>& vertices, const Faces& faces, double limit) {
-  for (std::size_t f = 0; f < faces.size(); ++f) {
-    if (!is_wider(vertices, faces[f], limit)) continue;
-    const Vector3 unit = polygon_normal(vertices, faces[f]).normalized();
-    const std::string name = "face " + std::to_string(f);
-    double level = 0.0;
-    for (const int v : faces[f]) level += unit.dot(vertices.col(v) - vertices.col(faces[f][0]));
-    level /= static_cast<double>(faces[f].size());
-    const Vector3 base = vertices.col(faces[f][0]);
-    for (const int v : faces[f]) {
-      const double off = std::abs(unit.dot(vertices.col(v) - base) - level);
-      if (!(off <= limit)) {
-        throw InputError(name + " is off its plane by " + text(off) + " m at vertex " +
-                         std::to_string(v) + ", limit " + text(limit) + " m");
-      }
-    }
-    for (int v = 0; v < vertices.cols(); ++v) {
-      const double beyond = unit.dot(vertices.col(v) - base) - level;
-      if (beyond > limit) {
-        throw InputError("not convex: vertex " + std::to_string(v) + " lies " + text(beyond) +
-                         " m outside " + name + ", limit " + text(limit) + " m");
-      }
-    }
+/// Which of its vertices is farthest off a face's mean plane, and which of all lies highest above
+/// it, m.
+struct Bulge {
+  double off = 0.0, above = 0.0;
+  int off_vertex = 0, above_vertex = 0;
+};
+
+Bulge bulge_of(const Eigen::Ref<const Points>& vertices, const std::vector<int>& face) {
+  const Vector3 unit = polygon_normal(vertices, face).normalized(), base = vertices.col(face[0]);
+  double level = 0.0;
+  for (const int v : face) level += unit.dot(vertices.col(v) - base);
+  level /= static_cast<double>(face.size());
+  Bulge bulge;
+  for (const int v : face) {
+    const double off = std::abs(unit.dot(vertices.col(v) - base) - level);
+    if (off <= bulge.off) continue;
+    bulge.off = off;
+    bulge.off_vertex = v;
   }
+  for (int v = 0; v < vertices.cols(); ++v) {
+    const double above = unit.dot(vertices.col(v) - base) - level;
+    if (above <= bulge.above) continue;
+    bulge.above = above;
+    bulge.above_vertex = v;
+  }
+  return bulge;
+}
+
+void refuse_bulge(int face, const Bulge& bulge, double limit) {
+  const std::string name = "face " + std::to_string(face);
+  if (bulge.off > limit) {
+    throw InputError(name + " is off its plane by " + text(bulge.off) + " m at vertex " +
+                     std::to_string(bulge.off_vertex) + ", limit " + text(limit) + " m");
+  }
+  if (bulge.above > limit) {
+    throw InputError("not convex: vertex " + std::to_string(bulge.above_vertex) + " lies " +
+                     text(bulge.above) + " m outside " + name + ", limit " + text(limit) + " m");
+  }
+}
+
+/// Refuses faces that are not planar, or have a vertex above them, by more than kFlatness of the
+/// diameter. True: nothing of that is more than the label length either. Faces narrower than a
+/// length say nothing of it: all their vertices lie on wider ones.
+bool check_convex(const Eigen::Ref<const Points>& vertices, const Faces& faces) {
+  const double length = label_length(vertices);
+  const double limit = std::max(kFlatness * diagonal(vertices), length);
+  bool within = true;
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    if (!is_wider(vertices, faces[f], length)) continue;
+    const Bulge bulge = bulge_of(vertices, faces[f]);
+    if (bulge.off <= length && bulge.above <= length) continue;
+    within = false;
+    if (is_wider(vertices, faces[f], limit)) refuse_bulge(static_cast<int>(f), bulge, limit);
+  }
+  return within;
 }
 
 /// The exact hull of scaled points: its facets, and the points that are their corners.
@@ -214,12 +249,55 @@ ExactHull exact_hull(const Eigen::Ref<const Points>& scaled) {
   return exact;
 }
 
+/// Which of the faces given shares most corners with a facet, and of several turns as it does.
+/// `shared`: zeros, one a face.
+int face_below(const Eigen::Ref<const Points>& vertices, const std::vector<int>& facet,
+               const IndexRows& faces_around, const std::vector<Vector3>& normals,
+               std::vector<int>& shared) {
+  for (const int v : facet) {
+    for (const int f : faces_around[v]) ++shared[at(f)];
+  }
+  const Vector3 normal = polygon_normal(vertices, facet).normalized();
+  std::pair<int, double> most{};
+  int best = 0;
+  for (const int v : facet) {
+    for (const int f : faces_around[v]) {
+      const std::pair likeness{std::exchange(shared[at(f)], 0), normal.dot(normals[at(f)])};
+      if (likeness <= most) continue;
+      most = likeness;
+      best = f;
+    }
+  }
+  return best;
+}
+
+/// The facets of a hull in the order of the faces that they stand for.
+Faces in_order_of(const Faces& given, const Eigen::Ref<const Points>& vertices,
+                  const Faces& facets) {
+  const IndexRows around = rows_by(static_cast<int>(vertices.cols()), [&](const auto& put) {
+    for (std::size_t f = 0; f < given.size(); ++f) {
+      for (const int v : given[f]) put(v, static_cast<int>(f));
+    }
+  });
+  std::vector<Vector3> normals;
+  for (const auto& face : given) normals.push_back(polygon_normal(vertices, face).normalized());
+  std::vector<int> shared(given.size(), 0), order(facets.size()), stands_for;
+  for (const auto& facet : facets) {
+    stands_for.push_back(face_below(vertices, facet, around, normals, shared));
+  }
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, {}, [&](int k) { return stands_for[at(k)]; });
+  Faces ordered;
+  for (const int k : order) ordered.push_back(facets[at(k)]);
+  return ordered;
+}
+
 Shape assemble(const Eigen::Ref<const Points>& vertices, const Faces& faces) {
   auto topology = std::make_shared<const Topology>(static_cast<int>(vertices.cols()), faces);
   return Shape(std::move(topology), vertices);
 }
 
-/// `scaled`: the same vertices as the cells were judged by; `surface`: closed, through all of them.
+/// `scaled`: the same vertices as the cells were judged by; `surface`: closed, no vertex above it.
 Shape labelled(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Points>& scaled,
                const Faces& surface) {
   const FaceLabels labels = label_faces(scaled, surface, label_length(scaled));
@@ -242,6 +320,7 @@ Shape make_box(const Vector3& min, const Vector3& max) {
     }
   }
   check_points(vertices, kMostVertices);
+  refuse_thin((max - min).minCoeff(), label_length(vertices));
   return assemble(
       vertices,
       {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}});
@@ -295,14 +374,17 @@ Shape make_shape(const Eigen::Ref<const Points>& vertices, const Faces& faces) {
   { const Topology closed(static_cast<int>(vertices.cols()), faces); }
   int exponent = 0;
   const Points scaled = scaled_points(vertices, exponent);
-  const ExactHull hull = exact_hull(scaled);
+  ExactHull hull = exact_hull(scaled);
   check_thickness(scaled(Eigen::all, hull.corners), hull.facets, label_length(scaled), exponent);
   Faces outward = faces;
   if (volume(scaled, faces) < 0.0) {
     for (std::vector<int>& face : outward) std::reverse(face.begin(), face.end());
   }
-  check_convex(vertices, outward, std::max(kFlatness * diagonal(vertices), label_length(vertices)));
-  return labelled(vertices, scaled, outward);
+  if (check_convex(vertices, outward)) return labelled(vertices, scaled, outward);
+  for (std::vector<int>& facet : hull.facets) {
+    for (int& v : facet) v = hull.corners[at(v)];
+  }
+  return labelled(vertices, scaled, in_order_of(outward, scaled, hull.facets));
 }
 
 }  // namespace quoin::geometry

@@ -21,21 +21,24 @@ struct HalfEdge {
   bool forward = false;  // the face runs from ends[0] to ends[1]
 };
 
+using Polygons = std::vector<std::vector<int>>;
+
 /// By their ends; of the same two the forward ones first.
-std::vector<HalfEdge> sorted_halves(const Topology& topology, const std::vector<int>& face_start) {
+std::vector<HalfEdge> sorted_halves(int vertex_count, const Polygons& faces) {
   std::vector<int> start;
   std::vector<HalfEdge> halves;
   const auto visit = [&](const auto& put) {
-    for (int f = 0; f < topology.face_count(); ++f) {
-      const std::span<const int> cycle = topology.face(f);
-      int slot = face_start[static_cast<std::size_t>(f)];
+    int slot = 0;
+    for (std::size_t f = 0; f < faces.size(); ++f) {
+      const std::vector<int>& cycle = faces[f];
       for (std::size_t k = 0; k < cycle.size(); ++k, ++slot) {
         const int v = cycle[k], w = cycle[k + 1 < cycle.size() ? k + 1 : 0];
-        put(std::min(v, w), HalfEdge{{std::min(v, w), std::max(v, w)}, f, slot, v < w});
+        put(std::min(v, w),
+            HalfEdge{{std::min(v, w), std::max(v, w)}, static_cast<int>(f), slot, v < w});
       }
     }
   };
-  fill_rows(topology.vertex_count(), visit, start, halves);
+  fill_rows(vertex_count, visit, start, halves);
   for (std::size_t v = 0; v + 1 < start.size(); ++v) {
     std::sort(halves.begin() + start[v], halves.begin() + start[v + 1],
               [](const HalfEdge& p, const HalfEdge& q) {
@@ -45,19 +48,20 @@ std::vector<HalfEdge> sorted_halves(const Topology& topology, const std::vector<
   return halves;
 }
 
-void check_faces(int vertex_count, const std::vector<std::vector<int>>& faces) {
-  const auto name = [](std::size_t f) { return "face " + std::to_string(f); };
-  for (std::size_t f = 0; f < faces.size(); ++f) {
-    if (faces[f].size() < 3) {
-      throw InputError(name(f) + " has " + std::to_string(faces[f].size()) +
+/// `what`: a polygon's name in messages.
+void check_polygons(int vertex_count, const Polygons& polygons, const std::string& what) {
+  const auto name = [&](std::size_t f) { return what + " " + std::to_string(f); };
+  for (std::size_t f = 0; f < polygons.size(); ++f) {
+    if (polygons[f].size() < 3) {
+      throw InputError(name(f) + " has " + std::to_string(polygons[f].size()) +
                        " vertices, at least 3 needed");
     }
-    for (const int v : faces[f]) {
+    for (const int v : polygons[f]) {
       if (v < 0 || v >= vertex_count) {
         throw InputError(name(f) + " names vertex " + std::to_string(v) + ", but there are " +
                          std::to_string(vertex_count) + " vertices");
       }
-      if (std::count(faces[f].begin(), faces[f].end(), v) > 1) {
+      if (std::count(polygons[f].begin(), polygons[f].end(), v) > 1) {
         throw InputError(name(f) + " names vertex " + std::to_string(v) + " twice");
       }
     }
@@ -68,20 +72,40 @@ std::string edge_name(const std::array<int, 2>& ends) {
   return "edge " + std::to_string(ends[0]) + "-" + std::to_string(ends[1]);
 }
 
-void check_twins(const HalfEdge* begin, const HalfEdge* end) {
-  if (end - begin == 1) {
-    throw InputError(edge_name(begin->ends) + " belongs to face " + std::to_string(begin->face) +
+void check_twins(std::span<const HalfEdge> halves, const std::string& what) {
+  const auto edge = [&] { return edge_name(halves[0].ends); };
+  if (halves.size() == 1) {
+    throw InputError(edge() + " belongs to " + what + " " + std::to_string(halves[0].face) +
                      " only: the surface is open");
   }
-  if (end - begin > 2) {
-    throw InputError(edge_name(begin->ends) + " belongs to " + std::to_string(end - begin) +
-                     " faces, 2 allowed");
+  if (halves.size() > 2) {
+    throw InputError(edge() + " belongs to " + std::to_string(halves.size()) + " " + what +
+                     "s, 2 allowed");
   }
-  if (begin->forward == begin[1].forward) {
-    throw InputError(edge_name(begin->ends) + ": faces " + std::to_string(begin->face) + " and " +
-                     std::to_string(begin[1].face) +
+  if (halves[0].forward == halves[1].forward) {
+    throw InputError(edge() + ": " + what + "s " + std::to_string(halves[0].face) + " and " +
+                     std::to_string(halves[1].face) +
                      " run along it in the same direction (mixed orientation)");
   }
+}
+
+/// The halves of each edge in turn, checked.
+template <typename Visit>
+void visit_edges(const std::vector<HalfEdge>& halves, const std::string& what, const Visit& visit) {
+  for (std::size_t i = 0; i < halves.size();) {
+    std::size_t j = i;
+    while (j < halves.size() && halves[j].ends == halves[i].ends) ++j;
+    const std::span<const HalfEdge> of_edge(halves.data() + i, j - i);
+    check_twins(of_edge, what);
+    visit(of_edge);
+    i = j;
+  }
+}
+
+void check_surface(int vertex_count, const Polygons& surface) {
+  const std::string what = "surface polygon";
+  check_polygons(vertex_count, surface, what);
+  visit_edges(sorted_halves(vertex_count, surface), what, [](const auto&) {});
 }
 
 /// What is around the vertices that are no corners, vertex by vertex and then ascending.
@@ -136,6 +160,11 @@ void check_coordinates(const Eigen::Ref<const Points>& vertices) {
   }
 }
 
+std::shared_ptr<const Topology> checked(std::shared_ptr<const Topology> topology) {
+  if (!topology) throw InputError("shape: its topology is null");
+  return topology;
+}
+
 [[noreturn]] void refuse_count(const Eigen::Ref<const Points>& vertices, const Topology& topology) {
   throw InputError(std::to_string(vertices.cols()) + " vertices for a topology of " +
                    std::to_string(topology.vertex_count()));
@@ -186,7 +215,12 @@ Topology::Topology(int vertex_count, const std::vector<std::vector<int>>& faces,
                    const std::vector<HostedVertex>& hosted,
                    const std::vector<std::vector<int>>& surface)
     : vertex_count_(vertex_count) {
-  check_faces(vertex_count, faces);
+  if (vertex_count < 0 || faces.empty()) {
+    throw InputError("topology: " + std::to_string(vertex_count) + " vertices and " +
+                     std::to_string(faces.size()) + " faces make no closed surface");
+  }
+  check_polygons(vertex_count, faces, "face");
+  if (!surface.empty() && surface != faces) check_surface(vertex_count, surface);
   std::size_t corners = 0;
   for (const std::vector<int>& face : faces) corners += face.size();
   face_vertices_.reserve(corners);
@@ -207,37 +241,34 @@ Topology::Topology(int vertex_count, const std::vector<std::vector<int>>& faces,
       triangles_.push_back({cell[0], cell[k - 1], cell[k]});
     }
   }
-  add_edges();
+  add_edges(faces);
   add_hosts(hosted);
   add_neighbours();
-  add_face_sets();
+  add_face_sets(surface);
   add_edge_table();
   find_brick();
 }
 
-void Topology::add_edges() {
-  const std::vector<HalfEdge> halves = sorted_halves(*this, face_start_);
+void Topology::add_edges(const std::vector<std::vector<int>>& faces) {
+  const std::vector<HalfEdge> halves = sorted_halves(vertex_count_, faces);
   face_edges_.assign(face_vertices_.size(), -1);
   face_neighbours_.assign(face_vertices_.size(), -1);
   edges_.reserve(halves.size() / 2);
   edge_faces_.reserve(halves.size() / 2);
-  for (std::size_t i = 0; i < halves.size();) {
-    std::size_t j = i;
-    while (j < halves.size() && halves[j].ends == halves[i].ends) ++j;
-    check_twins(halves.data() + i, halves.data() + j);
-    for (std::size_t k = i; k < j; ++k) {
-      face_edges_[index(halves[k].slot)] = edge_count();
-      face_neighbours_[index(halves[k].slot)] = halves[k == i ? i + 1 : i].face;
+  visit_edges(halves, "face", [&](std::span<const HalfEdge> of_edge) {
+    for (const std::size_t k : {0u, 1u}) {
+      face_edges_[index(of_edge[k].slot)] = edge_count();
+      face_neighbours_[index(of_edge[k].slot)] = of_edge[1 - k].face;
     }
-    edges_.push_back(halves[i].ends);
-    edge_faces_.push_back({halves[i].face, halves[i + 1].face});
-    i = j;
-  }
+    edges_.push_back(of_edge[0].ends);
+    edge_faces_.push_back({of_edge[0].face, of_edge[1].face});
+  });
 }
 
 void Topology::add_hosts(const std::vector<HostedVertex>& hosted) {
   std::vector<char> placed(index(vertex_count_), 0);
   for (const int v : face_vertices_) placed[index(v)] = 1;
+  const std::vector<char> corner = placed;
   if (!hosted.empty()) {
     for (int v = 0; v < vertex_count_; ++v) hosts_.push_back({FeatureKind::Vertex, v});
   }
@@ -250,7 +281,8 @@ void Topology::add_hosts(const std::vector<HostedVertex>& hosted) {
     if (a >= 0) host = {FeatureKind::Edge, known ? static_cast<int>(edge - edges_.begin()) : -1};
     const int count = host.kind == FeatureKind::Face ? face_count() : vertex_count_;
     const bool good = at.vertex >= 0 && at.vertex < vertex_count_ && host.index >= 0 &&
-                      (host.kind == FeatureKind::Edge || host.index < count);
+                      (host.kind == FeatureKind::Edge || host.index < count) &&
+                      (host.kind != FeatureKind::Vertex || corner[index(host.index)]);
     if (!good || placed[index(at.vertex)]) {
       throw InputError("vertex " + std::to_string(at.vertex) +
                        (good ? " is a corner or has two hosts" : " has no such host"));
@@ -297,9 +329,14 @@ void Topology::add_neighbours() {
   }
 }
 
-void Topology::add_face_sets() {
+void Topology::add_face_sets(const std::vector<std::vector<int>>& surface) {
+  std::vector<char> below(index(vertex_count_), surface.empty() ? 0 : 1);
+  for (const std::vector<int>& polygon : surface) {
+    for (const int v : polygon) below[index(v)] = 0;
+  }
   const auto visit = [&](const auto& put) {
     for (int v = 0; v < vertex_count_; ++v) {
+      if (below[index(v)]) continue;
       for (const int f : vertex_faces(v)) put(f, v);
     }
   };
@@ -396,7 +433,7 @@ bool turns_left(const Points& vertices, std::span<const int> face, const Vector3
 }  // namespace
 
 Shape::Shape(std::shared_ptr<const Topology> topology, const Eigen::Ref<const Points>& vertices)
-    : topology_(std::move(topology)),
+    : topology_(checked(std::move(topology))),
       vertices_(3, vertices.cols()),
       padded_count_(static_cast<int>((vertices.cols() + 7) / 8 * 8)),
       face_normals_(3, topology_->face_count()),

@@ -12,7 +12,8 @@ inline constexpr int kMostVertices = 10000;     ///< vertices that one polyhedro
 /// How far a face given may be off its plane, and a vertex beyond it, as a share of the diameter.
 inline constexpr double kFlatness = 1e-6;
 
-/// Axis-aligned box between two corners, m. Vertex i + 2 j + 4 k stands at corner (i, j, k).
+/// Axis-aligned box between two corners, m. Vertex i + 2 j + 4 k stands at corner (i, j, k). As
+/// large and as thick as make_hull asks.
 Shape make_box(const Vector3& min, const Vector3& max);
 
 /// Prism: a convex polygon (3 × n, planar, either direction, m) swept along `sweep` (m). Vertices:
@@ -54,8 +55,10 @@ Hull make_hull(const Eigen::Ref<const Points>& points);
 /// throughout: inside-out is turned round); checked: finite, closed, convex and planar within
 /// kFlatness, no equal points, no unused vertex, sizes and thickness as in make_hull. Faces are
 /// merged and labelled as in make_hull; vertices on the border of two faces may be named by both.
-/// The solid is the convex hull of the vertices; all of them are kept.
+/// The solid is the convex hull of the vertices; all of them are kept. Where the faces given leave
+/// it by more than the label length (as coordinates in single precision do), the facets of the
+/// exact hull take their place, in the same order, and vertices below them are in no face.
 Shape make_shape(const Eigen::Ref<const Points>& vertices,
-                           const std::vector<std::vector<int>>& faces);
+                 const std::vector<std::vector<int>>& faces);
 
 }  // namespace quoin::geometry

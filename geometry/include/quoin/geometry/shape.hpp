@@ -32,7 +32,7 @@ struct Feature {
 
 /// A vertex of the solid that is no corner of its faces, and where it lies within the length to
 /// which labels are known: at a corner ({c, -1}), on the edge between two corners, or, where both
-/// are -1, in a face.
+/// are -1, in a face. One that lies deeper below the surface goes by what is nearest.
 struct HostedVertex {
   int vertex = 0;
   std::array<int, 2> corners{-1, -1};
@@ -46,9 +46,10 @@ struct HostedVertex {
 class Topology {
  public:
   /// `faces`: cycles of corners, counter-clockwise from outside. `hosted`: all other vertices.
-  /// `surface`: polygons of a finer closed surface through all vertices, such as the exact hull's;
-  /// empty: the faces. Throws InputError when the faces do not form one closed surface (each edge
-  /// between exactly two faces, in opposite directions), or a vertex has neither face nor host.
+  /// `surface`: polygons of a finer closed surface, such as the exact hull's; vertices that it does
+  /// not name lie below it. Empty: the faces. Throws InputError when the faces, or the surface, do
+  /// not form a closed surface (each edge between exactly two faces, in opposite directions), or a
+  /// vertex has neither face nor host, or a host that is no corner.
   Topology(int vertex_count, const std::vector<std::vector<int>>& faces,
            const std::vector<HostedVertex>& hosted = {},
            const std::vector<std::vector<int>>& surface = {});
@@ -64,7 +65,7 @@ class Topology {
     return face_fours_.data() + 4 * face_four_start_[index(f)];
   }
   /// All vertices that lie in it, ascending: its corners and those that they, its edges and itself
-  /// host.
+  /// host, but for vertices below the surface.
   std::span<const int> face_set(int f) const { return row(face_sets_, face_set_start_, f); }
   /// Edge from each vertex of the face to the next; the face across it.
   std::span<const int> face_edges(int f) const { return row(face_edges_, face_start_, f); }
@@ -102,7 +103,7 @@ class Topology {
   /// Of a solid with the faces of a brick: its vertices in the order of their places, bit k of
   /// which says that a vertex lies across edge k of vertex 0. Empty for others.
   std::span<const int> brick() const { return brick_; }
-  /// A closed surface through all vertices, counter-clockwise from outside.
+  /// A closed surface, counter-clockwise from outside, through all vertices but those below it.
   std::span<const std::array<int, 3>> triangles() const { return triangles_; }
 
  private:
@@ -111,10 +112,10 @@ class Topology {
                                   int i) {
     return {values.data() + start[index(i)], values.data() + start[index(i) + 1]};
   }
-  void add_edges();
+  void add_edges(const std::vector<std::vector<int>>& faces);
   void add_hosts(const std::vector<HostedVertex>& hosted);
   void add_neighbours();
-  void add_face_sets();
+  void add_face_sets(const std::vector<std::vector<int>>& surface);
   void add_edge_table();
   void find_brick();
   int search_edge(int v, int w) const;
@@ -152,11 +153,13 @@ struct AlignedAllocator {
 class alignas(64) Shape {
  public:
   /// Whether the vertices make the faces convex is not checked: `build.hpp` does. vertices:
-  /// 3 × vertex_count, m. Throws InputError as set_vertices does, and while the rounding mode of
-  /// floating point is not to nearest (other calls do not ask).
+  /// 3 × vertex_count, m. Throws InputError as set_vertices does, for a topology that is null, and
+  /// while the rounding mode of floating point is not to nearest (other calls do not ask).
   Shape(std::shared_ptr<const Topology> topology, const Eigen::Ref<const Points>& vertices);
 
-  /// Moves or deforms: same topology, new places. No allocation. vertices: 3 × vertex_count, m.
+  /// Moves or deforms: same topology, new places, of which the faces must still turn outward: that
+  /// they do, and are convex, is not checked (mirrored vertices have a negative volume, and hold no
+  /// point). No allocation. vertices: 3 × vertex_count, m.
   /// Throws InputError, and leaves everything as it was, for another number of columns, for a
   /// coordinate that is not finite or larger than kLargestCoordinate, and where the largest extent
   /// is smaller than kSmallestExtent.
