@@ -24,9 +24,10 @@ struct OpenCloseOptions {
   /// and gaps are left.
   bool rough = false;
   int max_iterations = 200;
-  bool raise = false;      ///< augmentation where the gap falls slowly
-  bool predicted = false;  ///< the first guess is no solution yet: blocks may stand instead
-  bool damped = false;     ///< of rigid blocks: sliding contacts, where Newton's search fails
+  int further_iterations = 0;  ///< as long as the largest gap still falls
+  bool raise = false;          ///< augmentation where the gap falls slowly
+  bool predicted = false;      ///< the first guess is no solution yet: blocks may stand instead
+  bool damped = false;         ///< of rigid blocks: sliding contacts, where Newton's search fails
   /// Many rigid blocks move: contact forces are wanted to 1e4 times the force tolerance alone.
   bool moves = false;
   /// Joints hold without limit, and will be judged by the forces: whether these have one is asked.
