@@ -73,13 +73,23 @@ void take_over_held(const CompiledScene& before, const State& state_before, Comp
   }
 }
 
+/// By how much the gap at which a spring is closed grows where its stiffness changes: what presses
+/// it stays.
+double further_gap(const Joint& was, const Joint& is, const Contact& contact) {
+  const double before = was.normal_stiffness, now = is.normal_stiffness;
+  if (before == now || before == 0.0 || contact.mode == ContactMode::Open) return 0.0;
+  const double squeezed = opening(was, contact) - contact.point.gap;
+  return squeezed * ((now > 0.0 ? before / now : 0.0) - 1.0);
+}
+
 /// Bonds that bear no tension by the new law are gone, without harm to the joint's other strength.
 /// What joints have opened by their slip stays, whatever opens them from now on.
 void take_over_joints(const Scene& before, const Scene& now, std::vector<Contact>& contacts) {
   for (Contact& contact : contacts) {
     const auto& key = contact.point.key;
     const Joint &was = joint_between(before, key.a, key.b), &is = joint_between(now, key.a, key.b);
-    contact.closed_gap += opening(was, contact) - opening(is, contact);
+    contact.closed_gap +=
+        opening(was, contact) - opening(is, contact) + further_gap(was, is, contact);
     if (!(strength(is, contact).tension > 0.0)) part(contact);
   }
 }

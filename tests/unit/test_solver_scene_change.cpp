@@ -224,6 +224,25 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("blocks in balance stay where they are when the stiffness of their joints changes") {
+  for (const double stiffness : {1e7, 1e9, 0.0}) {
+    CAPTURE(stiffness);
+    Scene scene = stack();
+    scene.joint.normal_stiffness = scene.joint.shear_stiffness = 1e8;
+    Simulation simulation(scene, {.analysis = Analysis::Static});
+    run(simulation, 50);
+    const double height = simulation.state().blocks[2].centroid.z();
+    REQUIRE(height < 1.5 - 1e-4);  // 2000 g / 1e8 and twice that
+    scene.joint.normal_stiffness = scene.joint.shear_stiffness = stiffness;
+    simulation.change(scene);
+    simulation.set_options({.time_step = 1e-3});
+    for (int step = 0; step < 50; ++step) {
+      run(simulation, 1);
+      REQUIRE_THAT(simulation.state().blocks[2].centroid.z(), WithinAbs(height, 1e-9));
+    }
+  }
+}
+
 TEST_CASE("springs keep what shear has stored in them through a change of scene") {
   Scene scene{.joint = {.friction_angle = 0.7, .normal_stiffness = 1e8, .shear_stiffness = 1e7}};
   scene.add_fixed(geometry::make_box({-5, -5, -1}, {5, 5, 0}));
