@@ -648,7 +648,8 @@ TEST_CASE("make shape: a vertex below an edge or a corner is theirs") {
   const std::vector<std::vector<int>> faces{{9, 2, 3, 1},    {0, 2, 9},       {0, 9, 1},
                                             {0, 1, 5, 8, 4}, {4, 8, 5, 7, 6}, {2, 6, 7, 3},
                                             {0, 4, 6, 2},    {1, 3, 7, 5}};
-  const Topology& topology = make_shape(points, faces).topology();
+  const Shape solid = make_shape(points, faces);
+  const Topology& topology = solid.topology();
   CHECK(topology.face_count() == 6);
   CHECK(topology.host(8) == Feature{FeatureKind::Edge, topology.find_edge(4, 5)});
   CHECK(topology.host(9) == Feature{FeatureKind::Vertex, 0});
