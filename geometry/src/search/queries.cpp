@@ -3,6 +3,7 @@
 #include <quoin/geometry/queries.hpp>
 
 #include "numeric/error_bounds.hpp"
+#include "shape/support.hpp"
 
 namespace quoin::geometry {
 namespace {
@@ -102,14 +103,7 @@ class FacePlanes {
 
  private:
   /// Of the vertices, from the shape's origin, along a direction in its frame, m.
-  double farthest(const Vector3& own) const {
-    const Shape& shape = body_.shape();
-    using Row = Eigen::Map<const Eigen::ArrayXd, Eigen::Aligned64>;
-    const Eigen::Index size = shape.padded_count();
-    const Row x(shape.offsets(), size), y(shape.offsets() + size, size),
-        z(shape.offsets() + 2 * size, size);
-    return (own.x() * x + own.y() * y + own.z() * z).maxCoeff();
-  }
+  double farthest(const Vector3& own) const { return support(body_.shape(), own).value; }
 
   const Body& body_;
   Matrix3 cofactors_;

@@ -171,18 +171,6 @@ void start_history(const CarryOptions& options, BodyContact& contact) {
   contact.laid = true;
 }
 
-/// Calls joint(contacts) for those of each pair: neighbours in the list.
-template <class OnJoint>
-void each_joint(std::vector<BodyContact>& contacts, const OnJoint& joint) {
-  for (std::size_t first = 0, last = 0; first < contacts.size(); first = last) {
-    while (last < contacts.size() && contacts[last].a == contacts[first].a &&
-           contacts[last].b == contacts[first].b) {
-      ++last;
-    }
-    joint(std::span(contacts).subspan(first, last - first));
-  }
-}
-
 double area_of(std::span<const BodyContact> joint) {
   double area = 0.0;
   for (const BodyContact& contact : joint) area += contact.state.point.area;

@@ -99,4 +99,16 @@ void uncross_turned_edges(const PairPoses& start, const PairPoses& end, BodyCont
 /// Its normal alone.
 Vector3 contact_normal(const BodyContact& contact, const Pose& a, const Pose& b);
 
+/// Calls visit(contacts) for those of each pair: neighbours in the list.
+template <class Visit>
+void each_joint(std::span<BodyContact> contacts, const Visit& visit) {
+  for (std::size_t first = 0, last = 0; first < contacts.size(); first = last) {
+    while (last < contacts.size() && contacts[last].a == contacts[first].a &&
+           contacts[last].b == contacts[first].b) {
+      ++last;
+    }
+    visit(contacts.subspan(first, last - first));
+  }
+}
+
 }  // namespace quoin::solver

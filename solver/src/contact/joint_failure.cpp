@@ -168,22 +168,18 @@ bool fail_where_sliding(const SolvedJoint& joint) {
   return any;
 }
 
-/// Those that can fail: all contacts of one pair each.
+/// Those that can fail.
 template <typename Visit>
-void each_joint(std::span<BodyContact> contacts, std::span<const LinearContact> linear,
-                const Visit& visit) {
-  for (std::size_t first = 0, last = 0; first < contacts.size(); first = last) {
-    const auto same_pair = [&](const BodyContact& contact) {
-      return contact.a == contacts[first].a && contact.b == contacts[first].b;
-    };
-    while (last < contacts.size() && same_pair(contacts[last])) ++last;
-    const SolvedJoint joint{contacts.subspan(first, last - first),
-                            linear.subspan(first, last - first)};
+void each_weak_joint(std::span<BodyContact> contacts, std::span<const LinearContact> linear,
+                     const Visit& visit) {
+  each_joint(contacts, [&](std::span<BodyContact> joint) {
     // A stage may take the strength of joints that are bonded.
     const bool bonded =
-        std::ranges::any_of(joint.contacts, [](const BodyContact& c) { return c.state.bonded; });
-    if (bonded || can_fail(*contacts[first].joint)) visit(joint);
-  }
+        std::ranges::any_of(joint, [](const BodyContact& c) { return c.state.bonded; });
+    if (!bonded && !can_fail(*joint.front().joint)) return;
+    const auto first = static_cast<std::size_t>(joint.data() - contacts.data());
+    visit(SolvedJoint{joint, linear.subspan(first, joint.size())});
+  });
 }
 
 }  // namespace
@@ -191,7 +187,7 @@ void each_joint(std::span<BodyContact> contacts, std::span<const LinearContact> 
 bool fail_overloaded(std::span<BodyContact> contacts, std::span<const LinearContact> linear,
                      double opened) {
   bool any = false;
-  each_joint(contacts, linear, [&](const SolvedJoint& joint) {
+  each_weak_joint(contacts, linear, [&](const SolvedJoint& joint) {
     any = part_where_overloaded(joint) || any;
     any = fail_where_opened(joint, opened) || any;
     any = fail_where_sliding(joint) || any;
@@ -210,7 +206,7 @@ bool may_fail(std::span<const BodyContact> contacts) {
 std::vector<double> joint_loads(std::span<BodyContact> contacts,
                                 std::span<const LinearContact> linear, double largest_force) {
   std::vector<double> loads(contacts.size(), 0.0);
-  each_joint(contacts, linear, [&](const SolvedJoint& joint) {
+  each_weak_joint(contacts, linear, [&](const SolvedJoint& joint) {
     const auto first = loads.begin() + (joint.contacts.data() - contacts.data());
     std::fill_n(first, joint.contacts.size(), load_of(joint, kStressRounding * largest_force));
   });
@@ -220,7 +216,7 @@ std::vector<double> joint_loads(std::span<BodyContact> contacts,
 bool fail_chosen(std::span<BodyContact> contacts, std::span<const LinearContact> linear,
                  std::span<const char> chosen) {
   bool any = false;
-  each_joint(contacts, linear, [&](const SolvedJoint& joint) {
+  each_weak_joint(contacts, linear, [&](const SolvedJoint& joint) {
     if (!chosen[static_cast<std::size_t>(joint.contacts.data() - contacts.data())]) return;
     any = part_where_overloaded(joint) || any;
     any = fail_where_sliding(joint) || any;
@@ -231,8 +227,8 @@ bool fail_chosen(std::span<BodyContact> contacts, std::span<const LinearContact>
 bool fail_opened(std::span<BodyContact> contacts, std::span<const LinearContact> linear,
                  double opened) {
   bool any = false;
-  each_joint(contacts, linear,
-             [&](const SolvedJoint& joint) { any = fail_where_opened(joint, opened) || any; });
+  each_weak_joint(contacts, linear,
+                  [&](const SolvedJoint& joint) { any = fail_where_opened(joint, opened) || any; });
   return any;
 }
 

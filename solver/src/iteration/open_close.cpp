@@ -275,7 +275,7 @@ bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptio
     const Relaxed relaxed = newton_.relax({wanted, softness, most(), damped}, count);
     slow = slow || relaxed == Relaxed::No || count.iterations - before > kQuickSteps;
     if (relaxed != Relaxed::No) {
-      gap.note(violation(contacts));
+      if (options.further_iterations > 0) gap.note(violation(contacts));
       solved_ = newton_.change();
       progress.assumes = progress.softened = false;
       const bool exact = (relaxed == Relaxed::ToRounding && wanted == options.force_tolerance) ||
