@@ -267,7 +267,7 @@ ContactError contact_error(const ContactProblem& problem, const std::vector<Vect
   std::vector<Vector3> x(forces.size()), motion(forces.size());
   for (std::size_t i = 0; i < forces.size(); ++i) x[i] = cones.cone_force(i, forces[i]);
   cones.respond(x, motion);
-  ContactError error{relative_residual(x, motion), 0.0};
+  ContactError error{relative_residual(cones.admissible(), x, motion), 0.0};
   for (std::size_t i = 0; i < forces.size(); ++i) {
     const double gap = cones.motion(i, motion[i])[0];
     error.gap = std::max(error.gap, forces[i][0] > 0.0 ? std::abs(gap) : -gap);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 
 #include "distributed/gathered_contacts.hpp"
@@ -23,6 +24,9 @@ constexpr int kFurther = 200;
 // method takes over from the whole one, whatever it leaves: walls near their limit load are solved
 // in half steps.
 constexpr int kFailures = 2;
+// Likewise of so few blocks, as long as any joint holds: their exact solution costs little.
+constexpr int kFailuresOfFew = 4;
+constexpr std::size_t kFew = 16;
 // Like kPatience in a loose island, whose next attempt is the proximal Newton method's,
 constexpr int kQuick = 30;
 // and where something else has failed before: of an attempt by that method that left gaps or gained
@@ -116,6 +120,7 @@ OpenCloseResult ContactSolver::iterate(const StepOptions& options, const BlockEq
   automatic_ = options.contact_iteration == ContactIteration::Automatic &&
                options.analysis == Analysis::Dynamic;
   suits_ = agreement_.all(ConeProblem::suits(contacts));
+  coulomb_ = suits_ && agreement_.all(std::ranges::all_of(contacts, ConeProblem::follows_coulomb));
   yielding_ = asks_to_yield(options, blocks, contacts) && suits_;
   if (yielding_) return yield(blocks, contacts, tuning, increment);
   if (automatic_) {
@@ -152,9 +157,12 @@ bool ContactSolver::asks_to_yield(const StepOptions& options, const BlockEquatio
                                   std::span<const LinearContact> contacts) {
   if (!automatic_) return options.contact_iteration == ContactIteration::ProximalNewton;
   uneven_ = uneven_ || is_uneven(blocks, contacts);  // of positions, or of velocities
-  if (uneven_ && failures_ < kFailures) stage_ = Stage::OpenClose;
+  if (uneven_ && !gave_up_) stage_ = Stage::OpenClose;
   return stage_ != Stage::OpenClose;
 }
+
+/// Whether these are few blocks, and joints hold some.
+bool ContactSolver::few_held() const { return !coulomb_ && slots_->count() < kFew; }
 
 /// Iterations of the open-close iteration on this problem, at most.
 int ContactSolver::patience(std::span<const LinearContact> contacts) {
@@ -166,7 +174,7 @@ int ContactSolver::patience(std::span<const LinearContact> contacts) {
   // whole.
   const bool again = checked_ == Try::Failed && !(other_gains_ > 0.0);
   if (again && (loose_ || failures_ == 0)) return kLastTry;
-  if (!suits_) return kPatience;  // no other iteration has it
+  if (!suits_ || few_held()) return kPatience;  // no other iteration has it, or not yet
   const int most = slots_->rigid() ? kRigidPatience : kPatience;
   if (checked_ != Try::None) return most;
   can_check_ = true;
@@ -182,6 +190,7 @@ void ContactSolver::choose(const StepOptions& options) {
 
 void ContactSolver::begin() {
   failures_ = 0;
+  gave_up_ = false;
   move_on();
 }
 
@@ -198,7 +207,7 @@ void ContactSolver::start(int crowd) {
   uneven_ = false;
   stage_ = static_cast<Stage>(crowd);
   loose_ = loose_ || stage_ == Stage::Checked;
-  if (failures_ == kFailures) stage_ = Stage::Crowd;
+  if (gave_up_) stage_ = Stage::Crowd;
   if (stage_ == Stage::OpenClose && checked_ == Try::Now) stage_ = Stage::Checked;
   if (stage_ == Stage::Checked && checked_ == Try::Failed) stage_ = Stage::OpenClose;
 }
@@ -235,15 +244,17 @@ int ContactSolver::crowd() const {
 }
 
 double ContactSolver::note(bool solved, bool can_cut) {
-  if (failures_ == kFailures) return 0.5;  // for what is left of the step
+  if (gave_up_) return 0.5;  // for what is left of the step
   if (automatic_ && uneven_) {
     if (solved || can_cut || !suits_) return 0.5;
-    failures_ = kFailures;
+    gave_up_ = true;
     return std::numeric_limits<double>::infinity();
   }
   failures_ = solved ? 0 : failures_ + 1;
-  if (failures_ < kFailures || yielding_) return 0.5;
-  return cannot_yield_ ? 1.0 : 2.0;
+  const int most = few_held() && can_cut ? kFailuresOfFew : kFailures;
+  gave_up_ = failures_ >= most && !yielding_;
+  if (!gave_up_) return 0.5;
+  return cannot_yield_ ? 1.0 : std::ldexp(1.0, most - 1);
 }
 
 }  // namespace quoin::solver

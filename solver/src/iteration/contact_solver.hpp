@@ -37,7 +37,7 @@ class ContactSolver {
   /// `crowd`: of the last sub-step, 0: none.
   void start(int crowd);
   /// An attempt at a sub-step has ended. How long the next one is by this one, if it is not taken:
-  /// a half; or the whole one again, with contacts that yield, but where these have not solved it.
+  /// a half; or as it was at first, with contacts that yield, but where these have not solved it.
   /// Infinity: all that is left of the step. `can_cut`: a half is not too short.
   double note(bool solved, bool can_cut);
 
@@ -95,6 +95,7 @@ class ContactSolver {
     static constexpr int kNone = -2;  // -1 is a block that has no unknowns
   };
   bool is_uneven(const BlockEquations& blocks, std::span<const LinearContact> contacts);
+  bool few_held() const;
   int patience(std::span<const LinearContact> contacts);
 
   const Slots* slots_;
@@ -107,12 +108,14 @@ class ContactSolver {
   bool loose_ = false;         ///< the island of this sub-step
   bool uneven_ = false;        ///< light blocks bear much heavier ones in this attempt
   bool suits_ = true;          ///< the proximal Newton method could have the problem
+  bool coulomb_ = true;        ///< which has friction alone, no cohesion and no bonds
   std::vector<Load> loads_;    ///< memory of is_uneven(), by slot
   bool can_check_ = false;     ///< the checked stage may have this attempt
   bool cannot_yield_ = false;  ///< the checked stage has not solved it
   bool automatic_ = false;
   bool yielding_ = false;
-  int failures_ = 0;  ///< attempts in a row that were not solved
+  int failures_ = 0;      ///< attempts in a row that were not solved
+  bool gave_up_ = false;  ///< the open-close iteration, for what is left of the step
   int iterations_left_ = 0;
 };
 

@@ -20,9 +20,42 @@ Positive smoothly_positive(double l, double e) {
   return {value, 0.5 * (1.0 + l / root)};
 }
 
-}  // namespace
+/// z / max(|z|, limit) times the limit: its derivatives by both.
+struct SmoothDisc {
+  Eigen::Vector2d value = Eigen::Vector2d::Zero(), by_limit = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d by_z = Eigen::Matrix2d::Zero();
+};
 
-SmoothProjection project_smoothly(const Vector3& z, double smoothing) {
+SmoothDisc project_on_disc(const Eigen::Vector2d& z, double limit, double smoothing) {
+  const double size = z.norm();
+  const auto [beyond, slope] = smoothly_positive(size - limit, smoothing);
+  const double larger = limit + beyond;
+  if (!(larger > 0.0)) return {};
+  const double share = limit / larger;
+  SmoothDisc disc{share * z, (beyond + slope * limit) / (larger * larger) * z,
+                  share * Eigen::Matrix2d::Identity()};
+  if (size > 0.0) disc.by_z -= (share * slope / (larger * size)) * z * z.transpose();
+  return disc;
+}
+
+/// Of all but the cone.
+SmoothProjection project_by_parts(const Admissible& forces, const Vector3& z, double smoothing) {
+  SmoothProjection result{z, Matrix3::Identity()};
+  const auto [positive, slope] = smoothly_positive(z[0], smoothing);
+  if (!forces.pulls) {
+    result.value[0] = positive;
+    result.derivative(0, 0) = slope;
+  }
+  if (forces.shear == Admissible::Shear::All) return result;
+  const double limit = forces.friction * positive + forces.cohesion;
+  const SmoothDisc disc = project_on_disc(z.tail<2>(), limit, smoothing);
+  result.value.tail<2>() = disc.value;
+  result.derivative.bottomRightCorner<2, 2>() = disc.by_z;
+  result.derivative.bottomLeftCorner<2, 1>() = forces.friction * slope * disc.by_limit;
+  return result;
+}
+
+SmoothProjection project_on_cone(const Vector3& z, double smoothing) {
   const double tangential = z.tail<2>().norm();
   const double low = z[0] - tangential, high = z[0] + tangential;
   const auto [p_low, s_low] = smoothly_positive(low, smoothing);
@@ -37,6 +70,30 @@ SmoothProjection project_smoothly(const Vector3& z, double smoothing) {
   result.derivative << mean, half * along.transpose(), half * along,
       across * Eigen::Matrix2d::Identity() + (mean - across) * along * along.transpose();
   return result;
+}
+
+}  // namespace
+
+Vector3 project_on(const Admissible& forces, const Vector3& z) {
+  const double tangential = z.tail<2>().norm();
+  if (forces.shear != Admissible::Shear::Cone) {
+    Vector3 force = z;
+    if (!forces.pulls) force[0] = std::max(z[0], 0.0);
+    const double limit = forces.shear_limit(force[0]);
+    if (forces.shear == Admissible::Shear::Disc && tangential > limit) {
+      force.tail<2>() *= limit / tangential;
+    }
+    return force;
+  }
+  if (z[0] >= tangential) return z;
+  if (z[0] <= -tangential) return Vector3::Zero();
+  const double size = 0.5 * (z[0] + tangential), along = size / tangential;
+  return {size, along * z[1], along * z[2]};
+}
+
+SmoothProjection project_smoothly(const Admissible& forces, const Vector3& z, double smoothing) {
+  return forces.shear == Admissible::Shear::Cone ? project_on_cone(z, smoothing)
+                                                 : project_by_parts(forces, z, smoothing);
 }
 
 }  // namespace quoin::solver

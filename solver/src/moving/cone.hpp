@@ -1,26 +1,45 @@
 #pragma once
-/// The second-order cone of a contact, x_n >= |x_t|, and the projection on it.
+/// Forces that a contact can bear, and the projection on them.
 ///
-/// Vectors are (n, t1, t2); eigenvalues x_n ∓ |x_t|.   [Fukushima, Luo & Tseng 2002]
+/// Vectors are (n, t1, t2), compression positive.
 
+#include <algorithm>
 #include <quoin/solver/scene.hpp>
 
 namespace quoin::solver {
 
-inline Vector3 project_on_cone(const Vector3& z) {
-  const double tangential = z.tail<2>().norm();
-  if (z[0] >= tangential) return z;
-  if (z[0] <= -tangential) return Vector3::Zero();
-  const double size = 0.5 * (z[0] + tangential), along = size / tangential;
-  return {size, along * z[1], along * z[2]};
+/// Coulomb's law without cohesion, in units in which friction is one, is the second-order cone
+/// x_n >= |x_t|. Other contacts have a range of x_n, and a limit of |x_t| that goes with it.
+struct Admissible {
+  enum class Shear : char {
+    Cone,
+    Disc,  ///< |x_t| <= friction max(x_n, 0) + cohesion
+    All    ///< no limit
+  };
+  Shear shear = Shear::Cone;
+  bool pulls = false;  ///< x_n of any sign, as of a bond; else x_n >= 0
+  double friction = 0.0, cohesion = 0.0;
+
+  double shear_limit(double normal_force) const {
+    return friction * std::max(normal_force, 0.0) + cohesion;
+  }
+};
+
+/// y of a contact's force x and its motion u: x is the projection of x - y. By the cone friction
+/// would go with its normal, and lift what slides. [De Saxcé & Feng 1998]
+inline Vector3 corrected(const Admissible& forces, const Vector3& u) {
+  const double slip = forces.shear == Admissible::Shear::Cone ? u.tail<2>().norm() : 0.0;
+  return {u[0] + slip, u[1], u[2]};
 }
 
-/// The projection with max(l, 0) of eigenvalues replaced by (l + sqrt(l² + 4 e²))/2, and its
-/// derivative; e may be zero.
+Vector3 project_on(const Admissible& forces, const Vector3& z);
+
+/// The projection with each max(l, 0) replaced by (l + sqrt(l² + 4 e²))/2, and its derivative; e
+/// may be zero. Of the cone these are its eigenvalues x_n ∓ |x_t| [Fukushima, Luo & Tseng 2002].
 struct SmoothProjection {
   Vector3 value;
   Matrix3 derivative;
 };
-SmoothProjection project_smoothly(const Vector3& z, double smoothing);
+SmoothProjection project_smoothly(const Admissible& forces, const Vector3& z, double smoothing);
 
 }  // namespace quoin::solver

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "index.hpp"
-#include "moving/cone.hpp"
 #include "pair_stiffness.hpp"
 
 namespace quoin::solver {
@@ -15,8 +14,31 @@ namespace {
 
 constexpr int kLocalSteps = 3;  // projections a contact in each pass
 
-/// diag(1, mu, mu)
-Vector3 shares(double friction) { return {1.0, friction, friction}; }
+/// What settles lets go of shear where it opens: its forces jump.
+bool holds_shear(const LinearContact& c) {
+  return c.law == ContactLaw::Bilateral || (c.law == ContactLaw::Stuck && (c.bonded || c.clings));
+}
+
+Admissible admissible_by(const LinearContact& c) {
+  if (ConeProblem::follows_coulomb(c)) return {};
+  Admissible forces{.pulls = c.bonded || c.law == ContactLaw::Bilateral};
+  if (c.law == ContactLaw::Coulomb) {
+    forces.shear = Admissible::Shear::Disc;
+    forces.friction = c.friction;
+    forces.cohesion = c.cohesion;
+  } else {
+    forces.shear = Admissible::Shear::All;
+  }
+  return forces;
+}
+
+/// 0: it bears none.
+double shear_share(const LinearContact& c) {
+  if (c.law == ContactLaw::Frictionless) return 0.0;
+  return ConeProblem::follows_coulomb(c) ? c.friction : 1.0;
+}
+
+Vector3 shares(double shear) { return {1.0, shear, shear}; }
 
 template <int n>
 Eigen::Map<const ContactRows<n>> rows_of(const std::vector<double>& rows, std::size_t contact) {
@@ -35,10 +57,14 @@ void push(const Eigen::Map<const ContactRows<n>>& rows, int first, const Vector3
 
 }  // namespace
 
+bool ConeProblem::follows_coulomb(const LinearContact& c) {
+  const bool coulomb = c.law == ContactLaw::Coulomb || c.law == ContactLaw::Frictionless;
+  return coulomb && !c.compliant && !c.bonded && c.cohesion == 0.0;
+}
+
 bool ConeProblem::suits(std::span<const LinearContact> contacts) {
   return std::ranges::all_of(contacts, [](const LinearContact& c) {
-    const bool coulomb = c.law == ContactLaw::Coulomb || c.law == ContactLaw::Frictionless;
-    return coulomb && !c.compliant && !c.bonded && c.cohesion == 0.0;
+    return !c.compliant && (c.law != ContactLaw::Stuck || holds_shear(c));
   });
 }
 
@@ -57,13 +83,17 @@ void ConeProblem::set(const BlockSystem& base, const BlockVector& force,
   });
   inverted_ = base.diagonal;
   cones_.assign(contacts.size(), {});
+  admissible_.resize(contacts.size());
   rows_.assign(6 * index(slots_->width()) * contacts.size(), 0.0);
   mobility_.assign(rows_.size(), 0.0);
   threads_.each(contacts.size(), [&](std::size_t i) {
     const LinearContact& c = contacts[i];
-    cones_[i].friction = c.law == ContactLaw::Frictionless ? 0.0 : c.friction;
+    admissible_[i] = admissible_by(c);
+    cones_[i].shear = shear_share(c);
     if (mended_apart > 0.0) cones_[i].unmended = c.start;
-    cones_[i].unmended[0] = std::min(cones_[i].unmended[0], mended_apart);
+    if (!admissible_[i].pulls) {
+      cones_[i].unmended[0] = std::min(cones_[i].unmended[0], mended_apart);
+    }
     cones_[i].offset = c.offset - cones_[i].unmended;
     cones_[i].unmoved = c.start + c.left_out - cones_[i].unmended;
     if (c.slot_a >= 0) cones_[i].offset += c.jacobian_a * guess[index(c.slot_a)];
@@ -87,7 +117,7 @@ template <int n>
 void ConeProblem::set_contact(std::size_t i) {
   Cone& cone = cones_[i];
   const LinearContact& c = contacts_[i];
-  const Vector3 share = shares(cone.friction);
+  const Vector3 share = shares(cone.shear);
   Eigen::Map<ContactRows<n>> rows(rows_.data() + i * 6 * n), mobility(mobility_.data() + i * 6 * n);
   for (const int side : {0, 1}) {
     const int slot = side == 0 ? c.slot_a : c.slot_b;
@@ -99,7 +129,7 @@ void ConeProblem::set_contact(std::size_t i) {
     moved.noalias() = own * compliance_[index(slot)].topLeftCorner<n, n>();
     cone.delassus.noalias() += moved * own.transpose();
   }
-  const double directions = cone.friction > 0.0 ? 3.0 : 1.0;
+  const double directions = cone.shear > 0.0 ? 3.0 : 1.0;
   if (!(cone.delassus.trace() > 0.0)) return;  // neither side can move
   cone.scale = std::sqrt(directions / cone.delassus.trace());
   rows *= cone.scale;
@@ -107,24 +137,25 @@ void ConeProblem::set_contact(std::size_t i) {
   cone.delassus *= cone.scale * cone.scale;
   cone.offset.array() *= cone.scale * share.array();
   cone.unmended.array() *= cone.scale * share.array();
+  admissible_[i].cohesion /= cone.scale;
   cone.unmoved.array() *= cone.scale * share.array();
 }
 
 Vector3 ConeProblem::cone_force(std::size_t contact, const Vector3& force) const {
   const Cone& cone = cones_[contact];
-  if (cone.friction == 0.0) return {force[0] / cone.scale, 0.0, 0.0};
-  return force.cwiseQuotient(shares(cone.friction)) / cone.scale;
+  if (cone.shear == 0.0) return {force[0] / cone.scale, 0.0, 0.0};
+  return force.cwiseQuotient(shares(cone.shear)) / cone.scale;
 }
 
 Vector3 ConeProblem::force(std::size_t contact, const Vector3& x) const {
   const Cone& cone = cones_[contact];
-  return cone.scale * shares(cone.friction).cwiseProduct(x);
+  return cone.scale * shares(cone.shear).cwiseProduct(x);
 }
 
 Vector3 ConeProblem::motion(std::size_t contact, const Vector3& y) const {
   const Cone& cone = cones_[contact];
-  if (cone.friction == 0.0) return {y[0] / cone.scale, 0.0, 0.0};
-  return y.cwiseQuotient(shares(cone.friction)) / cone.scale;
+  if (cone.shear == 0.0) return {y[0] / cone.scale, 0.0, 0.0};
+  return y.cwiseQuotient(shares(cone.shear)) / cone.scale;
 }
 
 void ConeProblem::respond(std::span<const Vector3> x, std::span<Vector3> motion) {
@@ -197,11 +228,12 @@ void ConeProblem::sweep_in(std::size_t contact, std::span<Vector3> x) {
   Vector3 motion = cone.offset;
   add_motion<n>(contact, motion);
   const Vector3 before = x[contact];
-  if (before.isZero(0.0) && motion[0] >= 0.0) return;  // stays open
+  const bool opens = admissible_[contact].shear == Admissible::Shear::Cone;
+  if (opens && before.isZero(0.0) && motion[0] >= 0.0) return;  // stays open
   for (int step = 0; step < kLocalSteps; ++step) {
-    Vector3 corrected = motion + cone.delassus * (x[contact] - before);
-    corrected[0] += corrected.tail<2>().norm();
-    x[contact] = project_on_cone(x[contact] - cone.relaxation * corrected);
+    const Vector3 moved = motion + cone.delassus * (x[contact] - before);
+    const Vector3 apart = corrected(admissible_[contact], moved);
+    x[contact] = project_on(admissible_[contact], x[contact] - cone.relaxation * apart);
   }
   const Vector3 change = x[contact] - before;
   if (change.isZero(0.0)) return;

@@ -1,11 +1,11 @@
 #pragma once
-/// One linearised contact problem on second-order cones, its contacts softened.
+/// One linearised contact problem, its contacts softened.
 ///
-///   K D = F + sum Aᵀ x,   u = A D + c + eps (x - bar),   y = u + |u_t| n,   x ∘ y = 0,
+///   K D = F + sum Aᵀ x,   u = A D + c + eps (x - bar),   x = P(x - y),
 ///
-/// x and y in the cone x_n >= |x_t|. x = (f_n, f_t / mu) / s and y = (d_n + mu |d_t|, mu d_t) s of
-/// the contact's force f and motion d [De Saxcé & Feng 1998]; s makes the mean eigenvalue of the
-/// contact's own Delassus block one, so that eps is a share of it and x, y have one unit, sqrt(J).
+/// P the projection on the forces that the contact can bear, y as corrected() has it (cone.hpp).
+/// With mu = 1 where Coulomb's law is not all, x = (f_n, f_t / mu) / s and u = (d_n, mu d_t) s of
+/// the contact's force f and motion d; s makes the mean eigenvalue of the contact's own Delassus block one, so that eps is a share of it and x, y have one unit, sqrt(J).
 
 #include <span>
 #include <vector>
@@ -13,6 +13,7 @@
 #include "contact/linear_contact.hpp"
 #include "linear/threads.hpp"
 #include "linear_solver.hpp"
+#include "moving/cone.hpp"
 
 namespace quoin::solver {
 
@@ -32,7 +33,9 @@ class ConeProblem {
   }
   const Threads& threads() const { return threads_; }
 
-  /// Whether all contacts follow Coulomb's law alone: no springs, bonds, cohesion, held points.
+  /// Rigid and without cohesion.
+  static bool follows_coulomb(const LinearContact& contact);
+  /// Whether none is a spring, and forces go to zero where contacts open.
   static bool suits(std::span<const LinearContact> contacts);
 
   /// The unknown is the change against `guess`, so that forces and motions are rounded like it.
@@ -43,6 +46,7 @@ class ConeProblem {
            double mended_apart = 0.0);
 
   std::size_t count() const { return cones_.size(); }
+  std::span<const Admissible> admissible() const { return admissible_; }  ///< by contact
   Vector3 cone_force(std::size_t contact, const Vector3& force) const;  ///< x of f
   Vector3 force(std::size_t contact, const Vector3& x) const;           ///< f of x
   Vector3 motion(std::size_t contact, const Vector3& y) const;          ///< d of A D + c
@@ -68,7 +72,8 @@ class ConeProblem {
 
  private:
   struct Cone {
-    double scale = 1.0, friction = 0.0;
+    double scale = 1.0;
+    double shear = 0.0;  ///< mu of the cone, else 1, or 0 without friction
     Vector3 offset = Vector3::Zero();  ///< c
     Vector3 unmended = Vector3::Zero(), unmoved = Vector3::Zero();
     Matrix3 delassus = Matrix3::Zero();  ///< of the contact alone
@@ -102,6 +107,7 @@ class ConeProblem {
   std::vector<double> rows_;          ///< A, by contact, both sides: 3×2n by rows
   std::vector<double> mobility_;      ///< A K⁻¹, likewise
   std::vector<Cone> cones_;
+  std::vector<Admissible> admissible_;
   BlockVector increment_, right_;
   BlockSystem system_;
 };

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "moving/cone.hpp"
-
 namespace quoin::solver {
 namespace {
 
@@ -16,6 +14,15 @@ constexpr double kFlat = 1e-2;  // of the slope that the step begins with
 
 }  // namespace
 
+void ConeProjection::freeze(std::span<const Admissible> admissible) {
+  admissible_.assign(admissible.begin(), admissible.end());
+  for (std::size_t i = 0; i < admissible_.size(); ++i) {
+    Admissible& forces = admissible_[i];
+    forces.cohesion = forces.shear_limit(x_[i][0]);
+    forces.friction = 0.0;
+  }
+}
+
 Vector3 ConeProjection::trial(std::size_t contact, const Vector3& moved) const {
   return x_[contact] - kStiffness * (start_[contact] + moved);
 }
@@ -25,7 +32,7 @@ double ConeProjection::update_trials() {
   double left = 0.0, largest = 0.0;
   for (std::size_t i = 0; i < x_.size(); ++i) {
     trial_[i] = trial(i, moved_[i]);
-    const Vector3 pushed = project_on_cone(trial_[i]);
+    const Vector3 pushed = project_on(admissible_[i], trial_[i]);
     left = std::max(left, (pushed - x_[i] - change_[i]).norm());
     largest = std::max(largest, pushed.norm());
   }
@@ -34,7 +41,7 @@ double ConeProjection::update_trials() {
 
 bool ConeProjection::find_step(ConeProblem& problem) {
   for (std::size_t i = 0; i < x_.size(); ++i) {
-    const auto [pushed, derivative] = project_smoothly(trial_[i], 0.0);
+    const auto [pushed, derivative] = project_smoothly(admissible_[i], trial_[i], 0.0);
     tangents_[i] = kStiffness * derivative;
     next_change_[i] = pushed - x_[i] + tangents_[i] * moved_[i];
   }
@@ -50,7 +57,8 @@ double ConeProjection::slope(double share) const {
   for (std::size_t i = 0; i < x_.size(); ++i) {
     const Vector3 step = next_moved_[i] - moved_[i];
     const Vector3 force = x_[i] + change_[i] + share * (next_change_[i] - change_[i]);
-    sum += (force - project_on_cone(trial(i, moved_[i] + share * step))).dot(step);
+    const Vector3 pushed = project_on(admissible_[i], trial(i, moved_[i] + share * step));
+    sum += (force - pushed).dot(step);
   }
   return sum;
 }
@@ -87,8 +95,9 @@ IterationCount ConeProjection::solve(ConeProblem& problem, std::span<const Vecto
                                      const IterationLimit& limit) {
   IterationCount count;
   x_ = x;
+  freeze(problem.admissible());
   start_.resize(x.size());
-  std::ranges::transform(apart, start_.begin(), corrected);
+  std::ranges::transform(admissible_, apart, start_.begin(), corrected);
   moved_.assign(guess.motion.begin(), guess.motion.end());
   moved_.resize(x.size(), Vector3::Zero());
   change_.assign(guess.x.begin(), guess.x.end());

@@ -5,7 +5,8 @@
 
 namespace quoin::solver {
 
-/// With x the forces found before and y = A D + c + |u_t| n, |u_t| as x leave it, frozen:
+/// With x the forces found before and y = A D + c + |u_t| n by Coulomb's law, |u_t| as x leave
+/// it, frozen:
 ///
 ///   min over D  1/2 Dᵀ K D - Fᵀ D + r/2 sum |P(x/r - y)|²,
 ///
@@ -23,6 +24,7 @@ class ConeProjection {
   std::span<const Vector3> trials() const { return trial_; }
 
  private:
+  void freeze(std::span<const Admissible> admissible);
   Vector3 trial(std::size_t contact, const Vector3& moved) const;
   double update_trials();
   bool find_step(ConeProblem& problem);
@@ -30,6 +32,7 @@ class ConeProjection {
   double find_share() const;
 
   std::span<const Vector3> x_;
+  std::vector<Admissible> admissible_;  ///< limits of shear as x has them, frozen
   std::vector<Vector3> start_, moved_, change_;  ///< y of x, A D since, and the forces of that
   std::vector<Vector3> next_moved_, next_change_;
   std::vector<Vector3> trial_;

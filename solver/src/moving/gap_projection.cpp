@@ -13,8 +13,9 @@ constexpr int kHalvings = 20;  // of a step, in the search along it
 
 }  // namespace
 
-void GapProjection::start(std::span<const Vector3> x, std::span<const ContactMode> modes,
-                          std::span<const Vector3> motion) {
+void GapProjection::start(const ConeProblem& problem, std::span<const Vector3> x,
+                          std::span<const ContactMode> modes, std::span<const Vector3> motion) {
+  admissible_ = problem.admissible();
   forces_.assign(x.size(), Vector3::Zero());
   moved_ = next_moved_ = gap_ = forces_;
   next_forces_.clear();
@@ -38,7 +39,13 @@ void GapProjection::start_from(const AddedForces& guess) {
   next_forces_ = forces_;
 }
 
+/// x_n that the contact bears of what presses it.
+double GapProjection::normal_force(std::size_t contact, double trial) const {
+  return admissible_[contact].pulls ? trial : std::max(0.0, trial);
+}
+
 bool GapProjection::pressed(std::size_t contact) const {
+  if (admissible_[contact].pulls) return true;
   return kStiff * (gap_[contact][0] + moved_[contact][0]) < multiplier_[contact];
 }
 
@@ -89,7 +96,7 @@ double GapProjection::slope(double share) const {
     const Vector3 step = next_moved_[i] - moved_[i];
     const Vector3 left = gap_[i] + moved_[i] + share * step;
     sum += (forces_[i] + share * (next_forces_[i] - forces_[i])).dot(step);
-    sum += (borne_[i] - std::max(0.0, multiplier_[i] - kStiff * left[0])) * step[0];
+    sum += (borne_[i] - normal_force(i, multiplier_[i] - kStiff * left[0])) * step[0];
     if (sticks_[i]) sum += kStick * left.tail<2>().dot(step.tail<2>());
   }
   return sum;
@@ -98,7 +105,7 @@ double GapProjection::slope(double share) const {
 /// Where the function has its minimum: its forces are the next multipliers.
 void GapProjection::update_multipliers() {
   for (std::size_t i = 0; i < gap_.size(); ++i) {
-    multiplier_[i] = std::max(0.0, borne_[i] + forces_[i][0]);
+    multiplier_[i] = normal_force(i, borne_[i] + forces_[i][0]);
   }
 }
 
@@ -121,7 +128,7 @@ IterationCount GapProjection::solve(ConeProblem& problem, std::span<const Vector
                                     std::span<const Vector3> motion, const AddedForces& guess,
                                     const IterationLimit& limit) {
   IterationCount count;
-  start(x, modes, motion);
+  start(problem, x, modes, motion);
   start_from(guess);
   bool apart = std::max(largest_gap(problem), largest_stretch(problem)) > limit.residual;
   while (apart && count.iterations < limit.iterations) {

@@ -10,8 +10,8 @@ namespace quoin::solver {
 ///   min over D  1/2 Dᵀ K D + 1/(2 e) sum min(g + A_n D - e x_n, 0)² + 1/2 sum_stick |t + A_t D|²,
 ///
 /// g and t gaps and stretches of the anchors as x leaves them, of open contacts, too. A contact
-/// that bears forces is closed, from either side, as long as it is still pressed. The function is
-/// convex: Newton's method with an exact search along each step.
+/// that bears forces is closed, from either side, as long as it is still pressed; a bond always is,
+/// without the min. The function is convex: Newton's method with an exact search along each step.
 class GapProjection {
  public:
   /// `motion`: A D + c of `x`, whose `modes` they are, and what is mended of the gaps and stretches
@@ -24,9 +24,10 @@ class GapProjection {
   std::span<const Vector3> forces() const { return forces_; }
 
  private:
-  void start(std::span<const Vector3> x, std::span<const ContactMode> modes,
-             std::span<const Vector3> motion);
+  void start(const ConeProblem& problem, std::span<const Vector3> x,
+             std::span<const ContactMode> modes, std::span<const Vector3> motion);
   void start_from(const AddedForces& guess);
+  double normal_force(std::size_t contact, double trial) const;
   bool pressed(std::size_t contact) const;
   double largest_stretch(const ConeProblem& problem) const;
   double largest_gap(const ConeProblem& problem) const;
@@ -40,6 +41,7 @@ class GapProjection {
   std::vector<Matrix3> tangents_;
   std::vector<double> borne_;       ///< x_n
   std::vector<double> multiplier_;  ///< of the normal forces
+  std::span<const Admissible> admissible_;
   std::vector<char> sticks_, closed_;
   bool changed_ = false;  ///< what is closed, in the last step
 };

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "moving/cone.hpp"
-
 namespace quoin::solver {
 namespace {
 
@@ -37,8 +35,12 @@ constexpr double kLimit = 2.0;    // times that: the most that is left or kept
 constexpr double kFine = 0.1;     // likewise: what is beyond the limit is mended to
 
 /// Of what a force is the projection of.
-ContactMode mode_of(const Vector3& trial, double friction) {
+ContactMode mode_of(const Admissible& forces, const Vector3& trial, double friction) {
+  if (forces.shear == Admissible::Shear::All) return ContactMode::Stick;
   const double tangential = trial.tail<2>().norm();
+  if (forces.shear == Admissible::Shear::Disc) {
+    return tangential > forces.shear_limit(trial[0]) ? ContactMode::Slip : ContactMode::Stick;
+  }
   if (trial[0] <= -tangential) return ContactMode::Open;
   return trial[0] < tangential || !(friction > 0.0) ? ContactMode::Slip : ContactMode::Stick;
 }
@@ -67,7 +69,7 @@ void MovingContacts::start(std::span<const LinearContact> contacts, bool first) 
   x_.resize(contacts.size());
   motion_.resize(contacts.size());
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    x_[i] = project_on_cone(problem_.cone_force(i, contacts[i].multiplier));
+    x_[i] = project_on(admissible(i), problem_.cone_force(i, contacts[i].multiplier));
   }
   bar_ = x_;
   if (!first) {
@@ -118,7 +120,7 @@ IterationCount MovingContacts::harden() {
   bool quick = true;
   while (softness_ > 0.0 && iterations_left_ > 0) {
     problem_.respond(x_, motion_);
-    total.residual = relative_residual(x_, motion_);
+    total.residual = relative_residual(problem_.admissible(), x_, motion_);
     if (total.residual <= (quick ? kFineVelocity : 1.0) * forces_) break;
     last_bar_ = bar_;
     bar_ = x_;
@@ -146,12 +148,12 @@ void MovingContacts::record(std::span<LinearContact> contacts) {
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     LinearContact& c = contacts[i];
     const Vector3 yield = softness_ * (x_[i] - bar_[i]);
-    const Vector3 trial = x_[i] - corrected(motion_[i] + yield);
-    c.mode = mode_of(trial, c.friction);
+    const Vector3 trial = x_[i] - corrected(admissible(i), motion_[i] + yield);
+    c.mode = mode_of(admissible(i), trial, c.friction);
     c.assumed = c.mode;
     c.force = c.mode == ContactMode::Open ? Vector3(Vector3::Zero()) : problem_.force(i, x_[i]);
     c.multiplier = c.force;
-    c.bound = c.friction * c.force[0];
+    c.bound = c.friction * std::max(c.force[0], 0.0) + c.cohesion;
   }
 }
 
@@ -159,7 +161,7 @@ void MovingContacts::record(std::span<LinearContact> contacts) {
 bool MovingContacts::apart() const {
   for (std::size_t i = 0; i < x_.size(); ++i) {
     Vector3 u = motion_[i] + to_mend(i);
-    u[0] = std::min(u[0], x_[i][0]);
+    if (!admissible(i).pulls) u[0] = std::min(u[0], x_[i][0]);
     if (std::abs(problem_.motion(i, u)[0]) > gap_) return true;
   }
   return false;
@@ -224,12 +226,12 @@ IterationCount MovingContacts::stiffen(std::span<LinearContact> contacts) {
   for (std::size_t i = 0; i < stiffened_.size(); ++i) {
     const Vector3& trial = cone_projection_.trials()[i];
     LinearContact& c = contacts[i];
-    const Vector3 pushed = project_on_cone(trial);
+    const Vector3 pushed = project_on(admissible(i), trial);
     stiffened_[i] = problem_.force(i, pushed - x_[i]);
     x_[i] = pushed;
-    c.mode = mode_of(trial, c.friction);
+    c.mode = mode_of(admissible(i), trial, c.friction);
     c.force = problem_.force(i, x_[i]);
-    c.bound = c.friction * c.force[0];
+    c.bound = c.friction * std::max(c.force[0], 0.0) + c.cohesion;
   }
   problem_.respond(x_, motion_);
   return count;
@@ -367,7 +369,7 @@ IterationCount MovingContacts::renew(std::span<LinearContact> contacts) {
   last_bar_ = bar_;
   set_relaxation();
   for (std::size_t i = 0; i < bar_.size(); ++i) {
-    bar_[i] = project_on_cone(bar_[i] + relaxation_ * change_[i]);
+    bar_[i] = project_on(admissible(i), bar_[i] + relaxation_ * change_[i]);
   }
   x_ = yielded_forces_;
   const IterationLimit limit{forces_, std::min(kMostSoft, iterations_left_)};

@@ -30,6 +30,7 @@ class MovingContacts {
                         BlockVector& increment);
 
  private:
+  const Admissible& admissible(std::size_t contact) const { return problem_.admissible()[contact]; }
   void start(std::span<const LinearContact> contacts, bool first);
   IterationCount iterate(double tolerance);
   IterationCount harden();

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "moving/cone.hpp"
-
 namespace quoin::solver {
 namespace {
 
@@ -22,9 +20,10 @@ constexpr double kTangentSoftness = 1e-4;  // in the matrix alone
 constexpr double kHopeless = 0.1, kHopelessLate = 3e-3;
 constexpr int kLate = 6;
 
-/// E
-Matrix3 correction_slope(const Vector3& u) {
+/// E: I, and by Coulomb's law n u_tᵀ/|u_t|.
+Matrix3 correction_slope(const Admissible& forces, const Vector3& u) {
   Matrix3 result = Matrix3::Identity();
+  if (forces.shear != Admissible::Shear::Cone) return result;
   const double size = u.tail<2>().norm();
   if (size > 0.0) result.block<1, 2>(0, 1) = u.tail<2>().transpose() / size;
   return result;
@@ -44,16 +43,12 @@ bool is_hopeless(const IterationCount& count) {
 
 }  // namespace
 
-Vector3 corrected(const Vector3& u) {
-  Vector3 y = u;
-  y[0] += u.tail<2>().norm();
-  return y;
-}
-
-double relative_residual(std::span<const Vector3> x, std::span<const Vector3> u) {
+double relative_residual(std::span<const Admissible> admissible, std::span<const Vector3> x,
+                         std::span<const Vector3> u) {
   double worst = 0.0;
   for (std::size_t i = 0; i < x.size(); ++i) {
-    const double left = (x[i] - project_on_cone(x[i] - corrected(u[i]))).squaredNorm();
+    const Vector3 trial = x[i] - corrected(admissible[i], u[i]);
+    const double left = (x[i] - project_on(admissible[i], trial)).squaredNorm();
     if (!(left <= worst)) worst = left;  // NaN stays
   }
   return worst == 0.0 ? 0.0 : std::sqrt(worst) / std::max(largest(x), 1e-300);
@@ -66,9 +61,10 @@ bool ProximalNewton::find_step(ConeProblem& problem, double share, double smooth
   right_.resize(x.size());
   motion_.resize(x.size());
   problem.threads().each(x.size(), [&](std::size_t i) {
-    const Vector3 trial = x[i] - corrected(u_[i]);
-    const auto [value, derivative] = project_smoothly(trial, smoothing);
-    const Matrix3 slope = derivative * correction_slope(u_[i]);
+    const Admissible& forces = problem.admissible()[i];
+    const Vector3 trial = x[i] - corrected(forces, u_[i]);
+    const auto [value, derivative] = project_smoothly(forces, trial, smoothing);
+    const Matrix3 slope = derivative * correction_slope(forces, u_[i]);
     const Matrix3 matrix =
         (1.0 + kTangentSoftness) * Matrix3::Identity() - derivative + share * slope;
     const Matrix3 inverse = matrix.inverse();
@@ -91,7 +87,7 @@ IterationCount ProximalNewton::solve_hard(ConeProblem& problem, const IterationL
   IterationCount count;
   u_.resize(x.size());
   problem.respond(x, u_);
-  count.residual = relative_residual(x, u_);
+  count.residual = relative_residual(problem.admissible(), x, u_);
   best_ = x;
   double residual = count.residual, halved = residual;
   int last = 0;  // the step that halved it
@@ -106,7 +102,7 @@ IterationCount ProximalNewton::solve_hard(ConeProblem& problem, const IterationL
     take_step(x);
     ++count.solves;
     problem.respond(x, u_);
-    residual = relative_residual(x, u_);
+    residual = relative_residual(problem.admissible(), x, u_);
     if (!(residual < count.residual)) continue;
     count.residual = residual;
     best_ = x;
@@ -129,7 +125,7 @@ IterationCount ProximalNewton::solve_soft(ConeProblem& problem, double softness,
   for (;;) {
     problem.respond(x, u_);
     for (std::size_t i = 0; i < x.size(); ++i) u_[i] += softness * (x[i] - bar[i]);
-    count.residual = relative_residual(x, u_);
+    count.residual = relative_residual(problem.admissible(), x, u_);
     count.converged = count.residual <= limit.residual;
     if (count.iterations == 0) smoothing = std::min(kStart, kOfStart * count.residual);
     if (count.converged || count.iterations >= limit.iterations) return count;

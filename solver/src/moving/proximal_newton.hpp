@@ -25,15 +25,13 @@ struct IterationLimit {
   bool soon = false;  ///< of contacts that yield: what does not look like ending is given up
 };
 
-/// y of x and u.
-Vector3 corrected(const Vector3& u);
-
 /// Largest |x - P(x - y)| over the largest |x|; the forces x are borne exactly by the blocks.
-double relative_residual(std::span<const Vector3> x, std::span<const Vector3> u);
+double relative_residual(std::span<const Admissible> admissible, std::span<const Vector3> x,
+                         std::span<const Vector3> u);
 
 /// Semismooth Newton's method on x = P(x - y), whole steps. Each solves
 ///
-///   (I - P') dx + P' E (A dD + eps dx) = P(x - y) - x,   E = I + n u_tᵀ/|u_t|,
+///   (I - P') dx + P' E (A dD + eps dx) = P(x - y) - x,   E = dy/du,
 ///
 /// so that redundant contacts share forces as they were: the proximal point method with one step
 /// of Newton's method each, exact where it converges. [Rockafellar 1976]

@@ -41,17 +41,28 @@ void set_springs(const StepOptions& options, double penalty, const BodyContact& 
   c.compliant = c.compliant && c.normal_spring > 0.0;
 }
 
-/// As the contact stands at the start of the step.
-void set_law(const StepOptions& options, double penalty, BodyContact& contact, LinearContact& c) {
-  const JointStrength now = strength(*contact.joint, contact.state);
-  c.law = bonded_in_shear(*contact.joint, contact.state) ? ContactLaw::Stuck : law_of(now, options);
+/// What opens within the step, or meets, bears none: its shear would jump where it is pressed, and
+/// steps had no solution.
+bool bears_cohesion(const LinearContact& c) { return c.bonded || c.clings; }
+
+/// As the contact stands at the start of the step. `parting_gap`: beyond it only what was closed
+/// clings, m.
+void set_law(const StepOptions& options, double penalty, double parting_gap, BodyContact& contact,
+             LinearContact& c) {
+  const Joint& joint = *contact.joint;
+  contact.opening = opening(joint, contact.state);
+  const bool near = contact.state.point.gap - contact.opening <= parting_gap;
+  c.clings = clings(joint, contact.state) && !contact.parted && (contact.was_closed || near);
+  c.bonded = contact.state.bonded;
+  JointStrength now = strength(joint, contact.state);
+  if (!bears_cohesion(c)) now.cohesion = 0.0;
+  const bool holds = bonded_in_shear(joint, contact.state) && bears_cohesion(c);
+  c.law = holds ? ContactLaw::Stuck : law_of(now, options);
   c.friction = now.friction;
   c.cohesion = now.cohesion * contact.state.point.area;
-  c.bonded = contact.state.bonded;
   c.was_bonded = contact.was_bonded;
   c.was_closed = contact.was_closed;
   c.assumed = contact.state.mode;
-  contact.opening = opening(*contact.joint, contact.state);
   set_springs(options, penalty, contact, c);
 }
 
@@ -201,7 +212,7 @@ void follow_slip(const BodyContact& contact, LinearContact& c) {
   if (!(joint.softening_slip > 0.0)) return;
   const JointStrength mean = strength(joint, contact.state, c.slip);
   c.friction = mean.friction;
-  c.cohesion = mean.cohesion * contact.state.point.area;
+  c.cohesion = bears_cohesion(c) ? mean.cohesion * contact.state.point.area : 0.0;
 }
 
 /// Places in the list of all processes: contacts by their keys, then held points.
@@ -262,11 +273,9 @@ void set_laws(const SubStep& step, std::span<BodyContact> contacts,
     c.slot_a = step.slot_of_block[index(contacts[i].a)];
     c.slot_b = step.slot_of_block[index(contacts[i].b)];
     if (c.slot_a < 0 || c.slot_b < 0) c.pair = -2 - (c.slot_a < 0 ? contacts[i].a : contacts[i].b);
-    set_law(step.options, spring, contacts[i], c);
+    set_law(step.options, spring, step.parting_gap(), contacts[i], c);
     const double gap = contacts[i].state.point.gap;
     const bool touches = gap <= step.gap_tolerance();
-    c.clings = clings(*contacts[i].joint, contacts[i].state) && !contacts[i].parted &&
-               gap - contacts[i].opening <= step.parting_gap();
     if (contacts[i].laid && touches) c.assumed = ContactMode::Stick;  // most of a masonry does
     if (c.compliant) continue;
     c.multiplier = force_in_frame(contacts[i].state, contacts[i], contacts[i].state.point.normal);
@@ -352,7 +361,7 @@ void store_at_rest(const CompiledScene& compiled, const StepOptions& options,
   const std::vector<int>& slots = compiled.slots.slot_of_block;
   for (BodyContact& contact : contacts) {
     LinearContact c;
-    set_law(options, spring, contact, c);
+    set_law(options, spring, 0.0, contact, c);
     if (!c.compliant) continue;
     c.start = stretch(contact, poses[index(contact.a)], poses[index(contact.b)]);
     c.mode = contact.was_closed ? ContactMode::Stick : ContactMode::Open;

@@ -67,7 +67,8 @@ void linearise_first(const SubStep& step, std::span<BodyContact> contacts, Attem
 
 void show_contact_problem(const SubStep& step, const BlockTerms& terms,
                           std::span<const LinearContact> linear, const BlockVector& guess) {
-  if (!step.options.contact_problem || !ConeProblem::suits(linear)) return;
+  if (!step.options.contact_problem) return;
+  if (!std::ranges::all_of(linear, ConeProblem::follows_coulomb)) return;
   step.options.contact_problem(
       contact_problem(step.island.slots, terms.base, terms.force, linear, guess));
 }
