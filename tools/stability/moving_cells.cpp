@@ -117,7 +117,7 @@ Result run_pile(const Crowd& crowd) {
 
 /// Ten bricks in running bond; the base is shaken across the wall by this much of g at 2 Hz. Without
 /// mortar 0.5 is twice what it takes to rock.
-Result run_shaken_wall(const Crowd& crowd, double peak, double time) {
+Result run_shaken_wall(const Crowd& crowd, double peak, double duration) {
   CrowdRun crowd_run(crowd);
   crowd_run.add_base({-2, -2, -1}, {3, 2, 0}, [peak](double time) {
     return Vector3(0, peak * kGravity * std::cos(4.0 * std::numbers::pi * time), 0);
@@ -131,7 +131,7 @@ Result run_shaken_wall(const Crowd& crowd, double peak, double time) {
     }
   }
   Run run(crowd_run.scene(), {.time_step = crowd.time_step});
-  const double error = crowd_run.go(run, time);
+  const double error = crowd_run.go(run, duration);
   return {error, run.evidence};
 }
 

@@ -26,7 +26,7 @@ constexpr int kFurther = 200;
 constexpr int kFailures = 2;
 // Likewise of so few blocks, as long as any joint holds: their exact solution costs little.
 constexpr int kFailuresOfFew = 4;
-constexpr std::size_t kFew = 16;
+constexpr int kFew = 16;
 // Like kPatience in a loose island, whose next attempt is the proximal Newton method's,
 constexpr int kQuick = 30;
 // and where something else has failed before: of an attempt by that method that left gaps or gained
