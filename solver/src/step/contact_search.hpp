@@ -12,7 +12,8 @@ double vertex_speed(const BlockModel& model, const BlockState& block);
 double pair_size(const CompiledScene& compiled, int a, int b);
 
 /// A joint that has dilated is closed at a gap, and has not forgotten it when it comes down from a
-/// hop that is small against the blocks: the largest of these gaps, m.
+/// hop that is small against the blocks; a bond holds where it is stretched. The largest of these
+/// gaps, m.
 double largest_opening(const CompiledScene& compiled, std::span<const Contact> contacts);
 
 /// Blocks as they are searched for contacts.
