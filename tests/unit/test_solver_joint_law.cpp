@@ -454,6 +454,36 @@ TEST_CASE("Dilation: a block that lands sliding leaves along the slope, at any t
   }
 }
 
+TEST_CASE("Dilation: deformable blocks that slide into a corner come to rest in static steps") {
+  for (const double young : {1e8, 1e10}) {  // Pa
+    CAPTURE(young);
+    const double g = kGravity * std::sqrt(0.5);
+    Scene scene{.joint = {.friction_angle = 35.0 * kDegree,
+                          .dilation_angle = 8.0 * kDegree,
+                          .dilation_slip = 0.02}};
+    scene.gravity = VectorOfTime(Vector3(g, 0, -g));
+    scene.add_fixed(geometry::make_box({-5, -5, -1}, {5, 5, 0}));
+    scene.add_fixed(geometry::make_box({3, -1, 0}, {4, 2, 2}));
+    for (const auto& [low, high, height] :
+         {std::array{0.0, 1.0, 0.0}, std::array{1.0, 2.0, 0.0}, std::array{2.0, 3.0, 0.0},
+          std::array{0.0, 0.5, 0.5}, std::array{0.5, 1.5, 0.5}, std::array{1.5, 2.5, 0.5},
+          std::array{2.5, 3.0, 0.5}}) {
+      scene.add_block(geometry::make_box({low, 0, height}, {high, 1, height + 0.5}),
+                      {.density = 2400, .young = young, .poisson = 0.2});
+    }
+    Simulation simulation(scene, {.time_step = 5e-3, .analysis = Analysis::Static});
+    StepReport report;
+    int solves = 0;
+    for (int step = 0; step < 20 && report.verdict != StaticVerdict::Rest; ++step) {
+      report = simulation.advance();
+      REQUIRE(report.status == StepStatus::Converged);
+      solves += report.linear_solves;
+    }
+    CHECK(report.verdict == StaticVerdict::Rest);
+    CHECK(solves < 2000);  // 3e5 and no rest in 120 steps where opening follows slip afterwards
+  }
+}
+
 TEST_CASE("Dilation: a block at rest that is hit leaves along the slope") {
   const Frame frame;
   for (const double dt : {1e-3, 2e-4}) {

@@ -89,6 +89,15 @@ double dilation_slope(const Joint& joint, const Contact& contact) {
   return done || joint.dilation_angle == 0.0 ? 0.0 : std::tan(joint.dilation_angle);
 }
 
+double further_dilation(const LinearContact& c, double slip) {
+  return c.dilation_slope * std::min(slip, c.dilating_slip) - c.dilation;
+}
+
+void open_by_slip(LinearContact& c) {
+  if (c.dilation_slope == 0.0) return;
+  c.relative[0] -= further_dilation(c, (c.relative.tail<2>() - c.start.tail<2>()).norm());
+}
+
 bool clings(const Joint& joint, const Contact& contact) {
   if (contact.bonded) return false;
   return bonded_in_shear(joint, contact) ||
@@ -127,15 +136,14 @@ void apply_assumed(double softness, LinearContact& c) {
   if (c.law == ContactLaw::Frictionless) {
     c.force.tail<2>().setZero();
   } else {
-    c.bound = friction_limit(c, c.force[0]);
-    c.force.tail<2>() = c.bound * known_direction(c);
+    c.force.tail<2>() = friction_limit(c, c.force[0]) * known_direction(c);
   }
 }
 
 namespace {
 
-/// `force`: in, the trial; out, what is borne. `bound` is set where it is asked for.
-ContactMode project(const LinearContact& c, Vector3& force, double& bound) {
+/// `force`: in, the trial; out, what is borne.
+ContactMode project(const LinearContact& c, Vector3& force) {
   if (c.law == ContactLaw::Bilateral) return ContactMode::Stick;
   if (!c.bonded && !(force[0] > 0.0)) {
     if (!c.clings) {
@@ -149,7 +157,7 @@ ContactMode project(const LinearContact& c, Vector3& force, double& bound) {
     force.tail<2>().setZero();
     return ContactMode::Slip;
   }
-  bound = friction_limit(c, force[0]);
+  const double bound = friction_limit(c, force[0]);
   const double size = force.tail<2>().norm();
   if (size <= bound) return ContactMode::Stick;
   force.tail<2>() *= bound / size;
@@ -160,17 +168,28 @@ ContactMode project(const LinearContact& c, Vector3& force, double& bound) {
 
 void apply_law(double softness, LinearContact& c) {
   c.force = trial_force(c, c.multiplier, softness);
-  c.mode = project(c, c.force, c.bound);
+  c.mode = project(c, c.force);
 }
 
 Vector3 force_after_update(const LinearContact& c) {
   Vector3 force = trial_force(c, c.force, 1.0);
-  double bound = 0.0;
-  project(c, force, bound);
+  project(c, force);
   return force;
 }
 
 double change_of_update(const LinearContact& c) { return (force_after_update(c) - c.force).norm(); }
+
+namespace {
+
+/// How the opening goes with the two slips.
+Eigen::Vector2d gap_by_slip(const LinearContact& c) {
+  const Eigen::Vector2d slip = c.relative.tail<2>() - c.start.tail<2>();
+  const double size = slip.norm();
+  if (!(size > 0.0) || size > c.dilating_slip) return Eigen::Vector2d::Zero();
+  return c.dilation_slope / size * slip;
+}
+
+}  // namespace
 
 Matrix3 tangent(const LinearContact& c, const TangentOptions& options) {
   Matrix3 result = Matrix3::Zero();
@@ -192,10 +211,11 @@ Matrix3 tangent(const LinearContact& c, const TangentOptions& options) {
   const double size = trial.norm();
   if (!(size > 0.0)) return result;
   const Eigen::Vector2d along = trial / size;
+  result.topRightCorner<1, 2>() = -result(0, 0) * gap_by_slip(c).transpose();
   result.bottomRightCorner<2, 2>() =
-      (shear * c.bound / size) * (Eigen::Matrix2d::Identity() - along * along.transpose()) +
+      (shear * friction_limit(c, c.force[0]) / size) * (Eigen::Matrix2d::Identity() - along * along.transpose()) +
       (shear * options.damping) * Eigen::Matrix2d::Identity();
-  if (follows) result.bottomLeftCorner<2, 1>() = c.friction * normal * along;
+  if (follows) result.bottomRows<2>() += c.friction * along * result.row(0);
   return result;
 }
 

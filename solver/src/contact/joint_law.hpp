@@ -42,6 +42,12 @@ double opening(const Joint& joint, const Contact& contact, double further_slip =
 /// Opening per slip as it stands.
 double dilation_slope(const Joint& joint, const Contact& contact);
 
+/// What it opens by beyond its linearisation where its slip in the step is this, m.
+double further_dilation(const LinearContact& contact, double slip);
+
+/// Takes that off its gap, for the slip that d says.
+void open_by_slip(LinearContact& contact);
+
 /// Whether it bears shear while it touches, pressed or not. Were its shear gone as its normal force
 /// gets to zero, the law would jump there, and a step in which a corner just lifts had no solution:
 /// what has opened is found when the step is solved (joint_failure.hpp).
@@ -60,7 +66,7 @@ void part(Contact& contact);
 void weaken(const Joint& joint, Contact& contact);
 
 /// Projects the trial force `multiplier - softness × stiffness × d` on what the contact bears; sets
-/// force, friction limit and mode.   [Alart & Curnier 1991]
+/// force and mode.   [Alart & Curnier 1991]
 void apply_law(double softness, LinearContact& contact);
 
 /// The law of the assumed mode, whether or not its conditions hold.

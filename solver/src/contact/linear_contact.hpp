@@ -103,6 +103,9 @@ struct ContactTerms {
   double shear_spring = 0.0;
   double slip = 0.0;      ///< in this step, by the last solution, m
   double dilation = 0.0;  ///< further opening in this step that goes with it, m
+  // Where opening goes with the slip of the solution:
+  double dilation_slope = 0.0;  ///< opening per slip, for so much more slip:
+  double dilating_slip = 0.0;   ///< m
   Vector3 start =
       Vector3::Zero();    ///< d at the start of the step: gap and stretch of the anchors, m
   double rounding = 0.0;  ///< m: a gap or slip this small is zero for all that doubles can tell
@@ -115,7 +118,6 @@ struct ContactTerms {
   Vector3 guess = Vector3::Zero();     ///< d of the first guess, m
   Vector3 relative = Vector3::Zero();  ///< result: d, m
   Vector3 force = Vector3::Zero();     ///< result: f, N
-  double bound = 0.0;                  ///< result: friction limit, N
 };
 
 /// One contact after linearisation.

@@ -124,6 +124,7 @@ void ContactEquations::evaluate_contact(const BlockVector& change, Law law, doub
   };
   move(c.slot_a, c.jacobian_a);
   move(c.slot_b, c.jacobian_b);
+  open_by_slip(c);
   law == Law::Assumed ? apply_assumed(softness, c) : apply_law(softness, c);
 }
 

@@ -35,7 +35,9 @@ constexpr double kMostDamping = 10.0;   // no step is tried again
 constexpr double kLeastDamping = 1e-3;  // less is none
 constexpr double kLittle = 0.25;        // of a step
 
-bool is_symmetric(const Matrix3& matrix) { return matrix(1, 0) == 0.0 && matrix(2, 0) == 0.0; }
+bool is_symmetric(const Matrix3& matrix) {
+  return matrix.topRightCorner<1, 2>().isZero(0.0) && matrix.bottomLeftCorner<2, 1>().isZero(0.0);
+}
 
 }  // namespace
 

@@ -153,7 +153,6 @@ void MovingContacts::record(std::span<LinearContact> contacts) {
     c.assumed = c.mode;
     c.force = c.mode == ContactMode::Open ? Vector3(Vector3::Zero()) : problem_.force(i, x_[i]);
     c.multiplier = c.force;
-    c.bound = c.friction * std::max(c.force[0], 0.0) + c.cohesion;
   }
 }
 
@@ -231,7 +230,6 @@ IterationCount MovingContacts::stiffen(std::span<LinearContact> contacts) {
     x_[i] = pushed;
     c.mode = mode_of(admissible(i), trial, c.friction);
     c.force = problem_.force(i, x_[i]);
-    c.bound = c.friction * std::max(c.force[0], 0.0) + c.cohesion;
   }
   problem_.respond(x_, motion_);
   return count;

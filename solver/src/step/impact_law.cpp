@@ -143,7 +143,7 @@ VelocityProblem::Start start_of(const LinearContact& c, double bounce) {
 void set_contact(const ImpactStep& at, const BodyContact& contact, const Contact& ended,
                  LinearContact& c, VelocityProblem& problem) {
   const double dt = at.step.length;
-  c.normal_spring = c.shear_spring = 0.0;
+  c.normal_spring = c.shear_spring = c.dilation_slope = 0.0;
   c.cohesion *= 2.0;
   linearise_velocity(contact, at.poses, c);
   const auto carry = [&](int slot, int block,

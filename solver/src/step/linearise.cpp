@@ -209,6 +209,10 @@ void follow_slip(const BodyContact& contact, LinearContact& c) {
   const Joint& joint = *contact.joint;
   c.dilation = opening(joint, contact.state, c.slip) - contact.opening;
   c.offset[0] -= c.dilation;
+  const bool slides = !c.compliant && c.law != ContactLaw::Stuck;
+  c.dilation_slope = slides ? dilation_slope(joint, contact.state) : 0.0;
+  c.dilating_slip = joint.dilation_slip > 0.0 ? joint.dilation_slip - contact.state.slip
+                                              : std::numeric_limits<double>::infinity();
   if (!(joint.softening_slip > 0.0)) return;
   const JointStrength mean = strength(joint, contact.state, c.slip);
   c.friction = mean.friction;
@@ -336,7 +340,7 @@ void linearise(const SubStep& step, const BlockTerms& terms, const StepPoses& po
   }
 }
 
-void measure_slips(const StepPoses& poses, std::span<const BodyContact> contacts,
+void measure_slips(const StepPoses& poses, std::span<const BodyContact> contacts, bool opens,
                    std::span<LinearContact> linear) {
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const BodyContact& contact = contacts[i];
@@ -345,6 +349,7 @@ void measure_slips(const StepPoses& poses, std::span<const BodyContact> contacts
     const bool opened = c.mode == ContactMode::Open && (contact.was_closed || c.start[0] <= 0.0);
     c.slip = opened ? (c.relative.tail<2>() - c.start.tail<2>()).norm()
                     : slip_in_step(c, moved_by(poses, contact, c));
+    if (opens && c.dilation_slope > 0.0) c.dilation += further_dilation(c, c.slip);
   }
 }
 

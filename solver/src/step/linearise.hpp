@@ -27,7 +27,8 @@ void linearise(const SubStep& step, const BlockTerms& terms, const StepPoses& po
 
 /// Slips in the step, of joints whose law goes with them. A contact that has just opened counts,
 /// too: were it closed it would have slid so far, and what it dilates by may be what closes it.
-void measure_slips(const StepPoses& poses, std::span<const BodyContact> contacts,
+/// `opens`: solved with what it opens by these slips.
+void measure_slips(const StepPoses& poses, std::span<const BodyContact> contacts, bool opens,
                    std::span<LinearContact> linear);
 
 /// What a contact bore by the positions, in its frame with this normal, N.

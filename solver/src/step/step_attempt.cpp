@@ -128,7 +128,7 @@ bool settle(const SubStep& step, std::span<BodyContact> contacts, AttemptMemory&
     const double change = follow_forces(step, following, memory);
     by_block(step.island.slots, memory.followed, poses.increment);
     set_end(step, poses);
-    measure_slips(poses, contacts, following);
+    measure_slips(poses, contacts, false, following);
     if (!(change <= kFollowed * size)) break;
     if (change > kAgreement * size) continue;
     std::ranges::swap_ranges(following, linear);
@@ -233,7 +233,7 @@ OpenCloseResult solve_linearised(const SubStep& step, std::span<BodyContact> con
   memory.clock.charge(&PhaseSeconds::solve);
   by_block(step.island.slots, memory.increment, poses.increment);
   set_end(step, poses);
-  measure_slips(poses, contacts, linear);
+  measure_slips(poses, contacts, !memory.solver.yielding(), linear);
   return solved;
 }
 
