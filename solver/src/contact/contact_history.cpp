@@ -185,17 +185,40 @@ std::span<const Contact> of_pair(std::span<const Contact> contacts, const BodyCo
   return {first, last};
 }
 
+JointBlocks blocks_of(const CarryOptions& options, const BodyContact& contact) {
+  const auto a = static_cast<std::size_t>(contact.a), b = static_cast<std::size_t>(contact.b);
+  return {options.models[a], options.models[b], options.poses[a], options.poses[b]};
+}
+
 /// Springs of the joint on their areas as the blocks stand.
 void set_springs(const CarryOptions& options, std::span<const Contact> before,
                  std::span<BodyContact> joint) {
   const BodyContact& first = joint.front();
   if (!(first.joint->normal_stiffness > 0.0)) return;
-  const auto a = static_cast<std::size_t>(first.a), b = static_cast<std::size_t>(first.b);
-  const JointBlocks blocks{options.models[a], options.models[b], options.poses[a],
-                           options.poses[b]};
+  const JointBlocks blocks = blocks_of(options, first);
   set_spring_areas(blocks, joint);
   const bool laid = std::ranges::any_of(joint, &BodyContact::laid);
   if (!laid) keep_stored_energy(blocks, of_pair(before, first), options.dynamic, joint);
+}
+
+/// Faces that a joint has opened, by dilation or where a block rocks, are parallel no more, and what
+/// touches is an edge or a vertex of one of them: strength goes by what the faces share. What has
+/// never been part of an area has none. `previous`: of the contacts in this joint, in `before`.
+void keep_areas(const CarryOptions& options, std::span<const Contact> before,
+                std::span<const int> previous, std::span<BodyContact> joint) {
+  const Joint& law = *joint.front().joint;
+  if (!(std::max({law.cohesion, law.residual_cohesion, law.tension}) > 0.0)) return;
+  const auto lost = [&](std::size_t i) {
+    return previous[i] >= 0 && !(joint[i].state.point.area > 0.0) &&
+           before[static_cast<std::size_t>(previous[i])].point.area > 0.0;
+  };
+  bool any = false;
+  for (std::size_t i = 0; i < joint.size(); ++i) any = any || lost(i);
+  if (!any) return;
+  const JointArea area = joint_area(blocks_of(options, joint.front()), joint);
+  for (std::size_t i = 0; i < joint.size(); ++i) {
+    if (lost(i)) joint[i].state.point.area = area.share[i];
+  }
 }
 
 void share_penalty(std::span<BodyContact> joint) {
@@ -255,7 +278,11 @@ void carry_over(const CarryOptions& options, std::span<const ContactPoint> found
     }
     contact.was_bonded = contact.state.bonded;
   }
-  each_joint(contacts, [&](std::span<BodyContact> joint) { set_springs(options, before, joint); });
+  each_joint(contacts, [&](std::span<BodyContact> joint) {
+    set_springs(options, before, joint);
+    const auto first = static_cast<std::size_t>(joint.data() - contacts.data());
+    keep_areas(options, before, std::span(previous).subspan(first, joint.size()), joint);
+  });
   std::erase_if(contacts, [](const BodyContact& contact) { return contact.beside_springs; });
   for (BodyContact& contact : contacts) contact.opening = opening(*contact.joint, contact.state);
   each_joint(contacts, share_penalty);

@@ -108,9 +108,10 @@ bool unpressed(const LinearContact& c) { return c.clings && !(c.force[0] > 0.0);
 
 void lay(const Joint& joint, double size, Contact& contact) {
   contact.failed = !(std::abs(contact.point.gap) <= kLaidGap * size);
-  contact.bonded = !contact.failed && joint.tension > 0.0 && contact.point.area > 0.0;
+  if (contact.failed || !(contact.point.area > 0.0)) return;
+  if (can_fail(joint)) contact.closed_gap = contact.point.gap;
+  contact.bonded = joint.tension > 0.0;
   if (!contact.bonded) return;
-  contact.closed_gap = contact.point.gap;
   contact.mode = ContactMode::Stick;
 }
 

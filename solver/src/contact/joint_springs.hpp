@@ -2,9 +2,8 @@
 /// The springs of a joint with stiffness per area: on which areas they act, and what they store
 /// where these change.
 ///
-/// A joint's area is what its two faces share, as seen along its normal, whether or not they are
-/// tilted: that of the corners which a block lifts does not go over to others, and they have it
-/// when they come down. Each contact has the share of its corner.
+/// Each contact has the share of its corner (joint_area.hpp): that of the corners which a block
+/// lifts does not go over to others, and they have it when they come down.
 ///
 /// Springs go by their whole overlap, E = sum k A o^2 / 2. Where areas have changed since the last
 /// step, or contacts have come in that overlap, that may be more than they have stored. Then all
@@ -12,15 +11,9 @@
 /// is unstressed is offset. As soon as there is energy for it the springs have their whole overlap
 /// again.
 
-#include "contact/contact_history.hpp"
+#include "contact/joint_area.hpp"
 
 namespace quoin::solver {
-
-/// The blocks of a joint where they stand.
-struct JointBlocks {
-  const BlockModel &model_a, &model_b;
-  const Pose &a, &b;
-};
 
 /// Place of anchor b less that of anchor a, along the plane of the contact, m.
 Vector3 shear_stretch(const Pose& a, const Pose& b, const Vector3& normal, const Contact& contact);

@@ -227,7 +227,10 @@ Fate ContactSolver::judge(const AttemptOutcome& outcome) {
       return outcome.solved && yielding_ && gained && outcome.can_cut ? Fate::Halved : Fate::End;
     case Stage::OpenClose: {
       const bool pushed = gained && outcome.contact_work > outcome.allowed;
-      if ((outcome.solved && !pushed) || checked_ == Try::Failed || !can_check_) return Fate::End;
+      if (outcome.solved && !pushed) return Fate::End;
+      if (checked_ == Try::Failed || !can_check_) {
+        return outcome.solved && outcome.can_cut ? Fate::Halved : Fate::End;
+      }
       checked_ = Try::Now;
       other_gains_ = outcome.solved ? outcome.gains : 0.0;
       return Fate::Again;

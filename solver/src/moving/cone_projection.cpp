@@ -32,7 +32,7 @@ double ConeProjection::update_trials() {
   double left = 0.0, largest = 0.0;
   for (std::size_t i = 0; i < x_.size(); ++i) {
     trial_[i] = trial(i, moved_[i]);
-    const Vector3 pushed = project_on(admissible_[i], trial_[i]);
+    const Vector3 pushed = pushed_[i] = project_on(admissible_[i], trial_[i]);
     left = std::max(left, (pushed - x_[i] - change_[i]).norm());
     largest = std::max(largest, pushed.norm());
   }
@@ -102,7 +102,7 @@ IterationCount ConeProjection::solve(ConeProblem& problem, std::span<const Vecto
   moved_.resize(x.size(), Vector3::Zero());
   change_.assign(guess.x.begin(), guess.x.end());
   change_.resize(x.size(), Vector3::Zero());
-  next_moved_ = next_change_ = trial_ = moved_;
+  next_moved_ = next_change_ = trial_ = pushed_ = moved_;
   tangents_.resize(x.size());
   for (;;) {
     count.residual = update_trials();

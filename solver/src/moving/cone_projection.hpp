@@ -20,8 +20,9 @@ class ConeProjection {
   IterationCount solve(ConeProblem& problem, std::span<const Vector3> x,
                        std::span<const Vector3> apart, const AddedForces& guess,
                        const IterationLimit& limit);
-  /// x - r y by contact, of which the forces are the projection.
+  /// x - r y by contact, and its projection: the forces.
   std::span<const Vector3> trials() const { return trial_; }
+  std::span<const Vector3> forces() const { return pushed_; }
 
  private:
   void freeze(std::span<const Admissible> admissible);
@@ -35,7 +36,7 @@ class ConeProjection {
   std::vector<Admissible> admissible_;  ///< limits of shear as x has them, frozen
   std::vector<Vector3> start_, moved_, change_;  ///< y of x, A D since, and the forces of that
   std::vector<Vector3> next_moved_, next_change_;
-  std::vector<Vector3> trial_;
+  std::vector<Vector3> trial_, pushed_;
   std::vector<Matrix3> tangents_;
 };
 

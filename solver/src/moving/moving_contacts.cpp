@@ -225,7 +225,7 @@ IterationCount MovingContacts::stiffen(std::span<LinearContact> contacts) {
   for (std::size_t i = 0; i < stiffened_.size(); ++i) {
     const Vector3& trial = cone_projection_.trials()[i];
     LinearContact& c = contacts[i];
-    const Vector3 pushed = project_on(admissible(i), trial);
+    const Vector3& pushed = cone_projection_.forces()[i];
     stiffened_[i] = problem_.force(i, pushed - x_[i]);
     x_[i] = pushed;
     c.mode = mode_of(admissible(i), trial, c.friction);
