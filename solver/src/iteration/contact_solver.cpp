@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
 
 #include "distributed/gathered_contacts.hpp"
@@ -253,11 +252,13 @@ double ContactSolver::note(bool solved, bool can_cut) {
     gave_up_ = true;
     return std::numeric_limits<double>::infinity();
   }
-  failures_ = solved ? 0 : failures_ + 1;
-  const int most = few_held() && can_cut ? kFailuresOfFew : kFailures;
-  gave_up_ = failures_ >= most && !yielding_;
+  const bool few = few_held();
+  if (!solved) ++failures_;
+  if (solved && !few) failures_ = 0;  // of few all in the step count
+  gave_up_ = failures_ >= (few ? kFailuresOfFew : kFailures) && !solved && !yielding_;
   if (!gave_up_) return 0.5;
-  return cannot_yield_ ? 1.0 : std::ldexp(1.0, most - 1);
+  if (few) return std::numeric_limits<double>::infinity();
+  return cannot_yield_ ? 1.0 : 2.0;
 }
 
 }  // namespace quoin::solver
