@@ -454,6 +454,45 @@ TEST_CASE("Dilation: a block that lands sliding leaves along the slope, at any t
   }
 }
 
+TEST_CASE("Dilation: a joint keeps the cohesion of its area where strain tilts its faces") {
+  // Sliding to rest against friction and cohesion, both of which dilation leaves as they are.
+  double way_of_rigid = 0.0;
+  for (const double young : {0.0, 1e10, 1e9}) {  // Pa
+    CAPTURE(young);
+    Scene scene{.joint = {.friction_angle = 20.0 * kDegree,
+                          .cohesion = 1500.0,
+                          .dilation_angle = 3.0 * kDegree,
+                          .residual_cohesion = 1000.0,
+                          .softening_slip = 1.0}};
+    scene.add_fixed(geometry::make_box({-5, -5, -1}, {5, 5, 0}));
+    const geometry::Shape slab = geometry::make_box({0, 0, 0}, {1, 1, 0.2});
+    const Material stone{.density = 2000, .young = young, .poisson = 0.2};
+    young > 0.0 ? scene.add_block(slab, stone) : scene.add_rigid(slab, stone);
+    scene.blocks[1].velocity = Vector3(0.6, 0, 0);
+    Simulation simulation(scene, {.time_step = 2.5e-3});
+    run(simulation, 100);
+    const double way = simulation.state().blocks[1].centroid.x() - 0.5;
+    if (young == 0.0) way_of_rigid = way;
+    CHECK_THAT(way, WithinRel(way_of_rigid, 5e-3));  // twice as far without
+  }
+}
+
+TEST_CASE("A block that is laid at a gap within a ten thousandth is held by its cohesion") {
+  for (const double gap : {0.0, 1e-9, 1e-7, 2e-5}) {  // m
+    CAPTURE(gap);
+    const double slope = 40.0 * kDegree;
+    Scene scene{.joint = {.friction_angle = 30.0 * kDegree, .cohesion = 2000.0}};
+    scene.gravity =
+        VectorOfTime(Vector3(kGravity * std::sin(slope), 0, -kGravity * std::cos(slope)));
+    scene.add_fixed(geometry::make_box({-5, -5, -1}, {5, 5, 0}));
+    scene.add_rigid(geometry::make_box({0, 0, gap}, {1, 1, 0.2 + gap}), {.density = 2000});
+    Simulation simulation(scene, {.time_step = 5e-3});
+    run(simulation, 100);
+    const Vector3 moved = simulation.state().blocks[1].centroid - Vector3(0.5, 0.5, 0.1 + gap);
+    CHECK(moved.norm() <= 1e-12);
+  }
+}
+
 TEST_CASE("Dilation: deformable blocks that slide into a corner come to rest in static steps") {
   for (const double young : {1e8, 1e10}) {  // Pa
     CAPTURE(young);

@@ -424,6 +424,31 @@ TEST_CASE("walls with mortar that rock come down without a step lost, and gain n
   }
 }
 
+TEST_CASE("walls with mortar that are hit are solved") {
+  const double phi = 35.0 * std::numbers::pi / 180.0;
+  const std::array joints{
+      Joint{.friction_angle = phi, .cohesion = 2e4, .dilation_angle = 0.1, .dilation_slip = 0.02},
+      Joint{.friction_angle = phi, .cohesion = 2e4, .tension = 1e4, .residual_cohesion = 5e3,
+            .softening_slip = 0.01},
+  };
+  for (const Joint& joint : joints) {
+    for (const double dt : {1e-2, 2.5e-3}) {
+      CAPTURE(joint.dilation_angle, dt);
+      Scene scene = shaken_wall(3, 4);
+      scene.joint = joint;
+      scene.blocks[0].kind = BlockKind::Fixed;
+      scene.blocks[0].motion = {};
+      scene.add_rigid(quoin::geometry::make_box({0.3, -0.61, 0.25}, {0.7, -0.21, 0.65}),
+                      {.density = 8000});
+      scene.blocks.back().velocity = {0, 5, 0};
+      Simulation simulation(scene, {.time_step = dt});
+      while (simulation.state().time < 0.1) {
+        REQUIRE(simulation.advance().status == StepStatus::Converged);
+      }
+    }
+  }
+}
+
 /// 30 drums on a base that is pulled away. `young`: Pa; 0: they are rigid.
 Scene pulled_tower(double young) {
   Scene scene;
