@@ -227,8 +227,8 @@ double motion_of_bonded_slab(const Joint& joint, bool hangs) {
   scene.gravity = VectorOfTime(Vector3(g * std::sin(slope), 0, -g * std::cos(slope)));
   scene.add_fixed(quoin::geometry::make_box({-5, -5, -1}, {5, 5, 0}));
   scene.add_rigid(quoin::geometry::make_box({0, 0, 0}, {1, 1, 0.25}), {.density = 4000});
-  Simulation simulation(
-      scene, {.time_step = 5e-3, .contact_iteration = ContactIteration::ProximalNewton});
+  Simulation simulation(scene,
+                        {.time_step = 5e-3, .contact_iteration = ContactIteration::ProximalNewton});
   const Vector3 start = simulation.state().blocks[1].centroid;
   for (int step = 0; step < 20; ++step) {
     const StepReport report = simulation.advance();
@@ -428,7 +428,10 @@ TEST_CASE("walls with mortar that are hit are solved") {
   const double phi = 35.0 * std::numbers::pi / 180.0;
   const std::array joints{
       Joint{.friction_angle = phi, .cohesion = 2e4, .dilation_angle = 0.1, .dilation_slip = 0.02},
-      Joint{.friction_angle = phi, .cohesion = 2e4, .tension = 1e4, .residual_cohesion = 5e3,
+      Joint{.friction_angle = phi,
+            .cohesion = 2e4,
+            .tension = 1e4,
+            .residual_cohesion = 5e3,
             .softening_slip = 0.01},
   };
   for (const Joint& joint : joints) {

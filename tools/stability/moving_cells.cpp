@@ -1,6 +1,6 @@
 /// Many blocks that move at once: a pile that falls into a bin, walls, dry and with mortar, whose
-/// base is shaken, a tower whose base is pulled away. Judged by what holds for any motion: no overlap, no energy out
-/// of nothing; and the tower by its closed form.
+/// base is shaken, a tower whose base is pulled away. Judged by what holds for any motion: no
+/// overlap, no energy out of nothing; and the tower by its closed form.
 
 #include <algorithm>
 #include <cmath>
@@ -115,8 +115,8 @@ Result run_pile(const Crowd& crowd) {
   return result;
 }
 
-/// Ten bricks in running bond; the base is shaken across the wall by this much of g at 2 Hz. Without
-/// mortar 0.5 is twice what it takes to rock.
+/// Ten bricks in running bond; the base is shaken across the wall by this much of g at 2 Hz.
+/// Without mortar 0.5 is twice what it takes to rock.
 Result run_shaken_wall(const Crowd& crowd, double peak, double duration) {
   CrowdRun crowd_run(crowd);
   crowd_run.add_base({-2, -2, -1}, {3, 2, 0}, [peak](double time) {
@@ -163,8 +163,9 @@ void append_moving_cells(std::vector<Cell>& cells) {
     const double sway =
         1e-6 + (crowd.young > 0.0 ? 10.0 * kDensity * kGravity * kDrums / crowd.young : 0.0);
     cells.push_back({"pile", {{varied, value}}, kBalances, [=] { return run_pile(crowd); }});
-    cells.push_back(
-        {"shaken wall", {{varied, value}}, kBalances, [=] { return run_shaken_wall(crowd, 0.5, 0.2); }});
+    cells.push_back({"shaken wall", {{varied, value}}, kBalances, [=] {
+                       return run_shaken_wall(crowd, 0.5, 0.2);
+                     }});
     cells.push_back(
         {"pulled base", {{varied, value}}, sway, [=] { return run_pulled_base(crowd); }});
   };

@@ -201,9 +201,9 @@ void set_springs(const CarryOptions& options, std::span<const Contact> before,
   if (!laid) keep_stored_energy(blocks, of_pair(before, first), options.dynamic, joint);
 }
 
-/// Faces that a joint has opened, by dilation or where a block rocks, are parallel no more, and what
-/// touches is an edge or a vertex of one of them: strength goes by what the faces share. What has
-/// never been part of an area has none. `previous`: of the contacts in this joint, in `before`.
+/// Faces that a joint has opened, by dilation or where a block rocks, are parallel no more, and
+/// what touches is an edge or a vertex of one of them: strength goes by what the faces share. What
+/// has never been part of an area has none. `previous`: of the contacts in this joint, in `before`.
 void keep_areas(const CarryOptions& options, std::span<const Contact> before,
                 std::span<const int> previous, std::span<BodyContact> joint) {
   const Joint& law = *joint.front().joint;

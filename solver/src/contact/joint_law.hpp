@@ -4,7 +4,8 @@
 /// At one contact, with slip s so far and softening slip L,
 ///   damage     1 once it has failed, else s / L (0 where the joint is brittle: L = 0)
 ///   strength   peak + damage (residual - peak), for tan(friction angle), cohesion and tension
-///   opening    gap at which it is closed: the gap it was laid with (a bond's while it holds), the offset of its
+///   opening    gap at which it is closed: the gap it was laid with (a bond's while it holds), the
+///   offset of its
 ///              spring (joint_springs.hpp), and tan(dilation angle) min(s, dilation slip)
 /// and, f on the contact (compression positive), d its gap beyond the opening and its two slips,
 ///   f_n >= 0 (bonded: any),   f_n = -normal_spring d_n (rigid: d_n = 0) where f_n is not at that
@@ -56,8 +57,8 @@ bool clings(const Joint& joint, const Contact& contact);
 /// Whether it clings, and nothing presses it: no force and no condition along its normal.
 bool unpressed(const LinearContact& contact);
 
-/// A contact of the first step: what has strength is closed, and a bond where it has tension, at the
-/// gap it is laid with. `size`: of the smaller block, m.
+/// A contact of the first step: what has strength is closed, and a bond where it has tension, at
+/// the gap it is laid with. `size`: of the smaller block, m.
 void lay(const Joint& joint, double size, Contact& contact);
 
 /// Its bond, if it has one, is gone.

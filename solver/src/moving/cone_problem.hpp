@@ -5,7 +5,8 @@
 ///
 /// P the projection on the forces that the contact can bear, y as corrected() has it (cone.hpp).
 /// With mu = 1 where Coulomb's law is not all, x = (f_n, f_t / mu) / s and u = (d_n, mu d_t) s of
-/// the contact's force f and motion d; s makes the mean eigenvalue of the contact's own Delassus block one, so that eps is a share of it and x, y have one unit, sqrt(J).
+/// the contact's force f and motion d; s makes the mean eigenvalue of the contact's own Delassus
+/// block one, so that eps is a share of it and x, y have one unit, sqrt(J).
 
 #include <span>
 #include <vector>
@@ -47,9 +48,9 @@ class ConeProblem {
 
   std::size_t count() const { return cones_.size(); }
   std::span<const Admissible> admissible() const { return admissible_; }  ///< by contact
-  Vector3 cone_force(std::size_t contact, const Vector3& force) const;  ///< x of f
-  Vector3 force(std::size_t contact, const Vector3& x) const;           ///< f of x
-  Vector3 motion(std::size_t contact, const Vector3& y) const;          ///< d of A D + c
+  Vector3 cone_force(std::size_t contact, const Vector3& force) const;    ///< x of f
+  Vector3 force(std::size_t contact, const Vector3& x) const;             ///< f of x
+  Vector3 motion(std::size_t contact, const Vector3& y) const;            ///< d of A D + c
   /// What c leaves out of the gap and the stretch that the step starts with.
   const Vector3& unmended(std::size_t contact) const { return cones_[contact].unmended; }
 
@@ -73,7 +74,7 @@ class ConeProblem {
  private:
   struct Cone {
     double scale = 1.0;
-    double shear = 0.0;  ///< mu of the cone, else 1, or 0 without friction
+    double shear = 0.0;                ///< mu of the cone, else 1, or 0 without friction
     Vector3 offset = Vector3::Zero();  ///< c
     Vector3 unmended = Vector3::Zero(), unmoved = Vector3::Zero();
     Matrix3 delassus = Matrix3::Zero();  ///< of the contact alone

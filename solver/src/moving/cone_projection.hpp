@@ -33,7 +33,7 @@ class ConeProjection {
   double find_share() const;
 
   std::span<const Vector3> x_;
-  std::vector<Admissible> admissible_;  ///< limits of shear as x has them, frozen
+  std::vector<Admissible> admissible_;           ///< limits of shear as x has them, frozen
   std::vector<Vector3> start_, moved_, change_;  ///< y of x, A D since, and the forces of that
   std::vector<Vector3> next_moved_, next_change_;
   std::vector<Vector3> trial_, pushed_;

@@ -36,7 +36,8 @@ double pair_size(const CompiledScene& compiled, int a, int b) {
 double largest_opening(const CompiledScene& compiled, std::span<const Contact> contacts) {
   double largest = 0.0;
   for (const Contact& c : contacts) {
-    if (c.bonded) largest = std::max(largest, c.point.gap);  // of a spring, as far as it is stretched
+    if (c.bonded)
+      largest = std::max(largest, c.point.gap);  // of a spring, as far as it is stretched
     const bool opens = compiled.dilates ? c.slip > 0.0 : c.closed_gap > 0.0 && !c.bonded;
     if (!opens) continue;
     const Joint& joint = joint_between(compiled.scene, c.point.key.a, c.point.key.b);
