@@ -328,6 +328,31 @@ TEST_CASE("A brick slides out from under one that is joined to it, and what it l
   }
 }
 
+TEST_CASE("Redundant bonds of soft blocks hold at any gap that they are laid with") {
+  double sag_without = 0.0;
+  for (const double gap : {0.0, 6e-5, 9.5e-5}) {  // m
+    CAPTURE(gap);
+    Scene scene{.joint = {.friction_angle = 30.0 * kDegree, .cohesion = 1e7, .tension = 2.6e6}};
+    scene.gravity = VectorOfTime(Vector3(0, 0, -kGravity));
+    scene.add_fixed(geometry::make_box({-1, 0, 0}, {0, 1, 1}));
+    for (int i = 0; i < 3; ++i) {
+      const double low = i + (i + 1) * gap;
+      scene.add_block(geometry::make_box({low, 0, 0}, {low + 1, 1, 1}),
+                      {.density = 2000, .young = 1e8, .poisson = 0.2});
+    }
+    Simulation simulation(scene, {.time_step = 5e-3, .analysis = Analysis::Static});
+    StepReport report;
+    for (int step = 0; step < 20 && report.verdict != StaticVerdict::Rest; ++step) {
+      report = simulation.advance();
+      REQUIRE(report.status == StepStatus::Converged);
+    }
+    CHECK(report.verdict == StaticVerdict::Rest);
+    const double sag = 0.5 - simulation.state().blocks[3].centroid.z();
+    if (gap == 0.0) sag_without = sag;
+    CHECK_THAT(sag, WithinRel(sag_without, 1e-2));  // a fifth of the strength
+  }
+}
+
 TEST_CASE("A beam of two blocks peels when its outermost stress reaches the tension") {
   for (const Frame& frame : frames()) {
     for (const double share : {0.99, 1.01}) {
