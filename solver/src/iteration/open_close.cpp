@@ -326,7 +326,7 @@ bool OpenClose::infeasible(std::span<const LinearContact> contacts, const OpenCl
   if (!options.breaks || progress.softness < 1.0) return false;
   const double gap = violation(contacts);
   const double before = std::exchange(progress.gap, gap);
-  // Smaller gaps are where strain and turns of second order leave redundant bonds.
+  // Redundant bonds leave smaller gaps, by strain and by turns of second order.
   const double least = std::max(kStalledGap * options.gap_tolerance, options.mended_apart);
   const bool fixed = gap > least && gap >= kFixed * before && gap <= before / kFixed;
   progress.fixed = fixed ? progress.fixed + 1 : 0;
