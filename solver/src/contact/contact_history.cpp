@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "contact/joint_law.hpp"
 #include "contact/joint_springs.hpp"
@@ -212,12 +213,11 @@ void keep_areas(const CarryOptions& options, std::span<const Contact> before,
     return previous[i] >= 0 && !(joint[i].state.point.area > 0.0) &&
            before[static_cast<std::size_t>(previous[i])].point.area > 0.0;
   };
-  bool any = false;
-  for (std::size_t i = 0; i < joint.size(); ++i) any = any || lost(i);
-  if (!any) return;
-  const JointArea area = joint_area(blocks_of(options, joint.front()), joint);
+  std::optional<JointArea> area;
   for (std::size_t i = 0; i < joint.size(); ++i) {
-    if (lost(i)) joint[i].state.point.area = area.share[i];
+    if (!lost(i)) continue;
+    if (!area) area = joint_area(blocks_of(options, joint.front()), joint);
+    joint[i].state.point.area = area->share[i];
   }
 }
 

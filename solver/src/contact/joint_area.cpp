@@ -13,7 +13,6 @@ using Polygon = std::vector<Vector2d>;
 // Of the side of a square of the joint's area: a corner farther from all contacts is lifted.
 // Chosen: less than a brick's short side.
 constexpr double kNearCorner = 0.3;
-constexpr double kStraight = 1e-3;  // rad: a side that turns by less does not
 
 double cross(const Vector2d& p, const Vector2d& q) { return p.x() * q.y() - p.y() * q.x(); }
 

@@ -8,6 +8,9 @@
 
 namespace quoin::solver {
 
+/// rad: a side that turns by less does not.
+inline constexpr double kStraight = 1e-3;
+
 /// The blocks of a joint where they stand.
 struct JointBlocks {
   const BlockModel &model_a, &model_b;

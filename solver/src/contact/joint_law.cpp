@@ -89,13 +89,14 @@ double dilation_slope(const Joint& joint, const Contact& contact) {
   return done || joint.dilation_angle == 0.0 ? 0.0 : std::tan(joint.dilation_angle);
 }
 
-double further_dilation(const LinearContact& c, double slip) {
-  return c.dilation_slope * std::min(slip, c.dilating_slip) - c.dilation;
+double dilation(const LinearContact& c, double slip) {
+  return c.dilation_slope * std::min(slip, c.dilating_slip);
 }
 
 void open_by_slip(LinearContact& c) {
   if (c.dilation_slope == 0.0) return;
-  c.relative[0] -= further_dilation(c, (c.relative.tail<2>() - c.start.tail<2>()).norm());
+  const double slip = (c.relative.tail<2>() - c.start.tail<2>()).norm();
+  c.relative[0] -= dilation(c, slip) - c.dilation;
 }
 
 bool clings(const Joint& joint, const Contact& contact) {

@@ -5,8 +5,8 @@
 ///   damage     1 once it has failed, else s / L (0 where the joint is brittle: L = 0)
 ///   strength   peak + damage (residual - peak), for tan(friction angle), cohesion and tension
 ///   opening    gap at which it is closed: the gap it was laid with (a bond's while it holds), the
-///   offset of its
-///              spring (joint_springs.hpp), and tan(dilation angle) min(s, dilation slip)
+///              offset of its spring (joint_springs.hpp), and tan(dilation angle) min(s, dilation
+///              slip)
 /// and, f on the contact (compression positive), d its gap beyond the opening and its two slips,
 ///   f_n >= 0 (bonded: any),   f_n = -normal_spring d_n (rigid: d_n = 0) where f_n is not at that
 ///   limit, |f_t| <= friction max(f_n, 0) + cohesion,   f_t against d_t at the limit.
@@ -43,10 +43,10 @@ double opening(const Joint& joint, const Contact& contact, double further_slip =
 /// Opening per slip as it stands.
 double dilation_slope(const Joint& joint, const Contact& contact);
 
-/// What it opens by beyond its linearisation where its slip in the step is this, m.
-double further_dilation(const LinearContact& contact, double slip);
+/// Further opening in the step that goes with this slip, m, where it slides.
+double dilation(const LinearContact& contact, double slip);
 
-/// Takes that off its gap, for the slip that d says.
+/// Takes off its gap what that is, by the slip that d says, beyond its linearisation.
 void open_by_slip(LinearContact& contact);
 
 /// Whether it bears shear while it touches, pressed or not. Were its shear gone as its normal force

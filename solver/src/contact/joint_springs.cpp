@@ -3,7 +3,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -17,7 +16,6 @@ using Eigen::Vector2d;
 // Chosen. Of the squared length of the smaller block (cube root of its volume), for all contacts of
 // a joint: what stands on an edge or a corner beside all faces has a spring, too.
 constexpr double kLeastArea = 0.01;
-constexpr double kStraight = 1e-3;         // rad: a side that turns by less does not
 constexpr double kWholeArea = 1.0 - 1e-6;  // of the faces': geometry has found all of it
 constexpr double kSameEnergy = 1e-9;       // more, relative, is not rounding of gaps
 

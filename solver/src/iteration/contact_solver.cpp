@@ -23,9 +23,8 @@ constexpr int kFurther = 200;
 // method takes over from the whole one, whatever it leaves: walls near their limit load are solved
 // in half steps.
 constexpr int kFailures = 2;
-// Likewise of so few blocks, as long as any joint holds: their exact solution costs little.
+// In a step of few blocks of which any joint holds some: their exact solution costs little.
 constexpr int kFailuresOfFew = 4;
-constexpr int kFew = 16;
 // Like kPatience in a loose island, whose next attempt is the proximal Newton method's,
 constexpr int kQuick = 30;
 // and where something else has failed before: of an attempt by that method that left gaps or gained
@@ -118,8 +117,8 @@ OpenCloseResult ContactSolver::iterate(const StepOptions& options, const BlockEq
                                        BlockVector& increment) {
   automatic_ = options.contact_iteration == ContactIteration::Automatic &&
                options.analysis == Analysis::Dynamic;
-  suits_ = agreement_.all(ConeProblem::suits(contacts));
-  coulomb_ = suits_ && agreement_.all(std::ranges::all_of(contacts, ConeProblem::follows_coulomb));
+  coulomb_ = agreement_.all(std::ranges::all_of(contacts, ConeProblem::follows_coulomb));
+  suits_ = coulomb_ || agreement_.all(ConeProblem::suits(contacts));
   yielding_ = asks_to_yield(options, blocks, contacts) && suits_;
   if (yielding_) return yield(blocks, contacts, tuning, increment);
   if (automatic_) {
@@ -161,7 +160,7 @@ bool ContactSolver::asks_to_yield(const StepOptions& options, const BlockEquatio
 }
 
 /// Whether these are few blocks, and joints hold some.
-bool ContactSolver::few_held() const { return !coulomb_ && slots_->count() < kFew; }
+bool ContactSolver::few_held() const { return !coulomb_ && slots_->count() < kMany; }
 
 /// Iterations of the open-close iteration on this problem, at most.
 int ContactSolver::patience(std::span<const LinearContact> contacts) {
@@ -253,9 +252,12 @@ double ContactSolver::note(bool solved, bool can_cut) {
     return std::numeric_limits<double>::infinity();
   }
   const bool few = few_held();
-  if (!solved) ++failures_;
-  if (solved && !few) failures_ = 0;  // of few all in the step count
-  gave_up_ = failures_ >= (few ? kFailuresOfFew : kFailures) && !solved && !yielding_;
+  if (solved) {
+    if (!few) failures_ = 0;
+    return 0.5;
+  }
+  ++failures_;
+  gave_up_ = failures_ >= (few ? kFailuresOfFew : kFailures) && !yielding_;
   if (!gave_up_) return 0.5;
   if (few) return std::numeric_limits<double>::infinity();
   return cannot_yield_ ? 1.0 : 2.0;

@@ -114,7 +114,7 @@ class ContactSolver {
   bool cannot_yield_ = false;  ///< the checked stage has not solved it
   bool automatic_ = false;
   bool yielding_ = false;
-  int failures_ = 0;      ///< attempts in a row that were not solved
+  int failures_ = 0;      ///< attempts that were not solved, in a row; of few_held() in the step
   bool gave_up_ = false;  ///< the open-close iteration, for what is left of the step
   int iterations_left_ = 0;
 };

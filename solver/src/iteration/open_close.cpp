@@ -41,7 +41,6 @@ constexpr Loose kLoose{1e-4, 1e-2}, kLooseRigid{1e-2, 0.1};
 // Of many blocks that move.
 constexpr double kMotion = 1e-9;    // of a block, in a step: it moves. Between 1e-11 of what rests
                                     // and 5e-5 where a shaken wall turns round
-constexpr int kMany = 16;           // blocks: fewer are solved exactly, which costs little
 constexpr double kCrowd = 1e4;      // times the tolerance: their forces, and gaps of what yields,
 constexpr double kCoarsest = 1e-6;  // up to this; from there on what is asked for is enough
 // Gaps, of their tolerance: with 1 a wall of 27 that sticks on a shaken base gains 8e-9 of its

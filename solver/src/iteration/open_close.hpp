@@ -59,7 +59,10 @@ inline constexpr int kFixedUpdates = 3;
 /// the tolerance itself where that is coarser.
 double crowd_tolerance(double tolerance);
 
-/// Whether there are many rigid blocks, 16 or more, of which one moves by more than 1e-9 of itself.
+/// Blocks: fewer are solved exactly, which costs little.
+inline constexpr int kMany = 16;
+
+/// Whether there are many rigid blocks, of which one moves by more than 1e-9 of itself.
 bool is_moving(const Slots& slots, const BlockVector& increment);
 
 /// Counts of both; the rest is that of the later one, its condition where it factorized.

@@ -349,7 +349,7 @@ void measure_slips(const StepPoses& poses, std::span<const BodyContact> contacts
     const bool opened = c.mode == ContactMode::Open && (contact.was_closed || c.start[0] <= 0.0);
     c.slip = opened ? (c.relative.tail<2>() - c.start.tail<2>()).norm()
                     : slip_in_step(c, moved_by(poses, contact, c));
-    if (opens && c.dilation_slope > 0.0) c.dilation += further_dilation(c, c.slip);
+    if (opens && c.dilation_slope > 0.0) c.dilation = dilation(c, c.slip);
   }
 }
 
