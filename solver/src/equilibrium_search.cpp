@@ -6,6 +6,7 @@
 
 #include "distributed/agreement.hpp"
 #include "index.hpp"
+#include "iteration/open_close.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -13,6 +14,9 @@ namespace {
 constexpr double kStride = 0.0025;  // of a block, in one step: forty steps tell a mechanism
 constexpr double kMechanism = 0.1;  // of a block: no longer the structure that was asked about
 constexpr double kLongest = 1e3;    // first pseudo-steps: an unbalance of 1e-6 moves a full stride
+// Times the first pseudo-step where many blocks deform. What inertia bears in it goes through the
+// contacts in the next one, which of walls then takes as long again.
+constexpr double kOfMany = 4.0;
 constexpr double kStillFalling = 0.5;  // of the last unbalance
 
 /// Edge of the cube with the block's mean second moment, m: the same in every frame.
@@ -22,6 +26,10 @@ double extent(const BlockModel& model) {
 
 /// Of the centroid, and of a vertex by the turn.
 double motion(double way, double angle, double extent) { return way / extent + 0.5 * angle; }
+
+bool many_deform(const CompiledScene& compiled) {
+  return compiled.slots.count() >= kMany && !compiled.slots.rigid();
+}
 
 /// What strains of all blocks and springs of all contacts can move a block by in a chain, m.
 double elastic_motion(const CompiledScene& compiled, const StepOptions& options, const State& state,
@@ -60,6 +68,7 @@ void begin_search(const CompiledScene& compiled, const State& state, Equilibrium
     fastest = std::max(fastest, std::max(force, strain_force) / (model.mass * extent(model)));
   }
   search.pseudo_step = fastest > 0.0 ? std::sqrt(2.0 * kStride / fastest) : 1.0;
+  if (many_deform(compiled)) search.pseudo_step *= kOfMany;
   search.longest = kLongest * search.pseudo_step;
   search.unbalance = 0.0;
   search.start = state.blocks;

@@ -1,6 +1,7 @@
 /// Which iteration has an attempt, and what the proximal Newton method mends of gaps.
 
 #include "solver/src/iteration/contact_solver.hpp"
+#include "solver/src/moving/interior_point.hpp"
 #include "support/catch.hpp"
 
 using namespace quoin::solver;
@@ -46,6 +47,27 @@ struct Resting {
 };
 
 }  // namespace
+
+TEST_CASE("the interior point method finds what stands, slides and leaves the ground") {
+  Resting blocks({0.0, 0.0, 0.0, 2.0});  // m; free ones would fall by 1 m
+  blocks.force[1][0] = 3.0;              // friction of 0.5 N holds less
+  blocks.force[2][0] = 0.3;
+  InteriorPoint interior_point(blocks.slots);
+  const OpenCloseResult result =
+      interior_point.solve(blocks.base, blocks.force, blocks.contacts, 100, blocks.increment);
+  REQUIRE(result.converged);
+  REQUIRE(result.residual <= 1e-5);
+  REQUIRE(result.iterations <= 30);
+  const auto differs = [&](std::size_t i, const Vector3& force, double along, double up) {
+    const Vector12& moved = blocks.increment[i];
+    return (blocks.contacts[i].force - force).norm() + std::abs(moved[0] - along) +
+           std::abs(moved[2] - up);
+  };
+  CHECK(differs(0, {1.0, 0.0, 0.0}, 0.0, 0.0) <= 1e-4);
+  CHECK(differs(1, {1.0, -0.5, 0.0}, 2.5, 0.0) <= 1e-4);
+  CHECK(differs(2, {1.0, -0.3, 0.0}, 0.0, 0.0) <= 1e-4);
+  CHECK(differs(3, {0.0, 0.0, 0.0}, 0.0, -1.0) <= 1e-4);
+}
 
 TEST_CASE("an overlap beyond the limit is mended alone, not by a share of all") {
   Resting blocks({-3e-6, -0.9e-6});  // the limit: a millionth of a block

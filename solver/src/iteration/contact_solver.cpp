@@ -6,6 +6,7 @@
 
 #include "distributed/gathered_contacts.hpp"
 #include "index.hpp"
+#include "moving/interior_point.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -25,6 +26,8 @@ constexpr int kFurther = 200;
 constexpr int kFailures = 2;
 // In a step of few blocks of which any joint holds some: their exact solution costs little.
 constexpr int kFailuresOfFew = 4;
+// Of contacts whose forces the interior point method has found.
+constexpr double kInsideSoftness = 0.1;
 // Like kPatience in a loose island, whose next attempt is the proximal Newton method's,
 constexpr int kQuick = 30;
 // and where something else has failed before: of an attempt by that method that left gaps or gained
@@ -128,7 +131,11 @@ OpenCloseResult ContactSolver::iterate(const StepOptions& options, const BlockEq
       tuning.further_iterations = std::min(kFurther, left - tuning.max_iterations);
     }
   }
-  return open_close_.solve(blocks.base, blocks.force, contacts, tuning, increment);
+  OpenCloseResult result = start_inside(blocks, contacts, tuning, increment);
+  const double change = result.change;
+  add(open_close_.solve(blocks.base, blocks.force, contacts, tuning, increment), result);
+  result.change = std::max(result.change, change);
+  return result;
 }
 
 /// By the proximal Newton method. Several processes each solve it whole.
@@ -138,16 +145,45 @@ OpenCloseResult ContactSolver::yield(const BlockEquations& blocks,
   if (const auto free = open_close_.fly(blocks, contacts, tuning, tuning.mended_apart, increment)) {
     return *free;
   }
-  if (!agreement_.shares()) {
-    return moving_contacts_.solve(blocks.base, blocks.force, contacts, tuning, increment);
-  }
+  return solve_whole(blocks, contacts, [&](const BlockSystem& base, std::span<LinearContact> all) {
+    return moving_contacts_.solve(base, blocks.force, all, tuning, increment);
+  });
+}
+
+/// Several processes each solve(base, contacts) with the contacts of all.
+template <class Solve>
+OpenCloseResult ContactSolver::solve_whole(const BlockEquations& blocks,
+                                           std::span<LinearContact> contacts, const Solve& solve) {
+  if (!agreement_.shares()) return solve(blocks.base, contacts);
   std::vector<LinearContact> all = gather(agreement_, *slots_, contacts);
   BlockSystem base = blocks.base;
   base.pairs = gather(agreement_, *slots_, blocks.base.pairs);
   find_pairs(base.pairs, all);
-  const OpenCloseResult solved = moving_contacts_.solve(base, blocks.force, all, tuning, increment);
+  const OpenCloseResult solved = solve(base, all);
   take_back(all, contacts);
   return solved;
+}
+
+/// Where the open-close iteration would have to find the forces between many blocks that deform
+/// from nothing: those of the interior point method, and the motions that go with them, are what it
+/// begins with.
+OpenCloseResult ContactSolver::start_inside(const BlockEquations& blocks,
+                                            std::span<LinearContact> contacts,
+                                            OpenCloseOptions& tuning, BlockVector& increment) {
+  if (!tuning.redundant || !tuning.predicted || !tuning.raise || !coulomb_) return {};
+  const bool unknown = std::ranges::all_of(
+      contacts, [](const LinearContact& c) { return c.multiplier.isZero(0.0); });
+  if (!agreement_.all(unknown) || agreement_.all(contacts.empty())) return {};
+  const OpenCloseResult inside =
+      solve_whole(blocks, contacts, [&](const BlockSystem& base, std::span<LinearContact> all) {
+        InteriorPoint interior_point(*slots_, watch_);
+        interior_point.use(threads_);
+        return interior_point.solve(base, blocks.force, all, tuning.max_iterations, increment);
+      });
+  if (!inside.converged) return inside;
+  tuning.predicted = false;
+  tuning.softness = kInsideSoftness;
+  return inside;
 }
 
 /// Whether the proximal Newton method is to have this problem.

@@ -27,7 +27,7 @@ enum class Fate {
 class ContactSolver {
  public:
   ContactSolver(const Slots& slots, StepWatch* watch)
-      : slots_(&slots), open_close_(slots, watch), moving_contacts_(slots, watch) {}
+      : slots_(&slots), watch_(watch), open_close_(slots, watch), moving_contacts_(slots, watch) {}
 
   /// A step begins: nothing of it has failed yet.
   void begin();
@@ -52,6 +52,7 @@ class ContactSolver {
 
   /// From the next solve() on.
   void use(const Threads& threads) {
+    threads_ = threads;
     open_close_.use(threads);
     moving_contacts_.use(threads);
   }
@@ -76,6 +77,11 @@ class ContactSolver {
                           BlockVector& increment);
   OpenCloseResult yield(const BlockEquations& blocks, std::span<LinearContact> contacts,
                         const OpenCloseOptions& tuning, BlockVector& increment);
+  OpenCloseResult start_inside(const BlockEquations& blocks, std::span<LinearContact> contacts,
+                               OpenCloseOptions& tuning, BlockVector& increment);
+  template <class Solve>
+  OpenCloseResult solve_whole(const BlockEquations& blocks, std::span<LinearContact> contacts,
+                              const Solve& solve);
   bool asks_to_yield(const StepOptions& options, const BlockEquations& blocks,
                      std::span<const LinearContact> contacts);
 
@@ -99,6 +105,8 @@ class ContactSolver {
   int patience(std::span<const LinearContact> contacts);
 
   const Slots* slots_;
+  StepWatch* watch_;
+  Threads threads_;
   Agreement agreement_;
   OpenClose open_close_;
   MovingContacts moving_contacts_;

@@ -18,7 +18,10 @@ constexpr double kLastPush = 10.0;     // of the force tolerance: an update that
 constexpr double kStalled = 0.9;       // of the last gap is left: then
 constexpr double kStalledPush = 1e6;   // of the force tolerance, and
 constexpr double kStalledGap = 10.0;   // of the gap tolerance is enough
-constexpr double kSlow = 0.5;          // of the last gap is left: augmentation is raised, by
+// Likewise of redundant contacts, and of a first guess that was far out: with it alone a wall near
+// its limit load gained energy in the motion that followed.
+constexpr double kSharedPush = 1e-4, kFarPush = 1e-3;
+constexpr double kSlow = 0.5;  // of the last gap is left: augmentation is raised, by
 constexpr double kRaise = 10.0;
 constexpr double kRaiseGap = 0.1;       // where more than this share of the largest gap is left,
 constexpr double kFixed = 0.999;        // but not for gaps that no force can close
@@ -27,7 +30,7 @@ constexpr int kMostRaises = 6;          // mass ratios of 1e6, with what augment
 
 // The softness of contacts. Chosen with the numbers of contact_newton.cpp, on the same sample.
 constexpr double kSoft = 1e-4;   // after full stiffness failed
-constexpr double kSofter = 0.1;  // after that failed, too
+constexpr double kSofter = 0.1;  // after that failed, too, and of redundant contacts at once
 constexpr double kSoftest = 1e-9;
 constexpr double kStiffer = 5.0;  // after it was solved in
 constexpr int kQuickSteps = 4;
@@ -259,7 +262,7 @@ bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptio
                          Progress& progress, NewtonCount& count) {
   const bool springs = agreement_.any(std::ranges::any_of(contacts, &LinearContact::compliant));
   double& softness = progress.softness;
-  bool slow = options.moves || softness < 1.0;  // as Newton's method has been
+  progress.slow = options.moves || softness < 1.0;
   solved_.assign(newton_.change().size(), Vector12::Zero());
   FallingGap gap;
   const auto most = [&] {
@@ -267,12 +270,13 @@ bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptio
   };
   while (count.iterations < most()) {
     const int before = count.iterations;
-    const bool exactly = softness == 1.0 && !slow;
+    const bool exactly = softness == 1.0 && !progress.slow;
     const double wanted =
         exactly ? options.force_tolerance : wanted_residual(contacts, options, progress);
     const bool damped = options.damped && slots_->rigid();
     const Relaxed relaxed = newton_.relax({wanted, softness, most(), damped}, count);
-    slow = slow || relaxed == Relaxed::No || count.iterations - before > kQuickSteps;
+    progress.slow =
+        progress.slow || relaxed == Relaxed::No || count.iterations - before > kQuickSteps;
     if (relaxed != Relaxed::No) {
       if (options.further_iterations > 0) gap.note(violation(contacts));
       solved_ = newton_.change();
@@ -291,7 +295,8 @@ bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptio
     } else {
       newton_.set_change(solved_);
       progress.softened = true;
-      softness = softness == 1.0 ? kSoft : std::max(kSoftest, kSofter * softness);
+      const double first = options.redundant ? kSofter : kSoft;
+      softness = softness == 1.0 ? first : std::max(kSoftest, kSofter * softness);
       if (progress.assumes) {
         step_assumed(softness, count);
         continue;
@@ -353,6 +358,11 @@ bool OpenClose::settled(std::span<LinearContact> contacts, const OpenCloseOption
   if (gap <= (stalled ? kStalledGap : 1.0) * options.gap_tolerance) {
     const double allowed = stalled ? kStalledPush : kLastPush;
     if (push_of_update(contacts) <= allowed * options.force_tolerance) return true;
+  }
+  const double shared = progress.far ? kFarPush : kSharedPush;
+  if (options.redundant && (progress.slow || left > kSlow) &&
+      gap <= kStalledGap * options.gap_tolerance && push_of_update(contacts) <= shared) {
+    return true;
   }
   follow_gap(contacts, options, {gap, left}, progress);
   return false;
@@ -444,7 +454,7 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   NewtonCount count;
   const bool far = result.residual > kFarResidual;
   if (far) step_assumed(options.softness, count);
-  Progress progress{.softness = options.softness, .assumes = far && slots_->rigid()};
+  Progress progress{.softness = options.softness, .far = far, .assumes = far && slots_->rigid()};
   result.converged = converge(contacts, options, progress, count);
   result.softness = progress.softness;
   result.infeasible = progress.infeasible;

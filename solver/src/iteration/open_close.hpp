@@ -32,7 +32,11 @@ struct OpenCloseOptions {
   bool moves = false;
   /// Joints hold without limit, and will be judged by the forces: whether these have one is asked.
   bool breaks = false;
-  double softness = 1.0;             ///< of all contacts, to begin with: that of an earlier result
+  double softness = 1.0;  ///< of all contacts, to begin with: that of an earlier result
+  /// Many blocks that deform, in a step that is no motion: slow updates share forces out between
+  /// redundant contacts, and 1e-5 of the forces is enough. Where Newton's method fails contacts
+  /// keep a tenth of their stiffness; with less the updates drift off.
+  bool redundant = false;
   const FreeMotion* free = nullptr;  ///< of a dynamic step: contacts may have nothing to do
 };
 
@@ -110,11 +114,13 @@ class OpenClose {
   /// How the iteration on the multipliers stands.
   struct Progress {
     double softness = 1.0;  ///< of all contacts: share of their stiffness
+    bool far = false;       ///< the first guess is
     int updates = 0;        ///< of the multipliers
     int raises = 0;         ///< of the augmentation
     /// Nothing is solved yet, the first guess says nothing of modes, and blocks are rigid: where
     /// they deform the assumed modes cost as often as they gain.
     bool assumes = false;
+    bool slow = false;      ///< as Newton's method has been
     bool softened = false;  ///< since the last solution
     bool exact = false;     ///< there has been a solution to the tolerance
     double gap = 0.0;       ///< violation when last solved, m
