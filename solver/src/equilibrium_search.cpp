@@ -17,6 +17,10 @@ constexpr double kLongest = 1e3;    // first pseudo-steps: an unbalance of 1e-6 
 // Times the first pseudo-step where many blocks deform. What inertia bears in it goes through the
 // contacts in the next one, which of walls then takes as long again.
 constexpr double kOfMany = 4.0;
+// Of the sizes of loads, their sum: they balance. Rounding leaves m u of m loads
+// [Higham 2002, section 4.2], areas and loads that are known to a few digits leave more; an
+// unbalance of this is at rest (StepOptions::rest_unbalance).
+constexpr double kBalance = 1e-6;
 constexpr double kStillFalling = 0.5;  // of the last unbalance
 
 /// Edge of the cube with the block's mean second moment, m: the same in every frame.
@@ -49,24 +53,54 @@ double elastic_motion(const CompiledScene& compiled, const StepOptions& options,
   return sum + all.sum(gaps);
 }
 
+/// Loads of a block, N.
+struct LoadSum {
+  Vector3 sum = Vector3::Zero();
+  double parts = 0.0;  ///< sum of their sizes
+
+  void add(const Vector3& load) {
+    sum += load;
+    parts += load.norm();
+  }
+};
+
+/// What stresses push a block's faces with, N: elastic and initial ones together, and their sizes.
+struct StressSum {
+  double sum = 0.0, parts = 0.0;
+};
+
+StressSum stress_sum(const BlockModel& model, const BlockState& block) {
+  const Vector6 together = static_block_force(model, block).tail<6>();
+  const double elastic = (model.elasticity * block.strain).norm();
+  return {together.norm() / extent(model),
+          model.volume * (elastic + model.initial_stress.norm()) / extent(model)};
+}
+
+/// 0 where the parts balance: what is left of them is rounding, which is no scale.
+double net_of(double sum, double parts) { return sum > kBalance * parts ? sum : 0.0; }
+
 }  // namespace
 
 double static_reach(const BlockModel& model) { return 4.0 * kStride * extent(model); }
 
 void begin_search(const CompiledScene& compiled, const State& state, EquilibriumSearch& search) {
-  std::vector<Vector3> load(compiled.models.size(), Vector3::Zero());
+  std::vector<LoadSum> loads(compiled.models.size());
   for (const PointForce& point : compiled.loads) {
-    load[index(point.block)] += point.factor * point.force.at(state.time);
+    loads[index(point.block)].add(point.factor * point.force.at(state.time));
   }
-  double fastest = 0.0;  // 1/s2
+  double fastest = 0.0, fastest_apart = 0.0;  // 1/s2, by net loads and by sizes of their parts
   for (const int b : compiled.slots.block_of_slot) {
     const BlockModel& model = compiled.models[index(b)];
-    const Vector12 stressed = static_block_force(model, state.blocks[index(b)]);
-    const double force =
-        (load[index(b)] + model.mass * compiled.scene.gravity.at(state.time)).norm();
-    const double strain_force = stressed.tail<6>().norm() / extent(model);
-    fastest = std::max(fastest, std::max(force, strain_force) / (model.mass * extent(model)));
+    LoadSum& load = loads[index(b)];
+    load.add(model.mass * compiled.scene.gravity.at(state.time));
+    const StressSum stress = stress_sum(model, state.blocks[index(b)]);
+    const double inertia = model.mass * extent(model);
+    const double net =
+        std::max(net_of(load.sum.norm(), load.parts), net_of(stress.sum, stress.parts));
+    fastest = std::max(fastest, net / inertia);
+    fastest_apart = std::max(fastest_apart, std::max(load.parts, stress.parts) / inertia);
   }
+  if (!(fastest > 0.0)) fastest = fastest_apart;
   search.pseudo_step = fastest > 0.0 ? std::sqrt(2.0 * kStride / fastest) : 1.0;
   if (many_deform(compiled)) search.pseudo_step *= kOfMany;
   search.longest = kLongest * search.pseudo_step;

@@ -24,7 +24,8 @@ struct EquilibriumSearch {
 double static_reach(const BlockModel& model);
 
 /// tau of the first step: the block that the loads accelerate most would move by kStride of its
-/// size. Contacts are not asked: what they hold does not move.
+/// size. Loads that balance on each block have no sum to go by; then it is the block that their
+/// sizes would accelerate most. Contacts are not asked: what they hold does not move.
 void begin_search(const CompiledScene& compiled, const State& state, EquilibriumSearch& search);
 
 /// Largest motion of one of these blocks from `from` to `to` (by block), by its size.

@@ -339,3 +339,69 @@ TEST_CASE("A wall whose top bricks slide both ways comes to rest without softer 
   CHECK(found.verdict == StaticVerdict::Rest);
   CHECK(found.solves <= 40);
 }
+
+namespace {
+
+constexpr double kPull = 1e6;  // Pa
+
+/// A block of 1 m × 2 m × 3 m in the air that tractions pull lengthwise; their sum is rounding.
+Scene pulled(const Frame& frame) {
+  Builder builder(frame, 30.0);
+  builder.scene.gravity = Vector3(0, 0, 0);
+  builder.add(geometry::make_box({0, 0, 0}, {1, 2, 3}));
+  const Vector3 along = frame.turn * Vector3::UnitZ();
+  const geometry::Shape& shape = *builder.scene.blocks[0].shape;
+  for (int face = 0; face < shape.topology().face_count(); ++face) {
+    const Vector3 traction = kPull * shape.face_normal(face).dot(along) * along;
+    builder.scene.face_loads.push_back({0, face, traction});
+  }
+  return builder.scene;
+}
+
+/// Hooke's, in the frame.
+Matrix3 pulled_strain(const Frame& frame) {
+  const Vector3 along = frame.turn * Vector3::UnitZ();
+  return kPull / kRock.young *
+         ((1.0 + kRock.poisson) * along * along.transpose() - kRock.poisson * Matrix3::Identity());
+}
+
+}  // namespace
+
+TEST_CASE("Tractions that balance strain a block and move it nowhere, in every frame") {
+  for (const bool held : {false, true}) {
+    for (const Frame& frame : frames()) {
+      CAPTURE(held, frame.rigid, frame.origin.x());
+      Scene scene = pulled(frame);
+      const Vector3 centre = frame.origin + frame.turn * Vector3(0.5, 1, 1.5);
+      if (held) scene.fixed_points.push_back({0, centre, Vector3(0, 0, 0)});
+      Simulation simulation(scene, {.time_step = 1e-2, .analysis = Analysis::Static});
+      const Found found = search(simulation);
+      CHECK(found.verdict == StaticVerdict::Rest);
+      CHECK(found.moved.norm() < 1e-12);
+      const BlockState& block = simulation.state().blocks[0];
+      CHECK(block.rotation.angularDistance(Eigen::Quaterniond::Identity()) < 1e-9);
+      const Vector6& e = block.strain;
+      Matrix3 strain;
+      strain << e[0], e[3] / 2, e[5] / 2, e[3] / 2, e[1], e[4] / 2, e[5] / 2, e[4] / 2, e[2];
+      if (frame.rigid) {
+        CHECK(strain.isZero(0.0));
+      } else {
+        CHECK((strain - pulled_strain(frame)).norm() < 1e-6 * pulled_strain(frame).norm());
+      }
+    }
+  }
+}
+
+TEST_CASE("Forces that balance but for rounding, or for the digits of a file, are no motion") {
+  for (const double digits : {0.0, 1e-9}) {
+    Scene scene;
+    scene.gravity = Vector3(0, 0, 0);
+    scene.add_rigid(geometry::make_box({0, 0, 0}, {1, 1, 1}), kRock);
+    for (const double force : {0.1, 0.2, -0.3 - digits}) {
+      scene.point_loads.push_back({0, {0.5, 0.5, 0.5}, Vector3(force, 0, 0)});
+    }
+    const Found found = search(scene, 1e-2);
+    CHECK(found.verdict == StaticVerdict::Rest);
+    CHECK(found.moved.norm() < 1e-2 * digits + 1e-15);
+  }
+}
