@@ -71,7 +71,7 @@ struct PrescribedMotion {
 Vector3 velocity_from(const Motion& motion, const Vector3& reached, double time);
 
 /// The motion at time `to`, from that `known` at `from`: velocity and acceleration are integrated
-/// by a Gauss rule over the interval.
+/// by a Gauss rule from knot to knot, which is exact for a table.
 PrescribedMotion advance_motion(const Motion& motion, const PrescribedMotion& known, double from,
                                 double to);
 

@@ -15,15 +15,16 @@ VectorOfTime interpolate(std::vector<double> times, std::vector<Vector3> values)
                        std::to_string(times[i]) + " s) is not after the one before it");
     }
   }
-  return VectorOfTime(
-      [times = std::move(times), values = std::move(values)](double time) -> Vector3 {
-        const auto next = std::upper_bound(times.begin(), times.end(), time);
-        if (next == times.begin()) return values.front();
-        if (next == times.end()) return values.back();
-        const auto i = static_cast<std::size_t>(next - times.begin());
-        const double share = (time - times[i - 1]) / (times[i] - times[i - 1]);
-        return values[i - 1] + share * (values[i] - values[i - 1]);
-      });
+  const auto knots = std::make_shared<const std::vector<double>>(std::move(times));
+  return {[knots, values = std::move(values)](double time) -> Vector3 {
+            const auto next = std::ranges::upper_bound(*knots, time);
+            if (next == knots->begin()) return values.front();
+            if (next == knots->end()) return values.back();
+            const auto i = static_cast<std::size_t>(next - knots->begin());
+            const double share = (time - next[-1]) / (next[0] - next[-1]);
+            return values[i - 1] + share * (values[i] - values[i - 1]);
+          },
+          knots};
 }
 
 namespace {

@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <quoin/geometry/body.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -20,12 +21,21 @@ class VectorOfTime {
  public:
   VectorOfTime(const Vector3& constant = Vector3::Zero()) : constant_(constant) {}
   VectorOfTime(std::function<Vector3(double)> varying) : varying_(std::move(varying)) {}
+  /// Smooth between `knots` alone; these ascend, s.
+  VectorOfTime(std::function<Vector3(double)> varying,
+               std::shared_ptr<const std::vector<double>> knots)
+      : varying_(std::move(varying)), knots_(std::move(knots)) {}
   Vector3 at(double time) const { return varying_ ? varying_(time) : constant_; }
   bool is_constant() const { return !varying_; }
+  /// None of a constant, and of a function that states none.
+  std::span<const double> knots() const {
+    return knots_ ? std::span<const double>(*knots_) : std::span<const double>();
+  }
 
  private:
   Vector3 constant_ = Vector3::Zero();
   std::function<Vector3(double)> varying_;
+  std::shared_ptr<const std::vector<double>> knots_;
 };
 
 /// Piecewise linear table, held constant outside its range. times ascending (s).
@@ -76,7 +86,9 @@ enum class MotionKind : std::uint8_t { Displacement, Velocity, Acceleration };
 
 struct Motion {
   MotionKind kind = MotionKind::Velocity;
-  VectorOfTime value;  ///< m, m/s or m/s2, starting from rest at its place at time 0
+  /// m, m/s or m/s2, starting from rest at its place at time 0. Tables of velocities and
+  /// accelerations are integrated exactly, other functions by a Gauss rule over each step.
+  VectorOfTime value;
 };
 
 struct Block {
