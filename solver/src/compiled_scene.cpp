@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <sstream>
@@ -75,6 +76,15 @@ Vector3 arm_of(const CompiledScene& compiled, int block, const Vector3& world_po
   return (world_point - compiled.origin - start.centroid) - start.centroid_rest;
 }
 
+/// Of a held point. One at the centroid but for the rounding of both is there: what is left of its
+/// arm says nothing of how the block yields to it by its strain.
+Vector3 held_arm(const CompiledScene& compiled, int block, const Vector3& world_point) {
+  constexpr double kRounding = 16.0 * std::numeric_limits<double>::epsilon();
+  const Vector3 arm = arm_of(compiled, block, world_point);
+  const double size = compiled.models[static_cast<std::size_t>(block)].size + world_point.norm();
+  return arm.norm() <= kRounding * size ? Vector3(Vector3::Zero()) : arm;
+}
+
 struct FaceMean {
   double area = 0.0;
   Vector3 centroid = Vector3::Zero();
@@ -129,7 +139,7 @@ void compile_loads(CompiledScene& compiled) {
   }
   for (const FixedPoint& point : scene.fixed_points) {
     check_loaded_block(scene, point.block, "fixed point");
-    const Vector3 arm = arm_of(compiled, point.block, point.point);
+    const Vector3 arm = held_arm(compiled, point.block, point.point);
     compiled.held.push_back({.block = point.block, .arm = arm, .displacement = point.displacement});
   }
 }

@@ -405,3 +405,19 @@ TEST_CASE("Forces that balance but for rounding, or for the digits of a file, ar
     CHECK(found.moved.norm() < 1e-2 * digits + 1e-15);
   }
 }
+
+// What rounding leaves of the point's arm is no lever: augmentation that goes by it is 1e44 N/m.
+TEST_CASE("A block that is pulled apart hangs by its centroid with its weight, wherever it is") {
+  for (int i = 0; i < 12; ++i) {
+    const Frame frame = turned(0.5 * i, 1e3 * i * Vector3(1, -2, 3), i % 4 == 0);
+    CAPTURE(i);
+    Scene scene = pulled(frame);
+    scene.gravity = Vector3(frame.turn * Vector3(0, 0, -9.81));
+    scene.fixed_points.push_back(
+        {0, frame.origin + frame.turn * Vector3(0.5, 1, 1.5), Vector3(0, 0, 0)});
+    Simulation simulation(scene, {.time_step = 1e-2, .analysis = Analysis::Static});
+    CHECK(search(simulation).verdict == StaticVerdict::Rest);
+    const Vector3 weight = 6.0 * kRock.density * scene.gravity.at(0.0);
+    CHECK((simulation.state().held_forces[0] + weight).norm() < 1e-9 * weight.norm());
+  }
+}

@@ -131,7 +131,9 @@ void linearise_held(const SubStep& step, const StepPoses& poses, const HeldPoint
                    deforms);
   c.offset =
       displacement(step.compiled, held, poses.start[b]) - held.displacement.at(step.end_time());
-  c.rounding = 4.0 * std::numeric_limits<double>::epsilon() * held.arm.norm();
+  // Also of a point at the centroid: what the block is pushed by is rounded as places on it are.
+  const double place = std::max(held.arm.norm(), 0.5 * step.compiled.models[b].size);
+  c.rounding = 4.0 * std::numeric_limits<double>::epsilon() * place;
 }
 
 /// What a contact that was closed bore, on its blocks. The impulse of an impact says nothing of
