@@ -305,6 +305,33 @@ TEST_CASE("configurations: a wedge in a groove touches both its flanks with whol
   }
 }
 
+// Which of the two faces a foot on their common edge lies over is decided by less than tol: where
+// the other one leans by less than 30 degrees it carries points, too, and its normal is not theirs.
+TEST_CASE("configurations: points on the border of a face are not named by the one that leans") {
+  const double beyond = 0.1 * kTolerance;
+  for (const double lean : {0.5, 15.0, 29.0}) {
+    Points ridged(3, 8);  // its top flat for x < 0, falling beyond
+    const double fall = std::tan(lean * kPi / 180);
+    ridged << -2, -2, 0, 0, 1, 1, 0, 0, -2, 2, -2, 2, -2, 2, -2, 2, 0, 0, 0, 0, -fall, -fall, -3,
+        -3;
+    const Shape support = make_hull(ridged).polyhedron;
+    for (const double shift : {-beyond, 0.0, beyond}) {
+      const Shape brick = make_box({-1.0 + shift, -0.5, 0}, {shift, 0.5, 1});
+      in_every_pose(support, brick, [](const Shape& a, const Shape& b, double from_a) {
+        const PairContact contact = contact_of(a, b);
+        CHECK(contact.type == ContactType::FaceFace);
+        CHECK(contact.points.size() == 4);
+        for (const ContactPoint& point : contact.points) {
+          const auto& of_support = from_a > 0 ? point.key.feature_a : point.key.feature_b;
+          REQUIRE(of_support.kind == FeatureKind::Face);
+          const Vector3 normal = (from_a > 0 ? a : b).face_normal(of_support.index);
+          CHECK_THAT(from_a * normal.dot(point.normal), WithinAbs(1.0, 1e-12));
+        }
+      });
+    }
+  }
+}
+
 TEST_CASE("configurations: thin plates (G06)") {
   const Shape large = make_box({-50, -50, -0.001}, {50, 50, 0});
   const Shape small = transformed(make_box({-0.5, -0.5, 0}, {0.5, 0.5, 0.001}), 1,

@@ -200,6 +200,43 @@ Scene filled_box(const Frame& frame, double grain = 0.0) {
   return std::move(built).with_gravity();
 }
 
+/// Solid between a section, here across a line that plunges by 50 degrees, and the same one farther
+/// down the line. `section`: across the line, level and upward, m.
+SharedShape along_groove(const Frame& frame, const Eigen::Matrix2Xd& section, double from,
+                         double to) {
+  const double plunge = 50 * std::numbers::pi / 180;
+  const Matrix3 axes = Eigen::AngleAxisd(plunge, Vector3::UnitY()).toRotationMatrix();
+  const Eigen::Index count = section.cols();
+  Points corners(3, 2 * count);
+  corners.bottomLeftCorner(2, count) = corners.bottomRightCorner(2, count) = section;
+  corners.topLeftCorner(1, count).setConstant(from);
+  corners.topRightCorner(1, count).setConstant(to);
+  const Points there = (frame.turn * axes * corners).colwise() + frame.translation;
+  return std::make_shared<const Shape>(make_hull(there).polyhedron);
+}
+
+/// A rigid wedge on two planes, 60 and 75 degrees steep across their line; the way it has slid, m.
+double slid_wedge(const Frame& frame) {
+  const double left = -1 / std::tan(75 * std::numbers::pi / 180);
+  const double right = 1 / std::tan(60 * std::numbers::pi / 180);
+  Eigen::Matrix2Xd wedge(2, 3), flank(2, 4);
+  wedge << 0, right, left, 0, 1, 1;
+  Builder built{frame};
+  const auto add = [&](const SharedShape& shape, BlockKind kind) {
+    built.scene.blocks.push_back({.shape = shape, .material = kStone, .kind = kind});
+  };
+  for (const double side : {right, left}) {
+    flank << 0, 3 * side, 3 * side, 0, 0, 3, -1, -1;
+    add(along_groove(frame, flank, -6, 14), BlockKind::Fixed);
+  }
+  add(along_groove(frame, wedge, -1, 1), BlockKind::Rigid);
+  built.scene.joint = {.friction_angle = 0.15};
+  Simulation simulation(std::move(built).with_gravity(), {.time_step = 0.01});
+  const Vector3 start = simulation.state().blocks[2].centroid;
+  for (int i = 0; i < kSteps; ++i) REQUIRE(simulation.advance().status == StepStatus::Converged);
+  return (simulation.state().blocks[2].centroid - start).norm();
+}
+
 }  // namespace
 
 TEST_CASE("A scene moves and presses the same wherever it stands") {
@@ -284,6 +321,21 @@ TEST_CASE("Rounded coordinates press on nothing") {
   CHECK(lone.displacement(1, Vector3::Zero()).norm() < 1e-12);
   six_digits.coordinate_rounding = 0.1;
   CHECK_THROWS_AS(Simulation(six_digits, {}), InputError);
+}
+
+// Wedge and groove by their corners in the world: there the wedge's edge lies over the groove line
+// or beyond it by rounding, over a face of the steep flank's that leans 15 degrees from it.
+TEST_CASE("A wedge slides down its groove the same however it is turned and wherever it stands") {
+  const double home = slid_wedge({});
+  CHECK(home > 0.4);
+  quoin::tests::Random random(3);
+  for (const double distance : {3e3, 3e4, 1e6}) {
+    for (int i = 0; i < 6; ++i) {
+      const Frame frame{random.rotation(), distance * random.direction()};
+      INFO(distance << " m, turn " << i);
+      CHECK(std::abs(slid_wedge(frame) - home) <= 1e-8);
+    }
+  }
 }
 
 TEST_CASE("Two parts of one scene a million metres apart know nothing of each other") {

@@ -45,6 +45,51 @@ void find_names(const Solid& solid, const ProjectedFeature& patch, const Feature
   add(topology.face_edges(patch.face));
 }
 
+/// The contact plane as one of the solids sees it.
+struct SeenPlane {
+  const ContactPlane& plane;
+  double outward;  ///< +1 for P, -1 for Q
+};
+
+/// Sine of the angle between a face and the contact plane; of one that looks away without limit.
+double lean(const Solid& solid, int face, const SeenPlane& seen) {
+  const Vector3 normal = solid.face_normal(face);
+  if (!(seen.outward * normal.dot(seen.plane.normal) > 0.0)) return kInfinity;
+  return normal.cross(seen.plane.normal).norm();
+}
+
+/// Of the faces across edges within `tolerance` (m) of a place on `face` the one that leans least,
+/// if it leans less than that one itself.
+int less_leaning_beside(const Solid& solid, int face, const SeenPlane& seen, const Vector2& place,
+                        double tolerance) {
+  constexpr double kAlike = 1e-9;  // normals are right to a few eps
+  const Topology& topology = solid.topology();
+  const std::span<const int> edges = topology.face_edges(face);
+  const std::span<const int> across = topology.face_neighbours(face);
+  double least = lean(solid, face, seen) - kAlike;
+  int best = face;
+  for (std::size_t i = 0; i < edges.size() && least > 0.0; ++i) {
+    const auto [from, to] = topology.edge(edges[i]);
+    const double distance = distance_to_side(seen.plane.place(solid.vertex(from)),
+                                             seen.plane.place(solid.vertex(to)), place);
+    const double beside = lean(solid, across[i], seen);
+    if (distance > tolerance || !(beside < least)) continue;
+    least = beside;
+    best = across[i];
+  }
+  return best;
+}
+
+/// From face to face as long as the next one leans less: around a vertex there may be several.
+void name_least_leaning(const Solid& solid, const SeenPlane& seen, const Vector2& place,
+                        double tolerance, Feature& feature) {
+  if (feature.kind != FeatureKind::Face) return;
+  for (int last = -1; last != feature.index;) {
+    last = feature.index;
+    feature.index = less_leaning_beside(solid, last, seen, place, tolerance);
+  }
+}
+
 /// Where a ray from a place along `way` leaves the convex hull of the points: on the side between
 /// two of them, by a share of the way from the one to the other, and how far away, in units of
 /// `way`.
@@ -147,6 +192,12 @@ double height_along(const ProjectedFeature& edge, const Vector2& place) {
   const Vector2 line = to.place - from.place;
   const double share = std::clamp(line.dot(place - from.place) / line.squaredNorm(), 0.0, 1.0);
   return from.height + share * (to.height - from.height);
+}
+
+void name_least_leaning(const Solid& p, const Solid& q, const ContactPlane& plane, double tolerance,
+                        SharedCorner& corner) {
+  name_least_leaning(p, {plane, 1.0}, corner.place, tolerance, corner.feature_p);
+  name_least_leaning(q, {plane, -1.0}, corner.place, tolerance, corner.feature_q);
 }
 
 bool name_cut(const Solid& p, const Solid& q, const ProjectedFeature& patch_p,

@@ -41,6 +41,12 @@ bool is_free(const Feature& feature_p, const Feature& feature_q, const SharedCor
 bool name_cut(const Solid& p, const Solid& q, const ProjectedFeature& patch_p,
               const ProjectedFeature& patch_q, const SharedCorners& points, SharedCorner& corner);
 
+/// A vertex on a face, on an edge of that face or beside it by `tolerance` (m) at most, lies on the
+/// face across the edge as well. Names of such faces the one that leans least from the contact
+/// plane: rounding says over which of them the place lies, and their normals are not alike.
+void name_least_leaning(const Solid& p, const Solid& q, const ContactPlane& plane, double tolerance,
+                        SharedCorner& corner);
+
 /// Is a place within `tolerance` (m) of the convex hull of the points?
 bool near_hull(const SharedCorners& points, const Vector2& place, double tolerance);
 

@@ -214,6 +214,7 @@ struct Working {
   bool reversed;
   double band;      // up to so much above the least gap
   double rounding;  // of a place
+  double beside;    // a vertex so far from an edge may be on either side of it
 };
 
 /// Is each label that carries points planar, and each edge straight, as far as rounding can tell?
@@ -751,8 +752,9 @@ bool show_crossing(const Working& work, const PairPoints& pair) {
 }
 
 /// The points of any pair.
-void find_all_points(const OrderedPair& ordered, double band, double rounding,
+void find_all_points(const OrderedPair& ordered, const ContactOptions& options, double rounding,
                      LateInit<ContactPolygon>& part, PairPoints& pair) {
+  const double band = std::max(pair.tolerance, options.reach);
   const Solid &p = ordered.p, &q = ordered.q;
   const PairSupport reach = support_pair(p, q, ordered.normal);
   pair.plane = ContactPlane(p.vertex(reach.p.vertex), ordered.normal);
@@ -762,10 +764,14 @@ void find_all_points(const OrderedPair& ordered, double band, double rounding,
   pair.kind_q = span_kind(q, pair.support_q, pair.tolerance);
   pair.type =
       type_of(p, q, pair.support_p, pair.support_q, pair.kind_p, pair.kind_q, pair.tolerance);
-  const Working work{p, q, ordered.reversed, band, rounding};
+  const double beside = std::max(pair.tolerance, options.coordinate_rounding);
+  const Working work{p, q, ordered.reversed, band, rounding, beside};
   LateInit<Surfaces> surfaces;
   Patches patches;
   find_points(work, surfaces, pair, patches);
+  for (SharedCorner& point : pair.merged) {
+    name_least_leaning(p, q, pair.plane, work.beside, point);
+  }
   merge_near(pair.tolerance, work.reversed, pair.merged);
   part.reset();
   const bool of_vertex = pair.kind_p == FeatureKind::Vertex || pair.kind_q == FeatureKind::Vertex;
@@ -784,7 +790,7 @@ void find_pair_points(const OrderedPair& ordered, const NearestFeatures& nearest
   const double band = std::max(pair.tolerance, options.reach);
   const double rounding = border_rounding(ordered.p, ordered.q, pair.gap);
   if (!find_face_points(ordered, nearest, band, rounding, part, pair)) {
-    find_all_points(ordered, band, rounding, part, pair);
+    find_all_points(ordered, options, rounding, part, pair);
   }
   if (pair.points != &pair.merged) return;
   ensure_least_gap(ordered, nearest, options, rounding, pair);

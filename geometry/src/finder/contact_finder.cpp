@@ -16,6 +16,7 @@ constexpr int kFewLeave = 64;        // of so many boxes no more than one leaves
 FinderOptions checked(const FinderOptions& options) {
   require_length(options.reach, "finder: reach");
   require_length(options.tolerance, "finder: tolerance");
+  require_length(options.coordinate_rounding, "finder: coordinate rounding");
   if (options.threads < 1) {
     throw InputError("finder: threads is " + std::to_string(options.threads) +
                      ", must be at least 1");
@@ -40,7 +41,10 @@ struct ContactFinder::Memory {
   explicit Memory(const FinderOptions& given)
       : options(checked(given)),
         pool(given.executor == nullptr ? given.threads : 1),
-        batch({.tolerance = given.tolerance, .reach = given.reach, .frame = given.frame}) {}
+        batch({.tolerance = given.tolerance,
+               .reach = given.reach,
+               .frame = given.frame,
+               .coordinate_rounding = given.coordinate_rounding}) {}
 
   FinderOptions options;
   WorkerPool pool;

@@ -830,6 +830,7 @@ void PairBatch::Memory::merge_results(std::size_t workers, std::size_t begun) {
 PairBatch::PairBatch(const ContactOptions& options) {
   require_length(options.reach, "pair batch: reach");
   require_length(options.tolerance, "pair batch: tolerance");
+  require_length(options.coordinate_rounding, "pair batch: coordinate rounding");
   memory_ = std::make_unique<Memory>();
   memory_->options = options;
 }

@@ -25,13 +25,26 @@ geometry::BodyOptions body_options(const CompiledScene& compiled, const Agreemen
   return options;
 }
 
+/// What two vertices of a pair may be off by, for the rounding of their coordinates, m.
+double vertex_rounding(const CompiledScene& compiled) {
+  constexpr double kMost = 1e-3;  // of the smallest block, as of what a scene states
+  double of_blocks = 0.0;
+  for (const BlockModel& model : compiled.models) {
+    of_blocks = std::max(of_blocks, 2.0 * model.coordinate_rounding);
+  }
+  return std::max(std::min(of_blocks, kMost * compiled.smallest_size),
+                  compiled.scene.coordinate_rounding);
+}
+
 }  // namespace
 
 Workspace::Workspace(const CompiledScene& compiled, const StepOptions& options)
     : agreement(solver::agreement(options)),
       threads_wanted(useful_threads(compiled, options.threads)),
       threads(threads_wanted),
-      finder({.executor = &threads, .frame = geometry::PointFrame::Bodies}),
+      finder({.executor = &threads,
+              .frame = geometry::PointFrame::Bodies,
+              .coordinate_rounding = vertex_rounding(compiled)}),
       motion_end(compiled.prescribed.size()),
       paper(std::make_unique<PaperMemory>(compiled.slots, &watch)) {
   const std::size_t slots = compiled.slots.size.size();

@@ -15,6 +15,7 @@ struct FinderOptions {
   int threads = 1;         ///< any number gives the same bits; not used with an executor
   Executor* executor = nullptr;          ///< the caller's threads; must outlive the finder
   PointFrame frame = PointFrame::World;  ///< of the places of contact points
+  double coordinate_rounding = 0.0;      ///< of ContactOptions, m
 };
 
 /// Whether a body takes part by itself. Pairs of two idle bodies (fixed, or known not to move) are

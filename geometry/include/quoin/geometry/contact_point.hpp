@@ -42,6 +42,9 @@ struct ContactOptions {
   double tolerance = 0.0;  ///< contact length tol, m; 0: default_tolerance(a, b)
   double reach = 0.0;  ///< points are listed up to this gap above the least one (at least tol), m
   PointFrame frame = PointFrame::World;  ///< of the listed points; all else is in the world
+  /// To which vertices are known, m: a vertex that far (at least tol) from an edge of a face may be
+  /// on the face across, and is named by the one that leans least from the contact plane.
+  double coordinate_rounding = 0.0;
 };
 
 /// Adds the contact points of one pair, sorted by key. `blocks` are the names a and b in the keys;
