@@ -682,6 +682,43 @@ TEST_CASE("Softening: what a sliding block loses is the area under strength agai
   }
 }
 
+// Of steady motion the prediction is right: the first linearisation of a step changes nothing, and
+// its strength is that of the step's start.
+TEST_CASE("Softening: a block that is pushed at any pace loses the area under its strength") {
+  const Joint joint{.friction_angle = 40 * kDegree,
+                    .cohesion = 5e4,
+                    .residual_friction_angle = 25 * kDegree,
+                    .residual_cohesion = 1e4,
+                    .softening_slip = 0.02};
+  const double area = 2.0, weight = 0.02 * area * kWeight, way = 0.03;
+  const double peak = std::tan(joint.friction_angle) * weight + joint.cohesion * area;
+  const double residual =
+      std::tan(joint.residual_friction_angle) * weight + joint.residual_cohesion * area;
+  const double lost =
+      0.5 * (peak + residual) * joint.softening_slip + residual * (way - joint.softening_slip);
+  for (const MotionKind kind : {MotionKind::Velocity, MotionKind::Acceleration}) {
+    for (const Frame& frame : frames()) {
+      if (!frame.rigid) continue;
+      Scene scene = frame.scene();
+      scene.joint = joint;
+      scene.pair_joints.push_back({.group_a = 0, .group_b = 1, .joint = {}});
+      scene.add_fixed(frame.box({-5, -5, -1}, {5, 5, 0}));
+      frame.add(scene, {0, 0, 0}, {2, 1, 0.02});
+      scene.add_fixed(frame.box({-1, 0, 0.001}, {0, 1, 0.021}));
+      scene.blocks.back().kind = BlockKind::Prescribed;
+      scene.blocks.back().material.joint_group = 1;
+      const double pace = kind == MotionKind::Velocity ? way : 2.0 * way;
+      scene.blocks.back().motion = {kind,
+                                    VectorOfTime(Vector3(frame.rotation * Vector3(pace, 0, 0)))};
+      Simulation simulation(scene, {.time_step = 0.01});
+      run(simulation, 100);
+      CAPTURE(static_cast<int>(kind), frame.origin.x());
+      CHECK_THAT(frame.moved(simulation, 1).x(), WithinRel(way, 1e-9));
+      CHECK_THAT(simulation.state().energy.friction_loss, WithinRel(lost, 1e-8));
+    }
+  }
+}
+
 TEST_CASE("A block that rocks on a joint with stiffness comes down on it") {
   constexpr double kThick = 0.2, kWide = 0.6, kHigh = 1.2, kTurns = 0.3;  // m, rad/s
   for (const Frame& frame : frames()) {

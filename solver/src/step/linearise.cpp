@@ -205,6 +205,17 @@ void set_closing(const FreeFlight& flight, double gap_tolerance, double slowest,
   }
 }
 
+/// What a joint that softens bears in shear, as the mean over the slip of the step.
+struct ShearStrength {
+  double friction = 0.0;  ///< tan of the friction angle
+  double cohesion = 0.0;  ///< N
+};
+
+ShearStrength shear_strength(const BodyContact& contact, const LinearContact& c) {
+  const JointStrength mean = strength(*contact.joint, contact.state, c.slip);
+  return {mean.friction, bears_cohesion(c) ? mean.cohesion * contact.state.point.area : 0.0};
+}
+
 /// Strength and opening go with the slip of the step, as the last solution had it: where
 /// linearisations agree nothing lags, and the work of softening and dilation is exact.
 void follow_slip(const BodyContact& contact, LinearContact& c) {
@@ -216,9 +227,9 @@ void follow_slip(const BodyContact& contact, LinearContact& c) {
   c.dilating_slip = joint.dilation_slip > 0.0 ? joint.dilation_slip - contact.state.slip
                                               : std::numeric_limits<double>::infinity();
   if (!(joint.softening_slip > 0.0)) return;
-  const JointStrength mean = strength(joint, contact.state, c.slip);
+  const ShearStrength mean = shear_strength(contact, c);
   c.friction = mean.friction;
-  c.cohesion = bears_cohesion(c) ? mean.cohesion * contact.state.point.area : 0.0;
+  c.cohesion = mean.cohesion;
 }
 
 /// Places in the list of all processes: contacts by their keys, then held points.
@@ -353,6 +364,20 @@ void measure_slips(const StepPoses& poses, std::span<const BodyContact> contacts
                     : slip_in_step(c, moved_by(poses, contact, c));
     if (opens && c.dilation_slope > 0.0) c.dilation = dilation(c, c.slip);
   }
+}
+
+bool strength_lags(std::span<const BodyContact> contacts, std::span<const LinearContact> linear,
+                   double tolerance) {
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const LinearContact& c = linear[i];
+    if (!(contacts[i].joint->softening_slip > 0.0) || c.mode != ContactMode::Slip) continue;
+    const ShearStrength mean = shear_strength(contacts[i], c);
+    const double normal = std::max(c.force[0], 0.0);
+    const double used = c.friction * normal + c.cohesion;
+    const double change = mean.friction * normal + mean.cohesion - used;
+    if (std::abs(change) > tolerance * used) return true;
+  }
+  return false;
 }
 
 double gap_rounding(std::span<const LinearContact> contacts) {

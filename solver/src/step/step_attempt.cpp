@@ -261,7 +261,11 @@ OpenCloseResult solve_positions(const SubStep& step, std::span<BodyContact> cont
                             ? !tuning.rough && nearly_agrees(step, {pass, before, solved}, contacts,
                                                              memory, poses, linear)
                             : agrees(pass, tuning, before, change);
-    if (agreed) break;
+    // Where a prediction is right the first linearisation changes nothing, and knows no slip yet.
+    const bool lags =
+        pass < kStrictLinearisations &&
+        agreement(step.options).any(strength_lags(contacts, linear, step.options.tolerance));
+    if (agreed && !lags) break;
     total.converged = false;  // until the next linearisation agrees
     if (circle.closes(change) && change > tuning.mended_apart) break;
   }
