@@ -223,8 +223,8 @@ struct StepReport {
   int factorizations = 0;
   LinearSolverCounts linear{};
   int proximal_newton_attempts = 0;  ///< at a sub-step: those that it solved
-  double residual = 0.0;  ///< relative force residual of the last iteration; inf: diverged
-  double largest_overlap = 0.0;      ///< m
+  double residual = 0.0;         ///< relative force residual of the last iteration; inf: diverged
+  double largest_overlap = 0.0;  ///< m
   /// Force that makes the step's motion from rest / largest weight, load or contact force.
   double unbalance = 0.0;
   StaticVerdict verdict = StaticVerdict::Seeking;
