@@ -233,6 +233,11 @@ TEST_CASE("A failed step in the air leaves no contact of an earlier impact") {
   hasty.max_iterations = 3;
   hasty.smallest_time_step = hasty.time_step;
   constexpr int kBounced = 6;  // steps until then
+  const auto flies = [](const Simulation& simulation) {
+    return std::ranges::all_of(simulation.state().contacts, [](const Contact& contact) {
+      return contact.mode == ContactMode::Open && contact.normal_force == 0.0;
+    });
+  };
   int failed = 0;
   for (int draw = 0; draw < 8; ++draw) {
     Scene scene;
@@ -246,11 +251,11 @@ TEST_CASE("A failed step in the air leaves no contact of an earlier impact") {
     slab.angular_velocity = {1.3 + 0.05 * draw, 0.9 - 0.03 * draw, 0.2};
     Simulation simulation(scene, options);
     for (int step = 0; step < 120; ++step) {
-      const bool in_the_air = step > kBounced && simulation.state().contacts.empty();
+      const bool in_the_air = step > kBounced && flies(simulation);
       simulation.set_options(in_the_air ? hasty : options);
       if (simulation.advance().status == StepStatus::Converged || !in_the_air) continue;
       ++failed;
-      CHECK(simulation.state().contacts.empty());
+      CHECK(flies(simulation));
       break;
     }
   }

@@ -70,15 +70,14 @@ void Reach::look_at(const StepOptions& options, const SearchedState& state, int 
   const std::size_t b = index(block);
   const BlockModel& model = compiled_.models[b];
   double& reach = known_.of_block[b];
-  if (options.reach > 0.0) {
-    reach = options.reach;
-  } else if (options.analysis != Analysis::Dynamic) {
+  if (options.analysis != Analysis::Dynamic) {
     reach = rounded_up(compiled_.idle[b] ? 0.0 : static_reach(model));
   } else {
     const double free_fall = compiled_.idle[b] ? 0.0 : known_.fall;
     const double move = vertex_speed(model, state.blocks[b]) * options.time_step + free_fall;
     reach = rounded_up(kReachOfMotion * move);
   }
+  reach = std::max(reach, options.reach);  // less would let blocks pass through each other
 }
 
 double Reach::of_pair(int a, int b) const {

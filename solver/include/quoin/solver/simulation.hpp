@@ -105,7 +105,7 @@ struct StepOptions {
   /// AugmentedLagrangian. 0: chosen by the solver.
   double penalty = 0.0;
   double shear_ratio = 1.0;  ///< shear stiffness / normal stiffness; used like `penalty`
-  double reach = 0.0;        ///< contacts are watched up to this gap, m; 0: chosen
+  double reach = 0.0;        ///< contacts are watched up to this gap at least, m; 0: chosen
   double tolerance = 1e-10;  ///< relative, of forces and of gaps to block size
   /// Of AugmentedLagrangian. Steps with springs, cohesion, bonds or held points are always
   /// OpenClose's.
