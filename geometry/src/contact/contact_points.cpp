@@ -214,7 +214,6 @@ struct Working {
   bool reversed;
   double band;      // up to so much above the least gap
   double rounding;  // of a place
-  double beside;    // a vertex so far from an edge may be on either side of it
 };
 
 /// Is each label that carries points planar, and each edge straight, as far as rounding can tell?
@@ -764,14 +763,12 @@ void find_all_points(const OrderedPair& ordered, const ContactOptions& options, 
   pair.kind_q = span_kind(q, pair.support_q, pair.tolerance);
   pair.type =
       type_of(p, q, pair.support_p, pair.support_q, pair.kind_p, pair.kind_q, pair.tolerance);
-  const double beside = std::max(pair.tolerance, options.coordinate_rounding);
-  const Working work{p, q, ordered.reversed, band, rounding, beside};
+  const Working work{p, q, ordered.reversed, band, rounding};
   LateInit<Surfaces> surfaces;
   Patches patches;
   find_points(work, surfaces, pair, patches);
-  for (SharedCorner& point : pair.merged) {
-    name_least_leaning(p, q, pair.plane, work.beside, point);
-  }
+  const double beside = std::max(pair.tolerance, options.coordinate_rounding);
+  for (SharedCorner& point : pair.merged) name_least_leaning(p, q, pair.plane, beside, point);
   merge_near(pair.tolerance, work.reversed, pair.merged);
   part.reset();
   const bool of_vertex = pair.kind_p == FeatureKind::Vertex || pair.kind_q == FeatureKind::Vertex;

@@ -263,7 +263,7 @@ OpenCloseResult solve_positions(const SubStep& step, std::span<BodyContact> cont
                             : agrees(pass, tuning, before, change);
     // Where a prediction is right the first linearisation changes nothing, and knows no slip yet.
     const bool lags =
-        pass < kStrictLinearisations &&
+        agreed && pass < kStrictLinearisations &&
         agreement(step.options).any(strength_lags(contacts, linear, step.options.tolerance));
     if (agreed && !lags) break;
     total.converged = false;  // until the next linearisation agrees
