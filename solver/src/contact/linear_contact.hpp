@@ -113,6 +113,7 @@ struct ContactTerms {
   double turn_correction = 0.0;        ///< m: the turn of crossed edges' normal beyond second order
   double closing_share = 0.0;  ///< of the step that had passed when it closed; 0: closed all along
   double closing_speed = 0.0;  ///< mean until then, m in a step
+  double closing_gain = 0.0;   ///< by what acts and has pushed in a whole step, m in a step
   Vector3 multiplier = Vector3::Zero();  ///< N, what the last iteration took as known
 
   Vector3 guess = Vector3::Zero();     ///< d of the first guess, m

@@ -197,6 +197,7 @@ void set_closing(const FreeFlight& flight, double gap_tolerance, double slowest,
       gap <= gap_tolerance ? gap / fall : std::min(1.0, 2.0 * gap / (root - flight.approach));
   c.closing_share = at_once ? kAtOnce : share;
   c.closing_speed = at_once ? -flight.approach : gap / share;
+  c.closing_gain = std::abs(bend);
   c.offset.tail<2>() -= share * (flight.end.tail<2>() - flight.start.tail<2>());
   if (fall > slowest) {
     const double left = 1.0 - share;
