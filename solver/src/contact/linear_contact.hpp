@@ -92,6 +92,7 @@ struct ContactTerms {
   bool clings = false;      ///< bears shear though nothing presses it: judged likewise
   bool was_bonded = false;  ///< at the start of the step
   bool was_closed = false;  ///< likewise
+  bool hits = false;        ///< closes faster than what the step does not resolve
   ContactMode assumed = ContactMode::Open;  ///< what the first linear solve takes for granted
   ContactMode mode = ContactMode::Open;     ///< result
   Vector3 offset = Vector3::Zero();
@@ -112,8 +113,6 @@ struct ContactTerms {
   Vector3 left_out = Vector3::Zero();  ///< m: what d has beside the motion of the step and `start`
   double turn_correction = 0.0;        ///< m: the turn of crossed edges' normal beyond second order
   double closing_share = 0.0;  ///< of the step that had passed when it closed; 0: closed all along
-  double closing_speed = 0.0;  ///< mean until then, m in a step
-  double closing_gain = 0.0;   ///< by what acts and has pushed in a whole step, m in a step
   Vector3 multiplier = Vector3::Zero();  ///< N, what the last iteration took as known
 
   Vector3 guess = Vector3::Zero();     ///< d of the first guess, m

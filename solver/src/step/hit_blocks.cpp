@@ -9,17 +9,9 @@
 namespace quoin::solver {
 namespace {
 
-// Of its own acceleration, how many steps of it a contact has to close with: a slender block swings
-// on one edge for long though its other edge lands slowly. Of what gravity does in two steps: less
-// is what moving blocks leave of gaps.
-constexpr double kSteps = 2.0, kNoise = 0.01;
-
 /// A contact that closes faster than what the step does not resolve.
 bool is_impact(const SubStep& step, const LinearContact& c, Impacts impacts) {
-  if (!(c.closing_share > 0.0)) return false;
-  const double slowest = step.bounce_speed() * step.length;
-  const double resolved = std::clamp(kSteps * c.closing_gain, kNoise * slowest, slowest);
-  if (!(c.closing_speed > resolved)) return false;
+  if (!c.hits) return false;
   return impacts == Impacts::Expected || c.mode != ContactMode::Open || touches(step, c);
 }
 

@@ -19,6 +19,11 @@ constexpr double kSpringOfWeight = 1e6;  // weight / block size
 constexpr double kLeastGravity = 1.0;    // m/s2: what a scene without gravity is taken to bear
 constexpr double kAtOnce = std::numeric_limits<double>::epsilon();  // share of the step: none
 
+// Of its own acceleration, how many steps of it a contact has to close with: a slender block swings
+// on one edge for long though its other edge lands slowly. Of what gravity does in two steps: less
+// is what moving blocks leave of gaps.
+constexpr double kSteps = 4.0, kNoise = 0.05;
+
 ContactLaw law_of(const JointStrength& strength, const StepOptions& options) {
   if (options.analysis == Analysis::Settle) return ContactLaw::Stuck;
   const bool rough = strength.friction > 0.0 || strength.cohesion > 0.0;
@@ -196,8 +201,8 @@ void set_closing(const FreeFlight& flight, double gap_tolerance, double slowest,
   const double share =
       gap <= gap_tolerance ? gap / fall : std::min(1.0, 2.0 * gap / (root - flight.approach));
   c.closing_share = at_once ? kAtOnce : share;
-  c.closing_speed = at_once ? -flight.approach : gap / share;
-  c.closing_gain = std::abs(bend);
+  const double speed = at_once ? -flight.approach : gap / share;
+  c.hits = speed > std::clamp(kSteps * std::abs(bend), kNoise * slowest, slowest);
   c.offset.tail<2>() -= share * (flight.end.tail<2>() - flight.start.tail<2>());
   if (fall > slowest) {
     const double left = 1.0 - share;
