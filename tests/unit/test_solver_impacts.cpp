@@ -263,17 +263,3 @@ TEST_CASE("No reach that is asked for lets a block pass through a plate within a
     CHECK_THAT(centre.x(), WithinAbs(0.98, 1e-8));
   }
 }
-
-TEST_CASE("No reach that is asked for lets a block pass through a plate within a step") {
-  for (const double reach : {0.0, 1e-4, 0.01, 1.0}) {
-    CAPTURE(reach);
-    Boxes boxes;
-    boxes.scene.gravity = VectorOfTime(Vector3(0, 0, 0));
-    boxes.scene.add_fixed(geometry::make_box({1, -1, 0}, {1.01, 1, 1}));
-    const int cube = boxes.add({0, 0, 0.5}, {0.02, 0.02, 0.02}, {50, 0, 0});
-    Simulation simulation(boxes.scene, {.time_step = 0.01, .reach = reach});
-    run(simulation, 10);
-    const Vector3 centre = world_point(simulation.state(), cube, Vector3::Zero());
-    CHECK_THAT(centre.x(), WithinAbs(0.98, 1e-8));
-  }
-}

@@ -417,8 +417,7 @@ TEST_CASE("walls with mortar that rock come down without a step lost, and gain n
     int crowded = 0;
     const auto look = [&](const StepReport& report) {
       crowded += report.proximal_newton_attempts > 0 ? 1 : 0;
-      // 1.2e-6 m in a step whose linearisations go to and fro.
-      CHECK(report.largest_overlap <= 1e-5 * 0.2);
+      CHECK(report.largest_overlap <= 5e-6 * 0.2);  // 7e-6 m where edges that stick may turn
     };
     CHECK(growth(simulation, 120, look) <= 1e-7);
     CHECK(crowded > 0);

@@ -69,13 +69,12 @@ std::size_t known_contact(const Known& known, const geometry::ContactKey& key) {
   return at != known.keys.end() && at->first == key ? at->second : kUnknown;
 }
 
-/// Whether the features of a contact that was open, or slides, overlap by `most` (m) more than its
-/// place and normal have it: of edges that were nearly parallel where it was found, and have
-/// turned, or a face that strain has tilted. A spring keeps its overlap, which is another along
-/// another normal.
+/// Whether the features of a contact overlap by `most` (m) more than its place and normal have it:
+/// of edges that were nearly parallel where it was found, and have turned, or a face that strain
+/// has tilted. A spring keeps its overlap, which is another along another normal.
 bool has_turned(const BodyContact& contact, const SolvedContact& solved, std::span<const Pose> end,
                 const geometry::ContactPoint& point, double most) {
-  if ((contact.was_closed && solved.mode != ContactMode::Slip) || solved.compliant) return false;
+  if (solved.compliant) return false;
   const double gap = contact_geometry(contact, end[index(contact.a)], end[index(contact.b)]).gap;
   return point.gap < gap - most;
 }
