@@ -6,6 +6,7 @@
 
 #include "index.hpp"
 #include "moving/moving_contacts.hpp"
+#include "step/contact_record.hpp"
 #include "step/contact_search.hpp"
 #include "step/impact_law.hpp"
 #include "step/missed_contacts.hpp"
@@ -51,16 +52,37 @@ void attempt_paper(const StepRun& run, Island& island) {
   island.memory.clock.add(work.paper->clock.seconds);
 }
 
-/// What contacts report of a step in several parts is its mean; of springs what they bear in the
-/// last one.
+/// The contact that a later part of the step has in the place of `past`: with its key, or the
+/// nearest one of its pair. Null: it has none.
+Contact* heir(const Contact& past, std::span<Contact> ended) {
+  const auto key = [](const Contact& c) { return c.point.key; };
+  const auto same = std::ranges::lower_bound(ended, past.point.key, {}, key);
+  if (same != ended.end() && same->point.key == past.point.key) return &*same;
+  const auto pair = [](const Contact& c) { return std::pair(c.point.key.a, c.point.key.b); };
+  const auto of_pair = std::ranges::equal_range(ended, pair(past), {}, pair);
+  const auto away = [&](const Contact& c) {
+    return (c.point.point_a - past.point.point_a).squaredNorm();
+  };
+  const auto nearest = std::ranges::min_element(of_pair, {}, away);
+  return nearest != of_pair.end() ? &*nearest : nullptr;
+}
+
+/// What contacts report of a step in several parts is its mean, handed on where one takes the place
+/// of another; of springs what they bear in the last one.
 void take_means(Island& island) {
   if (!(island.done > 0.0)) return;
-  for (std::size_t i = 0; i < island.attempt.contacts.size(); ++i) {
-    if (island.attempt.positions[i].compliant) continue;
-    const Contact& before = island.contacts[i].state;
-    Contact& now = island.attempt.contacts[i];
-    now.normal_force = island.mean(before.normal_force, now.normal_force);
-    now.shear_force = island.mean(before.shear_force, now.shear_force);
+  std::vector<Contact>& ended = island.attempt.contacts;
+  const double before = island.done / (island.done + island.length);
+  const auto is_spring = [&](const Contact& c) {
+    return island.attempt.positions[static_cast<std::size_t>(&c - ended.data())].compliant;
+  };
+  for (Contact& contact : ended) {
+    if (!is_spring(contact)) set_force_on_b((1.0 - before) * force_on_b(contact), contact);
+  }
+  for (const Contact& past : island.history) {
+    Contact* now = heir(past, ended);
+    if (now == nullptr || is_spring(*now)) continue;
+    set_force_on_b(force_on_b(*now) + before * force_on_b(past), *now);
   }
 }
 
@@ -73,7 +95,6 @@ void attempt_default(const StepRun& run, Island& island) {
       run.options.method != ContactMethod::Springs) {
     attempt_velocities(step, island.contacts, island.memory, blocks, island.attempt);
   }
-  take_means(island);
   for (std::size_t s = 0; s < island.attempt.hit.size(); ++s) {
     work.last.hit[index(island.own()[s])] = island.attempt.hit[s];
   }
@@ -201,6 +222,9 @@ void attempt(const StepRun& run, std::span<Island* const> islands) {
       return island->solved;
     });
     work.clock.charge(&PhaseSeconds::detect);
+  }
+  for (Island* island : islands) {
+    if (!paper) take_means(*island);
   }
   // Contacts that still come and go: a shorter step may tell.
   for (Island* island : open) island->attempt.solved.converged = false;

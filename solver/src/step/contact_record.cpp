@@ -50,14 +50,13 @@ void record_contact(const LinearContact& c, const StepPoses& poses, const BodyCo
   Vector3 t1, t2;
   tangent_frame(contact, 0.5 * (before + now.normal), t1, t2);
   state.mode = c.mode;
-  state.normal_force = c.force[0];
-  state.shear_force = -(c.force[1] * t1 + c.force[2] * t2);
-  state.next_normal_force = state.normal_force;
-  state.next_shear_force = state.shear_force;
+  state.next_normal_force = c.force[0];
+  state.next_shear_force = -(c.force[1] * t1 + c.force[2] * t2);
   state.point.point_a = a.centroid + now.place_a;
   state.point.point_b = a.centroid + now.place_b;
   state.point.normal = now.normal;
   state.point.gap = now.gap;
+  set_force_on_b(c.jacobian_b.rigid.leftCols<3>().transpose() * c.force, state);
   const Vector3 moved = moved_by(poses, contact, c);
   state.slip += slip_in_step(c, moved);
   if (contact.joint->softening_slip > 0.0 && state.slip >= contact.joint->softening_slip) {
@@ -65,7 +64,7 @@ void record_contact(const LinearContact& c, const StepPoses& poses, const BodyCo
   }
   if (c.mode == ContactMode::Open) return;
   if (c.mode == ContactMode::Slip || (!contact.was_closed && !c.compliant)) {
-    move_anchor(a, b, now, stretch_left(state.shear_force, c, moved), contact, state);
+    move_anchor(a, b, now, stretch_left(state.next_shear_force, c, moved), contact, state);
   } else if (state.spring_area > 0.0) {
     const Vector3 end = c.start + moved;
     keep_stretch(a, b, now, end[1] * t1 + end[2] * t2, contact, state);
@@ -73,6 +72,15 @@ void record_contact(const LinearContact& c, const StepPoses& poses, const BodyCo
 }
 
 }  // namespace
+
+Vector3 force_on_b(const Contact& contact) {
+  return contact.normal_force * contact.point.normal - contact.shear_force;
+}
+
+void set_force_on_b(const Vector3& force, Contact& contact) {
+  contact.normal_force = force.dot(contact.point.normal);
+  contact.shear_force = contact.normal_force * contact.point.normal - force;
+}
 
 void record(const SolvedStep& solved, const StepPoses& poses, std::vector<Contact>& ended) {
   const auto is_hit = [&](int slot) { return slot >= 0 && solved.hit[index(slot)]; };

@@ -11,6 +11,10 @@ struct SolvedStep {
   std::span<const char> hit;              ///< by slot
 };
 
+/// Mean of the step, N.
+Vector3 force_on_b(const Contact& contact);
+void set_force_on_b(const Vector3& force, Contact& contact);
+
 /// `ended`: the contacts as they end, in their order.
 void record(const SolvedStep& solved, const StepPoses& poses, std::vector<Contact>& ended);
 

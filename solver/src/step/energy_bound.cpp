@@ -93,6 +93,7 @@ void bound_energy(const SubStep& step, const VelocityBalance& balance, std::span
   }
   for (std::size_t s = 0; s < groups.size(); ++s) {
     const double share = allowed_share(of_group[index(groups[s])], allowed);
+    of_group[index(groups[s])].share = share;
     energy.load_work += share * pushed[s];
     energy.impact_loss += share * pushed[s];
     if (share == 1.0) continue;

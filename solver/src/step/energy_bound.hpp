@@ -25,6 +25,7 @@ struct GroupEnergy {
   double pushed =
       0.0;  ///< work of what moves supports, by the impulses beyond the positions' forces
   double positions = 0.0, middle = 0.0, law = 0.0;  ///< kinetic
+  double share = 1.0;  ///< result: of the way from the positions' velocities to those of the law
 };
 
 /// Coulomb's law has several solutions where friction jams, and impulses found beside the

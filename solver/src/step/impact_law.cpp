@@ -6,6 +6,7 @@
 #include "contact/joint_law.hpp"
 #include "distributed/agreement.hpp"
 #include "index.hpp"
+#include "step/contact_record.hpp"
 #include "step/linearise.hpp"
 #include "step/predict.hpp"
 
@@ -192,8 +193,13 @@ void set_held_point(const ImpactStep& at, const HeldPoint& held, LinearContact& 
   problem.starts.push_back(start_of(c, 0.0));
 }
 
-/// Until the first impact contacts that were closed before pushed as in the last step,
-/// unless that was an impulse.
+/// Until the first impact contacts that were closed before push as in the last step, unless that
+/// was an impulse.
+bool pushed_before(const BodyContact& contact, bool compliant) {
+  return contact.was_closed && !contact.state.impact && !compliant;
+}
+
+/// What they have pushed the blocks with until the first impact.
 void add_earlier_impulses(const ImpactStep& at, std::span<const BodyContact> contacts,
                           const Attempt& attempt, VelocityProblem& problem) {
   problem.pushed_before.clear();
@@ -203,7 +209,7 @@ void add_earlier_impulses(const ImpactStep& at, std::span<const BodyContact> con
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const Contact& before = contacts[i].state;
     const LinearContact& c = attempt.linear[i];
-    if (!contacts[i].was_closed || before.impact || c.compliant) continue;
+    if (!pushed_before(contacts[i], c.compliant)) continue;
     const Vector3 push =
         2.0 * share * force_in_frame(before, contacts[i], attempt.contacts[i].point.normal);
     linearise_velocity(contacts[i], at.poses, end);  // a mean arm would keep no angular momentum
@@ -306,39 +312,64 @@ void set_pushed_work(const SubStep& step, const VelocityProblem& problem,
 }
 
 /// Within the law: what pushed before an impact may have mended gaps, and friction that velocities
-/// leave to the positions is of another normal force.
-void limit_force(const JointStrength& strength, bool bonded, Contact& contact) {
+/// leave to the positions is of another normal force. `cohesion`: N.
+void limit_force(double friction, double cohesion, bool bonded, Contact& contact) {
   if (!bonded) contact.normal_force = std::max(0.0, contact.normal_force);
-  const double limit = strength.friction * std::max(0.0, contact.normal_force) +
-                       strength.cohesion * contact.point.area;
+  const double limit = friction * std::max(0.0, contact.normal_force) + cohesion;
   const double size = contact.shear_force.norm();
   if (size > limit) contact.shear_force *= limit / size;
 }
 
-/// Forces by what the velocities have gained, where those of the positions also mend gaps or stand
-/// for an impact. Until the first impact contacts pushed as before.
-void record_impulses(std::span<const BodyContact> contacts, bool yields,
-                     std::span<const LinearContact> solved, Attempt& attempt) {
+/// Force in the world, on B.
+Vector3 in_world(const BodyContact& contact, const Vector3& normal, const Vector3& force) {
+  Vector3 t1, t2;
+  tangent_frame(contact, normal, t1, t2);
+  return force[0] * normal + force[1] * t1 + force[2] * t2;
+}
+
+/// What the velocities have changed of the positions' forces: these also mend gaps, or stand for an
+/// impact. Until the first impact contacts pushed as before. So contacts balance what the blocks
+/// have gained, by groups that went a share of the way to the law (bound_energy) likewise; but for
+/// what is beyond the law.
+void record_impulses(const ImpactStep& at, std::span<const BodyContact> contacts,
+                     const ImpactMemory& impact, Attempt& attempt) {
+  const VelocityProblem& problem = impact.problem;
+  const auto share = [&](int slot) {
+    return impact.of_group[index(impact.restitution.groups()[index(slot)])].share;
+  };
+  const auto changed = [&](std::size_t i) -> Vector3 {
+    return 0.5 * (problem.contacts[i].force - problem.starts[i].multiplier);
+  };
   std::size_t next = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const LinearContact* c = takes_part(attempt.positions[i]) ? &solved[next++] : nullptr;
+    const BodyContact& contact = contacts[i];
     Contact& ended = attempt.contacts[i];
-    if (attempt.positions[i].compliant || !(yields || ended.impact)) continue;
-    const Contact& before = contacts[i].state;
+    if (attempt.positions[i].compliant) continue;
     Vector3 force = Vector3::Zero();
-    if (c != nullptr) force = 0.5 * c->force;
-    if (contacts[i].was_closed && !before.impact) {
-      force += attempt.first_impact * force_in_frame(before, contacts[i], ended.point.normal);
+    const LinearContact* c = nullptr;
+    if (takes_part(attempt.positions[i])) {
+      c = &problem.contacts[next];
+      force = changed(next++);
     }
-    Vector3 t1, t2;
-    tangent_frame(contacts[i], ended.point.normal, t1, t2);
-    ended.normal_force = force[0];
-    const bool left = c != nullptr && c->law == ContactLaw::Frictionless;
-    if (!left) ended.shear_force = -(force[1] * t1 + force[2] * t2);
-    limit_force(strength(*contacts[i].joint, before), contacts[i].was_bonded, ended);
+    if (pushed_before(contact, false)) {
+      force += attempt.first_impact * force_in_frame(contact.state, contact, ended.point.normal);
+    }
+    if (c == nullptr && force.isZero(0.0)) continue;
+    const int slot_a = at.step.slot_of_block[index(contact.a)];
+    const int slot = slot_a >= 0 ? slot_a : at.step.slot_of_block[index(contact.b)];
+    set_force_on_b(force_on_b(ended) + share(slot) * in_world(contact, ended.point.normal, force),
+                   ended);
+    if (c != nullptr) {
+      limit_force(c->friction, 0.5 * c->cohesion, contact.was_bonded, ended);
+    } else {
+      const JointStrength bears = strength(*contact.joint, contact.state);
+      limit_force(bears.friction, bears.cohesion * ended.point.area, contact.was_bonded, ended);
+    }
   }
-  if (!yields) return;
-  for (Vector3& force : attempt.held_forces) force = 0.5 * solved[next++].force;
+  for (Vector3& force : attempt.held_forces) {
+    const int slot = problem.contacts[next].slot_b;
+    force += share(slot) * changed(next++);
+  }
 }
 
 }  // namespace
@@ -372,7 +403,6 @@ void attempt_velocities(const SubStep& step, std::span<const BodyContact> contac
   const double before = kinetic_energy(step, blocks.end);
   impact.restitution.begin(step, problem, memory.terms.compliance, blocks.end);
   OpenCloseResult total = attempt.solved;
-  const bool yields = memory.solver.yielding();  // the positions' contacts
   int left = kOpenings;
   // With friction and several contacts Newton's restitution can create energy: less of it then.
   for (bool again = true; again;) {
@@ -393,7 +423,6 @@ void attempt_velocities(const SubStep& step, std::span<const BodyContact> contac
     if (again) continue;
     again = impact.restitution.lessen(step, {attempt.energy.work_on, impact.pushed}, blocks.end);
   }
-  record_impulses(contacts, yields, problem.contacts, attempt);
   total.converged = total.converged && attempt.solved.converged;
   total.residual = worse_residual(total.residual, attempt.solved.residual);
   total.condition = attempt.solved.condition;
@@ -403,6 +432,7 @@ void attempt_velocities(const SubStep& step, std::span<const BodyContact> contac
                {problem.velocity, impact.restitution.groups(), impact.pushed, allowed,
                 impact.restitution.bouncing(), impact.restitution.grounded()},
                blocks.end, attempt.energy, impact.of_group);
+  record_impulses(at, contacts, impact, attempt);
   attempt.energy.impact_loss += before - kinetic_energy(step, blocks.end);
 }
 
