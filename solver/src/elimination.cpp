@@ -4,29 +4,44 @@
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "index.hpp"
 
 namespace quoin::solver {
 namespace {
 
-using Lists = std::vector<std::vector<int>>;
-
 constexpr double kZeros = 0.05;  // share of a supernode that may be zeros; 0.1 and 0.25 were slower
 constexpr int kWidest = 24;      // nodes in one: the most of the work is then in products of fronts
 
+/// `entries` calls what it is given with (list, number) for each entry, twice the same.
+template <class Entries>
+Lists make_lists(std::size_t count, const Entries& entries) {
+  Lists lists;
+  lists.start.assign(count + 1, 0);
+  entries([&](int list, int) { ++lists.start[index(list) + 1]; });
+  std::partial_sum(lists.start.begin(), lists.start.end(), lists.start.begin());
+  lists.entries.resize(index(lists.start.back()));
+  std::vector<int> next(lists.start.begin(), lists.start.end() - 1);
+  entries([&](int list, int number) { lists.entries[index(next[index(list)]++)] = number; });
+  return lists;
+}
+
 /// Node at each place.
 std::vector<int> minimum_degree(int count, std::span<const std::pair<int, int>> pairs) {
-  std::vector<Eigen::Triplet<double>> entries;
-  for (int i = 0; i < count; ++i) entries.emplace_back(i, i, 1.0);
-  for (const auto& [i, j] : pairs) {
-    entries.emplace_back(i, j, 1.0);
-    entries.emplace_back(j, i, 1.0);
+  Lists upper = make_lists(index(count), [&](const auto& add) {  // by column
+    for (const auto& [i, j] : pairs) add(std::max(i, j), std::min(i, j));
+    for (int i = 0; i < count; ++i) add(i, i);
+  });
+  for (std::size_t j = 0; j < upper.size(); ++j) {
+    std::sort(upper.entries.begin() + upper.start[j], upper.entries.begin() + upper.start[j + 1]);
   }
-  Eigen::SparseMatrix<double> graph(count, count);
-  graph.setFromTriplets(entries.begin(), entries.end());
+  const std::vector<double> ones(upper.entries.size(), 1.0);
+  const Eigen::Map<const Eigen::SparseMatrix<double>> graph(
+      count, count, static_cast<long>(ones.size()), upper.start.data(), upper.entries.data(),
+      ones.data());
   Eigen::AMDOrdering<int>::PermutationType order;
-  Eigen::AMDOrdering<int>()(graph, order);
+  Eigen::AMDOrdering<int>()(graph.selfadjointView<Eigen::Upper>(), order);
   return {order.indices().data(), order.indices().data() + count};
 }
 
@@ -36,15 +51,16 @@ std::vector<int> inverse(const std::vector<int>& order) {
   return places;
 }
 
-/// Of each place, the earlier places it is coupled with.
-Lists earlier_neighbours(std::span<const std::pair<int, int>> pairs,
-                         const std::vector<int>& place_of) {
-  Lists earlier(place_of.size());
-  for (const auto& [i, j] : pairs) {
-    const auto [low, high] = std::minmax(place_of[index(i)], place_of[index(j)]);
-    earlier[index(high)].push_back(low);
-  }
-  return earlier;
+/// Of each place, the places it is coupled with: the earlier ones, or the later ones.
+enum class Side : char { Earlier, Later };
+Lists neighbours(std::span<const std::pair<int, int>> pairs, const std::vector<int>& place_of,
+                 Side side) {
+  return make_lists(place_of.size(), [&](const auto& add) {
+    for (const auto& [i, j] : pairs) {
+      const auto [low, high] = std::minmax(place_of[index(i)], place_of[index(j)]);
+      side == Side::Earlier ? add(high, low) : add(low, high);
+    }
+  });
 }
 
 /// Parent of each place: the first later one that its elimination changes, -1: none.   [Liu 1990]
@@ -62,6 +78,15 @@ std::vector<int> elimination_tree(const Lists& earlier) {
   return parent;
 }
 
+/// Of each place, those that it is the parent of, ascending.
+Lists children_of(const std::vector<int>& parent) {
+  return make_lists(parent.size(), [&](const auto& add) {
+    for (std::size_t i = 0; i < parent.size(); ++i) {
+      if (parent[i] >= 0) add(parent[i], static_cast<int>(i));
+    }
+  });
+}
+
 /// Places in the order of a walk that leaves each tree by its root, the deepest branch of it last.
 std::vector<int> postorder(const std::vector<int>& parent) {
   const std::size_t n = parent.size();
@@ -70,15 +95,17 @@ std::vector<int> postorder(const std::vector<int>& parent) {
     if (parent[i] >= 0)
       weight[index(parent[i])] = std::max(weight[index(parent[i])], weight[i] + 1);
   }
-  Lists children(n);
+  Lists children = children_of(parent);
+  const auto lighter = [&](int a, int b) {
+    return std::pair(weight[index(a)], a) < std::pair(weight[index(b)], b);
+  };
   std::vector<int> open, order;
   for (std::size_t i = 0; i < n; ++i) {
-    (parent[i] < 0 ? open : children[index(parent[i])]).push_back(static_cast<int>(i));
+    if (parent[i] < 0) open.push_back(static_cast<int>(i));
+    std::sort(children.entries.begin() + children.start[i],
+              children.entries.begin() + children.start[i + 1], lighter);
   }
-  for (std::vector<int>& list : children) {
-    std::stable_sort(list.begin(), list.end(),
-                     [&](int a, int b) { return weight[index(a)] < weight[index(b)]; });
-  }
+  order.reserve(n);
   while (!open.empty()) {  // a walk from the roots, the last child first, read backwards
     const int place = open.back();
     open.pop_back();
@@ -89,30 +116,40 @@ std::vector<int> postorder(const std::vector<int>& parent) {
   return order;
 }
 
-/// Of each place, the later ones that are coupled with it once all before it are eliminated.
-Lists filled_columns(const Lists& earlier, const std::vector<int>& parent) {
-  Lists below(earlier.size());
-  for (std::size_t j = 0; j < earlier.size(); ++j) {
-    for (const int i : earlier[j]) below[index(i)].push_back(static_cast<int>(j));
-  }
-  for (std::size_t j = 0; j < below.size(); ++j) {
-    std::sort(below[j].begin(), below[j].end());
-    below[j].erase(std::unique(below[j].begin(), below[j].end()), below[j].end());
-    if (parent[j] < 0) continue;
-    std::vector<int>& above = below[index(parent[j])];
-    for (const int i : below[j]) {
-      if (i != parent[j]) above.push_back(i);
+/// Of each place, the later ones that are coupled with it once all before it are eliminated,
+/// ascending: its own, and its children's.
+Lists filled_columns(const Lists& later, const std::vector<int>& parent) {
+  const Lists children = children_of(parent);
+  Lists below;
+  below.start.reserve(later.start.size());
+  below.entries.reserve(2 * later.entries.size());
+  std::vector<std::size_t> seen_by(later.size(), later.size());
+  for (std::size_t j = 0; j < later.size(); ++j) {
+    const auto add = [&](int place) {
+      if (place == static_cast<int>(j) || std::exchange(seen_by[index(place)], j) == j) return;
+      below.entries.push_back(place);
+    };
+    for (const int place : later[j]) add(place);
+    for (const int child : children[j]) {
+      const auto end = index(below.start[index(child) + 1]);  // entries move as they grow
+      for (auto i = index(below.start[index(child)]); i < end; ++i) add(below.entries[i]);
     }
+    std::sort(below.entries.begin() + below.start[j], below.entries.end());
+    below.start.push_back(static_cast<int>(below.entries.size()));
   }
   return below;
 }
 
-/// Joins each place with the one before it where that adds few zeros.
+/// Joins each place with the one before it where that adds few zeros. `below`: by place.
 std::vector<Supernode> join(const Lists& below, const std::vector<int>& parent) {
   std::vector<Supernode> supernodes;
-  std::vector<double> zeros;  // of each, in its columns
+  std::vector<double> zeros;                      // of each, in its columns
+  const auto rows = [&](const Supernode& node) {  // below it: those of its last place
+    return static_cast<double>(below[index(node.end) - 1].size());
+  };
   for (std::size_t j = 0; j < below.size(); ++j) {
-    Supernode next{static_cast<int>(j), static_cast<int>(j) + 1, below[j]};
+    Supernode next{static_cast<int>(j), static_cast<int>(j) + 1};
+    const double below_rows = rows(next);
     double next_zeros = 0.0;
     while (!supernodes.empty()) {
       const Supernode& child = supernodes.back();
@@ -120,31 +157,34 @@ std::vector<Supernode> join(const Lists& below, const std::vector<int>& parent) 
       if (above < next.first || above >= next.end) break;
       const double width = child.end - child.first;
       const double columns = next.end - child.first;
-      const double below_rows = static_cast<double>(next.below.size());
       const double added =
-          zeros.back() + next_zeros +
-          width * (columns - width + below_rows - static_cast<double>(child.below.size()));
+          zeros.back() + next_zeros + width * (columns - width + below_rows - rows(child));
       if (columns > kWidest || added > kZeros * columns * (0.5 * columns + below_rows)) break;
       next.first = child.first;
       next_zeros = added;
       supernodes.pop_back();
       zeros.pop_back();
     }
-    supernodes.push_back(std::move(next));
+    supernodes.push_back(next);
     zeros.push_back(next_zeros);
   }
   return supernodes;
 }
 
-void set_parents(std::vector<Supernode>& supernodes, std::size_t count) {
-  std::vector<int> supernode_of(count);
-  for (std::size_t s = 0; s < supernodes.size(); ++s) {
-    for (int place = supernodes[s].first; place < supernodes[s].end; ++place) {
-      supernode_of[index(place)] = static_cast<int>(s);
-    }
+/// `below`: by place.
+void set_below(const Lists& below, Elimination& result) {
+  std::vector<int> supernode_of(below.size());
+  for (std::size_t s = 0; s < result.supernodes.size(); ++s) {
+    const Supernode& node = result.supernodes[s];
+    std::fill(supernode_of.begin() + node.first, supernode_of.begin() + node.end,
+              static_cast<int>(s));
+    const std::span<const int> rows = below[index(node.end) - 1];
+    result.below.entries.insert(result.below.entries.end(), rows.begin(), rows.end());
+    result.below.start.push_back(static_cast<int>(result.below.entries.size()));
   }
-  for (Supernode& node : supernodes) {
-    if (!node.below.empty()) node.parent = supernode_of[index(node.below.front())];
+  for (std::size_t s = 0; s < result.supernodes.size(); ++s) {
+    const std::span<const int> rows = result.below[s];
+    if (!rows.empty()) result.supernodes[s].parent = supernode_of[index(rows.front())];
   }
 }
 
@@ -153,14 +193,17 @@ void set_parents(std::vector<Supernode>& supernodes, std::size_t count) {
 Elimination make_elimination(int count, std::span<const std::pair<int, int>> pairs) {
   Elimination result;
   const std::vector<int> order = minimum_degree(count, pairs);
-  for (const int place : postorder(elimination_tree(earlier_neighbours(pairs, inverse(order))))) {
+  const Lists first = neighbours(pairs, inverse(order), Side::Earlier);
+  result.node_at.reserve(index(count));
+  for (const int place : postorder(elimination_tree(first))) {
     result.node_at.push_back(order[index(place)]);
   }
   result.place_of = inverse(result.node_at);
-  const Lists earlier = earlier_neighbours(pairs, result.place_of);
-  const std::vector<int> parent = elimination_tree(earlier);
-  result.supernodes = join(filled_columns(earlier, parent), parent);
-  set_parents(result.supernodes, index(count));
+  const std::vector<int> parent =
+      elimination_tree(neighbours(pairs, result.place_of, Side::Earlier));
+  const Lists below = filled_columns(neighbours(pairs, result.place_of, Side::Later), parent);
+  result.supernodes = join(below, parent);
+  set_below(below, result);
   return result;
 }
 

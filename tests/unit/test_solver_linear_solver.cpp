@@ -332,14 +332,15 @@ TEST_CASE("Supernodes hold every place once, children before parents") {
     CHECK(node.end > node.first);
     next = node.end;
     if (node.parent < 0) {
-      CHECK(node.below.empty());
+      CHECK(elimination.below[s].empty());
       continue;
     }
     REQUIRE(node.parent > static_cast<int>(s));
     const Supernode& parent = elimination.supernodes[static_cast<std::size_t>(node.parent)];
-    for (const int place : node.below) {  // the parent has room for what is left
+    const auto left = elimination.below[static_cast<std::size_t>(node.parent)];
+    for (const int place : elimination.below[s]) {  // the parent has room for what is left
       const bool own = place >= parent.first && place < parent.end;
-      CHECK((own || std::count(parent.below.begin(), parent.below.end(), place) == 1));
+      CHECK((own || std::count(left.begin(), left.end(), place) == 1));
     }
   }
   CHECK(next == 80);

@@ -101,16 +101,27 @@ void Multifrontal::analyse(const BlockSystem& system, const std::vector<int>& co
   result.elimination = make_elimination(count, pairs);
   result.coupled = coupled;
   result.made = true;
-  const auto& [node_at, place_of, supernodes] = result.elimination;
+  const auto& [node_at, place_of, supernodes, below] = result.elimination;
   result.start.assign(1, 0);
   for (const int slot : node_at) {
     result.start.push_back(result.start.back() + slots_->size[index(slot)]);
   }
-  result.couplings.assign(index(count), {});
+  result.first_coupling.assign(index(count) + 1, 0);
+  const auto ends = [&](std::size_t p) {
+    return std::pair(place_of[index(pairs[p].first)], place_of[index(pairs[p].second)]);
+  };
   for (std::size_t p = 0; p < pairs.size(); ++p) {
-    const int first = place_of[index(pairs[p].first)], second = place_of[index(pairs[p].second)];
-    result.couplings[index(std::min(first, second))].push_back(
-        {coupled[p], std::max(first, second), first > second});
+    const auto [first, second] = ends(p);
+    ++result.first_coupling[index(std::min(first, second)) + 1];
+  }
+  std::partial_sum(result.first_coupling.begin(), result.first_coupling.end(),
+                   result.first_coupling.begin());
+  std::vector<int> next(result.first_coupling.begin(), result.first_coupling.end() - 1);
+  result.couplings.resize(pairs.size());
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    const auto [first, second] = ends(p);
+    result.couplings[index(next[index(std::min(first, second))]++)] = {
+        coupled[p], std::max(first, second), first > second};
   }
   result.work = 0.0;
   result.fronts.assign(supernodes.size(), {});
@@ -119,7 +130,7 @@ void Multifrontal::analyse(const BlockSystem& system, const std::vector<int>& co
     Front& front = result.fronts[s];
     front.own = result.start[index(node.end)] - result.start[index(node.first)];
     front.first = result.start[index(node.first)];
-    for (const int place : node.below) front.below += slots_->size[index(node_at[index(place)])];
+    for (const int place : below[s]) front.below += slots_->size[index(node_at[index(place)])];
     result.work += multiplications(front.own, front.below);
   }
   placed_ = false;
@@ -187,7 +198,7 @@ void Multifrontal::part_tree() {
     subtree.beyond = analysis().start[index(supernodes[subtree.end - 1].end)];
     rests += area(below, below);
     for (std::size_t s = subtree.first; s < subtree.end; ++s) {
-      for (const int place : supernodes[s].below) {
+      for (const int place : analysis().elimination.below[s]) {
         const int at = analysis().start[index(place)];
         if (at >= subtree.beyond) pushes += index(analysis().start[index(place) + 1] - at);
       }
@@ -384,12 +395,12 @@ void Multifrontal::add_own_blocks(const BlockSystem& system, std::size_t node, L
     at += slots_->size[index(analysis().elimination.node_at[index(place)])];
   };
   for (int place = supernode.first; place < supernode.end; ++place) place_next(place);
-  for (const int place : supernode.below) place_next(place);
+  for (const int place : analysis().elimination.below[node]) place_next(place);
   for (int place = supernode.first; place < supernode.end; ++place) {
     const std::size_t slot = index(analysis().elimination.node_at[index(place)]);
     const int size = slots_->size[slot], from = lane.local[index(place)];
     copy(std::as_const(system.diagonal)[slot], front.columns.block(from, from, size, size));
-    for (const Coupling& coupling : analysis().couplings[index(place)]) {
+    for (const Coupling& coupling : analysis().couplings_of(index(place))) {
       const int rows = slots_->size[index(analysis().elimination.node_at[index(coupling.other)])];
       const int to = lane.local[index(coupling.other)];
       const Columns lower_part = front.columns.block(to, from, rows, size);
@@ -417,7 +428,7 @@ void Multifrontal::find_runs(std::size_t child, int own, Lane& lane) {
   std::vector<Run>& runs = lane.runs;
   runs.clear();
   int from = 0;
-  for (const int place : analysis().elimination.supernodes[child].below) {
+  for (const int place : analysis().elimination.below[child]) {
     const int size = slots_->size[index(analysis().elimination.node_at[index(place)])];
     const int to = lane.local[index(place)];
     const bool continues = !runs.empty() && to != own && runs.back().to + runs.back().count == to;
@@ -515,7 +526,7 @@ Eigen::VectorBlock<Eigen::VectorXd> Multifrontal::unknowns_of(std::size_t slot) 
 void Multifrontal::take_off_beyond(const Subtree& subtree) {
   const double* from = pushes_.data() + subtree.pushes;
   for (std::size_t s = subtree.first; s < subtree.end; ++s) {
-    for (const int place : analysis().elimination.supernodes[s].below) {
+    for (const int place : analysis().elimination.below[s]) {
       const int at = analysis().start[index(place)];
       if (at < subtree.beyond) continue;
       const int size = analysis().start[index(place) + 1] - at;
@@ -541,7 +552,7 @@ void Multifrontal::forward(std::size_t node, Lane& lane, Beyond& beyond) {
                                 Eigen::OuterStride<>(columns.stride)) *
                          own;
   int from = 0;
-  for (const int place : analysis().elimination.supernodes[node].below) {
+  for (const int place : analysis().elimination.below[node]) {
     const int at = analysis().start[index(place)];
     const int size = analysis().start[index(place) + 1] - at;
     if (at < beyond.first) {
@@ -561,7 +572,7 @@ void Multifrontal::backward(std::size_t node, Lane& lane) {
   auto own = vector_.segment(front.first, front.own);
   lane.below.resize(front.below);
   int at = 0;
-  for (const int place : analysis().elimination.supernodes[node].below) {
+  for (const int place : analysis().elimination.below[node]) {
     const int size = analysis().start[index(place) + 1] - analysis().start[index(place)];
     lane.below.segment(at, size) = vector_.segment(analysis().start[index(place)], size);
     at += size;
