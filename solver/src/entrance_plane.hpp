@@ -31,9 +31,9 @@ void set_aside_passing(const SubStep& step, double limit, std::vector<BodyContac
                        std::vector<PassingPair>& aside);
 
 /// After the step was tried without them: pairs that overlap at its end although no plane of theirs
-/// is least violated there (they passed none) have their contacts back, in place of those found at
-/// the end. `found_end`: contact points at the end, sorted. True when there were any; they are
-/// taken out of `pairs`.
+/// is least violated there (they passed none), or end far behind all of them, have their contacts
+/// back, in place of those found at the end. `found_end`: contact points at the end, sorted. True
+/// when there were any; they are taken out of `pairs`.
 bool put_back_blocked(const CompiledScene& compiled, std::span<const BlockState> end,
                       std::span<const geometry::ContactPoint> found_end, double limit,
                       std::vector<PassingPair>& pairs, std::vector<BodyContact>& contacts);

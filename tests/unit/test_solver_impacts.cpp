@@ -264,6 +264,22 @@ TEST_CASE("No reach that is asked for lets a block pass through a plate within a
   }
 }
 
+TEST_CASE("A block so fast that the smallest sub-step takes it through a plate is stopped by it") {
+  for (const double speed : {1e4, 1e5}) {
+    CAPTURE(speed);
+    Boxes boxes;
+    boxes.scene.gravity = VectorOfTime(Vector3(0, 0, 0));
+    boxes.scene.add_fixed(geometry::make_box({0, -1, 4}, {0.1, 1, 6}));
+    const int cube = boxes.add({-1, 0, 5}, {0.02, 0.02, 0.02}, {speed, 0, 0});
+    // Turned: planes of its own faces keep it apart from the plate, too, and it ends behind them.
+    boxes.scene.blocks[static_cast<std::size_t>(cube)].placement.linear =
+        Eigen::AngleAxisd(0.5, Vector3(1, 1, 0.3).normalized()).toRotationMatrix();
+    Simulation simulation(boxes.scene, {.time_step = 0.1});
+    REQUIRE(simulation.advance().status == StepStatus::Converged);
+    CHECK(simulation.state().blocks[static_cast<std::size_t>(cube)].velocity.x() < 1e-3 * speed);
+  }
+}
+
 namespace {
 
 /// What the contacts' forces of a block lack of what it has gained in a step, largest of all
