@@ -56,6 +56,17 @@ class StudyCommand(FolderTest):
         self.assertIsNone(errors[1])
         self.assertLess(errors[0], 0.05)
 
+    def test_without_a_reference_each_scene_has_its_own_finest_run(self):
+        study(SCENES / "study" / "dominoes.json", "--set", "/end_time=0.1", "--vary",
+              "dt=0.01,0.0025", "--vary", "/joint/friction_angle_deg=10,35", "--out", self.folder)
+        errors = {tuple(p["settings"].values()): p["error"] for p in self.points()}
+        self.assertEqual(len(errors), 4)
+        for (step, _), error in errors.items():
+            if step == "0.0025":
+                self.assertIsNone(error)
+            else:
+                self.assertLess(error, 0.05)
+
     def test_a_setting_that_fails_is_told_and_the_others_run(self):
         done = study(SCENES / "paper" / "two_forces.json", "--set", "/end_time=0.05", "--vary",
                      "dt=0.01,-1", "--out", self.folder)

@@ -104,7 +104,7 @@ int run(const StudyArguments& arguments) {
   const bool referenced = std::any_of(points.begin(), points.end(), [](const StudyPoint& point) {
     return std::isfinite(point.error);
   });
-  if (!referenced) compare_with(finest_ends(points), points);
+  if (!referenced) compare_with_finest(axes, points);
   mark_best(points);
   if (arguments.json) {
     std::printf("%s\n", text(to_json(scene_name(arguments), axes, points)).c_str());

@@ -3,18 +3,27 @@
 #include <time.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <string_view>
 #include <thread>
 
 #include "scene_file/shown.hpp"
 
 namespace quoin::scene_file {
 namespace {
+
+// Settings of the solution, as changes of a scene file.
+constexpr std::array<std::string_view, 12> kNumerical = {
+    "/time_step",         "/smallest_time_step", "/method",         "/scheme",
+    "/penalty",           "/shear_ratio",        "/tolerance",      "/reach",
+    "/contact_iteration", "/linear_solver",      "/max_iterations", "/max_displacement_ratio"};
 
 bool counts(const StudyPoint& point) { return point.failure.empty() && std::isfinite(point.error); }
 
@@ -40,6 +49,7 @@ StudyAxis parse_axis(const std::string& text) {
   const bool known = axis.key == "method" || axis.key == "penalty" || axis.key == "tolerance" ||
                      axis.key == "scheme";
   axis.change = axis.key == "dt" ? "/time_step" : known ? "/" + axis.key : axis.key;
+  axis.numerical = std::ranges::find(kNumerical, axis.change) != kNumerical.end();
   for (std::size_t from = equals + 1; from <= text.size();) {
     const std::size_t comma = std::min(text.find(',', from), text.size());
     if (comma == from) throw std::invalid_argument("--vary " + text + ": a value is empty");
@@ -112,6 +122,23 @@ double largest_error(const std::vector<ReferenceResult>& references) {
     if (std::isnan(r.error)) break;
   }
   return largest;
+}
+
+void compare_with_finest(const std::vector<StudyAxis>& axes, std::vector<StudyPoint>& points) {
+  std::map<std::vector<std::string>, std::vector<StudyPoint*>> scenes;
+  for (StudyPoint& point : points) {
+    std::vector<std::string> scene;
+    for (std::size_t i = 0; i < axes.size(); ++i) {
+      if (!axes[i].numerical) scene.push_back(point.values[i]);
+    }
+    scenes[scene].push_back(&point);
+  }
+  for (const auto& [scene, members] : scenes) {
+    std::vector<StudyPoint> own;
+    for (const StudyPoint* point : members) own.push_back(*point);
+    compare_with(finest_ends(own), own);
+    for (std::size_t i = 0; i < own.size(); ++i) *members[i] = std::move(own[i]);
+  }
 }
 
 std::vector<Vector3> finest_ends(const std::vector<StudyPoint>& points) {

@@ -14,6 +14,7 @@ namespace quoin::scene_file {
 /// What is varied: `key` names it in tables, `change` is the place in the scene file.
 struct StudyAxis {
   std::string key{}, change{};
+  bool numerical = false;  ///< how the scene is solved; else it is another scene
   std::vector<std::string> values{};
 };
 
@@ -55,8 +56,12 @@ double largest_error(const std::vector<ReferenceResult>& references);
 /// Ends of the run of the smallest step that did not fail; empty when all did.
 std::vector<Vector3> finest_ends(const std::vector<StudyPoint>& points);
 
-/// Where the scene has no reference: the largest difference of a monitor's end from `ends` by the
-/// largest displacement of those. The run whose ends they are has no error.
+/// Where the scene has no reference: against the run of the smallest step among those of the same
+/// scene, which differ in numerical axes alone.
+void compare_with_finest(const std::vector<StudyAxis>& axes, std::vector<StudyPoint>& points);
+
+/// Likewise against a run of another program: the largest difference of a monitor's end from `ends`
+/// by the largest displacement of those. The run whose ends they are has no error.
 void compare_with(const std::vector<Vector3>& ends, std::vector<StudyPoint>& points);
 
 /// Marks the Pareto front.
