@@ -16,7 +16,8 @@ associated, that is an upper bound alone [Drucker 1954]: it decides where fricti
 (`hinging`: the limit is the same with twice the coefficient; Heyman's conditions), and where one plane
 slides, whose forces statics alone give.
 
-Reads the boxes and prisms of scene files without expressions, blocks as they stand.
+Reads scene files whose blocks are rigid or deformable boxes, prisms, hulls and polyhedra, with their poses and
+expressions. What the analysis does not know, as cohesion, loads or other gravity, is refused.
 Sources: Livesley, Limit analysis of structures formed from rigid blocks, Int. J. Num. Meth. Eng. 12, 1978,
 1853-1871. Drucker, Coulomb friction, plasticity, and limit loads, J. Appl. Mech. 21, 1954, 71-74.
 Heyman, The stone skeleton, Int. J. Solids Structures 2, 1966, 249-279.
@@ -40,24 +41,97 @@ SAME = 1e-7         # of a load factor: what the linear programme is solved to
 MOST = 1e3          # load factor: what stands more than that is not limited by its joints
 
 
+KNOWN = {"$schema", "title", "description", "parameters", "gravity", "materials", "joint", "blocks", "initial_overlap",
+         "coordinate_rounding", "method", "contact_iteration", "linear_solver", "penalty", "shear_ratio", "scheme",
+         "time_step", "smallest_time_step", "tolerance", "reach", "max_iterations", "max_displacement_ratio",
+         "end_time", "stages", "monitors", "references", "output_interval", "history_every"}
+FUNCTIONS = {name: getattr(math, name) for name in ("sin", "cos", "tan", "asin", "acos", "atan", "sqrt", "exp")}
+
+
+def numbers(value, names):
+    """The same tree with its expressions evaluated."""
+    if isinstance(value, dict):
+        return {key: numbers(part, names) for key, part in value.items()}
+    if isinstance(value, list):
+        return [numbers(part, names) for part in value]
+    if not (isinstance(value, str) and value.startswith("=")):
+        return value
+    try:
+        return float(eval(value[1:].replace("^", "**"), {"__builtins__": {}}, names))
+    except Exception as error:
+        raise ValueError(f"the expression {value!r} is not known here: {error}") from None
+
+
+def known_scene(scene):
+    """The scene, numbers for expressions; ValueError where its limit load would be another than the analysis finds."""
+    names = {**FUNCTIONS, "pi": math.pi, "deg": math.pi / 180, "g": 9.81, **scene.get("parameters", {})}
+    scene = {key: numbers(scene[key], names) for key in scene if key not in ("monitors", "references", "stages")} | \
+            {"stages": scene.get("stages", [])}
+    for key in scene:
+        if key not in KNOWN:
+            raise ValueError(f"/{key}: the analysis knows no {key}")
+    for key, value in scene["joint"].items():
+        if key not in ("friction_angle_deg", "restitution") and value:
+            raise ValueError(f"/joint/{key}: joints have friction alone here")
+    for stage in scene["stages"]:
+        for key in stage:
+            if key not in ("name", "analysis", "duration", "time_step", "max_steps", "until"):
+                raise ValueError(f"/stages: the analysis knows no {key}")
+    gravity = scene.get("gravity", [0, 0, -9.81])
+    if not (isinstance(gravity, list) and len(gravity) == 3 and gravity[:2] == [0, 0] and
+            isinstance(gravity[2], (int, float)) and gravity[2] < 0):
+        raise ValueError("/gravity: has to be constant and along -z")
+    return scene
+
+
+def rotation_of(pose):
+    if "matrix" in pose:
+        return np.array(pose["matrix"], float)
+    if "quaternion" in pose:
+        w, *v = np.array(pose["quaternion"], float) / np.linalg.norm(pose["quaternion"])
+        angle, axis = 2 * math.atan2(np.linalg.norm(v), w), np.array(v)
+    else:
+        angle, axis = math.radians(pose["angle_deg"]), np.array(pose["axis"], float)
+    if np.linalg.norm(axis) == 0:
+        return np.eye(3)
+    x, y, z = axis / np.linalg.norm(axis)
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + math.sin(angle) * cross + (1 - math.cos(angle)) * cross @ cross
+
+
 def vertices_of(shape):
     if shape["type"] == "box":
         low, high = np.array(shape["min"], float), np.array(shape["max"], float)
         return np.array([[(low, high)[i][0], (low, high)[j][1], (low, high)[k][2]]
                          for i in (0, 1) for j in (0, 1) for k in (0, 1)])
-    polygon = np.array(shape["polygon"], float)
-    return np.concatenate([polygon, polygon + np.array(shape["sweep"], float)])
+    if shape["type"] == "prism":
+        polygon = np.array(shape["polygon"], float)
+        return np.concatenate([polygon, polygon + np.array(shape["sweep"], float)])
+    if shape["type"] in ("hull", "polyhedron"):
+        return np.array(shape["points" if shape["type"] == "hull" else "vertices"], float)
+    raise ValueError(f"blocks of the type {shape['type']!r} are not known here")
+
+
+def placed(points, pose):
+    about = np.array(pose.get("about", [0, 0, 0]), float)
+    rotation = rotation_of(pose["rotation"]) if "rotation" in pose else np.eye(3)
+    return (points - about) @ rotation.T + about + np.array(pose.get("translation", [0, 0, 0]), float)
 
 
 class Block:
-    """Volume, centroid and faces (normal, corners in order) of a convex solid."""
+    """Volume, mass, centroid and faces (normal, corners in order) of a convex solid."""
 
-    def __init__(self, entry):
-        self.free = entry.get("kind") != "fixed"
-        points = vertices_of(entry["shape"])
+    def __init__(self, entry, materials):
+        kind = entry.get("kind", "deformable")
+        if kind not in ("fixed", "rigid", "deformable"):
+            raise ValueError(f"block {entry.get('name')!r}: the kind {kind!r} is not known here")
+        self.free = kind != "fixed"
+        points = placed(vertices_of(entry["shape"]), entry.get("pose", {}))
         self.size = np.ptp(points, axis=0).max()
         hull = ConvexHull(points)
         self.volume = hull.volume
+        material = materials[entry["material"]] if "material" in entry else next(iter(materials.values()))
+        self.mass = self.volume * material["density"]
         inner = points.mean(axis=0)
         parts = [(abs(np.linalg.det(points[s] - inner)) / 6, (points[s].sum(axis=0) + inner) / 4)
                  for s in hull.simplices]
@@ -126,7 +200,7 @@ def generators(normal, live, friction):
     return normal + friction * (np.outer(np.cos(turns), along) + np.outer(np.sin(turns), across))
 
 
-def load_factor(blocks, density, friction, live):
+def load_factor(blocks, friction, live):
     """The largest load factor; None when there is no equilibrium with the dead load alone."""
     rows_of = {block: 6 * i for i, block in enumerate(i for i, b in enumerate(blocks) if b.free)}
     rows, columns, values, column = [], [], [], 0
@@ -146,10 +220,10 @@ def load_factor(blocks, density, friction, live):
             push(b, corner, forces)
             push(a, corner, -forces)
             column += len(forces)
-    weight = sum(blocks[i].volume for i in rows_of) * density
+    weight = sum(blocks[i].mass for i in rows_of)
     dead, pushed = np.zeros(6 * len(rows_of)), np.zeros(6 * len(rows_of))
     for block, row in rows_of.items():
-        share = blocks[block].volume * density / weight
+        share = blocks[block].mass / weight
         dead[row + 2] = share           # what the contacts must carry: + weight
         pushed[row:row + 3] = share * live
     for component in np.flatnonzero(pushed):
@@ -170,13 +244,13 @@ def load_factor(blocks, density, friction, live):
 
 def limit_of(scene, live):
     """{inner, outer, hinging} of a scene; load factors null: it does not stand under its own weight."""
-    blocks = [Block(entry) for entry in scene["blocks"]]
-    density = next(iter(scene["materials"].values()))["density"]
+    scene = known_scene(scene)
+    blocks = [Block(entry, scene["materials"]) for entry in scene["blocks"]]
     friction = math.tan(math.radians(scene["joint"]["friction_angle_deg"]))
     live = np.array(live, float)
-    inner = load_factor(blocks, density, friction, live)
-    outer = load_factor(blocks, density, friction / math.cos(math.pi / SIDES), live)
-    rough = load_factor(blocks, density, 2 * friction, live)
+    inner = load_factor(blocks, friction, live)
+    outer = load_factor(blocks, friction / math.cos(math.pi / SIDES), live)
+    rough = load_factor(blocks, 2 * friction, live)
     hinging = inner is None and rough is None or \
         None not in (inner, rough) and abs(rough - inner) <= SAME * max(rough, 1.0)
     return {"inner": inner, "outer": outer, "hinging": hinging}
@@ -205,7 +279,12 @@ def main():
     parser.add_argument("--check", action="store_true")
     given = parser.parse_args()
     if given.scene:
-        print(json.dumps(limit_of(read(given.scene), given.live)))
+        try:
+            print(json.dumps(limit_of(read(given.scene), given.live)))
+        except (OSError, ValueError, KeyError) as error:  # JSON's errors are ValueErrors
+            missing = f"no {error}" if isinstance(error, KeyError) else error
+            print(f"limit_analysis.py: {given.scene}: {missing}", file=sys.stderr)
+            return 2
         return 0
     entries, failed = read(LOADS), 0
     for entry in entries:

@@ -46,6 +46,25 @@ out = [GROUND, box([0, 0, 0], [1, 1, 1]), box([0.51, 0, 1], [1.51, 1, 2])]
 if limit_analysis.limit_of(scene(40, out), [1, 0, 0])["inner"] is not None:
     failures.append("a block that leans out by more than half stands")
 
+# Placed by a pose, as hulls, with expressions, of two materials: the same column.
+turned = {"rotation": {"axis": [0, 0, 1], "angle_deg": "=quarter"}, "about": [0.5, 0.5, 0], "translation": [3, 0, "=h"]}
+corners = [[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+posed = scene("=2*h+38", [GROUND] + [
+    {"kind": "rigid", "material": "light" if i == 0 else "stone", "shape": {"type": "hull", "points": corners},
+     "pose": {**turned, "translation": [3, 0, i]}} for i in range(3)])
+posed["parameters"] = {"quarter": 90, "h": 1}
+posed["materials"]["light"] = {"density": 1000}
+# About the edge of the base: (0.5 + 2 * 1.5 + 2 * 2.5) lambda = (1 + 2 + 2) * 0.5.
+check("posed column", limit_analysis.limit_of(posed, [1, 0, 0])["inner"], 2.5 / 8.5, 1e-9)
+for change, where in (({"joint": {"friction_angle_deg": 30, "cohesion": 1e4}}, "/joint/cohesion"),
+                      ({"loads": []}, "/loads"), ({"gravity": [1, 0, -9]}, "/gravity")):
+    try:
+        limit_analysis.limit_of({**posed, **change}, [1, 0, 0])
+        failures.append(f"{where} is taken")
+    except ValueError as error:
+        if not str(error).startswith(where):
+            failures.append(f"{where}: {error}")
+
 
 def arch(thickness, count=27):
     """Semicircle of mean radius 1 on two abutments, friction enough."""

@@ -682,6 +682,32 @@ TEST_CASE("Softening: what a sliding block loses is the area under strength agai
   }
 }
 
+TEST_CASE("Softening: a joint that has slipped all the way keeps its residual tension") {
+  for (const Frame& frame : frames()) {
+    for (const double tension : {1.2, 0.8}) {  // of the weight, residual
+      Scene scene = frame.scene();
+      const double weight = 0.01 * kWeight;
+      scene.joint = {.cohesion = 0.1 * weight,
+                     .tension = 1.5 * weight,
+                     .residual_tension = tension * weight,
+                     .softening_slip = 0.005};
+      scene.add_fixed(frame.box({-2, -2, 0}, {3, 3, 1}));
+      frame.add(scene, {0, 0, -0.01}, {1, 1, 0}, 5e11);
+      scene.blocks[1].velocity = frame.rotation * Vector3(0.5, 0, 0);
+      Simulation simulation(scene, {.time_step = 1e-3});
+      run(simulation, 100);
+      const Vector3 moved = frame.moved(simulation, 1);
+      CAPTURE(frame.rigid, frame.origin.x(), tension);
+      CHECK(moved.x() > 0.01);
+      if (tension > 1.0) {
+        CHECK(std::abs(moved.z()) < 1e-7);
+      } else {
+        CHECK(moved.z() < -0.01);
+      }
+    }
+  }
+}
+
 // Of steady motion the prediction is right: the first linearisation of a step changes nothing, and
 // its strength is that of the step's start.
 TEST_CASE("Softening: a block that is pushed at any pace loses the area under its strength") {
