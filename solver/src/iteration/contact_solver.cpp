@@ -28,6 +28,9 @@ constexpr int kFailures = 2;
 constexpr int kFailuresOfFew = 4;
 // Of contacts whose forces the interior point method has found.
 constexpr double kInsideSoftness = 0.1;
+// From known forces instead: those that ended took 80 at most, one that went on went to 1000; an
+// attempt that fails so begins inside.
+constexpr int kWarmPatience = 200;
 // Like kPatience in a loose island, whose next attempt is the proximal Newton method's,
 constexpr int kQuick = 30;
 // and where something else has failed before: of an attempt by that method that left gaps or gained
@@ -132,6 +135,9 @@ OpenCloseResult ContactSolver::iterate(const StepOptions& options, const BlockEq
     }
   }
   OpenCloseResult result = start_inside(blocks, contacts, tuning, increment);
+  if (begins_inside(tuning) && !inside_) {
+    tuning.max_iterations = std::min(kWarmPatience, tuning.max_iterations);
+  }
   const double change = result.change;
   add(open_close_.solve(blocks.base, blocks.force, contacts, tuning, increment), result);
   result.change = std::max(result.change, change);
@@ -164,22 +170,29 @@ OpenCloseResult ContactSolver::solve_whole(const BlockEquations& blocks,
   return solved;
 }
 
+/// Of problems that may begin so.
+bool ContactSolver::begins_inside(const OpenCloseOptions& tuning) const {
+  return tuning.redundant && tuning.raise && coulomb_;
+}
+
 /// Where the open-close iteration would have to find the forces between many blocks that deform
 /// from nothing: those of the interior point method, and the motions that go with them, are what it
 /// begins with.
 OpenCloseResult ContactSolver::start_inside(const BlockEquations& blocks,
                                             std::span<LinearContact> contacts,
                                             OpenCloseOptions& tuning, BlockVector& increment) {
-  if (!tuning.redundant || !tuning.predicted || !tuning.raise || !coulomb_) return {};
+  if (!tuning.predicted || !begins_inside(tuning)) return {};
   const bool unknown = std::ranges::all_of(
       contacts, [](const LinearContact& c) { return c.multiplier.isZero(0.0); });
-  if (!agreement_.all(unknown) || agreement_.all(contacts.empty())) return {};
+  if (!(afresh_ || agreement_.all(unknown)) || agreement_.all(contacts.empty())) return {};
   const OpenCloseResult inside =
       solve_whole(blocks, contacts, [&](const BlockSystem& base, std::span<LinearContact> all) {
         InteriorPoint interior_point(*slots_, watch_);
         interior_point.use(threads_);
         return interior_point.solve(base, blocks.force, all, tuning.max_iterations, increment);
       });
+  afresh_ = false;
+  inside_ = true;
   if (!inside.converged) return inside;
   tuning.predicted = false;
   tuning.softness = kInsideSoftness;
@@ -229,6 +242,7 @@ void ContactSolver::begin() {
 }
 
 void ContactSolver::move_on() {
+  afresh_ = false;
   checked_ = Try::None;
   loose_ = cannot_yield_ = false;
   other_gains_ = 0.0;
@@ -237,8 +251,7 @@ void ContactSolver::move_on() {
 void ContactSolver::start(int crowd) {
   moving_contacts_.begin();
   open_close_.begin();
-  can_check_ = false;
-  uneven_ = false;
+  can_check_ = uneven_ = inside_ = false;
   stage_ = static_cast<Stage>(crowd);
   loose_ = loose_ || stage_ == Stage::Checked;
   if (gave_up_) stage_ = Stage::Crowd;

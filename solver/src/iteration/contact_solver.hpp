@@ -44,6 +44,8 @@ class ContactSolver {
   Fate judge(const AttemptOutcome& outcome);
   /// Another sub-step is next.
   void move_on();
+  /// The next problem begins without the forces that contacts bore, where that is known how.
+  void begin_afresh() { afresh_ = true; }
 
   /// Of positions or velocities, as OpenClose::solve(); tuning.max_iterations is set here.
   OpenCloseResult solve(const StepOptions& options, const BlockEquations& blocks,
@@ -77,6 +79,7 @@ class ContactSolver {
                           BlockVector& increment);
   OpenCloseResult yield(const BlockEquations& blocks, std::span<LinearContact> contacts,
                         const OpenCloseOptions& tuning, BlockVector& increment);
+  bool begins_inside(const OpenCloseOptions& tuning) const;
   OpenCloseResult start_inside(const BlockEquations& blocks, std::span<LinearContact> contacts,
                                OpenCloseOptions& tuning, BlockVector& increment);
   template <class Solve>
@@ -123,6 +126,8 @@ class ContactSolver {
   bool automatic_ = false;
   bool yielding_ = false;
   int failures_ = 0;      ///< attempts that were not solved, in a row; of few_held() in the step
+  bool afresh_ = false;   ///< see begin_afresh()
+  bool inside_ = false;   ///< the attempt began with the interior point method
   bool gave_up_ = false;  ///< the open-close iteration, for what is left of the step
   int iterations_left_ = 0;
 };
