@@ -3,7 +3,6 @@
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
 #include "index.hpp"
@@ -13,19 +12,6 @@ namespace {
 
 constexpr double kZeros = 0.05;  // share of a supernode that may be zeros; 0.1 and 0.25 were slower
 constexpr int kWidest = 24;      // nodes in one: the most of the work is then in products of fronts
-
-/// `entries` calls what it is given with (list, number) for each entry, twice the same.
-template <class Entries>
-Lists make_lists(std::size_t count, const Entries& entries) {
-  Lists lists;
-  lists.start.assign(count + 1, 0);
-  entries([&](int list, int) { ++lists.start[index(list) + 1]; });
-  std::partial_sum(lists.start.begin(), lists.start.end(), lists.start.begin());
-  lists.entries.resize(index(lists.start.back()));
-  std::vector<int> next(lists.start.begin(), lists.start.end() - 1);
-  entries([&](int list, int number) { lists.entries[index(next[index(list)]++)] = number; });
-  return lists;
-}
 
 /// Node at each place.
 std::vector<int> minimum_degree(int count, std::span<const std::pair<int, int>> pairs) {

@@ -31,10 +31,6 @@ double extent(const BlockModel& model) {
 /// Of the centroid, and of a vertex by the turn.
 double motion(double way, double angle, double extent) { return way / extent + 0.5 * angle; }
 
-bool many_deform(const CompiledScene& compiled) {
-  return compiled.slots.count() >= kMany && !compiled.slots.rigid();
-}
-
 /// What strains of all blocks and springs of all contacts can move a block by in a chain, m.
 double elastic_motion(const CompiledScene& compiled, const StepOptions& options, const State& state,
                       std::span<const BlockState> start) {
@@ -102,7 +98,7 @@ void begin_search(const CompiledScene& compiled, const State& state, Equilibrium
   }
   if (!(fastest > 0.0)) fastest = fastest_apart;
   search.pseudo_step = fastest > 0.0 ? std::sqrt(2.0 * kStride / fastest) : 1.0;
-  if (many_deform(compiled)) search.pseudo_step *= kOfMany;
+  if (many_deform(compiled.slots)) search.pseudo_step *= kOfMany;
   search.longest = kLongest * search.pseudo_step;
   search.unbalance = 0.0;
   search.start = state.blocks;

@@ -128,6 +128,8 @@ void OpenClose::begin() {
   loose_gap_ = accepted_gap_ = 0.0;
 }
 
+bool many_deform(const Slots& slots) { return slots.count() >= kMany && !slots.rigid(); }
+
 bool is_moving(const Slots& slots, const BlockVector& increment) {
   if (!slots.rigid() || slots.count() < kMany) return false;
   for (std::size_t s = 0; s < increment.size(); ++s) {

@@ -66,6 +66,9 @@ double crowd_tolerance(double tolerance);
 /// Blocks: fewer are solved exactly, which costs little.
 inline constexpr int kMany = 16;
 
+/// Whether there are many blocks, and some deform.
+bool many_deform(const Slots& slots);
+
 /// Whether there are many rigid blocks, of which one moves by more than 1e-9 of itself.
 bool is_moving(const Slots& slots, const BlockVector& increment);
 

@@ -106,23 +106,12 @@ void Multifrontal::analyse(const BlockSystem& system, const std::vector<int>& co
   for (const int slot : node_at) {
     result.start.push_back(result.start.back() + slots_->size[index(slot)]);
   }
-  result.first_coupling.assign(index(count) + 1, 0);
-  const auto ends = [&](std::size_t p) {
-    return std::pair(place_of[index(pairs[p].first)], place_of[index(pairs[p].second)]);
-  };
-  for (std::size_t p = 0; p < pairs.size(); ++p) {
-    const auto [first, second] = ends(p);
-    ++result.first_coupling[index(std::min(first, second)) + 1];
-  }
-  std::partial_sum(result.first_coupling.begin(), result.first_coupling.end(),
-                   result.first_coupling.begin());
-  std::vector<int> next(result.first_coupling.begin(), result.first_coupling.end() - 1);
-  result.couplings.resize(pairs.size());
-  for (std::size_t p = 0; p < pairs.size(); ++p) {
-    const auto [first, second] = ends(p);
-    result.couplings[index(next[index(std::min(first, second))]++)] = {
-        coupled[p], std::max(first, second), first > second};
-  }
+  result.couplings = make_lists<Coupling>(index(count), [&](const auto& add) {
+    for (std::size_t p = 0; p < pairs.size(); ++p) {
+      const int first = place_of[index(pairs[p].first)], second = place_of[index(pairs[p].second)];
+      add(std::min(first, second), Coupling{coupled[p], std::max(first, second), first > second});
+    }
+  });
   result.work = 0.0;
   result.fronts.assign(supernodes.size(), {});
   for (std::size_t s = 0; s < supernodes.size(); ++s) {
@@ -400,7 +389,7 @@ void Multifrontal::add_own_blocks(const BlockSystem& system, std::size_t node, L
     const std::size_t slot = index(analysis().elimination.node_at[index(place)]);
     const int size = slots_->size[slot], from = lane.local[index(place)];
     copy(std::as_const(system.diagonal)[slot], front.columns.block(from, from, size, size));
-    for (const Coupling& coupling : analysis().couplings_of(index(place))) {
+    for (const Coupling& coupling : analysis().couplings[index(place)]) {
       const int rows = slots_->size[index(analysis().elimination.node_at[index(coupling.other)])];
       const int to = lane.local[index(coupling.other)];
       const Columns lower_part = front.columns.block(to, from, rows, size);

@@ -3,7 +3,6 @@
 
 #include <Eigen/Core>
 #include <limits>
-#include <span>
 #include <vector>
 
 #include "block_system.hpp"
@@ -68,16 +67,10 @@ class Multifrontal {
     bool made = false;
     std::vector<int> coupled;  ///< pairs of the system that it is made for
     Elimination elimination;
-    std::vector<int> start;           ///< first unknown of each place, and the total
-    std::vector<Coupling> couplings;  ///< place by place
-    std::vector<int> first_coupling;  ///< of each place, and their number
-    std::vector<Front> fronts;        ///< by supernode
-    double work = 0.0;                ///< multiplications, about, of a matrix that is not symmetric
-
-    std::span<const Coupling> couplings_of(std::size_t place) const {
-      return {couplings.data() + first_coupling[place],
-              couplings.data() + first_coupling[place + 1]};
-    }
+    std::vector<int> start;       ///< first unknown of each place, and the total
+    ListsOf<Coupling> couplings;  ///< by place
+    std::vector<Front> fronts;    ///< by supernode
+    double work = 0.0;            ///< multiplications, about, of a matrix that is not symmetric
   };
 
   /// Neighbouring unknowns of a child's rest that stand side by side in the front of its parent.

@@ -193,10 +193,10 @@ void set_held_point(const ImpactStep& at, const HeldPoint& held, LinearContact& 
   problem.starts.push_back(start_of(c, 0.0));
 }
 
-/// Until the first impact contacts that were closed before push as in the last step, unless that
-/// was an impulse.
-bool pushed_before(const BodyContact& contact, bool compliant) {
-  return contact.was_closed && !contact.state.impact && !compliant;
+/// Until the first impact contacts that were closed before, but for springs, push as in the last
+/// step, unless that was an impulse.
+bool pushed_before(const BodyContact& contact) {
+  return contact.was_closed && !contact.state.impact;
 }
 
 /// What they have pushed the blocks with until the first impact.
@@ -209,7 +209,7 @@ void add_earlier_impulses(const ImpactStep& at, std::span<const BodyContact> con
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const Contact& before = contacts[i].state;
     const LinearContact& c = attempt.linear[i];
-    if (!pushed_before(contacts[i], c.compliant)) continue;
+    if (c.compliant || !pushed_before(contacts[i])) continue;
     const Vector3 push =
         2.0 * share * force_in_frame(before, contacts[i], attempt.contacts[i].point.normal);
     linearise_velocity(contacts[i], at.poses, end);  // a mean arm would keep no angular momentum
@@ -351,7 +351,7 @@ void record_impulses(const ImpactStep& at, std::span<const BodyContact> contacts
       c = &problem.contacts[next];
       force = changed(next++);
     }
-    if (pushed_before(contact, false)) {
+    if (pushed_before(contact)) {
       force += attempt.first_impact * force_in_frame(contact.state, contact, ended.point.normal);
     }
     if (c == nullptr && force.isZero(0.0)) continue;

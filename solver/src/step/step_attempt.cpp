@@ -202,8 +202,7 @@ OpenCloseOptions tuning_of(const SubStep& step, std::span<const BodyContact> con
   tuning.damped = !step.dynamic();  // in motion dominoes took twice the solves with it
   tuning.mended_apart = crowd_tolerance(step.options.tolerance) * step.island.smallest_size;
   tuning.breaks = agreement(step.options).any(may_fail(contacts));
-  const Slots& slots = step.island.slots;
-  tuning.redundant = !step.dynamic() && !slots.rigid() && slots.count() >= kMany;
+  tuning.redundant = !step.dynamic() && many_deform(step.island.slots);
   return tuning;
 }
 
