@@ -126,6 +126,9 @@ OpenCloseResult ContactSolver::iterate(const StepOptions& options, const BlockEq
   coulomb_ = agreement_.all(std::ranges::all_of(contacts, ConeProblem::follows_coulomb));
   suits_ = coulomb_ || agreement_.all(ConeProblem::suits(contacts));
   yielding_ = asks_to_yield(options, blocks, contacts) && suits_;
+  if (tuning.free != nullptr && agreement_.all(contacts.empty())) {
+    return {.converged = true, .change = coast(*tuning.free, *slots_, blocks.force, increment)};
+  }
   if (yielding_) return yield(blocks, contacts, tuning, increment);
   if (automatic_) {
     const int left = tuning.max_iterations, most = patience(contacts);

@@ -11,6 +11,7 @@ namespace {
 // A sum of m rounded terms is off by m u of their magnitudes, u = eps / 2 [Higham 2002,
 // section 3.1]: 24 terms of two blocks' increments, of which each has six more behind it: 32 u.
 constexpr double kRounding = 16.0 * std::numeric_limits<double>::epsilon();
+constexpr double kAsGood = 1e-12;  // of the motion: what a guess may be off by
 
 Vector12 free_increment(const FreeMotion& free, const BlockVector& force, std::size_t slot) {
   Vector12 increment = Vector12::Zero();
@@ -72,6 +73,19 @@ bool is_unforced(const FreeMotion& free, const BlockVector& force,
   return std::ranges::all_of(contacts, [&](const LinearContact& c) {
     return is_left_alone(c, free_contact(free, force, c), overlap);
   });
+}
+
+double coast(const FreeMotion& free, const Slots& slots, const BlockVector& force,
+             BlockVector& increment) {
+  double largest = 0.0;
+  for (std::size_t s = 0; s < increment.size(); ++s) {
+    const Vector12 next = free_increment(free, force, s);
+    const double change = motion_of(next - increment[s], slots.length[s]);
+    if (change <= kAsGood * motion_of(next, slots.length[s])) continue;
+    largest = std::max(largest, change);
+    increment[s] = next;
+  }
+  return largest;
 }
 
 void move_freely(const FreeMotion& free, const BlockVector& force,

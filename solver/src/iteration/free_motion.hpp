@@ -25,6 +25,11 @@ struct FreeMotion {
 bool is_unforced(const FreeMotion& free, const BlockVector& force,
                  std::span<const LinearContact> contacts, double overlap);
 
+/// Of blocks that touch nothing. Where the increments are as good as a guess they stay. Largest
+/// change of a motion, m.
+double coast(const FreeMotion& free, const Slots& slots, const BlockVector& force,
+             BlockVector& increment);
+
 /// Increments of free motion, and contacts that bear nothing.
 void move_freely(const FreeMotion& free, const BlockVector& force,
                  std::span<LinearContact> contacts, BlockVector& increment);

@@ -410,7 +410,7 @@ std::optional<OpenCloseResult> OpenClose::fly(const BlockEquations& blocks,
                                               std::span<LinearContact> contacts,
                                               const OpenCloseOptions& options, double overlap,
                                               BlockVector& increment) {
-  if (options.free == nullptr || agreement_.all(contacts.empty())) return {};
+  if (options.free == nullptr) return {};
   if (!agreement_.all(is_unforced(*options.free, blocks.force, contacts, overlap))) return {};
   newton_.set(blocks, contacts, increment, options.gap_rounding);
   newton_.evaluate(Law::True, options.softness);
