@@ -33,6 +33,8 @@ from scipy.optimize import linprog
 from scipy.sparse import coo_matrix
 from scipy.spatial import ConvexHull
 
+from formula import evaluated
+
 TOOLS = pathlib.Path(__file__).resolve().parent
 LOADS = TOOLS / "stability" / "limit_loads.json"
 SIDES = 48          # of the pyramid: inner and outer differ by 1 - cos(pi/48) = 2.1e-3 at most
@@ -56,10 +58,7 @@ def numbers(value, names):
         return [numbers(part, names) for part in value]
     if not (isinstance(value, str) and value.startswith("=")):
         return value
-    try:
-        return float(eval(value[1:].replace("^", "**"), {"__builtins__": {}}, names))
-    except Exception as error:
-        raise ValueError(f"the expression {value!r} is not known here: {error}") from None
+    return float(evaluated(value[1:], names))
 
 
 def known_scene(scene):

@@ -3,7 +3,7 @@
 
     tools/plot.py OUT.png --title TEXT --monitor NAME [--along X Y Z] [--exact FORMULA] RUN=LABEL…
 
-RUN is a folder that `quoin run --out` left; FORMULA is Python in t (numpy's sin, cos, tan, sqrt).
+RUN is a folder that `quoin run --out` left; FORMULA is of t: + - * / ^, sin, cos, tan, sqrt, exp, pi.
 """
 import argparse
 import csv
@@ -14,6 +14,8 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
+
+from formula import evaluated  # noqa: E402
 
 # Okabe and Ito's colours: told apart by everybody.
 COLOURS = ["#D55E00", "#E69F00", "#CC79A7", "#0072B2", "#009E73", "#56B4E9", "#999999", "#000000"]
@@ -176,8 +178,7 @@ def main():
     exact = None
     if given.exact:
         names = {name: getattr(np, name) for name in ("sin", "cos", "tan", "sqrt", "exp", "pi")}
-        code = compile(given.exact, "--exact", "eval")
-        exact = lambda t: eval(code, {"__builtins__": {}}, names | {"t": t})  # noqa: E731, S307
+        exact = lambda t: evaluated(given.exact, names | {"t": t})  # noqa: E731
     runs = [tuple(run.split("=", 1)) if "=" in run else (run, run) for run in given.runs]
     displacement_figure(given.picture, [(given.title, runs)], given.monitor, given.along, exact)
 

@@ -99,10 +99,6 @@ bool passes(const SubStep& step, double limit, std::span<const BodyContact> cont
   return largest_separation(others, end) >= std::min(closes_by + limit, -limit);
 }
 
-// Of the smaller block: blocks that end apart, but so far behind every plane that has kept them
-// apart, have gone through each other. No step is taken with a way of as much, but the smallest.
-constexpr double kAcross = 0.5;
-
 constexpr std::size_t kPlanes = 32;  // more than two bricks have
 
 bool of_pair(const BodyContact& contact, const PassingPair& pair) {
@@ -152,7 +148,8 @@ bool put_back_blocked(const CompiledScene& compiled, std::span<const BlockState>
     }
     const double apart = largest_separation(pair.planes, at_end);
     if (gap < -limit) return apart < gap - limit;
-    return apart < -kAcross * pair_size(compiled, pair.a, pair.b);
+    // So far behind every plane that has kept them apart they have gone through each other.
+    return apart < -kFarthest * pair_size(compiled, pair.a, pair.b);
   };
   const auto first = std::stable_partition(pairs.begin(), pairs.end(),
                                            [&](const PassingPair& pair) { return !blocked(pair); });

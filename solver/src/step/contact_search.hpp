@@ -11,6 +11,9 @@ double vertex_speed(const BlockModel& model, const BlockState& block);
 /// Of the smaller of two blocks, m.
 double pair_size(const CompiledScene& compiled, int a, int b);
 
+/// Of pair_size(): blocks that come nearer by more in a step may jump over each other.
+inline constexpr double kFarthest = 0.5;
+
 /// A joint that has dilated is closed at a gap, and has not forgotten it when it comes down from a
 /// hop that is small against the blocks; a bond holds where it is stretched. The largest of these
 /// gaps, m.

@@ -26,7 +26,6 @@ constexpr double kBeforeImpact = 0.01;
 // Of energy, that a sub-step may gain where contacts yield, of its scale, and of the step, the
 // shortest such sub-step: walls and towers that gained 1e-3 to 1e-6 in a step gain 1e-9 in halves.
 constexpr double kGrowth = 1e-8, kShortestForEnergy = 0.125;
-constexpr double kFarthest = 0.5;  // of the smaller block: what moves farther jumps over it
 
 /// Time is counted in steps, not added up: a million steps of dt end at a million dt.
 double counted_end(const StepOptions& options, const State& state, Counted& clock) {
