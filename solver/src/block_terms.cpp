@@ -57,6 +57,10 @@ void set_inertia(BlockModel& model, double density, const Matrix3& second_moment
 Eigen::Matrix<double, 9, 1> momentum(const BlockModel& m, const Vector3& spin,
                                      const Vector6& rate) {
   Eigen::Matrix<double, 9, 1> result;
+  if (m.unknowns == 6) {  // no rate
+    result << m.inertia * spin, Vector6::Zero();
+    return result;
+  }
   result.head<3>() = m.inertia * spin + m.inertia_coupling * rate;
   result.tail<6>() = m.inertia_coupling.transpose() * spin + m.strain_inertia * rate;
   return result;

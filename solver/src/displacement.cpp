@@ -67,24 +67,35 @@ Matrix3x6 strain_motion(const Vector3& arm) {
   return matrix;
 }
 
+namespace {
+
+/// Of the end of an arm of a block that is turned so.
+Matrix3x12 rigid_motion(const Matrix3& rotation, const Vector3& arm) {
+  Matrix3x12 matrix;
+  matrix.leftCols<3>().setIdentity();
+  for (int i = 0; i < 3; ++i) matrix.col(3 + i) = rotation.col(i).cross(arm);
+  matrix.rightCols<6>().setZero();
+  return matrix;
+}
+
+}  // namespace
+
 Matrix3x12 mean_motion(const Pose& start, const Pose& end, const Vector3& theta,
                        const Vector3& reference_arm, bool deformable) {
   const Vector3 mean_arm = 0.5 * (start.shape * reference_arm + end.shape * reference_arm);
-  Matrix3x12 matrix;
-  matrix.leftCols<3>().setIdentity();
-  for (int i = 0; i < 3; ++i) matrix.col(3 + i) = start.rotation.col(i).cross(mean_arm);
+  Matrix3x12 matrix = rigid_motion(start.rotation, mean_arm);
   if (deformable) {
     const Matrix3 turned =
         start.rotation + 0.5 * cross_matrix(start.rotation * theta) * start.rotation;
     matrix.rightCols<6>() = turned * strain_motion(reference_arm);
-  } else {
-    matrix.rightCols<6>().setZero();
   }
   return matrix;
 }
 
 Matrix3x12 motion(const Pose& pose, const Vector3& reference_arm, bool deformable) {
-  return mean_motion(pose, pose, Vector3::Zero(), reference_arm, deformable);
+  Matrix3x12 matrix = rigid_motion(pose.rotation, pose.shape * reference_arm);
+  if (deformable) matrix.rightCols<6>() = pose.rotation * strain_motion(reference_arm);
+  return matrix;
 }
 
 }  // namespace quoin::solver

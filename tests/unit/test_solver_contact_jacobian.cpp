@@ -32,6 +32,7 @@ struct Setting {
     scene.add_block(geometry::make_box({-1, -1, -1}, {1, 1, 1}), {.density = 1, .young = 1});
     poses.increment.resize(2);
     poses.deforms.assign(2, 1);
+    poses.moves.assign(2, 1);
     for (int b = 0; b < 2; ++b) {
       const Block& made = scene.blocks[static_cast<std::size_t>(b)];
       models.push_back(make_block_model(made, reference_shape(*made.shape), Vector3::Zero(), b));

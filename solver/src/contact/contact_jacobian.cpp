@@ -16,6 +16,12 @@ struct Rows {
   Vector3 normal, t1, t2;
 };
 
+/// Of a block that never moves.
+void clear(ContactJacobian& jacobian) {
+  jacobian.rigid.setZero();
+  if (jacobian.strain) jacobian.strain.make().setZero();
+}
+
 /// `at_point`, `at_anchor`: mean_motion of the two; the strain's columns are zero unless it
 /// deforms.
 void fill(const Rows& rows, double sign, const Matrix3x12& at_point, const Matrix3x12& at_anchor,
@@ -81,19 +87,19 @@ void linearise(const BodyContact& contact, const StepPoses& poses,
   Rows rows;
   rows.normal = 0.5 * (before.normal + after.normal);
   tangent_frame(contact, rows.normal, rows.t1, rows.t2);
-  const auto mean = [&](std::size_t block, const Pose& start, const Pose& end, const Vector3& arm) {
-    return mean_motion(start, end, poses.increment[block].segment<3>(3), arm,
-                       poses.deforms[block] != 0);
+  const auto fill_side = [&](std::size_t block, double sign, const Vector3& arm,
+                             const Vector3& anchor, ContactJacobian& jacobian) {
+    if (!poses.moves[block]) return clear(jacobian);
+    const bool deforms = poses.deforms[block] != 0;
+    const auto mean = [&](const Vector3& place) {
+      return mean_motion(poses.start[block], poses.end[block], poses.increment[block].segment<3>(3),
+                         place, deforms);
+    };
+    const Matrix3x12 at_point = mean(arm);
+    fill(rows, sign, at_point, anchor == arm ? at_point : mean(anchor), deforms, jacobian);
   };
-  const Matrix3x12 point_a = mean(a, start_a, end_a, contact.arm_a);
-  const Matrix3x12 point_b = mean(b, start_b, end_b, contact.arm_b);
-  const bool moved_a = contact.state.anchor_a != contact.arm_a;
-  const bool moved_b = contact.state.anchor_b != contact.arm_b;
-  Matrix3x12 anchor_a, anchor_b;
-  if (moved_a) anchor_a = mean(a, start_a, end_a, contact.state.anchor_a);
-  if (moved_b) anchor_b = mean(b, start_b, end_b, contact.state.anchor_b);
-  fill(rows, -1.0, point_a, moved_a ? anchor_a : point_a, poses.deforms[a] != 0, linear.jacobian_a);
-  fill(rows, 1.0, point_b, moved_b ? anchor_b : point_b, poses.deforms[b] != 0, linear.jacobian_b);
+  fill_side(a, -1.0, contact.arm_a, contact.state.anchor_a, linear.jacobian_a);
+  fill_side(b, 1.0, contact.arm_b, contact.state.anchor_b, linear.jacobian_b);
   linear.rounding = before.rounding();
   const Vector3 lever = 0.5 * (before.place_b - before.place_a + after.place_b - after.place_a);
   ContactGeometry middle;
@@ -158,7 +164,7 @@ double square(const ConstPart<n>& matrix, const Eigen::Matrix<double, 3, n>& jac
 
 /// Of a symmetric matrix.
 double largest_eigenvalue(const Eigen::Matrix2d& m) {
-  return 0.5 * (m(0, 0) + m(1, 1)) + std::hypot(0.5 * (m(0, 0) - m(1, 1)), m(0, 1));
+  return 0.5 * (m(0, 0) + m(1, 1)) + Eigen::Vector2d(0.5 * (m(0, 0) - m(1, 1)), m(0, 1)).norm();
 }
 
 double augmentation(double compliance, double strain_compliance) {
@@ -214,10 +220,15 @@ void linearise_velocity(const BodyContact& contact, const StepPoses& poses, Line
   Rows rows;
   rows.normal = now.normal;
   tangent_frame(contact, rows.normal, rows.t1, rows.t2);
-  const Matrix3x12 point_a = motion(poses.end[a], contact.arm_a, poses.deforms[a] != 0);
-  const Matrix3x12 point_b = motion(poses.end[b], contact.arm_b, poses.deforms[b] != 0);
-  fill(rows, -1.0, point_a, point_a, poses.deforms[a] != 0, linear.jacobian_a);
-  fill(rows, 1.0, point_b, point_b, poses.deforms[b] != 0, linear.jacobian_b);
+  const auto fill_side = [&](std::size_t block, double sign, const Vector3& arm,
+                             ContactJacobian& jacobian) {
+    if (!poses.moves[block]) return clear(jacobian);
+    const bool deforms = poses.deforms[block] != 0;
+    const Matrix3x12 at_point = motion(poses.end[block], arm, deforms);
+    fill(rows, sign, at_point, at_point, deforms, jacobian);
+  };
+  fill_side(a, -1.0, contact.arm_a, linear.jacobian_a);
+  fill_side(b, 1.0, contact.arm_b, linear.jacobian_b);
   const Vector3 lever = now.place_b - now.place_a;
   add_turn(contact, now, lever, poses.end[a].rotation, poses.end[b].rotation, linear);
   add_tangent_turn(contact, rows, lever, poses.end[contact.normal_on_a ? a : b].rotation, linear);

@@ -12,15 +12,16 @@ struct StepPoses {
   std::vector<Pose> start, end;
   std::vector<Vector12> increment;  ///< by block: what leads from start to end
   std::vector<char> deforms;        ///< by block: its strain moves in this step
+  std::vector<char> moves;          ///< by block: it may
 };
 
 /// d = offset + J_a D_a + J_b D_b with d exactly gap and slip at the end of the step when D is the
-/// increment that `poses` was made with. Blocks without unknowns enter the offset.
-/// d_n of a vertex at P against a face with normal n carried by the face's block (mean values over
-/// the step barred):  gap' - gap = n̄·(dx_b - dx_a) + (r × n̄)·m̄,   m = x_b - x_a, the discrete form
-/// of [Beyabanaki 2009], equations (23)–(28), with the reaction at the projection P0. Gaps and
-/// slips at the start within their rounding of zero are zero: the redundant contacts of a face then
-/// agree exactly and no force builds up against rounding.
+/// increment that `poses` was made with. Blocks without unknowns enter the offset; rows of fixed
+/// ones say nothing. d_n of a vertex at P against a face with normal n carried by the face's block
+/// (mean values over the step barred):  gap' - gap = n̄·(dx_b - dx_a) + (r × n̄)·m̄,   m = x_b - x_a,
+/// the discrete form of [Beyabanaki 2009], equations (23)–(28), with the reaction at the projection
+/// P0. Gaps and slips at the start within their rounding of zero are zero: the redundant contacts
+/// of a face then agree exactly and no force builds up against rounding.
 void linearise(const BodyContact& contact, const StepPoses& poses,
                std::span<const BlockModel> models, LinearContact& linear);
 

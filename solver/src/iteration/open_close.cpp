@@ -41,9 +41,9 @@ struct Loose {
 };
 constexpr Loose kLoose{1e-4, 1e-2}, kLooseRigid{1e-2, 0.1};
 
+constexpr double kMotion = 1e-9;  // of a block, in a step: it moves. Between 1e-11 of what rests
+                                  // and 5e-5 where a shaken wall turns round
 // Of many blocks that move.
-constexpr double kMotion = 1e-9;    // of a block, in a step: it moves. Between 1e-11 of what rests
-                                    // and 5e-5 where a shaken wall turns round
 constexpr double kCrowd = 1e4;      // times the tolerance: their forces, and gaps of what yields,
 constexpr double kCoarsest = 1e-6;  // up to this; from there on what is asked for is enough
 // Gaps, of their tolerance: with 1 a wall of 27 that sticks on a shaken base gains 8e-9 of its
@@ -117,6 +117,17 @@ class FallingGap {
   bool falls_ = false;
 };
 
+bool moves(const Slots& slots, const BlockVector& increment, std::size_t slot) {
+  return motion_of(increment[slot], slots.length[slot]) > kMotion * slots.length[slot];
+}
+
+bool all_move(const Slots& slots, const BlockVector& increment) {
+  for (std::size_t s = 0; s < increment.size(); ++s) {
+    if (!moves(slots, increment, s)) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 double crowd_tolerance(double tolerance) {
@@ -133,7 +144,7 @@ bool many_deform(const Slots& slots) { return slots.count() >= kMany && !slots.r
 bool is_moving(const Slots& slots, const BlockVector& increment) {
   if (!slots.rigid() || slots.count() < kMany) return false;
   for (std::size_t s = 0; s < increment.size(); ++s) {
-    if (motion_of(increment[s], slots.length[s]) > kMotion * slots.length[s]) return true;
+    if (moves(slots, increment, s)) return true;
   }
   return false;
 }
@@ -188,6 +199,7 @@ double OpenClose::stand(const BlockEquations& blocks, std::span<LinearContact> c
                         const OpenCloseOptions& options, BlockVector& guess) {
   still_.assign(guess.size(), Vector12::Zero());
   if (guess == still_) return 0.0;
+  if (agreement_.all(all_move(*slots_, guess))) return 0.0;
   newton_.set(blocks, contacts, still_, options.gap_rounding);
   newton_.evaluate(Law::True, 1.0);
   stands_.resize(guess.size());

@@ -71,14 +71,6 @@ void set_law(const StepOptions& options, double penalty, double parting_gap, Bod
   set_springs(options, penalty, contact, c);
 }
 
-/// As new, with the memory that it has.
-void reset(LinearContact& c) {
-  LinearContact fresh;
-  fresh.jacobian_a.strain = std::move(c.jacobian_a.strain);
-  fresh.jacobian_b.strain = std::move(c.jacobian_b.strain);
-  c = std::move(fresh);
-}
-
 /// Of a spring as its contact lies: gap beyond the opening and two slips, m.
 Vector3 stretch(const BodyContact& contact, const Pose& a, const Pose& b) {
   Vector3 t1, t2;
@@ -290,7 +282,7 @@ void set_laws(const SubStep& step, std::span<BodyContact> contacts,
               std::vector<LinearContact>& linear) {
   const double spring = contact_spring(step.compiled, step.options);
   linear.resize(contacts.size() + step.island.held.size());
-  for (LinearContact& c : linear) reset(c);
+  for (ContactTerms& c : linear) c = {};
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     LinearContact& c = linear[i];
     c.slot_a = step.slot_of_block[index(contacts[i].a)];
@@ -364,7 +356,7 @@ void measure_slips(const StepPoses& poses, std::span<const BodyContact> contacts
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const BodyContact& contact = contacts[i];
     LinearContact& c = linear[i];
-    if (contact.joint->dilation_angle == 0.0 && !can_fail(*contact.joint)) continue;
+    if (contact.joint->dilation_angle == 0.0 && !(contact.joint->softening_slip > 0.0)) continue;
     const bool opened = c.mode == ContactMode::Open && (contact.was_closed || c.start[0] <= 0.0);
     c.slip = opened ? (c.relative.tail<2>() - c.start.tail<2>()).norm()
                     : slip_in_step(c, moved_by(poses, contact, c));

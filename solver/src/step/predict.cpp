@@ -16,22 +16,24 @@ void resize(std::size_t blocks, StepPoses& poses) {
   poses.end.resize(blocks);
   poses.increment.resize(blocks);
   poses.deforms.resize(blocks);
+  poses.moves.resize(blocks);
 }
 
 void place_idle(const CompiledScene& compiled, std::span<const BlockState> state,
-                std::span<const Vector3> prescribed_increments, StepPoses& poses) {
+                std::span<const BlockState> end, std::span<const Vector3> prescribed_increments,
+                StepPoses& poses) {
   for (const int block : compiled.idle_blocks) {
     const std::size_t b = index(block);
     poses.start[b] = poses.end[b] = pose(state[b]);
     poses.increment[b].setZero();
-    poses.deforms[b] = 0;
+    poses.deforms[b] = poses.moves[b] = 0;
   }
   for (std::size_t p = 0; p < compiled.prescribed.size(); ++p) {
     const std::size_t b = index(compiled.prescribed[p]);
     poses.increment[b].head<3>() = prescribed_increments[p];
-    if (!poses.increment[b].isZero(0.0)) {
-      poses.end[b] = pose(displaced(state[b], poses.increment[b]));
-    }
+    const bool goes = !poses.increment[b].isZero(0.0);
+    poses.moves[b] = goes || !state[b].velocity.isZero(0.0) || !end[b].velocity.isZero(0.0);
+    if (goes) poses.end[b] = pose(displaced(state[b], poses.increment[b]));
   }
 }
 
@@ -54,6 +56,7 @@ void predict(const SubStep& step, const LastSubStep& last, StepPoses& poses) {
     Vector12& increment = poses.increment[b];
     increment.setZero();
     poses.deforms[b] = unknowns == 12;
+    poses.moves[b] = 1;
     if (!step.dynamic()) continue;
     const Vector12 velocity = velocity_vector(step.state[b]);
     increment = step.length * velocity;

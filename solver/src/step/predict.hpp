@@ -20,7 +20,8 @@ void resize(std::size_t blocks, StepPoses& poses);
 
 /// Blocks without unknowns: where they are, and where their motion takes them.
 void place_idle(const CompiledScene& compiled, std::span<const BlockState> state,
-                std::span<const Vector3> prescribed_increments, StepPoses& poses);
+                std::span<const BlockState> end, std::span<const Vector3> prescribed_increments,
+                StepPoses& poses);
 
 /// What a block of a dynamic sub-step sets out with: without strain rate where its strain is held.
 BlockState start_state(const SubStep& step, const StepPoses& poses, std::size_t block);

@@ -71,7 +71,7 @@ void place_idle(const StepRun& run, double from, double to) {
     if (from != run.state.time) work.now.blocks[b] = prescribed_at(run, p, now);
     work.end[b] = prescribed_at(run, p, work.motion_end[p]);
   }
-  place_idle(run.compiled, work.now.blocks, work.increments, work.poses);
+  place_idle(run.compiled, work.now.blocks, work.end, work.increments, work.poses);
 }
 
 /// A step in which two blocks near each other move by more than half the smaller one can jump over

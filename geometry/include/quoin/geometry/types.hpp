@@ -9,7 +9,10 @@ namespace quoin::geometry {
 
 using Vector3 = Eigen::Vector3d;
 using Matrix3 = Eigen::Matrix3d;
-using Points = Eigen::Matrix3Xd;  ///< 3 × point_count, m
+
+/// 3 × point_count, m. Not aligned: aligned ones are given back otherwise by code that is compiled
+/// for other instructions, or under AddressSanitizer, than by this library.
+using Points = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor | Eigen::DontAlign>;
 
 /// Axis-aligned box, m.
 struct Box {
