@@ -97,7 +97,7 @@ ContactProblem::Contact read_contact(Reader& reader, const ContactProblem& probl
   if (contact.friction < 0.0) reader.fail("friction must not be negative");
   reader.take_all("w", contact.offset);
   reader.take_all("r", contact.force);
-  const auto take_rows = [&](const char* word, int block, Eigen::MatrixXd& rows) {
+  const auto take_rows = [&](const char* word, int block, ContactProblem::Matrix& rows) {
     if (block < 0) return;
     rows.resize(3, problem.blocks[index(block)].force.size());
     reader.take_all(word, rows);
@@ -115,7 +115,7 @@ struct Compiled {
   std::vector<LinearContact> contacts;
 };
 
-void set_jacobian(const Eigen::MatrixXd& rows, ContactJacobian& jacobian) {
+void set_jacobian(const ContactProblem::Matrix& rows, ContactJacobian& jacobian) {
   Matrix3x12 all = Matrix3x12::Zero();
   all.leftCols(rows.cols()) = rows;
   jacobian.set(all, rows.cols() == 12);
@@ -154,7 +154,7 @@ Compiled compile(const ContactProblem& problem) {
   result.base.diagonal.resize(problem.blocks.size(), width);
   compliance.resize(problem.blocks.size(), width);
   for (std::size_t s = 0; s < problem.blocks.size(); ++s) {
-    const Eigen::MatrixXd& matrix = problem.blocks[s].matrix;
+    const ContactProblem::Matrix& matrix = problem.blocks[s].matrix;
     const Eigen::Index n = matrix.rows();
     result.base.diagonal[s].topLeftCorner(n, n) = matrix;
     compliance[s].topLeftCorner(n, n) = matrix.inverse();

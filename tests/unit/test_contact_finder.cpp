@@ -472,3 +472,40 @@ TEST_CASE("bodies: pairs that come and go in each step allocate nothing, once wa
   CHECK(begun > 20 * 500);
   CHECK(in_find == 0);
 }
+
+TEST_CASE("Corners that coincide keep their history where rounding names them otherwise") {
+  ContactFinder finder({});  // reach 0
+  const auto brick = std::make_shared<Shape>(make_box({0, 0, 0}, {2, 1, 1}));
+  finder.add(brick);
+  const int upper = finder.add(brick, {.translation = {0, 0, 1}});
+  std::vector<ContactPoint> before, now;
+  finder.find(before);
+  bool renamed = false;
+  for (const double off : {1e-12, -1e-12, 2e-12}) {
+    finder.move(upper, {.translation = {off, off, 1}});
+    finder.find(now);
+    REQUIRE(now.size() == 4);
+    for (const ContactPoint& point : now) {
+      REQUIRE(point.previous >= 0);
+      const ContactPoint& was = before[static_cast<std::size_t>(point.previous)];
+      CHECK((point.point() - was.point()).norm() < 1e-11);
+      renamed = renamed || !(point.key == was.key);
+    }
+    before = now;
+  }
+  CHECK(renamed);
+}
+
+TEST_CASE("A pair that stands nowhere has no contact points") {
+  const Shape box = make_box({0, 0, 0}, {1, 1, 1});
+  Placement nowhere;
+  nowhere.translation.x() = std::numeric_limits<double>::quiet_NaN();
+  const quoin::geometry::Body here(box), lost(box, nowhere);
+  std::vector<ContactPoint> points;
+  quoin::geometry::append_contacts_within_reach({0, 1}, here, lost, {}, FeatureHint{}, points);
+  CHECK(points.empty());
+  quoin::geometry::PairContact contact;
+  quoin::geometry::update_pair_contact(here, lost, {}, contact);
+  CHECK(contact.nearest.status == quoin::geometry::PairStatus::NotConverged);
+  CHECK(contact.points.empty());
+}

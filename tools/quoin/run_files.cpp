@@ -416,8 +416,8 @@ void RunFiles::write_blocks(const StepView& view) {
     const Vector3 moved = reset
                               ? between(view.counted_from[b], now)
                               : view.simulation.displacement(static_cast<int>(b), Vector3::Zero());
-    const Eigen::Quaterniond turned =
-        reset ? now.rotation * view.counted_from[b].rotation.conjugate() : now.rotation;
+    Eigen::Quaterniond turned(now.rotation);
+    if (reset) turned = turned * view.counted_from[b].rotation.conjugate();
     const solver::Vector6 stress = view.simulation.stress(static_cast<int>(b));
     blocks_->number(static_cast<long>(view.stage)).number(view.dynamic_time);
     blocks_->number(static_cast<long>(b)).text(blocks[b].name).text(name(blocks[b].kind));

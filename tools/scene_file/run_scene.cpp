@@ -65,7 +65,8 @@ class Watch {
       start_.places.push_back(
           moves ? solver::local_point(state, file_.monitors[m].blocks[0], arms_[m])
                 : Vector3(Vector3::Zero()));
-      start_.rotations.push_back(moves ? block(state, m).rotation : Eigen::Quaterniond::Identity());
+      start_.rotations.push_back(Eigen::Quaterniond::Identity());
+      if (moves) start_.rotations.back() = block(state, m).rotation;
     }
   }
 

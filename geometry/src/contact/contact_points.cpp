@@ -836,6 +836,7 @@ struct Solids {
 void append_points(const std::array<int, 2>& blocks, const Solids& solids,
                    const NearestFeatures& nearest, const ContactOptions& options, PairPoints& pair,
                    std::vector<ContactPoint>& contacts) {
+  if (!std::isfinite(nearest.gap)) return;
   const auto& [a, b] = solids;
   const OrderedPair ordered(a, b, in_reverse_order(a, b), nearest);
   LateInit<ContactPolygon> part;
@@ -854,6 +855,7 @@ void append_within_reach(const std::array<int, 2>& blocks, const Solids& solids,
     nearest = {};
     find_nearest_features(a, b, search, faces ? FeatureHint{} : hint, &part, nearest);
   }
+  if (!std::isfinite(nearest.gap)) return;
   if (nearest.gap > options.reach && nearest.status != PairStatus::Touching) return;
   const OrderedPair ordered(a, b, in_reverse_order(a, b), nearest);
   ContactOptions above_least = options;
@@ -868,6 +870,12 @@ void update(const Solid& a, const Solid& b, const ContactOptions& options, PairC
   const FeatureHint hint = contact.nearest.hint;
   contact.nearest = {};
   find_nearest_features(a, b, {.tolerance = options.tolerance}, hint, &part, contact.nearest);
+  if (!std::isfinite(contact.nearest.gap)) {
+    PairContact none;
+    none.nearest = contact.nearest;
+    contact = std::move(none);
+    return;
+  }
   const OrderedPair ordered(a, b, in_reverse_order(a, b), contact.nearest);
   PairPoints pair;
   pair.outlined = true;

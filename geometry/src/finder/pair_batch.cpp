@@ -263,6 +263,9 @@ struct PairBatch::Memory {
   void start_parts(std::size_t workers);
   void search(std::size_t first, std::size_t last, std::size_t worker,
               std::vector<ContactPoint>& contacts);
+  double tolerance_of(const Body& a, const Body& b) const {
+    return options.tolerance > 0.0 ? options.tolerance : default_tolerance(a, b);
+  }
   bool stay_apart(std::size_t i, const Body& a, const Body& b);
   void search_flush(std::size_t first, std::size_t last, WorkerPart& part);
   void take_flush(const FlushPairAnswer& answer, WorkerPart& part,
@@ -272,7 +275,7 @@ struct PairBatch::Memory {
   void repeat(std::size_t i, std::vector<ContactPoint>& contacts, PairResult& result);
   void list(std::size_t i, WorkerPart& part, PairResult& result);
   void follow(std::size_t i, WorkerPart& part, const Body& a, std::span<ContactPoint> points);
-  void match(std::size_t i, WorkerPart& part, std::span<const TrackedPoint> was,
+  void match(std::size_t i, WorkerPart& part, const Body& a, std::span<const TrackedPoint> was,
              std::span<ContactPoint> points);
   void keep_points(std::size_t i, WorkerPart& part);
   void settle_history(std::size_t workers);
@@ -526,11 +529,14 @@ void PairBatch::Memory::pack_history() {
 }
 
 /// The points of one pair among those that it had: by their features, and where these have changed
-/// by their places as seen from body a.
-void PairBatch::Memory::match(std::size_t i, WorkerPart& part, std::span<const TrackedPoint> was,
-                              std::span<ContactPoint> points) {
+/// by their places as seen from body a: within the tolerance rounding may give a corner another
+/// name.
+void PairBatch::Memory::match(std::size_t i, WorkerPart& part, const Body& a,
+                              std::span<const TrackedPoint> was, std::span<ContactPoint> points) {
   part.previous.resize(points.size());
-  part.tracking.match(part.now, was, reach_of(pairs[i]), part.previous);
+  const double reach =
+      std::max(reach_of(pairs[i]), tolerance_of(a, part.bodies.second(pairs[i].b, pairs[i].a)));
+  part.tracking.match(part.now, was, reach, part.previous);
   const int first = listed_of(states[i]).first;
   for (std::size_t k = 0; k < points.size(); ++k) {
     points[k].previous = part.previous[k] < 0 ? -1 : first + part.previous[k];
@@ -566,7 +572,7 @@ void PairBatch::Memory::follow(std::size_t i, WorkerPart& part, const Body& a,
     point.previous = -1;
     part.now.push_back(seen(point));
   }
-  if (has_history) match(i, part, was, points);
+  if (has_history) match(i, part, a, was, points);
   keep_points(i, part);
 }
 
@@ -607,8 +613,8 @@ bool PairBatch::Memory::stay_apart(std::size_t i, const Body& a, const Body& b) 
   PairState& state = state_of(i);
   const FeatureHint& hint = memory_of(i).hint;
   if (in_contact(state) || hint.vertices_a[0] < 0) return false;
-  const double tolerance = options.tolerance > 0.0 ? options.tolerance : default_tolerance(a, b);
-  const double beyond = apart_beyond(a, b, hint.normal, std::max(reach_of(pairs[i]), tolerance));
+  const double near = std::max(reach_of(pairs[i]), tolerance_of(a, b));
+  const double beyond = apart_beyond(a, b, hint.normal, near);
   if (!(beyond > 0.0)) return false;
   if (!bodies.ways.empty()) {
     state.apart_until = (ways_of(pairs[i]) + beyond) * (1.0 - 4 * kEpsilon);

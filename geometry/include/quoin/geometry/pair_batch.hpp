@@ -61,7 +61,7 @@ struct PairResult {
 /// What a call had to do.
 struct FindCounts {
   int candidates = 0;  ///< pairs of bodies near enough to touch
-  int searched = 0;    ///< of these: not left as they were by both bodies since the last call
+  int searched = 0;    ///< of these: a body has moved in the last call or the one before
 };
 
 /// Answers lists of candidate pairs, and remembers of each pair where its search ended, its
@@ -77,12 +77,13 @@ class PairBatch {
 
   /// Writes the contact points of all pairs to `contacts`, sorted by key, each with the index of
   /// the same contact in the list of the last call: the one with the same key or, where a contact
-  /// slid over an edge, the nearest of the same two bodies that no key claims, within the reach as
-  /// seen from body a (with PointFrame::Bodies: the nearest places on a). Pairs may stand in any
-  /// order; a pair given twice is answered once. The list is the same for any number of workers;
-  /// without an executor the calling thread does it all. No allocation when warm. Throws InputError
-  /// for an index out of range, a body paired with itself, names that do not ascend, spans of the
-  /// wrong size or, of bodies in a row that a pair names, a placement that is none.
+  /// slid over an edge, the nearest of the same two bodies that no key claims, within the reach
+  /// (tol at least) as seen from body a (with PointFrame::Bodies: the nearest places on a). Pairs
+  /// may stand in any order; a pair given twice is answered once. The list is the same for any
+  /// number of workers; without an executor the calling thread does it all. No allocation when
+  /// warm. Throws InputError for an index out of range, a body paired with itself, names that do
+  /// not ascend, spans of the wrong size or, of bodies in a row that a pair names, a placement that
+  /// is none.
   FindCounts find(const BodySource& bodies, std::span<const BlockPair> pairs,
                   std::vector<ContactPoint>& contacts, Executor* executor = nullptr);
 

@@ -13,18 +13,22 @@
 namespace quoin::solver {
 
 struct ContactProblem {
+  /// Not aligned: so code that is compiled for other instructions can give them back.
+  using Matrix =
+      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor | Eigen::DontAlign>;
+  using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor | Eigen::DontAlign>;
   struct Block {
-    double length = 0.0;     ///< size, m: turns moments into forces
-    Eigen::MatrixXd matrix;  ///< M, 6×6 or 12×12, symmetric positive definite
-    Eigen::VectorXd force;   ///< f
-    Eigen::VectorXd guess;   ///< v that the iteration starts from
+    double length = 0.0;  ///< size, m: turns moments into forces
+    Matrix matrix;        ///< M, 6×6 or 12×12, symmetric positive definite
+    Vector force;         ///< f
+    Vector guess;         ///< v that the iteration starts from
   };
   struct Contact {
-    int a = -1, b = -1;              ///< its blocks; -1: none with unknowns
-    double friction = 0.0;           ///< mu
-    Vector3 offset;                  ///< w: gap and two slips, m
-    Eigen::MatrixXd rows_a, rows_b;  ///< Hᵀ, 3×6 or 3×12; empty without a block
-    Vector3 force;  ///< r that the iteration starts from: normal and two tangents, N
+    int a = -1, b = -1;     ///< its blocks; -1: none with unknowns
+    double friction = 0.0;  ///< mu
+    Vector3 offset;         ///< w: gap and two slips, m
+    Matrix rows_a, rows_b;  ///< Hᵀ, 3×6 or 3×12; empty without a block
+    Vector3 force;          ///< r that the iteration starts from: normal and two tangents, N
   };
   std::vector<Block> blocks{};
   std::vector<Contact> contacts{};

@@ -7,17 +7,20 @@
 
 namespace quoin::solver {
 
+/// Not aligned: the same to code that is compiled for other instructions.
+using Quaternion = Eigen::Quaternion<double, Eigen::DontAlign>;
+
 /// Place and motion of one block. A material point with reference arm X (from the reference
 /// centroid) stands at centroid + rotation (I + strain) X.
 struct BlockState {
   Vector3 centroid = Vector3::Zero();       ///< relative to State::origin, m
   Vector3 centroid_rest = Vector3::Zero();  ///< what `centroid` leaves by rounding: the sum is the
                                             ///< place, so that it matters nowhere how far out
-  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();  ///< reference -> world
-  Vector6 strain = Vector6::Zero();                              ///< total, in the turning frame
-  Vector3 velocity = Vector3::Zero();                            ///< m/s
-  Vector3 angular_velocity = Vector3::Zero();                    ///< in the turning frame, rad/s
-  Vector6 strain_rate = Vector6::Zero();                         ///< 1/s, turning frame
+  Quaternion rotation = Quaternion::Identity();  ///< reference -> world
+  Vector6 strain = Vector6::Zero();              ///< total, in the turning frame
+  Vector3 velocity = Vector3::Zero();            ///< m/s
+  Vector3 angular_velocity = Vector3::Zero();    ///< in the turning frame, rad/s
+  Vector6 strain_rate = Vector6::Zero();         ///< 1/s, turning frame
 };
 
 enum class ContactMode : std::uint8_t { Open, Stick, Slip };
@@ -34,13 +37,13 @@ struct Contact {
   /// What the next step begins with: differs where forces mend gaps, too, and after impacts.
   double next_normal_force = 0.0;
   Vector3 next_shear_force = Vector3::Zero();
-  double slip = 0.0;                      ///< accumulated sliding length, m
-  double closed_gap = 0.0;                ///< gap at which it is closed, but for dilation: that a
-                                          ///< bond was laid with, or an earlier law has left, m
-  double spring_area = 0.0;               ///< that the joint's stiffness acts on, m2
-  double spring_offset = 0.0;             ///< of the gap at which its spring is unstressed, m
-  Vector3 anchor_a = Vector3::Zero();     ///< reference arms of the stuck point on A and on B, m:
-  Vector3 anchor_b = Vector3::Zero();     ///< while it sticks both stand at the same place
+  double slip = 0.0;                   ///< accumulated sliding length, m
+  double closed_gap = 0.0;             ///< gap at which it is closed, but for dilation: that a
+                                       ///< bond was laid with, or an earlier law has left, m
+  double spring_area = 0.0;            ///< that the joint's stiffness acts on, m2
+  double spring_offset = 0.0;          ///< of the gap at which its spring is unstressed, m
+  Vector3 anchor_a = Vector3::Zero();  ///< reference arms of the stuck point on A and on B, m:
+  Vector3 anchor_b = Vector3::Zero();  ///< while it sticks both stand at the same place
 };
 
 /// Where the energy is and where it went, J. Losses are what has left since the start.
