@@ -16,9 +16,16 @@ struct Rows {
   Vector3 normal, t1, t2;
 };
 
-/// Of a block that never moves.
-void clear(ContactJacobian& jacobian) {
-  jacobian.rigid.setZero();
+/// Normal and tangents; minus these on A.
+Matrix3 frame_of(const Rows& rows, double sign) {
+  Matrix3 frame;
+  frame << rows.normal.transpose(), rows.t1.transpose(), rows.t2.transpose();
+  return sign * frame;
+}
+
+/// Of a block that does not move in this step.
+void fill_still(const Rows& rows, double sign, ContactJacobian& jacobian) {
+  jacobian.rigid << frame_of(rows, sign), Matrix3::Zero();
   if (jacobian.strain) jacobian.strain.make().setZero();
 }
 
@@ -26,9 +33,7 @@ void clear(ContactJacobian& jacobian) {
 /// deforms.
 void fill(const Rows& rows, double sign, const Matrix3x12& at_point, const Matrix3x12& at_anchor,
           bool deforms, ContactJacobian& jacobian) {
-  Matrix3 frame;
-  frame << rows.normal.transpose(), rows.t1.transpose(), rows.t2.transpose();
-  frame *= sign;
+  const Matrix3 frame = frame_of(rows, sign);
   jacobian.rigid.leftCols<3>() = frame;
   jacobian.rigid.block<1, 3>(0, 3) = frame.topRows<1>() * at_point.middleCols<3>(3);
   jacobian.rigid.block<2, 3>(1, 3) = frame.bottomRows<2>() * at_anchor.middleCols<3>(3);
@@ -89,7 +94,7 @@ void linearise(const BodyContact& contact, const StepPoses& poses,
   tangent_frame(contact, rows.normal, rows.t1, rows.t2);
   const auto fill_side = [&](std::size_t block, double sign, const Vector3& arm,
                              const Vector3& anchor, ContactJacobian& jacobian) {
-    if (!poses.moves[block]) return clear(jacobian);
+    if (!poses.moves[block]) return fill_still(rows, sign, jacobian);
     const bool deforms = poses.deforms[block] != 0;
     const auto mean = [&](const Vector3& place) {
       return mean_motion(poses.start[block], poses.end[block], poses.increment[block].segment<3>(3),
@@ -222,7 +227,7 @@ void linearise_velocity(const BodyContact& contact, const StepPoses& poses, Line
   tangent_frame(contact, rows.normal, rows.t1, rows.t2);
   const auto fill_side = [&](std::size_t block, double sign, const Vector3& arm,
                              ContactJacobian& jacobian) {
-    if (!poses.moves[block]) return clear(jacobian);
+    if (!poses.moves[block]) return fill_still(rows, sign, jacobian);
     const bool deforms = poses.deforms[block] != 0;
     const Matrix3x12 at_point = motion(poses.end[block], arm, deforms);
     fill(rows, sign, at_point, at_point, deforms, jacobian);

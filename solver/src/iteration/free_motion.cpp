@@ -1,6 +1,7 @@
 #include "iteration/free_motion.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "index.hpp"
@@ -81,7 +82,8 @@ double coast(const FreeMotion& free, const Slots& slots, const BlockVector& forc
   for (std::size_t s = 0; s < increment.size(); ++s) {
     const Vector12 next = free_increment(free, force, s);
     const double change = motion_of(next - increment[s], slots.length[s]);
-    if (change <= kAsGood * motion_of(next, slots.length[s])) continue;
+    const double size = motion_of(next, slots.length[s]);
+    if (std::isfinite(size) && change <= kAsGood * size) continue;
     largest = std::max(largest, change);
     increment[s] = next;
   }
