@@ -102,7 +102,7 @@ TEST_CASE("of what contacts push the better of two iterations' answers is taken"
   REQUIRE_FALSE(solver.yielding());
 }
 
-TEST_CASE("a crowd's sub-step that gains energy is halved, down to the shortest") {
+TEST_CASE("a crowd's sub-step that gains energy is tried to finer forces, then halved") {
   Resting blocks({0.0});
   ContactSolver solver(blocks.slots, nullptr);
   const auto attempt = [&](double gained, bool can_cut) {
@@ -112,8 +112,12 @@ TEST_CASE("a crowd's sub-step that gains energy is halved, down to the shortest"
     return solver.judge({.solved = solved, .can_cut = can_cut, .gains = gained, .allowed = 1.0});
   };
   solver.begin();
+  REQUIRE(attempt(5.0, true) == Fate::Again);
   REQUIRE(attempt(5.0, true) == Fate::Halved);
   REQUIRE(attempt(0.5, true) == Fate::End);
+  REQUIRE(attempt(5.0, false) == Fate::End);
+  solver.move_on();
+  REQUIRE(attempt(5.0, false) == Fate::Again);
   REQUIRE(attempt(5.0, false) == Fate::End);
   REQUIRE(solver.crowd() == 2);
 }

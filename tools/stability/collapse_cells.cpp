@@ -103,7 +103,7 @@ void append_collapse_cells(const std::string& scenes, std::vector<Cell>& cells) 
   constexpr double kAllowed = 1.0;
   for (const char* structure : {"arch", "sliding wall", "overturning wall"}) {
     const LimitLoad load = limit_load(structure, scenes);
-    for (const double share : {0.9, 0.98, 1.02, 1.1}) {
+    for (const double share : {0.9, 0.955, 0.98, 1.02, 1.1}) {
       for (const double young : {0.0, 1e10}) {
         const std::string kind = young > 0.0 ? ", deformable" : ", rigid";
         cells.push_back({structure + kind, {{"share_of_limit_load", share}}, kAllowed, [=] {

@@ -19,8 +19,8 @@ struct AttemptOutcome {
 enum class Fate {
   End,    ///< it is taken, or has failed
   Again,  ///< another iteration is to try it as it is: it was not solved, or contacts that yield
-          ///< left gaps or gained energy
-  Halved  ///< as Again, but there is no other
+          ///< left gaps or gained energy; or the same one is, to finer forces
+  Halved  ///< as Again, but neither is left
 };
 
 /// Keeps the memory of both iterations, and what an attempt at a sub-step has spent.
@@ -94,7 +94,7 @@ class ContactSolver {
     Checked,  ///< the proximal Newton method, as long as no gaps are left and no energy is gained
     Crowd     ///< the same, whatever gaps are left
   };
-  /// The checked stage, where it is not the first to have the sub-step.
+  /// What a sub-step is tried again with: the checked stage, or finer forces of a crowd.
   enum class Try { None, Now, Failed };
   bool is_loose(std::span<const LinearContact> contacts) const;
   /// What a block bears: a much heavier one, and the way in which that pushes it.
@@ -105,6 +105,7 @@ class ContactSolver {
   };
   bool is_uneven(const BlockEquations& blocks, std::span<const LinearContact> contacts);
   bool few_held() const;
+  Fate judge_crowd(const AttemptOutcome& outcome, bool gained);
   int patience(std::span<const LinearContact> contacts);
 
   const Slots* slots_;
@@ -115,6 +116,7 @@ class ContactSolver {
   MovingContacts moving_contacts_;
   Stage stage_ = Stage::OpenClose;
   Try checked_ = Try::None;
+  Try fine_ = Try::None;       ///< a crowd gained energy: forces to the force tolerance itself
   double other_gains_ = 0.0;   ///< of the answer that is tried again: another is to gain no more, J
   bool loose_ = false;         ///< the island of this sub-step
   bool uneven_ = false;        ///< light blocks bear much heavier ones in this attempt

@@ -23,6 +23,8 @@ struct OpenCloseOptions {
   /// Of the proximal Newton method: another linearisation will follow. Forces to a thousandth do,
   /// and gaps are left.
   bool rough = false;
+  /// Of the proximal Newton method: forces are wanted to force_tolerance, not to 1e4 times it.
+  bool fine = false;
   int max_iterations = 200;
   int further_iterations = 0;  ///< as long as the largest gap still falls
   bool raise = false;          ///< augmentation where the gap falls slowly
