@@ -269,6 +269,33 @@ TEST_CASE("configurations: bricks one on another, edges over edges and in runnin
   }
 }
 
+TEST_CASE("configurations: sides that coincide but for rounding cross in no point") {
+  const Vector3 brick(0.4, 0.2, 0.2);
+  const double off = 1e-12;  // tol is 4.9e-10
+  Random random(7);
+  const auto rounded = [&](const Vector3& min) {
+    Shape shape = make_box(min, min + brick);
+    Points vertices(3, shape.topology().vertex_count());
+    for (int v = 0; v < shape.topology().vertex_count(); ++v) {
+      vertices.col(v) =
+          shape.vertex(v) + Vector3(random.uniform(-off, off), random.uniform(-off, off), 0.0);
+    }
+    shape.set_vertices(vertices);
+    return shape;
+  };
+  for (int trial = 0; trial < 100; ++trial) {
+    for (const double along : {0.0, 0.2}) {
+      const Shape lower = rounded(Vector3::Zero()), upper = rounded({along, 0.0, 0.2});
+      const PairContact contact = contact_of(lower, upper);
+      CHECK(contact.points.size() == 4);
+      for (const double x : {along, 0.4}) {
+        for (const double y : {0.0, 0.2}) CHECK(has_point(contact, {x, y, 0.2}));
+      }
+      CHECK_THAT(area_of_points(contact), WithinAbs(contact.area, 1e-15));
+    }
+  }
+}
+
 TEST_CASE("configurations: a face no wider than the tolerance is an edge") {
   const Shape plate = make_box({-1, -1, -1}, {1, 1, 0});
   for (const double width : {1e-2, 1e-4}) {

@@ -111,7 +111,9 @@ struct Stack {
                                            q.origin().z() + rise);
     if (random.chance(0.3)) at_q.translation.head<2>() = (p.origin() - q.origin()).head<2>();
     if (random.chance(0.3)) poke(random);
-    if (lean > 0.0) turn(rotation_about(random.direction(), lean), at_q);
+    // Upright: still flush, but sides that coincided cross.
+    const Vector3 axis = random.chance(0.5) ? Vector3(0, 0, 1) : random.direction();
+    if (lean > 0.0) turn(rotation_about(axis, lean), at_q);
     if (random.chance(0.6)) {
       const Matrix3 all = random.rotation();
       turn(all, at_p);

@@ -212,6 +212,7 @@ void add_points(const SharedCorners& corners, double band, PairPoints& pair) {
 struct Working {
   const Solid &p, &q;
   bool reversed;
+  double tolerance;
   double band;      // up to so much above the least gap
   double rounding;  // of a place
 };
@@ -222,6 +223,40 @@ bool planar(const Solid& solid, const SmallVector<Feature, 32>& carriers, double
     if (feature.kind != FeatureKind::Face) return solid.topology().all_are_corners();
     return bumps(solid, feature.index).off_plane <= kFlatLabel * rounding;
   });
+}
+
+/// Do two sides cross that lie along each other to within `tolerance`, m? Where is chance, and the
+/// ends of the shorter one show what they share.
+bool is_crossing_of_parallels(const Solid& p, const Solid& q, const SharedCorner& corner,
+                              double tolerance) {
+  if (!named(corner) || corner.feature_p.kind != FeatureKind::Edge) return false;
+  const auto line = [](const Solid& solid, const Feature& edge) {
+    const auto [from, to] = solid.topology().edge(edge.index);
+    return solid.line(from, to);
+  };
+  const Vec3 e = line(p, corner.feature_p), f = line(q, corner.feature_q);
+  const double longer = std::max(square(e), square(f));  // |e x f| is its length times the offset
+  return square(cross(e, f)) <= tolerance * tolerance * longer;
+}
+
+/// Such crossings among the corners of two faces, which are no points where three others are: 0
+/// where fewer are left.
+std::ptrdiff_t count_chance_crossings(const Solid& p, const Solid& q, double tolerance,
+                                      const SharedCorners& corners) {
+  constexpr std::ptrdiff_t kHull = 3;
+  const auto count = std::count_if(corners.begin(), corners.end(), [&](const auto& corner) {
+    return is_crossing_of_parallels(p, q, corner, tolerance);
+  });
+  return std::ssize(corners) - count >= kHull ? count : 0;
+}
+
+void drop_chance_crossings(const Solid& p, const Solid& q, double tolerance,
+                           SharedCorners& corners) {
+  if (count_chance_crossings(p, q, tolerance, corners) == 0) return;
+  const auto end = std::remove_if(corners.begin(), corners.end(), [&](const auto& corner) {
+    return is_crossing_of_parallels(p, q, corner, tolerance);
+  });
+  corners.resize(static_cast<std::size_t>(end - corners.begin()));
 }
 
 /// Heights by the solids; without the places beyond one of them.
@@ -248,6 +283,7 @@ bool share_two_faces(const Working& work, const Carriers& carriers,
   SharedCorners corners;
   append_shared_of_polygons(rows_p, rows_q, work.rounding, corners);
   if (surfaces) drop_beyond(*surfaces, corners);
+  drop_chance_crossings(work.p, work.q, work.tolerance, corners);
   add_points(corners, work.band, pair);
   return true;
 }
@@ -290,6 +326,7 @@ void find_points(const Working& work, LateInit<Surfaces>& surfaces, PairPoints& 
       corners.clear();
       append_shared_corners(patch_p, patch_q, rounding, corners);
       if (surfaces) drop_beyond(*surfaces, corners);
+      drop_chance_crossings(p, q, work.tolerance, corners);
       add_points(corners, band, pair);
     }
   }
@@ -491,7 +528,9 @@ void find_shared_part(const Working& work, LateInit<Surfaces>& surfaces, PairPoi
     }
     append_shared_corners(patch_p, patch_q, work.rounding, part.corners);
     if (surfaces) surfaces->lift(part.corners);
-    for (const SharedCorner& corner : part.corners) {
+    SharedCorners shown = part.corners;
+    drop_chance_crossings(work.p, work.q, work.tolerance, shown);
+    for (const SharedCorner& corner : shown) {
       SharedCorner lifted = corner;
       const bool over = !surfaces || surfaces->lift(lifted);
       // Where two sides cross their own heights stand in; over a label there is nothing.
@@ -702,7 +741,8 @@ bool find_face_points(const OrderedPair& ordered, const NearestFeatures& nearest
     Surfaces(ordered.p, ordered.q, part->plane, band + rounding, rounding).lift(part->corners);
   }
   const bool settled =
-      flat && need_no_second_look(*part, pair.gap + band, pair.gap + rounding, pair.tolerance);
+      flat && count_chance_crossings(ordered.p, ordered.q, pair.tolerance, part->corners) == 0 &&
+      need_no_second_look(*part, pair.gap + band, pair.gap + rounding, pair.tolerance);
   const auto in_reach = [&](const SharedCorner& c) { return gap_of(c) <= pair.gap + band; };
   if (!settled && !std::all_of(part->corners.begin(), part->corners.end(), in_reach)) return false;
   pair.type = ContactType::FaceFace;
@@ -712,7 +752,9 @@ bool find_face_points(const OrderedPair& ordered, const NearestFeatures& nearest
     pair.points = &part->corners;
   } else {
     take_sets(ordered, *part, pair);
-    add_points(part->corners, band, pair);
+    SharedCorners shown = part->corners;
+    drop_chance_crossings(ordered.p, ordered.q, pair.tolerance, shown);
+    add_points(shown, band, pair);
     merge_near(pair.tolerance, ordered.reversed, pair.merged);
   }
   return true;
@@ -763,7 +805,7 @@ void find_all_points(const OrderedPair& ordered, const ContactOptions& options, 
   pair.kind_q = span_kind(q, pair.support_q, pair.tolerance);
   pair.type =
       type_of(p, q, pair.support_p, pair.support_q, pair.kind_p, pair.kind_q, pair.tolerance);
-  const Working work{p, q, ordered.reversed, band, rounding};
+  const Working work{p, q, ordered.reversed, pair.tolerance, band, rounding};
   LateInit<Surfaces> surfaces;
   Patches patches;
   find_points(work, surfaces, pair, patches);

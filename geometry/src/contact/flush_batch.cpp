@@ -79,6 +79,28 @@ std::span<const PolygonCorner> corners_of(const FlushAnswer& found, std::size_t 
   return std::span(corners).first(count);
 }
 
+/// A side of one of the faces in the plane, which is counted around it.
+std::array<double, 2> side_of(const PolygonSide& face, int side, std::size_t lane) {
+  const auto corner = [&](int k) { return face.corners[static_cast<std::size_t>(k)][lane]; };
+  const double *from = corner(side), *to = corner(side + 1 < face.count[lane] ? side + 1 : 0);
+  std::array<double, 2> in_plane{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    in_plane[0] += face.axis_u[i].of[lane] * (to[i] - from[i]);
+    in_plane[1] += face.axis_v[i].of[lane] * (to[i] - from[i]);
+  }
+  return in_plane;
+}
+
+/// As FlushLanes::need_no_parallels.
+bool is_of_parallels(const PolygonQuestion& question, const PolygonCorner& corner, std::size_t lane,
+                     double tolerance) {
+  if (corner.feature_p.kind != FeatureKind::Edge) return false;
+  const std::array p = side_of(question.p, corner.feature_p.index, lane);
+  const std::array q = side_of(question.q, corner.feature_q.index, lane);
+  const double longer = std::max(std::hypot(p[0], p[1]), std::hypot(q[0], q[1]));
+  return !(std::abs(p[0] * q[1] - p[1] * q[0]) > 2.0 * tolerance * longer);
+}
+
 }  // namespace
 
 bool FlushPair::take(const Body& body_a, const Body& body_b, const FeatureHint& hint) {
@@ -230,8 +252,12 @@ void FlushBatch::add_polygon(std::size_t lane) {
   if (!(answer.gap > pair.reach && answer.status != PairStatus::Touching)) {
     const double band = std::max(pair.contact, pair.reach - answer.gap);
     const auto count = static_cast<std::size_t>(of_polygons_.count[lane]);
-    const FlushPoints points(pair.faces, std::span(of_polygons_.corners[lane]).first(count));
-    if (band > pair.clear || points.crowded(pair.contact) ||
+    const std::span corners = std::span(of_polygons_.corners[lane]).first(count);
+    const bool parallels = std::any_of(corners.begin(), corners.end(), [&](const auto& corner) {
+      return is_of_parallels(polygons_, corner, lane, pair.contact);
+    });
+    const FlushPoints points(pair.faces, corners);
+    if (parallels || band > pair.clear || points.crowded(pair.contact) ||
         !points.lie_between(answer.gap + pair.border, answer.gap + band)) {
       return;
     }

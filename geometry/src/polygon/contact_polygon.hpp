@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <span>
-#include "shape/solid.hpp"
 
 #include "numeric/small_vector.hpp"
 #include "polygon/contact_plane.hpp"
 #include "polygon/polygon_rows.hpp"
+#include "shape/solid.hpp"
 #include "shape/support.hpp"
 
 namespace quoin::geometry {

@@ -292,8 +292,16 @@ class FlushLanes {
     }
     need(all(2.5).below(count));
   }
+  /// Whether such a crossing is no contact point is for contact_points.cpp to say. Twice as wide as
+  /// there: sides are rounded in the plane.
+  void need_no_parallels(int i, int j, const Flags& crosses) {
+    const Lanes wide = p_.side_x[i] * q_.side_y[j] - p_.side_y[i] * q_.side_x[j];
+    const Lanes limit = all(2.0) * contact_ * p_.length[i].larger(q_.length[j]);
+    need(unless(crosses.without(limit.below(wide.size()))));
+  }
   /// P's piece ends there and Q's starts, or the other way round.
   void cross_side(int i, int j, const Flags& crosses) {
+    need_no_parallels(i, j, crosses);
     Piece &of_p = pieces_[i], &of_q = pieces_[4 + j];
     const int after_i = (i + 1) & 3, after_j = (j + 1) & 3;
     const Flags ends = inside_p_[i][j], leaves = crosses & ends, enters = crosses.without(ends);
