@@ -29,8 +29,8 @@ else()
   run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix)
   list(APPEND options -DCMAKE_PREFIX_PATH=${WORK}/prefix -DCMAKE_BUILD_TYPE=Release)
 endif()
-if(SOURCE)  # not optimised: it is soon built
-  list(APPEND options -DQUOIN_BUILD_GEOMETRY=OFF -DCMAKE_BUILD_TYPE=None
+if(SOURCE)  # not optimised, several files at once: it is soon built, and a user may ask for either
+  list(APPEND options -DQUOIN_BUILD_GEOMETRY=OFF -DCMAKE_BUILD_TYPE=None -DCMAKE_UNITY_BUILD=ON
     -DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER})
 endif()
 run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/project -B ${WORK}/build

@@ -15,7 +15,7 @@ constexpr int kVertices = 8, kCorners = 4;
 
 /// A convex face of four corners, and no other vertices in it, of a solid of eight vertices in each
 /// of which three faces meet; a placement that keeps lengths.
-bool fits(const Body& body, int face) {
+bool is_brick(const Body& body, int face) {
   const Shape& shape = body.shape();
   const Topology& topology = shape.topology();
   return shape.vertex_count() == kVertices && face >= 0 && face < topology.face_count() &&
@@ -62,7 +62,7 @@ void pack_centre(const Body& body, std::size_t lane, LaneCentres& centres) {
   centres.rest[lane] = body.turned_origin_rest().data();
 }
 
-Vector3 at(const FlushRow (&rows)[3], std::size_t lane) {
+Vector3 vector_at(const FlushRow (&rows)[3], std::size_t lane) {
   return {rows[0].of[lane], rows[1].of[lane], rows[2].of[lane]};
 }
 
@@ -104,7 +104,7 @@ bool is_of_parallels(const PolygonQuestion& question, const PolygonCorner& corne
 }  // namespace
 
 bool FlushPair::take(const Body& body_a, const Body& body_b, const FeatureHint& hint) {
-  if (hint.vertices_a[0] < 0 || !fits(body_a, hint.face_a) || !fits(body_b, hint.face_b) ||
+  if (hint.vertices_a[0] < 0 || !is_brick(body_a, hint.face_a) || !is_brick(body_b, hint.face_b) ||
       (body_a.stands_in_own_frame() && body_b.stands_in_own_frame())) {
     return false;
   }
@@ -220,10 +220,10 @@ void FlushBatch::add_brick(std::size_t lane) {
   answer.status = status_of(answer.gap, tolerance);
   answer.first = used_;
   ContactPlane plane;
-  plane.origin = at(of_bricks_.origin, lane);
-  plane.normal = at(of_bricks_.normal, lane);
-  plane.axis_u = at(of_bricks_.axis_u, lane);
-  plane.axis_v = at(of_bricks_.axis_v, lane);
+  plane.origin = vector_at(of_bricks_.origin, lane);
+  plane.normal = vector_at(of_bricks_.normal, lane);
+  plane.axis_u = vector_at(of_bricks_.axis_u, lane);
+  plane.axis_v = vector_at(of_bricks_.axis_v, lane);
   answer.normal = one_zero(pair.faces.reversed ? -Vec3(plane.normal) : Vec3(plane.normal));
   if ((of_bricks_.listed >> lane & 1) != 0) {
     std::array<PolygonCorner, 2 * kCorners> corners;
@@ -232,7 +232,7 @@ void FlushBatch::add_brick(std::size_t lane) {
     const Vector3 middle = 0.5 * pair.a->centre() + 0.5 * pair.b->centre();
     write(points, plane, middle, answer);
     if (options_.frame != PointFrame::World) {
-      into_bodies(*pair.a, *pair.b, at(of_bricks_.between, lane), answer);
+      into_bodies(*pair.a, *pair.b, vector_at(of_bricks_.between, lane), answer);
     }
   }
   add(answer);

@@ -13,7 +13,7 @@ namespace {
 
 /// A convex face of not too many corners, and no other vertices in it, of a solid in each vertex of
 /// which three faces meet; a placement that keeps lengths.
-bool fits(const Body& body, int face) {
+bool is_polygon(const Body& body, int face) {
   const Shape& shape = body.shape();
   const Topology& topology = shape.topology();
   if (face < 0 || face >= topology.face_count()) return false;
@@ -69,7 +69,8 @@ void pack(const Solid& solid, int face, const Vector3& normal, const ContactPlan
 
 bool PolygonPair::take(const Body& body_a, const Body& body_b, const FeatureHint& hint,
                        double tolerance, std::size_t lane, PolygonQuestion& question) {
-  if (hint.vertices_a[0] < 0 || !fits(body_a, hint.face_a) || !fits(body_b, hint.face_b) ||
+  if (hint.vertices_a[0] < 0 || !is_polygon(body_a, hint.face_a) ||
+      !is_polygon(body_b, hint.face_b) ||
       (body_a.stands_in_own_frame() && body_b.stands_in_own_frame())) {
     return false;
   }

@@ -6,6 +6,8 @@
 #include <quoin/geometry/contact_finder.hpp>
 #include <tuple>
 
+#include "numeric/numbers.hpp"
+
 namespace quoin::geometry {
 
 /// Bodies stand in slots in the order of their handles. A removed one leaves a hole; once there are
@@ -73,7 +75,6 @@ class BodyStore {
   };
   using KindKey = std::tuple<const Shape*, std::uint32_t, std::uint32_t, BodyMotion>;
 
-  static std::size_t at(int i) { return static_cast<std::size_t>(i); }
   bool was_packed() const { return !slot_of_.empty(); }
   int given() const { return was_packed() ? static_cast<int>(slot_of_.size()) : slots(); }
   int find(int handle) const {  // -1: removed

@@ -9,6 +9,7 @@
 #include <quoin/geometry/broad_phase.hpp>
 #include <utility>
 
+#include "numeric/numbers.hpp"
 #include "simd/sse2.hpp"
 
 namespace quoin::geometry {
@@ -232,7 +233,6 @@ struct BroadPhase::Tree {
   std::vector<const Node*> stack;
   std::vector<NodePair> pair_stack;
 
-  static std::size_t at(int i) { return static_cast<std::size_t>(i); }
   int count() const { return static_cast<int>(boxes.size()); }
   bool has(int i, BoxState bit) const { return (state[at(i)] & bit) != 0; }
   bool both_idle(int a, int b) const { return (state[at(a)] & state[at(b)] & kIdle) != 0; }
@@ -825,7 +825,7 @@ const std::vector<BlockPair>& BroadPhase::find_candidates(std::span<const Box> b
   }
   tree_->find_kept(reach);
   tree_->filter(tree_->kept, [&](const BlockPair& pair) {
-    return within_reach(boxes[Tree::at(pair.a)], boxes[Tree::at(pair.b)], reach);
+    return within_reach(boxes[at(pair.a)], boxes[at(pair.b)], reach);
   });
   return tree_->result;
 }

@@ -9,7 +9,7 @@
 namespace quoin::geometry {
 namespace {
 
-constexpr std::size_t kPairsPerWorker = 256;  // fewer are not worth waking a thread for
+constexpr std::size_t kDistancesPerWorker = 256;  // fewer are not worth waking a thread for
 /// Pairs of the same kinds that wait for each other: each kind has code of 17 KB, so that the kinds
 /// in turns would drive each other out of the first cache.
 constexpr std::size_t kWaiting = 32;
@@ -128,7 +128,7 @@ void update_nearest_features(std::span<const Body> bodies, std::span<const Block
   check_placements(pairs, bodies.data(), [](int body) { return body; });
   const auto most =
       static_cast<std::size_t>(executor == nullptr ? 1 : std::max(1, executor->workers()));
-  const std::size_t workers = pairs.size() >= most * kPairsPerWorker ? most : 1;
+  const std::size_t workers = pairs.size() >= most * kDistancesPerWorker ? most : 1;
   auto update = [&](int worker) {
     const auto w = static_cast<std::size_t>(worker);
     if (w >= workers) return;

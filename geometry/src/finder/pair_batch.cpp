@@ -10,6 +10,7 @@
 #include "finder/pair_checks.hpp"
 #include "finder/placed_box.hpp"
 #include "finder/point_history.hpp"
+#include "numeric/numbers.hpp"
 #include "search/still_apart.hpp"
 
 namespace quoin::geometry {
@@ -103,7 +104,6 @@ class RecentBodies {
   }
 
  private:
-  static std::size_t at(int i) { return static_cast<std::size_t>(i); }
   std::size_t home(int index) const { return at(index) & (bodies_.size() - 2); }
   const Body& in_place(std::size_t place, int index) {
     if (indices_[place] != index) {

@@ -3,18 +3,12 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <sstream>
+#include <string>
+
+#include "numeric/numbers.hpp"
 
 namespace quoin::geometry {
 namespace {
-
-/// "inf" and "nan" as such, small numbers with their digits.
-std::string text(double value) {
-  std::ostringstream stream;
-  stream.precision(6);
-  stream << value;
-  return stream.str();
-}
 
 std::string number_name(const Placement& placement, const double& number) {
   if (&number >= placement.translation.data() && &number < placement.translation.data() + 3) {

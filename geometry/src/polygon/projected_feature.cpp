@@ -147,7 +147,7 @@ void append_crossings(const ProjectedFeature& p, const ProjectedFeature& q, doub
   }
 }
 
-bool fill_rows(const ProjectedFeature& patch, PolygonRows& rows) {
+bool lay_rows(const ProjectedFeature& patch, PolygonRows& rows) {
   if (patch.corners.size() > PolygonRows::kMost) return false;
   rows.count = patch.corners.count();
   rows.face = patch.face;
@@ -236,8 +236,7 @@ void lay_feature(const Solid& polyhedron, const Feature& feature, const ContactP
 void append_shared_corners(const ProjectedFeature& p, const ProjectedFeature& q, double rounding,
                            SharedCorners& corners) {
   PolygonRows rows_p, rows_q;
-  if (p.corners.size() > 2 && q.corners.size() > 2 && fill_rows(p, rows_p) &&
-      fill_rows(q, rows_q)) {
+  if (p.corners.size() > 2 && q.corners.size() > 2 && lay_rows(p, rows_p) && lay_rows(q, rows_q)) {
     append_shared_of_polygons(rows_p, rows_q, rounding, corners);
   } else {
     append_shared_of_any(p, q, rounding, corners);

@@ -66,9 +66,9 @@ void name_face(const Solid& solid, int face, std::array<int, 4>& vertices, int& 
 }
 
 /// Two whole faces, in the order in which the pair is worked.
-class FlushFaces {
+class WholeFaces {
  public:
-  FlushFaces(const Solid& a, const Solid& b, const FacePair& faces, const Lengths& length,
+  WholeFaces(const Solid& a, const Solid& b, const FacePair& faces, const Lengths& length,
              ContactPolygon& part)
       : reversed_(in_reverse_order(a, b)),
         p_(reversed_ ? b : a),
@@ -179,7 +179,7 @@ bool flush_answer(const Solid& a, const Solid& b, double tolerance, const Featur
   if (!look_at_each_other(a, b, faces)) return false;
   const Lengths length = lengths(a, b, tolerance);
   if (length.uneven) return false;
-  FlushFaces pair(a, b, faces, length, part.emplace());
+  WholeFaces pair(a, b, faces, length, part.emplace());
   if (!pair.carries_answer()) {
     part.reset();
     return false;

@@ -408,7 +408,7 @@ class FlushLanes {
     return &corner;
   }
 
-  /// Wide, and the best plane of all: as FlushFaces.
+  /// Wide, and the best plane of all: as WholeFaces.
   void prove() {
     need((all(8.0) * contact_ * larger_).below(area_));
     const Flags apart = (all(kApart) * rounding_).below(gap_);

@@ -4,13 +4,9 @@
 #include <limits>
 #include <utility>
 
+#include "numeric/numbers.hpp"
+
 namespace quoin::geometry {
-namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 CellSurface::CellSurface(int vertex_count, IndexRows cells) : cells_(std::move(cells)) {
   find_sides(vertex_count);
   find_neighbours();

@@ -7,14 +7,13 @@
 #include <optional>
 
 #include "numeric/double_double.hpp"
+#include "numeric/numbers.hpp"
 #include "shape/cell_groups.hpp"
 #include "shape/convex_hull.hpp"
 #include "shape/polygon_area.hpp"
 
 namespace quoin::geometry {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 Vector3 unit_or_zero(const Vector3& normal) {
   const double length = normal.norm();

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <utility>
 
+#include "numeric/numbers.hpp"
 #include "shape/convex_hull.hpp"
 #include "shape/face_labels.hpp"
 #include "shape/polygon_area.hpp"
@@ -15,14 +16,6 @@
 
 namespace quoin::geometry {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
-std::string text(double value) {
-  char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%.6g", value);
-  return buffer;
-}
 
 /// Diagonal of the box around points: the same bits whichever way the axes are named.
 double diagonal(const Eigen::Ref<const Points>& points) {

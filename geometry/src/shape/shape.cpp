@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "numeric/error_bounds.hpp"
+#include "numeric/numbers.hpp"
 #include "shape/polygon_area.hpp"
 #include "shape/rounding_mode.hpp"
 #include "shape/rows.hpp"
@@ -142,12 +143,6 @@ void add_host_neighbours(const Topology& topology, int v, AroundHosted& hosted) 
     if (e >= 0) hosted.edges.push_back({v, e});
   }
   for (const int f : faces) hosted.faces.push_back({v, f});
-}
-
-std::string text(double value) {
-  char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%.6g", value);
-  return buffer;
 }
 
 void check_coordinates(const Eigen::Ref<const Points>& vertices) {

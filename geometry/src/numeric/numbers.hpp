@@ -1,0 +1,20 @@
+#pragma once
+/// Numbers as messages and containers have them. Internal.
+
+#include <cstddef>
+#include <cstdio>
+#include <string>
+
+namespace quoin::geometry {
+
+/// Of vertices, faces and bodies, which are counted in ints; containers count otherwise.
+inline std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+/// With six digits; "inf" and "nan" as such.
+inline std::string text(double value) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.6g", value);
+  return buffer;
+}
+
+}  // namespace quoin::geometry
