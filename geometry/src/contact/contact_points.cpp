@@ -225,8 +225,7 @@ bool planar(const Solid& solid, const SmallVector<Feature, 32>& carriers, double
   });
 }
 
-/// Do two sides cross that lie along each other to within `tolerance`, m? Where is chance, and the
-/// ends of the shorter one show what they share.
+/// Do two sides cross that lie along each other to within `tolerance`, m? Where is chance.
 bool is_crossing_of_parallels(const Solid& p, const Solid& q, const SharedCorner& corner,
                               double tolerance) {
   if (!named(corner) || corner.feature_p.kind != FeatureKind::Edge) return false;
@@ -239,22 +238,26 @@ bool is_crossing_of_parallels(const Solid& p, const Solid& q, const SharedCorner
   return square(cross(e, f)) <= tolerance * tolerance * longer;
 }
 
-/// Such crossings among the corners of two faces, which are no points where three others are: 0
-/// where fewer are left.
-std::ptrdiff_t count_chance_crossings(const Solid& p, const Solid& q, double tolerance,
-                                      const SharedCorners& corners) {
-  constexpr std::ptrdiff_t kHull = 3;
-  const auto count = std::count_if(corners.begin(), corners.end(), [&](const auto& corner) {
+bool has_crossing_of_parallels(const Solid& p, const Solid& q, const SharedCorners& corners,
+                               double tolerance) {
+  return std::any_of(corners.begin(), corners.end(), [&](const SharedCorner& corner) {
     return is_crossing_of_parallels(p, q, corner, tolerance);
   });
-  return std::ssize(corners) - count >= kHull ? count : 0;
 }
 
-void drop_chance_crossings(const Solid& p, const Solid& q, double tolerance,
-                           SharedCorners& corners) {
-  if (count_chance_crossings(p, q, tolerance, corners) == 0) return;
-  const auto end = std::remove_if(corners.begin(), corners.end(), [&](const auto& corner) {
-    return is_crossing_of_parallels(p, q, corner, tolerance);
+/// Such crossings are no points where the other corners show the place: within tol of the hull of
+/// those whose gap is at most `highest`, m.
+void drop_shown_crossings(const Solid& p, const Solid& q, double tolerance, double highest,
+                          SharedCorners& corners) {
+  if (!has_crossing_of_parallels(p, q, corners, tolerance)) return;
+  SharedCorners others;
+  for (const SharedCorner& corner : corners) {
+    if (gap_of(corner) > highest || is_crossing_of_parallels(p, q, corner, tolerance)) continue;
+    others.push_back(corner);
+  }
+  const auto end = std::remove_if(corners.begin(), corners.end(), [&](const SharedCorner& corner) {
+    return is_crossing_of_parallels(p, q, corner, tolerance) &&
+           near_hull(others, corner.place, tolerance);
   });
   corners.resize(static_cast<std::size_t>(end - corners.begin()));
 }
@@ -283,7 +286,7 @@ bool share_two_faces(const Working& work, const Carriers& carriers,
   SharedCorners corners;
   append_shared_of_polygons(rows_p, rows_q, work.rounding, corners);
   if (surfaces) drop_beyond(*surfaces, corners);
-  drop_chance_crossings(work.p, work.q, work.tolerance, corners);
+  drop_shown_crossings(work.p, work.q, work.tolerance, pair.gap + work.band, corners);
   add_points(corners, work.band, pair);
   return true;
 }
@@ -326,7 +329,7 @@ void find_points(const Working& work, LateInit<Surfaces>& surfaces, PairPoints& 
       corners.clear();
       append_shared_corners(patch_p, patch_q, rounding, corners);
       if (surfaces) drop_beyond(*surfaces, corners);
-      drop_chance_crossings(p, q, work.tolerance, corners);
+      drop_shown_crossings(p, q, work.tolerance, pair.gap + band, corners);
       add_points(corners, band, pair);
     }
   }
@@ -529,7 +532,7 @@ void find_shared_part(const Working& work, LateInit<Surfaces>& surfaces, PairPoi
     append_shared_corners(patch_p, patch_q, work.rounding, part.corners);
     if (surfaces) surfaces->lift(part.corners);
     SharedCorners shown = part.corners;
-    drop_chance_crossings(work.p, work.q, work.tolerance, shown);
+    drop_shown_crossings(work.p, work.q, work.tolerance, pair.gap + work.band, shown);
     for (const SharedCorner& corner : shown) {
       SharedCorner lifted = corner;
       const bool over = !surfaces || surfaces->lift(lifted);
@@ -741,7 +744,7 @@ bool find_face_points(const OrderedPair& ordered, const NearestFeatures& nearest
     Surfaces(ordered.p, ordered.q, part->plane, band + rounding, rounding).lift(part->corners);
   }
   const bool settled =
-      flat && count_chance_crossings(ordered.p, ordered.q, pair.tolerance, part->corners) == 0 &&
+      flat && !has_crossing_of_parallels(ordered.p, ordered.q, part->corners, pair.tolerance) &&
       need_no_second_look(*part, pair.gap + band, pair.gap + rounding, pair.tolerance);
   const auto in_reach = [&](const SharedCorner& c) { return gap_of(c) <= pair.gap + band; };
   if (!settled && !std::all_of(part->corners.begin(), part->corners.end(), in_reach)) return false;
@@ -753,7 +756,7 @@ bool find_face_points(const OrderedPair& ordered, const NearestFeatures& nearest
   } else {
     take_sets(ordered, *part, pair);
     SharedCorners shown = part->corners;
-    drop_chance_crossings(ordered.p, ordered.q, pair.tolerance, shown);
+    drop_shown_crossings(ordered.p, ordered.q, pair.tolerance, pair.gap + band, shown);
     add_points(shown, band, pair);
     merge_near(pair.tolerance, ordered.reversed, pair.merged);
   }
