@@ -31,8 +31,8 @@ LIMIT, QUICK_LIMIT = 20, 3  # CPU s of a peer's steps
 SHAKEN = [(shaken_wall(10, 10, "y", 0.05), 60), (shaken_wall(40, 25, "y", 0.05), 60),
           (shaken_wall(80, 40, "y", 0.05), 40), (shaken_wall(150, 64, "y", 0.05), 500)]  # with CPU s at most
 OTHERS = [(pile(10, 10, 0.5), 40), (hull_pile(10, 10, 1), 60), (hull_pile(22, 21, 1), 120), (slope(22, 0.1), 40),
-          (jointed_slope(20, 10, 5, 0.1), 60), (jointed_slope(40, 20, 5, 0.1), 90), (jointed_slope(50, 40, 5, 0.05), 150),
-          (vault(31, 20, 5, 0.3), 60), (struck_wall(40, 25, 0.05), 40), (struck_wall(150, 67, 0.05), 100)]
+          (jointed_slope(20, 10, 5, 0.1), 60), (jointed_slope(40, 20, 5, 0.1), 90), (jointed_slope(50, 40, 5, 0.05), 600),
+          (vault(31, 20, 5, 0.3), 60), (struck_wall(40, 25, 0.05), 40), (struck_wall(150, 67, 0.05), 500)]
 MOVING_CODES = ("quoin", "bullet:50")
 QUICK_BLOCKS = 1100  # at most
 
