@@ -296,6 +296,30 @@ TEST_CASE("configurations: sides that coincide but for rounding cross in no poin
   }
 }
 
+TEST_CASE("configurations: parallel edges that rounding parts have two points") {
+  Random random(11);
+  const double off = 1e-12, beside = 4.5e-10, tolerance = 1e-9;
+  const auto rounded = [&](const Vector3& min, const Vector3& max) {
+    Points vertices = make_box(min, max).vertices();
+    for (int v = 0; v < 8; ++v) {
+      for (int i = 0; i < 3; ++i) vertices(i, v) += random.uniform(-off, off);
+    }
+    return make_hull(vertices).polyhedron;
+  };
+  int parallel = 0;
+  for (int trial = 0; trial < 100; ++trial) {
+    const Shape a = rounded({0, -0.05, 0}, {1, 0, 0.5});
+    const Shape b = rounded({0, beside, -0.5}, {1, 0.05 + beside, 0});
+    PairContact contact;
+    update_pair_contact(a, b, {.tolerance = tolerance}, contact);
+    if (contact.type != ContactType::EdgeEdgeParallel) continue;
+    ++parallel;
+    CHECK(has_point(contact, {0, 0, 0}, tolerance));
+    CHECK(has_point(contact, {1, 0, 0}, tolerance));
+  }
+  CHECK(parallel > 10);
+}
+
 TEST_CASE("configurations: a face no wider than the tolerance is an edge") {
   const Shape plate = make_box({-1, -1, -1}, {1, 1, 0});
   for (const double width : {1e-2, 1e-4}) {
