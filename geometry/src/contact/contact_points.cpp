@@ -11,6 +11,7 @@
 #include "contact/contact_corners.hpp"
 #include "contact/contact_patch.hpp"
 #include "contact/point_frame.hpp"
+#include "polygon/line_normal.hpp"
 #include "polygon/projected_feature.hpp"
 #include "search/face_face.hpp"
 #include "search/nearest_features.hpp"
@@ -234,8 +235,7 @@ bool is_crossing_of_parallels(const Solid& p, const Solid& q, const SharedCorner
     return solid.line(from, to);
   };
   const Vec3 e = line(p, corner.feature_p), f = line(q, corner.feature_q);
-  const double longer = std::max(square(e), square(f));  // |e x f| is its length times the offset
-  return square(cross(e, f)) <= tolerance * tolerance * longer;
+  return parallel(square(cross(e, f)), greater(square(e), square(f)), tolerance);
 }
 
 bool has_crossing_of_parallels(const Solid& p, const Solid& q, const SharedCorners& corners,
