@@ -5,6 +5,7 @@
 #include "referee/pairs/exact_arbiter.hpp"
 #include "support/catch.hpp"
 #include "support/random.hpp"
+#include "support/sanitized.hpp"
 
 namespace {
 
@@ -19,11 +20,7 @@ using quoin::tests::rotation_about;
 using quoin::tests::WithinAbs;
 using quoin::tests::WithinRel;
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr int kTrials = 3;
-#else
-constexpr int kTrials = 15;
-#endif
+constexpr int kTrials = quoin::tests::kSanitized ? 3 : 15;
 
 Points box(const Vector3& half) {
   Points points(3, 8);

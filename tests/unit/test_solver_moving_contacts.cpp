@@ -14,6 +14,7 @@
 #include "solver/src/moving/cone.hpp"
 #include "support/catch.hpp"
 #include "support/random.hpp"
+#include "support/sanitized.hpp"
 
 using namespace quoin::solver;
 using namespace quoin::tests;
@@ -419,7 +420,7 @@ TEST_CASE("walls with mortar that rock come down without a step lost, and gain n
       crowded += report.proximal_newton_attempts > 0 ? 1 : 0;
       CHECK(report.largest_overlap <= 5e-6 * 0.2);  // 7e-6 m where edges that stick may turn
     };
-    CHECK(growth(simulation, 120, look) <= 1e-7);
+    CHECK(growth(simulation, quoin::tests::kSanitized ? 60 : 120, look) <= 1e-7);
     CHECK(crowded > 0);
   }
 }
@@ -445,7 +446,7 @@ TEST_CASE("walls with mortar that are hit are solved") {
                       {.density = 8000});
       scene.blocks.back().velocity = {0, 5, 0};
       Simulation simulation(scene, {.time_step = dt});
-      while (simulation.state().time < 0.1) {
+      while (simulation.state().time < (quoin::tests::kSanitized ? 0.04 : 0.1)) {
         REQUIRE(simulation.advance().status == StepStatus::Converged);
       }
     }
