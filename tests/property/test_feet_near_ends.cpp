@@ -144,6 +144,30 @@ SolidPair end_against_end(Random& random) {
   return {"ridges", transformed(Solid(a), turn, shift), transformed(Solid(b), turn, shift)};
 }
 
+/// A slab with its top (`side` +1) or bottom at z = 0; the far side may be narrower.
+Points slab(double side, double width, Random& random) {
+  const double depth = side * random.uniform(0.2, 1.0), far = random.integer(0, 1) == 0 ? 1.0 : 0.8;
+  Points points(3, 8);
+  for (int i = 0; i < 8; ++i) {
+    const double share = i < 4 ? 1.0 : far;
+    points.col(i) << ((i & 1) != 0 ? 0.5 : -0.5) * share,
+        ((i & 2) != 0 ? 0.5 : -0.5) * width * share, i < 4 ? 0.0 : -depth;
+  }
+  return points;
+}
+
+/// Two slabs whose faces share a strip or a sliver about as wide as tol (a thousandth of a
+/// millionth of them), 1e-14 to 1e-7 m apart: its edges carry planes that are as good as the
+/// faces'.
+SolidPair shared_strip(Random& random) {
+  const double width = random.uniform(0.3, 1.0), strip = 1e-9 * random.log_uniform(0.3, 100.0);
+  const double yaw = random.integer(0, 3) == 0 ? 0.0 : random.log_uniform(1e-10, 1e-6);
+  const Matrix3 turn = random.rotation(), yawed = quoin::tests::rotation_about({0, 0, 1}, yaw);
+  const Vector3 aside(1.0 - strip, 0.0, random.log_uniform(1e-14, 1e-7));
+  return {"strip", Solid(slab(1.0, width, random), {turn, Vector3::Zero()}),
+          Solid(slab(-1.0, width, random), {turn * yawed, turn * aside})};
+}
+
 bool differs_by_hint(const SolidPair& pair, int v, int w) {
   const Query query(pair);
   const NearestFeatures cold = query.nearest();
@@ -161,6 +185,11 @@ bool differs_by_hint(const SolidPair& pair, int v, int w) {
   return false;
 }
 
+void show(std::uint64_t number, const SolidPair& pair) {
+  std::printf("---- pair %llu\n%s----\n", static_cast<unsigned long long>(number),
+              to_text(pair).c_str());
+}
+
 }  // namespace
 
 TEST_CASE("feet near ends: any hint leads to the answer of a cold start") {
@@ -170,10 +199,7 @@ TEST_CASE("feet near ends: any hint leads to the answer of a cold start") {
   for (std::uint64_t i = 0; i < cases; ++i) {
     int v = 0, w = 0;
     const SolidPair pair = draw(seed, i, v, w);
-    if (differs_by_hint(pair, v, w) && differing++ == 0) {
-      std::printf("---- pair %llu\n%s----\n", static_cast<unsigned long long>(i),
-                  to_text(pair).c_str());
-    }
+    if (differs_by_hint(pair, v, w) && differing++ == 0) show(i, pair);
   }
   CHECK(differing == 0);
 }
@@ -192,6 +218,19 @@ TEST_CASE("feet near ends: parallel edges end against end") {
   }
   CHECK(differing == 0);
   CHECK(swapped == 0);
+}
+
+TEST_CASE("feet near ends: faces that share a strip about as wide as tol") {
+  const std::uint64_t seed = environment_number("QUOIN_SEED", 1);
+  const std::uint64_t cases = environment_number("QUOIN_CASES", kCases);
+  long differing = 0;
+  for (std::uint64_t i = 0; i < cases; ++i) {
+    Random random(seed * 7000003 + i);
+    const SolidPair pair = shared_strip(random);
+    const bool differs = differs_by_hint(pair, 1, 0) || differs_by_hint(pair, 3, 2);
+    if (differs && differing++ == 0) show(i, pair);
+  }
+  CHECK(differing == 0);
 }
 
 TEST_CASE("feet near ends: pairs that failed") {
