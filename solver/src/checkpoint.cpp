@@ -1,5 +1,7 @@
 #include "checkpoint.hpp"
 
+#include <algorithm>
+#include <cstdint>
 #include <istream>
 #include <ostream>
 #include <type_traits>
@@ -61,20 +63,66 @@ void list(Archive& archive, List& values) {
   archive.bytes(values.data(), count * sizeof(Value));
 }
 
-/// What tells one scene and one build from another.
+/// FNV-1a [Fowler, Noll & Vo], 64 bits.
+class Digest {
+ public:
+  void add(const void* from, std::size_t count) {
+    const auto* bytes = static_cast<const unsigned char*>(from);
+    for (std::size_t i = 0; i < count; ++i) value_ = (value_ ^ bytes[i]) * 0x100000001b3;
+  }
+  void add(double value) { add(&value, sizeof value); }
+  template <class Derived>
+  void add(const Eigen::PlainObjectBase<Derived>& values) {
+    add(values.data(), static_cast<std::size_t>(values.size()) * sizeof(double));
+  }
+  std::uint64_t value() const { return value_; }
+
+ private:
+  std::uint64_t value_ = 0xcbf29ce484222325;
+};
+
+/// What tells the blocks of one scene and one build from another's.
 struct Stamp {
   std::size_t blocks = 0, vertices = 0;
+  std::uint64_t digest = 0;
   std::size_t sizes[5] = {sizeof(BlockState), sizeof(Contact), sizeof(geometry::ContactPoint),
                           sizeof(StepReport), sizeof(PrescribedMotion)};
   bool operator==(const Stamp&) const = default;
 };
 
-Stamp stamp(const Workspace& work) {
-  Stamp result{.blocks = static_cast<std::size_t>(work.finder.size())};
-  for (int b = 0; b < work.finder.size(); ++b) {
-    result.vertices += static_cast<std::size_t>(work.finder.body(b).shape().vertex_count());
+Stamp stamp(const CompiledScene& compiled) {
+  Stamp result{.blocks = compiled.scene.blocks.size()};
+  Digest digest;
+  for (const Block& block : compiled.scene.blocks) {
+    result.vertices += static_cast<std::size_t>(block.shape->vertex_count());
+    digest.add(block.shape->vertices());
+    digest.add(block.placement.linear);
+    digest.add(block.placement.translation);
+    digest.add(static_cast<double>(block.kind));
+    for (const double of : {block.material.density, block.material.young, block.material.poisson}) {
+      digest.add(of);
+    }
   }
+  result.digest = digest.value();
   return result;
+}
+
+/// Have the lists as many items as the scene has blocks, and contacts two of these?
+bool fits(const CompiledScene& compiled, const State& state, const Workspace& work) {
+  const std::size_t blocks = compiled.models.size(), slots = compiled.slots.size.size();
+  const auto are = [](std::size_t count, auto... sizes) { return ((sizes == count) && ...); };
+  const auto exists = [&](int block) { return block >= 0 && block < static_cast<int>(blocks); };
+  const auto has_blocks = [&](const geometry::ContactKey& key) {
+    return exists(key.a) && exists(key.b);
+  };
+  return are(blocks, state.blocks.size(), work.energy_scale.size(), work.laid.size(),
+             work.at_rest.size(), work.last.hit.size(), work.last.crowded.size()) &&
+         are(slots, work.last.length.size(), work.last.velocity.size()) &&
+         state.held_forces.size() == compiled.held.size() &&
+         work.motion.size() == compiled.prescribed.size() &&
+         std::ranges::all_of(state.contacts,
+                             [&](const Contact& c) { return has_blocks(c.point.key); }) &&
+         std::ranges::all_of(work.found, [&](const auto& point) { return has_blocks(point.key); });
 }
 
 template <class Archive, class AnyState, class AnyWorkspace>
@@ -124,19 +172,24 @@ void read_setting(std::istream& in, CompiledScene& compiled, Workspace& work) {
   transfer_setting(reader, compiled, work);
 }
 
-void write_checkpoint(std::ostream& out, const State& state, const Workspace& work) {
+void write_checkpoint(std::ostream& out, const CompiledScene& compiled, const State& state,
+                      const Workspace& work) {
   Writer writer(out);
-  const Stamp now = stamp(work);
+  const Stamp now = stamp(compiled);
   record(writer, now);
   transfer(writer, state, work);
 }
 
-void read_checkpoint(std::istream& in, State& state, Workspace& work) {
+void read_checkpoint(std::istream& in, const CompiledScene& compiled, State& state,
+                     Workspace& work) {
   Reader reader(in);
   Stamp saved;
   record(reader, saved);
-  if (saved != stamp(work)) throw InputError("the checkpoint is of another scene or program");
+  if (saved != stamp(compiled)) {
+    throw InputError("the checkpoint is of another scene or program");
+  }
   transfer(reader, state, work);
+  if (!fits(compiled, state, work)) throw InputError("the checkpoint is damaged");
 }
 
 }  // namespace quoin::solver

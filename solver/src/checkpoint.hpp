@@ -9,11 +9,14 @@ namespace quoin::solver {
 
 /// The state, and what Workspace hands from one step to the next. Not the finder: its memory
 /// changes the speed, never the answer.
-void write_checkpoint(std::ostream& out, const State& state, const Workspace& work);
+void write_checkpoint(std::ostream& out, const CompiledScene& compiled, const State& state,
+                      const Workspace& work);
 
-/// Into a state and workspace of the same scene. Throws InputError when it is of another scene or
-/// build, or cut short; both are then half read.
-void read_checkpoint(std::istream& in, State& state, Workspace& work);
+/// Into a state and workspace of the same scene. Throws InputError when it is of other blocks
+/// (shape, placement, kind or material) or another build, damaged or cut short; both are then half
+/// read.
+void read_checkpoint(std::istream& in, const CompiledScene& compiled, State& state,
+                     Workspace& work);
 
 /// What a change of the scene leaves behind beside that: where points are held, depths that do not
 /// count.

@@ -36,6 +36,7 @@ void check_loaded_block(const Scene& scene, int block, const std::string& what) 
 void check_joint(const Joint& joint, const std::string& what) {
   const auto require = [&](bool good, const std::string& name, double value, const char* limit) {
     if (!good) throw InputError(what + ": " + name + " " + std::to_string(value) + " " + limit);
+    if (!std::isfinite(value)) throw InputError(what + ": " + name + " is not finite");
   };
   const double right_angle = 0.5 * std::numbers::pi;
   require(joint.friction_angle >= 0.0 && joint.friction_angle < right_angle, "friction angle",
@@ -67,7 +68,8 @@ void check_joint(const Joint& joint, const std::string& what) {
           "Pa must not be negative");
 }
 
-void check_finite(const Vector3& value, const std::string& what) {
+template <class Vector>
+void check_finite(const Vector& value, const std::string& what) {
   if (!value.allFinite()) throw InputError(what + " is not finite");
 }
 
@@ -110,6 +112,10 @@ bool is_always_zero(const VectorOfTime& value) {
   return value.is_constant() && value.at(0.0).isZero(0.0);
 }
 
+void check_constant(const VectorOfTime& value, const std::string& what) {
+  if (value.is_constant()) check_finite(value.at(0.0), what);
+}
+
 void add_load(CompiledScene& compiled, int block, const Vector3& arm, const VectorOfTime& force,
               double factor) {
   if (!is_always_zero(force)) compiled.loads.push_back({block, arm, force, factor});
@@ -120,6 +126,7 @@ void compile_loads(CompiledScene& compiled) {
   for (const PointLoad& load : scene.point_loads) {
     check_loaded_block(scene, load.block, "point load");
     check_finite(load.point, "point load: point");
+    check_constant(load.force, "point load: force");
     add_load(compiled, load.block, arm_of(compiled, load.block, load.point), load.force, 1.0);
   }
   for (const FaceLoad& load : scene.face_loads) {
@@ -129,16 +136,20 @@ void compile_loads(CompiledScene& compiled) {
       throw InputError("face load: " + label(scene, load.block) + " has no face " +
                        std::to_string(load.face));
     }
+    check_constant(load.traction, "face load: traction");
     const FaceMean mean = face_mean(model, load.face);
     add_load(compiled, load.block, mean.centroid, load.traction, mean.area);
   }
   for (const BodyLoad& load : scene.body_loads) {
     check_loaded_block(scene, load.block, "body load");
+    check_constant(load.force, "body load: force");
     add_load(compiled, load.block, Vector3::Zero(), load.force,
              compiled.models[static_cast<std::size_t>(load.block)].volume);
   }
   for (const FixedPoint& point : scene.fixed_points) {
     check_loaded_block(scene, point.block, "fixed point");
+    check_finite(point.point, "fixed point: point");
+    check_constant(point.displacement, "fixed point: displacement");
     const Vector3 arm = held_arm(compiled, point.block, point.point);
     compiled.held.push_back({.block = point.block, .arm = arm, .displacement = point.displacement});
   }
@@ -211,9 +222,11 @@ CompiledScene compile(Scene scene) {
   compiled.models.reserve(compiled.scene.blocks.size());  // large records: doubling would show
   for (std::size_t b = 0; b < compiled.scene.blocks.size(); ++b) {
     const Block& block = compiled.scene.blocks[b];
-    check_finite(block.velocity, label(compiled.scene, static_cast<int>(b)) + ": velocity");
-    check_finite(block.angular_velocity,
-                 label(compiled.scene, static_cast<int>(b)) + ": angular velocity");
+    const std::string what = label(compiled.scene, static_cast<int>(b));
+    check_finite(block.velocity, what + ": velocity");
+    check_finite(block.angular_velocity, what + ": angular velocity");
+    check_finite(block.initial_stress, what + ": initial stress");
+    check_constant(block.motion.value, what + ": motion");
     compiled.models.push_back(
         make_block_model(block, shapes.of(*block.shape), compiled.origin, static_cast<int>(b)));
     unknowns.push_back(compiled.models.back().unknowns);

@@ -1,6 +1,7 @@
 #include <quoin/solver/scene.hpp>
 
 #include <algorithm>
+#include <cmath>
 
 namespace quoin::solver {
 
@@ -9,8 +10,11 @@ VectorOfTime interpolate(std::vector<double> times, std::vector<Vector3> values)
     throw InputError("table in time: " + std::to_string(times.size()) + " times for " +
                      std::to_string(values.size()) + " values");
   }
-  for (std::size_t i = 1; i < times.size(); ++i) {
-    if (!(times[i] > times[i - 1])) {
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    if (!std::isfinite(times[i]) || !values[i].allFinite()) {
+      throw InputError("table in time: entry " + std::to_string(i) + " is not finite");
+    }
+    if (i > 0 && !(times[i] > times[i - 1])) {
       throw InputError("table in time: time " + std::to_string(i) + " (" +
                        std::to_string(times[i]) + " s) is not after the one before it");
     }

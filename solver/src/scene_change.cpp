@@ -47,11 +47,20 @@ void take_over_motions(const CompiledScene& before, const Workspace& work_before
                        const CompiledScene& now, const State& state, Workspace& work) {
   for (std::size_t p = 0; p < now.prescribed.size(); ++p) {
     const int block = now.prescribed[p];
+    const Motion& motion = now.scene.blocks[index(block)].motion;
     const std::ptrdiff_t known = prescribed_index(before, block);
     if (known >= 0) {
       work.motion[p] = work_before.motion[static_cast<std::size_t>(known)];
     } else {
       work.motion[p].velocity = state.blocks[index(block)].velocity;
+    }
+    if (motion.kind != MotionKind::Displacement) continue;
+    const Vector3 given = motion.value.at(state.time);
+    const auto goes_on = [&](const Motion& last) {
+      return last.kind == motion.kind && last.value.at(state.time) == given;
+    };
+    if (known < 0 || !goes_on(before.scene.blocks[index(block)].motion)) {
+      work.motion[p].displacement = given;
     }
   }
 }

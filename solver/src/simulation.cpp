@@ -87,6 +87,8 @@ struct Simulation::Parts {
         state(initial_state(compiled)),
         work(compiled, step_options) {}
 
+  void read(std::istream& saved);
+
   CompiledScene compiled;
   StepOptions options;
   State state;
@@ -107,8 +109,10 @@ void check(const StepOptions& options) {
           "time step must be greater than 0 s", options.time_step);
   require(options.penalty >= 0.0 && std::isfinite(options.penalty),
           "penalty must not be negative, N/m", options.penalty);
-  require(options.shear_ratio > 0.0, "shear ratio must be greater than 0", options.shear_ratio);
-  require(options.reach >= 0.0, "reach must not be negative, m", options.reach);
+  require(options.shear_ratio > 0.0 && std::isfinite(options.shear_ratio),
+          "shear ratio must be finite and greater than 0", options.shear_ratio);
+  require(options.reach >= 0.0 && std::isfinite(options.reach),
+          "reach must be finite and not negative, m", options.reach);
   require(options.tolerance > 0.0 && options.tolerance < 1e-2, "tolerance must lie in (0, 0.01)",
           options.tolerance);
   require(options.max_iterations > 0, "max iterations must be at least 1", options.max_iterations);
@@ -125,6 +129,22 @@ void check(const StepOptions& options) {
   require(options.rest_unbalance > 0.0, "unbalance at rest must be greater than 0",
           options.rest_unbalance);
   require(options.threads >= 1, "threads must be at least 1", options.threads);
+}
+
+void check(const BlockVelocity& given, const std::vector<BlockModel>& models) {
+  const std::string what = "velocity of block " + std::to_string(given.block);
+  if (given.block < 0 || given.block >= static_cast<int>(models.size()) ||
+      models[static_cast<std::size_t>(given.block)].unknowns == 0) {
+    throw InputError(what + ": there is no such block with unknowns");
+  }
+  const auto require = [&](const Vector3& value, const char* unit) {
+    if (std::isfinite(value.squaredNorm())) return;
+    std::ostringstream line;
+    line << what << ": (" << value.transpose() << ") " << unit << " is not finite, or its square";
+    throw InputError(line.str());
+  };
+  require(given.velocity, "m/s");
+  require(given.angular_velocity, "rad/s");
 }
 
 std::string numbered(const Scene& scene, int block) {
@@ -179,7 +199,7 @@ Simulation::Simulation(Scene scene, const StepOptions& options) {
 Simulation::Simulation(Scene scene, const StepOptions& options, std::istream& saved) {
   check(options);
   parts_ = std::make_unique<Parts>(std::move(scene), options);
-  load(saved);
+  parts_->read(saved);
 }
 
 Simulation::~Simulation() = default;
@@ -227,13 +247,7 @@ void Simulation::set_options(const StepOptions& options) {
 
 void Simulation::set_velocities(std::span<const BlockVelocity> velocities) {
   const std::vector<BlockModel>& models = parts_->compiled.models;
-  for (const BlockVelocity& given : velocities) {
-    if (given.block < 0 || given.block >= static_cast<int>(models.size()) ||
-        models[static_cast<std::size_t>(given.block)].unknowns == 0) {
-      throw InputError("velocity of block " + std::to_string(given.block) +
-                       ": there is no such block with unknowns");
-    }
-  }
+  for (const BlockVelocity& given : velocities) check(given, models);
   EnergyLedger& energy = parts_->state.energy;
   const double before = energy.kinetic;
   std::vector<char> set_on(models.size());
@@ -335,15 +349,21 @@ void check_alone(const Workspace& work, const std::string& what) {
 
 void Simulation::save(std::ostream& out) const {
   check_alone(parts_->work, "save");
-  write_checkpoint(out, parts_->state, parts_->work);
+  write_checkpoint(out, parts_->compiled, parts_->state, parts_->work);
   write_setting(out, parts_->compiled, parts_->work);
 }
 
+void Simulation::Parts::read(std::istream& saved) {
+  check_alone(work, "load");
+  read_checkpoint(saved, compiled, state, work);
+  read_setting(saved, compiled, work);
+  place_bodies(compiled, state, work);
+}
+
 void Simulation::load(std::istream& in) {
-  check_alone(parts_->work, "load");
-  read_checkpoint(in, parts_->state, parts_->work);
-  read_setting(in, parts_->compiled, parts_->work);
-  place_bodies(parts_->compiled, parts_->state, parts_->work);
+  auto next = std::make_unique<Parts>(parts_->compiled.scene, parts_->options);
+  next->read(in);
+  parts_ = std::move(next);
 }
 
 std::vector<std::string> Simulation::left_out() const {

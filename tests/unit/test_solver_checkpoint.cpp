@@ -1,7 +1,9 @@
+#include <array>
 #include <chrono>
 #include <quoin/geometry/build.hpp>
 #include <quoin/solver/simulation.hpp>
 #include <sstream>
+#include <stdexcept>
 #include <thread>
 
 #include "support/catch.hpp"
@@ -74,6 +76,64 @@ TEST_CASE("a checkpoint of another scene, or half a one, is refused") {
   std::istringstream in(whole), half(whole.substr(0, whole.size() / 2));
   CHECK_THROWS_AS(other.load(in), InputError);
   CHECK_THROWS_AS(same.load(half), InputError);
+}
+
+TEST_CASE("a checkpoint of other blocks is refused, and a refused one changes nothing") {
+  Simulation simulation(heap(4), {});
+  for (int step = 0; step < 3; ++step) REQUIRE(simulation.advance().time > 0.0);
+  const std::string whole = saved(simulation);
+  const auto check_refused = [](Simulation& into, const std::string& bytes) {
+    const std::string before = saved(into);
+    std::istringstream in(bytes);
+    REQUIRE_THROWS_AS(into.load(in), InputError);
+    CHECK(saved(into) == before);
+    CHECK(into.advance().status == StepStatus::Converged);
+  };
+  for (const double share : {0.1, 0.3, 0.5, 0.9, 0.999}) {
+    Simulation same(heap(4), {});
+    check_refused(
+        same, whole.substr(0, static_cast<std::size_t>(share * static_cast<double>(whole.size()))));
+  }
+  const auto changes = std::to_array<void (*)(Block&)>({
+      [](Block& block) { block.placement.translation.z() += 0.4; },
+      [](Block& block) { block.material.density *= 2.0; },
+      [](Block& block) { block.material.young *= 2.0; },
+      [](Block& block) { block.kind = BlockKind::Fixed; },
+      [](Block& block) {
+        block.shape =
+            std::make_shared<const geometry::Shape>(geometry::make_box({0, 0, 4.1}, {1, 1, 4.9}));
+      },
+  });
+  for (const auto& changed : changes) {
+    Scene scene = heap(4);
+    changed(scene.blocks.back());
+    Simulation other(scene, {});
+    check_refused(other, whole);
+  }
+}
+
+TEST_CASE("a function of time that throws ends its step alone") {
+  bool throws = false;
+  const auto scene = [&] {
+    Scene falling = heap(3);
+    falling.gravity = VectorOfTime([&](double time) -> Vector3 {
+      if (throws) throw std::runtime_error("no gravity");
+      return {0, 0, -9.81 - time};
+    });
+    return falling;
+  };
+  Simulation disturbed(scene(), {.time_step = 5e-3}), undisturbed(scene(), {.time_step = 5e-3});
+  for (int step = 0; step < 40; ++step) {
+    if (step % 10 == 5) {
+      throws = true;
+      const std::string before = saved(disturbed);
+      REQUIRE_THROWS_WITH(disturbed.advance(), "no gravity");
+      CHECK(saved(disturbed) == before);
+      throws = false;
+    }
+    REQUIRE(disturbed.advance().status == undisturbed.advance().status);
+    require_same(disturbed.state(), undisturbed.state());
+  }
 }
 
 TEST_CASE("a step that is stopped has not begun") {

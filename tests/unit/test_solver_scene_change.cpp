@@ -132,6 +132,37 @@ TEST_CASE("a motion counts from where its block stands, a held point stays where
   REQUIRE((simulation.state().blocks[0].centroid - Vector3(1.5, 1, 0.5)).norm() < 1e-8);
 }
 
+TEST_CASE("a displacement given to a block that another motion moves counts from where it stands") {
+  const auto along = [](double rate) {
+    return VectorOfTime([rate](double t) { return Vector3(rate * t, 0, 0); });
+  };
+  for (const MotionKind kind :
+       {MotionKind::Displacement, MotionKind::Velocity, MotionKind::Acceleration}) {
+    CAPTURE(static_cast<int>(kind));
+    Scene scene;
+    scene.add_rigid(cube_at(0, 0), kStone);
+    scene.blocks[0].kind = BlockKind::Prescribed;
+    scene.blocks[0].motion = {kind, along(0.5)};
+    scene.add_rigid(cube_at(9, 0), kStone);
+    Simulation simulation(scene, {.time_step = 1e-2});
+    run(simulation, 10);
+    const double reached = simulation.state().blocks[0].centroid.x();
+    CHECK(reached > 0.5);
+    Scene stopped = scene, other = scene;
+    stopped.blocks[0].motion = {MotionKind::Displacement, along(0.0)};
+    other.blocks[0].motion = {MotionKind::Displacement, along(2.0)};
+    simulation.change(stopped);
+    run(simulation, 1);
+    CHECK(simulation.state().blocks[0].centroid.x() == reached);
+    simulation.change(other);
+    run(simulation, 10);
+    CHECK_THAT(simulation.state().blocks[0].centroid.x(), WithinAbs(reached + 0.2, 1e-12));
+    simulation.change(other);  // goes on
+    run(simulation, 10);
+    CHECK_THAT(simulation.state().blocks[0].centroid.x(), WithinAbs(reached + 0.4, 1e-12));
+  }
+}
+
 TEST_CASE("what is laid is bonded, and goes on from a checkpoint to the bit") {
   Scene without = stack();
   without.joint.tension = 1e5;

@@ -163,6 +163,41 @@ TEST_CASE("Scenes that cannot be worked with are refused, and say why") {
   scene = cube_on_ground();
   scene.blocks[1].velocity = Vector3(std::nan(""), 0, 0);
   CHECK_THAT(refusal(scene), ContainsSubstring("block 1") && ContainsSubstring("velocity"));
+  const double infinite = std::numeric_limits<double>::infinity();
+  const Vector3 no_vector(0, infinite, 0);
+  const auto refused = [](const auto& set) {
+    Scene changed = cube_on_ground();
+    set(changed);
+    return refusal(changed);
+  };
+  CHECK_THAT(refused([&](Scene& s) {
+               s.point_loads = {{1, Vector3::Zero(), no_vector}};
+             }),
+             ContainsSubstring("point load: force"));
+  CHECK_THAT(refused([&](Scene& s) {
+               s.face_loads = {{1, 0, no_vector}};
+             }),
+             ContainsSubstring("face load: traction"));
+  CHECK_THAT(refused([&](Scene& s) {
+               s.body_loads = {{1, no_vector}};
+             }),
+             ContainsSubstring("body load: force"));
+  CHECK_THAT(refused([&](Scene& s) {
+               s.fixed_points = {{1, no_vector, {}}};
+             }),
+             ContainsSubstring("fixed point: point"));
+  CHECK_THAT(refused([&](Scene& s) {
+               s.fixed_points = {{1, Vector3::Zero(), no_vector}};
+             }),
+             ContainsSubstring("fixed point: displacement"));
+  CHECK_THAT(refused([&](Scene& s) { s.blocks[1].initial_stress[2] = infinite; }),
+             ContainsSubstring("block 1") && ContainsSubstring("initial stress"));
+  CHECK_THAT(refused([&](Scene& s) { s.blocks[0].motion.value = no_vector; }),
+             ContainsSubstring("block 0") && ContainsSubstring("motion"));
+  CHECK_THAT(refused([&](Scene& s) { s.joint.tension = infinite; }),
+             ContainsSubstring("tension is not finite"));
+  CHECK_THROWS_WITH(interpolate({0, 1}, {no_vector, no_vector}),
+                    ContainsSubstring("entry 0 is not finite"));
 }
 
 TEST_CASE("Options that cannot be worked with are refused") {
@@ -179,6 +214,17 @@ TEST_CASE("Options that cannot be worked with are refused") {
   CHECK_THROWS_AS(simulation.set_options({.time_step = 0.0}), InputError);
   CHECK_THROWS_AS(simulation.set_velocities(std::array{BlockVelocity{.block = 0}}), InputError);
   CHECK_THROWS_AS(simulation.set_velocities(std::array{BlockVelocity{.block = 2}}), InputError);
+  const double infinite = std::numeric_limits<double>::infinity();
+  CHECK_THAT(refusal(scene, {.reach = infinite}), ContainsSubstring("reach"));
+  CHECK_THAT(refusal(scene, {.shear_ratio = infinite}), ContainsSubstring("shear ratio"));
+  for (const double wrong : {infinite, std::nan(""), 1e300}) {
+    const BlockVelocity moved{.block = 1, .velocity = {wrong, 0, 0}};
+    const BlockVelocity turned{.block = 1, .angular_velocity = {0, wrong, 0}};
+    CHECK_THROWS_WITH(simulation.set_velocities(std::array{moved}), ContainsSubstring("block 1"));
+    CHECK_THROWS_WITH(simulation.set_velocities(std::array{turned}), ContainsSubstring("block 1"));
+    CHECK(simulation.state().blocks[1].velocity.isZero(0.0));
+    CHECK(simulation.state().blocks[1].angular_velocity.isZero(0.0));
+  }
 }
 
 TEST_CASE("A step that cannot converge leaves the state alone and offers its best try") {

@@ -32,8 +32,8 @@ bool is_sound(const BlockState& block) {
   const double far = block.centroid.cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
   return far < geometry::kLargestCoordinate &&
          !is_flat(Matrix3::Identity() + strain_matrix(block.strain)) &&
-         block.velocity.allFinite() && block.rotation.coeffs().allFinite() &&
-         block.strain.allFinite() && block.angular_velocity.allFinite() &&
+         std::isfinite(block.velocity.squaredNorm()) && block.rotation.coeffs().allFinite() &&
+         block.strain.allFinite() && std::isfinite(block.angular_velocity.squaredNorm()) &&
          block.strain_rate.allFinite();
 }
 

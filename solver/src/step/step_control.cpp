@@ -550,12 +550,19 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
   work.clock.start();
   keep_memory(compiled, state, work);
   work.watch.begin(options, report);
+  const auto take_back = [&] {
+    static_cast<StepMemory&>(work) = work.before;
+    place_bodies(compiled, state, work);
+  };
   try {
     take_step({compiled, options, state, work.before, work, report}, state, best);
   } catch (const StepStopped&) {
-    static_cast<StepMemory&>(work) = work.before;
-    place_bodies(compiled, state, work);
+    take_back();
     report.status = StepStatus::Stopped;
+  } catch (...) {  // by a function of time, or for want of memory
+    work.watch.end();
+    take_back();
+    throw;
   }
   work.watch.end();
   report_end(compiled, options, state, work, report);

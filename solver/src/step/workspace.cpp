@@ -58,6 +58,11 @@ Workspace::Workspace(const CompiledScene& compiled, const StepOptions& options)
   island_of_block.assign(compiled.models.size(), -1);
   laid.assign(compiled.models.size(), 1);
   motion.resize(compiled.prescribed.size());
+  for (std::size_t p = 0; p < motion.size(); ++p) {
+    const Motion& given =
+        compiled.scene.blocks[static_cast<std::size_t>(compiled.prescribed[p])].motion;
+    if (given.kind == MotionKind::Displacement) motion[p].displacement = given.value.at(0.0);
+  }
   resize(compiled.models.size(), poses);
   for (std::size_t b = 0; b < compiled.models.size(); ++b) {
     const BlockModel& model = compiled.models[b];

@@ -86,8 +86,9 @@ enum class MotionKind : std::uint8_t { Displacement, Velocity, Acceleration };
 
 struct Motion {
   MotionKind kind = MotionKind::Velocity;
-  /// m, m/s or m/s2, starting from rest at its place at time 0. Tables of velocities and
-  /// accelerations are integrated exactly, other functions by a Gauss rule over each step.
+  /// m, m/s or m/s2, starting from rest at its place at time 0: of a displacement counts by how
+  /// much it changes. Tables of velocities and accelerations are integrated exactly, other
+  /// functions by a Gauss rule over each step.
   VectorOfTime value;
 };
 

@@ -271,7 +271,7 @@ class Simulation {
 
   /// One time_step (in counted sub-steps where it must). When the status is not Converged the state
   /// is that of the last accepted sub-step (before the step, when Stopped); best_try() holds the
-  /// best attempt. Throws nothing.
+  /// best attempt. Throws what a function of time throws, and has then changed nothing.
   [[nodiscard]] StepReport advance();
 
   const Scene& scene() const;
@@ -284,8 +284,8 @@ class Simulation {
   bool threads_refused() const;                  ///< the system starts no more
   void set_options(const StepOptions& options);  ///< from the next step on
   /// From the next step on these blocks move so; a settled scene starts to move. The energy that
-  /// this brings or takes counts as work. Throws InputError for a block without unknowns, and
-  /// changes nothing.
+  /// this brings or takes counts as work. Throws InputError for a block without unknowns and for
+  /// what is not finite, and changes nothing.
   void set_velocities(std::span<const BlockVelocity> velocities);
   /// From the next step on the scene is this one: the same blocks with the same shapes in the same
   /// placements, in other kinds, with other materials, joints, motions, loads, held points,
@@ -309,7 +309,9 @@ class Simulation {
   /// options(), that reads it goes on to the bit as this one does. Only the same build reads it.
   /// Both throw InputError where several processes solve together: each holds its own contacts.
   void save(std::ostream& out) const;
-  void load(std::istream& in);  ///< likewise when it is of another scene, or cut short
+  /// Likewise when it is of blocks of other shapes, placements, kinds or materials, or cut short:
+  /// then nothing has changed.
+  void load(std::istream& in);
 
   /// What this scene does not need with these options and is not done, and why.
   std::vector<std::string> left_out() const;
