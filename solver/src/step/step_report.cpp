@@ -13,17 +13,27 @@ namespace {
 // Damping ratio of the constant acceleration scheme by omega dt.   [Doolin & Sitar 2004]
 constexpr double kDampingOfScheme = 0.25;
 
-/// The growth of energy that is most of its island's scale. `noise_by_mass`: what the tolerance of
-/// gaps leaves of it, J/kg.
-void note_growth(const CompiledScene& compiled, const Workspace& work, const Island& island,
-                 double noise_by_mass, StepEvidence& evidence) {
-  if (!(island.count.energy_growth > 0.0)) return;
-  double scale = 0.0, mass = 0.0;
+/// What weighs on an island: weights and loads, N. `gravity`: m/s2.
+double weight_of(const CompiledScene& compiled, const Island& island, double gravity, double time) {
+  double sum = 0.0;
+  for (const int block : island.own()) {
+    sum += gravity * compiled.models[static_cast<std::size_t>(block)].mass;
+  }
+  for (const int l : island.blocks.loads) {
+    const PointForce& load = compiled.loads[index(l)];
+    sum += std::abs(load.factor) * load.force.at(time).norm();
+  }
+  return sum;
+}
+
+/// The growth of energy that is most of its island's scale.
+void note_growth(const Workspace& work, const Island& island, double noise,
+                 StepEvidence& evidence) {
+  double scale = 0.0;
   for (const int block : island.own()) {
     scale += work.energy_scale[static_cast<std::size_t>(block)].value();
-    mass += compiled.models[static_cast<std::size_t>(block)].mass;
   }
-  const double growth = island.count.energy_growth, noise = noise_by_mass * mass;
+  const double growth = island.count.energy_growth;
   if (!(growth > noise && growth * evidence.energy_scale > evidence.energy_growth * scale)) return;
   evidence.energy_growth = growth;
   evidence.energy_scale = scale;
@@ -67,7 +77,10 @@ void append_flags(const CompiledScene& compiled, const StepOptions& options, dou
       evidence.gap_tolerance = tolerance;
     }
     if (options.analysis != Analysis::Dynamic) continue;
-    note_growth(compiled, work, *island, tolerance * gravity, evidence);
+    if (!(island->count.energy_growth > 0.0)) continue;
+    // What the tolerance of gaps leaves.
+    const double noise = tolerance * weight_of(compiled, *island, gravity, time);
+    note_growth(work, *island, noise, evidence);
   }
   const std::vector<MissingPoint> missing = last_missing(work);
   if (!missing.empty()) evidence.missing = &missing.front().point;
