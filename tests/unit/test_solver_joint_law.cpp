@@ -2,10 +2,13 @@
 /// in turned and shifted frames.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <quoin/geometry/build.hpp>
 #include <quoin/solver.hpp>
+#include <span>
+#include <vector>
 
 #include "support/catch.hpp"
 
@@ -767,5 +770,60 @@ TEST_CASE("A block that rocks on a joint with stiffness comes down on it") {
     CHECK(turned > 1e-3);  // rad: corners lift
     CHECK(turned < 0.01);
     CHECK(sunk < 1e-3);
+  }
+}
+
+/// Cubes of 1 m, bonded, that turn as one body without weight.
+Scene spinning(std::span<const Vector3> corners) {
+  const Vector3 spin(1.0, 4.0, 0.5);  // rad/s
+  Vector3 middle = Vector3::Zero();
+  for (const Vector3& corner : corners) middle += corner / static_cast<double>(corners.size());
+  Scene scene{.joint = {.friction_angle = 30 * kDegree, .cohesion = 1e6, .tension = 1e6},
+              .gravity = Vector3(0, 0, 0)};
+  for (const Vector3& corner : corners) {
+    scene.add_rigid(geometry::make_box(corner, corner + Vector3(1, 1, 1)), {.density = 1000});
+    scene.blocks.back().velocity = spin.cross(corner - middle);
+    scene.blocks.back().angular_velocity = spin;
+  }
+  return scene;
+}
+
+TEST_CASE(
+    "What is bonded and turns without weight stays whole, also where edges meet beside bonds") {
+  const std::array angle{Vector3(0, 0, 0), Vector3(1, 0, 0), Vector3(1, 1, 0)};
+  std::vector<Vector3> cube;
+  for (int i = 0; i < 8; ++i) cube.emplace_back(i & 1, i >> 1 & 1, i >> 2);
+  const auto check_whole = [](const Scene& scene, int bonds, double dt) {
+    CAPTURE(scene.blocks.size(), dt);
+    Simulation simulation(scene, {.time_step = dt});
+    double largest = 0.0;  // N
+    while (simulation.state().time < 0.42) {
+      REQUIRE(simulation.advance().status == StepStatus::Converged);
+      int bonded = 0;
+      for (const Contact& contact : simulation.state().contacts) {
+        largest = std::max(largest, std::abs(contact.normal_force));
+        bonded += contact.bonded ? 1 : 0;
+      }
+      REQUIRE(bonded == bonds);
+    }
+    CHECK(largest < 5e4);  // m w^2 r of a block is 1.5e4
+  };
+  for (const double dt : {0.004, 0.0045, 0.005}) check_whole(spinning(angle), 8, dt);
+  for (const double dt : {0.0048, 0.005}) check_whole(spinning(cube), 48, dt);
+}
+
+TEST_CASE("A block that hangs by its bond under a load, without weight, gains no energy") {
+  Scene scene{.joint = {.friction_angle = 30 * kDegree, .cohesion = 1e6, .tension = 1e6},
+              .gravity = Vector3(0, 0, 0)};
+  scene.add_fixed(geometry::make_box({-2, -2, 1}, {2, 2, 2}));
+  scene.add_rigid(geometry::make_box({-0.5, -0.5, 0}, {0.5, 0.5, 1}), {.density = 1000});
+  scene.point_loads = {{1, {0.25, 0, 0}, interpolate({0, 2}, {{0, 0, 0}, {0, 0, -2e5}})}};
+  for (const double dt : {2e-3, 5e-3}) {
+    Simulation simulation(scene, {.time_step = dt});
+    while (simulation.state().time < 0.35) {
+      const StepReport report = simulation.advance();
+      REQUIRE(report.status == StepStatus::Converged);
+      REQUIRE(report.flags.empty());
+    }
   }
 }

@@ -158,6 +158,17 @@ struct FreeFlight {
   double approach = 0.0;            ///< normal velocity at its start, m in a step
 };
 
+/// Normal velocity at the start, m/s.
+double approach_speed(const SubStep& step, const StepPoses& poses, const BodyContact& contact) {
+  const auto velocity = [&](int block, const Vector3& arm) -> Vector3 {
+    const std::size_t b = index(block);
+    return motion(poses.start[b], arm, poses.deforms[b]) * velocity_vector(step.state[b]);
+  };
+  const Pose &a = poses.start[index(contact.a)], &b = poses.start[index(contact.b)];
+  return contact_geometry(contact, a, b)
+      .normal.dot(velocity(contact.b, contact.arm_b) - velocity(contact.a, contact.arm_a));
+}
+
 FreeFlight free_flight(const SubStep& step, const BlockTerms& terms, const StepPoses& poses,
                        const BodyContact& contact, const LinearContact& c) {
   FreeFlight flight{.start = c.offset, .end = c.offset};
@@ -171,6 +182,10 @@ FreeFlight free_flight(const SubStep& step, const BlockTerms& terms, const StepP
   };
   add(c.slot_a, contact.a, c.jacobian_a);
   add(c.slot_b, contact.b, c.jacobian_b);
+  // By the mean rows of the step what touches and turns as one comes on by its turn squared.
+  if (std::abs(flight.start[0]) <= step.gap_tolerance()) {
+    flight.approach = step.length * approach_speed(step, poses, contact);
+  }
   return flight;
 }
 
