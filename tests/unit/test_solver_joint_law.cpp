@@ -803,6 +803,12 @@ TEST_CASE(
       for (const Contact& contact : simulation.state().contacts) {
         largest = std::max(largest, std::abs(contact.normal_force));
         bonded += contact.bonded ? 1 : 0;
+        // Two blocks of the angle, and pairs across the cube, share an edge or a corner at most.
+        const bool of_faces =
+            (scene.blocks[static_cast<std::size_t>(contact.point.key.a)].body().centre() -
+             scene.blocks[static_cast<std::size_t>(contact.point.key.b)].body().centre())
+                .norm() < 1.1;
+        CHECK((of_faces || contact.point.area < 1e-9));
       }
       REQUIRE(bonded == bonds);
     }

@@ -159,15 +159,18 @@ void hand_on(const Contact& before, std::span<const Pose> poses, BodyContact& co
   state.anchor_b = contact.arm_b + reference_arm(b, stretch - stretch.dot(normal) * normal);
 }
 
+double smaller_size(const CarryOptions& options, const BodyContact& contact) {
+  return std::min(options.models[static_cast<std::size_t>(contact.a)].size,
+                  options.models[static_cast<std::size_t>(contact.b)].size);
+}
+
 void start_history(const CarryOptions& options, BodyContact& contact) {
   if (!options.laid[static_cast<std::size_t>(contact.a)] &&
       !options.laid[static_cast<std::size_t>(contact.b)]) {
     contact.state.failed = true;
     return;
   }
-  const double size = std::min(options.models[static_cast<std::size_t>(contact.a)].size,
-                               options.models[static_cast<std::size_t>(contact.b)].size);
-  lay(*contact.joint, size, contact.state);
+  lay(*contact.joint, smaller_size(options, contact), contact.state);
   contact.was_closed = contact.state.bonded;
   contact.laid = true;
 }
@@ -191,6 +194,9 @@ JointBlocks blocks_of(const CarryOptions& options, const BodyContact& contact) {
   return {options.models[a], options.models[b], options.poses[a], options.poses[b]};
 }
 
+/// Of a block: a strip that narrow, as wide as the tolerance of places, is an edge.
+constexpr double kNoWidth = 1e-9;
+
 /// Springs of the joint on their areas as the blocks stand.
 void set_springs(const CarryOptions& options, std::span<const Contact> before,
                  std::span<BodyContact> joint) {
@@ -204,14 +210,17 @@ void set_springs(const CarryOptions& options, std::span<const Contact> before,
 
 /// Faces that a joint has opened, by dilation or where a block rocks, are parallel no more, and
 /// what touches is an edge or a vertex of one of them: strength goes by what the faces share. What
-/// has never been part of an area has none. `previous`: of the contacts in this joint, in `before`.
+/// has never been part of an area has none, nor has the strip that rounding makes of an edge.
+/// `previous`: of the contacts in this joint, in `before`.
 void keep_areas(const CarryOptions& options, std::span<const Contact> before,
                 std::span<const int> previous, std::span<BodyContact> joint) {
   const Joint& law = *joint.front().joint;
   if (!(std::max({law.cohesion, law.residual_cohesion, law.tension}) > 0.0)) return;
+  const double size = smaller_size(options, joint.front());
+  const double none = kNoWidth * size * size;
   const auto lost = [&](std::size_t i) {
-    return previous[i] >= 0 && !(joint[i].state.point.area > 0.0) &&
-           before[static_cast<std::size_t>(previous[i])].point.area > 0.0;
+    return previous[i] >= 0 && !(joint[i].state.point.area > none) &&
+           before[static_cast<std::size_t>(previous[i])].point.area > none;
   };
   std::optional<JointArea> area;
   for (std::size_t i = 0; i < joint.size(); ++i) {
