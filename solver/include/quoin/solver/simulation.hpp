@@ -271,7 +271,7 @@ class Simulation {
 
   /// One time_step (in counted sub-steps where it must). When the status is not Converged the state
   /// is that of the last accepted sub-step (before the step, when Stopped); best_try() holds the
-  /// best attempt. Throws what a function of time throws, and has then changed nothing.
+  /// best attempt. Throws what a function of time throws; until a step is accepted nothing changes.
   [[nodiscard]] StepReport advance();
 
   const Scene& scene() const;
