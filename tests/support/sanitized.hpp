@@ -10,4 +10,7 @@ inline constexpr bool kSanitized = true;
 inline constexpr bool kSanitized = false;
 #endif
 
+/// How many steps or cases.
+constexpr int unless_sanitized(int whole, int sanitized) { return kSanitized ? sanitized : whole; }
+
 }  // namespace quoin::tests

@@ -793,9 +793,12 @@ TEST_CASE(
   const std::array angle{Vector3(0, 0, 0), Vector3(1, 0, 0), Vector3(1, 1, 0)};
   std::vector<Vector3> cube;
   for (int i = 0; i < 8; ++i) cube.emplace_back(i & 1, i >> 1 & 1, i >> 2);
-  const auto check_whole = [](const Scene& scene, int bonds, double dt) {
-    CAPTURE(scene.blocks.size(), dt);
-    Simulation simulation(scene, {.time_step = dt});
+  const auto iteration = GENERATE(ContactIteration::Automatic, ContactIteration::ProximalNewton);
+  // Contacts that yield leave gaps of up to a millionth.
+  const double strip = iteration == ContactIteration::Automatic ? 1e-9 : 1e-6;  // m2
+  const auto check_whole = [=](const Scene& scene, int bonds, double dt) {
+    CAPTURE(static_cast<int>(iteration), scene.blocks.size(), dt);
+    Simulation simulation(scene, {.time_step = dt, .contact_iteration = iteration});
     double largest = 0.0;  // N
     while (simulation.state().time < 0.42) {
       REQUIRE(simulation.advance().status == StepStatus::Converged);
@@ -808,13 +811,13 @@ TEST_CASE(
             (scene.blocks[static_cast<std::size_t>(contact.point.key.a)].body().centre() -
              scene.blocks[static_cast<std::size_t>(contact.point.key.b)].body().centre())
                 .norm() < 1.1;
-        CHECK((of_faces || contact.point.area < 1e-9));
+        CHECK((of_faces || contact.point.area < strip));
       }
       REQUIRE(bonded == bonds);
     }
     CHECK(largest < 5e4);  // m w^2 r of a block is 1.5e4
   };
-  for (const double dt : {0.004, 0.0045, 0.005}) check_whole(spinning(angle), 8, dt);
+  for (const double dt : {0.0038, 0.004, 0.0045, 0.005}) check_whole(spinning(angle), 8, dt);
   for (const double dt : {0.0048, 0.005}) check_whole(spinning(cube), 48, dt);
 }
 

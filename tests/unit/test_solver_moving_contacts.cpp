@@ -420,7 +420,7 @@ TEST_CASE("walls with mortar that rock come down without a step lost, and gain n
       crowded += report.proximal_newton_attempts > 0 ? 1 : 0;
       CHECK(report.largest_overlap <= 5e-6 * 0.2);  // 7e-6 m where edges that stick may turn
     };
-    CHECK(growth(simulation, quoin::tests::kSanitized ? 60 : 120, look) <= 1e-7);
+    CHECK(growth(simulation, unless_sanitized(120, 60), look) <= 1e-7);
     CHECK(crowded > 0);
   }
 }
@@ -475,23 +475,27 @@ Scene pulled_tower(double young) {
 
 TEST_CASE(
     "linearisations that go to and fro are soon given up: a tower whose base is pulled away") {
+  // 946 and 690; where they are not, 3218 and 1400.
+  const auto [degrees, limit] = GENERATE(std::pair{30.14, 1500}, std::pair{29.0, 1000});
+  CAPTURE(degrees);
   Scene scene = pulled_tower(0.0);
-  scene.joint.friction_angle = 30.14 / 180.0 * std::numbers::pi;
+  scene.joint.friction_angle = degrees / 180.0 * std::numbers::pi;
   Simulation simulation(scene, {.time_step = 5e-3});
   int most = 0;
-  for (int step = 0; step < 400; ++step) {
+  for (int step = 0; step < unless_sanitized(400, 120); ++step) {
     const StepReport report = simulation.advance();
     REQUIRE(report.status == StepStatus::Converged);
     most = std::max(most, report.linear_solves);
   }
-  CHECK(most < 478);  // 450; where they are not, 1450
+  CHECK(most < limit);
 }
 
 TEST_CASE("a deformable tower whose base is pulled away gains no energy") {
   Scene scene = pulled_tower(1e8);
   scene.joint.friction_angle = std::numbers::pi / 6.0;
   Simulation simulation(scene, {.time_step = 1e-3});
-  CHECK(growth(simulation, 130) <= 1e-7);  // 1.3e-4 where sub-steps that gain are not halved
+  CHECK(growth(simulation, unless_sanitized(130, 40)) <=
+        1e-7);  // 1.3e-4 where sub-steps that gain are not halved
 }
 
 TEST_CASE("a wall that falls back gains no energy, nor do gaps that are mended later") {
@@ -517,14 +521,16 @@ TEST_CASE("a wall that falls back gains no energy, nor do gaps that are mended l
 TEST_CASE("a deformable wall shaken in its plane is not lifted by gaps that it sank by") {
   Simulation simulation(deformable_in_plane(3, 3, 1e10),
                         {.time_step = 5e-3, .contact_iteration = ContactIteration::ProximalNewton});
-  CHECK(growth(simulation, 100) <= 1e-7);  // 6.9e-6 where overlaps alone were kept
+  CHECK(growth(simulation, unless_sanitized(100, 40)) <=
+        1e-7);  // 6.9e-6 where overlaps alone were kept
 }
 
 TEST_CASE("deformable walls that slid in their planes are caught without a gain") {
   Simulation narrow(deformable_in_plane(3, 8, 1e13), {.time_step = 0.01});
   Simulation wide(deformable_in_plane(6, 6, 1e13), {.time_step = 0.02});
-  CHECK(growth(narrow, 60) <= 1e-8);  // 1.3e-4 and 1.8e-4 where contacts yield about the forces
-  CHECK(growth(wide, 30) <= 1e-8);    // that they began with
+  CHECK(growth(narrow, unless_sanitized(60, 20)) <=
+        1e-8);  // 1.3e-4 and 1.8e-4 where contacts yield about the forces
+  CHECK(growth(wide, unless_sanitized(30, 10)) <= 1e-8);  // that they began with
 }
 
 TEST_CASE("contacts that yield have the same bits on any number of threads") {

@@ -169,6 +169,16 @@ double approach_speed(const SubStep& step, const StepPoses& poses, const BodyCon
       .normal.dot(velocity(contact.b, contact.arm_b) - velocity(contact.a, contact.arm_a));
 }
 
+/// By the mean rows of the step what turns as one comes on by so much, m: a twelfth of the turn's
+/// square, as the mean of the normals at both ends is shorter, and their places closer, than those
+/// between (measured: an eleventh).
+double common_turn(const SubStep& step, const BodyContact& contact) {
+  const double turned =
+      step.length * std::min(step.state[index(contact.a)].angular_velocity.norm(),
+                             step.state[index(contact.b)].angular_velocity.norm());
+  return turned * turned / 12.0 * std::max(contact.arm_a.norm(), contact.arm_b.norm());
+}
+
 FreeFlight free_flight(const SubStep& step, const BlockTerms& terms, const StepPoses& poses,
                        const BodyContact& contact, const LinearContact& c) {
   FreeFlight flight{.start = c.offset, .end = c.offset};
@@ -182,8 +192,8 @@ FreeFlight free_flight(const SubStep& step, const BlockTerms& terms, const StepP
   };
   add(c.slot_a, contact.a, c.jacobian_a);
   add(c.slot_b, contact.b, c.jacobian_b);
-  // By the mean rows of the step what touches and turns as one comes on by its turn squared.
-  if (std::abs(flight.start[0]) <= step.gap_tolerance()) {
+  const double missed = std::max(step.gap_tolerance(), common_turn(step, contact));
+  if (std::abs(flight.start[0]) <= missed) {
     flight.approach = step.length * approach_speed(step, poses, contact);
   }
   return flight;
