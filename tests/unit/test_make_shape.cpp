@@ -17,12 +17,14 @@
 #include "geometry/src/shape/polygon_area.hpp"
 #include "support/catch.hpp"
 #include "support/random.hpp"
+#include "support/sanitized.hpp"
 
 namespace {
 
 using namespace quoin::geometry;
 using quoin::tests::environment_number;
 using quoin::tests::Random;
+using quoin::tests::unless_sanitized;
 using quoin::tests::WithinAbs;
 using quoin::tests::WithinRel;
 using Vectors = std::vector<Vector3>;
@@ -367,7 +369,7 @@ std::string bits(const Points& points) {
 }  // namespace
 
 TEST_CASE("make shape: of many thick solids none is refused") {
-  const std::uint64_t cases = environment_number("QUOIN_CASES", 20000);
+  const std::uint64_t cases = environment_number("QUOIN_CASES", unless_sanitized(20000, 5000));
   Random random(environment_number("QUOIN_SEED", 1));
   std::array<int, kFamilies.size()> made{}, refused{};
   for (std::uint64_t i = 0; i < cases; ++i) {
@@ -389,7 +391,7 @@ TEST_CASE("make shape: of many thick solids none is refused") {
 }
 
 TEST_CASE("make shape: faces, hosts and the exact hull; numbering, mirror and scale") {
-  const std::uint64_t cases = environment_number("QUOIN_CASES", 20000) / 20;
+  const std::uint64_t cases = environment_number("QUOIN_CASES", unless_sanitized(20000, 5000)) / 20;
   Random random(environment_number("QUOIN_SEED", 1) + 1);
   for (std::uint64_t i = 0; i < cases; ++i) {
     const Family& family = kFamilies[i % kFamilies.size()];

@@ -9,8 +9,10 @@
 #include <sstream>
 
 #include "support/catch.hpp"
+#include "support/sanitized.hpp"
 
 using namespace quoin::solver;
+using quoin::tests::unless_sanitized;
 namespace geometry = quoin::geometry;
 
 namespace {
@@ -133,7 +135,7 @@ TEST_CASE("Blocks that fall beside and onto a wall at rest go on from a checkpoi
   Simulation through(scene, options);
   auto broken = std::make_unique<Simulation>(scene, options);
   bool rested = false, woken = false;
-  for (int i = 0; i < 100; ++i) {
+  for (int i = 0; i < unless_sanitized(100, 70); ++i) {
     CAPTURE(i);
     if (i % 9 == 4) {
       std::stringstream saved;

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "support/catch.hpp"
+#include "support/sanitized.hpp"
 
 using namespace quoin::solver;
 using namespace quoin::tests;
@@ -59,7 +60,7 @@ TEST_CASE("a simulation that is read goes on as the one that was saved, to the b
   for (const ContactMethod method : {ContactMethod::AugmentedLagrangian, ContactMethod::Penalty}) {
     const StepOptions options{.time_step = 2e-3, .method = method, .max_displacement_ratio = 0.005};
     Simulation simulation(heap(4), options);
-    for (int step = 0; step < 75; ++step) {
+    for (int step = 0; step < unless_sanitized(75, 30); ++step) {
       Simulation other(heap(4), options);
       std::istringstream in(saved(simulation));
       other.load(in);

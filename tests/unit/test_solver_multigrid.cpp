@@ -7,9 +7,11 @@
 #include "solver/src/linear_solver.hpp"
 #include "support/catch.hpp"
 #include "support/random.hpp"
+#include "support/sanitized.hpp"
 
 using namespace quoin::solver;
 using quoin::tests::Random;
+using quoin::tests::unless_sanitized;
 
 namespace {
 
@@ -203,7 +205,7 @@ TEST_CASE("Where iterations do not converge the matrix is eliminated") {
 
 TEST_CASE("Matrices after one that iterations do not solve are eliminated, for a while") {
   Random random(1);
-  constexpr int count = 300;
+  constexpr int count = unless_sanitized(300, 150);
   const Slots slots = make_slots(std::vector<int>(count, 6), std::vector<double>(count, 1.0));
   const BlockSystem hard = widened(ring(random, count, 0.0), 60);
   LinearSolver solver(slots);
