@@ -68,6 +68,19 @@ void check_joint(const Joint& joint, const std::string& what) {
           "Pa must not be negative");
 }
 
+/// Two joints of one pair of groups: which of them holds?
+void check_pairs(const std::vector<PairJoint>& joints) {
+  std::map<std::pair<int, int>, std::size_t> first;
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const auto groups = std::minmax(joints[i].group_a, joints[i].group_b);
+    const auto [place, is_new] = first.try_emplace(groups, i);
+    if (is_new) continue;
+    throw InputError("pair joints " + std::to_string(place->second) + " and " + std::to_string(i) +
+                     ": both are of the joint groups " + std::to_string(groups.first) + " and " +
+                     std::to_string(groups.second));
+  }
+}
+
 template <class Vector>
 void check_finite(const Vector& value, const std::string& what) {
   if (!value.allFinite()) throw InputError(what + " is not finite");
@@ -209,6 +222,7 @@ CompiledScene compile(Scene scene) {
   for (std::size_t i = 0; i < scene.pair_joints.size(); ++i) {
     check_joint(scene.pair_joints[i].joint, "pair joint " + std::to_string(i));
   }
+  check_pairs(scene.pair_joints);
   check_finite(scene.gravity.at(0.0), "gravity at time 0");
   CompiledScene compiled;
   compiled.scene = std::move(scene);

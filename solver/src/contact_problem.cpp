@@ -94,7 +94,6 @@ ContactProblem::Contact read_contact(Reader& reader, const ContactProblem& probl
   contact.a = reader.integer(-1, last);
   contact.b = reader.integer(-1, last);
   contact.friction = reader.number();
-  if (contact.friction < 0.0) reader.fail("friction must not be negative");
   reader.take_all("w", contact.offset);
   reader.take_all("r", contact.force);
   const auto take_rows = [&](const char* word, int block, ContactProblem::Matrix& rows) {
@@ -105,6 +104,63 @@ ContactProblem::Contact read_contact(Reader& reader, const ContactProblem& probl
   take_rows("Ha", contact.a, contact.rows_a);
   take_rows("Hb", contact.b, contact.rows_b);
   return contact;
+}
+
+std::string text_of(double value) {
+  char text[32];
+  return {text, std::to_chars(text, text + sizeof text, value).ptr};
+}
+
+void require(bool good, const std::string& place, const std::string& what) {
+  if (!good) throw InputError("contact problem: " + place + ": " + what);
+}
+
+void check(const ContactProblem::Block& block, const std::string& place) {
+  const Eigen::Index n = block.force.size();
+  require(n == 6 || n == 12, place,
+          "its force has " + std::to_string(n) + " numbers, 6 or 12 are expected");
+  require(block.matrix.rows() == n && block.matrix.cols() == n, place,
+          "its matrix must have as many rows and columns as its force has numbers");
+  require(block.guess.size() == n, place, "its guess must have as many numbers as its force");
+  require(std::isfinite(block.length) && block.length > 0.0, place,
+          "length " + text_of(block.length) + " must be finite and greater than 0");
+  require(block.matrix.allFinite() && block.force.allFinite() && block.guess.allFinite(), place,
+          "its matrix, force or guess is not finite");
+  require(block.matrix.llt().info() == Eigen::Success, place,
+          "its matrix must be positive definite");
+}
+
+void check(const ContactProblem& problem, const ContactProblem::Contact& contact,
+           const std::string& place) {
+  const int count = static_cast<int>(problem.blocks.size());
+  const auto check_side = [&](int block, const ContactProblem::Matrix& rows) {
+    require(block >= -1 && block < count, place,
+            "block " + std::to_string(block) + " does not exist (the problem has " +
+                std::to_string(count) + ")");
+    if (block < 0) return;
+    require(rows.rows() == 3 && rows.cols() == problem.blocks[index(block)].force.size(), place,
+            "its rows of block " + std::to_string(block) +
+                " must be 3, with a column for each of its unknowns");
+    require(rows.allFinite(), place, "its rows are not finite");
+  };
+  check_side(contact.a, contact.rows_a);
+  check_side(contact.b, contact.rows_b);
+  require(contact.a >= 0 || contact.b >= 0, place, "it must have a block");
+  require(contact.a != contact.b, place,
+          "its blocks are one and the same, " + std::to_string(contact.a));
+  require(std::isfinite(contact.friction) && contact.friction >= 0.0, place,
+          "friction " + text_of(contact.friction) + " must be finite and not negative");
+  require(contact.offset.allFinite() && contact.force.allFinite(), place,
+          "its offset or force is not finite");
+}
+
+void check(const ContactProblem& problem) {
+  for (std::size_t i = 0; i < problem.blocks.size(); ++i) {
+    check(problem.blocks[i], "block " + std::to_string(i));
+  }
+  for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
+    check(problem, problem.contacts[i], "contact " + std::to_string(i));
+  }
 }
 
 /// What the iterations work on.
@@ -138,6 +194,7 @@ LinearContact compiled_contact(const ContactProblem::Contact& contact,
 }
 
 Compiled compile(const ContactProblem& problem) {
+  check(problem);
   Compiled result;
   std::vector<int> unknowns;
   std::vector<double> lengths;
@@ -234,10 +291,14 @@ ContactProblem read_contact_problem(std::istream& in) {
     reader.at("contact", i);
     problem.contacts.push_back(read_contact(reader, problem));
   }
+  check(problem);
   return problem;
 }
 
 ContactSolution solve(const ContactProblem& problem, ContactIteration iteration, double tolerance) {
+  if (!(tolerance > 0.0 && tolerance < 1e-2)) {
+    throw InputError("contact problem: tolerance " + text_of(tolerance) + " must lie in (0, 0.01)");
+  }
   Compiled compiled = compile(problem);
   const auto solve_by = [&](auto solver) {
     double smallest = std::numeric_limits<double>::infinity();
@@ -262,6 +323,11 @@ ContactSolution solve(const ContactProblem& problem, ContactIteration iteration,
 
 ContactError contact_error(const ContactProblem& problem, const std::vector<Vector3>& forces) {
   const Compiled compiled = compile(problem);
+  if (forces.size() != problem.contacts.size()) {
+    throw InputError("contact problem: " + std::to_string(forces.size()) +
+                     " forces are given for " + std::to_string(problem.contacts.size()) +
+                     " contacts");
+  }
   ConeProblem cones(compiled.slots, nullptr);
   cones.set(compiled.base, compiled.force, compiled.contacts, compiled.increment);
   std::vector<Vector3> x(forces.size()), motion(forces.size());

@@ -414,6 +414,10 @@ void write_index(const std::string& path, const std::vector<std::string>& pieces
 
 void write_series(const std::string& path, const std::vector<double>& times,
                   const std::vector<std::string>& files) {
+  if (times.size() != files.size()) {
+    throw InputError(path + ": " + std::to_string(times.size()) + " times are given for " +
+                     std::to_string(files.size()) + " files");
+  }
   std::string text = xml_head("Collection");
   for (std::size_t i = 0; i < files.size(); ++i) {
     char time[32];

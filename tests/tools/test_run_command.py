@@ -348,6 +348,23 @@ class RunCommand(FolderTest):
             self.assertEqual(summary["status"], "not_converged")
             self.assertGreaterEqual(summary["steps"], 3)
 
+    def test_a_motion_that_is_infinite_at_the_end_of_a_step(self):
+        """There alone, and also where nothing is awake or nothing is written."""
+        belt = {"name": "belt", "kind": "prescribed", "material": "m",
+                "motion": {"velocity": {"formula": ["1/(0.05-t)", "0", "0"]}},
+                "shape": {"type": "box", "min": [-6, -2, -1], "max": [6, 2, 0]}}
+        rides = {"name": "rides", "kind": "rigid", "material": "m",
+                 "shape": {"type": "box", "min": [0, 0, 0], "max": [1, 1, 1]}}
+        for blocks in ([belt], [belt, rides], [belt, {**rides, "pose": {"translation": [0, 0, 50]}}]):
+            scene = {"joint": {"friction_angle_deg": 30}, "materials": {"m": {"density": 1}}, "time_step": 0.01,
+                     "end_time": 0.1, "blocks": blocks}
+            file, out = self.folder / "scene.json", self.folder / "out"
+            file.write_text(json.dumps(scene))
+            for done in (run(file), run(file, "--out", out)):
+                self.assertEqual(done.returncode, 1, done.stderr)
+                self.assertIn('motion of "belt" at 0.05 s is not finite', done.stderr)
+            self.assertEqual(json.loads((out / "summary.json").read_text())["steps"], 5)  # with the one that failed
+
     def test_forces_beyond_doubles(self):
         """Their balance overflows, which is no balance."""
         scene = {"joint": {"friction_angle_deg": 30}, "materials": {"m": {"density": 1}}, "time_step": 0.01,

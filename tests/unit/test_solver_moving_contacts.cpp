@@ -776,3 +776,42 @@ TEST_CASE("a contact problem that is cut short or wrong says where") {
   wrong.replace(wrong.find("\nf "), 3, "\nf x");
   REQUIRE(message(wrong).find("block 0: 'x0' is no finite number") != std::string::npos);
 }
+
+TEST_CASE("a contact problem that cannot be is refused, not solved") {
+  const auto message = [](auto&& spoil, double tolerance = 1e-10) {
+    ContactProblem problem = tower(2, {0, 0, -1}, 0.5);
+    spoil(problem);
+    try {
+      solve(problem, ContactIteration::Automatic, tolerance);
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  const double no_number = std::nan("");
+  const auto nothing = [](ContactProblem&) {};
+  CHECK(message(nothing).empty());
+  CHECK(message(nothing, no_number) == "contact problem: tolerance nan must lie in (0, 0.01)");
+  CHECK(message([&](ContactProblem& p) { p.contacts[1].friction = no_number; }) ==
+        "contact problem: contact 1: friction nan must be finite and not negative");
+  CHECK(message([&](ContactProblem& p) { p.contacts[1].b = 7; }) ==
+        "contact problem: contact 1: block 7 does not exist (the problem has 2)");
+  CHECK(message([&](ContactProblem& p) { p.contacts[1].a = -2; }) ==
+        "contact problem: contact 1: block -2 does not exist (the problem has 2)");
+  CHECK(message([&](ContactProblem& p) { p.contacts[1].a = p.contacts[1].b = -1; }) ==
+        "contact problem: contact 1: it must have a block");
+  CHECK(message([&](ContactProblem& p) { p.contacts[1].offset[2] = no_number; }) ==
+        "contact problem: contact 1: its offset or force is not finite");
+  CHECK(message([&](ContactProblem& p) { p.contacts[1].rows_b.resize(3, 12); }) ==
+        "contact problem: contact 1: its rows of block 0 must be 3, with a column for each of its "
+        "unknowns");
+  CHECK(message([&](ContactProblem& p) { p.blocks[1].matrix(0, 0) = -1.0; }) ==
+        "contact problem: block 1: its matrix must be positive definite");
+  CHECK(message([&](ContactProblem& p) { p.blocks[1].force.resize(5); }) ==
+        "contact problem: block 1: its force has 5 numbers, 6 or 12 are expected");
+  CHECK(message([&](ContactProblem& p) { p.blocks[1].length = 0.0; }) ==
+        "contact problem: block 1: length 0 must be finite and greater than 0");
+  const ContactProblem good = tower(2, {0, 0, -1}, 0.5);
+  CHECK_THROWS_WITH(contact_error(good, {}), "contact problem: 0 forces are given for 8 contacts");
+  CHECK(solve(ContactProblem(), ContactIteration::Automatic, 1e-10).converged);
+}

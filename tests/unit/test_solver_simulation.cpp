@@ -200,6 +200,15 @@ TEST_CASE("Scenes that cannot be worked with are refused, and say why") {
                     ContainsSubstring("entry 0 is not finite"));
 }
 
+TEST_CASE("Two joints of the same pair of groups are refused") {
+  Scene scene = cube_on_ground();
+  scene.pair_joints = {{0, 1, {}}, {0, 0, {}}, {1, 0, {}}};
+  CHECK_THAT(refusal(scene),
+             ContainsSubstring("pair joints 0 and 2") && ContainsSubstring("joint groups 0 and 1"));
+  CHECK_THROWS_WITH(write_series("series.pvd", {0.0, 1.0}, {"a.vtu"}),
+                    ContainsSubstring("series.pvd: 2 times are given for 1 files"));
+}
+
 TEST_CASE("Options that cannot be worked with are refused") {
   const Scene scene = cube_on_ground();
   CHECK_THAT(refusal(scene, {.time_step = 0.0}), ContainsSubstring("time step"));

@@ -511,9 +511,17 @@ class Reader {
   }
 
   void read_pair_joint(const json& value, const std::string& pointer) {
-    file_.scene.pair_joints.push_back({joint_group(value["between"][0], pointer + "/between/0"),
-                                       joint_group(value["between"][1], pointer + "/between/1"),
-                                       joint(value)});
+    const json& names = value["between"];
+    const int a = joint_group(names[0], pointer + "/between/0");
+    const int b = joint_group(names[1], pointer + "/between/1");
+    const auto is_same = [&](const solver::PairJoint& known) {
+      return std::minmax(known.group_a, known.group_b) == std::minmax(a, b);
+    };
+    if (std::ranges::any_of(file_.scene.pair_joints, is_same)) {
+      throw SceneError(pointer + "/between", "there is a joint between " + shown(names[0]) +
+                                                 " and " + shown(names[1]) + " already");
+    }
+    file_.scene.pair_joints.push_back({a, b, joint(value)});
   }
 
   int joint_group(const std::string& name, const std::string& pointer) const {

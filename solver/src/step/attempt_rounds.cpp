@@ -28,6 +28,8 @@ bool is_flat(const Matrix3& stretch) {
   return !(stretch.determinant() > kFlat * size * size * size);
 }
 
+}  // namespace
+
 bool is_sound(const BlockState& block) {
   const double far = block.centroid.cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
   return far < geometry::kLargestCoordinate &&
@@ -36,6 +38,8 @@ bool is_sound(const BlockState& block) {
          block.strain.allFinite() && std::isfinite(block.angular_velocity.squaredNorm()) &&
          block.strain_rate.allFinite();
 }
+
+namespace {
 
 /// Whether the attempt's end can be gone on with: finite, and no block squeezed flat.
 bool is_sound(const StepRun& run, const Island& island) {

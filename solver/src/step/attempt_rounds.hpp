@@ -5,6 +5,9 @@
 
 namespace quoin::solver {
 
+/// Whether a block can be gone on with: finite, not too far away, and not squeezed flat.
+bool is_sound(const BlockState& block);
+
 /// Contacts of the island where it stands, with their history.
 void begin(const StepRun& run, Island& island);
 

@@ -503,6 +503,17 @@ void keep_memory(const CompiledScene& compiled, const State& state, Workspace& w
   }
 }
 
+/// A motion given by the scene leads nowhere.
+struct MotionDiverged {};
+
+/// Asked for the very time that is committed, which differs from that of the last sub-step by
+/// rounding, and where no block is awake.
+void check_motions(const StepRun& run, double reached) {
+  for (std::size_t p = 0; p < run.compiled.prescribed.size(); ++p) {
+    if (!is_sound(prescribed_at(run, p, motion_at(run, p, reached)))) throw MotionDiverged();
+  }
+}
+
 void take_step(const StepRun& run, State& state, State& best) {
   Workspace& work = run.work;
   const bool dynamic = run.options.analysis == Analysis::Dynamic;
@@ -514,11 +525,12 @@ void take_step(const StepRun& run, State& state, State& best) {
   Islands& islands = work.awake;
   list_awake(work, islands);
   report_islands(islands, run.report);
+  const double reached = failed != nullptr
+                             ? failed->time
+                             : run.state.time + duration(run.options, run.options.time_step);
+  check_motions(run, reached);
   if (failed != nullptr) give_up(run, *failed, best);
-  commit(run,
-         failed != nullptr ? failed->time
-                           : run.state.time + duration(run.options, run.options.time_step),
-         islands, state);
+  commit(run, reached, islands, state);
   ++state.step;
   note_changed(run);
   if (failed != nullptr) return detect(run.compiled, run.options, state, work);
@@ -559,6 +571,9 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
   } catch (const StepStopped&) {
     take_back();
     report.status = StepStatus::Stopped;
+  } catch (const MotionDiverged&) {
+    take_back();
+    report.status = StepStatus::Diverged;
   } catch (...) {  // by a function of time, or for want of memory
     work.watch.end();
     take_back();

@@ -24,7 +24,7 @@ struct ContactProblem {
     Vector guess;         ///< v that the iteration starts from
   };
   struct Contact {
-    int a = -1, b = -1;     ///< its blocks; -1: none with unknowns
+    int a = -1, b = -1;     ///< its blocks, not the same; -1: none with unknowns
     double friction = 0.0;  ///< mu
     Vector3 offset;         ///< w: gap and two slips, m
     Matrix rows_a, rows_b;  ///< Hᵀ, 3×6 or 3×12; empty without a block
@@ -48,9 +48,10 @@ struct ContactSolution {
 };
 
 /// Solves it as a step would. `tolerance`: as StepOptions::tolerance.
+/// Throws InputError naming the block or contact that is not as described above.
 ContactSolution solve(const ContactProblem& problem, ContactIteration iteration, double tolerance);
 
-/// How far forces are from the law when the blocks bear them exactly.
+/// How far forces are from the law when the blocks bear them exactly. Throws as `solve` does.
 struct ContactError {
   double force = 0.0;  ///< largest |x - P(x - y)| on the cone, contacts scaled by their own
                        ///< Delassus block, by the largest x

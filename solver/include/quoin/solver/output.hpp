@@ -29,7 +29,8 @@ void write_contacts(const std::string& path, const Simulation& simulation, const
 /// first is read for the names of its arrays; the others may come later.
 void write_index(const std::string& path, const std::vector<std::string>& pieces);
 
-/// Time series index (.pvd) over files written at the given times (s).
+/// Time series index (.pvd) over files written at the given times (s). Throws InputError when there
+/// are not as many times as files.
 void write_series(const std::string& path, const std::vector<double>& times,
                   const std::vector<std::string>& files);
 

@@ -67,6 +67,7 @@ struct Joint {
   double shear_stiffness = 0.0;  ///< Pa/m on the contact area; > 0 where normal_stiffness is
 };
 
+/// Of two blocks whose materials have these joint groups, in either order. One for each pair.
 struct PairJoint {
   int group_a = 0;
   int group_b = 0;
