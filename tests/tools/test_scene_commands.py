@@ -90,6 +90,18 @@ class SceneCommands(FolderTest):
         self.assertIn("without support: b1", done.stdout)
         self.assertEqual(quoin("check", self.folder / "none.json").returncode, 1)
 
+    def test_check_names_points_outside_their_block(self):
+        scene = self.boxes(0)
+        scene["loads"] = [{"type": "point", "block": "b0", "point": [x, 0.5, 1], "force": [0, 0, -1]} for x in (1, 3)]
+        scene["fixed_points"] = [{"block": "b0", "point": [0.5, 0.5, -1e-3]}, {"block": "b0", "point": [0.5, 0.5, 0.5]}]
+        done = quoin("check", self.scene(scene), "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(json.loads(done.stdout)["points_outside"],
+                         [{"what": "load", "block": "b0", "point": [3, 0.5, 1]},
+                          {"what": "fixed point", "block": "b0", "point": [0.5, 0.5, -1e-3]}])
+        done = quoin("check", self.scene(scene))
+        self.assertIn('outside its block "b0": load at (3, 0.5, 1) m', done.stdout)
+
     def test_check_ends_a_step_that_lasts(self):
         path = self.folder / "dust.json"
         quoin("make", "bin", "--size", "1e-5", "--out", path)

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <quoin/geometry/contact_finder.hpp>
 #include <quoin/geometry/mass_properties.hpp>
+#include <quoin/geometry/queries.hpp>
 
 #include "commands.hpp"
 #include "in_range.hpp"
@@ -126,6 +127,23 @@ std::vector<int> without_support(const solver::Scene& scene, const std::vector<P
     }
   }
   return loose;
+}
+
+/// Loads and fixed points whose place is no point of their block: it moves along all the same, as
+/// the end of a lever.
+json points_outside(const solver::Scene& scene) {
+  json outside = json::array();
+  const auto look = [&](const char* what, int b, const Vector3& point) {
+    const solver::Block& block = scene.blocks[static_cast<std::size_t>(b)];
+    if (geometry::contains(block.body(), point, kTouching * size(block))) return;
+    outside.push_back(
+        {{"what", what}, {"block", block.name}, {"point", {point.x(), point.y(), point.z()}}});
+  };
+  for (const solver::PointLoad& load : scene.point_loads) look("load", load.block, load.point);
+  for (const solver::FixedPoint& point : scene.fixed_points) {
+    look("fixed point", point.block, point.point);
+  }
+  return outside;
 }
 
 json blocks_json(const solver::Scene& scene) {
@@ -256,6 +274,7 @@ json report_of(const SceneFile& file, const std::string& path, double max_second
                  {"blocks", blocks_json(file.scene)},
                  {"contacts", contacts_json(file.scene, pairs)},
                  {"without_support", loose},
+                 {"points_outside", points_outside(file.scene)},
                  {"refused", is_refused(file, pairs)}};
   if (report["refused"].get<bool>()) {
     return report;
@@ -308,6 +327,13 @@ void print_start(const json& report) {
   }
   if (loose.size() > 10) {
     std::printf("  … %zu in all\n", loose.size());
+  }
+  for (const json& point : report["points_outside"]) {
+    std::printf("  outside its block \"%s\": %s at (%g, %g, %g) m\n",
+                point["block"].get_ref<const std::string&>().c_str(),
+                point["what"].get_ref<const std::string&>().c_str(),
+                point["point"][0].get<double>(), point["point"][1].get<double>(),
+                point["point"][2].get<double>());
   }
 }
 
