@@ -86,6 +86,10 @@ void check_finite(const Vector& value, const std::string& what) {
   if (!value.allFinite()) throw InputError(what + " is not finite");
 }
 
+void check_square(const Vector3& value, const std::string& what) {
+  if (!std::isfinite(value.squaredNorm())) throw InputError(what + " is not finite, or its square");
+}
+
 Vector3 arm_of(const CompiledScene& compiled, int block, const Vector3& world_point) {
   const BlockState& start = compiled.models[static_cast<std::size_t>(block)].start;
   return (world_point - compiled.origin - start.centroid) - start.centroid_rest;
@@ -186,7 +190,14 @@ void check_shape(const Scene& scene, int block) {
   const Block& b = scene.blocks[static_cast<std::size_t>(block)];
   if (b.shape == nullptr) throw InputError(label(scene, block) + " has no shape");
   const double determinant = b.placement.linear.determinant();
-  if (!b.placement.translation.allFinite() || !(determinant > 0.0 && std::isfinite(determinant))) {
+  if (const Vector3& at = b.placement.translation;
+      !(at.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() < geometry::kLargestCoordinate)) {
+    std::ostringstream message;
+    message << label(scene, block) << ": translation (" << at.transpose()
+            << ") m of its placement must be less than " << geometry::kLargestCoordinate << " m";
+    throw InputError(message.str());
+  }
+  if (!(determinant > 0.0 && std::isfinite(determinant))) {
     throw InputError(label(scene, block) + ": its placement has determinant " +
                      std::to_string(determinant) + ", must be finite and greater than 0");
   }
@@ -237,8 +248,8 @@ CompiledScene compile(Scene scene) {
   for (std::size_t b = 0; b < compiled.scene.blocks.size(); ++b) {
     const Block& block = compiled.scene.blocks[b];
     const std::string what = label(compiled.scene, static_cast<int>(b));
-    check_finite(block.velocity, what + ": velocity");
-    check_finite(block.angular_velocity, what + ": angular velocity");
+    check_square(block.velocity, what + ": velocity");
+    check_square(block.angular_velocity, what + ": angular velocity");
     check_finite(block.initial_stress, what + ": initial stress");
     check_constant(block.motion.value, what + ": motion");
     compiled.models.push_back(
@@ -288,6 +299,14 @@ Vector3 velocity_from(const Motion& motion, const Vector3& reached, double time)
   return reached;
 }
 
+void check_motion_velocity(const Scene& scene, int block, const Vector3& velocity, double time) {
+  if (std::isfinite(velocity.squaredNorm())) return;
+  std::ostringstream message;
+  message << label(scene, block) << ": velocity of its motion at " << time
+          << " s is not finite, or its square";
+  throw InputError(message.str());
+}
+
 State initial_state(const CompiledScene& compiled) {
   State state;
   state.origin = compiled.origin;
@@ -306,6 +325,7 @@ State initial_state(const CompiledScene& compiled) {
     const Motion& motion = compiled.scene.blocks[static_cast<std::size_t>(b)].motion;
     Vector3& velocity = state.blocks[static_cast<std::size_t>(b)].velocity;
     velocity = velocity_from(motion, velocity, 0.0);
+    check_motion_velocity(compiled.scene, b, velocity, 0.0);
   }
   return state;
 }

@@ -69,6 +69,8 @@ struct PrescribedMotion {
 
 /// Velocity from `time` on, m/s; of an acceleration the one that is `reached`.
 Vector3 velocity_from(const Motion& motion, const Vector3& reached, double time);
+/// Throws InputError where a motion sets its block off at a velocity that is not finite.
+void check_motion_velocity(const Scene& scene, int block, const Vector3& velocity, double time);
 
 /// The motion at time `to`, from that `known` at `from`: velocity and acceleration are integrated
 /// by a Gauss rule from knot to knot, which is exact for a table.

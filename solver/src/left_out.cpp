@@ -57,6 +57,12 @@ void say_forces(const CompiledScene& compiled, const StepOptions& options,
       })) {
     out.push_back("restitution and dilation: the source has none");
   }
+  if (is_paper_method(options.method) && any_joint(scene, [](const Joint& j) {
+        return j.normal_stiffness > 0.0 || j.residual_friction_angle >= 0.0 ||
+               j.softening_slip > 0.0 || j.residual_cohesion > 0.0 || j.residual_tension > 0.0;
+      })) {
+    out.push_back("stiffness of joints, softening and residual values: the source has none");
+  }
   if (options.method == ContactMethod::AugmentedLagrangian) {
     out.push_back("contact springs: contacts are exact, penalty and shear_ratio are not used");
   }

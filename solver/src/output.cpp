@@ -317,8 +317,22 @@ std::string xml_head(const std::string& type) {
 
 }  // namespace
 
+namespace {
+
+void check_by_block(const std::string& path, const Simulation& simulation, std::size_t count,
+                    const char* what) {
+  const std::size_t blocks = simulation.scene().blocks.size();
+  if (count == 0 || count == blocks) return;
+  throw InputError(path + ": " + std::to_string(count) + ' ' + what + " are given for " +
+                   std::to_string(blocks) + " blocks");
+}
+
+}  // namespace
+
 void write_blocks(const std::string& path, const Simulation& simulation,
                   std::span<const BlockState> from, const Piece& piece) {
+  check_by_block(path, simulation, from.size(), "places");
+  check_by_block(path, simulation, piece.part_of_block.size(), "parts");
   const Shown shown(simulation, piece);
   Appended file(path);
   file.raw(xml_head("UnstructuredGrid"));
@@ -332,6 +346,7 @@ void write_blocks(const std::string& path, const Simulation& simulation,
 }
 
 void write_contacts(const std::string& path, const Simulation& simulation, const Piece& piece) {
+  check_by_block(path, simulation, piece.part_of_block.size(), "parts");
   const State& state = simulation.state();
   std::span<const Contact> shown = state.contacts;
   std::vector<Contact> own;
@@ -401,6 +416,7 @@ std::string declared_arrays(std::istream& text) {
 }  // namespace
 
 void write_index(const std::string& path, const std::vector<std::string>& pieces) {
+  if (pieces.empty()) throw InputError(path + ": an index needs at least one piece");
   const std::filesystem::path folder = std::filesystem::path(path).parent_path();
   const std::string first = (folder / pieces.front()).string();
   std::ifstream like(first, std::ios::binary);

@@ -46,11 +46,13 @@ bool slides(const PaperContact& c, const PaperOptions& options, double compressi
 
 /// An open contact that overlaps closes, and slides at once where the springs of its overlap and of
 /// its slide say so: a block set in motion on a rough plane would first be held and tipped over.
+/// One with cohesion sticks until its own shear spring is beyond that: the slide of a block that
+/// nothing holds yet would break it.
 ContactMode mode_after_open(const PaperContact& c, const PaperOptions& options,
                             double force_tolerance) {
   if (!(c.gap < -options.rounding)) return ContactMode::Open;
   const ContactMode closed = closed_mode(c, options);
-  if (closed == ContactMode::Slip || !options.sliding) return closed;
+  if (closed == ContactMode::Slip || !options.sliding || c.cohesion > 0.0) return closed;
   const double compression = -options.normal_stiffness * c.gap;
   return slides(c, options, compression, force_tolerance) ? ContactMode::Slip : ContactMode::Stick;
 }

@@ -23,6 +23,7 @@ Vector3 velocity_without_unknowns(const CompiledScene& before, const CompiledSce
                                   const Vector3& reached, double time) {
   if (prescribed_index(now, block) < 0) return Vector3::Zero();
   const Vector3 velocity = velocity_from(now.scene.blocks[index(block)].motion, reached, time);
+  check_motion_velocity(now.scene, block, velocity, time);
   if (prescribed_index(before, block) < 0) return velocity;
   const Motion& last = before.scene.blocks[index(block)].motion;
   return velocity == velocity_from(last, reached, time) ? reached : velocity;

@@ -121,6 +121,27 @@ class Resume(FolderTest):
         self.assertFalse(list(self.out.glob("contact_problem_*")))
         self.finish(wanted)
 
+    def test_a_bit_that_was_flipped(self):
+        """In the checkpoint of a killed run, wherever it is: nothing else says that it was changed."""
+        process = self.start(*SLOW, "--out", self.out, "--checkpoint", "0.01")
+        while not self.checkpoints():
+            time.sleep(0.01)
+        process.kill()
+        process.communicate()
+        file = self.checkpoints()[0]
+        whole = file.read_bytes()
+        for place in (100, len(whole) // 3, len(whole) // 2, len(whole) - 1):
+            spoilt = bytearray(whole)
+            spoilt[place] ^= 1
+            file.write_bytes(spoilt)
+            process = self.start("--resume", self.out)
+            said = process.communicate(timeout=60)[1]
+            self.assertEqual(process.returncode, 1, said)
+            self.assertIn("checkpoint.bin: the checkpoint is damaged", said)
+        file.write_bytes(whole)
+        process = self.start("--resume", self.out, "--max-seconds", "0")
+        self.assertIn("the time limit is over", process.communicate(timeout=60)[1])
+
     def test_what_can_not_be_resumed(self):
         scene = self.folder / "scene.json"
         scene.write_text((SCENES / "paper" / "five_blocks.json").read_text())

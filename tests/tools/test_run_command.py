@@ -365,6 +365,18 @@ class RunCommand(FolderTest):
                 self.assertIn('motion of "belt" at 0.05 s is not finite', done.stderr)
             self.assertEqual(json.loads((out / "summary.json").read_text())["steps"], 5)  # with the one that failed
 
+    def test_a_run_shorter_than_rounding_of_its_step(self):
+        """Has a step all the same, so long as the run."""
+        box = {"type": "box", "min": [0, 0, 0], "max": [1, 1, 1]}
+        for time_step, end_time in ((0.01, 5e-9), (1e6, 0.1)):
+            scene = {"materials": {"m": {"density": 1}}, "time_step": time_step, "end_time": end_time,
+                     "blocks": [{"name": "b", "kind": "rigid", "material": "m", "shape": box}]}
+            file, out = self.folder / "scene.json", self.folder / "out"
+            file.write_text(json.dumps(scene))
+            self.assertEqual(run(file, "--out", out).returncode, 0)
+            summary = json.loads((out / "summary.json").read_text())
+            self.assertEqual((summary["steps"], summary["time"]), (1, end_time))
+
     def test_forces_beyond_doubles(self):
         """Their balance overflows, which is no balance."""
         scene = {"joint": {"friction_angle_deg": 30}, "materials": {"m": {"density": 1}}, "time_step": 0.01,

@@ -144,6 +144,25 @@ TEST_CASE("A block set in motion on a rough floor slides until friction has stop
   }
 }
 
+TEST_CASE("A laid joint has its cohesion from the first step on") {
+  for (const ContactMethod method : {ContactMethod::Paper, ContactMethod::Penalty}) {
+    // Of what the cohesion has to bear; the pull takes 0.6 of the friction off the back edge.
+    for (const double share : {0.9, 1.2}) {
+      CAPTURE(static_cast<int>(method), share);
+      constexpr double kPull = 30.0, kThick = 0.2, kFriction = 0.5;
+      const double left = kRock.density * kThick * (kPull - kFriction * kGravity);
+      Scene scene{.joint = {.friction_angle = std::atan(kFriction), .cohesion = share * left}};
+      scene.gravity = VectorOfTime(Vector3(kPull, 0, -kGravity));
+      scene.add_fixed(geometry::make_box({-3, -3, -1}, {3, 3, 0}));
+      scene.add_rigid(geometry::make_box({-0.5, -0.5, 0}, {0.5, 0.5, kThick}), kRock);
+      Simulation simulation(scene, {.time_step = 0.01, .method = method, .penalty = 1e9});
+      run(simulation, 10);
+      const double moved = simulation.state().blocks[1].centroid.x();
+      CHECK((share > 1.0 ? moved < 1e-4 : moved > 0.05));
+    }
+  }
+}
+
 TEST_CASE("The source's loop asks whether to go on, too") {
   Scene scene = cube_on_ground(true, 0.2);
   int asked = 0;

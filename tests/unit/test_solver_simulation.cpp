@@ -9,6 +9,8 @@
 #include <quoin/geometry/build.hpp>
 #include <quoin/geometry/mass_properties.hpp>
 #include <quoin/solver.hpp>
+#include <quoin/solver/output.hpp>
+#include <quoin/solver/parts.hpp>
 
 #include "step_flags.hpp"
 #include "support/catch.hpp"
@@ -207,6 +209,39 @@ TEST_CASE("Two joints of the same pair of groups are refused") {
              ContainsSubstring("pair joints 0 and 2") && ContainsSubstring("joint groups 0 and 1"));
   CHECK_THROWS_WITH(write_series("series.pvd", {0.0, 1.0}, {"a.vtu"}),
                     ContainsSubstring("series.pvd: 2 times are given for 1 files"));
+}
+
+TEST_CASE("Blocks, parts and pieces that do not exist are refused") {
+  const Scene scene = cube_on_ground();
+  const Simulation simulation(scene, {});
+  for (const int block : {-1, 2, 100000}) {
+    CAPTURE(block);
+    CHECK_THROWS_AS(simulation.vertices(block), InputError);
+    CHECK_THROWS_AS(simulation.stress(block), InputError);
+    CHECK_THROWS_AS(simulation.reference_arm(block, Vector3::Zero()), InputError);
+    CHECK_THROWS_AS(simulation.displacement(block, Vector3::Zero()), InputError);
+  }
+  const std::vector<Vector3> points(3, Vector3::Zero());
+  const std::vector<double> weights(3, 1.0);
+  CHECK_THROWS_AS(bisect(points, weights, 0), InputError);
+  CHECK_THROWS_AS(bisect(points, std::span(weights).first(2), 2), InputError);
+  CHECK_THROWS_AS(parts_of_blocks(scene, -1), InputError);
+  CHECK_THROWS_AS(write_index("index.pvtu", {}), InputError);
+  const std::span<const BlockState> one(simulation.state().blocks.data(), 1);
+  CHECK_THROWS_WITH(write_blocks("blocks.vtu", simulation, one),
+                    "blocks.vtu: 1 places are given for 2 blocks");
+  const std::vector<int> parts{0};
+  CHECK_THROWS_AS(write_contacts("contacts.vtp", simulation, {.part_of_block = parts}), InputError);
+}
+
+TEST_CASE("Places and speeds beyond what is worked with are told by block and value") {
+  Scene far = cube_on_ground();
+  far.blocks[1].placement.translation.x() = 1e300;
+  CHECK_THAT(refusal(far), ContainsSubstring("block 1") && ContainsSubstring("1e+300") &&
+                               ContainsSubstring("less than 1e+30 m"));
+  Scene fast = cube_on_ground();
+  fast.blocks[1].velocity.x() = 1e160;
+  CHECK_THAT(refusal(fast), ContainsSubstring("block 1") && ContainsSubstring("velocity"));
 }
 
 TEST_CASE("Options that cannot be worked with are refused") {

@@ -3,8 +3,12 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <cstdio>
 #include <fstream>
+#include <limits>
+#include <vector>
 
 #include "scene_file/archive.hpp"
 
@@ -24,21 +28,47 @@ void sync(const fs::path& path) {
   ::close(file);
 }
 
+constexpr std::uint64_t kHashOfNothing = 14695981039346656037U;
+
+/// FNV-1a [Fowler, Noll & Vo], 64 bits, of the next `most` bytes, or of all there are.
+std::uint64_t hash_of(std::istream& in, std::uint64_t hash, std::streamoff most) {
+  std::vector<char> bytes(1 << 16);
+  while (most > 0) {
+    in.read(bytes.data(), std::min<std::streamoff>(std::ssize(bytes), most));
+    if (in.gcount() == 0) break;
+    most -= in.gcount();
+    for (std::streamsize i = 0; i < in.gcount(); ++i) {
+      const auto byte = static_cast<unsigned char>(bytes[static_cast<std::size_t>(i)]);
+      hash = (hash ^ byte) * 1099511628211U;
+    }
+  }
+  return hash;
+}
+
+std::uint64_t hash_of_file(const fs::path& path, std::uint64_t hash) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw FileError(path.string() + ": can't be read");
+  return hash_of(in, hash, std::numeric_limits<std::streamoff>::max());
+}
+
+/// A checkpoint ends with the hash of what comes before.
+void check_hash(std::istream& in) {
+  std::uint64_t written = 0;
+  in.seekg(0, std::ios::end);
+  const std::streamoff size = in.tellg() - static_cast<std::streamoff>(sizeof written);
+  in.seekg(0);
+  const std::uint64_t found = hash_of(in, kHashOfNothing, size);
+  if (size < 0 || !in.read(reinterpret_cast<char*>(&written), sizeof written) || written != found) {
+    throw FileError("the checkpoint is damaged, or of another program");
+  }
+  in.seekg(0);
+}
+
 }  // namespace
 
 std::string hash_of_inputs(const scene_file::SceneFile& file) {
-  std::uint64_t hash = 14695981039346656037U;
-  for (const std::string& source : file.sources) {
-    std::ifstream in(source, std::ios::binary);
-    if (!in) throw FileError(source + ": can't be read");
-    std::vector<char> bytes(1 << 16);
-    while (in.read(bytes.data(), std::ssize(bytes)) || in.gcount() > 0) {
-      for (std::streamsize i = 0; i < in.gcount(); ++i) {
-        const auto byte = static_cast<unsigned char>(bytes[static_cast<std::size_t>(i)]);
-        hash = (hash ^ byte) * 1099511628211U;  // FNV-1a
-      }
-    }
-  }
+  std::uint64_t hash = kHashOfNothing;
+  for (const std::string& source : file.sources) hash = hash_of_file(source, hash);
   return std::to_string(hash);
 }
 
@@ -53,6 +83,10 @@ void write_checkpoint(OutputFolder& folder, const RunRequest& request, RunFiles&
           request.checkpoint_seconds, request.dump_steps, request.inputs);
   files.save(out);
   save(out);
+  out.flush();
+  if (!out) throw scene_file::unwritable(part.string());
+  const std::uint64_t hash = hash_of_file(part, kHashOfNothing);
+  out.write(reinterpret_cast<const char*>(&hash), sizeof hash);
   out.close();
   if (!out) throw scene_file::unwritable(part.string());
   sync(part);
@@ -64,6 +98,7 @@ void write_checkpoint(OutputFolder& folder, const RunRequest& request, RunFiles&
 RunRequest read_request(std::istream& in) {
   std::string program;
   RunRequest request;
+  check_hash(in);
   scene_file::ArchiveReader archive(in);
   archive(program);
   if (program != kProgram) throw FileError("the checkpoint is of another program");

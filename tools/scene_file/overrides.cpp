@@ -3,8 +3,10 @@
 #include <fnmatch.h>
 #include <muParser.h>
 
+#include <cmath>
 #include <numbers>
 #include <quoin/geometry/mass_properties.hpp>
+#include <sstream>
 
 #include "scene_file/mesh_surface.hpp"
 #include "scene_file/scene_error.hpp"
@@ -19,7 +21,7 @@ using nlohmann::json;
 class Condition {
  public:
   Condition(const std::string& text, const std::string& pointer, const Parameters& parameters)
-      : pointer_(pointer) {
+      : text_(text), pointer_(pointer) {
     try {
       parser_.DefineConst("pi", std::numbers::pi);
       parser_.DefineConst("deg", std::numbers::pi / 180);
@@ -42,14 +44,18 @@ class Condition {
   bool holds(const Vector3& place) {
     place_ = place;
     try {
-      return parser_.Eval() != 0.0;
+      const double value = parser_.Eval();
+      if (!std::isnan(value)) return value != 0.0;
     } catch (const mu::Parser::exception_type& error) {
       throw SceneError(pointer_, error.GetMsg());
     }
+    std::ostringstream line;
+    line << in_quotes(text_) << " is no number at (" << place.transpose() << ") m";
+    throw SceneError(pointer_, line.str());
   }
 
  private:
-  std::string pointer_;
+  std::string text_, pointer_;
   Vector3 place_ = Vector3::Zero();
   mu::Parser parser_;
 };

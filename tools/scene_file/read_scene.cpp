@@ -663,6 +663,7 @@ class Reader {
                                : "missing key \"end_time\" or \"stages\"");
     }
     if (document_.contains("end_time")) {
+      require_few_steps(document_["end_time"], file_.options.time_step, "/end_time");
       file_.stages.push_back({.end_time = document_["end_time"],
                               .time_step = file_.options.time_step,
                               .contact_iteration = file_.options.contact_iteration});
@@ -707,6 +708,13 @@ class Reader {
     return stage;
   }
 
+  static void require_few_steps(double seconds, double time_step, const std::string& pointer) {
+    constexpr double kMostSteps = 1e9;  // the quickest step takes 0.3 us: five minutes and more
+    if (seconds / time_step <= kMostSteps) return;
+    throw SceneError(pointer, json(seconds).dump() + " s are more than 1e9 steps of " +
+                                  json(time_step).dump() + " s");
+  }
+
   static void read_end(const json& value, const std::string& pointer, Stage& stage,
                        double& reached) {
     stage.end_time = value.value("end_time", 0.0);
@@ -721,9 +729,11 @@ class Reader {
       throw SceneError(pointer + "/end_time",
                        "must be after " + json(reached).dump() + " s, where the stage begins");
     }
+    const double start = reached;
     reached = stage.end_time > 0 ? stage.end_time
               : stage.steps      ? reached + static_cast<double>(*stage.steps) * stage.time_step
                                  : reached + stage.duration;
+    require_few_steps(reached - start, stage.time_step, pointer);
   }
 
   /// Blocks that a stage adds before any removes them are absent at the start.

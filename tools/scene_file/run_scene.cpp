@@ -476,7 +476,10 @@ class Runner {
                                             : unlimited;
     while (going_ && !has_ended(stage)) {
       const double left = *dynamic_start_ + end - simulation_.state().time;
-      if (left <= 1e-6 * stage.time_step) {
+      // A stage that is shorter than that has a step all the same.
+      const bool stepped = result_.stages.back().steps > 0;
+      const double now = simulation_.state().time;
+      if (left <= (stepped ? 1e-6 * stage.time_step : 4 * std::numeric_limits<double>::epsilon() * now)) {
         result_.stages.back().end = StageEnd::Time;
         if (stage.until_rest) not_at_rest();
         return;

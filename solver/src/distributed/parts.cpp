@@ -57,6 +57,11 @@ void bisect(const Weighted& all, std::span<int> members, int first, int parts,
 
 std::vector<int> bisect(std::span<const Vector3> points, std::span<const double> weights,
                         int parts) {
+  if (points.size() != weights.size()) {
+    throw InputError("parts: " + std::to_string(weights.size()) + " weights are given for " +
+                     std::to_string(points.size()) + " points");
+  }
+  if (parts < 1) throw InputError("parts: " + std::to_string(parts) + " must be at least 1");
   std::vector<int> members(points.size()), part_of(points.size(), 0);
   std::iota(members.begin(), members.end(), 0);
   bisect({points, weights}, members, 0, parts, part_of);
@@ -67,6 +72,9 @@ std::vector<int> parts_of_blocks(const Scene& scene, int parts) {
   std::vector<Vector3> centroids;
   std::vector<double> weights;
   for (const Block& block : scene.blocks) {
+    if (block.shape == nullptr) {
+      throw InputError("parts: block " + std::to_string(centroids.size()) + " has no shape");
+    }
     centroids.push_back(geometry::mass_properties(block.body()).centroid);
     const bool stays = block.kind == BlockKind::Fixed || block.kind == BlockKind::Prescribed;
     weights.push_back(stays ? 0.0 : 1.0);

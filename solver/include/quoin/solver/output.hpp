@@ -18,14 +18,16 @@ struct Piece {
 /// Blocks as an unstructured grid of polyhedra (.vtu): id, name, kind, material, displacement,
 /// velocity, stress (xx yy zz xy yz xz) and principal stresses, Pa. Absent blocks are hidden cells
 /// (vtkGhostType). Displacements count from the places `from`, by block; none: from the start of
-/// the run. Throws std::runtime_error naming the file when it can't be written.
+/// the run. Throws std::runtime_error naming the file when it can't be written, and InputError
+/// where a list by block is not as long as there are blocks.
 void write_blocks(const std::string& path, const Simulation& simulation,
                   std::span<const BlockState> from = {}, const Piece& piece = {});
 
 /// Contact points (.vtp): blocks, type, gap, normal, forces, state, slip, area.
 void write_contacts(const std::string& path, const Simulation& simulation, const Piece& piece = {});
 
-/// Index (.pvtu of blocks, .pvtp of contacts) over pieces in the same folder, at least one. The
+/// Index (.pvtu of blocks, .pvtp of contacts) over pieces in the same folder, at least one, or an
+/// InputError is thrown. The
 /// first is read for the names of its arrays; the others may come later.
 void write_index(const std::string& path, const std::vector<std::string>& pieces);
 
