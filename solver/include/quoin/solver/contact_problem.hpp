@@ -47,7 +47,8 @@ struct ContactSolution {
   std::vector<Vector3> forces;  ///< r, by contact, N
 };
 
-/// Solves it as a step would. `tolerance`: as StepOptions::tolerance.
+/// Solves it as a step would; Automatic: as ProximalNewton does, which is not exact where friction
+/// is above 4 (solver/README.md, "Steep friction"). `tolerance`: as StepOptions::tolerance.
 /// Throws InputError naming the block or contact that is not as described above.
 ContactSolution solve(const ContactProblem& problem, ContactIteration iteration, double tolerance);
 
