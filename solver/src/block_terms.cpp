@@ -5,26 +5,24 @@
 #include <limits>
 #include <string>
 
+#include "messages.hpp"
+
 namespace quoin::solver {
 namespace {
-
-std::string label(const Block& block, int index) {
-  return "block " + std::to_string(index) + (block.name.empty() ? "" : " (" + block.name + ")");
-}
 
 void check_material(const Block& block, int index) {
   const Material& m = block.material;
   if (!(m.density > 0.0) || !std::isfinite(m.density)) {
-    throw InputError(label(block, index) + ": density " + std::to_string(m.density) +
-                     " kg/m3 must be greater than 0");
+    throw InputError(label(block, index) + ": density " + text_of(m.density) +
+                     " kg/m3 must be finite and greater than 0");
   }
   if (block.kind != BlockKind::Deformable) return;
   if (!(m.young > 0.0) || !std::isfinite(m.young)) {
-    throw InputError(label(block, index) + ": Young's modulus " + std::to_string(m.young) +
-                     " Pa must be greater than 0 (or make the block rigid)");
+    throw InputError(label(block, index) + ": Young's modulus " + text_of(m.young) +
+                     " Pa must be finite and greater than 0 (or make the block rigid)");
   }
   if (!(m.poisson > -1.0 && m.poisson < 0.5)) {
-    throw InputError(label(block, index) + ": Poisson's ratio " + std::to_string(m.poisson) +
+    throw InputError(label(block, index) + ": Poisson's ratio " + text_of(m.poisson) +
                      " must lie in (-1, 0.5)");
   }
 }

@@ -8,42 +8,31 @@
 #include <sstream>
 
 #include "contact/contact_history.hpp"
+#include "messages.hpp"
 
 namespace quoin::solver {
 namespace {
 
-std::string label(const Scene& scene, int block) {
-  const std::string& name = scene.blocks[static_cast<std::size_t>(block)].name;
-  return "block " + std::to_string(block) + (name.empty() ? "" : " (" + name + ")");
-}
-
-void check_block_index(const Scene& scene, int block, const std::string& what) {
-  if (block < 0 || block >= static_cast<int>(scene.blocks.size())) {
-    throw InputError(what + ": block " + std::to_string(block) + " does not exist (the scene has " +
-                     std::to_string(scene.blocks.size()) + ")");
-  }
-}
-
 void check_loaded_block(const Scene& scene, int block, const std::string& what) {
-  check_block_index(scene, block, what);
-  const BlockKind kind = scene.blocks[static_cast<std::size_t>(block)].kind;
-  if (kind >= BlockKind::Fixed) {
-    throw InputError(what + ": " + label(scene, block) +
+  const Block& loaded = scene.blocks[checked_block(block, scene.blocks.size(), what + ": ")];
+  if (loaded.kind >= BlockKind::Fixed) {
+    throw InputError(what + ": " + label(loaded, block) +
                      " is fixed, prescribed or absent and takes no load");
   }
 }
 
 void check_joint(const Joint& joint, const std::string& what) {
   const auto require = [&](bool good, const std::string& name, double value, const char* limit) {
-    if (!good) throw InputError(what + ": " + name + " " + std::to_string(value) + " " + limit);
+    if (!good) throw InputError(what + ": " + name + " " + text_of(value) + " " + limit);
     if (!std::isfinite(value)) throw InputError(what + ": " + name + " is not finite");
   };
   const double right_angle = 0.5 * std::numbers::pi;
   require(joint.friction_angle >= 0.0 && joint.friction_angle < right_angle, "friction angle",
           joint.friction_angle, "rad must lie in [0, pi/2)");
   const double residual = joint.residual_friction_angle;
-  require(residual < right_angle, "residual friction angle", residual,
-          "rad must be less than pi/2");
+  require(residual == -1.0 || (residual >= 0.0 && residual < right_angle),
+          "residual friction angle", residual,
+          "rad must lie in [0, pi/2), or be -1 for the friction angle");
   require(residual < 0.0 || joint.dilation_angle <= residual, "dilation angle",
           joint.dilation_angle, "rad must not exceed the residual friction angle");
   require(joint.dilation_angle >= 0.0 && joint.dilation_angle < right_angle, "dilation angle",
@@ -138,35 +127,45 @@ void add_load(CompiledScene& compiled, int block, const Vector3& arm, const Vect
   if (!is_always_zero(force)) compiled.loads.push_back({block, arm, force, factor});
 }
 
+/// How messages name a load: by its place in its list.
+template <class Load>
+std::string numbered(const char* what, const std::vector<Load>& loads, const Load& load) {
+  return what + std::string(" ") + std::to_string(&load - loads.data());
+}
+
 void compile_loads(CompiledScene& compiled) {
   const Scene& scene = compiled.scene;
   for (const PointLoad& load : scene.point_loads) {
-    check_loaded_block(scene, load.block, "point load");
-    check_finite(load.point, "point load: point");
-    check_constant(load.force, "point load: force");
+    const std::string what = numbered("point load", scene.point_loads, load);
+    check_loaded_block(scene, load.block, what);
+    check_finite(load.point, what + ": point");
+    check_constant(load.force, what + ": force");
     add_load(compiled, load.block, arm_of(compiled, load.block, load.point), load.force, 1.0);
   }
   for (const FaceLoad& load : scene.face_loads) {
-    check_loaded_block(scene, load.block, "face load");
+    const std::string what = numbered("face load", scene.face_loads, load);
+    check_loaded_block(scene, load.block, what);
     const BlockModel& model = compiled.models[static_cast<std::size_t>(load.block)];
     if (load.face < 0 || load.face >= model.shape->topology().face_count()) {
-      throw InputError("face load: " + label(scene, load.block) + " has no face " +
+      throw InputError(what + ": block " + std::to_string(load.block) + " has no face " +
                        std::to_string(load.face));
     }
-    check_constant(load.traction, "face load: traction");
+    check_constant(load.traction, what + ": traction");
     const FaceMean mean = face_mean(model, load.face);
     add_load(compiled, load.block, mean.centroid, load.traction, mean.area);
   }
   for (const BodyLoad& load : scene.body_loads) {
-    check_loaded_block(scene, load.block, "body load");
-    check_constant(load.force, "body load: force");
+    const std::string what = numbered("body load", scene.body_loads, load);
+    check_loaded_block(scene, load.block, what);
+    check_constant(load.force, what + ": force");
     add_load(compiled, load.block, Vector3::Zero(), load.force,
              compiled.models[static_cast<std::size_t>(load.block)].volume);
   }
   for (const FixedPoint& point : scene.fixed_points) {
-    check_loaded_block(scene, point.block, "fixed point");
-    check_finite(point.point, "fixed point: point");
-    check_constant(point.displacement, "fixed point: displacement");
+    const std::string what = numbered("fixed point", scene.fixed_points, point);
+    check_loaded_block(scene, point.block, what);
+    check_finite(point.point, what + ": point");
+    check_constant(point.displacement, what + ": displacement");
     const Vector3 arm = held_arm(compiled, point.block, point.point);
     compiled.held.push_back({.block = point.block, .arm = arm, .displacement = point.displacement});
   }
@@ -188,18 +187,18 @@ Vector3 scene_origin(const Scene& scene) {
 
 void check_shape(const Scene& scene, int block) {
   const Block& b = scene.blocks[static_cast<std::size_t>(block)];
-  if (b.shape == nullptr) throw InputError(label(scene, block) + " has no shape");
+  if (b.shape == nullptr) throw InputError(label(b, block) + " has no shape");
   const double determinant = b.placement.linear.determinant();
   if (const Vector3& at = b.placement.translation;
       !(at.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() < geometry::kLargestCoordinate)) {
     std::ostringstream message;
-    message << label(scene, block) << ": translation (" << at.transpose()
+    message << label(b, block) << ": translation (" << at.transpose()
             << ") m of its placement must be less than " << geometry::kLargestCoordinate << " m";
     throw InputError(message.str());
   }
   if (!(determinant > 0.0 && std::isfinite(determinant))) {
-    throw InputError(label(scene, block) + ": its placement has determinant " +
-                     std::to_string(determinant) + ", must be finite and greater than 0");
+    throw InputError(label(b, block) + ": its placement has determinant " + text_of(determinant) +
+                     ", must be finite and greater than 0");
   }
 }
 
@@ -247,7 +246,7 @@ CompiledScene compile(Scene scene) {
   compiled.models.reserve(compiled.scene.blocks.size());  // large records: doubling would show
   for (std::size_t b = 0; b < compiled.scene.blocks.size(); ++b) {
     const Block& block = compiled.scene.blocks[b];
-    const std::string what = label(compiled.scene, static_cast<int>(b));
+    const std::string what = label(block, static_cast<int>(b));
     check_square(block.velocity, what + ": velocity");
     check_square(block.angular_velocity, what + ": angular velocity");
     check_finite(block.initial_stress, what + ": initial stress");
@@ -302,8 +301,8 @@ Vector3 velocity_from(const Motion& motion, const Vector3& reached, double time)
 void check_motion_velocity(const Scene& scene, int block, const Vector3& velocity, double time) {
   if (std::isfinite(velocity.squaredNorm())) return;
   std::ostringstream message;
-  message << label(scene, block) << ": velocity of its motion at " << time
-          << " s is not finite, or its square";
+  message << label(scene.blocks[static_cast<std::size_t>(block)], block)
+          << ": velocity of its motion at " << time << " s is not finite, or its square";
   throw InputError(message.str());
 }
 

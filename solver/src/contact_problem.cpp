@@ -6,6 +6,7 @@
 #include <ostream>
 
 #include "index.hpp"
+#include "messages.hpp"
 #include "moving/cone.hpp"
 #include "moving/moving_contacts.hpp"
 
@@ -14,18 +15,10 @@ namespace {
 
 constexpr const char* kTitle = "quoin contact problem 1";
 
-/// The shortest text that is read back to the same bits.
-void put(std::ostream& out, double value) {
-  char text[32];
-  const std::to_chars_result end = std::to_chars(text, text + sizeof text, value);
-  out << ' ';
-  out.write(text, end.ptr - text);
-}
-
 template <typename Values>
 void put_all(std::ostream& out, const char* word, const Values& values) {
   out << word;
-  for (const double value : values.reshaped()) put(out, value);
+  for (const double value : values.reshaped()) out << ' ' << text_of(value);
   out << '\n';
 }
 
@@ -104,11 +97,6 @@ ContactProblem::Contact read_contact(Reader& reader, const ContactProblem& probl
   take_rows("Ha", contact.a, contact.rows_a);
   take_rows("Hb", contact.b, contact.rows_b);
   return contact;
-}
-
-std::string text_of(double value) {
-  char text[32];
-  return {text, std::to_chars(text, text + sizeof text, value).ptr};
 }
 
 void require(bool good, const std::string& place, const std::string& what) {
@@ -253,18 +241,14 @@ ContactProblem contact_problem(const Slots& slots, const BlockSystem& base,
 void write(std::ostream& out, const ContactProblem& problem) {
   out << kTitle << "\nblocks " << problem.blocks.size() << '\n';
   for (const ContactProblem::Block& block : problem.blocks) {
-    out << block.force.size();
-    put(out, block.length);
-    out << '\n';
+    out << block.force.size() << ' ' << text_of(block.length) << '\n';
     put_all(out, "M", block.matrix);
     put_all(out, "f", block.force);
     put_all(out, "v", block.guess);
   }
   out << "contacts " << problem.contacts.size() << '\n';
   for (const ContactProblem::Contact& contact : problem.contacts) {
-    out << contact.a << ' ' << contact.b;
-    put(out, contact.friction);
-    out << '\n';
+    out << contact.a << ' ' << contact.b << ' ' << text_of(contact.friction) << '\n';
     put_all(out, "w", contact.offset);
     put_all(out, "r", contact.force);
     if (contact.a >= 0) put_all(out, "Ha", contact.rows_a);

@@ -428,6 +428,26 @@ void write_index(const std::string& path, const std::vector<std::string>& pieces
   write_whole(path, text + "</" + type + ">\n</VTKFile>\n");
 }
 
+namespace {
+
+/// As the value of an attribute in XML.
+std::string escaped(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    if (c == '&')
+      result += "&amp;";
+    else if (c == '<')
+      result += "&lt;";
+    else if (c == '"')
+      result += "&quot;";
+    else
+      result += c;
+  }
+  return result;
+}
+
+}  // namespace
+
 void write_series(const std::string& path, const std::vector<double>& times,
                   const std::vector<std::string>& files) {
   if (times.size() != files.size()) {
@@ -438,7 +458,8 @@ void write_series(const std::string& path, const std::vector<double>& times,
   for (std::size_t i = 0; i < files.size(); ++i) {
     char time[32];
     const auto end = std::to_chars(time, time + sizeof time, times[i]).ptr;
-    text += "<DataSet file=\"" + files[i] + "\" timestep=\"" + std::string(time, end) + "\"/>\n";
+    text += "<DataSet file=\"" + escaped(files[i]) + "\" timestep=\"" + std::string(time, end) +
+            "\"/>\n";
   }
   text += "</Collection>\n</VTKFile>\n";
   write_whole(path, text);

@@ -7,6 +7,7 @@
 
 #include "checkpoint.hpp"
 #include "left_out.hpp"
+#include "messages.hpp"
 #include "paper_step.hpp"
 #include "scene_change.hpp"
 #include "step/contact_search.hpp"
@@ -298,18 +299,8 @@ void Simulation::take_best_try() {
   detect(parts_->compiled, parts_->options, parts_->state, parts_->work);
 }
 
-namespace {
-
-std::size_t checked(int block, std::size_t count) {
-  if (block >= 0 && static_cast<std::size_t>(block) < count) return static_cast<std::size_t>(block);
-  throw InputError("block " + std::to_string(block) + " does not exist (the scene has " +
-                   std::to_string(count) + ")");
-}
-
-}  // namespace
-
 Vector6 Simulation::stress(int block) const {
-  const std::size_t b = checked(block, parts_->state.blocks.size());
+  const std::size_t b = checked_block(block, parts_->state.blocks.size());
   const BlockState& now = parts_->state.blocks[b];
   const Vector6 local = solver::stress(parts_->compiled.models[b], now.strain);
   Matrix3 tensor;
@@ -323,14 +314,14 @@ Vector6 Simulation::stress(int block) const {
 }
 
 Vector3 Simulation::reference_arm(int block, const Vector3& world_point) const {
-  const Pose now = pose(parts_->state.blocks[checked(block, parts_->state.blocks.size())]);
+  const Pose now = pose(parts_->state.blocks[checked_block(block, parts_->state.blocks.size())]);
   return solver::reference_arm(
       now, (world_point - parts_->state.origin - now.centroid) - now.centroid_rest);
 }
 
 geometry::Points Simulation::reference_arms(int block) const {
   return solver::reference_arms(
-      parts_->compiled.models[checked(block, parts_->compiled.models.size())]);
+      parts_->compiled.models[checked_block(block, parts_->compiled.models.size())]);
 }
 
 geometry::Points Simulation::vertices(int block) const {
@@ -342,7 +333,7 @@ geometry::Points Simulation::vertices(int block) const {
 }
 
 Vector3 Simulation::displacement(int block, const Vector3& reference_arm) const {
-  const std::size_t b = checked(block, parts_->state.blocks.size());
+  const std::size_t b = checked_block(block, parts_->state.blocks.size());
   return solver::displacement(parts_->compiled.models[b], pose(parts_->state.blocks[b]),
                               reference_arm);
 }

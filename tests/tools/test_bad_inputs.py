@@ -171,6 +171,14 @@ def values():
                      ("restitution", 2), ("friction", 0.5)):
         scene(f"/joint/{key}", bad)
     scene("/joints", [{"between": ["rock", "wood"], "friction_angle_deg": 3}], "/joints/0", "wood")
+    for key, value, words in (
+            ("dilation_angle_deg", 40, "/dilation_angle_deg: 40 must not exceed friction_angle_deg, 30"),
+            ("normal_stiffness", 1e9, 'missing key "shear_stiffness"'),
+            ("shear_stiffness", 1e9, 'missing key "normal_stiffness"')):
+        scene("/joint", {"friction_angle_deg": 30, key: value}, "/joint", words)
+        scene("/joints", [{"between": ["rock", "rock"], "friction_angle_deg": 30, key: value}], "/joints/0", words)
+    scene("/joint", {"friction_angle_deg": 30, "dilation_angle_deg": 20, "residual_friction_angle_deg": 10},
+          "/joint/dilation_angle_deg: 20 must not exceed residual_friction_angle_deg, 10")
     scene("/gravity", [0, 0])
     scene("/gravity", {"table": []})
     scene("/gravity", {"table": [[0, 0, 0, 1], [0, 0, 0, 2]]}, "/gravity/table", "ascend")
@@ -180,6 +188,8 @@ def values():
     scene("/loads", [{"type": "body", "block": "none", "force": [0, 0, 1]}], "/loads/0/block", "none")
     scene("/loads", [{"type": "face", "block": "top", "towards": [0, 0, 0], "traction": [0, 0, 1]}],
           "/loads/0/towards")
+    scene("/loads", [{"type": "face", "block": "top", "towards": [1, 0, 1], "traction": [0, 0, 1]}],
+          "/loads/0/towards", "two faces")
     for key in ("time_step", "end_time", "penalty", "tolerance", "reach", "output_interval"):
         for bad in (0, -1, "1", None, "=0/0", "=1/0"):
             scene(f"/{key}", bad)

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <limits>
 #include <numbers>
 #include <quoin/geometry/build.hpp>
@@ -11,6 +13,7 @@
 #include <quoin/solver.hpp>
 #include <quoin/solver/output.hpp>
 #include <quoin/solver/parts.hpp>
+#include <sstream>
 
 #include "step_flags.hpp"
 #include "support/catch.hpp"
@@ -175,29 +178,33 @@ TEST_CASE("Scenes that cannot be worked with are refused, and say why") {
   CHECK_THAT(refused([&](Scene& s) {
                s.point_loads = {{1, Vector3::Zero(), no_vector}};
              }),
-             ContainsSubstring("point load: force"));
+             ContainsSubstring("point load 0: force"));
   CHECK_THAT(refused([&](Scene& s) {
                s.face_loads = {{1, 0, no_vector}};
              }),
-             ContainsSubstring("face load: traction"));
+             ContainsSubstring("face load 0: traction"));
   CHECK_THAT(refused([&](Scene& s) {
                s.body_loads = {{1, no_vector}};
              }),
-             ContainsSubstring("body load: force"));
+             ContainsSubstring("body load 0: force"));
   CHECK_THAT(refused([&](Scene& s) {
                s.fixed_points = {{1, no_vector, {}}};
              }),
-             ContainsSubstring("fixed point: point"));
+             ContainsSubstring("fixed point 0: point"));
   CHECK_THAT(refused([&](Scene& s) {
                s.fixed_points = {{1, Vector3::Zero(), no_vector}};
              }),
-             ContainsSubstring("fixed point: displacement"));
+             ContainsSubstring("fixed point 0: displacement"));
   CHECK_THAT(refused([&](Scene& s) { s.blocks[1].initial_stress[2] = infinite; }),
              ContainsSubstring("block 1") && ContainsSubstring("initial stress"));
   CHECK_THAT(refused([&](Scene& s) { s.blocks[0].motion.value = no_vector; }),
              ContainsSubstring("block 0") && ContainsSubstring("motion"));
   CHECK_THAT(refused([&](Scene& s) { s.joint.tension = infinite; }),
              ContainsSubstring("tension is not finite"));
+  CHECK_THAT(refused([&](Scene& s) { s.joint.residual_friction_angle = -0.5; }),
+             ContainsSubstring("residual friction angle -0.5 rad"));
+  CHECK_THAT(refused([&](Scene& s) { s.blocks[1].material.density = infinite; }),
+             ContainsSubstring("density inf kg/m3 must be finite"));
   CHECK_THROWS_WITH(interpolate({0, 1}, {no_vector, no_vector}),
                     ContainsSubstring("entry 0 is not finite"));
 }
@@ -207,8 +214,6 @@ TEST_CASE("Two joints of the same pair of groups are refused") {
   scene.pair_joints = {{0, 1, {}}, {0, 0, {}}, {1, 0, {}}};
   CHECK_THAT(refusal(scene),
              ContainsSubstring("pair joints 0 and 2") && ContainsSubstring("joint groups 0 and 1"));
-  CHECK_THROWS_WITH(write_series("series.pvd", {0.0, 1.0}, {"a.vtu"}),
-                    ContainsSubstring("series.pvd: 2 times are given for 1 files"));
 }
 
 TEST_CASE("Blocks, parts and pieces that do not exist are refused") {
@@ -232,6 +237,18 @@ TEST_CASE("Blocks, parts and pieces that do not exist are refused") {
                     "blocks.vtu: 1 places are given for 2 blocks");
   const std::vector<int> parts{0};
   CHECK_THROWS_AS(write_contacts("contacts.vtp", simulation, {.part_of_block = parts}), InputError);
+}
+
+TEST_CASE("A series names its files as XML wants it, one for each time") {
+  CHECK_THROWS_WITH(write_series("series.pvd", {0.0, 1.0}, {"a.vtu"}),
+                    ContainsSubstring("series.pvd: 2 times are given for 1 files"));
+  const std::string path = (std::filesystem::temp_directory_path() / "quoin_series.pvd").string();
+  write_series(path, {0.5}, {"a&b \"<c>.vtu"});
+  std::stringstream text;
+  text << std::ifstream(path).rdbuf();
+  std::filesystem::remove(path);
+  CHECK_THAT(text.str(),
+             ContainsSubstring("<DataSet file=\"a&amp;b &quot;&lt;c>.vtu\" timestep=\"0.5\"/>"));
 }
 
 TEST_CASE("Places and speeds beyond what is worked with are told by block and value") {

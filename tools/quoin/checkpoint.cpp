@@ -10,6 +10,7 @@
 #include <limits>
 #include <vector>
 
+#include "hash.hpp"
 #include "scene_file/archive.hpp"
 
 namespace quoin::commands {
@@ -28,19 +29,14 @@ void sync(const fs::path& path) {
   ::close(file);
 }
 
-constexpr std::uint64_t kHashOfNothing = 14695981039346656037U;
-
-/// FNV-1a [Fowler, Noll & Vo], 64 bits, of the next `most` bytes, or of all there are.
+/// Of the next `most` bytes, or of all there are.
 std::uint64_t hash_of(std::istream& in, std::uint64_t hash, std::streamoff most) {
   std::vector<char> bytes(1 << 16);
   while (most > 0) {
     in.read(bytes.data(), std::min<std::streamoff>(std::ssize(bytes), most));
     if (in.gcount() == 0) break;
     most -= in.gcount();
-    for (std::streamsize i = 0; i < in.gcount(); ++i) {
-      const auto byte = static_cast<unsigned char>(bytes[static_cast<std::size_t>(i)]);
-      hash = (hash ^ byte) * 1099511628211U;
-    }
+    hash = hashed({bytes.data(), static_cast<std::size_t>(in.gcount())}, hash);
   }
   return hash;
 }

@@ -17,6 +17,7 @@
 #include <optional>
 #include <utility>
 
+#include "hash.hpp"
 #include "scene_file/scene_error.hpp"
 
 namespace quoin::commands {
@@ -48,25 +49,18 @@ bool is_plain_file(const fs::path& path) {
   return fs::is_regular_file(fs::symlink_status(path, none));
 }
 
-std::uint64_t hashed(const char* data, std::size_t count, std::uint64_t hash) {
-  for (std::size_t i = 0; i < count; ++i) {
-    hash = (hash ^ static_cast<unsigned char>(data[i])) * 1099511628211U;  // FNV-1a
-  }
-  return hash;
-}
-
 /// Of the first and the last 64 KiB: a file that somebody has edited is told from ours, and results
 /// of many gigabytes cost no time.
 std::string hash_of_ends(const fs::path& path, std::uintmax_t size) {
   constexpr std::uintmax_t kEnd = 65536;
   std::vector<char> bytes(kEnd);
   std::ifstream in(path, std::ios::binary);
-  std::uint64_t hash = 14695981039346656037U;
+  std::uint64_t hash = kHashOfNothing;
   const auto take = [&](std::uintmax_t from) {
     in.clear();
     in.seekg(static_cast<std::streamoff>(from));
     in.read(bytes.data(), static_cast<std::streamsize>(kEnd));
-    hash = hashed(bytes.data(), static_cast<std::size_t>(in.gcount()), hash);
+    hash = hashed({bytes.data(), static_cast<std::size_t>(in.gcount())}, hash);
   };
   take(0);
   if (size > kEnd) take(std::max(kEnd, size - kEnd));

@@ -485,7 +485,26 @@ class Reader {
     }
   }
 
-  static solver::Joint joint(const json& value) {
+  /// What one key of a joint allows another one.
+  static void check_joint(const json& value, const std::string& pointer) {
+    const double friction = value["friction_angle_deg"],
+                 dilation = value.value("dilation_angle_deg", 0.0);
+    for (const char* key : {"friction_angle_deg", "residual_friction_angle_deg"}) {
+      if (dilation <= value.value(key, friction)) continue;
+      throw SceneError(pointer + "/dilation_angle_deg",
+                       value["dilation_angle_deg"].dump() + " must not exceed " + key + ", " +
+                           value[key].dump() + ": the joint would make energy");
+    }
+    for (const auto& [key, other] : {std::pair("normal_stiffness", "shear_stiffness"),
+                                     std::pair("shear_stiffness", "normal_stiffness")}) {
+      if (!value.contains(key) || value.contains(other)) continue;
+      throw SceneError(pointer,
+                       std::string("missing key \"") + other + "\", as there is \"" + key + "\"");
+    }
+  }
+
+  static solver::Joint joint(const json& value, const std::string& pointer) {
+    check_joint(value, pointer);
     return {.friction_angle = radians(value, "friction_angle_deg", 0.0),
             .cohesion = value.value("cohesion", 0.0),
             .tension = value.value("tension", 0.0),
@@ -502,7 +521,7 @@ class Reader {
 
   void read_joints() {
     if (document_.contains("joint")) {
-      file_.scene.joint = joint(document_["joint"]);
+      file_.scene.joint = joint(document_["joint"], "/joint");
     } else if (file_.scene.blocks.size() > 1) {
       throw SceneError("", "missing key \"joint\": the properties where blocks touch");
     }
@@ -521,7 +540,7 @@ class Reader {
       throw SceneError(pointer + "/between", "there is a joint between " + shown(names[0]) +
                                                  " and " + shown(names[1]) + " already");
     }
-    file_.scene.pair_joints.push_back({a, b, joint(value)});
+    file_.scene.pair_joints.push_back({a, b, joint(value, pointer)});
   }
 
   int joint_group(const std::string& name, const std::string& pointer) const {
@@ -559,8 +578,9 @@ class Reader {
     const auto line = [&](int from, int to) -> Vector3 {
       return body.placement().linear * (body.shape().vertex(to) - body.shape().vertex(from));
     };
+    constexpr double kAlike = 1e-9;  // of cosines: far above their rounding
     int best = 0;
-    double greatest = -2.0;
+    double greatest = -2.0, second = -2.0;
     for (int f = 0; f < topology.face_count(); ++f) {
       const std::span<const int> cycle = topology.face(f);
       Vector3 area = Vector3::Zero();
@@ -568,10 +588,14 @@ class Reader {
         area += line(cycle[0], cycle[i]).cross(line(cycle[0], cycle[i + 1]));
       }
       const double along = area.normalized().dot(direction.normalized());
+      second = std::max(second, std::min(along, greatest));
       if (along > greatest) {
         greatest = along;
         best = f;
       }
+    }
+    if (greatest - second < kAlike) {
+      throw SceneError(pointer, "two faces of the block look this way alike");
     }
     return best;
   }
@@ -782,7 +806,7 @@ class Reader {
     solver::Scene& scene = file_.scene;
     if (given("gravity")) scene.gravity = vector_of_time(value["gravity"], pointer + "/gravity");
     if (given("overrides")) override_blocks(value["overrides"], pointer + "/overrides", stage);
-    if (given("joint")) scene.joint = joint(value["joint"]);
+    if (given("joint")) scene.joint = joint(value["joint"], pointer + "/joint");
     if (given("joints")) {
       scene.pair_joints.clear();
       each_of("joints", [&](const json& v, const std::string& p) { read_pair_joint(v, p); });
