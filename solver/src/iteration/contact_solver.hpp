@@ -104,6 +104,7 @@ class ContactSolver {
     static constexpr int kNone = -2;  // -1 is a block that has no unknowns
   };
   bool is_uneven(const BlockEquations& blocks, std::span<const LinearContact> contacts);
+  bool is_steep(std::span<const LinearContact> contacts) const;
   bool few_held() const;
   Fate judge_crowd(const AttemptOutcome& outcome, bool gained);
   int patience(std::span<const LinearContact> contacts);
@@ -119,7 +120,7 @@ class ContactSolver {
   Try fine_ = Try::None;       ///< a crowd gained energy: forces to the force tolerance itself
   double other_gains_ = 0.0;   ///< of the answer that is tried again: another is to gain no more, J
   bool loose_ = false;         ///< the island of this sub-step
-  bool uneven_ = false;        ///< light blocks bear much heavier ones in this attempt
+  bool stays_hard_ = false;    ///< in this attempt contacts that yield would make energy
   bool suits_ = true;          ///< the proximal Newton method could have the problem
   bool coulomb_ = true;        ///< which has friction alone, no cohesion and no bonds
   std::vector<Load> loads_;    ///< memory of is_uneven(), by slot
