@@ -74,23 +74,6 @@ SmoothProjection project_on_cone(const Vector3& z, double smoothing) {
 
 }  // namespace
 
-Vector3 project_on(const Admissible& forces, const Vector3& z) {
-  const double tangential = z.tail<2>().norm();
-  if (forces.shear != Admissible::Shear::Cone) {
-    Vector3 force = z;
-    if (!forces.pulls) force[0] = std::max(z[0], 0.0);
-    const double limit = forces.shear_limit(force[0]);
-    if (forces.shear == Admissible::Shear::Disc && tangential > limit) {
-      force.tail<2>() *= limit / tangential;
-    }
-    return force;
-  }
-  if (z[0] >= tangential) return z;
-  if (z[0] <= -tangential) return Vector3::Zero();
-  const double size = 0.5 * (z[0] + tangential), along = size / tangential;
-  return {size, along * z[1], along * z[2]};
-}
-
 SmoothProjection project_smoothly(const Admissible& forces, const Vector3& z, double smoothing) {
   return forces.shear == Admissible::Shear::Cone ? project_on_cone(z, smoothing)
                                                  : project_by_parts(forces, z, smoothing);

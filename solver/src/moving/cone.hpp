@@ -32,7 +32,22 @@ inline Vector3 corrected(const Admissible& forces, const Vector3& u) {
   return {u[0] + slip, u[1], u[2]};
 }
 
-Vector3 project_on(const Admissible& forces, const Vector3& z);
+inline Vector3 project_on(const Admissible& forces, const Vector3& z) {
+  const double tangential = z.tail<2>().norm();
+  if (forces.shear != Admissible::Shear::Cone) {
+    Vector3 force = z;
+    if (!forces.pulls) force[0] = std::max(z[0], 0.0);
+    const double limit = forces.shear_limit(force[0]);
+    if (forces.shear == Admissible::Shear::Disc && tangential > limit) {
+      force.tail<2>() *= limit / tangential;
+    }
+    return force;
+  }
+  if (z[0] >= tangential) return z;
+  if (z[0] <= -tangential) return Vector3::Zero();
+  const double size = 0.5 * (z[0] + tangential), along = size / tangential;
+  return {size, along * z[1], along * z[2]};
+}
 
 /// The projection with each max(l, 0) replaced by (l + sqrt(l² + 4 e²))/2, and its derivative; e
 /// may be zero. Of the cone these are its eigenvalues x_n ∓ |x_t| [Fukushima, Luo & Tseng 2002].

@@ -94,10 +94,23 @@ void attempt_default(const StepRun& run, Island& island) {
   Workspace& work = run.work;
   const SubStep step = sub_step(run, island);
   BlocksAtEnd blocks{work.poses, work.end};
-  attempt_positions(step, work.last, island.contacts, island.memory, blocks, island.attempt);
-  if (island.attempt.solved.converged && step.dynamic() &&
-      run.options.method != ContactMethod::Springs) {
-    attempt_velocities(step, island.contacts, island.memory, blocks, island.attempt);
+  Attempt& attempt = island.attempt;
+  const auto solve = [&](bool strain_waits) {
+    island.memory.strain_waits = strain_waits;
+    attempt_positions(step, work.last, island.contacts, island.memory, blocks, attempt);
+    if (attempt.solved.converged && step.dynamic() &&
+        run.options.method != ContactMethod::Springs) {
+      attempt_velocities(step, island.contacts, island.memory, blocks, attempt);
+    }
+  };
+  solve(true);
+  if (attempt.squeezed) {
+    OpenCloseResult total = attempt.solved;
+    island.memory.solver.allow(run.options.max_iterations);
+    solve(false);
+    add(attempt.solved, total);
+    total.closed = attempt.solved.closed;
+    attempt.solved = total;
   }
   for (std::size_t s = 0; s < island.attempt.hit.size(); ++s) {
     work.last.hit[index(island.own()[s])] = island.attempt.hit[s];

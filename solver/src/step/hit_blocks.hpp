@@ -2,8 +2,8 @@
 /// Blocks that an impact of a sub-step hits.
 ///
 /// The impulse of an impact is no force of one step's length: it would load the strain of every
-/// block it passes through with energy that is not there. Hit blocks move rigidly through the step;
-/// their strain goes on in the next.
+/// block it passes through with energy that is not there. Hit blocks move rigidly through the step,
+/// where they can; their strain goes on in the next.
 
 #include "contact/contact_jacobian.hpp"
 #include "step/sub_step.hpp"
@@ -25,6 +25,13 @@ void find_hit_blocks(const SubStep& step, std::span<const BodyContact> contacts,
 
 /// Share of the step that had passed at the first impact that was solved; 0: there is none.
 double first_impact(const SubStep& step, std::span<const LinearContact> linear);
+
+/// How far supports (fixed or prescribed blocks) that hit blocks touch move against each other in
+/// the step, m: moving rigidly these blocks may have no way. Infinite where a point of one is held,
+/// too.
+double shift_of_supports(const SubStep& step, std::span<const BodyContact> contacts,
+                         std::span<const LinearContact> linear, std::span<const char> hit,
+                         const StepPoses& poses);
 
 /// Their strain waits. True when there are any that deform.
 bool hold_strain(const SubStep& step, std::span<const char> hit, StepPoses& poses);

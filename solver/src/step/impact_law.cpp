@@ -427,6 +427,8 @@ void attempt_velocities(const SubStep& step, std::span<const BodyContact> contac
   total.residual = worse_residual(total.residual, attempt.solved.residual);
   total.condition = attempt.solved.condition;
   attempt.solved = total;
+  attempt.squeezed = attempt.squeezed || (!total.converged && attempt.shift > 0.0) ||
+                     is_squeezed(step, attempt.shift, problem.contacts);
   const double allowed = memory.solver.yielding() ? kAllowedYielding : kAllowed;
   bound_energy(step,
                {problem.velocity, impact.restitution.groups(), impact.pushed, allowed,

@@ -35,6 +35,9 @@ constexpr double kFalls = 0.8;       // and all where changes still fall to this
 constexpr double kMended = 1e-5;    // of the smallest, forces are held, and the blocks follow them
 constexpr int kMostFollowing = 4;   // times, at most, as long as gaps change by no more than
 constexpr double kFollowed = 1e-7;  // a fifth of what they may be.
+// Of how far supports move against each other: overlaps that tell that hit blocks have no way. Of a
+// block that a belt takes into a stop contacts that yield leave 7e-4 of it.
+constexpr double kSqueezed = 0.1;
 
 void by_slot(const Slots& slots, const BlockVector& blocks, BlockVector& by_slot) {
   by_slot.resize(slots.block_of_slot.size());
@@ -49,7 +52,7 @@ void by_block(const Slots& slots, const BlockVector& by_slot, BlockVector& block
   }
 }
 
-/// The first linearisation of an attempt: hit blocks move rigidly from here on.
+/// The first linearisation of an attempt: hit blocks move rigidly from here on, if they are to.
 void linearise_first(const SubStep& step, std::span<BodyContact> contacts, AttemptMemory& memory,
                      StepPoses& poses, std::span<LinearContact> linear) {
   BlockTerms& terms = memory.terms;
@@ -58,7 +61,7 @@ void linearise_first(const SubStep& step, std::span<BodyContact> contacts, Attem
   set_free_increment(step, poses, contacts, terms);
   linearise(step, terms, poses, contacts, linear);
   find_hit_blocks(step, contacts, linear, Impacts::Expected, memory.expected_hit);
-  if (!hold_strain(step, memory.expected_hit, poses)) return;
+  if (!memory.strain_waits || !hold_strain(step, memory.expected_hit, poses)) return;
   set_matrices(step, poses, terms);
   set_force(step, poses, terms);
   set_free_increment(step, poses, contacts, terms);
@@ -353,7 +356,22 @@ OpenCloseResult break_weakest(const SubStep& step, const LastSubStep& last,
   return total;
 }
 
+/// The strain of blocks that are hit waits.
+bool holds_strain(const SubStep& step, const AttemptMemory& memory, const StepPoses& poses) {
+  bool holds = false;
+  for (std::size_t s = 0; s < memory.expected_hit.size(); ++s) {
+    const std::size_t b = index(step.island.slots.block_of_slot[s]);
+    holds = holds || (step.compiled.models[b].unknowns == 12 && !poses.deforms[b]);
+  }
+  return agreement(step.options).any(holds);
+}
+
 }  // namespace
+
+bool is_squeezed(const SubStep& step, double shift, std::span<const LinearContact> linear) {
+  const auto overlaps = [&](const LinearContact& c) { return c.relative[0] < -kSqueezed * shift; };
+  return shift > 0.0 && agreement(step.options).any(std::ranges::any_of(linear, overlaps));
+}
 
 void attempt_positions(const SubStep& step, const LastSubStep& last,
                        std::vector<BodyContact>& contacts, AttemptMemory& memory,
@@ -368,7 +386,14 @@ void attempt_positions(const SubStep& step, const LastSubStep& last,
   set_matrices(step, poses, memory.terms);
   const Agreement all = agreement(step.options);
   OpenCloseResult total = solve_and_judge(step, contacts, memory, poses, attempt.linear);
-  if (!total.converged && all.any(may_fail(contacts))) {
+  attempt.shift =
+      holds_strain(step, memory, poses)
+          ? shift_of_supports(step, contacts, attempt.linear, memory.expected_hit, poses)
+          : 0.0;
+  attempt.squeezed =
+      total.converged ? memory.solver.yielding() && is_squeezed(step, attempt.shift, attempt.linear)
+                      : attempt.shift > 0.0;
+  if (!total.converged && !attempt.squeezed && all.any(may_fail(contacts))) {
     add(break_weakest(step, last, contacts, memory, poses, attempt.linear), total);
     if (std::exchange(total.converged, false)) {
       add(solve_and_judge(step, contacts, memory, poses, attempt.linear), total);

@@ -29,6 +29,8 @@ struct Attempt {
   double stiffest_omega_dt = 0.0;  ///< of the springs
   double first_impact = 0.0;       ///< share of the sub-step before it; 0: none
   std::vector<char> hit;           ///< by slot: an impact passes through it
+  double shift = 0.0;              ///< of supports, while the strain of hit blocks waits, m
+  bool squeezed = false;           ///< moving rigidly, these are in the way of supports
   double rounding = 0.0;           ///< of a gap, m
   /// Contacts, then held points; the velocity law takes it for its own contacts.
   std::vector<LinearContact> linear;
@@ -56,6 +58,7 @@ struct AttemptMemory {
   BlockVector followed, pushed;          ///< likewise, where blocks follow forces that are held
   std::vector<LinearContact> following;  ///< of these blocks
   std::vector<char> expected_hit;        ///< by slot
+  bool strain_waits = true;              ///< of blocks that are hit
   ImpactMemory impact;
   ContactSolver solver;
   PhaseClock clock;
@@ -66,6 +69,9 @@ struct BlocksAtEnd {
   StepPoses& poses;
   std::vector<BlockState>& end;
 };
+
+/// Whether contacts leave overlaps that the shift of supports makes, for blocks move rigidly.
+bool is_squeezed(const SubStep& step, double shift, std::span<const LinearContact> linear);
 
 /// Solves for the increments of the sub-step with these contacts, whose joints it may find to fail.
 void attempt_positions(const SubStep& step, const LastSubStep& last,
