@@ -140,6 +140,15 @@ TEST_CASE("broad phase: flags that do not fit the boxes are refused") {
   CHECK_THROWS_AS(BroadPhase().find_candidates(boxes, 0.0, idle), quoin::geometry::InputError);
 }
 
+TEST_CASE("broad phase: one that was moved from says so") {
+  BroadPhase first;
+  const BroadPhase second = std::move(first);
+  CHECK(second.size() == 0);
+  CHECK_THROWS_AS(first.size(), quoin::geometry::InputError);  // NOLINT: meant
+  CHECK_THROWS_AS(first.set(0, Box{}), quoin::geometry::InputError);
+  CHECK_THROWS_AS(first.find_candidates(0.0), quoin::geometry::InputError);
+}
+
 TEST_CASE("broad phase: boxes one at a time, that come, go, move, rest and jump") {
   using quoin::geometry::BoxUse;
   Random random(23);

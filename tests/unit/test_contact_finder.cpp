@@ -339,6 +339,7 @@ TEST_CASE("finder: options that make no sense are refused") {
   CHECK_THROWS_AS(ContactFinder({.tolerance = -1.0}), InputError);
   CHECK_THROWS_AS(ContactFinder({.tolerance = nan}), InputError);
   CHECK_THROWS_AS(ContactFinder({.threads = 0}), InputError);
+  CHECK_THROWS_AS(ContactFinder({.threads = 2000000000}), InputError);
   ContactFinder finder({.reach = 1e-3});
   CHECK_THROWS_AS(finder.set_reach(-1.0), InputError);
 }

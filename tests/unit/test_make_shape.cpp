@@ -22,6 +22,7 @@
 namespace {
 
 using namespace quoin::geometry;
+using quoin::tests::ContainsSubstring;
 using quoin::tests::environment_number;
 using quoin::tests::Random;
 using quoin::tests::unless_sanitized;
@@ -519,6 +520,16 @@ TEST_CASE("make shape: thickness is the solid's, and flat sets are refused") {
       CHECK_THROWS_AS(make_hull(plate), InputError);
     }
   }
+}
+
+TEST_CASE("make shape: a prism's sweep leaves its polygon's plane, and no points have no length") {
+  Points square(3, 4);
+  square << 0, 1, 1, 0, 0, 0, 1, 1, 0, 0, 0, 0;
+  for (const Vector3& sweep : {Vector3(0, 0, 0), Vector3(1, 0, 0), Vector3(0.3, 0.1, 0)}) {
+    CHECK_THROWS_WITH(make_prism(square, sweep), ContainsSubstring("lies in the polygon's plane"));
+  }
+  CHECK(make_prism(square, {0.3, 0.1, 0.01}).vertex_count() == 8);
+  CHECK_THROWS_AS(label_length(Points(3, 0)), InputError);
 }
 
 TEST_CASE("make shape: what is as flat as can be is 0 m thick") {

@@ -164,6 +164,8 @@ TEST_CASE("pair batch: input that makes no sense is refused") {
   stack.bodies[1] = Body(stack.cube, at(1));
   CHECK(find({{0, 1}}).empty());
   CHECK(contacts.size() == 4);
+  source.body = nullptr;
+  CHECK(find({{0, 1}}) == "pair batch: there is no function that gives the 3 bodies");
   PairBatch next = std::move(batch);
   CHECK(find({{0, 1}}) == "pair batch: it was moved from");  // NOLINT: meant
 }

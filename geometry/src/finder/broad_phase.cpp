@@ -744,38 +744,43 @@ BroadPhase::~BroadPhase() = default;
 BroadPhase::BroadPhase(BroadPhase&&) noexcept = default;
 BroadPhase& BroadPhase::operator=(BroadPhase&&) noexcept = default;
 
+BroadPhase::Tree& BroadPhase::tree() const {
+  if (!tree_) throw InputError("broad phase: it was moved from");
+  return *tree_;
+}
+
 void BroadPhase::set(int i, const Box& box, BoxUse use, double reach) {
   if (i < 0 || i > size()) {
     throw InputError("broad phase: box " + std::to_string(i) + " of " + std::to_string(size()));
   }
-  tree_->set(i, box, use, reach);
+  tree().set(i, box, use, reach);
 }
 
 bool BroadPhase::set_if_it_stays(int i, const Box& box, BoxUse use, double reach) {
-  return i >= 0 && tree_->set_if_it_stays(i, box, use, reach);
+  return i >= 0 && tree().set_if_it_stays(i, box, use, reach);
 }
 
 void BroadPhase::remove(int i) {
   if (i < 0 || i >= size()) {
     throw InputError("broad phase: box " + std::to_string(i) + " of " + std::to_string(size()));
   }
-  tree_->remove(i);
+  tree().remove(i);
 }
 
 void BroadPhase::look(int i, const Box& box, Leaving& leaving) const {
-  tree_->look(i, box, leaving);
+  tree().look(i, box, leaving);
 }
 
 void BroadPhase::renew(const Leaving& leaving, std::size_t all) {
   if (leaving.now * kSample * kMany <= all) return;
   const bool most = leaving.soon * kSample * kBulk > all;
-  tree_->renewal = most ? Renewal::All : Renewal::Soon;
-  tree_->too_many_moved = tree_->too_many_moved || most;
+  tree().renewal = most ? Renewal::All : Renewal::Soon;
+  tree().too_many_moved = tree().too_many_moved || most;
 }
 
-void BroadPhase::clear() { tree_->clear(); }
+void BroadPhase::clear() { tree().clear(); }
 
-int BroadPhase::size() const { return tree_->count(); }
+int BroadPhase::size() const { return tree().count(); }
 
 void BroadPhase::Tree::keep_near(const std::vector<BlockPair>& pairs, double reach) {
   const float most = rounded_up(std::min(reach, kMostReach));
@@ -785,9 +790,9 @@ void BroadPhase::Tree::keep_near(const std::vector<BlockPair>& pairs, double rea
 }
 
 const std::vector<BlockPair>& BroadPhase::find_candidates(double reach) {
-  tree_->find_kept(reach);
-  tree_->keep_near(tree_->kept, reach);
-  return tree_->result;
+  tree().find_kept(reach);
+  tree().keep_near(tree().kept, reach);
+  return tree().result;
 }
 
 const std::vector<BlockPair>& BroadPhase::find_candidates_of(std::span<const int> boxes,
@@ -796,9 +801,9 @@ const std::vector<BlockPair>& BroadPhase::find_candidates_of(std::span<const int
     if (i >= 0 && i < size()) continue;
     throw InputError("broad phase: box " + std::to_string(i) + " of " + std::to_string(size()));
   }
-  tree_->find_pairs_of(boxes, reach);
-  tree_->keep_near(tree_->fresh, reach);
-  return tree_->result;
+  tree().find_pairs_of(boxes, reach);
+  tree().keep_near(tree().fresh, reach);
+  return tree().result;
 }
 
 const std::vector<BlockPair>& BroadPhase::find_candidates(std::span<const Box> boxes, double reach,
@@ -807,7 +812,7 @@ const std::vector<BlockPair>& BroadPhase::find_candidates(std::span<const Box> b
     throw InputError("idle has " + std::to_string(idle.size()) + " flags for " +
                      std::to_string(boxes.size()) + " boxes");
   }
-  if (boxes.size() != tree_->boxes.size()) tree_->clear();
+  if (boxes.size() != tree().boxes.size()) tree().clear();
   const auto look_at_all = [&] {
     Leaving leaving;
     for (std::size_t i = 0; i < boxes.size(); i += kSample) {
@@ -817,17 +822,17 @@ const std::vector<BlockPair>& BroadPhase::find_candidates(std::span<const Box> b
   };
   bool looked = false;  // when the first one leaves: where many do, it is soon found
   for (std::size_t i = 0;; ++i) {
-    i = tree_->set_while_they_stay(i, boxes, idle);
+    i = tree().set_while_they_stay(i, boxes, idle);
     if (i == boxes.size()) break;
     if (!std::exchange(looked, true)) look_at_all();
-    tree_->set(static_cast<int>(i), boxes[i], is_idle(idle, i) ? BoxUse::Idle : BoxUse::Moving,
+    tree().set(static_cast<int>(i), boxes[i], is_idle(idle, i) ? BoxUse::Idle : BoxUse::Moving,
                0.0);
   }
-  tree_->find_kept(reach);
-  tree_->filter(tree_->kept, [&](const BlockPair& pair) {
+  tree().find_kept(reach);
+  tree().filter(tree().kept, [&](const BlockPair& pair) {
     return within_reach(boxes[at(pair.a)], boxes[at(pair.b)], reach);
   });
-  return tree_->result;
+  return tree().result;
 }
 
 }  // namespace quoin::geometry

@@ -17,9 +17,9 @@ FinderOptions checked(const FinderOptions& options) {
   require_length(options.reach, "finder: reach");
   require_length(options.tolerance, "finder: tolerance");
   require_length(options.coordinate_rounding, "finder: coordinate rounding");
-  if (options.threads < 1) {
+  if (options.threads < 1 || options.threads > kMostThreads) {
     throw InputError("finder: threads is " + std::to_string(options.threads) +
-                     ", must be at least 1");
+                     ", must be from 1 to " + std::to_string(kMostThreads));
   }
   return options;
 }

@@ -187,6 +187,10 @@ bool same_pairs(std::span<const BlockPair> x, std::span<const BlockPair> y) {
 }
 
 void check_sizes(const BodySource& bodies) {
+  if (bodies.count > 0 && bodies.body == nullptr) {
+    throw InputError("pair batch: there is no function that gives the " +
+                     std::to_string(bodies.count) + " bodies");
+  }
   const auto fits = [&](std::size_t size, const char* what) {
     if (size != 0 && size != static_cast<std::size_t>(bodies.count)) {
       throw InputError("pair batch: " + std::to_string(size) + " " + what + " for " +

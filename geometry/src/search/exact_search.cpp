@@ -184,6 +184,13 @@ ActiveFeatures exact_nearest(const Solid& p, const Solid& q, const ActiveFeature
   };
   std::array<int, 2> last{};
   bool gains = true;
+  double gained = 0.0;  // by the last corner, m
+  // What the direction is off by, of a line that is much longer than the gap, or of a triangle with
+  // a side of the smaller solid: relative to what cancels there.
+  const auto is_rounding = [&](double gain) {
+    const double least = std::min(smaller, distance.high);
+    return gain <= larger * std::min(kEpsilon, kWideEpsilon * (larger / least));
+  };
   while (result.iterations < max_iterations) {
     ++result.iterations;
     // Nearer than this the planes that part the solids are as good, and several of them may be.
@@ -194,7 +201,7 @@ ActiveFeatures exact_nearest(const Solid& p, const Solid& q, const ActiveFeature
     // the rounding of the coordinates the planes between them decide.
     if (result.iterations > 1 && !simplex.has(last[0], last[1])) {
       result.overlapping = gains && distance.high <= kStalled * kEpsilon * larger;
-      return end(!gains);
+      return end(!gains || (!result.overlapping && is_rounding(gained)));
     }
     direction = scaled(direction);
     const DoubleDouble length = square_root(dot(direction, direction));
@@ -204,6 +211,7 @@ ActiveFeatures exact_nearest(const Solid& p, const Solid& q, const ActiveFeature
     const DoubleDouble gain = here - dot(direction, w);
     const double reach = length.high * (w.rounded().norm() + larger);
     if (simplex.has(i, j) || gain.high <= kWideEpsilon * reach) return end(true);
+    gained = gain.high / length.high;
     gains = gain.high > kIdleGain * kEpsilon * (length.high * smaller + here.high);
     simplex.push({i, j, w});
     last = {i, j};

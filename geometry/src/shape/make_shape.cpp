@@ -319,12 +319,31 @@ Shape make_box(const Vector3& min, const Vector3& max) {
       {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}});
 }
 
+namespace {
+
+/// One that leaves the polygon's plane.
+void check_sweep(const Eigen::Ref<const Points>& polygon, const Vector3& sweep) {
+  Vector3 area = Vector3::Zero();
+  for (Eigen::Index k = 2; k < polygon.cols(); ++k) {
+    const Vector3 first = polygon.col(0);
+    area += (polygon.col(k - 1) - first).cross(polygon.col(k) - first);
+  }
+  if (!(std::abs(area.dot(sweep)) <= kFlatShare * area.norm() * sweep.norm())) return;
+  char text[128];
+  std::snprintf(text, sizeof text, "prism: the sweep (%g %g %g) m lies in the polygon's plane",
+                sweep[0], sweep[1], sweep[2]);
+  throw InputError(text);
+}
+
+}  // namespace
+
 Shape make_prism(const Eigen::Ref<const Points>& polygon, const Vector3& sweep) {
   const int n = static_cast<int>(polygon.cols());
   if (n < 3) {
     throw InputError("prism: the polygon has " + std::to_string(n) +
                      " vertices, at least 3 needed");
   }
+  check_sweep(polygon, sweep);
   Points vertices(3, 2 * n);
   vertices.leftCols(n) = polygon;
   vertices.rightCols(n) = polygon.colwise() + sweep;
@@ -339,6 +358,7 @@ Shape make_prism(const Eigen::Ref<const Points>& polygon, const Vector3& sweep) 
 }
 
 double label_length(const Eigen::Ref<const Points>& points) {
+  if (points.cols() == 0) throw InputError("label length: there are no points");
   const double size = diagonal(points);
   const double rounding =
       kRoundings * std::numeric_limits<double>::epsilon() * points.cwiseAbs().maxCoeff();

@@ -14,7 +14,7 @@ bool tries_all_pairs(std::size_t boxes);
 enum class BoxUse : char { Moving, Idle };  ///< no pair of two idle boxes is ever a candidate
 
 /// Keeps a tree of boxes between calls. It stores boxes in single precision, rounded outward, as
-/// seen from the first one.
+/// seen from the first one. Calls throw InputError once it was moved from.
 class BroadPhase {
  public:
   BroadPhase();
@@ -61,6 +61,7 @@ class BroadPhase {
 
  private:
   struct Tree;
+  Tree& tree() const;
   std::unique_ptr<Tree> tree_;
 };
 

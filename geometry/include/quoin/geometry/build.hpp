@@ -23,7 +23,8 @@ Shape make_prism(const Eigen::Ref<const Points>& polygon, const Vector3& sweep);
 /// The length to which labels are known, the *label length*, m: kFlatShare of the diagonal of the
 /// points' box, or what a turn and a shift leave of exact coordinates, kRoundings eps of the
 /// largest one (products and sums: 3.5 eps for each vertex; a face of four doubles that twice), but
-/// never more than kCoarsestShare of the diagonal: beyond, the rounding is the shape.
+/// never more than kCoarsestShare of the diagonal: beyond, the rounding is the shape. Throws
+/// InputError where there are no points.
 inline constexpr double kFlatShare = 1e-9;
 inline constexpr double kRoundings = 16;
 inline constexpr double kCoarsestShare = 1e-3;

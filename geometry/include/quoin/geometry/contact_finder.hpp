@@ -8,11 +8,13 @@
 
 namespace quoin::geometry {
 
+inline constexpr int kMostThreads = 4096;  ///< chosen: more than a machine has
+
 struct FinderOptions {
   double reach = 0.0;      ///< of all pairs: contact points are listed up to this gap, m; touching
                            ///< pairs always
   double tolerance = 0.0;  ///< contact length tol, m; 0: default_tolerance of each pair
-  int threads = 1;         ///< any number gives the same bits; not used with an executor
+  int threads = 1;         ///< to kMostThreads, with the same bits; not used with an executor
   Executor* executor = nullptr;          ///< the caller's threads; must outlive the finder
   PointFrame frame = PointFrame::World;  ///< of the places of contact points
   double coordinate_rounding = 0.0;      ///< of ContactOptions, m

@@ -158,8 +158,8 @@ class alignas(64) Shape {
   Shape(std::shared_ptr<const Topology> topology, const Eigen::Ref<const Points>& vertices);
 
   /// Moves or deforms: same topology, new places, of which the faces must still turn outward: that
-  /// they do, and are convex, is not checked (mirrored vertices have a negative volume, and hold no
-  /// point). No allocation. vertices: 3 × vertex_count, m.
+  /// they do, and are convex, is not checked (mirrored vertices have a negative volume). No
+  /// allocation. vertices: 3 × vertex_count, m.
   /// Throws InputError, and leaves everything as it was, for another number of columns, for a
   /// coordinate that is not finite or larger than kLargestCoordinate, and where the largest extent
   /// is smaller than kSmallestExtent.
