@@ -78,7 +78,7 @@ class SceneCommands(FolderTest):
         scene = self.boxes(-0.01, 1.005)
         done = quoin("check", self.scene(scene), "--json")
         self.assertEqual(done.returncode, 2)
-        self.assertIn("/blocks: blocks overlap by more than 1e-3", done.stderr)
+        self.assertIn('/blocks: "ground" and "b0" overlap by 0.01 m, more than 1e-3', done.stderr)
         report = json.loads(done.stdout)
         self.assertAlmostEqual(report["contacts"]["overlaps"][0]["gap"], -0.01, places=12)
         self.assertEqual(report["contacts"]["gaps"][0]["a"], "b0")
@@ -89,6 +89,17 @@ class SceneCommands(FolderTest):
         self.assertIn("overlap 0.01 m: ground, b0", done.stdout)
         self.assertIn("without support: b1", done.stdout)
         self.assertEqual(quoin("check", self.folder / "none.json").returncode, 1)
+
+    def test_check_leaves_out_blocks_that_a_stage_adds(self):
+        scene = self.boxes(0, 0)
+        del scene["end_time"]
+        scene["stages"] = [{"analysis": "static"}, {"analysis": "static", "remove": "b0", "add": "b1"}]
+        done = quoin("check", self.scene(scene), "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        report = json.loads(done.stdout)
+        self.assertEqual(report["contacts"]["pairs"], 1)
+        self.assertEqual((report["blocks"]["rigid"], report["blocks"]["absent"], report["blocks"]["mass"]), (1, 1, 2000))
+        self.assertIn("1 absent", quoin("check", self.scene(scene)).stdout)
 
     def test_check_names_points_outside_their_block(self):
         scene = self.boxes(0)

@@ -45,6 +45,8 @@ double size(const solver::Block& block) {
   return (box.max - box.min).norm();
 }
 
+bool is_there(const solver::Block& block) { return block.kind != BlockKind::Absent; }
+
 bool is_free(const solver::Block& block) {
   return block.kind == BlockKind::Deformable || block.kind == BlockKind::Rigid;
 }
@@ -69,7 +71,8 @@ std::vector<PairStart> pairs_at_start(const solver::Scene& scene) {
   geometry::ContactFinder finder({.reach = kNear * largest});
   for (const solver::Block& block : scene.blocks) {
     const auto motion = is_free(block) ? geometry::BodyMotion::Moving : geometry::BodyMotion::Idle;
-    finder.add(block.shape, block.placement, {.motion = motion});
+    const auto body = finder.add(block.shape, block.placement, {.motion = motion});
+    if (!is_there(block)) finder.remove(body);
   }
   std::vector<ContactPoint> points;
   finder.find(points);
@@ -147,11 +150,13 @@ json points_outside(const solver::Scene& scene) {
 }
 
 json blocks_json(const solver::Scene& scene) {
-  int count[4] = {0, 0, 0, 0};
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  int count[5] = {0, 0, 0, 0, 0};
   double mass = 0.0;
-  geometry::Box box = scene.blocks.at(0).body().box();
+  geometry::Box box{Vector3::Constant(kInfinite), Vector3::Constant(-kInfinite)};
   for (const solver::Block& block : scene.blocks) {
     ++count[static_cast<int>(block.kind)];
+    if (!is_there(block)) continue;
     mass += is_free(block) ? block.material.density * geometry::mass_properties(block.body()).volume
                            : 0.0;
     const geometry::Box own = block.body().box();
@@ -163,6 +168,7 @@ json blocks_json(const solver::Scene& scene) {
           {"rigid", count[1]},
           {"fixed", count[2]},
           {"prescribed", count[3]},
+          {"absent", count[4]},
           {"mass", mass},
           {"weight", {weight.x(), weight.y(), weight.z()}},
           {"min", {box.min.x(), box.min.y(), box.min.z()}},
@@ -256,15 +262,18 @@ json trial_json(const SceneFile& file, const solver::StepReport& trial) {
           {"memory_mb", scene_file::peak_memory_mb()}};
 }
 
-/// Overlap that the solver refuses, all of it.
-bool is_refused(const SceneFile& file, const std::vector<PairStart>& pairs) {
-  return file.scene.initial_overlap == solver::InitialOverlap::Refuse &&
-         std::any_of(pairs.begin(), pairs.end(),
-                     [](const PairStart& pair) { return -pair.gap > kRefused * pair.size; });
+/// What the solver refuses: the pair that overlaps most for its size, or null.
+json refused_pair(const SceneFile& file, const std::vector<PairStart>& pairs) {
+  if (file.scene.initial_overlap != solver::InitialOverlap::Refuse) return nullptr;
+  const auto worst = std::ranges::min_element(
+      pairs, {}, [](const PairStart& pair) { return pair.gap / pair.size; });
+  if (worst == pairs.end() || !(-worst->gap > kRefused * worst->size)) return nullptr;
+  return pair_json(file.scene, *worst);
 }
 
 json report_of(const SceneFile& file, const std::string& path, double max_seconds) {
   const std::vector<PairStart> pairs = pairs_at_start(file.scene);
+  const json refused = refused_pair(file, pairs);
   json loose = json::array();
   for (const int block : without_support(file.scene, pairs)) {
     loose.push_back(file.scene.blocks[static_cast<std::size_t>(block)].name);
@@ -275,8 +284,9 @@ json report_of(const SceneFile& file, const std::string& path, double max_second
                  {"contacts", contacts_json(file.scene, pairs)},
                  {"without_support", loose},
                  {"points_outside", points_outside(file.scene)},
-                 {"refused", is_refused(file, pairs)}};
-  if (report["refused"].get<bool>()) {
+                 {"refused", !refused.is_null()}};
+  if (!refused.is_null()) {
+    report["refused_pair"] = refused;
     return report;
   }
   solver::StepOptions options = file.options;
@@ -309,10 +319,12 @@ void print_start(const json& report) {
   const std::string& title = report["title"].get_ref<const std::string&>();
   std::printf("%s\n",
               (title.empty() ? report["scene"].get_ref<const std::string&>() : title).c_str());
-  std::printf("  blocks: %d deformable, %d rigid, %d fixed, %d prescribed; %.6g kg move\n",
+  std::printf("  blocks: %d deformable, %d rigid, %d fixed, %d prescribed",
               blocks["deformable"].get<int>(), blocks["rigid"].get<int>(),
-              blocks["fixed"].get<int>(), blocks["prescribed"].get<int>(),
-              blocks["mass"].get<double>());
+              blocks["fixed"].get<int>(), blocks["prescribed"].get<int>());
+  if (const int absent = blocks["absent"].get<int>(); absent > 0)
+    std::printf(", %d absent", absent);
+  std::printf("; %.6g kg move\n", blocks["mass"].get<double>());
   const json& contacts = report["contacts"];
   std::printf("  touching pairs: %d, %d contact points, %.4g m2\n", contacts["pairs"].get<int>(),
               contacts["points"].get<int>(), contacts["area"].get<double>());
@@ -369,10 +381,12 @@ int check(const CheckArguments& arguments) {
     }
   }
   if (refused) {
+    const json& pair = report["refused_pair"];
     std::fprintf(stderr,
-                 "%s: /blocks: blocks overlap by more than 1e-3 of the smaller one; "
+                 "%s: /blocks: %s and %s overlap by %.3g m, more than 1e-3 of the smaller one; "
                  "\"initial_overlap\" may say zero (they touch as they stand) or keep\n",
-                 arguments.scene.c_str());
+                 arguments.scene.c_str(), pair["a"].dump().c_str(), pair["b"].dump().c_str(),
+                 -pair["gap"].get<double>());
     return kBadInput;
   }
   return report["trial_step"]["converged"].get<bool>() ? kDone : kFailed;

@@ -537,7 +537,7 @@ json summary(const SceneFile& file, const std::string& path, const RunResult& re
           {"scene", path},
           {"title", file.title},
           {"status", name(result.status)},
-          {"message", result.message},
+          {"message", result.message.empty() && !failed.empty() ? failed.front() : result.message},
           {"verdict", failed.empty() ? "ok" : "failed"},
           {"failures", failed},
           {"options", options_json(file.options, result.threads)},

@@ -71,7 +71,7 @@ bool fits(const std::string& pattern, std::string_view name) {
 
 /// Flags what one name, id or pattern means.
 void match_name(const json& name, const std::string& pointer, std::span<const BlockLabel> blocks,
-                std::vector<char>& meant) {
+                std::string_view what, std::vector<char>& meant) {
   const std::string pattern = text(name);
   bool any = false;
   for (std::size_t b = 0; b < blocks.size(); ++b) {
@@ -81,19 +81,19 @@ void match_name(const json& name, const std::string& pointer, std::span<const Bl
     }
   }
   if (!any) {
-    throw SceneError(pointer, "no block is named " + in_quotes(pattern));
+    throw SceneError(pointer, "no " + std::string(what) + " is named " + in_quotes(pattern));
   }
 }
 
 }  // namespace
 
 std::vector<char> match_blocks(const json& names, const std::string& pointer,
-                               std::span<const BlockLabel> blocks) {
+                               std::span<const BlockLabel> blocks, std::string_view what) {
   std::vector<char> meant(blocks.size(), 0);
   for (std::size_t i = 0; names.is_array() && i < names.size(); ++i) {
-    match_name(names[i], pointer + "/" + std::to_string(i), blocks, meant);
+    match_name(names[i], pointer + "/" + std::to_string(i), blocks, what, meant);
   }
-  if (!names.is_array()) match_name(names, pointer, blocks, meant);
+  if (!names.is_array()) match_name(names, pointer, blocks, what, meant);
   return meant;
 }
 

@@ -30,6 +30,6 @@ std::vector<std::vector<int>> match_overrides(const nlohmann::json& overrides,
 /// By block: whether one of the names, ids or patterns means it (`names`: one, or a list). Throws
 /// SceneError for one that means no block.
 std::vector<char> match_blocks(const nlohmann::json& names, const std::string& pointer,
-                               std::span<const BlockLabel> blocks);
+                               std::span<const BlockLabel> blocks, std::string_view what = "block");
 
 }  // namespace quoin::scene_file

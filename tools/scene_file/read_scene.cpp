@@ -888,7 +888,7 @@ class Reader {
     for (const Stage& stage : file_.stages) {
       if (stage.scene) add_all(*stage.scene);
     }
-    const std::vector<char> meant = match_blocks(names, pointer, known);
+    const std::vector<char> meant = match_blocks(names, pointer, known, "fixed point");
     std::set<std::string> result;
     for (std::size_t i = 0; i < known.size(); ++i) {
       if (meant[i]) result.emplace(known[i].name);
