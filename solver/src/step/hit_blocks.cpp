@@ -73,24 +73,26 @@ double shift_of_supports(const SubStep& step, std::span<const BodyContact> conta
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   const auto is_hit = [&](int slot) { return slot >= 0 && hit[index(slot)]; };
   Vector3 high = Vector3::Constant(-kInfinite), low = high;  // of their ways, and of these turned
-  const auto bear = [&](int slot, int support) {
+  const auto bear = [&](int slot, const Vector3& way) {
     if (!is_hit(slot)) return;
-    const Vector3 way = poses.increment[index(support)].head<3>();
     high = high.cwiseMax(way);
     low = low.cwiseMax(-way);
   };
+  const auto way_of = [&](int block) { return poses.increment[index(block)].head<3>(); };
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const LinearContact& c = linear[i];
-    if (c.slot_b < 0) bear(c.slot_a, contacts[i].b);
-    if (c.slot_a < 0) bear(c.slot_b, contacts[i].a);
+    if (c.slot_b < 0) bear(c.slot_a, way_of(contacts[i].b));
+    if (c.slot_a < 0) bear(c.slot_b, way_of(contacts[i].a));
+  }
+  for (std::size_t h = 0; h < step.island.held.size(); ++h) {
+    const VectorOfTime& way = step.compiled.held[index(step.island.held[h])].displacement;
+    bear(linear[contacts.size() + h].slot_b,
+         way.at(step.end_time()) - way.at(step.end_time() - step.length));
   }
   const Agreement all = agreement(step.options);
   Vector3 shift;
   for (int k = 0; k < 3; ++k) shift[k] = all.largest(high[k]) + all.largest(low[k]);
-  if (!(shift.minCoeff() >= 0.0)) return 0.0;  // there are no supports
-  const bool held = std::ranges::any_of(linear.subspan(contacts.size()),
-                                        [&](const auto& point) { return is_hit(point.slot_b); });
-  return all.any(held) ? kInfinite : shift.norm();
+  return shift.minCoeff() >= 0.0 ? shift.norm() : 0.0;  // there are no supports
 }
 
 bool hold_strain(const SubStep& step, std::span<const char> hit, StepPoses& poses) {

@@ -26,9 +26,8 @@ void find_hit_blocks(const SubStep& step, std::span<const BodyContact> contacts,
 /// Share of the step that had passed at the first impact that was solved; 0: there is none.
 double first_impact(const SubStep& step, std::span<const LinearContact> linear);
 
-/// How far supports (fixed or prescribed blocks) that hit blocks touch move against each other in
-/// the step, m: moving rigidly these blocks may have no way. Infinite where a point of one is held,
-/// too.
+/// How far supports (fixed or prescribed blocks that hit blocks touch, points of these that are
+/// held) move against each other in the step, m: moving rigidly hit blocks may have no way.
 double shift_of_supports(const SubStep& step, std::span<const BodyContact> contacts,
                          std::span<const LinearContact> linear, std::span<const char> hit,
                          const StepPoses& poses);
