@@ -83,6 +83,12 @@ double force_tolerance(std::span<const PaperContact> contacts, const PaperOption
                   options.normal_stiffness * options.rounding);
 }
 
+/// What rounding of gaps makes of F, N: a share of each contact, of which the sum is by chance.
+double rounding_of_right(std::span<const PaperContact> contacts, const PaperOptions& options) {
+  return options.normal_stiffness * options.rounding *
+         std::sqrt(static_cast<double>(contacts.size()));
+}
+
 /// Step 18: true when no contact changes its mode.
 bool switch_modes(std::span<PaperContact> contacts, const PaperOptions& options) {
   const double tolerance = force_tolerance(contacts, options);
@@ -138,13 +144,13 @@ void PaperOpenClose::set_right(std::span<const PaperContact> contacts) {
 }
 
 /// Of (58): K stays, and K D is F.
-double PaperOpenClose::relative_change() const {
+PaperOpenClose::Change PaperOpenClose::change_of_right() const {
   double change = 0.0, size = 0.0;
   for (std::size_t s = 0; s < right_.size(); ++s) {
     change += (right_[s] - last_[s]).squaredNorm();
     size += last_[s].squaredNorm();
   }
-  return size > 0.0 ? std::sqrt(change / size) : 0.0;
+  return {std::sqrt(change), std::sqrt(size)};
 }
 
 /// K D = F, and once more with what that leaves: K is stiff (springs of 5e10 N/m beside the inertia
@@ -188,9 +194,13 @@ bool PaperOpenClose::augment(std::span<PaperContact> contacts, const PaperOption
     }
     std::swap(right_, last_);
     set_right(contacts);
-    result.residual = relative_change();  // K D of the next iteration is known before it is solved
+    const auto [change, size] =
+        change_of_right();  // K D of the next iteration, before it is solved
+    result.residual = size > 0.0 ? change / size : 0.0;
     if (!std::isfinite(result.residual)) return false;
-    if (update <= force_tolerance(contacts, options) && result.residual <= options.tolerance) {
+    const double least = rounding_of_right(contacts, options);
+    if (update <= force_tolerance(contacts, options) &&
+        change <= std::max(options.tolerance * size, least)) {
       return true;
     }
   }

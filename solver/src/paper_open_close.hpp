@@ -10,8 +10,8 @@
 
 #include <span>
 
-#include "linear_solver.hpp"
 #include "iteration/open_close.hpp"
+#include "linear_solver.hpp"
 #include "point_to_face.hpp"
 
 namespace quoin::solver {
@@ -63,7 +63,10 @@ class PaperOpenClose {
                 std::span<const PaperContact> contacts, const PaperOptions& options);
   void add(const PaperContact& contact, const ContactBlocks& blocks);
   void set_right(std::span<const PaperContact> contacts);
-  double relative_change() const;
+  struct Change {
+    double change, size;  ///< N
+  };
+  Change change_of_right() const;
   void solve_refined(BlockVector& increment);
   bool augment(std::span<PaperContact> contacts, const PaperOptions& options,
                BlockVector& increment, OpenCloseResult& result);

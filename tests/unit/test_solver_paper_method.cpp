@@ -1,6 +1,7 @@
 /// The source's own method and its penalty method: where they end, what they cost, how they fail.
 
 #include <cmath>
+#include <numbers>
 #include <quoin/geometry/build.hpp>
 #include <quoin/solver.hpp>
 
@@ -140,6 +141,29 @@ TEST_CASE("A block set in motion on a rough floor slides until friction has stop
       const double way = 1.0 / (2.0 * 0.2 * kGravity);  // 0.25 m in 0.51 s
       CHECK_THAT(simulation.state().blocks[1].centroid.x() - 0.5, WithinRel(way, 0.02));
       CHECK(simulation.state().blocks[1].velocity.norm() < 0.02);
+    }
+  }
+}
+
+TEST_CASE("Rounding keeps no step from its end: a cube rests on a slope, turned and far away") {
+  const Matrix3 turn = Eigen::AngleAxisd(0.9, Vector3(1, 2, 3).normalized()).toRotationMatrix();
+  const double slope = 20.0 * std::numbers::pi / 180.0;
+  for (const bool rigid : {true, false}) {
+    for (const double away : {0.0, 4e5}) {
+      CAPTURE(rigid, away);
+      Scene scene = cube_on_ground(rigid, 30.0 * std::numbers::pi / 180.0);
+      scene.gravity = Vector3(kGravity * turn * Vector3(std::sin(slope), 0, -std::cos(slope)));
+      for (Block& block : scene.blocks) {
+        block.placement = {.linear = turn, .translation = Vector3(away, away, -away)};
+      }
+      for (const Analysis analysis : {Analysis::Settle, Analysis::Static}) {
+        CAPTURE(static_cast<int>(analysis));
+        Simulation simulation(
+            scene, {.time_step = 1e-3, .analysis = analysis, .method = ContactMethod::Paper});
+        run(simulation, 20);
+        CHECK_THAT(weight_carried(simulation.state()),
+                   WithinRel(kRock.density * kGravity * std::cos(slope), 1e-6));
+      }
     }
   }
 }
