@@ -23,6 +23,10 @@ constexpr double kAtOnce = std::numeric_limits<double>::epsilon();  // share of 
 // on one edge for long though its other edge lands slowly. Of what gravity does in two steps: less
 // is what moving blocks leave of gaps.
 constexpr double kSteps = 4.0, kNoise = 0.05;
+// Of its own acceleration again, where a block deforms: from rest that closes a gap within the step
+// with a half of it at most, as where strain is set free, or what pressed an impact's blocks is not
+// known. Taken for an impact it would hold the strain, and so come back in each step.
+constexpr double kFromRest = 2.0;
 
 ContactLaw law_of(const JointStrength& strength, const StepOptions& options) {
   if (options.analysis == Analysis::Settle) return ContactLaw::Stuck;
@@ -218,7 +222,9 @@ void set_closing(const FreeFlight& flight, double gap_tolerance, double slowest,
       gap <= gap_tolerance ? gap / fall : std::min(1.0, 2.0 * gap / (root - flight.approach));
   c.closing_share = at_once ? kAtOnce : share;
   const double speed = at_once ? -flight.approach : gap / share;
-  c.hits = speed > std::clamp(kSteps * std::abs(bend), kNoise * slowest, slowest);
+  const bool deforms = c.jacobian_a.strain || c.jacobian_b.strain;
+  const double most = deforms ? std::max(slowest, kFromRest * std::abs(bend)) : slowest;
+  c.hits = speed > std::clamp(kSteps * std::abs(bend), kNoise * slowest, most);
   c.offset.tail<2>() -= share * (flight.end.tail<2>() - flight.start.tail<2>());
   if (fall > slowest) {
     const double left = 1.0 - share;

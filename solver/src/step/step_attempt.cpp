@@ -38,6 +38,8 @@ constexpr double kFollowed = 1e-7;  // a fifth of what they may be.
 // Of how far supports move against each other: overlaps that tell that hit blocks have no way. Of a
 // block that a belt takes into a stop contacts that yield leave 7e-4 of it.
 constexpr double kSqueezed = 0.1;
+// Times what a crowd may leave of gaps: how far off a held point is without being lost.
+constexpr double kHeld = 10.0;
 
 void by_slot(const Slots& slots, const BlockVector& blocks, BlockVector& by_slot) {
   by_slot.resize(slots.block_of_slot.size());
@@ -366,6 +368,15 @@ bool holds_strain(const SubStep& step, const AttemptMemory& memory, const StepPo
   return agreement(step.options).any(holds);
 }
 
+/// Whether held points are where they are to be: contacts that yield leave them apart where motions
+/// contradict each other.
+bool holds_points(const SubStep& step, std::span<const LinearContact> held) {
+  const double limit = kHeld * crowd_tolerance(step.options.tolerance) * step.island.smallest_size;
+  return agreement(step.options).all(std::ranges::all_of(held, [&](const LinearContact& c) {
+    return c.relative.norm() <= limit;
+  }));
+}
+
 }  // namespace
 
 bool is_squeezed(const SubStep& step, double shift, std::span<const LinearContact> linear) {
@@ -386,6 +397,10 @@ void attempt_positions(const SubStep& step, const LastSubStep& last,
   set_matrices(step, poses, memory.terms);
   const Agreement all = agreement(step.options);
   OpenCloseResult total = solve_and_judge(step, contacts, memory, poses, attempt.linear);
+  if (memory.solver.yielding() &&
+      !holds_points(step, std::span(attempt.linear).subspan(contacts.size()))) {
+    total.converged = false;
+  }
   attempt.shift =
       holds_strain(step, memory, poses)
           ? shift_of_supports(step, contacts, attempt.linear, memory.expected_hit, poses)
