@@ -454,3 +454,30 @@ TEST_CASE("Held points whose motions contradict each other are no solution") {
     CHECK(simulation.advance().status == StepStatus::NotConverged);
   }
 }
+
+TEST_CASE(
+    "A block that is stressed between two walls, without weight, gains nothing but rounding") {
+  const Vector3 x = Vector3::UnitX();
+  for (const auto iteration : {ContactIteration::Automatic, ContactIteration::ProximalNewton}) {
+    for (const Matrix3& turn : {Matrix3(Matrix3::Identity()), frames()[1].turn}) {
+      Scene scene;
+      scene.gravity = Vector3(Vector3::Zero());
+      const geometry::Shape cube = geometry::make_box({-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5});
+      for (const double side : {-1.0, 1.0}) {
+        scene.add_fixed(cube);
+        scene.blocks.back().placement = {.linear = turn, .translation = Vector3(side * turn * x)};
+      }
+      scene.add_block(cube, kRock);
+      scene.blocks.back().placement.linear = turn;
+      const Matrix3 stress = -1e6 * (turn * x) * (turn * x).transpose();
+      scene.blocks.back().initial_stress << stress(0, 0), stress(1, 1), stress(2, 2), stress(0, 1),
+          stress(1, 2), stress(0, 2);
+      Simulation simulation(scene, {.time_step = 1e-3, .contact_iteration = iteration});
+      for (int step = 0; step < 100; ++step) {
+        const StepReport report = simulation.advance();
+        REQUIRE(report.status == StepStatus::Converged);
+        CHECK(report.flags.size() == 0);
+      }
+    }
+  }
+}

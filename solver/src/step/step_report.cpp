@@ -4,6 +4,7 @@
 #include <functional>
 #include <limits>
 
+#include "block_terms.hpp"
 #include "index.hpp"
 #include "step/island_extremes.hpp"
 
@@ -24,6 +25,18 @@ double weight_of(const CompiledScene& compiled, const Island& island, double gra
     sum += std::abs(load.factor) * load.force.at(time).norm();
   }
   return sum;
+}
+
+/// What rounding makes of an island's strain energy in a step, J: a block that is stressed and does
+/// nothing has no other scale.
+double rounding_of_strain(const CompiledScene& compiled, const Workspace& work,
+                          const Island& island) {
+  constexpr double kRounding = 64.0 * std::numeric_limits<double>::epsilon();
+  double sum = 0.0;
+  for (const int block : island.own()) {
+    sum += strain_energy(compiled.models[index(block)], work.now.blocks[index(block)]);
+  }
+  return kRounding * sum;
 }
 
 /// The growth of energy that is most of its island's scale.
@@ -78,8 +91,9 @@ void append_flags(const CompiledScene& compiled, const StepOptions& options, dou
     }
     if (options.analysis != Analysis::Dynamic) continue;
     if (!(island->count.energy_growth > 0.0)) continue;
-    // What the tolerance of gaps leaves.
-    const double noise = tolerance * weight_of(compiled, *island, gravity, time);
+    // What the tolerance of gaps leaves, and rounding of what strain holds.
+    const double noise = tolerance * weight_of(compiled, *island, gravity, time) +
+                         rounding_of_strain(compiled, work, *island);
     note_growth(work, *island, noise, evidence);
   }
   const std::vector<MissingPoint> missing = last_missing(work);
