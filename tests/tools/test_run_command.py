@@ -273,16 +273,31 @@ class RunCommand(FolderTest):
     def test_a_crushed_block_is_no_result(self):
         file, out = self.folder / "scene.json", self.folder / "out"
         file.write_text(json.dumps(self.crushed()))
-        for words in ([], ["--on-failure", "accept"]):
+        for words, flags in (([], ["unconverged"]),
+                             (["--on-failure", "accept", "--set", "/smallest_time_step=1e-3"], ["unconverged", "overlap"])):
             done = run(file, "--out", out, "--json", *words)
             self.assertEqual(done.returncode, 1, done.stdout)
             summary = json.loads(done.stdout)
             self.assertEqual(summary, json.loads((out / "summary.json").read_text()))
-            self.assertEqual((summary["status"], summary["verdict"]), ("not_trusted", "failed"))
-            self.assertEqual([(flag["flag"], flag["fails"]) for flag in summary["flags"]], [("overlap", True)])
-            self.assertEqual(summary["failures"], [summary["message"]])
-            self.assertIn("not to be trusted: overlap", done.stderr)
-            self.assertIn('and "cube"', done.stderr)
+            self.assertEqual((summary["status"], summary["verdict"]), ("not_converged", "failed"))
+            self.assertEqual([(flag["flag"], flag["fails"]) for flag in summary["flags"]], [(flag, True) for flag in flags])
+            self.assertEqual(summary["failures"][0], summary["message"])
+            self.assertIn('contacts that fight: "plate" and "cube"', done.stderr)
+            self.assertEqual("not to be trusted: overlap" in done.stderr, "overlap" in flags, done.stderr)
+
+    def test_a_soft_block_strained_beyond_its_law_is_no_result(self):
+        file = self.folder / "scene.json"
+        scene = self.crushed(materials={"m": {"density": 2000, "young": 1e7, "poisson": 0.2}})
+        scene["blocks"][2]["kind"] = "deformable"
+        file.write_text(json.dumps(scene))
+        done = run(file, "--json")
+        self.assertEqual(done.returncode, 1, done.stdout)
+        summary = json.loads(done.stdout)
+        self.assertEqual((summary["status"], summary["verdict"]), ("not_trusted", "failed"))
+        self.assertEqual([(flag["flag"], flag["fails"]) for flag in summary["flags"]], [("strain", True)])
+        self.assertEqual(summary["failures"], [summary["message"]])
+        self.assertIn("not to be trusted: strain", done.stderr)
+        self.assertIn('block "cube"', done.stderr)
 
     def test_springs_close_by_their_law(self):
         """An overlap that the scene asks for is flagged, and no failure."""

@@ -455,6 +455,30 @@ TEST_CASE("Held points whose motions contradict each other are no solution") {
   }
 }
 
+TEST_CASE("Rigid blocks between plates that close on them are no solution") {
+  const auto iteration = GENERATE(ContactIteration::Automatic, ContactIteration::ProximalNewton);
+  const double speed = GENERATE(1e-3, 1e-2);
+  const int blocks = GENERATE(1, 3);
+  CAPTURE(iteration, speed, blocks);
+  for (const Frame& frame : frames()) {
+    Boxes boxes(frame);
+    Scene& scene = boxes.scene;
+    for (int i = 0; i < blocks; ++i) boxes.add({0, 0, 0.5 + i}, {0.5, 0.5, 0.5});
+    const int top = boxes.add({0, 0, blocks + 0.5}, {2, 2, 0.5});
+    Block& plate = scene.blocks[static_cast<std::size_t>(top)];
+    plate.kind = BlockKind::Prescribed;
+    plate.motion = {MotionKind::Velocity, Vector3(frame.turn * Vector3(0, 0, -speed))};
+    Simulation simulation(scene, {.time_step = 5e-3, .contact_iteration = iteration});
+    StepReport report;
+    for (int k = 0; k < 20 && report.status == StepStatus::Converged; ++k) {
+      report = simulation.advance();
+      // Converged, with forces that mean nothing, until overlaps are 1e-3 of a block without.
+      if (report.status == StepStatus::Converged) CHECK(report.largest_overlap < 3e-5);
+    }
+    CHECK(report.status == StepStatus::NotConverged);
+  }
+}
+
 TEST_CASE(
     "A block that is stressed between two walls, without weight, gains nothing but rounding") {
   const Vector3 x = Vector3::UnitX();

@@ -71,7 +71,7 @@ double shift_of_supports(const SubStep& step, std::span<const BodyContact> conta
                          std::span<const LinearContact> linear, std::span<const char> hit,
                          const StepPoses& poses) {
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
-  const auto is_hit = [&](int slot) { return slot >= 0 && hit[index(slot)]; };
+  const auto is_hit = [&](int slot) { return slot >= 0 && (hit.empty() || hit[index(slot)]); };
   Vector3 high = Vector3::Constant(-kInfinite), low = high;  // of their ways, and of these turned
   const auto bear = [&](int slot, const Vector3& way) {
     if (!is_hit(slot)) return;

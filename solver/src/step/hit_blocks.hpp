@@ -27,7 +27,8 @@ void find_hit_blocks(const SubStep& step, std::span<const BodyContact> contacts,
 double first_impact(const SubStep& step, std::span<const LinearContact> linear);
 
 /// How far supports (fixed or prescribed blocks that hit blocks touch, points of these that are
-/// held) move against each other in the step, m: moving rigidly hit blocks may have no way.
+/// held) move against each other in the step, m: moving rigidly hit blocks may have no way. `hit`
+/// empty: all are.
 double shift_of_supports(const SubStep& step, std::span<const BodyContact> contacts,
                          std::span<const LinearContact> linear, std::span<const char> hit,
                          const StepPoses& poses);

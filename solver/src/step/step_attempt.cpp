@@ -360,6 +360,7 @@ OpenCloseResult break_weakest(const SubStep& step, const LastSubStep& last,
 
 /// The strain of blocks that are hit waits.
 bool holds_strain(const SubStep& step, const AttemptMemory& memory, const StepPoses& poses) {
+  if (step.island.slots.rigid()) return false;
   bool holds = false;
   for (std::size_t s = 0; s < memory.expected_hit.size(); ++s) {
     const std::size_t b = index(step.island.slots.block_of_slot[s]);
@@ -375,6 +376,19 @@ bool holds_points(const SubStep& step, std::span<const LinearContact> held) {
   return agreement(step.options).all(std::ranges::all_of(held, [&](const LinearContact& c) {
     return c.relative.norm() <= limit;
   }));
+}
+
+/// Whether contacts that yield let supports sink into blocks as they close on these: rigid blocks
+/// have no way then, and there is no solution.
+bool lets_supports_sink(const SubStep& step, std::span<const BodyContact> contacts,
+                        std::span<const LinearContact> linear, const StepPoses& poses) {
+  const double shift = shift_of_supports(step, contacts, linear, {}, poses);
+  const double limit = kHeld * crowd_tolerance(step.options.tolerance) * step.island.smallest_size;
+  const auto sinks = [&](const LinearContact& c) {
+    return c.relative[0] < std::min(-limit, c.start[0] - kSqueezed * shift);
+  };
+  return shift > 0.0 &&
+         agreement(step.options).any(std::ranges::any_of(linear.first(contacts.size()), sinks));
 }
 
 }  // namespace
@@ -408,6 +422,10 @@ void attempt_positions(const SubStep& step, const LastSubStep& last,
   attempt.squeezed =
       total.converged ? memory.solver.yielding() && is_squeezed(step, attempt.shift, attempt.linear)
                       : attempt.shift > 0.0;
+  if (total.converged && !attempt.squeezed && memory.solver.yielding() &&
+      lets_supports_sink(step, contacts, attempt.linear, poses)) {
+    total.converged = false;
+  }
   if (!total.converged && !attempt.squeezed && all.any(may_fail(contacts))) {
     add(break_weakest(step, last, contacts, memory, poses, attempt.linear), total);
     if (std::exchange(total.converged, false)) {
