@@ -127,24 +127,25 @@ void add_load(CompiledScene& compiled, int block, const Vector3& arm, const Vect
   if (!is_always_zero(force)) compiled.loads.push_back({block, arm, force, factor});
 }
 
-/// How messages name a load: by its place in its list.
+/// How messages name a load whose block takes one: by its place in its list.
 template <class Load>
-std::string numbered(const char* what, const std::vector<Load>& loads, const Load& load) {
-  return what + std::string(" ") + std::to_string(&load - loads.data());
+std::string checked_load(const Scene& scene, const char* kind, const std::vector<Load>& loads,
+                         const Load& load) {
+  const std::string what = kind + std::string(" ") + std::to_string(&load - loads.data());
+  check_loaded_block(scene, load.block, what);
+  return what;
 }
 
 void compile_loads(CompiledScene& compiled) {
   const Scene& scene = compiled.scene;
   for (const PointLoad& load : scene.point_loads) {
-    const std::string what = numbered("point load", scene.point_loads, load);
-    check_loaded_block(scene, load.block, what);
+    const std::string what = checked_load(scene, "point load", scene.point_loads, load);
     check_finite(load.point, what + ": point");
     check_constant(load.force, what + ": force");
     add_load(compiled, load.block, arm_of(compiled, load.block, load.point), load.force, 1.0);
   }
   for (const FaceLoad& load : scene.face_loads) {
-    const std::string what = numbered("face load", scene.face_loads, load);
-    check_loaded_block(scene, load.block, what);
+    const std::string what = checked_load(scene, "face load", scene.face_loads, load);
     const BlockModel& model = compiled.models[static_cast<std::size_t>(load.block)];
     if (load.face < 0 || load.face >= model.shape->topology().face_count()) {
       throw InputError(what + ": block " + std::to_string(load.block) + " has no face " +
@@ -155,15 +156,13 @@ void compile_loads(CompiledScene& compiled) {
     add_load(compiled, load.block, mean.centroid, load.traction, mean.area);
   }
   for (const BodyLoad& load : scene.body_loads) {
-    const std::string what = numbered("body load", scene.body_loads, load);
-    check_loaded_block(scene, load.block, what);
+    const std::string what = checked_load(scene, "body load", scene.body_loads, load);
     check_constant(load.force, what + ": force");
     add_load(compiled, load.block, Vector3::Zero(), load.force,
              compiled.models[static_cast<std::size_t>(load.block)].volume);
   }
   for (const FixedPoint& point : scene.fixed_points) {
-    const std::string what = numbered("fixed point", scene.fixed_points, point);
-    check_loaded_block(scene, point.block, what);
+    const std::string what = checked_load(scene, "fixed point", scene.fixed_points, point);
     check_finite(point.point, what + ": point");
     check_constant(point.displacement, what + ": displacement");
     const Vector3 arm = held_arm(compiled, point.block, point.point);
