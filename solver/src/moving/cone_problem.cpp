@@ -212,6 +212,7 @@ void ConeProblem::sweep(int passes, std::span<Vector3> x) {
     cone.relaxation = 1.0 / eigen.eigenvalues()[2];
   });
   const auto visit = [&](std::size_t i) {
+    if (admissible_[i].pulls) return;
     slots_->rigid() ? sweep_in<6>(i, x) : sweep_in<12>(i, x);
   };
   for (int pass = 0; pass < passes; ++pass) {

@@ -61,7 +61,8 @@ class ConeProblem {
   void respond(std::span<const Vector3> x, std::span<Vector3> motion);
   const BlockVector& increment() const { return increment_; }  ///< D of the last respond()
 
-  /// Passes of Gauss–Seidel over the hard contacts, there and back.   [Jean 1999]
+  /// Passes of Gauss–Seidel over the hard contacts, there and back.   [Jean 1999] Bonds keep theirs:
+  /// swept one after the other the first ones of a joint would bear most, and break.
   void sweep(int passes, std::span<Vector3> x);
 
   /// K + sum Aᵀ T A, to be solved with. False when it is singular to working accuracy, or symmetric
