@@ -1,10 +1,12 @@
 /// Impacts with known answers, where rounding or a moving frame could tell on them: at the very end
 /// of a step, and on supports that move.
 
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <quoin/geometry/build.hpp>
 #include <quoin/solver.hpp>
+#include <utility>
 #include <vector>
 
 #include "support/catch.hpp"
@@ -476,6 +478,53 @@ TEST_CASE("Rigid blocks between plates that close on them are no solution") {
       if (report.status == StepStatus::Converged) CHECK(report.largest_overlap < 3e-5);
     }
     CHECK(report.status == StepStatus::NotConverged);
+  }
+}
+
+TEST_CASE("A wedge between plates that close slides out, or jams where friction holds it") {
+  constexpr double kHalfAngle = std::numbers::pi / 6.0, kSpeed = 0.1, kStep = 2e-3;
+  const auto [friction, jams] = GENERATE(std::pair(0.57, false), std::pair(0.7, true));
+  CAPTURE(friction);
+  const double c = std::cos(kHalfAngle), s = std::sin(kHalfAngle);
+  for (const Frame& frame : frames()) {
+    Scene scene{.joint = {.friction_angle = std::atan(friction)}};
+    scene.gravity = Vector3(frame.turn * Vector3(0, 0, -kGravity));
+    const auto at = [&](Block& block) {
+      block.placement = {.linear = frame.turn, .translation = frame.origin};
+    };
+    const auto prism = [](const std::array<std::array<double, 2>, 4>& corners, double depth) {
+      geometry::Points polygon(3, 4);
+      for (int i = 0; i < 4; ++i) {
+        const auto& [x, z] = corners[static_cast<std::size_t>(i)];
+        polygon.col(i) = Vector3(x, -depth, z);
+      }
+      return geometry::make_prism(polygon, Vector3(0, 2.0 * depth, 0));
+    };
+    // Its sides from a tip at the origin on, the plates along them.
+    const auto side = [&](double sign, double z) { return std::array{sign * z * s / c, z}; };
+    const int wedge = scene.add_rigid(
+        prism({{side(-1, 0.3), side(1, 0.3), side(1, 1), side(-1, 1)}}, 0.5), kRock);
+    at(scene.blocks.back());
+    for (const double sign : {-1.0, 1.0}) {
+      const auto low = side(sign, -0.5), high = side(sign, 2);
+      const int plate = scene.add_fixed(
+          prism({{low, high, {high[0] + sign, high[1]}, {low[0] + sign, low[1]}}}, 1));
+      Block& block = scene.blocks[static_cast<std::size_t>(plate)];
+      at(block);
+      block.kind = BlockKind::Prescribed;
+      block.motion = {MotionKind::Velocity, Vector3(frame.turn * Vector3(-sign * kSpeed, 0, 0))};
+    }
+    Simulation simulation(scene, {.time_step = kStep});
+    const Vector3 start = simulation.state().blocks[static_cast<std::size_t>(wedge)].centroid;
+    StepReport report;
+    double time = 0.0;
+    for (; time < 0.05 && report.status == StepStatus::Converged; time += kStep) {
+      report = simulation.advance();
+    }
+    CHECK((report.status == StepStatus::Converged) == !jams);
+    const Vector3 end = simulation.state().blocks[static_cast<std::size_t>(wedge)].centroid;
+    const double out = frame.turn.col(2).dot(end - start), way = kSpeed * time * c / s;
+    CHECK_THAT(out, WithinAbs(jams ? 0.0 : way, 1e-4));
   }
 }
 

@@ -378,17 +378,21 @@ bool holds_points(const SubStep& step, std::span<const LinearContact> held) {
   }));
 }
 
-/// Whether contacts that yield let supports sink into blocks as they close on these: rigid blocks
-/// have no way then, and there is no solution.
-bool lets_supports_sink(const SubStep& step, std::span<const BodyContact> contacts,
-                        std::span<const LinearContact> linear, const StepPoses& poses) {
+/// Whether contacts that yield make way for supports that close: these sink into blocks, or blocks
+/// leave from between them along contacts that stick. Rigid ones have no way then, and there is no
+/// solution.
+bool makes_way(const SubStep& step, std::span<const BodyContact> contacts,
+               std::span<const LinearContact> linear, const StepPoses& poses) {
   const double shift = shift_of_supports(step, contacts, linear, {}, poses);
   const double limit = kHeld * crowd_tolerance(step.options.tolerance) * step.island.smallest_size;
-  const auto sinks = [&](const LinearContact& c) {
-    return c.relative[0] < std::min(-limit, c.start[0] - kSqueezed * shift);
+  const auto yields = [&](const LinearContact& c) {
+    const double further = kSqueezed * shift;
+    const double stretch = c.relative.tail<2>().norm(), before = c.start.tail<2>().norm();
+    return c.relative[0] < std::min(-limit, c.start[0] - further) ||
+           (c.mode == ContactMode::Stick && stretch > std::max(limit, before + further));
   };
   return shift > 0.0 &&
-         agreement(step.options).any(std::ranges::any_of(linear.first(contacts.size()), sinks));
+         agreement(step.options).any(std::ranges::any_of(linear.first(contacts.size()), yields));
 }
 
 }  // namespace
@@ -423,7 +427,7 @@ void attempt_positions(const SubStep& step, const LastSubStep& last,
       total.converged ? memory.solver.yielding() && is_squeezed(step, attempt.shift, attempt.linear)
                       : attempt.shift > 0.0;
   if (total.converged && !attempt.squeezed && memory.solver.yielding() &&
-      lets_supports_sink(step, contacts, attempt.linear, poses)) {
+      makes_way(step, contacts, attempt.linear, poses)) {
     total.converged = false;
   }
   if (!total.converged && !attempt.squeezed && all.any(may_fail(contacts))) {
