@@ -101,6 +101,29 @@ class SceneCommands(FolderTest):
         self.assertEqual((report["blocks"]["rigid"], report["blocks"]["absent"], report["blocks"]["mass"]), (1, 1, 2000))
         self.assertIn("1 absent", quoin("check", self.scene(scene)).stdout)
 
+    def test_check_tries_the_first_step_of_the_first_stage(self):
+        """As a run has it: with what that stage changes."""
+        scene = self.boxes(0)
+        del scene["end_time"]
+        scene["blocks"].append({"name": "plate", "kind": "prescribed", "motion": {"velocity": [0, 0, 0]},
+                                "shape": {"type": "box", "min": [-2, -2, 1], "max": [2, 2, 2]}})
+        stage = {"analysis": "dynamic", "duration": 1}
+        scene["stages"] = [stage]
+        self.assertEqual(quoin("check", self.scene(scene)).returncode, 0)
+        stage["overrides"] = [{"blocks": "plate", "motion": {"velocity": [0, 0, -0.1]}}]
+        stage["loads"] = [{"type": "point", "block": "b0", "point": [0.5, 0.5, 0.5], "force": [1, 0, 0]}]
+        done = quoin("check", self.scene(scene))
+        self.assertEqual(done.returncode, 1, done.stdout)
+        self.assertIn("did not converge", done.stdout)
+        self.assertIn('contacts that fight: "b0" and "plate"', done.stdout)
+        self.assertNotIn("coordinate_rounding", done.stdout)  # it is the plate that comes on
+        self.assertNotIn("load terms", done.stdout)
+        self.assertNotIn("left out: prescribed motion", done.stdout)
+        stage.pop("overrides")
+        stage["remove"] = "ground"
+        report = json.loads(quoin("check", self.scene(scene), "--json").stdout)
+        self.assertEqual((report["blocks"]["absent"], report["contacts"]["pairs"]), (1, 1))
+
     def test_check_names_points_outside_their_block(self):
         scene = self.boxes(0)
         scene["loads"] = [{"type": "point", "block": "b0", "point": [x, 0.5, 1], "force": [0, 0, -1]} for x in (1, 3)]
@@ -118,7 +141,8 @@ class SceneCommands(FolderTest):
         quoin("make", "bin", "--size", "1e-5", "--out", path)
         done = quoin("check", path, "--max-seconds", "0.3")
         self.assertEqual(done.returncode, 1)
-        self.assertIn("was stopped", done.stdout)
+        self.assertIn("one step tried: the time limit is over", done.stdout)
+        self.assertNotIn("to expect", done.stdout)
 
     def test_overlap_taken_as_touching_stays_where_it_is(self):
         scene = self.boxes(-0.01)

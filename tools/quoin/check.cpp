@@ -14,7 +14,7 @@
 #include "commands.hpp"
 #include "in_range.hpp"
 #include "scene_file/peak_memory.hpp"
-#include "scene_file/scene_file.hpp"
+#include "scene_file/run_scene.hpp"
 #include "stop.hpp"
 
 namespace quoin::commands {
@@ -209,9 +209,10 @@ json contacts_json(const solver::Scene& scene, std::vector<PairStart> pairs) {
 /// First elastic frequency of the stiffest block by its time step: omega = pi c / size with c =
 /// sqrt(E / rho), a bar held at neither end; damping ratio omega dt / 4 of the scheme that takes
 /// forces at the end of the step. [Doolin & Sitar 2004]
-json time_step_json(const SceneFile& file, const solver::StepReport& trial) {
+json time_step_json(const SceneFile& file, const solver::Scene& scene,
+                    const solver::StepReport& trial) {
   double omega = 0.0, smallest = std::numeric_limits<double>::infinity();
-  for (const solver::Block& block : file.scene.blocks) {
+  for (const solver::Block& block : scene.blocks) {
     if (is_free(block)) {
       smallest = std::min(smallest, size(block));
     }
@@ -222,7 +223,7 @@ json time_step_json(const SceneFile& file, const solver::StepReport& trial) {
   }
   const double dt = file.stages.at(0).time_step;
   const bool damps = file.options.scheme == solver::TimeScheme::ConstantAcceleration;
-  const double fall = file.scene.gravity.at(0.0).norm() * dt * dt;
+  const double fall = scene.gravity.at(0.0).norm() * dt * dt;
   return {{"time_step", dt},
           {"elastic_omega_dt", omega * dt},
           {"elastic_damping", damps ? 0.25 * omega * dt : 0.0},
@@ -249,13 +250,37 @@ long most_steps(const SceneFile& file) {
   return steps;
 }
 
+/// The first step of a run, and what that says of it.
+struct Trial {
+  solver::StepReport step{.status = solver::StepStatus::Stopped};
+  std::string message;
+  std::vector<std::string> left_out;
+};
+
+Trial try_step(const SceneFile& file, double max_seconds) {
+  Trial trial;
+  const auto converged = [&] { return trial.step.status == solver::StepStatus::Converged; };
+  scene_file::RunOptions options;
+  options.after_step = [&](const scene_file::StepView& view, const scene_file::SaveRun&) {
+    trial.step = view.report;
+  };
+  options.stop = [&converged, out_of_time = StopRequest(max_seconds)] {
+    return converged() ? scene_file::RunStatus::Interrupted : out_of_time();
+  };
+  const scene_file::RunResult result = run_scene(file, options);
+  trial.message = converged() ? describe(trial.step) : result.message;
+  trial.left_out = result.left_out;
+  return trial;
+}
+
 /// One step tried tells how long steps take, and the memory in use by then what the run needs.
-json trial_json(const SceneFile& file, const solver::StepReport& trial) {
+json trial_json(const SceneFile& file, const Trial& tried) {
+  const solver::StepReport& trial = tried.step;
   const solver::PhaseSeconds& seconds = trial.seconds;
   const double step = seconds.detect + seconds.assemble + seconds.solve + seconds.update;
   const long steps = most_steps(file);
   return {{"converged", trial.status == solver::StepStatus::Converged},
-          {"message", describe(trial)},
+          {"message", tried.message},
           {"step_seconds", step},
           {"most_steps", steps},
           {"most_seconds", step * static_cast<double>(steps)},
@@ -263,41 +288,37 @@ json trial_json(const SceneFile& file, const solver::StepReport& trial) {
 }
 
 /// What the solver refuses: the pair that overlaps most for its size, or null.
-json refused_pair(const SceneFile& file, const std::vector<PairStart>& pairs) {
-  if (file.scene.initial_overlap != solver::InitialOverlap::Refuse) return nullptr;
+json refused_pair(const solver::Scene& scene, const std::vector<PairStart>& pairs) {
+  if (scene.initial_overlap != solver::InitialOverlap::Refuse) return nullptr;
   const auto worst = std::ranges::min_element(
       pairs, {}, [](const PairStart& pair) { return pair.gap / pair.size; });
   if (worst == pairs.end() || !(-worst->gap > kRefused * worst->size)) return nullptr;
-  return pair_json(file.scene, *worst);
+  return pair_json(scene, *worst);
 }
 
 json report_of(const SceneFile& file, const std::string& path, double max_seconds) {
-  const std::vector<PairStart> pairs = pairs_at_start(file.scene);
-  const json refused = refused_pair(file, pairs);
+  const solver::Scene& scene = file.scene_in(0);
+  const std::vector<PairStart> pairs = pairs_at_start(scene);
+  const json refused = refused_pair(scene, pairs);
   json loose = json::array();
-  for (const int block : without_support(file.scene, pairs)) {
-    loose.push_back(file.scene.blocks[static_cast<std::size_t>(block)].name);
+  for (const int block : without_support(scene, pairs)) {
+    loose.push_back(scene.blocks[static_cast<std::size_t>(block)].name);
   }
   json report = {{"scene", path},
                  {"title", file.title},
-                 {"blocks", blocks_json(file.scene)},
-                 {"contacts", contacts_json(file.scene, pairs)},
+                 {"blocks", blocks_json(scene)},
+                 {"contacts", contacts_json(scene, pairs)},
                  {"without_support", loose},
-                 {"points_outside", points_outside(file.scene)},
+                 {"points_outside", points_outside(scene)},
                  {"refused", !refused.is_null()}};
   if (!refused.is_null()) {
     report["refused_pair"] = refused;
     return report;
   }
-  solver::StepOptions options = file.options;
-  options.analysis = file.stages.at(0).analysis;
-  options.time_step = file.stages.at(0).time_step;
-  options.watch = [stop = StopRequest(max_seconds)](const solver::StepReport&) { return !stop(); };
-  solver::Simulation simulation(file.scene, options);
-  const solver::StepReport trial = simulation.advance();
-  report["time_step"] = time_step_json(file, trial);
+  const Trial trial = try_step(file, max_seconds);
+  report["time_step"] = time_step_json(file, scene, trial.step);
   report["trial_step"] = trial_json(file, trial);
-  report["left_out"] = simulation.left_out();
+  report["left_out"] = trial.left_out;
   return report;
 }
 
@@ -360,9 +381,12 @@ void print_run(const json& report) {
       step["fall_in_a_step_by_smallest_block"].get<double>());
   const json& trial = report["trial_step"];
   std::printf("  one step tried: %s\n", trial["message"].get_ref<const std::string&>().c_str());
-  std::printf("  to expect: at most %ld steps of %.3g s: %.3g s, %.0f MB\n",
-              trial["most_steps"].get<long>(), trial["step_seconds"].get<double>(),
-              trial["most_seconds"].get<double>(), trial["memory_mb"].get<double>());
+  const double seconds = trial["step_seconds"].get<double>();
+  if (seconds > 0.0) {
+    std::printf("  to expect: at most %ld steps of %.3g s: %.3g s, %.0f MB\n",
+                trial["most_steps"].get<long>(), seconds, trial["most_seconds"].get<double>(),
+                trial["memory_mb"].get<double>());
+  }
   for (const json& line : report["left_out"]) {
     std::printf("  left out: %s\n", line.get_ref<const std::string&>().c_str());
   }

@@ -442,8 +442,8 @@ class Runner {
     return line.str();
   }
 
-  /// Of a scene whose first step fails: whether its blocks are laid as rounded coordinates leave
-  /// them, which rigid ones that fill a space cannot stand.
+  /// Of a scene whose first step fails, pressed by no support that moves: whether its blocks are
+  /// laid as rounded coordinates leave them, which rigid ones that fill a space cannot stand.
   std::string rounded(const StepReport& report) const {
     constexpr double kNone = 1e-10;  // of the smallest block: what steps call zero, and more
     double smallest = std::numeric_limits<double>::infinity();
@@ -451,7 +451,13 @@ class Runner {
       smallest = std::min(smallest, block.body().stretch() * block.shape->diameter());
     }
     const double overlap = report.largest_overlap;
-    if (result_.steps > 1 ||
+    const auto is_prescribed = [&](int block) {
+      return simulation_.scene().blocks[static_cast<std::size_t>(block)].kind == solver::BlockKind::Prescribed;
+    };
+    const bool pressed = std::ranges::any_of(report.fighting, [&](const solver::FightingContact& c) {
+      return is_prescribed(c.block) || is_prescribed(c.other);
+    });
+    if (result_.steps > 1 || pressed ||
         overlap <= std::max(kNone * smallest, file_.scene.coordinate_rounding)) {
       return "";
     }
