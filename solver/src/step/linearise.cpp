@@ -160,6 +160,7 @@ struct FreeFlight {
   Vector3 start = Vector3::Zero();  ///< d as the blocks stand at the start of the step, m
   Vector3 end = Vector3::Zero();    ///< d at its end, m
   double approach = 0.0;            ///< normal velocity at its start, m in a step
+  bool deforms = false;             ///< one of its blocks, in this step or a later one
 };
 
 /// Normal velocity at the start, m/s.
@@ -185,6 +186,8 @@ double common_turn(const SubStep& step, const BodyContact& contact) {
 FreeFlight free_flight(const SubStep& step, const BlockTerms& terms, const StepPoses& poses,
                        const BodyContact& contact, const LinearContact& c) {
   FreeFlight flight{.start = c.offset, .end = c.offset};
+  const auto deforms = [&](int block) { return step.compiled.models[index(block)].unknowns == 12; };
+  flight.deforms = deforms(contact.a) || deforms(contact.b);
   const auto add = [&](int slot, int block, const ContactJacobian& jacobian) {
     if (slot >= 0) {
       flight.end += jacobian * terms.free_increment[index(slot)];
@@ -222,8 +225,7 @@ void set_closing(const FreeFlight& flight, double gap_tolerance, double slowest,
       gap <= gap_tolerance ? gap / fall : std::min(1.0, 2.0 * gap / (root - flight.approach));
   c.closing_share = at_once ? kAtOnce : share;
   const double speed = at_once ? -flight.approach : gap / share;
-  const bool deforms = c.jacobian_a.strain || c.jacobian_b.strain;
-  const double most = deforms ? std::max(slowest, kFromRest * std::abs(bend)) : slowest;
+  const double most = flight.deforms ? std::max(slowest, kFromRest * std::abs(bend)) : slowest;
   c.hits = speed > std::clamp(kSteps * std::abs(bend), kNoise * slowest, most);
   c.offset.tail<2>() -= share * (flight.end.tail<2>() - flight.start.tail<2>());
   if (fall > slowest) {
