@@ -99,6 +99,8 @@ ContactProblem::Contact read_contact(Reader& reader, const ContactProblem& probl
   return contact;
 }
 
+constexpr double kSymmetric = 1e-9;  // of the roots of both diagonals: rounding of a matrix made
+
 void require(bool good, const std::string& place, const std::string& what) {
   if (!good) throw InputError("contact problem: " + place + ": " + what);
 }
@@ -116,6 +118,10 @@ void check(const ContactProblem::Block& block, const std::string& place) {
           "its matrix, force or guess is not finite");
   require(block.matrix.llt().info() == Eigen::Success, place,
           "its matrix must be positive definite");
+  const Eigen::VectorXd size = block.matrix.diagonal().cwiseSqrt();
+  const ContactProblem::Matrix apart = (block.matrix - block.matrix.transpose()).cwiseAbs();
+  require((apart.array() <= kSymmetric * (size * size.transpose()).array()).all(), place,
+          "its matrix must be symmetric");
 }
 
 void check(const ContactProblem& problem, const ContactProblem::Contact& contact,
@@ -311,6 +317,9 @@ ContactError contact_error(const ContactProblem& problem, const std::vector<Vect
     throw InputError("contact problem: " + std::to_string(forces.size()) +
                      " forces are given for " + std::to_string(problem.contacts.size()) +
                      " contacts");
+  }
+  for (std::size_t i = 0; i < forces.size(); ++i) {
+    require(forces[i].allFinite(), "force " + std::to_string(i), "it is not finite");
   }
   ConeProblem cones(compiled.slots, nullptr);
   cones.set(compiled.base, compiled.force, compiled.contacts, compiled.increment);

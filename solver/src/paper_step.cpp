@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "index.hpp"
+#include "step/energy_ledger.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -185,6 +186,9 @@ void account_blocks(const StepSetting& step, Attempt& attempt) {
     const BlockModel& model = step.compiled.models[index(b)];
     const Vector12& d = step.increment[index(b)];
     attempt.energy.gravity_work += model.mass * gravity.dot(d.head<3>());
+    if (!step.dynamic()) {
+      attempt.energy.scheme_loss += static_loss(model, step.state(b), d, step.time_step());
+    }
     if (model.unknowns == 12) {
       const Vector6 e = d.tail<6>();
       attempt.energy.scheme_loss += 0.5 * model.volume * e.dot(model.elasticity * e);

@@ -837,6 +837,14 @@ TEST_CASE("a contact problem that cannot be is refused, not solved") {
   const auto nothing = [](ContactProblem&) {};
   CHECK(message(nothing).empty());
   CHECK(message(nothing, no_number) == "contact problem: tolerance nan must lie in (0, 0.01)");
+  for (const auto& [row, column] : {std::pair(0, 2), std::pair(2, 0)}) {
+    CHECK(message([r = row, c = column](ContactProblem& p) { p.blocks[1].matrix(r, c) = 0.1; }) ==
+          "contact problem: block 1: its matrix must be symmetric");
+  }
+  CHECK(message([](ContactProblem& p) { p.blocks[1].matrix(0, 2) = 1e-14; }).empty());
+  CHECK_THROWS_AS(contact_error(tower(1, {0, 0, -1}, 0.5),
+                                {{no_number, 0, 0}, {1, 0, 0}, {1, 0, 0}, {1, 0, 0}}),
+                  InputError);
   CHECK(message([&](ContactProblem& p) { p.contacts[1].friction = no_number; }) ==
         "contact problem: contact 1: friction nan must be finite and not negative");
   CHECK(message([&](ContactProblem& p) { p.contacts[1].b = 7; }) ==

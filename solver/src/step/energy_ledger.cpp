@@ -27,6 +27,15 @@ double held_back(const BlockModel& model, const Vector12& increment, double tau)
   return 4.0 * kinetic_energy(model, moving);
 }
 
+}  // namespace
+
+double static_loss(const BlockModel& model, const BlockState& start, const Vector12& increment,
+                   double length) {
+  return held_back(model, increment, length) + kinetic_energy(model, start);
+}
+
+namespace {
+
 void account_blocks(const SubStep& step, const StepPoses& poses, StepEnergy& energy) {
   const Vector3 gravity = step.compiled.scene.gravity.at(step.load_time());
   const double lag = step.scheme().end_share - 0.5;
@@ -36,9 +45,8 @@ void account_blocks(const SubStep& step, const StepPoses& poses, StepEnergy& ene
     const Vector12& d = poses.increment[index(blocks[s])];
     energy.work_on[s] = model.mass * gravity.dot(d.head<3>());
     energy.gravity_work += energy.work_on[s];
-    if (!step.dynamic()) {  // begins at rest: what moved until then is held back, too
-      energy.scheme_loss +=
-          held_back(model, d, step.length) + kinetic_energy(model, step.state[index(blocks[s])]);
+    if (!step.dynamic()) {
+      energy.scheme_loss += static_loss(model, step.state[index(blocks[s])], d, step.length);
     }
     if (model.unknowns != 12) continue;
     if (step.dynamic() && !poses.deforms[index(blocks[s])]) {

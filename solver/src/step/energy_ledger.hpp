@@ -47,6 +47,11 @@ double strain_energy(const SubStep& step, std::span<const BlockState> state);
 double energy_growth(const SubStep& step, const StepEnergy& done, std::span<const BlockState> end,
                      double stored_before);
 
+/// Of a block in a static sub-step of this length, J: what inertia takes, and the kinetic energy
+/// that it sets out with, as the step begins at rest.
+double static_loss(const BlockModel& model, const BlockState& start, const Vector12& increment,
+                   double length);
+
 /// Books an accepted sub-step but for the energies that the step ends with, which are those of its
 /// last sub-step. `growth`: energy_growth().
 void book(const StepEnergy& done, double growth, EnergyLedger& energy);
