@@ -152,7 +152,7 @@ void check_same_blocks(const Scene& before, const Scene& now) {
 }
 
 void take_over(const CompiledScene& before, const State& state_before, const Workspace& work_before,
-               CompiledScene& now, State& state, Workspace& work) {
+               CompiledScene& now, ContactMethod method, State& state, Workspace& work) {
   state.time = state_before.time;
   state.step = state_before.step;
   state.energy = state_before.energy;
@@ -174,7 +174,7 @@ void take_over(const CompiledScene& before, const State& state_before, const Wor
                (!work.agreement.shares() || is_own(key.a) || is_own(key.b));
       });
   take_over_joints(before.scene, now.scene, state.contacts);
-  part_hit_contacts(set_on(state_before, state), state);
+  part_hit_contacts(set_on(state_before, state), method, state);
   take_over_motions(before, work_before, now, state, work);
   take_over_held(before, state_before, now, state);
   work.counted = work_before.counted;
@@ -185,10 +185,11 @@ void take_over(const CompiledScene& before, const State& state_before, const Wor
   place_bodies(now, state, work);
 }
 
-void part_hit_contacts(std::span<const char> set_on, State& state) {
+void part_hit_contacts(std::span<const char> set_on, ContactMethod method, State& state) {
+  if (method != ContactMethod::AugmentedLagrangian) return;  // springs alone
   for (Contact& contact : state.contacts) {
     const std::size_t a = index(contact.point.key.a), b = index(contact.point.key.b);
-    if (contact.bonded || (!set_on[a] && !set_on[b])) continue;
+    if (contact.bonded || contact.spring_area > 0.0 || (!set_on[a] && !set_on[b])) continue;
     const Vector3 place = contact.point.point();
     const Vector3 of_a = velocity_at(state.blocks[a], place);
     const Vector3 of_b = velocity_at(state.blocks[b], place);

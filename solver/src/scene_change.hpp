@@ -11,10 +11,10 @@ void check_same_blocks(const Scene& before, const Scene& now);
 /// State and workspace of `now`, as they were made for its start, take over what goes on from
 /// `before`. The energy ledger but for its springs.
 void take_over(const CompiledScene& before, const State& state_before, const Workspace& work_before,
-               CompiledScene& now, State& state, Workspace& work);
+               CompiledScene& now, ContactMethod method, State& state, Workspace& work);
 
-/// Blocks that were set on towards what they touched hit it: what they bore there is over.
-/// `set_on`, by block: whose contacts are asked.
-void part_hit_contacts(std::span<const char> set_on, State& state);
+/// Blocks that were set on towards what they touched hit it: what they bore there is over. Springs
+/// go on with what they have stored. `set_on`, by block: whose contacts are asked.
+void part_hit_contacts(std::span<const char> set_on, ContactMethod method, State& state);
 
 }  // namespace quoin::solver

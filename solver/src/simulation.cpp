@@ -262,7 +262,7 @@ void Simulation::set_velocities(std::span<const BlockVelocity> velocities) {
     set_on[b] = 1;
   }
   energy.work += energy.kinetic - before;
-  part_hit_contacts(set_on, parts_->state);
+  part_hit_contacts(set_on, parts_->options.method, parts_->state);
   detect(parts_->compiled, parts_->options, parts_->state, parts_->work);
 }
 
@@ -272,7 +272,8 @@ void Simulation::change(Scene scene) {
   CompiledScene& compiled = next->compiled;
   State& state = next->state;
   Workspace& work = next->work;
-  take_over(parts_->compiled, parts_->state, parts_->work, compiled, state, work);
+  take_over(parts_->compiled, parts_->state, parts_->work, compiled, next->options.method, state,
+            work);
   detect(compiled, next->options, state, work);
   check_overlap(compiled, work);
   if (work.agreement.any(work.initial_depths.remember(compiled, work.found, work.laid))) {

@@ -134,6 +134,44 @@ TEST_CASE("The ledger of a static analysis closes by every method") {
   }
 }
 
+TEST_CASE("The ledger of springs closes where velocities are set or the scene is changed") {
+  const bool of_joints = GENERATE(true, false), changes = GENERATE(false, true);
+  const double turn = GENERATE(0.0, 1.0), friction = GENERATE(0.0, 0.5);
+  const int when = GENERATE(5, 6, 7);  // the blocks press and rub from 3 to 8
+  CAPTURE(of_joints, changes, turn, friction, when);
+  Scene scene;
+  scene.gravity = Vector3(Vector3::Zero());
+  scene.joint.friction_angle = std::atan(friction);
+  StepOptions options{.time_step = 2e-3};
+  if (of_joints) {
+    scene.joint.normal_stiffness = 1e8;
+    scene.joint.shear_stiffness = 5e7;
+  } else {
+    options.method = ContactMethod::Springs;
+    options.penalty = 1e7;
+  }
+  scene.add_rigid(geometry::make_box({0, 0, 0}, {1, 0.8, 0.5}), kRock);
+  scene.add_rigid(geometry::make_box({1.003, 0, 0}, {2.003, 0.8, 0.5}), kRock);
+  scene.add_rigid(geometry::make_box({10, 0, 0}, {11, 1, 1}), kRock);
+  scene.blocks[0].velocity = Vector3(1, 0.5, 0);
+  scene.blocks[0].angular_velocity = Vector3(0, 0, turn);
+  scene.blocks[2].kind = BlockKind::Absent;
+  Simulation simulation(scene, options);
+  for (int step = 0; step < 15; ++step) {
+    if (step == when && changes) {
+      scene.blocks[2].kind = BlockKind::Rigid;
+      simulation.change(scene);
+    } else if (step == when) {
+      const Vector3 now = simulation.state().blocks[0].velocity;
+      simulation.set_velocities(
+          std::vector<BlockVelocity>{{0, now + Vector3(0.2, 0.3, 0), Vector3(0, 0, turn)}});
+    }
+    REQUIRE(simulation.advance().status == StepStatus::Converged);
+    const EnergyLedger& energy = simulation.state().energy;
+    CHECK(std::abs(energy.closure) <= 1e-6 * energy.mechanical());
+  }
+}
+
 TEST_CASE("A block that falls flat rebounds to the square of the restitution") {
   for (const bool rigid : {true, false}) {
     for (const double restitution : {0.3, 0.7, 1.0}) {

@@ -6,6 +6,7 @@
 
 #include "contact/joint_failure.hpp"
 #include "contact/joint_law.hpp"
+#include "contact/joint_springs.hpp"
 #include "distributed/agreement.hpp"
 #include "index.hpp"
 
@@ -75,13 +76,10 @@ void set_law(const StepOptions& options, double penalty, double parting_gap, Bod
   set_springs(options, penalty, contact, c);
 }
 
-/// Of a spring as its contact lies: gap beyond the opening and two slips, m.
+/// Of a spring as its contact lies: gap beyond the opening, and the length of its slips, m.
 Vector3 stretch(const BodyContact& contact, const Pose& a, const Pose& b) {
-  Vector3 t1, t2;
-  tangent_frame(contact, contact.state.point.normal, t1, t2);
-  const Vector3 apart =
-      between(a, b) + (b.shape * contact.state.anchor_b - a.shape * contact.state.anchor_a);
-  return {contact.state.point.gap - contact.opening, t1.dot(apart), t2.dot(apart)};
+  const ContactGeometry now = contact_geometry(contact, a, b);
+  return {now.gap - contact.opening, shear_stretch(a, b, now.normal, contact.state).norm(), 0.0};
 }
 
 void set_stiffness(const BlockTerms& terms, LinearContact& c) {
@@ -429,7 +427,8 @@ void store_at_rest(const CompiledScene& compiled, const StepOptions& options,
     c.mode = contact.was_closed ? ContactMode::Stick : ContactMode::Open;
     const int slot =
         slots[index(contact.a)] >= 0 ? slots[index(contact.a)] : slots[index(contact.b)];
-    stored[index(slot)] += contact_work(c, Vector3::Zero()).stored;
+    // And what was stored on areas that are gone, which is booked as lost when a step is taken.
+    stored[index(slot)] += contact_work(c, Vector3::Zero()).stored + contact.spring_loss;
   }
 }
 
