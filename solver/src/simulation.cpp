@@ -99,6 +99,16 @@ struct Simulation::Parts {
 
 namespace {
 
+/// What the source's methods lack.
+void check_paper_method(const StepOptions& options) {
+  if (!is_paper_method(options.method)) return;
+  const std::string method = std::string("method ") + name(options.method);
+  if (options.scheme != TimeScheme::ConstantAcceleration) {
+    throw InputError(method + " knows the scheme constant_acceleration alone");
+  }
+  if (agreement(options).shares()) throw InputError(method + " knows one process alone");
+}
+
 void check(const StepOptions& options) {
   const auto require = [](bool good, const char* what, double value) {
     if (good) return;
@@ -121,15 +131,10 @@ void check(const StepOptions& options) {
           options.max_displacement_ratio);
   require(options.smallest_time_step >= 0.0 && options.smallest_time_step <= options.time_step,
           "smallest time step must lie in [0, time step], s", options.smallest_time_step);
-  require(!is_paper_method(options.method) || options.scheme == TimeScheme::ConstantAcceleration,
-          "the methods paper and penalty know the constant acceleration scheme alone; scheme",
-          static_cast<double>(options.scheme));
-  require(!is_paper_method(options.method) || !agreement(options).shares(),
-          "the methods paper and penalty know one process alone; method",
-          static_cast<double>(options.method));
   require(options.rest_unbalance > 0.0, "unbalance at rest must be greater than 0",
           options.rest_unbalance);
   require(options.threads >= 1, "threads must be at least 1", options.threads);
+  check_paper_method(options);
 }
 
 void check(const BlockVelocity& given, const std::vector<BlockModel>& models) {

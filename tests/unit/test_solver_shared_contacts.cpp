@@ -263,7 +263,7 @@ TEST_CASE("what one process refuses all refuse alike") {
   for (const Outcome& outcome : run_shared(scene, {}, 1, 3)) CHECK(outcome.error == one);
   for (const Outcome& outcome :
        run_shared(wall(kRigid), {.method = ContactMethod::Penalty}, 1, 2)) {
-    CHECK(outcome.error.find("know one process alone") != std::string::npos);
+    CHECK(outcome.error.find("knows one process alone") != std::string::npos);
   }
 }
 

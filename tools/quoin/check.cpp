@@ -441,7 +441,7 @@ void add_check_command(CLI::App& app, int& exit_code) {
       std::fprintf(stderr, "%s: %s\n", arguments->scene.c_str(), error.what());
       exit_code = kBadInput;
     } catch (const geometry::InputError& error) {
-      std::fprintf(stderr, "%s: /blocks: %s\n", arguments->scene.c_str(), error.what());
+      std::fprintf(stderr, "%s: %s\n", arguments->scene.c_str(), error.what());
       exit_code = kBadInput;
     }
   });

@@ -39,7 +39,7 @@ Ending ending_of(const std::function<int()>& command, const std::string& scene) 
   } catch (const scene_file::SceneError& error) {
     return {kBadInput, error.what(), scene};
   } catch (const geometry::InputError& error) {
-    return {kBadInput, std::string("/blocks: ") + error.what(), scene};
+    return {kBadInput, error.what(), scene};
   } catch (const std::invalid_argument& error) {
     return {kBadInput, error.what()};
   } catch (const std::bad_alloc&) {
