@@ -435,15 +435,7 @@ void add_check_command(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "the same as JSON, with all pairs");
   command->callback([arguments, &exit_code] {
-    try {
-      exit_code = check(*arguments);
-    } catch (const scene_file::SceneError& error) {
-      std::fprintf(stderr, "%s: %s\n", arguments->scene.c_str(), error.what());
-      exit_code = kBadInput;
-    } catch (const geometry::InputError& error) {
-      std::fprintf(stderr, "%s: %s\n", arguments->scene.c_str(), error.what());
-      exit_code = kBadInput;
-    }
+    exit_code = run_guarded([&] { return check(*arguments); }, arguments->scene);
   });
 }
 

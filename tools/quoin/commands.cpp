@@ -33,13 +33,23 @@ std::string shared_file(const std::string& name) {
   throw scene_file::FileError(name + ": is not installed beside the command");
 }
 
+namespace {
+
+/// Where in the scene: the solver's messages begin with what they are about.
+std::string with_place(const geometry::InputError& error) {
+  const std::string message = error.what();
+  return (message.starts_with("block") ? "/blocks: " : "/: ") + message;
+}
+
+}  // namespace
+
 Ending ending_of(const std::function<int()>& command, const std::string& scene) {
   try {
     return {command()};
   } catch (const scene_file::SceneError& error) {
     return {kBadInput, error.what(), scene};
   } catch (const geometry::InputError& error) {
-    return {kBadInput, error.what(), scene};
+    return {kBadInput, with_place(error), scene};
   } catch (const std::invalid_argument& error) {
     return {kBadInput, error.what()};
   } catch (const std::bad_alloc&) {
