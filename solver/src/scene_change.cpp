@@ -113,16 +113,6 @@ bool are_same(const geometry::Placement& a, const geometry::Placement& b) {
   return a.linear == b.linear && a.translation == b.translation;
 }
 
-/// Blocks whose velocity the change sets.
-std::vector<char> set_on(const State& before, const State& now) {
-  std::vector<char> changed(now.blocks.size());
-  for (std::size_t b = 0; b < changed.size(); ++b) {
-    const BlockState &was = before.blocks[b], &is = now.blocks[b];
-    changed[b] = was.velocity != is.velocity || was.angular_velocity != is.angular_velocity;
-  }
-  return changed;
-}
-
 /// Of several processes: what any of them has, each once, sorted by key. A block that begins to
 /// move is its owner's from then on, with what the others know of it.
 template <class Record, class Key>
@@ -152,7 +142,7 @@ void check_same_blocks(const Scene& before, const Scene& now) {
 }
 
 void take_over(const CompiledScene& before, const State& state_before, const Workspace& work_before,
-               CompiledScene& now, ContactMethod method, State& state, Workspace& work) {
+               CompiledScene& now, State& state, Workspace& work) {
   state.time = state_before.time;
   state.step = state_before.step;
   state.energy = state_before.energy;
@@ -174,7 +164,6 @@ void take_over(const CompiledScene& before, const State& state_before, const Wor
                (!work.agreement.shares() || is_own(key.a) || is_own(key.b));
       });
   take_over_joints(before.scene, now.scene, state.contacts);
-  part_hit_contacts(set_on(state_before, state), method, state);
   take_over_motions(before, work_before, now, state, work);
   take_over_held(before, state_before, now, state);
   work.counted = work_before.counted;
@@ -183,6 +172,15 @@ void take_over(const CompiledScene& before, const State& state_before, const Wor
       of_all(work.agreement, work_before.initial_depths.entries, &InitialDepths::Entry::key);
   work.initial_depths.remember(now, {}, work.laid);
   place_bodies(now, state, work);
+}
+
+std::vector<char> set_on(const State& before, const State& now) {
+  std::vector<char> changed(now.blocks.size());
+  for (std::size_t b = 0; b < changed.size(); ++b) {
+    const BlockState &was = before.blocks[b], &is = now.blocks[b];
+    changed[b] = was.velocity != is.velocity || was.angular_velocity != is.angular_velocity;
+  }
+  return changed;
 }
 
 void part_hit_contacts(std::span<const char> set_on, ContactMethod method, State& state) {

@@ -11,7 +11,10 @@ void check_same_blocks(const Scene& before, const Scene& now);
 /// State and workspace of `now`, as they were made for its start, take over what goes on from
 /// `before`. The energy ledger but for its springs.
 void take_over(const CompiledScene& before, const State& state_before, const Workspace& work_before,
-               CompiledScene& now, ContactMethod method, State& state, Workspace& work);
+               CompiledScene& now, State& state, Workspace& work);
+
+/// By block: whether its velocity is another one.
+std::vector<char> set_on(const State& before, const State& now);
 
 /// Blocks that were set on towards what they touched hit it: what they bore there is over. Springs
 /// go on with what they have stored. `set_on`, by block: whose contacts are asked.

@@ -277,8 +277,8 @@ void Simulation::change(Scene scene) {
   CompiledScene& compiled = next->compiled;
   State& state = next->state;
   Workspace& work = next->work;
-  take_over(parts_->compiled, parts_->state, parts_->work, compiled, next->options.method, state,
-            work);
+  take_over(parts_->compiled, parts_->state, parts_->work, compiled, state, work);
+  part_hit_contacts(set_on(parts_->state, state), next->options.method, state);
   detect(compiled, next->options, state, work);
   check_overlap(compiled, work);
   if (work.agreement.any(work.initial_depths.remember(compiled, work.found, work.laid))) {

@@ -179,6 +179,8 @@ def values():
         scene("/joints", [{"between": ["rock", "rock"], "friction_angle_deg": 30, key: value}], "/joints/0", words)
     scene("/joint", {"friction_angle_deg": 30, "dilation_angle_deg": 20, "residual_friction_angle_deg": 10},
           "/joint/dilation_angle_deg: 20 must not exceed residual_friction_angle_deg, 10")
+    text("options that don't go together", json.dumps({**SCENE, "method": "paper", "scheme": "energy_momentum"}),
+         "bad.json: /: method paper knows the scheme constant_acceleration alone")
     scene("/gravity", [0, 0])
     scene("/gravity", {"table": []})
     scene("/gravity", {"table": [[0, 0, 0, 1], [0, 0, 0, 2]]}, "/gravity/table", "ascend")

@@ -8,6 +8,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <stdexcept>
 #include <utility>
 
@@ -127,7 +128,8 @@ void ChildProcess::stop() {
   ::close(to_);
   ::close(from_);
   ::kill(process_, SIGKILL);
-  ::waitpid(process_, nullptr, 0);
+  while (::waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {  // Ctrl-C may come just now
+  }
   process_ = -1;
 }
 

@@ -70,6 +70,7 @@ double first_impact(const SubStep& step, std::span<const LinearContact> linear) 
 double shift_of_supports(const SubStep& step, std::span<const BodyContact> contacts,
                          std::span<const LinearContact> linear, std::span<const char> hit,
                          const StepPoses& poses) {
+  if (step.compiled.prescribed.empty() && step.compiled.held.empty()) return 0.0;  // none moves
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   const auto is_hit = [&](int slot) { return slot >= 0 && (hit.empty() || hit[index(slot)]); };
   Vector3 high = Vector3::Constant(-kInfinite), low = high;  // of their ways, and of these turned

@@ -38,8 +38,8 @@ constexpr double kFollowed = 1e-7;  // a fifth of what they may be.
 // Of how far supports move against each other: overlaps that tell that hit blocks have no way. Of a
 // block that a belt takes into a stop contacts that yield leave 7e-4 of it.
 constexpr double kSqueezed = 0.1;
-// Times what a crowd may leave of gaps: how far off a held point is without being lost.
-constexpr double kHeld = 10.0;
+// Times what a crowd may leave of gaps: of held points and between supports more is no solution.
+constexpr double kUnsolved = 10.0;
 
 void by_slot(const Slots& slots, const BlockVector& blocks, BlockVector& by_slot) {
   by_slot.resize(slots.block_of_slot.size());
@@ -369,10 +369,15 @@ bool holds_strain(const SubStep& step, const AttemptMemory& memory, const StepPo
   return agreement(step.options).any(holds);
 }
 
+/// What contacts that yield may leave of gaps where hard ones may have no solution, m.
+double unsolved_gap(const SubStep& step) {
+  return kUnsolved * crowd_tolerance(step.options.tolerance) * step.island.smallest_size;
+}
+
 /// Whether held points are where they are to be: contacts that yield leave them apart where motions
 /// contradict each other.
 bool holds_points(const SubStep& step, std::span<const LinearContact> held) {
-  const double limit = kHeld * crowd_tolerance(step.options.tolerance) * step.island.smallest_size;
+  const double limit = unsolved_gap(step);
   return agreement(step.options).all(std::ranges::all_of(held, [&](const LinearContact& c) {
     return c.relative.norm() <= limit;
   }));
@@ -384,7 +389,7 @@ bool holds_points(const SubStep& step, std::span<const LinearContact> held) {
 bool makes_way(const SubStep& step, std::span<const BodyContact> contacts,
                std::span<const LinearContact> linear, const StepPoses& poses) {
   const double shift = shift_of_supports(step, contacts, linear, {}, poses);
-  const double limit = kHeld * crowd_tolerance(step.options.tolerance) * step.island.smallest_size;
+  const double limit = unsolved_gap(step);
   const auto yields = [&](const LinearContact& c) {
     const double further = kSqueezed * shift;
     const double stretch = c.relative.tail<2>().norm(), before = c.start.tail<2>().norm();
