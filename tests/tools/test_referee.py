@@ -28,6 +28,15 @@ def alive(process):
         return False
 
 
+def children_of(process):
+    """As soon as there are some."""
+    found = ""
+    while not found and process.poll() is None:
+        found = subprocess.run(["pgrep", "-P", str(process.pid)], capture_output=True, text=True, check=False).stdout
+        time.sleep(0.05)
+    return found.split()
+
+
 class Referee(FolderTest):
     def judge(self, *words, code=0):
         report = self.folder / "report.json"
@@ -124,8 +133,9 @@ class Referee(FolderTest):
         run = subprocess.Popen([QUOIN, "referee", "--plugin", PLUGINS / "lies.so", "--plugin", PLUGINS / "hangs.so", "--limit",
                                 "0.3", "--json", report], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                text=True, start_new_session=True)
+        children_of(run)
         time.sleep(1)
-        children = subprocess.run(["pgrep", "-P", str(run.pid)], capture_output=True, text=True, check=True).stdout.split()
+        children = children_of(run)
         self.assertTrue(children)
         os.killpg(run.pid, signal.SIGINT)
         said = run.communicate(timeout=60)
@@ -140,8 +150,9 @@ class Referee(FolderTest):
         """Its children end with it, also one that hangs."""
         run = subprocess.Popen([QUOIN, "referee", "--plugin", PLUGINS / "hangs.so", "--limit", "3000"],
                                stdout=subprocess.DEVNULL)
+        children_of(run)
         time.sleep(1)
-        children = subprocess.run(["pgrep", "-P", str(run.pid)], capture_output=True, text=True, check=True).stdout.split()
+        children = children_of(run)
         self.assertTrue(children)
         run.kill()
         run.wait()
