@@ -325,7 +325,7 @@ static void test_batch(void) {
 
   changes[1] = 5;
   CHECK(quoin_batch_find(batch, &candidates) == QUOIN_BAD_INPUT);
-  CHECK(strcmp(quoin_batch_message(batch), "a change is none of the three") == 0);
+  CHECK(strcmp(quoin_batch_message(batch), "change 5 is none of the three") == 0);
   candidates.changes = NULL;
   candidates.names = backwards;
   CHECK(quoin_batch_find(batch, &candidates) == QUOIN_BAD_INPUT);

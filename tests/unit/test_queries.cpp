@@ -145,6 +145,9 @@ TEST_CASE("point: in a cube or not, by a billionth of its size") {
     CHECK(!contains(body, placed(placement, {0.5, 1 + close, 0.5})));
     CHECK(contains(body, placed(placement, {0.5, 1.0009, 0.5}), 2e-3));
     CHECK(!contains(body, placed(placement, {0.5, 1.0009, 0.5}), 1e-4));
+    const Body own(cube, {placement.linear, Vector3::Zero()});
+    const double stated = 16 * std::numeric_limits<double>::epsilon() * (cube.diameter() + 1);
+    CHECK(!contains(own, placement.linear * Vector3(0.5, 0.5, 1 + 1.2 * stated)));
     CHECK(!contains(body, {std::numeric_limits<double>::quiet_NaN(), 0, 0}));
     CHECK(!contains(body, {kInfinity, 0, 0}));
   }
@@ -229,6 +232,28 @@ TEST_CASE("overlap: what the gap says, for all hints") {
   }
   CHECK(yes > 50);
   CHECK(no > 50);
+}
+
+TEST_CASE(
+    "overlap: a plate on a cube, turned alike, so far out that places are rounded to its size") {
+  const Shape cube = make_box({0, 0, 0}, {2, 2, 2}), plate = make_box({0, 0, 0}, {2, 2, 2e-6});
+  int apart = 0;
+  for (const double far : {1e10, 1e12, 1e13}) {
+    for (int i = 0; i < 400; ++i) {
+      Placement placement;
+      placement.linear =
+          Eigen::AngleAxisd(0.005 * (i + 1), Vector3(1, 2, 3).normalized()).toRotationMatrix();
+      placement.translation = {far, 2 * far, -far};
+      const Body a(cube, placement);
+      placement.translation += placement.linear * Vector3(0, 0, 2 + 1e-5 * (i % 6));
+      const Body b(plate, placement);
+      const double gap = nearest_features(a, b).gap;
+      REQUIRE(overlap(a, b) == (gap <= 0.0));
+      REQUIRE(overlap(b, a) == (gap <= 0.0));
+      apart += gap > 0.0 ? 1 : 0;
+    }
+  }
+  CHECK(apart > 100);
 }
 
 TEST_CASE("distance with a cut-off: the nearest features up to it, nothing beyond") {

@@ -27,7 +27,8 @@ typedef enum quoin_status {
   QUOIN_BAD_INPUT = 1, /* a null pointer, a number out of range, data that is no convex solid */
   QUOIN_NO_MEMORY = 2,
   QUOIN_NOT_CONVERGED = 3, /* the answer is the best found so far */
-  QUOIN_TOO_MANY = 4,      /* the caller's list is too short: as many as fit were written */
+  QUOIN_TOO_MANY = 4,      /* the caller's list is too short: as many as fit were written; no
+                              failure, it leaves no message */
   QUOIN_FAILED = 5         /* a fault of the library */
 } quoin_status;
 

@@ -35,7 +35,9 @@ std::shared_ptr<const geometry::Shape> solid_of(const quoin_shape* shape) {
 
 geometry::BodyOptions options_of(const quoin_body_options* options) {
   require(options != nullptr, "options is null");
-  require(options->idle == 0 || options->idle == 1, "idle is neither 0 nor 1");
+  if (options->idle != 0 && options->idle != 1) {
+    throw geometry::InputError("idle is " + std::to_string(options->idle) + ", must be 0 or 1");
+  }
   return {options->category, options->collides_with,
           options->idle != 0 ? geometry::BodyMotion::Idle : geometry::BodyMotion::Moving};
 }

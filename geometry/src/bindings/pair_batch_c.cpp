@@ -68,7 +68,9 @@ void check(const quoin_candidates* given) {
 }
 
 geometry::BodyChange change_of(int change) {
-  require(change >= QUOIN_SAME && change <= QUOIN_RESHAPED, "a change is none of the three");
+  if (change < QUOIN_SAME || change > QUOIN_RESHAPED) {
+    throw geometry::InputError("change " + std::to_string(change) + " is none of the three");
+  }
   return static_cast<geometry::BodyChange>(change);
 }
 

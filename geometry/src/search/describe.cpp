@@ -20,6 +20,15 @@ const ProjectedPair* laid_edges(const Solid& p, const Solid& q, const CandidateP
   return same ? contact.edges.get() : nullptr;
 }
 
+/// Centroid of what two patches share; where that is nothing, where they come nearest.
+Vector2 shared_middle(const ProjectedFeature& p, const ProjectedFeature& q,
+                      SharedCorners& corners) {
+  if (corners.empty()) return nearest_place(p, q);
+  SharedPolygon polygon;
+  find_polygon(corners, polygon);
+  return polygon.centroid;
+}
+
 /// Witness points: of the shared part of the two features that rounding cannot tell from parallel.
 void set_witnesses(const Solid& p, const Solid& q, const CandidatePlane& contact,
                    const VertexSet& set_p, const VertexSet& set_q, double length,
@@ -55,15 +64,7 @@ void set_witnesses(const Solid& p, const Solid& q, const CandidatePlane& contact
   SharedCorners corners;
   append_shared_corners(patches.p, patches.q, 2 * length + kEpsilon * std::abs(answer.gap),
                         corners);
-  Vector2 place = Vector2::Zero();
-  if (corners.empty()) {
-    place = nearest_place(patches.p, patches.q);
-  } else {
-    SharedPolygon polygon;
-    find_polygon(corners, polygon);
-    place = polygon.centroid;
-  }
-  answer.point_a = patches.plane.point(place, 0.0);
+  answer.point_a = patches.plane.point(shared_middle(patches.p, patches.q, corners), 0.0);
   answer.point_b = answer.point_a + across;
 }
 
@@ -82,10 +83,7 @@ void set_loose_witnesses(const Solid& p, const Solid& q, const CandidatePlane& c
   lay_top(q, patches.q.face, patches.plane, -1.0, 2 * length, top_q);
   SharedCorners corners;
   append_shared_corners(top_p, top_q, length, corners);
-  if (corners.empty()) return set_witnesses(p, q, contact, set_p, set_q, length, answer);
-  SharedPolygon polygon;
-  find_polygon(corners, polygon);
-  answer.point_a = patches.plane.point(polygon.centroid, 0.0);
+  answer.point_a = patches.plane.point(shared_middle(top_p, top_q, corners), 0.0);
   answer.point_b = answer.point_a + answer.gap * answer.normal;
 }
 

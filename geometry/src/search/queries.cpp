@@ -1,6 +1,7 @@
 #include <cmath>
 #include <limits>
 #include <quoin/geometry/queries.hpp>
+#include <sstream>
 
 #include "numeric/error_bounds.hpp"
 #include "shape/support.hpp"
@@ -90,14 +91,14 @@ class FacePlanes {
   }
   Vector3 normal(int f) const { return cofactors_ * body_.shape().face_normal(f); }
   double offset(int f) const { return determinant_ * farthest(body_.shape().face_normal(f)); }
-  /// A point as seen from the place that offsets are counted from, m.
-  Vector3 relative(const Vector3& point) const {
-    const Placement& placement = body_.placement();
-    return (point - placement.translation) - placement.linear * body_.shape().origin();
+  /// A point that is given from the body's translation, as seen from the place that offsets are
+  /// counted from, m.
+  Vector3 relative(const Vector3& arm) const {
+    return arm - body_.placement().linear * body_.shape().origin();
   }
   /// Rounding of a height over a plane whose normal is a unit vector, m.
   double rounding() const {
-    return kPointRounding * kEpsilon * body_.placement().linear.norm() *
+    return kPointRounding * kEpsilon * body_.stretch() *
            (body_.shape().diameter() + body_.shape().largest_coordinate());
   }
 
@@ -110,10 +111,11 @@ class FacePlanes {
   double determinant_ = 0.0;
 };
 
-bool within_planes(const Body& body, const Vector3& point, double tolerance) {
+/// `arm`: from the body's translation.
+bool within_planes(const Body& body, const Vector3& arm, double tolerance) {
   const FacePlanes planes(body);
   if (planes.is_flat()) return false;
-  const Vector3 place = planes.relative(point);
+  const Vector3 place = planes.relative(arm);
   const double limit = tolerance + planes.rounding();
   for (int f = 0; f < planes.count(); ++f) {
     const Vector3 normal = planes.normal(f);
@@ -122,15 +124,14 @@ bool within_planes(const Body& body, const Vector3& point, double tolerance) {
   return true;
 }
 
-/// Is a point inside by more than the labels of the faces are off their planes?
-bool clearly_contains(const Body& body, const Vector3& point) {
+/// Is the middle of another body inside by more than the labels of the faces are off their planes?
+bool clearly_contains(const Body& body, const Body& other) {
   constexpr double kFlat =
       1e-6;  // of the diameter: the most that a face given may be off its plane
-  return within_planes(body, point,
+  const Vector3 between = other.placement().translation - body.placement().translation;
+  return within_planes(body, between + middle_arm(other),
                        -kFlat * body.shape().diameter() * body.placement().linear.norm());
 }
-
-Vector3 middle(const Body& body) { return body.placement().translation + middle_arm(body); }
 
 void check(const Ray& ray) {
   if (!ray.origin.allFinite() || !ray.direction.allFinite()) {
@@ -138,7 +139,9 @@ void check(const Ray& ray) {
   }
   if (!(ray.direction.cwiseAbs().maxCoeff() > 0.0)) throw InputError("ray: its direction is zero");
   if (!(ray.length >= 0.0)) {
-    throw InputError("ray: length is " + std::to_string(ray.length) + ", must not be negative");
+    std::ostringstream line;
+    line << "ray: length is " << ray.length << " m, must not be negative";
+    throw InputError(line.str());
   }
 }
 
@@ -146,7 +149,7 @@ void check(const Ray& ray) {
 
 bool overlap(const Body& a, const Body& b, const FeatureHint& hint) {
   if (clearly_beyond(a, b, 0.0, hint.normal)) return false;
-  if (clearly_contains(b, middle(a)) || clearly_contains(a, middle(b))) return true;
+  if (clearly_contains(b, a) || clearly_contains(a, b)) return true;
   return nearest_features(a, b, {}, hint).gap <= 0.0;
 }
 
@@ -165,7 +168,7 @@ std::optional<RayHit> first_hit(const Body& body, const Ray& ray) {
   check(ray);
   const FacePlanes planes(body);
   if (planes.is_flat()) return std::nullopt;
-  const Vector3 place = planes.relative(ray.origin);
+  const Vector3 place = planes.relative(ray.origin - body.placement().translation);
   RayHit hit;
   double leaves = ray.length;
   for (int f = 0; f < planes.count(); ++f) {
@@ -189,7 +192,7 @@ std::optional<RayHit> first_hit(const Body& body, const Ray& ray) {
 }
 
 bool contains(const Body& body, const Vector3& point, double tolerance) {
-  return within_planes(body, point, tolerance);
+  return within_planes(body, point - body.placement().translation, tolerance);
 }
 
 }  // namespace quoin::geometry

@@ -189,7 +189,8 @@ bool touching_faces(const Solid& p, const Solid& q, const Lengths& length, const
   const auto nearest = [&] {
     if (!near || !(plane.gap >= faces.gap - length.rounding)) return false;
     const double aside = std::abs(plane.gap) * (plane.normal - faces.normal).norm();
-    return aside <= length.rounding || lies_over(p, q, plane, nullptr, -length.rounding);
+    optimum.loose = aside <= length.rounding;  // what carries it may lie beside the shared part
+    return optimum.loose || lies_over(p, q, plane, nullptr, -length.rounding);
   };
   return (nearest() || (faces.gap < 0.0 && is_clear(plane, length) &&
                         proves_optimum(p, q, plane, nullptr, length))) &&

@@ -39,7 +39,7 @@ struct ContactPoint {
 };
 
 struct ContactOptions {
-  double tolerance = 0.0;  ///< contact length tol, m; 0: default_tolerance(a, b)
+  double tolerance = 0.0;  ///< contact length tol, m; not above 0: default_tolerance(a, b)
   double reach = 0.0;  ///< points are listed up to this gap above the least one (at least tol), m
   PointFrame frame = PointFrame::World;  ///< of the listed points; all else is in the world
   /// To which vertices are known, m: a vertex that far (at least tol) from an edge of a face may be

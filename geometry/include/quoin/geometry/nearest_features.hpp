@@ -28,7 +28,7 @@ struct FeatureHint {
 };
 
 struct SearchOptions {
-  double tolerance = 0.0;  ///< contact length tol, m; 0: default_tolerance(a, b)
+  double tolerance = 0.0;  ///< contact length tol, m; not above 0: default_tolerance(a, b)
   int max_iterations = 256;
 };
 
@@ -56,15 +56,16 @@ std::string_view name(PlaneRule rule);  ///< "unique", "shortest-line", …
 /// The larger of 1e-9 of the smaller diameter and 16 eps of the largest coordinate, m.
 double default_tolerance(const Shape& a, const Shape& b);
 
-/// The same of the shapes alone: what counts is a length of the pair, not where it stands.
+/// The same of the shapes, with the diameter times what the placement stretches it by at most
+/// (Body::stretch()): what counts is a length of the pair, not where it stands.
 double default_tolerance(const Body& a, const Body& b);
 
 /// Nearest features of two convex solids. `hint` is where to start; it changes `iterations`, never
 /// the answer. Exact for the doubles given, within 1e-12 of the gap and 16 eps of the larger
 /// diameter: what double arithmetic cannot decide is decided in a wider one. Throws nothing.
 /// Method, proof of termination and sources: geometry/README.md.
-NearestFeatures nearest_features(const Shape& a, const Shape& b,
-                                 const SearchOptions& options = {}, const FeatureHint& hint = {});
+NearestFeatures nearest_features(const Shape& a, const Shape& b, const SearchOptions& options = {},
+                                 const FeatureHint& hint = {});
 
 /// The same of two bodies; their places are in the world. A placement that is not finite:
 /// NotConverged, the gap is NaN.

@@ -13,7 +13,7 @@ struct PublishedOptions {
 };
 
 /// The nearest two of the points that the published search finds, and how far they may be from
-/// right. For solids apart the exact gap lies between least_gap() and `gap`, but for the lengths to
+/// right. For solids apart the exact gap lies between least_gap() and |gap|, but for the lengths to
 /// which the labels of both are known (label_length()): feet lie on the planes of labels.
 struct PublishedAnswer {
   double gap = 0.0;                   ///< (point_b - point_a)·normal, m; negative: a vertex lies
