@@ -41,7 +41,7 @@ double nearest_depth(std::span<const InitialDepths::Entry> entries, const Contac
 bool InitialDepths::remember(const CompiledScene& compiled, std::span<const ContactPoint> found,
                              std::span<const char> laid) {
   const auto is_laid = [&](const geometry::ContactKey& key) {
-    return laid[static_cast<std::size_t>(key.a)] || laid[static_cast<std::size_t>(key.b)];
+    return are_laid(laid, key.a, key.b);
   };
   std::erase_if(entries, [&](const Entry& entry) { return is_laid(entry.key); });
   const std::size_t kept = entries.size();

@@ -28,7 +28,8 @@ struct InitialDepths {
   std::vector<Entry> entries{};  ///< sorted by key
 
   bool empty() const { return entries.empty(); }
-  /// Of the pairs with a block that is `laid` (by block): what was remembered of them is forgotten.
+  /// Of the pairs that are laid (`laid`, by block: Laying): what was remembered of them is
+  /// forgotten.
   /// `found`: sorted by key. Pairs with nothing to take off are not remembered.
   /// True where any were.
   bool remember(const CompiledScene& compiled, std::span<const geometry::ContactPoint> found,

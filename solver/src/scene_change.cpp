@@ -40,6 +40,11 @@ void take_over_block(const CompiledScene& before, const State& state_before,
   moved.velocity = velocity_without_unknowns(before, now, block, moved.velocity, state_before.time);
 }
 
+bool is_in_place(const BlockState& start, const BlockState& now) {
+  return now.centroid == start.centroid && now.centroid_rest == start.centroid_rest &&
+         now.rotation.coeffs() == start.rotation.coeffs() && now.strain == start.strain;
+}
+
 Vector3 velocity_at(const BlockState& block, const Vector3& place) {
   return block.velocity + (block.rotation * block.angular_velocity).cross(place - block.centroid);
 }
@@ -150,10 +155,13 @@ void take_over(const CompiledScene& before, const State& state_before, const Wor
   for (int b = 0; b < static_cast<int>(now.models.size()); ++b) {
     if (is_absent(now, b)) continue;
     if (is_absent(before, b)) {
-      work.laid[index(b)] = 1;
-    } else {
-      take_over_block(before, state_before, now, b, state);
+      work.laid[index(b)] = kLaid;
+      continue;
     }
+    const bool stands = before.idle[index(b)] != 0 &&
+                        is_in_place(state.blocks[index(b)], state_before.blocks[index(b)]);
+    if (work.laid[index(b)] != kLaid) work.laid[index(b)] = stands ? kStands : kMet;
+    take_over_block(before, state_before, now, b, state);
   }
   const auto is_own = [&](int b) { return !now.idle[index(b)] && work.agreement.owns(b); };
   std::ranges::copy_if(

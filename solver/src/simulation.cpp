@@ -158,18 +158,21 @@ std::string numbered(const Scene& scene, int block) {
   return std::to_string(block) + (name.empty() ? "" : " (" + name + ")");
 }
 
-/// Overlap of what is being laid above 1e-3 of the smaller block is refused unless the scene keeps
-/// it.
-void check_overlap(const CompiledScene& compiled, const Workspace& work) {
+/// Overlap above 1e-3 of the smaller block of what is being laid, and of blocks that had no
+/// unknowns `before` and were not looked at, is refused unless the scene keeps it.
+void check_overlap(const CompiledScene& compiled, const Workspace& work,
+                   std::span<const char> idle_before) {
   if (compiled.scene.initial_overlap != InitialOverlap::Refuse) return;
   const auto size = [&](const geometry::ContactPoint& point) {
     return std::min(compiled.models[static_cast<std::size_t>(point.key.a)].size,
                     compiled.models[static_cast<std::size_t>(point.key.b)].size);
   };
   const auto overlaps = [&](const geometry::ContactPoint& point) {
-    const bool laid = work.laid[static_cast<std::size_t>(point.key.a)] ||
-                      work.laid[static_cast<std::size_t>(point.key.b)];
-    return laid && !(-point.gap <= 1e-3 * size(point));
+    const auto [a, b] = std::pair(point.key.a, point.key.b);
+    const bool is_new =
+        are_laid(work.laid, a, b) || (idle_before[static_cast<std::size_t>(a)] != 0 &&
+                                      idle_before[static_cast<std::size_t>(b)] != 0);
+    return is_new && !(-point.gap <= 1e-3 * size(point));
   };
   const auto first = std::ranges::find_if(work.found, overlaps);
   std::vector<geometry::ContactPoint> of_all;
@@ -181,7 +184,7 @@ void check_overlap(const CompiledScene& compiled, const Workspace& work) {
   std::ostringstream line;
   line << "blocks " << numbered(compiled.scene, point.key.a) << " and "
        << numbered(compiled.scene, point.key.b) << " overlap by " << -point.gap
-       << " m where they are laid; the limit is 1e-3 of the smaller block, " << 1e-3 * size(point)
+       << " m where they stand; the limit is 1e-3 of the smaller block, " << 1e-3 * size(point)
        << " m (initial overlap can be kept, or taken as touching)";
   throw InputError(line.str());
 }
@@ -192,7 +195,7 @@ Simulation::Simulation(Scene scene, const StepOptions& options) {
   check(options);
   parts_ = std::make_unique<Parts>(std::move(scene), options);
   detect(parts_->compiled, options, parts_->state, parts_->work);
-  check_overlap(parts_->compiled, parts_->work);
+  check_overlap(parts_->compiled, parts_->work, parts_->compiled.idle);
   InitialDepths& depths = parts_->work.initial_depths;
   depths.remember(parts_->compiled, parts_->work.found, parts_->work.laid);
   depths.take_off(parts_->compiled, parts_->state.blocks, parts_->work.found);
@@ -280,7 +283,7 @@ void Simulation::change(Scene scene) {
   take_over(parts_->compiled, parts_->state, parts_->work, compiled, state, work);
   part_hit_contacts(set_on(parts_->state, state), next->options.method, state);
   detect(compiled, next->options, state, work);
-  check_overlap(compiled, work);
+  check_overlap(compiled, work, parts_->compiled.idle);
   if (work.agreement.any(work.initial_depths.remember(compiled, work.found, work.laid))) {
     detect(compiled, next->options, state, work);
   }

@@ -192,6 +192,80 @@ TEST_CASE("what is laid is bonded, and goes on from a checkpoint to the bit") {
   REQUIRE(simulation.state().energy.work == other.state().energy.work);
 }
 
+TEST_CASE("a fixed block that is set free has the joints it was laid with, if none has moved") {
+  // Pulled up by 9.81 m/s2: either the ground came up to it in the meantime, or stood.
+  for (const bool stands : {true, false}) {
+    Scene scene{.joint = {.friction_angle = 0.6, .cohesion = 1e5, .tension = 1e5}};
+    scene.gravity = VectorOfTime(Vector3(0, 0, kG));
+    scene.add_fixed(geometry::make_box({-5, -5, -1}, {5, 5, 0}));
+    scene.add_rigid(cube_at(0, 0), kStone);
+    scene.blocks[1].kind = BlockKind::Fixed;
+    if (!stands) {
+      scene.blocks[0].placement.translation.z() = -0.1;
+      scene.blocks[0].kind = BlockKind::Prescribed;
+      scene.blocks[0].motion = {MotionKind::Velocity, VectorOfTime(Vector3(0, 0, 1))};
+    }
+    Simulation simulation(scene, {.time_step = 1e-2});
+    run(simulation, 10);
+    scene.blocks[0].kind = BlockKind::Fixed;
+    scene.blocks[1].kind = BlockKind::Rigid;
+    simulation.change(scene);
+    run(simulation, 10);
+    const double rise = simulation.state().blocks[1].centroid.z() - 0.5;
+    REQUIRE(std::abs(rise - (stands ? 0.0 : 0.5 * kG * 0.01)) < 1e-9);
+  }
+}
+
+TEST_CASE("a fixed block that a support has come into is not set free") {
+  Scene scene{.joint = {.friction_angle = 0.6}};
+  scene.add_fixed(geometry::make_box({-5, -5, -1}, {5, 5, 0}));
+  scene.add_rigid(cube_at(0, 0), kStone);
+  scene.blocks[0].kind = BlockKind::Prescribed;
+  scene.blocks[0].motion = {MotionKind::Velocity, VectorOfTime(Vector3(0, 0, 0.5))};
+  scene.blocks[1].kind = BlockKind::Fixed;
+  Simulation simulation(scene, {.time_step = 1e-2});
+  run(simulation, 10);
+  const std::string before = saved(simulation);
+  scene.blocks[1].kind = BlockKind::Rigid;
+  REQUIRE_THROWS_AS(simulation.change(scene), InputError);
+  REQUIRE((saved(simulation) == before));
+}
+
+TEST_CASE("the ledger closes where a held point is given a constant displacement") {
+  const Material soft{.density = 1000, .young = 1e8, .poisson = 0.25};
+  for (const ContactMethod method :
+       {ContactMethod::AugmentedLagrangian, ContactMethod::Penalty, ContactMethod::Paper}) {
+    for (const Analysis analysis : {Analysis::Static, Analysis::Dynamic}) {
+      Scene scene{.joint = {.friction_angle = 0.6}};
+      scene.gravity = VectorOfTime(Vector3(Vector3::Zero()));
+      scene.add_block(cube_at(0, 0), soft);
+      for (const double x : {0.0, 1.0}) {
+        for (const double y : {0.0, 1.0}) {
+          for (const double z : {0.0, 1.0}) {
+            scene.fixed_points.push_back({.block = 0, .point = {x, y, z}, .displacement = {}});
+          }
+        }
+      }
+      const auto pull = [&](double way) {
+        for (std::size_t i = 4; i < 8; ++i) {
+          scene.fixed_points[i].displacement = VectorOfTime(Vector3(way, 0, 0));
+        }
+      };
+      pull(1e-4);
+      Simulation simulation(
+          scene, {.time_step = 1e-2, .analysis = analysis, .method = method, .penalty = 1e9});
+      run(simulation, 3);
+      pull(3e-4);
+      simulation.change(scene);
+      run(simulation, 3);
+      const EnergyLedger& energy = simulation.state().energy;
+      CAPTURE(static_cast<int>(method), static_cast<int>(analysis), energy.work);
+      REQUIRE(energy.strain > 3.0);  // of 5.4 J at rest
+      REQUIRE(std::abs(energy.closure) < 1e-8 * energy.work);
+    }
+  }
+}
+
 TEST_CASE("a block that hangs by its joint falls once the joint has no strength any more") {
   Scene scene{.joint = {.friction_angle = 0.6, .cohesion = 1e5, .tension = 3e4}};
   scene.add_fixed(geometry::make_box({-5, -5, 1}, {5, 5, 2}));

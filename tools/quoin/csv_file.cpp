@@ -1,5 +1,6 @@
 #include "csv_file.hpp"
 
+#include <cerrno>
 #include <charconv>
 
 #include "scene_file/scene_error.hpp"
@@ -57,7 +58,11 @@ void CsvFile::end_line() {
 }
 
 void CsvFile::flush() {
-  if (!out_.flush()) throw scene_file::unwritable(path_.string());
+  if (out_.flush()) return;
+  out_.clear();  // it may have failed long ago: once more, for the reason
+  errno = 0;
+  out_.flush();
+  throw scene_file::unwritable(path_.string());
 }
 
 std::uintmax_t CsvFile::length() {

@@ -552,6 +552,7 @@ class Runner {
     const StepReport report = simulation_.advance();
     if (report.status == solver::StepStatus::Stopped) return;  // as if it had not begun
     simulation_report_ = report;
+    stepped_ = true;
     add(report, result_.total);
     note_flags(report);
     ++result_.steps;
@@ -642,6 +643,7 @@ class Runner {
       result_.status = *stopped_;
       result_.message =
           *stopped_ == RunStatus::Interrupted ? "interrupted" : "the time limit is over";
+      if (!stepped_) result_.message += ", no step has ended";
     }
     judge_flags();
     for (const Comparison& comparison : comparisons_) {
@@ -680,6 +682,7 @@ class Runner {
   bool going_ = true;
   double progress_ = 0.0;
   double stage_start_ = 0.0;              ///< of the present stage: dynamic_time(), s
+  bool stepped_ = false;                  ///< since the run began, or went on
   std::vector<Vector3> moved_from_;       ///< centroids then, where the stage asks for them
   std::vector<BlockState> counted_from_;  ///< StepView
   double time_step_ = 0.0;                ///< of the last step, s: only in a checkpoint

@@ -165,8 +165,7 @@ double smaller_size(const CarryOptions& options, const BodyContact& contact) {
 }
 
 void start_history(const CarryOptions& options, BodyContact& contact) {
-  if (!options.laid[static_cast<std::size_t>(contact.a)] &&
-      !options.laid[static_cast<std::size_t>(contact.b)]) {
+  if (!are_laid(options.laid, contact.a, contact.b)) {
     contact.state.failed = true;
     return;
   }

@@ -42,13 +42,25 @@ Vector3 reference_arm(const Pose& pose, const Vector3& from_centroid);
 /// Joint of two blocks' materials.
 const Joint& joint_between(const Scene& scene, int a, int b);
 
+/// How a block lies, as far as joints that have no history yet are concerned.
+enum Laying : char {
+  kMet,    ///< what it touches it has come to: residual strength
+  kLaid,   ///< in this step: what it touches has peak strength
+  kStands  ///< as it was laid, without unknowns up to this step: likewise with others that do
+};
+
+inline bool are_laid(std::span<const char> laying, int a, int b) {
+  const char of_a = laying[static_cast<std::size_t>(a)], of_b = laying[static_cast<std::size_t>(b)];
+  return of_a == kLaid || of_b == kLaid || (of_a == kStands && of_b == kStands);
+}
+
 struct CarryOptions {
   const Scene& scene;
   std::span<const Pose> poses;
   std::span<const BlockModel> models;
   double reach = 0.0;  ///< m: no history goes over to a contact farther away
-  /// By block. A contact without history is a bond where one of its blocks is being laid; else the
-  /// two have met, with residual strength.
+  /// By block: Laying. A contact without history is a bond where its blocks are laid; else the two
+  /// have met, with residual strength.
   std::span<const char> laid;
   bool dynamic = true;  ///< springs whose areas have changed make no energy
 };

@@ -131,11 +131,14 @@ void account_contacts(const SubStep& step, const StepPoses& poses,
   all.complete(slots, energy.work_on);
 }
 
-/// What moves a held point does work.
-void account_held(const HeldPoint& held, const LinearContact& c, const StepPoses& poses,
-                  StepEnergy& energy) {
-  if (held.displacement.is_constant()) return;
-  const double done = c.force.dot(c.jacobian_b * poses.increment[index(held.block)]);
+/// What moves a held point does work: also in the step that brings it to a constant displacement.
+/// One that stays moves by what is left of its gap.
+void account_held(const SubStep& step, const HeldPoint& held, const LinearContact& c,
+                  const StepPoses& poses, StepEnergy& energy) {
+  const Vector3 way = c.jacobian_b * poses.increment[index(held.block)];
+  const bool stays = way.norm() <= step.gap_tolerance();
+  if (held.displacement.is_constant() && stays) return;
+  const double done = c.force.dot(way);
   energy.load_work += done;
   if (c.slot_b >= 0) energy.work_on[index(c.slot_b)] += done;
 }
@@ -159,8 +162,8 @@ void account(const SubStep& step, const StepPoses& poses, std::span<const BodyCo
   account_loads(step, poses, energy);
   account_contacts(step, poses, contacts, linear, energy);
   for (std::size_t h = 0; h < step.island.held.size(); ++h) {
-    account_held(step.compiled.held[index(step.island.held[h])], linear[contacts.size() + h], poses,
-                 energy);
+    account_held(step, step.compiled.held[index(step.island.held[h])], linear[contacts.size() + h],
+                 poses, energy);
   }
 }
 

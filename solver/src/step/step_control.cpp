@@ -471,8 +471,9 @@ void note_changed(const StepRun& run) {
     work.changed.insert(work.changed.end(), island->own().begin(), island->own().end());
   }
   if (!work.all_changed) return;
-  std::ranges::fill(work.laid, 0);
-  work.all_changed = std::ranges::find(work.before.laid, 1) != work.before.laid.end();
+  std::ranges::fill(work.laid, kMet);
+  work.all_changed =
+      std::ranges::any_of(work.before.laid, [](char laying) { return laying != kMet; });
 }
 
 /// A step begins: what it may change is kept, and blocks are where the state has them.
@@ -587,13 +588,31 @@ StepReport advance(const CompiledScene& compiled, const StepOptions& options, St
   return report;
 }
 
+namespace {
+
+/// Of the springs by which the source's methods hold points, where these stand, J.
+double held_energy(const CompiledScene& compiled, double penalty, const State& state) {
+  double energy = 0.0;
+  for (const HeldPoint& held : compiled.held) {
+    const Pose at = pose(state.blocks[index(held.block)]);
+    const Vector3 off = displacement(compiled, held, at) - held.displacement.at(state.time);
+    energy += 0.5 * penalty * off.squaredNorm();
+  }
+  return energy;
+}
+
+}  // namespace
+
 double initial_spring_energy(const CompiledScene& compiled, const StepOptions& options,
                              const State& state, Workspace& work) {
   std::ranges::fill(work.stored, 0.0);
-  if (options.method == ContactMethod::Paper || work.stored.empty()) return 0.0;
-  if (options.method == ContactMethod::Penalty) {
-    work.stored.front() = overlap_energy(contact_spring(compiled, options), work.found);
-    return work.stored.front();
+  if (work.stored.empty()) return 0.0;
+  if (is_paper_method(options.method)) {
+    const double penalty = contact_spring(compiled, options);
+    double& stored = work.stored.front();
+    stored = held_energy(compiled, penalty, state);
+    if (options.method == ContactMethod::Penalty) stored += overlap_energy(penalty, work.found);
+    return stored;
   }
   std::vector<Pose> poses;
   for (const BlockState& block : state.blocks) poses.push_back(pose(block));

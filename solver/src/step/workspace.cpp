@@ -56,7 +56,7 @@ Workspace::Workspace(const CompiledScene& compiled, const StepOptions& options)
   at_rest.assign(compiled.models.size(), 0);
   slot_of_block.assign(compiled.models.size(), -1);
   island_of_block.assign(compiled.models.size(), -1);
-  laid.assign(compiled.models.size(), 1);
+  laid.assign(compiled.models.size(), kLaid);
   motion.resize(compiled.prescribed.size());
   for (std::size_t p = 0; p < motion.size(); ++p) {
     const Motion& given =

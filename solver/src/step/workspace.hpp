@@ -28,8 +28,7 @@ struct StepMemory {
   LastSubStep last;
   std::vector<double> stored;  ///< by slot: StepEnergy::stored, J
   std::vector<char> at_rest;   ///< by block: its island stood still in the last step
-  /// By block: what it touches in this step is laid: joints have their peak strength.
-  std::vector<char> laid;
+  std::vector<char> laid;  ///< by block: Laying, in this step
   std::vector<PrescribedMotion> motion;  ///< of compiled.prescribed, at the present state
 };
 
