@@ -158,6 +158,7 @@ template <class Archive, class AnyScene, class AnyWorkspace>
 void transfer_setting(Archive& archive, AnyScene& compiled, AnyWorkspace& work) {
   for (auto& held : compiled.held) record(archive, held.from);
   list(archive, work.initial_depths.entries);
+  list(archive, work.waiting);
 }
 
 }  // namespace

@@ -130,6 +130,26 @@ std::vector<Record> of_all(const Agreement& agreement, const std::vector<Record>
   return all;
 }
 
+/// Joints of blocks that are fixed wait until one of them is set free.
+void take_over_contacts(const std::vector<Contact>& contacts, const std::vector<Contact>& waiting,
+                        const CompiledScene& now, State& state, Workspace& work) {
+  const auto key = [](const Contact& contact) { return contact.point.key; };
+  std::vector<Contact> all = of_all(work.agreement, contacts, key);
+  all.insert(all.end(), waiting.begin(), waiting.end());
+  std::ranges::stable_sort(all, {}, key);
+  const auto is_own = [&](int b) { return !now.idle[index(b)] && work.agreement.owns(b); };
+  const auto is_fixed = [&](int b) { return now.scene.blocks[index(b)].kind == BlockKind::Fixed; };
+  for (const Contact& contact : all) {
+    const auto [a, b] = std::pair(contact.point.key.a, contact.point.key.b);
+    if (is_absent(now, a) || is_absent(now, b)) continue;
+    if (now.idle[index(a)] && now.idle[index(b)]) {
+      if (is_fixed(a) && is_fixed(b)) work.waiting.push_back(contact);
+    } else if (!work.agreement.shares() || is_own(a) || is_own(b)) {
+      state.contacts.push_back(contact);
+    }
+  }
+}
+
 }  // namespace
 
 void check_same_blocks(const Scene& before, const Scene& now) {
@@ -158,20 +178,13 @@ void take_over(const CompiledScene& before, const State& state_before, const Wor
       work.laid[index(b)] = kLaid;
       continue;
     }
-    const bool stands = before.idle[index(b)] != 0 &&
-                        is_in_place(state.blocks[index(b)], state_before.blocks[index(b)]);
-    if (work.laid[index(b)] != kLaid) work.laid[index(b)] = stands ? kStands : kMet;
+    const bool in_place = is_in_place(state.blocks[index(b)], state_before.blocks[index(b)]);
+    if (work.laid[index(b)] == kStands && !in_place) work.laid[index(b)] = kMet;
     take_over_block(before, state_before, now, b, state);
   }
-  const auto is_own = [&](int b) { return !now.idle[index(b)] && work.agreement.owns(b); };
-  std::ranges::copy_if(
-      of_all(work.agreement, state_before.contacts, [](const Contact& c) { return c.point.key; }),
-      std::back_inserter(state.contacts), [&](const Contact& contact) {
-        const auto& key = contact.point.key;
-        return !is_absent(now, key.a) && !is_absent(now, key.b) &&
-               (!work.agreement.shares() || is_own(key.a) || is_own(key.b));
-      });
+  take_over_contacts(state_before.contacts, work_before.waiting, now, state, work);
   take_over_joints(before.scene, now.scene, state.contacts);
+  take_over_joints(before.scene, now.scene, work.waiting);
   take_over_motions(before, work_before, now, state, work);
   take_over_held(before, state_before, now, state);
   work.counted = work_before.counted;

@@ -216,6 +216,56 @@ TEST_CASE("a fixed block that is set free has the joints it was laid with, if no
   }
 }
 
+TEST_CASE(
+    "a block that was held for a while has the joints it had before, also from a checkpoint") {
+  // A cube lies on the ground, tied by a bond or not; another one flies, so that steps go on.
+  for (const bool bonded : {true, false}) {
+    Scene scene{.joint = {.friction_angle = 0.6, .cohesion = 1e5, .tension = 1e5}};
+    if (!bonded) scene.joint = {.friction_angle = 0.6};
+    scene.add_fixed(geometry::make_box({-5, -5, -1}, {5, 5, 0}));
+    scene.add_rigid(cube_at(0, 0), kStone);
+    scene.add_rigid(cube_at(3, 20), kStone);
+    Simulation simulation(scene, {.time_step = 1e-2});
+    run(simulation, 3);
+    scene.blocks[1].kind = BlockKind::Fixed;
+    simulation.change(scene);
+    run(simulation, 3);
+    std::ostringstream out;
+    simulation.save(out);
+    std::istringstream in(out.str());
+    Simulation other(scene, {.time_step = 1e-2}, in);
+    scene.blocks[1].kind = BlockKind::Rigid;
+    scene.gravity = VectorOfTime(Vector3(0, 0, kG));
+    for (Simulation* freed : {&simulation, &other}) {
+      freed->change(scene);
+      run(*freed, 10);
+      const double rise = freed->state().blocks[1].centroid.z() - 0.5;
+      REQUIRE(std::abs(rise - (bonded ? 0.0 : 0.5 * kG * 0.01)) < 1e-9);
+    }
+  }
+}
+
+TEST_CASE("a joint whose bond has ended is no bond again after its block was held") {
+  Scene scene{.joint = {.friction_angle = 0.6, .tension = 1e5}};
+  scene.gravity = VectorOfTime(Vector3(Vector3::Zero()));
+  scene.add_fixed(geometry::make_box({-5, -5, -1}, {5, 5, 0}));
+  scene.add_rigid(cube_at(0, 0), kStone);
+  Simulation simulation(scene, {.time_step = 1e-2});
+  run(simulation, 2);
+  scene.joint.tension = 0.0;
+  simulation.change(scene);
+  run(simulation, 2);
+  scene.blocks[1].kind = BlockKind::Fixed;
+  simulation.change(scene);
+  run(simulation, 2);
+  scene.joint.tension = 1e5;
+  scene.blocks[1].kind = BlockKind::Rigid;
+  scene.gravity = VectorOfTime(Vector3(0, 0, kG));
+  simulation.change(scene);
+  run(simulation, 10);
+  REQUIRE(std::abs(simulation.state().blocks[1].centroid.z() - 0.5 - 0.5 * kG * 0.01) < 1e-9);
+}
+
 TEST_CASE("a fixed block that a support has come into is not set free") {
   Scene scene{.joint = {.friction_angle = 0.6}};
   scene.add_fixed(geometry::make_box({-5, -5, -1}, {5, 5, 0}));

@@ -46,7 +46,7 @@ const Joint& joint_between(const Scene& scene, int a, int b);
 enum Laying : char {
   kMet,    ///< what it touches it has come to: residual strength
   kLaid,   ///< in this step: what it touches has peak strength
-  kStands  ///< as it was laid, without unknowns up to this step: likewise with others that do
+  kStands  ///< laid, and without unknowns ever since: likewise with others that do
 };
 
 inline bool are_laid(std::span<const char> laying, int a, int b) {

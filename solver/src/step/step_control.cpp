@@ -463,7 +463,7 @@ Island* take_islands(const StepRun& run) {
 }
 
 /// Which blocks the next step finds otherwise than this one did; blocks that were laid are so no
-/// more, which changes them all.
+/// more, or stand, which changes them all.
 void note_changed(const StepRun& run) {
   Workspace& work = run.work;
   work.changed = run.compiled.prescribed;
@@ -471,9 +471,11 @@ void note_changed(const StepRun& run) {
     work.changed.insert(work.changed.end(), island->own().begin(), island->own().end());
   }
   if (!work.all_changed) return;
-  std::ranges::fill(work.laid, kMet);
-  work.all_changed =
-      std::ranges::any_of(work.before.laid, [](char laying) { return laying != kMet; });
+  for (std::size_t b = 0; b < work.laid.size(); ++b) {
+    const bool stands = run.compiled.idle[b] != 0 && work.laid[b] != kMet;
+    work.laid[b] = stands ? kStands : kMet;
+  }
+  work.all_changed = std::ranges::find(work.before.laid, kLaid) != work.before.laid.end();
 }
 
 /// A step begins: what it may change is kept, and blocks are where the state has them.

@@ -28,7 +28,9 @@ struct StepMemory {
   LastSubStep last;
   std::vector<double> stored;  ///< by slot: StepEnergy::stored, J
   std::vector<char> at_rest;   ///< by block: its island stood still in the last step
-  std::vector<char> laid;  ///< by block: Laying, in this step
+  std::vector<char> laid;      ///< by block: Laying, in this step
+  /// Of fixed blocks that once could move: what they had with each other then. Sorted by key.
+  std::vector<Contact> waiting;
   std::vector<PrescribedMotion> motion;  ///< of compiled.prescribed, at the present state
 };
 
