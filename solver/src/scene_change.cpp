@@ -97,16 +97,32 @@ double further_gap(const Joint& was, const Joint& is, const Contact& contact) {
   return squeezed * ((now > 0.0 ? before / now : 0.0) - 1.0);
 }
 
+/// What shears a spring stays likewise: its anchors go with its stiffness, onto each other where
+/// the joint is rigid from now on.
+void take_over_stretch(const Joint& was, const Joint& is, const State& state, Contact& contact) {
+  const double before = was.shear_stiffness, now = is.shear_stiffness;
+  if (before == now || before == 0.0 || contact.mode == ContactMode::Open) return;
+  const Pose a = pose(state.blocks[index(contact.point.key.a)]);
+  const Pose b = pose(state.blocks[index(contact.point.key.b)]);
+  const Vector3& normal = contact.point.normal;
+  Vector3 stretch = between(a, b) + (b.shape * contact.anchor_b - a.shape * contact.anchor_a);
+  stretch -= stretch.dot(normal) * normal;
+  const double kept = now > 0.0 ? before / now : 0.0;
+  contact.anchor_b -= reference_arm(b, (1.0 - kept) * stretch);
+}
+
 /// Bonds that bear no tension by the new law are gone, without harm to the joint's other strength.
 /// What joints have opened by their slip stays, whatever opens them from now on.
-void take_over_joints(const Scene& before, const Scene& now, std::vector<Contact>& contacts) {
-  for (Contact& contact : contacts) {
-    const auto& key = contact.point.key;
-    const Joint &was = joint_between(before, key.a, key.b), &is = joint_between(now, key.a, key.b);
-    contact.closed_gap +=
-        opening(was, contact) - opening(is, contact) + further_gap(was, is, contact);
-    if (!(strength(is, contact).tension > 0.0)) part(contact);
-  }
+void take_over_joint(const Scene& before, const Scene& now, const State& state, Contact& contact) {
+  const auto& key = contact.point.key;
+  const Joint &was = joint_between(before, key.a, key.b), &is = joint_between(now, key.a, key.b);
+  take_over_stretch(was, is, state, contact);
+  const double further = further_gap(was, is, contact);
+  const double stays = opening(was, contact) + further;
+  contact.closed_gap += stays - opening(is, contact);
+  if (strength(is, contact).tension > 0.0) return;
+  part(contact);
+  if (further != 0.0) contact.closed_gap += stays - opening(is, contact);
 }
 
 bool are_same(const geometry::Shape& a, const geometry::Shape& b) {
@@ -130,22 +146,28 @@ std::vector<Record> of_all(const Agreement& agreement, const std::vector<Record>
   return all;
 }
 
-/// Joints of blocks that are fixed wait until one of them is set free.
-void take_over_contacts(const std::vector<Contact>& contacts, const std::vector<Contact>& waiting,
+/// Joints of two blocks without unknowns wait until one of them is set free, if neither has moved
+/// by then.
+void take_over_contacts(const State& state_before, const Workspace& work_before,
                         const CompiledScene& now, State& state, Workspace& work) {
+  const std::vector<BlockState>& blocks = state_before.blocks;
   const auto key = [](const Contact& contact) { return contact.point.key; };
-  std::vector<Contact> all = of_all(work.agreement, contacts, key);
-  all.insert(all.end(), waiting.begin(), waiting.end());
-  std::ranges::stable_sort(all, {}, key);
-  const auto is_own = [&](int b) { return !now.idle[index(b)] && work.agreement.owns(b); };
-  const auto is_fixed = [&](int b) { return now.scene.blocks[index(b)].kind == BlockKind::Fixed; };
-  for (const Contact& contact : all) {
+  std::vector<WaitingContact> all;
+  for (const Contact& contact : of_all(work.agreement, state_before.contacts, key)) {
     const auto [a, b] = std::pair(contact.point.key.a, contact.point.key.b);
+    all.push_back({contact, blocks[index(a)], blocks[index(b)]});
+  }
+  all.insert(all.end(), work_before.waiting.begin(), work_before.waiting.end());
+  std::ranges::stable_sort(all, {}, [&](const WaitingContact& one) { return key(one.contact); });
+  const auto is_own = [&](int b) { return !now.idle[index(b)] && work.agreement.owns(b); };
+  for (const WaitingContact& one : all) {
+    const auto [a, b] = std::pair(one.contact.point.key.a, one.contact.point.key.b);
     if (is_absent(now, a) || is_absent(now, b)) continue;
+    if (!is_in_place(one.a, blocks[index(a)]) || !is_in_place(one.b, blocks[index(b)])) continue;
     if (now.idle[index(a)] && now.idle[index(b)]) {
-      if (is_fixed(a) && is_fixed(b)) work.waiting.push_back(contact);
+      work.waiting.push_back(one);
     } else if (!work.agreement.shares() || is_own(a) || is_own(b)) {
-      state.contacts.push_back(contact);
+      state.contacts.push_back(one.contact);
     }
   }
 }
@@ -182,9 +204,13 @@ void take_over(const CompiledScene& before, const State& state_before, const Wor
     if (work.laid[index(b)] == kStands && !in_place) work.laid[index(b)] = kMet;
     take_over_block(before, state_before, now, b, state);
   }
-  take_over_contacts(state_before.contacts, work_before.waiting, now, state, work);
-  take_over_joints(before.scene, now.scene, state.contacts);
-  take_over_joints(before.scene, now.scene, work.waiting);
+  take_over_contacts(state_before, work_before, now, state, work);
+  for (Contact& contact : state.contacts) {
+    take_over_joint(before.scene, now.scene, state, contact);
+  }
+  for (WaitingContact& waiting : work.waiting) {
+    take_over_joint(before.scene, now.scene, state, waiting.contact);
+  }
   take_over_motions(before, work_before, now, state, work);
   take_over_held(before, state_before, now, state);
   work.counted = work_before.counted;

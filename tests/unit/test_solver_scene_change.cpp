@@ -216,10 +216,46 @@ TEST_CASE("a fixed block that is set free has the joints it was laid with, if no
   }
 }
 
+TEST_CASE("a loaded block stays where it is when its springs become stiffer, or rigid") {
+  // 2 kN along the ground stretch the springs by 2 mm; the weight squeezes them.
+  const Joint soft{.friction_angle = 0.7, .normal_stiffness = 1e7, .shear_stiffness = 1e6};
+  Joint bonded = soft, stiffer = soft, harder = soft;
+  bonded.tension = bonded.cohesion = 1e5;
+  stiffer.normal_stiffness = stiffer.shear_stiffness = 2e8;
+  harder.normal_stiffness = 1e9;
+  for (const Joint& before : {soft, bonded}) {
+    for (const Joint& after : {Joint{.friction_angle = 0.7}, stiffer, harder}) {
+      for (const Analysis analysis : {Analysis::Static, Analysis::Settle, Analysis::Dynamic}) {
+        Scene scene{.joint = before};
+        scene.add_fixed(geometry::make_box({-5, -5, -1}, {5, 5, 0}));
+        scene.add_rigid(cube_at(0, 0), {.density = 1000});
+        scene.point_loads = {
+            {.block = 1, .point = {0.5, 0.5, 0}, .force = VectorOfTime(Vector3(2000, 0, 0))}};
+        Simulation simulation(scene, {.time_step = 1e-3, .analysis = Analysis::Static});
+        run(simulation, 60);
+        const Vector3 stood = simulation.state().blocks[1].centroid;
+        REQUIRE(std::abs(stood.x() - 0.502) < 1e-9);
+        scene.joint = after;
+        simulation.change(scene);
+        StepOptions options = simulation.options();
+        options.analysis = analysis;
+        simulation.set_options(options);
+        run(simulation, 10);
+        REQUIRE((simulation.state().blocks[1].centroid - stood).norm() < 1e-9);
+        REQUIRE(std::abs(force_on_ground(simulation) - 1000 * kG) < 1e-3);
+        REQUIRE(simulation.state().energy.friction_loss > -1e-9);
+      }
+    }
+  }
+}
+
 TEST_CASE(
     "a block that was held for a while has the joints it had before, also from a checkpoint") {
-  // A cube lies on the ground, tied by a bond or not; another one flies, so that steps go on.
-  for (const bool bonded : {true, false}) {
+  // A cube lies on the ground, tied by a bond or not, and is fixed or prescribed without a motion;
+  // another one flies, so that steps go on.
+  for (const auto& [bonded, kind] :
+       {std::pair(true, BlockKind::Fixed), std::pair(true, BlockKind::Prescribed),
+        std::pair(false, BlockKind::Fixed)}) {
     Scene scene{.joint = {.friction_angle = 0.6, .cohesion = 1e5, .tension = 1e5}};
     if (!bonded) scene.joint = {.friction_angle = 0.6};
     scene.add_fixed(geometry::make_box({-5, -5, -1}, {5, 5, 0}));
@@ -227,7 +263,7 @@ TEST_CASE(
     scene.add_rigid(cube_at(3, 20), kStone);
     Simulation simulation(scene, {.time_step = 1e-2});
     run(simulation, 3);
-    scene.blocks[1].kind = BlockKind::Fixed;
+    scene.blocks[1].kind = kind;
     simulation.change(scene);
     run(simulation, 3);
     std::ostringstream out;

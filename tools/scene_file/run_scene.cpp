@@ -641,9 +641,8 @@ class Runner {
     }
     if (stopped_) {
       result_.status = *stopped_;
-      result_.message =
-          *stopped_ == RunStatus::Interrupted ? "interrupted" : "the time limit is over";
-      if (!stepped_) result_.message += ", no step has ended";
+      const char* limit = stepped_ ? "the time limit is over" : "the time limit is over, no step has ended";
+      result_.message = *stopped_ == RunStatus::Interrupted ? "interrupted" : limit;
     }
     judge_flags();
     for (const Comparison& comparison : comparisons_) {

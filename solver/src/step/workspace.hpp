@@ -18,6 +18,13 @@ struct Counted {
   long steps = 0;                                  ///< of this length, from `start` to `now`
 };
 
+/// Of two blocks without unknowns of which one could move before: what they had with each other
+/// then, and where they stood.
+struct WaitingContact {
+  Contact contact;
+  BlockState a, b;
+};
+
 /// What the next step depends on, beside the state and its contact points.
 struct StepMemory {
   bool still = false;  ///< nothing moved in the last step and no load changes: the next is the same
@@ -26,11 +33,10 @@ struct StepMemory {
   EquilibriumSearch search;               ///< of the static analysis that goes on
   std::vector<EnergyScale> energy_scale;  ///< by block
   LastSubStep last;
-  std::vector<double> stored;  ///< by slot: StepEnergy::stored, J
-  std::vector<char> at_rest;   ///< by block: its island stood still in the last step
-  std::vector<char> laid;      ///< by block: Laying, in this step
-  /// Of fixed blocks that once could move: what they had with each other then. Sorted by key.
-  std::vector<Contact> waiting;
+  std::vector<double> stored;            ///< by slot: StepEnergy::stored, J
+  std::vector<char> at_rest;             ///< by block: its island stood still in the last step
+  std::vector<char> laid;                ///< by block: Laying, in this step
+  std::vector<WaitingContact> waiting;   ///< sorted by key
   std::vector<PrescribedMotion> motion;  ///< of compiled.prescribed, at the present state
 };
 

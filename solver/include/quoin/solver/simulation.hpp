@@ -292,13 +292,12 @@ class Simulation {
   /// gravity. Places, strains, contacts and their history stay, and velocities of what can move. A
   /// block that was absent stands where the scene has it, with its velocities there, and is laid in
   /// the next step; one that becomes fixed stays where it is. Blocks without unknowns have no
-  /// contacts. One that is set free has the joints with other fixed ones that both had when they
-  /// last had contacts; laid ones, where both have had no unknowns and stand in their place ever
-  /// since; else it has met them. A motion counts from where its block
-  /// stands, with the velocity it has; a point that was not held before is held where it is. The
-  /// energy that this brings or takes counts as work. Throws InputError, and changes nothing, for
-  /// other blocks, for what the constructor refuses, and for a block that appears, or is set free,
-  /// within another.
+  /// contacts. One that is set free has the joints with others that the two had when one of them
+  /// could move last, or were laid with, as long as neither has moved since; else they have met. A
+  /// motion counts from where its block stands, with the velocity it has; a point that was not held
+  /// before is held where it is. The energy that this brings or takes counts as work. Throws
+  /// InputError, and changes nothing, for other blocks, for what the constructor refuses, and for a
+  /// block that appears, or is set free, within another.
   void change(Scene scene);
   const State& best_try() const;  ///< after a step that did not converge
   void take_best_try();           ///< accept it and go on
