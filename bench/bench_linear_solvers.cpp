@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "linear_solver.hpp"
+#include "linear/linear_solver.hpp"
 #include "wall_tangent.hpp"
 
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 /// Matrices of walls whose joints are closed, or partly open, hinged or without friction.
 
-#include "block_system.hpp"
+#include "block/block_system.hpp"
 
 namespace quoin::bench {
 
@@ -21,7 +21,7 @@ struct LinearRun {
   double set_up = 0.0, solve = 0.0;  ///< s of CPU
   int iterations = 0;
   double complexity = 0.0;  ///< blocks of all levels by those of the finest; 0: no levels
-  double residual = 1.0;  ///< by that of zero
+  double residual = 1.0;    ///< by that of zero
 };
 
 double cpu_seconds();

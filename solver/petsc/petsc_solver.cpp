@@ -4,8 +4,8 @@
 #include <cstring>
 #include <quoin/solver/ranks.hpp>
 
-#include "index.hpp"
-#include "linear/distributed_solver.hpp"
+#include "base/index.hpp"
+#include "distributed/distributed_solver.hpp"
 #include "linear/rigid_multigrid.hpp"
 #include "petsc_call.hpp"
 

@@ -4,7 +4,7 @@
 #include <quoin/solver/parts.hpp>
 #include <quoin/solver/ranks.hpp>
 
-#include "solver/src/linear_solver.hpp"
+#include "solver/src/linear/linear_solver.hpp"
 #include "support/catch.hpp"
 #include "support/random.hpp"
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <quoin/geometry/build.hpp>
 
-#include "solver/src/block_terms.hpp"
+#include "solver/src/block/block_terms.hpp"
 #include "support/catch.hpp"
 #include "support/random.hpp"
 

@@ -1,7 +1,7 @@
 /// Which iteration has an attempt, and what the proximal Newton method mends of gaps.
 
 #include "solver/src/iteration/contact_solver.hpp"
-#include "solver/src/moving/interior_point.hpp"
+#include "solver/src/iteration/interior_point.hpp"
 #include "support/catch.hpp"
 
 using namespace quoin::solver;

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "solver/src/displacement.hpp"
+#include "solver/src/block/displacement.hpp"
 #include "support/catch.hpp"
 #include "support/random.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "solver/src/front_kernels.hpp"
+#include "solver/src/linear/front_kernels.hpp"
 #include "support/catch.hpp"
 #include "support/random.hpp"
 

@@ -5,7 +5,7 @@
 #include <quoin/geometry/worker_pool.hpp>
 #include <set>
 
-#include "solver/src/linear_solver.hpp"
+#include "solver/src/linear/linear_solver.hpp"
 #include "support/catch.hpp"
 #include "support/random.hpp"
 

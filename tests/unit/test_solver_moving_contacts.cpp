@@ -11,7 +11,7 @@
 #include <quoin/solver/contact_problem.hpp>
 #include <sstream>
 
-#include "solver/src/moving/cone.hpp"
+#include "solver/src/iteration/cone.hpp"
 #include "support/catch.hpp"
 #include "support/random.hpp"
 #include "support/sanitized.hpp"

@@ -4,7 +4,7 @@
 #include <quoin/geometry/worker_pool.hpp>
 #include <quoin/solver/simulation.hpp>
 
-#include "solver/src/linear_solver.hpp"
+#include "solver/src/linear/linear_solver.hpp"
 #include "support/catch.hpp"
 #include "support/random.hpp"
 #include "support/sanitized.hpp"

@@ -1,7 +1,7 @@
 /// Every energy of the source's point-to-face contact against finite differences of its definition,
 /// and action against reaction.
 
-#include "solver/src/point_to_face.hpp"
+#include "solver/src/source_method/point_to_face.hpp"
 #include "support/catch.hpp"
 #include "support/random.hpp"
 

@@ -9,7 +9,7 @@
 #include <sstream>
 #include <thread>
 
-#include "solver/src/linear/distributed_solver.hpp"
+#include "solver/src/distributed/distributed_solver.hpp"
 #include "support/catch.hpp"
 #include "support/sanitized.hpp"
 

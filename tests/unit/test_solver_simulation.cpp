@@ -15,7 +15,7 @@
 #include <quoin/solver/parts.hpp>
 #include <sstream>
 
-#include "step_flags.hpp"
+#include "step/step_flags.hpp"
 #include "support/catch.hpp"
 
 using namespace quoin::solver;

@@ -3,7 +3,7 @@
 #include <quoin/geometry/build.hpp>
 #include <quoin/solver.hpp>
 
-#include "solver/src/step_flags.hpp"
+#include "solver/src/step/step_flags.hpp"
 #include "support/catch.hpp"
 
 using namespace quoin::solver;

@@ -4,7 +4,7 @@
 
 #include <span>
 
-#include "block_terms.hpp"
+#include "block/block_terms.hpp"
 
 namespace quoin::solver {
 

@@ -1,7 +1,7 @@
 #pragma once
 /// Gap and slip of a contact as linear functions of the increments of its two blocks.
 
-#include "block_system.hpp"
+#include "block/block_system.hpp"
 #include "contact/contact_history.hpp"
 #include "contact/linear_contact.hpp"
 

@@ -4,7 +4,7 @@
 #include <memory>
 #include <quoin/solver/state.hpp>
 
-#include "displacement.hpp"
+#include "block/displacement.hpp"
 
 namespace quoin::solver {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
-#include "index.hpp"
-#include "linear/distributed_solver.hpp"
+#include "base/index.hpp"
+#include "distributed/distributed_solver.hpp"
 
 namespace quoin::solver {
 

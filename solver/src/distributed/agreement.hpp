@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "block_system.hpp"
+#include "block/block_system.hpp"
 
 namespace quoin::solver {
 

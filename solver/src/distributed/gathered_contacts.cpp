@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "index.hpp"
+#include "base/index.hpp"
 
 namespace quoin::solver {
 namespace {

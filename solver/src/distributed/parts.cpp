@@ -3,7 +3,7 @@
 #include <quoin/geometry/mass_properties.hpp>
 #include <quoin/solver/parts.hpp>
 
-#include "index.hpp"
+#include "base/index.hpp"
 
 namespace quoin::solver {
 namespace {

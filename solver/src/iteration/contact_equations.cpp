@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "base/index.hpp"
 #include "contact/joint_law.hpp"
-#include "index.hpp"
 
 namespace quoin::solver {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "contact/linear_contact.hpp"
 #include "distributed/agreement.hpp"
-#include "linear_solver.hpp"
+#include "linear/linear_solver.hpp"
 
 namespace quoin::solver {
 

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
+#include "base/index.hpp"
 #include "contact/joint_law.hpp"
-#include "index.hpp"
-#include "pair_stiffness.hpp"
+#include "linear/pair_stiffness.hpp"
 
 namespace quoin::solver {
 namespace {

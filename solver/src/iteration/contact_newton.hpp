@@ -1,8 +1,8 @@
 #pragma once
 /// Newton's method on the equations of one linearised step, with a search along each step.
 
+#include "base/step_watch.hpp"
 #include "iteration/contact_equations.hpp"
-#include "step_watch.hpp"
 
 namespace quoin::solver {
 

@@ -4,9 +4,9 @@
 #include <array>
 #include <limits>
 
+#include "base/index.hpp"
 #include "distributed/gathered_contacts.hpp"
-#include "index.hpp"
-#include "moving/interior_point.hpp"
+#include "iteration/interior_point.hpp"
 
 namespace quoin::solver {
 namespace {

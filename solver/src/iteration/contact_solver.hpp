@@ -1,8 +1,8 @@
 #pragma once
 /// Contact forces of a linearised step by the iteration that the options name.
 
+#include "iteration/moving_contacts.hpp"
 #include "iteration/open_close.hpp"
-#include "moving/moving_contacts.hpp"
 
 namespace quoin::solver {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "index.hpp"
+#include "base/index.hpp"
 
 namespace quoin::solver {
 namespace {

@@ -7,7 +7,7 @@
 
 #include <span>
 
-#include "block_system.hpp"
+#include "block/block_system.hpp"
 #include "contact/linear_contact.hpp"
 
 namespace quoin::solver {

@@ -5,9 +5,9 @@
 #include <limits>
 #include <utility>
 
+#include "base/index.hpp"
 #include "contact/contact_jacobian.hpp"
 #include "contact/joint_law.hpp"
-#include "index.hpp"
 
 namespace quoin::solver {
 namespace {

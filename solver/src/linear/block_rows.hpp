@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "linear/threads.hpp"
-#include "step_watch.hpp"
+#include "base/step_watch.hpp"
+#include "base/threads.hpp"
 
 namespace quoin::solver {
 

@@ -2,9 +2,9 @@
 /// One front of a multifrontal elimination: dense matrices, of which the first columns are
 /// eliminated.
 
-#include "front_kernels.hpp"
-#include "linear/threads.hpp"
-#include "step_watch.hpp"
+#include "base/step_watch.hpp"
+#include "base/threads.hpp"
+#include "linear/front_kernels.hpp"
 
 namespace quoin::solver {
 

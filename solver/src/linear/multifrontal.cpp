@@ -4,7 +4,7 @@
 #include <atomic>
 #include <numeric>
 
-#include "index.hpp"
+#include "base/index.hpp"
 
 namespace quoin::solver {
 namespace {

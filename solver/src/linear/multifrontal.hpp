@@ -5,9 +5,9 @@
 #include <limits>
 #include <vector>
 
-#include "block_system.hpp"
-#include "elimination.hpp"
+#include "block/block_system.hpp"
 #include "linear/dense_front.hpp"
+#include "linear/elimination.hpp"
 
 namespace quoin::solver {
 

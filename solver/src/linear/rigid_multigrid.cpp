@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "index.hpp"
+#include "base/index.hpp"
 
 namespace quoin::solver {
 namespace {

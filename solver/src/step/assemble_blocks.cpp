@@ -2,7 +2,7 @@
 
 #include <Eigen/LU>
 
-#include "index.hpp"
+#include "base/index.hpp"
 #include "step/predict.hpp"
 
 namespace quoin::solver {

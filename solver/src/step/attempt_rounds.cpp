@@ -4,8 +4,8 @@
 #include <functional>
 #include <limits>
 
-#include "index.hpp"
-#include "moving/moving_contacts.hpp"
+#include "base/index.hpp"
+#include "iteration/moving_contacts.hpp"
 #include "step/contact_record.hpp"
 #include "step/contact_search.hpp"
 #include "step/impact_law.hpp"
@@ -48,12 +48,10 @@ bool is_sound(const StepRun& run, const Island& island) {
          std::ranges::all_of(run.compiled.prescribed, sound);
 }
 
-void attempt_paper(const StepRun& run, Island& island) {
-  Workspace& work = run.work;
-  BlocksAtEnd blocks{work.poses, work.end};
-  work.paper->clock.start();
-  attempt_paper_step(sub_step(run, island), island.contacts, *work.paper, blocks, island.attempt);
-  island.memory.clock.add(work.paper->clock.seconds);
+void attempt_by_other_method(const StepRun& run, Island& island) {
+  BlocksAtEnd blocks{run.work.poses, run.work.end};
+  run.work.other_method->attempt(sub_step(run, island), island.contacts, island.memory.clock,
+                                 blocks, island.attempt);
 }
 
 /// The contact that a later part of the step has in the place of `past`: with its key, or the
@@ -120,7 +118,7 @@ void attempt_default(const StepRun& run, Island& island) {
 /// One round: the island's own blocks alone are written to.
 void attempt_once(const StepRun& run, Island& island) {
   run.work.watch.look();
-  (is_paper_method(run.options.method) ? attempt_paper : attempt_default)(run, island);
+  (run.work.other_method ? attempt_by_other_method : attempt_default)(run, island);
   island.missing.reset();
   island.sound = is_sound(run, island);
   for (const int block : island.own()) {

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "index.hpp"
+#include "base/index.hpp"
 
 namespace quoin::solver {
 namespace {

@@ -1,8 +1,8 @@
 #include "step/contact_record.hpp"
 
+#include "base/index.hpp"
 #include "contact/joint_law.hpp"
 #include "contact/joint_springs.hpp"
-#include "index.hpp"
 #include "step/linearise.hpp"
 
 namespace quoin::solver {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/index.hpp"
 #include "contact/joint_law.hpp"
-#include "index.hpp"
 
 namespace quoin::solver {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <ranges>
 
-#include "index.hpp"
+#include "base/index.hpp"
 #include "step/common_motion.hpp"
 
 namespace quoin::solver {

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/index.hpp"
 #include "contact/joint_law.hpp"
 #include "distributed/agreement.hpp"
-#include "index.hpp"
 #include "step/linearise.hpp"
 #include "step/predict.hpp"
 

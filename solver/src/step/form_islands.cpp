@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "index.hpp"
+#include "base/index.hpp"
 #include "step/contact_search.hpp"
 #include "step/island_extremes.hpp"
 #include "step/missed_contacts.hpp"

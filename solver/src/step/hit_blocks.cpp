@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "base/index.hpp"
 #include "distributed/agreement.hpp"
-#include "index.hpp"
 
 namespace quoin::solver {
 namespace {

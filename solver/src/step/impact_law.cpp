@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/index.hpp"
 #include "contact/joint_law.hpp"
 #include "distributed/agreement.hpp"
-#include "index.hpp"
 #include "step/contact_record.hpp"
 #include "step/linearise.hpp"
 #include "step/predict.hpp"

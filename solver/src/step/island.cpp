@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "index.hpp"
+#include "base/index.hpp"
 
 namespace quoin::solver {
 namespace {

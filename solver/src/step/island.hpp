@@ -9,10 +9,10 @@
 #include <memory>
 #include <optional>
 
-#include "entrance_plane.hpp"
+#include "step/entrance_plane.hpp"
 #include "step/joined_groups.hpp"
 #include "step/step_attempt.hpp"
-#include "step_flags.hpp"
+#include "step/step_flags.hpp"
 
 namespace quoin::solver {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "index.hpp"
+#include "base/index.hpp"
 #include "step/contact_search.hpp"
 #include "step/share_out.hpp"
 

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <limits>
 
+#include "base/index.hpp"
 #include "contact/joint_failure.hpp"
 #include "contact/joint_law.hpp"
 #include "contact/joint_springs.hpp"
 #include "distributed/agreement.hpp"
-#include "index.hpp"
 
 namespace quoin::solver {
 namespace {

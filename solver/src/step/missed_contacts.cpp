@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "base/index.hpp"
 #include "contact/joint_springs.hpp"
-#include "index.hpp"
 #include "step/contact_search.hpp"
 #include "step/sorted_by_key.hpp"
 

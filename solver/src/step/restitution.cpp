@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/index.hpp"
 #include "distributed/agreement.hpp"
-#include "index.hpp"
 #include "step/common_motion.hpp"
 
 namespace quoin::solver {

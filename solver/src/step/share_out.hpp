@@ -1,7 +1,7 @@
 #pragma once
 /// Which of the scene's contacts and contact points are whose.
 
-#include "index.hpp"
+#include "base/index.hpp"
 #include "step/sorted_by_key.hpp"
 #include "step/workspace.hpp"
 

@@ -4,11 +4,11 @@
 #include <limits>
 #include <utility>
 
+#include "base/index.hpp"
 #include "contact/joint_failure.hpp"
 #include "contact/joint_law.hpp"
-#include "contact_problem.hpp"
 #include "distributed/agreement.hpp"
-#include "index.hpp"
+#include "iteration/contact_problem.hpp"
 #include "step/contact_record.hpp"
 #include "step/hit_blocks.hpp"
 #include "step/weakest_joint.hpp"

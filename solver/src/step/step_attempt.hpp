@@ -1,10 +1,10 @@
 #pragma once
 /// One attempt at one sub-step of one island: equilibrium of positions, then the velocity law.
 
+#include "base/phase_clock.hpp"
 #include "iteration/contact_solver.hpp"
 #include "step/energy_bound.hpp"
 #include "step/linearise.hpp"
-#include "step/phase_clock.hpp"
 #include "step/predict.hpp"
 #include "step/restitution.hpp"
 
@@ -68,6 +68,14 @@ struct AttemptMemory {
 struct BlocksAtEnd {
   StepPoses& poses;
   std::vector<BlockState>& end;
+};
+
+/// Attempts by a method other than the default; contacts are those of the start of the step.
+class AttemptMethod {
+ public:
+  virtual ~AttemptMethod() = default;
+  virtual void attempt(const SubStep& step, std::span<const BodyContact> contacts,
+                       PhaseClock& clock, BlocksAtEnd& blocks, Attempt& attempt) = 0;
 };
 
 /// Whether contacts leave overlaps that the shift of supports makes, for blocks move rigidly.

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <utility>
 
-#include "index.hpp"
+#include "base/index.hpp"
 #include "step/attempt_rounds.hpp"
 #include "step/contact_search.hpp"
 #include "step/form_islands.hpp"

@@ -4,8 +4,8 @@
 #include <functional>
 #include <limits>
 
-#include "block_terms.hpp"
-#include "index.hpp"
+#include "base/index.hpp"
+#include "block/block_terms.hpp"
 #include "step/island_extremes.hpp"
 
 namespace quoin::solver {

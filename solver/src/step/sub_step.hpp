@@ -4,7 +4,7 @@
 #include <quoin/solver/simulation.hpp>
 #include <span>
 
-#include "compiled_scene.hpp"
+#include "scene/compiled_scene.hpp"
 
 namespace quoin::solver {
 

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <vector>
 
+#include "base/index.hpp"
 #include "contact/joint_failure.hpp"
 #include "contact/joint_law.hpp"
 #include "distributed/agreement.hpp"
-#include "index.hpp"
 
 namespace quoin::solver {
 namespace {

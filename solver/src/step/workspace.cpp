@@ -45,8 +45,7 @@ Workspace::Workspace(const CompiledScene& compiled, const StepOptions& options)
       finder({.executor = &threads,
               .frame = geometry::PointFrame::Bodies,
               .coordinate_rounding = vertex_rounding(compiled)}),
-      motion_end(compiled.prescribed.size()),
-      paper(std::make_unique<PaperMemory>(compiled.slots, &watch)) {
+      motion_end(compiled.prescribed.size()) {
   const std::size_t slots = compiled.slots.size.size();
   last = {std::vector<double>(slots, 0.0), BlockVector(slots, Vector12::Zero()),
           std::vector<char>(compiled.models.size(), 0),

@@ -4,11 +4,10 @@
 #include <quoin/geometry/contact_finder.hpp>
 #include <quoin/geometry/worker_pool.hpp>
 
-#include "equilibrium_search.hpp"
-#include "initial_depths.hpp"
-#include "paper_step.hpp"
+#include "scene/initial_depths.hpp"
+#include "statics/equilibrium_search.hpp"
 #include "step/island.hpp"
-#include "step_flags.hpp"
+#include "step/step_flags.hpp"
 
 namespace quoin::solver {
 
@@ -98,7 +97,7 @@ struct Workspace : StepMemory {
   std::vector<BlockState> end;               ///< likewise: at its end
   std::vector<PrescribedMotion> motion_end;  ///< likewise
   StepWatch watch;
-  std::unique_ptr<PaperMemory> paper;
+  std::unique_ptr<AttemptMethod> other_method;  ///< null: the default
   PhaseClock clock;
 };
 

@@ -1,0 +1,40 @@
+#include "block/block_system.hpp"
+
+#include <algorithm>
+
+namespace quoin::solver {
+
+Slots make_slots(const std::vector<int>& unknowns_of_block,
+                 const std::vector<double>& size_of_block) {
+  Slots slots;
+  slots.slot_of_block.assign(unknowns_of_block.size(), -1);
+  slots.start.push_back(0);
+  for (std::size_t b = 0; b < unknowns_of_block.size(); ++b) {
+    if (unknowns_of_block[b] == 0) continue;
+    slots.slot_of_block[b] = slots.count();
+    slots.block_of_slot.push_back(static_cast<int>(b));
+    slots.size.push_back(unknowns_of_block[b]);
+    slots.start.push_back(slots.start.back() + unknowns_of_block[b]);
+    slots.length.push_back(size_of_block[b]);
+  }
+  return slots;
+}
+
+double force_size(const Vector12& force, double length) {
+  return std::max({force.head<3>().norm(), force.segment<3>(3).norm() / length,
+                   force.tail<6>().norm() / length});
+}
+
+double motion_of(const Vector12& increment, double length) {
+  return std::max(increment.head<3>().norm(), increment.tail<9>().norm() * length);
+}
+
+double largest_motion(const Slots& slots, const BlockVector& increment) {
+  double largest = 0.0;
+  for (std::size_t s = 0; s < increment.size(); ++s) {
+    largest = std::max(largest, motion_of(increment[s], slots.length[s]));
+  }
+  return largest;
+}
+
+}  // namespace quoin::solver

@@ -1,0 +1,217 @@
+#include "iteration/interior_point.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace quoin::solver {
+namespace {
+
+// Chosen on walls of 105 to 1040 bricks that deform, from nothing.
+constexpr double kFollows = 1e-3;    // the residual from which s follows the iterates
+constexpr double kFirstSteps = 0.9;  // of the way to the cones, in the first two iterations, and
+constexpr double kSteps = 0.99;
+constexpr double kNear = 1e-5;    // the residual from which on it is slow, and
+constexpr double kUseful = 1e-2;  // above which it was of no use
+constexpr int kMostIterations = 50;
+// x·y keeps this share of what is left of the linear equation times x: without it the slip follows
+// in shorter and shorter steps where it is as large as the other motions.
+constexpr double kInfeasible = 0.01;
+constexpr double kShortest = 1e-6;  // a step that goes nowhere
+
+constexpr Admissible kCone{};
+
+/// x_n² - |x_t|², positive inside.
+double determinant(const Vector3& x) {
+  const double tangential = x.tail<2>().norm();
+  return std::max((x[0] - tangential) * (x[0] + tangential), 1e-300);
+}
+
+/// x o y of the cone's Jordan algebra.
+Vector3 jordan_product(const Vector3& x, const Vector3& y) {
+  const Eigen::Vector2d tangential = x[0] * y.tail<2>() + y[0] * x.tail<2>();
+  return {x.dot(y), tangential[0], tangential[1]};
+}
+
+/// z with l o z = v.
+Vector3 jordan_quotient(const Vector3& l, const Vector3& v) {
+  const double det = determinant(l), along = l.tail<2>().dot(v.tail<2>());
+  const Eigen::Vector2d tangential =
+      (det * v.tail<2>() + along * l.tail<2>()) / l[0] - v[0] * l.tail<2>();
+  return Vector3(l[0] * v[0] - along, tangential[0], tangential[1]) / det;
+}
+
+/// The largest step along dx, at most 1, that stays in the cone.
+double longest_step(const Vector3& x, const Vector3& dx) {
+  const double a = dx[0] * dx[0] - dx.tail<2>().squaredNorm();
+  const double b = x[0] * dx[0] - x.tail<2>().dot(dx.tail<2>());
+  const double discriminant = b * b - a * determinant(x);
+  double step = dx[0] < 0.0 ? std::min(1.0, -x[0] / dx[0]) : 1.0;
+  if (!(discriminant >= 0.0)) return step;  // a s² + 2 b s + det(x) has no root
+  const double root = std::sqrt(discriminant), q = -(b + (b >= 0.0 ? root : -root));
+  for (const double s : {q / a, determinant(x) / q}) {
+    if (s > 0.0) step = std::min(step, s);  // not of NaN and infinity
+  }
+  return step;
+}
+
+}  // namespace
+
+/// u + s n, which y comes to.
+Vector3 InteriorPoint::pressed(std::size_t contact) const {
+  return u_[contact] + slip_[contact] * Vector3::UnitX();
+}
+
+/// From no forces: forces and motions well inside their cones: by the largest motion without
+/// forces.
+void InteriorPoint::begin() {
+  const std::size_t n = x_.size();
+  for (auto* memory : {&y_, &u_, &right_, &motion_}) memory->resize(n);
+  slip_.assign(n, 0.0);
+  scalings_.resize(n);
+  tangents_.resize(n);
+  dx_ = dy_ = x_;
+  problem_.respond(x_, u_);
+  double inside = 0.0;
+  for (const Vector3& u : u_) inside = std::max(inside, u.norm());
+  for (std::size_t i = 0; i < n; ++i) {
+    x_[i] = inside * Vector3::UnitX();
+    y_[i] = project_on(kCone, u_[i]) + inside * Vector3::UnitX();
+  }
+}
+
+InteriorPoint::Residuals InteriorPoint::residuals() const {
+  Residuals worst{0.0, 0.0};
+  double most = 1e-300;
+  for (std::size_t i = 0; i < x_.size(); ++i) {
+    most = std::max(most, x_[i].norm());
+    const double frozen = (x_[i] - project_on(kCone, x_[i] - pressed(i))).norm();
+    const double real = (x_[i] - project_on(kCone, x_[i] - corrected(kCone, u_[i]))).norm();
+    if (!(frozen <= worst.frozen)) worst.frozen = frozen;  // NaN stays
+    if (!(real <= worst.real)) worst.real = real;
+  }
+  return {worst.frozen / most, worst.real / most};
+}
+
+/// Mean of x·y after a step.
+double InteriorPoint::duality(double step) const {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < x_.size(); ++i) {
+    sum += (x_[i] + step * dx_[i]).dot(y_[i] + step * dy_[i]);
+  }
+  return sum / static_cast<double>(x_.size());
+}
+
+/// Mean of |x| |y - u - s n|.
+double InteriorPoint::infeasibility() const {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < x_.size(); ++i) sum += x_[i].norm() * (pressed(i) - y_[i]).norm();
+  return sum / static_cast<double>(x_.size());
+}
+
+/// [Vandenberghe 2010, section 4.3]
+void InteriorPoint::set_scalings() {
+  for (std::size_t i = 0; i < x_.size(); ++i) {
+    const double det_x = determinant(x_[i]), det_y = determinant(y_[i]);
+    const Vector3 a = x_[i] / std::sqrt(det_x), b = y_[i] / std::sqrt(det_y);
+    const double gamma = std::sqrt(0.5 * (1.0 + a.dot(b)));
+    const double first = (a[0] + b[0]) / (2.0 * gamma);
+    const Eigen::Vector2d rest = (a.tail<2>() - b.tail<2>()) / (2.0 * gamma);
+    const double size = std::sqrt(std::sqrt(det_x / det_y));
+    Scaling& w = scalings_[i];
+    w.scale << first, rest.transpose(), rest,
+        Eigen::Matrix2d::Identity() + rest * rest.transpose() / (1.0 + first);
+    w.unscale = w.scale;
+    w.unscale.block<1, 2>(0, 1) *= -1.0;
+    w.unscale.block<2, 1>(1, 0) *= -1.0;
+    w.scale *= size;
+    w.unscale /= size;
+    w.lambda = w.scale * y_[i];
+    tangents_[i] = w.scale * w.scale;
+  }
+}
+
+/// dx_, dy_ and how far they go. dx = r - W² dy, r of the complementarity alone; `mean`: what the
+/// corrector wants x·y to be.
+double InteriorPoint::direction(Part part, double mean) {
+  for (std::size_t i = 0; i < x_.size(); ++i) {
+    Vector3 r = -x_[i];
+    if (part == Part::Corrector) {
+      const Scaling& w = scalings_[i];
+      Vector3 left = -jordan_product(w.lambda, w.lambda) -
+                     jordan_product(w.unscale * dx_[i], w.scale * dy_[i]);
+      left[0] += mean;
+      r = w.scale * jordan_quotient(w.lambda, left);
+    }
+    dx_[i] = r;
+    dy_[i] = pressed(i) - y_[i];
+    right_[i] = r - tangents_[i] * dy_[i];
+  }
+  problem_.solve(right_, motion_);
+  double step = 1.0;
+  for (std::size_t i = 0; i < x_.size(); ++i) {
+    dy_[i] += motion_[i];  // not by W⁻¹, which rounds
+    dx_[i] -= tangents_[i] * dy_[i];
+    step = std::min({step, longest_step(x_[i], dx_[i]), longest_step(y_[i], dy_[i])});
+  }
+  return step;
+}
+
+IterationCount InteriorPoint::iterate(int most) {
+  IterationCount count;
+  begin();
+  bool follows = false;
+  for (;;) {
+    problem_.respond(x_, u_);
+    const Residuals residual = residuals();
+    if (count.iterations == 0 || residual.real < count.residual) {
+      count.residual = residual.real;
+      best_ = x_;
+    }
+    count.converged = count.residual <= kNear;
+    if (count.converged || count.iterations >= most) break;
+    follows = follows || residual.frozen <= kFollows;
+    for (std::size_t i = 0; follows && i < x_.size(); ++i) slip_[i] = u_[i].tail<2>().norm();
+    ++count.iterations;
+    ++count.factorizations;
+    set_scalings();
+    if (!problem_.factorize(tangents_, Tangents::Symmetric)) break;
+    count.solves += 2;
+    const double mean = duality(0.0);
+    const double affine = direction(Part::Predictor, 0.0);
+    const double left = std::clamp(duality(affine) / mean, 0.0, 1.0);
+    const double mean_aimed_at =
+        std::max(left * left * left * mean, std::min(mean, kInfeasible * infeasibility()));
+    const double way = direction(Part::Corrector, mean_aimed_at);
+    const double step = std::min(1.0, (count.iterations <= 2 ? kFirstSteps : kSteps) * way);
+    if (!(step > kShortest)) break;
+    for (std::size_t i = 0; i < x_.size(); ++i) {
+      x_[i] += step * dx_[i];
+      y_[i] += step * dy_[i];
+    }
+  }
+  std::swap(x_, best_);
+  return count;
+}
+
+OpenCloseResult InteriorPoint::solve(const BlockSystem& base, const BlockVector& force,
+                                     std::span<LinearContact> contacts, int most,
+                                     BlockVector& increment) {
+  problem_.set(base, force, contacts, increment);
+  x_.assign(contacts.size(), Vector3::Zero());
+  const IterationCount count = iterate(std::min(most, kMostIterations));
+  OpenCloseResult result{.converged = count.residual <= kUseful,
+                         .iterations = count.iterations,
+                         .solves = count.solves,
+                         .factorizations = count.factorizations,
+                         .residual = count.residual};
+  if (!result.converged) return result;
+  problem_.respond(x_, u_);
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    contacts[i].force = contacts[i].multiplier = problem_.force(i, x_[i]);
+  }
+  result.change = largest_motion(*slots_, problem_.increment());
+  for (std::size_t s = 0; s < increment.size(); ++s) increment[s] += problem_.increment()[s];
+  return result;
+}
+
+}  // namespace quoin::solver

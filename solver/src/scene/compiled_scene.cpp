@@ -1,0 +1,402 @@
+#include "scene/compiled_scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <sstream>
+
+#include "base/messages.hpp"
+#include "contact/contact_history.hpp"
+
+namespace quoin::solver {
+namespace {
+
+void check_loaded_block(const Scene& scene, int block, const std::string& what) {
+  const Block& loaded = scene.blocks[checked_block(block, scene.blocks.size(), what + ": ")];
+  if (loaded.kind >= BlockKind::Fixed) {
+    throw InputError(what + ": " + label(loaded, block) +
+                     " is fixed, prescribed or absent and takes no load");
+  }
+}
+
+void check_joint(const Joint& joint, const std::string& what) {
+  const auto require = [&](bool good, const std::string& name, double value, const char* limit) {
+    if (!good) throw InputError(what + ": " + name + " " + text_of(value) + " " + limit);
+    if (!std::isfinite(value)) throw InputError(what + ": " + name + " is not finite");
+  };
+  const double right_angle = 0.5 * std::numbers::pi;
+  require(joint.friction_angle >= 0.0 && joint.friction_angle < right_angle, "friction angle",
+          joint.friction_angle, "rad must lie in [0, pi/2)");
+  const double residual = joint.residual_friction_angle;
+  require(residual == -1.0 || (residual >= 0.0 && residual < right_angle),
+          "residual friction angle", residual,
+          "rad must lie in [0, pi/2), or be -1 for the friction angle");
+  require(residual < 0.0 || joint.dilation_angle <= residual, "dilation angle",
+          joint.dilation_angle, "rad must not exceed the residual friction angle");
+  require(joint.dilation_angle >= 0.0 && joint.dilation_angle < right_angle, "dilation angle",
+          joint.dilation_angle, "rad must lie in [0, pi/2)");
+  require(joint.dilation_angle <= joint.friction_angle, "dilation angle", joint.dilation_angle,
+          "rad must not exceed the friction angle: the joint would make energy");
+  require(joint.dilation_slip >= 0.0, "dilation slip", joint.dilation_slip,
+          "m must not be negative");
+  require(joint.softening_slip >= 0.0, "softening slip", joint.softening_slip,
+          "m must not be negative");
+  require(joint.normal_stiffness >= 0.0, "normal stiffness", joint.normal_stiffness,
+          "Pa/m must not be negative");
+  require((joint.shear_stiffness > 0.0) == (joint.normal_stiffness > 0.0), "shear stiffness",
+          joint.shear_stiffness, "Pa/m must be greater than 0 where normal stiffness is, else 0");
+  require(joint.restitution >= 0.0 && joint.restitution <= 1.0, "restitution", joint.restitution,
+          "must lie in [0, 1]");
+  require(joint.cohesion >= 0.0, "cohesion", joint.cohesion, "Pa must not be negative");
+  require(joint.tension >= 0.0, "tension", joint.tension, "Pa must not be negative");
+  require(joint.residual_cohesion >= 0.0, "residual cohesion", joint.residual_cohesion,
+          "Pa must not be negative");
+  require(joint.residual_tension >= 0.0, "residual tension", joint.residual_tension,
+          "Pa must not be negative");
+}
+
+/// Two joints of one pair of groups: which of them holds?
+void check_pairs(const std::vector<PairJoint>& joints) {
+  std::map<std::pair<int, int>, std::size_t> first;
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const auto groups = std::minmax(joints[i].group_a, joints[i].group_b);
+    const auto [place, is_new] = first.try_emplace(groups, i);
+    if (is_new) continue;
+    throw InputError("pair joints " + std::to_string(place->second) + " and " + std::to_string(i) +
+                     ": both are of the joint groups " + std::to_string(groups.first) + " and " +
+                     std::to_string(groups.second));
+  }
+}
+
+template <class Vector>
+void check_finite(const Vector& value, const std::string& what) {
+  if (!value.allFinite()) throw InputError(what + " is not finite");
+}
+
+void check_square(const Vector3& value, const std::string& what) {
+  if (!std::isfinite(value.squaredNorm())) throw InputError(what + " is not finite, or its square");
+}
+
+Vector3 arm_of(const CompiledScene& compiled, int block, const Vector3& world_point) {
+  const BlockState& start = compiled.models[static_cast<std::size_t>(block)].start;
+  return (world_point - compiled.origin - start.centroid) - start.centroid_rest;
+}
+
+/// Of a held point. One at the centroid but for the rounding of both is there: what is left of its
+/// arm says nothing of how the block yields to it by its strain.
+Vector3 held_arm(const CompiledScene& compiled, int block, const Vector3& world_point) {
+  constexpr double kRounding = 16.0 * std::numeric_limits<double>::epsilon();
+  const Vector3 arm = arm_of(compiled, block, world_point);
+  const double size = compiled.models[static_cast<std::size_t>(block)].size + world_point.norm();
+  return arm.norm() <= kRounding * size ? Vector3(Vector3::Zero()) : arm;
+}
+
+struct FaceMean {
+  double area = 0.0;
+  Vector3 centroid = Vector3::Zero();
+};
+
+/// By reference arms.
+FaceMean face_mean(const BlockModel& model, int face) {
+  const auto cycle = model.shape->topology().face(face);
+  const auto arm = [&](int v) { return Vector3(model.turn * model.shape->vertex(v)); };
+  const Vector3 first = arm(cycle[0]);
+  FaceMean mean;
+  for (std::size_t i = 2; i < cycle.size(); ++i) {
+    const Vector3 p = arm(cycle[i - 1]) - first, q = arm(cycle[i]) - first;
+    const double area = 0.5 * p.cross(q).norm();
+    mean.area += area;
+    mean.centroid += area * (p + q) / 3.0;
+  }
+  mean.centroid = first + mean.centroid / mean.area;
+  return mean;
+}
+
+bool is_always_zero(const VectorOfTime& value) {
+  return value.is_constant() && value.at(0.0).isZero(0.0);
+}
+
+void check_constant(const VectorOfTime& value, const std::string& what) {
+  if (value.is_constant()) check_finite(value.at(0.0), what);
+}
+
+void add_load(CompiledScene& compiled, int block, const Vector3& arm, const VectorOfTime& force,
+              double factor) {
+  if (!is_always_zero(force)) compiled.loads.push_back({block, arm, force, factor});
+}
+
+/// How messages name a load whose block takes one: by its place in its list.
+template <class Load>
+std::string checked_load(const Scene& scene, const char* kind, const std::vector<Load>& loads,
+                         const Load& load) {
+  const std::string what = kind + std::string(" ") + std::to_string(&load - loads.data());
+  check_loaded_block(scene, load.block, what);
+  return what;
+}
+
+void compile_loads(CompiledScene& compiled) {
+  const Scene& scene = compiled.scene;
+  for (const PointLoad& load : scene.point_loads) {
+    const std::string what = checked_load(scene, "point load", scene.point_loads, load);
+    check_finite(load.point, what + ": point");
+    check_constant(load.force, what + ": force");
+    add_load(compiled, load.block, arm_of(compiled, load.block, load.point), load.force, 1.0);
+  }
+  for (const FaceLoad& load : scene.face_loads) {
+    const std::string what = checked_load(scene, "face load", scene.face_loads, load);
+    const BlockModel& model = compiled.models[static_cast<std::size_t>(load.block)];
+    if (load.face < 0 || load.face >= model.shape->topology().face_count()) {
+      throw InputError(what + ": block " + std::to_string(load.block) + " has no face " +
+                       std::to_string(load.face));
+    }
+    check_constant(load.traction, what + ": traction");
+    const FaceMean mean = face_mean(model, load.face);
+    add_load(compiled, load.block, mean.centroid, load.traction, mean.area);
+  }
+  for (const BodyLoad& load : scene.body_loads) {
+    const std::string what = checked_load(scene, "body load", scene.body_loads, load);
+    check_constant(load.force, what + ": force");
+    add_load(compiled, load.block, Vector3::Zero(), load.force,
+             compiled.models[static_cast<std::size_t>(load.block)].volume);
+  }
+  for (const FixedPoint& point : scene.fixed_points) {
+    const std::string what = checked_load(scene, "fixed point", scene.fixed_points, point);
+    check_finite(point.point, what + ": point");
+    check_constant(point.displacement, what + ": displacement");
+    const Vector3 arm = held_arm(compiled, point.block, point.point);
+    compiled.held.push_back({.block = point.block, .arm = arm, .displacement = point.displacement});
+  }
+}
+
+/// Near the scene, in steps of a power of two of its own size: taking it off rounds nothing, and a
+/// scene near zero stays where it is.
+Vector3 scene_origin(const Scene& scene) {
+  Vector3 low = scene.blocks.front().body().centre(), high = low;
+  for (const Block& block : scene.blocks) {
+    const geometry::Body body = block.body();
+    const double radius = 0.5 * body.stretch() * block.shape->diameter();
+    low = low.cwiseMin((body.centre().array() - radius).matrix());
+    high = high.cwiseMax((body.centre().array() + radius).matrix());
+  }
+  const double step = std::exp2(std::ceil(std::log2(2.0 * (high - low).norm())));
+  return step * (0.5 / step * (low + high)).array().round().matrix();
+}
+
+void check_shape(const Scene& scene, int block) {
+  const Block& b = scene.blocks[static_cast<std::size_t>(block)];
+  if (b.shape == nullptr) throw InputError(label(b, block) + " has no shape");
+  const double determinant = b.placement.linear.determinant();
+  if (const Vector3& at = b.placement.translation;
+      !(at.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() < geometry::kLargestCoordinate)) {
+    std::ostringstream message;
+    message << label(b, block) << ": translation (" << at.transpose()
+            << ") m of its placement must be less than " << geometry::kLargestCoordinate << " m";
+    throw InputError(message.str());
+  }
+  if (!(determinant > 0.0 && std::isfinite(determinant))) {
+    throw InputError(label(b, block) + ": its placement has determinant " + text_of(determinant) +
+                     ", must be finite and greater than 0");
+  }
+}
+
+void check_coordinate_rounding(const Scene& scene, double smallest_size) {
+  const double limit = 1e-3 * smallest_size;
+  if (scene.coordinate_rounding >= 0.0 && scene.coordinate_rounding <= limit) return;
+  std::ostringstream message;
+  message << "coordinate rounding " << scene.coordinate_rounding << " m must be between 0 and "
+          << limit << " m, 1e-3 of the smallest block";
+  throw InputError(message.str());
+}
+
+/// One reference shape for all blocks that share a shape.
+class ReferenceShapes {
+ public:
+  const ReferenceShape& of(const geometry::Shape& shape) {
+    const auto [place, is_new] = known_.try_emplace(&shape);
+    if (is_new) place->second = reference_shape(shape);
+    return place->second;
+  }
+
+ private:
+  std::map<const geometry::Shape*, ReferenceShape> known_;
+};
+
+}  // namespace
+
+CompiledScene compile(Scene scene) {
+  if (scene.blocks.empty()) throw InputError("the scene has no blocks");
+  check_joint(scene.joint, "joint");
+  for (std::size_t i = 0; i < scene.pair_joints.size(); ++i) {
+    check_joint(scene.pair_joints[i].joint, "pair joint " + std::to_string(i));
+  }
+  check_pairs(scene.pair_joints);
+  check_finite(scene.gravity.at(0.0), "gravity at time 0");
+  CompiledScene compiled;
+  compiled.scene = std::move(scene);
+  for (std::size_t b = 0; b < compiled.scene.blocks.size(); ++b) {
+    check_shape(compiled.scene, static_cast<int>(b));
+  }
+  compiled.origin = scene_origin(compiled.scene);
+  std::vector<int> unknowns;
+  std::vector<double> sizes;
+  ReferenceShapes shapes;
+  compiled.models.reserve(compiled.scene.blocks.size());  // large records: doubling would show
+  for (std::size_t b = 0; b < compiled.scene.blocks.size(); ++b) {
+    const Block& block = compiled.scene.blocks[b];
+    const std::string what = label(block, static_cast<int>(b));
+    check_square(block.velocity, what + ": velocity");
+    check_square(block.angular_velocity, what + ": angular velocity");
+    check_finite(block.initial_stress, what + ": initial stress");
+    check_constant(block.motion.value, what + ": motion");
+    compiled.models.push_back(
+        make_block_model(block, shapes.of(*block.shape), compiled.origin, static_cast<int>(b)));
+    unknowns.push_back(compiled.models.back().unknowns);
+    sizes.push_back(compiled.models.back().size);
+    if (unknowns.back() == 0)
+      compiled.idle_blocks.push_back(static_cast<int>(compiled.idle.size()));
+    compiled.idle.push_back(unknowns.back() == 0);
+    if (block.kind == BlockKind::Prescribed && !is_always_zero(block.motion.value)) {
+      compiled.prescribed.push_back(static_cast<int>(b));
+    }
+  }
+  compiled.slots = make_slots(unknowns, sizes);
+  compiled.smallest_size = *std::min_element(sizes.begin(), sizes.end());
+  check_coordinate_rounding(compiled.scene, compiled.smallest_size);
+  if (compiled.slots.count() > 0) {
+    compiled.smallest_size =
+        *std::min_element(compiled.slots.length.begin(), compiled.slots.length.end());
+  }
+  const auto has_group = [&](int group) {
+    return std::ranges::any_of(compiled.scene.blocks, [group](const Block& block) {
+      return block.material.joint_group == group;
+    });
+  };
+  const auto dilates = [&](const PairJoint& pair) {
+    return pair.joint.dilation_angle > 0.0 && has_group(pair.group_a) && has_group(pair.group_b);
+  };
+  compiled.dilates = compiled.scene.joint.dilation_angle > 0.0 ||
+                     std::ranges::any_of(compiled.scene.pair_joints, dilates);
+  compile_loads(compiled);
+  return compiled;
+}
+
+Vector3 velocity_from(const Motion& motion, const Vector3& reached, double time) {
+  constexpr double kAfter = 1e-6;  // s: one-sided differences of second order, rounded by 4e-10 / s
+  switch (motion.kind) {
+    case MotionKind::Displacement:
+      return (4.0 * motion.value.at(time + kAfter) - 3.0 * motion.value.at(time) -
+              motion.value.at(time + 2.0 * kAfter)) /
+             (2.0 * kAfter);
+    case MotionKind::Velocity:
+      return motion.value.at(time);
+    case MotionKind::Acceleration:
+      break;
+  }
+  return reached;
+}
+
+void check_motion_velocity(const Scene& scene, int block, const Vector3& velocity, double time) {
+  if (std::isfinite(velocity.squaredNorm())) return;
+  std::ostringstream message;
+  message << label(scene.blocks[static_cast<std::size_t>(block)], block)
+          << ": velocity of its motion at " << time << " s is not finite, or its square";
+  throw InputError(message.str());
+}
+
+State initial_state(const CompiledScene& compiled) {
+  State state;
+  state.origin = compiled.origin;
+  state.held_forces.assign(compiled.held.size(), Vector3::Zero());
+  state.blocks.reserve(compiled.models.size());
+  for (std::size_t b = 0; b < compiled.models.size(); ++b) {
+    const Block& block = compiled.scene.blocks[b];
+    BlockState place = compiled.models[b].start;
+    if (compiled.models[b].unknowns > 0) {
+      place.velocity = block.velocity;
+      place.angular_velocity = block.angular_velocity;
+    }
+    state.blocks.push_back(place);
+  }
+  for (const int b : compiled.prescribed) {
+    const Motion& motion = compiled.scene.blocks[static_cast<std::size_t>(b)].motion;
+    Vector3& velocity = state.blocks[static_cast<std::size_t>(b)].velocity;
+    velocity = velocity_from(motion, velocity, 0.0);
+    check_motion_velocity(compiled.scene, b, velocity, 0.0);
+  }
+  return state;
+}
+
+namespace {
+
+double sum_of(double (*energy)(const BlockModel&, const BlockState&), const CompiledScene& compiled,
+              const State& state) {
+  double sum = 0.0;
+  for (const int block : compiled.slots.block_of_slot) {
+    const auto b = static_cast<std::size_t>(block);
+    sum += energy(compiled.models[b], state.blocks[b]);
+  }
+  return sum;
+}
+
+}  // namespace
+
+double kinetic_energy(const CompiledScene& compiled, const State& state) {
+  return sum_of(kinetic_energy, compiled, state);
+}
+
+double strain_energy(const CompiledScene& compiled, const State& state) {
+  return sum_of(strain_energy, compiled, state);
+}
+
+namespace {
+
+/// Velocity by a central difference. In a step of 0.01 s its rounding is 1e-10 / s, its error that
+/// of a swing of 5 Hz.
+PrescribedMotion given_motion(const VectorOfTime& displacement, double from, double to) {
+  const double eps = std::max(1e-4 * std::abs(to - from), 1e-9);
+  return {displacement.at(to),
+          (displacement.at(to + eps) - displacement.at(to - eps)) / (2.0 * eps)};
+}
+
+/// By a three-point Gauss rule: exact where velocity or acceleration is linear from `from` to `to`.
+PrescribedMotion integrate(const Motion& motion, const PrescribedMotion& known, double from,
+                           double to) {
+  PrescribedMotion next = known;
+  const double h = to - from;
+  const double node = std::sqrt(0.6);
+  const double s[3] = {0.5 * (1.0 - node), 0.5, 0.5 * (1.0 + node)};
+  const double w[3] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
+  Vector3 integral = Vector3::Zero(), first_moment = Vector3::Zero();
+  for (int i = 0; i < 3; ++i) {
+    const Vector3 value = motion.value.at(from + s[i] * h);
+    integral += w[i] * h * value;
+    first_moment += w[i] * h * h * (1.0 - s[i]) * value;
+  }
+  if (motion.kind == MotionKind::Velocity) {
+    next.displacement += integral;
+    next.velocity = motion.value.at(to);
+  } else {
+    next.displacement += known.velocity * h + first_moment;
+    next.velocity += integral;
+  }
+  return next;
+}
+
+}  // namespace
+
+PrescribedMotion advance_motion(const Motion& motion, const PrescribedMotion& known, double from,
+                                double to) {
+  if (from == to) return known;
+  if (motion.kind == MotionKind::Displacement) return given_motion(motion.value, from, to);
+  PrescribedMotion next = known;
+  const std::span<const double> knots = motion.value.knots();
+  for (auto knot = std::ranges::upper_bound(knots, from); knot != knots.end() && *knot < to;
+       from = *knot++) {
+    next = integrate(motion, next, from, *knot);
+  }
+  return integrate(motion, next, from, to);
+}
+
+}  // namespace quoin::solver

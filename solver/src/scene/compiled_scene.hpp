@@ -1,0 +1,80 @@
+#pragma once
+/// A scene checked once and turned into what a step needs, and nothing else.
+
+#include "block/block_system.hpp"
+#include "block/block_terms.hpp"
+
+namespace quoin::solver {
+
+/// factor × force at the material point of a block.
+struct PointForce {
+  int block = 0;
+  Vector3 arm = Vector3::Zero();  ///< reference arm, m
+  VectorOfTime force;
+  double factor = 1.0;
+};
+
+struct HeldPoint {
+  int block = 0;
+  Vector3 arm = Vector3::Zero();   ///< reference arm, m
+  Vector3 from = Vector3::Zero();  ///< its displacement when it began to be held, m
+  VectorOfTime displacement;
+};
+
+struct CompiledScene {
+  Scene scene;
+  Vector3 origin = Vector3::Zero();
+  std::vector<BlockModel> models;
+  Slots slots;
+  std::vector<char> idle;         ///< per block: no unknowns
+  std::vector<int> idle_blocks;   ///< those, ascending
+  std::vector<int> prescribed;    ///< blocks moved by a motion
+  std::vector<PointForce> loads;  ///< point, face and body loads
+  std::vector<HeldPoint> held;
+  bool dilates = false;        ///< any joint
+  double smallest_size = 0.0;  ///< of the blocks with unknowns (of all, if there are none), m
+};
+
+/// Throws InputError naming block, joint or load, value and limit.
+CompiledScene compile(Scene scene);
+
+inline bool is_absent(const CompiledScene& compiled, int block) {
+  return compiled.models[static_cast<std::size_t>(block)].kind == BlockKind::Absent;
+}
+
+/// Whose a contact of two blocks is: the first that has unknowns.
+inline int first_with_unknowns(const CompiledScene& compiled, const geometry::ContactKey& key) {
+  return compiled.idle[static_cast<std::size_t>(key.a)] != 0 ? key.b : key.a;
+}
+
+/// Of a held point since it began to be held, m.
+inline Vector3 displacement(const CompiledScene& compiled, const HeldPoint& held,
+                            const Pose& pose) {
+  return displacement(compiled.models[static_cast<std::size_t>(held.block)], pose, held.arm) -
+         held.from;
+}
+
+/// State at time 0.
+State initial_state(const CompiledScene& compiled);
+
+/// Of all blocks with unknowns, J.
+double kinetic_energy(const CompiledScene& compiled, const State& state);
+double strain_energy(const CompiledScene& compiled, const State& state);
+
+/// Where a prescribed block is and how fast.
+struct PrescribedMotion {
+  Vector3 displacement = Vector3::Zero();  ///< since time 0, m
+  Vector3 velocity = Vector3::Zero();      ///< m/s
+};
+
+/// Velocity from `time` on, m/s; of an acceleration the one that is `reached`.
+Vector3 velocity_from(const Motion& motion, const Vector3& reached, double time);
+/// Throws InputError where a motion sets its block off at a velocity that is not finite.
+void check_motion_velocity(const Scene& scene, int block, const Vector3& velocity, double time);
+
+/// The motion at time `to`, from that `known` at `from`: velocity and acceleration are integrated
+/// by a Gauss rule from knot to knot, which is exact for a table.
+PrescribedMotion advance_motion(const Motion& motion, const PrescribedMotion& known, double from,
+                                double to);
+
+}  // namespace quoin::solver

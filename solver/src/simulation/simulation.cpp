@@ -1,0 +1,387 @@
+#include <quoin/solver/simulation.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <sstream>
+
+#include "base/messages.hpp"
+#include "simulation/checkpoint.hpp"
+#include "simulation/left_out.hpp"
+#include "simulation/scene_change.hpp"
+#include "source_method/paper_step.hpp"
+#include "step/contact_search.hpp"
+#include "step/step_control.hpp"
+
+namespace quoin::solver {
+
+Vector3 local_point(const State& state, int block, const Vector3& reference_arm) {
+  const Pose now = pose(state.blocks[static_cast<std::size_t>(block)]);
+  return now.centroid + (now.centroid_rest + now.shape * reference_arm);
+}
+
+Vector3 world_point(const State& state, int block, const Vector3& reference_arm) {
+  return state.origin + local_point(state, block, reference_arm);
+}
+
+const char* name(ContactMethod method) {
+  switch (method) {
+    case ContactMethod::AugmentedLagrangian:
+      return "augmented_lagrangian";
+    case ContactMethod::Springs:
+      return "springs";
+    case ContactMethod::Paper:
+      return "paper";
+    case ContactMethod::Penalty:
+      return "penalty";
+  }
+  return "";
+}
+
+const char* name(ContactIteration iteration) {
+  switch (iteration) {
+    case ContactIteration::OpenClose:
+      return "open_close";
+    case ContactIteration::ProximalNewton:
+      return "proximal_newton";
+    case ContactIteration::Automatic:
+      return "automatic";
+  }
+  return "";
+}
+
+const char* name(LinearSolverKind kind) {
+  switch (kind) {
+    case LinearSolverKind::Automatic:
+      return "automatic";
+    case LinearSolverKind::Elimination:
+      return "elimination";
+    case LinearSolverKind::Multigrid:
+      return "multigrid";
+  }
+  return "";
+}
+
+const char* name(StaticVerdict verdict) {
+  static constexpr const char* kNames[] = {"seeking", "rest", "mechanism"};
+  return kNames[static_cast<std::size_t>(verdict)];
+}
+
+std::string describe(const StepReport& report) {
+  static constexpr const char* kNames[] = {"converged", "did not converge", "diverged",
+                                           "was stopped"};
+  char text[256];
+  std::snprintf(
+      text, sizeof text,
+      "step to %.9g s %s: %d sub-step(s), %d cut(s) for convergence, %d for displacement, "
+      "%d open-close iterations, %d solves, residual %.3g",
+      report.time, kNames[static_cast<int>(report.status)], report.sub_steps,
+      report.cuts_by_convergence, report.cuts_by_displacement, report.iterations,
+      report.linear_solves, report.residual);
+  return text;
+}
+
+struct Simulation::Parts {
+  Parts(Scene scene, const StepOptions& step_options)
+      : compiled(compile(std::move(scene))),
+        options(step_options),
+        state(initial_state(compiled)),
+        work(compiled, step_options) {
+    if (!is_paper_method(options.method)) return;
+    work.other_method = std::make_unique<PaperMethod>(compiled.slots, &work.watch);
+  }
+
+  void read(std::istream& saved);
+
+  CompiledScene compiled;
+  StepOptions options;
+  State state;
+  State best;
+  Workspace work;
+};
+
+namespace {
+
+/// What the source's methods lack.
+void check_paper_method(const StepOptions& options) {
+  if (!is_paper_method(options.method)) return;
+  const std::string method = std::string("method ") + name(options.method);
+  if (options.scheme != TimeScheme::ConstantAcceleration) {
+    throw InputError(method + " knows the scheme constant_acceleration alone");
+  }
+  if (agreement(options).shares()) throw InputError(method + " knows one process alone");
+}
+
+void check(const StepOptions& options) {
+  const auto require = [](bool good, const char* what, double value) {
+    if (good) return;
+    std::ostringstream line;
+    line << what << " (is " << value << ")";
+    throw InputError(line.str());
+  };
+  require(options.time_step > 0.0 && std::isfinite(options.time_step),
+          "time step must be greater than 0 s", options.time_step);
+  require(options.penalty >= 0.0 && std::isfinite(options.penalty),
+          "penalty must not be negative, N/m", options.penalty);
+  require(options.shear_ratio > 0.0 && std::isfinite(options.shear_ratio),
+          "shear ratio must be finite and greater than 0", options.shear_ratio);
+  require(options.reach >= 0.0 && std::isfinite(options.reach),
+          "reach must be finite and not negative, m", options.reach);
+  require(options.tolerance > 0.0 && options.tolerance < 1e-2, "tolerance must lie in (0, 0.01)",
+          options.tolerance);
+  require(options.max_iterations > 0, "max iterations must be at least 1", options.max_iterations);
+  require(options.max_displacement_ratio >= 0.0, "displacement ratio must not be negative",
+          options.max_displacement_ratio);
+  require(options.smallest_time_step >= 0.0 && options.smallest_time_step <= options.time_step,
+          "smallest time step must lie in [0, time step], s", options.smallest_time_step);
+  require(options.rest_unbalance > 0.0, "unbalance at rest must be greater than 0",
+          options.rest_unbalance);
+  require(options.threads >= 1, "threads must be at least 1", options.threads);
+  check_paper_method(options);
+}
+
+void check(const BlockVelocity& given, const std::vector<BlockModel>& models) {
+  const std::string what = "velocity of block " + std::to_string(given.block);
+  if (given.block < 0 || given.block >= static_cast<int>(models.size()) ||
+      models[static_cast<std::size_t>(given.block)].unknowns == 0) {
+    throw InputError(what + ": there is no such block with unknowns");
+  }
+  const auto require = [&](const Vector3& value, const char* unit) {
+    if (std::isfinite(value.squaredNorm())) return;
+    std::ostringstream line;
+    line << what << ": (" << value.transpose() << ") " << unit << " is not finite, or its square";
+    throw InputError(line.str());
+  };
+  require(given.velocity, "m/s");
+  require(given.angular_velocity, "rad/s");
+}
+
+std::string numbered(const Scene& scene, int block) {
+  const std::string& name = scene.blocks[static_cast<std::size_t>(block)].name;
+  return std::to_string(block) + (name.empty() ? "" : " (" + name + ")");
+}
+
+/// Overlap above 1e-3 of the smaller block of what is being laid, and of blocks that had no
+/// unknowns `before` and were not looked at, is refused unless the scene keeps it.
+void check_overlap(const CompiledScene& compiled, const Workspace& work,
+                   std::span<const char> idle_before) {
+  if (compiled.scene.initial_overlap != InitialOverlap::Refuse) return;
+  const auto size = [&](const geometry::ContactPoint& point) {
+    return std::min(compiled.models[static_cast<std::size_t>(point.key.a)].size,
+                    compiled.models[static_cast<std::size_t>(point.key.b)].size);
+  };
+  const auto overlaps = [&](const geometry::ContactPoint& point) {
+    const auto [a, b] = std::pair(point.key.a, point.key.b);
+    const bool is_new =
+        are_laid(work.laid, a, b) || (idle_before[static_cast<std::size_t>(a)] != 0 &&
+                                      idle_before[static_cast<std::size_t>(b)] != 0);
+    return is_new && !(-point.gap <= 1e-3 * size(point));
+  };
+  const auto first = std::ranges::find_if(work.found, overlaps);
+  std::vector<geometry::ContactPoint> of_all;
+  if (first != work.found.end()) of_all.push_back(*first);
+  of_all = work.agreement.of_all(of_all);
+  if (of_all.empty()) return;
+  const geometry::ContactPoint& point =
+      *std::ranges::min_element(of_all, {}, &geometry::ContactPoint::key);
+  std::ostringstream line;
+  line << "blocks " << numbered(compiled.scene, point.key.a) << " and "
+       << numbered(compiled.scene, point.key.b) << " overlap by " << -point.gap
+       << " m where they stand; the limit is 1e-3 of the smaller block, " << 1e-3 * size(point)
+       << " m (initial overlap can be kept, or taken as touching)";
+  throw InputError(line.str());
+}
+
+}  // namespace
+
+Simulation::Simulation(Scene scene, const StepOptions& options) {
+  check(options);
+  parts_ = std::make_unique<Parts>(std::move(scene), options);
+  detect(parts_->compiled, options, parts_->state, parts_->work);
+  check_overlap(parts_->compiled, parts_->work, parts_->compiled.idle);
+  InitialDepths& depths = parts_->work.initial_depths;
+  depths.remember(parts_->compiled, parts_->work.found, parts_->work.laid);
+  depths.take_off(parts_->compiled, parts_->state.blocks, parts_->work.found);
+  EnergyLedger& energy = parts_->state.energy;
+  energy.kinetic = kinetic_energy(parts_->compiled, parts_->state);
+  energy.strain = strain_energy(parts_->compiled, parts_->state);
+  energy.contact = initial_spring_energy(parts_->compiled, options, parts_->state, parts_->work);
+}
+
+Simulation::Simulation(Scene scene, const StepOptions& options, std::istream& saved) {
+  check(options);
+  parts_ = std::make_unique<Parts>(std::move(scene), options);
+  parts_->read(saved);
+}
+
+Simulation::~Simulation() = default;
+Simulation::Simulation(Simulation&&) noexcept = default;
+Simulation& Simulation::operator=(Simulation&&) noexcept = default;
+
+StepReport Simulation::advance() {
+  return solver::advance(parts_->compiled, parts_->options, parts_->state, parts_->best,
+                         parts_->work);
+}
+
+const Scene& Simulation::scene() const { return parts_->compiled.scene; }
+const State& Simulation::state() const { return parts_->state; }
+const StepOptions& Simulation::options() const { return parts_->options; }
+
+int Simulation::threads() const { return parts_->work.threads.workers(); }
+
+bool Simulation::threads_refused() const { return threads() < parts_->work.threads_wanted; }
+
+std::vector<Contact> Simulation::all_contacts(
+    const std::function<bool(const Contact&)>& wanted) const {
+  const Agreement& agreement = parts_->work.agreement;
+  std::vector<Contact> all;
+  for (const Contact& contact : parts_->state.contacts) {
+    if (!wanted(contact)) continue;
+    if (agreement.owns(first_with_unknowns(parts_->compiled, contact.point.key))) {
+      all.push_back(contact);
+    }
+  }
+  if (!agreement.shares()) return all;
+  all = agreement.of_all(all);
+  std::ranges::sort(all, {}, [](const Contact& contact) { return contact.point.key; });
+  return all;
+}
+
+void Simulation::set_options(const StepOptions& options) {
+  check(options);
+  if (options.distributed_solver != parts_->options.distributed_solver) {
+    throw InputError("the processes of a simulation can't change");
+  }
+  parts_->options = options;
+  parts_->work.search = {};
+  detect(parts_->compiled, options, parts_->state, parts_->work);
+}
+
+void Simulation::set_velocities(std::span<const BlockVelocity> velocities) {
+  const std::vector<BlockModel>& models = parts_->compiled.models;
+  for (const BlockVelocity& given : velocities) check(given, models);
+  EnergyLedger& energy = parts_->state.energy;
+  const double before = energy.kinetic;
+  std::vector<char> set_on(models.size());
+  for (const BlockVelocity& given : velocities) {
+    const auto b = static_cast<std::size_t>(given.block);
+    BlockState& now = parts_->state.blocks[b];
+    energy.kinetic -= kinetic_energy(models[b], now);
+    now.velocity = given.velocity;
+    now.angular_velocity = now.rotation.conjugate() * given.angular_velocity;
+    energy.kinetic += kinetic_energy(models[b], now);
+    set_on[b] = 1;
+  }
+  energy.work += energy.kinetic - before;
+  part_hit_contacts(set_on, parts_->options.method, parts_->state);
+  detect(parts_->compiled, parts_->options, parts_->state, parts_->work);
+}
+
+void Simulation::change(Scene scene) {
+  check_same_blocks(parts_->compiled.scene, scene);
+  auto next = std::make_unique<Parts>(std::move(scene), parts_->options);
+  CompiledScene& compiled = next->compiled;
+  State& state = next->state;
+  Workspace& work = next->work;
+  take_over(parts_->compiled, parts_->state, parts_->work, compiled, state, work);
+  part_hit_contacts(set_on(parts_->state, state), next->options.method, state);
+  detect(compiled, next->options, state, work);
+  check_overlap(compiled, work, parts_->compiled.idle);
+  if (work.agreement.any(work.initial_depths.remember(compiled, work.found, work.laid))) {
+    detect(compiled, next->options, state, work);
+  }
+  EnergyLedger& energy = state.energy;
+  const double before = energy.mechanical();
+  energy.kinetic = kinetic_energy(compiled, state);
+  energy.strain = strain_energy(compiled, state);
+  energy.contact +=
+      initial_spring_energy(compiled, next->options, state, work) -
+      initial_spring_energy(parts_->compiled, parts_->options, parts_->state, parts_->work);
+  energy.work += energy.mechanical() - before;
+  parts_ = std::move(next);
+}
+
+const State& Simulation::best_try() const { return parts_->best; }
+
+void Simulation::take_best_try() {
+  if (parts_->best.blocks.empty()) return;
+  parts_->state = parts_->best;
+  parts_->work.motion = parts_->work.best_motion;
+  parts_->best = State{};
+  detect(parts_->compiled, parts_->options, parts_->state, parts_->work);
+}
+
+Vector6 Simulation::stress(int block) const {
+  const std::size_t b = checked_block(block, parts_->state.blocks.size());
+  const BlockState& now = parts_->state.blocks[b];
+  const Vector6 local = solver::stress(parts_->compiled.models[b], now.strain);
+  Matrix3 tensor;
+  tensor << local[0], local[3], local[5], local[3], local[1], local[4], local[5], local[4],
+      local[2];
+  const Matrix3 rotation = now.rotation.toRotationMatrix();
+  const Matrix3 world = rotation * tensor * rotation.transpose();
+  Vector6 result;
+  result << world(0, 0), world(1, 1), world(2, 2), world(0, 1), world(1, 2), world(0, 2);
+  return result;
+}
+
+Vector3 Simulation::reference_arm(int block, const Vector3& world_point) const {
+  const Pose now = pose(parts_->state.blocks[checked_block(block, parts_->state.blocks.size())]);
+  return solver::reference_arm(
+      now, (world_point - parts_->state.origin - now.centroid) - now.centroid_rest);
+}
+
+geometry::Points Simulation::reference_arms(int block) const {
+  return solver::reference_arms(
+      parts_->compiled.models[checked_block(block, parts_->compiled.models.size())]);
+}
+
+geometry::Points Simulation::vertices(int block) const {
+  geometry::Points places = reference_arms(block);
+  for (Eigen::Index v = 0; v < places.cols(); ++v) {
+    places.col(v) = world_point(parts_->state, block, places.col(v)).eval();
+  }
+  return places;
+}
+
+Vector3 Simulation::displacement(int block, const Vector3& reference_arm) const {
+  const std::size_t b = checked_block(block, parts_->state.blocks.size());
+  return solver::displacement(parts_->compiled.models[b], pose(parts_->state.blocks[b]),
+                              reference_arm);
+}
+
+namespace {
+
+void check_alone(const Workspace& work, const std::string& what) {
+  if (!work.agreement.shares()) return;
+  throw InputError(what +
+                   ": of several processes that solve together each holds its own contacts, "
+                   "not the whole state");
+}
+
+}  // namespace
+
+void Simulation::save(std::ostream& out) const {
+  check_alone(parts_->work, "save");
+  write_checkpoint(out, parts_->compiled, parts_->state, parts_->work);
+  write_setting(out, parts_->compiled, parts_->work);
+}
+
+void Simulation::Parts::read(std::istream& saved) {
+  check_alone(work, "load");
+  read_checkpoint(saved, compiled, state, work);
+  read_setting(saved, compiled, work);
+  place_bodies(compiled, state, work);
+}
+
+void Simulation::load(std::istream& in) {
+  auto next = std::make_unique<Parts>(parts_->compiled.scene, parts_->options);
+  next->read(in);
+  parts_ = std::move(next);
+}
+
+std::vector<std::string> Simulation::left_out() const {
+  return solver::left_out(parts_->compiled, parts_->options);
+}
+
+}  // namespace quoin::solver

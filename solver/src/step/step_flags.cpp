@@ -1,0 +1,176 @@
+#include "step/step_flags.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "contact/contact_history.hpp"
+
+namespace quoin::solver {
+namespace {
+
+constexpr double kLargestStrain = 0.05;   // small-strain theory; of a block that closes a spring
+constexpr double kLargestOverlap = 1e-3;  // of the smaller block: as at the start of a scene
+constexpr double kThrownApart = 1e-4;     // likewise: up to there all are found (Reach)
+
+double size(const CompiledScene& compiled, int block) {
+  return compiled.models[static_cast<std::size_t>(block)].size;
+}
+
+/// Of the smaller block.
+double overlap_share(const CompiledScene& compiled, const geometry::ContactPoint& point) {
+  return -point.gap / std::min(size(compiled, point.key.a), size(compiled, point.key.b));
+}
+
+/// An overlap that no joint's stiffness accounts for. `share`: of the smaller block.
+bool is_hard(const CompiledScene& compiled, const geometry::ContactPoint& point, double share) {
+  if (!(share > kLargestOverlap) || share > kLargestStrain) return share > kLargestOverlap;
+  return !(joint_between(compiled.scene, point.key.a, point.key.b).normal_stiffness > 0.0);
+}
+
+void note_overlap(const CompiledScene& compiled, const geometry::ContactPoint& point, bool& hard,
+                  double& share, const geometry::ContactPoint*& worst) {
+  const double now = overlap_share(compiled, point);
+  const bool now_hard = is_hard(compiled, point, now);
+  if (!(std::pair(now_hard, now) > std::pair(hard, share))) return;
+  hard = now_hard;
+  share = now;
+  worst = &point;
+}
+
+bool is_before(const geometry::ContactPoint* x, const geometry::ContactPoint* y) {
+  return x != nullptr && (y == nullptr || x->key < y->key);
+}
+
+/// Hard before others, then the larger share, of equal ones that of the first point.
+void add(bool hard, double share, const geometry::ContactPoint* point, bool& total_hard,
+         double& total_share, const geometry::ContactPoint*& total) {
+  const std::pair now(hard, share), most(total_hard, total_share);
+  if (now < most || (now == most && !is_before(point, total))) return;
+  total_hard = hard;
+  total_share = share;
+  total = point;
+}
+
+/// Overlaps of springs are by their law.
+StepFlag worst_overlap(const StepEvidence& evidence, const Extremes& extremes) {
+  const bool held = std::pair(extremes.held_hard, extremes.held_share) >
+                    std::pair(extremes.found_hard, extremes.found_share);
+  const geometry::ContactPoint* point = held ? extremes.held_point : extremes.found_point;
+  StepFlag flag{.kind = FlagKind::Overlap, .limit = kLargestOverlap};
+  if (point == nullptr) return flag;
+  flag.value = held ? extremes.held_share : extremes.found_share;
+  flag.block = point->key.a;
+  flag.other = point->key.b;
+  flag.fails = !evidence.springs && (held ? extremes.held_hard : extremes.found_hard);
+  return flag;
+}
+
+StepFlag missing_contact(const CompiledScene& compiled, const geometry::ContactPoint& point) {
+  const int a = point.key.a, b = point.key.b;
+  return {.kind = FlagKind::LostContact,
+          .value = std::abs(point.gap) / std::min(size(compiled, a), size(compiled, b)),
+          .block = a,
+          .other = b,
+          .fails = true};
+}
+
+}  // namespace
+
+const geometry::ContactPoint* vanished(const CompiledScene& compiled,
+                                       std::span<const Contact> contacts,
+                                       std::span<const geometry::ContactPoint> found) {
+  const auto pair = [](const geometry::ContactPoint& p) { return std::pair(p.key.a, p.key.b); };
+  auto at = found.begin();
+  for (const Contact& contact : contacts) {
+    if (contact.mode == ContactMode::Open) continue;
+    if (contact.impact && -overlap_share(compiled, contact.point) > kThrownApart) continue;
+    while (at != found.end() && pair(*at) < pair(contact.point)) ++at;
+    if (at == found.end() || pair(*at) != pair(contact.point)) return &contact.point;
+  }
+  return nullptr;
+}
+
+std::string_view name(FlagKind kind) {
+  constexpr std::array<std::string_view, 6> kNames = {
+      "unconverged", "strain", "overlap", "rounding", "energy_growth", "lost_contact"};
+  return kNames[static_cast<std::size_t>(kind)];
+}
+
+void EnergyScale::note(double kinetic, double gain) {
+  rest_ += gain;
+  lowest_ = std::min(lowest_, rest_);
+  highest_ = std::max(highest_, rest_);
+  kinetic_ = std::max(kinetic_, kinetic);
+}
+
+void note_block(const BlockState& state, int block, double speed, Extremes& extremes) {
+  extremes.speed = std::max(extremes.speed, speed);
+  const double strain = state.strain.cwiseAbs().maxCoeff();
+  if (!(strain > extremes.strain)) return;
+  extremes.strain = strain;
+  extremes.strained = block;
+}
+
+void note_contacts(const CompiledScene& compiled, std::span<const Contact> contacts,
+                   std::span<const geometry::ContactPoint> found, Extremes& extremes) {
+  for (const geometry::ContactPoint& point : found) {
+    extremes.overlap = std::max(extremes.overlap, -point.gap);
+    note_overlap(compiled, point, extremes.found_hard, extremes.found_share, extremes.found_point);
+  }
+  for (const Contact& contact : contacts) {
+    if (contact.mode == ContactMode::Open) continue;
+    ++extremes.closed;
+    note_overlap(compiled, contact.point, extremes.held_hard, extremes.held_share,
+                 extremes.held_point);
+  }
+  extremes.vanished = vanished(compiled, contacts, found);
+}
+
+void add(const Extremes& part, Extremes& total) {
+  total.closed += part.closed;
+  total.overlap = std::max(total.overlap, part.overlap);
+  total.speed = std::max(total.speed, part.speed);
+  const bool sooner = part.strain == total.strain && part.strained < total.strained;
+  if (part.strain > total.strain || sooner) {
+    total.strain = part.strain;
+    total.strained = part.strained;
+  }
+  add(part.found_hard, part.found_share, part.found_point, total.found_hard, total.found_share,
+      total.found_point);
+  add(part.held_hard, part.held_share, part.held_point, total.held_hard, total.held_share,
+      total.held_point);
+  if (is_before(part.vanished, total.vanished)) total.vanished = part.vanished;
+}
+
+void append_flags(const CompiledScene& compiled, const Extremes& extremes,
+                  const StepEvidence& evidence, StepReport& report) {
+  const auto append = [&](const StepFlag& flag) {
+    if (flag.value > flag.limit) report.flags.push_back(flag);
+  };
+  if (report.status != StepStatus::Converged) {
+    report.flags.push_back(
+        {.kind = FlagKind::Unconverged, .value = report.residual, .fails = true});
+  }
+  append({.kind = FlagKind::Strain,
+          .value = extremes.strain,
+          .limit = kLargestStrain,
+          .block = extremes.strained,
+          .fails = true});
+  append(worst_overlap(evidence, extremes));
+  append({.kind = FlagKind::Rounding,
+          .value = evidence.rounding / evidence.gap_tolerance,
+          .limit = 1.0});
+  if (evidence.energy_growth > evidence.energy_noise) {
+    append({.kind = FlagKind::EnergyGrowth,
+            .value = evidence.energy_growth / evidence.energy_scale,
+            .limit = kEnergyGrowth,
+            .block = evidence.energy_block});
+  }
+  const geometry::ContactPoint* missing =
+      evidence.missing != nullptr ? evidence.missing : extremes.vanished;
+  if (missing != nullptr) append(missing_contact(compiled, *missing));
+}
+
+}  // namespace quoin::solver
