@@ -10,7 +10,7 @@ namespace quoin::solver {
 namespace {
 
 // Rows of one colour stand apart in memory, where no hardware foresees the next one: they are asked
-// for so many rows ahead. Takes 9 to 27 % off a solution (bench/trials_large.md).
+// for so many rows ahead. Takes 9 to 27 % off a solution (bench/tried.md).
 constexpr std::size_t kAhead = 2;
 constexpr std::size_t kCacheLine = 64;  // bytes
 

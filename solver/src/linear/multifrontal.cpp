@@ -29,7 +29,7 @@ static_assert(kNode == kPanel);
 
 // An analysis takes as long as so many multiplications of the factors for each block and pair; of
 // these a share of zero pairs saves three times its share at least. Measured on shaken walls of 105
-// and 1012 bricks and a sliding slope of 512 blocks (bench/trials_large.md).
+// and 1012 bricks and a sliding slope of 512 blocks (bench/tried.md).
 constexpr double kAnalysis = 4.6e3;
 constexpr double kSaved = 3.0;
 
