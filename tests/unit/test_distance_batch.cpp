@@ -1,6 +1,5 @@
 /// Nearest features of many pairs in one call: the bits of each pair asked alone.
 
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -8,7 +7,6 @@
 #include <quoin/geometry/distance_batch.hpp>
 #include <vector>
 
-#include "geometry/src/kernels/kernels.hpp"
 #include "referee/pairs/families.hpp"
 #include "support/bits.hpp"
 #include "support/catch.hpp"
@@ -220,57 +218,6 @@ TEST_CASE("distance batch: any number of workers, and nothing allocated") {
       CAPTURE(workers, k);
       REQUIRE(bits_of(answers[k]) == bits_of(expected[k]));
     }
-  }
-}
-
-TEST_CASE("distance batch: every instruction set gives the bits of the plain one") {
-  Random random(15);
-  Crowd crowd(random, 600);
-  std::vector<NearestFeatures> last(crowd.pairs.size());
-  update_nearest_features(crowd.bodies, crowd.pairs, last);
-  crowd.move(1e-3);
-  std::array<std::vector<std::size_t>, 9> by_kinds;
-  for (std::size_t k = 0; k < last.size(); ++k) {
-    const FeatureHint& hint = last[k].hint;
-    Carrier a, b;
-    if (!hinted_carrier(crowd.bodies[2 * k].shape(), hint.vertices_a, hint.face_a, a) ||
-        !hinted_carrier(crowd.bodies[2 * k + 1].shape(), hint.vertices_b, hint.face_b, b)) {
-      continue;
-    }
-    by_kinds[3 * static_cast<std::size_t>(a.kind) + static_cast<std::size_t>(b.kind)].push_back(k);
-  }
-  for (std::size_t kinds = 0; kinds < by_kinds.size(); ++kinds) {
-    int proved = 0;
-    for (std::size_t k = 0; k + HintedPairs::kPairs <= by_kinds[kinds].size();
-         k += HintedPairs::kPairs) {
-      std::vector<std::uint64_t> expected;
-      for (const Kernels* kernels : runnable_kernels()) {
-        std::array<NearestFeatures, HintedPairs::kPairs> answers;
-        HintedPairs four;
-        four.kind_a = static_cast<FeatureKind>(kinds / 3);
-        four.kind_b = static_cast<FeatureKind>(kinds % 3);
-        for (std::size_t lane = 0; lane < answers.size(); ++lane) {
-          const std::size_t pair = by_kinds[kinds][k + lane];
-          answers[lane] = last[pair];
-          four.a[lane] = &crowd.bodies[2 * pair];
-          four.b[lane] = &crowd.bodies[2 * pair + 1];
-          four.answers[lane] = &answers[lane];
-        }
-        std::vector<std::uint64_t> bits{kernels->certify_hints(four, 0.0)};
-        for (const NearestFeatures& answer : answers) {
-          for (const std::uint64_t word : bits_of(answer)) bits.push_back(word);
-        }
-        if (kernels == runnable_kernels().front()) {
-          expected = bits;
-          proved += std::popcount(bits[0]);
-        }
-        INFO(kernels->name << ", kinds " << kinds);
-        REQUIRE(bits == expected);
-      }
-    }
-    CAPTURE(kinds);
-    const bool asked = kinds / 3 + kinds % 3 <= 2;
-    CHECK((proved > 10) == asked);
   }
 }
 

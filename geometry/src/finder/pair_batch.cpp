@@ -6,7 +6,7 @@
 #include <optional>
 #include <quoin/geometry/pair_batch.hpp>
 
-#include "contact/flush_batch.hpp"
+#include "contact/contact_tracking.hpp"
 #include "finder/pair_checks.hpp"
 #include "finder/placed_box.hpp"
 #include "finder/point_history.hpp"
@@ -18,8 +18,7 @@ namespace {
 
 constexpr std::size_t kPairsPerWorker = 64;  // fewer are not worth waking a thread for
 constexpr std::size_t kFewStrangers = 1024;  // pairs that only contacts_of() knows, at least kept
-constexpr std::size_t kPairsInCache =
-    128;  // answered together; their points are copied while still in cache
+constexpr std::size_t kPairsInCache = 128;   // their points are copied while still in cache
 /// Pairs come in the order of a, and bodies near each other have numbers not far apart as a rule:
 /// so many are kept made, 240 bytes each. A power of two.
 constexpr std::size_t kBodiesKept = 512;
@@ -145,7 +144,6 @@ struct WorkerPart {
   PairTracking tracking{};
   std::vector<int> previous{};
   RecentBodies bodies{};
-  FlushBatch flush{};
 
   std::size_t total() const { return count + beyond.size(); }
   /// `few`: as many pairs as may begin in each call.
@@ -168,11 +166,12 @@ struct WorkerPart {
   }
 };
 
-/// `answer`: NearestFeatures or FlushPairAnswer.
-void describe(const auto& answer, std::span<const ContactPoint> points, PairResult& result) {
+void describe(const NearestFeatures& answer, std::span<const ContactPoint> points,
+              PairResult& result) {
   result.status = answer.status;
   result.gap = answer.gap;
   result.normal = answer.normal;
+  result.indeterminate = answer.indeterminate;
   result.count = static_cast<int>(points.size());
   if (!points.empty()) result.type = points.front().type;
   for (const ContactPoint& point : points) result.area += point.area;
@@ -271,9 +270,6 @@ struct PairBatch::Memory {
     return options.tolerance > 0.0 ? options.tolerance : default_tolerance(a, b);
   }
   bool stay_apart(std::size_t i, const Body& a, const Body& b);
-  void search_flush(std::size_t first, std::size_t last, WorkerPart& part);
-  void take_flush(const FlushPairAnswer& answer, WorkerPart& part,
-                  std::vector<ContactPoint>& contacts, PairResult& result);
   void search_pair(std::size_t i, WorkerPart& part, const Body& a,
                    std::vector<ContactPoint>& contacts, PairResult& result);
   void repeat(std::size_t i, std::vector<ContactPoint>& contacts, PairResult& result);
@@ -636,33 +632,7 @@ void PairBatch::Memory::search_pair(std::size_t i, WorkerPart& part, const Body&
   const NearestFeatures nearest =
       append_contacts_within_reach({names.a, names.b}, a, b, options_of(pairs[i]), hint, contacts);
   hint = nearest.hint;
-  result.indeterminate = nearest.indeterminate;
   describe(nearest, std::span(contacts).subspan(first), result);
-}
-
-/// Answers side by side what it can of the pairs that were in contact and are to be searched.
-void PairBatch::Memory::search_flush(std::size_t first, std::size_t last, WorkerPart& part) {
-  part.flush.start(options);
-  for (std::size_t i = first; i < last; ++i) {
-    const FeatureHint& hint = memory_of(i).hint;
-    const PairState& state = state_of(i);
-    const bool is_kept = !by_the_way && state.kept >= 0;
-    if (is_kept || !in_contact(state) || hint.face_a < 0 || hint.face_b < 0) continue;
-    const Body& a = part.bodies.first(pairs[i].a);
-    const Body& b = part.bodies.second(pairs[i].b, pairs[i].a);
-    const BlockPair names = names_of_pair(i);
-    part.flush.take(i, {names.a, names.b}, a, b, hint, reach_of(pairs[i]));
-  }
-  part.flush.finish();
-}
-
-/// Takes over an answer of search_flush.
-void PairBatch::Memory::take_flush(const FlushPairAnswer& answer, WorkerPart& part,
-                                   std::vector<ContactPoint>& contacts, PairResult& result) {
-  const std::span<const ContactPoint> points = part.flush.points(answer);
-  contacts.insert(contacts.end(), points.begin(), points.end());
-  memory_of(answer.pair).hint.normal = answer.normal;
-  describe(answer, points, result);
 }
 
 /// The answer of a pair of which neither body has moved.
@@ -692,11 +662,7 @@ void PairBatch::Memory::list(std::size_t i, WorkerPart& part, PairResult& result
 void PairBatch::Memory::search(std::size_t first, std::size_t last, std::size_t worker,
                                std::vector<ContactPoint>& contacts) {
   WorkerPart& part = parts[worker];
-  search_flush(first, last, part);
-  auto flush = part.flush.answers().begin();
-  const auto flush_end = part.flush.answers().end();
   for (std::size_t i = first; i < last; ++i) {
-    while (flush != flush_end && flush->pair < i) ++flush;
     PairState& state = state_of(i);
     if (state.apart_until > ways_of(pairs[i])) continue;
     const std::size_t start = contacts.size();
@@ -704,8 +670,6 @@ void PairBatch::Memory::search(std::size_t first, std::size_t last, std::size_t 
     PairResult result;
     if (!by_the_way && state.kept >= 0) {
       repeat(i, contacts, result);
-    } else if (flush != flush_end && flush->pair == i) {
-      take_flush(*flush++, part, contacts, result);
     } else {
       search_pair(i, part, a, contacts, result);
     }

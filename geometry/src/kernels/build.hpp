@@ -3,14 +3,10 @@
 /// Internal.
 
 #include "certify/certificate_kernel.hpp"
-#include "certify/certificate_lanes_kernel.hpp"
 #include "kernels/kernels.hpp"
 #include "polygon/clip_kernel.hpp"
 #include "search/box_sat_kernel.hpp"
-#include "search/corner_features_kernel.hpp"
 #include "search/epa_kernel.hpp"
-#include "search/flush_bricks_kernel.hpp"
-#include "search/flush_polygons_kernel.hpp"
 #include "search/nearest_feature_search_kernel.hpp"
 #include "shape/scan.hpp"
 
@@ -114,25 +110,6 @@ struct Build {
                                : certify_hint_by<FewScan>(a, b, hint, length, answer);
   }
 
-  QUOIN_WHOLE static unsigned certify_hints(const HintedPairs& pairs, double tolerance) {
-    return try_hints<Set>(pairs, tolerance);
-  }
-
-  [[gnu::noinline]] QUOIN_WHOLE QUOIN_UNPACKED static Trial certify_placed_corners(
-      const Solid& a, const Solid& b, const Lengths& length, NearestFeatures& answer) {
-    return try_corners<FewScan>(a, b, length, answer);
-  }
-  [[gnu::noinline]] QUOIN_WHOLE QUOIN_UNPACKED static Trial certify_own_corners(
-      const Solid& a, const Solid& b, const Lengths& length, NearestFeatures& answer) {
-    assume_own_frames(a, b);
-    return try_corners<FewScan>(a, b, length, answer);
-  }
-  static Trial certify_corners(const Solid& a, const Solid& b, const Lengths& length,
-                               NearestFeatures& answer) {
-    return in_own_frames(a, b) ? certify_own_corners(a, b, length, answer)
-                               : certify_placed_corners(a, b, length, answer);
-  }
-
   template <class Scan, class AnyRows>
   [[gnu::noinline]] QUOIN_WHOLE static SearchResult search_by(const Solid& p, const Solid& q,
                                                               const Vector3& direction,
@@ -168,13 +145,6 @@ struct Build {
                               : expand_by<ManyScan>(p, q, start, rounding);
   }
 
-  QUOIN_WHOLE static void flush_bricks(const FlushQuestion& question, FlushAnswer& answer) {
-    FlushLanes<Lanes>(question, answer).solve();
-  }
-  QUOIN_WHOLE static void flush_polygons(const PolygonQuestion& question, PolygonAnswer& answer) {
-    PolygonLanes<Lanes>(question, answer).solve();
-  }
-
   static constexpr Kernels kernels(const char* name) {
     return {.name = name,
             .support = support,
@@ -186,13 +156,9 @@ struct Build {
             .overlay_faces = overlay_faces,
             .certify = certify,
             .certify_hint = certify_hint,
-            .certify_hints = certify_hints,
-            .certify_corners = certify_corners,
             .nearest_feature_search = nearest_feature_search,
             .box_sat = box_sat,
-            .expand_polytope = expand_polytope,
-            .flush_bricks = flush_bricks,
-            .flush_polygons = flush_polygons};
+            .expand_polytope = expand_polytope};
   }
 };
 

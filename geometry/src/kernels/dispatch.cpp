@@ -14,9 +14,7 @@ std::size_t runnable_count() {
 #ifdef QUOIN_WIDE_KERNELS
   const bool avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
                     __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2");
-  const bool avx512 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-                      __builtin_cpu_supports("avx512vl");
-  return !avx2 ? 1 : !avx512 ? 2 : 3;
+  return avx2 ? 2 : 1;
 #else
   return 1;
 #endif
@@ -30,7 +28,7 @@ constinit const Kernels* widest = &kPlainKernels;
 
 std::span<const Kernels* const> runnable_kernels() {
 #ifdef QUOIN_WIDE_KERNELS
-  static constexpr std::array kAll{&kPlainKernels, &kAvx2Kernels, &kAvx512Kernels};
+  static constexpr std::array kAll{&kPlainKernels, &kAvx2Kernels};
 #else
   static constexpr std::array kAll{&kPlainKernels};
 #endif
@@ -78,15 +76,6 @@ Trial certify_hint(const Solid& a, const Solid& b, const FeatureHint& hint, cons
   return widest->certify_hint(a, b, hint, length, answer);
 }
 
-unsigned certify_hints(const HintedPairs& pairs, double tolerance) {
-  return widest->certify_hints(pairs, tolerance);
-}
-
-Trial certify_corners(const Solid& a, const Solid& b, const Lengths& length,
-                      NearestFeatures& answer) {
-  return widest->certify_corners(a, b, length, answer);
-}
-
 SearchResult nearest_feature_search(const Solid& p, const Solid& q, const Vector3& direction,
                                     double rounding) {
   return widest->nearest_feature_search(p, q, direction, rounding);
@@ -99,14 +88,6 @@ SearchResult box_sat(const Solid& p, const Solid& q, double rounding) {
 SearchResult expand_polytope(const Solid& p, const Solid& q, const SearchResult& start,
                              double rounding) {
   return widest->expand_polytope(p, q, start, rounding);
-}
-
-void flush_bricks(const FlushQuestion& question, FlushAnswer& answer) {
-  widest->flush_bricks(question, answer);
-}
-
-void flush_polygons(const PolygonQuestion& question, PolygonAnswer& answer) {
-  widest->flush_polygons(question, answer);
 }
 
 }  // namespace quoin::geometry

@@ -13,20 +13,15 @@
 #include <span>
 
 #include "certify/certificate.hpp"
-#include "certify/certificate_lanes.hpp"
 #include "polygon/contact_polygon.hpp"
 #include "polygon/polygon_rows.hpp"
-#include "search/corner_features.hpp"
-#include "search/flush_bricks.hpp"
-#include "search/flush_polygons.hpp"
 #include "search/nearest_feature_search.hpp"
 #include "shape/support.hpp"
 
 namespace quoin::geometry {
 
 /// The functions of the same names in support.hpp, polygon_rows.hpp, clip.hpp, certificate.hpp,
-/// certificate_lanes.hpp, corner_features.hpp, nearest_feature_search.hpp, box_sat.hpp, epa.hpp,
-/// flush_bricks.hpp and flush_polygons.hpp.
+/// nearest_feature_search.hpp, box_sat.hpp and epa.hpp.
 struct Kernels {
   const char* name;  ///< of the instruction set
   Support (*support)(const Solid&, const Vector3&);
@@ -40,16 +35,12 @@ struct Kernels {
                    const Overlap*, NearestFeatures&);
   Trial (*certify_hint)(const Solid&, const Solid&, const FeatureHint&, const Lengths&,
                         NearestFeatures&);
-  unsigned (*certify_hints)(const HintedPairs&, double);
-  Trial (*certify_corners)(const Solid&, const Solid&, const Lengths&, NearestFeatures&);
   SearchResult (*nearest_feature_search)(const Solid&, const Solid&, const Vector3&, double);
   SearchResult (*box_sat)(const Solid&, const Solid&, double);
   SearchResult (*expand_polytope)(const Solid&, const Solid&, const SearchResult&, double);
-  void (*flush_bricks)(const FlushQuestion&, FlushAnswer&);
-  void (*flush_polygons)(const PolygonQuestion&, PolygonAnswer&);
 };
 
-extern const Kernels kPlainKernels, kAvx2Kernels, kAvx512Kernels;
+extern const Kernels kPlainKernels, kAvx2Kernels;
 
 /// Those that this machine can run, the widest last: that one is used.
 std::span<const Kernels* const> runnable_kernels();

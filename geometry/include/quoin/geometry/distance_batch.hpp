@@ -11,9 +11,8 @@ namespace quoin::geometry {
 
 /// What nearest_features(bodies[pair.a], bodies[pair.b], options, answer.hint) gives, to the bit,
 /// for each pair, in place of its answer of the last call (one as made: a cold search). Pairs may
-/// come in any order and more than once; `answers` are as many. Last step's features are proved
-/// again for four pairs side by side; what they refute goes one by one. `executor`: null: the
-/// caller's thread alone; the answers hang neither on the number of workers nor on the other pairs.
+/// come in any order and more than once; `answers` are as many. `executor`: null: the caller's
+/// thread alone; the answers depend neither on the number of workers nor on the other pairs.
 /// Throws InputError, before any answer is touched, for a pair that does not name two bodies, for
 /// another number of answers and for a body named whose placement is none. What an executor throws
 /// leaves each answer the old one or the new one.

@@ -1,16 +1,11 @@
-/// Bricks and other solids that lie flush, four pairs side by side: the bits of each pair asked
-/// alone.
+/// What a batch of pairs answers has the bits of each pair asked alone.
 
-#include "geometry/src/contact/flush_batch.hpp"
-
-#include <bit>
 #include <cstdint>
 #include <memory>
 #include <quoin/geometry/build.hpp>
 #include <quoin/geometry/pair_batch.hpp>
 #include <vector>
 
-#include "geometry/src/kernels/kernels.hpp"
 #include "referee/pairs/families.hpp"
 #include "support/bits.hpp"
 #include "support/catch.hpp"
@@ -38,11 +33,6 @@ struct Bits : quoin::tests::Bits {
     add(point.normal);
     add(point.gap);
     add(point.area);
-  }
-  void add(const FlushRow& row, unsigned lanes) {
-    for (std::size_t k = 0; k < FlushRow::kPairs; ++k) {
-      if ((lanes >> k & 1) != 0) add(row.of[k]);
-    }
   }
 };
 
@@ -137,181 +127,26 @@ struct Stack {
   }
 };
 
-/// A question and what the general way answers.
-struct Question {
-  Stack stack;
-  Body a, b;
-  ContactOptions options;
-  std::vector<ContactPoint> points;
-  NearestFeatures cold;
-  Question(Random& random, const ContactOptions& asked, Solids kind)
-      : stack(random, kind),
-        a(random.chance(0.5) ? Body(stack.p, stack.at_p) : Body(stack.q, stack.at_q)),
-        b(&a.shape() == &stack.p ? Body(stack.q, stack.at_q) : Body(stack.p, stack.at_p)),
-        options(asked),
-        cold(append_contacts_within_reach({3, 8}, a, b, options, {}, points)) {}
-  Question(const Question&) = delete;
+struct Stacks {
+  std::vector<std::unique_ptr<Stack>> stacks;
+  std::vector<Body> bodies;
+  std::vector<BlockPair> pairs;
+  Stacks(int count, Solids kind, Random& random) {
+    for (int k = 0; k < count; ++k) {
+      stacks.push_back(std::make_unique<Stack>(random, kind));
+      bodies.emplace_back(stacks.back()->p, stacks.back()->at_p);
+      bodies.emplace_back(stacks.back()->q, stacks.back()->at_q);
+      if (random.chance(0.5)) std::swap(bodies[bodies.size() - 2], bodies.back());
+      pairs.push_back({2 * k, 2 * k + 1});
+    }
+  }
 };
-
-/// As the pair is answered alone, with last step's hint.
-Bits expected(const Question& question) {
-  std::vector<ContactPoint> points;
-  const NearestFeatures warm = append_contacts_within_reach(
-      {3, 8}, question.a, question.b, question.options, question.cold.hint, points);
-  Bits bits;
-  bits.add(static_cast<int>(warm.status));
-  bits.add(warm.gap);
-  bits.add(warm.normal);
-  for (const ContactPoint& point : points) bits.add(point);
-  return bits;
-}
-
-Bits found(const FlushBatch& batch, const FlushPairAnswer& answer) {
-  Bits bits;
-  bits.add(static_cast<int>(answer.status));
-  bits.add(answer.gap);
-  bits.add(answer.normal);
-  for (const ContactPoint& point : batch.points(answer)) bits.add(point);
-  return bits;
-}
 
 ContactOptions options_of(Random& random) {
   return {.tolerance = random.chance(0.2) ? 1e-5 : 0.0,
           .reach = random.chance(0.8) ? 1e-3 : 1e-8,
           .frame = random.chance(0.5) ? PointFrame::World : PointFrame::Bodies};
 }
-
-}  // namespace
-
-TEST_CASE("flush batch: the bits of each pair asked alone") {
-  const Solids kind = GENERATE(Solids::Bricks, Solids::Polygons);
-  Random random(quoin::tests::environment_number("QUOIN_SEED", 5));
-  const auto rounds = static_cast<int>(quoin::tests::environment_number("QUOIN_CASES", 4000) / 4);
-  int solved = 0, flush = 0;
-  for (int round = 0; round < rounds; ++round) {
-    const ContactOptions options = options_of(random);
-    std::vector<std::unique_ptr<Question>> questions;
-    FlushBatch batch;
-    batch.start(options);
-    const int count = random.integer(1, 9);
-    for (int k = 0; k < count; ++k) {
-      ContactOptions own = options;
-      if (random.chance(0.3)) own.reach = 1e-5;
-      questions.push_back(std::make_unique<Question>(random, own, kind));
-      const Question& question = *questions.back();
-      batch.take(questions.size() - 1, {3, 8}, question.a, question.b, question.cold.hint,
-                 own.reach);
-      const FeatureHint& hint = question.cold.hint;
-      flush += hint.face_a >= 0 && hint.face_b >= 0;
-    }
-    batch.finish();
-    for (const FlushPairAnswer& answer : batch.answers()) {
-      CAPTURE(static_cast<int>(kind), round, answer.pair);
-      REQUIRE(found(batch, answer).all == expected(*questions[answer.pair]).all);
-      ++solved;
-    }
-  }
-  CAPTURE(static_cast<int>(kind), solved, flush);
-  CHECK(solved > flush / 2);
-  CHECK(flush > rounds);
-}
-
-TEST_CASE("flush batch: every instruction set gives the bits of the plain one") {
-  Random random(6);
-  int solved = 0;
-  for (int round = 0; round < 300; ++round) {
-    FlushQuestion question;
-    const ContactOptions options = options_of(random);
-    question.tolerance = options.tolerance;
-    std::vector<std::unique_ptr<Question>> questions;
-    std::array<FlushPair, FlushRow::kPairs> pairs;
-    for (std::size_t lane = 0; lane < pairs.size(); ++lane) {
-      do {
-        questions.push_back(std::make_unique<Question>(random, options, Solids::Bricks));
-      } while (
-          !pairs[lane].take(questions.back()->a, questions.back()->b, questions.back()->cold.hint));
-      pairs[lane].reach = lane % 2 == 0 ? options.reach : 1e-4;
-      pairs[lane].pack(lane, question);
-    }
-    std::vector<std::uint64_t> first;
-    for (const Kernels* kernels : runnable_kernels()) {
-      INFO(kernels->name);
-      FlushAnswer answer;
-      kernels->flush_bricks(question, answer);
-      Bits bits;
-      bits.add(static_cast<int>(answer.solved));
-      bits.add(static_cast<int>(answer.listed & answer.solved));
-      if (answer.solved != 0) {
-        for (const FlushRow& row : {answer.gap, answer.tolerance}) bits.add(row, answer.solved);
-        for (const auto& rows :
-             {answer.between, answer.origin, answer.normal, answer.axis_u, answer.axis_v}) {
-          for (int k = 0; k < 3; ++k) bits.add(rows[k], answer.solved);
-        }
-      }
-      for (int k = 0; answer.solved != 0 && k < answer.corner_count; ++k) {
-        const FlushCorner& corner = answer.corners[static_cast<std::size_t>(k)];
-        const unsigned here = corner.pairs & answer.solved;
-        if (here == 0) continue;
-        bits.add(corner.feature_p);
-        bits.add(corner.feature_q);
-        for (const FlushRow& row :
-             {corner.x, corner.y, corner.height_p, corner.height_q, corner.share}) {
-          bits.add(row, here);
-        }
-      }
-      if (kernels == runnable_kernels().front()) {
-        first = bits.all;
-        solved += std::popcount(answer.solved);
-      }
-      REQUIRE(bits.all == first);
-    }
-  }
-  CHECK(solved > 300);
-}
-
-TEST_CASE("flush polygons: every instruction set gives the bits of the plain one") {
-  Random random(7);
-  int solved = 0;
-  for (int round = 0; round < 300; ++round) {
-    const ContactOptions options = options_of(random);
-    std::vector<std::unique_ptr<Question>> questions;
-    PolygonQuestion question;
-    PolygonPair pair;
-    for (std::size_t lane = 0; lane < FlushRow::kPairs; ++lane) {
-      do {
-        questions.push_back(std::make_unique<Question>(random, options, Solids::Polygons));
-      } while (!pair.take(questions.back()->a, questions.back()->b, questions.back()->cold.hint,
-                          options.tolerance, lane, question));
-    }
-    std::vector<std::uint64_t> first;
-    for (const Kernels* kernels : runnable_kernels()) {
-      INFO(kernels->name);
-      PolygonAnswer answer;
-      kernels->flush_polygons(question, answer);
-      Bits bits;
-      bits.add(static_cast<int>(answer.solved));
-      bits.add(answer.area, answer.solved);
-      bits.add(answer.margin, answer.solved);
-      for (std::size_t lane = 0; lane < FlushRow::kPairs; ++lane) {
-        if ((answer.solved >> lane & 1) == 0) continue;
-        const auto count = static_cast<std::size_t>(answer.count[lane]);
-        for (const PolygonCorner& c : std::span(answer.corners[lane]).first(count)) {
-          bits.add(c.feature_p);
-          bits.add(c.feature_q);
-          for (const double value : {c.x, c.y, c.height_p, c.height_q, c.share}) bits.add(value);
-        }
-      }
-      if (kernels == runnable_kernels().front()) {
-        first = bits.all;
-        solved += std::popcount(answer.solved);
-      }
-      REQUIRE(bits.all == first);
-    }
-  }
-  CHECK(solved > 600);
-}
-
-namespace {
 
 /// Pairs of every family, each turned as a whole, as bodies in a row.
 struct FamilyPairs {
@@ -340,38 +175,19 @@ struct FamilyPairs {
   }
 };
 
-/// Is a pair taken by the lanes, with faces that are not both of four corners?
-bool is_side_by_side(const Body& a, const Body& b, const FeatureHint& hint) {
-  if (hint.face_a < 0 || hint.face_b < 0) return false;
-  FlushBatch batch;
-  batch.start({.reach = 1e-3});
-  batch.take(0, {0, 1}, a, b, hint, 1e-3);
-  batch.finish();
-  return !batch.answers().empty() && a.shape().topology().face(hint.face_a).size() +
-                                             b.shape().topology().face(hint.face_b).size() !=
-                                         8;
-}
-
-}  // namespace
-
-TEST_CASE("pair batch: pairs of every family, cold and warm, as they are alone") {
-  Random random(quoin::tests::environment_number("QUOIN_SEED", 8));
-  const auto count = static_cast<int>(quoin::tests::environment_number("QUOIN_CASES", 1500));
-  const ContactOptions options{.reach = 1e-3};
-  const FamilyPairs drawn(count, random);
-  std::vector<FeatureHint> hints(drawn.pairs.size());
+/// Asks for all pairs alone and in one batch, three times, with last step's hints.
+void check_bits(const std::vector<Body>& bodies, const std::vector<BlockPair>& pairs,
+                const ContactOptions& options) {
+  std::vector<FeatureHint> hints(pairs.size());
   PairBatch batch(options);
-  int beside = 0;
   for (int step = 0; step < 3; ++step) {
     std::vector<ContactPoint> alone, found;
-    for (std::size_t k = 0; k < drawn.pairs.size(); ++k) {
-      const auto [i, j] = drawn.pairs[k];
-      const Body &a = drawn.bodies[static_cast<std::size_t>(i)],
-                 &b = drawn.bodies[static_cast<std::size_t>(j)];
-      beside += step == 2 && is_side_by_side(a, b, hints[k]);
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      const auto [i, j] = pairs[k];
+      const Body &a = bodies[static_cast<std::size_t>(i)], &b = bodies[static_cast<std::size_t>(j)];
       hints[k] = append_contacts_within_reach({i, j}, a, b, options, hints[k], alone).hint;
     }
-    batch.find(BodySource(drawn.bodies), drawn.pairs, found);
+    batch.find(BodySource(bodies), pairs, found);
     for (ContactPoint& point : found) point.previous = -1;
     REQUIRE(found.size() == alone.size());
     for (std::size_t k = 0; k < found.size(); ++k) {
@@ -382,26 +198,34 @@ TEST_CASE("pair batch: pairs of every family, cold and warm, as they are alone")
       REQUIRE(of_batch.all == by_itself.all);
     }
   }
-  CAPTURE(beside);
-  CHECK(beside > count / 100);
 }
 
-TEST_CASE("flush batch: once warm nothing is allocated") {
-  Random random(9);
-  std::vector<std::unique_ptr<Stack>> stacks;
-  std::vector<Body> bodies;
-  std::vector<BlockPair> pairs;
-  for (int k = 0; k < 100; ++k) {
-    stacks.push_back(std::make_unique<Stack>(random, Solids::Polygons));
-    bodies.emplace_back(stacks.back()->p, stacks.back()->at_p);
-    bodies.emplace_back(stacks.back()->q, stacks.back()->at_q);
-    pairs.push_back({2 * k, 2 * k + 1});
+}  // namespace
+
+TEST_CASE("pair batch: pairs of every family, cold and warm, as they are alone") {
+  Random random(quoin::tests::environment_number("QUOIN_SEED", 8));
+  const auto count = static_cast<int>(quoin::tests::environment_number("QUOIN_CASES", 1500));
+  const FamilyPairs drawn(count, random);
+  check_bits(drawn.bodies, drawn.pairs, {.reach = 1e-3});
+}
+
+TEST_CASE("pair batch: solids that lie with faces on each other, as they are alone") {
+  Random random(quoin::tests::environment_number("QUOIN_SEED", 7));
+  const auto rounds = static_cast<int>(quoin::tests::environment_number("QUOIN_CASES", 800) / 100);
+  for (int round = 0; round < rounds; ++round) {
+    const Stacks drawn(100, round % 2 == 0 ? Solids::Bricks : Solids::Polygons, random);
+    check_bits(drawn.bodies, drawn.pairs, options_of(random));
   }
+}
+
+TEST_CASE("pair batch: once warm nothing is allocated for solids that lie on each other") {
+  Random random(9);
+  const Stacks drawn(100, Solids::Polygons, random);
   PairBatch batch({.reach = 1e-3});
   std::vector<ContactPoint> contacts;
-  for (int step = 0; step < 4; ++step) batch.find(BodySource(bodies), pairs, contacts);
+  for (int step = 0; step < 4; ++step) batch.find(BodySource(drawn.bodies), drawn.pairs, contacts);
   const long before = quoin::tests::allocations;
-  for (int step = 0; step < 4; ++step) batch.find(BodySource(bodies), pairs, contacts);
+  for (int step = 0; step < 4; ++step) batch.find(BodySource(drawn.bodies), drawn.pairs, contacts);
   CHECK(quoin::tests::allocations == before);
   CHECK(contacts.size() > 200);
 }
