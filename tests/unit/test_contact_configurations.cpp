@@ -575,3 +575,51 @@ TEST_CASE(
     }
   }
 }
+
+TEST_CASE("configurations: nothing on the far side of a solid, however large reach is") {
+  Random random(22);
+  const Shape ground = make_box({-10, -10, -5}, {10, 10, 0});
+  for (int turn = 0; turn < 300; ++turn) {
+    Points points(3, random.integer(5, 24));
+    for (Eigen::Index k = 0; k < points.cols(); ++k) points.col(k) = random.point(-1, 1);
+    points.row(2).array() -= points.row(2).minCoeff();
+    const Shape solid = make_hull(points).polyhedron;
+    const PairContact contact = contact_of(ground, solid, {.reach = 5.0});
+    for (const ContactPoint& point : contact.points) {
+      const Vector3 below = point.point_b - Vector3(0, 0, 1e-6);
+      bool outside = false;
+      for (int f = 0; f < solid.topology().face_count(); ++f) {
+        const Vector3 corner = solid.vertex(solid.topology().face(f)[0]);
+        outside = outside || solid.face_normal(f).dot(below - corner) > 0.0;
+      }
+      CHECK(outside);  // there is no more of the solid between it and the ground
+    }
+  }
+}
+
+TEST_CASE("configurations: faces bumped by less than tol have the same points in any numbering") {
+  Random random(23);
+  const auto rounded = [&random](const Shape& solid, const Matrix3& turn) {
+    Points points = turn * solid.vertices();
+    for (double& x : points.reshaped()) x += random.uniform(-5e-7, 5e-7);
+    return points;
+  };
+  for (int turn = 0; turn < 60; ++turn) {
+    const Matrix3 frame = random.rotation();
+    const Points lower = rounded(make_box({-1, -1, -1}, {1, 1, 0}), frame);
+    const Points upper = rounded(make_box({-2, -2, 2e-3}, {3, 2, 1}), frame);
+    std::size_t count = 0;
+    for (int order = 0; order < 12; ++order) {
+      Points p = lower, q = upper;
+      for (Points* points : {&p, &q}) {
+        for (int k = 7; k > 0; --k) points->col(k).swap(points->col(random.integer(0, k)));
+      }
+      const PairContact contact =
+          contact_of(make_hull(p).polyhedron, make_hull(q).polyhedron, {.tolerance = 1e-3});
+      if (order == 0) count = contact.points.size();
+      CHECK(contact.points.size() == count);
+      CHECK_THAT(contact.area, WithinAbs(4.0, 1e-4));
+    }
+    CHECK(count <= 5);  // the corners, and the place of the least gap
+  }
+}

@@ -57,35 +57,6 @@ struct Bits : quoin::tests::Bits {
     add(answer.hint.face_a);
     add(answer.hint.face_b);
   }
-  void add(const geometry::PolygonRows& rows) {
-    for (int k = 0; k < rows.count; ++k) {
-      for (const double value : {rows.x[k], rows.y[k], rows.height[k], rows.side_x[k],
-                                 rows.side_y[k], rows.length[k], rows.low, rows.high}) {
-        add(value);
-      }
-    }
-  }
-  void add(const geometry::SideMasks& masks, int count) {
-    all.insert(all.end(), masks.inside, masks.inside + count);
-    all.insert(all.end(), masks.outside, masks.outside + count);
-    add(masks.margin);
-  }
-  void add(const geometry::ContactPolygon& part) {
-    add(part.margin);
-    add(part.polygon.area);
-    add(part.lowest);
-    add(part.highest);
-    add(part.nearest_squared);
-    for (const double x : {part.polygon.centroid.x(), part.polygon.centroid.y()}) add(x);
-    for (const geometry::SharedCorner& corner : part.corners) {
-      for (const double value :
-           {corner.place.x(), corner.place.y(), corner.height_p, corner.height_q, corner.share}) {
-        add(value);
-      }
-      add(corner.feature_p);
-      add(corner.feature_q);
-    }
-  }
 };
 
 /// How many answers there were; all kernels have to agree.
@@ -208,66 +179,4 @@ TEST_CASE("kernels: searches, and what certifies them") {
   }
   CHECK(proved > 100);
   CHECK(overlapping > 100);
-}
-
-namespace {
-
-/// A prism of height 1 on the plane z = `low`; corners on a circle.
-Shape prism(tests::Random& random, int corners, double low) {
-  geometry::Points polygon(3, corners);
-  const double first = random.uniform(0.0, 6.0), x = random.uniform(-0.7, 0.7);
-  for (int k = 0; k < corners; ++k) {
-    const double angle = first + 6.283185307179586 * (k + random.uniform(-0.3, 0.3)) / corners;
-    polygon.col(k) = Vector3(x + std::cos(angle), std::sin(angle), low);
-  }
-  return geometry::make_prism(polygon, {0, 0, 1});
-}
-
-int face_towards(const Shape& solid, double sign) {
-  int best = 0;
-  for (int f = 1; f < solid.topology().face_count(); ++f) {
-    if (sign * solid.face_normal(f).z() > sign * solid.face_normal(best).z()) best = f;
-  }
-  return best;
-}
-
-/// The vertices of a face as the corners of a polygon.
-void name_corners(const Shape& solid, int face, geometry::PolygonRows& rows) {
-  rows.count = 0;
-  for (const int v : solid.topology().face(face)) rows.vertex[rows.count++] = v;
-}
-
-}  // namespace
-
-TEST_CASE("kernels: faces on each other") {
-  tests::Random random(17);
-  int overlaid = 0;
-  for (int k = 0; k < 300; ++k) {
-    const int most = k < 200 ? 13 : 60;
-    const Shape p = prism(random, k < 50 ? 4 : random.integer(3, most), -1.0),
-                q = prism(random, k < 50 ? 4 : random.integer(3, most), 0.0);
-    const int face_p = face_towards(p, 1.0), face_q = face_towards(q, -1.0);
-    const geometry::ContactPlane plane(p.vertex(p.topology().face(face_p)[0]), {0, 0, 1});
-    overlaid += check_all([&](const Kernels& kernels, Bits& bits) {
-      geometry::PolygonRows rows_p, rows_q;
-      name_corners(p, face_p, rows_p);
-      name_corners(q, face_q, rows_q);
-      kernels.lay_corners(p, plane, rows_p);
-      kernels.lay_corners(q, plane, rows_q);
-      bits.add(rows_p);
-      bits.add(rows_q);
-      geometry::SideMasks of_p, of_q;
-      kernels.find_side_masks(rows_p, rows_q, 0.01, of_p, of_q);
-      bits.add(of_p, rows_p.count);
-      bits.add(of_q, rows_q.count);
-      geometry::ContactPolygon part;
-      part.face_p = face_p;
-      part.face_q = face_q;
-      part.plane = plane;
-      if (!kernels.overlay_faces(p, q, 1e-12, part)) return 0;
-      bits.add(part);
-      return 1;
-    });
-  }
-  CHECK(overlaid > 100);
 }

@@ -1,6 +1,7 @@
 #include "certify/candidate.hpp"
 
 #include "polygon/line_normal.hpp"
+#include "polygon/overlay.hpp"
 
 namespace quoin::geometry {
 namespace {
@@ -118,7 +119,8 @@ bool lay_whole_faces(const Solid& p, const Solid& q, const Candidate& plane, con
   part.face_q = plane.sets.face_q;
   if (!is_whole(p, part.face_p, set_p) || !is_whole(q, part.face_q, set_q)) return false;
   part.plane = ContactPlane(p.vertex(plane.support_p.vertex), plane.normal);
-  return lay_faces(p, q, plane.gap, part);
+  lay_faces(p, q, plane.gap, part);
+  return true;
 }
 
 bool lies_over(const Solid& p, const Solid& q, const Candidate& plane, const ContactPolygon* faces,

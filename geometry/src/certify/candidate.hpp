@@ -87,8 +87,7 @@ bool settle(const Solid& p, const Solid& q, const Lengths& length, const Contact
 bool settle_normal(const Solid& p, const Solid& q, const Lengths& length, const Vector3& normal,
                    CandidatePlane& plane);
 
-/// Lays two whole faces, if that is what the sets are; false: they are not, or have too many
-/// corners.
+/// Lays two whole faces, if that is what the sets are.
 bool lay_whole_faces(const Solid& p, const Solid& q, const Candidate& plane, const VertexSet& set_p,
                      const VertexSet& set_q, ContactPolygon& part);
 

@@ -1,34 +1,21 @@
 #include "contact/contact_corners.hpp"
 
+#include <algorithm>
 #include <cstdint>
+#include <utility>
 
 namespace quoin::geometry {
 namespace {
 
-/// Where each point goes.
-struct Places {
-  SmallVector<std::int64_t, 64> keys;
-  SmallVector<unsigned, 64> places;
+/// The corners by the keys of their points, and which corner each is.
+using Order = SmallVector<std::pair<std::int64_t, std::size_t>, 64>;
 
-  /// Behind those with smaller keys. Counted, as sorting would branch on the keys.
-  Places(const SharedCorners& corners, bool reversed) {
-    const std::size_t count = corners.size();
-    keys.resize(count);
-    places.resize(count);
-    std::int64_t* const key = keys.begin();
-    unsigned* const place = places.begin();
-    for (std::size_t i = 0; i < count; ++i) {
-      key[i] = key_number(corners[i].feature_p, corners[i].feature_q, reversed);
-      unsigned before = 0;
-      for (std::size_t j = 0; j < i; ++j) {
-        const unsigned smaller = key[j] <= key[i];
-        before += smaller;
-        place[j] += 1 - smaller;
-      }
-      place[i] = before;
-    }
+void find_places(const SharedCorners& corners, bool reversed, Order& order) {
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    order.push_back({key_number(corners[i].feature_p, corners[i].feature_q, reversed), i});
   }
-};
+  std::sort(order.begin(), order.end());
+}
 
 /// Fills in what is the point's own.
 void take_point(const SharedCorner& corner, bool reversed, const ContactPlane& plane,
@@ -53,7 +40,8 @@ void append_corners(const std::array<int, 2>& blocks, bool reversed, const Neare
                     ContactType type, const ContactPlane& plane, const SharedCorners& corners,
                     std::vector<ContactPoint>& contacts) {
   const std::size_t count = corners.size(), first = contacts.size();
-  const Places order(corners, reversed);
+  Order order;
+  find_places(corners, reversed, order);
   ContactPoint common;
   common.key.a = blocks[0];
   common.key.b = blocks[1];
@@ -62,7 +50,7 @@ void append_corners(const std::array<int, 2>& blocks, bool reversed, const Neare
   common.normal = nearest.normal;
   contacts.resize(first + count, common);
   for (std::size_t i = 0; i < count; ++i) {
-    take_point(corners[i], reversed, plane, contacts[first + order.places[i]]);
+    take_point(corners[order[i].second], reversed, plane, contacts[first + i]);
   }
 }
 

@@ -58,37 +58,67 @@ double lean(const Solid& solid, int face, const SeenPlane& seen) {
   return normal.cross(seen.plane.normal).norm();
 }
 
-/// Of the faces across edges within `tolerance` (m) of a place on `face` the one that leans least,
-/// if it leans less than that one itself.
-int less_leaning_beside(const Solid& solid, int face, const SeenPlane& seen, const Vector2& place,
-                        double tolerance) {
-  constexpr double kAlike = 1e-9;  // normals are right to a few eps
-  const Topology& topology = solid.topology();
-  const std::span<const int> edges = topology.face_edges(face);
-  const std::span<const int> across = topology.face_neighbours(face);
-  double least = lean(solid, face, seen) - kAlike;
-  int best = face;
-  for (std::size_t i = 0; i < edges.size() && least > 0.0; ++i) {
-    const auto [from, to] = topology.edge(edges[i]);
-    const double distance = distance_to_side(seen.plane.place(solid.vertex(from)),
-                                             seen.plane.place(solid.vertex(to)), place);
-    const double beside = lean(solid, across[i], seen);
-    if (distance > tolerance || !(beside < least)) continue;
-    least = beside;
-    best = across[i];
-  }
-  return best;
-}
+/// Faces that a place may lie on instead of the one that names it. What is found of a face is kept
+/// for the next place on it.
+class LeastLeaning {
+ public:
+  LeastLeaning(const Solid& solid, const SeenPlane& seen, double tolerance)
+      : solid_(solid), seen_(seen), tolerance_(tolerance) {}
 
-/// From face to face as long as the next one leans less: around a vertex there may be several.
-void name_least_leaning(const Solid& solid, const SeenPlane& seen, const Vector2& place,
-                        double tolerance, Feature& feature) {
-  if (feature.kind != FeatureKind::Face) return;
-  for (int last = -1; last != feature.index;) {
-    last = feature.index;
-    feature.index = less_leaning_beside(solid, last, seen, place, tolerance);
+  /// From face to face as long as the next one leans less: around a vertex there may be several.
+  int of(int face, const Vector2& place) {
+    for (int last = -1; last != face;) {
+      last = face;
+      face = less_leaning_beside(face, place);
+    }
+    return face;
   }
-}
+
+ private:
+  struct Beside {
+    int face;
+    double lean;
+    Vector2 from, to;  // of the edge between
+  };
+
+  /// Of the faces across edges within the tolerance of a place on `face` the one that leans least,
+  /// if it leans less than that one itself.
+  int less_leaning_beside(int face, const Vector2& place) {
+    if (face != known_) find_beside(face);
+    double least = kInfinity;
+    int best = face;
+    for (const Beside& beside : beside_) {
+      if (!(beside.lean < least)) continue;
+      if (distance_to_side(beside.from, beside.to, place) > tolerance_) continue;
+      least = beside.lean;
+      best = beside.face;
+    }
+    return best;
+  }
+  void find_beside(int face) {
+    constexpr double kAlike = 1e-9;  // normals are right to a few eps
+    known_ = face;
+    beside_.clear();
+    const double own = lean(solid_, face, seen_) - kAlike;
+    if (!(own > 0.0)) return;
+    const Topology& topology = solid_.topology();
+    const std::span<const int> edges = topology.face_edges(face);
+    const std::span<const int> across = topology.face_neighbours(face);
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+      const double beside = lean(solid_, across[i], seen_);
+      if (!(beside < own)) continue;
+      const auto [from, to] = topology.edge(edges[i]);
+      beside_.push_back({across[i], beside, seen_.plane.place(solid_.vertex(from)),
+                         seen_.plane.place(solid_.vertex(to))});
+    }
+  }
+
+  const Solid& solid_;
+  SeenPlane seen_;
+  double tolerance_;
+  int known_ = -1;
+  SmallVector<Beside, 8> beside_;
+};
 
 /// Where a ray from a place along `way` leaves the convex hull of the points: on the side between
 /// two of them, by a share of the way from the one to the other, and how far away, in units of
@@ -195,9 +225,14 @@ double height_along(const ProjectedFeature& edge, const Vector2& place) {
 }
 
 void name_least_leaning(const Solid& p, const Solid& q, const ContactPlane& plane, double tolerance,
-                        SharedCorner& corner) {
-  name_least_leaning(p, {plane, 1.0}, corner.place, tolerance, corner.feature_p);
-  name_least_leaning(q, {plane, -1.0}, corner.place, tolerance, corner.feature_q);
+                        SharedCorners& corners) {
+  LeastLeaning on_p(p, {plane, 1.0}, tolerance), on_q(q, {plane, -1.0}, tolerance);
+  for (SharedCorner& c : corners) {
+    if (c.feature_p.kind == FeatureKind::Face)
+      c.feature_p.index = on_p.of(c.feature_p.index, c.place);
+    if (c.feature_q.kind == FeatureKind::Face)
+      c.feature_q.index = on_q.of(c.feature_q.index, c.place);
+  }
 }
 
 bool name_cut(const Solid& p, const Solid& q, const ProjectedFeature& patch_p,
@@ -215,6 +250,10 @@ bool name_cut(const Solid& p, const Solid& q, const ProjectedFeature& patch_p,
     }
   }
   return false;
+}
+
+bool near_segment(const Vector2& from, const Vector2& to, const Vector2& place, double tolerance) {
+  return distance_to_side(from, to, place) <= tolerance;
 }
 
 bool near_hull(const SharedCorners& points, const Vector2& place, double tolerance) {

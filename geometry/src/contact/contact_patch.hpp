@@ -45,7 +45,10 @@ bool name_cut(const Solid& p, const Solid& q, const ProjectedFeature& patch_p,
 /// face across the edge as well. Names of such faces the one that leans least from the contact
 /// plane: rounding says over which of them the place lies, and their normals are not alike.
 void name_least_leaning(const Solid& p, const Solid& q, const ContactPlane& plane, double tolerance,
-                        SharedCorner& corner);
+                        SharedCorners& corners);
+
+/// Is a place within `tolerance` (m) of the segment between two places?
+bool near_segment(const Vector2& from, const Vector2& to, const Vector2& place, double tolerance);
 
 /// Is a place within `tolerance` (m) of the convex hull of the points?
 bool near_hull(const SharedCorners& points, const Vector2& place, double tolerance);

@@ -12,7 +12,7 @@
 #include "contact/contact_patch.hpp"
 #include "contact/point_frame.hpp"
 #include "polygon/line_normal.hpp"
-#include "polygon/projected_feature.hpp"
+#include "polygon/overlay.hpp"
 #include "search/face_face.hpp"
 #include "search/nearest_features.hpp"
 
@@ -54,6 +54,12 @@ bool climbs_from_vertex(const Solid& polyhedron, int vertex, const Vector3& outw
   return false;
 }
 
+/// Is a feature with these faces around it on the far side: do they all look away?
+bool looks_away(const Solid& polyhedron, std::span<const int> faces, const Vector3& outward) {
+  return std::none_of(faces.begin(), faces.end(),
+                      [&](int f) { return polyhedron.face_normal(f).dot(outward) > 0.0; });
+}
+
 /// The features of one solid that may carry contact points: facing faces with a vertex in the band;
 /// edges and vertices in the band that belong to none of these and are not on the far side.
 void find_carriers(const Solid& polyhedron, const Vector3& outward, const VertexSet& band,
@@ -86,11 +92,17 @@ void find_carriers(const Solid& polyhedron, const Vector3& outward, const Vertex
       const Vector3 line = polyhedron.line(from, to);
       if (std::abs(line.dot(outward)) > kSteepSine * line.norm()) continue;
       const bool needed = nearest.contains(from) && nearest.contains(to);
-      if (!needed && climbs_from_edge(polyhedron, e, line, outward)) continue;
+      if (!needed && (looks_away(polyhedron, topology.edge_faces(e), outward) ||
+                      climbs_from_edge(polyhedron, e, line, outward))) {
+        continue;
+      }
       add({FeatureKind::Edge, e});
       covered = true;
     }
-    if (covered || (!nearest.contains(v) && climbs_from_vertex(polyhedron, v, outward))) continue;
+    if (covered) continue;
+    const bool far = looks_away(polyhedron, topology.vertex_faces(v), outward) ||
+                     climbs_from_vertex(polyhedron, v, outward);
+    if (far && !nearest.contains(v)) continue;
     add({FeatureKind::Vertex, v});
   }
 }
@@ -104,10 +116,6 @@ bool better_name(const SharedCorner& x, const SharedCorner& y, bool reversed) {
     return reversed ? std::pair(c.feature_q, c.feature_p) : std::pair(c.feature_p, c.feature_q);
   };
   return key(x) < key(y);
-}
-
-bool same_name(const SharedCorner& x, const SharedCorner& y) {
-  return x.feature_p == y.feature_p && x.feature_q == y.feature_q;
 }
 
 /// Adds a point, or merges it with the one that is there already: the nearer place, the better
@@ -127,10 +135,22 @@ void add_merged(const SharedCorner& corner, double tolerance, bool reversed,
   points.push_back(corner);
 }
 
+/// Do two points lie within `tolerance` of each other? Many are put in order along u first.
 bool crowded(const SharedCorners& points, double tolerance) {
-  for (std::size_t k = 1; k < points.size(); ++k) {
-    for (std::size_t i = 0; i < k; ++i) {
-      if ((points[i].place - points[k].place).squaredNorm() <= tolerance * tolerance) return true;
+  constexpr std::size_t kFew = 16;
+  SmallVector<Vector2, 32> places;
+  for (const SharedCorner& point : points) places.push_back(point.place);
+  const bool sorted = places.size() > kFew;
+  if (sorted) {
+    std::sort(places.begin(), places.end(), [](const Vector2& x, const Vector2& y) {
+      return std::pair(x.x(), x.y()) < std::pair(y.x(), y.y());
+    });
+  }
+  for (std::size_t k = 1; k < places.size(); ++k) {
+    for (std::size_t i = k; i-- > 0;) {
+      const Vector2 step = places[k] - places[i];
+      if (step.squaredNorm() <= tolerance * tolerance) return true;
+      if (sorted && step.x() > tolerance) break;
     }
   }
   return false;
@@ -194,18 +214,34 @@ void find_all_carriers(const Solid& p, const Solid& q, const PairPoints& pair, C
   find_carriers(q, outward_q, pair.band_q, pair.support_q, carriers.q);
 }
 
-/// Adds the corners within the band, each name once: of needles one may come at two places, the
-/// lower one keeps it.
+/// Of two points of one name the lower one keeps it: of needles one may come at two places.
+void merge_twins(SharedCorners& points) {
+  SmallVector<std::pair<std::int64_t, std::size_t>, 32> names;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    names.push_back({key_number(points[k].feature_p, points[k].feature_q, false), k});
+  }
+  std::sort(names.begin(), names.end());
+  bool twins = false;
+  for (std::size_t i = 1, first = 0; i < names.size(); ++i) {
+    if (names[i].first != names[first].first) {
+      first = i;
+      continue;
+    }
+    SharedCorner &kept = points[names[first].second], &twin = points[names[i].second];
+    if (gap_of(twin) < gap_of(kept)) kept = twin;
+    twin.feature_p.index = -1;
+    twins = true;
+  }
+  if (!twins) return;
+  const auto end = std::remove_if(points.begin(), points.end(),
+                                  [](const SharedCorner& point) { return !named(point); });
+  points.resize(static_cast<std::size_t>(end - points.begin()));
+}
+
+/// Adds the corners within the band.
 void add_points(const SharedCorners& corners, double band, PairPoints& pair) {
   for (const SharedCorner& c : corners) {
-    if (gap_of(c) > pair.gap + band || !named(c)) continue;
-    const auto known = std::find_if(pair.merged.begin(), pair.merged.end(),
-                                    [&](const SharedCorner& point) { return same_name(point, c); });
-    if (known == pair.merged.end()) {
-      pair.merged.push_back(c);
-    } else if (gap_of(c) < gap_of(*known)) {
-      *known = c;
-    }
+    if (gap_of(c) <= pair.gap + band && named(c)) pair.merged.push_back(c);
   }
 }
 
@@ -272,25 +308,6 @@ void drop_beyond(const Surfaces& surfaces, SharedCorners& corners) {
   corners.resize(kept);
 }
 
-/// Two faces and nothing else, straight in rows; false: there is more.
-bool share_two_faces(const Working& work, const Carriers& carriers,
-                     const LateInit<Surfaces>& surfaces, PairPoints& pair) {
-  if (carriers.p.size() != 1 || carriers.q.size() != 1) return false;
-  const Feature &f = carriers.p[0], &g = carriers.q[0];
-  if (f.kind != FeatureKind::Face || g.kind != FeatureKind::Face) return false;
-  PolygonRows rows_p, rows_q;
-  if (!lay_face(work.p, f.index, pair.plane, 1.0, rows_p) ||
-      !lay_face(work.q, g.index, pair.plane, -1.0, rows_q)) {
-    return false;
-  }
-  SharedCorners corners;
-  append_shared_of_polygons(rows_p, rows_q, work.rounding, corners);
-  if (surfaces) drop_beyond(*surfaces, corners);
-  drop_shown_crossings(work.p, work.q, work.tolerance, pair.gap + work.band, corners);
-  add_points(corners, work.band, pair);
-  return true;
-}
-
 /// A feature of either solid in the contact plane.
 struct Patches {
   ProjectedFeature p, q;
@@ -307,7 +324,6 @@ void find_points(const Working& work, LateInit<Surfaces>& surfaces, PairPoints& 
   if (!planar(p, carriers.p, rounding) || !planar(q, carriers.q, rounding)) {
     surfaces.emplace(p, q, pair.plane, band + rounding, rounding);
   }
-  if (share_two_faces(work, carriers, surfaces, pair)) return;
   auto& [patch_p, patch_q] = patches;
   // Points lie near the tops of both solids: where there are many pairs of features, most of them
   // have no such places over each other, and need no closer look.
@@ -333,6 +349,7 @@ void find_points(const Working& work, LateInit<Surfaces>& surfaces, PairPoints& 
       add_points(corners, band, pair);
     }
   }
+  merge_twins(pair.merged);
 }
 
 /// The point nearest to a place; most often it is number `guess`, there to the bit.
@@ -511,15 +528,6 @@ void lay_contact_feature(const Solid& solid, const VertexSet& set, FeatureKind k
   lay_support_set(solid, set, kind, plane, outward, patch);
 }
 
-/// Do the corners of a patch lie on its surface, as far as rounding can tell? Vertices within tol
-/// of the support plane need not belong to one label.
-bool is_flat(const ProjectedFeature& patch, double rounding) {
-  return patch.corners.size() < 3 ||
-         std::all_of(patch.corners.begin(), patch.corners.end(), [&](const ProjectedCorner& c) {
-           return std::abs(c.height - patch.surface_height(c.place)) <= kFlatLabel * rounding;
-         });
-}
-
 /// The part that the two contact features share. Its corners are points, too, where the labels do
 /// not reach as far: where tol cuts a face, or vertices that are no corners of labels stand out.
 void find_shared_part(const Working& work, LateInit<Surfaces>& surfaces, PairPoints& pair,
@@ -531,7 +539,8 @@ void find_shared_part(const Working& work, LateInit<Surfaces>& surfaces, PairPoi
     append_stretch(patch_p, patch_q, work.rounding, part.corners);
     add_stretch_points(patch_p, patch_q, work, part.corners, pair);
   } else {
-    if (!surfaces && !(is_flat(patch_p, work.rounding) && is_flat(patch_q, work.rounding))) {
+    const double off_plane = kFlatLabel * work.rounding;
+    if (!surfaces && !(is_flat(patch_p, off_plane) && is_flat(patch_q, off_plane))) {
       surfaces.emplace(work.p, work.q, pair.plane, work.band + work.rounding, work.rounding);
     }
     append_shared_corners(patch_p, patch_q, work.rounding, part.corners);
@@ -554,13 +563,37 @@ void find_shared_part(const Working& work, LateInit<Surfaces>& surfaces, PairPoi
   }
 }
 
-/// Within tol of the least gap, as they all are, what lies inside the hull of the points says
-/// nothing more: of labels that rounding has split there would be a point at each crossing of their
-/// sides. Corners of the hull, what stands for a corner of the polygon, the lowest, and vertices on
-/// the border stay.
+/// Marks the points that stand out of the hull of the others: the corners of the hull of all, but
+/// of places where two edges cross only those beyond tol of the line between the corners beside
+/// them. Where labels meet that rounding has split, their sides cross on the border.
+void mark_outer(const SharedCorners& points, const SmallVector<int, 32>& order, double tolerance,
+                SmallVector<char, 32>& outer) {
+  outer.resize(points.size());
+  std::fill(outer.begin(), outer.end(), 0);
+  std::size_t before = order.size() - 1;
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const std::size_t after = k + 1 < order.size() ? k + 1 : 0;
+    const auto point = [&](std::size_t i) -> const SharedCorner& {
+      return points[static_cast<std::size_t>(order[i])];
+    };
+    const bool crossing = point(k).feature_p.kind == FeatureKind::Edge;
+    if (crossing &&
+        near_segment(point(before).place, point(after).place, point(k).place, tolerance)) {
+      continue;
+    }
+    outer[static_cast<std::size_t>(order[k])] = 1;
+    before = k;
+  }
+}
+
+/// Within tol of the least gap, as they all are, what does not stand out of the hull of the points
+/// says nothing more. What stands for a corner of the polygon, the lowest, and vertices on the
+/// border stay.
 void drop_inner_points(const ContactPolygon& part, PairPoints& pair) {
   SmallVector<int, 32> order;
+  SmallVector<char, 32> outer;
   find_order(pair.merged, order);
+  mark_outer(pair.merged, order, pair.tolerance, outer);
   const auto lower = [](const SharedCorner& c, const SharedCorner& d) {
     return gap_of(c) < gap_of(d);
   };
@@ -569,29 +602,13 @@ void drop_inner_points(const ContactPolygon& part, PairPoints& pair) {
   for (std::size_t k = 0; k < pair.merged.size(); ++k) {
     const SharedCorner& point = pair.merged[k];
     const bool crossing = point.feature_p.kind == FeatureKind::Edge;
-    const bool inner = crossing ? !order.contains(static_cast<int>(k))
-                                : well_inside(pair.merged, order, point.place, pair.tolerance);
+    const bool inner =
+        outer[k] == 0 && (crossing || well_inside(pair.merged, order, point.place, pair.tolerance));
     const bool stays = !inner || point.share > 0.0 || &point == lowest ||
                        has_near(part.corners, point.place, pair.tolerance);
     if (stays) kept.push_back(point);
   }
   pair.merged = kept;
-}
-
-/// Of two points of one name the lower one keeps it.
-void merge_twins(SharedCorners& points) {
-  std::size_t count = 0;
-  for (std::size_t k = 0; k < points.size(); ++k) {
-    const SharedCorner point = points[k];
-    const auto twin = std::find_if(points.begin(), points.begin() + count,
-                                   [&](const auto& c) { return same_name(c, point); });
-    if (twin == points.begin() + count) {
-      points[count++] = point;
-    } else if (gap_of(point) < gap_of(*twin)) {
-      *twin = point;
-    }
-  }
-  points.resize(count);
 }
 
 /// The area of the polygon goes to the nearest points.
@@ -712,7 +729,7 @@ void find_faces(const OrderedPair& ordered, const NearestFeatures& nearest, doub
   }
   faces.clear = tolerance;
   faces.plane = ContactPlane(p.vertex(faces.top_p.vertex), ordered.normal);
-  if (!lay_faces(p, q, nearest.gap, faces)) return part.reset();
+  lay_faces(p, q, nearest.gap, faces);
   find_polygon(faces);
 }
 
@@ -748,11 +765,15 @@ bool find_face_points(const OrderedPair& ordered, const NearestFeatures& nearest
   if (!flat) {
     Surfaces(ordered.p, ordered.q, part->plane, band + rounding, rounding).lift(part->corners);
   }
-  const bool settled =
-      flat && !has_crossing_of_parallels(ordered.p, ordered.q, part->corners, pair.tolerance) &&
-      need_no_second_look(*part, pair.gap + band, pair.gap + rounding, pair.tolerance);
   const auto in_reach = [&](const SharedCorner& c) { return gap_of(c) <= pair.gap + band; };
-  if (!settled && !std::all_of(part->corners.begin(), part->corners.end(), in_reach)) return false;
+  const auto is_least = [&](const SharedCorner& c) { return gap_of(c) <= pair.gap + rounding; };
+  const bool within = std::all_of(part->corners.begin(), part->corners.end(), in_reach);
+  const bool settled =
+      flat && part->convex && within &&
+      std::any_of(part->corners.begin(), part->corners.end(), is_least) &&
+      !has_crossing_of_parallels(ordered.p, ordered.q, part->corners, pair.tolerance) &&
+      !crowded(part->corners, pair.tolerance);
+  if (!within) return false;
   pair.type = ContactType::FaceFace;
   pair.kind_p = pair.kind_q = FeatureKind::Face;
   pair.plane = part->plane;
@@ -763,6 +784,7 @@ bool find_face_points(const OrderedPair& ordered, const NearestFeatures& nearest
     SharedCorners shown = part->corners;
     drop_shown_crossings(ordered.p, ordered.q, pair.tolerance, pair.gap + band, shown);
     add_points(shown, band, pair);
+    merge_twins(pair.merged);
     merge_near(pair.tolerance, ordered.reversed, pair.merged);
   }
   return true;
@@ -818,7 +840,7 @@ void find_all_points(const OrderedPair& ordered, const ContactOptions& options, 
   Patches patches;
   find_points(work, surfaces, pair, patches);
   const double beside = std::max(pair.tolerance, options.coordinate_rounding);
-  for (SharedCorner& point : pair.merged) name_least_leaning(p, q, pair.plane, beside, point);
+  name_least_leaning(p, q, pair.plane, beside, pair.merged);
   merge_near(pair.tolerance, work.reversed, pair.merged);
   part.reset();
   const bool of_vertex = pair.kind_p == FeatureKind::Vertex || pair.kind_q == FeatureKind::Vertex;

@@ -2,7 +2,6 @@
 /// alone.
 
 #include "kernels/build.hpp"
-#include "polygon/polygon_rows_256.hpp"
 #include "shape/scan_256.hpp"
 #include "simd/lanes_256.hpp"
 
@@ -13,13 +12,6 @@ struct Avx2 {
   using FewScan = Scan256;
   using ManyScan = Scan256;
   using Lanes = Lanes256;
-  static void lay(const double* vertices, const LocalPlane& plane, PolygonRows& rows) {
-    lay_256(vertices, plane, rows);
-  }
-  static void find_masks(const PolygonRows& corners, const PolygonRows& sides, double rounding,
-                         SideMasks& masks) {
-    masks_256(corners, sides, rounding, masks);
-  }
 };
 
 }  // namespace

@@ -4,7 +4,6 @@
 
 #include "certify/certificate_kernel.hpp"
 #include "kernels/kernels.hpp"
-#include "polygon/clip_kernel.hpp"
 #include "search/box_sat_kernel.hpp"
 #include "search/epa_kernel.hpp"
 #include "search/nearest_feature_search_kernel.hpp"
@@ -38,8 +37,7 @@ inline bool in_own_frames(const Solid& a, const Solid& b) {
   }
 }
 
-/// `Set`: FewScan for solids of few vertices, ManyScan for others; Lanes; and for polygons in rows
-/// `lay` and `find_masks`.
+/// `Set`: FewScan for solids of few vertices, ManyScan for others; Lanes.
 template <class Set>
 struct Build {
   using FewScan = typename Set::FewScan;
@@ -64,20 +62,6 @@ struct Build {
                                         const Carriers& carriers, Support& top) {
     const Rows rows(solid);
     return FewScan::carried_alone(rows, rows.local(direction), carriers, top);
-  }
-
-  QUOIN_WHOLE static void lay_corners(const Solid& solid, const ContactPlane& plane,
-                                      PolygonRows& rows) {
-    Set::lay(solid.shape().vertices().data(), LocalPlane(solid, plane), rows);
-  }
-  QUOIN_WHOLE static void find_side_masks(const PolygonRows& p, const PolygonRows& q,
-                                          double rounding, SideMasks& of_p, SideMasks& of_q) {
-    Set::find_masks(p, q, rounding, of_p);
-    Set::find_masks(q, p, rounding, of_q);
-  }
-  QUOIN_WHOLE static bool overlay_faces(const Solid& p, const Solid& q, double rounding,
-                                        ContactPolygon& part) {
-    return overlay_of_few<Lanes>(p, q, rounding, part);
   }
 
   template <class Scan>
@@ -151,9 +135,6 @@ struct Build {
             .find_vertices_beyond = find_vertices_beyond,
             .count_beyond = count_beyond,
             .carried_alone = carried_alone,
-            .lay_corners = lay_corners,
-            .find_side_masks = find_side_masks,
-            .overlay_faces = overlay_faces,
             .certify = certify,
             .certify_hint = certify_hint,
             .nearest_feature_search = nearest_feature_search,

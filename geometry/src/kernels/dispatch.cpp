@@ -3,7 +3,6 @@
 #include <array>
 
 #include "kernels/kernels.hpp"
-#include "polygon/clip.hpp"
 #include "search/box_sat.hpp"
 #include "search/epa.hpp"
 
@@ -51,19 +50,6 @@ int count_beyond(const Solid& solid, const Vector3& direction, double value) {
 bool carried_alone(const Solid& solid, const Vector3& direction, const Carriers& carriers,
                    Support& top) {
   return widest->carried_alone(solid, direction, carriers, top);
-}
-
-void lay_corners(const Solid& solid, const ContactPlane& plane, PolygonRows& rows) {
-  widest->lay_corners(solid, plane, rows);
-}
-
-void find_side_masks(const PolygonRows& p, const PolygonRows& q, double rounding, SideMasks& of_p,
-                     SideMasks& of_q) {
-  widest->find_side_masks(p, q, rounding, of_p, of_q);
-}
-
-bool overlay_faces(const Solid& p, const Solid& q, double rounding, ContactPolygon& part) {
-  return widest->overlay_faces(p, q, rounding, part);
 }
 
 Trial certify(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier& by_b,

@@ -13,24 +13,19 @@
 #include <span>
 
 #include "certify/certificate.hpp"
-#include "polygon/contact_polygon.hpp"
-#include "polygon/polygon_rows.hpp"
 #include "search/nearest_feature_search.hpp"
 #include "shape/support.hpp"
 
 namespace quoin::geometry {
 
-/// The functions of the same names in support.hpp, polygon_rows.hpp, clip.hpp, certificate.hpp,
-/// nearest_feature_search.hpp, box_sat.hpp and epa.hpp.
+/// The functions of the same names in support.hpp, certificate.hpp, nearest_feature_search.hpp,
+/// box_sat.hpp and epa.hpp.
 struct Kernels {
   const char* name;  ///< of the instruction set
   Support (*support)(const Solid&, const Vector3&);
   void (*find_vertices_beyond)(const Solid&, const Vector3&, double, VertexSet&);
   int (*count_beyond)(const Solid&, const Vector3&, double);
   bool (*carried_alone)(const Solid&, const Vector3&, const Carriers&, Support&);
-  void (*lay_corners)(const Solid&, const ContactPlane&, PolygonRows&);
-  void (*find_side_masks)(const PolygonRows&, const PolygonRows&, double, SideMasks&, SideMasks&);
-  bool (*overlay_faces)(const Solid&, const Solid&, double, ContactPolygon&);
   Trial (*certify)(const Solid&, const Solid&, const Carrier&, const Carrier&, const Lengths&,
                    const Overlap*, NearestFeatures&);
   Trial (*certify_hint)(const Solid&, const Solid&, const FeatureHint&, const Lengths&,

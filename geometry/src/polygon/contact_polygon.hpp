@@ -6,7 +6,6 @@
 
 #include "numeric/small_vector.hpp"
 #include "polygon/contact_plane.hpp"
-#include "polygon/polygon_rows.hpp"
 #include "shape/solid.hpp"
 #include "shape/support.hpp"
 
@@ -41,16 +40,6 @@ void hull_order(std::span<const Vector2> places, SmallVector<int, 32>& order);
 /// sides by reaches as far at a corner of 84 degrees; sharper ones get no more.
 inline constexpr double kBesideBorder = 1.5;
 
-/// Lays a face into the contact plane; `outward` is +1 for P, -1 for Q. False: it has too many
-/// corners.
-bool lay_face(const Solid& polyhedron, int face, const ContactPlane& plane, double outward,
-              PolygonRows& rows);
-
-/// Adds the corners that two polygons share; `rounding` (m) is how far outside still counts as on
-/// the border. Returns overlap_margin, m.
-double append_shared_of_polygons(const PolygonRows& p, const PolygonRows& q, double rounding,
-                                 SharedCorners& corners);
-
 /// What two whole faces that carry the answer share, laid once for the proof, the witnesses and the
 /// contact points. Of other features only `corners` and `polygon` are filled.
 struct ContactPolygon {
@@ -60,14 +49,13 @@ struct ContactPolygon {
   ContactPlane plane;
   SharedCorners corners;
   double margin = 0.0;    ///< overlap_margin, m
-  bool measured = false;  ///< `polygon` and the shares are known already
+  bool measured = false;  ///< `polygon` and the shares are known
   SharedPolygon polygon;
-  double lowest = 0.0, highest = 0.0;  ///< gaps at the corners, m; if `measured`
-  double nearest_squared = 0.0;  ///< least distance of two corners, squared, m2; if `measured`
+  bool convex = false;  ///< all corners are corners of the polygon; if `measured`
 };
 
-/// Lays both faces into the plane and adds the corners they share; false: they have too many.
-bool lay_faces(const Solid& p, const Solid& q, double gap, ContactPolygon& part);
+/// Lays both faces into the plane, and what they share.
+void lay_faces(const Solid& p, const Solid& q, double gap, ContactPolygon& part);
 
 /// Are both faces wider than the tolerance? A polygon no wider than that on either side of a line
 /// through two of its corners has at most four times the line's length times the tolerance as area.
@@ -76,7 +64,7 @@ inline bool surely_wide(const Solid& p, const Solid& q, const ContactPolygon& pa
   return part.polygon.area > 8 * tolerance * std::max(p.diameter(), q.diameter());
 }
 
-/// As above, of the corners of two faces.
+/// As above, of the corners of two faces; once.
 void find_polygon(ContactPolygon& part);
 
 /// Of eps times the sizes of a pair, and of eps times the largest coordinate: how far outside a

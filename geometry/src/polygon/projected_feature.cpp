@@ -3,7 +3,6 @@
 #include <cmath>
 #include <limits>
 
-#include "polygon/cross2.hpp"
 #include "polygon/line_normal.hpp"
 
 namespace quoin::geometry {
@@ -36,160 +35,6 @@ void set_slope(const Solid& polyhedron, const ContactPlane& plane, ProjectedFeat
   const double facing = normal.dot(plane.normal);
   if (std::abs(facing) < 1e-3) return;
   patch.slope = -Vector2(normal.dot(plane.axis_u), normal.dot(plane.axis_v)) / facing;
-}
-
-/// Signed distance of a place from the line through side k of a polygon, inside positive.
-double inside(const ProjectedFeature& patch, std::size_t k, const Vector2& place) {
-  const Vector2& a = patch.corners[k].place;
-  const Vector2& b = patch.corners[(k + 1) % patch.corners.size()].place;
-  const Vector2 side = b - a;
-  const double length = side.norm();
-  return length > 0.0 ? cross2(side, place - a) / length : 0.0;
-}
-
-double distance_to_segment(const Vector2& a, const Vector2& b, const Vector2& place) {
-  const Vector2 side = b - a;
-  const double squared = side.squaredNorm();
-  const double t = squared > 0.0 ? std::clamp(side.dot(place - a) / squared, 0.0, 1.0) : 0.0;
-  return (place - a - t * side).norm();
-}
-
-bool covers(const ProjectedFeature& patch, const Vector2& place, double rounding) {
-  const std::size_t n = patch.corners.size();
-  if (n == 1) return (place - patch.corners[0].place).norm() <= rounding;
-  if (n == 2) {
-    return distance_to_segment(patch.corners[0].place, patch.corners[1].place, place) <= rounding;
-  }
-  bool within = false;  // as in contact_polygon.cpp, is_beside
-  double nearest = std::numeric_limits<double>::infinity();
-  for (std::size_t k = 0; k < n; ++k) {
-    const Vector2 &from = patch.corners[k].place, &to = patch.corners[(k + 1) % n].place;
-    nearest = std::min(nearest, distance_to_segment(from, to, place));
-    const bool rises = to.y() > place.y();
-    if (rises != (from.y() > place.y())) within ^= (cross2(to - from, place - from) > 0.0) == rises;
-  }
-  return within || nearest <= kBesideBorder * rounding;
-}
-
-/// Height of a polygon over a place that it covers: a mean of its corners' heights, hence between
-/// them, however badly the slope of a sliver is known.
-double polygon_height(const ProjectedFeature& patch, const Vector2& place) {
-  double low = patch.corners[0].height, high = low;
-  for (const ProjectedCorner& c : patch.corners) {
-    low = std::min(low, c.height);
-    high = std::max(high, c.height);
-  }
-  return std::clamp(patch.surface_height(place), low, high);
-}
-
-/// Height of a patch over a place that it covers.
-double height_at(const ProjectedFeature& patch, const Vector2& place) {
-  if (patch.corners.size() != 2) return polygon_height(patch, place);
-  const ProjectedCorner &a = patch.corners[0], &b = patch.corners[1];
-  const Vector2 side = b.place - a.place;
-  const double squared = side.squaredNorm();
-  const double t = squared > 0.0 ? std::clamp(side.dot(place - a.place) / squared, 0.0, 1.0) : 0.0;
-  return a.height + t * (b.height - a.height);
-}
-
-/// How far along a side a place on it lies, 0 to 1.
-double share_along(const Vector2& from, const Vector2& to, const Vector2& place) {
-  const Vector2 side = to - from;
-  return std::clamp(side.dot(place - from) / side.squaredNorm(), 0.0, 1.0);
-}
-
-/// Where side i of P crosses side j of Q, `share` of the way along P's. Nearly parallel sides cross
-/// in an ill-conditioned place: Q's height is taken there, not where its own crossing would be.
-SharedCorner crossing_corner(const ProjectedFeature& p, std::size_t i, const ProjectedFeature& q,
-                             std::size_t j, double share) {
-  const ProjectedCorner &p0 = p.corners[i], &p1 = p.corners[i + 1 < p.corners.size() ? i + 1 : 0];
-  const ProjectedCorner &q0 = q.corners[j], &q1 = q.corners[j + 1 < q.corners.size() ? j + 1 : 0];
-  const Vector2 place = p0.place + share * (p1.place - p0.place);
-  return {place,
-          p0.height + share * (p1.height - p0.height),
-          q0.height + share_along(q0.place, q1.place, place) * (q1.height - q0.height),
-          {FeatureKind::Edge, p0.edge},
-          {FeatureKind::Edge, q0.edge}};
-}
-
-struct Crossing {
-  bool found = false;
-  double share = 0.0;  // of the way along P's side
-};
-
-/// Do two sides cross in their inner parts, by more than rounding on each side?
-Crossing crossing(const Vector2& p0, const Vector2& p1, const Vector2& q0, const Vector2& q1,
-                  double rounding) {
-  const Vector2 side_p = p1 - p0, side_q = q1 - q0;
-  const double length_p = side_p.norm(), length_q = side_q.norm();
-  const double a = cross2(side_q, p0 - q0), b = cross2(side_q, p1 - q0);
-  const double c = cross2(side_p, q0 - p0), d = cross2(side_p, q1 - p0);
-  const double slack_q = rounding * length_q, slack_p = rounding * length_p;
-  const bool p_crosses = (a > slack_q && b < -slack_q) || (a < -slack_q && b > slack_q);
-  const bool q_crosses = (c > slack_p && d < -slack_p) || (c < -slack_p && d > slack_p);
-  if (!p_crosses || !q_crosses) return {};
-  return {true, a / (a - b)};
-}
-
-void append_crossings(const ProjectedFeature& p, const ProjectedFeature& q, double rounding,
-                      SharedCorners& corners) {
-  const std::size_t sides_p = p.corners.size() == 2 ? 1 : p.corners.size();
-  const std::size_t sides_q = q.corners.size() == 2 ? 1 : q.corners.size();
-  for (std::size_t i = 0; i < sides_p; ++i) {
-    const ProjectedCorner& p0 = p.corners[i];
-    const ProjectedCorner& p1 = p.corners[(i + 1) % p.corners.size()];
-    for (std::size_t j = 0; j < sides_q; ++j) {
-      const ProjectedCorner& q0 = q.corners[j];
-      const ProjectedCorner& q1 = q.corners[(j + 1) % q.corners.size()];
-      const Crossing at = crossing(p0.place, p1.place, q0.place, q1.place, rounding);
-      if (at.found) corners.push_back(crossing_corner(p, i, q, j, at.share));
-    }
-  }
-}
-
-bool lay_rows(const ProjectedFeature& patch, PolygonRows& rows) {
-  if (patch.corners.size() > PolygonRows::kMost) return false;
-  rows.count = patch.corners.count();
-  rows.face = patch.face;
-  for (int k = 0; k < rows.count; ++k) {
-    const ProjectedCorner& c = patch.corners[static_cast<std::size_t>(k)];
-    rows.x[k] = c.place.x();
-    rows.y[k] = c.place.y();
-    rows.height[k] = c.height;
-    rows.vertex[k] = c.vertex;
-    rows.edge[k] = c.edge;
-  }
-  rows.slope_x = patch.slope.x();
-  rows.slope_y = patch.slope.y();
-  find_sides(rows);
-  return true;
-}
-
-SharedCorner corner_of_p(const ProjectedCorner& c, const ProjectedFeature& q) {
-  return {c.place,
-          c.height,
-          height_at(q, c.place),
-          {FeatureKind::Vertex, c.vertex},
-          {FeatureKind::Face, q.face}};
-}
-
-SharedCorner corner_of_q(const ProjectedCorner& c, const ProjectedFeature& p) {
-  return {c.place,
-          height_at(p, c.place),
-          c.height,
-          {FeatureKind::Face, p.face},
-          {FeatureKind::Vertex, c.vertex}};
-}
-
-void append_shared_of_any(const ProjectedFeature& p, const ProjectedFeature& q, double rounding,
-                          SharedCorners& corners) {
-  for (const ProjectedCorner& c : p.corners) {
-    if (covers(q, c.place, rounding)) corners.push_back(corner_of_p(c, q));
-  }
-  for (const ProjectedCorner& c : q.corners) {
-    if (covers(p, c.place, rounding)) corners.push_back(corner_of_q(c, p));
-  }
-  if (p.corners.size() > 1 && q.corners.size() > 1) append_crossings(p, q, rounding, corners);
 }
 
 }  // namespace
@@ -233,99 +78,29 @@ void lay_feature(const Solid& polyhedron, const Feature& feature, const ContactP
   set_slope(polyhedron, plane, patch);
 }
 
-void append_shared_corners(const ProjectedFeature& p, const ProjectedFeature& q, double rounding,
-                           SharedCorners& corners) {
-  PolygonRows rows_p, rows_q;
-  if (p.corners.size() > 2 && q.corners.size() > 2 && lay_rows(p, rows_p) && lay_rows(q, rows_q)) {
-    append_shared_of_polygons(rows_p, rows_q, rounding, corners);
-  } else {
-    append_shared_of_any(p, q, rounding, corners);
-  }
-}
-
 namespace {
 
-/// How far the other patch reaches past either end of an edge, inwards: two edges of one line can
-/// be apart along it alone.
-double reach_along(const ProjectedFeature& edge, const ProjectedFeature& other) {
-  const Vector2 &first = edge.corners[0].place, &last = edge.corners[1].place;
-  const Vector2 direction = (last - first).normalized();
-  double past_first = -std::numeric_limits<double>::infinity(), past_last = past_first;
-  for (const ProjectedCorner& c : other.corners) {
-    past_first = std::max(past_first, (c.place - first).dot(direction));
-    past_last = std::max(past_last, (last - c.place).dot(direction));
-  }
-  return std::min(past_first, past_last);
-}
-
-/// Least over the sides of a patch (an edge has two) of how far the other reaches inside it.
-double reach_inside(const ProjectedFeature& patch, const ProjectedFeature& other) {
-  double least = std::numeric_limits<double>::infinity();
-  if (patch.corners.size() < 2) return least;
-  for (std::size_t k = 0; k < patch.corners.size(); ++k) {
-    double farthest = -std::numeric_limits<double>::infinity();
-    for (const ProjectedCorner& c : other.corners) {
-      farthest = std::max(farthest, inside(patch, k, c.place));
-    }
-    least = std::min(least, farthest);
-  }
-  return patch.corners.size() == 2 ? std::min(least, reach_along(patch, other)) : least;
-}
-
-}  // namespace
-
-double overlap_margin(const ProjectedFeature& p, const ProjectedFeature& q) {
-  if (p.corners.size() == 1 && q.corners.size() == 1) {
-    return -(p.corners[0].place - q.corners[0].place).norm();
-  }
-  return std::min(reach_inside(p, q), reach_inside(q, p));
-}
-
-Vector2 nearest_place(const ProjectedFeature& p, const ProjectedFeature& q) {
-  Vector2 best = p.corners[0].place;
-  double least = std::numeric_limits<double>::infinity();
-  const auto outside = [](const ProjectedFeature& patch, const Vector2& place) {
-    if (patch.corners.size() == 1) return (place - patch.corners[0].place).norm();
-    if (patch.corners.size() == 2) {
-      return distance_to_segment(patch.corners[0].place, patch.corners[1].place, place);
-    }
-    double worst = 0.0;
-    for (std::size_t k = 0; k < patch.corners.size(); ++k) {
-      worst = std::max(worst, -inside(patch, k, place));
-    }
-    return worst;
-  };
-  for (const ProjectedCorner& c : p.corners) {
-    const double distance = outside(q, c.place);
-    if (distance < least) {
-      least = distance;
-      best = c.place;
-    }
-  }
-  for (const ProjectedCorner& c : q.corners) {
-    const double distance = outside(p, c.place);
-    if (distance < least) {
-      least = distance;
-      best = c.place;
-    }
-  }
-  return best;
-}
-
-namespace {
-
-/// Are the vertices of a feature just these?
+/// Are the vertices of a feature just these (ascending)?
 bool has_just(const Topology& topology, const Feature& feature, const VertexSet& vertices) {
   const auto are = [&](std::span<const int> set) {
-    return set.size() == vertices.size() &&
-           std::all_of(set.begin(), set.end(), [&](int v) { return vertices.contains(v); });
+    return std::is_permutation(set.begin(), set.end(), vertices.begin(), vertices.end());
   };
-  if (feature.kind == FeatureKind::Face) return are(topology.face_set(feature.index));
+  if (feature.kind == FeatureKind::Face) {
+    const std::span<const int> set = topology.face_set(feature.index);
+    return std::equal(set.begin(), set.end(), vertices.begin(), vertices.end());
+  }
   if (feature.kind == FeatureKind::Edge) return are(topology.edge(feature.index));
   return are({&feature.index, 1});
 }
 
 }  // namespace
+
+bool is_flat(const ProjectedFeature& patch, double rounding) {
+  return patch.corners.size() < 3 ||
+         std::all_of(patch.corners.begin(), patch.corners.end(), [&](const ProjectedCorner& c) {
+           return std::abs(c.height - patch.surface_height(c.place)) <= rounding;
+         });
+}
 
 void lay_support_polygon(const Solid& polyhedron, const VertexSet& vertices,
                          const ContactPlane& plane, double outward, ProjectedFeature& patch) {
@@ -489,9 +264,7 @@ int face_with_all(const Solid& polyhedron, const VertexSet& vertices, const Vect
   for (const int f : topology.vertex_faces(vertices[0])) {
     const std::span<const int> cycle = topology.face_set(f);
     if (cycle.size() < vertices.size()) continue;
-    std::size_t members = 0;
-    for (const int w : cycle) members += vertices.contains(w) ? 1 : 0;
-    if (members != vertices.size()) continue;
+    if (!std::includes(cycle.begin(), cycle.end(), vertices.begin(), vertices.end())) continue;
     const double along = polyhedron.face_normal(f).dot(outward);
     if (along > facing) {
       facing = along;

@@ -48,19 +48,9 @@ void lay_support_set(const Solid& polyhedron, const VertexSet& vertices, Feature
 void lay_top(const Solid& polyhedron, int face, const ContactPlane& plane, double outward,
              double depth, ProjectedFeature& patch);
 
-/// Adds the corners of the shared part; `rounding` (m) is how far outside still counts as on the
-/// border.
-void append_shared_corners(const ProjectedFeature& p, const ProjectedFeature& q, double rounding,
-                           SharedCorners& corners);
-
-/// How far one patch could be shifted in the plane before the two part, m: the distance of the
-/// origin from the border of their Minkowski difference; negative: a bound of how far they are
-/// apart.
-double overlap_margin(const ProjectedFeature& p, const ProjectedFeature& q);
-
-/// Where two patches that rounding keeps apart come nearest: a corner, or the crossing of two
-/// edges.
-Vector2 nearest_place(const ProjectedFeature& p, const ProjectedFeature& q);
+/// Do all corners of a laid polygon lie in its plane within `rounding` (m)? Then a place on it is
+/// one of the solid. Vertices within tol of a support plane need not belong to one label.
+bool is_flat(const ProjectedFeature& patch, double rounding);
 
 /// What a support set spans: a point no longer than `tolerance`, a segment no wider, or a polygon.
 FeatureKind span_kind(const Solid& polyhedron, const VertexSet& vertices, double tolerance);

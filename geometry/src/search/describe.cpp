@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "numeric/error_bounds.hpp"
+#include "polygon/overlay.hpp"
 
 namespace quoin::geometry {
 namespace {
@@ -52,7 +53,8 @@ void set_witnesses(const Solid& p, const Solid& q, const CandidatePlane& contact
     return;
   }
   LateInit<ContactPolygon> faces;
-  if (lay_whole_faces(p, q, contact, set_p, set_q, faces.emplace()) && faces->measured) {
+  if (lay_whole_faces(p, q, contact, set_p, set_q, faces.emplace())) find_polygon(*faces);
+  if (faces->convex) {
     answer.point_a = faces->plane.point(faces->polygon.centroid, 0.0);
     answer.point_b = answer.point_a + across;
     return;

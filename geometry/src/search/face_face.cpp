@@ -93,7 +93,8 @@ class WholeFaces {
     low_ = q_.vertex(part_.top_q.vertex);
     gap_ = normal.dot(low_ - high_);
     part_.plane = ContactPlane(high_, normal);
-    if (!lay_faces(p_, q_, gap_, part_) || part_.corners.empty()) return false;
+    lay_faces(p_, q_, gap_, part_);
+    if (part_.corners.empty()) return false;
     find_polygon(part_);
     return surely_wide(p_, q_, part_, length_.contact) && is_best();
   }
@@ -160,12 +161,6 @@ bool faces_alone(const Solid& p, const Solid& q, const ContactPolygon& part, dou
     return false;
   }
   return stands_alone(p, part.face_p, outward_p) && stands_alone(q, part.face_q, outward_q);
-}
-
-bool need_no_second_look(const ContactPolygon& part, double highest, double least,
-                         double tolerance) {
-  return part.measured && part.highest <= highest && part.lowest <= least &&
-         part.nearest_squared > tolerance * tolerance;
 }
 
 bool flush_answer(const Solid& a, const Solid& b, double tolerance, const FeatureHint& hint,

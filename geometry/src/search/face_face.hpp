@@ -28,11 +28,6 @@ class LooksAlong {
 /// Are two whole faces all there is within the band?
 bool faces_alone(const Solid& p, const Solid& q, const ContactPolygon& part, double band);
 
-/// Are the shared corners the contact points as they are: no gap above `highest`, one at most
-/// `least`, none within `tolerance` of another? m
-bool need_no_second_look(const ContactPolygon& part, double highest, double least,
-                         double tolerance);
-
 /// The answer for two solids whose contact features are two whole faces, beyond doubt, and what
 /// these share. False: ask the general way, which comes to the same bits where this one does. The
 /// faces of the hint are tried, or where it is empty those that look at each other.

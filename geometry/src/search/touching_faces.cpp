@@ -5,27 +5,17 @@
 
 #include "numeric/error_bounds.hpp"
 #include "polygon/cross2.hpp"
+#include "polygon/overlay.hpp"
 
 namespace quoin::geometry {
 namespace {
-
-/// Do all corners of a laid face lie in its plane within `rounding`? Then a place on it is one of
-/// the solid.
-bool is_flat(const PolygonRows& face, double rounding) {
-  double off = 0.0;
-  for (int k = 1; k < face.count; ++k) {
-    const double height = face.height[0] + (face.slope_x * (face.x[k] - face.x[0]) +
-                                            face.slope_y * (face.y[k] - face.y[0]));
-    off = std::max(off, std::abs(face.height[k] - height));
-  }
-  return off <= rounding;
-}
 
 /// Which corner is the lowest, and how far the corners reach.
 void measure(FacingFaces& faces) {
   double least_p = kInfinity, most_p = -kInfinity, least_q = kInfinity, most_q = -kInfinity;
   const SharedCorners& corners = faces.corners;
-  const Vector2& base = corners[0].place;
+  const Vector2 base = corners[0].place;
+  Vector2 far = base;
   faces.gap = faces.next = kInfinity;
   faces.span = 0.0;
   for (std::size_t k = 0; k < corners.size(); ++k) {
@@ -40,10 +30,10 @@ void measure(FacingFaces& faces) {
       faces.gap = gap;
       faces.lowest = k;
     }
-    for (std::size_t i = 1; i < k; ++i) {
-      const double span = cross2(corners[i].place - base, c.place - base);
-      faces.span = std::max(faces.span, std::abs(span));
-    }
+    if ((c.place - base).squaredNorm() > (far - base).squaredNorm()) far = c.place;
+  }
+  for (const SharedCorner& c : corners) {
+    faces.span = std::max(faces.span, std::abs(cross2(far - base, c.place - base)));
   }
   faces.high = std::max(most_q - least_p, most_p - least_q);
 }
@@ -151,15 +141,14 @@ bool FacingFaces::find(const Solid& solid_p, const Solid& solid_q, const Vector3
   if (!(normal.dot(solid_q.face_normal(q)) <= opposite)) return false;
   // From a place that hangs on the face alone: which corner is lowest hangs on it within rounding.
   const ContactPlane plane(solid_p.vertex(solid_p.topology().face(p)[0]), normal);
-  PolygonRows rows_p, rows_q;
-  if (!lay_face(solid_p, p, plane, 1.0, rows_p) || !lay_face(solid_q, q, plane, -1.0, rows_q)) {
-    return false;
-  }
+  ProjectedFeature patch_p, patch_q;
+  lay_feature(solid_p, {FeatureKind::Face, p}, plane, 1.0, patch_p);
+  lay_feature(solid_q, {FeatureKind::Face, q}, plane, -1.0, patch_q);
   corners.clear();
-  append_shared_of_polygons(rows_p, rows_q, rounding, corners);
+  append_shared_corners(patch_p, patch_q, rounding, corners);
   if (corners.empty()) return false;
   measure(*this);
-  return flat = is_flat(rows_p, rounding) && is_flat(rows_q, rounding);
+  return flat = is_flat(patch_p, rounding) && is_flat(patch_q, rounding);
 }
 
 bool lowest_corner(const CanonicalPair& pair, const FacingFaces& faces, NearestFeatures& answer) {

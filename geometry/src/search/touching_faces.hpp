@@ -20,7 +20,7 @@ struct FacingFaces {
   double gap = kInfinity;   // there, m
   double next = kInfinity;  // at the next lowest corner, m
   double high = 0.0;        // greatest difference of heights of the two faces, m
-  double span = 0.0;        // twice the area of a triangle of corners, m2
+  double span = 0.0;        // twice the area of a wide triangle of corners, m2
 
   /// Those that look along `across`. False: they do not look at each other (the cosine between
   /// their normals is above `opposite`), share nothing, or are not flat. The same ones are not laid
