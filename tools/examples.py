@@ -10,8 +10,10 @@ import pathlib
 import subprocess
 import sys
 
+import demo_page
+import picture
 import plot
-import render
+import view
 
 HERE = pathlib.Path(__file__).resolve().parent
 SCENES = HERE / "scenes" / "paper"
@@ -223,10 +225,37 @@ def pictures(out, runs):
     for run_name, times, direction, fit in renders():
         name = f"blocks_{run_name}.png"
         source = out / "runs" / run_name / "summary.json"
-        if source.exists() and not is_newer(out / name, source, HERE / "render.py",
+        if source.exists() and not is_newer(out / name, source, HERE / "picture.py",
                                             HERE / "examples.py"):
-            render.render(out / "runs" / run_name, out / name, times, direction, fit)
+            picture.render(out / "runs" / run_name, out / name, times, direction, fit)
             print(f"   {name}", flush=True)
+
+
+VIEWS = {"incline_phi10_default": "5.1 Incline, 10°", "two_forces_default": "5.2 Two forces",
+         "falling_block_default": "5.3 Falling block", "five_blocks_default": "5.4 Five blocks, pushed",
+         "five_blocks_penalty_4e+07": "5.4 by the penalty method"}
+
+
+def page(out, runs, rows):
+    """index.html and the views that it links to."""
+    views = []
+    for run_name, words in VIEWS.items():
+        source, name = out / "runs" / run_name, f"view_{run_name}.html"
+        if not (source / "summary.json").exists():
+            continue
+        if not is_newer(out / name, source / "summary.json", HERE / "view.py", HERE / "viewer" / "dist" / "page.html"):
+            view.run_page(source, out / name)
+        views.append((name, words))
+    points = [(example, METHODS[method], summary["seconds"], largest_error(summary))
+              for (name, example, _, method, _, _) in runs if (out / "runs" / name / "summary.json").exists()
+              for summary in [json.loads((out / "runs" / name / "summary.json").read_text(encoding="utf-8"))]]
+    plot.error_against_time_figure(out / "error_against_time.png", [
+        (example, method, sum(value for phase, value in seconds.items() if phase != "rest"), error)
+        for example, method, seconds, error in points if error is not None])
+    made = [("error_against_time.png", "Error against run time")]
+    made += [(name, name[:-4].replace("_", " ")) for name, _, _ in plots(out, runs) if (out / name).exists()]
+    drawn = [(f"blocks_{name}.png", name.replace("_", " ")) for name, *_ in renders() if (out / f"blocks_{name}.png").exists()]
+    demo_page.write(out, HEAD, rows, made, drawn, views)
 
 
 def main():
@@ -234,6 +263,7 @@ def main():
     parser.add_argument("--quoin", required=True, help="the command")
     parser.add_argument("--out", type=pathlib.Path, required=True)
     given = parser.parse_args()
+    picture.COMMAND = str(pathlib.Path(given.quoin).resolve())
     runs = run_list()
     rows, failed = [], False
     print("== Running the paper's examples")
@@ -244,6 +274,7 @@ def main():
         failed = failed or summary is None or "MISSED" in rows[-1][-1]
     print("== Making pictures")
     pictures(given.out, runs)
+    page(given.out, runs, rows)
     text = table(rows)
     (given.out / "table.txt").write_text(text + "\n", encoding="utf-8")
     (given.out / "table.md").write_text(markdown(rows) + "\n", encoding="utf-8")

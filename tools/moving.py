@@ -292,12 +292,13 @@ def uneven(given):
 def pictures(given):
     from PIL import Image  # with matplotlib
 
-    import render
+    import picture
 
+    picture.COMMAND = str(pathlib.Path(given.quoin).resolve())
     for name, (document, interval, times, direction, fit, hidden) in PICTURES.items():
         run(given.quoin, {**document, "output_interval": interval}, given.work / name, limit=10 * LIMIT)
         path = ROOT / "bench" / f"moving_{name}.png"
-        render.render(given.work / name, path, times, direction, fit, hidden)
+        picture.render(given.work / name, path, times, direction, fit, hidden)
         Image.open(path).convert("RGB").quantize(256, kmeans=2).save(path, optimize=True)
 
 

@@ -1,14 +1,16 @@
 #!/usr/bin/env python3
 """Pictures of a run: its blocks at some times, with forces and contacts. `quoin picture` calls it.
 
-    quoin picture RUN PICTURE [--times T…] [--scale S] [--forces] [--contacts] [--from X Y Z]
+    quoin picture RUN PICTURE [--times T…] [--colour NAME] [--scale S] [--forces] [--contacts] [--from X Y Z]
 
 RUN is a folder that `quoin run --out` left. PICTURE ends in .png: one panel for each time (default four,
 from start to end); in .gif or .mp4: an animation of all times (.mp4 needs ffmpeg).
-Displacements are enlarged by S. --forces draws what bears on each joint, --contacts the contact points by
-state: open, stick, slip; ringed where the joint is at its residual strength (failed).
+Displacements are enlarged by S. --forces draws the resultant that bears on each joint, --contacts the contact
+points by state: open, stick, slip; ringed where the joint is at its residual strength (failed). Points and
+resultants inside the stone are seen through it, points fainter.
 """
 import argparse
+import os
 import pathlib
 import shutil
 import subprocess
@@ -20,10 +22,13 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 from matplotlib.animation import FFMpegWriter, PillowWriter  # noqa: E402
-from matplotlib.collections import PolyCollection  # noqa: E402
+from matplotlib.cm import ScalarMappable  # noqa: E402
+from matplotlib.collections import LineCollection  # noqa: E402
+from matplotlib.colors import Normalize  # noqa: E402
 from matplotlib.lines import Line2D  # noqa: E402
-from run_output import Blocks, Contacts, run_program, series  # noqa: E402
+from run_output import FIXED, Blocks, Contacts, frame_labels, run_program, series  # noqa: E402
 
+COMMAND = os.environ.get("QUOIN", "quoin")  # draws the pixels
 HELD = np.array([0.76, 0.75, 0.73])
 FREE = np.array([(0.80, 0.48, 0.33), (0.88, 0.70, 0.44), (0.44, 0.58, 0.68), (0.58, 0.66, 0.48),
                  (0.72, 0.45, 0.46), (0.54, 0.51, 0.66)])
@@ -34,9 +39,16 @@ STATES = (("open", lambda c: c.state == 0,
           ("slip", lambda c: c.state == 2, {"marker": "^", "color": "#D55E00", "ms": 3.8, "zorder": 3.1}),
           ("failed", lambda c: c.failed,
            {"marker": "o", "color": "#000000", "markerfacecolor": "none", "ms": 6, "zorder": 3.0}))
-LEGEND_HEIGHT = 0.28  # inches
+QUANTITIES = {"displacement": ("displacement of each block (m)", lambda b: np.linalg.norm(b.displacement(), axis=1)),
+              "speed": ("speed of each block (m/s)", lambda b: b.speed),
+              "compression": ("largest compression of each block (Pa)", lambda b: b.compression)}
+DPI = 130
+WIDTH = 7.2  # inches
+TITLE, BAR, LEGEND = 0.26, 0.5, 0.3  # inches: above a panel, below all of them, above all of them
 FRAMES_A_SECOND = 15
 LARGEST_SCALE = 1e9  # beyond, corners lose their digits
+FORCE_COLOURS = plt.get_cmap("inferno_r")
+MOST_HEADS = 300  # more arrows have no heads: they would hide each other
 
 
 class View:
@@ -49,174 +61,214 @@ class View:
             right = np.array([1.0, 0.0, 0.0])
         self.right = right / np.linalg.norm(right)
         self.up = np.cross(self.back, self.right)
-        light = 0.6 * self.back - 0.5 * self.right + np.array([0.0, 0.0, 0.9])
+        light = 0.8 * self.back - 0.45 * self.right + np.array([0.0, 0.0, 0.8])
         self.light = light / np.linalg.norm(light)  # towards it: over the left shoulder
 
     def flat(self, points):
         return np.column_stack([points @ self.right, points @ self.up])
 
 
-class Shape:
-    """One convex block as it is drawn."""
-
-    def __init__(self, points, faces, colour):
-        self.points = points[sorted({v for face in faces for v in face})]
-        self.colour = colour
-        self.corners = [points[face] for face in faces]
-        areas = np.array([sum(np.cross(c[i] - c[0], c[i + 1] - c[0]) for i in range(1, len(c) - 1))
-                          for c in self.corners])
-        self.normals = areas / np.maximum(np.linalg.norm(areas, axis=1), 1e-300)[:, None]
-        self.offsets = np.array([n @ c[0] for n, c in zip(self.normals, self.corners)])
+class Frame:
+    def __init__(self, time, label, blocks, contacts):
+        self.time, self.label = time, label
+        self.blocks = Blocks(blocks)
+        self.contacts = Contacts(contacts)
 
 
-def in_front(a, b, view):
-    """1 when block b hides a, -1 when a hides b, by the face plane that parts them best; 0: neither."""
-    best, answer = -np.inf, 0
-    for first, second, sign in ((a, b, 1), (b, a, -1)):
-        gaps = (second.points @ first.normals.T - first.offsets).min(axis=0)
-        towards = first.normals @ view.back
-        gaps[np.abs(towards) < 1e-6] = -np.inf
-        face = int(np.argmax(gaps))
-        if gaps[face] > best:
-            best, answer = gaps[face], sign * int(np.sign(towards[face]))
-    return answer
+def frames_of(folder, times):
+    blocks, contacts, labels = series(folder, "blocks"), series(folder, "contacts"), frame_labels(folder)
+    for wanted in times:
+        number = min(range(len(blocks)), key=lambda i: abs(blocks[i][0] - wanted))
+        yield Frame(blocks[number][0], labels[number], blocks[number][1], contacts[number][1])
 
 
-def back_to_front(shapes, view):
-    """Order of drawing: every block after those that it hides."""
-    flat = [view.flat(shape.points) for shape in shapes]
-    low = np.array([f.min(axis=0) for f in flat])
-    high = np.array([f.max(axis=0) for f in flat])
-    behind = [[] for _ in shapes]
-    for i, shape in enumerate(shapes):
-        near = np.all((low[i] < high[i + 1:]) & (low[i + 1:] < high[i]), axis=1)
-        for j in i + 1 + np.flatnonzero(near):
-            sign = in_front(shape, shapes[j], view)
-            if sign:
-                behind[j if sign > 0 else i].append(i if sign > 0 else j)
-    depth = [(shape.points @ view.back).mean() for shape in shapes]
-    order, seen = [], set()
-    for start in sorted(range(len(shapes)), key=depth.__getitem__):
-        stack = [] if start in seen else [(start, iter(behind[start]))]
-        seen.add(start)
-        while stack:
-            following = next((n for n in stack[-1][1] if n not in seen), None)
-            if following is None:
-                order.append(stack.pop()[0])
-            else:
-                seen.add(following)
-                stack.append((following, iter(behind[following])))
-    return order
+def corners_shown(blocks, hidden=()):
+    """Of what moves; of all blocks, where nothing does."""
+    corners, sizes, block = blocks.polygons()
+    kept = ~np.isin(block, hidden)
+    moves = kept & (blocks.kind[block] < FIXED)
+    return corners[np.repeat(moves if moves.any() else kept, sizes)]
 
 
-def visible_faces(blocks, view, scale):
-    """[(outline, colour)] of faces that look to the eye, the farthest first."""
-    points = blocks.placed(scale)
-    shapes, free = [], 0
-    for block, faces in enumerate(blocks.faces):
-        if faces:  # an absent block has none
-            shapes.append(Shape(points, faces, HELD if blocks.held(block) else FREE[free % len(FREE)]))
-        free += not blocks.held(block)
-    shown = []
-    for number in back_to_front(shapes, view):
-        shape = shapes[number]
-        for corners, normal in zip(shape.corners, shape.normals):
-            if normal @ view.back > 1e-9:
-                shade = 0.58 + 0.42 * max(0.0, normal @ view.light)
-                shown.append((view.flat(corners), np.clip(shape.colour * shade, 0, 1)))
-    return shown
+def box_of(frames, view, scale, hidden=()):
+    """What is shown of all frames, with a margin: low and high along right and up, m."""
+    moving = any((frame.blocks.kind < FIXED).any() for frame in frames)
+    flat = np.vstack([view.flat(frame.blocks.placed(scale)[corners_shown(frame.blocks, hidden)])
+                      for frame in frames if not moving or (frame.blocks.kind < FIXED).any()])
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    margin = 0.06 * np.max(high - low)
+    return low - margin, high + margin
 
 
-def draw_contacts(axis, contacts, view):
+def raster(corners, sizes, colours, view, centre, scale, width, height, samples=3):
+    """(pixels height × width × 3, depth towards the eye, m) of convex polygons; `scale`: pixels a metre."""
+    head = np.array([width, height, samples, len(sizes), len(corners)], dtype="<i4").tobytes()
+    head += np.concatenate([view.right, view.up, view.back, centre, [scale], view.light, [0.5]]).astype("<f8").tobytes()
+    first = np.concatenate([[0], np.cumsum(sizes)]).astype("<i4").tobytes()
+    done = subprocess.run([COMMAND, "raster"], capture_output=True,
+                          input=head + first + corners.astype("<f8").tobytes() + colours.astype("<f4").tobytes())
+    if done.returncode != 0:
+        sys.exit(done.stderr.decode(errors="replace").strip())
+    pixels = np.frombuffer(done.stdout, "u1", 3 * width * height).reshape(height, width, 3)
+    return pixels, np.frombuffer(done.stdout, "<f4", width * height, pixels.size).reshape(height, width)
+
+
+def colours_of(blocks, given, limits):
+    """Of each block."""
+    held = blocks.kind >= FIXED
+    number = np.cumsum(~held) - 1
+    colours = FREE[number % len(FREE)]
+    if limits is not None:
+        value = QUANTITIES[given.colour][1](blocks)
+        colours = plt.get_cmap("viridis")(Normalize(*limits)(value))[:, :3]
+    colours = np.where(held[:, None], HELD, colours)
+    return 0.45 * colours + 0.55 if given.forces else colours  # light, so that arrows are seen
+
+
+def draw_blocks(axis, frame, given, box, limits, pixels):
+    """The depth at each pixel."""
+    corners, sizes, block = frame.blocks.polygons()
+    kept = ~np.isin(block, given.hide)
+    corners = frame.blocks.placed(given.scale)[corners[np.repeat(kept, sizes)]]
+    scale = pixels[0] / (box[1] - box[0])[0]
+    image, depth = raster(corners, sizes[kept], colours_of(frame.blocks, given, limits)[block[kept]],
+                          given.view, (box[0] + box[1]) / 2, scale, *pixels)
+    axis.imshow(image, extent=(box[0][0], box[1][0], box[0][1], box[1][1]), interpolation="nearest", zorder=1)
+    return depth
+
+
+def in_sight(points, view, depth, box):
+    """Which points no block hides."""
+    pixel = (depth.shape[1] - 1) / (box[1] - box[0])[0]
+    x, y = ((view.flat(points) - box[0]) * pixel).T
+    column = np.clip(x.astype(int), 0, depth.shape[1] - 1)
+    row = np.clip(depth.shape[0] - 1 - y.astype(int), 0, depth.shape[0] - 1)
+    near = [depth[np.clip(row + i, 0, depth.shape[0] - 1), np.clip(column + j, 0, depth.shape[1] - 1)]
+            for i in (-1, 0, 1) for j in (-1, 0, 1)]
+    return points @ view.back > np.min(near, axis=0) - 3 / pixel
+
+
+def draw_contacts(axis, contacts, view, depth, box):
+    sight = in_sight(contacts.points, view, depth, box) if len(contacts.points) else np.zeros(0, dtype=bool)
     for _, chosen, style in STATES:
-        axis.plot(*view.flat(contacts.points[chosen(contacts)]).T, linestyle="", markeredgewidth=0.8, **style)
+        for shown, alpha in ((sight, 1.0), (~sight, 0.25)):
+            axis.plot(*view.flat(contacts.points[chosen(contacts) & shown]).T, linestyle="",
+                      markeredgewidth=0.8, alpha=alpha, **style)
 
 
 def add_legend(figure, frames):
     """Of the states that these frames show, over all panels."""
     shown = [Line2D([], [], linestyle="", markeredgewidth=0.8, label=name, **style)
              for name, chosen, style in STATES if any(chosen(frame.contacts).any() for frame in frames)]
-    top = 1.0 - LEGEND_HEIGHT / figure.get_figheight()
-    figure.set_layout_engine("constrained", rect=(0, 0, 1, top))
     figure.legend(handles=shown, loc="upper center", ncol=len(STATES), fontsize=10, frameon=False,
                   handletextpad=0.1, columnspacing=1.2)
 
 
 def draw_forces(axis, joints, view, size, largest):
-    for joint in joints:
-        half = 0.04 * size * view.flat(joint["force"][None])[0] / largest
-        centre = view.flat(joint["centre"][None])[0]
-        for sign in (1, -1):  # action and reaction, each pointing at the joint
-            axis.annotate("", xy=centre, xytext=centre - sign * 2 * half, zorder=4,
-                          arrowprops={"arrowstyle": "-|>", "color": "#222222", "lw": 0.8,
-                                      "shrinkA": 0, "shrinkB": 0, "mutation_scale": 6})
-
-
-class Frame:
-    def __init__(self, time, blocks, contacts):
-        self.time = time
-        self.blocks = Blocks(blocks)
-        self.contacts = Contacts(contacts)
-
-
-def frames_of(folder, times):
-    blocks, contacts = series(folder, "blocks"), series(folder, "contacts")
-    for wanted in times:
-        number = min(range(len(blocks)), key=lambda i: abs(blocks[i][0] - wanted))
-        yield Frame(blocks[number][0], blocks[number][1], contacts[number][1])
-
-
-def box_of(frames, view, scale):
-    """What is shown: all that moves at any time (all, where nothing does), with a margin."""
-    flat = []
-    nothing_moves = all(frame.blocks.held(b) for frame in frames for b in range(len(frame.blocks.kind)))
-    for frame in frames:
-        placed = frame.blocks.placed(scale)
-        for block, faces in enumerate(frame.blocks.faces):
-            if faces and (nothing_moves or not frame.blocks.held(block)):
-                flat.append(view.flat(placed[sorted({v for f in faces for v in f})]))
-    flat = np.vstack(flat)
-    low, high = flat.min(axis=0), flat.max(axis=0)
-    margin = 0.08 * np.max(high - low)
-    return low - margin, high + margin
-
-
-def draw(axis, frame, given, box, largest):
-    low, high = box
-    faces = visible_faces(frame.blocks, given.view, given.scale)
-    axis.add_collection(PolyCollection([f[0] for f in faces], facecolors=[f[1] for f in faces],
-                                       edgecolors="#3c352c", linewidths=0.4))
-    if given.contacts:
-        draw_contacts(axis, frame.contacts, given.view)
-    if given.forces and largest > 0:
-        draw_forces(axis, frame.contacts.joints(), given.view, np.max(high - low), largest)
-    axis.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
-    axis.axis("off")
-    words = f"t = {frame.time:.3g} s" + (f", displacements × {given.scale:g}" if given.scale != 1 else "")
-    words += f", arrows up to {largest / 1000:.3g} kN" if given.forces and largest > 0 else ""
-    axis.set_title(words, fontsize=10, loc="left", color="#222222")
+    """A line through each centre of pressure, along the resultant, as long as it is large; heads: they press."""
+    if not joints:
+        return
+    centres = view.flat(np.array([joint["centre"] for joint in joints]))
+    forces = np.array([joint["force"] for joint in joints])
+    share = np.linalg.norm(forces, axis=1) / largest
+    half = view.flat(forces) / largest * size * (0.07 if len(joints) <= MOST_HEADS else 0.03)
+    shown = np.flatnonzero(share > 0.02)[np.argsort(share[share > 0.02])]
+    widths, colours = 0.8 + 2.2 * share, FORCE_COLOURS(0.15 + 0.85 * share)
+    if len(joints) > MOST_HEADS:
+        axis.add_collection(LineCollection([(centres[i] - half[i], centres[i] + half[i]) for i in shown],
+                                           linewidths=widths[shown], colors=colours[shown], zorder=4))
+        return
+    for i in shown:
+        for sign in (1, -1):
+            axis.annotate("", xy=centres[i], xytext=centres[i] - sign * half[i], zorder=4,
+                          arrowprops={"arrowstyle": "-|>", "color": colours[i], "lw": widths[i], "shrinkA": 0,
+                                      "shrinkB": 0, "mutation_scale": 4 + 5 * share[i]})
 
 
 def largest_force(frames):
     return max((np.linalg.norm(j["force"]) for f in frames for j in f.contacts.joints()), default=0.0)
 
 
-def sheet(frames, given):
-    box, largest = box_of(frames, given.view, given.scale), largest_force(frames)
-    columns = 2 if len(frames) > 1 else 1
-    rows = (len(frames) + columns - 1) // columns
-    shape = (box[1] - box[0])[1] / (box[1] - box[0])[0]
-    width = 7.2 / columns
-    figure, axes = plt.subplots(rows, columns, squeeze=False, layout="constrained",
-                                figsize=(7.2, rows * (width * min(max(shape, 0.25), 1.6) + 0.3) +
-                                         (LEGEND_HEIGHT if given.contacts else 0)))
-    for axis in axes.flat:
-        axis.axis("off")
-    for axis, frame in zip(axes.flat, frames):
-        draw(axis, frame, given, box, largest)
+def draw(axis, frame, given, box, bars, pixels):
+    axis.set(xlim=(box[0][0], box[1][0]), ylim=(box[0][1], box[1][1]), aspect="auto")
+    axis.axis("off")
+    depth = draw_blocks(axis, frame, given, box, bars.get("colour"), pixels)
+    if given.contacts:
+        draw_contacts(axis, frame.contacts, given.view, depth, box)
+    if "forces" in bars:
+        draw_forces(axis, frame.contacts.joints(), given.view, np.max(box[1] - box[0]), bars["forces"][1])
+    words = f"t = {frame.time:.3g} s" + (f", {frame.label}" if frame.label else "")
+    words += f", displacements × {given.scale:g}" if given.scale != 1 else ""
+    axis.set_title(words, fontsize=9, loc="left", color="#222222", pad=3)
+
+
+def bars_of(frames, given):
+    """{what: (least, largest)} of the colour bars, over all frames."""
+    bars = {}
+    if given.colour != "block":
+        values = [QUANTITIES[given.colour][1](f.blocks)[f.blocks.kind < FIXED] for f in frames]
+        low, high = min(v.min(initial=0.0) for v in values), max(v.max(initial=0.0) for v in values)
+        bars["colour"] = (low, high if high > low else low + 1.0)
+    largest = largest_force(frames) if given.forces else 0.0
+    if largest > 0:
+        bars["forces"] = (0.0, largest)
+    return bars
+
+
+def add_bars(figure, bars, given):
+    for number, (what, (low, high)) in enumerate(bars.items()):
+        height, width = figure.get_figheight(), 0.8 / len(bars)
+        axis = figure.add_axes([0.1 + number * (width + 0.03), 0.34 / height, width - 0.03, 0.1 / height])
+        if what == "forces":
+            shown = ScalarMappable(Normalize(low, high / 1000), matplotlib.colors.ListedColormap(
+                FORCE_COLOURS(np.linspace(0.15, 1, 256))))
+        else:
+            shown = ScalarMappable(Normalize(low, high), "viridis")
+        bar = figure.colorbar(shown, cax=axis, orientation="horizontal")
+        bar.ax.tick_params(labelsize=8, pad=1, length=2)
+        bar.set_label("resultant on each joint (kN)" if what == "forces" else QUANTITIES[given.colour][0],
+                      fontsize=8, labelpad=1)
+
+
+class Layout:
+    """Panels of whole pixels: their images are not scaled."""
+
+    def __init__(self, box, count, width, given, bars):
+        self.columns = 2 if count > 1 else 1
+        rows = (count + self.columns - 1) // self.columns
+        shape = np.clip((box[1] - box[0])[1] / (box[1] - box[0])[0], 0.2, 1.6)
+        self.pixels = (int(width * DPI / self.columns) - 6, int((width * DPI / self.columns - 6) * shape))
+        self.top, self.bottom = LEGEND if given.contacts else 0.0, BAR if bars else 0.04
+        self.panel = self.pixels[1] / DPI + TITLE
+        self.size = (width, self.top + self.bottom + rows * self.panel)
+        low, high = box
+        grown = (high - low)[0] * self.pixels[1] / self.pixels[0] - (high - low)[1]
+        wide = max(0.0, -grown) * self.pixels[0] / self.pixels[1]
+        more = np.array([wide, max(0.0, grown)]) / 2
+        self.box = (low - more, high + more)
+
+    def axes(self, figure, number):
+        row, column = divmod(number, self.columns)
+        width, height = self.size
+        return figure.add_axes([(column * width / self.columns + 3 / DPI) / width,
+                                1 - (self.top + (row + 1) * self.panel) / height,
+                                self.pixels[0] / DPI / width, self.pixels[1] / DPI / height])
+
+
+def paint(figure, frames, given, layout, bars):
+    for number, frame in enumerate(frames):
+        draw(layout.axes(figure, number), frame, given, layout.box, bars, layout.pixels)
     if given.contacts:
         add_legend(figure, frames)
-    figure.savefig(given.picture, dpi=120, pil_kwargs={"optimize": True})
+    add_bars(figure, bars, given)
+
+
+def sheet(frames, given):
+    bars = bars_of(frames, given)
+    layout = Layout(given.box or box_of(frames, given.view, given.scale, given.hide), len(frames), WIDTH, given, bars)
+    figure = plt.figure(figsize=layout.size, dpi=DPI)
+    paint(figure, frames, given, layout, bars)
+    figure.savefig(given.picture, dpi=DPI, pil_kwargs={"optimize": True})
     plt.close(figure)
 
 
@@ -224,19 +276,31 @@ def animation(frames, given):
     is_gif = given.picture.lower().endswith(".gif")
     if not is_gif and shutil.which("ffmpeg") is None:
         sys.exit("quoin picture: .mp4 needs ffmpeg, which is not installed; .gif and .png do not")
-    box, largest = box_of(frames, given.view, given.scale), largest_force(frames)
-    figure = plt.figure(figsize=(6, 4), layout="constrained")
+    bars = bars_of(frames, given)
+    layout = Layout(box_of(frames, given.view, given.scale), 1, 5.0, given, bars)
+    even = [2 * round(side * DPI / 2) / DPI for side in layout.size]  # as .mp4 wants it
+    figure = plt.figure(figsize=even, dpi=DPI)
     writer = (PillowWriter if is_gif else FFMpegWriter)(fps=FRAMES_A_SECOND)
     try:
-        with writer.saving(figure, given.picture, dpi=100):
+        with writer.saving(figure, given.picture, dpi=DPI):
             for frame in frames:
                 figure.clear()
-                draw(figure.add_subplot(), frame, given, box, largest)
-                if given.contacts:
-                    add_legend(figure, frames)
+                paint(figure, [frame], given, layout, bars)
                 writer.grab_frame()
     except subprocess.CalledProcessError as error:
         sys.exit(f"quoin picture: {given.picture}: {error}")
+
+
+def render(folder, path, times, direction=(-0.45, -1.0, 0.42), fit=None, hidden=(), **more):
+    """A sheet as main() makes it. `fit`: the box to show, low and high corner, m; `hidden`: blocks left out."""
+    view = View(direction)
+    corners = None
+    if fit is not None:
+        corners = view.flat(np.array([[fit[i], fit[1 + j], fit[2 + k]] for i in (0, 3) for j in (0, 3) for k in (0, 3)]))
+        corners = (corners.min(axis=0), corners.max(axis=0))
+    given = argparse.Namespace(picture=str(path), view=view, box=corners, hide=list(hidden),
+                               **{"scale": 1.0, "forces": False, "contacts": False, "colour": "block", **more})
+    sheet(list(frames_of(folder, times)), given)
 
 
 def refuse(words):
@@ -249,18 +313,20 @@ def main():
     parser.add_argument("run", help="folder that quoin run --out left")
     parser.add_argument("picture", help=".png; or .gif, .mp4: an animation of all times")
     parser.add_argument("--times", type=float, nargs="+", help="s; default: four from start to end")
+    parser.add_argument("--colour", choices=["block", *QUANTITIES], default="block", help="of blocks (default: block)")
     parser.add_argument("--scale", type=float, default=1.0, help="of displacements (default 1)")
-    parser.add_argument("--forces", action="store_true", help="arrows: what bears on each joint")
-    parser.add_argument("--contacts", action="store_true", 
+    parser.add_argument("--forces", action="store_true", help="the resultant that bears on each joint")
+    parser.add_argument("--contacts", action="store_true",
                         help="contact points by state: open, stick, slip, failed (residual strength)")
     parser.add_argument("--from", dest="direction", type=float, nargs=3, default=(-0.45, -1.0, 0.42),
                         metavar=("X", "Y", "Z"), help="direction towards the eye (default -0.45 -1 0.42)")
+    parser.add_argument("--hide", type=int, nargs="+", default=[], help="numbers of blocks that are left out")
     given = parser.parse_args()
     if not 0 < np.linalg.norm(given.direction) < np.inf:
         refuse("--from: must be a direction that is not zero")
     if not 0 <= given.scale <= LARGEST_SCALE:
         refuse(f"--scale {given.scale:g}: must lie in 0 … {LARGEST_SCALE:g}")
-    given.view = View(given.direction)
+    given.view, given.box = View(given.direction), None
     ending = pathlib.Path(given.picture).suffix.lower()
     if ending not in (".png", ".gif", ".mp4"):
         refuse(f"{given.picture}: the picture must end in .png, .gif or .mp4")

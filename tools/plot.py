@@ -166,6 +166,21 @@ def energy_figure(path, title, runs, monitors):
     save(figure, path)
 
 
+def error_against_time_figure(path, points):
+    """points: [(example, method, seconds, largest error)]; a colour for each method, a mark for each example."""
+    figure, axis = plt.subplots(figsize=(7.2, 4.2), layout="constrained")
+    methods, examples = (list(dict.fromkeys(point[i] for point in points)) for i in (1, 0))
+    for example, method, seconds, error in points:
+        axis.loglog(seconds, max(error, 1e-16), linestyle="", markersize=8, color=COLOURS[methods.index(method)],
+                    marker=MARKERS[examples.index(example) % len(MARKERS)], markeredgecolor="white")
+    marks = [plt.Line2D([], [], linestyle="", marker="o", color=COLOURS[i], label=name) for i, name in enumerate(methods)]
+    marks += [plt.Line2D([], [], linestyle="", marker=MARKERS[i % len(MARKERS)], color="#555555", label=name)
+              for i, name in enumerate(examples)]
+    axis.legend(handles=marks, fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    axis.set(title="Error against run time", xlabel="time in the solver (s)", ylabel="largest relative error")
+    save(figure, path)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("picture")

@@ -5,7 +5,8 @@
 
 RUN is a folder that `quoin run --out` left. Writes history.png (monitors, energy, contacts),
 thrust.png (joints with their centres of pressure; where blocks form a chain, as in an arch, the thrust
-line joins them; of more than 500 joints the blocks by their largest compression) and joints.png (normal and shear force, and pressures, along the chain).
+line joins them; of more than 500 joints the blocks by their largest compression) and joints.png (normal and shear force, and pressures, along the chain);
+of a chain also diagrams.png (eccentricity, and moment against normal force).
 """
 import argparse
 import pathlib
@@ -20,6 +21,7 @@ from matplotlib.ticker import MaxNLocator  # noqa: E402
 from run_output import Blocks, Contacts, history, run_program, series  # noqa: E402
 
 COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#999999", "#000000"]
+AXES = {"xz": [0, 2], "yz": [1, 2]}
 MOST_MONITORS = 8
 MOST_LINES = 500  # joints whose forces are drawn one by one: more run into each other
 plt.rcParams.update({
@@ -177,7 +179,7 @@ def draw_thrust_line(axis, centres, forces):
 
 
 def thrust_figure(blocks, contacts, joints, chain, plane, path):
-    axes_of = [0, 2] if plane == "xz" else [1, 2]
+    axes_of = AXES[plane]
     figure, axis = plt.subplots(figsize=(7.2, 4.8), layout="constrained")
     there = [b for b, faces in enumerate(blocks.faces) if faces]
     outlines = [hull(blocks.points[sorted({v for f in blocks.faces[b] for v in f})][:, axes_of]) for b in there]
@@ -198,12 +200,90 @@ def thrust_figure(blocks, contacts, joints, chain, plane, path):
     elif chain is None:
         title = draw_forces(axis, centres, forces, 0.12 * np.max(high - low))
     else:
+        draw_thrust_band(axis, joints, chain, axes_of)
         title = draw_thrust_line(axis, centres[chain], forces[chain])
     figure.suptitle(title, x=0.02, ha="left", fontsize=11)  # of the figure: an axis may be narrow
     save(figure, path)
 
 
-def joints_figure(joints, chain, path):
+def section_of(joint, up):
+    """Depth h (m) of a joint's section along `up` as projected on it, width b = area / h, and the distance e (m) of
+    its centre of pressure from the middle of h, positive along `up`; None of a joint without area."""
+    axis = up - (up @ joint["direction"]) * joint["direction"]
+    size = np.linalg.norm(axis)
+    if size < 1e-6 or not joint["area"] > 0:
+        return None
+    heights = joint["points"] @ (axis / size)
+    depth = np.ptp(heights)
+    if not depth > 0:
+        return None
+    return depth, joint["area"] / depth, joint["centre"] @ (axis / size) - (heights.max() + heights.min()) / 2
+
+
+def edge_stress(normal, section):
+    """The largest pressure (Pa) of a rectangular section that takes no tension, the pressure linear over the part that
+    bears: 2 N / (3 a b) with a = h/2 - |e| outside the middle third, else N / (h b) (1 + 6 |e| / h)."""
+    if section is None:
+        return np.nan
+    depth, width, off = section
+    a = depth / 2 - abs(off)
+    if abs(off) <= depth / 6:
+        return normal / (depth * width) * (1 + 6 * abs(off) / depth)
+    return 2 * normal / (3 * a * width) if a > 0 else np.inf
+
+
+def thrust_up(joints, chain, axes_of):
+    """Across the thrust line in its plane, by joint of the chain: where the sections have their depth."""
+    normals = np.array([joints[number]["direction"] for number in chain])
+    away = [i for i in range(3) if i not in axes_of][0]
+    return np.cross(normals, np.eye(3)[away])
+
+
+def draw_thrust_band(axis, joints, chain, axes_of):
+    """The part of each joint that bears where pressure is linear and there is no tension: 3 a from the edge."""
+    corners = []
+    for joint, up in zip((joints[number] for number in chain), thrust_up(joints, chain, axes_of)):
+        section = section_of(joint, up)
+        if section is None:
+            return
+        depth, _, off = section
+        axis3 = up - (up @ joint["direction"]) * joint["direction"]
+        axis3 /= np.linalg.norm(axis3)
+        bearing = min(depth, 3 * (depth / 2 - abs(off)))
+        near = np.sign(off) * depth / 2 if bearing < depth else depth / 2
+        far = near - np.sign(near) * bearing
+        flat = [(joint["centre"] + (height - off) * axis3)[axes_of] for height in (near, far)]
+        corners.append(flat if not corners or np.linalg.norm(flat[0] - corners[-1][0]) <= np.linalg.norm(flat[1] - corners[-1][0])
+                       else flat[::-1])
+    band = np.array([c[0] for c in corners] + [c[1] for c in corners][::-1])
+    axis.fill(*band.T, color=COLOURS[1], alpha=0.22, linewidth=0)
+
+
+def diagram_figure(joints, chain, axes_of, path):
+    """N and M = N e of each joint of a chain, by their limits without tension: |M| <= N h / 2."""
+    sections = [section_of(joints[n], up) for n, up in zip(chain, thrust_up(joints, chain, axes_of))]
+    if any(section is None for section in sections):
+        return
+    number = np.arange(1, len(chain) + 1)
+    normal = np.array([joints[n]["normal"] for n in chain]) / 1000
+    off, depth = np.array([s[2] for s in sections]), np.array([s[0] for s in sections])
+    figure, axes = plt.subplots(1, 2, figsize=(7.2, 3.2), layout="constrained")
+    axes[0].fill_between(number, -0.5, 0.5, color="#e9e9e9", label="section")
+    axes[0].fill_between(number, -1 / 6, 1 / 6, color="#cfe3ee", label="middle third")
+    axes[0].plot(number, off / depth, "o-", color=COLOURS[1], markersize=3.5, label="centre of pressure")
+    axes[0].set(xlabel="joint along the chain", ylabel="eccentricity e / h", ylim=(-0.6, 0.6))
+    most = 1.1 * normal.max()
+    for share, style in ((0.5, "-"), (1 / 6, "--")):
+        for sign in (1, -1):
+            axes[1].plot([0, most], [0, sign * share * most * depth.mean()], color="#888888", linewidth=1, linestyle=style)
+    axes[1].plot(normal, normal * off, "o", color=COLOURS[0], markersize=4)
+    axes[1].set(xlabel="normal force N (kN)", ylabel="moment N e (kN m)", xlim=(0, most))
+    axes[0].legend(fontsize=8, loc="upper center", ncol=3, handlelength=1, columnspacing=0.8)
+    axes[1].set_title("lines: M = N h/2, N h/6", fontsize=9)
+    save(figure, path)
+
+
+def joints_figure(joints, chain, axes_of, path):
     order = chain if chain is not None else range(len(joints))
     ordered = [joints[number] for number in order]
     number = np.arange(1, len(ordered) + 1)
@@ -218,6 +298,11 @@ def joints_figure(joints, chain, path):
             for j in ordered]
     axes[1].plot(number, mean, color=COLOURS[0], label="mean over the joint", **marks)
     axes[1].plot(number, most, color=COLOURS[2], label="largest at a contact point", **marks)
+    if chain is not None:
+        edge = [edge_stress(j["normal"], section_of(j, up)) / 1e6
+                for j, up in zip(ordered, thrust_up(joints, chain, axes_of))]
+        if np.isfinite(edge).any():
+            axes[1].plot(number, edge, color=COLOURS[1], label="at the edge, linear and without tension", **marks)
     for axis in axes:
         axis.margins(y=0.08)
         axis.update_datalim([(1, 0)], updatex=False)  # from zero
@@ -226,7 +311,8 @@ def joints_figure(joints, chain, path):
     axes[1].xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
     axes[1].set(ylabel="pressure (MPa)", xlim=(0.5, len(ordered) + 0.5),
                 xlabel="joint along the chain" if chain is not None else "joint")
-    axes[1].legend(fontsize=9)
+    axes[1].set_ylim(top=1.2 * axes[1].get_ylim()[1])  # room for the legend
+    axes[1].legend(fontsize=8, ncol=3, loc="upper center")
     save(figure, path)
 
 
@@ -248,7 +334,9 @@ def main():
         return
     chain = chain_of(joints, blocks)
     thrust_figure(blocks, contacts, joints, chain, given.plane, out / "thrust.png")
-    joints_figure(joints, chain, out / "joints.png")
+    joints_figure(joints, chain, AXES[given.plane], out / "joints.png")
+    if chain is not None and len(chain) > 1:
+        diagram_figure(joints, chain, AXES[given.plane], out / "diagrams.png")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,9 @@
 """What `quoin run --out` left, read back: history.csv, blocks_*.vtu and contacts_*.vtp."""
 import contextlib
 import csv
+import functools
+import json
+import mmap
 import pathlib
 import re
 import sys
@@ -43,19 +46,22 @@ def history(folder):
 
 def arrays(path):
     """{name: values} of a .vtu or .vtp file, as text or with raw appended data."""
-    data = pathlib.Path(path).read_bytes()
+    with open(path, "rb") as file:  # of the numbers only those are read that are looked at
+        data = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
     mark = re.search(rb'<AppendedData[^>]*encoding="raw"[^>]*>\s*_', data)
-    text = data if mark is None else data[:mark.start()] + b"</VTKFile>"
+    text = data[:] if mark is None else data[:mark.start()] + b"</VTKFile>"
     root = xml.fromstring(text)
     head = np.dtype(TYPES[root.get("header_type", "UInt32")])
     found = {}
-    for node in root.iter("DataArray"):
+    for node in [*root.iter("DataArray"), *root.iter("Array")]:
         kind = np.dtype(TYPES.get(node.get("type"), "<f8"))
-        if node.get("type") == "String":
-            continue
         if node.get("format") == "appended":
             at = mark.end() + int(node.get("offset"))
             size = int(np.frombuffer(data, head, 1, at)[0])
+            if node.get("type") == "String":
+                raw = data[at + head.itemsize:at + head.itemsize + size]
+                found[node.get("Name")] = raw.decode("utf-8", "replace").split("\0")[:-1]
+                continue
             values = np.frombuffer(data, kind, size // kind.itemsize, at + head.itemsize)
         else:
             values = np.array((node.text or "").split(), dtype=kind)
@@ -83,25 +89,63 @@ def pieces(path):
     return [arrays(path.parent / piece.get("Source")) for piece in xml.parse(path).getroot().iter("Piece")]
 
 
+def common_faces(stream, ends, first):
+    """[(cells, faces)]: cells whose faces name the same corners, counted from the first corner of each.
+    `stream`: of all cells the number of faces, and of each face its size and corners; `ends`: by cell."""
+    starts = np.concatenate([[0], ends[:-1]])
+    found = []
+    for length in np.unique(ends - starts):
+        cells = np.flatnonzero(ends - starts == length)
+        table = stream[starts[cells][:, None] + np.arange(length)]
+        is_size, at = np.zeros(table.shape, dtype=bool), np.ones(len(cells), dtype=int)
+        is_size[:, 0] = True
+        for _ in range(table[:, 0].max()):
+            inside = np.flatnonzero(at < length)
+            is_size[inside, at[inside]] = True
+            at[inside] += table[inside, at[inside]] + 1
+        own = np.ascontiguousarray(np.where(is_size, table, table - first[cells][:, None]))
+        _, one, group = np.unique(own.view(f"V{own.itemsize * length}").ravel(), return_index=True,
+                                  return_inverse=True)
+        order = np.argsort(group, kind="stable")
+        for rows in np.split(order, np.cumsum(np.bincount(group))[:-1]):
+            numbers = iter(own[one[group[rows[0]]]].tolist()[1:])
+            found.append((cells[rows], [[next(numbers) for _ in range(size)] for size in numbers]))
+    return found
+
+
 class Blocks:
-    """Corners now and at the start, faces by corner, and what is known of each block."""
+    """Corners now and at the start, faces, and what is known of each block, by block."""
 
     def __init__(self, path):
         with reading(path):
             found = pieces(path)
             self.points = np.concatenate([piece["Points"] for piece in found])
             self.moved = np.concatenate([piece["displacement"] for piece in found])
-            first, shown = 0, []
+            block = np.concatenate([piece["block"] for piece in found])
+            place = np.empty(len(block), dtype=int)
+            place[np.argsort(block)] = np.arange(len(block))
+            self.kind, self.speed = np.empty(len(block), dtype=int), np.empty(len(block))
+            self.compression, self.first = np.empty(len(block)), np.empty(len(block), dtype=int)
+            self.topologies, corners, cells = [], 0, 0  # [(blocks, faces by corner from the first)]
             for piece in found:
-                stream = iter(piece["faces"])
-                for block, kind in zip(piece["block"], piece["kind"]):
-                    own = [[first + int(next(stream)) for _ in range(int(next(stream)))]
-                           for _ in range(int(next(stream)))]
-                    shown.append((int(block), int(kind), [] if kind == ABSENT else own))
-                first += len(piece["Points"])
-            shown.sort(key=lambda block: block[0])
-            self.kind = np.array([kind for _, kind, _ in shown])
-            self.faces = [own for _, _, own in shown]
+                own = place[cells:cells + len(piece["block"])]
+                first = np.concatenate([[0], piece["offsets"][:-1]])
+                self.kind[own], self.speed[own] = piece["kind"], piece["speed"]
+                self.compression[own] = -piece["principal_stress"][:, 2]
+                self.first[own] = corners + first
+                self.topologies += [(own[rows], faces) for rows, faces in
+                                    common_faces(piece["faces"], piece["faceoffsets"], first)]
+                corners, cells = corners + len(piece["Points"]), cells + len(own)
+
+    @functools.cached_property
+    def faces(self):
+        """Of each block, by corner; none of an absent one."""
+        result = [[] for _ in self.kind]
+        for rows, faces in self.topologies:
+            for block in rows[self.kind[rows] != ABSENT]:
+                first = int(self.first[block])
+                result[block] = [[first + v for v in face] for face in faces]
+        return result
 
     def held(self, block):
         return self.kind[block] >= FIXED
@@ -109,6 +153,48 @@ class Blocks:
     def placed(self, scale):
         """Corners with displacements since the start enlarged."""
         return self.points + (scale - 1.0) * self.moved
+
+    def polygons(self):
+        """(corners one after the other, size of each polygon, its block), absent blocks left out."""
+        corners, sizes, blocks = [], [], []
+        for rows, faces in self.topologies:
+            there = rows[self.kind[rows] != ABSENT]
+            flat = np.concatenate(faces)
+            corners.append((self.first[there][:, None] + flat).ravel())
+            sizes.append(np.tile([len(face) for face in faces], len(there)))
+            blocks.append(np.repeat(there, len(faces)))
+        return tuple(np.concatenate(parts) for parts in (corners, sizes, blocks))
+
+    def displacement(self):
+        """Of each block's corners, the mean, m."""
+        ends = np.append(np.sort(self.first)[1:], len(self.moved))
+        order = np.argsort(self.first)
+        sums = np.add.reduceat(self.moved, self.first[order], axis=0)
+        result = np.empty((len(order), 3))
+        result[order] = sums / (ends - self.first[order])[:, None]
+        return result
+
+
+def frame_labels(folder):
+    """What each file of blocks.pvd shows: "start", or the stage, and whether it is that stage's end."""
+    times = [time for time, _ in series(folder, "blocks")]
+    stages = json.loads((pathlib.Path(folder) / "summary.json").read_text(encoding="utf-8"))["stages"]
+    ends = {}
+    with open(pathlib.Path(folder) / "blocks.csv", encoding="utf-8") as lines:
+        next(lines)
+        for line in lines:
+            stage, time, _ = line.split(",", 2)
+            ends[int(stage)] = float(time)
+    labels, stage = ["start"], 0
+    for time in times[1:]:
+        if stage >= len(stages):
+            break
+        name = stages[stage]["name"] or f"stage {stage + 1}"
+        static = stages[stage]["analysis"] != "dynamic"
+        at_end = static or time >= ends.get(stage, np.inf) * (1 - 1e-9)
+        labels.append(f"end of {name}" + (" (static)" if static else "") if at_end else name)
+        stage += at_end
+    return labels + [""] * (len(times) - len(labels))
 
 
 class Contacts:
@@ -147,6 +233,6 @@ class Contacts:
             result.append({"a": self.pair[rows[0], 0], "b": self.pair[rows[0], 1],
                            "centre": self.normal_force[rows] @ self.points[rows] / total,
                            "points": self.points[rows], "force": force, "normal": along,
-                           "shear": np.linalg.norm(force - along * normal),
+                           "direction": normal, "shear": np.linalg.norm(force - along * normal),
                            "area": self.area[rows].sum(), "pressure": pressure})
         return result

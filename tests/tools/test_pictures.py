@@ -35,6 +35,18 @@ blocks = plot_run.Blocks(plot_run.series(sys.argv[2], "blocks")[-1][1])
 contacts = plot_run.Contacts(plot_run.series(sys.argv[2], "contacts")[-1][1])
 print(*plot_run.largest_compression(blocks, contacts))
 """
+EDGE = """
+import sys
+sys.path.insert(0, sys.argv[1])
+import plot_run
+print(*(plot_run.edge_stress(12.0, (2.0, 3.0, off)) for off in (0.0, 1 / 3, -0.5, 0.5, 0.9)))
+"""
+LABELS = """
+import sys
+sys.path.insert(0, sys.argv[1])
+import run_output
+print(*run_output.frame_labels(sys.argv[2]), sep="\\n")
+"""
 DENSE = """
 import sys
 sys.path.insert(0, sys.argv[1])
@@ -150,6 +162,20 @@ class Pictures(FolderTest):
         for above, found in zip((3, 2, 1, 0), said[1:], strict=True):  # the ground is first
             self.assertAlmostEqual(float(found), 2400 * 9.81 * 0.5 * (above + 0.5), places=3)
 
+    def test_edge_stress_of_a_section_without_tension(self):
+        said = subprocess.run(["/usr/bin/python3", "-c", EDGE, SOURCE / "tools"], check=True, capture_output=True,
+                              text=True).stdout.split()
+        for found, exact in zip(said, (2.0, 4.0, 16 / 3, 16 / 3, 80 / 3), strict=True):  # N/A, 2N/A, 2N/(3 a b)
+            self.assertAlmostEqual(float(found), exact, places=9)
+
+    def test_stages_are_told(self):
+        self.run_scene("stage_released.json", "--set", "/output_interval=0.3")
+        said = subprocess.run(["/usr/bin/python3", "-c", LABELS, SOURCE / "tools", self.folder / "run"], check=True,
+                              capture_output=True, text=True).stdout.splitlines()
+        self.assertEqual(said[0], "start")
+        self.assertTrue(said[-1].startswith("end of"))
+        self.assertEqual(len([label for label in said if label.startswith("end of")]), 2)
+
     def test_plot_of_many_joints(self):
         scene = self.folder / "wall.json"
         subprocess.run([QUOIN, "make", "wall", "--length", "2", "--height", "1", "--out", scene], check=True)
@@ -163,4 +189,4 @@ class Pictures(FolderTest):
 if subprocess.run(["/usr/bin/python3", "-c", "import matplotlib, PIL"], capture_output=True).returncode:
     print("skipped: no matplotlib")
 else:
-    unittest.main(argv=[sys.argv[0]], verbosity=2)
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]], verbosity=2)

@@ -45,7 +45,8 @@ void add_check_command(CLI::App& app, int& exit_code);
 void add_contact_command(CLI::App& app, int& exit_code);
 void add_info_command(CLI::App& app, int& exit_code);
 void add_make_command(CLI::App& app, int& exit_code);
-void add_picture_commands(CLI::App& app);  ///< plot, picture: exit codes are those of Python
+void add_picture_commands(CLI::App& app);  ///< plot, picture, view: exit codes are those of Python
+void add_raster_command(CLI::App& app, int& exit_code);
 void add_referee_command(CLI::App& app, int& exit_code);
 void add_run_command(CLI::App& app, int& exit_code);
 void add_stability_command(CLI::App& app, int& exit_code);

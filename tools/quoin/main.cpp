@@ -67,6 +67,7 @@ int main(int argc, char** argv) {
   quoin::commands::add_check_command(app, exit_code);
   quoin::commands::add_make_command(app, exit_code);
   quoin::commands::add_picture_commands(app);
+  quoin::commands::add_raster_command(app, exit_code);
   quoin::commands::add_stability_command(app, exit_code);
   quoin::commands::add_study_command(app, exit_code);
   quoin::commands::add_contact_command(app, exit_code);

@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 
 #include "commands.hpp"
 #include "scene_file/scene_error.hpp"
@@ -13,18 +14,21 @@
 namespace quoin::commands {
 namespace {
 
-/// The first Python that has matplotlib; it may not be the first in PATH.
-std::string python() {
+/// The first Python that has a package; it may not be the first in PATH.
+std::string python(const std::string& package) {
   for (const char* name : {"python3", "/usr/bin/python3"}) {
-    const std::string tried = std::string(name) + " -c 'import matplotlib' >/dev/null 2>&1";
+    const std::string tried = std::string(name) + " -c 'import " + package + "' >/dev/null 2>&1";
     if (std::system(tried.c_str()) == 0) {
       return name;
     }
   }
-  throw scene_file::FileError("no python3 with matplotlib (Debian: python3-matplotlib)");
+  throw scene_file::FileError("no python3 with " + package + " (Debian: python3-" + package + ")");
 }
 
 [[noreturn]] void execute(std::vector<std::string>& words) {
+  std::error_code none;
+  const std::string command = std::filesystem::read_symlink("/proc/self/exe", none).string();
+  setenv("QUOIN", command.c_str(), 1);  // the programs call it back
   std::vector<char*> pointers;
   for (std::string& word : words) {
     pointers.push_back(word.data());
@@ -36,13 +40,14 @@ std::string python() {
 
 }  // namespace
 
-void become_python_program(const std::string& name, std::vector<std::string> words) {
-  words.insert(words.begin(), {python(), shared_file(name)});
+void become_python_program(const std::string& name, std::vector<std::string> words,
+                           const std::string& package) {
+  words.insert(words.begin(), {python(package), shared_file(name)});
   execute(words);
 }
 
 void run_python_program(const std::string& name, std::vector<std::string> words) {
-  words.insert(words.begin(), {python(), shared_file(name)});
+  words.insert(words.begin(), {python("matplotlib"), shared_file(name)});
   const pid_t process = fork();
   if (process == 0) {
     try {

@@ -6,10 +6,13 @@
 
 namespace quoin::commands {
 
-/// Becomes the program. Throws FileError where that, or a python3 with matplotlib, is missing.
-[[noreturn]] void become_python_program(const std::string& name, std::vector<std::string> words);
+/// Becomes the program, which finds the command in the environment variable QUOIN. Throws FileError
+/// where the program, or a python3 with the package that it needs, is missing.
+[[noreturn]] void become_python_program(const std::string& name, std::vector<std::string> words,
+                                        const std::string& package);
 
-/// Runs it to its end. Throws FileError likewise, and when it does not end with 0.
+/// Runs one that needs matplotlib to its end. Throws FileError likewise, and when it does not end
+/// with 0.
 void run_python_program(const std::string& name, std::vector<std::string> words);
 
 }  // namespace quoin::commands

@@ -1,0 +1,194 @@
+"""`quoin view` in a browser (Debian: chromium): what is drawn and said is what the run's files hold."""
+import csv
+import json
+import math
+import pathlib
+import shutil
+import subprocess
+import sys
+import time
+import unittest
+
+from browser import PROGRAM, Browser
+from folder_test import FolderTest
+
+QUOIN, SOURCE = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve()
+sys.path.insert(0, str(SOURCE / "tools"))
+import vtk_file  # noqa: E402
+
+SHAKEN = {"overrides": [{"blocks": "ground", "kind": "prescribed",
+                         "motion": {"displacement": {"formula": ["0", "0.05*(1-cos(4*pi*t))", "0"]}}}],
+          "stages": [{"name": "rest", "analysis": "static"},
+                     {"name": "shaking", "analysis": "dynamic", "end_time": 0.2}],
+          "contact_iteration": "open_close", "output_interval": 0.02}
+
+
+class View(FolderTest):
+    @classmethod
+    def setUpClass(cls):
+        cls.browser = Browser()
+        cls.addClassCleanup(cls.browser.close)
+
+    def setUp(self):
+        super().setUp()
+        self.browser.events.clear()
+        self.browser.size(1280, 800)
+
+    def quoin(self, *words):
+        done = subprocess.run([QUOIN, *map(str, words)], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stdout
+
+    def shaken_wall(self):
+        scene, run = self.folder / "wall.json", self.folder / "wall"
+        self.quoin("make", "wall", "--length", "0.9", "--height", "0.6", "--young", "1e7", "--out", scene)
+        changes = [word for key, value in SHAKEN.items() for word in ("--set", f"/{key}={json.dumps(value)}")]
+        self.quoin("run", scene, "--out", run, *changes)
+        return run
+
+    def opened(self, *words):
+        page = self.folder / "page.html"
+        self.quoin("view", *words, "--out", page)
+        self.browser.open(page)
+        return self.browser.value
+
+    def table(self, path):
+        with open(path, encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+        return [row for row in rows if row["stage"] == rows[-1]["stage"]]
+
+    def said(self):
+        """The rows of what is picked."""
+        return dict(self.browser.value("[...document.querySelectorAll('#picked tr')].map("
+                                       "row => [...row.children].map(cell => cell.textContent))"))
+
+    def clean(self):
+        self.assertEqual(self.browser.trouble(), [])
+
+    def drag_slider_to_end(self):
+        left, top, width, height = self.browser.value(
+            "(r => [r.left, r.top, r.width, r.height])(document.getElementById('time').getBoundingClientRect())")
+        self.browser.drag(left + 8, top + height / 2, left + width - 3, top + height / 2)
+
+    def test_a_run(self):
+        run = self.shaken_wall()
+        value = self.opened(run)
+        frames = value("quoin.frames")
+        self.assertEqual(frames, 12)  # start, end of the static stage, ten of the motion
+        before = value("document.getElementById('time-value').textContent")
+        self.drag_slider_to_end()
+        self.assertEqual(value("quoin.state.frame"), frames - 1)
+        self.assertNotEqual(before, value("document.getElementById('time-value').textContent"))
+        self.assertEqual(value("document.getElementById('stage').textContent"), "end of shaking")
+        block, *place = value("""(() => { for (let b = quoin.blocks.count - 1; b >= 0; --b) {
+            const p = quoin.onPage(quoin.blocks.moved(b, 0, 0, 0));
+            if (quoin.blocks.kind(b, quoin.state.frame) < 2 && quoin.pick(...p) === b) return [b, ...p]; } })()""")
+        self.browser.click(*place)
+        row = self.table(run / "blocks.csv")[block]
+        self.assertEqual(value("document.getElementById('picked-title').textContent"), row["name"])
+        moved = math.hypot(*(float(row[f"u{c}"]) for c in "xyz"))
+        self.assertAlmostEqual(float(self.said()["displacement"].split()[0]) / moved, 1, delta=1e-3)
+        speed = math.hypot(*(float(row[f"v{c}"]) for c in "xyz"))
+        self.assertAlmostEqual(float(self.said()["speed"].split()[0]) / speed, 1, delta=2e-3)
+        self.clean()
+
+    def test_corners_are_those_of_the_vtk_files(self):
+        run = self.shaken_wall()
+        value = self.opened(run)
+        for frame in (1, 7, 11):
+            value(f"quoin.show({frame})")
+            _, arrays = vtk_file.read(run / f"blocks_{frame:06}.vtu")
+            corners = value("""quoin.blocks.shapes.length && [...quoin.blocks.shapeOf].map((s, b) => {
+                const p = quoin.head.shapes[s].p, all = [];
+                for (let k = 0; k < p.length; k += 3) all.push(quoin.blocks.moved(b, p[k], p[k + 1], p[k + 2]).map((x, i) => x + quoin.head.offset[i]));
+                return all; })""")
+            found = [corner for block in corners for corner in block]
+            off = max(math.dist(p, q) for p, q in zip(found, arrays["Points"], strict=True))
+            self.assertLess(off, 1e-5)  # 16 bits of 0.1 m, and 32 bits of places within 10 m
+        self.clean()
+
+    def test_a_joint(self):
+        run = self.shaken_wall()
+        value = self.opened(run)
+        value("quoin.show(quoin.frames - 1)")
+        value("(s => { s.value = 'joints'; s.dispatchEvent(new Event('change')); })(document.getElementById('forces'))")
+        a, b, *place = value("""(() => { let best = quoin.joints.list[0];
+            for (const j of quoin.joints.list) if (Math.hypot(...j.force) > Math.hypot(...best.force)) best = j;
+            return [best.a, best.b, ...quoin.onPage(best.centre)]; })()""")
+        self.browser.click(*place)
+        points = [row for row in self.table(run / "contacts.csv") if (row["a"], row["b"]) == (str(a), str(b))]
+        self.assertEqual(self.said()["joint"], f"{points[0]['name_a']} – {points[0]['name_b']}")
+        self.assertEqual(self.said()["points"], str(len(points)))
+        force = math.hypot(*(sum(float(row[f"f{c}"]) for row in points) for c in "xyz"))
+        number, unit = self.said()["resultant on the second"].split()
+        self.assertAlmostEqual(float(number) * {"N": 1, "kN": 1e3, "MN": 1e6}[unit] / force, 1, delta=1e-3)
+        self.clean()
+
+    def test_every_control_and_a_phone(self):
+        value = self.opened(self.shaken_wall())
+        for colour in value("[...document.getElementById('colour').options].map(o => o.value)"):
+            value(f"(s => {{ s.value = '{colour}'; s.dispatchEvent(new Event('change')); }})(document.getElementById('colour'))")
+        for tick in ("polygons", "cracks", "points", "edges", "glass"):
+            value(f"document.getElementById('{tick}').click()")
+        for name, chosen in (("axis", "y"), ("cut", "300"), ("scale", "1")):
+            value(f"(s => {{ s.value = '{chosen}'; s.dispatchEvent(new Event('input')); }})(document.getElementById('{name}'))")
+        eye = value("quoin.camera.position.toArray()")
+        for key in ("ArrowRight", "2", " ", "f"):
+            value(
+                f"document.body.dispatchEvent(new KeyboardEvent('keydown', {{key: '{key}', bubbles: true}})), 1")
+        self.assertNotEqual(eye, value("quoin.camera.position.toArray()"))
+        time.sleep(0.5)
+        self.assertGreater(value("quoin.state.frame"), 1)  # it plays
+        self.browser.size(390, 844, 2, True)
+        self.browser.open(self.folder / "page.html")
+        self.assertTrue(value("document.documentElement.scrollWidth <= innerWidth"))
+        self.clean()
+
+    def test_a_scene(self):
+        scene = self.folder / "tower.json"
+        self.quoin("make", "tower", "--blocks", "3", "--out", scene)
+        value = self.opened(scene)
+        self.assertEqual(value("quoin.blocks.count"), 4)
+        self.assertEqual(value("quoin.joints.list.length"), 3)
+        self.assertIn("3 touching pairs", value("document.getElementById('facts').textContent"))
+        self.clean()
+
+    def test_pairs(self):
+        pairs = self.folder / "pairs.jsonl"
+        box = [[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+        upper = [[x + 0.5, y, z + 1] for x, y, z in box]
+        apart = [[x, y, z + 1.5] for x, y, z in box]
+        pairs.write_text("".join(json.dumps({"id": name, "a": box, "b": b}) + "\n"
+                                 for name, b in (("on it", upper), ("above", apart))))
+        value = self.opened("--pairs", pairs)
+        self.assertEqual(value("quoin.frames"), 2)
+        self.assertEqual(self.said()["type"], "face-face")
+        self.assertEqual(self.said()["area"], "0.5 m²")
+        value("quoin.show(1)")
+        self.assertEqual(self.said()["gap"], "0.5 m")
+        self.clean()
+
+    def test_what_can_not_be_shown_is_told_in_a_line(self):
+        for words in ((), ("none",), ("--pairs", "none"), (self.folder,)):
+            done = subprocess.run([QUOIN, "view", *map(str, words)], capture_output=True, text=True, cwd=self.folder)
+            self.assertNotEqual(done.returncode, 0)
+            self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+
+
+class Template(FolderTest):
+    @unittest.skipIf(shutil.which("npm") is None, "no npm")
+    def test_is_what_its_sources_make(self):
+        copy = self.folder / "viewer"
+        shutil.copytree(SOURCE / "tools" / "viewer", copy, ignore=shutil.ignore_patterns("node_modules", "dist"))
+        installed = subprocess.run(["npm", "ci", "--ignore-scripts", "--no-audit", "--no-fund"], cwd=copy, capture_output=True)
+        if installed.returncode:
+            self.skipTest("npm can't fetch its packages")
+        subprocess.run(["sh", "build.sh", self.folder / "page.html"], cwd=copy, check=True)
+        self.assertEqual((self.folder / "page.html").read_bytes(),
+                         (SOURCE / "tools" / "viewer" / "dist" / "page.html").read_bytes())
+
+
+if PROGRAM is None or subprocess.run(["/usr/bin/python3", "-c", "import numpy"], capture_output=True).returncode:
+    print("skipped: no chromium, or no numpy")
+else:
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]], verbosity=2)

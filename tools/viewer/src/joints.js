@@ -1,0 +1,210 @@
+// Contact points, and what they add up to by pair of blocks: polygons, resultants, openings.
+import {BufferAttribute, BufferGeometry, DoubleSide, GLSL3, LineSegments, Mesh, Points, RawShaderMaterial} from 'three';
+import {viridis} from './data.js';
+
+export const STATES = ['open', 'stick', 'slip'];
+const STATE_COLOURS = [[0.75, 0.75, 0.75], [0.0, 0.45, 0.7], [0.84, 0.37, 0.0]], FAILED = [0.1, 0.1, 0.1];
+
+const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+const along = (a, t, d) => [a[0] + t * d[0], a[1] + t * d[1], a[2] + t * d[2]];
+export const length = (a) => Math.hypot(...a);
+function across(n) {  // two unit vectors at right angles to n
+  const x = Math.abs(n[0]) < 0.6 ? [1, 0, 0] : [0, 1, 0], a = cross(n, x), l = length(a) || 1;
+  const u = a.map((v) => v / l);
+  return [u, cross(n, u)];
+}
+
+// Convex outline of points seen along n (Andrew's monotone chain)
+function outline(points, n) {
+  const [u, v] = across(n);
+  const flat = points.map((p) => ({p, x: dot(p, u), y: dot(p, v)})).sort((a, b) => a.x - b.x || a.y - b.y);
+  const half = (list) => {
+    const chain = [];
+    for (const q of list) {
+      while (chain.length > 1) {
+        const [a, b] = chain.slice(-2);
+        if ((b.x - a.x) * (q.y - a.y) > (b.y - a.y) * (q.x - a.x)) break;
+        chain.pop();
+      }
+      chain.push(q);
+    }
+    return chain.slice(0, -1);
+  };
+  return [...half(flat), ...half(flat.reverse())].map((q) => q.p);
+}
+
+// The joints of one kept time: contact points of a pair one after the other
+function jointsOf(c, from, to) {
+  const joints = [];
+  for (let i = from; i < to;) {
+    const a = c.pair[2 * i], b = c.pair[2 * i + 1];
+    const joint = {a, b, points: [], force: [0, 0, 0], normal: [0, 0, 0], centre: [0, 0, 0], area: 0, pressing: 0,
+                   opening: 0, state: 0, failed: false, slip: 0};
+    for (; i < to && c.pair[2 * i] === a && c.pair[2 * i + 1] === b; ++i) {
+      const at = Array.from(c.point.subarray(3 * i, 3 * i + 3)), n = c.normal.subarray(3 * i, 3 * i + 3),
+            f = c.force.subarray(3 * i, 3 * i + 3), pressing = Math.max(0, dot(f, n));
+      joint.points.push({index: i, at, force: Array.from(f), normal: Array.from(n), gap: c.gap[i], area: c.area[i],
+                         slip: c.slip[i], state: c.state[i] & 3, failed: c.state[i] > 3});
+      for (let k = 0; k < 3; ++k) {
+        joint.force[k] += f[k]; joint.normal[k] += n[k]; joint.centre[k] += pressing * at[k];
+      }
+      joint.pressing += pressing; joint.area += c.area[i];
+      joint.opening = Math.max(joint.opening, c.gap[i]);
+      joint.slip = Math.max(joint.slip, c.slip[i]);
+      joint.state = Math.max(joint.state, c.state[i] & 3);
+      joint.failed = joint.failed || c.state[i] > 3;
+    }
+    const l = length(joint.normal) || 1, n = joint.points.length;
+    joint.normal = joint.normal.map((x) => x / l);
+    joint.centre = joint.pressing > 0 ? joint.centre.map((x) => x / joint.pressing)
+        : [0, 1, 2].map((k) => joint.points.reduce((s, p) => s + p.at[k], 0) / n);
+    joint.alongNormal = dot(joint.force, joint.normal);
+    joint.shear = length(along(joint.force, -joint.alongNormal, joint.normal));
+    joint.outline = outline(joint.points.map((p) => p.at), joint.normal);
+    joints.push(joint);
+  }
+  return joints;
+}
+
+const FLAT = {
+  glslVersion: GLSL3, depthTest: false, transparent: true, side: DoubleSide,
+  vertexShader: `precision highp float; uniform mat4 viewMatrix, projectionMatrix; uniform vec4 cut; uniform float size;
+    in vec3 position; in vec4 tint; out vec4 shown; out vec3 place;
+    void main() { shown = tint; place = position; gl_PointSize = size;
+      gl_Position = projectionMatrix * viewMatrix * vec4(position, 1.0); }`,
+  fragmentShader: `precision highp float; uniform vec4 cut; uniform float size; in vec4 shown; in vec3 place; out vec4 colour;
+    void main() { if (dot(cut.xyz, place) > cut.w) discard;
+      if (size > 1.0 && length(gl_PointCoord - 0.5) > 0.5) discard;
+      colour = shown; }`};
+
+class Layer {  // coloured triangles, lines or points that are made anew
+  constructor(Kind, cut, size, order) {
+    this.object = new Kind(new BufferGeometry(), new RawShaderMaterial({...FLAT, uniforms: {cut, size: {value: size}}}));
+    this.object.frustumCulled = false;
+    this.object.visible = false;
+    this.object.renderOrder = order;
+    this.clear();
+  }
+  clear() { this.places = []; this.tints = []; }
+  add(tint, ...corners) {
+    for (const corner of corners) { this.places.push(...corner); this.tints.push(...tint); }
+  }
+  upload() {
+    this.object.geometry.dispose();
+    this.object.geometry = new BufferGeometry();
+    this.object.geometry.setAttribute('position', new BufferAttribute(new Float32Array(this.places), 3));
+    this.object.geometry.setAttribute('tint', new BufferAttribute(new Float32Array(this.tints), 4));
+    this.object.visible = this.places.length > 0;
+  }
+}
+
+const SIDES = 6;
+function arrow(layer, tint, from, to, thick) {
+  const d = minus(to, from), l = length(d);
+  if (!(l > 0)) return;
+  const n = d.map((x) => x / l), [u, v] = across(n), head = Math.min(0.45 * l, 5 * thick), neck = along(to, -head, n);
+  const ring = (at, r) => Array.from({length: SIDES}, (_, i) => {
+    const t = 2 * Math.PI * i / SIDES;
+    return along(along(at, r * Math.cos(t), u), r * Math.sin(t), v);
+  });
+  const a = ring(from, thick), b = ring(neck, thick), c = ring(neck, 2.2 * thick);
+  for (let i = 0; i < SIDES; ++i) {
+    const j = (i + 1) % SIDES, shade = 0.8 + 0.2 * Math.cos(2 * Math.PI * i / SIDES), t = [...tint.slice(0, 3).map((x) => x * shade), tint[3]];
+    layer.add(t, a[i], a[j], b[j], a[i], b[j], b[i], c[i], c[j], to);
+  }
+}
+
+export class Joints {
+  constructor(data, blocks, size) {
+    const {head, section} = data;
+    this.head = head;
+    this.blocks = blocks;
+    this.size = size;
+    this.times = head.contactTimes;
+    this.first = section('contact_first');
+    this.columns = Object.fromEntries(['point', 'normal', 'force', 'gap', 'area', 'slip', 'pair', 'state'].map((n) => [n, section(`contact_${n}`)]));
+    const cut = blocks.uniforms.cut;
+    this.layers = {polygons: new Layer(Mesh, cut, 1, 1), lines: new Layer(LineSegments, cut, 1, 2),
+                   arrows: new Layer(Mesh, cut, 1, 3), points: new Layer(Points, cut, 7, 4)};
+    this.objects = Object.values(this.layers).map((layer) => layer.object);
+    this.show = {polygons: false, forces: 'none', cracks: false, points: false};
+    this.known = -1;
+    this.list = [];
+    this.largest = this.largestForce();
+  }
+
+  largestForce() {
+    let most = 0;
+    for (let k = 0; k < this.times.length; ++k) for (const j of jointsOf(this.columns, this.first[k], this.first[k + 1])) most = Math.max(most, length(j.force));
+    return most;
+  }
+
+  // The kept time nearest to a frame
+  kept(frame) {
+    let best = -1;
+    this.times.forEach((t, k) => { if (best < 0 || Math.abs(t - frame) < Math.abs(this.times[best] - frame)) best = k; });
+    return best;
+  }
+
+  update(frame) {
+    const k = this.kept(frame);
+    if (k !== this.known) {
+      this.known = k;
+      this.list = k < 0 ? [] : jointsOf(this.columns, this.first[k], this.first[k + 1]);
+    }
+    for (const layer of Object.values(this.layers)) layer.clear();
+    if (this.head.kind === 'pairs') this.drawPair(this.head.pairs[frame], frame);
+    else this.list.forEach((joint) => this.draw(joint, this.shift(joint, frame)));
+    for (const layer of Object.values(this.layers)) layer.upload();
+  }
+
+  // Enlarged displacements take the joint along with its second block that moves
+  shift(joint, frame) {
+    const d = this.blocks.displacement(this.blocks.kind(joint.b, frame) < 2 ? joint.b : joint.a, frame);
+    return (p) => along(p, this.blocks.scale - 1, d);
+  }
+
+  draw(joint, moved) {
+    const {polygons, lines, arrows, points} = this.layers, show = this.show;
+    const crack = show.cracks && joint.opening > 1e-6 * this.size;
+    if (show.polygons || crack) {
+      const tint = crack ? [0.85, 0.05, 0.1, 0.75] : [...(joint.failed ? FAILED : STATE_COLOURS[joint.state]), 0.45];
+      const o = joint.outline.map(moved);
+      for (let i = 1; i + 1 < o.length; ++i) polygons.add(tint, o[0], o[i], o[i + 1]);
+      o.forEach((p, i) => lines.add([...tint.slice(0, 3), 1], p, o[(i + 1) % o.length]));
+    }
+    if (show.forces === 'joints') this.force(arrows, moved(joint.centre), joint.force, this.largest);
+    for (const p of joint.points) {
+      if (show.forces === 'points') this.force(arrows, moved(p.at), p.force, this.largest);
+      if (show.points) points.add([...(p.failed ? FAILED : STATE_COLOURS[p.state]), 1], moved(p.at));
+    }
+  }
+
+  force(layer, at, f, largest) {
+    const share = length(f) / (largest || 1);
+    if (share < 0.005) return;
+    const tint = [0, 0, 0, 1], half = 0.06 * this.size / (largest || 1);
+    viridis(1 - share, tint, 0);
+    arrow(layer, tint, along(at, -half, f), along(at, half, f), (0.0012 + 0.0026 * share) * this.size);
+  }
+
+  drawPair(pair, frame) {
+    const {polygons, lines, arrows, points} = this.layers, at = (p) => minus(p, pair.offset);
+    const size = length(minus(pair.high, pair.low));
+    const o = (pair.polygon || []).map(at);
+    for (let i = 1; i + 1 < o.length; ++i) polygons.add([0.0, 0.45, 0.7, 0.45], o[0], o[i], o[i + 1]);
+    o.forEach((p, i) => lines.add([0, 0.3, 0.6, 1], p, o[(i + 1) % o.length]));
+    if (pair.features) ['a', 'b'].forEach((side, s) => {
+      const f = pair.features[side].vertices, corner = (v) => pair.corners[s].slice(3 * v, 3 * v + 3);
+      const tint = [[0.85, 0.1, 0.1, 1], [0.5, 0.0, 0.6, 1]][s];
+      f.forEach((v, i) => { points.add(tint, corner(v)); if (f.length > 1) lines.add(tint, corner(v), corner(f[(i + 1) % f.length])); });
+    });
+    if (pair.point_a && pair.normal) {
+      arrow(arrows, [0.1, 0.5, 0.2, 1], at(pair.point_a), along(at(pair.point_a), 0.25 * size, pair.normal), 0.004 * size);
+      lines.add([0, 0, 0, 1], at(pair.point_a), at(pair.point_b));
+      (pair.points || []).forEach((p) => points.add([0, 0.45, 0.7, 1], at(p.point_b)));
+    }
+  }
+}

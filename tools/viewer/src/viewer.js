@@ -1,0 +1,362 @@
+// One page that shows a run, a scene or pairs of quoin. No network, no module loader.
+import {PerspectiveCamera, Scene, Vector3, WebGLRenderer} from 'three';
+import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
+import {Blocks, FIXED} from './blocks.js';
+import {get, newtons, number, readData, vector, viridis} from './data.js';
+import {Joints, STATES, length} from './joints.js';
+import {Histories} from './plots.js';
+
+const FREE = [[0.80, 0.48, 0.33], [0.88, 0.70, 0.44], [0.44, 0.58, 0.68], [0.58, 0.66, 0.48], [0.72, 0.45, 0.46], [0.54, 0.51, 0.66]];
+const HELD = [0.76, 0.75, 0.73];
+const JOINT_STATES = [[0.62, 0.62, 0.62], [0.30, 0.58, 0.78], [0.90, 0.50, 0.15], [0.25, 0.2, 0.2]];
+const FRAMES_A_SECOND = 15;
+const KIND_NAMES = ['deformable', 'rigid', 'fixed', 'prescribed', 'absent'];
+
+class Viewer {
+  constructor(data) {
+    this.data = data;
+    this.head = data.head;
+    this.frames = this.head.times.length;
+    this.blocks = new Blocks(data);
+    this.group = data.section('group');
+    this.state = {frame: 0, picked: -1, joint: null, point: null, drawn: 0};
+    this.ranges = {};
+    this.light = matchMedia('(prefers-color-scheme: dark)');
+    this.makeScene();
+    this.joints = new Joints(data, this.blocks, this.size);
+    this.scene.add(...this.joints.objects);
+    this.histories = new Histories(this.head, (time) => this.show(this.nearest(time)));
+    this.fillPanel();
+    this.listen();
+  }
+
+  makeScene() {
+    this.renderer = new WebGLRenderer({canvas: get('canvas'), antialias: true});
+    this.renderer.setPixelRatio(Math.min(2, devicePixelRatio));
+    this.scene = new Scene();
+    this.scene.add(this.blocks.faces, this.blocks.inside);
+    this.camera = new PerspectiveCamera(30, 1, 1, 10);
+    this.camera.up.set(0, 0, 1);
+    this.controls = new OrbitControls(this.camera, this.renderer.domElement);
+    this.controls.addEventListener('change', () => this.redraw());
+    this.frameBox(this.head.low, this.head.high);
+  }
+
+  frameBox(low, high) {
+    this.low = new Vector3(...low);
+    this.high = new Vector3(...high);
+    this.middle = this.low.clone().add(this.high).multiplyScalar(0.5);
+    this.size = this.high.clone().sub(this.low).length() || 1;
+    this.camera.near = this.size / 200;
+    this.camera.far = this.size * 20;
+    this.controls.target.copy(this.middle);
+  }
+
+  home(direction = [-0.45, -1, 0.42]) {
+    const away = 1.75 * this.size / Math.min(1, this.camera.aspect);
+    this.controls.target.copy(this.middle);
+    this.camera.position.copy(new Vector3(...direction).normalize().multiplyScalar(away).add(this.middle));
+    this.camera.updateProjectionMatrix();
+    this.controls.update();
+    this.redraw();
+  }
+
+  // ---- colours
+  scalar(name, b, f) {
+    if (name === 'displacement') return length(this.blocks.displacement(b, f));
+    const {low, high} = this.head.scalars[name];
+    return low + this.data.section(name)[f * this.blocks.count + b] * (high - low) / 65535;
+  }
+
+  unit(name) { return name === 'displacement' ? 'm' : this.head.scalars[name].unit; }
+
+  range(name) {
+    if (this.ranges[name]) return this.ranges[name];
+    let high = 0, low = 0;
+    if (name !== 'displacement') ({low, high} = this.head.scalars[name]);
+    else for (let f = 0; f < this.frames; ++f) for (let b = 0; b < this.blocks.count; ++b) {
+      if (this.blocks.kind(b, f) < FIXED) high = Math.max(high, this.scalar(name, b, f));
+    }
+    return (this.ranges[name] = [low, high > low ? high : low + 1]);
+  }
+
+  // The worst state of the joints of each block: 0 open, 1 stick, 2 slip, 3 failed
+  jointStates() {
+    const worst = new Int8Array(this.blocks.count);
+    for (const j of this.joints.list) for (const b of [j.a, j.b]) worst[b] = Math.max(worst[b], j.failed ? 3 : j.state);
+    return worst;
+  }
+
+  colouring() {
+    const name = get('colour').value, f = this.state.frame, put = (c, out, at) => { for (let k = 0; k < 3; ++k) out[at + k] = c[k]; };
+    if (name === 'group') return (b, out, at) => put(FREE[this.group[b] % FREE.length], out, at);
+    let free = 0;
+    const held = (b) => this.blocks.kind(b, f) >= FIXED;
+    if (name === 'block') return (b, out, at) => { put(held(b) ? HELD : FREE[free % FREE.length], out, at); free += !held(b); };
+    if (name === 'joint') {
+      const worst = this.jointStates();
+      return (b, out, at) => put(held(b) ? HELD : JOINT_STATES[worst[b]], out, at);
+    }
+    const [low, high] = this.range(name);
+    return (b, out, at) => {
+      if (held(b)) put(HELD, out, at); else viridis((this.scalar(name, b, f) - low) / (high - low), out, at);
+    };
+  }
+
+  paint() {
+    this.blocks.paint(this.state.frame, this.state.picked, this.colouring());
+    const name = get('colour').value, ranged = name === 'displacement' || name in this.head.scalars;
+    get('legend').hidden = !ranged;
+    if (ranged) {
+      const [low, high] = this.range(name);
+      get('legend-low').textContent = number(low);
+      get('legend-high').textContent = `${number(high)} ${this.unit(name)}`;
+    }
+  }
+
+  // ---- time
+  nearest(time) {
+    let best = 0;
+    this.head.times.forEach((t, i) => { if (Math.abs(t - time) < Math.abs(this.head.times[best] - time)) best = i; });
+    return best;
+  }
+
+  show(f) {
+    this.state.frame = f;
+    this.state.joint = this.state.point = null;
+    get('time').value = f;
+    const label = this.head.labels[f];
+    get('time-value').textContent = this.head.kind === 'pairs' ? `${f + 1} of ${this.frames}: ${label}` : `t = ${number(this.head.times[f])} s`;
+    get('stage').textContent = this.head.kind === 'pairs' ? '' : label;
+    if (this.head.kind === 'pairs') {
+      const pair = this.head.pairs[f];
+      this.frameBox(pair.low, pair.high);
+      this.home([1, -1.6, 0.7]);
+    }
+    this.blocks.place(f);
+    this.joints.update(f);
+    this.paint();
+    const kept = this.joints.kept(f);
+    get('kept').textContent = kept >= 0 && this.joints.times[kept] !== f ? `Contacts of t = ${number(this.head.times[this.joints.times[kept]])} s` : '';
+    this.histories.show(this.head.times[f]);
+    this.tell();
+    this.redraw();
+  }
+
+  step(by) { this.show((this.state.frame + by + this.frames) % this.frames); }
+
+  play() {
+    if (this.playing) { clearInterval(this.playing); this.playing = null; }
+    else this.playing = setInterval(() => this.step(1), 1000 / FRAMES_A_SECOND);
+    get('play').textContent = this.playing ? '❚❚' : '▶';
+  }
+
+  // ---- picking
+  ray(px, py) {
+    const box = this.renderer.domElement.getBoundingClientRect();
+    const x = 2 * (px - box.left) / box.width - 1, y = 1 - 2 * (py - box.top) / box.height;
+    const near = new Vector3(x, y, -1).unproject(this.camera), far = new Vector3(x, y, 1).unproject(this.camera);
+    return [near.toArray(), far.sub(near).toArray()];
+  }
+
+  pick(px, py) { return this.blocks.pick(...this.ray(px, py), this.state.frame); }
+
+  onPage(place) {
+    const p = new Vector3(...place).project(this.camera), box = this.renderer.domElement.getBoundingClientRect();
+    return [box.left + (p.x + 1) / 2 * box.width, box.top + (1 - p.y) / 2 * box.height];
+  }
+
+  // What of the list lies nearest to a place of the page, within 14 pixels
+  closest(list, place, px, py) {
+    let best = null, least = 14;
+    for (const entry of list) {
+      const [x, y] = this.onPage(place(entry)), far = Math.hypot(x - px, y - py);
+      if (far < least) { least = far; best = entry; }
+    }
+    return best;
+  }
+
+  click(px, py) {
+    const {show, list} = this.joints, moved = (j) => this.joints.shift(j, this.state.frame);
+    this.state.joint = this.state.point = null;
+    if (show.points || show.forces === 'points') {
+      const all = list.flatMap((joint) => joint.points.map((point) => ({joint, point})));
+      const found = this.closest(all, ({joint, point}) => moved(joint)(point.at), px, py);
+      if (found) ({joint: this.state.joint, point: this.state.point} = found);
+    } else if (show.forces === 'joints' || show.polygons || show.cracks) {
+      this.state.joint = this.closest(list, (j) => moved(j)(j.centre), px, py);
+    }
+    this.state.picked = this.state.joint ? -1 : this.pick(px, py);
+    this.paint(); this.tell(); this.redraw();
+  }
+
+  rowsOfBlock(b) {
+    const f = this.state.frame, u = this.blocks.displacement(b, f);
+    const rows = [['block', `${b} · ${KIND_NAMES[this.blocks.kind(b, f)]} · ${this.head.groups[this.group[b]]}`],
+                  ['displacement', `${number(length(u))} m`], ['u', `${vector(u)} m`]];
+    for (const name of Object.keys(this.head.scalars)) rows.push([name, `${number(this.scalar(name, b, f))} ${this.unit(name)}`]);
+    const own = this.joints.list.filter((j) => j.a === b || j.b === b);
+    rows.push(['joints', String(own.length)]);
+    const most = own.reduce((m, j) => Math.max(m, length(j.force)), 0);
+    if (most > 0) rows.push(['largest joint force', newtons(most)]);
+    return rows;
+  }
+
+  rowsOfJoint(j) {
+    const n = this.head.names;
+    return [['joint', `${n[j.a]} – ${n[j.b]}`], ['state', (j.failed ? 'failed, ' : '') + STATES[j.state]],
+            ['resultant on the second', newtons(length(j.force))], ['normal, shear', `${newtons(j.alongNormal)}, ${newtons(j.shear)}`],
+            ['area', `${number(j.area)} m²`], ['mean pressure', j.area > 0 ? `${number(j.alongNormal / j.area)} Pa` : '–'],
+            ['opening', `${number(Math.max(0, j.opening))} m`], ['slip', `${number(j.slip)} m`], ['points', String(j.points.length)]];
+  }
+
+  rowsOfPoint(p) {
+    const o = this.head.offset;
+    return [['contact point', vector(p.at.map((x, k) => x + o[k])) + ' m'], ['point state', (p.failed ? 'failed, ' : '') + STATES[p.state]],
+            ['force', newtons(length(p.force))], ['gap', `${number(p.gap)} m`], ['area share', `${number(p.area)} m²`]];
+  }
+
+  rowsOfPair(p) {
+    if (p.error) return [['error', p.error]];
+    const feature = (f) => `${f.kind} ${f.vertices.join(' ')}`;
+    return [['status', p.status], ['type', p.type], ['gap', `${p.gap} m`], ['normal', vector(p.normal)],
+            ['feature of A', feature(p.features.a)], ['feature of B', feature(p.features.b)],
+            ['contact points', String(p.points.length)], ['area', `${number(p.area)} m²`], ['indeterminate', String(p.indeterminate)],
+            ['certificate', `residuals ${number(p.certificate.residual_a)}, ${number(p.certificate.residual_b)} m`],
+            ['iterations', String(p.iterations)]];
+  }
+
+  tell() {
+    const {picked, joint, point} = this.state;
+    let title = 'Click a block, a force or a contact.', rows = [];
+    if (this.head.kind === 'pairs') { title = this.head.labels[this.state.frame]; rows = this.rowsOfPair(this.head.pairs[this.state.frame]); }
+    else if (joint) { title = 'Joint'; rows = [...(point ? this.rowsOfPoint(point) : []), ...this.rowsOfJoint(joint)]; }
+    else if (picked >= 0) { title = this.head.names[picked] || `block ${picked}`; rows = this.rowsOfBlock(picked); }
+    get('picked-title').textContent = title;
+    get('picked').replaceChildren(...rows.map(([key, value]) => {
+      const row = document.createElement('tr'), k = document.createElement('th'), v = document.createElement('td');
+      k.textContent = key; v.textContent = value;
+      row.append(k, v);
+      return row;
+    }));
+  }
+
+  // ---- drawing
+  draw() {
+    this.renderer.setClearColor(this.light.matches ? 0x15181c : 0xf5f6f8);
+    this.blocks.uniforms.eye.value.copy(this.camera.position);
+    this.renderer.render(this.scene, this.camera);
+    this.state.drawn += 1;
+  }
+
+  redraw() {
+    if (this.asked) return;
+    this.asked = true;
+    requestAnimationFrame(() => { this.asked = false; this.draw(); });
+  }
+
+  cut() {
+    const k = 'xyz'.indexOf(get('axis').value), t = +get('cut').value / 1000, v = this.blocks.uniforms.cut.value;
+    if (get('axis').value === '') v.set(0, 0, 0, 1);
+    else {
+      const a = [0, 0, 0], sign = this.camera.position.getComponent(k) < this.middle.getComponent(k) ? -1 : 1;
+      a[k] = sign;  // the side of the eye is taken away
+      v.set(...a, sign * (this.low.getComponent(k) + t * (this.high.getComponent(k) - this.low.getComponent(k))));
+    }
+    this.blocks.inside.visible = get('axis').value !== '';
+    this.redraw();
+  }
+
+  // ---- the page
+  fillPanel() {
+    const {head} = this;
+    get('title').textContent = document.title = head.title;
+    get('facts').textContent = [`${head.blocks} blocks`, ...(head.facts || [])].join(', ');
+    get('notes').replaceChildren(...head.notes.map((note) => Object.assign(document.createElement('li'), {textContent: note})));
+    get('time').max = this.frames - 1;
+    get('bar').hidden = this.frames < 2;
+    const colours = {block: 'block', group: head.kind === 'pairs' ? 'A and B' : 'material', joint: 'joint state', displacement: 'displacement'};
+    if (head.kind === 'pairs') { delete colours.joint; delete colours.displacement; get('contact-panel').hidden = get('scale-row').hidden = true; }
+    Object.entries(colours).forEach(([value, name]) => get('colour').add(new Option(name, value)));
+    Object.keys(head.scalars).forEach((name) => get('colour').add(new Option(name, name)));
+    if (head.kind === 'pairs') { get('colour').value = 'group'; this.glass(true); }
+    (head.marks || []).forEach((mark) => get('notes').append(Object.assign(document.createElement('li'), {textContent: `${mark.kind} ${mark.name} at ${vector(mark.at)} m`})));
+    get('largest').textContent = this.joints.largest > 0 ? `longest arrow: ${newtons(this.joints.largest)}` : '';
+  }
+
+  glass(on) {
+    get('glass').checked = on;
+    this.blocks.uniforms.glass.value = on ? 1 : 0;
+    this.redraw();
+  }
+
+  contacts() {
+    const show = this.joints.show;
+    show.forces = get('forces').value;
+    for (const name of ['polygons', 'cracks', 'points']) show[name] = get(name).checked;
+    this.joints.update(this.state.frame);
+    this.glass(show.forces !== 'none' || show.polygons || show.cracks || show.points);
+  }
+
+  listen() {
+    const on = (id, event, act) => get(id).addEventListener(event, act);
+    on('time', 'input', () => this.show(+get('time').value));
+    on('play', 'click', () => this.play());
+    on('home', 'click', () => this.home());
+    on('colour', 'change', () => { this.paint(); this.redraw(); });
+    on('edges', 'change', () => { this.blocks.uniforms.edge.value = get('edges').checked ? 1 : 0; this.redraw(); });
+    on('glass', 'change', () => this.glass(get('glass').checked));
+    for (const id of ['forces', 'polygons', 'cracks', 'points']) on(id, 'change', () => this.contacts());
+    for (const id of ['axis', 'cut']) on(id, 'input', () => this.cut());
+    on('scale', 'input', () => {
+      this.blocks.scale = 10 ** +get('scale').value;
+      get('scale-value').textContent = `× ${number(this.blocks.scale)}`;
+      this.blocks.place(this.state.frame); this.joints.update(this.state.frame); this.redraw();
+    });
+    let down = null;
+    const canvas = this.renderer.domElement;
+    canvas.addEventListener('pointerdown', (e) => { down = [e.clientX, e.clientY]; });
+    canvas.addEventListener('pointerup', (e) => {
+      if (down && Math.hypot(e.clientX - down[0], e.clientY - down[1]) < 5) this.click(e.clientX, e.clientY);
+    });
+    addEventListener('keydown', (e) => this.key(e));
+    this.light.addEventListener('change', () => { this.histories.plot(); this.redraw(); });
+    new ResizeObserver(() => { this.fit(); this.histories.fit(); }).observe(get('view'));
+  }
+
+  key(event) {
+    if (event.target.matches('select, input[type=range]') || event.ctrlKey || event.metaKey || event.altKey) return;
+    const views = {1: [-0.45, -1, 0.42], 2: [0, -1, 0], 3: [1, 0, 0], 4: [0, -0.001, 1]};
+    const tick = (id) => { get(id).checked = !get(id).checked; get(id).dispatchEvent(new Event('change')); };
+    const keys = {ArrowRight: () => this.step(1), ArrowLeft: () => this.step(-1), Home: () => this.show(0),
+                  End: () => this.show(this.frames - 1), ' ': () => this.play(), h: () => this.home(),
+                  e: () => tick('edges'), g: () => tick('glass'), p: () => tick('polygons'), c: () => tick('cracks'),
+                  f: () => { get('forces').value = get('forces').value === 'none' ? 'joints' : 'none'; this.contacts(); },
+                  Escape: () => { this.state.picked = -1; this.state.joint = null; this.paint(); this.tell(); this.redraw(); }};
+    const act = views[event.key] ? () => this.home(views[event.key]) : keys[event.key];
+    if (!act) return;
+    event.preventDefault();
+    act();
+  }
+
+  fit() {
+    const box = get('view').getBoundingClientRect(), aspect = box.width / box.height;
+    const turned = Math.abs(aspect - this.camera.aspect) > 0.2;
+    this.renderer.setSize(box.width, box.height, false);
+    this.camera.aspect = aspect;
+    this.camera.updateProjectionMatrix();
+    if (turned) this.home(); else this.redraw();
+  }
+}
+
+async function start() {
+  const viewer = new Viewer(await readData());
+  viewer.fit();
+  viewer.home();
+  viewer.show(0);
+  viewer.draw();
+  window.quoin = viewer;  // for tests
+  document.documentElement.dataset.ready = 'yes';
+}
+
+start().catch((error) => { get('title').textContent = `This page can't be shown: ${error.message}`; console.error(error); });
