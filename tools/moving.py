@@ -9,7 +9,7 @@
     tools/moving.py endure --large --quoin QUOIN        the large ones, in steps of 10 and 5 ms
     tools/moving.py creep --quoin QUOIN                 a minute of shaking that all sticks through: a table
     tools/moving.py uneven --quoin QUOIN                a boulder that slides on pebbles, by mass ratio: a table
-    tools/moving.py pictures --quoin QUOIN              bench/moving_pile.png, bench/moving_wall.png (needs POV-Ray)
+    tools/moving.py pictures --quoin QUOIN              bench/moving_pile.png, bench/moving_wall.png
     tools/moving.py dump --quoin QUOIN                  makes bench/problems.tar.xz
 
 QUOIN is the command, BENCH the folder of bench_moving and contact_problems. --work FOLDER: for what is made on
