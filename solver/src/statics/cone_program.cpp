@@ -1,0 +1,591 @@
+#include "statics/cone_program.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "base/index.hpp"
+
+namespace quoin::solver {
+namespace {
+
+using Eigen::VectorXd;
+
+constexpr double kProximal = 1e-8;      // of forces and blocks of size 1: smaller loses pivots
+constexpr double kHeldProximal = 1e-4;  // of held points, which no cone's weight softens
+constexpr double kSolved = 1e-9;        // residuals, by tau
+constexpr double kCertificate = 1e-9;   // residual of a mechanism, by its power
+constexpr double kRefined = 1e-2;       // of a right-hand side: directions that are worse end it
+constexpr double kToRim = 0.99;         // of the longest step
+constexpr int kRefinements = 3;
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+/// One cone of K: three rows (second order) or one (not negative).
+struct Cone {
+  int contact = -1;  ///< -1: lambda
+  int row = 0;       ///< first, in s and z
+  bool round = false;
+  double sign = -1.0;  ///< of lambda's row of G
+};
+
+/// W of a cone: W z = W⁻¹ s. Of a single row `w[0]` alone counts.
+struct Scaling {
+  double eta = 1.0;
+  Vector3 w = Vector3::UnitX();
+};
+
+double determinant(const Vector3& v) {
+  const double rest = v.tail<2>().norm();
+  return (v[0] - rest) * (v[0] + rest);
+}
+
+Scaling scaling(const Vector3& s, const Vector3& z) {
+  const double det_s = std::sqrt(determinant(s)), det_z = std::sqrt(determinant(z));
+  const Vector3 s1 = s / det_s, z1 = z / det_z;
+  const Vector3 mirrored(z1[0], -z1[1], -z1[2]);
+  const double gamma = std::sqrt(0.5 * (1.0 + s1.dot(z1)));
+  return {std::sqrt(det_s / det_z), (s1 + mirrored) / (2.0 * gamma)};
+}
+
+Vector3 scaled(const Scaling& scaling, const Vector3& v, double sign) {
+  const Vector3& w = scaling.w;
+  const double along = w.tail<2>().dot(v.tail<2>());
+  Vector3 result;
+  result[0] = w[0] * v[0] + sign * along;
+  result.tail<2>() = v.tail<2>() + (sign * v[0] + along / (1.0 + w[0])) * w.tail<2>();
+  return sign > 0.0 ? Vector3(scaling.eta * result) : Vector3(result / scaling.eta);
+}
+
+Matrix3 matrix(const Scaling& scaling) {
+  Matrix3 result;
+  for (int i = 0; i < 3; ++i) result.col(i) = scaled(scaling, Vector3::Unit(i), 1.0);
+  return result;
+}
+
+Vector3 product(const Vector3& u, const Vector3& v) {
+  Vector3 result = u[0] * v + v[0] * u;
+  result[0] = u.dot(v);
+  return result;
+}
+
+/// u with l o u = r.
+Vector3 quotient(const Vector3& l, const Vector3& r) {
+  Vector3 u;
+  u[0] = (l[0] * r[0] - l.tail<2>().dot(r.tail<2>())) / determinant(l);
+  u.tail<2>() = (r.tail<2>() - u[0] * l.tail<2>()) / l[0];
+  return u;
+}
+
+/// Longest alpha with v + alpha d in the cone.
+double longest(const Vector3& v, const Vector3& d) {
+  const double a = determinant(d), b = v[0] * d[0] - v.tail<2>().dot(d.tail<2>());
+  const double c = determinant(v), root = b * b - a * c;
+  double alpha = d[0] < 0.0 ? -v[0] / d[0] : kInfinite;
+  if (!(root >= 0.0)) return alpha;
+  const double q = -(b + std::copysign(std::sqrt(root), b));
+  for (const double t : {q / a, c / q}) {
+    if (t > 0.0) alpha = std::min(alpha, t);
+  }
+  return alpha;
+}
+
+double longest(double v, double d) { return d < 0.0 ? -v / d : kInfinite; }
+
+double largest(const VectorXd& v) { return v.size() > 0 ? v.lpNorm<Eigen::Infinity>() : 0.0; }
+
+Slots slots_of(int count) {
+  const auto n = static_cast<std::size_t>(count);
+  return make_slots(std::vector<int>(n, 6), std::vector<double>(n, 1.0));
+}
+
+/// A direction, or a right-hand side, of x (with lambda), y and z.
+struct Triple {
+  VectorXd x, y, z;
+  double size() const { return std::max({largest(x), largest(y), largest(z)}); }
+  void add(double factor, const Triple& more) {
+    x += factor * more.x;
+    y += factor * more.y;
+    z += factor * more.z;
+  }
+};
+
+class InteriorPoint {
+ public:
+  explicit InteriorPoint(const ConeProgram& program);
+  ConeSolution solve(int most);
+
+ private:
+  struct Residuals {
+    VectorXd x, y, z;
+    double t = 0.0;
+  };
+  struct Step {
+    Triple d;
+    VectorXd s;
+    double tau = 0.0, kappa = 0.0;
+  };
+  enum class End { Going, Solved, Mechanism };
+
+  bool with_factor() const { return program_.live.size() > 0; }
+  Eigen::Index lambda() const { return 3 * std::ssize(program_.contacts); }
+  void add_cones();
+  void add_pairs();
+  VectorXd loads(const VectorXd& x) const;               ///< A x + lambda a
+  VectorXd motions(const VectorXd& y) const;             ///< (A'y | a'y)
+  VectorXd rows(const VectorXd& x) const;                ///< G x
+  VectorXd columns(const VectorXd& z) const;             ///< G'z
+  VectorXd apply(const VectorXd& v, double sign) const;  ///< W v, W⁻¹ v
+  VectorXd divided(const VectorXd& l, const VectorXd& r) const;
+  VectorXd multiplied(const VectorXd& u, const VectorXd& v) const;
+  double longest_step(const VectorXd& v, const VectorXd& d) const;
+  void set_scalings();
+  Matrix3 inverse(std::size_t contact, double& row_weight) const;
+  bool factorize();
+  VectorXd solve_balance(const VectorXd& right);  ///< S⁻¹, bordered by lambda
+  VectorXd forward(const VectorXd& q) const;      ///< D⁻¹ q
+  Triple direct(const Triple& right);
+  Triple leftover(const Triple& right, const Triple& d) const;
+  bool refined(const Triple& right, Triple& d);
+  Residuals residuals() const;
+  End judge(const Residuals& r);
+  bool iterate(const Residuals& r);
+  Step step(const Residuals& r, const Triple& d2, double sigma, const VectorXd& centre,
+            double centre_tau);
+  double length(const Step& step) const;
+  double unbalance(const VectorXd& x) const { return largest(loads(x) - b_); }
+  bool inside(const VectorXd& x) const;
+  void polish();
+
+  const ConeProgram& program_;
+  Slots slots_;
+  Multifrontal elimination_;
+  BlockSystem system_;
+  std::vector<int> pair_of_contact_;
+  std::vector<Cone> cones_;
+  std::vector<int> round_of_, row_of_;  ///< by contact: cone, -1: none
+  VectorXd b_, c_, h_, e_, proximal_;   ///< the last: of x
+  VectorXd x_, y_, s_, z_, best_x_, best_y_;
+  double tau_ = 1.0, kappa_ = 1.0, best_ = kInfinite;
+  std::vector<Scaling> scalings_;
+  VectorXd l_;
+  std::vector<Matrix3> inverse_;  ///< D⁻¹
+  double inverse_factor_ = 0.0;   ///< D⁻¹ of lambda
+  VectorXd border_;               ///< S⁻¹ a
+  int factorizations_ = 0;
+};
+
+InteriorPoint::InteriorPoint(const ConeProgram& program)
+    : program_(program), slots_(slots_of(program.slots)), elimination_(slots_) {
+  add_cones();
+  add_pairs();
+  b_ = -program.load;
+  x_ = c_ = VectorXd::Zero(lambda() + (with_factor() ? 1 : 0));
+  y_ = VectorXd::Zero(6 * program.slots);
+  if (with_factor()) {
+    c_[lambda()] = -1.0;
+  } else {
+    for (std::size_t i = 0; i < program.contacts.size(); ++i) {
+      c_[3 * static_cast<Eigen::Index>(i)] = program.contacts[i].cost;
+    }
+  }
+  proximal_ = VectorXd::Constant(x_.size(), kProximal);
+  for (std::size_t i = 0; i < program.contacts.size(); ++i) {
+    const auto at = 3 * static_cast<Eigen::Index>(i);
+    if (program.contacts[i].held) proximal_.segment<3>(at).setConstant(kHeldProximal);
+  }
+  s_ = z_ = e_;
+  scalings_.resize(cones_.size());
+  inverse_.resize(program.contacts.size());
+}
+
+void InteriorPoint::add_cones() {
+  int row = 0;
+  round_of_.assign(program_.contacts.size(), -1);
+  row_of_ = round_of_;
+  std::vector<double> bounds, units;
+  const auto add = [&](int contact, bool round, double sign, double bound) {
+    cones_.push_back({contact, row, round, sign});
+    bounds.push_back(bound);
+    units.push_back(1.0);
+    bounds.resize(bounds.size() + (round ? 2 : 0), 0.0);
+    units.resize(bounds.size(), 0.0);
+    row += round ? 3 : 1;
+    return static_cast<int>(std::ssize(cones_)) - 1;
+  };
+  for (std::size_t i = 0; i < program_.contacts.size(); ++i) {
+    const ConeContact& contact = program_.contacts[i];
+    const int number = static_cast<int>(i);
+    if (contact.has_cone()) round_of_[i] = add(number, true, -1.0, contact.cohesion);
+    if (contact.has_cut_off()) row_of_[i] = add(number, false, -1.0, contact.tension);
+  }
+  if (with_factor()) {
+    add(-1, false, -1.0, 0.0);
+    add(-1, false, 1.0, 1.0);
+  }
+  h_ = Eigen::Map<VectorXd>(bounds.data(), row);
+  e_ = Eigen::Map<VectorXd>(units.data(), row);
+}
+
+void InteriorPoint::add_pairs() {
+  std::map<std::pair<int, int>, int> places;
+  for (const ConeContact& c : program_.contacts) {
+    if (c.a >= 0 && c.b >= 0) places.emplace(std::minmax(c.a, c.b), 0);
+  }
+  for (auto& [pair, place] : places) {
+    place = static_cast<int>(std::ssize(system_.pairs));
+    system_.pairs.push_back(pair);
+  }
+  for (const ConeContact& c : program_.contacts) {
+    pair_of_contact_.push_back(c.a >= 0 && c.b >= 0 ? places.at(std::minmax(c.a, c.b)) : -1);
+  }
+  system_.diagonal.resize(index(program_.slots), 6);
+  system_.off_diagonal.resize(system_.pairs.size(), 6);
+}
+
+VectorXd InteriorPoint::loads(const VectorXd& x) const {
+  VectorXd sum = VectorXd::Zero(6 * program_.slots);
+  for (Eigen::Index i = 0; i < std::ssize(program_.contacts); ++i) {
+    const ConeContact& c = program_.contacts[static_cast<std::size_t>(i)];
+    if (c.a >= 0) sum.segment<6>(6 * c.a) += c.map_a * x.segment<3>(3 * i);
+    if (c.b >= 0) sum.segment<6>(6 * c.b) += c.map_b * x.segment<3>(3 * i);
+  }
+  if (with_factor()) sum += x[lambda()] * program_.live;
+  return sum;
+}
+
+VectorXd InteriorPoint::motions(const VectorXd& y) const {
+  VectorXd result = VectorXd::Zero(x_.size());
+  for (Eigen::Index i = 0; i < std::ssize(program_.contacts); ++i) {
+    const ConeContact& c = program_.contacts[static_cast<std::size_t>(i)];
+    if (c.a >= 0) result.segment<3>(3 * i) += c.map_a.transpose() * y.segment<6>(6 * c.a);
+    if (c.b >= 0) result.segment<3>(3 * i) += c.map_b.transpose() * y.segment<6>(6 * c.b);
+  }
+  if (with_factor()) result[lambda()] = program_.live.dot(y);
+  return result;
+}
+
+VectorXd InteriorPoint::rows(const VectorXd& x) const {
+  VectorXd result(h_.size());
+  for (const Cone& cone : cones_) {
+    if (cone.contact < 0) {
+      result[cone.row] = cone.sign * x[lambda()];
+    } else if (!cone.round) {
+      result[cone.row] = -x[3 * cone.contact];
+    } else {
+      const ConeContact& c = program_.contacts[index(cone.contact)];
+      result[cone.row] = -c.friction * x[3 * cone.contact];
+      result.segment<2>(cone.row + 1) = -x.segment<2>(3 * cone.contact + 1);
+    }
+  }
+  return result;
+}
+
+VectorXd InteriorPoint::columns(const VectorXd& z) const {
+  VectorXd result = VectorXd::Zero(x_.size());
+  for (const Cone& cone : cones_) {
+    if (cone.contact < 0) {
+      result[lambda()] += cone.sign * z[cone.row];
+    } else if (!cone.round) {
+      result[3 * cone.contact] -= z[cone.row];
+    } else {
+      const ConeContact& c = program_.contacts[index(cone.contact)];
+      result[3 * cone.contact] -= c.friction * z[cone.row];
+      result.segment<2>(3 * cone.contact + 1) -= z.segment<2>(cone.row + 1);
+    }
+  }
+  return result;
+}
+
+VectorXd InteriorPoint::apply(const VectorXd& v, double sign) const {
+  VectorXd result(v.size());
+  for (std::size_t k = 0; k < cones_.size(); ++k) {
+    const int row = cones_[k].row;
+    if (cones_[k].round) {
+      result.segment<3>(row) = scaled(scalings_[k], v.segment<3>(row), sign);
+    } else {
+      result[row] = sign > 0.0 ? v[row] * scalings_[k].w[0] : v[row] / scalings_[k].w[0];
+    }
+  }
+  return result;
+}
+
+VectorXd InteriorPoint::divided(const VectorXd& l, const VectorXd& r) const {
+  VectorXd result(l.size());
+  for (const Cone& cone : cones_) {
+    const int row = cone.row;
+    if (cone.round) {
+      result.segment<3>(row) = quotient(l.segment<3>(row), r.segment<3>(row));
+    } else {
+      result[row] = r[row] / l[row];
+    }
+  }
+  return result;
+}
+
+VectorXd InteriorPoint::multiplied(const VectorXd& u, const VectorXd& v) const {
+  VectorXd result(u.size());
+  for (const Cone& cone : cones_) {
+    const int row = cone.row;
+    if (cone.round) {
+      result.segment<3>(row) = product(u.segment<3>(row), v.segment<3>(row));
+    } else {
+      result[row] = u[row] * v[row];
+    }
+  }
+  return result;
+}
+
+double InteriorPoint::longest_step(const VectorXd& v, const VectorXd& d) const {
+  double alpha = kInfinite;
+  for (const Cone& cone : cones_) {
+    const int row = cone.row;
+    alpha = std::min(alpha, cone.round ? longest(Vector3(v.segment<3>(row)), d.segment<3>(row))
+                                       : longest(v[row], d[row]));
+  }
+  return alpha;
+}
+
+void InteriorPoint::set_scalings() {
+  for (std::size_t k = 0; k < cones_.size(); ++k) {
+    const int row = cones_[k].row;
+    if (cones_[k].round) {
+      scalings_[k] = scaling(s_.segment<3>(row), z_.segment<3>(row));
+    } else {
+      scalings_[k].w[0] = std::sqrt(s_[row] / z_[row]);
+    }
+  }
+  l_ = apply(z_, 1.0);
+}
+
+/// D⁻¹ = (delta + G'W⁻²G)⁻¹ of a contact. With U = G⁻¹W it is U (I + U'M U)⁻¹ U', which loses no
+/// digits where the force is at the rim.
+Matrix3 InteriorPoint::inverse(std::size_t contact, double& row_weight) const {
+  const ConeContact& c = program_.contacts[contact];
+  Matrix3 rest = (c.held ? kHeldProximal : kProximal) * Matrix3::Identity();
+  row_weight = 0.0;
+  if (const int k = row_of_[contact]; k >= 0) {
+    row_weight = z_[cones_[index(k)].row] / s_[cones_[index(k)].row];
+    rest(0, 0) += row_weight;
+  }
+  const int round = round_of_[contact];
+  if (round < 0) {
+    Matrix3 result = Matrix3::Zero();
+    result(0, 0) = 1.0 / rest(0, 0);
+    return c.held ? Matrix3(rest.inverse()) : result;
+  }
+  const Matrix3 w = matrix(scalings_[index(round)]);
+  if (c.friction > 0.0) {
+    const Matrix3 u = Vector3(1.0 / c.friction, 1.0, 1.0).asDiagonal() * w;
+    const Matrix3 inner = Matrix3::Identity() + u.transpose() * rest * u;
+    return u * inner.inverse() * u.transpose();
+  }
+  Matrix3 unscaled;
+  for (int i = 0; i < 3; ++i) {
+    unscaled.col(i) = scaled(scalings_[index(round)], Vector3::Unit(i), -1.0);
+  }
+  const Matrix3 g = Vector3(0.0, 1.0, 1.0).asDiagonal();
+  rest += g * unscaled * unscaled * g;
+  return rest.inverse();
+}
+
+bool InteriorPoint::factorize() {
+  system_.diagonal.set_zero();
+  system_.off_diagonal.set_zero();
+  for (int slot = 0; slot < program_.slots; ++slot) {
+    system_.diagonal[index(slot)].diagonal().array() += kProximal;
+  }
+  for (std::size_t i = 0; i < program_.contacts.size(); ++i) {
+    const ConeContact& c = program_.contacts[i];
+    double weight = 0.0;
+    inverse_[i] = inverse(i, weight);
+    const Matrix6x3 by_a = c.map_a * inverse_[i], by_b = c.map_b * inverse_[i];
+    if (c.a >= 0) system_.diagonal[index(c.a)] += by_a * c.map_a.transpose();
+    if (c.b >= 0) system_.diagonal[index(c.b)] += by_b * c.map_b.transpose();
+    if (pair_of_contact_[i] < 0) continue;
+    system_.off_diagonal[index(pair_of_contact_[i])] +=
+        c.a < c.b ? by_a * c.map_b.transpose() : by_b * c.map_a.transpose();
+  }
+  ++factorizations_;
+  if (!elimination_.factorize(system_)) return false;
+  if (!with_factor()) return true;
+  double diagonal = kProximal;
+  for (const Cone& cone : cones_) {
+    if (cone.contact < 0) diagonal += z_[cone.row] / s_[cone.row];
+  }
+  inverse_factor_ = 0.0;
+  border_ = solve_balance(program_.live);
+  inverse_factor_ = 1.0 / (diagonal + program_.live.dot(border_));
+  return border_.allFinite();
+}
+
+VectorXd InteriorPoint::solve_balance(const VectorXd& right) {
+  BlockVector load(index(program_.slots), Vector12::Zero()), solution = load;
+  for (int slot = 0; slot < program_.slots; ++slot) {
+    load[index(slot)].head<6>() = right.segment<6>(6 * slot);
+  }
+  elimination_.solve(load, solution);
+  VectorXd result(right.size());
+  for (int slot = 0; slot < program_.slots; ++slot) {
+    result.segment<6>(6 * slot) = solution[index(slot)].head<6>();
+  }
+  if (inverse_factor_ > 0.0) result -= inverse_factor_ * program_.live.dot(result) * border_;
+  return result;
+}
+
+VectorXd InteriorPoint::forward(const VectorXd& q) const {
+  VectorXd result(q.size());
+  for (std::size_t i = 0; i < inverse_.size(); ++i) {
+    const auto at = 3 * static_cast<Eigen::Index>(i);
+    result.segment<3>(at) = inverse_[i] * q.segment<3>(at);
+  }
+  if (!with_factor()) return result;
+  double diagonal = kProximal;
+  for (const Cone& cone : cones_) {
+    if (cone.contact < 0) diagonal += z_[cone.row] / s_[cone.row];
+  }
+  result[lambda()] = q[lambda()] / diagonal;
+  return result;
+}
+
+/// Solves [delta A' G'; A -delta 0; G 0 -W²] d = right.
+Triple InteriorPoint::direct(const Triple& right) {
+  const auto unweighted = [&](const VectorXd& v) { return apply(apply(v, -1.0), -1.0); };
+  const VectorXd q = right.x + columns(unweighted(right.z));
+  Triple d;
+  d.y = solve_balance(loads(forward(q)) - right.y);
+  d.x = forward(q - motions(d.y));
+  d.z = unweighted(rows(d.x) - right.z);
+  return d;
+}
+
+Triple InteriorPoint::leftover(const Triple& right, const Triple& d) const {
+  return {right.x - proximal_.cwiseProduct(d.x) - motions(d.y) - columns(d.z),
+          right.y - loads(d.x) + kProximal * d.y,
+          right.z - rows(d.x) + apply(apply(d.z, 1.0), 1.0)};
+}
+
+bool InteriorPoint::refined(const Triple& right, Triple& d) {
+  d = direct(right);
+  const double size = right.size();
+  Triple left = leftover(right, d);
+  double error = left.size();
+  for (int i = 0; i < kRefinements && error > 1e-14 * size; ++i) {
+    Triple better = d;
+    better.add(1.0, direct(left));
+    left = leftover(right, better);
+    if (!(left.size() < error)) break;
+    error = left.size();
+    d = std::move(better);
+  }
+  return error <= kRefined * size;
+}
+
+InteriorPoint::Residuals InteriorPoint::residuals() const {
+  return {motions(y_) + columns(z_) + tau_ * c_, loads(x_) - tau_ * b_, rows(x_) + s_ - tau_ * h_,
+          kappa_ + c_.dot(x_) + b_.dot(y_) + h_.dot(z_)};
+}
+
+InteriorPoint::End InteriorPoint::judge(const Residuals& r) {
+  const double power = -b_.dot(y_) - h_.dot(z_);
+  if (kappa_ > tau_ && power > 0.0 && largest(r.x - tau_ * c_) < kCertificate * power) {
+    best_y_ = y_;
+    best_x_ = x_ / tau_;
+    return End::Mechanism;
+  }
+  const double objective = std::max(1.0, std::abs(c_.dot(x_)) / tau_);
+  const double gap = s_.dot(z_) / (tau_ * tau_ * objective);
+  const double worst = std::max({largest(r.x), largest(r.y), largest(r.z)}) / tau_;
+  if (const double merit = std::max(worst, gap); merit < best_ || best_x_.size() == 0) {
+    best_ = merit;
+    best_x_ = x_ / tau_;
+    best_y_ = y_ / tau_;
+  }
+  return best_ < kSolved ? End::Solved : End::Going;
+}
+
+InteriorPoint::Step InteriorPoint::step(const Residuals& r, const Triple& d2, double sigma,
+                                        const VectorXd& centre, double centre_tau) {
+  const double left = 1.0 - sigma;
+  Step step;
+  const Triple right{-left * r.x, -left * r.y, -left * r.z - apply(divided(l_, centre), 1.0)};
+  if (!refined(right, step.d)) step.tau = std::numeric_limits<double>::quiet_NaN();
+  const auto along = [&](const Triple& d) { return c_.dot(d.x) + b_.dot(d.y) + h_.dot(d.z); };
+  const double top = left * r.t + centre_tau / tau_ + along(step.d);
+  step.tau += -top / (-kappa_ / tau_ + along(d2));
+  step.kappa = (centre_tau - kappa_ * step.tau) / tau_;
+  step.d.add(step.tau, d2);
+  step.s = -left * r.z + step.tau * h_ - rows(step.d.x);
+  return step;
+}
+
+double InteriorPoint::length(const Step& step) const {
+  return std::min({longest_step(s_, step.s), longest_step(z_, step.d.z), longest(tau_, step.tau),
+                   longest(kappa_, step.kappa)});
+}
+
+bool InteriorPoint::iterate(const Residuals& r) {
+  set_scalings();
+  if (!factorize()) return false;
+  Triple d2;
+  if (!refined({-c_, b_, h_}, d2)) return false;
+  const double mean = (s_.dot(z_) + tau_ * kappa_) / static_cast<double>(std::ssize(cones_) + 1);
+  const VectorXd square = multiplied(l_, l_);
+  const Step guess = step(r, d2, 0.0, -square, -tau_ * kappa_);
+  if (!std::isfinite(guess.tau)) return false;
+  const double reached = std::min(1.0, length(guess));
+  const double sigma = std::pow(1.0 - reached, 3);
+  const VectorXd second = multiplied(apply(guess.s, -1.0), apply(guess.d.z, 1.0));
+  const Step taken = step(r, d2, sigma, -square - second + sigma * mean * e_,
+                          -tau_ * kappa_ - guess.tau * guess.kappa + sigma * mean);
+  const double alpha = std::min(1.0, kToRim * length(taken));
+  if (!std::isfinite(taken.tau) || !(alpha > 1e-10)) return false;
+  x_ += alpha * taken.d.x;
+  y_ += alpha * taken.d.y;
+  z_ += alpha * taken.d.z;
+  s_ += alpha * taken.s;
+  tau_ += alpha * taken.tau;
+  kappa_ += alpha * taken.kappa;
+  return true;
+}
+
+bool InteriorPoint::inside(const VectorXd& x) const {
+  const VectorXd s = h_ - rows(x);
+  return std::ranges::all_of(cones_, [&](const Cone& cone) {
+    return s[cone.row] >= (cone.round ? s.segment<2>(cone.row + 1).norm() : 0.0);
+  });
+}
+
+/// Takes what is left of the balance off the forces, by the last factors.
+void InteriorPoint::polish() {
+  inverse_factor_ = 0.0;  // lambda stays
+  for (int i = 0; i < kRefinements; ++i) {
+    VectorXd change = forward(motions(solve_balance(loads(best_x_) - b_)));
+    if (with_factor()) change[lambda()] = 0.0;
+    const VectorXd better = best_x_ - change;
+    if (!(unbalance(better) < unbalance(best_x_)) || (inside(best_x_) && !inside(better))) return;
+    best_x_ = better;
+  }
+}
+
+ConeSolution InteriorPoint::solve(int most) {
+  End end = End::Going;
+  for (int i = 0; i <= most; ++i) {
+    const Residuals r = residuals();
+    end = judge(r);
+    if (end != End::Going || i == most || !iterate(r)) break;
+  }
+  if (end != End::Mechanism && factorizations_ > 0) polish();
+  ConeSolution solution{best_x_.head(lambda()), best_y_, 0.0, factorizations_};
+  if (with_factor()) solution.factor = best_x_[lambda()];
+  return solution;
+}
+
+}  // namespace
+
+ConeSolution solve(const ConeProgram& program, int most_iterations) {
+  return InteriorPoint(program).solve(most_iterations);
+}
+
+}  // namespace quoin::solver

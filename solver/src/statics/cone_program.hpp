@@ -1,0 +1,51 @@
+#pragma once
+/// Homogeneous self-dual interior point method for forces in second-order cones.
+///
+///   min c'x - lambda,   A x + lambda a = b,   s = h - G x in K,   0 <= lambda <= 1
+///
+/// x: forces of contacts (normal, two tangents), y: multipliers of the balance of blocks, which are
+/// their velocities. Either admissible forces come out, or y with A'y + G'z = 0 and b'y + h'z < 0:
+/// a mechanism. Nesterov–Todd directions with Mehrotra's corrector [Vandenberghe 2010], one
+/// factorization an iteration; a proximal term stays in the solved system, so that forces which
+/// balance by themselves and blocks that nothing holds need no special care [Friedlander & Orban
+/// 2012]. Lengths and forces are scaled by the caller: loads and blocks of size 1.
+
+#include <Eigen/Core>
+
+#include "linear/multifrontal.hpp"
+
+namespace quoin::solver {
+
+using Matrix6x3 = Eigen::Matrix<double, 6, 3>;
+
+struct ConeContact {
+  int a = -1, b = -1;                   ///< slots; -1: a block that does not move
+  Matrix6x3 map_a = Matrix6x3::Zero();  ///< from the force to the load on a
+  Matrix6x3 map_b = Matrix6x3::Zero();
+  double friction = 0.0, cohesion = 0.0, tension = 0.0;
+  double cost = 0.0;  ///< c of the normal force: its gap
+  bool held = false;  ///< any force
+
+  bool has_cone() const { return !held && (friction > 0.0 || cohesion > 0.0); }
+  /// The cut-off decides before the cone's apex.
+  bool has_cut_off() const { return !held && !(friction * tension >= cohesion && friction > 0.0); }
+};
+
+struct ConeProgram {
+  int slots = 0;
+  std::vector<ConeContact> contacts{};
+  Eigen::VectorXd load{};  ///< -b, 6 a slot
+  Eigen::VectorXd live{};  ///< a; empty: no factor
+};
+
+struct ConeSolution {
+  Eigen::VectorXd forces{};      ///< x, 3 a contact
+  Eigen::VectorXd velocities{};  ///< y, 6 a slot
+  double factor = 0.0;           ///< lambda
+  int factorizations = 0;
+};
+
+/// The best iterate: the caller judges what it proves.
+ConeSolution solve(const ConeProgram& program, int most_iterations);
+
+}  // namespace quoin::solver

@@ -1,0 +1,350 @@
+#include "statics/equilibrium.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/index.hpp"
+#include "contact/contact_history.hpp"
+#include "contact/joint_law.hpp"
+#include "statics/cone_program.hpp"
+
+namespace quoin::solver {
+namespace {
+
+using Eigen::VectorXd;
+
+constexpr double kTouching = 1e-6;  // of the smaller block
+constexpr int kMostIterations = 150;
+constexpr double kFewOfLargest = 0.05;  // a factor this far below the largest one is solved again
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+Matrix3 contact_frame(const Vector3& normal) {
+  Matrix3 frame;
+  frame.col(0) = normal;
+  frame.col(1) = normal.unitOrthogonal();
+  frame.col(2) = normal.cross(frame.col(1));
+  return frame;
+}
+
+Vector6 load_at(const Vector3& arm, const Vector3& force) {
+  Vector6 load;
+  load << force, arm.cross(force);
+  return load;
+}
+
+/// Blocks that contacts join, and their contacts.
+struct Group {
+  std::vector<int> blocks, contacts;
+};
+
+std::vector<Group> groups_of(const EquilibriumProblem& problem, std::vector<int>& slot_of_block) {
+  const std::size_t count = problem.blocks.size();
+  std::vector<int> parent(count);
+  for (std::size_t b = 0; b < count; ++b) parent[b] = static_cast<int>(b);
+  const auto root = [&](int b) {
+    while (parent[index(b)] != b) b = parent[index(b)] = parent[index(parent[index(b)])];
+    return b;
+  };
+  const auto moves = [&](int b) { return b >= 0 && problem.blocks[index(b)].moves; };
+  for (const EquilibriumContact& c : problem.contacts) {
+    if (moves(c.a) && moves(c.b)) parent[index(root(c.b))] = root(c.a);
+  }
+  std::vector<Group> groups;
+  std::vector<int> group_of(count, -1);
+  slot_of_block.assign(count, -1);
+  for (int b = 0; b < static_cast<int>(count); ++b) {
+    if (!moves(b)) continue;
+    int& group = group_of[index(root(b))];
+    if (group < 0) {
+      group = static_cast<int>(groups.size());
+      groups.emplace_back();
+    }
+    slot_of_block[index(b)] = static_cast<int>(groups[index(group)].blocks.size());
+    groups[index(group)].blocks.push_back(b);
+  }
+  for (int i = 0; i < static_cast<int>(problem.contacts.size()); ++i) {
+    const EquilibriumContact& c = problem.contacts[index(i)];
+    const int one = moves(c.a) ? c.a : c.b;
+    if (moves(one)) groups[index(group_of[index(root(one))])].contacts.push_back(i);
+  }
+  return groups;
+}
+
+/// One group in numbers of size 1: forces by `force`, moments and turns by the blocks' sizes.
+class GroupProblem {
+ public:
+  GroupProblem(const EquilibriumProblem& problem, const Group& group, const std::vector<int>& slots)
+      : problem_(problem), group_(group), slots_(slots) {}
+
+  /// At `factor`; `range` > 0: how much more is borne, up to that.
+  void solve(double factor, double range, Equilibrium& result);
+  double factor() const { return factor_; }
+
+ private:
+  VectorXd scaled_loads(double factor) const;
+  ConeContact cone_contact(const EquilibriumContact& contact) const;
+  void fill(double factor, double range);
+  void judge_forces(const VectorXd& forces, Equilibrium& result) const;
+  void judge_velocities(const VectorXd& velocities, Equilibrium& result) const;
+
+  const EquilibriumProblem& problem_;
+  const Group& group_;
+  const std::vector<int>& slots_;
+  ConeProgram program_;
+  double force_ = 1.0;  ///< N
+  double factor_ = 0.0;
+};
+
+/// By slot, not yet by force_: moments by the blocks' sizes.
+VectorXd GroupProblem::scaled_loads(double factor) const {
+  VectorXd loads(6 * static_cast<Eigen::Index>(group_.blocks.size()));
+  for (std::size_t s = 0; s < group_.blocks.size(); ++s) {
+    const EquilibriumBlock& block = problem_.blocks[index(group_.blocks[s])];
+    Vector6 load = factor == kInfinite ? block.live : Vector6(block.load + factor * block.live);
+    load.tail<3>() /= block.size;
+    loads.segment<6>(6 * static_cast<Eigen::Index>(s)) = load;
+  }
+  return loads;
+}
+
+ConeContact GroupProblem::cone_contact(const EquilibriumContact& contact) const {
+  ConeContact cone;
+  const Matrix3 frame = contact_frame(contact.normal);
+  double size = kInfinite;
+  const auto map = [&](int b, double sign, int& slot) {
+    Matrix6x3 result = Matrix6x3::Zero();
+    slot = b >= 0 ? slots_[index(b)] : -1;
+    if (slot < 0) return result;
+    const EquilibriumBlock& block = problem_.blocks[index(b)];
+    const Vector3 arm = (contact.point - block.place) / block.size;
+    size = std::min(size, block.size);
+    result << sign * frame, sign * cross_matrix(arm) * frame;
+    if (!contact.held && !(contact.friction > 0.0 || contact.cohesion > 0.0)) {
+      result.rightCols<2>().setZero();
+    }
+    return result;
+  };
+  cone.map_a = map(contact.a, -1.0, cone.a);
+  cone.map_b = map(contact.b, 1.0, cone.b);
+  cone.friction = contact.friction;
+  cone.cohesion = contact.cohesion / force_;
+  cone.tension = contact.tension / force_;
+  cone.cost = std::max(contact.gap, 0.0) / size;
+  cone.held = contact.held;
+  return cone;
+}
+
+void GroupProblem::fill(double factor, double range) {
+  program_.slots = static_cast<int>(group_.blocks.size());
+  program_.load = scaled_loads(factor);
+  program_.live.resize(0);
+  if (range > 0.0) program_.live = range * scaled_loads(kInfinite);
+  const auto largest = [](const VectorXd& v) {
+    return v.size() > 0 ? v.lpNorm<Eigen::Infinity>() : 0.0;
+  };
+  force_ = std::max(largest(program_.load), largest(program_.live));
+  program_.contacts.clear();
+  if (!(force_ > 0.0)) return;
+  program_.load /= force_;
+  program_.live /= force_;
+  for (const int i : group_.contacts) {
+    program_.contacts.push_back(cone_contact(problem_.contacts[index(i)]));
+  }
+}
+
+/// `forces`: in contact frames, by force_.
+void GroupProblem::judge_forces(const VectorXd& forces, Equilibrium& result) const {
+  VectorXd left = program_.load;
+  if (program_.live.size() > 0) left += factor_ * program_.live;
+  for (std::size_t i = 0; i < group_.contacts.size(); ++i) {
+    const ConeContact& c = program_.contacts[i];
+    const Vector3 f = forces.segment<3>(3 * static_cast<Eigen::Index>(i));
+    if (c.a >= 0) left.segment<6>(6 * c.a) += c.map_a * f;
+    if (c.b >= 0) left.segment<6>(6 * c.b) += c.map_b * f;
+    const EquilibriumContact& contact = problem_.contacts[index(group_.contacts[i])];
+    result.forces[index(group_.contacts[i])] = force_ * (contact_frame(contact.normal) * f);
+    if (c.held) continue;
+    const double inside =
+        std::min(c.has_cut_off() ? f[0] + c.tension : kInfinite,
+                 c.has_cone() ? c.friction * f[0] + c.cohesion - f.tail<2>().norm() : kInfinite);
+    result.margin = std::min(result.margin, inside);
+    result.violation = std::max(result.violation, -inside);
+  }
+  result.unbalance = std::max(result.unbalance, left.lpNorm<Eigen::Infinity>());
+}
+
+/// Velocities by the blocks' sizes. A contact dissipates at most C |v_t| + T (v_n - mu |v_t|),
+/// where the cut-off decides, else C v_n / mu.
+void GroupProblem::judge_velocities(const VectorXd& given, Equilibrium& result) const {
+  const double fastest = given.lpNorm<Eigen::Infinity>();
+  if (!(fastest > 0.0)) return;
+  const VectorXd y = given / fastest;
+  double dissipation = 0.0, short_of = 0.0, short_sum = 0.0;
+  for (const ConeContact& c : program_.contacts) {
+    Vector3 v = Vector3::Zero();
+    if (c.a >= 0) v += c.map_a.transpose() * y.segment<6>(6 * c.a);
+    if (c.b >= 0) v += c.map_b.transpose() * y.segment<6>(6 * c.b);
+    const double slip = c.has_cone() ? v.tail<2>().norm() : 0.0;
+    const double apart = v[0] - c.friction * slip;
+    const double lacking = c.held ? v.norm() : std::max(0.0, -apart);
+    short_of = std::max(short_of, lacking);
+    short_sum += lacking;
+    if (c.held) continue;
+    dissipation += c.has_cut_off() ? c.cohesion * slip + c.tension * std::max(0.0, apart)
+                                   : c.cohesion * std::max(0.0, v[0]) / c.friction;
+  }
+  const double power =
+      program_.load.dot(y) + (program_.live.size() > 0 ? factor_ * program_.live.dot(y) : 0.0);
+  result.incompatibility = std::max(result.incompatibility, short_of);
+  result.power += force_ * power;
+  result.dissipation += force_ * dissipation;
+  for (std::size_t s = 0; s < group_.blocks.size(); ++s) {
+    Vector6& velocity = result.velocities[index(group_.blocks[s])];
+    velocity = y.segment<6>(6 * static_cast<Eigen::Index>(s));
+    velocity.tail<3>() /= problem_.blocks[index(group_.blocks[s])].size;
+  }
+  const double excess = power - dissipation;
+  const bool proves = short_of <= Equilibrium::kBalanced && excess > Equilibrium::kBalanced &&
+                      excess > Equilibrium::kLargestForces * short_sum;
+  if (proves) result.verdict = EquilibriumVerdict::Mechanism;
+}
+
+void GroupProblem::solve(double factor, double range, Equilibrium& result) {
+  fill(factor, range);
+  factor_ = range > 0.0 ? 1.0 : 0.0;
+  result.verdict = EquilibriumVerdict::Admissible;
+  if (force_ > 0.0 && !(range > 0.0 && program_.live.isZero(0.0))) {
+    const ConeSolution solution = quoin::solver::solve(program_, kMostIterations);
+    result.factorizations += solution.factorizations;
+    factor_ = std::clamp(solution.factor, 0.0, 1.0);
+    judge_forces(solution.forces, result);
+    const bool balanced =
+        result.unbalance <= Equilibrium::kBalanced && result.violation <= Equilibrium::kBalanced;
+    if (!balanced) result.verdict = EquilibriumVerdict::Undecided;
+    if (range > 0.0 || !balanced) judge_velocities(solution.velocities, result);
+    if (range > 0.0 && balanced) result.verdict = EquilibriumVerdict::Admissible;
+  }
+  factor_ = factor + range * factor_;
+}
+
+Equilibrium empty_result(const EquilibriumProblem& problem) {
+  Equilibrium result;
+  result.forces.assign(problem.contacts.size(), Vector3::Zero());
+  result.velocities.assign(problem.blocks.size(), Vector6::Zero());
+  result.margin = kInfinite;
+  return result;
+}
+
+/// A mechanism of any island is one of the whole, and one that is undecided leaves the whole so.
+EquilibriumVerdict together(EquilibriumVerdict one, EquilibriumVerdict other) {
+  if (one == EquilibriumVerdict::Mechanism || other == EquilibriumVerdict::Mechanism) {
+    return EquilibriumVerdict::Mechanism;
+  }
+  return one == other ? one : EquilibriumVerdict::Undecided;
+}
+
+}  // namespace
+
+std::vector<Vector6> block_loads(const CompiledScene& compiled, const State& state) {
+  std::vector<Vector6> loads(compiled.models.size(), Vector6::Zero());
+  for (const int b : compiled.slots.block_of_slot) {
+    loads[index(b)].head<3>() =
+        compiled.models[index(b)].mass * compiled.scene.gravity.at(state.time);
+  }
+  for (const PointForce& load : compiled.loads) {
+    const Vector3 arm = pose(state.blocks[index(load.block)]).shape * load.arm;
+    loads[index(load.block)] += load_at(arm, load.factor * load.force.at(state.time));
+  }
+  return loads;
+}
+
+EquilibriumProblem equilibrium_problem(const CompiledScene& compiled, const State& state,
+                                       std::span<const geometry::ContactPoint> found,
+                                       double reach) {
+  EquilibriumProblem problem{.origin = state.origin};
+  const std::vector<Vector6> loads = block_loads(compiled, state);
+  for (std::size_t b = 0; b < compiled.models.size(); ++b) {
+    problem.blocks.push_back(
+        {compiled.idle[b] == 0, state.blocks[b].centroid, compiled.models[b].size, loads[b]});
+  }
+  const auto place = [&](int b, const Vector3& at) {
+    return local_point(state, b, compiled.models[index(b)].turn * at);
+  };
+  for (const geometry::ContactPoint& point : found) {
+    const auto [a, b] = std::pair(point.key.a, point.key.b);
+    const double size = std::min(compiled.models[index(a)].size, compiled.models[index(b)].size);
+    const double touching = std::max(kTouching * size, compiled.scene.coordinate_rounding);
+    if (point.gap > std::max(reach, touching)) continue;
+    const JointStrength bears = strength(joint_between(compiled.scene, a, b), Contact{});
+    const Vector3 middle = 0.5 * (place(a, point.point_a) + place(b, point.point_b));
+    problem.contacts.push_back({a, b, middle, point.normal, point.gap, bears.friction,
+                                bears.cohesion * point.area, bears.tension * point.area});
+  }
+  for (const HeldPoint& held : compiled.held) {
+    const Vector3 at = local_point(state, held.block, held.arm);
+    problem.contacts.push_back({.b = held.block, .point = at, .held = true});
+  }
+  return problem;
+}
+
+const char* name(EquilibriumVerdict verdict) {
+  static constexpr const char* kNames[] = {"undecided", "admissible", "mechanism"};
+  return kNames[static_cast<std::size_t>(verdict)];
+}
+
+Equilibrium find_equilibrium(const EquilibriumProblem& problem, double factor) {
+  Equilibrium result = empty_result(problem);
+  std::vector<int> slots;
+  EquilibriumVerdict verdict = EquilibriumVerdict::Admissible;
+  for (const Group& group : groups_of(problem, slots)) {
+    GroupProblem(problem, group, slots).solve(factor, 0.0, result);
+    verdict = together(verdict, result.verdict);
+    ++result.islands;
+  }
+  result.verdict = verdict;
+  result.factor = factor;
+  return result;
+}
+
+Equilibrium largest_load_factor(const EquilibriumProblem& problem, double largest) {
+  Equilibrium result = empty_result(problem);
+  std::vector<int> slots;
+  EquilibriumVerdict verdict = EquilibriumVerdict::Admissible;
+  result.factor = largest;
+  result.limited = false;
+  for (const Group& group : groups_of(problem, slots)) {
+    GroupProblem island(problem, group, slots);
+    double range = largest;
+    Equilibrium own = empty_result(problem);
+    for (int round = 0; round < 4; ++round) {
+      own = empty_result(problem);
+      island.solve(0.0, range, own);
+      result.factorizations += own.factorizations;
+      if (own.verdict != EquilibriumVerdict::Admissible ||
+          island.factor() > kFewOfLargest * range) {
+        break;
+      }
+      range = std::max(4.0 * island.factor(), 1e-3 * range);
+    }
+    verdict = together(verdict, own.verdict);
+    ++result.islands;
+    const bool limits = island.factor() < largest * (1.0 - 1e-7);
+    if (own.verdict != EquilibriumVerdict::Admissible ||
+        (limits && island.factor() < result.factor)) {
+      const int factorizations = result.factorizations, islands = result.islands;
+      const bool limited = result.limited || limits;
+      const double factor = std::min(result.factor, island.factor());
+      result = own;
+      result.factorizations = factorizations;
+      result.islands = islands;
+      result.factor = factor;
+      result.limited = limited;
+    }
+    if (verdict == EquilibriumVerdict::Mechanism) break;
+  }
+  result.verdict = verdict;
+  return result;
+}
+
+}  // namespace quoin::solver

@@ -1,0 +1,194 @@
+/// Equilibrium and load factors against closed forms and published limit loads.
+
+#include <cmath>
+#include <numbers>
+#include <quoin/geometry/build.hpp>
+#include <quoin/solver/equilibrium.hpp>
+#include <string>
+
+#include "support/catch.hpp"
+
+using namespace quoin::solver;
+using quoin::tests::WithinAbs;
+namespace geometry = quoin::geometry;
+
+namespace {
+
+constexpr Material kStone{.density = 2000.0};
+
+Scene on_ground(double friction) {
+  Scene scene{.joint = {.friction_angle = std::atan(friction)}};
+  scene.add_fixed(geometry::make_box({-9, -9, -1}, {9, 9, 0}));
+  return scene;
+}
+
+/// Live load: the weight of each block along `direction`.
+EquilibriumProblem pushed(const Scene& scene, const Vector3& direction) {
+  EquilibriumProblem problem = equilibrium_problem(scene);
+  Scene live = scene;
+  live.gravity = Vector3(scene.gravity.at(0.0).norm() * direction);
+  const std::vector<Vector6> loads = block_loads(live);
+  for (std::size_t b = 0; b < loads.size(); ++b) problem.blocks[b].live = loads[b];
+  return problem;
+}
+
+double limit(const Scene& scene, const Vector3& direction = Vector3::UnitX()) {
+  const Equilibrium found = largest_load_factor(pushed(scene, direction), 10.0);
+  REQUIRE(found.verdict == EquilibriumVerdict::Admissible);
+  REQUIRE(found.limited);
+  REQUIRE(found.unbalance <= Equilibrium::kBalanced);
+  REQUIRE(found.violation <= Equilibrium::kBalanced);
+  REQUIRE(found.factorizations <= 60);
+  return found.factor;
+}
+
+/// Rows from the bottom, by widths in bricks; minus: an opening [Ferris & Tin-Loi 2001].
+Scene brick_wall(const std::vector<std::vector<double>>& rows, double friction) {
+  constexpr double kLength = 0.4, kHeight = 0.175;  // m
+  Scene scene{.joint = {.friction_angle = std::atan(friction)}};
+  double width = 0.0;
+  for (const double brick : rows.front()) width += std::abs(brick);
+  scene.add_fixed(geometry::make_box({0, 0, -kHeight}, {kLength * width, 1, 0}));
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    double from = 0.0;
+    const double z = kHeight * static_cast<double>(row);
+    for (const double brick : rows[row]) {
+      const double to = from + std::abs(brick);
+      if (brick > 0.0) {
+        scene.add_rigid(geometry::make_box({kLength * from, 0, z}, {kLength * to, 1, z + kHeight}),
+                        kStone);
+      }
+      from = to;
+    }
+  }
+  return scene;
+}
+
+using Row = std::vector<double>;
+
+std::vector<Row> stacked(const std::string& order, const std::vector<Row>& kinds) {
+  std::vector<Row> rows;
+  for (const char c : order) rows.push_back(kinds[static_cast<std::size_t>(c - '0')]);
+  return rows;
+}
+
+std::vector<Row> wall(int number) {
+  const Row f5{.5, 1, 1, 1, 1, .5}, e5{1, 1, 1, 1, 1};
+  switch (number) {
+    case 1:
+      return stacked("010101", {f5, e5});
+    case 2:
+      return stacked("0101010101", {f5, e5});
+    case 3:
+      return stacked("01023232010",
+                     {{1, 1, 1, 1}, {.5, 1, 1, 1, .5}, {.5, 1, -1, 1, .5}, {1, .5, -1, .5, 1}});
+    case 4:
+      return stacked("01023232010", {f5, e5, {1, -1, 1, -1, 1}, {.5, .5, -1, .5, .5, -1, .5, .5}});
+    case 5:
+      return stacked(
+          "010232320102323201"
+          "0",
+          {{.5, 1, 1, .5}, {1, 1, 1}, {1, -1, 1}, {.5, .5, -1, .5, .5}});
+    default:
+      return stacked(
+          "01012323210123232101"
+          "0",
+          {{.5, 1, 1, 1, 1, 1, 1, .5},
+           {1, 1, 1, 1, 1, 1, 1},
+           {.5, 1, -1, 1, 1, -1, 1, .5},
+           {1, .5, -1, .5, 1, .5, -1, .5, 1}});
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a block on a plane slides at mu or turns over at width / height") {
+  Scene flat = on_ground(0.3);
+  flat.add_rigid(geometry::make_box({0, 0, 0}, {2, 1, 0.5}), kStone);
+  REQUIRE_THAT(limit(flat), WithinAbs(0.3, 1e-7));
+  Scene slim = on_ground(0.8);
+  slim.add_rigid(geometry::make_box({0, 0, 0}, {0.5, 3, 2}), kStone);
+  REQUIRE_THAT(limit(slim), WithinAbs(0.25, 1e-7));
+  REQUIRE_THAT(limit(slim, Vector3(0.6, 0.8, 0).normalized()), WithinAbs(0.25 / 0.6, 1e-6));
+}
+
+TEST_CASE("cohesion and tension are borne on the contact area") {
+  Scene scene = on_ground(0.5);
+  scene.joint.cohesion = 3e3;  // Pa
+  scene.add_rigid(geometry::make_box({0, 0, 0}, {4, 1, 0.1}), kStone);
+  const double weight = 2000 * 9.81 * 0.4;
+  REQUIRE_THAT(limit(scene), WithinAbs(0.5 + 3e3 * 4.0 / weight, 1e-6));
+  scene.joint.friction_angle = 0.0;
+  REQUIRE_THAT(limit(scene), WithinAbs(3e3 * 4.0 / weight, 1e-6));
+  scene.joint.tension = 5e3;
+  REQUIRE_THAT(limit(scene, Vector3::UnitZ()), WithinAbs(1.0 + 5e3 * 4.0 / weight, 1e-5));
+}
+
+TEST_CASE("a column turns over as one, and leans out by half its width") {
+  Scene column = on_ground(0.8);
+  for (int i = 0; i < 3; ++i) {
+    column.add_rigid(geometry::make_box({0, 0, 1.0 * i}, {1, 1, i + 1.0}), kStone);
+  }
+  REQUIRE_THAT(limit(column, Vector3::UnitY()), WithinAbs(1.0 / 3.0, 1e-7));
+  for (const double out : {0.4999, 0.5001}) {
+    Scene leaning = on_ground(0.8);
+    leaning.add_rigid(geometry::make_box({0, 0, 0}, {1, 1, 1}), kStone);
+    leaning.add_rigid(geometry::make_box({out, 0, 1}, {1 + out, 1, 2}), kStone);
+    const Equilibrium found = find_equilibrium(equilibrium_problem(leaning));
+    REQUIRE(found.verdict ==
+            (out < 0.5 ? EquilibriumVerdict::Admissible : EquilibriumVerdict::Mechanism));
+  }
+}
+
+TEST_CASE("masonry walls have the limit loads of Ferris and Tin-Loi's set") {
+  const std::vector<double> exact{0.642859003, 0.579998611, 0.403694, 0.331948, 0.239643, 0.347825};
+  for (int number = 1; number <= 6; ++number) {
+    CAPTURE(number);
+    const Scene scene = brick_wall(wall(number), 0.65);
+    const double factor = limit(scene);
+    REQUIRE_THAT(factor, WithinAbs(exact[static_cast<std::size_t>(number - 1)], 1e-6));
+    const EquilibriumProblem problem = pushed(scene, Vector3::UnitX());
+    const Equilibrium below = find_equilibrium(problem, 0.999 * factor);
+    REQUIRE(below.verdict == EquilibriumVerdict::Admissible);
+    REQUIRE(below.margin > 0.0);
+    const Equilibrium above = find_equilibrium(problem, 1.001 * factor);
+    REQUIRE(above.verdict == EquilibriumVerdict::Mechanism);
+    REQUIRE(above.incompatibility == 0.0);
+    REQUIRE(above.power > above.dissipation);
+    REQUIRE(above.factorizations <= 40);
+  }
+}
+
+TEST_CASE("islands, blocks without load and blocks without support are told apart") {
+  Scene scene = on_ground(0.6);
+  scene.gravity = Vector3(0, 0, 0);
+  scene.add_rigid(geometry::make_box({0, 0, 0}, {1, 1, 1}), kStone);
+  scene.add_rigid(geometry::make_box({3, 0, 5}, {4, 1, 6}), kStone);
+  const Equilibrium unloaded = find_equilibrium(equilibrium_problem(scene));
+  REQUIRE(unloaded.verdict == EquilibriumVerdict::Admissible);
+  REQUIRE(unloaded.islands == 2);
+  REQUIRE(unloaded.factorizations == 0);
+  scene.gravity = Vector3(0, 0, -9.81);
+  const Equilibrium falling = find_equilibrium(equilibrium_problem(scene));
+  REQUIRE(falling.verdict == EquilibriumVerdict::Mechanism);
+  REQUIRE(falling.velocities[1].isZero(0.0));
+  REQUIRE(falling.velocities[2][2] < 0.0);
+}
+
+TEST_CASE("a held point bears any force; frictionless and far lighter blocks are no harm") {
+  Scene hung = on_ground(0.0);
+  hung.add_rigid(geometry::make_box({0, 0, 2}, {1, 1, 3}), kStone);
+  hung.fixed_points.push_back({.block = 1, .point = {0.5, 0.5, 3}, .displacement = {}});
+  const Equilibrium held = find_equilibrium(equilibrium_problem(hung));
+  REQUIRE(held.verdict == EquilibriumVerdict::Admissible);
+  REQUIRE_THAT(held.forces.back().z(), WithinAbs(2000 * 9.81, 1e-3));
+  hung.fixed_points[0].point = {0, 0, 3};  // it swings
+  REQUIRE(find_equilibrium(equilibrium_problem(hung)).verdict == EquilibriumVerdict::Mechanism);
+
+  Scene tower = on_ground(0.0);
+  for (int i = 0; i < 5; ++i) {
+    tower.add_rigid(geometry::make_box({0, 0, 1.0 * i}, {1, 1, i + 1.0}),
+                    {.density = i == 4 ? 2e3 : 2e-3});
+  }
+  REQUIRE(find_equilibrium(equilibrium_problem(tower)).verdict == EquilibriumVerdict::Admissible);
+}
