@@ -87,7 +87,6 @@ struct Simulation::Parts {
         options(step_options),
         state(initial_state(compiled)),
         work(compiled, step_options) {
-    if (!is_paper_method(options.method)) return;
     work.other_method = std::make_unique<PaperMethod>(compiled.slots, &work.watch);
   }
 

@@ -118,7 +118,8 @@ void attempt_default(const StepRun& run, Island& island) {
 /// One round: the island's own blocks alone are written to.
 void attempt_once(const StepRun& run, Island& island) {
   run.work.watch.look();
-  (run.work.other_method ? attempt_by_other_method : attempt_default)(run, island);
+  const bool other = is_paper_method(run.options.method);
+  (other ? attempt_by_other_method : attempt_default)(run, island);
   island.missing.reset();
   island.sound = is_sound(run, island);
   for (const int block : island.own()) {

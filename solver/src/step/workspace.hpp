@@ -97,7 +97,7 @@ struct Workspace : StepMemory {
   std::vector<BlockState> end;               ///< likewise: at its end
   std::vector<PrescribedMotion> motion_end;  ///< likewise
   StepWatch watch;
-  std::unique_ptr<AttemptMethod> other_method;  ///< null: the default
+  std::unique_ptr<AttemptMethod> other_method;  ///< of is_paper_method()
   PhaseClock clock;
 };
 
