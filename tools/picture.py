@@ -236,7 +236,7 @@ class Layout:
     def __init__(self, box, count, width, given, bars):
         self.columns = 2 if count > 1 else 1
         rows = (count + self.columns - 1) // self.columns
-        shape = np.clip((box[1] - box[0])[1] / (box[1] - box[0])[0], 0.2, 1.6)
+        shape = np.clip((box[1] - box[0])[1] / (box[1] - box[0])[0], 0.2, 1.1)
         self.pixels = (int(width * DPI / self.columns) - 6, int((width * DPI / self.columns - 6) * shape))
         self.top, self.bottom = LEGEND if given.contacts else 0.0, BAR if bars else 0.04
         self.panel = self.pixels[1] / DPI + TITLE

@@ -88,13 +88,17 @@ def spanning_corners(blocks, points):
     return corners, inverse
 
 
+def cross(a, b):
+    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
 def rotations(maps):
-    """The rotation R of each map A = R (I + E), by Newton's iteration for the polar decomposition [Higham 1986]."""
+    """The rotation R of each map A = R (I + E), 3 × 3 × blocks, by Newton's iteration for the polar decomposition
+    [Higham 1986]."""
     turned = maps
     for _ in range(20):
-        cofactors = np.stack([np.cross(turned[:, 1], turned[:, 2]), np.cross(turned[:, 2], turned[:, 0]),
-                              np.cross(turned[:, 0], turned[:, 1])], axis=1)
-        following = (turned + cofactors / (turned[:, 0] * cofactors[:, 0]).sum(axis=1)[:, None, None]) / 2
+        cofactors = np.stack([cross(turned[1], turned[2]), cross(turned[2], turned[0]), cross(turned[0], turned[1])])
+        following = (turned + cofactors / (turned[0] * cofactors[0]).sum(axis=0)) / 2
         change = np.abs(following - turned).max()
         turned = following
         if change < 1e-9:  # it converges quadratically
@@ -103,34 +107,32 @@ def rotations(maps):
 
 
 def rotation_vectors(R):
-    """Of rotations, rad, by the largest component of the quaternion [Shepperd 1978]."""
-    d = [R[:, i, i] for i in range(3)]
-    sums = np.stack([d[0] + d[1] + d[2], d[0] - d[1] - d[2], d[1] - d[0] - d[2], d[2] - d[0] - d[1]], axis=1)
-    x, y, z = R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]
-    xy, yz, zx = R[:, 0, 1] + R[:, 1, 0], R[:, 1, 2] + R[:, 2, 1], R[:, 2, 0] + R[:, 0, 2]
-    one = 1 + sums  # the rows are quaternions w x y z, times something positive or negative
-    rows = np.stack([np.stack(row, axis=1) for row in ((one[:, 0], x, y, z), (x, one[:, 1], xy, zx),
-                                                       (y, xy, one[:, 2], yz), (z, zx, yz, one[:, 3]))], axis=1)
-    q = rows[np.arange(len(R)), np.argmax(sums, axis=1)]
-    q *= np.where(q[:, :1] < 0, -1, 1)
-    sine = np.linalg.norm(q[:, 1:], axis=1)
-    angle = 2 * np.arctan2(sine, q[:, 0])
-    return q[:, 1:] * (angle / np.maximum(sine, 1e-300))[:, None]
+    """Of rotations, 3 × blocks, rad, by the largest component of the quaternion [Shepperd 1978]."""
+    sums = np.stack([R[0, 0] + R[1, 1] + R[2, 2], R[0, 0] - R[1, 1] - R[2, 2], R[1, 1] - R[0, 0] - R[2, 2],
+                     R[2, 2] - R[0, 0] - R[1, 1]])
+    x, y, z = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
+    xy, yz, zx = R[0, 1] + R[1, 0], R[1, 2] + R[2, 1], R[0, 2] + R[2, 0]
+    one, best = 1 + sums, np.argmax(sums, axis=0)
+    q = np.stack([np.choose(best, row) for row in ((one[0], x, y, z), (x, one[1], xy, zx), (y, xy, one[2], yz),
+                                                   (z, zx, yz, one[3]))])  # w x y z, times some number
+    q *= np.where(q[0] < 0, -1, 1)
+    sine = np.sqrt((q[1:]**2).sum(axis=0))
+    return q[1:] * (2 * np.arctan2(sine, q[0]) / np.maximum(sine, 1e-300))
 
 
-def packed_motion(moved, maps, size):
-    """(head, array) of frames × blocks: displacement of the origin, rotation vector, strain where it can be seen."""
-    flat = maps.reshape(-1, 3, 3)
-    R = rotations(flat)
-    vectors = rotation_vectors(R)
-    strain = np.einsum("bki,bkj->bij", R, flat) - np.eye(3)
-    moved = moved.reshape(-1, 3)
-    limits = [max(np.abs(values).max(), 1e-300) / 32767 for values in (moved, vectors, strain)]
-    parts = [moved / limits[0], vectors / limits[1]]
-    if limits[2] * size > limits[0] / 32767 and limits[2] > 1e-12:
-        parts.append(strain[:, [0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]] / limits[2])
-    values = np.round(np.concatenate(parts, axis=1)).astype("<i2")
-    return {"per": values.shape[1], "u": limits[0], "r": limits[1], "e": limits[2]}, values
+def motion_of(moved, maps):
+    """Blocks × 12, of one time: displacement of the origin, rotation vector, strain (xx yy zz xy yz xz)."""
+    R = rotations(maps)
+    strain = [(R[:, i] * maps[:, j]).sum(axis=0) - (i == j) for i, j in zip((0, 1, 2, 0, 1, 0), (0, 1, 2, 1, 2, 2))]
+    return np.concatenate([moved, rotation_vectors(R), np.stack(strain)]).T.astype("<f4")
+
+
+def packed_motion(motion, size):
+    """(head, array) of times × blocks × 12, in 16 bits; without strain, where it can't be seen."""
+    limits = [max(float(np.abs(motion[..., part]).max()), 1e-30) / 32767 for part in (slice(3), slice(3, 6), slice(6, 12))]
+    per = 12 if limits[2] * size > limits[0] / 32767 and limits[2] > 1e-10 else 6  # single precision leaves 1e-7
+    values = motion[..., :per] / np.repeat(limits, [3, 3, 6])[:per].astype("<f4")
+    return {"per": per, "u": limits[0], "r": limits[1], "e": limits[2]}, np.rint(values).astype("<i2")
 
 
 def by_block(found, name, order):
@@ -138,27 +140,27 @@ def by_block(found, name, order):
 
 
 def read_frames(listed, first, points, origins):
-    """Of all times: displacement of the origins, maps, speed, compression, kind; box of what moves."""
+    """Of all times: motion, speed, compression, kind; box of what moves."""
     corners, inverse = spanning_corners(first, points)
     start = points[corners]
-    arms = origins - start[:, 0]
-    moved, maps, speed, compression, kinds = [], [], [], [], []
+    arms, inverse = (origins - start[:, 0]).T, np.ascontiguousarray(inverse.transpose(1, 2, 0))
+    motion, speed, compression, kinds = [], [], [], []
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for _, path in listed:
         with reading(path):
             found = pieces(path)
             order = np.argsort(np.concatenate([piece["block"] for piece in found]), kind="stable")
-            change = np.concatenate([piece["Points"] for piece in found])[corners] - start
-            B = np.einsum("bij,bjk->bki", inverse, change[:, 1:] - change[:, :1])  # change = B arm
-            moved.append(change[:, 0] + np.einsum("bki,bi->bk", B, arms))
-            maps.append(B + np.eye(3))
+            places = np.concatenate([piece["Points"] for piece in found])[corners]
+            change = np.ascontiguousarray((places - start).transpose(1, 2, 0))
+            sides = change[1:] - change[0]
+            B = np.stack([[(inverse[i] * sides[:, k]).sum(axis=0) for i in range(3)] for k in range(3)])  # change = B arm
+            motion.append(motion_of(change[0] + (B * arms).sum(axis=1), B + np.eye(3)[:, :, None]))
             speed.append(by_block(found, "speed", order))
             compression.append(-by_block(found, "principal_stress", order)[:, 2])
             kinds.append(by_block(found, "kind", order))
-            seen = kinds[-1] < FIXED if (kinds[-1] < FIXED).any() else slice(None)
-            places = (start + change)[seen]
-            low, high = np.minimum(low, places.min(axis=(0, 1))), np.maximum(high, places.max(axis=(0, 1)))
-    return [np.array(x) for x in (moved, maps, speed, compression, kinds)], low, high
+            seen = places[kinds[-1] < FIXED] if (kinds[-1] < FIXED).any() else places
+            low, high = np.minimum(low, seen.min(axis=(0, 1))), np.maximum(high, seen.max(axis=(0, 1)))
+    return [np.array(x) for x in (motion, speed, compression, kinds)], low, high
 
 
 def chosen_times(counts):
@@ -218,9 +220,9 @@ def run_page(folder, out, more=None):
     listed = series(folder, "blocks")[:1 if is_scene else None]
     first = Blocks(listed[0][1])
     shapes, shape_of, origins = shapes_of(first, first.points)
-    (moved, maps, speed, compression, kinds), low, high = read_frames(listed, first, first.points, origins)
+    (motion, speed, compression, kinds), low, high = read_frames(listed, first, first.points, origins)
     offset = (low + high) / 2
-    about, motion = packed_motion(moved, maps, float(np.linalg.norm(high - low)))
+    about, motion = packed_motion(motion, float(np.linalg.norm(high - low)))
     parts = {"motion": motion, "origin": (origins - offset).astype("<f4"), "shape": shape_of,
              "kind": kinds.astype("u1") if (kinds != kinds[0]).any() else kinds[0].astype("u1")}
     scalars = {}
