@@ -50,6 +50,14 @@ petsc() {
   fi
 }
 
+# The Python module `quoin`, where what it needs is installed.
+python_packages="pybind11-dev python3-dev python3-numpy python3-setuptools python3-wheel python3-venv"
+python_module() {
+  if dpkg-query -W pybind11-dev python3-dev python3-numpy >/dev/null 2>&1; then
+    echo -DQUOIN_BUILD_PYTHON=ON
+  fi
+}
+
 # The first Python that has what the pictures need; it may not be the first in PATH.
 python_with_matplotlib() {
   local python

@@ -16,6 +16,10 @@ function(quoin_library component)
     PRIVATE $<BUILD_INTERFACE:quoin_flags> ${arg_PRIVATE})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${component}
     VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+  if(QUOIN_BUILD_PYTHON AND NOT BUILD_SHARED_LIBS)  # the module takes it in
+    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON
+      CXX_VISIBILITY_PRESET hidden)
+  endif()
   install(TARGETS ${target} EXPORT quoin_${component} FILE_SET HEADERS)
   install(EXPORT quoin_${component} NAMESPACE quoin:: FILE quoin_${component}.cmake
     DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/quoin)
