@@ -1,6 +1,5 @@
 // Contact points, and what they add up to by pair of blocks: polygons, resultants, openings.
 import {BufferAttribute, BufferGeometry, DoubleSide, GLSL3, LineSegments, Mesh, Points, RawShaderMaterial} from 'three';
-import {viridis} from './data.js';
 
 export const STATES = ['open', 'stick', 'slip'];
 const STATE_COLOURS = [[0.75, 0.75, 0.75], [0.0, 0.45, 0.7], [0.84, 0.37, 0.0]], FAILED = [0.1, 0.1, 0.1];
@@ -185,8 +184,8 @@ export class Joints {
   force(layer, at, f, largest) {
     const share = length(f) / (largest || 1);
     if (share < 0.005) return;
-    const tint = [0, 0, 0, 1], half = 0.06 * this.size / (largest || 1);
-    viridis(1 - share, tint, 0);
+    const half = 0.06 * this.size / (largest || 1), mix = (a, b) => a + share * (b - a);
+    const tint = [mix(0.95, 0.75), mix(0.65, 0.05), mix(0.2, 0.25), 1];  // amber to crimson: seen on light and dark
     arrow(layer, tint, along(at, -half, f), along(at, half, f), (0.0012 + 0.0026 * share) * this.size);
   }
 

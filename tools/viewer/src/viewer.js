@@ -53,7 +53,7 @@ class Viewer {
   }
 
   home(direction = [-0.45, -1, 0.42]) {
-    const away = 1.75 * this.size / Math.min(1, this.camera.aspect);
+    const away = (this.camera.aspect > 1.2 ? 1.75 : 2.1) * this.size / Math.min(1, this.camera.aspect);
     this.controls.target.copy(this.middle);
     this.camera.position.copy(new Vector3(...direction).normalize().multiplyScalar(away).add(this.middle));
     this.camera.updateProjectionMatrix();
