@@ -15,5 +15,7 @@
 #include <quoin/geometry/published_search.hpp>
 #include <quoin/geometry/shape.hpp>
 #include <quoin/geometry/queries.hpp>
+#include <quoin/geometry/split.hpp>
+#include <quoin/geometry/time_of_impact.hpp>
 #include <quoin/geometry/types.hpp>
 #include <quoin/geometry/worker_pool.hpp>
