@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <quoin/geometry/broad_phase.hpp>
 #include <quoin/geometry/build.hpp>
+#include <quoin/geometry/contact_finder.hpp>
+#include <quoin/geometry/queries.hpp>
 
 #include "support/catch.hpp"
 #include "support/random.hpp"
@@ -251,4 +254,78 @@ TEST_CASE("bad input: topologies that are none, and shapes without one") {
   CHECK_THAT(topology_complaint(8, kCubeFaces, {}, inside_out),
              ContainsSubstring("surface polygons"));
   CHECK(complaint([] { Shape(nullptr, cube()); }) == "shape: its topology is null");
+}
+
+TEST_CASE("bad input: lengths of single calls") {
+  using namespace quoin::geometry;
+  const Shape shape = make_box({0, 0, 0}, {1, 1, 1});
+  const Body body(shape), moved(shape, {Matrix3::Identity(), {0, 0, 2}});
+  const NearestFeatures nearest = nearest_features(body, moved);
+  std::vector<ContactPoint> points;
+  PairContact pair;
+  SupportSet set;
+  BroadPhase boxes;
+  for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity(), -1.0}) {
+    for (const Body& b : {body, moved}) {
+      CHECK_THROWS_AS(nearest_features(body, b, {.tolerance = bad}), InputError);
+      CHECK_THROWS_AS(append_contact_points({0, 1}, body, b, nearest, {.reach = bad}, points),
+                      InputError);
+      CHECK_THROWS_AS(append_contacts_within_reach({0, 1}, body, b, {.reach = bad}, {}, points),
+                      InputError);
+      CHECK_THROWS_AS(update_pair_contact(body, b, {.tolerance = bad}, pair), InputError);
+    }
+    CHECK_THROWS_AS(nearest_features_within(body, moved, 0.0, {.tolerance = bad}), InputError);
+    CHECK_THROWS_AS(find_support_set(body, Vector3::UnitZ(), bad, set), InputError);
+    CHECK_THROWS_AS(contains(body, {0, 0, 0}, bad), InputError);
+    CHECK_THROWS_AS(boxes.find_candidates(bad), InputError);
+    CHECK_THROWS_AS(boxes.find_candidates(std::vector<Box>(20), bad), InputError);
+    CHECK_THROWS_AS(boxes.find_candidates_of({}, bad), InputError);
+    CHECK_THROWS_AS(boxes.set(0, Box{}, BoxUse::Moving, bad), InputError);
+  }
+  CHECK(points.empty());
+}
+
+TEST_CASE("bad input: normals and placements that are not finite") {
+  using namespace quoin::geometry;
+  const Shape shape = make_box({0, 0, 0}, {1, 1, 1});
+  SupportSet set;
+  for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity()}) {
+    for (int k = 0; k < 12; ++k) {
+      Placement placement;
+      (k < 9 ? placement.linear.data()[k] : placement.translation[k - 9]) = bad;
+      CHECK(!first_hit({shape, placement}, {.origin = {0.5, 0.5, 0.5}}));
+      CHECK(!contains({shape, placement}, {0.5, 0.5, 0.5}));
+      if (k < 3) {
+        CHECK_THROWS_AS(find_support_set({shape, placement}, Vector3::UnitX(), 0.0, set),
+                        InputError);
+      }
+    }
+    CHECK_THROWS_AS(find_support_set(Body(shape), {0, bad, 0}, 0.0, set), InputError);
+  }
+  CHECK(first_hit(Body(shape), {.origin = {-9, 0.5, 0.5}})->s == 9.0);  // rays have no end
+}
+
+TEST_CASE("bad input: an executor without workers leaves the work to the caller") {
+  using namespace quoin::geometry;
+  struct None final : Executor {
+    int workers() const override { return -3; }
+    void run(Task, void*) override { FAIL("nobody is there to run it"); }
+  } none;
+  ContactFinder finder({.executor = &none});
+  const auto shape = std::make_shared<const Shape>(make_box({0, 0, 0}, {1, 1, 1}));
+  for (int i = 0; i < 40; ++i) finder.add(shape, {Matrix3::Identity(), {0, 0, 1.0 * i}});
+  std::vector<ContactPoint> contacts;
+  CHECK(finder.find(contacts).candidates == 39);
+  CHECK(contacts.size() == 4 * 39);
+}
+
+TEST_CASE("a vector of bodies is a source of bodies") {
+  using namespace quoin::geometry;
+  const Shape shape = make_box({0, 0, 0}, {1, 1, 1});
+  const std::vector<Body> bodies{shape, {shape, {Matrix3::Identity(), {0, 0, 1}}}};
+  const std::vector<BlockPair> pairs{{0, 1}};
+  std::vector<ContactPoint> contacts;
+  PairBatch batch({});
+  batch.find(bodies, pairs, contacts);
+  CHECK(contacts.size() == 4);
 }

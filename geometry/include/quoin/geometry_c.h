@@ -323,6 +323,37 @@ quoin_status quoin_finder_find(quoin_finder* finder);
 quoin_status quoin_finder_contacts_of(quoin_finder* finder, const int* handles, int handle_count,
                                       quoin_contact_point* points, int* count);
 
+/* Queries through the tree, of the bodies where they stand now; the next find goes on as though
+ * nobody had asked. Looked at are bodies whose category has one of these bits and for which
+ * `accepts` (may be null: all) is not 0. A filter may be null: all bodies. */
+typedef struct quoin_query_filter {
+  uint32_t categories;
+  int (*accepts)(void* context, int handle);
+  void* context;
+} quoin_query_filter;
+
+typedef struct quoin_body_hit {
+  int handle;
+  quoin_ray_hit hit;
+} quoin_body_hit;
+
+/* *hits: 1 when the ray meets a body: then `hit` is the one that it enters first, of several the
+ * lowest handle; else 0. */
+quoin_status quoin_finder_nearest_hit(quoin_finder* finder, const quoin_ray* ray,
+                                      const quoin_query_filter* filter, quoin_body_hit* hit,
+                                      int* hits);
+/* All bodies that the ray enters, by s. *count in: room in `hits`, out: how many there are. */
+quoin_status quoin_finder_all_hits(quoin_finder* finder, const quoin_ray* ray,
+                                   const quoin_query_filter* filter, quoin_body_hit* hits,
+                                   int* count);
+/* Bodies whose axis-aligned boxes meet the one from min to max, m. *count in: room in `handles`,
+ * out: how many there are. */
+quoin_status quoin_finder_bodies_in_box(quoin_finder* finder, const double* min, const double* max,
+                                        const quoin_query_filter* filter, int* handles, int* count);
+/* Bodies that contain a point within `tolerance`, m. *count as above. */
+quoin_status quoin_finder_bodies_at(quoin_finder* finder, const double* point, double tolerance,
+                                    const quoin_query_filter* filter, int* handles, int* count);
+
 /* The contact points, sorted by key, and the pairs in contact or no longer so, by handles. */
 const quoin_contact_point* quoin_finder_points(const quoin_finder* finder, int* count);
 const quoin_pair* quoin_finder_pairs(const quoin_finder* finder, int* count);

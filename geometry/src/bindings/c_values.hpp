@@ -7,6 +7,7 @@
 #include <cstring>
 #include <new>
 #include <quoin/geometry/pair_batch.hpp>
+#include <quoin/geometry/queries.hpp>
 
 struct quoin_shape {
   std::shared_ptr<quoin::geometry::Shape> solid;
@@ -75,6 +76,9 @@ FeatureHint from_c(const quoin_hint* hint, const Body& a, const Body& b);
 
 /// The answer into the caller's memory, the hint (may be null) brought up to date.
 quoin_status give(const NearestFeatures& found, quoin_hint* hint, quoin_nearest* nearest);
+
+Ray ray_of(const quoin_ray* ray);
+quoin_ray_hit to_c(const RayHit& hit);
 
 /// As many points as there is room for in the caller's memory. `count` in: room, out: how many.
 quoin_status give(std::span<const ContactPoint> found, quoin_contact_point* points, int& count);

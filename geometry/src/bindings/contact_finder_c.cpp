@@ -9,6 +9,8 @@ struct quoin_finder {
 
   geometry::ContactFinder finder;
   std::vector<geometry::ContactPoint> contacts, asked;
+  std::vector<geometry::BodyHit> hits;
+  std::vector<int> handles;
   std::vector<quoin_contact_point> points;
   std::vector<quoin_pair> pairs;
   char message[256] = "";
@@ -40,6 +42,40 @@ geometry::BodyOptions options_of(const quoin_body_options* options) {
   }
   return {options->category, options->collides_with,
           options->idle != 0 ? geometry::BodyMotion::Idle : geometry::BodyMotion::Moving};
+}
+
+geometry::QueryFilter filter_of(const quoin_query_filter* filter) {
+  if (filter == nullptr) return {};
+  geometry::QueryFilter made{.categories = filter->categories};
+  if (filter->accepts != nullptr) {
+    made.accepts = [=](int handle) { return filter->accepts(filter->context, handle) != 0; };
+  }
+  return made;
+}
+
+quoin_body_hit hit_to_c(const geometry::BodyHit& found) { return {found.handle, to_c(found.hit)}; }
+
+/// As many as there is room for. `count` in: room, out: how many.
+template <class From, class To, class Convert>
+quoin_status give_all(const std::vector<From>& found, To* to, int& count, const Convert& convert) {
+  const std::size_t room = static_cast<std::size_t>(count);
+  count = static_cast<int>(found.size());
+  std::transform(found.begin(),
+                 found.begin() + static_cast<std::ptrdiff_t>(std::min(room, found.size())), to,
+                 convert);
+  return found.size() > room ? QUOIN_TOO_MANY : QUOIN_OK;
+}
+
+/// Runs a query on a finder that fills its `handles`, and gives them to the caller.
+template <class Work>
+quoin_status give_handles(quoin_finder* finder, int* handles, int* count, const Work& work) {
+  quoin_status status = QUOIN_OK;
+  const quoin_status asked = with(finder, [&](geometry::ContactFinder& f) {
+    require_room(handles, count);
+    work(f);
+    status = give_all(finder->handles, handles, *count, [](int handle) { return handle; });
+  });
+  return asked == QUOIN_OK ? status : asked;
 }
 
 }  // namespace
@@ -144,6 +180,46 @@ quoin_status quoin_finder_contacts_of(quoin_finder* finder, const int* handles, 
     status = give(finder->asked, points, *count);
   });
   return asked == QUOIN_OK ? status : asked;
+}
+
+quoin_status quoin_finder_nearest_hit(quoin_finder* finder, const quoin_ray* ray,
+                                      const quoin_query_filter* filter, quoin_body_hit* hit,
+                                      int* hits) {
+  return with(finder, [&](geometry::ContactFinder& f) {
+    require(hit != nullptr && hits != nullptr, "an argument is null");
+    const auto found = f.nearest_hit(ray_of(ray), filter_of(filter));
+    *hits = found.has_value() ? 1 : 0;
+    if (found) *hit = hit_to_c(*found);
+  });
+}
+
+quoin_status quoin_finder_all_hits(quoin_finder* finder, const quoin_ray* ray,
+                                   const quoin_query_filter* filter, quoin_body_hit* hits,
+                                   int* count) {
+  quoin_status status = QUOIN_OK;
+  const quoin_status asked = with(finder, [&](geometry::ContactFinder& f) {
+    require_room(hits, count);
+    f.all_hits(ray_of(ray), finder->hits, filter_of(filter));
+    status = give_all(finder->hits, hits, *count, hit_to_c);
+  });
+  return asked == QUOIN_OK ? status : asked;
+}
+
+quoin_status quoin_finder_bodies_in_box(quoin_finder* finder, const double* min, const double* max,
+                                        const quoin_query_filter* filter, int* handles,
+                                        int* count) {
+  return give_handles(finder, handles, count, [&](geometry::ContactFinder& f) {
+    require(min != nullptr && max != nullptr, "a corner of the box is null");
+    f.bodies_in_box({vector_of(min), vector_of(max)}, finder->handles, filter_of(filter));
+  });
+}
+
+quoin_status quoin_finder_bodies_at(quoin_finder* finder, const double* point, double tolerance,
+                                    const quoin_query_filter* filter, int* handles, int* count) {
+  return give_handles(finder, handles, count, [&](geometry::ContactFinder& f) {
+    require(point != nullptr, "the point is null");
+    f.bodies_at(vector_of(point), tolerance, finder->handles, filter_of(filter));
+  });
 }
 
 const quoin_contact_point* quoin_finder_points(const quoin_finder* finder, int* count) {

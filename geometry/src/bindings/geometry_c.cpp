@@ -152,6 +152,20 @@ FeatureHint from_c(const quoin_hint* hint, const Body& a, const Body& b) {
   return fits(made, a.shape(), b.shape()) ? made : FeatureHint{};
 }
 
+Ray ray_of(const quoin_ray* ray) {
+  require(ray != nullptr, "the ray is null");
+  return {vector_of(ray->origin), vector_of(ray->direction), ray->length};
+}
+
+quoin_ray_hit to_c(const RayHit& hit) {
+  quoin_ray_hit made;
+  made.s = hit.s;
+  made.face = hit.face;
+  copy(hit.point, made.point);
+  copy(hit.normal, made.normal);
+  return made;
+}
+
 quoin_status give(const NearestFeatures& found, quoin_hint* hint, quoin_nearest* nearest) {
   *nearest = to_c(found);
   if (hint != nullptr) *hint = to_c(found.hint);
@@ -304,15 +318,10 @@ quoin_status quoin_distance_within(const quoin_body* a, const quoin_body* b, dou
 quoin_status quoin_first_hit(const quoin_body* body, const quoin_ray* ray, quoin_ray_hit* hit,
                              int* hits) {
   return guarded([&] {
-    require(ray != nullptr && hit != nullptr && hits != nullptr, "an argument is null");
-    const std::optional<RayHit> found = first_hit(
-        body_of(body, 0), {vector_of(ray->origin), vector_of(ray->direction), ray->length});
+    require(hit != nullptr && hits != nullptr, "an argument is null");
+    const std::optional<RayHit> found = first_hit(body_of(body, 0), ray_of(ray));
     *hits = found.has_value() ? 1 : 0;
-    if (!found.has_value()) return QUOIN_OK;
-    hit->s = found->s;
-    hit->face = found->face;
-    copy(found->point, hit->point);
-    copy(found->normal, hit->normal);
+    if (found.has_value()) *hit = to_c(*found);
     return QUOIN_OK;
   });
 }

@@ -11,6 +11,7 @@
 #include "contact/contact_corners.hpp"
 #include "contact/contact_patch.hpp"
 #include "contact/point_frame.hpp"
+#include "numeric/numbers.hpp"
 #include "polygon/line_normal.hpp"
 #include "polygon/overlay.hpp"
 #include "search/face_face.hpp"
@@ -970,9 +971,20 @@ void update(const Solid& a, const Solid& b, const ContactOptions& options, PairC
 
 }  // namespace
 
+namespace {
+
+void check(const ContactOptions& options) {
+  require_length(options.tolerance, "tolerance");
+  require_length(options.reach, "reach");
+  require_length(options.coordinate_rounding, "coordinate rounding");
+}
+
+}  // namespace
+
 void append_contact_points(const std::array<int, 2>& blocks, const Shape& a, const Shape& b,
                            const NearestFeatures& nearest, const ContactOptions& options,
                            std::vector<ContactPoint>& contacts) {
+  check(options);
   PairPoints pair;
   append_points(blocks, {a, b}, nearest, options, pair, contacts);
 }
@@ -983,6 +995,7 @@ void append_contact_points(const std::array<int, 2>& blocks, const Body& a, cons
   if (a.stands_in_own_frame() && b.stands_in_own_frame()) {
     return append_contact_points(blocks, a.shape(), b.shape(), nearest, options, contacts);
   }
+  check(options);
   const PlacedPair placed(a, b);
   const std::size_t first = contacts.size();
   NearestFeatures here = nearest;
@@ -997,6 +1010,7 @@ NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, c
                                              const Shape& b, const ContactOptions& options,
                                              const FeatureHint& hint,
                                              std::vector<ContactPoint>& contacts) {
+  check(options);
   NearestFeatures nearest;
   append_within_reach(blocks, {a, b}, options, hint, nearest, contacts);
   return nearest;
@@ -1009,6 +1023,7 @@ NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, c
   if (a.stands_in_own_frame() && b.stands_in_own_frame()) {
     return append_contacts_within_reach(blocks, a.shape(), b.shape(), options, hint, contacts);
   }
+  check(options);
   const PlacedPair pair(a, b);
   const std::size_t first = contacts.size();
   NearestFeatures nearest;
@@ -1020,6 +1035,7 @@ NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, c
 
 void update_pair_contact(const Shape& a, const Shape& b, const ContactOptions& options,
                          PairContact& contact) {
+  check(options);
   update(a, b, options, contact);
 }
 
@@ -1028,6 +1044,7 @@ void update_pair_contact(const Body& a, const Body& b, const ContactOptions& opt
   if (a.stands_in_own_frame() && b.stands_in_own_frame()) {
     return update_pair_contact(a.shape(), b.shape(), options, contact);
   }
+  check(options);
   const PlacedPair pair(a, b);
   update(pair.a, pair.b, options, contact);
   move(contact.nearest, pair.middle);

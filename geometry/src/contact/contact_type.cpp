@@ -1,20 +1,29 @@
 #include <quoin/geometry/contact_type.hpp>
 
+#include "numeric/numbers.hpp"
 #include "polygon/line_normal.hpp"
 #include "polygon/projected_feature.hpp"
 
 namespace quoin::geometry {
 
 void find_support_set(const Body& body, const Vector3& normal, double tolerance, SupportSet& set) {
+  require_length(tolerance, "support set: tolerance");
   const Solid polyhedron(body, Vector3::Zero());
   VertexSet vertices;
   find_vertices_beyond(polyhedron, normal, support(polyhedron, normal).value - tolerance, vertices);
+  if (vertices.empty() || !normal.allFinite()) {
+    throw InputError("support set: the normal or the placement is not finite");
+  }
   set.vertices.assign(vertices.begin(), vertices.end());
   set.kind = span_kind(polyhedron, vertices, tolerance);
 }
 
 ContactType contact_type(const Body& body_a, const Body& body_b, const SupportSet& set_a,
                          const SupportSet& set_b, double tolerance) {
+  require_length(tolerance, "contact type: tolerance");
+  if (set_a.vertices.empty() || set_b.vertices.empty()) {
+    throw InputError("contact type: a support set is empty");
+  }
   const auto [middle, a, b] = PlacedPair(body_a, body_b);
   VertexSet vertices_a, vertices_b;
   for (const int v : set_a.vertices) vertices_a.push_back(v);

@@ -28,6 +28,7 @@ class BodyStore {
   int slots() const { return static_cast<int>(placements_.size()); }
   bool is_hole(int slot) const { return kind_of_[at(slot)] < 0; }
   BodyMotion motion(int slot) const { return kind(slot).motion; }
+  std::uint32_t category(int slot) const { return kind(slot).category; }
   const Shape& shape(int slot) const { return *kind(slot).shape; }
   const Placement& placement(int slot) const { return placements_[at(slot)]; }
   /// Whether the masks of two bodies let them touch.

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 #include <quoin/geometry/broad_phase.hpp>
+#include <tuple>
 #include <utility>
 
 #include "numeric/numbers.hpp"
@@ -255,6 +256,10 @@ struct BroadPhase::Tree {
   void find_kept(double reach);
   void find_pairs_of(std::span<const int> asked, double reach);
   void keep_near(const std::vector<BlockPair>& pairs, double reach);
+  /// Calls visit(number, box) for all boxes of which those around them in the tree satisfy
+  /// meets(box).
+  template <class Meets, class Visit>
+  void visit_where(double reach, const Meets& meets, const Visit& visit);
   template <class WithinReach>
   void filter(const std::vector<BlockPair>& pairs, WithinReach&& within);
 
@@ -287,6 +292,7 @@ struct BroadPhase::Tree {
   void fell_tree();
   void try_all(double reach);
   void update_tree(double reach);
+  void bring_up_to_date(double reach);
   void plant();
   void follow(double reach);
   void update_kept();
@@ -294,6 +300,8 @@ struct BroadPhase::Tree {
   void put_moved();
   template <class Visit>
   void query(const FloatBox& box, Visit&& visit);
+  template <class Meets, class Visit>
+  void walk(const Meets& meets, const Visit& visit);
   void query_all();
   void sort_kept();
   void query_moved();
@@ -507,14 +515,30 @@ void BroadPhase::Tree::find_pairs_of(std::span<const int> asked, double reach) {
   if (present < kFewBoxes) {
     ask_few(asked, most);
   } else {
-    update_tree(most);
-    forget_unplaced();
-    if (kept_is_old) forget_moved();
+    bring_up_to_date(most);
     ask_tree(asked);
   }
   for (const int i : asked) clear_bit(i, kAsked);
   std::sort(fresh.begin(), fresh.end());
   fresh.erase(std::unique(fresh.begin(), fresh.end()), fresh.end());
+}
+
+/// The tree, while `kept` waits.
+void BroadPhase::Tree::bring_up_to_date(double reach) {
+  update_tree(reach);
+  forget_unplaced();
+  if (kept_is_old) forget_moved();
+}
+
+template <class Meets, class Visit>
+void BroadPhase::Tree::visit_where(double reach, const Meets& meets, const Visit& visit) {
+  if (present >= kFewBoxes) {
+    bring_up_to_date(std::min(reach, kMostReach));
+    return walk(meets, [&](const Node& leaf) { visit(leaf_index(leaf), leaf.bv); });
+  }
+  for (int i = 0; i < count(); ++i) {
+    if (!has(i, kAbsent) && meets(boxes[at(i)])) visit(i, boxes[at(i)]);
+  }
 }
 
 void BroadPhase::Tree::ask_few(std::span<const int> asked, double reach) {
@@ -573,17 +597,22 @@ void BroadPhase::Tree::plant() {
 
 template <class Visit>
 void BroadPhase::Tree::query(const FloatBox& box, Visit&& visit) {
+  walk([&](const FloatBox& other) { return overlap(other, box); },
+       [&](const Node& leaf) { visit(leaf_index(leaf)); });
+}
+
+/// Down the branches whose boxes meet something.
+template <class Meets, class Visit>
+void BroadPhase::Tree::walk(const Meets& meets, const Visit& visit) {
   stack.clear();
   stack.push_back(tree.getRoot());
   while (!stack.empty()) {
     const Node* node = stack.back();
     stack.pop_back();
     ++visits;
-    if (!overlap(node->bv, box)) {
-      continue;
-    }
+    if (!meets(node->bv)) continue;
     if (node->isLeaf()) {
-      visit(leaf_index(*node));
+      visit(*node);
     } else {
       stack.push_back(node->children[0]);
       stack.push_back(node->children[1]);
@@ -753,6 +782,7 @@ void BroadPhase::set(int i, const Box& box, BoxUse use, double reach) {
   if (i < 0 || i > size()) {
     throw InputError("broad phase: box " + std::to_string(i) + " of " + std::to_string(size()));
   }
+  require_length(reach, "broad phase: reach of a box");
   tree().set(i, box, use, reach);
 }
 
@@ -790,6 +820,7 @@ void BroadPhase::Tree::keep_near(const std::vector<BlockPair>& pairs, double rea
 }
 
 const std::vector<BlockPair>& BroadPhase::find_candidates(double reach) {
+  require_length(reach, "broad phase: reach");
   tree().find_kept(reach);
   tree().keep_near(tree().kept, reach);
   return tree().result;
@@ -797,6 +828,7 @@ const std::vector<BlockPair>& BroadPhase::find_candidates(double reach) {
 
 const std::vector<BlockPair>& BroadPhase::find_candidates_of(std::span<const int> boxes,
                                                              double reach) {
+  require_length(reach, "broad phase: reach");
   for (const int i : boxes) {
     if (i >= 0 && i < size()) continue;
     throw InputError("broad phase: box " + std::to_string(i) + " of " + std::to_string(size()));
@@ -806,8 +838,72 @@ const std::vector<BlockPair>& BroadPhase::find_candidates_of(std::span<const int
   return tree().result;
 }
 
+namespace {
+
+/// A ray as seen from where boxes are, and where it enters one of them: nowhere is infinite. Places
+/// are right to the rounding of `origin`, by which boxes are grown; those that the tree cuts off at
+/// kFarthest go on.
+struct SlabTest {
+  Vector3 origin, direction;
+  double length, rounding;
+
+  double entry(const FloatBox& box) const {
+    constexpr double kEnd = std::numeric_limits<double>::infinity();
+    double enters = 0.0, leaves = length;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      const double min = box.min_[k] <= -kFarthest ? -kEnd : box.min_[k] - rounding;
+      const double max = box.max_[k] >= kFarthest ? kEnd : box.max_[k] + rounding;
+      if (direction[k] == 0.0) {
+        if (origin[k] < min || origin[k] > max) return kEnd;
+        continue;
+      }
+      const double s = (min - origin[k]) / direction[k], t = (max - origin[k]) / direction[k];
+      enters = std::max(enters, std::min(s, t));
+      leaves = std::min(leaves, std::max(s, t));
+    }
+    return enters <= leaves ? enters : kEnd;
+  }
+};
+
+}  // namespace
+
+void BroadPhase::find_in_box(const Box& box, double reach, std::vector<int>& found) {
+  require_length(reach, "broad phase: reach");
+  Tree& t = tree();
+  FloatBox meant, in_tree;  // which ends at kFarthest
+  round_outward(box, t.origin, meant);
+  in_tree.min_ = meant.min_.cwiseMax(-kFarthest).cwiseMin(kFarthest);
+  in_tree.max_ = meant.max_.cwiseMax(-kFarthest).cwiseMin(kFarthest);
+  const auto meets = [&](const FloatBox& other) {
+    return within_reach(other, meant, 0.0F) || within_reach(other, in_tree, 0.0F);
+  };
+  found.clear();
+  t.visit_where(reach, meets, [&](int i, const FloatBox&) {
+    if (within_reach(t.boxes[at(i)], meant, 0.0F)) found.push_back(i);
+  });
+  std::sort(found.begin(), found.end());
+}
+
+void BroadPhase::find_on_ray(const Vector3& origin, const Vector3& direction, double length,
+                             double reach, std::vector<Entry>& found) {
+  require_length(reach, "broad phase: reach");
+  Tree& t = tree();
+  constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
+  const double size = origin.cwiseAbs().maxCoeff() + t.origin.cwiseAbs().maxCoeff();
+  const SlabTest ray{origin - t.origin, direction, length, kRounding * size};
+  const auto meets = [&](const FloatBox& box) { return std::isfinite(ray.entry(box)); };
+  found.clear();
+  t.visit_where(reach, meets, [&](int i, const FloatBox& box) {
+    found.push_back({ray.entry(box), i});
+  });
+  std::sort(found.begin(), found.end(), [](const Entry& x, const Entry& y) {
+    return std::tie(x.s, x.box) < std::tie(y.s, y.box);
+  });
+}
+
 const std::vector<BlockPair>& BroadPhase::find_candidates(std::span<const Box> boxes, double reach,
                                                           std::span<const char> idle) {
+  require_length(reach, "broad phase: reach");
   if (!idle.empty() && idle.size() != boxes.size()) {
     throw InputError("idle has " + std::to_string(idle.size()) + " flags for " +
                      std::to_string(boxes.size()) + " boxes");

@@ -2,10 +2,12 @@
 #include <quoin/geometry/broad_phase.hpp>
 #include <quoin/geometry/contact_finder.hpp>
 #include <quoin/geometry/worker_pool.hpp>
+#include <tuple>
 #include <utility>
 
 #include "finder/body_store.hpp"
 #include "finder/placed_box.hpp"
+#include "search/ray.hpp"
 
 namespace quoin::geometry {
 namespace {
@@ -30,6 +32,10 @@ struct BoxPart {
   std::vector<int> left{};  // slots of boxes that leave their room
 };
 
+bool precedes(const BodyHit& x, const BodyHit& y) {
+  return std::tie(x.hit.s, x.handle) < std::tie(y.hit.s, y.handle);
+}
+
 Body body_in_store(const void* owner, int slot) {
   const BodyStore& store = *static_cast<const BodyStore*>(owner);
   return {store.shape(slot), store.placement(slot)};
@@ -51,9 +57,10 @@ struct ContactFinder::Memory {
   std::function<bool(int, int)> filter;
   BodyStore store;
   BroadPhase broad_phase;
-  bool boxes_are_whole = true;     // false: a call was stopped in the midst of setting them
-  std::vector<BlockPair> pairs;    // slots of the call at hand, where not all near pairs are tested
-  std::vector<int> asked;          // slots of contacts_of()
+  bool boxes_are_whole = true;   // false: a call was stopped in the midst of setting them
+  std::vector<BlockPair> pairs;  // slots of the call at hand, where not all near pairs are tested
+  std::vector<int> asked;        // slots of contacts_of() and of queries
+  std::vector<BroadPhase::Entry> entries;
   std::vector<BoxPart> box_parts;  // one a worker
   PairBatch batch;
 
@@ -75,6 +82,15 @@ struct ContactFinder::Memory {
   bool update_staying_box(int slot);
   void update_box(int slot);
   bool is_tested(const BlockPair& pair) const;
+  bool is_asked(int slot, const QueryFilter& asks) const {
+    return (store.category(slot) & asks.categories) != 0 &&
+           (!asks.accepts || asks.accepts(store.handle(slot)));
+  }
+  template <class Search>
+  void ask_boxes(const Search& search);
+  void find_in_box(const Box& box, const QueryFilter& filter);
+  template <class Take>
+  void visit_hits(const Ray& ray, const QueryFilter& filter, const Take& take);
   FindCounts find(std::vector<ContactPoint>& contacts);
   FindCounts contacts_of(std::span<const int> handles, std::vector<ContactPoint>& contacts);
 };
@@ -139,7 +155,8 @@ void ContactFinder::Memory::update_staying_boxes(BoxPart& part) {
 /// Those that stay in their room are written down by all workers, the others one by one.
 void ContactFinder::Memory::update_many_boxes() {
   look_ahead();
-  const int known = std::min(broad_phase.size(), store.slots()), most = executor().workers();
+  const int known = std::min(broad_phase.size(), store.slots());
+  const int most = std::max(1, executor().workers());
   const int workers = known >= most * kBoxesPerWorker ? most : 1;
   box_parts.resize(std::max(box_parts.size(), static_cast<std::size_t>(workers)));
   auto update_part = [&](int worker) {
@@ -179,6 +196,39 @@ const std::vector<BlockPair>& ContactFinder::Memory::near_pairs(bool packed, con
   const std::vector<BlockPair>& near = search();
   boxes_are_whole = true;
   return near;
+}
+
+/// Runs a search that lists no pairs.
+template <class Search>
+void ContactFinder::Memory::ask_boxes(const Search& search) {
+  near_pairs(
+      false, [&]() -> auto& {
+        search();
+        return pairs;
+      });
+}
+
+/// Slots of the bodies asked for whose boxes meet a box, into `asked`.
+void ContactFinder::Memory::find_in_box(const Box& box, const QueryFilter& asks) {
+  ask_boxes([&] { broad_phase.find_in_box(box, box_reach(), asked); });
+  std::erase_if(asked, [&](int slot) { return !is_asked(slot, asks); });
+}
+
+/// Calls take(hit) for the bodies that a ray enters, in the order of their boxes; what it returns
+/// is where the ray ends from there on.
+template <class Take>
+void ContactFinder::Memory::visit_hits(const Ray& ray, const QueryFilter& asks, const Take& take) {
+  require_ray(ray);
+  ask_boxes([&] {
+    broad_phase.find_on_ray(ray.origin, ray.direction, ray.length, box_reach(), entries);
+  });
+  double end = ray.length;
+  for (const auto& [s, slot] : entries) {
+    if (s > end) break;
+    if (!is_asked(slot, asks)) continue;
+    const std::optional<RayHit> hit = first_hit(body_in_store(&store, slot), ray);
+    if (hit) end = std::min(end, take(BodyHit{store.handle(slot), *hit}));
+  }
 }
 
 bool ContactFinder::Memory::is_tested(const BlockPair& pair) const {
@@ -289,6 +339,51 @@ FindCounts ContactFinder::find(std::vector<ContactPoint>& contacts) {
 FindCounts ContactFinder::contacts_of(std::span<const int> handles,
                                       std::vector<ContactPoint>& contacts) {
   return memory().contacts_of(handles, contacts);
+}
+
+std::optional<BodyHit> ContactFinder::nearest_hit(const Ray& ray, const QueryFilter& filter) {
+  std::optional<BodyHit> nearest;
+  memory().visit_hits(ray, filter, [&](const BodyHit& found) {
+    if (!nearest || precedes(found, *nearest)) nearest = found;
+    return nearest->hit.s;
+  });
+  return nearest;
+}
+
+void ContactFinder::all_hits(const Ray& ray, std::vector<BodyHit>& hits,
+                             const QueryFilter& filter) {
+  hits.clear();
+  memory().visit_hits(ray, filter, [&](const BodyHit& found) {
+    hits.push_back(found);
+    return ray.length;
+  });
+  std::sort(hits.begin(), hits.end(), precedes);
+}
+
+void ContactFinder::bodies_in_box(const Box& box, std::vector<int>& handles,
+                                  const QueryFilter& filter) {
+  Memory& m = memory();
+  if (!((box.max - box.min).minCoeff() >= 0.0) || !(box.max - box.min).allFinite()) {
+    throw InputError("finder: the box is not finite, or its max is below its min");
+  }
+  m.find_in_box(box, filter);
+  handles.clear();
+  for (const int slot : m.asked) handles.push_back(m.store.handle(slot));
+}
+
+void ContactFinder::bodies_at(const Vector3& point, double tolerance, std::vector<int>& handles,
+                              const QueryFilter& filter) {
+  Memory& m = memory();
+  require_length(tolerance, "finder: tolerance of a point");
+  handles.clear();
+  if (!point.allFinite()) return;
+  const Vector3 room = Vector3::Constant(tolerance);
+  m.find_in_box({point - room, point + room}, filter);
+  for (const int slot : m.asked) {
+    if (geometry::contains(body_in_store(&m.store, slot), point, tolerance)) {
+      handles.push_back(m.store.handle(slot));
+    }
+  }
 }
 
 std::span<const PairResult> ContactFinder::pairs() const { return memory().batch.pairs(); }

@@ -23,6 +23,7 @@ void answer_pairs(std::span<const Body> bodies, std::span<const BlockPair> pairs
 void update_nearest_features(std::span<const Body> bodies, std::span<const BlockPair> pairs,
                              std::span<NearestFeatures> answers, const SearchOptions& options,
                              Executor* executor) {
+  require_length(options.tolerance, "distance batch: tolerance");
   check_pairs(pairs, static_cast<int>(bodies.size()));
   if (answers.size() != pairs.size()) {
     throw InputError("distance batch: " + std::to_string(answers.size()) + " answers for " +

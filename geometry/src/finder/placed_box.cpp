@@ -39,13 +39,6 @@ void refuse_placement(const Placement& placement, int body) {
                    text(determinant) + ", must be positive");
 }
 
-void require_length(double value, const char* what) {
-  if (!(value >= 0.0) || !std::isfinite(value)) {
-    throw InputError(std::string(what) + " is " + text(value) +
-                     " m, must be finite and not negative");
-  }
-}
-
 /// The image of the shape's box lies within |A| h of the image of its middle, that of the ball
 /// around it within a row's length times the radius: the lesser of the two. Each sum has at most
 /// eight roundings of terms no larger than `size`; 16 of them are a bound with room.

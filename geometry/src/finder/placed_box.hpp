@@ -6,6 +6,8 @@
 #include <quoin/geometry/build.hpp>
 #include <string>
 
+#include "numeric/numbers.hpp"
+
 namespace quoin::geometry {
 
 /// Throws InputError naming `body`, the number and the limit for a placement that is none.
@@ -19,9 +21,6 @@ inline void require_placement(const Placement& placement, int body) {
   const double determinant = m.col(0).dot(m.col(1).cross(m.col(2)));
   if (!(sum <= kLargestCoordinate && determinant > 0.0)) refuse_placement(placement, body);
 }
-
-/// Throws InputError unless a length (m) is finite and not negative.
-void require_length(double value, const char* what);
 
 /// To the bit.
 inline bool same_placement(const Placement& x, const Placement& y) {

@@ -3,6 +3,8 @@
 
 #include <cstddef>
 #include <cstdio>
+#include <limits>
+#include <quoin/geometry/types.hpp>
 #include <string>
 
 namespace quoin::geometry {
@@ -15,6 +17,13 @@ inline std::string text(double value) {
   char buffer[32];
   std::snprintf(buffer, sizeof buffer, "%.6g", value);
   return buffer;
+}
+
+/// Throws InputError unless a length (m) is finite and not negative.
+inline void require_length(double value, const char* what) {
+  if (value >= 0.0 && value <= std::numeric_limits<double>::max()) return;
+  throw InputError(std::string(what) + " is " + text(value) +
+                   " m, must be finite and not negative");
 }
 
 }  // namespace quoin::geometry

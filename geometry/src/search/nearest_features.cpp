@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "certify/canonical_order.hpp"
+#include "numeric/numbers.hpp"
 #include "search/exact_answer.hpp"
 #include "search/prefetch.hpp"
 #include "search/proposals.hpp"
@@ -101,6 +102,7 @@ void find_nearest_features(const Solid& a, const Solid& b, const SearchOptions& 
 
 NearestFeatures nearest_features(const Shape& a, const Shape& b, const SearchOptions& options,
                                  const FeatureHint& hint) {
+  require_length(options.tolerance, "tolerance");
   NearestFeatures answer;
   find(Solid(a), Solid(b), options, hint, nullptr, answer);
   return answer;
@@ -111,6 +113,7 @@ NearestFeatures nearest_features(const Body& a, const Body& b, const SearchOptio
   if (a.stands_in_own_frame() && b.stands_in_own_frame()) {
     return nearest_features(a.shape(), b.shape(), options, hint);
   }
+  require_length(options.tolerance, "tolerance");
   const PlacedPair pair(a, b);
   NearestFeatures answer;
   find(pair.a, pair.b, options, hint, nullptr, answer);

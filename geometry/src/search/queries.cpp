@@ -4,6 +4,8 @@
 #include <sstream>
 
 #include "numeric/error_bounds.hpp"
+#include "numeric/numbers.hpp"
+#include "search/ray.hpp"
 #include "shape/support.hpp"
 
 namespace quoin::geometry {
@@ -133,7 +135,9 @@ bool clearly_contains(const Body& body, const Body& other) {
                        -kFlat * body.shape().diameter() * body.placement().linear.norm());
 }
 
-void check(const Ray& ray) {
+}  // namespace
+
+void require_ray(const Ray& ray) {
   if (!ray.origin.allFinite() || !ray.direction.allFinite()) {
     throw InputError("ray: origin or direction is not finite");
   }
@@ -145,8 +149,6 @@ void check(const Ray& ray) {
   }
 }
 
-}  // namespace
-
 bool overlap(const Body& a, const Body& b, const FeatureHint& hint) {
   if (clearly_beyond(a, b, 0.0, hint.normal)) return false;
   if (clearly_contains(b, a) || clearly_contains(a, b)) return true;
@@ -157,6 +159,7 @@ std::optional<NearestFeatures> nearest_features_within(const Body& a, const Body
                                                        const SearchOptions& options,
                                                        const FeatureHint& hint) {
   if (std::isnan(cut_off)) throw InputError("distance: cut_off is nan");
+  require_length(options.tolerance, "tolerance");
   if (cut_off >= 0.0 && clearly_beyond(a, b, cut_off, hint.normal)) return std::nullopt;
   const NearestFeatures nearest = nearest_features(a, b, options, hint);
   if (!(nearest.gap <= cut_off)) return std::nullopt;
@@ -165,7 +168,9 @@ std::optional<NearestFeatures> nearest_features_within(const Body& a, const Body
 
 /// The ray is cut by each plane in turn [Ericson 2005, section 5.3.8].
 std::optional<RayHit> first_hit(const Body& body, const Ray& ray) {
-  check(ray);
+  require_ray(ray);
+  const Placement& stands = body.placement();
+  if (!std::isfinite(stands.linear.sum() + stands.translation.sum())) return std::nullopt;
   const FacePlanes planes(body);
   if (planes.is_flat()) return std::nullopt;
   const Vector3 place = planes.relative(ray.origin - body.placement().translation);
@@ -192,6 +197,7 @@ std::optional<RayHit> first_hit(const Body& body, const Ray& ray) {
 }
 
 bool contains(const Body& body, const Vector3& point, double tolerance) {
+  require_length(tolerance, "point: tolerance");
   return within_planes(body, point - body.placement().translation, tolerance);
 }
 

@@ -14,7 +14,8 @@ bool tries_all_pairs(std::size_t boxes);
 enum class BoxUse : char { Moving, Idle };  ///< no pair of two idle boxes is ever a candidate
 
 /// Keeps a tree of boxes between calls. It stores boxes in single precision, rounded outward, as
-/// seen from the first one. Calls throw InputError once it was moved from.
+/// seen from the first one. Calls throw InputError once it was moved from,
+/// and for a reach that is negative or not finite.
 class BroadPhase {
  public:
   BroadPhase();
@@ -53,6 +54,21 @@ class BroadPhase {
   /// Of these, the pairs with one of some boxes, in any order; costs what these boxes and those set
   /// since the last call cost, not what all do.
   const std::vector<BlockPair>& find_candidates_of(std::span<const int> boxes, double reach);
+
+  /// Numbers of all boxes that meet a box, ascending, into `found`. `reach` (m): that of the next
+  /// find_candidates(), if the tree is to be kept.
+  void find_in_box(const Box& box, double reach, std::vector<int>& found);
+
+  /// A box and where a ray enters it, in units of its direction.
+  struct Entry {
+    double s = 0.0;
+    int box = 0;
+  };
+  /// The boxes that the points origin + s direction, 0 <= s <= length, meet, nearest entry first,
+  /// and few others that are within rounding; s is that of the box with its room in the tree, and
+  /// so never too late.
+  void find_on_ray(const Vector3& origin, const Vector3& direction, double length, double reach,
+                   std::vector<Entry>& found);
 
   /// The same for all boxes, which all may have moved: exactly the pairs with boxes at most `reach`
   /// (m) apart, pairs of two idle blocks left out. `idle` is empty or one flag a box.

@@ -3,7 +3,9 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <quoin/geometry/pair_batch.hpp>
+#include <quoin/geometry/queries.hpp>
 #include <span>
 
 namespace quoin::geometry {
@@ -29,6 +31,19 @@ struct BodyOptions {
   std::uint32_t category = 1;
   std::uint32_t collides_with = ~std::uint32_t{0};
   BodyMotion motion = BodyMotion::Moving;
+};
+
+/// Which bodies a query of the finder looks at: those whose category has one of these bits, and of
+/// which `accepts` says so (empty: all).
+struct QueryFilter {
+  std::uint32_t categories = ~std::uint32_t{0};
+  std::function<bool(int handle)> accepts{};
+};
+
+/// A body that a ray meets, and where.
+struct BodyHit {
+  int handle = 0;
+  RayHit hit;
 };
 
 /// Keeps bodies under stable handles, the tree of their boxes, and what is known of each pair: that
@@ -84,6 +99,21 @@ class ContactFinder {
   /// and the bodies moved since the last call cost, however many others there are. The next find()
   /// lists, matches and counts as though nobody had asked. No allocation when warm.
   FindCounts contacts_of(std::span<const int> handles, std::vector<ContactPoint>& contacts);
+  /// Queries through the tree, of the bodies where they stand now. The next find() goes on as
+  /// though nobody had asked. Rays hit and points lie in bodies as in queries.hpp, which also says
+  /// what is thrown; of bodies that a ray enters at the same s the lowest handle is first.
+  std::optional<BodyHit> nearest_hit(const Ray& ray, const QueryFilter& filter = {});
+  /// All bodies that a ray enters, by s, then by handle.
+  void all_hits(const Ray& ray, std::vector<BodyHit>& hits, const QueryFilter& filter = {});
+  /// Handles of the bodies whose axis-aligned boxes meet `box` (m), ascending; boxes within a part
+  /// in 1e7 of their distance from the first body may be among them. Throws InputError for a box
+  /// that is not finite or of which max < min.
+  void bodies_in_box(const Box& box, std::vector<int>& handles, const QueryFilter& filter = {});
+  /// Handles of the bodies that contain `point` (m, world) within `tolerance` (m), and whose boxes
+  /// come as near, ascending.
+  void bodies_at(const Vector3& point, double tolerance, std::vector<int>& handles,
+                 const QueryFilter& filter = {});
+
   /// The pairs in contact after the last find() and those that it ended, ascending by handles.
   std::span<const PairResult> pairs() const;
 

@@ -38,8 +38,9 @@ struct ContactPoint {
   Vector3 point() const { return 0.5 * (point_a + point_b); }  ///< of places in the world
 };
 
+/// Lengths that are negative or not finite: InputError, from every function that takes them.
 struct ContactOptions {
-  double tolerance = 0.0;  ///< contact length tol, m; not above 0: default_tolerance(a, b)
+  double tolerance = 0.0;  ///< contact length tol, m; 0: default_tolerance(a, b)
   double reach = 0.0;  ///< points are listed up to this gap above the least one (at least tol), m
   PointFrame frame = PointFrame::World;  ///< of the listed points; all else is in the world
   /// To which vertices are known, m: a vertex that far (at least tol) from an edge of a face may be

@@ -10,7 +10,8 @@ class Executor {
   using Task = void (*)(void* context, int worker);
 
   virtual ~Executor() = default;
-  virtual int workers() const = 0;  ///< at least 1; may change between two calls of run()
+  virtual int workers()
+      const = 0;  ///< at least 1 (less counts as 1); may change between two calls of run()
   /// Calls task(context, w) once for each w from 0 to workers() - 1, at once or one after the
   /// other, and returns when all have come back. What a task throws (std::bad_alloc) must reach the
   /// caller.

@@ -28,8 +28,8 @@ struct FeatureHint {
 };
 
 struct SearchOptions {
-  double tolerance = 0.0;  ///< contact length tol, m; not above 0: default_tolerance(a, b)
-  int max_iterations = 256;
+  double tolerance = 0.0;    ///< contact length tol, m; 0: default_tolerance(a, b)
+  int max_iterations = 256;  ///< of the search in double-double; all others have their own limits
 };
 
 /// The optimum of one pair. gap > 0: distance; gap < 0: minus the least translation that parts
@@ -41,9 +41,9 @@ struct NearestFeatures {
   Vector3 point_a = Vector3::Zero();  ///< witness on A, m
   Vector3 point_b = Vector3::Zero();  ///< witness on B, m
   Feature feature_a, feature_b;
-  double residual_a = 0.0;  ///< how far A reaches beyond point_a along the normal, m (>= 0)
-  double residual_b = 0.0;  ///< how far B reaches beyond point_b against the normal, m (>= 0)
-  int iterations = 0;
+  double residual_a = 0.0;     ///< how far A reaches beyond point_a along the normal, m (>= 0)
+  double residual_b = 0.0;     ///< how far B reaches beyond point_b against the normal, m (>= 0)
+  int iterations = 0;          ///< steps of all searches together
   bool indeterminate = false;  ///< the normal is one choice among several
   PlaneRule rule = PlaneRule::Unique;
   FeatureHint hint;  ///< start the next search of this pair here
@@ -62,7 +62,8 @@ double default_tolerance(const Body& a, const Body& b);
 
 /// Nearest features of two convex solids. `hint` is where to start; it changes `iterations`, never
 /// the answer. Exact for the doubles given, within 1e-12 of the gap and 16 eps of the larger
-/// diameter: what double arithmetic cannot decide is decided in a wider one. Throws nothing.
+/// diameter: what double arithmetic cannot decide is decided in a wider one. Throws
+/// InputError for a tolerance that is negative or not finite, nothing else.
 /// Method, proof of termination and sources: geometry/README.md.
 NearestFeatures nearest_features(const Shape& a, const Shape& b, const SearchOptions& options = {},
                                  const FeatureHint& hint = {});

@@ -25,7 +25,9 @@ enum class BodyChange : char {
 /// The bodies that pairs speak of, wherever their owner keeps them.
 struct BodySource {
   BodySource() = default;
-  BodySource(std::span<const Body> bodies);  // NOLINT: bodies in a row
+  BodySource(std::span<const Body> bodies);    // NOLINT: bodies in a row
+  BodySource(const std::vector<Body>& bodies)  // NOLINT
+      : BodySource(std::span<const Body>(bodies)) {}
 
   const void* owner = nullptr;
   Body (*body)(const void* owner, int index) = nullptr;

@@ -6,6 +6,7 @@
 /// solid that is farthest out: these enclose the solid, by no more than its labels are off their
 /// planes. A shape that is flat to rounding contains no point, and no ray hits it.
 
+#include <limits>
 #include <optional>
 #include <quoin/geometry/nearest_features.hpp>
 
@@ -17,16 +18,17 @@ namespace quoin::geometry {
 bool overlap(const Body& a, const Body& b, const FeatureHint& hint = {});
 
 /// The nearest features of two solids whose gap is at most `cut_off` (m), nothing for others. Ends
-/// as soon as a plane clearly keeps them farther apart. Throws InputError for a cut_off of NaN.
+/// as soon as a plane clearly keeps them farther apart. Throws InputError for a cut_off of NaN and
+/// as nearest_features() does.
 std::optional<NearestFeatures> nearest_features_within(const Body& a, const Body& b, double cut_off,
                                                        const SearchOptions& options = {},
                                                        const FeatureHint& hint = {});
 
 /// The points origin + s direction, 0 <= s <= length.
 struct Ray {
-  Vector3 origin = Vector3::Zero();      ///< m
-  Vector3 direction = Vector3::UnitX();  ///< not zero; need not be a unit vector
-  double length = 0.0;                   ///< in units of the direction; may be infinite
+  Vector3 origin = Vector3::Zero();                         ///< m
+  Vector3 direction = Vector3::UnitX();                     ///< not zero; need not be a unit vector
+  double length = std::numeric_limits<double>::infinity();  ///< in units of the direction
 };
 
 struct RayHit {
@@ -37,14 +39,15 @@ struct RayHit {
 };
 
 /// Where a ray enters a solid. A ray that passes within rounding of an edge may hit or miss; one
-/// with a direction so short that `s` or `point` is no finite number misses. Throws
+/// with a direction so short that `s` or `point` is no finite number misses, and so does every ray
+/// at a body whose placement is not finite. Throws
 /// InputError for a ray that is not finite (but for its length), has no direction or a negative
 /// length.
 std::optional<RayHit> first_hit(const Body& body, const Ray& ray);
 
 /// Whether a point (m) lies in the solid or within `tolerance` (m) of all its planes; on a face
 /// rounding decides: 16 eps of the diameter and of the shape's own largest coordinate. A point that
-/// is not finite lies nowhere.
+/// is not finite lies nowhere. Throws InputError for a tolerance that is negative or not finite.
 bool contains(const Body& body, const Vector3& point, double tolerance = 0.0);
 
 }  // namespace quoin::geometry
