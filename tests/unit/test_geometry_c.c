@@ -278,6 +278,64 @@ static void test_finder(void) {
   CHECK(quoin_make_finder(NULL, &finder, NULL, 0) == QUOIN_BAD_INPUT);
 }
 
+static int not_one(void* context, int handle) {
+  ++*(int*)context;
+  return handle != 1;
+}
+
+/* Three cubes in a row along x, and an L of two cubes above them. */
+static void test_finder_queries(void) {
+  const quoin_finder_options options = {1e-3, 0.0, 1};
+  quoin_shape* shape = cube(0, 0, 0);
+  quoin_body body = at_home(shape), parts[2];
+  quoin_finder* finder = NULL;
+  int handle = -1, count = 0, hit_count = 0, asked = 0, compound = -1, part = -1, handles[8];
+  CHECK(quoin_make_finder(&options, &finder, NULL, 0) == QUOIN_OK);
+  for (int i = 0; i < 3; ++i) {
+    body.placement = at(2 * i, 0, 0);
+    CHECK(quoin_finder_add(finder, &body, NULL, &handle) == QUOIN_OK && handle == i);
+  }
+  quoin_ray ray = {{-1, 0.5, 0.5}, {1, 0, 0}, HUGE_VAL};
+  quoin_body_hit hit, hits[8];
+  CHECK(quoin_finder_nearest_hit(finder, &ray, NULL, &hit, &hit_count) == QUOIN_OK);
+  CHECK(hit_count == 1 && hit.handle == 0 && hit.hit.s == 1.0 && hit.hit.normal[0] == -1.0);
+  quoin_query_filter filter = {UINT32_MAX, not_one, &asked};
+  count = 8;
+  CHECK(quoin_finder_all_hits(finder, &ray, &filter, hits, &count) == QUOIN_OK);
+  CHECK(count == 2 && asked == 3 && hits[1].handle == 2 && hits[1].hit.s == 5.0);
+  count = 1;
+  CHECK(quoin_finder_all_hits(finder, &ray, NULL, hits, &count) == QUOIN_TOO_MANY && count == 3);
+  CHECK(quoin_finder_all_hits(finder, NULL, NULL, hits, &count) == QUOIN_BAD_INPUT);
+  ray.direction[0] = 0;
+  CHECK(quoin_finder_nearest_hit(finder, &ray, NULL, &hit, &hit_count) == QUOIN_BAD_INPUT);
+  const double low[3] = {0.5, 0.5, 0.5}, high[3] = {2.5, 0.75, 0.75};
+  count = 8;
+  CHECK(quoin_finder_bodies_in_box(finder, low, high, NULL, handles, &count) == QUOIN_OK);
+  CHECK(count == 2 && handles[0] == 0 && handles[1] == 1);
+  CHECK(quoin_finder_bodies_in_box(finder, high, low, NULL, handles, &count) == QUOIN_BAD_INPUT);
+  count = 8;
+  CHECK(quoin_finder_bodies_at(finder, high, 0.0, &filter, handles, &count) == QUOIN_OK);
+  CHECK(count == 0);
+  parts[0].shape = parts[1].shape = shape;
+  parts[0].placement = at(0, 0, 0);
+  parts[1].placement = at(1, 0, 0);
+  const quoin_placement above = at(0, 0, 1);
+  CHECK(quoin_finder_add_compound(finder, parts, 2, &above, NULL, &handle) == QUOIN_OK);
+  CHECK(handle == 3 && quoin_finder_size(finder) == 5);
+  CHECK(quoin_finder_part_name(finder, 4, &compound, &part) == QUOIN_OK);
+  CHECK(compound == 3 && part == 1);
+  CHECK(quoin_finder_find(finder) == QUOIN_OK);
+  const quoin_pair* pairs = quoin_finder_pairs(finder, &count);
+  CHECK(count == 3 && pairs[0].a == 0 && pairs[0].b == 3); /* 0-3, 0-4 and 1-4, never 3-4 */
+  CHECK(pairs[1].b == 4 && pairs[2].a == 1 && pairs[2].b == 4);
+  CHECK(quoin_finder_move(finder, 4, &above) == QUOIN_BAD_INPUT);
+  CHECK(quoin_finder_move(finder, 3, &body.placement) == QUOIN_OK);
+  CHECK(quoin_finder_add_compound(finder, parts, 0, &above, NULL, &handle) == QUOIN_BAD_INPUT);
+  CHECK(quoin_finder_remove(finder, 3) == QUOIN_OK && quoin_finder_size(finder) == 3);
+  quoin_free_finder(finder);
+  quoin_free(shape);
+}
+
 /* The caller's own candidate pairs. */
 static void test_batch(void) {
   quoin_shape* shape = cube(0, 0, 0);
@@ -498,6 +556,7 @@ int main(void) {
   test_hints_of_others();
   test_queries();
   test_finder();
+  test_finder_queries();
   test_batch();
   test_distances();
   test_distances_refused();

@@ -294,6 +294,16 @@ quoin_body_options quoin_default_body_options(void);
 /* Handles are given in ascending order from 0 on and never given again. options may be null. */
 quoin_status quoin_finder_add(quoin_finder* finder, const quoin_body* body,
                               const quoin_body_options* options, int* handle);
+/* Bodies that move as one under one handle h, such as a solid that is not convex; the placements of
+ * the parts are in the compound's frame, `placement` (may be null) is its own. Part k has the
+ * handle h + k, by which contacts and hits name it; parts are never tested against each other.
+ * Move, remove, options, reach and contacts_of of h are of all parts. On failure no part is added.
+ */
+quoin_status quoin_finder_add_compound(quoin_finder* finder, const quoin_body* parts, int count,
+                                       const quoin_placement* placement,
+                                       const quoin_body_options* options, int* handle);
+/* The compound that a body is a part of, and which; a body by itself is part 0 of itself. */
+quoin_status quoin_finder_part_name(quoin_finder* finder, int handle, int* compound, int* part);
 quoin_status quoin_finder_remove(quoin_finder* finder, int handle);
 quoin_status quoin_finder_move(quoin_finder* finder, int handle, const quoin_placement* placement);
 /* One of the same topology (the shape itself after quoin_set_vertices) has moved freely: its

@@ -114,6 +114,30 @@ quoin_status quoin_finder_add(quoin_finder* finder, const quoin_body* body,
   });
 }
 
+quoin_status quoin_finder_add_compound(quoin_finder* finder, const quoin_body* parts, int count,
+                                       const quoin_placement* placement,
+                                       const quoin_body_options* options, int* handle) {
+  return with(finder, [&](geometry::ContactFinder& f) {
+    require(parts != nullptr && count > 0 && handle != nullptr,
+            "parts or handle is null, or there are no parts");
+    std::vector<geometry::CompoundPart> made;
+    for (int k = 0; k < count; ++k) {
+      made.push_back({solid_of(parts[k].shape), placement_of(parts[k].placement)});
+    }
+    *handle = f.add_compound(made, placement_of(placement ? *placement : quoin_no_placement()),
+                             options != nullptr ? options_of(options) : geometry::BodyOptions{});
+  });
+}
+
+quoin_status quoin_finder_part_name(quoin_finder* finder, int handle, int* compound, int* part) {
+  return with(finder, [&](geometry::ContactFinder& f) {
+    require(compound != nullptr && part != nullptr, "an argument is null");
+    const geometry::PartName name = f.part_name(handle);
+    *compound = name.compound;
+    *part = name.part;
+  });
+}
+
 quoin_status quoin_finder_remove(quoin_finder* finder, int handle) {
   return with(finder, [&](geometry::ContactFinder& f) { f.remove(handle); });
 }

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <map>
 #include <quoin/geometry/broad_phase.hpp>
 #include <quoin/geometry/contact_finder.hpp>
 #include <quoin/geometry/worker_pool.hpp>
@@ -36,6 +37,11 @@ bool precedes(const BodyHit& x, const BodyHit& y) {
   return std::tie(x.hit.s, x.handle) < std::tie(y.hit.s, y.handle);
 }
 
+/// Where a part stands that stands at `own` in a compound.
+Placement placed(const Placement& compound, const Placement& own) {
+  return {compound.linear * own.linear, compound.translation + compound.linear * own.translation};
+}
+
 Body body_in_store(const void* owner, int slot) {
   const BodyStore& store = *static_cast<const BodyStore*>(owner);
   return {store.shape(slot), store.placement(slot)};
@@ -55,6 +61,10 @@ struct ContactFinder::Memory {
   FinderOptions options;
   WorkerPool pool;
   std::function<bool(int, int)> filter;
+  using Compounds =
+      std::map<int, std::vector<Placement>>;  // by handle: where the parts stand in it
+  Compounds compounds;
+  int most_parts = 1;
   BodyStore store;
   BroadPhase broad_phase;
   bool boxes_are_whole = true;   // false: a call was stopped in the midst of setting them
@@ -63,6 +73,15 @@ struct ContactFinder::Memory {
   std::vector<BroadPhase::Entry> entries;
   std::vector<BoxPart> box_parts;  // one a worker
   PairBatch batch;
+
+  Compounds::const_iterator compound_with(int handle) const;
+  std::span<const Placement> parts(int handle) const;
+  template <class Work>
+  void for_each_part(int handle, const Work& work) const;
+  bool in_one_compound(int a, int b) const;
+  int add_compound(std::span<const CompoundPart> parts, const Placement& placement,
+                   const BodyOptions& body_options);
+  void move(int handle, const Placement& placement);
 
   Executor& executor() { return options.executor == nullptr ? pool : *options.executor; }
   double box_reach() const;
@@ -231,13 +250,75 @@ void ContactFinder::Memory::visit_hits(const Ray& ray, const QueryFilter& asks, 
   }
 }
 
+/// The end: a body by itself.
+ContactFinder::Memory::Compounds::const_iterator ContactFinder::Memory::compound_with(
+    int handle) const {
+  const auto next = compounds.upper_bound(handle);
+  if (next == compounds.begin()) return compounds.end();
+  const auto found = std::prev(next);
+  return handle - found->first < static_cast<int>(found->second.size()) ? found : compounds.end();
+}
+
+/// Of the compound of that handle; none: a body by itself. Throws InputError for a part of one.
+std::span<const Placement> ContactFinder::Memory::parts(int handle) const {
+  const auto found = compound_with(handle);
+  if (found == compounds.end()) return {};
+  if (found->first == handle) return found->second;
+  throw InputError("body " + std::to_string(handle) + " is a part of compound " +
+                   std::to_string(found->first) + " and goes with it");
+}
+
+template <class Work>
+void ContactFinder::Memory::for_each_part(int handle, const Work& work) const {
+  const int count = static_cast<int>(parts(handle).size());
+  for (int k = 0; k < std::max(1, count); ++k) work(handle + k);
+}
+
+bool ContactFinder::Memory::in_one_compound(int a, int b) const {
+  if (std::abs(a - b) >= most_parts) return false;
+  const auto found = compound_with(a);
+  return found != compounds.end() && found == compound_with(b);
+}
+
+int ContactFinder::Memory::add_compound(std::span<const CompoundPart> given,
+                                        const Placement& placement,
+                                        const BodyOptions& body_options) {
+  if (given.empty()) throw InputError("finder: the compound has no parts");
+  std::vector<Placement> own;
+  int handle = -1, added = 0;
+  try {
+    for (const CompoundPart& part : given) {
+      own.push_back(part.placement);
+      const int next = store.add(part.shape, placed(placement, part.placement), body_options);
+      handle = added++ == 0 ? next : handle;
+    }
+    compounds.emplace(handle, std::move(own));
+  } catch (...) {
+    for (int k = 0; k < added; ++k) store.remove(handle + k);
+    throw;
+  }
+  most_parts = std::max(most_parts, added);
+  return handle;
+}
+
+void ContactFinder::Memory::move(int handle, const Placement& placement) {
+  const std::span<const Placement> own = parts(handle);
+  if (own.empty()) return store.move(handle, placement);
+  require_placement(placement, handle);
+  const int count = static_cast<int>(own.size());
+  const auto place = [&](int k) { return placed(placement, own[static_cast<std::size_t>(k)]); };
+  for (int k = 0; k < count; ++k) require_placement(place(k), handle + k);
+  for (int k = 0; k < count; ++k) store.move(handle + k, place(k));
+}
+
 bool ContactFinder::Memory::is_tested(const BlockPair& pair) const {
   if (!store.may_touch(pair.a, pair.b)) return false;
-  return !filter || filter(store.handle(pair.a), store.handle(pair.b));
+  const int a = store.handle(pair.a), b = store.handle(pair.b);
+  return !in_one_compound(a, b) && (!filter || filter(a, b));
 }
 
 std::span<const BlockPair> ContactFinder::Memory::tested(const std::vector<BlockPair>& near) {
-  if (!filter && store.all_may_touch()) return near;
+  if (!filter && compounds.empty() && store.all_may_touch()) return near;
   pairs.clear();
   for (const BlockPair& pair : near) {
     if (is_tested(pair)) pairs.push_back(pair);
@@ -268,7 +349,11 @@ FindCounts ContactFinder::Memory::find(std::vector<ContactPoint>& contacts) {
 FindCounts ContactFinder::Memory::contacts_of(std::span<const int> handles,
                                               std::vector<ContactPoint>& contacts) {
   asked.clear();
-  for (const int handle : handles) asked.push_back(store.slot(handle));
+  for (const int handle : handles) {
+    const auto compound = compounds.find(handle);
+    const int count = compound == compounds.end() ? 1 : static_cast<int>(compound->second.size());
+    for (int k = 0; k < count; ++k) asked.push_back(store.slot(handle + k));
+  }
   const std::vector<BlockPair>& near = near_pairs(
       false, [&]() -> auto& { return broad_phase.find_candidates_of(asked, box_reach()); });
   return batch.contacts_of(source(), tested(near), contacts, &executor());
@@ -290,10 +375,27 @@ int ContactFinder::add(std::shared_ptr<const Shape> shape, const Placement& plac
   return memory().store.add(std::move(shape), placement, options);
 }
 
-void ContactFinder::remove(int handle) { memory().store.remove(handle); }
+int ContactFinder::add_compound(std::span<const CompoundPart> parts, const Placement& placement,
+                                const BodyOptions& options) {
+  return memory().add_compound(parts, placement, options);
+}
+
+PartName ContactFinder::part_name(int handle) const {
+  const Memory& m = memory();
+  m.store.slot(handle);
+  const auto found = m.compound_with(handle);
+  if (found == m.compounds.end()) return {handle, 0};
+  return {found->first, handle - found->first};
+}
+
+void ContactFinder::remove(int handle) {
+  Memory& m = memory();
+  m.for_each_part(handle, [&](int part) { m.store.remove(part); });
+  m.compounds.erase(handle);
+}
 
 void ContactFinder::move(int handle, const Placement& placement) {
-  memory().store.move(handle, placement);
+  memory().move(handle, placement);
 }
 
 void ContactFinder::replace_shape(int handle, std::shared_ptr<const Shape> shape) {
@@ -301,13 +403,14 @@ void ContactFinder::replace_shape(int handle, std::shared_ptr<const Shape> shape
 }
 
 void ContactFinder::set_options(int handle, const BodyOptions& options) {
-  memory().store.set_options(handle, options);
+  Memory& m = memory();
+  m.for_each_part(handle, [&](int part) { m.store.set_options(part, options); });
 }
 
 void ContactFinder::set_reach(int handle, double reach) {
   Memory& m = memory();
   require_length(reach, "finder: reach of a body");
-  m.store.set_reach(handle, reach);
+  m.for_each_part(handle, [&](int part) { m.store.set_reach(part, reach); });
 }
 
 bool ContactFinder::contains(int handle) const { return memory().store.contains(handle); }

@@ -192,34 +192,64 @@ Bulge bulge_of(const Eigen::Ref<const Points>& vertices, const std::vector<int>&
   return bulge;
 }
 
-void refuse_bulge(int face, const Bulge& bulge, double limit) {
+/// What is wrong with a face, or "".
+std::string complaint(int face, const Bulge& bulge, double limit) {
   const std::string name = "face " + std::to_string(face);
   if (bulge.off > limit) {
-    throw InputError(name + " is off its plane by " + text(bulge.off) + " m at vertex " +
-                     std::to_string(bulge.off_vertex) + ", limit " + text(limit) + " m");
+    return name + " is off its plane by " + text(bulge.off) + " m at vertex " +
+           std::to_string(bulge.off_vertex) + ", limit " + text(limit) + " m";
   }
   if (bulge.above > limit) {
-    throw InputError("not convex: vertex " + std::to_string(bulge.above_vertex) + " lies " +
-                     text(bulge.above) + " m outside " + name + ", limit " + text(limit) + " m");
+    return "not convex: vertex " + std::to_string(bulge.above_vertex) + " lies " +
+           text(bulge.above) + " m outside " + name + ", limit " + text(limit) + " m";
   }
+  return {};
 }
 
-/// Refuses faces that are not planar, or have a vertex above them, by more than kFlatness of the
-/// diameter. True: nothing of that is more than the label length either. Faces narrower than a
-/// length say nothing of it: all their vertices lie on wider ones.
-bool check_convex(const Eigen::Ref<const Points>& vertices, const Faces& faces) {
+/// How far places may be apart for the rounding of their coordinates, m.
+double between_rounded(const ShapeOptions& options) {
+  return 2.0 * std::sqrt(3.0) * options.coordinate_rounding;
+}
+
+/// How far a vertex may be off a face's plane for the rounding of coordinates, m: the plane leans
+/// by that of its own vertices over its width, of which this takes no more than there is.
+double rounded_limit(const Eigen::Ref<const Points>& vertices, const std::vector<int>& face,
+                     const ShapeOptions& options) {
+  if (options.coordinate_rounding == 0.0) return 0.0;
+  double longest = 0.0;
+  for (std::size_t k = 0; k < face.size(); ++k) {
+    const Vector3 place = vertices.col(face[k]);
+    longest = std::max({longest, (place - vertices.col(face[0])).norm(),
+                        (place - vertices.col(face[(k + 1) % face.size()])).norm()});
+  }
+  const double width =
+      polygon_normal(vertices, face).norm() / longest * (face.size() == 3 ? 1.0 : 0.5);
+  return between_rounded(options) * (1.0 + diagonal(vertices) / width);
+}
+
+/// Tells `report` of faces that are not planar, or have a vertex above them, by more than kFlatness
+/// of the diameter or what rounded coordinates leave open. True: nothing of that is more than the
+/// label length either. Faces narrower than a length say nothing of it: all their vertices lie on
+/// wider ones.
+template <class Report>
+bool check_convex(const Eigen::Ref<const Points>& vertices, const Faces& faces,
+                  const ShapeOptions& options, const Report& report) {
   const double length = label_length(vertices);
-  const double limit = std::max(kFlatness * diagonal(vertices), length);
+  const double flat = std::max(kFlatness * diagonal(vertices), length);
   bool within = true;
   for (std::size_t f = 0; f < faces.size(); ++f) {
     if (!is_wider(vertices, faces[f], length)) continue;
     const Bulge bulge = bulge_of(vertices, faces[f]);
     if (bulge.off <= length && bulge.above <= length) continue;
     within = false;
-    if (is_wider(vertices, faces[f], limit)) refuse_bulge(static_cast<int>(f), bulge, limit);
+    const double limit = std::max(flat, rounded_limit(vertices, faces[f], options));
+    const std::string fault = complaint(static_cast<int>(f), bulge, limit);
+    if (!fault.empty() && is_wider(vertices, faces[f], limit)) report(fault);
   }
   return within;
 }
+
+void refuse(const std::string& fault) { throw InputError(fault); }
 
 /// The exact hull of scaled points: its facets, and the points that are their corners.
 struct ExactHull {
@@ -381,10 +411,50 @@ Hull make_hull(const Eigen::Ref<const Points>& points) {
   return {labelled(points(Eigen::all, hull.corners), scaled, hull.facets), hull.corners};
 }
 
-Shape make_shape(const Eigen::Ref<const Points>& vertices, const Faces& faces) {
+namespace {
+
+void check_surface(const Eigen::Ref<const Points>& vertices, const Faces& faces) {
+  const Topology closed(static_cast<int>(vertices.cols()), faces);
+}
+
+/// Refuses vertices that are no corners of the hull and lie deeper in it than rounding explains.
+/// Lengths are of scaled points; `exponent`: their power of two.
+void check_depths(const Eigen::Ref<const Points>& scaled, const ExactHull& hull,
+                  const ShapeOptions& options, int exponent) {
+  const double flat = std::max(kFlatness * diagonal(scaled), label_length(scaled));
+  const double limit = std::max(flat, std::ldexp(between_rounded(options), exponent));
+  std::vector<Vector3> normals;
+  for (const auto& facet : hull.facets) {
+    const auto corner = [&](std::size_t k) { return scaled.col(hull.corners[at(facet[k])]); };
+    Points places(3, static_cast<Eigen::Index>(facet.size()));
+    for (std::size_t k = 0; k < facet.size(); ++k)
+      places.col(static_cast<Eigen::Index>(k)) = corner(k);
+    std::vector<int> all(facet.size());
+    std::iota(all.begin(), all.end(), 0);
+    normals.push_back(polygon_normal(places, all).normalized());
+  }
+  for (int v = 0; v < scaled.cols(); ++v) {
+    if (std::ranges::binary_search(hull.corners, v)) continue;
+    double depth = std::numeric_limits<double>::infinity();
+    for (std::size_t f = 0; f < normals.size(); ++f) {
+      const Vector3 base = scaled.col(hull.corners[at(hull.facets[f][0])]);
+      depth = std::min(depth, normals[f].dot(base - scaled.col(v)));
+    }
+    if (depth <= limit) continue;
+    throw InputError("not convex: vertex " + std::to_string(v) + " lies " +
+                     text(std::ldexp(depth, -exponent)) + " m inside the hull, limit " +
+                     text(std::ldexp(limit, -exponent)) + " m");
+  }
+}
+
+}  // namespace
+
+Shape make_shape(const Eigen::Ref<const Points>& vertices, const Faces& faces,
+                 const ShapeOptions& options) {
+  require_length(options.coordinate_rounding, "shape: coordinate rounding");
   check_points(vertices, kMostVertices);
   check_equal_points(vertices);
-  { const Topology closed(static_cast<int>(vertices.cols()), faces); }
+  check_surface(vertices, faces);
   int exponent = 0;
   const Points scaled = scaled_points(vertices, exponent);
   ExactHull hull = exact_hull(scaled);
@@ -393,11 +463,42 @@ Shape make_shape(const Eigen::Ref<const Points>& vertices, const Faces& faces) {
   if (volume(scaled, faces) < 0.0) {
     for (std::vector<int>& face : outward) std::reverse(face.begin(), face.end());
   }
-  if (check_convex(vertices, outward)) return labelled(vertices, scaled, outward);
+  if (check_convex(vertices, outward, options, refuse)) return labelled(vertices, scaled, outward);
+  if (options.coordinate_rounding > 0.0) check_depths(scaled, hull, options, exponent);
   for (std::vector<int>& facet : hull.facets) {
     for (int& v : facet) v = hull.corners[at(v)];
   }
   return labelled(vertices, scaled, in_order_of(outward, scaled, hull.facets));
+}
+
+std::vector<ShapeFault> shape_faults(const Eigen::Ref<const Points>& vertices, const Faces& faces,
+                                     const ShapeOptions& options) {
+  std::vector<ShapeFault> faults;
+  const auto passes = [&](const auto& check) {
+    try {
+      check();
+      return true;
+    } catch (const InputError& error) {
+      faults.push_back({error.what()});
+      return false;
+    }
+  };
+  const bool points = passes([&] { check_points(vertices, kMostVertices); });
+  if (!points) return faults;
+  const bool distinct = passes([&] { check_equal_points(vertices); });
+  if (!passes([&] { check_surface(vertices, faces); })) return faults;
+  Faces outward = faces;
+  int exponent = 0;
+  if (volume(scaled_points(vertices, exponent), faces) < 0.0) {
+    faults.push_back({"inside out: the faces run clockwise as seen from outside", false});
+    for (std::vector<int>& face : outward) std::reverse(face.begin(), face.end());
+  }
+  const std::size_t before = faults.size();
+  check_convex(vertices, outward, options,
+               [&](const std::string& fault) { faults.push_back({fault}); });
+  // What is left: no thickness, vertices inside.
+  if (distinct && faults.size() == before) passes([&] { make_shape(vertices, faces, options); });
+  return faults;
 }
 
 }  // namespace quoin::geometry

@@ -52,14 +52,38 @@ struct Hull {
 /// least its width, and at most three times that.
 Hull make_hull(const Eigen::Ref<const Points>& points);
 
+struct ShapeOptions {
+  /// By how much each coordinate may be off for its rounding, m: half a unit of the last digit of a
+  /// file. A vertex may then lie off the plane of a face, or outside, by what planes through three
+  /// such vertices leave open (2 √3 of it, times 1 + the diameter / the width of the face), and
+  /// 2 √3 of it inside the hull.
+  double coordinate_rounding = 0.0;
+};
+
 /// Shape by vertices (3 × n, m) and faces (polygons or triangles, either orientation
 /// throughout: inside-out is turned round); checked: finite, closed, convex and planar within
-/// kFlatness, no equal points, no unused vertex, sizes and thickness as in make_hull. Faces are
-/// merged and labelled as in make_hull; vertices on the border of two faces may be named by both.
-/// The solid is the convex hull of the vertices; all of them are kept. Where the faces given leave
-/// it by more than the label length (as coordinates in single precision do), the facets of the
-/// exact hull take their place, in the same order, and vertices below them are in no face.
+/// kFlatness or what options.coordinate_rounding leaves open, no equal points, no unused vertex,
+/// sizes and thickness as in make_hull. Faces are merged and labelled as in make_hull; vertices on
+/// the border of two faces may be named by both. The solid is the convex hull of the vertices; all
+/// of them are kept. Where the faces given leave it by more than the label length (as coordinates
+/// in single precision do), the facets of the exact hull take their place, in the same order, and
+/// vertices below them are in no face.
 Shape make_shape(const Eigen::Ref<const Points>& vertices,
-                 const std::vector<std::vector<int>>& faces);
+                 const std::vector<std::vector<int>>& faces, const ShapeOptions& options = {});
+
+/// What is wrong with a solid, in words.
+struct ShapeFault {
+  std::string text;     ///< names the feature, the value and the limit
+  bool refused = true;  ///< by make_shape(); false: it takes it, and turns faces round
+};
+
+/// Everything that is wrong with vertices (3 × n, m) and faces, as make_shape() takes them: counts,
+/// coordinates that are not finite, equal points, faces that are no closed surface, no thickness,
+/// faces that run inside out, each face off its plane and each with a vertex outside. One line a
+/// face at most. Nothing is refused by make_shape() where nothing is `refused` here. Throws nothing
+/// of data.
+std::vector<ShapeFault> shape_faults(const Eigen::Ref<const Points>& vertices,
+                                     const std::vector<std::vector<int>>& faces,
+                                     const ShapeOptions& options = {});
 
 }  // namespace quoin::geometry

@@ -33,6 +33,17 @@ struct BodyOptions {
   BodyMotion motion = BodyMotion::Moving;
 };
 
+/// A part of a compound and where it stands in the compound's frame.
+struct CompoundPart {
+  std::shared_ptr<const Shape> shape;
+  Placement placement{};
+};
+
+/// The compound that a body is a part of; a body by itself is part 0 of itself.
+struct PartName {
+  int compound = 0, part = 0;
+};
+
 /// Which bodies a query of the finder looks at: those whose category has one of these bits, and of
 /// which `accepts` says so (empty: all).
 struct QueryFilter {
@@ -65,6 +76,14 @@ class ContactFinder {
   /// determinant that is not positive.
   int add(std::shared_ptr<const Shape> shape, const Placement& placement = {},
           const BodyOptions& options = {});
+  /// Adds bodies that move as one, such as a solid that is not convex, under one handle h: that of
+  /// part 0. Part k has the handle h + k, by which contacts and hits name it. Parts are never
+  /// tested against each other. remove(), move(), set_options(), set_reach() and contacts_of() of h
+  /// are of all parts; of other parts all but the last are refused. size() counts parts. Throws
+  /// InputError for no parts, and as add() does, and then adds none.
+  int add_compound(std::span<const CompoundPart> parts, const Placement& placement = {},
+                   const BodyOptions& options = {});
+  PartName part_name(int handle) const;
   void remove(int handle);
   /// Another placement, checked as in add(). The same one to the bit: the body stands still.
   void move(int handle, const Placement& placement);
