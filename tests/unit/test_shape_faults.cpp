@@ -1,4 +1,5 @@
 /// What is wrong with solids in words, and solids whose coordinates were rounded in a file.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>

@@ -13,8 +13,8 @@
 #include <quoin/geometry/nearest_features.hpp>
 #include <quoin/geometry/pair_batch.hpp>
 #include <quoin/geometry/published_search.hpp>
-#include <quoin/geometry/shape.hpp>
 #include <quoin/geometry/queries.hpp>
+#include <quoin/geometry/shape.hpp>
 #include <quoin/geometry/split.hpp>
 #include <quoin/geometry/time_of_impact.hpp>
 #include <quoin/geometry/types.hpp>

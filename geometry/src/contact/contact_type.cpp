@@ -1,3 +1,4 @@
+#include <cmath>
 #include <quoin/geometry/contact_type.hpp>
 
 #include "numeric/numbers.hpp"
@@ -8,12 +9,13 @@ namespace quoin::geometry {
 
 void find_support_set(const Body& body, const Vector3& normal, double tolerance, SupportSet& set) {
   require_length(tolerance, "support set: tolerance");
+  const Placement& stands = body.placement();
+  if (!std::isfinite(normal.sum() + stands.linear.sum() + stands.translation.sum())) {
+    throw InputError("support set: the normal or the placement is not finite");
+  }
   const Solid polyhedron(body, Vector3::Zero());
   VertexSet vertices;
   find_vertices_beyond(polyhedron, normal, support(polyhedron, normal).value - tolerance, vertices);
-  if (vertices.empty() || !normal.allFinite()) {
-    throw InputError("support set: the normal or the placement is not finite");
-  }
   set.vertices.assign(vertices.begin(), vertices.end());
   set.kind = span_kind(polyhedron, vertices, tolerance);
 }

@@ -66,7 +66,7 @@ Impact time_of_impact(const Body& a, const Motion& motion_a, const Body& b, cons
   const double arm_a = farthest_from_axis(a, motion_a), arm_b = farthest_from_axis(b, motion_b);
   Body at_a = a, at_b = b;
   Impact impact;
-  while (impact.iterations < options.max_iterations) {
+  for (;;) {
     ++impact.iterations;
     at_a.move(placement_at(a.placement(), motion_a, impact.s));
     at_b.move(placement_at(b.placement(), motion_b, impact.s));
@@ -81,6 +81,7 @@ Impact time_of_impact(const Body& a, const Motion& motion_a, const Body& b, cons
       impact.status = ImpactStatus::Apart;
       return impact;
     }
+    if (impact.iterations >= options.max_iterations) return impact;
     const Vector3& normal = nearest.normal;
     const double speed = std::max(0.0, normal.dot(motion_a.translation - motion_b.translation)) +
                          normal.cross(motion_a.rotation).norm() * arm_a +
@@ -89,7 +90,6 @@ Impact time_of_impact(const Body& a, const Motion& motion_a, const Body& b, cons
     const double step = (certain - 0.5 * length) / speed;  // infinite: they never come nearer
     impact.s = std::min(1.0, impact.s + step);
   }
-  return impact;
 }
 
 }  // namespace quoin::geometry

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 #include <quoin/geometry/build.hpp>
+#include <utility>
 
 #include "numeric/floating_point.hpp"
 #include "numeric/numbers.hpp"
@@ -19,14 +20,15 @@ struct Half {
   std::vector<Polygon> polygons;
   std::vector<int> old_faces;
   std::vector<Edge> border;  // of the polygons, along the plane, reversed
+  double outward = 1.0;      // times the plane's normal: that of the face in the plane
 };
 
 class Cut {
  public:
   /// Vertices within `rounding` (m) of the plane lie on it.
-  Cut(const Shape& shape, const Plane& plane, double rounding) : shape_(shape) {
-    const Vector3 normal = plane.normal.stableNormalized();
-    heights_ = normal.transpose() * (shape.vertices().colwise() - plane.point);
+  Cut(const Shape& shape, const Plane& plane, double rounding)
+      : shape_(shape), normal_(plane.normal.stableNormalized()) {
+    heights_ = normal_.transpose() * (shape.vertices().colwise() - plane.point);
     for (double& height : heights_) height = std::abs(height) <= rounding ? 0.0 : height;
   }
 
@@ -37,6 +39,7 @@ class Cut {
   bool run(Split& parts) {
     find_cuts();
     Half above, below;
+    above.outward = -1.0;
     const Topology& topology = shape_.topology();
     if (topology.all_are_corners()) {
       for (int f = 0; f < topology.face_count(); ++f) add(topology.face(f), f, above, below);
@@ -153,12 +156,13 @@ class Cut {
     } catch (const InputError&) {  // too thin, or places that rounding has put on each other
       return false;
     }
-    part->old_faces = old_faces(part->shape.topology(), half);
+    part->old_faces = old_faces(part->shape, half);
     return true;
   }
 
-  /// A face has most corners in common with the polygon that it was.
-  static std::vector<int> old_faces(const Topology& topology, const Half& half) {
+  /// Of the polygons that have three vertices in a face, or two, the one that turns as it does.
+  std::vector<int> old_faces(const Shape& part, const Half& half) const {
+    const Topology& topology = part.topology();
     const int polygons = static_cast<int>(half.polygons.size());
     const IndexRows around = rows_by(topology.vertex_count(), [&](const auto& put) {
       for (int p = 0; p < polygons; ++p) {
@@ -167,20 +171,33 @@ class Cut {
     });
     std::vector<int> shared(at(polygons), 0), old;
     for (int f = 0; f < topology.face_count(); ++f) {
-      int best = around[topology.face(f)[0]][0];
       const auto visit = [&](const auto& work) {
-        for (const int v : topology.face(f)) {
+        for (const int v : topology.face_set(f)) {
           for (const int p : around[v]) work(p);
         }
       };
-      visit([&](int p) { best = ++shared[at(p)] > shared[at(best)] ? p : best; });
-      visit([&](int p) { shared[at(p)] = 0; });
+      visit([&](int p) { ++shared[at(p)]; });
+      std::pair<int, double> most{};
+      int best = 0;
+      visit([&](int p) {
+        const int count = std::exchange(shared[at(p)], 0);
+        if (count == 0) return;
+        const std::pair likeness{std::min(count, 3), part.face_normal(f).dot(normal(p, half))};
+        if (likeness <= most) return;
+        most = likeness;
+        best = p;
+      });
       old.push_back(half.old_faces[at(best)]);
     }
     return old;
   }
+  Vector3 normal(int polygon, const Half& half) const {
+    const int old = half.old_faces[at(polygon)];
+    return old < 0 ? half.outward * normal_ : shape_.face_normal(old);
+  }
 
   const Shape& shape_;
+  Vector3 normal_;
   Eigen::RowVectorXd heights_;  // of the vertices above the plane, m; 0: on it
   std::vector<Edge> cut_edges_;
   Points places_;
