@@ -99,6 +99,17 @@ Points drum(int count, double bulge) {
   return points;
 }
 
+/// A prism over a polygon of `count` corners on a circle of radius 1.
+Points prism(int count) {
+  Points points(3, 2 * count);
+  for (int i = 0; i < count; ++i) {
+    const double turn = 2 * std::numbers::pi * i / count;
+    points.col(2 * i) = Vector3(std::cos(turn), std::sin(turn), 0.25);
+    points.col(2 * i + 1) = Vector3(std::cos(turn), std::sin(turn), -0.25);
+  }
+  return points;
+}
+
 /// The unit cube and points in its faces, `count` in all.
 Points cube(int count, referee::Random& random) {
   Points points(3, count);
@@ -134,6 +145,10 @@ void ask_all(int pairs, std::uint64_t seed) {
   }
   referee::Random random(seed);
   ask_touching("cube on cube, points in all faces", cube(214, random), {1.3, 1.2, 2});
+  for (const int corners : {64, 246, 400}) {
+    ask_touching("prism on prism, " + std::to_string(corners) + " corners", prism(corners),
+                 {0.1, 0, 0.5});
+  }
   ask_touching("drum on drum, flat ends", drum(107, 0.0), {0.3, 0.2, 2});
   ask_touching("drum on drum, ends curved by 1e-9", drum(1500, 1e-9), {0.3, 0.2, 2});
 }

@@ -136,20 +136,22 @@ void add_merged(const SharedCorner& corner, double tolerance, bool reversed,
   points.push_back(corner);
 }
 
-/// Do two points lie within `tolerance` of each other? Many are put in order along u first.
+/// Do two points lie within `tolerance` of each other? Of many only those that do along u are
+/// asked.
 bool crowded(const SharedCorners& points, double tolerance) {
   constexpr std::size_t kFew = 16;
-  SmallVector<Vector2, 32> places;
-  for (const SharedCorner& point : points) places.push_back(point.place);
-  const bool sorted = places.size() > kFew;
+  SmallVector<std::size_t, 32> order;
+  order.resize(points.size());
+  for (std::size_t k = 0; k < points.size(); ++k) order[k] = k;
+  const bool sorted = points.size() > kFew;
   if (sorted) {
-    std::sort(places.begin(), places.end(), [](const Vector2& x, const Vector2& y) {
-      return std::pair(x.x(), x.y()) < std::pair(y.x(), y.y());
+    std::sort(order.begin(), order.end(), [&](std::size_t i, std::size_t k) {
+      return std::pair(points[i].place.x(), i) < std::pair(points[k].place.x(), k);
     });
   }
-  for (std::size_t k = 1; k < places.size(); ++k) {
+  for (std::size_t k = 1; k < order.size(); ++k) {
     for (std::size_t i = k; i-- > 0;) {
-      const Vector2 step = places[k] - places[i];
+      const Vector2 step = points[order[k]].place - points[order[i]].place;
       if (step.squaredNorm() <= tolerance * tolerance) return true;
       if (sorted && step.x() > tolerance) break;
     }
@@ -215,8 +217,24 @@ void find_all_carriers(const Solid& p, const Solid& q, const PairPoints& pair, C
   find_carriers(q, outward_q, pair.band_q, pair.support_q, carriers.q);
 }
 
+/// Do two of a few points have one name? True of many: they are to be put in order.
+bool may_have_twins(const SharedCorners& points) {
+  constexpr std::size_t kFew = 16;
+  if (points.size() > kFew) return true;
+  for (std::size_t k = 1; k < points.size(); ++k) {
+    for (std::size_t i = 0; i < k; ++i) {
+      if (points[i].feature_p == points[k].feature_p &&
+          points[i].feature_q == points[k].feature_q) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
 /// Of two points of one name the lower one keeps it: of needles one may come at two places.
 void merge_twins(SharedCorners& points) {
+  if (!may_have_twins(points)) return;
   SmallVector<std::pair<std::int64_t, std::size_t>, 32> names;
   for (std::size_t k = 0; k < points.size(); ++k) {
     names.push_back({key_number(points[k].feature_p, points[k].feature_q, false), k});

@@ -39,6 +39,7 @@ struct Laid {
   const ProjectedFeature& feature;
   double beside;                              // so near to a side counts as on it, m
   double low = kInfinity, high = -kInfinity;  // least and greatest height
+  double extent = 0.0;                        // no coordinate of a corner is larger, m
   Sides sides;
   Standings standings;  // of its corners, against the other
 
@@ -49,6 +50,7 @@ struct Laid {
     standings.resize(n);
     for (std::size_t k = 0; k < n; ++k) {
       const ProjectedCorner& corner = feature.corners[k];
+      extent = std::max(extent, corner.place.cwiseAbs().maxCoeff());
       low = std::min(low, corner.height);
       high = std::max(high, corner.height);
       standings[k] = {};
@@ -117,9 +119,39 @@ class Overlay {
   }
 
  private:
+  /// All corners of one against all sides of the other, which clear ones need alone.
   void compare_all() {
-    for (std::size_t i = 0; i < p_.sides.size(); ++i) {
-      for (std::size_t j = 0; j < q_.sides.size(); ++j) compare(i, j);
+    SmallVector<double, 64> turns_p, turns_q;  // of corner k against side l: k * sides + l
+    stand(q_, p_, turns_p);
+    stand(p_, q_, turns_q);
+    const std::size_t n = p_.sides.size(), m = q_.sides.size();
+    for (std::size_t i = 0; i < p_.crossing_sides(); ++i) {
+      for (std::size_t j = 0; j < q_.crossing_sides(); ++j) {
+        add_if_crossed(i, j, turns_p[i * m + j], turns_p[p_.next(i) * m + j], turns_q[j * n + i],
+                       turns_q[q_.next(j) * n + i]);
+      }
+    }
+  }
+  void stand(const Laid& on, Laid& corners, SmallVector<double, 64>& turns) const {
+    const std::size_t count = on.sides.size();
+    const double span = 2.0 * (on.extent + corners.extent);  // no step is longer
+    turns.resize(corners.sides.size() * count);
+    for (std::size_t k = 0; k < corners.sides.size(); ++k) {
+      const Vector2& at = corners.place(k);
+      double inside = kInfinity, outside = kInfinity;
+      for (std::size_t l = 0; l < count; ++l) {
+        const Side& side = on.sides[l];
+        const double turned = turns[k * count + l] = turn(side, at);
+        inside = std::min(inside, turned - on.beside * side.length);
+        outside = std::min(outside, turned + rounding_ * std::max(side.length, span));
+      }
+      Standing& standing = corners.standings[k];
+      standing.within = inside > 0.0;
+      standing.outside = polygons_ && outside < 0.0;
+      if (standing.within || standing.outside) continue;
+      for (std::size_t l = 0; l < count; ++l) {
+        place(on.sides[l], on.place(on.next(l)), at, turns[k * count + l], on.beside, standing);
+      }
     }
   }
 
@@ -163,32 +195,37 @@ class Overlay {
 
   void compare(std::size_t i, std::size_t j) {
     const Side &s = p_.sides[i], &t = q_.sides[j];
+    const Vector2 &p_end = p_.place(p_.next(i)), &q_end = q_.place(q_.next(j));
     const double p_from = turn(t, s.from), q_from = turn(s, t.from);
-    place(t, q_.place(q_.next(j)), s.from, p_from, q_.beside, p_.standings[i]);
-    place(s, p_.place(p_.next(i)), t.from, q_from, p_.beside, q_.standings[j]);
-    if (i >= p_.crossing_sides() || j >= q_.crossing_sides()) return;
-    const double p_to = turn(t, p_.place(p_.next(i))), q_to = turn(s, q_.place(q_.next(j)));
-    const bool cross =
-        parts(p_from, p_to, rounding_ * t.length) && parts(q_from, q_to, rounding_ * s.length);
-    if (cross) crossings_.push_back({i, j, p_from / (p_from - p_to)});
+    place(t, q_end, s.from, p_from, q_.beside, p_.standings[i]);
+    place(s, p_end, t.from, q_from, p_.beside, q_.standings[j]);
+    add_if_crossed(i, j, p_from, turn(t, p_end), q_from, turn(s, q_end));
+  }
+  /// `p_from`: turn of the first end of P's side against Q's, and so on.
+  void add_if_crossed(std::size_t i, std::size_t j, double p_from, double p_to, double q_from,
+                      double q_to) {
+    if (!parts(p_from, p_to, rounding_ * q_.sides[j].length)) return;
+    if (!parts(q_from, q_to, rounding_ * p_.sides[i].length)) return;
+    crossings_.push_back({i, j, p_from / (p_from - p_to)});
   }
   /// Do both ends of a side lie on different sides of a line, by more than `slack`?
   static bool parts(double from, double to, double slack) {
-    return (from > slack && to < -slack) || (from < -slack && to > slack);
+    return std::min(from, to) < -slack && std::max(from, to) > slack;
   }
   /// Distances are those from the sides themselves: at the tip of a needle a place may lie within
   /// rounding of the lines of two sides and far beyond both, and the line of a short side is not
   /// known far away from it.
   void place(const Side& side, const Vector2& to, const Vector2& at, double turned, double beside,
              Standing& standing) const {
-    const Vector2 step = at - side.from;
-    if (polygons_) {
+    if (standing.outside) return;
+    if (!(turned > beside * side.length)) {
+      const Vector2 step = at - side.from;
       const double off = std::max(side.length, std::abs(step.x()) + std::abs(step.y()));
-      standing.outside = standing.outside || turned < -rounding_ * off;
-    }
-    const double limit = beside * side.length;
-    if (turned * turned <= limit * limit && squared_distance(side, step) <= beside * beside) {
-      standing.beside = true;
+      if (polygons_ && turned < -rounding_ * off) {
+        standing.outside = true;
+        return;
+      }
+      standing.beside = standing.beside || squared_distance(side, step) <= beside * beside;
     }
     const bool rises = to.x() > at.x();
     if (rises != (side.from.x() > at.x())) standing.within ^= (turned > 0.0) == rises;
