@@ -76,8 +76,9 @@ precision highp float; in vec3 place, border; flat in vec3 side; flat in vec4 va
 uniform vec4 cut; uniform vec3 light, eye; uniform float edge, glass;
 void main() {
   if (dot(cut.xyz, place) > cut.w) discard;
-  vec3 far = border / max(fwidth(border), 1e-9);  // pixels from each side
-  float line = edge * (1.0 - smoothstep(0.4, 1.4, min(far.x, min(far.y, far.z))));
+  vec3 change = max(fwidth(border), 1e-9), far = border / change;  // pixels from each side
+  float fade = smoothstep(3.0, 14.0, 1.0 / max(change.x, max(change.y, change.z)));  // small faces are not all edge
+  float line = edge * fade * (1.0 - smoothstep(0.4, 1.4, min(far.x, min(far.y, far.z))));
   if (glass > 0.5) {  // every other pixel, so that what is inside is seen
     if (line < 0.5 && mod(floor(gl_FragCoord.x) + floor(gl_FragCoord.y), 2.0) > 0.5) discard;
   }

@@ -29,7 +29,7 @@ export class Histories {
     this.chart = new uPlot({
       width: WIDTH(), height: 170, cursor: {drag: {x: false, y: false}}, legend: {show: false}, scales: {x: {time: false}},
       axes: [{...axis, label: this.still ? 'step' : 't, s', labelSize: 16, size: 30},
-             {...axis, size: 66, values: (_, list) => list.map((v) => String(+v.toPrecision(6)))}],
+             {...axis, size: 66, values: (_, list) => list.map((v) => (Math.abs(v) >= 1e6 ? v.toExponential(1) : String(+v.toPrecision(6))))}],
       series: [{}, {stroke: '#2c8fb0', width: 1.6, points: {show: this.x.length < 3}}],
       hooks: {draw: [(u) => this.drawNow(u)], ready: [(u) => {
         u.over.addEventListener('click', () => { if (u.cursor.idx != null && !this.still) this.go(this.x[u.cursor.idx]); });
