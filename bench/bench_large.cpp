@@ -105,11 +105,11 @@ void print_step(const solver::StepReport& report, const solver::State& state, in
   std::printf(
       "\"threads\": %d, \"detect_s\": %.4g, \"assemble_s\": %.4g, \"solve_s\": %.4g, "
       "\"update_s\": %.4g, \"solves\": %d, \"eliminations\": %ld, \"set_ups\": %ld, "
-      "\"iterations\": %ld, \"fallbacks\": %ld, \"complexity\": %.3g, \"joints\": %zu, "
+      "\"iterations\": %ld, \"fallbacks\": %ld, \"joints\": %zu, "
       "\"peak_mb\": %.0f, ",
       threads, s.detect, s.assemble, s.solve, s.update, report.linear_solves,
       report.linear.eliminations, report.linear.set_ups, report.linear.iterations,
-      report.linear.fallbacks, report.linear.complexity, joints(state), scene_file::peak_memory_mb());
+      report.linear.fallbacks, joints(state), scene_file::peak_memory_mb());
 }
 
 struct Rest {

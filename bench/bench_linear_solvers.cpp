@@ -1,4 +1,4 @@
-/// Linear solvers on matrices of walls: elimination, multigrid, and PETSc's GAMG and block Jacobi
+/// Linear solvers on matrices of walls: elimination, and PETSc's GAMG and block Jacobi
 /// where PETSc is installed.
 ///
 /// bench_linear_solvers [COLUMNS ROWS [WEAK]]: WEAK: share of the joints that are open, hinged or
@@ -16,27 +16,22 @@ using namespace quoin::solver;
 using quoin::bench::LinearRun;
 using quoin::bench::WallTangent;
 
-LinearRun run(const WallTangent& wall, LinearSolverKind kind) {
+LinearRun run(const WallTangent& wall) {
   LinearRun result;
   LinearSolver solver(wall.slots);
-  solver.choose(kind);
   const double start = quoin::bench::cpu_seconds();
   if (!solver.factorize(wall.system)) return result;
   result.set_up = quoin::bench::cpu_seconds() - start;
   BlockVector solution(wall.right.size(), Vector12::Zero());
   solver.solve(wall.right, solution);
   result.solve = quoin::bench::cpu_seconds() - start - result.set_up;
-  result.iterations = static_cast<int>(solver.counts().iterations);
-  result.complexity = solver.counts().complexity;
   result.residual = quoin::bench::relative_residual(wall, solution);
-  if (solver.counts().fallbacks > 0) std::printf("(not solved by iterations: eliminated)\n");
   return result;
 }
 
 void print(const char* name, const LinearRun& run) {
   std::printf("%-28s set-up %7.3f s, solution %7.3f s, %4d iterations, residual %.1e\n", name,
               run.set_up, run.solve, run.iterations, run.residual);
-  if (run.complexity > 0.0) std::printf("%-28s complexity %.2f\n", "", run.complexity);
   std::fflush(stdout);
 }
 
@@ -52,8 +47,7 @@ int main(int argc, char** argv) {
               wall.slots.count(), 100.0 * weak, wall.system.pairs.size(),
               work / wall.slots.count());
   std::puts("CPU time");
-  print("elimination", run(wall, LinearSolverKind::Elimination));
-  print("multigrid, GMRES", run(wall, LinearSolverKind::Multigrid));
+  print("elimination", run(wall));
 #ifdef QUOIN_BENCH_PETSC
   using quoin::bench::PetscPreconditioner;
   print("PETSc GAMG, CG", run_petsc(wall, PetscPreconditioner::Gamg));

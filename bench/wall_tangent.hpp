@@ -20,8 +20,7 @@ WallTangent wall_tangent(int columns, int rows, double weak);
 struct LinearRun {
   double set_up = 0.0, solve = 0.0;  ///< s of CPU
   int iterations = 0;
-  double complexity = 0.0;  ///< blocks of all levels by those of the finest; 0: no levels
-  double residual = 1.0;    ///< by that of zero
+  double residual = 1.0;  ///< by that of zero
 };
 
 double cpu_seconds();

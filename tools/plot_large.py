@@ -39,12 +39,6 @@ def phases(row):
     return {phase: row["cpu_s"] * row[f"{phase}_s"] / clock for phase in PHASES}
 
 
-def limits(row, machine):
-    """Least CPU seconds of the iterations' products, numbers that come from memory; that are near."""
-    numbers = row["iterations"] * PRODUCTS * row["complexity"] * (row["bricks"] + 2 * row["joints"]) * BLOCK
-    return 8 * numbers / machine["read_1"], 2 * numbers / machine["block_flops"]
-
-
 def errors_picture(result, path):
     walls = [run[0]["bricks"] for run in settled(result["rest"])]
     figure, axes = plt.subplots(2, len(walls), figsize=(3.3 * len(walls), 6.2), layout="constrained", sharey="row")
@@ -90,18 +84,14 @@ def number(value):
 
 
 def rest_table(result):
-    lines = ["| bricks | threads | CPU s | s on the clock | solutions' share | solves | iterations a solve | set-ups "
-             "| complexity | peak MB | drift m | unbalance | least CPU s: memory, arithmetic |", "|---|" + "---|" * 12]
+    lines = ["| bricks | threads | CPU s | s on the clock | solutions' share | solves | peak MB | drift m | unbalance |",
+             "|---|" + "---|" * 8]
     for run in result["rest"]:
         row = run[0]
         clock = sum(row[f"{phase}_s"] for phase in PHASES)
-        kind = f"{row['iterations'] / row['solves']:.1f} | {row['set_ups']} | {row['complexity']:.2f}"
-        least = ", ".join(number(limit) for limit in limits(row, result["machine"]))
-        if row["iterations"] == 0:
-            kind, least = "eliminated | | ", ""
         lines.append(f"| {row['bricks']} | {row['threads']} | {number(row['cpu_s'])} | {number(clock)} "
-                     f"| {row['solve_s'] / clock:.2f} | {row['solves']} | {kind} | {row['peak_mb']:.0f} "
-                     f"| {row['drift']:.1e} | {row['unbalance']:.1e} | {least} |")
+                     f"| {row['solve_s'] / clock:.2f} | {row['solves']} | {row['peak_mb']:.0f} "
+                     f"| {row['drift']:.1e} | {row['unbalance']:.1e} |")
     return "\n".join(lines + ["", growth(result)]) + "\n"
 
 

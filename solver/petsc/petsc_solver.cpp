@@ -5,14 +5,14 @@
 #include <quoin/solver/ranks.hpp>
 
 #include "base/index.hpp"
+#include "block_rows.hpp"
 #include "distributed/distributed_solver.hpp"
-#include "linear/rigid_multigrid.hpp"
 #include "petsc_call.hpp"
 
 namespace quoin::solver {
 namespace {
 
-constexpr double kTolerance = 1e-8;  // as LinearSolver asks of its own iterations
+constexpr double kTolerance = 1e-8;  // of the residual
 // GAMG takes up to 71 on walls of which 30 % of the joints are weak (bench/large.md).
 constexpr int kMostIterations = 200;
 constexpr int kMumpsRoom = 14;       // ICNTL: per cent of memory beyond what the analysis expects,
@@ -67,7 +67,7 @@ class PetscSolver : public DistributedSolver {
   template <int n>
   void set_matrix(const BlockSystem& system, const Slots& slots);
   template <int n>
-  void set_values(const BlockRows<n, n>& rows);
+  void set_values(const BlockRows<n>& rows);
   bool owns(int block) const { return rank_of(block) == rank(); }
   RowPlaces places(const Slots& slots, int width) const;
   void make_matrix();
@@ -127,7 +127,7 @@ void PetscSolver::make_matrix() {
 }
 
 template <int n>
-void PetscSolver::set_values(const BlockRows<n, n>& rows) {
+void PetscSolver::set_values(const BlockRows<n>& rows) {
   for (const int slot : places_.own) {
     const PetscInt row = places_.row_of_slot[index(slot)];
     for (int k = rows.start[index(slot)]; k < rows.start[index(slot) + 1]; ++k) {
@@ -142,7 +142,7 @@ void PetscSolver::set_values(const BlockRows<n, n>& rows) {
 
 template <int n>
 void PetscSolver::set_matrix(const BlockSystem& system, const Slots& slots) {
-  const BlockRows<n, n> rows = block_rows<n>(Threads(), system, slots);
+  const BlockRows<n> rows = block_rows<n>(system, slots);
   RowPlaces next = places(slots, n);
   next.own_start.push_back(0);
   for (const int slot : next.own) {

@@ -198,51 +198,6 @@ TEST_CASE("A matrix that is solved once gives the bits of one whose factors are 
   }
 }
 
-TEST_CASE("A symmetric matrix that multigrid leaves to elimination is solved more than once") {
-  Random random(4);
-  constexpr int kCount = 300;
-  const Slots slots = make_slots(std::vector<int>(kCount, 6), std::vector<double>(kCount, 1.0));
-  BlockSystem system;  // a chain; indefinite, so that no iteration ends
-  system.symmetric = true;
-  system.diagonal.resize(kCount, 6);
-  system.off_diagonal.resize(kCount - 1, 6);
-  const auto draw = [&] {
-    Eigen::Matrix<double, 6, 6> block;
-    for (double& x : block.reshaped()) x = random.uniform(-1, 1);
-    return block;
-  };
-  for (int i = 0; i < kCount; ++i) {
-    const Eigen::Matrix<double, 6, 6> block = draw();
-    system.diagonal[static_cast<std::size_t>(i)] = 0.5 * (block + block.transpose());
-    system.frames.push_back({Vector3(i, 0, 0), Matrix3::Identity()});
-    if (i + 1 < kCount) system.pairs.emplace_back(i, i + 1);
-  }
-  for (std::size_t p = 0; p < system.pairs.size(); ++p) system.off_diagonal[p] = draw();
-  LinearSolver solver(slots);
-  solver.choose(LinearSolverKind::Multigrid);
-  std::vector<BlockVector> rights(2, BlockVector(kCount, Vector12::Zero()));
-  for (BlockVector& right : rights) {
-    for (Vector12& block : right) {
-      for (double& x : block.head<6>()) x = random.uniform(-1, 1);
-    }
-  }
-  REQUIRE(solver.factorize(system, rights[0]));
-  for (const BlockVector& right : rights) {
-    BlockVector solution(kCount, Vector12::Zero());
-    REQUIRE(solver.solve(right, solution));
-    CHECK(solver.counts().fallbacks == 1);
-    double off = 0.0;
-    for (std::size_t i = 0; i < solution.size(); ++i) {
-      Eigen::Matrix<double, 6, 1> left =
-          system.diagonal[i] * solution[i].head<6>() - right[i].head<6>();
-      if (i > 0) left += system.off_diagonal[i - 1].transpose() * solution[i - 1].head<6>();
-      if (i + 1 < kCount) left += system.off_diagonal[i] * solution[i + 1].head<6>();
-      off = std::max(off, left.norm());
-    }
-    CHECK(off <= 1e-8);
-  }
-}
-
 TEST_CASE("Any number of threads eliminates to the same bits") {
   Random random(5);
   constexpr int kSide = 34;  // subtrees for three threads, and fronts that these share

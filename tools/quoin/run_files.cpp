@@ -176,9 +176,11 @@ json stages_json(const SceneFile& file, const RunResult& result) {
 }
 
 json linear_json(const solver::LinearSolverCounts& counts) {
-  return {{"eliminations", counts.eliminations}, {"distributed", counts.distributed},
-          {"multigrid_set_ups", counts.set_ups}, {"multigrid_iterations", counts.iterations},
-          {"fallbacks", counts.fallbacks},       {"complexity", counts.complexity}};
+  return {{"eliminations", counts.eliminations},
+          {"distributed", counts.distributed},
+          {"multigrid_set_ups", counts.set_ups},
+          {"multigrid_iterations", counts.iterations},
+          {"fallbacks", counts.fallbacks}};
 }
 
 json system_json(const solver::StepReport& total) {

@@ -46,7 +46,6 @@ void ContactNewton::set(const BlockEquations& blocks, std::span<LinearContact> c
   base_ = &blocks.base;
   contacts_ = contacts;
   factorized_ = false;
-  solver_.forget();
   change_.assign(guess.size(), Vector12::Zero());
   trial_.resize(guess.size());
   step_.resize(guess.size());

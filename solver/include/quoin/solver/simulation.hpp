@@ -39,10 +39,10 @@ const char* name(ContactIteration iteration);
 
 /// How linear systems of the contact iteration are solved.
 enum class LinearSolverKind : std::uint8_t {
-  Automatic,    ///< Multigrid where the factors of Elimination would be large
+  Automatic,  ///< of several processes Multigrid where the factors would be large, else Elimination
   Elimination,  ///< multifrontal, exact to rounding
-  Multigrid     ///< minimal residuals with rigid-body multigrid; Elimination where they do not
-                ///< converge
+  Multigrid     ///< of several processes, by PETSc; Elimination where it does not converge, and of
+                ///< one process
 };
 
 /// As in scene files: "automatic", "elimination", "multigrid".
@@ -55,8 +55,6 @@ struct LinearSolverCounts {
   long set_ups = 0;       ///< hierarchies of Multigrid
   long iterations = 0;    ///< of Multigrid
   long fallbacks = 0;     ///< matrices whose iterations did not converge: eliminated
-  double complexity =
-      0.0;  ///< largest: blocks of all levels by those of the matrix; 0: no Multigrid
 
   void add(const LinearSolverCounts& more) {
     eliminations += more.eliminations;
@@ -64,7 +62,6 @@ struct LinearSolverCounts {
     set_ups += more.set_ups;
     iterations += more.iterations;
     fallbacks += more.fallbacks;
-    complexity = std::max(complexity, more.complexity);
   }
 };
 
