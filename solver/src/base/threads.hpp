@@ -49,37 +49,9 @@ class Threads {
     });
   }
 
-  /// Sum of term(i) over each i below `count`, added up in pieces of one length: the same bits for
-  /// any number of threads. `pieces`: memory.
-  template <class Term>
-  double sum(std::size_t count, std::vector<double>& pieces, const Term& term) const {
-    pieces.resize((count + kPiece - 1) / kPiece);
-    const auto add_piece = [&](std::size_t p) {
-      double piece = 0.0;
-      for (std::size_t i = p * kPiece; i < std::min(count, (p + 1) * kPiece); ++i) piece += term(i);
-      pieces[p] = piece;
-    };
-    const std::size_t workers = workers_for(count);
-    if (workers == 1) {
-      for (std::size_t p = 0; p < pieces.size(); ++p) add_piece(p);
-    } else {
-      auto share = [&](int worker) {
-        const auto w = static_cast<std::size_t>(worker);
-        if (w >= workers) return;
-        const std::size_t end = pieces.size() * (w + 1) / workers;
-        for (std::size_t p = pieces.size() * w / workers; p < end; ++p) add_piece(p);
-      };
-      executor_->run_each(share);
-    }
-    double sum = 0.0;
-    for (const double piece : pieces) sum += piece;
-    return sum;
-  }
-
  private:
   // Rows of six unknowns that take some 30 us, a few times what it takes to wake a thread.
   static constexpr std::size_t kRowsPerWorker = 256;
-  static constexpr std::size_t kPiece = 256;
 
   std::size_t workers_for(std::size_t count) const {
     if (executor_ == nullptr) return 1;

@@ -18,8 +18,6 @@ namespace {
 constexpr int kPatience = 400;
 // Likewise of rigid blocks: what ends there, in `quoin stability --quick` and in walls, takes 200.
 constexpr int kRigidPatience = 250;
-// Beyond these, where gaps still fall. Given to all it makes walls across dearer by 1.4.
-constexpr int kFurther = 200;
 // Attempts in a row that were not solved, a whole and a half step, before the proximal Newton
 // method takes over from the whole one, whatever it leaves: walls near their limit load are solved
 // in half steps.
@@ -142,11 +140,7 @@ OpenCloseResult ContactSolver::iterate(const StepOptions& options, const BlockEq
   }
   if (yielding_) return yield(blocks, contacts, tuning, increment);
   if (automatic_) {
-    const int left = tuning.max_iterations, most = patience(contacts);
-    tuning.max_iterations = std::min(most, left);
-    if (most == kRigidPatience) {
-      tuning.further_iterations = std::min(kFurther, left - tuning.max_iterations);
-    }
+    tuning.max_iterations = std::min(patience(contacts), tuning.max_iterations);
   }
   OpenCloseResult result = start_inside(blocks, contacts, tuning, increment);
   if (begins_inside(tuning) && !inside_) {

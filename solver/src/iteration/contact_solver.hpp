@@ -95,7 +95,7 @@ class ContactSolver {
     Crowd     ///< the same, whatever gaps are left
   };
   /// What a sub-step is tried again with: the checked stage, or finer forces of a crowd.
-  enum class Try { None, Now, Failed };
+  enum class Try : std::uint8_t { None, Now, Failed };
   bool is_loose(std::span<const LinearContact> contacts) const;
   /// What a block bears: a much heavier one, and the way in which that pushes it.
   struct Load {

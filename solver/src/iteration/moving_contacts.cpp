@@ -22,17 +22,10 @@ constexpr int kQuick = 6;
 constexpr double kNear = 1e-3;  // the residual from which hard contacts are what they yield about
 constexpr int kMostConeSteps = 25;    // of contacts in cones, or where these have come to
 constexpr double kConeForces = 1e-3;  // of the largest: what is worse is left out
-constexpr int kMostUpdates = 2;       // of multipliers there, where their forces make energy
-// In an attempt, of the forces about which contacts yield: the wall of 105 shaken in its plane
-// gains 6e-5 of its energy with three, 4e-4 with none, 1e-7 with six and nine.
-constexpr int kMostRenewals = 6;
-// Times their change, the first time: below 2 [Eckstein & Bertsekas 1992]. The next ones by the
-// last two changes, and at most: 30 does the same.
-constexpr double kRelaxation = 1.8, kMostRelaxation = 5.0;
-constexpr int kMostMending = 20;  // steps of the projection of gaps, to
-constexpr double kGap = 0.5;      // of the tolerance of gaps
-constexpr double kLimit = 2.0;    // times that: the most that is left or kept
-constexpr double kFine = 0.1;     // likewise: what is beyond the limit is mended to
+constexpr int kMostMending = 20;      // steps of the projection of gaps, to
+constexpr double kGap = 0.5;          // of the tolerance of gaps
+constexpr double kLimit = 2.0;        // times that: the most that is left or kept
+constexpr double kFine = 0.1;         // likewise: what is beyond the limit is mended to
 
 /// Of what a force is the projection of.
 ContactMode mode_of(const Admissible& forces, const Vector3& trial, double friction) {
@@ -55,12 +48,7 @@ void add(const IterationCount& part, IterationCount& total) {
 
 }  // namespace
 
-void MovingContacts::begin() {
-  yielded_ = keeps_gaps_ = false;
-  renewals_left_ = kMostRenewals;
-  relaxation_ = kRelaxation;
-  change_.clear();
-}
+void MovingContacts::begin() { yielded_ = keeps_gaps_ = false; }
 
 /// `first`: the first linearisation of a step, which sweeps; the others are near their solution.
 /// Velocities yield at once where the positions have: of 57 that tried hard contacts in a wall of
@@ -122,7 +110,7 @@ IterationCount MovingContacts::harden() {
     problem_.respond(x_, motion_);
     total.residual = relative_residual(problem_.admissible(), x_, motion_);
     if (total.residual <= (quick ? kFineVelocity : 1.0) * forces_) break;
-    last_bar_ = bar_;
+    moved_ = bar_;
     bar_ = x_;
     const IterationLimit limit{kFineVelocity * forces_, std::min(kMostSoft, iterations_left_),
                                true};
@@ -133,7 +121,7 @@ IterationCount MovingContacts::harden() {
     total.factorizations += count.factorizations;
     if (!(count.residual <= forces_)) {
       std::swap(x_, bar_);
-      std::swap(bar_, last_bar_);
+      std::swap(bar_, moved_);
       break;
     }
     softness_ *= kHarder;
@@ -307,18 +295,9 @@ IterationCount MovingContacts::close(std::span<LinearContact> contacts) {
   return count;
 }
 
-/// Of contacts that yield. Where these forces make energy the multipliers are updated, or, while
-/// gaps are mended, it is left to another try.
+/// Of contacts that yield. Where these forces make energy it is left to another try.
 IterationCount MovingContacts::mend_yielded(std::span<LinearContact> contacts) {
   IterationCount total = stiffen(contacts);
-  const auto updates = [&] { return keeps_gaps_ && !stiffened_.empty() && work().sum > 0.0; };
-  for (int k = 0; k < kMostUpdates && updates(); ++k) {
-    const std::vector<Vector3> before = std::exchange(stiffened_, {});
-    add(stiffen(contacts), total);
-    for (std::size_t i = 0; i < std::min(before.size(), stiffened_.size()); ++i) {
-      stiffened_[i] += before[i];
-    }
-  }
   total.converged = !apart();
   const bool again = !keeps_gaps_ && work().sum > 0.0;
   if (!total.converged && !again) add(close(contacts), total);
@@ -345,58 +324,6 @@ IterationCount MovingContacts::mend(std::span<LinearContact> contacts) {
   return total;
 }
 
-/// How far the next renewal goes along the change of the forces: by the last two changes [Irons &
-/// Tuck 1969], where there are two.
-void MovingContacts::set_relaxation() {
-  const bool first = change_.empty();
-  change_.resize(bar_.size(), Vector3::Zero());
-  double along = 0.0, square = 0.0;
-  for (std::size_t i = 0; i < bar_.size(); ++i) {
-    const Vector3 change = yielded_forces_[i] - bar_[i], turn = change - change_[i];
-    along += change_[i].dot(turn);
-    square += turn.squaredNorm();
-    change_[i] = change;
-  }
-  if (first || !(square > 0.0)) return;
-  relaxation_ = std::clamp(-relaxation_ * along / square, 1.0, kMostRelaxation);
-}
-
-/// A step of the relaxed proximal point method: contacts yield about other forces, towards those
-/// that they bear or beyond. Where that is not solved they keep those that they had.
-IterationCount MovingContacts::renew(std::span<LinearContact> contacts) {
-  last_bar_ = bar_;
-  set_relaxation();
-  for (std::size_t i = 0; i < bar_.size(); ++i) {
-    bar_[i] = project_on(admissible(i), bar_[i] + relaxation_ * change_[i]);
-  }
-  x_ = yielded_forces_;
-  const IterationLimit limit{forces_, std::min(kMostSoft, iterations_left_)};
-  const IterationCount count = newton_.solve_soft(problem_, softness_, bar_, limit, x_);
-  iterations_left_ -= count.iterations;
-  if (!count.converged) {
-    renewals_left_ = 0;
-    std::swap(bar_, last_bar_);
-    x_ = yielded_forces_;
-  }
-  record(contacts);
-  return count;
-}
-
-/// What is mended with forces that make energy comes from contacts that yield about forces far from
-/// their own, as where a wall that slid is caught: these are renewed.
-IterationCount MovingContacts::mend_renewed(std::span<LinearContact> contacts) {
-  IterationCount total = mend(contacts);
-  while (softness_ > 0.0 && renewals_left_ > 0 && work().beyond_rounding()) {
-    --renewals_left_;
-    add(renew(contacts), total);
-    keeps_gaps_ = false;
-    stiffened_.clear();
-    closed_.clear();
-    add(mend(contacts), total);
-  }
-  return total;
-}
-
 OpenCloseResult MovingContacts::solve(const BlockSystem& base, const BlockVector& force,
                                       std::span<LinearContact> contacts,
                                       const OpenCloseOptions& options, BlockVector& increment) {
@@ -415,7 +342,7 @@ OpenCloseResult MovingContacts::solve(const BlockSystem& base, const BlockVector
   OpenCloseResult result;
   if (count.converged && positions && !options.rough) {
     gap_ = kGap * crowd * *std::ranges::min_element(slots_->length);
-    IterationCount mended = mend_renewed(contacts);
+    IterationCount mended = mend(contacts);
     result.closed = mended.converged;
     mended.converged = true;  // what is left of the gaps is the next step's
     mended.residual = count.residual;

@@ -40,9 +40,7 @@ class MovingContacts {
   Vector3 to_mend(std::size_t contact) const;
   std::span<const Vector3> all_to_mend();
   struct Work {
-    double sum = 0.0, parts = 0.0;              ///< J
-    static constexpr double kRounding = 1e-12;  // of the parts: some thousand of these are summed
-    bool beyond_rounding() const { return sum > kRounding * parts; }
+    double sum = 0.0, parts = 0.0;  ///< J
   };
   Work work() const;
   AddedForces guess(std::span<const Vector3> added);
@@ -53,9 +51,6 @@ class MovingContacts {
   IterationCount close(std::span<LinearContact> contacts);
   IterationCount mend_yielded(std::span<LinearContact> contacts);
   IterationCount mend(std::span<LinearContact> contacts);
-  void set_relaxation();
-  IterationCount renew(std::span<LinearContact> contacts);
-  IterationCount mend_renewed(std::span<LinearContact> contacts);
 
   const Slots* slots_;
   ConeProblem problem_;
@@ -64,11 +59,9 @@ class MovingContacts {
   GapProjection projection_;
   std::vector<ContactMode> modes_;
   std::vector<Vector3> x_, bar_, motion_;
-  std::vector<Vector3> added_, moved_;   ///< memory of guess(), close()
+  std::vector<Vector3> added_, moved_;   ///< memory of guess(), close(), harden()
   std::vector<Vector3> apart_;           ///< of contacts, as they are to be mended
   std::vector<Vector3> yielded_forces_;  ///< x_ before it is mended
-  std::vector<Vector3> last_bar_;        ///< memory of renew()
-  std::vector<Vector3> change_;          ///< of x_ against bar_ at the last renewal
   // By contact, N, of the last linearisation; empty: it had none.
   std::vector<Vector3> bar_force_, stiffened_, closed_;
   double softness_ = 0.0;    ///< 0: contacts of this step do not yield
@@ -77,8 +70,6 @@ class MovingContacts {
   double gap_ = 0.0;         ///< m: what of gaps need not be mended
   double forces_ = 0.0;      ///< how good they are, of the largest
   int iterations_left_ = 0;  ///< of this solve()
-  int renewals_left_ = 0;    ///< of these positions
-  double relaxation_ = 1.0;  ///< of the last renewal
 };
 
 }  // namespace quoin::solver

@@ -96,27 +96,6 @@ void spread(std::span<const LinearContact> contacts, const Agreement& agreement,
   }
 }
 
-/// Whether the largest gap still falls where that takes long: a jointed slope of 522 blocks that is
-/// let go needs 24 iterations for each factor of e, 420 in all.
-class FallingGap {
- public:
-  void note(double gap) { least_ = std::min(least_, gap); }
-  bool falls(int iterations) {
-    if (iterations >= looked_ + kLook) {
-      falls_ = least_ < kFalls * std::exchange(before_, least_);
-      looked_ = iterations;
-    }
-    return falls_;
-  }
-
- private:
-  static constexpr int kLook = 50;
-  static constexpr double kFalls = 0.3;  // in so many iterations
-  double least_ = std::numeric_limits<double>::infinity(), before_ = least_;
-  int looked_ = 0;
-  bool falls_ = false;
-};
-
 bool moves(const Slots& slots, const BlockVector& increment, std::size_t slot) {
   return motion_of(increment[slot], slots.length[slot]) > kMotion * slots.length[slot];
 }
@@ -278,21 +257,17 @@ bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptio
   double& softness = progress.softness;
   progress.slow = options.moves || softness < 1.0;
   solved_.assign(newton_.change().size(), Vector12::Zero());
-  FallingGap gap;
-  const auto most = [&] {
-    return options.max_iterations + (gap.falls(count.iterations) ? options.further_iterations : 0);
-  };
-  while (count.iterations < most()) {
+  while (count.iterations < options.max_iterations) {
     const int before = count.iterations;
     const bool exactly = softness == 1.0 && !progress.slow;
     const double wanted =
         exactly ? options.force_tolerance : wanted_residual(contacts, options, progress);
     const bool damped = options.damped && slots_->rigid();
-    const Relaxed relaxed = newton_.relax({wanted, softness, most(), damped}, count);
+    const Relaxed relaxed =
+        newton_.relax({wanted, softness, options.max_iterations, damped}, count);
     progress.slow =
         progress.slow || relaxed == Relaxed::No || count.iterations - before > kQuickSteps;
     if (relaxed != Relaxed::No) {
-      if (options.further_iterations > 0) gap.note(violation(contacts));
       solved_ = newton_.change();
       progress.assumes = progress.softened = false;
       const bool exact = (relaxed == Relaxed::ToRounding && wanted == options.force_tolerance) ||

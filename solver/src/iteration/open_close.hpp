@@ -26,10 +26,9 @@ struct OpenCloseOptions {
   /// Of the proximal Newton method: forces are wanted to force_tolerance, not to 1e4 times it.
   bool fine = false;
   int max_iterations = 200;
-  int further_iterations = 0;  ///< as long as the largest gap still falls
-  bool raise = false;          ///< augmentation where the gap falls slowly
-  bool predicted = false;      ///< the first guess is no solution yet: blocks may stand instead
-  bool damped = false;         ///< of rigid blocks: sliding contacts, where Newton's search fails
+  bool raise = false;      ///< augmentation where the gap falls slowly
+  bool predicted = false;  ///< the first guess is no solution yet: blocks may stand instead
+  bool damped = false;     ///< of rigid blocks: sliding contacts, where Newton's search fails
   /// Many rigid blocks move: contact forces are wanted to 1e4 times the force tolerance alone.
   bool moves = false;
   /// Joints hold without limit, and will be judged by the forces: whether these have one is asked.

@@ -196,13 +196,12 @@ bool change_contacts(const StepRun& run, Island& island) {
   const double limit = overlap_limit(island.blocks.smallest_size);
   const double yielded = crowd_tolerance(run.options.tolerance);
   const bool missed = add_missed(run.compiled, work.poses, yielded, island);
-  const bool dropped = drop_ghosts(run.compiled, island);
   const bool blocked = put_back_blocked(run.compiled, work.end, island.found_end, limit,
                                         island.passing, island.contacts);
   // By key, whatever brought them in: sums go by their order, and it is one on any number of ranks.
   const auto key = [](const BodyContact& contact) { return contact.state.point.key; };
   if (missed || blocked) std::ranges::sort(island.contacts, {}, key);
-  return work.agreement.any(missed || dropped || blocked);
+  return work.agreement.any(missed || blocked);
 }
 
 }  // namespace

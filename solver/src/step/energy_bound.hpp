@@ -28,6 +28,19 @@ struct GroupEnergy {
   double share = 1.0;  ///< result: of the way from the positions' velocities to those of the law
 };
 
+/// Velocities (12x1, spin and strain rate in the turning frame) by slot, of blocks that would move
+/// as one with the momentum that those of a group have in `end` (by block): a rigid motion with
+/// their linear and angular momentum where `grounded` (by the group's slot) is false, else their
+/// mean translation. The rest of their kinetic energy is that of motion relative to it. `groups`:
+/// the least slot of each one's group.
+void set_common_motion(const SubStep& step, std::span<const int> groups,
+                       std::span<const char> grounded, std::span<const BlockState> end,
+                       BlockVector& common);
+
+/// Kinetic energy of each group with these velocities (by slot), by the slot of the group, J.
+void set_group_energy(const SubStep& step, std::span<const int> groups, const BlockVector& velocity,
+                      std::span<const BlockState> end, std::vector<double>& energy);
+
 /// Coulomb's law has several solutions where friction jams, and impulses found beside the
 /// positions' forces can give a group of blocks more energy than it had and was given
 /// (energy.work_on). The positions' velocities keep the balance exactly: from there those of `end`

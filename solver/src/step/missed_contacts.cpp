@@ -12,9 +12,7 @@ namespace quoin::solver {
 namespace {
 
 // Of the smaller block of a pair.
-constexpr double kMissed = 1e-9;      // an overlap that is none
-constexpr double kBesideFace = 1e-3;  // pairs farther apart at the end did not touch
-constexpr double kThrough = 0.5;      // what is so deep has not passed beside
+constexpr double kMissed = 1e-9;  // an overlap that is none
 
 using Pair = std::pair<int, int>;
 
@@ -101,12 +99,6 @@ bool holds(const Known& known, const geometry::ContactPoint& point, double most)
          (point.gap > -most && std::ranges::binary_search(known.yielding, pair));
 }
 
-double least_gap(std::span<const geometry::ContactPoint> points, double reach) {
-  double gap = reach;
-  for (const geometry::ContactPoint& p : points) gap = std::min(gap, p.gap);
-  return gap;
-}
-
 }  // namespace
 
 double overlap_limit(double size) { return kMissed * size; }
@@ -138,29 +130,6 @@ bool add_missed(const CompiledScene& compiled, const StepPoses& poses, double to
       island.contacts[i] = turned(island.contacts[i], missed);
     }
   }
-  return any;
-}
-
-bool drop_ghosts(const CompiledScene& compiled, Island& island) {
-  const double reach = island.reach_end;
-  const auto is_ghost = [&](const BodyContact& contact, const SolvedContact& solved) {
-    if (contact.was_closed || solved.mode == ContactMode::Open) return false;
-    const double smaller = pair_size(compiled, contact.a, contact.b);
-    if (solved.gap < -kThrough * smaller) return false;  // a spring so soft: flagged
-    const auto points = points_of_pair(island.found_end, contact.a, contact.b);
-    const double rebound = contact.joint->restitution > 0.0 ? reach : 0.0;
-    return least_gap(points, reach) > contact.opening + kBesideFace * smaller + rebound;
-  };
-  const std::size_t solved = island.attempt.positions.size() - island.blocks.held.size();
-  std::vector<BodyContact>& contacts = island.contacts;
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    if (i < solved && is_ghost(contacts[i], island.attempt.positions[i])) continue;
-    if (kept != i) contacts[kept] = contacts[i];
-    ++kept;
-  }
-  const bool any = kept < contacts.size();
-  contacts.resize(kept);
   return any;
 }
 

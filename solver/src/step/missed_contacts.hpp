@@ -1,5 +1,5 @@
 #pragma once
-/// Contacts that an attempt should have held and did not, and those that it should not have held.
+/// Contacts that an attempt should have held and did not.
 
 #include "step/island.hpp"
 
@@ -13,9 +13,5 @@ double overlap_limit(double size);
 /// contacts that yield or have turned may overlap by, of the smaller block.
 bool add_missed(const CompiledScene& compiled, const StepPoses& poses, double tolerance,
                 Island& island);
-
-/// Closed contacts of pairs that are apart at the end of the attempt: the plane of a face held a
-/// vertex that passed beside it. They are dropped; true when there were any.
-bool drop_ghosts(const CompiledScene& compiled, Island& island);
 
 }  // namespace quoin::solver

@@ -5,7 +5,7 @@
 
 #include "base/index.hpp"
 #include "distributed/agreement.hpp"
-#include "step/common_motion.hpp"
+#include "step/energy_bound.hpp"
 
 namespace quoin::solver {
 namespace {
