@@ -18,6 +18,7 @@ struct HeldPoint {
   int block = 0;
   Vector3 arm = Vector3::Zero();   ///< reference arm, m
   Vector3 from = Vector3::Zero();  ///< its displacement when it began to be held, m
+  double since = 0.0;              ///< when its displacement began to be prescribed so, s
   VectorOfTime displacement;
 };
 

@@ -156,7 +156,10 @@ void transfer(Archive& archive, AnyState& state, AnyWorkspace& work) {
 /// What else the steps depend on: it changes from one scene to the next, never in a step.
 template <class Archive, class AnyScene, class AnyWorkspace>
 void transfer_setting(Archive& archive, AnyScene& compiled, AnyWorkspace& work) {
-  for (auto& held : compiled.held) record(archive, held.from);
+  for (auto& held : compiled.held) {
+    record(archive, held.from);
+    record(archive, held.since);
+  }
   list(archive, work.initial_depths.entries);
   list(archive, work.waiting);
 }

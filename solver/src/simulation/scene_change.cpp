@@ -75,6 +75,7 @@ void take_over_held(const CompiledScene& before, const State& state_before, Comp
                     State& state) {
   for (std::size_t h = 0; h < now.held.size(); ++h) {
     HeldPoint& held = now.held[h];
+    held.since = state.time;
     const auto same = std::ranges::find_if(before.held, [&](const HeldPoint& other) {
       return other.block == held.block && other.arm == held.arm;
     });

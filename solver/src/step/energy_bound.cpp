@@ -82,6 +82,41 @@ void take_from_relative_motion(const SubStep& step, const VelocityBalance& balan
   }
 }
 
+/// Where also that leaves more than there is, as where positions that close a gap across a jam are
+/// far from any motion: velocities that contacts and supports at rest allow, they allow likewise
+/// when all are less. So are those of a group, or, where nothing supports it, what they have beyond
+/// its common motion.
+void scale_down(const SubStep& step, const VelocityBalance& balance, std::span<BlockState> end,
+                std::span<const GroupEnergy> of_group) {
+  const std::vector<int>& blocks = step.island.slots.block_of_slot;
+  const auto& groups = balance.groups;
+  std::vector<double> now(groups.size(), 0.0), least(groups.size(), 0.0);  // J
+  for (std::size_t s = 0; s < groups.size(); ++s) {
+    const std::size_t b = index(blocks[s]);
+    now[index(groups[s])] += kinetic_energy(step.compiled.models[b], end[b]);
+  }
+  const auto has_more = [&](int group) {
+    const GroupEnergy& e = of_group[index(group)];
+    return !balance.driven[index(group)] &&
+           now[index(group)] > e.available + balance.allowed * e.magnitude;
+  };
+  if (std::ranges::none_of(groups, has_more)) return;
+  BlockVector common;
+  set_common_motion(step, groups, balance.grounded, end, common);
+  for (std::size_t s = 0; s < groups.size(); ++s) {
+    if (balance.grounded[index(groups[s])]) common[s].setZero();
+  }
+  set_group_energy(step, groups, common, end, least);
+  for (std::size_t s = 0; s < groups.size(); ++s) {
+    const std::size_t group = index(groups[s]);
+    if (!has_more(groups[s]) || !(now[group] > least[group])) continue;
+    const double left = std::max(0.0, of_group[group].available - least[group]);
+    const double share = std::sqrt(left / (now[group] - least[group]));
+    BlockState& block = end[index(blocks[s])];
+    block = with_velocity(block, common[s] + share * (velocity_vector(block) - common[s]));
+  }
+}
+
 }  // namespace
 
 void set_common_motion(const SubStep& step, std::span<const int> groups,
@@ -123,7 +158,7 @@ void set_group_energy(const SubStep& step, std::span<const int> groups, const Bl
 
 void bound_energy(const SubStep& step, const VelocityBalance& balance, std::span<BlockState> end,
                   StepEnergy& energy, std::vector<GroupEnergy>& of_group) {
-  const auto& [positions, groups, pushed, allowed, bouncing, grounded] = balance;
+  const auto& [positions, groups, pushed, allowed, bouncing, grounded, driven] = balance;
   const std::vector<int>& blocks = step.island.slots.block_of_slot;
   of_group.assign(groups.size(), {});
   for (std::size_t s = 0; s < groups.size(); ++s) {
@@ -158,6 +193,7 @@ void bound_energy(const SubStep& step, const VelocityBalance& balance, std::span
     const Vector12 held = positions[s] / step.length;
     block = with_velocity(block, held + share * (velocity_vector(block) - held));
   }
+  scale_down(step, balance, end, of_group);
 }
 
 }  // namespace quoin::solver

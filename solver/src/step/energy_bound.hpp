@@ -16,6 +16,7 @@ struct VelocityBalance {
   double allowed = 0.0;            ///< growth, of the energy that goes in
   /// By the slot of a group: its positions include a rebound; supports take up momentum of it.
   std::span<const char> bouncing = {}, grounded = {};
+  std::span<const char> driven = {};  ///< likewise: and these supports move
 };
 
 /// Of a group of blocks, J. `law`: of the velocities given; `middle`: halfway to them.

@@ -131,15 +131,23 @@ void account_contacts(const SubStep& step, const StepPoses& poses,
   all.complete(slots, energy.work_on);
 }
 
-/// What moves a held point does work: also in the step that brings it to a constant displacement.
-/// One that stays moves by what is left of its gap.
+/// How far a held point is moved by what prescribes its displacement, m: never what is left of its
+/// gap, except that the first step brings it to where it is to be.
+Vector3 prescribed_way(const SubStep& step, const HeldPoint& held, const StepPoses& poses) {
+  const bool begins = !step.dynamic() || step.time == held.since;
+  const Vector3 from = begins
+                           ? displacement(step.compiled, held, poses.start[index(held.block)])
+                           : held.displacement.at(step.time);
+  return held.displacement.at(step.end_time()) - from;
+}
+
+/// Loads do the work of a held point's force on its prescribed way. The rest of its way closes its
+/// gap, as at contacts.
 void account_held(const SubStep& step, const HeldPoint& held, const LinearContact& c,
                   const StepPoses& poses, StepEnergy& energy) {
-  const Vector3 way = c.jacobian_b * poses.increment[index(held.block)];
-  const bool stays = way.norm() <= step.gap_tolerance();
-  if (held.displacement.is_constant() && stays) return;
-  const double done = c.force.dot(way);
+  const double done = c.force.dot(prescribed_way(step, held, poses));
   energy.load_work += done;
+  energy.contact_work += c.force.dot(c.jacobian_b * poses.increment[index(held.block)]) - done;
   if (c.slot_b >= 0) energy.work_on[index(c.slot_b)] += done;
 }
 

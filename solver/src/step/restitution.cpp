@@ -41,13 +41,16 @@ void Restitution::begin(const SubStep& step, const VelocityProblem& problem,
   for (std::size_t s = 0; s < slots; ++s) groups_[s] = joined_.least(static_cast<int>(s));
   bouncing_.assign(slots, 0);
   grounded_.assign(slots, 0);
+  driven_.assign(slots, 0);
   for (std::size_t i = 0; i < problem.starts.size(); ++i) {
     const LinearContact& c = problem.contacts[i];
     if (c.slot_a < 0 || c.slot_b < 0) grounded_[group_of(c)] = 1;
+    if (!c.start.isZero(0.0)) driven_[group_of(c)] = 1;
     if (problem.starts[i].bounce != 0.0) bouncing_[group_of(c)] = 1;
   }
   all.any(bouncing_);
   all.any(grounded_);
+  all.any(driven_);
   shares_.assign(bouncing_.begin(), bouncing_.end());
   if (std::ranges::none_of(bouncing_, [](char bounces) { return bounces != 0; })) return;
   free_.assign(slots, 0.0);

@@ -58,6 +58,8 @@ class Restitution {
   std::span<const char> bouncing() const { return bouncing_; }
   /// Likewise: supports or held points take up momentum of it.
   std::span<const char> grounded() const { return grounded_; }
+  /// Likewise: and one of these moves.
+  std::span<const char> driven() const { return driven_; }
 
  private:
   std::size_t group_of(const LinearContact& contact) const;
@@ -65,7 +67,7 @@ class Restitution {
   JoinedGroups joined_;
   std::vector<int> groups_;
   std::vector<double> shares_;  ///< by group; 0 where nothing bounces
-  std::vector<char> bouncing_, grounded_;
+  std::vector<char> bouncing_, grounded_, driven_;
   std::vector<double> free_;  ///< by group, J: of what no contact has pushed
   std::vector<double> available_, now_, strained_, pushed_;  ///< memory of lessen(): by group, J
 };
