@@ -20,7 +20,7 @@ struct Step {
   StepEnergy energy;
   BlockVector positions{2, Vector12::Zero()};
   std::vector<double> pushed{0.0, 0.0};
-  std::vector<char> bouncing{0, 0}, grounded{0, 0};
+  std::vector<char> bouncing{0, 0}, grounded{0, 0}, driven{0, 0};
 
   Step(double work, const Vector3& by_positions, const Vector3& by_law)
       : compiled(compile(scene())),
@@ -46,7 +46,7 @@ struct Step {
                        .state = start.blocks,
                        .length = kTimeStep};
     std::vector<GroupEnergy> of_group;
-    bound_energy(step, {positions, groups, pushed, 5e-7, bouncing, grounded}, end.blocks, energy,
+    bound_energy(step, {positions, groups, pushed, 5e-7, bouncing, grounded, driven}, end.blocks, energy,
                  of_group);
   }
   double kinetic() const {

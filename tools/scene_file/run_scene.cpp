@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <quoin/geometry/queries.hpp>
 #include <sstream>
 
 #include "scene_file/archive.hpp"
@@ -20,9 +21,12 @@ using solver::Simulation;
 using solver::State;
 using solver::StepReport;
 
-// Of the scale of a run's energy, that it gained: its speeds are then off by half of that, as
-// lengths are by strains of the same size, where small-strain theory ends.
-constexpr double kMostGrowth = 0.05;
+// Of the energy that moves in a run: what it may gain, and what its ledger may leave open. Speeds
+// are then off by half of that.
+constexpr double kMostGrowth = 1e-4;
+
+// Of the smaller one: how deep a motion may drive a block into another without unknowns.
+constexpr double kDrivenOverlap = 1e-3;
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -189,6 +193,41 @@ std::string block_name(const SceneFile& file, int block) {
   return name.empty() ? std::to_string(block) : '"' + name + '"';
 }
 
+/// What the tolerance of gaps may make of the energy of a scene at rest, J.
+double energy_noise(const solver::Scene& scene) {
+  constexpr double kGap = 1e-9;  // of a block: ten times the default tolerance
+  double noise = 0.0;
+  for (const solver::Block& block : scene.blocks) {
+    if (block.kind >= solver::BlockKind::Fixed) continue;
+    const double size = block.body().stretch() * block.shape->diameter();
+    noise += kGap * block.material.density * size * size * size * size;
+  }
+  return noise * std::max(1.0, scene.gravity.at(0.0).norm());
+}
+
+/// A line for what the ledger of a run leaves open, and for growth that no step flags: steps gain
+/// less than they flag, and many of them more.
+void append_ledger(const SceneFile& file, const RunResult& result, std::vector<std::string>& lines) {
+  const solver::EnergyLedger &start = result.energy_start, &end = result.energy;
+  const auto change = [&](double solver::EnergyLedger::* term) { return std::abs(end.*term - start.*term); };
+  const double moved = result.energy_scale + change(&solver::EnergyLedger::potential) + start.strain + end.strain + start.contact + end.contact +
+                       change(&solver::EnergyLedger::work) + change(&solver::EnergyLedger::friction_loss) +
+                       change(&solver::EnergyLedger::algorithmic_loss);
+  const double allowed = kMostGrowth * moved + energy_noise(file.scene);
+  const auto append = [&](const char* what, double value) {
+    if (value <= allowed) return;
+    std::ostringstream line;
+    line << "not to be trusted: " << what << ' ' << value << " J, limit " << allowed << " J";
+    lines.push_back(line.str());
+  };
+  append("the energy ledger leaves open", change(&solver::EnergyLedger::closure));
+  const bool flagged = std::ranges::any_of(result.flags, [](const RunFlag& flag) {
+    return flag.worst.kind == solver::FlagKind::EnergyGrowth;
+  });
+  const bool kept = file.scene.initial_overlap == solver::InitialOverlap::Keep;
+  if (!flagged && !kept) append("energy has grown by", result.energy_growth);
+}
+
 /// A line for each flag that fails the run, but for steps that did not converge.
 std::vector<std::string> failing_flags(const SceneFile& file, const RunResult& result) {
   std::vector<std::string> lines;
@@ -205,6 +244,7 @@ std::vector<std::string> failing_flags(const SceneFile& file, const RunResult& r
     if (flag.worst.other >= 0) line << " and " << block_name(file, flag.worst.other);
     lines.push_back(line.str());
   }
+  append_ledger(file, result, lines);
   return lines;
 }
 
@@ -409,7 +449,10 @@ class Runner {
                : moved                                     ? StageEnd::Moved
                : stage.steps && done.steps >= *stage.steps ? StageEnd::Steps
                                                            : StageEnd::None;
-    if (done.end == StageEnd::Steps && stage.until_rest) not_at_rest();
+    const bool seeking = stage.analysis == Analysis::Static &&
+                         done.verdict == solver::StaticVerdict::Seeking &&
+                         !(done.unbalance <= stage.unbalance);
+    if (done.end == StageEnd::Steps && (stage.until_rest || seeking)) not_at_rest();
     return done.end != StageEnd::None;
   }
 
@@ -533,19 +576,61 @@ class Runner {
   }
 
   void note_flags(const StepReport& report) {
-    for (const solver::StepFlag& flag : report.flags) {
-      auto known = std::find_if(result_.flags.begin(), result_.flags.end(),
-                                [&](const RunFlag& f) { return f.worst.kind == flag.kind; });
-      if (known == result_.flags.end()) {
-        known = result_.flags.insert(known, {.worst = flag, .first_time = report.time});
-      }
-      ++known->steps;
-      known->fails = known->fails || flag.fails;
-      // One that fails the run before any that does not.
-      if (std::pair(flag.fails, flag.value) > std::pair(known->worst.fails, known->worst.value)) {
-        known->worst = flag;
+    for (const solver::StepFlag& flag : report.flags) note_flag(flag, report.time);
+    if (const solver::StepFlag flag = driven_overlap(); flag.value > flag.limit) note_flag(flag, report.time);
+  }
+
+  void note_flag(const solver::StepFlag& flag, double time) {
+    auto known = std::find_if(result_.flags.begin(), result_.flags.end(),
+                              [&](const RunFlag& f) { return f.worst.kind == flag.kind; });
+    if (known == result_.flags.end()) {
+      known = result_.flags.insert(known, {.worst = flag, .first_time = time});
+    }
+    ++known->steps;
+    known->fails = known->fails || flag.fails;
+    // One that fails the run before any that does not.
+    if (std::pair(flag.fails, flag.value) > std::pair(known->worst.fails, known->worst.value)) {
+      known->worst = flag;
+    }
+  }
+
+  /// A block without unknowns where it stands, if it has not turned.
+  std::optional<geometry::Body> driven_body(int block) const {
+    const auto b = static_cast<std::size_t>(block);
+    const BlockState& now = simulation_.state().blocks[b];
+    if (!is_held(block) || now.rotation.vec() != Vector3::Zero()) return std::nullopt;
+    const solver::Block& start = file_.scene.blocks[b];
+    geometry::Placement placement = start.placement;
+    placement.translation += now.centroid - start_[b].centroid;
+    return geometry::Body(*start.shape, placement);
+  }
+
+  /// The deepest overlap into which a motion has driven a block with another one without unknowns:
+  /// they have no contacts. Value 0: there is none.
+  solver::StepFlag driven_overlap() const {
+    solver::StepFlag worst{.kind = solver::FlagKind::Overlap, .limit = kDrivenOverlap, .fails = true};
+    const std::vector<solver::Block>& blocks = simulation_.scene().blocks;
+    for (std::size_t p = 0; p < blocks.size(); ++p) {
+      if (blocks[p].kind != solver::BlockKind::Prescribed) continue;
+      const std::optional<geometry::Body> moved = driven_body(static_cast<int>(p));
+      for (std::size_t q = 0; moved && q < blocks.size(); ++q) {
+        const std::optional<geometry::Body> other = driven_body(static_cast<int>(q));
+        if (q == p || !other) continue;
+        const auto depth = [](const geometry::Body& x, const geometry::Body& y) {
+          const auto nearest = geometry::nearest_features_within(x, y, 0.0);
+          return nearest ? -nearest->gap : 0.0;
+        };
+        const double now = depth(*moved, *other);
+        if (!(now > 0.0)) continue;
+        const double size = std::min(moved->shape().diameter(), other->shape().diameter());
+        const double share = (now - depth(blocks[p].body(), blocks[q].body())) / size;
+        if (!(share > worst.value)) continue;
+        worst.value = share;
+        worst.block = static_cast<int>(std::min(p, q));
+        worst.other = static_cast<int>(std::max(p, q));
       }
     }
+    return worst;
   }
 
   void step() {
@@ -644,12 +729,12 @@ class Runner {
       const char* limit = stepped_ ? "the time limit is over" : "the time limit is over, no step has ended";
       result_.message = *stopped_ == RunStatus::Interrupted ? "interrupted" : limit;
     }
+    result_.energy = simulation_.state().energy;
     judge_flags();
     for (const Comparison& comparison : comparisons_) {
       result_.references.push_back(comparison.result());
     }
     const State& state = simulation_.state();
-    result_.energy = state.energy;
     result_.threads = simulation_.threads();
     result_.time = state.time;
     result_.dynamic_time = dynamic_time();
@@ -671,6 +756,7 @@ class Runner {
   const SceneFile& file_;
   const RunOptions& options_;
   Simulation simulation_;
+  const std::vector<BlockState> start_ = simulation_.state().blocks;
   Watch watch_;
   std::vector<Comparison> comparisons_;
   RunResult result_;

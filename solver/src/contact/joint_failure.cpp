@@ -40,16 +40,15 @@ struct BondedCorners {
 BondedCorners bonded_corners(const SolvedJoint& joint) {
   const Vector3& normal = joint.contacts.front().state.point.normal;
   BondedCorners bonded;
-  std::vector<Vector2d> corners;
+  std::vector<Vector2d> places;
   for (std::size_t i = 0; i < joint.contacts.size(); ++i) {
     if (!joint.contacts[i].state.bonded) continue;
     bonded.index.push_back(i);
-    corners.push_back(in_plane(joint.contacts[i], normal));
+    places.push_back(in_plane(joint.contacts[i], normal));
     bonded.pull.push_back(-joint.linear[i].force[0]);
   }
-  if (corners.empty()) return bonded;
-  const std::optional<JointSection> section = joint_section(corners);
-  if (section) bonded.stress = section_stress(*section, corners, bonded.pull);
+  const std::optional<JointSection> section = joint_section(places);
+  if (section) bonded.stress = section_stress(*section, places, bonded.pull);
   return bonded;
 }
 
@@ -90,33 +89,43 @@ struct ShearState {
   double moment_limit = 0.0;  ///< N m
 };
 
-double shear_strength(const BodyContact& contact, const LinearContact& c) {
+/// Of a contact, N.
+struct ShearStrength {
+  double friction = 0.0, cohesion = 0.0;
+};
+
+ShearStrength shear_strength(const BodyContact& contact, const LinearContact& c) {
   const JointStrength now = strength(*contact.joint, contact.state);
-  return now.friction * std::max(c.force[0], 0.0) + now.cohesion * contact.state.point.area;
+  return {now.friction * std::max(c.force[0], 0.0), now.cohesion * contact.state.point.area};
 }
 
+/// Cohesion acts on the whole area, friction where the contacts are.
 ShearState shear_state(const SolvedJoint& joint) {
   const Vector3& normal = joint.contacts.front().state.point.normal;
   ShearState state;
-  const auto each = [&](const auto& visit) {
-    for (std::size_t i = 0; i < joint.contacts.size(); ++i) {
-      const BodyContact& contact = joint.contacts[i];
-      if (!bonded_in_shear(*contact.joint, contact.state)) continue;
-      visit(in_plane(contact, normal), Vector2d(joint.linear[i].force.tail<2>()),
-            shear_strength(contact, joint.linear[i]));
-    }
-  };
-  each([&](const Vector2d& place, const Vector2d& force, double bears) {
-    state.force += force;
-    state.limit += bears;
-    state.centre += bears * place;
-  });
+  std::vector<Vector2d> places, forces;
+  std::vector<ShearStrength> bears;
+  double cohesion = 0.0;
+  for (std::size_t i = 0; i < joint.contacts.size(); ++i) {
+    const BodyContact& contact = joint.contacts[i];
+    if (!bonded_in_shear(*contact.joint, contact.state)) continue;
+    places.push_back(in_plane(contact, normal));
+    forces.push_back(joint.linear[i].force.tail<2>());
+    bears.push_back(shear_strength(contact, joint.linear[i]));
+    const double both = bears.back().friction + bears.back().cohesion;
+    state.force += forces.back();
+    state.limit += both;
+    state.centre += both * places.back();
+    cohesion += bears.back().cohesion;
+  }
   if (state.limit > 0.0) state.centre /= state.limit;
-  each([&](const Vector2d& place, const Vector2d& force, double bears) {
-    const Vector2d arm = place - state.centre;
-    state.moment += arm.x() * force.y() - arm.y() * force.x();
-    state.moment_limit += bears * arm.norm();
-  });
+  const bool spans = joint_section(places).has_value();
+  if (spans) state.moment_limit = cohesion * mean_distance(places, state.centre);
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    const Vector2d arm = places[k] - state.centre;
+    state.moment += arm.x() * forces[k].y() - arm.y() * forces[k].x();
+    state.moment_limit += (bears[k].friction + (spans ? 0.0 : bears[k].cohesion)) * arm.norm();
+  }
   return state;
 }
 

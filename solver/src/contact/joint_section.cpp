@@ -22,6 +22,8 @@ std::vector<Vector2d> around(std::span<const Vector2d> corners, const Vector2d& 
   return arms;
 }
 
+double cross(const Vector2d& p, const Vector2d& q) { return p.x() * q.y() - p.y() * q.x(); }
+
 }  // namespace
 
 std::optional<JointSection> joint_section(std::span<const Vector2d> corners) {
@@ -36,7 +38,7 @@ std::optional<JointSection> joint_section(std::span<const Vector2d> corners) {
   for (std::size_t i = 0; i < arms.size(); ++i) {
     // The triangle of the middle and one side.
     const Vector2d &p = arms[i], &q = arms[(i + 1) % arms.size()];
-    const double area = 0.5 * (p.x() * q.y() - p.y() * q.x());
+    const double area = 0.5 * cross(p, q);
     const Vector2d sum = p + q;
     section.area += area;
     first += area / 3.0 * sum;
@@ -48,6 +50,25 @@ std::optional<JointSection> joint_section(std::span<const Vector2d> corners) {
   section.centroid = middle + centroid;
   section.second_moment = second - section.area * centroid * centroid.transpose();
   return section;
+}
+
+double mean_distance(std::span<const Vector2d> corners, const Vector2d& from) {
+  double distance = 0.0, area = 0.0;
+  Vector2d middle = Vector2d::Zero();
+  for (const Vector2d& corner : corners) middle += corner / static_cast<double>(corners.size());
+  const std::vector<Vector2d> arms = around(corners, middle);
+  for (std::size_t i = 0; i < arms.size(); ++i) {  // the triangle of the place and one side
+    const Vector2d p = middle + arms[i] - from, q = middle + arms[(i + 1) % arms.size()] - from;
+    const Vector2d side = (q - p).normalized();
+    const double height = cross(p, side);  // of it, on its side
+    area += 0.5 * cross(p, q);
+    if (height == 0.0) continue;
+    const auto integral = [&](double s) {  // of the distance along the side
+      return 0.5 * (s * std::hypot(height, s) + height * height * std::asinh(s / std::abs(height)));
+    };
+    distance += height / 3.0 * (integral(q.dot(side)) - integral(p.dot(side)));
+  }
+  return distance / area;
 }
 
 std::vector<double> section_stress(const JointSection& section, std::span<const Vector2d> corners,

@@ -18,6 +18,9 @@ struct JointSection {
 /// Of the polygon with these corners, in any order (m). None when they span no area.
 std::optional<JointSection> joint_section(std::span<const Eigen::Vector2d> corners);
 
+/// Mean distance of the polygon's points from a place, m. Corners in any order.
+double mean_distance(std::span<const Eigen::Vector2d> corners, const Eigen::Vector2d& from);
+
 /// Normal stress at each corner (Pa, tension positive), linear over the section, that has the
 /// resultant and the moments of `pull` (N, tension positive, one force a corner): beam theory.
 std::vector<double> section_stress(const JointSection& section,

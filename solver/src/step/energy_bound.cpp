@@ -82,12 +82,13 @@ void take_from_relative_motion(const SubStep& step, const VelocityBalance& balan
   }
 }
 
-/// Where also that leaves more than there is, as where positions that close a gap across a jam are
-/// far from any motion: velocities that contacts and supports at rest allow, they allow likewise
-/// when all are less. So are those of a group, or, where nothing supports it, what they have beyond
-/// its common motion.
+/// Of islands with held points, where also that leaves more than there is, as where positions that
+/// close a gap across a jam are far from any motion: velocities that contacts and supports at rest
+/// allow, they allow likewise when all are less. So are those of a group, or, where nothing
+/// supports it, what they have beyond its common motion.
 void scale_down(const SubStep& step, const VelocityBalance& balance, std::span<BlockState> end,
                 std::span<const GroupEnergy> of_group) {
+  if (step.island.held.empty()) return;
   const std::vector<int>& blocks = step.island.slots.block_of_slot;
   const auto& groups = balance.groups;
   std::vector<double> now(groups.size(), 0.0), least(groups.size(), 0.0);  // J

@@ -6,6 +6,7 @@
 
 #include "base/index.hpp"
 #include "contact/joint_law.hpp"
+#include "contact/joint_springs.hpp"
 #include "distributed/agreement.hpp"
 #include "step/linearise.hpp"
 #include "step/predict.hpp"
@@ -83,6 +84,14 @@ void add(const ContactShare& share, StepEnergy& energy) {
   energy.scheme_loss += share.work.scheme;
 }
 
+/// What the shear spring of a joint has stored that has broken, and has no friction, J.
+double shear_energy(const BodyContact& contact, const StepPoses& poses) {
+  const Pose &a = poses.start[index(contact.a)], &b = poses.start[index(contact.b)];
+  const Vector3 normal = contact_geometry(contact, a, b).normal;
+  return 0.5 * contact.joint->shear_stiffness * contact.state.spring_area *
+         shear_stretch(a, b, normal, contact.state).squaredNorm();
+}
+
 /// What slots have of it is added to `energy`.
 ContactShare account_contact(const BodyContact& contact, const LinearContact& c,
                              const StepPoses& poses, StepEnergy& energy) {
@@ -105,6 +114,9 @@ ContactShare account_contact(const BodyContact& contact, const LinearContact& c,
   }
   share.work = contact_work(c, moved_by(poses, contact, c));
   share.work.scheme += contact.spring_loss;
+  if (c.compliant && c.law == ContactLaw::Frictionless && contact.was_closed) {
+    share.work.heat += shear_energy(contact, poses);
+  }
   energy.stored[index(c.slot_a >= 0 ? c.slot_a : c.slot_b)] += share.work.stored;
   return share;
 }
@@ -135,9 +147,8 @@ void account_contacts(const SubStep& step, const StepPoses& poses,
 /// gap, except that the first step brings it to where it is to be.
 Vector3 prescribed_way(const SubStep& step, const HeldPoint& held, const StepPoses& poses) {
   const bool begins = !step.dynamic() || step.time == held.since;
-  const Vector3 from = begins
-                           ? displacement(step.compiled, held, poses.start[index(held.block)])
-                           : held.displacement.at(step.time);
+  const Vector3 from = begins ? displacement(step.compiled, held, poses.start[index(held.block)])
+                              : held.displacement.at(step.time);
   return held.displacement.at(step.end_time()) - from;
 }
 
