@@ -173,6 +173,10 @@ TEST_CASE("kernels: searches, and what certifies them") {
     });
     if (k % 3 != 0) continue;
     check_all([&](const Kernels& kernels, Bits& bits) {
+      geometry::NearestFeatures by_corners;
+      const geometry::Trial trial = kernels.certify_corners(a, b, bodies.length, by_corners);
+      bits.add(static_cast<int>(trial));
+      if (trial == geometry::Trial::Proved) bits.add(by_corners);
       bits.add(kernels.box_sat(a, b, rounding));
       return 0;
     });

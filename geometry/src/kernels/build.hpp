@@ -5,6 +5,7 @@
 #include "certify/certificate_kernel.hpp"
 #include "kernels/kernels.hpp"
 #include "search/box_sat_kernel.hpp"
+#include "search/corner_features_kernel.hpp"
 #include "search/epa_kernel.hpp"
 #include "search/nearest_feature_search_kernel.hpp"
 #include "shape/scan.hpp"
@@ -94,6 +95,21 @@ struct Build {
                                : certify_hint_by<FewScan>(a, b, hint, length, answer);
   }
 
+  [[gnu::noinline]] QUOIN_WHOLE QUOIN_UNPACKED static Trial certify_placed_corners(
+      const Solid& a, const Solid& b, const Lengths& length, NearestFeatures& answer) {
+    return try_corners<FewScan>(a, b, length, answer);
+  }
+  [[gnu::noinline]] QUOIN_WHOLE QUOIN_UNPACKED static Trial certify_own_corners(
+      const Solid& a, const Solid& b, const Lengths& length, NearestFeatures& answer) {
+    assume_own_frames(a, b);
+    return try_corners<FewScan>(a, b, length, answer);
+  }
+  static Trial certify_corners(const Solid& a, const Solid& b, const Lengths& length,
+                               NearestFeatures& answer) {
+    return in_own_frames(a, b) ? certify_own_corners(a, b, length, answer)
+                               : certify_placed_corners(a, b, length, answer);
+  }
+
   template <class Scan, class AnyRows>
   [[gnu::noinline]] QUOIN_WHOLE static SearchResult search_by(const Solid& p, const Solid& q,
                                                               const Vector3& direction,
@@ -137,6 +153,7 @@ struct Build {
             .carried_alone = carried_alone,
             .certify = certify,
             .certify_hint = certify_hint,
+            .certify_corners = certify_corners,
             .nearest_feature_search = nearest_feature_search,
             .box_sat = box_sat,
             .expand_polytope = expand_polytope};

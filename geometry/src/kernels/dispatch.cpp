@@ -4,6 +4,7 @@
 
 #include "kernels/kernels.hpp"
 #include "search/box_sat.hpp"
+#include "search/corner_features.hpp"
 #include "search/epa.hpp"
 
 namespace quoin::geometry {
@@ -60,6 +61,11 @@ Trial certify(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier
 Trial certify_hint(const Solid& a, const Solid& b, const FeatureHint& hint, const Lengths& length,
                    NearestFeatures& answer) {
   return widest->certify_hint(a, b, hint, length, answer);
+}
+
+Trial certify_corners(const Solid& a, const Solid& b, const Lengths& length,
+                      NearestFeatures& answer) {
+  return widest->certify_corners(a, b, length, answer);
 }
 
 SearchResult nearest_feature_search(const Solid& p, const Solid& q, const Vector3& direction,

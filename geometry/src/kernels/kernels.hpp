@@ -18,8 +18,8 @@
 
 namespace quoin::geometry {
 
-/// The functions of the same names in support.hpp, certificate.hpp, nearest_feature_search.hpp,
-/// box_sat.hpp and epa.hpp.
+/// The functions of the same names in support.hpp, certificate.hpp, corner_features.hpp,
+/// nearest_feature_search.hpp, box_sat.hpp and epa.hpp.
 struct Kernels {
   const char* name;  ///< of the instruction set
   Support (*support)(const Solid&, const Vector3&);
@@ -30,6 +30,7 @@ struct Kernels {
                    const Overlap*, NearestFeatures&);
   Trial (*certify_hint)(const Solid&, const Solid&, const FeatureHint&, const Lengths&,
                         NearestFeatures&);
+  Trial (*certify_corners)(const Solid&, const Solid&, const Lengths&, NearestFeatures&);
   SearchResult (*nearest_feature_search)(const Solid&, const Solid&, const Vector3&, double);
   SearchResult (*box_sat)(const Solid&, const Solid&, double);
   SearchResult (*expand_polytope)(const Solid&, const Solid&, const SearchResult&, double);

@@ -56,7 +56,7 @@ bool general_answer(const CanonicalPair& pair, const Question& question, Quick& 
   answer.iterations = quick.iterations + optimum.iterations;
 }
 
-/// Where there is no hint, or it has not led to the answer.
+/// Where the hint, or without one the features around two corners, have not led to the answer.
 [[gnu::noinline]] void find_by_search(const Question& question, Trial trial,
                                       NearestFeatures& answer) {
   const auto& [a, b, options, hint, length, faces] = question;
@@ -86,8 +86,11 @@ bool general_answer(const CanonicalPair& pair, const Question& question, Quick& 
   }
   const Lengths length = lengths(a, b, options.tolerance);
   Trial trial = Trial::Undecided;
-  const bool hinted = !length.uneven && hint.vertices_a[0] >= 0;
-  if (!hinted || !hinted_answer(a, b, length, hint, trial, answer)) {
+  const auto at_once = [&] {
+    return hint.vertices_a[0] < 0 ? corner_answer(a, b, length, answer.iterations, answer)
+                                  : hinted_answer(a, b, length, hint, trial, answer);
+  };
+  if (length.uneven || !at_once()) {
     find_by_search({a, b, options, hint, length, faces}, trial, answer);
   }
 }

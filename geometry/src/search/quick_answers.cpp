@@ -181,6 +181,7 @@ bool searched_answer(const Solid& a, const Solid& b, const Lengths& length, cons
   const bool bricks = are_bricks(a, b), hinted = hint.vertices_a[0] >= 0;
   if (bricks && hinted && touched_answer(a, b, length, hint, quick, answer)) return true;
   if (quick.searched) return false;
+  if (hinted && corner_answer(a, b, length, quick.iterations, answer)) return true;
   if (bricks && !quick.parted) {
     FacingFaces faces;
     if (brick_answer(ordered(a, b, length), quick, faces, answer)) return true;

@@ -5,6 +5,7 @@
 
 #include "certify/candidate.hpp"
 #include "certify/canonical_order.hpp"
+#include "search/corner_features.hpp"
 #include "search/nearest_feature_search.hpp"
 
 namespace quoin::geometry {
@@ -31,7 +32,16 @@ inline bool hinted_answer(const Solid& a, const Solid& b, const Lengths& length,
   return trial == Trial::Proved;
 }
 
-/// The answer of a search that starts cold, but for where bricks touched last step.
+/// The features around two corners as an ordinary answer.
+inline bool corner_answer(const Solid& a, const Solid& b, const Lengths& length, int& iterations,
+                          NearestFeatures& answer) {
+  if (!has_plain_corners(a, b)) return false;
+  ++iterations;
+  return certify_corners(a, b, length, answer) == Trial::Proved;
+}
+
+/// The answer of a search that starts cold, but for where bricks touched last step. Without a hint
+/// the features around two corners have been tried.
 bool searched_answer(const Solid& a, const Solid& b, const Lengths& length, const FeatureHint& hint,
                      Quick& quick, NearestFeatures& answer);
 
