@@ -54,6 +54,16 @@ class Guides(unittest.TestCase):
         self.assertNotIn("without support", self.said)
         self.assertAlmostEqual(summary["base_reaction"][2] / summary["blocks"]["weight"][2], 1, places=6)
 
+    def test_limit(self):
+        folder = self.follow("limit")
+        stated = {name: value for name, value in re.findall(
+            r"`(\w+)` \| ([0-9.]+)", (GUIDES / "limit.md").read_text(encoding="utf-8"))}
+        self.assertEqual(sorted(stated), ["arch", "wall", "wedge"])
+        for name, value in stated.items():
+            report = json.loads((folder / name / "limit.json").read_text(encoding="utf-8"))
+            for side in ("stands", "falls"):
+                self.assertAlmostEqual(report[side]["value"] / float(value), 1, delta=3e-4)
+
     def test_shaking_wall(self):
         summary = self.summary(self.follow("shaking_wall"), "wall")
         self.assertEqual(summary["blocks"]["prescribed"], 1)

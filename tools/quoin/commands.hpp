@@ -44,6 +44,7 @@ int run_guarded(const std::function<int()>& command, const std::string& scene);
 void add_check_command(CLI::App& app, int& exit_code);
 void add_contact_command(CLI::App& app, int& exit_code);
 void add_info_command(CLI::App& app, int& exit_code);
+void add_limit_command(CLI::App& app, int& exit_code);
 void add_make_command(CLI::App& app, int& exit_code);
 void add_picture_commands(CLI::App& app);  ///< plot, picture, view: exit codes are those of Python
 void add_raster_command(CLI::App& app, int& exit_code);

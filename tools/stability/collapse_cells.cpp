@@ -1,6 +1,6 @@
 /// Structures of rigid and deformable blocks that stand or come down: many contacts that slide,
 /// open and meet again in each step. Whether they stand is known from limit analysis by linear
-/// programming, limit_loads.json, written and checked by tools/limit_analysis.py.
+/// programming, limit_loads.json, which tests/tools/test_limit.py compares with quoin limit.
 
 #include <algorithm>
 #include <cmath>

@@ -6,6 +6,6 @@
 namespace quoin::stability {
 
 std::string_view expected_flags();  ///< expected_flags.json
-std::string_view limit_loads();     ///< limit_loads.json, written by tools/limit_analysis.py
+std::string_view limit_loads();     ///< limit_loads.json, by linear programming
 
 }  // namespace quoin::stability

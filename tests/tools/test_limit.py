@@ -1,0 +1,201 @@
+"""quoin limit against closed forms and published limit loads; its certificates, and forged ones, by the checker."""
+import contextlib
+import copy
+import io
+import json
+import math
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+quoin, root = sys.argv[1], pathlib.Path(sys.argv[2])
+sys.path.insert(0, str(root / "tools"))
+import check_limit  # noqa: E402
+
+failures, folder = [], pathlib.Path(tempfile.mkdtemp())
+G, DENSITY = 9.81, 2000.0
+
+
+def box(low, high, kind="rigid"):
+    return {"kind": kind, "shape": {"type": "box", "min": low, "max": high}}
+
+
+GROUND = box([-9, -9, -1], [9, 9, 0], "fixed")
+
+
+def scene(friction_deg, blocks, live=None, **joint):
+    """`live`: a load named push, the weight of each block that way."""
+    blocks = [{"name": f"b{i}", **({} if block["kind"] == "fixed" else {"material": "stone"}), **block}
+              for i, block in enumerate(blocks)]
+    loads = [{"type": "body", "name": "push", "block": block["name"], "force": [DENSITY * G * x for x in live]}
+             for block in blocks if live and block["kind"] == "rigid"]
+    return {"materials": {"stone": {"density": DENSITY}}, "joint": {"friction_angle_deg": friction_deg, **joint},
+            "blocks": blocks, "loads": loads, "time_step": 0.01, "stages": [{"analysis": "static"}]}
+
+
+def run(document, vary, *more):
+    path = folder / "scene.json"
+    path.write_text(json.dumps(document))
+    done = subprocess.run([quoin, "limit", path, "--vary", vary, "--json", *more], capture_output=True, text=True,
+                          check=False)
+    return done, (json.loads(done.stdout) if done.stdout else None)
+
+
+def checked(out):
+    """Exit code of the checker, and what it says."""
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said):
+        return check_limit.judge(out), said.getvalue()
+
+
+def check(name, document, vary, exact, allowed=1e-6, tolerance=1e-4):
+    """The exact value lies between the proofs, which are no farther apart than asked for and hold."""
+    out = folder / "out"
+    done, report = run(document, vary, "--tolerance", str(tolerance), "--out", str(out))
+    if done.returncode != 0:
+        failures.append(f"{name}: exit code {done.returncode}: {done.stdout} {done.stderr}")
+        return
+    if report["convex"] is not None and abs(report["convex"] - exact) > allowed * abs(exact):
+        failures.append(f"{name}: {report['convex']}, exact {exact}")
+    low, high = sorted([report["stands"]["value"], report["falls"]["value"]])
+    if not (low - allowed <= exact <= high + allowed and high - low <= 1.01 * tolerance * high):
+        failures.append(f"{name}: between {low} and {high}, exact {exact}")
+    refused, said = checked(out)
+    if refused or said.count("proved") != 2:
+        failures.append(f"{name}: {said}")
+
+
+# One block slides at tan(phi) or turns over at width / height, a column at width / height of all.
+check("block slides", scene(20, [GROUND, box([0, 0, 0], [2, 1, .5])], [1, 0, 0]), "load=push:0:10",
+      math.tan(math.radians(20)))
+check("block turns over", scene(40, [GROUND, box([0, 0, 0], [.5, 3, 2])], [1, 0, 0]), "load=push:0:10", .25)
+column = [GROUND] + [box([0, 0, i], [1, 1, i + 1]) for i in range(3)]
+check("column", scene(40, column, [0, 1, 0]), "load=push:0:10", 1 / 3)
+check("tilted column", scene(40, column), "tilt=0:60", math.degrees(math.atan(1 / 3)))
+check("tilted about x", scene(40, column), "tilt=0:60:x", math.degrees(math.atan(1 / 3)))
+# Cohesion on the area: (mu + c A / W).
+check("cohesion", scene(20, [GROUND, box([0, 0, 0], [4, 1, .1])], [1, 0, 0], cohesion=3e3), "load=push:0:10",
+      math.tan(math.radians(20)) + 3e3 / (DENSITY * G * .1))
+slope = scene(40, [GROUND, box([0, 0, 0], [2, 1, .5])])
+slope["gravity"] = [-G * math.sin(math.radians(25)), 0, -G * math.cos(math.radians(25))]
+check("strength of a slope", slope, "strength=0.5:5", math.tan(math.radians(40)) / math.tan(math.radians(25)))
+check("friction of a slope", slope, "friction=5:60", 25)
+check("by pointer", slope, "/joint/friction_angle_deg=5:60", 25)
+# Posed as hulls: about the edge of the base (0.5 + 2 * 1.5 + 2 * 2.5) lambda = (1 + 2 + 2) * 0.5, masses 1 : 2 : 2.
+posed = scene(40, [GROUND] + [{"kind": "rigid", "material": "light" if i == 0 else "stone", "shape": {
+    "type": "hull", "points": [[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]}, "pose": {
+    "rotation": {"axis": [0, 0, 1], "angle_deg": 90}, "about": [.5, .5, 0], "translation": [3, 0, i]}}
+    for i in range(3)], [1, 0, 0])
+posed["materials"]["light"] = {"density": DENSITY / 2}
+posed["loads"][0]["force"] = [DENSITY / 2 * G, 0, 0]
+check("posed column", posed, "load=push:0:10", 2.5 / 8.5)
+
+
+def arch(thickness, count=27):
+    """Semicircle of mean radius 1 on two abutments, friction enough."""
+    def at(radius, joint):
+        angle = math.pi * joint / count
+        return [-radius * math.cos(angle), 0, radius * math.sin(angle)]
+
+    inner, outer = 1 - 0.5 * thickness, 1 + 0.5 * thickness
+    return scene(60, [{"kind": "fixed" if i in (-1, count) else "rigid", "shape": {"type": "prism", "sweep": [0, .2, 0],
+                       "polygon": [at(inner, i), at(outer, i), at(outer, i + 1), at(inner, i + 1)]}}
+                      for i in range(-1, count + 1)])
+
+
+# 27 voussoirs stand from a thickness of 0.1067 of the radius on; endlessly many from 0.1075 on [Milankovitch 1907].
+for thickness, key in ((0.1060, "falls"), (0.1074, "stands")):
+    done, report = run(arch(thickness), "tilt=0:0.001")
+    report = report or {key: None, "said": done.stderr}
+    if report[key] is None:
+        failures.append(f"arch of 27, {thickness} thick: not proved that it {key}: {report}")
+
+# Ferris and Tin-Loi's first wall; rows in bricks of 0.4 m.
+wall = [box([0, 0, -.175], [2, 1, 0], "fixed")]
+for row in range(6):
+    x = 0.0
+    for brick in ([.5, 1, 1, 1, 1, .5], [1, 1, 1, 1, 1])[row % 2]:
+        wall.append(box([.4 * x, 0, .175 * row], [.4 * (x + brick), 1, .175 * (row + 1)]))
+        x += brick
+for friction, exact in ((.65, .642859), (.5, .5), (.8, .707347)):
+    check(f"wall 1, mu {friction}", scene(math.degrees(math.atan(friction)), wall, [1, 0, 0]), "load=push:0:10", exact,
+          2e-6, 1e-3)
+
+# The file that quoin stability judges by.
+for entry in json.loads((root / "tools/stability/limit_loads.json").read_text()):
+    document = json.loads((root / "tools/scenes" / entry["scene"]).read_text())
+    density = {name: material["density"] for name, material in document["materials"].items()}
+    document["loads"] = [{"type": "body", "name": "push", "block": block["name"], "force": [
+        density[block["material"]] * G * x for x in entry["live"]]} for block in document["blocks"]
+        if block["kind"] == "rigid"]
+    _, report = run(document, "load=push:0:10", "--tolerance", "1e-6")
+    if entry["inner"] is None:
+        if report["falls"] is None or report["falls"]["value"] != 0:
+            failures.append(f"{entry['name']}: stands")
+    elif not entry["inner"] * (1 - 1e-6) <= report["convex"] <= entry["outer"] * (1 + 1e-6):
+        failures.append(f"{entry['name']}: {report['convex']}, the file has {entry}")
+
+# Forged certificates: what is no proof is refused.
+joint = scene(math.degrees(math.atan(.65)), wall, [1, 0, 0], cohesion=100.0)
+run(joint, "load=push:0:10", "--out", str(folder / "true"))
+true = {name: json.loads((folder / "true" / f"{name}.json").read_text()) for name in ("stands", "falls")}
+pressed = max(range(len(true["stands"]["contacts"])),
+              key=lambda i: abs(true["stands"]["contacts"][i]["force"][2]))
+moving = max(range(len(wall)), key=lambda i: sum(map(abs, true["falls"]["blocks"][i]["velocity"])))
+
+
+def scaled(values, by):
+    return [by * x for x in values]
+
+
+FORGED = {
+    "contact missing": ("stands", lambda d, c, b: d["contacts"].pop(pressed)),
+    "forces smaller": ("stands", lambda d, c, b: [x.update(force=scaled(x["force"], .9)) for x in d["contacts"]]),
+    "one force larger": ("stands", lambda d, c, b: c.update(force=scaled(c["force"], 1.01))),
+    "force turned": ("stands", lambda d, c, b: c.update(force=c["force"][::-1])),
+    "pull": ("stands", lambda d, c, b: c.update(force=scaled(c["force"], -1))),
+    "point off the blocks": ("stands", lambda d, c, b: c.update(point=[5, 5, 5])),
+    "point moved within": ("stands", lambda d, c, b: c.update(point=[c["point"][0], .5, c["point"][2]])),
+    "normal flipped": ("stands", lambda d, c, b: c.update(normal=scaled(c["normal"], -1))),
+    "normal longer": ("stands", lambda d, c, b: c.update(normal=scaled(c["normal"], 2))),
+    "blocks exchanged": ("stands", lambda d, c, b: c.update(a=c["b"], b=c["a"])),
+    "joint held": ("stands", lambda d, c, b: c.update(held=True, force=[1e6, 0, 0])),
+    "no forces": ("stands", lambda d, c, b: d.update(contacts=[])),
+    "heavier": ("stands", lambda d, c, b: b.update(density=3000)),
+    "larger factor": ("stands", lambda d, c, b: d.update(factor=1.01 * d["factor"])),
+    "less friction": ("stands", lambda d, c, b: d["joints"][0].update(friction=.1)),
+    "no number": ("stands", lambda d, c, b: c.update(force=[math.nan] * 3)),
+    "stands called falls": ("stands", lambda d, c, b: d.update(certificate="falls")),
+    "still": ("falls", lambda d, c, b: [x.update(velocity=[0] * 6) for x in d["blocks"]]),
+    "backwards": ("falls", lambda d, c, b: [x.update(velocity=scaled(x["velocity"], -1)) for x in d["blocks"]]),
+    "one block stays": ("falls", lambda d, c, b: b.update(velocity=[0] * 6)),
+    "one block sinks": ("falls", lambda d, c, b: b.update(velocity=[0, 0, -1, 0, 0, 0])),
+    "ground moves": ("falls", lambda d, c, b: d["blocks"][0].update(velocity=[1, 0, 0, 0, 0, 0])),
+    "more friction": ("falls", lambda d, c, b: d["joints"][0].update(friction=5.0)),
+    "more cohesion": ("falls", lambda d, c, b: d["joints"][0].update(cohesion=1e6)),
+    "smaller factor": ("falls", lambda d, c, b: d.update(factor=.9 * d["factor"])),
+    "speed no number": ("falls", lambda d, c, b: b.update(velocity=[math.inf] * 6)),
+    "falls called stands": ("falls", lambda d, c, b: d.update(certificate="stands")),
+}
+for name, (kind, forge) in FORGED.items():
+    document = copy.deepcopy(true[kind])
+    forge(document, document["contacts"][pressed], document["blocks"][moving])
+    (folder / "forged").mkdir(exist_ok=True)
+    for old in (folder / "forged").iterdir():
+        old.unlink()
+    (folder / "forged" / f"{kind}.json").write_text(json.dumps(document))
+    refused, said = checked(folder / "forged")
+    if not refused:
+        failures.append(f"forged: {name}: {said}")
+
+# Input that can't be worked with: one line, exit code 2.
+for vary in ("load=push:0", "load=none:0:1", "tilt=3:1", "friction=0:95", "strength=0:2", "mass=0:1", "tilt=0:x"):
+    done, _ = run(scene(20, column, [1, 0, 0]), vary)
+    if done.returncode != 2 or done.stderr.count("\n") != 1:
+        failures.append(f"{vary}: {done.returncode}, {done.stderr}")
+
+for failure in failures:
+    print("failed:", failure)
+print("all passed" if not failures else f"{len(failures)} failed")
+sys.exit(1 if failures else 0)
