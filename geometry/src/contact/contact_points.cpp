@@ -987,14 +987,20 @@ void update(const Solid& a, const Solid& b, const ContactOptions& options, PairC
   copy(pair.support_q, pair.kind_q, ordered.reversed ? contact.support_a : contact.support_b);
 }
 
-}  // namespace
-
-namespace {
+void check_lengths(const ContactOptions& options) {
+  require_length(options.tolerance, "tolerance");
+  require_length(options.coordinate_rounding, "coordinate rounding");
+}
 
 void check(const ContactOptions& options) {
-  require_length(options.tolerance, "tolerance");
+  check_lengths(options);
   require_length(options.reach, "reach");
-  require_length(options.coordinate_rounding, "coordinate rounding");
+}
+
+/// `reach` is a gap, below 0 for overlaps.
+void check_with_gap(const ContactOptions& options) {
+  check_lengths(options);
+  require_length(std::abs(options.reach), "reach");
 }
 
 }  // namespace
@@ -1028,7 +1034,7 @@ NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, c
                                              const Shape& b, const ContactOptions& options,
                                              const FeatureHint& hint,
                                              std::vector<ContactPoint>& contacts) {
-  check(options);
+  check_with_gap(options);
   NearestFeatures nearest;
   append_within_reach(blocks, {a, b}, options, hint, nearest, contacts);
   return nearest;
@@ -1041,7 +1047,7 @@ NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, c
   if (a.stands_in_own_frame() && b.stands_in_own_frame()) {
     return append_contacts_within_reach(blocks, a.shape(), b.shape(), options, hint, contacts);
   }
-  check(options);
+  check_with_gap(options);
   const PlacedPair pair(a, b);
   const std::size_t first = contacts.size();
   NearestFeatures nearest;

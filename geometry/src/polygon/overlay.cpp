@@ -8,7 +8,9 @@
 namespace quoin::geometry {
 namespace {
 
-/// Where neither feature has more corners, all pairs of sides are compared.
+/// Up to so many pairs of sides, all are compared: their table needs no heap.
+constexpr std::size_t kFewPairs = 128;
+/// Up to so many corners, the farthest is sought among all.
 constexpr std::size_t kFewCorners = 8;
 
 /// From corner k of a laid feature to the next; an edge has two sides, to and fro, a vertex one
@@ -101,7 +103,7 @@ class Overlay {
   Overlay(const ProjectedFeature& p, const ProjectedFeature& q, double rounding)
       : p_(p, rounding), q_(q, rounding), rounding_(rounding) {
     polygons_ = p_.is_polygon() && q_.is_polygon();
-    if (std::min(p_.sides.size(), q_.sides.size()) <= kFewCorners) {
+    if (p_.sides.size() * q_.sides.size() <= kFewPairs) {
       compare_all();
     } else {
       sweep();
@@ -121,7 +123,7 @@ class Overlay {
  private:
   /// All corners of one against all sides of the other, which clear ones need alone.
   void compare_all() {
-    SmallVector<double, 64> turns_p, turns_q;  // of corner k against side l: k * sides + l
+    SmallVector<double, kFewPairs> turns_p, turns_q;  // of corner k against side l: k * sides + l
     stand(q_, p_, turns_p);
     stand(p_, q_, turns_q);
     const std::size_t n = p_.sides.size(), m = q_.sides.size();
@@ -132,7 +134,7 @@ class Overlay {
       }
     }
   }
-  void stand(const Laid& on, Laid& corners, SmallVector<double, 64>& turns) const {
+  void stand(const Laid& on, Laid& corners, SmallVector<double, kFewPairs>& turns) const {
     const std::size_t count = on.sides.size();
     const double span = 2.0 * (on.extent + corners.extent);  // no step is longer
     turns.resize(corners.sides.size() * count);
