@@ -15,12 +15,12 @@ constexpr std::size_t kFewCorners = 8;
 
 /// From corner k of a laid feature to the next; an edge has two sides, to and fro, a vertex one
 /// without length.
-struct Side {
+struct LaidSide {
   Vector2 from, line;
   double length;     // m
   double low, high;  // its extent along u, m
 };
-using Sides = SmallVector<Side, 32>;
+using Sides = SmallVector<LaidSide, 32>;
 
 /// What the sides of a polygon say of a place.
 struct Standing {
@@ -30,7 +30,7 @@ struct Standing {
 };
 using Standings = SmallVector<Standing, 32>;
 
-double squared_distance(const Side& side, const Vector2& step) {
+double squared_distance(const LaidSide& side, const Vector2& step) {
   const double squared = side.length * side.length;
   const double along = squared > 0.0 ? std::clamp(side.line.dot(step) / squared, 0.0, 1.0) : 0.0;
   return (step - along * side.line).squaredNorm();
@@ -56,7 +56,7 @@ struct Laid {
       low = std::min(low, corner.height);
       high = std::max(high, corner.height);
       standings[k] = {};
-      Side& side = sides[k];
+      LaidSide& side = sides[k];
       side.from = corner.place;
       side.line = feature.corners[next(k)].place - corner.place;
       side.length = side.line.norm();
@@ -89,7 +89,9 @@ struct Laid {
 };
 
 /// Twice the area that a place spans with a side, positive to the left.
-double turn(const Side& side, const Vector2& place) { return cross2(side.line, place - side.from); }
+double turn(const LaidSide& side, const Vector2& place) {
+  return cross2(side.line, place - side.from);
+}
 
 struct Crossing {
   std::size_t i, j;
@@ -142,7 +144,7 @@ class Overlay {
       const Vector2& at = corners.place(k);
       double inside = kInfinity, outside = kInfinity;
       for (std::size_t l = 0; l < count; ++l) {
-        const Side& side = on.sides[l];
+        const LaidSide& side = on.sides[l];
         const double turned = turns[k * count + l] = turn(side, at);
         inside = std::min(inside, turned - on.beside * side.length);
         outside = std::min(outside, turned + rounding_ * std::max(side.length, span));
@@ -196,7 +198,7 @@ class Overlay {
   }
 
   void compare(std::size_t i, std::size_t j) {
-    const Side &s = p_.sides[i], &t = q_.sides[j];
+    const LaidSide &s = p_.sides[i], &t = q_.sides[j];
     const Vector2 &p_end = p_.place(p_.next(i)), &q_end = q_.place(q_.next(j));
     const double p_from = turn(t, s.from), q_from = turn(s, t.from);
     place(t, q_end, s.from, p_from, q_.beside, p_.standings[i]);
@@ -217,8 +219,8 @@ class Overlay {
   /// Distances are those from the sides themselves: at the tip of a needle a place may lie within
   /// rounding of the lines of two sides and far beyond both, and the line of a short side is not
   /// known far away from it.
-  void place(const Side& side, const Vector2& to, const Vector2& at, double turned, double beside,
-             Standing& standing) const {
+  void place(const LaidSide& side, const Vector2& to, const Vector2& at, double turned,
+             double beside, Standing& standing) const {
     if (standing.outside) return;
     if (!(turned > beside * side.length)) {
       const Vector2 step = at - side.from;
