@@ -270,8 +270,12 @@ TEST_CASE("bad input: lengths of single calls") {
       CHECK_THROWS_AS(nearest_features(body, b, {.tolerance = bad}), InputError);
       CHECK_THROWS_AS(append_contact_points({0, 1}, body, b, nearest, {.reach = bad}, points),
                       InputError);
-      CHECK_THROWS_AS(append_contacts_within_reach({0, 1}, body, b, {.reach = bad}, {}, points),
+      CHECK_THROWS_AS(append_contacts_within_reach({0, 1}, body, b, {.tolerance = bad}, {}, points),
                       InputError);
+      if (!std::isfinite(bad)) {  // its reach is a gap, which may be below 0
+        CHECK_THROWS_AS(append_contacts_within_reach({0, 1}, body, b, {.reach = bad}, {}, points),
+                        InputError);
+      }
       CHECK_THROWS_AS(update_pair_contact(body, b, {.tolerance = bad}, pair), InputError);
     }
     CHECK_THROWS_AS(nearest_features_within(body, moved, 0.0, {.tolerance = bad}), InputError);
