@@ -15,6 +15,7 @@ function(quoin_library component)
   target_link_libraries(${target} PUBLIC ${arg_PUBLIC}
     PRIVATE $<BUILD_INTERFACE:quoin_flags> ${arg_PRIVATE})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${component}
+    UNITY_BUILD ${QUOIN_UNITY_BUILD} UNITY_BUILD_BATCH_SIZE 12
     VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
   if(QUOIN_BUILD_PYTHON AND NOT BUILD_SHARED_LIBS)  # the module takes it in
     set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON

@@ -221,16 +221,5 @@ Trial try_kinds(const Solid& a, const Solid& b, const Carrier& by_a, const Carri
   }
 }
 
-template <class Scan>
-Trial try_hinted(const Solid& a, const Solid& b, const FeatureHint& hint, const Lengths& length,
-                 NearestFeatures& answer) {
-  Carrier by_a, by_b;
-  if (!hinted_carrier(a.shape(), hint.vertices_a, hint.face_a, by_a) ||
-      !hinted_carrier(b.shape(), hint.vertices_b, hint.face_b, by_b)) {
-    return Trial::Undecided;
-  }
-  return try_kinds<Scan>(a, b, by_a, by_b, length, nullptr, answer);
-}
-
 }  // namespace
 }  // namespace quoin::geometry

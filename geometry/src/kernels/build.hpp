@@ -28,16 +28,6 @@
 namespace quoin::geometry {
 namespace {
 
-/// Two shapes in their own frames: for them some kernels are built without placing anything.
-inline bool in_own_frames(const Solid& a, const Solid& b) {
-  return a.body() == nullptr && b.body() == nullptr;
-}
-[[gnu::always_inline]] inline void assume_own_frames(const Solid& a, const Solid& b) {
-  if (!in_own_frames(a, b) || a.turned() != nullptr || b.turned() != nullptr) {
-    __builtin_unreachable();
-  }
-}
-
 /// `Set`: FewScan for solids of few vertices, ManyScan for others; Lanes.
 template <class Set>
 struct Build {
@@ -76,38 +66,28 @@ struct Build {
     return few_vertices(a, b) ? certify_by<FewScan>(a, b, by_a, by_b, length, overlap, answer)
                               : certify_by<ManyScan>(a, b, by_a, by_b, length, overlap, answer);
   }
-  template <class Scan>
-  [[gnu::noinline]] QUOIN_WHOLE QUOIN_UNPACKED static Trial certify_hint_by(
-      const Solid& a, const Solid& b, const FeatureHint& hint, const Lengths& length,
-      NearestFeatures& answer) {
-    return try_hinted<Scan>(a, b, hint, length, answer);
-  }
-  [[gnu::noinline]] QUOIN_WHOLE QUOIN_UNPACKED static Trial certify_own_hint(
-      const Solid& a, const Solid& b, const FeatureHint& hint, const Lengths& length,
-      NearestFeatures& answer) {
-    assume_own_frames(a, b);
-    return try_hinted<FewScan>(a, b, hint, length, answer);
-  }
-  static Trial certify_hint(const Solid& a, const Solid& b, const FeatureHint& hint,
-                            const Lengths& length, NearestFeatures& answer) {
-    if (!few_vertices(a, b)) return certify_hint_by<ManyScan>(a, b, hint, length, answer);
-    return in_own_frames(a, b) ? certify_own_hint(a, b, hint, length, answer)
-                               : certify_hint_by<FewScan>(a, b, hint, length, answer);
+  QUOIN_WHOLE static Trial certify_hint(const Solid& a, const Solid& b, const FeatureHint& hint,
+                                        const Lengths& length, NearestFeatures& answer) {
+    Carrier by_a, by_b;
+    if (!hinted_carrier(a.shape(), hint.vertices_a, hint.face_a, by_a) ||
+        !hinted_carrier(b.shape(), hint.vertices_b, hint.face_b, by_b)) {
+      return Trial::Undecided;
+    }
+    return certify(a, b, by_a, by_b, length, nullptr, answer);
   }
 
-  [[gnu::noinline]] QUOIN_WHOLE QUOIN_UNPACKED static Trial certify_placed_corners(
-      const Solid& a, const Solid& b, const Lengths& length, NearestFeatures& answer) {
-    return try_corners<FewScan>(a, b, length, answer);
+  [[gnu::noinline]] QUOIN_WHOLE QUOIN_UNPACKED static CornerFeatures nearest_corners(
+      const Solid& a, const Solid& b) {
+    return around<FewScan>(a, b, between(a, b));
   }
-  [[gnu::noinline]] QUOIN_WHOLE QUOIN_UNPACKED static Trial certify_own_corners(
-      const Solid& a, const Solid& b, const Lengths& length, NearestFeatures& answer) {
-    assume_own_frames(a, b);
-    return try_corners<FewScan>(a, b, length, answer);
-  }
-  static Trial certify_corners(const Solid& a, const Solid& b, const Lengths& length,
-                               NearestFeatures& answer) {
-    return in_own_frames(a, b) ? certify_own_corners(a, b, length, answer)
-                               : certify_placed_corners(a, b, length, answer);
+  QUOIN_WHOLE static Trial certify_corners(const Solid& a, const Solid& b, const Lengths& length,
+                                           NearestFeatures& answer) {
+    const CornerFeatures corners = nearest_corners(a, b);
+    Carrier by_a, by_b;
+    if (!corner_carrier(a, corners.p, by_a) || !corner_carrier(b, corners.q, by_b)) {
+      return Trial::Refuted;
+    }
+    return certify_by<FewScan>(a, b, by_a, by_b, length, nullptr, answer);
   }
 
   template <class Scan, class AnyRows>

@@ -141,15 +141,5 @@ CornerFeatures around(const Solid& solid_p, const Solid& solid_q, const Vec3& di
           {all_q[by.q[0]], all_q[by.q[1]], all_q[by.q[2]]}};
 }
 
-template <class Scan>
-Trial try_corners(const Solid& a, const Solid& b, const Lengths& length, NearestFeatures& answer) {
-  const CornerFeatures corners = around<Scan>(a, b, between(a, b));
-  Carrier by_a, by_b;
-  if (!corner_carrier(a, corners.p, by_a) || !corner_carrier(b, corners.q, by_b)) {
-    return Trial::Refuted;
-  }
-  return try_kinds<Scan>(a, b, by_a, by_b, length, nullptr, answer);
-}
-
 }  // namespace
 }  // namespace quoin::geometry

@@ -14,8 +14,6 @@ using Polygon = std::vector<Vector2d>;
 // Chosen: less than a brick's short side.
 constexpr double kNearCorner = 0.3;
 
-double cross(const Vector2d& p, const Vector2d& q) { return p.x() * q.y() - p.y() * q.x(); }
-
 /// A block seen from A's centroid.
 struct SeenBlock {
   const BlockModel& model;

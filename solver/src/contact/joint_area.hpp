@@ -27,6 +27,10 @@ struct JointPlane {
   Eigen::Vector2d operator()(const Vector3& place) const { return {u.dot(place), v.dot(place)}; }
 };
 
+inline double cross(const Eigen::Vector2d& p, const Eigen::Vector2d& q) {
+  return p.x() * q.y() - p.y() * q.x();
+}
+
 /// What its corners have of the area, by contact.
 struct JointArea {
   double whole = 0.0;         ///< m2

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/joint_area.hpp"
+
 namespace quoin::solver {
 namespace {
 
@@ -11,7 +13,7 @@ using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
 /// Of the area of the corners' bounding circle: less is a line.
-constexpr double kLeastArea = 1e-9;
+constexpr double kLeastSection = 1e-9;
 
 std::vector<Vector2d> around(std::span<const Vector2d> corners, const Vector2d& middle) {
   std::vector<Vector2d> arms;
@@ -21,8 +23,6 @@ std::vector<Vector2d> around(std::span<const Vector2d> corners, const Vector2d& 
   });
   return arms;
 }
-
-double cross(const Vector2d& p, const Vector2d& q) { return p.x() * q.y() - p.y() * q.x(); }
 
 }  // namespace
 
@@ -45,7 +45,7 @@ std::optional<JointSection> joint_section(std::span<const Vector2d> corners) {
     second += area / 12.0 * (p * p.transpose() + q * q.transpose() + sum * sum.transpose());
     radius = std::max(radius, p.norm());
   }
-  if (!(section.area > kLeastArea * radius * radius)) return std::nullopt;
+  if (!(section.area > kLeastSection * radius * radius)) return std::nullopt;
   const Vector2d centroid = first / section.area;
   section.centroid = middle + centroid;
   section.second_moment = second - section.area * centroid * centroid.transpose();

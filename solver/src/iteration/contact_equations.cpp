@@ -13,7 +13,7 @@ namespace {
 // A sum of m rounded terms is off by m u of their magnitudes, u = eps / 2 [Higham 2002,
 // section 3.1]. The motion of a contact has 25 terms, 12 of each block and its guess; stiffness,
 // multiplier, push and the rounding of the increment itself make 29: 32 u.
-constexpr double kRounding = 16.0 * std::numeric_limits<double>::epsilon();
+constexpr double kTermRounding = 16.0 * std::numeric_limits<double>::epsilon();
 // Contacts that open and close between two iterations are rounded by what they bear while closed.
 // So much of its own forces may be lost in that of a block's contacts while they are open: that of
 // stiff, light blocks near others is more than their weight.
@@ -58,7 +58,8 @@ void ContactEquations::shift_in(const BlockEquations& blocks, std::span<LinearCo
     inner.head<n>() = blocks.base.diagonal.part<n>(s) * guess[s].head<n>();
     right_[s] = blocks.force[s] - inner;
     const double length = slots_->length[s];
-    block_floor_[s] = kRounding * (force_size(blocks.force[s], length) + force_size(inner, length));
+    block_floor_[s] =
+        kTermRounding * (force_size(blocks.force[s], length) + force_size(inner, length));
   }
   for (LinearContact& c : contacts) {
     c.guess = c.offset;
@@ -73,7 +74,7 @@ void ContactEquations::shift_in(const BlockEquations& blocks, std::span<LinearCo
     move(c.slot_a, c.jacobian_a);
     move(c.slot_b, c.jacobian_b);
     if (size == 0.0) round_to_zero(c.guess, gap_rounding);
-    noise_.push_back(kRounding * std::max(c.normal_stiffness, c.shear_stiffness) * size);
+    noise_.push_back(kTermRounding * std::max(c.normal_stiffness, c.shear_stiffness) * size);
     if (c.slot_a >= 0) all_noise_[index(c.slot_a)] += noise_.back();
     if (c.slot_b >= 0) all_noise_[index(c.slot_b)] += noise_.back();
   }
@@ -106,7 +107,7 @@ void ContactEquations::evaluate_in(const BlockSystem& base, std::span<LinearCont
 
 /// Of a slot what its closed contacts, in floor_, have not.
 double ContactEquations::floor_beside(std::size_t slot) const {
-  constexpr double kMost = kOpenRounding / kRounding;
+  constexpr double kMost = kOpenRounding / kTermRounding;
   const double open = std::max(0.0, all_noise_[slot] - floor_[slot]);
   return block_floor_[slot] + std::min(open, kMost * block_floor_[slot]);
 }
@@ -174,7 +175,7 @@ double ContactEquations::residual_beyond_rounding(const BlockSystem& base,
   return worst_residual(floor);
 }
 
-/// Adds kRounding |K| |D|, row by row, closed contacts' stiffness included: what a residual is
+/// Adds kTermRounding |K| |D|, row by row, closed contacts' stiffness included: what a residual is
 /// computed to, and so where Newton's steps end, as refinement does [Skeel 1980].
 template <int n>
 void ContactEquations::add_rounding(const BlockSystem& base,
@@ -184,12 +185,12 @@ void ContactEquations::add_rounding(const BlockSystem& base,
   for (std::size_t s = 0; s < change.size(); ++s) {
     Vector12 inner = Vector12::Zero();
     inner.head<n>() = base.diagonal.part<n>(s).cwiseAbs() * change[s].head<n>().cwiseAbs();
-    floor[s] += kRounding * force_size(inner, slots_->length[s]);
+    floor[s] += kTermRounding * force_size(inner, slots_->length[s]);
   }
   for (const LinearContact& c : contacts) {
     if (c.mode == ContactMode::Open) continue;
     const double stiffness = softness * std::max(c.normal_stiffness, c.shear_stiffness);
-    const double noise = kRounding * stiffness *
+    const double noise = kTermRounding * stiffness *
                          (size_of_motion<n>(c.slot_a, c.jacobian_a, change) +
                           size_of_motion<n>(c.slot_b, c.jacobian_b, change));
     if (c.slot_a >= 0) floor[index(c.slot_a)] += noise;

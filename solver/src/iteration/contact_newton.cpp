@@ -16,8 +16,8 @@ constexpr double kNegligible = 1e-10;  // of the largest contact force: no frict
 // Chosen on a sample of falling and standing arches, tilted walls and heaps, rigid and deformable;
 // twice or half of any of them took up to a tenth more solves.
 constexpr int kMostSteps = 30;
-constexpr int kPatience = 5;       // steps, in which the residual must come down to
-constexpr double kProgress = 0.7;  // of what it was
+constexpr int kNewtonPatience = 5;  // steps, in which the residual must come down to
+constexpr double kProgress = 0.7;   // of what it was
 // A block that is pushed and by nothing else is out of balance by all of it: 1, less what rounding
 // and the corners of a face make of it.
 constexpr double kReached = 0.99;
@@ -240,7 +240,7 @@ Relaxed ContactNewton::relax(const RelaxOptions& options, NewtonCount& count) {
     } else if (reaches_on(residual, least)) {
       waited = 0;
       --i;  // as many as there are joints
-    } else if (++waited == kPatience) {
+    } else if (++waited == kNewtonPatience) {
       const double left = equations_.residual_beyond_rounding(*base_, contacts_, change_, softness);
       return left <= tolerance ? Relaxed::ToRounding : Relaxed::No;
     }

@@ -15,7 +15,7 @@ namespace {
 // solved in 80, all but 6 of the 176 000 problems of `quoin stability --quick` in 400, and five of
 // these not at all. With 150 seven deformable walls there go over to yielding contacts, and gain
 // energy, that the open-close iteration solves, and so does a rigid one shaken in its plane.
-constexpr int kPatience = 400;
+constexpr int kMostOpenClose = 400;
 // Likewise of rigid blocks: what ends there, in `quoin stability --quick` and in walls, takes 200.
 constexpr int kRigidPatience = 250;
 // Attempts in a row that were not solved, a whole and a half step, before the proximal Newton
@@ -29,11 +29,11 @@ constexpr double kInsideSoftness = 0.1;
 // From known forces instead: those that ended took 80 at most, one that went on went to 1000; an
 // attempt that fails so begins inside.
 constexpr int kWarmPatience = 200;
-// Like kPatience in a loose island, whose next attempt is the proximal Newton method's,
-constexpr int kQuick = 30;
+// Like kMostOpenClose in a loose island, whose next attempt is the proximal Newton method's,
+constexpr int kMostOpenCloseLoose = 30;
 // and where something else has failed before: of an attempt by that method that left gaps or gained
-// energy. A pile of 64 takes 50 factorizations a step with these, 79 with kPatience for this one,
-// 146 without a loose stage.
+// energy. A pile of 64 takes 50 factorizations a step with these, 79 with kMostOpenClose for this
+// one, 146 without a loose stage.
 constexpr int kLastTry = 100;
 // Resultants of the joints by the six balances of each block, up to which an island is loose. A
 // tower has 1 while all of it sticks, walls 1.6, the piles of bench/problems 0.7 in the mean. With
@@ -224,18 +224,18 @@ bool ContactSolver::few_held() const { return !coulomb_ && slots_->count() < kMa
 int ContactSolver::patience(std::span<const LinearContact> contacts) {
   if (stays_hard_) {
     can_check_ = loose_ = false;
-    return kPatience;
+    return kMostOpenClose;
   }
-  // What did not end in kPatience. What it solved, and the other try has not bettered, it gets
+  // What did not end in kMostOpenClose. What it solved, and the other try has not bettered, it gets
   // whole.
   const bool again = checked_ == Try::Failed && !(other_gains_ > 0.0);
   if (again && (loose_ || failures_ == 0)) return kLastTry;
-  if (!suits_ || few_held()) return kPatience;  // no other iteration has it, or not yet
-  const int most = slots_->rigid() ? kRigidPatience : kPatience;
+  if (!suits_ || few_held()) return kMostOpenClose;  // no other iteration has it, or not yet
+  const int most = slots_->rigid() ? kRigidPatience : kMostOpenClose;
   if (checked_ != Try::None) return most;
   can_check_ = true;
   loose_ = is_loose(contacts);
-  return loose_ ? kQuick : most;
+  return loose_ ? kMostOpenCloseLoose : most;
 }
 
 void ContactSolver::choose(const StepOptions& options) {

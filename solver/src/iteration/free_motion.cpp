@@ -11,7 +11,7 @@ namespace {
 
 // A sum of m rounded terms is off by m u of their magnitudes, u = eps / 2 [Higham 2002,
 // section 3.1]: 24 terms of two blocks' increments, of which each has six more behind it: 32 u.
-constexpr double kRounding = 16.0 * std::numeric_limits<double>::epsilon();
+constexpr double kMotionRounding = 16.0 * std::numeric_limits<double>::epsilon();
 constexpr double kAsGood = 1e-12;  // of the motion: what a guess may be off by
 
 Vector12 free_increment(const FreeMotion& free, const BlockVector& force, std::size_t slot) {
@@ -43,7 +43,7 @@ FreeContact free_contact(const FreeMotion& free, const BlockVector& force, const
     moved.end += jacobian * increment;
     moved.by_loads += jacobian * (increment - coasting);
     moved.rounding +=
-        kRounding * (magnitudes(jacobian, increment) + magnitudes(jacobian, coasting));
+        kMotionRounding * (magnitudes(jacobian, increment) + magnitudes(jacobian, coasting));
   };
   add(c.slot_a, c.jacobian_a);
   add(c.slot_b, c.jacobian_b);

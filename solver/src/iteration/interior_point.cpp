@@ -10,8 +10,8 @@ namespace {
 constexpr double kFollows = 1e-3;    // the residual from which s follows the iterates
 constexpr double kFirstSteps = 0.9;  // of the way to the cones, in the first two iterations, and
 constexpr double kSteps = 0.99;
-constexpr double kNear = 1e-5;    // the residual from which on it is slow, and
-constexpr double kUseful = 1e-2;  // above which it was of no use
+constexpr double kNearEnd = 1e-5;  // the residual from which on it is slow, and
+constexpr double kUseful = 1e-2;   // above which it was of no use
 constexpr int kMostIterations = 50;
 // x·y keeps this share of what is left of the linear equation times x: without it the slip follows
 // in shorter and shorter steps where it is as large as the other motions.
@@ -167,7 +167,7 @@ IterationCount InteriorPoint::iterate(int most) {
       count.residual = residual.real;
       best_ = x_;
     }
-    count.converged = count.residual <= kNear;
+    count.converged = count.residual <= kNearEnd;
     if (count.converged || count.iterations >= most) break;
     follows = follows || residual.frozen <= kFollows;
     for (std::size_t i = 0; follows && i < x_.size(); ++i) slip_[i] = u_[i].tail<2>().norm();

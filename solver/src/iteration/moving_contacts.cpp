@@ -18,8 +18,9 @@ constexpr double kSoftest = 2.0;
 // Velocities: times their softness, the next one, while residuals are above what forces are wanted
 // to; where the last one took so few steps, while they are above this share of that.
 constexpr double kHarder = 0.01, kFineVelocity = 0.01;
-constexpr int kQuick = 6;
-constexpr double kNear = 1e-3;  // the residual from which hard contacts are what they yield about
+constexpr int kQuickSteps = 6;
+constexpr double kNearHard =
+    1e-3;  // the residual from which hard contacts are what they yield about
 constexpr int kMostConeSteps = 25;    // of contacts in cones, or where these have come to
 constexpr double kConeForces = 1e-3;  // of the largest: what is worse is left out
 constexpr int kMostMending = 20;      // steps of the projection of gaps, to
@@ -93,7 +94,7 @@ IterationCount MovingContacts::iterate(double tolerance) {
   IterationCount total =
       newton_.solve_hard(problem_, {tolerance, std::min(kMostHard, iterations_left_)}, x_);
   iterations_left_ -= total.iterations;
-  if (total.residual <= kNear) bar_ = x_;
+  if (total.residual <= kNearHard) bar_ = x_;
   if (total.converged) return total;
   softness_ = kSoftness;
   add(solve_soft(tolerance), total);
@@ -125,7 +126,7 @@ IterationCount MovingContacts::harden() {
       break;
     }
     softness_ *= kHarder;
-    quick = count.iterations <= kQuick;
+    quick = count.iterations <= kQuickSteps;
   }
   return total;
 }

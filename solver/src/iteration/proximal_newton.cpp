@@ -9,9 +9,9 @@ namespace {
 // Chosen on single steps of piles, shaken walls, towers, arches and slopes, and on runs of them.
 constexpr double kLeast = 1e-3, kMost = 0.1;  // of eps for hard contacts, and
 constexpr double kOfResidual = 0.1;           // what it is of the relative residual between them
-constexpr int kPatience = 12;                 // steps that do not halve the residual, and
+constexpr int kProximalPatience = 12;         // steps that do not halve the residual, and
 constexpr int kPatienceNear = 3;              // once it is below
-constexpr double kNear = 1e-4;
+constexpr double kNearSolution = 1e-4;
 constexpr double kStart = 3e-4;   // e for contacts that yield, of the largest force, and at most
 constexpr double kOfStart = 0.1;  // this of the residual; it falls with each step
 constexpr double kTangentSoftness = 1e-4;  // in the matrix alone
@@ -92,7 +92,7 @@ IterationCount ProximalNewton::solve_hard(ConeProblem& problem, const IterationL
   double residual = count.residual, halved = residual;
   int last = 0;  // the step that halved it
   const auto goes_on = [&] {
-    const int patience = count.residual < kNear ? kPatienceNear : kPatience;
+    const int patience = count.residual < kNearSolution ? kPatienceNear : kProximalPatience;
     return count.iterations < std::min(limit.iterations, last + patience);
   };
   while (!(count.residual <= limit.residual) && goes_on()) {

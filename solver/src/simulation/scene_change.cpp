@@ -45,7 +45,7 @@ bool is_in_place(const BlockState& start, const BlockState& now) {
          now.rotation.coeffs() == start.rotation.coeffs() && now.strain == start.strain;
 }
 
-Vector3 velocity_at(const BlockState& block, const Vector3& place) {
+Vector3 velocity_of_place(const BlockState& block, const Vector3& place) {
   return block.velocity + (block.rotation * block.angular_velocity).cross(place - block.centroid);
 }
 
@@ -237,8 +237,8 @@ void part_hit_contacts(std::span<const char> set_on, ContactMethod method, State
     const std::size_t a = index(contact.point.key.a), b = index(contact.point.key.b);
     if (contact.bonded || contact.spring_area > 0.0 || (!set_on[a] && !set_on[b])) continue;
     const Vector3 place = contact.point.point();
-    const Vector3 of_a = velocity_at(state.blocks[a], place);
-    const Vector3 of_b = velocity_at(state.blocks[b], place);
+    const Vector3 of_a = velocity_of_place(state.blocks[a], place);
+    const Vector3 of_b = velocity_of_place(state.blocks[b], place);
     const double rounding = kVelocityRounding * (of_a.norm() + of_b.norm());
     if (contact.point.normal.dot(of_b - of_a) < -rounding) contact.mode = ContactMode::Open;
   }

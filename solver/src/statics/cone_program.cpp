@@ -20,7 +20,6 @@ constexpr double kCertificate = 1e-9;   // residual of a mechanism, by its power
 constexpr double kRefined = 1e-2;       // of a right-hand side: directions that are worse end it
 constexpr double kToRim = 0.99;         // of the longest step
 constexpr int kRefinements = 3;
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 /// One cone of K: three rows (second order) or one (not negative).
 struct Cone {

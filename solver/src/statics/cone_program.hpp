@@ -11,10 +11,13 @@
 /// 2012]. Lengths and forces are scaled by the caller: loads and blocks of size 1.
 
 #include <Eigen/Core>
+#include <limits>
 
 #include "linear/multifrontal.hpp"
 
 namespace quoin::solver {
+
+inline constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 using Matrix6x3 = Eigen::Matrix<double, 6, 3>;
 

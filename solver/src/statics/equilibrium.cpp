@@ -17,7 +17,6 @@ using Eigen::VectorXd;
 constexpr double kTouching = 1e-6;  // of the smaller block
 constexpr int kMostIterations = 150;
 constexpr double kFewOfLargest = 0.05;  // a factor this far below the largest one is solved again
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 Matrix3 contact_frame(const Vector3& normal) {
   Matrix3 frame;
