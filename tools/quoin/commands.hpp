@@ -43,6 +43,7 @@ int run_guarded(const std::function<int()>& command, const std::string& scene);
 /// Each adds its subcommand to `app`; the subcommand leaves its exit code in `exit_code`.
 void add_check_command(CLI::App& app, int& exit_code);
 void add_contact_command(CLI::App& app, int& exit_code);
+void add_cut_command(CLI::App& app, int& exit_code);
 void add_info_command(CLI::App& app, int& exit_code);
 void add_limit_command(CLI::App& app, int& exit_code);
 void add_make_command(CLI::App& app, int& exit_code);

@@ -129,30 +129,34 @@ void Made::save(double time_step, const json& stages) const {
                      {"time_step", time_step},
                      {"stages", stages},
                      {"monitors", monitors_}};
+  save_text(stone_.out, scene_text(head, blocks_));
+}
+
+std::string scene_text(const json& head, const json& blocks) {
   std::string text = "{\n";
   for (const auto& [key, value] : head.items()) {
     text += "  " + json(key).dump() + ": " + value.dump() + ",\n";
   }
   text += "  \"blocks\": [\n";
-  for (std::size_t b = 0; b < blocks_.size(); ++b) {
-    text += "    " + blocks_[b].dump() + (b + 1 < blocks_.size() ? ",\n" : "\n");
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    text += "    " + blocks[b].dump() + (b + 1 < blocks.size() ? ",\n" : "\n");
   }
-  write(text + "  ]\n}\n");
+  return text + "  ]\n}\n";
 }
 
-void Made::write(const std::string& text) const {
-  if (stone_.out.empty()) {
+void save_text(const std::string& path, const std::string& text) {
+  if (path.empty()) {
     std::fputs(text.c_str(), stdout);
     return;
   }
-  if (std::filesystem::is_regular_file(stone_.out)) {  // it may be a made scene that was changed
-    throw scene_file::FileError(stone_.out + ": is there already; take another name or remove it");
+  if (std::filesystem::is_regular_file(path)) {  // it may be a made scene that was changed
+    throw scene_file::FileError(path + ": is there already; take another name or remove it");
   }
-  std::ofstream file(stone_.out);
+  std::ofstream file(path);
   file << text;
   file.close();
   if (!file) {
-    throw scene_file::unwritable(stone_.out);
+    throw scene_file::unwritable(path);
   }
 }
 

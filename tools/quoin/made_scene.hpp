@@ -43,6 +43,12 @@ class Uniform {
   std::mt19937_64 random_;
 };
 
+/// A scene, one block a line: `head` has all keys but "blocks".
+std::string scene_text(const nlohmann::ordered_json& head, const nlohmann::ordered_json& blocks);
+
+/// To a file that is not there yet, or (no path) to standard output. Throws FileError.
+void save_text(const std::string& path, const std::string& text);
+
 /// The blocks of a scene, and the rest of it.
 class Made {
  public:
@@ -72,8 +78,6 @@ class Made {
   double end_time(double otherwise) const;  ///< s
 
  private:
-  void write(const std::string& text) const;
-
   const Stone& stone_;
   std::string title_;
   json parameters_;

@@ -75,10 +75,10 @@ void write_files(OutputFolder& folder, const StudyArguments& arguments,
   if (csv == nullptr) throw scene_file::unwritable(table.string());
   write_csv(axes, points, csv);
   if (std::fclose(csv) != 0) throw scene_file::unwritable(table.string());
-  std::ofstream json(tree);
-  json << text(to_json(scene_name(arguments), axes, points)) << "\n";
-  json.close();
-  if (!json) throw scene_file::unwritable(tree.string());
+  std::ofstream report(tree);
+  report << text(to_json(scene_name(arguments), axes, points)) << "\n";
+  report.close();
+  if (!report) throw scene_file::unwritable(tree.string());
   folder.commit(OutputFolder::Checkpoint::Drop);
 }
 

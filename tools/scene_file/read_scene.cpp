@@ -8,6 +8,7 @@
 #include <quoin/geometry/mass_properties.hpp>
 #include <set>
 
+#include "scene_file/cut.hpp"
 #include "scene_file/mesh_file.hpp"
 #include "scene_file/moved_hulls.hpp"
 #include "scene_file/overrides.hpp"
@@ -1051,6 +1052,8 @@ SceneFile read_scene(const std::string& path, const std::vector<std::string>& ch
   json document = read_json(path);
   const Parameters parameters = expand(document, changes);
   check_schema(json::parse(scene_schema()), document);
+  expand_cut(document);
+  if (!document.contains("blocks")) throw SceneError("", "missing key \"blocks\"");
   const std::string folder = std::filesystem::path(path).parent_path().string();
   SceneFile file = Reader(document, folder, parameters).read();
   file.sources.insert(file.sources.begin(), path);
