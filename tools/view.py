@@ -24,7 +24,11 @@ import tempfile
 import zlib
 
 import numpy as np
-from run_output import FIXED, Blocks, frame_labels, history, pieces, reading, run_program, series
+
+if __package__:  # of the Python module
+    from .run_output import FIXED, Blocks, frame_labels, history, pieces, reading, run_program, series
+else:
+    from run_output import FIXED, Blocks, frame_labels, history, pieces, reading, run_program, series
 
 HERE = pathlib.Path(__file__).parent
 COMMAND = os.environ.get("QUOIN", "quoin")

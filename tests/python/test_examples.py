@@ -5,7 +5,9 @@ import sys
 import tempfile
 
 examples = pathlib.Path(sys.argv[1]) / "tools/python/examples"
-SMALL = {"hull_clouds.py": ["--count", "40"]}
+SMALL = {"hull_clouds.py": ["--count", "40"], "falling_compounds.py": ["--count", "3", "--steps", "200"],
+         "narrow_phase_error.py": ["--count", "50"], "rock_slope.py": ["--count", "40"],
+         "tilting_wall.py": ["--courses", "3", "--bricks", "2"]}
 if sorted(SMALL) != sorted(path.name for path in examples.glob("*.py")):
     sys.exit("an example has no small size here")
 for name, small in SMALL.items():

@@ -72,8 +72,57 @@ class Geometry(unittest.TestCase):
         self.assertTrue(quoin.contains(body, [1, 0.5, 5.5]))
         self.assertEqual(quoin.contains(body, [[1, 0.5, 5.5], [1, 0.5, 4.9]]).tolist(), [True, False])
 
+    def test_cuts(self):
+        below, above = quoin.split(BRICK, [0.5, 0, 0], [1, 0, 0])
+        self.assertAlmostEqual(below[0].volume, 0.5)
+        self.assertAlmostEqual(above[0].volume, 1.5)
+        self.assertEqual(sorted(below[1].tolist()), [-1] + sorted(set(below[1].tolist()) - {-1}))
+        self.assertEqual(quoin.split(BRICK, [0, 0, 3], [0, 0, 1])[1], None)
+
+    def test_faults_and_rounded_coordinates(self):
+        rounded = np.array(BRICK.vertices)
+        rounded[0, 0] += 1e-4
+        faces = [face.tolist() for face in BRICK.faces]
+        (text, refused), *_ = quoin.shape_faults(rounded, faces)
+        self.assertTrue(refused)
+        with self.assertRaises(quoin.InputError):
+            quoin.Shape.from_faces(rounded, faces)
+        self.assertAlmostEqual(quoin.Shape.from_faces(rounded, faces, coordinate_rounding=1e-4).volume, 2.0, places=3)
+        self.assertEqual(quoin.shape_faults(BRICK.vertices, faces), [])
+
+    def test_time_of_impact(self):
+        above = quoin.Body(BRICK, at(0, 0, 3))
+        hit = quoin.time_of_impact(BRICK, None, above, ([0, 0, -4], [0, 0, 0]), length=1e-6)
+        self.assertEqual(hit.status, "impact")
+        self.assertAlmostEqual(hit.s, 0.5, places=6)
+        self.assertLess(hit.nearest.gap, 1e-6)
+        self.assertEqual(quoin.time_of_impact(BRICK, None, above, ([0, 0, -1], [0, 0, 0])).status, "apart")
+        turned = quoin.time_of_impact(BRICK, None, quoin.Body(BRICK, at(0, 0, 1.2)), ([0, 0, 0], [0, np.pi / 2, 0]))
+        self.assertEqual(turned.status, "impact")  # the half diagonal reaches lower than the half height
+
 
 class Finder(unittest.TestCase):
+    def test_compounds_and_queries(self):
+        finder = quoin.ContactFinder(reach=1e-3)
+        ground = finder.add(quoin.Shape.box([-9, -9, -1], [9, 9, 0]), category=2)
+        corner = finder.add_compound([BRICK, quoin.Body(BRICK, at(0, 0, 1))], at(0, 0, 0))
+        self.assertEqual((corner, len(finder), finder.part_name(corner + 1)), (1, 3, (1, 1)))
+        self.assertEqual(set(finder.find()["b"].tolist()), {corner})
+        handle, hit = finder.nearest_hit([0.5, 0.5, 9], [0, 0, -1])
+        self.assertEqual((handle, hit.s), (corner + 1, 7.0))
+        self.assertEqual([h for h, _ in finder.all_hits([0.5, 0.5, 9], [0, 0, -1])], [corner + 1, corner, ground])
+        self.assertEqual([h for h, _ in finder.all_hits([0.5, 0.5, 9], [0, 0, -1], categories=2)], [ground])
+        self.assertIsNone(finder.nearest_hit([0.5, 0.5, 9], [0, 0, -1], length=3))
+        self.assertEqual(finder.bodies_in_box([0, 0, 1.5], [1, 1, 3]).tolist(), [corner + 1])
+        self.assertEqual(finder.bodies_at([0.5, 0.5, -0.5]).tolist(), [ground])
+        finder.move(corner, at(0, 0, 5))
+        self.assertEqual(len(finder.find()), 0)
+        for call in (lambda: finder.add_compound([]), lambda: finder.add_compound([3]), lambda: finder.part_name(9),
+                     lambda: finder.bodies_in_box([1, 0, 0], [0, 1, 1]), lambda: finder.bodies_at([0, 0, 0], -1.0),
+                     lambda: finder.nearest_hit([0, 0, 0], [0, 0, 0]), lambda: finder.add_compound([BRICK, None])):
+            with self.assertRaises((ValueError, TypeError, RuntimeError)):
+                call()
+
     def test_events_and_previous(self):
         finder = quoin.ContactFinder(reach=1e-3)
         handles = finder.add_all(BRICK, [at(0), at(1, 0, 1), at(20)])

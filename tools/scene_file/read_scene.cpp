@@ -1048,14 +1048,29 @@ const solver::Scene& SceneFile::scene_in(std::size_t stage) const {
   return scene;
 }
 
-SceneFile read_scene(const std::string& path, const std::vector<std::string>& changes) {
-  json document = read_json(path);
+namespace {
+
+SceneFile read_document(json document, const std::string& folder,
+                        const std::vector<std::string>& changes) {
   const Parameters parameters = expand(document, changes);
   check_schema(json::parse(scene_schema()), document);
   expand_cut(document);
   if (!document.contains("blocks")) throw SceneError("", "missing key \"blocks\"");
+  return Reader(document, folder, parameters).read();
+}
+
+}  // namespace
+
+SceneFile parse_scene(const std::string& text, const std::string& folder,
+                      const std::vector<std::string>& changes) {
+  return read_document(parse_json(text), folder, changes);
+}
+
+std::string plain_json(const std::string& path) { return read_json(path).dump(); }
+
+SceneFile read_scene(const std::string& path, const std::vector<std::string>& changes) {
   const std::string folder = std::filesystem::path(path).parent_path().string();
-  SceneFile file = Reader(document, folder, parameters).read();
+  SceneFile file = read_document(read_json(path), folder, changes);
   file.sources.insert(file.sources.begin(), path);
   return file;
 }

@@ -108,6 +108,14 @@ struct SceneFile {
 /// before anything is checked. Throws SceneError and FileError.
 SceneFile read_scene(const std::string& path, const std::vector<std::string>& changes = {});
 
+/// The same from the text of a scene file; files that it names are relative to `folder`.
+SceneFile parse_scene(const std::string& text, const std::string& folder,
+                      const std::vector<std::string>& changes = {});
+
+/// The document of a scene file without its comments, otherwise as it stands, unchecked. Throws as
+/// read_scene().
+std::string plain_json(const std::string& path);
+
 /// The schema that scene files are checked against, as it is installed.
 std::string_view scene_schema();
 

@@ -35,8 +35,7 @@ void require_shape(const py::array& array, const char* name,
     same = expected[i] == kAny || shape[i] == expected[i];
   }
   if (!same) {
-    throw InputError(std::string(name) + ": shape " + text(shape) + ", expected " +
-                     text(expected));
+    throw InputError(std::string(name) + ": shape " + text(shape) + ", expected " + text(expected));
   }
 }
 

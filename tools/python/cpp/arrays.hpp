@@ -43,7 +43,6 @@ py::array_t<double> matrix(const geometry::Placement& placement);  ///< 4×4
 py::array_t<double> view(const std::vector<py::ssize_t>& shape, const double* data,
                          py::handle owner);
 
-
 /// Held while an object works: another thread, or a callback, that calls it meanwhile is refused.
 class Use {
  public:
@@ -62,6 +61,9 @@ class Use {
 
 void bind_shapes(py::module_& module);
 void bind_pairs(py::module_& module);
+void bind_moving(py::module_& module);  ///< after bind_pairs()
 void bind_finder(py::module_& module);
+void bind_simulation(py::module_& module);
+void bind_equilibrium(py::module_& module);
 
 }  // namespace quoin::python

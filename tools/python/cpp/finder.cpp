@@ -79,6 +79,60 @@ class Finder {
     return handles;
   }
 
+  int add_compound(const py::object& parts, const py::object& at, std::uint32_t category,
+                   std::uint32_t collides_with, bool moving) {
+    std::vector<geometry::CompoundPart> given;
+    for (const py::handle one : parts) {
+      if (py::isinstance<geometry::Shape>(one)) {
+        given.push_back({.shape = one.cast<ShapePointer>()});
+        continue;
+      }
+      const HeldBody& body = one.cast<const HeldBody&>();
+      given.push_back({.shape = body.shape, .placement = body.body.placement()});
+    }
+    const geometry::Placement place = placement(at);
+    const Use use(busy_, kName);
+    return finder_.add_compound(given, place, options(category, collides_with, moving));
+  }
+  py::tuple part_name(int handle) {
+    const Use use(busy_, kName);
+    const geometry::PartName name = finder_.part_name(handle);
+    return py::make_tuple(name.compound, name.part);
+  }
+
+  py::object nearest_hit(const py::object& origin, const py::object& direction, double length,
+                         std::uint32_t categories) {
+    const geometry::Ray ray{vector3(origin, "origin"), vector3(direction, "direction"), length};
+    const Use use(busy_, kName);
+    const auto hit = finder_.nearest_hit(ray, {.categories = categories});
+    return hit ? py::object(py::make_tuple(hit->handle, hit->hit)) : py::none();
+  }
+  py::list all_hits(const py::object& origin, const py::object& direction, double length,
+                    std::uint32_t categories) {
+    const geometry::Ray ray{vector3(origin, "origin"), vector3(direction, "direction"), length};
+    const Use use(busy_, kName);
+    std::vector<geometry::BodyHit> hits;
+    finder_.all_hits(ray, hits, {.categories = categories});
+    py::list result;
+    for (const geometry::BodyHit& hit : hits) result.append(py::make_tuple(hit.handle, hit.hit));
+    return result;
+  }
+  py::array_t<int> bodies_in_box(const py::object& min, const py::object& max,
+                                 std::uint32_t categories) {
+    const geometry::Box box{vector3(min, "min"), vector3(max, "max")};
+    const Use use(busy_, kName);
+    std::vector<int> found;
+    finder_.bodies_in_box(box, found, {.categories = categories});
+    return py::array_t<int>(static_cast<py::ssize_t>(found.size()), found.data());
+  }
+  py::array_t<int> bodies_at(const py::object& point, double tolerance, std::uint32_t categories) {
+    const Vector3 place = vector3(point, "point");
+    const Use use(busy_, kName);
+    std::vector<int> found;
+    finder_.bodies_at(place, tolerance, found, {.categories = categories});
+    return py::array_t<int>(static_cast<py::ssize_t>(found.size()), found.data());
+  }
+
   void move(int handle, const py::object& at) {
     const geometry::Placement place = placement(at);
     const Use use(busy_, kName);
@@ -197,12 +251,20 @@ void bind_bodies(py::class_<Finder>& finder) {
            py::arg("category") = 1u, py::arg("collides_with") = kAll, py::arg("moving") = true,
            "Adds bodies at placements (n, 4, 4) or (n, 3, 4), of one shape or a list of one for "
            "each; returns their handles (n,).")
+      .def("add_compound", &Finder::add_compound, py::arg("parts"),
+           py::arg("placement") = py::none(), py::kw_only(), py::arg("category") = 1u,
+           py::arg("collides_with") = kAll, py::arg("moving") = true,
+           "Adds Shapes, or Bodies placed in the compound's frame, that move as one, and returns "
+           "the handle h of part 0, by which it is moved and removed; part k is h + k in contacts "
+           "and hits. Parts are never tested against each other. len() counts parts.")
+      .def("part_name", &Finder::part_name, py::arg("handle"),
+           "(handle of the compound, part); a body by itself is part 0 of itself.")
       .def("move", &Finder::move, py::arg("handle"), py::arg("placement"))
       .def("move_all", &Finder::move_all, py::arg("handles"), py::arg("placements"),
            "Other placements (n, 4, 4) or (n, 3, 4) of the bodies `handles` (n,).")
       .def("remove", &Finder::remove, py::arg("handle"))
-      .def("replace_shape", &Finder::replace_shape, py::arg("handle"),
-           py::arg("shape").none(false), "Another shape in the same place.")
+      .def("replace_shape", &Finder::replace_shape, py::arg("handle"), py::arg("shape").none(false),
+           "Another shape in the same place.")
       .def("set_options", &Finder::set_options, py::arg("handle"), py::kw_only(),
            py::arg("category") = 1u, py::arg("collides_with") = kAll, py::arg("moving") = true)
       .def("set_reach", &Finder::set_reach, py::arg("reach"), py::arg("handle") = py::none(),
@@ -210,6 +272,25 @@ void bind_bodies(py::class_<Finder>& finder) {
       .def("set_filter", &Finder::set_filter, py::arg("filter"),
            "filter(a, b) -> bool is asked for each pair of near bodies; False leaves it out. None: "
            "no filter. What it raises find() raises.");
+}
+
+void bind_finder_queries(py::class_<Finder>& finder) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  finder
+      .def(
+          "nearest_hit", &Finder::nearest_hit, py::arg("origin"), py::arg("direction"),
+          py::arg("length") = kInfinity, py::arg("categories") = kAll,
+          "The first body of these categories that the ray origin + s direction, 0 <= s <= length, "
+          "enters: (handle, RayHit) or None.")
+      .def("all_hits", &Finder::all_hits, py::arg("origin"), py::arg("direction"),
+           py::arg("length") = kInfinity, py::arg("categories") = kAll,
+           "All of them, (handle, RayHit) of each, by s, then by handle.")
+      .def("bodies_in_box", &Finder::bodies_in_box, py::arg("min"), py::arg("max"),
+           py::arg("categories") = kAll,
+           "Handles (n,) of the bodies whose axis-aligned boxes meet this one, m, ascending.")
+      .def("bodies_at", &Finder::bodies_at, py::arg("point"), py::arg("tolerance") = 0.0,
+           py::arg("categories") = kAll,
+           "Handles (n,) of the bodies that contain a point within `tolerance`, m, ascending.");
 }
 
 }  // namespace
@@ -225,6 +306,7 @@ void bind_finder(py::module_& module) {
              py::arg("tolerance") = 0.0, py::arg("threads") = 1,
              py::arg("coordinate_rounding") = 0.0);
   bind_bodies(finder);
+  bind_finder_queries(finder);
   finder
       .def("find", &Finder::find,
            "All contact points up to the reach, sorted by key: fields as of contacts(), a and b "

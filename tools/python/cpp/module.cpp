@@ -1,7 +1,14 @@
 // The Python module quoin._quoin.
 #include "arrays.hpp"
+#include "scene_file/mesh_file.hpp"
+#include "scene_file/scene_error.hpp"
 
 namespace {
+
+void translate(const std::exception& error, const char* type) {
+  const auto module = pybind11::module_::import("quoin._quoin");
+  PyErr_SetString(module.attr(type).ptr(), error.what());
+}
 
 /// T.__new__(T) would make an object without a value of C++ behind it, which pybind11 does not see.
 void refuse_new(pybind11::module_& module) {
@@ -22,10 +29,23 @@ void refuse_new(pybind11::module_& module) {
 PYBIND11_MODULE(_quoin, module) {
   namespace python = quoin::python;
   module.attr("__version__") = QUOIN_VERSION;
-  pybind11::register_exception<quoin::geometry::InputError>(module, "InputError",
-                                                            PyExc_ValueError);
+  pybind11::register_exception<quoin::geometry::InputError>(module, "InputError", PyExc_ValueError);
+  pybind11::register_exception_translator([](std::exception_ptr thrown) {
+    try {
+      if (thrown) std::rethrow_exception(thrown);
+    } catch (const quoin::scene_file::SceneError& error) {
+      translate(error, "InputError");
+    } catch (const quoin::scene_file::MeshError& error) {
+      translate(error, "InputError");
+    } catch (const quoin::scene_file::FileError& error) {
+      PyErr_SetString(PyExc_OSError, error.what());
+    }
+  });
   python::bind_shapes(module);
   python::bind_pairs(module);
+  python::bind_moving(module);
   python::bind_finder(module);
+  python::bind_simulation(module);
+  python::bind_equilibrium(module);
   refuse_new(module);
 }

@@ -36,9 +36,8 @@ class Bodies {
 
   void move(const py::object& at, const py::object& indices_or_none) {
     const std::vector<geometry::Placement> places = placements(at);
-    const std::vector<int> which = indices_or_none.is_none()
-                                       ? every(bodies_.size())
-                                       : indices(indices_or_none, "indices");
+    const std::vector<int> which =
+        indices_or_none.is_none() ? every(bodies_.size()) : indices(indices_or_none, "indices");
     if (which.size() != places.size()) {
       throw geometry::InputError("placements: " + std::to_string(places.size()) + " for " +
                                  std::to_string(which.size()) + " bodies");
@@ -107,8 +106,10 @@ class Bodies {
 
 class Batch {
  public:
-  Batch(double reach, double tolerance, int threads)
-      : batch_({.tolerance = tolerance, .reach = reach}), tolerance_(tolerance) {
+  Batch(double reach, double tolerance, int threads, double coordinate_rounding)
+      : batch_(
+            {.tolerance = tolerance, .reach = reach, .coordinate_rounding = coordinate_rounding}),
+        tolerance_(tolerance) {
     if (threads > geometry::kMostThreads) {
       throw geometry::InputError("threads: " + std::to_string(threads) + ", at most " +
                                  std::to_string(geometry::kMostThreads));
@@ -153,9 +154,13 @@ class Batch {
 
 py::tuple feature(const geometry::Feature& f) { return py::make_tuple(name(f.kind), f.index); }
 
-PairContact pair_contact(const HeldBody& a, const HeldBody& b, double reach, double tolerance) {
+PairContact pair_contact(const HeldBody& a, const HeldBody& b, double reach, double tolerance,
+                         double coordinate_rounding) {
   PairContact contact;
-  update_pair_contact(a.body, b.body, {.tolerance = tolerance, .reach = reach}, contact);
+  update_pair_contact(
+      a.body, b.body,
+      {.tolerance = tolerance, .reach = reach, .coordinate_rounding = coordinate_rounding},
+      contact);
   return contact;
 }
 
@@ -208,7 +213,8 @@ void bind_nearest(py::module_& module) {
 }
 
 void bind_contacts(py::module_& module) {
-  py::class_<PairContact>(module, "PairContact", py::is_final(), "All there is to know about one pair.")
+  py::class_<PairContact>(module, "PairContact", py::is_final(),
+                          "All there is to know about one pair.")
       .def_property_readonly("nearest", [](const PairContact& c) { return c.nearest; })
       .def_property_readonly(
           "type", [](const PairContact& c) { return name(c.type); }, "'vertex-vertex' …")
@@ -219,19 +225,25 @@ void bind_contacts(py::module_& module) {
                              "(n, 3), m: face-face: the contact polygon, counter-clockwise seen "
                              "against the normal; edges: the ends of the segment")
       .def_readonly("area", &PairContact::area, "of the polygon, m2; 0 unless face-face");
-  module.def("pair_contact", &pair_contact, py::arg("a"), py::arg("b"), py::arg("reach") = 0.0,
-             py::arg("tolerance") = 0.0,
-             "Nearest features, contact type, polygon and points of two bodies. Points are listed "
-             "up to `reach` (m) above the least gap.");
+  module.def(
+      "pair_contact", &pair_contact, py::arg("a"), py::arg("b"), py::arg("reach") = 0.0,
+      py::arg("tolerance") = 0.0, py::arg("coordinate_rounding") = 0.0,
+      "Nearest features, contact type, polygon and points of two bodies. Points are listed "
+      "up to `reach` (m) above the least gap. coordinate_rounding: to which vertices are known, "
+      "m.");
   module.def(
       "contacts",
-      [](const HeldBody& a, const HeldBody& b, double reach, double tolerance) {
+      [](const HeldBody& a, const HeldBody& b, double reach, double tolerance,
+         double coordinate_rounding) {
         std::vector<geometry::ContactPoint> contacts;
-        append_contacts_within_reach({0, 1}, a.body, b.body,
-                                     {.tolerance = tolerance, .reach = reach}, {}, contacts);
+        append_contacts_within_reach(
+            {0, 1}, a.body, b.body,
+            {.tolerance = tolerance, .reach = reach, .coordinate_rounding = coordinate_rounding},
+            {}, contacts);
         return rows(contacts);
       },
       py::arg("a"), py::arg("b"), py::arg("reach") = 0.0, py::arg("tolerance") = 0.0,
+      py::arg("coordinate_rounding") = 0.0,
       "Contact points of two bodies up to a gap of `reach`, m, those of touching and overlapping "
       "bodies always: a structured array, a row each, sorted by key, with a = 0, b = 1. Fields: "
       "type (index in CONTACT_TYPES), kind_a and kind_b (in FEATURE_KINDS), feature_a, feature_b, "
@@ -256,8 +268,8 @@ void bind_batches(py::module_& module) {
       "Answers lists of pairs (n, 2) of the caller's own and remembers where each search ended: "
       "that changes the speed, never the answer. Lengths in m. The answers are the same for any "
       "number of threads; the GIL is released.")
-      .def(py::init<double, double, int>(), py::kw_only(), py::arg("reach") = 0.0,
-           py::arg("tolerance") = 0.0, py::arg("threads") = 1)
+      .def(py::init<double, double, int, double>(), py::kw_only(), py::arg("reach") = 0.0,
+           py::arg("tolerance") = 0.0, py::arg("threads") = 1, py::arg("coordinate_rounding") = 0.0)
       .def("find", &Batch::find, py::arg("bodies"), py::arg("pairs"),
            "Contact points of all pairs, a < b: fields as of contacts(), a and b the indices of "
            "the bodies, previous the row of the same contact in the last call, -1: new.")

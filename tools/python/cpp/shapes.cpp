@@ -6,6 +6,8 @@
 #include <quoin/geometry/build.hpp>
 #include <quoin/geometry/mass_properties.hpp>
 #include <quoin/geometry/queries.hpp>
+#include <quoin/geometry/split.hpp>
+#include <quoin/geometry/time_of_impact.hpp>
 
 #include "arrays.hpp"
 
@@ -124,13 +126,16 @@ void bind_shape(py::module_& module) {
           "Convex planar polygon (n, 3), m, swept along `sweep` (3,), m.")
       .def_static(
           "from_faces",
-          [](const py::object& vertices, const py::object& polygons) {
+          [](const py::object& vertices, const py::object& polygons, double rounding) {
             return shared(geometry::make_shape(points(vertices, "vertices"),
-                                               index_lists(polygons, "faces")));
+                                               index_lists(polygons, "faces"),
+                                               {.coordinate_rounding = rounding}));
           },
-          py::arg("vertices"), py::arg("faces"),
+          py::arg("vertices"), py::arg("faces"), py::kw_only(),
+          py::arg("coordinate_rounding") = 0.0,
           "Vertices (n, 3), m, and faces: polygons or triangles, lists of vertex indices, either "
-          "orientation. Closed, convex and planar within 1e-6 of the diameter, or InputError.")
+          "orientation. Closed, convex and planar within 1e-6 of the diameter, or what coordinates "
+          "that are off by up to coordinate_rounding, m, leave open; or InputError.")
       .def_property_readonly(
           "vertices",
           [](const py::object& self) {
@@ -179,8 +184,7 @@ void bind_body(py::module_& module) {
           py::arg("placement"), "Another placement.")
       .def_property_readonly("shape", [](const HeldBody& held) { return held.shape; })
       .def_property_readonly(
-          "placement", [](const HeldBody& held) { return matrix(held.body.placement()); },
-          "(4, 4)")
+          "placement", [](const HeldBody& held) { return matrix(held.body.placement()); }, "(4, 4)")
       .def_property_readonly(
           "vertices", [](const HeldBody& held) { return rows_of(held.body.vertices()); },
           "(n, 3) in the world, m")
@@ -197,6 +201,81 @@ void bind_body(py::module_& module) {
           [](const HeldBody& held) { return mass_properties(held.body).second_moment; },
           "(3, 3) in the world, about the centroid, m5");
   py::implicitly_convertible<Shape, HeldBody>();
+}
+
+py::object part(const std::optional<geometry::SplitPart>& side) {
+  if (!side) return py::none();
+  return py::make_tuple(std::make_shared<Shape>(side->shape), int_array(side->old_faces));
+}
+
+geometry::Motion motion(const py::object& given, const HeldBody& held, const char* name) {
+  geometry::Motion result{.centre = mass_properties(held.body).centroid};
+  if (given.is_none()) return result;
+  if (!PySequence_Check(given.ptr()) || PySequence_Size(given.ptr()) != 2) {
+    throw py::type_error(std::string(name) + ": (translation, rotation vector) is expected");
+  }
+  const auto parts = py::reinterpret_borrow<py::sequence>(given);
+  result.translation = vector3(parts[0], name);
+  result.rotation = vector3(parts[1], name);
+  return result;
+}
+
+void bind_cuts(py::module_& module) {
+  module.def(
+      "split",
+      [](const Shape& shape, const py::object& point, const py::object& normal) {
+        const geometry::Split parts =
+            geometry::split(shape, {vector3(point, "point"), vector3(normal, "normal")});
+        return py::make_tuple(part(parts.below), part(parts.above));
+      },
+      py::arg("shape"), py::arg("point"), py::arg("normal"),
+      "Cuts a shape, in its own frame, by the plane normal . (x - point) = 0: (below, above), "
+      "above "
+      "where the normal points, each (Shape, old face of each face or -1: in the plane), or None "
+      "where there is nothing. Raises InputError for a plane that is not finite or without "
+      "normal.");
+  module.def(
+      "shape_faults",
+      [](const py::object& vertices, const py::object& polygons, double rounding) {
+        py::list result;
+        for (const geometry::ShapeFault& fault :
+             geometry::shape_faults(points(vertices, "vertices"), index_lists(polygons, "faces"),
+                                    {.coordinate_rounding = rounding})) {
+          result.append(py::make_tuple(fault.text, fault.refused));
+        }
+        return result;
+      },
+      py::arg("vertices"), py::arg("faces"), py::kw_only(), py::arg("coordinate_rounding") = 0.0,
+      "All that is wrong with vertices and faces as Shape.from_faces takes them: (text, refused) "
+      "of "
+      "each fault; refused: by from_faces.");
+}
+
+void bind_impact(py::module_& module) {
+  py::class_<geometry::Impact>(module, "Impact", py::is_final(), "When two moving bodies meet.")
+      .def_property_readonly(
+          "status",
+          [](const geometry::Impact& i) {
+            constexpr const char* kNames[] = {"impact", "apart", "not-converged"};
+            return kNames[static_cast<std::size_t>(i.status)];
+          },
+          "'impact', 'apart' or 'not-converged': beyond s it is not known")
+      .def_readonly("s", &geometry::Impact::s, "part of the step, 0 to 1; before it they are apart")
+      .def_readonly("nearest", &geometry::Impact::nearest, "NearestFeatures at s")
+      .def_readonly("iterations", &geometry::Impact::iterations);
+  module.def(
+      "time_of_impact",
+      [](const HeldBody& a, const py::object& motion_a, const HeldBody& b,
+         const py::object& motion_b, double length, int max_iterations) {
+        return geometry::time_of_impact(a.body, motion(motion_a, a, "motion_a"), b.body,
+                                        motion(motion_b, b, "motion_b"),
+                                        {.length = length, .max_iterations = max_iterations});
+      },
+      py::arg("a"), py::arg("motion_a"), py::arg("b"), py::arg("motion_b"), py::arg("length") = 0.0,
+      py::arg("max_iterations") = 1000,
+      "When bodies that move through a step come within `length`, m, of each other, never late: an "
+      "Impact. Motions: (translation, m, rotation vector about the centroid, rad) of the whole "
+      "step, None: it stands still. Raises InputError for what is not finite or negative.");
 }
 
 void bind_queries(py::module_& module) {
@@ -229,11 +308,14 @@ void bind_queries(py::module_& module) {
 
 }  // namespace
 
+void bind_moving(py::module_& module) { bind_impact(module); }
+
 void bind_shapes(py::module_& module) {
   PYBIND11_NUMPY_DTYPE(HitRow, hit, face, s, point, normal);
   bind_shape(module);
   bind_body(module);
   bind_queries(module);
+  bind_cuts(module);
 }
 
 }  // namespace quoin::python
