@@ -224,14 +224,12 @@ double height_along(const ProjectedFeature& edge, const Vector2& place) {
   return from.height + share * (to.height - from.height);
 }
 
-void name_least_leaning(const Solid& p, const Solid& q, const ContactPlane& plane, double tolerance,
-                        SharedCorners& corners) {
-  LeastLeaning on_p(p, {plane, 1.0}, tolerance), on_q(q, {plane, -1.0}, tolerance);
+void name_least_leaning(const Solid& solid, const ContactPlane& plane, double outward,
+                        double tolerance, SharedCorners& corners) {
+  LeastLeaning least(solid, {plane, outward}, tolerance);
   for (SharedCorner& c : corners) {
-    if (c.feature_p.kind == FeatureKind::Face)
-      c.feature_p.index = on_p.of(c.feature_p.index, c.place);
-    if (c.feature_q.kind == FeatureKind::Face)
-      c.feature_q.index = on_q.of(c.feature_q.index, c.place);
+    Feature& feature = outward > 0.0 ? c.feature_p : c.feature_q;
+    if (feature.kind == FeatureKind::Face) feature.index = least.of(feature.index, c.place);
   }
 }
 

@@ -44,8 +44,9 @@ bool name_cut(const Solid& p, const Solid& q, const ProjectedFeature& patch_p,
 /// A vertex on a face, on an edge of that face or beside it by `tolerance` (m) at most, lies on the
 /// face across the edge as well. Names of such faces the one that leans least from the contact
 /// plane: rounding says over which of them the place lies, and their normals are not alike.
-void name_least_leaning(const Solid& p, const Solid& q, const ContactPlane& plane, double tolerance,
-                        SharedCorners& corners);
+/// `outward`: +1 for P, -1 for Q. Nothing to do where one face is all that may carry points.
+void name_least_leaning(const Solid& solid, const ContactPlane& plane, double outward,
+                        double tolerance, SharedCorners& corners);
 
 /// Is a place within `tolerance` (m) of the segment between two places?
 bool near_segment(const Vector2& from, const Vector2& to, const Vector2& place, double tolerance);

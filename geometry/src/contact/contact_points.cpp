@@ -33,6 +33,7 @@ struct PairPoints {
   VertexSet support_p, support_q;
   FeatureKind kind_p = FeatureKind::Vertex, kind_q = FeatureKind::Vertex;
   ContactPlane plane;
+  bool one_face_p = false, one_face_q = false;  // all that may carry points is one face
   SharedCorners merged;
   const SharedCorners* points = &merged;  // or the corners of two faces as they are
 };
@@ -284,7 +285,8 @@ bool planar(const Solid& solid, const SmallVector<Feature, 32>& carriers, double
 /// Do two sides cross that lie along each other to within `tolerance`, m? Where is chance.
 bool is_crossing_of_parallels(const Solid& p, const Solid& q, const SharedCorner& corner,
                               double tolerance) {
-  if (!named(corner) || corner.feature_p.kind != FeatureKind::Edge) return false;
+  // Sides of faces lean by 30 degrees at most: in space they reach across by little less.
+  if (!(corner.across <= 2.0 * tolerance) || !named(corner)) return false;
   const auto line = [](const Solid& solid, const Feature& edge) {
     const auto [from, to] = solid.topology().edge(edge.index);
     return solid.line(from, to);
@@ -340,6 +342,11 @@ void find_points(const Working& work, LateInit<Surfaces>& surfaces, PairPoints& 
   const double band = work.band, rounding = work.rounding;
   Carriers carriers;
   find_all_carriers(p, q, pair, carriers);
+  const auto one_face = [](const SmallVector<Feature, 32>& of) {
+    return of.size() == 1 && of[0].kind == FeatureKind::Face;
+  };
+  pair.one_face_p = one_face(carriers.p);
+  pair.one_face_q = one_face(carriers.q);
   if (!planar(p, carriers.p, rounding) || !planar(q, carriers.q, rounding)) {
     surfaces.emplace(p, q, pair.plane, band + rounding, rounding);
   }
@@ -859,7 +866,8 @@ void find_all_points(const OrderedPair& ordered, const ContactOptions& options, 
   Patches patches;
   find_points(work, surfaces, pair, patches);
   const double beside = std::max(pair.tolerance, options.coordinate_rounding);
-  name_least_leaning(p, q, pair.plane, beside, pair.merged);
+  if (!pair.one_face_p) name_least_leaning(p, pair.plane, 1.0, beside, pair.merged);
+  if (!pair.one_face_q) name_least_leaning(q, pair.plane, -1.0, beside, pair.merged);
   merge_near(pair.tolerance, work.reversed, pair.merged);
   part.reset();
   const bool of_vertex = pair.kind_p == FeatureKind::Vertex || pair.kind_q == FeatureKind::Vertex;

@@ -47,6 +47,13 @@ void measure(const SmallVector<int, 32>& order, SharedCorners& corners, SharedPo
   }
 }
 
+/// Does a way turn left, beyond what rounding can do?
+bool turns_clearly_left(const Vector2& a, const Vector2& b, const Vector2& c) {
+  const Vector2 u = b - a, v = c - a;
+  const double size = (std::abs(u.x()) + std::abs(u.y())) * (std::abs(v.x()) + std::abs(v.y()));
+  return cross2(u, v) > kTurnRounding * kEpsilon * size;
+}
+
 /// Does a place lie to the left of the way from `a` to `b`? Exact but for the last of 106 bits: of
 /// places that are one but for rounding each lies to either side of what the others span, and a
 /// chain of turns that rounding has told wrongly goes to and fro.
@@ -58,6 +65,30 @@ bool is_left(const Vector2& a, const Vector2& b, const Vector2& place) {
   if (std::abs(rough) > kTurnRounding * kEpsilon * size) return rough > 0.0;
   const DoubleDouble product = two_difference(b.x(), a.x()) * two_difference(place.y(), a.y());
   return (product - two_difference(b.y(), a.y()) * two_difference(place.x(), a.x())).high > 0.0;
+}
+
+/// Do the corners go once round a convex polygon, beyond doubt? From the one that hull_order()
+/// begins with.
+bool find_given_order(const SharedCorners& corners, SmallVector<int, 32>& order) {
+  const std::size_t n = corners.size();
+  if (n < 3) return false;
+  const auto after = [n](std::size_t k) { return k + 1 < n ? k + 1 : 0; };
+  const auto before = [](const Vector2& u, const Vector2& v) {
+    return u.x() != v.x() ? u.x() < v.x() : u.y() < v.y();
+  };
+  std::size_t first = n;
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::size_t l = after(k);
+    const Vector2 &a = corners[k].place, &b = corners[l].place, &c = corners[after(l)].place;
+    if (!turns_clearly_left(a, b, c)) return false;
+    if (!before(b, a) || !before(b, c)) continue;
+    if (first < n) return false;
+    first = l;
+  }
+  if (first == n) return false;
+  order.resize(n);
+  for (std::size_t k = 0; k < n; ++k, first = after(first)) order[k] = static_cast<int>(first);
+  return true;
 }
 
 }  // namespace
@@ -93,6 +124,7 @@ void hull_order(std::span<const Vector2> places, SmallVector<int, 32>& order) {
 }
 
 void find_order(const SharedCorners& corners, SmallVector<int, 32>& order) {
+  if (find_given_order(corners, order)) return;
   SmallVector<Vector2, 32> places;
   for (const SharedCorner& corner : corners) places.push_back(corner.place);
   hull_order(places, order);
@@ -119,8 +151,7 @@ void lay_faces(const Solid& p, const Solid& q, double gap, ContactPolygon& part)
   lay_feature(q, {FeatureKind::Face, part.face_q}, part.plane, -1.0, patch_q);
   part.corners.clear();
   part.measured = false;
-  append_shared_corners(patch_p, patch_q, border_rounding(p, q, gap), part.corners);
-  part.margin = overlap_margin(patch_p, patch_q);
+  part.margin = lay_over(patch_p, patch_q, border_rounding(p, q, gap), part.corners);
 }
 
 double border_rounding(const Solid& p, const Solid& q, double gap) {

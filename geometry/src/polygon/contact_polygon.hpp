@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <span>
 
+#include "numeric/floating_point.hpp"
 #include "numeric/small_vector.hpp"
 #include "polygon/contact_plane.hpp"
 #include "shape/solid.hpp"
@@ -16,6 +17,8 @@ struct SharedCorner {
   Vector2 place;
   double height_p = 0.0, height_q = 0.0;
   Feature feature_p, feature_q;
+  /// Of two crossed sides, as laid: how far the shorter one reaches across the longer, m.
+  double across = kInfinity;
   double share = 0.0;  ///< of the shared area, m2
 };
 using SharedCorners = SmallVector<SharedCorner, 32>;

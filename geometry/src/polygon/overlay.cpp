@@ -1,15 +1,23 @@
 #include "polygon/overlay.hpp"
 
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 
 #include "numeric/floating_point.hpp"
 #include "polygon/cross2.hpp"
+#include "simd/sse2.hpp"
 
 namespace quoin::geometry {
 namespace {
 
-/// Up to so many pairs of sides, all are compared: their table needs no heap.
-constexpr std::size_t kFewPairs = 128;
+/// Up to so many sides, those that a corner lies left of are bits of a number; up to so many pairs
+/// of sides, all are compared.
+constexpr std::size_t kTableSides = 64, kFewPairs = 64;
+/// Of eps times the size of what is laid: by less a table of turns is off.
+constexpr double kTableRounding = 8.0;
 /// Up to so many corners, the farthest is sought among all.
 constexpr std::size_t kFewCorners = 8;
 
@@ -17,8 +25,7 @@ constexpr std::size_t kFewCorners = 8;
 /// without length.
 struct LaidSide {
   Vector2 from, line;
-  double length;     // m
-  double low, high;  // its extent along u, m
+  double length;  // m
 };
 using Sides = SmallVector<LaidSide, 32>;
 
@@ -43,33 +50,24 @@ struct Laid {
   double low = kInfinity, high = -kInfinity;  // least and greatest height
   double extent = 0.0;                        // no coordinate of a corner is larger, m
   Sides sides;
-  Standings standings;  // of its corners, against the other
 
   Laid(const ProjectedFeature& laid, double rounding)
       : feature(laid), beside(is_polygon() ? kBesideBorder * rounding : rounding) {
     const std::size_t n = feature.corners.size();
     sides.resize(n);
-    standings.resize(n);
     for (std::size_t k = 0; k < n; ++k) {
       const ProjectedCorner& corner = feature.corners[k];
-      extent = std::max(extent, corner.place.cwiseAbs().maxCoeff());
+      extent = std::max({extent, std::abs(corner.place.x()), std::abs(corner.place.y())});
       low = std::min(low, corner.height);
       high = std::max(high, corner.height);
-      standings[k] = {};
-      LaidSide& side = sides[k];
-      side.from = corner.place;
-      side.line = feature.corners[next(k)].place - corner.place;
-      side.length = side.line.norm();
-      const double end = feature.corners[next(k)].place.x();
-      side.low = std::min(corner.place.x(), end) - kBesideBorder * rounding;
-      side.high = std::max(corner.place.x(), end);
+      const Vector2 line = place(next(k)) - corner.place;
+      sides[k] = {corner.place, line, line.norm()};
     }
   }
+  std::size_t size() const { return sides.size(); }
   bool is_polygon() const { return feature.corners.size() > 2; }
   std::size_t next(std::size_t k) const { return k + 1 < feature.corners.size() ? k + 1 : 0; }
   const Vector2& place(std::size_t k) const { return feature.corners[k].place; }
-  /// The sides that may cross others: of an edge the one, of a vertex none.
-  std::size_t crossing_sides() const { return is_polygon() ? sides.size() : sides.size() - 1; }
   bool covers(const Standing& corner) const {
     return corner.beside ? !corner.outside : is_polygon() && corner.within && !corner.outside;
   }
@@ -93,88 +91,164 @@ double turn(const LaidSide& side, const Vector2& place) {
   return cross2(side.line, place - side.from);
 }
 
+/// What a length is divided by instead of 0, m.
+constexpr double kShortestSide = std::numeric_limits<double>::min();
+
+using Two = double __attribute__((vector_size(16)));
+
+/// A bit for each number above its limit.
+unsigned above(const Two& numbers, const Two& limits) {
+#ifdef QUOIN_SSE2
+  return static_cast<unsigned>(_mm_movemask_pd(_mm_cmpgt_pd(numbers, limits)));
+#else
+  return (numbers[0] > limits[0] ? 1u : 0u) | (numbers[1] > limits[1] ? 2u : 0u);
+#endif
+}
+
+/// The corners of a polygon against all sides of another one, of at most 64.
+struct Table {
+  SmallVector<std::uint64_t, 32> left;  // of corner k: a bit for each side that it lies left of
+  std::uint64_t all = 0;                // the bits of a corner inside
+  bool clear = true;          // each corner lies off the line of each side by more than the slack
+  double margin = kInfinity;  // m, least over the sides of how far the farthest corner lies inside
+
+  Table(const Laid& corners, const Laid& on, double slack) : all(~0ull >> (64 - on.size())) {
+    left.resize(corners.size());
+    std::fill(left.begin(), left.end(), 0);
+    for (std::size_t first = 0; first < on.size(); first += 2) stand(corners, on, slack, first);
+  }
+
+ private:
+  /// Against two sides; the last one stands for one that is none.
+  void stand(const Laid& corners, const Laid& on, double slack, std::size_t first) {
+    const double span = 2.0 * (on.extent + corners.extent);  // no step is longer
+    const LaidSide &s = on.sides[first], &t = on.sides[std::min(first + 1, on.size() - 1)];
+    const Two line_x{s.line.x(), t.line.x()}, line_y{s.line.y(), t.line.y()};
+    const Two base{cross2(s.line, s.from), cross2(t.line, t.from)};
+    const Two off{slack * std::max(s.length, span), slack * std::max(t.length, span)};
+    Two farthest{-kInfinity, -kInfinity};
+    unsigned off_lines = 3;
+    for (std::size_t k = 0; k < corners.size(); ++k) {
+      const Vector2& at = corners.place(k);
+      const Two turned = line_x * Two{at.y(), at.y()} - line_y * Two{at.x(), at.x()} - base;
+      farthest = turned > farthest ? turned : farthest;
+      const unsigned inside = above(turned, off);
+      off_lines &= inside | above(-off, turned);
+      left[k] |= static_cast<std::uint64_t>(inside) << first;
+    }
+    clear = clear && off_lines == 3u;
+    margin = std::min({margin, farthest[0] / std::max(s.length, kShortestSide),
+                       farthest[1] / std::max(t.length, kShortestSide)});
+  }
+};
+
 struct Crossing {
   std::size_t i, j;
   double share;  // of the way along P's side
 };
 
-/// Two laid features over each other. Only sides whose extents along u meet are compared: others
-/// neither cross, nor come near each other's ends, nor lie below them.
+/// Two laid features over each other.
 class Overlay {
  public:
   Overlay(const ProjectedFeature& p, const ProjectedFeature& q, double rounding)
-      : p_(p, rounding), q_(q, rounding), rounding_(rounding) {
-    polygons_ = p_.is_polygon() && q_.is_polygon();
-    if (p_.sides.size() * q_.sides.size() <= kFewPairs) {
-      compare_all();
-    } else {
-      sweep();
-    }
-  }
+      : p_(p, rounding), q_(q, rounding), rounding_(rounding) {}
 
-  void append(SharedCorners& corners) const {
-    for (std::size_t i = 0; i < p_.sides.size(); ++i) {
-      if (q_.covers(p_.standings[i])) add_corner_of_p(i, corners);
+  /// Returns how far they reach over each other (overlap_margin) where that is known, else NaN.
+  double append(SharedCorners& corners) {
+    if (polygons_ && std::max(p_.size(), q_.size()) <= kTableSides) {
+      const double least = kTableRounding * kEpsilon * (p_.extent + q_.extent);
+      const double slack = std::max(kBesideBorder * rounding_, least);
+      const Table of_p(p_, q_, slack), of_q(q_, p_, slack);
+      (of_p.clear && of_q.clear) ? walk(of_p, of_q, corners) : compare(corners);
+      return std::min(of_p.margin, of_q.margin);
     }
-    for (std::size_t j = 0; j < q_.sides.size(); ++j) {
-      if (p_.covers(q_.standings[j])) add_corner_of_q(j, corners);
-    }
-    for (const Crossing& crossing : crossings_) add_crossing(crossing, corners);
+    compare(corners);
+    return std::numeric_limits<double>::quiet_NaN();
   }
 
  private:
-  /// All corners of one against all sides of the other, which clear ones need alone.
-  void compare_all() {
-    SmallVector<double, kFewPairs> turns_p, turns_q;  // of corner k against side l: k * sides + l
-    stand(q_, p_, turns_p);
-    stand(p_, q_, turns_q);
-    const std::size_t n = p_.sides.size(), m = q_.sides.size();
-    for (std::size_t i = 0; i < p_.crossing_sides(); ++i) {
-      for (std::size_t j = 0; j < q_.crossing_sides(); ++j) {
-        add_if_crossed(i, j, turns_p[i * m + j], turns_p[p_.next(i) * m + j], turns_q[j * n + i],
-                       turns_q[q_.next(j) * n + i]);
+  /// Where rounding decides nothing: round P's border, and round Q's where P's is outside. In the
+  /// order of the border if both are convex.
+  void walk(const Table& of_p, const Table& of_q, SharedCorners& corners) const {
+    std::uint64_t shown = 0;  // of Q's corners
+    const auto add_from = [&](std::size_t j) {
+      for (; (of_q.left[j] & of_q.all) == of_q.all && (shown >> j & 1) == 0; j = q_.next(j)) {
+        shown |= std::uint64_t{1} << j;
+        add_corner_of_q(j, corners);
       }
+    };
+    for (std::size_t i = 0; i < p_.size(); ++i) {
+      const std::size_t after = p_.next(i);
+      const std::uint64_t from = of_p.left[i] & of_p.all, to = of_p.left[after] & of_p.all;
+      if (from == of_p.all) add_corner_of_p(i, corners);
+      const auto add_crossings = [&](std::uint64_t passed, bool leaves) {
+        for (; passed != 0; passed &= passed - 1) {
+          const auto j = static_cast<std::size_t>(std::countr_zero(passed));
+          if (((of_q.left[j] ^ of_q.left[q_.next(j)]) >> i & 1) == 0) continue;
+          const double here = turn(q_.sides[j], p_.place(i)),
+                       there = turn(q_.sides[j], p_.place(after));
+          add_crossing({i, j, here / (here - there)}, corners);
+          if (leaves) add_from(q_.next(j));
+        }
+      };
+      add_crossings(~from & to, false);
+      add_crossings(from & ~to, true);
     }
+    for (std::size_t j = 0; j < q_.size(); ++j) add_from(j);
   }
-  void stand(const Laid& on, Laid& corners, SmallVector<double, kFewPairs>& turns) const {
-    const std::size_t count = on.sides.size();
-    const double span = 2.0 * (on.extent + corners.extent);  // no step is longer
-    turns.resize(corners.sides.size() * count);
-    for (std::size_t k = 0; k < corners.sides.size(); ++k) {
-      const Vector2& at = corners.place(k);
-      double inside = kInfinity, outside = kInfinity;
-      for (std::size_t l = 0; l < count; ++l) {
-        const LaidSide& side = on.sides[l];
-        const double turned = turns[k * count + l] = turn(side, at);
-        inside = std::min(inside, turned - on.beside * side.length);
-        outside = std::min(outside, turned + rounding_ * std::max(side.length, span));
-      }
-      Standing& standing = corners.standings[k];
-      standing.within = inside > 0.0;
-      standing.outside = polygons_ && outside < 0.0;
-      if (standing.within || standing.outside) continue;
-      for (std::size_t l = 0; l < count; ++l) {
-        place(on.sides[l], on.place(on.next(l)), at, turns[k * count + l], on.beside, standing);
-      }
+
+  /// Side by side.
+  void compare(SharedCorners& corners) {
+    stand_p_.resize(p_.size());
+    stand_q_.resize(q_.size());
+    std::fill(stand_p_.begin(), stand_p_.end(), Standing{});
+    std::fill(stand_q_.begin(), stand_q_.end(), Standing{});
+    (p_.size() * q_.size() <= kFewPairs) ? compare_all() : sweep();
+    for (std::size_t i = 0; i < p_.size(); ++i) {
+      if (q_.covers(stand_p_[i])) add_corner_of_p(i, corners);
+    }
+    for (std::size_t j = 0; j < q_.size(); ++j) {
+      if (p_.covers(stand_q_[j])) add_corner_of_q(j, corners);
+    }
+    for (const Crossing& crossing : crossings_) add_crossing(crossing, corners);
+  }
+  void compare_all() {
+    for (std::size_t i = 0; i < p_.size(); ++i) {
+      for (std::size_t j = 0; j < q_.size(); ++j) compare(i, j);
     }
   }
 
+  /// The extent of a side along u: only sides whose extents meet are compared. Others neither
+  /// cross, nor come near each other's ends, nor lie below them.
+  struct Extent {
+    double low, high;
+  };
+  using Extents = SmallVector<Extent, 32>;
+  void find_extents(const Laid& laid, Extents& extents) const {
+    for (const LaidSide& side : laid.sides) {
+      const auto [low, high] = std::minmax({side.from.x(), side.from.x() + side.line.x()});
+      extents.push_back({low - 2.0 * kBesideBorder * rounding_, high});
+    }
+  }
   /// Along u: a side that begins is compared with those of the other that have not ended.
   void sweep() {
+    Extents of_p, of_q;
+    find_extents(p_, of_p);
+    find_extents(q_, of_q);
     SmallVector<std::size_t, 64> order_p, order_q, open_p, open_q;
-    sort_by_begin(p_.sides, order_p);
-    sort_by_begin(q_.sides, order_q);
+    sort_by_begin(of_p, order_p);
+    sort_by_begin(of_q, order_q);
     for (std::size_t i = 0, j = 0; i < order_p.size() || j < order_q.size();) {
-      const bool of_p = j == order_q.size() || (i < order_p.size() && p_.sides[order_p[i]].low <=
-                                                                          q_.sides[order_q[j]].low);
-      if (of_p) {
+      const bool takes_p = j == order_q.size() ||
+                           (i < order_p.size() && of_p[order_p[i]].low <= of_q[order_q[j]].low);
+      if (takes_p) {
         const std::size_t side = order_p[i++];
-        drop_ended(q_.sides, p_.sides[side].low, open_q);
+        drop_ended(of_q, of_p[side].low, open_q);
         for (const std::size_t other : open_q) compare(side, other);
         open_p.push_back(side);
       } else {
         const std::size_t side = order_q[j++];
-        drop_ended(p_.sides, q_.sides[side].low, open_p);
+        drop_ended(of_p, of_q[side].low, open_p);
         for (const std::size_t other : open_p) compare(other, side);
         open_q.push_back(side);
       }
@@ -183,13 +257,13 @@ class Overlay {
       return std::pair(x.i, x.j) < std::pair(y.i, y.j);
     });
   }
-  static void sort_by_begin(const Sides& sides, SmallVector<std::size_t, 64>& order) {
+  static void sort_by_begin(const Extents& sides, SmallVector<std::size_t, 64>& order) {
     for (std::size_t k = 0; k < sides.size(); ++k) order.push_back(k);
     std::sort(order.begin(), order.end(), [&](std::size_t k, std::size_t l) {
       return std::pair(sides[k].low, k) < std::pair(sides[l].low, l);
     });
   }
-  static void drop_ended(const Sides& sides, double low, SmallVector<std::size_t, 64>& open) {
+  static void drop_ended(const Extents& sides, double low, SmallVector<std::size_t, 64>& open) {
     std::size_t kept = 0;
     for (const std::size_t k : open) {
       if (sides[k].high >= low) open[kept++] = k;
@@ -201,16 +275,18 @@ class Overlay {
     const LaidSide &s = p_.sides[i], &t = q_.sides[j];
     const Vector2 &p_end = p_.place(p_.next(i)), &q_end = q_.place(q_.next(j));
     const double p_from = turn(t, s.from), q_from = turn(s, t.from);
-    place(t, q_end, s.from, p_from, q_.beside, p_.standings[i]);
-    place(s, p_end, t.from, q_from, p_.beside, q_.standings[j]);
-    add_if_crossed(i, j, p_from, turn(t, p_end), q_from, turn(s, q_end));
-  }
-  /// `p_from`: turn of the first end of P's side against Q's, and so on.
-  void add_if_crossed(std::size_t i, std::size_t j, double p_from, double p_to, double q_from,
-                      double q_to) {
-    if (!parts(p_from, p_to, rounding_ * q_.sides[j].length)) return;
-    if (!parts(q_from, q_to, rounding_ * p_.sides[i].length)) return;
+    place(t, q_end, s.from, p_from, q_.beside, stand_p_[i]);
+    place(s, p_end, t.from, q_from, p_.beside, stand_q_[j]);
+    const bool sides = i < crossing_sides(p_) && j < crossing_sides(q_);
+    if (!sides) return;
+    const double p_to = turn(t, p_end);
+    if (!parts(p_from, p_to, rounding_ * t.length)) return;
+    if (!parts(q_from, turn(s, q_end), rounding_ * s.length)) return;
     crossings_.push_back({i, j, p_from / (p_from - p_to)});
+  }
+  /// The sides that may cross others: of an edge the one, of a vertex none.
+  static std::size_t crossing_sides(const Laid& laid) {
+    return laid.is_polygon() ? laid.size() : laid.size() - 1;
   }
   /// Do both ends of a side lie on different sides of a line, by more than `slack`?
   static bool parts(double from, double to, double slack) {
@@ -255,17 +331,20 @@ class Overlay {
   /// its own crossing would be.
   void add_crossing(const Crossing& at, SharedCorners& corners) const {
     const ProjectedCorner &from = p_.feature.corners[at.i], &to = p_.feature.corners[p_.next(at.i)];
-    const Vector2 place = from.place + at.share * (to.place - from.place);
+    const LaidSide &s = p_.sides[at.i], &t = q_.sides[at.j];
+    const Vector2 place = from.place + at.share * s.line;
     corners.push_back({place,
                        from.height + at.share * (to.height - from.height),
                        q_.height_along(at.j, place),
                        {FeatureKind::Edge, from.edge},
-                       {FeatureKind::Edge, q_.feature.corners[at.j].edge}});
+                       {FeatureKind::Edge, q_.feature.corners[at.j].edge},
+                       std::abs(cross2(s.line, t.line)) / std::max(s.length, t.length)});
   }
 
   Laid p_, q_;
   double rounding_;
-  bool polygons_ = false;
+  bool polygons_ = p_.is_polygon() && q_.is_polygon();
+  Standings stand_p_, stand_q_;  // of the corners, against the other
   SmallVector<Crossing, 32> crossings_;
 };
 
@@ -338,7 +417,7 @@ double outside(const ProjectedFeature& patch, const Vector2& place) {
   const Vector2& first = patch.corners[0].place;
   if (patch.corners.size() <= 2) {
     const Vector2 line = patch.corners[patch.corners.size() - 1].place - first;
-    return std::sqrt(squared_distance({first, line, line.norm(), 0.0, 0.0}, place - first));
+    return std::sqrt(squared_distance({first, line, line.norm()}, place - first));
   }
   double worst = 0.0;
   for (std::size_t k = 0; k < patch.corners.size(); ++k) {
@@ -352,6 +431,12 @@ double outside(const ProjectedFeature& patch, const Vector2& place) {
 void append_shared_corners(const ProjectedFeature& p, const ProjectedFeature& q, double rounding,
                            SharedCorners& corners) {
   Overlay(p, q, rounding).append(corners);
+}
+
+double lay_over(const ProjectedFeature& p, const ProjectedFeature& q, double rounding,
+                SharedCorners& corners) {
+  const double margin = Overlay(p, q, rounding).append(corners);
+  return std::isnan(margin) ? overlap_margin(p, q) : margin;
 }
 
 double overlap_margin(const ProjectedFeature& p, const ProjectedFeature& q) {

@@ -11,6 +11,11 @@ namespace quoin::geometry {
 void append_shared_corners(const ProjectedFeature& p, const ProjectedFeature& q, double rounding,
                            SharedCorners& corners);
 
+/// The same, and returns overlap_margin of the two: nearly for nothing. Between two polygons no
+/// corner of which lies within rounding of the other's border, the corners come in order.
+double lay_over(const ProjectedFeature& p, const ProjectedFeature& q, double rounding,
+                SharedCorners& corners);
+
 /// How far one feature could be shifted in the plane before the two part, m: the distance of the
 /// origin from the border of their Minkowski difference; negative: a bound of how far they are
 /// apart. In time O(n + m), by rotating calipers [Toussaint 1983].
