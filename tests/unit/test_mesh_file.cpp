@@ -1,4 +1,6 @@
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <quoin/geometry/mass_properties.hpp>
@@ -105,6 +107,45 @@ f -2 -4 -1
              WithinRel(1.0 / 6, 1e-12));
   CHECK_THAT(geometry::mass_properties(convex_block(blocks[1], -1)).volume,
              WithinRel(1.0 / 3, 1e-12));
+}
+
+TEST_CASE("a solid whose coordinates have six digits is as convex as these tell") {
+  constexpr int kSides = 12;
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(0.7, geometry::Vector3(1, 2, 3).normalized()).toRotationMatrix();
+  const auto prism = [&](const char* format) {
+    std::string text = "o prism\n";
+    for (int i = 0; i < 2 * kSides; ++i) {
+      const double angle = 2 * M_PI * (i % kSides) / kSides;
+      const geometry::Vector3 place =
+          geometry::Vector3(80, -45, 60) +
+          turn * geometry::Vector3(std::cos(angle), std::sin(angle), i / kSides);
+      char line[99];
+      std::snprintf(line, sizeof line, format, place.x(), place.y(), place.z());
+      text += line;
+    }
+    std::string bottom = "f", top = "f";
+    for (int i = 0; i < kSides; ++i) {
+      const int next = (i + 1) % kSides;
+      bottom += " " + std::to_string(kSides - i);
+      top += " " + std::to_string(kSides + i + 1);
+      for (const int corner : {i, next, next + kSides, i + kSides}) {
+        text += (corner == i ? "f " : " ") + std::to_string(corner + 1);
+      }
+      text += "\n";
+    }
+    return TemporaryFile("quoin_six_digits.obj", text + bottom + "\n" + top + "\n");
+  };
+  const TemporaryFile six = prism("v %.6g %.6g %.6g\n");
+  MeshBlock mesh = read(six.path())[0];
+  CHECK_THAT(mesh.rounding, WithinRel(0.5e-4, 1e-12));
+  CHECK_THAT(geometry::mass_properties(convex_block(mesh, -1)).volume,
+             WithinAbs(6 * std::sin(M_PI / 6), 1e-3));
+  CHECK_THROWS_WITH(convex_block(mesh, 1e-6), ContainsSubstring("is not convex"));
+  mesh.vertices.col(0) += 1e-2 * turn.col(2);  // a dent that no rounding explains
+  CHECK_THROWS_WITH(convex_block(mesh, -1), ContainsSubstring("is not convex"));
+  const TemporaryFile doubles = prism("v %.17g %.17g %.17g\n");
+  CHECK(read(doubles.path())[0].rounding == 0.0);
 }
 
 TEST_CASE("files of other programs: two boxes that share an edge and a part of a face") {

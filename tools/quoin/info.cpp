@@ -165,6 +165,7 @@ int info(const InfoArguments& arguments) {
       arguments.file, scene_file::mesh_format(arguments.file, arguments.format));
   for (MeshBlock& mesh : meshes) {
     mesh.vertices *= length_of(arguments.units);
+    mesh.rounding *= length_of(arguments.units);
   }
   if (arguments.supports == "lowest_course") {
     scene_file::mark_lowest_course(meshes);

@@ -87,7 +87,10 @@ std::string text(double value) {
 geometry::Shape convex_block(const MeshBlock& mesh, double tolerance) {
   const geometry::Hull hull = geometry::make_hull(mesh.vertices);
   const geometry::Box& box = hull.polyhedron.box();
-  const double limit = tolerance < 0 ? 1e-6 * (box.max - box.min).norm() : tolerance;
+  // Corners of a plane face that are rounded by r each way lie within sqrt(3) r of it, and so does
+  // the face of their hull.
+  const double least = std::max(1e-6 * (box.max - box.min).norm(), 4 * mesh.rounding);
+  const double limit = tolerance < 0 ? least : tolerance;
   const double deep = greatest_depth(mesh, planes(hull.polyhedron));
   if (deep > limit) {
     throw geometry::InputError("is not convex: its surface lies " + text(deep) +

@@ -1,6 +1,7 @@
 #include "scene_file/mesh_file.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <limits>
 
@@ -10,6 +11,18 @@ namespace quoin::scene_file {
 namespace {
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+
+/// Half a unit of the last digit that the largest coordinate has. Fewer digits than files of
+/// programs have are exact numbers, more are doubles.
+double rounding_of(const Surface& surface) {
+  constexpr int kFewest = 5, kMost = 12;
+  double largest = 0.0;
+  for (const std::array<double, 3>& place : surface.places) {
+    for (const double x : place) largest = std::max(largest, std::abs(x));
+  }
+  if (surface.digits < kFewest || surface.digits > kMost || !(largest > 0.0)) return 0.0;
+  return 0.5 * std::pow(10.0, std::floor(std::log10(largest)) + 1 - surface.digits);
+}
 
 std::vector<MeshBlock> blocks_of_text(std::string_view text, MeshFormat format) {
   if (format == MeshFormat::Compas) {
@@ -22,7 +35,9 @@ std::vector<MeshBlock> blocks_of_text(std::string_view text, MeshFormat format) 
   if (surface.face_ends.empty()) {
     throw MeshError("holds no faces");
   }
-  return blocks_of(surface);
+  std::vector<MeshBlock> blocks = blocks_of(surface);
+  for (MeshBlock& block : blocks) block.rounding = rounding_of(surface);
+  return blocks;
 }
 
 }  // namespace

@@ -14,6 +14,7 @@ struct MeshBlock {
   geometry::Points vertices{};            ///< 3 × n, file units; places all different
   std::vector<std::vector<int>> faces{};  ///< columns of `vertices`, either orientation
   bool is_support = false;
+  double rounding = 0.0;  ///< of a coordinate as the file writes it, file units; 0: not known
 };
 
 /// What a mesh file says that can't be worked with: line or element, value, limit.
@@ -42,8 +43,8 @@ double unit_length(const std::string& name);
 void mark_lowest_course(std::vector<MeshBlock>& meshes);
 
 /// The convex hull of the mesh. Throws geometry::InputError when the surface of the mesh lies
-/// deeper than `tolerance` (m) below that hull, or does not enclose it. `tolerance` < 0: 1e-6 of
-/// the diameter.
+/// deeper than `tolerance` (m) below that hull, or does not enclose it. `tolerance` < 0: the larger
+/// of 1e-6 of the diameter and 4 times the rounding of a coordinate.
 geometry::Shape convex_block(const MeshBlock& mesh, double tolerance);
 
 }  // namespace quoin::scene_file

@@ -337,10 +337,26 @@ long Lines::integer(std::size_t i) const {
   return value;
 }
 
-std::array<double, 3> Lines::place(std::size_t first) const {
+namespace {
+
+/// Of a decimal with a point: from the first that is not 0, before an exponent. 0: a whole number.
+int significant_digits(std::string_view word) {
+  word = word.substr(0, word.find_first_of("eE"));
+  if (word.find('.') == std::string_view::npos) return 0;
+  word.remove_prefix(std::min(word.find_first_of("123456789"), word.size()));
+  return static_cast<int>(
+      std::count_if(word.begin(), word.end(), [](char c) { return c >= '0' && c <= '9'; }));
+}
+
+}  // namespace
+
+std::array<double, 3> Lines::place(std::size_t first) {
   if (words_.size() < first + 3) {
     fail("three coordinates expected, " +
          std::to_string(words_.size() - std::min(first, words_.size())) + " given");
+  }
+  for (std::size_t i = first; i < first + 3; ++i) {
+    digits_ = std::max(digits_, significant_digits(words_[i]));
   }
   return {real(first), real(first + 1), real(first + 2)};
 }

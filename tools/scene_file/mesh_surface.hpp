@@ -16,6 +16,7 @@ struct Surface {
   std::vector<std::size_t> face_ends{};         ///< in `corners`
   std::vector<int> face_group{};                ///< of each face
   std::vector<std::string> groups{};            ///< names; "" for one without
+  int digits = 0;                               ///< significant ones of places; 0: not decimals
 };
 
 /// One block for each closed surface of each group. Places that are the same to the bit are one
@@ -42,7 +43,8 @@ class Lines {
   /// Word `i`, up to a '/', as a whole number.
   long integer(std::size_t i) const;
   /// Words `first` … `first` + 2 as a place.
-  std::array<double, 3> place(std::size_t first) const;
+  std::array<double, 3> place(std::size_t first);
+  int digits() const { return digits_; }  ///< most significant digits of a decimal of a place
 
  private:
   bool append_words();
@@ -51,6 +53,7 @@ class Lines {
   std::vector<std::string_view> words_;
   int number_ = 0;
   int read_ = 0;
+  int digits_ = 0;
 };
 
 /// A word of a file as it may stand in a message: short, without control characters.

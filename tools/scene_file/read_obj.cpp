@@ -22,6 +22,7 @@ class ObjReader {
         read_name(word == "o");
       }
     }
+    surface_.digits = lines_.digits();
     return std::move(surface_);
   }
 

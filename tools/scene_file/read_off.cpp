@@ -73,6 +73,7 @@ Surface read_off(std::string_view text) {
     need_line("face " + std::to_string(i) + " of " + std::to_string(faces));
     read_face(lines, surface);
   }
+  surface.digits = lines.digits();
   return surface;
 }
 

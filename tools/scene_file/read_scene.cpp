@@ -419,6 +419,7 @@ class Reader {
     std::vector<MeshBlock> meshes = read_meshes(value, pointer);
     for (MeshBlock& mesh : meshes) {
       mesh.vertices *= unit_of(value);
+      mesh.rounding *= unit_of(value);
     }
     mark_supports(value, pointer, meshes);
     const bool held = std::any_of(meshes.begin(), meshes.end(),

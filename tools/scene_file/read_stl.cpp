@@ -100,6 +100,7 @@ Surface read_ascii(std::string_view text) {
   if (corners != 0) {
     lines.fail("the file ends within a facet");
   }
+  surface.digits = lines.digits();
   return surface;
 }
 
