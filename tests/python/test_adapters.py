@@ -82,6 +82,8 @@ class Meshes(unittest.TestCase):
     def test_there_and_back(self):
         vertices, triangles = quoin.adapters.mesh_of(quoin.Body(LOWER, (np.eye(3), [0, 0, 7])))
         self.assertEqual((vertices.shape, triangles.shape), ((8, 3), (12, 3)))
+        points, cells = quoin.adapters.vtk_of(LOWER)
+        self.assertEqual((points.shape, len(cells), set(cells[::5])), ((8, 3), 30, {4}))
         shape = quoin.adapters.shape_of(types.SimpleNamespace(vertices=vertices, faces=triangles))
         self.assertAlmostEqual(shape.volume, 2.0)
         self.assertEqual(len(shape.faces), 6)

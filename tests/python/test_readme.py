@@ -1,9 +1,12 @@
 """The Python that the README shows prints what it says there."""
 import contextlib
 import io
+import os
 import pathlib
 import re
 import sys
+
+import quoin
 
 text = (pathlib.Path(sys.argv[1]) / "README.md").read_text(encoding="utf-8")
 shown = re.findall(r"```python\n(.*?)```\n\nprints\n\n```\n(.*?)```", text, re.S)
@@ -15,4 +18,7 @@ for code, expected in shown:
         exec(code, {})
     if said.getvalue() != expected:
         sys.exit(f"README.md says\n{expected}\nand its Python\n{said.getvalue()}")
+os.chdir(sys.argv[1])
+for code in re.findall(r"```python\n(.*?)```", pathlib.Path("tools/python/README.md").read_text(encoding="utf-8"), re.S):
+    exec(code, {"quoin": quoin})
 print("README.md's Python prints what it says")

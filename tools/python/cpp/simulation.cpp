@@ -150,6 +150,8 @@ class Simulation {
     return report;
   }
 
+  double time() const { return time_; }
+  long step_count() const { return step_count_; }
   const solver::State& state() const { return simulation_->state(); }
   const solver::Scene& scene() const { return simulation_->scene(); }
   py::array_t<BlockRow> blocks() const { return blocks_; }
@@ -259,6 +261,8 @@ class Simulation {
   void show() {
     const solver::State& now = state();
     BlockRow* row = rows_;
+    time_ = now.time;
+    step_count_ = now.step;
     for (const solver::BlockState& block : now.blocks) {
       copy(row->centroid, now.origin + block.centroid);
       const double rotation[] = {block.rotation.w(), block.rotation.x(), block.rotation.y(),
@@ -299,6 +303,8 @@ class Simulation {
   std::optional<solver::Simulation> simulation_;
   py::array_t<BlockRow> blocks_;
   BlockRow* rows_ = nullptr;
+  double time_ = 0.0;  ///< with the rows: of the last whole step, while another thread steps, too
+  long step_count_ = 0;
   std::atomic_flag busy_{};
 };
 
@@ -420,10 +426,8 @@ void bind_report(py::module_& module) {
 }
 
 void bind_state(py::class_<Simulation>& simulation) {
-  simulation
-      .def_property_readonly(
-          "time", [](const Simulation& s) { return s.state().time; }, "s")
-      .def_property_readonly("step_count", [](const Simulation& s) { return s.state().step; })
+  simulation.def_property_readonly("time", &Simulation::time, "s")
+      .def_property_readonly("step_count", &Simulation::step_count)
       .def_property_readonly(
           "blocks", &Simulation::blocks,
           "One row a block, a read-only view that follows the steps: centroid (m), rotation "

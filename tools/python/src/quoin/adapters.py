@@ -2,7 +2,7 @@
 
 COMPAS: assemblies (1.x) and models (2.x), by file, JSON text, dict or object; results as interfaces with the
 attributes that compas_assembly, compas_cra and compas_dem read. trimesh: anything with `vertices` and `faces`.
-VTK files: Simulation.to_vtk().
+VTK: vtk_of() in memory; files by Simulation.to_vtk().
 """
 import json
 import os
@@ -26,6 +26,13 @@ def mesh_of(solid):
     shape = solid.shape if isinstance(solid, _quoin.Body) else solid
     triangles = [(face[0], face[i], face[i + 1]) for face in shape.faces for i in range(1, len(face) - 1)]
     return np.array(solid.vertices), np.array(triangles)
+
+
+def vtk_of(solid):
+    """(points (n, 3), cells (m,)) of a Shape or a Body: its polygons as size, indices, size, ..., as VTK has them and
+    pyvista.PolyData(*vtk_of(solid)) takes them."""
+    shape = solid.shape if isinstance(solid, _quoin.Body) else solid
+    return np.array(solid.vertices), np.concatenate([[len(face), *face] for face in shape.faces])
 
 
 def _is_json(text):
