@@ -24,6 +24,32 @@ function(quoin_library component)
   install(TARGETS ${target} EXPORT quoin_${component} FILE_SET HEADERS)
   install(EXPORT quoin_${component} NAMESPACE quoin:: FILE quoin_${component}.cmake
     DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/quoin)
+  quoin_pkg_config(${component} ${arg_PUBLIC} ${arg_PRIVATE})
+endfunction()
+
+# quoin_pkg_config(<component> <what it links>…): quoin-<component>.pc, if all of that has pkg-config files. What
+# is private, too, is required: the libraries are static by default.
+function(quoin_pkg_config component)
+  set(target quoin_${component})
+  string(REPLACE _ - name ${target})
+  foreach(linked ${ARGN})
+    if(linked STREQUAL Threads::Threads)
+      set(threads -pthread)
+    elseif(linked STREQUAL Eigen3::Eigen)
+      list(APPEND requires eigen3)
+    elseif(linked MATCHES "^quoin::(.*)")
+      string(REPLACE _ - own quoin-${CMAKE_MATCH_1})
+      list(APPEND requires ${own})
+    elseif(linked MATCHES "^(fcl|ccd)$")
+      list(APPEND requires ${linked})
+    else()
+      return()
+    endif()
+  endforeach()
+  list(JOIN requires ", " requires)
+  file(RELATIVE_PATH to_prefix /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
+  configure_file(${PROJECT_SOURCE_DIR}/tools/cmake/quoin.pc.in ${PROJECT_BINARY_DIR}/package/${name}.pc @ONLY)
+  install(FILES ${PROJECT_BINARY_DIR}/package/${name}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 endfunction()
 
 # quoin_precompile(<target> <header>…): what most sources of a large target include is compiled once. Not
