@@ -19,6 +19,7 @@ for code, expected in shown:
     if said.getvalue() != expected:
         sys.exit(f"README.md says\n{expected}\nand its Python\n{said.getvalue()}")
 os.chdir(sys.argv[1])
-for code in re.findall(r"```python\n(.*?)```", pathlib.Path("tools/python/README.md").read_text(encoding="utf-8"), re.S):
+own = pathlib.Path("tools/python/README.md").read_text(encoding="utf-8")
+for code in re.findall(r"```python\n(.*?)```", own, re.S):
     exec(code, {"quoin": quoin})
 print("README.md's Python prints what it says")

@@ -202,6 +202,19 @@ class Statics(unittest.TestCase):
         self.assertFalse(quoin.equilibrium(cube_scene(), live=push, largest=1.0).limited)
 
 
+class Limits(unittest.TestCase):
+    def test_both_sides_are_proved(self):
+        found = quoin.limit(cube_scene(), "tilt=0:60", tolerance=1e-3)
+        self.assertIsNone(found["why"])
+        self.assertAlmostEqual(found["stands"]["value"], 30.0, delta=0.05)
+        self.assertLess(found["stands"]["value"], found["falls"]["value"])
+        self.assertEqual(found["certificates"]["falls"]["certificate"], "falls")
+        with self.assertRaisesRegex(quoin.InputError, "WHAT=FROM:TO"):
+            quoin.limit(cube_scene(), "tilt")
+        with self.assertRaisesRegex(quoin.InputError, "density"):
+            quoin.limit(cube_scene(), "tilt=0:60", changes=["/materials/rock/density=-1"])
+
+
 class Pages(unittest.TestCase):
     def test_files_and_pages(self):
         simulation = quoin.Simulation(cube_scene(height=0.01), time_step=0.01)

@@ -8,7 +8,7 @@ from . import adapters, plot
 from ._quoin import (Bodies, Body, ContactFinder, Equilibrium, Impact, InputError, NearestFeatures, PairBatch,
                      PairContact, RayHit, Shape, Simulation, StepReport, __version__, contacts, contains, distance,
                      equilibrium, nearest, overlap, pair_contact, ray, run, shape_faults, split, time_of_impact)
-from .scenes import Scene, read
+from .scenes import Scene, limit, read
 from .viewing import Page, Recording, view
 
 #: What the numbers of structured arrays mean: fields type, kind_a and kind_b, status, event, mode.
@@ -22,5 +22,5 @@ CONTACT_MODES = ("open", "stick", "slip")
 __all__ = ["Bodies", "Body", "CONTACT_MODES", "CONTACT_TYPES", "ContactFinder", "Equilibrium", "FEATURE_KINDS",
            "Impact", "InputError", "NearestFeatures", "PAIR_EVENTS", "PAIR_STATUSES", "Page", "PairBatch",
            "PairContact", "RayHit", "Recording", "Scene", "Shape", "Simulation", "StepReport", "__version__",
-           "adapters", "contacts", "contains", "distance", "equilibrium", "nearest", "overlap", "pair_contact",
+           "adapters", "contacts", "contains", "distance", "equilibrium", "limit", "nearest", "overlap", "pair_contact",
            "plot", "ray", "read", "run", "shape_faults", "split", "time_of_impact", "view"]

@@ -1,6 +1,10 @@
 """Scenes: dicts by the schema of scene files (tools/scene.schema.json)."""
+import copy
 import json
+import os
 import pathlib
+import subprocess
+import tempfile
 
 from . import _quoin
 
@@ -47,3 +51,34 @@ def read(path):
     """The Scene of a scene file. Raises InputError and OSError."""
     path = pathlib.Path(path)
     return Scene(json.loads(_quoin._plain_json(str(path))), folder=path.parent)
+
+
+def limit(scene, vary, *, tolerance=1e-4, changes=()):
+    """How much a structure bears, with a proof on both sides: `quoin limit` as a call, and its report as a dict.
+
+    vary: "load=NAME:FROM:TO", "tilt=FROM:TO[:x|y|z]" (degrees), "strength=FROM:TO", "friction=FROM:TO" (degrees) or
+    "/json/pointer=FROM:TO". tolerance: how far apart the two proofs may be, relative. The dict has stands and falls
+    (value and residuals, or None), convex, why (None: both are proved within the tolerance) and certificates: by
+    "stands" and "falls", contact forces and mechanism (tools/guides/limit.md). Needs the command `quoin`, or the one
+    that the environment names in QUOIN. Raises InputError where it refuses the scene.
+    """
+    document = copy.deepcopy(dict(scene))
+    blocks = document.get("blocks")
+    for entry in blocks if isinstance(blocks, list) else [blocks]:
+        if isinstance(entry, dict) and "file" in entry:
+            entry["file"] = str((pathlib.Path(scene.folder) / entry["file"]).resolve())
+    with tempfile.TemporaryDirectory() as name:
+        path, out = pathlib.Path(name) / "scene.json", pathlib.Path(name) / "out"
+        path.write_text(Scene(document).to_json(), encoding="utf-8")
+        words = [os.environ.get("QUOIN", "quoin"), "limit", str(path), "--vary", vary, "--tolerance", repr(tolerance),
+                 "--out", str(out)]
+        for change in changes:
+            words += ["--set", change]
+        done = subprocess.run(words, capture_output=True, text=True)
+        if done.returncode not in (0, 1):
+            raise _quoin.InputError((done.stderr.strip() or "quoin limit").replace(f"{path}: ", "").splitlines()[-1])
+        report = json.loads((out / "limit.json").read_text(encoding="utf-8"))
+        report["certificates"] = {side: json.loads(found.read_text(encoding="utf-8")) for side in ("stands", "falls")
+                                  if (found := out / f"{side}.json").exists()}
+        del report["scene"]
+        return report
