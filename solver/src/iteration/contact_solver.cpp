@@ -24,11 +24,11 @@ constexpr int kRigidPatience = 250;
 constexpr int kFailures = 2;
 // In a step of few blocks of which any joint holds some: their exact solution costs little.
 constexpr int kFailuresOfFew = 4;
-// Of contacts whose forces the interior point method has found.
-constexpr double kInsideSoftness = 0.1;
-// From known forces instead: those that ended took 80 at most, one that went on went to 1000; an
-// attempt that fails so begins inside.
-constexpr int kWarmPatience = 200;
+// Of contacts whose forces the interior point method has found: ten times what the blocks oppose;
+// and of many blocks that deform. Iterations from known forces, likewise.
+constexpr double kInsideSoftness = 1e-4, kRedundantSoftness = 0.1;
+constexpr int kInsidePatience = 40, kRedundantPatience = 200;
+constexpr double kGoodInside = 1e-4;  // residual of forces inside that are an answer
 // Like kMostOpenClose in a loose island, whose next attempt is the proximal Newton method's,
 constexpr int kMostOpenCloseLoose = 30;
 // and where something else has failed before: of an attempt by that method that left gaps or gained
@@ -142,14 +142,8 @@ OpenCloseResult ContactSolver::iterate(const StepOptions& options, const BlockEq
   if (automatic_) {
     tuning.max_iterations = std::min(patience(contacts), tuning.max_iterations);
   }
-  OpenCloseResult result = start_inside(blocks, contacts, tuning, increment);
-  if (begins_inside(tuning) && !inside_) {
-    tuning.max_iterations = std::min(kWarmPatience, tuning.max_iterations);
-  }
-  const double change = result.change;
-  add(open_close_.solve(blocks.base, blocks.force, contacts, tuning, increment), result);
-  result.change = std::max(result.change, change);
-  return result;
+  if (begins_inside(contacts, tuning)) return solve_static(blocks, contacts, tuning, increment);
+  return open_close_.solve(blocks.base, blocks.force, contacts, tuning, increment);
 }
 
 /// By the proximal Newton method. Several processes each solve it whole.
@@ -178,33 +172,62 @@ OpenCloseResult ContactSolver::solve_whole(const BlockEquations& blocks,
   return solved;
 }
 
-/// Of problems that may begin so.
-bool ContactSolver::begins_inside(const OpenCloseOptions& tuning) const {
-  return tuning.redundant && tuning.raise && coulomb_;
+/// Statics of many blocks, in contacts that the interior point method knows.
+bool ContactSolver::begins_inside(std::span<const LinearContact> contacts,
+                                  const OpenCloseOptions& tuning) const {
+  return tuning.damped && tuning.raise && slots_->count() >= kMany &&
+         agreement_.all(std::ranges::all_of(contacts, InteriorPoint::suits)) &&
+         !agreement_.all(contacts.empty());
 }
 
-/// Where the open-close iteration would have to find the forces between many blocks that deform
-/// from nothing: those of the interior point method, and the motions that go with them, are what it
-/// begins with.
-OpenCloseResult ContactSolver::start_inside(const BlockEquations& blocks,
+/// The open-close iteration from forces that are known. Where there are none, or it is slow, the
+/// interior point method, and the open-close iteration from there. Where that is slow, too, the
+/// forces inside are taken as they are: the next pseudo-step goes by the gaps that it leaves.
+OpenCloseResult ContactSolver::solve_static(const BlockEquations& blocks,
                                             std::span<LinearContact> contacts,
-                                            OpenCloseOptions& tuning, BlockVector& increment) {
-  if (!tuning.predicted || !begins_inside(tuning)) return {};
-  const bool unknown = std::ranges::all_of(
-      contacts, [](const LinearContact& c) { return c.multiplier.isZero(0.0); });
-  if (!(afresh_ || agreement_.all(unknown)) || agreement_.all(contacts.empty())) return {};
+                                            OpenCloseOptions tuning, BlockVector& increment) {
+  OpenCloseResult result;
+  const int most = tuning.max_iterations;
+  const auto open_close = [&](int iterations) {
+    tuning.max_iterations = std::min(iterations, most - result.iterations);
+    const double change = result.change;
+    add(open_close_.solve(blocks.base, blocks.force, contacts, tuning, increment), result);
+    result.change = std::max(result.change, change);
+    return result.converged;
+  };
+  const bool unknown = agreement_.all(std::ranges::all_of(
+      contacts, [](const LinearContact& c) { return c.multiplier.isZero(0.0); }));
+  const std::vector<LinearContact> before(contacts.begin(), contacts.end());
+  const BlockVector guess = increment;
+  if (!unknown && !inexact_) {
+    if (open_close(tuning.redundant ? kRedundantPatience : kInsidePatience)) return result;
+    std::ranges::copy(before, contacts.begin());
+    increment = guess;
+  }
   const OpenCloseResult inside =
       solve_whole(blocks, contacts, [&](const BlockSystem& base, std::span<LinearContact> all) {
         InteriorPoint interior_point(*slots_, watch_);
         interior_point.use(threads_);
-        return interior_point.solve(base, blocks.force, all, tuning.max_iterations, increment);
+        const int left = most - result.iterations;
+        return interior_point.solve(base, blocks.force, all, left, increment);
       });
-  afresh_ = false;
-  inside_ = true;
-  if (!inside.converged) return inside;
-  tuning.predicted = false;
-  tuning.softness = kInsideSoftness;
-  return inside;
+  add(inside, result);
+  if (inside.converged) {
+    tuning.predicted = false;
+    tuning.softness = tuning.redundant ? kRedundantSoftness : kInsideSoftness;
+  }
+  const bool exact = tuning.redundant || !(inside.residual <= kGoodInside);
+  const std::vector<LinearContact> found(contacts.begin(), contacts.end());
+  const BlockVector moved = increment;
+  inexact_ = !open_close(exact ? most : kInsidePatience) && !exact;
+  if (!inexact_) return result;
+  std::ranges::copy(found, contacts.begin());
+  increment = moved;
+  result.change = inside.change;
+  result.residual = inside.residual;
+  result.converged = true;
+  result.closed = false;
+  return result;
 }
 
 /// Whether the proximal Newton method is to have this problem.
@@ -251,7 +274,6 @@ void ContactSolver::begin() {
 }
 
 void ContactSolver::move_on() {
-  afresh_ = false;
   checked_ = fine_ = Try::None;
   loose_ = cannot_yield_ = false;
   other_gains_ = 0.0;
@@ -260,7 +282,7 @@ void ContactSolver::move_on() {
 void ContactSolver::start(int crowd) {
   moving_contacts_.begin();
   open_close_.begin();
-  can_check_ = stays_hard_ = inside_ = false;
+  can_check_ = stays_hard_ = inexact_ = false;
   stage_ = static_cast<Stage>(crowd);
   loose_ = loose_ || stage_ == Stage::Checked;
   if (gave_up_) stage_ = Stage::Crowd;

@@ -44,9 +44,6 @@ class ContactSolver {
   Fate judge(const AttemptOutcome& outcome);
   /// Another sub-step is next.
   void move_on();
-  /// The next problem begins without the forces that contacts bore, where that is known how.
-  void begin_afresh() { afresh_ = true; }
-
   /// Of positions or velocities, as OpenClose::solve(); tuning.max_iterations is set here.
   OpenCloseResult solve(const StepOptions& options, const BlockEquations& blocks,
                         std::span<LinearContact> contacts, OpenCloseOptions tuning,
@@ -72,6 +69,8 @@ class ContactSolver {
 
   /// The proximal Newton method is at work.
   bool yielding() const { return yielding_; }
+  /// The last problem was left to the interior point method: its gaps are the next step's.
+  bool inexact() const { return inexact_; }
 
  private:
   OpenCloseResult iterate(const StepOptions& options, const BlockEquations& blocks,
@@ -79,9 +78,9 @@ class ContactSolver {
                           BlockVector& increment);
   OpenCloseResult yield(const BlockEquations& blocks, std::span<LinearContact> contacts,
                         const OpenCloseOptions& tuning, BlockVector& increment);
-  bool begins_inside(const OpenCloseOptions& tuning) const;
-  OpenCloseResult start_inside(const BlockEquations& blocks, std::span<LinearContact> contacts,
-                               OpenCloseOptions& tuning, BlockVector& increment);
+  bool begins_inside(std::span<const LinearContact> contacts, const OpenCloseOptions& tuning) const;
+  OpenCloseResult solve_static(const BlockEquations& blocks, std::span<LinearContact> contacts,
+                               OpenCloseOptions tuning, BlockVector& increment);
   template <class Solve>
   OpenCloseResult solve_whole(const BlockEquations& blocks, std::span<LinearContact> contacts,
                               const Solve& solve);
@@ -129,8 +128,7 @@ class ContactSolver {
   bool automatic_ = false;
   bool yielding_ = false;
   int failures_ = 0;      ///< attempts that were not solved, in a row; of few_held() in the step
-  bool afresh_ = false;   ///< see begin_afresh()
-  bool inside_ = false;   ///< the attempt began with the interior point method
+  bool inexact_ = false;  ///< the last problem of the attempt was left to the interior point method
   bool gave_up_ = false;  ///< the open-close iteration, for what is left of the step
   int iterations_left_ = 0;
 };

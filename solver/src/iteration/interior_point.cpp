@@ -10,12 +10,17 @@ namespace {
 constexpr double kFollows = 1e-3;    // the residual from which s follows the iterates
 constexpr double kFirstSteps = 0.9;  // of the way to the cones, in the first two iterations, and
 constexpr double kSteps = 0.99;
-constexpr double kNearEnd = 1e-5;  // the residual from which on it is slow, and
-constexpr double kUseful = 1e-2;   // above which it was of no use
+// The residual that is wanted: in so many iterations, and after them.
+constexpr double kNearEnd = 1e-6, kLater = 1e-5;
+constexpr int kSoon = 20;
+constexpr double kUseful = 1e-2;  // a larger one is of no use
 constexpr int kMostIterations = 50;
 // x·y keeps this share of what is left of the linear equation times x: without it the slip follows
 // in shorter and shorter steps where it is as large as the other motions.
 constexpr double kInfeasible = 0.01;
+constexpr double kShort = 0.2, kCentre = 0.8;  // a step so short is one towards the centre instead
+constexpr double kLong = 0.5;  // after a step that was, the change of the slip is in the next one
+constexpr double kHeld = 1e8;  // what a held point opposes, by what its blocks do
 constexpr double kShortest = 1e-6;  // a step that goes nowhere
 
 constexpr Admissible kCone{};
@@ -56,6 +61,23 @@ double longest_step(const Vector3& x, const Vector3& dx) {
 
 }  // namespace
 
+bool InteriorPoint::suits(const LinearContact& c) {
+  return ConeProblem::follows_coulomb(c) || c.law == ContactLaw::Bilateral ||
+         (c.law == ContactLaw::Stuck && c.bonded && !c.compliant);
+}
+
+bool InteriorPoint::held(std::size_t contact) const {
+  return problem_.admissible()[contact].shear == Admissible::Shear::All;
+}
+
+/// By which of x and y is well inside.
+ContactMode InteriorPoint::mode(std::size_t contact) const {
+  if (held(contact)) return ContactMode::Stick;
+  const Vector3 &x = x_[contact], y = corrected(kCone, u_[contact]);
+  if (y.norm() < x[0] - x.tail<2>().norm()) return ContactMode::Stick;
+  return x.norm() < y[0] - y.tail<2>().norm() ? ContactMode::Open : ContactMode::Slip;
+}
+
 /// u + s n, which y comes to.
 Vector3 InteriorPoint::pressed(std::size_t contact) const {
   return u_[contact] + slip_[contact] * Vector3::UnitX();
@@ -74,6 +96,10 @@ void InteriorPoint::begin() {
   double inside = 0.0;
   for (const Vector3& u : u_) inside = std::max(inside, u.norm());
   for (std::size_t i = 0; i < n; ++i) {
+    if (held(i)) {
+      x_[i] = y_[i] = Vector3::Zero();
+      continue;
+    }
     x_[i] = inside * Vector3::UnitX();
     y_[i] = project_on(kCone, u_[i]) + inside * Vector3::UnitX();
   }
@@ -84,6 +110,11 @@ InteriorPoint::Residuals InteriorPoint::residuals() const {
   double most = 1e-300;
   for (std::size_t i = 0; i < x_.size(); ++i) {
     most = std::max(most, x_[i].norm());
+    if (held(i)) {
+      const double apart = u_[i].norm();
+      worst = {std::max(worst.frozen, apart), std::max(worst.real, apart)};
+      continue;
+    }
     const double frozen = (x_[i] - project_on(kCone, x_[i] - pressed(i))).norm();
     const double real = (x_[i] - project_on(kCone, x_[i] - corrected(kCone, u_[i]))).norm();
     if (!(frozen <= worst.frozen)) worst.frozen = frozen;  // NaN stays
@@ -104,13 +135,19 @@ double InteriorPoint::duality(double step) const {
 /// Mean of |x| |y - u - s n|.
 double InteriorPoint::infeasibility() const {
   double sum = 0.0;
-  for (std::size_t i = 0; i < x_.size(); ++i) sum += x_[i].norm() * (pressed(i) - y_[i]).norm();
+  for (std::size_t i = 0; i < x_.size(); ++i) {
+    if (!held(i)) sum += x_[i].norm() * (pressed(i) - y_[i]).norm();
+  }
   return sum / static_cast<double>(x_.size());
 }
 
 /// [Vandenberghe 2010, section 4.3]
 void InteriorPoint::set_scalings() {
   for (std::size_t i = 0; i < x_.size(); ++i) {
+    if (held(i)) {
+      tangents_[i] = kHeld * Matrix3::Identity();
+      continue;
+    }
     const double det_x = determinant(x_[i]), det_y = determinant(y_[i]);
     const Vector3 a = x_[i] / std::sqrt(det_x), b = y_[i] / std::sqrt(det_y);
     const double gamma = std::sqrt(0.5 * (1.0 + a.dot(b)));
@@ -130,15 +167,38 @@ void InteriorPoint::set_scalings() {
   }
 }
 
+/// Whether the change of s belongs to the next directions: its slope by the motion is
+/// t = u_t / |u_t|, and W² (1 + n tᵀ) the contact's tangent.
+void InteriorPoint::follow_slip(bool wanted) {
+  coupled_.clear();
+  if (!wanted) return;
+  coupled_.assign(x_.size(), Vector3::Zero());
+  tangents_of_slip_ = tangents_;
+  for (std::size_t i = 0; i < x_.size(); ++i) {
+    const double slip = u_[i].tail<2>().norm();
+    if (held(i) || !(slip > 0.0)) continue;
+    coupled_[i].tail<2>() = u_[i].tail<2>() / slip;
+    tangents_of_slip_[i] += tangents_[i].col(0) * coupled_[i].transpose();
+  }
+}
+
 /// dx_, dy_ and how far they go. dx = r - W² dy, r of the complementarity alone; `mean`: what the
 /// corrector wants x·y to be.
 double InteriorPoint::direction(Part part, double mean) {
   for (std::size_t i = 0; i < x_.size(); ++i) {
+    if (held(i)) {
+      dy_[i] = u_[i];
+      dx_[i].setZero();
+      right_[i] = -tangents_[i] * u_[i];
+      continue;
+    }
     Vector3 r = -x_[i];
-    if (part == Part::Corrector) {
+    if (part != Part::Predictor) {
       const Scaling& w = scalings_[i];
-      Vector3 left = -jordan_product(w.lambda, w.lambda) -
-                     jordan_product(w.unscale * dx_[i], w.scale * dy_[i]);
+      Vector3 left = -jordan_product(w.lambda, w.lambda);
+      if (part == Part::Corrector) {
+        left -= jordan_product(w.unscale * dx_[i], w.scale * dy_[i]);
+      }
       left[0] += mean;
       r = w.scale * jordan_quotient(w.lambda, left);
     }
@@ -150,7 +210,12 @@ double InteriorPoint::direction(Part part, double mean) {
   double step = 1.0;
   for (std::size_t i = 0; i < x_.size(); ++i) {
     dy_[i] += motion_[i];  // not by W⁻¹, which rounds
+    if (!coupled_.empty()) dy_[i][0] += coupled_[i].dot(motion_[i]);
     dx_[i] -= tangents_[i] * dy_[i];
+    if (held(i)) {
+      dy_[i].setZero();
+      continue;
+    }
     step = std::min({step, longest_step(x_[i], dx_[i]), longest_step(y_[i], dy_[i])});
   }
   return step;
@@ -160,6 +225,7 @@ IterationCount InteriorPoint::iterate(int most) {
   IterationCount count;
   begin();
   bool follows = false;
+  double last = 1.0;
   for (;;) {
     problem_.respond(x_, u_);
     const Residuals residual = residuals();
@@ -167,22 +233,29 @@ IterationCount InteriorPoint::iterate(int most) {
       count.residual = residual.real;
       best_ = x_;
     }
-    count.converged = count.residual <= kNearEnd;
+    count.converged = count.residual <= (count.iterations < kSoon ? kNearEnd : kLater);
     if (count.converged || count.iterations >= most) break;
     follows = follows || residual.frozen <= kFollows;
     for (std::size_t i = 0; follows && i < x_.size(); ++i) slip_[i] = u_[i].tail<2>().norm();
     ++count.iterations;
     ++count.factorizations;
     set_scalings();
-    if (!problem_.factorize(tangents_, Tangents::Symmetric)) break;
+    follow_slip(follows && last > kLong);
+    const bool couples = !coupled_.empty();
+    if (!problem_.factorize(couples ? tangents_of_slip_ : tangents_,
+                            couples ? Tangents::General : Tangents::Symmetric)) {
+      break;
+    }
     count.solves += 2;
     const double mean = duality(0.0);
     const double affine = direction(Part::Predictor, 0.0);
     const double left = std::clamp(duality(affine) / mean, 0.0, 1.0);
     const double mean_aimed_at =
         std::max(left * left * left * mean, std::min(mean, kInfeasible * infeasibility()));
-    const double way = direction(Part::Corrector, mean_aimed_at);
+    double way = direction(Part::Corrector, mean_aimed_at);
+    if (way < kShort) way = direction(Part::Centre, kCentre * mean);
     const double step = std::min(1.0, (count.iterations <= 2 ? kFirstSteps : kSteps) * way);
+    last = step;
     if (!(step > kShortest)) break;
     for (std::size_t i = 0; i < x_.size(); ++i) {
       x_[i] += step * dx_[i];
@@ -208,6 +281,8 @@ OpenCloseResult InteriorPoint::solve(const BlockSystem& base, const BlockVector&
   problem_.respond(x_, u_);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     contacts[i].force = contacts[i].multiplier = problem_.force(i, x_[i]);
+    contacts[i].relative = problem_.motion(i, u_[i]);
+    contacts[i].assumed = contacts[i].mode = mode(i);
   }
   result.change = largest_motion(*slots_, problem_.increment());
   for (std::size_t s = 0; s < increment.size(); ++s) increment[s] += problem_.increment()[s];

@@ -17,6 +17,8 @@
 namespace quoin::solver {
 namespace {
 
+// Of a block: overlaps that a static step leaves to the next one where forces are inexact.
+constexpr double kInexact = 1e-4;
 constexpr int kRounds = 4;
 // Of |I + strain|^3. A determinant is six products of three factors, a placement's are products of
 // three matrices: each is known to some twenty eps, and the sign of a sum below that says nothing.
@@ -194,7 +196,8 @@ void find_at_end(const StepRun& run, std::span<Island* const> islands) {
 bool change_contacts(const StepRun& run, Island& island) {
   const Workspace& work = run.work;
   const double limit = overlap_limit(island.blocks.smallest_size);
-  const double yielded = crowd_tolerance(run.options.tolerance);
+  const double yielded =
+      island.memory.solver.inexact() ? kInexact : crowd_tolerance(run.options.tolerance);
   const bool missed = add_missed(run.compiled, work.poses, yielded, island);
   const bool blocked = put_back_blocked(run.compiled, work.end, island.found_end, limit,
                                         island.passing, island.contacts);

@@ -50,7 +50,8 @@ Known known_contacts(const Island& island) {
     known.keys.emplace_back(contact.state.point.key, i);
     if (c.mode == ContactMode::Open) continue;
     if (c.compliant) known.soft.emplace_back(contact.a, contact.b);
-    if (island.memory.solver.yielding()) known.yielding.emplace_back(contact.a, contact.b);
+    const ContactSolver& solver = island.memory.solver;
+    if (solver.yielding() || solver.inexact()) known.yielding.emplace_back(contact.a, contact.b);
   }
   std::ranges::sort(known.keys);
   std::ranges::sort(known.soft);

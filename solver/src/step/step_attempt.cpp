@@ -264,7 +264,8 @@ OpenCloseResult solve_positions(const SubStep& step, std::span<BodyContact> cont
     const bool agreed = memory.solver.yielding()
                             ? !tuning.rough && nearly_agrees(step, {pass, before, solved}, contacts,
                                                              memory, poses, linear)
-                            : agrees(pass, tuning, before, change);
+                        : solved.closed ? agrees(pass, tuning, before, change)
+                                        : pass > 0 || change <= kMended * step.island.smallest_size;
     // Where a prediction is right the first linearisation changes nothing, and knows no slip yet.
     const bool lags =
         agreed && pass < kStrictLinearisations &&

@@ -320,7 +320,6 @@ Island* take_static_step(const StepRun& run, std::span<Island* const> islands) {
       }
       (island->solved ? report.cuts_by_displacement : report.cuts_by_convergence)++;
       if (cut < kStaticCuts) reject(run, *island, tau);
-      if (!island->solved) island->memory.solver.begin_afresh();
       return false;
     });
   }
