@@ -483,34 +483,6 @@ SharedCorner place_of_gap(const SharedCorner& inner, const SharedCorner& outer, 
   return place;
 }
 
-/// A place between two corners whose gaps are larger than `gap` (m) where the solids come that
-/// near, or as near as they do: the gap is convex on the way, and the golden section finds its
-/// least.
-SharedCorner near_place(const SharedCorner& from, const SharedCorner& to, double gap,
-                        const Surfaces& surfaces) {
-  constexpr double kGolden = 0.6180339887498949;
-  constexpr int kSections = 48;  // 1e-10 of the way
-  const auto at = [&](double share) {
-    SharedCorner place = from;
-    place.place += share * (to.place - from.place);
-    return surfaces.lift(place) ? place : from;
-  };
-  double low = 0.0, high = 1.0;
-  SharedCorner left = at(1.0 - kGolden), right = at(kGolden);
-  for (int k = 0; k < kSections && std::min(gap_of(left), gap_of(right)) > gap; ++k) {
-    if (gap_of(left) < gap_of(right)) {
-      high = low + kGolden * (high - low);
-      right = left;
-      left = at(high - kGolden * (high - low));
-    } else {
-      low = high - kGolden * (high - low);
-      left = right;
-      right = at(low + kGolden * (high - low));
-    }
-  }
-  return gap_of(left) < gap_of(right) ? left : right;
-}
-
 /// Where tol above the least gap is reached on the border of the shared part, which goes on to
 /// twice that: either solid may lie tol below its support plane.
 void add_tolerance_line(const Working& work, const ProjectedFeature& patch_p,
@@ -528,14 +500,7 @@ void add_tolerance_line(const Working& work, const ProjectedFeature& patch_p,
     const SharedCorner& to =
         part.corners[static_cast<std::size_t>(order[k + 1 < order.size() ? k + 1 : 0])];
     const bool leaves = gap_of(to) > limit, enters = gap_of(from) > limit;
-    if (leaves != enters) {
-      add(leaves ? from : to, leaves ? to : from);
-    } else if (leaves && surfaces) {
-      const SharedCorner near = near_place(from, to, limit, *surfaces);
-      if (gap_of(near) > limit) continue;
-      add(near, from);
-      add(near, to);
-    }
+    if (leaves != enters) add(leaves ? from : to, leaves ? to : from);
   }
 }
 
