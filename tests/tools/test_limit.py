@@ -34,19 +34,22 @@ def scene(friction_deg, blocks, live=None, **joint):
             "blocks": blocks, "loads": loads, "time_step": 0.01, "stages": [{"analysis": "static"}]}
 
 
-def run(document, vary, *more):
+def asked(document, *options):
     path = folder / "scene.json"
     path.write_text(json.dumps(document))
-    done = subprocess.run([quoin, "limit", path, "--vary", vary, "--json", *more], capture_output=True, text=True,
-                          check=False)
+    done = subprocess.run([quoin, "limit", path, "--json", *options], capture_output=True, text=True, check=False)
     return done, (json.loads(done.stdout) if done.stdout else None)
 
 
-def checked(out):
-    """Exit code of the checker, and what it says."""
+def run(document, vary, *more):
+    return asked(document, "--vary", vary, "--loading", "0", *more)
+
+
+def checked(out, against=None):
+    """Exit code of the checker, and what it says; `against`: a scene file."""
     said = io.StringIO()
     with contextlib.redirect_stdout(said):
-        return check_limit.judge(out), said.getvalue()
+        return check_limit.judge(out, against), said.getvalue()
 
 
 def check(name, document, vary, exact, allowed=1e-6, tolerance=1e-4):
@@ -111,16 +114,40 @@ for thickness, key in ((0.1060, "falls"), (0.1074, "stands")):
     if report[key] is None:
         failures.append(f"arch of 27, {thickness} thick: not proved that it {key}: {report}")
 
-# Ferris and Tin-Loi's first wall; rows in bricks of 0.4 m.
-wall = [box([0, 0, -.175], [2, 1, 0], "fixed")]
-for row in range(6):
-    x = 0.0
-    for brick in ([.5, 1, 1, 1, 1, .5], [1, 1, 1, 1, 1])[row % 2]:
-        wall.append(box([.4 * x, 0, .175 * row], [.4 * (x + brick), 1, .175 * (row + 1)]))
-        x += brick
-for friction, exact in ((.65, .642859), (.5, .5), (.8, .707347)):
-    check(f"wall 1, mu {friction}", scene(math.degrees(math.atan(friction)), wall, [1, 0, 0]), "load=push:0:10", exact,
-          2e-6, 1e-3)
+# Ferris and Tin-Loi's walls; rows of bricks of 0.4 m, from the bottom, minus: an opening.
+F, E, A, B, U, V = [.5, 1, 1, 1, 1, .5], [1] * 5, [1] * 4, [.5, 1, 1, 1, .5], [.5, 1, -1, 1, .5], [1, .5, -1, .5, 1]
+ROWS = {1: {"F": F, "E": E}, 3: {"A": A, "B": B, "U": U, "V": V},
+        4: {"A": F, "B": E, "U": [1, -1, 1, -1, 1], "V": [.5, .5, -1, .5, .5, -1, .5, .5]},
+        5: {"A": [.5, 1, 1, .5], "B": [1] * 3, "U": [1, -1, 1], "V": [.5, .5, -1, .5, .5]},
+        6: {"A": [.5, *[1] * 6, .5], "B": [1] * 7, "U": [.5, 1, -1, 1, 1, -1, 1, .5],
+            "V": [1, .5, -1, .5, 1, .5, -1, .5, 1]}}
+ROWS[2] = ROWS[1]
+COURSES = {1: "FEFEFE", 2: "FEFEFEFEFE", 3: "ABAUVUVUABA", 4: "ABAUVUVUABA", 5: "ABAUVUVUABAUVUVUABA",
+           6: "ABABUVUVUBABUVUVUBABA"}
+# Limit loads by friction: of the associated problem, six digits.
+LIMITS = {.5: (.500000, .500000, .372697, .296785, .227523, .309145),
+          .65: (.642859, .579999, .403694, .331948, .239643, .347825),
+          .8: (.707347, .648507, .458500, .362813, .266845, .412463)}
+
+
+def wall_of(number):
+    blocks, width = [], 0.0
+    for row, course in enumerate(COURSES[number]):
+        x = 0.0
+        for brick in ROWS[number][course]:
+            if brick > 0:
+                blocks.append(box([.4 * x, 0, .175 * row], [.4 * (x + brick), 1, .175 * (row + 1)]))
+            x += abs(brick)
+        width = max(width, .4 * x)
+    return [box([0, 0, -.175], [width, 1, 0], "fixed"), *blocks]
+
+
+for friction, row in LIMITS.items():
+    for number, exact in enumerate(row, 1):
+        check(f"wall {number}, mu {friction}", scene(math.degrees(math.atan(friction)), wall_of(number), [1, 0, 0]),
+              "load=push:0:2", exact, 2e-6, 1e-4)
+wall = wall_of(1)
+check("wall 1 to six digits", scene(math.degrees(math.atan(.65)), wall, [1, 0, 0]), "load=push:0:2", .642859, 1e-6, 2e-6)
 
 # The file that quoin stability judges by.
 for entry in json.loads((root / "tools/stability/limit_loads.json").read_text()):
@@ -136,6 +163,52 @@ for entry in json.loads((root / "tools/stability/limit_loads.json").read_text())
     elif not entry["inner"] * (1 - 1e-6) <= report["convex"] <= entry["outer"] * (1 + 1e-6):
         failures.append(f"{entry['name']}: {report['convex']}, the file has {entry}")
 
+# The wall by runs, sudden and gradual: below the proved bound, within a few per cent of the mechanism without dilation.
+_, report = asked(scene(math.degrees(math.atan(.65)), wall_of(1), [1, 0, 0]), "--vary", "load=push:0:2",
+                  "--loading", "100")
+loading = report["loading"]
+for name in ("sudden", "gradual"):
+    if not .62 < loading[name]["holds"] < loading[name]["lost"] <= report["falls"]["value"]:
+        failures.append(f"wall 1, loading: {loading}")
+if not .63 < loading["coulomb_mechanism"]["value"] < .642859 or not loading["safe"] <= loading["sudden"]["holds"]:
+    failures.append(f"wall 1, loading: {loading}")
+
+# A bar on two supports of which one sinks: it slides off between one and two angles of friction.
+bar = scene(20, [box([-1, 0, -3], [0, 1, 0], "fixed"), box([3, 0, -3], [9, 1, 0], "fixed"), box([-1, 0, 0], [4, 1, .2])])
+done, report = asked(bar, "--vary", "settlement=b1:0:4", "--out", str(folder / "sunk"), "--tolerance", "1e-2")
+path = report["loading"]["gradual"]
+if not 4 * math.sin(math.radians(20)) < path["holds"] < path["lost"] < 4 * math.tan(math.radians(40)):
+    failures.append(f"settlement: {report}")
+if checked(folder / "sunk")[0]:
+    failures.append(f"settlement: {checked(folder / 'sunk')[1]}")
+
+# Key blocks: the box on the slope slides at 25 degrees, the one behind it is held back by a wall.
+_, report = asked(slope, "--each")
+single, = report["blocks"]
+if not single["key"] or abs(single["stands"] / (math.tan(math.radians(40)) / math.tan(math.radians(25))) - 1) > 1e-3:
+    failures.append(f"key block: {report}")
+_, report = asked(scene(20, [GROUND, box([0, 0, 0], [1, 1, 1]), box([-1, 0, 0], [0, 1, 1], "fixed"),
+                             box([1, 0, 0], [2, 1, 1], "fixed")]), "--each")
+if report["keys"] != 0 or report["removable"] != 1:
+    failures.append(f"a block between walls: {report}")
+
+# Thrust: a wedge of 60 degrees between two supports, H = W / 2 / tan(30 +- phi) on each.
+half, phi = math.radians(30), 20
+keystone = scene(phi, [box([-9, -9, -3], [9, 9, -2], "fixed"), {"kind": "rigid", "shape": {
+    "type": "prism", "sweep": [0, 1, 0], "polygon": [[-.5, 0, 0], [.5, 0, 0], [1, 0, .5 / math.tan(half)],
+                                                     [-1, 0, .5 / math.tan(half)]]}}] + [
+    {"kind": "fixed", "shape": {"type": "prism", "sweep": [0, 1, 0], "polygon": [
+        [.5 * side, 0, 0], [1 * side, 0, .5 / math.tan(half)], [3 * side, 0, .5 / math.tan(half)], [3 * side, 0, 0]
+    ][::-side]}} for side in (-1, 1)])
+weight = DENSITY * G * 1.5 * .5 / math.tan(half)
+done, report = asked(keystone, "--thrust", "b3", "--out", str(folder / "thrust"))
+for key, angle, sign in (("least", half + math.radians(phi), -1), ("greatest", half - math.radians(phi), 1)):
+    exact = weight / 2 / math.tan(angle)
+    if done.returncode or abs(sign * report[key]["stands"]["value"] / exact - 1) > 1e-3:
+        failures.append(f"keystone, {key} thrust: {exact}, {report or done.stderr}")
+if checked(folder / "thrust")[0]:
+    failures.append(f"keystone: {checked(folder / 'thrust')[1]}")
+
 # Forged certificates: what is no proof is refused.
 joint = scene(math.degrees(math.atan(.65)), wall, [1, 0, 0], cohesion=100.0)
 run(joint, "load=push:0:10", "--out", str(folder / "true"))
@@ -149,6 +222,17 @@ def scaled(values, by):
     return [by * x for x in values]
 
 
+SCENE_FORGED = {  # refused with the scene alone
+    "lighter": ("falls", lambda d, c, b: [x.update(density=.5 * x["density"], live=scaled(x["live"], .5),
+                                                   applied=scaled(x["applied"], .5)) for x in d["blocks"]]),
+    "weaker joint": ("falls", lambda d, c, b: d["joints"][0].update(cohesion=0.0)),
+    "more live load": ("falls", lambda d, c, b: [x.update(live=scaled(x["live"], 2)) for x in d["blocks"]]),
+    "gravity": ("falls", lambda d, c, b: d.update(gravity=[0, 0, -9.8])),
+    "value": ("falls", lambda d, c, b: d.update(value=.5 * d["value"])),
+    "smaller block": ("falls", lambda d, c, b: b.update(vertices=[scaled(v, .999) for v in b["vertices"]])),
+    "block taken away": ("falls", lambda d, c, b: d["blocks"].remove(b)),
+    "ground": ("falls", lambda d, c, b: d["blocks"][0].update(moves=True)),
+}
 FORGED = {
     "contact missing": ("stands", lambda d, c, b: d["contacts"].pop(pressed)),
     "forces smaller": ("stands", lambda d, c, b: [x.update(force=scaled(x["force"], .9)) for x in d["contacts"]]),
@@ -178,14 +262,16 @@ FORGED = {
     "speed no number": ("falls", lambda d, c, b: b.update(velocity=[math.inf] * 6)),
     "falls called stands": ("falls", lambda d, c, b: d.update(certificate="stands")),
 }
-for name, (kind, forge) in FORGED.items():
+if checked(folder / "true", folder / "scene.json")[0]:
+    failures.append("the scene's own certificate: " + checked(folder / "true", folder / "scene.json")[1])
+for name, (kind, forge) in {**FORGED, **SCENE_FORGED}.items():
     document = copy.deepcopy(true[kind])
     forge(document, document["contacts"][pressed], document["blocks"][moving])
     (folder / "forged").mkdir(exist_ok=True)
     for old in (folder / "forged").iterdir():
         old.unlink()
     (folder / "forged" / f"{kind}.json").write_text(json.dumps(document))
-    refused, said = checked(folder / "forged")
+    refused, said = checked(folder / "forged", folder / "scene.json" if name in SCENE_FORGED else None)
     if not refused:
         failures.append(f"forged: {name}: {said}")
 

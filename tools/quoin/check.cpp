@@ -425,9 +425,7 @@ void add_check_command(CLI::App& app, int& exit_code) {
       "Tell what a scene would run: blocks, contacts, overlaps and gaps, loose blocks, time step, "
       "what it takes. One step is tried; nothing is written.\n"
       "Exit codes: 0 it runs, 1 the first step does not converge, 2 the scene is refused.");
-  command->add_option("scene", arguments->scene, "scene file, JSON")->required();
-  command->add_option("--set", arguments->changes, "change the scene before it is read, as in run")
-      ->type_name("NAME=VALUE");
+  add_scene_options(*command, arguments->scene, arguments->changes);
   command
       ->add_option("--max-seconds", arguments->max_seconds,
                    "end the step that is tried after this wall time, s")

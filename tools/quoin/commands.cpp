@@ -65,4 +65,10 @@ int run_guarded(const std::function<int()>& command, const std::string& scene) {
   return ending.exit_code;
 }
 
+void add_scene_options(CLI::App& command, std::string& scene, std::vector<std::string>& changes) {
+  command.add_option("scene", scene, "scene file, JSON")->required();
+  command.add_option("--set", changes, "change the scene before it is read, as in run")
+      ->type_name("NAME=VALUE");
+}
+
 }  // namespace quoin::commands

@@ -6,6 +6,7 @@
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <vector>
 
 namespace quoin::commands {
 
@@ -39,6 +40,9 @@ Ending ending_of(const std::function<int()>& command, const std::string& scene);
 
 /// The same; the message is said.
 int run_guarded(const std::function<int()>& command, const std::string& scene);
+
+/// The scene file and `--set`, which changes it before it is read.
+void add_scene_options(CLI::App& command, std::string& scene, std::vector<std::string>& changes);
 
 /// Each adds its subcommand to `app`; the subcommand leaves its exit code in `exit_code`.
 void add_check_command(CLI::App& app, int& exit_code);

@@ -1,333 +1,122 @@
 /// quoin limit SCENE.json --vary WHAT
 
-#include <Eigen/Geometry>
+#include <unistd.h>
+
 #include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <memory>
-#include <nlohmann/json.hpp>
-#include <numbers>
-#include <quoin/geometry/mass_properties.hpp>
-#include <quoin/solver/equilibrium.hpp>
 
 #include "commands.hpp"
 #include "in_range.hpp"
+#include "limit/certificate.hpp"
+#include "limit/each.hpp"
+#include "limit/loading.hpp"
+#include "limit/proofs.hpp"
+#include "limit/settlement.hpp"
+#include "limit/thrust.hpp"
 #include "output_folder.hpp"
-#include "scene_file/read_json.hpp"
-#include "scene_file/scene_file.hpp"
+#include "scene_file/scene_error.hpp"
 
 namespace quoin::commands {
 namespace {
 
 using json = nlohmann::ordered_json;
-using scene_file::SceneError;
-using solver::Equilibrium;
-using solver::EquilibriumProblem;
-using solver::EquilibriumVerdict;
-using solver::Scene;
-using solver::Vector3;
-using solver::Vector6;
+using limit_analysis::Limit;
+using limit_analysis::Trial;
+using limit_analysis::VariedScene;
+using limit_analysis::Vary;
 
 struct LimitArguments {
-  std::string scene, vary, out;
+  std::string scene, vary, thrust, out;
   std::vector<std::string> changes;
   double tolerance = 1e-4;
-  bool json = false;
+  double loading = 60.0;  // wall time of the runs, s
+  bool json = false, each = false;
 };
 
-/// What is varied, from where to where.
-struct Vary {
-  std::string what, name;
-  double from = 0.0, to = 0.0;
-  Vector3 axis = Vector3::UnitY();
-};
-
-[[noreturn]] void refuse(const std::string& text, const std::string& why) {
-  throw std::invalid_argument("--vary " + text + ": " + why);
+/// On the last line of a terminal; nothing where standard error is none.
+void show_progress(const std::string& line) {
+  if (isatty(STDERR_FILENO) != 0) std::fprintf(stderr, "\r\033[K%s", line.c_str());
 }
 
-double number(const std::string& text, const std::string& whole) {
-  std::size_t used = 0;
-  double value = 0.0;
-  try {
-    value = std::stod(text, &used);
-  } catch (const std::exception&) {
-    used = 0;
-  }
-  if (used == 0 || used != text.size() || !std::isfinite(value)) {
-    refuse(whole, "\"" + text + "\" is no number");
-  }
-  return value;
+void end_progress() { show_progress(""); }
+
+json number_or_null(const std::optional<double>& value) { return value ? json(*value) : json(); }
+
+json reached_json(const limit_analysis::Reached& reached) {
+  return {{"holds", number_or_null(reached.holds)},
+          {"lost", number_or_null(reached.lost)},
+          {"runs", reached.runs},
+          {"why", reached.why.empty() ? json() : json(reached.why)}};
 }
 
-std::vector<std::string> split(const std::string& text, char at) {
-  std::vector<std::string> parts(1);
-  for (const char c : text) c == at ? (void)parts.emplace_back() : parts.back().push_back(c);
-  return parts;
-}
-
-Vary parse(const std::string& text) {
-  Vary vary;
-  const std::size_t equals = text.find('=');
-  if (equals == std::string::npos) refuse(text, "has to be WHAT=FROM:TO");
-  vary.what = text.substr(0, equals);
-  std::vector<std::string> parts = split(text.substr(equals + 1), ':');
+/// The three numbers that say what loading reaches; null what was not looked for.
+json loading_json(const LimitArguments& arguments, VariedScene& scenes, const Limit& limit) {
+  if (!(arguments.loading > 0.0) || !limit.stands || !limit.falls) return nullptr;
+  const Vary& vary = scenes.vary();
+  json result = {{"proved_upper_bound", limit.falls->value}};
+  const double half = 0.5 * arguments.loading;
+  result["sudden"] =
+      reached_json(limit_analysis::sudden_loading(scenes, limit, half, show_progress));
+  result["gradual"] =
+      reached_json(limit_analysis::gradual_loading(scenes, limit, half, show_progress));
+  result["coulomb_mechanism"] = nullptr;
   if (vary.what == "load") {
-    if (parts.size() != 3) refuse(text, "has to be load=NAME:FROM:TO");
-    vary.name = parts.front();
-    parts.erase(parts.begin());
-  } else if (vary.what == "tilt" && parts.size() == 3) {
-    const std::size_t axis = std::string("xyz").find(parts[2]);
-    if (parts[2].size() != 1 || axis == std::string::npos) refuse(text, "the axis is x, y or z");
-    vary.axis = Vector3::Unit(static_cast<Eigen::Index>(axis));
-    parts.pop_back();
-  } else if (vary.what != "tilt" && vary.what != "strength" && vary.what != "friction" &&
-             !vary.what.starts_with("/")) {
-    refuse(text, "can vary load, tilt, strength, friction or a JSON pointer");
-  }
-  if (parts.size() != 2) refuse(text, "has to be WHAT=FROM:TO");
-  vary.from = number(parts[0], text);
-  vary.to = number(parts[1], text);
-  if (!(vary.from < vary.to)) refuse(text, "FROM must be less than TO");
-  if (vary.what == "strength" && !(vary.from > 0.0)) refuse(text, "must be greater than 0");
-  if (vary.what == "friction" && !(vary.from >= 0.0 && vary.to < 90.0)) {
-    refuse(text, "angles lie in [0, 90) degrees");
-  }
-  return vary;
-}
-
-template <class Change>
-void change_joints(Scene& scene, const Change& change) {
-  change(scene.joint);
-  for (solver::PairJoint& pair : scene.pair_joints) change(pair.joint);
-}
-
-/// One value, what was solved there and what came out.
-struct Trial {
-  double value = 0.0;
-  Scene scene{};
-  EquilibriumProblem problem{};
-  double factor = 0.0;
-  Equilibrium found{};
-};
-
-/// Scenes by value.
-class VariedScene {
- public:
-  VariedScene(const LimitArguments& arguments, const Vary& vary)
-      : arguments_(arguments),
-        vary_(vary),
-        scene_(scene_file::read_scene(arguments.scene, arguments.changes).scene) {
-    if (vary.what != "load") return;
-    live_ = scene_;
-    live_.gravity = Vector3(0, 0, 0);
-    part_loads();
-    problem_ = solver::equilibrium_problem(scene_);
-    const std::vector<Vector6> live = solver::block_loads(live_);
-    for (std::size_t b = 0; b < live.size(); ++b) {
-      problem_.blocks[b].live = live[b];
-      problem_.blocks[b].load += vary.from * live[b];
+    const auto found =
+        limit_analysis::coulomb_mechanism(scenes.load_problem(), vary.from, vary.to, show_progress);
+    if (found) {
+      result["coulomb_mechanism"] = {{"value", found->value},
+                                     {"excess", found->excess},
+                                     {"rounds", found->rounds},
+                                     {"factorizations", found->factorizations}};
     }
   }
-
-  Trial at(double value) {
-    Trial trial{value, scene_, problem_, value - vary_.from};
-    if (vary_.what != "load") {
-      trial.factor = 0.0;
-      trial.scene = scene_at(value);
-      trial.problem = solver::equilibrium_problem(trial.scene);
+  end_progress();
+  // The value nearest to the safe end of all that is lost, or falls.
+  const bool rises = limit.falls->value > limit.stands->value;
+  std::optional<double> safe = limit.stands->value;
+  const auto take = [&](const json& value) {
+    if (value.is_null()) {
+      safe.reset();
+    } else if (safe) {
+      safe = rises ? std::min(*safe, value.get<double>()) : std::max(*safe, value.get<double>());
     }
-    trial.found = solver::find_equilibrium(trial.problem, trial.factor);
-    factorizations += trial.found.factorizations;
-    return trial;
-  }
-
-  /// Of a load: the convex problem.
-  Equilibrium largest() {
-    const Equilibrium found = solver::largest_load_factor(problem_, vary_.to - vary_.from);
-    factorizations += found.factorizations;
-    return found;
-  }
-
-  int factorizations = 0;
-
- private:
-  Scene scene_at(double value) const {
-    Scene scene = scene_;
-    if (vary_.what == "tilt") {
-      const double angle = value * std::numbers::pi / 180.0;  // the ground turns by it, not gravity
-      const Vector3 gravity = scene.gravity.at(0.0);
-      scene.gravity = Vector3(Eigen::AngleAxisd(-angle, vary_.axis) * gravity);
-    } else if (vary_.what == "strength") {
-      change_joints(scene, [&](solver::Joint& joint) {
-        joint.friction_angle = std::atan(std::tan(joint.friction_angle) / value);
-        joint.cohesion /= value;
-        joint.tension /= value;
-      });
-    } else if (vary_.what == "friction") {
-      change_joints(scene, [&](solver::Joint& joint) {
-        joint.friction_angle = value * std::numbers::pi / 180.0;
-      });
-    } else {
-      std::vector<std::string> changes = arguments_.changes;
-      char text[64];
-      std::snprintf(text, sizeof text, "=%.17g", value);
-      changes.push_back(vary_.what + text);
-      scene = scene_file::read_scene(arguments_.scene, changes).scene;
-    }
-    return scene;
-  }
-
-  /// Loads of that name stay in live_ alone. Lists of the scene keep the order of the file.
-  void part_loads() {
-    const nlohmann::json document = scene_file::read_json(arguments_.scene);
-    std::vector<char> named[3];
-    for (const auto& load : document.value("loads", nlohmann::json::array())) {
-      const std::string type = load.at("type");
-      const int kind = type == "point" ? 0 : type == "face" ? 1 : 2;
-      named[kind].push_back(load.value("name", "") == vary_.name);
-    }
-    bool any = false;
-    const auto part = [&](auto& dead, auto& live, const std::vector<char>& is_live) {
-      std::size_t i = 0;
-      std::erase_if(dead, [&](const auto&) { return is_live.at(i++) != 0; });
-      i = 0;
-      std::erase_if(live, [&](const auto&) { return is_live.at(i++) == 0; });
-      any = any || !live.empty();
-    };
-    part(scene_.point_loads, live_.point_loads, named[0]);
-    part(scene_.face_loads, live_.face_loads, named[1]);
-    part(scene_.body_loads, live_.body_loads, named[2]);
-    if (!any) throw SceneError("/loads", "there is no load named \"" + vary_.name + "\"");
-  }
-
-  const LimitArguments& arguments_;
-  const Vary& vary_;
-  Scene scene_, live_{};
-  EquilibriumProblem problem_{};  ///< of a load: with what `from` takes of it
-};
-
-/// What is known: where it stands, where it falls.
-struct Limit {
-  std::unique_ptr<Trial> stands{}, falls{};
-  double convex = std::numeric_limits<double>::quiet_NaN();  ///< of a load: the problem's answer
-  std::string why{};  ///< why the two are farther apart than the tolerance; empty: they are not
-};
-
-bool keep(Trial trial, Limit& limit) {
-  if (trial.found.verdict == EquilibriumVerdict::Undecided) return false;
-  auto& place = trial.found.verdict == EquilibriumVerdict::Admissible ? limit.stands : limit.falls;
-  place = std::make_unique<Trial>(std::move(trial));
-  return true;
-}
-
-/// Proofs on both sides of the convex problem's answer.
-void prove_load(const Vary& vary, double tolerance, VariedScene& scenes, Limit& limit) {
-  const Equilibrium found = scenes.largest();  // an undecided one is a good guess all the same
-  if (found.verdict == EquilibriumVerdict::Mechanism || !found.limited) {
-    const bool falls = found.verdict == EquilibriumVerdict::Mechanism;
-    const double end = falls ? vary.from : vary.to;
-    if (!keep(scenes.at(end), limit)) limit.why = "neither is proved there";
-    return;
-  }
-  limit.convex = vary.from + found.factor;
-  double width = 0.5 * tolerance * std::max(std::abs(limit.convex), 1e-3 * (vary.to - vary.from));
-  for (int i = 0; i < 4 && !(limit.stands && limit.falls); ++i, width *= 10.0) {
-    if (!limit.stands) keep(scenes.at(std::max(vary.from, limit.convex - width)), limit);
-    if (!limit.falls) keep(scenes.at(limit.convex + width), limit);
-    if (i > 0) limit.why = "nearer to the limit neither is proved";
-  }
-}
-
-void bisect(const Vary& vary, double tolerance, VariedScene& scenes, Limit& limit) {
-  for (const double end : {vary.from, vary.to}) {
-    if (!keep(scenes.at(end), limit)) limit.why = "neither is proved at an end of the range";
-  }
-  while (limit.stands && limit.falls) {
-    const double low = limit.stands->value, high = limit.falls->value;
-    const double size = std::max({std::abs(low), std::abs(high), 1e-3 * (vary.to - vary.from)});
-    if (!(std::abs(high - low) > tolerance * size)) return;
-    bool decided = false;
-    for (const double share : {0.5, 0.4, 0.6, 0.25, 0.75}) {
-      decided = decided || keep(scenes.at(low + share * (high - low)), limit);
-    }
-    if (decided) continue;
-    limit.why = "between them neither is proved";
-    return;
-  }
-}
-
-json vector_json(const Eigen::VectorXd& v) { return std::vector<double>(v.begin(), v.end()); }
-
-/// All that checks it: see tools/guides/limit.md.
-json certificate(const Trial& trial) {
-  const Scene& scene = trial.scene;
-  json blocks = json::array(), contacts = json::array(), joints = json::array();
-  for (std::size_t b = 0; b < scene.blocks.size(); ++b) {
-    const solver::Block& block = scene.blocks[b];
-    const solver::EquilibriumBlock& solved = trial.problem.blocks[b];
-    if (block.kind == solver::BlockKind::Absent) continue;
-    json vertices = json::array();
-    for (int v = 0; v < block.shape->vertex_count(); ++v) {
-      vertices.push_back(vector_json(block.body().vertex(v)));
-    }
-    Vector6 applied = solved.load;
-    if (solved.moves) {
-      applied.head<3>() -= block.material.density * geometry::mass_properties(block.body()).volume *
-                           scene.gravity.at(0.0);
-    }
-    blocks.push_back({{"index", b},
-                      {"name", block.name},
-                      {"moves", solved.moves},
-                      {"density", block.material.density},
-                      {"group", block.material.joint_group},
-                      {"vertices", vertices},
-                      {"applied", vector_json(applied)},
-                      {"live", vector_json(solved.live)},
-                      {"velocity", vector_json(trial.found.velocities[b])}});
-  }
-  for (std::size_t i = 0; i < trial.problem.contacts.size(); ++i) {
-    const solver::EquilibriumContact& contact = trial.problem.contacts[i];
-    contacts.push_back({{"a", contact.a},
-                        {"b", contact.b},
-                        {"point", vector_json(contact.point + trial.problem.origin)},
-                        {"normal", vector_json(contact.normal)},
-                        {"held", contact.held},
-                        {"force", vector_json(trial.found.forces[i])}});
-  }
-  const auto add_joint = [&](json groups, const solver::Joint& joint) {
-    joints.push_back({{"groups", std::move(groups)},
-                      {"friction", std::tan(joint.friction_angle)},
-                      {"cohesion", joint.cohesion},
-                      {"tension", joint.tension}});
   };
-  add_joint(nullptr, scene.joint);
-  for (const solver::PairJoint& pair : scene.pair_joints) {
-    add_joint({pair.group_a, pair.group_b}, pair.joint);
-  }
-  const bool stands = trial.found.verdict == EquilibriumVerdict::Admissible;
-  return {{"certificate", stands ? "stands" : "falls"},
-          {"value", trial.value},
-          {"factor", trial.factor},
-          {"gravity", vector_json(scene.gravity.at(0.0))},
-          {"joints", joints},
-          {"blocks", blocks},
-          {"contacts", contacts}};
+  take(result["sudden"]["holds"]);
+  take(result["gradual"]["holds"]);
+  if (!result["coulomb_mechanism"].is_null()) take(result["coulomb_mechanism"]["value"]);
+  result["safe"] = number_or_null(safe);
+  return result;
 }
 
-json summary(const Trial* trial) {
-  if (trial == nullptr) return nullptr;
-  const Equilibrium& found = trial->found;
-  if (found.verdict == EquilibriumVerdict::Admissible) {
-    return {{"value", trial->value},
-            {"unbalance", found.unbalance},
-            {"violation", found.violation},
-            {"margin", std::isfinite(found.margin) ? json(found.margin) : json()}};
+void print_reached(const char* how, const json& reached) {
+  const auto at = [&](const char* key) {
+    return reached[key].is_null() ? std::string("nowhere") : text(reached[key]);
+  };
+  std::printf("  %s loading, observed: holds at %s, is lost at %s", how, at("holds").c_str(),
+              at("lost").c_str());
+  const bool done = reached["why"].is_null();
+  std::printf("%s\n", done ? "" : (" (" + reached["why"].get<std::string>() + ")").c_str());
+}
+
+void print_loading(const json& loading) {
+  if (loading.is_null()) return;
+  if (loading["safe"].is_null()) {
+    std::printf("  no value is known that loading reaches\n");
+  } else {
+    std::printf("  safe to count on: %.6g, the least of what follows\n",
+                loading["safe"].get<double>());
   }
-  return {{"value", trial->value},
-          {"power", found.power},
-          {"dissipation", found.dissipation},
-          {"incompatibility", found.incompatibility}};
+  for (const char* how : {"sudden", "gradual"}) {
+    if (loading.contains(how)) print_reached(how, loading[how]);
+  }
+  if (const json found = loading.value("coulomb_mechanism", json()); !found.is_null()) {
+    std::printf(
+        "  a mechanism without dilation was found at %.6g (friction exceeded by %.1e of the "
+        "largest load; lower ones may exist)\n",
+        found["value"].get<double>(), found["excess"].get<double>());
+  }
 }
 
 void print(const json& report) {
@@ -340,6 +129,7 @@ void print(const json& report) {
   };
   std::printf("%s: %s\n", report["scene"].get<std::string>().c_str(),
               report["vary"].get<std::string>().c_str());
+  print_loading(report["loading"]);
   line("stands", "admissible (forces within friction balance all loads) at");
   line("falls", "falls (proved, whatever the flow rule) at");
   if (!report["convex"].is_null()) {
@@ -360,33 +150,166 @@ void write(OutputFolder& folder, const char* name, const json& document) {
   if (!file.flush()) throw scene_file::FileError(std::string(name) + ": can't be written");
 }
 
-int limit(const LimitArguments& arguments) {
-  const Vary vary = parse(arguments.vary);
-  VariedScene scenes(arguments, vary);
-  Limit limit;
-  if (vary.what == "load") {
-    prove_load(vary, arguments.tolerance, scenes, limit);
-  } else {
-    bisect(vary, arguments.tolerance, scenes, limit);
+void write_trial(OutputFolder& folder, const std::string& name, const Trial* trial,
+                 const Vary& vary) {
+  if (trial == nullptr) return;
+  write(folder, (name + ".json").c_str(), limit_analysis::certificate(*trial, vary));
+  limit_analysis::write_vtk(folder.file(name + "_blocks.vtk"), folder.file(name + "_contacts.vtk"),
+                            *trial);
+}
+
+int show(const LimitArguments& arguments, const json& report, void (*print_report)(const json&),
+         int exit_code) {
+  arguments.json ? (void)std::printf("%s\n", text(report).c_str()) : print_report(report);
+  return exit_code;
+}
+
+void print_blocks(const json& report) {
+  std::printf("%s: every block alone, its neighbours fixed\n",
+              report["scene"].get<std::string>().c_str());
+  std::printf("  %-20s %12s  strength divided by: stands, falls\n", "key block", "volume, m3");
+  for (const json& block : report["blocks"]) {
+    if (!block["key"].get<bool>()) continue;
+    const auto at = [&](const char* key) {
+      return block[key].is_null() ? std::string("none") : text(block[key]);
+    };
+    std::printf("  %-20s %12.6g  %s, %s\n", block["name"].get<std::string>().c_str(),
+                block["volume"].get<double>(), at("stands").c_str(), at("falls").c_str());
   }
-  const bool both = limit.stands && limit.falls;
-  if (!both && limit.why.empty()) limit.why = "the range ends before";
+  std::printf("  %zu blocks move, %d of them could be taken out, %d are key blocks\n",
+              report["blocks"].size(), report["removable"].get<int>(), report["keys"].get<int>());
+}
+
+int each(const LimitArguments& arguments) {
+  const auto scene = scene_file::read_scene(arguments.scene, arguments.changes).scene;
+  json blocks = json::array();
+  int removable = 0, keys = 0;
+  for (const auto& single : limit_analysis::single_blocks(scene, arguments.tolerance)) {
+    removable += static_cast<int>(single.removable);
+    keys += static_cast<int>(single.key);
+    blocks.push_back({{"block", single.block},
+                      {"name", scene.blocks[static_cast<std::size_t>(single.block)].name},
+                      {"volume", single.volume},
+                      {"removable", single.removable},
+                      {"key", single.key},
+                      {"stands", number_or_null(single.stands)},
+                      {"falls", number_or_null(single.falls)}});
+  }
+  const json report = {
+      {"scene", arguments.scene}, {"removable", removable}, {"keys", keys}, {"blocks", blocks}};
+  if (!arguments.out.empty()) {
+    OutputFolder folder(arguments.out);
+    write(folder, "blocks.json", report);
+    folder.commit(OutputFolder::Checkpoint::Drop);
+  }
+  return show(arguments, report, print_blocks, kDone);
+}
+
+json side(const Limit& limit) {
+  using limit_analysis::summary;
+  return {{"stands", summary(limit.stands.get())},
+          {"falls", summary(limit.falls.get())},
+          {"why", limit.why.empty() ? json() : json(limit.why)}};
+}
+
+void print_thrust(const json& report) {
+  std::printf("%s: thrust on \"%s\" along (%.6g, %.6g, %.6g), N\n",
+              report["scene"].get<std::string>().c_str(),
+              report["support"].get<std::string>().c_str(), report["direction"][0].get<double>(),
+              report["direction"][1].get<double>(), report["direction"][2].get<double>());
+  const auto print_side = [&](const char* key, const char* title, double sign) {
+    for (const auto& [verdict, word] : {std::pair("stands", "admissible"), {"falls", "not"}}) {
+      const json& found = report[key][verdict];
+      if (found.is_null()) {
+        std::printf("  %s: none proved (%s)\n", title, word);
+      } else {
+        std::printf("  %s: %s at %.9g\n", title, word, sign * found["value"].get<double>());
+      }
+    }
+  };
+  print_side("least", "least thrust", -1.0);
+  print_side("greatest", "greatest thrust", 1.0);
+  print_side("shrink", "joints shrunk to a share", 1.0);
+  if (!report["geometric_factor_of_safety"].is_null()) {
+    std::printf("  geometric factor of safety %.6g; the thrust is %s\n",
+                report["geometric_factor_of_safety"].get<double>(),
+                report["unique"].get<bool>() ? "unique" : "not unique");
+  }
+}
+
+int thrust(const LimitArguments& arguments) {
+  const auto scene = scene_file::read_scene(arguments.scene, arguments.changes).scene;
+  const limit_analysis::Thrust found =
+      limit_analysis::thrust_on(scene, arguments.thrust, arguments.tolerance);
+  const bool both = found.least.stands && found.greatest.stands;
+  json unique, factor;
+  if (both) {
+    const double least = -found.least.stands->value, greatest = found.greatest.stands->value;
+    unique = greatest - least <= 4.0 * arguments.tolerance * std::abs(greatest);
+  }
+  if (found.shrink.stands) factor = 1.0 / found.shrink.stands->value;
+  const json report = {
+      {"scene", arguments.scene},
+      {"support", arguments.thrust},
+      {"direction", std::vector<double>(found.direction.begin(), found.direction.end())},
+      {"least", side(found.least)},
+      {"greatest", side(found.greatest)},
+      {"shrink", side(found.shrink)},
+      {"geometric_factor_of_safety", factor},
+      {"unique", unique}};
+  if (!arguments.out.empty()) {
+    OutputFolder folder(arguments.out);
+    write(folder, "thrust.json", report);
+    for (const auto& [name, limit] : {std::pair("least", &found.least),
+                                      {"greatest", &found.greatest},
+                                      {"shrink", &found.shrink}}) {
+      write_trial(folder, std::string(name) + "_stands", limit->stands.get(), {.what = "thrust"});
+      write_trial(folder, std::string(name) + "_falls", limit->falls.get(), {.what = "thrust"});
+    }
+    folder.commit(OutputFolder::Checkpoint::Drop);
+  }
+  return show(arguments, report, print_thrust, both && found.shrink.stands ? kDone : kFailed);
+}
+
+/// A path: what the run says stands beside what is proved of its geometries.
+Limit settlement(const LimitArguments& arguments, const VariedScene& scenes, json& loading) {
+  if (!(arguments.loading > 0.0)) {
+    throw std::invalid_argument(
+        "--vary settlement: is a run of the solver: --loading must not be 0");
+  }
+  limit_analysis::Reached reached;
+  Limit limit = limit_analysis::settle(scenes, arguments.tolerance, arguments.loading,
+                                       show_progress, reached);
+  end_progress();
+  loading = {{"gradual", reached_json(reached)}, {"safe", number_or_null(reached.holds)}};
+  return limit;
+}
+
+int limit(const LimitArguments& arguments) {
+  using limit_analysis::summary;
+  VariedScene scenes(arguments.scene, arguments.changes,
+                     limit_analysis::parse_vary(arguments.vary));
+  json loading;
+  const Limit limit = scenes.vary().what == "settlement"
+                          ? settlement(arguments, scenes, loading)
+                          : limit_analysis::prove(scenes, arguments.tolerance);
+  if (loading.is_null()) loading = loading_json(arguments, scenes, limit);
   json report = {{"scene", arguments.scene},
                  {"vary", arguments.vary},
                  {"stands", summary(limit.stands.get())},
                  {"falls", summary(limit.falls.get())},
                  {"convex", std::isfinite(limit.convex) ? json(limit.convex) : json()},
+                 {"loading", loading},
                  {"why", limit.why.empty() ? json() : json(limit.why)},
                  {"factorizations", scenes.factorizations}};
   if (!arguments.out.empty()) {
     OutputFolder folder(arguments.out);
     write(folder, "limit.json", report);
-    if (limit.stands) write(folder, "stands.json", certificate(*limit.stands));
-    if (limit.falls) write(folder, "falls.json", certificate(*limit.falls));
+    write_trial(folder, "stands", limit.stands.get(), scenes.vary());
+    write_trial(folder, "falls", limit.falls.get(), scenes.vary());
     folder.commit(OutputFolder::Checkpoint::Drop);
   }
-  arguments.json ? (void)std::printf("%s\n", text(report).c_str()) : print(report);
-  return both && limit.why.empty() ? kDone : kFailed;
+  return show(arguments, report, print, limit.why.empty() ? kDone : kFailed);
 }
 
 }  // namespace
@@ -400,27 +323,43 @@ void add_limit_command(CLI::App& app, int& exit_code) {
       "Above the mechanism nothing holds, whatever the flow rule; below it Coulomb friction may "
       "still let go: the answer is an upper bound.\n"
       "Exit codes: 0 both are proved within the tolerance, 1 not, 2 the input is refused.");
-  command->add_option("scene", arguments->scene, "scene file, JSON")->required();
+  add_scene_options(*command, arguments->scene, arguments->changes);
   command
       ->add_option("--vary", arguments->vary,
                    "load=NAME:FROM:TO (factor of the loads of that name), tilt=FROM:TO[:x|y|z] "
                    "(of the ground, degrees, default y), strength=FROM:TO (friction, cohesion and "
                    "tension are divided by it), friction=FROM:TO (angle of all joints, degrees), "
+                   "settlement=BLOCK:0:TO (of a fixed block, m, by runs), "
                    "/json/pointer=FROM:TO")
-      ->required()
       ->type_name("WHAT=FROM:TO");
-  command->add_option("--set", arguments->changes, "change the scene before it is read, as in run")
-      ->type_name("NAME=VALUE");
+  command->add_flag("--each", arguments->each,
+                    "key blocks: every block alone among its neighbours, which stay");
+  command->add_option("--thrust", arguments->thrust,
+                      "least and greatest horizontal thrust on this fixed block, and the geometric "
+                      "factor of safety");
   command
       ->add_option("--tolerance", arguments->tolerance,
                    "how far apart the two proofs may be, relative")
       ->check(in_range(1e-7, 0.5))
       ->capture_default_str();
+  command
+      ->add_option("--loading", arguments->loading,
+                   "wall time, s, for runs that show what loading reaches; 0: none")
+      ->check(in_range(0, kMostSeconds))
+      ->capture_default_str();
   command->add_option("--out", arguments->out,
                       "folder for limit.json and the certificates stands.json, falls.json");
   command->add_flag("--json", arguments->json, "the same as JSON");
   command->callback([arguments, &exit_code] {
-    exit_code = run_guarded([&] { return limit(*arguments); }, arguments->scene);
+    const auto asked = [&] {
+      const bool varies = !arguments->vary.empty(), thrusts = !arguments->thrust.empty();
+      if (int{varies} + int{thrusts} + int{arguments->each} != 1) {
+        throw std::invalid_argument("limit: one of --vary, --each and --thrust has to be given");
+      }
+      if (arguments->each) return each(*arguments);
+      return thrusts ? thrust(*arguments) : limit(*arguments);
+    };
+    exit_code = run_guarded(asked, arguments->scene);
   });
 }
 

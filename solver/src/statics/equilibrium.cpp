@@ -16,6 +16,7 @@ using Eigen::VectorXd;
 
 constexpr double kTouching = 1e-6;  // of the smaller block
 constexpr int kMostIterations = 150;
+constexpr double kLeastPart = 1e-12;    // of a strict mechanism that is added to a tight one
 constexpr double kFewOfLargest = 0.05;  // a factor this far below the largest one is solved again
 
 Matrix3 contact_frame(const Vector3& normal) {
@@ -79,8 +80,12 @@ class GroupProblem {
   /// At `factor`; `range` > 0: how much more is borne, up to that.
   void solve(double factor, double range, Equilibrium& result);
   double factor() const { return factor_; }
+  /// Of combined_mechanism().
+  void combine(double factor, const std::vector<Vector6>& tight, const std::vector<Vector6>& strict,
+               Equilibrium& result);
 
  private:
+  VectorXd scaled_velocities(const std::vector<Vector6>& velocities) const;
   VectorXd scaled_loads(double factor) const;
   ConeContact cone_contact(const EquilibriumContact& contact) const;
   void fill(double factor, double range);
@@ -119,7 +124,8 @@ ConeContact GroupProblem::cone_contact(const EquilibriumContact& contact) const 
     const Vector3 arm = (contact.point - block.place) / block.size;
     size = std::min(size, block.size);
     result << sign * frame, sign * cross_matrix(arm) * frame;
-    if (!contact.held && !(contact.friction > 0.0 || contact.cohesion > 0.0)) {
+    const bool shears = contact.held || contact.friction > 0.0 || contact.cohesion > 0.0;
+    if (!shears || contact.guided) {
       result.rightCols<2>().setZero();
     }
     return result;
@@ -130,7 +136,7 @@ ConeContact GroupProblem::cone_contact(const EquilibriumContact& contact) const 
   cone.cohesion = contact.cohesion / force_;
   cone.tension = contact.tension / force_;
   cone.cost = std::max(contact.gap, 0.0) / size;
-  cone.held = contact.held;
+  cone.held = contact.held || contact.guided;
   return cone;
 }
 
@@ -227,6 +233,33 @@ void GroupProblem::solve(double factor, double range, Equilibrium& result) {
   factor_ = factor + range * factor_;
 }
 
+/// Of size 1, moments' conjugates by the blocks' sizes.
+VectorXd GroupProblem::scaled_velocities(const std::vector<Vector6>& velocities) const {
+  VectorXd result(6 * static_cast<Eigen::Index>(group_.blocks.size()));
+  for (std::size_t s = 0; s < group_.blocks.size(); ++s) {
+    Vector6 velocity = velocities[index(group_.blocks[s])];
+    velocity.tail<3>() *= problem_.blocks[index(group_.blocks[s])].size;
+    result.segment<6>(6 * static_cast<Eigen::Index>(s)) = velocity;
+  }
+  const double fastest = result.lpNorm<Eigen::Infinity>();
+  return fastest > 0.0 ? VectorXd(result / fastest) : result;
+}
+
+void GroupProblem::combine(double factor, const std::vector<Vector6>& tight,
+                           const std::vector<Vector6>& strict, Equilibrium& result) {
+  fill(factor, 0.0);
+  factor_ = factor;
+  if (!(force_ > 0.0)) return;
+  const VectorXd one = scaled_velocities(tight), other = scaled_velocities(strict);
+  for (double part = kLeastPart; part <= 1.0; part *= 4.0) {
+    Equilibrium trial = result;
+    judge_velocities(one + part * other, trial);
+    if (trial.verdict != EquilibriumVerdict::Mechanism) continue;
+    result = std::move(trial);
+    return;
+  }
+}
+
 Equilibrium empty_result(const EquilibriumProblem& problem) {
   Equilibrium result;
   result.forces.assign(problem.contacts.size(), Vector3::Zero());
@@ -302,6 +335,20 @@ Equilibrium find_equilibrium(const EquilibriumProblem& problem, double factor) {
     ++result.islands;
   }
   result.verdict = verdict;
+  result.factor = factor;
+  return result;
+}
+
+Equilibrium combined_mechanism(const EquilibriumProblem& problem, double factor,
+                               const std::vector<Vector6>& tight,
+                               const std::vector<Vector6>& strict) {
+  Equilibrium result = empty_result(problem);
+  std::vector<int> slots;
+  for (const Group& group : groups_of(problem, slots)) {
+    GroupProblem(problem, group, slots).combine(factor, tight, strict, result);
+    ++result.islands;
+    if (result.verdict == EquilibriumVerdict::Mechanism) break;
+  }
   result.factor = factor;
   return result;
 }

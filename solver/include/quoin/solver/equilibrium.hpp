@@ -25,7 +25,8 @@ struct EquilibriumContact {
   double friction = 0.0;              ///< mu
   double cohesion = 0.0;              ///< C, N
   double tension = 0.0;               ///< T, N
-  bool held = false;
+  bool held = false;                  ///< by any force
+  bool guided = false;                ///< held, by any force along the normal, of either sign
 };
 
 struct EquilibriumBlock {
@@ -91,5 +92,13 @@ Equilibrium find_equilibrium(const EquilibriumProblem& problem, double factor = 
 /// Largest factor in [0, largest] with admissible forces: a convex problem, no bisection. `forces`
 /// hold it, `velocities` are the mechanism at it. Mechanism: load alone is not borne.
 Equilibrium largest_load_factor(const EquilibriumProblem& problem, double largest);
+
+/// A mechanism at that factor from two velocity fields by block (m/s, rad/s): `tight` works hardest
+/// but leaves contacts short of v_n >= mu |v_t| by rounding; `strict` opens them all, as the
+/// mechanism of a somewhat larger load does. As little of `strict` is added as makes every contact
+/// compatible. Undecided: no such sum proves it. Throws nothing but std::bad_alloc.
+Equilibrium combined_mechanism(const EquilibriumProblem& problem, double factor,
+                               const std::vector<Vector6>& tight,
+                               const std::vector<Vector6>& strict);
 
 }  // namespace quoin::solver

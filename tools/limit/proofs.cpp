@@ -1,0 +1,114 @@
+#include "limit/proofs.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace quoin::limit_analysis {
+namespace {
+
+// Of the limit: mechanisms so far above it open contacts widely, the nearer ones work harder.
+constexpr double kFar[] = {0.5, 0.05, 0.005};
+
+constexpr double kWider = 1.25;
+
+/// An undecided one is tried again with the velocities of a mechanism far from the limit.
+bool keep(Trial trial, Limit& limit) {
+  if (trial.found.verdict == EquilibriumVerdict::Undecided && !limit.strict.empty()) {
+    trial.found = solver::combined_mechanism(trial.problem, trial.factor, trial.found.velocities,
+                                             limit.strict);
+  }
+  if (trial.found.verdict == EquilibriumVerdict::Undecided) return false;
+  if (limit.strict.empty() && trial.found.verdict == EquilibriumVerdict::Mechanism) {
+    limit.strict = trial.found.velocities;
+  }
+  auto& place = trial.found.verdict == EquilibriumVerdict::Admissible ? limit.stands : limit.falls;
+  place = std::make_unique<Trial>(std::move(trial));
+  return true;
+}
+
+double apart(const Limit& limit, double range) {
+  const double low = limit.stands->value, high = limit.falls->value;
+  return std::abs(high - low) / std::max({std::abs(low), std::abs(high), 1e-3 * range});
+}
+
+/// Nearer to the limit by velocities that work harder, as those of the convex problem do.
+void tighten(const std::vector<Vector6>& tight, double convex, double width, Limit& limit) {
+  const double farthest = limit.falls->value - convex;
+  for (; width < farthest; width *= kWider) {
+    Trial trial = *limit.falls;
+    trial.factor += convex + width - trial.value;
+    trial.value = convex + width;
+    trial.found = solver::combined_mechanism(trial.problem, trial.factor, tight, limit.strict);
+    if (trial.found.verdict != EquilibriumVerdict::Mechanism) continue;
+    *limit.falls = std::move(trial);
+    return;
+  }
+}
+
+}  // namespace
+
+Limit prove_factor(const std::function<Trial(double)>& at, const Equilibrium& largest, double from,
+                   double to, double tolerance) {
+  Limit limit;
+  if (largest.verdict == EquilibriumVerdict::Mechanism || !largest.limited) {
+    const bool falls = largest.verdict == EquilibriumVerdict::Mechanism;
+    if (!keep(at(falls ? from : to), limit)) limit.why = "neither is proved there";
+    return limit;
+  }
+  limit.convex = from + largest.factor;
+  const double range = to - from, size = std::max(std::abs(limit.convex), 1e-3 * range);
+  const double least = 0.49 * tolerance * size;
+  for (const double far : kFar) {
+    Trial trial = at(limit.convex + far * size);
+    if (trial.found.verdict != EquilibriumVerdict::Mechanism) continue;
+    limit.strict = trial.found.velocities;
+    if (!limit.falls || trial.value < limit.falls->value) keep(std::move(trial), limit);
+    tighten(largest.velocities, limit.convex, least, limit);
+  }
+  double width = least;
+  for (int i = 0; i < 6; ++i, width *= 10.0) {
+    if (!limit.stands) keep(at(std::max(from, limit.convex - width)), limit);
+    const bool near = limit.falls && limit.falls->value <= limit.convex + 2.0 * width;
+    if (!near) {
+      Trial trial = at(limit.convex + width);
+      const std::vector<Vector6> tight = trial.found.velocities;
+      if (!keep(std::move(trial), limit) && limit.falls) tighten(tight, limit.convex, least, limit);
+    }
+    if (limit.stands && limit.falls && (near || apart(limit, range) <= tolerance)) break;
+  }
+  if (limit.stands && limit.falls && apart(limit, range) > tolerance) {
+    limit.why = "nearer to the limit neither is proved";
+  }
+  return limit;
+}
+
+Limit prove_between(const std::function<Trial(double)>& at, double from, double to,
+                    double tolerance) {
+  Limit limit;
+  for (const double end : {from, to}) {
+    if (!keep(at(end), limit)) limit.why = "neither is proved at an end of the range";
+  }
+  while (limit.stands && limit.falls && apart(limit, to - from) > tolerance) {
+    const double low = limit.stands->value, high = limit.falls->value;
+    bool decided = false;
+    for (const double share : {0.5, 0.4, 0.6, 0.25, 0.75}) {
+      decided = decided || keep(at(low + share * (high - low)), limit);
+    }
+    if (decided) continue;
+    limit.why = "between them neither is proved";
+    break;
+  }
+  return limit;
+}
+
+Limit prove(VariedScene& scenes, double tolerance) {
+  const auto at = [&](double value) { return scenes.at(value); };
+  const Vary& vary = scenes.vary();
+  Limit limit = vary.what == "load"
+                    ? prove_factor(at, scenes.largest(), vary.from, vary.to, tolerance)
+                    : prove_between(at, vary.from, vary.to, tolerance);
+  if (!(limit.stands && limit.falls) && limit.why.empty()) limit.why = "the range ends before";
+  return limit;
+}
+
+}  // namespace quoin::limit_analysis

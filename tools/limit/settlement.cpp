@@ -1,0 +1,158 @@
+#include "limit/settlement.hpp"
+
+#include <chrono>
+#include <cmath>
+#include <quoin/solver/simulation.hpp>
+#include <sstream>
+#include <stdexcept>
+
+namespace quoin::limit_analysis {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr int kIncrements = 16;  // of the range
+constexpr int kStepsOfOne = 20;  // dynamic
+constexpr double kSlow = 4.0;    // times the time in which a stone falls as far
+constexpr int kMostStaticSteps = 1000;
+
+class Path {
+ public:
+  Path(const VariedScene& scenes, double seconds)
+      : scene_(scenes.file().scene),
+        options_(scenes.file().options),
+        end_(Clock::now() +
+             std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds))) {
+    const std::string& name = scenes.vary().name;
+    for (std::size_t b = 0; b < scene_.blocks.size(); ++b) {
+      if (scene_.blocks[b].name == name) support_ = static_cast<int>(b);
+    }
+    if (support_ < 0 || block().kind != solver::BlockKind::Fixed) {
+      throw std::invalid_argument("--vary settlement=" + name + ": no fixed block has that name");
+    }
+    const Vector3 gravity = scene_.gravity.at(0.0);
+    if (!(gravity.norm() > 0.0)) {
+      throw std::invalid_argument("--vary settlement=" + name + ": gravity is 0");
+    }
+    gravity_ = gravity.norm();
+    down_ = gravity / gravity_;
+    block().kind = solver::BlockKind::Prescribed;
+    options_.watch = [this](const solver::StepReport&) { return Clock::now() < end_; };
+  }
+
+  /// Sinks by so much and comes to rest; false: it does not.
+  bool go(solver::Simulation& run, double way) {
+    if (way > 0.0) {
+      const double duration = kSlow * std::sqrt(2.0 * way / gravity_);
+      block().motion.value = Vector3(way / duration * down_);
+      run.change(scene_);
+      options_.analysis = solver::Analysis::Dynamic;
+      options_.time_step = duration / kStepsOfOne;
+      run.set_options(options_);
+      for (int i = 0; i < kStepsOfOne; ++i) {
+        if (run.advance().status != solver::StepStatus::Converged) return false;
+      }
+      block().motion.value = Vector3(0, 0, 0);
+      run.change(scene_);
+    }
+    options_.analysis = solver::Analysis::Static;
+    run.set_options(options_);
+    for (int i = 0; i < kMostStaticSteps; ++i) {
+      const solver::StepReport report = run.advance();
+      if (report.status != solver::StepStatus::Converged) return false;
+      if (report.verdict == solver::StaticVerdict::Rest) return true;
+      if (report.verdict == solver::StaticVerdict::Mechanism) return false;
+    }
+    return false;
+  }
+
+  std::unique_ptr<solver::Simulation> start() const {
+    return std::make_unique<solver::Simulation>(scene_, options_);
+  }
+  std::unique_ptr<solver::Simulation> resume(const std::string& saved) const {
+    std::istringstream in(saved);
+    return std::make_unique<solver::Simulation>(scene_, options_, in);
+  }
+  bool out_of_time() const { return Clock::now() >= end_; }
+
+  /// The geometry as the run has it.
+  Trial judged(const solver::Simulation& run, double value) const {
+    Trial trial{value, scene_};
+    trial.scene.initial_overlap = solver::InitialOverlap::Keep;
+    for (std::size_t b = 0; b < trial.scene.blocks.size(); ++b) {
+      solver::Block& moved = trial.scene.blocks[b];
+      moved.shape = std::make_shared<const geometry::Shape>(moved.shape->shared_topology(),
+                                                            run.vertices(static_cast<int>(b)));
+      moved.placement = {};
+    }
+    trial.scene.blocks[static_cast<std::size_t>(support_)].kind = solver::BlockKind::Fixed;
+    trial.problem = solver::equilibrium_problem(trial.scene);
+    trial.found = solver::find_equilibrium(trial.problem);
+    return trial;
+  }
+
+ private:
+  solver::Block& block() { return scene_.blocks[static_cast<std::size_t>(support_)]; }
+
+  Scene scene_;
+  solver::StepOptions options_;
+  Clock::time_point end_;
+  int support_ = -1;
+  double gravity_ = 0.0;
+  Vector3 down_ = Vector3::Zero();
+};
+
+std::unique_ptr<Trial> proved(Trial trial, EquilibriumVerdict wanted) {
+  if (trial.found.verdict != wanted) return nullptr;
+  return std::make_unique<Trial>(std::move(trial));
+}
+
+std::string saved_state(const solver::Simulation& run) {
+  std::ostringstream out;
+  run.save(out);
+  return out.str();
+}
+
+}  // namespace
+
+Limit settle(const VariedScene& scenes, double tolerance, double seconds, const Progress& progress,
+             Reached& reached) {
+  Path path(scenes, seconds);
+  Limit limit;
+  const Vary& vary = scenes.vary();
+  double increment = (vary.to - vary.from) / kIncrements, way = vary.from, at = vary.from;
+  auto run = path.start();
+  std::string saved;
+  for (;;) {
+    const bool rests = path.go(*run, way);
+    ++reached.runs;
+    std::ostringstream text;
+    text << "settlement: " << at << (rests ? " holds" : " is lost");
+    progress(text.str());
+    if (path.out_of_time()) {
+      reached.why = "the time for runs is over";
+      break;
+    }
+    (rests ? reached.holds : reached.lost) = at;
+    Trial trial = path.judged(*run, at);
+    (rests ? limit.stands : limit.falls) = proved(
+        std::move(trial), rests ? EquilibriumVerdict::Admissible : EquilibriumVerdict::Mechanism);
+    if (rests) saved = saved_state(*run);
+    if (!reached.holds || at >= vary.to) break;
+    if (reached.lost) {
+      if (*reached.lost - *reached.holds <= tolerance * (vary.to - vary.from)) break;
+      increment = 0.5 * (*reached.lost - *reached.holds);
+    }
+    at = std::min(*reached.holds + increment, vary.to);
+    way = at - *reached.holds;
+    run = path.resume(saved);
+  }
+  if (!reached.lost) limit.why = "the range ends before";
+  if (reached.holds && !limit.stands) limit.why = "forces are not proved where the run rests";
+  if (reached.lost && !limit.falls)
+    limit.why = "a mechanism is not proved where the run loses rest";
+  if (!reached.why.empty()) limit.why = reached.why;
+  return limit;
+}
+
+}  // namespace quoin::limit_analysis
