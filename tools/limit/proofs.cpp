@@ -58,23 +58,21 @@ Limit prove_factor(const std::function<Trial(double)>& at, const Equilibrium& la
   limit.convex = from + largest.factor;
   const double range = to - from, size = std::max(std::abs(limit.convex), 1e-3 * range);
   const double least = 0.49 * tolerance * size;
-  for (const double far : kFar) {
-    Trial trial = at(limit.convex + far * size);
-    if (trial.found.verdict != EquilibriumVerdict::Mechanism) continue;
-    limit.strict = trial.found.velocities;
-    if (!limit.falls || trial.value < limit.falls->value) keep(std::move(trial), limit);
-    tighten(largest.velocities, limit.convex, least, limit);
+  Trial near = at(limit.convex + least);
+  const std::vector<Vector6> tight = near.found.velocities;
+  if (!keep(std::move(near), limit)) {
+    for (const double far : kFar) {
+      Trial trial = at(limit.convex + far * size);
+      if (trial.found.verdict != EquilibriumVerdict::Mechanism) continue;
+      limit.strict = trial.found.velocities;
+      if (!limit.falls || trial.value < limit.falls->value) keep(std::move(trial), limit);
+      tighten(largest.velocities, limit.convex, least, limit);
+      tighten(tight, limit.convex, least, limit);
+    }
   }
   double width = least;
-  for (int i = 0; i < 6; ++i, width *= 10.0) {
-    if (!limit.stands) keep(at(std::max(from, limit.convex - width)), limit);
-    const bool near = limit.falls && limit.falls->value <= limit.convex + 2.0 * width;
-    if (!near) {
-      Trial trial = at(limit.convex + width);
-      const std::vector<Vector6> tight = trial.found.velocities;
-      if (!keep(std::move(trial), limit) && limit.falls) tighten(tight, limit.convex, least, limit);
-    }
-    if (limit.stands && limit.falls && (near || apart(limit, range) <= tolerance)) break;
+  for (int i = 0; i < 6 && !limit.stands; ++i, width *= 10.0) {
+    keep(at(std::max(from, limit.convex - width)), limit);
   }
   if (limit.stands && limit.falls && apart(limit, range) > tolerance) {
     limit.why = "nearer to the limit neither is proved";

@@ -10,7 +10,7 @@ namespace quoin::limit_analysis {
 namespace {
 
 constexpr double kLeastShrink = 1e-3;
-constexpr double kMostThrust = 1e3;  // of all weights and loads
+constexpr double kMostThrust = 1e2;  // of all weights and loads
 
 int fixed_block(const Scene& scene, const std::string& name) {
   for (std::size_t b = 0; b < scene.blocks.size(); ++b) {
