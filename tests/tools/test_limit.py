@@ -145,7 +145,7 @@ def wall_of(number):
 for friction, row in LIMITS.items():
     for number, exact in enumerate(row, 1):
         check(f"wall {number}, mu {friction}", scene(math.degrees(math.atan(friction)), wall_of(number), [1, 0, 0]),
-              "load=push:0:2", exact, 2e-6, 1e-4)
+              "load=push:0:2", exact, 2e-6 if number == 1 else 5e-6, 1e-4)
 wall = wall_of(1)
 check("wall 1 to six digits", scene(math.degrees(math.atan(.65)), wall, [1, 0, 0]), "load=push:0:2", .642859, 1e-6, 2e-6)
 

@@ -70,8 +70,8 @@ Limit prove_factor(const std::function<Trial(double)>& at, const Equilibrium& la
       tighten(tight, limit.convex, least, limit);
     }
   }
-  double width = least;
-  for (int i = 0; i < 6 && !limit.stands; ++i, width *= 10.0) {
+  double width = 0.1 * least;  // forces are found nearer to the limit than mechanisms
+  for (int i = 0; i < 7 && !limit.stands; ++i, width *= 10.0) {
     keep(at(std::max(from, limit.convex - width)), limit);
   }
   if (limit.stands && limit.falls && apart(limit, range) > tolerance) {
