@@ -58,6 +58,14 @@ class RunCommand(FolderTest):
         self.check_history(out / "history.csv")
         self.check_vtk(out)
 
+    def test_paraview_files_can_be_left_out(self):
+        out = self.folder / "out"
+        done = run(INCLINE, "--out", out, "--set", "/end_time=0.5", "--set", "/paraview=false")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual({p.name for p in out.iterdir()} - {".quoin-journal"},
+                         {"history.csv", "blocks.csv", "contacts.csv", "manifest.json", "summary.json"})
+        self.assertIn('ParaView files: "paraview" is false', json.loads((out / "summary.json").read_text())["left_out"])
+
     def check_history(self, path):
         rows = list(csv.DictReader(path.read_text().splitlines()))
         self.assertEqual(len(rows), 51)

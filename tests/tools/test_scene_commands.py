@@ -135,6 +135,12 @@ class SceneCommands(FolderTest):
                           {"what": "fixed point", "block": "b0", "point": [0.5, 0.5, -1e-3]}])
         done = quoin("check", self.scene(scene))
         self.assertIn('outside its block "b0": load at (3, 0.5, 1) m', done.stdout)
+        done = quoin("run", self.scene(scene))
+        self.assertEqual(done.stderr.splitlines()[:2],
+                         ['quoin: block "b0": load at (3, 0.5, 1) m is 2 m or more outside it, and moves along as the '
+                          'end of a lever',
+                          'quoin: block "b0": fixed point at (0.5, 0.5, -0.001) m is 0.001 m or more outside it, and '
+                          'moves along as the end of a lever'])
 
     def test_check_ends_a_step_that_lasts(self):
         path = self.folder / "dust.json"

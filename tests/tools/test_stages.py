@@ -51,6 +51,13 @@ class Stages(FolderTest):
         # x = t2 / 2 passes 0.1 m at 0.447 s, v = 0.45 + 0.2 + 0.07 then, and 0.5 m after 0.512 s more
         self.assertEqual([s["steps"] for s in found][:4], [45, 20, 7, 52])
 
+    def test_static_stages_say_what_replaces_a_time(self):
+        for analysis in ("static", "settle"):
+            done = self.run_scene(sliding([{"analysis": analysis, "time_step": 0.01}]))
+            self.assertEqual(done.returncode, 2)
+            self.assertIn('/stages/0/time_step: unknown key "time_step": a static stage takes no time', done.stderr)
+            self.assertIn('"max_steps"', done.stderr)
+
     def test_until_rest_in_a_dynamic_stage(self):
         rough = sliding([{"analysis": "dynamic", "duration": 10, "until": "rest"}], gravity=[0, 0, -10],
                         joint={"friction_angle_deg": 45})

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "scene_file/scene_error.hpp"
@@ -63,6 +64,34 @@ TEST_CASE("objects: keys unknown and missing, and the one that was meant") {
         "/dnsity: unknown key \"dnsity\"; did you mean \"density\"?");
   CHECK(breach(schema, {{"density", 1}, {"a/b", 1}}) == "/a~1b: unknown key \"a/b\"");
   CHECK(breach(schema, json::object()) == "/: missing key \"density\"");
+}
+
+TEST_CASE("a key without its unit, or with words of a known one, is told which was meant") {
+  json schema = {{"additionalProperties", false}, {"properties", json::object()}};
+  for (const char* key : {"dilation_angle_deg", "friction_angle_deg", "normal_stiffness",
+                          "residual_friction_angle_deg", "young"}) {
+    schema["properties"][key] = {{"type", "number"}};
+  }
+  const auto asked = [&](const char* key) { return breach(schema, {{key, 1}}); };
+  CHECK(asked("friction_angle") ==
+        "/friction_angle: unknown key \"friction_angle\"; did you mean \"friction_angle_deg\"?");
+  for (const auto& [key, wanted] :
+       std::map<const char*, const char*>{{"friction", "friction_angle_deg"},
+                                          {"residual_friction", "residual_friction_angle_deg"},
+                                          {"stiffness_normal", "normal_stiffness"},
+                                          {"youngs_modulus", "young"}}) {
+    CHECK(asked(key).ends_with("; did you mean \"" + std::string(wanted) + "\"?"));
+  }
+  CHECK(asked("tilt_deg") == "/tilt_deg: unknown key \"tilt_deg\"");
+}
+
+TEST_CASE("a key of another kind of object is told what takes its place") {
+  const json schema = {{"x-instead", {{"$ref", "#/$defs/no_time"}}},
+                       {"additionalProperties", false},
+                       {"properties", {{"max_steps", {{"type", "integer"}}}}},
+                       {"$defs", {{"no_time", {{"time_step", "give \"max_steps\""}}}}}};
+  CHECK(breach(schema, {{"time_step", 1}}) ==
+        "/time_step: unknown key \"time_step\": give \"max_steps\"");
 }
 
 TEST_CASE("of several alternatives the message is about the one that was meant") {

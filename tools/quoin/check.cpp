@@ -9,11 +9,11 @@
 #include <numbers>
 #include <quoin/geometry/contact_finder.hpp>
 #include <quoin/geometry/mass_properties.hpp>
-#include <quoin/geometry/queries.hpp>
 
 #include "commands.hpp"
 #include "in_range.hpp"
 #include "scene_file/peak_memory.hpp"
+#include "scene_file/points_outside.hpp"
 #include "scene_file/run_scene.hpp"
 #include "stop.hpp"
 
@@ -132,19 +132,13 @@ std::vector<int> without_support(const solver::Scene& scene, const std::vector<P
   return loose;
 }
 
-/// Loads and fixed points whose place is no point of their block: it moves along all the same, as
-/// the end of a lever.
 json points_outside(const solver::Scene& scene) {
   json outside = json::array();
-  const auto look = [&](const char* what, int b, const Vector3& point) {
-    const solver::Block& block = scene.blocks[static_cast<std::size_t>(b)];
-    if (geometry::contains(block.body(), point, kTouching * size(block))) return;
-    outside.push_back(
-        {{"what", what}, {"block", block.name}, {"point", {point.x(), point.y(), point.z()}}});
-  };
-  for (const solver::PointLoad& load : scene.point_loads) look("load", load.block, load.point);
-  for (const solver::FixedPoint& point : scene.fixed_points) {
-    look("fixed point", point.block, point.point);
+  for (const scene_file::PointOutside& found : scene_file::points_outside(scene)) {
+    const Vector3& point = found.point;
+    outside.push_back({{"what", found.what},
+                       {"block", scene.blocks[static_cast<std::size_t>(found.block)].name},
+                       {"point", {point.x(), point.y(), point.z()}}});
   }
   return outside;
 }

@@ -20,6 +20,7 @@
 #include "processes.hpp"
 #include "run_files.hpp"
 #include "scene_file/peak_memory.hpp"
+#include "scene_file/points_outside.hpp"
 #include "scene_file/run_scene.hpp"
 #include "scene_file/scene_error.hpp"
 #include "stop.hpp"
@@ -333,10 +334,16 @@ int run(RunArguments& arguments, Processes& processes) {
     check_distributed(file);
     output.rank_of_block = solver::parts_of_blocks(file.scene, processes.count());
   }
+  if (processes.is_first()) {
+    for (const std::string& line : scene_file::points_outside_lines(file)) complain(line);
+  }
   if (output.folder) output.files.emplace(*output.folder, file, output.checkpoint);
   RunResult result = run_with_files(file, arguments, processes, output);
   if (!output.folder) {
     result.left_out.emplace_back("history and ParaView files: no folder is asked for");
+  }
+  if (output.folder && !file.paraview) {
+    result.left_out.emplace_back("ParaView files: \"paraview\" is false");
   }
   const nlohmann::ordered_json report = summary(file, arguments.request.scene, result);
   if (output.folder) end_files(report, result.status, processes, output);

@@ -480,6 +480,7 @@ std::string piece_name(const std::string& file, int rank) {
 }  // namespace
 
 void RunFiles::write_vtk(const StepView& view) {
+  if (!file_.paraview) return;
   frame_step_ = steps_;
   times_.push_back(frame_time(view.simulation.state().time));
   share_.count > 1 ? write_pieces(view) : write_frame(view);

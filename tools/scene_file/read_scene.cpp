@@ -668,6 +668,7 @@ class Reader {
     take("tolerance", options.tolerance);
     take("max_iterations", options.max_iterations);
     take("max_displacement_ratio", options.max_displacement_ratio);
+    file_.paraview = document_.value("paraview", true);
     file_.history_every = document_.value("history_every", 1);
     if (document_.contains("end_time")) {
       require_time_step(options.time_step, "/smallest_time_step");

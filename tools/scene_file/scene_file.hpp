@@ -96,6 +96,7 @@ struct SceneFile {
   std::vector<Monitor> monitors{};
   std::vector<Reference> references{};
   double output_interval = 0.0;        ///< s between ParaView files
+  bool paraview = true;                ///< are ParaView files wanted?
   int history_every = 1;               ///< steps between lines of the history
   std::vector<std::string> sources{};  ///< the files that it was read from
 

@@ -5,6 +5,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <sstream>
 #include <vector>
 
 #include "scene_file/scene_error.hpp"
@@ -59,15 +60,41 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
+std::vector<std::string> words_of(const std::string& key) {
+  std::istringstream stream(key);
+  std::vector<std::string> words;
+  for (std::string word; std::getline(stream, word, '_');) words.push_back(word);
+  return words;
+}
+
+/// How many words of `key` are in `known`: the same, or one begins with the other, and no unit.
+std::size_t common_words(const std::string& key, const std::string& known) {
+  constexpr std::size_t kShortest = 4;  // deg, m, in
+  const std::vector<std::string> words = words_of(known);
+  std::size_t common = 0;
+  for (const std::string& word : words_of(key)) {
+    common += std::any_of(words.begin(), words.end(), [&](const std::string& other) {
+      return std::min(word.size(), other.size()) >= kShortest &&
+             (word.starts_with(other) || other.starts_with(word));
+    });
+  }
+  return common;
+}
+
+/// The known key within two changes; else the one with the most words in common and fewest others.
 std::string meant(const std::string& key, const json& properties) {
   std::string best;
-  std::size_t least = 3;
+  std::size_t least = 3, most = 0, fewest = 0;
   for (const auto& [known, unused] : properties.items()) {
     const std::size_t distance = edit_distance(key, known);
-    if (distance < least) {
-      least = distance;
-      best = "; did you mean \"" + known + "\"?";
-    }
+    const std::size_t common = common_words(key, known), words = words_of(known).size();
+    const bool shares =
+        common > 0 && least == 3 && (common > most || (common == most && words < fewest));
+    if (distance >= least && !shares) continue;
+    least = std::min(least, distance);
+    most = common;
+    fewest = words;
+    best = "; did you mean \"" + known + "\"?";
   }
   return best;
 }
@@ -283,6 +310,7 @@ class Checker {
   void check_object(const json& schema, const json& value, const std::string& pointer) const {
     const json none = json::object();
     const json& properties = schema.contains("properties") ? schema["properties"] : none;
+    const json& instead = schema.contains("x-instead") ? resolve(schema["x-instead"]) : none;
     for (const auto& [key, item] : value.items()) {
       if (properties.contains(key)) {
         check(properties[key], item, child(pointer, key));
@@ -290,7 +318,9 @@ class Checker {
         const json& additional = schema["additionalProperties"];
         if (additional.is_boolean()) {
           throw SceneError(child(pointer, key),
-                           "unknown key " + shown(key) + meant(key, properties));
+                           "unknown key " + shown(key) +
+                               (instead.contains(key) ? ": " + instead[key].get<std::string>()
+                                                      : meant(key, properties)));
         }
         check(additional, item, child(pointer, key));
       }

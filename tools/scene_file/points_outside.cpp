@@ -1,0 +1,67 @@
+#include "scene_file/points_outside.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <quoin/geometry/body.hpp>
+#include <sstream>
+
+namespace quoin::scene_file {
+namespace {
+
+/// Of a point from a body's planes: the largest, m. Below 0 inside.
+double largest_distance(const geometry::Body& body, const Vector3& point) {
+  const geometry::Shape& shape = body.shape();
+  double largest = -std::numeric_limits<double>::infinity();
+  for (int face = 0; face < shape.topology().face_count(); ++face) {
+    const Vector3 normal = (body.cofactors() * shape.face_normal(face)).normalized();
+    const Vector3 corner = body.vertex(shape.topology().face(face)[0]);
+    largest = std::max(largest, normal.dot(point - corner));
+  }
+  return largest;
+}
+
+}  // namespace
+
+std::vector<PointOutside> points_outside(const solver::Scene& scene) {
+  constexpr double kTouching = 1e-6;
+  std::vector<PointOutside> outside;
+  const auto look = [&](const char* what, int b, const Vector3& point) {
+    const solver::Block& block = scene.blocks[static_cast<std::size_t>(b)];
+    const geometry::Box box = block.body().box();
+    const double distance = largest_distance(block.body(), point);
+    if (distance <= kTouching * (box.max - box.min).norm()) return;
+    outside.push_back({what, b, point, distance});
+  };
+  for (const solver::PointLoad& load : scene.point_loads) look("load", load.block, load.point);
+  for (const solver::FixedPoint& point : scene.fixed_points) {
+    look("fixed point", point.block, point.point);
+  }
+  return outside;
+}
+
+std::vector<std::string> points_outside_lines(const SceneFile& file) {
+  constexpr std::size_t kMost = 10;
+  std::vector<std::string> lines;
+  const auto append = [&](const solver::Scene& scene) {
+    for (const PointOutside& point : points_outside(scene)) {
+      std::ostringstream line;
+      line << "block \"" << scene.blocks[static_cast<std::size_t>(point.block)].name
+           << "\": " << point.what << " at (" << point.point.x() << ", " << point.point.y() << ", "
+           << point.point.z() << ") m is " << point.distance
+           << " m or more outside it, and moves along as the end of a lever";
+      if (std::ranges::find(lines, line.str()) == lines.end()) lines.push_back(line.str());
+    }
+  };
+  append(file.scene);
+  for (const Stage& stage : file.stages) {
+    if (stage.scene) append(*stage.scene);
+  }
+  if (lines.size() > kMost) {
+    const std::size_t more = lines.size() - kMost;
+    lines.resize(kMost);
+    lines.push_back("… and " + std::to_string(more) + " points more outside their blocks");
+  }
+  return lines;
+}
+
+}  // namespace quoin::scene_file
