@@ -206,7 +206,8 @@ def contact_parts(listed, offset):
 def history_of(folder):
     table = history(folder)
     step = max(1, -(-len(table["time"]) // MOST_HISTORY))
-    return {name: short(values[::step]) for name, values in table.items() if name != "stage"}
+    return {name: [x if np.isfinite(x) else None for x in short(values[::step])]  # JSON knows no NaN
+            for name, values in table.items() if name != "stage"}
 
 
 def names_of(path):

@@ -63,7 +63,7 @@ class RunCommand(FolderTest):
         done = run(INCLINE, "--out", out, "--set", "/end_time=0.5", "--set", "/paraview=false")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual({p.name for p in out.iterdir()} - {".quoin-journal"},
-                         {"history.csv", "blocks.csv", "contacts.csv", "manifest.json", "summary.json"})
+                         {"history.csv", "blocks.csv", "contacts.csv", "joints.csv", "manifest.json", "summary.json"})
         self.assertIn('ParaView files: "paraview" is false', json.loads((out / "summary.json").read_text())["left_out"])
 
     def check_history(self, path):

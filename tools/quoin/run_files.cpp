@@ -1,6 +1,7 @@
 #include "run_files.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -111,7 +112,10 @@ json monitors_json(const SceneFile& file, const RunResult& result) {
     json& shown = all[file.monitors[m].name];
     switch (file.monitors[m].kind) {
       case Monitor::Kind::Contact:
-        shown = {{"force", vector(value.force)}, {"normal_force", value.normal_force}};
+        shown = {{"force", vector(value.force)},
+                 {"normal_force", value.normal_force},
+                 {"moment", vector(value.moment)},
+                 {"centre_of_pressure", vector(value.centre_of_pressure)}};
         break;
       case Monitor::Kind::Group:
         shown = {{"momentum", vector(value.momentum)},
@@ -230,11 +234,12 @@ namespace {
 constexpr const char* kHistory = "history.csv";
 constexpr const char* kBlocks = "blocks.csv";
 constexpr const char* kContacts = "contacts.csv";
+constexpr const char* kJoints = "joints.csv";
 
 std::vector<const char*> columns_of(Monitor::Kind kind) {
   switch (kind) {
     case Monitor::Kind::Contact:
-      return {"fx", "fy", "fz", "normal_force"};
+      return {"fx", "fy", "fz", "normal_force", "mx", "my", "mz", "cx", "cy", "cz"};
     case Monitor::Kind::Group:
       return {"px",        "py",        "pz",        "lx",        "ly",        "lz",
               "stress_xx", "stress_yy", "stress_zz", "stress_xy", "stress_yz", "stress_zx",
@@ -244,7 +249,7 @@ std::vector<const char*> columns_of(Monitor::Kind kind) {
     case Monitor::Kind::Point:
       break;
   }
-  return {"ux", "uy", "uz", "vx", "vy", "vz", "rx", "ry", "rz"};
+  return {"ux", "uy", "uz", "vx", "vy", "vz", "rx", "ry", "rz", "wx", "wy", "wz"};
 }
 
 std::string history_head(const SceneFile& file) {
@@ -266,6 +271,10 @@ constexpr const char* kBlocksHead =
 constexpr const char* kContactsHead =
     "stage,time,a,b,name_a,name_b,type,state,failed,x,y,z,nx,ny,nz,gap,area,slip,normal_force,"
     "shear_force,normal_stress,shear_stress,fx,fy,fz";
+
+constexpr const char* kJointsHead =
+    "stage,time,a,b,name_a,name_b,state,points,closed,gap,area,x,y,z,nx,ny,nz,normal_force,"
+    "shear_force,normal_stress,edge_stress,fx,fy,fz,mx,my,mz";
 
 const char* name(BlockKind kind) {
   static constexpr const char* kNames[] = {"deformable", "rigid", "fixed", "prescribed", "absent"};
@@ -297,16 +306,18 @@ RunFiles::RunFiles(OutputFolder& folder, const SceneFile& file, FileShare share)
   history_.emplace(folder_.file(kHistory), history_head(file_));
   blocks_.emplace(folder_.file(kBlocks), kBlocksHead);
   contacts_.emplace(folder_.file(kContacts), kContactsHead);
+  joints_.emplace(folder_.file(kJoints), kJointsHead);
 }
 
 RunFiles::RunFiles(OutputFolder& folder, const SceneFile& file, std::istream& resume)
     : folder_(folder), file_(file) {
-  std::uintmax_t history = 0, blocks = 0, contacts = 0;
+  std::uintmax_t history = 0, blocks = 0, contacts = 0, joints = 0;
   scene_file::ArchiveReader archive(resume);
-  archive(steps_, frame_step_, times_, history, blocks, contacts);
+  archive(steps_, frame_step_, times_, joined_, history, blocks, contacts, joints);
   history_.emplace(folder_.file(kHistory), history);
   blocks_.emplace(folder_.file(kBlocks), blocks);
   contacts_.emplace(folder_.file(kContacts), contacts);
+  joints_.emplace(folder_.file(kJoints), joints);
   remove_later_frames();
 }
 
@@ -324,7 +335,8 @@ void RunFiles::remove_later_frames() {
 
 void RunFiles::save(std::ostream& out) {
   scene_file::ArchiveWriter archive(out);
-  archive(steps_, frame_step_, times_, history_->length(), blocks_->length(), contacts_->length());
+  archive(steps_, frame_step_, times_, joined_, history_->length(), blocks_->length(),
+          contacts_->length(), joints_->length());
 }
 
 void RunFiles::write_history_line(const StepView& view) {
@@ -334,7 +346,8 @@ void RunFiles::write_history_line(const StepView& view) {
     const MonitorValue& value = view.monitors[m];
     switch (file_.monitors[m].kind) {
       case Monitor::Kind::Contact:
-        history_->numbers(value.force).number(value.normal_force);
+        history_->numbers(value.force).number(value.normal_force).numbers(value.moment);
+        history_->numbers(value.centre_of_pressure);
         break;
       case Monitor::Kind::Group:
         history_->numbers(value.momentum).numbers(value.angular_momentum);
@@ -345,6 +358,7 @@ void RunFiles::write_history_line(const StepView& view) {
         break;
       case Monitor::Kind::Point:
         history_->numbers(value.displacement).numbers(value.velocity).numbers(value.rotation);
+        history_->numbers(value.angular_velocity);
         break;
     }
   }
@@ -382,7 +396,7 @@ bool RunFiles::is_due(const StepView& view) const {
 }
 
 void RunFiles::step(const StepView& view) {
-  ++steps_;
+  if (++steps_ == 1) append_joined(all_contacts(view), joined_);
   if (steps_ % file_.history_every == 0) {
     write_history_line(view);
   }
@@ -432,15 +446,21 @@ void RunFiles::write_blocks(const StepView& view) {
   blocks_->flush();
 }
 
+/// Of all processes, which all ask for them.
+std::vector<solver::Contact> RunFiles::all_contacts(const StepView& view) const {
+  return view.simulation.all_contacts([](const solver::Contact&) { return true; });
+}
+
 void RunFiles::write_contacts(const StepView& view) {
   const solver::State& state = view.simulation.state();
-  std::span<const solver::Contact> all = state.contacts;
-  std::vector<solver::Contact> gathered;
-  if (share_.count > 1) {
-    gathered = view.simulation.all_contacts([](const solver::Contact&) { return true; });
-    all = gathered;
-  }
+  std::vector<solver::Contact> all = all_contacts(view);
   if (!contacts_) return;
+  append_joined(all, joined_);
+  std::ranges::move(parted_contacts(view.simulation, joined_, all), std::back_inserter(all));
+  std::ranges::stable_sort(all, {}, [](const solver::Contact& contact) {
+    return JointedPair{contact.point.key.a, contact.point.key.b};
+  });
+  write_joints(view, all);
   const std::vector<solver::Block>& blocks = view.simulation.scene().blocks;
   for (const solver::Contact& contact : all) {
     const geometry::ContactPoint& point = contact.point;
@@ -460,6 +480,27 @@ void RunFiles::write_contacts(const StepView& view) {
     contacts_->numbers(contact.normal_force * point.normal - contact.shear_force).end_line();
   }
   contacts_->flush();
+}
+
+void RunFiles::write_joints(const StepView& view, std::span<const solver::Contact> contacts) {
+  const std::vector<solver::Block>& blocks = view.simulation.scene().blocks;
+  const Vector3& origin = view.simulation.state().origin;
+  for (const JointSum& joint : sums_by_joint(contacts)) {
+    joints_->number(static_cast<long>(view.stage)).number(view.dynamic_time);
+    for (const int block : {joint.a, joint.b}) joints_->number(static_cast<long>(block));
+    for (const int block : {joint.a, joint.b}) {
+      joints_->text(blocks[static_cast<std::size_t>(block)].name);
+    }
+    joints_->text(joint.closed > 0 ? "closed" : "open").number(static_cast<long>(joint.points));
+    joints_->number(static_cast<long>(joint.closed)).number(joint.gap).number(joint.area);
+    joints_->numbers(origin + joint.centre).numbers(joint.normal).number(joint.normal_force);
+    const Vector3 shear = joint.force - joint.force.dot(joint.normal) * joint.normal;
+    joints_->number(shear.norm());
+    joint.area > 0 ? joints_->number(joint.normal_force / joint.area) : joints_->text("");
+    joint.edge_stress >= 0 ? joints_->number(joint.edge_stress) : joints_->text("");
+    joints_->numbers(joint.force).numbers(joint.moment).end_line();
+  }
+  joints_->flush();
 }
 
 /// ParaView shows one frame a time, and static stages take none: each further frame of a time
@@ -527,7 +568,7 @@ void RunFiles::write_pieces(const StepView& view) {
 }
 
 void RunFiles::finish() {
-  for (std::optional<CsvFile>* file : {&history_, &blocks_, &contacts_}) {
+  for (std::optional<CsvFile>* file : {&history_, &blocks_, &contacts_, &joints_}) {
     if (*file) (*file)->flush();
   }
 }

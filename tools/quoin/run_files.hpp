@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "csv_file.hpp"
+#include "joint_rows.hpp"
 #include "output_folder.hpp"
 #include "scene_file/run_scene.hpp"
 
@@ -19,8 +20,8 @@ struct FileShare {
   int rank = 0, count = 1;
 };
 
-/// history.csv; blocks_*.vtu + blocks.pvd, contacts_*.vtp + contacts.pvd; blocks.csv and
-/// contacts.csv with the end of every stage. Throws FileError when something can't be written.
+/// history.csv; blocks_*.vtu + blocks.pvd, contacts_*.vtp + contacts.pvd; blocks.csv,
+/// contacts.csv and joints.csv with the end of every stage. Throws FileError when something can't be written.
 class RunFiles {
  public:
   RunFiles(OutputFolder& folder, const scene_file::SceneFile& file, FileShare share = {});
@@ -40,6 +41,8 @@ class RunFiles {
   void write_history_line(const scene_file::StepView& view);
   void write_blocks(const scene_file::StepView& view);
   void write_contacts(const scene_file::StepView& view);
+  void write_joints(const scene_file::StepView& view, std::span<const solver::Contact> contacts);
+  std::vector<solver::Contact> all_contacts(const scene_file::StepView& view) const;
   void write_vtk(const scene_file::StepView& view);
   void write_frame(const scene_file::StepView& view);
   void write_pieces(const scene_file::StepView& view);
@@ -51,8 +54,9 @@ class RunFiles {
   const FileShare share_{};
   long steps_ = 0;
   long frame_step_ = 0;                                 ///< steps when the last frame was written
-  std::vector<double> times_;                           ///< of the ParaView files, s
-  std::optional<CsvFile> history_, blocks_, contacts_;  ///< of the first process
+  std::vector<double> times_;        ///< of the ParaView files, s
+  std::vector<JointedPair> joined_;  ///< closed after the first step or at the end of a stage
+  std::optional<CsvFile> history_, blocks_, contacts_, joints_;  ///< of the first process
 };
 
 /// The keys of summary.json, as tools/README.md documents them.

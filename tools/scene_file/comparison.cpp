@@ -17,6 +17,10 @@ Vector3 vector_of(Quantity quantity, const MonitorValue& monitor) {
       return monitor.rotation;
     case Quantity::AngularVelocity:
       return monitor.angular_velocity;
+    case Quantity::Moment:
+      return monitor.moment;
+    case Quantity::CentreOfPressure:
+      return monitor.centre_of_pressure;
     case Quantity::Momentum:
       return monitor.momentum;
     case Quantity::AngularMomentum:

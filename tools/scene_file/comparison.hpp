@@ -14,7 +14,10 @@ struct MonitorValue {
   Vector3 angular_velocity = Vector3::Zero();  ///< world axes, rad/s
   Vector3 force =
       Vector3::Zero();  ///< of contacts: on Monitor::blocks; of fixed points: on their blocks, N
-  double normal_force = 0.0;                   ///< of contacts: sum, N
+  double normal_force = 0.0;         ///< of contacts: sum, N
+  Vector3 moment = Vector3::Zero();  ///< of contacts: of `force`, about Monitor::about, N m
+  /// Of contacts: mean place of the normal forces, m, in the world; NaN where nothing presses.
+  Vector3 centre_of_pressure = Vector3::Zero();
   Vector3 momentum = Vector3::Zero();          ///< of a group, N s
   Vector3 angular_momentum = Vector3::Zero();  ///< of a group about its centre of mass, N m s
   /// Of a group: mean by volume over its deformable blocks, NaN where it has none; (xx, yy, zz, xy,

@@ -858,6 +858,7 @@ class Reader {
       monitor.kind = Monitor::Kind::Contact;
       monitor.others = blocks_named(value["contact"][0], pointer + "/contact/0");
       monitor.blocks = blocks_named(value["contact"][1], pointer + "/contact/1");
+      if (value.contains("about")) monitor.about = read_vector(value["about"]);
     } else if (value.contains("blocks")) {
       monitor.kind = Monitor::Kind::Group;
       monitor.blocks = blocks_named(value["blocks"], pointer + "/blocks");
@@ -868,6 +869,9 @@ class Reader {
       monitor.blocks = {block_named(value["block"], pointer + "/block")};
       if (value.contains("point")) {
         monitor.point = read_vector(value["point"]);
+      }
+      if (value.contains("relative_to")) {
+        monitor.relative_to = block_named(value["relative_to"], pointer + "/relative_to");
       }
     }
     const bool taken = std::any_of(file_.monitors.begin(), file_.monitors.end(),
@@ -900,20 +904,23 @@ class Reader {
   }
 
   static Quantity quantity(const std::string& name) {
-    return name == "displacement"       ? Quantity::Displacement
-           : name == "velocity"         ? Quantity::Velocity
-           : name == "rotation"         ? Quantity::Rotation
-           : name == "angular_velocity" ? Quantity::AngularVelocity
-           : name == "momentum"         ? Quantity::Momentum
-           : name == "angular_momentum" ? Quantity::AngularMomentum
-           : name == "stress"           ? Quantity::Stress
-           : name == "strain"           ? Quantity::Strain
-                                        : Quantity::Force;
+    return name == "displacement"         ? Quantity::Displacement
+           : name == "velocity"           ? Quantity::Velocity
+           : name == "rotation"           ? Quantity::Rotation
+           : name == "angular_velocity"   ? Quantity::AngularVelocity
+           : name == "moment"             ? Quantity::Moment
+           : name == "momentum"           ? Quantity::Momentum
+           : name == "angular_momentum"   ? Quantity::AngularMomentum
+           : name == "centre_of_pressure" ? Quantity::CentreOfPressure
+           : name == "stress"             ? Quantity::Stress
+           : name == "strain"             ? Quantity::Strain
+                                          : Quantity::Force;
   }
 
   static bool shows(Monitor::Kind kind, Quantity quantity) {
     switch (kind) {
       case Monitor::Kind::Contact:
+        return quantity >= Quantity::Force && quantity <= Quantity::CentreOfPressure;
       case Monitor::Kind::FixedPoints:
         return quantity == Quantity::Force;
       case Monitor::Kind::Group:

@@ -46,7 +46,20 @@ Vector3 force_on_b(const Contact& contact) {
 struct Start {
   std::vector<Vector3> places{};
   std::vector<Eigen::Quaterniond> rotations{};
+  /// Of what a monitor is relative to: reference arm of the material at its place, and rotation.
+  std::vector<Vector3> ground_arms{};
+  std::vector<Eigen::Quaterniond> ground_rotations{};
 };
+
+/// Reference arm of a block's material at a place, both relative to State::origin, m.
+Vector3 arm_at(const State& state, int block, const Vector3& place) {
+  const Vector3 centroid = solver::local_point(state, block, Vector3::Zero());
+  geometry::Matrix3 turned;
+  for (int i = 0; i < 3; ++i) {
+    turned.col(i) = solver::local_point(state, block, Vector3::Unit(i)) - centroid;
+  }
+  return turned.inverse() * (place - centroid);
+}
 
 class Watch {
  public:
@@ -71,12 +84,17 @@ class Watch {
                 : Vector3(Vector3::Zero()));
       start_.rotations.push_back(Eigen::Quaterniond::Identity());
       if (moves) start_.rotations.back() = block(state, m).rotation;
+      const int ground = file_.monitors[m].relative_to;
+      start_.ground_arms.emplace_back(
+          ground < 0 ? Vector3(Vector3::Zero()) : arm_at(state, ground, start_.places[m]));
+      start_.ground_rotations.push_back(Eigen::Quaterniond::Identity());
+      if (ground >= 0) start_.ground_rotations.back() = of(state, ground).rotation;
     }
   }
 
   template <class Archive>
   void transfer(Archive& archive) {
-    archive(start_.places, start_.rotations);
+    archive(start_.places, start_.rotations, start_.ground_arms, start_.ground_rotations);
   }
 
   std::vector<MonitorValue> values(const Simulation& simulation) const {
@@ -85,7 +103,7 @@ class Watch {
       const Monitor& monitor = file_.monitors[m];
       switch (monitor.kind) {
         case Monitor::Kind::Contact:
-          result.push_back(contact_value(simulation, sides_[m]));
+          result.push_back(contact_value(simulation, sides_[m], monitor.about));
           break;
         case Monitor::Kind::Group:
           result.push_back(group_value(simulation, monitor.blocks));
@@ -114,7 +132,10 @@ class Watch {
   }
 
   const BlockState& block(const State& state, std::size_t monitor) const {
-    return state.blocks[static_cast<std::size_t>(file_.monitors[monitor].blocks[0])];
+    return of(state, file_.monitors[monitor].blocks[0]);
+  }
+  static const BlockState& of(const State& state, int block) {
+    return state.blocks[static_cast<std::size_t>(block)];
   }
 
   MonitorValue point_value(const State& state, std::size_t m) const {
@@ -124,12 +145,23 @@ class Watch {
     value.displacement = place - start_.places[m];
     value.angular_velocity = now.rotation * now.angular_velocity;
     value.velocity = now.velocity + value.angular_velocity.cross(place - now.centroid);
-    value.rotation = rotation_vector(now.rotation * start_.rotations[m].conjugate());
+    Eigen::Quaterniond turned = now.rotation * start_.rotations[m].conjugate();
+    if (const int ground = file_.monitors[m].relative_to; ground >= 0) {
+      const BlockState& carrier = of(state, ground);
+      const Vector3 carried = solver::local_point(state, ground, start_.ground_arms[m]);
+      const Vector3 spin = carrier.rotation * carrier.angular_velocity;
+      value.displacement = place - carried;
+      value.velocity -= carrier.velocity + spin.cross(place - carrier.centroid);
+      value.angular_velocity -= spin;
+      turned = (carrier.rotation * start_.ground_rotations[m].conjugate()).conjugate() * turned;
+    }
+    value.rotation = rotation_vector(turned);
     return value;
   }
 
   /// Of all pairs of one that pushes and one that is pushed: inner forces of what is both cancel.
-  static MonitorValue contact_value(const Simulation& simulation, const std::vector<Side>& sides) {
+  static MonitorValue contact_value(const Simulation& simulation, const std::vector<Side>& sides,
+                                    const Vector3& about) {
     MonitorValue value;
     const auto pushes = [&](int from, int to) {
       return sides[static_cast<std::size_t>(from)].pushes &&
@@ -139,10 +171,14 @@ class Watch {
     const auto on_a = [&](const Contact& c) { return pushes(c.point.key.b, c.point.key.a); };
     const auto counts = [&](const Contact& c) { return on_a(c) || on_b(c); };
     for (const Contact& contact : simulation.all_contacts(counts)) {
-      if (on_b(contact)) value.force += force_on_b(contact);
-      if (on_a(contact)) value.force -= force_on_b(contact);
+      const Vector3 place = simulation.state().origin + contact.point.point();
+      const double times = (on_b(contact) ? 1 : 0) - (on_a(contact) ? 1 : 0);
+      value.force += times * force_on_b(contact);
+      value.moment += times * (place - about).cross(force_on_b(contact));
       value.normal_force += contact.normal_force;
+      value.centre_of_pressure += contact.normal_force * place;
     }
+    value.centre_of_pressure /= value.normal_force;
     return value;
   }
 

@@ -50,6 +50,9 @@ struct Monitor {
   std::vector<int> others{};                ///< of contacts: those that push; ascending
   std::vector<std::string> fixed_points{};  ///< names, ascending
   std::optional<Vector3> point{};  ///< place of the material point at the start, m; none: centroid
+  Vector3 about = Vector3::Zero();  ///< of contacts: moments are taken about this place, m
+  /// Of a point: its motion is that relative to the material of this block; -1: to the world.
+  int relative_to = -1;
 };
 
 enum class Quantity : std::uint8_t {
@@ -58,6 +61,8 @@ enum class Quantity : std::uint8_t {
   Rotation,
   AngularVelocity,
   Force,
+  Moment,
+  CentreOfPressure,
   Momentum,
   AngularMomentum,
   Stress,
