@@ -13,6 +13,7 @@
 #include "scene_file/moved_hulls.hpp"
 #include "scene_file/overrides.hpp"
 #include "scene_file/read_json.hpp"
+#include "scene_file/read_record.hpp"
 #include "scene_file/read_shape.hpp"
 #include "scene_file/scene_file.hpp"
 #include "scene_file/schema_check.hpp"
@@ -43,12 +44,14 @@ Formula read_formula(const json& text, const std::string& pointer, const Paramet
   }
 }
 
+/// A time that stands twice is a jump.
 void check_ascending(const json& table, const std::string& pointer) {
+  const auto time = [&](std::size_t row) { return table[row][0].get<double>(); };
   for (std::size_t i = 1; i < table.size(); ++i) {
-    if (!(table[i][0].get<double>() > table[i - 1][0].get<double>())) {
-      throw SceneError(at(pointer, i) + "/0", "times must ascend, " + table[i][0].dump() +
-                                                  " comes after " + table[i - 1][0].dump());
-    }
+    if (time(i) >= time(i - 1) && (i < 2 || time(i) > time(i - 2))) continue;
+    throw SceneError(at(pointer, i) + "/0", "times must ascend, each at most twice; " +
+                                                table[i][0].dump() + " comes after " +
+                                                table[i - 1][0].dump());
   }
 }
 
@@ -83,6 +86,7 @@ class Reader {
          [&](const json& monitor, const std::string& pointer) { read_monitor(monitor, pointer); });
     each("references",
          [&](const json& value, const std::string& pointer) { read_reference(value, pointer); });
+    file_.sources.insert(file_.sources.end(), records_.begin(), records_.end());
     return std::move(file_);
   }
 
@@ -99,6 +103,15 @@ class Reader {
   VectorOfTime vector_of_time(const json& value, const std::string& pointer) const {
     if (value.is_array()) {
       return {read_vector(value)};
+    }
+    if (value.contains("csv")) {
+      records_.push_back(
+          (std::filesystem::path(folder_) / value["csv"].get<std::string>()).string());
+      if (value.contains("baseline") && !pointer.ends_with("/acceleration")) {
+        throw SceneError(pointer + "/baseline", "only an acceleration can be corrected");
+      }
+      Record record = read_record(value, records_.back(), pointer);
+      return solver::interpolate(std::move(record.times), std::move(record.values));
     }
     if (value.contains("table")) {
       check_ascending(value["table"], pointer + "/table");
@@ -393,6 +406,10 @@ class Reader {
                           : key == "velocity"   ? solver::MotionKind::Velocity
                                                 : solver::MotionKind::Acceleration;
       block.motion.value = vector_of_time((*motion)[key], pointer + "/" + key);
+      const std::span<const double> times = block.motion.value.knots();
+      if (key == "displacement" && std::ranges::adjacent_find(times) != times.end()) {
+        throw SceneError(pointer + "/" + key, "a displacement can't jump");
+      }
     }
   }
 
@@ -1021,6 +1038,7 @@ class Reader {
   std::map<std::string, std::shared_ptr<const geometry::Shape>> shapes_;  // by what is stated
   std::vector<Entry> entries_;                                            ///< of each block
   std::vector<std::string> files_without_support_;
+  mutable std::vector<std::string> records_;  ///< files of functions of time
   SharedTopologies topologies_;
   std::optional<solver::Scene> at_start_;  ///< kept as soon as a stage changes the scene
   std::vector<char> absent_;               ///< by block: in the stage that is being read

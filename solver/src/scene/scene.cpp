@@ -14,9 +14,10 @@ VectorOfTime interpolate(std::vector<double> times, std::vector<Vector3> values)
     if (!std::isfinite(times[i]) || !values[i].allFinite()) {
       throw InputError("table in time: entry " + std::to_string(i) + " is not finite");
     }
-    if (i > 0 && !(times[i] > times[i - 1])) {
+    if (i > 0 && !(times[i] >= times[i - 1] && (i < 2 || times[i] > times[i - 2]))) {
       throw InputError("table in time: time " + std::to_string(i) + " (" +
-                       std::to_string(times[i]) + " s) is not after the one before it");
+                       std::to_string(times[i]) +
+                       " s) is not after the one before it, nor a jump of two entries");
     }
   }
   const auto knots = std::make_shared<const std::vector<double>>(std::move(times));

@@ -38,7 +38,8 @@ class VectorOfTime {
   std::shared_ptr<const std::vector<double>> knots_;
 };
 
-/// Piecewise linear table, held constant outside its range. times ascending (s).
+/// Piecewise linear table, held constant outside its range. times ascending (s); one that stands
+/// twice is a jump, from the first value before it to the second from it on.
 VectorOfTime interpolate(std::vector<double> times, std::vector<Vector3> values);
 
 struct Material {

@@ -1,0 +1,92 @@
+"""Functions of time from CSV files, jumps in tables, baseline correction: against exact integrals."""
+import json
+import pathlib
+import subprocess
+import sys
+import unittest
+
+QUOIN, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
+
+from folder_test import FolderTest
+
+# Time (s) and acceleration (g) of a record; no multiple of the time step.
+RECORD = [(0.0, 0.0), (0.13, 0.4), (0.21, -0.7), (0.37, 0.2), (0.6, 0.1)]
+
+
+def integrated(record):
+    """Velocity and displacement at the end, from rest, of a piecewise linear acceleration."""
+    v = u = 0.0
+    for (t0, a0), (t1, a1) in zip(record, record[1:]):
+        h = t1 - t0
+        u += h * v + h * h / 6 * (2 * a0 + a1)
+        v += h / 2 * (a0 + a1)
+    return v, u
+
+
+class Records(FolderTest):
+    def setUp(self):
+        super().setUp()
+        lines = ['"t", ax ,note'] + [f"{t}, {a},x" for t, a in RECORD]
+        (self.folder / "quake.csv").write_text("\ufeff" + "\r\n".join(lines) + "\r\n", encoding="utf-8")
+
+    def run_scene(self, motion, **more):
+        box = {"type": "box", "min": [0, 0, 0], "max": [1, 1, 1]}
+        scene = {"time_step": 0.1, "end_time": 0.6, "monitors": [{"name": "table", "block": "table"}],
+                 "blocks": [{"name": "table", "kind": "prescribed", "shape": box, "motion": motion}],
+                 **more}
+        path = self.folder / "scene.json"
+        path.write_text(json.dumps(scene))
+        return subprocess.run([QUOIN, "run", path, "--json"], capture_output=True, text=True, timeout=60)
+
+    def end_of(self, motion):
+        done = self.run_scene(motion)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return json.loads(done.stdout)["monitors"]["table"]
+
+    def record(self, **more):
+        return {"csv": "quake.csv", "time": "t", "value": "ax", **more}
+
+    def test_a_record_is_integrated_exactly(self):
+        end = self.end_of({"acceleration": self.record(scale=9.81, along=[0, 3, 4])})
+        v, u = integrated([(t, 9.81 * a) for t, a in RECORD])
+        for component, factor in ((0, 0), (1, 0.6), (2, 0.8)):
+            self.assertAlmostEqual(end["velocity"][component], factor * v, places=12)
+            self.assertAlmostEqual(end["displacement"][component], factor * u, places=12)
+
+    def test_three_columns(self):
+        (self.folder / "quake.csv").write_text("t;x;y;z\n0;1;2;3\n1;1;2;3\n")
+        end = self.end_of({"velocity": self.record(value=["x", "y", "z"])})
+        for found, exact in zip(end["displacement"], (0.6, 1.2, 1.8)):
+            self.assertAlmostEqual(found, exact, places=12)
+
+    def test_a_corrected_record_ends_at_rest_where_it_began(self):
+        end = self.end_of({"acceleration": self.record(scale=9.81, baseline="at_rest")})
+        for key in ("velocity", "displacement"):
+            self.assertLess(max(map(abs, end[key])), 1e-13, key)
+        self.assertGreater(abs(integrated(RECORD)[1]), 1e-3)  # there was something to correct
+
+    def test_a_table_may_jump(self):
+        table = [[0, 0, 0, 0], [0.25, 0, 0, 0], [0.25, 1, 0, 0], [0.45, 1, 0, 0], [0.45, -2, 0, 0]]
+        end = self.end_of({"velocity": {"table": table}})
+        self.assertAlmostEqual(end["displacement"][0], 0.2 - 2 * 0.15, places=12)
+        self.assertEqual(end["velocity"][0], -2)
+
+    def test_what_cannot_be_read_is_told_with_its_place(self):
+        jump = {"table": [[0, 0, 0, 0], [0.1, 0, 0, 0], [0.1, 1, 0, 0]]}
+        for motion, said in (({"acceleration": self.record(value="ay")}, 'has no column "ay"'),
+                             ({"acceleration": self.record(value="note")},
+                              'line 2, column "note": must be a number, is "x"'),
+                             ({"velocity": self.record(baseline="at_rest")}, "only an acceleration can be corrected"),
+                             ({"acceleration": self.record(csv="none.csv")}, "none.csv: can't be read"),
+                             ({"acceleration": self.record(along=[0, 0, 0])}, "/along: must not be zero"),
+                             ({"displacement": jump}, "a displacement can't jump"),
+                             ({"velocity": {"table": jump["table"] + [[0.1, 2, 0, 0]]}}, "each at most twice"),
+                             ({"velocity": {"table": [[1, 0, 0, 0], [0, 0, 0, 0]]}}, "times must ascend")):
+            done = self.run_scene(motion)
+            self.assertIn(done.returncode, (1, 2))
+            self.assertIn(said, done.stderr)
+        (self.folder / "quake.csv").write_text("t,ax\n0,1\n2,1\n1,1\n")
+        self.assertIn("1 comes after 2", self.run_scene({"acceleration": self.record()}).stderr.replace(".0", ""))
+
+
+unittest.main(argv=[sys.argv[0]], verbosity=2)
