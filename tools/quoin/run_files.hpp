@@ -21,7 +21,8 @@ struct FileShare {
 };
 
 /// history.csv; blocks_*.vtu + blocks.pvd, contacts_*.vtp + contacts.pvd; blocks.csv,
-/// contacts.csv and joints.csv with the end of every stage. Throws FileError when something can't be written.
+/// contacts.csv and joints.csv with the end of every stage. Throws FileError when something can't
+/// be written.
 class RunFiles {
  public:
   RunFiles(OutputFolder& folder, const scene_file::SceneFile& file, FileShare share = {});
@@ -53,7 +54,7 @@ class RunFiles {
   const scene_file::SceneFile& file_;
   const FileShare share_{};
   long steps_ = 0;
-  long frame_step_ = 0;                                 ///< steps when the last frame was written
+  long frame_step_ = 0;              ///< steps when the last frame was written
   std::vector<double> times_;        ///< of the ParaView files, s
   std::vector<JointedPair> joined_;  ///< closed after the first step or at the end of a stage
   std::optional<CsvFile> history_, blocks_, contacts_, joints_;  ///< of the first process

@@ -78,8 +78,9 @@ std::optional<Vector3d> unit_pressure(const std::vector<Vector3d>& polygon, cons
     if ((next - c).norm() <= 1e-12 * next.norm()) return next;
     double step = 1.0;
     while (step > 1e-6 && !(value(c + step * (next - c)) < value(c))) step *= 0.5;
-    if (step <= 1e-6)
-      return (next - c).norm() <= 1e-6 * next.norm() ? std::optional(c) : std::nullopt;
+    if (step <= 1e-6) {  // the value is the least within rounding, or there is none
+      return (next - c).norm() <= 1e-6 * next.norm() ? std::optional(next) : std::nullopt;
+    }
     c += step * (next - c);
   }
   return {};
