@@ -1,4 +1,4 @@
-"""conan create packaging/conan: the libraries, from the tree that this file stands in."""
+"""conan create tools/packaging/conan: the libraries, from the tree that this file stands in."""
 import pathlib
 
 from conan import ConanFile
@@ -18,7 +18,7 @@ class Quoin(ConanFile):
     generators = "CMakeDeps"
 
     def export_sources(self):
-        root = pathlib.Path(self.recipe_folder).parents[1]
+        root = pathlib.Path(self.recipe_folder).parents[2]
         for pattern in ("CMakeLists.txt", "LICENSE", "geometry/*", "solver/*", "tools/cmake/*"):
             copy(self, pattern, str(root), self.export_sources_folder)
 

@@ -1,4 +1,4 @@
-# An overlay port: vcpkg install quoin --overlay-ports=packaging/vcpkg
+# An overlay port: vcpkg install quoin --overlay-ports=tools/packaging/vcpkg
 get_filename_component(SOURCE_PATH "${CMAKE_CURRENT_LIST_DIR}/../.." ABSOLUTE)
 vcpkg_cmake_configure(SOURCE_PATH "${SOURCE_PATH}"
   OPTIONS -DQUOIN_BUILD_TOOLS=OFF -DQUOIN_BUILD_TESTS=OFF)
