@@ -1,5 +1,5 @@
 # An overlay port: vcpkg install quoin --overlay-ports=tools/packaging/vcpkg
-get_filename_component(SOURCE_PATH "${CMAKE_CURRENT_LIST_DIR}/../.." ABSOLUTE)
+get_filename_component(SOURCE_PATH "${CMAKE_CURRENT_LIST_DIR}/../../.." ABSOLUTE)
 vcpkg_cmake_configure(SOURCE_PATH "${SOURCE_PATH}"
   OPTIONS -DQUOIN_BUILD_TOOLS=OFF -DQUOIN_BUILD_TESTS=OFF)
 vcpkg_cmake_install()
