@@ -183,7 +183,8 @@ def values():
          "bad.json: /: method paper knows the scheme constant_acceleration alone")
     scene("/gravity", [0, 0])
     scene("/gravity", {"table": []})
-    scene("/gravity", {"table": [[0, 0, 0, 1], [0, 0, 0, 2]]}, "/gravity/table", "ascend")
+    scene("/gravity", {"table": [[1, 0, 0, 1], [0, 0, 0, 2]]}, "/gravity/table", "ascend")
+    scene("/gravity", {"table": [[0, 0, 0, 1]] * 3}, "/gravity/table", "ascend")  # twice is a jump
     scene("/gravity", {"formula": ["0", "0"]})
     scene("/loads", [{"type": "wind"}], "/loads/0")
     scene("/loads", [{"type": "body", "block": "base", "force": [0, 0, 1]}], "/loads/0/block")

@@ -77,6 +77,16 @@ column = [GROUND] + [box([0, 0, i], [1, 1, i + 1]) for i in range(3)]
 check("column", scene(40, column, [0, 1, 0]), "load=push:0:10", 1 / 3)
 check("tilted column", scene(40, column), "tilt=0:60", math.degrees(math.atan(1 / 3)))
 check("tilted about x", scene(40, column), "tilt=0:60:x", math.degrees(math.atan(1 / 3)))
+# In space: along the diagonal of its base; over a corner of that; held down by its own weight behind the edge.
+slanted = math.sqrt(.5)
+check("slides along the diagonal", scene(20, [GROUND, box([0, 0, 0], [1, 1, .5])], [slanted, slanted, 0]),
+      "load=push:0:10", math.tan(math.radians(20)))
+check("turns over its corner", scene(60, [GROUND, box([0, 0, 0], [1, 1, 2])], [slanted, slanted, 0]),
+      "load=push:0:10", slanted)
+cantilever = scene(40, [box([0, 0, 0], [2, 1, 1], "fixed"), box([.6, 0, 1], [2.6, 1, 1.5])])
+cantilever["loads"] = [{"type": "point", "name": "push", "block": "b1", "point": [2.6, .5, 1.5],
+                        "force": [0, 0, -DENSITY * G]}]
+check("cantilever", cantilever, "load=push:0:10", 2 / 3)
 # Cohesion on the area: (mu + c A / W).
 check("cohesion", scene(20, [GROUND, box([0, 0, 0], [4, 1, .1])], [1, 0, 0], cohesion=3e3), "load=push:0:10",
       math.tan(math.radians(20)) + 3e3 / (DENSITY * G * .1))
