@@ -78,7 +78,7 @@ int cut(const CutArguments& arguments) {
   if (std::filesystem::path(arguments.out).extension() == ".obj") {
     save_text(arguments.out, obj_text(body));
   } else if (!arguments.as_json || !arguments.out.empty()) {
-    scene_file::expand_cut(scene);
+    scene_file::expand_cut(scene, body);
     const Ordered blocks = scene["blocks"];
     scene.erase("blocks");
     save_text(arguments.out, scene_text(scene, blocks));

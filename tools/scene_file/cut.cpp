@@ -294,7 +294,10 @@ CutBody cut_body(const json& cut, const std::string& pointer) {
 }
 
 void expand_cut(json& scene) {
-  if (!scene.contains("cut")) return;
+  if (scene.contains("cut")) expand_cut(scene, cut_body(scene["cut"], "/cut"));
+}
+
+void expand_cut(json& scene, const CutBody& body) {
   const json cut = std::move(scene["cut"]);
   scene.erase("cut");
   json& blocks = scene["blocks"];
@@ -302,7 +305,7 @@ void expand_cut(json& scene) {
   const std::string name = cut.value("name", "rock");
   const json common = cut.value("block", json::object());
   int index = 0;
-  for (const CutCell& cell : cut_body(cut, "/cut").cells) {
+  for (const CutCell& cell : body.cells) {
     json block = common;
     block["name"] = (cell.region.empty() ? "" : cell.region + ":") + name + std::to_string(index++);
     block["shape"] = polyhedron(cell.shape);

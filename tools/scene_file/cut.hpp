@@ -29,8 +29,11 @@ struct CutBody {
 /// Throws SceneError with the place below `pointer`.
 CutBody cut_body(const nlohmann::json& cut, const std::string& pointer);
 
-/// Puts blocks behind /blocks of a checked scene in place of /cut: one a cell, named
-/// NAME0, NAME1, … or REGION:NAME0 in an excavation. Throws SceneError.
+/// Puts blocks behind /blocks of a checked scene in place of /cut, of which `body` came: one a
+/// cell, named NAME0, NAME1, … or REGION:NAME0 in an excavation.
+void expand_cut(nlohmann::json& scene, const CutBody& body);
+
+/// The same, where a scene has /cut. Throws SceneError.
 void expand_cut(nlohmann::json& scene);
 
 }  // namespace quoin::scene_file
