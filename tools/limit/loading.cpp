@@ -4,7 +4,6 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
-#include <quoin/solver/simulation.hpp>
 #include <sstream>
 
 namespace quoin::limit_analysis {
@@ -16,8 +15,6 @@ constexpr int kMostSteps = 1000;  // of a static analysis
 constexpr int kIncrements = 6;    // of the way to the proved mechanism
 constexpr int kCoulombRounds = 60;
 constexpr double kRelaxation = 0.4;  // of what a round says of the normal forces
-
-enum class Outcome : std::uint8_t { Holds, Lost, Unsolved, OutOfTime };
 
 class Runs {
  public:
@@ -44,15 +41,7 @@ class Runs {
   }
 
   Outcome come_to_rest(solver::Simulation& run) const {
-    run.set_options(options_);
-    for (int i = 0; i < kMostSteps; ++i) {
-      const solver::StepReport report = run.advance();
-      if (report.status == solver::StepStatus::Stopped) return Outcome::OutOfTime;
-      if (report.status != solver::StepStatus::Converged) return Outcome::Unsolved;
-      if (report.verdict == solver::StaticVerdict::Rest) return Outcome::Holds;
-      if (report.verdict == solver::StaticVerdict::Mechanism) return Outcome::Lost;
-    }
-    return Outcome::Unsolved;
+    return limit_analysis::come_to_rest(run, options_);
   }
 
  private:
@@ -86,6 +75,18 @@ bool book(Outcome outcome, double value, Reached& reached) {
 }
 
 }  // namespace
+
+Outcome come_to_rest(solver::Simulation& run, const solver::StepOptions& options) {
+  run.set_options(options);
+  for (int i = 0; i < kMostSteps; ++i) {
+    const solver::StepReport report = run.advance();
+    if (report.status == solver::StepStatus::Stopped) return Outcome::OutOfTime;
+    if (report.status != solver::StepStatus::Converged) return Outcome::Unsolved;
+    if (report.verdict == solver::StaticVerdict::Rest) return Outcome::Holds;
+    if (report.verdict == solver::StaticVerdict::Mechanism) return Outcome::Lost;
+  }
+  return Outcome::Unsolved;
+}
 
 Reached sudden_loading(const VariedScene& scenes, const Limit& limit, double seconds,
                        const Progress& progress) {

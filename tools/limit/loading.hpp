@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <optional>
+#include <quoin/solver/simulation.hpp>
 
 #include "limit/proofs.hpp"
 
@@ -17,6 +18,11 @@ struct Reached {
   int runs = 0;
   std::string why{};  ///< why the two are farther apart than kRunTolerance
 };
+
+enum class Outcome : std::uint8_t { Holds, Lost, Unsolved, OutOfTime };
+
+/// Static steps of a run until it rests. OutOfTime: the watch of its options has ended it.
+Outcome come_to_rest(solver::Simulation& run, const solver::StepOptions& options);
 
 inline constexpr double kRunTolerance = 5e-3;  // of the value
 

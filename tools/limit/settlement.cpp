@@ -2,7 +2,6 @@
 
 #include <chrono>
 #include <cmath>
-#include <quoin/solver/simulation.hpp>
 #include <sstream>
 #include <stdexcept>
 
@@ -14,7 +13,6 @@ using Clock = std::chrono::steady_clock;
 constexpr int kIncrements = 16;  // of the range
 constexpr int kStepsOfOne = 20;  // dynamic
 constexpr double kSlow = 4.0;    // times the time in which a stone falls as far
-constexpr int kMostStaticSteps = 1000;
 
 class Path {
  public:
@@ -56,14 +54,7 @@ class Path {
       run.change(scene_);
     }
     options_.analysis = solver::Analysis::Static;
-    run.set_options(options_);
-    for (int i = 0; i < kMostStaticSteps; ++i) {
-      const solver::StepReport report = run.advance();
-      if (report.status != solver::StepStatus::Converged) return false;
-      if (report.verdict == solver::StaticVerdict::Rest) return true;
-      if (report.verdict == solver::StaticVerdict::Mechanism) return false;
-    }
-    return false;
+    return come_to_rest(run, options_) == Outcome::Holds;
   }
 
   std::unique_ptr<solver::Simulation> start() const {
