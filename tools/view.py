@@ -34,6 +34,7 @@ HERE = pathlib.Path(__file__).parent
 COMMAND = os.environ.get("QUOIN", "quoin")
 MOST_CONTACTS = 400_000  # contact points of all times together; those of the last time are kept in any case
 MOST_HISTORY = 2000  # lines
+MOST_MARKS = 5000  # loads, points and motions of a scene
 MOST_CORNERS = 48  # of a solid of --pairs that is drawn exactly
 CODES = {"int16": "i2", "uint16": "u2", "float32": "f4", "uint32": "u4", "uint8": "u1"}
 
@@ -219,6 +220,13 @@ def names_of(path):
     return [names[b] for b in sorted(names)], [materials[b] for b in sorted(materials)]
 
 
+def flags_of(summary):
+    """What a run says of itself: text, and names of blocks."""
+    flags = [(f"{f['flag']}: {f['value']:.3g}, limit {f['limit']:.3g}, from t = {f['first_time']:.4g} s on", f["blocks"])
+             for f in summary["flags"]]
+    return flags + [(failure, []) for failure in summary["failures"]]
+
+
 def run_page(folder, out, more=None):
     folder = pathlib.Path(folder)
     is_scene = (more or {}).get("kind") == "scene"
@@ -245,36 +253,25 @@ def run_page(folder, out, more=None):
             "groups": kinds_of_material, "shapes": shapes, "motion": about, "times": [t for t, _ in listed],
             "labels": frame_labels(folder)[:len(listed)], "low": short(low - offset), "high": short(high - offset),
             "offset": short(offset, 12), "scalars": scalars, "contactTimes": contact_times,
-            "history": history_of(folder), "notes": [f["flag"] for f in summary["flags"]] + summary["failures"],
-            **(more or {})}
+            "history": history_of(folder), "notes": flags_of(summary), **(more or {})}
+    number = {name: i for i, name in reversed(list(enumerate(names)))}
+    head["notes"] = [{"text": text, "blocks": [number[name] for name in blocks if name in number]}
+                     for text, blocks in head["notes"]]
     write_page(head, {**parts, **contacts}, out)
 
 
-def without_comments(text):
-    return re.sub(r'("(?:\\.|[^"\\])*")|//[^\n]*|/\*.*?\*/', lambda m: m.group(1) or "", text, flags=re.S)
-
-
-def marks_of(document):
-    """Loads at points, fixed points and monitors that stand in the scene as numbers."""
-    marks = []
-    for kind in ("loads", "fixed_points", "monitors"):
-        for entry in document.get(kind, []):
-            at = entry.get("point") or entry.get("at")
-            if isinstance(at, list) and all(isinstance(x, (int, float)) for x in at):
-                marks.append({"kind": kind[:-1].replace("_", " "), "name": str(entry.get("name", entry.get("block", ""))),
-                              "at": at})
-    return marks
-
-
 def notes_of(report):
-    """What `quoin check` complains of."""
-    notes = [f"without support: {name}" for name in report.get("without_support", [])]
+    """What `quoin check` complains of: text, and names of the blocks."""
+    notes = [(f"without support: {name}", [name]) for name in report.get("without_support", [])]
     for what in ("overlaps", "gaps"):
-        notes += [f"{what[:-1]} of {abs(p['gap']):.3g} m between {p['a']} and {p['b']}"
+        notes += [(f"{what[:-1]} of {abs(p['gap']):.3g} m between {p['a']} and {p['b']}", [p["a"], p["b"]])
                   for p in report.get("contacts", {}).get(what, [])]
-    notes += [f"{p['what']} outside {p['block']}" for p in report.get("points_outside", [])]
+    notes += [(f"{p['what']} outside {p['block']}", [p["block"]]) for p in report.get("points_outside", [])]
     tried = report.get("trial_step", {})
-    return notes + ([tried["message"]] if tried and not tried.get("converged", True) else [])
+    notes += [(tried["message"], [])] if tried and not tried.get("converged", True) else []
+    if report.get("refused"):
+        notes.insert(0, ("quoin run refuses this scene: blocks overlap by more than 1e-3 of the smaller one", []))
+    return notes
 
 
 def ask(*words, codes=(0,)):
@@ -286,25 +283,23 @@ def ask(*words, codes=(0,)):
 
 
 def scene_page(path, out):
-    report = json.loads(ask("check", path, "--json", codes=(0, 1)))
-    try:
-        document = json.loads(without_comments(pathlib.Path(path).read_text(encoding="utf-8")))
-    except ValueError:
-        document = {}
+    report = json.loads(ask("check", path, "--json", codes=(0, 1, 2)))
     with tempfile.TemporaryDirectory() as folder:
-        run = tried_step(path, pathlib.Path(folder) / "scene")
-        contacts = report.get("contacts", {})
-        run_page(run, out, {"kind": "scene", "notes": notes_of(report), "marks": marks_of(document), "history": {},
-                            "title": report.get("title") or pathlib.Path(path).name,
-                            "facts": [f"{contacts.get('pairs', 0)} touching pairs, {contacts.get('area', 0):.4g} m²",
+        run = tried_step(path, pathlib.Path(folder) / "scene", report["refused"])
+        contacts = report["contacts"]
+        run_page(run, out, {"kind": "scene", "notes": notes_of(report), "marks": report["marks"][:MOST_MARKS], "history": {},
+                            "title": report["title"] or pathlib.Path(path).name,
+                            "facts": [f"{contacts['pairs']} touching pairs, {contacts['area']:.4g} m²",
                                       f"{report['blocks']['mass']:.4g} kg that move"]})
 
 
-def tried_step(path, folder):
+def tried_step(path, folder, refused):
     """The folder of a run of one static step, whose contacts are shown; of none, where the scene has no such step."""
     command = [COMMAND, "run", path, "--out", str(folder)]
     step = ["--set", '/stages=[{"analysis": "static", "max_steps": 1}]', "--set", "/references=[]"]
-    if subprocess.run([*command, *step], capture_output=True).returncode not in (0, 1):
+    if refused:
+        ask(*command[1:], "--max-seconds", "0", "--set", '/initial_overlap="keep"', codes=(0, 1))
+    elif subprocess.run([*command, *step], capture_output=True).returncode not in (0, 1):
         ask(*command[1:], "--max-seconds", "0", codes=(0, 1))
     return folder
 

@@ -72,6 +72,7 @@ class Browser:
 
     def size(self, width, height, scale=1, mobile=False):
         self.page("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=scale, mobile=mobile)
+        self.page("Emulation.setTouchEmulationEnabled", enabled=mobile, maxTouchPoints=5)
 
     def open(self, path, ready="document.documentElement?.dataset.ready === 'yes'", limit=120):
         began = time.perf_counter()
@@ -92,6 +93,17 @@ class Browser:
     def click(self, x, y):
         self.mouse("mousePressed", x, y, buttons=1)
         self.mouse("mouseReleased", x, y)
+
+    def touch(self, kind, *places):
+        """touchStart, touchMove or touchEnd, with the places of all fingers that are down."""
+        self.page("Input.dispatchTouchEvent", type=kind, touchPoints=[{"x": x, "y": y, "id": i} for i, (x, y) in enumerate(places)])
+
+    def swipe(self, *ways, steps=10):
+        """Fingers, each from (x0, y0) to (x1, y1), together."""
+        for i in range(steps + 1):
+            places = [(x0 + (x1 - x0) * i / steps, y0 + (y1 - y0) * i / steps) for x0, y0, x1, y1 in ways]
+            self.touch("touchMove" if i else "touchStart", *places)
+        self.touch("touchEnd")
 
     def drag(self, x0, y0, x1, y1, steps=10):
         self.mouse("mousePressed", x0, y0, buttons=1)

@@ -144,6 +144,93 @@ class View(FolderTest):
         self.assertTrue(value("document.documentElement.scrollWidth <= innerWidth"))
         self.clean()
 
+    def test_fingers(self):
+        """One turns, two zoom, a tap picks, and none of the others does."""
+        self.browser.size(390, 844, 2, True)
+        scene = self.folder / "tower.json"
+        self.quoin("make", "tower", "--blocks", "3", "--out", scene)
+        value = self.opened(scene)
+        left, top, width, height = value("(r => [r.left, r.top, r.width, r.height])(document.getElementById('canvas').getBoundingClientRect())")
+        x, y = left + width / 2, top + height / 2
+        towards, far = "quoin.camera.position.clone().sub(quoin.controls.target)", "quoin.camera.position.distanceTo(quoin.controls.target)"
+        before, away = value(f"{towards}.normalize().toArray()"), value(far)
+        self.browser.swipe((x, y, x + 80, y))
+        after = value(f"{towards}.normalize().toArray()")
+        self.assertLess(sum(a * b for a, b in zip(before, after)), 0.9)
+        self.assertAlmostEqual(value(far) / away, 1, delta=1e-6)
+        self.browser.swipe((x - 20, y, x - 80, y), (x + 20, y, x + 80, y))
+        self.assertLess(value(far) / away, 0.7)
+        self.assertEqual(value("quoin.state.picked"), -1)
+        value("quoin.home(), quoin.draw()")
+        block, *place = value("[3, ...quoin.onPage(quoin.blocks.moved(3, 0, 0, 0))]")
+        self.browser.swipe((*place, *place), steps=1)
+        self.assertEqual(value("quoin.state.picked"), block)
+        self.assertEqual(value("document.getElementById('picked-title').textContent"), value(f"quoin.head.names[{block}]"))
+        self.clean()
+
+    def test_cracks_are_as_wide_as_blocks_are_apart(self):
+        scene, run = self.folder / "tower.json", self.folder / "tower"
+        self.quoin("make", "tower", "--blocks", "2", "--out", scene)
+        stages = [{"analysis": "static"}, {"analysis": "dynamic", "duration": 0.05, "overrides": [
+            {"blocks": "drum1", "velocity": [0, 0, 1.0], "angular_velocity": [0.5, 0, 0]}]}]
+        self.quoin("run", scene, "--out", run, "--set", f"/stages={json.dumps(stages)}")
+        value = self.opened(run)
+        value("quoin.show(quoin.frames - 1), document.getElementById('cracks').click()")
+        widths = value("(c => c.list.map(crack => c.widths(crack, quoin.blocks.mapsAt(quoin.state.frame, 1))))(quoin.joints.opened())")
+        _, arrays = vtk_file.read(sorted(run.glob("blocks_*.vtu"))[-1])
+        upper = [(z - up, up) for (_, _, z), (_, _, up) in zip(arrays["Points"], arrays["displacement"], strict=True)][-8:]
+        self.assertEqual([len(joint) for joint in widths], [4, 4])
+        for found, exact in zip(sorted(widths[1]), sorted(up for z, up in upper if z < 0.75), strict=True):
+            self.assertAlmostEqual(found, exact, delta=1e-5)
+        said = value("document.getElementById('widest').textContent")
+        self.assertAlmostEqual(float(said.split()[2]), max(widths[1]), delta=1e-4)
+        self.assertIn("drum0 – drum1", said)
+        self.clean()
+
+    def test_a_section_shows_the_faces_that_it_makes(self):
+        scene = self.folder / "tower.json"
+        self.quoin("make", "tower", "--blocks", "3", "--out", scene)
+        value = self.opened(scene)
+        for name, chosen in (("axis", "x"), ("cut", "500")):
+            value(f"(s => {{ s.value = '{chosen}'; s.dispatchEvent(new Event('input')); }})(document.getElementById('{name}'))")
+        value("quoin.draw()")
+        size = value("quoin.head.shapes[quoin.blocks.shapeOf[1]].p")
+        sides = [max(size[k::3]) - min(size[k::3]) for k in (1, 2)]
+        area = value("""(() => { const c = quoin.blocks.uniforms.cut.value, o = quoin.section.outline(1, [c.x, c.y, c.z], c.w);
+            let a = 0; o.forEach((p, i) => { const q = o[(i + 1) % o.length]; a += (p[1] * q[2] - p[2] * q[1]) / 2; }); return Math.abs(a); })()""")
+        self.assertAlmostEqual(area / (sides[0] * sides[1]), 1, delta=1e-6)
+        self.assertTrue(value("quoin.section.faces.object.visible"))
+        self.clean()
+
+    def scene_of_boxes(self, *more_places, **more):
+        """A box on the ground, and others of its size, by their lowest corners."""
+        scene, shape = self.folder / "scene.json", {"type": "box", "min": [0, 0, 0], "max": [1, 1, 1]}
+        blocks = [{"name": "ground", "kind": "fixed", "shape": {"type": "box", "min": [-2, -2, -1], "max": [4, 4, 0]}}]
+        blocks += [{"name": f"box{i}", "kind": "rigid", "material": "stone", "shape": shape, "pose": {"translation": place}}
+                   for i, place in enumerate(([0, 0, 0], *more_places))]
+        scene.write_text(json.dumps({"materials": {"stone": {"density": 2000}}, "joint": {"friction_angle_deg": 30},
+                                     "time_step": 0.01, "end_time": 1, "blocks": blocks, **more}))
+        return scene
+
+    def test_a_scene_with_loads_and_what_check_complains_of(self):
+        force = {"formula": ["400*t", "0", "0"]}
+        value = self.opened(self.scene_of_boxes([2, 0, 0.5], loads=[
+            {"type": "point", "block": "box0", "point": [0, 0.5, 0.5], "force": force}]))
+        self.browser.click(*value("quoin.onPage(quoin.marks.list[0].place)"))
+        self.assertEqual(self.said()["largest"], "400 N")
+        self.assertEqual(self.said()["block"], "box0")
+        value("document.querySelector('#notes li').click()")
+        self.assertEqual(value("document.getElementById('picked-title').textContent"), "box1")
+        self.assertEqual(value("[...quoin.complained]"), [2])
+        self.clean()
+
+    def test_a_scene_that_is_refused(self):
+        value = self.opened(self.scene_of_boxes([0, 0, 0.95]))
+        notes = value("document.getElementById('notes').textContent")
+        self.assertIn("quoin run refuses this scene", notes)
+        self.assertIn("overlap of 0.05 m between box0 and box1", notes)
+        self.clean()
+
     def test_a_scene(self):
         scene = self.folder / "tower.json"
         self.quoin("make", "tower", "--blocks", "3", "--out", scene)

@@ -12,6 +12,7 @@
 
 #include "commands.hpp"
 #include "in_range.hpp"
+#include "marks.hpp"
 #include "scene_file/peak_memory.hpp"
 #include "scene_file/points_outside.hpp"
 #include "scene_file/run_scene.hpp"
@@ -304,6 +305,7 @@ json report_of(const SceneFile& file, const std::string& path, double max_second
                  {"contacts", contacts_json(scene, pairs)},
                  {"without_support", loose},
                  {"points_outside", points_outside(scene)},
+                 {"marks", marks_json(file)},
                  {"refused", !refused.is_null()}};
   if (!refused.is_null()) {
     report["refused_pair"] = refused;

@@ -1,5 +1,5 @@
 // All blocks in one buffer: a vertex knows its block, the block's 3 × 4 map stands in a texture.
-import {BackSide, BufferAttribute, BufferGeometry, DataTexture, FloatType, FrontSide, GLSL3, Mesh, NearestFilter,
+import {BufferAttribute, BufferGeometry, DataTexture, FloatType, FrontSide, GLSL3, Mesh, NearestFilter,
         RGBAFormat, RawShaderMaterial, Vector3, Vector4} from 'three';
 
 const ROW = 1024;  // blocks a row of the textures
@@ -82,7 +82,6 @@ void main() {
   if (glass > 0.5) {  // every other pixel, so that what is inside is seen
     if (line < 0.5 && mod(floor(gl_FragCoord.x) + floor(gl_FragCoord.y), 2.0) > 0.5) discard;
   }
-  if (!gl_FrontFacing) { colour = vec4(value.rgb * 0.55 + 0.1, 1.0); return; }  // the cut itself: blocks are closed
   vec3 n = normalize(side);
   float shade = 0.52 + 0.34 * max(0.0, dot(n, light)) + 0.14 * max(0.0, dot(n, normalize(eye - place)));
   bool chosen = value.a > 1.5;
@@ -131,18 +130,10 @@ export class Blocks {
     this.uniforms = {maps: {value: this.maps}, values: {value: this.values}, cut: {value: new Vector4(0, 0, 0, 1)},
                      light: {value: new Vector3(-0.45, -0.6, 0.9).normalize()}, eye: {value: new Vector3()},
                      edge: {value: 1}, glass: {value: 0}};
-    const geometry = geometryOf(this.shapes, this.shapeOf);
-    // Where a face of one block lies on a face of the next, the inner side must win: it stands for the cut.
-    const skin = (side, offset) => {
-      const mesh = new Mesh(geometry, new RawShaderMaterial({
-        glslVersion: GLSL3, vertexShader: PLACE, fragmentShader: FACE, uniforms: this.uniforms, side,
-        polygonOffset: true, polygonOffsetFactor: offset, polygonOffsetUnits: offset}));
-      mesh.frustumCulled = false;
-      return mesh;
-    };
-    this.faces = skin(FrontSide, 2);
-    this.inside = skin(BackSide, 1);
-    this.inside.visible = false;
+    this.faces = new Mesh(geometryOf(this.shapes, this.shapeOf), new RawShaderMaterial({
+      glslVersion: GLSL3, vertexShader: PLACE, fragmentShader: FACE, uniforms: this.uniforms, side: FrontSide,
+      polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 2}));
+    this.faces.frustumCulled = false;
   }
 
   kind(b, frame) { return this.kinds[this.kinds.length > this.count ? frame * this.count + b : b]; }
@@ -157,9 +148,14 @@ export class Blocks {
     return [u * this.motion[at], u * this.motion[at + 1], u * this.motion[at + 2]];
   }
 
-  // 3 × 4 map of every block: I + scale (A - I) about the block's origin
   place(frame) {
-    const {per, u, r, e} = this.head.motion, m = this.maps.image.data, q = this.motion, o = this.origin, s = this.scale;
+    this.mapsAt(frame, this.scale, this.maps.image.data);
+    this.maps.needsUpdate = true;
+  }
+
+  // 3 × 4 map of every block: I + s (A - I) about the block's origin
+  mapsAt(frame, s, m = new Float32Array(12 * this.count)) {
+    const {per, u, r, e} = this.head.motion, q = this.motion, o = this.origin;
     const a = new Float64Array(9), strain = new Float64Array(6);
     const first = this.head.kind === 'pairs' ? 0 : frame * this.count;
     for (let b = 0; b < this.count; ++b) {
@@ -171,7 +167,7 @@ export class Blocks {
         m[to + 4 * i + 3] = o[3 * b + i] + s * u * q[at + i];
       }
     }
-    this.maps.needsUpdate = true;
+    return m;
   }
 
   // `colour(b, out, at)` writes three numbers

@@ -1,19 +1,10 @@
 // Contact points, and what they add up to by pair of blocks: polygons, resultants, openings.
-import {BufferAttribute, BufferGeometry, DoubleSide, GLSL3, LineSegments, Mesh, Points, RawShaderMaterial} from 'three';
+import {LineSegments, Mesh, Points} from 'three';
+import {Cracks} from './cracks.js';
+import {Layer, across, along, arrow, dot, length, minus} from './layers.js';
 
 export const STATES = ['open', 'stick', 'slip'];
 const STATE_COLOURS = [[0.75, 0.75, 0.75], [0.0, 0.45, 0.7], [0.84, 0.37, 0.0]], FAILED = [0.1, 0.1, 0.1];
-
-const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-const along = (a, t, d) => [a[0] + t * d[0], a[1] + t * d[1], a[2] + t * d[2]];
-export const length = (a) => Math.hypot(...a);
-function across(n) {  // two unit vectors at right angles to n
-  const x = Math.abs(n[0]) < 0.6 ? [1, 0, 0] : [0, 1, 0], a = cross(n, x), l = length(a) || 1;
-  const u = a.map((v) => v / l);
-  return [u, cross(n, u)];
-}
 
 // Convex outline of points seen along n (Andrew's monotone chain)
 function outline(points, n) {
@@ -67,54 +58,6 @@ function jointsOf(c, from, to) {
   return joints;
 }
 
-const FLAT = {
-  glslVersion: GLSL3, depthTest: false, transparent: true, side: DoubleSide,
-  vertexShader: `precision highp float; uniform mat4 viewMatrix, projectionMatrix; uniform vec4 cut; uniform float size;
-    in vec3 position; in vec4 tint; out vec4 shown; out vec3 place;
-    void main() { shown = tint; place = position; gl_PointSize = size;
-      gl_Position = projectionMatrix * viewMatrix * vec4(position, 1.0); }`,
-  fragmentShader: `precision highp float; uniform vec4 cut; uniform float size; in vec4 shown; in vec3 place; out vec4 colour;
-    void main() { if (dot(cut.xyz, place) > cut.w) discard;
-      if (size > 1.0 && length(gl_PointCoord - 0.5) > 0.5) discard;
-      colour = shown; }`};
-
-class Layer {  // coloured triangles, lines or points that are made anew
-  constructor(Kind, cut, size, order) {
-    this.object = new Kind(new BufferGeometry(), new RawShaderMaterial({...FLAT, uniforms: {cut, size: {value: size}}}));
-    this.object.frustumCulled = false;
-    this.object.visible = false;
-    this.object.renderOrder = order;
-    this.clear();
-  }
-  clear() { this.places = []; this.tints = []; }
-  add(tint, ...corners) {
-    for (const corner of corners) { this.places.push(...corner); this.tints.push(...tint); }
-  }
-  upload() {
-    this.object.geometry.dispose();
-    this.object.geometry = new BufferGeometry();
-    this.object.geometry.setAttribute('position', new BufferAttribute(new Float32Array(this.places), 3));
-    this.object.geometry.setAttribute('tint', new BufferAttribute(new Float32Array(this.tints), 4));
-    this.object.visible = this.places.length > 0;
-  }
-}
-
-const SIDES = 6;
-function arrow(layer, tint, from, to, thick) {
-  const d = minus(to, from), l = length(d);
-  if (!(l > 0)) return;
-  const n = d.map((x) => x / l), [u, v] = across(n), head = Math.min(0.45 * l, 5 * thick), neck = along(to, -head, n);
-  const ring = (at, r) => Array.from({length: SIDES}, (_, i) => {
-    const t = 2 * Math.PI * i / SIDES;
-    return along(along(at, r * Math.cos(t), u), r * Math.sin(t), v);
-  });
-  const a = ring(from, thick), b = ring(neck, thick), c = ring(neck, 2.2 * thick);
-  for (let i = 0; i < SIDES; ++i) {
-    const j = (i + 1) % SIDES, shade = 0.8 + 0.2 * Math.cos(2 * Math.PI * i / SIDES), t = [...tint.slice(0, 3).map((x) => x * shade), tint[3]];
-    layer.add(t, a[i], a[j], b[j], a[i], b[j], b[i], c[i], c[j], to);
-  }
-}
-
 export class Joints {
   constructor(data, blocks, size) {
     const {head, section} = data;
@@ -127,6 +70,7 @@ export class Joints {
     const cut = blocks.uniforms.cut;
     this.layers = {polygons: new Layer(Mesh, cut, 1, 1), lines: new Layer(LineSegments, cut, 1, 2),
                    arrows: new Layer(Mesh, cut, 1, 3), points: new Layer(Points, cut, 7, 4)};
+    this.widest = {crack: null, width: 0};  // of the frame that is shown
     this.objects = Object.values(this.layers).map((layer) => layer.object);
     this.show = {polygons: false, forces: 'none', cracks: false, points: false};
     this.known = -1;
@@ -156,7 +100,16 @@ export class Joints {
     for (const layer of Object.values(this.layers)) layer.clear();
     if (this.head.kind === 'pairs') this.drawPair(this.head.pairs[frame], frame);
     else this.list.forEach((joint) => this.draw(joint, this.shift(joint, frame)));
+    if (this.show.cracks) this.widest = this.opened().draw(frame, this.layers.polygons, this.layers.lines);
     for (const layer of Object.values(this.layers)) layer.upload();
+  }
+
+  opened() {
+    if (!this.cracks) {
+      this.cracks = new Cracks(this.head, this.blocks, this.columns.pair);
+      this.cracks.measure(this.head.times.length);
+    }
+    return this.cracks;
   }
 
   // Enlarged displacements take the joint along with its second block that moves
@@ -167,9 +120,8 @@ export class Joints {
 
   draw(joint, moved) {
     const {polygons, lines, arrows, points} = this.layers, show = this.show;
-    const crack = show.cracks && joint.opening > 1e-6 * this.size;
-    if (show.polygons || crack) {
-      const tint = crack ? [0.85, 0.05, 0.1, 0.75] : [...(joint.failed ? FAILED : STATE_COLOURS[joint.state]), 0.45];
+    if (show.polygons) {
+      const tint = [...(joint.failed ? FAILED : STATE_COLOURS[joint.state]), 0.45];
       const o = joint.outline.map(moved);
       for (let i = 1; i + 1 < o.length; ++i) polygons.add(tint, o[0], o[i], o[i + 1]);
       o.forEach((p, i) => lines.add([...tint.slice(0, 3), 1], p, o[(i + 1) % o.length]));

@@ -2,13 +2,18 @@
 import {PerspectiveCamera, Scene, Vector3, WebGLRenderer} from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 import {Blocks, FIXED} from './blocks.js';
+import {Marks, MARK_COLOURS} from './marks.js';
+import {Section} from './section.js';
 import {get, newtons, number, readData, vector, viridis} from './data.js';
-import {Joints, STATES, length} from './joints.js';
+import {Joints, STATES} from './joints.js';
+import {length} from './layers.js';
 import {Histories} from './plots.js';
 
 const FREE = [[0.80, 0.48, 0.33], [0.88, 0.70, 0.44], [0.44, 0.58, 0.68], [0.58, 0.66, 0.48], [0.72, 0.45, 0.46], [0.54, 0.51, 0.66]];
 const HELD = [0.76, 0.75, 0.73];
 const JOINT_STATES = [[0.62, 0.62, 0.62], [0.30, 0.58, 0.78], [0.90, 0.50, 0.15], [0.25, 0.2, 0.2]];
+const KINDS = [[0.84, 0.68, 0.47], [0.66, 0.72, 0.78], [0.45, 0.46, 0.48], [0.40, 0.52, 0.80]], COMPLAINED = [0.91, 0.40, 0.34];
+const JOINT_STATE_NAMES = [...STATES, 'failed'], MOST_SWATCHES = 12;
 const FRAMES_A_SECOND = 15;
 const KIND_NAMES = ['deformable', 'rigid', 'fixed', 'prescribed', 'absent'];
 
@@ -19,12 +24,15 @@ class Viewer {
     this.frames = this.head.times.length;
     this.blocks = new Blocks(data);
     this.group = data.section('group');
-    this.state = {frame: 0, picked: -1, joint: null, point: null, drawn: 0};
+    this.state = {frame: 0, picked: -1, joint: null, point: null, mark: null, drawn: 0};
     this.ranges = {};
+    this.complained = new Set(this.head.kind === 'scene' ? this.head.notes.flatMap((note) => note.blocks.filter((b) => this.blocks.kind(b, 0) < FIXED)) : []);
     this.light = matchMedia('(prefers-color-scheme: dark)');
     this.makeScene();
     this.joints = new Joints(data, this.blocks, this.size);
-    this.scene.add(...this.joints.objects);
+    this.marks = new Marks(this.head, this.blocks.uniforms.cut, this.size);
+    this.section = new Section(this.blocks);
+    this.scene.add(...this.joints.objects, ...this.marks.objects, ...this.section.objects);
     this.histories = new Histories(this.head, (time) => this.show(this.nearest(time)));
     this.fillPanel();
     this.listen();
@@ -34,7 +42,7 @@ class Viewer {
     this.renderer = new WebGLRenderer({canvas: get('canvas'), antialias: true});
     this.renderer.setPixelRatio(Math.min(2, devicePixelRatio));
     this.scene = new Scene();
-    this.scene.add(this.blocks.faces, this.blocks.inside);
+    this.scene.add(this.blocks.faces);
     this.camera = new PerspectiveCamera(30, 1, 1, 10);
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
@@ -93,6 +101,7 @@ class Viewer {
     let free = 0;
     const held = (b) => this.blocks.kind(b, f) >= FIXED;
     if (name === 'block') return (b, out, at) => { put(held(b) ? HELD : FREE[free % FREE.length], out, at); free += !held(b); };
+    if (name === 'kind') return (b, out, at) => put(this.complained.has(b) ? COMPLAINED : KINDS[this.blocks.kind(b, f)] || HELD, out, at);
     if (name === 'joint') {
       const worst = this.jointStates();
       return (b, out, at) => put(held(b) ? HELD : JOINT_STATES[worst[b]], out, at);
@@ -103,8 +112,26 @@ class Viewer {
     };
   }
 
+  // Of what stands for a colour, where colours are few
+  swatches(name) {
+    if (name === 'group') return this.head.groups.map((group, i) => [FREE[i % FREE.length], group]);
+    if (name === 'joint') return JOINT_STATE_NAMES.map((state, i) => [JOINT_STATES[i], state]);
+    if (name !== 'kind') return [];
+    const there = new Set();
+    for (let b = 0; b < this.blocks.count; ++b) there.add(this.blocks.kind(b, this.state.frame));
+    return [...KINDS.map((colour, i) => [colour, KIND_NAMES[i]]).filter((_, i) => there.has(i)),
+            ...(this.complained.size > 0 ? [[COMPLAINED, 'see the notes']] : [])];
+  }
+
   paint() {
     this.blocks.paint(this.state.frame, this.state.picked, this.colouring());
+    this.changed = true;
+    get('swatches').replaceChildren(...[...this.swatches(get('colour').value).slice(0, MOST_SWATCHES), ...this.markSwatches()].map(([colour, name]) => {
+      const entry = Object.assign(document.createElement('span'), {textContent: name}), box = document.createElement('i');
+      box.style.background = `rgb(${colour.map((x) => Math.round(255 * x))})`;
+      entry.prepend(box);
+      return entry;
+    }));
     const name = get('colour').value, ranged = name === 'displacement' || name in this.head.scalars;
     get('legend').hidden = !ranged;
     if (ranged) {
@@ -112,6 +139,12 @@ class Viewer {
       get('legend-low').textContent = number(low);
       get('legend-high').textContent = `${number(high)} ${this.unit(name)}`;
     }
+  }
+
+  markSwatches() {
+    if (!get('marks').checked) return [];
+    const kinds = [...new Set(this.marks.list.map((mark) => mark.kind))];
+    return kinds.map((kind) => [MARK_COLOURS[kind], kind]);
   }
 
   // ---- time
@@ -123,7 +156,7 @@ class Viewer {
 
   show(f) {
     this.state.frame = f;
-    this.state.joint = this.state.point = null;
+    this.state.joint = this.state.point = this.state.mark = null;
     get('time').value = f;
     const label = this.head.labels[f];
     get('time-value').textContent = this.head.kind === 'pairs' ? `${f + 1} of ${this.frames}: ${label}` : `t = ${number(this.head.times[f])} s`;
@@ -139,6 +172,7 @@ class Viewer {
     const kept = this.joints.kept(f);
     get('kept').textContent = kept >= 0 && this.joints.times[kept] !== f ? `Contacts of t = ${number(this.head.times[this.joints.times[kept]])} s` : '';
     this.histories.show(this.head.times[f]);
+    this.tellCracks();
     this.tell();
     this.redraw();
   }
@@ -186,7 +220,8 @@ class Viewer {
     } else if (show.forces === 'joints' || show.polygons || show.cracks) {
       this.state.joint = this.closest(list, (j) => moved(j)(j.centre), px, py);
     }
-    this.state.picked = this.state.joint ? -1 : this.pick(px, py);
+    this.state.mark = get('marks').checked ? this.closest(this.marks.list, (mark) => mark.place, px, py) : null;
+    this.state.picked = this.state.joint || this.state.mark ? -1 : this.pick(px, py);
     this.paint(); this.tell(); this.redraw();
   }
 
@@ -207,7 +242,20 @@ class Viewer {
     return [['joint', `${n[j.a]} – ${n[j.b]}`], ['state', (j.failed ? 'failed, ' : '') + STATES[j.state]],
             ['resultant on the second', newtons(length(j.force))], ['normal, shear', `${newtons(j.alongNormal)}, ${newtons(j.shear)}`],
             ['area', `${number(j.area)} m²`], ['mean pressure', j.area > 0 ? `${number(j.alongNormal / j.area)} Pa` : '–'],
-            ['opening', `${number(Math.max(0, j.opening))} m`], ['slip', `${number(j.slip)} m`], ['points', String(j.points.length)]];
+            ['opening', `${number(this.openingOf(j))} m`], ['slip', `${number(j.slip)} m`], ['points', String(j.points.length)]];
+  }
+
+  // The widest that it gapes, m: of faces that lay on each other at the start, else of the contact points
+  openingOf(j) {
+    if (!this.joints.show.cracks) return Math.max(0, j.opening);
+    const cracks = this.joints.opened(), maps = this.blocks.mapsAt(this.state.frame, 1);
+    const own = cracks.of.get(j.a * this.blocks.count + j.b) || [];
+    return Math.max(0, j.opening, ...own.flatMap((crack) => cracks.widths(crack, maps)));
+  }
+
+  rowsOfMark(mark) {
+    const size = mark.vector ? [['largest', `${number(length(mark.vector))} ${mark.unit}`], ['vector', `${vector(mark.vector)} ${mark.unit}`]] : [];
+    return [['block', mark.block], ['at', `${vector(mark.at)} m`], ...size];
   }
 
   rowsOfPoint(p) {
@@ -227,10 +275,11 @@ class Viewer {
   }
 
   tell() {
-    const {picked, joint, point} = this.state;
+    const {picked, joint, point, mark} = this.state;
     let title = 'Click a block, a force or a contact.', rows = [];
     if (this.head.kind === 'pairs') { title = this.head.labels[this.state.frame]; rows = this.rowsOfPair(this.head.pairs[this.state.frame]); }
     else if (joint) { title = 'Joint'; rows = [...(point ? this.rowsOfPoint(point) : []), ...this.rowsOfJoint(joint)]; }
+    else if (mark) { title = mark.kind; rows = this.rowsOfMark(mark); }
     else if (picked >= 0) { title = this.head.names[picked] || `block ${picked}`; rows = this.rowsOfBlock(picked); }
     get('picked-title').textContent = title;
     get('picked').replaceChildren(...rows.map(([key, value]) => {
@@ -243,6 +292,8 @@ class Viewer {
 
   // ---- drawing
   draw() {
+    if (this.changed) this.section.update(this.state.frame, get('axis').value !== '', !get('glass').checked);
+    this.changed = false;
     this.renderer.setClearColor(this.light.matches ? 0x15181c : 0xf5f6f8);
     this.blocks.uniforms.eye.value.copy(this.camera.position);
     this.renderer.render(this.scene, this.camera);
@@ -263,7 +314,7 @@ class Viewer {
       a[k] = sign;  // the side of the eye is taken away
       v.set(...a, sign * (this.low.getComponent(k) + t * (this.high.getComponent(k) - this.low.getComponent(k))));
     }
-    this.blocks.inside.visible = get('axis').value !== '';
+    this.changed = true;
     this.redraw();
   }
 
@@ -272,21 +323,45 @@ class Viewer {
     const {head} = this;
     get('title').textContent = document.title = head.title;
     get('facts').textContent = [`${head.blocks} blocks`, ...(head.facts || [])].join(', ');
-    get('notes').replaceChildren(...head.notes.map((note) => Object.assign(document.createElement('li'), {textContent: note})));
+    get('notes').replaceChildren(...head.notes.map((note) => this.noteLine(note)));
     get('time').max = this.frames - 1;
     get('bar').hidden = this.frames < 2;
-    const colours = {block: 'block', group: head.kind === 'pairs' ? 'A and B' : 'material', joint: 'joint state', displacement: 'displacement'};
-    if (head.kind === 'pairs') { delete colours.joint; delete colours.displacement; get('contact-panel').hidden = get('scale-row').hidden = true; }
+    const colours = {block: 'block', group: head.kind === 'pairs' ? 'A and B' : 'material', joint: 'joint state', kind: 'kind', displacement: 'displacement'};
+    if (head.kind === 'pairs') { delete colours.joint; delete colours.kind; delete colours.displacement; get('contact-panel').hidden = get('scale-row').hidden = true; }
     Object.entries(colours).forEach(([value, name]) => get('colour').add(new Option(name, value)));
     Object.keys(head.scalars).forEach((name) => get('colour').add(new Option(name, name)));
     if (head.kind === 'pairs') { get('colour').value = 'group'; this.glass(true); }
-    (head.marks || []).forEach((mark) => get('notes').append(Object.assign(document.createElement('li'), {textContent: `${mark.kind} ${mark.name} at ${vector(mark.at)} m`})));
+    get('mark-row').hidden = this.marks.list.length === 0;
+    get('marks').checked = this.marks.list.length > 0;
+    if (head.kind === 'scene') get('colour').value = 'kind';
     get('largest').textContent = this.joints.largest > 0 ? `longest arrow: ${newtons(this.joints.largest)}` : '';
+  }
+
+  // What a run or `quoin check` says of blocks: a click picks the first of them
+  noteLine({text, blocks = []}) {
+    const line = Object.assign(document.createElement('li'), {textContent: text});
+    if (blocks.length > 0) {
+      line.tabIndex = 0;
+      line.addEventListener('click', () => {
+        this.state.joint = this.state.point = this.state.mark = null;
+        this.state.picked = blocks[0];
+        this.paint(); this.tell(); this.redraw();
+      });
+    }
+    return line;
+  }
+
+  tellCracks() {
+    const {show, widest, cracks} = this.joints;
+    const {crack, width} = widest, names = this.head.names;
+    get('widest').textContent = !show.cracks ? '' : !crack ? 'no crack'
+        : `widest crack: ${number(width)} m, ${names[crack.a]} – ${names[crack.b]}; of the run: ${number(cracks.widest)} m`;
   }
 
   glass(on) {
     get('glass').checked = on;
     this.blocks.uniforms.glass.value = on ? 1 : 0;
+    this.changed = true;
     this.redraw();
   }
 
@@ -295,6 +370,7 @@ class Viewer {
     show.forces = get('forces').value;
     for (const name of ['polygons', 'cracks', 'points']) show[name] = get(name).checked;
     this.joints.update(this.state.frame);
+    this.tellCracks();
     this.glass(show.forces !== 'none' || show.polygons || show.cracks || show.points);
   }
 
@@ -311,13 +387,15 @@ class Viewer {
     on('scale', 'input', () => {
       this.blocks.scale = 10 ** +get('scale').value;
       get('scale-value').textContent = `× ${number(this.blocks.scale)}`;
-      this.blocks.place(this.state.frame); this.joints.update(this.state.frame); this.redraw();
+      this.blocks.place(this.state.frame); this.joints.update(this.state.frame); this.changed = true; this.redraw();
     });
-    let down = null;
-    const canvas = this.renderer.domElement;
-    canvas.addEventListener('pointerdown', (e) => { down = [e.clientX, e.clientY]; });
+    on('marks', 'change', () => { this.marks.show(get('marks').checked); this.paint(); this.redraw(); });
+    let down = null;  // where one finger or button went down; null: moved, or there are two
+    const canvas = this.renderer.domElement, far = (e) => Math.hypot(e.clientX - down[0], e.clientY - down[1]);
+    canvas.addEventListener('pointerdown', (e) => { down = e.isPrimary ? [e.clientX, e.clientY] : null; });
     canvas.addEventListener('pointerup', (e) => {
-      if (down && Math.hypot(e.clientX - down[0], e.clientY - down[1]) < 5) this.click(e.clientX, e.clientY);
+      if (down && far(e) < (e.pointerType === 'touch' ? 12 : 5)) this.click(e.clientX, e.clientY);
+      down = null;
     });
     addEventListener('keydown', (e) => this.key(e));
     this.light.addEventListener('change', () => { this.histories.plot(); this.redraw(); });
@@ -332,7 +410,7 @@ class Viewer {
                   End: () => this.show(this.frames - 1), ' ': () => this.play(), h: () => this.home(),
                   e: () => tick('edges'), g: () => tick('glass'), p: () => tick('polygons'), c: () => tick('cracks'),
                   f: () => { get('forces').value = get('forces').value === 'none' ? 'joints' : 'none'; this.contacts(); },
-                  Escape: () => { this.state.picked = -1; this.state.joint = null; this.paint(); this.tell(); this.redraw(); }};
+                  Escape: () => { this.state.picked = -1; this.state.joint = this.state.mark = null; this.paint(); this.tell(); this.redraw(); }};
     const act = views[event.key] ? () => this.home(views[event.key]) : keys[event.key];
     if (!act) return;
     event.preventDefault();
