@@ -554,3 +554,26 @@ TEST_CASE(
     }
   }
 }
+
+TEST_CASE("A support whose speed jumps throws off what lies on it, wherever in a step that is") {
+  constexpr double speed = 1.0, restitution = 0.5, end = 0.15;
+  const double jump = GENERATE(0.1, 0.3 / 3.0, 0.1004);  // at the end of a step, and within one
+  const bool table = GENERATE(false, true);
+  CAPTURE(jump, table);
+  for (const Frame& frame : frames()) {
+    Boxes boxes(frame);
+    Scene& scene = boxes.scene;
+    scene.joint.restitution = restitution;
+    const int block = boxes.add({0, 0, 0.2}, {0.5, 0.5, 0.2});
+    const Vector3 up = frame.turn.col(2);
+    scene.blocks[0].kind = BlockKind::Prescribed;
+    scene.blocks[0].motion.value =
+        table ? interpolate({0.0, jump, jump, 1.0}, {0.0 * up, 0.0 * up, speed * up, speed * up})
+              : VectorOfTime([=](double t) { return Vector3(t < jump ? 0.0 * up : speed * up); });
+    Simulation simulation(scene, {.time_step = 1e-3});
+    for (int i = 0; i < 150; ++i) REQUIRE(simulation.advance().status == StepStatus::Converged);
+    const double left = (1.0 + restitution) * speed - kGravity * (end - jump);
+    const double now = simulation.state().blocks[static_cast<std::size_t>(block)].velocity.dot(up);
+    CHECK_THAT(now, WithinAbs(left, 1e-6));
+  }
+}

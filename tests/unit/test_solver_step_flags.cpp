@@ -2,6 +2,7 @@
 #include <cmath>
 #include <quoin/geometry/build.hpp>
 #include <quoin/solver.hpp>
+#include <utility>
 
 #include "solver/src/step/step_flags.hpp"
 #include "support/catch.hpp"
@@ -115,4 +116,50 @@ TEST_CASE("Energy that grows in one island is flagged there, whatever another on
     if (flag != nullptr) CHECK(flag->block == 1);
   }
   CHECK(flag != nullptr);
+}
+
+TEST_CASE("A block that spins fast is turned in sub-steps; where these end the turn is flagged") {
+  constexpr double spin = 50.0, dt = 0.05;  // 2.5 rad a step
+  for (const double smallest : {0.0, dt}) {
+    CAPTURE(smallest);
+    Scene scene;
+    scene.gravity = Vector3(Vector3::Zero());
+    scene.add_rigid(geometry::make_box({0, 0, 0}, {1, 1, 1}), {.density = 2000});
+    scene.blocks[0].angular_velocity = Vector3(0, 0, spin);
+    Simulation simulation(scene, {.time_step = dt, .smallest_time_step = smallest});
+    bool flagged = false;
+    for (int i = 0; i < 20; ++i) {
+      const StepReport report = simulation.advance();
+      const StepFlag* flag = find(report, FlagKind::Turn);
+      if (flag != nullptr) CHECK(flag->fails);
+      flagged = flagged || flag != nullptr;
+    }
+    CHECK(flagged == (smallest > 0.0));
+    const Matrix3 turn = simulation.state().blocks[0].rotation.toRotationMatrix();
+    const double off = std::remainder(std::atan2(turn(1, 0), turn(0, 0)) - spin, 2.0 * std::acos(-1.0));
+    if (!flagged) CHECK(std::abs(off) < 1e-3 * spin);
+  }
+}
+
+TEST_CASE("An impact that follows from another one in a step is flagged") {
+  for (const double dt : {1e-3, 1e-4}) {
+    CAPTURE(dt);
+    Scene scene;
+    scene.gravity = Vector3(Vector3::Zero());
+    scene.joint.restitution = 1.0;
+    for (const double x : {0.0, 0.4496, 0.8506}) {
+      scene.add_rigid(geometry::make_box({x, 0, 0}, {x + 0.4, 0.4, 0.4}), {.density = 2000});
+    }
+    scene.blocks[0].velocity = Vector3(1.5, 0, 0);
+    Simulation simulation(scene, {.time_step = dt});
+    bool flagged = false;
+    while (simulation.state().time < 0.06) {
+      const StepReport report = simulation.advance();
+      const StepFlag* flag = find(report, FlagKind::Impacts);
+      if (flag != nullptr) CHECK(std::pair(flag->block, flag->other) == std::pair(1, 2));
+      flagged = flagged || flag != nullptr;
+    }
+    CHECK(flagged == (dt == 1e-3));
+    if (!flagged) CHECK_THAT(simulation.state().blocks[2].velocity.x(), WithinRel(1.5, 1e-9));
+  }
 }

@@ -1,6 +1,7 @@
 #include "scene/compiled_scene.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -282,6 +283,14 @@ CompiledScene compile(Scene scene) {
   return compiled;
 }
 
+Vector3 velocity_inside(const VectorOfTime& velocity, double end, double other) {
+  constexpr double kInside = 1e-6;  // of the interval: there a smooth one changes by as little
+  const Vector3 at = velocity.at(end), inside = velocity.at(end + kInside * (other - end));
+  const double change = std::max((velocity.at(other) - at).norm(),
+                                 (velocity.at(0.5 * (end + other)) - at).norm());
+  return (inside - at).norm() > 0.5 * change ? inside : at;
+}
+
 Vector3 velocity_from(const Motion& motion, const Vector3& reached, double time) {
   constexpr double kAfter = 1e-6;  // s: one-sided differences of second order, rounded by 4e-10 / s
   switch (motion.kind) {
@@ -376,7 +385,6 @@ PrescribedMotion integrate(const Motion& motion, const PrescribedMotion& known, 
   }
   if (motion.kind == MotionKind::Velocity) {
     next.displacement += integral;
-    next.velocity = motion.value.at(to);
   } else {
     next.displacement += known.velocity * h + first_moment;
     next.velocity += integral;
@@ -384,19 +392,65 @@ PrescribedMotion integrate(const Motion& motion, const PrescribedMotion& known, 
   return next;
 }
 
+/// Where a velocity changes by more than half of its change within ever shorter pieces, s; none: `to`.
+double jump_within(const VectorOfTime& velocity, double from, double to) {
+  constexpr int kPieces = 4;     // of a smooth one no quarter has nearly all of the change
+  constexpr double kMost = 0.9;  // of the change
+  constexpr int kHalvings = 32;
+  std::array<Vector3, kPieces + 1> values;
+  double change = 0.0;
+  for (int k = 0; k <= kPieces; ++k) {
+    values[static_cast<std::size_t>(k)] = velocity.at(from + (to - from) * k / kPieces);
+    if (k > 0) change += (values[static_cast<std::size_t>(k)] - values[static_cast<std::size_t>(k - 1)]).norm();
+  }
+  for (std::size_t k = 0; k < kPieces; ++k) {
+    const double most = kMost * change;
+    if (!(change > 0.0) || (values[k + 1] - values[k]).norm() < most) continue;
+    double low = from + (to - from) * static_cast<double>(k) / kPieces;
+    double high = low + (to - from) / kPieces;
+    Vector3 first = values[k], last = values[k + 1];
+    for (int halving = 0; halving < kHalvings; ++halving) {
+      const double middle = 0.5 * (low + high);
+      const Vector3 value = velocity.at(middle);
+      const bool lower = (value - first).norm() >= (last - value).norm();
+      (lower ? high : low) = middle;
+      (lower ? last : first) = value;
+    }
+    return (last - first).norm() >= 0.5 * most ? high : to;
+  }
+  return to;
+}
+
 }  // namespace
+
+double next_jump(const Motion& motion, double from, double to) {
+  if (motion.kind != MotionKind::Velocity || motion.value.is_constant()) return to;
+  const std::span<const double> knots = motion.value.knots();
+  if (knots.empty()) return jump_within(motion.value, from, to);
+  for (auto knot = std::ranges::upper_bound(knots, from); knot != knots.end() && *knot < to; ++knot) {
+    if (std::next(knot) != knots.end() && *std::next(knot) == *knot) return *knot;
+  }
+  return to;
+}
 
 PrescribedMotion advance_motion(const Motion& motion, const PrescribedMotion& known, double from,
                                 double to) {
   if (from == to) return known;
   if (motion.kind == MotionKind::Displacement) return given_motion(motion.value, from, to);
   PrescribedMotion next = known;
+  double reached = from;
+  const auto advance_to = [&](double time) {
+    next = integrate(motion, next, reached, time);
+    reached = time;
+  };
   const std::span<const double> knots = motion.value.knots();
-  for (auto knot = std::ranges::upper_bound(knots, from); knot != knots.end() && *knot < to;
-       from = *knot++) {
-    next = integrate(motion, next, from, *knot);
+  for (auto knot = std::ranges::upper_bound(knots, from); knot != knots.end() && *knot < to; ++knot) {
+    advance_to(*knot);
   }
-  return integrate(motion, next, from, to);
+  if (const double jump = next_jump(motion, reached, to); jump < to) advance_to(jump);
+  advance_to(to);
+  if (motion.kind == MotionKind::Velocity) next.velocity = velocity_inside(motion.value, to, from);
+  return next;
 }
 
 }  // namespace quoin::solver

@@ -73,8 +73,15 @@ Vector3 velocity_from(const Motion& motion, const Vector3& reached, double time)
 /// Throws InputError where a motion sets its block off at a velocity that is not finite.
 void check_motion_velocity(const Scene& scene, int block, const Vector3& velocity, double time);
 
+/// A velocity at one end of an interval of time, m/s: where it jumps there, the one inside.
+Vector3 velocity_inside(const VectorOfTime& velocity, double end, double other);
+
+/// The first time between `from` and `to` at which a motion's velocity jumps, s; none: `to`.
+double next_jump(const Motion& motion, double from, double to);
+
 /// The motion at time `to`, from that `known` at `from`: velocity and acceleration are integrated
-/// by a Gauss rule from knot to knot, which is exact for a table.
+/// by a Gauss rule from knot to knot, which is exact for a table. A velocity that jumps at `to` is
+/// that before the jump.
 PrescribedMotion advance_motion(const Motion& motion, const PrescribedMotion& known, double from,
                                 double to);
 

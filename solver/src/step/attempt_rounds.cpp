@@ -207,6 +207,20 @@ bool change_contacts(const StepRun& run, Island& island) {
   return work.agreement.any(missed || blocked);
 }
 
+/// Contacts, but for bonds and springs, of a block whose velocity jumps towards the other one are
+/// open: they are struck. `change`: of the velocity, m/s.
+void part_struck(int block, const Vector3& change, std::span<BodyContact> contacts) {
+  for (BodyContact& contact : contacts) {
+    if (contact.a != block && contact.b != block) continue;
+    const double opening = contact.state.point.normal.dot(contact.b == block ? change : -change);
+    if (!(opening < 0.0) || contact.state.bonded || contact.state.spring_area > 0.0) continue;
+    contact.was_closed = false;
+    contact.state.mode = ContactMode::Open;
+    contact.state.anchor_a = contact.arm_a;
+    contact.state.anchor_b = contact.arm_b;
+  }
+}
+
 }  // namespace
 
 void begin(const StepRun& run, Island& island) {
@@ -215,6 +229,9 @@ void begin(const StepRun& run, Island& island) {
   carry_over({run.compiled.scene, work.poses.start, run.compiled.models, island.reach, work.laid,
               run.options.analysis == Analysis::Dynamic},
              island.found, island.history, island.previous, island.contacts);
+  if (run.options.method == ContactMethod::AugmentedLagrangian) {
+    for (const auto& [block, change] : work.jumps) part_struck(block, change, island.contacts);
+  }
   island.memory.clock.charge(&PhaseSeconds::assemble);
 }
 

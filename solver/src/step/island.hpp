@@ -23,6 +23,8 @@ struct IslandCount {
   double residual = 0.0, condition = 0.0, unbalance = 0.0, stiffest_omega_dt = 0.0;
   double rounding = 0.0;       ///< of a gap, m
   double energy_growth = 0.0;  ///< largest of its sub-steps, J; may be negative
+  StepFlag turn{.kind = FlagKind::Turn, .limit = kLargestTurn};
+  StepFlag impacts{.kind = FlagKind::Impacts, .limit = kGapBetweenImpacts};
 };
 
 /// Of an island's blocks where they stand, J.

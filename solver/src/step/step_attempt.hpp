@@ -18,6 +18,7 @@ struct SolvedContact {
   bool compliant = false;
   bool was_closed = false;
   bool struck = false;  ///< touches, both blocks hit: it may be open by rounding
+  double closed_by_impact = 0.0;  ///< m: gap that free flight does not close
 };
 
 /// What an attempt came to.

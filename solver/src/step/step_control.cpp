@@ -18,6 +18,7 @@ namespace {
 
 constexpr int kStaticCuts = 10;         // halvings of a pseudo-step: to a millionth of its motion
 constexpr double kSmallestStep = 1024;  // sub-steps in a step, where the options name no smallest
+constexpr double kMostTurn = 0.3;       // rad in a sub-step: 1 % of it is lost, and the run fails
 constexpr double kEnd = 1e-12;          // of the step: what sub-steps may leave of it by rounding
 // Of a sub-step: what is left to go until its first impact. Forces until then are carried into the
 // impact's sub-step by a share (impact_law): that error goes with it, 1e-5 of a rocking block's
@@ -63,29 +64,47 @@ BlockState prescribed_at(const StepRun& run, std::size_t p, const PrescribedMoti
 void place_idle(const StepRun& run, double from, double to) {
   Workspace& work = run.work;
   work.increments.clear();
+  work.jumps.clear();
   for (std::size_t p = 0; p < run.compiled.prescribed.size(); ++p) {
     const std::size_t b = index(run.compiled.prescribed[p]);
     const PrescribedMotion now = motion_at(run, p, from);
+    const Motion& motion = run.compiled.scene.blocks[b].motion;
     work.motion_end[p] = motion_at(run, p, to);
     work.increments.push_back(work.motion_end[p].displacement - now.displacement);
     if (from != run.state.time) work.now.blocks[b] = prescribed_at(run, p, now);
+    if (from != to && motion.kind == MotionKind::Velocity && !motion.value.is_constant()) {
+      Vector3& velocity = work.now.blocks[b].velocity;
+      const Vector3 before = velocity;
+      velocity = velocity_inside(motion.value, from, to);
+      if (velocity != before) work.jumps.emplace_back(static_cast<int>(b), velocity - before);
+    }
     work.end[b] = prescribed_at(run, p, work.motion_end[p]);
   }
   place_idle(run.compiled, work.now.blocks, work.end, work.increments, work.poses);
 }
 
+/// Of a block of the island where it stands, in its next sub-step, rad.
+double turn(const StepRun& run, const Island& island, int block) {
+  return run.work.now.blocks[index(block)].angular_velocity.norm() * island.length;
+}
+
 /// A step in which two blocks near each other move by more than half the smaller one can jump over
-/// a contact: it is cut before it is tried.
+/// a contact; one that turns a block by much turns it by too little. Both are cut before they are
+/// tried.
 bool too_fast(const StepRun& run, const Island& island) {
   const auto speed = [&](int block) {
     return vertex_speed(run.compiled.models[index(block)], run.work.now.blocks[index(block)]);
   };
-  const bool any = std::ranges::any_of(island.contacts, [&](const BodyContact& contact) {
+  const bool jumps = std::ranges::any_of(island.contacts, [&](const BodyContact& contact) {
     const double way = (speed(contact.a) + speed(contact.b)) * island.length;
     const double size = pair_size(run.compiled, contact.a, contact.b);
     return way > kFarthest * size && contact.state.point.gap < way;
   });
-  return run.work.agreement.any(any);
+  const bool turns = !is_paper_method(run.options.method) &&
+                     std::ranges::any_of(island.own(), [&](int block) {
+                       return turn(run, island, block) > kLargestTurn;
+                     });
+  return run.work.agreement.any(jumps || turns);
 }
 
 /// The attempt took all forces as they were, and nothing moved, to the last bit.
@@ -163,6 +182,26 @@ Fate judge(const StepRun& run, Island& island, double growth, bool can_cut) {
                                      energy.contact_work - energy.friction_work});
 }
 
+/// What its blocks turn by, and impacts that follow from others, in the attempt of an island.
+void note_turn_and_impacts(const StepRun& run, Island& island) {
+  const auto note = [](double value, int block, int other, StepFlag& flag) {
+    if (!(value > flag.value)) return;
+    flag.value = value;
+    flag.block = block;
+    flag.other = other;
+  };
+  for (const int block : island.own()) note(turn(run, island, block), block, -1, island.count.turn);
+  island.count.turn.fails = island.count.turn.value > kMostTurn;
+  const std::vector<SolvedContact>& positions = island.attempt.positions;
+  for (std::size_t i = 0; i < island.contacts.size() && i < positions.size(); ++i) {
+    const double gap = positions[i].closed_by_impact;
+    if (gap == 0.0) continue;
+    const BodyContact& contact = island.contacts[i];
+    note(gap / pair_size(run.compiled, contact.a, contact.b), contact.a, contact.b,
+         island.count.impacts);
+  }
+}
+
 /// The attempt is the island's next sub-step. `growth`: energy_growth() of it.
 void accept(const StepRun& run, Island& island, double growth) {
   Workspace& work = run.work;
@@ -171,6 +210,7 @@ void accept(const StepRun& run, Island& island, double growth) {
   island.still = stood_still(run, island);
   const int crowd = keeps_modes(run, island) ? 0 : island.memory.solver.crowd();
   book(energy, growth, island.energy);
+  if (step.dynamic()) note_turn_and_impacts(run, island);
   const bool first = island.count.sub_steps == 0;
   island.count.energy_growth = first ? growth : std::max(island.count.energy_growth, growth);
   note_energy(run, step, island);
@@ -214,12 +254,14 @@ double part_before_impact(const Island& island, double smallest) {
 }
 
 /// Islands that stand at the earliest time, and of these those with the longest next sub-step.
-void next_group(std::span<Island* const> islands, double time_step, Islands& group) {
+/// `jump`: of the step, s; there a sub-step ends.
+void next_group(std::span<Island* const> islands, double time_step, double jump, Islands& group) {
   group.clear();
   const auto key = [&](const Island& island) { return std::pair(island.done, -island.length); };
   for (Island* island : islands) {
     if (!(island->done < time_step * (1.0 - kEnd))) continue;
-    island->length = std::min(island->length, time_step - island->done);
+    const double stop = island->done < jump * (1.0 - kEnd) ? jump : time_step;
+    island->length = std::min(island->length, stop - island->done);
     if (!group.empty() && key(*island) < key(*group.front())) group.clear();
     if (group.empty() || key(*island) == key(*group.front())) group.push_back(island);
   }
@@ -249,6 +291,20 @@ double note_attempt(const StepOptions& options, bool can_cut, Island& island) {
   return automatic ? share : 0.5;
 }
 
+/// How much of the step goes before the velocity of a support jumps within it, s; all: none does.
+double before_jump(const StepRun& run) {
+  constexpr double kAtEnd = 1e-6;  // of the step: see velocity_inside()
+  const double step = run.options.time_step, from = run.state.time, end = from + step;
+  double first = end;
+  for (const int block : run.compiled.prescribed) {
+    first = next_jump(run.compiled.scene.blocks[index(block)].motion, from, first);
+  }
+  if (std::min(first - from, end - first) < kAtEnd * step) return step;
+  double part = first - from;
+  while (from + part < first) part = std::nextafter(part, step);
+  return part;
+}
+
 /// All sub-steps of a dynamic step, of each island by itself. The island whose sub-step can't be
 /// shortened any more, or null.
 Island* take_sub_steps(const StepRun& run, std::span<Island* const> islands) {
@@ -257,8 +313,9 @@ Island* take_sub_steps(const StepRun& run, std::span<Island* const> islands) {
   const double smallest = options.smallest_time_step > 0.0 ? options.smallest_time_step
                                                            : options.time_step / kSmallestStep;
   Islands& group = run.work.group;
+  const double jump = before_jump(run);
   for (;;) {
-    next_group(islands, options.time_step, group);
+    next_group(islands, options.time_step, jump, group);
     if (group.empty()) return nullptr;
     begin_group(run, group);
     const bool can_cut = 0.5 * group.front()->length >= smallest;
@@ -289,6 +346,8 @@ Island* take_sub_steps(const StepRun& run, std::span<Island* const> islands) {
       const double share = note_attempt(options, can_cut, *island);
       if (island->solved && !(too_far && can_cut)) {
         accept(run, *island, growth);
+        const bool at_jump = std::abs(island->done - jump) <= kEnd * options.time_step;
+        if (at_jump) island->length = options.time_step - jump;
         continue;
       }
       (island->solved ? report.cuts_by_displacement : report.cuts_by_convergence)++;

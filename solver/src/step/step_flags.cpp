@@ -93,8 +93,9 @@ const geometry::ContactPoint* vanished(const CompiledScene& compiled,
 }
 
 std::string_view name(FlagKind kind) {
-  constexpr std::array<std::string_view, 6> kNames = {
-      "unconverged", "strain", "overlap", "rounding", "energy_growth", "lost_contact"};
+  constexpr std::array<std::string_view, kFlagKinds> kNames = {
+      "unconverged", "strain", "overlap", "rounding", "energy_growth", "lost_contact", "turn",
+      "impacts"};
   return kNames[static_cast<std::size_t>(kind)];
 }
 
@@ -168,6 +169,8 @@ void append_flags(const CompiledScene& compiled, const Extremes& extremes,
             .limit = kEnergyGrowth,
             .block = evidence.energy_block});
   }
+  append(evidence.turn);
+  append(evidence.impacts);
   const geometry::ContactPoint* missing =
       evidence.missing != nullptr ? evidence.missing : extremes.vanished;
   if (missing != nullptr) append(missing_contact(compiled, *missing));

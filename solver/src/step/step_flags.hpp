@@ -12,6 +12,13 @@ namespace quoin::solver {
 /// tested to.
 inline constexpr double kEnergyGrowth = 1e-6;
 
+/// Turn of a block in a sub-step, rad: an angle is right to its square by twelve, 1e-3.
+inline constexpr double kLargestTurn = 0.1;
+
+/// Gap that is closed by one impact and struck by the next in one sub-step, by the smaller block: as
+/// overlaps that are flagged.
+inline constexpr double kGapBetweenImpacts = 1e-3;
+
 /// What a change of a block's energy is measured against, J.
 class EnergyScale {
  public:
@@ -34,6 +41,7 @@ struct StepEvidence {
   double gap_tolerance = 0.0;                       ///< m
   const geometry::ContactPoint* missing = nullptr;  ///< an overlap that no contact held
   bool springs = false;                             ///< contacts are springs by their method
+  StepFlag turn{}, impacts{};                       ///< of the islands where they are worst
 };
 
 /// What blocks and contacts show where they stand.

@@ -92,6 +92,8 @@ struct Workspace : StepMemory {
   Islands open;                              ///< of these: that try another round
   std::vector<int> moved;                    ///< memory of a search: blocks that do not stand
   std::vector<Vector3> increments;           ///< memory of place_idle(), of compiled.prescribed
+  std::vector<std::pair<int, Vector3>> jumps;  ///< blocks whose velocity jumps as the sub-step
+                                               ///< begins, and by how much, m/s
   State now;                                 ///< while a step is taken: its accepted sub-steps
   StepPoses poses;                           ///< of the sub-step that is tried, by block
   std::vector<BlockState> end;               ///< likewise: at its end
