@@ -88,6 +88,12 @@ Momenta momenta(const Simulation& simulation) {
   return sum;
 }
 
+/// Blocks that are struck spin by more than a third of a radian in a step: that is flagged.
+bool none_but_turns(const StepReport& report) {
+  return std::ranges::all_of(report.flags,
+                             [](const StepFlag& f) { return f.kind == FlagKind::Turn; });
+}
+
 }  // namespace
 
 TEST_CASE("A collision with friction keeps linear and angular momentum and makes no energy") {
@@ -414,7 +420,7 @@ TEST_CASE("A boulder slides on pebbles: light blocks under a heavy one are solve
     for (int step = 0; step < 50; ++step) {
       const StepReport report = simulation.advance();
       REQUIRE(report.status == StepStatus::Converged);
-      CHECK(report.flags.empty());
+      CHECK(none_but_turns(report));
       CHECK(report.largest_overlap <= 1e-8 * kSize);
       if (step < 20) solves += report.linear_solves;
     }
@@ -578,7 +584,7 @@ TEST_CASE("Blocks that turn far within the step of their impact bounce without g
     for (int step = 0; step < 60; ++step) {
       const StepReport report = simulation.advance();
       REQUIRE(report.status == StepStatus::Converged);
-      CHECK(report.flags.empty());
+      CHECK(none_but_turns(report));
     }
     CHECK(simulation.state().blocks[0].velocity.x() < 5.0);  // they have met
     CHECK((momentum() - start).norm() < 1e-10 * start.norm());

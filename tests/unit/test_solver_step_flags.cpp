@@ -136,7 +136,8 @@ TEST_CASE("A block that spins fast is turned in sub-steps; where these end the t
     }
     CHECK(flagged == (smallest > 0.0));
     const Matrix3 turn = simulation.state().blocks[0].rotation.toRotationMatrix();
-    const double off = std::remainder(std::atan2(turn(1, 0), turn(0, 0)) - spin, 2.0 * std::acos(-1.0));
+    const double off =
+        std::remainder(std::atan2(turn(1, 0), turn(0, 0)) - spin, 2.0 * std::acos(-1.0));
     if (!flagged) CHECK(std::abs(off) < 1e-3 * spin);
   }
 }

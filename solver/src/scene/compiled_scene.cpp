@@ -286,8 +286,8 @@ CompiledScene compile(Scene scene) {
 Vector3 velocity_inside(const VectorOfTime& velocity, double end, double other) {
   constexpr double kInside = 1e-6;  // of the interval: there a smooth one changes by as little
   const Vector3 at = velocity.at(end), inside = velocity.at(end + kInside * (other - end));
-  const double change = std::max((velocity.at(other) - at).norm(),
-                                 (velocity.at(0.5 * (end + other)) - at).norm());
+  const double change =
+      std::max((velocity.at(other) - at).norm(), (velocity.at(0.5 * (end + other)) - at).norm());
   return (inside - at).norm() > 0.5 * change ? inside : at;
 }
 
@@ -392,7 +392,8 @@ PrescribedMotion integrate(const Motion& motion, const PrescribedMotion& known, 
   return next;
 }
 
-/// Where a velocity changes by more than half of its change within ever shorter pieces, s; none: `to`.
+/// Where a velocity changes by more than half of its change within ever shorter pieces, s; none:
+/// `to`.
 double jump_within(const VectorOfTime& velocity, double from, double to) {
   constexpr int kPieces = 4;     // of a smooth one no quarter has nearly all of the change
   constexpr double kMost = 0.9;  // of the change
@@ -401,7 +402,9 @@ double jump_within(const VectorOfTime& velocity, double from, double to) {
   double change = 0.0;
   for (int k = 0; k <= kPieces; ++k) {
     values[static_cast<std::size_t>(k)] = velocity.at(from + (to - from) * k / kPieces);
-    if (k > 0) change += (values[static_cast<std::size_t>(k)] - values[static_cast<std::size_t>(k - 1)]).norm();
+    if (k > 0)
+      change +=
+          (values[static_cast<std::size_t>(k)] - values[static_cast<std::size_t>(k - 1)]).norm();
   }
   for (std::size_t k = 0; k < kPieces; ++k) {
     const double most = kMost * change;
@@ -427,7 +430,8 @@ double next_jump(const Motion& motion, double from, double to) {
   if (motion.kind != MotionKind::Velocity || motion.value.is_constant()) return to;
   const std::span<const double> knots = motion.value.knots();
   if (knots.empty()) return jump_within(motion.value, from, to);
-  for (auto knot = std::ranges::upper_bound(knots, from); knot != knots.end() && *knot < to; ++knot) {
+  for (auto knot = std::ranges::upper_bound(knots, from); knot != knots.end() && *knot < to;
+       ++knot) {
     if (std::next(knot) != knots.end() && *std::next(knot) == *knot) return *knot;
   }
   return to;
@@ -444,7 +448,8 @@ PrescribedMotion advance_motion(const Motion& motion, const PrescribedMotion& kn
     reached = time;
   };
   const std::span<const double> knots = motion.value.knots();
-  for (auto knot = std::ranges::upper_bound(knots, from); knot != knots.end() && *knot < to; ++knot) {
+  for (auto knot = std::ranges::upper_bound(knots, from); knot != knots.end() && *knot < to;
+       ++knot) {
     advance_to(*knot);
   }
   if (const double jump = next_jump(motion, reached, to); jump < to) advance_to(jump);

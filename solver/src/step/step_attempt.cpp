@@ -300,9 +300,8 @@ void note_positions(const SubStep& step, Attempt& attempt) {
   for (const LinearContact& c : attempt.linear) {
     const double change = attempt.solved.converged ? 0.0 : change_of_update(c);
     const bool struck = touches(step, c) && is_hit(c.slot_a) && is_hit(c.slot_b);
-    const bool follows = c.mode != ContactMode::Open && !c.was_closed && c.closing_share == 0.0;
     attempt.positions.push_back({c.relative[0], change, c.mode, c.compliant, c.was_closed, struck,
-                                 follows ? c.start[0] : 0.0});
+                                 c.closing_share > 0.0, c.start[0]});
   }
 }
 

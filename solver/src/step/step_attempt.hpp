@@ -18,7 +18,8 @@ struct SolvedContact {
   bool compliant = false;
   bool was_closed = false;
   bool struck = false;  ///< touches, both blocks hit: it may be open by rounding
-  double closed_by_impact = 0.0;  ///< m: gap that free flight does not close
+  bool closes = false;  ///< in the sub-step, by free flight
+  double start = 0.0;   ///< gap at its start, m
 };
 
 /// What an attempt came to.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -18,7 +19,6 @@ namespace {
 
 constexpr int kStaticCuts = 10;         // halvings of a pseudo-step: to a millionth of its motion
 constexpr double kSmallestStep = 1024;  // sub-steps in a step, where the options name no smallest
-constexpr double kMostTurn = 0.3;       // rad in a sub-step: 1 % of it is lost, and the run fails
 constexpr double kEnd = 1e-12;          // of the step: what sub-steps may leave of it by rounding
 // Of a sub-step: what is left to go until its first impact. Forces until then are carried into the
 // impact's sub-step by a share (impact_law): that error goes with it, 1e-5 of a rocking block's
@@ -83,15 +83,20 @@ void place_idle(const StepRun& run, double from, double to) {
   place_idle(run.compiled, work.now.blocks, work.end, work.increments, work.poses);
 }
 
-/// Of a block of the island where it stands, in its next sub-step, rad.
-double turn(const StepRun& run, const Island& island, int block) {
-  return run.work.now.blocks[index(block)].angular_velocity.norm() * island.length;
+/// Of a block in free flight in the next sub-step of its island, rad; 0: something touches it.
+double free_turn(const StepRun& run, const Island& island, int block) {
+  const double turn = run.work.now.blocks[index(block)].angular_velocity.norm() * island.length;
+  if (!(turn > kLargestTurn)) return turn;
+  const bool touched = std::ranges::any_of(island.contacts, [&](const BodyContact& contact) {
+    return contact.was_closed && (contact.a == block || contact.b == block);
+  });
+  return touched ? 0.0 : turn;
 }
 
-/// A step in which two blocks near each other move by more than half the smaller one can jump over
-/// a contact; one that turns a block by much turns it by too little. Both are cut before they are
-/// tried.
-bool too_fast(const StepRun& run, const Island& island) {
+/// How often the next sub-step is halved before it is tried. Once: two blocks near each other that
+/// move by more than half the smaller one can jump over a contact. More often: a block in free
+/// flight turns by more than `kLargestTurn`, and so too little; until it is a third of that.
+int halvings(const StepRun& run, const Island& island) {
   const auto speed = [&](int block) {
     return vertex_speed(run.compiled.models[index(block)], run.work.now.blocks[index(block)]);
   };
@@ -100,11 +105,11 @@ bool too_fast(const StepRun& run, const Island& island) {
     const double size = pair_size(run.compiled, contact.a, contact.b);
     return way > kFarthest * size && contact.state.point.gap < way;
   });
-  const bool turns = !is_paper_method(run.options.method) &&
-                     std::ranges::any_of(island.own(), [&](int block) {
-                       return turn(run, island, block) > kLargestTurn;
-                     });
-  return run.work.agreement.any(jumps || turns);
+  double most = 0.0;
+  for (const int block : island.own()) most = std::max(most, free_turn(run, island, block));
+  most = run.work.agreement.largest(is_paper_method(run.options.method) ? 0.0 : most);
+  const int turns = most > kLargestTurn ? std::ilogb(3.0 * most / kLargestTurn) + 1 : 0;
+  return std::max(turns, run.work.agreement.any(jumps) ? 1 : 0);
 }
 
 /// The attempt took all forces as they were, and nothing moved, to the last bit.
@@ -190,14 +195,27 @@ void note_turn_and_impacts(const StepRun& run, Island& island) {
     flag.block = block;
     flag.other = other;
   };
-  for (const int block : island.own()) note(turn(run, island, block), block, -1, island.count.turn);
-  island.count.turn.fails = island.count.turn.value > kMostTurn;
+  for (const int block : island.own()) {
+    const double spin = std::min(run.work.now.blocks[index(block)].angular_velocity.norm(),
+                                 run.work.end[index(block)].angular_velocity.norm());
+    note(spin * island.length, block, -1, island.count.turn);
+  }
+  island.count.turn.fails = island.count.turn.value > kMeaninglessTurn;
   const std::vector<SolvedContact>& positions = island.attempt.positions;
-  for (std::size_t i = 0; i < island.contacts.size() && i < positions.size(); ++i) {
-    const double gap = positions[i].closed_by_impact;
-    if (gap == 0.0) continue;
-    const BodyContact& contact = island.contacts[i];
-    note(gap / pair_size(run.compiled, contact.a, contact.b), contact.a, contact.b,
+  const std::vector<BodyContact>& contacts = island.contacts;
+  for (std::size_t i = 0, next = 0; i < contacts.size() && i < positions.size(); i = next) {
+    bool apart = contacts[i].joint->restitution > 0.0, met = false;  // the pair, before and after
+    double gap = std::numeric_limits<double>::infinity();
+    for (next = i; next < positions.size() && next < contacts.size() &&
+                   contacts[next].a == contacts[i].a && contacts[next].b == contacts[i].b;
+         ++next) {
+      const SolvedContact& c = positions[next];
+      apart = apart && !c.was_closed && !c.closes;
+      met = met || c.mode != ContactMode::Open;
+      gap = std::min(gap, c.start);
+    }
+    if (!apart || !met) continue;
+    note(gap / pair_size(run.compiled, contacts[i].a, contacts[i].b), contacts[i].a, contacts[i].b,
          island.count.impacts);
   }
 }
@@ -321,9 +339,9 @@ Island* take_sub_steps(const StepRun& run, std::span<Island* const> islands) {
     const bool can_cut = 0.5 * group.front()->length >= smallest;
     if (can_cut) {
       report.cuts_by_contact += static_cast<int>(std::erase_if(group, [&](Island* island) {
-        const bool fast = too_fast(run, *island);
-        if (fast) island->length *= 0.5;
-        return fast;
+        const int cuts = halvings(run, *island);
+        island->length = std::max(std::ldexp(island->length, -cuts), smallest);
+        return cuts > 0;
       }));
       if (group.empty()) continue;
     }
@@ -347,7 +365,7 @@ Island* take_sub_steps(const StepRun& run, std::span<Island* const> islands) {
       if (island->solved && !(too_far && can_cut)) {
         accept(run, *island, growth);
         const bool at_jump = std::abs(island->done - jump) <= kEnd * options.time_step;
-        if (at_jump) island->length = options.time_step - jump;
+        if (at_jump && jump < options.time_step) island->length = options.time_step - jump;
         continue;
       }
       (island->solved ? report.cuts_by_displacement : report.cuts_by_convergence)++;

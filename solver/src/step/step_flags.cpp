@@ -94,8 +94,8 @@ const geometry::ContactPoint* vanished(const CompiledScene& compiled,
 
 std::string_view name(FlagKind kind) {
   constexpr std::array<std::string_view, kFlagKinds> kNames = {
-      "unconverged", "strain", "overlap", "rounding", "energy_growth", "lost_contact", "turn",
-      "impacts"};
+      "unconverged",   "strain",       "overlap", "rounding",
+      "energy_growth", "lost_contact", "turn",    "impacts"};
   return kNames[static_cast<std::size_t>(kind)];
 }
 

@@ -12,11 +12,12 @@ namespace quoin::solver {
 /// tested to.
 inline constexpr double kEnergyGrowth = 1e-6;
 
-/// Turn of a block in a sub-step, rad: an angle is right to its square by twelve, 1e-3.
-inline constexpr double kLargestTurn = 0.1;
+/// Turn of a block in a sub-step, rad: of it a twelfth of its square is lost, 1 %; 8 % are not to
+/// be trusted.
+inline constexpr double kLargestTurn = 0.3, kMeaninglessTurn = 1.0;
 
-/// Gap that is closed by one impact and struck by the next in one sub-step, by the smaller block: as
-/// overlaps that are flagged.
+/// Gap that is closed by one impact and struck by the next in one sub-step, by the smaller block:
+/// as overlaps that are flagged.
 inline constexpr double kGapBetweenImpacts = 1e-3;
 
 /// What a change of a block's energy is measured against, J.

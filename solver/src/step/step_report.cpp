@@ -91,7 +91,8 @@ void append_flags(const CompiledScene& compiled, const StepOptions& options, dou
     }
     if (options.analysis != Analysis::Dynamic) continue;
     if (island->count.turn.value > evidence.turn.value) evidence.turn = island->count.turn;
-    if (island->count.impacts.value > evidence.impacts.value) evidence.impacts = island->count.impacts;
+    if (island->count.impacts.value > evidence.impacts.value)
+      evidence.impacts = island->count.impacts;
     if (!(island->count.energy_growth > 0.0)) continue;
     // What the tolerance of gaps leaves, and rounding of what strain holds.
     const double noise = tolerance * weight_of(compiled, *island, gravity, time) +

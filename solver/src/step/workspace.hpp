@@ -80,24 +80,24 @@ struct Workspace : StepMemory {
   std::vector<int> slot_of_block;    ///< in its island; -1: no unknowns
   std::vector<int> island_of_block;  ///< -1: no unknowns
   std::vector<std::unique_ptr<Island>> islands;
-  JoinedGroups joined;                       ///< blocks, by contacts of this step
-  JoinedGroups joined_slots;                 ///< memory of form_islands()
-  std::vector<int> next_island_of_block;     ///< memory of form_islands()
-  std::vector<Island*> owners;               ///< memory of share_out(), by island
-  std::vector<int> changed;                  ///< blocks that the last step has moved
-  bool all_changed = true;                   ///< or all, where the state was set from outside
-  std::vector<Contact> taken;                ///< memory of take_contacts()
-  Islands awake;                             ///< those that take the step
-  Islands group;                             ///< of these: that try one sub-step side by side
-  Islands open;                              ///< of these: that try another round
-  std::vector<int> moved;                    ///< memory of a search: blocks that do not stand
-  std::vector<Vector3> increments;           ///< memory of place_idle(), of compiled.prescribed
+  JoinedGroups joined;                         ///< blocks, by contacts of this step
+  JoinedGroups joined_slots;                   ///< memory of form_islands()
+  std::vector<int> next_island_of_block;       ///< memory of form_islands()
+  std::vector<Island*> owners;                 ///< memory of share_out(), by island
+  std::vector<int> changed;                    ///< blocks that the last step has moved
+  bool all_changed = true;                     ///< or all, where the state was set from outside
+  std::vector<Contact> taken;                  ///< memory of take_contacts()
+  Islands awake;                               ///< those that take the step
+  Islands group;                               ///< of these: that try one sub-step side by side
+  Islands open;                                ///< of these: that try another round
+  std::vector<int> moved;                      ///< memory of a search: blocks that do not stand
+  std::vector<Vector3> increments;             ///< memory of place_idle(), of compiled.prescribed
   std::vector<std::pair<int, Vector3>> jumps;  ///< blocks whose velocity jumps as the sub-step
                                                ///< begins, and by how much, m/s
-  State now;                                 ///< while a step is taken: its accepted sub-steps
-  StepPoses poses;                           ///< of the sub-step that is tried, by block
-  std::vector<BlockState> end;               ///< likewise: at its end
-  std::vector<PrescribedMotion> motion_end;  ///< likewise
+  State now;                                   ///< while a step is taken: its accepted sub-steps
+  StepPoses poses;                             ///< of the sub-step that is tried, by block
+  std::vector<BlockState> end;                 ///< likewise: at its end
+  std::vector<PrescribedMotion> motion_end;    ///< likewise
   StepWatch watch;
   std::unique_ptr<AttemptMethod> other_method;  ///< of is_paper_method()
   PhaseClock clock;
