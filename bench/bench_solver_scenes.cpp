@@ -1,5 +1,5 @@
-/// The solver scenes S1–S8: error, drift, force error, overlap, energy growth and CPU time of stepping,
-/// quoin, Bullet and ODE on the same bodies in one run.
+/// The solver scenes S1–S8: error, drift, force error, overlap, energy growth and CPU time of
+/// stepping, quoin, Bullet and ODE on the same bodies in one run.
 
 #include <time.h>
 
@@ -38,10 +38,10 @@ struct Row {
   std::string scene, contestant;
   double time_step = 0.0;
   long steps = 0;
-  double cpu = 0.0;       ///< s of stepping
-  double cpu_goal = 0.0;  ///< s, 0: none
-  bool ended = true;      ///< every step did
-  double share = 1.0;     ///< of the run that was done within the limit of CPU time
+  double cpu = 0.0;                     ///< s of stepping
+  double cpu_goal = 0.0;                ///< s, 0: none
+  bool ended = true;                    ///< every step did
+  double share = 1.0;                   ///< of the run that was done within the limit of CPU time
   long solves = 0, factorizations = 0;  ///< of a code that counts them
   std::vector<Value> values{};
 };
@@ -118,7 +118,7 @@ double largest_drift(const RigidScene& scene, const World& world) {
   return worst;
 }
 
-// --- the scenes ------------------------------------------------------------------------------------
+// --- the scenes
 
 Row sliding(const std::string& name, const Contestant& who, double friction_deg, double dip_deg,
             double dt, double end) {
@@ -216,9 +216,11 @@ Row rocking_row(const Contestant& who, double dt) {
   Row row = run("S6 rocking block", scene, who, dt, 1.3, [&](const World& world, double t, bool) {
     const BodyMotion m = world.motion(1);
     const double tilt = tilt_of(m);
-    if (crossing == 0.0 && tilt <= 1e-9) {  // on from the last step by its velocity and acceleration
+    if (crossing == 0.0 &&
+        tilt <= 1e-9) {  // on from the last step by its velocity and acceleration
       const double a = 0.5 * (rate0 - rate_before) / dt;
-      crossing = t0 + 2.0 * tilt0 / (-rate0 + std::sqrt(std::max(0.0, rate0 * rate0 - 4.0 * a * tilt0)));
+      crossing =
+          t0 + 2.0 * tilt0 / (-rate0 + std::sqrt(std::max(0.0, rate0 * rate0 - 4.0 * a * tilt0)));
     }
     if (crossing > 0.0 && t < crossing + 0.75) least = std::min(least, tilt);
     t0 = t;
@@ -226,7 +228,8 @@ Row rocking_row(const Contestant& who, double dt) {
     rate_before = rate0;
     rate0 = m.spin.y();
   });
-  row.values.push_back({"quarter error", std::abs(crossing - quarter) / quarter, dt >= 0.01 ? 1e-4 : 0.0});
+  row.values.push_back(
+      {"quarter error", std::abs(crossing - quarter) / quarter, dt >= 0.01 ? 1e-4 : 0.0});
   row.values.push_back({"peak error", std::abs(-least - peak) / peak, 0.0});
   return row;
 }
@@ -284,7 +287,7 @@ Row arch_row(const Contestant& who, double dt) {
   return row;
 }
 
-// --- the programme ---------------------------------------------------------------------------------
+// --- the programme
 
 std::vector<Contestant> contestants() {
   std::vector<Contestant> all = peers();
@@ -303,9 +306,8 @@ struct Task {
 std::vector<Task> tasks() {
   std::vector<Task> list;
   const auto slide = [&](const char* name, double friction, double dip, double dt, double end) {
-    list.push_back({name, [=](const Contestant& who) {
-                      return sliding(name, who, friction, dip, dt, end);
-                    }});
+    list.push_back(
+        {name, [=](const Contestant& who) { return sliding(name, who, friction, dip, dt, end); }});
   };
   for (const double dt : {0.02, 0.005}) {
     slide("S1 incline", 10, 0, dt, 5);
@@ -316,22 +318,29 @@ std::vector<Task> tasks() {
     slide("S3 at 19.9", 19.9, 0, dt, 10);
   }
   for (const double dt : {0.01, 0.005}) {
-    list.push_back({"S4 tower of 10", [dt](const Contestant& who) { return tower_row(10, who, dt); }});
-    list.push_back({"S4 tower of 30", [dt](const Contestant& who) { return tower_row(30, who, dt); }});
+    list.push_back(
+        {"S4 tower of 10", [dt](const Contestant& who) { return tower_row(10, who, dt); }});
+    list.push_back(
+        {"S4 tower of 30", [dt](const Contestant& who) { return tower_row(30, who, dt); }});
   }
   for (const double dt : {0.01, 0.005, 0.002, 0.001}) {
     list.push_back({"S5 dominoes", [dt](const Contestant& who) { return domino_row(who, dt); }});
   }
   for (const double dt : {0.01, 0.005, 0.0025}) {
-    list.push_back({"S6 rocking block", [dt](const Contestant& who) { return rocking_row(who, dt); }});
+    list.push_back(
+        {"S6 rocking block", [dt](const Contestant& who) { return rocking_row(who, dt); }});
   }
-  list.push_back({"S7 wall of 105", [](const Contestant& who) { return wall_row(10, 10, who, 0.01); },
-                  false, true, false});
-  list.push_back({"S7 wall of 1012", [](const Contestant& who) { return wall_row(40, 25, who, 0.01); },
-                  true, true, false});
+  list.push_back({"S7 wall of 105",
+                  [](const Contestant& who) { return wall_row(10, 10, who, 0.01); }, false, true,
+                  false});
+  list.push_back({"S7 wall of 1012",
+                  [](const Contestant& who) { return wall_row(40, 25, who, 0.01); }, true, true,
+                  false});
   list.push_back({"S7 wall of 10040",
-                  [](const Contestant& who) { return wall_row(125, 80, who, 0.01); }, true, true, false});
-  list.push_back({"S8 arch", [](const Contestant& who) { return arch_row(who, 0.01); }, true, false});
+                  [](const Contestant& who) { return wall_row(125, 80, who, 0.01); }, true, true,
+                  false});
+  list.push_back(
+      {"S8 arch", [](const Contestant& who) { return arch_row(who, 0.01); }, true, false});
   return list;
 }
 
@@ -352,7 +361,9 @@ void print(const Row& row) {
   if (row.share < 1.0) std::printf("stopped by --limit at %.3g of the run ", row.share);
   const bool met = row.cpu <= row.cpu_goal && row.share == 1.0;
   std::printf("| %.3g%s | %.3g | %s |\n", row.cpu,
-              !ours || row.cpu_goal == 0.0 ? "" : met ? " (met)" : " (MISSED)",
+              !ours || row.cpu_goal == 0.0 ? ""
+              : met                        ? " (met)"
+                                           : " (MISSED)",
               1e6 * row.cpu / steps, row.ended ? "yes" : "no");
   std::fflush(stdout);
 }
@@ -363,12 +374,13 @@ void write_json(const std::string& path, const std::vector<Row>& rows) {
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const Row& row = rows[i];
     char text[512];
-    std::snprintf(text, sizeof text,
-                  "  {\"scene\": \"%s\", \"contestant\": \"%s\", \"time_step\": %g, \"steps\": %ld, "
-                  "\"cpu_seconds\": %.4g, \"cpu_goal\": %.4g, \"every_step_ended\": %s, "
-                  "\"share_done\": %g, \"solves\": %ld, \"factorizations\": %ld, \"values\": {",
-                  row.scene.c_str(), row.contestant.c_str(), row.time_step, row.steps, row.cpu,
-                  row.cpu_goal, row.ended ? "true" : "false", row.share, row.solves, row.factorizations);
+    std::snprintf(
+        text, sizeof text,
+        "  {\"scene\": \"%s\", \"contestant\": \"%s\", \"time_step\": %g, \"steps\": %ld, "
+        "\"cpu_seconds\": %.4g, \"cpu_goal\": %.4g, \"every_step_ended\": %s, "
+        "\"share_done\": %g, \"solves\": %ld, \"factorizations\": %ld, \"values\": {",
+        row.scene.c_str(), row.contestant.c_str(), row.time_step, row.steps, row.cpu, row.cpu_goal,
+        row.ended ? "true" : "false", row.share, row.solves, row.factorizations);
     out << text;
     for (std::size_t v = 0; v < row.values.size(); ++v) {
       std::snprintf(text, sizeof text, "%s\"%s\": {\"value\": %.6g, \"goal\": %g}",
@@ -388,17 +400,27 @@ int main_program(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
     const bool more = i + 1 < argc;
-    if (argument == "--quick") quick = true;
-    else if (argument == "--filter" && more) filter = argv[++i];
-    else if (argument == "--who" && more) who_filter = argv[++i];
-    else if (argument == "--out" && more) out = argv[++i];
-    else if (argument == "--limit" && more) cpu_limit = std::strtod(argv[++i], nullptr);
+    if (argument == "--quick")
+      quick = true;
+    else if (argument == "--filter" && more)
+      filter = argv[++i];
+    else if (argument == "--who" && more)
+      who_filter = argv[++i];
+    else if (argument == "--out" && more)
+      out = argv[++i];
+    else if (argument == "--limit" && more)
+      cpu_limit = std::strtod(argv[++i], nullptr);
     else {
-      std::fprintf(stderr, "usage: %s [--quick] [--filter REGEX] [--who REGEX] [--limit CPU_SECONDS] [--out FILE.json]\n", argv[0]);
+      std::fprintf(stderr,
+                   "usage: %s [--quick] [--filter REGEX] [--who REGEX] [--limit CPU_SECONDS] "
+                   "[--out FILE.json]\n",
+                   argv[0]);
       return 2;
     }
   }
-  std::printf("| scene | dt s | code | measures | CPU s | us a step | every step ended |\n|---|---|---|---|---|---|---|\n");
+  std::printf(
+      "| scene | dt s | code | measures | CPU s | us a step | every step ended "
+      "|\n|---|---|---|---|---|---|---|\n");
   std::vector<Row> rows;
   for (const Task& task : tasks()) {
     if (!std::regex_search(task.name, std::regex(filter)) || (quick && task.long_running)) continue;

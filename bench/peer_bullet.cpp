@@ -48,10 +48,11 @@ class BulletPairs : public Placed<btPolyhedralConvexShape, btTransform> {
  public:
   BulletPairs() : Placed(transform) {}
   void load(const Workload& workload, bool boxes, bool features) {
-    Placed::load(workload, [=](const BenchShape& shape) -> std::unique_ptr<btPolyhedralConvexShape> {
-      if (boxes) return box_shape_of(shape);
-      return hull_shape(shape, features);
-    });
+    Placed::load(workload,
+                 [=](const BenchShape& shape) -> std::unique_ptr<btPolyhedralConvexShape> {
+                   if (boxes) return box_shape_of(shape);
+                   return hull_shape(shape, features);
+                 });
   }
 };
 

@@ -80,9 +80,9 @@ class Floor final : public PeerOf<Floor> {
       solids_.emplace_back(in_a);
       solids_.emplace_back(in_b);
       if (known) continue;
-      normals.push_back(nearest_features(geometry::Shape(a.topology, in_a),
-                                         geometry::Shape(b.topology, in_b))
-                            .normal);
+      normals.push_back(
+          nearest_features(geometry::Shape(a.topology, in_a), geometry::Shape(b.topology, in_b))
+              .normal);
     }
     normals_ = normals;
   }

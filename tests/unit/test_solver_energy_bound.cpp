@@ -46,8 +46,8 @@ struct Step {
                        .state = start.blocks,
                        .length = kTimeStep};
     std::vector<GroupEnergy> of_group;
-    bound_energy(step, {positions, groups, pushed, 5e-7, bouncing, grounded, driven}, end.blocks, energy,
-                 of_group);
+    bound_energy(step, {positions, groups, pushed, 5e-7, bouncing, grounded, driven}, end.blocks,
+                 energy, of_group);
   }
   double kinetic() const {
     return kinetic_energy(compiled.models[0], end.blocks[0]) +

@@ -325,7 +325,8 @@ OutputFolder OutputFolder::reopen(const fs::path& folder) {
       result.names_ = read_journal(result.part_);
       return;
     }
-    if (!fs::exists(named)) refuse(named, "there is no such folder, and no checkpoint to go on from");
+    if (!fs::exists(named))
+      refuse(named, "there is no such folder, and no checkpoint to go on from");
     if (!is_plain_file(named / kCheckpoint)) {
       refuse(named, is_plain_file(named / kManifest)
                         ? "its run has ended, there is no checkpoint to go on from"

@@ -15,7 +15,7 @@ using geometry::NearestFeatures;
 using geometry::Shape;
 
 Shape cube(const Vector3& centre, const Matrix3& rotation = Matrix3::Identity(),
-                double side = 1.0) {
+           double side = 1.0) {
   const Vector3 half = Vector3::Constant(0.5 * side);
   return Frame{.rotation = rotation, .origin = centre}.place(geometry::make_box(-half, half));
 }
@@ -130,8 +130,7 @@ void g05_vertex_to_vertex(Report& report) {
 void g06_slivers(Report& report) {
   const Shape a = geometry::make_box({-50, -50, -0.001}, {50, 50, 0});
   const Frame turned{.rotation = turn(radians(17), Vector3::UnitZ()), .origin = Vector3(30, 20, 0)};
-  const Shape b =
-      turned.place(geometry::make_box({-0.5, -0.5, 1e-7}, {0.5, 0.5, 0.001 + 1e-7}));
+  const Shape b = turned.place(geometry::make_box({-0.5, -0.5, 1e-7}, {0.5, 0.5, 0.001 + 1e-7}));
   const geometry::PairContact contact = pair_contact(a, b);
   report.absolute("distance [m]", 1e-7, contact.nearest.gap, 1e-13);
   report.absolute("contact points", 4.0, static_cast<double>(contact.points.size()), 0.0);

@@ -62,8 +62,8 @@ struct SlopeScene {
 void settle(solver::Simulation& simulation, solver::Analysis analysis = solver::Analysis::Dynamic);
 
 /// Static steps with friction alive (then the analysis as it was): a held state that the joints
-/// cannot bear slips to one they can. Blocks that are bound to move creep, and their strain comes to
-/// rest under the forces of the motion. Ends with a mechanism.
+/// cannot bear slips to one they can. Blocks that are bound to move creep, and their strain comes
+/// to rest under the forces of the motion. Ends with a mechanism.
 solver::StaticVerdict relax(solver::Simulation& simulation, int most_steps);
 
 /// One step. Throws std::runtime_error with its description when it does not converge.

@@ -430,10 +430,11 @@ void attempt_velocities(const SubStep& step, std::span<const BodyContact> contac
   attempt.squeezed = attempt.squeezed || (!total.converged && attempt.shift > 0.0) ||
                      is_squeezed(step, attempt.shift, problem.contacts);
   const double allowed = memory.solver.yielding() ? kAllowedYielding : kAllowed;
-  bound_energy(step,
-               {problem.velocity, impact.restitution.groups(), impact.pushed, allowed,
-                impact.restitution.bouncing(), impact.restitution.grounded(), impact.restitution.driven()},
-               blocks.end, attempt.energy, impact.of_group);
+  bound_energy(
+      step,
+      {problem.velocity, impact.restitution.groups(), impact.pushed, allowed,
+       impact.restitution.bouncing(), impact.restitution.grounded(), impact.restitution.driven()},
+      blocks.end, attempt.energy, impact.of_group);
   record_impulses(at, contacts, impact, attempt);
   attempt.energy.impact_loss += before - kinetic_energy(step, blocks.end);
 }
