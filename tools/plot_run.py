@@ -271,7 +271,7 @@ def diagram_figure(joints, chain, axes_of, path):
     axes[0].fill_between(number, -0.5, 0.5, color="#e9e9e9", label="section")
     axes[0].fill_between(number, -1 / 6, 1 / 6, color="#cfe3ee", label="middle third")
     axes[0].plot(number, off / depth, "o-", color=COLOURS[1], markersize=3.5, label="centre of pressure")
-    axes[0].set(xlabel="joint along the chain", ylabel="eccentricity e / h", ylim=(-0.6, 0.6))
+    axes[0].set(xlabel="joint along the chain", ylabel="eccentricity e / h", ylim=(-0.6, 0.7))
     most = 1.1 * normal.max()
     for share, style in ((0.5, "-"), (1 / 6, "--")):
         for sign in (1, -1):

@@ -204,6 +204,22 @@ def contact_parts(listed, offset):
                    "contact_first": np.array(first, dtype="<u4")}
 
 
+def tie_parts(folder, frames, offset):
+    """Ends of each tie (m), its force (N) and whether it is broken, of all frames one after the other."""
+    if not (folder / "ties.pvd").exists():
+        return {}
+    ends, force, broken, first = [], [], [], [0]
+    for _, path in series(folder, "ties")[:frames]:
+        with reading(path):
+            for piece in pieces(path):
+                ends.append(piece["Points"].reshape(-1, 6) - np.tile(offset, 2))
+                force.append(np.atleast_1d(piece["force"]))
+                broken.append(np.atleast_1d(piece["broken"]))
+        first.append(sum(len(values) for values in force))
+    return {"tie_ends": np.concatenate(ends).astype("<f4"), "tie_force": np.concatenate(force).astype("<f4"),
+            "tie_broken": np.concatenate(broken).astype("u1"), "tie_first": np.array(first, dtype="<u4")}
+
+
 def history_of(folder):
     table = history(folder)
     step = max(1, -(-len(table["time"]) // MOST_HISTORY))
@@ -253,11 +269,12 @@ def run_page(folder, out, more=None):
             "groups": kinds_of_material, "shapes": shapes, "motion": about, "times": [t for t, _ in listed],
             "labels": frame_labels(folder)[:len(listed)], "low": short(low - offset), "high": short(high - offset),
             "offset": short(offset, 12), "scalars": scalars, "contactTimes": contact_times,
-            "history": history_of(folder), "notes": flags_of(summary), **(more or {})}
+            "history": history_of(folder), "notes": flags_of(summary), "ties": [tie["name"] for tie in summary.get("ties", [])],
+            **(more or {})}
     number = {name: i for i, name in reversed(list(enumerate(names)))}
     head["notes"] = [{"text": text, "blocks": [number[name] for name in blocks if name in number]}
                      for text, blocks in head["notes"]]
-    write_page(head, {**parts, **contacts}, out)
+    write_page(head, {**parts, **contacts, **tie_parts(folder, len(listed), offset)}, out)
 
 
 def notes_of(report):

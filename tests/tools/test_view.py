@@ -187,6 +187,22 @@ class View(FolderTest):
         self.assertIn("drum0 – drum1", said)
         self.clean()
 
+    def test_ties(self):
+        """Of two ties one is broken; the other is drawn from end to end, and picked in its middle."""
+        scene, run = self.scene_of_boxes(end_time=0.02), self.folder / "run"
+        self.quoin("run", scene, "--out", run)
+        frames = len(list(run.glob("blocks_*.vtu")))
+        data = "".join(f'<DataArray type="{kind}" Name="{name}" NumberOfComponents="{size}">{values}</DataArray>' for kind, name, size, values in (
+            ("Float64", "Points", 3, "0 0.5 0.5 -0.5 0.5 1 0 0 0 1 1 1"), ("Float64", "force", 1, "1500 0"), ("UInt8", "broken", 1, "0 1")))
+        (run / "ties.vtp").write_text(f'<VTKFile type="PolyData"><PolyData><Piece>{data}</Piece></PolyData></VTKFile>')
+        (run / "ties.pvd").write_text("<VTKFile><Collection>" + '<DataSet timestep="0" file="ties.vtp"/>' * frames + "</Collection></VTKFile>")
+        value = self.opened(run)
+        self.assertEqual(value("quoin.ties.list.length"), 1)
+        self.assertIn("largest tie force: 1.5 kN", value("document.getElementById('largest').textContent"))
+        self.browser.click(*value("quoin.onPage(quoin.ties.list[0].place)"))
+        self.assertEqual(self.said(), {"force": "1.5 kN", "length": f"{math.hypot(0.5, 0.5):.4g} m"})
+        self.clean()
+
     def test_a_section_shows_the_faces_that_it_makes(self):
         scene = self.folder / "tower.json"
         self.quoin("make", "tower", "--blocks", "3", "--out", scene)

@@ -27,7 +27,7 @@ function triangles(shape) {
     }
     planes.push(...m, m[0] * c[0][0] + m[1] * c[0][1] + m[2] * c[0][2]);
   });
-  return {p: new Float32Array(p), n, rim, planes};
+  return {p: new Float32Array(p), n, rim, planes, reach: Math.max(...shape.p.map(Math.abs))};
 }
 
 function geometryOf(shapes, shapeOf) {
@@ -93,7 +93,8 @@ void main() {
 // row: nine numbers of R (I + E), by the rotation vector x y z and the strain
 function linear(x, y, z, e, r) {
   const angle = Math.hypot(x, y, z);
-  r.set([1, 0, 0, 0, 1, 0, 0, 0, 1]);
+  r.fill(0);
+  r[0] = r[4] = r[8] = 1;
   if (angle > 0) {
     const c = Math.cos(angle), p = Math.sin(angle) / angle, q = (1 - c) / (angle * angle);
     r[0] = c + q * x * x; r[1] = q * x * y - p * z; r[2] = q * x * z + p * y;

@@ -1,5 +1,6 @@
 // Joints that have opened: where faces of two blocks lay on each other at the start, how far they are apart now.
-import {across, cross, dot, length, minus} from './layers.js';
+import {FIXED} from './blocks.js';
+import {cross, dot, length, minus} from './layers.js';
 
 const APART = 1e-3;  // of a block's size: faces no farther from each other lie on each other
 
@@ -60,23 +61,34 @@ export class Cracks {
     }
   }
 
-  // Of each corner of the outline, m; not enlarged. `maps`: of all blocks, as they stand
-  widths(crack, maps) {
-    const at = (b, p) => [0, 4, 8].map((i) => dot(maps.subarray(12 * b + i, 12 * b + i + 3), p) + maps[12 * b + i + 3]);
-    const n = [0, 4, 8].map((i) => dot(maps.subarray(12 * crack.a + i, 12 * crack.a + i + 3), crack.normal));
-    return crack.ofA.map((p, i) => dot(minus(at(crack.b, crack.ofB[i]), at(crack.a, p)), n) / length(n));
+  // Of each corner of the outline, m; not enlarged. `m`: the maps of all blocks, as they stand
+  widths({a, b, normal, ofA, ofB}, m) {
+    const n = [0, 0, 0];
+    for (let i = 0; i < 3; ++i) for (let j = 0; j < 3; ++j) n[i] += m[12 * a + 4 * i + j] * normal[j];
+    const size = length(n), found = [];
+    for (let k = 0; k < ofA.length; ++k) {
+      let apart = 0;
+      for (let i = 0; i < 3; ++i) {
+        const p = 12 * a + 4 * i, q = 12 * b + 4 * i, x = ofA[k], y = ofB[k];
+        apart += n[i] * (m[q] * y[0] + m[q + 1] * y[1] + m[q + 2] * y[2] + m[q + 3] - m[p] * x[0] - m[p + 1] * x[1] - m[p + 2] * x[2] - m[p + 3]);
+      }
+      found.push(apart / size);
+    }
+    return found;
   }
 
   // The widest of all frames, m; and widths that 16 bits of a displacement can't tell from none
   measure(frames) {
     if (this.widest !== undefined) return;
     const {u, r} = this.blocks.head.motion;
-    const reach = this.blocks.head.shapes.reduce((most, s) => s.p.reduce((m, x) => Math.max(m, Math.abs(x)), most), 0);
+    let reach = 0;
+    this.blocks.shapeOf.forEach((s, b) => { if (this.blocks.kind(b, 0) < FIXED) reach = Math.max(reach, this.blocks.shapes[s].reach); });
     this.least = 4 * (u + r * reach);
     this.widest = 0;
+    const maps = new Float32Array(12 * this.blocks.count);
     for (let f = 0; f < frames; ++f) {
-      const maps = this.blocks.mapsAt(f, 1);
-      for (const crack of this.list) this.widest = Math.max(this.widest, ...this.widths(crack, maps));
+      this.blocks.mapsAt(f, 1, maps);
+      for (const crack of this.list) for (const width of this.widths(crack, maps)) if (width > this.widest) this.widest = width;
     }
   }
 

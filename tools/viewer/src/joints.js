@@ -5,6 +5,7 @@ import {Layer, across, along, arrow, dot, length, minus} from './layers.js';
 
 export const STATES = ['open', 'stick', 'slip'];
 const STATE_COLOURS = [[0.75, 0.75, 0.75], [0.0, 0.45, 0.7], [0.84, 0.37, 0.0]], FAILED = [0.1, 0.1, 0.1];
+const MANY = 3000;  // joints, whose arrows have three sides, and none where they are short
 
 // Convex outline of points seen along n (Andrew's monotone chain)
 function outline(points, n) {
@@ -58,6 +59,12 @@ function jointsOf(c, from, to) {
   return joints;
 }
 
+// Amber to crimson: seen on light and dark
+export function forceTint(share) {
+  const mix = (a, b) => a + share * (b - a);
+  return [mix(0.95, 0.75), mix(0.65, 0.05), mix(0.2, 0.25), 1];
+}
+
 export class Joints {
   constructor(data, blocks, size) {
     const {head, section} = data;
@@ -79,8 +86,13 @@ export class Joints {
   }
 
   largestForce() {
+    const {pair, force} = this.columns, sum = [0, 0, 0];
     let most = 0;
-    for (let k = 0; k < this.times.length; ++k) for (const j of jointsOf(this.columns, this.first[k], this.first[k + 1])) most = Math.max(most, length(j.force));
+    for (let k = 0; k < this.times.length; ++k) for (let i = this.first[k]; i < this.first[k + 1]; ++i) {
+      const same = i > this.first[k] && pair[2 * i] === pair[2 * i - 2] && pair[2 * i + 1] === pair[2 * i - 1];
+      for (let d = 0; d < 3; ++d) sum[d] = (same ? sum[d] : 0) + force[3 * i + d];
+      most = Math.max(most, length(sum));
+    }
     return most;
   }
 
@@ -135,10 +147,10 @@ export class Joints {
 
   force(layer, at, f, largest) {
     const share = length(f) / (largest || 1);
-    if (share < 0.005) return;
-    const half = 0.06 * this.size / (largest || 1), mix = (a, b) => a + share * (b - a);
-    const tint = [mix(0.95, 0.75), mix(0.65, 0.05), mix(0.2, 0.25), 1];  // amber to crimson: seen on light and dark
-    arrow(layer, tint, along(at, -half, f), along(at, half, f), (0.0012 + 0.0026 * share) * this.size);
+    const many = this.list.length > MANY;
+    if (share < (many ? 0.02 : 0.005)) return;
+    const half = 0.06 * this.size / (largest || 1);
+    arrow(layer, forceTint(share), along(at, -half, f), along(at, half, f), (0.0012 + 0.0026 * share) * this.size, many ? 3 : 6);
   }
 
   drawPair(pair, frame) {
@@ -150,7 +162,8 @@ export class Joints {
     if (pair.features) ['a', 'b'].forEach((side, s) => {
       const f = pair.features[side].vertices, corner = (v) => pair.corners[s].slice(3 * v, 3 * v + 3);
       const tint = [[0.85, 0.1, 0.1, 1], [0.5, 0.0, 0.6, 1]][s];
-      f.forEach((v, i) => { points.add(tint, corner(v)); if (f.length > 1) lines.add(tint, corner(v), corner(f[(i + 1) % f.length])); });
+      const corners = f.length > 2 ? outline(f.map(corner), pair.normal) : f.map(corner);
+      corners.forEach((c, i) => { points.add(tint, c); if (f.length > 1) lines.add(tint, c, corners[(i + 1) % f.length]); });
     });
     if (pair.point_a && pair.normal) {
       arrow(arrows, [0.1, 0.5, 0.2, 1], at(pair.point_a), along(at(pair.point_a), 0.25 * size, pair.normal), 0.004 * size);

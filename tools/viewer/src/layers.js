@@ -31,32 +31,44 @@ export class Layer {  // coloured triangles, lines or points that are made anew
     this.object.renderOrder = order;
     this.clear();
   }
-  clear() { this.places = []; this.tints = []; }
+  clear() {
+    this.count = 0;  // corners
+    this.places = new Float32Array(3 * 1024);
+    this.tints = new Float32Array(4 * 1024);
+  }
   add(tint, ...corners) {
-    for (const corner of corners) { this.places.push(...corner); this.tints.push(...tint); }
+    if (3 * (this.count + corners.length) > this.places.length) {
+      const [places, tints] = [this.places, this.tints];
+      (this.places = new Float32Array(2 * places.length)).set(places);
+      (this.tints = new Float32Array(2 * tints.length)).set(tints);
+    }
+    for (const corner of corners) {
+      this.places.set(corner, 3 * this.count);
+      this.tints.set(tint, 4 * this.count++);
+    }
   }
   addEach(tints, ...corners) { corners.forEach((corner, i) => this.add(tints[i], corner)); }
   upload() {
     this.object.geometry.dispose();
     this.object.geometry = new BufferGeometry();
-    this.object.geometry.setAttribute('position', new BufferAttribute(new Float32Array(this.places), 3));
-    this.object.geometry.setAttribute('tint', new BufferAttribute(new Float32Array(this.tints), 4));
-    this.object.visible = this.places.length > 0;
+    this.object.geometry.setAttribute('position', new BufferAttribute(this.places.subarray(0, 3 * this.count), 3));
+    this.object.geometry.setAttribute('tint', new BufferAttribute(this.tints.subarray(0, 4 * this.count), 4));
+    this.object.visible = this.count > 0;
   }
 }
 
-const SIDES = 6;
-export function arrow(layer, tint, from, to, thick) {
+// Without `headed`, a rod
+export function arrow(layer, tint, from, to, thick, sides = 6, headed = true) {
   const d = minus(to, from), l = length(d);
   if (!(l > 0)) return;
-  const n = d.map((x) => x / l), [u, v] = across(n), head = Math.min(0.45 * l, 5 * thick), neck = along(to, -head, n);
-  const ring = (at, r) => Array.from({length: SIDES}, (_, i) => {
-    const t = 2 * Math.PI * i / SIDES;
+  const n = d.map((x) => x / l), [u, v] = across(n), head = headed ? Math.min(0.45 * l, 5 * thick) : 0, neck = along(to, -head, n);
+  const ring = (at, r) => Array.from({length: sides}, (_, i) => {
+    const t = 2 * Math.PI * i / sides;
     return along(along(at, r * Math.cos(t), u), r * Math.sin(t), v);
   });
   const a = ring(from, thick), b = ring(neck, thick), c = ring(neck, 2.2 * thick);
-  for (let i = 0; i < SIDES; ++i) {
-    const j = (i + 1) % SIDES, shade = 0.8 + 0.2 * Math.cos(2 * Math.PI * i / SIDES), t = [...tint.slice(0, 3).map((x) => x * shade), tint[3]];
+  for (let i = 0; i < sides; ++i) {
+    const j = (i + 1) % sides, shade = 0.8 + 0.2 * Math.cos(2 * Math.PI * i / sides), t = [...tint.slice(0, 3).map((x) => x * shade), tint[3]];
     layer.add(t, a[i], a[j], b[j], a[i], b[j], b[i], c[i], c[j], to);
   }
 }

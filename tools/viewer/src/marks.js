@@ -38,5 +38,5 @@ export class Marks {
     }
   }
 
-  show(on) { for (const layer of [this.solid, this.points]) layer.object.visible = on && layer.places.length > 0; }
+  show(on) { for (const layer of [this.solid, this.points]) layer.object.visible = on && layer.count > 0; }
 }

@@ -4,6 +4,7 @@ import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 import {Blocks, FIXED} from './blocks.js';
 import {Marks, MARK_COLOURS} from './marks.js';
 import {Section} from './section.js';
+import {Ties} from './ties.js';
 import {get, newtons, number, readData, vector, viridis} from './data.js';
 import {Joints, STATES} from './joints.js';
 import {length} from './layers.js';
@@ -32,7 +33,8 @@ class Viewer {
     this.joints = new Joints(data, this.blocks, this.size);
     this.marks = new Marks(this.head, this.blocks.uniforms.cut, this.size);
     this.section = new Section(this.blocks);
-    this.scene.add(...this.joints.objects, ...this.marks.objects, ...this.section.objects);
+    this.ties = new Ties(data, this.blocks, this.size);
+    this.scene.add(...this.joints.objects, ...this.ties.objects, ...this.marks.objects, ...this.section.objects);
     this.histories = new Histories(this.head, (time) => this.show(this.nearest(time)));
     this.fillPanel();
     this.listen();
@@ -168,6 +170,7 @@ class Viewer {
     }
     this.blocks.place(f);
     this.joints.update(f);
+    this.ties.update(f);
     this.paint();
     const kept = this.joints.kept(f);
     get('kept').textContent = kept >= 0 && this.joints.times[kept] !== f ? `Contacts of t = ${number(this.head.times[this.joints.times[kept]])} s` : '';
@@ -220,7 +223,7 @@ class Viewer {
     } else if (show.forces === 'joints' || show.polygons || show.cracks) {
       this.state.joint = this.closest(list, (j) => moved(j)(j.centre), px, py);
     }
-    this.state.mark = get('marks').checked ? this.closest(this.marks.list, (mark) => mark.place, px, py) : null;
+    this.state.mark = this.closest([...(get('marks').checked ? this.marks.list : []), ...this.ties.list], (mark) => mark.place, px, py);
     this.state.picked = this.state.joint || this.state.mark ? -1 : this.pick(px, py);
     this.paint(); this.tell(); this.redraw();
   }
@@ -254,6 +257,7 @@ class Viewer {
   }
 
   rowsOfMark(mark) {
+    if (mark.reach) return [['force', newtons(mark.force)], ['length', `${number(mark.reach)} m`]];
     const size = mark.vector ? [['largest', `${number(length(mark.vector))} ${mark.unit}`], ['vector', `${vector(mark.vector)} ${mark.unit}`]] : [];
     return [['block', mark.block], ['at', `${vector(mark.at)} m`], ...size];
   }
@@ -279,7 +283,7 @@ class Viewer {
     let title = 'Click a block, a force or a contact.', rows = [];
     if (this.head.kind === 'pairs') { title = this.head.labels[this.state.frame]; rows = this.rowsOfPair(this.head.pairs[this.state.frame]); }
     else if (joint) { title = 'Joint'; rows = [...(point ? this.rowsOfPoint(point) : []), ...this.rowsOfJoint(joint)]; }
-    else if (mark) { title = mark.kind; rows = this.rowsOfMark(mark); }
+    else if (mark) { title = mark.kind || mark.name; rows = this.rowsOfMark(mark); }
     else if (picked >= 0) { title = this.head.names[picked] || `block ${picked}`; rows = this.rowsOfBlock(picked); }
     get('picked-title').textContent = title;
     get('picked').replaceChildren(...rows.map(([key, value]) => {
@@ -334,7 +338,8 @@ class Viewer {
     get('mark-row').hidden = this.marks.list.length === 0;
     get('marks').checked = this.marks.list.length > 0;
     if (head.kind === 'scene') get('colour').value = 'kind';
-    get('largest').textContent = this.joints.largest > 0 ? `longest arrow: ${newtons(this.joints.largest)}` : '';
+    get('largest').textContent = [['longest arrow', this.joints.largest], ['largest tie force', this.ties.largest]]
+        .filter(([, force]) => force > 0).map(([what, force]) => `${what}: ${newtons(force)}`).join('; ');
   }
 
   // What a run or `quoin check` says of blocks: a click picks the first of them
@@ -387,7 +392,7 @@ class Viewer {
     on('scale', 'input', () => {
       this.blocks.scale = 10 ** +get('scale').value;
       get('scale-value').textContent = `× ${number(this.blocks.scale)}`;
-      this.blocks.place(this.state.frame); this.joints.update(this.state.frame); this.changed = true; this.redraw();
+      this.blocks.place(this.state.frame); this.joints.update(this.state.frame); this.ties.update(this.state.frame); this.changed = true; this.redraw();
     });
     on('marks', 'change', () => { this.marks.show(get('marks').checked); this.paint(); this.redraw(); });
     let down = null;  // where one finger or button went down; null: moved, or there are two
