@@ -124,6 +124,25 @@ class View(FolderTest):
         self.assertAlmostEqual(float(number) * {"N": 1, "kN": 1e3, "MN": 1e6}[unit] / force, 1, delta=1e-3)
         self.clean()
 
+    def test_a_contact_point_and_the_history(self):
+        run = self.shaken_wall()
+        value = self.opened(run)
+        value("quoin.show(quoin.frames - 1), document.getElementById('points').click(), quoin.draw()")
+        a, b, index, *place = value("""(() => { let best = null;
+            for (const j of quoin.joints.list) j.points.forEach((p, i) => { if (!best || Math.hypot(...p.force) > Math.hypot(...best.p.force)) best = {j, i, p}; });
+            return [best.j.a, best.j.b, best.i, ...quoin.onPage(best.p.at)]; })()""")
+        self.browser.click(*place)
+        rows = [row for row in self.table(run / "contacts.csv") if (row["a"], row["b"]) == (str(a), str(b))]
+        force = math.hypot(*(float(rows[index][f"f{c}"]) for c in "xyz"))
+        number, unit = self.said()["force"].split()
+        self.assertAlmostEqual(float(number) * {"N": 1, "kN": 1e3, "MN": 1e6}[unit] / force, 1, delta=1e-3)
+        value("document.getElementById('history').scrollIntoView()")
+        left, top, width, height = value("(r => [r.left, r.top, r.width, r.height])(document.querySelector('#history .u-over').getBoundingClientRect())")
+        self.browser.mouse("mouseMoved", left + width / 2, top + height / 2)
+        self.browser.click(left + width / 2, top + height / 2)
+        self.assertAlmostEqual(value("quoin.head.times[quoin.state.frame]"), 0.1, delta=0.011)  # the middle of 0.2 s
+        self.clean()
+
     def test_every_control_and_a_phone(self):
         value = self.opened(self.shaken_wall())
         for colour in value("[...document.getElementById('colour').options].map(o => o.value)"):
