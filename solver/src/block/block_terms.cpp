@@ -1,6 +1,7 @@
 #include "block/block_terms.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -98,13 +99,60 @@ Elasticity isotropic_elasticity(double young, double poisson) {
           .shear = young / (2.0 * (1.0 + poisson))};
 }
 
-ReferenceShape reference_shape(const geometry::Shape& shape) {
+namespace {
+
+/// The same parts at other places of the vertices of all.
+std::shared_ptr<const ReferenceParts> placed_parts(const std::vector<geometry::Shape>& parts,
+                                                   const geometry::Points& arms) {
+  ReferenceParts placed;
+  std::array<int, 3> first{};
+  for (const geometry::Shape& part : parts) {
+    const geometry::Topology& topology = part.topology();
+    placed.push_back({std::make_shared<const geometry::Shape>(
+                          part.shared_topology(), arms.middleCols(first[0], part.vertex_count())),
+                      first});
+    first[0] += topology.vertex_count();
+    first[1] += topology.edge_count();
+    first[2] += topology.face_count();
+  }
+  return std::make_shared<const ReferenceParts>(std::move(placed));
+}
+
+FeatureRange range_of(const BlockModel& model, int part, geometry::FeatureKind kind, int count) {
+  if (!model.parts) return {0, count};
+  const ReferenceParts& parts = *model.parts;
+  const auto p = static_cast<std::size_t>(part), k = static_cast<std::size_t>(kind);
+  return {parts[p].first[k], p + 1 < parts.size() ? parts[p + 1].first[k] : count};
+}
+
+}  // namespace
+
+ReferenceShape reference_shape(const geometry::Shape& shape,
+                               const std::vector<geometry::Shape>* parts) {
   const geometry::Points near = shape.vertices().colwise() - shape.origin();
   const geometry::MassProperties properties =
       geometry::mass_properties(geometry::Shape(shape.shared_topology(), near));
   const geometry::Points arms = near.colwise() - properties.centroid;
   return {std::make_shared<const geometry::Shape>(shape.shared_topology(), arms),
-          properties.centroid, properties.volume, properties.second_moment};
+          parts ? placed_parts(*parts, arms) : nullptr, properties.centroid, properties.volume,
+          properties.second_moment};
+}
+
+int part_of(const BlockModel& model, const geometry::Feature& feature) {
+  if (!model.parts) return 0;
+  const auto first = [&](const ReferencePart& part) {
+    return part.first[static_cast<std::size_t>(feature.kind)];
+  };
+  const auto next = std::ranges::upper_bound(*model.parts, feature.index, {}, first);
+  return static_cast<int>(next - model.parts->begin()) - 1;
+}
+
+FeatureRange vertices_of(const BlockModel& model, int part) {
+  return range_of(model, part, geometry::FeatureKind::Vertex, model.shape->vertex_count());
+}
+
+FeatureRange faces_of(const BlockModel& model, int part) {
+  return range_of(model, part, geometry::FeatureKind::Face, model.shape->topology().face_count());
 }
 
 geometry::Points reference_arms(const BlockModel& model) {
@@ -124,6 +172,7 @@ BlockModel make_block_model(const Block& block, const ReferenceShape& reference,
   BlockModel model;
   model.kind = block.kind;
   model.shape = reference.shape;
+  model.parts = reference.parts;
   model.turn = block.placement.linear;
   const geometry::Body body = block.body();
   model.start.centroid = block.placement.translation;

@@ -1,21 +1,32 @@
 #pragma once
 /// Inertia, elasticity and loads of one block: 12×12 and 12×1 terms of K D = F without contacts.
 
+#include <array>
 #include <quoin/geometry/mass_properties.hpp>
 
 #include "block/displacement.hpp"
 
 namespace quoin::solver {
 
+/// A convex part of a block, and where its features begin among those of the block's shape.
+struct ReferencePart {
+  std::shared_ptr<const geometry::Shape> shape;  ///< in the frame of the whole
+  std::array<int, 3> first{};                    ///< vertex, edge and face, by FeatureKind
+};
+using ReferenceParts = std::vector<ReferencePart>;
+
 /// A shape as seen from its centroid: shared by all blocks of that shape.
 struct ReferenceShape {
   std::shared_ptr<const geometry::Shape> shape;  ///< centroid in its origin, axes as given
+  std::shared_ptr<const ReferenceParts> parts{};  ///< null: the shape is convex
   Vector3 centroid = Vector3::Zero();       ///< of the shape as given, from its Shape::origin(), m
   double volume = 0.0;                      ///< m3
   Matrix3 second_moment = Matrix3::Zero();  ///< about the centroid, m5
 };
 
-ReferenceShape reference_shape(const geometry::Shape& shape);
+/// `parts`: Block::parts; null: the shape is convex.
+ReferenceShape reference_shape(const geometry::Shape& shape,
+                               const std::vector<geometry::Shape>* parts = nullptr);
 
 /// Isotropic: stress from strain, Pa; shear strains as gamma. Zero of a block that does not deform.
 struct Elasticity {
@@ -35,6 +46,7 @@ struct BlockModel {
   BlockKind kind = BlockKind::Fixed;
   int unknowns = 0;                              ///< 12, 6 or 0
   std::shared_ptr<const geometry::Shape> shape;  ///< ReferenceShape::shape
+  std::shared_ptr<const ReferenceParts> parts;   ///< ReferenceShape::parts
   Matrix3 turn = Matrix3::Identity();            ///< reference arm = turn × place in `shape`
   BlockState start;                              ///< at rest in its place, without velocities
   double volume = 0.0;                           ///< m3
@@ -55,6 +67,16 @@ BlockModel make_block_model(const Block& block, const ReferenceShape& reference,
                             const Vector3& origin, int index);
 
 geometry::Points reference_arms(const BlockModel& model);  ///< of all vertices, 3 × n, m
+
+/// Part of a block that a feature of its shape is of; 0 of a convex one.
+int part_of(const BlockModel& model, const geometry::Feature& feature);
+
+/// Indices of the vertices or faces that a part has in the block's shape: first <= i < end.
+struct FeatureRange {
+  int first = 0, end = 0;
+};
+FeatureRange vertices_of(const BlockModel& model, int part);
+FeatureRange faces_of(const BlockModel& model, int part);
 
 /// Where the reference shape stands, relative to State::origin.
 geometry::Placement placement(const BlockModel& model, const Pose& pose);

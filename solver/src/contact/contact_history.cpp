@@ -108,6 +108,8 @@ BodyContact make_contact(const PosedBlocks& blocks, const ContactPoint& found, L
   point = found;
   contact.a = point.key.a;
   contact.b = point.key.b;
+  contact.part_a = part_of(blocks.models[static_cast<std::size_t>(contact.a)], point.key.feature_a);
+  contact.part_b = part_of(blocks.models[static_cast<std::size_t>(contact.b)], point.key.feature_b);
   const auto posed = [&](int block) {
     const auto b = static_cast<std::size_t>(block);
     return Posed{blocks.models[b], blocks.poses[b]};
@@ -180,12 +182,21 @@ double area_of(std::span<const BodyContact> joint) {
   return area;
 }
 
-/// Of the contacts of one pair among those of all, sorted by pair.
-std::span<const Contact> of_pair(std::span<const Contact> contacts, const BodyContact& contact) {
+/// Of the contacts of one joint among those of all, sorted by pair. `kept`: memory for them where
+/// they do not stand together.
+std::span<const Contact> of_joint(const CarryOptions& options, std::span<const Contact> contacts,
+                                  const BodyContact& contact, std::vector<Contact>& kept) {
   const auto pair = [](const Contact& c) { return std::pair(c.point.key.a, c.point.key.b); };
-  const auto [first, last] =
+  const auto of_pair =
       std::ranges::equal_range(contacts, std::pair(contact.a, contact.b), {}, pair);
-  return {first, last};
+  const BlockModel& a = options.models[static_cast<std::size_t>(contact.a)];
+  const BlockModel& b = options.models[static_cast<std::size_t>(contact.b)];
+  if (!a.parts && !b.parts) return {of_pair.begin(), of_pair.end()};
+  std::ranges::copy_if(of_pair, std::back_inserter(kept), [&](const Contact& c) {
+    return part_of(a, c.point.key.feature_a) == contact.part_a &&
+           part_of(b, c.point.key.feature_b) == contact.part_b;
+  });
+  return kept;
 }
 
 JointBlocks blocks_of(const CarryOptions& options, const BodyContact& contact) {
@@ -204,26 +215,29 @@ void set_springs(const CarryOptions& options, std::span<const Contact> before,
   const JointBlocks blocks = blocks_of(options, first);
   set_spring_areas(blocks, joint);
   const bool laid = std::ranges::any_of(joint, &BodyContact::laid);
-  if (!laid) keep_stored_energy(blocks, of_pair(before, first), options.dynamic, joint);
+  std::vector<Contact> kept;
+  if (!laid) {
+    keep_stored_energy(blocks, of_joint(options, before, first, kept), options.dynamic, joint);
+  }
 }
 
 /// Faces that a joint has opened, by dilation or where a block rocks, are parallel no more, and
 /// what touches is an edge or a vertex of one of them: strength goes by what the faces share. What
 /// has never been part of an area has none, nor has the strip that rounding makes of an edge.
-/// `previous`: of the contacts in this joint, in `before`.
 void keep_areas(const CarryOptions& options, std::span<const Contact> before,
-                std::span<const int> previous, std::span<BodyContact> joint) {
+                std::span<BodyContact> joint) {
   const Joint& law = *joint.front().joint;
   if (!(std::max({law.cohesion, law.residual_cohesion, law.tension}) > 0.0)) return;
   const double size = smaller_size(options, joint.front());
   const double none = kNoWidth * size * size;
-  const auto lost = [&](std::size_t i) {
-    return previous[i] >= 0 && !(joint[i].state.point.area > none) &&
-           before[static_cast<std::size_t>(previous[i])].point.area > none;
+  const auto lost = [&](const BodyContact& contact) {
+    const ContactPoint& point = contact.state.point;
+    return point.previous >= 0 && !(point.area > none) &&
+           before[static_cast<std::size_t>(point.previous)].point.area > none;
   };
   std::optional<JointArea> area;
   for (std::size_t i = 0; i < joint.size(); ++i) {
-    if (!lost(i)) continue;
+    if (!lost(joint[i])) continue;
     if (!area) area = joint_area(blocks_of(options, joint.front()), joint);
     joint[i].state.point.area = area->share[i];
   }
@@ -279,6 +293,7 @@ void carry_over(const CarryOptions& options, std::span<const ContactPoint> found
   geometry::match_previous(points_of(contacts), points_of(before), options.reach, previous);
   for (std::size_t i = 0; i < found.size(); ++i) {
     BodyContact& contact = contacts[i];
+    contact.state.point.previous = previous[i];
     if (previous[i] >= 0) {
       hand_on(before[static_cast<std::size_t>(previous[i])], options.poses, contact);
     } else {
@@ -286,10 +301,11 @@ void carry_over(const CarryOptions& options, std::span<const ContactPoint> found
     }
     contact.was_bonded = contact.state.bonded;
   }
+  const auto has_parts = [](const BodyContact& c) { return c.part_a != 0 || c.part_b != 0; };
+  if (std::ranges::any_of(contacts, has_parts)) std::ranges::sort(contacts, {}, joint_order);
   each_joint(contacts, [&](std::span<BodyContact> joint) {
     set_springs(options, before, joint);
-    const auto first = static_cast<std::size_t>(joint.data() - contacts.data());
-    keep_areas(options, before, std::span(previous).subspan(first, joint.size()), joint);
+    keep_areas(options, before, joint);
   });
   std::erase_if(contacts, [](const BodyContact& contact) { return contact.beside_springs; });
   for (BodyContact& contact : contacts) contact.opening = opening(*contact.joint, contact.state);

@@ -3,6 +3,7 @@
 /// force.
 
 #include <span>
+#include <tuple>
 
 #include "block/block_terms.hpp"
 
@@ -13,6 +14,7 @@ namespace quoin::solver {
 struct BodyContact {
   Contact state;             ///< forces, mode, anchors; `point` as detected
   int a = 0, b = 0;          ///< blocks
+  int part_a = 0, part_b = 0;  ///< of these: ReferencePart
   bool normal_on_a = false;  ///< whose rotation carries the normal: the face's block
   bool crossed = false;      ///< two edges: the normal is that of both
   bool axis_is_y = false;    ///< axis()
@@ -111,14 +113,21 @@ void uncross_turned_edges(const PairPoses& start, const PairPoses& end, BodyCont
 /// Its normal alone.
 Vector3 contact_normal(const BodyContact& contact, const Pose& a, const Pose& b);
 
-/// Calls visit(contacts) for those of each pair: neighbours in the list.
+/// Of one pair of convex parts.
+inline bool same_joint(const BodyContact& x, const BodyContact& y) {
+  return x.a == y.a && x.b == y.b && x.part_a == y.part_a && x.part_b == y.part_b;
+}
+
+/// The order of body contacts: the joints one after the other, each by key.
+inline auto joint_order(const BodyContact& contact) {
+  return std::tuple(contact.a, contact.b, contact.part_a, contact.part_b, contact.state.point.key);
+}
+
+/// Calls visit(contacts) for those of each pair of convex parts: neighbours in the list.
 template <class Visit>
 void each_joint(std::span<BodyContact> contacts, const Visit& visit) {
   for (std::size_t first = 0, last = 0; first < contacts.size(); first = last) {
-    while (last < contacts.size() && contacts[last].a == contacts[first].a &&
-           contacts[last].b == contacts[first].b) {
-      ++last;
-    }
+    while (last < contacts.size() && same_joint(contacts[last], contacts[first])) ++last;
     visit(contacts.subspan(first, last - first));
   }
 }

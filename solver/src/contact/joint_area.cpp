@@ -18,6 +18,7 @@ constexpr double kNearCorner = 0.3;
 struct SeenBlock {
   const BlockModel& model;
   const Pose& pose;
+  int part;
   Vector3 centroid;
   Vector3 vertex(int v) const {
     return centroid + pose.shape * (model.turn * model.shape->vertex(v));
@@ -29,9 +30,10 @@ struct SeenBlock {
 
 /// The vertex that lies farthest that way.
 int farthest_vertex(const SeenBlock& block, const Vector3& way) {
-  int farthest = 0;
+  const FeatureRange vertices = vertices_of(block.model, block.part);
+  int farthest = vertices.first;
   double most = -std::numeric_limits<double>::infinity();
-  for (int v = 0; v < block.model.shape->vertex_count(); ++v) {
+  for (int v = vertices.first; v < vertices.end; ++v) {
     const double along = way.dot(block.vertex(v));
     if (along > most) farthest = v;
     most = std::max(most, along);
@@ -75,10 +77,11 @@ Polygon without_straight(const Polygon& polygon) {
   return corners;
 }
 
-/// What the two faces share.
-Polygon shared_face(const JointBlocks& blocks, const JointPlane& plane) {
-  const SeenBlock a{blocks.model_a, blocks.a, Vector3::Zero()};
-  const SeenBlock b{blocks.model_b, blocks.b, between(blocks.a, blocks.b)};
+/// What the two faces share. `contact`: of the joint.
+Polygon shared_face(const JointBlocks& blocks, const BodyContact& contact,
+                    const JointPlane& plane) {
+  const SeenBlock a{blocks.model_a, blocks.a, contact.part_a, Vector3::Zero()};
+  const SeenBlock b{blocks.model_b, blocks.b, contact.part_b, between(blocks.a, blocks.b)};
   Polygon shared = foremost_face(a, plane, plane.normal);
   Polygon other = foremost_face(b, plane, -plane.normal);
   std::ranges::reverse(other);  // seen from behind
@@ -117,7 +120,7 @@ std::vector<double> corner_shares(const Polygon& polygon) {
 /// jump.
 JointArea joint_area(const JointBlocks& blocks, std::span<const BodyContact> joint) {
   const JointPlane plane(joint.front().state.point.normal);
-  const Polygon polygon = shared_face(blocks, plane);
+  const Polygon polygon = shared_face(blocks, joint.front(), plane);
   const std::vector<double> corners = corner_shares(polygon);
   JointArea area{0.0, std::vector<double>(joint.size(), 0.0)};
   for (const double corner : corners) area.whole += corner;

@@ -185,9 +185,26 @@ Vector3 scene_origin(const Scene& scene) {
   return step * (0.5 / step * (low + high)).array().round().matrix();
 }
 
+void check_parts(const Block& block, int index) {
+  if (!block.parts) return;
+  int vertices = 0, faces = 0;
+  for (const geometry::Shape& part : *block.parts) {
+    vertices += part.vertex_count();
+    faces += part.topology().face_count();
+  }
+  if (vertices == block.shape->vertex_count() && faces == block.shape->topology().face_count()) {
+    return;
+  }
+  throw InputError(label(block, index) + ": its parts have " + std::to_string(vertices) +
+                   " vertices and " + std::to_string(faces) + " faces, its shape " +
+                   std::to_string(block.shape->vertex_count()) + " and " +
+                   std::to_string(block.shape->topology().face_count()));
+}
+
 void check_shape(const Scene& scene, int block) {
   const Block& b = scene.blocks[static_cast<std::size_t>(block)];
   if (b.shape == nullptr) throw InputError(label(b, block) + " has no shape");
+  check_parts(b, block);
   const double determinant = b.placement.linear.determinant();
   if (const Vector3& at = b.placement.translation;
       !(at.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() < geometry::kLargestCoordinate)) {
@@ -214,14 +231,15 @@ void check_coordinate_rounding(const Scene& scene, double smallest_size) {
 /// One reference shape for all blocks that share a shape.
 class ReferenceShapes {
  public:
-  const ReferenceShape& of(const geometry::Shape& shape) {
-    const auto [place, is_new] = known_.try_emplace(&shape);
-    if (is_new) place->second = reference_shape(shape);
+  const ReferenceShape& of(const Block& block) {
+    const auto [place, is_new] = known_.try_emplace({block.shape.get(), block.parts.get()});
+    if (is_new) place->second = reference_shape(*block.shape, block.parts.get());
     return place->second;
   }
 
  private:
-  std::map<const geometry::Shape*, ReferenceShape> known_;
+  std::map<std::pair<const geometry::Shape*, const std::vector<geometry::Shape>*>, ReferenceShape>
+      known_;
 };
 
 }  // namespace
@@ -252,12 +270,13 @@ CompiledScene compile(Scene scene) {
     check_finite(block.initial_stress, what + ": initial stress");
     check_constant(block.motion.value, what + ": motion");
     compiled.models.push_back(
-        make_block_model(block, shapes.of(*block.shape), compiled.origin, static_cast<int>(b)));
+        make_block_model(block, shapes.of(block), compiled.origin, static_cast<int>(b)));
     unknowns.push_back(compiled.models.back().unknowns);
     sizes.push_back(compiled.models.back().size);
     if (unknowns.back() == 0)
       compiled.idle_blocks.push_back(static_cast<int>(compiled.idle.size()));
     compiled.idle.push_back(unknowns.back() == 0);
+    compiled.has_parts = compiled.has_parts || block.parts;
     if (block.kind == BlockKind::Prescribed && !is_always_zero(block.motion.value)) {
       compiled.prescribed.push_back(static_cast<int>(b));
     }

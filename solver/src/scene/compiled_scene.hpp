@@ -33,6 +33,7 @@ struct CompiledScene {
   std::vector<PointForce> loads;  ///< point, face and body loads
   std::vector<HeldPoint> held;
   bool dilates = false;        ///< any joint
+  bool has_parts = false;      ///< any block: Block::parts
   double smallest_size = 0.0;  ///< of the blocks with unknowns (of all, if there are none), m
 };
 

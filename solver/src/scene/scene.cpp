@@ -1,7 +1,7 @@
-#include <quoin/solver/scene.hpp>
-
 #include <algorithm>
 #include <cmath>
+#include <quoin/geometry/build.hpp>
+#include <quoin/solver/scene.hpp>
 
 namespace quoin::solver {
 
@@ -42,6 +42,13 @@ int append(Scene& scene, geometry::Shape shape, const Material& material, BlockK
 }
 
 }  // namespace
+
+Block compound(std::vector<geometry::Shape> parts) {
+  Block block;
+  block.parts = std::make_shared<const std::vector<geometry::Shape>>(std::move(parts));
+  block.shape = std::make_shared<const geometry::Shape>(geometry::join(*block.parts));
+  return block;
+}
 
 int Scene::add_block(geometry::Shape shape, const Material& material) {
   return append(*this, std::move(shape), material, BlockKind::Deformable);

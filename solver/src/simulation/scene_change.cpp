@@ -182,7 +182,7 @@ void check_same_blocks(const Scene& before, const Scene& now) {
   }
   for (std::size_t b = 0; b < now.blocks.size(); ++b) {
     const Block &was = before.blocks[b], &is = now.blocks[b];
-    if (is.shape == nullptr || !are_same(*was.shape, *is.shape) ||
+    if (is.shape == nullptr || !was.parts != !is.parts || !are_same(*was.shape, *is.shape) ||
         !are_same(was.placement, is.placement)) {
       throw InputError("block " + std::to_string(b) + " can't change its shape or its placement");
     }

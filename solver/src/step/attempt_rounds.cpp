@@ -201,9 +201,8 @@ bool change_contacts(const StepRun& run, Island& island) {
   const bool missed = add_missed(run.compiled, work.poses, yielded, island);
   const bool blocked = put_back_blocked(run.compiled, work.end, island.found_end, limit,
                                         island.passing, island.contacts);
-  // By key, whatever brought them in: sums go by their order, and it is one on any number of ranks.
-  const auto key = [](const BodyContact& contact) { return contact.state.point.key; };
-  if (missed || blocked) std::ranges::sort(island.contacts, {}, key);
+  // Whatever brought them in: sums go by their order, and it is one on any number of ranks.
+  if (missed || blocked) std::ranges::sort(island.contacts, {}, joint_order);
   return work.agreement.any(missed || blocked);
 }
 
@@ -258,7 +257,9 @@ void attempt(const StepRun& run, std::span<Island* const> islands) {
     });
     work.clock.charge(&PhaseSeconds::detect);
   }
+  const auto key = [](const Contact& contact) { return contact.point.key; };
   for (Island* island : islands) {
+    if (run.compiled.has_parts) std::ranges::sort(island->attempt.contacts, {}, key);
     if (!paper) take_means(*island);
   }
   // Contacts that still come and go: a shorter step may tell.

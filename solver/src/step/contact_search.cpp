@@ -123,8 +123,34 @@ void set_reaches(const CompiledScene& compiled, const Reach& reach, Workspace& w
   ++work.search_epoch;
   work.finder.set_reach(reach.of_all());
   for (int b = 0; b < static_cast<int>(compiled.models.size()); ++b) {
-    work.finder.set_reach(b, reach.of_block(b));
+    work.finder.set_reach(work.handle(b), reach.of_block(b));
   }
+}
+
+geometry::FindCounts contacts_of(std::span<const int> blocks, Workspace& work,
+                                 std::vector<geometry::ContactPoint>& found) {
+  if (work.handles.empty()) return work.finder.contacts_of(blocks, found);
+  std::vector<int> handles;
+  for (const int block : blocks) handles.push_back(work.handle(block));
+  return work.finder.contacts_of(handles, found);
+}
+
+/// Keys of parts become those of blocks and of the features of their shapes.
+void name_by_block(const CompiledScene& compiled, const Workspace& work,
+                   std::vector<geometry::ContactPoint>& found) {
+  const auto rename = [&](int& name, geometry::Feature& feature) {
+    const int block = work.owners_of_handles[index(name)];
+    if (const auto& parts = compiled.models[index(block)].parts) {
+      const ReferencePart& part = (*parts)[index(name - work.handle(block))];
+      feature.index += part.first[static_cast<std::size_t>(feature.kind)];
+    }
+    name = block;
+  };
+  for (geometry::ContactPoint& point : found) {
+    rename(point.key.a, point.key.feature_a);
+    rename(point.key.b, point.key.feature_b);
+  }
+  std::ranges::sort(found, {}, &geometry::ContactPoint::key);
 }
 
 }  // namespace
@@ -135,12 +161,13 @@ geometry::FindCounts find(const CompiledScene& compiled, const SearchedState& st
   const std::vector<BlockModel>& models = compiled.models;
   if (reach.is_new()) set_reaches(compiled, reach, work);
   for (const int block : moved) {
-    work.finder.set_reach(block, reach.of_block(block));
-    work.finder.move(block, placement(models[index(block)], pose(state.blocks[index(block)])));
+    const int handle = work.handle(block);
+    work.finder.set_reach(handle, reach.of_block(block));
+    work.finder.move(handle, placement(models[index(block)], pose(state.blocks[index(block)])));
   }
-  const geometry::FindCounts counts = searched == Searched::AllBlocks
-                                          ? work.finder.find(found)
-                                          : work.finder.contacts_of(moved, found);
+  const geometry::FindCounts counts =
+      searched == Searched::AllBlocks ? work.finder.find(found) : contacts_of(moved, work, found);
+  if (compiled.has_parts) name_by_block(compiled, work, found);
   // A placement holds what the rest of a centroid is not.
   for (geometry::ContactPoint& point : found) {
     const BlockState &a = state.blocks[index(point.key.a)], &b = state.blocks[index(point.key.b)];

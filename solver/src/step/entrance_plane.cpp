@@ -30,8 +30,8 @@ Vector3 face_normal(const Posed& owner, int face) {
   return (owner.linear.inverse().transpose() * own).normalized();
 }
 
-/// Distance of the other block before the face's plane, negative where it is behind, m.
-double separation(const Posed& owner, int face, const Posed& other) {
+/// Distance of a part of the other block before the face's plane, negative where it is behind, m.
+double separation(const Posed& owner, int face, const Posed& other, int part) {
   const Vector3 normal = face_normal(owner, face);
   const geometry::Shape& shape = *owner.model.shape;
   const Vector3 here = owner.linear.transpose() * normal;
@@ -40,7 +40,9 @@ double separation(const Posed& owner, int face, const Posed& other) {
     plane = std::max(plane, here.dot(shape.vertex(v)));
   }
   const Vector3 there = other.linear.transpose() * normal;
-  const double nearest = (there.transpose() * other.model.shape->vertices()).minCoeff();
+  const auto [first, end] = vertices_of(other.model, part);
+  const double nearest =
+      (there.transpose() * other.model.shape->vertices().middleCols(first, end - first)).minCoeff();
   return normal.dot(between(owner.pose, other.pose)) + (nearest - plane);
 }
 
@@ -49,10 +51,18 @@ BlockState moved_on(const BlockState& block, double time_step) {
   return displaced(block, time_step * velocity_vector(block));
 }
 
-void append_planes(const Posed& owner, const Posed& other, const std::array<int, 2>& names,
-                   double limit, std::vector<FacePlane>& planes) {
-  for (int f = 0; f < owner.model.shape->topology().face_count(); ++f) {
-    if (separation(owner, f, other) >= -limit) planes.push_back({names[0], names[1], f});
+struct PosedPart {
+  int block, part;
+  Posed posed;
+};
+
+void append_planes(const PosedPart& owner, const PosedPart& other, double limit,
+                   std::vector<FacePlane>& planes) {
+  const auto [first, end] = faces_of(owner.posed.model, owner.part);
+  for (int f = first; f < end; ++f) {
+    if (separation(owner.posed, f, other.posed, other.part) >= -limit) {
+      planes.push_back({owner.block, other.block, other.part, f});
+    }
   }
 }
 
@@ -61,7 +71,7 @@ template <typename PosedOf>
 double largest_separation(const std::vector<FacePlane>& planes, const PosedOf& block) {
   double largest = -std::numeric_limits<double>::infinity();
   for (const FacePlane& p : planes) {
-    largest = std::max(largest, separation(block(p.block), p.face, block(p.other)));
+    largest = std::max(largest, separation(block(p.block), p.face, block(p.other), p.other_part));
   }
   return largest;
 }
@@ -101,8 +111,17 @@ bool passes(const SubStep& step, double limit, std::span<const BodyContact> cont
 
 constexpr std::size_t kPlanes = 32;  // more than two bricks have
 
-bool of_pair(const BodyContact& contact, const PassingPair& pair) {
-  return contact.a == pair.a && contact.b == pair.b;
+/// Least gap of a joint's contacts among these points, sorted by key; 0 where none is negative, m.
+double least_gap(const CompiledScene& compiled, const BodyContact& contact,
+                 std::span<const geometry::ContactPoint> points) {
+  double gap = 0.0;
+  for (const geometry::ContactPoint& point : points_of_pair(points, contact.a, contact.b)) {
+    if (part_of(compiled.models[index(contact.a)], point.key.feature_a) == contact.part_a &&
+        part_of(compiled.models[index(contact.b)], point.key.feature_b) == contact.part_b) {
+      gap = std::min(gap, point.gap);
+    }
+  }
+  return gap;
 }
 
 }  // namespace
@@ -112,22 +131,19 @@ void set_aside_passing(const SubStep& step, double limit, std::vector<BodyContac
   std::size_t kept = 0;
   std::vector<FacePlane> planes;  // one list for all pairs: most of them are not set aside
   for (std::size_t from = 0, to = 0; from < contacts.size(); from = to) {
-    const auto same = [&](std::size_t i) {
-      return contacts[i].a == contacts[from].a && contacts[i].b == contacts[from].b;
-    };
-    while (to < contacts.size() && same(to)) ++to;
+    while (to < contacts.size() && same_joint(contacts[to], contacts[from])) ++to;
     const std::span<const BodyContact> pair(&contacts[from], to - from);
-    const int a = contacts[from].a, b = contacts[from].b;
     planes.clear();
     if (std::ranges::none_of(pair, &BodyContact::was_closed)) {
-      const Posed posed_a = posed(step.compiled, step.state, a);
-      const Posed posed_b = posed(step.compiled, step.state, b);
+      const BodyContact& c = pair.front();
+      const PosedPart a{c.a, c.part_a, posed(step.compiled, step.state, c.a)};
+      const PosedPart b{c.b, c.part_b, posed(step.compiled, step.state, c.b)};
       planes.reserve(kPlanes);
-      append_planes(posed_a, posed_b, {a, b}, limit, planes);
-      append_planes(posed_b, posed_a, {b, a}, limit, planes);
+      append_planes(a, b, limit, planes);
+      append_planes(b, a, limit, planes);
     }
     if (planes.size() > 1 && passes(step, limit, pair, planes)) {
-      aside.push_back({a, b, planes, {pair.begin(), pair.end()}});
+      aside.push_back({planes, {pair.begin(), pair.end()}});
       continue;
     }
     for (std::size_t i = from; i < to; ++i, ++kept) {
@@ -142,20 +158,19 @@ bool put_back_blocked(const CompiledScene& compiled, std::span<const BlockState>
                       std::vector<PassingPair>& pairs, std::vector<BodyContact>& contacts) {
   const auto at_end = [&](int block) { return posed(compiled, end, block); };
   const auto blocked = [&](const PassingPair& pair) {
-    double gap = 0.0;
-    for (const geometry::ContactPoint& point : points_of_pair(found_end, pair.a, pair.b)) {
-      gap = std::min(gap, point.gap);
-    }
+    const BodyContact& contact = pair.contacts.front();
+    const double gap = least_gap(compiled, contact, found_end);
     const double apart = largest_separation(pair.planes, at_end);
     if (gap < -limit) return apart < gap - limit;
     // So far behind every plane that has kept them apart they have gone through each other.
-    return apart < -kFarthest * pair_size(compiled, pair.a, pair.b);
+    return apart < -kFarthest * pair_size(compiled, contact.a, contact.b);
   };
   const auto first = std::stable_partition(pairs.begin(), pairs.end(),
                                            [&](const PassingPair& pair) { return !blocked(pair); });
   const bool any = first != pairs.end();
   for (auto pair = first; pair != pairs.end(); ++pair) {
-    std::erase_if(contacts, [&](const BodyContact& c) { return of_pair(c, *pair); });
+    std::erase_if(contacts,
+                  [&](const BodyContact& c) { return same_joint(c, pair->contacts.front()); });
     contacts.insert(contacts.end(), pair->contacts.begin(), pair->contacts.end());
   }
   pairs.erase(first, pairs.end());

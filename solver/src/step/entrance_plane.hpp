@@ -10,20 +10,19 @@
 
 namespace quoin::solver {
 
-/// A face of one block; its plane keeps the other block of the pair apart.
+/// A face of one block; its plane keeps the other block of the pair, or a part of it, apart.
 struct FacePlane {
-  int block = 0, other = 0;
+  int block = 0, other = 0, other_part = 0;
   int face = 0;
 };
 
-/// A pair whose contacts the step is first tried without.
+/// A pair of convex parts whose contacts the step is first tried without.
 struct PassingPair {
-  int a = 0, b = 0;
   std::vector<FacePlane> planes;      ///< that keep the two apart at the start of the step
   std::vector<BodyContact> contacts;  ///< as found at the start
 };
 
-/// Takes the contacts of those pairs out of `contacts` (sorted by pair) that touched nowhere in the
+/// Takes the contacts of those pairs out of `contacts` (in joint_order) that touched nowhere in the
 /// last step, would close in this one by the motion they have, and are then kept farther apart by a
 /// face's plane other than that of their contacts, and adds them to `aside`. `limit`: m, an overlap
 /// that is none.

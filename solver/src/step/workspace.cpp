@@ -65,8 +65,17 @@ Workspace::Workspace(const CompiledScene& compiled, const StepOptions& options)
   resize(compiled.models.size(), poses);
   for (std::size_t b = 0; b < compiled.models.size(); ++b) {
     const BlockModel& model = compiled.models[b];
-    finder.add(model.shape, placement(model, pose(model.start)),
-               body_options(compiled, agreement, static_cast<int>(b)));
+    const geometry::Placement at = placement(model, pose(model.start));
+    const geometry::BodyOptions use = body_options(compiled, agreement, static_cast<int>(b));
+    std::vector<geometry::CompoundPart> parts;
+    if (model.parts) {
+      for (const ReferencePart& part : *model.parts) parts.push_back({part.shape});
+    }
+    const int handle =
+        model.parts ? finder.add_compound(parts, at, use) : finder.add(model.shape, at, use);
+    if (!compiled.has_parts) continue;
+    handles.push_back(handle);
+    owners_of_handles.resize(static_cast<std::size_t>(finder.size()), static_cast<int>(b));
   }
 }
 
@@ -75,7 +84,8 @@ void place_bodies(const CompiledScene& compiled, const State& state, Workspace& 
   work.known_reaches = {};
   work.all_changed = true;
   for (std::size_t b = 0; b < compiled.models.size(); ++b) {
-    work.finder.move(static_cast<int>(b), placement(compiled.models[b], pose(state.blocks[b])));
+    work.finder.move(work.handle(static_cast<int>(b)),
+                     placement(compiled.models[b], pose(state.blocks[b])));
   }
 }
 

@@ -57,7 +57,12 @@ struct Workspace : StepMemory {
   const Agreement agreement;
   int threads_wanted;  ///< no more than blocks that move
   geometry::WorkerPool threads;
-  geometry::ContactFinder finder;  ///< block b has handle b; absent ones collide with none
+  geometry::ContactFinder finder;  ///< of blocks by handle(); absent ones collide with none
+  std::vector<int> handles;        ///< by block; empty: all are convex, and block b has handle b
+  std::vector<int> owners_of_handles;  ///< block, by handle; likewise
+  int handle(int block) const {
+    return handles.empty() ? block : handles[static_cast<std::size_t>(block)];
+  }
   InitialDepths initial_depths;    ///< taken off what is found
   /// At the present state, places in the frames of the reference shapes.
   std::vector<geometry::ContactPoint> found;

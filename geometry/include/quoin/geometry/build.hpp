@@ -71,6 +71,11 @@ struct ShapeOptions {
 Shape make_shape(const Eigen::Ref<const Points>& vertices,
                  const std::vector<std::vector<int>>& faces, const ShapeOptions& options = {});
 
+/// Several shapes as one surface: vertices, edges and faces of part after part, in their order. It
+/// is for mass_properties, pictures and look-ups by feature; a search takes convex shapes alone.
+/// Throws InputError for no parts.
+Shape join(std::span<const Shape> parts);
+
 /// What is wrong with a solid, in words.
 struct ShapeFault {
   std::string text;     ///< names the feature, the value and the limit

@@ -96,6 +96,10 @@ struct Motion {
 
 struct Block {
   std::shared_ptr<const geometry::Shape> shape;  ///< blocks alike share one
+  /// Of a block that is not convex, such as an L-stone, its convex parts, in the frame of `shape`,
+  /// which is then geometry::join() of them; they touch others, and never each other. Null: `shape`
+  /// is convex.
+  std::shared_ptr<const std::vector<geometry::Shape>> parts{};
   geometry::Placement placement{};               ///< of the shape in the world at the start
   Material material;
   BlockKind kind = BlockKind::Deformable;
@@ -105,7 +109,10 @@ struct Block {
   Motion motion{};                             ///< of a prescribed block
   std::string name{};                          ///< for messages and output; may be empty
 
-  geometry::Body body() const { return {*shape, placement}; }  ///< at the start
+  geometry::Body body() const { return {*shape, placement}; }  ///< at the start; of all parts
+  std::span<const geometry::Shape> convex_parts() const {      ///< in the frame of `shape`
+    return parts ? std::span(*parts) : std::span(shape.get(), 1);
+  }
 };
 
 /// Force on a material point, given by its place at the start. N.
@@ -163,5 +170,8 @@ struct Scene {
   int add_rigid(geometry::Shape shape, const Material& material);
   int add_fixed(geometry::Shape shape, const Material& material = {});
 };
+
+/// Shape and parts of a block of several convex parts that move as one. Throws InputError for none.
+Block compound(std::vector<geometry::Shape> parts);
 
 }  // namespace quoin::solver
