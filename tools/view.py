@@ -238,7 +238,10 @@ def names_of(path):
 
 def flags_of(summary):
     """What a run says of itself: text, and names of blocks."""
-    flags = [(f"{f['flag']}: {f['value']:.3g}, limit {f['limit']:.3g}, from t = {f['first_time']:.4g} s on", f["blocks"])
+    def told(number):
+        return "–" if number is None else f"{number:.3g}"  # JSON knows no infinity
+
+    flags = [(f"{f['flag']}: {told(f['value'])}, limit {told(f['limit'])}, from t = {told(f['first_time'])} s on", f["blocks"])
              for f in summary["flags"]]
     return flags + [(failure, []) for failure in summary["failures"]]
 
