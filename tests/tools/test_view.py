@@ -231,10 +231,27 @@ class View(FolderTest):
         value("quoin.draw()")
         size = value("quoin.head.shapes[quoin.blocks.shapeOf[1]].p")
         sides = [max(size[k::3]) - min(size[k::3]) for k in (1, 2)]
-        area = value("""(() => { const c = quoin.blocks.uniforms.cut.value, o = quoin.section.outline(1, [c.x, c.y, c.z], c.w);
+        area = value("""(() => { const c = quoin.blocks.uniforms.cut.value, [o] = quoin.section.outlines(1, [c.x, c.y, c.z], c.w);
             let a = 0; o.forEach((p, i) => { const q = o[(i + 1) % o.length]; a += (p[1] * q[2] - p[2] * q[1]) / 2; }); return Math.abs(a); })()""")
         self.assertAlmostEqual(area / (sides[0] * sides[1]), 1, delta=1e-6)
         self.assertTrue(value("quoin.section.faces.object.visible"))
+        self.clean()
+
+    def test_a_block_of_two_convex_parts(self):
+        """An L of two bars: a ray through its corner of air meets nothing, and a section has two outlines."""
+        value = self.opened(self.scene_of_boxes())
+        value("""(() => { const box = quoin.head.shapes[quoin.blocks.shapeOf[1]], n = box.p.length / 3;  // edges 1, about its centre
+            const bar = (size, at) => box.p.map((x, i) => x * size[i % 3] + at[i % 3]);
+            const shape = {p: [...bar([2, 1, 0.5], [0, 0, 0]), ...bar([0.5, 1, 1], [-0.75, 0, 0.75])], f: [...box.f, ...box.f.map(f => f.map(v => v + n))]};
+            const data = {shape: [0], kind: [1], origin: [0, 0, 0], motion: [0, 0, 0, 0, 0, 0]};
+            window.L = new quoin.blocks.constructor({head: {kind: 'run', blocks: 1, shapes: [shape], motion: {per: 6, u: 0, r: 0, e: 0}}, section: (n) => data[n]});
+            L.place(0); })()""")
+        hit = [value(f"L.pick([{x}, 5, {z}], [0, -10, 0], 0)") for x, z in ((0.5, 0), (-0.75, 0.75), (0.5, 0.75))]
+        self.assertEqual(hit, [0, 0, -1])
+        areas = value("""(new quoin.section.constructor(L)).outlines(0, [0, 1, 0], 0.1).map(o => {
+            let a = 0; o.forEach((p, i) => { const q = o[(i + 1) % o.length]; a += (p[0] * q[2] - p[2] * q[0]) / 2; }); return Math.abs(a); })""")
+        for found, exact in zip(sorted(areas), (0.5, 1.0), strict=True):
+            self.assertAlmostEqual(found, exact, places=5)
         self.clean()
 
     def scene_of_boxes(self, *more_places, **more):

@@ -6,6 +6,15 @@ const ROW = 1024;  // blocks a row of the textures
 const HIDDEN = -1, PICKED = 2;
 export const ABSENT = 4, FIXED = 2;
 
+// Faces of each convex part of a shape, by number: parts share no corner.
+function partsOf(shape) {
+  const root = shape.p.map((_, v) => v), top = (v) => { while (root[v] !== v) v = root[v]; return v; };
+  for (const face of shape.f) for (const v of face) root[top(v)] = top(face[0]);
+  const parts = new Map();
+  shape.f.forEach((face, f) => { const r = top(face[0]); parts.set(r, [...(parts.get(r) || []), f]); });
+  return [...parts.values()];
+}
+
 // Corners, normals and rims of the triangles of a shape, and the planes of its faces. `rim`: distance from each
 // side of the triangle, 0 … 1; a side inside a polygon is lifted by 1, and so never drawn.
 function triangles(shape) {
@@ -27,7 +36,8 @@ function triangles(shape) {
     }
     planes.push(...m, m[0] * c[0][0] + m[1] * c[0][1] + m[2] * c[0][2]);
   });
-  return {p: new Float32Array(p), n, rim, planes, reach: Math.max(...shape.p.map(Math.abs))};
+  const parts = partsOf(shape);
+  return {p: new Float32Array(p), n, rim, planes, parts, planesOf: parts.map((part) => part.flatMap((f) => planes.slice(4 * f, 4 * f + 4))), reach: Math.max(...shape.p.map(Math.abs))};
 }
 
 function geometryOf(shapes, shapeOf) {
@@ -197,7 +207,7 @@ export class Blocks {
     else if (rest < 0) return -1;
     for (let b = 0; b < this.count; ++b) {
       if (!this.shown(b, frame)) continue;
-      const k = 12 * b, planes = this.shapes[this.shapeOf[b]].planes;
+      const k = 12 * b;
       const a = m[k], e = m[k + 1], g = m[k + 2], h = m[k + 4], i = m[k + 5], j = m[k + 6], p = m[k + 8], q = m[k + 9], r = m[k + 10];
       const c0 = i * r - j * q, c1 = j * p - h * r, c2 = h * q - i * p, det = a * c0 + e * c1 + g * c2;
       if (det === 0) continue;
@@ -207,15 +217,17 @@ export class Blocks {
             O2 = (c[6] * t0 + c[7] * t1 + c[8] * t2) / det;
       const D0 = (c[0] * d[0] + c[1] * d[1] + c[2] * d[2]) / det, D1 = (c[3] * d[0] + c[4] * d[1] + c[5] * d[2]) / det,
             D2 = (c[6] * d[0] + c[7] * d[1] + c[8] * d[2]) / det;
-      let enter = from, leave = Math.min(to, best);
-      for (let w = 0; w < planes.length && enter <= leave; w += 4) {
-        const s = planes[w] * D0 + planes[w + 1] * D1 + planes[w + 2] * D2;
-        const l = planes[w + 3] - (planes[w] * O0 + planes[w + 1] * O1 + planes[w + 2] * O2);
-        if (s > 0) leave = Math.min(leave, l / s);
-        else if (s < 0) enter = Math.max(enter, l / s);
-        else if (l < 0) leave = -1;
+      for (const planes of this.shapes[this.shapeOf[b]].planesOf) {
+        let enter = from, leave = Math.min(to, best);
+        for (let w = 0; w < planes.length && enter <= leave; w += 4) {
+          const s = planes[w] * D0 + planes[w + 1] * D1 + planes[w + 2] * D2;
+          const l = planes[w + 3] - (planes[w] * O0 + planes[w + 1] * O1 + planes[w + 2] * O2);
+          if (s > 0) leave = Math.min(leave, l / s);
+          else if (s < 0) enter = Math.max(enter, l / s);
+          else if (l < 0) leave = -1;
+        }
+        if (enter <= leave && enter < best) { best = enter; found = b; }
       }
-      if (enter <= leave && enter < best) { best = enter; found = b; }
     }
     return found;
   }

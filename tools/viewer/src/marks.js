@@ -3,7 +3,7 @@ import {Mesh, Points} from 'three';
 import {Layer, across, along, arrow, length} from './layers.js';
 
 export const MARK_COLOURS = {load: [0.8, 0.1, 0.15], traction: [0.85, 0.35, 0.1], 'body load': [0.75, 0.5, 0.05],
-                             motion: [0.1, 0.35, 0.8], 'fixed point': [0.1, 0.5, 0.2], monitor: [0.5, 0.1, 0.6]};
+                             water: [0.1, 0.6, 0.75], motion: [0.1, 0.35, 0.8], 'fixed point': [0.1, 0.5, 0.2], monitor: [0.5, 0.1, 0.6]};
 
 export class Marks {
   constructor(head, cut, size) {

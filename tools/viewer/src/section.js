@@ -11,9 +11,9 @@ export class Section {
     this.objects = [this.faces.object, this.rims.object];
   }
 
-  // The outline of block b in the plane n · x = w; empty where it does not cross
-  outline(b, n, w) {
-    const shape = this.blocks.head.shapes[this.blocks.shapeOf[b]], corners = shape.p.length / 3, at = [], height = [];
+  // Outlines of block b in the plane n · x = w, one of each convex part that it crosses
+  outlines(b, n, w) {
+    const number = this.blocks.shapeOf[b], shape = this.blocks.head.shapes[number], corners = shape.p.length / 3, at = [], height = [];
     let above = 0;
     for (let v = 0; v < corners; ++v) {
       const p = this.blocks.moved(b, shape.p[3 * v], shape.p[3 * v + 1], shape.p[3 * v + 2]);
@@ -22,8 +22,12 @@ export class Section {
       above += height[v] > 0;
     }
     if (above === 0 || above === corners) return [];
+    return this.blocks.shapes[number].parts.map((part) => this.outline(part.map((f) => shape.f[f]), at, height, n)).filter((o) => o.length > 2);
+  }
+
+  outline(faces, at, height, n) {
     const found = [];
-    for (const face of shape.f) face.forEach((i, k) => {
+    for (const face of faces) face.forEach((i, k) => {
       const j = face[(k + 1) % face.length], t = height[i] / (height[i] - height[j]);
       if ((height[i] > 0) !== (height[j] > 0) && i < j) found.push(at[i].map((x, d) => x + t * (at[j][d] - x)));
     });
@@ -38,9 +42,11 @@ export class Section {
     this.faces.clear(); this.rims.clear();
     if (shown) for (let b = 0; b < this.blocks.count; ++b) {
       if (!this.blocks.shown(b, frame)) continue;
-      const o = this.outline(b, n, cut.w), tint = [...Array.from(values.subarray(4 * b, 4 * b + 3), (x) => 0.9 * x), 1];
-      for (let i = 1; solid && i + 1 < o.length; ++i) this.faces.add(tint, o[0], o[i], o[i + 1]);
-      o.forEach((p, i) => this.rims.add([0.1, 0.1, 0.1, 1], p, o[(i + 1) % o.length]));
+      const tint = [...Array.from(values.subarray(4 * b, 4 * b + 3), (x) => 0.9 * x), 1];
+      for (const o of this.outlines(b, n, cut.w)) {
+        for (let i = 1; solid && i + 1 < o.length; ++i) this.faces.add(tint, o[0], o[i], o[i + 1]);
+        o.forEach((p, i) => this.rims.add([0.1, 0.1, 0.1, 1], p, o[(i + 1) % o.length]));
+      }
     }
     this.faces.upload(); this.rims.upload();
   }
