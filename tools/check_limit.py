@@ -21,6 +21,8 @@ ALLOWED, SHORT = 1e-7, 1e-7   # unbalance and forces outside their limits, by th
 
 class Solid:
     def __init__(self, entry):
+        if "parts" in entry:
+            sys.exit(f"block {entry['name']}: of several parts, which are not checked")
         self.points, self.moves, self.entry = np.array(entry["vertices"], float), entry["moves"], entry
         self.size = np.linalg.norm(np.ptp(self.points, axis=0))
         middle = self.points.mean(axis=0)

@@ -47,6 +47,7 @@ json certificate(const Trial& trial, const Vary& vary) {
                       {"applied", vector_json(applied)},
                       {"live", vector_json(solved.live)},
                       {"velocity", vector_json(trial.found.velocities[b])}});
+    if (block.parts) blocks.back()["parts"] = block.parts->size();
   }
   for (std::size_t i = 0; i < trial.problem.contacts.size(); ++i) {
     const solver::EquilibriumContact& contact = trial.problem.contacts[i];

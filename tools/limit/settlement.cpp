@@ -72,8 +72,16 @@ class Path {
     trial.scene.initial_overlap = solver::InitialOverlap::Keep;
     for (std::size_t b = 0; b < trial.scene.blocks.size(); ++b) {
       solver::Block& moved = trial.scene.blocks[b];
-      moved.shape = std::make_shared<const geometry::Shape>(moved.shape->shared_topology(),
-                                                            run.vertices(static_cast<int>(b)));
+      const geometry::Points places = run.vertices(static_cast<int>(b));
+      std::vector<geometry::Shape> parts;
+      for (Eigen::Index first = 0; const geometry::Shape& part : moved.convex_parts()) {
+        parts.emplace_back(part.shared_topology(), places.middleCols(first, part.vertex_count()));
+        first += part.vertex_count();
+      }
+      moved.shape = std::make_shared<const geometry::Shape>(moved.shape->shared_topology(), places);
+      if (moved.parts) {
+        moved.parts = std::make_shared<const std::vector<geometry::Shape>>(std::move(parts));
+      }
       moved.placement = {};
     }
     trial.scene.blocks[static_cast<std::size_t>(support_)].kind = solver::BlockKind::Fixed;

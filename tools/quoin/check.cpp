@@ -70,13 +70,24 @@ std::vector<PairStart> pairs_at_start(const solver::Scene& scene) {
     largest = std::max(largest, is_free(block) ? size(block) : 0.0);
   }
   geometry::ContactFinder finder({.reach = kNear * largest});
+  std::vector<int> owners;  // by handle
   for (const solver::Block& block : scene.blocks) {
     const auto motion = is_free(block) ? geometry::BodyMotion::Moving : geometry::BodyMotion::Idle;
-    const auto body = finder.add(block.shape, block.placement, {.motion = motion});
+    std::vector<geometry::CompoundPart> parts;
+    for (const geometry::Shape& part : block.convex_parts()) {
+      parts.push_back({std::shared_ptr<const geometry::Shape>(block.shape, &part)});
+    }
+    const int body = block.parts ? finder.add_compound(parts, block.placement, {.motion = motion})
+                                 : finder.add(block.shape, block.placement, {.motion = motion});
+    owners.resize(owners.size() + parts.size(), static_cast<int>(&block - scene.blocks.data()));
     if (!is_there(block)) finder.remove(body);
   }
   std::vector<ContactPoint> points;
   finder.find(points);
+  for (ContactPoint& point : points) {
+    for (int* name : {&point.key.a, &point.key.b}) *name = owners[static_cast<std::size_t>(*name)];
+  }
+  std::ranges::sort(points, {}, &ContactPoint::key);
   std::vector<PairStart> pairs;
   for (const ContactPoint& point : points) {
     if (pairs.empty() || pairs.back().a != point.key.a || pairs.back().b != point.key.b) {

@@ -48,6 +48,7 @@ void add_scene_options(CLI::App& command, std::string& scene, std::vector<std::s
 void add_check_command(CLI::App& app, int& exit_code);
 void add_contact_command(CLI::App& app, int& exit_code);
 void add_cut_command(CLI::App& app, int& exit_code);
+void add_import_command(CLI::App& app, int& exit_code);
 void add_info_command(CLI::App& app, int& exit_code);
 void add_limit_command(CLI::App& app, int& exit_code);
 void add_make_command(CLI::App& app, int& exit_code);

@@ -31,6 +31,24 @@ geometry::Placement placement_now(const solver::Simulation& simulation, int bloc
           .translation = origin + linear * (arm - start.linear * shape.vertex(0))};
 }
 
+/// Of the two parts of a pair that are nearest to each other.
+void update_pair_contact(const solver::Simulation& simulation, const JointedPair& pair,
+                         geometry::PairContact& nearest) {
+  const auto block = [&](int i) -> const solver::Block& {
+    return simulation.scene().blocks[static_cast<std::size_t>(pair[static_cast<std::size_t>(i)])];
+  };
+  const geometry::Placement a = placement_now(simulation, pair[0]);
+  const geometry::Placement b = placement_now(simulation, pair[1]);
+  nearest = {};
+  geometry::PairContact found;
+  for (const geometry::Shape& part : block(0).convex_parts()) {
+    for (const geometry::Shape& other : block(1).convex_parts()) {
+      geometry::update_pair_contact(geometry::Body(part, a), geometry::Body(other, b), {}, found);
+      if (nearest.points.empty() || found.nearest.gap < nearest.nearest.gap) nearest = found;
+    }
+  }
+}
+
 /// Sums over the contacts of one pair.
 class Sum {
  public:
@@ -70,7 +88,11 @@ class Sum {
   }
 
   std::optional<double> edge_stress() const {
-    if (!(joint_.area > 0)) return {};
+    constexpr double kOnePlane = 0.999;  // cosine; parts of two blocks may meet in several planes
+    const auto turned = [&](const Contact& contact) {
+      return contact.point.normal.dot(joint_.normal) < kOnePlane;
+    };
+    if (!(joint_.area > 0) || std::ranges::any_of(contacts_, turned)) return {};
     const Vector3 x = joint_.normal.unitOrthogonal(), y = joint_.normal.cross(x);
     const auto flat = [&](const Vector3& point) {
       return Eigen::Vector2d(x.dot(point - joint_.centre), y.dot(point - joint_.centre));
@@ -111,11 +133,7 @@ std::vector<Contact> parted_contacts(const solver::Simulation& simulation,
     const auto listed = std::ranges::lower_bound(contacts, pair, {}, pair_of);
     if (listed != contacts.end() && pair_of(*listed) == pair) continue;
     if (absent(pair[0]) || absent(pair[1])) continue;
-    const auto body = [&](int block) {
-      return geometry::Body(*blocks[static_cast<std::size_t>(block)].shape,
-                            placement_now(simulation, block));
-    };
-    geometry::update_pair_contact(body(pair[0]), body(pair[1]), {}, found);
+    update_pair_contact(simulation, pair, found);
     for (geometry::ContactPoint& point : found.points) {
       point.key.a = pair[0];
       point.key.b = pair[1];

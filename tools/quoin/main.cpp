@@ -66,6 +66,7 @@ int main(int argc, char** argv) {
   quoin::commands::add_info_command(app, exit_code);
   quoin::commands::add_check_command(app, exit_code);
   quoin::commands::add_cut_command(app, exit_code);
+  quoin::commands::add_import_command(app, exit_code);
   quoin::commands::add_limit_command(app, exit_code);
   quoin::commands::add_make_command(app, exit_code);
   quoin::commands::add_picture_commands(app);

@@ -96,6 +96,11 @@ void print_result(const SceneFile& file, const std::string& path, const RunResul
     if (stage.analysis == solver::Analysis::Dynamic) continue;
     std::printf("  stage %zu: %s, unbalance %.3g in %ld steps\n", s, name(stage.verdict),
                 stage.unbalance, stage.steps);
+    if (file.stages[s].ramp_to > 0)
+      std::printf("  largest load factor at rest: %g\n", stage.load_factor);
+    const auto loose =
+        std::ranges::count(result.loose, static_cast<int>(s), &scene_file::LooseBlock::stage);
+    if (loose > 0) std::printf("  %td blocks came loose\n", loose);
   }
   for (std::size_t r = 0; r < result.references.size(); ++r) {
     const scene_file::ReferenceResult& compared = result.references[r];

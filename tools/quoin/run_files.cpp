@@ -174,6 +174,11 @@ json stages_json(const SceneFile& file, const RunResult& result) {
       entry["travel_block"] =
           stage.travel_block >= 0 ? block_name(file, stage.travel_block) : json();
     }
+    if (file.stages[i].ramp_to > 0) entry["load_factor"] = stage.load_factor;
+    for (const scene_file::LooseBlock& loose : result.loose) {
+      if (loose.stage != static_cast<int>(i)) continue;
+      entry[loose.removed ? "removed" : "loose"].push_back(block_name(file, loose.block));
+    }
     list.push_back(std::move(entry));
   }
   return list;

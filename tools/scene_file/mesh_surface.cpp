@@ -11,6 +11,8 @@
 #include <numeric>
 #include <sstream>
 
+#include <quoin/geometry/build.hpp>
+
 #include "scene_file/scene_error.hpp"
 
 namespace quoin::scene_file {
@@ -252,6 +254,23 @@ void keep_used_vertices(MeshBlock& mesh) {
   mesh.vertices = geometry::Points(mesh.vertices(Eigen::all, kept));
 }
 
+MeshBlock hull_mesh(std::string id, const std::vector<std::array<double, 3>>& points) {
+  MeshBlock mesh{.id = std::move(id)};
+  try {
+    const geometry::Hull hull = geometry::make_hull(
+        Eigen::Map<const geometry::Points>(points.front().data(), 3, std::ssize(points)));
+    const geometry::Shape& shape = hull.polyhedron;
+    mesh.vertices = shape.vertices();
+    for (int f = 0; f < shape.topology().face_count(); ++f) {
+      const std::span<const int> cycle = shape.topology().face(f);
+      mesh.faces.emplace_back(cycle.begin(), cycle.end());
+    }
+  } catch (const geometry::InputError& error) {
+    throw MeshError("block " + in_quotes(mesh.id) + ": " + error.what());
+  }
+  return mesh;
+}
+
 std::string read_text(const std::string& path) {
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   const std::streamoff size = file ? static_cast<std::streamoff>(file.tellg()) : -1;
@@ -284,20 +303,29 @@ bool Lines::append_words() {
   while (!line.empty() && is_blank(line.back())) {
     line.remove_suffix(1);
   }
-  line = line.substr(0, line.find('#'));
-  const bool goes_on = !line.empty() && line.back() == '\\';
+  line = line.substr(0, line.find(comment_));
+  const bool goes_on = !line.empty() && line.back() == joint_;
   if (goes_on) {
     line.remove_suffix(1);
   }
+  const auto divides = [&](char c) {
+    return is_blank(c) || blanks_.find(c) != std::string_view::npos;
+  };
   while (!line.empty()) {
-    const auto start = std::find_if_not(line.begin(), line.end(), is_blank);
-    const auto stop = std::find_if(start, line.end(), is_blank);
+    const auto start = std::find_if_not(line.begin(), line.end(), divides);
+    const auto stop = std::find_if(start, line.end(), divides);
     if (start != stop) {
       words_.emplace_back(&*start, static_cast<std::size_t>(stop - start));
     }
     line.remove_prefix(static_cast<std::size_t>(stop - line.begin()));
   }
   return goes_on;
+}
+
+void Lines::set_marks(char comment, char joint, std::string_view blanks) {
+  comment_ = comment;
+  joint_ = joint;
+  blanks_ = blanks;
 }
 
 bool Lines::next() {
@@ -337,9 +365,6 @@ long Lines::integer(std::size_t i) const {
   return value;
 }
 
-namespace {
-
-/// Of a decimal with a point: from the first that is not 0, before an exponent. 0: a whole number.
 int significant_digits(std::string_view word) {
   word = word.substr(0, word.find_first_of("eE"));
   if (word.find('.') == std::string_view::npos) return 0;
@@ -347,8 +372,6 @@ int significant_digits(std::string_view word) {
   return static_cast<int>(
       std::count_if(word.begin(), word.end(), [](char c) { return c >= '0' && c <= '9'; }));
 }
-
-}  // namespace
 
 std::array<double, 3> Lines::place(std::size_t first) {
   if (words_.size() < first + 3) {

@@ -38,6 +38,9 @@ class Lines {
   const std::vector<std::string_view>& words() const { return words_; }
   int number() const { return number_; }                     ///< of the line that began it
   [[noreturn]] void fail(const std::string& message) const;  ///< MeshError "line N: …"
+  /// Of the words that are read from here on: the text in which comments begin with `comment`,
+  /// lines that end with `joint` go on, and characters of `blanks` divide words, too.
+  void set_marks(char comment, char joint, std::string_view blanks);
   /// Word `i` as a finite number.
   double real(std::size_t i) const;
   /// Word `i`, up to a '/', as a whole number.
@@ -54,16 +57,31 @@ class Lines {
   int number_ = 0;
   int read_ = 0;
   int digits_ = 0;
+  char comment_ = '#', joint_ = '\\';
+  std::string_view blanks_{};
 };
 
 /// A word of a file as it may stand in a message: short, without control characters.
 std::string in_quotes(std::string_view word);
 
+/// Of a decimal with a point: from the first that is not 0, before an exponent. 0: a whole number.
+int significant_digits(std::string_view word);
+
 Surface read_obj(std::string_view text);
 Surface read_stl(std::string_view text);
 Surface read_ply(std::string_view text);
 Surface read_off(std::string_view text);
+Surface read_dxf(std::string_view text);
 std::vector<MeshBlock> read_compas(std::string_view text);
+std::vector<MeshBlock> read_3dec(std::string_view text);
+/// `dof`: text of DOF.INI; may be empty.
+std::vector<MeshBlock> read_lmgc90(std::string_view text, std::string_view dof);
+std::vector<MeshBlock> read_chrono(std::string_view text);
+/// `path`: of the file, beside or above which its meshes are.
+std::vector<MeshBlock> read_rigid_ipc(std::string_view text, const std::string& path);
+
+/// The convex hull of points (file units) as a mesh. Throws MeshError naming `id` for a flat one.
+MeshBlock hull_mesh(std::string id, const std::vector<std::array<double, 3>>& points);
 
 /// Keeps the vertices that faces use; places that are the same to the bit become one vertex,
 /// corners that stand on each other one corner, and faces of fewer than three corners are left out.

@@ -28,7 +28,10 @@ std::vector<PointOutside> points_outside(const solver::Scene& scene) {
   const auto look = [&](const char* what, int b, const Vector3& point) {
     const solver::Block& block = scene.blocks[static_cast<std::size_t>(b)];
     const geometry::Box box = block.body().box();
-    const double distance = largest_distance(block.body(), point);
+    double distance = std::numeric_limits<double>::infinity();
+    for (const geometry::Shape& part : block.convex_parts()) {
+      distance = std::min(distance, largest_distance({part, block.placement}, point));
+    }
     if (distance <= kTouching * (box.max - box.min).norm()) return;
     outside.push_back({what, b, point, distance});
   };

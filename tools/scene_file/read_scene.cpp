@@ -74,6 +74,7 @@ class Reader {
     file_.scene.coordinate_rounding = document_.value("coordinate_rounding", 0.0);
     read_materials();
     read_blocks();
+    each("join", [&](const json& value, const std::string& pointer) { read_join(value, pointer); });
     set_properties();
     check_supports();
     read_joints();
@@ -218,9 +219,15 @@ class Reader {
     return document_["blocks"].is_object() ? "/blocks" : at("/blocks", entry.index);
   }
 
+  /// Block::shape and Block::parts.
+  struct Solid {
+    std::shared_ptr<const geometry::Shape> shape{};
+    std::shared_ptr<const std::vector<geometry::Shape>> parts{};
+  };
+
   /// A block's own shape and where that stands.
   struct PlacedShape {
-    std::shared_ptr<const geometry::Shape> shape;
+    Solid solid;
     geometry::Placement placement;
   };
 
@@ -233,7 +240,8 @@ class Reader {
       throw SceneError(pointer_of(entry) + (entry.value->contains("name") ? "/name" : ""),
                        "there are two blocks named " + shown(name));
     }
-    file_.scene.blocks.push_back({.shape = std::move(placed.shape),
+    file_.scene.blocks.push_back({.shape = std::move(placed.solid.shape),
+                                  .parts = std::move(placed.solid.parts),
                                   .placement = placed.placement,
                                   .material = {},
                                   .motion = {},
@@ -250,16 +258,74 @@ class Reader {
     const std::string pointer = at("/blocks", index);
     try {
       // Blocks whose shape is stated in the same words share it.
-      std::shared_ptr<const geometry::Shape>& shape = shapes_[value["shape"].dump()];
-      if (shape == nullptr) {
-        shape =
-            std::make_shared<const geometry::Shape>(topologies_.share(read_shape(value["shape"])));
-      }
-      add({shape, pose_of(value, pointer)}, value.value("name", ""),
+      const char* const key = value.contains("parts") ? "parts" : "shape";
+      Solid& known = shapes_[value[key].dump()];
+      if (known.shape == nullptr) known = stated_solid(value[key], pointer + "/" + key);
+      add({known, pose_of(value, pointer)}, value.value("name", ""),
           {.value = &value, .index = index});
     } catch (const geometry::InputError& error) {
       throw SceneError(pointer + "/shape", error.what());
     }
+  }
+
+  /// `value`: a shape, or a list of parts.
+  Solid stated_solid(const json& value, const std::string& pointer) {
+    if (!value.is_array()) {
+      return {std::make_shared<const geometry::Shape>(topologies_.share(read_shape(value)))};
+    }
+    std::vector<geometry::Shape> parts;
+    for (std::size_t i = 0; i < value.size(); ++i) {
+      try {
+        parts.push_back(topologies_.share(read_shape(value[i])));
+      } catch (const geometry::InputError& error) {
+        throw SceneError(at(pointer, i), error.what());
+      }
+    }
+    const solver::Block block = solver::compound(std::move(parts));
+    return {block.shape, block.parts};
+  }
+
+  void read_join(const json& value, const std::string& pointer) {
+    const std::vector<int> members = blocks_named(value["blocks"], pointer + "/blocks");
+    const auto first = static_cast<std::size_t>(members.front());
+    std::vector<solver::Block>& blocks = file_.scene.blocks;
+    solver::Block& whole = blocks[first];
+    const geometry::Placement frame{.translation = whole.placement.translation};
+    std::vector<geometry::Shape> parts;
+    for (const int member : members) {
+      const auto m = static_cast<std::size_t>(member);
+      if (stated_beside_shape(m) != stated_beside_shape(first)) {
+        throw SceneError(pointer + "/blocks", shown(blocks[m].name) + " differs from " +
+                                                  shown(whole.name) +
+                                                  " in more than name, shape and pose");
+      }
+      const auto& [linear, translation] = blocks[m].placement;
+      for (const geometry::Shape& part : blocks[m].convex_parts()) {
+        const geometry::Points places =
+            (linear * part.vertices()).colwise() + (translation - frame.translation);
+        parts.emplace_back(part.shared_topology(), places);
+      }
+    }
+    solver::Block joined = solver::compound(std::move(parts));
+    joined.placement = frame;
+    joined.name = value.value("name", whole.name);
+    whole = std::move(joined);
+    for (auto member = members.rbegin(); member + 1 != members.rend(); ++member) {
+      blocks.erase(blocks.begin() + *member);
+      entries_.erase(entries_.begin() + *member);
+    }
+    index_of_.clear();
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
+      if (index_of_.try_emplace(blocks[b].name, static_cast<int>(b)).second) continue;
+      throw SceneError(pointer + "/name", "there are two blocks named " + shown(blocks[b].name));
+    }
+  }
+
+  /// What the entry of a block says beside its name, shape and pose, and whether its file flags it.
+  std::pair<json, bool> stated_beside_shape(std::size_t block) const {
+    json rest = *entries_[block].value;
+    for (const char* key : {"name", "shape", "parts", "pose"}) rest.erase(key);
+    return {rest, entries_[block].is_support};
   }
 
   std::vector<BlockLabel> labels() const {
@@ -447,13 +513,13 @@ class Reader {
       file_.scene.blocks.reserve(meshes.size());
       entries_.reserve(meshes.size());
     }
-    const double tolerance = value.value("convexity_tolerance", -1.0);
     MovedHulls hulls;
-    for (const MeshBlock& mesh : meshes) {
+    for (std::size_t m = 0; m < meshes.size();) {
+      const std::span<const MeshBlock> of_block = meshes_of_block(meshes, m);
+      const MeshBlock& mesh = of_block.front();
       try {
-        auto shared = std::make_shared<const geometry::Shape>(
-            hulls.shape_of(mesh, [&] { return topologies_.share(convex_block(mesh, tolerance)); }));
-        add({std::move(shared), pose_of(value, pointer)}, mesh.id,
+        add({solid_of(value, of_block, hulls), pose_of(value, pointer)},
+            of_block.size() > 1 ? mesh.body : mesh.id,
             {.value = &value,
              .index = index,
              .file_name = mesh.name,
@@ -462,7 +528,29 @@ class Reader {
         throw SceneError(
             pointer, "block \"" + mesh.id + "\" of " + value["file"].dump() + ": " + error.what());
       }
+      m += of_block.size();
     }
+  }
+
+  /// `value`: of the block file.
+  Solid solid_of(const json& value, std::span<const MeshBlock> meshes, MovedHulls& hulls) {
+    const double tolerance = value.value("convexity_tolerance", -1.0);
+    const bool split = value.value("split", false);
+    if (meshes.size() == 1 && !split) {
+      return {std::make_shared<const geometry::Shape>(hulls.shape_of(
+          meshes[0], [&] { return topologies_.share(convex_block(meshes[0], tolerance)); }))};
+    }
+    std::vector<geometry::Shape> parts;
+    for (const MeshBlock& mesh : meshes) {
+      if (split) {
+        std::ranges::move(convex_parts(mesh), std::back_inserter(parts));
+      } else {
+        parts.push_back(convex_block(mesh, tolerance));
+      }
+    }
+    if (parts.size() == 1) return {std::make_shared<const geometry::Shape>(parts.front())};
+    const solver::Block block = solver::compound(std::move(parts));
+    return {block.shape, block.parts};
   }
 
   /// A file that flags no support would fall without a word. Who wants that says "supports": [].
@@ -739,6 +827,26 @@ class Reader {
     stage.until_moved = value.value("until_moved", 0.0);
     stage.reset_displacements = value.value("reset_displacements", false);
     if (value.contains("steps")) stage.steps = value["steps"].get<long>();
+    const std::string on_mechanism = value.value("on_mechanism", "fail");
+    stage.on_mechanism = on_mechanism == "continue" ? OnMechanism::Continue
+                         : on_mechanism == "remove" ? OnMechanism::Remove
+                                                    : OnMechanism::Fail;
+    stage.relax = value.value("relax", 0);
+    if (stage.relax > 0 && !value.contains("remove")) {
+      throw SceneError(pointer + "/relax", "needs \"remove\": whose forces are given back");
+    }
+    if (value.contains("ramp")) {
+      stage.ramp_by = value["ramp"]["by"];
+      stage.ramp_to = value["ramp"]["to"];
+    }
+    for (const char* key : {"relax", "ramp"}) {
+      if (!value.contains(key) ||
+          (!stage.steps && !(value.contains("relax") && value.contains("ramp"))))
+        continue;
+      throw SceneError(pointer, "\"" + std::string(key) +
+                                    "\" comes to rest in each part, and takes no " +
+                                    (stage.steps ? "\"steps\"" : "\"ramp\""));
+    }
     require_time_step(stage.time_step,
                       value.contains("time_step") ? pointer + "/time_step" : "/smallest_time_step");
     if (stage.analysis == solver::Analysis::Dynamic) {
@@ -1035,8 +1143,8 @@ class Reader {
   std::map<std::string, solver::Material> materials_;
   std::map<std::string, int> joint_groups_;
   std::map<std::string, int> index_of_;
-  std::map<std::string, std::shared_ptr<const geometry::Shape>> shapes_;  // by what is stated
-  std::vector<Entry> entries_;                                            ///< of each block
+  std::map<std::string, Solid> shapes_;  // by what is stated
+  std::vector<Entry> entries_;           ///< of each block
   std::vector<std::string> files_without_support_;
   mutable std::vector<std::string> records_;  ///< files of functions of time
   SharedTopologies topologies_;

@@ -10,6 +10,7 @@
 #include "scene_file/archive.hpp"
 #include "scene_file/group_value.hpp"
 #include "scene_file/not_finite.hpp"
+#include "scene_file/staged_work.hpp"
 
 namespace quoin::scene_file {
 namespace {
@@ -359,7 +360,8 @@ class Runner {
             result_.wall_seconds, result_.left_out, stage_, progress_, simulation_report_,
             dynamic_start_, time_step_, least_energy_, largest_kinetic_, least_potential_,
             largest_potential_, result_.energy_scale, result_.flags, stage_start_, moved_from_,
-            counted_from_, file_.stage_clock->start);
+            counted_from_, file_.stage_clock->start, result_.loose);
+    work_.transfer(archive);
     watch_.transfer(archive);
     for (Comparison& comparison : comparisons_) comparison.transfer(archive);
   }
@@ -379,7 +381,7 @@ class Runner {
     transfer(archive);
     solver::StepOptions options = step_options(file_.stages.at(stage_));
     options.time_step = time_step_;
-    simulation_ = Simulation(file_.scene_in(stage_), options, in);
+    simulation_ = Simulation(work_.worked(file_.scene_in(stage_)), options, in);
   }
 
   void run_stage(std::size_t index) {
@@ -401,7 +403,11 @@ class Runner {
     const Stage& stage = file_.stages[index];
     result_.stages.push_back({.analysis = stage.analysis});
     file_.stage_clock->start = simulation_.state().time;
-    if (stage.scene && !change_scene(*stage.scene)) return;
+    if (stage.relax > 0) work_.take_tractions(simulation_, *stage.scene);
+    work_.begin_stage(stage);
+    const bool changed = stage.scene || stage.ramp_to > 0.0;
+    if (changed && !change_scene(work_.worked(file_.scene_in(index)))) return;
+    work_.begin_round(simulation_.state(), 0);
     simulation_.set_options(step_options(stage));
     note_left_out();
     if (stage.analysis == Analysis::Dynamic && !dynamic_start_) begin_dynamic();
@@ -459,21 +465,60 @@ class Runner {
     while (going_) {
       const bool ended = has_ended(stage);
       if (done.verdict == solver::StaticVerdict::Mechanism && done.end != StageEnd::Moved) {
-        return fail(RunStatus::Mechanism, mechanism(done));
+        if (stage.ramp_to > 0.0) return;
+        if (stage.on_mechanism == OnMechanism::Fail) {
+          return fail(RunStatus::Mechanism, mechanism(done));
+        }
+        if (!take_loose(stage)) return;
+        continue;
       }
-      if (ended) return;
-      if (!stage.steps && done.steps >= stage.max_steps) return not_at_rest();
+      if (ended && !next_round(stage)) return;
+      if (!stage.steps && steps_of_round() >= stage.max_steps) return not_at_rest();
       step();
     }
   }
 
+  long steps_of_round() const { return result_.stages.back().steps - work_.steps_before(); }
+
+  /// After rest, the next part of a ramp or of what is given back: false, the stage is over.
+  bool next_round(const Stage& stage) {
+    StageResult& done = result_.stages.back();
+    if (done.end != StageEnd::Rest || (stage.relax == 0 && !(stage.ramp_to > 0.0))) return false;
+    if (stage.ramp_to > 0.0) done.load_factor = work_.share();
+    if (!work_.next_share(stage)) return false;
+    begin_round();
+    return true;
+  }
+
+  void begin_round() {
+    StageResult& done = result_.stages.back();
+    work_.begin_round(simulation_.state(), done.steps);
+    done.verdict = solver::StaticVerdict::Seeking;
+    done.end = StageEnd::None;
+    simulation_.set_options(step_options(file_.stages[stage_]));
+  }
+
+  /// Notes what has come loose: false, the stage ends with it.
+  bool take_loose(const Stage& stage) {
+    const std::vector<int> blocks = work_.loose(simulation_, result_.stages.back().travel_block);
+    const bool removes = stage.on_mechanism == OnMechanism::Remove;
+    for (const int block : blocks) {
+      result_.loose.push_back({static_cast<int>(stage_), block, removes});
+    }
+    if (!removes || blocks.empty()) return false;
+    work_.remove(blocks);
+    if (!change_scene(work_.worked(file_.scene_in(stage_)))) return false;
+    begin_round();
+    return true;
+  }
+
   /// A static stage is at rest by its verdict; also where its steps are over and the unbalance
   /// still falls, below its limit.
-  static bool is_at_rest(const Stage& stage, const StageResult& done) {
+  bool is_at_rest(const Stage& stage, const StageResult& done) const {
     const bool balanced = done.steps > 0 && done.unbalance <= stage.unbalance;
     if (stage.analysis == Analysis::Dynamic) return balanced;
     return done.verdict == solver::StaticVerdict::Rest ||
-           (balanced && done.steps >= stage.max_steps);
+           (balanced && steps_of_round() >= stage.max_steps);
   }
 
   /// Rest, distance and steps; notes which.
@@ -631,14 +676,25 @@ class Runner {
   }
 
   /// A block without unknowns where it stands, if it has not turned.
-  std::optional<geometry::Body> driven_body(int block) const {
-    const auto b = static_cast<std::size_t>(block);
-    const BlockState& now = simulation_.state().blocks[b];
-    if (!is_held(block) || now.rotation.vec() != Vector3::Zero()) return std::nullopt;
-    const solver::Block& start = file_.scene.blocks[b];
-    geometry::Placement placement = start.placement;
-    placement.translation += now.centroid - start_[b].centroid;
-    return geometry::Body(*start.shape, placement);
+  std::optional<geometry::Placement> driven_place(std::size_t block) const {
+    const BlockState& now = simulation_.state().blocks[block];
+    if (!is_held(static_cast<int>(block)) || now.rotation.vec() != Vector3::Zero()) return {};
+    geometry::Placement placement = file_.scene.blocks[block].placement;
+    placement.translation += now.centroid - start_[block].centroid;
+    return placement;
+  }
+
+  /// Of two blocks at these places, m.
+  static double depth(const solver::Block& x, const geometry::Placement& at_x,
+                      const solver::Block& y, const geometry::Placement& at_y) {
+    double deepest = 0.0;
+    for (const geometry::Shape& part : x.convex_parts()) {
+      for (const geometry::Shape& other : y.convex_parts()) {
+        const auto nearest = geometry::nearest_features_within({part, at_x}, {other, at_y}, 0.0);
+        if (nearest) deepest = std::max(deepest, -nearest->gap);
+      }
+    }
+    return deepest;
   }
 
   /// The deepest overlap into which a motion has driven a block with another one without unknowns:
@@ -648,18 +704,15 @@ class Runner {
     const std::vector<solver::Block>& blocks = simulation_.scene().blocks;
     for (std::size_t p = 0; p < blocks.size(); ++p) {
       if (blocks[p].kind != solver::BlockKind::Prescribed) continue;
-      const std::optional<geometry::Body> moved = driven_body(static_cast<int>(p));
+      const std::optional<geometry::Placement> moved = driven_place(p);
       for (std::size_t q = 0; moved && q < blocks.size(); ++q) {
-        const std::optional<geometry::Body> other = driven_body(static_cast<int>(q));
+        const std::optional<geometry::Placement> other = driven_place(q);
         if (q == p || !other) continue;
-        const auto depth = [](const geometry::Body& x, const geometry::Body& y) {
-          const auto nearest = geometry::nearest_features_within(x, y, 0.0);
-          return nearest ? -nearest->gap : 0.0;
-        };
-        const double now = depth(*moved, *other);
+        const solver::Block &x = blocks[p], &y = blocks[q];
+        const double now = depth(x, *moved, y, *other);
         if (!(now > 0.0)) continue;
-        const double size = std::min(moved->shape().diameter(), other->shape().diameter());
-        const double share = (now - depth(blocks[p].body(), blocks[q].body())) / size;
+        const double size = std::min(x.shape->diameter(), y.shape->diameter());
+        const double share = (now - depth(x, x.placement, y, y.placement)) / size;
         if (!(share > worst.value)) continue;
         worst.value = share;
         worst.block = static_cast<int>(std::min(p, q));
@@ -796,6 +849,7 @@ class Runner {
   Watch watch_;
   std::vector<Comparison> comparisons_;
   RunResult result_;
+  StagedWork work_;
   StepReport simulation_report_;
   std::optional<double> dynamic_start_;
   std::optional<RunStatus> stopped_;

@@ -32,6 +32,13 @@ struct StageResult {
   int travel_block = -1;  ///< that block
   bool done = false;
   StageEnd end = StageEnd::None;
+  double load_factor = 0.0;  ///< of a ramp: the largest at rest
+};
+
+/// A block that has come loose in a static stage that goes on all the same.
+struct LooseBlock {
+  int stage = 0, block = 0;
+  bool removed = false;
 };
 
 /// A flag that steps of a run raised.
@@ -47,6 +54,7 @@ struct RunResult {
   RunStatus status = RunStatus::Completed;
   std::string message{};
   std::vector<StageResult> stages{};
+  std::vector<LooseBlock> loose{};
   std::vector<ReferenceResult> references{};
   std::vector<MonitorValue> monitors{};
   solver::EnergyLedger energy_start{}, energy{};

@@ -21,6 +21,13 @@ struct StageVelocity {
   std::optional<Vector3> angular_velocity{};  ///< rad/s
 };
 
+/// What becomes of a static stage that has no equilibrium near its start.
+enum class OnMechanism : std::uint8_t {
+  Fail,
+  Continue,  ///< what has come loose is told; the stage ends
+  Remove     ///< what has come loose is taken away, until the rest comes to rest
+};
+
 /// One part of a run. It ends at the first of its stop rules; one without `steps`, `end_time` or
 /// `duration` (static, settle) at rest.
 struct Stage {
@@ -32,6 +39,9 @@ struct Stage {
   bool until_rest = false;      ///< at rest before another rule ends it, or it has failed
   double until_moved = 0.0;     ///< m: of a centroid since the start of the stage; 0: no rule
   long max_steps = 1000;        ///< static, settle until rest: at rest by then
+  OnMechanism on_mechanism = OnMechanism::Fail;
+  int relax = 0;  ///< static: parts in which removed blocks give their forces back; 0: at once
+  double ramp_to = 0.0, ramp_by = 0.0;  ///< static: factor of all loads, to its last value; 0: none
   double unbalance = 1e-6;      ///< limit of StepReport::unbalance at rest
   double time_step = 0.0;       ///< s
   solver::ContactIteration contact_iteration = solver::ContactIteration::Automatic;

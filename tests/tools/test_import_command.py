@@ -1,0 +1,120 @@
+"""`quoin import`: files of other programs as scenes; blocks of several parts; `join`.
+
+usage: test_import_command.py QUOIN SOURCE_DIR
+"""
+import csv
+import json
+import subprocess
+import sys
+import unittest
+
+from folder_test import FolderTest
+
+QUOIN = sys.argv[1]
+CORNERS = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 3), (0, 3)]  # an L in x, z
+
+
+def ell(x=0.0):
+    """OBJ of the L swept along y by 1."""
+    lines = ["o ell"] + [f"v {x + a} {y} {b}" for y in (0, 1) for a, b in CORNERS]
+    lines += ["f 1 2 3 4 5 6", "f 12 11 10 9 8 7"]
+    lines += [f"f {(i + 1) % 6 + 1} {i + 1} {i + 7} {(i + 1) % 6 + 7}" for i in range(6)]
+    return "\n".join(lines) + "\n"
+
+
+def box(low, high):
+    return {"type": "box", "min": low, "max": high}
+
+
+FLOOR = {"name": "floor", "kind": "fixed", "shape": box([-5, -5, -1], [5, 5, 0])}
+
+
+class Import(FolderTest):
+    def quoin(self, *arguments):
+        return subprocess.run([QUOIN, *map(str, arguments)], capture_output=True, text=True, timeout=120, cwd=self.folder)
+
+    def run_scene(self, scene, name="scene"):
+        (self.folder / f"{name}.json").write_text(json.dumps(scene))
+        done = self.quoin("run", f"{name}.json", "--out", name, "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with open(self.folder / name / "blocks.csv", encoding="utf-8") as file:
+            return json.loads(done.stdout), list(csv.DictReader(file))
+
+    def scene_with(self, blocks, **more):
+        return {"materials": {"stone": {"density": 2000}}, "joint": {"friction_angle_deg": 30},
+                "gravity": [0, 0, -10], "stages": [{"analysis": "static"}], "blocks": [FLOOR, *blocks], **more}
+
+    def test_an_ell_is_split_and_stands(self):
+        (self.folder / "ell.obj").write_text(ell())
+        done = self.quoin("split", "ell.obj", "--density", 2000, "--out", "split.json")
+        self.assertEqual((done.returncode, done.stderr), (0, "1 blocks (0 fixed; 1 of 2 convex parts), 4 m3\n"))
+        scene = json.loads((self.folder / "split.json").read_text())
+        self.assertEqual(len(scene["blocks"][0]["parts"]), 2)
+        scene = self.scene_with([{**scene["blocks"][0], "material": "stone"}])
+        told, rows = self.run_scene(scene)
+        self.assertAlmostEqual(told["base_reaction"][2], -80000, delta=1e-3)
+        self.assertAlmostEqual(float(rows[1]["volume"]), 4, delta=1e-12)
+        self.assertAlmostEqual(float(rows[1]["x"]), 0.75, delta=1e-9)
+        checked = self.quoin("check", "scene.json", "--json")
+        self.assertEqual(checked.returncode, 0, checked.stderr)
+        self.assertEqual(json.loads(checked.stdout)["without_support"], [])
+        self.assertEqual(self.quoin("import", "ell.obj", "--out", "split.json").returncode, 1)  # it is there
+
+    def test_parts_join_and_a_split_file_are_one_block(self):
+        (self.folder / "ell.obj").write_text(ell())
+        low, high = box([0, 0, 0], [2, 1, 1]), box([0, 0, 1], [1, 1, 3])
+        stone = {"kind": "rigid", "material": "stone"}
+        ways = {"parts": self.scene_with([{"name": "ell", **stone, "parts": [low, high]}]),
+                "join": self.scene_with([{"name": "a1", **stone, "shape": low}, {"name": "b", **stone, "shape": high}],
+                                        join=[{"blocks": ["a*", "b"], "name": "ell"}]),
+                "file": self.scene_with([{"file": "ell.obj", "split": True, **stone}])}
+        found = {name: self.run_scene(scene, name) for name, scene in ways.items()}
+        for name, (told, rows) in found.items():
+            self.assertEqual([row["name"] for row in rows], ["floor", "ell"], name)
+            for key in ("x", "z", "mass"):
+                self.assertAlmostEqual(float(rows[1][key]), float(found["parts"][1][1][key]), delta=1e-9, msg=name)
+            self.assertAlmostEqual(told["base_reaction"][2], -80000, delta=1e-3)
+
+    def test_an_interlocking_pair_holds(self):
+        """A hook on an ell, smooth: no convex stone would hang there."""
+        fixed = {"name": "ell", "kind": "fixed", "parts": [box([0, 0, 0], [3, 1, 1]), box([2, 0, 1], [3, 1, 2])]}
+        hook = {"name": "hook", "kind": "rigid", "material": "stone",
+                "parts": [box([1, 0, 1.5], [2, 1, 3]), box([2, 0, 2], [4, 1, 3]), box([3, 0, 0], [4, 1, 2])]}
+        scene = {**self.scene_with([fixed, hook]), "joint": {"friction_angle_deg": 0}}
+        scene["blocks"] = scene["blocks"][1:]
+        told, _ = self.run_scene(scene)
+        self.assertEqual(told["stages"][0]["verdict"], "rest")
+        self.assertAlmostEqual(told["base_reaction"][2], -20000 * 5.5, delta=1e-2)
+
+    def test_what_cannot_be_joined_is_told(self):
+        stones = [{"name": n, "kind": k, "material": "stone", "shape": box([i, 0, 0], [i + 1, 1, 1])}
+                  for i, (n, k) in enumerate([("a", "rigid"), ("b", "deformable")])]
+        (self.folder / "scene.json").write_text(json.dumps(self.scene_with(stones, join=[{"blocks": ["a", "b"]}])))
+        done = self.quoin("run", "scene.json")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn('/join/0/blocks: "b" differs from "a"', done.stderr)
+
+    def test_a_brick_file_becomes_a_scene(self):
+        cube = [f"{x},{y},{z}" for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+        high = [f"{x},{y},{z}" for x in (0, 1) for y in (1, 2) for z in (0, 1)]
+        (self.folder / "bricks.txt").write_text(
+            "0,1,1,1,1800, 0,0,0, 0,0,0, " + ", ".join(cube) + "\n1,0,1,1,1700, 0,0,0, 0,0,0, " + ", ".join(high) + "\n")
+        done = self.quoin("import", "bricks.txt", "--format", "chrono", "--out", "bricks.json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        told = self.quoin("run", "bricks.json", "--json")
+        self.assertEqual(told.returncode, 0, told.stderr)
+        self.assertAlmostEqual(json.loads(told.stdout)["base_reaction"][1], -1700 * 9.81, delta=1e-6)
+
+    def test_bad_files_are_told_in_one_line(self):
+        for name, text, said in (("bad.txt", "1,2,3\n", "bad.txt: line 1: a block has"),
+                                 ("bad.dxf", "0\n3DFACE\n10\n?\n", "bad.dxf: line 4"),
+                                 ("open.obj", ell().rsplit("\n", 2)[0] + "\n", "can't be split"),
+                                 ("none.xyz", "", "state one of compas")):
+            (self.folder / name).write_text(text)
+            done = self.quoin("import", name, *(["--format", "chrono"] if name == "bad.txt" else []))
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertEqual(done.stderr.count("\n"), 1)
+            self.assertIn(said, done.stderr)
+
+
+unittest.main(argv=[sys.argv[0]], verbosity=2)

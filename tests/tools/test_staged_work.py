@@ -1,0 +1,95 @@
+"""Static stages that go on after a mechanism, give forces of removed blocks back, or let loads grow.
+
+usage: test_staged_work.py QUOIN SOURCE_DIR
+"""
+import csv
+import json
+import subprocess
+import sys
+import unittest
+
+from folder_test import FolderTest
+
+QUOIN = sys.argv[1]
+
+
+def block(name, low, high, kind="rigid"):
+    return {"name": name, "kind": kind, "material": "stone", "shape": {"type": "box", "min": low, "max": high}}
+
+
+def scene(blocks, stages, **more):
+    return {"materials": {"stone": {"density": 1000, "young": 1e9}}, "joint": {"friction_angle_deg": 30},
+            "gravity": [0, 0, -10], "time_step": 0.01, "blocks": blocks, "stages": stages, "paraview": False, **more}
+
+
+GROUND = block("ground", [-9, -9, -1], [9, 9, 0], "fixed")
+
+
+class StagedWork(FolderTest):
+    def summary(self, scene, code=0):
+        (self.folder / "scene.json").write_text(json.dumps(scene))
+        done = subprocess.run([QUOIN, "run", self.folder / "scene.json", "--json", "--out", self.folder / "out"],
+                              capture_output=True, text=True, timeout=120)
+        self.assertEqual(done.returncode, code, done.stderr)
+        return json.loads(done.stdout)
+
+    def history(self, column):
+        with open(self.folder / "out" / "history.csv", encoding="utf-8") as file:
+            return [float(row[column]) for row in csv.DictReader(file)]
+
+    def roof(self, on_mechanism, *more):
+        """A stone between a wall and nothing, on a prop that is removed; another one on the ground."""
+        blocks = [GROUND, block("prop", [0, 0, 0], [1, 1, 1]), block("roof", [0, 0, 1], [1, 1, 2]),
+                  block("top", [0, 0, 2], [1, 1, 3]), block("firm", [3, 0, 0], [4, 1, 1])]
+        return scene(blocks, [{"analysis": "static"}, {"analysis": "static", "name": "round", "remove": "prop",
+                                                       **({"on_mechanism": on_mechanism} if on_mechanism else {})}, *more],
+                     monitors=[{"name": "ground", "contact": ["*", "ground"]}, {"name": "roof", "block": "roof"}])
+
+    def test_a_mechanism_ends_the_run_unless_told_else(self):
+        told = self.summary(self.roof(None), code=1)
+        self.assertEqual(told["status"], "mechanism")
+
+    def test_what_has_come_loose_is_taken_away(self):
+        told = self.summary(self.roof("remove", {"analysis": "static", "name": "after"}))
+        self.assertEqual(sorted(told["stages"][1]["removed"]), ["roof", "top"])
+        self.assertEqual([s["verdict"] for s in told["stages"]], ["rest"] * 3)
+        self.assertAlmostEqual(told["monitors"]["ground"]["force"][2], -10000, delta=1e-3)
+
+    def test_what_has_come_loose_goes_on_falling(self):
+        told = self.summary(self.roof("continue", {"analysis": "dynamic", "duration": 0.2}))
+        self.assertEqual(sorted(told["stages"][1]["loose"]), ["roof", "top"])
+        self.assertEqual(told["stages"][1]["verdict"], "mechanism")
+        self.assertEqual(told["status"], "completed")
+        self.assertAlmostEqual(told["monitors"]["roof"]["velocity"][2], -2, delta=1e-6)
+
+    def test_forces_are_given_back_in_parts(self):
+        blocks = [GROUND, *(block(f"prop{x}", [x, 0, 0], [x + 1, 1, 1]) for x in (0, 2, 4)),
+                  block("beam", [0, 0, 1], [5, 1, 2])]
+        monitors = [{"name": "ends", "contact": [["prop0", "prop4"], "beam"]}]
+        told = self.summary(scene(blocks, [{"analysis": "static"},
+                                           {"analysis": "static", "remove": "prop2", "relax": 4}], monitors=monitors))
+        self.assertGreaterEqual(told["stages"][1]["steps"], 4)
+        self.assertAlmostEqual(told["monitors"]["ends"]["force"][2], 50000, delta=1e-3)
+        ends = self.history("ends.fz")[-told["stages"][1]["steps"] - 1:]  # from the end of the first stage on
+        given, middle = [f - ends[0] for f in ends], 50000 - ends[0]
+        for part in (0.25, 0.5, 0.75, 1.0):
+            self.assertTrue(any(abs(g - part * middle) < 1e-3 for g in given), (part, given))
+
+    def test_loads_grow_until_a_block_slides(self):
+        load = {"type": "point", "block": "cube", "point": [0.5, 0.5, 0.001], "force": [1000, 0, 0]}
+        told = self.summary(scene([GROUND, block("cube", [0, 0, 0], [1, 1, 1])],
+                                  [{"analysis": "static"}, {"analysis": "static", "loads": [load],
+                                                            "ramp": {"by": 0.7, "to": 20}}]))
+        self.assertAlmostEqual(told["stages"][1]["load_factor"], 5.6, delta=1e-9)  # 10 kN tan 30 = 5.77 kN
+        self.assertEqual(told["stages"][1]["verdict"], "mechanism")
+
+    def test_what_does_not_fit_is_told(self):
+        for stage, said in (({"relax": 3}, '/stages/0/relax: needs "remove"'),
+                            ({"ramp": {"by": 1, "to": 2}, "steps": 3}, "takes no \"steps\"")):
+            (self.folder / "scene.json").write_text(json.dumps(scene([GROUND], [{"analysis": "static", **stage}])))
+            done = subprocess.run([QUOIN, "run", self.folder / "scene.json"], capture_output=True, text=True)
+            self.assertEqual(done.returncode, 2)
+            self.assertIn(said, done.stderr)
+
+
+unittest.main(argv=[sys.argv[0]], verbosity=2)
