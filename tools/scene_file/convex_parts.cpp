@@ -69,8 +69,8 @@ class Splitter {
     const double allowed = 1e-12 * volume + rounding_ * area_;
     if (std::abs(sum - volume) <= allowed) return std::move(parts_);
     std::ostringstream line;
-    line << "can't be split into convex parts: they have " << sum << " m3, its faces enclose "
-         << volume << " m3";
+    line << "can't be split into convex parts: their volumes are off its own, " << volume
+         << " m3, by " << sum - volume << " m3";
     throw geometry::InputError(line.str());
   }
 
