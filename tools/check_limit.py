@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Checks a certificate of `quoin limit --out` by itself: numpy and scipy alone, contacts worked out anew from vertices.
+"""Checks certificates of `quoin limit` and `quoin run` by itself: numpy and scipy alone, contacts anew from vertices.
 
-    tools/check_limit.py DIR [SCENE.json]    # DIR/*stands.json and DIR/*falls.json; exit code 0: what is there is proved
+    tools/check_limit.py DIR [SCENE.json]    # DIR/*stands.json, *falls.json, mechanism.json; exit code 0: all proved
 With SCENE.json also that densities, vertices, loads and joints are those of the scene (check_limit_scene.py).
 stands: forces balance weight and load of every block that moves, act where two blocks touch (or hold a held point),
-and stay within |f_t| <= mu f_n + c A, f_n >= -t A, A the contact's area.
+and stay within |f_t| <= mu f_n + C A, f_n >= -t A; A: area; C: max(c, mu t), of a run c + mu t (tools/guides/limit.md).
 falls: along the velocities no contact closes (v_n >= mu |v_t|), no held point moves, and the loads do more work than
 cohesion and tension can take. Then no forces within these limits balance the loads [Drucker, Prager & Greenberg 1952].
 """
@@ -160,14 +160,10 @@ def check_falls(document, solids, gravity):
             apart = v_n - joint["friction"] * v_t
             if not apart >= -SHORT * fastest:
                 return f"blocks {i} and {j} close by {-apart / fastest:.3g} of the largest speed", 0.0
-            rates.append(dissipation(joint, v_n, v_t, max(apart, 0.0)))
+            rates.append(joint["cohesion"] * v_t + joint["tension"] * max(apart, 0.0))
         taken += area * fan(corners, rates) if area > 0 else 0.0
     proved = power > taken * (1 + 1e-9) and power > 0
     return "" if proved else "the loads work less than the contacts can take", (power - taken) / max(power, 1e-300)
-
-def dissipation(joint, v_n, v_t, apart):
-    cut_off = joint["friction"] == 0 or joint["friction"] * joint["tension"] < joint["cohesion"]
-    return joint["cohesion"] * v_t + joint["tension"] * apart if cut_off else joint["cohesion"] * v_n / joint["friction"]
 
 def fan(corners, rates):
     """Mean of a convex rate over a polygon, from above: linear on triangles from its middle."""
@@ -179,13 +175,16 @@ def check(path, scene=None):
     document = json.loads(path.read_text(encoding="utf-8"), parse_constant=int)
     solids = {entry["index"]: Solid(entry) for entry in document["blocks"]}
     wrong = check_limit_scene.differences(document, scene, solids)[:3] if scene else []
+    for entry in document["joints"]:
+        c, apex = entry["cohesion"], entry["friction"] * entry["tension"]
+        entry["cohesion"] = c + apex if document["vary"]["what"] == "run" else max(c, apex)
     checked = {"stands": check_stands, "falls": check_falls}[document["certificate"]]
     proof, size = checked(document, solids, np.array(document["gravity"], float))
     return document["value"], "; ".join(filter(None, [*wrong, proof])), size
 
 def judge(folder, scene=None):
     values, bad, scene = {}, 0, scene and json.loads(pathlib.Path(scene).read_text(encoding="utf-8"))
-    for path in sorted([*pathlib.Path(folder).glob("*stands.json"), *pathlib.Path(folder).glob("*falls.json")]):
+    for path in sorted(p for end in ("stands", "falls", "mechanism") for p in pathlib.Path(folder).glob(f"*{end}.json")):
         try:
             value, wrong, size = check(path, scene)
         except (NotImplementedError, ValueError, KeyError, TypeError, IndexError, QhullError) as error:

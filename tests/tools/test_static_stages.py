@@ -51,6 +51,7 @@ class StaticStages(FolderTest):
             summary = json.loads(done.stdout)
             self.assertEqual((summary["stages"][0]["verdict"], done.returncode), (verdict, verdict != "rest"), push)
             self.assertLess(summary["factorizations"], most, push)
+            self.assertEqual(summary["proof"] is not None, verdict == "mechanism")
 
     def run_scene(self, scene, *arguments):
         path = self.folder / "scene.json"
@@ -61,7 +62,8 @@ class StaticStages(FolderTest):
     def test_mechanism(self):
         seen = []
         for time_step in (1e-4, 1.0):
-            done = self.run_scene(slope(19, [{"analysis": "static"}]), "--json", "--set", f"/time_step={time_step}")
+            stage = {"analysis": "static", "until_moved": 9}  # farther than a mechanism moves: steps, no proof
+            done = self.run_scene(slope(19, [stage]), "--json", "--set", f"/time_step={time_step}")
             self.assertEqual(done.returncode, 1)
             self.assertRegex(done.stderr, 'mechanism: block "block" has moved by 0\\.1')
             summary = json.loads(done.stdout)
@@ -72,6 +74,28 @@ class StaticStages(FolderTest):
             self.assertAlmostEqual(stage["unbalance"], unbalance, delta=1e-6)
             seen.append(stage)
         self.assertEqual(*seen)
+
+    def test_proof(self):
+        """What no forces hold ends before its first step, with a mechanism that another program checks."""
+        out = self.folder / "out"
+        done = self.run_scene(slope(19, [{"analysis": "static"}]), "--json", "--out", out)
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stderr, 'mechanism: no forces within friction and strength .* block "block" moves first')
+        summary = json.loads(done.stdout)
+        stage, proof = summary["stages"][0], summary["proof"]
+        self.assertEqual((summary["status"], stage["verdict"], stage["steps"], stage["unbalance"]),
+                         ("mechanism", "mechanism", 0, None))
+        self.assertGreater(proof["power"], proof["dissipation"])
+        self.assertLessEqual(proof["incompatibility"], 1e-8)
+        found = json.loads((out / "mechanism.json").read_text())
+        moving = [block for block in found["blocks"] if block["moves"]]
+        power = sum(block["density"] * g * v for block in moving for g, v in zip(found["gravity"], block["velocity"]))
+        self.assertAlmostEqual(power, proof["power"], delta=1e-9 * proof["power"])
+        gap = slope(19, [{"analysis": "static", "max_steps": 3}])
+        gap["blocks"].append({"name": "stop", "kind": "fixed", "shape": {"type": "box", "min": [1.05, -5, 0], "max": [2, 5, 1]}})
+        stopped = json.loads(self.run_scene(gap, "--json").stdout)  # 0.05 of the block away
+        self.assertEqual((stopped["status"], stopped["stages"][0]["verdict"]), ("not_at_rest", "admissible"))
+        self.assertIn("admissible", stopped["message"])
 
     def test_rest(self):
         done = self.run_scene(slope(21, [{"analysis": "static"}]))

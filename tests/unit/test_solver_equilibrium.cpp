@@ -4,6 +4,7 @@
 #include <numbers>
 #include <quoin/geometry/build.hpp>
 #include <quoin/solver/equilibrium.hpp>
+#include <quoin/solver/simulation.hpp>
 #include <string>
 
 #include "support/catch.hpp"
@@ -157,6 +158,60 @@ TEST_CASE("masonry walls have the limit loads of Ferris and Tin-Loi's set") {
     REQUIRE(above.power > above.dissipation);
     REQUIRE(above.factorizations <= 40);
   }
+}
+
+TEST_CASE("a bond hangs a block without cohesion, and bears shear by cohesion as steps do") {
+  const double weight = 2000 * 9.81;  // on 1 m2
+  const auto hung = [&](double tension, double cohesion, double push) {
+    Scene scene{.joint = {.friction_angle = 0.5, .cohesion = cohesion, .tension = tension}};
+    scene.gravity = Vector3(push * 9.81, 0, -9.81);
+    scene.add_fixed(geometry::make_box({-9, -9, 0}, {9, 9, 1}));
+    scene.add_rigid(geometry::make_box({0, 0, -1}, {1, 1, 0}), kStone);
+    return scene;
+  };
+  const auto of_steps = [](const Scene& scene) {
+    return find_equilibrium(equilibrium_problem(Simulation(scene, {}), 0.0)).verdict;
+  };
+  for (const double share : {0.99, 1.01}) {
+    const auto wanted =
+        share > 1.0 ? EquilibriumVerdict::Admissible : EquilibriumVerdict::Mechanism;
+    const Scene scene = hung(share * weight, 0.0, 0.0);
+    REQUIRE(find_equilibrium(equilibrium_problem(scene)).verdict == wanted);
+    REQUIRE(of_steps(scene) == wanted);
+  }
+  // Pushed by 0.35 of its weight: Mohr and Coulomb leave c A - mu W = 0.25 W, steps c A = 0.8 W.
+  const Scene sheared = hung(1.4 * weight, 0.8 * weight, 0.35);
+  REQUIRE(find_equilibrium(equilibrium_problem(sheared)).verdict == EquilibriumVerdict::Mechanism);
+  REQUIRE(of_steps(sheared) == EquilibriumVerdict::Admissible);
+}
+
+TEST_CASE(
+    "a mechanism is looked for by fewer factorizations where forces exist, with gaps closed") {
+  EquilibriumProblem problem = pushed(brick_wall(wall(1), 0.65), Vector3::UnitX());
+  const std::vector<EquilibriumBlock> blocks = problem.blocks;
+  for (const double factor : {0.5, 0.6, 0.645}) {
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
+      problem.blocks[b].load = blocks[b].load + factor * blocks[b].live;
+    }
+    const Equilibrium found = find_mechanism(problem), whole = find_equilibrium(problem);
+    REQUIRE(found.factorizations <= whole.factorizations);
+    if (factor > 0.642859) {
+      REQUIRE(found.verdict == EquilibriumVerdict::Mechanism);
+      REQUIRE(found.power > found.dissipation);
+    } else {
+      REQUIRE(found.verdict == EquilibriumVerdict::Undecided);
+      REQUIRE(found.factorizations <= 8);
+    }
+  }
+  Scene slope = on_ground(0.1);
+  slope.gravity = Vector3(2, 0, -9.81);
+  slope.add_rigid(geometry::make_box({0, 0, 0}, {1, 1, 1}), kStone);
+  slope.add_fixed(geometry::make_box({1.05, 0, 0}, {2, 1, 1}));
+  const Simulation simulation(slope, {});
+  REQUIRE(find_mechanism(equilibrium_problem(simulation, 0.02)).verdict ==
+          EquilibriumVerdict::Mechanism);
+  REQUIRE(find_equilibrium(equilibrium_problem(simulation, 0.1)).verdict ==
+          EquilibriumVerdict::Admissible);
 }
 
 TEST_CASE("islands, blocks without load and blocks without support are told apart") {

@@ -5,6 +5,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "scene_file/mechanism_proof.hpp"
+
 namespace quoin::limit_analysis {
 namespace {
 
@@ -68,22 +70,7 @@ class Path {
 
   /// The geometry as the run has it.
   Trial judged(const solver::Simulation& run, double value) const {
-    Trial trial{value, scene_};
-    trial.scene.initial_overlap = solver::InitialOverlap::Keep;
-    for (std::size_t b = 0; b < trial.scene.blocks.size(); ++b) {
-      solver::Block& moved = trial.scene.blocks[b];
-      const geometry::Points places = run.vertices(static_cast<int>(b));
-      std::vector<geometry::Shape> parts;
-      for (Eigen::Index first = 0; const geometry::Shape& part : moved.convex_parts()) {
-        parts.emplace_back(part.shared_topology(), places.middleCols(first, part.vertex_count()));
-        first += part.vertex_count();
-      }
-      moved.shape = std::make_shared<const geometry::Shape>(moved.shape->shared_topology(), places);
-      if (moved.parts) {
-        moved.parts = std::make_shared<const std::vector<geometry::Shape>>(std::move(parts));
-      }
-      moved.placement = {};
-    }
+    Trial trial{value, scene_file::standing_scene(run)};
     trial.scene.blocks[static_cast<std::size_t>(support_)].kind = solver::BlockKind::Fixed;
     trial.problem = solver::equilibrium_problem(trial.scene);
     trial.found = solver::find_equilibrium(trial.problem);

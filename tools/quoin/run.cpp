@@ -15,10 +15,12 @@
 #include "checkpoint.hpp"
 #include "commands.hpp"
 #include "in_range.hpp"
+#include "limit/certificate.hpp"
 #include "output_folder.hpp"
 #include "path_to_write.hpp"
 #include "processes.hpp"
 #include "run_files.hpp"
+#include "scene_file/mechanism_proof.hpp"
 #include "scene_file/peak_memory.hpp"
 #include "scene_file/points_outside.hpp"
 #include "scene_file/run_scene.hpp"
@@ -94,6 +96,10 @@ void print_result(const SceneFile& file, const std::string& path, const RunResul
   for (std::size_t s = 0; s < result.stages.size(); ++s) {
     const scene_file::StageResult& stage = result.stages[s];
     if (stage.analysis == solver::Analysis::Dynamic) continue;
+    if (std::isnan(stage.unbalance)) {
+      std::printf("  stage %zu: %s, proved before any step\n", s, name(stage.verdict));
+      continue;
+    }
     std::printf("  stage %zu: %s, unbalance %.3g in %ld steps\n", s, name(stage.verdict),
                 stage.unbalance, stage.steps);
     if (file.stages[s].ramp_to > 0)
@@ -119,10 +125,9 @@ void print_result(const SceneFile& file, const std::string& path, const RunResul
   }
 }
 
-void save_summary(OutputFolder& folder, const nlohmann::ordered_json& summary) {
-  const std::filesystem::path path = folder.file("summary.json");
+void save(const std::filesystem::path& path, const nlohmann::ordered_json& document) {
   std::ofstream stream(path);
-  stream << text(summary) << '\n';
+  stream << text(document) << '\n';
   stream.close();
   if (!stream) {
     throw scene_file::unwritable(path.string());
@@ -321,13 +326,18 @@ void check_distributed(const SceneFile& file) {
   }
 }
 
-void end_files(const nlohmann::ordered_json& report, RunStatus status, const Processes& processes,
-               Output& output) {
+void end_files(const nlohmann::ordered_json& report, const RunResult& result,
+               const Processes& processes, Output& output) {
   output.files->finish();
   processes.largest(0);  // all pieces are there
   if (!processes.is_first()) return;
-  save_summary(*output.folder, report);
-  const bool goes_on = ended_early(status) && !processes.of_mpi();
+  save(output.folder->file("summary.json"), report);
+  if (const auto& proof = result.proof) {
+    save(output.folder->file("mechanism.json"),
+         limit_analysis::certificate({0.0, proof->scene, proof->problem, 0.0, proof->found},
+                                     {.what = "run"}));
+  }
+  const bool goes_on = ended_early(result.status) && !processes.of_mpi();
   output.folder->commit(goes_on ? OutputFolder::Checkpoint::Keep : OutputFolder::Checkpoint::Drop);
 }
 
@@ -351,7 +361,7 @@ int run(RunArguments& arguments, Processes& processes) {
     result.left_out.emplace_back("ParaView files: \"paraview\" is false");
   }
   const nlohmann::ordered_json report = summary(file, arguments.request.scene, result);
-  if (output.folder) end_files(report, result.status, processes, output);
+  if (output.folder) end_files(report, result, processes, output);
   const std::vector<std::string> failed = failures(file, result);
   const int exit_code = failed.empty() ? kDone : kFailed;
   if (!processes.is_first()) return exit_code;

@@ -9,6 +9,7 @@
 #include <quoin/solver/output.hpp>
 
 #include "scene_file/archive.hpp"
+#include "scene_file/mechanism_proof.hpp"
 #include "scene_file/peak_memory.hpp"
 #include "scene_file/shown.hpp"
 
@@ -169,7 +170,7 @@ json stages_json(const SceneFile& file, const RunResult& result) {
                   {"steps", stage.steps},        {"unbalance", stage.unbalance},
                   {"ended_by", name(stage.end)}, {"done", stage.done}};
     if (stage.analysis != Analysis::Dynamic) {
-      entry["verdict"] = name(stage.verdict);
+      entry["verdict"] = stage.admissible ? "admissible" : name(stage.verdict);
       entry["travel"] = stage.travel;
       entry["travel_block"] =
           stage.travel_block >= 0 ? block_name(file, stage.travel_block) : json();
@@ -182,6 +183,16 @@ json stages_json(const SceneFile& file, const RunResult& result) {
     list.push_back(std::move(entry));
   }
   return list;
+}
+
+/// What proves that the last static stage has no equilibrium; null: nothing does.
+json proof_json(const RunResult& result) {
+  if (!result.proof) return nullptr;
+  const solver::Equilibrium& found = result.proof->found;
+  return {{"power", found.power},
+          {"dissipation", found.dissipation},
+          {"incompatibility", found.incompatibility},
+          {"factorizations", found.factorizations}};
 }
 
 json linear_json(const solver::LinearSolverCounts& counts) {
@@ -592,6 +603,7 @@ json summary(const SceneFile& file, const std::string& path, const RunResult& re
           {"options", options_json(file.options, result.threads)},
           {"blocks", blocks_json(file.scene_in(result.stages.size() - 1), result.time)},
           {"stages", stages_json(file, result)},
+          {"proof", proof_json(result)},
           {"steps", result.steps},
           {"sub_steps", total.sub_steps},
           {"unconverged_steps", result.unconverged_steps},

@@ -9,6 +9,7 @@
 
 #include "scene_file/archive.hpp"
 #include "scene_file/group_value.hpp"
+#include "scene_file/mechanism_proof.hpp"
 #include "scene_file/not_finite.hpp"
 #include "scene_file/staged_work.hpp"
 
@@ -86,8 +87,8 @@ class Watch {
       start_.rotations.push_back(Eigen::Quaterniond::Identity());
       if (moves) start_.rotations.back() = block(state, m).rotation;
       const int ground = file_.monitors[m].relative_to;
-      start_.ground_arms.emplace_back(
-          ground < 0 ? Vector3(Vector3::Zero()) : arm_at(state, ground, start_.places[m]));
+      start_.ground_arms.emplace_back(ground < 0 ? Vector3(Vector3::Zero())
+                                                 : arm_at(state, ground, start_.places[m]));
       start_.ground_rotations.push_back(Eigen::Quaterniond::Identity());
       if (ground >= 0) start_.ground_rotations.back() = of(state, ground).rotation;
     }
@@ -244,11 +245,16 @@ double energy_noise(const solver::Scene& scene) {
 
 /// A line for what the ledger of a run leaves open, and for growth that no step flags: steps gain
 /// less than they flag, and many of them more.
-void append_ledger(const SceneFile& file, const RunResult& result, std::vector<std::string>& lines) {
+void append_ledger(const SceneFile& file, const RunResult& result,
+                   std::vector<std::string>& lines) {
   const solver::EnergyLedger &start = result.energy_start, &end = result.energy;
-  const auto change = [&](double solver::EnergyLedger::* term) { return std::abs(end.*term - start.*term); };
-  const double moved = result.energy_scale + change(&solver::EnergyLedger::potential) + start.strain + end.strain + start.contact + end.contact +
-                       change(&solver::EnergyLedger::work) + change(&solver::EnergyLedger::friction_loss) +
+  const auto change = [&](double solver::EnergyLedger::*term) {
+    return std::abs(end.*term - start.*term);
+  };
+  const double moved = result.energy_scale + change(&solver::EnergyLedger::potential) +
+                       start.strain + end.strain + start.contact + end.contact +
+                       change(&solver::EnergyLedger::work) +
+                       change(&solver::EnergyLedger::friction_loss) +
                        change(&solver::EnergyLedger::algorithmic_loss);
   const double allowed = kMostGrowth * moved + energy_noise(file.scene);
   const auto append = [&](const char* what, double value) {
@@ -460,7 +466,29 @@ class Runner {
     });
   }
 
+  /// True where the stage ends by a proof that nothing near its start is an equilibrium.
+  bool falls_by_proof(const Stage& stage) {
+    StageResult& done = result_.stages.back();
+    const bool in_rounds = stage.on_mechanism != OnMechanism::Fail || stage.relax > 0 ||
+                           stage.ramp_to > 0.0;  // what the first one shows is not the end
+    if (done.steps > 0 || in_rounds || !may_be_proved(simulation_, stage)) return false;
+    result_.proof = find_mechanism(simulation_);
+    if (!result_.proof) return false;
+    done.verdict = solver::StaticVerdict::Mechanism;
+    done.unbalance = std::numeric_limits<double>::quiet_NaN();
+    done.travel_block = result_.proof->fastest();
+    std::ostringstream line;
+    line << stage_name()
+         << ": mechanism: no forces within friction and strength balance the loads: "
+         << "block " << block_name(file_, done.travel_block) << " moves first; the loads do "
+         << result_.proof->found.power << " W, contacts take " << result_.proof->found.dissipation
+         << " W";
+    fail(RunStatus::Mechanism, line.str());
+    return true;
+  }
+
   void run_static(const Stage& stage) {
+    if (falls_by_proof(stage)) return;
     const StageResult& done = result_.stages.back();
     while (going_) {
       const bool ended = has_ended(stage);
@@ -550,8 +578,19 @@ class Runner {
   void not_at_rest() {
     std::ostringstream line;
     line << stage_name() << " did not come to rest in " << result_.stages.back().steps
-         << " steps: unbalance " << simulation_report_.unbalance;
+         << " steps: unbalance " << simulation_report_.unbalance << admissible();
     fail(RunStatus::NotAtRest, line.str());
+  }
+
+  /// Of a static stage that has found no rest: whether there could be one where it ended.
+  const char* admissible() {
+    StageResult& done = result_.stages.back();
+    done.admissible =
+        may_be_proved(simulation_, file_.stages[stage_]) && is_admissible(simulation_);
+    return done.admissible
+               ? "; admissible: forces within friction balance all loads, which does not "
+                 "say that loading leads there"
+               : "";
   }
 
   /// "; contacts that fight: …", nothing where there are none.
@@ -559,8 +598,9 @@ class Runner {
     std::ostringstream line;
     const char* before = "; contacts that fight: ";
     for (const solver::FightingContact& contact : report.fighting) {
-      line << before << block_name(file_, contact.block) << " and " << block_name(file_, contact.other) << " at ("
-           << contact.place.x() << ", " << contact.place.y() << ", " << contact.place.z() << ") m";
+      line << before << block_name(file_, contact.block) << " and "
+           << block_name(file_, contact.other) << " at (" << contact.place.x() << ", "
+           << contact.place.y() << ", " << contact.place.z() << ") m";
       before = ", ";
     }
     return line.str();
@@ -576,11 +616,13 @@ class Runner {
     }
     const double overlap = report.largest_overlap;
     const auto is_prescribed = [&](int block) {
-      return simulation_.scene().blocks[static_cast<std::size_t>(block)].kind == solver::BlockKind::Prescribed;
+      return simulation_.scene().blocks[static_cast<std::size_t>(block)].kind ==
+             solver::BlockKind::Prescribed;
     };
-    const bool pressed = std::ranges::any_of(report.fighting, [&](const solver::FightingContact& c) {
-      return is_prescribed(c.block) || is_prescribed(c.other);
-    });
+    const bool pressed =
+        std::ranges::any_of(report.fighting, [&](const solver::FightingContact& c) {
+          return is_prescribed(c.block) || is_prescribed(c.other);
+        });
     if (result_.steps > 1 || pressed ||
         overlap <= std::max(kNone * smallest, file_.scene.coordinate_rounding)) {
       return "";
@@ -609,7 +651,8 @@ class Runner {
       // A stage that is shorter than that has a step all the same.
       const bool stepped = result_.stages.back().steps > 0;
       const double now = simulation_.state().time;
-      if (left <= (stepped ? 1e-6 * stage.time_step : 4 * std::numeric_limits<double>::epsilon() * now)) {
+      if (left <=
+          (stepped ? 1e-6 * stage.time_step : 4 * std::numeric_limits<double>::epsilon() * now)) {
         result_.stages.back().end = StageEnd::Time;
         if (stage.until_rest) not_at_rest();
         return;
@@ -658,7 +701,8 @@ class Runner {
 
   void note_flags(const StepReport& report) {
     for (const solver::StepFlag& flag : report.flags) note_flag(flag, report.time);
-    if (const solver::StepFlag flag = driven_overlap(); flag.value > flag.limit) note_flag(flag, report.time);
+    if (const solver::StepFlag flag = driven_overlap(); flag.value > flag.limit)
+      note_flag(flag, report.time);
   }
 
   void note_flag(const solver::StepFlag& flag, double time) {
@@ -700,7 +744,8 @@ class Runner {
   /// The deepest overlap into which a motion has driven a block with another one without unknowns:
   /// they have no contacts. Value 0: there is none.
   solver::StepFlag driven_overlap() const {
-    solver::StepFlag worst{.kind = solver::FlagKind::Overlap, .limit = kDrivenOverlap, .fails = true};
+    solver::StepFlag worst{
+        .kind = solver::FlagKind::Overlap, .limit = kDrivenOverlap, .fails = true};
     const std::vector<solver::Block>& blocks = simulation_.scene().blocks;
     for (std::size_t p = 0; p < blocks.size(); ++p) {
       if (blocks[p].kind != solver::BlockKind::Prescribed) continue;
@@ -756,7 +801,8 @@ class Runner {
     ++result_.unconverged_steps;
     fail(RunStatus::NotConverged,
          describe(report) + not_finite(simulation_.scene(), report.time, simulation_.options()) +
-             fighting(report) + rounded(report));
+             fighting(report) + rounded(report) +
+             (options_.on_failure == RunOptions::OnFailure::Stop ? admissible() : ""));
     going_ = going_ && report.status != solver::StepStatus::Diverged;  // no try to go on from
     if (going_) {
       simulation_.take_best_try();
@@ -815,7 +861,8 @@ class Runner {
     }
     if (stopped_) {
       result_.status = *stopped_;
-      const char* limit = stepped_ ? "the time limit is over" : "the time limit is over, no step has ended";
+      const char* limit =
+          stepped_ ? "the time limit is over" : "the time limit is over, no step has ended";
       result_.message = *stopped_ == RunStatus::Interrupted ? "interrupted" : limit;
     }
     result_.energy = simulation_.state().energy;
@@ -871,7 +918,8 @@ class Runner {
 
 std::vector<std::string> failures(const SceneFile& file, const RunResult& result) {
   std::vector<std::string> lines;
-  const bool ended = result.status == RunStatus::Completed || result.status == RunStatus::NotTrusted;
+  const bool ended =
+      result.status == RunStatus::Completed || result.status == RunStatus::NotTrusted;
   if (!ended) lines.push_back(result.message);
   if (result.unconverged_steps > 0) {
     lines.push_back(std::to_string(result.unconverged_steps) + " of " +

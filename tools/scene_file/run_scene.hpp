@@ -9,6 +9,8 @@
 
 namespace quoin::scene_file {
 
+struct MechanismProof;  // mechanism_proof.hpp
+
 enum class RunStatus : std::uint8_t {
   Completed,
   NotConverged,  ///< a step did not converge
@@ -28,8 +30,9 @@ struct StageResult {
   long steps = 0;
   double unbalance = 0.0;                                          ///< of the last step
   solver::StaticVerdict verdict = solver::StaticVerdict::Seeking;  ///< of the last step
-  double travel = 0.0;    ///< likewise, by the block's size
-  int travel_block = -1;  ///< that block
+  double travel = 0.0;      ///< likewise, by the block's size
+  int travel_block = -1;    ///< that block
+  bool admissible = false;  ///< it found no rest, though forces would hold it where it ended
   bool done = false;
   StageEnd end = StageEnd::None;
   double load_factor = 0.0;  ///< of a ramp: the largest at rest
@@ -55,6 +58,7 @@ struct RunResult {
   std::string message{};
   std::vector<StageResult> stages{};
   std::vector<LooseBlock> loose{};
+  std::shared_ptr<const MechanismProof> proof{};  ///< of the last stage that has one
   std::vector<ReferenceResult> references{};
   std::vector<MonitorValue> monitors{};
   solver::EnergyLedger energy_start{}, energy{};

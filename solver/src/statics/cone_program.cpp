@@ -17,6 +17,7 @@ constexpr double kProximal = 1e-8;      // of forces and blocks of size 1: small
 constexpr double kHeldProximal = 1e-4;  // of held points, which no cone's weight softens
 constexpr double kSolved = 1e-9;        // residuals, by tau
 constexpr double kCertificate = 1e-9;   // residual of a mechanism, by its power
+constexpr double kNoMechanism = 1e-6;   // kappa by tau, and residuals, where forces seem to exist
 constexpr double kRefined = 1e-2;       // of a right-hand side: directions that are worse end it
 constexpr double kToRim = 0.99;         // of the longest step
 constexpr int kRefinements = 3;
@@ -501,7 +502,9 @@ InteriorPoint::End InteriorPoint::judge(const Residuals& r) {
     best_x_ = x_ / tau_;
     best_y_ = y_ / tau_;
   }
-  return best_ < kSolved ? End::Solved : End::Going;
+  const bool seems =
+      program_.mechanism_only && worst < kNoMechanism && kappa_ < kNoMechanism * tau_;
+  return best_ < kSolved || seems ? End::Solved : End::Going;
 }
 
 InteriorPoint::Step InteriorPoint::step(const Residuals& r, const Triple& d2, double sigma,

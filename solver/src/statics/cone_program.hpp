@@ -37,8 +37,9 @@ struct ConeContact {
 struct ConeProgram {
   int slots = 0;
   std::vector<ConeContact> contacts{};
-  Eigen::VectorXd load{};  ///< -b, 6 a slot
-  Eigen::VectorXd live{};  ///< a; empty: no factor
+  Eigen::VectorXd load{};       ///< -b, 6 a slot
+  Eigen::VectorXd live{};       ///< a; empty: no factor
+  bool mechanism_only = false;  ///< it ends where forces seem to exist
 };
 
 struct ConeSolution {

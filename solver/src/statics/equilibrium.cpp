@@ -79,6 +79,8 @@ class GroupProblem {
 
   /// At `factor`; `range` > 0: how much more is borne, up to that.
   void solve(double factor, double range, Equilibrium& result);
+  /// Ends where forces seem to exist.
+  void look_for_mechanism(Equilibrium& result);
   double factor() const { return factor_; }
   /// Of combined_mechanism().
   void combine(double factor, const std::vector<Vector6>& tight, const std::vector<Vector6>& strict,
@@ -215,6 +217,11 @@ void GroupProblem::judge_velocities(const VectorXd& given, Equilibrium& result) 
   if (proves) result.verdict = EquilibriumVerdict::Mechanism;
 }
 
+void GroupProblem::look_for_mechanism(Equilibrium& result) {
+  program_.mechanism_only = true;
+  solve(0.0, 0.0, result);
+}
+
 void GroupProblem::solve(double factor, double range, Equilibrium& result) {
   fill(factor, range);
   factor_ = range > 0.0 ? 1.0 : 0.0;
@@ -292,8 +299,8 @@ std::vector<Vector6> block_loads(const CompiledScene& compiled, const State& sta
 }
 
 EquilibriumProblem equilibrium_problem(const CompiledScene& compiled, const State& state,
-                                       std::span<const geometry::ContactPoint> found,
-                                       double reach) {
+                                       std::span<const geometry::ContactPoint> found, double reach,
+                                       ShearInTension shear) {
   EquilibriumProblem problem{.origin = state.origin};
   const std::vector<Vector6> loads = block_loads(compiled, state);
   for (std::size_t b = 0; b < compiled.models.size(); ++b) {
@@ -309,9 +316,12 @@ EquilibriumProblem equilibrium_problem(const CompiledScene& compiled, const Stat
     const double touching = std::max(kTouching * size, compiled.scene.coordinate_rounding);
     if (point.gap > std::max(reach, touching)) continue;
     const JointStrength bears = strength(joint_between(compiled.scene, a, b), Contact{});
+    const double apex = bears.friction * bears.tension;
+    const double cohesion =
+        shear == ShearInTension::Cohesion ? bears.cohesion + apex : std::max(bears.cohesion, apex);
     const Vector3 middle = 0.5 * (place(a, point.point_a) + place(b, point.point_b));
     problem.contacts.push_back({a, b, middle, point.normal, point.gap, bears.friction,
-                                bears.cohesion * point.area, bears.tension * point.area});
+                                cohesion * point.area, bears.tension * point.area});
   }
   for (const HeldPoint& held : compiled.held) {
     const Vector3 at = local_point(state, held.block, held.arm);
@@ -336,6 +346,18 @@ Equilibrium find_equilibrium(const EquilibriumProblem& problem, double factor) {
   }
   result.verdict = verdict;
   result.factor = factor;
+  return result;
+}
+
+Equilibrium find_mechanism(const EquilibriumProblem& problem) {
+  Equilibrium result = empty_result(problem);
+  std::vector<int> slots;
+  for (const Group& group : groups_of(problem, slots)) {
+    GroupProblem(problem, group, slots).look_for_mechanism(result);
+    ++result.islands;
+    if (result.verdict == EquilibriumVerdict::Mechanism) return result;
+  }
+  result.verdict = EquilibriumVerdict::Undecided;
   return result;
 }
 

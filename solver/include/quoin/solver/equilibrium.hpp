@@ -4,6 +4,8 @@
 ///
 /// At each contact the forces that are *admissible* (f_n compression, f_t in the contact plane):
 ///   |f_t| <= mu f_n + C,   f_n >= -T                  (Mohr–Coulomb with tension cut-off)
+/// with T of the tensile strength, and C of cohesion, or mu T where that is more: the least cone
+/// that reaches T.
 /// A *mechanism* is a velocity of every block along which each contact opens at least as dilatancy
 /// wants (v_n >= mu |v_t| with f = 0 at its apex) and the loads do more work than the contacts can
 /// dissipate. Theorem: it exists exactly where no admissible forces balance the loads (Farkas).
@@ -23,7 +25,7 @@ struct EquilibriumContact {
   Vector3 normal = Vector3::UnitX();  ///< unit, from a to b
   double gap = 0.0;                   ///< m; negative: overlap
   double friction = 0.0;              ///< mu
-  double cohesion = 0.0;              ///< C, N
+  double cohesion = 0.0;              ///< C, N, as above
   double tension = 0.0;               ///< T, N
   bool held = false;                  ///< by any force
   bool guided = false;                ///< held, by any force along the normal, of either sign
@@ -48,6 +50,14 @@ struct EquilibriumProblem {
 /// Scene::coordinate_rounding), loads and held points. Absent blocks are left out. Throws
 /// InputError as Simulation does.
 EquilibriumProblem equilibrium_problem(const Scene& scene, double reach = 0.0);
+
+class Simulation;
+
+/// Likewise of blocks where they stand now, with as large a set of forces as steps from there could
+/// come to: contact points count if moving both blocks by `share` (>= 0) of their sizes can close
+/// them, and C is that of cohesion + mu T, so that the set holds those of steps, in which cohesion
+/// bears shear in tension, too. A mechanism proves that no equilibrium is near.
+EquilibriumProblem equilibrium_problem(const Simulation& simulation, double share);
 
 /// Weight and loads of the scene at time 0, by block: force, N, and moment about its centroid, N m.
 std::vector<Vector6> block_loads(const Scene& scene);
@@ -88,6 +98,10 @@ struct Equilibrium {
 /// Whether admissible forces balance load + factor × live. Islands (blocks that contacts join) are
 /// solved apart; unloaded ones stand without forces. Throws nothing but std::bad_alloc.
 Equilibrium find_equilibrium(const EquilibriumProblem& problem, double factor = 0.0);
+
+/// As find_equilibrium(), which of an admissible problem costs less: it ends Undecided as soon as
+/// forces seem to exist.
+Equilibrium find_mechanism(const EquilibriumProblem& problem);
 
 /// Largest factor in [0, largest] with admissible forces: a convex problem, no bisection. `forces`
 /// hold it, `velocities` are the mechanism at it. Mechanism: load alone is not borne.

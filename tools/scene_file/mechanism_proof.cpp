@@ -1,0 +1,65 @@
+#include "scene_file/mechanism_proof.hpp"
+
+#include <algorithm>
+
+namespace quoin::scene_file {
+namespace {
+
+constexpr double kNear = 0.1;  // of a block: steps call a mechanism what leaves that
+
+}  // namespace
+
+solver::Scene standing_scene(const solver::Simulation& run) {
+  solver::Scene scene = run.scene();
+  scene.initial_overlap = solver::InitialOverlap::Keep;
+  scene.gravity = solver::Vector3(scene.gravity.at(run.state().time));
+  for (std::size_t b = 0; b < scene.blocks.size(); ++b) {
+    solver::Block& block = scene.blocks[b];
+    const geometry::Points vertices = run.vertices(static_cast<int>(b));
+    const auto at = [&](const geometry::Shape& shape, int first) {
+      return geometry::Shape(shape.shared_topology(),
+                             vertices.middleCols(first, shape.vertex_count()));
+    };
+    if (block.parts) {  // their vertices are those of the whole, one after the other
+      std::vector<geometry::Shape> parts;
+      for (int first = 0; const geometry::Shape& part : *block.parts) {
+        parts.push_back(at(part, first));
+        first += part.vertex_count();
+      }
+      block.parts = std::make_shared<const std::vector<geometry::Shape>>(std::move(parts));
+    }
+    block.shape = std::make_shared<const geometry::Shape>(at(*block.shape, 0));
+    block.placement = {};
+  }
+  return scene;
+}
+
+int MechanismProof::fastest() const {
+  const auto speed = [](const solver::Vector6& v) { return v.head<3>().norm(); };
+  return static_cast<int>(std::ranges::max_element(found.velocities, {}, speed) -
+                          found.velocities.begin());
+}
+
+bool may_be_proved(const solver::Simulation& run, const Stage& stage) {
+  const auto is_spring = [](const solver::Joint& joint) { return joint.normal_stiffness > 0.0; };
+  const solver::Scene& scene = run.scene();
+  return stage.analysis == solver::Analysis::Static && !(stage.until_moved > 0.0) &&
+         run.options().method == solver::ContactMethod::AugmentedLagrangian &&
+         !run.options().distributed_solver && !is_spring(scene.joint) &&
+         std::ranges::none_of(scene.pair_joints, is_spring, &solver::PairJoint::joint);
+}
+
+std::shared_ptr<const MechanismProof> find_mechanism(const solver::Simulation& run) {
+  solver::EquilibriumProblem problem = solver::equilibrium_problem(run, kNear);
+  solver::Equilibrium found = solver::find_mechanism(problem);
+  if (found.verdict != solver::EquilibriumVerdict::Mechanism) return nullptr;
+  return std::make_shared<const MechanismProof>(standing_scene(run), std::move(problem),
+                                                std::move(found));
+}
+
+bool is_admissible(const solver::Simulation& run) {
+  const auto problem = solver::equilibrium_problem(run, kNear);
+  return solver::find_equilibrium(problem).verdict == solver::EquilibriumVerdict::Admissible;
+}
+
+}  // namespace quoin::scene_file
