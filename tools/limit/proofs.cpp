@@ -9,8 +9,6 @@ namespace {
 // Of the limit: mechanisms so far above it open contacts widely, the nearer ones work harder.
 constexpr double kFar[] = {0.5, 0.05, 0.005};
 
-constexpr double kWider = 1.25;
-
 /// An undecided one is tried again with the velocities of a mechanism far from the limit.
 bool keep(Trial trial, Limit& limit) {
   if (trial.found.verdict == EquilibriumVerdict::Undecided && !limit.strict.empty()) {
@@ -31,17 +29,23 @@ double apart(const Limit& limit, double range) {
   return std::abs(high - low) / std::max({std::abs(low), std::abs(high), 1e-3 * range});
 }
 
-/// Nearer to the limit by velocities that work harder, as those of the convex problem do.
-void tighten(const std::vector<Vector6>& tight, double convex, double width, Limit& limit) {
-  const double farthest = limit.falls->value - convex;
-  for (; width < farthest; width *= kWider) {
-    Trial trial = *limit.falls;
-    trial.factor += convex + width - trial.value;
-    trial.value = convex + width;
-    trial.found = solver::combined_mechanism(trial.problem, trial.factor, tight, limit.strict);
+/// Falls at the least value that mechanisms of the convex problem prove, with help of those of
+/// larger values.
+void prove_fall(const std::function<Trial(double)>& at, const Equilibrium& largest, double from,
+                double size, Limit& limit) {
+  for (const double far : kFar) {
+    Trial trial = at(limit.convex + far * size);
     if (trial.found.verdict != EquilibriumVerdict::Mechanism) continue;
-    *limit.falls = std::move(trial);
-    return;
+    const std::vector<Vector6> strict = trial.found.velocities;
+    for (const auto& tight : {largest.velocities, strict}) {
+      Equilibrium found = solver::least_falling_factor(trial.problem, tight, strict);
+      if (found.verdict != EquilibriumVerdict::Mechanism) continue;
+      if (limit.falls && limit.falls->factor <= found.factor) continue;
+      trial.value = from + found.factor;
+      trial.factor = found.factor;
+      trial.found = std::move(found);
+      limit.falls = std::make_unique<Trial>(trial);
+    }
   }
 }
 
@@ -57,22 +61,24 @@ Limit prove_factor(const std::function<Trial(double)>& at, const Equilibrium& la
   }
   limit.convex = from + largest.factor;
   const double range = to - from, size = std::max(std::abs(limit.convex), 1e-3 * range);
-  const double least = 0.49 * tolerance * size;
-  Trial near = at(limit.convex + least);
-  const std::vector<Vector6> tight = near.found.velocities;
-  if (!keep(std::move(near), limit)) {
-    for (const double far : kFar) {
-      Trial trial = at(limit.convex + far * size);
-      if (trial.found.verdict != EquilibriumVerdict::Mechanism) continue;
-      limit.strict = trial.found.velocities;
-      if (!limit.falls || trial.value < limit.falls->value) keep(std::move(trial), limit);
-      tighten(largest.velocities, limit.convex, least, limit);
-      tighten(tight, limit.convex, least, limit);
-    }
+  prove_fall(at, largest, from, size, limit);
+  if (!limit.falls) keep(at(limit.convex + 0.49 * tolerance * size), limit);
+  const double top = limit.falls ? limit.falls->value : limit.convex;
+  const bool borne = largest.verdict == EquilibriumVerdict::Admissible;
+  if (limit.falls && borne && largest.islands == 1) {  // of more islands it knows one's forces
+    limit.stands = std::make_unique<Trial>(*limit.falls);
+    limit.stands->value = limit.convex;
+    limit.stands->factor = largest.factor;
+    limit.stands->found = largest;
   }
-  double width = 0.1 * least;  // forces are found nearer to the limit than mechanisms
-  for (int i = 0; i < 7 && !limit.stands; ++i, width *= 10.0) {
-    keep(at(std::max(from, limit.convex - width)), limit);
+  const auto is_wide = [&] { return !limit.falls || apart(limit, range) > tolerance; };
+  double width = 0.03 * tolerance * size;  // forces are found nearer to the limit than mechanisms
+  for (int i = 0; i < 14 && (!limit.stands || is_wide()); ++i, width *= 3.0) {
+    const double value = std::max(from, top - width);
+    if (!limit.stands || value > limit.stands->value) keep(at(value), limit);
+  }
+  if (limit.stands && limit.falls) {
+    limit.convex = std::clamp(limit.convex, limit.stands->value, limit.falls->value);
   }
   if (limit.stands && limit.falls && apart(limit, range) > tolerance) {
     limit.why = "nearer to the limit neither is proved";

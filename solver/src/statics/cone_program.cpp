@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 
 #include "base/index.hpp"
+#include "statics/balance_matrix.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -95,11 +95,6 @@ double longest(double v, double d) { return d < 0.0 ? -v / d : kInfinite; }
 
 double largest(const VectorXd& v) { return v.size() > 0 ? v.lpNorm<Eigen::Infinity>() : 0.0; }
 
-Slots slots_of(int count) {
-  const auto n = static_cast<std::size_t>(count);
-  return make_slots(std::vector<int>(n, 6), std::vector<double>(n, 1.0));
-}
-
 /// A direction, or a right-hand side, of x (with lambda), y and z.
 struct Triple {
   VectorXd x, y, z;
@@ -131,7 +126,6 @@ class InteriorPoint {
   bool with_factor() const { return program_.live.size() > 0; }
   Eigen::Index lambda() const { return 3 * std::ssize(program_.contacts); }
   void add_cones();
-  void add_pairs();
   VectorXd loads(const VectorXd& x) const;               ///< A x + lambda a
   VectorXd motions(const VectorXd& y) const;             ///< (A'y | a'y)
   VectorXd rows(const VectorXd& x) const;                ///< G x
@@ -141,7 +135,7 @@ class InteriorPoint {
   VectorXd multiplied(const VectorXd& u, const VectorXd& v) const;
   double longest_step(const VectorXd& v, const VectorXd& d) const;
   void set_scalings();
-  Matrix3 inverse(std::size_t contact, double& row_weight) const;
+  Matrix3 inverse(std::size_t contact) const;
   bool factorize();
   VectorXd solve_balance(const VectorXd& right);  ///< S⁻¹, bordered by lambda
   VectorXd forward(const VectorXd& q) const;      ///< D⁻¹ q
@@ -159,10 +153,7 @@ class InteriorPoint {
   void polish();
 
   const ConeProgram& program_;
-  Slots slots_;
-  Multifrontal elimination_;
-  BlockSystem system_;
-  std::vector<int> pair_of_contact_;
+  BalanceMatrix matrix_;
   std::vector<Cone> cones_;
   std::vector<int> round_of_, row_of_;  ///< by contact: cone, -1: none
   VectorXd b_, c_, h_, e_, proximal_;   ///< the last: of x
@@ -176,10 +167,8 @@ class InteriorPoint {
   int factorizations_ = 0;
 };
 
-InteriorPoint::InteriorPoint(const ConeProgram& program)
-    : program_(program), slots_(slots_of(program.slots)), elimination_(slots_) {
+InteriorPoint::InteriorPoint(const ConeProgram& program) : program_(program), matrix_(program) {
   add_cones();
-  add_pairs();
   b_ = -program.load;
   x_ = c_ = VectorXd::Zero(lambda() + (with_factor() ? 1 : 0));
   y_ = VectorXd::Zero(6 * program.slots);
@@ -228,41 +217,17 @@ void InteriorPoint::add_cones() {
   e_ = Eigen::Map<VectorXd>(units.data(), row);
 }
 
-void InteriorPoint::add_pairs() {
-  std::map<std::pair<int, int>, int> places;
-  for (const ConeContact& c : program_.contacts) {
-    if (c.a >= 0 && c.b >= 0) places.emplace(std::minmax(c.a, c.b), 0);
-  }
-  for (auto& [pair, place] : places) {
-    place = static_cast<int>(std::ssize(system_.pairs));
-    system_.pairs.push_back(pair);
-  }
-  for (const ConeContact& c : program_.contacts) {
-    pair_of_contact_.push_back(c.a >= 0 && c.b >= 0 ? places.at(std::minmax(c.a, c.b)) : -1);
-  }
-  system_.diagonal.resize(index(program_.slots), 6);
-  system_.off_diagonal.resize(system_.pairs.size(), 6);
-}
-
 VectorXd InteriorPoint::loads(const VectorXd& x) const {
-  VectorXd sum = VectorXd::Zero(6 * program_.slots);
-  for (Eigen::Index i = 0; i < std::ssize(program_.contacts); ++i) {
-    const ConeContact& c = program_.contacts[static_cast<std::size_t>(i)];
-    if (c.a >= 0) sum.segment<6>(6 * c.a) += c.map_a * x.segment<3>(3 * i);
-    if (c.b >= 0) sum.segment<6>(6 * c.b) += c.map_b * x.segment<3>(3 * i);
-  }
+  VectorXd sum = matrix_.loads(x);
   if (with_factor()) sum += x[lambda()] * program_.live;
   return sum;
 }
 
 VectorXd InteriorPoint::motions(const VectorXd& y) const {
-  VectorXd result = VectorXd::Zero(x_.size());
-  for (Eigen::Index i = 0; i < std::ssize(program_.contacts); ++i) {
-    const ConeContact& c = program_.contacts[static_cast<std::size_t>(i)];
-    if (c.a >= 0) result.segment<3>(3 * i) += c.map_a.transpose() * y.segment<6>(6 * c.a);
-    if (c.b >= 0) result.segment<3>(3 * i) += c.map_b.transpose() * y.segment<6>(6 * c.b);
-  }
-  if (with_factor()) result[lambda()] = program_.live.dot(y);
+  VectorXd result = matrix_.motions(y);
+  if (!with_factor()) return result;
+  result.conservativeResize(x_.size());
+  result[lambda()] = program_.live.dot(y);
   return result;
 }
 
@@ -361,13 +326,11 @@ void InteriorPoint::set_scalings() {
 
 /// D⁻¹ = (delta + G'W⁻²G)⁻¹ of a contact. With U = G⁻¹W it is U (I + U'M U)⁻¹ U', which loses no
 /// digits where the force is at the rim.
-Matrix3 InteriorPoint::inverse(std::size_t contact, double& row_weight) const {
+Matrix3 InteriorPoint::inverse(std::size_t contact) const {
   const ConeContact& c = program_.contacts[contact];
   Matrix3 rest = (c.held ? kHeldProximal : kProximal) * Matrix3::Identity();
-  row_weight = 0.0;
   if (const int k = row_of_[contact]; k >= 0) {
-    row_weight = z_[cones_[index(k)].row] / s_[cones_[index(k)].row];
-    rest(0, 0) += row_weight;
+    rest(0, 0) += z_[cones_[index(k)].row] / s_[cones_[index(k)].row];
   }
   const int round = round_of_[contact];
   if (round < 0) {
@@ -391,24 +354,9 @@ Matrix3 InteriorPoint::inverse(std::size_t contact, double& row_weight) const {
 }
 
 bool InteriorPoint::factorize() {
-  system_.diagonal.set_zero();
-  system_.off_diagonal.set_zero();
-  for (int slot = 0; slot < program_.slots; ++slot) {
-    system_.diagonal[index(slot)].diagonal().array() += kProximal;
-  }
-  for (std::size_t i = 0; i < program_.contacts.size(); ++i) {
-    const ConeContact& c = program_.contacts[i];
-    double weight = 0.0;
-    inverse_[i] = inverse(i, weight);
-    const Matrix6x3 by_a = c.map_a * inverse_[i], by_b = c.map_b * inverse_[i];
-    if (c.a >= 0) system_.diagonal[index(c.a)] += by_a * c.map_a.transpose();
-    if (c.b >= 0) system_.diagonal[index(c.b)] += by_b * c.map_b.transpose();
-    if (pair_of_contact_[i] < 0) continue;
-    system_.off_diagonal[index(pair_of_contact_[i])] +=
-        c.a < c.b ? by_a * c.map_b.transpose() : by_b * c.map_a.transpose();
-  }
+  for (std::size_t i = 0; i < inverse_.size(); ++i) inverse_[i] = inverse(i);
   ++factorizations_;
-  if (!elimination_.factorize(system_)) return false;
+  if (!matrix_.factorize(inverse_, kProximal)) return false;
   if (!with_factor()) return true;
   double diagonal = kProximal;
   for (const Cone& cone : cones_) {
@@ -421,15 +369,7 @@ bool InteriorPoint::factorize() {
 }
 
 VectorXd InteriorPoint::solve_balance(const VectorXd& right) {
-  BlockVector load(index(program_.slots), Vector12::Zero()), solution = load;
-  for (int slot = 0; slot < program_.slots; ++slot) {
-    load[index(slot)].head<6>() = right.segment<6>(6 * slot);
-  }
-  elimination_.solve(load, solution);
-  VectorXd result(right.size());
-  for (int slot = 0; slot < program_.slots; ++slot) {
-    result.segment<6>(6 * slot) = solution[index(slot)].head<6>();
-  }
+  VectorXd result = matrix_.solve(right);
   if (inverse_factor_ > 0.0) result -= inverse_factor_ * program_.live.dot(result) * border_;
   return result;
 }

@@ -7,6 +7,7 @@
 #include "base/index.hpp"
 #include "contact/contact_history.hpp"
 #include "contact/joint_law.hpp"
+#include "statics/compatible_motion.hpp"
 #include "statics/cone_program.hpp"
 
 namespace quoin::solver {
@@ -16,7 +17,8 @@ using Eigen::VectorXd;
 
 constexpr double kTouching = 1e-6;  // of the smaller block
 constexpr int kMostIterations = 150;
-constexpr double kLeastPart = 1e-12;    // of a strict mechanism that is added to a tight one
+constexpr double kLeastPart = 1e-13;  // of a strict mechanism that is added to a tight one
+constexpr double kNears[] = {1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3};  // of compatible_motion()
 constexpr double kFewOfLargest = 0.05;  // a factor this far below the largest one is solved again
 
 Matrix3 contact_frame(const Vector3& normal) {
@@ -71,6 +73,17 @@ std::vector<Group> groups_of(const EquilibriumProblem& problem, std::vector<int>
   return groups;
 }
 
+/// Velocity fields that are combined.
+struct MechanismPair {
+  const std::vector<Vector6>&tight, &strict;
+};
+
+/// What contacts make of a motion.
+struct Along {
+  double dissipation = 0.0;
+  double short_of = 0.0, short_sum = 0.0;  ///< of v_n >= mu |v_t|
+};
+
 /// One group in numbers of size 1: forces by `force`, moments and turns by the blocks' sizes.
 class GroupProblem {
  public:
@@ -82,9 +95,9 @@ class GroupProblem {
   /// Ends where forces seem to exist.
   void look_for_mechanism(Equilibrium& result);
   double factor() const { return factor_; }
-  /// Of combined_mechanism().
-  void combine(double factor, const std::vector<Vector6>& tight, const std::vector<Vector6>& strict,
-               Equilibrium& result);
+  /// Of combined_mechanism(), and of least_falling_factor().
+  void combine(double factor, const MechanismPair& pair, Equilibrium& result);
+  void combine_least(const MechanismPair& pair, Equilibrium& result);
 
  private:
   VectorXd scaled_velocities(const std::vector<Vector6>& velocities) const;
@@ -92,6 +105,8 @@ class GroupProblem {
   ConeContact cone_contact(const EquilibriumContact& contact) const;
   void fill(double factor, double range);
   void judge_forces(const VectorXd& forces, Equilibrium& result) const;
+  Along along(const VectorXd& y) const;
+  std::vector<VectorXd> sums(const MechanismPair& pair) const;
   void judge_velocities(const VectorXd& velocities, Equilibrium& result) const;
 
   const EquilibriumProblem& problem_;
@@ -181,13 +196,10 @@ void GroupProblem::judge_forces(const VectorXd& forces, Equilibrium& result) con
   result.unbalance = std::max(result.unbalance, left.lpNorm<Eigen::Infinity>());
 }
 
-/// Velocities by the blocks' sizes. A contact dissipates at most C |v_t| + T (v_n - mu |v_t|),
-/// where the cut-off decides, else C v_n / mu.
-void GroupProblem::judge_velocities(const VectorXd& given, Equilibrium& result) const {
-  const double fastest = given.lpNorm<Eigen::Infinity>();
-  if (!(fastest > 0.0)) return;
-  const VectorXd y = given / fastest;
-  double dissipation = 0.0, short_of = 0.0, short_sum = 0.0;
+/// A contact dissipates at most C |v_t| + T (v_n - mu |v_t|), where the cut-off decides, else
+/// C v_n / mu.
+Along GroupProblem::along(const VectorXd& y) const {
+  Along result;
   for (const ConeContact& c : program_.contacts) {
     Vector3 v = Vector3::Zero();
     if (c.a >= 0) v += c.map_a.transpose() * y.segment<6>(6 * c.a);
@@ -195,25 +207,35 @@ void GroupProblem::judge_velocities(const VectorXd& given, Equilibrium& result) 
     const double slip = c.has_cone() ? v.tail<2>().norm() : 0.0;
     const double apart = v[0] - c.friction * slip;
     const double lacking = c.held ? v.norm() : std::max(0.0, -apart);
-    short_of = std::max(short_of, lacking);
-    short_sum += lacking;
+    result.short_of = std::max(result.short_of, lacking);
+    result.short_sum += lacking;
     if (c.held) continue;
-    dissipation += c.has_cut_off() ? c.cohesion * slip + c.tension * std::max(0.0, apart)
-                                   : c.cohesion * std::max(0.0, v[0]) / c.friction;
+    result.dissipation += c.has_cut_off() ? c.cohesion * slip + c.tension * std::max(0.0, apart)
+                                          : c.cohesion * std::max(0.0, v[0]) / c.friction;
   }
+  return result;
+}
+
+/// Velocities by the blocks' sizes.
+void GroupProblem::judge_velocities(const VectorXd& given, Equilibrium& result) const {
+  const double fastest = given.lpNorm<Eigen::Infinity>();
+  if (!(fastest > 0.0)) return;
+  const VectorXd y = given / fastest;
+  const Along contacts = along(y);
   const double power =
       program_.load.dot(y) + (program_.live.size() > 0 ? factor_ * program_.live.dot(y) : 0.0);
-  result.incompatibility = std::max(result.incompatibility, short_of);
+  result.incompatibility = std::max(result.incompatibility, contacts.short_of);
   result.power += force_ * power;
-  result.dissipation += force_ * dissipation;
+  result.dissipation += force_ * contacts.dissipation;
   for (std::size_t s = 0; s < group_.blocks.size(); ++s) {
     Vector6& velocity = result.velocities[index(group_.blocks[s])];
     velocity = y.segment<6>(6 * static_cast<Eigen::Index>(s));
     velocity.tail<3>() /= problem_.blocks[index(group_.blocks[s])].size;
   }
-  const double excess = power - dissipation;
-  const bool proves = short_of <= Equilibrium::kBalanced && excess > Equilibrium::kBalanced &&
-                      excess > Equilibrium::kLargestForces * short_sum;
+  const double excess = power - contacts.dissipation;
+  const bool proves = contacts.short_of <= Equilibrium::kBalanced &&
+                      excess > Equilibrium::kBalanced &&
+                      excess > Equilibrium::kLargestForces * contacts.short_sum;
   if (proves) result.verdict = EquilibriumVerdict::Mechanism;
 }
 
@@ -252,19 +274,52 @@ VectorXd GroupProblem::scaled_velocities(const std::vector<Vector6>& velocities)
   return fastest > 0.0 ? VectorXd(result / fastest) : result;
 }
 
-void GroupProblem::combine(double factor, const std::vector<Vector6>& tight,
-                           const std::vector<Vector6>& strict, Equilibrium& result) {
+/// The tight one as it is and made compatible, each with so little of the strict one that no
+/// contact closes, the largest of size 1.
+std::vector<VectorXd> GroupProblem::sums(const MechanismPair& pair) const {
+  const VectorXd one = scaled_velocities(pair.tight), other = scaled_velocities(pair.strict);
+  std::vector<VectorXd> tights{one}, result;
+  for (const double near : kNears) tights.push_back(compatible_motion(program_, one, near));
+  for (const VectorXd& tight : tights) {
+    for (double part = kLeastPart; part <= 1.0; part *= 4.0) {
+      VectorXd sum = tight + part * other;
+      sum /= std::max(sum.lpNorm<Eigen::Infinity>(), 1e-300);
+      if (along(sum).short_sum * Equilibrium::kLargestForces > Equilibrium::kBalanced) continue;
+      result.push_back(std::move(sum));
+      break;
+    }
+  }
+  return result;
+}
+
+void GroupProblem::combine(double factor, const MechanismPair& pair, Equilibrium& result) {
   fill(factor, 0.0);
   factor_ = factor;
   if (!(force_ > 0.0)) return;
-  const VectorXd one = scaled_velocities(tight), other = scaled_velocities(strict);
-  for (double part = kLeastPart; part <= 1.0; part *= 4.0) {
-    Equilibrium trial = result;
-    judge_velocities(one + part * other, trial);
-    if (trial.verdict != EquilibriumVerdict::Mechanism) continue;
-    result = std::move(trial);
-    return;
-  }
+  const auto excess = [&](const VectorXd& y) {
+    return program_.load.dot(y) - along(y).dissipation;
+  };
+  const std::vector<VectorXd> all = sums(pair);
+  const auto best = std::ranges::max_element(all, {}, excess);
+  if (best != all.end()) judge_velocities(*best, result);
+}
+
+/// The factor where a sum does just what contacts take, and a hair more.
+void GroupProblem::combine_least(const MechanismPair& pair, Equilibrium& result) {
+  fill(0.0, 1.0);
+  if (!(force_ > 0.0)) return;
+  const auto least = [&](const VectorXd& y) {
+    const double live = program_.live.dot(y);
+    if (!(live > 0.0)) return kInfinite;
+    const double factor = (along(y).dissipation - program_.load.dot(y)) / live;
+    return factor + 2.0 * Equilibrium::kBalanced * (1.0 + std::abs(factor)) / live;
+  };
+  const std::vector<VectorXd> all = sums(pair);
+  const auto best = std::ranges::min_element(all, {}, least);
+  if (best == all.end() || !(least(*best) < kInfinite)) return;
+  factor_ = result.factor = least(*best);
+  fill(factor_, 0.0);
+  judge_velocities(*best, result);
 }
 
 Equilibrium empty_result(const EquilibriumProblem& problem) {
@@ -361,18 +416,45 @@ Equilibrium find_mechanism(const EquilibriumProblem& problem) {
   return result;
 }
 
+namespace {
+
+/// Of the first group, or of that with the least factor, that one of the combinations proves.
+template <class Combine>
+Equilibrium best_mechanism(const EquilibriumProblem& problem, const Combine& combine) {
+  Equilibrium best = empty_result(problem);
+  std::vector<int> slots;
+  for (const Group& group : groups_of(problem, slots)) {
+    GroupProblem part(problem, group, slots);
+    Equilibrium own = empty_result(problem);
+    combine(part, own);
+    const int islands = best.islands + 1;
+    if (own.verdict == EquilibriumVerdict::Mechanism &&
+        (best.verdict != own.verdict || own.factor < best.factor)) {
+      best = std::move(own);
+    }
+    best.islands = islands;
+  }
+  return best;
+}
+
+}  // namespace
+
 Equilibrium combined_mechanism(const EquilibriumProblem& problem, double factor,
                                const std::vector<Vector6>& tight,
                                const std::vector<Vector6>& strict) {
-  Equilibrium result = empty_result(problem);
-  std::vector<int> slots;
-  for (const Group& group : groups_of(problem, slots)) {
-    GroupProblem(problem, group, slots).combine(factor, tight, strict, result);
-    ++result.islands;
-    if (result.verdict == EquilibriumVerdict::Mechanism) break;
-  }
+  Equilibrium result = best_mechanism(problem, [&](GroupProblem& part, Equilibrium& own) {
+    part.combine(factor, {tight, strict}, own);
+  });
   result.factor = factor;
   return result;
+}
+
+Equilibrium least_falling_factor(const EquilibriumProblem& problem,
+                                 const std::vector<Vector6>& tight,
+                                 const std::vector<Vector6>& strict) {
+  return best_mechanism(problem, [&](GroupProblem& part, Equilibrium& own) {
+    part.combine_least({tight, strict}, own);
+  });
 }
 
 Equilibrium largest_load_factor(const EquilibriumProblem& problem, double largest) {

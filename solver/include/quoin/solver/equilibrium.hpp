@@ -109,10 +109,16 @@ Equilibrium largest_load_factor(const EquilibriumProblem& problem, double larges
 
 /// A mechanism at that factor from two velocity fields by block (m/s, rad/s): `tight` works hardest
 /// but leaves contacts short of v_n >= mu |v_t| by rounding; `strict` opens them all, as the
-/// mechanism of a somewhat larger load does. As little of `strict` is added as makes every contact
-/// compatible. Undecided: no such sum proves it. Throws nothing but std::bad_alloc.
+/// mechanism of a somewhat larger load does. Contacts of `tight` that nearly stick or slide are
+/// made to do so exactly, and as little of `strict` is added as makes every contact compatible.
+/// Undecided: no such sum proves it. Throws nothing but std::bad_alloc.
 Equilibrium combined_mechanism(const EquilibriumProblem& problem, double factor,
                                const std::vector<Vector6>& tight,
                                const std::vector<Vector6>& strict);
+
+/// Likewise at the least factor that such a sum proves, `factor` of the result.
+Equilibrium least_falling_factor(const EquilibriumProblem& problem,
+                                 const std::vector<Vector6>& tight,
+                                 const std::vector<Vector6>& strict);
 
 }  // namespace quoin::solver
