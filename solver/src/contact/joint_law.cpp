@@ -127,6 +127,7 @@ void weaken(const Joint& joint, Contact& contact) {
 }
 
 void apply_assumed(double softness, LinearContact& c) {
+  if (c.law == ContactLaw::Tie) return apply_law(softness, c);
   c.mode = c.law == ContactLaw::Bilateral ? ContactMode::Stick : c.assumed;
   if (c.mode == ContactMode::Open) {
     c.force.setZero();
@@ -144,9 +145,21 @@ void apply_assumed(double softness, LinearContact& c) {
 
 namespace {
 
+/// Open: slack; Slip: yields.
+ContactMode project_tie(const LinearContact& c, Vector3& force) {
+  const double trial = force[0];
+  force[0] = std::clamp(trial, c.bonded ? -c.cohesion : 0.0, c.cohesion);
+  if (force[0] == trial && trial != 0.0) return ContactMode::Stick;
+  if (force[0] != 0.0) return ContactMode::Slip;
+  force.setZero();
+  return c.bonded ? ContactMode::Stick : ContactMode::Open;
+}
+
 /// `force`: in, the trial; out, what is borne.
 ContactMode project(const LinearContact& c, Vector3& force) {
-  if (c.law == ContactLaw::Bilateral) return ContactMode::Stick;
+  if (c.law >= ContactLaw::Bilateral) {
+    return c.law == ContactLaw::Tie ? project_tie(c, force) : ContactMode::Stick;
+  }
   if (!c.bonded && !(force[0] > 0.0)) {
     if (!c.clings) {
       force.setZero();
@@ -204,6 +217,7 @@ Matrix3 tangent(const LinearContact& c, const TangentOptions& options) {
     result(1, 1) = result(2, 2) = shear;
     return result;
   }
+  if (c.law == ContactLaw::Tie) return Vector3(0.0, shear, shear).asDiagonal();
   const bool follows = c.force[0] > options.negligible;
   if (options.assumed) {
     if (follows) result.bottomLeftCorner<2, 1>() = c.friction * normal * known_direction(c);

@@ -11,8 +11,9 @@ namespace quoin::solver {
 enum class ContactLaw : std::uint8_t {
   Coulomb,
   Frictionless,
-  Stuck,     ///< closed contacts cannot slide
-  Bilateral  ///< a held point: all three components vanish
+  Stuck,      ///< closed contacts cannot slide
+  Bilateral,  ///< a held point: all three components vanish
+  Tie         ///< f_n of a tie, at most `cohesion`: bonded, of either sign; see tie.hpp
 };
 
 /// 3×6, or nothing where no block deforms; copied with what it holds.

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <sstream>
 
+#include "base/index.hpp"
 #include "base/messages.hpp"
 #include "contact/contact_history.hpp"
 
@@ -128,6 +129,41 @@ void add_load(CompiledScene& compiled, int block, const Vector3& arm, const Vect
   if (!is_always_zero(force)) compiled.loads.push_back({block, arm, force, factor});
 }
 
+/// Calls `add` with three points of each of the divisions² equal parts of a triangle, whose mean is
+/// exact for polynomials of second degree.
+template <class Add>
+void for_each_point(const Vector3& corner, const Vector3& u, const Vector3& v, int divisions,
+                    const Add& add) {
+  const double n = divisions;
+  const auto part = [&](double i, double j, double sign) {
+    for (const auto& [p, q] : {std::pair(1.0, 1.0), std::pair(4.0, 1.0), std::pair(1.0, 4.0)}) {
+      add(Vector3(corner + (i + sign * p / 6.0) / n * u + (j + sign * q / 6.0) / n * v));
+    }
+  };
+  for (int i = 0; i < divisions; ++i) {
+    for (int j = 0; i + j < divisions; ++j) {
+      part(i, j, 1.0);
+      if (i + j + 1 < divisions) part(i + 1.0, j + 1.0, -1.0);
+    }
+  }
+}
+
+void add_pressure(CompiledScene& compiled, const PressureLoad& load) {
+  for (std::size_t i = 2; i < load.corners.size(); ++i) {
+    const Vector3 &first = load.corners[0], u = load.corners[i - 1] - first,
+                  v = load.corners[i] - first;
+    const Vector3 area = u.cross(v) / (6.0 * load.divisions * load.divisions);
+    for_each_point(first, u, v, load.divisions, [&](const Vector3& point) {
+      compiled.loads.push_back({.block = load.block,
+                                .arm = arm_of(compiled, load.block, point),
+                                .factor = load.factor,
+                                .pressure = load.field,
+                                .area = area,
+                                .origin = compiled.origin});
+    });
+  }
+}
+
 /// How messages name a load whose block takes one: by its place in its list.
 template <class Load>
 std::string checked_load(const Scene& scene, const char* kind, const std::vector<Load>& loads,
@@ -135,6 +171,12 @@ std::string checked_load(const Scene& scene, const char* kind, const std::vector
   const std::string what = kind + std::string(" ") + std::to_string(&load - loads.data());
   check_loaded_block(scene, load.block, what);
   return what;
+}
+
+void check_face(const BlockModel& model, int block, int face, const std::string& what) {
+  if (face >= 0 && face < model.shape->topology().face_count()) return;
+  throw InputError(what + ": block " + std::to_string(block) + " has no face " +
+                   std::to_string(face));
 }
 
 void compile_loads(CompiledScene& compiled) {
@@ -148,10 +190,7 @@ void compile_loads(CompiledScene& compiled) {
   for (const FaceLoad& load : scene.face_loads) {
     const std::string what = checked_load(scene, "face load", scene.face_loads, load);
     const BlockModel& model = compiled.models[static_cast<std::size_t>(load.block)];
-    if (load.face < 0 || load.face >= model.shape->topology().face_count()) {
-      throw InputError(what + ": block " + std::to_string(load.block) + " has no face " +
-                       std::to_string(load.face));
-    }
+    check_face(model, load.block, load.face, what);
     check_constant(load.traction, what + ": traction");
     const FaceMean mean = face_mean(model, load.face);
     add_load(compiled, load.block, mean.centroid, load.traction, mean.area);
@@ -162,12 +201,95 @@ void compile_loads(CompiledScene& compiled) {
     add_load(compiled, load.block, Vector3::Zero(), load.force,
              compiled.models[static_cast<std::size_t>(load.block)].volume);
   }
+  for (const PressureLoad& load : scene.pressure_loads) {
+    const std::string what = checked_load(scene, "pressure load", scene.pressure_loads, load);
+    if (!load.field || !load.field->value || load.corners.size() < 3 || load.divisions < 1) {
+      throw InputError(what + " needs a field, three corners, and at least one division");
+    }
+    for (const Vector3& corner : load.corners) check_finite(corner, what + ": corner");
+    add_pressure(compiled, load);
+  }
   for (const FixedPoint& point : scene.fixed_points) {
     const std::string what = checked_load(scene, "fixed point", scene.fixed_points, point);
     check_finite(point.point, what + ": point");
     check_constant(point.displacement, what + ": displacement");
     const Vector3 arm = held_arm(compiled, point.block, point.point);
     compiled.held.push_back({.block = point.block, .arm = arm, .displacement = point.displacement});
+  }
+}
+
+std::string tie_label(const CompiledScene& compiled, std::size_t tie) {
+  const std::string& name = compiled.scene.ties[tie].name;
+  return "tie " + (name.empty() ? std::to_string(tie) : "\"" + name + "\"");
+}
+
+/// A place in the world, or a material point of a block.
+Vector3 tie_arm(const CompiledScene& compiled, int block, const Vector3& point,
+                const std::string& what) {
+  check_finite(point, what + ": point");
+  if (block < 0) return point - compiled.origin;
+  const std::size_t b = checked_block(block, compiled.models.size(), what + ": ");
+  if (is_absent(compiled, block)) {
+    throw InputError(what + ": " + label(compiled.scene.blocks[b], block) + " is absent");
+  }
+  return arm_of(compiled, block, point);
+}
+
+void check_tie(const CompiledScene& compiled, const Tie& tie, const std::string& what) {
+  const auto require = [&](bool good, const char* name, double value, const char* limit) {
+    if (!good) throw InputError(what + ": " + name + " " + text_of(value) + " " + limit);
+  };
+  const auto moves = [&](int block) { return block >= 0 && !compiled.idle[index(block)]; };
+  if (!moves(tie.a) && !moves(tie.b)) throw InputError(what + ": none of its blocks can move");
+  if (tie.a == tie.b) throw InputError(what + ": both ends are in block " + std::to_string(tie.a));
+  require(tie.stiffness > 0.0 && std::isfinite(tie.stiffness), "stiffness", tie.stiffness,
+          "N/m must be finite and greater than 0");
+  require(tie.yield_force > 0.0, "yield force", tie.yield_force, "N must be greater than 0");
+  require(tie.break_force > 0.0, "break force", tie.break_force, "N must be greater than 0");
+  require(tie.break_strain > 0.0, "break strain", tie.break_strain, "must be greater than 0");
+  require(tie.rest_length >= 0.0 && std::isfinite(tie.rest_length), "rest length", tie.rest_length,
+          "m must be finite and not negative");
+  const double most = std::min(tie.yield_force, tie.break_force);
+  require(std::abs(tie.pretension) <= most && std::isfinite(tie.pretension), "pretension",
+          tie.pretension, "N must not exceed yield and break force");
+  require(!tie.tension_only || tie.pretension >= 0.0, "pretension", tie.pretension,
+          "N must not be negative where the tie bears tension only");
+}
+
+void compile_quiet_faces(CompiledScene& compiled) {
+  for (const QuietFace& quiet : compiled.scene.quiet_faces) {
+    const std::string what =
+        checked_load(compiled.scene, "quiet face", compiled.scene.quiet_faces, quiet);
+    const BlockModel& model = compiled.models[index(quiet.block)];
+    check_face(model, quiet.block, quiet.face, what);
+    check_constant(quiet.velocity, what + ": velocity");
+    for (const double impedance : {quiet.normal_impedance, quiet.shear_impedance}) {
+      if (impedance >= 0.0 && std::isfinite(impedance)) continue;
+      throw InputError(what + ": impedance " + text_of(impedance) +
+                       " Pa s/m must be finite and not negative");
+    }
+    const auto cycle = model.shape->topology().face(quiet.face);
+    const auto arm = [&](int v) { return Vector3(model.turn * model.shape->vertex(v)); };
+    for (std::size_t i = 2; i < cycle.size(); ++i) {
+      const Vector3 first = arm(cycle[0]), u = arm(cycle[i - 1]) - first, v = arm(cycle[i]) - first;
+      const Vector3 normal = u.cross(v);
+      const double area = normal.norm() / 6.0;
+      for_each_point(first, u, v, 1, [&](const Vector3& point) {
+        compiled.quiet.push_back({quiet.block, point, normal.normalized(),
+                                  area * quiet.normal_impedance, area * quiet.shear_impedance,
+                                  quiet.velocity});
+      });
+    }
+  }
+}
+
+void compile_ties(CompiledScene& compiled) {
+  for (const Tie& tie : compiled.scene.ties) {
+    const std::string what = tie_label(compiled, compiled.ties.size());
+    const TieModel model{tie, tie_arm(compiled, tie.a, tie.point_a, what),
+                         tie_arm(compiled, tie.b, tie.point_b, what)};
+    check_tie(compiled, tie, what);
+    compiled.ties.push_back(model);
   }
 }
 
@@ -277,7 +399,10 @@ CompiledScene compile(Scene scene) {
       compiled.idle_blocks.push_back(static_cast<int>(compiled.idle.size()));
     compiled.idle.push_back(unknowns.back() == 0);
     compiled.has_parts = compiled.has_parts || block.parts;
-    if (block.kind == BlockKind::Prescribed && !is_always_zero(block.motion.value)) {
+    check_constant(block.motion.rotation, what + ": rotation");
+    check_finite(block.motion.centre, what + ": centre of rotation");
+    if (block.kind == BlockKind::Prescribed &&
+        !(is_always_zero(block.motion.value) && is_always_zero(block.motion.rotation))) {
       compiled.prescribed.push_back(static_cast<int>(b));
     }
   }
@@ -299,6 +424,8 @@ CompiledScene compile(Scene scene) {
   compiled.dilates = compiled.scene.joint.dilation_angle > 0.0 ||
                      std::ranges::any_of(compiled.scene.pair_joints, dilates);
   compile_loads(compiled);
+  compile_ties(compiled);
+  compile_quiet_faces(compiled);
   return compiled;
 }
 
@@ -333,10 +460,45 @@ void check_motion_velocity(const Scene& scene, int block, const Vector3& velocit
   throw InputError(message.str());
 }
 
+Quaternion turn_at(const Motion& motion, double time) {
+  const Vector3 rotation = motion.rotation.at(time);
+  const double angle = rotation.norm();
+  if (!(angle > 0.0)) return Quaternion::Identity();
+  return Quaternion(Eigen::AngleAxisd(angle, rotation / angle));
+}
+
+namespace {
+
+/// Angular velocity by a central difference, as in given_motion().
+void set_turn(const Motion& motion, double from, double to, PrescribedMotion& next) {
+  if (motion.rotation.is_constant()) return;
+  const double eps = std::max(1e-4 * std::abs(to - from), 1e-9);
+  next.turn = turn_at(motion, to);
+  const Quaternion by = turn_at(motion, to + eps) * turn_at(motion, to - eps).conjugate();
+  next.angular_velocity = (by.w() < 0.0 ? -1.0 : 1.0) / eps * by.vec();
+}
+
+}  // namespace
+
+void lay_ties(const CompiledScene& compiled, State& state) {
+  state.ties.clear();
+  if (compiled.ties.empty()) return;
+  std::vector<Pose> poses;
+  for (const BlockState& block : state.blocks) poses.push_back(pose(block));
+  for (const TieModel& tie : compiled.ties) {
+    const TieState laid = state.ties.emplace_back(laid_tie(tie, poses));
+    if (laid.length > 0.0 && laid.rest_length > 0.0) continue;
+    throw InputError(tie_label(compiled, state.ties.size() - 1) + ": length " +
+                     text_of(laid.length) + " m, unstressed " + text_of(laid.rest_length) +
+                     " m, must be greater than 0");
+  }
+}
+
 State initial_state(const CompiledScene& compiled) {
   State state;
   state.origin = compiled.origin;
   state.held_forces.assign(compiled.held.size(), Vector3::Zero());
+  state.quiet_forces.assign(compiled.quiet.size(), Vector3::Zero());
   state.blocks.reserve(compiled.models.size());
   for (std::size_t b = 0; b < compiled.models.size(); ++b) {
     const Block& block = compiled.scene.blocks[b];
@@ -352,7 +514,13 @@ State initial_state(const CompiledScene& compiled) {
     Vector3& velocity = state.blocks[static_cast<std::size_t>(b)].velocity;
     velocity = velocity_from(motion, velocity, 0.0);
     check_motion_velocity(compiled.scene, b, velocity, 0.0);
+    PrescribedMotion begun{.velocity = velocity};
+    set_turn(motion, 0.0, 0.0, begun);
+    begun.turn = Quaternion::Identity();
+    move_along(compiled.models[static_cast<std::size_t>(b)], motion, begun, begun, compiled.origin,
+               state.blocks[static_cast<std::size_t>(b)]);
   }
+  lay_ties(compiled, state);
   return state;
 }
 
@@ -456,9 +624,11 @@ double next_jump(const Motion& motion, double from, double to) {
   return to;
 }
 
-PrescribedMotion advance_motion(const Motion& motion, const PrescribedMotion& known, double from,
-                                double to) {
-  if (from == to) return known;
+namespace {
+
+/// But for its turn.
+PrescribedMotion advance_translation(const Motion& motion, const PrescribedMotion& known,
+                                     double from, double to) {
   if (motion.kind == MotionKind::Displacement) return given_motion(motion.value, from, to);
   PrescribedMotion next = known;
   double reached = from;
@@ -475,6 +645,33 @@ PrescribedMotion advance_motion(const Motion& motion, const PrescribedMotion& kn
   advance_to(to);
   if (motion.kind == MotionKind::Velocity) next.velocity = velocity_inside(motion.value, to, from);
   return next;
+}
+
+}  // namespace
+
+PrescribedMotion advance_motion(const Motion& motion, const PrescribedMotion& known, double from,
+                                double to) {
+  if (from == to) return known;
+  PrescribedMotion next = advance_translation(motion, known, from, to);
+  next.turn = known.turn;
+  set_turn(motion, from, to, next);
+  return next;
+}
+
+void move_along(const BlockModel& model, const Motion& motion, const PrescribedMotion& from,
+                const PrescribedMotion& to, const Vector3& origin, BlockState& block) {
+  move_centroid(to.displacement - from.displacement, block);
+  block.velocity = to.velocity;
+  if (motion.rotation.is_constant()) return;
+  const Vector3 arm = (model.start.centroid - (motion.centre - origin)) + model.start.centroid_rest;
+  const Vector3 before = block.rotation * arm;
+  if (to.turn.coeffs() != from.turn.coeffs()) {
+    block.rotation = (to.turn * from.turn.conjugate() * block.rotation).normalized();
+  }
+  const Vector3 after = block.rotation * arm;
+  move_centroid(after - before, block);
+  block.velocity += to.angular_velocity.cross(after);
+  block.angular_velocity = block.rotation.conjugate() * to.angular_velocity;
 }
 
 }  // namespace quoin::solver

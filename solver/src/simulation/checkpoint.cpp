@@ -119,6 +119,8 @@ bool fits(const CompiledScene& compiled, const State& state, const Workspace& wo
              work.at_rest.size(), work.last.hit.size(), work.last.crowded.size()) &&
          are(slots, work.last.length.size(), work.last.velocity.size()) &&
          state.held_forces.size() == compiled.held.size() &&
+         state.ties.size() == compiled.ties.size() &&
+         state.quiet_forces.size() == compiled.quiet.size() &&
          work.motion.size() == compiled.prescribed.size() &&
          std::ranges::all_of(state.contacts,
                              [&](const Contact& c) { return has_blocks(c.point.key); }) &&
@@ -134,6 +136,8 @@ void transfer(Archive& archive, AnyState& state, AnyWorkspace& work) {
   list(archive, state.blocks);
   list(archive, state.contacts);
   list(archive, state.held_forces);
+  list(archive, state.ties);
+  list(archive, state.quiet_forces);
   record(archive, work.still);
   record(archive, work.report);
   record(archive, work.counted);

@@ -66,7 +66,10 @@ void say_forces(const CompiledScene& compiled, const StepOptions& options,
   if (options.method == ContactMethod::AugmentedLagrangian) {
     out.push_back("contact springs: contacts are exact, penalty and shear_ratio are not used");
   }
-  if (compiled.loads.empty()) out.push_back("load terms: no point, face or body load");
+  if (compiled.loads.empty()) out.push_back("load terms: no point, face, body or pressure load");
+  if (is_paper_method(options.method) && !(compiled.ties.empty() && compiled.quiet.empty())) {
+    out.push_back("ties and quiet faces: the source has none");
+  }
   if (compiled.held.empty()) out.push_back("held points: none in the scene");
   if (compiled.prescribed.empty()) out.push_back("prescribed motion: no block has one");
 }

@@ -377,6 +377,43 @@ void write_contacts(const std::string& path, const Simulation& simulation, const
 
 namespace {
 
+/// Where an end of a tie is now.
+Vector3 tie_end(const Simulation& simulation, int block, const Vector3& at_start) {
+  if (block < 0) return at_start;
+  const Vector3 centroid = world_point(simulation.state(), block, Vector3::Zero()) -
+                           simulation.displacement(block, Vector3::Zero());
+  return at_start + simulation.displacement(block, at_start - centroid);
+}
+
+}  // namespace
+
+void write_ties(const std::string& path, const Simulation& simulation) {
+  const std::vector<Tie>& ties = simulation.scene().ties;
+  const std::vector<TieState>& states = simulation.state().ties;
+  const std::size_t count = ties.size();
+  Appended file(path);
+  file.raw(xml_head("PolyData")).raw(piece_tag("NumberOfLines", 2 * count, count));
+  file.raw("<Points>\n");
+  each_vector(file, "Points", 3, 2 * count, [&](std::size_t i) -> Vector3 {
+    const Tie& tie = ties[i / 2];
+    return i % 2 == 0 ? tie_end(simulation, tie.a, tie.point_a)
+                      : tie_end(simulation, tie.b, tie.point_b);
+  });
+  file.raw("</Points>\n<Lines>\n");
+  each<std::int64_t>(file, "connectivity", 2 * count, [](std::size_t i) { return i; });
+  each<std::int64_t>(file, "offsets", count, [](std::size_t i) { return 2 * i + 2; });
+  file.raw("</Lines>\n<CellData>\n");
+  each<double>(file, "force", count, [&](std::size_t i) { return states[i].force; });
+  each<double>(file, "elongation", count,
+               [&](std::size_t i) { return states[i].length - states[i].rest_length; });
+  each<double>(file, "plastic", count, [&](std::size_t i) { return states[i].plastic; });
+  each<std::uint8_t>(file, "broken", count, [&](std::size_t i) { return states[i].broken; });
+  file.raw("</CellData>\n</Piece>\n</PolyData>\n");
+  file.save("</VTKFile>\n");
+}
+
+namespace {
+
 /// Throws std::runtime_error when it can't be written.
 void write_whole(const std::string& path, const std::string& text) {
   const std::string part = path + ".part";

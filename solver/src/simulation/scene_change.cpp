@@ -60,6 +60,7 @@ void take_over_motions(const CompiledScene& before, const Workspace& work_before
     } else {
       work.motion[p].velocity = state.blocks[index(block)].velocity;
     }
+    work.motion[p].turn = turn_at(motion, state.time);
     if (motion.kind != MotionKind::Displacement) continue;
     const Vector3 given = motion.value.at(state.time);
     const auto goes_on = [&](const Motion& last) {
@@ -86,6 +87,34 @@ void take_over_held(const CompiledScene& before, const State& state_before, Comp
       state.held_forces[h] =
           state_before.held_forces[static_cast<std::size_t>(same - before.held.begin())];
     }
+  }
+}
+
+/// Ties that both scenes have go on; others are put in where their blocks stand now.
+void take_over_ties(const CompiledScene& before, const State& state_before,
+                    const CompiledScene& now, State& state) {
+  lay_ties(now, state);
+  for (std::size_t t = 0; t < now.ties.size(); ++t) {
+    const TieModel& tie = now.ties[t];
+    const auto same = std::ranges::find_if(before.ties, [&](const TieModel& other) {
+      return other.tie.a == tie.tie.a && other.tie.b == tie.tie.b && other.arm_a == tie.arm_a &&
+             other.arm_b == tie.arm_b && other.tie.name == tie.tie.name;
+    });
+    if (same == before.ties.end()) continue;
+    state.ties[t] = state_before.ties[static_cast<std::size_t>(same - before.ties.begin())];
+  }
+}
+
+/// Quiet faces that both scenes have go on bearing what they bore.
+void take_over_quiet(const CompiledScene& before, const State& state_before,
+                     const CompiledScene& now, State& state) {
+  for (std::size_t q = 0; q < now.quiet.size(); ++q) {
+    const auto same = std::ranges::find_if(before.quiet, [&](const QuietPoint& other) {
+      return other.block == now.quiet[q].block && other.arm == now.quiet[q].arm;
+    });
+    if (same == before.quiet.end()) continue;
+    const auto known = static_cast<std::size_t>(same - before.quiet.begin());
+    state.quiet_forces[q] = state_before.quiet_forces[known];
   }
 }
 
@@ -214,6 +243,8 @@ void take_over(const CompiledScene& before, const State& state_before, const Wor
   }
   take_over_motions(before, work_before, now, state, work);
   take_over_held(before, state_before, now, state);
+  take_over_ties(before, state_before, now, state);
+  take_over_quiet(before, state_before, now, state);
   work.counted = work_before.counted;
   work.energy_scale = work_before.energy_scale;
   work.initial_depths.entries =

@@ -87,6 +87,9 @@ struct Simulation::Parts {
         options(step_options),
         state(initial_state(compiled)),
         work(compiled, step_options) {
+    if (!(compiled.ties.empty() && compiled.quiet.empty()) && work.agreement.shares()) {
+      throw InputError("ties and quiet faces know one process alone");
+    }
     work.other_method = std::make_unique<PaperMethod>(compiled.slots, &work.watch);
   }
 

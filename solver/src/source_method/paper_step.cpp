@@ -54,8 +54,8 @@ void assemble_blocks(const StepSetting& step, double penalty, BlockSystem& base,
   }
   const auto slot = [&](int block) { return index(compiled.slots.slot_of_block[index(block)]); };
   for (const PointForce& load : compiled.loads) {
-    force[slot(load.block)] +=
-        step.point_motion(load.block, load.arm).transpose() * (load.factor * load.force.at(time));
+    force[slot(load.block)] += step.point_motion(load.block, load.arm).transpose() *
+                               load.at(step.start[index(load.block)], time);
   }
   for (const HeldPoint& held : compiled.held) {
     const Matrix3x12 t = step.point_motion(held.block, held.arm);
@@ -201,7 +201,7 @@ void account_blocks(const StepSetting& step, Attempt& attempt) {
     attempt.displacement = std::max(attempt.displacement, moved / model.size);
   }
   for (const PointForce& load : step.compiled.loads) {
-    const Vector3 force = load.factor * load.force.at(step.load_time());
+    const Vector3 force = load.at(step.start[index(load.block)], step.load_time());
     attempt.energy.load_work +=
         force.dot(step.point_motion(load.block, load.arm) * step.increment[index(load.block)]);
     largest = std::max(largest, force.norm());

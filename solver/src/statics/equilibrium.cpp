@@ -347,8 +347,8 @@ std::vector<Vector6> block_loads(const CompiledScene& compiled, const State& sta
         compiled.models[index(b)].mass * compiled.scene.gravity.at(state.time);
   }
   for (const PointForce& load : compiled.loads) {
-    const Vector3 arm = pose(state.blocks[index(load.block)]).shape * load.arm;
-    loads[index(load.block)] += load_at(arm, load.factor * load.force.at(state.time));
+    const Pose now = pose(state.blocks[index(load.block)]);
+    loads[index(load.block)] += load_at(now.shape * load.arm, load.at(now, state.time));
   }
   return loads;
 }
@@ -356,6 +356,7 @@ std::vector<Vector6> block_loads(const CompiledScene& compiled, const State& sta
 EquilibriumProblem equilibrium_problem(const CompiledScene& compiled, const State& state,
                                        std::span<const geometry::ContactPoint> found, double reach,
                                        ShearInTension shear) {
+  if (!compiled.ties.empty()) throw InputError("a problem of equilibrium can't have ties");
   EquilibriumProblem problem{.origin = state.origin};
   const std::vector<Vector6> loads = block_loads(compiled, state);
   for (std::size_t b = 0; b < compiled.models.size(); ++b) {

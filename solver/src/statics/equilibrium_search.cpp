@@ -82,7 +82,8 @@ double static_reach(const BlockModel& model) { return 4.0 * kStride * extent(mod
 void begin_search(const CompiledScene& compiled, const State& state, EquilibriumSearch& search) {
   std::vector<LoadSum> loads(compiled.models.size());
   for (const PointForce& point : compiled.loads) {
-    loads[index(point.block)].add(point.factor * point.force.at(state.time));
+    const Pose now = pose(state.blocks[index(point.block)]);
+    loads[index(point.block)].add(point.at(now, state.time));
   }
   double fastest = 0.0, fastest_apart = 0.0;  // 1/s2, by net loads and by sizes of their parts
   for (const int b : compiled.slots.block_of_slot) {

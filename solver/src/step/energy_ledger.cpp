@@ -62,8 +62,8 @@ void account_loads(const SubStep& step, const StepPoses& poses, StepEnergy& ener
   for (const int l : step.island.loads) {
     const PointForce& load = step.compiled.loads[index(l)];
     const std::size_t b = index(load.block);
-    const Vector3 force = load.factor * load.force.at(step.load_time());
     const Pose &start = poses.start[b], &end = poses.end[b];
+    const Vector3 force = load.at(start, step.load_time());
     const Vector3 way = between(start, end) + (end.shape * load.arm - start.shape * load.arm);
     energy.load_work += force.dot(way);
     energy.work_on[index(step.slot_of_block[b])] += force.dot(way);
@@ -143,6 +143,37 @@ void account_contacts(const SubStep& step, const StepPoses& poses,
   all.complete(slots, energy.work_on);
 }
 
+/// A tie pushes its blocks as a spring does; an end that is moved does work.
+void account_tie(const SubStep& step, int number, const TieState& end, const LinearContact& c,
+                 const StepPoses& poses, StepEnergy& energy) {
+  const Tie& tie = step.compiled.ties[index(number)].tie;
+  const auto push = [&](int block, int slot, const ContactJacobian& jacobian) {
+    if (block < 0) return;
+    const double done = c.force.dot(jacobian * poses.increment[index(block)]);
+    if (slot >= 0) energy.work_on[index(slot)] += done;
+    if (slot < 0) energy.load_work -= done;
+  };
+  push(tie.a, c.slot_a, c.jacobian_a);
+  push(tie.b, c.slot_b, c.jacobian_b);
+  add({.work = tie_work(tie, step.ties[index(number)], end, c.force[0])}, energy);
+  energy.stored[index(c.slot_a >= 0 ? c.slot_a : c.slot_b)] += stored_energy(tie, end);
+}
+
+/// Dashpots take the work of their force on d, the motion against the ground.
+void account_quiet(const SubStep& step, int number, const LinearContact& c, const StepPoses& poses,
+                   StepEnergy& energy) {
+  const QuietPoint& quiet = step.compiled.quiet[index(number)];
+  const double done = c.force.dot(c.jacobian_b * poses.increment[index(quiet.block)]);
+  energy.work_on[index(c.slot_b)] += done;
+  if (!c.compliant) {
+    energy.contact_work += done;
+    return;
+  }
+  const double heat = -(c.force - c.multiplier).dot(c.relative);
+  energy.friction_work += heat;
+  energy.load_work += done + heat;
+}
+
 /// How far a held point is moved by what prescribes its displacement, m: never what is left of its
 /// gap, except that the first step brings it to where it is to be.
 Vector3 prescribed_way(const SubStep& step, const HeldPoint& held, const StepPoses& poses) {
@@ -175,7 +206,8 @@ Vector12 inertia_force(const BlockModel& model, const Vector12& increment, doubl
 }  // namespace
 
 void account(const SubStep& step, const StepPoses& poses, std::span<const BodyContact> contacts,
-             std::span<const LinearContact> linear, StepEnergy& energy) {
+             std::span<const LinearContact> linear, std::span<const TieState> ties,
+             StepEnergy& energy) {
   energy.clear(step.island.slots.size.size());
   account_blocks(step, poses, energy);
   account_loads(step, poses, energy);
@@ -184,6 +216,11 @@ void account(const SubStep& step, const StepPoses& poses, std::span<const BodyCo
     account_held(step, step.compiled.held[index(step.island.held[h])], linear[contacts.size() + h],
                  poses, energy);
   }
+  std::size_t next = contacts.size() + step.island.held.size();
+  for (std::size_t t = 0; t < ties.size(); ++t) {
+    account_tie(step, step.island.ties[t], ties[t], linear[next++], poses, energy);
+  }
+  for (const int q : step.island.quiet) account_quiet(step, q, linear[next++], poses, energy);
 }
 
 double unbalance(const SubStep& step, const StepPoses& poses,
@@ -206,7 +243,7 @@ double unbalance(const SubStep& step, const StepPoses& poses,
   }
   for (const int l : step.island.loads) {
     const PointForce& load = step.compiled.loads[index(l)];
-    largest = std::max(largest, Vector3(load.factor * load.force.at(step.load_time())).norm());
+    largest = std::max(largest, load.at(poses.start[index(load.block)], step.load_time()).norm());
   }
   for (const LinearContact& c : linear) largest = std::max(largest, c.force.norm());
   largest = agreement(step.options).largest(largest);

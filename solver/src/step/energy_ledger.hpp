@@ -26,10 +26,11 @@ struct StepEnergy {
   }
 };
 
-/// Work and losses of the solved positions. `linear`: contacts, then held points. `energy`: its
-/// memory is reused.
+/// Work and losses of the solved positions. `linear`: contacts, then held points, ties, and quiet
+/// points. `ties`: of the island, as they end. `energy`: its memory is reused.
 void account(const SubStep& step, const StepPoses& poses, std::span<const BodyContact> contacts,
-             std::span<const LinearContact> linear, StepEnergy& energy);
+             std::span<const LinearContact> linear, std::span<const TieState> ties,
+             StepEnergy& energy);
 
 /// Static measure: the largest inertia force by the largest weight, load or contact force.
 double unbalance(const SubStep& step, const StepPoses& poses,

@@ -73,6 +73,12 @@ bool is_joined(const StepRun& run, const Island& island) {
     const int a = slot_of_block[index(point.key.a)], b = slot_of_block[index(point.key.b)];
     if (a >= 0 && b >= 0) slots.join(a, b);
   }
+  for (const int t : island.blocks.ties) {
+    const Tie& tie = run.compiled.ties[index(t)].tie;
+    const int a = tie.a < 0 ? -1 : slot_of_block[index(tie.a)];
+    const int b = tie.b < 0 ? -1 : slot_of_block[index(tie.b)];
+    if (a >= 0 && b >= 0) slots.join(a, b);
+  }
   for (std::size_t s = 0; s < island.own().size(); ++s) {
     if (slots.least(static_cast<int>(s)) != 0) return false;
   }
@@ -123,10 +129,12 @@ bool join_islands_that_met(const StepRun& run) {
 }
 
 bool constant_loads(const CompiledScene& compiled, const IslandBlocks& island) {
-  const auto constant = [&](int l) { return compiled.loads[index(l)].force.is_constant(); };
+  const auto constant = [&](int l) { return compiled.loads[index(l)].is_constant(); };
   const auto at_rest = [&](int h) { return compiled.held[index(h)].displacement.is_constant(); };
+  const auto still = [&](int q) { return compiled.quiet[index(q)].velocity.is_constant(); };
   return compiled.scene.gravity.is_constant() && compiled.prescribed.empty() &&
-         std::ranges::all_of(island.loads, constant) && std::ranges::all_of(island.held, at_rest);
+         std::ranges::all_of(island.quiet, still) && std::ranges::all_of(island.loads, constant) &&
+         std::ranges::all_of(island.held, at_rest);
 }
 
 void wake_islands(const StepRun& run) {

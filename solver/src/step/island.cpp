@@ -27,6 +27,10 @@ void join_blocks(const CompiledScene& compiled, std::span<const geometry::Contac
     if (compiled.idle[index(point.key.a)] || compiled.idle[index(point.key.b)]) continue;
     blocks.join(point.key.a, point.key.b);
   }
+  for (const TieModel& of : compiled.ties) {
+    const auto moves = [&](int block) { return block >= 0 && !compiled.idle[index(block)]; };
+    if (moves(of.tie.a) && moves(of.tie.b)) blocks.join(of.tie.a, of.tie.b);
+  }
 }
 
 void number_islands(const CompiledScene& compiled, JoinedGroups& blocks,
@@ -56,6 +60,16 @@ std::vector<IslandBlocks> island_blocks(const CompiledScene& compiled,
   for (std::size_t h = 0; h < compiled.held.size(); ++h) {
     const int i = island_of_block[index(compiled.held[h].block)];
     if (i >= 0) islands[index(i)].held.push_back(static_cast<int>(h));
+  }
+  for (std::size_t q = 0; q < compiled.quiet.size(); ++q) {
+    const int i = island_of_block[index(compiled.quiet[q].block)];
+    islands[index(i)].quiet.push_back(static_cast<int>(q));
+  }
+  for (std::size_t t = 0; t < compiled.ties.size(); ++t) {
+    const Tie& tie = compiled.ties[t].tie;
+    const int a = tie.a < 0 ? -1 : island_of_block[index(tie.a)];
+    const int i = a >= 0 ? a : island_of_block[index(tie.b)];
+    islands[index(i)].ties.push_back(static_cast<int>(t));
   }
   return islands;
 }

@@ -123,7 +123,7 @@ struct Island {
 
 using Islands = std::vector<Island*>;
 
-/// Joins the blocks with unknowns that these contacts lie between.
+/// Joins the blocks with unknowns that these contacts, or ties, lie between.
 void join_blocks(const CompiledScene& compiled, std::span<const geometry::ContactPoint> found,
                  JoinedGroups& blocks);
 

@@ -260,6 +260,39 @@ void follow_slip(const BodyContact& contact, LinearContact& c) {
   c.cohesion = mean.cohesion;
 }
 
+/// Static: d, the motion of the step, is held. Dynamic: dashpots to the ground, beside what held
+/// it.
+void linearise_quiet(const SubStep& step, const BlockTerms& terms, const StepPoses& poses,
+                     int number, LinearContact& c) {
+  const QuietPoint& quiet = step.compiled.quiet[index(number)];
+  const std::size_t b = index(quiet.block);
+  const bool deforms = poses.deforms[b] != 0;
+  const Matrix3 rows = quiet_frame(quiet, poses.start[b]);
+  c.jacobian_b.set(rows * mean_motion(poses.start[b], poses.end[b],
+                                      poses.increment[b].segment<3>(3), quiet.arm, deforms),
+                   deforms);
+  if (!step.dynamic()) return set_stiffness(terms, c);
+  c.offset = -step.length * (rows * quiet.velocity.at(step.load_time()));
+  c.normal_stiffness = quiet.normal_viscosity / step.length;
+  c.shear_stiffness = quiet.shear_viscosity / step.length;
+  c.multiplier = rows * step.quiet[index(number)];
+}
+
+void set_tie_law(const SubStep& step, int number, LinearContact& c) {
+  const Tie& tie = step.compiled.ties[index(number)].tie;
+  const auto slot = [&](int block) { return block < 0 ? -1 : step.slot_of_block[index(block)]; };
+  c.slot_a = slot(tie.a);
+  c.slot_b = slot(tie.b);
+  if (c.slot_a < 0 || c.slot_b < 0) c.pair = -2 - std::max(0, c.slot_a < 0 ? tie.a : tie.b);
+  c.law = ContactLaw::Tie;
+  c.assumed = ContactMode::Stick;
+  c.compliant = true;
+  c.bonded = !tie.tension_only;
+  c.cohesion = tie.yield_force;
+  c.normal_spring = tie.stiffness;
+  c.force[0] = step.ties[index(number)].force;
+}
+
 /// Places in the list of all processes: contacts by their keys, then held points.
 void set_numbers(const SubStep& step, std::span<const BodyContact> contacts,
                  std::span<LinearContact> linear) {
@@ -282,6 +315,15 @@ void set_numbers(const SubStep& step, std::span<const BodyContact> contacts,
 }
 
 }  // namespace
+
+Matrix3 quiet_frame(const QuietPoint& quiet, const Pose& pose) {
+  const Vector3 normal = pose.rotation * quiet.normal;
+  Matrix3 rows;
+  rows.row(0) = normal;
+  rows.row(1) = normal.unitOrthogonal();
+  rows.row(2) = normal.cross(Vector3(rows.row(1)));
+  return rows;
+}
 
 Vector3 force_in_frame(const Contact& force, const BodyContact& contact, const Vector3& normal) {
   Vector3 t1, t2;
@@ -311,7 +353,10 @@ double contact_spring(const CompiledScene& compiled, const StepOptions& options)
 void set_laws(const SubStep& step, std::span<BodyContact> contacts,
               std::vector<LinearContact>& linear) {
   const double spring = contact_spring(step.compiled, step.options);
-  linear.resize(contacts.size() + step.island.held.size());
+  const IslandBlocks& island = step.island;
+  const std::size_t first_tie = contacts.size() + island.held.size();
+  const std::size_t first_quiet = first_tie + island.ties.size();
+  linear.resize(first_quiet + island.quiet.size());
   for (ContactTerms& c : linear) c = {};
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     LinearContact& c = linear[i];
@@ -331,6 +376,15 @@ void set_laws(const SubStep& step, std::span<BodyContact> contacts,
     const HeldPoint& held = step.compiled.held[index(step.island.held[h])];
     c.slot_b = step.slot_of_block[index(held.block)];
     c.law = ContactLaw::Bilateral;
+  }
+  for (std::size_t t = 0; t < island.ties.size(); ++t) {
+    set_tie_law(step, island.ties[t], linear[first_tie + t]);
+  }
+  for (std::size_t q = 0; q < island.quiet.size(); ++q) {
+    LinearContact& c = linear[first_quiet + q];
+    c.slot_b = step.slot_of_block[index(step.compiled.quiet[index(island.quiet[q])].block)];
+    c.law = ContactLaw::Bilateral;
+    c.compliant = step.dynamic();
   }
   set_numbers(step, contacts, linear);
 }
@@ -353,7 +407,8 @@ void set_free_increment(const SubStep& step, const StepPoses& poses,
 }
 
 void linearise(const SubStep& step, const BlockTerms& terms, const StepPoses& poses,
-               std::span<BodyContact> contacts, std::span<LinearContact> linear) {
+               std::span<const TieState> ties, std::span<BodyContact> contacts,
+               std::span<LinearContact> linear) {
   const double slowest = step.bounce_speed() * step.length;
   const bool impacts = step.options.method == ContactMethod::AugmentedLagrangian && step.dynamic();
   const bool midpoint = step.scheme().end_share < 1.0;
@@ -379,6 +434,12 @@ void linearise(const SubStep& step, const BlockTerms& terms, const StepPoses& po
     linearise_held(step, poses, step.compiled.held[index(step.island.held[h])], c);
     set_stiffness(terms, c);
   }
+  std::size_t next = contacts.size() + step.island.held.size();
+  for (std::size_t t = 0; t < ties.size(); ++t) {
+    linearise_tie(step.compiled.ties[index(step.island.ties[t])], ties[t], poses,
+                  step.scheme().end_share, linear[next++]);
+  }
+  for (const int q : step.island.quiet) linearise_quiet(step, terms, poses, q, linear[next++]);
 }
 
 void measure_slips(const StepPoses& poses, std::span<const BodyContact> contacts, bool opens,

@@ -10,7 +10,8 @@ namespace quoin::solver {
 double contact_spring(const CompiledScene& compiled, const StepOptions& options);
 
 /// Laws and multipliers as the contacts stand at the start; sets BodyContact::opening. `linear`:
-/// contacts first, then one entry per held point of the island.
+/// contacts first, then one entry per held point of the island, then one per tie, then one per
+/// point of quiet faces.
 void set_laws(const SubStep& step, std::span<BodyContact> contacts,
               std::vector<LinearContact>& linear);
 
@@ -21,15 +22,19 @@ void set_free_increment(const SubStep& step, const StepPoses& poses,
                         std::span<const BodyContact> contacts, BlockTerms& terms);
 
 /// Jacobians and offsets between the start and the present end; `linear` as from set_laws(). Edges
-/// that turn past each other are crossed no more.
+/// that turn past each other are crossed no more. `ties`: of the island, at the start.
 void linearise(const SubStep& step, const BlockTerms& terms, const StepPoses& poses,
-               std::span<BodyContact> contacts, std::span<LinearContact> linear);
+               std::span<const TieState> ties, std::span<BodyContact> contacts,
+               std::span<LinearContact> linear);
 
 /// Slips in the step, of joints whose law goes with them. A contact that has just opened counts,
 /// too: were it closed it would have slid so far, and what it dilates by may be what closes it.
 /// `opens`: solved with what it opens by these slips.
 void measure_slips(const StepPoses& poses, std::span<const BodyContact> contacts, bool opens,
                    std::span<LinearContact> linear);
+
+/// Rows: normal and two tangents of the face.
+Matrix3 quiet_frame(const QuietPoint& quiet, const Pose& pose);
 
 /// What a contact bore by the positions, in its frame with this normal, N.
 Vector3 force_in_frame(const Contact& force, const BodyContact& contact, const Vector3& normal);

@@ -20,7 +20,7 @@ void resize(std::size_t blocks, StepPoses& poses) {
 }
 
 void place_idle(const CompiledScene& compiled, std::span<const BlockState> state,
-                std::span<const BlockState> end, std::span<const Vector3> prescribed_increments,
+                std::span<const BlockState> end, std::span<const Vector12> prescribed_increments,
                 StepPoses& poses) {
   for (const int block : compiled.idle_blocks) {
     const std::size_t b = index(block);
@@ -30,7 +30,7 @@ void place_idle(const CompiledScene& compiled, std::span<const BlockState> state
   }
   for (std::size_t p = 0; p < compiled.prescribed.size(); ++p) {
     const std::size_t b = index(compiled.prescribed[p]);
-    poses.increment[b].head<3>() = prescribed_increments[p];
+    poses.increment[b] = prescribed_increments[p];
     const bool goes = !poses.increment[b].isZero(0.0);
     poses.moves[b] = goes || !state[b].velocity.isZero(0.0) || !end[b].velocity.isZero(0.0);
     if (goes) poses.end[b] = pose(displaced(state[b], poses.increment[b]));

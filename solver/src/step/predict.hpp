@@ -20,7 +20,7 @@ void resize(std::size_t blocks, StepPoses& poses);
 
 /// Blocks without unknowns: where they are, and where their motion takes them.
 void place_idle(const CompiledScene& compiled, std::span<const BlockState> state,
-                std::span<const BlockState> end, std::span<const Vector3> prescribed_increments,
+                std::span<const BlockState> end, std::span<const Vector12> prescribed_increments,
                 StepPoses& poses);
 
 /// What a block of a dynamic sub-step sets out with: without strain rate where its strain is held.

@@ -19,11 +19,13 @@ constexpr std::size_t kLarge = 2048;
 /// together do so in one order.
 bool can_share(const StepRun& run) {
   const CompiledScene& compiled = run.compiled;
-  const auto constant_load = [](const PointForce& load) { return load.force.is_constant(); };
+  const auto constant_load = [](const PointForce& load) {
+    return !load.pressure && load.force.is_constant();
+  };
   const auto constant_held = [](const HeldPoint& held) { return held.displacement.is_constant(); };
   return run.work.threads.workers() > 1 && !run.options.contact_problem &&
          !run.options.distributed_solver && compiled.scene.gravity.is_constant() &&
-         std::ranges::all_of(compiled.loads, constant_load) &&
+         std::ranges::all_of(compiled.loads, constant_load) && compiled.quiet.empty() &&
          std::ranges::all_of(compiled.held, constant_held);
 }
 

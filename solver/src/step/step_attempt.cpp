@@ -61,13 +61,13 @@ void linearise_first(const SubStep& step, std::span<BodyContact> contacts, Attem
   set_end(step, poses);
   set_force(step, poses, terms);
   set_free_increment(step, poses, contacts, terms);
-  linearise(step, terms, poses, contacts, linear);
+  linearise(step, terms, poses, memory.ties, contacts, linear);
   find_hit_blocks(step, contacts, linear, Impacts::Expected, memory.expected_hit);
   if (!memory.strain_waits || !hold_strain(step, memory.expected_hit, poses)) return;
   set_matrices(step, poses, terms);
   set_force(step, poses, terms);
   set_free_increment(step, poses, contacts, terms);
-  linearise(step, terms, poses, contacts, linear);
+  linearise(step, terms, poses, memory.ties, contacts, linear);
 }
 
 void show_contact_problem(const SubStep& step, const BlockTerms& terms,
@@ -129,7 +129,7 @@ bool settle(const SubStep& step, std::span<BodyContact> contacts, AttemptMemory&
   memory.followed = memory.increment;
   for (int pass = 0; pass < kMostFollowing; ++pass) {
     set_force(step, poses, memory.terms);
-    linearise(step, memory.terms, poses, contacts, following);
+    linearise(step, memory.terms, poses, memory.ties, contacts, following);
     const double change = follow_forces(step, following, memory);
     by_block(step.island.slots, memory.followed, poses.increment);
     set_end(step, poses);
@@ -221,7 +221,7 @@ OpenCloseResult solve_linearised(const SubStep& step, std::span<BodyContact> con
     linearise_first(step, contacts, memory, poses, linear);
   } else {
     set_force(step, poses, terms);
-    linearise(step, terms, poses, contacts, linear);
+    linearise(step, terms, poses, memory.ties, contacts, linear);
   }
   tuning.gap_rounding = agreement(step.options).largest(gap_rounding(linear));
   by_slot(step.island.slots, poses.increment, memory.increment);
@@ -317,8 +317,19 @@ double largest_displacement(const SubStep& step, const StepPoses& poses) {
   return largest;
 }
 
-/// Until no joint fails by the solution. Each failure has all iterations: there are no more of them
-/// than contacts.
+/// Breaks those that the solution overloads; true when there are any. `ties`: at the start.
+bool break_ties(const SubStep& step, const StepPoses& poses, std::span<TieState> ties) {
+  bool any = false;
+  for (std::size_t t = 0; t < ties.size(); ++t) {
+    const TieModel& model = step.compiled.ties[index(step.island.ties[t])];
+    if (!is_overloaded(model.tie, tie_at_end(model, ties[t], poses.end))) continue;
+    ties[t].broken = any = true;
+  }
+  return any;
+}
+
+/// Until no joint or tie fails by the solution. Each failure has all iterations: there are no more
+/// of them than contacts.
 OpenCloseResult solve_and_judge(const SubStep& step, std::vector<BodyContact>& contacts,
                                 AttemptMemory& memory, StepPoses& poses,
                                 std::vector<LinearContact>& linear) {
@@ -331,6 +342,7 @@ OpenCloseResult solve_and_judge(const SubStep& step, std::vector<BodyContact>& c
             agreement(step.options)
                 .any(fail_overloaded(contacts, std::span(linear).first(contacts.size()),
                                      step.parting_gap()));
+    again = (total.converged && break_ties(step, poses, memory.ties)) || again;
     if (again) memory.solver.allow(step.options.max_iterations);
   }
   return total;
@@ -418,12 +430,15 @@ void attempt_positions(const SubStep& step, const LastSubStep& last,
     crowd = std::max(crowd, static_cast<int>(last.crowded[index(block)]));
   }
   memory.solver.start(crowd);
+  memory.ties.clear();
+  for (const int t : step.island.ties) memory.ties.push_back(step.ties[index(t)]);
   predict(step, last, poses);
   set_matrices(step, poses, memory.terms);
   const Agreement all = agreement(step.options);
   OpenCloseResult total = solve_and_judge(step, contacts, memory, poses, attempt.linear);
   if (memory.solver.yielding() &&
-      !holds_points(step, std::span(attempt.linear).subspan(contacts.size()))) {
+      !holds_points(step,
+                    std::span(attempt.linear).subspan(contacts.size(), step.island.held.size()))) {
     total.converged = false;
   }
   attempt.shift =
@@ -445,7 +460,20 @@ void attempt_positions(const SubStep& step, const LastSubStep& last,
   }
   memory.clock.charge(&PhaseSeconds::assemble);
   attempt.solved = total;
-  account(step, poses, contacts, attempt.linear, attempt.energy);
+  attempt.quiet_forces.clear();
+  for (std::size_t q = 0; q < step.island.quiet.size(); ++q) {
+    const QuietPoint& point = step.compiled.quiet[index(step.island.quiet[q])];
+    const LinearContact& c = attempt.linear[attempt.linear.size() - step.island.quiet.size() + q];
+    const Matrix3 rows = quiet_frame(point, poses.start[index(point.block)]);
+    attempt.quiet_forces.push_back(step.dynamic() ? step.quiet[index(step.island.quiet[q])]
+                                                  : Vector3(rows.transpose() * c.force));
+  }
+  attempt.ties.clear();
+  for (std::size_t t = 0; t < memory.ties.size(); ++t) {
+    const TieModel& model = step.compiled.ties[index(step.island.ties[t])];
+    attempt.ties.push_back(tie_at_end(model, memory.ties[t], poses.end));
+  }
+  account(step, poses, contacts, attempt.linear, attempt.ties, attempt.energy);
   attempt.unbalance = unbalance(step, poses, attempt.linear);
   attempt.stiffest_omega_dt =
       all.largest(stiffest_omega_dt(attempt.linear, memory.terms.compliance));
@@ -454,8 +482,8 @@ void attempt_positions(const SubStep& step, const LastSubStep& last,
     blocks.end[index(block)] = end_state(step, poses, index(block));
   }
   attempt.held_forces.clear();
-  for (const LinearContact& held : std::span(attempt.linear).subspan(contacts.size())) {
-    attempt.held_forces.push_back(held.force);
+  for (std::size_t h = 0; h < step.island.held.size(); ++h) {
+    attempt.held_forces.push_back(attempt.linear[contacts.size() + h].force);
   }
   attempt.first_impact = first_impact(step, std::span(attempt.linear).first(contacts.size()));
   find_hit_blocks(step, contacts, attempt.linear, Impacts::Solved, attempt.hit);

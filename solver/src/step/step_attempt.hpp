@@ -34,10 +34,13 @@ struct Attempt {
   double shift = 0.0;              ///< of supports, while the strain of hit blocks waits, m
   bool squeezed = false;           ///< moving rigidly, these are in the way of supports
   double rounding = 0.0;           ///< of a gap, m
-  /// Contacts, then held points; the velocity law takes it for its own contacts.
+  /// Contacts, then held points, then ties, then quiet points; the velocity law takes it for its
+  /// own contacts.
   std::vector<LinearContact> linear;
   std::vector<SolvedContact> positions;  ///< of all of them, as solved
   std::vector<Vector3> held_forces;      ///< on the blocks, of IslandBlocks::held, N
+  std::vector<TieState> ties;            ///< as they end, of IslandBlocks::ties
+  std::vector<Vector3> quiet_forces;     ///< likewise, of IslandBlocks::quiet, N
   std::vector<Contact> contacts;         ///< as they end; sorted by key when the attempt is done
 };
 
@@ -61,6 +64,7 @@ struct AttemptMemory {
   std::vector<LinearContact> following;  ///< of these blocks
   std::vector<char> expected_hit;        ///< by slot
   bool strain_waits = true;              ///< of blocks that are hit
+  std::vector<TieState> ties;            ///< of the island, at the start but for those that break
   ImpactMemory impact;
   ContactSolver solver;
   PhaseClock clock;

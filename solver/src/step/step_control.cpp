@@ -54,9 +54,10 @@ PrescribedMotion motion_at(const StepRun& run, std::size_t p, double time) {
 }
 
 BlockState prescribed_at(const StepRun& run, std::size_t p, const PrescribedMotion& motion) {
-  BlockState block = run.state.blocks[index(run.compiled.prescribed[p])];
-  move_centroid(motion.displacement - run.work.motion[p].displacement, block);
-  block.velocity = motion.velocity;
+  const std::size_t b = index(run.compiled.prescribed[p]);
+  BlockState block = run.state.blocks[b];
+  move_along(run.compiled.models[b], run.compiled.scene.blocks[b].motion, run.work.motion[p],
+             motion, run.compiled.origin, block);
   return block;
 }
 
@@ -70,15 +71,23 @@ void place_idle(const StepRun& run, double from, double to) {
     const PrescribedMotion now = motion_at(run, p, from);
     const Motion& motion = run.compiled.scene.blocks[b].motion;
     work.motion_end[p] = motion_at(run, p, to);
-    work.increments.push_back(work.motion_end[p].displacement - now.displacement);
     if (from != run.state.time) work.now.blocks[b] = prescribed_at(run, p, now);
-    if (from != to && motion.kind == MotionKind::Velocity && !motion.value.is_constant()) {
+    if (from != to && motion.kind == MotionKind::Velocity && !motion.value.is_constant() &&
+        motion.rotation.is_constant()) {
       Vector3& velocity = work.now.blocks[b].velocity;
       const Vector3 before = velocity;
       velocity = velocity_inside(motion.value, from, to);
       if (velocity != before) work.jumps.emplace_back(static_cast<int>(b), velocity - before);
     }
     work.end[b] = prescribed_at(run, p, work.motion_end[p]);
+    Vector12& increment = work.increments.emplace_back(Vector12::Zero());
+    increment.head<3>() = work.motion_end[p].displacement - now.displacement;
+    if (motion.rotation.is_constant()) continue;
+    const BlockState &start = work.now.blocks[b], &end = work.end[b];
+    const Quaternion turn = start.rotation.conjugate() * end.rotation;
+    increment.head<3>() =
+        (end.centroid - start.centroid) + (end.centroid_rest - start.centroid_rest);
+    increment.segment<3>(3) = 2.0 / turn.w() * turn.vec();
   }
   place_idle(run.compiled, work.now.blocks, work.end, work.increments, work.poses);
 }
@@ -142,10 +151,16 @@ double stored_energy(const CompiledScene& compiled, const Island& island,
   return sum;
 }
 
-void set_held_forces(const Island& island, State& state) {
+void set_forces(const Island& island, State& state) {
   for (std::size_t h = 0; h < island.attempt.held_forces.size(); ++h) {
     Vector3& force = state.held_forces[index(island.blocks.held[h])];
     force = island.mean(force, island.attempt.held_forces[h]);
+  }
+  for (std::size_t t = 0; t < island.attempt.ties.size(); ++t) {
+    state.ties[index(island.blocks.ties[t])] = island.attempt.ties[t];
+  }
+  for (std::size_t q = 0; q < island.attempt.quiet_forces.size(); ++q) {
+    state.quiet_forces[index(island.blocks.quiet[q])] = island.attempt.quiet_forces[q];
   }
 }
 
@@ -242,7 +257,7 @@ void accept(const StepRun& run, Island& island, double growth) {
     work.last.crowded[index(block)] = static_cast<char>(crowd);
     now = work.end[index(block)];
   }
-  set_held_forces(island, work.now);
+  set_forces(island, work.now);
   island.time = step.end_time();
   island.done += island.length;
   if (island.length_after > 0.0) island.length = std::exchange(island.length_after, 0.0);
@@ -465,6 +480,8 @@ void commit(const StepRun& run, double reached, std::span<Island* const> islands
   std::swap(work.motion, work.motion_end);
   std::swap(state.blocks, work.now.blocks);
   std::swap(state.held_forces, work.now.held_forces);
+  std::swap(state.ties, work.now.ties);
+  std::swap(state.quiet_forces, work.now.quiet_forces);
   for (const Island* island : islands) {
     const bool still = island->still && island->count.sub_steps == 1 && island->count.solves == 0;
     for (const int block : island->own()) work.at_rest[index(block)] = still;
@@ -485,7 +502,9 @@ State attempted(const StepRun& run, const Island& island) {
   add(island.energy, best.energy);
   best.blocks = run.work.end;
   best.held_forces = run.work.now.held_forces;
-  set_held_forces(island, best);
+  best.ties = run.work.now.ties;
+  best.quiet_forces = run.work.now.quiet_forces;
+  set_forces(island, best);
   best.contacts = run.state.contacts;
   replace_awake(run, island.attempt.contacts, best.contacts);
   return best;
@@ -600,6 +619,8 @@ void take_step(const StepRun& run, State& state, State& best) {
   if (dynamic) work.search = {};
   if (!dynamic && work.search.start.empty()) begin_search(run.compiled, state, work.search);
   work.now.held_forces = state.held_forces;
+  work.now.ties = state.ties;
+  work.now.quiet_forces = state.quiet_forces;
   const Island* failed = take_islands(run);
   Islands& islands = work.awake;
   list_awake(work, islands);
@@ -704,6 +725,12 @@ double initial_spring_energy(const CompiledScene& compiled, const StepOptions& o
               options.analysis == Analysis::Dynamic},
              work.found, state.contacts, previous, contacts);
   store_at_rest(compiled, options, poses, contacts, work.stored);
+  for (std::size_t t = 0; t < compiled.ties.size(); ++t) {
+    const Tie& tie = compiled.ties[t].tie;
+    const int a = tie.a < 0 ? -1 : compiled.slots.slot_of_block[index(tie.a)];
+    const int slot = a >= 0 ? a : compiled.slots.slot_of_block[index(tie.b)];
+    work.stored[index(slot)] += stored_energy(tie, state.ties[t]);
+  }
   work.agreement.complete(compiled.slots, work.stored);
   return std::accumulate(work.stored.begin(), work.stored.end(), 0.0);
 }

@@ -22,7 +22,7 @@ double weight_of(const CompiledScene& compiled, const Island& island, double gra
   }
   for (const int l : island.blocks.loads) {
     const PointForce& load = compiled.loads[index(l)];
-    sum += std::abs(load.factor) * load.force.at(time).norm();
+    sum += load.at(pose(compiled.models[index(load.block)].start), time).norm();
   }
   return sum;
 }

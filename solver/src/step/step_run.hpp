@@ -16,8 +16,9 @@ struct StepRun {
 
 /// The next attempt of an island.
 inline SubStep sub_step(const StepRun& run, const Island& island) {
-  return {run.compiled,        run.options, island.blocks, run.work.slot_of_block,
-          run.work.now.blocks, island.time, island.length};
+  return {run.compiled,           run.options,         island.blocks,
+          run.work.slot_of_block, run.work.now.blocks, island.time,
+          island.length,          run.work.now.ties,   run.work.now.quiet_forces};
 }
 
 }  // namespace quoin::solver

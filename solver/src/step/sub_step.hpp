@@ -23,6 +23,8 @@ struct IslandBlocks {
   Slots slots{};               ///< of these blocks alone; slot_of_block: see SubStep
   std::vector<int> loads{};    ///< of CompiledScene::loads, ascending
   std::vector<int> held{};     ///< of CompiledScene::held, ascending
+  std::vector<int> ties{};     ///< of CompiledScene::ties, ascending
+  std::vector<int> quiet{};    ///< of CompiledScene::quiet, ascending
   double smallest_size = 0.0;  ///< m
 };
 
@@ -35,6 +37,8 @@ struct SubStep {
   std::span<const BlockState> state;   ///< by block, at the start
   double time = 0.0;                   ///< at the start, s
   double length = 0.0;                 ///< s; static: the pseudo-step tau
+  std::span<const TieState> ties{};    ///< of CompiledScene::ties, at the start
+  std::span<const Vector3> quiet{};    ///< State::quiet_forces
 
   bool dynamic() const { return options.analysis == Analysis::Dynamic; }
   double end_time() const { return time + duration(options, length); }

@@ -61,6 +61,7 @@ Workspace::Workspace(const CompiledScene& compiled, const StepOptions& options)
     const Motion& given =
         compiled.scene.blocks[static_cast<std::size_t>(compiled.prescribed[p])].motion;
     if (given.kind == MotionKind::Displacement) motion[p].displacement = given.value.at(0.0);
+    motion[p].turn = turn_at(given, 0.0);
   }
   resize(compiled.models.size(), poses);
   for (std::size_t b = 0; b < compiled.models.size(); ++b) {

@@ -63,7 +63,7 @@ struct Workspace : StepMemory {
   int handle(int block) const {
     return handles.empty() ? block : handles[static_cast<std::size_t>(block)];
   }
-  InitialDepths initial_depths;    ///< taken off what is found
+  InitialDepths initial_depths;  ///< taken off what is found
   /// At the present state, places in the frames of the reference shapes.
   std::vector<geometry::ContactPoint> found;
   /// At the end of the attempts: those of all blocks, or of all that this step has moved.
@@ -96,7 +96,7 @@ struct Workspace : StepMemory {
   Islands group;                               ///< of these: that try one sub-step side by side
   Islands open;                                ///< of these: that try another round
   std::vector<int> moved;                      ///< memory of a search: blocks that do not stand
-  std::vector<Vector3> increments;             ///< memory of place_idle(), of compiled.prescribed
+  std::vector<Vector12> increments;            ///< memory of place_idle(), of compiled.prescribed
   std::vector<std::pair<int, Vector3>> jumps;  ///< blocks whose velocity jumps as the sub-step
                                                ///< begins, and by how much, m/s
   State now;                                   ///< while a step is taken: its accepted sub-steps

@@ -3,6 +3,7 @@
 /// frame.
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <quoin/geometry/body.hpp>
 #include <span>
@@ -91,7 +92,11 @@ struct Motion {
   /// m, m/s or m/s2, starting from rest at its place at time 0: of a displacement counts by how
   /// much it changes. Tables of velocities and accelerations are integrated exactly, other
   /// functions by a Gauss rule over each step.
-  VectorOfTime value;
+  VectorOfTime value{};
+  /// Rotation vector (axis times angle), rad, by how much it changes: the block turns about the
+  /// material point that stands at `centre` (m) at the start, which `value` moves.
+  VectorOfTime rotation{};
+  Vector3 centre = Vector3::Zero();
 };
 
 struct Block {
@@ -135,12 +140,59 @@ struct BodyLoad {
   VectorOfTime force;
 };
 
+/// Pressure by place (world, m) and time (s), Pa.
+struct PressureField {
+  std::function<double(const Vector3& place, double time)> value;
+  bool steady = false;  ///< the same at all times
+};
+
+/// Pressure of water on a convex plane polygon of a block's surface. It acts against the polygon's
+/// normal as the block turns, at the places where the block stands when a (sub-)step begins; the
+/// area stays that of the start. Integrated by triangles, exact where the pressure is linear.
+struct PressureLoad {
+  int block = 0;
+  std::vector<Vector3> corners{};  ///< at the start, m, counter-clockwise seen from outside
+  std::shared_ptr<const PressureField> field{};
+  double factor = 1.0;  ///< of the pressure; -1 takes off what another load has too much
+  int divisions = 4;    ///< of each triangle's edges, >= 1
+};
+
+/// Viscous boundary on a face of the block's topology [Lysmer & Kuhlemeyer 1969]. In dynamic steps
+/// dashpots to a ground that moves with `velocity` bear the face, beside the force that held it in
+/// the last static step; static steps hold it where it stands. Impedances: density times the speed
+/// of pressure and of shear waves behind the boundary.
+struct QuietFace {
+  int block = 0;
+  int face = 0;
+  double normal_impedance = 0.0;  ///< Pa s/m, >= 0
+  double shear_impedance = 0.0;   ///< Pa s/m, >= 0
+  VectorOfTime velocity{};        ///< m/s: half of what a free surface would show
+};
+
 /// A material point held at its place at the start (moved by `displacement`, m).
 struct FixedPoint {
   int block = 0;
   Vector3 point = Vector3::Zero();
   VectorOfTime displacement;
   std::string name{};  ///< for output; may be empty
+};
+
+/// A bolt, cable, tie rod or tension bar: a straight link of two material points, given by their
+/// places at the start. Its force follows the line between them, N, tension positive: stiffness
+/// times elongation, perfectly plastic beyond the yield force. It is put in where its blocks stand
+/// when a scene first has it. At least one of its blocks can move.
+struct Tie {
+  int a = -1, b = -1;  ///< two different blocks; -1: a place in the world
+  Vector3 point_a = Vector3::Zero(), point_b = Vector3::Zero();  ///< at the start, apart, m
+  double stiffness = 0.0;    ///< N/m, > 0: E A / length of a bar
+  double pretension = 0.0;   ///< N, as it is put in; compression only where it bears any
+  double rest_length = 0.0;  ///< m, unstressed: in place of pretension; 0: by pretension
+  bool tension_only = true;  ///< slack where it is shorter than its rest length
+  double yield_force = std::numeric_limits<double>::infinity();  ///< N, > 0, in both directions
+  double break_force = std::numeric_limits<double>::infinity();  ///< N, > 0: beyond it is gone
+  double break_strain =
+      std::numeric_limits<double>::infinity();  ///< > 0, elongation by rest length
+  std::string name{};                           ///< for output; may be empty
 };
 
 /// What becomes of blocks that overlap at the start.
@@ -159,6 +211,9 @@ struct Scene {
   std::vector<FaceLoad> face_loads{};
   std::vector<BodyLoad> body_loads{};
   std::vector<FixedPoint> fixed_points{};
+  std::vector<Tie> ties{};
+  std::vector<PressureLoad> pressure_loads{};
+  std::vector<QuietFace> quiet_faces{};
   InitialOverlap initial_overlap = InitialOverlap::Refuse;
   /// m: shapes and placements are given no better, as from a file with six digits. Where two blocks
   /// are laid with gaps of either sign within it, and not exactly, gaps that small are zero from

@@ -46,14 +46,25 @@ struct Contact {
   Vector3 anchor_b = Vector3::Zero();  ///< while it sticks both stand at the same place
 };
 
+/// A tie with its history, as it is at the end of the step.
+struct TieState {
+  double rest_length = 0.0;  ///< m, unstressed, as it was put in
+  double plastic = 0.0;      ///< m: what yielding has added to that
+  double length = 0.0;       ///< m
+  double force = 0.0;        ///< N, tension positive
+  bool broken = false;
+};
+
 /// Where the energy is and where it went, J. Losses are what has left since the start.
 struct EnergyLedger {
   double kinetic = 0.0;
   double potential = 0.0;  ///< of gravity, zero at the start
   double strain = 0.0;
-  double contact = 0.0;           ///< stored in penalty springs
+  double contact = 0.0;           ///< stored in springs of contacts and in ties
   double work = 0.0;              ///< done by point, face and body loads and by prescribed motion
-  double friction_loss = 0.0;     ///< in joints: friction, cohesion, broken bonds, less dilation
+  double friction_loss = 0.0;     ///< in joints: friction, cohesion, broken bonds, less
+                                  ///< dilation; in ties: by yield and breaking;
+                                  ///< in quiet faces
   double impact_loss = 0.0;       ///< by the velocity law of closing and sticking contacts
   double algorithmic_loss = 0.0;  ///< by the time scheme: springs taken at the end of the step
   double closure = 0.0;  ///< what the terms above leave unexplained (0 but for rounding and
@@ -70,6 +81,10 @@ struct State {
   /// blocks.
   std::vector<Contact> contacts;
   std::vector<Vector3> held_forces;  ///< of Scene::fixed_points: on the block, in the last step, N
+  std::vector<TieState> ties;        ///< of Scene::ties
+  /// Of the points of Scene::quiet_faces: what held them on their blocks in the last static step,
+  /// N.
+  std::vector<Vector3> quiet_forces;
   EnergyLedger energy;
 };
 
