@@ -288,6 +288,15 @@ constexpr const char* kContactsHead =
     "stage,time,a,b,name_a,name_b,type,state,failed,x,y,z,nx,ny,nz,gap,area,slip,normal_force,"
     "shear_force,normal_stress,shear_stress,fx,fy,fz";
 
+constexpr const char* kTies = "ties.csv";
+constexpr const char* kTiesHead = "step,stage,time,name,length,force,plastic,state";
+
+bool has_ties(const SceneFile& file) {
+  return !file.scene.ties.empty() || std::ranges::any_of(file.stages, [](const auto& stage) {
+    return stage.scene && !stage.scene->ties.empty();
+  });
+}
+
 constexpr const char* kJointsHead =
     "stage,time,a,b,name_a,name_b,state,points,closed,gap,area,x,y,z,nx,ny,nz,normal_force,"
     "shear_force,normal_stress,edge_stress,fx,fy,fz,mx,my,mz";
@@ -314,6 +323,21 @@ Vector3 rotation_vector(const Eigen::Quaterniond& rotation) {
   return turned.angle() * turned.axis();
 }
 
+/// At the end.
+json ties_json(const SceneFile& file, const RunResult& result) {
+  json all = json::array();
+  const auto& ties = file.scene_in(result.stages.size() - 1).ties;
+  for (std::size_t t = 0; t < ties.size() && t < result.ties.size(); ++t) {
+    const solver::TieState& tie = result.ties[t];
+    all.push_back({{"name", ties[t].name},
+                   {"length", tie.length},
+                   {"force", tie.force},
+                   {"plastic", tie.plastic},
+                   {"broken", tie.broken}});
+  }
+  return all;
+}
+
 }  // namespace
 
 RunFiles::RunFiles(OutputFolder& folder, const SceneFile& file, FileShare share)
@@ -323,17 +347,19 @@ RunFiles::RunFiles(OutputFolder& folder, const SceneFile& file, FileShare share)
   blocks_.emplace(folder_.file(kBlocks), kBlocksHead);
   contacts_.emplace(folder_.file(kContacts), kContactsHead);
   joints_.emplace(folder_.file(kJoints), kJointsHead);
+  if (has_ties(file_)) ties_.emplace(folder_.file(kTies), kTiesHead);
 }
 
 RunFiles::RunFiles(OutputFolder& folder, const SceneFile& file, std::istream& resume)
     : folder_(folder), file_(file) {
-  std::uintmax_t history = 0, blocks = 0, contacts = 0, joints = 0;
+  std::uintmax_t history = 0, blocks = 0, contacts = 0, joints = 0, ties = 0;
   scene_file::ArchiveReader archive(resume);
-  archive(steps_, frame_step_, times_, joined_, history, blocks, contacts, joints);
+  archive(steps_, frame_step_, times_, joined_, history, blocks, contacts, joints, ties);
   history_.emplace(folder_.file(kHistory), history);
   blocks_.emplace(folder_.file(kBlocks), blocks);
   contacts_.emplace(folder_.file(kContacts), contacts);
   joints_.emplace(folder_.file(kJoints), joints);
+  if (has_ties(file_)) ties_.emplace(folder_.file(kTies), ties);
   remove_later_frames();
 }
 
@@ -345,14 +371,16 @@ void RunFiles::remove_later_frames() {
         std::filesystem::remove(folder_.path() / numbered("blocks_", number, ".vtu"), ignored);
     const bool contacts =
         std::filesystem::remove(folder_.path() / numbered("contacts_", number, ".vtp"), ignored);
-    if (!blocks && !contacts) return;
+    const bool ties =
+        std::filesystem::remove(folder_.path() / numbered("ties_", number, ".vtp"), ignored);
+    if (!blocks && !contacts && !ties) return;
   }
 }
 
 void RunFiles::save(std::ostream& out) {
   scene_file::ArchiveWriter archive(out);
   archive(steps_, frame_step_, times_, joined_, history_->length(), blocks_->length(),
-          contacts_->length(), joints_->length());
+          contacts_->length(), joints_->length(), ties_ ? ties_->length() : std::uintmax_t{0});
 }
 
 void RunFiles::write_history_line(const StepView& view) {
@@ -393,6 +421,23 @@ void RunFiles::write_history_line(const StepView& view) {
     history_->number(static_cast<long>(count));
   }
   history_->end_line();
+  write_ties(view);
+}
+
+void RunFiles::write_ties(const StepView& view) {
+  if (!ties_) return;
+  const std::vector<solver::Tie>& ties = view.simulation.scene().ties;
+  for (std::size_t t = 0; t < ties.size(); ++t) {
+    const solver::TieState& now = view.simulation.state().ties[t];
+    const double size = std::abs(now.force);
+    ties_->number(steps_).number(static_cast<long>(view.stage)).number(view.dynamic_time);
+    ties_->text(ties[t].name).number(now.length).number(now.force).number(now.plastic);
+    ties_->text(now.broken                    ? "broken"
+                : size >= ties[t].yield_force ? "yields"
+                : size > 0.0                  ? "elastic"
+                                              : "slack");
+    ties_->end_line();
+  }
 }
 
 void RunFiles::start(const StepView& view) {
@@ -550,6 +595,10 @@ void RunFiles::write_vtk(const StepView& view) {
   }
   solver::write_series(folder_.file("blocks.pvd").string(), times_, blocks);
   solver::write_series(folder_.file("contacts.pvd").string(), times_, contacts);
+  if (!ties_) return;
+  std::vector<std::string> ties;
+  for (std::size_t n = 0; n < times_.size(); ++n) ties.push_back(numbered("ties_", n, ".vtp"));
+  solver::write_series(folder_.file("ties.pvd").string(), times_, ties);
 }
 
 void RunFiles::write_frame(const StepView& view) {
@@ -558,6 +607,9 @@ void RunFiles::write_frame(const StepView& view) {
                        view.counted_from);
   solver::write_contacts(folder_.file(numbered("contacts_", number, ".vtp")).string(),
                          view.simulation);
+  if (ties_) {
+    solver::write_ties(folder_.file(numbered("ties_", number, ".vtp")).string(), view.simulation);
+  }
 }
 
 void RunFiles::write_pieces(const StepView& view) {
@@ -584,7 +636,7 @@ void RunFiles::write_pieces(const StepView& view) {
 }
 
 void RunFiles::finish() {
-  for (std::optional<CsvFile>* file : {&history_, &blocks_, &contacts_, &joints_}) {
+  for (std::optional<CsvFile>* file : {&history_, &blocks_, &contacts_, &joints_, &ties_}) {
     if (*file) (*file)->flush();
   }
 }
@@ -623,6 +675,7 @@ json summary(const SceneFile& file, const std::string& path, const RunResult& re
           {"pairs", {{"candidates", total.candidate_pairs}, {"searched", total.searched_pairs}}},
           {"contacts", {{"watched", total.contact_count}, {"closed", total.closed_count}}},
           {"base_reaction", vector(result.base_reaction)},
+          {"ties", ties_json(file, result)},
           {"unbalance", total.unbalance},
           {"energy", energy_json(result)},
           {"open_close_iterations", total.iterations},

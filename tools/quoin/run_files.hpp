@@ -20,7 +20,8 @@ struct FileShare {
   int rank = 0, count = 1;
 };
 
-/// history.csv; blocks_*.vtu + blocks.pvd, contacts_*.vtp + contacts.pvd; blocks.csv,
+/// history.csv; ties.csv, where there are any; blocks_*.vtu + blocks.pvd, contacts_*.vtp +
+/// contacts.pvd, ties_*.vtp + ties.pvd; blocks.csv,
 /// contacts.csv and joints.csv with the end of every stage. Throws FileError when something can't
 /// be written.
 class RunFiles {
@@ -40,6 +41,7 @@ class RunFiles {
  private:
   void remove_later_frames();
   void write_history_line(const scene_file::StepView& view);
+  void write_ties(const scene_file::StepView& view);
   void write_blocks(const scene_file::StepView& view);
   void write_contacts(const scene_file::StepView& view);
   void write_joints(const scene_file::StepView& view, std::span<const solver::Contact> contacts);
@@ -57,7 +59,7 @@ class RunFiles {
   long frame_step_ = 0;              ///< steps when the last frame was written
   std::vector<double> times_;        ///< of the ParaView files, s
   std::vector<JointedPair> joined_;  ///< closed after the first step or at the end of a stage
-  std::optional<CsvFile> history_, blocks_, contacts_, joints_;  ///< of the first process
+  std::optional<CsvFile> history_, blocks_, contacts_, joints_, ties_;  ///< of the first process
 };
 
 /// The keys of summary.json, as tools/README.md documents them.

@@ -20,9 +20,13 @@ struct Formula::Parsed {
     }
     parser.DefineVar("t", &time);
     if (clock == Clock::RunAndStage) parser.DefineVar("stage_time", &stage_time);
+    for (int axis = 0; axis < 3 && clock == Clock::RunAndPlace; ++axis) {
+      parser.DefineVar(std::string(1, static_cast<char>('x' + axis)), &place[axis]);
+    }
     parser.SetExpr(expression);
   }
   double time = 0.0, stage_time = 0.0;
+  geometry::Vector3 place = geometry::Vector3::Zero();
   mu::Parser parser;
 };
 
@@ -95,5 +99,13 @@ double Formula::at(double time, double stage_time) const {
   parsed_->stage_time = stage_time;
   return parsed_->parser.Eval();
 }
+
+double Formula::at(const geometry::Vector3& place, double time) const {
+  parsed_->time = time;
+  parsed_->place = place;
+  return parsed_->parser.Eval();
+}
+
+bool Formula::names_time() const { return parsed_->parser.GetUsedVar().contains("t"); }
 
 }  // namespace quoin::scene_file

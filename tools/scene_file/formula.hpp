@@ -1,8 +1,9 @@
 #pragma once
-/// Formulas of time, by muParser.
+/// Formulas of time and place, by muParser.
 
 #include <map>
 #include <memory>
+#include <quoin/geometry/types.hpp>
 #include <string>
 
 namespace quoin::scene_file {
@@ -10,11 +11,12 @@ namespace quoin::scene_file {
 /// Numbers that formulas may use by name, beside pi, deg (pi/180) and g (9.81 m/s2).
 using Parameters = std::map<std::string, double>;
 
-/// A formula of t and, where it is allowed, stage_time (s): + - * / ^, sin, cos, tan, sqrt, exp,
-/// abs, min, max, a < b ? c : d, …
+/// A formula of t and, where it is allowed, stage_time (s) or x, y, z (m): + - * / ^, sin, cos,
+/// tan, sqrt, exp, abs, min, max, a < b ? c : d, …
 class Formula {
  public:
-  enum class Clock { Run, RunAndStage };  ///< what it may name: t; t and stage_time
+  /// What it may name: t; t and stage_time; t and x, y, z.
+  enum class Clock { Run, RunAndStage, RunAndPlace };
 
   /// Throws std::invalid_argument saying what is wrong with the expression.
   Formula(std::string expression, const Parameters& parameters, Clock clock = Clock::Run);
@@ -25,6 +27,8 @@ class Formula {
   ~Formula();
 
   double at(double time, double stage_time = 0.0) const;
+  double at(const geometry::Vector3& place, double time) const;  ///< of x, y, z and t
+  bool names_time() const;
 
   /// Whether a parameter may be called so: a word that is not pi, deg, t, stage_time or a function.
   /// (g, 9.81, may be another number where somebody wants that.)

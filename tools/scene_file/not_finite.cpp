@@ -23,9 +23,21 @@ class Search {
     for (const auto& point : scene_.fixed_points) {
       if (bad(point.displacement)) return line("displacement of a fixed point of", point.block);
     }
+    for (const auto& load : scene_.pressure_loads) {
+      for (const solver::Vector3& corner : load.corners) {
+        if (!std::isfinite(load.field->value(corner, time_))) {
+          return line("the water pressure on", load.block);
+        }
+      }
+    }
+    for (const auto& quiet : scene_.quiet_faces) {
+      if (bad(quiet.velocity)) return line("the ground's velocity at", quiet.block);
+    }
     for (std::size_t b = 0; b < scene_.blocks.size(); ++b) {
       const solver::Block& block = scene_.blocks[b];
-      if (block.kind != solver::BlockKind::Prescribed || !bad(block.motion.value)) continue;
+      if (block.kind != solver::BlockKind::Prescribed ||
+          !(bad(block.motion.value) || bad(block.motion.rotation)))
+        continue;
       return line("motion of", static_cast<int>(b));
     }
     return "";

@@ -6,9 +6,9 @@
 #include <sstream>
 
 namespace quoin::scene_file {
+
 namespace {
 
-/// Of a point from a body's planes: the largest, m. Below 0 inside.
 double largest_distance(const geometry::Body& body, const Vector3& point) {
   const geometry::Shape& shape = body.shape();
   double largest = -std::numeric_limits<double>::infinity();
@@ -22,22 +22,31 @@ double largest_distance(const geometry::Body& body, const Vector3& point) {
 
 }  // namespace
 
+double distance_outside(const solver::Block& block, const Vector3& point) {
+  double distance = std::numeric_limits<double>::infinity();
+  for (const geometry::Shape& part : block.convex_parts()) {
+    distance = std::min(distance, largest_distance({part, block.placement}, point));
+  }
+  return distance;
+}
+
 std::vector<PointOutside> points_outside(const solver::Scene& scene) {
   constexpr double kTouching = 1e-6;
   std::vector<PointOutside> outside;
   const auto look = [&](const char* what, int b, const Vector3& point) {
     const solver::Block& block = scene.blocks[static_cast<std::size_t>(b)];
     const geometry::Box box = block.body().box();
-    double distance = std::numeric_limits<double>::infinity();
-    for (const geometry::Shape& part : block.convex_parts()) {
-      distance = std::min(distance, largest_distance({part, block.placement}, point));
-    }
+    const double distance = distance_outside(block, point);
     if (distance <= kTouching * (box.max - box.min).norm()) return;
     outside.push_back({what, b, point, distance});
   };
   for (const solver::PointLoad& load : scene.point_loads) look("load", load.block, load.point);
   for (const solver::FixedPoint& point : scene.fixed_points) {
     look("fixed point", point.block, point.point);
+  }
+  for (const solver::Tie& tie : scene.ties) {
+    if (tie.a >= 0) look("tie", tie.a, tie.point_a);
+    if (tie.b >= 0) look("tie", tie.b, tie.point_b);
   }
   return outside;
 }

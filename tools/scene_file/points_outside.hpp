@@ -23,4 +23,8 @@ std::vector<PointOutside> points_outside(const solver::Scene& scene);
 /// A line for each of any stage, once; those after the tenth are counted in one line.
 std::vector<std::string> points_outside_lines(const SceneFile& file);
 
+/// Of a point from the planes of the faces of a block, of the part that it is nearest to, as it is
+/// at the start: the largest, m. Below 0 inside.
+double distance_outside(const solver::Block& block, const Vector3& point);
+
 }  // namespace quoin::scene_file

@@ -19,6 +19,8 @@
 #include "scene_file/schema_check.hpp"
 #include "scene_file/shared_topology.hpp"
 #include "scene_file/shown.hpp"
+#include "scene_file/ties.hpp"
+#include "scene_file/water.hpp"
 
 namespace quoin::scene_file {
 namespace {
@@ -81,6 +83,9 @@ class Reader {
     each("loads", [&](const json& load, const std::string& pointer) { read_load(load, pointer); });
     each("fixed_points",
          [&](const json& point, const std::string& pointer) { read_fixed_point(point, pointer); });
+    each("ties", [&](const json& tie, const std::string& pointer) { read_tie(tie, pointer); });
+    each("quiet_faces",
+         [&](const json& face, const std::string& pointer) { read_quiet_face(face, pointer); });
     read_options();
     read_stages();
     each("monitors",
@@ -467,11 +472,22 @@ class Reader {
                                     : "missing key \"motion\", which a prescribed block needs");
     }
     if (motion != nullptr) {
-      const std::string key = motion->begin().key();
+      const std::string key = motion->contains("velocity")       ? "velocity"
+                              : motion->contains("acceleration") ? "acceleration"
+                                                                 : "displacement";
       block.motion.kind = key == "displacement" ? solver::MotionKind::Displacement
                           : key == "velocity"   ? solver::MotionKind::Velocity
                                                 : solver::MotionKind::Acceleration;
-      block.motion.value = vector_of_time((*motion)[key], pointer + "/" + key);
+      block.motion.value = Vector3(Vector3::Zero());
+      if (motion->contains(key)) {
+        block.motion.value = vector_of_time((*motion)[key], pointer + "/" + key);
+      }
+      block.motion.rotation = Vector3(Vector3::Zero());
+      if (motion->contains("rotation")) {
+        block.motion.rotation = vector_of_time((*motion)["rotation"], pointer + "/rotation");
+        if (!motion->contains("centre")) throw SceneError(pointer, "missing key \"centre\"");
+        block.motion.centre = read_vector((*motion)["centre"]);
+      }
       const std::span<const double> times = block.motion.value.knots();
       if (key == "displacement" && std::ranges::adjacent_find(times) != times.end()) {
         throw SceneError(pointer + "/" + key, "a displacement can't jump");
@@ -738,6 +754,108 @@ class Reader {
     file_.scene.fixed_points.push_back(std::move(fixed));
   }
 
+  void read_tie(const json& value, const std::string& pointer) {
+    solver::Tie tie{.pretension = value.value("pretension", 0.0),
+                    .rest_length = value.value("rest_length", 0.0),
+                    .tension_only = value.value("tension_only", true),
+                    .yield_force = value.value("yield_force", solver::Tie{}.yield_force),
+                    .break_force = value.value("break_force", solver::Tie{}.break_force),
+                    .break_strain = value.value("break_strain", solver::Tie{}.break_strain),
+                    .name = value.value("name", "tie" + pointer.substr(pointer.rfind('/') + 1))};
+    const auto read_end = [&](const char* key, int& block, Vector3& point) {
+      const json& end = value[key];
+      if (end.contains("block")) block = block_named(end["block"], pointer + "/" + key + "/block");
+      point = read_vector(end["point"]);
+    };
+    read_end("from", tie.a, tie.point_a);
+    read_end("to", tie.b, tie.point_b);
+    const double length = (tie.point_b - tie.point_a).norm();
+    const bool of_bar = value.contains("young") && value.contains("area");
+    if (value.contains("stiffness") == of_bar ||
+        value.contains("young") != value.contains("area")) {
+      throw SceneError(pointer, "needs either \"stiffness\", or \"young\" and \"area\"");
+    }
+    tie.stiffness = of_bar ? value["young"].get<double>() * value["area"].get<double>() / length
+                           : value["stiffness"].get<double>();
+    std::vector<solver::Tie>& ties = file_.scene.ties;
+    if (!value.contains("points")) return ties.push_back(tie);
+    try {
+      std::ranges::move(grouted_tie(file_.scene, tie, value["points"]), std::back_inserter(ties));
+    } catch (const geometry::InputError& error) {
+      throw SceneError(pointer + "/points", error.what());
+    }
+  }
+
+  /// Impedances of the block's own material, where none are stated.
+  void read_quiet_face(const json& value, const std::string& pointer) {
+    const int block = loaded_block(value, pointer);
+    const solver::Material& rock = file_.scene.blocks[static_cast<std::size_t>(block)].material;
+    const double shear = rock.young / (2.0 * (1.0 + rock.poisson));
+    const double pressed = 2.0 * shear * (1.0 - rock.poisson) / (1.0 - 2.0 * rock.poisson);
+    if (!(rock.young > 0.0) &&
+        !(value.contains("normal_impedance") && value.contains("shear_impedance"))) {
+      throw SceneError(pointer,
+                       "the block's material has no young: \"normal_impedance\" and "
+                       "\"shear_impedance\" are needed");
+    }
+    solver::QuietFace face{
+        .block = block,
+        .face = face_towards(block, read_vector(value["towards"]), pointer + "/towards"),
+        .normal_impedance = value.value("normal_impedance", std::sqrt(rock.density * pressed)),
+        .shear_impedance = value.value("shear_impedance", std::sqrt(rock.density * shear))};
+    if (value.contains("velocity")) {
+      face.velocity = vector_of_time(value["velocity"], pointer + "/velocity");
+    }
+    file_.scene.quiet_faces.push_back(std::move(face));
+  }
+
+  void read_water(const json& value, const std::string& pointer) {
+    Water water{.field = water_pressure(value, pointer),
+                .divisions = value.value("divisions", Water{}.divisions)};
+    const std::string on = value.value("on", "all");
+    water.surface = on == "joints" ? WetSurface::Joints
+                    : on == "free" ? WetSurface::Free
+                                   : WetSurface::All;
+    if (value.contains("towards")) water.towards = read_vector(value["towards"]);
+    if (value.contains("between") && water.surface != WetSurface::Joints) {
+      throw SceneError(pointer + "/between", "only water in \"joints\" is between blocks");
+    }
+    const auto meant = [&](const json& names, const std::string& where) {
+      return match_blocks(names, where, labels());
+    };
+    std::vector<char> wet(file_.scene.blocks.size(), 1), one = wet, other = wet;
+    if (value.contains("blocks")) wet = meant(value["blocks"], pointer + "/blocks");
+    if (value.contains("between")) {
+      one = meant(value["between"][0], pointer + "/between/0");
+      other = meant(value["between"][1], pointer + "/between/1");
+    }
+    water.wets = [=](int block, int beside) {
+      const auto a = static_cast<std::size_t>(block), b = static_cast<std::size_t>(beside);
+      if (!wet[a]) return false;
+      return beside < 0 || (one[a] && other[b]) || (one[b] && other[a]);
+    };
+    append_water(water, absent_, file_.scene);
+  }
+
+  std::shared_ptr<const solver::PressureField> water_pressure(const json& value,
+                                                              const std::string& pointer) const {
+    if (value.contains("pressure") == value.contains("level")) {
+      throw SceneError(pointer, "needs either \"pressure\" or \"level\"");
+    }
+    const bool of_level = value.contains("level");
+    const char* key = of_level ? "level" : "pressure";
+    const double weight = value.value("unit_weight", 9810.0);
+    auto formula = std::make_shared<const Formula>(
+        read_formula(value[key], pointer + "/" + key, parameters_, Formula::Clock::RunAndPlace));
+    const bool steady = !formula->names_time();
+    return std::make_shared<const solver::PressureField>(
+        solver::PressureField{[=](const Vector3& place, double time) {
+                                const double given = formula->at(place, time);
+                                return of_level ? weight * std::max(0.0, given - place.z()) : given;
+                              },
+                              steady});
+  }
+
   static solver::ContactIteration contact_iteration(const json& value,
                                                     solver::ContactIteration otherwise) {
     using solver::ContactIteration;
@@ -801,6 +919,8 @@ class Reader {
                               .contact_iteration = file_.options.contact_iteration});
     }
     find_absent();
+    each("water",
+         [&](const json& value, const std::string& pointer) { read_water(value, pointer); });
     double reached = document_.value("end_time", 0.0);
     each("stages", [&](const json& value, const std::string& pointer) {
       Stage stage = read_stage(value, pointer, reached);
@@ -916,14 +1036,25 @@ class Reader {
     std::erase_if(scene.face_loads, bears_none);
     std::erase_if(scene.body_loads, bears_none);
     std::erase_if(scene.fixed_points, bears_none);
+    std::erase_if(scene.pressure_loads, bears_none);
+    std::erase_if(scene.quiet_faces, bears_none);
+    std::erase_if(scene.ties, [&](const solver::Tie& tie) {
+      const auto has = [&](int block, auto... kinds) {
+        return block >= 0 && ((scene.blocks[static_cast<std::size_t>(block)].kind == kinds) || ...);
+      };
+      using enum BlockKind;
+      return has(tie.a, Absent) || has(tie.b, Absent) ||
+             !(has(tie.a, Rigid, Deformable) || has(tie.b, Rigid, Deformable));
+    });
     return scene;
   }
 
   /// What a stage says of the scene holds from then on. Its lists take the place of earlier ones.
   void change_scene(const json& value, const std::string& pointer, Stage& stage) {
     const auto given = [&](const char* key) { return value.contains(key); };
-    constexpr std::array kKeys = {"gravity",      "joint",  "joints", "loads",
-                                  "fixed_points", "remove", "add",    "overrides"};
+    constexpr std::array kKeys = {"gravity",      "joint",     "joints",     "loads",
+                                  "fixed_points", "ties",      "water",      "remove",
+                                  "add",          "overrides", "quiet_faces"};
     if (std::ranges::none_of(kKeys, given)) return;
     if (!at_start_) at_start_ = present(file_.scene);
     const auto each_of = [&](const char* key, const auto& read_one) {
@@ -950,6 +1081,18 @@ class Reader {
     if (given("fixed_points")) {
       scene.fixed_points.clear();
       each_of("fixed_points", [&](const json& v, const std::string& p) { read_fixed_point(v, p); });
+    }
+    if (given("ties")) {
+      scene.ties.clear();
+      each_of("ties", [&](const json& v, const std::string& p) { read_tie(v, p); });
+    }
+    if (given("quiet_faces")) {
+      scene.quiet_faces.clear();
+      each_of("quiet_faces", [&](const json& v, const std::string& p) { read_quiet_face(v, p); });
+    }
+    if (given("water")) {
+      scene.pressure_loads.clear();
+      each_of("water", [&](const json& v, const std::string& p) { read_water(v, p); });
     }
     stage.scene = std::make_shared<const solver::Scene>(present(scene));
   }

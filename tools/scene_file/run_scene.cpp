@@ -874,6 +874,7 @@ class Runner {
     result_.threads = simulation_.threads();
     result_.time = state.time;
     result_.dynamic_time = dynamic_time();
+    result_.ties = state.ties;
     result_.wall_seconds += seconds_since(started_);
     const auto is_of_base = [&](const Contact& contact) {
       return is_held(contact.point.key.a) != is_held(contact.point.key.b);

@@ -73,6 +73,7 @@ struct RunResult {
   double time = 0.0;                        ///< simulated, all stages, s
   double dynamic_time = 0.0;                ///< s since the start of the first dynamic stage
   Vector3 base_reaction = Vector3::Zero();  ///< on all blocks without unknowns, N
+  std::vector<solver::TieState> ties{};     ///< at the end
   std::vector<std::string> left_out{};
 };
 

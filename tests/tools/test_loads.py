@@ -1,0 +1,218 @@
+"""Ties, water, quiet faces and turning supports of scene files, against closed forms."""
+import csv
+import json
+import math
+import pathlib
+import subprocess
+import sys
+import unittest
+
+QUOIN, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
+
+from folder_test import FolderTest
+
+G, STONE = 9.81, {"stone": {"density": 2400, "young": 1e10, "poisson": 0.2}}
+STATIC = [{"analysis": "static"}]
+
+
+def box(low, high):
+    return {"type": "box", "min": low, "max": high}
+
+
+def scene(blocks, stages=STATIC, friction=30, **more):
+    return {"materials": STONE, "joint": {"friction_angle_deg": friction}, "time_step": 0.01, "stages": stages,
+            "blocks": blocks, **more}
+
+
+def cube(kind, name="cube", low=(0, 0, 0), high=(1, 1, 1)):
+    return {"name": name, "kind": kind, "material": "stone", "shape": box(list(low), list(high))}
+
+
+FLOOR = {"name": "floor", "kind": "fixed", "shape": box([-20, -20, -1], [20, 20, 0])}
+
+
+class Loads(FolderTest):
+    def command(self, name, document, *options):
+        (self.folder / "scene.json").write_text(json.dumps(document))
+        return subprocess.run([QUOIN, name, self.folder / "scene.json", "--json", *options], capture_output=True,
+                              text=True, timeout=300)
+
+    def run_scene(self, document):
+        done = self.command("run", document, "--out", self.folder / "out")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return json.loads(done.stdout)
+
+    def refused(self, document, *words):
+        done = self.command("run", document)
+        self.assertEqual(done.returncode, 2, done.stderr)
+        for word in words:
+            self.assertIn(word, done.stderr)
+
+    def near(self, value, exact, relative):
+        self.assertLessEqual(abs(value - exact), relative * abs(exact), (value, exact))
+
+    # Ties
+
+    def test_a_mass_hangs_and_its_tie_is_in_all_files(self):
+        for kind in ("rigid", "deformable"):
+            tie = {"name": "rod", "from": {"point": [0.5, 0.5, 5]}, "to": {"block": "cube", "point": [0.5, 0.5, 0.5]},
+                   "young": 2e11, "area": 1e-3}
+            summary = self.run_scene(scene([cube(kind)], ties=[tie]))
+            self.near(summary["ties"][0]["force"], 2400 * G, 1e-6)
+            self.near(summary["ties"][0]["length"] - 4.5, 2400 * G * 4.5 / 2e8, 1e-4)
+            rows = list(csv.DictReader((self.folder / "out" / "ties.csv").read_text().splitlines()))
+            self.assertEqual((rows[0]["state"], rows[-1]["name"], rows[-1]["state"]), ("slack", "rod", "elastic"))
+            self.assertEqual(float(rows[-1]["force"]), summary["ties"][0]["force"])
+            self.assertTrue((self.folder / "out" / "ties_000000.vtp").exists())
+
+    def test_a_bolt_holds_a_sliding_block_grouted_or_not(self):
+        slope, friction = math.radians(40), 25
+        gravity = [G * math.sin(slope), 0, -G * math.cos(slope)]
+        wanted = 2400 * G * (math.sin(slope) - math.cos(slope) * math.tan(math.radians(friction)))
+        for more in ({}, {"points": 13}):
+            for kind in ("rigid", "deformable"):
+                tie = {"from": {"block": "floor", "point": [-2.9, 0.5, -0.06]},
+                       "to": {"block": "cube", "point": [0.9, 0.5, 0.016]}, "stiffness": 1e7, **more}
+                summary = self.run_scene(scene([FLOOR, cube(kind)], friction=friction, gravity=gravity, ties=[tie]))
+                forces = [tie["force"] for tie in summary["ties"]]
+                self.assertEqual(len(forces), 1)
+                self.near(forces[0], wanted, 2e-2)  # the bolt rises by 1 in 50, and lifts by that
+
+    def test_a_tie_rod_takes_the_thrust_of_two_leaning_halves(self):
+        # Half arches of one block each: hinges at the crown's top and at the feet's outer edges are not known,
+        # but the thrust balances the feet, which slide without friction.
+        half = [[0, 0, 0], [1, 0, 0], [2, 0, 2], [2, 0, 3]]
+        mirrored = [[4 - x, y, z] for x, y, z in half[::-1]]
+        blocks = [FLOOR] + [{"name": name, "kind": "rigid", "material": "stone",
+                             "shape": {"type": "prism", "polygon": polygon, "sweep": [0, 1, 0]}}
+                            for name, polygon in (("left", half), ("right", mirrored))]
+        tie = {"from": {"block": "left", "point": [0.5, 0.5, 0.2]}, "to": {"block": "right", "point": [3.5, 0.5, 0.2]},
+               "stiffness": 1e8}
+        document = scene(blocks, friction=0, ties=[tie], joint={"friction_angle_deg": 0},
+                         monitors=[{"name": "crown", "contact": ["left", "right"]}])
+        summary = self.run_scene(document)
+        thrust = summary["monitors"]["crown"]["force"][0]
+        self.assertGreater(thrust, 1000)
+        self.near(summary["ties"][0]["force"], thrust, 1e-5)
+
+    def test_ties_of_a_stage_and_their_mistakes(self):
+        tie = {"from": {"point": [0.5, 0.5, 5]}, "to": {"block": "cube", "point": [0.5, 0.5, 0.5]}, "stiffness": 1e6}
+        stages = STATIC + [{"analysis": "static", "ties": [{**tie, "pretension": 1000}]}]
+        summary = self.run_scene(scene([FLOOR, cube("rigid")], stages))
+        self.near(summary["ties"][0]["force"], 1000, 1e-3)
+        self.near(summary["base_reaction"][2], -(2400 * G - 1000), 1e-3)
+        for change, words in (({"stiffness": 0}, ["/ties/0/stiffness"]), ({"points": 5}, ["/ties/0/points", "no block"]),
+                              ({"young": 1}, ["either"]), ({"pretension": -1}, ["tie", "tension only"]),
+                              ({"from": {"point": [0.5, 0.5, 0.5]}}, ["tie", "length"])):
+            self.refused(scene([FLOOR, cube("rigid")], ties=[{**tie, **change}]), *words)
+
+    # Water
+
+    def test_a_block_under_uplift(self):
+        for kind in ("rigid", "deformable"):
+            water = {"pressure": "5000 + 3000*x", "on": "joints"}
+            summary = self.run_scene(scene([FLOOR, cube(kind)], water=[water]))
+            self.near(-summary["base_reaction"][2], 2400 * G - 6500, 1e-6)
+            row = list(csv.DictReader((self.folder / "out" / "joints.csv").read_text().splitlines()))[-1]
+            centre = (2400 * G * 0.5 - (5000 / 2 + 3000 / 3)) / (2400 * G - 6500)
+            self.near(float(row["x"]), centre, 1e-5)
+            # Below the water table on all sides: Archimedes.
+            summary = self.run_scene(scene([FLOOR, cube(kind)], water=[{"level": 3}]))
+            self.near(-summary["base_reaction"][2], 2400 * G - 9810, 1e-5)  # by the areas of the start
+            # Free faces alone: no uplift, and the weight of 2 m of water.
+            summary = self.run_scene(scene([FLOOR, cube(kind)], water=[{"level": 3, "on": "free"}]))
+            self.near(-summary["base_reaction"][2], 2400 * G + 2 * 9810, 1e-5)
+
+    def test_uplift_beyond_the_weight_lifts_the_block_and_its_work_is_booked(self):
+        stages = [{"analysis": "dynamic", "duration": 0.2}]
+        summary = self.run_scene(scene([FLOOR, cube("rigid")], stages, water=[{"pressure": 30000, "on": "joints"}],
+                                       monitors=[{"name": "m", "block": "cube"}]))
+        net = 30000 - 2400 * G
+        self.near(summary["monitors"]["m"]["displacement"][2], 0.5 * net / 2400 * 0.2 ** 2, 1e-9)
+        self.near(summary["energy"]["work"], 30000 * 0.5 * net / 2400 * 0.2 ** 2, 1e-9)
+        self.assertLess(abs(summary["energy"]["closure"]), 1e-6)
+
+    def dam(self, width, height, water=True):
+        polygon = [[0, 0, 0], [width, 0, 0], [0, 0, height]]
+        dam = {"name": "dam", "kind": "rigid", "material": "stone",
+               "shape": {"type": "prism", "polygon": polygon, "sweep": [0, 1, 0]}}
+        uplift = f"9810*{height}*(1 - x/{width})"
+        loads = [{"level": height, "on": "free", "towards": [-1, 0, 0]}, {"pressure": uplift, "on": "joints"}]
+        return scene([FLOOR, dam], water=loads if water else [])
+
+    def test_a_gravity_dam(self):
+        width, height = 8.6, 10.0
+        weight, uplift = 2400 * G * width * height / 2, 9810 * height * width / 2
+        push = 9810 * height ** 2 / 2
+        summary = self.run_scene({**self.dam(width, height), "joint": {"friction_angle_deg": 45}})
+        self.near(-summary["base_reaction"][2], weight - uplift, 1e-6)
+        self.near(summary["base_reaction"][0], push, 1e-6)
+        done = self.command("limit", self.dam(width, height), "--vary", "friction=0:60", "--loading", "0")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        report = json.loads(done.stdout)
+        critical = math.degrees(math.atan(push / (weight - uplift)))
+        for side in ("stands", "falls"):
+            self.near(report[side]["value"], critical, 2e-4)
+        # As a factor of safety at mu 0.6.
+        strong = self.dam(width, height)
+        strong["joint"]["friction_angle_deg"] = math.degrees(math.atan(0.6))
+        done = self.command("limit", strong, "--vary", "strength=0.1:5", "--loading", "0")
+        self.near(json.loads(done.stdout)["stands"]["value"], 0.6 * (weight - uplift) / push, 2e-4)
+
+    def test_a_wedge_with_water_in_its_joints(self):
+        made = self.folder / "slope.json"
+        subprocess.run([QUOIN, "make", "slope", "--friction-deg", "30", "--out", made], check=True, capture_output=True)
+        document = json.loads(made.read_text())
+        document["stages"] = [{"analysis": "dynamic", "end_time": 0.25}]
+        points = document["blocks"][2]["shape"]["points"]
+        minus = lambda a, b: [x - y for x, y in zip(a, b)]  # noqa: E731
+        cross = lambda a, b: [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]  # noqa: E731
+        edges = [minus(point, points[0]) for point in points[1:]]
+        normal = cross(edges[0], edges[1])
+        area = 0.5 * math.hypot(*normal)
+        weight = 2400 * G * abs(sum(x * y for x, y in zip(normal, edges[2]))) / 6
+        plunge, half = math.radians(35), math.radians(45)
+        mass = weight / G
+        dry = weight * math.cos(plunge) / (2 * math.sin(half))  # on each joint
+        for share in (0.4, 0.6):
+            document["water"] = [{"pressure": share * dry / area, "on": "joints"}]
+            push = (1 - share) * dry
+            pull = weight * math.sin(plunge) - 2 * push * math.tan(math.radians(30))
+            self.assertGreater(pull, 0)
+            moved = math.hypot(*self.run_scene(document)["monitors"]["wedge"]["displacement"])
+            self.near(moved, 0.5 * pull / mass * 0.25 ** 2, 1e-2)
+
+    def test_mistakes_with_water(self):
+        for water, words in (({}, ["/water/0", "either"]), ({"pressure": "q*z"}, ["/water/0/pressure"]),
+                             ({"pressure": 1, "blocks": "nobody"}, ["/water/0/blocks"]),
+                             ({"pressure": 1, "between": ["cube", "floor"]}, ["/water/0/between"]),
+                             ({"pressure": 1, "level": 2}, ["/water/0", "either"])):
+            self.refused(scene([FLOOR, cube("rigid")], water=[water]), *words)
+        done = self.command("run", scene([FLOOR, cube("rigid")], water=[{"pressure": "1/(z-z)"}]))
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("the water pressure on \"cube\" at 0 s is not finite", done.stderr)
+
+    # Supports
+
+    def test_a_quiet_face_bears_what_held_it(self):
+        stages = STATIC + [{"analysis": "dynamic", "duration": 0.2}]
+        faces = [{"block": "cube", "towards": [0, 0, -1]}]
+        summary = self.run_scene(scene([cube("deformable")], stages, quiet_faces=faces,
+                                       monitors=[{"name": "m", "block": "cube"}]))
+        self.assertLess(abs(summary["monitors"]["m"]["velocity"][2]), 1e-6)
+
+    def test_a_support_turns(self):
+        """A cube sticks to a slowly tilting table until the angle of friction."""
+        table = {**FLOOR, "kind": "prescribed",
+                 "motion": {"rotation": {"formula": ["0", "0.4*(1 - cos(t))", "0"]}, "centre": [0, 0, 0]}}
+        monitors = [{"name": "cube", "block": "cube", "relative_to": "floor"}, {"name": "table", "block": "floor"}]
+        for angle, slides in ((0.27, False), (0.45, True)):
+            end = round(math.acos(1 - angle / 0.4), 2)
+            summary = self.run_scene(scene([table, cube("rigid")], [{"analysis": "dynamic", "end_time": end}],
+                                           friction=20, monitors=monitors))
+            self.near(summary["monitors"]["table"]["rotation"][1], 0.4 * (1 - math.cos(end)), 1e-9)
+            moved = math.hypot(*summary["monitors"]["cube"]["displacement"])
+            (self.assertGreater if slides else self.assertLess)(moved, 1e-3)
+
+
+unittest.main(argv=sys.argv[:1] + sys.argv[3:])
