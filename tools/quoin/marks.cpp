@@ -76,6 +76,18 @@ struct Marks {
     for (const solver::BodyLoad& load : scene.body_loads) {
       add(scene, "body load", load.block, centroid(load.block), &load.force, "N/m3");
     }
+    for (const solver::PressureLoad& load : scene.pressure_loads) {
+      if (load.factor < 0.0) continue;
+      const auto& corners = load.corners;
+      Vector3 middle = Vector3::Zero();
+      for (const Vector3& corner : corners) middle += corner / static_cast<double>(corners.size());
+      const Vector3 inwards =
+          -(corners[1] - corners[0]).cross(corners[2] - corners[0]).normalized();
+      const VectorOfTime pressure([&](double time) -> Vector3 {
+        return load.factor * load.field->value(middle, time) * inwards;
+      });
+      add(scene, "water", load.block, middle, &pressure, "Pa");
+    }
     for (const solver::FixedPoint& point : scene.fixed_points) {
       add(scene, "fixed point", point.block, point.point);
     }
