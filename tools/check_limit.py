@@ -195,7 +195,6 @@ def judge(folder, scene=None):
     if {"stands", "falls"} <= set(values):
         low, high = sorted([abs(values["falls"]), abs(values["stands"])])
         print(f"digits: {-np.log10(max(1 - low / high, 1e-16)):.1f}")
+    values or print(f"{folder}: no certificates (*stands.json, *falls.json, mechanism.json) in this folder")
     return 1 if bad or not values else 0
-
-if __name__ == "__main__":
-    sys.exit(judge(*sys.argv[1:3]))
+if __name__ == "__main__": sys.exit(judge(*sys.argv[1:3]))

@@ -45,7 +45,8 @@ bool may_be_proved(const solver::Simulation& run, const Stage& stage) {
   const solver::Scene& scene = run.scene();
   return stage.analysis == solver::Analysis::Static && !(stage.until_moved > 0.0) &&
          run.options().method == solver::ContactMethod::AugmentedLagrangian &&
-         !run.options().distributed_solver && scene.ties.empty() && !is_spring(scene.joint) &&
+         !run.options().distributed_solver && scene.ties.empty() && scene.quiet_faces.empty() &&
+         !is_spring(scene.joint) &&
          std::ranges::none_of(scene.pair_joints, is_spring, &solver::PairJoint::joint);
 }
 

@@ -356,7 +356,9 @@ std::vector<Vector6> block_loads(const CompiledScene& compiled, const State& sta
 EquilibriumProblem equilibrium_problem(const CompiledScene& compiled, const State& state,
                                        std::span<const geometry::ContactPoint> found, double reach,
                                        ShearInTension shear) {
-  if (!compiled.ties.empty()) throw InputError("a problem of equilibrium can't have ties");
+  if (!compiled.ties.empty() || !compiled.scene.quiet_faces.empty()) {
+    throw InputError("a problem of equilibrium can't have ties or quiet faces");
+  }
   EquilibriumProblem problem{.origin = state.origin};
   const std::vector<Vector6> loads = block_loads(compiled, state);
   for (std::size_t b = 0; b < compiled.models.size(); ++b) {
