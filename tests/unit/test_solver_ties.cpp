@@ -183,7 +183,7 @@ Scene pulled(const Frame& frame, double way, Tie tie) {
                               return way * std::min(t, 1.0) * frame.along(1, 0, 0);
                             })};
   for (const Vector3& point : {Vector3(0, 0, 0), Vector3(0.4, 0, 0), Vector3(0, 0.4, 0)}) {
-    scene.fixed_points.push_back({.block = 0, .point = frame.at(point.x(), point.y(), point.z())});
+    scene.fixed_points.push_back({0, frame.at(point.x(), point.y(), point.z()), {}});
   }
   tie.a = puller;
   tie.b = 0;
