@@ -52,7 +52,7 @@ class LeftOut(unittest.TestCase):
     def test_two_blocks_need_no_tree(self):
         self.check(run(scene()),
                    ["2 blocks are one pair", "fixed or prescribed",
-                    "no point, face or body load", "no folder is asked for", "one thread"],
+                    "no point, face, body or pressure load", "no folder is asked for", "one thread"],
                    ["friction", "rigid", "static"])
 
     def test_frictionless(self):

@@ -53,9 +53,11 @@ class UntrustedRuns(FolderTest):
     def test_a_static_stage_that_still_seeks(self):
         tilted = [9.81 * math.sin(math.radians(20)), 0, -9.81 * math.cos(math.radians(20))]
         blocks = [box("ground", [-5, -5, -1], [5, 5, 0], "fixed"), box("b", [0, 0, 0], [1, 1, 1])]
-        code, summary = self.run_scene(scene(blocks, {"friction_angle_deg": 15}, gravity=tilted,
-                                             stages=[{"analysis": "static", "steps": 3}]))
-        self.assertEqual((code, summary["status"]), (1, "not_at_rest"))
+        stop = box("stop", [1.05, -5, 0], [2, 5, 1], "fixed")  # so near that it could hold the block
+        for more, status in (([], "mechanism"), ([stop], "not_at_rest")):
+            code, summary = self.run_scene(scene(blocks + more, {"friction_angle_deg": 15}, gravity=tilted,
+                                                 stages=[{"analysis": "static", "steps": 3}]))
+            self.assertEqual((code, summary["status"]), (1, status))
 
 
 if __name__ == "__main__":
