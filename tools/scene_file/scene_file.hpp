@@ -42,8 +42,8 @@ struct Stage {
   OnMechanism on_mechanism = OnMechanism::Fail;
   int relax = 0;  ///< static: parts in which removed blocks give their forces back; 0: at once
   double ramp_to = 0.0, ramp_by = 0.0;  ///< static: factor of all loads, to its last value; 0: none
-  double unbalance = 1e-6;      ///< limit of StepReport::unbalance at rest
-  double time_step = 0.0;       ///< s
+  double unbalance = 1e-6;              ///< limit of StepReport::unbalance at rest
+  double time_step = 0.0;               ///< s
   solver::ContactIteration contact_iteration = solver::ContactIteration::Automatic;
   bool reset_displacements = false;              ///< they count from the start of this stage
   std::shared_ptr<const solver::Scene> scene{};  ///< from this stage on; null: as before
@@ -59,7 +59,7 @@ struct Monitor {
       blocks{};  ///< of a point: one; of contacts: those that the force pushes; ascending
   std::vector<int> others{};                ///< of contacts: those that push; ascending
   std::vector<std::string> fixed_points{};  ///< names, ascending
-  std::optional<Vector3> point{};  ///< place of the material point at the start, m; none: centroid
+  std::optional<Vector3> point{};   ///< place of the material point at the start, m; none: centroid
   Vector3 about = Vector3::Zero();  ///< of contacts: moments are taken about this place, m
   /// Of a point: its motion is that relative to the material of this block; -1: to the world.
   int relative_to = -1;

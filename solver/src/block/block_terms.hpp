@@ -17,7 +17,7 @@ using ReferenceParts = std::vector<ReferencePart>;
 
 /// A shape as seen from its centroid: shared by all blocks of that shape.
 struct ReferenceShape {
-  std::shared_ptr<const geometry::Shape> shape;  ///< centroid in its origin, axes as given
+  std::shared_ptr<const geometry::Shape> shape;   ///< centroid in its origin, axes as given
   std::shared_ptr<const ReferenceParts> parts{};  ///< null: the shape is convex
   Vector3 centroid = Vector3::Zero();       ///< of the shape as given, from its Shape::origin(), m
   double volume = 0.0;                      ///< m3

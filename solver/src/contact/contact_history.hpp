@@ -12,13 +12,13 @@ namespace quoin::solver {
 /// A contact held by the bodies: material points and a normal that turns with one of them, so that
 /// gap and slip can be followed exactly through a step.
 struct BodyContact {
-  Contact state;             ///< forces, mode, anchors; `point` as detected
-  int a = 0, b = 0;          ///< blocks
+  Contact state;               ///< forces, mode, anchors; `point` as detected
+  int a = 0, b = 0;            ///< blocks
   int part_a = 0, part_b = 0;  ///< of these: ReferencePart
-  bool normal_on_a = false;  ///< whose rotation carries the normal: the face's block
-  bool crossed = false;      ///< two edges: the normal is that of both
-  bool axis_is_y = false;    ///< axis()
-  bool was_closed = false;   ///< at the end of the last step
+  bool normal_on_a = false;    ///< whose rotation carries the normal: the face's block
+  bool crossed = false;        ///< two edges: the normal is that of both
+  bool axis_is_y = false;      ///< axis()
+  bool was_closed = false;     ///< at the end of the last step
   bool was_bonded = false;
   bool laid = false;                ///< in this step
   bool beside_springs = false;      ///< no part of its joint

@@ -26,8 +26,8 @@ void write_blocks(const std::string& path, const Simulation& simulation,
 /// Contact points (.vtp): blocks, type, gap, normal, forces, state, slip, area.
 void write_contacts(const std::string& path, const Simulation& simulation, const Piece& piece = {});
 
-/// Ties as lines (.vtp): force (N, tension positive), elongation against the rest length (m), plastic
-/// part of it, broken. Throws std::runtime_error as above.
+/// Ties as lines (.vtp): force (N, tension positive), elongation against the rest length (m),
+/// plastic part of it, broken. Throws std::runtime_error as above.
 void write_ties(const std::string& path, const Simulation& simulation);
 
 /// Index (.pvtu of blocks, .pvtp of contacts) over pieces in the same folder, at least one, or an

@@ -105,7 +105,7 @@ struct Block {
   /// which is then geometry::join() of them; they touch others, and never each other. Null: `shape`
   /// is convex.
   std::shared_ptr<const std::vector<geometry::Shape>> parts{};
-  geometry::Placement placement{};               ///< of the shape in the world at the start
+  geometry::Placement placement{};  ///< of the shape in the world at the start
   Material material;
   BlockKind kind = BlockKind::Deformable;
   Vector3 velocity = Vector3::Zero();          ///< of the centroid at the start, m/s

@@ -159,10 +159,10 @@ enum class FlagKind : std::uint8_t {
   Rounding,      ///< of a gap, against the tolerance of gaps
   EnergyGrowth,  ///< in one step, by the scale of the run's energy
   LostContact,   ///< overlap of a failed step that no attempt held; a closed contact whose blocks
-                ///< are no longer found near each other
-  Turn,    ///< of a block in a sub-step, rad: its square, by twelve, is lost of it
-  Impacts  ///< one that follows from another in the same sub-step, and is solved with it;
-           ///< value: the gap in between by the size of the smaller block
+                 ///< are no longer found near each other
+  Turn,          ///< of a block in a sub-step, rad: its square, by twelve, is lost of it
+  Impacts        ///< one that follows from another in the same sub-step, and is solved with it;
+                 ///< value: the gap in between by the size of the smaller block
 };
 
 inline constexpr std::size_t kFlagKinds = 8;
