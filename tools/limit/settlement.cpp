@@ -49,10 +49,12 @@ class Path {
       options_.analysis = solver::Analysis::Dynamic;
       options_.time_step = duration / kStepsOfOne;
       run.set_options(options_);
-      for (int i = 0; i < kStepsOfOne; ++i) {
-        if (run.advance().status != solver::StepStatus::Converged) return false;
+      bool moves = true;
+      for (int i = 0; i < kStepsOfOne && moves; ++i) {
+        moves = run.advance().status == solver::StepStatus::Converged;
       }
-      block().motion.value = Vector3(0, 0, 0);
+      block().motion.value = Vector3(0, 0, 0);  // what is saved stands still, and is resumed so
+      if (!moves) return false;
       run.change(scene_);
     }
     options_.analysis = solver::Analysis::Static;
