@@ -202,36 +202,42 @@ Fate judge(const StepRun& run, Island& island, double growth, bool can_cut) {
                                      energy.contact_work - energy.friction_work});
 }
 
-/// What its blocks turn by, and impacts that follow from others, in the attempt of an island.
-void note_turn_and_impacts(const StepRun& run, Island& island) {
-  const auto note = [](double value, int block, int other, StepFlag& flag) {
-    if (!(value > flag.value)) return;
-    flag.value = value;
-    flag.block = block;
-    flag.other = other;
-  };
+/// The largest value that a flag has been raised by, and where.
+void note(double value, int block, int other, StepFlag& flag) {
+  if (!(value > flag.value)) return;
+  flag.value = value;
+  flag.block = block;
+  flag.other = other;
+}
+
+/// What the blocks of an island turn by in its attempt.
+void note_turns(const StepRun& run, Island& island) {
+  StepFlag& flag = island.count.turn;
   for (const int block : island.own()) {
     const double spin = std::min(run.work.now.blocks[index(block)].angular_velocity.norm(),
                                  run.work.end[index(block)].angular_velocity.norm());
-    note(spin * island.length, block, -1, island.count.turn);
+    note(spin * island.length, block, -1, flag);
   }
-  island.count.turn.fails = island.count.turn.value > kMeaninglessTurn;
+  flag.fails = flag.value > kMeaninglessTurn;
+}
+
+/// Pairs that were apart, free flight keeps apart, and another impact has made meet in the attempt
+/// of an island. Springs have no impacts.
+void note_impacts(const StepRun& run, Island& island) {
   const std::vector<SolvedContact>& positions = island.attempt.positions;
   const std::vector<BodyContact>& contacts = island.contacts;
-  for (std::size_t i = 0, next = 0; i < contacts.size() && i < positions.size(); i = next) {
-    bool apart = contacts[i].joint->restitution > 0.0, met = false;  // the pair, before and after
+  const std::size_t count = std::min(contacts.size(), positions.size());
+  for (std::size_t first = 0, next = 0; first < count; first = next) {
+    const int a = contacts[first].a, b = contacts[first].b;
+    bool apart = contacts[first].joint->restitution > 0.0, met = false;
     double gap = std::numeric_limits<double>::infinity();
-    for (next = i; next < positions.size() && next < contacts.size() &&
-                   contacts[next].a == contacts[i].a && contacts[next].b == contacts[i].b;
-         ++next) {
+    for (; next < count && contacts[next].a == a && contacts[next].b == b; ++next) {
       const SolvedContact& c = positions[next];
-      apart = apart && !c.was_closed && !c.closes;
+      apart = apart && !c.compliant && !c.was_closed && !c.closes;
       met = met || c.mode != ContactMode::Open;
       gap = std::min(gap, c.start);
     }
-    if (!apart || !met) continue;
-    note(gap / pair_size(run.compiled, contacts[i].a, contacts[i].b), contacts[i].a, contacts[i].b,
-         island.count.impacts);
+    if (apart && met) note(gap / pair_size(run.compiled, a, b), a, b, island.count.impacts);
   }
 }
 
@@ -243,7 +249,10 @@ void accept(const StepRun& run, Island& island, double growth) {
   island.still = stood_still(run, island);
   const int crowd = keeps_modes(run, island) ? 0 : island.memory.solver.crowd();
   book(energy, growth, island.energy);
-  if (step.dynamic()) note_turn_and_impacts(run, island);
+  if (step.dynamic()) {
+    note_turns(run, island);
+    note_impacts(run, island);
+  }
   const bool first = island.count.sub_steps == 0;
   island.count.energy_growth = first ? growth : std::max(island.count.energy_growth, growth);
   note_energy(run, step, island);
