@@ -71,9 +71,9 @@ double shift_of_supports(const SubStep& step, std::span<const BodyContact> conta
                          std::span<const LinearContact> linear, std::span<const char> hit,
                          const StepPoses& poses) {
   if (step.compiled.prescribed.empty() && step.compiled.held.empty()) return 0.0;  // none moves
-  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  constexpr double none = std::numeric_limits<double>::infinity();
   const auto is_hit = [&](int slot) { return slot >= 0 && (hit.empty() || hit[index(slot)]); };
-  Vector3 high = Vector3::Constant(-kInfinite), low = high;  // of their ways, and of these turned
+  Vector3 high = Vector3::Constant(-none), low = high;  // of their ways, and of these turned
   const auto bear = [&](int slot, const Vector3& way) {
     if (!is_hit(slot)) return;
     high = high.cwiseMax(way);
