@@ -39,7 +39,7 @@ warnings_as_errors() {
 # Options of every configuration: a compiler cache where there is one. It does not know precompiled headers.
 compiler_cache() {
   if command -v ccache >/dev/null; then
-    echo -DCMAKE_CXX_COMPILER_LAUNCHER=ccache -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON
+    echo "-DCMAKE_CXX_COMPILER_LAUNCHER=$PWD/tools/ccache" -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON
   fi
 }
 

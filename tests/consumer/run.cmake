@@ -35,6 +35,9 @@ if(SOURCE)  # not optimised, several files at once: it is soon built, and a user
 endif()
 run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/project -B ${WORK}/build
   -DCOMPONENT=${COMPONENT} -DPROGRAM=${PROGRAM} ${options})
+if(FETCH)  # what is built is what add_subdirectory builds
+  return()
+endif()
 run(${CMAKE_COMMAND} --build ${WORK}/build --target program --parallel 2)
 run(${WORK}/build/program)
 if(NOT output MATCHES "${OUTPUT}")

@@ -7,7 +7,7 @@
 namespace quoin::solver {
 namespace {
 
-struct Columns {
+struct ContactColumns {
   Matrix3x6 of_a, of_b;
 };
 
@@ -20,7 +20,7 @@ Matrix3x6 strain(const ContactJacobian& jacobian) {
 std::vector<LinearContact> gather(const Agreement& agreement, const Slots& slots,
                                   std::span<const LinearContact> contacts) {
   std::vector<ContactTerms> terms;
-  std::vector<Columns> rigid, strained;
+  std::vector<ContactColumns> rigid, strained;
   for (const LinearContact& c : contacts) {
     if (!agreement.counts(slots, c.slot_a, c.slot_b)) continue;
     terms.push_back(c);

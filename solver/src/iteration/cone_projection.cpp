@@ -9,8 +9,8 @@ namespace {
 // Of contacts, by their own Delassus block: of 100, 250 and 400 the one with which shaken walls
 // gain least.
 constexpr double kStiffness = 250.0;
-constexpr int kSearch = 12;     // values of the slope along a step, at most; it ends at
-constexpr double kFlat = 1e-2;  // of the slope that the step begins with
+constexpr int kSearch = 12;         // values of the slope along a step, at most; it ends at
+constexpr double kFlatCone = 1e-2;  // of the slope that the step begins with
 
 }  // namespace
 
@@ -69,7 +69,7 @@ double ConeProjection::slope(double share) const {
 double ConeProjection::find_share() const {
   double low = 0.0, high = 1.0, low_slope = slope(0.0), high_slope = slope(1.0);
   if (!(high_slope > 0.0) || !(low_slope < 0.0)) return 1.0;
-  const double enough = -kFlat * low_slope;
+  const double enough = -kFlatCone * low_slope;
   int last = 0;  // the end that moved
   for (int k = 0; k < kSearch; ++k) {
     const double share = (low * high_slope - high * low_slope) / (high_slope - low_slope);

@@ -23,9 +23,9 @@ void put_all(std::ostream& out, const char* word, const Values& values) {
 }
 
 /// Reads word by word and says in which one of which object something is wrong.
-class Reader {
+class ProblemReader {
  public:
-  explicit Reader(std::istream& in) : in_(in) {}
+  explicit ProblemReader(std::istream& in) : in_(in) {}
 
   void at(const char* object, int number) {
     place_ = std::string(object) + " " + std::to_string(number) + ": ";
@@ -67,7 +67,7 @@ class Reader {
   std::string place_;
 };
 
-ContactProblem::Block read_block(Reader& reader) {
+ContactProblem::Block read_block(ProblemReader& reader) {
   ContactProblem::Block block;
   const int unknowns = reader.integer(6, 12);
   if (unknowns != 6 && unknowns != 12) reader.fail("6 or 12 unknowns are expected");
@@ -81,7 +81,7 @@ ContactProblem::Block read_block(Reader& reader) {
   return block;
 }
 
-ContactProblem::Contact read_contact(Reader& reader, const ContactProblem& problem) {
+ContactProblem::Contact read_contact(ProblemReader& reader, const ContactProblem& problem) {
   ContactProblem::Contact contact;
   const int last = static_cast<int>(problem.blocks.size()) - 1;
   contact.a = reader.integer(-1, last);
@@ -265,7 +265,7 @@ void write(std::ostream& out, const ContactProblem& problem) {
 ContactProblem read_contact_problem(std::istream& in) {
   constexpr int kMost = 1000000;
   ContactProblem problem;
-  Reader reader(in);
+  ProblemReader reader(in);
   std::string title;
   std::getline(in, title);
   if (title != kTitle) reader.fail("the first line must be '" + std::string(kTitle) + "'");

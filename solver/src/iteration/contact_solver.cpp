@@ -38,7 +38,7 @@ constexpr int kLastTry = 100;
 // Resultants of the joints by the six balances of each block, up to which an island is loose. A
 // tower has 1 while all of it sticks, walls 1.6, the piles of bench/problems 0.7 in the mean. With
 // 1 a tower of 30 gained 3e-6 of its energy.
-constexpr double kLoose = 0.8;
+constexpr double kLooseShare = 0.8;
 // A light block that bears one so many times heavier: the proximal Newton method yields by 1e-3 and
 // more of what the light one opposes, and the heavy one opposes but the mass ratio's share of that.
 // A boulder that slides on pebbles gained 3e-8 of its energy with it at a ratio of 100, 2e-7 at 300
@@ -74,7 +74,7 @@ bool ContactSolver::is_loose(std::span<const LinearContact> contacts) const {
     if (!agreement_.counts(*slots_, contacts[i].slot_a, contacts[i].slot_b)) continue;
     resultants += (sticks ? kSticks : kSlides)[std::min<std::size_t>(points, 3)];
   }
-  return agreement_.sum(resultants) <= kLoose * slots_->unknowns();
+  return agreement_.sum(resultants) <= kLooseShare * slots_->unknowns();
 }
 
 /// Whether a light block bears a much heavier one: the heavy one is held by it against the forces

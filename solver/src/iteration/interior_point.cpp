@@ -9,12 +9,12 @@ namespace {
 // Chosen on walls of 105 to 1040 bricks that deform, from nothing.
 constexpr double kFollows = 1e-3;    // the residual from which s follows the iterates
 constexpr double kFirstSteps = 0.9;  // of the way to the cones, in the first two iterations, and
-constexpr double kSteps = 0.99;
+constexpr double kInteriorLengths = 0.99;
 // The residual that is wanted: in so many iterations, and after them.
 constexpr double kNearEnd = 1e-6, kLater = 1e-5;
 constexpr int kSoon = 20;
 constexpr double kUseful = 1e-2;  // a larger one is of no use
-constexpr int kMostIterations = 50;
+constexpr int kMostInteriorSteps = 50;
 // x·y keeps this share of what is left of the linear equation times x: without it the slip follows
 // in shorter and shorter steps where it is as large as the other motions.
 constexpr double kInfeasible = 0.01;
@@ -254,7 +254,8 @@ IterationCount InteriorPoint::iterate(int most) {
         std::max(left * left * left * mean, std::min(mean, kInfeasible * infeasibility()));
     double way = direction(Part::Corrector, mean_aimed_at);
     if (way < kShort) way = direction(Part::Centre, kCentre * mean);
-    const double step = std::min(1.0, (count.iterations <= 2 ? kFirstSteps : kSteps) * way);
+    const double step =
+        std::min(1.0, (count.iterations <= 2 ? kFirstSteps : kInteriorLengths) * way);
     last = step;
     if (!(step > kShortest)) break;
     for (std::size_t i = 0; i < x_.size(); ++i) {
@@ -271,7 +272,7 @@ OpenCloseResult InteriorPoint::solve(const BlockSystem& base, const BlockVector&
                                      BlockVector& increment) {
   problem_.set(base, force, contacts, increment);
   x_.assign(contacts.size(), Vector3::Zero());
-  const IterationCount count = iterate(std::min(most, kMostIterations));
+  const IterationCount count = iterate(std::min(most, kMostInteriorSteps));
   OpenCloseResult result{.converged = count.residual <= kUseful,
                          .iterations = count.iterations,
                          .solves = count.solves,

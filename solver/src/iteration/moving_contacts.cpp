@@ -9,16 +9,16 @@ namespace {
 
 // Chosen on single steps of piles, shaken walls, towers, arches and slopes, and on runs of them.
 constexpr int kSweeps = 10;
-constexpr double kRough = 1e-3;     // of the forces, while linearisations are far from agreeing
-constexpr int kMostHard = 20;       // steps on hard contacts before they yield by
-constexpr double kSoftness = 0.03;  // and, where Newton's method does not end in
-constexpr int kMostSoft = 12;       // steps, by
-constexpr double kSofter = 4.0;     // times as much, up to
-constexpr double kSoftest = 2.0;
+constexpr double kRoughForces = 1e-3;  // of the forces, while linearisations are far from agreeing
+constexpr int kMostHard = 20;          // steps on hard contacts before they yield by
+constexpr double kSoftness = 0.03;     // and, where Newton's method does not end in
+constexpr int kMostSoft = 12;          // steps, by
+constexpr double kSofterCone = 4.0;    // times as much, up to
+constexpr double kSoftestCone = 2.0;
 // Velocities: times their softness, the next one, while residuals are above what forces are wanted
 // to; where the last one took so few steps, while they are above this share of that.
 constexpr double kHarder = 0.01, kFineVelocity = 0.01;
-constexpr int kQuickSteps = 6;
+constexpr int kQuickConeSteps = 6;
 constexpr double kNearHard =
     1e-3;  // the residual from which hard contacts are what they yield about
 constexpr int kMostConeSteps = 25;    // of contacts in cones, or where these have come to
@@ -26,7 +26,7 @@ constexpr double kConeForces = 1e-3;  // of the largest: what is worse is left o
 constexpr int kMostMending = 20;      // steps of the projection of gaps, to
 constexpr double kGap = 0.5;          // of the tolerance of gaps
 constexpr double kLimit = 2.0;        // times that: the most that is left or kept
-constexpr double kFine = 0.1;         // likewise: what is beyond the limit is mended to
+constexpr double kFineGap = 0.1;      // likewise: what is beyond the limit is mended to
 
 /// Of what a force is the projection of.
 ContactMode mode_of(const Admissible& forces, const Vector3& trial, double friction) {
@@ -80,8 +80,8 @@ IterationCount MovingContacts::solve_soft(double tolerance) {
     const IterationCount count = newton_.solve_soft(problem_, softness_, bar_, limit, x_);
     iterations_left_ -= count.iterations;
     add(count, total);
-    if (count.converged || softness_ * kSofter > kSoftest) break;
-    softness_ *= kSofter;
+    if (count.converged || softness_ * kSofterCone > kSoftestCone) break;
+    softness_ *= kSofterCone;
     x_ = bar_;
   }
   return total;
@@ -126,7 +126,7 @@ IterationCount MovingContacts::harden() {
       break;
     }
     softness_ *= kHarder;
-    quick = count.iterations <= kQuickSteps;
+    quick = count.iterations <= kQuickConeSteps;
   }
   return total;
 }
@@ -161,7 +161,7 @@ bool MovingContacts::apart() const {
 Vector3 MovingContacts::to_mend(std::size_t contact) const {
   const Vector3& unmended = problem_.unmended(contact);
   if (!keeps_gaps_) return unmended;
-  const double most = softness_ > 0.0 ? kLimit : kLimit - kFine;
+  const double most = softness_ > 0.0 ? kLimit : kLimit - kFineGap;
   const double kept = most * gap_ / problem_.motion(contact, Vector3::UnitX())[0];
   return {unmended[0] - std::clamp(unmended[0], -kept, kept), 0.0, 0.0};
 }
@@ -278,7 +278,7 @@ IterationCount MovingContacts::close(std::span<LinearContact> contacts) {
   double share = within_limit(paid);
   if (share > paid && softness_ == 0.0) {
     keeps_gaps_ = true;
-    add(project({}, kFine * gap_), count);
+    add(project({}, kFineGap * gap_), count);
     share = within_limit(closed_share());
     keeps_gaps_ = false;
   }
@@ -336,7 +336,7 @@ OpenCloseResult MovingContacts::solve(const BlockSystem& base, const BlockVector
   iterations_left_ = options.max_iterations;
   const double crowd = crowd_tolerance(options.force_tolerance);
   forces_ = options.fine ? options.force_tolerance : crowd;
-  IterationCount count = iterate(options.rough ? std::max(forces_, kRough) : forces_);
+  IterationCount count = iterate(options.rough ? std::max(forces_, kRoughForces) : forces_);
   if (!positions && count.converged) add(harden(), count);
   record(contacts);
   if (positions) yielded_ = softness_ > 0.0;

@@ -12,7 +12,7 @@ namespace {
 // Solves in which what F changes by has not fallen to this share: it is rounding, if no more than
 // that. Chosen: all cells of `quoin stability` keep their digits.
 constexpr int kIdle = 10;
-constexpr double kFalls = 0.9;
+constexpr double kResidualFalls = 0.9;
 
 Vector12 increment_of(int slot, const BlockVector& increment) {
   return slot < 0 ? Vector12(Vector12::Zero()) : increment[index(slot)];
@@ -207,7 +207,7 @@ bool PaperOpenClose::augment(std::span<PaperContact> contacts, const PaperOption
         change_of_right();  // K D of the next iteration, before it is solved
     result.residual = size > 0.0 ? change / size : 0.0;
     if (!std::isfinite(result.residual)) return false;
-    idle = change < kFalls * least ? 0 : idle + 1;
+    idle = change < kResidualFalls * least ? 0 : idle + 1;
     least = std::min(least, change);
     const bool rounds = idle >= kIdle && change <= rounding_of_right(contacts, options);
     const bool agrees = rounds || result.residual <= options.tolerance;

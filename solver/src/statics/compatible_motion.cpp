@@ -8,10 +8,10 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr int kRounds = 4;           // Newton: directions of slip change little
-constexpr int kRefinements = 4;      // of a solve with the proximal term
-constexpr double kProximal = 1e-10;  // of motions of size 1: redundant conditions
-constexpr double kNoSlip = 1e-14;    // of a direction
+constexpr int kMotionRounds = 4;           // Newton: directions of slip change little
+constexpr int kMotionRefinements = 4;      // of a solve with the proximal term
+constexpr double kMotionProximal = 1e-10;  // of motions of size 1: redundant conditions
+constexpr double kNoSlip = 1e-14;          // of a direction
 
 /// What a contact's motion has to lose: `weight` projects on it.
 struct Excess {
@@ -34,7 +34,7 @@ Excess excess(const ConeContact& contact, const Vector3& v, double near) {
 VectorXd compatible_motion(const ConeProgram& program, VectorXd y, double near) {
   BalanceMatrix matrix(program);
   std::vector<Matrix3> weights(program.contacts.size());
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kMotionRounds; ++round) {
     const VectorXd motions = matrix.motions(y);
     VectorXd left = VectorXd::Zero(motions.size());
     for (std::size_t i = 0; i < weights.size(); ++i) {
@@ -43,8 +43,8 @@ VectorXd compatible_motion(const ConeProgram& program, VectorXd y, double near) 
       weights[i] = over.weight;
       left.segment<3>(at) = over.motion;
     }
-    if (!matrix.factorize(weights, kProximal)) break;
-    for (int i = 0; i < kRefinements; ++i) {
+    if (!matrix.factorize(weights, kMotionProximal)) break;
+    for (int i = 0; i < kMotionRefinements; ++i) {
       const VectorXd change = matrix.solve(matrix.loads(left));
       if (!change.allFinite()) return y;
       y -= change;

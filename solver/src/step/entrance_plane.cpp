@@ -14,24 +14,24 @@ namespace quoin::solver {
 namespace {
 
 /// A block and where it stands.
-struct Posed {
+struct PosedBlock {
   const BlockModel& model;
   Pose pose;
   Matrix3 linear = placement(model, pose).linear;
 };
 
-Posed posed(const CompiledScene& compiled, std::span<const BlockState> state, int block) {
+PosedBlock posed(const CompiledScene& compiled, std::span<const BlockState> state, int block) {
   return {compiled.models[index(block)], pose(state[index(block)])};
 }
 
 /// Outward, unit: the matrix of cofactors turns area vectors.
-Vector3 face_normal(const Posed& owner, int face) {
+Vector3 face_normal(const PosedBlock& owner, int face) {
   const Vector3 own = owner.model.shape->face_normal(face);
   return (owner.linear.inverse().transpose() * own).normalized();
 }
 
 /// Distance of a part of the other block before the face's plane, negative where it is behind, m.
-double separation(const Posed& owner, int face, const Posed& other, int part) {
+double separation(const PosedBlock& owner, int face, const PosedBlock& other, int part) {
   const Vector3 normal = face_normal(owner, face);
   const geometry::Shape& shape = *owner.model.shape;
   const Vector3 here = owner.linear.transpose() * normal;
@@ -53,7 +53,7 @@ BlockState moved_on(const BlockState& block, double time_step) {
 
 struct PosedPart {
   int block, part;
-  Posed posed;
+  PosedBlock posed;
 };
 
 void append_planes(const PosedPart& owner, const PosedPart& other, double limit,
@@ -103,9 +103,9 @@ bool passes(const SubStep& step, double limit, std::span<const BodyContact> cont
     return std::abs(face.dot(normal)) > kSamePlane;
   });
   if (others.empty()) return false;
-  const Posed end_a{step.compiled.models[index(a)], pose(next_a)};
-  const Posed end_b{step.compiled.models[index(b)], pose(next_b)};
-  const auto end = [&](int block) -> const Posed& { return block == a ? end_a : end_b; };
+  const PosedBlock end_a{step.compiled.models[index(a)], pose(next_a)};
+  const PosedBlock end_b{step.compiled.models[index(b)], pose(next_b)};
+  const auto end = [&](int block) -> const PosedBlock& { return block == a ? end_a : end_b; };
   return largest_separation(others, end) >= std::min(closes_by + limit, -limit);
 }
 

@@ -234,12 +234,12 @@ void set_closing(const FreeFlight& flight, double gap_tolerance, double slowest,
 }
 
 /// What a joint that softens bears in shear, as the mean over the slip of the step.
-struct ShearStrength {
+struct ShearOfPoint {
   double friction = 0.0;  ///< tan of the friction angle
   double cohesion = 0.0;  ///< N
 };
 
-ShearStrength shear_strength(const BodyContact& contact, const LinearContact& c) {
+ShearOfPoint shear_strength(const BodyContact& contact, const LinearContact& c) {
   const JointStrength mean = strength(*contact.joint, contact.state, c.slip);
   return {mean.friction, bears_cohesion(c) ? mean.cohesion * contact.state.point.area : 0.0};
 }
@@ -255,7 +255,7 @@ void follow_slip(const BodyContact& contact, LinearContact& c) {
   c.dilating_slip = joint.dilation_slip > 0.0 ? joint.dilation_slip - contact.state.slip
                                               : std::numeric_limits<double>::infinity();
   if (!(joint.softening_slip > 0.0)) return;
-  const ShearStrength mean = shear_strength(contact, c);
+  const ShearOfPoint mean = shear_strength(contact, c);
   c.friction = mean.friction;
   c.cohesion = mean.cohesion;
 }
@@ -460,7 +460,7 @@ bool strength_lags(std::span<const BodyContact> contacts, std::span<const Linear
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const LinearContact& c = linear[i];
     if (!(contacts[i].joint->softening_slip > 0.0) || c.mode != ContactMode::Slip) continue;
-    const ShearStrength mean = shear_strength(contacts[i], c);
+    const ShearOfPoint mean = shear_strength(contacts[i], c);
     const double normal = std::max(c.force[0], 0.0);
     const double used = c.friction * normal + c.cohesion;
     const double change = mean.friction * normal + mean.cohesion - used;
