@@ -1,5 +1,7 @@
 """Every command of the guides runs, and makes the pictures that they show and the numbers they state."""
+import csv
 import json
+import math
 import os
 import pathlib
 import re
@@ -73,6 +75,39 @@ class Guides(unittest.TestCase):
         summary = self.summary(self.follow("slope_wedge"), "slope")
         moved = summary["monitors"]["wedge"]["displacement"]
         self.assertAlmostEqual(sum(u * u for u in moved) ** 0.5, 0.745, places=3)
+
+    def test_rock_slope(self):
+        folder = self.follow("rock_slope")
+        dry, wet = (json.loads((folder / name / "limit.json").read_text(encoding="utf-8")) for name in ("dry", "wet"))
+        self.assertAlmostEqual(dry["stands"]["value"], math.tan(math.radians(40)) / math.tan(math.radians(35)), delta=2e-4)
+        self.assertAlmostEqual(wet["falls"]["value"], 1.043, delta=1e-3)
+        stages = self.summary(folder, "rock_slope")["stages"]
+        self.assertEqual([stage.get("verdict") for stage in stages], ["rest", "rest", "mechanism", None])
+        self.assertGreater(len(stages[2]["loose"]), 2)
+        self.assertIn("28 rigid, 1 fixed", self.said)
+
+    def test_tunnel(self):
+        folder = self.follow("tunnel")
+        summary = self.summary(folder, "tunnel")
+        self.assertEqual([stage.get("verdict") for stage in summary["stages"]], ["rest"] * 4 + ["mechanism", None])
+        gone = [summary["stages"][1]["removed"], summary["stages"][2]["removed"], summary["stages"][4]["loose"]]
+        self.assertEqual([len(names) for names in gone], [1, 1, 1])
+        with open(folder / "tunnel" / "blocks.csv", encoding="utf-8") as file:
+            weight = next(float(row["mass"]) * 9.81 for row in csv.DictReader(file) if row["name"] == gone[2][0])
+        up = sum(tie["force"] for tie in summary["ties"]) * 3.9 / math.hypot(3.9, 1)
+        self.assertAlmostEqual(up / weight, 1, delta=1e-3)
+        self.assertAlmostEqual(weight, 425060, delta=10)
+
+    def test_bridge(self):
+        folder = self.follow("bridge")
+        self.assertRegex(self.said, r"least thrust: admissible at 76[89]")
+        alone, tied = (self.summary(folder, name) for name in ("alone", "tied"))
+        self.assertEqual(alone["flags"] + tied["flags"], [])
+        thrust = [summary["monitors"]["thrust"]["force"][0] / 1e3 for summary in (alone, tied)]
+        rod = tied["ties"][0]["force"] / 1e3
+        for value, stated in ((thrust[0], 87.5), (thrust[1], 35.8), (rod, 52.9)):
+            self.assertAlmostEqual(value, stated, delta=0.5)
+        self.assertAlmostEqual(alone["monitors"]["crown"]["displacement"][2], -0.018, delta=5e-4)
 
 
 if subprocess.run(["/usr/bin/python3", "-c", "import matplotlib"], capture_output=True).returncode:
