@@ -19,24 +19,31 @@ import check_limit_scene
 NEAR = 2e-6                   # of the smaller block: what touches
 ALLOWED, SHORT = 1e-7, 1e-7   # unbalance and forces outside their limits, by the largest load; closing, by speed
 
-class Solid:
-    def __init__(self, entry):
-        if "parts" in entry:
-            sys.exit(f"block {entry['name']}: of several parts, which are not checked")
-        self.points, self.moves, self.entry = np.array(entry["vertices"], float), entry["moves"], entry
-        self.size = np.linalg.norm(np.ptp(self.points, axis=0))
-        middle = self.points.mean(axis=0)
-        hull = ConvexHull(self.points - middle)
-        corners = self.points[hull.simplices] - middle
+class Part:
+    """Convex: the hull of its points."""
+    def __init__(self, points):
+        self.points, self.middle = points, points.mean(axis=0)
+        hull = ConvexHull(points - self.middle)
+        middle, self.planes = self.middle, hull.equations
+        corners = points[hull.simplices] - middle
         parts = np.abs(np.linalg.det(corners)) / 6
         self.volume = parts.sum()
         self.centroid = middle + (parts[:, None] * corners.sum(axis=1) / 4).sum(axis=0) / self.volume
         normals = np.unique(hull.equations[:, :3].round(9), axis=0)
         self.normals = normals / np.linalg.norm(normals, axis=1)[:, None]
-        edges = np.array([self.points[[i, j]] for s in hull.simplices for i, j in itertools.combinations(s, 2)])
-        edges = (edges[:, 1] - edges[:, 0]) / np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1)[:, None]
-        edges *= np.sign(edges[np.arange(len(edges)), np.abs(edges).argmax(axis=1)])[:, None]
-        self.edges = np.unique(edges.round(9), axis=0)
+        self.ends = np.unique(np.sort(hull.simplices[:, [[0, 1], [0, 2], [1, 2]]].reshape(-1, 2), axis=1), axis=0)
+        edges = points[self.ends[:, 1]] - points[self.ends[:, 0]]
+        self.edges = np.unique((edges / np.linalg.norm(edges, axis=1)[:, None]).round(9), axis=0)
+    def is_near(self, point, near):
+        return (self.planes[:, :3] @ (point - self.middle) + self.planes[:, 3]).max() <= near
+
+class Solid:
+    def __init__(self, entry):
+        self.points, self.moves, self.entry = np.array(entry["vertices"], float), entry["moves"], entry
+        ends = np.cumsum(entry.get("parts") or [len(self.points)])  # vertices of each convex part
+        self.parts = [Part(points) for points in np.split(self.points, ends)[:-1]]
+        self.size, self.volume = np.linalg.norm(np.ptp(self.points, axis=0)), sum(p.volume for p in self.parts)
+        self.centroid = sum(p.volume * p.centroid for p in self.parts) / self.volume
     def load(self, gravity, factor):
         weight = np.concatenate([self.entry["density"] * self.volume * gravity, np.zeros(3)])
         return weight + np.array(self.entry["applied"], float) + factor * np.array(self.entry["live"], float)
@@ -44,46 +51,33 @@ class Solid:
         v = np.array(self.entry["velocity"], float)
         return v[:3] + np.cross(v[3:], point - self.centroid)
 
-def normal_between(a, b):
-    """Unit normal from a to b of the widest gap, and that gap (separating axes)."""
+def normals_between(a, b, near, known):
+    """Unit normals from a to b of the widest gap (separating axes; `known` ones, too), and that gap."""
     crosses = np.cross(a.edges[:, None], b.edges[None]).reshape(-1, 3)
     crosses = crosses[np.linalg.norm(crosses, axis=1) > 1e-6]
     crosses /= np.linalg.norm(crosses, axis=1)[:, None]
-    normals = np.concatenate([a.normals, -b.normals, crosses, -crosses])
+    normals = np.concatenate([np.reshape(known, (-1, 3)), a.normals, -b.normals, crosses, -crosses])
     gaps = (normals @ b.points.T).min(axis=1) - (normals @ a.points.T).max(axis=1)
-    return normals[np.argmax(gaps > gaps.max() - 1e-9 * min(a.size, b.size))], gaps.max()
-
-def outline(points):
-    try:
-        return points[ConvexHull(points).vertices]
-    except (QhullError, ValueError):  # a point, or a segment: its ends
-        along = points - points.mean(axis=0)
-        key = along @ np.linalg.svd(along)[2][0]
-        return points[[key.argmin(), key.argmax()]]
-
-def inside(point, shape, near):
-    edges, to = np.roll(shape, -1, axis=0) - shape, point - shape
-    if len(shape) == 2:
-        along = np.clip(to[0] @ edges[0] / max(edges[0] @ edges[0], 1e-300), 0, 1)
-        return np.linalg.norm(to[0] - along * edges[0]) <= near
-    return ((edges[:, 0] * to[:, 1] - edges[:, 1] * to[:, 0]) >= -near * np.linalg.norm(edges, axis=1)).all()
+    widest = gaps[len(known):].max()
+    return normals[(gaps > widest - 1e-3 * near) & (np.abs(np.linalg.norm(normals, axis=1) - 1) < 1e-9)], widest
 
 def contact_polygon(a, b, normal, near):
     """Corners of what the two share in the plane of contact, in order, and its area."""
     level = (a.points @ normal).max()
     first = np.linalg.svd(normal[None])[2][1]
     frame = np.array([first, np.cross(normal, first)])
-    one = outline(a.points[a.points @ normal > level - near] @ frame.T)
-    two = outline(b.points[b.points @ normal < (b.points @ normal).min() + near] @ frame.T)
-    shared = [*(p for p in one if inside(p, two, near)), *(p for p in two if inside(p, one, near))]
-    for (p, q), (r, s) in itertools.product(*(zip(shape, np.roll(shape, -1, axis=0)) for shape in (one, two))):
+    flush = a.points @ normal > level - near, b.points @ normal < (b.points @ normal).min() + near
+    shared = [p @ frame.T for p in a.points[flush[0]] if b.is_near(p, 2 * near)]
+    shared += [p @ frame.T for p in b.points[flush[1]] if a.is_near(p, 2 * near)]
+    one, two = (part.points[part.ends[f[part.ends].all(axis=1)]] @ frame.T for part, f in zip((a, b), flush))
+    for (p, q), (r, s) in itertools.product(one, two):
         matrix = np.array([q - p, r - s]).T
         if abs(np.linalg.det(matrix)) > 1e-9 * np.linalg.norm(q - p) * np.linalg.norm(s - r):
             t, u = np.linalg.solve(matrix, r - p)
             if -1e-9 <= t <= 1 + 1e-9 and -1e-9 <= u <= 1 + 1e-9:
                 shared.append(p + t * (q - p))
     flat, area = np.array(shared).reshape(-1, 2), 0.0
-    if len(flat) > 2 and np.linalg.svd(flat - flat.mean(axis=0))[1][-1] > 10 * near:
+    if min(*map(np.sum, flush)) > 2 < len(flat) and np.linalg.svd(flat - flat.mean(axis=0))[1][-1] > 10 * near:
         hull = ConvexHull(flat)
         flat, area = flat[hull.vertices], hull.volume
     return flat @ frame + level * normal, area
@@ -92,20 +86,19 @@ def joint_of(document, a, b):
     groups = {a.entry["group"], b.entry["group"]}
     return next((j for j in document["joints"][1:] if set(j["groups"]) == groups), document["joints"][0])
 
-def touching(solids):
-    for i, j in itertools.combinations(sorted(solids), 2):
-        a, b, near = solids[i], solids[j], NEAR * min(solids[i].size, solids[j].size)
-        apart = np.maximum(a.points.min(axis=0) - b.points.max(axis=0), b.points.min(axis=0) - a.points.max(axis=0))
-        if not (a.moves or b.moves) or apart.max() > near:
-            continue
-        normal, gap = normal_between(a, b)
-        if gap <= near:
-            yield i, j, normal, *contact_polygon(a, b, normal, near)
-
-def shrunk(document, corners, area):
-    """Of a limit on joints shrunk about the middle of their corners, which keep their strength."""
-    middle, share = corners.mean(axis=0), float(np.clip(document.get("shrink", 1.0), 0, 1))
-    return middle + share * (corners - middle), area
+def touching(document, solids):
+    """Parts that touch: blocks, normal, polygon, area. Between edges the certificate's normal, if it parts as well."""
+    of_pair = itertools.groupby(document["contacts"], lambda contact: (contact["a"], contact["b"]))
+    known = {pair: [contact["normal"] for contact in contacts] for pair, contacts in of_pair}
+    parts = [(i, part) for i, solid in sorted(solids.items()) for part in solid.parts]
+    low, high = (np.array([f(part.points, axis=0) for _, part in parts]) for f in (np.min, np.max))
+    for k, (i, a) in enumerate(parts):
+        gaps = np.maximum(low[k] - high[k + 1:], low[k + 1:] - high[k]).max(axis=1)
+        for j, b in (parts[k + 1 + m] for m in np.flatnonzero(gaps <= NEAR * solids[i].size)):
+            near = NEAR * min(solids[i].size, solids[j].size)
+            normals, gap = normals_between(a, b, near, known.get((i, j), []))
+            if i != j and (solids[i].moves or solids[j].moves) and gap <= near:
+                yield i, j, normals[0], *contact_polygon(a, b, normals[0], near)
 
 def check_stands(document, solids, gravity):
     left = {i: s.load(gravity, document["factor"]) for i, s in solids.items()}
@@ -119,19 +112,21 @@ def check_stands(document, solids, gravity):
         if contact["held"] and contact["a"] < 0:
             worst = max(worst, np.linalg.norm(np.cross(force, contact["normal"])) * bool(contact.get("guided")))
             continue
-        a, b = solids[contact["a"]], solids[contact["b"]]
-        normal, near = np.array(contact["normal"], float), NEAR * min(a.size, b.size)
-        heights = [(a.points - point) @ normal, (point - b.points) @ normal]
-        if abs(np.linalg.norm(normal) - 1) > 1e-9 or max(h.max() for h in heights) > near:
-            return f"the normal between {contact['a']} and {contact['b']} parts them not", 0.0
-        key = contact["a"], contact["b"]
-        if key not in pairs:
-            pairs[key] = [joint_of(document, a, b), *shrunk(document, *contact_polygon(a, b, normal, near)), 0.0, 0.0]
-        joint, corners, f_n = *pairs[key][:2], force @ normal
-        if len(corners) == 0 or not covers(corners, point, near):
-            return f"blocks {key} do not touch at {point.tolist()}", 0.0
-        pairs[key][3] += max(0.0, np.linalg.norm(force - f_n * normal) - joint["friction"] * f_n)
-        pairs[key][4] += max(0.0, -f_n)
+        a, b, normal = solids[contact["a"]], solids[contact["b"]], np.array(contact["normal"], float)
+        near, f_n = NEAR * min(a.size, b.size), force @ normal
+        for one, other in itertools.product(a.parts, b.parts):
+            heights = [(one.points - point) @ normal, (point - other.points) @ normal]
+            if abs(np.linalg.norm(normal) - 1) > 1e-9 or max(h.max() for h in heights) > near:
+                continue
+            if (one, other) not in pairs:
+                pairs[one, other] = [joint_of(document, a, b), *contact_polygon(one, other, normal, near), 0.0, 0.0]
+            place = shrunk(document, pairs[one, other][1], point, -1)
+            if one.is_near(place, near) and other.is_near(place, near):
+                break
+        else:
+            return f"blocks {contact['a']} and {contact['b']} do not touch at {point.tolist()} along that normal", 0.0
+        pairs[one, other][3] += max(0.0, np.linalg.norm(force - f_n * normal) - pairs[one, other][0]["friction"] * f_n)
+        pairs[one, other][4] += max(0.0, -f_n)
     for joint, _, area, shear, pull in pairs.values():
         worst = max(worst, shear - joint["cohesion"] * area, pull - joint["tension"] * area)
     for i in (i for i, solid in solids.items() if solid.moves):
@@ -139,9 +134,10 @@ def check_stands(document, solids, gravity):
     worst /= scale
     return "" if worst <= ALLOWED else f"unbalance or violation {worst:.3g} of the largest load", worst
 
-def covers(corners, point, near):
-    axes = np.linalg.svd(corners - corners[0])[2][:2].T
-    return inside((point - corners[0]) @ axes, outline((corners - corners[0]) @ axes), 10 * near)
+def shrunk(document, corners, points, power):
+    """Of a limit on joints that shrink about the middle of their corners and keep their strength."""
+    middle, share = corners.sum(axis=0) / max(len(corners), 1), np.clip(document.get("shrink", 1.0), 1e-9, 1)
+    return middle + share ** power * (points - middle)
 
 def check_falls(document, solids, gravity):
     fastest, taken = max(np.abs(s.velocity(p)).max() for s in solids.values() for p in s.points), 0.0
@@ -152,8 +148,8 @@ def check_falls(document, solids, gravity):
         v = solids[contact["b"]].velocity(np.array(contact["point"]))
         if np.abs(v @ np.array(contact["normal"]) if contact.get("guided") else v).max() > SHORT * fastest:
             return "a held point moves", 0.0
-    for i, j, normal, corners, area in touching(solids):
-        joint, (corners, area), rates = joint_of(document, solids[i], solids[j]), shrunk(document, corners, area), []
+    for i, j, normal, corners, area in touching(document, solids):
+        joint, corners, rates = joint_of(document, solids[i], solids[j]), shrunk(document, corners, corners, 1), []
         for corner in [corners.mean(axis=0), *corners]:
             v = solids[j].velocity(corner) - solids[i].velocity(corner)
             v_n, v_t = v @ normal, np.linalg.norm(v - (v @ normal) * normal)

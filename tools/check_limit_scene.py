@@ -69,6 +69,8 @@ def differences(document, scene, solids):
         raise NotImplementedError("parameters, imported blocks, overrides or a JSON pointer")
     gravity = scene.get("gravity", [0, 0, -9.81])
     gravity = turned(gravity, vary, value) if vary["what"] == "tilt" else gravity
+    if document.get("shrink", 1.0) != 1.0:
+        wrong.append("joints are shrunk")
     if not equal(document["gravity"], gravity):
         wrong.append(f"gravity is {document['gravity']}, the scene has {list(gravity)}")
     joints = [scene.get("joint", {}), *scene.get("joints", [])]

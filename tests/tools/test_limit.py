@@ -115,6 +115,17 @@ posed["materials"]["light"] = {"density": DENSITY / 2}
 posed["loads"][0]["force"] = [DENSITY / 2 * G, 0, 0]
 check("posed column", posed, "load=push:0:10", 2.5 / 8.5)
 
+# Two convex parts: an L-stone turns over its edge where (2 - x) / z of its centroid is; on a stepped ground of two parts.
+stone = [{"type": "box", "min": low, "max": high} for low, high in (([0, 0, 0], [2, 1, .5]), ([0, 0, .5], [.5, 1, 2]))]
+step = [{"type": "box", "min": low, "max": high} for low, high in (([-9, -9, -1], [9, 9, 0]), ([-3, 0, 0], [-2, 1, 2]))]
+middle = (1 * 1 + .75 * .25) / 1.75
+check("L-stone", scene(70, [{"kind": "fixed", "parts": step}, {"kind": "rigid", "parts": stone}], [1, 0, 0]),
+      "load=push:0:10", (2 - middle) / middle)
+# Straight joints: bricks that meet along an edge alone have no normal of their own. They slide away at tan(phi).
+check("straight joints", scene(10, [GROUND] + [box([i, 0, .5 * j], [i + 1, 1, .5 * (j + 1)]) for i in range(3)
+                                               for j in range(3)], [1, 0, 0]),
+      "load=push:0:10", math.tan(math.radians(10)))
+
 
 def arch(thickness, count=27):
     """Semicircle of mean radius 1 on two abutments, friction enough."""
@@ -227,6 +238,9 @@ _, report = asked(wedge, "--vary", "friction=5:60", "--loading", "60", "--out", 
 sudden = report["loading"]["sudden"]
 if not report["falls"]["value"] < sudden["lost"] < 33.357221 < sudden["holds"] < 1.005 * sudden["lost"]:
     failures.append(f"wedge: {report}")
+found = report["loading"]["coulomb_mechanism"]["value"]
+if abs(found / 33.357221 - 1) > 1e-5:
+    failures.append(f"wedge, mechanism without dilation: {found}")
 if checked(folder / "wedge")[0]:
     failures.append(f"wedge: {checked(folder / 'wedge')[1]}")
 
@@ -278,6 +292,7 @@ SCENE_FORGED = {  # refused with the scene alone
     "gravity": ("falls", lambda d, c, b: d.update(gravity=[0, 0, -9.8])),
     "value": ("falls", lambda d, c, b: d.update(value=.5 * d["value"])),
     "smaller block": ("falls", lambda d, c, b: b.update(vertices=[scaled(v, .999) for v in b["vertices"]])),
+    "joints shrunk": ("falls", lambda d, c, b: d.update(shrink=.5)),
     "block taken away": ("falls", lambda d, c, b: d["blocks"].remove(b)),
     "ground": ("falls", lambda d, c, b: d["blocks"][0].update(moves=True)),
 }
@@ -307,6 +322,9 @@ FORGED = {
     "more friction": ("falls", lambda d, c, b: d["joints"][0].update(friction=5.0)),
     "more cohesion": ("falls", lambda d, c, b: d["joints"][0].update(cohesion=1e6)),
     "smaller factor": ("falls", lambda d, c, b: d.update(factor=.9 * d["factor"])),
+    "sinks along other normals": ("falls", lambda d, c, b: [b.update(velocity=[0, 0, -1, 0, 0, 0]), *(
+        x.update(normal=[1, 0, 0]) for x in d["contacts"])]),
+    "joints larger": ("stands", lambda d, c, b: [d.update(shrink=4.0), c.update(point=scaled(c["point"], 1.5))]),
     "speed no number": ("falls", lambda d, c, b: b.update(velocity=[math.inf] * 6)),
     "falls called stands": ("falls", lambda d, c, b: d.update(certificate="stands")),
 }

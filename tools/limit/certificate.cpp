@@ -47,7 +47,11 @@ json certificate(const Trial& trial, const Vary& vary) {
                       {"applied", vector_json(applied)},
                       {"live", vector_json(solved.live)},
                       {"velocity", vector_json(trial.found.velocities[b])}});
-    if (block.parts) blocks.back()["parts"] = block.parts->size();
+    if (block.parts) {
+      json counts = json::array();
+      for (const geometry::Shape& part : *block.parts) counts.push_back(part.vertex_count());
+      blocks.back()["parts"] = counts;
+    }
   }
   for (std::size_t i = 0; i < trial.problem.contacts.size(); ++i) {
     const solver::EquilibriumContact& contact = trial.problem.contacts[i];

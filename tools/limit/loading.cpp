@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
+#include <numbers>
 #include <sstream>
 
 namespace quoin::limit_analysis {
@@ -14,14 +15,22 @@ using Clock = std::chrono::steady_clock;
 constexpr int kMostSteps = 1000;  // of a static analysis
 constexpr int kIncrements = 6;    // of the way to the proved mechanism
 constexpr int kCoulombRounds = 60;
+constexpr double kSameFactor = 1e-9;
+constexpr double kLargestStrength = 1e3;
+constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr double kRelaxation = 0.4;  // of what a round says of the normal forces
+
+Clock::time_point end_after(double seconds) {
+  return Clock::now() +
+         std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+}
+
+/// Told what has been done; false: the time is over.
+using Watch = std::function<bool(const std::string&)>;
 
 class Runs {
  public:
-  Runs(const VariedScene& scenes, double seconds)
-      : scenes_(scenes),
-        end_(Clock::now() +
-             std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds))) {
+  Runs(const VariedScene& scenes, double seconds) : scenes_(scenes), end_(end_after(seconds)) {
     options_ = scenes.file().options;
     options_.analysis = solver::Analysis::Static;
     options_.watch = [this](const solver::StepReport&) { return Clock::now() < end_; };
@@ -158,16 +167,18 @@ struct FrictionLimits {
     return result;
   }
 
-  /// Takes the forces into the averages; farthest that friction exceeds Coulomb's limit, N.
-  double take(const std::vector<Vector3>& forces, double part) {
+  /// Takes the forces, whose normal parts stand for `scale` times those that press, into the
+  /// averages; farthest that friction exceeds Coulomb's limit, N.
+  double take(const std::vector<Vector3>& forces, double scale, double part) {
     double excess = 0.0;
     for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
       const solver::EquilibriumContact& contact = problem.contacts[i];
       if (contact.held || contact.guided) continue;
       const double normal = forces[i].dot(contact.normal);
       const double shear = (forces[i] - normal * contact.normal).norm();
-      excess = std::max(excess, shear - contact.friction * normal - contact.cohesion);
-      pressed[i] += part * (std::max(0.0, normal) - pressed[i]);
+      const double pressing = normal / scale;
+      excess = std::max(excess, shear - contact.friction * pressing - contact.cohesion);
+      pressed[i] += part * (std::max(0.0, pressing) - pressed[i]);
     }
     return excess;
   }
@@ -182,32 +193,115 @@ double largest_load(const EquilibriumProblem& problem, double factor) {
   return largest;
 }
 
-}  // namespace
+/// What the factor of a mechanism multiplies.
+enum class FactorOf : std::uint8_t {
+  LiveLoads,
+  Strength  ///< the inverse: friction, cohesion and tension are divided; all loads are live
+};
 
-std::optional<CoulombMechanism> coulomb_mechanism(const EquilibriumProblem& problem, double from,
-                                                  double to, const Progress& progress) {
-  std::optional<CoulombMechanism> lowest;
-  Equilibrium found = solver::largest_load_factor(problem, to - from);
-  if (found.verdict != EquilibriumVerdict::Admissible || !found.limited) return lowest;
+struct Factor {
+  double value = 0.0, excess = 0.0;
+  double at_most() const { return value * (1.0 + excess); }
+};
+
+/// The lowest factor found from forces that balance the loads on.
+std::optional<Factor> lowest_factor(const EquilibriumProblem& problem,
+                                    const std::vector<Vector3>& forces, double largest,
+                                    FactorOf factor_of, const Watch& watch) {
+  std::optional<Factor> lowest;
   FrictionLimits limits{problem, std::vector<double>(problem.contacts.size(), 0.0)};
-  limits.take(found.forces, 1.0);
-  int factorizations = found.factorizations;
-  const double range = std::min(to - from, 2.0 * found.factor);
+  limits.take(forces, 1.0, 1.0);
+  double last = 0.0;
   for (int round = 1; round <= kCoulombRounds; ++round) {
-    found = solver::largest_load_factor(limits.fixed(), range);
-    factorizations += found.factorizations;
-    if (found.verdict != EquilibriumVerdict::Admissible || !found.limited) break;
+    const Equilibrium found = solver::largest_load_factor(limits.fixed(), largest);
+    const double wrong = std::max(found.unbalance, found.violation);
+    if (!found.limited || !(found.factor > 0.0) || wrong > kCoulombExcess) break;
+    const double scale = factor_of == FactorOf::Strength ? found.factor : 1.0;
     const double excess =
-        limits.take(found.forces, kRelaxation) / largest_load(problem, found.factor);
-    const double value = from + found.factor;
+        limits.take(found.forces, scale, kRelaxation) / largest_load(problem, found.factor);
     std::ostringstream text;
-    text << "Coulomb mechanism, round " << round << ": " << value << ", friction exceeds by "
-         << excess << " of the largest load";
-    progress(text.str());
-    if (excess > kCoulombExcess || (lowest && value >= lowest->value)) continue;
-    lowest = CoulombMechanism{value, excess, round, factorizations};
+    text << "mechanism without dilation, round " << round << ": " << found.factor
+         << ", friction exceeds by " << excess << " of the largest load";
+    const bool agrees = excess <= kCoulombExcess;
+    if (agrees && !(lowest && found.factor * (1.0 + excess) >= lowest->at_most())) {
+      lowest = Factor{found.factor, excess};
+    }
+    const bool same = std::abs(found.factor - last) <= kSameFactor * found.factor;
+    if (!watch(text.str()) || (same && excess <= kSameFactor)) break;
+    last = found.factor;
   }
   return lowest;
+}
+
+/// Of strength, in a scene as it stands at `value`.
+std::optional<Factor> strength_factor(VariedScene& scenes, double value, const Trial* forces_of,
+                                      double largest, const Watch& watch) {
+  const Trial trial = scenes.at(value);
+  if (forces_of == nullptr) forces_of = &trial;
+  if (forces_of->found.verdict != EquilibriumVerdict::Admissible) return std::nullopt;
+  EquilibriumProblem problem = trial.problem;
+  for (solver::EquilibriumBlock& block : problem.blocks) {
+    block.live = block.load;
+    block.load.setZero();
+  }
+  return lowest_factor(problem, forces_of->found.forces, largest, FactorOf::Strength, watch);
+}
+
+bool has_strength_without_friction(const Scene& scene) {
+  const auto has = [](const solver::Joint& joint) {
+    return joint.cohesion > 0.0 || joint.tension > 0.0;
+  };
+  return has(scene.joint) || std::ranges::any_of(scene.pair_joints, has, &solver::PairJoint::joint);
+}
+
+/// Of a value on which strength depends in any way: where its factor is 1.
+std::optional<CoulombMechanism> mechanism_between(VariedScene& scenes, const Limit& limit,
+                                                  const Watch& watch) {
+  double safe = limit.falls->value > limit.stands->value ? scenes.vary().from : scenes.vary().to;
+  double lost = limit.stands->value;
+  std::optional<CoulombMechanism> found;
+  const auto is_lost = [&](double value) {
+    const auto factor = strength_factor(scenes, value, nullptr, kLargestStrength, watch);
+    if (!factor || factor->value >= 1.0) return false;
+    found = {value, factor->excess};
+    return true;
+  };
+  if (!is_lost(lost)) return std::nullopt;
+  const double enough = kRunTolerance * std::abs(lost - safe);
+  while (std::abs(lost - safe) > enough) {
+    const double middle = 0.5 * (safe + lost);
+    (is_lost(middle) ? lost : safe) = middle;
+    if (!watch("")) break;
+  }
+  return found;
+}
+
+}  // namespace
+
+std::optional<CoulombMechanism> coulomb_mechanism(VariedScene& scenes, const Limit& limit,
+                                                  double seconds, const Progress& progress) {
+  const auto end = end_after(seconds);
+  const Watch watch = [&](const std::string& line) {
+    if (!line.empty()) progress(line);
+    return Clock::now() < end;
+  };
+  const Vary& vary = scenes.vary();
+  if (vary.what == "load") {
+    const double largest = std::min(vary.to, 2.0 * limit.falls->value) - vary.from;
+    const auto found = lowest_factor(scenes.load_problem(), limit.stands->found.forces, largest,
+                                     FactorOf::LiveLoads, watch);
+    if (found) return CoulombMechanism{vary.from + found->value, found->excess};
+  } else if (vary.what == "strength") {
+    const auto found =
+        strength_factor(scenes, 1.0, limit.stands.get(), 2.0 * limit.falls->value, watch);
+    if (found) return CoulombMechanism{found->value, found->excess};
+  } else if (vary.what == "friction" && !has_strength_without_friction(scenes.file().scene)) {
+    const auto found = strength_factor(scenes, 45.0, limit.stands.get(), kLargestStrength, watch);
+    if (found) return CoulombMechanism{std::atan(1.0 / found->value) * kDegrees, found->excess};
+  } else {
+    return mechanism_between(scenes, limit, watch);
+  }
+  return std::nullopt;
 }
 
 }  // namespace quoin::limit_analysis

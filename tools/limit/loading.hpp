@@ -38,14 +38,14 @@ Reached gradual_loading(const VariedScene& scenes, const Limit& limit, double se
 struct CoulombMechanism {
   double value = 0.0;
   double excess = 0.0;  ///< farthest that friction exceeds its limit, by the largest load
-  int rounds = 0, factorizations = 0;
 };
 
 /// The lowest one found, by limits of friction that are fixed in each round to what the normal
-/// forces of the last ones allow [Gilbert, Casapulla & Ahmed 2006]. None: no round agreed to
-/// kCoulombExcess.
-std::optional<CoulombMechanism> coulomb_mechanism(const EquilibriumProblem& problem, double from,
-                                                  double to, const Progress& progress);
+/// forces of the last ones allow [Gilbert, Casapulla & Ahmed 2006]. Loads, strength and friction
+/// are variables of that; other values are bisected. None: no round agreed to kCoulombExcess.
+/// `limit`: of the same scenes, both sides known. `seconds`: of wall time.
+std::optional<CoulombMechanism> coulomb_mechanism(VariedScene& scenes, const Limit& limit,
+                                                  double seconds, const Progress& progress);
 
 inline constexpr double kCoulombExcess = 1e-3;
 

@@ -54,7 +54,6 @@ json reached_json(const limit_analysis::Reached& reached) {
 /// The three numbers that say what loading reaches; null what was not looked for.
 json loading_json(const LimitArguments& arguments, VariedScene& scenes, const Limit& limit) {
   if (!(arguments.loading > 0.0) || !limit.stands || !limit.falls) return nullptr;
-  const Vary& vary = scenes.vary();
   json result = {{"proved_upper_bound", limit.falls->value}};
   const double half = 0.5 * arguments.loading;
   result["sudden"] =
@@ -62,15 +61,8 @@ json loading_json(const LimitArguments& arguments, VariedScene& scenes, const Li
   result["gradual"] =
       reached_json(limit_analysis::gradual_loading(scenes, limit, half, show_progress));
   result["coulomb_mechanism"] = nullptr;
-  if (vary.what == "load") {
-    const auto found =
-        limit_analysis::coulomb_mechanism(scenes.load_problem(), vary.from, vary.to, show_progress);
-    if (found) {
-      result["coulomb_mechanism"] = {{"value", found->value},
-                                     {"excess", found->excess},
-                                     {"rounds", found->rounds},
-                                     {"factorizations", found->factorizations}};
-    }
+  if (const auto found = limit_analysis::coulomb_mechanism(scenes, limit, half, show_progress)) {
+    result["coulomb_mechanism"] = {{"value", found->value}, {"excess", found->excess}};
   }
   end_progress();
   // The value nearest to the safe end of all that is lost, or falls.
