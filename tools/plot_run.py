@@ -175,7 +175,8 @@ def draw_forces(axis, centres, forces, longest):
 def draw_thrust_line(axis, centres, forces):
     axis.plot(*centres.T, color=COLOURS[1], linewidth=2.0, label="thrust line")
     axis.plot(*centres.T, "o", color=COLOURS[1], markersize=3.5)
-    return f"thrust line; the largest force is {np.linalg.norm(forces, axis=1).max() / 1000:.3g} kN"
+    return (f"thrust line, one of many unless quoin limit --thrust proves it unique\n"
+            f"the largest force is {np.linalg.norm(forces, axis=1).max() / 1000:.3g} kN")
 
 
 def thrust_figure(blocks, contacts, joints, chain, plane, path):
