@@ -158,6 +158,21 @@ TEST_CASE("A hung rigid block under sudden gravity; a load that grows breaks it 
   }
 }
 
+TEST_CASE("What settles on a bond hangs on by a reserve of 3 %, at any time step") {
+  for (const Frame& frame : frames()) {
+    for (const double time_step : {1e-3, 1e-4}) {
+      CAPTURE(frame.rigid, frame.origin.x(), time_step);
+      Scene scene = hung(frame, {.friction_angle = 0.5, .tension = 1.03 * kWeight});
+      Simulation simulation(scene, {.time_step = time_step});
+      settle(simulation, Analysis::Settle, 10);
+      const double sag = frame.moved(simulation, 1).z();
+      run(simulation, 100);
+      CHECK_THAT(frame.moved(simulation, 1).z(), WithinAbs(sag, 1e-9));
+      CHECK(simulation.state().energy.kinetic < 1e-6);
+    }
+  }
+}
+
 TEST_CASE("A cohesive plane bears the limit of its whole area, thin blocks and thick ones") {
   const double dip = 35.0 * kDegree, friction = 20.0 * kDegree;
   const double excess = std::sin(dip) - std::cos(dip) * std::tan(friction);

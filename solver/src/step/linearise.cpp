@@ -29,8 +29,12 @@ constexpr double kSteps = 4.0, kNoise = 0.05;
 // known. Taken for an impact it would hold the strain, and so come back in each step.
 constexpr double kFromRest = 2.0;
 
-ContactLaw law_of(const JointStrength& strength, const StepOptions& options) {
-  if (options.analysis == Analysis::Settle) return ContactLaw::Stuck;
+/// A bond that is pulled has no friction: shear that settling left on it would spring free in the
+/// next stage.
+ContactLaw law_of(const JointStrength& strength, const StepOptions& options,
+                  const Contact& contact) {
+  const bool pulled = contact.bonded && contact.normal_force < 0.0;
+  if (options.analysis == Analysis::Settle && !pulled) return ContactLaw::Stuck;
   const bool rough = strength.friction > 0.0 || strength.cohesion > 0.0;
   return rough ? ContactLaw::Coulomb : ContactLaw::Frictionless;
 }
@@ -67,7 +71,7 @@ void set_law(const StepOptions& options, double penalty, double parting_gap, Bod
   JointStrength now = strength(joint, contact.state);
   if (!bears_cohesion(c)) now.cohesion = 0.0;
   const bool holds = bonded_in_shear(joint, contact.state) && bears_cohesion(c);
-  c.law = holds ? ContactLaw::Stuck : law_of(now, options);
+  c.law = holds ? ContactLaw::Stuck : law_of(now, options, contact.state);
   c.friction = now.friction;
   c.cohesion = now.cohesion * contact.state.point.area;
   c.was_bonded = contact.was_bonded;
