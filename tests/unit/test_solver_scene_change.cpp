@@ -473,7 +473,7 @@ TEST_CASE(
     if (contact.mode == ContactMode::Open) continue;
     ++closed;
     CHECK(contact.point.area == 0.0);
-    CHECK(std::abs(contact.spring_area - 0.25) < 1e-3);
+    CHECK(std::abs(contact.spring_area - 1.0 / 24.0) < 1e-4);
   }
   CHECK(closed == 2);
 }

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 #include "contact/joint_law.hpp"
 #include "contact/joint_springs.hpp"
@@ -207,13 +206,83 @@ JointBlocks blocks_of(const CarryOptions& options, const BodyContact& contact) {
 /// Of a block: a strip that narrow, as wide as the tolerance of places, is an edge.
 constexpr double kNoWidth = 1e-9;
 
-/// Springs of the joint on their areas as the blocks stand.
+double edge_area(const CarryOptions& options, const BodyContact& contact) {  // m2
+  const double size = smaller_size(options, contact);
+  return kNoWidth * size * size;
+}
+
+/// The integration points of a joint that acts by area: what was found of it, and inner points,
+/// which are appended.
+void set_integration_points(const CarryOptions& options, std::span<BodyContact> joint,
+                            std::vector<BodyContact>& inner) {
+  const BodyContact& first = joint.front();
+  if (!acts_by_area(*first.joint)) return;
+  const JointBlocks blocks = blocks_of(options, first);
+  const JointPolygon polygon = joint_polygon(blocks, first);
+  const bool faces = polygon.area > 0.0 && area_of(joint) > edge_area(options, first);
+  const bool springs = first.joint->normal_stiffness > 0.0;
+  if (springs) set_spring_areas(blocks, polygon, joint);
+  std::vector<BodyContact> points;
+  for (const ContactPoint& point : inner_points(blocks, polygon, joint, options.reach)) {
+    points.push_back(make_body_contact({options.scene, options.models, options.poses}, point));
+  }
+  const auto each = [&](const AreaRule& rule, std::span<BodyContact> contacts, const auto& set) {
+    const std::vector<double> shares = area_shares(blocks, polygon, rule, contacts);
+    for (std::size_t i = 0; i < contacts.size(); ++i) set(contacts[i].state, shares[i]);
+  };
+  const auto set_spring = [](Contact& contact, double share) { contact.spring_area = share; };
+  const auto set_area = [](Contact& contact, double share) { contact.point.area = share; };
+  if (springs) each(kSecondDegree, points, set_spring);
+  const AreaRule rule = strength_rule(*first.joint, polygon);
+  if (faces) each(rule, joint, set_area);
+  if (faces) each(rule, points, set_area);
+  std::ranges::move(points, std::back_inserter(inner));
+}
+
+/// Of all joints that act by area. `contacts`: sorted by key.
+void add_integration_points(const CarryOptions& options, std::vector<BodyContact>& contacts) {
+  const auto by_area = [](const BodyContact& contact) { return acts_by_area(*contact.joint); };
+  if (std::ranges::none_of(contacts, by_area)) return;
+  std::ranges::sort(contacts, {}, joint_order);
+  std::vector<BodyContact> inner;
+  each_joint(contacts,
+             [&](std::span<BodyContact> joint) { set_integration_points(options, joint, inner); });
+  std::ranges::move(inner, std::back_inserter(contacts));
+  std::ranges::sort(contacts, {}, [](const BodyContact& c) { return c.state.point.key; });
+}
+
+/// An inner point that comes to a closed joint, as one of a law that is given later, has the state
+/// of the corner next to it.
+void take_over_corners(const CarryOptions& options, std::span<BodyContact> joint) {
+  const auto known = [](const BodyContact& c) {
+    return c.state.point.previous >= 0 && !is_inner(c.state.point.key);
+  };
+  if (std::ranges::none_of(joint, known)) return;
+  for (BodyContact& contact : joint) {
+    Contact& state = contact.state;
+    if (!is_inner(state.point.key) || state.point.previous >= 0 || contact.laid) continue;
+    const BodyContact& corner = *std::ranges::min_element(joint, {}, [&](const BodyContact& c) {
+      if (!known(c)) return std::numeric_limits<double>::infinity();
+      return (c.arm_a - contact.arm_a).squaredNorm();
+    });
+    const double none = kNoWidth * smaller_size(options, contact);
+    if (!(state.point.gap <= corner.state.point.gap + none)) continue;
+    contact.was_closed = corner.was_closed;
+    contact.was_bonded = corner.was_bonded;
+    state.mode = corner.state.mode;
+    state.failed = corner.state.failed;
+    state.bonded = corner.state.bonded;
+    state.slip = corner.state.slip;
+    state.closed_gap = corner.state.closed_gap;
+  }
+}
+
+/// Springs of the joint as the blocks stand.
 void set_springs(const CarryOptions& options, std::span<const Contact> before,
                  std::span<BodyContact> joint) {
   const BodyContact& first = joint.front();
   if (!(first.joint->normal_stiffness > 0.0)) return;
   const JointBlocks blocks = blocks_of(options, first);
-  set_spring_areas(blocks, joint);
   const bool laid = std::ranges::any_of(joint, &BodyContact::laid);
   std::vector<Contact> kept;
   if (!laid) {
@@ -228,18 +297,18 @@ void keep_areas(const CarryOptions& options, std::span<const Contact> before,
                 std::span<BodyContact> joint) {
   const Joint& law = *joint.front().joint;
   if (!(std::max({law.cohesion, law.residual_cohesion, law.tension}) > 0.0)) return;
-  const double size = smaller_size(options, joint.front());
-  const double none = kNoWidth * size * size;
+  const double none = edge_area(options, joint.front());
   const auto lost = [&](const BodyContact& contact) {
     const ContactPoint& point = contact.state.point;
     return point.previous >= 0 && !(point.area > none) &&
            before[static_cast<std::size_t>(point.previous)].point.area > none;
   };
-  std::optional<JointArea> area;
+  if (std::ranges::none_of(joint, lost)) return;
+  const JointBlocks blocks = blocks_of(options, joint.front());
+  const JointPolygon polygon = joint_polygon(blocks, joint.front());
+  const auto shares = area_shares(blocks, polygon, strength_rule(law, polygon), joint);
   for (std::size_t i = 0; i < joint.size(); ++i) {
-    if (!lost(joint[i])) continue;
-    if (!area) area = joint_area(blocks_of(options, joint.front()), joint);
-    joint[i].state.point.area = area->share[i];
+    if (lost(joint[i])) joint[i].state.point.area = shares[i];
   }
 }
 
@@ -290,8 +359,9 @@ void carry_over(const CarryOptions& options, std::span<const ContactPoint> found
   contacts.clear();
   contacts.reserve(found.size());
   for (const ContactPoint& point : found) contacts.push_back(make_contact(blocks, point, last));
+  add_integration_points(options, contacts);
   geometry::match_previous(points_of(contacts), points_of(before), options.reach, previous);
-  for (std::size_t i = 0; i < found.size(); ++i) {
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
     BodyContact& contact = contacts[i];
     contact.state.point.previous = previous[i];
     if (previous[i] >= 0) {
@@ -304,6 +374,7 @@ void carry_over(const CarryOptions& options, std::span<const ContactPoint> found
   const auto has_parts = [](const BodyContact& c) { return c.part_a != 0 || c.part_b != 0; };
   if (std::ranges::any_of(contacts, has_parts)) std::ranges::sort(contacts, {}, joint_order);
   each_joint(contacts, [&](std::span<BodyContact> joint) {
+    take_over_corners(options, joint);
     set_springs(options, before, joint);
     keep_areas(options, before, joint);
   });

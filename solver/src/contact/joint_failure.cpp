@@ -47,6 +47,12 @@ BondedCorners bonded_corners(const SolvedJoint& joint) {
     places.push_back(in_plane(joint.contacts[i], normal));
     bonded.pull.push_back(-joint.linear[i].force[0]);
   }
+  if (joint.contacts.front().joint->normal_stiffness > 0.0) {
+    for (std::size_t k = 0; k < bonded.index.size(); ++k) {
+      bonded.stress.push_back(bonded.pull[k] / joint.contacts[bonded.index[k]].state.spring_area);
+    }
+    return bonded;
+  }
   const std::optional<JointSection> section = joint_section(places);
   if (section) bonded.stress = section_stress(*section, places, bonded.pull);
   return bonded;

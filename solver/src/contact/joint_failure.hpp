@@ -11,9 +11,9 @@ namespace quoin::solver {
 
 /// Weakens the contacts that have failed; true when there are any. A joint is all contacts of one
 /// pair (neighbours in the list; `linear` has the solved forces, one a contact).
-///   tension   bonded contacts part where the stress on the area that is still bonded, linear over
-///   it
-///             (joint_section), exceeds the tension; all of them where they span no area
+///   tension   bonded contacts part where the stress exceeds the tension: that of their springs, or
+///             of a rigid joint linear over the area that is still bonded (joint_section); all of
+///             them where they span no area
 ///   opening   a contact without tension that has opened by more than `opened` (m); one that clings
 ///             with residual cohesion does so no more in this sub-step
 ///   sliding   the contacts that are bonded in shear fail together where their forces' resultant V

@@ -15,22 +15,33 @@ using Eigen::Vector2d;
 /// Of the area of the corners' bounding circle: less is a line.
 constexpr double kLeastSection = 1e-9;
 
-std::vector<Vector2d> around(std::span<const Vector2d> corners, const Vector2d& middle) {
-  std::vector<Vector2d> arms;
-  for (const Vector2d& corner : corners) arms.push_back(corner - middle);
-  std::sort(arms.begin(), arms.end(), [](const Vector2d& p, const Vector2d& q) {
-    return std::atan2(p.y(), p.x()) < std::atan2(q.y(), q.x());
-  });
-  return arms;
+/// Of their convex hull, counter-clockwise: arms from `middle`.
+std::vector<Vector2d> around(std::span<const Vector2d> places, const Vector2d& middle) {
+  std::vector<Vector2d> arms, hull;
+  for (const Vector2d& place : places) arms.push_back(place - middle);
+  std::ranges::sort(arms, {}, [](const Vector2d& p) { return std::pair(p.x(), p.y()); });
+  for (const bool back : {false, true}) {  // below, then above
+    const std::size_t first = hull.size() + 1;
+    for (const Vector2d& arm : arms) {
+      while (hull.size() > first &&
+             !(cross(hull.back() - hull[hull.size() - 2], arm - hull.back()) > 0.0)) {
+        hull.pop_back();
+      }
+      hull.push_back(arm);
+    }
+    hull.pop_back();  // the other one begins with it
+    if (!back) std::ranges::reverse(arms);
+  }
+  return hull;
 }
 
 }  // namespace
 
-std::optional<JointSection> joint_section(std::span<const Vector2d> corners) {
-  if (corners.size() < 3) return std::nullopt;
+std::optional<JointSection> joint_section(std::span<const Vector2d> places) {
+  if (places.size() < 3) return std::nullopt;
   Vector2d middle = Vector2d::Zero();
-  for (const Vector2d& corner : corners) middle += corner / static_cast<double>(corners.size());
-  const std::vector<Vector2d> arms = around(corners, middle);
+  for (const Vector2d& place : places) middle += place / static_cast<double>(places.size());
+  const std::vector<Vector2d> arms = around(places, middle);
   JointSection section;
   Vector2d first = Vector2d::Zero();
   Matrix2d second = Matrix2d::Zero();
@@ -52,11 +63,11 @@ std::optional<JointSection> joint_section(std::span<const Vector2d> corners) {
   return section;
 }
 
-double mean_distance(std::span<const Vector2d> corners, const Vector2d& from) {
+double mean_distance(std::span<const Vector2d> places, const Vector2d& from) {
   double distance = 0.0, area = 0.0;
   Vector2d middle = Vector2d::Zero();
-  for (const Vector2d& corner : corners) middle += corner / static_cast<double>(corners.size());
-  const std::vector<Vector2d> arms = around(corners, middle);
+  for (const Vector2d& place : places) middle += place / static_cast<double>(places.size());
+  const std::vector<Vector2d> arms = around(places, middle);
   for (std::size_t i = 0; i < arms.size(); ++i) {  // the triangle of the place and one side
     const Vector2d p = middle + arms[i] - from, q = middle + arms[(i + 1) % arms.size()] - from;
     const Vector2d side = (q - p).normalized();
@@ -71,18 +82,18 @@ double mean_distance(std::span<const Vector2d> corners, const Vector2d& from) {
   return distance / area;
 }
 
-std::vector<double> section_stress(const JointSection& section, std::span<const Vector2d> corners,
+std::vector<double> section_stress(const JointSection& section, std::span<const Vector2d> places,
                                    std::span<const double> pull) {
   double force = 0.0;
   Vector2d moment = Vector2d::Zero();
-  for (std::size_t i = 0; i < corners.size(); ++i) {
+  for (std::size_t i = 0; i < places.size(); ++i) {
     force += pull[i];
-    moment += pull[i] * (corners[i] - section.centroid);
+    moment += pull[i] * (places[i] - section.centroid);
   }
   const Vector2d gradient = section.second_moment.inverse() * moment;
   std::vector<double> stress;
-  for (const Vector2d& corner : corners) {
-    stress.push_back(force / section.area + gradient.dot(corner - section.centroid));
+  for (const Vector2d& place : places) {
+    stress.push_back(force / section.area + gradient.dot(place - section.centroid));
   }
   return stress;
 }

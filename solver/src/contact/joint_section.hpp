@@ -15,16 +15,16 @@ struct JointSection {
   Eigen::Matrix2d second_moment = Eigen::Matrix2d::Zero();  ///< m4
 };
 
-/// Of the polygon with these corners, in any order (m). None when they span no area.
-std::optional<JointSection> joint_section(std::span<const Eigen::Vector2d> corners);
+/// Of the convex hull of these places (m). None when they span no area.
+std::optional<JointSection> joint_section(std::span<const Eigen::Vector2d> places);
 
-/// Mean distance of the polygon's points from a place, m. Corners in any order.
-double mean_distance(std::span<const Eigen::Vector2d> corners, const Eigen::Vector2d& from);
+/// Mean distance of the hull's points from a place, m.
+double mean_distance(std::span<const Eigen::Vector2d> places, const Eigen::Vector2d& from);
 
-/// Normal stress at each corner (Pa, tension positive), linear over the section, that has the
-/// resultant and the moments of `pull` (N, tension positive, one force a corner): beam theory.
+/// Normal stress at each place (Pa, tension positive), linear over the section, that has the
+/// resultant and the moments of `pull` (N, tension positive, one force a place): beam theory.
 std::vector<double> section_stress(const JointSection& section,
-                                   std::span<const Eigen::Vector2d> corners,
+                                   std::span<const Eigen::Vector2d> places,
                                    std::span<const double> pull);
 
 }  // namespace quoin::solver

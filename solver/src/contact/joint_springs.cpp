@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <vector>
 
 #include "contact/joint_law.hpp"
@@ -16,8 +17,8 @@ using Eigen::Vector2d;
 // Chosen. Of the squared length of the smaller block (cube root of its volume), for all contacts of
 // a joint: what stands on an edge or a corner beside all faces has a spring, too.
 constexpr double kLeastArea = 0.01;
-constexpr double kWholeArea = 1.0 - 1e-6;  // of the faces': geometry has found all of it
-constexpr double kSameEnergy = 1e-9;       // more, relative, is not rounding of gaps
+constexpr double kWhole = 0.999;      // of the corners' part: contacts stand at all of them
+constexpr double kSameEnergy = 1e-9;  // more, relative, is not rounding of gaps
 
 /// Whether a place lies among others: they are seen from it in all directions, but for less than
 /// half of them.
@@ -47,11 +48,15 @@ void leave_inner_out(const JointPlane& plane, const Pose& a, std::span<BodyConta
   }
 }
 
+double least_area(const JointBlocks& blocks) {
+  const double length = std::cbrt(std::min(blocks.model_a.volume, blocks.model_b.volume));
+  return kLeastArea * length * length;
+}
+
 /// Others that lie at no corner, and corners of slivers, have their part of the least area.
 void raise_to_least(const JointBlocks& blocks, std::span<BodyContact> joint) {
-  const double length = std::cbrt(std::min(blocks.model_a.volume, blocks.model_b.volume));
   const auto parts = std::ranges::count(joint, false, &BodyContact::beside_springs);
-  const double least = kLeastArea * length * length / static_cast<double>(parts);
+  const double least = least_area(blocks) / static_cast<double>(parts);
   for (BodyContact& contact : joint) {
     if (contact.beside_springs) continue;
     contact.state.spring_area = std::max(contact.state.spring_area, least);
@@ -140,20 +145,19 @@ Vector3 shear_stretch(const Pose& a, const Pose& b, const Vector3& normal, const
   return apart - apart.dot(normal) * normal;
 }
 
-void set_spring_areas(const JointBlocks& blocks, std::span<BodyContact> joint) {
-  double found = 0.0;
-  for (const BodyContact& contact : joint) found += contact.state.point.area;
-  const JointArea area = joint_area(blocks, joint);
-  const bool whole = found > 0.0 && found >= kWholeArea * area.whole;
+void set_spring_areas(const JointBlocks& blocks, const JointPolygon& polygon,
+                      std::span<BodyContact> joint) {
+  const bool spans = polygon.area > 0.0;
+  const std::vector<double> shares = area_shares(blocks, polygon, kSecondDegree, joint);
+  const double of_corners = std::accumulate(shares.begin(), shares.end(), 0.0);
+  const bool whole = spans && of_corners > kWhole * 2.0 * kSecondDegree.corner * polygon.area;
   for (std::size_t i = 0; i < joint.size(); ++i) {
     BodyContact& contact = joint[i];
-    contact.state.spring_area = whole ? contact.state.point.area : area.share[i];
-    contact.beside_springs = whole && !(contact.state.point.area > 0.0);
+    contact.state.spring_area = spans ? shares[i] : contact.state.point.area;
+    contact.beside_springs = whole && !(contact.state.spring_area > 0.0);
   }
-  if (!whole && area.whole > 0.0) {
-    leave_inner_out(JointPlane(joint.front().state.point.normal), blocks.a, joint);
-  }
-  raise_to_least(blocks, joint);
+  if (!whole && spans) leave_inner_out(polygon.plane, blocks.a, joint);
+  if (!whole || !(polygon.area >= least_area(blocks))) raise_to_least(blocks, joint);
 }
 
 void keep_stored_energy(const JointBlocks& blocks, std::span<const Contact> before, bool dynamic,

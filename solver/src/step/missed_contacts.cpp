@@ -29,7 +29,8 @@ BodyContact missed_contact(const CompiledScene& compiled, const StepPoses& poses
   if (added.joint->normal_stiffness > 0.0) {
     const std::size_t a = index(added.a), b = index(added.b);
     const BlockModel &model_a = compiled.models[a], &model_b = compiled.models[b];
-    set_spring_areas({model_a, model_b, poses.end[a], poses.end[b]}, std::span(&added, 1));
+    const JointBlocks blocks{model_a, model_b, poses.end[a], poses.end[b]};
+    set_spring_areas(blocks, joint_polygon(blocks, added), std::span(&added, 1));
     begin_spring({model_a, model_b, poses.start[a], poses.start[b]}, added);
   }
   return added;
