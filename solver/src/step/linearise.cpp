@@ -243,7 +243,7 @@ struct ShearOfPoint {
   double cohesion = 0.0;  ///< N
 };
 
-ShearOfPoint shear_strength(const BodyContact& contact, const LinearContact& c) {
+ShearOfPoint shear_of_point(const BodyContact& contact, const LinearContact& c) {
   const JointStrength mean = strength(*contact.joint, contact.state, c.slip);
   return {mean.friction, bears_cohesion(c) ? mean.cohesion * contact.state.point.area : 0.0};
 }
@@ -259,7 +259,7 @@ void follow_slip(const BodyContact& contact, LinearContact& c) {
   c.dilating_slip = joint.dilation_slip > 0.0 ? joint.dilation_slip - contact.state.slip
                                               : std::numeric_limits<double>::infinity();
   if (!(joint.softening_slip > 0.0)) return;
-  const ShearOfPoint mean = shear_strength(contact, c);
+  const ShearOfPoint mean = shear_of_point(contact, c);
   c.friction = mean.friction;
   c.cohesion = mean.cohesion;
 }
@@ -464,7 +464,7 @@ bool strength_lags(std::span<const BodyContact> contacts, std::span<const Linear
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const LinearContact& c = linear[i];
     if (!(contacts[i].joint->softening_slip > 0.0) || c.mode != ContactMode::Slip) continue;
-    const ShearOfPoint mean = shear_strength(contacts[i], c);
+    const ShearOfPoint mean = shear_of_point(contacts[i], c);
     const double normal = std::max(c.force[0], 0.0);
     const double used = c.friction * normal + c.cohesion;
     const double change = mean.friction * normal + mean.cohesion - used;
