@@ -84,6 +84,18 @@ Polygon centred(Polygon polygon) {
   return polygon;
 }
 
+/// In place of the floor, each as long under a block of 1 m.
+void lay_strips(const Frame& frame, int strips, Scene& scene) {
+  const Block block = scene.blocks.back();
+  scene.blocks.clear();
+  for (int i = 0; i < strips; ++i) {
+    const double low = i == 0 ? -5 : -0.5 + 1.0 * i / strips;
+    const double high = i == strips - 1 ? 5 : -0.5 + 1.0 * (i + 1) / strips;
+    scene.add_fixed(frame.prism({{low, -5}, {high, -5}, {high, 5}, {low, 5}}, -1, 0));
+  }
+  scene.blocks.push_back(block);
+}
+
 StaticVerdict rest(Simulation& simulation) {
   StepOptions options = simulation.options();
   options.analysis = Analysis::Static;
@@ -168,19 +180,36 @@ TEST_CASE("A pressed joint tilts as its area does, in one piece and in strips") 
       Scene scene = frame.on_floor(
           {.friction_angle = 0.7, .normal_stiffness = kNormal, .shear_stiffness = kNormal},
           {0, 0, -kGravity}, rectangle(1.0, kWidth), 1.0);
-      const Block floor = scene.blocks.front(), block = scene.blocks.back();
-      scene.blocks.clear();
-      for (int i = 0; i < strips; ++i) {
-        const double low = i == 0 ? -5 : -0.5 + 1.0 * i / strips;
-        const double high = i == strips - 1 ? 5 : -0.5 + 1.0 * (i + 1) / strips;
-        scene.add_fixed(frame.prism({{low, -5}, {high, -5}, {high, 5}, {low, 5}}, -1, 0));
-      }
-      scene.blocks.push_back(block);
+      lay_strips(frame, strips, scene);
       scene.point_loads.push_back(
           {strips, frame.point({0, 0, 1}), Vector3(frame.rotation * Vector3(kForce, 0, 0))});
       Simulation simulation(scene, {});
       REQUIRE(rest(simulation) == StaticVerdict::Rest);
       CHECK_THAT(frame.turn(simulation).y(), WithinRel(exact, 1e-3));
+    }
+  }
+}
+
+TEST_CASE("A joint without tension opens as its area does, to the mesh of its points") {
+  constexpr double kNormal = 1e10, kWeight = kDensity * kGravity;
+  struct Tilt {
+    double eccentricity, one, five;  // m; what one face and five strips may be off
+  };
+  for (const Tilt& tilt : {Tilt{1.0 / 6.0, 1e-3, 1e-3}, Tilt{0.2, 0.04, 0.006},
+                           Tilt{0.25, 0.10, 0.006}, Tilt{0.3, 0.06, 0.006}}) {
+    const double pressed = 3.0 * (0.5 - tilt.eccentricity);
+    const double exact = 2.0 * kWeight / (kNormal * pressed * pressed);
+    for (const int strips : {1, 5}) {
+      CAPTURE(tilt.eccentricity, strips);
+      const Frame frame;
+      Scene scene = frame.on_floor(
+          {.friction_angle = 0.7, .normal_stiffness = kNormal, .shear_stiffness = kNormal},
+          {0, 0, -kGravity}, rectangle(1.0, 1.0), 1.0);
+      lay_strips(frame, strips, scene);
+      scene.point_loads = {{strips, {0, 0, 1}, Vector3(tilt.eccentricity * kWeight, 0, 0)}};
+      Simulation simulation(scene, {});
+      REQUIRE(rest(simulation) == StaticVerdict::Rest);
+      CHECK_THAT(frame.turn(simulation).y(), WithinRel(exact, strips > 1 ? tilt.five : tilt.one));
     }
   }
 }
