@@ -26,7 +26,7 @@ from matplotlib.cm import ScalarMappable  # noqa: E402
 from matplotlib.collections import LineCollection  # noqa: E402
 from matplotlib.colors import Normalize  # noqa: E402
 from matplotlib.lines import Line2D  # noqa: E402
-from run_output import FIXED, Blocks, Contacts, frame_labels, run_program, series  # noqa: E402
+from run_output import FIXED, Blocks, Contacts, frame_labels, run_program, series, shown_times  # noqa: E402
 
 COMMAND = os.environ.get("QUOIN", "quoin")  # draws the pixels
 HELD = np.array([0.76, 0.75, 0.73])
@@ -77,9 +77,10 @@ class Frame:
 
 def frames_of(folder, times):
     blocks, contacts, labels = series(folder, "blocks"), series(folder, "contacts"), frame_labels(folder)
+    shown = shown_times(folder)
     for wanted in times:
         number = min(range(len(blocks)), key=lambda i: abs(blocks[i][0] - wanted))
-        yield Frame(blocks[number][0], labels[number], blocks[number][1], contacts[number][1])
+        yield Frame(shown[number], labels[number], blocks[number][1], contacts[number][1])
 
 
 def corners_shown(blocks, hidden=()):
@@ -116,8 +117,7 @@ def raster(corners, sizes, colours, view, centre, scale, width, height, samples=
 def colours_of(blocks, given, limits):
     """Of each block."""
     held = blocks.kind >= FIXED
-    number = np.cumsum(~held) - 1
-    colours = FREE[number % len(FREE)]
+    colours = FREE[np.arange(len(held)) % len(FREE)]
     if limits is not None:
         value = QUANTITIES[given.colour][1](blocks)
         colours = plt.get_cmap("viridis")(Normalize(*limits)(value))[:, :3]

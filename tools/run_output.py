@@ -192,9 +192,18 @@ def frame_labels(folder):
         name = stages[stage]["name"] or f"stage {stage + 1}"
         static = stages[stage]["analysis"] != "dynamic"
         at_end = static or time >= ends.get(stage, np.inf) * (1 - 1e-9)
-        labels.append(f"end of {name}" + (" (static)" if static else "") if at_end else name)
+        name = f"end of {name}" if at_end and stages[stage]["done"] else name
+        labels.append(name + (" (static)" if static else ""))
         stage += at_end
     return labels + [""] * (len(times) - len(labels))
+
+
+def shown_times(folder):
+    """The time of each file of blocks.pvd, s: there, ends of static stages stand a little apart; they take no time."""
+    times = []
+    for (time, _), label in zip(series(folder, "blocks"), frame_labels(folder)):
+        times.append(times[-1] if label.endswith("(static)") else time)
+    return times
 
 
 class Contacts:

@@ -26,9 +26,9 @@ import zlib
 import numpy as np
 
 if __package__:  # of the Python module
-    from .run_output import FIXED, Blocks, frame_labels, history, pieces, reading, run_program, series
+    from .run_output import FIXED, Blocks, frame_labels, history, pieces, reading, run_program, series, shown_times
 else:
-    from run_output import FIXED, Blocks, frame_labels, history, pieces, reading, run_program, series
+    from run_output import FIXED, Blocks, frame_labels, history, pieces, reading, run_program, series, shown_times
 
 HERE = pathlib.Path(__file__).parent
 COMMAND = os.environ.get("QUOIN", "quoin")
@@ -269,7 +269,7 @@ def run_page(folder, out, more=None):
     kinds_of_material = sorted(set(materials))
     parts["group"] = np.array([kinds_of_material.index(m) for m in materials], dtype="<u2")
     head = {"title": summary["title"] or folder.name, "kind": "run", "blocks": len(names), "names": names,
-            "groups": kinds_of_material, "shapes": shapes, "motion": about, "times": [t for t, _ in listed],
+            "groups": kinds_of_material, "shapes": shapes, "motion": about, "times": shown_times(folder)[:len(listed)],
             "labels": frame_labels(folder)[:len(listed)], "low": short(low - offset), "high": short(high - offset),
             "offset": short(offset, 12), "scalars": scalars, "contactTimes": contact_times,
             "history": history_of(folder), "notes": flags_of(summary), "ties": [tie["name"] for tie in summary.get("ties", [])],

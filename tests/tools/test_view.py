@@ -207,19 +207,21 @@ class View(FolderTest):
         self.clean()
 
     def test_ties(self):
-        """Of two ties one is broken; the other is drawn from end to end, and picked in its middle."""
-        scene, run = self.scene_of_boxes(end_time=0.02), self.folder / "run"
+        """Of two ties one breaks; the other is drawn from end to end, and picked in its middle."""
+        on = {"block": "ground", "point": [-1, 0.5, 0]}
+        scene, run = self.scene_of_boxes(end_time=0.02, ties=[
+            {"name": "weak", "from": on, "to": {"block": "box0", "point": [0, 0.5, 1]}, "stiffness": 1e5, "pretension": 100, "break_force": 101},
+            {"name": "stay", "from": on, "to": {"block": "box0", "point": [1, 0.5, 1]}, "stiffness": 1e5, "pretension": 1500}],
+            loads=[{"type": "point", "block": "box0", "point": [1, 0.5, 0.1], "force": [15000, 0, 0]}]), self.folder / "run"
         self.quoin("run", scene, "--out", run)
-        frames = len(list(run.glob("blocks_*.vtu")))
-        data = "".join(f'<DataArray type="{kind}" Name="{name}" NumberOfComponents="{size}">{values}</DataArray>' for kind, name, size, values in (
-            ("Float64", "Points", 3, "0 0.5 0.5 -0.5 0.5 1 0 0 0 1 1 1"), ("Float64", "force", 1, "1500 0"), ("UInt8", "broken", 1, "0 1")))
-        (run / "ties.vtp").write_text(f'<VTKFile type="PolyData"><PolyData><Piece>{data}</Piece></PolyData></VTKFile>')
-        (run / "ties.pvd").write_text("<VTKFile><Collection>" + '<DataSet timestep="0" file="ties.vtp"/>' * frames + "</Collection></VTKFile>")
         value = self.opened(run)
-        self.assertEqual(value("quoin.ties.list.length"), 1)
-        self.assertIn("largest tie force: 1.5 kN", value("document.getElementById('largest').textContent"))
+        self.assertEqual(value("quoin.ties.list.length"), 2)
+        value("quoin.show(quoin.frames - 1), quoin.draw()")
+        with open(run / "ties.csv", encoding="utf-8", newline="") as file:
+            weak, stay = list(csv.DictReader(file))[-2:]
+        self.assertEqual((weak["state"], value("quoin.ties.list.map(tie => tie.name)")), ("broken", ["stay"]))
         self.browser.click(*value("quoin.onPage(quoin.ties.list[0].place)"))
-        self.assertEqual(self.said(), {"force": "1.5 kN", "length": f"{math.hypot(0.5, 0.5):.4g} m"})
+        self.assertEqual(self.said(), {"force": f"{float(stay['force']) / 1e3:.4g} kN", "length": f"{float(stay['length']):.4g} m"})
         self.clean()
 
     def test_a_section_shows_the_faces_that_it_makes(self):
@@ -238,17 +240,16 @@ class View(FolderTest):
         self.clean()
 
     def test_a_block_of_two_convex_parts(self):
-        """An L of two bars: a ray through its corner of air meets nothing, and a section has two outlines."""
-        value = self.opened(self.scene_of_boxes())
-        value("""(() => { const box = quoin.head.shapes[quoin.blocks.shapeOf[1]], n = box.p.length / 3;  // edges 1, about its centre
-            const bar = (size, at) => box.p.map((x, i) => x * size[i % 3] + at[i % 3]);
-            const shape = {p: [...bar([2, 1, 0.5], [0, 0, 0]), ...bar([0.5, 1, 1], [-0.75, 0, 0.75])], f: [...box.f, ...box.f.map(f => f.map(v => v + n))]};
-            const data = {shape: [0], kind: [1], origin: [0, 0, 0], motion: [0, 0, 0, 0, 0, 0]};
-            window.L = new quoin.blocks.constructor({head: {kind: 'run', blocks: 1, shapes: [shape], motion: {per: 6, u: 0, r: 0, e: 0}}, section: (n) => data[n]});
-            L.place(0); })()""")
-        hit = [value(f"L.pick([{x}, 5, {z}], [0, -10, 0], 0)") for x, z in ((0.5, 0), (-0.75, 0.75), (0.5, 0.75))]
-        self.assertEqual(hit, [0, 0, -1])
-        areas = value("""(new quoin.section.constructor(L)).outlines(0, [0, 1, 0], 0.1).map(o => {
+        """An L of two bars: each is picked, a ray through its corner of air meets nothing, and a section has two outlines."""
+        bars = [{"type": "box", "min": low, "max": high} for low, high in (([0, 0, 0], [2, 1, 0.5]), ([0, 0, 0.5], [0.5, 1, 1.5]))]
+        scene = self.scene_of_boxes(blocks=[{"name": "L", "kind": "rigid", "material": "stone", "parts": bars}], end_time=0.01)
+        value = self.opened(scene)
+        hit = value("""[[1.5, 0.25], [0.25, 1], [1.5, 1]].map(([x, z]) => { const o = quoin.head.offset;
+            return [quoin.blocks.pick([x - o[0], -5 - o[1], z - o[2]], [0, 10, 0], 0), quoin.blocks.part]; }).map(([b, part]) => b < 0 ? -1 : part)""")
+        self.assertEqual(hit, [0, 1, -1])
+        self.browser.click(*value("quoin.onPage([0.25, 0, 1].map((x, k) => x - quoin.head.offset[k]))"))
+        self.assertEqual(self.said()["convex part"], "2 of 2")
+        areas = value("""quoin.section.outlines(0, [0, 1, 0], 0.1).map(o => {
             let a = 0; o.forEach((p, i) => { const q = o[(i + 1) % o.length]; a += (p[0] * q[2] - p[2] * q[0]) / 2; }); return Math.abs(a); })""")
         for found, exact in zip(sorted(areas), (0.5, 1.0), strict=True):
             self.assertAlmostEqual(found, exact, places=5)
@@ -261,7 +262,7 @@ class View(FolderTest):
         blocks += [{"name": f"box{i}", "kind": "rigid", "material": "stone", "shape": shape, "pose": {"translation": place}}
                    for i, place in enumerate(([0, 0, 0], *more_places))]
         scene.write_text(json.dumps({"materials": {"stone": {"density": 2000}}, "joint": {"friction_angle_deg": 30},
-                                     "time_step": 0.01, "end_time": 1, "blocks": blocks, **more}))
+                                     "time_step": 0.01, "blocks": blocks, **({} if "stages" in more else {"end_time": 1}), **more}))
         return scene
 
     def test_a_scene_with_loads_and_what_check_complains_of(self):
@@ -274,6 +275,28 @@ class View(FolderTest):
         value("document.querySelector('#notes li').click()")
         self.assertEqual(value("document.getElementById('picked-title').textContent"), "box1")
         self.assertEqual(value("[...quoin.complained]"), [2])
+        self.clean()
+
+    def test_water_and_a_block_that_is_removed(self):
+        """Pressure grows with the depth and ends at the table; what is removed is neither drawn nor picked from then on, others keep their colours."""
+        stages = [{"analysis": "static", "on_mechanism": "remove"}, {"analysis": "dynamic", "duration": 0.02}]
+        scene = self.scene_of_boxes([0, 1, 0.5], [2, 0, 0], stages=stages, water=[{"level": 0.75, "blocks": ["box0"], "towards": [-1, 0, 0]}])
+        value = self.opened(scene)
+        rims = value("quoin.marks.list.filter(mark => mark.kind === 'water').map(mark => mark.rim)")
+        self.assertEqual(len(rims), 1)
+        for _, _, z, pressure in rims[0]:
+            self.assertAlmostEqual(pressure, 9810 * max(0, 0.75 - z), places=6)
+        run = self.folder / "run"
+        self.quoin("run", scene, "--out", run)
+        value = self.opened(run)
+        there = "[1, 2, 3].map(b => quoin.blocks.shown(b, quoin.state.frame))"
+        tints = "[1, 3].map(b => [...quoin.blocks.values.image.data.slice(4 * b, 4 * b + 3)])"
+        self.assertEqual(value(there), [True, True, True])
+        before = value(tints)
+        value("quoin.show(1)")
+        self.assertEqual((value(there), value(tints)), ([True, False, True], before))
+        self.assertEqual(value("[quoin.head.times[1], quoin.head.labels[1]]"), [0, "end of stage 1 (static)"])
+        self.assertEqual(value("quoin.blocks.pick([0.5, 1.5, 9].map((x, k) => x - quoin.head.offset[k]), [0, 0, -20], 1)"), 0)
         self.clean()
 
     def test_a_scene_that_is_refused(self):

@@ -1,8 +1,10 @@
 #include "marks.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <quoin/geometry/mass_properties.hpp>
 #include <set>
+#include <span>
 
 namespace quoin::commands {
 namespace {
@@ -25,9 +27,10 @@ double seconds_of(const SceneFile& file) {
   return seconds;
 }
 
-/// At its knots, and at 65 times of the run.
+constexpr int kTimes = 64;  // of the run, at which the largest value of a load is looked for
+
+/// At its knots, and at kTimes of the run.
 Vector3 largest_value(const VectorOfTime& value, double seconds) {
-  constexpr int kTimes = 64;
   Vector3 largest = value.at(0.0);
   const auto look = [&](double time) {
     if (value.at(time).norm() > largest.norm()) largest = value.at(time);
@@ -35,6 +38,44 @@ Vector3 largest_value(const VectorOfTime& value, double seconds) {
   for (int i = 1; i <= kTimes && !value.is_constant(); ++i) look(seconds * i / kTimes);
   std::ranges::for_each(value.knots(), look);
   return largest;
+}
+
+Vector3 middle_of(std::span<const Vector3> corners) {
+  const Vector3 sum = std::accumulate(corners.begin(), corners.end(), Vector3(Vector3::Zero()));
+  return sum / static_cast<double>(corners.size());
+}
+
+/// Outwards, m2.
+Vector3 area_of(const solver::PressureLoad& load) {
+  Vector3 sum = Vector3::Zero();
+  for (std::size_t i = 1; i + 1 < load.corners.size(); ++i) {
+    sum += (load.corners[i] - load.corners[0]).cross(load.corners[i + 1] - load.corners[0]);
+  }
+  return 0.5 * sum;
+}
+
+/// Whether loads that take off what joints bear leave nothing of a face.
+bool is_taken_off(std::span<const solver::PressureLoad> all, const solver::PressureLoad& load) {
+  const Vector3 area = area_of(load);
+  double left = area.norm();
+  for (const solver::PressureLoad& other : all) {
+    if (other.factor > 0.0 || other.block != load.block || other.field != load.field) continue;
+    const Vector3 away = other.corners[0] - load.corners[0], covered = area_of(other);
+    const bool on_it = std::abs(away.dot(area.normalized())) < 1e-6 * std::sqrt(area.norm());
+    if (on_it && covered.dot(area) > 0.999 * covered.norm() * area.norm()) left -= covered.norm();
+  }
+  return left < 1e-6 * area.norm();
+}
+
+/// Corners, and places between them, for pressure that does not grow evenly along a side.
+std::vector<Vector3> rim_of(const solver::PressureLoad& load) {
+  constexpr int kPieces = 8;
+  std::vector<Vector3> rim;
+  for (std::size_t i = 0; i < load.corners.size(); ++i) {
+    const Vector3 &from = load.corners[i], &to = load.corners[(i + 1) % load.corners.size()];
+    for (int k = 0; k < kPieces; ++k) rim.push_back(from + k * (to - from) / kPieces);
+  }
+  return rim;
 }
 
 Vector3 middle_of_face(const geometry::Body& body, int face) {
@@ -63,6 +104,28 @@ struct Marks {
     if (known.insert(mark).second) found.push_back(std::move(mark));
   }
 
+  /// Faces, or what joints leave of them, by the pressure around them when that of their middle is
+  /// the largest of the run: x, y, z (m), Pa.
+  void add_water(const solver::Scene& scene) {
+    for (const solver::PressureLoad& load : scene.pressure_loads) {
+      if (load.factor < 0.0 || is_taken_off(scene.pressure_loads, load)) continue;
+      const Vector3 middle = middle_of(load.corners);
+      double time = 0.0;
+      for (int i = 1; i <= kTimes && !load.field->steady; ++i) {
+        const double other = seconds * i / kTimes;
+        if (load.field->value(middle, other) > load.field->value(middle, time)) time = other;
+      }
+      const Vector3 inwards = -area_of(load).normalized();
+      const VectorOfTime pressure(Vector3(load.field->value(middle, time) * inwards));
+      const std::size_t before = found.size();
+      add(scene, "water", load.block, middle, &pressure, "Pa");
+      for (const Vector3& place : found.size() > before ? rim_of(load) : std::vector<Vector3>{}) {
+        found.back()["rim"].push_back(
+            {place.x(), place.y(), place.z(), load.field->value(place, time)});
+      }
+    }
+  }
+
   void add_all(const solver::Scene& scene) {
     const auto body = [&](int b) { return scene.blocks[static_cast<std::size_t>(b)].body(); };
     const auto centroid = [&](int b) { return geometry::mass_properties(body(b)).centroid; };
@@ -76,18 +139,7 @@ struct Marks {
     for (const solver::BodyLoad& load : scene.body_loads) {
       add(scene, "body load", load.block, centroid(load.block), &load.force, "N/m3");
     }
-    for (const solver::PressureLoad& load : scene.pressure_loads) {
-      if (load.factor < 0.0) continue;
-      const auto& corners = load.corners;
-      Vector3 middle = Vector3::Zero();
-      for (const Vector3& corner : corners) middle += corner / static_cast<double>(corners.size());
-      const Vector3 inwards =
-          -(corners[1] - corners[0]).cross(corners[2] - corners[0]).normalized();
-      const VectorOfTime pressure([&](double time) -> Vector3 {
-        return load.factor * load.field->value(middle, time) * inwards;
-      });
-      add(scene, "water", load.block, middle, &pressure, "Pa");
-    }
+    add_water(scene);
     for (const solver::FixedPoint& point : scene.fixed_points) {
       add(scene, "fixed point", point.block, point.point);
     }

@@ -532,7 +532,8 @@ void RunFiles::write_contacts(const StepView& view) {
       contacts_->text(blocks[static_cast<std::size_t>(block)].name);
     }
     contacts_->text(geometry::name(point.type)).text(name(contact.mode));
-    contacts_->number(static_cast<long>(contact.failed)).numbers(state.origin + point.point());
+    contacts_->number(long{solver::has_failed(view.simulation.scene(), contact)});
+    contacts_->numbers(state.origin + point.point());
     contacts_->numbers(point.normal).number(point.gap).number(point.area).number(contact.slip);
     contacts_->number(contact.normal_force).number(shear);
     for (const double force : {contact.normal_force, shear}) {

@@ -13,6 +13,8 @@
 
 #include "base/index.hpp"
 #include "block/displacement.hpp"
+#include "contact/contact_history.hpp"
+#include "contact/joint_law.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -277,7 +279,7 @@ void write_cell_data(Appended& file, const Shown& shown) {
   file.raw("</CellData>\n");
 }
 
-void write_contact_data(Appended& file, std::span<const Contact> all) {
+void write_contact_data(Appended& file, const Scene& scene, std::span<const Contact> all) {
   const std::size_t count = all.size();
   const auto integers = [&](const char* name, const auto& value) {
     each<std::int32_t>(file, name, count,
@@ -292,7 +294,7 @@ void write_contact_data(Appended& file, std::span<const Contact> all) {
   integers("block_b", [](C c) { return c.point.key.b; });
   integers("type", [](C c) { return c.point.type; });
   integers("state", [](C c) { return c.mode; });
-  integers("failed", [](C c) { return c.failed; });
+  integers("failed", [&](C c) { return has_failed(scene, c); });
   numbers("gap", [](C c) { return c.point.gap; });
   numbers("area", [](C c) { return c.point.area; });
   numbers("slip", [](C c) { return c.slip; });
@@ -345,6 +347,11 @@ void write_blocks(const std::string& path, const Simulation& simulation,
   file.save("</VTKFile>\n");
 }
 
+bool has_failed(const Scene& scene, const Contact& contact) {
+  const geometry::ContactKey& key = contact.point.key;
+  return contact.failed && can_fail(joint_between(scene, key.a, key.b));
+}
+
 void write_contacts(const std::string& path, const Simulation& simulation, const Piece& piece) {
   check_by_block(path, simulation, piece.part_of_block.size(), "parts");
   const State& state = simulation.state();
@@ -370,7 +377,7 @@ void write_contacts(const std::string& path, const Simulation& simulation, const
   each<std::int64_t>(file, "connectivity", count, [](std::size_t i) { return i; });
   each<std::int64_t>(file, "offsets", count, [](std::size_t i) { return i + 1; });
   file.raw("</Verts>\n");
-  write_contact_data(file, shown);
+  write_contact_data(file, simulation.scene(), shown);
   file.raw("</Piece>\n</PolyData>\n");
   file.save("</VTKFile>\n");
 }

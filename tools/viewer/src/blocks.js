@@ -197,7 +197,7 @@ export class Blocks {
     return [0, 4, 8].map((i) => m[k + i] * x + m[k + i + 1] * y + m[k + i + 2] * z + m[k + i + 3]);
   }
 
-  // The first block on the ray o + t d, 0 <= t <= 1: against the face planes of each, in its own coordinates.
+  // The first block on the ray o + t d, 0 <= t <= 1, and which convex part of it (`part`): against the face planes of each, in its own coordinates.
   pick(o, d, frame) {
     const m = this.maps.image.data, cut = this.uniforms.cut.value;
     let from = 0, to = 1, best = 1, found = -1;
@@ -217,7 +217,7 @@ export class Blocks {
             O2 = (c[6] * t0 + c[7] * t1 + c[8] * t2) / det;
       const D0 = (c[0] * d[0] + c[1] * d[1] + c[2] * d[2]) / det, D1 = (c[3] * d[0] + c[4] * d[1] + c[5] * d[2]) / det,
             D2 = (c[6] * d[0] + c[7] * d[1] + c[8] * d[2]) / det;
-      for (const planes of this.shapes[this.shapeOf[b]].planesOf) {
+      for (const [part, planes] of this.shapes[this.shapeOf[b]].planesOf.entries()) {
         let enter = from, leave = Math.min(to, best);
         for (let w = 0; w < planes.length && enter <= leave; w += 4) {
           const s = planes[w] * D0 + planes[w + 1] * D1 + planes[w + 2] * D2;
@@ -226,7 +226,7 @@ export class Blocks {
           else if (s < 0) enter = Math.max(enter, l / s);
           else if (l < 0) leave = -1;
         }
-        if (enter <= leave && enter < best) { best = enter; found = b; }
+        if (enter <= leave && enter < best) { best = enter; found = b; this.part = part; }
       }
     }
     return found;

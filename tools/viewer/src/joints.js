@@ -4,7 +4,7 @@ import {Cracks} from './cracks.js';
 import {Layer, across, along, arrow, dot, length, minus} from './layers.js';
 
 export const STATES = ['open', 'stick', 'slip'];
-const STATE_COLOURS = [[0.75, 0.75, 0.75], [0.0, 0.45, 0.7], [0.84, 0.37, 0.0]], FAILED = [0.1, 0.1, 0.1];
+const STATE_COLOURS = [[0.75, 0.75, 0.75], [0.0, 0.45, 0.7], [0.84, 0.37, 0.0]], FAILED = [0.66, 0.16, 0.42];
 const MANY = 3000;  // joints, whose arrows have three sides, and none where they are short
 
 // Convex outline of points seen along n (Andrew's monotone chain)

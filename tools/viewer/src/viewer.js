@@ -12,7 +12,7 @@ import {Histories} from './plots.js';
 
 const FREE = [[0.80, 0.48, 0.33], [0.88, 0.70, 0.44], [0.44, 0.58, 0.68], [0.58, 0.66, 0.48], [0.72, 0.45, 0.46], [0.54, 0.51, 0.66]];
 const HELD = [0.76, 0.75, 0.73];
-const JOINT_STATES = [[0.62, 0.62, 0.62], [0.30, 0.58, 0.78], [0.90, 0.50, 0.15], [0.25, 0.2, 0.2]];
+const JOINT_STATES = [[0.62, 0.62, 0.62], [0.30, 0.58, 0.78], [0.90, 0.50, 0.15], [0.66, 0.16, 0.42]];
 const KINDS = [[0.84, 0.68, 0.47], [0.66, 0.72, 0.78], [0.45, 0.46, 0.48], [0.40, 0.52, 0.80]], COMPLAINED = [0.91, 0.40, 0.34];
 const JOINT_STATE_NAMES = [...STATES, 'failed'], MOST_SWATCHES = 12;
 const FRAMES_A_SECOND = 15;
@@ -63,9 +63,12 @@ class Viewer {
   }
 
   home(direction = [-0.45, -1, 0.42]) {
-    const away = (this.camera.aspect > 1.2 ? 1.75 : 2.1) * this.size / Math.min(1, this.camera.aspect);
+    const back = new Vector3(...direction).normalize(), right = new Vector3(0, 0, 1).cross(back).normalize(), up = back.clone().cross(right);
+    const tan = Math.tan(this.camera.fov * Math.PI / 360) / 1.08, ends = [this.low, this.high];
+    const away = Math.max(...Array.from({length: 8}, (_, i) => new Vector3(ends[i & 1].x, ends[i >> 1 & 1].y, ends[i >> 2].z).sub(this.middle)).map(
+        (c) => c.dot(back) + Math.max(Math.abs(c.dot(up)), Math.abs(c.dot(right)) / this.camera.aspect) / tan));
     this.controls.target.copy(this.middle);
-    this.camera.position.copy(new Vector3(...direction).normalize().multiplyScalar(away).add(this.middle));
+    this.camera.position.copy(back.multiplyScalar(away || 1).add(this.middle));
     this.camera.updateProjectionMatrix();
     this.controls.update();
     this.redraw();
@@ -100,9 +103,8 @@ class Viewer {
   colouring() {
     const name = get('colour').value, f = this.state.frame, put = (c, out, at) => { for (let k = 0; k < 3; ++k) out[at + k] = c[k]; };
     if (name === 'group') return (b, out, at) => put(FREE[this.group[b] % FREE.length], out, at);
-    let free = 0;
     const held = (b) => this.blocks.kind(b, f) >= FIXED;
-    if (name === 'block') return (b, out, at) => { put(held(b) ? HELD : FREE[free % FREE.length], out, at); free += !held(b); };
+    if (name === 'block') return (b, out, at) => put(held(b) ? HELD : FREE[b % FREE.length], out, at);
     if (name === 'kind') return (b, out, at) => put(this.complained.has(b) ? COMPLAINED : KINDS[this.blocks.kind(b, f)] || HELD, out, at);
     if (name === 'joint') {
       const worst = this.jointStates();
@@ -152,7 +154,7 @@ class Viewer {
   // ---- time
   nearest(time) {
     let best = 0;
-    this.head.times.forEach((t, i) => { if (Math.abs(t - time) < Math.abs(this.head.times[best] - time)) best = i; });
+    this.head.times.forEach((t, i) => { if (Math.abs(t - time) <= Math.abs(this.head.times[best] - time)) best = i; });
     return best;
   }
 
@@ -225,12 +227,14 @@ class Viewer {
     }
     this.state.mark = this.closest([...(get('marks').checked ? this.marks.list : []), ...this.ties.list], (mark) => mark.place, px, py);
     this.state.picked = this.state.joint || this.state.mark ? -1 : this.pick(px, py);
+    this.state.part = this.blocks.part;
     this.paint(); this.tell(); this.redraw();
   }
 
   rowsOfBlock(b) {
-    const f = this.state.frame, u = this.blocks.displacement(b, f);
+    const {frame: f, part} = this.state, u = this.blocks.displacement(b, f), parts = this.blocks.shapes[this.blocks.shapeOf[b]].parts.length;
     const rows = [['block', `${b} · ${KIND_NAMES[this.blocks.kind(b, f)]} · ${this.head.groups[this.group[b]]}`],
+                  ...(parts > 1 && part >= 0 ? [['convex part', `${part + 1} of ${parts}`]] : []),
                   ['displacement', `${number(length(u))} m`], ['u', `${vector(u)} m`]];
     for (const name of Object.keys(this.head.scalars)) rows.push([name, `${number(this.scalar(name, b, f))} ${this.unit(name)}`]);
     const own = this.joints.list.filter((j) => j.a === b || j.b === b);
@@ -326,7 +330,7 @@ class Viewer {
   fillPanel() {
     const {head} = this;
     get('title').textContent = document.title = head.title;
-    get('facts').textContent = [`${head.blocks} blocks`, ...(head.facts || [])].join(', ');
+    get('facts').textContent = [head.kind === 'pairs' ? `${this.frames} pairs` : `${head.blocks} blocks`, ...(head.facts || [])].join(', ');
     get('notes').replaceChildren(...head.notes.map((note) => this.noteLine(note)));
     get('time').max = this.frames - 1;
     get('bar').hidden = this.frames < 2;
@@ -349,7 +353,7 @@ class Viewer {
       line.tabIndex = 0;
       line.addEventListener('click', () => {
         this.state.joint = this.state.point = this.state.mark = null;
-        this.state.picked = blocks[0];
+        this.state.picked = blocks[0]; this.state.part = -1;
         this.paint(); this.tell(); this.redraw();
       });
     }

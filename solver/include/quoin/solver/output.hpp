@@ -23,6 +23,9 @@ struct Piece {
 void write_blocks(const std::string& path, const Simulation& simulation,
                   std::span<const BlockState> from = {}, const Piece& piece = {});
 
+/// Whether the joint of a contact has a strength to lose, and bears its residual values there.
+bool has_failed(const Scene& scene, const Contact& contact);
+
 /// Contact points (.vtp): blocks, type, gap, normal, forces, state, slip, area.
 void write_contacts(const std::string& path, const Simulation& simulation, const Piece& piece = {});
 
