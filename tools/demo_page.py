@@ -7,7 +7,8 @@ body { font: 15px/1.45 system-ui, sans-serif; max-width: 1100px; margin: 0 auto;
 img { max-width: 100%; height: auto; background: #fff; }
 .wide { overflow-x: auto; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: 13px; }
-th, td { border-bottom: 1px solid #8885; padding: 3px 8px; text-align: right; white-space: nowrap; }
+th, td { border-bottom: 1px solid #8885; padding: 3px 7px; text-align: right; }
+td { white-space: nowrap; }
 th:nth-child(-n+2), td:nth-child(-n+2) { text-align: left; }
 .pictures { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(100%, 480px), 1fr)); gap: 16px; }
 figure { margin: 0; }

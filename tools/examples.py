@@ -208,7 +208,7 @@ def renders():
     views = {"incline_phi0": ((0, 3, 4, 5), (-0.35, -1, 0.45), None),
              "two_forces": ((0, 2, 3.5, 4.5), (-0.5, -1, 0.75), (0, 0, -1.5, 5, 3.5, 1)),
              "falling_block": ((0, 0.6, 1.2, 2.4), (-0.35, -1, 0.3), (-0.5, 0, -4.5, 10, 1, 3.5)),
-             "five_blocks": ((0, 1.3, 2, 3, 4, 5), (-0.45, -1, 0.42), (0, 0, -1, 6, 2, 1.6))}
+             "five_blocks": ((0, 1.3, 2, 3, 4, 5), (-0.45, -1, 0.42), (0, 0, -1, 7, 2, 1.6))}
     runs = {"incline_phi0": ("penalty_5e+08", "penalty_5e+07", "paper_5e+07", "default"),
             "two_forces": ("penalty_1e+08", "paper_1e+08", "default"),
             "falling_block": ("penalty_5e+07", "paper_5e+07", "default"),

@@ -83,9 +83,9 @@ def history_figure(table, path):
     axes[0].set(ylabel="energy (J)")
     if axes[0].lines:
         axes[0].legend(fontsize=9)
-    stepped = slice(1, None)  # the first line is from before any step
-    axes[1].plot(x[stepped], table["contacts"][stepped], color=COLOURS[6], linewidth=4, label="watched")
-    axes[1].plot(x[stepped], table["closed"][stepped], color=COLOURS[0], label="closed")
+    stepped, mark = slice(1, None), "o" if len(x) == 2 else ""  # the first line is from before any step
+    axes[1].plot(x[stepped], table["contacts"][stepped], color=COLOURS[6], linewidth=4, marker=mark, markersize=9, label="watched")
+    axes[1].plot(x[stepped], table["closed"][stepped], color=COLOURS[0], marker=mark, label="closed")
     axes[1].set(ylabel="contact points", xlabel=label, ylim=(0, None))
     axes[1].yaxis.set_major_locator(MaxNLocator(integer=True))
     axes[1].legend(fontsize=9)
@@ -234,10 +234,12 @@ def edge_stress(normal, section):
 
 
 def thrust_up(joints, chain, axes_of):
-    """Across the thrust line in its plane, by joint of the chain: where the sections have their depth."""
+    """Across the thrust line in its plane, by joint of the chain, all to one side: where the sections have their depth."""
     normals = np.array([joints[number]["direction"] for number in chain])
     away = [i for i in range(3) if i not in axes_of][0]
-    return np.cross(normals, np.eye(3)[away])
+    across = np.cross(normals, np.eye(3)[away])
+    turned = (across[1:] * across[:-1]).sum(axis=1) < 0
+    return across * np.where(np.concatenate([[0], np.cumsum(turned)]) % 2, -1, 1)[:, None]
 
 
 def draw_thrust_band(axis, joints, chain, axes_of):
@@ -253,9 +255,7 @@ def draw_thrust_band(axis, joints, chain, axes_of):
         bearing = min(depth, 3 * (depth / 2 - abs(off)))
         near = np.sign(off) * depth / 2 if bearing < depth else depth / 2
         far = near - np.sign(near) * bearing
-        flat = [(joint["centre"] + (height - off) * axis3)[axes_of] for height in (near, far)]
-        corners.append(flat if not corners or np.linalg.norm(flat[0] - corners[-1][0]) <= np.linalg.norm(flat[1] - corners[-1][0])
-                       else flat[::-1])
+        corners.append([(joint["centre"] + (height - off) * axis3)[axes_of] for height in sorted((near, far))])
     band = np.array([c[0] for c in corners] + [c[1] for c in corners][::-1])
     axis.fill(*band.T, color=COLOURS[1], alpha=0.22, linewidth=0)
 
@@ -272,14 +272,14 @@ def diagram_figure(joints, chain, axes_of, path):
     axes[0].fill_between(number, -0.5, 0.5, color="#e9e9e9", label="section")
     axes[0].fill_between(number, -1 / 6, 1 / 6, color="#cfe3ee", label="middle third")
     axes[0].plot(number, off / depth, "o-", color=COLOURS[1], markersize=3.5, label="centre of pressure")
-    axes[0].set(xlabel="joint along the chain", ylabel="eccentricity e / h", ylim=(-0.6, 0.7))
+    axes[0].set(xlabel="joint along the chain", ylabel="eccentricity e / h", ylim=(-0.6, 0.6))
     most = 1.1 * normal.max()
     for share, style in ((0.5, "-"), (1 / 6, "--")):
         for sign in (1, -1):
             axes[1].plot([0, most], [0, sign * share * most * depth.mean()], color="#888888", linewidth=1, linestyle=style)
     axes[1].plot(normal, normal * off, "o", color=COLOURS[0], markersize=4)
     axes[1].set(xlabel="normal force N (kN)", ylabel="moment N e (kN m)", xlim=(0, most))
-    axes[0].legend(fontsize=8, loc="upper center", ncol=3, handlelength=1, columnspacing=0.8)
+    axes[0].legend(fontsize=8, loc="lower center", bbox_to_anchor=(0.45, 1.0), ncol=3, handlelength=1, columnspacing=0.8, frameon=False)
     axes[1].set_title("lines: M = N h/2, N h/6", fontsize=9)
     save(figure, path)
 

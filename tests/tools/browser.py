@@ -6,6 +6,7 @@ import os
 import pathlib
 import shutil
 import subprocess
+import sys
 import tempfile
 import time
 
@@ -133,3 +134,25 @@ class Browser:
             pass
         self.process.wait(20)
         self.profile.cleanup()
+
+
+MEASURED = """(() => { const sums = [0, 0, 0], n = Math.min(quoin.frames, 20), gl = quoin.renderer.getContext(), pixel = new Uint8Array(4);
+    for (let i = 0; i < n; ++i) {
+      const start = performance.now();
+      quoin.show(Math.floor(i * quoin.frames / n));
+      const shown = performance.now();
+      quoin.draw();
+      const drawn = performance.now();
+      gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);  // waits for the picture
+      [shown - start, drawn - shown, performance.now() - start].forEach((ms, k) => { sums[k] += ms / n; });
+    }
+    return sums; })()"""
+
+if __name__ == "__main__":  # browser.py PAGE: how fast a page of `quoin view` opens and goes through its times
+    browser = Browser()
+    browser.size(1280, 800)
+    opened = browser.open(sys.argv[1])
+    shown, drawn, whole = browser.value(MEASURED)
+    print(f"opens in {opened:.1f} s; a time: {shown:.0f} ms to place and paint the blocks, {drawn:.0f} ms to give them to GL, "
+          f"{whole:.0f} ms until the picture is there ({1000 / whole:.2g} a second); {browser.trouble() or 'no error, no request'}")
+    browser.close()
