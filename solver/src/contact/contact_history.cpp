@@ -239,16 +239,17 @@ void set_integration_points(const CarryOptions& options, std::span<BodyContact> 
   std::ranges::move(points, std::back_inserter(inner));
 }
 
-/// Of all joints that act by area. `contacts`: sorted by key.
-void add_integration_points(const CarryOptions& options, std::vector<BodyContact>& contacts) {
+/// Of all joints that act by area; false: there are none. `contacts`: sorted by key.
+bool add_integration_points(const CarryOptions& options, std::vector<BodyContact>& contacts) {
   const auto by_area = [](const BodyContact& contact) { return acts_by_area(*contact.joint); };
-  if (std::ranges::none_of(contacts, by_area)) return;
+  if (std::ranges::none_of(contacts, by_area)) return false;
   std::ranges::sort(contacts, {}, joint_order);
   std::vector<BodyContact> inner;
   each_joint(contacts,
              [&](std::span<BodyContact> joint) { set_integration_points(options, joint, inner); });
   std::ranges::move(inner, std::back_inserter(contacts));
   std::ranges::sort(contacts, {}, [](const BodyContact& c) { return c.state.point.key; });
+  return true;
 }
 
 /// An inner point that comes to a closed joint, as one of a law that is given later, has the state
@@ -359,7 +360,7 @@ void carry_over(const CarryOptions& options, std::span<const ContactPoint> found
   contacts.clear();
   contacts.reserve(found.size());
   for (const ContactPoint& point : found) contacts.push_back(make_contact(blocks, point, last));
-  add_integration_points(options, contacts);
+  const bool by_area = add_integration_points(options, contacts);
   geometry::match_previous(points_of(contacts), points_of(before), options.reach, previous);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     BodyContact& contact = contacts[i];
@@ -374,7 +375,7 @@ void carry_over(const CarryOptions& options, std::span<const ContactPoint> found
   const auto has_parts = [](const BodyContact& c) { return c.part_a != 0 || c.part_b != 0; };
   if (std::ranges::any_of(contacts, has_parts)) std::ranges::sort(contacts, {}, joint_order);
   each_joint(contacts, [&](std::span<BodyContact> joint) {
-    take_over_corners(options, joint);
+    if (by_area) take_over_corners(options, joint);
     set_springs(options, before, joint);
     keep_areas(options, before, joint);
   });
