@@ -83,8 +83,9 @@ def contact_polygon(a, b, normal, near):
     return flat @ frame + level * normal, area
 
 def joint_of(document, a, b):
-    groups = {a.entry["group"], b.entry["group"]}
-    return next((j for j in document["joints"][1:] if set(j["groups"]) == groups), document["joints"][0])
+    groups, pair = {a.entry["group"], b.entry["group"]}, sorted([a.entry["index"], b.entry["index"]])
+    own = [j for j in document["joints"] if j.get("blocks") == pair]
+    return (own or [j for j in document["joints"] if set(j["groups"] or []) == groups] or document["joints"])[0]
 
 def touching(document, solids):
     """Parts that touch: blocks, normal, polygon, area. Between edges the certificate's normal, if it parts as well."""

@@ -124,6 +124,36 @@ std::vector<Case> features() {
               [](S s) {
                 s.scene.add_fixed(geometry::make_box({-5, -5, -2}, {5, 5, -1}));
               }),
+      changed("tie", t, "base", "a tie to a place in the world", base,
+              [](S s) {
+                s.scene.ties = {
+                    {.b = 1, .point_a = {0.5, 0.5, 9}, .point_b = {0.5, 0.5, 1}, .stiffness = 1e5}};
+              }),
+      changed("water", t, "base", "water presses on a face", base,
+              [](S s) {
+                const solver::PressureField field{[](const Vector3&, double) { return 1e3; }, true};
+                s.scene.pressure_loads = {
+                    {.block = 1,
+                     .corners = {{0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}},
+                     .field = std::make_shared<const solver::PressureField>(field)}};
+              }),
+      changed("compound", t, "base", "the block is of two parts", base,
+              [](S s) {
+                const solver::Block block =
+                    solver::compound({geometry::make_box({0, 0, 0}, {1, 1, 0.5}),
+                                      geometry::make_box({0, 0, 0.5}, {1, 1, 1})});
+                s.scene.blocks[1].shape = block.shape;
+                s.scene.blocks[1].parts = block.parts;
+              }),
+      changed("quiet_face", t, "base", "a quiet face", base,
+              [](S s) {
+                s.scene.quiet_faces = {
+                    {.block = 1, .normal_impedance = 1e3, .shear_impedance = 1e3}};
+              }),
+      changed("block_joint", t, "base", "a joint of this pair of blocks alone", base,
+              [](S s) {
+                s.scene.block_joints = {{0, 1, {}}};
+              }),
       {"blocks_2", t, "base", "a second block that slides, apart", [] { return row(2); }},
       {"blocks_14", t, "base", "14 blocks: all 105 pairs of boxes tried", [] { return row(14); }},
       {"blocks_20", t, "base", "20 blocks: tree of boxes", [] { return row(20); }},

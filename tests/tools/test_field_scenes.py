@@ -52,9 +52,12 @@ def elsewhere(scene):
         block["kind"] = {"rigid": "deformable"}.get(block["kind"], block["kind"])
         for key in {"velocity", "angular_velocity"} & block.keys():
             block[key] = turned(block[key])
-        block["motion"] = {key: turned(value) for key, value in block.get("motion", {}).items()}
+        block["motion"] = {key: moved(value) if key == "centre" else turned(value)
+                           for key, value in block.get("motion", {}).items()}
         if not block["motion"]:
             del block["motion"]
+    for face in scene.get("quiet_faces", []):
+        face.update(towards=turned(face["towards"]), velocity=turned(face["velocity"]))
     for part in [scene, *scene.get("stages", [])]:
         for load in part.get("loads", []):
             load["force"] = turned(load["force"])

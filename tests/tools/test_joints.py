@@ -1,6 +1,7 @@
 """What is seen of joints: open ones with their gap, sums by joint, moments, centres of pressure, relative motion."""
 import csv
 import json
+import math
 import pathlib
 import subprocess
 import sys
@@ -105,6 +106,65 @@ class Joints(FolderTest):
                               capture_output=True, text=True, timeout=60)
         self.assertEqual(done.returncode, 2)
         self.assertIn("/monitors/1/relative_to: there is no block", done.stderr)
+
+    def drums(self, **more):
+        """A column of four drums, cut at z = 1, 2 and 3 m, on a floor that is tilted by 20 degrees."""
+        tilt = math.radians(20)
+        planes = [{"type": "plane", "name": name, "dip_deg": 0, "point": [0, 0, z]}
+                  for z, name in enumerate(("low", "middle", "high"), 1)]
+        return {"materials": {"stone": {"density": 1000}}, "joint": {"friction_angle_deg": 40}, "time_step": 0.01,
+                "gravity": [10 * math.sin(tilt), 0, -10 * math.cos(tilt)], "end_time": 0.1,
+                "blocks": [{"name": "floor", "kind": "fixed", "material": "stone", "shape": box([-5, -5, -1], [5, 5, 0])}],
+                "cut": {"name": "drum", "block": {"kind": "rigid", "material": "stone"}, "cuts": planes,
+                        "body": box([0, 0, 0], [3, 1, 4])}, **more}
+
+    def test_joints_by_plane_pair_and_place(self):
+        slid = 0.5 * 10 * (math.sin(math.radians(20)) - math.cos(math.radians(20)) * math.tan(math.radians(10))) * 0.1 ** 2
+        lower = {"friction_angle_deg": 10}
+        for name, joints in {
+                "plane": [{"planes": "middle"}], "planes": [{"planes": ["middle"], "between": ["stone", "stone"]}],
+                "pair": [{"blocks": ["drum1", "drum[2-9]"]}], "depth": [{"where": "z > 1.5 && z < 2.5"}],
+                "the last wins": [{"where": "z > 0.5"}, {"planes": ["low", "high"], "friction_angle_deg": 40}],
+                "before groups": [{"between": ["stone", "stone"], "friction_angle_deg": 39}, {"planes": "middle"}]}.items():
+            scene = self.drums(joints=[{**lower, **joint} for joint in joints])
+            for of in ("scene", "written", "joined", "stage"):
+                tried = json.loads(json.dumps(scene))
+                if of == "joined":
+                    tried["join"] = [{"blocks": ["drum2", "drum3"]}]
+                if of == "stage":
+                    tried["stages"] = [{"analysis": "static"}, {"analysis": "dynamic", "steps": 10,
+                                                                "joints": tried.pop("joints")}]
+                    del tried["end_time"]
+                if of == "written":
+                    (self.folder / "uncut.json").write_text(json.dumps(tried))
+                    (self.folder / "cut.json").unlink(missing_ok=True)
+                    subprocess.run([QUOIN, "cut", self.folder / "uncut.json", "--out", self.folder / "cut.json"], check=True,
+                                   capture_output=True)
+                    tried = json.loads((self.folder / "cut.json").read_text())
+                _, out = self.run_scene(tried)
+                for row in self.rows(out, "blocks.csv"):
+                    if of == "stage" and row["stage"] == "0":
+                        continue
+                    far = slid if row["kind"] == "rigid" and float(row["z"]) > 2 else 0.0
+                    self.assertAlmostEqual(float(row["ux"]), far, delta=1e-8, msg=(name, of, row["name"]))
+
+    def test_water_on_a_plane(self):
+        scene = self.drums(water=[{"pressure": 5000, "on": "joints", "planes": "middle"}],
+                           monitors=[{"name": f"joint{k}", "contact": [f"drum{k}", f"drum{k + 1}"]} for k in range(3)])
+        summary, _ = self.run_scene(scene)
+        for k, above in enumerate((3, 2, 1)):
+            wanted = 3e4 * above * math.cos(math.radians(20)) - 5000 * 3 * (k == 1)
+            self.assertAlmostEqual(summary["monitors"][f"joint{k}"]["force"][2], wanted, delta=1e-3)
+
+    def test_joints_that_mean_none_are_told(self):
+        for joint, said in (({"planes": "bedding"}, '/joints/0/planes: no face is of the plane "bedding"'),
+                            ({"where": "z > 9"}, "/joints/0: no faces that touch at the start are meant"),
+                            ({"where": "q > 9"}, "/joints/0/where"), ({}, '/joints/0: needs "between"'),
+                            ({"blocks": ["drum1", "moon"]}, "/joints/0/blocks/1")):
+            (self.folder / "scene.json").write_text(json.dumps(self.drums(joints=[{**joint, "friction_angle_deg": 10}])))
+            done = subprocess.run([QUOIN, "run", self.folder / "scene.json"], capture_output=True, text=True, timeout=60)
+            self.assertEqual(done.returncode, 2)
+            self.assertIn(said, done.stderr)
 
 
 unittest.main(argv=[sys.argv[0]], verbosity=2)

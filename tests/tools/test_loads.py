@@ -159,28 +159,14 @@ class Loads(FolderTest):
         done = self.command("limit", strong, "--vary", "strength=0.1:5", "--loading", "0")
         self.near(json.loads(done.stdout)["stands"]["value"], 0.6 * (weight - uplift) / push, 2e-4)
 
-    def test_a_wedge_with_water_in_its_joints(self):
-        made = self.folder / "slope.json"
-        subprocess.run([QUOIN, "make", "slope", "--friction-deg", "30", "--out", made], check=True, capture_output=True)
-        document = json.loads(made.read_text())
-        document["stages"] = [{"analysis": "dynamic", "end_time": 0.25}]
-        points = document["blocks"][2]["shape"]["points"]
-        minus = lambda a, b: [x - y for x, y in zip(a, b)]  # noqa: E731
-        cross = lambda a, b: [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]  # noqa: E731
-        edges = [minus(point, points[0]) for point in points[1:]]
-        normal = cross(edges[0], edges[1])
-        area = 0.5 * math.hypot(*normal)
-        weight = 2400 * G * abs(sum(x * y for x, y in zip(normal, edges[2]))) / 6
-        plunge, half = math.radians(35), math.radians(45)
-        mass = weight / G
-        dry = weight * math.cos(plunge) / (2 * math.sin(half))  # on each joint
-        for share in (0.4, 0.6):
-            document["water"] = [{"pressure": share * dry / area, "on": "joints"}]
-            push = (1 - share) * dry
-            pull = weight * math.sin(plunge) - 2 * push * math.tan(math.radians(30))
-            self.assertGreater(pull, 0)
-            moved = math.hypot(*self.run_scene(document)["monitors"]["wedge"]["displacement"])
-            self.near(moved, 0.5 * pull / mass * 0.25 ** 2, 1e-2)
+    def test_faces_inside_a_compound_are_not_wet(self):
+        """Of the top of the foot of an L-stone what lies below its tower is no surface."""
+        ell = {"name": "ell", "kind": "rigid", "material": "stone",
+               "parts": [box([0, 0, 0], [2, 1, 1]), box([0, 0, 1], [1, 1, 3])]}
+        for on in ("all", "free"):
+            water = {"pressure": 5000, "on": on, "towards": [0, 0, 1]}
+            summary = self.run_scene(scene([FLOOR, ell], water=[water]))
+            self.near(-summary["base_reaction"][2], 4 * 2400 * G + 2 * 5000, 1e-6)
 
     def test_mistakes_with_water(self):
         for water, words in (({}, ["/water/0", "either"]), ({"pressure": "q*z"}, ["/water/0/pressure"]),

@@ -855,3 +855,28 @@ TEST_CASE("A block that hangs by its bond under a load, without weight, gains no
     }
   }
 }
+
+TEST_CASE("the joint of a pair of blocks goes before that of their groups") {
+  for (const Frame& frame : frames()) {
+    const double tilt = 20.0 * kDegree;
+    Scene scene = frame.scene({kGravity * std::sin(tilt), 0, -kGravity * std::cos(tilt)});
+    scene.joint.friction_angle = 40.0 * kDegree;
+    scene.pair_joints = {{.group_a = 0, .group_b = 0, .joint = {.friction_angle = 30.0 * kDegree}}};
+    scene.add_fixed(frame.box({-5, -5, -1}, {5, 5, 0}));
+    frame.add(scene, {0, 0, 0}, {1, 1, 1});
+    frame.add(scene, {2, 0, 0}, {3, 1, 1});
+    scene.block_joints = {{.a = 0, .b = 2, .joint = {.friction_angle = 10.0 * kDegree}}};
+    Simulation simulation(scene, {.time_step = 0.01});
+    for (int step = 0; step < 10; ++step) {
+      REQUIRE(simulation.advance().status == StepStatus::Converged);
+    }
+    const double slides =
+        0.5 * kGravity * (std::sin(tilt) - std::cos(tilt) * std::tan(10.0 * kDegree)) * 0.01;
+    CHECK_THAT(frame.moved(simulation, 1).x(), WithinAbs(0.0, 1e-4));
+    CHECK_THAT(frame.moved(simulation, 2).x(), WithinAbs(slides, 1e-2 * slides));
+    scene.block_joints = {{.a = 2, .b = 0, .joint = {}}};
+    CHECK_THROWS_AS(Simulation(scene, {.time_step = 0.01}), InputError);
+    scene.block_joints = {{.a = 0, .b = 2, .joint = {}}, {.a = 0, .b = 1, .joint = {}}};
+    CHECK_THROWS_AS(Simulation(scene, {.time_step = 0.01}), InputError);
+  }
+}

@@ -9,6 +9,7 @@
 #include "support/catch.hpp"
 
 using namespace quoin::solver;
+using namespace quoin::tests;
 namespace geometry = quoin::geometry;
 
 namespace {
@@ -158,4 +159,39 @@ TEST_CASE("a wave leaves a bar by its quiet face") {
     INFO(energy.mechanical() / begun);
     CHECK((quiet ? energy.mechanical() < 0.05 * begun : energy.mechanical() > 0.99 * begun));
   }
+}
+
+TEST_CASE("a wave comes in through a quiet face, and a free end shows twice its velocity") {
+  constexpr int kCount = 30;
+  const double young = 1e9, density = 2500, speed = std::sqrt(young / density), incoming = 0.01;
+  Scene scene;
+  scene.gravity = Vector3(Vector3::Zero());
+  scene.joint = {
+      .cohesion = 1e9, .tension = 1e9, .normal_stiffness = 1e12, .shear_stiffness = 1e12};
+  for (int i = 0; i < kCount; ++i) {
+    scene.add_block(geometry::make_box({double(i), 0, 0}, {i + 1.0, 1, 1}),
+                    {.density = density, .young = young});
+  }
+  const geometry::Shape& first = *scene.blocks.front().shape;
+  int face = 0;
+  for (int f = 0; f < first.topology().face_count(); ++f) {
+    if (first.face_normal(f).x() < -0.9) face = f;
+  }
+  const double rise = 10.0 / speed;  // s
+  scene.quiet_faces = {{.block = 0,
+                        .face = face,
+                        .normal_impedance = density * speed,
+                        .shear_impedance = density * speed,
+                        .velocity = interpolate({0, rise}, {{0, 0, 0}, {incoming, 0, 0}})}};
+  Simulation simulation(scene, {.time_step = 0.25 / speed});
+  const auto advance_to = [&](double time) {
+    while (simulation.state().time < time) {
+      REQUIRE(simulation.advance().status == StepStatus::Converged);
+    }
+  };
+  advance_to(0.8 * kCount / speed);
+  CHECK_THAT(simulation.state().blocks[5].velocity.x(), WithinAbs(incoming, 0.03 * incoming));
+  advance_to(1.6 * kCount / speed);
+  CHECK_THAT(simulation.state().blocks[kCount - 1].velocity.x(),
+             WithinAbs(2.0 * incoming, 0.03 * 2.0 * incoming));
 }

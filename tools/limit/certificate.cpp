@@ -73,6 +73,10 @@ json certificate(const Trial& trial, const Vary& vary) {
   for (const solver::PairJoint& pair : scene.pair_joints) {
     add_joint({pair.group_a, pair.group_b}, pair.joint);
   }
+  for (const solver::BlockJoint& pair : scene.block_joints) {
+    add_joint(nullptr, pair.joint);
+    joints.back()["blocks"] = {pair.a, pair.b};
+  }
   const bool stands = trial.found.verdict == EquilibriumVerdict::Admissible;
   return {{"certificate", stands ? "stands" : "falls"},
           {"value", trial.value},

@@ -251,7 +251,9 @@ bool has_strength_without_friction(const Scene& scene) {
   const auto has = [](const solver::Joint& joint) {
     return joint.cohesion > 0.0 || joint.tension > 0.0;
   };
-  return has(scene.joint) || std::ranges::any_of(scene.pair_joints, has, &solver::PairJoint::joint);
+  return has(scene.joint) ||
+         std::ranges::any_of(scene.pair_joints, has, &solver::PairJoint::joint) ||
+         std::ranges::any_of(scene.block_joints, has, &solver::BlockJoint::joint);
 }
 
 /// Of a value on which strength depends in any way: where its factor is 1.

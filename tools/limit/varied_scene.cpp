@@ -73,6 +73,7 @@ template <class Change>
 void change_joints(Scene& scene, const Change& change) {
   change(scene.joint);
   for (solver::PairJoint& pair : scene.pair_joints) change(pair.joint);
+  for (solver::BlockJoint& pair : scene.block_joints) change(pair.joint);
 }
 
 solver::VectorOfTime scaled(const solver::VectorOfTime& vector, double factor) {

@@ -137,7 +137,7 @@ Json salvaged_id(const std::string& text) {
 
 /// Beside what is worked with, a pair may say where it is from and what its answer is.
 void check_keys(const Json& line) {
-  constexpr std::string_view kKeys[] = {"id", "a", "b", "tol", "source", "what", "exact"};
+  constexpr std::string_view kKeys[] = {"id", "a", "b", "tol", "source", "what", "exact", "expect"};
   for (const auto& [key, value] : line.items()) {
     if (std::find(std::begin(kKeys), std::end(kKeys), key) == std::end(kKeys)) {
       throw geometry::InputError("unknown key " + scene_file::shown(key));

@@ -85,8 +85,14 @@ void Made::add_turned(const std::string& name, json shape, const Eigen::Quaterni
       {"about", vector(about)}};
 }
 
-void Made::add_fixed(const std::string& name, json shape) {
+json& Made::add_fixed(const std::string& name, json shape) {
   blocks_.push_back({{"name", name}, {"kind", "fixed"}, {"shape", std::move(shape)}});
+  return blocks_.back();
+}
+
+void Made::add_smooth_material(const std::string& name, double density) {
+  materials_[name] = {{"density", density}};
+  joints_.push_back({{"between", {name, name}}, {"friction_angle_deg", 0}});
 }
 
 void Made::watch(const std::string& block) {
@@ -122,13 +128,14 @@ void Made::save(double time_step, const json& stages) const {
   if (stone_.young > 0) {
     material["young"] = stone_.young;
   }
-  const json head = {{"title", title_},
-                     {"parameters", parameters_},
-                     {"materials", {{"stone", material}}},
-                     {"joint", {{"friction_angle_deg", "=phi"}}},
-                     {"time_step", time_step},
-                     {"stages", stages},
-                     {"monitors", monitors_}};
+  json materials = {{"stone", material}};
+  materials.update(materials_);
+  json head = {{"title", title_},
+               {"parameters", parameters_},
+               {"materials", materials},
+               {"joint", {{"friction_angle_deg", "=phi"}}}};
+  if (!joints_.empty()) head["joints"] = joints_;
+  head.update(json{{"time_step", time_step}, {"stages", stages}, {"monitors", monitors_}});
   save_text(stone_.out, scene_text(head, blocks_));
 }
 

@@ -63,7 +63,9 @@ class Made {
                 const Eigen::Vector3d& size);
   void add_turned(const std::string& name, json shape, const Eigen::Quaterniond& turn,
                   const Eigen::Vector3d& about);
-  void add_fixed(const std::string& name, json shape);
+  json& add_fixed(const std::string& name, json shape);
+  /// Another material, whose blocks slide on each other without friction.
+  void add_smooth_material(const std::string& name, double density);
   void watch(const std::string& block);
   /// A number that the scene's formulas know by name.
   void set(const std::string& parameter, double value);
@@ -81,6 +83,7 @@ class Made {
   const Stone& stone_;
   std::string title_;
   json parameters_;
+  json materials_ = json::object(), joints_ = json::array();
   json blocks_ = json::array();
   json monitors_ = json::array();
 };

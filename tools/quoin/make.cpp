@@ -22,15 +22,21 @@ void make_wall(const Stone& stone, const Wall& wall) {
 }
 
 struct Arch {
-  double radius = 5, thickness = 0.8, width = 1, angle_deg = 180;  // m
+  double radius = 5, thickness = 0.8, width = 1, angle_deg = 180, fill = 0;  // m
   int blocks = 21;
 };
 
-/// Voussoirs of equal angle; one more at either end is the abutment.
+constexpr double kFillDensity = 1800;  // kg/m3
+
+/// Voussoirs of equal angle; one more at either end is the abutment. Fill is a column on each,
+/// level at its top; columns bear on each other without friction, and those on abutments are fixed.
 void make_arch(const Stone& stone, const Arch& arch) {
   if (arch.angle_deg * (arch.blocks + 2) > 360.0 * arch.blocks) {
     throw CLI::ValidationError("--angle-deg",
                                "must leave room for two abutments, each as wide as a block");
+  }
+  if (arch.fill > 0 && arch.angle_deg * (1.0 + 2.0 / arch.blocks) > 180.0) {
+    throw CLI::ValidationError("--fill", "lies on arches of up to 180 degrees, abutments included");
   }
   Made made(stone, "Circular arch", arch.blocks);
   const double step = arch.angle_deg * kDegree / arch.blocks;
@@ -38,15 +44,23 @@ void make_arch(const Stone& stone, const Arch& arch) {
     const double angle = -0.5 * arch.angle_deg * kDegree + joint * step;
     return Vector3(radius * std::sin(angle), 0, radius * std::cos(angle));
   };
-  const double outer = arch.radius + arch.thickness;
+  const double outer = arch.radius + arch.thickness, level = outer + arch.fill;
+  if (arch.fill > 0) made.add_smooth_material("fill", kFillDensity);
   for (int i = -1; i <= arch.blocks; ++i) {
-    const json shape =
-        prism({at(arch.radius, i), at(outer, i), at(outer, i + 1), at(arch.radius, i + 1)},
-              {0, arch.width, 0});
-    if (i < 0 || i == arch.blocks) {
-      made.add_fixed(i < 0 ? "left" : "right", shape);
+    const bool is_abutment = i < 0 || i == arch.blocks;
+    const Vector3 from = at(outer, i), to = at(outer, i + 1);
+    const json voussoir =
+        prism({at(arch.radius, i), from, to, at(arch.radius, i + 1)}, {0, arch.width, 0});
+    json& block = is_abutment ? made.add_fixed(i < 0 ? "left" : "right", voussoir)
+                              : made.add(numbered("voussoir", i), voussoir);
+    if (!(arch.fill > 0)) continue;
+    const json column =
+        prism({from, to, {to.x(), 0, level}, {from.x(), 0, level}}, {0, arch.width, 0});
+    if (is_abutment) {
+      block.erase("shape");
+      block["parts"] = {voussoir, column};
     } else {
-      made.add(numbered("voussoir", i), shape);
+      made.add(numbered("fill", i), column).update(json{{"kind", "rigid"}, {"material", "fill"}});
     }
   }
   made.watch(numbered("voussoir", arch.blocks / 2));
@@ -282,6 +296,8 @@ void add_curved(ShapeList& shapes) {
       .length("--width", arch->width, "m")
       .angle("--angle-deg", arch->angle_deg, 270)
       .count("--blocks", arch->blocks, 2)
+      .number("--fill", arch->fill, "m of fill above the crown, a column on each block; 0: none", 0,
+              1e6)
       .end([arch](const Stone& s) { make_arch(s, *arch); });
   const auto dome = std::make_shared<Dome>();
   shapes.add("dome", "A hemispherical dome with an oculus")

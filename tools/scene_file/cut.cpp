@@ -274,8 +274,9 @@ class Cutter {
   int joint_ = 0;
 };
 
-json polyhedron(const Shape& shape) {
-  json vertices = json::array(), faces = json::array();
+json polyhedron(const CutCell& cell, const std::vector<std::string>& joints) {
+  const Shape& shape = cell.shape;
+  json vertices = json::array(), faces = json::array(), planes = json::array();
   for (int v = 0; v < shape.vertex_count(); ++v) {
     const Vector3 place = shape.vertex(v);
     vertices.push_back({place.x(), place.y(), place.z()});
@@ -283,8 +284,13 @@ json polyhedron(const Shape& shape) {
   for (int f = 0; f < shape.topology().face_count(); ++f) {
     const auto corners = shape.topology().face(f);
     faces.push_back(std::vector<int>(corners.begin(), corners.end()));
+    const int joint = cell.face_joints[static_cast<std::size_t>(f)];
+    planes.push_back(joint < 0 ? "" : joints[static_cast<std::size_t>(joint)]);
   }
-  return {{"type", "polyhedron"}, {"vertices", std::move(vertices)}, {"faces", std::move(faces)}};
+  return {{"type", "polyhedron"},
+          {"vertices", std::move(vertices)},
+          {"faces", std::move(faces)},
+          {"planes", std::move(planes)}};
 }
 
 }  // namespace
@@ -308,7 +314,7 @@ void expand_cut(json& scene, const CutBody& body) {
   for (const CutCell& cell : body.cells) {
     json block = common;
     block["name"] = (cell.region.empty() ? "" : cell.region + ":") + name + std::to_string(index++);
-    block["shape"] = polyhedron(cell.shape);
+    block["shape"] = polyhedron(cell, body.joints);
     blocks.push_back(std::move(block));
   }
 }

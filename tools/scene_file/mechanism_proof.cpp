@@ -47,7 +47,8 @@ bool may_be_proved(const solver::Simulation& run, const Stage& stage) {
          run.options().method == solver::ContactMethod::AugmentedLagrangian &&
          !run.options().distributed_solver && scene.ties.empty() && scene.quiet_faces.empty() &&
          !is_spring(scene.joint) &&
-         std::ranges::none_of(scene.pair_joints, is_spring, &solver::PairJoint::joint);
+         std::ranges::none_of(scene.pair_joints, is_spring, &solver::PairJoint::joint) &&
+         std::ranges::none_of(scene.block_joints, is_spring, &solver::BlockJoint::joint);
 }
 
 std::shared_ptr<const MechanismProof> find_mechanism(const solver::Simulation& run) {

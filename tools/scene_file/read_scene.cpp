@@ -19,6 +19,7 @@
 #include "scene_file/schema_check.hpp"
 #include "scene_file/shared_topology.hpp"
 #include "scene_file/shown.hpp"
+#include "scene_file/start_joints.hpp"
 #include "scene_file/ties.hpp"
 #include "scene_file/water.hpp"
 
@@ -224,6 +225,13 @@ class Reader {
     return document_["blocks"].is_object() ? "/blocks" : at("/blocks", entry.index);
   }
 
+  /// A face of a convex part whose plane is named.
+  struct NamedFace {
+    int part = 0;
+    Vector3 normal = Vector3::UnitX();  ///< outward, in the frame of the block's shape
+    std::string plane{};                ///< empty: none
+  };
+
   /// Block::shape and Block::parts.
   struct Solid {
     std::shared_ptr<const geometry::Shape> shape{};
@@ -268,6 +276,11 @@ class Reader {
       if (known.shape == nullptr) known = stated_solid(value[key], pointer + "/" + key);
       add({known, pose_of(value, pointer)}, value.value("name", ""),
           {.value = &value, .index = index});
+      const std::string& name = file_.scene.blocks.back().name;
+      if (key == std::string("shape")) return name_faces(name, value[key], pointer + "/shape");
+      for (std::size_t i = 0; i < value[key].size(); ++i) {
+        name_faces(name, value[key][i], at(pointer + "/parts", i), static_cast<int>(i));
+      }
     } catch (const geometry::InputError& error) {
       throw SceneError(pointer + "/shape", error.what());
     }
@@ -297,6 +310,7 @@ class Reader {
     solver::Block& whole = blocks[first];
     const geometry::Placement frame{.translation = whole.placement.translation};
     std::vector<geometry::Shape> parts;
+    std::vector<NamedFace> faces;
     for (const int member : members) {
       const auto m = static_cast<std::size_t>(member);
       if (stated_beside_shape(m) != stated_beside_shape(first)) {
@@ -305,6 +319,10 @@ class Reader {
                                                   " in more than name, shape and pose");
       }
       const auto& [linear, translation] = blocks[m].placement;
+      for (const NamedFace& face : faces_[blocks[m].name]) {
+        faces.push_back({face.part + static_cast<int>(parts.size()),
+                         linear.inverse().transpose() * face.normal, face.plane});
+      }
       for (const geometry::Shape& part : blocks[m].convex_parts()) {
         const geometry::Points places =
             (linear * part.vertices()).colwise() + (translation - frame.translation);
@@ -314,6 +332,8 @@ class Reader {
     solver::Block joined = solver::compound(std::move(parts));
     joined.placement = frame;
     joined.name = value.value("name", whole.name);
+    for (const int member : members) faces_.erase(blocks[static_cast<std::size_t>(member)].name);
+    if (!faces.empty()) faces_[joined.name] = std::move(faces);
     whole = std::move(joined);
     for (auto member = members.rbegin(); member + 1 != members.rend(); ++member) {
       blocks.erase(blocks.begin() + *member);
@@ -653,17 +673,140 @@ class Reader {
   }
 
   void read_pair_joint(const json& value, const std::string& pointer) {
-    const json& names = value["between"];
-    const int a = joint_group(names[0], pointer + "/between/0");
-    const int b = joint_group(names[1], pointer + "/between/1");
+    if (value.contains("blocks") || value.contains("planes") || value.contains("where")) {
+      return read_block_joints(value, pointer);
+    }
+    if (!value.contains("between")) {
+      throw SceneError(pointer, "needs \"between\", \"blocks\", \"planes\" or \"where\"");
+    }
+    const auto [a, b] = groups_between(value, pointer);
     const auto is_same = [&](const solver::PairJoint& known) {
       return std::minmax(known.group_a, known.group_b) == std::minmax(a, b);
     };
     if (std::ranges::any_of(file_.scene.pair_joints, is_same)) {
+      const json& names = value["between"];
       throw SceneError(pointer + "/between", "there is a joint between " + shown(names[0]) +
                                                  " and " + shown(names[1]) + " already");
     }
     file_.scene.pair_joints.push_back({a, b, joint(value, pointer)});
+  }
+
+  std::pair<int, int> groups_between(const json& value, const std::string& pointer) const {
+    return {joint_group(value["between"][0], pointer + "/between/0"),
+            joint_group(value["between"][1], pointer + "/between/1")};
+  }
+
+  /// Of blocks that touch at the start, by pair, plane or place. Later entries win.
+  void read_block_joints(const json& value, const std::string& pointer) {
+    const solver::Joint law = joint(value, pointer);
+    const auto meant = meant_joints(value, "blocks", pointer);
+    std::optional<std::pair<int, int>> groups;
+    if (value.contains("between")) groups = groups_between(value, pointer);
+    const auto group = [&](int block) {
+      return file_.scene.blocks[static_cast<std::size_t>(block)].material.joint_group;
+    };
+    std::map<std::pair<int, int>, solver::Joint> known;
+    for (solver::BlockJoint& pair : file_.scene.block_joints) known[{pair.a, pair.b}] = pair.joint;
+    bool any = false;
+    for (const StartJoint& touching : laid_joints()) {
+      const auto [a, b] = std::pair(touching.a, touching.b);
+      if (a == b || !meant(touching)) continue;
+      if (groups && std::minmax(group(a), group(b)) != std::minmax(groups->first, groups->second)) {
+        continue;
+      }
+      known[{a, b}] = law;
+      any = true;
+    }
+    if (!any) throw SceneError(pointer, "no faces that touch at the start are meant");
+    file_.scene.block_joints.clear();
+    for (const auto& [pair, stated] : known) {
+      file_.scene.block_joints.push_back({pair.first, pair.second, stated});
+    }
+  }
+
+  const std::vector<StartJoint>& laid_joints() {
+    if (!laid_joints_) laid_joints_ = start_joints(file_.scene);
+    return *laid_joints_;
+  }
+
+  /// Which joints of the start an entry means: those between the two sets of blocks of `key`, on
+  /// `planes`, and whose middle meets `where`, as far as it states them.
+  std::function<bool(const StartJoint&)> meant_joints(const json& value, const char* key,
+                                                      const std::string& pointer) const {
+    std::vector<char> one(file_.scene.blocks.size(), 1), other = one;
+    if (value.contains(key) && value[key].is_array() && value[key].size() == 2) {
+      one = match_blocks(value[key][0], pointer + "/" + key + "/0", labels());
+      other = match_blocks(value[key][1], pointer + "/" + key + "/1", labels());
+    }
+    std::set<std::string> planes;
+    if (value.contains("planes")) planes = planes_named(value["planes"], pointer + "/planes");
+    std::optional<Formula> where;
+    if (value.contains("where")) {
+      where = read_formula(value["where"], pointer + "/where", parameters_,
+                           Formula::Clock::RunAndPlace);
+    }
+    return [=, this](const StartJoint& joint) {
+      const auto a = static_cast<std::size_t>(joint.a), b = static_cast<std::size_t>(joint.b);
+      if (!(one[a] && other[b]) && !(one[b] && other[a])) return false;
+      if (!planes.empty() && !planes.contains(plane_of(a, joint.part_a, joint.normal)) &&
+          !planes.contains(plane_of(b, joint.part_b, -joint.normal))) {
+        return false;
+      }
+      Vector3 middle = Vector3::Zero();
+      for (const Vector3& corner : joint.corners) middle += corner;
+      middle /= static_cast<double>(joint.corners.size());
+      return !where || where->at(middle, 0.0) != 0.0;
+    };
+  }
+
+  std::set<std::string> planes_named(const json& names, const std::string& pointer) const {
+    std::set<std::string> known, meant;
+    for (const auto& [block, faces] : faces_) {
+      for (const NamedFace& face : faces) known.insert(face.plane);
+    }
+    for (const json& name : names.is_array() ? names : json::array({names})) {
+      meant.insert(name);
+      if (known.contains(name)) continue;
+      throw SceneError(pointer, "no face is of the plane " + shown(name));
+    }
+    return meant;
+  }
+
+  /// Name of the plane of a part's face with this outward normal, in the world; empty: none.
+  std::string plane_of(std::size_t block, int part, const Vector3& normal) const {
+    const auto faces = faces_.find(file_.scene.blocks[block].name);
+    if (faces == faces_.end()) return {};
+    const geometry::Matrix3& linear = file_.scene.blocks[block].placement.linear;
+    const NamedFace* best = nullptr;
+    double greatest = 0.0;
+    for (const NamedFace& face : faces->second) {
+      const Vector3 outward = linear.inverse().transpose() * face.normal;
+      const double along = outward.normalized().dot(normal);
+      if (face.part != part || along <= greatest) continue;
+      best = &face;
+      greatest = along;
+    }
+    return best == nullptr ? std::string() : best->plane;
+  }
+
+  /// Keeps the planes that `shape` names for its faces.
+  void name_faces(const std::string& block, const json& shape, const std::string& pointer,
+                  int part = 0) {
+    if (!shape.contains("planes")) return;
+    const json &vertices = shape["vertices"], &planes = shape["planes"];
+    if (planes.size() != shape["faces"].size()) {
+      throw SceneError(pointer + "/planes", "must name one plane a face, \"\" for none");
+    }
+    for (std::size_t f = 0; f < planes.size(); ++f) {
+      Vector3 area = Vector3::Zero();
+      const json& cycle = shape["faces"][f];
+      const auto line = [&](std::size_t to) -> Vector3 {
+        return read_vector(vertices[cycle[to].get<std::size_t>()]) -
+               read_vector(vertices[cycle[0].get<std::size_t>()]);
+      };
+      for (std::size_t i = 1; i + 1 < cycle.size(); ++i) area += line(i).cross(line(i + 1));
+      faces_[block].push_back({part, area.normalized(), planes[f]});
+    }
   }
 
   int joint_group(const std::string& name, const std::string& pointer) const {
@@ -817,24 +960,18 @@ class Reader {
                     : on == "free" ? WetSurface::Free
                                    : WetSurface::All;
     if (value.contains("towards")) water.towards = read_vector(value["towards"]);
-    if (value.contains("between") && water.surface != WetSurface::Joints) {
-      throw SceneError(pointer + "/between", "only water in \"joints\" is between blocks");
+    for (const char* key : {"between", "planes"}) {
+      if (value.contains(key) && water.surface != WetSurface::Joints) {
+        throw SceneError(pointer + "/" + key, "only water in \"joints\" is between blocks");
+      }
     }
-    const auto meant = [&](const json& names, const std::string& where) {
-      return match_blocks(names, where, labels());
-    };
-    std::vector<char> wet(file_.scene.blocks.size(), 1), one = wet, other = wet;
-    if (value.contains("blocks")) wet = meant(value["blocks"], pointer + "/blocks");
-    if (value.contains("between")) {
-      one = meant(value["between"][0], pointer + "/between/0");
-      other = meant(value["between"][1], pointer + "/between/1");
+    std::vector<char> wet(file_.scene.blocks.size(), 1);
+    if (value.contains("blocks")) {
+      wet = match_blocks(value["blocks"], pointer + "/blocks", labels());
     }
-    water.wets = [=](int block, int beside) {
-      const auto a = static_cast<std::size_t>(block), b = static_cast<std::size_t>(beside);
-      if (!wet[a]) return false;
-      return beside < 0 || (one[a] && other[b]) || (one[b] && other[a]);
-    };
-    append_water(water, absent_, file_.scene);
+    water.wets = [wet = std::move(wet)](int b) { return wet[static_cast<std::size_t>(b)] != 0; };
+    water.wets_joint = meant_joints(value, "between", pointer);
+    append_water(water, laid_joints(), absent_, file_.scene);
   }
 
   std::shared_ptr<const solver::PressureField> water_pressure(const json& value,
@@ -1068,6 +1205,7 @@ class Reader {
     if (given("joint")) scene.joint = joint(value["joint"], pointer + "/joint");
     if (given("joints")) {
       scene.pair_joints.clear();
+      scene.block_joints.clear();
       each_of("joints", [&](const json& v, const std::string& p) { read_pair_joint(v, p); });
     }
     if (given("remove")) move_blocks(value["remove"], pointer + "/remove", 1);
@@ -1286,8 +1424,10 @@ class Reader {
   std::map<std::string, solver::Material> materials_;
   std::map<std::string, int> joint_groups_;
   std::map<std::string, int> index_of_;
-  std::map<std::string, Solid> shapes_;  // by what is stated
-  std::vector<Entry> entries_;           ///< of each block
+  std::map<std::string, Solid> shapes_;                  // by what is stated
+  std::vector<Entry> entries_;                           ///< of each block
+  std::map<std::string, std::vector<NamedFace>> faces_;  ///< of blocks whose shapes name planes
+  std::optional<std::vector<StartJoint>> laid_joints_;
   std::vector<std::string> files_without_support_;
   mutable std::vector<std::string> records_;  ///< files of functions of time
   SharedTopologies topologies_;

@@ -5,8 +5,9 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <quoin/solver/scene.hpp>
 #include <span>
+
+#include "scene_file/start_joints.hpp"
 
 namespace quoin::scene_file {
 
@@ -20,13 +21,15 @@ enum class WetSurface : std::uint8_t {
 struct Water {
   std::shared_ptr<const solver::PressureField> field{};
   WetSurface surface = WetSurface::All;
-  std::function<bool(int a, int b)> wets{};  ///< Joints: between two blocks; else: a, b is -1
-  std::optional<solver::Vector3> towards{};  ///< faces with this outward normal alone
+  std::function<bool(int block)> wets{};
+  std::function<bool(const StartJoint&)> wets_joint{};  ///< of Joints
+  std::optional<solver::Vector3> towards{};             ///< faces with this outward normal alone
   int divisions = 4;
 };
 
-/// The pressure loads of the blocks that can move. Blocks that are `absent` (by block; may be
-/// empty) touch nothing.
-void append_water(const Water& water, std::span<const char> absent, solver::Scene& scene);
+/// The pressure loads of the blocks that can move. `joints`: start_joints() of the scene. Blocks
+/// that are `absent` (by block; may be empty) touch nothing.
+void append_water(const Water& water, std::span<const StartJoint> joints,
+                  std::span<const char> absent, solver::Scene& scene);
 
 }  // namespace quoin::scene_file

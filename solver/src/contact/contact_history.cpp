@@ -18,6 +18,12 @@ Vector3 reference_arm(const Pose& pose, const Vector3& from_centroid) {
 }
 
 const Joint& joint_between(const Scene& scene, int a, int b) {
+  if (!scene.block_joints.empty()) {
+    const auto blocks = [](const BlockJoint& pair) { return std::pair(pair.a, pair.b); };
+    const std::pair<int, int> pair = std::minmax(a, b);
+    const auto own = std::ranges::lower_bound(scene.block_joints, pair, {}, blocks);
+    if (own != scene.block_joints.end() && blocks(*own) == pair) return own->joint;
+  }
   const int group_a = scene.blocks[static_cast<std::size_t>(a)].material.joint_group;
   const int group_b = scene.blocks[static_cast<std::size_t>(b)].material.joint_group;
   for (const PairJoint& pair : scene.pair_joints) {

@@ -72,6 +72,22 @@ void check_pairs(const std::vector<PairJoint>& joints) {
   }
 }
 
+void check_block_joints(const Scene& scene) {
+  const std::vector<BlockJoint>& joints = scene.block_joints;
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const auto& [a, b, joint] = joints[i];
+    const std::string what = "block joint " + std::to_string(i);
+    check_joint(joint, what);
+    if (a < 0 || b <= a || std::cmp_greater_equal(b, scene.blocks.size())) {
+      throw InputError(what + ": " + std::to_string(a) + " and " + std::to_string(b) +
+                       " are not two blocks, the lower first");
+    }
+    if (i > 0 && std::pair(joints[i - 1].a, joints[i - 1].b) >= std::pair(a, b)) {
+      throw InputError(what + ": pairs of blocks must ascend");
+    }
+  }
+}
+
 template <class Vector>
 void check_finite(const Vector& value, const std::string& what) {
   if (!value.allFinite()) throw InputError(what + " is not finite");
@@ -373,6 +389,7 @@ CompiledScene compile(Scene scene) {
     check_joint(scene.pair_joints[i].joint, "pair joint " + std::to_string(i));
   }
   check_pairs(scene.pair_joints);
+  check_block_joints(scene);
   check_finite(scene.gravity.at(0.0), "gravity at time 0");
   CompiledScene compiled;
   compiled.scene = std::move(scene);
@@ -422,7 +439,10 @@ CompiledScene compile(Scene scene) {
     return pair.joint.dilation_angle > 0.0 && has_group(pair.group_a) && has_group(pair.group_b);
   };
   compiled.dilates = compiled.scene.joint.dilation_angle > 0.0 ||
-                     std::ranges::any_of(compiled.scene.pair_joints, dilates);
+                     std::ranges::any_of(compiled.scene.pair_joints, dilates) ||
+                     std::ranges::any_of(compiled.scene.block_joints, [](const BlockJoint& pair) {
+                       return pair.joint.dilation_angle > 0.0;
+                     });
   compile_loads(compiled);
   compile_ties(compiled);
   compile_quiet_faces(compiled);

@@ -11,9 +11,9 @@ namespace {
 
 template <typename Has>
 bool any_joint(const Scene& scene, const Has& has) {
-  return has(scene.joint) || std::ranges::any_of(scene.pair_joints, [&](const PairJoint& pair) {
-           return has(pair.joint);
-         });
+  const auto of_pair = [&](const auto& pair) { return has(pair.joint); };
+  return has(scene.joint) || std::ranges::any_of(scene.pair_joints, of_pair) ||
+         std::ranges::any_of(scene.block_joints, of_pair);
 }
 
 std::string of_blocks(std::ptrdiff_t count) {

@@ -276,7 +276,8 @@ void linearise_quiet(const SubStep& step, const BlockTerms& terms, const StepPos
                                       poses.increment[b].segment<3>(3), quiet.arm, deforms),
                    deforms);
   if (!step.dynamic()) return set_stiffness(terms, c);
-  c.offset = -step.length * (rows * quiet.velocity.at(step.load_time()));
+  // An incoming wave of velocity v pushes by 2 c v: a free surface would move with 2 v.
+  c.offset = -2.0 * step.length * (rows * quiet.velocity.at(step.load_time()));
   c.normal_stiffness = quiet.normal_viscosity / step.length;
   c.shear_stiffness = quiet.shear_viscosity / step.length;
   c.multiplier = rows * step.quiet[index(number)];

@@ -76,6 +76,13 @@ struct PairJoint {
   Joint joint;
 };
 
+/// Of these two blocks, a < b, in place of the joint of their groups.
+struct BlockJoint {
+  int a = 0;
+  int b = 0;
+  Joint joint;
+};
+
 enum class BlockKind : std::uint8_t {
   Deformable,  ///< 12 unknowns: motion and constant strain
   Rigid,       ///< 6 unknowns
@@ -158,15 +165,15 @@ struct PressureLoad {
 };
 
 /// Viscous boundary on a face of the block's topology [Lysmer & Kuhlemeyer 1969]. In dynamic steps
-/// dashpots to a ground that moves with `velocity` bear the face, beside the force that held it in
-/// the last static step; static steps hold it where it stands. Impedances: density times the speed
-/// of pressure and of shear waves behind the boundary.
+/// dashpots to a ground that moves with twice `velocity` bear the face, beside the force that held
+/// it in the last static step; static steps hold it where it stands. Impedances: density times the
+/// speed of pressure and of shear waves behind the boundary.
 struct QuietFace {
   int block = 0;
   int face = 0;
   double normal_impedance = 0.0;  ///< Pa s/m, >= 0
   double shear_impedance = 0.0;   ///< Pa s/m, >= 0
-  VectorOfTime velocity{};        ///< m/s: half of what a free surface would show
+  VectorOfTime velocity{};        ///< of the incoming wave, m/s: half of what a free surface shows
 };
 
 /// A material point held at its place at the start (moved by `displacement`, m).
@@ -204,8 +211,9 @@ enum class InitialOverlap : std::uint8_t {
 
 struct Scene {
   std::vector<Block> blocks{};
-  Joint joint{};  ///< where no pair_joint applies
+  Joint joint{};  ///< where none of the following applies
   std::vector<PairJoint> pair_joints{};
+  std::vector<BlockJoint> block_joints{};      ///< each pair once, ascending
   VectorOfTime gravity{Vector3(0, 0, -9.81)};  ///< m/s2
   std::vector<PointLoad> point_loads{};
   std::vector<FaceLoad> face_loads{};
