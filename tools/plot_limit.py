@@ -19,6 +19,8 @@ import numpy as np  # noqa: E402
 from matplotlib.patches import Polygon  # noqa: E402
 from scipy.spatial import ConvexHull  # noqa: E402
 
+from check_limit import Solid  # noqa: E402
+
 FIXED, FREE = "#c3c0ba", "#e0b070"
 HINGE, SLIDE = "#0072B2", "#D55E00"  # told apart by everybody (Okabe and Ito)
 MOVES = 0.02  # of the fastest corner: less is not marked
@@ -34,21 +36,16 @@ def joints(document):
     return pairs
 
 
-def velocity(block, point):
-    v = np.array(block["velocity"])
-    return v[:3] + np.cross(v[3:], point - np.mean(block["vertices"], axis=0))
-
-
-def motion(blocks, pair, contacts):
+def motion(solids, pair, contacts):
     """hinge, slide or None: one edge opens while another stays; all points slip."""
-    a, b = (blocks[i] for i in pair)
+    a, b = (solids[i] for i in pair)
     opening, slip = [], []
     for contact in contacts:
         point, normal = np.array(contact["point"]), np.array(contact["normal"])
-        v = velocity(b, point) - velocity(a, point)
+        v = b.velocity(point) - a.velocity(point)
         opening.append(v @ normal)
         slip.append(np.linalg.norm(v - (v @ normal) * normal))
-    fastest = max(np.abs(entry["velocity"]).max() for entry in blocks.values()) or 1.0
+    fastest = max(np.abs(solid.entry["velocity"]).max() for solid in solids.values()) or 1.0
     if max(opening) - min(opening) > MOVES * fastest:
         return "hinge", np.array(contacts[int(np.argmin(opening))]["point"])
     if min(slip) > MOVES * fastest:
@@ -65,29 +62,33 @@ def resultant(contacts):
     return forces.sum(axis=0), weights @ np.array([c["point"] for c in contacts]) / weights.sum()
 
 
-def draw_blocks(axes, document, keep, scale=0.0):
-    for block in document["blocks"]:
-        corners = np.array(block["vertices"])
-        corners = (corners + scale * np.array([velocity(block, c) for c in corners]))[:, keep]
-        outline = corners[ConvexHull(corners).vertices]
-        axes.add_patch(Polygon(outline, facecolor=FREE if block["moves"] else FIXED, edgecolor="#50402c", lw=0.6))
+def draw_blocks(axes, solids, keep, scale=0.0):
+    for solid in solids.values():
+        for part in solid.parts:
+            corners = np.array([p + scale * solid.velocity(p) for p in part.points])[:, keep]
+            axes.add_patch(Polygon(corners[ConvexHull(corners).vertices], edgecolor="#50402c", lw=0.6,
+                                   facecolor=FREE if solid.moves else FIXED))
     axes.set_aspect("equal")
     axes.autoscale_view()
     axes.axis("off")
 
 
+def solids_of(document):
+    return {block["index"]: Solid(block) for block in document["blocks"]}
+
+
 def draw_falls(axes, document, keep):
-    blocks = {block["index"]: block for block in document["blocks"]}
-    corners = np.concatenate([block["vertices"] for block in document["blocks"]])
-    fastest = max(np.abs(velocity(block, np.array(c))).max() for block in blocks.values() for c in block["vertices"])
+    solids = solids_of(document)
+    corners = np.concatenate([solid.points for solid in solids.values()])
+    fastest = max(np.abs(solid.velocity(p)).max() for solid in solids.values() for p in solid.points)
     scale = LARGEST * np.ptp(corners, axis=0).max() / fastest
-    draw_blocks(axes, document, keep, scale)
+    draw_blocks(axes, solids, keep, scale)
     counts = {"hinge": 0, "slide": 0}
     for pair, contacts in joints(document).items():
-        kind, point = motion(blocks, pair, contacts)
+        kind, point = motion(solids, pair, contacts)
         if kind:
             counts[kind] += 1
-            place = (point + scale * velocity(blocks[pair[1]], point))[keep]
+            place = (point + scale * solids[pair[1]].velocity(point))[keep]
             axes.plot(*place, "o" if kind == "hinge" else "s", color=HINGE if kind == "hinge" else SLIDE, ms=5)
     axes.set_title(f"mechanism: {counts['hinge']} joints turn (circles), {counts['slide']} slide (squares)", fontsize=9)
 
@@ -98,7 +99,7 @@ def thrust_points(document, keep):
 
 
 def draw_stands(axes, documents, keep):
-    draw_blocks(axes, documents[0], keep)
+    draw_blocks(axes, solids_of(documents[0]), keep)
     lines = [thrust_points(document, keep) for document in documents]
     if len(lines) == 2 and len(lines[0]) == len(lines[1]):
         for one, other in zip(*lines):

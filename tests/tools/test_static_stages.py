@@ -53,6 +53,18 @@ class StaticStages(FolderTest):
             self.assertLess(summary["factorizations"], most, push)
             self.assertEqual(summary["proof"] is not None, verdict == "mechanism")
 
+    def test_limit_of_the_shear_wall(self):
+        scene = shear_wall(1.0)
+        scene["loads"][0]["name"] = "push"
+        path = self.folder / "scene.json"
+        path.write_text(json.dumps(scene))
+        done = subprocess.run([QUOIN, "limit", path, "--json", "--vary", "load=push:0:30000", "--loading", "0",
+                               "--tolerance", "1e-6"], capture_output=True, text=True, timeout=120)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        report = json.loads(done.stdout)
+        for side in ("stands", "falls"):
+            self.assertAlmostEqual(report[side]["value"] / 15789.47366, 1, delta=2e-6)
+
     def run_scene(self, scene, *arguments):
         path = self.folder / "scene.json"
         path.write_text(json.dumps(scene))

@@ -8,6 +8,9 @@ namespace {
 
 // Of the limit: mechanisms so far above it open contacts widely, the nearer ones work harder.
 constexpr double kFar[] = {0.5, 0.05, 0.005};
+constexpr double kClosest = 0.1;  // to the limit that is tried: of the tolerance
+constexpr double kWider = 3.0;
+constexpr int kTries = 10;
 
 /// An undecided one is tried again with the velocities of a mechanism far from the limit.
 bool keep(Trial trial, Limit& limit) {
@@ -63,7 +66,6 @@ Limit prove_factor(const std::function<Trial(double)>& at, const Equilibrium& la
   const double range = to - from, size = std::max(std::abs(limit.convex), 1e-3 * range);
   prove_fall(at, largest, from, size, limit);
   if (!limit.falls) keep(at(limit.convex + 0.49 * tolerance * size), limit);
-  const double top = limit.falls ? limit.falls->value : limit.convex;
   const bool borne = largest.verdict == EquilibriumVerdict::Admissible;
   if (limit.falls && borne && largest.islands == 1) {  // of more islands it knows one's forces
     limit.stands = std::make_unique<Trial>(*limit.falls);
@@ -71,10 +73,24 @@ Limit prove_factor(const std::function<Trial(double)>& at, const Equilibrium& la
     limit.stands->factor = largest.factor;
     limit.stands->found = largest;
   }
-  const auto is_wide = [&] { return !limit.falls || apart(limit, range) > tolerance; };
-  double width = 0.03 * tolerance * size;  // forces are found nearer to the limit than mechanisms
-  for (int i = 0; i < 14 && (!limit.stands || is_wide()); ++i, width *= 3.0) {
-    const double value = std::max(from, top - width);
+  // From close to the limit, where proofs may fail, outwards: mechanisms, then forces.
+  const double closest = kClosest * tolerance * size;
+  const auto is_wide = [&] {
+    return !limit.falls || !limit.stands || apart(limit, range) > tolerance;
+  };
+  for (double width = closest; limit.falls; width *= kWider) {
+    const double value = limit.convex + width;
+    if (limit.falls->value <= value || limit.falls->value - limit.convex < 6.0 * closest) break;
+    keep(at(value), limit);
+  }
+  if (limit.falls && limit.falls->value - limit.convex < 100.0 * closest) {
+    for (double below = 0.3 * closest; below < 10.0 * closest && is_wide(); below *= kWider) {
+      keep(at(limit.falls->value - below), limit);
+    }
+  }
+  double width = closest;
+  for (int i = 0; i < kTries && is_wide(); ++i, width *= kWider) {
+    const double value = std::max(from, limit.convex - width);
     if (!limit.stands || value > limit.stands->value) keep(at(value), limit);
   }
   if (limit.stands && limit.falls) {

@@ -308,11 +308,14 @@ void GroupProblem::combine(double factor, const MechanismPair& pair, Equilibrium
 void GroupProblem::combine_least(const MechanismPair& pair, Equilibrium& result) {
   fill(0.0, 1.0);
   if (!(force_ > 0.0)) return;
+  const double dead_size = program_.load.lpNorm<Eigen::Infinity>();
+  const double live_size = program_.live.lpNorm<Eigen::Infinity>();
   const auto least = [&](const VectorXd& y) {
     const double live = program_.live.dot(y);
     if (!(live > 0.0)) return kInfinite;
     const double factor = (along(y).dissipation - program_.load.dot(y)) / live;
-    return factor + 2.0 * Equilibrium::kBalanced * (1.0 + std::abs(factor)) / live;
+    return factor +
+           2.0 * Equilibrium::kBalanced * (dead_size + std::abs(factor) * live_size) / live;
   };
   const std::vector<VectorXd> all = sums(pair);
   const auto best = std::ranges::min_element(all, {}, least);
