@@ -83,15 +83,15 @@ Limit prove_factor(const std::function<Trial(double)>& at, const Equilibrium& la
     if (limit.falls->value <= value || limit.falls->value - limit.convex < 6.0 * closest) break;
     keep(at(value), limit);
   }
-  if (limit.falls && limit.falls->value - limit.convex < 100.0 * closest) {
-    for (double below = 0.3 * closest; below < 10.0 * closest && is_wide(); below *= kWider) {
-      keep(at(limit.falls->value - below), limit);
-    }
-  }
   double width = closest;
   for (int i = 0; i < kTries && is_wide(); ++i, width *= kWider) {
     const double value = std::max(from, limit.convex - width);
     if (!limit.stands || value > limit.stands->value) keep(at(value), limit);
+  }
+  if (limit.falls && limit.falls->value - limit.convex < 100.0 * closest) {
+    for (double below = 0.3 * closest; below < 10.0 * closest && is_wide(); below *= kWider) {
+      keep(at(limit.falls->value - below), limit);
+    }
   }
   if (limit.stands && limit.falls) {
     limit.convex = std::clamp(limit.convex, limit.stands->value, limit.falls->value);
