@@ -219,16 +219,11 @@ Topology::Topology(int vertex_count, const std::vector<std::vector<int>>& faces,
   std::size_t corners = 0;
   for (const std::vector<int>& face : faces) corners += face.size();
   face_vertices_.reserve(corners);
-  face_fours_.reserve(4 * faces.size());
   face_start_.reserve(faces.size() + 1);
-  face_four_start_.reserve(faces.size());
   face_start_.push_back(0);
   for (const std::vector<int>& face : faces) {
     face_vertices_.insert(face_vertices_.end(), face.begin(), face.end());
     face_start_.push_back(static_cast<int>(face_vertices_.size()));
-    face_four_start_.push_back(static_cast<int>(face_fours_.size() / 4));
-    face_fours_.insert(face_fours_.end(), face.begin(), face.end());
-    while (face_fours_.size() % 4 != 0) face_fours_.push_back(face[0]);
   }
   triangles_.reserve(2 * index(vertex_count));
   for (const std::vector<int>& cell : surface.empty() ? faces : surface) {

@@ -21,7 +21,6 @@ struct PlainLanes {
     Flags without(const Flags& b) const { return {all & ~b.all}; }
   };
   static Flags only(std::size_t lane) { return {1u << lane}; }
-  static Flags flags(unsigned bits) { return {bits & 15u}; }  ///< the lowest four
 
   /// Numbers of a row, by their places in it.
   static PlainLanes picked(const double* row, const std::uint16_t* place) {
@@ -49,8 +48,6 @@ struct PlainLanes {
       z.v[k] = place[k][2];
     }
   }
-  /// Lanes 1, 2, 3 and the first of those that follow.
-  PlainLanes shifted(const PlainLanes& after) const { return {{v[1], v[2], v[3], after.v[0]}}; }
   void store(double* row) const { std::copy(v, v + 4, row); }
   PlainLanes operator+(const PlainLanes& b) const {
     return each([&](int k) { return v[k] + b.v[k]; });
@@ -77,8 +74,6 @@ struct PlainLanes {
     return each([&](int k) { return v[k] > b.v[k] ? v[k] : b.v[k]; });
   }
   double least() const { return *std::min_element(v, v + 4); }
-  double greatest() const { return *std::max_element(v, v + 4); }
-  double sum() const { return (v[0] + v[2]) + (v[1] + v[3]); }
   /// Which are.
   Flags below(const PlainLanes& b) const {
     unsigned bits = 0;

@@ -21,11 +21,6 @@ struct Lanes256 {
     Flags operator^(const Flags& b) const { return {_mm256_xor_pd(all, b.all)}; }
     Flags without(const Flags& b) const { return {_mm256_andnot_pd(b.all, all)}; }
   };
-  static Flags flags(unsigned bits) {
-    const __m256i each = _mm256_set_epi64x(8, 4, 2, 1);
-    const __m256i set = _mm256_and_si256(_mm256_set1_epi64x(bits), each);
-    return {_mm256_castsi256_pd(_mm256_cmpeq_epi64(set, each))};
-  }
   static Flags only(std::size_t lane) {
     const __m256i lanes = _mm256_set_epi64x(3, 2, 1, 0);
     return {_mm256_castsi256_pd(
@@ -56,9 +51,6 @@ struct Lanes256 {
     y.v = _mm256_permute2f128_pd(_mm256_unpackhi_pd(a, b), _mm256_unpackhi_pd(c, d), 0x20);
     z.v = _mm256_permute2f128_pd(xz_ab, xz_cd, 0x31);
   }
-  Lanes256 shifted(const Lanes256& after) const {
-    return {_mm256_permute4x64_pd(_mm256_blend_pd(v, after.v, 1), 0x39)};
-  }
   void store(double* row) const { _mm256_store_pd(row, v); }
   Lanes256 operator+(const Lanes256& b) const { return {_mm256_add_pd(v, b.v)}; }
   Lanes256 operator-(const Lanes256& b) const { return {_mm256_sub_pd(v, b.v)}; }
@@ -71,14 +63,6 @@ struct Lanes256 {
   double least() const {
     const __m128d half = _mm_min_pd(_mm256_castpd256_pd128(v), _mm256_extractf128_pd(v, 1));
     return _mm_cvtsd_f64(_mm_min_sd(half, _mm_unpackhi_pd(half, half)));
-  }
-  double greatest() const {
-    const __m128d half = _mm_max_pd(_mm256_castpd256_pd128(v), _mm256_extractf128_pd(v, 1));
-    return _mm_cvtsd_f64(_mm_max_sd(half, _mm_unpackhi_pd(half, half)));
-  }
-  double sum() const {
-    const __m128d half = _mm_add_pd(_mm256_castpd256_pd128(v), _mm256_extractf128_pd(v, 1));
-    return _mm_cvtsd_f64(_mm_add_sd(half, _mm_unpackhi_pd(half, half)));
   }
   Flags below(const Lanes256& b) const { return {_mm256_cmp_pd(v, b.v, _CMP_LT_OQ)}; }
   Lanes256 where(const Flags& flags, const Lanes256& other) const {

@@ -60,10 +60,6 @@ class Topology {
 
   /// Its corners, in order.
   std::span<const int> face(int f) const { return row(face_vertices_, face_start_, f); }
-  /// In order; behind the last one the first one again, up to a multiple of four.
-  const int* face_in_fours(int f) const {
-    return face_fours_.data() + 4 * face_four_start_[index(f)];
-  }
   /// All vertices that lie in it, ascending: its corners and those that they, its edges and itself
   /// host, but for vertices below the surface.
   std::span<const int> face_set(int f) const { return row(face_sets_, face_set_start_, f); }
@@ -123,7 +119,6 @@ class Topology {
   static constexpr int kFewVertices = 64;  // for so many a table is worth its memory
   int vertex_count_ = 0;
   std::vector<std::int16_t> edge_between_;  // vertex_count × vertex_count, of few vertices
-  std::vector<int> face_four_start_, face_fours_;
   std::vector<int> face_start_, face_vertices_, face_edges_, face_neighbours_;
   std::vector<int> face_set_start_, face_sets_;
   std::vector<std::array<int, 2>> edges_, edge_faces_;
